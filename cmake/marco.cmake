@@ -1,0 +1,127 @@
+# The four ways a target is made in Marco. Every compiler flag lives here, once.
+#
+#   marco_lcm_types(NAME a.lcm ...)                       messages -> generated headers, as a SYSTEM target
+#   marco_library(NAME SOURCES ... DEPENDS ... [PRIVATE ...])   libmarco_NAME, used as marco::NAME
+#   marco_executable(NAME SOURCES ... DEPENDS ...)        an installed program
+#   marco_test(NAME SOURCES ... DEPENDS ... [LABEL unit]) a GoogleTest program, one CTest case
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+find_program(MARCO_CCACHE ccache)
+if(MARCO_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${MARCO_CCACHE})
+endif()
+if(NOT CMAKE_RUNTIME_OUTPUT_DIRECTORY)
+  set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+endif()
+
+add_library(marco_options INTERFACE)
+target_compile_features(marco_options INTERFACE cxx_std_20)
+target_compile_options(
+  marco_options
+  INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wdouble-promotion
+            $<$<BOOL:${MARCO_WERROR}>:-Werror>
+            # The same arithmetic on every machine: no fused multiply-add behind our back.
+            -ffp-contract=off)
+set_property(GLOBAL PROPERTY MARCO_LIBRARIES "")
+
+function(marco_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
+  add_library(marco_${name} STATIC ${arg_SOURCES})
+  add_library(marco::${name} ALIAS marco_${name})
+  target_include_directories(
+    marco_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                         $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/marco>)
+  target_link_libraries(marco_${name} PUBLIC ${arg_DEPENDS} PRIVATE $<BUILD_INTERFACE:marco_options>
+                                                                    ${arg_PRIVATE})
+  target_compile_features(marco_${name} PUBLIC cxx_std_20)
+  set_target_properties(marco_${name} PROPERTIES EXPORT_NAME ${name})
+  set_property(GLOBAL APPEND PROPERTY MARCO_LIBRARIES marco_${name})
+endfunction()
+
+function(marco_executable name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE marco_options ${arg_DEPENDS})
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endfunction()
+
+# LABEL: unit (pure, under a second each, also run under the sanitizers), process (several processes,
+# LCM in a network namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA).
+function(marco_test name)
+  cmake_parse_arguments(arg "" "LABEL;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
+  if(NOT arg_LABEL)
+    set(arg_LABEL unit)
+  endif()
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE marco_options ${arg_DEPENDS} GTest::gmock GTest::gtest_main)
+  if(arg_LABEL STREQUAL "unit")
+    set(command ${name})
+  else()
+    set(command ${PROJECT_SOURCE_DIR}/tests/support/isolated.sh $<TARGET_FILE:${name}>)
+  endif()
+  add_test(NAME ${name} COMMAND ${command} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  set_tests_properties(
+    ${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION
+                       "^SKIPPED: " ENVIRONMENT "MARCO_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+endfunction()
+
+function(marco_lcm_types name)
+  cmake_parse_arguments(arg "" "PACKAGE" "SOURCES" ${ARGN})
+  set(folder ${CMAKE_CURRENT_BINARY_DIR}/generated)
+  set(headers "")
+  foreach(source ${arg_SOURCES})
+    get_filename_component(type ${source} NAME_WE)
+    list(APPEND headers ${folder}/${arg_PACKAGE}/${type}.hpp)
+  endforeach()
+  list(TRANSFORM arg_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  add_custom_command(
+    OUTPUT ${headers}
+    COMMAND lcm-gen --cpp --cpp-hpath ${folder} ${arg_SOURCES}
+    DEPENDS ${arg_SOURCES}
+    COMMENT "lcm-gen ${arg_PACKAGE}"
+    VERBATIM)
+  add_custom_target(marco_${name}_headers DEPENDS ${headers})
+  add_library(marco_${name} INTERFACE)
+  add_library(marco::${name} ALIAS marco_${name})
+  add_dependencies(marco_${name} marco_${name}_headers)
+  target_include_directories(marco_${name} SYSTEM INTERFACE $<BUILD_INTERFACE:${folder}>
+                                                            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/marco>)
+  target_link_libraries(marco_${name} INTERFACE PkgConfig::LCM)
+  set_target_properties(marco_${name} PROPERTIES EXPORT_NAME ${name})
+  set_property(GLOBAL APPEND PROPERTY MARCO_LIBRARIES marco_${name})
+  install(DIRECTORY ${folder}/${arg_PACKAGE} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco)
+  install(FILES ${arg_SOURCES} DESTINATION ${CMAKE_INSTALL_DATADIR}/marco/lcmtypes/${arg_PACKAGE})
+endfunction()
+
+# `cmake --install` with a package config: find_package(marco), then marco::common, marco::slam, ...
+function(marco_install_package)
+  get_property(libraries GLOBAL PROPERTY MARCO_LIBRARIES)
+  install(TARGETS ${libraries} EXPORT marco ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(
+    EXPORT marco
+    NAMESPACE marco::
+    FILE marco-targets.cmake
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/marco)
+  foreach(room common lcmtypes drivers slam mapping3d viewer procman tools)
+    install(
+      DIRECTORY ${PROJECT_SOURCE_DIR}/${room}
+      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco
+      FILES_MATCHING
+      PATTERN "*.hpp")
+  endforeach()
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/config DESTINATION ${CMAKE_INSTALL_DATADIR}/marco)
+  configure_package_config_file(
+    ${PROJECT_SOURCE_DIR}/cmake/marco-config.cmake.in ${PROJECT_BINARY_DIR}/marco-config.cmake
+    INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/marco)
+  write_basic_package_version_file(${PROJECT_BINARY_DIR}/marco-config-version.cmake
+                                   COMPATIBILITY SameMinorVersion)
+  install(FILES ${PROJECT_BINARY_DIR}/marco-config.cmake
+                ${PROJECT_BINARY_DIR}/marco-config-version.cmake
+          DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/marco)
+endfunction()

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "common/pose2.hpp"
+#include "common/utime.hpp"
+
+namespace marco {
+
+/// The last poses of one source, to be asked for any moment between them.
+///
+/// A stamp that steps backwards is taken as the truth: samples at or after it are forgotten, so
+/// that a log with a bursty clock still answers exactly at each sample's own stamp right after it
+/// was added. Keeps `capacity` samples. Not thread-safe.
+class PoseBuffer {
+ public:
+  explicit PoseBuffer(std::size_t capacity = 4000);
+
+  void add(Utime utime, const Pose2& frame_from_robot);
+  void clear() { samples_.clear(); }
+  bool empty() const { return samples_.empty(); }
+  Utime newest() const { return samples_.back().utime; }
+  Utime oldest() const { return samples_.front().utime; }
+  const Pose2& newest_pose() const { return samples_.back().pose; }
+
+  /// The pose at `utime`, interpolated between its neighbours; extrapolated with the last step's
+  /// velocity up to `reach` beyond the newest sample. Nothing before the oldest or beyond reach.
+  std::optional<Pose2> at(Utime utime, Duration reach = {}) const;
+
+ private:
+  struct Sample {
+    Utime utime;
+    Pose2 pose;
+  };
+  std::size_t capacity_;
+  std::deque<Sample> samples_;
+};
+
+}  // namespace marco

@@ -1,0 +1,108 @@
+#include "common/process/config.hpp"
+
+#include <sstream>
+
+namespace marco::process {
+namespace {
+
+std::string place_of(const toml::node& node) {
+  const toml::source_position& at = node.source().begin;
+  return "line " + std::to_string(at.line) + ", column " + std::to_string(at.column);
+}
+
+}  // namespace
+
+toml::table read_toml(const std::string& path) {
+  try {
+    return toml::parse_file(path);
+  } catch (const toml::parse_error& error) {
+    const toml::source_position& at = error.source().begin;
+    throw std::invalid_argument(path + ":" + std::to_string(at.line) + ":" +
+                                std::to_string(at.column) + ": " +
+                                std::string(error.description()));
+  }
+}
+
+namespace detail {
+
+void TomlReader::refuse_unknown() const {
+  for (const auto& [key, node] : table_) {
+    if (used_.contains(std::string(key.str()))) continue;
+    std::string known;
+    for (const std::string& name : used_) known += (known.empty() ? "" : ", ") + name;
+    throw std::invalid_argument(path_ + "unknown key '" + std::string(key.str()) + "' (" +
+                                place_of(node) + "); known here: " + known);
+  }
+}
+
+void TomlReader::fail(const std::string& name,
+                      const toml::node& node,
+                      const std::string& expected) const {
+  throw std::invalid_argument(path_ + name + " (" + place_of(node) + "): expected " + expected);
+}
+
+void TomlReader::check(const std::string& name,
+                       const toml::node& node,
+                       double value,
+                       Limits limits) const {
+  if (value >= limits.min && value <= limits.max) return;
+  std::ostringstream text;
+  text << "a value within [" << limits.min << ", " << limits.max << "], got " << value;
+  fail(name, node, text.str());
+}
+
+void TomlReader::read(const std::string& name,
+                      const toml::node& node,
+                      double& value,
+                      Limits limits) {
+  if (!node.is_number()) fail(name, node, "a number");
+  value = node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point();
+  check(name, node, value, limits);
+}
+
+void TomlReader::read(const std::string& name, const toml::node& node, int& value, Limits limits) {
+  if (!node.is_integer()) fail(name, node, "a whole number");
+  const int64_t number = **node.as_integer();
+  check(name, node, static_cast<double>(number),
+        {std::max(limits.min, -2147483648.0), std::min(limits.max, 2147483647.0)});
+  value = static_cast<int>(number);
+}
+
+void TomlReader::read(const std::string& name, const toml::node& node, bool& value, Limits) {
+  if (!node.is_boolean()) fail(name, node, "true or false");
+  value = **node.as_boolean();
+}
+
+void TomlReader::read(const std::string& name, const toml::node& node, std::string& value, Limits) {
+  if (!node.is_string()) fail(name, node, "a text in quotes");
+  value = **node.as_string();
+}
+
+void TomlReader::read(const std::string& name,
+                      const toml::node& node,
+                      std::vector<double>& value,
+                      Limits limits) {
+  const toml::array* array = node.as_array();
+  if (array == nullptr) fail(name, node, "a list of numbers");
+  value.clear();
+  for (const toml::node& item : *array) read(name, item, value.emplace_back(), limits);
+}
+
+void TomlReader::read(const std::string& name,
+                      const toml::node& node,
+                      std::vector<std::string>& value,
+                      Limits limits) {
+  const toml::array* array = node.as_array();
+  if (array == nullptr) fail(name, node, "a list of texts");
+  value.clear();
+  for (const toml::node& item : *array) read(name, item, value.emplace_back(), limits);
+}
+
+std::string to_text(const toml::table& table) {
+  std::ostringstream text;
+  text << table << "\n";
+  return text.str();
+}
+
+}  // namespace detail
+}  // namespace marco::process

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/laser_scan.hpp"
+#include "common/pose2.hpp"
+#include "common/pose3.hpp"
+#include "common/utime.hpp"
+
+namespace marco {
+
+/// Where a sensor sits and what it can see (lcmtypes/marco/sensor_info_t.lcm).
+struct SensorInfo {
+  enum class Mount { robot, pantilt };
+
+  Utime utime;
+  std::string channel = "LIDAR";  ///< whose messages this describes
+  Mount mount = Mount::robot;     ///< parent frame of the pose below
+  Pose3 parent_from_sensor = Pose3::Identity();
+  Eigen::Vector3d tilt_axis_m = Eigen::Vector3d::Zero();  ///< of a pan-tilt, in its panned frame
+  double scan_duration_s = 0.0;                           ///< first beam to last beam
+  double range_min_m = 0.0;                               ///< nearer returns do not count
+  double range_max_m = 80.0;                              ///< at or beyond it there was no return
+  double range_sigma_m = 0.0;                             ///< 0 = not known
+  double focal_length_px = 0.0;                           ///< of a camera
+};
+
+struct OdometrySample {
+  Utime utime;
+  Pose2 odom_from_robot;
+  double velocity_m_per_s = 0.0;
+  double yaw_rate_rad_per_s = 0.0;
+  int64_t left_clicks = 0;  ///< signed sums; 0 where not known
+  int64_t right_clicks = 0;
+};
+
+struct ImuSample {
+  Utime utime;
+  Eigen::Vector3d angular_velocity_rad_per_s = Eigen::Vector3d::Zero();  ///< robot frame
+  Eigen::Vector3d acceleration_m_per_s2 =
+      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+};
+
+struct PanTiltState {
+  Utime utime;
+  double pan_rad = 0.0;   ///< counter-clockwise, 0 = ahead
+  double tilt_rad = 0.0;  ///< 0 = level, > 0 looks up
+  double pan_rate_rad_per_s = 0.0;
+  double tilt_rate_rad_per_s = 0.0;
+};
+
+/// From the simulator or motion capture.
+struct TruePose {
+  Utime utime;
+  Pose2 world_from_robot;
+};
+
+/// Anything a log or a robot tells, as a value.
+using Sample =
+    std::variant<SensorInfo, LaserScan, OdometrySample, ImuSample, PanTiltState, TruePose>;
+
+/// Pose of a laser on a pan-tilt. @param base the SensorInfo of the pan-tilt, @param sensor the
+/// laser's. robot_from_base · Rz(pan) · T(tilt_axis) · Ry(-tilt) · plate_from_sensor  (thesis B
+/// eq. 4.1 in our axes: tilt > 0 looks up; the lever arm is applied before the tilt, where the
+/// listing forgot it).
+inline Pose3 robot_from_pantilt_sensor(const SensorInfo& base,
+                                       const SensorInfo& sensor,
+                                       double pan_rad,
+                                       double tilt_rad) {
+  return base.parent_from_sensor * make_pose3(Eigen::Vector3d::Zero(), 0.0, 0.0, pan_rad) *
+         make_pose3(base.tilt_axis_m, 0.0, -tilt_rad, 0.0) * sensor.parent_from_sensor;
+}
+
+}  // namespace marco

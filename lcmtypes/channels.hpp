@@ -1,0 +1,25 @@
+#pragma once
+
+/// All channel names of Marco, once. What travels on them: the .lcm files beside this header.
+namespace marco::channels {
+
+inline constexpr const char* kLidar =
+    "LIDAR";  ///< bot_core.planar_lidar_t; LIDAR_<NAME> with several
+inline constexpr const char* kLidarPattern = "LIDAR(_[A-Z0-9_]+)?";  ///< LIDAR_RAW is one of them
+inline constexpr const char* kLidarRaw = "LIDAR_RAW";  ///< lidar_raw_t: irregular bearings or times
+inline constexpr const char* kSensorInfo = "SENSOR_INFO";
+inline constexpr const char* kImu = "IMU";
+inline constexpr const char* kOdometry = "ODOMETRY";
+inline constexpr const char* kPanTiltState = "PANTILT_STATE";
+inline constexpr const char* kCamera = "CAMERA";       ///< bot_core.image_t
+inline constexpr const char* kTruePose = "TRUE_POSE";  ///< pose2_t
+inline constexpr const char* kSlamPose = "SLAM_POSE";
+inline constexpr const char* kGridMap = "GRID_MAP";
+inline constexpr const char* kTrajectory = "TRAJECTORY";
+inline constexpr const char* kScene = "SCENE";
+inline constexpr const char* kMesh = "MESH";
+inline constexpr const char* kSlamCommand = "SLAM_COMMAND";
+inline constexpr const char* kMapRequest = "MAP_REQUEST";
+inline constexpr const char* kProcessStatus = "PROCESS_STATUS";
+
+}  // namespace marco::channels

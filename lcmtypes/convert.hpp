@@ -1,0 +1,74 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bot_core/planar_lidar_t.hpp"
+#include "common/grid_map.hpp"
+#include "common/samples.hpp"
+#include "common/trajectory.hpp"
+#include "marco/grid_map_t.hpp"
+#include "marco/imu_t.hpp"
+#include "marco/lidar_raw_t.hpp"
+#include "marco/odometry_t.hpp"
+#include "marco/pantilt_state_t.hpp"
+#include "marco/pose2_t.hpp"
+#include "marco/sensor_info_t.hpp"
+#include "marco/trajectory_t.hpp"
+
+/// Message <-> value, one pair of functions a type, nowhere else.
+/// from_message throws std::invalid_argument, naming the cause, when a message contradicts itself:
+/// counts below zero, a stamp or a pose that is not finite, a quaternion that is none. Ranges are
+/// passed on as they are: what is no return is the reader's SensorInfo to say.
+namespace marco {
+
+bot_core::planar_lidar_t to_message(const LaserScan& regular_scan);
+lidar_raw_t to_raw_message(const LaserScan& scan);
+LaserScan from_message(const bot_core::planar_lidar_t& message, const std::string& channel);
+LaserScan from_message(const lidar_raw_t& message, const std::string& channel);
+
+sensor_info_t to_message(const SensorInfo& info);
+SensorInfo from_message(const sensor_info_t& message);
+
+odometry_t to_message(const OdometrySample& sample);
+OdometrySample from_message(const odometry_t& message);
+
+imu_t to_message(const ImuSample& sample);
+ImuSample from_message(const imu_t& message);
+
+pantilt_state_t to_message(const PanTiltState& state);
+PanTiltState from_message(const pantilt_state_t& message);
+
+pose2_t to_message(const TruePose& pose);
+TruePose from_message(const pose2_t& message);
+
+trajectory_t to_message(const Trajectory& trajectory, Utime utime, int64_t revision);
+Trajectory from_message(const trajectory_t& message);
+
+/// The grid in tiles of at most 256 x 256 cells (64 kB each), all of `revision`.
+std::vector<grid_map_t> to_messages(const GridMap& map, Utime utime, int64_t revision);
+GridMap from_message(const grid_map_t& message);
+
+/// An encoded message and the channel it belongs on.
+struct EncodedMessage {
+  std::string channel;
+  Utime utime;
+  std::vector<uint8_t> bytes;
+};
+
+template <class Message>
+std::vector<uint8_t> encode_message(const Message& message) {
+  std::vector<uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+/// A value as the message that Marco's processes expect, on its channel.
+EncodedMessage encode_sample(const Sample& sample);
+
+/// The reverse; nothing for a channel or type that carries no Sample, or bytes that do not decode.
+/// @throws std::invalid_argument as from_message.
+std::optional<Sample> decode_sample(const std::string& channel, const std::vector<uint8_t>& bytes);
+
+}  // namespace marco

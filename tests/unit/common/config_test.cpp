@@ -1,0 +1,96 @@
+#include "common/process/config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace marco::process {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Inner {
+  double sigma_m = 0.5;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("sigma_m", sigma_m, kPositive);
+  }
+};
+
+struct Sample {
+  int count = 3;
+  bool on = true;
+  std::string name = "a";
+  std::vector<double> schedule{1.0, 2.0};
+  Inner inner;
+  std::vector<Inner> list;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("count", count, Limits{1, 10});
+    v("on", on);
+    v("name", name);
+    v("schedule", schedule, kPositive);
+    v("inner", inner);
+    v("list", list);
+  }
+};
+
+Sample read(const std::string& text) {
+  Sample options;
+  const toml::table table = toml::parse(text);
+  read_options(table, options, "test.toml");
+  return options;
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    read(text);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Config, ReadsEveryKindOfFieldAndKeepsTheOtherDefaults) {
+  const Sample options = read(
+      "count = 4\non = false\nname = \"b\"\nschedule = [3, 1.5]\n"
+      "[inner]\nsigma_m = 2\n[[list]]\nsigma_m = 7\n[[list]]\n");
+  EXPECT_EQ(options.count, 4);
+  EXPECT_FALSE(options.on);
+  EXPECT_EQ(options.name, "b");
+  EXPECT_THAT(options.schedule, ::testing::ElementsAre(3.0, 1.5));
+  EXPECT_EQ(options.inner.sigma_m, 2.0);
+  ASSERT_EQ(options.list.size(), 2U);
+  EXPECT_EQ(options.list[0].sigma_m, 7.0);
+  EXPECT_EQ(options.list[1].sigma_m, 0.5);
+  EXPECT_EQ(read("").count, 3);
+}
+
+TEST(Config, RefusesUnknownKeysWrongTypesAndValuesOutsideLimits) {
+  EXPECT_THAT(refusal("cuont = 4"), HasSubstr("unknown key 'cuont'"));
+  EXPECT_THAT(refusal("[inner]\nsigma = 4"), HasSubstr("inner.unknown key 'sigma'"));
+  EXPECT_THAT(refusal("count = 4.5"),
+              HasSubstr("count (line 1, column 9): expected a whole number"));
+  EXPECT_THAT(refusal("count = 11"), HasSubstr("within [1, 10], got 11"));
+  EXPECT_THAT(refusal("[inner]\nsigma_m = -1"), HasSubstr("inner.sigma_m"));
+  EXPECT_THAT(refusal("name = 3"), HasSubstr("a text in quotes"));
+  EXPECT_THAT(refusal("schedule = [0]"), HasSubstr("schedule"));
+}
+
+TEST(Config, PrintedOptionsAreReadBackTheSame) {
+  Sample options = read("count = 9\n[[list]]\nsigma_m = 7\n");
+  const Sample again = read(print_options(options));
+  EXPECT_EQ(again.count, 9);
+  EXPECT_EQ(again.list.at(0).sigma_m, 7.0);
+}
+
+TEST(Config, ValidateNamesTheOptionByItsPath) {
+  Sample options;
+  EXPECT_NO_THROW(validate(options, "sample"));
+  options.inner.sigma_m = 0.0;
+  EXPECT_THROW(validate(options, "sample"), std::invalid_argument);
+  options.inner.sigma_m = std::nan("");
+  EXPECT_THROW(validate(options, "sample"), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace marco::process

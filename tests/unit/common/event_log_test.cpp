@@ -1,0 +1,113 @@
+#include "common/files/event_log.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace marco::files {
+namespace {
+
+namespace fs = std::filesystem;
+
+class EventLog : public ::testing::Test {
+ protected:
+  EventLog() : path_(fs::temp_directory_path() / ("marco_event_log_" + std::to_string(getpid()))) {}
+  ~EventLog() override { fs::remove(path_); }
+
+  // Events of `size` bytes each, contents = its number.
+  void write(int count, std::size_t size) {
+    EventLogWriter writer(path_);
+    for (int i = 0; i < count; ++i) {
+      const std::vector<uint8_t> bytes(size, static_cast<uint8_t>(i));
+      writer.write("CHANNEL_" + std::to_string(i % 3), bytes, Utime::from_us(1000 * i));
+    }
+  }
+  std::vector<int64_t> numbers(LogDamage* damage = nullptr) {
+    EventLogReader reader(path_);
+    std::vector<int64_t> result;
+    while (const auto event = reader.next()) result.push_back(event->number);
+    if (damage != nullptr) *damage = reader.damage();
+    return result;
+  }
+  void overwrite(int64_t offset, char value) {
+    std::fstream file(path_, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(offset);
+    file.put(value);
+  }
+
+  fs::path path_;
+};
+
+constexpr int64_t kEventBytes = 28 + 9 + 100;
+
+TEST_F(EventLog, ReadsBackWhatItWrote) {
+  write(5, 100);
+  EXPECT_EQ(fs::file_size(path_), 5U * kEventBytes);
+  EventLogReader reader(path_);
+  for (int i = 0; i < 5; ++i) {
+    const auto event = reader.next();
+    ASSERT_TRUE(event);
+    EXPECT_EQ(event->number, i);
+    EXPECT_EQ(event->event_time.us, 1000 * i);
+    EXPECT_EQ(event->channel, "CHANNEL_" + std::to_string(i % 3));
+    EXPECT_EQ(event->bytes, std::vector<uint8_t>(100, static_cast<uint8_t>(i)));
+  }
+  EXPECT_FALSE(reader.next());
+  EXPECT_EQ(reader.damage().places, 0);
+}
+
+TEST_F(EventLog, GoesOnBehindADamagedSyncWordAndADamagedLength) {
+  write(6, 100);
+  overwrite(1 * kEventBytes, 'x');          // sync of event 1
+  overwrite(3 * kEventBytes + 24, '\x01');  // length of event 3 beyond the file
+  overwrite(4 * kEventBytes + 27, '\x70');  // length of event 4 too long, still inside the file
+  LogDamage damage;
+  EXPECT_THAT(numbers(&damage), ::testing::ElementsAre(0, 2, 5));
+  EXPECT_EQ(damage.places, 2);
+  EXPECT_EQ(damage.bytes_skipped, 3 * kEventBytes);
+  EXPECT_EQ(damage.first_offset, kEventBytes);
+}
+
+TEST_F(EventLog, ALogCutInsideAnEventKeepsAllBeforeIt) {
+  write(4, 100);
+  fs::resize_file(path_, 3 * kEventBytes + 60);
+  LogDamage damage;
+  EXPECT_THAT(numbers(&damage), ::testing::ElementsAre(0, 1, 2));
+  EXPECT_EQ(damage.bytes_skipped, 60);
+}
+
+TEST_F(EventLog, ASyncWordInsideTheDataIsNotAnEvent) {
+  {
+    EventLogWriter writer(path_);
+    std::vector<uint8_t> bytes(64, 0);
+    bytes[10] = 0xED;
+    bytes[11] = 0xA1;
+    bytes[12] = 0xDA;
+    bytes[13] = 0x01;
+    for (int i = 0; i < 3; ++i) writer.write("A", bytes, {});
+  }
+  overwrite(0, 'x');
+  EXPECT_THAT(numbers(), ::testing::ElementsAre(1, 2));
+}
+
+TEST_F(EventLog, NoFileOrAFolderIsRefusedByName) {
+  EXPECT_THROW(EventLogReader("/no/such/log"), std::invalid_argument);
+  EXPECT_THROW(EventLogReader("/tmp"), std::invalid_argument);
+  EXPECT_THROW(EventLogWriter("/no/such/folder/log"), std::runtime_error);
+}
+
+TEST_F(EventLog, AFullDiskIsSaid) {
+  EventLogWriter writer("/dev/full");
+  const std::vector<uint8_t> bytes(100000, 1);
+  EXPECT_THROW(
+      {
+        writer.write("A", bytes, {});
+        writer.flush();
+      },
+      std::runtime_error);
+}
+
+}  // namespace
+}  // namespace marco::files

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "common/check.hpp"
+#include "slam/graph/sparse_normal_equations.hpp"
 
 namespace marco::slam {
 namespace {
@@ -16,85 +17,6 @@ constexpr double kNoError = 1e-12;
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 using Solver = Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower>;
-
-Eigen::Vector3d edge_error(const PoseGraphEdge& edge, const Pose2& from, const Pose2& to) {
-  return (edge.from_from_to.inverse() * between(from, to)).vector();
-}
-
-struct EdgeJacobians {
-  Eigen::Matrix3d from;
-  Eigen::Matrix3d to;
-};
-
-// d e / d (x, y, theta) of both nodes, world-frame increments.
-EdgeJacobians edge_jacobians(const PoseGraphEdge& edge, const Pose2& from, const Pose2& to) {
-  const Eigen::Matrix2d edge_from_world =
-      (from.rotation() * edge.from_from_to.rotation()).transpose();
-  const double dx = to.x_m - from.x_m, dy = to.y_m - from.y_m;
-  EdgeJacobians jacobians;
-  jacobians.from.setZero();
-  jacobians.from.topLeftCorner<2, 2>() = -edge_from_world;
-  jacobians.from.topRightCorner<2, 1>() = edge_from_world * Eigen::Vector2d(dy, -dx);
-  jacobians.from(2, 2) = -1.0;
-  jacobians.to.setZero();
-  jacobians.to.topLeftCorner<2, 2>() = edge_from_world;
-  jacobians.to(2, 2) = 1.0;
-  return jacobians;
-}
-
-// Lower triangle of the normal equations, node 0 left out.
-class NormalEquations {
- public:
-  explicit NormalEquations(std::size_t nodes)
-      : gradient(Eigen::VectorXd::Zero(3 * (static_cast<Eigen::Index>(nodes) - 1))) {}
-
-  void add(const PoseGraphEdge& edge, const Pose2& from, const Pose2& to, double weight) {
-    const Eigen::Vector3d error = edge_error(edge, from, to);
-    const EdgeJacobians j = edge_jacobians(edge, from, to);
-    const Eigen::Matrix3d information = weight * edge.information;
-    add_block(edge.from, edge.from, j.from.transpose() * information * j.from);
-    add_block(edge.to, edge.to, j.to.transpose() * information * j.to);
-    if (edge.from > edge.to) {
-      add_block(edge.from, edge.to, j.from.transpose() * information * j.to);
-    } else {
-      add_block(edge.to, edge.from, j.to.transpose() * information * j.from);
-    }
-    add_gradient(edge.from, j.from.transpose() * information * error);
-    add_gradient(edge.to, j.to.transpose() * information * error);
-  }
-
-  SparseMatrix hessian() const {
-    SparseMatrix matrix(gradient.size(), gradient.size());
-    matrix.setFromTriplets(triplets_.begin(), triplets_.end());
-    return matrix;
-  }
-
-  Eigen::VectorXd gradient;
-
- private:
-  void add_block(int row_node, int column_node, const Eigen::Matrix3d& block) {
-    if (row_node == 0 || column_node == 0) return;
-    const int row = 3 * (row_node - 1), column = 3 * (column_node - 1);
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < (row == column ? r + 1 : 3); ++c) {
-        triplets_.emplace_back(row + r, column + c, block(r, c));
-      }
-    }
-  }
-  void add_gradient(int node, const Eigen::Vector3d& part) {
-    if (node != 0) gradient.segment<3>(3 * (node - 1)) += part;
-  }
-  std::vector<Eigen::Triplet<double>> triplets_;
-};
-
-void move(std::vector<Pose2>& poses, const Eigen::VectorXd& step) {
-  for (std::size_t node = 1; node < poses.size(); ++node) {
-    const Eigen::Vector3d delta = step.segment<3>(3 * (static_cast<Eigen::Index>(node) - 1));
-    Pose2& pose = poses[node];
-    pose = {pose.x_m + delta.x(), pose.y_m + delta.y(),
-            normalize_angle(pose.theta_rad + delta.z())};
-  }
-}
 
 // Least squares of a sparse linear system by its normal equations.
 class LinearProblem {
@@ -196,11 +118,11 @@ PoseGraphResult PoseGraph::optimize_weighted(const std::vector<double>& weights)
   double error = weighted_chi2(weights);
   while (result.iterations < options_.max_iterations && !result.converged) {
     ++result.iterations;
-    NormalEquations equations(poses_.size());
+    SparseNormalEquations equations(poses_.size());
     for (std::size_t i = 0; i < edges_.size(); ++i) {
       const PoseGraphEdge& edge = edges_[i];
-      equations.add(edge, poses_[static_cast<std::size_t>(edge.from)],
-                    poses_[static_cast<std::size_t>(edge.to)], weights[i]);
+      add_edge_to(equations, edge, poses_[static_cast<std::size_t>(edge.from)],
+                  poses_[static_cast<std::size_t>(edge.to)], weights[i]);
     }
     SparseMatrix hessian = equations.hessian();
     // A node without edges would make the system singular; this keeps it where it is.
@@ -209,7 +131,7 @@ PoseGraphResult PoseGraph::optimize_weighted(const std::vector<double>& weights)
     analyzed = true;
     solver.factorize(hessian);
     const std::vector<Pose2> before = poses_;
-    if (solver.info() == Eigen::Success) move(poses_, -solver.solve(equations.gradient));
+    if (solver.info() == Eigen::Success) move_poses(poses_, -solver.solve(equations.gradient()));
     const double new_error = weighted_chi2(weights);
     if (solver.info() == Eigen::Success && std::isfinite(new_error) && new_error <= error) {
       result.converged = error - new_error <= options_.min_relative_decrease * error + kNoError;

@@ -5,19 +5,9 @@
 
 #include "common/options.hpp"
 #include "common/pose2.hpp"
+#include "slam/graph/pose_graph_edge.hpp"
 
 namespace marco::slam {
-
-/// A measured pose of node `to` seen from node `from`.
-struct PoseGraphEdge {
-  int from = 0;
-  int to = 0;
-  Pose2 from_from_to;
-  Eigen::Matrix3d information =
-      Eigen::Matrix3d::Identity();  ///< of (x, y, theta) in `from_from_to`'s frame
-  bool is_loop =
-      false;  ///< may be wrong: such edges are weighed by how well they agree with the rest
-};
 
 struct PoseGraphOptions {
   int max_iterations = 50;

@@ -65,17 +65,37 @@ MotionGuess MotionModel::guess(const MotionInput& now) const {
 
 void MotionModel::update(const MotionInput& now, const Pose2& before_from_now) {
   if (before_) {
-    const double dt_s = (now.utime - before_->utime).seconds();
-    velocity_known_ = dt_s > 1e-3 && dt_s <= options_.max_gap_s;
-    // The inverse of Velocity2::after to first order in the turn within one scan period.
-    velocity_ = Velocity2{};
-    if (velocity_known_) {
-      const double half = 0.5 * before_from_now.theta_rad;
-      const Pose2 chord = Pose2{0, 0, -half} * before_from_now;
-      velocity_ = {chord.x_m / dt_s, chord.y_m / dt_s, before_from_now.theta_rad / dt_s};
-    }
+    history_.push_back({before_->utime, Pose2{}});
+    for (Step& step : history_) step.then_from_now = step.then_from_now * before_from_now;
   }
   before_ = now;
+  measure_velocity();
+}
+
+void MotionModel::measure_velocity() {
+  const auto age_s = [this](const Step& step) { return (before_->utime - step.utime).seconds(); };
+  // The youngest step that is old enough; a clock that went backwards starts anew.
+  while (history_.size() > 1 && age_s(history_[1]) >= options_.velocity_span_s) {
+    history_.pop_front();
+  }
+  while (!history_.empty() &&
+         (age_s(history_.front()) > options_.max_gap_s || age_s(history_.front()) < 0.0)) {
+    history_.pop_front();
+  }
+  velocity_ = Velocity2{};
+  velocity_known_ = false;
+  if (history_.empty()) return;
+  const double dt_s = age_s(history_.front());
+  const Pose2& moved = history_.front().then_from_now;
+  const double limit_rad_per_s = deg_to_rad(options_.max_turn_rate_deg_per_s);
+  if (dt_s < 1e-3 || moved.translation_m().norm() > options_.max_speed_m_per_s * dt_s ||
+      std::abs(moved.theta_rad) > limit_rad_per_s * dt_s) {
+    return;
+  }
+  velocity_known_ = true;
+  // The inverse of Velocity2::after to first order in the turn.
+  const Pose2 chord = Pose2{0, 0, -0.5 * moved.theta_rad} * moved;
+  velocity_ = {chord.x_m / dt_s, chord.y_m / dt_s, moved.theta_rad / dt_s};
 }
 
 }  // namespace marco::slam

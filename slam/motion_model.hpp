@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <deque>
 #include <optional>
 
 #include "common/options.hpp"
@@ -25,6 +26,11 @@ struct MotionOptions {
   double acceleration_m_per_s2 = 1.5;
   double turn_acceleration_deg_per_s2 = 120.0;
   double max_gap_s = 1.0;  ///< beyond it the last velocity says nothing
+  /// Stamps of a bursty logger make nonsense of a velocity over one scan period: it is measured
+  /// over at least this long, and not believed above the limits.
+  double velocity_span_s = 0.15;
+  double max_speed_m_per_s = 3.0;
+  double max_turn_rate_deg_per_s = 400.0;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -38,6 +44,9 @@ struct MotionOptions {
     v("acceleration_m_per_s2", acceleration_m_per_s2, kPositive);
     v("turn_acceleration_deg_per_s2", turn_acceleration_deg_per_s2, kPositive);
     v("max_gap_s", max_gap_s, kPositive);
+    v("velocity_span_s", velocity_span_s, kPositive);
+    v("max_speed_m_per_s", max_speed_m_per_s, kPositive);
+    v("max_turn_rate_deg_per_s", max_turn_rate_deg_per_s, kPositive);
   }
 };
 
@@ -76,8 +85,16 @@ class MotionModel {
   MotionGuess from_odometry(const Pose2& step) const;
   MotionGuess from_velocity(double dt_s) const;
 
+  void measure_velocity();
+
+  /// Scans since `velocity_span_s` ago, and the way from each to the newest.
+  struct Step {
+    Utime utime;
+    Pose2 then_from_now;
+  };
   MotionOptions options_;
   std::optional<MotionInput> before_;
+  std::deque<Step> history_;
   Velocity2 velocity_;
   bool velocity_known_ = false;
 };

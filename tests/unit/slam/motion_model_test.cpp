@@ -51,6 +51,20 @@ TEST(MotionModel, WithoutOdometryTheLastVelocityGoesOn) {
   EXPECT_EQ(model.guess(at(0.9)).source, MotionGuess::Source::nothing);
 }
 
+TEST(MotionModel, StampsInBurstsDoNotMakeTheRobotFly) {
+  MotionModel model;
+  const Pose2 step{0.06, 0, 0};  // 0.3 m/s at 5 scans a second, logged two at a time
+  for (int i = 0; i < 20; ++i) {
+    model.update(at(0.4 * (i / 2) + 0.001 * (i % 2)), i == 0 ? Pose2{} : step);
+  }
+  EXPECT_GT(model.velocity().ahead_m_per_s, 0.1);
+  EXPECT_LT(model.velocity().ahead_m_per_s, 0.5);
+  MotionModel first;
+  first.update(at(0.0), {});
+  first.update(at(0.001), step);
+  EXPECT_EQ(first.velocity().ahead_m_per_s, 0.0);
+}
+
 TEST(MotionModel, AGyroReplacesTheHeadingWhereItKnowsBetter) {
   MotionModel model;
   model.update(at(1.0, Pose2{}, 3.0), {});

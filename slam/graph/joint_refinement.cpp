@@ -224,7 +224,11 @@ JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
         options.first_reach_m * std::pow(options.last_reach_m / options.first_reach_m, progress);
     const PlacedPoints placed(scans, poses, reach_m);
     Iteration iteration(options, poses, reach_m);
-    for (const Point& point : placed.points()) iteration.tie(placed, point);
+    const auto stride = static_cast<std::size_t>(options.every_nth_point);
+    for (std::size_t i = static_cast<std::size_t>(result.iterations) % stride;
+         i < placed.points().size(); i += stride) {
+      iteration.tie(placed, placed.points()[i]);
+    }
     for (const PoseGraphEdge& edge : edges) {
       add_edge_to(iteration.equations, edge, poses[static_cast<std::size_t>(edge.from)],
                   poses[static_cast<std::size_t>(edge.to)], options.edge_weight);

@@ -9,12 +9,13 @@
 namespace marco::slam {
 
 struct JointRefinementOptions {
-  int max_iterations = 12;
-  double first_reach_m = 0.30;  ///< how far a point looks for its partner at first
-  double last_reach_m = 0.10;   ///< and in the end
+  int max_iterations = 6;
+  double first_reach_m = 0.15;  ///< how far a point looks for its partner at first
+  double last_reach_m = 0.08;   ///< and in the end
   double sigma_m =
-      0.03;          ///< of the Lorentzian: a larger distance across a wall counts less and less
-  int partners = 6;  ///< scans a point may be tied to at once
+      0.03;  ///< of the Lorentzian: a larger distance across a wall counts less and less
+  int every_nth_point = 2;       ///< looks for partners; another of each n at each iteration
+  int partners = 6;              ///< scans a point may be tied to at once
   double normal_limit_deg = 30;  ///< partners' walls face the same way within this
   double stop_below_m = 2e-4;    ///< largest move of an iteration at which it ends
   double edge_weight = 0.05;  ///< of the graph's edges beside the points, for scans that see little
@@ -25,6 +26,7 @@ struct JointRefinementOptions {
     v("first_reach_m", first_reach_m, kPositive);
     v("last_reach_m", last_reach_m, kPositive);
     v("sigma_m", sigma_m, kPositive);
+    v("every_nth_point", every_nth_point, Limits{1, 100});
     v("partners", partners, Limits{1, 32});
     v("normal_limit_deg", normal_limit_deg, Limits{0.0, 90.0});
     v("stop_below_m", stop_below_m, kPositive);

@@ -104,8 +104,11 @@ bool SlamAdapter::ready(const LaserScan& scan) const {
   // Stamps of a bursty log step backwards by a second: then, too, waiting is of no use.
   const Duration waited = newest_scan_ - scan.utime;
   if (std::abs(waited.seconds()) > options_.patience_s) return true;
-  const auto known = [&scan](const PoseBuffer& buffer) {
-    return buffer.empty() || buffer.newest() >= scan.utime;
+  // A source that has been silent for longer is not waited for any more.
+  const Duration patience = Duration::from_seconds(options_.patience_s);
+  const auto known = [&](const PoseBuffer& buffer) {
+    return buffer.empty() || buffer.newest() >= scan.utime ||
+           scan.utime - buffer.newest() > patience;
   };
   const bool on_pantilt = sensors_.at(scan.channel).mount == SensorInfo::Mount::pantilt;
   return known(motion_.odometry) && (!on_pantilt || known(motion_.pantilt));

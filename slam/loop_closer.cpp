@@ -49,7 +49,19 @@ LoopCloser::LoopCloser(const LoopCloserOptions& options,
   validate(options, "loops");
 }
 
-std::vector<int> LoopCloser::candidates(const std::vector<KeyScan>& keys) const {
+LoopCloser::Drift LoopCloser::drift(double path_m, double since_closed_m) const {
+  const double open_m = std::min(path_m, since_closed_m);
+  const double shift_m = options_.drift_m + options_.drift_m_per_m * open_m +
+                         options_.closed_drift_m_per_m * (path_m - open_m);
+  const double part = options_.closed_drift_m_per_m / options_.drift_m_per_m;
+  const double turn_deg =
+      options_.drift_deg + options_.drift_deg_per_m * (open_m + part * (path_m - open_m));
+  return {std::min(options_.max_drift_m, shift_m),
+          deg_to_rad(std::min(options_.max_drift_deg, turn_deg))};
+}
+
+std::vector<int> LoopCloser::candidates(const std::vector<KeyScan>& keys,
+                                        double since_closed_m) const {
   const KeyScan& newest = keys.back();
   struct Place {
     int key;
@@ -61,10 +73,8 @@ std::vector<int> LoopCloser::candidates(const std::vector<KeyScan>& keys) const 
   for (std::size_t key = 0; key < keys.size(); ++key) {
     const double path_m = newest.path_m - keys[key].path_m;
     if (path_m < options_.min_path_m) break;
-    const double drift_m =
-        std::min(options_.max_drift_m, options_.drift_m + options_.drift_m_per_m * path_m);
     const double distance = distance_m(keys[key].world_from_robot, newest.world_from_robot);
-    if (distance > options_.radius_m + drift_m) {
+    if (distance > options_.radius_m + drift(path_m, since_closed_m).shift_m) {
       in_stretch = false;
     } else if (!in_stretch) {
       places.push_back({static_cast<int>(key), distance});
@@ -82,7 +92,7 @@ std::vector<int> LoopCloser::candidates(const std::vector<KeyScan>& keys) const 
   return result;
 }
 
-bool LoopCloser::verify(const std::vector<KeyScan>& keys, Loop& loop) const {
+bool LoopCloser::verify(const std::vector<KeyScan>& keys, double since_closed_m, Loop& loop) const {
   const KeyScan& old = keys[static_cast<std::size_t>(loop.from)];
   const KeyScan& newest = keys[static_cast<std::size_t>(loop.to)];
   const int first = std::max(0, loop.from - options_.around);
@@ -91,12 +101,8 @@ bool LoopCloser::verify(const std::vector<KeyScan>& keys, Loop& loop) const {
   const int since = std::max(last + 1, loop.to - options_.around);
   const OrientedPoints seen =
       join_points(keys, std::min(since, loop.to), loop.to, newest.world_from_robot.inverse());
-  const double path_m = newest.path_m - old.path_m;
-  const SearchWindow window{
-      newest.world_from_robot,
-      std::min(options_.max_drift_m, options_.drift_m + options_.drift_m_per_m * path_m),
-      deg_to_rad(std::min(options_.max_drift_deg,
-                          options_.drift_deg + options_.drift_deg_per_m * path_m))};
+  const Drift drift = this->drift(newest.path_m - old.path_m, since_closed_m);
+  const SearchWindow window{newest.world_from_robot, drift.shift_m, drift.turn_rad};
   const LikelihoodPyramid likelihood(place.points, coarse_.options());
   const CorrelativeMatch coarse =
       coarse_.search(likelihood, seen.points, window, options_.min_score);
@@ -121,13 +127,14 @@ bool LoopCloser::verify(const std::vector<KeyScan>& keys, Loop& loop) const {
   return true;
 }
 
-std::vector<Loop> LoopCloser::find(const std::vector<KeyScan>& keys) const {
+std::vector<Loop> LoopCloser::find(const std::vector<KeyScan>& keys, double closed_path_m) const {
   std::vector<Loop> loops;
-  for (const int candidate : candidates(keys)) {
+  const double since_closed_m = keys.back().path_m - closed_path_m;
+  for (const int candidate : candidates(keys, since_closed_m)) {
     Loop loop;
     loop.from = candidate;
     loop.to = static_cast<int>(keys.size()) - 1;
-    if (verify(keys, loop)) loops.push_back(loop);
+    if (verify(keys, since_closed_m, loop)) loops.push_back(loop);
   }
   return loops;
 }

@@ -26,7 +26,8 @@ struct LoopCloserOptions {
   double min_path_m = 8.0;       ///< a revisit lies at least this much path back
   double radius_m = 4.0;         ///< between the two places, beside the drift
   double drift_m = 0.3;          ///< how far the path may be off: this ...
-  double drift_m_per_m = 0.03;   ///< ... and this much of the path in between
+  double drift_m_per_m = 0.03;   ///< ... this much of the path since a loop was last closed ...
+  double closed_drift_m_per_m = 0.005;  ///< ... and this much of the path before
   double max_drift_m = 4.0;
   double drift_deg = 4.0;
   double drift_deg_per_m = 0.3;
@@ -45,6 +46,7 @@ struct LoopCloserOptions {
     v("radius_m", radius_m, kPositive);
     v("drift_m", drift_m, kPositive);
     v("drift_m_per_m", drift_m_per_m, kNotNegative);
+    v("closed_drift_m_per_m", closed_drift_m_per_m, kNotNegative);
     v("max_drift_m", max_drift_m, kPositive);
     v("drift_deg", drift_deg, kPositive);
     v("drift_deg_per_m", drift_deg_per_m, kNotNegative);
@@ -81,13 +83,19 @@ class LoopCloser {
              const SurfelMatcher& fine);
 
   /// @param keys  with their present poses; the last one is the newest
-  std::vector<Loop> find(const std::vector<KeyScan>& keys) const;
+  /// @param closed_path_m  path driven when a loop was last closed; 0 = never
+  std::vector<Loop> find(const std::vector<KeyScan>& keys, double closed_path_m) const;
 
   const LoopCloserOptions& options() const { return options_; }
 
  private:
-  std::vector<int> candidates(const std::vector<KeyScan>& keys) const;
-  bool verify(const std::vector<KeyScan>& keys, Loop& loop) const;
+  struct Drift {
+    double shift_m;
+    double turn_rad;
+  };
+  Drift drift(double path_m, double since_closed_m) const;
+  std::vector<int> candidates(const std::vector<KeyScan>& keys, double since_closed_m) const;
+  bool verify(const std::vector<KeyScan>& keys, double since_closed_m, Loop& loop) const;
 
   LoopCloserOptions options_;
   CorrelativeMatcher coarse_;

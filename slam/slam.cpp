@@ -149,8 +149,9 @@ bool Slam::close_loops() {
   const double path_m = keys_.back().path_m;
   if (path_m - last_search_path_m_ < options_.loops.attempt_every_m) return false;
   last_search_path_m_ = path_m;
-  const std::vector<Loop> found = loop_closer_.find(keys_);
+  const std::vector<Loop> found = loop_closer_.find(keys_, closed_path_m_);
   if (found.empty()) return false;
+  closed_path_m_ = path_m;
   for (const Loop& loop : found) {
     loops_.push_back(loop);
     graph_.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});

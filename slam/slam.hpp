@@ -140,6 +140,7 @@ class Slam {
   Pose2 world_from_robot_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   double last_search_path_m_ = 0.0;  ///< of the last look for loops
+  double closed_path_m_ = 0.0;       ///< when a loop was last closed
   JointRefinementResult refined_;
   int64_t revision_ = 0;
 };

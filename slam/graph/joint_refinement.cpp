@@ -1,6 +1,5 @@
 #include "slam/graph/joint_refinement.hpp"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +11,10 @@ namespace marco::slam {
 namespace {
 
 constexpr int kMaxPartners = 32;
+
+// The next iteration finds new partners anyway: the step need not be exact.
+constexpr double kSolverTolerance = 1e-4;
+constexpr int kSolverIterations = 300;
 
 // All points of all scans in the world, in the order of the cells they lie in.
 class PlacedPoints {
@@ -216,7 +219,6 @@ JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
     result.converged = true;
     return result;
   }
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver;
   while (result.iterations < options.max_iterations && !result.converged) {
     // The reach shrinks by the same factor each time and arrives half way.
     const double progress = std::min(1.0, 2.0 * result.iterations / options.max_iterations);
@@ -233,16 +235,13 @@ JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
       add_edge_to(iteration.equations, edge, poses[static_cast<std::size_t>(edge.from)],
                   poses[static_cast<std::size_t>(edge.to)], options.edge_weight);
     }
-    Eigen::SparseMatrix<double> hessian = iteration.equations.hessian();
-    hessian.diagonal() = (hessian.diagonal() * (1.0 + 1e-6)).cwiseMax(1e-6);
-    solver.compute(hessian);
     ++result.iterations;
     result.ties = iteration.ties;
     result.rms_m =
         iteration.weight_sum > 0 ? std::sqrt(iteration.error_sum / iteration.weight_sum) : 0.0;
-    if (solver.info() != Eigen::Success) break;
     const std::vector<Pose2> before = poses;
-    move_poses(poses, -solver.solve(iteration.equations.gradient()));
+    move_poses(poses,
+               -iteration.equations.solve_iteratively(1e-6, kSolverTolerance, kSolverIterations));
     result.converged = progress >= 1.0 && largest_move_m(before, poses) < options.stop_below_m;
   }
   return result;

@@ -1,5 +1,7 @@
 #include "slam/graph/sparse_normal_equations.hpp"
 
+#include <Eigen/LU>
+#include <algorithm>
 #include <utility>
 
 namespace marco::slam {
@@ -49,6 +51,59 @@ Eigen::SparseMatrix<double> SparseNormalEquations::hessian() const {
   Eigen::SparseMatrix<double> matrix(gradient_.size(), gradient_.size());
   matrix.setFromTriplets(triplets.begin(), triplets.end());
   return matrix;
+}
+
+Eigen::VectorXd SparseNormalEquations::solve_iteratively(double damping,
+                                                         double tolerance,
+                                                         int max_iterations) const {
+  struct Block {
+    Eigen::Index row;
+    Eigen::Index column;
+    Eigen::Matrix3d value;
+  };
+  std::vector<Block> below;
+  below.reserve(below_.size());
+  for (const auto& [key, value] : below_) {
+    below.push_back({3 * static_cast<Eigen::Index>(key >> 32U),
+                     3 * static_cast<Eigen::Index>(key & 0xFFFFFFFFU), value});
+  }
+  std::sort(below.begin(), below.end(), [](const Block& a, const Block& b) {
+    return a.row != b.row ? a.row < b.row : a.column < b.column;
+  });
+  std::vector<Eigen::Matrix3d> diagonal = diagonal_, inverse(diagonal_.size());
+  for (std::size_t i = 0; i < diagonal.size(); ++i) {
+    diagonal[i].diagonal() = (diagonal[i].diagonal() * (1.0 + damping)).cwiseMax(1e-6);
+    inverse[i] = diagonal[i].inverse();
+  }
+  const auto times = [](const std::vector<Eigen::Matrix3d>& blocks, const Eigen::VectorXd& x) {
+    Eigen::VectorXd y(x.size());
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const auto at = 3 * static_cast<Eigen::Index>(i);
+      y.segment<3>(at).noalias() = blocks[i] * x.segment<3>(at);
+    }
+    return y;
+  };
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(gradient_.size());
+  Eigen::VectorXd residual = gradient_, preconditioned = times(inverse, residual);
+  Eigen::VectorXd direction = preconditioned;
+  double product = residual.dot(preconditioned);
+  const double goal = tolerance * gradient_.norm();
+  for (int i = 0; i < max_iterations && residual.norm() > goal && product > 0.0; ++i) {
+    Eigen::VectorXd image = times(diagonal, direction);
+    for (const Block& block : below) {
+      image.segment<3>(block.row).noalias() += block.value * direction.segment<3>(block.column);
+      image.segment<3>(block.column).noalias() +=
+          block.value.transpose() * direction.segment<3>(block.row);
+    }
+    const double step = product / direction.dot(image);
+    x += step * direction;
+    residual -= step * image;
+    preconditioned = times(inverse, residual);
+    const double next = residual.dot(preconditioned);
+    direction = preconditioned + (next / product) * direction;
+    product = next;
+  }
+  return x;
 }
 
 void move_poses(std::vector<Pose2>& poses, const Eigen::VectorXd& step) {

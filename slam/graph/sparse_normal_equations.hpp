@@ -18,6 +18,13 @@ class SparseNormalEquations {
   void add_block(int row_node, int column_node, const Eigen::Matrix3d& block);
   void add_gradient(int node, const Eigen::Vector3d& part);
 
+  /// The solution x of hessian * x = gradient by conjugate gradients, preconditioned by the
+  /// inverses of the diagonal blocks: for systems as dense as a place seen many times, where a
+  /// factorization fills up.
+  /// @param damping  added to the diagonal, as a part of it
+  /// @param tolerance  of the residual, as a part of the gradient's length
+  Eigen::VectorXd solve_iteratively(double damping, double tolerance, int max_iterations) const;
+
   const Eigen::VectorXd& gradient() const { return gradient_; }
   /// The lower triangle.
   Eigen::SparseMatrix<double> hessian() const;

@@ -36,6 +36,7 @@ struct Quality {
 struct SurfelMatcher::Level {
   const SurfelMap& map;
   double sigma_m;
+  Eigen::Index stride;
 };
 
 // Points and normals as floats in the robot's frame.
@@ -50,7 +51,9 @@ struct SurfelMatcher::Points {
     const auto s = static_cast<float>(std::sin(pose.theta_rad));
     const Eigen::Vector2f shift = (pose.translation_m() - level.map.centre_m()).cast<float>();
     const double inverse_sigma2 = 1.0 / (level.sigma_m * level.sigma_m);
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    // log(a) + log(b) + ... as the log of a product, taken before it can overflow.
+    double product = 1.0;
+    for (Eigen::Index i = 0; i < points.cols(); i += level.stride) {
       const Eigen::Vector2f arm(c * points(0, i) - s * points(1, i),
                                 s * points(0, i) + c * points(1, i));
       const Eigen::Vector2f normal(c * normals(0, i) - s * normals(1, i),
@@ -75,8 +78,13 @@ struct SurfelMatcher::Points {
       total.bx += weight * error * nx;
       total.by += weight * error * ny;
       total.bt += weight * error * t;
-      total.cost += std::log1p(scaled);
+      product *= 1.0 + scaled;
+      if (product > 1e250) {
+        total.cost += std::log(product);
+        product = 1.0;
+      }
     }
+    total.cost += std::log(product);
     return total;
   }
 
@@ -176,9 +184,11 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
   const Points points(points_in_robot);
   Pose2 pose = map_from_robot_guess;
   for (std::size_t level = 0; level < map.levels().size(); ++level) {
-    pose = run_level({map.levels()[level], options_.sigmas_m[level]}, points, pose, match, prior);
+    pose = run_level({map.levels()[level], options_.sigmas_m[level],
+                      static_cast<Eigen::Index>(options_.every_nth_point[level])},
+                     points, pose, match, prior);
   }
-  const Level finest{map.levels().back(), options_.sigmas_m.back()};
+  const Level finest{map.levels().back(), options_.sigmas_m.back(), 1};
   judge(finest, points, pose, match);
   return match;
 }

@@ -13,6 +13,8 @@ struct SurfelMatcherOptions {
   std::vector<double> cells_m = {0.6, 0.2, 0.1};
   /// Lorentzian's sigma at each level: the thesis' schedule of runs.
   std::vector<double> sigmas_m = {0.20, 0.06, 0.02};
+  /// Only every nth point is used while the match is still coarse.
+  std::vector<double> every_nth_point = {4, 2, 1};
   int max_iterations = 12;     ///< a level
   double stop_below_m = 2e-4;  ///< step at which a level has converged
   double stop_below_deg = 0.005;
@@ -24,6 +26,7 @@ struct SurfelMatcherOptions {
   void visit(Visitor& v) {
     v("cells_m", cells_m, Limits{0.02, 5.0});
     v("sigmas_m", sigmas_m, Limits{0.001, 5.0});
+    v("every_nth_point", every_nth_point, Limits{1, 1000});
     v("max_iterations", max_iterations, Limits{1, 1000});
     v("stop_below_m", stop_below_m, kPositive);
     v("stop_below_deg", stop_below_deg, kPositive);
@@ -75,7 +78,7 @@ class SurfelPyramid {
 /// optimum; a prior from odometry is one more term. Const: safe from several threads.
 class SurfelMatcher {
  public:
-  /// @throws std::invalid_argument unless there is one sigma a cell size.
+  /// @throws std::invalid_argument unless each level has a cell size, a sigma and an nth point.
   explicit SurfelMatcher(const SurfelMatcherOptions& options = {});
 
   /// @param prior may be null.

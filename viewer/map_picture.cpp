@@ -21,15 +21,6 @@ struct LegendEntry {
   Rgb color;
 };
 
-std::string length_label(double length_m) {
-  char text[32];
-  if (length_m < 1.0)
-    std::snprintf(text, sizeof text, "%.0f cm", 100.0 * length_m);
-  else
-    std::snprintf(text, sizeof text, "%g m", length_m);
-  return text;
-}
-
 Rgb cell_color(uint8_t percent) {
   if (percent == GridMap::kUnknown) return palette::kUnknown;
   const double part = std::min<double>(percent, 100.0) / 100.0;
@@ -317,6 +308,15 @@ double round_length(double length) {
   for (const double factor : {5.0, 2.0})
     if (factor * decade <= length) return factor * decade;
   return decade;
+}
+
+std::string length_label(double length_m) {
+  char text[32];
+  if (length_m < 1.0)
+    std::snprintf(text, sizeof text, "%.0f cm", 100.0 * length_m);
+  else
+    std::snprintf(text, sizeof text, "%g m", length_m);
+  return text;
 }
 
 MapPicture draw_map(const Scene& scene, const MapPictureOptions& options) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "common/options.hpp"
 #include "viewer/picture.hpp"
 #include "viewer/scene.hpp"
@@ -48,5 +50,8 @@ MapPicture draw_map(const Scene& scene, const MapPictureOptions& options = {});
 
 /// 1, 2 or 5 times a power of ten, the largest one not above `length`. @param length > 0.
 double round_length(double length);
+
+/// "5 m", "20 cm".
+std::string length_label(double length_m);
 
 }  // namespace marco::viewer

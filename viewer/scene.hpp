@@ -69,7 +69,8 @@ struct EllipseItem {
 /// All that one picture shows, in one world frame: x, y on the floor, z up. A plain value: the
 /// renderer copies what it needs.
 struct Scene {
-  std::optional<GridMap> grid;  ///< lies on the floor, z = 0
+  std::optional<GridMap> grid;      ///< lies on the floor, z = 0
+  double grid_wall_height_m = 0.0;  ///< above 0: occupied cells (> 65 %) stand up as walls in 3D
   std::vector<MeshItem> meshes;
   std::vector<PointsItem> points;
   std::vector<PathItem> paths;

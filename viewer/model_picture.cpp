@@ -1,0 +1,236 @@
+#include "viewer/model_picture.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "common/check.hpp"
+#include "viewer/canvas.hpp"
+#include "viewer/map_picture.hpp"
+
+namespace marco::viewer {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kLevelBin_m = 0.05;
+constexpr double kLeastRoomHeight_m = 1.6;
+constexpr double kEyeHeight_m = 1.25;
+
+struct Patch {
+  Vector3d middle_m;
+  Vector3d normal;
+  double area_m2;
+};
+
+std::vector<Patch> patches_of(const Scene& scene) {
+  std::vector<Patch> patches;
+  for (const MeshItem& item : scene.meshes) {
+    const auto& vertices = item.mesh->vertices_m;
+    for (const auto& triangle : item.mesh->triangles) {
+      if (std::max({triangle[0], triangle[1], triangle[2]}) >= vertices.size()) continue;
+      const Vector3d a = vertices[triangle[0]].cast<double>();
+      const Vector3d b = vertices[triangle[1]].cast<double>();
+      const Vector3d c = vertices[triangle[2]].cast<double>();
+      const Vector3d twice = (b - a).cross(c - a);
+      const double area = 0.5 * twice.norm();
+      if (std::isfinite(area) && area > 0.0)
+        patches.push_back({(a + b + c) / 3.0, twice.normalized(), area});
+    }
+  }
+  return patches;
+}
+
+double total_area(const std::vector<Patch>& patches) {
+  double sum = 0.0;
+  for (const Patch& patch : patches) sum += patch.area_m2;
+  return sum;
+}
+
+// The box of all but the outermost part of the surface, a side at a time.
+Box box_without_strays(std::vector<Patch> patches, double stray_part) {
+  const double allowed = stray_part * total_area(patches);
+  Box box;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::sort(patches.begin(), patches.end(), [axis](const Patch& a, const Patch& b) {
+      return a.middle_m[axis] < b.middle_m[axis];
+    });
+    double outside = 0.0;
+    for (const Patch& patch : patches) {
+      box.min_m[axis] = patch.middle_m[axis];
+      if ((outside += patch.area_m2) > allowed) break;
+    }
+    outside = 0.0;
+    for (auto patch = patches.rbegin(); patch != patches.rend(); ++patch) {
+      box.max_m[axis] = patch->middle_m[axis];
+      if ((outside += patch->area_m2) > allowed) break;
+    }
+  }
+  return box;
+}
+
+struct Level {
+  double area_m2 = 0.0;
+  double facing_up_m2 = 0.0;
+};
+
+std::map<int, Level> level_surfaces(const std::vector<Patch>& patches) {
+  std::map<int, Level> levels;
+  for (const Patch& patch : patches) {
+    if (std::abs(patch.normal.z()) < 0.85) continue;
+    Level& level = levels[static_cast<int>(std::floor(patch.middle_m.z() / kLevelBin_m))];
+    level.area_m2 += patch.area_m2;
+    if (patch.normal.z() > 0.0) level.facing_up_m2 += patch.area_m2;
+  }
+  return levels;
+}
+
+void find_floor_and_ceiling(const std::vector<Patch>& patches, ModelSurvey& survey) {
+  const std::map<int, Level> levels = level_surfaces(patches);
+  double largest = 0.0;
+  for (const auto& [bin, level] : levels) largest = std::max(largest, level.area_m2);
+  survey.floor_m = survey.box.min_m.z();
+  const auto is_large = [largest](const auto& entry) {
+    return entry.second.area_m2 > 0.2 * largest;
+  };
+  const auto floor = std::find_if(levels.begin(), levels.end(), is_large);
+  if (floor == levels.end()) return;
+  survey.floor_m = floor->first * kLevelBin_m;
+  // A floor is rarely level to one bin: what lies a little above belongs to it.
+  double area = 0.0, up = 0.0;
+  for (auto level = floor; level != levels.end() && level->first <= floor->first + 4; ++level) {
+    area += level->second.area_m2;
+    up += level->second.facing_up_m2;
+  }
+  survey.visible_from_inside = up > 0.9 * area;
+  const auto ceiling = std::find_if(levels.rbegin(), levels.rend(), is_large);
+  if ((ceiling->first - floor->first) * kLevelBin_m > kLeastRoomHeight_m)
+    survey.ceiling_m = ceiling->first * kLevelBin_m;
+}
+
+// Across the longer side, a little from the corner: depth shows and the picture is filled.
+double slanted_azimuth_rad(const Box& box) {
+  const bool long_in_x = box.size_m().x() >= box.size_m().y();
+  return deg_to_rad(long_in_x ? -90.0 + 24.0 : 24.0);
+}
+
+Vector3d place_to_look_from(const Scene& scene, const ModelSurvey& survey) {
+  const PathItem* longest = nullptr;
+  for (const PathItem& path : scene.paths)
+    if (!path.poses.empty() && (longest == nullptr || path.poses.size() > longest->poses.size()))
+      longest = &path;
+  const double height_m = survey.floor_m + kEyeHeight_m;
+  if (longest != nullptr) {
+    const Pose2& pose = longest->poses[longest->poses.size() / 2].world_from_robot;
+    return {pose.x_m, pose.y_m, height_m};
+  }
+  return {survey.box.center_m().x(), survey.box.center_m().y(), height_m};
+}
+
+}  // namespace
+
+ModelSurvey survey_model(const Scene& scene) {
+  const std::vector<Patch> patches = patches_of(scene);
+  require(!patches.empty(), "the model has no triangle with an area: nothing to look at");
+  ModelSurvey survey;
+  survey.box = box_without_strays(patches, 0.005);
+  find_floor_and_ceiling(patches, survey);
+  return survey;
+}
+
+ViewPlan plan_view(
+    const Scene& scene, View view, const Look& look, Projection projection, PictureSize size) {
+  ViewPlan plan;
+  plan.look = look;
+  plan.camera.projection = projection;
+  if (scene.meshes.empty()) {
+    const Box box = bounding_box(scene);
+    plan.camera.field_of_view_rad = deg_to_rad(40.0);
+    plan.camera =
+        fit_camera(plan.camera, box, slanted_azimuth_rad(box), deg_to_rad(55.0), size.aspect());
+    return plan;
+  }
+  const ModelSurvey survey = survey_model(scene);
+  Box box = survey.box;
+  plan.look.height_range_m = {survey.floor_m, survey.ceiling_m.value_or(box.max_m.z())};
+  if (view == View::eye) {
+    const Vector3d eye = place_to_look_from(scene, survey);
+    plan.camera = camera_at(make_pose3(eye));
+    plan.camera.projection = projection;
+    plan.camera.view_height_m = box.size_m().z();
+    plan.camera.far_m = 4.0 * box.size_m().norm() + 10.0;
+    return plan;
+  }
+  if (survey.visible_from_inside) plan.look.back_faces = BackFaces::hide;
+  plan.camera.field_of_view_rad = deg_to_rad(35.0);
+  double elevation_rad = deg_to_rad(14.0);
+  if (view == View::above) {
+    elevation_rad = deg_to_rad(52.0);
+    if (survey.ceiling_m) {
+      plan.look.cut_height_m = survey.floor_m + 0.8 * (*survey.ceiling_m - survey.floor_m);
+      box.max_m.z() = std::min(box.max_m.z(), plan.look.cut_height_m);
+    }
+  }
+  plan.camera =
+      fit_camera(plan.camera, box, slanted_azimuth_rad(box), elevation_rad, size.aspect());
+  return plan;
+}
+
+double best_heading_rad(Renderer& renderer, const Eigen::Vector3d& eye_m) {
+  constexpr PictureSize kSmall{96, 54};
+  constexpr int kHeadings = 16;
+  Look look;
+  look.supersampling = 1;
+  double best = -1.0, best_heading = 0.0;
+  for (int i = 0; i < kHeadings; ++i) {
+    const double heading = 2.0 * std::numbers::pi * i / kHeadings;
+    const Camera camera = camera_at(make_pose3(eye_m, 0.0, 0.0, heading));
+    double worth = 0.0;
+    for (const float depth_m : renderer.draw_depth_m(camera, look, kSmall))
+      if (std::isfinite(depth_m)) worth += std::log1p(std::min(static_cast<double>(depth_m), 12.0));
+    if (worth > best) {
+      best = worth;
+      best_heading = heading;
+    }
+  }
+  return normalize_angle(best_heading);
+}
+
+Picture add_scale_bar(const Picture& picture, const Camera& camera, const Box& box) {
+  const double length_m = round_length(std::max(box.size_m().head<2>().maxCoeff() / 5.0, 1e-3));
+  const Vector3d towards_eye = camera.eye_m - box.center_m();
+  const bool along_x = std::abs(towards_eye.y()) >= std::abs(towards_eye.x());
+  // The corner at the left of the edge that is nearest to the eye.
+  Vector3d from(towards_eye.x() > 0.0 ? box.max_m.x() : box.min_m.x(),
+                towards_eye.y() > 0.0 ? box.max_m.y() : box.min_m.y(), box.min_m.z());
+  Vector3d along = Vector3d::Zero();
+  if (along_x) {
+    along.x() = towards_eye.y() > 0.0 ? -length_m : length_m;
+    from.x() = towards_eye.y() > 0.0 ? box.max_m.x() : box.min_m.x();
+    from.y() += towards_eye.y() > 0.0 ? 0.25 : -0.25;
+  } else {
+    along.y() = towards_eye.x() > 0.0 ? length_m : -length_m;
+    from.y() = towards_eye.x() > 0.0 ? box.min_m.y() : box.max_m.y();
+    from.x() += towards_eye.x() > 0.0 ? 0.25 : -0.25;
+  }
+  const Vector3d begin = project(camera, from, picture.width_px, picture.height_px);
+  const Vector3d end = project(camera, from + along, picture.width_px, picture.height_px);
+  const double text_px = std::clamp(picture.height_px / 52.0, 9.0, 60.0);
+  const auto inside = [&](const Vector3d& point) {
+    return point.z() > 0.0 && point.x() >= 0.0 && point.x() < picture.width_px &&
+           point.y() >= 0.0 && point.y() < picture.height_px;
+  };
+  if (!inside(begin) || !inside(end)) return picture;
+  Canvas canvas(picture);
+  canvas.draw_line(begin.head<2>(), end.head<2>(), palette::kText, 0.3 * text_px);
+  const std::string label = length_label(length_m);
+  const Eigen::Vector2d middle = 0.5 * (begin + end).head<2>();
+  canvas.draw_text(label,
+                   {middle.x() - 0.5 * Canvas::text_width_px(label, text_px),
+                    std::min(middle.y() + 1.6 * text_px, picture.height_px - 0.8 * text_px)},
+                   text_px, palette::kText);
+  return canvas.finish();
+}
+
+}  // namespace marco::viewer

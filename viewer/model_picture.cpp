@@ -1,9 +1,7 @@
 #include "viewer/model_picture.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "common/check.hpp"
 #include "viewer/canvas.hpp"
@@ -14,100 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kLevelBin_m = 0.05;
-constexpr double kLeastRoomHeight_m = 1.6;
 constexpr double kEyeHeight_m = 1.25;
-
-struct Patch {
-  Vector3d middle_m;
-  Vector3d normal;
-  double area_m2;
-};
-
-std::vector<Patch> patches_of(const Scene& scene) {
-  std::vector<Patch> patches;
-  for (const MeshItem& item : scene.meshes) {
-    const auto& vertices = item.mesh->vertices_m;
-    for (const auto& triangle : item.mesh->triangles) {
-      if (std::max({triangle[0], triangle[1], triangle[2]}) >= vertices.size()) continue;
-      const Vector3d a = vertices[triangle[0]].cast<double>();
-      const Vector3d b = vertices[triangle[1]].cast<double>();
-      const Vector3d c = vertices[triangle[2]].cast<double>();
-      const Vector3d twice = (b - a).cross(c - a);
-      const double area = 0.5 * twice.norm();
-      if (std::isfinite(area) && area > 0.0)
-        patches.push_back({(a + b + c) / 3.0, twice.normalized(), area});
-    }
-  }
-  return patches;
-}
-
-double total_area(const std::vector<Patch>& patches) {
-  double sum = 0.0;
-  for (const Patch& patch : patches) sum += patch.area_m2;
-  return sum;
-}
-
-// The box of all but the outermost part of the surface, a side at a time.
-Box box_without_strays(std::vector<Patch> patches, double stray_part) {
-  const double allowed = stray_part * total_area(patches);
-  Box box;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::sort(patches.begin(), patches.end(), [axis](const Patch& a, const Patch& b) {
-      return a.middle_m[axis] < b.middle_m[axis];
-    });
-    double outside = 0.0;
-    for (const Patch& patch : patches) {
-      box.min_m[axis] = patch.middle_m[axis];
-      if ((outside += patch.area_m2) > allowed) break;
-    }
-    outside = 0.0;
-    for (auto patch = patches.rbegin(); patch != patches.rend(); ++patch) {
-      box.max_m[axis] = patch->middle_m[axis];
-      if ((outside += patch->area_m2) > allowed) break;
-    }
-  }
-  return box;
-}
-
-struct Level {
-  double area_m2 = 0.0;
-  double facing_up_m2 = 0.0;
-};
-
-std::map<int, Level> level_surfaces(const std::vector<Patch>& patches) {
-  std::map<int, Level> levels;
-  for (const Patch& patch : patches) {
-    if (std::abs(patch.normal.z()) < 0.85) continue;
-    Level& level = levels[static_cast<int>(std::floor(patch.middle_m.z() / kLevelBin_m))];
-    level.area_m2 += patch.area_m2;
-    if (patch.normal.z() > 0.0) level.facing_up_m2 += patch.area_m2;
-  }
-  return levels;
-}
-
-void find_floor_and_ceiling(const std::vector<Patch>& patches, ModelSurvey& survey) {
-  const std::map<int, Level> levels = level_surfaces(patches);
-  double largest = 0.0;
-  for (const auto& [bin, level] : levels) largest = std::max(largest, level.area_m2);
-  survey.floor_m = survey.box.min_m.z();
-  const auto is_large = [largest](const auto& entry) {
-    return entry.second.area_m2 > 0.2 * largest;
-  };
-  const auto floor = std::find_if(levels.begin(), levels.end(), is_large);
-  if (floor == levels.end()) return;
-  survey.floor_m = floor->first * kLevelBin_m;
-  // A floor is rarely level to one bin: what lies a little above belongs to it.
-  double area = 0.0, up = 0.0;
-  for (auto level = floor; level != levels.end() && level->first <= floor->first + 4; ++level) {
-    area += level->second.area_m2;
-    up += level->second.facing_up_m2;
-  }
-  survey.visible_from_inside = up > 0.9 * area;
-  const auto ceiling = std::find_if(levels.rbegin(), levels.rend(), is_large);
-  if ((ceiling->first - floor->first) * kLevelBin_m > kLeastRoomHeight_m)
-    survey.ceiling_m = ceiling->first * kLevelBin_m;
-}
 
 // Across the longer side, a little from the corner: depth shows and the picture is filled.
 double slanted_azimuth_rad(const Box& box) {
@@ -129,15 +34,6 @@ Vector3d place_to_look_from(const Scene& scene, const ModelSurvey& survey) {
 }
 
 }  // namespace
-
-ModelSurvey survey_model(const Scene& scene) {
-  const std::vector<Patch> patches = patches_of(scene);
-  require(!patches.empty(), "the model has no triangle with an area: nothing to look at");
-  ModelSurvey survey;
-  survey.box = box_without_strays(patches, 0.005);
-  find_floor_and_ceiling(patches, survey);
-  return survey;
-}
 
 ViewPlan plan_view(
     const Scene& scene, View view, const Look& look, Projection projection, PictureSize size) {

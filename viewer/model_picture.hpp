@@ -1,21 +1,9 @@
 #pragma once
 
-#include <optional>
-
+#include "viewer/model_survey.hpp"
 #include "viewer/renderer.hpp"
 
 namespace marco::viewer {
-
-/// What a model's triangles tell about the rooms in it.
-struct ModelSurvey {
-  Box box;  ///< without strays: 0.5 % of the surface may lie outside on each side
-  double floor_m = 0.0;
-  std::optional<double> ceiling_m;   ///< the highest large level surface well above the floor
-  bool visible_from_inside = false;  ///< floors' triangles face up: back faces are walls' outsides
-};
-
-/// @throws std::invalid_argument when the scene's meshes hold no triangle with an area.
-ModelSurvey survey_model(const Scene& scene);
 
 /// above: at a slant into the rooms, ceiling taken off. front: from a side, as a doll's house. eye:
 /// from the middle of the longest path, or of the model, where there is most to see.

@@ -276,10 +276,11 @@ class Renderer::Implementation {
                                        const Look& look,
                                        PictureSize size,
                                        const Tile& tile) {
-    const RenderTarget& raw =
-        target(openness_target_, RenderTarget::Kind::openness, tile.width, tile.height);
+    // Shadows are soft: one sample a finished pixel is enough, whatever the supersampling.
+    const int width = tile.width / look.supersampling, height = tile.height / look.supersampling;
+    const RenderTarget& raw = target(openness_target_, RenderTarget::Kind::openness, width, height);
     const RenderTarget& blurred =
-        target(blurred_target_, RenderTarget::Kind::openness, tile.width, tile.height);
+        target(blurred_target_, RenderTarget::Kind::openness, width, height);
     const RenderTarget& composed =
         target(composed_target_, RenderTarget::Kind::color, tile.width, tile.height);
     const Eigen::Matrix4d clip = clip_from_camera(camera, size.aspect());
@@ -303,6 +304,7 @@ class Renderer::Implementation {
       program.set_texture("colors", 2);
       program.set("camera_from_clip", camera_from_tile);
       program.set("size_px", size_px);
+      program.set("stride", static_cast<double>(look.supersampling));
     };
     pass(occlusion_, raw, 0);
     occlusion_.set("radius_m", look.occlusion_radius_m);

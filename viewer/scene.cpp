@@ -3,13 +3,13 @@
 namespace marco::viewer {
 namespace {
 
-void add_grid(const GridMap& grid, Box& box) {
+void add_grid(const GridMap& grid, double height_m, Box& box) {
   for (int y = 0; y < grid.height_cells; ++y) {
     for (int x = 0; x < grid.width_cells; ++x) {
       if (grid.at(x, y) == GridMap::kUnknown) continue;
       const Eigen::Vector2d corner = grid.origin_m + grid.resolution_m * Eigen::Vector2d(x, y);
       box.add({corner.x(), corner.y(), 0.0});
-      box.add({corner.x() + grid.resolution_m, corner.y() + grid.resolution_m, 0.0});
+      box.add({corner.x() + grid.resolution_m, corner.y() + grid.resolution_m, height_m});
     }
   }
 }
@@ -22,7 +22,7 @@ void add_flat(const Eigen::Vector2d& point_m, double height_m, Box& box) {
 
 Box bounding_box(const Scene& scene) {
   Box box;
-  if (scene.grid) add_grid(*scene.grid, box);
+  if (scene.grid) add_grid(*scene.grid, scene.grid_wall_height_m, box);
   for (const MeshItem& item : scene.meshes)
     for (const Eigen::Vector3f& vertex : item.mesh->vertices_m) box.add(vertex.cast<double>());
   for (const PointsItem& item : scene.points)

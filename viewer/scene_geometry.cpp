@@ -93,7 +93,7 @@ bool occupied(const GridMap& grid, int x, int y) {
 void add_grid(const GridMap& grid, double wall_height_m, Geometry& out) {
   constexpr Rgb kGround{236, 236, 232};
   constexpr Rgb kFlatWall{50, 52, 58};
-  constexpr Rgb kUprightWall{150, 162, 180};
+  constexpr Rgb kUprightWall{186, 197, 214};
   const double cell = grid.resolution_m;
   for (int y = 0; y < grid.height_cells; ++y) {
     for (int x = 0, end = 0; x < grid.width_cells; x = end) {
@@ -200,9 +200,9 @@ void add_single(const Vector3f& point, Rgb color, Geometry& out) {
 SceneGeometry build_geometry(const Scene& scene) {
   SceneGeometry geometry;
   const Box box = bounding_box(scene);
-  // Seen whole, a path is about two pixels wide.
+  // Seen whole, a path is about three pixels wide.
   const double bar_radius_m =
-      box.empty() ? 0.02 : std::clamp(0.0012 * box.size_m().norm(), 0.01, 0.2);
+      box.empty() ? 0.02 : std::clamp(0.0018 * box.size_m().norm(), 0.01, 0.2);
   for (const MeshItem& item : scene.meshes) add_mesh(item, geometry.surfaces);
   if (scene.grid) add_grid(*scene.grid, scene.grid_wall_height_m, geometry.props);
   for (const WallItem& wall : scene.walls) add_wall(wall, geometry.props);

@@ -39,9 +39,9 @@ uniform float high_m;
 out vec4 shown;
 
 vec3 height_color(float part) {
-  const vec3 stops[5] = vec3[5](vec3(0.36, 0.46, 0.66), vec3(0.47, 0.70, 0.74),
-                                vec3(0.86, 0.87, 0.72), vec3(0.95, 0.78, 0.53),
-                                vec3(0.84, 0.50, 0.40));
+  const vec3 stops[5] = vec3[5](vec3(0.60, 0.69, 0.82), vec3(0.62, 0.81, 0.82),
+                                vec3(0.91, 0.91, 0.80), vec3(0.97, 0.84, 0.64),
+                                vec3(0.90, 0.63, 0.53));
   float place = clamp(part, 0.0, 1.0) * 4.0;
   int stop = min(int(place), 3);
   return mix(stops[stop], stops[stop + 1], place - float(stop));
@@ -64,7 +64,7 @@ void main() {
 #if defined(LIGHT_THESIS)
   float light = 0.3 + 0.3 * max(dot(n, normalize(lamp_m - world_m)), 0.0);
 #elif defined(LIGHT_ROOM)
-  float light = 0.56 + 0.16 * n.z + 0.34 * max(dot(n, lamp_direction), 0.0);
+  float light = 0.66 + 0.09 * n.z + 0.30 * max(dot(n, lamp_direction), 0.0);
   if (length_of_normal == 0.0) light = 1.0;
 #else
   float light = 1.0;
@@ -89,6 +89,7 @@ uniform vec2 size_px;
 uniform float radius_m;
 uniform float px_per_m_at_1m;
 uniform float perspective;
+uniform float stride;
 out vec4 openness;
 const int kSamples = 14;
 
@@ -102,7 +103,7 @@ vec3 position_at(ivec2 px) {
 vec3 smaller(vec3 a, vec3 b) { return abs(a.z) < abs(b.z) ? a : b; }
 
 void main() {
-  ivec2 px = ivec2(gl_FragCoord.xy);
+  ivec2 px = ivec2(gl_FragCoord.xy) * int(stride);
   if (texelFetch(depth, px, 0).r >= 1.0) { openness = vec4(1.0); return; }
   vec3 here = position_at(px);
   vec3 across = smaller(position_at(px + ivec2(1, 0)) - here, here - position_at(px - ivec2(1, 0)));
@@ -110,9 +111,9 @@ void main() {
   vec3 n = normalize(cross(across, upward));
   float reach_px = radius_m * px_per_m_at_1m / mix(1.0, max(-here.z, 0.01), perspective);
   reach_px = clamp(reach_px, 3.0, 0.25 * size_px.y);
-  float turn = 6.2831853 * fract(52.9829189 * fract(dot(vec2(px), vec2(0.06711056, 0.00583715))));
+  float turn = 6.2831853 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
   float r2 = radius_m * radius_m;
-  float bias = 0.015 * radius_m + 0.0015 * abs(here.z);
+  float bias = 0.05 * radius_m + 0.002 * abs(here.z);
   float sum = 0.0;
   for (int i = 0; i < kSamples; ++i) {
     float part = (float(i) + 0.5) / float(kSamples);
@@ -120,19 +121,22 @@ void main() {
     vec3 v = position_at(px + ivec2(part * reach_px * vec2(cos(angle), sin(angle)))) - here;
     float vv = dot(v, v);
     float near = max(r2 - vv, 0.0);
-    sum += near * near * near * max((dot(v, n) - bias) / (vv + 0.0001), 0.0);
+    sum += near * near * near * max((dot(v, n) - bias) / (vv + 0.02 * r2), 0.0);
   }
-  float open = 1.0 - sum * 5.0 * 0.5 / (r2 * r2 * r2 * float(kSamples)) * radius_m;
-  openness = vec4(clamp(open, 0.0, 1.0));
+  float open = 1.0 - 2.2 * radius_m * sum / (r2 * r2 * r2 * float(kSamples));
+  openness = vec4(clamp(open, 0.3, 1.0));
 }
 )";
 
+// The openness map holds every stride-th pixel of the depth. Its samples count by how near they lie
+// to this pixel in depth, so that nothing bleeds over an edge.
 const char* const kBlur = R"(
 uniform sampler2D openness_map;
 uniform sampler2D depth;
 uniform sampler2D colors;
 uniform vec2 direction;
 uniform vec2 size_px;
+uniform float stride;
 uniform mat4 camera_from_clip;
 out vec4 shown;
 
@@ -142,17 +146,25 @@ float distance_at(ivec2 px) {
 }
 
 void main() {
+#if defined(COMPOSE)
   ivec2 px = ivec2(gl_FragCoord.xy);
+#else
+  ivec2 px = ivec2(gl_FragCoord.xy) * int(stride);
+#endif
+  ivec2 sample_px = px / int(stride);
+  ivec2 last = ivec2(size_px) / int(stride) - 1;
   float here = distance_at(px);
   float sum = 0.0, weights = 0.0;
   for (int i = -4; i <= 4; ++i) {
-    ivec2 at = clamp(px + ivec2(direction) * i, ivec2(0), ivec2(size_px) - 1);
-    float weight = exp(-0.08 * float(i * i)) * max(0.02, 1.0 - 25.0 * abs(distance_at(at) - here) / here);
+    ivec2 at = clamp(sample_px + ivec2(direction) * i, ivec2(0), last);
+    float gap = abs(distance_at(at * int(stride)) - here) / max(abs(here), 0.001);
+    float weight = exp(-0.08 * float(i * i)) * max(0.001, 1.0 - 25.0 * gap);
     sum += weight * texelFetch(openness_map, at, 0).r;
     weights += weight;
   }
   float open = sum / weights;
 #if defined(COMPOSE)
+  if (texelFetch(depth, px, 0).r >= 1.0) open = 1.0;
   shown = vec4(texelFetch(colors, px, 0).rgb * open, 1.0);
 #else
   shown = vec4(open);

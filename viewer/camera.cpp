@@ -10,6 +10,9 @@
 namespace marco::viewer {
 namespace {
 
+// How much larger than the box the view is.
+constexpr double kFitMargin = 1.04;
+
 std::array<Eigen::Vector3d, 8> corners_of(const Box& box) {
   std::array<Eigen::Vector3d, 8> corners;
   for (std::size_t i = 0; i < corners.size(); ++i)
@@ -88,34 +91,32 @@ Camera fit_camera(
                   : Eigen::Vector3d(-std::cos(azimuth_rad), -std::sin(azimuth_rad), 0.0);
   camera.target_m = box.center_m();
   camera.eye_m = box.center_m() + towards_eye;
-
-  // The picture's middle is moved and the eye drawn back until every corner is just inside: two
-  // passes suffice, as the first already has the right direction.
-  const double radius = std::max(0.5 * box.size_m().norm(), 0.01);
-  const double tangent = std::tan(0.5 * camera.field_of_view_rad);
+  const Eigen::Matrix4d from_world = camera_from_world(camera);
   const bool perspective = camera.projection == Projection::perspective;
-  double distance = perspective ? 2.0 * radius / tangent : 4.0 * radius;
-  for (int pass = 0; pass < 8; ++pass) {
-    camera.eye_m = camera.target_m + distance * towards_eye;
-    const Eigen::Matrix4d from_world = camera_from_world(camera);
-    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300), high = -low;
-    double nearest = 1e300;
-    for (const Eigen::Vector3d& corner : corners_of(box)) {
-      const Eigen::Vector3d seen = in_camera(from_world, corner);
-      const double depth = perspective ? std::max(-seen.z(), 0.05 * distance) : 1.0;
-      low = low.cwiseMin(seen.head<2>() / depth);
-      high = high.cwiseMax(seen.head<2>() / depth);
-      nearest = std::min(nearest, -seen.z());
-    }
-    const Eigen::Vector2d middle = 0.5 * (low + high) * (perspective ? distance : 1.0);
-    camera.target_m += from_world.topLeftCorner<2, 3>().transpose() * middle;
-    const Eigen::Vector2d half = 0.5 * (high - low);
-    const double needed = std::max(half.y(), half.x() / aspect) * 1.04;
-    if (perspective) distance *= needed / tangent;
-    camera.view_height_m = std::max(2.0 * needed, 1e-3);
+
+  // Along each picture axis every corner must lie between two lines through the eye, of slope
+  // `tangent` (0 when orthographic); the extreme corners on both sides fix the eye (a, depth).
+  const double vertical = perspective ? std::tan(0.5 * camera.field_of_view_rad) / kFitMargin : 0.0;
+  const Eigen::Vector2d tangent(vertical * aspect, vertical);
+  Eigen::Vector2d positive = Eigen::Vector2d::Constant(-1e300), negative = positive;
+  for (const Eigen::Vector3d& corner : corners_of(box)) {
+    const Eigen::Vector3d seen = in_camera(from_world, corner);
+    positive = positive.cwiseMax(seen.head<2>() + tangent * seen.z());
+    negative = negative.cwiseMax(-seen.head<2>() + tangent * seen.z());
   }
-  camera.eye_m = camera.target_m + distance * towards_eye;
-  camera.near_m = std::max(0.01 * radius, distance - 2.0 * radius);
+  const Eigen::Vector2d middle = 0.5 * (positive - negative), half = 0.5 * (positive + negative);
+  const double radius = std::max(0.5 * box.size_m().norm(), 0.01);
+  double depth = 2.0 * radius;
+  if (perspective)
+    depth = half.cwiseQuotient(tangent).maxCoeff();
+  else
+    camera.view_height_m = std::max(2.0 * kFitMargin * std::max(half.y(), half.x() / aspect), 1e-3);
+
+  const Eigen::Matrix3d world_from_camera = from_world.topLeftCorner<3, 3>().transpose();
+  camera.eye_m += world_from_camera * Eigen::Vector3d(middle.x(), middle.y(), depth);
+  const double distance = (camera.eye_m - box.center_m()).dot(towards_eye);
+  camera.target_m = camera.eye_m - distance * towards_eye;
+  camera.near_m = std::max(0.01 * radius, distance - 1.2 * radius);
   camera.far_m = distance + 4.0 * radius;
   return camera;
 }

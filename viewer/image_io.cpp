@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -53,7 +54,9 @@ void write_png(const Picture& picture, const std::string& path) {
 }
 
 Picture read_picture(const std::string& path) {
-  const cv::Mat bgr = cv::imread(path, cv::IMREAD_COLOR);
+  // OpenCV would print a warning of its own.
+  const bool readable = std::ifstream(path).good();
+  const cv::Mat bgr = readable ? cv::imread(path, cv::IMREAD_COLOR) : cv::Mat();
   if (bgr.empty()) throw std::runtime_error("cannot read " + path + ": missing or no picture");
   Picture picture(bgr.cols, bgr.rows, {});
   cv::Mat rgb(bgr.rows, bgr.cols, CV_8UC3, picture.pixels.data());

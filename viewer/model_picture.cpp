@@ -20,6 +20,20 @@ double slanted_azimuth_rad(const Box& box) {
   return deg_to_rad(long_in_x ? -90.0 + 24.0 : 24.0);
 }
 
+// Where outsides of walls are not drawn, the side is taken from which most of the walls are seen.
+double azimuth_towards_walls_rad(const Scene& scene, const Box& box) {
+  double best = slanted_azimuth_rad(box), most_m2 = -1.0;
+  for (const double turn_deg : {0.0, 180.0, -48.0, 132.0}) {
+    const double azimuth = slanted_azimuth_rad(box) + deg_to_rad(turn_deg);
+    // What differs by a hundredth looks alike; then the first is as good.
+    const double area_m2 = facing_wall_area_m2(scene, {std::cos(azimuth), std::sin(azimuth), 0.0});
+    if (area_m2 <= 1.01 * most_m2) continue;
+    most_m2 = area_m2;
+    best = azimuth;
+  }
+  return best;
+}
+
 Vector3d place_to_look_from(const Scene& scene, const ModelSurvey& survey) {
   const PathItem* longest = nullptr;
   for (const PathItem& path : scene.paths)
@@ -58,7 +72,11 @@ ViewPlan plan_view(
     plan.camera.far_m = 4.0 * box.size_m().norm() + 10.0;
     return plan;
   }
-  if (survey.visible_from_inside) plan.look.back_faces = BackFaces::hide;
+  double azimuth_rad = slanted_azimuth_rad(box);
+  if (survey.visible_from_inside) {
+    plan.look.back_faces = BackFaces::hide;
+    azimuth_rad = azimuth_towards_walls_rad(scene, box);
+  }
   plan.camera.field_of_view_rad = deg_to_rad(35.0);
   double elevation_rad = deg_to_rad(14.0);
   if (view == View::above) {
@@ -68,8 +86,7 @@ ViewPlan plan_view(
       box.max_m.z() = std::min(box.max_m.z(), plan.look.cut_height_m);
     }
   }
-  plan.camera =
-      fit_camera(plan.camera, box, slanted_azimuth_rad(box), elevation_rad, size.aspect());
+  plan.camera = fit_camera(plan.camera, box, azimuth_rad, elevation_rad, size.aspect());
   return plan;
 }
 

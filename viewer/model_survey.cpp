@@ -173,4 +173,12 @@ ModelSurvey survey_model(const Scene& scene) {
   return survey;
 }
 
+double facing_wall_area_m2(const Scene& scene, const Eigen::Vector3d& towards_eye) {
+  double sum = 0.0;
+  for (const Patch& patch : patches_of(scene))
+    if (std::abs(patch.normal.z()) < 0.5)
+      sum += patch.area_m2 * std::max(patch.normal.dot(towards_eye), 0.0);
+  return sum;
+}
+
 }  // namespace marco::viewer

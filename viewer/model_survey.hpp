@@ -17,4 +17,8 @@ struct ModelSurvey {
 /// @throws std::invalid_argument when the scene's meshes hold no triangle with an area.
 ModelSurvey survey_model(const Scene& scene);
 
+/// Wall area that turns its front to a far viewer in direction `towards_eye`, foreshortened.
+/// @param towards_eye unit length.
+double facing_wall_area_m2(const Scene& scene, const Eigen::Vector3d& towards_eye);
+
 }  // namespace marco::viewer

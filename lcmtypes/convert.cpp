@@ -36,7 +36,7 @@ Pose2 finite_pose(double x_m, double y_m, double theta_rad, const char* what) {
 
 template <class Message>
 std::optional<Sample> decode_as(std::span<const uint8_t> bytes) {
-  Message message;
+  Message message{};
   const int size = static_cast<int>(bytes.size());
   if (message.decode(bytes.data(), 0, size) != size) return std::nullopt;
   return from_message(message);
@@ -44,7 +44,7 @@ std::optional<Sample> decode_as(std::span<const uint8_t> bytes) {
 
 template <class Message>
 std::optional<Sample> decode_scan_as(std::span<const uint8_t> bytes, const std::string& channel) {
-  Message message;
+  Message message{};
   const int size = static_cast<int>(bytes.size());
   if (message.decode(bytes.data(), 0, size) != size) return std::nullopt;
   return from_message(message, channel);

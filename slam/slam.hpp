@@ -96,6 +96,8 @@ class Slam {
   const std::vector<Loop>& loops() const { return loops_; }
   std::size_t key_count() const { return keys_.size(); }
   const JointRefinementResult& refinement() const { return refined_; }
+  /// The next scan's motion input has nothing to do with the last one's.
+  void forget_motion() { motion_ = MotionModel(options_.motion); }
   Velocity2 velocity() const { return motion_.velocity(); }
 
   /// The occupancy grid of all key scans at their newest poses.

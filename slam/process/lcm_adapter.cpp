@@ -181,12 +181,23 @@ void SlamAdapter::publish_grid(Utime utime) {
   }
 }
 
-void SlamAdapter::finish() {
+void SlamAdapter::use_all_waiting() {
   while (!waiting_.empty()) {
     const LaserScan scan = std::move(waiting_.front());
     waiting_.pop_front();
     use(scan);
   }
+}
+
+void SlamAdapter::start_session() {
+  use_all_waiting();
+  motion_ = Motion{};
+  sensors_.clear();
+  slam_.forget_motion();
+}
+
+void SlamAdapter::finish() {
+  use_all_waiting();
   slam_.finish();
   if (live_.empty()) return;
   publish_trajectory(newest_scan_);

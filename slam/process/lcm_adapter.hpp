@@ -54,6 +54,10 @@ class SlamAdapter {
               const SlamAdapterOptions& options,
               std::function<void(const std::string&)> warn = {});
 
+  /// What follows was recorded at another time: it goes on where the robot was left, and nothing is
+  /// concluded from the step between both recordings' odometry or clocks.
+  void start_session();
+
   /// Uses what still waits, optimizes a last time, publishes TRAJECTORY and GRID_MAP.
   void finish();
 
@@ -79,6 +83,7 @@ class SlamAdapter {
   void on_scan(LaserScan scan);
   void on_imu(const ImuSample& sample);
   void use_waiting_scans();
+  void use_all_waiting();
   bool ready(const LaserScan& scan) const;
   void use(const LaserScan& scan);
   SlamInput input_of(const LaserScan& scan, const SensorInfo& info) const;

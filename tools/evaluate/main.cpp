@@ -23,8 +23,8 @@ std::vector<PoseRelation> read_relations(const std::string& path) {
     std::vector<double> row;
     while (const auto value = fields.number<double>()) row.push_back(*value);
     if (row.empty()) continue;
-    require(row.size() >= 8, path + ":" + std::to_string(number) +
-                                 ": expected 'time1 time2 x y z roll pitch yaw'");
+    require(row.size() >= 8,
+            path + ":" + std::to_string(number) + ": expected 'time1 time2 x y z roll pitch yaw'");
     relations.push_back({row[0], row[1], {row[2], row[3], row[7]}});
   }
   return relations;
@@ -80,7 +80,8 @@ int evaluate_truth(const Trajectory& trajectory, const std::string& path) {
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-evaluate", [&] {
     CLI::App app(
-        "Error of a trajectory: against RELATIONS (hand-checked relative poses), or against the true poses of "
+        "Error of a trajectory: against RELATIONS (hand-checked relative poses), or against the "
+        "true poses of "
         "a log.\n"
         "  marco evaluate out/trajectory.tum intel.relations\n"
         "  marco evaluate out/trajectory.tum --truth simulated.lcm");
@@ -89,8 +90,9 @@ int main(int argc, char** argv) {
     app.add_option("TRAJECTORY", trajectory_path,
                    "'time x y z qx qy qz qw' (TUM) or 'time x y theta' a line")
         ->required();
-    auto* relations = app.add_option("RELATIONS", relations_path,
-                                     "'time1 time2 x y z roll pitch yaw' a line: pose 2 seen from pose 1");
+    auto* relations =
+        app.add_option("RELATIONS", relations_path,
+                       "'time1 time2 x y z roll pitch yaw' a line: pose 2 seen from pose 1");
     app.add_option("--truth", truth_path, "a log with TRUE_POSE")->excludes(relations);
     app.add_option("--tolerance", tolerance_s, "[s] between a relation's time and its pose");
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;

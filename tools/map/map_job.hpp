@@ -24,16 +24,17 @@ struct MapOptions {
   }
 };
 
-/// The main job on somebody's recordings, as fast as the machine can: reads them, feeds the same adapters
-/// that run live through a BatchBus, and keeps what the pictures and the report need.
-/// A pure function of its inputs, times excepted.
+/// The main job on somebody's recordings, as fast as the machine can: reads them, feeds the same
+/// adapters that run live through a BatchBus, and keeps what the pictures and the report need. A
+/// pure function of its inputs, times excepted.
 class MapJob {
  public:
   /// @param folder  where slam.lcm is written while the job runs; must exist.
   MapJob(const MapOptions& options, const std::filesystem::path& folder);
 
   /// Reads a recording to its end; several are consecutive sessions of one map.
-  /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk is full.
+  /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
+  /// is full.
   void read(const std::filesystem::path& input, const ForeignTable& foreign);
 
   /// Optimizes for the last time.

@@ -70,12 +70,14 @@ double path_length_m(const Trajectory& trajectory) {
   return length_m;
 }
 
-void write_report(const std::filesystem::path& path, const MapJob& job,
+void write_report(const std::filesystem::path& path,
+                  const MapJob& job,
                   const ReportExtras& extras) {
   const slam::SlamAdapter& slam = job.slam();
   const ScanCounts counts = count_scans(job);
   json report;
-  for (const files::InputReport& input : job.inputs()) report["inputs"].push_back(input_json(input));
+  for (const files::InputReport& input : job.inputs())
+    report["inputs"].push_back(input_json(input));
   report["scans"] = {{"posed", slam.scans().size()},
                      {"level", counts.level},
                      {"matched", counts.matched},
@@ -97,7 +99,8 @@ void write_report(const std::filesystem::path& path, const MapJob& job,
   files::write_whole_file(path, report.dump(2) + "\n");
 }
 
-void print_summary(const MapJob& job, const ReportExtras& extras,
+void print_summary(const MapJob& job,
+                   const ReportExtras& extras,
                    const std::filesystem::path& folder) {
   const slam::Slam& slam = job.slam().slam();
   const ScanCounts counts = count_scans(job);
@@ -112,9 +115,11 @@ void print_summary(const MapJob& job, const ReportExtras& extras,
   for (const auto& [cause, count] : job.slam().drops().by_cause()) {
     std::printf("  dropped: %s %lld\n", cause.c_str(), static_cast<long long>(count));
   }
-  std::printf("%zu scans posed, %lld of them matched, %zu kept; %.1f m driven in %.0f s; %zu loops closed\n",
-              job.slam().scans().size(), static_cast<long long>(counts.matched), slam.key_count(),
-              path_length_m(slam.trajectory()), job.recorded_s(), loops_in_force(slam.loops()));
+  std::printf(
+      "%zu scans posed, %lld of them matched, %zu kept; %.1f m driven in %.0f s; %zu loops "
+      "closed\n",
+      job.slam().scans().size(), static_cast<long long>(counts.matched), slam.key_count(),
+      path_length_m(slam.trajectory()), job.recorded_s(), loops_in_force(slam.loops()));
   for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
   std::printf("%.2f s (%.0f times real time), %.0f MB at most; everything is in %s\n",
               job.clock().total_wall_s(),

@@ -15,7 +15,8 @@ struct ReportExtras {
 void write_report(const std::filesystem::path& path, const MapJob& job, const ReportExtras& extras);
 
 /// The lines a person reads after the job.
-void print_summary(const MapJob& job, const ReportExtras& extras,
+void print_summary(const MapJob& job,
+                   const ReportExtras& extras,
                    const std::filesystem::path& folder);
 
 /// Metres driven along a trajectory.

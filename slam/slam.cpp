@@ -45,17 +45,14 @@ SlamUpdate Slam::process(const SlamInput& input) {
   SlamUpdate update;
   Match found;
   found.world_from_robot = world_from_robot_ * guess.before_from_now;
-  if (use && local_map_) found = match(points, guess);
+  const PosePrior prior = prior_of(guess);
+  if (use && local_map_) found = match(points, guess, prior);
   motion_.update(input.motion, between(world_from_robot_, found.world_from_robot));
-  if (found.usable) {
-    update.status = SlamUpdate::Status::matched;
-    covariance_ = inverse_of(found.information);
-  } else {
-    covariance_ += turned_into(guess.covariance, world_from_robot_.theta_rad);
-  }
+  update.status = found.usable ? SlamUpdate::Status::matched : SlamUpdate::Status::carried;
+  covariance_ = inverse_of(prior.information + found.information);
   world_from_robot_ = found.world_from_robot;
   if (use && input.may_draw && (keys_.empty() || key_is_due(world_from_robot_))) {
-    add_key(input, points, found, guess);
+    add_key(input, points, found);
     update.became_key = true;
     update.trajectory_changed = close_loops();
   }
@@ -69,37 +66,48 @@ SlamUpdate Slam::process(const SlamInput& input) {
   return update;
 }
 
-Slam::Match Slam::match(const OrientedPoints& points, const MotionGuess& guess) const {
-  PosePrior prior;
-  prior.map_from_robot = world_from_robot_ * guess.before_from_now;
-  prior.information = turned_into(guess.covariance, world_from_robot_.theta_rad).inverse();
-  const bool trusted = guess.source != MotionGuess::Source::nothing;
-  const SurfelMatch fine =
-      matcher_.match(*local_map_, points, prior.map_from_robot, trusted ? &prior : nullptr);
+PosePrior Slam::prior_of(const MotionGuess& guess) const {
+  // What is not known of the pose before, the move's own uncertainty, and how a wrong heading there
+  // carries the move aside.
+  const Pose2 prediction = world_from_robot_ * guess.before_from_now;
+  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
+  carry(0, 2) = -(prediction.y_m - world_from_robot_.y_m);
+  carry(1, 2) = prediction.x_m - world_from_robot_.x_m;
+  const Eigen::Matrix3d covariance = carry * covariance_ * carry.transpose() +
+                                     turned_into(guess.covariance, world_from_robot_.theta_rad);
+  return {prediction, inverse_of(covariance)};
+}
+
+Slam::Match Slam::match(const OrientedPoints& points,
+                        const MotionGuess& guess,
+                        const PosePrior& prior) const {
+  const SurfelMatch fine = matcher_.match(*local_map_, points, prior.map_from_robot, &prior);
   Match result{
       fine.map_from_robot, fine.information, fine.overlap,
       fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
   if (fine.overlap >= options_.good_overlap && guess.source == MotionGuess::Source::odometry) {
     return result;
   }
-  const Match wide = match_widely(points, guess);
+  const Match wide = match_widely(points, prior);
   return wide.usable && wide.overlap > result.overlap + 0.05 ? wide : result;
 }
 
-Slam::Match Slam::match_widely(const OrientedPoints& points, const MotionGuess& guess) const {
+Slam::Match Slam::match_widely(const OrientedPoints& points, const PosePrior& prior) const {
   Match result;
   const int last = static_cast<int>(keys_.size()) - 1;
   const int first = std::max(0, last - options_.window_key_scans + 1);
   const OrientedPoints map = join_points(keys_, first, last, Pose2{});
+  const Eigen::Matrix3d covariance = inverse_of(prior.information);
+  const double sigma_m = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
   SearchWindow window;
-  window.map_from_robot_centre = world_from_robot_ * guess.before_from_now;
-  window.half_width_m = std::clamp(3.0 * std::sqrt(guess.covariance(0, 0)), 0.3, 1.5);
+  window.map_from_robot_centre = prior.map_from_robot;
+  window.half_width_m = std::clamp(3.0 * sigma_m, 0.3, 1.5);
   window.half_turn_rad =
-      std::clamp(3.0 * std::sqrt(guess.covariance(2, 2)), deg_to_rad(5.0), deg_to_rad(45.0));
+      std::clamp(3.0 * std::sqrt(covariance(2, 2)), deg_to_rad(5.0), deg_to_rad(45.0));
   const LikelihoodPyramid likelihood(map.points, coarse_.options());
   const CorrelativeMatch coarse = coarse_.search(likelihood, points.points, window, 0.2);
   if (coarse.score <= 0.0) return result;
-  const SurfelMatch fine = matcher_.match(*local_map_, points, coarse.map_from_robot, nullptr);
+  const SurfelMatch fine = matcher_.match(*local_map_, points, coarse.map_from_robot, &prior);
   return {fine.map_from_robot, fine.information, fine.overlap,
           fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
 }
@@ -110,21 +118,15 @@ bool Slam::key_is_due(const Pose2& world_from_robot) const {
          std::abs(moved.theta_rad) >= deg_to_rad(options_.key_turn_deg);
 }
 
-void Slam::add_key(const SlamInput& input,
-                   const OrientedPoints& points,
-                   const Match& match,
-                   const MotionGuess& guess) {
+void Slam::add_key(const SlamInput& input, const OrientedPoints& points, const Match& match) {
   KeyScan key{input.scan.utime, points, input.scan.sensor_in_robot, match.world_from_robot, 0.0};
   const int node = graph_.add_node(key.world_from_robot);
   if (!keys_.empty()) {
     const KeyScan& before = keys_.back();
     const Pose2 measured = between(before.world_from_robot, key.world_from_robot);
     key.path_m = before.path_m + measured.translation_m().norm();
-    Eigen::Matrix3d covariance =
-        match.usable ? inverse_of(match.information) : inverse_of(guess.covariance.inverse());
-    if (match.usable) {
-      covariance = turned_into(covariance, -before.world_from_robot.theta_rad);
-    }
+    // In the frame of the key scan before; the match's own floor is what it cannot know of itself.
+    Eigen::Matrix3d covariance = turned_into(covariance_, -before.world_from_robot.theta_rad);
     covariance(0, 0) += kEdgeSigmaM * kEdgeSigmaM;
     covariance(1, 1) += kEdgeSigmaM * kEdgeSigmaM;
     covariance(2, 2) += std::pow(deg_to_rad(kEdgeSigmaDeg), 2);

@@ -117,13 +117,11 @@ class Slam {
     Pose2 key_from_robot;
   };
 
-  Match match(const OrientedPoints& points, const MotionGuess& guess) const;
-  Match match_widely(const OrientedPoints& points, const MotionGuess& guess) const;
+  PosePrior prior_of(const MotionGuess& guess) const;
+  Match match(const OrientedPoints& points, const MotionGuess& guess, const PosePrior& prior) const;
+  Match match_widely(const OrientedPoints& points, const PosePrior& prior) const;
   bool key_is_due(const Pose2& world_from_robot) const;
-  void add_key(const SlamInput& input,
-               const OrientedPoints& points,
-               const Match& match,
-               const MotionGuess& guess);
+  void add_key(const SlamInput& input, const OrientedPoints& points, const Match& match);
   bool close_loops();
   void rebuild_local_map();
   static OrientedScan only_oriented(const OrientedPoints& points);

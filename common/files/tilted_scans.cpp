@@ -236,8 +236,8 @@ class TiltedScanReader : public SampleReader {
     }
     if (!announced_) announce(kind);
     const Pose2 pose = read_pose(stem_of(path) + ".pose", report_);
-    add_odometry(pose);
     for (const Row& row : rows) {
+      add_odometry(pose);
       PanTiltState state;
       state.utime = now();
       state.tilt_rad = row.tilt_rad;
@@ -251,7 +251,6 @@ class TiltedScanReader : public SampleReader {
       time_s_ += kRowPeriodS;
       ++report_.given["scans"];
     }
-    add_odometry(pose);
     ++report_.given["3D scans"];
     time_s_ += kPauseS;
   }

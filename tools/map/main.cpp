@@ -2,6 +2,7 @@
 
 #include "common/check.hpp"
 #include "common/files/map_yaml.hpp"
+#include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
@@ -83,8 +84,11 @@ int run(const Arguments& arguments) {
   files::write_tum(out / "trajectory_live.tum", job.slam().live_trajectory());
   const GridMap map = job.slam().slam().grid().to_map();
   if (map.width_cells > 0) files::write_map(out, map);
+  const TriangleMesh model = job.mapping3d().mapper().model();
+  if (!model.triangles.empty()) files::write_ply(out / "model.ply", model);
   job.clock().end_stage("write");
   if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
+  if (!model.triangles.empty()) draw_model_picture(out / "model.png", model);
   job.clock().end_stage("pictures");
   const ReportExtras extras = judge(job, map);
   write_report(out / "report.json", job, extras);

@@ -9,7 +9,10 @@
 namespace marco {
 
 MapJob::MapJob(const MapOptions& options, const std::filesystem::path& folder)
-    : log_((folder / "slam.lcm").string()), bus_(&log_), slam_(bus_, options.slam) {
+    : log_((folder / "slam.lcm").string()),
+      bus_(&log_),
+      slam_(bus_, options.slam),
+      mapping3d_(bus_, options.mapping3d) {
   slam_.keep_scans();
 }
 
@@ -37,8 +40,11 @@ void MapJob::take(const Sample& sample) {
 void MapJob::finish() {
   slam_.finish();
   bus_.deliver_published();
-  log_.flush();
   clock_.end_stage("optimize");
+  mapping3d_.finish();
+  bus_.deliver_published();
+  log_.flush();
+  clock_.end_stage("model");
 }
 
 double MapJob::recorded_s() const {

@@ -10,6 +10,7 @@
 #include "common/process/batch_bus.hpp"
 #include "common/trajectory.hpp"
 #include "lcmtypes/foreign.hpp"
+#include "mapping3d/process/lcm_adapter.hpp"
 #include "slam/process/lcm_adapter.hpp"
 #include "tools/map/stage_clock.hpp"
 
@@ -17,10 +18,12 @@ namespace marco {
 
 struct MapOptions {
   slam::SlamAdapterOptions slam;
+  mapping3d::Mapping3dAdapterOptions mapping3d;
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("slam_process", slam);
+    v("mapping3d_process", mapping3d);
   }
 };
 
@@ -41,6 +44,7 @@ class MapJob {
   void finish();
 
   const slam::SlamAdapter& slam() const { return slam_; }
+  const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
   const std::vector<files::InputReport>& inputs() const { return inputs_; }
   const Trajectory& truth() const { return truth_; }
   StageClock& clock() { return clock_; }
@@ -54,6 +58,7 @@ class MapJob {
   files::EventLogWriter log_;
   process::BatchBus bus_;
   slam::SlamAdapter slam_;
+  mapping3d::Mapping3dAdapter mapping3d_;
   std::vector<files::InputReport> inputs_;
   Trajectory truth_;
   StageClock clock_;

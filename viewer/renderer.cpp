@@ -11,6 +11,7 @@
 #include "viewer/osmesa_context.hpp"
 #include "viewer/render_targets.hpp"
 #include "viewer/shaders.hpp"
+#include "viewer/shading.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -63,6 +64,12 @@ void check_request(const Look& look, PictureSize size) {
 }
 
 }  // namespace
+
+std::array<double, 2> height_range_m(const Look& look, const Box& box) {
+  if (look.height_range_m) return *look.height_range_m;
+  if (box.empty()) return {0.0, 1.0};
+  return {box.min_m.z(), std::min(box.max_m.z(), look.cut_height_m)};
+}
 
 Look thesis_look(Mode mode) {
   Look look;
@@ -260,13 +267,13 @@ class Renderer::Implementation {
     program.set("view_direction", Eigen::Vector3d(-world_from_camera.col(2)));
     program.set("perspective", camera.projection == Projection::perspective ? 1.0 : 0.0);
     program.set("lamp_m", look.lamp_m);
-    program.set(
-        "lamp_direction",
-        Eigen::Vector3d((world_from_camera * Eigen::Vector3d(-0.5, 0.6, 0.6)).normalized()));
-    const auto range = look.height_range_m.value_or(
-        box_.empty()
-            ? std::array<double, 2>{0.0, 1.0}
-            : std::array<double, 2>{box_.min_m.z(), std::min(box_.max_m.z(), look.cut_height_m)});
+    program.set("lamp_direction", Eigen::Vector3d(world_from_camera * lamp_in_camera()));
+    const auto range = height_range_m(look, box_);
+    for (std::size_t i = 0; i < kHeightColors.size(); ++i)
+      program.set(("height_colors[" + std::to_string(i) + "]").c_str(),
+                  Eigen::Vector3d(kHeightColors[i].data()));
+    program.set("room_light", Eigen::Vector3d(kRoomAmbient, kRoomSky, kRoomLamp));
+    program.set("thesis_light", Eigen::Vector3d(kThesisAmbient, kThesisDiffuse, kThesisGrey));
     program.set("low_m", range[0]);
     program.set("high_m", range[1]);
     return program;

@@ -35,6 +35,9 @@ struct Look {
 /// Thesis B's own look (ch. 4, app. C): 95 % grey, one lamp at the sensor's place, no shadow.
 Look thesis_look(Mode mode = Mode::filled);
 
+/// Lowest and highest of the height colours: the look's, else the box below the cut.
+std::array<double, 2> height_range_m(const Look& look, const Box& box);
+
 struct PictureSize {
   int width_px = 1280;
   int height_px = 720;

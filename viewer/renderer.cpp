@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 #include "common/check.hpp"
 #include "viewer/gl_program.hpp"
@@ -224,7 +225,7 @@ class Renderer::Implementation {
     gl_.enable(GL_PROGRAM_POINT_SIZE);
     if (!surfaces_) return;
     gl_.line_width(static_cast<float>(look.supersampling));
-    prepare(Coloring::scene, camera, look, size, tile)
+    prepare(surface_program(Coloring::scene, look.light, BackFaces::show), camera, look, size, tile)
         .set("cut_height_m", std::numeric_limits<float>::max());
     props_->draw(GL_TRIANGLES);
     points_->draw(GL_POINTS);
@@ -234,7 +235,7 @@ class Renderer::Implementation {
 
   void draw_meshes(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
     const bool cut = std::isfinite(look.cut_height_m);
-    prepare(look.coloring, camera, look, size, tile)
+    prepare(surface_program(look.coloring, look.light, look.back_faces), camera, look, size, tile)
         .set("cut_height_m", cut ? look.cut_height_m : 1e30);
     if (cut) gl_.enable(GL_CLIP_DISTANCE0);
     if (look.back_faces == BackFaces::hide) gl_.enable(GL_CULL_FACE);
@@ -249,12 +250,11 @@ class Renderer::Implementation {
     gl_.disable(GL_CLIP_DISTANCE0);
   }
 
-  const GlProgram& prepare(Coloring coloring,
+  const GlProgram& prepare(const GlProgram& program,
                            const Camera& camera,
                            const Look& look,
                            PictureSize size,
                            const Tile& tile) {
-    const GlProgram& program = surface_program(coloring, look.light);
     program.use();
     const Eigen::Matrix4d from_world = camera_from_world(camera);
     const Eigen::Matrix4d clip = tile_from_clip(tile, size.width_px * look.supersampling,
@@ -360,12 +360,14 @@ class Renderer::Implementation {
     return *slot;
   }
 
-  const GlProgram& surface_program(Coloring coloring, Light light) {
-    std::unique_ptr<GlProgram>& program = programs_[{coloring, light}];
+  const GlProgram& surface_program(Coloring coloring, Light light, BackFaces backs) {
+    std::unique_ptr<GlProgram>& program = programs_[{coloring, light, backs == BackFaces::faint}];
     if (!program)
-      program =
-          std::make_unique<GlProgram>(gl_, std::string(define_of(coloring)) + define_of(light),
-                                      shaders::kSurfaceVertex, shaders::kSurfaceFragment);
+      program = std::make_unique<GlProgram>(
+          gl_,
+          std::string(define_of(coloring)) + define_of(light) +
+              (backs == BackFaces::faint ? "#define FAINT_BACKS\n" : ""),
+          shaders::kSurfaceVertex, shaders::kSurfaceFragment);
     return *program;
   }
 
@@ -374,7 +376,7 @@ class Renderer::Implementation {
   GlProgram occlusion_{gl_, "", shaders::kScreenVertex, shaders::kOcclusion};
   GlProgram blur_{gl_, "", shaders::kScreenVertex, shaders::kBlur};
   GlProgram compose_{gl_, "#define COMPOSE\n", shaders::kScreenVertex, shaders::kBlur};
-  std::map<std::pair<Coloring, Light>, std::unique_ptr<GlProgram>> programs_;
+  std::map<std::tuple<Coloring, Light, bool>, std::unique_ptr<GlProgram>> programs_;
   std::unique_ptr<GpuGeometry> surfaces_, props_, points_, lines_;
   std::unique_ptr<RenderTarget> surface_target_, openness_target_, blurred_target_,
       composed_target_, half_target_, final_target_;

@@ -96,7 +96,7 @@ class VectorPage {
       const Vertex& first = part.vertices[part.indices[i]];
       const Polygon triangle{position_of(first), position_of(part.vertices[part.indices[i + 1]]),
                              position_of(part.vertices[part.indices[i + 2]])};
-      const bool hides_back = look_.back_faces == BackFaces::hide && &part == &geometry_.surfaces;
+      const bool hides_back = look_.back_faces != BackFaces::show && &part == &geometry_.surfaces;
       add_triangle(triangle, base_color(first, middle(triangle), coloring),
                    {cut_m, hides_back, mode});
     }

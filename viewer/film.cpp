@@ -61,9 +61,9 @@ std::vector<Camera> drive_cameras(const Trajectory& path, double step_m, double 
   for (const StampedPose2& stamped : path) {
     const Pose2& pose = stamped.world_from_robot;
     if (!is_finite(pose)) continue;
-    constexpr double kTurn_rad = 0.05;
+    constexpr double kTurnRad = 0.05;
     if (!cameras.empty() && (pose.translation_m() - last.translation_m()).norm() < step_m &&
-        std::abs(normalize_angle(pose.theta_rad - last.theta_rad)) < kTurn_rad)
+        std::abs(normalize_angle(pose.theta_rad - last.theta_rad)) < kTurnRad)
       continue;
     heading_rad = cameras.empty()
                       ? pose.theta_rad

@@ -13,8 +13,8 @@ namespace {
 
 constexpr Rgb kFrameColor{150, 155, 162};
 constexpr Rgb kGridlineColor{232, 235, 239};
-constexpr double kAxisMargin_px = 58.0;
-constexpr double kOuterMargin_px = 22.0;
+constexpr double kAxisMarginPx = 58.0;
+constexpr double kOuterMarginPx = 22.0;
 
 struct LegendEntry {
   std::string label;
@@ -103,7 +103,7 @@ class MapPainter {
     frame.max_m = frame.min_m + size;
     frame.px_per_m = long_side_px / size.maxCoeff();
     if (scene_.grid) frame.px_per_m = whole_cells(frame.px_per_m);
-    frame.corner_px = {kAxisMargin_px, kOuterMargin_px};
+    frame.corner_px = {kAxisMarginPx, kOuterMarginPx};
     return frame;
   }
 
@@ -158,12 +158,12 @@ class MapPainter {
   double picture_width_px() const {
     double needed = bar_block_px();
     for (const LegendEntry& entry : legend()) needed = std::max(needed, entry_width_px(entry));
-    return kAxisMargin_px + std::max(area_px().x(), needed) + kOuterMargin_px;
+    return kAxisMarginPx + std::max(area_px().x(), needed) + kOuterMarginPx;
   }
 
   Canvas make_canvas() const {
     const double width = picture_width_px();
-    const int lines = footer_lines(width - kAxisMargin_px - kOuterMargin_px);
+    const int lines = footer_lines(width - kAxisMarginPx - kOuterMarginPx);
     const double height =
         far_corner_px().y() + 3.2 * options_.text_height_px + lines * line_height_px() + 8.0;
     return {static_cast<int>(std::ceil(width)), static_cast<int>(std::ceil(height)),
@@ -270,14 +270,14 @@ class MapPainter {
 
   void paint_footer() {
     const double text = options_.text_height_px;
-    const double right = canvas_.width_px() - kOuterMargin_px;
-    Eigen::Vector2d at(kAxisMargin_px, far_corner_px().y() + 3.2 * text + 0.3 * line_height_px());
+    const double right = canvas_.width_px() - kOuterMarginPx;
+    Eigen::Vector2d at(kAxisMarginPx, far_corner_px().y() + 3.2 * text + 0.3 * line_height_px());
     paint_scale_bar(at);
     at.x() += bar_block_px();
     for (const LegendEntry& entry : legend()) {
       const double width = entry_width_px(entry);
-      if (at.x() + width > right && at.x() > kAxisMargin_px)
-        at = {kAxisMargin_px, at.y() + line_height_px()};
+      if (at.x() + width > right && at.x() > kAxisMarginPx)
+        at = {kAxisMarginPx, at.y() + line_height_px()};
       canvas_.draw_line(at, at + Eigen::Vector2d(30.0, 0.0), entry.color, 4.0);
       canvas_.draw_text(entry.label, at + Eigen::Vector2d(40.0, 0.0), text, palette::kText);
       at.x() += width;

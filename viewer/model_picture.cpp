@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kEyeHeight_m = 1.25;
+constexpr double kEyeHeightM = 1.25;
 
 // Across the longer side, a little from the corner: depth shows and the picture is filled.
 double slanted_azimuth_rad(const Box& box) {
@@ -39,7 +39,7 @@ Vector3d place_to_look_from(const Scene& scene, const ModelSurvey& survey) {
   for (const PathItem& path : scene.paths)
     if (!path.poses.empty() && (longest == nullptr || path.poses.size() > longest->poses.size()))
       longest = &path;
-  const double height_m = survey.floor_m + kEyeHeight_m;
+  const double height_m = survey.floor_m + kEyeHeightM;
   if (longest != nullptr) {
     const Pose2& pose = longest->poses[longest->poses.size() / 2].world_from_robot;
     return {pose.x_m, pose.y_m, height_m};

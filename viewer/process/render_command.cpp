@@ -65,11 +65,11 @@ std::vector<Camera> orbit_cameras(const Scene& scene, const RenderRequest& reque
 }
 
 std::vector<Camera> film_cameras(const Scene& scene, const RenderRequest& request) {
-  constexpr double kStep_m = 0.05;
-  constexpr double kEyeHeight_m = 1.0;
+  constexpr double kStepM = 0.05;
+  constexpr double kEyeHeightM = 1.0;
   const PathItem* path = longest_path(scene);
   if (path == nullptr || scene.meshes.empty()) return orbit_cameras(scene, request);
-  return drive_cameras(path->poses, kStep_m, floor_of(scene) + kEyeHeight_m);
+  return drive_cameras(path->poses, kStepM, floor_of(scene) + kEyeHeightM);
 }
 
 }  // namespace

@@ -196,7 +196,7 @@ TEST(Renderer, TilesMeetWithoutASeam) {
   Renderer renderer;
   renderer.load(room_scene());
   Look look = plain(Coloring::height);
-  look.supersampling = 4;  // 4000 px wide are then 16 000: two tiles
+  look.supersampling = 4;  // 2400 px wide are then 9600 samples: two tiles
   const PictureSize large{2400, 60}, once{2400, 60};
   const Picture tiled = renderer.draw(in_the_room(), look, large);
   look.supersampling = 1;

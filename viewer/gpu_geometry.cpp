@@ -6,7 +6,7 @@ namespace marco::viewer {
 namespace {
 
 // OpenGL wants offsets into a buffer as pointers.
-const void* offset(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
+const void* offset(std::size_t bytes) { return static_cast<const char*>(nullptr) + bytes; }
 
 }  // namespace
 

@@ -74,7 +74,7 @@ class MapPainter {
   // Odometry can run far off the map; it is followed for a fifth of the map's size, so that the
   // map itself stays readable.
   Box box_to_draw() const {
-    const Box all = bounding_box(scene_);
+    Box all = bounding_box(scene_);
     if (!scene_.grid) return all;
     Scene grid_only;
     grid_only.grid = scene_.grid;
@@ -242,16 +242,14 @@ class MapPainter {
     const double step_m = round_length(130.0 / frame_.px_per_m);
     const Eigen::Vector2d high = far_corner_px();
     const double text = 0.8 * options_.text_height_px;
-    for (double x = std::ceil(frame_.min_m.x() / step_m) * step_m; x <= frame_.max_m.x();
-         x += step_m) {
+    for (const double x : ticks(frame_.min_m.x(), frame_.max_m.x(), step_m)) {
       const double px = frame_.to_px({x, frame_.min_m.y()}).x();
       canvas_.draw_line({px, high.y()}, {px, high.y() + 5.0}, kFrameColor, 1.0);
       const std::string label = tick_label(x, step_m);
       const double left = px - 0.5 * Canvas::text_width_px(label, text);
       canvas_.draw_text(label, {left, high.y() + 9.0 + 0.5 * text}, text, palette::kText);
     }
-    for (double y = std::ceil(frame_.min_m.y() / step_m) * step_m; y <= frame_.max_m.y();
-         y += step_m) {
+    for (const double y : ticks(frame_.min_m.y(), frame_.max_m.y(), step_m)) {
       const double px = frame_.to_px({frame_.min_m.x(), y}).y();
       canvas_.draw_line({frame_.corner_px.x() - 5.0, px}, {frame_.corner_px.x(), px}, kFrameColor,
                         1.0);
@@ -259,6 +257,14 @@ class MapPainter {
       const double left = frame_.corner_px.x() - 9.0 - Canvas::text_width_px(label, text);
       canvas_.draw_text(label, {left, px}, text, palette::kText);
     }
+  }
+
+  static std::vector<double> ticks(double from_m, double to_m, double step_m) {
+    std::vector<double> places;
+    const auto last = static_cast<int>(std::floor(to_m / step_m));
+    for (auto i = static_cast<int>(std::ceil(from_m / step_m)); i <= last; ++i)
+      places.push_back(i * step_m);
+    return places;
   }
 
   static std::string tick_label(double value_m, double step_m) {

@@ -11,7 +11,7 @@ namespace {
 
 // OpenCV draws at 1/16 pixel when told so; finer than an eye sees.
 constexpr int kShift = 4;
-constexpr double kCapitalOfHershey_px = 21.0;
+constexpr double kCapitalOfHersheyPx = 21.0;
 constexpr int kFont = cv::FONT_HERSHEY_DUPLEX;
 
 cv::Mat view(Picture& picture) {
@@ -107,7 +107,7 @@ void Canvas::draw_text(const std::string& text,
                        const Eigen::Vector2d& anchor_px,
                        double height_px,
                        Rgb color) {
-  const double scale = height_px * kOversampling / kCapitalOfHershey_px;
+  const double scale = height_px * kOversampling / kCapitalOfHersheyPx;
   const int thickness = std::max(1, static_cast<int>(std::lround(height_px / 7.0)));
   const cv::Point left_bottom(
       static_cast<int>(std::lround(anchor_px.x() * kOversampling)),
@@ -117,7 +117,7 @@ void Canvas::draw_text(const std::string& text,
 }
 
 double Canvas::text_width_px(const std::string& text, double height_px) {
-  const double scale = height_px * kOversampling / kCapitalOfHershey_px;
+  const double scale = height_px * kOversampling / kCapitalOfHersheyPx;
   int baseline = 0;
   return cv::getTextSize(text, kFont, scale, 1, &baseline).width / (1.0 * kOversampling);
 }

@@ -13,8 +13,8 @@ namespace {
 
 constexpr Rgb kFrameColor{150, 155, 162};
 constexpr Rgb kGridlineColor{232, 235, 239};
-constexpr double kAxisMargin_px = 58.0;
-constexpr double kOuterMargin_px = 22.0;
+constexpr double kAxisMarginPx = 58.0;
+constexpr double kOuterMarginPx = 22.0;
 
 struct LegendEntry {
   std::string label;
@@ -74,7 +74,7 @@ class MapPainter {
   // Odometry can run far off the map; it is followed for a fifth of the map's size, so that the
   // map itself stays readable.
   Box box_to_draw() const {
-    const Box all = bounding_box(scene_);
+    Box all = bounding_box(scene_);
     if (!scene_.grid) return all;
     Scene grid_only;
     grid_only.grid = scene_.grid;
@@ -103,7 +103,7 @@ class MapPainter {
     frame.max_m = frame.min_m + size;
     frame.px_per_m = long_side_px / size.maxCoeff();
     if (scene_.grid) frame.px_per_m = whole_cells(frame.px_per_m);
-    frame.corner_px = {kAxisMargin_px, kOuterMargin_px};
+    frame.corner_px = {kAxisMarginPx, kOuterMarginPx};
     return frame;
   }
 
@@ -158,12 +158,12 @@ class MapPainter {
   double picture_width_px() const {
     double needed = bar_block_px();
     for (const LegendEntry& entry : legend()) needed = std::max(needed, entry_width_px(entry));
-    return kAxisMargin_px + std::max(area_px().x(), needed) + kOuterMargin_px;
+    return kAxisMarginPx + std::max(area_px().x(), needed) + kOuterMarginPx;
   }
 
   Canvas make_canvas() const {
     const double width = picture_width_px();
-    const int lines = footer_lines(width - kAxisMargin_px - kOuterMargin_px);
+    const int lines = footer_lines(width - kAxisMarginPx - kOuterMarginPx);
     const double height =
         far_corner_px().y() + 3.2 * options_.text_height_px + lines * line_height_px() + 8.0;
     return {static_cast<int>(std::ceil(width)), static_cast<int>(std::ceil(height)),
@@ -242,16 +242,14 @@ class MapPainter {
     const double step_m = round_length(130.0 / frame_.px_per_m);
     const Eigen::Vector2d high = far_corner_px();
     const double text = 0.8 * options_.text_height_px;
-    for (double x = std::ceil(frame_.min_m.x() / step_m) * step_m; x <= frame_.max_m.x();
-         x += step_m) {
+    for (const double x : ticks(frame_.min_m.x(), frame_.max_m.x(), step_m)) {
       const double px = frame_.to_px({x, frame_.min_m.y()}).x();
       canvas_.draw_line({px, high.y()}, {px, high.y() + 5.0}, kFrameColor, 1.0);
       const std::string label = tick_label(x, step_m);
       const double left = px - 0.5 * Canvas::text_width_px(label, text);
       canvas_.draw_text(label, {left, high.y() + 9.0 + 0.5 * text}, text, palette::kText);
     }
-    for (double y = std::ceil(frame_.min_m.y() / step_m) * step_m; y <= frame_.max_m.y();
-         y += step_m) {
+    for (const double y : ticks(frame_.min_m.y(), frame_.max_m.y(), step_m)) {
       const double px = frame_.to_px({frame_.min_m.x(), y}).y();
       canvas_.draw_line({frame_.corner_px.x() - 5.0, px}, {frame_.corner_px.x(), px}, kFrameColor,
                         1.0);
@@ -259,6 +257,14 @@ class MapPainter {
       const double left = frame_.corner_px.x() - 9.0 - Canvas::text_width_px(label, text);
       canvas_.draw_text(label, {left, px}, text, palette::kText);
     }
+  }
+
+  static std::vector<double> ticks(double from_m, double to_m, double step_m) {
+    std::vector<double> places;
+    const auto last = static_cast<int>(std::floor(to_m / step_m));
+    for (auto i = static_cast<int>(std::ceil(from_m / step_m)); i <= last; ++i)
+      places.push_back(i * step_m);
+    return places;
   }
 
   static std::string tick_label(double value_m, double step_m) {
@@ -270,14 +276,14 @@ class MapPainter {
 
   void paint_footer() {
     const double text = options_.text_height_px;
-    const double right = canvas_.width_px() - kOuterMargin_px;
-    Eigen::Vector2d at(kAxisMargin_px, far_corner_px().y() + 3.2 * text + 0.3 * line_height_px());
+    const double right = canvas_.width_px() - kOuterMarginPx;
+    Eigen::Vector2d at(kAxisMarginPx, far_corner_px().y() + 3.2 * text + 0.3 * line_height_px());
     paint_scale_bar(at);
     at.x() += bar_block_px();
     for (const LegendEntry& entry : legend()) {
       const double width = entry_width_px(entry);
-      if (at.x() + width > right && at.x() > kAxisMargin_px)
-        at = {kAxisMargin_px, at.y() + line_height_px()};
+      if (at.x() + width > right && at.x() > kAxisMarginPx)
+        at = {kAxisMarginPx, at.y() + line_height_px()};
       canvas_.draw_line(at, at + Eigen::Vector2d(30.0, 0.0), entry.color, 4.0);
       canvas_.draw_text(entry.label, at + Eigen::Vector2d(40.0, 0.0), text, palette::kText);
       at.x() += width;

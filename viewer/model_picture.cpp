@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kEyeHeight_m = 1.25;
+constexpr double kEyeHeightM = 1.25;
 
 // Across the longer side, a little from the corner: depth shows and the picture is filled.
 double slanted_azimuth_rad(const Box& box) {
@@ -20,7 +20,7 @@ double slanted_azimuth_rad(const Box& box) {
   return deg_to_rad(long_in_x ? -90.0 + 24.0 : 24.0);
 }
 
-// Where outsides of walls are not drawn, the side is taken from which most of the walls are seen.
+// Where outsides of walls are faint, the side is taken from which most of the walls are seen.
 double azimuth_towards_walls_rad(const Scene& scene, const Box& box) {
   double best = slanted_azimuth_rad(box), most_m2 = -1.0;
   for (const double turn_deg : {0.0, 180.0, -48.0, 132.0}) {
@@ -39,7 +39,7 @@ Vector3d place_to_look_from(const Scene& scene, const ModelSurvey& survey) {
   for (const PathItem& path : scene.paths)
     if (!path.poses.empty() && (longest == nullptr || path.poses.size() > longest->poses.size()))
       longest = &path;
-  const double height_m = survey.floor_m + kEyeHeight_m;
+  const double height_m = survey.floor_m + kEyeHeightM;
   if (longest != nullptr) {
     const Pose2& pose = longest->poses[longest->poses.size() / 2].world_from_robot;
     return {pose.x_m, pose.y_m, height_m};
@@ -74,7 +74,7 @@ ViewPlan plan_view(
   }
   double azimuth_rad = slanted_azimuth_rad(box);
   if (survey.visible_from_inside) {
-    plan.look.back_faces = BackFaces::hide;
+    plan.look.back_faces = BackFaces::faint;
     azimuth_rad = azimuth_towards_walls_rad(scene, box);
   }
   plan.camera.field_of_view_rad = deg_to_rad(35.0);

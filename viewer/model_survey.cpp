@@ -14,9 +14,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kCell_m = 0.4;
-constexpr double kLevelBin_m = 0.05;
-constexpr double kLeastRoomHeight_m = 1.6;
+constexpr double kCellM = 0.4;
+constexpr double kLevelBinM = 0.05;
+constexpr double kLeastRoomHeightM = 1.6;
 
 struct Patch {
   std::array<Vector3d, 3> corners_m;
@@ -74,13 +74,13 @@ Box box_without_strays(std::vector<Patch> patches, double stray_part) {
 using Cell = std::pair<int, int>;
 
 Cell cell_of(const Vector3d& point_m) {
-  return {static_cast<int>(std::floor(point_m.x() / kCell_m)),
-          static_cast<int>(std::floor(point_m.y() / kCell_m))};
+  return {static_cast<int>(std::floor(point_m.x() / kCellM)),
+          static_cast<int>(std::floor(point_m.y() / kCellM))};
 }
 
 // Large triangles span many cells.
 void mark_line(const Vector3d& from, const Vector3d& to, std::set<Cell>& cells) {
-  const int steps = static_cast<int>(std::min((to - from).head<2>().norm() / kCell_m, 200.0)) + 1;
+  const int steps = static_cast<int>(std::min((to - from).head<2>().norm() / kCellM, 200.0)) + 1;
   for (int i = 0; i <= steps; ++i)
     cells.insert(cell_of(from + (to - from) * (static_cast<double>(i) / steps)));
 }
@@ -131,7 +131,7 @@ std::map<int, Level> level_surfaces(const std::vector<Patch>& patches) {
   std::map<int, Level> levels;
   for (const Patch& patch : patches) {
     if (std::abs(patch.normal.z()) < 0.85) continue;
-    Level& level = levels[static_cast<int>(std::floor(patch.middle_m.z() / kLevelBin_m))];
+    Level& level = levels[static_cast<int>(std::floor(patch.middle_m.z() / kLevelBinM))];
     level.area_m2 += patch.area_m2;
     if (patch.normal.z() > 0.0) level.facing_up_m2 += patch.area_m2;
   }
@@ -143,12 +143,12 @@ void find_floor_and_ceiling(const std::vector<Patch>& patches, ModelSurvey& surv
   double largest = 0.0;
   for (const auto& [bin, level] : levels) largest = std::max(largest, level.area_m2);
   survey.floor_m = survey.box.min_m.z();
-  const auto is_large = [largest](const auto& entry) {
+  const auto is_large = [largest](const std::pair<const int, Level>& entry) {
     return entry.second.area_m2 > 0.2 * largest;
   };
   const auto floor = std::find_if(levels.begin(), levels.end(), is_large);
   if (floor == levels.end()) return;
-  survey.floor_m = floor->first * kLevelBin_m;
+  survey.floor_m = floor->first * kLevelBinM;
   // A floor is rarely level to one bin: what lies a little above belongs to it.
   double area = 0.0, up = 0.0;
   for (auto level = floor; level != levels.end() && level->first <= floor->first + 4; ++level) {
@@ -157,8 +157,8 @@ void find_floor_and_ceiling(const std::vector<Patch>& patches, ModelSurvey& surv
   }
   survey.visible_from_inside = up > 0.9 * area;
   const auto ceiling = std::find_if(levels.rbegin(), levels.rend(), is_large);
-  if ((ceiling->first - floor->first) * kLevelBin_m > kLeastRoomHeight_m)
-    survey.ceiling_m = ceiling->first * kLevelBin_m;
+  if ((ceiling->first - floor->first) * kLevelBinM > kLeastRoomHeightM)
+    survey.ceiling_m = ceiling->first * kLevelBinM;
 }
 
 }  // namespace

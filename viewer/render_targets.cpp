@@ -43,4 +43,16 @@ void RenderTarget::bind() const {
   gl_.viewport(0, 0, width_px_, height_px_);
 }
 
+const RenderTarget& fitting_target(const GlFunctions& gl,
+                                   std::unique_ptr<RenderTarget>& slot,
+                                   RenderTarget::Kind kind,
+                                   int width_px,
+                                   int height_px) {
+  if (!slot || slot->width_px() != width_px || slot->height_px() != height_px) {
+    slot.reset();
+    slot = std::make_unique<RenderTarget>(gl, kind, width_px, height_px);
+  }
+  return *slot;
+}
+
 }  // namespace marco::viewer

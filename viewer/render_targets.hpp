@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+
 #include "viewer/gl_functions.hpp"
 
 namespace marco::viewer {
@@ -32,5 +34,12 @@ class RenderTarget {
   GLuint color_ = 0;
   GLuint depth_ = 0;
 };
+
+/// The slot's target, made anew when it is empty or has another size.
+const RenderTarget& fitting_target(const GlFunctions& gl,
+                                   std::unique_ptr<RenderTarget>& slot,
+                                   RenderTarget::Kind kind,
+                                   int width_px,
+                                   int height_px);
 
 }  // namespace marco::viewer

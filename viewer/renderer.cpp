@@ -4,18 +4,21 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 #include "common/check.hpp"
 #include "viewer/gl_program.hpp"
 #include "viewer/gpu_geometry.hpp"
+#include "viewer/occlusion_pass.hpp"
 #include "viewer/osmesa_context.hpp"
 #include "viewer/render_targets.hpp"
 #include "viewer/shaders.hpp"
+#include "viewer/shading.hpp"
 
 namespace marco::viewer {
 namespace {
 
-constexpr int kLargestPicture_px = 60000;
+constexpr int kLargestPicturePx = 60000;
 
 const char* define_of(Coloring coloring) {
   switch (coloring) {
@@ -54,8 +57,8 @@ Eigen::Matrix4d tile_from_clip(const Tile& tile, int width, int height) {
 }
 
 void check_request(const Look& look, PictureSize size) {
-  require(size.width_px >= 1 && size.height_px >= 1 && size.width_px <= kLargestPicture_px &&
-              size.height_px <= kLargestPicture_px,
+  require(size.width_px >= 1 && size.height_px >= 1 && size.width_px <= kLargestPicturePx &&
+              size.height_px <= kLargestPicturePx,
           "a picture of " + std::to_string(size.width_px) + " x " + std::to_string(size.height_px) +
               " px lies outside 1..60000 px");
   require(look.supersampling >= 1 && look.supersampling <= 4,
@@ -63,6 +66,12 @@ void check_request(const Look& look, PictureSize size) {
 }
 
 }  // namespace
+
+std::array<double, 2> height_range_m(const Look& look, const Box& box) {
+  if (look.height_range_m) return *look.height_range_m;
+  if (box.empty()) return {0.0, 1.0};
+  return {box.min_m.z(), std::min(box.max_m.z(), look.cut_height_m)};
+}
 
 Look thesis_look(Mode mode) {
   Look look;
@@ -91,7 +100,7 @@ class Renderer::Implementation {
     context_.activate();
     Picture picture(size.width_px, size.height_px, {});
     const int step =
-        (std::min(context_.max_size_px(), kTile_px) - 2 * kOverlap_px) / look.supersampling;
+        (std::min(context_.max_size_px(), kTilePx) - 2 * kOverlapPx) / look.supersampling;
     if (std::max(size.width_px, size.height_px) <= step) {
       render_tile(camera, look, size, whole(look, size));
       read(picture, {0, 0, size.width_px, size.height_px}, 0, 0);
@@ -153,8 +162,8 @@ class Renderer::Implementation {
  private:
   // Tiles keep the memory of a large picture small; the overlap lets corners darken each other
   // across a tile's edge.
-  static constexpr int kTile_px = 8192;
-  static constexpr int kOverlap_px = 256;
+  static constexpr int kTilePx = 8192;
+  static constexpr int kOverlapPx = 256;
 
   static Tile whole(const Look& look, PictureSize size) {
     return {0, 0, size.width_px * look.supersampling, size.height_px * look.supersampling};
@@ -166,7 +175,7 @@ class Renderer::Implementation {
                  PictureSize size,
                  const Tile& part,
                  Picture& picture) {
-    const int overlap = kOverlap_px / look.supersampling;
+    const int overlap = kOverlapPx / look.supersampling;
     const Tile wide{part.x - overlap, part.y - overlap, part.width + 2 * overlap,
                     part.height + 2 * overlap};
     const int s = look.supersampling;
@@ -179,7 +188,8 @@ class Renderer::Implementation {
     render_surfaces(camera, look, size, tile);
     const RenderTarget* result =
         &target(surface_target_, RenderTarget::Kind::color_with_depth, tile.width, tile.height);
-    if (look.occlusion_radius_m > 0.0) result = &render_occlusion(camera, look, size, tile);
+    if (look.occlusion_radius_m > 0.0)
+      result = &occlusion_.apply(*surface_target_, occlusion_view(camera, look, size, tile));
     const int width = tile.width / look.supersampling, height = tile.height / look.supersampling;
     if (look.supersampling == 1) {
       result->bind();
@@ -217,7 +227,7 @@ class Renderer::Implementation {
     gl_.enable(GL_PROGRAM_POINT_SIZE);
     if (!surfaces_) return;
     gl_.line_width(static_cast<float>(look.supersampling));
-    prepare(Coloring::scene, camera, look, size, tile)
+    prepare(surface_program(Coloring::scene, look.light, BackFaces::show), camera, look, size, tile)
         .set("cut_height_m", std::numeric_limits<float>::max());
     props_->draw(GL_TRIANGLES);
     points_->draw(GL_POINTS);
@@ -227,7 +237,7 @@ class Renderer::Implementation {
 
   void draw_meshes(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
     const bool cut = std::isfinite(look.cut_height_m);
-    prepare(look.coloring, camera, look, size, tile)
+    prepare(surface_program(look.coloring, look.light, look.back_faces), camera, look, size, tile)
         .set("cut_height_m", cut ? look.cut_height_m : 1e30);
     if (cut) gl_.enable(GL_CLIP_DISTANCE0);
     if (look.back_faces == BackFaces::hide) gl_.enable(GL_CULL_FACE);
@@ -242,12 +252,11 @@ class Renderer::Implementation {
     gl_.disable(GL_CLIP_DISTANCE0);
   }
 
-  const GlProgram& prepare(Coloring coloring,
+  const GlProgram& prepare(const GlProgram& program,
                            const Camera& camera,
                            const Look& look,
                            PictureSize size,
                            const Tile& tile) {
-    const GlProgram& program = surface_program(coloring, look.light);
     program.use();
     const Eigen::Matrix4d from_world = camera_from_world(camera);
     const Eigen::Matrix4d clip = tile_from_clip(tile, size.width_px * look.supersampling,
@@ -260,74 +269,28 @@ class Renderer::Implementation {
     program.set("view_direction", Eigen::Vector3d(-world_from_camera.col(2)));
     program.set("perspective", camera.projection == Projection::perspective ? 1.0 : 0.0);
     program.set("lamp_m", look.lamp_m);
-    program.set(
-        "lamp_direction",
-        Eigen::Vector3d((world_from_camera * Eigen::Vector3d(-0.5, 0.6, 0.6)).normalized()));
-    const auto range = look.height_range_m.value_or(
-        box_.empty()
-            ? std::array<double, 2>{0.0, 1.0}
-            : std::array<double, 2>{box_.min_m.z(), std::min(box_.max_m.z(), look.cut_height_m)});
+    program.set("lamp_direction", Eigen::Vector3d(world_from_camera * lamp_in_camera()));
+    const auto range = height_range_m(look, box_);
+    for (std::size_t i = 0; i < kHeightColors.size(); ++i)
+      program.set(("height_colors[" + std::to_string(i) + "]").c_str(),
+                  Eigen::Vector3d(kHeightColors[i].data()));
+    program.set("room_light", Eigen::Vector3d(kRoomAmbient, kRoomSky, kRoomLamp));
+    program.set("thesis_light", Eigen::Vector3d(kThesisAmbient, kThesisDiffuse, kThesisGrey));
     program.set("low_m", range[0]);
     program.set("high_m", range[1]);
     return program;
   }
 
-  const RenderTarget& render_occlusion(const Camera& camera,
-                                       const Look& look,
-                                       PictureSize size,
-                                       const Tile& tile) {
-    // Shadows are soft: one sample a finished pixel is enough, whatever the supersampling.
-    const int width = tile.width / look.supersampling, height = tile.height / look.supersampling;
-    const RenderTarget& raw = target(openness_target_, RenderTarget::Kind::openness, width, height);
-    const RenderTarget& blurred =
-        target(blurred_target_, RenderTarget::Kind::openness, width, height);
-    const RenderTarget& composed =
-        target(composed_target_, RenderTarget::Kind::color, tile.width, tile.height);
+  OcclusionPass::View occlusion_view(const Camera& camera,
+                                     const Look& look,
+                                     PictureSize size,
+                                     const Tile& tile) const {
+    const int width = size.width_px * look.supersampling;
+    const int height = size.height_px * look.supersampling;
     const Eigen::Matrix4d clip = clip_from_camera(camera, size.aspect());
-    const Eigen::Matrix4d camera_from_tile =
-        (tile_from_clip(tile, size.width_px * look.supersampling,
-                        size.height_px * look.supersampling) *
-         clip)
-            .inverse();
-    const Eigen::Vector2d size_px(tile.width, tile.height);
-    gl_.disable(GL_DEPTH_TEST);
-    gl_.bind_vertex_array(no_vertices());
-    bind_texture(1, surface_target_->depth_texture());
-    bind_texture(2, surface_target_->color_texture());
-
-    const auto pass = [&](const GlProgram& program, const RenderTarget& to, GLuint input) {
-      to.bind();
-      bind_texture(0, input);
-      program.use();
-      program.set_texture("openness_map", 0);
-      program.set_texture("depth", 1);
-      program.set_texture("colors", 2);
-      program.set("camera_from_clip", camera_from_tile);
-      program.set("size_px", size_px);
-      program.set("stride", static_cast<double>(look.supersampling));
-    };
-    pass(occlusion_, raw, 0);
-    occlusion_.set("radius_m", look.occlusion_radius_m);
-    occlusion_.set("px_per_m_at_1m", 0.5 * clip(1, 1) * size.height_px * look.supersampling);
-    occlusion_.set("perspective", camera.projection == Projection::perspective ? 1.0 : 0.0);
-    gl_.draw_arrays(GL_TRIANGLES, 0, 3);
-    pass(blur_, blurred, raw.color_texture());
-    blur_.set("direction", Eigen::Vector2d(1.0, 0.0));
-    gl_.draw_arrays(GL_TRIANGLES, 0, 3);
-    pass(compose_, composed, blurred.color_texture());
-    compose_.set("direction", Eigen::Vector2d(0.0, 1.0));
-    gl_.draw_arrays(GL_TRIANGLES, 0, 3);
-    return composed;
-  }
-
-  void bind_texture(unsigned unit, GLuint texture) {
-    gl_.active_texture(GL_TEXTURE0 + unit);
-    gl_.bind_texture(GL_TEXTURE_2D, texture);
-  }
-
-  GLuint no_vertices() {
-    if (no_vertices_ == 0) gl_.gen_vertex_arrays(1, &no_vertices_);
-    return no_vertices_;
+    return {(tile_from_clip(tile, width, height) * clip).inverse(), look.occlusion_radius_m,
+            0.5 * clip(1, 1) * height, camera.projection == Projection::perspective,
+            look.supersampling};
   }
 
   // @param part where it goes, y from the bottom; @param x, y where it lies in the bound target.
@@ -346,32 +309,26 @@ class Renderer::Implementation {
                              RenderTarget::Kind kind,
                              int width,
                              int height) {
-    if (!slot || slot->width_px() != width || slot->height_px() != height) {
-      slot.reset();
-      slot = std::make_unique<RenderTarget>(gl_, kind, width, height);
-    }
-    return *slot;
+    return fitting_target(gl_, slot, kind, width, height);
   }
 
-  const GlProgram& surface_program(Coloring coloring, Light light) {
-    std::unique_ptr<GlProgram>& program = programs_[{coloring, light}];
+  const GlProgram& surface_program(Coloring coloring, Light light, BackFaces backs) {
+    std::unique_ptr<GlProgram>& program = programs_[{coloring, light, backs == BackFaces::faint}];
     if (!program)
-      program =
-          std::make_unique<GlProgram>(gl_, std::string(define_of(coloring)) + define_of(light),
-                                      shaders::kSurfaceVertex, shaders::kSurfaceFragment);
+      program = std::make_unique<GlProgram>(
+          gl_,
+          std::string(define_of(coloring)) + define_of(light) +
+              (backs == BackFaces::faint ? "#define FAINT_BACKS\n" : ""),
+          shaders::kSurfaceVertex, shaders::kSurfaceFragment);
     return *program;
   }
 
   OsmesaContext context_;
   const GlFunctions& gl_ = context_.gl();
-  GlProgram occlusion_{gl_, "", shaders::kScreenVertex, shaders::kOcclusion};
-  GlProgram blur_{gl_, "", shaders::kScreenVertex, shaders::kBlur};
-  GlProgram compose_{gl_, "#define COMPOSE\n", shaders::kScreenVertex, shaders::kBlur};
-  std::map<std::pair<Coloring, Light>, std::unique_ptr<GlProgram>> programs_;
+  OcclusionPass occlusion_{gl_};
+  std::map<std::tuple<Coloring, Light, bool>, std::unique_ptr<GlProgram>> programs_;
   std::unique_ptr<GpuGeometry> surfaces_, props_, points_, lines_;
-  std::unique_ptr<RenderTarget> surface_target_, openness_target_, blurred_target_,
-      composed_target_, half_target_, final_target_;
-  GLuint no_vertices_ = 0;
+  std::unique_ptr<RenderTarget> surface_target_, half_target_, final_target_;
   Box box_;
   std::vector<uint8_t> row_buffer_;
 };

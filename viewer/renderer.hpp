@@ -15,14 +15,16 @@ namespace marco::viewer {
 enum class Mode { points, wire, filled };
 enum class Coloring { height, normal, scene, grey };
 enum class Light { room, thesis };
-enum class BackFaces { show, hide };
+/// What is seen of a triangle from behind. faint: a quarter of its colour, when supersampled by 2
+/// or 4, over what lies behind it.
+enum class BackFaces { show, faint, hide };
 
 /// How a scene is drawn.
 struct Look {
   Mode mode = Mode::filled;  ///< of meshes; all else is always filled
   Coloring coloring = Coloring::height;
   Light light = Light::room;
-  BackFaces back_faces = BackFaces::show;  ///< hide: one looks through walls from behind
+  BackFaces back_faces = BackFaces::show;                         ///< of meshes
   double cut_height_m = std::numeric_limits<double>::infinity();  ///< meshes end here: no ceiling
   double point_size_px = 2.0;
   double occlusion_radius_m = 0.45;  ///< corners within it darken each other; 0 = no such shadow
@@ -34,6 +36,9 @@ struct Look {
 
 /// Thesis B's own look (ch. 4, app. C): 95 % grey, one lamp at the sensor's place, no shadow.
 Look thesis_look(Mode mode = Mode::filled);
+
+/// Lowest and highest of the height colours: the look's, else the box below the cut.
+std::array<double, 2> height_range_m(const Look& look, const Box& box);
 
 struct PictureSize {
   int width_px = 1280;

@@ -10,7 +10,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-constexpr uint8_t kOccupiedAbove_percent = 65;
+constexpr uint8_t kOccupiedAbovePercent = 65;
 
 std::array<uint8_t, 4> packed(Rgb color) { return {color.red, color.green, color.blue, 255}; }
 
@@ -86,7 +86,7 @@ void add_box(const Vector3d& low, const Vector3d& high, Rgb color, Geometry& out
 
 bool occupied(const GridMap& grid, int x, int y) {
   const uint8_t percent = grid.at(x, y);
-  return percent != GridMap::kUnknown && percent > kOccupiedAbove_percent;
+  return percent != GridMap::kUnknown && percent > kOccupiedAbovePercent;
 }
 
 // Runs of like cells along x become one face or box.

@@ -22,9 +22,8 @@ void main() {
 }
 )";
 
-// LIGHT_THESIS is thesis B, app. C: one lamp at the sensor's height at the origin, ambient and
-// diffuse 30 % each, both sides lit. LIGHT_ROOM makes faces of different direction differ: sky from
-// above, a lamp over the viewer's left shoulder.
+// LIGHT_THESIS is thesis B, app. C: one lamp at the sensor's height at the origin, both sides lit.
+// LIGHT_ROOM makes faces of different direction differ. The numbers come from shading.hpp.
 const char* const kSurfaceFragment = R"(
 in vec3 world_m;
 in vec3 surface_normal;
@@ -38,16 +37,22 @@ uniform float low_m;
 uniform float high_m;
 out vec4 shown;
 
+uniform vec3 height_colors[5];
+uniform vec3 room_light;
+uniform vec3 thesis_light;
+
 vec3 height_color(float part) {
-  const vec3 stops[5] = vec3[5](vec3(0.60, 0.69, 0.82), vec3(0.62, 0.81, 0.82),
-                                vec3(0.91, 0.91, 0.80), vec3(0.97, 0.84, 0.64),
-                                vec3(0.90, 0.63, 0.53));
   float place = clamp(part, 0.0, 1.0) * 4.0;
   int stop = min(int(place), 3);
-  return mix(stops[stop], stops[stop + 1], place - float(stop));
+  return mix(height_colors[stop], height_colors[stop + 1], place - float(stop));
 }
 
 void main() {
+#if defined(FAINT_BACKS)
+  // One sample of four: a quarter of the colour once samples are averaged. The even samples, which
+  // the shadows look at, see what lies behind.
+  if (!gl_FrontFacing && (int(gl_FragCoord.x) & int(gl_FragCoord.y) & 1) == 0) discard;
+#endif
   vec3 towards_eye = normalize(mix(-view_direction, eye_m - world_m, perspective));
   float length_of_normal = length(surface_normal);
   vec3 n = length_of_normal > 0.0 ? surface_normal / length_of_normal : towards_eye;
@@ -55,16 +60,16 @@ void main() {
 #if defined(COLOR_HEIGHT)
   vec3 base = height_color((world_m.z - low_m) / max(high_m - low_m, 1e-3));
 #elif defined(COLOR_NORMAL)
-  vec3 base = 0.5 + 0.5 * n;
+  vec3 base = 0.62 + 0.34 * n;
 #elif defined(COLOR_GREY)
-  vec3 base = vec3(0.95);
+  vec3 base = vec3(thesis_light.z);
 #else
   vec3 base = own_color;
 #endif
 #if defined(LIGHT_THESIS)
-  float light = 0.3 + 0.3 * max(dot(n, normalize(lamp_m - world_m)), 0.0);
+  float light = thesis_light.x + thesis_light.y * max(dot(n, normalize(lamp_m - world_m)), 0.0);
 #elif defined(LIGHT_ROOM)
-  float light = 0.66 + 0.09 * n.z + 0.30 * max(dot(n, lamp_direction), 0.0);
+  float light = room_light.x + room_light.y * n.z + room_light.z * max(dot(n, lamp_direction), 0.0);
   if (length_of_normal == 0.0) light = 1.0;
 #else
   float light = 1.0;

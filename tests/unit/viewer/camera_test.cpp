@@ -8,13 +8,13 @@ namespace marco::viewer {
 namespace {
 
 // Projection is a handful of products of numbers around 10.
-constexpr double kTolerance_px = 1e-6;
+constexpr double kTolerancePx = 1e-6;
 
 TEST(Camera, PutsItsTargetInTheMiddleAndLeftOfTheRobotLeft) {
   const Camera camera = camera_at(make_pose3({1.0, 2.0, 0.5}, 0.0, 0.0, deg_to_rad(90.0)));
   const Eigen::Vector3d ahead = project(camera, {1.0, 5.0, 0.5}, 200, 100);
-  EXPECT_NEAR(ahead.x(), 100.0, kTolerance_px);
-  EXPECT_NEAR(ahead.y(), 50.0, kTolerance_px);
+  EXPECT_NEAR(ahead.x(), 100.0, kTolerancePx);
+  EXPECT_NEAR(ahead.y(), 50.0, kTolerancePx);
   EXPECT_NEAR(ahead.z(), 3.0, 1e-9);
   EXPECT_LT(project(camera, {0.0, 5.0, 0.5}, 200, 100).x(), 100.0);
   EXPECT_LT(project(camera, {1.0, 5.0, 1.5}, 200, 100).y(), 50.0);
@@ -24,8 +24,8 @@ TEST(Camera, PutsItsTargetInTheMiddleAndLeftOfTheRobotLeft) {
 TEST(Camera, VerticalFieldOfViewEndsAtThePicturesEdges) {
   const Camera camera = camera_at(make_pose3({0.0, 0.0, 0.0}), deg_to_rad(80.0));
   const double height = 2.0 * std::tan(deg_to_rad(40.0));
-  EXPECT_NEAR(project(camera, {2.0, 0.0, height}, 200, 100).y(), 0.0, kTolerance_px);
-  EXPECT_NEAR(project(camera, {2.0, 0.0, -height}, 200, 100).y(), 100.0, kTolerance_px);
+  EXPECT_NEAR(project(camera, {2.0, 0.0, height}, 200, 100).y(), 0.0, kTolerancePx);
+  EXPECT_NEAR(project(camera, {2.0, 0.0, -height}, 200, 100).y(), 100.0, kTolerancePx);
 }
 
 TEST(Camera, FitsABoxTightlyFromEveryDirection) {

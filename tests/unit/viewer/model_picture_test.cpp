@@ -52,7 +52,10 @@ TEST(PlanView, FromAboveOneLooksIntoTheRoom) {
   const ViewPlan plan = plan_view(scene, View::above, {}, Projection::perspective, kSize);
   EXPECT_LT(plan.look.cut_height_m, 2.5);
   EXPECT_GT(plan.look.cut_height_m, 1.25);
-  const std::vector<float> depths = renderer.draw_depth_m(plan.camera, plan.look, kSize);
+  EXPECT_EQ(plan.look.back_faces, BackFaces::faint);
+  Look solid = plan.look;
+  solid.back_faces = BackFaces::hide;
+  const std::vector<float> depths = renderer.draw_depth_m(plan.camera, solid, kSize);
   // The table's top and the floor beside it are in sight: their depths are those of the points.
   for (const Eigen::Vector3d& point :
        {Eigen::Vector3d(2.7, 1.8, 0.75), Eigen::Vector3d(1.0, 1.0, 0.0),

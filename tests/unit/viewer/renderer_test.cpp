@@ -103,6 +103,26 @@ TEST(Renderer, CutPlaneTakesTheCeilingOff) {
   EXPECT_NEAR(depth(), 12.0, 0.01);  // the ceiling shows its back to us
 }
 
+TEST(Renderer, FaintBackFacesLetThreeQuartersThrough) {
+  TriangleMesh mesh;
+  testing::add_face(mesh, {-5, -5, 1}, {0, 10, 0}, {10, 0, 0}, 10.0F);  // faces down
+  Scene scene;
+  scene.meshes.push_back({std::make_shared<const TriangleMesh>(mesh)});
+  Renderer renderer;
+  renderer.load(scene);
+  Camera camera;
+  camera.eye_m = {0.0, 0.0, 3.0};
+  camera.up = Eigen::Vector3d::UnitY();
+  Look look = thesis_look();
+  look.lamp_m = {0.0, 0.0, 3.0};
+  look.background = {0, 0, 0};
+  const int shown = renderer.draw(camera, look, {40, 40}).at(20, 20).red;
+  look.back_faces = BackFaces::faint;
+  EXPECT_NEAR(renderer.draw(camera, look, {40, 40}).at(20, 20).red, 0.25 * shown, 2.0);
+  look.back_faces = BackFaces::hide;
+  EXPECT_EQ(renderer.draw(camera, look, {40, 40}).at(20, 20).red, 0);
+}
+
 TEST(Renderer, ModesShowLessAndLess) {
   Renderer renderer;
   renderer.load(room_scene(0.5F));
@@ -176,7 +196,7 @@ TEST(Renderer, TilesMeetWithoutASeam) {
   Renderer renderer;
   renderer.load(room_scene());
   Look look = plain(Coloring::height);
-  look.supersampling = 4;  // 4000 px wide are then 16 000: two tiles
+  look.supersampling = 4;  // 2400 px wide are then 9600 samples: two tiles
   const PictureSize large{2400, 60}, once{2400, 60};
   const Picture tiled = renderer.draw(in_the_room(), look, large);
   look.supersampling = 1;

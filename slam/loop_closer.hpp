@@ -17,6 +17,7 @@ struct KeyScan {
   Utime utime;
   OrientedPoints points_in_robot;
   Eigen::Vector2d sensor_in_robot = {0, 0};
+  double sensor_heading_rad = 0.0;
   Pose2 world_from_robot;
   double path_m = 0.0;  ///< driven until here
 };

@@ -50,7 +50,8 @@ MotionGuess MotionModel::guess(const MotionInput& now) const {
   MotionGuess guess = from_velocity(dt_s);
   if (now.odom_from_robot && before_->odom_from_robot) {
     const Pose2 step = between(*before_->odom_from_robot, *now.odom_from_robot);
-    if (std::hypot(step.x_m, step.y_m) <= options_.max_step_m) guess = from_odometry(step);
+    const double limit_m = std::max(options_.max_step_m, options_.max_speed_m_per_s * dt_s);
+    if (std::hypot(step.x_m, step.y_m) <= limit_m) guess = from_odometry(step);
   }
   if (now.gyro_heading_rad && before_->gyro_heading_rad) {
     const double sigma_rad = deg_to_rad(0.1 + options_.gyro_sigma_deg_per_s * std::abs(dt_s));

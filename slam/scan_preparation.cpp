@@ -20,6 +20,8 @@ PreparedScan prepare_scan(const LaserScan& scan,
   PreparedScan prepared;
   prepared.utime = scan.utime;
   prepared.sensor_in_robot = robot_from_sensor.translation().head<2>();
+  prepared.sensor_heading_rad =
+      std::atan2(robot_from_sensor.linear()(1, 0), robot_from_sensor.linear()(0, 0));
   prepared.beams = static_cast<int>(scan.size());
   prepared.hits_in_robot.resize(2, prepared.beams);
   const double beam_period_s =

@@ -23,6 +23,7 @@ struct PreparedScan {
   Utime utime;
   Points2 hits_in_robot;                     ///< 2xN [m], in the order of the beams
   Eigen::Vector2d sensor_in_robot = {0, 0};  ///< [m]
+  double sensor_heading_rad = 0.0;           ///< of the sensor's x axis, seen from the robot
   int beams = 0;                             ///< as measured
   int no_return = 0;  ///< outside the range limits, 0, NaN, infinite or negative
 };

@@ -42,27 +42,42 @@ SlamUpdate Slam::process(const SlamInput& input) {
   const OrientedPoints points =
       use ? orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, options_.normals)
           : OrientedPoints{};
-  SlamUpdate update;
-  Match found;
-  found.world_from_robot = world_from_robot_ * guess.before_from_now;
   const PosePrior prior = prior_of(guess);
+  // Odometry is asked anew for the whole way since the last scan that was looked at: its
+  // uncertainty does not add up over the scans of a sweep.
+  if (!use && guess.source == MotionGuess::Source::odometry) {
+    return note_scan(input.scan.utime, prior.map_from_robot, inverse_of(prior.information));
+  }
+  Match found;
+  found.world_from_robot = prior.map_from_robot;
   if (use && local_map_) found = match(points, guess, prior);
   motion_.update(input.motion, between(world_from_robot_, found.world_from_robot));
-  update.status = found.usable ? SlamUpdate::Status::matched : SlamUpdate::Status::carried;
   covariance_ = inverse_of(prior.information + found.information);
   world_from_robot_ = found.world_from_robot;
-  if (use && input.may_draw && (keys_.empty() || key_is_due(world_from_robot_))) {
+  bool became_key = false, trajectory_changed = false;
+  if (use && input.may_draw && key_is_due(input.scan, world_from_robot_)) {
     add_key(input, points, found);
-    update.became_key = true;
-    update.trajectory_changed = close_loops();
+    became_key = true;
+    trajectory_changed = close_loops();
   }
+  SlamUpdate update = note_scan(input.scan.utime, world_from_robot_, covariance_);
+  if (found.usable) update.status = SlamUpdate::Status::matched;
+  update.overlap = found.overlap;
+  update.became_key = became_key;
+  update.trajectory_changed = trajectory_changed;
+  return update;
+}
+
+SlamUpdate Slam::note_scan(Utime utime,
+                           const Pose2& world_from_robot,
+                           const Eigen::Matrix3d& covariance) {
   const int key = static_cast<int>(keys_.size()) - 1;
   const Pose2 key_from_robot =
-      keys_.empty() ? world_from_robot_ : between(keys_.back().world_from_robot, world_from_robot_);
-  scans_.push_back({input.scan.utime, key, key_from_robot});
-  update.world_from_robot = world_from_robot_;
-  update.covariance = covariance_;
-  update.overlap = found.overlap;
+      keys_.empty() ? world_from_robot : between(keys_.back().world_from_robot, world_from_robot);
+  scans_.push_back({utime, key, key_from_robot});
+  SlamUpdate update;
+  update.world_from_robot = world_from_robot;
+  update.covariance = covariance;
   return update;
 }
 
@@ -112,14 +127,25 @@ Slam::Match Slam::match_widely(const OrientedPoints& points, const PosePrior& pr
           fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
 }
 
-bool Slam::key_is_due(const Pose2& world_from_robot) const {
-  const Pose2 moved = between(keys_.back().world_from_robot, world_from_robot);
-  return moved.translation_m().norm() >= options_.key_distance_m ||
-         std::abs(moved.theta_rad) >= deg_to_rad(options_.key_turn_deg);
+bool Slam::key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const {
+  const double turn_rad = deg_to_rad(options_.key_turn_deg);
+  // Several lasers, or one that pans, look several ways from one place.
+  for (auto key = keys_.rbegin(); key != keys_.rend(); ++key) {
+    const Pose2 moved = between(key->world_from_robot, world_from_robot);
+    if (moved.translation_m().norm() >= options_.key_distance_m ||
+        std::abs(moved.theta_rad) >= turn_rad) {
+      return true;
+    }
+    const double panned_rad = normalize_angle(scan.sensor_heading_rad - key->sensor_heading_rad);
+    if (std::abs(panned_rad) < turn_rad) return false;
+  }
+  return true;
 }
 
 void Slam::add_key(const SlamInput& input, const OrientedPoints& points, const Match& match) {
-  KeyScan key{input.scan.utime, points, input.scan.sensor_in_robot, match.world_from_robot, 0.0};
+  KeyScan key{input.scan.utime,           points,
+              input.scan.sensor_in_robot, input.scan.sensor_heading_rad,
+              match.world_from_robot,     0.0};
   const int node = graph_.add_node(key.world_from_robot);
   if (!keys_.empty()) {
     const KeyScan& before = keys_.back();

@@ -20,7 +20,7 @@ namespace marco::slam {
 
 struct SlamOptions {
   double key_distance_m = 0.30;  ///< a key scan is kept after this move ...
-  double key_turn_deg = 15.0;    ///< ... or this turn
+  double key_turn_deg = 15.0;    ///< ... or this turn of the robot or of a panning laser
   int window_key_scans = 15;     ///< the local map is made of this many last key scans
   int min_points = 20;           ///< a scan with fewer returns is not matched
   double good_overlap = 0.5;     ///< below it the search is widened
@@ -117,10 +117,13 @@ class Slam {
     Pose2 key_from_robot;
   };
 
+  SlamUpdate note_scan(Utime utime,
+                       const Pose2& world_from_robot,
+                       const Eigen::Matrix3d& covariance);
   PosePrior prior_of(const MotionGuess& guess) const;
   Match match(const OrientedPoints& points, const MotionGuess& guess, const PosePrior& prior) const;
   Match match_widely(const OrientedPoints& points, const PosePrior& prior) const;
-  bool key_is_due(const Pose2& world_from_robot) const;
+  bool key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const;
   void add_key(const SlamInput& input, const OrientedPoints& points, const Match& match);
   bool close_loops();
   void rebuild_local_map();
@@ -137,7 +140,7 @@ class Slam {
   std::vector<ScanPose> scans_;
   std::vector<Loop> loops_;
   std::optional<SurfelPyramid> local_map_;
-  Pose2 world_from_robot_;
+  Pose2 world_from_robot_;  ///< at the last scan that was looked at
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   double last_search_path_m_ = 0.0;  ///< of the last look for loops
   double closed_path_m_ = 0.0;       ///< when a loop was last closed

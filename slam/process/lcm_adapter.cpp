@@ -122,6 +122,13 @@ void SlamAdapter::use_waiting_scans() {
   }
 }
 
+bool SlamAdapter::is_level(const Pose2& first_beam, const Pose2& last_beam) const {
+  const double limit_rad = deg_to_rad(options_.level_tilt_limit_deg);
+  const double panned_rad = normalize_angle(last_beam.x_m - first_beam.x_m);
+  return std::abs(first_beam.y_m) <= limit_rad && std::abs(last_beam.y_m) <= limit_rad &&
+         std::abs(panned_rad) <= deg_to_rad(options_.pan_in_scan_limit_deg);
+}
+
 SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) const {
   SlamInput input;
   const Duration reach = Duration::from_seconds(options_.patience_s);
@@ -134,9 +141,11 @@ SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) c
   if (info.mount == SensorInfo::Mount::pantilt) {
     const auto base = sensors_.find(channels::kPanTiltState);
     const auto angles = motion_.pantilt.at(scan.utime, reach);
+    const auto angles_at_end =
+        motion_.pantilt.at(scan.utime + Duration::from_seconds(info.scan_duration_s), reach);
     if (base != sensors_.end() && angles) {
       robot_from_sensor = robot_from_pantilt_sensor(base->second, info, angles->x_m, angles->y_m);
-      input.level = std::abs(angles->y_m) <= deg_to_rad(options_.level_tilt_limit_deg);
+      input.level = is_level(*angles, angles_at_end.value_or(*angles));
     }
   }
   input.scan = prepare_scan(scan, info, robot_from_sensor, slam_.velocity());

@@ -18,7 +18,8 @@ namespace marco::slam {
 struct SlamAdapterOptions {
   SlamOptions slam;
   double level_tilt_limit_deg =
-      1.0;                    ///< a scan tilted more is for 3D only; odometry carries the pose
+      1.0;  ///< a scan tilted more is for 3D only; odometry carries the pose
+  double pan_in_scan_limit_deg = 0.1;  ///< so is one during which the laser turned more
   double map_period_s = 5.0;  ///< GRID_MAP is sent this often, in message time; 0 = at the end only
   double patience_s = 0.5;    ///< how long a scan waits for odometry and pan-tilt, in message time
   int hold_out_every = 0;     ///< every Nth scan gets a pose but is not drawn; 0 = none
@@ -27,6 +28,7 @@ struct SlamAdapterOptions {
   void visit(Visitor& v) {
     v("slam", slam);
     v("level_tilt_limit_deg", level_tilt_limit_deg, Limits{0.0, 90.0});
+    v("pan_in_scan_limit_deg", pan_in_scan_limit_deg, kNotNegative);
     v("map_period_s", map_period_s, kNotNegative);
     v("patience_s", patience_s, Limits{0.0, 10.0});
     v("hold_out_every", hold_out_every, Limits{0, 1000000});
@@ -86,6 +88,8 @@ class SlamAdapter {
   void use_all_waiting();
   bool ready(const LaserScan& scan) const;
   void use(const LaserScan& scan);
+  /// @param first_beam, last_beam  (pan, tilt, 0) [rad] at their times
+  bool is_level(const Pose2& first_beam, const Pose2& last_beam) const;
   SlamInput input_of(const LaserScan& scan, const SensorInfo& info) const;
   void publish(const LaserScan& scan, const SlamUpdate& update);
   void publish_trajectory(Utime utime);

@@ -94,6 +94,7 @@ class Slam {
   /// Grows whenever older poses changed.
   int64_t revision() const { return revision_; }
   const std::vector<Loop>& loops() const { return loops_; }
+  const std::vector<KeyScan>& keys() const { return keys_; }
   std::size_t key_count() const { return keys_.size(); }
   const JointRefinementResult& refinement() const { return refined_; }
   /// The next scan's motion input has nothing to do with the last one's.

@@ -17,6 +17,8 @@ using Eigen::Vector3d;
 constexpr double kCellM = 0.4;
 constexpr double kLevelBinM = 0.05;
 constexpr double kLeastRoomHeightM = 1.6;
+// A survey looks at every Nth triangle, so that it costs the same for any model.
+constexpr std::size_t kSurveyedTriangles = 100000;
 
 struct Patch {
   std::array<Vector3d, 3> corners_m;
@@ -27,9 +29,13 @@ struct Patch {
 
 std::vector<Patch> patches_of(const Scene& scene) {
   std::vector<Patch> patches;
+  std::size_t count = 0;
+  for (const MeshItem& item : scene.meshes) count += item.mesh->triangles.size();
+  const std::size_t stride = 1 + count / kSurveyedTriangles;
   for (const MeshItem& item : scene.meshes) {
     const auto& vertices = item.mesh->vertices_m;
-    for (const auto& triangle : item.mesh->triangles) {
+    for (std::size_t i = 0; i < item.mesh->triangles.size(); i += stride) {
+      const auto& triangle = item.mesh->triangles[i];
       if (std::max({triangle[0], triangle[1], triangle[2]}) >= vertices.size()) continue;
       const Vector3d a = vertices[triangle[0]].cast<double>();
       const Vector3d b = vertices[triangle[1]].cast<double>();

@@ -117,9 +117,8 @@ void Mapping3dAdapter::publish_scene(const Scene& scene) {
 }
 
 void Mapping3dAdapter::publish_model(Utime utime) {
-  for (const mesh_t& tile : mesh_messages(mapper_.model(), utime, ++revision_)) {
-    bus_.publish(channels::kMesh, tile);
-  }
+  for_each_tile(mapper_.model(), utime, ++revision_,
+                [this](const mesh_t& tile) { bus_.publish(channels::kMesh, tile); });
 }
 
 void Mapping3dAdapter::finish() {

@@ -41,16 +41,21 @@ std::vector<scene_t> scene_messages(const Scene& scene) {
   return messages;
 }
 
-std::vector<mesh_t> mesh_messages(const TriangleMesh& mesh, Utime utime, int64_t revision) {
+void for_each_tile(const TriangleMesh& mesh,
+                   Utime utime,
+                   int64_t revision,
+                   const std::function<void(const mesh_t&)>& take) {
   // A triangle brings at most three vertices of 24 bytes and 12 bytes of its own.
   constexpr std::size_t kTrianglesEach = kMaxMessageBytes / (3 * 24 + 12);
-  std::vector<mesh_t> tiles;
-  for (std::size_t first = 0; first == 0 || first < mesh.triangles.size();
-       first += kTrianglesEach) {
+  const std::size_t tiles =
+      std::max<std::size_t>(1, (mesh.triangles.size() + kTrianglesEach - 1) / kTrianglesEach);
+  for (std::size_t number = 0; number < tiles; ++number) {
     mesh_t tile{};
+    const std::size_t first = number * kTrianglesEach;
     tile.utime = utime.us;
     tile.revision = revision;
-    tile.tile = static_cast<int32_t>(tiles.size());
+    tile.tile = static_cast<int32_t>(number);
+    tile.tiles = static_cast<int32_t>(tiles);
     std::unordered_map<uint32_t, int32_t> vertex_of;
     const std::size_t end = std::min(mesh.triangles.size(), first + kTrianglesEach);
     for (std::size_t i = first; i < end; ++i) {
@@ -68,10 +73,8 @@ std::vector<mesh_t> mesh_messages(const TriangleMesh& mesh, Utime utime, int64_t
     }
     tile.num_vertices = static_cast<int32_t>(tile.vertices_m.size());
     tile.num_triangles = static_cast<int32_t>(tile.triangles.size());
-    tiles.push_back(std::move(tile));
+    take(tile);
   }
-  for (mesh_t& tile : tiles) tile.tiles = static_cast<int32_t>(tiles.size());
-  return tiles;
 }
 
 }  // namespace marco::mapping3d

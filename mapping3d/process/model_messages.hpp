@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "common/triangle_mesh.hpp"
@@ -13,8 +14,12 @@ namespace marco::mapping3d {
 /// A scene in messages of whole rows, each below 300 kB.
 std::vector<scene_t> scene_messages(const Scene& scene);
 
-/// A mesh in tiles below 300 kB, each complete in itself; a mesh of nothing is one empty tile.
+/// Hands out a mesh in tiles below 300 kB, each complete in itself; a mesh of nothing is one empty
+/// tile. One tile at a time, since a model may be large.
 /// @param mesh with normals
-std::vector<mesh_t> mesh_messages(const TriangleMesh& mesh, Utime utime, int64_t revision);
+void for_each_tile(const TriangleMesh& mesh,
+                   Utime utime,
+                   int64_t revision,
+                   const std::function<void(const mesh_t&)>& take);
 
 }  // namespace marco::mapping3d

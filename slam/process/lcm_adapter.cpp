@@ -161,6 +161,7 @@ void SlamAdapter::use(const LaserScan& scan) {
     odometry_at_scans_.push_back({scan.utime, *input.motion.odom_from_robot});
   }
   if (keep_scans_) {
+    if (input.may_draw) input.scan.hits_in_robot.resize(2, 0);
     scans_.push_back({std::move(input.scan), input.level, !input.may_draw,
                       update.status == SlamUpdate::Status::matched});
   }

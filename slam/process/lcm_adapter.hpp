@@ -37,7 +37,7 @@ struct SlamAdapterOptions {
 
 /// What became of a scan, for those who draw or judge the map afterwards.
 struct UsedScan {
-  PreparedScan prepared;
+  PreparedScan prepared;  ///< without its points unless it was held out
   bool level = true;
   bool held_out = false;
   bool matched = false;
@@ -65,14 +65,15 @@ class SlamAdapter {
 
   const Slam& slam() const { return slam_; }
   const process::DropCounter& drops() const { return drops_; }
+  /// The newest SENSOR_INFO of each channel.
+  const std::map<std::string, SensorInfo>& sensors() const { return sensors_; }
   /// One a scan, in the order of arrival: as first published.
   const Trajectory& live_trajectory() const { return live_; }
   /// Raw odometry at the same scans; empty when there was none at the first scan.
   const Trajectory& odometry_trajectory() const { return odometry_at_scans_; }
   /// One a scan, same order. Filled only after keep_scans().
   const std::vector<UsedScan>& scans() const { return scans_; }
-  /// Keeps every prepared scan, for pictures and for judging held-out scans. Memory grows with the
-  /// log.
+  /// Keeps what became of every scan, and the points of those held out.
   void keep_scans() { keep_scans_ = true; }
 
  private:

@@ -6,8 +6,7 @@
 #include "common/files/tum.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
-#include "common/trajectory_fit.hpp"
-#include "slam/grid/map_prediction.hpp"
+#include "tools/map/judge.hpp"
 #include "tools/map/map_job.hpp"
 #include "tools/map/pictures.hpp"
 #include "tools/map/report.hpp"
@@ -33,40 +32,9 @@ struct Arguments {
   std::string out = "out";
   std::string config;
   std::string foreign;
+  std::string world;
   int hold_out_every = 0;
 };
-
-std::vector<slam::PlacedScan> held_out_scans(const MapJob& job) {
-  const Trajectory trajectory = job.slam().slam().trajectory();
-  std::vector<slam::PlacedScan> placed;
-  for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    const slam::UsedScan& scan = job.slam().scans()[i];
-    if (!scan.held_out || !scan.level) continue;
-    placed.push_back({trajectory[i].world_from_robot, scan.prepared.hits_in_robot,
-                      scan.prepared.sensor_in_robot});
-  }
-  return placed;
-}
-
-ReportExtras judge(const MapJob& job, const GridMap& map) {
-  ReportExtras extras;
-  if (!job.truth().empty()) {
-    const TrajectoryFit fit = fit_to_truth(job.slam().slam().trajectory(), job.truth());
-    if (fit.count >= 2) {
-      extras.errors["path error rms_m"] = fit.rms_m;
-      extras.errors["path error max_m"] = fit.max_m;
-    }
-  }
-  const std::vector<slam::PlacedScan> held_out = held_out_scans(job);
-  if (!held_out.empty()) {
-    const slam::PredictionQuality quality = slam::judge_prediction(map, held_out);
-    extras.errors["held-out beams"] = static_cast<double>(quality.beams);
-    extras.errors["held-out median range error_m"] = quality.median_error_m;
-    extras.errors["held-out beams through walls"] = quality.through_walls;
-    extras.errors["held-out beams short of walls"] = quality.short_of_walls;
-  }
-  return extras;
-}
 
 int run(const Arguments& arguments) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
@@ -82,6 +50,10 @@ int run(const Arguments& arguments) {
           arguments.inputs.front() + ": holds no laser scan that could be used");
   files::write_tum(out / "trajectory.tum", job.slam().slam().trajectory());
   files::write_tum(out / "trajectory_live.tum", job.slam().live_trajectory());
+  if (!job.slam().odometry_trajectory().empty()) {
+    files::write_tum(out / "odometry.tum", job.slam().odometry_trajectory());
+  }
+  if (!job.truth().empty()) files::write_tum(out / "truth.tum", job.truth());
   const GridMap map = job.slam().slam().grid().to_map();
   if (map.width_cells > 0) files::write_map(out, map);
   const TriangleMesh model = job.mapping3d().mapper().model();
@@ -90,7 +62,12 @@ int run(const Arguments& arguments) {
   if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
   if (!model.triangles.empty()) draw_model_picture(out / "model.png", model);
   job.clock().end_stage("pictures");
-  const ReportExtras extras = judge(job, map);
+  ReportExtras extras{judge_path(job)};
+  extras.errors.merge(judge_held_out(job, map));
+  if (!arguments.world.empty()) {
+    extras.errors.merge(judge_against_world(job, map, model, arguments.world));
+  }
+  job.clock().end_stage("judge");
   write_report(out / "report.json", job, extras);
   print_summary(job, extras, out);
   return 0;
@@ -114,6 +91,9 @@ int main(int argc, char** argv) {
                    "every Nth scan gets a pose but is not drawn; the report says how well the map "
                    "predicts it")
         ->check(CLI::Range(2, 1000000));
+    app.add_option("--world", arguments.world,
+                   "a simulated recording's world: map and model are compared with it")
+        ->check(CLI::ExistingFile);
     bool print_config = false;
     app.add_flag("--print-config", print_config, "print the config in force and exit");
     // --print-config needs no INPUT.

@@ -37,6 +37,16 @@ Trajectory within(const Trajectory& trajectory, const GridMap& map) {
 void draw_map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job) {
   viewer::Scene scene;
   scene.grid = map;
+  viewer::PointsItem points;
+  points.label = "scan points";
+  for (const slam::KeyScan& key : job.slam().slam().keys()) {
+    const Points2 hits = key.world_from_robot * key.points_in_robot.points;
+    for (Eigen::Index i = 0; i < hits.cols(); ++i) {
+      const Eigen::Vector2f hit = hits.col(i).cast<float>();
+      points.points_m.emplace_back(hit.x(), hit.y(), 0.0F);
+    }
+  }
+  scene.points.push_back(std::move(points));
   const Trajectory estimate = job.slam().slam().trajectory();
   const Trajectory& odometry = job.slam().odometry_trajectory();
   if (!odometry.empty() && !estimate.empty()) {

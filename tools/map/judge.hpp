@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "common/grid_map.hpp"
+#include "common/triangle_mesh.hpp"
+#include "tools/map/map_job.hpp"
+
+namespace marco {
+
+/// Errors by name with unit, for the report; what cannot be known is left out.
+using Errors = std::map<std::string, double>;
+
+/// Of the path, against the recording's own TRUE_POSE (rms after the best rigid fit).
+Errors judge_path(const MapJob& job);
+
+/// How well the map predicts the scans that were held out.
+Errors judge_held_out(const MapJob& job, const GridMap& map);
+
+/// Of map and model, against the world of the simulator. Laid on it by the fit of the path.
+/// @param world_file  see drivers/simulator/world.hpp
+Errors judge_against_world(const MapJob& job,
+                           const GridMap& map,
+                           const TriangleMesh& model,
+                           const std::filesystem::path& world_file);
+
+}  // namespace marco

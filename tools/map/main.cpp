@@ -60,7 +60,7 @@ int run(const Arguments& arguments) {
   if (!model.triangles.empty()) files::write_ply(out / "model.ply", model);
   job.clock().end_stage("write");
   if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
-  if (!model.triangles.empty()) draw_model_picture(out / "model.png", model);
+  if (!model.triangles.empty()) draw_model_picture(out / "model.png", model, job);
   job.clock().end_stage("pictures");
   ReportExtras extras{judge_path(job)};
   extras.errors.merge(judge_held_out(job, map));

@@ -1,6 +1,8 @@
 #include "tools/map/pictures.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 #include "common/trajectory_fit.hpp"
 #include "viewer/image_io.hpp"
@@ -30,6 +32,33 @@ Trajectory within(const Trajectory& trajectory, const GridMap& map) {
     result.push_back(pose);
   }
   return result;
+}
+
+double sensor_heading_rad(const mapping3d::SceneRow& row) {
+  const Pose3 world_from_sensor = lift(row.world_from_robot) * row.robot_from_sensor_first;
+  return std::atan2(world_from_sensor.linear()(1, 0), world_from_sensor.linear()(0, 0));
+}
+
+bool looked_around(const std::vector<mapping3d::Scene>& scenes) {
+  constexpr double kOneWayDeg = 60.0;
+  const double first_rad = sensor_heading_rad(scenes.front().rows.front());
+  return std::any_of(scenes.begin(), scenes.end(), [first_rad](const mapping3d::Scene& scene) {
+    const double turned_rad = normalize_angle(sensor_heading_rad(scene.rows.back()) - first_rad);
+    return std::abs(turned_rad) > deg_to_rad(kOneWayDeg);
+  });
+}
+
+// Over the robot's shoulder, as the viewer's --camera wants it.
+std::string camera_behind(const mapping3d::Scene& scene) {
+  const mapping3d::SceneRow& row = scene.rows[scene.rows.size() / 2];
+  const Pose3 eye = lift(row.world_from_robot) * row.robot_from_sensor_first;
+  const double heading_rad = sensor_heading_rad(row);
+  char camera[120];
+  std::snprintf(camera, sizeof camera, "%.3f,%.3f,%.3f,%.1f,-8",
+                eye.translation().x() - std::cos(heading_rad),
+                eye.translation().y() - std::sin(heading_rad), eye.translation().z() + 0.9,
+                rad_to_deg(heading_rad));
+  return camera;
 }
 
 }  // namespace
@@ -66,10 +95,14 @@ void draw_map_picture(const std::filesystem::path& path, const GridMap& map, con
   viewer::write_png(viewer::draw_map(scene).picture, path.string());
 }
 
-void draw_model_picture(const std::filesystem::path& path, TriangleMesh model) {
+void draw_model_picture(const std::filesystem::path& path, TriangleMesh model, const MapJob& job) {
   viewer::Scene scene;
   scene.meshes.push_back({std::make_shared<const TriangleMesh>(std::move(model))});
-  viewer::write_png(viewer::render_scene(std::move(scene), {}), path.string());
+  viewer::RenderRequest request;
+  if (!looked_around(job.mapping3d().mapper().scenes())) {
+    request.camera = camera_behind(job.mapping3d().mapper().scenes().front());
+  }
+  viewer::write_png(viewer::render_scene(std::move(scene), request), path.string());
 }
 
 }  // namespace marco

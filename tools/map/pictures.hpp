@@ -12,7 +12,9 @@ namespace marco {
 /// and truth are laid on the estimate's frame (odometry by its first pose, truth by the best fit).
 void draw_map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job);
 
-/// model.png: the model from above, its ceiling taken off.
-void draw_model_picture(const std::filesystem::path& path, TriangleMesh model);
+/// model.png. A laser that panned saw its rooms from all sides: they are shown from above, ceiling
+/// taken off. One that only nodded saw the sides that face the robot: they are shown from behind
+/// it.
+void draw_model_picture(const std::filesystem::path& path, TriangleMesh model, const MapJob& job);
 
 }  // namespace marco

@@ -30,7 +30,9 @@ Pose3 pose_from(const double (&translation)[3], const double (&quaternion)[4]) {
 
 Pose2 finite_pose(double x_m, double y_m, double theta_rad, const char* what) {
   const Pose2 pose{x_m, y_m, normalize_angle(theta_rad)};
-  require(is_finite(pose), what);
+  // Farther than any building is wide: a flipped bit, not a place.
+  constexpr double kFarthestM = 1e5;
+  require(is_finite(pose) && std::abs(x_m) < kFarthestM && std::abs(y_m) < kFarthestM, what);
   return pose;
 }
 
@@ -173,7 +175,7 @@ OdometrySample from_message(const odometry_t& message) {
   OdometrySample sample;
   sample.utime = Utime::from_us(message.utime);
   sample.odom_from_robot =
-      finite_pose(message.x_m, message.y_m, message.theta_rad, "odometry_t: pose is not finite");
+      finite_pose(message.x_m, message.y_m, message.theta_rad, "odometry_t: pose is no place");
   sample.velocity_m_per_s = message.velocity_m_per_s;
   sample.yaw_rate_rad_per_s = message.yaw_rate_rad_per_s;
   sample.left_clicks = message.left_clicks;
@@ -233,7 +235,7 @@ pose2_t to_message(const TruePose& pose) {
 
 TruePose from_message(const pose2_t& message) {
   return {Utime::from_us(message.utime),
-          finite_pose(message.x_m, message.y_m, message.theta_rad, "pose2_t: pose is not finite")};
+          finite_pose(message.x_m, message.y_m, message.theta_rad, "pose2_t: pose is no place")};
 }
 
 trajectory_t to_message(const Trajectory& trajectory, Utime utime, int64_t revision) {
@@ -256,7 +258,7 @@ Trajectory from_message(const trajectory_t& message) {
   for (std::size_t i = 0; i < message.utimes.size(); ++i) {
     trajectory.push_back({Utime::from_us(message.utimes[i]),
                           finite_pose(message.x_m[i], message.y_m[i], message.theta_rad[i],
-                                      "trajectory_t: pose is not finite")});
+                                      "trajectory_t: pose is no place")});
   }
   return trajectory;
 }

@@ -101,6 +101,7 @@ class LcmLogReader : public files::SampleReader {
   void read_foreign_lidar(const LogEvent& event, const Channel& channel);
   void read_encoders(const maebot_encoders_t& ticks, const Channel& channel);
   void emit(Sample sample, const Channel& channel);
+  bool stamp_fits(const LogEvent& event, const Channel& channel) const;
   void finish_report();
   Channel::Meaning classify(const LogEvent& event,
                             const ForeignTable& table,
@@ -162,7 +163,8 @@ void LcmLogReader::learn(const ForeignTable& table) {
     const auto utime = utime_of(*event);
     if (utime && channel.meaning != Channel::Meaning::passed_by &&
         channel.offsets_us.size() < kEnoughOffsets) {
-      channel.offsets_us.push_back(event->event_time.us - *utime);
+      channel.offsets_us.push_back(static_cast<int64_t>(
+          static_cast<uint64_t>(event->event_time.us) - static_cast<uint64_t>(*utime)));
     }
     const bool laser = channel.meaning == Channel::Meaning::lidar ||
                        (channel.meaning == Channel::Meaning::ours &&
@@ -210,6 +212,10 @@ void LcmLogReader::read(const LogEvent& event) {
   if (entry == channels_.end()) return;
   const Channel& channel = entry->second;
   const std::string place = "event " + std::to_string(event.number) + " (" + event.channel + ")";
+  if (channel.meaning != Channel::Meaning::passed_by && !stamp_fits(event, channel)) {
+    report_.drop("stamp an hour and more from its event's time", place);
+    return;
+  }
   try {
     if (channel.meaning == Channel::Meaning::ours) {
       std::optional<Sample> sample = decode_sample(event.channel, event.bytes);
@@ -228,6 +234,17 @@ void LcmLogReader::read(const LogEvent& event) {
   } catch (const std::invalid_argument& bad) {
     report_.drop(bad.what(), place);
   }
+}
+
+bool LcmLogReader::stamp_fits(const LogEvent& event, const Channel& channel) const {
+  constexpr int64_t kFarthestUs = 3'600'000'000;
+  const auto utime = utime_of(event);
+  if (!utime) return true;
+  // Unsigned: a flipped bit may make either as large as can be.
+  const auto off = static_cast<int64_t>(static_cast<uint64_t>(event.event_time.us) -
+                                        static_cast<uint64_t>(*utime) -
+                                        static_cast<uint64_t>(channel.offset_us));
+  return off > -kFarthestUs && off < kFarthestUs;
 }
 
 void LcmLogReader::read_foreign(const LogEvent& event, const Channel& channel) {

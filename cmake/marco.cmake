@@ -88,7 +88,7 @@ function(marco_lcm_types name)
     # lcm-gen 1.3.1 trusts the lengths it reads: a negative or huge one makes decode() write or read out of
     # bounds. An element takes at least a byte, so a length beyond the bytes left is a lie.
     COMMAND sed -i -E -e "s/^( *)(this->[^;]*\\.resize\\((this->[a-zA-Z0-9_]+)\\)\;)$/\\1if(\\3 < 0 || \\3 > maxlen - pos) return -1\;\\n\\1\\2/"
-            -e "s/if\\((__[a-zA-Z0-9_]+_len__) > maxlen - pos\\)/if(\\1 < 1 || \\1 > maxlen - pos)/" ${headers}
+            -e "s/if\\((__[a-zA-Z0-9_]+_len_*) > maxlen - pos\\)/if(\\1 < 1 || \\1 > maxlen - pos)/" ${headers}
     DEPENDS ${arg_SOURCES}
     COMMENT "lcm-gen ${arg_PACKAGE}"
     VERBATIM)

@@ -148,9 +148,7 @@ class CarmenReader : public SampleReader {
     }
     require(lines > 0, path_ + ": no laser line (FLASER, RLASER or ROBOTLASER1) that can be read");
     for (const auto& [range_m, count] : largest) {
-      if (count < kCodeRepeats) continue;
-      no_return_m_ = kCodeMargin * static_cast<double>(range_m);
-      break;
+      if (count >= kCodeRepeats) no_return_m_ = kCodeMargin * static_cast<double>(range_m);
     }
     constexpr double kFarthestLaserM = 80.0;
     if (!(no_return_m_ > 0.0)) no_return_m_ = kFarthestLaserM;

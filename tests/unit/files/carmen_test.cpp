@@ -1,0 +1,98 @@
+#include "common/files/carmen.hpp"
+
+#include <gmock/gmock.h>
+
+#include "tests/support/matchers.hpp"
+#include "tests/support/recorded.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace marco::files {
+namespace {
+
+using ::marco::testing::complaint;
+using ::marco::testing::IsNear;
+using ::marco::testing::read_all;
+using ::marco::testing::Recorded;
+using ::marco::testing::TemporaryFolder;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+Recorded read(const std::string& text) {
+  const TemporaryFolder folder;
+  return read_all(*open_carmen(folder.write("any.name", text)));
+}
+
+TEST(Carmen, OldLaserLineGivesOdometryThenTheScan) {
+  const Recorded recorded = read(
+      "# comment\nPARAM robot x\n"
+      "FLASER 4 1.0 2.0 3.0 4.0 0.5 0.25 1.5 0.5 0.25 1.5 12.25 host 13.0\n");
+  ASSERT_EQ(recorded.scans.size(), 1U);
+  const LaserScan& scan = recorded.scans[0];
+  EXPECT_EQ(scan.utime, Utime::from_us(12250000));
+  EXPECT_THAT(scan.ranges_m, ElementsAre(1.0F, 2.0F, 3.0F, 4.0F));
+  // Half a circle; an even count leaves its last beam out.
+  EXPECT_NEAR(scan.bearing_rad(0), deg_to_rad(-90), 1e-12);
+  EXPECT_NEAR(scan.bearing_rad(2), 0.0, 1e-12);
+  ASSERT_EQ(recorded.odometry.size(), 1U);
+  EXPECT_THAT(recorded.odometry[0].odom_from_robot, IsNear(Pose2{0.5, 0.25, 1.5}, 1e-12, 1e-12));
+  EXPECT_EQ(recorded.odometry[0].utime, scan.utime);
+  ASSERT_EQ(recorded.infos.size(), 1U);
+}
+
+TEST(Carmen, AnOddCountIncludesBothEnds) {
+  const Recorded recorded = read("FLASER 5 1 1 1 1 1 0 0 0 0 0 0 1.0 h 1.0\n");
+  EXPECT_NEAR(recorded.scans.at(0).bearing_rad(4), deg_to_rad(90), 1e-12);
+}
+
+TEST(Carmen, NewLaserLineSaysItsOwnGeometryAndMounting) {
+  const Recorded recorded = read(
+      "ROBOTLASER1 0 -1.0 2.0 0.5 20.0 0.01 0 3 1.0 2.0 3.0 0 "
+      "1.1 2.0 0.0 1.0 2.0 0.0 0.1 0.2 0.3 0.4 0.5 77.5 host 77.6\n");
+  ASSERT_EQ(recorded.scans.size(), 1U);
+  EXPECT_DOUBLE_EQ(recorded.scans[0].bearing_rad(0), -1.0);
+  EXPECT_DOUBLE_EQ(recorded.scans[0].bearing_rad(2), 0.0);
+  EXPECT_EQ(recorded.scans[0].utime, Utime::from_us(77500000));
+  ASSERT_EQ(recorded.infos.size(), 1U);
+  EXPECT_DOUBLE_EQ(recorded.infos[0].range_max_m, 20.0);
+  EXPECT_NEAR(recorded.infos[0].parent_from_sensor.translation().x(), 0.1, 1e-12);
+}
+
+TEST(Carmen, TheRangeThatComesAgainAndAgainMeansNoReturn) {
+  std::string text;
+  for (int i = 0; i < 30; ++i)
+    text += "FLASER 3 1.0 81.83 2.0 0 0 0 0 0 0 " + std::to_string(i) + ".0 h 1\n";
+  const Recorded recorded = read(text);
+  EXPECT_LT(recorded.infos.at(0).range_max_m, 81.83);
+  EXPECT_GT(recorded.infos.at(0).range_max_m, 75.0);
+  EXPECT_THAT(recorded.report.notes.at(0), HasSubstr("no return"));
+}
+
+TEST(Carmen, DamagedLinesAreCountedWithTheirPlaceAndTheRestIsUsed) {
+  const Recorded recorded = read(
+      "FLASER 3 1 2\n"                             // cut
+      "FLASER -4 1 2 3 0 0 0 0 0 0 1.0 h 1\n"      // count
+      "FLASER 0 0 0 0 0 0 0 1.0 h 1\n"             // nothing in it
+      "FLASER 3 nan inf -1 0 0 0 0 0 0 2.0 h 1\n"  // ranges a device sends
+      "FLASER 3 1 2 3 0 0 0 nan 0 0 3.0 h 1\n"     // no place
+      "FLASER 3 1 2 3 0 0 0 0 0 0 4.0 h 1\n");
+  EXPECT_EQ(recorded.scans.size(), 2U);
+  EXPECT_EQ(recorded.report.dropped.at("laser line that cannot be read"), 3);
+  EXPECT_EQ(recorded.report.places.at("laser line that cannot be read"), "line 1");
+  EXPECT_EQ(recorded.report.dropped.at("scan of fewer than 2 beams"), 1);
+}
+
+TEST(Carmen, StampsThatStepBackAreKeptInFileOrderAndTold) {
+  const Recorded recorded = read(
+      "FLASER 2 1 2 0 0 0 0 0 0 5.0 h 1\nFLASER 2 1 2 0 0 0 0 0 0 4.5 h 1\nODOM 0 0 0 0 0 0 5 h "
+      "1\n");
+  ASSERT_EQ(recorded.scans.size(), 2U);
+  EXPECT_EQ(recorded.scans[1].utime, Utime::from_us(4500000));
+  EXPECT_THAT(recorded.report.notes, ::testing::Contains(HasSubstr("1 stamps step backwards")));
+}
+
+TEST(Carmen, AFileWithoutLaserLinesIsRefusedByName) {
+  EXPECT_THAT(complaint([] { read("ODOM 0 0 0 0 0 0 5 h 1\n"); }), HasSubstr("no laser line"));
+}
+
+}  // namespace
+}  // namespace marco::files

@@ -1,0 +1,123 @@
+// Text logs, the theses' files, tilted 3D scans, and telling them apart.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "common/files/odometry_laser_text.hpp"
+#include "common/files/thesis_files.hpp"
+#include "common/files/tilted_scans.hpp"
+#include "lcmtypes/recording.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/recorded.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace marco::files {
+namespace {
+
+using ::marco::testing::complaint;
+using ::marco::testing::IsNear;
+using ::marco::testing::read_all;
+using ::marco::testing::Recorded;
+using ::marco::testing::TemporaryFolder;
+using ::testing::HasSubstr;
+
+TEST(OdometryLaserText, LinesBecomeScansATenthOfASecondApart) {
+  const TemporaryFolder folder;
+  const auto path =
+      folder.write("log", "Odometry 1 2 0.5\nLaser 3 1 2 3\nOdometry 1.5 2 0.5\nLaser 3 1 2 4\n");
+  const Recorded recorded = read_all(*open_odometry_laser_text(path));
+  ASSERT_EQ(recorded.scans.size(), 2U);
+  EXPECT_NEAR((recorded.scans[1].utime - recorded.scans[0].utime).seconds(), 0.1, 1e-9);
+  EXPECT_NEAR(recorded.scans[0].bearing_rad(1), 0.0, 1e-12);
+  EXPECT_THAT(recorded.odometry.at(1).odom_from_robot, IsNear(Pose2{1.5, 2, 0.5}, 1e-12, 1e-12));
+  EXPECT_FALSE(recorded.report.notes.empty());
+}
+
+std::string thesis_a_scan(double x_cm) {
+  std::string text;
+  for (int i = 0; i < 133; ++i) {
+    const double bearing = deg_to_rad(-95.0 + i * 190.0 / 132.0);
+    text += std::to_string(2.0 * std::cos(bearing)) + " " +
+            std::to_string(2.0 * std::sin(bearing)) + "\n";
+  }
+  return text + std::to_string(x_cm) + " -50 0.25\n";
+}
+
+TEST(ThesisFiles, ScansOfThesisAAreInMetresAndTheirOdometryInCentimetres) {
+  const TemporaryFolder folder;
+  const auto path = folder.write("a.txt", thesis_a_scan(100) + thesis_a_scan(150));
+  ASSERT_TRUE(is_thesis_file(path));
+  const Recorded recorded = read_all(*open_thesis_file(path));
+  ASSERT_EQ(recorded.scans.size(), 2U);
+  EXPECT_EQ(recorded.scans[0].size(), 133U);
+  for (const float range_m : recorded.scans[0].ranges_m) EXPECT_NEAR(range_m, 2.0, 1e-5);
+  EXPECT_THAT(recorded.odometry.at(1).odom_from_robot, IsNear(Pose2{1.5, -0.5, 0.25}, 1e-9, 1e-9));
+}
+
+std::string thesis_b_sweep(double range_mm, double tilt_deg, double moved_mm) {
+  std::string text;
+  for (int i = 0; i < 361; ++i) {
+    text += std::to_string(0.5 * i) + " " + std::to_string(range_mm) + "\n";
+  }
+  return text + std::to_string(moved_mm) + " 90 " + std::to_string(tilt_deg) + " 0\n";
+}
+
+TEST(ThesisFiles, SweepsOfThesisBAreInMillimetresAndARepeatedEndIsDropped) {
+  const TemporaryFolder folder;
+  const auto path =
+      folder.write("b.txt", thesis_b_sweep(1000, 0, 0) + thesis_b_sweep(2000, 0, 500) +
+                                thesis_b_sweep(2000, 0, 500));
+  const Recorded recorded = read_all(*open_thesis_file(path));
+  ASSERT_EQ(recorded.scans.size(), 2U);
+  EXPECT_FLOAT_EQ(recorded.scans[0].ranges_m[0], 1.0F);
+  EXPECT_FLOAT_EQ(recorded.scans[1].ranges_m[360], 2.0F);
+  const Pose2 moved =
+      between(recorded.odometry.at(0).odom_from_robot, recorded.odometry.at(1).odom_from_robot);
+  EXPECT_NEAR(moved.translation_m().norm(), 0.5, 1e-6);
+  EXPECT_NEAR(std::abs(moved.theta_rad), deg_to_rad(90), 1e-6);
+}
+
+TEST(TiltedScans, RowsOfMillimetresBecomeATiltAndAScanEach) {
+  const TemporaryFolder folder;
+  const auto row = [](const std::string& tilt_deg, int last_mm) {
+    std::string text = tilt_deg;
+    for (int i = 0; i < 359; ++i) text += "," + std::to_string(1000 + i);
+    return text + "," + std::to_string(last_mm) + "\n";
+  };
+  folder.write("scan000_tilt_ranges_mm.csv", row("-10.0", 5000) + row("5.5", 32767));
+  const Recorded recorded = read_all(*open_tilted_scans({folder.path()}));
+  ASSERT_EQ(recorded.scans.size(), 2U);
+  ASSERT_GE(recorded.pantilt.size(), 2U);
+  EXPECT_FLOAT_EQ(recorded.scans[0].ranges_m[1], 1.001F);
+  EXPECT_NEAR(recorded.scans[0].bearing_rad(180), 0.0, 1e-9);
+  EXPECT_NEAR(recorded.scans[0].bearing_step_rad, deg_to_rad(0.5), 1e-9);
+  // The device's code for nothing must not survive as a wall 32.767 m away.
+  const float code = recorded.scans[1].ranges_m[359];
+  EXPECT_TRUE(code == 0.0F || static_cast<double>(code) >= recorded.infos.back().range_max_m);
+}
+
+TEST(OpenRecording, TellsKindsApartByContentWhateverTheName) {
+  const TemporaryFolder folder;
+  const auto carmen = folder.write("a.lcm", "FLASER 2 1 2 0 0 0 0 0 0 5.0 h 1\n");
+  EXPECT_EQ(open_recording(carmen)->report().format, "CARMEN log");
+  const auto text = folder.write("b.png", "Odometry 1 2 0.5\nLaser 3 1 2 3\n");
+  EXPECT_THAT(open_recording(text)->report().format, HasSubstr("Odometry"));
+  const auto thesis = folder.write("c.log", thesis_a_scan(0));
+  EXPECT_EQ(open_recording(thesis)->report().format, "thesis A scans");
+}
+
+TEST(OpenRecording, SaysWhatIsWrongWithWhatItCannotRead) {
+  const TemporaryFolder folder;
+  const auto says = [&](const std::filesystem::path& path) {
+    return complaint([&] { open_recording(path); });
+  };
+  EXPECT_THAT(says(folder.path() / "absent"), HasSubstr("no such file"));
+  EXPECT_THAT(says(folder.write("empty", "")), HasSubstr("empty"));
+  EXPECT_THAT(says(folder.write("p", "\x89PNG\r\n\x1a\n....")), HasSubstr("PNG picture"));
+  EXPECT_THAT(says(folder.write("prose", "Dear robot, how are you today?")),
+              HasSubstr("known inputs"));
+  EXPECT_THAT(says(folder.path()), HasSubstr("no 3D scan"));
+}
+
+}  // namespace
+}  // namespace marco::files

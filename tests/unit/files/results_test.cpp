@@ -1,0 +1,119 @@
+// What `map` writes comes back the same, and broken files are refused by name.
+#include <gmock/gmock.h>
+
+#include "common/files/map_yaml.hpp"
+#include "common/files/ply.hpp"
+#include "common/files/tum.hpp"
+#include "common/files/whole_file.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace marco::files {
+namespace {
+
+using ::marco::testing::complaint;
+using ::marco::testing::IsNear;
+using ::marco::testing::TemporaryFolder;
+using ::testing::HasSubstr;
+
+TEST(Tum, PosesAndMicrosecondsSurvive) {
+  const TemporaryFolder folder;
+  const Trajectory written = {{Utime::from_us(1700000000123457), {1.25, -2.5, 3.0}},
+                              {Utime::from_us(1700000000123458), {0, 0, -3.0}}};
+  write_tum(folder.path() / "t.tum", written);
+  const Trajectory read = read_tum(folder.path() / "t.tum");
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(read[0].utime, written[0].utime);
+  EXPECT_EQ(read[1].utime, written[1].utime);
+  EXPECT_THAT(read[0].world_from_robot, IsNear(written[0].world_from_robot, 1e-6, 1e-8));
+  EXPECT_THAT(read[1].world_from_robot, IsNear(written[1].world_from_robot, 1e-6, 1e-8));
+}
+
+TEST(Tum, ReadsFourColumnsTooAndNamesTheBadLine) {
+  const TemporaryFolder folder;
+  const auto good = folder.write("g", "# t x y theta\n1.5 1 2 0.5\n");
+  EXPECT_THAT(read_tum(good).at(0).world_from_robot, IsNear(Pose2{1, 2, 0.5}, 1e-12, 1e-12));
+  const auto bad = folder.write("b", "1.5 1 2 0.5\n2.5 1 x 0.5\n");
+  EXPECT_THAT(complaint([&] { read_tum(bad); }), HasSubstr("2"));
+}
+
+TEST(MapYaml, GridSurvivesToAPercentAndUnknownStaysUnknown) {
+  const TemporaryFolder folder;
+  GridMap map;
+  map.origin_m = {-1.5, 2.25};
+  map.resolution_m = 0.1;
+  map.width_cells = 3;
+  map.height_cells = 2;
+  map.occupancy = {0, 100, GridMap::kUnknown, 100, 0, 0};
+  write_map(folder.path(), map);
+  const GridMap read = read_map(folder.path() / "map.yaml");
+  EXPECT_EQ(read.width_cells, 3);
+  EXPECT_EQ(read.height_cells, 2);
+  EXPECT_NEAR((read.origin_m - map.origin_m).norm(), 0.0, 1e-9);
+  EXPECT_EQ(read.at(1, 0), 100);
+  EXPECT_EQ(read.at(2, 0), GridMap::kUnknown);
+  EXPECT_EQ(read.at(0, 1), 100);
+  EXPECT_LE(read.at(0, 0), 1);
+}
+
+TEST(MapYaml, FirstRowOfThePictureIsTheLargestY) {
+  const TemporaryFolder folder;
+  GridMap map;
+  map.width_cells = 1;
+  map.height_cells = 2;
+  map.occupancy = {0, 100};  // y = 1 is occupied
+  write_map(folder.path(), map);
+  const std::string pgm = read_whole_file(folder.path() / "map.pgm");
+  EXPECT_EQ(static_cast<unsigned char>(pgm[pgm.size() - 2]), 0);  // occupied, on top
+  EXPECT_EQ(static_cast<unsigned char>(pgm[pgm.size() - 1]), 254);
+}
+
+TEST(MapYaml, RefusesAPictureThatIsTooShort) {
+  const TemporaryFolder folder;
+  folder.write("map.pgm", "P5\n100 100\n255\nabc");
+  const auto yaml = folder.write("map.yaml",
+                                 "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\n"
+                                 "occupied_thresh: 0.65\nfree_thresh: 0.25\n");
+  EXPECT_THAT(complaint([&] { read_map(yaml); }), HasSubstr("map.pgm"));
+}
+
+TriangleMesh square() {
+  TriangleMesh mesh;
+  mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.5F}, {0, 1, 0}};
+  mesh.normals.assign(4, {0, 0, 1});
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+TEST(Ply, MeshSurvivesBitForBit) {
+  const TemporaryFolder folder;
+  TriangleMesh mesh = square();
+  mesh.colors_rgb.assign(4, {10, 20, 30});
+  write_ply(folder.path() / "m.ply", mesh);
+  const TriangleMesh read = read_ply(folder.path() / "m.ply");
+  EXPECT_EQ(read.vertices_m, mesh.vertices_m);
+  EXPECT_EQ(read.normals, mesh.normals);
+  EXPECT_EQ(read.colors_rgb, mesh.colors_rgb);
+  EXPECT_EQ(read.triangles, mesh.triangles);
+}
+
+TEST(Ply, RefusesWhatIsCutOrPointsBeyondItsVertices) {
+  const TemporaryFolder folder;
+  write_ply(folder.path() / "m.ply", square());
+  const std::string whole = read_whole_file(folder.path() / "m.ply");
+  const auto cut = folder.write("cut.ply", whole.substr(0, whole.size() - 5));
+  EXPECT_THAT(complaint([&] { read_ply(cut); }), HasSubstr("cut.ply"));
+  std::string wild = whole;
+  wild[wild.size() - 1] = 0x7f;  // last index of the last triangle, little endian: its top byte
+  EXPECT_NE(complaint([&] { read_ply(folder.write("wild.ply", wild)); }), "");
+  EXPECT_NE(complaint([&] { read_ply(folder.write("text", "hello")); }), "");
+}
+
+TEST(Results, APlaceThatCannotBeWrittenIsNamed) {
+  const std::filesystem::path path = "/nonexistent/m.ply";
+  EXPECT_THAT(complaint([&] { write_ply(path, square()); }), HasSubstr("/nonexistent/m.ply"));
+  EXPECT_THAT(complaint([&] { write_tum(path, {}); }), HasSubstr("/nonexistent/m.ply"));
+}
+
+}  // namespace
+}  // namespace marco::files

@@ -1,0 +1,140 @@
+// Our own and other people's LCM logs.
+#include <gmock/gmock.h>
+
+#include "common/files/event_log.hpp"
+#include "common/process/config.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "lcmtypes/recording.hpp"
+#include "marco/mbot_pose2d_t.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/recorded.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace marco {
+namespace {
+
+using ::marco::testing::complaint;
+using ::marco::testing::IsNear;
+using ::marco::testing::read_all;
+using ::marco::testing::Recorded;
+using ::marco::testing::TemporaryFolder;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+class LcmLog : public ::testing::Test {
+ protected:
+  LcmLog() : path_(folder_.path() / "log"), log_(path_.string()) {}
+
+  void add(const Sample& sample, int64_t event_us) {
+    const EncodedMessage message = encode_sample(sample);
+    log_.write(message.channel, message.bytes, Utime::from_us(event_us));
+  }
+  template <class Message>
+  void add_message(const std::string& channel, const Message& message, int64_t event_us) {
+    std::vector<uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+    log_.write(channel, bytes, Utime::from_us(event_us));
+  }
+  static LaserScan scan(int64_t us) {
+    LaserScan scan;
+    scan.utime = Utime::from_us(us);
+    scan.channel = "LIDAR";
+    scan.ranges_m = {1.0F, 2.0F, 3.0F};
+    scan.first_bearing_rad = -0.5;
+    scan.bearing_step_rad = 0.5;
+    return scan;
+  }
+  static SensorInfo info(int64_t us) {
+    SensorInfo info;
+    info.utime = Utime::from_us(us);
+    info.channel = "LIDAR";
+    info.range_max_m = 30.0;
+    return info;
+  }
+  Recorded read() {
+    log_.flush();
+    return read_all(*open_recording(path_));
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path path_;
+  files::EventLogWriter log_;
+};
+
+TEST_F(LcmLog, OurOwnChannelsComeBackAsTheyWere) {
+  add(info(1000), 1000);
+  add(scan(2000), 2100);
+  add(TruePose{Utime::from_us(2000), {1.5, -2.5, 0.75}}, 2100);
+  OdometrySample odometry;
+  odometry.utime = Utime::from_us(2500);
+  odometry.odom_from_robot = {4, 5, -1};
+  add(odometry, 2600);
+  const Recorded recorded = read();
+  ASSERT_EQ(recorded.scans.size(), 1U);
+  EXPECT_EQ(recorded.scans[0].ranges_m, scan(0).ranges_m);
+  ASSERT_EQ(recorded.truth.size(), 1U);
+  EXPECT_THAT(recorded.truth[0].world_from_robot, IsNear(Pose2{1.5, -2.5, 0.75}, 1e-12, 1e-12));
+  ASSERT_EQ(recorded.odometry.size(), 1U);
+  EXPECT_THAT(recorded.odometry[0].odom_from_robot, IsNear(Pose2{4, 5, -1}, 1e-12, 1e-12));
+}
+
+TEST_F(LcmLog, ALaserThatSaysNothingOfItsPlaceIsTakenToBeAtTheCentreAndThatIsTold) {
+  add(scan(2000), 2000);
+  const Recorded recorded = read();
+  ASSERT_EQ(recorded.infos.size(), 1U);
+  ASSERT_EQ(recorded.scans.size(), 1U);
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("turning centre")));
+}
+
+TEST_F(LcmLog, ChannelsWhoseClocksDisagreeMeetByEventTime) {
+  constexpr int64_t kYearUs = 31'536'000'000'000;
+  for (int i = 0; i < 20; ++i) {
+    add(scan(1'000'000 + 100'000 * i), kYearUs + 1'000'000 + 100'000 * i);
+    mbot_pose2d_t pose{};
+    pose.utime = kYearUs + 1'000'000 + 100'000 * i;
+    pose.x = static_cast<float>(i);
+    add_message("TRUE_POSE", pose, kYearUs + 1'000'000 + 100'000 * i);
+  }
+  const Recorded recorded = read();
+  ASSERT_EQ(recorded.truth.size(), 20U);
+  EXPECT_EQ(recorded.truth[7].utime, recorded.scans.at(7).utime);
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("differ by")));
+}
+
+TEST_F(LcmLog, AStampThatCannotBelongToItsEventIsDropped) {
+  for (int i = 0; i < 9; ++i) add(scan(1'000'000 + 100'000 * i), 1'000'000 + 100'000 * i);
+  add(scan(int64_t{1} << 61), 2'000'000);
+  const Recorded recorded = read();
+  EXPECT_EQ(recorded.scans.size(), 9U);
+  EXPECT_EQ(recorded.report.dropped.at("stamp an hour and more from its event's time"), 1);
+}
+
+TEST_F(LcmLog, UntypedAndUndecodableEventsAreCountedAndPassedBy) {
+  add(info(1000), 1000);
+  add(scan(2000), 2000);
+  log_.write("LCM_SELF_TEST", std::vector<uint8_t>{'l', 'c', 'm', ' ', 's'}, Utime::from_us(2500));
+  EncodedMessage cut = encode_sample(scan(3000));
+  cut.bytes.resize(cut.bytes.size() - 6);
+  log_.write("LIDAR", cut.bytes, Utime::from_us(3000));
+  const Recorded recorded = read();
+  EXPECT_EQ(recorded.scans.size(), 1U);
+  EXPECT_EQ(recorded.report.dropped.at("undecodable"), 1);
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("LCM_SELF_TEST")));
+}
+
+TEST_F(LcmLog, ALogWithoutALaserIsRefusedWithItsChannelsAndTheRemedy) {
+  log_.write("SOMETHING", std::vector<uint8_t>(20, 1), Utime::from_us(1));
+  log_.flush();
+  const std::string says = complaint([&] { open_recording(path_); });
+  EXPECT_THAT(says, HasSubstr("SOMETHING"));
+  EXPECT_THAT(says, HasSubstr("--foreign"));
+}
+
+TEST(ForeignTable, TheShippedFileSaysWhatIsCompiledIn) {
+  const auto shipped = process::load_options<ForeignTable>("config/foreign.toml");
+  EXPECT_EQ(process::print_options(shipped), process::print_options(ForeignTable{}));
+}
+
+}  // namespace
+}  // namespace marco

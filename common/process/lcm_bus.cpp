@@ -1,5 +1,8 @@
 #include "common/process/lcm_bus.hpp"
 
+#include <poll.h>
+
+#include <cerrno>
 #include <cstdlib>
 #include <stdexcept>
 #include <utility>
@@ -54,10 +57,14 @@ void LcmBus::publish_raw(const std::string& channel,
 }
 
 bool LcmBus::handle_once(int timeout_ms) {
-  const int result = lcm_.handleTimeout(timeout_ms);
+  // Not handleTimeout(): it takes a signal for a failure.
+  pollfd ready{lcm_.getFileno(), POLLIN, 0};
+  const int count = poll(&ready, 1, timeout_ms);
+  if (count == 0 || (count < 0 && errno == EINTR)) return false;
+  const int result = count > 0 ? lcm_.handle() : -1;
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  if (result < 0) throw std::runtime_error("LCM stopped delivering messages");
-  return result > 0;
+  if (result != 0) throw std::runtime_error("LCM stopped delivering messages");
+  return true;
 }
 
 std::string effective_lcm_url(const std::string& from_command_line) {

@@ -1,0 +1,95 @@
+// Real recordings through the main job, with budgets. They are not ours to ship: MARCO_TEST_DATA
+// says where they lie.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "common/files/ply.hpp"
+#include "common/files/tum.hpp"
+#include "common/files/whole_file.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace marco {
+namespace {
+
+using ::marco::testing::Program;
+using ::marco::testing::TemporaryFolder;
+
+class RealLogs : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* folder = std::getenv("MARCO_TEST_DATA");
+    if (folder == nullptr) GTEST_SKIP() << "MARCO_TEST_DATA is not set";
+    data_ = folder;
+  }
+  std::string run(const std::string& name, const std::vector<std::string>& arguments) {
+    const std::string output = (folder_.path() / "output").string();
+    Program program(name, arguments, output);
+    EXPECT_EQ(program.wait(200), 0) << files::read_whole_file(output);
+    return files::read_whole_file(output);
+  }
+  // @returns report.json
+  nlohmann::json map(const std::string& input) {
+    run("marco-map", {data_ + "/" + input, "--out", out()});
+    return nlohmann::json::parse(files::read_whole_file(out() + "/report.json"));
+  }
+  std::string out() const { return (folder_.path() / "out").string(); }
+  // The number behind `key` in a line of key=value pairs.
+  static double number(const std::string& text, const std::string& key) {
+    std::smatch found;
+    if (!std::regex_search(text, found, std::regex(key + "=([0-9.]+)"))) return -1.0;
+    return std::stod(found[1]);
+  }
+
+  TemporaryFolder folder_;
+  std::string data_;
+};
+
+TEST_F(RealLogs, IntelIsMappedToTheReferencesOwnNoise) {
+  map("intel/intel.log");
+  EXPECT_EQ(files::read_tum(out() + "/trajectory.tum").size(), 5505U);
+  const std::string relations = data_ + "/intel/intel.relations";
+  const std::string error = run("marco-evaluate", {out() + "/trajectory.tum", relations});
+  EXPECT_EQ(number(error, "n"), 1030);
+  EXPECT_LT(number(error, "translation_m mean"), 0.0195);
+  EXPECT_LT(number(error, "rotation_deg mean"), 0.29);
+  const std::string odometry = run("marco-evaluate", {out() + "/odometry.tum", relations});
+  EXPECT_NEAR(number(odometry, "translation_m mean"), 3.53, 0.01);
+  // The reference metric prints the same line.
+  const std::string metric = data_ + "/../tools/relations_metric.py";
+  if (!std::filesystem::exists(metric)) return;
+  const std::string reference = run("python3", {metric, out() + "/trajectory.tum", relations});
+  for (const char* key : {"translation_m mean", "std", "p95", "max", "rotation_deg mean"}) {
+    EXPECT_EQ(number(error, key), number(reference, key)) << key;
+  }
+}
+
+TEST_F(RealLogs, MbotIsMappedWithoutOdometryToTwoOfItsLasersCentimetres) {
+  const nlohmann::json report = map("mbot/mbot_convex.lcmlog");
+  EXPECT_LT(report.at("errors").at("path error rms_m"), 0.03);
+}
+
+TEST_F(RealLogs, TheOthersAreMappedWithMostScansMatched) {
+  for (const auto& [input, scans] : std::map<std::string, int>{{"mbot/maebot_convex.lcmlog", 459},
+                                                               {"fr101/fr101.log", 292},
+                                                               {"loop5/loop5.log", 551}}) {
+    const nlohmann::json report = map(input);
+    EXPECT_EQ(report.at("scans").at("posed"), scans) << input;
+    EXPECT_GT(report.at("scans").at("matched"), 0.97 * scans) << input;
+  }
+}
+
+TEST_F(RealLogs, ThreeNoddingScansBecomeOneCorridor) {
+  map("nodding_lms");
+  const TriangleMesh model = files::read_ply(out() + "/model.ply");
+  EXPECT_GT(model.triangles.size(), 200000U);
+  const Trajectory path = files::read_tum(out() + "/trajectory.tum");
+  // Its start guesses say 1.57 m and 3.38 m, good to some centimetres.
+  EXPECT_NEAR(path.back().world_from_robot.x_m, 3.38, 0.1);
+  EXPECT_NEAR(path.back().world_from_robot.y_m, 0.0, 0.15);
+}
+
+}  // namespace
+}  // namespace marco

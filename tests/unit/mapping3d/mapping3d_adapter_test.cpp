@@ -1,0 +1,115 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "common/process/batch_bus.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "mapping3d/process/lcm_adapter.hpp"
+#include "mapping3d/process/model_messages.hpp"
+#include "marco/slam_pose_t.hpp"
+
+namespace marco::mapping3d {
+namespace {
+
+constexpr int64_t kStepUs = 100'000;
+
+class Mapping3dOverABus : public ::testing::Test {
+ protected:
+  Mapping3dOverABus() : adapter_(bus_, Mapping3dAdapterOptions{}) {
+    bus_.subscribe<mesh_t>(channels::kMesh, drops_,
+                           [this](const mesh_t& tile, const auto&) { tiles_.push_back(tile); });
+    bus_.subscribe<scene_t>(channels::kScene, drops_, [this](const scene_t& scene, const auto&) {
+      scenes_.push_back(scene);
+    });
+    SensorInfo base;
+    base.channel = channels::kPanTiltState;
+    give(base);
+    SensorInfo laser;
+    laser.channel = channels::kLidar;
+    laser.mount = SensorInfo::Mount::pantilt;
+    laser.range_max_m = 30.0;
+    give(laser);
+  }
+  void give(const Sample& sample) {
+    const EncodedMessage message = encode_sample(sample);
+    bus_.deliver(message.channel, message.bytes, message.utime);
+  }
+  // A scan of a wall 2 m ahead, its pose and its tilt.
+  void row(int number, double tilt_deg, bool with_pose = true) {
+    const Utime utime = Utime::from_us(kStepUs * number);
+    PanTiltState state;
+    state.utime = utime;
+    state.tilt_rad = deg_to_rad(tilt_deg);
+    give(state);
+    LaserScan scan;
+    scan.utime = utime;
+    scan.channel = channels::kLidar;
+    scan.first_bearing_rad = deg_to_rad(-20);
+    scan.bearing_step_rad = deg_to_rad(1);
+    for (int i = 0; i <= 40; ++i) {
+      scan.ranges_m.push_back(
+          static_cast<float>(2.0 / std::cos(deg_to_rad(i - 20)) / std::cos(deg_to_rad(tilt_deg))));
+    }
+    give(scan);
+    if (!with_pose) return;
+    slam_pose_t pose{};
+    pose.utime = utime.us;
+    bus_.publish(channels::kSlamPose, pose);
+    bus_.deliver_published();
+  }
+
+  process::BatchBus bus_;
+  process::DropCounter drops_;
+  std::vector<mesh_t> tiles_;
+  std::vector<scene_t> scenes_;
+  Mapping3dAdapter adapter_;
+};
+
+TEST_F(Mapping3dOverABus, ASweepBecomesASceneAndTheModelIsTheWall) {
+  for (int i = 0; i < 31; ++i) row(i, -15.0 + i);
+  adapter_.finish();
+  bus_.deliver_published();
+  ASSERT_EQ(scenes_.size(), 1U);
+  EXPECT_EQ(scenes_[0].rows, 31);
+  EXPECT_EQ(scenes_[0].columns, 41);
+  const TriangleMesh model = adapter_.mapper().model();
+  EXPECT_EQ(model.triangles.size(), 2U * 30U * 40U);
+  for (const Eigen::Vector3f& vertex : model.vertices_m) EXPECT_NEAR(vertex.x(), 2.0F, 1e-4);
+  ASSERT_FALSE(tiles_.empty());
+  int triangles = 0;
+  for (const mesh_t& tile : tiles_) triangles += tile.num_triangles;
+  EXPECT_EQ(static_cast<std::size_t>(triangles), model.triangles.size());
+}
+
+TEST_F(Mapping3dOverABus, RowsWithoutAPoseAreCountedAndTheRestIsUsed) {
+  for (int i = 0; i < 31; ++i) row(i, -15.0 + i, i % 10 != 5);
+  adapter_.finish();
+  EXPECT_EQ(adapter_.drops().by_cause().at("scan without SLAM_POSE"), 3);
+  ASSERT_EQ(adapter_.mapper().scenes().size(), 1U);
+  EXPECT_EQ(adapter_.mapper().scenes()[0].rows.size(), 28U);
+}
+
+TEST(MeshTiles, EachIsBelowTheLimitAndCompleteInItself) {
+  TriangleMesh mesh;
+  for (int i = 0; i < 30000; ++i) {
+    mesh.vertices_m.emplace_back(static_cast<float>(i), 0.0F, 0.0F);
+    mesh.normals.emplace_back(0.0F, 0.0F, 1.0F);
+  }
+  for (uint32_t i = 0; i + 2 < 30000; ++i) mesh.triangles.push_back({i, i + 1, i + 2});
+  std::size_t triangles = 0;
+  int count = 0;
+  for_each_tile(mesh, Utime::from_us(7), 3, [&](const mesh_t& tile) {
+    EXPECT_LT(tile.getEncodedSize(), 300000);
+    EXPECT_EQ(tile.tile, count++);
+    for (const auto& triangle : tile.triangles) {
+      for (const int32_t corner : triangle) EXPECT_LT(corner, tile.num_vertices);
+    }
+    triangles += tile.triangles.size();
+  });
+  EXPECT_EQ(triangles, mesh.triangles.size());
+  EXPECT_GT(count, 5);
+}
+
+}  // namespace
+}  // namespace marco::mapping3d

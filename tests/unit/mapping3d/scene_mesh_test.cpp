@@ -1,0 +1,121 @@
+#include "mapping3d/scene_mesh.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <random>
+
+namespace marco::mapping3d {
+namespace {
+
+// A wall at x = 2 seen from the origin by a grid of beams a degree apart.
+ScenePoints wall(std::size_t rows, std::size_t columns, double slant_deg = 0.0) {
+  ScenePoints scene;
+  scene.rows = rows;
+  scene.columns = columns;
+  const Eigen::Vector3d normal(std::cos(deg_to_rad(slant_deg)), std::sin(deg_to_rad(slant_deg)), 0);
+  for (std::size_t row = 0; row < rows; ++row) {
+    scene.origins_m.emplace_back(0, 0, 0);
+    for (std::size_t column = 0; column < columns; ++column) {
+      const double bearing =
+          deg_to_rad(static_cast<double>(column) - 0.5 * static_cast<double>(columns));
+      const double tilt = deg_to_rad(static_cast<double>(row) - 0.5 * static_cast<double>(rows));
+      const Eigen::Vector3d ray(std::cos(bearing) * std::cos(tilt), std::sin(bearing),
+                                std::cos(bearing) * std::sin(tilt));
+      scene.points_m.push_back((ray * (2.0 / ray.dot(normal))).cast<float>());
+      scene.valid.push_back(1);
+    }
+  }
+  return scene;
+}
+
+TEST(ThesisRule, EveryQuadOfAWholeWallIsThere) {
+  const ScenePoints scene = wall(10, 12);
+  EXPECT_EQ(thesis_quads(scene).size(), 9U * 11U);
+  EXPECT_EQ(thesis_triangles(scene).size(), 2U * 9U * 11U);
+}
+
+TEST(ThesisRule, AMissingBeamTakesItsFourQuadsAndTheirTrianglesThatTouchIt) {
+  ScenePoints scene = wall(10, 12);
+  scene.valid[scene.index(5, 5)] = 0;
+  EXPECT_EQ(thesis_quads(scene).size(), 99U - 4U);
+  // Of the eight triangles of those quads the point belongs to six: each diagonal runs from the
+  // upper left to the lower right corner, so two of the quads have a triangle without it.
+  EXPECT_EQ(thesis_triangles(scene).size(), 198U - 6U);
+}
+
+TEST(ThesisRule, DistancesAreMeasuredFromTheFirstVertexOnly) {
+  ScenePoints scene;
+  scene.rows = scene.columns = 2;
+  scene.origins_m.assign(2, {0, 0, 0});
+  scene.valid.assign(4, 1);
+  // Second and fourth vertex 0.28 m from each other, but both 0.19 m and less from the first.
+  scene.points_m = {{2, 0, 0}, {2, 0.19F, 0}, {2, 0, 0.19F}, {2, 0.13F, 0.13F}};
+  EXPECT_EQ(thesis_quads(scene).size(), 1U);
+  scene.points_m[3] = {2, 0.15F, 0.15F};  // 0.212 m from the first
+  EXPECT_TRUE(thesis_quads(scene).empty());
+  scene.points_m[3] = {2, 0.002F, 0.002F};  // nearer than 5 mm
+  EXPECT_TRUE(thesis_quads(scene).empty());
+}
+
+TEST(MeshScene, AWallIsWholeAndFacesTheLaser) {
+  const TriangleMesh mesh = mesh_scene(wall(10, 12));
+  EXPECT_EQ(mesh.vertices_m.size(), 120U);
+  EXPECT_EQ(mesh.triangles.size(), 198U);
+  for (const Eigen::Vector3f& normal : mesh.normals) EXPECT_NEAR(normal.x(), -1.0F, 1e-4);
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3f up = (mesh.vertices_m[t[1]] - mesh.vertices_m[t[0]])
+                                   .cross(mesh.vertices_m[t[2]] - mesh.vertices_m[t[0]]);
+    EXPECT_LT(up.x(), 0.0F);
+  }
+}
+
+TEST(MeshScene, ADepthEdgeIsNotSkinnedOver) {
+  ScenePoints scene = wall(10, 12);
+  for (std::size_t row = 0; row < 10; ++row) {
+    for (std::size_t column = 6; column < 12; ++column)
+      scene.points_m[scene.index(row, column)] *= 2.0F;
+  }
+  const TriangleMesh mesh = mesh_scene(scene);
+  EXPECT_EQ(mesh.triangles.size(), 2U * 9U * 5U * 2U);
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_LT((mesh.vertices_m[t[i]] - mesh.vertices_m[t[(i + 1) % 3]]).norm(), 0.3F);
+    }
+  }
+}
+
+TEST(MeshScene, AMissingBeamLeavesAHoleNoLargerThanItself) {
+  ScenePoints scene = wall(10, 12);
+  scene.valid[scene.index(5, 5)] = 0;
+  // Four quads lose a corner and keep one triangle each.
+  EXPECT_EQ(mesh_scene(scene).triangles.size(), 198U - 4U);
+}
+
+TEST(MeshScene, NoiseTearsNoHolesAndNormalsStayNearTheWalls) {
+  ScenePoints scene = wall(60, 60);
+  std::mt19937 random(3);
+  std::normal_distribution<float> noise(0.0F, 0.010F);
+  for (Eigen::Vector3f& point : scene.points_m) point += noise(random) * point.normalized();
+  const TriangleMesh mesh = mesh_scene(scene);
+  EXPECT_EQ(mesh.triangles.size(), 2U * 59U * 59U);
+}
+
+TEST(MeshScene, NothingMakesNothing) {
+  EXPECT_TRUE(mesh_scene(ScenePoints{}).triangles.empty());
+  ScenePoints scene = wall(5, 5);
+  scene.valid.assign(25, 0);
+  EXPECT_TRUE(mesh_scene(scene).vertices_m.empty());
+}
+
+TEST(AppendMesh, IndicesOfThePartMoveBehindTheWhole) {
+  TriangleMesh whole = mesh_scene(wall(3, 3));
+  const TriangleMesh part = mesh_scene(wall(3, 3));
+  append_mesh(whole, part);
+  EXPECT_EQ(whole.vertices_m.size(), 18U);
+  EXPECT_EQ(whole.triangles.size(), 16U);
+  EXPECT_EQ(whole.triangles[8][0], part.triangles[0][0] + 9U);
+}
+
+}  // namespace
+}  // namespace marco::mapping3d

@@ -1,0 +1,89 @@
+#include "mapping3d/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace marco::mapping3d {
+namespace {
+
+SceneRow row_at(double seconds, std::vector<float> ranges_m = {1.0F, 2.0F}) {
+  SceneRow row;
+  row.utime = Utime::from_seconds(seconds);
+  row.ranges_m = std::move(ranges_m);
+  row.first_bearing_rad = 0.0;
+  row.bearing_step_rad = deg_to_rad(90);
+  return row;
+}
+
+TEST(Place, ABeamLiesAlongItsBearingInTheSensorsPose) {
+  Scene scene;
+  scene.rows = {row_at(0, {2.0F, 0.0F})};
+  scene.rows[0].robot_from_sensor_first = scene.rows[0].robot_from_sensor_last =
+      make_pose3({0.1, 0, 0.5}, 0, deg_to_rad(-90));  // looks straight up
+  scene.rows[0].world_from_robot = {1, 1, deg_to_rad(180)};
+  const ScenePoints points = place(scene);
+  ASSERT_EQ(points.valid[0], 1);
+  EXPECT_NEAR((points.points_m[0] - Eigen::Vector3f(0.9F, 1, 2.5F)).norm(), 0.0, 1e-5);
+  EXPECT_EQ(points.valid[1], 0);  // no return
+}
+
+TEST(Place, BeamsOfAMovingSweepArePlacedBetweenItsEnds) {
+  Scene scene;
+  scene.rows = {row_at(0, {1.0F, 1.0F, 1.0F})};
+  scene.rows[0].bearing_step_rad = 0.0;
+  scene.rows[0].robot_from_sensor_last = make_pose3({0, 0, 0}, 0, deg_to_rad(-10));
+  const ScenePoints points = place(scene);
+  for (int i = 0; i < 3; ++i) {
+    const float up = std::atan2(points.points_m[static_cast<std::size_t>(i)].z(),
+                                points.points_m[static_cast<std::size_t>(i)].x());
+    EXPECT_NEAR(up, deg_to_rad(5.0 * i), 1e-6);
+  }
+}
+
+// Feeds tilts [deg] a tenth of a second apart; @returns the rows of each finished scene.
+std::vector<std::size_t> rows_of_scenes(const std::vector<double>& tilts_deg) {
+  SceneBuilder builder;
+  std::vector<std::size_t> rows;
+  double seconds = 0;
+  for (const double tilt_deg : tilts_deg) {
+    if (const auto scene = builder.add(row_at(seconds += 0.1), 0.0, deg_to_rad(tilt_deg))) {
+      rows.push_back(scene->rows.size());
+    }
+  }
+  if (const auto scene = builder.finish()) rows.push_back(scene->rows.size());
+  return rows;
+}
+
+std::vector<double> ramp(double from, double to, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) values.push_back(from + (to - from) * i / (count - 1));
+  return values;
+}
+
+TEST(SceneBuilder, UpAndDownAreTwoScenes) {
+  std::vector<double> tilts = ramp(-20, 20, 41);
+  const std::vector<double> down = ramp(19, -20, 40);
+  tilts.insert(tilts.end(), down.begin(), down.end());
+  EXPECT_EQ(rows_of_scenes(tilts), (std::vector<std::size_t>{41, 40}));
+}
+
+TEST(SceneBuilder, AStandingLaserMakesNoScene) {
+  EXPECT_TRUE(rows_of_scenes(std::vector<double>(100, 0.0)).empty());
+}
+
+TEST(SceneBuilder, RepeatedRowsOfAStepwiseSweepCountOnce) {
+  std::vector<double> tilts;
+  for (const double tilt : ramp(-20, 20, 21)) tilts.insert(tilts.end(), 3, tilt);
+  EXPECT_EQ(rows_of_scenes(tilts), (std::vector<std::size_t>{21}));
+}
+
+TEST(SceneBuilder, AJumpEndsTheSweepAndFewRowsAreNone) {
+  std::vector<double> tilts = ramp(-20, 0, 21);
+  const std::vector<double> few = ramp(30, 33, 4);
+  tilts.insert(tilts.end(), few.begin(), few.end());
+  EXPECT_EQ(rows_of_scenes(tilts), (std::vector<std::size_t>{21}));
+}
+
+}  // namespace
+}  // namespace marco::mapping3d

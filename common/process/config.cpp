@@ -1,5 +1,8 @@
 #include "common/process/config.hpp"
 
+#include <charconv>
+#include <cstdlib>
+#include <regex>
 #include <sstream>
 
 namespace marco::process {
@@ -8,6 +11,22 @@ namespace {
 std::string place_of(const toml::node& node) {
   const toml::source_position& at = node.source().begin;
   return "line " + std::to_string(at.line) + ", column " + std::to_string(at.column);
+}
+
+// toml++ prints 17 digits; the shortest text that reads back the same is what a person typed.
+std::string with_short_numbers(const std::string& text) {
+  static const std::regex kLongNumber("-?[0-9]+\\.[0-9]{9,}(e[-+]?[0-9]+)?");
+  std::string result;
+  auto at = text.cbegin();
+  for (std::sregex_iterator found(text.begin(), text.end(), kLongNumber), end; found != end;
+       ++found) {
+    char digits[32];
+    const double value = std::strtod(found->str().c_str(), nullptr);
+    const auto written = std::to_chars(digits, digits + sizeof digits, value);
+    result.append(at, (*found)[0].first).append(digits, written.ptr);
+    at = (*found)[0].second;
+  }
+  return result.append(at, text.cend());
 }
 
 }  // namespace
@@ -101,7 +120,7 @@ void TomlReader::read(const std::string& name,
 std::string to_text(const toml::table& table) {
   std::ostringstream text;
   text << table << "\n";
-  return text.str();
+  return with_short_numbers(text.str());
 }
 
 }  // namespace detail

@@ -53,6 +53,18 @@ MotionGuess MotionModel::guess(const MotionInput& now) const {
     const double limit_m = std::max(options_.max_step_m, options_.max_speed_m_per_s * dt_s);
     if (std::hypot(step.x_m, step.y_m) <= limit_m) guess = from_odometry(step);
   }
+  if (guess.source == MotionGuess::Source::odometry && period_s_ > 0.0) {
+    const double periods = std::abs(lag_s(dt_s) - before_lag_s_) / period_s_;
+    // Where odometry goes on as it did of late, it came with the scan and does not mind the stamp.
+    const Pose2& step = guess.before_from_now;
+    const double off_m =
+        std::min(periods * move_m_, std::abs(std::hypot(step.x_m, step.y_m) - move_m_));
+    const double off_rad =
+        std::min(periods * turn_rad_, std::abs(std::abs(step.theta_rad) - turn_rad_));
+    guess.covariance(0, 0) += square(off_m);
+    guess.covariance(1, 1) += square(off_m);
+    guess.covariance(2, 2) += square(off_rad);
+  }
   if (now.gyro_heading_rad && before_->gyro_heading_rad) {
     const double sigma_rad = deg_to_rad(0.1 + options_.gyro_sigma_deg_per_s * std::abs(dt_s));
     if (square(sigma_rad) < guess.covariance(2, 2)) {
@@ -64,8 +76,25 @@ MotionGuess MotionModel::guess(const MotionInput& now) const {
   return guess;
 }
 
+double MotionModel::lag_s(double dt_s) const {
+  constexpr double kMostPeriods = 10.0;
+  return std::clamp(before_lag_s_ + period_s_ - dt_s, 0.0, kMostPeriods * period_s_);
+}
+
+void MotionModel::learn_rhythm(double dt_s, const Pose2& step) {
+  // The median of a stream, by small steps towards each value (Tierney 1983).
+  constexpr double kMedianStep = 0.05;
+  if (dt_s > 0.0 && period_s_ == 0.0) period_s_ = dt_s;
+  before_lag_s_ = lag_s(dt_s);
+  if (period_s_ > 0.0) period_s_ *= dt_s > period_s_ ? 1.0 + kMedianStep : 1.0 - kMedianStep;
+  constexpr double kFresh = 0.3;
+  move_m_ += kFresh * (std::hypot(step.x_m, step.y_m) - move_m_);
+  turn_rad_ += kFresh * (std::abs(step.theta_rad) - turn_rad_);
+}
+
 void MotionModel::update(const MotionInput& now, const Pose2& before_from_now) {
   if (before_) {
+    learn_rhythm((now.utime - before_->utime).seconds(), before_from_now);
     history_.push_back({before_->utime, Pose2{}});
     for (Step& step : history_) step.then_from_now = step.then_from_now * before_from_now;
   }

@@ -86,6 +86,10 @@ class MotionModel {
   MotionGuess from_velocity(double dt_s) const;
 
   void measure_velocity();
+  /// How far this scan's stamp lags behind the rhythm of the scans. A logger that stalls stamps
+  /// several scans nearly alike; odometry looked up by such a stamp belongs to another moment.
+  double lag_s(double dt_s) const;
+  void learn_rhythm(double dt_s, const Pose2& step);
 
   /// Scans since `velocity_span_s` ago, and the way from each to the newest.
   struct Step {
@@ -97,6 +101,10 @@ class MotionModel {
   std::deque<Step> history_;
   Velocity2 velocity_;
   bool velocity_known_ = false;
+  double period_s_ = 0.0;      ///< of the scans: a running median
+  double before_lag_s_ = 0.0;  ///< lag_s of the scan before
+  double move_m_ = 0.0;        ///< of late, from one scan to the next
+  double turn_rad_ = 0.0;
 };
 
 }  // namespace marco::slam

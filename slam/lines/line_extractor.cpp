@@ -1,0 +1,347 @@
+#include "slam/lines/line_extractor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace marco::slam {
+namespace {
+
+constexpr double square(double value) { return value * value; }
+
+}  // namespace
+
+LineExtractor::LineExtractor(const LineExtractorOptions& options) : options_(options) {
+  validate(options, "line_extractor");
+}
+
+const std::vector<ObservedWall>& LineExtractor::extract(const ScanInRobot& scan) {
+  scan_ = &scan;
+  walls_.clear();
+  take_points(scan);
+  cut_at_gaps();
+  merge();
+  for (std::size_t i = 0; i < merged_.size(); ++i) accept(i);
+  scan_ = nullptr;
+  return walls_;
+}
+
+void LineExtractor::Sums::add(const Sums& other, double sign) {
+  weight += sign * other.weight;
+  x += sign * other.x;
+  y += sign * other.y;
+  xx += sign * other.xx;
+  xy += sign * other.xy;
+  yy += sign * other.yy;
+}
+
+void LineExtractor::Sums::add_point(double x_m, double y_m, double point_weight) {
+  weight += point_weight;
+  x += point_weight * x_m;
+  y += point_weight * y_m;
+  xx += point_weight * x_m * x_m;
+  xy += point_weight * x_m * y_m;
+  yy += point_weight * y_m * y_m;
+}
+
+void LineExtractor::take_points(const ScanInRobot& scan) {
+  x_.clear();
+  y_.clear();
+  range2_.clear();
+  beam_.clear();
+  gap2_.clear();
+  sums_.clear();
+  Sums sums;
+  for (std::size_t i = 0; i < scan.beams.size(); ++i) {
+    const Beam& beam = scan.beams[i];
+    if (!beam.returned || beam.range_m > options_.max_range_m) continue;
+    x_.push_back(beam.hit_m.x());
+    y_.push_back(beam.hit_m.y());
+    range2_.push_back(square(beam.range_m));
+    beam_.push_back(static_cast<int>(i));
+    sums_.push_back(sums);
+    sums.add_point(beam.hit_m.x(), beam.hit_m.y(), 1.0);
+  }
+  sums_.push_back(sums);
+  for (std::size_t i = 0; i + 1 < x_.size(); ++i) {
+    gap2_.push_back(square(x_[i + 1] - x_[i]) + square(y_[i + 1] - y_[i]));
+  }
+}
+
+bool LineExtractor::is_gap_after(int point) const {
+  const auto i = static_cast<std::size_t>(point);
+  if (gap2_[i] <= square(options_.max_gap_m)) return false;
+  if (gap2_[i] > square(options_.max_grazing_gap_m) || beam_[i + 1] - beam_[i] > 1) return true;
+  // On a slanting wall neighbouring beams meet it far apart: then the gaps beside are wide too.
+  if (i == 0 || i + 1 >= gap2_.size()) return true;
+  return gap2_[i] > 4.0 * std::min(gap2_[i - 1], gap2_[i + 1]);
+}
+
+void LineExtractor::cut_at_gaps() {
+  pieces_.clear();
+  const int count = static_cast<int>(x_.size());
+  int first = 0;
+  for (int i = 0; i < count; ++i) {
+    if (i + 1 < count && !is_gap_after(i)) continue;
+    if (i > first) split(Piece::clean(first, i));
+    first = i + 1;
+  }
+}
+
+// Iterative end-point fit (ch. 4.1): the farthest point splits, the left part is looked at first.
+void LineExtractor::split(Piece chain) {
+  stack_.clear();
+  stack_.push_back(chain);
+  while (!stack_.empty()) {
+    const Piece piece = stack_.back();
+    stack_.pop_back();
+    const int corner = farthest_from_chord(piece);
+    if (corner < 0) {
+      pieces_.push_back(piece);
+    } else {
+      stack_.push_back(Piece::clean(corner, piece.last));
+      stack_.push_back(Piece::clean(piece.first, corner));
+    }
+  }
+}
+
+int LineExtractor::farthest_from_chord(const Piece& piece) const {
+  const auto first = static_cast<std::size_t>(piece.first);
+  const auto last = static_cast<std::size_t>(piece.last);
+  const double x0 = x_[first], y0 = y_[first];
+  const double dx = x_[last] - x0, dy = y_[last] - y0;
+  const double length2 = dx * dx + dy * dy;
+  double farthest = 0.0;
+  std::size_t corner = 0;
+  for (std::size_t i = first + 1; i < last; ++i) {
+    const double area = std::abs(dx * (y_[i] - y0) - dy * (x_[i] - x0));
+    if (area > farthest) {
+      farthest = area;
+      corner = i;
+    }
+  }
+  return square(farthest) > square(options_.split_distance_m) * length2 ? static_cast<int>(corner)
+                                                                        : -1;
+}
+
+LineExtractor::Sums LineExtractor::sums_of(int first, int last) const {
+  Sums sums = sums_[static_cast<std::size_t>(last) + 1];
+  sums.add(sums_[static_cast<std::size_t>(first)], -1.0);
+  return sums;
+}
+
+// Total least squares: the principal axis of the points.
+LineExtractor::Line LineExtractor::line_of(const Sums& sums) {
+  Line line;
+  line.center_x = sums.x / sums.weight;
+  line.center_y = sums.y / sums.weight;
+  const double xx = sums.xx - sums.x * line.center_x;
+  const double xy = sums.xy - sums.x * line.center_y;
+  const double yy = sums.yy - sums.y * line.center_y;
+  const double half_difference = 0.5 * (xx - yy);
+  const double radius = std::sqrt(square(half_difference) + square(xy));
+  // The half angle without trigonometry, from whichever component is the larger.
+  const double a = half_difference >= 0.0 ? radius + half_difference : std::abs(xy);
+  const double b = half_difference >= 0.0 ? xy : std::copysign(radius - half_difference, xy);
+  const double norm = std::sqrt(a * a + b * b);
+  if (norm > 0.0) {
+    line.along_x = a / norm;
+    line.along_y = b / norm;
+  }
+  line.rms_m = std::sqrt(std::max(0.0, (0.5 * (xx + yy) - radius) / sums.weight));
+  return line;
+}
+
+bool LineExtractor::lie_on(int first, int last, const Line& line) const {
+  for (int i = first; i <= last; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if (std::abs(line.across_of(x_[k], y_[k])) > options_.split_distance_m) return false;
+  }
+  return true;
+}
+
+bool LineExtractor::fits_together(const Piece& before, const Piece& after) const {
+  const auto last = static_cast<std::size_t>(before.last);
+  const auto first = static_cast<std::size_t>(after.first);
+  const int strays = std::max(0, after.first - before.last - 1);
+  if (strays > options_.max_outliers_in_a_row) return false;
+  const double reach_m = options_.max_gap_m * (1.0 + strays);
+  const double gap2 = square(x_[first] - x_[last]) + square(y_[first] - y_[last]);
+  if (gap2 > square(reach_m) && (strays > 0 || is_gap_after(before.last))) return false;
+  Sums sums = sums_of(before.core_first, before.core_last);
+  sums.add(sums_of(after.first, after.last), 1.0);
+  const Line line = line_of(sums);
+  return line.rms_m <= options_.split_distance_m &&
+         lie_on(before.core_first, before.core_last, line) && lie_on(after.first, after.last, line);
+}
+
+void LineExtractor::merge() {
+  merged_.clear();
+  for (const Piece& piece : pieces_) {
+    if (piece.last - piece.first < 2) continue;
+    if (merged_.empty() || !fits_together(merged_.back(), piece)) {
+      merged_.push_back(piece);
+      continue;
+    }
+    Piece& wall = merged_.back();
+    const bool touches = piece.first <= wall.last + 1 && wall.core_last == wall.last;
+    if (touches) {
+      wall.core_last = piece.last;
+    } else if (piece.last - piece.first > wall.core_last - wall.core_first) {
+      wall.core_first = piece.first;
+      wall.core_last = piece.last;
+    }
+    wall.last = piece.last;
+  }
+}
+
+// Variance of a point across its line: the range's error as far as the beam stands on the wall,
+// the bearing's as far as it grazes it.
+double LineExtractor::sigma2_across(int point, double sensor_distance_m) const {
+  const double range2 = range2_[static_cast<std::size_t>(point)];
+  const double cos2 = std::min(1.0, square(sensor_distance_m) / range2);
+  return square(scan_->range_sigma_m) * cos2 +
+         square(scan_->bearing_sigma_rad) * range2 * (1.0 - cos2) +
+         square(options_.surface_sigma_m);
+}
+
+void LineExtractor::choose_members(int from, int to, const Line& line) {
+  const double sensor_m = line.across_of(scan_->sensor_m.x(), scan_->sensor_m.y());
+  const double rms2 = std::min(square(line.rms_m), square(0.5 * options_.split_distance_m));
+  const double limit2 = square(options_.split_distance_m);
+  members_.clear();
+  for (int i = from; i <= to; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const double across2 = square(line.across_of(x_[k], y_[k]));
+    const double sigma2 = std::max(rms2, sigma2_across(i, sensor_m));
+    if (across2 <= limit2 && across2 <= square(options_.trim_sigmas) * sigma2) {
+      members_.push_back(i);
+    }
+  }
+}
+
+// Where points fell out, the gap may be one after all: the longest stretch is kept.
+void LineExtractor::cut_members_at_gaps(const Line& line) {
+  std::size_t best_first = 0, best_count = 0, first = 0;
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    const bool ends = i + 1 == members_.size() || [&] {
+      const auto a = static_cast<std::size_t>(members_[i]);
+      const auto b = static_cast<std::size_t>(members_[i + 1]);
+      const double gap_m = std::abs(line.along_of(x_[b], y_[b]) - line.along_of(x_[a], y_[a]));
+      const double reach_m = options_.max_gap_m * static_cast<double>(b - a);
+      return b - a > static_cast<std::size_t>(options_.max_outliers_in_a_row) + 1 ||
+             (gap_m > reach_m && (b - a > 1 || is_gap_after(members_[i])));
+    }();
+    if (!ends) continue;
+    if (i + 1 - first > best_count) {
+      best_first = first;
+      best_count = i + 1 - first;
+    }
+    first = i + 1;
+  }
+  std::copy_n(members_.begin() + static_cast<std::ptrdiff_t>(best_first), best_count,
+              members_.begin());
+  members_.resize(best_count);
+}
+
+LineExtractor::Line LineExtractor::fit_members(const Line& guess) const {
+  const double sensor_m = guess.across_of(scan_->sensor_m.x(), scan_->sensor_m.y());
+  Sums sums;
+  for (const int i : members_) {
+    const auto k = static_cast<std::size_t>(i);
+    sums.add_point(x_[k], y_[k], 1.0 / sigma2_across(i, sensor_m));
+  }
+  return line_of(sums);
+}
+
+void LineExtractor::accept(std::size_t piece_index) {
+  const Piece& piece = merged_[piece_index];
+  Line line = line_of(sums_of(piece.core_first, piece.core_last));
+  if (piece.has_strays()) {
+    // A short core points less well than the whole wall: take in all points near it first.
+    line.rms_m = options_.split_distance_m;
+    choose_members(piece.first, piece.last, line);
+    if (static_cast<int>(members_.size()) < options_.min_points) return;
+    line = fit_members(line);
+  }
+  const int reach = options_.max_outliers_in_a_row;
+  const int from =
+      std::max(piece_index > 0 ? merged_[piece_index - 1].last + 1 : 0, piece.first - reach);
+  const int to = std::min(piece_index + 1 < merged_.size() ? merged_[piece_index + 1].first - 1
+                                                           : static_cast<int>(x_.size()) - 1,
+                          piece.last + reach);
+  for (int round = 0; round < 3; ++round) {
+    choose_members(std::min(from, piece.first), std::max(to, piece.last), line);
+    cut_members_at_gaps(line);
+    if (static_cast<int>(members_.size()) < options_.min_points) return;
+    line = fit_members(line);
+  }
+  emit(line);
+}
+
+double LineExtractor::spacing_at(std::size_t member, int inwards) const {
+  const auto a = static_cast<std::size_t>(members_[member]);
+  const auto b = static_cast<std::size_t>(
+      members_[static_cast<std::size_t>(static_cast<int>(member) + inwards)]);
+  const double beams = std::abs(beam_[b] - beam_[a]);
+  return std::hypot(x_[b] - x_[a], y_[b] - y_[a]) / std::max(1.0, beams);
+}
+
+void LineExtractor::emit(const Line& fitted) {
+  Line line = fitted;
+  const auto first = static_cast<std::size_t>(members_.front());
+  const auto last = static_cast<std::size_t>(members_.back());
+  if (line.along_of(x_[last], y_[last]) < line.along_of(x_[first], y_[first])) {
+    line.along_x = -line.along_x;
+    line.along_y = -line.along_y;
+  }
+  const double start_s = line.along_of(x_[first], y_[first]);
+  const double end_s = line.along_of(x_[last], y_[last]);
+  const double sensor_m = line.across_of(scan_->sensor_m.x(), scan_->sensor_m.y());
+  if (end_s - start_s < options_.min_length_m || sensor_m <= 0.0) return;
+
+  double weight = 0.0, spread = 0.0, chi2 = 0.0;
+  for (const int i : members_) {
+    const auto k = static_cast<std::size_t>(i);
+    const double point_weight = 1.0 / sigma2_across(i, sensor_m);
+    weight += point_weight;
+    spread += point_weight * square(line.along_of(x_[k], y_[k]));
+    chi2 += point_weight * square(line.across_of(x_[k], y_[k]));
+  }
+  // A wall rougher than its beams' noise is known less well than they say.
+  const double excess = chi2 / static_cast<double>(members_.size() - 2);
+  const double scale = excess > 2.0 ? excess : 1.0;
+
+  ObservedWall wall;
+  wall.center_m = {line.center_x, line.center_y};
+  wall.direction_rad = std::atan2(line.along_y, line.along_x);
+  const Eigen::Vector2d along(line.along_x, line.along_y);
+  wall.start_m = wall.center_m + start_s * along;
+  wall.end_m = wall.center_m + end_s * along;
+  wall.across_sigma_m = std::sqrt(scale / weight);
+  wall.direction_sigma_rad = std::sqrt(scale / spread);
+  wall.num_points = static_cast<int>(members_.size());
+  wall.first_beam = beam_[first];
+  wall.last_beam = beam_[last];
+  // The true end lies up to one beam further on: rms of a uniform distribution about its border.
+  const double sigma_m = scan_->range_sigma_m;
+  wall.start_sigma_m = std::hypot(spacing_at(0, 1) / std::sqrt(3.0), sigma_m);
+  wall.end_sigma_m = std::hypot(spacing_at(members_.size() - 1, -1) / std::sqrt(3.0), sigma_m);
+  wall.start_seen = end_is_seen(wall.first_beam, -1, wall);
+  wall.end_seen = end_is_seen(wall.last_beam, 1, wall);
+  walls_.push_back(wall);
+}
+
+bool LineExtractor::end_is_seen(int beam, int step, const ObservedWall& wall) const {
+  const int next = beam + step;
+  if (next < 0 || next >= static_cast<int>(scan_->beams.size())) return false;
+  const Beam& beyond = scan_->beams[static_cast<std::size_t>(next)];
+  if (!beyond.returned) return false;
+  const Eigen::Vector2d end_m = step > 0 ? wall.end_m : wall.start_m;
+  const double end_sigma_m = step > 0 ? wall.end_sigma_m : wall.start_sigma_m;
+  const double reach_m = std::max(options_.max_gap_m, 3.0 * end_sigma_m);
+  if ((beyond.hit_m - end_m).squaredNorm() <= square(reach_m)) return true;
+  // Behind the line: the wall's edge. In front of it: something hides the rest.
+  return wall.across().dot(beyond.hit_m - end_m) < -options_.split_distance_m;
+}
+
+}  // namespace marco::slam

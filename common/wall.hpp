@@ -8,7 +8,7 @@ namespace marco {
 
 /// A straight piece of wall, directed: free space lies on the left of `start` -> `end`.
 struct Wall {
-  int64_t id = 0;  ///< never used again for another wall of the same map
+  int64_t id = 0;  ///< of the map; pieces of one wall (a door between them) share it
   Eigen::Vector2d start_m = Eigen::Vector2d::Zero();  ///< world frame
   Eigen::Vector2d end_m = Eigen::Vector2d::Zero();
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< of (start x, y, end x, y) [m^2]

@@ -53,12 +53,15 @@ std::vector<int> WallFilter::blocks() const {
   return all;
 }
 
-void WallFilter::predict(const Pose2& robot_motion, double noise_scale) {
-  const Pose2 before = world_from_robot();
-  const Pose2 after = moved(before, robot_motion);
+void WallFilter::predict(const Pose2& robot_motion) {
+  predict(robot_motion,
+          motion_noise(options_.motion, world_from_robot().theta_rad, robot_motion));
+}
+
+void WallFilter::predict(const Pose2& robot_motion, const Eigen::Matrix3d& noise) {
+  const Pose2 after = moved(world_from_robot(), robot_motion);
   const Eigen::Vector2d from_m = state_.first_estimate(0).head<2>();
-  state_.predict(after.vector(), motion_jacobian(from_m, after.translation_m()),
-                 noise_scale * motion_noise(options_.motion, before.theta_rad, robot_motion));
+  state_.predict(after.vector(), motion_jacobian(from_m, after.translation_m()), noise);
 }
 
 std::vector<int> WallFilter::blocks_within(double radius_m) const {

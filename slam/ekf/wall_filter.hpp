@@ -91,14 +91,21 @@ class WallFilter {
   /// x1 y1 x2 y2.
   Eigen::Vector4d wall_mean(std::size_t index) const { return state_.mean(walls_[index].block); }
 
-  /// (5.2-5.14). @param noise_scale  multiplies V_r; > 1 where the move is only a guess.
-  void predict(const Pose2& robot_motion, double noise_scale = 1.0);
+  /// (5.2-5.14) by odometry.
+  void predict(const Pose2& robot_motion);
+  /// The same for a move known otherwise. @param noise  V_r, world frame.
+  void predict(const Pose2& robot_motion, const Eigen::Matrix3d& noise);
 
   /// Makes the walls around the robot the active part, where that is due.
   void focus();
 
   /// (5.1) Pairs observed walls with active ones. @returns one match per observed wall.
   std::vector<WallMatch> associate(const std::vector<ObservedWall>& observed) const;
+
+  /// Innovation of a pairing's two offsets across the observed line.
+  SparseRows line_innovation(const ObservedWall& observed, std::size_t index) const {
+    return rows_for(observed, index, {});
+  }
 
   /// (5.2.2-5.2.5) Corrects pose and map by all matched walls, one after the other.
   void correct(const std::vector<ObservedWall>& observed, const std::vector<WallMatch>& matches);

@@ -1,6 +1,33 @@
 #include "slam/line_slam.hpp"
 
+#include <Eigen/LU>
+
 namespace marco::slam {
+namespace {
+
+struct PointCounts {
+  int all = 0, matched = 0, unclear = 0;
+  bool mostly_matched(double part) const {
+    return matched >= part * static_cast<double>(matched + unclear);
+  }
+};
+
+PointCounts count_points(const std::vector<ObservedWall>& observed,
+                         const std::vector<WallMatch>& matches) {
+  PointCounts counts;
+  for (std::size_t i = 0; i < observed.size(); ++i) {
+    counts.all += observed[i].num_points;
+    if (matches[i].wall >= 0) counts.matched += observed[i].num_points;
+    if (matches[i].wall == WallMatch::kUnclear) counts.unclear += observed[i].num_points;
+  }
+  return counts;
+}
+
+Eigen::Matrix3d diagonal_noise(double sigma_m, double sigma_rad) {
+  return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+}
+
+}  // namespace
 
 LineSlam::LineSlam(const LineSlamOptions& options, const Pose2& world_from_robot)
     : options_(options), extractor_(options.lines), filter_(options.filter, world_from_robot) {
@@ -14,20 +41,16 @@ LineSlamUpdate LineSlam::process(const ScanInRobot& scan,
   if (robot_motion) {
     filter_.predict(*robot_motion);
   } else {
-    const double m2 = options_.guess_sigma_m * options_.guess_sigma_m;
-    const double rad2 = options_.guess_sigma_rad * options_.guess_sigma_rad;
-    filter_.predict(last_motion_, Eigen::Vector3d(m2, m2, rad2).asDiagonal());
+    filter_.predict(last_motion_, diagonal_noise(options_.guess_sigma_m, options_.guess_sigma_rad));
   }
   filter_.focus();
   const std::vector<ObservedWall>& observed = extractor_.extract(scan);
-  std::vector<WallMatch> matches = filter_.associate(observed);
+  LineSlamUpdate update;
+  std::vector<WallMatch> matches = associate(observed, update.slipped);
   if (journal != nullptr) note(*journal, observed, matches);
 
-  LineSlamUpdate update;
-  int points = 0, matched_points = 0;
+  const PointCounts points = count_points(observed, matches);
   for (std::size_t i = 0; i < observed.size(); ++i) {
-    points += observed[i].num_points;
-    if (matches[i].wall >= 0) matched_points += observed[i].num_points;
     update.matched += matches[i].wall >= 0 ? 1 : 0;
     update.unclear += matches[i].wall == WallMatch::kUnclear ? 1 : 0;
   }
@@ -45,12 +68,25 @@ LineSlamUpdate LineSlam::process(const ScanInRobot& scan,
   result.added = update.added;
   result.joined = update.joined;
   result.removed = update.removed;
-  result.overlap = points == 0 ? 0.0 : static_cast<double>(matched_points) / points;
+  result.slipped = update.slipped;
+  result.overlap = points.all == 0 ? 0.0 : static_cast<double>(points.matched) / points.all;
   if (journal != nullptr) {
     journal->robot_corrected = result.world_from_robot.vector();
     journal->covariance_corrected = result.covariance;
   }
   return result;
+}
+
+// Where the scan shows known walls, but not where they should be, the wheels slipped: the move's
+// error grows until they fit. What does not help is taken back by nothing: an error admitted in
+// vain only makes the next scan's gates wider.
+std::vector<WallMatch> LineSlam::associate(const std::vector<ObservedWall>& observed,
+                                           bool& slipped) {
+  std::vector<WallMatch> matches = filter_.associate(observed);
+  if (count_points(observed, matches).mostly_matched(options_.slip_overlap)) return matches;
+  slipped = true;
+  filter_.predict({}, diagonal_noise(options_.slip_sigma_m, options_.slip_sigma_rad));
+  return filter_.associate(observed);
 }
 
 LineSlamUpdate LineSlam::carry(const Pose2& robot_motion) {
@@ -82,13 +118,17 @@ void LineSlam::note(LineSlamJournal& journal,
   journal.wall_ids.assign(observed.size(), 0);
   journal.innovations.assign(observed.size(), Eigen::Vector2d::Zero());
   journal.innovation_covariances.assign(observed.size(), Eigen::Matrix2d::Zero());
+  journal.robot_gains.assign(observed.size(), Eigen::Matrix<double, 3, 2>::Zero());
   for (std::size_t i = 0; i < observed.size(); ++i) {
     if (matches[i].wall < 0) continue;
     const auto index = static_cast<std::size_t>(matches[i].wall);
     journal.wall_ids[i] = filter_.wall(index).id;
     const SparseRows rows = filter_.line_innovation(observed[i], index);
     journal.innovations[i] = rows.innovation;
-    journal.innovation_covariances[i] = filter_.state().innovation_covariance(rows);
+    const Eigen::Matrix2d s = filter_.state().innovation_covariance(rows);
+    journal.innovation_covariances[i] = s;
+    journal.robot_gains[i] =
+        filter_.state().covariance_with(rows).topRows<3>() * s.inverse();
   }
 }
 

@@ -14,8 +14,11 @@ namespace marco::slam {
 struct LineSlamOptions {
   LineExtractorOptions lines;
   WallFilterOptions filter;
-  double guess_sigma_m = 0.10;      ///< of a move that no odometry told, guessed from the last one
+  double guess_sigma_m = 0.10;  ///< of a move that no odometry told, guessed from the last one
   double guess_sigma_rad = 0.10;
+  double slip_overlap = 0.5;    ///< fewer of the known walls' points matched: a slip is suspected
+  double slip_sigma_m = 0.10;   ///< error of a move whose wheels slipped
+  double slip_sigma_rad = 0.10;
   int plan_min_times_seen = 3;      ///< walls seen in fewer scans are not in the plan
   double plan_min_length_m = 0.30;  ///< nor shorter pieces
 
@@ -25,6 +28,9 @@ struct LineSlamOptions {
     v("filter", filter);
     v("guess_sigma_m", guess_sigma_m, kPositive);
     v("guess_sigma_rad", guess_sigma_rad, kPositive);
+    v("slip_overlap", slip_overlap, Limits{0.0, 1.0});
+    v("slip_sigma_m", slip_sigma_m, kNotNegative);
+    v("slip_sigma_rad", slip_sigma_rad, kNotNegative);
     v("plan_min_times_seen", plan_min_times_seen, Limits{1, 1e6});
     v("plan_min_length_m", plan_min_length_m, kPositive);
   }
@@ -39,6 +45,7 @@ struct LineSlamUpdate {
   int unclear = 0;  ///< like a wall of the map, but not fitting: not used
   int added = 0;
   int joined = 0;
+  bool slipped = false;   ///< the move was far worse than odometry's error model says
   int removed = 0;        ///< walls that are no longer believed in
   int walls = 0;          ///< in the map now
   int active_walls = 0;   ///< of these in the filter's active part
@@ -54,6 +61,7 @@ struct LineSlamJournal {
   std::vector<int64_t> wall_ids;       ///< of the matches, 0 = none
   std::vector<Eigen::Matrix2d> innovation_covariances;  ///< S of each match's two offsets, else 0
   std::vector<Eigen::Vector2d> innovations;
+  std::vector<Eigen::Matrix<double, 3, 2>> robot_gains;  ///< K's rows for x, y, theta
 };
 
 /// Thesis A, whole: walls out of the scan, pose and map by the filter. Lines -> predict -> associate
@@ -84,6 +92,7 @@ class LineSlam {
 
  private:
   LineSlamUpdate report() const;
+  std::vector<WallMatch> associate(const std::vector<ObservedWall>& observed, bool& slipped);
   void note(LineSlamJournal& journal,
             const std::vector<ObservedWall>& observed,
             const std::vector<WallMatch>& matches) const;

@@ -109,16 +109,22 @@ Eigen::MatrixXd CompressedState::covariance_with(const SparseRows& rows) const {
   return product;
 }
 
-SparseRows::Square CompressedState::innovation_covariance(const SparseRows& rows) const {
-  SparseRows::Square s = rows.noise;
-  for (int a = 0; a < rows.num_blocks; ++a) {
-    for (int b = 0; b < rows.num_blocks; ++b) {
-      s.noalias() += rows.jacobian.middleCols(4 * a, 4) *
-                     covariance(rows.blocks[static_cast<std::size_t>(a)],
-                                rows.blocks[static_cast<std::size_t>(b)]) *
-                     rows.jacobian.middleCols(4 * b, 4).transpose();
+SparseRows::Square CompressedState::covariance_between(const SparseRows& a,
+                                                       const SparseRows& b) const {
+  SparseRows::Square product = SparseRows::Square::Zero(a.rows(), b.rows());
+  for (int i = 0; i < a.num_blocks; ++i) {
+    for (int j = 0; j < b.num_blocks; ++j) {
+      product.noalias() += a.jacobian.middleCols(4 * i, 4) *
+                           p_.block<4, 4>(at(a.blocks[static_cast<std::size_t>(i)]),
+                                          at(b.blocks[static_cast<std::size_t>(j)])) *
+                           b.jacobian.middleCols(4 * j, 4).transpose();
     }
   }
+  return product;
+}
+
+SparseRows::Square CompressedState::innovation_covariance(const SparseRows& rows) const {
+  const SparseRows::Square s = covariance_between(rows, rows) + rows.noise;
   return 0.5 * (s + s.transpose());
 }
 

@@ -54,10 +54,8 @@ class CompressedState {
 
   /// S = H P H^T + noise (5.36), of finished corrections.
   SparseRows::Square innovation_covariance(const SparseRows& rows) const;
-  /// The four rows that belong to an active block, of a matrix with a row an active number.
-  auto active_rows(const Eigen::MatrixXd& matrix, int block) const {
-    return matrix.middleRows<4>(at(block));
-  }
+  /// H_a P H_b^T.
+  SparseRows::Square covariance_between(const SparseRows& a, const SparseRows& b) const;
 
   /// One wall's measurement: sequential innovation (5.34-5.36), S at most 4 x 4. The means are new
   /// at once; the covariance when finish_corrections() is called, which must be before anything

@@ -10,8 +10,7 @@ namespace {
 
 using Eigen::Index;
 
-// Inverse of the normal distribution (Acklam's rational approximation of its middle and tails is
-// more than is needed here; Newton on erfc is exact enough and short).
+// Inverse of the normal distribution by Newton's method on erfc.
 double normal_quantile(double probability) {
   double x = 0.0;
   for (int i = 0; i < 60; ++i) {
@@ -31,15 +30,15 @@ class BranchAndBound {
                  int num_observations,
                  double probability)
       : state_(state), candidates_(candidates), of_observation_(num_observations) {
+    std::vector<double> distance2;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      products_.push_back(state.covariance_with(candidates[i].rows));
+      distance2.push_back(individual_distance2(state, candidates[i]));
       of_observation_[static_cast<std::size_t>(candidates[i].observation)].push_back(
           static_cast<int>(i));
     }
     for (auto& list : of_observation_) {
       std::sort(list.begin(), list.end(), [&](int a, int b) {
-        return individual_distance2(state, candidates[static_cast<std::size_t>(a)]) <
-               individual_distance2(state, candidates[static_cast<std::size_t>(b)]);
+        return distance2[static_cast<std::size_t>(a)] < distance2[static_cast<std::size_t>(b)];
       });
     }
     for (int k = 0; k <= num_observations; ++k) {
@@ -99,9 +98,9 @@ class BranchAndBound {
     Eigen::Matrix<double, Eigen::Dynamic, 2> cross(size, 2);
     for (std::size_t k = 0; k < path_.size(); ++k) {
       cross.middleRows<2>(2 * static_cast<Index>(k)) =
-          times(candidates_[static_cast<std::size_t>(path_[k])].rows, products_[c]);
+          state_.covariance_between(candidates_[static_cast<std::size_t>(path_[k])].rows, rows);
     }
-    const Eigen::Matrix2d own = times(rows, products_[c]) + rows.noise.topLeftCorner<2, 2>();
+    const Eigen::Matrix2d own = state_.covariance_between(rows, rows) + rows.noise;
     const auto lower = factor_.topLeftCorner(size, size).triangularView<Eigen::Lower>();
     lower.solveInPlace(cross);
     const Eigen::Matrix2d rest = own - cross.transpose() * cross;
@@ -116,20 +115,10 @@ class BranchAndBound {
     return std::isfinite(added) ? added : std::numeric_limits<double>::infinity();
   }
 
-  Eigen::Matrix2d times(const SparseRows& rows, const Eigen::MatrixXd& product) const {
-    Eigen::Matrix2d result = Eigen::Matrix2d::Zero();
-    for (int k = 0; k < rows.num_blocks; ++k) {
-      result.noalias() += rows.jacobian.block<2, 4>(0, 4 * k) *
-                          state_.active_rows(product, rows.blocks[static_cast<std::size_t>(k)]);
-    }
-    return result;
-  }
-
-  static constexpr int kMaxNodes = 5000;
+  static constexpr int kMaxNodes = 2000;
   const CompressedState& state_;
   const std::vector<Candidate>& candidates_;
   std::vector<std::vector<int>> of_observation_;
-  std::vector<Eigen::MatrixXd> products_;
   std::vector<double> limits_;
   std::vector<int> possible_after_;
   Eigen::MatrixXd factor_;

@@ -27,7 +27,7 @@ double individual_distance2(const CompressedState& state, const Candidate& candi
 /// the nearest. Walls may be paired more than once: occlusion cuts one wall into several.
 /// @param probability  of keeping a true set, for each number of pairings.
 /// @returns per observation the index of its candidate, or -1.
-/// Cost O(pairings^2) where first choices agree; stops branching after 5000 nodes.
+/// Cost O(pairings^2) where first choices agree; stops branching after 2000 nodes.
 std::vector<int> joint_compatibility(const CompressedState& state,
                                      const std::vector<Candidate>& candidates,
                                      int num_observations,

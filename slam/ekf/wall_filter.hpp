@@ -29,8 +29,8 @@ struct WallFilterOptions {
   double start_sigma_m = 1e-3;         ///< of the first pose (5.40); not 0
   double start_sigma_rad = 1e-3;
   int new_wall_points = 6;             ///< fewer do not start a wall of the map
-  double active_radius_m = 14.0;       ///< walls as near as this are in the active part
-  double active_margin_m = 4.0;        ///< more is made active at once, so that it lasts a while
+  double active_radius_m = 10.0;       ///< walls as near as this are in the active part
+  double active_margin_m = 2.0;        ///< more is made active at once, so that it lasts a while
   int max_dense_walls = 24;            ///< with fewer walls all are active
   int catch_up_tiles = 200;            ///< of the put-off covariance, at most, each scan
   WallEvidenceOptions evidence;

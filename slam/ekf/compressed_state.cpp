@@ -272,7 +272,9 @@ void CompressedState::drop_local(int place) {
 Eigen::MatrixXd CompressedState::weight_factor() const {
   if (!has_psi_) return weights_t_.leftCols(num_weights_);
   Eigen::MatrixXd psi = psi_;
-  psi.selfadjointView<Eigen::Lower>().rankUpdate(weights_t_.leftCols(num_weights_));
+  if (num_weights_ > 0) {  // Eigen divides by the number of columns
+    psi.selfadjointView<Eigen::Lower>().rankUpdate(weights_t_.leftCols(num_weights_));
+  }
   const Eigen::LDLT<Eigen::MatrixXd> factor(psi);
   const Eigen::VectorXd root = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
   Eigen::MatrixXd lower = factor.matrixL();
@@ -284,13 +286,20 @@ void CompressedState::store() {
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(whole_.size(), local_size());
   if (has_passive_) {
     columns.noalias() = passive_with_active_ * phi_t_.leftCols(local_size());
-    mean_ += passive_with_active_ * theta_;
-    whole_.subtract_outer(passive_with_active_ * weight_factor());
+    refresh_means();
+    const Eigen::MatrixXd factor = weight_factor();
+    if (factor.cols() > 0) whole_.subtract_outer(passive_with_active_ * factor);
   }
   for (const int block : active_) {
     columns.middleRows<4>(4 * block) = p_.block(at(block), 0, 4, local_size());
   }
   whole_.write(active_, columns);
+}
+
+void CompressedState::refresh_means() {
+  if (!has_passive_) return;
+  mean_ += passive_with_active_ * theta_;
+  theta_.setZero();
 }
 
 void CompressedState::load(std::span<const int> blocks) {

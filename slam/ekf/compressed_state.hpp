@@ -31,7 +31,7 @@ class CompressedState {
 
   /// Up-to-date mean of any block. O(active) for a passive one.
   Eigen::Vector4d mean(int block) const;
-  /// As above, a passive one as of the last settle().
+  /// As above, a passive one as of the last settle() or refresh_means().
   Eigen::Vector4d rough_mean(int block) const { return mean_.segment<4>(4 * block); }
   Eigen::Vector4d first_estimate(int block) const { return first_.segment<4>(4 * block); }
   /// Of two active blocks.
@@ -82,6 +82,9 @@ class CompressedState {
   /// Drops an active wall: what is known of the rest stays as it is. Its block may be given out
   /// again.
   void remove(int block);
+
+  /// Brings the means of passive walls up to date. O(passive * active).
+  void refresh_means();
 
   /// Moves collected changes into the whole. Active blocks stay active.
   void settle();

@@ -74,6 +74,7 @@ std::vector<int> WallFilter::blocks_within(double radius_m) const {
 }
 
 void WallFilter::focus() {
+  state_.catch_up(options_.catch_up_tiles);
   const bool all = static_cast<int>(walls_.size()) <= options_.max_dense_walls;
   if (all && state_.num_passive() == 0) return;
   const std::vector<int> needed = all ? blocks() : blocks_within(options_.active_radius_m);
@@ -85,7 +86,7 @@ void WallFilter::focus() {
   const bool too_many =
       !all && active > 2 * needed.size() + static_cast<std::size_t>(options_.max_dense_walls);
   if (!missing && !moved && !too_many) return;
-  state_.settle();
+  state_.refresh_means();
   state_.activate(all ? needed : blocks_within(options_.active_radius_m + options_.active_margin_m));
   moved_since_focus_m_ = 0.0;
 }

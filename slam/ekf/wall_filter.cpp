@@ -82,12 +82,16 @@ void WallFilter::focus() {
                                    [this](int block) { return !state_.is_active(block); });
   // A corrected pose has moved the walls that wait, too, and they are looked for where they were.
   const bool moved = state_.num_passive() > 0 && moved_since_focus_m_ > 0.5 * options_.active_margin_m;
+  const auto wanted = [&] {
+    return blocks_within(options_.active_radius_m + options_.active_margin_m);
+  };
   const std::size_t active = state_.active().size() - 1;
-  const bool too_many =
-      !all && active > 2 * needed.size() + static_cast<std::size_t>(options_.max_dense_walls);
+  const auto slack = static_cast<std::size_t>(options_.max_dense_walls);
+  const bool too_many = !all && active > 2 * needed.size() + slack &&
+                        active > 3 * wanted().size() / 2 + slack;
   if (!missing && !moved && !too_many) return;
   state_.refresh_means();
-  state_.activate(all ? needed : blocks_within(options_.active_radius_m + options_.active_margin_m));
+  state_.activate(all ? needed : wanted());
   moved_since_focus_m_ = 0.0;
 }
 
@@ -181,7 +185,8 @@ int WallFilter::add_new(const std::vector<ObservedWall>& observed,
   int added = 0;
   for (std::size_t i = 0; i < observed.size(); ++i) {
     if (matches[i].wall != WallMatch::kNew ||
-        observed[i].num_points < options_.new_wall_points) {
+        observed[i].num_points < options_.new_wall_points ||
+        observed[i].length_m() < options_.new_wall_length_m) {
       continue;
     }
     matches[i].wall = static_cast<int>(add(observed[i]));

@@ -29,6 +29,7 @@ struct WallFilterOptions {
   double start_sigma_m = 1e-3;         ///< of the first pose (5.40); not 0
   double start_sigma_rad = 1e-3;
   int new_wall_points = 6;             ///< fewer do not start a wall of the map
+  double new_wall_length_m = 0.40;     ///< nor do shorter ones
   double active_radius_m = 10.0;       ///< walls as near as this are in the active part
   double active_margin_m = 2.0;        ///< more is made active at once, so that it lasts a while
   int max_dense_walls = 24;            ///< with fewer walls all are active
@@ -49,6 +50,7 @@ struct WallFilterOptions {
     v("start_sigma_m", start_sigma_m, kPositive);
     v("start_sigma_rad", start_sigma_rad, kPositive);
     v("new_wall_points", new_wall_points, Limits{3, 1000});
+    v("new_wall_length_m", new_wall_length_m, kNotNegative);
     v("active_radius_m", active_radius_m, kPositive);
     v("active_margin_m", active_margin_m, kNotNegative);
     v("max_dense_walls", max_dense_walls, Limits{0, 1e6});

@@ -127,8 +127,7 @@ void LineSlam::note(LineSlamJournal& journal,
     journal.innovations[i] = rows.innovation;
     const Eigen::Matrix2d s = filter_.state().innovation_covariance(rows);
     journal.innovation_covariances[i] = s;
-    journal.robot_gains[i] =
-        filter_.state().covariance_with(rows).topRows<3>() * s.inverse();
+    journal.robot_gains[i] = filter_.state().covariance_with(rows).topRows<3>() * s.inverse();
   }
 }
 

@@ -16,8 +16,8 @@ struct LineSlamOptions {
   WallFilterOptions filter;
   double guess_sigma_m = 0.10;  ///< of a move that no odometry told, guessed from the last one
   double guess_sigma_rad = 0.10;
-  double slip_overlap = 0.5;    ///< fewer of the known walls' points matched: a slip is suspected
-  double slip_sigma_m = 0.10;   ///< error of a move whose wheels slipped
+  double slip_overlap = 0.5;   ///< fewer of the known walls' points matched: a slip is suspected
+  double slip_sigma_m = 0.10;  ///< error of a move whose wheels slipped
   double slip_sigma_rad = 0.10;
   int plan_min_times_seen = 3;      ///< walls seen in fewer scans are not in the plan
   double plan_min_length_m = 0.30;  ///< nor shorter pieces
@@ -45,11 +45,11 @@ struct LineSlamUpdate {
   int unclear = 0;  ///< like a wall of the map, but not fitting: not used
   int added = 0;
   int joined = 0;
-  bool slipped = false;   ///< the move was far worse than odometry's error model says
-  int removed = 0;        ///< walls that are no longer believed in
-  int walls = 0;          ///< in the map now
-  int active_walls = 0;   ///< of these in the filter's active part
-  double overlap = 0.0;   ///< 0..1 of the walls' points, those on matched walls
+  bool slipped = false;  ///< the move was far worse than odometry's error model says
+  int removed = 0;       ///< walls that are no longer believed in
+  int walls = 0;         ///< in the map now
+  int active_walls = 0;  ///< of these in the filter's active part
+  double overlap = 0.0;  ///< 0..1 of the walls' points, those on matched walls
 };
 
 /// For inspection, where the thesis dumped its matrices.
@@ -64,7 +64,8 @@ struct LineSlamJournal {
   std::vector<Eigen::Matrix<double, 3, 2>> robot_gains;  ///< K's rows for x, y, theta
 };
 
-/// Thesis A, whole: walls out of the scan, pose and map by the filter. Lines -> predict -> associate
+/// Thesis A, whole: walls out of the scan, pose and map by the filter. Lines -> predict ->
+/// associate
 /// -> correct -> extend, add, join -> judge. Deterministic; not thread-safe.
 class LineSlam {
  public:

@@ -158,14 +158,13 @@ void CompressedState::correct(const SparseRows& rows) {
     if (weights_t_.cols() < num_weights_ + m) {
       weights_t_.conservativeResize(weights_t_.rows(), 2 * (num_weights_ + m));
     }
-    Eigen::MatrixXd w_t = -(weights_t_.middleCols(first_new_weight_, num_u_) *
-                            h_u.topRows(m).transpose());
+    Eigen::MatrixXd w_t =
+        -(weights_t_.middleCols(first_new_weight_, num_u_) * h_u.topRows(m).transpose());
     for (int k = 0; k < rows.num_blocks; ++k) {
       w_t.noalias() += phi_t_.middleCols(at(rows.blocks[static_cast<std::size_t>(k)]), 4) *
                        rows.jacobian.middleCols(4 * k, 4).transpose();
     }
-    weights_t_.middleCols(num_weights_, m) =
-        factor.matrixL().solve(w_t.transpose()).transpose();
+    weights_t_.middleCols(num_weights_, m) = factor.matrixL().solve(w_t.transpose()).transpose();
     theta_.noalias() += weights_t_.middleCols(num_weights_, m) * y;
     num_weights_ += m;
   }

@@ -112,11 +112,11 @@ class CompressedState {
   void drop_local(int place);
   int take_block();
 
-  Eigen::VectorXd mean_;   ///< 4 a block; passive ones as of the last settle()
+  Eigen::VectorXd mean_;  ///< 4 a block; passive ones as of the last settle()
   Eigen::VectorXd first_;
-  std::vector<int> local_;   ///< per block: place among the active ones, or -1
-  std::vector<char> live_;   ///< per block
-  std::vector<int> free_;    ///< blocks of removed walls
+  std::vector<int> local_;  ///< per block: place among the active ones, or -1
+  std::vector<char> live_;  ///< per block
+  std::vector<int> free_;   ///< blocks of removed walls
   int num_walls_ = 0;
   TiledCovariance whole_;
 
@@ -131,10 +131,10 @@ class CompressedState {
   Eigen::MatrixXd phi_t_;                ///< Phi^T, A0 x A (and room)
   Eigen::MatrixXd weights_t_;            ///< W^T, A0 x num_weights_ (and room)
   Eigen::Index num_weights_ = 0;
-  Eigen::Index first_new_weight_ = 0;    ///< those of the corrections not yet finished
-  Eigen::MatrixXd psi_;                  ///< lower half of the W^T W that no longer fits weights_t_
+  Eigen::Index first_new_weight_ = 0;  ///< those of the corrections not yet finished
+  Eigen::MatrixXd psi_;                ///< lower half of the W^T W that no longer fits weights_t_
   bool has_psi_ = false;
-  Eigen::VectorXd theta_;                ///< A0
+  Eigen::VectorXd theta_;  ///< A0
 };
 
 }  // namespace marco::slam

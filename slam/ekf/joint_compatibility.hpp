@@ -11,8 +11,8 @@ namespace marco::slam {
 /// A pairing that might be: an observation with a wall of the map.
 struct Candidate {
   int observation = 0;
-  int wall = 0;      ///< the caller's number for it
-  SparseRows rows;   ///< two rows, at the state the test is about
+  int wall = 0;     ///< the caller's number for it
+  SparseRows rows;  ///< two rows, at the state the test is about
 };
 
 /// The upper `probability` point of the chi-square distribution (Wilson and Hilferty 1931; within

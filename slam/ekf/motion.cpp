@@ -24,13 +24,12 @@ Eigen::Matrix3d motion_noise(const MotionNoiseOptions& options,
   if (psi_rad <= -kHalfPi) psi_rad += std::numbers::pi;
 
   const double along_m = std::hypot(options.distance_sigma_part * distance_m, options.floor_m);
-  const double across_m =
-      std::hypot(distance_m * std::tan(std::min(1.5, options.direction_sigma_part *
-                                                         std::abs(psi_rad))),
-                 options.floor_m);
-  const double sigma_rad = std::hypot(options.heading_sigma_part * turn_rad,
-                                      options.heading_sigma_rad_per_m * distance_m,
-                                      options.floor_rad);
+  const double across_m = std::hypot(
+      distance_m * std::tan(std::min(1.5, options.direction_sigma_part * std::abs(psi_rad))),
+      options.floor_m);
+  const double sigma_rad =
+      std::hypot(options.heading_sigma_part * turn_rad,
+                 options.heading_sigma_rad_per_m * distance_m, options.floor_rad);
   const double c = std::cos(heading_rad + psi_rad), s = std::sin(heading_rad + psi_rad);
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();  // R_u times the three sigmas, (5.13)
   spread << c * along_m, -s * across_m, 0.0, s * along_m, c * across_m, 0.0, 0.0, 0.0, sigma_rad;

@@ -18,8 +18,7 @@ bool meets_position(const Segment& a, const Segment& b, const SimilarOptions& op
   const int inside = static_cast<int>(is_near(a.start_m, b, options.max_distance_m)) +
                      static_cast<int>(is_near(a.end_m, b, options.max_distance_m));
   if (inside != 1) return inside == 2;
-  const double shorter_m =
-      std::min((a.end_m - a.start_m).norm(), (b.end_m - b.start_m).norm());
+  const double shorter_m = std::min((a.end_m - a.start_m).norm(), (b.end_m - b.start_m).norm());
   return overlap_m(a, b) >= std::min(options.min_overlap_m, 0.999 * shorter_m);
 }
 

@@ -10,7 +10,8 @@ namespace marco::slam {
 struct SparseRows {
   static constexpr int kMaxRows = 4;
   static constexpr int kMaxBlocks = 3;
-  using Jacobian = Eigen::Matrix<double, Eigen::Dynamic, 4 * kMaxBlocks, 0, kMaxRows, 4 * kMaxBlocks>;
+  using Jacobian =
+      Eigen::Matrix<double, Eigen::Dynamic, 4 * kMaxBlocks, 0, kMaxRows, 4 * kMaxBlocks>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 

@@ -56,8 +56,8 @@ class TiledCovariance {
 
   int num_blocks_ = 0;
   int num_tile_rows_ = 0;
-  std::vector<Tile> tiles_;             ///< (0,0) (1,0) (1,1) (2,0) ...; diagonal ones in full
-  std::vector<Eigen::MatrixXd> v_;      ///< per row of tiles: 64 x pending_
+  std::vector<Tile> tiles_;         ///< (0,0) (1,0) (1,1) (2,0) ...; diagonal ones in full
+  std::vector<Eigen::MatrixXd> v_;  ///< per row of tiles: 64 x pending_
   int pending_ = 0;
   int next_tile_ = 0;
 };

@@ -25,14 +25,13 @@ std::vector<WallMatch> WallFilter::associate(const std::vector<ObservedWall>& ob
     // The thesis' limits are for an error within a step; more only where the filter says so.
     SimilarOptions wide = options_.similar;
     wide.max_angle_rad = std::min(0.5, std::max(wide.max_angle_rad, angle_rad));
-    wide.max_distance_m = std::max(
-        wide.max_distance_m, position_m + angle_rad * observed[i].center_m.norm());
+    wide.max_distance_m =
+        std::max(wide.max_distance_m, position_m + angle_rad * observed[i].center_m.norm());
     for (std::size_t j = 0; j < walls_.size(); ++j) {
       if (!state_.is_active(walls_[j].block)) continue;
       const Segment mapped = segment(j);
       if (!slam::similar(seen, mapped, wide)) continue;
-      Candidate candidate{static_cast<int>(i), static_cast<int>(j),
-                          rows_for(observed[i], j, {})};
+      Candidate candidate{static_cast<int>(i), static_cast<int>(j), rows_for(observed[i], j, {})};
       if (individual_distance2(state_, candidate) <= gate) {
         candidates.push_back(std::move(candidate));
       } else if (slam::similar(seen, mapped, options_.similar)) {

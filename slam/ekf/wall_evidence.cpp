@@ -39,8 +39,8 @@ void WallEvidence::set_extent(double before_start_m, double length_m) {
     votes_.insert(votes_.begin(), more, 0);
     offset_m_ += static_cast<double>(more) * bin_m_;
   }
-  const auto bins = static_cast<std::size_t>(
-      std::max(1.0, std::ceil((offset_m_ + length_m_) / bin_m_)));
+  const auto bins =
+      static_cast<std::size_t>(std::max(1.0, std::ceil((offset_m_ + length_m_) / bin_m_)));
   if (bins > log_odds_.size()) {
     log_odds_.resize(bins, 0.0F);
     votes_.resize(bins, 0);
@@ -65,8 +65,7 @@ void WallEvidence::count_votes(const WallEvidenceOptions& options) {
 
 void WallEvidence::merge(const WallEvidence& other, double offset_m) {
   for (std::size_t i = 0; i < other.log_odds_.size(); ++i) {
-    const double at_m =
-        (static_cast<double>(i) + 0.5) * other.bin_m_ - other.offset_m_ + offset_m;
+    const double at_m = (static_cast<double>(i) + 0.5) * other.bin_m_ - other.offset_m_ + offset_m;
     const double bin = std::floor((at_m + offset_m_) / bin_m_);
     if (bin < 0.0 || bin >= static_cast<double>(log_odds_.size())) continue;
     float& mine = log_odds_[static_cast<std::size_t>(bin)];
@@ -76,8 +75,7 @@ void WallEvidence::merge(const WallEvidence& other, double offset_m) {
 
 double WallEvidence::existence() const {
   if (log_odds_.empty()) return 0.0;
-  return probability_of(
-      static_cast<double>(*std::max_element(log_odds_.begin(), log_odds_.end())));
+  return probability_of(static_cast<double>(*std::max_element(log_odds_.begin(), log_odds_.end())));
 }
 
 std::vector<WallEvidence::Run> WallEvidence::runs(const WallEvidenceOptions& options) const {
@@ -85,8 +83,7 @@ std::vector<WallEvidence::Run> WallEvidence::runs(const WallEvidenceOptions& opt
   bool open = false;
   for (std::size_t i = 0; i < log_odds_.size(); ++i) {
     const double from_m = std::max(0.0, static_cast<double>(i) * bin_m_ - offset_m_);
-    const double to_m =
-        std::min(length_m_, static_cast<double>(i + 1) * bin_m_ - offset_m_);
+    const double to_m = std::min(length_m_, static_cast<double>(i + 1) * bin_m_ - offset_m_);
     const bool stands =
         probability_of(static_cast<double>(log_odds_[i])) > options.seen_probability;
     if (to_m <= from_m) continue;

@@ -7,11 +7,11 @@
 namespace marco::slam {
 
 struct WallEvidenceOptions {
-  double bin_m = 0.10;            ///< walls are believed in piece by piece of this length
-  double hit_log_odds = 0.5;      ///< gained in a scan that sees the piece
-  double passed_log_odds = 0.9;   ///< lost in a scan whose rays went through it
-  double limit_log_odds = 4.0;    ///< so that a door that was shut for a year can still open
-  double seen_probability = 0.5;  ///< pieces likelier than this belong to the plan
+  double bin_m = 0.10;               ///< walls are believed in piece by piece of this length
+  double hit_log_odds = 0.5;         ///< gained in a scan that sees the piece
+  double passed_log_odds = 0.9;      ///< lost in a scan whose rays went through it
+  double limit_log_odds = 4.0;       ///< so that a door that was shut for a year can still open
+  double seen_probability = 0.5;     ///< pieces likelier than this belong to the plan
   double forget_probability = 0.12;  ///< a wall none of whose pieces is likelier is removed
 
   template <class Visitor>
@@ -61,7 +61,9 @@ class WallEvidence {
   const std::vector<float>& log_odds() const { return log_odds_; }
   double offset_m() const { return offset_m_; }
   /// As stored: the reverse of the accessors.
-  static WallEvidence restore(double bin_m, double offset_m, double length_m,
+  static WallEvidence restore(double bin_m,
+                              double offset_m,
+                              double length_m,
                               std::vector<float> log_odds);
 
  private:

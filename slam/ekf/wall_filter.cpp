@@ -28,8 +28,8 @@ WallFilter::WallFilter(const WallFilterOptions& options, const Pose2& world_from
     : options_(options), state_(world_from_robot.vector(), start_covariance(options)) {
   validate(options, "wall_filter");
   require(options.association == "joint" || options.association == "similar",
-          "wall_filter.association must be \"joint\" or \"similar\", not \"" +
-              options.association + "\"");
+          "wall_filter.association must be \"joint\" or \"similar\", not \"" + options.association +
+              "\"");
 }
 
 Pose2 WallFilter::world_from_robot() const {
@@ -54,8 +54,7 @@ std::vector<int> WallFilter::blocks() const {
 }
 
 void WallFilter::predict(const Pose2& robot_motion) {
-  predict(robot_motion,
-          motion_noise(options_.motion, world_from_robot().theta_rad, robot_motion));
+  predict(robot_motion, motion_noise(options_.motion, world_from_robot().theta_rad, robot_motion));
 }
 
 void WallFilter::predict(const Pose2& robot_motion, const Eigen::Matrix3d& noise) {
@@ -81,14 +80,15 @@ void WallFilter::focus() {
   const bool missing = std::any_of(needed.begin(), needed.end(),
                                    [this](int block) { return !state_.is_active(block); });
   // A corrected pose has moved the walls that wait, too, and they are looked for where they were.
-  const bool moved = state_.num_passive() > 0 && moved_since_focus_m_ > 0.5 * options_.active_margin_m;
+  const bool moved =
+      state_.num_passive() > 0 && moved_since_focus_m_ > 0.5 * options_.active_margin_m;
   const auto wanted = [&] {
     return blocks_within(options_.active_radius_m + options_.active_margin_m);
   };
   const std::size_t active = state_.active().size() - 1;
   const auto slack = static_cast<std::size_t>(options_.max_dense_walls);
-  const bool too_many = !all && active > 2 * needed.size() + slack &&
-                        active > 3 * wanted().size() / 2 + slack;
+  const bool too_many =
+      !all && active > 2 * needed.size() + slack && active > 3 * wanted().size() / 2 + slack;
   if (!missing && !moved && !too_many) return;
   state_.refresh_means();
   state_.activate(all ? needed : wanted());
@@ -184,8 +184,7 @@ int WallFilter::add_new(const std::vector<ObservedWall>& observed,
                         std::vector<WallMatch>& matches) {
   int added = 0;
   for (std::size_t i = 0; i < observed.size(); ++i) {
-    if (matches[i].wall != WallMatch::kNew ||
-        observed[i].num_points < options_.new_wall_points ||
+    if (matches[i].wall != WallMatch::kNew || observed[i].num_points < options_.new_wall_points ||
         observed[i].length_m() < options_.new_wall_length_m) {
       continue;
     }
@@ -222,9 +221,9 @@ void WallFilter::restore(const Stored& stored) {
   require(stored.mean.size() == size && stored.first_estimate.size() == size &&
               stored.covariance.rows() == size && stored.covariance.cols() == size,
           "wall_filter: stored sizes do not agree");
-  require(stored.mean.allFinite() && stored.first_estimate.allFinite() &&
-              stored.covariance.allFinite(),
-          "wall_filter: stored values are not finite");
+  require(
+      stored.mean.allFinite() && stored.first_estimate.allFinite() && stored.covariance.allFinite(),
+      "wall_filter: stored values are not finite");
   state_ = CompressedState(stored.mean.head<3>(), stored.covariance.topLeftCorner<3, 3>());
   walls_ = stored.walls;
   next_id_ = stored.next_id;

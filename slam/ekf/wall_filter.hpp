@@ -18,22 +18,22 @@ namespace marco::slam {
 
 struct WallFilterOptions {
   MotionNoiseOptions motion;
-  SimilarOptions similar;              ///< limits of `Similar`; widened by the pose's uncertainty
-  std::string association = "joint";   ///< "joint" (Mahalanobis gates, JCBB) or "similar"
-  double gate_probability = 0.99;      ///< of keeping a true pairing
-  double end_distance_m = 0.10;        ///< d_l: nearer ends are the same end
-  double max_end_distance_m = 0.5;     ///< ... however unsure the pose is
-  double across_floor_m = 0.003;       ///< no wall is seen more exactly: it is not quite straight
-  double direction_floor_rad = 0.001;
-  double join_sigma_m = 0.01;          ///< how well the parts of one wall lie on one line
-  double start_sigma_m = 1e-3;         ///< of the first pose (5.40); not 0
+  SimilarOptions similar;             ///< limits of `Similar`; widened by the pose's uncertainty
+  std::string association = "joint";  ///< "joint" (Mahalanobis gates, JCBB) or "similar"
+  double gate_probability = 0.99;     ///< of keeping a true pairing
+  double end_distance_m = 0.10;       ///< d_l: nearer ends are the same end
+  double max_end_distance_m = 0.5;    ///< ... however unsure the pose is
+  double across_floor_m = 0.01;       ///< no wall is seen more exactly: it is not quite straight
+  double direction_floor_rad = 0.003;
+  double join_sigma_m = 0.01;   ///< how well the parts of one wall lie on one line
+  double start_sigma_m = 1e-3;  ///< of the first pose (5.40); not 0
   double start_sigma_rad = 1e-3;
-  int new_wall_points = 6;             ///< fewer do not start a wall of the map
-  double new_wall_length_m = 0.40;     ///< nor do shorter ones
-  double active_radius_m = 10.0;       ///< walls as near as this are in the active part
-  double active_margin_m = 2.0;        ///< more is made active at once, so that it lasts a while
-  int max_dense_walls = 24;            ///< with fewer walls all are active
-  int catch_up_tiles = 200;            ///< of the put-off covariance, at most, each scan
+  int new_wall_points = 8;          ///< fewer do not start a wall of the map
+  double new_wall_length_m = 0.80;  ///< nor do shorter ones
+  double active_radius_m = 18.0;    ///< walls as near as this are in the active part
+  double active_margin_m = 2.0;     ///< more is made active at once, so that it lasts a while
+  int max_dense_walls = 24;         ///< with fewer walls all are active
+  int catch_up_tiles = 200;         ///< of the put-off covariance, at most, each scan
   WallEvidenceOptions evidence;
 
   template <class Visitor>

@@ -90,8 +90,8 @@ SparseRows WallFilter::line_rows(std::size_t a, std::size_t b) const {
   rows.num_blocks = 2;
   rows.blocks = {block_a, block_b, 0};
   for (Eigen::Index i = 0; i < 2; ++i) {
-    const double part = way_first.dot(first_b.segment<2>(2 * i) - first_a.head<2>()) /
-                        way_first.squaredNorm();
+    const double part =
+        way_first.dot(first_b.segment<2>(2 * i) - first_a.head<2>()) / way_first.squaredNorm();
     rows.jacobian.block<1, 2>(i, 0) = -(1.0 - part) * n_first.transpose();
     rows.jacobian.block<1, 2>(i, 2) = -part * n_first.transpose();
     rows.jacobian.block<1, 2>(i, 4 + 2 * i) = n_first.transpose();
@@ -114,7 +114,7 @@ void WallFilter::join(std::size_t a, std::size_t b) {
   const double length_m = way.norm();
   const double start_m = way.dot(mean_b.head<2>() - mean_a.head<2>()) / length_m;
   const double end_m = way.dot(mean_b.tail<2>() - mean_a.head<2>()) / length_m;
-  const bool take_start = start_m < 0.0, take_end = end_m > length_m;
+  const bool take_start = start_m<0.0, take_end = end_m> length_m;
 
   SparseRows choice;
   choice.resize(4);
@@ -173,10 +173,8 @@ void WallFilter::vote(const ScanInRobot& scan, MapWall& wall) const {
   const double offset_m = n.dot(start);
   const Eigen::Vector2d from = offset_m < 0.0 ? start : Eigen::Vector2d(start + way);
   const Eigen::Vector2d to = offset_m < 0.0 ? Eigen::Vector2d(start + way) : start;
-  const double first_rad =
-      positive_angle(std::atan2(from.y(), from.x()) - scan.first_bearing_rad);
-  const double span_rad =
-      std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
+  const double first_rad = positive_angle(std::atan2(from.y(), from.x()) - scan.first_bearing_rad);
+  const double span_rad = std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
   const double step_rad = scan.bearing_step_rad;
   const int count = static_cast<int>(span_rad / step_rad);
   const int circle = static_cast<int>(std::lround(2.0 * std::numbers::pi / step_rad));

@@ -34,9 +34,9 @@ void seen_from_robot_jacobians(const Eigen::Vector3d& robot,
 
 /// What an observed wall says of a map wall, as rows of a correction (5.2.5 put right).
 ///
-/// Rows 0 and 1: the offset of the map wall's two ends across the observed line, which is 0 plus the
-/// line's own error, carried out to where the ends lie. It says nothing along the wall, so occlusion
-/// brings no false certainty. Then one row per matched end: its place along the wall.
+/// Rows 0 and 1: the offset of the map wall's two ends across the observed line, which is 0 plus
+/// the line's own error, carried out to where the ends lie. It says nothing along the wall, so
+/// occlusion brings no false certainty. Then one row per matched end: its place along the wall.
 SparseRows wall_rows(const ObservedWall& observed, const WallContext& at, MatchedEnds ends);
 
 }  // namespace marco::slam

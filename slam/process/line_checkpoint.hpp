@@ -12,7 +12,7 @@ namespace marco::slam {
 
 /// What marco-line-slam must know to go on after it died.
 struct LineCheckpoint {
-  Utime utime;                         ///< of the last scan taken
+  Utime utime;                           ///< of the last scan taken
   std::optional<Pose2> odom_from_robot;  ///< at that scan
   int64_t map_revision = 0;
   WallFilter::Stored filter;

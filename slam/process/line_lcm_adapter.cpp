@@ -78,18 +78,16 @@ void LineLcmAdapter::subscribe() {
           on_scan(from_message(message, options_.lidar_channel));
         });
   }
-  bus_.subscribe<slam_command_t>(channels::kSlamCommand, drops_,
-                                 [this](const slam_command_t& message, const RawMessage&) {
-                                   on_command(message.command, message.folder,
-                                              {message.x_m, message.y_m, message.theta_rad});
-                                 });
-  bus_.subscribe<map_request_t>(channels::kMapRequest, drops_,
-                                [this](const map_request_t& message, const RawMessage&) {
-                                  if (message.channel.empty() ||
-                                      message.channel == channels::kLineMap) {
-                                    publish_map();
-                                  }
-                                });
+  bus_.subscribe<slam_command_t>(
+      channels::kSlamCommand, drops_, [this](const slam_command_t& message, const RawMessage&) {
+        on_command(message.command, message.folder, {message.x_m, message.y_m, message.theta_rad});
+      });
+  bus_.subscribe<map_request_t>(
+      channels::kMapRequest, drops_, [this](const map_request_t& message, const RawMessage&) {
+        if (message.channel.empty() || message.channel == channels::kLineMap) {
+          publish_map();
+        }
+      });
 }
 
 void LineLcmAdapter::on_scan(LaserScan scan) {
@@ -137,12 +135,10 @@ std::optional<SensorInfo> LineLcmAdapter::effective_info(const LaserScan& scan, 
   return info;
 }
 
-std::optional<Pose2> LineLcmAdapter::motion_to(Utime utime,
-                                               std::optional<Pose2>& odom_from_robot) {
+std::optional<Pose2> LineLcmAdapter::motion_to(Utime utime, std::optional<Pose2>& odom_from_robot) {
   odom_from_robot = odometry_.at(utime, Duration::from_seconds(options_.odometry_wait_s));
-  if (!odom_from_robot) return std::nullopt;
   if (!last_scan_) return Pose2{};
-  if (!odom_at_last_scan_) return std::nullopt;
+  if (!odom_from_robot || !odom_at_last_scan_) return std::nullopt;
   const Pose2 motion = between(*odom_at_last_scan_, *odom_from_robot);
   const double seconds = std::max(0.1, std::abs((utime - *last_scan_).seconds()));
   if (motion.translation_m().norm() > options_.max_speed_m_per_s * seconds) {
@@ -156,8 +152,7 @@ Pose2 LineLcmAdapter::motion_during(const LaserScan& scan, const SensorInfo& inf
   if (info.scan_duration_s <= 0.0) return {};
   const Duration reach = Duration::from_seconds(options_.odometry_wait_s);
   const auto first = odometry_.at(scan.utime, reach);
-  const auto last =
-      odometry_.at(scan.utime + Duration::from_seconds(info.scan_duration_s), reach);
+  const auto last = odometry_.at(scan.utime + Duration::from_seconds(info.scan_duration_s), reach);
   return first && last ? between(*first, *last) : Pose2{};
 }
 
@@ -173,8 +168,7 @@ void LineLcmAdapter::take(const LaserScan& scan) {
     ++scans_carried_;
     update = slam_.carry(motion.value_or(Pose2{}));
   } else {
-    to_robot_frame(scan, *info, motion_during(scan, *info), options_.range_sigma_m,
-                   scan_in_robot_);
+    to_robot_frame(scan, *info, motion_during(scan, *info), options_.range_sigma_m, scan_in_robot_);
     LineSlamJournal journal;
     update = slam_.process(scan_in_robot_, motion, journal_.is_open() ? &journal : nullptr);
     if (journal_.is_open()) journal_ << journal_line(scan.utime, journal) << '\n';
@@ -221,8 +215,8 @@ void LineLcmAdapter::publish_status() {
     message.drop_counts.push_back(count);
   }
   message.num_causes = static_cast<int32_t>(message.drop_causes.size());
-  message.state = std::to_string(slam_.filter().num_walls()) + " walls" +
-                  (paused_ ? ", paused" : "");
+  message.state =
+      std::to_string(slam_.filter().num_walls()) + " walls" + (paused_ ? ", paused" : "");
   bus_.publish(channels::kProcessStatus, message);
   status_sent_ = *last_scan_;
 }
@@ -238,8 +232,8 @@ void LineLcmAdapter::after_scan(Utime utime) {
 }
 
 void LineLcmAdapter::save(const std::string& path) {
-  save_checkpoint(path, {last_scan_.value_or(Utime{}), odom_at_last_scan_, map_revision_,
-                         slam_.store()});
+  save_checkpoint(path,
+                  {last_scan_.value_or(Utime{}), odom_at_last_scan_, map_revision_, slam_.store()});
 }
 
 void LineLcmAdapter::reset(const Pose2& world_from_robot) {

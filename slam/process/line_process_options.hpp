@@ -10,14 +10,14 @@ namespace marco::slam {
 struct LineProcessOptions {
   LineSlamOptions slam;
   std::string lidar_channel = "LIDAR";
-  double range_sigma_m = 0.01;          ///< where SENSOR_INFO gives none
-  double max_tilt_deg = 1.0;            ///< scans tilted more are not for the plan
-  double max_speed_m_per_s = 5.0;       ///< odometry that jumps faster is not believed
-  double odometry_wait_s = 0.5;         ///< a scan waits so long (of log time) for its odometry
-  double map_every_s = 5.0;             ///< LINE_MAP is sent this often
-  std::string checkpoint_path;          ///< "" = none is written or read
+  double range_sigma_m = 0.01;     ///< where SENSOR_INFO gives none
+  double max_tilt_deg = 1.0;       ///< scans tilted more are not for the plan
+  double max_speed_m_per_s = 5.0;  ///< odometry that jumps faster is not believed
+  double odometry_wait_s = 0.5;    ///< a scan waits so long (of log time) for its odometry
+  double map_every_s = 5.0;        ///< LINE_MAP is sent this often
+  std::string checkpoint_path;     ///< "" = none is written or read
   double checkpoint_every_s = 30.0;
-  std::string journal_path;             ///< JSON lines; "" = none
+  std::string journal_path;  ///< JSON lines; "" = none
 
   template <class Visitor>
   void visit(Visitor& v) {

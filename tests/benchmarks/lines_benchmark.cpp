@@ -22,14 +22,12 @@ void extract_scan(benchmark::State& state) {
   std::mt19937 random(1);
   std::vector<ScanInRobot> scans;
   for (int i = 0; i < 50; ++i) {
-    scans.push_back(
-        testing::take_scan(world, laser, {1.5 + 0.1 * i, 1.5, 0.12 * i}, random).scan);
+    scans.push_back(testing::take_scan(world, laser, {1.5 + 0.1 * i, 1.5, 0.12 * i}, random).scan);
   }
   LineExtractor extractor{LineExtractorOptions{}};
   std::size_t at = 0, walls = 0;
   for (auto _ : state) walls += extractor.extract(scans[at++ % scans.size()]).size();
-  state.counters["walls"] =
-      static_cast<double>(walls) / static_cast<double>(state.iterations());
+  state.counters["walls"] = static_cast<double>(walls) / static_cast<double>(state.iterations());
 }
 BENCHMARK(extract_scan)->Arg(0)->Arg(10)->Unit(benchmark::kMicrosecond);
 
@@ -155,8 +153,7 @@ void textbook_step(benchmark::State& state) {
     p = f * p * f.transpose();
     const Eigen::MatrixXd s = h * p * h.transpose() + r;
     const Eigen::MatrixXd gain = p * h.transpose() * s.inverse();
-    p = (identity - gain * h) * p * (identity - gain * h).transpose() +
-        gain * r * gain.transpose();
+    p = (identity - gain * h) * p * (identity - gain * h).transpose() + gain * r * gain.transpose();
     benchmark::DoNotOptimize(p.data());
   }
 }

@@ -23,7 +23,9 @@ class LinesDenseState {
   const Eigen::MatrixXd& covariance() const { return p_; }
   Eigen::Vector4d wall_mean(int block) const { return mean_.segment<4>(place(block)); }
 
-  void predict(const Eigen::Vector3d& robot, const Eigen::Matrix3d& f, const Eigen::Matrix3d& noise) {
+  void predict(const Eigen::Vector3d& robot,
+               const Eigen::Matrix3d& f,
+               const Eigen::Matrix3d& noise) {
     Eigen::MatrixXd full = Eigen::MatrixXd::Identity(p_.rows(), p_.rows());
     full.topLeftCorner<3, 3>() = f;
     p_ = full * p_ * full.transpose();
@@ -63,7 +65,8 @@ class LinesDenseState {
     p_.bottomRightCorner<4, 4>() += noise;
     mean_.conservativeResize(n + 4);
     mean_.tail<4>() = mean;
-    if (static_cast<int>(place_.size()) <= block) place_.resize(static_cast<std::size_t>(block) + 1);
+    if (static_cast<int>(place_.size()) <= block)
+      place_.resize(static_cast<std::size_t>(block) + 1);
     place_[static_cast<std::size_t>(block)] = static_cast<int>(n);
   }
 

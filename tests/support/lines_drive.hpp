@@ -14,8 +14,8 @@ struct LinesDrive {
 };
 
 struct LinesOdometryErrors {
-  double distance_part = 0.03;      ///< standard deviation along, of the way
-  double heading_part = 0.03;       ///< of the turn
+  double distance_part = 0.03;  ///< standard deviation along, of the way
+  double heading_part = 0.03;   ///< of the turn
   double heading_rad_per_m = 0.01;
   double floor_m = 0.001;
   double floor_rad = 0.0005;
@@ -34,8 +34,8 @@ inline LinesDrive drive(const std::vector<Eigen::Vector2d>& waypoints_m,
   const auto step = [&](const Pose2& truth) {
     const double d = truth.x_m, turn = truth.theta_rad;
     const double sigma_m = std::hypot(errors.distance_part * d, errors.floor_m);
-    const double sigma_rad = std::hypot(errors.heading_part * turn,
-                                        errors.heading_rad_per_m * d, errors.floor_rad);
+    const double sigma_rad =
+        std::hypot(errors.heading_part * turn, errors.heading_rad_per_m * d, errors.floor_rad);
     result.odometry_steps.push_back({d + sigma_m * normal(random), errors.floor_m * normal(random),
                                      turn + sigma_rad * normal(random)});
     pose = pose * truth;

@@ -17,7 +17,8 @@ class LinesKnownRun {
 
   /// The walls within `range_m` whose free side the robot is on, whole, with the noise an extracted
   /// wall would state. Occlusion is not looked at: every wall is seen through.
-  std::vector<slam::ObservedWall> observe(const Pose2& truth, double range_m,
+  std::vector<slam::ObservedWall> observe(const Pose2& truth,
+                                          double range_m,
                                           std::vector<slam::WallMatch>& matches) {
     std::normal_distribution<double> normal;
     std::vector<slam::ObservedWall> seen;
@@ -60,9 +61,10 @@ class LinesKnownRun {
     std::normal_distribution<double> normal;
     const Pose2& start = tour.world_from_robot[0];
     // The filter's first pose is off by what it says of it.
-    slam::WallFilter filter(options_, {start.x_m + options_.start_sigma_m * normal(random_),
-                                       start.y_m + options_.start_sigma_m * normal(random_),
-                                       start.theta_rad + options_.start_sigma_rad * normal(random_)});
+    slam::WallFilter filter(options_,
+                            {start.x_m + options_.start_sigma_m * normal(random_),
+                             start.y_m + options_.start_sigma_m * normal(random_),
+                             start.theta_rad + options_.start_sigma_rad * normal(random_)});
     std::vector<slam::WallMatch> matches;
     for (std::size_t i = 0; i < tour.world_from_robot.size(); ++i) {
       if (i > 0) filter.predict(tour.odometry_steps[i - 1]);

@@ -16,8 +16,11 @@ using testing::LinesDenseState;
 // Drives the fast and the slow filter through the same random life of a map.
 class TwinLife {
  public:
-  explicit TwinLife(unsigned seed)
-      : random_(seed), fast_(kStart, kStartCovariance), slow_(kStart, kStartCovariance) {}
+  TwinLife(unsigned seed, bool has_twin)
+      : has_twin_(has_twin),
+        random_(seed),
+        fast_(kStart, kStartCovariance),
+        slow_(kStart, kStartCovariance) {}
 
   void step(int max_walls) {
     const double choice = uniform(0.0, 1.0);
@@ -71,7 +74,9 @@ class TwinLife {
   }
 
  private:
-  double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(random_); }
+  double uniform(double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random_);
+  }
   template <class Matrix>
   Matrix random_matrix() {
     Matrix m;
@@ -90,14 +95,14 @@ class TwinLife {
     const Eigen::Matrix4d half = 0.02 * random_matrix<Eigen::Matrix4d>();
     const Eigen::Matrix4d noise = half * half.transpose() + 1e-4 * Eigen::Matrix4d::Identity();
     const int block = fast_.append(mean, mean, g, noise);
-    slow_.append(block, mean, g, noise);
+    if (has_twin_) slow_.append(block, mean, g, noise);
     walls_.push_back(block);
   }
   void remove() {
     if (fast_.active().size() < 4) return;
     const int block = active_wall();
     fast_.remove(block);
-    slow_.remove(block);
+    if (has_twin_) slow_.remove(block);
     walls_.erase(std::find(walls_.begin(), walls_.end(), block));
   }
   void replace() {
@@ -111,19 +116,21 @@ class TwinLife {
     if (change.num_blocks == 2) change.blocks[2] = 0;
     change.jacobian.setZero();
     change.jacobian.leftCols<3>() = 0.1 * random_matrix<Eigen::Matrix<double, 4, 3>>();
-    change.jacobian.middleCols<4>(4) = 0.7 * Eigen::Matrix4d::Identity() + 0.1 * random_matrix<Eigen::Matrix4d>();
+    change.jacobian.middleCols<4>(4) =
+        0.7 * Eigen::Matrix4d::Identity() + 0.1 * random_matrix<Eigen::Matrix4d>();
     if (change.num_blocks == 3) {
       change.jacobian.middleCols<4>(8) = 0.2 * random_matrix<Eigen::Matrix4d>();
     }
     change.noise = 1e-5 * Eigen::Matrix4d::Identity();
     const Eigen::Vector4d mean = 5.0 * random_matrix<Eigen::Vector4d>();
     fast_.replace(block, change, mean, mean);
-    slow_.replace(block, change, mean);
+    if (has_twin_) slow_.replace(block, change, mean);
   }
   void activate() {
     std::vector<int> some = walls_;
     std::shuffle(some.begin(), some.end(), random_);
-    some.resize(std::max<std::size_t>(2, static_cast<std::size_t>(uniform(0.0, 1.0) * static_cast<double>(some.size()))));
+    some.resize(std::max<std::size_t>(
+        2, static_cast<std::size_t>(uniform(0.0, 1.0) * static_cast<double>(some.size()))));
     fast_.activate(some);
   }
   void predict() {
@@ -133,7 +140,7 @@ class TwinLife {
     const Eigen::Matrix3d half = 0.02 * random_matrix<Eigen::Matrix3d>();
     const Eigen::Matrix3d noise = half * half.transpose();
     fast_.predict(robot, f, noise);
-    slow_.predict(robot, f, noise);
+    if (has_twin_) slow_.predict(robot, f, noise);
   }
   void correct() {
     const int times = std::uniform_int_distribution<int>(1, 6)(random_);
@@ -149,13 +156,14 @@ class TwinLife {
         rows.noise(i, i) = uniform(1e-4, 1e-2);
       }
       fast_.correct(rows);
-      slow_.correct(rows);
+      if (has_twin_) slow_.correct(rows);
     }
     fast_.finish_corrections();
   }
 
   const Eigen::Vector3d kStart{1.0, 2.0, 0.5};
   const Eigen::Matrix3d kStartCovariance = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();
+  bool has_twin_;
   std::mt19937 random_;
   CompressedState fast_;
   LinesDenseState slow_;
@@ -165,7 +173,7 @@ class TwinLife {
 // Equal to rounding: entries are below 10 and some hundred operations each lose a few 1e-16 of it.
 TEST(CompressedState, EqualsTheDenseTextbookFilter) {
   for (const unsigned seed : {1U, 2U}) {
-    TwinLife life(seed);
+    TwinLife life(seed, true);
     for (int step = 0; step < 300; ++step) {
       life.step(40);
       if (step % 100 == 37) {
@@ -177,11 +185,12 @@ TEST(CompressedState, EqualsTheDenseTextbookFilter) {
   }
 }
 
-TEST(CompressedState, CovarianceStaysSymmetricAndPositiveInAHardLife) {
-  std::mt19937 random(5);
-  TwinLife life(9);
-  for (int step = 0; step < 500; ++step) life.step(20);
-  life.expect_positive();
+TEST(CompressedState, CovarianceStaysSymmetricAndPositiveOverTenThousandOperations) {
+  TwinLife life(9, false);
+  for (int step = 0; step < 10000; ++step) {
+    life.step(20);
+    if (step % 1000 == 999) life.expect_positive();
+  }
 }
 
 }  // namespace

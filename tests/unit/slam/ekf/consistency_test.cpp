@@ -21,6 +21,7 @@ WallFilterOptions exact_options() {
   options.start_sigma_rad = 0.005;
   options.new_wall_length_m = 0.0;
   options.motion.distance_sigma_part = 0.05;
+  options.new_wall_points = 3;
   options.motion.heading_sigma_part = 0.05;
   options.motion.heading_sigma_rad_per_m = 0.02;
   options.motion.floor_m = 0.002;
@@ -75,7 +76,8 @@ TEST(Convergence, WhatAnExtendedKalmanFilterForMapsMustShow) {
   known.run(kLoop, [&](WallFilter& filter, const Pose2&, bool added) {
     const Eigen::MatrixXd p = filter.state().dense_covariance(filter.blocks());
     const Eigen::MatrixXd walls = p.bottomRightCorner(p.rows() - 3, p.cols() - 3);
-    const double log_det = 2.0 * Eigen::MatrixXd(walls.llt().matrixL()).diagonal().array().log().sum();
+    const double log_det =
+        2.0 * Eigen::MatrixXd(walls.llt().matrixL()).diagonal().array().log().sum();
     if (!added && walls.rows() == last_size) {
       ++compared;
       // The sum of some 80 logarithms of numbers near 1e-5 is good to 1e-9 or so.
@@ -85,16 +87,16 @@ TEST(Convergence, WhatAnExtendedKalmanFilterForMapsMustShow) {
     last_size = walls.rows();
     const double start2 = options.start_sigma_rad * options.start_sigma_rad;
     least_heading_ratio = std::min(least_heading_ratio, p(2, 2) / start2);
-    least_position_ratio =
-        std::min(least_position_ratio,
-                 Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(p.topLeftCorner<2, 2>()).eigenvalues()(0) /
-                     (options.start_sigma_m * options.start_sigma_m));
+    least_position_ratio = std::min(
+        least_position_ratio,
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(p.topLeftCorner<2, 2>()).eigenvalues()(0) /
+            (options.start_sigma_m * options.start_sigma_m));
     // Distance of the first wall's start from the second wall's: turning the whole map by the
     // heading's error, which stays, does not change it.
     const Eigen::Vector2d way =
         (filter.wall_mean(1).head<2>() - filter.wall_mean(0).head<2>()).normalized();
-    const Eigen::Matrix2d relative = p.block<2, 2>(3, 3) + p.block<2, 2>(7, 7) -
-                                     p.block<2, 2>(3, 7) - p.block<2, 2>(7, 3);
+    const Eigen::Matrix2d relative =
+        p.block<2, 2>(3, 3) + p.block<2, 2>(7, 7) - p.block<2, 2>(3, 7) - p.block<2, 2>(7, 3);
     const double variance = way.dot(relative * way);
     if (relative_first == 0.0) relative_first = variance;
     relative_last = variance;

@@ -130,7 +130,8 @@ TEST(Jacobians, CovarianceOfANewWallAgainstMonteCarlo) {
                             std::sin(seen.direction_rad + turn_rad));
     const Eigen::Vector2d center = seen.center_m + offset_m * Eigen::Vector2d(-u.y(), u.x());
     Eigen::Matrix<double, 7, 1> x;
-    x << robot.vector(), robot * Eigen::Vector2d(center + (-1.0 + seen.start_sigma_m * normal(random)) * u),
+    x << robot.vector(),
+        robot * Eigen::Vector2d(center + (-1.0 + seen.start_sigma_m * normal(random)) * u),
         robot * Eigen::Vector2d(center + (1.5 + seen.end_sigma_m * normal(random)) * u);
     x -= (Eigen::Matrix<double, 7, 1>() << kRobot, filter.wall_mean(index)).finished();
     mean += x;
@@ -162,7 +163,8 @@ TEST(Jacobians, InnovationCovarianceAgainstMonteCarlo) {
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
   for (int i = 0; i < kDraws; ++i) {
     const Eigen::Vector3d true_robot =
-        kRobot + Eigen::Vector3d(0.02 * normal(random), 0.02 * normal(random), 0.01 * normal(random));
+        kRobot +
+        Eigen::Vector3d(0.02 * normal(random), 0.02 * normal(random), 0.01 * normal(random));
     Eigen::Vector4d true_wall = wall;
     for (Eigen::Index k = 0; k < 4; ++k) true_wall(k) += std::sqrt(prior(k, k)) * normal(random);
     const Eigen::Vector4d ends = seen_from_robot(true_robot, true_wall);

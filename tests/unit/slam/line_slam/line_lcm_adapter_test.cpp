@@ -43,7 +43,9 @@ class Drive {
       odometry_.push_back(i == 0 ? Pose2{} : odometry_.back() * tour_.odometry_steps[i - 1]);
     }
   }
-  static Utime stamp(std::size_t i) { return Utime::from_us(1000000 + 100000 * static_cast<int64_t>(i)); }
+  static Utime stamp(std::size_t i) {
+    return Utime::from_us(1000000 + 100000 * static_cast<int64_t>(i));
+  }
   std::size_t size() const { return scans_.size(); }
   Pose2 truth_from_start(std::size_t i) const {
     return between(tour_.world_from_robot[0], tour_.world_from_robot[i]);
@@ -76,10 +78,12 @@ class Drive {
 
 struct Published {
   explicit Published(BatchBus& bus) {
-    bus.subscribe<slam_pose_t>(channels::kSlamPose, drops,
-                               [this](const slam_pose_t& pose, const RawMessage&) { poses.push_back(pose); });
-    bus.subscribe<line_map_t>(channels::kLineMap, drops,
-                              [this](const line_map_t& map, const RawMessage&) { maps.push_back(map); });
+    bus.subscribe<slam_pose_t>(
+        channels::kSlamPose, drops,
+        [this](const slam_pose_t& pose, const RawMessage&) { poses.push_back(pose); });
+    bus.subscribe<line_map_t>(
+        channels::kLineMap, drops,
+        [this](const line_map_t& map, const RawMessage&) { maps.push_back(map); });
   }
   Pose2 last() const { return {poses.back().x_m, poses.back().y_m, poses.back().theta_rad}; }
   DropCounter drops;
@@ -255,8 +259,9 @@ TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {
   const std::vector<uint8_t> good = encode_checkpoint(checkpoint);
   EXPECT_EQ(decode_checkpoint(good).filter.covariance, checkpoint.filter.covariance);
   for (std::size_t size = 0; size < good.size(); ++size) {
-    EXPECT_THROW(decode_checkpoint({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}),
-                 std::invalid_argument);
+    EXPECT_THROW(
+        decode_checkpoint({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}),
+        std::invalid_argument);
   }
   for (std::size_t at = 0; at < good.size(); at += 7) {
     std::vector<uint8_t> bad = good;

@@ -13,8 +13,9 @@ using testing::LinesDrive;
 using testing::LinesLaser;
 using testing::LinesWorld;
 
-const std::vector<Eigen::Vector2d> kLoop = {{1.5, 1.5},  {4.5, 1.5}, {7.0, 2.0}, {12.5, 1.5}, {12.5, 8.5},
-                                            {7.0, 8.0}, {1.8, 8.5}, {1.8, 1.6},  {4.5, 1.4}};
+const std::vector<Eigen::Vector2d> kLoop = {{1.5, 1.5},  {4.5, 1.5},  {7.0, 2.0},
+                                            {12.5, 1.5}, {12.5, 8.5}, {7.0, 8.0},
+                                            {1.8, 8.5},  {1.8, 1.6},  {4.5, 1.4}};
 
 TEST(LineSlam, FollowsALoopAndDrawsItsWalls) {
   const LinesWorld world = testing::make_loop_world();
@@ -40,18 +41,22 @@ TEST(LineSlam, FollowsALoopAndDrawsItsWalls) {
     removed += update.removed;
     ++steps;
     if (i % 40 == 0 || i + 1 == tour.world_from_robot.size()) {
-      std::printf("%4zu walls %d obs %d matched %d unclear %d added %d joined %d  err %.4f %.4f %.5f sigma %.4f %.5f\n", i,
-                  update.walls, update.observed, update.matched, update.unclear, update.added, update.joined, error.x(), error.y(),
-                  error.z(), std::sqrt(update.covariance(0, 0)), std::sqrt(update.covariance(2, 2)));
+      std::printf(
+          "%4zu walls %d obs %d matched %d unclear %d added %d joined %d  err %.4f %.4f %.5f sigma "
+          "%.4f %.5f\n",
+          i, update.walls, update.observed, update.matched, update.unclear, update.added,
+          update.joined, error.x(), error.y(), error.z(), std::sqrt(update.covariance(0, 0)),
+          std::sqrt(update.covariance(2, 2)));
     }
   }
   for (const Wall& wall : slam.plan()) {
-    std::printf("wall %ld (%.2f %.2f)-(%.2f %.2f) p %.2f seen %ld sigma %.4f\n", wall.id, wall.start_m.x(),
-                wall.start_m.y(), wall.end_m.x(), wall.end_m.y(), wall.existence, wall.times_seen,
-                std::sqrt(wall.covariance(0, 0)));
+    std::printf("wall %ld (%.2f %.2f)-(%.2f %.2f) p %.2f seen %ld sigma %.4f\n", wall.id,
+                wall.start_m.x(), wall.start_m.y(), wall.end_m.x(), wall.end_m.y(), wall.existence,
+                wall.times_seen, std::sqrt(wall.covariance(0, 0)));
   }
-  std::printf("%d steps, rms %.4f m, odometry %.4f m, nees %.2f, unclear %d joined %d removed %d\n", steps, std::sqrt(error2 / steps),
-              std::sqrt(odometry_error2 / steps), nees / steps, unclear, joined, removed);
+  std::printf("%d steps, rms %.4f m, odometry %.4f m, nees %.2f, unclear %d joined %d removed %d\n",
+              steps, std::sqrt(error2 / steps), std::sqrt(odometry_error2 / steps), nees / steps,
+              unclear, joined, removed);
   EXPECT_LT(error2, 0.01 * odometry_error2);
 }
 

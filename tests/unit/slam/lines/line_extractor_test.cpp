@@ -14,7 +14,9 @@ using testing::LinesLaser;
 using testing::LinesScan;
 using testing::LinesWorld;
 
-double angle_between(double a_rad, double b_rad) { return std::abs(normalize_angle(a_rad - b_rad)); }
+double angle_between(double a_rad, double b_rad) {
+  return std::abs(normalize_angle(a_rad - b_rad));
+}
 
 struct Score {
   int visible = 0, found = 0, invented = 0, compared = 0;
@@ -24,8 +26,11 @@ struct Score {
 
 // Truth: an edge is visible with at least 8 beams in a row of beams on it within 8 m; it is found
 // when an observed wall lies on it.
-void score(const LinesWorld& world, const LinesScan& taken, const Pose2& pose,
-           const std::vector<ObservedWall>& observed, Score& score) {
+void score(const LinesWorld& world,
+           const LinesScan& taken,
+           const Pose2& pose,
+           const std::vector<ObservedWall>& observed,
+           Score& score) {
   std::map<int, int> beams_on;
   for (std::size_t i = 0; i < taken.edges.size(); ++i) {
     const Beam& beam = taken.scan.beams[i];
@@ -79,7 +84,9 @@ Score run(double outlier_part, int scans) {
   const LinesWorld world = testing::make_loop_world();
   LinesLaser laser;
   laser.outlier_part = outlier_part;
-  LineExtractor extractor{LineExtractorOptions{}};
+  LineExtractorOptions options;
+  options.max_range_m = 8.0;
+  LineExtractor extractor{options};
   std::mt19937 random(7);
   std::uniform_real_distribution<double> x(0.5, 13.5), y(0.5, 9.5), heading(-3.1, 3.1);
   Score total;
@@ -88,8 +95,8 @@ Score run(double outlier_part, int scans) {
     bool free = true;
     for (const auto& edge : world.edges) {
       const Eigen::Vector2d way = edge.end_m - edge.start_m;
-      const double part = std::clamp(
-          (pose.translation_m() - edge.start_m).dot(way) / way.squaredNorm(), 0.0, 1.0);
+      const double part =
+          std::clamp((pose.translation_m() - edge.start_m).dot(way) / way.squaredNorm(), 0.0, 1.0);
       free = free && (pose.translation_m() - edge.start_m - part * way).norm() > 0.3;
     }
     const bool inside = (pose.x_m > 3 && pose.x_m < 6 && pose.y_m > 3 && pose.y_m < 7) ||
@@ -104,11 +111,11 @@ Score run(double outlier_part, int scans) {
 
 TEST(LineExtractor, FindsTheVisibleWallsAndInventsNone) {
   const Score total = run(0.0, 400);
-  std::printf("found %d of %d, invented %d; direction rms/sigma %.3f, across %.3f, >= 2 m: %.3f deg\n",
-              total.found, total.visible, total.invented,
-              std::sqrt(total.chi2_direction / total.compared),
-              std::sqrt(total.chi2_across / total.compared),
-              rad_to_deg(std::sqrt(total.angle2_long / total.long_walls)));
+  std::printf(
+      "found %d of %d, invented %d; direction rms/sigma %.3f, across %.3f, >= 2 m: %.3f deg\n",
+      total.found, total.visible, total.invented, std::sqrt(total.chi2_direction / total.compared),
+      std::sqrt(total.chi2_across / total.compared),
+      rad_to_deg(std::sqrt(total.angle2_long / total.long_walls)));
   EXPECT_GE(total.found, 0.99 * total.visible);
   EXPECT_EQ(total.invented, 0);
   EXPECT_NEAR(std::sqrt(total.chi2_direction / total.compared), 1.0, 0.1);
@@ -117,8 +124,8 @@ TEST(LineExtractor, FindsTheVisibleWallsAndInventsNone) {
 
 TEST(LineExtractor, KeepsWallsWithOutliersOnThem) {
   const Score total = run(0.1, 400);
-  std::printf("10 %% outliers: found %d of %d, invented %d, direction rms/sigma %.3f\n", total.found,
-              total.visible, total.invented,
+  std::printf("10 %% outliers: found %d of %d, invented %d, direction rms/sigma %.3f\n",
+              total.found, total.visible, total.invented,
               std::sqrt(total.chi2_direction / total.compared));
   EXPECT_GE(total.found, 0.97 * total.visible);
 }

@@ -24,6 +24,7 @@ target_compile_options(
             # The same arithmetic on every machine: no fused multiply-add behind our back.
             -ffp-contract=off)
 set_property(GLOBAL PROPERTY MARCO_LIBRARIES "")
+add_custom_target(unit_tests)
 
 function(marco_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
@@ -61,6 +62,7 @@ function(marco_test name)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE marco_options ${arg_DEPENDS} GTest::gmock GTest::gtest_main)
   if(arg_LABEL STREQUAL "unit")
+    add_dependencies(unit_tests ${name})
     set(command ${name})
   else()
     set(command ${PROJECT_SOURCE_DIR}/tests/support/isolated.sh $<TARGET_FILE:${name}>)

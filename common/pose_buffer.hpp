@@ -15,7 +15,8 @@ namespace marco {
 /// was added. Keeps `capacity` samples. Not thread-safe.
 class PoseBuffer {
  public:
-  explicit PoseBuffer(std::size_t capacity = 4000);
+  PoseBuffer() : PoseBuffer(4000) {}
+  explicit PoseBuffer(std::size_t capacity);
 
   void add(Utime utime, const Pose2& frame_from_robot);
   void clear() { samples_.clear(); }

@@ -35,17 +35,16 @@ Pose2 finite_pose(double x_m, double y_m, double theta_rad, const char* what) {
 }
 
 template <class Message>
-std::optional<Sample> decode_as(const std::vector<uint8_t>& bytes) {
-  Message message;
+std::optional<Sample> decode_as(std::span<const uint8_t> bytes) {
+  Message message{};
   const int size = static_cast<int>(bytes.size());
   if (message.decode(bytes.data(), 0, size) != size) return std::nullopt;
   return from_message(message);
 }
 
 template <class Message>
-std::optional<Sample> decode_scan_as(const std::vector<uint8_t>& bytes,
-                                     const std::string& channel) {
-  Message message;
+std::optional<Sample> decode_scan_as(std::span<const uint8_t> bytes, const std::string& channel) {
+  Message message{};
   const int size = static_cast<int>(bytes.size());
   if (message.decode(bytes.data(), 0, size) != size) return std::nullopt;
   return from_message(message, channel);
@@ -372,7 +371,7 @@ EncodedMessage encode_sample(const Sample& sample) {
   return std::visit(Encoder{}, sample);
 }
 
-std::optional<Sample> decode_sample(const std::string& channel, const std::vector<uint8_t>& bytes) {
+std::optional<Sample> decode_sample(const std::string& channel, std::span<const uint8_t> bytes) {
   if (channel == channels::kSensorInfo) return decode_as<sensor_info_t>(bytes);
   if (channel == channels::kOdometry) return decode_as<odometry_t>(bytes);
   if (channel == channels::kImu) return decode_as<imu_t>(bytes);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,6 @@ EncodedMessage encode_sample(const Sample& sample);
 
 /// The reverse; nothing for a channel or type that carries no Sample, or bytes that do not decode.
 /// @throws std::invalid_argument as from_message.
-std::optional<Sample> decode_sample(const std::string& channel, const std::vector<uint8_t>& bytes);
+std::optional<Sample> decode_sample(const std::string& channel, std::span<const uint8_t> bytes);
 
 }  // namespace marco

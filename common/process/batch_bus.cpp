@@ -17,6 +17,10 @@ void BatchBus::deliver(const std::string& channel,
                        std::span<const uint8_t> bytes,
                        Utime event_time) {
   dispatch(channel, bytes, event_time);
+  deliver_published();
+}
+
+void BatchBus::deliver_published() {
   while (!pending_.empty()) {
     const Pending next = std::move(pending_.front());
     pending_.pop_front();

@@ -28,6 +28,9 @@ class BatchBus : public Bus {
   /// @throws what a handler throws.
   void deliver(const std::string& channel, std::span<const uint8_t> bytes, Utime event_time);
 
+  /// Delivers what was published outside of any handler.
+  void deliver_published();
+
  private:
   struct Subscription {
     std::regex channel;

@@ -91,8 +91,9 @@ TEST(Convert, AGridTravelsInTilesAndKeepsItsPlace) {
 }
 
 TEST(Convert, UndecodableBytesAndForeignChannelsGiveNothing) {
-  EXPECT_FALSE(decode_sample("LIDAR", {1, 2, 3}));
-  EXPECT_FALSE(decode_sample("LCM_SELF_TEST", {1, 2, 3}));
+  const std::vector<uint8_t> junk{1, 2, 3};
+  EXPECT_FALSE(decode_sample("LIDAR", junk));
+  EXPECT_FALSE(decode_sample("LCM_SELF_TEST", junk));
 }
 
 TEST(Convert, WallsComeBackWhole) {

@@ -1,0 +1,110 @@
+#include "common/files/map_yaml.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <sstream>
+#include <string>
+
+#include "common/check.hpp"
+#include "common/files/text_fields.hpp"
+#include "common/files/whole_file.hpp"
+
+namespace marco::files {
+namespace {
+
+constexpr int kUnknownGrey = 205;
+constexpr int kFreeGrey = 254;
+
+uint8_t grey_of(uint8_t occupancy) {
+  if (occupancy == GridMap::kUnknown) return kUnknownGrey;
+  const auto grey = static_cast<uint8_t>(kFreeGrey - (occupancy * kFreeGrey + 50) / 100);
+  return grey == kUnknownGrey ? kUnknownGrey + 1 : grey;
+}
+
+uint8_t occupancy_of(uint8_t grey) {
+  if (grey == kUnknownGrey) return GridMap::kUnknown;
+  const int darkness = kFreeGrey - (grey > kFreeGrey ? kFreeGrey : grey);
+  return static_cast<uint8_t>((darkness * 100 + kFreeGrey / 2) / kFreeGrey);
+}
+
+struct Yaml {
+  std::string image;
+  double resolution_m = 0.0;
+  Eigen::Vector2d origin_m = {0, 0};
+};
+
+Yaml parse_yaml(const std::string& text, const std::string& name) {
+  Yaml yaml;
+  std::istringstream lines(text);
+  std::string line;
+  while (std::getline(lines, line)) {
+    const std::size_t colon = line.find(':');
+    if (colon == std::string::npos) continue;
+    const std::string key = line.substr(0, colon);
+    std::string value = line.substr(colon + 1);
+    if (key == "image") {
+      const std::size_t first = value.find_first_not_of(" \"'"),
+                        last = value.find_last_not_of(" \"'\r");
+      yaml.image = first == std::string::npos ? "" : value.substr(first, last - first + 1);
+    } else if (key == "resolution") {
+      yaml.resolution_m = TextFields(value).number<double>().value_or(0.0);
+    } else if (key == "origin") {
+      for (char& c : value) c = c == '[' || c == ']' ? ' ' : c;
+      TextFields fields(value);
+      const auto x = fields.number<double>(), y = fields.number<double>();
+      require(x && y, name + ": origin: expected [x, y, yaw]");
+      yaml.origin_m = {*x, *y};
+    }
+  }
+  require(!yaml.image.empty() && yaml.resolution_m > 0.0 && std::isfinite(yaml.resolution_m),
+          name + ": expected the keys image and resolution (above 0)");
+  return yaml;
+}
+
+}  // namespace
+
+void write_map(const std::filesystem::path& folder, const GridMap& map) {
+  std::string picture =
+      "P5\n" + std::to_string(map.width_cells) + " " + std::to_string(map.height_cells) + "\n255\n";
+  for (int y = map.height_cells - 1; y >= 0; --y) {
+    for (int x = 0; x < map.width_cells; ++x) {
+      picture += static_cast<char>(grey_of(map.at(x, y)));
+    }
+  }
+  write_whole_file(folder / "map.pgm", picture);
+  char yaml[300];
+  std::snprintf(yaml, sizeof yaml,
+                "image: map.pgm\nresolution: %.6f\norigin: [%.6f, %.6f, 0.0]\nnegate: 0\n"
+                "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+                map.resolution_m, map.origin_m.x(), map.origin_m.y());
+  write_whole_file(folder / "map.yaml", yaml);
+}
+
+GridMap read_map(const std::filesystem::path& yaml_path) {
+  const Yaml yaml = parse_yaml(read_whole_file(yaml_path), yaml_path.string());
+  const std::filesystem::path picture_path = yaml_path.parent_path() / yaml.image;
+  const std::string picture = read_whole_file(picture_path);
+  int width = 0, height = 0, largest = 0, header = 0;
+  const int fields =
+      std::sscanf(picture.c_str(), "P5 %d %d %d%n", &width, &height, &largest, &header);
+  const auto size = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  require(fields == 3 && width > 0 && height > 0 && width < 100000 && height < 100000 &&
+              largest == 255 && picture.size() >= static_cast<std::size_t>(header) + 1 + size,
+          picture_path.string() + ": expected a binary PGM (P5) with 255 greys");
+  GridMap map;
+  map.origin_m = yaml.origin_m;
+  map.resolution_m = yaml.resolution_m;
+  map.width_cells = width;
+  map.height_cells = height;
+  map.occupancy.resize(size);
+  const char* greys = picture.data() + header + 1;
+  for (int y = height - 1; y >= 0; --y) {
+    for (int x = 0; x < width; ++x) {
+      map.occupancy[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                    static_cast<std::size_t>(x)] = occupancy_of(static_cast<uint8_t>(*greys++));
+    }
+  }
+  return map;
+}
+
+}  // namespace marco::files

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <filesystem>
+
+#include "common/triangle_mesh.hpp"
+
+namespace marco::files {
+
+/// Binary little-endian PLY: vertices (float x y z, normals and colours where the mesh has them),
+/// faces.
+/// @throws std::runtime_error naming the path when it cannot be written.
+void write_ply(const std::filesystem::path& path, const TriangleMesh& mesh);
+
+/// Reads PLY of triangles as write_ply writes it: binary little endian, float properties x y z
+/// first.
+/// @throws std::invalid_argument naming file and what was wrong.
+TriangleMesh read_ply(const std::filesystem::path& path);
+
+}  // namespace marco::files

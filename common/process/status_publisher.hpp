@@ -1,0 +1,34 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "common/process/bus.hpp"
+#include "common/process/drop_counter.hpp"
+
+namespace marco::process {
+
+/// Tells the others once a second what a live process did so far, on PROCESS_STATUS.
+class StatusPublisher {
+ public:
+  /// @param bus, drops  outlive the publisher.
+  StatusPublisher(Bus& bus, std::string process, const DropCounter& drops);
+
+  /// Call after each message or timeout; sends at most once a second.
+  /// @param state one line for a person
+  void tick(const std::string& state);
+
+  /// Notes how long a message took from its arrival to its result.
+  void add_latency(double seconds);
+
+ private:
+  Bus& bus_;
+  std::string process_;
+  const DropCounter& drops_;
+  std::chrono::steady_clock::time_point last_;
+  double latency_sum_s_ = 0.0;
+  double latency_max_s_ = 0.0;
+  int latencies_ = 0;
+};
+
+}  // namespace marco::process

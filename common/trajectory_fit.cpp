@@ -1,0 +1,64 @@
+#include "common/trajectory_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace marco {
+namespace {
+
+std::optional<Eigen::Vector2d> position_at(const Trajectory& truth, Utime utime, Duration max_gap) {
+  const auto after =
+      std::lower_bound(truth.begin(), truth.end(), utime,
+                       [](const StampedPose2& pose, Utime t) { return pose.utime < t; });
+  if (after == truth.end()) return std::nullopt;
+  if (after->utime == utime) return after->world_from_robot.translation_m();
+  if (after == truth.begin()) return std::nullopt;
+  const auto before = after - 1;
+  const Duration gap = after->utime - before->utime;
+  if (gap > max_gap) return std::nullopt;
+  const double part = (utime - before->utime).seconds() / gap.seconds();
+  return interpolate(before->world_from_robot, after->world_from_robot, part).translation_m();
+}
+
+}  // namespace
+
+TrajectoryFit fit_to_truth(const Trajectory& estimate, const Trajectory& truth, Duration max_gap) {
+  Trajectory sorted = truth;
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const StampedPose2& a, const StampedPose2& b) { return a.utime < b.utime; });
+  std::vector<Eigen::Vector2d> from, to;
+  for (const StampedPose2& pose : estimate) {
+    const auto position = position_at(sorted, pose.utime, max_gap);
+    if (!position) continue;
+    from.push_back(pose.world_from_robot.translation_m());
+    to.push_back(*position);
+  }
+  TrajectoryFit fit;
+  fit.count = from.size();
+  if (fit.count < 2) return fit;
+  Eigen::Vector2d from_mean = {0, 0}, to_mean = {0, 0};
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    from_mean += from[i] / static_cast<double>(fit.count);
+    to_mean += to[i] / static_cast<double>(fit.count);
+  }
+  double dot = 0.0, cross = 0.0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Eigen::Vector2d a = from[i] - from_mean, b = to[i] - to_mean;
+    dot += a.dot(b);
+    cross += a.x() * b.y() - a.y() * b.x();
+  }
+  const Pose2 turn{0.0, 0.0, std::atan2(cross, dot)};
+  const Eigen::Vector2d shift = to_mean - turn.rotation() * from_mean;
+  fit.truth_from_estimate = {shift.x(), shift.y(), turn.theta_rad};
+  double squares = 0.0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const double error_m = (fit.truth_from_estimate * from[i] - to[i]).norm();
+    squares += error_m * error_m;
+    fit.max_m = std::max(fit.max_m, error_m);
+  }
+  fit.rms_m = std::sqrt(squares / static_cast<double>(fit.count));
+  return fit;
+}
+
+}  // namespace marco

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+namespace marco::drivers {
+
+/// The device is gone: unplugged, closed by its peer, or its port vanished. A driver catches it,
+/// says so in its status, and opens the stream again.
+class StreamLost : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+enum class Parity { none, even, odd };
+
+/// How a serial line is driven. A TCP stream ignores it.
+struct LineSettings {
+  int baud = 9600;  ///< any rate the port can do, 500000 among them
+  Parity parity = Parity::none;
+};
+
+/// Bytes to and from one device: a serial port, a pseudo-terminal or a TCP connection.
+/// One thread at a time.
+class ByteStream {
+ public:
+  virtual ~ByteStream() = default;
+
+  /// Waits until something has come or the time is over.
+  /// @returns how many bytes were put at the head of `into`; 0 after the timeout.
+  /// @throws StreamLost when the device is gone.
+  virtual std::size_t read(std::span<uint8_t> into, std::chrono::microseconds timeout) = 0;
+
+  /// Sends all of them. @throws StreamLost when the device is gone.
+  virtual void write(std::span<const uint8_t> bytes) = 0;
+
+  /// Changes the line after everything written has left. @throws StreamLost.
+  virtual void set_line(const LineSettings& line) = 0;
+
+  /// Throws away what came and was not read.
+  virtual void discard_input() = 0;
+};
+
+/// @param address  a device path, "serial:PATH", or "tcp:HOST:PORT".
+/// A serial port is locked for this process, so that a second driver on it is refused.
+/// @throws std::invalid_argument when the address cannot be read, or another process holds the
+/// port; StreamLost when nothing answers there now.
+std::unique_ptr<ByteStream> open_stream(const std::string& address, const LineSettings& line);
+
+}  // namespace marco::drivers

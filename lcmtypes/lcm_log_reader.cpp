@@ -1,0 +1,360 @@
+#include "lcmtypes/lcm_log_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <regex>
+
+#include "bot_core/pose_t.hpp"
+#include "common/check.hpp"
+#include "common/files/event_log.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "marco/maebot_encoders_t.hpp"
+#include "marco/mbot_pose2d_t.hpp"
+
+namespace marco {
+namespace {
+
+using files::LogEvent;
+
+constexpr double kClocksDisagreeS = 0.5;
+
+std::string fingerprint_of(const LogEvent& event) {
+  if (event.bytes.size() < 8) return "";
+  char text[17];
+  for (std::size_t i = 0; i < 8; ++i) std::snprintf(text + 2 * i, 3, "%02x", event.bytes[i]);
+  return text;
+}
+
+// `utime` is the first field of every type we read.
+std::optional<int64_t> utime_of(const LogEvent& event) {
+  if (event.bytes.size() < 16) return std::nullopt;
+  uint64_t value = 0;
+  for (std::size_t i = 8; i < 16; ++i) value = (value << 8U) | event.bytes[i];
+  return static_cast<int64_t>(value);
+}
+
+template <class Message>
+std::optional<Message> decode_whole(const LogEvent& event) {
+  Message message;
+  const int size = static_cast<int>(event.bytes.size());
+  if (message.decode(event.bytes.data(), 0, size) != size) return std::nullopt;
+  return message;
+}
+
+// What the first reading learned of a channel.
+struct Channel {
+  enum class Meaning { ours, lidar, odometry, encoders, true_pose, passed_by };
+  Meaning meaning = Meaning::passed_by;
+  ForeignChannel foreign;
+  std::string fingerprint;
+  int64_t count = 0;
+  std::vector<int64_t> offsets_us;  // event time - utime
+  int64_t shift_us = 0;             // to be added to its stamps
+  int64_t offset_us = 0;            // median
+};
+
+bool is_own_channel(const std::string& name) {
+  return name == channels::kSensorInfo || name == channels::kOdometry || name == channels::kImu ||
+         name == channels::kPanTiltState || name == channels::kTruePose ||
+         name.rfind(channels::kLidar, 0) == 0;
+}
+
+double yaw_of(const double (&q)[4]) {
+  return std::atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]));
+}
+
+class LcmLogReader : public files::SampleReader {
+ public:
+  LcmLogReader(const std::filesystem::path& path, const ForeignTable& table)
+      : path_(path.string()), log_(path_) {
+    report_.format = "LCM log";
+    report_.paths = {path_};
+    learn(table);
+  }
+
+  std::optional<Sample> next() override {
+    while (pending_.empty()) {
+      const std::optional<LogEvent> event = log_.next();
+      if (!event) {
+        finish_report();
+        return std::nullopt;
+      }
+      read(*event);
+    }
+    Sample sample = std::move(pending_.front());
+    pending_.pop_front();
+    return sample;
+  }
+  const files::InputReport& report() const override { return report_; }
+  double progress() const override {
+    return static_cast<double>(log_.position_bytes()) /
+           static_cast<double>(std::max<int64_t>(1, log_.size_bytes()));
+  }
+
+ private:
+  void learn(const ForeignTable& table);
+  void compare_clocks();
+  void read(const LogEvent& event);
+  void read_foreign(const LogEvent& event, const Channel& channel);
+  void read_foreign_lidar(const LogEvent& event, const Channel& channel);
+  void read_encoders(const maebot_encoders_t& ticks, const Channel& channel);
+  void emit(Sample sample, const Channel& channel);
+  void finish_report();
+  Channel::Meaning classify(const LogEvent& event,
+                            const ForeignTable& table,
+                            ForeignChannel& foreign) const;
+
+  std::string path_;
+  files::EventLogReader log_;
+  std::map<std::string, Channel> channels_;
+  std::string lidar_channel_;  // the first laser: its clock is the log's
+  bool has_sensor_info_ = false;
+  bool announced_ = false;
+  std::optional<maebot_encoders_t> last_ticks_;
+  Pose2 encoder_pose_;
+  std::deque<Sample> pending_;
+  bool finished_ = false;
+  files::InputReport report_;
+};
+
+Channel::Meaning LcmLogReader::classify(const LogEvent& event,
+                                        const ForeignTable& table,
+                                        ForeignChannel& foreign) const {
+  const std::string fingerprint = fingerprint_of(event);
+  bool decodes = false;
+  try {
+    decodes =
+        is_own_channel(event.channel) && decode_sample(event.channel, event.bytes).has_value();
+  } catch (const std::invalid_argument&) {
+    decodes = true;  // ours, but a bad one
+  }
+  for (const ForeignChannel& entry : table.channels) {
+    if (entry.fingerprint != fingerprint) continue;
+    if (!std::regex_match(event.channel, std::regex(entry.channel, std::regex::extended))) continue;
+    // A laser on our own channel name is ours where the log says how it sits, else by the table.
+    if (decodes && (has_sensor_info_ || entry.meaning != "lidar")) return Channel::Meaning::ours;
+    foreign = entry;
+    if (entry.meaning == "lidar") return Channel::Meaning::lidar;
+    if (entry.meaning == "odometry") return Channel::Meaning::odometry;
+    if (entry.meaning == "encoders") return Channel::Meaning::encoders;
+    if (entry.meaning == "true_pose") return Channel::Meaning::true_pose;
+    return Channel::Meaning::passed_by;
+  }
+  return decodes ? Channel::Meaning::ours : Channel::Meaning::passed_by;
+}
+
+void LcmLogReader::learn(const ForeignTable& table) {
+  constexpr std::size_t kEnoughOffsets = 2000;
+  files::EventLogReader survey(path_);
+  int64_t events = 0;
+  while (const std::optional<LogEvent> event = survey.next()) {
+    ++events;
+    const auto [entry, is_new] = channels_.try_emplace(event->channel);
+    Channel& channel = entry->second;
+    ++channel.count;
+    if (event->channel == channels::kSensorInfo) has_sensor_info_ = true;
+    if (is_new || channel.meaning == Channel::Meaning::passed_by) {
+      channel.fingerprint = fingerprint_of(*event);
+      channel.meaning = classify(*event, table, channel.foreign);
+    }
+    const auto utime = utime_of(*event);
+    if (utime && channel.meaning != Channel::Meaning::passed_by &&
+        channel.offsets_us.size() < kEnoughOffsets) {
+      channel.offsets_us.push_back(event->event_time.us - *utime);
+    }
+    const bool laser = channel.meaning == Channel::Meaning::lidar ||
+                       (channel.meaning == Channel::Meaning::ours &&
+                        event->channel.rfind(channels::kLidar, 0) == 0);
+    if (laser && lidar_channel_.empty()) lidar_channel_ = event->channel;
+  }
+  require(events > 0, path_ + ": holds no whole LCM event");
+  if (lidar_channel_.empty()) {
+    std::string seen;
+    for (const auto& [name, channel] : channels_) {
+      seen += (seen.empty() ? "" : ", ") + name + " (" + channel.fingerprint + ")";
+    }
+    throw std::invalid_argument(path_ + ": no laser among its channels: " + seen +
+                                ". Say what they mean in a copy of config/foreign.toml and give it "
+                                "with --foreign");
+  }
+  compare_clocks();
+}
+
+void LcmLogReader::compare_clocks() {
+  for (auto& [name, channel] : channels_) {
+    if (channel.offsets_us.empty()) continue;
+    const auto middle =
+        channel.offsets_us.begin() + static_cast<std::ptrdiff_t>(channel.offsets_us.size() / 2);
+    std::nth_element(channel.offsets_us.begin(), middle, channel.offsets_us.end());
+    channel.offset_us = *middle;
+    channel.offsets_us.clear();
+  }
+  const int64_t lidar_offset_us = channels_.at(lidar_channel_).offset_us;
+  for (auto& [name, channel] : channels_) {
+    if (channel.meaning == Channel::Meaning::passed_by) continue;
+    const int64_t difference_us = channel.offset_us - lidar_offset_us;
+    if (std::abs(static_cast<double>(difference_us)) * 1e-6 < kClocksDisagreeS) continue;
+    channel.shift_us = difference_us;
+    char note[200];
+    std::snprintf(note, sizeof note,
+                  "the clocks of %s and %s differ by %.1f s: taken by event time", name.c_str(),
+                  lidar_channel_.c_str(), static_cast<double>(difference_us) * 1e-6);
+    report_.notes.emplace_back(note);
+  }
+}
+
+void LcmLogReader::read(const LogEvent& event) {
+  const auto entry = channels_.find(event.channel);
+  if (entry == channels_.end()) return;
+  const Channel& channel = entry->second;
+  const std::string place = "event " + std::to_string(event.number) + " (" + event.channel + ")";
+  try {
+    if (channel.meaning == Channel::Meaning::ours) {
+      std::optional<Sample> sample = decode_sample(event.channel, event.bytes);
+      if (sample) {
+        emit(std::move(*sample), channel);
+      } else {
+        report_.drop("undecodable", place);
+      }
+    } else if (channel.meaning != Channel::Meaning::passed_by) {
+      if (fingerprint_of(event) == channel.fingerprint) {
+        read_foreign(event, channel);
+      } else {
+        report_.drop("undecodable", place);
+      }
+    }
+  } catch (const std::invalid_argument& bad) {
+    report_.drop(bad.what(), place);
+  }
+}
+
+void LcmLogReader::read_foreign(const LogEvent& event, const Channel& channel) {
+  const std::string& fingerprint = channel.fingerprint;
+  const std::string place = "event " + std::to_string(event.number) + " (" + event.channel + ")";
+  if (channel.meaning == Channel::Meaning::lidar) {
+    if (event.channel == lidar_channel_) read_foreign_lidar(event, channel);
+    return;
+  }
+  if (channel.meaning == Channel::Meaning::encoders) {
+    const auto ticks = decode_whole<maebot_encoders_t>(event);
+    if (ticks) {
+      read_encoders(*ticks, channel);
+    } else {
+      report_.drop("undecodable", place);
+    }
+    return;
+  }
+  Utime utime;
+  Pose2 pose;
+  if (const auto pose2 = decode_whole<mbot_pose2d_t>(event)) {
+    utime = Utime::from_us(pose2->utime);
+    pose = {static_cast<double>(pose2->x), static_cast<double>(pose2->y),
+            normalize_angle(static_cast<double>(pose2->theta))};
+  } else if (const auto pose3 = decode_whole<bot_core::pose_t>(event)) {
+    utime = Utime::from_us(pose3->utime);
+    pose = {pose3->pos[0], pose3->pos[1], yaw_of(pose3->orientation)};
+  } else {
+    report_.drop("undecodable (" + fingerprint + ")", place);
+    return;
+  }
+  require(is_finite(pose), "pose that is not finite");
+  if (channel.meaning == Channel::Meaning::true_pose) {
+    emit(TruePose{utime, pose}, channel);
+  } else {
+    OdometrySample sample;
+    sample.utime = utime;
+    sample.odom_from_robot = pose;
+    emit(sample, channel);
+  }
+}
+
+void LcmLogReader::read_foreign_lidar(const LogEvent& event, const Channel& channel) {
+  LaserScan scan;
+  if (const auto raw = decode_whole<lidar_raw_t>(event)) {
+    scan = from_message(*raw, channels::kLidarRaw);
+    if (channel.foreign.clockwise) {
+      for (float& bearing : scan.bearings_rad) bearing = -bearing;
+    }
+  } else if (const auto planar = decode_whole<bot_core::planar_lidar_t>(event)) {
+    scan = from_message(*planar, channels::kLidar);
+    if (channel.foreign.clockwise) {
+      scan.first_bearing_rad = -scan.first_bearing_rad;
+      scan.bearing_step_rad = -scan.bearing_step_rad;
+    }
+  } else {
+    report_.drop("undecodable", "event " + std::to_string(event.number));
+    return;
+  }
+  if (!announced_) {
+    announced_ = true;
+    SensorInfo info;
+    info.utime = scan.utime;
+    info.channel = scan.channel;
+    info.range_min_m = channel.foreign.range_min_m;
+    info.range_max_m = channel.foreign.range_max_m;
+    pending_.emplace_back(info);
+    report_.notes.push_back(event.channel +
+                            " says nothing of its place: taken to be at the turning centre, ahead");
+  }
+  emit(std::move(scan), channel);
+}
+
+void LcmLogReader::read_encoders(const maebot_encoders_t& ticks, const Channel& channel) {
+  if (last_ticks_) {
+    const double left_m = (static_cast<double>(ticks.left_ticks_total) -
+                           static_cast<double>(last_ticks_->left_ticks_total)) *
+                          channel.foreign.metres_per_tick;
+    const double right_m = (static_cast<double>(ticks.right_ticks_total) -
+                            static_cast<double>(last_ticks_->right_ticks_total)) *
+                           channel.foreign.metres_per_tick;
+    const double turn_rad = (right_m - left_m) / channel.foreign.track_m;
+    const Pose2 half{0.0, 0.0, 0.5 * turn_rad};
+    encoder_pose_ = encoder_pose_ * half * Pose2{0.5 * (left_m + right_m), 0.0, 0.0} * half;
+  }
+  last_ticks_ = ticks;
+  OdometrySample sample;
+  sample.utime = Utime::from_us(ticks.utime);
+  sample.odom_from_robot = encoder_pose_;
+  sample.left_clicks = ticks.left_ticks_total;
+  sample.right_clicks = ticks.right_ticks_total;
+  emit(sample, channel);
+}
+
+void LcmLogReader::emit(Sample sample, const Channel& channel) {
+  static constexpr const char* kNames[] = {"sensor infos", "scans",    "odometry",
+                                           "imu",          "pan-tilt", "true poses"};
+  ++report_.given[kNames[sample.index()]];
+  std::visit([&](auto& value) { value.utime.us += channel.shift_us; }, sample);
+  if (const auto* scan = std::get_if<LaserScan>(&sample); scan != nullptr && scan->size() < 2) {
+    report_.drop("scan of fewer than 2 beams", "scan " + std::to_string(report_.given.at("scans")));
+    return;
+  }
+  pending_.push_back(std::move(sample));
+}
+
+void LcmLogReader::finish_report() {
+  if (finished_) return;
+  finished_ = true;
+  for (const auto& [name, channel] : channels_) {
+    if (channel.meaning != Channel::Meaning::passed_by) continue;
+    report_.notes.push_back(name + " (" + channel.fingerprint +
+                            "): " + std::to_string(channel.count) + " events passed by");
+  }
+  const files::LogDamage& damage = log_.damage();
+  if (damage.places == 0) return;
+  report_.dropped["damaged stretches of the log"] = damage.places;
+  report_.places["damaged stretches of the log"] = "byte " + std::to_string(damage.first_offset);
+  report_.notes.push_back(std::to_string(damage.bytes_skipped) +
+                          " damaged bytes skipped; `marco log repair` writes a log without them");
+}
+
+}  // namespace
+
+std::unique_ptr<files::SampleReader> open_lcm_log(const std::filesystem::path& path,
+                                                  const ForeignTable& table) {
+  return std::make_unique<LcmLogReader>(path, table);
+}
+
+}  // namespace marco

@@ -1,0 +1,75 @@
+#include "lcmtypes/recording.hpp"
+
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <string>
+
+#include "common/check.hpp"
+#include "common/files/carmen.hpp"
+#include "common/files/odometry_laser_text.hpp"
+#include "common/files/thesis_files.hpp"
+#include "common/files/tilted_scans.hpp"
+#include "lcmtypes/lcm_log_reader.hpp"
+
+namespace marco {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kKnown =
+    "known inputs: LCM logs, CARMEN logs, text logs of 'Odometry' and 'Laser' lines, folders of 3D "
+    "scans "
+    "(*_tilt_ranges_mm.csv, *.3d, scan_polar.csv), the theses' scan files";
+
+std::string head_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(1 << 16, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head;
+}
+
+bool has_line_starting_with(const std::string& text, const char* keyword) {
+  const std::string at_start = keyword, inside = std::string("\n") + keyword;
+  return text.rfind(at_start, 0) == 0 || text.find(inside) != std::string::npos;
+}
+
+std::string looks_like(const std::string& head) {
+  const auto starts = [&head](std::string_view magic) { return head.rfind(magic, 0) == 0; };
+  if (starts("\x89PNG")) return "a PNG picture";
+  if (starts("\xFF\xD8\xFF")) return "a JPEG picture";
+  if (starts("GIF8") || starts("BM")) return "a picture";
+  if (starts("\x1F\x8B")) return "a gzip file: unpack it first";
+  if (starts("PK\x03\x04")) return "a zip file: unpack it first";
+  if (starts("#ROSBAG")) return "a ROS bag: export its scans to a CARMEN or LCM log first";
+  if (starts("ply")) return "a model: `./marco render` draws it";
+  if (head.find('\0') != std::string::npos) return "binary data of no known kind";
+  return "text of no known kind";
+}
+
+}  // namespace
+
+std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
+                                                    const ForeignTable& table) {
+  const std::string name = path.string();
+  std::error_code ignored;
+  require(fs::exists(path, ignored), name + ": there is no such file or folder");
+  if (fs::is_directory(path)) return files::open_tilted_scans({path});
+  const std::string head = head_of(path);
+  require(!head.empty(), name + ": is empty or cannot be read; " + kKnown);
+  // A damaged log may have lost its first sync word: any in the first block will do.
+  if (head.find("\xED\xA1\xDA\x01") != std::string::npos) return open_lcm_log(path, table);
+  for (const char* keyword :
+       {"FLASER ", "RLASER ", "ROBOTLASER1 ", "ROBOTLASER2 ", "ODOM ", "PARAM "}) {
+    if (has_line_starting_with(head, keyword)) return files::open_carmen(path);
+  }
+  if (has_line_starting_with(head, "Laser ") || has_line_starting_with(head, "Odometry ")) {
+    return files::open_odometry_laser_text(path);
+  }
+  if (files::is_tilted_scan(path)) return files::open_tilted_scans({path});
+  if (files::is_thesis_file(path)) return files::open_thesis_file(path);
+  throw std::invalid_argument(name + ": looks like " + looks_like(head) + "; " + kKnown);
+}
+
+}  // namespace marco

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "common/pose_buffer.hpp"
+#include "common/process/bus.hpp"
+#include "common/process/drop_counter.hpp"
+#include "common/samples.hpp"
+#include "mapping3d/mapper3d.hpp"
+
+namespace marco::mapping3d {
+
+struct Mapping3dAdapterOptions {
+  Mapper3dOptions mapper;
+  double patience_s =
+      0.5;  ///< how long a scan waits for its pose and the pan-tilt, in message time
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("mapper", mapper);
+    v("patience_s", patience_s, Limits{0.0, 10.0});
+  }
+};
+
+/// Messages in, Mapper3d, messages out: scans of lasers on the pan-tilt wait for their SLAM_POSE
+/// (same stamp) and for the pan-tilt's angles at their last beam; each finished sweep is sent as
+/// SCENE and the model as MESH tiles below 300 kB. TRAJECTORY moves scenes whose key scans moved.
+/// Decides by the order of messages and their stamps alone.
+class Mapping3dAdapter {
+ public:
+  /// @param bus outlives the adapter. @param warn see process::DropCounter.
+  Mapping3dAdapter(process::Bus& bus,
+                   const Mapping3dAdapterOptions& options,
+                   std::function<void(const std::string&)> warn = {});
+
+  /// Uses what still waits, ends the sweep under way, sends the model.
+  void finish();
+
+  const Mapper3d& mapper() const { return mapper_; }
+  const process::DropCounter& drops() const { return drops_; }
+
+ private:
+  void subscribe();
+  void on_scan(LaserScan scan);
+  void use_waiting();
+  bool ready(const LaserScan& scan) const;
+  void use(const LaserScan& scan);
+  void publish_scene(const Scene& scene);
+  void publish_model(Utime utime);
+
+  process::Bus& bus_;
+  Mapping3dAdapterOptions options_;
+  process::DropCounter drops_;
+  Mapper3d mapper_;
+  std::map<std::string, SensorInfo> sensors_;
+  PoseBuffer pantilt_;            ///< pan as x_m, tilt as y_m [rad]
+  std::map<Utime, Pose2> poses_;  ///< of each scan as first published
+  std::deque<LaserScan> waiting_;
+  Utime newest_;
+  int64_t revision_ = 0;
+};
+
+}  // namespace marco::mapping3d

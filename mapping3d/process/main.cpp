@@ -1,0 +1,43 @@
+#include <spdlog/spdlog.h>
+
+#include "common/files/ply.hpp"
+#include "common/process/arguments.hpp"
+#include "common/process/config.hpp"
+#include "common/process/lcm_bus.hpp"
+#include "common/process/status_publisher.hpp"
+#include "common/process/stop_signal.hpp"
+#include "mapping3d/process/lcm_adapter.hpp"
+
+using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
+
+int main(int argc, char** argv) {
+  return process::run_main("marco-mapping3d", [&] {
+    CLI::App app("3D models: LIDAR on a pan-tilt and SLAM_POSE in, SCENE and MESH out");
+    process::CommonArguments arguments;
+    std::string out;
+    process::add_common_arguments(app, arguments);
+    app.add_option("--out", out, "PLY file that the model is written to in the end");
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    const auto options =
+        process::load_options<mapping3d::Mapping3dAdapterOptions>(arguments.config_path);
+    if (arguments.print_config) {
+      std::fputs(process::print_options(options).c_str(), stdout);
+      return 0;
+    }
+    process::start_logging("marco-mapping3d", arguments.log_level);
+    process::catch_stop_signals();
+    process::LcmBus bus(arguments.lcm_url);
+    mapping3d::Mapping3dAdapter adapter(bus, options,
+                                        [](const std::string& line) { spdlog::warn(line); });
+    process::StatusPublisher status(bus, "marco-mapping3d", adapter.drops());
+    spdlog::info("listening on {}", process::effective_lcm_url(arguments.lcm_url));
+    while (!process::stop_requested()) {
+      bus.handle_once(100);
+      status.tick(std::to_string(adapter.mapper().scenes().size()) + " scenes");
+    }
+    adapter.finish();
+    if (!out.empty()) files::write_ply(out, adapter.mapper().model());
+    spdlog::info("{}", adapter.drops().summary());
+    return 0;
+  });
+}

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/options.hpp"
+#include "common/pose3.hpp"
+#include "common/utime.hpp"
+
+namespace marco::mapping3d {
+
+/// One scan of a sweep and where the laser was meanwhile.
+struct SceneRow {
+  Utime utime;                     ///< of the first beam
+  std::vector<float> ranges_m;     ///< 0 = no return
+  double first_bearing_rad = 0.0;  ///< of column 0, counter-clockwise from ahead
+  double bearing_step_rad = 0.0;
+  Pose3 robot_from_sensor_first = Pose3::Identity();  ///< at the first beam
+  Pose3 robot_from_sensor_last =
+      Pose3::Identity();  ///< at the last beam: the pan-tilt may be moving
+  Pose2 world_from_robot;
+};
+
+/// The organized ranges of one sweep: rows of neighbouring tilt (or pan), columns of neighbouring
+/// bearing.
+struct Scene {
+  int number = 0;
+  std::vector<SceneRow> rows;
+
+  std::size_t columns() const { return rows.empty() ? 0 : rows.front().ranges_m.size(); }
+};
+
+/// A scene's points in the world, row by row; where nothing came back `valid` is false.
+struct ScenePoints {
+  std::size_t rows = 0;
+  std::size_t columns = 0;
+  std::vector<Eigen::Vector3f> points_m;
+  std::vector<Eigen::Vector3f> origins_m;  ///< one a row: where its middle beam came from
+  std::vector<uint8_t> valid;
+
+  std::size_t index(std::size_t row, std::size_t column) const { return row * columns + column; }
+};
+
+/// Places each beam by the pose between its row's first and last beam (thesis B eq. 4.1, in our
+/// axes: common/samples.hpp).
+ScenePoints place(const Scene& scene);
+
+struct SceneBuilderOptions {
+  double min_step_deg = 0.05;  ///< less is the same row again
+  double max_step_deg = 6.0;   ///< more is no neighbour: another sweep begins
+  double pause_s = 1.5;        ///< the pan-tilt stood still for longer: the sweep is over
+  double max_drive_m =
+      0.5;            ///< the robot moved farther while the pan-tilt stood: the sweep is over
+  int min_rows = 10;  ///< fewer are no scene
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("min_step_deg", min_step_deg, kPositive);
+    v("max_step_deg", max_step_deg, kPositive);
+    v("pause_s", pause_s, kPositive);
+    v("max_drive_m", max_drive_m, kPositive);
+    v("min_rows", min_rows, Limits{2, 100000});
+  }
+};
+
+/// Finds the sweeps in a stream of scans: a sweep goes on while tilt (or pan) moves on in one
+/// direction, in steps or continuously, while the robot stands or drives; it ends when the
+/// direction turns, the pan-tilt pauses, or jumps. Not thread-safe.
+class SceneBuilder {
+ public:
+  explicit SceneBuilder(const SceneBuilderOptions& options = {});
+
+  /// @param pan_rad, tilt_rad  at the row's middle beam.
+  /// @returns the sweep that this row shows to have ended.
+  std::optional<Scene> add(SceneRow row, double pan_rad, double tilt_rad);
+
+  /// The sweep that was under way.
+  std::optional<Scene> finish();
+
+  /// Rows that belonged to no sweep of min_rows.
+  int64_t rows_without_scene() const { return rows_without_scene_; }
+
+ private:
+  enum class Axis { none, pan, tilt };
+  struct Step {
+    Axis axis = Axis::none;
+    int sign = 0;
+    bool jump = false;
+  };
+  Step step_to(double pan_rad, double tilt_rad) const;
+  void start(SceneRow row, double pan_rad, double tilt_rad);
+
+  SceneBuilderOptions options_;
+  std::vector<SceneRow> rows_;
+  double pan_rad_ = 0.0;  ///< of the last row
+  double tilt_rad_ = 0.0;
+  Step direction_;
+  int scenes_ = 0;
+  int64_t rows_without_scene_ = 0;
+};
+
+}  // namespace marco::mapping3d

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "common/options.hpp"
+#include "common/triangle_mesh.hpp"
+#include "mapping3d/scene.hpp"
+
+namespace marco::mapping3d {
+
+/// Limits of thesis B's rule [m]: all distances from a polygon's first vertex lie between them.
+struct ThesisMeshOptions {
+  double min_edge_m = 0.005;
+  double max_edge_m = 0.200;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("min_edge_m", min_edge_m, kNotNegative);
+    v("max_edge_m", max_edge_m, kPositive);
+  }
+};
+
+/// Quads (v_ij, v_i,j+1, v_i+1,j+1, v_i+1,j) by thesis B's rule (ch. 4.3), as indices row * columns
+/// + column. A quad that touches a missing beam is none.
+std::vector<std::array<uint32_t, 4>> thesis_quads(const ScenePoints& scene,
+                                                  const ThesisMeshOptions& options = {});
+
+/// Each such quad as two triangles (v_ij, v_i,j+1, v_i+1,j+1) and (v_ij, v_i+1,j+1, v_i+1,j), each
+/// judged by itself.
+std::vector<std::array<uint32_t, 3>> thesis_triangles(const ScenePoints& scene,
+                                                      const ThesisMeshOptions& options = {});
+
+struct SceneMeshOptions {
+  double edge_factor = 6.0;    ///< an edge may be this many times the beams' distance at its range:
+                               ///< about 80 deg of incidence
+  double edge_floor_m = 0.03;  ///< or this long, so that noise tears no hole
+  double max_edge_m = 0.6;     ///< never longer
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("edge_factor", edge_factor, kPositive);
+    v("edge_floor_m", edge_floor_m, kNotNegative);
+    v("max_edge_m", max_edge_m, kPositive);
+  }
+};
+
+/// The scene as triangles with shared vertices: no skin across depth edges (an edge is allowed by
+/// its range, so near and far walls are treated alike), none across missing beams, of a quad's two
+/// diagonals the shorter one, normals weighted by area and turned to the sensor, triangles
+/// counter-clockwise seen from it.
+TriangleMesh mesh_scene(const ScenePoints& scene, const SceneMeshOptions& options = {});
+
+/// Appends `part` to `whole`.
+void append_mesh(TriangleMesh& whole, const TriangleMesh& part);
+
+}  // namespace marco::mapping3d

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "common/options.hpp"
+#include "common/pose2.hpp"
+#include "slam/graph/pose_graph_edge.hpp"
+
+namespace marco::slam {
+
+struct PoseGraphOptions {
+  int max_iterations = 50;
+  double min_relative_decrease = 1e-9;  ///< of the error, at which it has converged
+  /// A loop edge whose e^T Omega e ends above this is taken for wrong; 3 degrees of freedom, 99.9
+  /// %.
+  double loop_rejection_chi2 = 16.3;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("max_iterations", max_iterations, Limits{1, 10000});
+    v("min_relative_decrease", min_relative_decrease, kPositive);
+    v("loop_rejection_chi2", loop_rejection_chi2, kPositive);
+  }
+};
+
+struct PoseGraphResult {
+  bool converged = false;
+  int iterations = 0;
+  double chi2 = 0.0;                ///< sum of e^T Omega e over the edges in force, no 1/2
+  std::vector<bool> edge_in_force;  ///< one an edge: false = a loop edge taken for wrong
+};
+
+/// Key poses and the measurements between them; node 0 stays where it is.
+///
+/// Error of an edge, in the measurement's frame: e = (R_z^T (R_i^T (t_j - t_i) - t_z), theta_j -
+/// theta_i - theta_z) (Kuemmerle et al., g2o, ICRA 2011, SE2 edges). Solved by Gauss-Newton with
+/// Levenberg's damping on the sparse normal equations (Eigen's LDL^T). Wrong loops: graduated
+/// non-convexity with the truncated least squares cost (Yang et al., RA-L 2020, algorithm 1), on
+/// loop edges only. Not thread-safe; a copy may be optimized on another thread.
+class PoseGraph {
+ public:
+  explicit PoseGraph(const PoseGraphOptions& options = {});
+
+  /// @returns the node's index.
+  int add_node(const Pose2& world_from_node);
+
+  /// @throws std::invalid_argument for a node that does not exist, an edge from a node to itself,
+  /// a measurement that is not finite.
+  void add_edge(const PoseGraphEdge& edge);
+
+  std::size_t node_count() const { return poses_.size(); }
+  const std::vector<PoseGraphEdge>& edges() const { return edges_; }
+  const std::vector<Pose2>& poses() const { return poses_; }
+  void set_pose(int node, const Pose2& world_from_node) {
+    poses_.at(static_cast<std::size_t>(node)) = world_from_node;
+  }
+
+  /// Poses computed from the edges alone: rotations first, as a linear problem in (cos, sin), then
+  /// the translations given these (chordal initialization; Carlone et al., ICRA 2015). Leaves a
+  /// graph that is not connected to node 0 where it is.
+  void initialize_from_edges();
+
+  /// Moves the poses to the optimum near where they are; all edges count fully.
+  PoseGraphResult optimize();
+
+  /// As optimize, but loop edges may be found wrong and switched off.
+  PoseGraphResult optimize_robustly();
+
+  /// Sum of e^T Omega e of all edges at the present poses.
+  double chi2() const;
+  /// e^T Omega e of one edge at the present poses.
+  double edge_chi2(const PoseGraphEdge& edge) const;
+
+ private:
+  PoseGraphResult optimize_weighted(const std::vector<double>& weights);
+  double weighted_chi2(const std::vector<double>& weights) const;
+
+  PoseGraphOptions options_;
+  std::vector<Pose2> poses_;
+  std::vector<PoseGraphEdge> edges_;
+};
+
+}  // namespace marco::slam

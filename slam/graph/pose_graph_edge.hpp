@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "common/pose2.hpp"
+
+namespace marco::slam {
+
+/// A measured pose of node `to` seen from node `from`.
+struct PoseGraphEdge {
+  int from = 0;
+  int to = 0;
+  Pose2 from_from_to;
+  Eigen::Matrix3d information =
+      Eigen::Matrix3d::Identity();  ///< of (x, y, theta) in `from_from_to`'s frame
+  bool is_loop =
+      false;  ///< may be wrong: such edges are weighed by how well they agree with the rest
+};
+
+/// e = (R_z^T (R_i^T (t_j - t_i) - t_z), theta_j - theta_i - theta_z), in the measurement's frame.
+Eigen::Vector3d edge_error(const PoseGraphEdge& edge, const Pose2& from, const Pose2& to);
+
+/// d e / d (x, y, theta) of both nodes, for increments in the world frame.
+struct EdgeJacobians {
+  Eigen::Matrix3d from;
+  Eigen::Matrix3d to;
+};
+EdgeJacobians edge_jacobians(const PoseGraphEdge& edge, const Pose2& from, const Pose2& to);
+
+class SparseNormalEquations;
+
+/// J^T (weight * information) J and J^T (weight * information) e of one edge.
+void add_edge_to(SparseNormalEquations& equations,
+                 const PoseGraphEdge& edge,
+                 const Pose2& from,
+                 const Pose2& to,
+                 double weight);
+
+}  // namespace marco::slam

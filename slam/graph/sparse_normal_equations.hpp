@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <unordered_map>
+#include <vector>
+
+#include "common/pose2.hpp"
+
+namespace marco::slam {
+
+/// Normal equations of poses on the floor, 3x3 block by block; node 0 is held fixed and left out.
+/// Increments are (dx, dy, dtheta) in the world frame. Not thread-safe.
+class SparseNormalEquations {
+ public:
+  explicit SparseNormalEquations(std::size_t nodes);
+
+  /// Adds to block (row, column); of the two blocks of a pair either may be given.
+  void add_block(int row_node, int column_node, const Eigen::Matrix3d& block);
+  void add_gradient(int node, const Eigen::Vector3d& part);
+
+  /// The solution x of hessian * x = gradient by conjugate gradients, preconditioned by the
+  /// inverses of the diagonal blocks: for systems as dense as a place seen many times, where a
+  /// factorization fills up.
+  /// @param damping  added to the diagonal, as a part of it
+  /// @param tolerance  of the residual, as a part of the gradient's length
+  Eigen::VectorXd solve_iteratively(double damping, double tolerance, int max_iterations) const;
+
+  const Eigen::VectorXd& gradient() const { return gradient_; }
+  /// The lower triangle.
+  Eigen::SparseMatrix<double> hessian() const;
+
+ private:
+  Eigen::VectorXd gradient_;
+  std::vector<Eigen::Matrix3d> diagonal_;
+  std::unordered_map<uint64_t, Eigen::Matrix3d> below_;
+};
+
+/// Adds a step of the normal equations' solution to all poses but the first.
+void move_poses(std::vector<Pose2>& poses, const Eigen::VectorXd& step);
+
+}  // namespace marco::slam

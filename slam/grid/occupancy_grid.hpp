@@ -1,0 +1,88 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "common/grid_map.hpp"
+#include "common/options.hpp"
+#include "common/pose2.hpp"
+
+namespace marco::slam {
+
+struct OccupancyGridOptions {
+  double resolution_m = 0.05;
+  /// One scan's evidence for a cell it hits and for a cell it sees through, as probabilities.
+  double hit_probability = 0.70;
+  double miss_probability = 0.40;
+  /// Evidence is bounded, so that a door that opens is seen to open.
+  double max_probability = 0.98;
+  double min_probability = 0.02;
+  double max_free_range_m = 30.0;  ///< beyond it a beam no longer clears cells
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("resolution_m", resolution_m, Limits{0.005, 1.0});
+    v("hit_probability", hit_probability, Limits{0.5, 0.999});
+    v("miss_probability", miss_probability, Limits{0.001, 0.5});
+    v("max_probability", max_probability, Limits{0.5, 0.9999});
+    v("min_probability", min_probability, Limits{0.0001, 0.5});
+    v("max_free_range_m", max_free_range_m, kPositive);
+  }
+};
+
+/// Occupied, free and unknown space, cell by cell, as log-odds (Moravec & Elfes; Thrun, Burgard,
+/// Fox, Probabilistic Robotics, table 9.1). What differs: each scan counts at most once a cell, and
+/// where a scan both hits a cell and passes through it, it is a hit. Grows in tiles as it is fed.
+/// Not thread-safe. Limit: +-10^8 cells from the origin.
+class OccupancyGrid {
+ public:
+  explicit OccupancyGrid(const OccupancyGridOptions& options = {});
+  ~OccupancyGrid();
+  OccupancyGrid(OccupancyGrid&&) noexcept;
+  OccupancyGrid& operator=(OccupancyGrid&&) noexcept;
+
+  /// @param hits_in_world  2xN [m]; points that are not finite are an error of the caller.
+  /// @param sensor_in_world  [m] where the beams came from.
+  /// Cost O(sum of beam lengths / resolution).
+  void insert(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world);
+
+  void clear();
+  bool empty() const { return tiles_.empty(); }
+
+  /// 0.5 where nothing is known.
+  double probability(const Eigen::Vector2d& point_in_world) const;
+
+  /// The part that is known, as a value; an empty map when nothing is.
+  GridMap to_map() const;
+
+ private:
+  static constexpr int kTileBits = 6;
+  static constexpr int kTileCells = 1 << kTileBits;
+  struct Cell {
+    float log_odds = 0.0F;
+    uint32_t last_scan = 0;  ///< 0 = never seen
+  };
+  struct Tile {
+    std::array<Cell, static_cast<std::size_t>(kTileCells) * kTileCells> cells;
+  };
+
+  Cell& cell_at(int x_cell, int y_cell);
+  const Cell* find_cell(int x_cell, int y_cell) const;
+  void clear_along(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
+
+  OccupancyGridOptions options_;
+  float hit_log_odds_;
+  float miss_log_odds_;
+  float min_log_odds_;
+  float max_log_odds_;
+  uint32_t scan_ = 0;
+  std::unordered_map<uint64_t, std::unique_ptr<Tile>> tiles_;
+  uint64_t last_key_ = 0;      ///< of `last_tile_`
+  Tile* last_tile_ = nullptr;  ///< beams stay in a tile for many cells
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,142 @@
+#include "slam/loop_closer.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace marco::slam {
+namespace {
+
+double distance_m(const Pose2& a, const Pose2& b) {
+  return (a.translation_m() - b.translation_m()).norm();
+}
+
+// Information of (x, y, theta) given in the world, as seen from a frame turned by theta.
+Eigen::Matrix3d turned(const Eigen::Matrix3d& information, double theta_rad) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Pose2{0, 0, theta_rad}.rotation();
+  return turn.transpose() * information * turn;
+}
+
+}  // namespace
+
+OrientedPoints join_points(const std::vector<KeyScan>& keys,
+                           int first,
+                           int last,
+                           const Pose2& frame_from_world) {
+  Eigen::Index count = 0;
+  for (int key = first; key <= last; ++key) {
+    count += keys[static_cast<std::size_t>(key)].points_in_robot.points.cols();
+  }
+  OrientedPoints joined{Points2(2, count), Points2(2, count)};
+  Eigen::Index at = 0;
+  for (int key = first; key <= last; ++key) {
+    const KeyScan& scan = keys[static_cast<std::size_t>(key)];
+    const Pose2 frame_from_robot = frame_from_world * scan.world_from_robot;
+    const Eigen::Index part = scan.points_in_robot.points.cols();
+    joined.points.middleCols(at, part) = frame_from_robot * scan.points_in_robot.points;
+    joined.normals.middleCols(at, part) =
+        frame_from_robot.rotation() * scan.points_in_robot.normals;
+    at += part;
+  }
+  return joined;
+}
+
+LoopCloser::LoopCloser(const LoopCloserOptions& options,
+                       const CorrelativeMatcher& coarse,
+                       const SurfelMatcher& fine)
+    : options_(options), coarse_(coarse), fine_(fine) {
+  validate(options, "loops");
+}
+
+LoopCloser::Drift LoopCloser::drift(double path_m, double since_closed_m) const {
+  const double open_m = std::min(path_m, since_closed_m);
+  const double shift_m = options_.drift_m + options_.drift_m_per_m * open_m +
+                         options_.closed_drift_m_per_m * (path_m - open_m);
+  const double part = options_.closed_drift_m_per_m / options_.drift_m_per_m;
+  const double turn_deg =
+      options_.drift_deg + options_.drift_deg_per_m * (open_m + part * (path_m - open_m));
+  return {std::min(options_.max_drift_m, shift_m),
+          deg_to_rad(std::min(options_.max_drift_deg, turn_deg))};
+}
+
+std::vector<int> LoopCloser::candidates(const std::vector<KeyScan>& keys,
+                                        double since_closed_m) const {
+  const KeyScan& newest = keys.back();
+  struct Place {
+    int key;
+    double distance_m;
+  };
+  // The nearest key scan of each stretch of path that passes by.
+  std::vector<Place> places;
+  bool in_stretch = false;
+  for (std::size_t key = 0; key < keys.size(); ++key) {
+    const double path_m = newest.path_m - keys[key].path_m;
+    if (path_m < options_.min_path_m) break;
+    const double distance = distance_m(keys[key].world_from_robot, newest.world_from_robot);
+    if (distance > options_.radius_m + drift(path_m, since_closed_m).shift_m) {
+      in_stretch = false;
+    } else if (!in_stretch) {
+      places.push_back({static_cast<int>(key), distance});
+      in_stretch = true;
+    } else if (distance < places.back().distance_m) {
+      places.back() = {static_cast<int>(key), distance};
+    }
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& a, const Place& b) { return a.distance_m < b.distance_m; });
+  std::vector<int> result;
+  for (const Place& place : places) {
+    if (static_cast<int>(result.size()) < options_.candidates) result.push_back(place.key);
+  }
+  return result;
+}
+
+bool LoopCloser::verify(const std::vector<KeyScan>& keys, double since_closed_m, Loop& loop) const {
+  const KeyScan& old = keys[static_cast<std::size_t>(loop.from)];
+  const KeyScan& newest = keys[static_cast<std::size_t>(loop.to)];
+  const int first = std::max(0, loop.from - options_.around);
+  const int last = std::min(loop.to, loop.from + options_.around);
+  const OrientedPoints place = join_points(keys, first, last, Pose2{});
+  const int since = std::max(last + 1, loop.to - options_.around);
+  const OrientedPoints seen =
+      join_points(keys, std::min(since, loop.to), loop.to, newest.world_from_robot.inverse());
+  const Drift drift = this->drift(newest.path_m - old.path_m, since_closed_m);
+  const SearchWindow window{newest.world_from_robot, drift.shift_m, drift.turn_rad};
+  const LikelihoodPyramid likelihood(place.points, coarse_.options());
+  const CorrelativeMatch coarse =
+      coarse_.search(likelihood, seen.points, window, options_.min_score);
+  if (coarse.score < options_.min_score) return false;
+  SurfelPyramid surfels(fine_.options(), old.world_from_robot.translation_m());
+  surfels.add(place, Pose2{});
+  const SurfelMatch fine = fine_.match(surfels, seen, coarse.map_from_robot, nullptr);
+  if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
+    return false;
+  }
+  Eigen::Matrix3d covariance = (fine.information + 1e-6 * Eigen::Matrix3d::Identity()).inverse();
+  covariance(0, 0) += options_.sigma_m * options_.sigma_m;
+  covariance(1, 1) += options_.sigma_m * options_.sigma_m;
+  covariance(2, 2) += std::pow(deg_to_rad(options_.sigma_deg), 2);
+  loop.information = turned(covariance.inverse(), fine.map_from_robot.theta_rad);
+  loop.from_from_to = between(old.world_from_robot, fine.map_from_robot);
+  loop.score = coarse.score;
+  loop.overlap = fine.overlap;
+  const Pose2 change = between(newest.world_from_robot, fine.map_from_robot);
+  loop.shift_m = change.translation_m().norm();
+  loop.turn_deg = rad_to_deg(change.theta_rad);
+  return true;
+}
+
+std::vector<Loop> LoopCloser::find(const std::vector<KeyScan>& keys, double closed_path_m) const {
+  std::vector<Loop> loops;
+  const double since_closed_m = keys.back().path_m - closed_path_m;
+  for (const int candidate : candidates(keys, since_closed_m)) {
+    Loop loop;
+    loop.from = candidate;
+    loop.to = static_cast<int>(keys.size()) - 1;
+    if (verify(keys, since_closed_m, loop)) loops.push_back(loop);
+  }
+  return loops;
+}
+
+}  // namespace marco::slam

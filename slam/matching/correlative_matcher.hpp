@@ -1,0 +1,86 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "common/options.hpp"
+#include "common/pose2.hpp"
+
+namespace marco::slam {
+
+struct CorrelativeMatcherOptions {
+  double resolution_m = 0.05;  ///< of the finest level and of the result
+  double blur_m = 0.05;        ///< standard deviation of a wall's likelihood
+  int levels = 5;              ///< each halves the resolution of the one before
+  int max_points = 120;        ///< of the scan that are scored; evenly chosen
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("resolution_m", resolution_m, Limits{0.005, 0.5});
+    v("blur_m", blur_m, Limits{0.005, 1.0});
+    v("levels", levels, Limits{1, 10});
+    v("max_points", max_points, Limits{10, 10000});
+  }
+};
+
+/// What is searched: all poses within these half-widths about a centre.
+struct SearchWindow {
+  Pose2 map_from_robot_centre;
+  double half_width_m = 1.0;
+  double half_turn_rad = 0.35;
+};
+
+struct CorrelativeMatch {
+  Pose2 map_from_robot;
+  double score = 0.0;  ///< mean likelihood of the points, 0..1
+};
+
+/// The map's likelihood at one resolution and, above it, the largest likelihood of each block of
+/// cells that a coarse cell can reach.
+class LikelihoodPyramid {
+ public:
+  /// @param points_in_map  2xN [m]
+  LikelihoodPyramid(const Points2& points_in_map, const CorrelativeMatcherOptions& options);
+
+  int levels() const { return static_cast<int>(levels_.size()); }
+  /// Largest likelihood 0..255 in the block of 2^level x 2^level fine cells that starts at (x, y).
+  int at(int level, int x_cell, int y_cell) const {
+    // The table is padded by the largest block, so that one unsigned comparison an axis is enough.
+    const auto x = static_cast<unsigned>(x_cell + pad_), y = static_cast<unsigned>(y_cell + pad_);
+    if (x >= width_ || y >= height_) return 0;
+    return levels_[static_cast<std::size_t>(level)][y * width_ + x];
+  }
+  Eigen::Vector2d origin_m() const { return origin_m_; }
+  double resolution_m() const { return resolution_m_; }
+
+ private:
+  Eigen::Vector2d origin_m_ = Eigen::Vector2d::Zero();
+  double resolution_m_;
+  int pad_;
+  unsigned width_ = 0;
+  unsigned height_ = 0;
+  std::vector<std::vector<uint8_t>> levels_;
+};
+
+/// Exhaustive search of a window by branch and bound (Hess et al., ICRA 2016, algorithm 3; the
+/// score is Olson's, ICRA 2009, as a mean of likelihoods): finds the best pose of the window's
+/// lattice, surely. Lattice: resolution_m along x and y, and turns that move the farthest point by
+/// one cell. Const: safe from several threads.
+class CorrelativeMatcher {
+ public:
+  explicit CorrelativeMatcher(const CorrelativeMatcherOptions& options = {});
+
+  /// @param min_score  poses below it are of no interest
+  /// @returns nothing found: score 0 and the window's centre.
+  CorrelativeMatch search(const LikelihoodPyramid& map,
+                          const Points2& points_in_robot,
+                          const SearchWindow& window,
+                          double min_score) const;
+
+  const CorrelativeMatcherOptions& options() const { return options_; }
+
+ private:
+  CorrelativeMatcherOptions options_;
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,207 @@
+#include "slam/process/lcm_adapter.hpp"
+
+#include <cmath>
+
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "marco/slam_pose_t.hpp"
+
+namespace marco::slam {
+namespace {
+
+slam_pose_t to_message(Utime utime, const SlamUpdate& update) {
+  slam_pose_t message;
+  message.utime = utime.us;
+  message.x_m = update.world_from_robot.x_m;
+  message.y_m = update.world_from_robot.y_m;
+  message.theta_rad = update.world_from_robot.theta_rad;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      message.covariance[row][column] = update.covariance(row, column);
+    }
+  }
+  message.status = update.status == SlamUpdate::Status::matched ? slam_pose_t::STATUS_MATCHED
+                                                                : slam_pose_t::STATUS_CARRIED;
+  message.overlap = update.overlap;
+  return message;
+}
+
+}  // namespace
+
+SlamAdapter::SlamAdapter(process::Bus& bus,
+                         const SlamAdapterOptions& options,
+                         std::function<void(const std::string&)> warn)
+    : bus_(bus), options_(options), drops_(std::move(warn)), slam_(options.slam) {
+  validate(options, "slam_process");
+  subscribe();
+}
+
+void SlamAdapter::subscribe() {
+  bus_.subscribe_raw(channels::kLidarPattern, [this](const process::RawMessage& raw) {
+    drops_.count_received();
+    try {
+      const auto sample = decode_sample(std::string(raw.channel), raw.bytes);
+      if (!sample) {
+        drops_.count("undecodable");
+        return;
+      }
+      on_scan(std::get<LaserScan>(*sample));
+    } catch (const std::invalid_argument& bad_message) {
+      drops_.count(bad_message.what());
+    }
+  });
+  bus_.subscribe<sensor_info_t>(channels::kSensorInfo, drops_, [this](const auto& message, auto&) {
+    const SensorInfo info = from_message(message);
+    sensors_[info.channel] = info;
+  });
+  bus_.subscribe<odometry_t>(channels::kOdometry, drops_, [this](const auto& message, auto&) {
+    const OdometrySample sample = from_message(message);
+    motion_.odometry.add(sample.utime, sample.odom_from_robot);
+    use_waiting_scans();
+  });
+  bus_.subscribe<imu_t>(channels::kImu, drops_,
+                        [this](const auto& message, auto&) { on_imu(from_message(message)); });
+  bus_.subscribe<pantilt_state_t>(
+      channels::kPanTiltState, drops_, [this](const auto& message, auto&) {
+        const PanTiltState state = from_message(message);
+        motion_.pantilt.add(state.utime, {state.pan_rad, state.tilt_rad, 0.0});
+        use_waiting_scans();
+      });
+  bus_.subscribe<map_request_t>(channels::kMapRequest, drops_, [this](const auto& request, auto&) {
+    const bool all = request.channel.empty();
+    if (all || request.channel == channels::kTrajectory) publish_trajectory(newest_scan_);
+    if (all || request.channel == channels::kGridMap) publish_grid(newest_scan_);
+  });
+}
+
+void SlamAdapter::on_imu(const ImuSample& sample) {
+  double heading_rad = 0.0;
+  if (!motion_.gyro_heading.empty()) {
+    const double dt_s = (sample.utime - motion_.gyro_heading.newest()).seconds();
+    heading_rad = motion_.gyro_heading.newest_pose().theta_rad;
+    constexpr double kMaxGapS = 0.5;
+    if (dt_s < 0.0 || dt_s > kMaxGapS) {
+      drops_.count("imu: gap in time");
+      motion_.gyro_heading.clear();
+    } else {
+      heading_rad = normalize_angle(heading_rad + dt_s * sample.angular_velocity_rad_per_s.z());
+    }
+  }
+  motion_.gyro_heading.add(sample.utime, {0.0, 0.0, heading_rad});
+}
+
+void SlamAdapter::on_scan(LaserScan scan) {
+  if (!sensors_.contains(scan.channel)) {
+    drops_.count("no SENSOR_INFO for " + scan.channel + " yet");
+    return;
+  }
+  newest_scan_ = scan.utime;
+  waiting_.push_back(std::move(scan));
+  use_waiting_scans();
+}
+
+bool SlamAdapter::ready(const LaserScan& scan) const {
+  // Stamps of a bursty log step backwards by a second: then, too, waiting is of no use.
+  const Duration waited = newest_scan_ - scan.utime;
+  if (std::abs(waited.seconds()) > options_.patience_s) return true;
+  // A source that has been silent for longer is not waited for any more.
+  const Duration patience = Duration::from_seconds(options_.patience_s);
+  const auto known = [&](const PoseBuffer& buffer) {
+    return buffer.empty() || buffer.newest() >= scan.utime ||
+           scan.utime - buffer.newest() > patience;
+  };
+  const bool on_pantilt = sensors_.at(scan.channel).mount == SensorInfo::Mount::pantilt;
+  return known(motion_.odometry) && (!on_pantilt || known(motion_.pantilt));
+}
+
+void SlamAdapter::use_waiting_scans() {
+  while (!waiting_.empty() && ready(waiting_.front())) {
+    const LaserScan scan = std::move(waiting_.front());
+    waiting_.pop_front();
+    use(scan);
+  }
+}
+
+SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) const {
+  SlamInput input;
+  const Duration reach = Duration::from_seconds(options_.patience_s);
+  input.motion.utime = scan.utime;
+  input.motion.odom_from_robot = motion_.odometry.at(scan.utime, reach);
+  if (const auto heading = motion_.gyro_heading.at(scan.utime, reach)) {
+    input.motion.gyro_heading_rad = heading->theta_rad;
+  }
+  Pose3 robot_from_sensor = info.parent_from_sensor;
+  if (info.mount == SensorInfo::Mount::pantilt) {
+    const auto base = sensors_.find(channels::kPanTiltState);
+    const auto angles = motion_.pantilt.at(scan.utime, reach);
+    if (base != sensors_.end() && angles) {
+      robot_from_sensor = robot_from_pantilt_sensor(base->second, info, angles->x_m, angles->y_m);
+      input.level = std::abs(angles->y_m) <= deg_to_rad(options_.level_tilt_limit_deg);
+    }
+  }
+  input.scan = prepare_scan(scan, info, robot_from_sensor, slam_.velocity());
+  return input;
+}
+
+void SlamAdapter::use(const LaserScan& scan) {
+  SlamInput input = input_of(scan, sensors_.at(scan.channel));
+  ++scan_count_;
+  input.may_draw = options_.hold_out_every == 0 || scan_count_ % options_.hold_out_every != 0;
+  const SlamUpdate update = slam_.process(input);
+  if (input.motion.odom_from_robot) {
+    odometry_at_scans_.push_back({scan.utime, *input.motion.odom_from_robot});
+  }
+  if (keep_scans_) {
+    scans_.push_back({std::move(input.scan), input.level, !input.may_draw,
+                      update.status == SlamUpdate::Status::matched});
+  }
+  publish(scan, update);
+}
+
+void SlamAdapter::publish(const LaserScan& scan, const SlamUpdate& update) {
+  live_.push_back({scan.utime, update.world_from_robot});
+  bus_.publish(channels::kSlamPose, to_message(scan.utime, update));
+  if (update.trajectory_changed) publish_trajectory(scan.utime);
+  if (options_.map_period_s <= 0.0) return;
+  const Duration since = scan.utime - last_grid_;
+  if (std::abs(since.seconds()) < options_.map_period_s) return;
+  last_grid_ = scan.utime;
+  publish_trajectory(scan.utime);
+  publish_grid(scan.utime);
+}
+
+void SlamAdapter::publish_trajectory(Utime utime) {
+  bus_.publish(channels::kTrajectory,
+               marco::to_message(slam_.key_trajectory(), utime, slam_.revision()));
+}
+
+void SlamAdapter::publish_grid(Utime utime) {
+  for (const grid_map_t& tile : to_messages(slam_.grid().to_map(), utime, slam_.revision())) {
+    bus_.publish(channels::kGridMap, tile);
+  }
+}
+
+void SlamAdapter::use_all_waiting() {
+  while (!waiting_.empty()) {
+    const LaserScan scan = std::move(waiting_.front());
+    waiting_.pop_front();
+    use(scan);
+  }
+}
+
+void SlamAdapter::start_session() {
+  use_all_waiting();
+  motion_ = Motion{};
+  sensors_.clear();
+  slam_.forget_motion();
+}
+
+void SlamAdapter::finish() {
+  use_all_waiting();
+  slam_.finish();
+  if (live_.empty()) return;
+  publish_trajectory(newest_scan_);
+  publish_grid(newest_scan_);
+}
+
+}  // namespace marco::slam

@@ -1,0 +1,39 @@
+#include <spdlog/spdlog.h>
+
+#include "common/process/arguments.hpp"
+#include "common/process/config.hpp"
+#include "common/process/lcm_bus.hpp"
+#include "common/process/status_publisher.hpp"
+#include "common/process/stop_signal.hpp"
+#include "slam/process/lcm_adapter.hpp"
+
+using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
+
+int main(int argc, char** argv) {
+  return process::run_main("marco-slam", [&] {
+    CLI::App app(
+        "Scan-matching SLAM: LIDAR and ODOMETRY in, SLAM_POSE, TRAJECTORY and GRID_MAP out");
+    process::CommonArguments arguments;
+    process::add_common_arguments(app, arguments);
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    const auto options = process::load_options<slam::SlamAdapterOptions>(arguments.config_path);
+    if (arguments.print_config) {
+      std::fputs(process::print_options(options).c_str(), stdout);
+      return 0;
+    }
+    process::start_logging("marco-slam", arguments.log_level);
+    process::catch_stop_signals();
+    process::LcmBus bus(arguments.lcm_url);
+    slam::SlamAdapter slam(bus, options, [](const std::string& line) { spdlog::warn(line); });
+    process::StatusPublisher status(bus, "marco-slam", slam.drops());
+    spdlog::info("listening on {}", process::effective_lcm_url(arguments.lcm_url));
+    while (!process::stop_requested()) {
+      bus.handle_once(100);
+      status.tick(std::to_string(slam.live_trajectory().size()) + " scans, " +
+                  std::to_string(slam.slam().key_count()) + " kept");
+    }
+    slam.finish();
+    spdlog::info("{}", slam.drops().summary());
+    return 0;
+  });
+}

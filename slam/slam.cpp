@@ -1,0 +1,233 @@
+#include "slam/slam.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace marco::slam {
+namespace {
+
+// Of an edge between consecutive key scans, added to the match's own covariance: what a match
+// cannot know of itself (motion in the scan, a moving crowd, the local map's own error).
+constexpr double kEdgeSigmaM = 0.008;
+constexpr double kEdgeSigmaDeg = 0.10;
+
+// Jacobian of a pose a*b by b: b's covariance is given in the frame of a.
+Eigen::Matrix3d turned_into(const Eigen::Matrix3d& covariance, double theta_rad) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Pose2{0, 0, theta_rad}.rotation();
+  return turn * covariance * turn.transpose();
+}
+
+Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& information) {
+  return (information + 1e-6 * Eigen::Matrix3d::Identity()).inverse();
+}
+
+}  // namespace
+
+Slam::Slam(const SlamOptions& options)
+    : options_(options),
+      matcher_(options.fine),
+      coarse_(options.coarse),
+      loop_closer_(options.loops, coarse_, matcher_),
+      motion_(options.motion),
+      graph_(options.graph) {
+  validate(options, "slam");
+}
+
+SlamUpdate Slam::process(const SlamInput& input) {
+  const MotionGuess guess = motion_.guess(input.motion);
+  const bool enough = input.scan.hits_in_robot.cols() >= options_.min_points;
+  const bool use = input.level && enough;
+  const OrientedPoints points =
+      use ? orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, options_.normals)
+          : OrientedPoints{};
+  SlamUpdate update;
+  Match found;
+  found.world_from_robot = world_from_robot_ * guess.before_from_now;
+  const PosePrior prior = prior_of(guess);
+  if (use && local_map_) found = match(points, guess, prior);
+  motion_.update(input.motion, between(world_from_robot_, found.world_from_robot));
+  update.status = found.usable ? SlamUpdate::Status::matched : SlamUpdate::Status::carried;
+  covariance_ = inverse_of(prior.information + found.information);
+  world_from_robot_ = found.world_from_robot;
+  if (use && input.may_draw && (keys_.empty() || key_is_due(world_from_robot_))) {
+    add_key(input, points, found);
+    update.became_key = true;
+    update.trajectory_changed = close_loops();
+  }
+  const int key = static_cast<int>(keys_.size()) - 1;
+  const Pose2 key_from_robot =
+      keys_.empty() ? world_from_robot_ : between(keys_.back().world_from_robot, world_from_robot_);
+  scans_.push_back({input.scan.utime, key, key_from_robot});
+  update.world_from_robot = world_from_robot_;
+  update.covariance = covariance_;
+  update.overlap = found.overlap;
+  return update;
+}
+
+PosePrior Slam::prior_of(const MotionGuess& guess) const {
+  // What is not known of the pose before, the move's own uncertainty, and how a wrong heading there
+  // carries the move aside.
+  const Pose2 prediction = world_from_robot_ * guess.before_from_now;
+  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
+  carry(0, 2) = -(prediction.y_m - world_from_robot_.y_m);
+  carry(1, 2) = prediction.x_m - world_from_robot_.x_m;
+  const Eigen::Matrix3d covariance = carry * covariance_ * carry.transpose() +
+                                     turned_into(guess.covariance, world_from_robot_.theta_rad);
+  return {prediction, inverse_of(covariance)};
+}
+
+Slam::Match Slam::match(const OrientedPoints& points,
+                        const MotionGuess& guess,
+                        const PosePrior& prior) const {
+  const SurfelMatch fine = matcher_.match(*local_map_, points, prior.map_from_robot, &prior);
+  Match result{
+      fine.map_from_robot, fine.information, fine.overlap,
+      fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
+  if (fine.overlap >= options_.good_overlap && guess.source == MotionGuess::Source::odometry) {
+    return result;
+  }
+  const Match wide = match_widely(points, prior);
+  return wide.usable && wide.overlap > result.overlap + 0.05 ? wide : result;
+}
+
+Slam::Match Slam::match_widely(const OrientedPoints& points, const PosePrior& prior) const {
+  Match result;
+  const int last = static_cast<int>(keys_.size()) - 1;
+  const int first = std::max(0, last - options_.window_key_scans + 1);
+  const OrientedPoints map = join_points(keys_, first, last, Pose2{});
+  const Eigen::Matrix3d covariance = inverse_of(prior.information);
+  const double sigma_m = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+  SearchWindow window;
+  window.map_from_robot_centre = prior.map_from_robot;
+  window.half_width_m = std::clamp(3.0 * sigma_m, 0.3, 1.5);
+  window.half_turn_rad =
+      std::clamp(3.0 * std::sqrt(covariance(2, 2)), deg_to_rad(5.0), deg_to_rad(45.0));
+  const LikelihoodPyramid likelihood(map.points, coarse_.options());
+  const CorrelativeMatch coarse = coarse_.search(likelihood, points.points, window, 0.2);
+  if (coarse.score <= 0.0) return result;
+  const SurfelMatch fine = matcher_.match(*local_map_, points, coarse.map_from_robot, &prior);
+  return {fine.map_from_robot, fine.information, fine.overlap,
+          fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
+}
+
+bool Slam::key_is_due(const Pose2& world_from_robot) const {
+  const Pose2 moved = between(keys_.back().world_from_robot, world_from_robot);
+  return moved.translation_m().norm() >= options_.key_distance_m ||
+         std::abs(moved.theta_rad) >= deg_to_rad(options_.key_turn_deg);
+}
+
+void Slam::add_key(const SlamInput& input, const OrientedPoints& points, const Match& match) {
+  KeyScan key{input.scan.utime, points, input.scan.sensor_in_robot, match.world_from_robot, 0.0};
+  const int node = graph_.add_node(key.world_from_robot);
+  if (!keys_.empty()) {
+    const KeyScan& before = keys_.back();
+    const Pose2 measured = between(before.world_from_robot, key.world_from_robot);
+    key.path_m = before.path_m + measured.translation_m().norm();
+    // In the frame of the key scan before; the match's own floor is what it cannot know of itself.
+    Eigen::Matrix3d covariance = turned_into(covariance_, -before.world_from_robot.theta_rad);
+    covariance(0, 0) += kEdgeSigmaM * kEdgeSigmaM;
+    covariance(1, 1) += kEdgeSigmaM * kEdgeSigmaM;
+    covariance(2, 2) += std::pow(deg_to_rad(kEdgeSigmaDeg), 2);
+    // The graph's error lives in the frame of the newer key scan.
+    const Eigen::Matrix3d in_key = turned_into(covariance, -measured.theta_rad);
+    graph_.add_edge({node - 1, node, measured, in_key.inverse(), false});
+  }
+  keys_.push_back(std::move(key));
+  rebuild_local_map();
+}
+
+void Slam::rebuild_local_map() {
+  local_map_.emplace(options_.fine, world_from_robot_.translation_m());
+  const int last = static_cast<int>(keys_.size()) - 1;
+  for (int key = std::max(0, last - options_.window_key_scans + 1); key <= last; ++key) {
+    const KeyScan& scan = keys_[static_cast<std::size_t>(key)];
+    local_map_->add(scan.points_in_robot, scan.world_from_robot);
+  }
+}
+
+bool Slam::close_loops() {
+  const double path_m = keys_.back().path_m;
+  if (path_m - last_search_path_m_ < options_.loops.attempt_every_m) return false;
+  last_search_path_m_ = path_m;
+  const std::vector<Loop> found = loop_closer_.find(keys_, closed_path_m_);
+  if (found.empty()) return false;
+  closed_path_m_ = path_m;
+  for (const Loop& loop : found) {
+    loops_.push_back(loop);
+    graph_.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});
+  }
+  graph_.optimize();
+  move_keys(graph_.poses());
+  return true;
+}
+
+void Slam::move_keys(const std::vector<Pose2>& world_from_keys) {
+  const Pose2 key_from_robot = between(keys_.back().world_from_robot, world_from_robot_);
+  for (std::size_t key = 0; key < keys_.size(); ++key) {
+    keys_[key].world_from_robot = world_from_keys[key];
+  }
+  world_from_robot_ = keys_.back().world_from_robot * key_from_robot;
+  ++revision_;
+  rebuild_local_map();
+}
+
+void Slam::finish() {
+  if (keys_.size() < 2) return;
+  const PoseGraphResult result = graph_.optimize_robustly();
+  std::vector<PoseGraphEdge> edges;
+  for (std::size_t edge = 0, loop = 0; edge < graph_.edges().size(); ++edge) {
+    if (graph_.edges()[edge].is_loop) loops_[loop++].in_force = result.edge_in_force[edge];
+    if (result.edge_in_force[edge]) edges.push_back(graph_.edges()[edge]);
+  }
+  std::vector<OrientedScan> scans;
+  for (const KeyScan& key : keys_) scans.push_back(only_oriented(key.points_in_robot));
+  std::vector<Pose2> poses = graph_.poses();
+  refined_ = refine_jointly(scans, edges, options_.refinement, poses);
+  for (std::size_t key = 0; key < poses.size(); ++key) {
+    graph_.set_pose(static_cast<int>(key), poses[key]);
+  }
+  move_keys(poses);
+}
+
+OrientedScan Slam::only_oriented(const OrientedPoints& points) {
+  OrientedScan scan{Points2(2, points.points.cols()), Points2(2, points.points.cols())};
+  Eigen::Index used = 0;
+  for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
+    if (!points.has_normal(i)) continue;
+    scan.points_in_robot.col(used) = points.points.col(i);
+    scan.normals_in_robot.col(used++) = points.normals.col(i);
+  }
+  scan.points_in_robot.conservativeResize(2, used);
+  scan.normals_in_robot.conservativeResize(2, used);
+  return scan;
+}
+
+Trajectory Slam::trajectory() const {
+  Trajectory trajectory;
+  trajectory.reserve(scans_.size());
+  for (const ScanPose& scan : scans_) {
+    const Pose2 world_from_key =
+        scan.key < 0 ? Pose2{} : keys_[static_cast<std::size_t>(scan.key)].world_from_robot;
+    trajectory.push_back({scan.utime, world_from_key * scan.key_from_robot});
+  }
+  return trajectory;
+}
+
+Trajectory Slam::key_trajectory() const {
+  Trajectory trajectory;
+  for (const KeyScan& key : keys_) trajectory.push_back({key.utime, key.world_from_robot});
+  return trajectory;
+}
+
+OccupancyGrid Slam::grid() const {
+  OccupancyGrid grid(options_.grid);
+  for (const KeyScan& key : keys_) {
+    grid.insert(key.world_from_robot * key.points_in_robot.points,
+                key.world_from_robot * key.sensor_in_robot);
+  }
+  return grid;
+}
+
+}  // namespace marco::slam

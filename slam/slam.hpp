@@ -1,0 +1,148 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/options.hpp"
+#include "common/trajectory.hpp"
+#include "slam/graph/joint_refinement.hpp"
+#include "slam/graph/pose_graph.hpp"
+#include "slam/grid/occupancy_grid.hpp"
+#include "slam/loop_closer.hpp"
+#include "slam/matching/correlative_matcher.hpp"
+#include "slam/matching/oriented_points.hpp"
+#include "slam/matching/surfel_matcher.hpp"
+#include "slam/motion_model.hpp"
+#include "slam/scan_preparation.hpp"
+
+namespace marco::slam {
+
+struct SlamOptions {
+  double key_distance_m = 0.30;  ///< a key scan is kept after this move ...
+  double key_turn_deg = 15.0;    ///< ... or this turn
+  int window_key_scans = 15;     ///< the local map is made of this many last key scans
+  int min_points = 20;           ///< a scan with fewer returns is not matched
+  double good_overlap = 0.5;     ///< below it the search is widened
+  double poor_overlap = 0.25;    ///< below it the match is not used
+  MotionOptions motion;
+  NormalOptions normals;
+  SurfelMatcherOptions fine;
+  CorrelativeMatcherOptions coarse;
+  LoopCloserOptions loops;
+  PoseGraphOptions graph;
+  JointRefinementOptions refinement;
+  OccupancyGridOptions grid;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("key_distance_m", key_distance_m, kPositive);
+    v("key_turn_deg", key_turn_deg, kPositive);
+    v("window_key_scans", window_key_scans, Limits{1, 1000});
+    v("min_points", min_points, Limits{3, 100000});
+    v("good_overlap", good_overlap, Limits{0.0, 1.0});
+    v("poor_overlap", poor_overlap, Limits{0.0, 1.0});
+    v("motion", motion);
+    v("normals", normals);
+    v("fine", fine);
+    v("coarse", coarse);
+    v("loops", loops);
+    v("graph", graph);
+    v("refinement", refinement);
+    v("grid", grid);
+  }
+};
+
+/// A scan and what else is known at its time.
+struct SlamInput {
+  PreparedScan scan;
+  MotionInput motion;
+  bool level = true;     ///< false: taken with the laser tilted; the pose is carried on without it
+  bool may_draw = true;  ///< false: gets a pose, but never becomes part of the map
+};
+
+struct SlamUpdate {
+  enum class Status { matched, carried };
+
+  Pose2 world_from_robot;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, theta), world frame
+  Status status = Status::carried;
+  double overlap = 0.0;  ///< part of the points that found a wall
+  bool became_key = false;
+  bool trajectory_changed = false;  ///< older poses moved: a loop was closed
+};
+
+/// The pipeline: predict, match against the local map, keep key scans, close loops, optimize.
+///
+/// The world frame is the first scan's robot frame. Deterministic: a pure function of its inputs.
+/// Not thread-safe. What is kept grows with the key scans and, for trajectory(), 40 bytes a scan.
+class Slam {
+ public:
+  /// @throws std::invalid_argument for an option outside its limits.
+  explicit Slam(const SlamOptions& options = {});
+
+  SlamUpdate process(const SlamInput& input);
+
+  /// Optimizes with robust loops, refines all key scans jointly and places the scans between them
+  /// again. More scans may follow.
+  void finish();
+
+  /// One pose a processed scan, in order, by the newest optimization.
+  Trajectory trajectory() const;
+  /// Of the key scans.
+  Trajectory key_trajectory() const;
+  /// Grows whenever older poses changed.
+  int64_t revision() const { return revision_; }
+  const std::vector<Loop>& loops() const { return loops_; }
+  std::size_t key_count() const { return keys_.size(); }
+  const JointRefinementResult& refinement() const { return refined_; }
+  /// The next scan's motion input has nothing to do with the last one's.
+  void forget_motion() { motion_ = MotionModel(options_.motion); }
+  Velocity2 velocity() const { return motion_.velocity(); }
+
+  /// The occupancy grid of all key scans at their newest poses.
+  OccupancyGrid grid() const;
+
+ private:
+  struct Match {
+    Pose2 world_from_robot;
+    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+    double overlap = 0.0;
+    bool usable = false;
+  };
+  /// A processed scan hangs on a key scan, and moves with it.
+  struct ScanPose {
+    Utime utime;
+    int key;
+    Pose2 key_from_robot;
+  };
+
+  PosePrior prior_of(const MotionGuess& guess) const;
+  Match match(const OrientedPoints& points, const MotionGuess& guess, const PosePrior& prior) const;
+  Match match_widely(const OrientedPoints& points, const PosePrior& prior) const;
+  bool key_is_due(const Pose2& world_from_robot) const;
+  void add_key(const SlamInput& input, const OrientedPoints& points, const Match& match);
+  bool close_loops();
+  void rebuild_local_map();
+  static OrientedScan only_oriented(const OrientedPoints& points);
+  void move_keys(const std::vector<Pose2>& world_from_keys);
+
+  SlamOptions options_;
+  SurfelMatcher matcher_;
+  CorrelativeMatcher coarse_;
+  LoopCloser loop_closer_;
+  MotionModel motion_;
+  PoseGraph graph_;
+  std::vector<KeyScan> keys_;
+  std::vector<ScanPose> scans_;
+  std::vector<Loop> loops_;
+  std::optional<SurfelPyramid> local_map_;
+  Pose2 world_from_robot_;
+  Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
+  double last_search_path_m_ = 0.0;  ///< of the last look for loops
+  double closed_path_m_ = 0.0;       ///< when a loop was last closed
+  JointRefinementResult refined_;
+  int64_t revision_ = 0;
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,35 @@
+#!/bin/bash
+# The rooms' walls (README, "Where everything lives"): who may include whom. A header of LCM is always reachable, so that
+# CMake's targets alone do not keep an algorithm from including it.
+set -u
+root=${1:?usage: check_rooms.sh ROOT}
+cd "$root" || exit 2
+failed=0
+
+# $1 what is said, $2 pattern of forbidden includes, then the folders; */process/ is the seam and may.
+refuse() {
+  local what=$1 pattern=$2 found
+  shift 2
+  found=$(grep -rnE "#include [<\"]($pattern)" "$@" --include='*.hpp' --include='*.cpp' 2>/dev/null | grep -v '/process/')
+  [ -z "$found" ] && return
+  echo "$what:"
+  echo "$found"
+  failed=1
+}
+
+rooms=(slam mapping3d viewer)
+refuse 'an algorithm includes LCM, logging or a message' 'lcm/|lcmtypes/|marco/|bot_core/|spdlog/|toml' "${rooms[@]}" common
+refuse 'slam includes another room' 'mapping3d/|viewer/|drivers/|procman/|tools/' slam
+refuse 'mapping3d includes another room' 'slam/|viewer/|drivers/|procman/|tools/' mapping3d
+refuse 'viewer includes another room' 'slam/|mapping3d/|drivers/|procman/|tools/' viewer
+refuse 'common includes a room' 'slam/|mapping3d/|viewer/|drivers/|procman/|tools/' common
+refuse 'an algorithm includes threads or clocks' 'thread>|chrono>|mutex>|future>|atomic>' slam mapping3d
+refuse 'procman includes a room' 'slam/|mapping3d/|viewer/|drivers/|tools/' procman
+
+names=$(find . -path ./build -prune -o \( -name '*utils*' -o -name '*helpers*' -o -name '*misc*' \) -print | grep -v '^./.git/')
+if [ -n "$names" ]; then
+  echo "a file's name says nothing: $names"
+  failed=1
+fi
+[ $failed = 0 ] && echo 'rooms are apart'
+exit $failed

@@ -1,0 +1,83 @@
+#include "slam/graph/joint_refinement.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/matchers.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::marco::testing::IsNear;
+
+// What a robot at `world_from_robot` sees of a room 8 x 6 m around the origin: 360 beams, no noise.
+OrientedScan look(const Pose2& world_from_robot) {
+  OrientedScan scan;
+  scan.points_in_robot.resize(2, 360);
+  scan.normals_in_robot.resize(2, 360);
+  const Pose2 robot_from_world = world_from_robot.inverse();
+  for (int beam = 0; beam < 360; ++beam) {
+    const double angle = world_from_robot.theta_rad + deg_to_rad(beam + 0.1);
+    const Eigen::Vector2d ray(std::cos(angle), std::sin(angle));
+    const double to_x = ((ray.x() > 0 ? 4.0 : -4.0) - world_from_robot.x_m) / ray.x();
+    const double to_y = ((ray.y() > 0 ? 3.0 : -3.0) - world_from_robot.y_m) / ray.y();
+    const Eigen::Vector2d normal = to_x < to_y ? Eigen::Vector2d(ray.x() > 0 ? -1 : 1, 0)
+                                               : Eigen::Vector2d(0, ray.y() > 0 ? -1 : 1);
+    const Eigen::Vector2d hit = world_from_robot.translation_m() + std::min(to_x, to_y) * ray;
+    scan.points_in_robot.col(beam) = robot_from_world * hit;
+    scan.normals_in_robot.col(beam) = robot_from_world.rotation() * normal;
+  }
+  return scan;
+}
+
+TEST(JointRefinement, PutsDisturbedScansOfARoomBackOnEachOther) {
+  std::mt19937 random(17);
+  std::normal_distribution<double> noise(0.0, 0.03);
+  std::vector<Pose2> truth, poses;
+  std::vector<OrientedScan> scans;
+  for (int i = 0; i < 12; ++i) {
+    truth.push_back({-2.0 + 0.35 * i, -1.0 + 0.15 * i, 0.3 * i});
+    scans.push_back(look(truth.back()));
+    poses.push_back(truth.back());
+    if (i > 0) {
+      poses.back().x_m += noise(random);
+      poses.back().y_m += noise(random);
+      poses.back().theta_rad += 0.5 * noise(random);
+    }
+  }
+  const JointRefinementResult result = refine_jointly(scans, {}, {}, poses);
+  EXPECT_TRUE(result.converged);
+  EXPECT_LT(result.rms_m, 1e-3);
+  // Points on walls without noise: what is left is the stopping rule and the corners.
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_THAT(poses[i], IsNear(truth[i], 1e-3, 1e-3)) << i;
+  }
+}
+
+TEST(JointRefinement, AScanThatSeesNothingStaysOnItsEdge) {
+  std::vector<Pose2> poses{{0, 0, 0}, {1.2, 0.1, 0.0}};
+  const std::vector<OrientedScan> scans{look(poses[0]), OrientedScan{}};
+  const Pose2 measured{1.0, 0.0, 0.1};
+  refine_jointly(scans, {{0, 1, measured}}, {}, poses);
+  EXPECT_THAT(poses[1], IsNear(measured, 1e-4, 1e-4));
+}
+
+TEST(JointRefinement, RefusesCountsThatDifferAndPointsThatAreNotFinite) {
+  std::vector<Pose2> poses(2);
+  EXPECT_THROW(refine_jointly({OrientedScan{}}, {}, {}, poses), std::invalid_argument);
+  std::vector<OrientedScan> scans{look(poses[0]), look(poses[0])};
+  scans[1].points_in_robot(0, 0) = std::nan("");
+  EXPECT_THROW(refine_jointly(scans, {}, {}, poses), std::invalid_argument);
+}
+
+TEST(JointRefinement, AFarOutlierDoesNotCostTheWorldInMemory) {
+  std::vector<Pose2> poses{{0, 0, 0}, {0.01, 0, 0}};
+  std::vector<OrientedScan> scans{look(poses[0]), look(poses[0])};
+  scans[1].points_in_robot(0, 0) = 1e7;
+  refine_jointly(scans, {}, {}, poses);
+  EXPECT_LT(std::abs(poses[1].x_m), 1e-3);
+}
+
+}  // namespace
+}  // namespace marco::slam

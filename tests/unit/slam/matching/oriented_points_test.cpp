@@ -1,0 +1,44 @@
+#include "slam/matching/oriented_points.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/flat_world.hpp"
+
+namespace marco::slam {
+namespace {
+
+TEST(Orient, NormalsOfAWallAreAcrossItAndTowardsTheSensor) {
+  testing::FlatWorld world;
+  world.add_chain({{2, -5}, {2, 5}});
+  const Points2 hits = world.hits({0, 0, 0});
+  const OrientedPoints oriented = orient(hits, {0, 0}, {});
+  ASSERT_GT(hits.cols(), 200);
+  for (Eigen::Index i = 0; i < hits.cols(); ++i) {
+    ASSERT_TRUE(oriented.has_normal(i)) << i;
+    EXPECT_NEAR(oriented.normals(0, i), -1.0, 1e-6);
+  }
+}
+
+TEST(Orient, AStepInDepthIsNotBridged) {
+  testing::FlatWorld world;
+  world.add_chain({{2, 0}, {2, 3}});
+  world.add_chain({{4, -4}, {4, 0.2}});
+  const Points2 hits = world.hits({0, 0, 0});
+  const OrientedPoints oriented = orient(hits, {0, 0}, {});
+  for (Eigen::Index i = 0; i < hits.cols(); ++i) {
+    if (!oriented.has_normal(i)) continue;
+    EXPECT_NEAR(oriented.normals(0, i), -1.0, 1e-3);
+  }
+}
+
+TEST(Orient, ScatteredPointsHaveNoNormal) {
+  Points2 points(2, 5);
+  points << 1.0, 1.2, 1.0, 1.2, 1.0,  //
+      0.0, 0.1, 0.2, 0.3, 0.4;
+  const OrientedPoints oriented = orient(points, {0, 0}, {});
+  for (Eigen::Index i = 0; i < 5; ++i) EXPECT_FALSE(oriented.has_normal(i));
+  EXPECT_EQ(orient(Points2(2, 0), {0, 0}, {}).points.cols(), 0);
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -1,0 +1,148 @@
+#include "slam/process/lcm_adapter.hpp"
+
+#include <gtest/gtest.h>
+
+#include "common/process/batch_bus.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "marco/slam_pose_t.hpp"
+#include "marco/trajectory_t.hpp"
+#include "tests/support/flat_world.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::marco::testing::IsNear;
+
+class SlamAdapterTest : public ::testing::Test {
+ protected:
+  SlamAdapterTest() {
+    bus_.subscribe<slam_pose_t>(channels::kSlamPose, heard_,
+                                [this](const auto& pose, const auto&) { poses_.push_back(pose); });
+    bus_.subscribe<trajectory_t>(channels::kTrajectory, heard_,
+                                 [this](const auto&, const auto&) { ++trajectories_; });
+    bus_.subscribe<grid_map_t>(channels::kGridMap, heard_,
+                               [this](const auto&, const auto&) { ++tiles_; });
+  }
+  void send(const Sample& sample) {
+    const EncodedMessage message = encode_sample(sample);
+    bus_.deliver(message.channel, message.bytes, message.utime);
+  }
+  void send_info(SensorInfo::Mount mount = SensorInfo::Mount::robot) {
+    SensorInfo info;
+    info.mount = mount;
+    info.parent_from_sensor = make_pose3({0.1, 0.0, 0.3});
+    send(info);
+    SensorInfo base;
+    base.channel = channels::kPanTiltState;
+    send(base);
+  }
+  LaserScan scan_at(double seconds, const Pose2& world_from_robot) {
+    LaserScan scan = room_.scan(world_from_robot * Pose2{0.1, 0, 0});
+    scan.utime = Utime::from_seconds(seconds);
+    return scan;
+  }
+  OdometrySample odometry_at(double seconds, const Pose2& pose) {
+    OdometrySample sample;
+    sample.utime = Utime::from_seconds(seconds);
+    sample.odom_from_robot = pose;
+    return sample;
+  }
+
+  testing::FlatWorld room_ = testing::small_room();
+  process::BatchBus bus_;
+  process::DropCounter heard_;
+  std::vector<slam_pose_t> poses_;
+  int trajectories_ = 0;
+  int tiles_ = 0;
+};
+
+TEST_F(SlamAdapterTest, AScanWaitsForOdometryBeyondItsTime) {
+  SlamAdapter slam(bus_, {});
+  send_info();
+  send(odometry_at(0.0, {}));
+  send(scan_at(0.1, {}));
+  EXPECT_TRUE(poses_.empty());
+  send(odometry_at(0.2, {0.1, 0, 0}));
+  ASSERT_EQ(poses_.size(), 1U);
+  EXPECT_EQ(poses_[0].utime, 100000);
+  // Half way between both odometry samples.
+  EXPECT_THAT(slam.odometry_trajectory().at(0).world_from_robot,
+              IsNear(Pose2{0.05, 0, 0}, 1e-9, 1e-9));
+}
+
+TEST_F(SlamAdapterTest, WhereOdometryFallsSilentScansGoOnWithoutIt) {
+  SlamAdapter slam(bus_, {});
+  send_info();
+  send(odometry_at(0.0, {}));
+  for (int i = 1; i <= 20; ++i) send(scan_at(0.1 * i, {0.01 * i, 0, 0}));
+  // Those within the patience of half a second waited; the later ones did not.
+  EXPECT_EQ(poses_.size(), 20U);
+  EXPECT_EQ(poses_.size(), 20U);
+  EXPECT_NEAR(poses_.back().x_m, 0.19, 0.02);
+}
+
+TEST_F(SlamAdapterTest, WithoutSensorInfoAScanIsDroppedAndSaid) {
+  SlamAdapter slam(bus_, {});
+  send(scan_at(0.1, {}));
+  EXPECT_TRUE(poses_.empty());
+  EXPECT_EQ(slam.drops().by_cause().at("no SENSOR_INFO for LIDAR yet"), 1);
+}
+
+TEST_F(SlamAdapterTest, ATiltedScanIsCarriedAndALevelOneMatched) {
+  SlamAdapter slam(bus_, {});
+  send_info(SensorInfo::Mount::pantilt);
+  PanTiltState state;
+  for (int i = 0; i < 4; ++i) {
+    state.utime = Utime::from_seconds(0.1 * i);
+    state.tilt_rad = i < 2 ? 0.0 : deg_to_rad(10.0);
+    send(state);
+    send(scan_at(0.1 * i, {}));
+  }
+  ASSERT_EQ(poses_.size(), 4U);
+  EXPECT_EQ(poses_[1].status, int{slam_pose_t::STATUS_MATCHED});
+  EXPECT_EQ(poses_[2].status, int{slam_pose_t::STATUS_CARRIED});
+}
+
+TEST_F(SlamAdapterTest, MapsAreSentInTheEndAndOnRequest) {
+  SlamAdapterOptions options;
+  options.map_period_s = 0.0;
+  SlamAdapter slam(bus_, options);
+  send_info();
+  for (int i = 0; i < 10; ++i) send(scan_at(0.1 * i, {0.1 * i, 0, 0}));
+  EXPECT_EQ(tiles_, 0);
+  map_request_t request{};
+  request.channel = channels::kGridMap;
+  bus_.deliver(channels::kMapRequest, encode_message(request), {});
+  EXPECT_EQ(tiles_, 1);
+  EXPECT_EQ(trajectories_, 0);
+  slam.finish();
+  bus_.deliver_published();
+  EXPECT_EQ(tiles_, 2);
+  EXPECT_EQ(trajectories_, 1);
+}
+
+TEST_F(SlamAdapterTest, GarbageOnAnyChannelIsCountedAndHarmsNobody) {
+  SlamAdapter slam(bus_, {});
+  send_info();
+  std::mt19937 random(4);
+  for (const char* channel :
+       {channels::kLidar, channels::kOdometry, channels::kImu, channels::kSensorInfo,
+        channels::kPanTiltState, channels::kMapRequest}) {
+    for (int i = 0; i < 200; ++i) {
+      std::vector<uint8_t> bytes(random() % 100);
+      for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
+      bus_.deliver(channel, bytes, {});
+    }
+  }
+  EXPECT_GT(slam.drops().by_cause().at("undecodable"), 1000);
+  LaserScan empty;
+  empty.utime = Utime::from_us(5);
+  send(empty);
+  send(scan_at(0.1, {}));
+  EXPECT_EQ(poses_.size(), 2U);
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -1,0 +1,144 @@
+#include "slam/slam.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/flat_world.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::marco::testing::IsNear;
+
+// Rooms around a block, 14 x 10 m: a robot that drives round it comes back to its start.
+testing::FlatWorld ring() {
+  testing::FlatWorld world;
+  world.add_box(-7, -5, 7, 5);
+  world.add_box(-4, -2, 4, 2);
+  world.add_box(5.8, -0.5, 6.2, 0.1);
+  world.add_box(-6.5, 3.0, -6.0, 3.6);
+  world.add_box(-1.0, 4.2, -0.4, 4.6);
+  world.add_box(1.0, -4.7, 2.1, -4.3);
+  return world;
+}
+
+// Once round the ring and a bit more, steps of 0.1 m and 9 degrees.
+std::vector<Pose2> drive_round(int sides) {
+  std::vector<Pose2> path{{-5.5, -3.5, 0.0}};
+  const double lengths_m[] = {11.0, 7.0, 11.0, 7.0};
+  for (int side = 0; side < sides; ++side) {
+    const int steps = static_cast<int>(lengths_m[side % 4] / 0.1 + 0.5);
+    for (int i = 0; i < steps; ++i) path.push_back(path.back() * Pose2{0.1, 0, 0});
+    for (int i = 0; i < 10; ++i) path.push_back(path.back() * Pose2{0, 0, deg_to_rad(9)});
+  }
+  return path;
+}
+
+class SlamOnRing : public ::testing::Test {
+ protected:
+  // Drives `path` with odometry that is 4 % long and turns 3 % too far.
+  void drive(Slam& slam, const std::vector<Pose2>& path, bool with_odometry = true) {
+    std::mt19937 random(21);
+    Pose2 odom;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      if (i > 0) {
+        const Pose2 step = between(path[i - 1], path[i]);
+        odom = odom * Pose2{1.04 * step.x_m, 1.04 * step.y_m, 1.03 * step.theta_rad + 0.0005};
+      }
+      SlamInput input;
+      input.scan.utime = Utime::from_us(static_cast<int64_t>(i) * 200000);
+      input.scan.hits_in_robot = world_.hits(path[i], 0.01, &random);
+      input.motion.utime = input.scan.utime;
+      if (with_odometry) input.motion.odom_from_robot = odom;
+      updates_.push_back(slam.process(input));
+    }
+  }
+  double worst_error_m(const Trajectory& trajectory, const std::vector<Pose2>& path) const {
+    double worst = 0.0;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      const Pose2 truth = between(path.front(), path[i]);
+      worst = std::max(
+          worst, (trajectory[i].world_from_robot.translation_m() - truth.translation_m()).norm());
+    }
+    return worst;
+  }
+  testing::FlatWorld world_ = ring();
+  std::vector<SlamUpdate> updates_;
+};
+
+TEST_F(SlamOnRing, ClosesTheLoopAndEndsWithinCentimetres) {
+  Slam slam;
+  const std::vector<Pose2> path = drive_round(5);
+  drive(slam, path);
+  slam.finish();
+  EXPECT_FALSE(slam.loops().empty());
+  // Noise of 1 cm over hundreds of beams; the bound is the "path stays within 5 cm".
+  EXPECT_LT(worst_error_m(slam.trajectory(), path), 0.05);
+  EXPECT_EQ(slam.trajectory().size(), path.size());
+  EXPECT_LT(slam.key_count(), path.size() / 2);
+}
+
+TEST_F(SlamOnRing, WorksWithoutOdometry) {
+  Slam slam;
+  const std::vector<Pose2> path = drive_round(2);
+  drive(slam, path, false);
+  EXPECT_LT(worst_error_m(slam.trajectory(), path), 0.15);
+}
+
+TEST_F(SlamOnRing, TwoRunsAreEqualToTheLastBit) {
+  Slam first, second;
+  const std::vector<Pose2> path = drive_round(5);
+  drive(first, path);
+  drive(second, path);
+  first.finish();
+  second.finish();
+  const Trajectory a = first.trajectory(), b = second.trajectory();
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(a[i].world_from_robot.x_m, b[i].world_from_robot.x_m);
+    ASSERT_EQ(a[i].world_from_robot.theta_rad, b[i].world_from_robot.theta_rad);
+  }
+}
+
+TEST_F(SlamOnRing, ATiltedScanIsCarriedByOdometryAndDrawsNothing) {
+  Slam slam;
+  const std::vector<Pose2> path = drive_round(1);
+  drive(slam, {path[0], path[1]});
+  SlamInput tilted;
+  tilted.scan.utime = Utime::from_us(400000);
+  tilted.scan.hits_in_robot = world_.hits(path[50]);  // nonsense for its place
+  tilted.motion = {tilted.scan.utime, Pose2{0.204, 0, 0.0005}, {}};
+  tilted.level = false;
+  const SlamUpdate update = slam.process(tilted);
+  EXPECT_EQ(update.status, SlamUpdate::Status::carried);
+  EXPECT_THAT(update.world_from_robot, IsNear(Pose2{0.2, 0, 0}, 0.02, 0.01));
+  EXPECT_GT(update.covariance(0, 0), updates_.back().covariance(0, 0));
+  EXPECT_EQ(slam.key_count(), 1U);
+}
+
+TEST_F(SlamOnRing, OdometryThatJumps100MetresDoesNotMoveTheRobot) {
+  Slam slam;
+  const std::vector<Pose2> path = drive_round(1);
+  drive(slam, {path.begin(), path.begin() + 20});
+  SlamInput input;
+  input.scan.utime = Utime::from_us(20 * 200000);
+  input.scan.hits_in_robot = world_.hits(path[20]);
+  input.motion = {input.scan.utime, Pose2{102.0, 0, 0}, {}};
+  const SlamUpdate update = slam.process(input);
+  EXPECT_THAT(update.world_from_robot, IsNear(between(path[0], path[20]), 0.03, 0.01));
+}
+
+TEST_F(SlamOnRing, NoScansAndEmptyScansAreNoTrouble) {
+  Slam slam;
+  slam.finish();
+  EXPECT_TRUE(slam.trajectory().empty());
+  EXPECT_EQ(slam.grid().to_map().width_cells, 0);
+  SlamInput empty;
+  slam.process(empty);
+  slam.process(empty);
+  slam.finish();
+  EXPECT_EQ(slam.trajectory().size(), 2U);
+}
+
+}  // namespace
+}  // namespace marco::slam

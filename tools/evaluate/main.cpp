@@ -1,0 +1,104 @@
+#include <cstdio>
+#include <sstream>
+
+#include "common/check.hpp"
+#include "common/files/text_fields.hpp"
+#include "common/files/tum.hpp"
+#include "common/files/whole_file.hpp"
+#include "common/process/arguments.hpp"
+#include "common/relations_metric.hpp"
+#include "common/trajectory_fit.hpp"
+#include "lcmtypes/recording.hpp"
+
+namespace marco {
+namespace {
+
+std::vector<PoseRelation> read_relations(const std::string& path) {
+  std::istringstream file(files::read_whole_file(path));
+  std::vector<PoseRelation> relations;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const std::string content = line.substr(0, line.find('#'));
+    files::TextFields fields(content);
+    std::vector<double> row;
+    while (const auto value = fields.number<double>()) row.push_back(*value);
+    if (row.empty()) continue;
+    require(row.size() >= 8,
+            path + ":" + std::to_string(number) + ": expected 'time1 time2 x y z roll pitch yaw'");
+    relations.push_back({row[0], row[1], {row[2], row[3], row[7]}});
+  }
+  return relations;
+}
+
+void print(const RelationsError& error) {
+  const auto print_spread = [](const char* name, const ErrorSpread& spread) {
+    std::printf("%s mean=%.4f std=%.4f p95=%.4f max=%.3f", name, spread.mean, spread.std,
+                spread.p95, spread.max);
+  };
+  print_spread("translation_m", error.translation_m);
+  print_spread(" rotation_deg", error.rotation_deg);
+  std::puts("");
+}
+
+int evaluate_relations(const Trajectory& trajectory, const std::string& path, double tolerance_s) {
+  const RelationsReport report =
+      compare_with_relations(trajectory, read_relations(path), tolerance_s);
+  if (report.all.count == 0) {
+    std::printf("n=0 skipped=%zu: no relation has both ends in the trajectory\n", report.skipped);
+    return 1;
+  }
+  std::printf("n=%zu skipped=%zu ", report.all.count, report.skipped);
+  print(report.all);
+  if (report.far_apart.count > 0) {
+    std::printf("apart>60s n=%zu ", report.far_apart.count);
+    print(report.far_apart);
+  }
+  return 0;
+}
+
+int evaluate_truth(const Trajectory& trajectory, const std::string& path) {
+  const auto recording = open_recording(path);
+  Trajectory truth;
+  while (const auto sample = recording->next()) {
+    if (const auto* pose = std::get_if<TruePose>(&*sample)) {
+      truth.push_back({pose->utime, pose->world_from_robot});
+    }
+  }
+  const TrajectoryFit fit = fit_to_truth(trajectory, truth);
+  if (fit.count < 2) {
+    std::printf("n=%zu: no pose of the trajectory has truth at its time in %s\n", fit.count,
+                path.c_str());
+    return 1;
+  }
+  std::printf("n=%zu position_m rms=%.4f max=%.4f\n", fit.count, fit.rms_m, fit.max_m);
+  return 0;
+}
+
+}  // namespace
+}  // namespace marco
+
+int main(int argc, char** argv) {
+  return marco::process::run_main("marco-evaluate", [&] {
+    CLI::App app(
+        "Error of a trajectory: against RELATIONS (hand-checked relative poses), or against the "
+        "true poses of "
+        "a log.\n"
+        "  marco evaluate out/trajectory.tum intel.relations\n"
+        "  marco evaluate out/trajectory.tum --truth simulated.lcm");
+    std::string trajectory_path, relations_path, truth_path;
+    double tolerance_s = 2e-6;
+    app.add_option("TRAJECTORY", trajectory_path,
+                   "'time x y z qx qy qz qw' (TUM) or 'time x y theta' a line")
+        ->required();
+    auto* relations =
+        app.add_option("RELATIONS", relations_path,
+                       "'time1 time2 x y z roll pitch yaw' a line: pose 2 seen from pose 1");
+    app.add_option("--truth", truth_path, "a log with TRUE_POSE")->excludes(relations);
+    app.add_option("--tolerance", tolerance_s, "[s] between a relation's time and its pose");
+    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    marco::require(!relations_path.empty() || !truth_path.empty(), "give RELATIONS or --truth LOG");
+    const marco::Trajectory trajectory = marco::files::read_tum(trajectory_path);
+    return truth_path.empty() ? marco::evaluate_relations(trajectory, relations_path, tolerance_s)
+                              : marco::evaluate_truth(trajectory, truth_path);
+  });
+}

@@ -1,0 +1,133 @@
+#include <cstdio>
+
+#include "common/check.hpp"
+#include "common/files/map_yaml.hpp"
+#include "common/files/ply.hpp"
+#include "common/files/tum.hpp"
+#include "common/process/arguments.hpp"
+#include "common/process/config.hpp"
+#include "common/trajectory_fit.hpp"
+#include "slam/grid/map_prediction.hpp"
+#include "tools/map/map_job.hpp"
+#include "tools/map/pictures.hpp"
+#include "tools/map/report.hpp"
+
+namespace marco {
+namespace {
+
+constexpr const char* kHelp = R"(Makes a map, a path and, from 3D sweeps, a model out of recordings.
+
+INPUT is recognised by its content:
+  an LCM log of Marco's own channels (LIDAR, ODOMETRY, SENSOR_INFO, ...), as lcm-logger writes it;
+  somebody else's LCM log: bot_core planar_lidar_t on any channel, mbot's lidar_t, RPLIDAR_LASER, encoders, ...
+    (what a channel means stands in config/foreign.toml; copy and extend it for your robot: --foreign FILE);
+  a CARMEN log (FLASER, ROBOTLASER1); a text log of 'Odometry x y theta' and 'Laser n r1 .. rn' lines;
+  a folder of 3D scans (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv).
+Several INPUTs are consecutive sessions of one map.
+
+To record your own robot: publish bot_core.planar_lidar_t on LIDAR and marco.odometry_t on ODOMETRY, one
+marco.sensor_info_t a second on SENSOR_INFO saying where the laser sits, and run lcm-logger.)";
+
+struct Arguments {
+  std::vector<std::string> inputs;
+  std::string out = "out";
+  std::string config;
+  std::string foreign;
+  int hold_out_every = 0;
+};
+
+std::vector<slam::PlacedScan> held_out_scans(const MapJob& job) {
+  const Trajectory trajectory = job.slam().slam().trajectory();
+  std::vector<slam::PlacedScan> placed;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    const slam::UsedScan& scan = job.slam().scans()[i];
+    if (!scan.held_out || !scan.level) continue;
+    placed.push_back({trajectory[i].world_from_robot, scan.prepared.hits_in_robot,
+                      scan.prepared.sensor_in_robot});
+  }
+  return placed;
+}
+
+ReportExtras judge(const MapJob& job, const GridMap& map) {
+  ReportExtras extras;
+  if (!job.truth().empty()) {
+    const TrajectoryFit fit = fit_to_truth(job.slam().slam().trajectory(), job.truth());
+    if (fit.count >= 2) {
+      extras.errors["path error rms_m"] = fit.rms_m;
+      extras.errors["path error max_m"] = fit.max_m;
+    }
+  }
+  const std::vector<slam::PlacedScan> held_out = held_out_scans(job);
+  if (!held_out.empty()) {
+    const slam::PredictionQuality quality = slam::judge_prediction(map, held_out);
+    extras.errors["held-out beams"] = static_cast<double>(quality.beams);
+    extras.errors["held-out median range error_m"] = quality.median_error_m;
+    extras.errors["held-out beams through walls"] = quality.through_walls;
+    extras.errors["held-out beams short of walls"] = quality.short_of_walls;
+  }
+  return extras;
+}
+
+int run(const Arguments& arguments) {
+  MapOptions options = process::load_options<MapOptions>(arguments.config);
+  options.slam.map_period_s = 0.0;  // a batch run sends its maps once, at the end
+  options.slam.hold_out_every = arguments.hold_out_every;
+  const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
+  const std::filesystem::path out = arguments.out;
+  std::filesystem::create_directories(out);
+  MapJob job(options, out);
+  for (const std::string& input : arguments.inputs) job.read(input, foreign);
+  job.finish();
+  require(!job.slam().live_trajectory().empty(),
+          arguments.inputs.front() + ": holds no laser scan that could be used");
+  files::write_tum(out / "trajectory.tum", job.slam().slam().trajectory());
+  files::write_tum(out / "trajectory_live.tum", job.slam().live_trajectory());
+  const GridMap map = job.slam().slam().grid().to_map();
+  if (map.width_cells > 0) files::write_map(out, map);
+  const TriangleMesh model = job.mapping3d().mapper().model();
+  if (!model.triangles.empty()) files::write_ply(out / "model.ply", model);
+  job.clock().end_stage("write");
+  if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
+  if (!model.triangles.empty()) draw_model_picture(out / "model.png", model);
+  job.clock().end_stage("pictures");
+  const ReportExtras extras = judge(job, map);
+  write_report(out / "report.json", job, extras);
+  print_summary(job, extras, out);
+  return 0;
+}
+
+}  // namespace
+}  // namespace marco
+
+int main(int argc, char** argv) {
+  return marco::process::run_main("marco map", [&] {
+    CLI::App app(marco::kHelp);
+    marco::Arguments arguments;
+    app.add_option("INPUT", arguments.inputs, "recordings")->required();
+    app.add_option("--out", arguments.out, "folder for the results")->capture_default_str();
+    app.add_option("--config", arguments.config, "TOML; unknown keys are refused")
+        ->check(CLI::ExistingFile);
+    app.add_option("--foreign", arguments.foreign,
+                   "what foreign channels mean: see config/foreign.toml")
+        ->check(CLI::ExistingFile);
+    app.add_option("--hold-out", arguments.hold_out_every,
+                   "every Nth scan gets a pose but is not drawn; the report says how well the map "
+                   "predicts it")
+        ->check(CLI::Range(2, 1000000));
+    bool print_config = false;
+    app.add_flag("--print-config", print_config, "print the config in force and exit");
+    // --print-config needs no INPUT.
+    for (int i = 1; i < argc; ++i) {
+      if (std::string(argv[i]) == "--print-config") app.get_option("INPUT")->required(false);
+    }
+    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    if (print_config) {
+      std::fputs(marco::process::print_options(
+                     marco::process::load_options<marco::MapOptions>(arguments.config))
+                     .c_str(),
+                 stdout);
+      return 0;
+    }
+    return marco::run(arguments);
+  });
+}

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/files/sample_reader.hpp"
+#include "common/process/batch_bus.hpp"
+#include "common/trajectory.hpp"
+#include "lcmtypes/foreign.hpp"
+#include "mapping3d/process/lcm_adapter.hpp"
+#include "slam/process/lcm_adapter.hpp"
+#include "tools/map/stage_clock.hpp"
+
+namespace marco {
+
+struct MapOptions {
+  slam::SlamAdapterOptions slam;
+  mapping3d::Mapping3dAdapterOptions mapping3d;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("slam_process", slam);
+    v("mapping3d_process", mapping3d);
+  }
+};
+
+/// The main job on somebody's recordings, as fast as the machine can: reads them, feeds the same
+/// adapters that run live through a BatchBus, and keeps what the pictures and the report need. A
+/// pure function of its inputs, times excepted.
+class MapJob {
+ public:
+  /// @param folder  where slam.lcm is written while the job runs; must exist.
+  MapJob(const MapOptions& options, const std::filesystem::path& folder);
+
+  /// Reads a recording to its end; several are consecutive sessions of one map.
+  /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
+  /// is full.
+  void read(const std::filesystem::path& input, const ForeignTable& foreign);
+
+  /// Optimizes for the last time.
+  void finish();
+
+  const slam::SlamAdapter& slam() const { return slam_; }
+  const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
+  const std::vector<files::InputReport>& inputs() const { return inputs_; }
+  const Trajectory& truth() const { return truth_; }
+  StageClock& clock() { return clock_; }
+  const StageClock& clock() const { return clock_; }
+  /// Last stamp minus first, of the scans.
+  double recorded_s() const;
+
+ private:
+  void take(const Sample& sample);
+
+  files::EventLogWriter log_;
+  process::BatchBus bus_;
+  slam::SlamAdapter slam_;
+  mapping3d::Mapping3dAdapter mapping3d_;
+  std::vector<files::InputReport> inputs_;
+  Trajectory truth_;
+  StageClock clock_;
+};
+
+}  // namespace marco

@@ -1,0 +1,130 @@
+#include "tools/map/report.hpp"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "common/files/whole_file.hpp"
+
+namespace marco {
+namespace {
+
+using nlohmann::json;
+
+json input_json(const files::InputReport& input) {
+  json dropped = json::array();
+  for (const auto& [cause, count] : input.dropped) {
+    dropped.push_back({{"cause", cause}, {"count", count}, {"first_at", input.places.at(cause)}});
+  }
+  return {{"format", input.format},
+          {"paths", input.paths},
+          {"read", input.given},
+          {"dropped", dropped},
+          {"notes", input.notes}};
+}
+
+json loops_json(const std::vector<slam::Loop>& loops) {
+  json result = json::array();
+  for (const slam::Loop& loop : loops) {
+    result.push_back({{"from_key", loop.from},
+                      {"to_key", loop.to},
+                      {"score", loop.score},
+                      {"overlap", loop.overlap},
+                      {"shift_m", loop.shift_m},
+                      {"turn_deg", loop.turn_deg},
+                      {"in_force", loop.in_force}});
+  }
+  return result;
+}
+
+struct ScanCounts {
+  int64_t level = 0;
+  int64_t matched = 0;
+  int64_t held_out = 0;
+};
+
+ScanCounts count_scans(const MapJob& job) {
+  ScanCounts counts;
+  for (const slam::UsedScan& scan : job.slam().scans()) {
+    counts.level += scan.level ? 1 : 0;
+    counts.matched += scan.matched ? 1 : 0;
+    counts.held_out += scan.held_out ? 1 : 0;
+  }
+  return counts;
+}
+
+std::size_t loops_in_force(const std::vector<slam::Loop>& loops) {
+  std::size_t count = 0;
+  for (const slam::Loop& loop : loops) count += loop.in_force ? 1 : 0;
+  return count;
+}
+
+}  // namespace
+
+double path_length_m(const Trajectory& trajectory) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    length_m += (trajectory[i].world_from_robot.translation_m() -
+                 trajectory[i - 1].world_from_robot.translation_m())
+                    .norm();
+  }
+  return length_m;
+}
+
+void write_report(const std::filesystem::path& path,
+                  const MapJob& job,
+                  const ReportExtras& extras) {
+  const slam::SlamAdapter& slam = job.slam();
+  const ScanCounts counts = count_scans(job);
+  json report;
+  for (const files::InputReport& input : job.inputs())
+    report["inputs"].push_back(input_json(input));
+  report["scans"] = {{"posed", slam.scans().size()},
+                     {"level", counts.level},
+                     {"matched", counts.matched},
+                     {"held_out", counts.held_out},
+                     {"key_scans", slam.slam().key_count()},
+                     {"dropped", slam.drops().by_cause()}};
+  report["distance_m"] = path_length_m(slam.slam().trajectory());
+  report["recorded_s"] = job.recorded_s();
+  report["loops"] = loops_json(slam.slam().loops());
+  for (const StageClock::Stage& stage : job.clock().stages()) {
+    report["stages"].push_back(
+        {{"name", stage.name}, {"wall_s", stage.wall_s}, {"cpu_s", stage.cpu_s}});
+  }
+  report["wall_s"] = job.clock().total_wall_s();
+  report["cpu_s"] = job.clock().total_cpu_s();
+  report["real_time_factor"] = job.recorded_s() / std::max(1e-9, job.clock().total_wall_s());
+  report["peak_memory_mb"] = StageClock::peak_memory_mb();
+  if (!extras.errors.empty()) report["errors"] = extras.errors;
+  files::write_whole_file(path, report.dump(2) + "\n");
+}
+
+void print_summary(const MapJob& job,
+                   const ReportExtras& extras,
+                   const std::filesystem::path& folder) {
+  const slam::Slam& slam = job.slam().slam();
+  const ScanCounts counts = count_scans(job);
+  for (const files::InputReport& input : job.inputs()) {
+    std::printf("%s: %s\n", input.paths.front().c_str(), input.format.c_str());
+    for (const auto& [cause, count] : input.dropped) {
+      std::printf("  dropped: %s %lld (first at %s)\n", cause.c_str(),
+                  static_cast<long long>(count), input.places.at(cause).c_str());
+    }
+    for (const std::string& note : input.notes) std::printf("  note: %s\n", note.c_str());
+  }
+  for (const auto& [cause, count] : job.slam().drops().by_cause()) {
+    std::printf("  dropped: %s %lld\n", cause.c_str(), static_cast<long long>(count));
+  }
+  std::printf(
+      "%zu scans posed, %lld of them matched, %zu kept; %.1f m driven in %.0f s; %zu loops "
+      "closed\n",
+      job.slam().scans().size(), static_cast<long long>(counts.matched), slam.key_count(),
+      path_length_m(slam.trajectory()), job.recorded_s(), loops_in_force(slam.loops()));
+  for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
+  std::printf("%.2f s (%.0f times real time), %.0f MB at most; everything is in %s\n",
+              job.clock().total_wall_s(),
+              job.recorded_s() / std::max(1e-9, job.clock().total_wall_s()),
+              StageClock::peak_memory_mb(), folder.c_str());
+}
+
+}  // namespace marco

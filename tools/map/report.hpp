@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+
+#include "tools/map/map_job.hpp"
+
+namespace marco {
+
+/// What is known beside the job itself when the report is written.
+struct ReportExtras {
+  std::map<std::string, double> errors;  ///< against truth, by name with unit
+};
+
+/// Writes report.json: what was read, used and dropped and why, loops, times, memory, errors.
+void write_report(const std::filesystem::path& path, const MapJob& job, const ReportExtras& extras);
+
+/// The lines a person reads after the job.
+void print_summary(const MapJob& job,
+                   const ReportExtras& extras,
+                   const std::filesystem::path& folder);
+
+/// Metres driven along a trajectory.
+double path_length_m(const Trajectory& trajectory);
+
+}  // namespace marco

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+namespace marco {
+
+/// Wall and processor time of each stage of a job, and the largest memory it had.
+class StageClock {
+ public:
+  struct Stage {
+    std::string name;
+    double wall_s = 0.0;
+    double cpu_s = 0.0;  ///< user + system, all threads
+  };
+  StageClock() { reset(); }
+
+  /// What ran since the last call, or the construction, was this stage.
+  void end_stage(const std::string& name);
+  const std::vector<Stage>& stages() const { return stages_; }
+  double total_wall_s() const;
+  double total_cpu_s() const;
+  static double peak_memory_mb();
+
+ private:
+  void reset();
+  std::vector<Stage> stages_;
+  std::chrono::steady_clock::time_point wall_;
+  double cpu_s_ = 0.0;
+};
+
+}  // namespace marco

@@ -1,0 +1,67 @@
+#include "viewer/image_io.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+#include "common/check.hpp"
+
+namespace marco::viewer {
+namespace {
+
+[[noreturn]] void fail(const std::string& path, const std::string& why) {
+  throw std::runtime_error("cannot write picture " + path + ": " + why);
+}
+
+std::vector<uint8_t> encode_png(const Picture& picture, const std::string& path) {
+  // imencode only reads, but cv::Mat knows no const pixels.
+  const cv::Mat rgb(picture.height_px, picture.width_px, CV_8UC3,
+                    const_cast<Rgb*>(picture.pixels.data()));
+  cv::Mat bgr;
+  cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+  std::vector<uint8_t> bytes;
+  if (!cv::imencode(".png", bgr, bytes)) fail(path, "the picture cannot be encoded as PNG");
+  return bytes;
+}
+
+void write_bytes(const std::vector<uint8_t>& bytes, const std::string& path) {
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (file == nullptr) fail(path, std::strerror(errno));
+  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
+  const int write_error = errno;
+  const bool closed = std::fclose(file) == 0;
+  if (!written || !closed) fail(path, std::strerror(written ? errno : write_error));
+}
+
+}  // namespace
+
+void write_png(const Picture& picture, const std::string& path) {
+  require(picture.width_px > 0 && picture.height_px > 0, "an empty picture cannot be written");
+  const std::vector<uint8_t> bytes = encode_png(picture, path);
+  const std::string partial = path + ".part";
+  try {
+    write_bytes(bytes, partial);
+    if (std::rename(partial.c_str(), path.c_str()) != 0) fail(path, std::strerror(errno));
+  } catch (...) {
+    std::remove(partial.c_str());
+    throw;
+  }
+}
+
+Picture read_picture(const std::string& path) {
+  // OpenCV would print a warning of its own.
+  const bool readable = std::ifstream(path).good();
+  const cv::Mat bgr = readable ? cv::imread(path, cv::IMREAD_COLOR) : cv::Mat();
+  if (bgr.empty()) throw std::runtime_error("cannot read " + path + ": missing or no picture");
+  Picture picture(bgr.cols, bgr.rows, {});
+  cv::Mat rgb(bgr.rows, bgr.cols, CV_8UC3, picture.pixels.data());
+  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  return picture;
+}
+
+}  // namespace marco::viewer

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string>
+
+#include "common/options.hpp"
+#include "viewer/picture.hpp"
+#include "viewer/scene.hpp"
+
+namespace marco::viewer {
+
+struct MapPictureOptions {
+  double long_side_px = 1500.0;  ///< of the drawn map without its margins
+  double margin_m = 0.5;         ///< of world around what is known
+  double path_width_px = 2.5;    ///< of trajectories
+  double point_radius_px = 0.9;  ///< of scan points
+  double text_height_px = 13.0;  ///< of a capital
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("long_side_px", long_side_px, Limits{100.0, 20000.0});
+    v("margin_m", margin_m, kNotNegative);
+    v("path_width_px", path_width_px, Limits{0.5, 50.0});
+    v("point_radius_px", point_radius_px, Limits{0.25, 50.0});
+    v("text_height_px", text_height_px, Limits{6.0, 100.0});
+  }
+};
+
+/// Where a world point lies in a map picture: north (y) up, east (x) right.
+struct MapFrame {
+  Eigen::Vector2d min_m = Eigen::Vector2d::Zero();  ///< world at the drawn area's lower left
+  Eigen::Vector2d max_m = Eigen::Vector2d::Zero();
+  double px_per_m = 1.0;
+  Eigen::Vector2d corner_px = Eigen::Vector2d::Zero();  ///< upper left of the drawn area
+
+  Eigen::Vector2d to_px(const Eigen::Vector2d& point_m) const {
+    return corner_px + px_per_m * Eigen::Vector2d(point_m.x() - min_m.x(), max_m.y() - point_m.y());
+  }
+};
+
+struct MapPicture {
+  Picture picture;
+  MapFrame frame;
+};
+
+/// The 2D map as seen from above: the grid in grey (free white, unknown light grey, walls black),
+/// points, walls, rays, ellipses, paths and robots of the scene; meshes are left out. Beside it
+/// axes in metres, a scale bar and a legend. The size follows from the map's extent.
+/// @throws std::invalid_argument when there is nothing to draw, or an option is out of its limits.
+MapPicture draw_map(const Scene& scene, const MapPictureOptions& options = {});
+
+/// 1, 2 or 5 times a power of ten, the largest one not above `length`. @param length > 0.
+double round_length(double length);
+
+/// "5 m", "20 cm".
+std::string length_label(double length_m);
+
+}  // namespace marco::viewer

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "viewer/model_survey.hpp"
+#include "viewer/renderer.hpp"
+
+namespace marco::viewer {
+
+/// above: at a slant into the rooms, ceiling taken off. front: from a side, as a doll's house. eye:
+/// from the middle of the longest path, or of the model, where there is most to see.
+enum class View { above, front, eye };
+
+struct ViewPlan {
+  Camera camera;
+  Look look;
+};
+
+/// Chooses camera, cut and back faces so that a room reads as a room. A scene without meshes is
+/// seen from above whatever `view` says.
+/// @param look its mode, colouring, light and quality are kept.
+/// @throws std::invalid_argument when the scene is empty.
+ViewPlan plan_view(
+    const Scene& scene, View view, const Look& look, Projection projection, PictureSize size);
+
+/// The heading from `eye_m` with the most to see, tried in steps of 22.5 deg on small pictures.
+/// @param renderer has the scene loaded.
+double best_heading_rad(Renderer& renderer, const Eigen::Vector3d& eye_m);
+
+/// Lays a bar of round length with its label along the box's floor edge nearest to the eye. Left
+/// out where it would leave the picture.
+Picture add_scale_bar(const Picture& picture, const Camera& camera, const Box& box);
+
+}  // namespace marco::viewer

@@ -1,0 +1,116 @@
+#include "viewer/process/command_line.hpp"
+
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "common/check.hpp"
+#include "common/process/arguments.hpp"
+#include "viewer/image_io.hpp"
+#include "viewer/process/render_command.hpp"
+#include "viewer/vector_export.hpp"
+
+namespace marco::viewer {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> inputs;
+  std::string out = "picture.png";
+  std::string size = "1280x720";
+  std::string light = "room";
+  std::string walk;
+  bool orthographic = false;
+  RenderRequest request;
+};
+
+const std::map<std::string, Mode> kModes{
+    {"points", Mode::points}, {"wire", Mode::wire}, {"filled", Mode::filled}};
+const std::map<std::string, Coloring> kColorings{{"height", Coloring::height},
+                                                 {"normal", Coloring::normal},
+                                                 {"scene", Coloring::scene},
+                                                 {"grey", Coloring::grey}};
+
+void add_options(CLI::App& app, Arguments& arguments) {
+  RenderRequest& request = arguments.request;
+  app.add_option("inputs", arguments.inputs,
+                 "models (.ply), maps (.yaml), trajectories (.tum), folders written by `map`")
+      ->required();
+  app.add_option("--out", arguments.out,
+                 "what to write: .png, .mp4 (a film), .eps .svg .pdf; a folder with --walk")
+      ->capture_default_str();
+  app.add_option("--size", arguments.size, "WIDTHxHEIGHT [px]")->capture_default_str();
+  app.add_option("--camera", request.camera,
+                 "above, eye, front, sheet (all of them), or x,y,z,yaw,pitch [m, deg]");
+  app.add_option("--mode", request.look.mode, "points, wire or filled")
+      ->transform(CLI::CheckedTransformer(kModes));
+  app.add_option("--color", request.look.coloring, "height, normal, scene or grey")
+      ->transform(CLI::CheckedTransformer(kColorings));
+  app.add_option("--light", arguments.light, "room, or thesis: grey under one lamp")
+      ->check(CLI::IsMember({"room", "thesis"}))
+      ->capture_default_str();
+  app.add_flag("--ortho", arguments.orthographic, "parallel lines stay parallel");
+  app.add_option("--cut", request.cut_height_m, "leave out what lies higher [m]");
+  app.add_option("--walls", request.wall_height_m, "let the walls of a map stand up [m]");
+  app.add_option("--walk", arguments.walk,
+                 "the robot's commands (\"a10 i19 e4\"), or a file of them; a picture after each");
+}
+
+// A script may be typed or lie in a file.
+std::string walk_script(const std::string& text) {
+  std::ifstream file(text);
+  if (!file.good()) return text;
+  std::ostringstream script;
+  script << file.rdbuf();
+  return script.str();
+}
+
+std::string write_vector_page(const Scene& scene,
+                              const RenderRequest& request,
+                              const std::string& path) {
+  const VectorFormat format = vector_format(path);
+  Renderer renderer;
+  renderer.load(scene);
+  const VectorReport report =
+      write_vector(scene, plan_request(scene, request, renderer), request.size, format, path);
+  return std::to_string(report.polygons) + " polygons, " + std::to_string(report.lines) + " lines";
+}
+
+std::string write_output(const Scene& scene, const Arguments& arguments) {
+  const std::string& out = arguments.out;
+  const RenderRequest& request = arguments.request;
+  if (!arguments.walk.empty())
+    return std::to_string(render_walk(scene, request, walk_script(arguments.walk), out)) +
+           " pictures";
+  if (out.ends_with(".mp4")) return std::to_string(render_film(scene, request, out)) + " pictures";
+  if (!out.ends_with(".png")) return write_vector_page(scene, request, out);
+  const Picture picture =
+      request.camera == "sheet" ? render_sheet(scene, request) : render_scene(scene, request);
+  write_png(picture, out);
+  return std::to_string(picture.width_px) + "x" + std::to_string(picture.height_px) + " px";
+}
+
+}  // namespace
+
+int run_viewer(int argc, const char* const* argv, const FileReaders& readers) {
+  CLI::App app("Draws models and maps: pictures, films, vector pages, walks.", "marco-viewer");
+  Arguments arguments;
+  add_options(app, arguments);
+  if (const auto exit_code = process::parse_arguments(app, argc, argv)) return *exit_code;
+  RenderRequest& request = arguments.request;
+  request.size = parse_size(arguments.size);
+  if (arguments.orthographic) request.projection = Projection::orthographic;
+  if (arguments.light == "thesis") request.look = thesis_look(request.look.mode);
+  const std::string& out = arguments.out;
+  require(!arguments.walk.empty() || out.ends_with(".png") || out.ends_with(".mp4") ||
+              out.ends_with(".eps") || out.ends_with(".svg") || out.ends_with(".pdf"),
+          "--out " + out + ": expected a name ending in .png, .mp4, .eps, .svg or .pdf");
+  const Inputs inputs = read_inputs(arguments.inputs, readers);
+  for (const std::string& skipped : inputs.skipped)
+    std::fprintf(stderr, "marco-viewer: skipped %s\n", skipped.c_str());
+  const std::string what = write_output(inputs.scene, arguments);
+  std::printf("%s: %s\n", out.c_str(), what.c_str());
+  return 0;
+}
+
+}  // namespace marco::viewer

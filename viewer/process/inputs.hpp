@@ -1,0 +1,30 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "viewer/scene.hpp"
+
+namespace marco::viewer {
+
+/// How files become values; each throws an exception naming the path when it cannot.
+struct FileReaders {
+  std::function<TriangleMesh(const std::string& path)> mesh;      ///< .ply
+  std::function<GridMap(const std::string& path)> grid;           ///< .yaml of the map_server kind
+  std::function<Trajectory(const std::string& path)> trajectory;  ///< .tum
+};
+
+/// What was found, and what of it could not be used.
+struct Inputs {
+  Scene scene;
+  std::vector<std::string> skipped;  ///< "path: why", for a person
+};
+
+/// Reads models, maps, trajectories, and folders written by `map`: of a folder, model.ply,
+/// map.yaml, trajectory.tum (estimate), odometry.tum and truth.tum where they are there.
+/// @throws std::invalid_argument naming the path and what was expected when nothing of an input
+/// could be used; what is broken beside something good is skipped and told.
+Inputs read_inputs(const std::vector<std::string>& paths, const FileReaders& readers);
+
+}  // namespace marco::viewer

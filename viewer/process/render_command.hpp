@@ -1,0 +1,48 @@
+#pragma once
+
+#include <limits>
+#include <string>
+
+#include "viewer/model_picture.hpp"
+#include "viewer/renderer.hpp"
+
+namespace marco::viewer {
+
+/// What a person asked `marco render` for.
+struct RenderRequest {
+  PictureSize size;
+  std::string camera;  ///< "" = what suits; above, eye, front, or x,y,z,yaw,pitch
+  Projection projection = Projection::perspective;
+  Look look;
+  double wall_height_m = 0.0;  ///< above 0: the map's walls stand up in 3D
+  double cut_height_m = std::numeric_limits<double>::infinity();  ///< in place of the planned one
+};
+
+/// "1280x720". @throws std::invalid_argument naming the text and what was expected.
+PictureSize parse_size(const std::string& text);
+
+/// The scene as asked for: a scene with only a map and paths becomes a 2D map unless a camera or
+/// wall height was asked for; all else a picture in space.
+/// @throws std::invalid_argument when there is nothing to draw or the camera is not understood.
+Picture render_scene(Scene scene, const RenderRequest& request);
+
+/// The view a request means for a scene in space, before it is drawn. The renderer, with the scene
+/// loaded, finds the heading of "eye".
+ViewPlan plan_request(const Scene& scene, const RenderRequest& request, Renderer& renderer);
+
+/// Above, front, eye, and above by normals, two by two.
+Picture render_sheet(const Scene& scene, RenderRequest request);
+
+/// Writes an MP4: the drive along the scene's longest path, or, without one, once round the scene.
+/// @returns the number of pictures. @throws as FilmWriter and render_scene.
+int render_film(const Scene& scene, const RenderRequest& request, const std::string& path);
+
+/// Walks by a script (walk.hpp) from the start of the scene's path, or from its middle, and writes
+/// what the robot sees at first and after each command: 000.png, 001.png ... into a folder.
+/// @returns the number of pictures.
+int render_walk(const Scene& scene,
+                const RenderRequest& request,
+                const std::string& script,
+                const std::string& folder);
+
+}  // namespace marco::viewer

@@ -1,0 +1,355 @@
+#include "viewer/renderer.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "common/check.hpp"
+#include "viewer/gl_program.hpp"
+#include "viewer/gpu_geometry.hpp"
+#include "viewer/occlusion_pass.hpp"
+#include "viewer/osmesa_context.hpp"
+#include "viewer/render_targets.hpp"
+#include "viewer/shaders.hpp"
+#include "viewer/shading.hpp"
+
+namespace marco::viewer {
+namespace {
+
+constexpr int kLargestPicturePx = 60000;
+
+const char* define_of(Coloring coloring) {
+  switch (coloring) {
+    case Coloring::height:
+      return "#define COLOR_HEIGHT\n";
+    case Coloring::normal:
+      return "#define COLOR_NORMAL\n";
+    case Coloring::grey:
+      return "#define COLOR_GREY\n";
+    case Coloring::scene:
+      return "#define COLOR_SCENE\n";
+  }
+  throw std::logic_error("a coloring without a name");
+}
+
+const char* define_of(Light light) {
+  return light == Light::thesis ? "#define LIGHT_THESIS\n" : "#define LIGHT_ROOM\n";
+}
+
+// A part of the whole picture, in its supersampled pixels, y from the bottom as OpenGL counts.
+struct Tile {
+  int x = 0;
+  int y = 0;
+  int width = 0;
+  int height = 0;
+};
+
+// Stretches the tile's part of clip space over the whole of it.
+Eigen::Matrix4d tile_from_clip(const Tile& tile, int width, int height) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix(0, 0) = static_cast<double>(width) / tile.width;
+  matrix(1, 1) = static_cast<double>(height) / tile.height;
+  matrix(0, 3) = matrix(0, 0) - 1.0 - 2.0 * tile.x / tile.width;
+  matrix(1, 3) = matrix(1, 1) - 1.0 - 2.0 * tile.y / tile.height;
+  return matrix;
+}
+
+void check_request(const Look& look, PictureSize size) {
+  require(size.width_px >= 1 && size.height_px >= 1 && size.width_px <= kLargestPicturePx &&
+              size.height_px <= kLargestPicturePx,
+          "a picture of " + std::to_string(size.width_px) + " x " + std::to_string(size.height_px) +
+              " px lies outside 1..60000 px");
+  require(look.supersampling >= 1 && look.supersampling <= 4,
+          "supersampling = " + std::to_string(look.supersampling) + " lies outside 1..4");
+}
+
+}  // namespace
+
+std::array<double, 2> height_range_m(const Look& look, const Box& box) {
+  if (look.height_range_m) return *look.height_range_m;
+  if (box.empty()) return {0.0, 1.0};
+  return {box.min_m.z(), std::min(box.max_m.z(), look.cut_height_m)};
+}
+
+Look thesis_look(Mode mode) {
+  Look look;
+  look.mode = mode;
+  look.coloring = Coloring::grey;
+  look.light = Light::thesis;
+  look.occlusion_radius_m = 0.0;
+  look.background = {12, 12, 16};
+  return look;
+}
+
+class Renderer::Implementation {
+ public:
+  void load(const Scene& scene) {
+    context_.activate();
+    const SceneGeometry geometry = build_geometry(scene);
+    surfaces_ = std::make_unique<GpuGeometry>(gl_, geometry.surfaces);
+    props_ = std::make_unique<GpuGeometry>(gl_, geometry.props);
+    points_ = std::make_unique<GpuGeometry>(gl_, geometry.points);
+    lines_ = std::make_unique<GpuGeometry>(gl_, geometry.lines);
+    box_ = bounding_box(scene);
+  }
+
+  Picture draw(const Camera& camera, const Look& look, PictureSize size) {
+    check_request(look, size);
+    context_.activate();
+    Picture picture(size.width_px, size.height_px, {});
+    const int step =
+        (std::min(context_.max_size_px(), kTilePx) - 2 * kOverlapPx) / look.supersampling;
+    if (std::max(size.width_px, size.height_px) <= step) {
+      render_tile(camera, look, size, whole(look, size));
+      read(picture, {0, 0, size.width_px, size.height_px}, 0, 0);
+      return picture;
+    }
+    for (int y = 0; y < size.height_px; y += step)
+      for (int x = 0; x < size.width_px; x += step)
+        draw_part(camera, look, size,
+                  {x, y, std::min(step, size.width_px - x), std::min(step, size.height_px - y)},
+                  picture);
+    return picture;
+  }
+
+  std::vector<float> draw_depth_m(const Camera& camera, const Look& look, PictureSize size) {
+    check_request(look, size);
+    require(
+        std::max(size.width_px, size.height_px) <= context_.max_size_px(),
+        "a depth picture cannot be larger than " + std::to_string(context_.max_size_px()) + " px");
+    context_.activate();
+    Look once = look;
+    once.supersampling = 1;
+    render_surfaces(camera, once, size, whole(once, size));
+    const std::size_t width = size.width_px, height = size.height_px;
+    std::vector<float> depths(width * height), rows(width * height);
+    gl_.read_pixels(0, 0, size.width_px, size.height_px, GL_DEPTH_COMPONENT, GL_FLOAT,
+                    depths.data());
+    const Eigen::Matrix4d camera_from_clip = clip_from_camera(camera, size.aspect()).inverse();
+    for (std::size_t y = 0; y < height; ++y) {
+      for (std::size_t x = 0; x < width; ++x) {
+        const float depth = depths[(height - 1 - y) * width + x];
+        const Eigen::Vector4d point =
+            camera_from_clip *
+            Eigen::Vector4d(0.0, 0.0, 2.0 * static_cast<double>(depth) - 1.0, 1.0);
+        rows[y * width + x] = depth >= 1.0F ? std::numeric_limits<float>::infinity()
+                                            : static_cast<float>(-point.z() / point.w());
+      }
+    }
+    return rows;
+  }
+
+  void draw_unread(const Camera& camera, const Look& look, PictureSize size) {
+    check_request(look, size);
+    context_.activate();
+    render_surfaces(camera, look, size, whole(look, size));
+    gl_.finish();
+  }
+
+  void draw_bare() {
+    gl_.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    surfaces_->draw(GL_TRIANGLES);
+    gl_.finish();
+  }
+
+  std::size_t triangle_count() const {
+    return surfaces_ ? static_cast<std::size_t>(surfaces_->index_count()) / 3 : 0;
+  }
+  const Box& box() const { return box_; }
+
+ private:
+  // Tiles keep the memory of a large picture small; the overlap lets corners darken each other
+  // across a tile's edge.
+  static constexpr int kTilePx = 8192;
+  static constexpr int kOverlapPx = 256;
+
+  static Tile whole(const Look& look, PictureSize size) {
+    return {0, 0, size.width_px * look.supersampling, size.height_px * look.supersampling};
+  }
+
+  // @param part of the finished picture, y from the bottom.
+  void draw_part(const Camera& camera,
+                 const Look& look,
+                 PictureSize size,
+                 const Tile& part,
+                 Picture& picture) {
+    const int overlap = kOverlapPx / look.supersampling;
+    const Tile wide{part.x - overlap, part.y - overlap, part.width + 2 * overlap,
+                    part.height + 2 * overlap};
+    const int s = look.supersampling;
+    render_tile(camera, look, size, {wide.x * s, wide.y * s, wide.width * s, wide.height * s});
+    read(picture, part, overlap, overlap);
+  }
+
+  // Surfaces, then their shadows, then the average of the samples: the result is bound for reading.
+  void render_tile(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
+    render_surfaces(camera, look, size, tile);
+    const RenderTarget* result =
+        &target(surface_target_, RenderTarget::Kind::color_with_depth, tile.width, tile.height);
+    if (look.occlusion_radius_m > 0.0)
+      result = &occlusion_.apply(*surface_target_, occlusion_view(camera, look, size, tile));
+    const int width = tile.width / look.supersampling, height = tile.height / look.supersampling;
+    if (look.supersampling == 1) {
+      result->bind();
+      return;
+    }
+    // Averages of two by two samples, halved until the size is reached (4 = 2 * 2); 3 takes the
+    // nearest four of nine.
+    const RenderTarget& last = target(final_target_, RenderTarget::Kind::color, width, height);
+    const RenderTarget* from = result;
+    if (look.supersampling == 4) {
+      const RenderTarget& half =
+          target(half_target_, RenderTarget::Kind::color, 2 * width, 2 * height);
+      shrink(*from, half);
+      from = &half;
+    }
+    shrink(*from, last);
+    last.bind();
+  }
+
+  void shrink(const RenderTarget& from, const RenderTarget& to) {
+    gl_.bind_framebuffer(GL_READ_FRAMEBUFFER, from.framebuffer());
+    gl_.bind_framebuffer(GL_DRAW_FRAMEBUFFER, to.framebuffer());
+    gl_.blit_framebuffer(0, 0, from.width_px(), from.height_px(), 0, 0, to.width_px(),
+                         to.height_px(), GL_COLOR_BUFFER_BIT, GL_LINEAR);
+  }
+
+  void render_surfaces(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
+    target(surface_target_, RenderTarget::Kind::color_with_depth, tile.width, tile.height).bind();
+    const Rgb ground = look.background;
+    gl_.clear_color(static_cast<float>(ground.red) / 255.0F,
+                    static_cast<float>(ground.green) / 255.0F,
+                    static_cast<float>(ground.blue) / 255.0F, 1.0F);
+    gl_.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    gl_.enable(GL_DEPTH_TEST);
+    gl_.enable(GL_PROGRAM_POINT_SIZE);
+    if (!surfaces_) return;
+    gl_.line_width(static_cast<float>(look.supersampling));
+    prepare(surface_program(Coloring::scene, look.light, BackFaces::show), camera, look, size, tile)
+        .set("cut_height_m", std::numeric_limits<float>::max());
+    props_->draw(GL_TRIANGLES);
+    points_->draw(GL_POINTS);
+    lines_->draw(GL_LINES);
+    draw_meshes(camera, look, size, tile);
+  }
+
+  void draw_meshes(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
+    const bool cut = std::isfinite(look.cut_height_m);
+    prepare(surface_program(look.coloring, look.light, look.back_faces), camera, look, size, tile)
+        .set("cut_height_m", cut ? look.cut_height_m : 1e30);
+    if (cut) gl_.enable(GL_CLIP_DISTANCE0);
+    if (look.back_faces == BackFaces::hide) gl_.enable(GL_CULL_FACE);
+    gl_.cull_face(GL_BACK);
+    gl_.polygon_mode(GL_FRONT_AND_BACK, look.mode == Mode::wire ? GL_LINE : GL_FILL);
+    if (look.mode == Mode::points)
+      surfaces_->draw_vertices();
+    else
+      surfaces_->draw(GL_TRIANGLES);
+    gl_.polygon_mode(GL_FRONT_AND_BACK, GL_FILL);
+    gl_.disable(GL_CULL_FACE);
+    gl_.disable(GL_CLIP_DISTANCE0);
+  }
+
+  const GlProgram& prepare(const GlProgram& program,
+                           const Camera& camera,
+                           const Look& look,
+                           PictureSize size,
+                           const Tile& tile) {
+    program.use();
+    const Eigen::Matrix4d from_world = camera_from_world(camera);
+    const Eigen::Matrix4d clip = tile_from_clip(tile, size.width_px * look.supersampling,
+                                                size.height_px * look.supersampling) *
+                                 clip_from_camera(camera, size.aspect()) * from_world;
+    const Eigen::Matrix3d world_from_camera = from_world.topLeftCorner<3, 3>().transpose();
+    program.set("clip_from_world", clip);
+    program.set("point_size_px", look.point_size_px * look.supersampling);
+    program.set("eye_m", camera.eye_m);
+    program.set("view_direction", Eigen::Vector3d(-world_from_camera.col(2)));
+    program.set("perspective", camera.projection == Projection::perspective ? 1.0 : 0.0);
+    program.set("lamp_m", look.lamp_m);
+    program.set("lamp_direction", Eigen::Vector3d(world_from_camera * lamp_in_camera()));
+    const auto range = height_range_m(look, box_);
+    for (std::size_t i = 0; i < kHeightColors.size(); ++i)
+      program.set(("height_colors[" + std::to_string(i) + "]").c_str(),
+                  Eigen::Vector3d(kHeightColors[i].data()));
+    program.set("room_light", Eigen::Vector3d(kRoomAmbient, kRoomSky, kRoomLamp));
+    program.set("thesis_light", Eigen::Vector3d(kThesisAmbient, kThesisDiffuse, kThesisGrey));
+    program.set("low_m", range[0]);
+    program.set("high_m", range[1]);
+    return program;
+  }
+
+  OcclusionPass::View occlusion_view(const Camera& camera,
+                                     const Look& look,
+                                     PictureSize size,
+                                     const Tile& tile) const {
+    const int width = size.width_px * look.supersampling;
+    const int height = size.height_px * look.supersampling;
+    const Eigen::Matrix4d clip = clip_from_camera(camera, size.aspect());
+    return {(tile_from_clip(tile, width, height) * clip).inverse(), look.occlusion_radius_m,
+            0.5 * clip(1, 1) * height, camera.projection == Projection::perspective,
+            look.supersampling};
+  }
+
+  // @param part where it goes, y from the bottom; @param x, y where it lies in the bound target.
+  void read(Picture& picture, const Tile& part, int x, int y) {
+    row_buffer_.resize(4 * static_cast<std::size_t>(part.width) * part.height);
+    gl_.read_pixels(x, y, part.width, part.height, GL_RGBA, GL_UNSIGNED_BYTE, row_buffer_.data());
+    const uint8_t* from = row_buffer_.data();
+    for (int row = 0; row < part.height; ++row) {
+      Rgb* to = &picture.at(part.x, picture.height_px - 1 - (part.y + row));
+      for (int column = 0; column < part.width; ++column, from += 4)
+        to[column] = {from[0], from[1], from[2]};
+    }
+  }
+
+  const RenderTarget& target(std::unique_ptr<RenderTarget>& slot,
+                             RenderTarget::Kind kind,
+                             int width,
+                             int height) {
+    return fitting_target(gl_, slot, kind, width, height);
+  }
+
+  const GlProgram& surface_program(Coloring coloring, Light light, BackFaces backs) {
+    std::unique_ptr<GlProgram>& program = programs_[{coloring, light, backs == BackFaces::faint}];
+    if (!program)
+      program = std::make_unique<GlProgram>(
+          gl_,
+          std::string(define_of(coloring)) + define_of(light) +
+              (backs == BackFaces::faint ? "#define FAINT_BACKS\n" : ""),
+          shaders::kSurfaceVertex, shaders::kSurfaceFragment);
+    return *program;
+  }
+
+  OsmesaContext context_;
+  const GlFunctions& gl_ = context_.gl();
+  OcclusionPass occlusion_{gl_};
+  std::map<std::tuple<Coloring, Light, bool>, std::unique_ptr<GlProgram>> programs_;
+  std::unique_ptr<GpuGeometry> surfaces_, props_, points_, lines_;
+  std::unique_ptr<RenderTarget> surface_target_, half_target_, final_target_;
+  Box box_;
+  std::vector<uint8_t> row_buffer_;
+};
+
+Renderer::Renderer() : implementation_(std::make_unique<Implementation>()) {}
+Renderer::~Renderer() = default;
+
+void Renderer::load(const Scene& scene) { implementation_->load(scene); }
+Picture Renderer::draw(const Camera& camera, const Look& look, PictureSize size) {
+  return implementation_->draw(camera, look, size);
+}
+std::vector<float> Renderer::draw_depth_m(const Camera& camera,
+                                          const Look& look,
+                                          PictureSize size) {
+  return implementation_->draw_depth_m(camera, look, size);
+}
+std::size_t Renderer::triangle_count() const { return implementation_->triangle_count(); }
+const Box& Renderer::box() const { return implementation_->box(); }
+void Renderer::draw_unread(const Camera& camera, const Look& look, PictureSize size) {
+  implementation_->draw_unread(camera, look, size);
+}
+void Renderer::draw_bare() { implementation_->draw_bare(); }
+
+}  // namespace marco::viewer

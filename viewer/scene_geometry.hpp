@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "viewer/scene.hpp"
+
+namespace marco::viewer {
+
+/// One corner as the graphics driver takes it.
+struct Vertex {
+  std::array<float, 3> position_m{};
+  std::array<int16_t, 4> normal{};  ///< scaled by 32767; all 0 = not lit
+  std::array<uint8_t, 4> color{};   ///< red, green, blue, 255
+};
+static_assert(sizeof(Vertex) == 24, "the renderer describes this layout to OpenGL");
+
+/// Vertices and how they are joined: three indices a triangle, two a line, one a point.
+struct Geometry {
+  std::vector<Vertex> vertices;
+  std::vector<uint32_t> indices;
+};
+
+/// A scene broken down to what a driver draws.
+struct SceneGeometry {
+  Geometry surfaces;  ///< triangles of the meshes: cut, coloured and drawn in the look's mode
+  Geometry props;     ///< triangles of ground, walls, robots, paths, ellipses: always filled
+  Geometry points;    ///< loose points
+  Geometry lines;     ///< rays
+};
+
+/// Triangles with an index beyond the vertices or a corner that is not finite are left out.
+/// Meshes without normals get them, weighted by area.
+SceneGeometry build_geometry(const Scene& scene);
+
+}  // namespace marco::viewer

@@ -1,0 +1,14 @@
+#pragma once
+
+namespace marco::viewer {
+
+/// The renderer's GLSL texts, without their #version line. Each .frag says which #defines it takes.
+namespace shaders {
+extern const char* const kSurfaceVertex;    ///< vertices of the world
+extern const char* const kSurfaceFragment;  ///< COLOR_*, LIGHT_*, FAINT_BACKS
+extern const char* const kScreenVertex;     ///< one triangle over the whole target
+extern const char* const kOcclusion;        ///< depth -> how open each pixel's surroundings are
+extern const char* const kBlur;  ///< smooths that, not across edges; COMPOSE: and darkens
+}  // namespace shaders
+
+}  // namespace marco::viewer

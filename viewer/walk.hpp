@@ -1,0 +1,67 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/options.hpp"
+#include "viewer/camera.hpp"
+
+namespace marco::viewer {
+
+/// What one unit of the robot's commands moves it (thesis B, ch. 2.4, 2.5 and app. C).
+struct WalkOptions {
+  double forward_unit_m = 0.057;
+  double turn_unit_deg = 2.35;
+  double tilt_unit_deg = 3.4;
+  double pan_unit_deg = 21.8;
+  double tilt_min_deg = -20.0;
+  double tilt_max_deg = 45.0;
+  double eye_height_m = 0.9;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("forward_unit_m", forward_unit_m, kPositive);
+    v("turn_unit_deg", turn_unit_deg, kPositive);
+    v("tilt_unit_deg", tilt_unit_deg, kPositive);
+    v("pan_unit_deg", pan_unit_deg, kPositive);
+    v("tilt_min_deg", tilt_min_deg, Limits{-90.0, 0.0});
+    v("tilt_max_deg", tilt_max_deg, Limits{0.0, 89.0});
+    v("eye_height_m", eye_height_m, kPositive);
+  }
+};
+
+/// One of the robot's commands: a forward, r back, i left, d right, each by units; e tilt and g pan
+/// to a position in units: of the tilt from its lower end, of the pan from straight ahead.
+struct WalkCommand {
+  char letter = 'a';
+  int units = 1;
+};
+
+/// "a10 i5 g2" or one a line; words after # are a remark.
+/// @throws std::invalid_argument naming the first word that is no command.
+std::vector<WalkCommand> parse_walk(const std::string& script);
+
+/// A virtual robot that moves by the very steps of the real one, so that a model shows what the
+/// robot would see. It walks through walls.
+class Walk {
+ public:
+  /// @throws std::invalid_argument when an option is out of its limits.
+  explicit Walk(const Pose2& world_from_robot, double floor_m = 0.0, WalkOptions options = {});
+
+  void apply(const WalkCommand& command);
+
+  const Pose2& world_from_robot() const { return world_from_robot_; }
+  double tilt_rad() const { return tilt_rad_; }
+  double pan_rad() const { return pan_rad_; }
+  /// What the robot's camera sees, 80 deg high.
+  Camera camera() const;
+
+ private:
+  WalkOptions options_;
+  Pose2 world_from_robot_;
+  double floor_m_;
+  double tilt_rad_ = 0.0;
+  double pan_rad_ = 0.0;
+};
+
+}  // namespace marco::viewer

@@ -61,7 +61,7 @@ RunResult follow_loop(unsigned seed, LineSlam* kept = nullptr) {
   }
   result.rms_m = std::sqrt(result.rms_m);
   result.odometry_rms_m = std::sqrt(result.odometry_rms_m);
-  if (kept != nullptr) *kept = slam;
+  if (kept != nullptr) *kept = std::move(slam);
   return result;
 }
 

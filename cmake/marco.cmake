@@ -95,6 +95,9 @@ function(marco_lcm_types name)
   target_include_directories(marco_${name} SYSTEM INTERFACE $<BUILD_INTERFACE:${folder}>
                                                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/marco>)
   target_link_libraries(marco_${name} INTERFACE PkgConfig::LCM)
+  # lcm/lcm_coretypes.h reads doubles through int64_t pointers: with strict aliasing, -O3 may drop
+  # what it wrote (TRUE_POSE came back as zeros).
+  target_compile_options(marco_${name} INTERFACE -fno-strict-aliasing)
   set_target_properties(marco_${name} PROPERTIES EXPORT_NAME ${name})
   set_property(GLOBAL APPEND PROPERTY MARCO_LIBRARIES marco_${name})
   install(DIRECTORY ${folder}/${arg_PACKAGE} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco)

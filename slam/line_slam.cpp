@@ -36,6 +36,7 @@ LineSlam::LineSlam(const LineSlamOptions& options, const Pose2& world_from_robot
 
 LineSlamUpdate LineSlam::process(const ScanInRobot& scan,
                                  const std::optional<Pose2>& robot_motion,
+                                 MapUse use,
                                  LineSlamJournal* journal) {
   const Pose2 before = filter_.world_from_robot();
   if (robot_motion) {
@@ -43,32 +44,48 @@ LineSlamUpdate LineSlam::process(const ScanInRobot& scan,
   } else {
     filter_.predict(last_motion_, diagonal_noise(options_.guess_sigma_m, options_.guess_sigma_rad));
   }
+  const LineSlamUpdate update = take(scan, use, journal);
+  last_motion_ = between(before, filter_.world_from_robot());
+  return update;
+}
+
+LineSlamUpdate LineSlam::process_known(const ScanInRobot& scan,
+                                       const Pose2& robot_motion,
+                                       const Eigen::Matrix3d& noise) {
+  filter_.predict(robot_motion, noise);
+  last_motion_ = {};
+  return take(scan, MapUse::draw, nullptr);
+}
+
+LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal) {
   filter_.focus();
   const std::vector<ObservedWall>& observed = extractor_.extract(scan);
-  LineSlamUpdate update;
-  std::vector<WallMatch> matches = associate(observed, update.slipped);
+  bool slipped = false;
+  std::vector<WallMatch> matches = associate(observed, slipped);
   if (journal != nullptr) note(*journal, observed, matches);
 
+  LineSlamUpdate changes;
   const PointCounts points = count_points(observed, matches);
-  for (std::size_t i = 0; i < observed.size(); ++i) {
-    update.matched += matches[i].wall >= 0 ? 1 : 0;
-    update.unclear += matches[i].wall == WallMatch::kUnclear ? 1 : 0;
+  for (const WallMatch& match : matches) {
+    changes.matched += match.wall >= 0 ? 1 : 0;
+    changes.unclear += match.wall == WallMatch::kUnclear ? 1 : 0;
   }
   filter_.correct(observed, matches);
-  filter_.extend(observed, matches);
-  update.added = filter_.add_new(observed, matches);
-  update.joined = filter_.join_similar(matches);
-  update.removed = filter_.judge(scan);
-  last_motion_ = between(before, filter_.world_from_robot());
+  if (use == MapUse::draw) {
+    filter_.extend(observed, matches);
+    changes.added = filter_.add_new(observed, matches);
+    changes.joined = filter_.join_similar(matches);
+    changes.removed = filter_.judge(scan);
+  }
 
   LineSlamUpdate result = report();
   result.observed = static_cast<int>(observed.size());
-  result.matched = update.matched;
-  result.unclear = update.unclear;
-  result.added = update.added;
-  result.joined = update.joined;
-  result.removed = update.removed;
-  result.slipped = update.slipped;
+  result.matched = changes.matched;
+  result.unclear = changes.unclear;
+  result.added = changes.added;
+  result.joined = changes.joined;
+  result.removed = changes.removed;
+  result.slipped = slipped;
   result.overlap = points.all == 0 ? 0.0 : static_cast<double>(points.matched) / points.all;
   if (journal != nullptr) {
     journal->robot_corrected = result.world_from_robot.vector();

@@ -36,6 +36,9 @@ struct LineSlamOptions {
   }
 };
 
+/// Whether a scan may add to the map, or only gets a pose.
+enum class MapUse { draw, pose_only };
+
 /// What one scan did.
 struct LineSlamUpdate {
   Pose2 world_from_robot;
@@ -45,11 +48,12 @@ struct LineSlamUpdate {
   int unclear = 0;  ///< like a wall of the map, but not fitting: not used
   int added = 0;
   int joined = 0;
-  bool slipped = false;  ///< the move was far worse than odometry's error model says
-  int removed = 0;       ///< walls that are no longer believed in
-  int walls = 0;         ///< in the map now
-  int active_walls = 0;  ///< of these in the filter's active part
-  double overlap = 0.0;  ///< 0..1 of the walls' points, those on matched walls
+  bool slipped = false;             ///< the move was far worse than odometry's error model says
+  int removed = 0;                  ///< walls that are no longer believed in
+  int walls = 0;                    ///< in the map now
+  int active_walls = 0;             ///< of these in the filter's active part
+  double overlap = 0.0;             ///< 0..1 of the walls' points, those on matched walls
+  bool trajectory_changed = false;  ///< older poses moved: a loop was closed (LineMapper)
 };
 
 /// For inspection, where the thesis dumped its matrices.
@@ -78,7 +82,14 @@ class LineSlam {
   /// @param journal       filled when given.
   LineSlamUpdate process(const ScanInRobot& scan,
                          const std::optional<Pose2>& robot_motion,
+                         MapUse use = MapUse::draw,
                          LineSlamJournal* journal = nullptr);
+
+  /// The same for a move known otherwise than by odometry. @param noise  of (x, y, theta), world
+  /// frame.
+  LineSlamUpdate process_known(const ScanInRobot& scan,
+                               const Pose2& robot_motion,
+                               const Eigen::Matrix3d& noise);
 
   /// Carries the pose on without a scan (a tilted sweep, a gap).
   LineSlamUpdate carry(const Pose2& robot_motion);
@@ -88,10 +99,13 @@ class LineSlam {
   Walls plan();
 
   const WallFilter& filter() const { return filter_; }
+  /// See WallFilter::mark_pose.
+  void mark_pose() { filter_.mark_pose(); }
   WallFilter::Stored store() { return filter_.store(); }
   void restore(const WallFilter::Stored& stored) { filter_.restore(stored); }
 
  private:
+  LineSlamUpdate take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal);
   LineSlamUpdate report() const;
   std::vector<WallMatch> associate(const std::vector<ObservedWall>& observed, bool& slipped);
   void note(LineSlamJournal& journal,

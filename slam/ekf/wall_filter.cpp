@@ -91,7 +91,9 @@ void WallFilter::focus() {
       !all && active > 2 * needed.size() + slack && active > 3 * wanted().size() / 2 + slack;
   if (!missing && !moved && !too_many) return;
   state_.refresh_means();
-  state_.activate(all ? needed : wanted());
+  std::vector<int> next = all ? needed : wanted();
+  if (mark_ > 0) next.push_back(mark_);
+  state_.activate(next);
   moved_since_focus_m_ = 0.0;
 }
 
@@ -200,6 +202,34 @@ void WallFilter::remove(std::size_t index) {
   walls_.pop_back();
 }
 
+void WallFilter::mark_pose() {
+  if (mark_ > 0) state_.remove(mark_);
+  Eigen::Matrix<double, 4, 3> same = Eigen::Matrix<double, 4, 3>::Zero();
+  same.topRows<3>().setIdentity();
+  mark_ = state_.append(state_.mean(0), state_.first_estimate(0), same, Eigen::Matrix4d::Zero());
+}
+
+std::optional<WallFilter::SinceMark> WallFilter::since_mark() const {
+  if (mark_ == 0) return std::nullopt;
+  const Eigen::Vector4d then = state_.mean(mark_), now = state_.mean(0);
+  const Pose2 world_from_mark{then.x(), then.y(), normalize_angle(then.z())};
+  const Eigen::Matrix2d to_mark = world_from_mark.rotation().transpose();
+  const Eigen::Vector2d way_m = to_mark * (now.head<2>() - then.head<2>());
+  Eigen::Matrix<double, 3, 6> jacobian = Eigen::Matrix<double, 3, 6>::Zero();  // by mark, by robot
+  jacobian.topLeftCorner<2, 2>() = -to_mark;
+  jacobian.block<2, 1>(0, 2) = Eigen::Vector2d(way_m.y(), -way_m.x());
+  jacobian(2, 2) = -1.0;
+  jacobian.block<2, 2>(0, 3) = to_mark;
+  jacobian(2, 5) = 1.0;
+  Eigen::Matrix<double, 6, 6> both;
+  both.topLeftCorner<3, 3>() = state_.covariance(mark_, mark_).topLeftCorner<3, 3>();
+  both.topRightCorner<3, 3>() = state_.covariance(mark_, 0).topLeftCorner<3, 3>();
+  both.bottomLeftCorner<3, 3>() = both.topRightCorner<3, 3>().transpose();
+  both.bottomRightCorner<3, 3>() = robot_covariance();
+  return SinceMark{between(world_from_mark, world_from_robot()),
+                   jacobian * both * jacobian.transpose()};
+}
+
 WallFilter::Stored WallFilter::store() {
   const std::vector<int> all = blocks();
   Stored stored;
@@ -226,6 +256,7 @@ void WallFilter::restore(const Stored& stored) {
       "wall_filter: stored values are not finite");
   state_ = CompressedState(stored.mean.head<3>(), stored.covariance.topLeftCorner<3, 3>());
   walls_ = stored.walls;
+  mark_ = 0;
   next_id_ = stored.next_id;
   for (std::size_t k = 0; k < walls_.size(); ++k) {
     walls_[k].block = state_.append(Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero(),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -136,6 +137,17 @@ class WallFilter {
   /// Parts of walls that stand now and were seen `min_times_seen` times, with covariances.
   Walls plan(int64_t min_times_seen, double min_length_m);
 
+  /// Keeps a copy of the robot's pose in the state, correlated with it as it is (stochastic
+  /// cloning; Roumeliotis and Burdick 2002), in place of an earlier one. It is not stored.
+  void mark_pose();
+  struct SinceMark {
+    Pose2 mark_from_robot;
+    Eigen::Matrix3d covariance;  ///< of (x, y, theta) in the mark's frame
+  };
+  /// The way from the marked pose to the robot as it is known now: what corrections moved both
+  /// leaves it alone. @returns nothing before the first mark_pose().
+  std::optional<SinceMark> since_mark() const;
+
   CompressedState& state() { return state_; }
   const CompressedState& state() const { return state_; }
   /// Blocks of all walls, in order of index.
@@ -166,6 +178,7 @@ class WallFilter {
   WallFilterOptions options_;
   CompressedState state_;
   std::vector<MapWall> walls_;
+  int mark_ = 0;  ///< block of the marked pose; 0 = none
   int64_t next_id_ = 1;
   double moved_since_focus_m_ = 0.0;  ///< by corrections
 };

@@ -65,4 +65,14 @@ void to_robot_frame(const LaserScan& scan,
       info.range_sigma_m > 0.0 ? info.range_sigma_m : fallback_range_sigma_m;
 }
 
+Points2 hits_of(const ScanInRobot& scan) {
+  Points2 hits(2, static_cast<Eigen::Index>(scan.beams.size()));
+  Eigen::Index count = 0;
+  for (const Beam& beam : scan.beams) {
+    if (beam.returned) hits.col(count++) = beam.hit_m;
+  }
+  hits.conservativeResize(2, count);
+  return hits;
+}
+
 }  // namespace marco::slam

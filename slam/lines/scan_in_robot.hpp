@@ -39,4 +39,7 @@ void to_robot_frame(const LaserScan& scan,
                     double fallback_range_sigma_m,
                     ScanInRobot& scan_in_robot);
 
+/// Where beams ended, in their order: 2xN [m], robot frame; returns only.
+Points2 hits_of(const ScanInRobot& scan);
+
 }  // namespace marco::slam

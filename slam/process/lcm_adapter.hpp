@@ -11,6 +11,7 @@
 #include "common/process/drop_counter.hpp"
 #include "common/samples.hpp"
 #include "marco/map_request_t.hpp"
+#include "slam/process/used_scan.hpp"
 #include "slam/slam.hpp"
 
 namespace marco::slam {
@@ -31,14 +32,6 @@ struct SlamAdapterOptions {
     v("patience_s", patience_s, Limits{0.0, 10.0});
     v("hold_out_every", hold_out_every, Limits{0, 1000000});
   }
-};
-
-/// What became of a scan, for those who draw or judge the map afterwards.
-struct UsedScan {
-  PreparedScan prepared;
-  bool level = true;
-  bool held_out = false;
-  bool matched = false;
 };
 
 /// Messages in, Slam, messages out. Subscribes every LIDAR channel, ODOMETRY, IMU, PANTILT_STATE,

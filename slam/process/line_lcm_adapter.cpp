@@ -7,7 +7,6 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/map_request_t.hpp"
-#include "marco/process_status_t.hpp"
 #include "marco/slam_command_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "slam/process/line_journal.hpp"
@@ -29,12 +28,14 @@ bool is_after(Utime utime, Utime last, double seconds) {
 
 }  // namespace
 
-LineLcmAdapter::LineLcmAdapter(const LineProcessOptions& options, process::Bus& bus)
-    : options_(options), bus_(bus), slam_(options.slam) {
+LineLcmAdapter::LineLcmAdapter(const LineProcessOptions& options,
+                               process::Bus& bus,
+                               std::function<void(const std::string&)> warn)
+    : options_(options), bus_(bus), drops_(std::move(warn)), mapper_(options.mapper) {
   validate(options, "line_process");
   if (!options_.checkpoint_path.empty()) {
     if (const auto checkpoint = load_checkpoint(options_.checkpoint_path)) {
-      slam_.restore(checkpoint->filter);
+      mapper_.restore(checkpoint->filter);
       odom_at_last_scan_ = checkpoint->odom_from_robot;
       last_scan_ = checkpoint->utime;
       map_revision_ = checkpoint->map_revision;
@@ -163,26 +164,48 @@ void LineLcmAdapter::take(const LaserScan& scan) {
   std::optional<Pose2> odom_from_robot;
   const std::optional<Pose2> motion = motion_to(scan.utime, odom_from_robot);
   LineSlamUpdate update;
+  const auto number = static_cast<int64_t>(live_.size()) + 1;
+  const bool held_out = options_.hold_out_every > 0 && number % options_.hold_out_every == 0;
   if (is_tilted) {
     drops_.count("tilted");
     ++scans_carried_;
-    update = slam_.carry(motion.value_or(Pose2{}));
+    update = mapper_.carry(scan.utime, motion.value_or(Pose2{}));
   } else {
     to_robot_frame(scan, *info, motion_during(scan, *info), options_.range_sigma_m, scan_in_robot_);
     LineSlamJournal journal;
-    update = slam_.process(scan_in_robot_, motion, journal_.is_open() ? &journal : nullptr);
+    update = mapper_.process(scan_in_robot_, scan.utime, motion,
+                             held_out ? MapUse::pose_only : MapUse::draw,
+                             journal_.is_open() ? &journal : nullptr);
     if (journal_.is_open()) journal_ << journal_line(scan.utime, journal) << '\n';
     ++scans_used_;
     if (!motion) ++scans_guessed_;
   }
   odom_at_last_scan_ = odom_from_robot;
   last_scan_ = scan.utime;
+  if (odom_from_robot) odometry_at_scans_.push_back({scan.utime, *odom_from_robot});
+  if (keep_scans_) keep(scan.utime, !is_tilted, held_out, update);
   publish_pose(scan.utime, update, is_tilted);
   after_scan(scan.utime);
 }
 
+void LineLcmAdapter::keep(Utime utime, bool level, bool held_out, const LineSlamUpdate& update) {
+  UsedScan used;
+  used.level = level;
+  used.held_out = held_out;
+  used.matched = level && update.matched > 0;
+  used.prepared.utime = utime;
+  if (level) {
+    used.prepared.hits_in_robot = hits_of(scan_in_robot_);
+    used.prepared.sensor_in_robot = scan_in_robot_.sensor_m;
+    used.prepared.beams = static_cast<int>(scan_in_robot_.beams.size());
+    used.prepared.no_return =
+        used.prepared.beams - static_cast<int>(used.prepared.hits_in_robot.cols());
+  }
+  scans_.push_back(std::move(used));
+}
+
 void LineLcmAdapter::publish_pose(Utime utime, const LineSlamUpdate& update, bool is_carried) {
-  trajectory_.push_back({utime, update.world_from_robot});
+  live_.push_back({utime, update.world_from_robot});
   slam_pose_t message{};
   message.utime = utime.us;
   message.x_m = update.world_from_robot.x_m;
@@ -192,38 +215,26 @@ void LineLcmAdapter::publish_pose(Utime utime, const LineSlamUpdate& update, boo
     for (Eigen::Index j = 0; j < 3; ++j) message.covariance[i][j] = update.covariance(i, j);
   }
   // Walls just added are matched by definition: the first scan has a pose, too.
-  const bool is_matched = !is_carried && (update.matched > 0 || trajectory_.size() == 1);
+  const bool is_matched = !is_carried && (update.matched > 0 || live_.size() == 1);
   message.status = is_matched ? slam_pose_t::STATUS_MATCHED : slam_pose_t::STATUS_CARRIED;
   message.overlap = update.overlap;
   bus_.publish(channels::kSlamPose, message);
+  if (update.trajectory_changed) publish_trajectory(utime);
 }
 
 void LineLcmAdapter::publish_map() {
   if (!last_scan_) return;
-  bus_.publish(channels::kLineMap, to_message(slam_.plan(), *last_scan_, ++map_revision_));
+  bus_.publish(channels::kLineMap, to_message(mapper_.plan(), *last_scan_, ++map_revision_));
   map_sent_ = *last_scan_;
 }
 
-void LineLcmAdapter::publish_status() {
-  process_status_t message{};
-  message.utime = last_scan_->us;
-  message.process = "marco-line-slam";
-  message.received = drops_.received();
-  message.used = scans_used_;
-  for (const auto& [cause, count] : drops_.by_cause()) {
-    message.drop_causes.push_back(cause);
-    message.drop_counts.push_back(count);
-  }
-  message.num_causes = static_cast<int32_t>(message.drop_causes.size());
-  message.state =
-      std::to_string(slam_.filter().num_walls()) + " walls" + (paused_ ? ", paused" : "");
-  bus_.publish(channels::kProcessStatus, message);
-  status_sent_ = *last_scan_;
+void LineLcmAdapter::publish_trajectory(Utime utime) {
+  bus_.publish(channels::kTrajectory,
+               marco::to_message(mapper_.key_trajectory(), utime, mapper_.revision()));
 }
 
 void LineLcmAdapter::after_scan(Utime utime) {
   if (is_after(utime, map_sent_, options_.map_every_s)) publish_map();
-  if (is_after(utime, status_sent_, 1.0)) publish_status();
   if (!options_.checkpoint_path.empty() &&
       is_after(utime, checkpoint_saved_, options_.checkpoint_every_s)) {
     save(options_.checkpoint_path);
@@ -232,12 +243,12 @@ void LineLcmAdapter::after_scan(Utime utime) {
 }
 
 void LineLcmAdapter::save(const std::string& path) {
-  save_checkpoint(path,
-                  {last_scan_.value_or(Utime{}), odom_at_last_scan_, map_revision_, slam_.store()});
+  save_checkpoint(
+      path, {last_scan_.value_or(Utime{}), odom_at_last_scan_, map_revision_, mapper_.store()});
 }
 
 void LineLcmAdapter::reset(const Pose2& world_from_robot) {
-  slam_ = LineSlam(options_.slam, world_from_robot);
+  mapper_ = LineMapper(options_.mapper, world_from_robot);
   waiting_.clear();
 }
 
@@ -261,11 +272,20 @@ void LineLcmAdapter::on_command(int8_t command, const std::string& folder, const
   }
 }
 
+void LineLcmAdapter::start_session() {
+  take_waiting(Patience::is_over);
+  odometry_.clear();
+  pantilt_.clear();
+  sensors_.clear();
+  odom_at_last_scan_.reset();
+}
+
 void LineLcmAdapter::finish() {
   take_waiting(Patience::is_over);
   if (!last_scan_) return;
+  mapper_.finish();
   publish_map();
-  publish_status();
+  publish_trajectory(*last_scan_);
   if (!options_.checkpoint_path.empty()) save(options_.checkpoint_path);
   if (journal_.is_open()) journal_.flush();
 }

@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <optional>
 
@@ -9,14 +10,16 @@
 #include "common/process/bus.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
-#include "slam/line_slam.hpp"
+#include "slam/line_mapper.hpp"
 #include "slam/process/line_checkpoint.hpp"
 #include "slam/process/line_process_options.hpp"
+#include "slam/process/used_scan.hpp"
 
 namespace marco::slam {
 
 /// LIDAR + ODOMETRY + SENSOR_INFO (+ PANTILT_STATE, SLAM_COMMAND, MAP_REQUEST) -> SLAM_POSE,
-/// LINE_MAP, PROCESS_STATUS. Live (LcmBus) and batch (BatchBus) alike; time is the messages' only.
+/// LINE_MAP and, when older poses moved, TRAJECTORY. Live (LcmBus) and batch (BatchBus) alike; time
+/// is the messages' only.
 ///
 /// A scan waits in a queue until odometry covers it, or options.odometry_wait_s of log time have
 /// passed; then its pose is reckoned on from the newest, or, without any odometry, guessed from the
@@ -26,18 +29,35 @@ class LineLcmAdapter {
  public:
   /// Takes up work from options.checkpoint_path when that exists.
   /// @throws std::invalid_argument for a bad option or a damaged checkpoint.
-  LineLcmAdapter(const LineProcessOptions& options, process::Bus& bus);
+  /// @param warn  see process::DropCounter.
+  LineLcmAdapter(const LineProcessOptions& options,
+                 process::Bus& bus,
+                 std::function<void(const std::string&)> warn = {});
 
-  /// Takes the scans that still wait, sends the map and writes the checkpoint: before the end.
+  /// What follows was recorded at another time: it goes on where the robot was left, and nothing is
+  /// concluded from the step between both recordings' odometry or clocks.
+  void start_session();
+
+  /// Takes the scans that still wait, closes loops for the last time, sends the map and writes the
+  /// checkpoint: before the end.
   void finish();
+
+  /// Keeps every scan's points, for pictures and for judging held-out scans. Memory grows with the
+  /// log.
+  void keep_scans() { keep_scans_ = true; }
 
   const process::DropCounter& drops() const { return drops_; }
   int64_t scans_used() const { return scans_used_; }
   int64_t scans_guessed() const { return scans_guessed_; }  ///< without odometry
   bool resumed() const { return resumed_; }
-  LineSlam& slam() { return slam_; }
+  LineMapper& mapper() { return mapper_; }
+  const LineMapper& mapper() const { return mapper_; }
   /// Pose at each scan taken, in order of arrival, as first published.
-  const Trajectory& trajectory() const { return trajectory_; }
+  const Trajectory& live_trajectory() const { return live_; }
+  /// Raw odometry at the same scans, where there was any.
+  const Trajectory& odometry_trajectory() const { return odometry_at_scans_; }
+  /// One a scan, same order. Filled only after keep_scans().
+  const std::vector<UsedScan>& scans() const { return scans_; }
 
  private:
   enum class Patience { waits, is_over };
@@ -53,7 +73,8 @@ class LineLcmAdapter {
   Pose2 motion_during(const LaserScan& scan, const SensorInfo& info) const;
   void publish_pose(Utime utime, const LineSlamUpdate& update, bool is_carried);
   void publish_map();
-  void publish_status();
+  void publish_trajectory(Utime utime);
+  void keep(Utime utime, bool level, bool held_out, const LineSlamUpdate& update);
   void after_scan(Utime utime);
   void save(const std::string& path);
   void reset(const Pose2& world_from_robot);
@@ -61,7 +82,7 @@ class LineLcmAdapter {
   LineProcessOptions options_;
   process::Bus& bus_;
   process::DropCounter drops_;
-  LineSlam slam_;
+  LineMapper mapper_;
   PoseBuffer odometry_;
   std::deque<LaserScan> waiting_;
   std::map<std::string, SensorInfo> sensors_;
@@ -70,10 +91,13 @@ class LineLcmAdapter {
   std::optional<Utime> last_scan_;
   ScanInRobot scan_in_robot_;
   std::ofstream journal_;
-  Trajectory trajectory_;
-  Utime map_sent_, checkpoint_saved_, status_sent_;
+  Trajectory live_;
+  Trajectory odometry_at_scans_;
+  std::vector<UsedScan> scans_;
+  Utime map_sent_, checkpoint_saved_;
   int64_t map_revision_ = 0;
   int64_t scans_used_ = 0, scans_guessed_ = 0, scans_carried_ = 0;
+  bool keep_scans_ = false;
   bool paused_ = false;
   bool resumed_ = false;
 };

@@ -3,6 +3,7 @@
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
+#include "common/process/status_publisher.hpp"
 #include "common/process/stop_signal.hpp"
 #include "slam/process/line_lcm_adapter.hpp"
 
@@ -22,10 +23,16 @@ int run(int argc, char** argv) {
   marco::process::start_logging("marco-line-slam", arguments.log_level);
   marco::process::catch_stop_signals();
   marco::process::LcmBus bus(arguments.lcm_url);
-  marco::slam::LineLcmAdapter adapter(options, bus);
+  marco::slam::LineLcmAdapter adapter(options, bus,
+                                      [](const std::string& line) { spdlog::warn(line); });
+  marco::process::StatusPublisher status(bus, "marco-line-slam", adapter.drops());
   spdlog::info("listening on {}{}", marco::process::effective_lcm_url(arguments.lcm_url),
                adapter.resumed() ? ", goes on from " + options.checkpoint_path : "");
-  while (!marco::process::stop_requested()) bus.handle_once(100);
+  while (!marco::process::stop_requested()) {
+    bus.handle_once(100);
+    status.tick(std::to_string(adapter.live_trajectory().size()) + " scans, " +
+                std::to_string(adapter.mapper().filter().num_walls()) + " walls");
+  }
   adapter.finish();
   spdlog::info("{} scans used, {} of them without odometry; {}", adapter.scans_used(),
                adapter.scans_guessed(), adapter.drops().summary());

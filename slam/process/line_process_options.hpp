@@ -2,13 +2,13 @@
 
 #include <string>
 
-#include "slam/line_slam.hpp"
+#include "slam/line_mapper.hpp"
 
 namespace marco::slam {
 
 /// Everything marco-line-slam can be told.
 struct LineProcessOptions {
-  LineSlamOptions slam;
+  LineMapperOptions mapper;
   std::string lidar_channel = "LIDAR";
   double range_sigma_m = 0.01;     ///< where SENSOR_INFO gives none
   double max_tilt_deg = 1.0;       ///< scans tilted more are not for the plan
@@ -18,10 +18,11 @@ struct LineProcessOptions {
   std::string checkpoint_path;     ///< "" = none is written or read
   double checkpoint_every_s = 30.0;
   std::string journal_path;  ///< JSON lines; "" = none
+  int hold_out_every = 0;    ///< every Nth scan gets a pose but is not drawn; 0 = none
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("slam", slam);
+    v("mapper", mapper);
     v("lidar_channel", lidar_channel);
     v("range_sigma_m", range_sigma_m, kPositive);
     v("max_tilt_deg", max_tilt_deg, Limits{0.0, 90.0});
@@ -31,6 +32,7 @@ struct LineProcessOptions {
     v("checkpoint_path", checkpoint_path);
     v("checkpoint_every_s", checkpoint_every_s, kPositive);
     v("journal_path", journal_path);
+    v("hold_out_every", hold_out_every, Limits{0, 1000000});
   }
 };
 

@@ -242,8 +242,8 @@ TEST(LineLcmAdapter, ResetStartsAgain) {
   command.command = slam_command_t::SET_POSE;
   command.x_m = 5.0;
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
-  EXPECT_EQ(adapter.slam().filter().num_walls(), 0U);
-  EXPECT_THAT(adapter.slam().world_from_robot(), IsNear(Pose2{5.0, 0.0, 0.0}, 1e-12, 1e-12));
+  EXPECT_EQ(adapter.mapper().filter().num_walls(), 0U);
+  EXPECT_THAT(adapter.mapper().world_from_robot(), IsNear(Pose2{5.0, 0.0, 0.0}, 1e-12, 1e-12));
   command.command = slam_command_t::PAUSE;
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
   drive.send_scan(bus, 1);

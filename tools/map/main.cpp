@@ -1,9 +1,14 @@
 #include <cstdio>
+#include <limits>
 
 #include "common/check.hpp"
+#include "common/files/lines_dxf.hpp"
+#include "common/files/lines_json.hpp"
+#include "common/files/lines_svg.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
+#include "common/files/whole_file.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/trajectory_fit.hpp"
@@ -34,13 +39,14 @@ struct Arguments {
   std::string config;
   std::string foreign;
   int hold_out_every = 0;
+  bool lines = false;
 };
 
 std::vector<slam::PlacedScan> held_out_scans(const MapJob& job) {
-  const Trajectory trajectory = job.slam().slam().trajectory();
+  const Trajectory trajectory = job.trajectory();
   std::vector<slam::PlacedScan> placed;
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    const slam::UsedScan& scan = job.slam().scans()[i];
+    const slam::UsedScan& scan = job.scans()[i];
     if (!scan.held_out || !scan.level) continue;
     placed.push_back({trajectory[i].world_from_robot, scan.prepared.hits_in_robot,
                       scan.prepared.sensor_in_robot});
@@ -51,7 +57,7 @@ std::vector<slam::PlacedScan> held_out_scans(const MapJob& job) {
 ReportExtras judge(const MapJob& job, const GridMap& map) {
   ReportExtras extras;
   if (!job.truth().empty()) {
-    const TrajectoryFit fit = fit_to_truth(job.slam().slam().trajectory(), job.truth());
+    const TrajectoryFit fit = fit_to_truth(job.trajectory(), job.truth());
     if (fit.count >= 2) {
       extras.errors["path error rms_m"] = fit.rms_m;
       extras.errors["path error max_m"] = fit.max_m;
@@ -68,24 +74,33 @@ ReportExtras judge(const MapJob& job, const GridMap& map) {
   return extras;
 }
 
+void write_lines(const std::filesystem::path& out, MapJob& job) {
+  const Walls walls = job.lines()->mapper().plan();
+  files::write_whole_file(out / "lines.svg", files::lines_svg(walls, job.trajectory()));
+  files::write_whole_file(out / "lines.dxf", files::lines_dxf(walls));
+  files::write_whole_file(out / "lines.json", files::lines_json(walls));
+}
+
 int run(const Arguments& arguments) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
   options.slam.map_period_s = 0.0;  // a batch run sends its maps once, at the end
-  options.slam.hold_out_every = arguments.hold_out_every;
+  options.lines.map_every_s = std::numeric_limits<double>::infinity();
+  options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
   const std::filesystem::path out = arguments.out;
   std::filesystem::create_directories(out);
-  MapJob job(options, out);
+  MapJob job(options, arguments.lines ? PathMaker::lines : PathMaker::scans, out);
   for (const std::string& input : arguments.inputs) job.read(input, foreign);
   job.finish();
-  require(!job.slam().live_trajectory().empty(),
+  require(!job.live_trajectory().empty(),
           arguments.inputs.front() + ": holds no laser scan that could be used");
-  files::write_tum(out / "trajectory.tum", job.slam().slam().trajectory());
-  files::write_tum(out / "trajectory_live.tum", job.slam().live_trajectory());
-  const GridMap map = job.slam().slam().grid().to_map();
+  files::write_tum(out / "trajectory.tum", job.trajectory());
+  files::write_tum(out / "trajectory_live.tum", job.live_trajectory());
+  const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);
   const TriangleMesh model = job.mapping3d().mapper().model();
   if (!model.triangles.empty()) files::write_ply(out / "model.ply", model);
+  if (job.lines() != nullptr) write_lines(out, job);
   job.clock().end_stage("write");
   if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
   if (!model.triangles.empty()) draw_model_picture(out / "model.png", model);
@@ -114,6 +129,9 @@ int main(int argc, char** argv) {
                    "every Nth scan gets a pose but is not drawn; the report says how well the map "
                    "predicts it")
         ->check(CLI::Range(2, 1000000));
+    app.add_flag("--lines", arguments.lines,
+                 "walls make the path: the line SLAM of thesis A, with lines.svg, lines.dxf and "
+                 "lines.json");
     bool print_config = false;
     app.add_flag("--print-config", print_config, "print the config in force and exit");
     // --print-config needs no INPUT.

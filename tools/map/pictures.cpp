@@ -37,8 +37,8 @@ Trajectory within(const Trajectory& trajectory, const GridMap& map) {
 void draw_map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job) {
   viewer::Scene scene;
   scene.grid = map;
-  const Trajectory estimate = job.slam().slam().trajectory();
-  const Trajectory& odometry = job.slam().odometry_trajectory();
+  const Trajectory estimate = job.trajectory();
+  const Trajectory& odometry = job.odometry_trajectory();
   if (!odometry.empty() && !estimate.empty()) {
     const Pose2 world_from_odom =
         estimate.front().world_from_robot * odometry.front().world_from_robot.inverse();

@@ -28,7 +28,7 @@ LineSlamUpdate LineMapper::process(const ScanInRobot& scan,
                                    MapUse use,
                                    LineSlamJournal* journal) {
   LineSlamUpdate update = slam_.process(scan, robot_motion, use, journal);
-  if (use == MapUse::draw && key_is_due()) {
+  if (use == MapUse::draw && update.looked && key_is_due()) {
     add_key(scan, utime);
     update.trajectory_changed = close_loops();
     update.world_from_robot = slam_.world_from_robot();

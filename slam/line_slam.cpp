@@ -1,6 +1,7 @@
 #include "slam/line_slam.hpp"
 
 #include <Eigen/LU>
+#include <cmath>
 
 namespace marco::slam {
 namespace {
@@ -38,6 +39,7 @@ LineSlamUpdate LineSlam::process(const ScanInRobot& scan,
                                  const std::optional<Pose2>& robot_motion,
                                  MapUse use,
                                  LineSlamJournal* journal) {
+  if (!step_is_due(robot_motion)) return carry(*robot_motion);
   const Pose2 before = filter_.world_from_robot();
   if (robot_motion) {
     filter_.predict(*robot_motion);
@@ -47,6 +49,21 @@ LineSlamUpdate LineSlam::process(const ScanInRobot& scan,
   const LineSlamUpdate update = take(scan, use, journal);
   last_motion_ = between(before, filter_.world_from_robot());
   return update;
+}
+
+bool LineSlam::step_is_due(const std::optional<Pose2>& robot_motion) {
+  if (robot_motion && scans_since_step_ > 0) {
+    step_from_robot_ = step_from_robot_ * *robot_motion;
+    const bool near = step_from_robot_.translation_m().norm() < options_.step_m &&
+                      std::abs(step_from_robot_.theta_rad) < deg_to_rad(options_.step_deg);
+    if (near && scans_since_step_ < options_.step_scans) {
+      ++scans_since_step_;
+      return false;
+    }
+  }
+  step_from_robot_ = {};
+  scans_since_step_ = 1;
+  return true;
 }
 
 LineSlamUpdate LineSlam::process_known(const ScanInRobot& scan,
@@ -79,6 +96,7 @@ LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJourn
   }
 
   LineSlamUpdate result = report();
+  result.looked = true;
   result.observed = static_cast<int>(observed.size());
   result.matched = changes.matched;
   result.unclear = changes.unclear;

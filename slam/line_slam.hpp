@@ -14,6 +14,12 @@ namespace marco::slam {
 struct LineSlamOptions {
   LineExtractorOptions lines;
   WallFilterOptions filter;
+  /// Scans taken near together share their errors (edges between two beams, quantized ranges), and
+  /// the filter would take them for independent: it looks at the next one after this way, this turn
+  /// or this many scans, and carries the pose on by odometry for those between.
+  double step_m = 0.05;
+  double step_deg = 2.0;
+  int step_scans = 20;
   double guess_sigma_m = 0.10;  ///< of a move that no odometry told, guessed from the last one
   double guess_sigma_rad = 0.10;
   double slip_overlap = 0.5;   ///< fewer of the known walls' points matched: a slip is suspected
@@ -26,6 +32,9 @@ struct LineSlamOptions {
   void visit(Visitor& v) {
     v("lines", lines);
     v("filter", filter);
+    v("step_m", step_m, kNotNegative);
+    v("step_deg", step_deg, kNotNegative);
+    v("step_scans", step_scans, Limits{1, 1e6});
     v("guess_sigma_m", guess_sigma_m, kPositive);
     v("guess_sigma_rad", guess_sigma_rad, kPositive);
     v("slip_overlap", slip_overlap, Limits{0.0, 1.0});
@@ -43,7 +52,8 @@ enum class MapUse { draw, pose_only };
 struct LineSlamUpdate {
   Pose2 world_from_robot;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of x, y, theta [m^2, m rad, rad^2]
-  int observed = 0;                                      ///< walls in the scan
+  bool looked = false;  ///< false: the scan was too near the last one, or not to be looked at
+  int observed = 0;     ///< walls in the scan
   int matched = 0;
   int unclear = 0;  ///< like a wall of the map, but not fitting: not used
   int added = 0;
@@ -105,6 +115,7 @@ class LineSlam {
   void restore(const WallFilter::Stored& stored) { filter_.restore(stored); }
 
  private:
+  bool step_is_due(const std::optional<Pose2>& robot_motion);
   LineSlamUpdate take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal);
   LineSlamUpdate report() const;
   std::vector<WallMatch> associate(const std::vector<ObservedWall>& observed, bool& slipped);
@@ -116,6 +127,8 @@ class LineSlam {
   LineExtractor extractor_;
   WallFilter filter_;
   Pose2 last_motion_;
+  Pose2 step_from_robot_;     ///< by odometry, since the last scan that was looked at
+  int scans_since_step_ = 0;  ///< 0 = none was yet
 };
 
 }  // namespace marco::slam

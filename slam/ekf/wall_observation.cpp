@@ -10,6 +10,12 @@ Eigen::Matrix2d rotation_of(double theta_rad) {
   return (Eigen::Matrix2d() << c, -s, s, c).finished();
 }
 
+Eigen::Vector2d along_of(const Eigen::Vector4d& ends) {
+  return Eigen::Vector2d(ends.tail<2>() - ends.head<2>()).normalized();
+}
+
+Eigen::Vector2d turned_left(const Eigen::Vector2d& v) { return {-v.y(), v.x()}; }
+
 }  // namespace
 
 Eigen::Vector4d seen_from_robot(const Eigen::Vector3d& robot, const Eigen::Vector4d& wall) {
@@ -41,7 +47,12 @@ SparseRows wall_rows(const ObservedWall& observed, const WallContext& at, Matche
   Eigen::Matrix4d by_wall;
   seen_from_robot_jacobians(at.robot_first, at.wall_first, by_robot, by_wall);
 
-  const Eigen::Vector2d along = observed.along(), across = observed.across();
+  // Rows point along and across the map's wall, never the observed one: its direction's error would
+  // be in H and in the innovation at once, and their product, always of one sign, drags the robot
+  // along the wall.
+  const Eigen::Vector2d along = along_of(seen), across = turned_left(along);
+  const Eigen::Vector2d along_first = along_of(seen_from_robot(at.robot_first, at.wall_first));
+  const Eigen::Vector2d across_first = turned_left(along_first);
   SparseRows rows;
   rows.resize(2 + static_cast<int>(ends.start) + static_cast<int>(ends.end));
   rows.num_blocks = 2;
@@ -52,22 +63,24 @@ SparseRows wall_rows(const ObservedWall& observed, const WallContext& at, Matche
   };
   Eigen::Matrix2d spread;  // of the two offsets by the line's offset and direction
   for (Eigen::Index i = 0; i < 2; ++i) {
-    const Eigen::Vector2d from_center_m = seen.segment<2>(2 * i) - observed.center_m;
-    add_row(i, 2 * i, across);
-    rows.innovation(i) = -across.dot(from_center_m);
+    const Eigen::Vector2d end_m = seen.segment<2>(2 * i);
+    const double from_center_m = observed.along().dot(end_m - observed.center_m);
+    const Eigen::Vector2d on_line_m = observed.center_m + from_center_m * observed.along();
+    add_row(i, 2 * i, across_first);
+    rows.innovation(i) = across.dot(on_line_m - end_m);
     spread(i, 0) = observed.across_sigma_m;
-    spread(i, 1) = observed.direction_sigma_rad * along.dot(from_center_m);
+    spread(i, 1) = observed.direction_sigma_rad * from_center_m;
   }
   rows.noise.topLeftCorner<2, 2>() = spread * spread.transpose();
   Eigen::Index row = 2;
   if (ends.start) {
-    add_row(row, 0, along);
+    add_row(row, 0, along_first);
     rows.innovation(row) = along.dot(observed.start_m - seen.head<2>());
     rows.noise(row, row) = observed.start_sigma_m * observed.start_sigma_m;
     ++row;
   }
   if (ends.end) {
-    add_row(row, 2, along);
+    add_row(row, 2, along_first);
     rows.innovation(row) = along.dot(observed.end_m - seen.tail<2>());
     rows.noise(row, row) = observed.end_sigma_m * observed.end_sigma_m;
   }

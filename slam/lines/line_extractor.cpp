@@ -322,26 +322,40 @@ void LineExtractor::emit(const Line& fitted) {
   wall.num_points = static_cast<int>(members_.size());
   wall.first_beam = beam_[first];
   wall.last_beam = beam_[last];
-  // The true end lies up to one beam further on: rms of a uniform distribution about its border.
-  const double sigma_m = scan_->range_sigma_m;
-  wall.start_sigma_m = std::hypot(spacing_at(0, 1) / std::sqrt(3.0), sigma_m);
-  wall.end_sigma_m = std::hypot(spacing_at(members_.size() - 1, -1) / std::sqrt(3.0), sigma_m);
+  // A true end lies up to one beam further on, anywhere: half a beam on the average. Without that a
+  // wall ahead grows as the robot comes near, and the robot seems to lag behind its wheels.
+  const double start_spacing_m = spacing_at(0, 1);
+  const double end_spacing_m = spacing_at(members_.size() - 1, -1);
+  wall.start_sigma_m = std::hypot(start_spacing_m / std::sqrt(12.0), scan_->range_sigma_m);
+  wall.end_sigma_m = std::hypot(end_spacing_m / std::sqrt(12.0), scan_->range_sigma_m);
   wall.start_seen = end_is_seen(wall.first_beam, -1, wall);
   wall.end_seen = end_is_seen(wall.last_beam, 1, wall);
+  if (wall.start_seen) wall.start_m -= 0.5 * start_spacing_m * along;
+  if (wall.end_seen) wall.end_m += 0.5 * end_spacing_m * along;
   walls_.push_back(wall);
 }
 
+// Goes on from the end, beam by beam. A corner: a surface that touches the end leaves the line. An
+// edge: the next surface lies behind the line. What lies in front of it and does not touch hides the
+// rest; a single echo between the two, as an edge in front makes it, must not pass for a corner.
 bool LineExtractor::end_is_seen(int beam, int step, const ObservedWall& wall) const {
-  const int next = beam + step;
-  if (next < 0 || next >= static_cast<int>(scan_->beams.size())) return false;
-  const Beam& beyond = scan_->beams[static_cast<std::size_t>(next)];
-  if (!beyond.returned) return false;
+  constexpr int kLookAhead = 10;
+  const double sigma_m = step > 0 ? wall.end_sigma_m : wall.start_sigma_m;
+  const double touch_m = std::max(options_.touch_m, 6.0 * sigma_m);
   const Eigen::Vector2d end_m = step > 0 ? wall.end_m : wall.start_m;
-  const double end_sigma_m = step > 0 ? wall.end_sigma_m : wall.start_sigma_m;
-  const double reach_m = std::max(options_.max_gap_m, 3.0 * end_sigma_m);
-  if ((beyond.hit_m - end_m).squaredNorm() <= square(reach_m)) return true;
-  // Behind the line: the wall's edge. In front of it: something hides the rest.
-  return wall.across().dot(beyond.hit_m - end_m) < -options_.split_distance_m;
+  Eigen::Vector2d last_m = end_m;
+  for (int ahead = 1; ahead <= kLookAhead; ++ahead) {
+    const int next = beam + ahead * step;
+    if (next < 0 || next >= static_cast<int>(scan_->beams.size())) return false;
+    const Beam& beyond = scan_->beams[static_cast<std::size_t>(next)];
+    if (!beyond.returned) return false;
+    const double across_m = wall.across().dot(beyond.hit_m - end_m);
+    if (across_m < -options_.split_distance_m) return true;
+    if ((beyond.hit_m - last_m).squaredNorm() > square(touch_m)) return false;
+    if (across_m > 2.0 * options_.split_distance_m) return ahead > 1;
+    last_m = beyond.hit_m;
+  }
+  return false;
 }
 
 }  // namespace marco::slam

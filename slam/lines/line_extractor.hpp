@@ -18,6 +18,7 @@ struct LineExtractorOptions {
   double min_length_m = 0.40;
   double max_range_m = 8.0;        ///< farther points are not used
   int max_outliers_in_a_row = 4;   ///< stray points inside a wall that do not end it
+  double touch_m = 0.12;           ///< hits nearer together than this are one surface
   double trim_sigmas = 3.0;        ///< points farther from the fitted line do not count for it
   double surface_sigma_m = 0.002;  ///< roughness of real walls: no point is surer than that
 
@@ -30,6 +31,7 @@ struct LineExtractorOptions {
     v("min_length_m", min_length_m, kPositive);
     v("max_range_m", max_range_m, kPositive);
     v("max_outliers_in_a_row", max_outliers_in_a_row, Limits{0, 100});
+    v("touch_m", touch_m, kPositive);
     v("trim_sigmas", trim_sigmas, Limits{1.0, 100.0});
     v("surface_sigma_m", surface_sigma_m, kPositive);
   }

@@ -40,6 +40,7 @@ std::string journal_line(Utime utime, const LineSlamJournal& journal) {
     nlohmann::json entry;
     entry["z_m"] = {wall.start_m.x(), wall.start_m.y(), wall.end_m.x(), wall.end_m.y()};
     entry["points"] = wall.num_points;
+    entry["ends_seen"] = {wall.start_seen, wall.end_seen};
     entry["result"] = result_of(journal.matches[i]);
     if (journal.matches[i].wall >= 0) {
       entry["id"] = journal.wall_ids[i];

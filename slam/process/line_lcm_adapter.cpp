@@ -176,7 +176,7 @@ void LineLcmAdapter::take(const LaserScan& scan) {
     update = mapper_.process(scan_in_robot_, scan.utime, motion,
                              held_out ? MapUse::pose_only : MapUse::draw,
                              journal_.is_open() ? &journal : nullptr);
-    if (journal_.is_open()) journal_ << journal_line(scan.utime, journal) << '\n';
+    if (journal_.is_open() && update.looked) journal_ << journal_line(scan.utime, journal) << '\n';
     ++scans_used_;
     if (!motion) ++scans_guessed_;
   }

@@ -21,8 +21,8 @@ struct LineMapperOptions {
   double key_distance_m = 0.30;   ///< a scan is kept after this move ...
   double key_turn_deg = 15.0;     ///< ... or this turn
   bool close_loops = true;        ///< by the pose graph, where the filter alone would not
-  double trusted_shift_m = 0.10;  ///< a loop that contradicts the filter by more is not its noise:
-  double trusted_turn_deg = 2.0;  ///< ... the filter is too sure, and the graph is asked
+  double trusted_shift_m = 0.30;  ///< a loop that contradicts the filter by more is not its noise:
+  double trusted_turn_deg = 3.0;  ///< ... the filter is too sure, and the graph is asked
   double edge_sigma_m = 0.008;    ///< added to what the filter says of the way between key scans
   double edge_sigma_deg = 0.10;
   double replay_sigma_m = 0.02;  ///< of the graph's path when the walls are laid along it anew

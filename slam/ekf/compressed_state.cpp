@@ -14,6 +14,21 @@ using Eigen::Index;
 // of matrices to pay, small enough to stay in cache.
 constexpr Index kMaxWeights = 192;
 
+// Upper triangle <- lower one, in squares that fit the cache: column by column it would cost more
+// than the corrections themselves.
+void mirror_lower(Eigen::MatrixXd& p, Index size) {
+  constexpr Index kSide = 32;
+  for (Index column = 0; column < size; column += kSide) {
+    const Index columns = std::min(kSide, size - column);
+    p.block(column, column, columns, columns).triangularView<Eigen::StrictlyUpper>() =
+        p.block(column, column, columns, columns).transpose().eval();
+    for (Index row = column + kSide; row < size; row += kSide) {
+      const Index rows = std::min(kSide, size - row);
+      p.block(column, row, columns, rows) = p.block(row, column, rows, columns).transpose();
+    }
+  }
+}
+
 }  // namespace
 
 CompressedState::CompressedState(const Eigen::Vector3d& robot, const Eigen::Matrix3d& covariance) {
@@ -177,7 +192,7 @@ void CompressedState::finish_corrections() {
   auto p = p_.topLeftCorner(n, n);
   const auto u = u_.topLeftCorner(n, num_u_);
   p.selfadjointView<Eigen::Lower>().rankUpdate(u, -1.0);
-  p.triangularView<Eigen::StrictlyUpper>() = p.transpose();
+  mirror_lower(p_, n);
   if (has_passive_) {
     phi_t_.leftCols(n).noalias() -=
         weights_t_.middleCols(first_new_weight_, num_u_) * u.transpose();

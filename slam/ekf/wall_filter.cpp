@@ -22,6 +22,12 @@ double distance_to(const Eigen::Vector2d& point_m, const Eigen::Vector4d& wall) 
   return (point_m - wall.head<2>() - part * way).norm();
 }
 
+// How far a point lies on the free side of the wall's line; from behind a wall is never seen.
+double left_of(const Eigen::Vector4d& wall, const Eigen::Vector2d& point_m) {
+  const Eigen::Vector2d way = wall.tail<2>() - wall.head<2>(), to = point_m - wall.head<2>();
+  return (way.x() * to.y() - way.y() * to.x()) / std::max(1e-9, way.norm());
+}
+
 }  // namespace
 
 WallFilter::WallFilter(const WallFilterOptions& options, const Pose2& world_from_robot)
@@ -63,11 +69,13 @@ void WallFilter::predict(const Pose2& robot_motion, const Eigen::Matrix3d& noise
   state_.predict(after.vector(), motion_jacobian(from_m, after.translation_m()), noise);
 }
 
-std::vector<int> WallFilter::blocks_within(double radius_m) const {
+std::vector<int> WallFilter::blocks_within(double radius_m, double behind_m) const {
   const Eigen::Vector2d robot_m = state_.mean(0).head<2>();
   std::vector<int> near;
   for (const MapWall& wall : walls_) {
-    if (distance_to(robot_m, state_.rough_mean(wall.block)) <= radius_m) near.push_back(wall.block);
+    const Eigen::Vector4d mean = state_.rough_mean(wall.block);
+    if (distance_to(robot_m, mean) > radius_m) continue;
+    if (left_of(mean, robot_m) > -behind_m) near.push_back(wall.block);
   }
   return near;
 }
@@ -76,14 +84,16 @@ void WallFilter::focus() {
   state_.catch_up(options_.catch_up_tiles);
   const bool all = static_cast<int>(walls_.size()) <= options_.max_dense_walls;
   if (all && state_.num_passive() == 0) return;
-  const std::vector<int> needed = all ? blocks() : blocks_within(options_.active_radius_m);
+  const std::vector<int> needed =
+      all ? blocks() : blocks_within(options_.active_radius_m, options_.active_behind_m);
   const bool missing = std::any_of(needed.begin(), needed.end(),
                                    [this](int block) { return !state_.is_active(block); });
   // A corrected pose has moved the walls that wait, too, and they are looked for where they were.
   const bool moved =
       state_.num_passive() > 0 && moved_since_focus_m_ > 0.5 * options_.active_margin_m;
   const auto wanted = [&] {
-    return blocks_within(options_.active_radius_m + options_.active_margin_m);
+    return blocks_within(options_.active_radius_m + options_.active_margin_m,
+                         options_.active_behind_m + options_.active_margin_m);
   };
   const std::size_t active = state_.active().size() - 1;
   const auto slack = static_cast<std::size_t>(options_.max_dense_walls);

@@ -31,7 +31,8 @@ struct WallFilterOptions {
   double start_sigma_rad = 1e-3;
   int new_wall_points = 8;          ///< fewer do not start a wall of the map
   double new_wall_length_m = 0.80;  ///< nor do shorter ones
-  double active_radius_m = 18.0;    ///< walls as near as this are in the active part
+  double active_radius_m = 24.0;    ///< walls as near as this are in the active part
+  double active_behind_m = 1.0;     ///< ... unless the robot is as far behind their line
   double active_margin_m = 2.0;     ///< more is made active at once, so that it lasts a while
   int max_dense_walls = 24;         ///< with fewer walls all are active
   int catch_up_tiles = 200;         ///< of the put-off covariance, at most, each scan
@@ -53,6 +54,7 @@ struct WallFilterOptions {
     v("new_wall_points", new_wall_points, Limits{3, 1000});
     v("new_wall_length_m", new_wall_length_m, kNotNegative);
     v("active_radius_m", active_radius_m, kPositive);
+    v("active_behind_m", active_behind_m, kNotNegative);
     v("active_margin_m", active_margin_m, kNotNegative);
     v("max_dense_walls", max_dense_walls, Limits{0, 1e6});
     v("catch_up_tiles", catch_up_tiles, Limits{1, 1e6});
@@ -173,7 +175,7 @@ class WallFilter {
   bool move_end(std::size_t index, const ObservedWall& observed, bool at_start);
   SparseRows line_rows(std::size_t a, std::size_t b) const;
   void vote(const ScanInRobot& scan, MapWall& wall) const;
-  std::vector<int> blocks_within(double radius_m) const;
+  std::vector<int> blocks_within(double radius_m, double behind_m) const;
 
   WallFilterOptions options_;
   CompressedState state_;

@@ -336,8 +336,9 @@ void LineExtractor::emit(const Line& fitted) {
 }
 
 // Goes on from the end, beam by beam. A corner: a surface that touches the end leaves the line. An
-// edge: the next surface lies behind the line. What lies in front of it and does not touch hides the
-// rest; a single echo between the two, as an edge in front makes it, must not pass for a corner.
+// edge: the next surface lies behind the line. What lies in front of it and does not touch hides
+// the rest; a single echo between the two, as an edge in front makes it, must not pass for a
+// corner.
 bool LineExtractor::end_is_seen(int beam, int step, const ObservedWall& wall) const {
   constexpr int kLookAhead = 10;
   const double sigma_m = step > 0 ? wall.end_sigma_m : wall.start_sigma_m;

@@ -16,7 +16,7 @@ struct LineExtractorOptions {
       1.2;  ///< ... unless the beams' own spacing on a slanting wall is wider
   int min_points = 5;
   double min_length_m = 0.40;
-  double max_range_m = 8.0;        ///< farther points are not used
+  double max_range_m = 20.0;       ///< farther points are not used (thesis: 8, its laser's limit)
   int max_outliers_in_a_row = 4;   ///< stray points inside a wall that do not end it
   double touch_m = 0.12;           ///< hits nearer together than this are one surface
   double trim_sigmas = 3.0;        ///< points farther from the fitted line do not count for it

@@ -103,6 +103,10 @@ class CompressedState {
                const Eigen::MatrixXd& covariance);
 
  private:
+  /// So many columns of W^T are kept before their sum of squares is taken: large enough for a
+  /// product of matrices to pay, small enough to stay in cache.
+  static constexpr Eigen::Index kMaxWeights = 192;
+
   Eigen::Index local_size() const { return 4 * static_cast<Eigen::Index>(active_.size()); }
   Eigen::Index at(int block) const { return 4 * local_[static_cast<std::size_t>(block)]; }
   void load(std::span<const int> blocks);

@@ -54,6 +54,7 @@ class LineExtractor {
   const std::vector<ObservedWall>& extract(const ScanInRobot& scan);
 
  private:
+  static constexpr double square(double value) { return value * value; }
   /// Points first..last in order. Between parts that were put together there may be strays, which
   /// do not lie on its line; the core is its longest stretch without any.
   struct Piece {

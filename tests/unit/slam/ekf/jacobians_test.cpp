@@ -70,10 +70,23 @@ TEST(Jacobians, WallSeenFromTheRobotAgainstCentralDifferences) {
   EXPECT_LT((by_wall - numeric(of_wall, kWall)).cwiseAbs().maxCoeff(), kTolerance);
 }
 
+// As kWall is seen from kRobot, less a bit at its ends: where nothing is left to correct across it,
+// the rows are exact.
+ObservedWall observed_where_it_is() {
+  const Eigen::Vector4d seen = seen_from_robot(kRobot, kWall);
+  ObservedWall wall = observed_wall();
+  const Eigen::Vector2d way = seen.tail<2>() - seen.head<2>();
+  wall.direction_rad = std::atan2(way.y(), way.x());
+  wall.center_m = 0.5 * (seen.head<2>() + seen.tail<2>());
+  wall.start_m = seen.head<2>() + 0.03 * wall.along();
+  wall.end_m = seen.tail<2>() - 0.02 * wall.along();
+  return wall;
+}
+
 TEST(Jacobians, WallRowsAgainstCentralDifferences) {
   const auto rows_at = [](const Eigen::VectorXd& x) {
-    return wall_rows(observed_wall(), {x.head<3>(), x.head<3>(), x.tail<4>(), x.tail<4>(), 1},
-                     {true, true});
+    return wall_rows(observed_where_it_is(),
+                     {x.head<3>(), x.head<3>(), x.tail<4>(), x.tail<4>(), 1}, {true, true});
   };
   Eigen::VectorXd at(7);
   at << kRobot, kWall;
@@ -85,6 +98,18 @@ TEST(Jacobians, WallRowsAgainstCentralDifferences) {
   };
   // The innovation is what was measured minus what is predicted: the sign turns.
   EXPECT_LT((h + numeric(innovation, at)).cwiseAbs().maxCoeff(), kTolerance);
+}
+
+// Its error would be in H and in the innovation at once: their product, always of one sign, dragged
+// the robot along a wall by half a metre.
+TEST(Jacobians, RowsDoNotDependOnTheObservedDirection) {
+  ObservedWall turned = observed_where_it_is();
+  turned.direction_rad += 0.02;
+  const WallContext at{kRobot, kRobot, kWall, kWall, 1};
+  const SparseRows straight = wall_rows(observed_where_it_is(), at, {true, true});
+  const SparseRows crooked = wall_rows(turned, at, {true, true});
+  EXPECT_EQ(straight.jacobian, crooked.jacobian);
+  EXPECT_GT((straight.innovation - crooked.innovation).head<2>().norm(), 0.01);
 }
 
 // Turning and moving robot and map together must stay invisible to every row (first estimates).

@@ -74,8 +74,7 @@ ReportExtras judge(const MapJob& job, const GridMap& map) {
   return extras;
 }
 
-void write_lines(const std::filesystem::path& out, MapJob& job) {
-  const Walls walls = job.lines()->mapper().plan();
+void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job) {
   files::write_whole_file(out / "lines.svg", files::lines_svg(walls, job.trajectory()));
   files::write_whole_file(out / "lines.dxf", files::lines_dxf(walls));
   files::write_whole_file(out / "lines.json", files::lines_json(walls));
@@ -100,10 +99,12 @@ int run(const Arguments& arguments) {
   if (map.width_cells > 0) files::write_map(out, map);
   const TriangleMesh model = job.mapping3d().mapper().model();
   if (!model.triangles.empty()) files::write_ply(out / "model.ply", model);
-  if (job.lines() != nullptr) write_lines(out, job);
+  const Walls walls = job.lines() != nullptr ? job.lines()->mapper().plan() : Walls{};
+  if (job.lines() != nullptr) write_lines(out, walls, job);
   job.clock().end_stage("write");
   if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
   if (!model.triangles.empty()) draw_model_picture(out / "model.png", model);
+  if (job.lines() != nullptr) draw_line_pictures(out, map, walls, job);
   job.clock().end_stage("pictures");
   const ReportExtras extras = judge(job, map);
   write_report(out / "report.json", job, extras);

@@ -15,6 +15,7 @@ inline constexpr const char* kCamera = "CAMERA";       ///< bot_core.image_t
 inline constexpr const char* kTruePose = "TRUE_POSE";  ///< pose2_t
 inline constexpr const char* kSlamPose = "SLAM_POSE";
 inline constexpr const char* kGridMap = "GRID_MAP";
+inline constexpr const char* kLineMap = "LINE_MAP";
 inline constexpr const char* kTrajectory = "TRAJECTORY";
 inline constexpr const char* kScene = "SCENE";
 inline constexpr const char* kMesh = "MESH";

@@ -263,6 +263,49 @@ Trajectory from_message(const trajectory_t& message) {
   return trajectory;
 }
 
+line_map_t to_message(const Walls& walls, Utime utime, int64_t revision) {
+  line_map_t message;
+  message.utime = utime.us;
+  message.revision = revision;
+  message.num_walls = static_cast<int32_t>(walls.size());
+  for (const Wall& wall : walls) {
+    message.ids.push_back(wall.id);
+    message.ends_m.push_back({wall.start_m.x(), wall.start_m.y(), wall.end_m.x(), wall.end_m.y()});
+    std::vector<double>& covariance = message.covariances.emplace_back();
+    for (Eigen::Index row = 0; row < 4; ++row) {
+      for (Eigen::Index column = 0; column < 4; ++column) {
+        covariance.push_back(wall.covariance(row, column));
+      }
+    }
+    message.existence.push_back(wall.existence);
+    message.times_seen.push_back(wall.times_seen);
+    message.start_seen.push_back(wall.start_seen ? 1 : 0);
+    message.end_seen.push_back(wall.end_seen ? 1 : 0);
+  }
+  return message;
+}
+
+Walls from_message(const line_map_t& message) {
+  require(message.num_walls >= 0, "line_map_t: num_walls below 0");
+  Walls walls(static_cast<std::size_t>(message.num_walls));
+  for (std::size_t i = 0; i < walls.size(); ++i) {
+    Wall& wall = walls[i];
+    wall.id = message.ids[i];
+    wall.start_m = {message.ends_m[i][0], message.ends_m[i][1]};
+    wall.end_m = {message.ends_m[i][2], message.ends_m[i][3]};
+    for (Eigen::Index k = 0; k < 16; ++k) {
+      wall.covariance(k / 4, k % 4) = message.covariances[i][static_cast<std::size_t>(k)];
+    }
+    require(wall.start_m.allFinite() && wall.end_m.allFinite() && wall.covariance.allFinite(),
+            "line_map_t: a wall is not finite");
+    wall.existence = message.existence[i];
+    wall.times_seen = message.times_seen[i];
+    wall.start_seen = message.start_seen[i] != 0;
+    wall.end_seen = message.end_seen[i] != 0;
+  }
+  return walls;
+}
+
 std::vector<grid_map_t> to_messages(const GridMap& map, Utime utime, int64_t revision) {
   constexpr int kTileCells = 256;
   std::vector<grid_map_t> tiles;

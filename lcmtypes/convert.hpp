@@ -9,9 +9,11 @@
 #include "common/grid_map.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
+#include "common/wall.hpp"
 #include "marco/grid_map_t.hpp"
 #include "marco/imu_t.hpp"
 #include "marco/lidar_raw_t.hpp"
+#include "marco/line_map_t.hpp"
 #include "marco/odometry_t.hpp"
 #include "marco/pantilt_state_t.hpp"
 #include "marco/pose2_t.hpp"
@@ -46,6 +48,9 @@ TruePose from_message(const pose2_t& message);
 
 trajectory_t to_message(const Trajectory& trajectory, Utime utime, int64_t revision);
 Trajectory from_message(const trajectory_t& message);
+
+line_map_t to_message(const Walls& walls, Utime utime, int64_t revision);
+Walls from_message(const line_map_t& message);
 
 /// The grid in tiles of at most 256 x 256 cells (64 kB each), all of `revision`.
 std::vector<grid_map_t> to_messages(const GridMap& map, Utime utime, int64_t revision);

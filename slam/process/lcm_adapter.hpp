@@ -11,6 +11,7 @@
 #include "common/process/drop_counter.hpp"
 #include "common/samples.hpp"
 #include "marco/map_request_t.hpp"
+#include "slam/process/used_scan.hpp"
 #include "slam/slam.hpp"
 
 namespace marco::slam {
@@ -35,14 +36,6 @@ struct SlamAdapterOptions {
   }
 };
 
-/// What became of a scan, for those who draw or judge the map afterwards.
-struct UsedScan {
-  PreparedScan prepared;  ///< without its points unless it was held out
-  bool level = true;
-  bool held_out = false;
-  bool matched = false;
-};
-
 /// Messages in, Slam, messages out. Subscribes every LIDAR channel, ODOMETRY, IMU, PANTILT_STATE,
 /// SENSOR_INFO and MAP_REQUEST; publishes SLAM_POSE for each scan, TRAJECTORY and GRID_MAP.
 ///
@@ -65,8 +58,6 @@ class SlamAdapter {
 
   const Slam& slam() const { return slam_; }
   const process::DropCounter& drops() const { return drops_; }
-  /// The newest SENSOR_INFO of each channel.
-  const std::map<std::string, SensorInfo>& sensors() const { return sensors_; }
   /// One a scan, in the order of arrival: as first published.
   const Trajectory& live_trajectory() const { return live_; }
   /// Raw odometry at the same scans; empty when there was none at the first scan.

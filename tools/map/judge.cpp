@@ -36,20 +36,20 @@ void note(Errors& errors, const std::string& of, const sim::SurfaceError& found)
 Errors judge_path(const MapJob& job) {
   Errors errors;
   if (job.truth().empty()) return errors;
-  const TrajectoryFit fit = fit_to_truth(job.slam().slam().trajectory(), job.truth());
+  const TrajectoryFit fit = fit_to_truth(job.trajectory(), job.truth());
   if (fit.count < 2) return errors;
   errors["path error rms_m"] = fit.rms_m;
   errors["path error max_m"] = fit.max_m;
-  const TrajectoryFit odometry = fit_to_truth(job.slam().odometry_trajectory(), job.truth());
+  const TrajectoryFit odometry = fit_to_truth(job.odometry_trajectory(), job.truth());
   if (odometry.count >= 2) errors["odometry error rms_m"] = odometry.rms_m;
   return errors;
 }
 
 Errors judge_held_out(const MapJob& job, const GridMap& map) {
-  const Trajectory trajectory = job.slam().slam().trajectory();
+  const Trajectory trajectory = job.trajectory();
   std::vector<slam::PlacedScan> placed;
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    const slam::UsedScan& scan = job.slam().scans()[i];
+    const slam::UsedScan& scan = job.scans()[i];
     if (!scan.held_out || !scan.level) continue;
     placed.push_back({trajectory[i].world_from_robot, scan.prepared.hits_in_robot,
                       scan.prepared.sensor_in_robot});
@@ -68,13 +68,13 @@ Errors judge_against_world(const MapJob& job,
                            const GridMap& map,
                            const TriangleMesh& model,
                            const std::filesystem::path& world_file) {
-  const TrajectoryFit fit = fit_to_truth(job.slam().slam().trajectory(), job.truth());
+  const TrajectoryFit fit = fit_to_truth(job.trajectory(), job.truth());
   require(fit.count >= 2, "--world: the recording has no TRUE_POSE to lay the map on the world by");
   const sim::RayCaster world(
       sim::build_world(process::load_options<sim::WorldSpec>(world_file.string())));
   Errors errors;
   note(errors, "map",
-       sim::map_error(map, world, fit.truth_from_estimate, laser_height_m(job.slam().sensors())));
+       sim::map_error(map, world, fit.truth_from_estimate, laser_height_m(job.sensors())));
   note(errors, "model", sim::model_error(model, world, lift(fit.truth_from_estimate)));
   return errors;
 }

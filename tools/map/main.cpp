@@ -1,9 +1,14 @@
 #include <cstdio>
+#include <limits>
 
 #include "common/check.hpp"
+#include "common/files/lines_dxf.hpp"
+#include "common/files/lines_json.hpp"
+#include "common/files/lines_svg.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
+#include "common/files/whole_file.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "tools/map/judge.hpp"
@@ -34,33 +39,44 @@ struct Arguments {
   std::string foreign;
   std::string world;
   int hold_out_every = 0;
+  bool lines = false;
 };
+
+void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job) {
+  files::write_whole_file(out / "lines.svg", files::lines_svg(walls, job.trajectory()));
+  files::write_whole_file(out / "lines.dxf", files::lines_dxf(walls));
+  files::write_whole_file(out / "lines.json", files::lines_json(walls));
+}
 
 int run(const Arguments& arguments) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
   options.slam.map_period_s = 0.0;  // a batch run sends its maps once, at the end
-  options.slam.hold_out_every = arguments.hold_out_every;
+  options.lines.map_every_s = std::numeric_limits<double>::infinity();
+  options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
   const std::filesystem::path out = arguments.out;
   std::filesystem::create_directories(out);
-  MapJob job(options, out);
+  MapJob job(options, arguments.lines ? PathMaker::lines : PathMaker::scans, out);
   for (const std::string& input : arguments.inputs) job.read(input, foreign);
   job.finish();
-  require(!job.slam().live_trajectory().empty(),
+  require(!job.live_trajectory().empty(),
           arguments.inputs.front() + ": holds no laser scan that could be used");
-  files::write_tum(out / "trajectory.tum", job.slam().slam().trajectory());
-  files::write_tum(out / "trajectory_live.tum", job.slam().live_trajectory());
-  if (!job.slam().odometry_trajectory().empty()) {
-    files::write_tum(out / "odometry.tum", job.slam().odometry_trajectory());
+  files::write_tum(out / "trajectory.tum", job.trajectory());
+  files::write_tum(out / "trajectory_live.tum", job.live_trajectory());
+  if (!job.odometry_trajectory().empty()) {
+    files::write_tum(out / "odometry.tum", job.odometry_trajectory());
   }
   if (!job.truth().empty()) files::write_tum(out / "truth.tum", job.truth());
-  const GridMap map = job.slam().slam().grid().to_map();
+  const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);
   const TriangleMesh model = job.mapping3d().mapper().model();
   if (!model.triangles.empty()) files::write_ply(out / "model.ply", model);
+  const Walls walls = job.lines() != nullptr ? job.lines()->mapper().plan() : Walls{};
+  if (job.lines() != nullptr) write_lines(out, walls, job);
   job.clock().end_stage("write");
   if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
   if (!model.triangles.empty()) draw_model_picture(out / "model.png", model, job);
+  if (job.lines() != nullptr) draw_line_pictures(out, map, walls, job);
   job.clock().end_stage("pictures");
   ReportExtras extras{judge_path(job)};
   extras.errors.merge(judge_held_out(job, map));
@@ -94,6 +110,9 @@ int main(int argc, char** argv) {
     app.add_option("--world", arguments.world,
                    "a simulated recording's world: map and model are compared with it")
         ->check(CLI::ExistingFile);
+    app.add_flag("--lines", arguments.lines,
+                 "walls make the path: the line SLAM of thesis A, with lines.svg, lines.dxf and "
+                 "lines.json");
     bool print_config = false;
     app.add_flag("--print-config", print_config, "print the config in force and exit");
     // --print-config needs no INPUT.

@@ -8,17 +8,63 @@
 
 namespace marco {
 
-MapJob::MapJob(const MapOptions& options, const std::filesystem::path& folder)
+MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder)
     : log_((folder / "slam.lcm").string()),
       bus_(&log_),
-      slam_(bus_, options.slam),
+      slam_(maker == PathMaker::scans
+                ? std::optional<slam::SlamAdapter>(std::in_place, bus_, options.slam)
+                : std::optional<slam::SlamAdapter>()),
+      lines_(maker == PathMaker::lines
+                 ? std::optional<slam::LineLcmAdapter>(std::in_place, options.lines, bus_)
+                 : std::optional<slam::LineLcmAdapter>()),
       mapping3d_(bus_, options.mapping3d) {
-  slam_.keep_scans();
+  if (slam_) slam_->keep_scans();
+  if (lines_) lines_->keep_scans();
+}
+
+Trajectory MapJob::trajectory() const {
+  return slam_ ? slam_->slam().trajectory() : lines_->mapper().trajectory();
+}
+
+const Trajectory& MapJob::live_trajectory() const {
+  return slam_ ? slam_->live_trajectory() : lines_->live_trajectory();
+}
+
+const Trajectory& MapJob::odometry_trajectory() const {
+  return slam_ ? slam_->odometry_trajectory() : lines_->odometry_trajectory();
+}
+
+const std::vector<slam::UsedScan>& MapJob::scans() const {
+  return slam_ ? slam_->scans() : lines_->scans();
+}
+
+GridMap MapJob::grid() const {
+  return (slam_ ? slam_->slam().grid() : lines_->mapper().grid()).to_map();
+}
+
+const std::vector<slam::KeyScan>& MapJob::key_scans() const {
+  static const std::vector<slam::KeyScan> kNone;
+  return slam_ ? slam_->slam().keys() : kNone;
+}
+
+std::size_t MapJob::key_count() const {
+  return slam_ ? slam_->slam().key_count() : lines_->mapper().key_count();
+}
+
+const std::vector<slam::Loop>& MapJob::loops() const {
+  return slam_ ? slam_->slam().loops() : lines_->mapper().loops();
+}
+
+const process::DropCounter& MapJob::drops() const {
+  return slam_ ? slam_->drops() : lines_->drops();
 }
 
 void MapJob::read(const std::filesystem::path& input, const ForeignTable& foreign) {
   const std::unique_ptr<files::SampleReader> recording = open_recording(input, foreign);
-  if (!inputs_.empty()) slam_.start_session();
+  if (!inputs_.empty()) {
+    if (slam_) slam_->start_session();
+    if (lines_) lines_->start_session();
+  }
   clock_.end_stage("recognise " + input.filename().string());
   process::Progress progress("mapping " + input.filename().string());
   while (const std::optional<Sample> sample = recording->next()) {
@@ -33,12 +79,14 @@ void MapJob::take(const Sample& sample) {
   if (const auto* pose = std::get_if<TruePose>(&sample)) {
     truth_.push_back({pose->utime, pose->world_from_robot});
   }
+  if (const auto* info = std::get_if<SensorInfo>(&sample)) sensors_[info->channel] = *info;
   const EncodedMessage message = encode_sample(sample);
   bus_.deliver(message.channel, message.bytes, message.utime);
 }
 
 void MapJob::finish() {
-  slam_.finish();
+  if (slam_) slam_->finish();
+  if (lines_) lines_->finish();
   bus_.deliver_published();
   clock_.end_stage("optimize");
   mapping3d_.finish();
@@ -48,7 +96,7 @@ void MapJob::finish() {
 }
 
 double MapJob::recorded_s() const {
-  const Trajectory& live = slam_.live_trajectory();
+  const Trajectory& live = live_trajectory();
   if (live.empty()) return 0.0;
   const auto [first, last] = std::minmax_element(
       live.begin(), live.end(),

@@ -12,20 +12,26 @@
 #include "lcmtypes/foreign.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"
 #include "slam/process/lcm_adapter.hpp"
+#include "slam/process/line_lcm_adapter.hpp"
 #include "tools/map/stage_clock.hpp"
 
 namespace marco {
 
 struct MapOptions {
   slam::SlamAdapterOptions slam;
+  slam::LineProcessOptions lines;
   mapping3d::Mapping3dAdapterOptions mapping3d;
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("slam_process", slam);
+    v("line_slam_process", lines);
     v("mapping3d_process", mapping3d);
   }
 };
+
+/// Who makes the path: the scan SLAM, or thesis A's line SLAM (`--lines`).
+enum class PathMaker { scans, lines };
 
 /// The main job on somebody's recordings, as fast as the machine can: reads them, feeds the same
 /// adapters that run live through a BatchBus, and keeps what the pictures and the report need. A
@@ -33,7 +39,7 @@ struct MapOptions {
 class MapJob {
  public:
   /// @param folder  where slam.lcm is written while the job runs; must exist.
-  MapJob(const MapOptions& options, const std::filesystem::path& folder);
+  MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder);
 
   /// Reads a recording to its end; several are consecutive sessions of one map.
   /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
@@ -43,7 +49,25 @@ class MapJob {
   /// Optimizes for the last time.
   void finish();
 
-  const slam::SlamAdapter& slam() const { return slam_; }
+  /// A pose a scan, in order of input, after the last optimization.
+  Trajectory trajectory() const;
+  /// The same, each pose as it was first published.
+  const Trajectory& live_trajectory() const;
+  /// Raw odometry at the scans, where there was any.
+  const Trajectory& odometry_trajectory() const;
+  /// One a scan.
+  const std::vector<slam::UsedScan>& scans() const;
+  GridMap grid() const;
+  /// What the scan SLAM's map is made of; empty where the line SLAM made the path.
+  const std::vector<slam::KeyScan>& key_scans() const;
+  /// The newest SENSOR_INFO of each channel.
+  const std::map<std::string, SensorInfo>& sensors() const { return sensors_; }
+  std::size_t key_count() const;
+  const std::vector<slam::Loop>& loops() const;
+  const process::DropCounter& drops() const;
+  /// Nothing unless the line SLAM made the path.
+  slam::LineLcmAdapter* lines() { return lines_ ? &*lines_ : nullptr; }
+  const slam::LineLcmAdapter* lines() const { return lines_ ? &*lines_ : nullptr; }
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
   const std::vector<files::InputReport>& inputs() const { return inputs_; }
   const Trajectory& truth() const { return truth_; }
@@ -57,9 +81,11 @@ class MapJob {
 
   files::EventLogWriter log_;
   process::BatchBus bus_;
-  slam::SlamAdapter slam_;
+  std::optional<slam::SlamAdapter> slam_;  ///< one of the two
+  std::optional<slam::LineLcmAdapter> lines_;
   mapping3d::Mapping3dAdapter mapping3d_;
   std::vector<files::InputReport> inputs_;
+  std::map<std::string, SensorInfo> sensors_;
   Trajectory truth_;
   StageClock clock_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "common/trajectory_fit.hpp"
 #include "viewer/image_io.hpp"
@@ -11,6 +12,8 @@
 
 namespace marco {
 namespace {
+
+constexpr viewer::Rgb kWallGreen{36, 150, 62};
 
 Trajectory moved(const Trajectory& trajectory, const Pose2& to_from) {
   Trajectory result = trajectory;
@@ -61,23 +64,22 @@ std::string camera_behind(const mapping3d::Scene& scene) {
   return camera;
 }
 
-}  // namespace
-
-void draw_map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job) {
-  viewer::Scene scene;
-  scene.grid = map;
+viewer::PointsItem scan_points(const MapJob& job) {
   viewer::PointsItem points;
   points.label = "scan points";
-  for (const slam::KeyScan& key : job.slam().slam().keys()) {
+  for (const slam::KeyScan& key : job.key_scans()) {
     const Points2 hits = key.world_from_robot * key.points_in_robot.points;
     for (Eigen::Index i = 0; i < hits.cols(); ++i) {
       const Eigen::Vector2f hit = hits.col(i).cast<float>();
       points.points_m.emplace_back(hit.x(), hit.y(), 0.0F);
     }
   }
-  scene.points.push_back(std::move(points));
-  const Trajectory estimate = job.slam().slam().trajectory();
-  const Trajectory& odometry = job.slam().odometry_trajectory();
+  return points;
+}
+
+void add_paths(const GridMap& map, const MapJob& job, viewer::Scene& scene) {
+  const Trajectory estimate = job.trajectory();
+  const Trajectory& odometry = job.odometry_trajectory();
   if (!odometry.empty() && !estimate.empty()) {
     const Pose2 world_from_odom =
         estimate.front().world_from_robot * odometry.front().world_from_robot.inverse();
@@ -92,6 +94,62 @@ void draw_map_picture(const std::filesystem::path& path, const GridMap& map, con
     }
   }
   scene.paths.push_back({estimate, viewer::palette::kEstimate, "estimate"});
+}
+
+void add_walls(const Walls& walls, viewer::Scene& scene) {
+  for (const Wall& wall : walls) {
+    scene.walls.push_back({wall.start_m, wall.end_m, 2.5, kWallGreen});
+    scene.ellipses.push_back({wall.start_m, wall.covariance.topLeftCorner<2, 2>()});
+    scene.ellipses.push_back({wall.end_m, wall.covariance.bottomRightCorner<2, 2>()});
+  }
+}
+
+// A level scan in the middle of the recording, where there is a map to see it on.
+std::optional<std::size_t> scan_to_show(const MapJob& job) {
+  const std::size_t count = job.scans().size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t scan = (count / 2 + i) % count;
+    if (job.scans()[scan].level) return scan;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void draw_line_pictures(const std::filesystem::path& folder,
+                        const GridMap& map,
+                        const Walls& walls,
+                        const MapJob& job) {
+  viewer::Scene plan;
+  add_walls(walls, plan);
+  add_paths(map, job, plan);
+  const Trajectory trajectory = job.trajectory();
+  if (!trajectory.empty()) plan.robots.push_back({trajectory.back().world_from_robot});
+  viewer::write_png(viewer::draw_map(plan).picture, (folder / "lines.png").string());
+  if (const auto shown = scan_to_show(job)) {
+    viewer::Scene scan;
+    add_walls(walls, scan);
+    const Pose2& world_from_robot = trajectory[*shown].world_from_robot;
+    viewer::PointsItem points{{}, viewer::palette::kOdometry, "scan"};
+    const Points2 hits = world_from_robot * job.scans()[*shown].prepared.hits_in_robot;
+    for (Eigen::Index i = 0; i < hits.cols(); ++i) {
+      points.points_m.emplace_back(static_cast<float>(hits(0, i)), static_cast<float>(hits(1, i)),
+                                   0.0F);
+    }
+    scan.points.push_back(std::move(points));
+    scan.robots.push_back({world_from_robot});
+    viewer::write_png(viewer::draw_map(scan).picture, (folder / "lines_scan.png").string());
+  }
+  if (walls.empty()) return;
+  plan.ellipses.clear();
+  viewer::write_png(viewer::render_scene(std::move(plan), {}), (folder / "lines_3d.png").string());
+}
+
+void draw_map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job) {
+  viewer::Scene scene;
+  scene.grid = map;
+  if (!job.key_scans().empty()) scene.points.push_back(scan_points(job));
+  add_paths(map, job, scene);
   viewer::write_png(viewer::draw_map(scene).picture, path.string());
 }
 

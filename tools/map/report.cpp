@@ -44,7 +44,7 @@ struct ScanCounts {
 
 ScanCounts count_scans(const MapJob& job) {
   ScanCounts counts;
-  for (const slam::UsedScan& scan : job.slam().scans()) {
+  for (const slam::UsedScan& scan : job.scans()) {
     counts.level += scan.level ? 1 : 0;
     counts.matched += scan.matched ? 1 : 0;
     counts.held_out += scan.held_out ? 1 : 0;
@@ -73,20 +73,21 @@ double path_length_m(const Trajectory& trajectory) {
 void write_report(const std::filesystem::path& path,
                   const MapJob& job,
                   const ReportExtras& extras) {
-  const slam::SlamAdapter& slam = job.slam();
   const ScanCounts counts = count_scans(job);
   json report;
   for (const files::InputReport& input : job.inputs())
     report["inputs"].push_back(input_json(input));
-  report["scans"] = {{"posed", slam.scans().size()},
-                     {"level", counts.level},
-                     {"matched", counts.matched},
-                     {"held_out", counts.held_out},
-                     {"key_scans", slam.slam().key_count()},
-                     {"dropped", slam.drops().by_cause()}};
-  report["distance_m"] = path_length_m(slam.slam().trajectory());
+  report["scans"] = {{"posed", job.scans().size()},  {"level", counts.level},
+                     {"matched", counts.matched},    {"held_out", counts.held_out},
+                     {"key_scans", job.key_count()}, {"dropped", job.drops().by_cause()}};
+  report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
-  report["loops"] = loops_json(slam.slam().loops());
+  report["loops"] = loops_json(job.loops());
+  if (job.lines() != nullptr) {
+    report["path_by"] = "lines";
+    report["walls"] = job.lines()->mapper().filter().num_walls();
+    report["times_the_filter_was_too_sure"] = job.lines()->mapper().replays();
+  }
   for (const StageClock::Stage& stage : job.clock().stages()) {
     report["stages"].push_back(
         {{"name", stage.name}, {"wall_s", stage.wall_s}, {"cpu_s", stage.cpu_s}});
@@ -102,7 +103,6 @@ void write_report(const std::filesystem::path& path,
 void print_summary(const MapJob& job,
                    const ReportExtras& extras,
                    const std::filesystem::path& folder) {
-  const slam::Slam& slam = job.slam().slam();
   const ScanCounts counts = count_scans(job);
   for (const files::InputReport& input : job.inputs()) {
     std::printf("%s: %s\n", input.paths.front().c_str(), input.format.c_str());
@@ -112,14 +112,14 @@ void print_summary(const MapJob& job,
     }
     for (const std::string& note : input.notes) std::printf("  note: %s\n", note.c_str());
   }
-  for (const auto& [cause, count] : job.slam().drops().by_cause()) {
+  for (const auto& [cause, count] : job.drops().by_cause()) {
     std::printf("  dropped: %s %lld\n", cause.c_str(), static_cast<long long>(count));
   }
   std::printf(
       "%zu scans posed, %lld of them matched, %zu kept; %.1f m driven in %.0f s; %zu loops "
       "closed\n",
-      job.slam().scans().size(), static_cast<long long>(counts.matched), slam.key_count(),
-      path_length_m(slam.trajectory()), job.recorded_s(), loops_in_force(slam.loops()));
+      job.scans().size(), static_cast<long long>(counts.matched), job.key_count(),
+      path_length_m(job.trajectory()), job.recorded_s(), loops_in_force(job.loops()));
   for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
   std::printf("%.2f s (%.0f times real time), %.0f MB at most; everything is in %s\n",
               job.clock().total_wall_s(),

@@ -96,5 +96,32 @@ TEST(Convert, UndecodableBytesAndForeignChannelsGiveNothing) {
   EXPECT_FALSE(decode_sample("LCM_SELF_TEST", junk));
 }
 
+TEST(Convert, WallsComeBackWhole) {
+  Wall wall;
+  wall.id = 7;
+  wall.start_m = {1.0, -2.0};
+  wall.end_m = {3.5, 4.0};
+  for (int k = 0; k < 16; ++k) wall.covariance(k / 4, k % 4) = 0.1 * k;
+  wall.existence = 0.75;
+  wall.times_seen = 12;
+  wall.end_seen = true;
+  const Walls back = from_message(to_message(Walls{Wall{}, wall}, Utime::from_us(5), 3));
+  ASSERT_EQ(back.size(), 2U);
+  EXPECT_EQ(back[1].id, 7);
+  EXPECT_EQ(back[1].start_m, wall.start_m);
+  EXPECT_EQ(back[1].end_m, wall.end_m);
+  EXPECT_EQ(back[1].covariance, wall.covariance);
+  EXPECT_EQ(back[1].existence, 0.75);
+  EXPECT_EQ(back[1].times_seen, 12);
+  EXPECT_FALSE(back[1].start_seen);
+  EXPECT_TRUE(back[1].end_seen);
+}
+
+TEST(Convert, AWallThatIsNotFiniteIsRefused) {
+  line_map_t message = to_message(Walls{Wall{}}, Utime::from_us(5), 3);
+  message.ends_m[0][2] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(from_message(message), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace marco

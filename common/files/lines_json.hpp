@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "common/wall.hpp"
+
+namespace marco::files {
+
+/// A plan with all that is known of it: {"unit": "m", "walls": [{"id", "start_m": [x, y], "end_m",
+/// "covariance_m2": 4 x 4 of (start x, y, end x, y), "existence", "times_seen", "start_seen",
+/// "end_seen"}]}.
+std::string lines_json(const Walls& walls);
+
+/// The reverse. @throws std::invalid_argument saying what is wrong with the text.
+Walls parse_lines_json(const std::string& text);
+
+}  // namespace marco::files

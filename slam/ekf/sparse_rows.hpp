@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+namespace marco::slam {
+
+/// Up to four rows of a Jacobian that is zero outside up to three blocks of the state (a block is a
+/// wall's x1 y1 x2 y2 or the robot's x y theta and one unused), with what was measured.
+struct SparseRows {
+  static constexpr int kMaxRows = 4;
+  static constexpr int kMaxBlocks = 3;
+  using Jacobian =
+      Eigen::Matrix<double, Eigen::Dynamic, 4 * kMaxBlocks, 0, kMaxRows, 4 * kMaxBlocks>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
+
+  int num_blocks = 0;
+  std::array<int, kMaxBlocks> blocks{};  ///< of the state
+  Jacobian jacobian;                     ///< columns 4k..4k+3 belong to blocks[k]
+  Vector innovation;                     ///< measured minus predicted
+  Square noise;                          ///< its covariance
+
+  int rows() const { return static_cast<int>(jacobian.rows()); }
+  void resize(int rows) {
+    jacobian.setZero(rows, 4 * kMaxBlocks);
+    innovation.setZero(rows);
+    noise.setZero(rows, rows);
+  }
+};
+
+}  // namespace marco::slam

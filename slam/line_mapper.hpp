@@ -1,0 +1,132 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/options.hpp"
+#include "common/trajectory.hpp"
+#include "slam/graph/pose_graph.hpp"
+#include "slam/grid/occupancy_grid.hpp"
+#include "slam/line_slam.hpp"
+#include "slam/loop_closer.hpp"
+#include "slam/matching/correlative_matcher.hpp"
+#include "slam/matching/oriented_points.hpp"
+#include "slam/matching/surfel_matcher.hpp"
+
+namespace marco::slam {
+
+struct LineMapperOptions {
+  LineSlamOptions lines;
+  double key_distance_m = 0.30;   ///< a scan is kept after this move ...
+  double key_turn_deg = 15.0;     ///< ... or this turn
+  bool close_loops = true;        ///< by the pose graph, where the filter alone would not
+  double trusted_shift_m = 0.30;  ///< a loop that contradicts the filter by more is not its noise:
+  double trusted_turn_deg = 3.0;  ///< ... the filter is too sure, and the graph is asked
+  double edge_sigma_m = 0.008;    ///< added to what the filter says of the way between key scans
+  double edge_sigma_deg = 0.10;
+  double replay_sigma_m = 0.02;  ///< of the graph's path when the walls are laid along it anew
+  double replay_sigma_deg = 0.5;
+  NormalOptions normals;
+  CorrelativeMatcherOptions coarse;
+  SurfelMatcherOptions fine;
+  LoopCloserOptions loops;
+  PoseGraphOptions graph;
+  OccupancyGridOptions grid;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("lines", lines);
+    v("key_distance_m", key_distance_m, kPositive);
+    v("key_turn_deg", key_turn_deg, kPositive);
+    v("close_loops", close_loops);
+    v("trusted_shift_m", trusted_shift_m, kPositive);
+    v("trusted_turn_deg", trusted_turn_deg, kPositive);
+    v("edge_sigma_m", edge_sigma_m, kPositive);
+    v("edge_sigma_deg", edge_sigma_deg, kPositive);
+    v("replay_sigma_m", replay_sigma_m, kPositive);
+    v("replay_sigma_deg", replay_sigma_deg, kPositive);
+    v("normals", normals);
+    v("coarse", coarse);
+    v("fine", fine);
+    v("loops", loops);
+    v("graph", graph);
+    v("grid", grid);
+  }
+};
+
+/// The line SLAM with a memory: key scans hang in a pose graph by the ways the filter measured
+/// between them. A revisit is closed by the filter's own joint test where its uncertainty allows
+/// that. Where it does not, that is, where a loop found by scan matching contradicts a filter that
+/// is too sure to see the old walls again, the graph is asked, and the walls are laid along its
+/// path anew; a loop that the graph finds to contradict the rest changes nothing.
+///
+/// Deterministic; not thread-safe. Grows by about 30 kB a key scan.
+class LineMapper {
+ public:
+  /// @throws std::invalid_argument naming an option outside its limits.
+  explicit LineMapper(const LineMapperOptions& options, const Pose2& world_from_robot = {});
+
+  /// As LineSlam::process. `trajectory_changed` is set when older poses moved.
+  LineSlamUpdate process(const ScanInRobot& scan,
+                         Utime utime,
+                         const std::optional<Pose2>& robot_motion,
+                         MapUse use = MapUse::draw,
+                         LineSlamJournal* journal = nullptr);
+
+  /// As LineSlam::carry: a pose for a scan that is not looked at.
+  LineSlamUpdate carry(Utime utime, const Pose2& robot_motion);
+
+  /// Optimizes the graph robustly and lays the walls along its path. More scans may follow.
+  void finish();
+
+  Pose2 world_from_robot() const { return slam_.world_from_robot(); }
+  Walls plan() { return slam_.plan(); }
+  const WallFilter& filter() const { return slam_.filter(); }
+
+  /// One pose a scan processed or carried, in order, by the newest optimization.
+  Trajectory trajectory() const;
+  /// Of the key scans.
+  Trajectory key_trajectory() const;
+  /// Of the key scans at their newest poses.
+  OccupancyGrid grid() const;
+  const std::vector<Loop>& loops() const { return loops_; }
+  std::size_t key_count() const { return keys_.size(); }
+  int replays() const { return replays_; }  ///< how often the filter was too sure
+  int64_t revision() const { return revision_; }
+
+  /// The filter alone: key scans are not stored. After restore() the graph begins anew where the
+  /// robot is.
+  WallFilter::Stored store() { return slam_.store(); }
+  void restore(const WallFilter::Stored& stored);
+
+ private:
+  /// A processed scan hangs on a key scan, and moves with it; key -1: on the world.
+  struct ScanPose {
+    Utime utime;
+    int key;
+    Pose2 key_from_robot;
+  };
+
+  bool key_is_due() const;
+  void add_key(const ScanInRobot& scan, Utime utime);
+  void note_pose(Utime utime);
+  bool close_loops();
+  void replay();
+
+  LineMapperOptions options_;
+  LineSlam slam_;
+  LoopCloser loop_closer_;
+  PoseGraph graph_;
+  std::optional<WallFilter::Stored> base_;  ///< where replay begins; nothing: at the first key scan
+  std::vector<KeyScan> keys_;
+  std::vector<ScanInRobot> key_beams_;
+  std::vector<ScanPose> scans_;
+  std::vector<Loop> loops_;
+  double last_search_path_m_ = 0.0;
+  double closed_path_m_ = 0.0;
+  int replays_ = 0;
+  int64_t revision_ = 0;
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/pose2.hpp"
+#include "common/utime.hpp"
+#include "slam/ekf/wall_filter.hpp"
+
+namespace marco::slam {
+
+/// What marco-line-slam must know to go on after it died.
+struct LineCheckpoint {
+  Utime utime;                           ///< of the last scan taken
+  std::optional<Pose2> odom_from_robot;  ///< at that scan
+  int64_t map_revision = 0;
+  WallFilter::Stored filter;
+};
+
+/// The checkpoint as bytes: a name and version, the payload's length, the payload, its CRC-32.
+std::vector<uint8_t> encode_checkpoint(const LineCheckpoint& checkpoint);
+/// @throws std::invalid_argument saying what is wrong: no checkpoint, cut short, damaged.
+LineCheckpoint decode_checkpoint(const std::vector<uint8_t>& bytes);
+
+/// Writes beside `path`, then renames: there is a whole checkpoint at any moment.
+/// @throws std::runtime_error naming the path.
+void save_checkpoint(const std::string& path, const LineCheckpoint& checkpoint);
+/// @returns nothing when there is no such file. @throws as decode_checkpoint, naming the path.
+std::optional<LineCheckpoint> load_checkpoint(const std::string& path);
+
+}  // namespace marco::slam

@@ -1,0 +1,46 @@
+#include <spdlog/spdlog.h>
+
+#include "common/process/arguments.hpp"
+#include "common/process/config.hpp"
+#include "common/process/lcm_bus.hpp"
+#include "common/process/status_publisher.hpp"
+#include "common/process/stop_signal.hpp"
+#include "slam/process/line_lcm_adapter.hpp"
+
+namespace {
+
+int run(int argc, char** argv) {
+  CLI::App app{"Line SLAM: pose and walls from a laser and odometry."};
+  marco::process::CommonArguments arguments;
+  marco::process::add_common_arguments(app, arguments);
+  if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+  const auto options =
+      marco::process::load_options<marco::slam::LineProcessOptions>(arguments.config_path);
+  if (arguments.print_config) {
+    std::fputs(marco::process::print_options(options).c_str(), stdout);
+    return 0;
+  }
+  marco::process::start_logging("marco-line-slam", arguments.log_level);
+  marco::process::catch_stop_signals();
+  marco::process::LcmBus bus(arguments.lcm_url);
+  marco::slam::LineLcmAdapter adapter(options, bus,
+                                      [](const std::string& line) { spdlog::warn(line); });
+  marco::process::StatusPublisher status(bus, "marco-line-slam", adapter.drops());
+  spdlog::info("listening on {}{}", marco::process::effective_lcm_url(arguments.lcm_url),
+               adapter.resumed() ? ", goes on from " + options.checkpoint_path : "");
+  while (!marco::process::stop_requested()) {
+    bus.handle_once(100);
+    status.tick(std::to_string(adapter.live_trajectory().size()) + " scans, " +
+                std::to_string(adapter.mapper().filter().num_walls()) + " walls");
+  }
+  adapter.finish();
+  spdlog::info("{} scans used, {} of them without odometry; {}", adapter.scans_used(),
+               adapter.scans_guessed(), adapter.drops().summary());
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return marco::process::run_main("marco-line-slam", [&] { return run(argc, argv); });
+}

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "slam/scan_preparation.hpp"
+
+namespace marco::slam {
+
+/// What became of a scan, for those who draw or judge the map afterwards.
+struct UsedScan {
+  PreparedScan prepared;  ///< its points may have been dropped: see keep_scans()
+  bool level = true;
+  bool held_out = false;
+  bool matched = false;
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,197 @@
+#include "slam/ekf/compressed_state.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <random>
+
+#include "tests/support/lines_dense_state.hpp"
+
+namespace marco::slam {
+namespace {
+
+using testing::LinesDenseState;
+
+// Drives the fast and the slow filter through the same random life of a map.
+class TwinLife {
+ public:
+  TwinLife(unsigned seed, bool has_twin)
+      : has_twin_(has_twin),
+        random_(seed),
+        fast_(kStart, kStartCovariance),
+        slow_(kStart, kStartCovariance) {}
+
+  void step(int max_walls) {
+    const double choice = uniform(0.0, 1.0);
+    if (walls_.size() < 3 || (choice < 0.10 && static_cast<int>(walls_.size()) < max_walls)) {
+      append();
+    } else if (choice < 0.13 && walls_.size() > 6) {
+      remove();
+    } else if (choice < 0.20) {
+      replace();
+    } else if (choice < 0.26) {
+      activate();
+    } else if (choice < 0.35) {
+      predict();
+    } else if (choice < 0.40) {
+      fast_.catch_up(3);
+    } else {
+      correct();
+    }
+  }
+
+  void expect_equal(double tolerance) {
+    const Eigen::VectorXd mean = fast_.dense_mean(walls_);
+    const Eigen::MatrixXd p = fast_.dense_covariance(walls_);
+    std::vector<Eigen::Index> order{0, 1, 2};
+    for (const int wall : walls_) {
+      for (int i = 0; i < 4; ++i) order.push_back(slow_.place(wall) + i);
+    }
+    EXPECT_LE((mean - slow_.mean()(order)).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_LE((p - slow_.covariance()(order, order)).cwiseAbs().maxCoeff(), tolerance);
+  }
+
+  void expect_positive() {
+    const Eigen::MatrixXd p = fast_.dense_covariance(walls_);
+    EXPECT_EQ((p - p.transpose()).cwiseAbs().maxCoeff(), 0.0);
+    const double smallest =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(p, Eigen::EigenvaluesOnly).eigenvalues()(0);
+    // Exact conditions of a positive matrix, less rounding of its largest entries.
+    EXPECT_GE(smallest, -1e-13 * p.cwiseAbs().maxCoeff());
+  }
+
+  std::size_t num_walls() const { return walls_.size(); }
+  CompressedState& fast() { return fast_; }
+  const std::vector<int>& walls() const { return walls_; }
+  bool check_marginals(double tolerance) {
+    return std::all_of(walls_.begin(), walls_.end(), [&](int wall) {
+      const int at = slow_.place(wall);
+      return (fast_.marginal(wall) - slow_.covariance().block<4, 4>(at, at)).cwiseAbs().maxCoeff() <
+                 tolerance &&
+             (fast_.mean(wall) - slow_.wall_mean(wall)).cwiseAbs().maxCoeff() < tolerance;
+    });
+  }
+
+ private:
+  double uniform(double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random_);
+  }
+  template <class Matrix>
+  Matrix random_matrix() {
+    Matrix m;
+    for (Eigen::Index i = 0; i < m.size(); ++i) m.data()[i] = uniform(-1.0, 1.0);
+    return m;
+  }
+  int active_wall() {
+    const auto active = fast_.active();
+    return active[static_cast<std::size_t>(
+        std::uniform_int_distribution<int>(1, static_cast<int>(active.size()) - 1)(random_))];
+  }
+
+  void append() {
+    const Eigen::Vector4d mean = 5.0 * random_matrix<Eigen::Vector4d>();
+    Eigen::Matrix<double, 4, 3> g = random_matrix<Eigen::Matrix<double, 4, 3>>();
+    const Eigen::Matrix4d half = 0.02 * random_matrix<Eigen::Matrix4d>();
+    const Eigen::Matrix4d noise = half * half.transpose() + 1e-4 * Eigen::Matrix4d::Identity();
+    const int block = fast_.append(mean, mean, g, noise);
+    if (has_twin_) slow_.append(block, mean, g, noise);
+    walls_.push_back(block);
+  }
+  void remove() {
+    if (fast_.active().size() < 4) return;
+    const int block = active_wall();
+    fast_.remove(block);
+    if (has_twin_) slow_.remove(block);
+    walls_.erase(std::find(walls_.begin(), walls_.end(), block));
+  }
+  void replace() {
+    const int block = active_wall();
+    SparseRows change;
+    change.resize(4);
+    change.num_blocks = 3;
+    int other = active_wall();
+    if (other == block) other = 0, change.num_blocks = 2;
+    change.blocks = {0, block, other};
+    if (change.num_blocks == 2) change.blocks[2] = 0;
+    change.jacobian.setZero();
+    change.jacobian.leftCols<3>() = 0.1 * random_matrix<Eigen::Matrix<double, 4, 3>>();
+    change.jacobian.middleCols<4>(4) =
+        0.7 * Eigen::Matrix4d::Identity() + 0.1 * random_matrix<Eigen::Matrix4d>();
+    if (change.num_blocks == 3) {
+      change.jacobian.middleCols<4>(8) = 0.2 * random_matrix<Eigen::Matrix4d>();
+    }
+    change.noise = 1e-5 * Eigen::Matrix4d::Identity();
+    const Eigen::Vector4d mean = 5.0 * random_matrix<Eigen::Vector4d>();
+    fast_.replace(block, change, mean, mean);
+    if (has_twin_) slow_.replace(block, change, mean);
+  }
+  void activate() {
+    std::vector<int> some = walls_;
+    std::shuffle(some.begin(), some.end(), random_);
+    some.resize(std::max<std::size_t>(
+        2, static_cast<std::size_t>(uniform(0.0, 1.0) * static_cast<double>(some.size()))));
+    fast_.activate(some);
+  }
+  void predict() {
+    const Eigen::Vector3d robot = random_matrix<Eigen::Vector3d>();
+    Eigen::Matrix3d f = Eigen::Matrix3d::Identity();
+    f.topRightCorner<2, 1>() = 0.3 * random_matrix<Eigen::Vector2d>();
+    const Eigen::Matrix3d half = 0.02 * random_matrix<Eigen::Matrix3d>();
+    const Eigen::Matrix3d noise = half * half.transpose();
+    fast_.predict(robot, f, noise);
+    if (has_twin_) slow_.predict(robot, f, noise);
+  }
+  void correct() {
+    const int times = std::uniform_int_distribution<int>(1, 6)(random_);
+    for (int k = 0; k < times; ++k) {
+      SparseRows rows;
+      rows.resize(std::uniform_int_distribution<int>(1, 4)(random_));
+      rows.num_blocks = 2;
+      rows.blocks = {0, active_wall(), 0};
+      for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+        rows.jacobian.row(i).head<3>() = random_matrix<Eigen::Vector3d>().transpose();
+        rows.jacobian.row(i).segment<4>(4) = random_matrix<Eigen::Vector4d>().transpose();
+        rows.innovation(i) = uniform(-0.05, 0.05);
+        rows.noise(i, i) = uniform(1e-4, 1e-2);
+      }
+      fast_.correct(rows);
+      if (has_twin_) slow_.correct(rows);
+    }
+    fast_.finish_corrections();
+  }
+
+  const Eigen::Vector3d kStart{1.0, 2.0, 0.5};
+  const Eigen::Matrix3d kStartCovariance = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();
+  bool has_twin_;
+  std::mt19937 random_;
+  CompressedState fast_;
+  LinesDenseState slow_;
+  std::vector<int> walls_;
+};
+
+// Equal to rounding: entries are below 10 and some hundred operations each lose a few 1e-16 of it.
+TEST(CompressedState, EqualsTheDenseTextbookFilter) {
+  for (const unsigned seed : {1U, 2U}) {
+    TwinLife life(seed, true);
+    for (int step = 0; step < 300; ++step) {
+      life.step(40);
+      if (step % 100 == 37) {
+        EXPECT_TRUE(life.check_marginals(1e-9));
+      }
+      if (step % 100 == 99) life.expect_equal(1e-9);
+    }
+    EXPECT_GT(life.num_walls(), 16U) << "more than one tile must be in play";
+  }
+}
+
+TEST(CompressedState, CovarianceStaysSymmetricAndPositiveOverTenThousandOperations) {
+  TwinLife life(9, false);
+  for (int step = 0; step < 10000; ++step) {
+    life.step(20);
+    if (step % 1000 == 999) life.expect_positive();
+  }
+}
+
+}  // namespace
+}  // namespace marco::slam

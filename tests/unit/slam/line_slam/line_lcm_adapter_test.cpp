@@ -1,0 +1,274 @@
+#include "slam/process/line_lcm_adapter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "common/process/batch_bus.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "marco/line_map_t.hpp"
+#include "marco/map_request_t.hpp"
+#include "marco/slam_command_t.hpp"
+#include "marco/slam_pose_t.hpp"
+#include "tests/support/lines_drive.hpp"
+#include "tests/support/lines_world.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace marco::slam {
+namespace {
+
+using process::BatchBus;
+using process::DropCounter;
+using process::RawMessage;
+using testing::IsNear;
+
+// A robot on a short drive, its messages and what it publishes.
+class Drive {
+ public:
+  explicit Drive(unsigned seed = 3) : random_(seed) {
+    tour_ = testing::drive({{1.5, 1.5}, {4.5, 1.5}, {6.0, 2.2}}, 0.1, 0.1, {}, random_);
+    for (std::size_t i = 0; i < tour_.world_from_robot.size(); ++i) {
+      const auto taken = testing::take_scan(world_, laser_, tour_.world_from_robot[i], random_);
+      LaserScan scan;
+      scan.utime = stamp(i);
+      for (const Beam& beam : taken.scan.beams) {
+        scan.ranges_m.push_back(beam.returned ? static_cast<float>(beam.range_m) : 0.0F);
+      }
+      scan.first_bearing_rad = laser_.first_rad;
+      scan.bearing_step_rad = laser_.step_rad;
+      scans_.push_back(scan);
+      odometry_.push_back(i == 0 ? Pose2{} : odometry_.back() * tour_.odometry_steps[i - 1]);
+    }
+  }
+  static Utime stamp(std::size_t i) {
+    return Utime::from_us(1000000 + 100000 * static_cast<int64_t>(i));
+  }
+  std::size_t size() const { return scans_.size(); }
+  Pose2 truth_from_start(std::size_t i) const {
+    return between(tour_.world_from_robot[0], tour_.world_from_robot[i]);
+  }
+
+  void send_info(BatchBus& bus) const {
+    SensorInfo info;
+    info.range_max_m = 30.0;
+    info.range_sigma_m = 0.01;
+    bus.deliver(channels::kSensorInfo, encode_message(to_message(info)), {});
+  }
+  void send_scan(BatchBus& bus, std::size_t i) const {
+    bus.deliver(channels::kLidar, encode_message(to_message(scans_[i])), {});
+  }
+  void send_odometry(BatchBus& bus, std::size_t i) const {
+    OdometrySample sample;
+    sample.utime = stamp(i);
+    sample.odom_from_robot = odometry_[i];
+    bus.deliver(channels::kOdometry, encode_message(to_message(sample)), {});
+  }
+
+ private:
+  std::mt19937 random_;
+  testing::LinesWorld world_ = testing::make_loop_world();
+  testing::LinesLaser laser_;
+  testing::LinesDrive tour_;
+  std::vector<LaserScan> scans_;
+  std::vector<Pose2> odometry_;
+};
+
+struct Published {
+  explicit Published(BatchBus& bus) {
+    bus.subscribe<slam_pose_t>(
+        channels::kSlamPose, drops,
+        [this](const slam_pose_t& pose, const RawMessage&) { poses.push_back(pose); });
+    bus.subscribe<line_map_t>(
+        channels::kLineMap, drops,
+        [this](const line_map_t& map, const RawMessage&) { maps.push_back(map); });
+  }
+  Pose2 last() const { return {poses.back().x_m, poses.back().y_m, poses.back().theta_rad}; }
+  DropCounter drops;
+  std::vector<slam_pose_t> poses;
+  std::vector<line_map_t> maps;
+};
+
+std::string temporary(const std::string& name) {
+  const std::string path = ::testing::TempDir() + name;
+  std::filesystem::remove(path);
+  return path;
+}
+
+TEST(LineLcmAdapter, PublishesAPoseAScanAndAMap) {
+  const Drive drive;
+  BatchBus bus;
+  Published published(bus);
+  LineLcmAdapter adapter({}, bus);
+  drive.send_info(bus);
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    drive.send_scan(bus, i);  // odometry comes after: the scan must wait for it
+    drive.send_odometry(bus, i);
+  }
+  ASSERT_EQ(published.poses.size(), drive.size());
+  // A centimetre and a third of a degree: walls at 1 cm noise, three metres driven.
+  EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(drive.size() - 1), 0.01, 0.005));
+  EXPECT_EQ(published.poses.back().status, int8_t{slam_pose_t::STATUS_MATCHED});
+  EXPECT_GT(published.poses.back().covariance[0][0], 0.0);
+  ASSERT_FALSE(published.maps.empty());
+  EXPECT_EQ(adapter.scans_guessed(), 0);
+  EXPECT_EQ(adapter.drops().dropped(), 0);
+  bus.deliver(channels::kMapRequest, encode_message(map_request_t{}), {});
+  EXPECT_GE(from_message(published.maps.back()).size(), 5U);
+}
+
+TEST(LineLcmAdapter, DropsScansUntilTheSensorIsKnown) {
+  const Drive drive;
+  BatchBus bus;
+  Published published(bus);
+  LineLcmAdapter adapter({}, bus);
+  drive.send_odometry(bus, 0);
+  drive.send_scan(bus, 0);
+  EXPECT_TRUE(published.poses.empty());
+  EXPECT_EQ(adapter.drops().by_cause().at("no SENSOR_INFO for LIDAR"), 1);
+}
+
+TEST(LineLcmAdapter, FollowsWithoutAnyOdometry) {
+  const Drive drive;
+  BatchBus bus;
+  Published published(bus);
+  LineLcmAdapter adapter({}, bus);
+  drive.send_info(bus);
+  for (std::size_t i = 0; i < drive.size(); ++i) drive.send_scan(bus, i);
+  adapter.finish();
+  bus.deliver("ANY", {}, {});  // hands on what finish() published
+  ASSERT_EQ(published.poses.size(), drive.size());
+  EXPECT_EQ(adapter.scans_guessed(), static_cast<int64_t>(drive.size()) - 1);
+  EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(drive.size() - 1), 0.03, 0.01));
+}
+
+TEST(LineLcmAdapter, PassesTiltedScansByAndCarriesThePoseOn) {
+  const Drive drive;
+  BatchBus bus;
+  Published published(bus);
+  LineLcmAdapter adapter({}, bus);
+  SensorInfo base;
+  base.channel = channels::kPanTiltState;
+  SensorInfo laser;
+  laser.mount = SensorInfo::Mount::pantilt;
+  laser.range_max_m = 30.0;
+  bus.deliver(channels::kSensorInfo, encode_message(to_message(base)), {});
+  bus.deliver(channels::kSensorInfo, encode_message(to_message(laser)), {});
+  const auto tilt = [&](std::size_t i, double tilt_rad) {
+    PanTiltState state;
+    state.utime = Drive::stamp(i);
+    state.tilt_rad = tilt_rad;
+    bus.deliver(channels::kPanTiltState, encode_message(to_message(state)), {});
+  };
+  for (std::size_t i = 0; i < 20; ++i) {
+    tilt(i, i >= 10 && i < 15 ? 0.2 : 0.001);
+    drive.send_odometry(bus, i);
+    drive.send_scan(bus, i);
+  }
+  EXPECT_EQ(adapter.drops().by_cause().at("tilted"), 5);
+  EXPECT_EQ(adapter.scans_used(), 15);
+  ASSERT_EQ(published.poses.size(), 20U);
+  EXPECT_EQ(published.poses[12].status, int8_t{slam_pose_t::STATUS_CARRIED});
+  EXPECT_GT(published.poses[14].covariance[0][0], published.poses[9].covariance[0][0]);
+  EXPECT_EQ(published.poses[19].status, int8_t{slam_pose_t::STATUS_MATCHED});
+  EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(19), 0.02, 0.01));
+}
+
+TEST(LineLcmAdapter, GoesOnFromItsCheckpointAsIfNothingHadHappened) {
+  const Drive drive;
+  LineProcessOptions options;
+  options.checkpoint_path = temporary("line_slam.checkpoint");
+  const std::size_t half = drive.size() / 2;
+  const auto feed = [&](BatchBus& bus, std::size_t from, std::size_t to) {
+    drive.send_info(bus);
+    for (std::size_t i = from; i < to; ++i) {
+      drive.send_odometry(bus, i);
+      drive.send_scan(bus, i);
+    }
+  };
+  BatchBus whole_bus;
+  Published whole(whole_bus);
+  LineLcmAdapter never_stopped({}, whole_bus);
+  feed(whole_bus, 0, drive.size());
+  {
+    BatchBus bus;
+    LineLcmAdapter first(options, bus);
+    EXPECT_FALSE(first.resumed());
+    feed(bus, 0, half);
+    first.finish();
+  }
+  BatchBus bus;
+  Published published(bus);
+  LineLcmAdapter second(options, bus);
+  EXPECT_TRUE(second.resumed());
+  feed(bus, half, drive.size());
+  // The same numbers in another order of storage: rounding only.
+  EXPECT_THAT(published.last(), IsNear(whole.last(), 1e-9, 1e-9));
+}
+
+TEST(LineLcmAdapter, TwoRunsWriteTheSameJournal) {
+  const Drive drive;
+  std::string texts[2];
+  for (std::string& text : texts) {
+    LineProcessOptions options;
+    options.journal_path = temporary("line_slam.jsonl");
+    BatchBus bus;
+    LineLcmAdapter adapter(options, bus);
+    drive.send_info(bus);
+    for (std::size_t i = 0; i < 5; ++i) {
+      drive.send_odometry(bus, i);
+      drive.send_scan(bus, i);
+    }
+    adapter.finish();
+    std::ifstream file(options.journal_path);
+    text.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  EXPECT_EQ(std::count(texts[0].begin(), texts[0].end(), '\n'), 5);
+  EXPECT_THAT(texts[0], ::testing::HasSubstr("\"S\":"));
+  EXPECT_EQ(texts[0], texts[1]);
+}
+
+TEST(LineLcmAdapter, ResetStartsAgain) {
+  const Drive drive;
+  BatchBus bus;
+  Published published(bus);
+  LineLcmAdapter adapter({}, bus);
+  drive.send_info(bus);
+  drive.send_odometry(bus, 0);
+  drive.send_scan(bus, 0);
+  slam_command_t command{};
+  command.command = slam_command_t::SET_POSE;
+  command.x_m = 5.0;
+  bus.deliver(channels::kSlamCommand, encode_message(command), {});
+  EXPECT_EQ(adapter.mapper().filter().num_walls(), 0U);
+  EXPECT_THAT(adapter.mapper().world_from_robot(), IsNear(Pose2{5.0, 0.0, 0.0}, 1e-12, 1e-12));
+  command.command = slam_command_t::PAUSE;
+  bus.deliver(channels::kSlamCommand, encode_message(command), {});
+  drive.send_scan(bus, 1);
+  EXPECT_EQ(adapter.drops().by_cause().at("paused"), 1);
+}
+
+TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {
+  LineCheckpoint checkpoint;
+  checkpoint.utime = Utime::from_us(5);
+  checkpoint.filter.mean = checkpoint.filter.first_estimate = Eigen::VectorXd::Ones(7);
+  checkpoint.filter.covariance = Eigen::MatrixXd::Identity(7, 7);
+  checkpoint.filter.walls.resize(1);
+  const std::vector<uint8_t> good = encode_checkpoint(checkpoint);
+  EXPECT_EQ(decode_checkpoint(good).filter.covariance, checkpoint.filter.covariance);
+  for (std::size_t size = 0; size < good.size(); ++size) {
+    EXPECT_THROW(
+        decode_checkpoint({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}),
+        std::invalid_argument);
+  }
+  for (std::size_t at = 0; at < good.size(); at += 7) {
+    std::vector<uint8_t> bad = good;
+    bad[at] ^= 0x10U;
+    EXPECT_THROW(decode_checkpoint(bad), std::invalid_argument) << at;
+  }
+}
+
+}  // namespace
+}  // namespace marco::slam

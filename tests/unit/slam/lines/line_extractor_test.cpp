@@ -1,0 +1,134 @@
+#include "slam/lines/line_extractor.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "tests/support/lines_world.hpp"
+
+namespace marco::slam {
+namespace {
+
+using testing::LinesLaser;
+using testing::LinesScan;
+using testing::LinesWorld;
+
+double angle_between(double a_rad, double b_rad) {
+  return std::abs(normalize_angle(a_rad - b_rad));
+}
+
+struct Score {
+  int visible = 0, found = 0, invented = 0, compared = 0;
+  double chi2_direction = 0.0, chi2_across = 0.0, angle2_long = 0.0;
+  int long_walls = 0;
+};
+
+// Truth: an edge is visible with at least 8 beams in a row of beams on it within 8 m; it is found
+// when an observed wall lies on it.
+void score(const LinesWorld& world,
+           const LinesScan& taken,
+           const Pose2& pose,
+           const std::vector<ObservedWall>& observed,
+           Score& score) {
+  std::map<int, int> beams_on;
+  for (std::size_t i = 0; i < taken.edges.size(); ++i) {
+    const Beam& beam = taken.scan.beams[i];
+    if (taken.edges[i] >= 0 && beam.returned && beam.range_m < 7.95) ++beams_on[taken.edges[i]];
+  }
+  std::map<int, int> found;
+  for (const ObservedWall& wall : observed) {
+    int on = -1;
+    for (std::size_t e = 0; e < world.edges.size(); ++e) {
+      const Eigen::Vector2d way = (world.edges[e].end_m - world.edges[e].start_m).normalized();
+      const Eigen::Vector2d center = pose * wall.center_m - world.edges[e].start_m;
+      const double direction = normalize_angle(pose.theta_rad + wall.direction_rad);
+      const double across = way.x() * center.y() - way.y() * center.x();
+      const double along = way.dot(center);
+      if (angle_between(direction, std::atan2(way.y(), way.x())) > 0.15 ||
+          std::abs(across) > 0.05 || along < 0.0 ||
+          along > (world.edges[e].end_m - world.edges[e].start_m).norm()) {
+        continue;
+      }
+      on = static_cast<int>(e);
+      const double error = normalize_angle(direction - std::atan2(way.y(), way.x()));
+      score.chi2_direction += std::pow(error / wall.direction_sigma_rad, 2);
+      score.chi2_across += std::pow(across / wall.across_sigma_m, 2);
+      ++score.compared;
+      if (wall.length_m() >= 2.0) {
+        score.angle2_long += error * error;
+        ++score.long_walls;
+      }
+    }
+    if (on < 0) ++score.invented;
+    ++found[on];
+  }
+  for (const auto& [edge, beams] : beams_on) {
+    if (beams < 8) continue;
+    // Shorter than a wall may be is none.
+    Eigen::Vector2d first = Eigen::Vector2d::Zero(), last = Eigen::Vector2d::Zero();
+    bool any = false;
+    for (std::size_t i = 0; i < taken.edges.size(); ++i) {
+      if (taken.edges[i] != edge || taken.scan.beams[i].range_m > 7.95) continue;
+      if (!any) first = taken.scan.beams[i].hit_m;
+      last = taken.scan.beams[i].hit_m;
+      any = true;
+    }
+    if ((last - first).norm() < 0.45) continue;
+    ++score.visible;
+    if (found.contains(edge)) ++score.found;
+  }
+}
+
+Score run(double outlier_part, int scans) {
+  const LinesWorld world = testing::make_loop_world();
+  LinesLaser laser;
+  laser.outlier_part = outlier_part;
+  LineExtractorOptions options;
+  options.max_range_m = 8.0;
+  LineExtractor extractor{options};
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> x(0.5, 13.5), y(0.5, 9.5), heading(-3.1, 3.1);
+  Score total;
+  for (int i = 0; i < scans;) {
+    const Pose2 pose{x(random), y(random), heading(random)};
+    bool free = true;
+    for (const auto& edge : world.edges) {
+      const Eigen::Vector2d way = edge.end_m - edge.start_m;
+      const double part =
+          std::clamp((pose.translation_m() - edge.start_m).dot(way) / way.squaredNorm(), 0.0, 1.0);
+      free = free && (pose.translation_m() - edge.start_m - part * way).norm() > 0.3;
+    }
+    const bool inside = (pose.x_m > 3 && pose.x_m < 6 && pose.y_m > 3 && pose.y_m < 7) ||
+                        (pose.x_m > 8 && pose.x_m < 11 && pose.y_m > 3 && pose.y_m < 7);
+    if (!free || inside) continue;
+    const LinesScan taken = testing::take_scan(world, laser, pose, random);
+    score(world, taken, pose, extractor.extract(taken.scan), total);
+    ++i;
+  }
+  return total;
+}
+
+TEST(LineExtractor, FindsTheVisibleWallsAndInventsNone) {
+  const Score total = run(0.0, 400);
+  std::printf(
+      "found %d of %d, invented %d; direction rms/sigma %.3f, across %.3f, >= 2 m: %.3f deg\n",
+      total.found, total.visible, total.invented, std::sqrt(total.chi2_direction / total.compared),
+      std::sqrt(total.chi2_across / total.compared),
+      rad_to_deg(std::sqrt(total.angle2_long / total.long_walls)));
+  EXPECT_GE(total.found, 0.99 * total.visible);
+  EXPECT_EQ(total.invented, 0);
+  EXPECT_NEAR(std::sqrt(total.chi2_direction / total.compared), 1.0, 0.1);
+  EXPECT_LE(rad_to_deg(std::sqrt(total.angle2_long / total.long_walls)), 0.3);
+}
+
+TEST(LineExtractor, KeepsWallsWithOutliersOnThem) {
+  const Score total = run(0.1, 400);
+  std::printf("10 %% outliers: found %d of %d, invented %d, direction rms/sigma %.3f\n",
+              total.found, total.visible, total.invented,
+              std::sqrt(total.chi2_direction / total.compared));
+  EXPECT_GE(total.found, 0.97 * total.visible);
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -1,0 +1,63 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "common/files/lines_dxf.hpp"
+#include "common/files/lines_json.hpp"
+#include "common/files/lines_svg.hpp"
+
+namespace marco::files {
+namespace {
+
+using ::testing::HasSubstr;
+
+Walls two_walls() {
+  Walls walls(2);
+  walls[0].id = 4;
+  walls[0].start_m = {0.25, 1.5};
+  walls[0].end_m = {3.0, -2.0};
+  for (int k = 0; k < 16; ++k) walls[0].covariance(k / 4, k % 4) = 1.0 / (k + 3.0);
+  walls[0].existence = 0.9;
+  walls[0].times_seen = 11;
+  walls[0].end_seen = true;
+  walls[1].end_m = {1.0, 0.0};
+  return walls;
+}
+
+TEST(LinesJson, ComesBackToTheLastBit) {
+  const Walls back = parse_lines_json(lines_json(two_walls()));
+  ASSERT_EQ(back.size(), 2U);
+  EXPECT_EQ(back[0].id, 4);
+  EXPECT_EQ(back[0].start_m, two_walls()[0].start_m);
+  EXPECT_EQ(back[0].end_m, two_walls()[0].end_m);
+  EXPECT_EQ(back[0].covariance, two_walls()[0].covariance);
+  EXPECT_EQ(back[0].existence, 0.9);
+  EXPECT_EQ(back[0].times_seen, 11);
+  EXPECT_FALSE(back[0].start_seen);
+  EXPECT_TRUE(back[0].end_seen);
+}
+
+TEST(LinesJson, RefusesWhatIsNoPlan) {
+  EXPECT_THROW(parse_lines_json("{"), std::invalid_argument);
+  EXPECT_THROW(parse_lines_json("{}"), std::invalid_argument);
+  EXPECT_THROW(parse_lines_json(R"({"walls":[{"id":1}]})"), std::invalid_argument);
+}
+
+TEST(LinesDxf, HasALineAWallInMetres) {
+  const std::string dxf = lines_dxf(two_walls());
+  EXPECT_THAT(dxf, HasSubstr("0\nLINE\n8\nWALLS\n10\n0.250000\n20\n1.500000\n30\n0.0\n"
+                             "11\n3.000000\n21\n-2.000000\n"));
+  EXPECT_EQ(dxf.substr(dxf.size() - 6), "0\nEOF\n");
+}
+
+TEST(LinesSvg, DrawsWallsAndPathWithYUp) {
+  const std::string svg =
+      lines_svg(two_walls(), {{Utime{}, {0.5, 0.25, 0.0}}, {Utime{}, {1.0, 0.25, 0.0}}});
+  EXPECT_THAT(svg, HasSubstr("class=\"wall\" x1=\"0.2500\" y1=\"-1.5000\" x2=\"3.0000\" "
+                             "y2=\"2.0000\" opacity=\"0.90\""));
+  EXPECT_THAT(svg, HasSubstr("points=\"0.500,-0.250 1.000,-0.250 \""));
+}
+
+TEST(LinesSvg, AnEmptyPlanIsAPictureToo) { EXPECT_THAT(lines_svg({}, {}), HasSubstr("</svg>")); }
+
+}  // namespace
+}  // namespace marco::files

@@ -271,16 +271,16 @@ class Session {
       std::puts(json_report(shared_.model, around_).c_str());
       return;
     }
-    const int rows = static_cast<int>(shared_.model.channels().size() + 4 +
+    const int rows = static_cast<int>(shared_.model.channels().size() + 8 +
                                       2 * around_.findings.size() + around_.problems.size());
-    const int height = options_.height > 0         ? options_.height
-                       : view_.page == Page::table ? rows
-                                                   : 30;
+    const int height = options_.height > 0 ? options_.height : view_.page == Page::table ? rows : 30;
     const Canvas canvas =
         draw(shared_.model, view_, around_, options_.width > 0 ? options_.width : 120, height);
-    // The last row is the keys'.
-    const std::string text = canvas.to_text();
-    std::fputs(text.substr(0, text.rfind('\n', text.size() - 2) + 1).c_str(), stdout);
+    // The last row is the keys'; empty rows above it say nothing.
+    std::string text = canvas.to_text();
+    text.resize(text.rfind('\n', text.size() - 2) + 1);
+    while (text.ends_with("\n\n")) text.pop_back();
+    std::fputs(text.c_str(), stdout);
   }
 
   bool time_is_over(Clock::time_point start) const {

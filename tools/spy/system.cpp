@@ -144,7 +144,8 @@ std::map<uint64_t, Process> owners_of(const std::set<uint64_t>& inodes) {
 
 std::map<Address, Process> find_publishers(const std::vector<Address>& senders) {
   const std::vector<UdpSocket> sockets = parse_udp_sockets(read_text("/proc/net/udp"));
-  const std::set<uint32_t> own = own_addresses();
+  std::set<uint32_t> own = own_addresses();
+  own.insert(0);  // what the kernel writes when the loopback route names no source
   std::map<Address, uint64_t> inode_of_sender;
   std::map<Address, Process> publishers;
   for (const Address& sender : senders) {

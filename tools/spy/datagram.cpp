@@ -1,7 +1,9 @@
 #include "tools/spy/datagram.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
+#include <new>
 
 namespace marco::spy {
 namespace {
@@ -119,20 +121,22 @@ Reassembler::Partial& Reassembler::partial_of(const Datagram& datagram,
                                               std::vector<std::string>& incomplete) {
   for (Partial& partial : partials_) {
     if (partial.sequence == datagram.sequence && partial.have.size() == datagram.fragments &&
-        partial.bytes.size() == datagram.message_bytes) {
+        partial.size == datagram.message_bytes) {
       return partial;
     }
   }
   uint64_t kept = datagram.message_bytes;
-  for (const Partial& partial : partials_) kept += partial.bytes.size();
+  for (const Partial& partial : partials_) kept += partial.size;
   while (!partials_.empty() && (partials_.size() >= kMaxPartials || kept > kMaxMessageBytes)) {
-    kept -= partials_.front().bytes.size();
+    kept -= partials_.front().size;
     incomplete.push_back(partials_.front().channel);
     partials_.pop_front();
   }
   Partial partial;
   partial.sequence = datagram.sequence;
-  partial.bytes.resize(datagram.message_bytes);
+  partial.size = datagram.message_bytes;
+  partial.data.reset(static_cast<uint8_t*>(std::calloc(partial.size + 1, 1)), std::free);
+  if (!partial.data) throw std::bad_alloc();
   partial.have.resize(datagram.fragments);
   partial.missing = datagram.fragments;
   partials_.push_back(std::move(partial));
@@ -159,10 +163,9 @@ std::optional<Reassembler::Message> Reassembler::add(const Datagram& datagram,
   if (partial.have[datagram.fragment]) return {};
   partial.have[datagram.fragment] = true;
   if (datagram.fragment == 0) partial.channel = datagram.channel;
-  std::copy(datagram.payload.begin(), datagram.payload.end(),
-            partial.bytes.begin() + datagram.offset);
+  std::copy(datagram.payload.begin(), datagram.payload.end(), partial.data.get() + datagram.offset);
   if (--partial.missing > 0) return {};
-  Message message{std::move(partial.channel), std::move(partial.bytes)};
+  Message message{std::move(partial.channel), std::move(partial.data), partial.size};
   for (auto it = partials_.begin(); it != partials_.end(); ++it) {
     if (&*it != &partial) continue;
     // Older ones still open can only be completed by datagrams that overtake each other; they stay

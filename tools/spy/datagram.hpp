@@ -4,6 +4,7 @@
 #include <compare>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -73,7 +74,9 @@ class Reassembler {
  public:
   struct Message {
     std::string channel;  ///< empty when the first fragment never came
-    std::vector<uint8_t> bytes;
+    std::shared_ptr<uint8_t[]> data;
+    std::size_t size = 0;
+    std::span<const uint8_t> bytes() const { return {data.get(), size}; }
   };
   /// @returns the message that `datagram` (a fragment) completes. Channels of messages given up are
   /// appended to `incomplete` (an empty name: not known).
@@ -90,7 +93,9 @@ class Reassembler {
     int64_t time_us = 0;
     uint32_t sequence = 0;
     std::string channel;
-    std::vector<uint8_t> bytes;
+    // Pages of a large one are touched only as its fragments come: a forged length costs nothing.
+    std::shared_ptr<uint8_t[]> data;
+    std::size_t size = 0;
     std::vector<bool> have;
     std::size_t missing = 0;
   };

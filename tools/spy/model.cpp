@@ -83,7 +83,7 @@ void Model::add_datagram(int64_t time_us, const Address& address, std::span<cons
   }
   std::vector<std::string> incomplete;
   if (const auto message = sender.fragments.add(*datagram, time_us, incomplete)) {
-    deliver(message->channel, message->bytes);
+    deliver(message->channel, message->bytes());
   }
   count_incomplete(sender, incomplete);
 }

@@ -273,7 +273,9 @@ class Session {
     }
     const int rows = static_cast<int>(shared_.model.channels().size() + 8 +
                                       2 * around_.findings.size() + around_.problems.size());
-    const int height = options_.height > 0 ? options_.height : view_.page == Page::table ? rows : 30;
+    const int height = options_.height > 0         ? options_.height
+                       : view_.page == Page::table ? rows
+                                                   : 30;
     const Canvas canvas =
         draw(shared_.model, view_, around_, options_.width > 0 ? options_.width : 120, height);
     // The last row is the keys'; empty rows above it say nothing.

@@ -132,8 +132,12 @@ SharedModel::Look::~Look() {
 
 Receiver::Receiver(const UdpUrl& url, SharedModel& shared)
     : socket_(url, url.recv_buf_bytes > 0 ? url.recv_buf_bytes : kDefaultBufferBytes),
-      shared_(shared),
-      thread_([this] { run(); }) {}
+      shared_(shared) {
+  // Here, not in the thread: who sees the screen is heard.
+  std::string error;
+  joined_ = socket_.join(error);
+  thread_ = std::thread([this] { run(); });
+}
 
 Receiver::~Receiver() {
   stop_ = true;
@@ -146,12 +150,11 @@ void Receiver::run() {
   ::setsockopt(socket_.descriptor(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   Batch batch;
   std::string error;
-  bool joined = socket_.join(error);
   auto tried = Clock::now();
   while (!stop_) {
     // The route may come later than the spy.
-    if (!joined && Clock::now() - tried > std::chrono::milliseconds(500)) {
-      joined = socket_.join(error);
+    if (!joined_ && Clock::now() - tried > std::chrono::milliseconds(500)) {
+      joined_ = socket_.join(error);
       tried = Clock::now();
     }
     const int count = batch.receive(socket_.descriptor());

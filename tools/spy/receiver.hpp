@@ -73,6 +73,7 @@ class Receiver {
 
   ListeningSocket socket_;
   SharedModel& shared_;
+  bool joined_ = false;  // after the constructor the thread's alone
   std::atomic<bool> stop_ = false;
   std::thread thread_;
 };

@@ -9,10 +9,12 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <lcm/lcm-cpp.hpp>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -160,6 +162,44 @@ class Flood {
   int64_t sent_ = 0;
 };
 
+/// A spy that listens until it is told to stop; ready when its socket is bound.
+class ListeningSpy {
+ public:
+  explicit ListeningSpy(const std::string& arguments)
+      : pid_file_(fs::temp_directory_path() / ("marco_spy_pid_" + std::to_string(getpid()))) {
+    fs::remove(pid_file_);
+    const std::string command = "echo $$ > " + pid_file_.string() + "; exec " + spy() +
+                                "--once --json --duration 60 " + arguments;
+    thread_ = std::thread([this, command] { text_ = output_of(command); });
+    while (pid() == 0 ||
+           output_of("ls -l /proc/" + std::to_string(pid()) + "/fd").find("socket:") ==
+               std::string::npos) {
+      std::this_thread::sleep_for(milliseconds(20));
+    }
+    std::this_thread::sleep_for(milliseconds(300));
+  }
+  ~ListeningSpy() { fs::remove(pid_file_); }
+  ListeningSpy(const ListeningSpy&) = delete;
+  ListeningSpy& operator=(const ListeningSpy&) = delete;
+
+  json stop() {
+    ::kill(pid(), SIGTERM);
+    thread_.join();
+    return json::accept(text_) ? json::parse(text_) : json(text_);
+  }
+
+ private:
+  int pid() const {
+    std::ifstream file(pid_file_);
+    int result = 0;
+    file >> result;
+    return result;
+  }
+  fs::path pid_file_;
+  std::string text_;
+  std::thread thread_;
+};
+
 // Sender and spy on one core. Every message is received or reported lost; with a small buffer some
 // are lost, and the sum still holds.
 TEST(Spy, HundredThousandMessagesASecondAreAllAccountedFor) {
@@ -174,16 +214,14 @@ TEST(Spy, HundredThousandMessagesASecondAreAllAccountedFor) {
   for (const std::string buffer : {"", "recv_buf_size=4096"}) {
     const char* url = std::getenv("LCM_DEFAULT_URL");
     const std::string base = url == nullptr ? "udpm://239.255.76.67:7667?" : std::string(url) + "&";
-    json report;
-    std::thread listener(
-        [&] { report = spy_json("--duration 5 --lcm-url '" + base + buffer + "'"); });
-    std::this_thread::sleep_for(milliseconds(1000));
+    ListeningSpy listener("--lcm-url '" + base + buffer + "'");
     Flood flood;
     flood.send(1);  // the first number tells the spy where it begins
-    flood.send_paced(100000, 2);
-    std::this_thread::sleep_for(milliseconds(300));
+    flood.send_paced(100000, 1);
+    std::this_thread::sleep_for(milliseconds(700));
     flood.send(1);  // and the last one what is missing
-    listener.join();
+    std::this_thread::sleep_for(milliseconds(300));
+    const json report = listener.stop();
     ASSERT_TRUE(report.is_object()) << report;
     const auto received = report["received"].get<int64_t>();
     const auto lost = report["lost"].get<int64_t>();
@@ -361,7 +399,7 @@ TEST(SpyScreen, StaysAtTenFramesASecondUnderLoad) {
   Terminal terminal("");
   terminal.shows("nothing heard yet");
   Flood flood;
-  flood.send_paced(100000, 3);
+  flood.send_paced(100000, 2);
   std::this_thread::sleep_for(milliseconds(200));
   flood.send(1);
   terminal.shows("POSE");

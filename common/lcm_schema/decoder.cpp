@@ -5,6 +5,7 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
+#include <type_traits>
 
 #include "common/check.hpp"
 
@@ -28,6 +29,13 @@ Int load(const uint8_t* bytes) {
   if constexpr (sizeof(Int) == 2)
     value = static_cast<Int>(__builtin_bswap16(static_cast<uint16_t>(value)));
   return value;
+}
+
+std::string bracketed(std::size_t index) {
+  std::string text = "[";
+  text += std::to_string(index);
+  text += ']';
+  return text;
 }
 
 uint64_t bounded_product(uint64_t a, uint64_t b) {
@@ -89,6 +97,47 @@ int64_t Tree::integer(const Node& node, std::size_t i) const {
                       message.data() + node.offset + i * wire_bytes(node.primitive));
 }
 
+namespace {
+
+template <class Value>
+void append_all(const uint8_t* at, std::size_t count, std::vector<double>& out) {
+  using Bits = std::conditional_t<
+      sizeof(Value) == 8, uint64_t,
+      std::conditional_t<sizeof(Value) == 4, uint32_t,
+                         std::conditional_t<sizeof(Value) == 2, uint16_t, uint8_t>>>;
+  const std::size_t first = out.size();
+  out.resize(first + count);
+  double* to = out.data() + first;
+  for (std::size_t i = 0; i < count; ++i)
+    to[i] = static_cast<double>(std::bit_cast<Value>(load<Bits>(at + i * sizeof(Value))));
+}
+
+}  // namespace
+
+void Tree::append_numbers(const Node& node, std::vector<double>& out) const {
+  if (node.kind != NodeKind::value && node.kind != NodeKind::values) return;
+  const uint8_t* at = message.data() + node.offset;
+  switch (node.primitive) {
+    case Primitive::int8:
+    case Primitive::boolean:
+      return append_all<int8_t>(at, node.count, out);
+    case Primitive::byte:
+      return append_all<uint8_t>(at, node.count, out);
+    case Primitive::int16:
+      return append_all<int16_t>(at, node.count, out);
+    case Primitive::int32:
+      return append_all<int32_t>(at, node.count, out);
+    case Primitive::int64:
+      return append_all<int64_t>(at, node.count, out);
+    case Primitive::float32:
+      return append_all<float>(at, node.count, out);
+    case Primitive::float64:
+      return append_all<double>(at, node.count, out);
+    case Primitive::string:
+      return;
+  }
+}
+
 std::string_view Tree::text(const Node& node) const {
   if (node.kind != NodeKind::value || node.primitive != Primitive::string) return {};
   return {reinterpret_cast<const char*>(message.data()) + node.offset, node.bytes};
@@ -140,7 +189,7 @@ std::string Tree::path(int node) const {
     uint32_t index = 0;
     for (; nodes[inner].after <= target; inner = nodes[inner].after) ++index;
     if (kind == NodeKind::list) {
-      result += '[' + std::to_string(index) + ']';
+      result += bracketed(index);
     } else {
       result += (result.empty() ? "" : ".") + nodes[inner].member->name;
     }
@@ -156,7 +205,7 @@ std::string value_name(const Tree& tree, int node, std::size_t element) {
   std::string indices;
   for (std::size_t d = field.member->dimensions.size(); d-- > 0;) {
     const std::size_t length = tree.lengths[field.lengths_at + d];
-    indices = '[' + std::to_string(element % length) + ']' + indices;
+    indices.insert(0, bracketed(element % length));
     element /= length;
   }
   return result + indices;
@@ -191,7 +240,6 @@ void Decoder::compile(int structure) {
 
 Decoder::Step Decoder::compile_step(int structure, const Member& member) {
   Step step;
-  step.member = &member;
   if (member.primitive) {
     step.primitive = *member.primitive;
     step.element_bytes = static_cast<uint32_t>(wire_bytes(*member.primitive));
@@ -212,6 +260,15 @@ Decoder::Step Decoder::compile_step(int structure, const Member& member) {
   }
   const Structure& type = schema_->structures()[static_cast<std::size_t>(structure)];
   step.slot = slots[static_cast<std::size_t>(&member - type.members.data())];
+  step.scalar = member.dimensions.empty() && step.element_bytes > 0;
+  step.prototype.member = &member;
+  step.prototype.primitive = step.primitive;
+  step.prototype.kind = step.structure >= 0 ? NodeKind::structure : NodeKind::value;
+  step.element_prototype = step.prototype;
+  step.element_prototype.element = true;
+  if (!member.dimensions.empty()) {
+    step.prototype.kind = step.element_bytes > 0 ? NodeKind::values : NodeKind::list;
+  }
   return step;
 }
 
@@ -248,26 +305,36 @@ class Decoder::Walk {
 
   DecodeStatus run(int structure) {
     at_ = 8;
-    if constexpr (kBuild) open({}, NodeKind::structure);
-    const DecodeStatus status = fields(structure, 0);
-    if constexpr (kBuild) close(0);
+    DecodeStatus status = DecodeStatus::ok;
+    if constexpr (kBuild) {
+      static const Node kMessage = [] {
+        Node node;
+        node.kind = NodeKind::structure;
+        return node;
+      }();
+      // Nodes of the message before are overwritten in place: nothing is initialised twice.
+      open(kMessage);
+      status = fields(structure, 0);
+      close(0);
+      tree_->nodes.resize(used_);
+    } else {
+      status = fields(structure, 0);
+    }
     return status;
   }
 
  private:
   std::size_t left() const { return message_.size() - at_; }
 
-  std::size_t open(const Member* member, NodeKind kind) {
-    Node node;
-    node.member = member;
+  std::size_t open(const Node& prototype) {
+    if (used_ == tree_->nodes.size()) tree_->nodes.resize(std::max<std::size_t>(64, 2 * used_));
+    Node& node = tree_->nodes[used_];
+    node = prototype;
     node.offset = static_cast<uint32_t>(at_);
-    node.kind = kind;
-    tree_->nodes.push_back(node);
-    return tree_->nodes.size() - 1;
+    node.after = static_cast<uint32_t>(used_ + 1);
+    return used_++;
   }
-  void close(std::size_t node) {
-    tree_->nodes[node].after = static_cast<uint32_t>(tree_->nodes.size());
-  }
+  void close(std::size_t node) { tree_->nodes[node].after = static_cast<uint32_t>(used_); }
 
   DecodeStatus fields(int structure, int depth) {
     const Plan& plan = decoder_.plans_[static_cast<std::size_t>(structure)];
@@ -295,17 +362,17 @@ class Decoder::Walk {
 
   DecodeStatus field(const Step& step, int64_t* slots, int depth) {
     if constexpr (kBuild) {
-      if (tree_->nodes.size() >= kMaxNodes) return DecodeStatus::too_large;
+      if (used_ >= kMaxNodes) return DecodeStatus::too_large;
     }
-    if (!step.member->dimensions.empty()) return array(step, slots, depth);
-    if (step.structure >= 0) return nested(step, depth, false);
-    if (step.primitive == Primitive::string) return string(step, false);
+    if (!step.scalar) {
+      if (!step.lengths.empty()) return array(step, slots, depth);
+      if (step.structure >= 0) return nested(step, depth, false);
+      return string(step, false);
+    }
     if (step.element_bytes > left()) return DecodeStatus::truncated;
     if (step.slot >= 0) slots[step.slot] = load_integer(step.primitive, message_.data() + at_);
     if constexpr (kBuild) {
-      const std::size_t node = open(step.member, NodeKind::value);
-      tree_->nodes[node].primitive = step.primitive;
-      close(node);
+      open(step.prototype);
     }
     at_ += step.element_bytes;
     return DecodeStatus::ok;
@@ -313,8 +380,7 @@ class Decoder::Walk {
 
   DecodeStatus nested(const Step& step, int depth, bool element) {
     if constexpr (!kBuild) return fields(step.structure, depth + 1);
-    const std::size_t node = open(step.member, NodeKind::structure);
-    tree_->nodes[node].element = element;
+    const std::size_t node = open(element ? step.element_prototype : step.prototype);
     const DecodeStatus status = fields(step.structure, depth + 1);
     close(node);
     return status;
@@ -327,11 +393,8 @@ class Decoder::Walk {
     at_ += 4;
     if (static_cast<std::size_t>(length) > left()) return DecodeStatus::truncated;
     if constexpr (kBuild) {
-      const std::size_t node = open(step.member, NodeKind::value);
-      tree_->nodes[node].primitive = Primitive::string;
+      const std::size_t node = open(element ? step.element_prototype : step.prototype);
       tree_->nodes[node].bytes = static_cast<uint32_t>(length - 1);
-      tree_->nodes[node].element = element;
-      close(node);
     }
     at_ += static_cast<std::size_t>(length);
     return DecodeStatus::ok;
@@ -360,9 +423,7 @@ class Decoder::Walk {
   }
 
   std::size_t open_array(const Step& step, const int64_t* slots) {
-    const bool flat = step.element_bytes > 0;
-    const std::size_t node = open(step.member, flat ? NodeKind::values : NodeKind::list);
-    tree_->nodes[node].primitive = step.primitive;
+    const std::size_t node = open(step.prototype);
     tree_->nodes[node].lengths_at = static_cast<uint32_t>(tree_->lengths.size());
     for (const Length& kept : step.lengths) {
       const int64_t length = kept.slot < 0 ? kept.constant : slots[kept.slot];
@@ -392,7 +453,7 @@ class Decoder::Walk {
     }
     for (uint64_t i = 0; i < count; ++i) {
       if constexpr (kBuild) {
-        if (tree_->nodes.size() >= kMaxNodes) return DecodeStatus::too_large;
+        if (used_ >= kMaxNodes) return DecodeStatus::too_large;
       }
       const DecodeStatus status =
           step.structure >= 0 ? nested(step, depth, true) : string(step, true);
@@ -405,13 +466,14 @@ class Decoder::Walk {
   std::span<const uint8_t> message_;
   Tree* tree_;
   std::size_t at_ = 0;
+  std::size_t used_ = 0;  // of tree_->nodes
   int slots_used_ = 0;
   std::array<int64_t, kMaxSlots> slots_;
 };
 
 DecodeStatus Decoder::check(int structure, std::span<const uint8_t> message) const {
   const Structure& type = schema_->structures().at(static_cast<std::size_t>(structure));
-  require(type.complete && !type.is_enum, type.name + " cannot be decoded");
+  if (!type.complete || type.is_enum) require(false, type.name + " cannot be decoded");
   if (message.size() > kMaxMessageBytes) return DecodeStatus::too_large;
   if (fingerprint_of(message) != type.fingerprint) return DecodeStatus::wrong_fingerprint;
   return Walk<false>(*this, message, nullptr).run(structure);
@@ -419,13 +481,15 @@ DecodeStatus Decoder::check(int structure, std::span<const uint8_t> message) con
 
 DecodeStatus Decoder::decode(int structure, std::span<const uint8_t> message, Tree& tree) const {
   const Structure& type = schema_->structures().at(static_cast<std::size_t>(structure));
-  require(type.complete && !type.is_enum, type.name + " cannot be decoded");
-  tree.nodes.clear();
+  if (!type.complete || type.is_enum) require(false, type.name + " cannot be decoded");
   tree.lengths.clear();
   tree.message = message;
-  if (message.size() > kMaxMessageBytes) return DecodeStatus::too_large;
-  if (fingerprint_of(message) != type.fingerprint) return DecodeStatus::wrong_fingerprint;
-  const DecodeStatus status = Walk<true>(*this, message, &tree).run(structure);
+  DecodeStatus status = DecodeStatus::wrong_fingerprint;
+  if (message.size() > kMaxMessageBytes) {
+    status = DecodeStatus::too_large;
+  } else if (fingerprint_of(message) == type.fingerprint) {
+    status = Walk<true>(*this, message, &tree).run(structure);
+  }
   if (status != DecodeStatus::ok) tree.nodes.clear();
   return status;
 }

@@ -53,6 +53,8 @@ struct Tree {
   double number(const Node& node, std::size_t i = 0) const;
   /// The same as an integer; of a float, rounded towards 0.
   int64_t integer(const Node& node, std::size_t i = 0) const;
+  /// Appends all elements of a number, boolean or byte node (nothing for others): the fast way.
+  void append_numbers(const Node& node, std::vector<double>& out) const;
   /// Of a string node; may hold any bytes.
   std::string_view text(const Node& node) const;
 
@@ -104,11 +106,13 @@ class Decoder {
     int slot = -1;  // >= 0: the value kept there
   };
   struct Step {
-    const Member* member = nullptr;
+    Node prototype;  // of the field, and of an element when it is a list
+    Node element_prototype;
     int structure = -1;  // of a compound field
     Primitive primitive = Primitive::int8;
     uint32_t element_bytes = 0;   // 0: varies
     uint64_t fixed_count = 1;     // product of the constant dimensions
+    bool scalar = false;          // one number, boolean or byte
     bool variable = false;        // some dimension is a field
     std::vector<Length> lengths;  // one a dimension
     int slot = -1;                // >= 0: keeps its value there, it is some array's length

@@ -1,6 +1,7 @@
 #include "common/lcm_schema/schema.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -244,9 +245,9 @@ std::optional<int> Schema::find(std::string_view name) const {
 
 std::optional<uint64_t> fingerprint_of(std::span<const uint8_t> message) {
   if (message.size() < 8) return {};
-  uint64_t result = 0;
-  for (std::size_t i = 0; i < 8; ++i) result = result << 8U | message[i];
-  return result;
+  uint64_t big_endian = 0;
+  std::memcpy(&big_endian, message.data(), sizeof big_endian);
+  return __builtin_bswap64(big_endian);
 }
 
 }  // namespace marco::lcm_schema

@@ -11,6 +11,12 @@ constexpr int64_t kFragmentPatienceUs = 500000;
 constexpr int64_t kHistoryStepUs = 25000;
 constexpr std::size_t kHistoryCount = 1200;
 constexpr std::size_t kHistoryBytes = 2U << 20U;
+constexpr std::size_t kTiledHistoryBytes = 24U << 20U;
+
+bool comes_in_tiles(const lcm_schema::Structure& type) {
+  return std::any_of(type.members.begin(), type.members.end(),
+                     [](const lcm_schema::Member& member) { return member.name == "revision"; });
+}
 
 }  // namespace
 
@@ -138,6 +144,9 @@ void Model::count_kind(Channel& channel, std::span<const uint8_t> bytes) {
     if (channel.fingerprint != 0) ++channel.type_changes;
     channel.fingerprint = *fingerprint;
     channel.candidates = decoder_->schema().with_fingerprint(*fingerprint);
+    channel.tiled =
+        channel.type() >= 0 &&
+        comes_in_tiles(decoder_->schema().structures()[static_cast<std::size_t>(channel.type())]);
   }
   if (channel.candidates.empty()) {
     ++channel.unknown;
@@ -149,19 +158,18 @@ void Model::count_kind(Channel& channel, std::span<const uint8_t> bytes) {
 void Model::keep(Channel& channel, int64_t time_us, std::span<const uint8_t> bytes) {
   channel.last.time_us = time_us;
   channel.last.bytes.assign(bytes.begin(), bytes.end());
-  if (bytes.size() > kHistoryBytes / 2) return;
-  if (!channel.history.empty() && time_us - channel.history.back().time_us < kHistoryStepUs &&
-      time_us >= channel.history.back().time_us) {
-    return;
-  }
+  const std::size_t limit = channel.tiled ? kTiledHistoryBytes : kHistoryBytes;
+  if (bytes.size() > limit / 2) return;
+  const int64_t since_us =
+      channel.history.empty() ? kHistoryStepUs : time_us - channel.history.back().time_us;
+  if (!channel.tiled && since_us >= 0 && since_us < kHistoryStepUs) return;
   Sample sample;
-  if (channel.history.size() >= kHistoryCount ||
-      channel.history_bytes + bytes.size() > kHistoryBytes) {
+  if (channel.history.size() >= kHistoryCount || channel.history_bytes + bytes.size() > limit) {
     do {
       sample = std::move(channel.history.front());
       channel.history_bytes -= sample.bytes.size();
       channel.history.pop_front();
-    } while (channel.history_bytes + bytes.size() > kHistoryBytes);
+    } while (channel.history_bytes + bytes.size() > limit);
   }
   sample.time_us = time_us;
   sample.bytes.assign(bytes.begin(), bytes.end());

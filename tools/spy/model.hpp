@@ -32,7 +32,9 @@ struct Channel {
   int64_t damaged = 0;              ///< the type is known, the bytes do not fit it
   int64_t type_changes = 0;         ///< fingerprint other than the message's before
   Sample last;
-  std::deque<Sample> history;  ///< at least 25 ms apart, at most 1200
+  bool tiled = false;  ///< its type has a field `revision`: a map comes in several messages
+  /// At least 25 ms apart, at most 1200 and 2 MB; when tiled, all of the last 24 MB.
+  std::deque<Sample> history;
   std::size_t history_bytes = 0;
 
   int64_t undecodable() const { return untyped + unknown + damaged; }

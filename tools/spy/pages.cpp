@@ -22,7 +22,9 @@ std::string age_text(double age_s) {
 }
 
 std::string loss_text(const Loss& loss) {
-  return (loss.estimated ? "~" : "") + short_number(static_cast<double>(loss.count));
+  std::string text(loss.estimated ? "~" : "");
+  text += short_number(static_cast<double>(loss.count));
+  return text;
 }
 
 struct ColumnPlace {
@@ -143,6 +145,24 @@ int draw_findings(Canvas& canvas, const Surroundings& around, int y, bool all) {
   return y;
 }
 
+// The last message and, of a tiled map, the newest of each other tile of the same revision.
+std::vector<lcm_schema::Tree> picture_messages(const Model& model, int index) {
+  std::vector<lcm_schema::Tree> messages(1);
+  if (index < 0 || !model.decode_last(index, messages[0])) return {};
+  const Channel& channel = model.channels()[static_cast<std::size_t>(index)];
+  for (auto sample = channel.history.rbegin(); channel.tiled && sample != channel.history.rend();
+       ++sample) {
+    lcm_schema::Tree tree;
+    if (model.decoder().decode(channel.type(), sample->bytes, tree) != lcm_schema::DecodeStatus::ok)
+      continue;
+    const bool other = std::all_of(
+        messages.begin(), messages.end(),
+        [&](const lcm_schema::Tree& known) { return same_map_other_tile(known, tree); });
+    if (other) messages.push_back(std::move(tree));
+  }
+  return messages;
+}
+
 void draw_help(Canvas& canvas, const Surroundings& around) {
   static constexpr const char* kLines[] = {
       "HZ        messages a second over the last 2 s (a log at once: over the whole log)",
@@ -186,12 +206,9 @@ Canvas draw(const Model& model, View& view, const Surroundings& around, int widt
       break;
     case Page::picture: {
       const int channel = model.find(view.selected);
-      lcm_schema::Tree tree;
-      if (channel >= 0 && model.decode_last(channel, tree)) {
-        draw_picture(canvas, tree, view.zoom, around.decode_jpeg);
-      } else {
-        canvas.text(2, 2, "the last message cannot be decoded", Style::warn);
-      }
+      const std::vector<lcm_schema::Tree> messages = picture_messages(model, channel);
+      if (messages.empty()) canvas.text(2, 2, "the last message cannot be decoded", Style::warn);
+      draw_picture(canvas, messages, view.zoom, around.decode_jpeg);
       break;
     }
   }
@@ -276,6 +293,14 @@ void draw_channel(Canvas& canvas, const Model& model, View& view, const Surround
                     : "the last message does not fit its type",
                 Style::warn);
     return;
+  }
+  if (channel.candidates.size() > 1) {
+    std::string others = "t: also";
+    for (const int type : channel.candidates) {
+      if (type != channel.type())
+        others += " " + model.decoder().schema().structures()[static_cast<std::size_t>(type)].name;
+    }
+    canvas.text_right(canvas.width() - 1, 1, others, Style::warn);
   }
   const std::vector<FieldRow> rows = field_rows(tree, channel.name, view);
   const int count = static_cast<int>(rows.size());

@@ -29,10 +29,14 @@ enum class PictureKind : uint8_t { none, scan, grid, image };
 PictureKind picture_kind(const lcm_schema::Tree& tree);
 
 /// Draws into rows 1 .. height - 2 of the canvas. Says in words why when it cannot.
+/// @param messages the message; of a map that is sent in tiles (marco grid_map_t), all tiles.
 /// @param zoom 1 = everything fits; of scans and grids: larger comes nearer to the middle.
 void draw_picture(Canvas& canvas,
-                  const lcm_schema::Tree& tree,
+                  std::span<const lcm_schema::Tree> messages,
                   double zoom,
                   const JpegDecoder& jpeg);
+
+/// Whether `other` is a tile of the same revision as `tile`, and another place than it.
+bool same_map_other_tile(const lcm_schema::Tree& tile, const lcm_schema::Tree& other);
 
 }  // namespace marco::spy

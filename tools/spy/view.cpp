@@ -265,6 +265,13 @@ namespace {
 constexpr std::size_t kMaxRows = 3000;
 constexpr std::size_t kMaxElementRows = 1000;
 
+std::string enclosed(char left, std::string_view text, char right) {
+  std::string result(1, left);
+  result += text;
+  result += right;
+  return result;
+}
+
 class Rows {
  public:
   Rows(const Tree& tree, const std::string& channel, const View& view)
@@ -287,7 +294,7 @@ class Rows {
          i < above.after && rows_.size() < kMaxRows; i = tree_.nodes[i].after) {
       const Node& node = tree_.nodes[i];
       const std::string label =
-          node.element ? "[" + std::to_string(element++) + "]" : node.member->name;
+          node.element ? enclosed('[', std::to_string(element++), ']') : node.member->name;
       if (node.element && element > kMaxElementRows) return;
       add(static_cast<int>(i), label,
           node.element || path.empty() ? path + label : path + "." + label, depth);
@@ -299,7 +306,7 @@ class Rows {
     FieldRow row{path, depth, label, node.member->type, "", false, false, false, index};
     if (!node.element) {
       for (std::size_t d = 0; d < node.member->dimensions.size(); ++d) {
-        row.type += "[" + std::to_string(tree_.lengths[node.lengths_at + d]) + "]";
+        row.type += enclosed('[', std::to_string(tree_.lengths[node.lengths_at + d]), ']');
       }
     }
     row.foldable = node.kind != NodeKind::value;
@@ -338,7 +345,7 @@ class Rows {
   std::string value_text(const Node& node, std::size_t i) const {
     switch (node.primitive) {
       case Primitive::string:
-        return "\"" + std::string(tree_.text(node).substr(0, 200)) + "\"";
+        return enclosed('"', tree_.text(node).substr(0, 200), '"');
       case Primitive::boolean:
         return tree_.integer(node, i) != 0 ? "true" : "false";
       case Primitive::float32:

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bot_core/planar_lidar_t.hpp"
+#include "marco/grid_map_t.hpp"
 #include "marco/pose2_t.hpp"
 #include "tests/unit/spy/spy_fixture.hpp"
 #include "tools/spy/report.hpp"
@@ -122,6 +123,15 @@ TEST(Model, HistoryIsSpacedAndBounded) {
   for (int i = 0; i < 100; ++i)
     model.add_message(200000000 + 100000 * i, "BIG", std::vector<uint8_t>(1 << 17));
   EXPECT_LE(model.channels()[1].history_bytes, std::size_t{2} << 20U);
+}
+
+TEST(Model, AllTilesOfAMapAreKept) {
+  Model model(test_decoder());
+  grid_map_t tile = {};
+  tile.size = 100000;
+  tile.occupancy.resize(100000);
+  for (int i = 0; i < 300; ++i) model.add_message(i, "GRID_MAP", encoded(tile));
+  EXPECT_EQ(model.channels()[0].history.size(), (std::size_t{24} << 20U) / encoded(tile).size());
 }
 
 TEST(Model, ClearForgetsCountsButNotTheNumbers) {

@@ -23,7 +23,7 @@ struct Drawn {
       : bytes(encoded(message)), canvas(40, 23) {
     EXPECT_EQ(test_decoder().decode(*test_decoder().schema().find(type), bytes, tree),
               lcm_schema::DecodeStatus::ok);
-    draw_picture(canvas, tree, zoom, jpeg);
+    draw_picture(canvas, {&tree, 1}, zoom, jpeg);
   }
   // Whether the cell has dots.
   bool dots(int x, int y) const {
@@ -91,7 +91,41 @@ TEST(Picture, AGridIsDrawnWithYUp) {
     EXPECT_EQ(drawn.canvas.at(x, 20).glyph, U'·') << x;
     EXPECT_EQ(drawn.canvas.at(x, 10).glyph, U' ') << x;
   }
-  EXPECT_THAT(drawn.canvas.to_text(), HasSubstr("80 x 80 cells"));
+  EXPECT_THAT(drawn.canvas.to_text(), HasSubstr("80 x 80 cells in 1 tile,"));
+}
+
+// Two tiles side by side: the wall of the right one lies in the right half.
+TEST(Picture, TilesOfOneRevisionAreJoined) {
+  grid_map_t left = grid();
+  left.occupancy.assign(6400, 0);
+  grid_map_t right = grid();
+  right.origin_x_m = 4;
+  std::vector<lcm_schema::Tree> tiles(2);
+  const auto left_bytes = encoded(left);
+  const auto right_bytes = encoded(right);
+  const int type = *test_decoder().schema().find("grid_map_t");
+  test_decoder().decode(type, left_bytes, tiles[0]);
+  test_decoder().decode(type, right_bytes, tiles[1]);
+  EXPECT_TRUE(same_map_other_tile(tiles[0], tiles[1]));
+  EXPECT_FALSE(same_map_other_tile(tiles[0], tiles[0]));
+  for (const double zoom : {1.0, 3.0}) {
+    Canvas canvas(40, 23);
+    draw_picture(canvas, tiles, zoom, {});
+    EXPECT_THAT(canvas.to_text(), HasSubstr("160 x 80 cells in 2 tiles"));
+    int left_dots = 0;
+    int right_dots = 0;
+    for (int y = 1; y < 21; ++y) {
+      for (int x = 0; x < 40; ++x)
+        (x < 20 ? left_dots : right_dots) +=
+            canvas.at(x, y).glyph > 0x2800 && canvas.at(x, y).glyph < 0x2900 ? 1 : 0;
+    }
+    EXPECT_EQ(left_dots, 0);
+    EXPECT_EQ(right_dots, zoom == 1.0 ? 20 : 0);  // zoomed in, the wall at the edge is out of sight
+  }
+  right.revision = 1;
+  const auto newer = encoded(right);
+  test_decoder().decode(type, newer, tiles[1]);
+  EXPECT_FALSE(same_map_other_tile(tiles[0], tiles[1]));
 }
 
 TEST(Picture, AGridWhoseSizesLieIsRefusedInWords) {
@@ -153,7 +187,7 @@ TEST(Picture, SurvivesAnyBytes) {
         lcm_schema::DecodeStatus::ok)
       continue;
     Canvas canvas(30, 12);
-    draw_picture(canvas, tree, std::pow(2.0, static_cast<double>(random() % 9) - 3), {});
+    draw_picture(canvas, {&tree, 1}, std::pow(2.0, static_cast<double>(random() % 9) - 3), {});
   }
 }
 

@@ -5,6 +5,7 @@
 namespace marco::spy {
 namespace {
 
+constexpr int64_t kMaxTimeUs = int64_t{1} << 60U;  // differences stay within 64 bits
 constexpr std::size_t kMaxChannels = 4000;
 constexpr std::size_t kMaxSenders = 4000;
 constexpr int64_t kFragmentPatienceUs = 500000;
@@ -127,6 +128,7 @@ void Model::add_message(int64_t time_us, std::string_view name, std::span<const 
 
 void Model::add_to_channel(int64_t time_us, int index, std::span<const uint8_t> bytes) {
   Channel& channel = channels_[static_cast<std::size_t>(index)];
+  time_us = std::clamp<int64_t>(time_us, 0, kMaxTimeUs);
   if (messages_++ == 0) first_us_ = time_us;
   last_us_ = std::max(last_us_, time_us);
   channel.rate.add(time_us, bytes.size());

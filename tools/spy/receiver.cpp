@@ -58,7 +58,9 @@ class Batch {
       std::memcpy(&time, CMSG_DATA(part), sizeof time);
       return int64_t{time.tv_sec} * 1000000 + time.tv_nsec / 1000;
     }
-    return 0;
+    return std::chrono::duration_cast<std::chrono::microseconds>(
+               std::chrono::system_clock::now().time_since_epoch())
+        .count();
   }
 
  private:

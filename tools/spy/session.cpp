@@ -1,21 +1,19 @@
 #include "tools/spy/session.hpp"
 
-#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <memory>
 #include <thread>
 
 #include "common/check.hpp"
-#include "common/files/event_log.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/progress.hpp"
 #include "common/process/stop_signal.hpp"
 #include "lcmtypes/sources.hpp"
+#include "tools/spy/log_player.hpp"
 #include "tools/spy/painter.hpp"
-#include "tools/spy/receiver.hpp"
 #include "tools/spy/report.hpp"
-#include "tools/spy/system.hpp"
+#include "tools/spy/watcher.hpp"
 
 namespace marco::spy {
 namespace {
@@ -38,154 +36,6 @@ lcm_schema::Schema load_types(const SessionOptions& options, std::vector<std::st
   for (const auto& problem : schema.problems()) problems.push_back(problem.message);
   return schema;
 }
-
-std::string damage_text(const files::LogDamage& damage) {
-  return "the log is damaged in " + std::to_string(damage.places) + " places, " +
-         std::to_string(damage.bytes_skipped) + " bytes skipped";
-}
-
-/// Plays a log into the model at its own pace; pausing stops its clock.
-class LogPlayer {
- public:
-  LogPlayer(const SessionOptions& options, SharedModel& shared)
-      : options_(options), shared_(shared), reader_(options.log), thread_([this] { run(); }) {}
-  ~LogPlayer() {
-    stop_ = true;
-    thread_.join();
-  }
-  LogPlayer(const LogPlayer&) = delete;
-  LogPlayer& operator=(const LogPlayer&) = delete;
-
-  void pause(bool on) { paused_ = on; }
-  bool ended() const { return ended_; }
-  int64_t now_us() const { return now_us_; }
-
- private:
-  void run() {
-    auto last = Clock::now();
-    std::optional<int64_t> first_us;
-    while (const auto event = reader_.next()) {
-      if (!first_us) {
-        first_us = event->event_time.us;
-        now_us_ = *first_us;
-      }
-      if (options_.duration_s > 0 &&
-          static_cast<double>(event->event_time.us - *first_us) > options_.duration_s * 1e6)
-        break;
-      while (!stop_ && options_.speed > 0 && now_us_ < event->event_time.us) {
-        const auto now = Clock::now();
-        if (!paused_)
-          now_us_ += static_cast<int64_t>(
-              std::chrono::duration<double, std::micro>(now - last).count() * options_.speed);
-        last = now;
-        const auto wait_us = static_cast<double>(event->event_time.us - now_us_) / options_.speed;
-        if (wait_us > 0)
-          std::this_thread::sleep_for(std::chrono::microseconds(
-              std::clamp<int64_t>(static_cast<int64_t>(wait_us), 100, 20000)));
-      }
-      if (stop_) return;
-      const SharedModel::Look look(shared_);
-      shared_.model.add_message(event->event_time.us, event->channel, event->bytes);
-    }
-    now_us_ = std::max(now_us_.load(), int64_t{0});
-    ended_ = true;
-  }
-
-  const SessionOptions& options_;
-  SharedModel& shared_;
-  files::EventLogReader reader_;
-  std::atomic<bool> stop_ = false;
-  std::atomic<bool> paused_ = false;
-  std::atomic<bool> ended_ = false;
-  std::atomic<int64_t> now_us_ = 0;
-  std::thread thread_;
-};
-
-/// Looks at the host once a second: who owns which socket, what is lost, why nothing comes.
-class Watcher {
- public:
-  Watcher(const UdpUrl& url, SharedModel& shared, const Receiver& receiver)
-      : url_(url), shared_(shared), receiver_(receiver) {
-    shared_.ignored_port = prober_.port();
-    thread_ = std::thread([this] { run(); });
-  }
-  ~Watcher() {
-    stop_ = true;
-    thread_.join();
-  }
-  Watcher(const Watcher&) = delete;
-  Watcher& operator=(const Watcher&) = delete;
-
-  void copy_to(Surroundings& around) {
-    const std::lock_guard lock(mutex_);
-    around.publishers = publishers_;
-    around.listeners = listeners_;
-    around.findings = findings_;
-  }
-
-  /// One look now. @param diagnose_silence also when nothing was heard (takes up to a second).
-  void look(bool diagnose_silence) {
-    std::vector<Address> senders;
-    int64_t heard = 0;
-    {
-      const SharedModel::Look look(shared_);
-      for (const Sender& sender : shared_.model.senders()) senders.push_back(sender.address);
-      heard = shared_.model.messages();
-    }
-    std::map<Address, Process> publishers = publishers_of(senders);
-    std::vector<Listener> listeners = find_listeners(url_.port, receiver_.inode());
-    std::vector<Finding> findings;
-    if (heard > 0 || diagnose_silence) {
-      NetworkState state = look_at_network(url_, prober_, heard);
-      state.listeners = listeners;
-      state.own_buffer_bytes = receiver_.buffer_bytes();
-      findings = diagnose(state);
-    }
-    const std::lock_guard lock(mutex_);
-    publishers_ = std::move(publishers);
-    listeners_ = std::move(listeners);
-    findings_ = std::move(findings);
-  }
-
- private:
-  // A sender's name stays known when the process is gone; asked again only for new ones.
-  std::map<Address, Process> publishers_of(const std::vector<Address>& senders) {
-    std::map<Address, Process> known;
-    {
-      const std::lock_guard lock(mutex_);
-      known = publishers_;
-    }
-    std::vector<Address> asked;
-    for (const Address& sender : senders) {
-      if (!known.contains(sender)) asked.push_back(sender);
-    }
-    if (!asked.empty()) known.merge(find_publishers(asked));
-    return known;
-  }
-
-  void run() {
-    const auto start = Clock::now();
-    int rounds = 0;
-    while (!stop_) {
-      look(seconds_since(start) > 1.5);
-      // Quick at first, for processes that publish once and end.
-      const int wait_ms = rounds++ < 20 ? 100 : 1000;
-      for (int waited = 0; waited < wait_ms && !stop_; waited += 50)
-        std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
-  }
-
-  UdpUrl url_;
-  SharedModel& shared_;
-  const Receiver& receiver_;
-  Prober prober_;
-  std::mutex mutex_;
-  std::map<Address, Process> publishers_;
-  std::vector<Listener> listeners_;
-  std::vector<Finding> findings_;
-  std::atomic<bool> stop_ = false;
-  std::thread thread_;
-};
 
 class Session {
  public:
@@ -214,7 +64,8 @@ class Session {
     if (around_.is_log && options_.once) return read_log();
     if (around_.is_log) {
       around_.source = options_.log;
-      player_ = std::make_unique<LogPlayer>(options_, shared_);
+      player_ = std::make_unique<LogPlayer>(
+          LogPlayer::Options{options_.log, options_.speed, options_.duration_s}, shared_);
       around_.overall_rates = options_.speed == 0;
     } else {
       const UdpUrl url = parse_udp_url(process::effective_lcm_url(options_.lcm_url));
@@ -235,11 +86,11 @@ class Session {
     std::optional<int64_t> first_us;
     int64_t events = 0;
     while (const auto event = reader.next()) {
-      if (!first_us) first_us = event->event_time.us;
-      if (options_.duration_s > 0 &&
-          static_cast<double>(event->event_time.us - *first_us) > options_.duration_s * 1e6)
-        break;
-      shared_.model.add_message(event->event_time.us, event->channel, event->bytes);
+      const int64_t time_us = bounded_time_us(*event);
+      if (!first_us) first_us = time_us;
+      const double into_log_s = static_cast<double>(time_us - *first_us) * 1e-6;
+      if (options_.duration_s > 0 && into_log_s > options_.duration_s) break;
+      shared_.model.add_message(time_us, event->channel, event->bytes);
       if (++events % 4096 == 0)
         progress.update(static_cast<double>(reader.position_bytes()) /
                         static_cast<double>(reader.size_bytes()));
@@ -256,7 +107,7 @@ class Session {
     while (seconds_since(start) < duration_s && !process::stop_requested()) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
-    watcher_->look(true);
+    watcher_->look(Watcher::Depth::silence_too);
     watcher_->copy_to(around_);
     around_.overall_rates = true;
     around_.now_us = wall_clock_us();
@@ -293,7 +144,10 @@ class Session {
   void refresh() {
     if (watcher_) watcher_->copy_to(around_);
     around_.now_us = player_ ? player_->now_us() : wall_clock_us();
-    around_.log_ended = player_ && player_->ended();
+    if (player_ && player_->ended() && !around_.log_ended) {
+      around_.log_ended = true;
+      if (player_->damage().places > 0) around_.problems.push_back(damage_text(player_->damage()));
+    }
   }
 
   int stream_json() {
@@ -332,6 +186,8 @@ class Session {
             std::chrono::duration_cast<std::chrono::milliseconds>(next_frame - Clock::now());
         const auto press = painter.key(static_cast<int>(std::max<int64_t>(0, wait.count())));
         if (press && !act(*press)) break;
+        // A terminal that is gone answers at once for ever.
+        if (!press) std::this_thread::sleep_until(next_frame);
       }
     }
     const SharedModel::Look look(shared_);

@@ -204,8 +204,14 @@ Prober::Prober() : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
 Prober::~Prober() { ::close(socket_); }
 
 bool Prober::comes_back(const UdpUrl& url, std::string& error) {
-  ListeningSocket listener(url, 1 << 16);
-  if (!listener.join(error)) return false;
+  std::unique_ptr<ListeningSocket> listener;
+  try {
+    listener = std::make_unique<ListeningSocket>(url, 1 << 16);
+  } catch (const std::runtime_error& failure) {
+    error = failure.what();
+    return false;
+  }
+  if (!listener->join(error)) return false;
   std::array<uint8_t, 32> bytes = {'L', 'C', '0', '2'};
   const uint32_t number = htonl(sequence_++);
   std::memcpy(bytes.data() + 4, &number, 4);
@@ -221,12 +227,12 @@ bool Prober::comes_back(const UdpUrl& url, std::string& error) {
   }
   const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
   while (std::chrono::steady_clock::now() < end) {
-    pollfd wait = {listener.descriptor(), POLLIN, 0};
+    pollfd wait = {listener->descriptor(), POLLIN, 0};
     if (::poll(&wait, 1, 50) <= 0) continue;
     sockaddr_in from = {};
     socklen_t size = sizeof from;
     std::array<uint8_t, 64> received;
-    if (::recvfrom(listener.descriptor(), received.data(), received.size(), MSG_DONTWAIT,
+    if (::recvfrom(listener->descriptor(), received.data(), received.size(), MSG_DONTWAIT,
                    reinterpret_cast<sockaddr*>(&from), &size) > 0 &&
         ntohs(from.sin_port) == port_) {
       return true;

@@ -8,6 +8,12 @@
 /// The host the spy runs on: /proc, interfaces, probes. Linux only.
 namespace marco::spy {
 
+/// A whole small file of /proc; "" when it cannot be read.
+std::string read_text(const std::string& path);
+std::vector<int> running_pids();
+/// "marco-slam"; of an interpreter also its script: "python3 drive.py".
+std::string command_name(int pid);
+
 /// The processes that own sockets, by inode. Sockets of other users' processes stay unknown without
 /// root's rights. One walk over /proc for all of them.
 std::map<uint64_t, Process> owners_of(const std::set<uint64_t>& inodes);

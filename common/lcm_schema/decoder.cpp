@@ -10,7 +10,7 @@ namespace marco::lcm_schema {
 namespace {
 
 constexpr std::size_t kMaxMessageBytes = std::size_t{1} << 30U;
-constexpr std::size_t kMaxNodes = 4U << 20U;
+constexpr std::size_t kMaxNodes = 1U << 20U;
 constexpr int kMaxDepth = 64;
 constexpr int kMaxSlots = 1024;             // lengths kept at once, over all nested structs
 constexpr uint64_t kTooMany = 1ULL << 40U;  // more than any message holds

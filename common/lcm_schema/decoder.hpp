@@ -15,12 +15,12 @@ enum class DecodeStatus : uint8_t {
   truncated,          ///< it ends before its last field
   bad_length,         ///< a negative array length, or a string's length below 1
   too_deep,           ///< structs nested deeper than 64
-  too_large           ///< more than 4 million nodes, or more than 1 GB
+  too_large           ///< more than a million nodes, or more than 1 GB
 };
 const char* name_of(DecodeStatus status);
 
 /// Decodes messages of any type of a schema along plans compiled once. No message can make it read
-/// outside its bytes, recurse without bound or allocate more than 160 MB. It accepts what lcm-gen's
+/// outside its bytes, recurse without bound or allocate more than 80 MB. It accepts what lcm-gen's
 /// decoders accept (bytes behind the last field included). The schema must outlive it. Const: safe
 /// from several threads, each with its own Tree.
 class Decoder {

@@ -125,7 +125,7 @@ void Decoder::compile_runs(Plan& plan) {
   }
 }
 
-template <bool kBuild>
+template <bool Build>
 class Decoder::Walk {
  public:
   Walk(const Decoder& decoder, std::span<const uint8_t> message, Tree* tree)
@@ -134,14 +134,14 @@ class Decoder::Walk {
   DecodeStatus run(int structure) {
     at_ = 8;
     DecodeStatus status = DecodeStatus::ok;
-    if constexpr (kBuild) {
-      static const Node kMessage = [] {
+    if constexpr (Build) {
+      static const Node message_node = [] {
         Node node;
         node.kind = NodeKind::structure;
         return node;
       }();
       // Nodes of the message before are overwritten in place: nothing is initialised twice.
-      open(kMessage);
+      open(message_node);
       status = fields(structure, 0);
       close(0);
       tree_->nodes.resize(used_);
@@ -172,7 +172,7 @@ class Decoder::Walk {
     const std::size_t count = plan.steps.size();
     for (std::size_t i = 0; i < count;) {
       const Step& step = plan.steps[i];
-      if constexpr (!kBuild) {
+      if constexpr (!Build) {
         if (step.run_steps > 0) {
           if (step.run_bytes > left()) return DecodeStatus::truncated;
           at_ += step.run_bytes;
@@ -189,7 +189,7 @@ class Decoder::Walk {
   }
 
   DecodeStatus field(const Step& step, int64_t* slots, int depth) {
-    if constexpr (kBuild) {
+    if constexpr (Build) {
       if (used_ >= kMaxNodes) return DecodeStatus::too_large;
     }
     if (!step.scalar) {
@@ -199,7 +199,7 @@ class Decoder::Walk {
     }
     if (step.element_bytes > left()) return DecodeStatus::truncated;
     if (step.slot >= 0) slots[step.slot] = load_integer(step.primitive, message_.data() + at_);
-    if constexpr (kBuild) {
+    if constexpr (Build) {
       open(step.prototype);
     }
     at_ += step.element_bytes;
@@ -207,7 +207,7 @@ class Decoder::Walk {
   }
 
   DecodeStatus nested(const Step& step, int depth, bool element) {
-    if constexpr (!kBuild) return fields(step.structure, depth + 1);
+    if constexpr (!Build) return fields(step.structure, depth + 1);
     const std::size_t node = open(element ? step.element_prototype : step.prototype);
     const DecodeStatus status = fields(step.structure, depth + 1);
     close(node);
@@ -220,7 +220,7 @@ class Decoder::Walk {
     if (length < 1) return DecodeStatus::bad_length;
     at_ += 4;
     if (static_cast<std::size_t>(length) > left()) return DecodeStatus::truncated;
-    if constexpr (kBuild) {
+    if constexpr (Build) {
       const std::size_t node = open(element ? step.element_prototype : step.prototype);
       tree_->nodes[node].bytes = static_cast<uint32_t>(length - 1);
     }
@@ -239,10 +239,10 @@ class Decoder::Walk {
       }
     }
     std::size_t node = 0;
-    if constexpr (kBuild) node = open_array(step, slots);
+    if constexpr (Build) node = open_array(step, slots);
     const DecodeStatus status =
         step.element_bytes > 0 ? numbers(step, count) : elements(step, count, depth);
-    if constexpr (kBuild) {
+    if constexpr (Build) {
       tree_->nodes[node].count = static_cast<uint32_t>(std::min<uint64_t>(count, UINT32_MAX));
       tree_->nodes[node].bytes = static_cast<uint32_t>(at_) - tree_->nodes[node].offset;
       close(node);
@@ -268,7 +268,7 @@ class Decoder::Walk {
   }
 
   DecodeStatus elements(const Step& step, uint64_t count, int depth) {
-    if constexpr (!kBuild) {
+    if constexpr (!Build) {
       if (step.structure >= 0) {
         const Plan& inner = decoder_.plans_[static_cast<std::size_t>(step.structure)];
         if (inner.fixed_bytes >= 0) {
@@ -280,7 +280,7 @@ class Decoder::Walk {
       }
     }
     for (uint64_t i = 0; i < count; ++i) {
-      if constexpr (kBuild) {
+      if constexpr (Build) {
         if (used_ >= kMaxNodes) return DecodeStatus::too_large;
       }
       const DecodeStatus status =

@@ -61,7 +61,7 @@ class Decoder {
     bool compiling = false;
     bool done = false;
   };
-  template <bool kBuild>
+  template <bool Build>
   class Walk;
 
   void compile(int structure);

@@ -9,6 +9,126 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
+// Type, rates and the other types it could be.
+void draw_head(Canvas& canvas,
+               const Model& model,
+               const Channel& channel,
+               const Surroundings& around) {
+  std::string head = type_text(model, channel);
+  head += "   " + plural(channel.rate.count(), "message");
+  head += "   " + short_number(rates_of(channel, around).hz) + " Hz";
+  head += "   " + plural(static_cast<int64_t>(channel.last.bytes.size()), "byte");
+  if (channel.undecodable() > 0) head += "   undecodable " + std::to_string(channel.undecodable());
+  canvas.text(1, 1, head, Style::bold);
+  if (channel.candidates.size() < 2) return;
+  std::string others = "t: also";
+  for (const int type : channel.candidates) {
+    if (type == channel.type()) continue;
+    others += ' ';
+    others += model.decoder().schema().structures()[static_cast<std::size_t>(type)].name;
+  }
+  canvas.text_right(canvas.width() - 1, 1, others, Style::warn);
+}
+
+struct Widths {
+  explicit Widths(int width)
+      : name(std::max(18, width * 28 / 100)),
+        type(std::max(10, width * 16 / 100)),
+        line(width * 30 / 100),
+        value(std::max(8, width - name - type - line - 3)) {}
+  int name;
+  int type;
+  int line;
+  int value;
+};
+
+// What a row's sparkline shows: an array itself, or a number's history.
+std::vector<double> line_of(const Model& model,
+                            const Channel& channel,
+                            const lcm_schema::Tree& tree,
+                            const FieldRow& row,
+                            std::size_t width) {
+  std::vector<double> line;
+  if (row.numeric) line = series_of(model, channel, row.path, width).values;
+  if (!row.profile) return line;
+  const lcm_schema::Node& node = tree.nodes[static_cast<std::size_t>(row.node)];
+  line.reserve(width);
+  for (std::size_t x = 0; x < width && node.count > 0; ++x) {
+    line.push_back(tree.number(node, x * node.count / width));
+  }
+  return line;
+}
+
+void draw_row(Canvas& canvas, const View& view, const FieldRow& row, int y) {
+  const Widths widths(canvas.width());
+  std::string label = "  ";
+  if (row.foldable) label = view.unfolded.contains(view.selected + "/" + row.path) ? "▾ " : "▸ ";
+  label += row.label;
+  canvas.text(1 + 2 * row.depth, y, label, Style::normal, std::max(1, widths.name - 2 * row.depth));
+  canvas.text(widths.name + 1, y, row.type, Style::dim, widths.type);
+  canvas.text(widths.name + widths.type + 2, y, row.value, Style::normal, widths.value);
+  if (std::find(view.plotted.begin(), view.plotted.end(), row.path) != view.plotted.end()) {
+    canvas.put(0, y, U'+', Style::warn);
+  }
+}
+
+struct Span {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void widen(const Series& series) {
+    for (const double value : series.values) {
+      if (!std::isfinite(value)) continue;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+  }
+  // A constant is drawn in the middle of a little room.
+  void make_room() {
+    const double middle = low / 2 + high / 2;
+    if (high - low >= 1e-9 * std::max(1.0, std::abs(middle))) return;
+    const double room = std::max(1e-6, std::abs(middle) * 1e-6);
+    low = middle - room;
+    high = middle + room;
+  }
+  // 0 at the bottom, 1 at the top; halves first, since the difference may overflow.
+  double part(double value) const { return (value / 2 - low / 2) / (high / 2 - low / 2); }
+};
+
+constexpr int kAxisCells = 12;
+
+void draw_curve(Canvas& canvas, const Series& series, const Span& span, Style style) {
+  DotGrid dots(canvas.width() - kAxisCells - 1, canvas.height() - 4);
+  const int64_t first_us = series.times_us.front();
+  const double all_us = std::max(1000.0, static_cast<double>(series.times_us.back() - first_us));
+  double last_x = kNaN;
+  double last_y = kNaN;
+  for (std::size_t k = 0; k < series.values.size(); ++k) {
+    const double x =
+        (dots.width() - 1) * static_cast<double>(series.times_us[k] - first_us) / all_us;
+    const double y = (dots.height() - 1) * (1 - span.part(series.values[k]));
+    if (std::isfinite(y))
+      dots.line(std::isfinite(last_y) ? last_x : x, std::isfinite(last_y) ? last_y : y, x, y);
+    last_x = x;
+    last_y = y;
+  }
+  dots.draw(canvas, kAxisCells + 1, 2, style);
+}
+
+void draw_axes(Canvas& canvas, const Span& span, double seconds) {
+  const int rows = canvas.height() - 4;
+  for (int y = 2; y < 2 + rows; ++y) canvas.put(kAxisCells, y, U'│', Style::dim);
+  for (int step = 0; step <= 4; ++step) {
+    const int y = 2 + (rows - 1) * step / 4;
+    const double value = span.high * (4 - step) / 4 + span.low * step / 4;
+    canvas.text_right(kAxisCells, y, plain_number(value), Style::dim);
+    canvas.put(kAxisCells, y, U'┤', Style::dim);
+  }
+  const std::string begin = plain_number(std::round(seconds * 10) / 10);
+  canvas.text(kAxisCells + 1, canvas.height() - 2, "-" + begin + " s", Style::dim);
+  canvas.text_right(canvas.width() - 1, canvas.height() - 2, "now", Style::dim);
+}
+
 }  // namespace
 
 void draw_channel(Canvas& canvas, const Model& model, View& view, const Surroundings& around) {
@@ -18,15 +138,7 @@ void draw_channel(Canvas& canvas, const Model& model, View& view, const Surround
     return;
   }
   const Channel& channel = model.channels()[static_cast<std::size_t>(index)];
-  const Rates rates = rates_of(channel, around);
-  canvas.text(
-      1, 1,
-      type_text(model, channel) + "   " + plural(channel.rate.count(), "message") + "   " +
-          short_number(rates.hz) + " Hz   " +
-          plural(static_cast<int64_t>(channel.last.bytes.size()), "byte") +
-          (channel.undecodable() > 0 ? "   undecodable " + std::to_string(channel.undecodable())
-                                     : ""),
-      Style::bold);
+  draw_head(canvas, model, channel, around);
   lcm_schema::Tree tree;
   if (!model.decode_last(index, tree)) {
     canvas.text(2, 3,
@@ -36,52 +148,24 @@ void draw_channel(Canvas& canvas, const Model& model, View& view, const Surround
                 Style::warn);
     return;
   }
-  if (channel.candidates.size() > 1) {
-    std::string others = "t: also";
-    for (const int type : channel.candidates) {
-      if (type != channel.type())
-        others += " " + model.decoder().schema().structures()[static_cast<std::size_t>(type)].name;
-    }
-    canvas.text_right(canvas.width() - 1, 1, others, Style::warn);
-  }
   const std::vector<FieldRow> rows = field_rows(tree, channel.name, view);
+  const auto cursor = std::find_if(rows.begin(), rows.end(),
+                                   [&](const FieldRow& row) { return row.path == view.cursor; });
+  const int selected = cursor == rows.end() ? 0 : static_cast<int>(cursor - rows.begin());
   const int count = static_cast<int>(rows.size());
   const int shown = std::max(1, canvas.height() - 3);
   view.page_rows = shown;
-  int selected = 0;
-  for (int i = 0; i < count; ++i) {
-    if (rows[static_cast<std::size_t>(i)].path == view.cursor) selected = i;
-  }
-  const int name_width = std::max(18, canvas.width() * 28 / 100);
-  const int type_width = std::max(10, canvas.width() * 16 / 100);
-  const int line_width = canvas.width() * 30 / 100;
-  const int value_width = std::max(8, canvas.width() - name_width - type_width - line_width - 3);
+  const int line_width = Widths(canvas.width()).line;
   const int first = first_row(selected, count, shown);
   for (int i = first; i < std::min(count, first + shown); ++i) {
     const FieldRow& row = rows[static_cast<std::size_t>(i)];
     const int y = 2 + i - first;
-    const char* fold = !row.foldable                                           ? "  "
-                       : view.unfolded.contains(channel.name + "/" + row.path) ? "▾ "
-                                                                               : "▸ ";
-    canvas.text(1 + 2 * row.depth, y, fold + row.label, Style::normal,
-                std::max(1, name_width - 2 * row.depth));
-    canvas.text(name_width + 1, y, row.type, Style::dim, type_width);
-    canvas.text(name_width + type_width + 2, y, row.value, Style::normal, value_width);
-    std::vector<double> line;
-    if (row.profile) {
-      const lcm_schema::Node& node = tree.nodes[static_cast<std::size_t>(row.node)];
-      for (int x = 0; x < line_width && node.count > 0; ++x) {
-        line.push_back(tree.number(
-            node, static_cast<std::size_t>(x) * node.count / static_cast<std::size_t>(line_width)));
-      }
-    } else if (row.numeric) {
-      line = series_of(model, channel, row.path, static_cast<std::size_t>(line_width)).values;
-    }
+    draw_row(canvas, view, row, y);
+    const auto width = static_cast<std::size_t>(line_width);
     int x = canvas.width() - line_width;
-    for (const char32_t bar : sparkline(line, static_cast<std::size_t>(line_width)))
+    for (const char32_t bar : sparkline(line_of(model, channel, tree, row, width), width)) {
       canvas.put(x++, y, bar, row.profile ? Style::dim : Style::good);
-    if (std::find(view.plotted.begin(), view.plotted.end(), row.path) != view.plotted.end())
-      canvas.put(0, y, U'+', Style::warn);
+    }
     if (i == selected) canvas.style_row(y, Style::selected);
   }
 }
@@ -89,67 +173,29 @@ void draw_channel(Canvas& canvas, const Model& model, View& view, const Surround
 void draw_plot(Canvas& canvas, const Model& model, const View& view) {
   static constexpr Style kStyles[] = {Style::good, Style::warn, Style::bad, Style::bold};
   const int index = model.find(view.selected);
-  const int rows = canvas.height() - 4;
-  if (index < 0 || rows < 2) return;
+  if (index < 0 || canvas.height() < 6) return;
   const Channel& channel = model.channels()[static_cast<std::size_t>(index)];
+  const auto limit = static_cast<std::size_t>(1200 / std::max(1.0, view.zoom));
   std::vector<Series> all;
-  double low = INFINITY;
-  double high = -INFINITY;
+  Span span;
   for (const std::string& path : view.plotted) {
-    all.push_back(
-        series_of(model, channel, path, static_cast<std::size_t>(1200 / std::max(1.0, view.zoom))));
-    for (const double value : all.back().values) {
-      if (!std::isfinite(value)) continue;
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
+    all.push_back(series_of(model, channel, path, limit));
+    span.widen(all.back());
   }
-  if (!(low <= high)) {
+  if (!(span.low <= span.high)) {
     canvas.text(2, 2, "no number to plot yet", Style::warn);
     return;
   }
-  const double middle = low / 2 + high / 2;
-  if (high - low < 1e-9 * std::max(1.0, std::abs(middle))) {
-    low = middle - std::max(1e-6, std::abs(middle) * 1e-6);
-    high = middle + std::max(1e-6, std::abs(middle) * 1e-6);
-  }
-  constexpr int kAxis = 12;
-  const int64_t first_us = all[0].times_us.front();
-  const double seconds =
-      std::max(1e-3, static_cast<double>(all[0].times_us.back() - first_us) * 1e-6);
+  span.make_room();
+  const int step = (canvas.width() - kAxisCells) / static_cast<int>(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
-    DotGrid dots(canvas.width() - kAxis - 1, rows);
-    double last_x = kNaN;
-    double last_y = kNaN;
-    for (std::size_t k = 0; k < all[i].values.size(); ++k) {
-      const double part = (all[i].values[k] / 2 - low / 2) / (high / 2 - low / 2);
-      const double x = (dots.width() - 1) *
-                       (static_cast<double>(all[i].times_us[k] - first_us) * 1e-6) / seconds;
-      const double y = (dots.height() - 1) * (1 - part);
-      if (std::isfinite(y) && std::isfinite(last_y)) dots.line(last_x, last_y, x, y);
-      if (std::isfinite(y))
-        dots.dot(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)));
-      last_x = x;
-      last_y = y;
-    }
-    const Style style = kStyles[i % 4];
-    dots.draw(canvas, kAxis + 1, 2, style);
-    canvas.text(
-        kAxis + 1 + static_cast<int>(i) * (canvas.width() - kAxis) / static_cast<int>(all.size()),
-        1,
-        "━ " + view.plotted[i] + " = " +
-            (all[i].values.empty() ? "" : plain_number(all[i].values.back())),
-        style);
+    draw_curve(canvas, all[i], span, kStyles[i % 4]);
+    std::string legend = "━ " + view.plotted[i];
+    legend += " = " + plain_number(all[i].values.back());
+    canvas.text(kAxisCells + 1 + static_cast<int>(i) * step, 1, legend, kStyles[i % 4], step);
   }
-  for (int y = 2; y < 2 + rows; ++y) canvas.put(kAxis, y, U'│', Style::dim);
-  for (int step = 0; step <= 4; ++step) {
-    const int y = 2 + (rows - 1) * step / 4;
-    canvas.text_right(kAxis, y, plain_number(high + (low - high) * step / 4), Style::dim);
-    canvas.put(kAxis, y, U'┤', Style::dim);
-  }
-  canvas.text(kAxis + 1, canvas.height() - 2,
-              "-" + plain_number(std::round(seconds * 10) / 10) + " s", Style::dim);
-  canvas.text_right(canvas.width() - 1, canvas.height() - 2, "now", Style::dim);
+  const auto& times_us = all[0].times_us;
+  draw_axes(canvas, span, static_cast<double>(times_us.back() - times_us.front()) * 1e-6);
 }
 
 }  // namespace marco::spy

@@ -48,8 +48,10 @@ class Rows {
       const std::string label =
           node.element ? enclosed('[', std::to_string(element++), ']') : node.member->name;
       if (node.element && element > kMaxElementRows) return;
-      add(static_cast<int>(i), label,
-          node.element || path.empty() ? path + label : path + "." + label, depth);
+      std::string inner = path;
+      if (!node.element && !path.empty()) inner += '.';
+      inner += label;
+      add(static_cast<int>(i), label, inner, depth);
     }
   }
 

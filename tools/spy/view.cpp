@@ -248,6 +248,7 @@ std::vector<int> visible_channels(const Model& model,
     return reverse ? a.text > b.text : a.text < b.text;
   });
   std::vector<int> result;
+  result.reserve(rows.size());
   for (const Row& row : rows) result.push_back(row.channel);
   return result;
 }

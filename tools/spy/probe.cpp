@@ -120,7 +120,7 @@ bool sniff(const UdpUrl& own, std::set<std::string>& urls, int milliseconds) {
     pollfd wait = {raw, POLLIN, 0};
     if (::poll(&wait, 1, 20) <= 0) continue;
     const ssize_t length = ::recv(raw, bytes.data(), bytes.size(), MSG_DONTWAIT);
-    const std::size_t header = 4U * (bytes[0] & 15U);
+    const std::size_t header = std::size_t{4} * (bytes[0] & 15U);
     constexpr uint8_t kUdp = 17;
     if (length < 28 || bytes[9] != kUdp || header < 20 ||
         header + 8 >= static_cast<std::size_t>(length))

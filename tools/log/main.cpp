@@ -1,0 +1,75 @@
+#include <CLI/CLI.hpp>
+
+#include "common/process/arguments.hpp"
+#include "tools/log/commands.hpp"
+
+namespace {
+
+using marco::logs::Existing;
+
+constexpr const char* kHelp =
+    "Looks into LCM logs and works on them. A damaged log is read on behind the damage.\n"
+    "Moments: seconds from the start (12.5, 1:30), before the end (-10), absolute\n"
+    "(@1454600000, 2016-02-04T15:33:20Z).";
+
+void add_force(CLI::App* command, Existing& existing) {
+  command->add_flag_callback(
+      "-f,--force", [&existing] { existing = Existing::replace; }, "replace what is there");
+}
+
+void add_info(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "info", "channels, types, rates, gaps, duration, clocks that disagree, damage");
+  auto arguments = std::make_shared<marco::logs::InfoArguments>();
+  command->add_option("LOG", arguments->logs, "LCM logs")->required();
+  command->add_flag_callback(
+      "--json", [arguments] { arguments->format = marco::logs::Format::json; }, "print JSON");
+  command->callback([arguments, &exit_code] { exit_code = marco::logs::run_info(*arguments); });
+}
+
+void add_select(CLI::App& app, int& exit_code, bool is_cut) {
+  CLI::App* command =
+      is_cut ? app.add_subcommand("cut", "the events of a time range, as they are")
+             : app.add_subcommand("filter", "the events of some channels, as they are");
+  auto arguments = std::make_shared<marco::logs::SelectArguments>();
+  command->add_option("LOG", arguments->in, "LCM log")->required();
+  command->add_option("OUT", arguments->out, "log to write")->required();
+  command->add_option("--from", arguments->from, "first moment");
+  command->add_option("--to", arguments->to, "moment behind the last");
+  command
+      ->add_option("-c,--channel", arguments->channels,
+                   "name or regular expression of a whole name; may be repeated")
+      ->required(!is_cut);
+  command->add_flag("-v,--drop", arguments->drop, "drop these channels, keep the others");
+  add_force(command, arguments->existing);
+  command->callback([arguments, &exit_code] { exit_code = marco::logs::run_select(*arguments); });
+}
+
+void add_merge(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("merge", "one log of several, by event time");
+  auto arguments = std::make_shared<marco::logs::MergeArguments>();
+  command->add_option("LOG", arguments->ins, "LCM logs")->required();
+  command->add_option("-o,--out", arguments->out, "log to write")->required();
+  command->add_option("--shift", arguments->shifts_s,
+                      "[s] added to the event times, one for each log");
+  command->add_option("--prefix", arguments->prefixes,
+                      "put before the channels, one for each log; \"\" = none");
+  add_force(command, arguments->existing);
+  command->callback([arguments, &exit_code] { exit_code = marco::logs::run_merge(*arguments); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return marco::process::run_main("marco-log", [&] {
+    CLI::App app(kHelp, "marco-log");
+    app.require_subcommand(1);
+    int exit_code = 0;
+    add_info(app, exit_code);
+    add_select(app, exit_code, true);
+    add_select(app, exit_code, false);
+    add_merge(app, exit_code);
+    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    return exit_code;
+  });
+}

@@ -143,30 +143,28 @@ ChannelInfo ChannelSurvey::finish(const std::string& name) {
   return info_;
 }
 
-// Marks the channels outside the largest group of clocks that agree.
-void compare_clocks(std::vector<ChannelInfo>& channels) {
+// Sorts the clocks into groups, by offset.
+std::vector<ClockGroup> group_clocks(std::vector<ChannelInfo>& channels) {
   constexpr int64_t kTogetherUs = 500000;
-  std::size_t best_size = 0;
-  int64_t best_us = 0;
-  for (const ChannelInfo& center : channels) {
-    if (!center.clock) continue;
-    const auto is_near = [&](const ChannelInfo& other) {
-      return other.clock &&
-             std::abs(other.clock->offset.us - center.clock->offset.us) < kTogetherUs;
-    };
-    const auto size =
-        static_cast<std::size_t>(std::count_if(channels.begin(), channels.end(), is_near));
-    // Of groups of one size the one whose clock is nearest the logger's.
-    if (size > best_size ||
-        (size == best_size && std::abs(center.clock->offset.us) < std::abs(best_us))) {
-      best_size = size;
-      best_us = center.clock->offset.us;
-    }
-  }
+  std::vector<ChannelInfo*> by_offset;
   for (ChannelInfo& channel : channels) {
-    channel.disagrees =
-        channel.clock && std::abs(channel.clock->offset.us - best_us) >= kTogetherUs;
+    if (channel.clock) by_offset.push_back(&channel);
   }
+  std::stable_sort(by_offset.begin(), by_offset.end(), [](const auto* a, const auto* b) {
+    return a->clock->offset < b->clock->offset;
+  });
+  std::vector<ClockGroup> groups;
+  const ChannelInfo* previous = nullptr;
+  for (ChannelInfo* channel : by_offset) {
+    if (previous == nullptr ||
+        channel->clock->offset.us - previous->clock->offset.us > kTogetherUs) {
+      groups.push_back({channel->clock->offset, {}});
+    }
+    groups.back().channels.push_back(channel->name);
+    channel->clock_group = static_cast<int>(groups.size()) - 1;
+    previous = channel;
+  }
+  return groups;
 }
 
 struct NameHash {
@@ -220,7 +218,7 @@ LogInfo inspect_log(const std::filesystem::path& path, const OnProgress& on_prog
   for (auto& [name, survey] : surveys) info.channels.push_back(survey.finish(name));
   std::sort(info.channels.begin(), info.channels.end(),
             [](const ChannelInfo& a, const ChannelInfo& b) { return a.name < b.name; });
-  compare_clocks(info.channels);
+  info.clock_groups = group_clocks(info.channels);
   return info;
 }
 

@@ -39,7 +39,13 @@ struct ChannelInfo {
   std::vector<Silence> silences;  ///< at most 5, the longest first
   int64_t utime_steps_back = 0;
   std::optional<ClockReading> clock;  ///< when the messages begin with a running utime
-  bool disagrees = false;             ///< its clock runs elsewhere than most channels' clocks
+  int clock_group = -1;               ///< index of LogInfo::clock_groups
+};
+
+/// Channels whose clocks agree within half a second.
+struct ClockGroup {
+  Duration offset;  ///< event time - utime of one of them
+  std::vector<std::string> channels;
 };
 
 struct DamagedStretch {
@@ -54,6 +60,7 @@ struct LogInfo {
   Utime last;   ///< of the last
   int64_t event_time_steps_back = 0;
   std::vector<ChannelInfo> channels;      ///< by name
+  std::vector<ClockGroup> clock_groups;   ///< more than one: clocks disagree
   std::vector<DamagedStretch> stretches;  ///< the first 100
   files::LogDamage damage;
 };
@@ -62,7 +69,6 @@ struct LogInfo {
 /// Memory does not depend on the log's length: medians come from at most 1024 evenly picked values
 /// a channel.
 /// A channel has a clock when the 8 bytes behind the fingerprint grow as the event times do.
-/// Clocks within half a second belong together; channels outside the largest such group disagree.
 /// @throws std::invalid_argument as EventLogReader.
 LogInfo inspect_log(const std::filesystem::path& path, const OnProgress& on_progress);
 

@@ -62,15 +62,13 @@ std::string table_row(const ChannelInfo& channel, const TypeNames& type_names) {
 
 void add_channel_remarks(std::string& text, const LogInfo& info, const ChannelInfo& channel) {
   const char* name = channel.name.c_str();
-  for (const Silence& silence : channel.silences) {
-    text += format("  gap       %s: nothing for %s, %s after the start\n", name,
-                   span_text(silence.length.seconds()).c_str(),
-                   span_text((silence.from - info.first).seconds()).c_str());
-  }
-  if (channel.disagrees) {
-    text += format("  clock     %s: its stamps are %s %s the event times\n", name,
-                   span_text(std::abs(channel.clock->offset.seconds())).c_str(),
-                   channel.clock->offset.us > 0 ? "behind" : "ahead of");
+  if (!channel.silences.empty()) {
+    const Silence& longest = channel.silences.front();
+    text += format("  gap       %s: nothing for %s, %s after the start", name,
+                   span_text(longest.length.seconds()).c_str(),
+                   span_text((longest.from - info.first).seconds()).c_str());
+    const std::size_t more = channel.silences.size() - 1;
+    text += more > 0 ? format(" (and %zu shorter ones)\n", more) : "\n";
   }
   if (channel.clock && drifts(*channel.clock)) {
     text +=
@@ -89,6 +87,22 @@ void add_channel_remarks(std::string& text, const LogInfo& info, const ChannelIn
       text += format(" %s x%lld", hex(type).c_str(), static_cast<long long>(count));
     }
     text += "\n";
+  }
+}
+
+void add_clock_groups(std::string& text, const LogInfo& info) {
+  constexpr double kNoticedS = 0.5;
+  const bool one = info.clock_groups.size() == 1;
+  for (const ClockGroup& group : info.clock_groups) {
+    const double behind_s = group.offset.seconds();
+    if (one && std::abs(behind_s) < kNoticedS) continue;
+    std::string names;
+    for (const std::string& name : group.channels) names += (names.empty() ? "" : ", ") + name;
+    text += "  clock     " + names;
+    text += std::abs(behind_s) < kNoticedS ? ": stamps run with the event times\n"
+                                           : format(": stamps are %s %s the event times\n",
+                                                    span_text(std::abs(behind_s)).c_str(),
+                                                    behind_s > 0 ? "behind" : "ahead of");
   }
 }
 
@@ -119,6 +133,7 @@ std::string to_text(const LogInfo& info, const std::string& name, const TypeName
                  "interval", "longest", "data", "bandwidth");
   for (const ChannelInfo& channel : info.channels) text += table_row(channel, type_names);
   std::string remarks;
+  add_clock_groups(remarks, info);
   for (const ChannelInfo& channel : info.channels) add_channel_remarks(remarks, info, channel);
   if (info.event_time_steps_back > 0) {
     remarks += format("  order     %lld events are earlier than the one before them\n",
@@ -158,13 +173,18 @@ std::string to_json(const LogInfo& info, const std::string& name, const TypeName
       json["clock"] = {{"event_time_minus_utime_s", channel.clock->offset.seconds()},
                        {"drift_ppm", channel.clock->drift_us_per_s},
                        {"steps_back", channel.utime_steps_back},
-                       {"disagrees", channel.disagrees}};
+                       {"group", channel.clock_group}};
     }
     channels.push_back(std::move(json));
   }
   Json stretches = Json::array();
   for (const DamagedStretch& stretch : info.stretches) {
     stretches.push_back({{"offset", stretch.offset}, {"bytes", stretch.bytes}});
+  }
+  Json groups = Json::array();
+  for (const ClockGroup& group : info.clock_groups) {
+    groups.push_back(
+        {{"event_time_minus_utime_s", group.offset.seconds()}, {"channels", group.channels}});
   }
   const Json json = {{"log", name},
                      {"size_bytes", info.size_bytes},
@@ -174,6 +194,8 @@ std::string to_json(const LogInfo& info, const std::string& name, const TypeName
                      {"duration_s", (info.last - info.first).seconds()},
                      {"event_time_steps_back", info.event_time_steps_back},
                      {"channels", std::move(channels)},
+                     {"clocks_disagree", groups.size() > 1},
+                     {"clock_groups", std::move(groups)},
                      {"damage",
                       {{"places", info.damage.places},
                        {"bytes", info.damage.bytes_skipped},

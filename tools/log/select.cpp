@@ -1,52 +1,8 @@
 #include "tools/log/select.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <stdexcept>
-
-#include "common/check.hpp"
+#include "tools/log/piece_copier.hpp"
 
 namespace marco::logs {
-namespace {
-
-// Joins neighbouring events, so that few large pieces are copied.
-class PieceCopier {
- public:
-  PieceCopier(const std::filesystem::path& in, OutputFile& out)
-      : source_(open(in.c_str(), O_RDONLY | O_CLOEXEC)), out_(out) {
-    require(source_ >= 0, in.string() + ": cannot be read: " + std::strerror(errno));
-  }
-  ~PieceCopier() { close(source_); }
-  PieceCopier(const PieceCopier&) = delete;
-  PieceCopier& operator=(const PieceCopier&) = delete;
-
-  void add(int64_t from, int64_t to) {
-    if (from != to_ || to_ - from_ > kLargestPiece) {
-      copy();
-      from_ = from;
-    }
-    to_ = to;
-  }
-  void copy() {
-    if (to_ > from_) out_.copy_from(source_, from_, to_ - from_);
-    from_ = to_;
-  }
-
- private:
-  // Small enough that what was just scanned is still in the page cache, and that progress moves.
-  static constexpr int64_t kLargestPiece = 16 << 20;
-  int source_;
-  OutputFile& out_;
-  int64_t from_ = 0;
-  int64_t to_ = 0;
-};
-
-}  // namespace
-
 SelectResult select_events(const std::filesystem::path& in,
                            OutputFile& out,
                            const TimeRange& range,

@@ -82,6 +82,7 @@ function(marco_lcm_types name)
     list(APPEND headers ${folder}/${arg_PACKAGE}/${type}.hpp)
   endforeach()
   list(TRANSFORM arg_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  set_property(GLOBAL APPEND PROPERTY MARCO_LCM_SOURCES ${arg_SOURCES})
   add_custom_command(
     OUTPUT ${headers}
     COMMAND lcm-gen --cpp --cpp-hpath ${folder} ${arg_SOURCES}

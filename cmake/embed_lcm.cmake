@@ -1,0 +1,12 @@
+# cmake -DOUT=x.cpp -DFILES=a.lcm|b.lcm -P embed_lcm.cmake: the texts of all .lcm files as C++.
+string(REPLACE "|" ";" files "${FILES}")
+set(content "#include \"lcmtypes/sources.hpp\"\n\nnamespace marco {\n\nstd::vector<lcm_schema::Source> built_in_sources() {\n  return {\n")
+foreach(file ${files})
+  file(READ ${file} text)
+  get_filename_component(name ${file} NAME)
+  get_filename_component(folder ${file} DIRECTORY)
+  get_filename_component(folder ${folder} NAME)
+  string(APPEND content "{\"built-in/${folder}/${name}\", R\"lcm(${text})lcm\"},\n")
+endforeach()
+string(APPEND content "  };\n}\n\n}  // namespace marco\n")
+file(WRITE ${OUT} "${content}")

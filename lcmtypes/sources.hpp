@@ -1,0 +1,13 @@
+#pragma once
+
+#include <vector>
+
+#include "common/lcm_schema/schema.hpp"
+
+namespace marco {
+
+/// The texts of all `.lcm` files Marco was built with (bot_core's too), named
+/// "built-in/PACKAGE/TYPE.lcm": tools know these types on machines without our sources.
+std::vector<lcm_schema::Source> built_in_sources();
+
+}  // namespace marco

@@ -1,0 +1,205 @@
+#include "common/lcm_schema/schema.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "bot_core/image_metadata_t.hpp"
+#include "bot_core/image_t.hpp"
+#include "bot_core/planar_lidar_t.hpp"
+#include "bot_core/pose_t.hpp"
+#include "lcmtypes/sources.hpp"
+#include "marco/grid_map_t.hpp"
+#include "marco/imu_t.hpp"
+#include "marco/lidar_raw_t.hpp"
+#include "marco/maebot_encoders_t.hpp"
+#include "marco/map_request_t.hpp"
+#include "marco/mbot_pose2d_t.hpp"
+#include "marco/mesh_t.hpp"
+#include "marco/odometry_t.hpp"
+#include "marco/pantilt_state_t.hpp"
+#include "marco/pose2_t.hpp"
+#include "marco/process_status_t.hpp"
+#include "marco/scene_t.hpp"
+#include "marco/sensor_info_t.hpp"
+#include "marco/slam_command_t.hpp"
+#include "marco/slam_pose_t.hpp"
+#include "marco/trajectory_t.hpp"
+#include "schema_test/inner/all_t.hpp"
+#include "schema_test/inner/empty_t.hpp"
+#include "schema_test/inner/tree_t.hpp"
+
+namespace marco::lcm_schema {
+namespace {
+
+using Sources = std::vector<Source>;
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+template <class Message>
+std::pair<std::string, uint64_t> generated(const std::string& package = "marco.") {
+  return {package + Message::getTypeName(), static_cast<uint64_t>(Message::getHash())};
+}
+
+uint64_t fingerprint(const Schema& schema, const std::string& name) {
+  const auto index = schema.find(name);
+  return index ? schema.structures()[static_cast<std::size_t>(*index)].fingerprint : 0;
+}
+
+std::vector<std::string> messages(const Schema& schema) {
+  std::vector<std::string> result;
+  for (const Problem& problem : schema.problems()) result.push_back(problem.message);
+  return result;
+}
+
+TEST(Schema, FingerprintsOfAllBuiltInTypesAreLcmGensOwn) {
+  const Schema schema(built_in_sources());
+  EXPECT_THAT(messages(schema), IsEmpty());
+  const std::map<std::string, uint64_t> expected = {
+      generated<bot_core::image_t>("bot_core."),
+      generated<bot_core::image_metadata_t>("bot_core."),
+      generated<bot_core::planar_lidar_t>("bot_core."),
+      generated<bot_core::pose_t>("bot_core."),
+      generated<grid_map_t>(),
+      generated<imu_t>(),
+      generated<lidar_raw_t>(),
+      generated<maebot_encoders_t>(),
+      generated<map_request_t>(),
+      generated<mbot_pose2d_t>(),
+      generated<mesh_t>(),
+      generated<odometry_t>(),
+      generated<pantilt_state_t>(),
+      generated<pose2_t>(),
+      generated<process_status_t>(),
+      generated<scene_t>(),
+      generated<sensor_info_t>(),
+      generated<slam_command_t>(),
+      generated<slam_pose_t>(),
+      generated<trajectory_t>()};
+  for (const auto& [name, hash] : expected) EXPECT_EQ(fingerprint(schema, name), hash) << name;
+}
+
+TEST(Schema, FingerprintsOfEveryConstructAreLcmGensOwn) {
+  std::vector<Problem> problems;
+  const Schema schema(read_sources(TEST_TYPES, problems));
+  EXPECT_THAT(problems, IsEmpty());
+  EXPECT_THAT(messages(schema), IsEmpty());
+  using schema_test::inner::all_t;
+  EXPECT_EQ(fingerprint(schema, "all_t"), static_cast<uint64_t>(all_t::getHash()));
+  EXPECT_EQ(fingerprint(schema, "schema_test.inner.empty_t"),
+            static_cast<uint64_t>(schema_test::inner::empty_t::getHash()));
+  EXPECT_EQ(fingerprint(schema, "tree_t"),
+            static_cast<uint64_t>(schema_test::inner::tree_t::getHash()));
+}
+
+// What lcm-gen 1.3.1 prints for mbot's own sources.
+TEST(Schema, ForeignTypesHaveTheirPublishedFingerprints) {
+  const Schema schema(Sources{{"foreign.lcm", R"(
+      package mbot_lcm_msgs;
+      struct pose2D_t { int64_t utime; float x, y, theta; }
+      struct path2D_t { int64_t utime; int32_t path_length; pose2D_t path[path_length]; }
+      struct particle_t { pose2D_t pose; pose2D_t parent_pose; double weight; }
+      struct particles_t { int64_t utime; int32_t num_particles; particle_t particles[num_particles]; }
+      struct timestamp_t { int64_t utime; })"}});
+  EXPECT_THAT(messages(schema), IsEmpty());
+  EXPECT_EQ(fingerprint(schema, "pose2D_t"), 0x1f317af1246276acU);
+  EXPECT_EQ(fingerprint(schema, "path2D_t"), 0xefadf583af374079U);
+  EXPECT_EQ(fingerprint(schema, "particles_t"), 0xe2a767ec6d2ab420U);
+  EXPECT_EQ(fingerprint(schema, "timestamp_t"), 0x4d0d41c1f105b12fU);
+}
+
+// The value lcm-gen --c wrote for: enum col_t { RED=1, BLUE=2 }  struct e_t { col_t c; }
+TEST(Schema, AnEnumIsANumberWithNames) {
+  const Schema schema(Sources{{"e.lcm", "enum col_t { RED=1, BLUE } struct e_t { col_t c; }"}});
+  EXPECT_THAT(messages(schema), IsEmpty());
+  const Structure& type = schema.structures()[1];
+  const uint64_t sum = 0x0012345678016300U + 0x432105636f6d92a9U;
+  EXPECT_EQ(type.fingerprint, (sum << 1U) + (sum >> 63U));
+  EXPECT_EQ(type.members[0].primitive, Primitive::int32);
+  EXPECT_EQ(schema.structures()[0].constants[1].value, "2");
+}
+
+TEST(Schema, AMistakeIsSaidWithItsPlaceAndTheRestStillWorks) {
+  const auto first_problem = [](const std::string& text) {
+    const Schema schema(Sources{{"x.lcm", text + "\nstruct good_t { int8_t a; }"}});
+    EXPECT_TRUE(schema.find("good_t")) << text;
+    return schema.problems().empty() ? std::string("none") : schema.problems()[0].message;
+  };
+  EXPECT_EQ(first_problem("struct a_t {\n  int8_t b c;\n}"),
+            "x.lcm:2:12: expected ';' after the field, got 'c'");
+  EXPECT_THAT(first_problem("struct a_t { float n; int8_t b[n]; }"), HasSubstr("single integer"));
+  EXPECT_THAT(first_problem("struct a_t { int8_t b[n]; int8_t n; }"), HasSubstr("declared before"));
+  EXPECT_THAT(first_problem("struct a_t { int8_t b[0]; }"), HasSubstr("1 to 2^31"));
+  EXPECT_THAT(first_problem("struct a_t { int8_t b; int8_t b; }"), HasSubstr("already taken"));
+  EXPECT_THAT(first_problem("struct a_t { const string s = 3; }"), HasSubstr("number's type"));
+  EXPECT_THAT(first_problem("struct a_t { const int8_t s = x; }"),
+              HasSubstr("expected an integer"));
+  EXPECT_THAT(first_problem("structure a_t { }"), HasSubstr("expected 'package'"));
+  EXPECT_THAT(first_problem("struct a_t { uint8_t b; }"), HasSubstr("needs the type uint8_t"));
+  EXPECT_THAT(messages(Schema(Sources{{"x.lcm", "struct a_t { int8_t b;"}})),
+              ElementsAre(HasSubstr("the file ends")));
+}
+
+TEST(Schema, ATypeThatNeedsAnUnknownOneIsNoCandidateNorAreItsUsers) {
+  const Schema schema(
+      Sources{{"x.lcm", "struct a_t { b_t b; } struct b_t { c_t c; } struct d_t { }"}});
+  EXPECT_FALSE(schema.structures()[0].complete);
+  EXPECT_FALSE(schema.structures()[1].complete);
+  EXPECT_TRUE(schema.structures()[2].complete);
+}
+
+TEST(Schema, TypesThatShareAFingerprintAreAllCandidatesOnce) {
+  const Schema schema(Sources{{"a.lcm", "package a; struct x_t { int64_t utime; }"},
+                              {"b.lcm", "package b; struct y_t { int64_t utime; }"},
+                              {"copy/b.lcm", "package b; struct y_t { int64_t utime; }"}});
+  EXPECT_THAT(schema.with_fingerprint(0x4d0d41c1f105b12fU), SizeIs(2));
+  EXPECT_THAT(schema.with_fingerprint(1), IsEmpty());
+}
+
+TEST(Schema, ForksOfOneNameLiveSideBySideAndUseTheirNeighbours) {
+  const Schema schema(Sources{{"old/in.lcm", "struct in_t { int8_t a; }"},
+                              {"old/out.lcm", "struct out_t { in_t i; }"},
+                              {"new/in.lcm", "struct in_t { int8_t a; int8_t b; }"},
+                              {"new/out.lcm", "struct out_t { in_t i; }"}});
+  const auto& types = schema.structures();
+  EXPECT_EQ(types[1].members[0].structure, 0);
+  EXPECT_EQ(types[3].members[0].structure, 2);
+  EXPECT_NE(types[1].fingerprint, types[3].fingerprint);
+  EXPECT_THAT(schema.with_fingerprint(types[1].fingerprint), ElementsAre(1));
+  EXPECT_EQ(schema.find("out_t"), 3);
+}
+
+TEST(Schema, ReadsAFolderWithItsSubfoldersAndSaysWhatItCannotRead) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("marco_schema_" + std::to_string(getpid()));
+  fs::create_directories(folder / "deep");
+  std::ofstream(folder / "deep" / "a.lcm") << "struct a_t { }";
+  std::ofstream(folder / "b.txt") << "no type";
+  std::vector<Problem> problems;
+  EXPECT_THAT(read_sources(folder.string(), problems), SizeIs(1));
+  EXPECT_THAT(problems, IsEmpty());
+  fs::remove_all(folder);
+  EXPECT_THAT(read_sources(folder.string(), problems), IsEmpty());
+  EXPECT_THAT(problems, SizeIs(1));
+}
+
+// 2^60 paths lead through these types; the answer must come at once, as a problem.
+TEST(Schema, HostileNestingEnds) {
+  std::string text = "struct t0_t { int8_t a; } ";
+  for (int i = 1; i <= 60; ++i) {
+    const std::string inner = "t" + std::to_string(i - 1) + "_t ";
+    text += "struct t" + std::to_string(i) + "_t { " + inner + "a; " + inner + "b; } ";
+  }
+  const Schema schema(Sources{{"x.lcm", text}});
+  EXPECT_THAT(messages(schema), ::testing::Contains(HasSubstr("nests too many types")));
+}
+
+}  // namespace
+}  // namespace marco::lcm_schema

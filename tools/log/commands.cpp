@@ -3,31 +3,15 @@
 #include <cstdio>
 
 #include "common/check.hpp"
-#include "common/process/progress.hpp"
+#include "tools/log/import_recording.hpp"
+#include "tools/log/late_progress.hpp"
 #include "tools/log/log_info.hpp"
 #include "tools/log/merge.hpp"
-#include "tools/log/type_names.hpp"
+#include "tools/log/repair.hpp"
+#include "tools/log/types.hpp"
 
 namespace marco::logs {
 namespace {
-
-// Shows itself only when the work takes longer than a second.
-class LateProgress {
- public:
-  explicit LateProgress(const std::string& what) : what_(what) {}
-  OnProgress callback() {
-    return [this](double part) {
-      if (!shown_ && std::chrono::steady_clock::now() - start_ < std::chrono::seconds(1)) return;
-      if (!shown_) shown_.emplace(what_);
-      shown_->update(std::min(1.0, part));
-    };
-  }
-
- private:
-  std::string what_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::optional<process::Progress> shown_;
-};
 
 std::string name_of(const std::string& path) {
   return std::filesystem::path(path).filename().string();
@@ -43,6 +27,8 @@ void tell_damage(const std::string& path, const files::LogDamage& damage) {
 }  // namespace
 
 int run_info(const InfoArguments& arguments) {
+  const Types types(arguments.types);
+  const TypeNames type_name = [&types](uint64_t fingerprint) { return types.name_of(fingerprint); };
   for (const std::string& path : arguments.logs) {
     LogInfo info;
     {
@@ -109,6 +95,46 @@ int run_merge(const MergeArguments& arguments) {
     total += result.events[i];
   }
   std::printf("%s: %lld events\n", arguments.out.c_str(), static_cast<long long>(total));
+  return 0;
+}
+
+int run_repair(const RepairArguments& arguments) {
+  const Types types(arguments.types);
+  OutputFile out(arguments.out, arguments.existing, {arguments.in});
+  RepairReport report;
+  {
+    LateProgress progress("repairing " + name_of(arguments.in));
+    report = repair_log(
+        arguments.in, out, arguments.as_is ? Mending::nothing : Mending::headers,
+        [&types](std::span<const uint8_t> message) { return types.decodes(message); },
+        progress.callback());
+  }
+  require(report.events > 0, arguments.in + ": holds no whole LCM event; nothing was written");
+  out.finish();
+  const std::string text = arguments.format == Format::json ? to_json(report) : to_text(report);
+  std::fputs(text.c_str(), stdout);
+  return 0;
+}
+
+int run_import(const ImportArguments& arguments) {
+  OutputFile out(arguments.out, arguments.existing, {arguments.in});
+  ImportResult result;
+  {
+    LateProgress progress("importing " + name_of(arguments.in));
+    result = import_recording(arguments.in, out, progress.callback());
+  }
+  require(result.events > 0, arguments.in + ": nothing in it can be written as events");
+  out.finish();
+  std::printf("%s: %s, %lld events\n", arguments.out.c_str(), result.report.format.c_str(),
+              static_cast<long long>(result.events));
+  for (const auto& [kind, count] : result.report.given) {
+    std::printf("  %lld %s\n", static_cast<long long>(count), kind.c_str());
+  }
+  for (const auto& [cause, count] : result.report.dropped) {
+    std::printf("  left out %lld: %s (first: %s)\n", static_cast<long long>(count), cause.c_str(),
+                result.report.places.at(cause).c_str());
+  }
+  for (const std::string& note : result.report.notes) std::printf("  %s\n", note.c_str());
   return 0;
 }
 

@@ -14,6 +14,7 @@ enum class Format { text, json };
 
 struct InfoArguments {
   std::vector<std::string> logs;
+  std::vector<std::string> types;  ///< further .lcm sources
   Format format = Format::text;
 };
 int run_info(const InfoArguments& arguments);
@@ -36,5 +37,31 @@ struct MergeArguments {
   Existing existing = Existing::refuse;
 };
 int run_merge(const MergeArguments& arguments);
+
+struct RepairArguments {
+  std::string in, out;
+  std::vector<std::string> types;
+  bool as_is = false;  ///< mend nothing
+  Format format = Format::text;
+  Existing existing = Existing::refuse;
+};
+int run_repair(const RepairArguments& arguments);
+
+struct ImportArguments {
+  std::string in, out;
+  Existing existing = Existing::refuse;
+};
+int run_import(const ImportArguments& arguments);
+
+struct ExportArguments {
+  std::string in, out;
+  std::string format;  ///< csv, jsonl, carmen, mcap or images; "" = by OUT's ending
+  std::vector<std::string> types;
+  std::string from, to;
+  std::vector<std::string> channels;
+  std::string foreign;  ///< carmen: what foreign channels mean
+  Existing existing = Existing::refuse;
+};
+int run_export(const ExportArguments& arguments);
 
 }  // namespace marco::logs

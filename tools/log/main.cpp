@@ -24,6 +24,7 @@ void add_info(CLI::App& app, int& exit_code) {
   command->add_option("LOG", arguments->logs, "LCM logs")->required();
   command->add_flag_callback(
       "--json", [arguments] { arguments->format = marco::logs::Format::json; }, "print JSON");
+  command->add_option("--types", arguments->types, ".lcm sources besides the built-in ones");
   command->callback([arguments, &exit_code] { exit_code = marco::logs::run_info(*arguments); });
 }
 
@@ -58,6 +59,56 @@ void add_merge(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code] { exit_code = marco::logs::run_merge(*arguments); });
 }
 
+void add_types(CLI::App* command, std::vector<std::string>& types) {
+  command->add_option("--types", types,
+                      ".lcm sources (files or folders) besides the built-in ones");
+}
+
+void add_repair(CLI::App& app, int& exit_code) {
+  CLI::App* command =
+      app.add_subcommand("repair", "every whole event of a damaged log, and what can be mended");
+  auto arguments = std::make_shared<marco::logs::RepairArguments>();
+  command->add_option("LOG", arguments->in, "LCM log")->required();
+  command->add_option("OUT", arguments->out, "log to write")->required();
+  command->add_flag("--as-is", arguments->as_is, "mend nothing: whole events only");
+  command->add_flag_callback(
+      "--json", [arguments] { arguments->format = marco::logs::Format::json; },
+      "print the report as JSON");
+  add_types(command, arguments->types);
+  add_force(command, arguments->existing);
+  command->callback([arguments, &exit_code] { exit_code = marco::logs::run_repair(*arguments); });
+}
+
+void add_import(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand(
+      "import", "an LCM log (LIDAR, ODOMETRY, SENSOR_INFO) of a CARMEN log or another recording");
+  auto arguments = std::make_shared<marco::logs::ImportArguments>();
+  command->add_option("IN", arguments->in, "recording")->required();
+  command->add_option("OUT", arguments->out, "log to write")->required();
+  add_force(command, arguments->existing);
+  command->callback([arguments, &exit_code] { exit_code = marco::logs::run_import(*arguments); });
+}
+
+void add_export(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("export", "CSV, JSON lines, CARMEN, MCAP, pictures");
+  auto arguments = std::make_shared<marco::logs::ExportArguments>();
+  command->add_option("LOG", arguments->in, "LCM log")->required();
+  command->add_option("OUT", arguments->out, "file; for csv and images a folder")->required();
+  command->add_option("--format", arguments->format, "default: by OUT's ending")
+      ->check(CLI::IsMember({"csv", "jsonl", "carmen", "mcap", "images"}));
+  command->add_option("--from", arguments->from, "first moment");
+  command->add_option("--to", arguments->to, "moment behind the last");
+  command->add_option("-c,--channel", arguments->channels,
+                      "name or regular expression of a whole name; may be repeated");
+  add_types(command, arguments->types);
+  command
+      ->add_option("--foreign", arguments->foreign,
+                   "carmen: what foreign channels mean, see config/foreign.toml")
+      ->check(CLI::ExistingFile);
+  add_force(command, arguments->existing);
+  command->callback([arguments, &exit_code] { exit_code = marco::logs::run_export(*arguments); });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -69,6 +120,9 @@ int main(int argc, char** argv) {
     add_select(app, exit_code, true);
     add_select(app, exit_code, false);
     add_merge(app, exit_code);
+    add_repair(app, exit_code);
+    add_import(app, exit_code);
+    add_export(app, exit_code);
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
     return exit_code;
   });

@@ -26,7 +26,11 @@ struct Event {
 class Repair {
  public:
   Repair(const std::filesystem::path& in, OutputFile& out, Mending mending, const Decodes& decodes)
-      : in_(in), out_(out), mending_(mending), decodes_(decodes), reader_(in.string()),
+      : in_(in),
+        out_(out),
+        mending_(mending),
+        decodes_(decodes),
+        reader_(in.string()),
         copier_(in, out) {}
 
   RepairReport run(const OnProgress& on_progress) {
@@ -69,8 +73,8 @@ class Repair {
            static_cast<double>(reader_.size_bytes());
   }
   static uint64_t fingerprint_of(const files::LogEventHead& head) {
-    return read_fingerprint({reinterpret_cast<const char*>(head.first_bytes.data()),
-                             head.first_bytes.size()});
+    return read_fingerprint(
+        {reinterpret_cast<const char*>(head.first_bytes.data()), head.first_bytes.size()});
   }
   static Event event_of(const files::LogEventHead& head) {
     Event event;
@@ -105,8 +109,8 @@ class Repair {
   int64_t next_begin(int64_t from, int64_t to) const;
   bool read_damaged(Event& event) const;
   void lose(int64_t from, int64_t to) {
-    const bool goes_on = !report_.lost.empty() &&
-                         report_.lost.back().offset + report_.lost.back().bytes == from;
+    const bool goes_on =
+        !report_.lost.empty() && report_.lost.back().offset + report_.lost.back().bytes == from;
     report_.lost_bytes += to - from;
     if (goes_on) {
       report_.lost.back().bytes += to - from;
@@ -121,12 +125,13 @@ class Repair {
     pending_ = std::move(event);
   }
   void mend(Event& event, const Event* next);
+  std::optional<int64_t> mend_number(int64_t number, const Event* next) const;
   void write(Event& event, const Event* next);
   void check_message(const Event& event);
   void finish_numbers() {
-    if (report_.events == 0 || last_number_ < first_number_) return;
-    report_.missing_numbers =
-        std::max<int64_t>(0, last_number_ - first_number_ + 1 - report_.events);
+    int64_t span = 0;
+    if (__builtin_sub_overflow(last_number_, first_number_, &span)) return;
+    report_.missing_numbers = std::max<int64_t>(0, span - report_.events + 1);
   }
 
   std::filesystem::path in_;
@@ -206,12 +211,28 @@ void Repair::mend(Event& event, const Event* next) {
       event.mended.push_back("time");
     }
   }
-  const bool fits = event.number > last_number_ && (next == nullptr || event.number < next->number);
-  const bool room = next != nullptr && last_number_ + 1 < next->number;
-  if (report_.events > 0 && !fits && room) {
-    event.number = last_number_ + 1;
+  if (const auto number = mend_number(event.number, next)) {
+    event.number = *number;
     event.mended.push_back("number");
   }
+}
+
+// Numbers grow; one that does not, or that is far beyond its neighbours, is damaged.
+std::optional<int64_t> Repair::mend_number(int64_t number, const Event* next) const {
+  constexpr int64_t kFar = 1 << 24;
+  const bool is_first = report_.events == 0;
+  if (next == nullptr) {
+    const bool fits = is_first || (number > last_number_ && number - kFar < last_number_);
+    return fits ? std::nullopt : std::optional(last_number_ + 1);
+  }
+  if (is_first) {
+    const bool fits =
+        number < next->number && (number >= 0 || next->number < 0) && next->number - number < kFar;
+    return fits || next->number <= 0 ? std::nullopt : std::optional(next->number - 1);
+  }
+  const bool fits = number > last_number_ && number < next->number;
+  const bool room = last_number_ + 1 < next->number && next->number - last_number_ < kFar;
+  return fits || !room ? std::nullopt : std::optional(last_number_ + 1);
 }
 
 void Repair::check_message(const Event& event) {

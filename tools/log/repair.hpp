@@ -21,15 +21,16 @@ struct RepairReport {
     int64_t offset = 0;  ///< [byte] in the damaged log
     int64_t bytes = 0;
   };
-  int64_t events = 0;                    ///< written
-  int64_t untouched = 0;                 ///< of these, copied as they were
-  std::map<std::string, int64_t> mended; ///< fields mended, by kind
-  std::vector<Mended> mended_events;     ///< the first 1000
+  int64_t events = 0;                     ///< written
+  int64_t untouched = 0;                  ///< of these, copied as they were
+  std::map<std::string, int64_t> mended;  ///< fields mended, by kind
+  std::vector<Mended> mended_events;      ///< the first 1000
   int64_t lost_places = 0;
   int64_t lost_bytes = 0;
-  std::vector<Lost> lost;                ///< the first 1000
-  int64_t missing_numbers = 0;           ///< event numbers between first and last not there
-  std::map<std::string, int64_t> undecodable;  ///< whole events whose message does not decode, by channel
+  std::vector<Lost> lost;       ///< the first 1000
+  int64_t missing_numbers = 0;  ///< event numbers between first and last not there
+  std::map<std::string, int64_t>
+      undecodable;  ///< whole events whose message does not decode, by channel
 };
 
 enum class Mending { headers, nothing };
@@ -37,8 +38,8 @@ enum class Mending { headers, nothing };
 /// Whether a message of this type decodes; true for types that are not known.
 using Decodes = std::function<bool(std::span<const uint8_t> message)>;
 
-/// Writes every whole event of a damaged log, and, unless `mending` is nothing, those whose header is
-/// damaged in one field that what lies around it still tells: sync word, a length, a byte of the
+/// Writes every whole event of a damaged log, and, unless `mending` is nothing, those whose header
+/// is damaged in one field that what lies around it still tells: sync word, a length, a byte of the
 /// channel or of the fingerprint, an event number, an event time. Damage inside a message cannot be
 /// seen but where the message no longer decodes: such are kept and counted. Reads the log twice.
 /// @throws std::invalid_argument or std::runtime_error as EventLogReader and OutputFile.

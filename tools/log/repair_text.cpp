@@ -32,8 +32,9 @@ std::string to_text(const RepairReport& report) {
     text += "    " + std::to_string(lost.bytes) + " bytes at byte " + std::to_string(lost.offset) +
             "\n";
   }
-  text += "event numbers missing between first and last: " +
-          std::to_string(report.missing_numbers) + "\n";
+  text +=
+      "event numbers missing between first and last: " + std::to_string(report.missing_numbers) +
+      "\n";
   int64_t undecodable = 0;
   for (const auto& [channel, count] : report.undecodable) undecodable += count;
   if (undecodable > 0) {
@@ -60,15 +61,12 @@ std::string to_json(const RepairReport& report) {
   for (const auto& stretch : report.lost) {
     lost.push_back({{"offset", stretch.offset}, {"bytes", stretch.bytes}});
   }
-  const Json json = {{"events", report.events},
-                     {"untouched", report.untouched},
-                     {"mended", report.mended},
-                     {"mended_events", std::move(mended)},
-                     {"lost_places", report.lost_places},
-                     {"lost_bytes", report.lost_bytes},
-                     {"lost", std::move(lost)},
-                     {"missing_numbers", report.missing_numbers},
-                     {"undecodable", report.undecodable}};
+  const Json json = {
+      {"events", report.events},           {"untouched", report.untouched},
+      {"mended", report.mended},           {"mended_events", std::move(mended)},
+      {"lost_places", report.lost_places}, {"lost_bytes", report.lost_bytes},
+      {"lost", std::move(lost)},           {"missing_numbers", report.missing_numbers},
+      {"undecodable", report.undecodable}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -67,9 +67,8 @@ std::optional<uint64_t> KnownChannels::mend_fingerprint(std::string_view channel
   if (entry == channels_.end()) return std::nullopt;
   const auto& counts = entry->second.counts;
   const auto own = counts.find(damaged);
-  const auto usual = std::max_element(counts.begin(), counts.end(), [](auto& a, auto& b) {
-    return a.second < b.second;
-  });
+  const auto usual = std::max_element(counts.begin(), counts.end(),
+                                      [](auto& a, auto& b) { return a.second < b.second; });
   const bool rare = own == counts.end() || own->second == 1;
   if (!rare || usual->second < kEstablished || differing_bytes(usual->first, damaged) != 1) {
     return std::nullopt;
@@ -114,8 +113,7 @@ std::optional<Layout> lay_out(const HeaderBytes& header,
       return std::nullopt;
     }
     const auto size = static_cast<std::size_t>(channel_bytes);
-    Layout result{static_cast<uint32_t>(size),
-                  static_cast<uint32_t>(body_bytes - channel_bytes),
+    Layout result{static_cast<uint32_t>(size), static_cast<uint32_t>(body_bytes - channel_bytes),
                   std::string(following.substr(0, size)), mended};
     if (known.events(result.channel) > 0) return result;
     const auto name = known.nearest(result.channel, read_fingerprint(following.substr(size)));

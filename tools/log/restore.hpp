@@ -36,9 +36,9 @@ class KnownChannels {
   std::map<std::string, Types, std::less<>> channels_;
 };
 
-/// A time that lies more than 2 s outside its neighbours', which are themselves within a minute: the
-/// time with one byte taken from a neighbour, where that puts it between them, else their middle.
-/// Nothing when the time is believable.
+/// A time that lies more than 2 s outside its neighbours', which are themselves within a minute:
+/// the time with one byte taken from a neighbour, where that puts it between them, else their
+/// middle. Nothing when the time is believable.
 std::optional<Utime> mend_time(Utime time, Utime before, Utime after);
 
 /// The four numbers of a header and whether its sync word stands, perhaps with one byte damaged.

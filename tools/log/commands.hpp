@@ -64,4 +64,19 @@ struct ExportArguments {
 };
 int run_export(const ExportArguments& arguments);
 
+struct PlayArguments {
+  std::string in;
+  std::string lcm_url;
+  std::string from, to;
+  double speed = 1.0;
+  double longest_wait_s = 0.0;  ///< 0 = as long as it was
+  bool loop = false;
+  bool paused = false;
+  bool keys = true;
+  std::vector<std::string> channels;
+  bool drop = false;
+  std::vector<std::string> renames;
+};
+int run_play(const PlayArguments& arguments);
+
 }  // namespace marco::logs

@@ -109,6 +109,35 @@ void add_export(CLI::App& app, int& exit_code) {
   command->callback([arguments, &exit_code] { exit_code = marco::logs::run_export(*arguments); });
 }
 
+void add_play(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("play",
+                                         "publish a log as it was; at the terminal: space pause, s "
+                                         "step, arrows seek and speed, h help");
+  auto arguments = std::make_shared<marco::logs::PlayArguments>();
+  command->add_option("LOG", arguments->in, "LCM log")->required();
+  command->add_option("-s,--speed", arguments->speed, "times real time; 0 = as fast as possible")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_option("--from", arguments->from, "first moment");
+  command->add_option("--to", arguments->to, "moment behind the last");
+  command->add_flag("--loop", arguments->loop, "begin again at the end");
+  command->add_flag("--pause", arguments->paused, "wait for a key before the first event");
+  command
+      ->add_option("--longest-wait", arguments->longest_wait_s,
+                   "[s] longer silences are shortened to it")
+      ->check(CLI::PositiveNumber);
+  command->add_option("-c,--channel", arguments->channels,
+                      "name or regular expression of a whole name; may be repeated");
+  command->add_flag("-v,--drop", arguments->drop, "drop these channels, play the others");
+  command->add_option("--rename", arguments->renames,
+                      "OLD=NEW; OLD may be a regular expression, NEW use $1; may be repeated");
+  command->add_option("-l,--lcm-url", arguments->lcm_url,
+                      "default: LCM_DEFAULT_URL, or this host only");
+  command->add_flag_callback(
+      "--no-keys", [arguments] { arguments->keys = false; }, "do not listen to the keyboard");
+  command->callback([arguments, &exit_code] { exit_code = marco::logs::run_play(*arguments); });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -123,6 +152,7 @@ int main(int argc, char** argv) {
     add_repair(app, exit_code);
     add_import(app, exit_code);
     add_export(app, exit_code);
+    add_play(app, exit_code);
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
     return exit_code;
   });

@@ -41,7 +41,7 @@ class Repair {
       if (head->skipped_bytes > 0) {
         // The stretch is looked into with the same reader, whose views end with that.
         const Event next = event_of(*head);
-        recover(head->offset - head->skipped_bytes, head->offset);
+        damaged_stretch(next.offset - head->skipped_bytes, next.offset);
         take(next);
       } else {
         take(event_of(*head));
@@ -49,7 +49,7 @@ class Repair {
       behind = reader_.position_bytes();
       if (++events % 4096 == 0) on_progress(0.4 + 0.6 * part_done());
     }
-    if (behind < reader_.size_bytes()) recover(behind, reader_.size_bytes());
+    if (behind < reader_.size_bytes()) damaged_stretch(behind, reader_.size_bytes());
     if (pending_) write(*pending_, nullptr);
     copier_.copy();
     finish_numbers();
@@ -87,6 +87,10 @@ class Repair {
     event.fingerprint = fingerprint_of(head);
     return event;
   }
+  void damaged_stretch(int64_t from, int64_t to) {
+    if (!extend_pending(from, to)) recover(from, to);
+  }
+  bool extend_pending(int64_t from, int64_t to);
   // Events with damaged headers between two places where an event begins.
   void recover(int64_t from, int64_t to) {
     while (from < to) {
@@ -148,6 +152,25 @@ class Repair {
   std::vector<uint8_t> message_;
   RepairReport report_;
 };
+
+// A length damaged to a smaller one leaves the message's end lying between two events.
+bool Repair::extend_pending(int64_t from, int64_t to) {
+  if (mending_ == Mending::nothing || !pending_ || pending_->end != from) return false;
+  const int64_t data_bytes = pending_->data_bytes + (to - from);
+  constexpr int64_t kLargestData = 256 << 20;
+  if (data_bytes > kLargestData || (to - from >= 4 && looks_like_sync(from))) return false;
+  message_.resize(static_cast<std::size_t>(data_bytes));
+  if (!reader_.read_at(to - data_bytes, message_)) return false;
+  const std::span<const uint8_t> longer(message_);
+  const bool fits = decodes_(longer) &&
+                    (!decodes_(longer.first(static_cast<std::size_t>(pending_->data_bytes))) ||
+                     to - from < kHeaderBytes);
+  if (!fits) return false;
+  pending_->data_bytes = data_bytes;
+  pending_->end = to;
+  pending_->mended.push_back("data length");
+  return true;
+}
 
 int64_t Repair::next_begin(int64_t from, int64_t to) const {
   std::array<uint8_t, kHeaderBytes> bytes{};

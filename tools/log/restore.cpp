@@ -79,7 +79,7 @@ std::optional<uint64_t> KnownChannels::mend_fingerprint(std::string_view channel
 std::optional<Utime> mend_time(Utime time, Utime before, Utime after) {
   constexpr int64_t kTogetherUs = 60000000;
   constexpr int64_t kToleranceUs = 2000000;
-  const auto [low, high] = std::minmax(bounded(before).us, bounded(after).us);
+  const auto [low, high] = std::minmax({bounded(before).us, bounded(after).us});
   const int64_t us = bounded(time).us;
   if (high - low > kTogetherUs) return std::nullopt;
   if (us >= low - kToleranceUs && us <= high + kToleranceUs) return std::nullopt;

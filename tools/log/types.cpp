@@ -1,5 +1,7 @@
 #include "tools/log/types.hpp"
 
+#include <algorithm>
+
 #include "common/check.hpp"
 #include "lcmtypes/sources.hpp"
 
@@ -18,6 +20,18 @@ lcm_schema::Schema read_schema(const std::vector<std::string>& paths) {
   problems.insert(problems.end(), schema.problems().begin(), schema.problems().end());
   require(problems.empty(), problems.empty() ? "" : problems.front().message);
   return schema;
+}
+
+// Where the last field ends.
+std::size_t end_of(const lcm_schema::Tree& tree) {
+  constexpr std::size_t kFingerprintBytes = 8;
+  for (auto node = tree.nodes.rbegin(); node != tree.nodes.rend(); ++node) {
+    if (node->kind == lcm_schema::NodeKind::values) return node->offset + node->bytes;
+    if (node->kind != lcm_schema::NodeKind::value) continue;
+    const bool text = node->primitive == lcm_schema::Primitive::string;
+    return node->offset + (text ? node->bytes + 1 : lcm_schema::wire_bytes(node->primitive));
+  }
+  return kFingerprintBytes;
 }
 
 }  // namespace
@@ -50,11 +64,12 @@ bool Types::decodes(std::span<const uint8_t> message) const {
   const auto fingerprint = lcm_schema::fingerprint_of(message);
   if (!fingerprint) return true;
   const auto candidates = schema_.with_fingerprint(*fingerprint);
-  if (candidates.empty()) return true;
-  for (const int structure : candidates) {
-    if (decoder_.check(structure, message) == lcm_schema::DecodeStatus::ok) return true;
-  }
-  return false;
+  lcm_schema::Tree tree;
+  return candidates.empty() ||
+         std::any_of(candidates.begin(), candidates.end(), [&](int structure) {
+           return decoder_.decode(structure, message, tree) == lcm_schema::DecodeStatus::ok &&
+                  end_of(tree) == message.size();
+         });
 }
 
 }  // namespace marco::logs

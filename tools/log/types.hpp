@@ -18,7 +18,7 @@ class Types {
   explicit Types(const std::vector<std::string>& paths);
 
   /// Index of the structure a message of this fingerprint is decoded as; -1 = not known. Of
-  /// several that share it one that the channel's name or `prefer` does not matter for: the latest.
+  /// several that share it the latest.
   int structure_of(uint64_t fingerprint) const;
 
   /// "marco.pose2_t", or "" when the fingerprint is not known.
@@ -28,7 +28,7 @@ class Types {
   /// the bytes are no message of it.
   int decode(std::span<const uint8_t> message, lcm_schema::Tree& tree) const;
 
-  /// Whether a message is whole; true for types that are not known.
+  /// Whether a message is whole, to its last byte; true for types that are not known.
   bool decodes(std::span<const uint8_t> message) const;
 
   const lcm_schema::Schema& schema() const { return schema_; }

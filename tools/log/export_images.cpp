@@ -64,7 +64,8 @@ ImagesResult export_images(WalkInput& input,
         const auto fingerprint = lcm_schema::fingerprint_of(event.bytes);
         if (!fingerprint || *fingerprint != static_cast<uint64_t>(image_t::getHash())) return;
         image_t image{};
-        if (image.decode(event.bytes.data(), 0, static_cast<int>(event.bytes.size())) < 0) {
+        if (event.structure < 0 ||
+            image.decode(event.bytes.data(), 0, static_cast<int>(event.bytes.size())) < 0) {
           ++result.broken;
           return;
         }

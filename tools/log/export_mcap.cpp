@@ -11,7 +11,8 @@ namespace {
 
 class McapExport {
  public:
-  McapExport(const Types& types, OutputFile& out) : types_(types), writer_(out) {
+  McapExport(const Types& types, OutputFile& out, const LogInfo& clocks)
+      : types_(types), writer_(out), translator_(clocks) {
     options_.bytes_as_base64 = true;
   }
 
@@ -84,10 +85,13 @@ McapResult export_mcap(WalkInput& input,
                        const Types& types,
                        OutputFile& out,
                        const OnProgress& on_progress) {
-  McapExport target(types, out);
+  const auto part = [&on_progress](double from, double share) -> OnProgress {
+    return [&on_progress, from, share](double done) { on_progress(from + share * done); };
+  };
+  McapExport target(types, out, inspect_log(input.path, part(0.0, 0.1)));
   McapResult result;
   result.walk = walk_log(
-      input, types, [&](const DecodedEvent& event) { target.add(event); }, on_progress);
+      input, types, [&](const DecodedEvent& event) { target.add(event); }, part(0.1, 0.9));
   target.finish();
   result.messages = target.messages();
   result.topics = target.topics();

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <regex>
 
 #include "bot_core/image_t.hpp"
 #include "bot_core/pose_t.hpp"
@@ -38,12 +39,6 @@ std::string number(Number value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-std::string stamp(int64_t utime_us) {
-  const int64_t us = std::max<int64_t>(0, utime_us);
-  return R"("timestamp":{"sec":)" + std::to_string(us / 1000000) + R"(,"nsec":)" +
-         std::to_string(us % 1000000 * 1000) + "}";
-}
-
 std::string vector_json(double x, double y, double z) {
   return R"({"x":)" + number(x) + R"(,"y":)" + number(y) + R"(,"z":)" + number(z) + "}";
 }
@@ -59,26 +54,17 @@ std::string pose_json(const Pose3& pose) {
          quaternion_json(Eigen::Quaterniond(pose.linear())) + "}";
 }
 
-std::string in_frame(int64_t utime_us, const std::string& frame) {
-  return "{" + stamp(utime_us) + R"(,"frame_id":")" + frame + "\"";
-}
-
-std::string pose_in_frame(int64_t utime_us, const std::string& frame, const Pose3& pose) {
-  return in_frame(utime_us, frame) + R"(,"pose":)" + pose_json(pose) + "}";
-}
-
 struct Grid {
-  int64_t utime_us = 0;
   double x_m = 0.0, y_m = 0.0, cell_m = 0.0;
   int64_t columns = 0;
   int numeric_type = 1;  // UINT8
   std::span<const uint8_t> cells;
 };
 
+// Behind stamp and frame.
 std::string grid_json(const Grid& grid) {
   const std::string cell = number(grid.cell_m);
-  return in_frame(grid.utime_us, "world") + R"(,"pose":)" +
-         pose_json(lift({grid.x_m, grid.y_m, 0.0})) + R"(,"column_count":)" +
+  return R"(,"pose":)" + pose_json(lift({grid.x_m, grid.y_m, 0.0})) + R"(,"column_count":)" +
          std::to_string(grid.columns) + R"(,"cell_size":{"x":)" + cell + R"(,"y":)" + cell +
          R"(},"row_stride":)" + std::to_string(grid.columns) +
          R"(,"cell_stride":1,"fields":[{"name":"occupancy","offset":0,"type":)" +
@@ -95,7 +81,46 @@ constexpr uint64_t kMbotGrid = 0xd5447e494a66cc92;  // mbot_lcm_msgs.occupancy_g
 
 }  // namespace
 
+FoxgloveTranslator::FoxgloveTranslator(const LogInfo& clocks) {
+  constexpr int64_t kNoticedUs = 500000;
+  for (const ChannelInfo& channel : clocks.channels) {
+    if (!channel.clock || std::abs(channel.clock->offset.us) < kNoticedUs) continue;
+    shifts_us_[channel.name] = channel.clock->offset.us;
+  }
+}
+
+std::string FoxgloveTranslator::stamp(std::string_view channel, int64_t utime_us) const {
+  const auto shift = shifts_us_.find(channel);
+  int64_t us = utime_us;
+  if (shift != shifts_us_.end() && __builtin_add_overflow(us, shift->second, &us)) us = 0;
+  us = std::max<int64_t>(0, us);
+  return R"("timestamp":{"sec":)" + std::to_string(us / 1000000) + R"(,"nsec":)" +
+         std::to_string(us % 1000000 * 1000) + "}";
+}
+
+std::string FoxgloveTranslator::in_frame(std::string_view channel,
+                                         int64_t utime_us,
+                                         const std::string& frame) const {
+  return "{" + stamp(channel, utime_us) + R"(,"frame_id":")" + frame + "\"";
+}
+
+// As lcmtypes/lcm_log_reader: a laser that SENSOR_INFO describes is one of ours.
+bool FoxgloveTranslator::is_clockwise(const std::string& channel, uint64_t fingerprint) const {
+  if (infos_.contains(channel)) return false;
+  char hex[17];
+  std::snprintf(hex, sizeof hex, "%016llx", static_cast<unsigned long long>(fingerprint));
+  for (const ForeignChannel& entry : foreign_.channels) {
+    if (entry.fingerprint == hex &&
+        std::regex_match(channel, std::regex(entry.channel, std::regex::extended))) {
+      return entry.clockwise;
+    }
+  }
+  return false;
+}
+
 std::vector<FoxgloveMessage> FoxgloveTranslator::translate(const DecodedEvent& event) {
+  // lcm-gen's decoders make room for whatever length a message claims: only whole ones get there.
+  if (event.structure < 0) return {};
   const std::string channel(event.head.channel);
   try {
     if (const auto info = decode_as<sensor_info_t>(event.bytes)) {
@@ -103,11 +128,10 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate(const DecodedEvent& e
       return {};
     }
     if (const auto planar = decode_as<bot_core::planar_lidar_t>(event.bytes)) {
-      return translate_scan(from_message(*planar, channel));
+      return translate_scan(from_message(*planar, channel), bot_core::planar_lidar_t::getHash());
     }
     if (const auto raw = decode_as<lidar_raw_t>(event.bytes)) {
-      return translate_scan(
-          make_regular(from_message(*raw, channel), std::numeric_limits<float>::infinity()));
+      return translate_scan(from_message(*raw, channel), lidar_raw_t::getHash());
     }
     if (is_a<bot_core::image_t>(event.bytes)) return translate_image(event);
     auto grid = translate_grid(event, channel);
@@ -117,7 +141,14 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate(const DecodedEvent& e
   }
 }
 
-std::vector<FoxgloveMessage> FoxgloveTranslator::translate_scan(const LaserScan& scan) const {
+std::vector<FoxgloveMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
+                                                                uint64_t fingerprint) const {
+  if (is_clockwise(scan.channel, fingerprint)) {
+    for (float& bearing : scan.bearings_rad) bearing = -bearing;
+    scan.first_bearing_rad = -scan.first_bearing_rad;
+    scan.bearing_step_rad = -scan.bearing_step_rad;
+  }
+  scan = make_regular(scan, std::numeric_limits<float>::infinity());
   const auto info = infos_.find(scan.channel);
   const bool on_robot = info != infos_.end() && info->second.mount == SensorInfo::Mount::robot;
   const Pose3 pose = on_robot ? info->second.parent_from_sensor : Pose3::Identity();
@@ -125,8 +156,8 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_scan(const LaserScan&
   const bool own_frame = info != infos_.end() && !on_robot;
   const double last = static_cast<double>(scan.size()) - 1.0;
   std::string json =
-      in_frame(scan.utime.us, own_frame ? "plate" : "robot") + R"(,"pose":)" + pose_json(pose) +
-      R"(,"start_angle":)" + number(scan.first_bearing_rad) + R"(,"end_angle":)" +
+      in_frame(scan.channel, scan.utime.us, own_frame ? "plate" : "robot") + R"(,"pose":)" +
+      pose_json(pose) + R"(,"start_angle":)" + number(scan.first_bearing_rad) + R"(,"end_angle":)" +
       number(scan.first_bearing_rad + last * scan.bearing_step_rad) + R"(,"ranges":[)";
   for (std::size_t beam = 0; beam < scan.size(); ++beam) {
     if (beam > 0) json += ',';
@@ -141,19 +172,22 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_grid(const DecodedEve
   Grid grid;
   if (const auto tile = decode_as<grid_map_t>(event.bytes)) {
     from_message(*tile);  // refuses what contradicts itself
-    grid = {tile->utime, tile->origin_x_m, tile->origin_y_m, tile->resolution_m, tile->width_cells,
-            1,           tile->occupancy};
+    grid = {tile->origin_x_m, tile->origin_y_m, tile->resolution_m, tile->width_cells, 1,
+            tile->occupancy};
     auto& [revision, count] = tiles_[channel];
     count = revision == tile->revision ? count + 1 : 0;
     revision = tile->revision;
-    return {{channel + "/Grid_" + std::to_string(count), "foxglove.Grid", grid_json(grid)}};
+    return {{channel + "/Grid_" + std::to_string(count), "foxglove.Grid",
+             in_frame(channel, tile->utime, "world") + grid_json(grid)}};
   }
-  if (event.structure < 0 || lcm_schema::fingerprint_of(event.bytes) != kMbotGrid) return {};
+  if (lcm_schema::fingerprint_of(event.bytes) != kMbotGrid) return {};
   const lcm_schema::Tree& tree = event.tree;
   const int cells = tree.child(0, "cells");
   if (cells < 0) return {};
   const lcm_schema::Node& node = tree.nodes[static_cast<std::size_t>(cells)];
-  grid.utime_us = static_cast<int64_t>(field(tree, "utime"));
+  const int utime = tree.child(0, "utime");
+  const int64_t utime_us =
+      utime < 0 ? 0 : tree.integer(tree.nodes[static_cast<std::size_t>(utime)]);
   grid.x_m = field(tree, "origin_x");
   grid.y_m = field(tree, "origin_y");
   grid.cell_m = field(tree, "meters_per_cell");
@@ -161,7 +195,8 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_grid(const DecodedEve
   grid.numeric_type = 2;  // INT8
   grid.cells = tree.message.subspan(node.offset, node.bytes);
   if (grid.columns <= 0 || !(grid.cell_m > 0.0)) return {};
-  return {{channel + "/Grid", "foxglove.Grid", grid_json(grid)}};
+  return {
+      {channel + "/Grid", "foxglove.Grid", in_frame(channel, utime_us, "world") + grid_json(grid)}};
 }
 
 std::vector<FoxgloveMessage> FoxgloveTranslator::translate_pose(const DecodedEvent& event,
@@ -169,7 +204,8 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_pose(const DecodedEve
   const std::string topic = channel + "/PoseInFrame";
   const auto answer = [&](int64_t utime, const std::string& frame, const Pose3& pose) {
     return std::vector<FoxgloveMessage>{
-        {topic, "foxglove.PoseInFrame", pose_in_frame(utime, frame, pose)}};
+        {topic, "foxglove.PoseInFrame",
+         in_frame(channel, utime, frame) + R"(,"pose":)" + pose_json(pose) + "}"}};
   };
   if (const auto slam = decode_as<slam_pose_t>(event.bytes)) {
     const Pose3 pose = lift({slam->x_m, slam->y_m, slam->theta_rad});
@@ -177,7 +213,7 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_pose(const DecodedEve
     const Eigen::Vector3d& at = pose.translation();
     messages.push_back(
         {channel + "/FrameTransform", "foxglove.FrameTransform",
-         "{" + stamp(slam->utime) +
+         "{" + stamp(channel, slam->utime) +
              R"(,"parent_frame_id":"world","child_frame_id":"robot","translation":)" +
              vector_json(at.x(), at.y(), at.z()) + R"(,"rotation":)" +
              quaternion_json(Eigen::Quaterniond(pose.linear())) + "}"});
@@ -211,7 +247,7 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_image(const DecodedEv
   const auto image = decode_as<bot_core::image_t>(event.bytes);
   if (!image) return {};
   const std::string channel(event.head.channel);
-  const std::string head = in_frame(image->utime, "camera");
+  const std::string head = in_frame(channel, image->utime, "camera");
   if (image->pixelformat == bot_core::image_t::PIXEL_FORMAT_MJPEG) {
     return {{channel + "/CompressedImage", "foxglove.CompressedImage",
              head + R"(,"data":")" + to_base64(image->data) + R"(","format":"jpeg"})"}};

@@ -16,11 +16,11 @@ class EventSink {
   explicit EventSink(OutputFile& out) : out_(out) {}
 
   void add(const Sample& sample) {
+    write(sample);
     if (const auto* info = std::get_if<SensorInfo>(&sample)) {
       infos_[info->channel] = *info;
       repeat_from_ = last_ + kRepeat;
     }
-    write(sample);
     if (infos_.empty() || last_ < repeat_from_) return;
     repeat_from_ = last_ + kRepeat;
     for (auto& [channel, info] : infos_) {

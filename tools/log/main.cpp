@@ -17,6 +17,11 @@ void add_force(CLI::App* command, Existing& existing) {
       "-f,--force", [&existing] { existing = Existing::replace; }, "replace what is there");
 }
 
+void add_types(CLI::App* command, std::vector<std::string>& types) {
+  command->add_option("--types", types,
+                      ".lcm sources (files or folders) besides the built-in ones");
+}
+
 void add_info(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "info", "channels, types, rates, gaps, duration, clocks that disagree, damage");
@@ -24,7 +29,7 @@ void add_info(CLI::App& app, int& exit_code) {
   command->add_option("LOG", arguments->logs, "LCM logs")->required();
   command->add_flag_callback(
       "--json", [arguments] { arguments->format = marco::logs::Format::json; }, "print JSON");
-  command->add_option("--types", arguments->types, ".lcm sources besides the built-in ones");
+  add_types(command, arguments->types);
   command->callback([arguments, &exit_code] { exit_code = marco::logs::run_info(*arguments); });
 }
 
@@ -40,6 +45,7 @@ void add_select(CLI::App& app, int& exit_code, bool is_cut) {
   command
       ->add_option("-c,--channel", arguments->channels,
                    "name or regular expression of a whole name; may be repeated")
+      ->allow_extra_args(false)
       ->required(!is_cut);
   command->add_flag("-v,--drop", arguments->drop, "drop these channels, keep the others");
   add_force(command, arguments->existing);
@@ -51,17 +57,16 @@ void add_merge(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<marco::logs::MergeArguments>();
   command->add_option("LOG", arguments->ins, "LCM logs")->required();
   command->add_option("-o,--out", arguments->out, "log to write")->required();
-  command->add_option("--shift", arguments->shifts_s,
-                      "[s] added to the event times, one for each log");
-  command->add_option("--prefix", arguments->prefixes,
-                      "put before the channels, one for each log; \"\" = none");
+  command
+      ->add_option("--shift", arguments->shifts_s,
+                   "[s] added to the event times; repeated, one for each log")
+      ->allow_extra_args(false);
+  command
+      ->add_option("--prefix", arguments->prefixes,
+                   "put before the channels; repeated, one for each log, \"\" = none")
+      ->allow_extra_args(false);
   add_force(command, arguments->existing);
   command->callback([arguments, &exit_code] { exit_code = marco::logs::run_merge(*arguments); });
-}
-
-void add_types(CLI::App* command, std::vector<std::string>& types) {
-  command->add_option("--types", types,
-                      ".lcm sources (files or folders) besides the built-in ones");
 }
 
 void add_repair(CLI::App& app, int& exit_code) {
@@ -98,8 +103,10 @@ void add_export(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember({"csv", "jsonl", "carmen", "mcap", "images"}));
   command->add_option("--from", arguments->from, "first moment");
   command->add_option("--to", arguments->to, "moment behind the last");
-  command->add_option("-c,--channel", arguments->channels,
-                      "name or regular expression of a whole name; may be repeated");
+  command
+      ->add_option("-c,--channel", arguments->channels,
+                   "name or regular expression of a whole name; may be repeated")
+      ->allow_extra_args(false);
   add_types(command, arguments->types);
   command
       ->add_option("--foreign", arguments->foreign,
@@ -126,11 +133,15 @@ void add_play(CLI::App& app, int& exit_code) {
       ->add_option("--longest-wait", arguments->longest_wait_s,
                    "[s] longer silences are shortened to it")
       ->check(CLI::PositiveNumber);
-  command->add_option("-c,--channel", arguments->channels,
-                      "name or regular expression of a whole name; may be repeated");
+  command
+      ->add_option("-c,--channel", arguments->channels,
+                   "name or regular expression of a whole name; may be repeated")
+      ->allow_extra_args(false);
   command->add_flag("-v,--drop", arguments->drop, "drop these channels, play the others");
-  command->add_option("--rename", arguments->renames,
-                      "OLD=NEW; OLD may be a regular expression, NEW use $1; may be repeated");
+  command
+      ->add_option("--rename", arguments->renames,
+                   "OLD=NEW; OLD may be a regular expression, NEW use $1; may be repeated")
+      ->allow_extra_args(false);
   command->add_option("-l,--lcm-url", arguments->lcm_url,
                       "default: LCM_DEFAULT_URL, or this host only");
   command->add_flag_callback(

@@ -92,6 +92,7 @@ bool obey(Player& player, Key key, StatusLine& status, int64_t now) {
   const double speed = player.speed() > 0.0 ? player.speed() : kFastest;
   switch (key) {
     case Key::pause:
+      if (player.finished()) player.seek(std::max(player.span().first, player.range().from), now);
       player.set_paused(!player.paused(), now);
       break;
     case Key::step:

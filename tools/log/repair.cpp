@@ -61,7 +61,7 @@ class Repair {
     files::EventLogReader survey(in_.string());
     int64_t events = 0;
     while (const auto head = survey.next_head()) {
-      known_.add(head->channel, fingerprint_of(*head));
+      known_.add(head->channel, fingerprint_of(*head), head->data_bytes);
       if (++events % 4096 == 0) {
         on_progress(0.4 * static_cast<double>(survey.position_bytes()) /
                     static_cast<double>(survey.size_bytes()));
@@ -91,6 +91,7 @@ class Repair {
     if (!extend_pending(from, to)) recover(from, to);
   }
   bool extend_pending(int64_t from, int64_t to);
+  bool is_more_whole(const Event& longer, const Event& shorter);
   // Events with damaged headers between two places where an event begins.
   void recover(int64_t from, int64_t to) {
     while (from < to) {
@@ -111,7 +112,8 @@ class Repair {
            HeaderBytes(bytes.data()).sync_like;
   }
   int64_t next_begin(int64_t from, int64_t to) const;
-  bool read_damaged(Event& event) const;
+  bool read_damaged(Event& event);
+  bool is_length_believable(const Event& event, bool is_cut_off);
   void lose(int64_t from, int64_t to) {
     const bool goes_on =
         !report_.lost.empty() && report_.lost.back().offset + report_.lost.back().bytes == from;
@@ -156,20 +158,29 @@ class Repair {
 // A length damaged to a smaller one leaves the message's end lying between two events.
 bool Repair::extend_pending(int64_t from, int64_t to) {
   if (mending_ == Mending::nothing || !pending_ || pending_->end != from) return false;
-  const int64_t data_bytes = pending_->data_bytes + (to - from);
-  constexpr int64_t kLargestData = 256 << 20;
-  if (data_bytes > kLargestData || (to - from >= 4 && looks_like_sync(from))) return false;
-  message_.resize(static_cast<std::size_t>(data_bytes));
-  if (!reader_.read_at(to - data_bytes, message_)) return false;
-  const std::span<const uint8_t> longer(message_);
-  const bool fits = decodes_(longer) &&
-                    (!decodes_(longer.first(static_cast<std::size_t>(pending_->data_bytes))) ||
-                     to - from < kHeaderBytes);
-  if (!fits) return false;
-  pending_->data_bytes = data_bytes;
-  pending_->end = to;
-  pending_->mended.push_back("data length");
+  if (to - from >= 4 && looks_like_sync(from)) return false;
+  Event longer;
+  longer.offset = pending_->offset;
+  longer.end = to;
+  if (!read_damaged(longer)) return false;
+  const bool other_channel = longer.channel != pending_->channel &&
+                             known_.events(longer.channel) > known_.events(pending_->channel);
+  if (!other_channel && !is_more_whole(longer, *pending_)) return false;
+  pending_ = longer;
   return true;
+}
+
+// Whether the longer reading of a message is the better one.
+bool Repair::is_more_whole(const Event& longer, const Event& shorter) {
+  if (const auto usual = known_.usual_data_bytes(shorter.channel)) {
+    return longer.data_bytes == *usual && shorter.data_bytes != *usual;
+  }
+  message_.resize(static_cast<std::size_t>(longer.data_bytes));
+  if (!reader_.read_at(longer.end - longer.data_bytes, message_)) return false;
+  const std::span<const uint8_t> bytes(message_);
+  const bool too_short = shorter.data_bytes < 8 ||
+                         !decodes_(bytes.first(static_cast<std::size_t>(shorter.data_bytes)));
+  return decodes_(bytes) && (too_short || longer.end - shorter.end < kHeaderBytes);
 }
 
 int64_t Repair::next_begin(int64_t from, int64_t to) const {
@@ -192,7 +203,7 @@ int64_t Repair::next_begin(int64_t from, int64_t to) const {
   return to;
 }
 
-bool Repair::read_damaged(Event& event) const {
+bool Repair::read_damaged(Event& event) {
   const int64_t body_bytes = event.end - event.offset - kHeaderBytes;
   constexpr int64_t kLargestBody = (256 << 20) + 63;
   if (body_bytes < 1 || body_bytes > kLargestBody) return false;
@@ -205,13 +216,23 @@ bool Repair::read_damaged(Event& event) const {
                                    wanted - kHeaderBytes);
   const auto layout = lay_out(header, following, body_bytes, known_);
   if (!layout) return false;
+  const int64_t said = static_cast<int64_t>(header.channel_bytes) + header.data_bytes;
   event.number = header.number;
   event.event_time = header.event_time;
   event.channel = layout->channel;
   event.data_bytes = layout->data_bytes;
   event.fingerprint = read_fingerprint(following.substr(layout->channel_bytes));
   event.mended.push_back(layout->mended);
-  return true;
+  const bool is_cut_off = said > body_bytes && event.end == reader_.size_bytes();
+  return said == body_bytes || is_length_believable(event, is_cut_off);
+}
+
+// Whether a message may have the length that was worked out for it.
+bool Repair::is_length_believable(const Event& event, bool is_cut_off) {
+  if (const auto usual = known_.usual_data_bytes(event.channel)) return event.data_bytes == *usual;
+  message_.resize(static_cast<std::size_t>(event.data_bytes));
+  return !is_cut_off && reader_.read_at(event.end - event.data_bytes, message_) &&
+         decodes_(message_);
 }
 
 void Repair::mend(Event& event, const Event* next) {

@@ -31,22 +31,34 @@ uint64_t big_endian(const uint8_t* bytes, int count) {
 
 }  // namespace
 
-void KnownChannels::add(std::string_view channel, uint64_t fingerprint) {
+void KnownChannels::add(std::string_view channel, uint64_t fingerprint, int64_t data_bytes) {
   constexpr std::size_t kLargest = 10000;
   auto entry = channels_.find(channel);
   if (entry == channels_.end()) {
     if (channels_.size() >= kLargest) return;
     entry = channels_.try_emplace(std::string(channel)).first;
   }
-  ++entry->second.events;
+  Types& types = entry->second;
+  ++types.events;
+  if (types.majority_votes == 0) types.majority_bytes = data_bytes;
+  types.majority_votes += types.majority_bytes == data_bytes ? 1 : -1;
   constexpr std::size_t kTypesKept = 1000;
-  auto& counts = entry->second.counts;
+  auto& counts = types.counts;
   if (counts.size() < kTypesKept || counts.contains(fingerprint)) ++counts[fingerprint];
 }
 
 int64_t KnownChannels::events(std::string_view channel) const {
   const auto entry = channels_.find(channel);
   return entry == channels_.end() ? 0 : entry->second.events;
+}
+
+std::optional<int64_t> KnownChannels::usual_data_bytes(std::string_view channel) const {
+  const auto entry = channels_.find(channel);
+  if (entry == channels_.end() || entry->second.events < kEstablished) return std::nullopt;
+  // A vote left for half the events: at most a quarter were against.
+  const Types& types = entry->second;
+  if (2 * types.majority_votes < types.events) return std::nullopt;
+  return types.majority_bytes;
 }
 
 std::optional<std::string> KnownChannels::nearest(std::string_view damaged,
@@ -124,8 +136,13 @@ std::optional<Layout> lay_out(const HeaderBytes& header,
   };
   const int64_t said = static_cast<int64_t>(header.channel_bytes) + header.data_bytes;
   if (said == body_bytes) return layout(header.channel_bytes, "sync word");
-  if (const auto found = layout(header.channel_bytes, "data length")) return found;
-  return layout(body_bytes - static_cast<int64_t>(header.data_bytes), "channel length");
+  const auto by_channel = layout(header.channel_bytes, "data length");
+  const auto by_data =
+      layout(body_bytes - static_cast<int64_t>(header.data_bytes), "channel length");
+  const auto weight = [&known](const std::optional<Layout>& one) {
+    return one ? known.events(one->channel) : 0;
+  };
+  return weight(by_data) > weight(by_channel) ? by_data : by_channel;
 }
 
 uint64_t read_fingerprint(std::string_view data) {

@@ -15,10 +15,13 @@ namespace marco::logs {
 /// The channels of a log and the types on them, as learned from its whole events.
 class KnownChannels {
  public:
-  void add(std::string_view channel, uint64_t fingerprint);
+  void add(std::string_view channel, uint64_t fingerprint, int64_t data_bytes);
 
   /// Events seen on it.
   int64_t events(std::string_view channel) const;
+
+  /// The size that all its messages have, but for a quarter at most; nothing when there is none.
+  std::optional<int64_t> usual_data_bytes(std::string_view channel) const;
 
   /// The only channel of at least 5 events that differs from `damaged` in one byte and carries
   /// `fingerprint`; nothing when there is none or there are several.
@@ -32,6 +35,8 @@ class KnownChannels {
   struct Types {
     int64_t events = 0;
     std::map<uint64_t, int64_t> counts;
+    int64_t majority_bytes = -1;  // of the majority vote (Boyer and Moore)
+    int64_t majority_votes = 0;
   };
   std::map<std::string, Types, std::less<>> channels_;
 };

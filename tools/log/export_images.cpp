@@ -4,7 +4,7 @@
 #include "common/check.hpp"
 #include "common/files/whole_file.hpp"
 #include "tools/log/export_csv.hpp"
-#include "viewer/image_io.hpp"
+#include "tools/log/png.hpp"
 
 namespace marco::logs {
 namespace {
@@ -29,21 +29,19 @@ bool is_whole(const image_t& image, int pixel_bytes) {
   return static_cast<int64_t>(image.data.size()) >= needed;
 }
 
-viewer::Picture picture_of(const image_t& image, int pixel_bytes) {
-  viewer::Picture picture(image.width, image.height, {});
-  const bool bgr = image.pixelformat == image_t::PIXEL_FORMAT_BGR;
+// The pixels row by row without padding, colours in the order red, green, blue.
+std::vector<uint8_t> pixels_of(const image_t& image, int pixel_bytes) {
+  const auto row_bytes = static_cast<std::size_t>(image.width * pixel_bytes);
+  std::vector<uint8_t> pixels;
+  pixels.reserve(row_bytes * static_cast<std::size_t>(image.height));
   for (int y = 0; y < image.height; ++y) {
-    const uint8_t* row = image.data.data() + static_cast<std::ptrdiff_t>(y) * image.row_stride;
-    for (int x = 0; x < image.width; ++x) {
-      const uint8_t* pixel = row + static_cast<std::ptrdiff_t>(x) * pixel_bytes;
-      if (pixel_bytes == 1) {
-        picture.at(x, y) = {pixel[0], pixel[0], pixel[0]};
-      } else {
-        picture.at(x, y) = {pixel[bgr ? 2 : 0], pixel[1], pixel[bgr ? 0 : 2]};
-      }
-    }
+    const auto row = image.data.begin() + static_cast<std::ptrdiff_t>(y) * image.row_stride;
+    pixels.insert(pixels.end(), row, row + static_cast<std::ptrdiff_t>(row_bytes));
   }
-  return picture;
+  if (image.pixelformat == image_t::PIXEL_FORMAT_BGR) {
+    for (std::size_t i = 0; i + 2 < pixels.size(); i += 3) std::swap(pixels[i], pixels[i + 2]);
+  }
+  return pixels;
 }
 
 }  // namespace
@@ -84,7 +82,8 @@ ImagesResult export_images(WalkInput& input,
         } else if (!is_whole(image, pixel_bytes)) {
           ++result.broken;
         } else {
-          viewer::write_png(picture_of(image, pixel_bytes), stem.string() + ".png");
+          files::write_whole_file(stem.string() + ".png",
+                                  to_png(pixels_of(image, pixel_bytes), image.width, pixel_bytes));
           ++result.written;
         }
       },

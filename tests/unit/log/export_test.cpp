@@ -15,6 +15,7 @@
 #include "tools/log/export_json_lines.hpp"
 #include "tools/log/export_mcap.hpp"
 #include "tools/log/mcap_writer.hpp"
+#include "tools/log/png.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco::logs {
@@ -266,6 +267,29 @@ TEST(Images, BecomeFiles) {
   EXPECT_EQ(picture.at(0, 1), (viewer::Rgb{255, 0, 0}));
   EXPECT_EQ(read_text(folder / "pictures/CAMERA_4.jpg"),
             std::string(image.data.begin(), image.data.end()));
+}
+
+TEST(Png, OfAnySizeReadsBackWithAnIndependentReader) {
+  const ScratchFolder folder;
+  std::mt19937 random(2);
+  // Rows of 1 to 300 pixels; some need several stored blocks.
+  for (const auto& [width, height] : {std::pair(1, 1), {3, 5}, {300, 120}}) {
+    for (const int bytes : {1, 3}) {
+      std::vector<uint8_t> pixels(static_cast<std::size_t>(width * height * bytes));
+      for (uint8_t& value : pixels) value = static_cast<uint8_t>(random());
+      write_text(folder / "png", to_png(pixels, width, bytes));
+      const viewer::Picture picture = viewer::read_picture(folder / "png");
+      ASSERT_EQ(picture.width_px, width);
+      ASSERT_EQ(picture.height_px, height);
+      for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
+        const auto at = i * static_cast<std::size_t>(bytes);
+        const auto last = static_cast<std::size_t>(bytes - 1);
+        ASSERT_EQ(picture.pixels[i],
+                  (viewer::Rgb{pixels[at], pixels[at + std::min<std::size_t>(1, last)],
+                               pixels[at + last]}));
+      }
+    }
+  }
 }
 
 TEST(Exports, TakeAnyBytesWithoutACrash) {

@@ -62,8 +62,10 @@ bool printable(std::string_view channel) {
   return std::all_of(channel.begin(), channel.end(), [](char c) { return c > 32 && c < 127; });
 }
 
-constexpr int64_t kWindowBytes = 256 << 10;
-constexpr int64_t kJumpWindowBytes = 4 << 10;
+constexpr int64_t kLargestStepBytes = 256 << 10;
+constexpr int64_t kSmallestStepBytes = 4 << 10;
+constexpr int64_t kJumpBytes = 16 << 10;
+constexpr int64_t kSearchBytes = 128 << 10;
 constexpr std::array<uint8_t, 4> kSyncBytes = {0xED, 0xA1, 0xDA, 0x01};
 
 }  // namespace
@@ -100,11 +102,12 @@ const uint8_t* EventLogReader::view(int64_t offset, int64_t count) {
   if (offset >= window_start_ && offset + count <= window_start_ + window_bytes_) {
     return window_.data() + (offset - window_start_);
   }
-  // Behind a jump, over the data of a large event, only as much is read as the next header needs.
+  // Behind a jump over the data of a large event only as much is read as the next header needs;
+  // whoever goes on without jumps soon reads in large steps again.
   const int64_t gap = offset - (window_start_ + window_bytes_);
-  const bool jump = gap > kWindowBytes / 4 || offset < window_start_;
-  const int64_t wanted =
-      std::min(std::max(count, jump ? kJumpWindowBytes : kWindowBytes), size_ - offset);
+  const bool jump = gap > kJumpBytes || offset < window_start_;
+  step_bytes_ = jump ? kSmallestStepBytes : std::min(kLargestStepBytes, 2 * step_bytes_);
+  const int64_t wanted = std::min(std::max(count, step_bytes_), size_ - offset);
   if (window_.size() < static_cast<std::size_t>(wanted)) {
     window_.resize(static_cast<std::size_t>(wanted));
   }
@@ -162,8 +165,8 @@ bool EventLogReader::contains_head(int64_t from, int64_t end) {
 std::optional<int64_t> EventLogReader::find_sync(int64_t from, int64_t end) {
   constexpr int64_t kOverlap = 3;
   const int64_t last = std::min(end + kOverlap, size_);
-  for (int64_t start = from; start + 4 <= last; start += kWindowBytes / 2 - kOverlap) {
-    const int64_t count = std::min(kWindowBytes / 2, last - start);
+  for (int64_t start = from; start + 4 <= last; start += kSearchBytes - kOverlap) {
+    const int64_t count = std::min(kSearchBytes, last - start);
     const uint8_t* block = view(start, count);
     if (block == nullptr) return std::nullopt;
     const void* found =

@@ -100,6 +100,7 @@ class EventLogReader {
   std::vector<uint8_t> window_;
   int64_t window_start_ = 0;
   int64_t window_bytes_ = 0;
+  int64_t step_bytes_ = 64 << 10;  // of the next reading, at least
   LogEventHead head_;
   std::string channel_;
   std::array<uint8_t, LogEventHead::kFirstBytes> first_bytes_{};

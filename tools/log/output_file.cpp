@@ -82,20 +82,17 @@ void OutputFile::write(std::string_view text) {
 }
 
 void OutputFile::copy_from(int descriptor, int64_t offset, int64_t count) {
-  constexpr int64_t kWorthASystemCall = 64 << 10;
-  if (count >= kWorthASystemCall) {
-    flush();
-    off64_t from = offset;
-    while (count > 0) {
-      const ssize_t done = copy_file_range(descriptor, &from, descriptor_, nullptr,
-                                           static_cast<std::size_t>(count), 0);
-      if (done < 0 && errno == EINTR) continue;
-      if (done <= 0) break;  // other file systems, old kernels: copied by hand below
-      written_ += done;
-      count -= done;
-    }
-    offset = from;
+  flush();
+  off64_t from = offset;
+  while (count > 0) {
+    const ssize_t done = copy_file_range(descriptor, &from, descriptor_, nullptr,
+                                         static_cast<std::size_t>(count), 0);
+    if (done < 0 && errno == EINTR) continue;
+    if (done <= 0) break;  // other file systems, old kernels: copied by hand below
+    written_ += done;
+    count -= done;
   }
+  offset = from;
   while (count > 0) {
     if (buffer_.size() == kBufferBytes) flush();
     const std::size_t old_size = buffer_.size();

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <vector>
 
 #include "tools/log/output_file.hpp"
 
@@ -22,10 +24,14 @@ class PieceCopier {
   void copy();
 
  private:
+  void copy_small();
+
   int source_;
   OutputFile& out_;
   int64_t from_ = 0;
   int64_t to_ = 0;
+  std::vector<uint8_t> window_;
+  int64_t window_start_ = 0;
 };
 
 }  // namespace marco::logs

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <random>
 
 namespace marco::files {
 namespace {
@@ -90,6 +91,70 @@ TEST_F(EventLog, ASyncWordInsideTheDataIsNotAnEvent) {
   }
   overwrite(0, 'x');
   EXPECT_THAT(numbers(), ::testing::ElementsAre(1, 2));
+}
+
+TEST_F(EventLog, HeadsTellTheSameAsEventsAlsoOverLargeData) {
+  {
+    EventLogWriter writer(path_);
+    std::mt19937 random(4);
+    for (int i = 0; i < 200; ++i) {
+      // Some larger than the reader's window of 256 kB.
+      const std::size_t size = i % 50 == 7 ? 600000 + random() % 1000 : random() % 4000;
+      std::vector<uint8_t> bytes(size);
+      for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
+      writer.write("C" + std::to_string(random() % 3), bytes, Utime::from_us(i));
+    }
+  }
+  EventLogReader events(path_), heads(path_), both(path_);
+  int count = 0;
+  while (const auto event = events.next()) {
+    ++count;
+    const auto head = heads.next_head();
+    ASSERT_TRUE(head);
+    EXPECT_EQ(head->number, event->number);
+    EXPECT_EQ(head->event_time, event->event_time);
+    EXPECT_EQ(head->channel, event->channel);
+    ASSERT_EQ(head->data_bytes, static_cast<int64_t>(event->bytes.size()));
+    EXPECT_TRUE(
+        std::equal(head->first_bytes.begin(), head->first_bytes.end(), event->bytes.begin()));
+    EXPECT_EQ(heads.position_bytes(), events.position_bytes());
+    both.next_head();
+    EXPECT_TRUE(std::ranges::equal(both.data(), event->bytes));
+  }
+  EXPECT_EQ(count, 200);
+  EXPECT_FALSE(heads.next_head());
+}
+
+TEST_F(EventLog, SeekFindsTheFirstEventBehindAnyByte) {
+  write(6, 100);
+  EventLogReader reader(path_);
+  for (int64_t offset = 0; offset <= 6 * kEventBytes; offset += 23) {
+    reader.seek(offset);
+    const auto event = reader.next();
+    const int64_t expected = (offset + kEventBytes - 1) / kEventBytes;
+    ASSERT_EQ(event.has_value(), expected < 6) << offset;
+    if (event) {
+      EXPECT_EQ(event->number, expected) << offset;
+    }
+  }
+  EXPECT_EQ(reader.damage().places, 0);
+}
+
+TEST_F(EventLog, AnyBytesAreReadToTheEndWithoutACrash) {
+  std::mt19937 random(11);
+  for (int round = 0; round < 200; ++round) {
+    write(8, 40);
+    for (int flips = 0; flips < 20; ++flips) {
+      overwrite(random() % (8 * 77), static_cast<char>(random()));
+    }
+    EventLogReader reader(path_);
+    int64_t bytes = 0;
+    while (const auto event = reader.next()) {
+      bytes += 28 + static_cast<int64_t>(event->channel.size() + event->bytes.size());
+    }
+    // Every byte belongs to an event or to the damage.
+    EXPECT_EQ(bytes + reader.damage().bytes_skipped, reader.size_bytes());
+  }
 }
 
 TEST_F(EventLog, NoFileOrAFolderIsRefusedByName) {

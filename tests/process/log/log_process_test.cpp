@@ -1,0 +1,313 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pty.h>
+#include <sys/select.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <lcm/lcm-cpp.hpp>
+#include <map>
+#include <random>
+
+#include "common/process/lcm_bus.hpp"
+#include "tests/unit/log/tiny_log.hpp"
+
+namespace marco::logs {
+namespace {
+
+using ::testing::HasSubstr;
+using Clock = std::chrono::steady_clock;
+
+std::string program() {
+  const char* folder = std::getenv("MARCO_BIN");
+  return std::string(folder == nullptr ? "build/dev/bin" : folder) + "/marco-log";
+}
+
+struct Outcome {
+  int exit_code = 0;
+  std::string output;  // stdout and stderr
+};
+
+Outcome run(const std::string& command) {
+  Outcome outcome;
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  char block[4096];
+  for (std::size_t got = 0; (got = std::fread(block, 1, sizeof block, pipe)) > 0;) {
+    outcome.output.append(block, got);
+  }
+  outcome.exit_code = WEXITSTATUS(pclose(pipe));
+  return outcome;
+}
+
+Outcome run_log(const std::string& arguments) { return run(program() + " " + arguments); }
+
+// A program on a terminal of its own, driven by keys.
+class Terminal {
+ public:
+  explicit Terminal(const std::vector<std::string>& arguments) {
+    pid_ = forkpty(&descriptor_, nullptr, nullptr, nullptr);
+    if (pid_ == 0) {
+      std::vector<char*> raw;
+      for (const std::string& argument : arguments)
+        raw.push_back(const_cast<char*>(argument.c_str()));
+      raw.push_back(nullptr);
+      execv(raw[0], raw.data());
+      _exit(127);
+    }
+  }
+  ~Terminal() {
+    if (pid_ > 0) {
+      kill(pid_, SIGKILL);
+      waitpid(pid_, nullptr, 0);
+    }
+    close(descriptor_);
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  void type(const std::string& keys) {
+    EXPECT_EQ(write(descriptor_, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
+  }
+  // Reads until `text` was shown behind what was waited for before.
+  bool wait_for(const std::string& text, double seconds = 10.0) {
+    const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+    while (Clock::now() < end) {
+      const std::size_t found = shown_.find(text, seen_);
+      if (found != std::string::npos) {
+        seen_ = found + text.size();
+        return true;
+      }
+      fd_set set;
+      FD_ZERO(&set);
+      FD_SET(descriptor_, &set);
+      timeval timeout = {0, 50000};
+      if (select(descriptor_ + 1, &set, nullptr, nullptr, &timeout) <= 0) continue;
+      char block[1024];
+      const ssize_t got = read(descriptor_, block, sizeof block);
+      if (got > 0) shown_.append(block, static_cast<std::size_t>(got));
+    }
+    return false;
+  }
+  int wait_for_end() {
+    int status = 0;
+    waitpid(std::exchange(pid_, -1), &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  const std::string& shown() const { return shown_; }
+
+ private:
+  pid_t pid_ = -1;
+  int descriptor_ = -1;
+  std::string shown_;
+  std::size_t seen_ = 0;
+};
+
+// Everything that arrives on the network while `command` runs.
+std::vector<files::LogEvent> listen_while(const std::string& command) {
+  process::LcmBus bus("");
+  std::vector<files::LogEvent> heard;
+  bus.subscribe_raw(".*", [&](const process::RawMessage& message) {
+    heard.push_back({0,
+                     message.event_time,
+                     std::string(message.channel),
+                     {message.bytes.begin(), message.bytes.end()}});
+  });
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  const int descriptor = fileno(pipe);
+  bool running = true;
+  for (auto quiet_since = Clock::now();
+       running || Clock::now() - quiet_since < std::chrono::milliseconds(200);) {
+    if (bus.handle_once(20)) quiet_since = Clock::now();
+    if (!running) continue;
+    fd_set set;
+    FD_ZERO(&set);
+    FD_SET(descriptor, &set);
+    timeval none = {0, 0};
+    char block[1024];
+    if (select(descriptor + 1, &set, nullptr, nullptr, &none) > 0 &&
+        read(descriptor, block, sizeof block) <= 0) {
+      running = false;
+      quiet_since = Clock::now();
+    }
+  }
+  pclose(pipe);
+  return heard;
+}
+
+TEST(Play, ASubscriberHearsEveryMessageAtTheLogsPace) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 21);  // 2 s
+  const auto heard = listen_while(program() + " play --speed 2 " + folder / "log");
+  ASSERT_EQ(heard.size(), 21U);
+  const auto events = read_events(folder / "log");
+  for (std::size_t i = 0; i < heard.size(); ++i) {
+    EXPECT_EQ(heard[i].channel, events[i].channel);
+    EXPECT_EQ(heard[i].bytes, events[i].bytes);
+  }
+  // 2 s of log at double speed; a busy machine may be late, but never early.
+  const double seconds = (heard.back().event_time - heard.front().event_time).seconds();
+  EXPECT_GT(seconds, 0.98);
+  EXPECT_LT(seconds, 1.5);
+}
+
+TEST(Play, ChoosesRenamesAndBeginsWhereItIsTold) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 21);
+  const auto heard = listen_while(program() + " play --speed 0 --from 1.0 --to 1.5 -c OTHER " +
+                                  "--rename 'OTH(.*)=REPLAY_$1' " + folder / "log");
+  ASSERT_EQ(heard.size(), 2U);  // 1.1 and 1.3 s
+  EXPECT_EQ(heard[0].channel, "REPLAY_ER");
+  EXPECT_EQ(heard[0].bytes, read_events(folder / "log")[11].bytes);
+}
+
+TEST(Play, IsDrivenByKeysAtATerminal) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 600);  // 60 s
+  Terminal terminal({program(), "play", "--pause", folder / "log"});
+  ASSERT_TRUE(terminal.wait_for("paused ")) << terminal.shown();
+  terminal.type("s");
+  ASSERT_TRUE(terminal.wait_for("1 events")) << terminal.shown();
+  terminal.type("s");
+  ASSERT_TRUE(terminal.wait_for("2 events")) << terminal.shown();
+  terminal.type("\x1b[C");  // 5 s on
+  ASSERT_TRUE(terminal.wait_for("0:05.1 / 0:59.9")) << terminal.shown();
+  terminal.type("\x1b[A\x1b[A");
+  ASSERT_TRUE(terminal.wait_for("x4")) << terminal.shown();
+  terminal.type("l ");
+  ASSERT_TRUE(terminal.wait_for("playing ")) << terminal.shown();
+  ASSERT_TRUE(terminal.wait_for("loop")) << terminal.shown();
+  terminal.type("q");
+  ASSERT_TRUE(terminal.wait_for("events in ")) << terminal.shown();
+  EXPECT_EQ(terminal.wait_for_end(), 0);
+}
+
+TEST(Play, LeavesTheTerminalAsItWasWhenInterrupted) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 600);
+  // The shell ignores Ctrl-C, the player does not; afterwards both must see the same terminal.
+  Terminal terminal({"/bin/sh", "-c",
+                     "trap : INT; stty -a > " + (folder / "before") + "; " + program() + " play " +
+                         (folder / "log") + "; stty -a > " + (folder / "after") + "; echo over"});
+  ASSERT_TRUE(terminal.wait_for("playing ")) << terminal.shown();
+  terminal.type("\x03");
+  ASSERT_TRUE(terminal.wait_for("events in ")) << terminal.shown();
+  ASSERT_TRUE(terminal.wait_for("over")) << terminal.shown();
+  EXPECT_EQ(read_text(folder / "before"), read_text(folder / "after"));
+  EXPECT_THAT(read_text(folder / "after"), HasSubstr(" icanon"));
+}
+
+TEST(Cli, MistakesAreSaidAndNothingIsWritten) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 5);
+  write_text(folder / "text", "no log");
+  const auto fails = [&](const std::string& arguments, const std::string& says) {
+    const Outcome outcome = run_log(arguments);
+    EXPECT_NE(outcome.exit_code, 0) << arguments;
+    EXPECT_THAT(outcome.output, HasSubstr(says)) << arguments;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << arguments;
+  };
+  const std::string log = folder / "log", out = folder / "out";
+  fails("info /no/such/log", "/no/such/log: cannot be read as a log");
+  fails("info " + (folder / "text"), "no whole LCM event");
+  fails("cut " + log + " " + log + " --force", "is the input itself");
+  fails("cut " + log + " " + (folder / "text"), "--force replaces it");
+  fails("cut " + log + " " + out + " --from 3 --to 2", "nothing lies between");
+  fails("cut " + log + " " + out + " --from soon", "no moment");
+  fails("filter " + log + " " + out + " -c NOBODY", "none of its 5 events fits");
+  fails("merge " + log + " " + log + " -o " + out + " --shift 1", "one for each log");
+  fails("repair " + (folder / "text") + " " + out, "no whole LCM event");
+  fails("export " + log + " " + out, "its ending says no format");
+  fails("export " + log + " " + out + " --format mcap --types /no/such", "/no/such");
+  fails("play " + log + " --pause < /dev/null", "needs a terminal");
+  fails("import " + (folder / "text") + " " + out, "known inputs");
+  fails("", "subcommand");
+}
+
+TEST(Cli, EverySubcommandWorksOnALogOnceThrough) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 50);
+  const std::string log = folder / "log";
+  const auto works = [&](const std::string& arguments, const std::string& says) {
+    const Outcome outcome = run_log(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.output;
+    EXPECT_THAT(outcome.output, HasSubstr(says)) << arguments;
+  };
+  works("info " + log, "marco.pose2_t");
+  works("info --json " + log, "\"events\": 50");
+  works("cut " + log + " " + (folder / "cut") + " --from 1 --to -1", "29 of 50 events");
+  works("filter " + log + " " + (folder / "filtered") + " -v -c OTHER", "25 of 50 events");
+  works("merge " + (folder / "cut") + " " + (folder / "filtered") + " -o " + (folder / "merged"),
+        "54 events");
+  works("repair " + log + " " + (folder / "repaired"), "as they were   50");
+  works("export " + log + " " + (folder / "out.jsonl"), "50 events");
+  works("export " + log + " " + (folder / "out.mcap"), "100 messages on 4 topics");
+  works("export " + log + " " + (folder / "csv") + " --format csv", "TRUE_POSE.csv");
+}
+
+TEST(Repair, OfARealLogWithTwoHundredFlippedBytes) {
+  const char* data = std::getenv("MARCO_TEST_DATA");
+  const std::string path = std::string(data == nullptr ? "" : data) + "/mbot/mbot_convex.lcmlog";
+  if (data == nullptr || !std::filesystem::exists(path)) {
+    std::puts("SKIPPED: no mbot log in MARCO_TEST_DATA");
+    return;
+  }
+  const ScratchFolder folder;
+  std::string bytes = read_text(path);
+  std::mt19937 random(2016);
+  for (int i = 0; i < 200; ++i) {
+    char& byte = bytes[random() % bytes.size()];
+    byte = static_cast<char>(byte ^ static_cast<char>(1 + random() % 255));
+  }
+  write_text(folder / "bad", bytes);
+  const Outcome repaired = run_log("repair " + (folder / "bad") + " " + (folder / "out"));
+  std::printf("%s", repaired.output.c_str());
+  EXPECT_EQ(repaired.exit_code, 0);
+
+  const auto good = read_events(path), mended = read_events(folder / "out");
+  std::map<int64_t, const files::LogEvent*> by_number;
+  for (const auto& event : good) by_number[event.number] = &event;
+  int same_head = 0, same = 0;
+  for (const auto& event : mended) {
+    const auto found = by_number.find(event.number);
+    if (found == by_number.end() || found->second->channel != event.channel) continue;
+    // A damaged low byte of a time cannot be seen: it stays within the two seconds that could be.
+    if (std::abs(found->second->event_time.us - event.event_time.us) > 2'000'000) continue;
+    ++same_head;
+    same += found->second->bytes == event.bytes ? 1 : 0;
+  }
+  lcm::LogFile theirs(folder / "bad", "r");
+  int liblcm = 0;
+  while (theirs.readNextEvent() != nullptr) ++liblcm;
+  std::printf(
+      "of %zu events: %zu written, %d with their number, channel and time, %d of these with "
+      "every byte; liblcm reads %d of the damaged log\n",
+      good.size(), mended.size(), same_head, same, liblcm);
+  // 200 bytes touch at most 200 events; of these, what lies in headers must be mended.
+  EXPECT_GE(same, static_cast<int>(good.size()) - 200);
+  EXPECT_GE(same_head, static_cast<int>(good.size()) - 3);
+  EXPECT_LT(liblcm, same_head);
+}
+
+TEST(Mcap, IsReadByTheFormatsOwnLibrary) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 9000);
+  const std::string check =
+      "node " + std::filesystem::absolute("tests/process/log/mcap_check.cjs").string() + " ";
+  if (run("node --version").exit_code != 0 || run(check + "/dev/null").exit_code == 77) {
+    std::puts("SKIPPED: no node, or no @mcap/core where NODE_PATH says");
+    return;
+  }
+  ASSERT_EQ(run_log("export " + (folder / "log") + " " + (folder / "out.mcap")).exit_code, 0);
+  const Outcome outcome = run(check + (folder / "out.mcap"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("\"TRUE_POSE\":4500"));
+  EXPECT_THAT(outcome.output, HasSubstr("\"OTHER/PoseInFrame\":4500"));
+  EXPECT_THAT(outcome.output, HasSubstr("\"streamed\":18000,\"whole\":true"));
+  EXPECT_THAT(outcome.output, HasSubstr("foxglove.PoseInFrame"));
+}
+
+}  // namespace
+}  // namespace marco::logs

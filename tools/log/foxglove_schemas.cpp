@@ -1,0 +1,65 @@
+#include "tools/log/foxglove.hpp"
+
+// Field names and meanings as Foxglove publishes them; said here in the fewest words.
+namespace marco::logs {
+namespace {
+
+const std::string kTimestamp =
+    R"("timestamp":{"type":"object","title":"time","properties":{"sec":{"type":"integer","minimum":0},)"
+    R"("nsec":{"type":"integer","minimum":0,"maximum":999999999}}})";
+const std::string kFrame = R"("frame_id":{"type":"string"})";
+const std::string kBytes = R"({"type":"string","contentEncoding":"base64"})";
+
+std::string numbers(const std::string& title, const std::string& names) {
+  std::string json = R"({"type":"object","title":")" + title + R"(","properties":{)";
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    json += (i > 0 ? ",\"" : "\"") + std::string(1, names[i]) + R"(":{"type":"number"})";
+  }
+  return json + "}}";
+}
+
+std::string pose() {
+  return R"({"type":"object","title":"foxglove.Pose","properties":{"position":)" +
+         numbers("foxglove.Vector3", "xyz") + R"(,"orientation":)" +
+         numbers("foxglove.Quaternion", "xyzw") + "}}";
+}
+
+std::string object(const std::string& title, const std::string& properties) {
+  return R"({"title":")" + title + R"(","type":"object","properties":{)" + properties + "}}";
+}
+
+}  // namespace
+
+std::string foxglove_schema(const std::string& name) {
+  const std::string integer = R"({"type":"integer","minimum":0})";
+  const std::string number_list = R"({"type":"array","items":{"type":"number"}})";
+  const std::string text = R"({"type":"string"})";
+  std::string fields = kTimestamp + "," + kFrame;
+  if (name == "foxglove.LaserScan") {
+    fields += R"(,"pose":)" + pose() +
+              R"(,"start_angle":{"type":"number"},"end_angle":{"type":"number"},"ranges":)" +
+              number_list + R"(,"intensities":)" + number_list;
+  } else if (name == "foxglove.Grid") {
+    fields += R"(,"pose":)" + pose() + R"(,"column_count":)" + integer + R"(,"cell_size":)" +
+              numbers("foxglove.Vector2", "xy") + R"(,"row_stride":)" + integer +
+              R"(,"cell_stride":)" + integer +
+              R"(,"fields":{"type":"array","items":{"type":"object",)"
+              R"("title":"foxglove.PackedElementField","properties":{"name":)" +
+              text + R"(,"offset":)" + integer + R"(,"type":)" + integer + R"(}}},"data":)" +
+              kBytes;
+  } else if (name == "foxglove.PoseInFrame") {
+    fields += R"(,"pose":)" + pose();
+  } else if (name == "foxglove.FrameTransform") {
+    fields = kTimestamp + R"(,"parent_frame_id":)" + text + R"(,"child_frame_id":)" + text +
+             R"(,"translation":)" + numbers("foxglove.Vector3", "xyz") + R"(,"rotation":)" +
+             numbers("foxglove.Quaternion", "xyzw");
+  } else if (name == "foxglove.CompressedImage") {
+    fields += R"(,"data":)" + kBytes + R"(,"format":)" + text;
+  } else if (name == "foxglove.RawImage") {
+    fields += R"(,"width":)" + integer + R"(,"height":)" + integer + R"(,"encoding":)" + text +
+              R"(,"step":)" + integer + R"(,"data":)" + kBytes;
+  }
+  return object(name, fields);
+}
+
+}  // namespace marco::logs

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "common/process/progress.hpp"
+#include "tools/log/select.hpp"
+
+namespace marco::logs {
+
+/// A progress line that shows itself only when the work takes longer than a second.
+class LateProgress {
+ public:
+  explicit LateProgress(std::string what) : what_(std::move(what)) {}
+
+  /// Holds as long as this object.
+  OnProgress callback() {
+    return [this](double part) {
+      if (!shown_ && std::chrono::steady_clock::now() - start_ < std::chrono::seconds(1)) return;
+      if (!shown_) shown_.emplace(what_);
+      shown_->update(std::clamp(part, 0.0, 1.0));
+    };
+  }
+
+ private:
+  std::string what_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::optional<process::Progress> shown_;
+};
+
+}  // namespace marco::logs

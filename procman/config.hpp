@@ -13,7 +13,8 @@
 ///     cmd     := "cmd" STRING "{" { KEY "=" value ";" } "}"
 ///     group   := "group" STRING "{" { cmd | group } "}"
 ///     script  := "script" STRING "{" { action } "}"
-///     action  := ("start"|"stop"|"restart") target [ "wait" ( STATUS | (+) publishing ) [timeout] ] ";"
+///     action  := ("start"|"stop"|"restart") target [ "wait" ( STATUS | (+) publishing ) [timeout]
+///     ] ";"
 ///              | "wait" "ms" INT ";"
 ///              | "wait" ("cmd"|"group") STRING ( "status" STATUS | (+) publishing ) [timeout] ";"
 ///              | "run_script" STRING ";"
@@ -83,8 +84,8 @@ enum class WaitFor { running, stopped, publishing };
 
 struct WaitCondition {
   WaitFor what = WaitFor::running;
-  std::string channel;            ///< of `publishing`: a message on it since the action began
-  std::optional<int> timeout_ms;  ///< none = for ever
+  std::string channel;                  ///< of `publishing`: a message on it since the action began
+  std::optional<int> timeout_ms;        ///< none = for ever
   bool continue_after_timeout = false;  ///< else the script is aborted
 
   bool operator==(const WaitCondition&) const = default;

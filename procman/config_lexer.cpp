@@ -95,9 +95,9 @@ Token ConfigLexer::next() {
     token.text = take();
     return token;
   }
-  throw ConfigError(place_,
-                    "expected a name, an integer, a string in double quotes or one of = ; { }, got '" +
-                        std::string(1, first) + "'");
+  throw ConfigError(
+      place_, "expected a name, an integer, a string in double quotes or one of = ; { }, got '" +
+                  std::string(1, first) + "'");
 }
 
 }  // namespace marco::procman

@@ -103,8 +103,9 @@ class Parser {
     while (!sees_symbol("}")) parse_attribute(command, stated_group);
     if (command.exec.empty()) fail("an attribute 'exec' that is not empty in this command");
     if (!stated_group.empty() && stated_group != path) {
-      throw ConfigError(place, "expected the attribute 'group' to name the group the command stands in ('" +
-                                   path + "'), got '" + stated_group + "'");
+      throw ConfigError(
+          place, "expected the attribute 'group' to name the group the command stands in ('" +
+                     path + "'), got '" + stated_group + "'");
     }
     take_symbol("}");
     group.commands.push_back(std::move(command));
@@ -137,10 +138,11 @@ class Parser {
     } else if (key.text == "working_directory") {
       command.working_directory = take_string("a folder");
     } else {
-      throw ConfigError(key.place,
-                        "expected exec, deputy, host, auto_respawn, stop_signal, stop_time_allowed, "
-                        "group, environment or working_directory, got '" +
-                            key.text + "'");
+      throw ConfigError(
+          key.place,
+          "expected exec, deputy, host, auto_respawn, stop_signal, stop_time_allowed, "
+          "group, environment or working_directory, got '" +
+              key.text + "'");
     }
     take_symbol(";");
   }

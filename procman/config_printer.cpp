@@ -101,7 +101,8 @@ std::string action_text(const ScriptAction& action) {
 
 std::string print_config(const Config& config) {
   std::string out;
-  for (const Include& include : config.includes) out += "include " + in_quotes(include.path) + ";\n";
+  for (const Include& include : config.includes)
+    out += "include " + in_quotes(include.path) + ";\n";
   print_members(config.root, "", out);
   for (const ScriptConfig& script : config.scripts) {
     out += "script " + in_quotes(script.name) + " {\n";

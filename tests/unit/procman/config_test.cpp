@@ -137,13 +137,12 @@ script "t" { run_script "u"; }
 script "u" { run_script "s"; }
 )",
                                      "f");
-  EXPECT_THAT(find_mistakes(config),
-              ElementsAre(HasSubstr("f:2:1: expected an id"), HasSubstr("f:3:1: expected an attribute"),
-                          HasSubstr("f:4:13: expected another id"),
-                          HasSubstr("f:5:14: expected a command"),
-                          HasSubstr("f:5:29: expected a group"),
-                          HasSubstr("f:5:47: expected a script of"), HasSubstr("runs itself"),
-                          HasSubstr("runs itself"), HasSubstr("runs itself")));
+  EXPECT_THAT(
+      find_mistakes(config),
+      ElementsAre(HasSubstr("f:2:1: expected an id"), HasSubstr("f:3:1: expected an attribute"),
+                  HasSubstr("f:4:13: expected another id"), HasSubstr("f:5:14: expected a command"),
+                  HasSubstr("f:5:29: expected a group"), HasSubstr("f:5:47: expected a script of"),
+                  HasSubstr("runs itself"), HasSubstr("runs itself"), HasSubstr("runs itself")));
 }
 
 TEST(Config, AGroupMeansItsSubgroupsAndSlashesDoNotMatter) {
@@ -155,8 +154,9 @@ TEST(Config, AGroupMeansItsSubgroupsAndSlashesDoNotMatter) {
 
 TEST(Config, IncludesAreRelativeToTheirFileAndMayNotGoRound) {
   std::map<std::string, std::string> files = {
-      {"robots/a.procman", "include \"../common/b.procman\";\n"
-                           "group \"g\" { cmd \"one\" { exec = \"1\"; deputy = \"d\"; } }"},
+      {"robots/a.procman",
+       "include \"../common/b.procman\";\n"
+       "group \"g\" { cmd \"one\" { exec = \"1\"; deputy = \"d\"; } }"},
       {"common/b.procman", "group \"g\" { cmd \"two\" { exec = \"2\"; deputy = \"d\"; } }"}};
   const FileReader read = [&](const std::string& path) {
     if (!files.contains(path)) throw std::runtime_error("cannot read " + path);

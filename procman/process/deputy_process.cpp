@@ -227,7 +227,7 @@ void DeputyProcess::on_keeper_message(const std::string& id,
 void DeputyProcess::on_keeper_lost(const std::string& id, const Run& run) {
   ended_.insert(id);
   if (run.last.pid > 0) {
-    for (const pid_t pid : descendants_of(run.last.pid, read_processes())) kill(pid, SIGKILL);
+    for (const pid_t pid : descendants_of(run.last.pid)) kill(pid, SIGKILL);
     kill(run.last.pid, SIGKILL);
   }
   pump_.tell(id, "its keeper is gone; the command was killed");

@@ -44,9 +44,6 @@ std::optional<std::string> environment_variable(const std::string& name) {
 /// In the child, after fork: never returns.
 [[noreturn]] void become_command(const std::string& exec, int terminal) {
   setpgid(0, 0);
-  sigset_t none;
-  sigemptyset(&none);
-  sigprocmask(SIG_SETMASK, &none, nullptr);
   for (const int number : {SIGINT, SIGHUP, SIGQUIT, SIGPIPE, SIGTTOU, SIGTTIN, SIGTERM}) {
     std::signal(number, SIG_DFL);
   }
@@ -63,6 +60,9 @@ std::optional<std::string> environment_variable(const std::string& name) {
     arguments.push_back(const_cast<char*>(argument.c_str()));
   }
   arguments.push_back(nullptr);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
   execvp(arguments[0], arguments.data());
   dprintf(STDERR_FILENO, "cannot run %s: %s\n", arguments[0], std::strerror(errno));
   _exit(kExecFailed);
@@ -142,9 +142,15 @@ void Keeper::open_terminal() {
 }
 
 void Keeper::start_command() {
+  // A stop that comes before the exec must not meet the keeper's own, ignoring, dispositions.
+  sigset_t all;
+  sigset_t mine;
+  sigfillset(&all);
+  sigprocmask(SIG_SETMASK, &all, &mine);
   main_ = fork();
   if (main_ < 0) throw_errno("fork");
   if (main_ == 0) become_command(state_.spec.exec, slave_.get());
+  sigprocmask(SIG_SETMASK, &mine, nullptr);
   setpgid(main_, main_);
   tcsetpgrp(slave_.get(), main_);
   state_.pid = main_;
@@ -235,7 +241,10 @@ void Keeper::begin_stop(int signal, double allowed_s) {
 }
 
 void Keeper::signal_tree(int signal) const {
-  for (const pid_t pid : descendants_of(getpid(), read_processes())) kill(pid, signal);
+  if (main_ > 0) kill(main_, signal);  // before the search for the others
+  for (const pid_t pid : descendants_of(getpid())) {
+    if (pid != main_) kill(pid, signal);
+  }
 }
 
 bool Keeper::read_output() {

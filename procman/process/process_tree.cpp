@@ -63,6 +63,29 @@ std::vector<pid_t> descendants_of(pid_t ancestor, const std::map<pid_t, ProcessS
   return found;
 }
 
+// The children of each thread are listed by kernels with CONFIG_PROC_CHILDREN: some files instead
+// of one of every process of the machine, which take longer than a SIGKILL should be late.
+std::vector<pid_t> descendants_of(pid_t ancestor) {
+  std::vector<pid_t> found = {ancestor};
+  for (std::size_t at = 0; at < found.size(); ++at) {
+    const std::string folder = "/proc/" + std::to_string(found[at]) + "/task";
+    DIR* threads = opendir(folder.c_str());
+    if (threads == nullptr) continue;  // it has ended meanwhile
+    while (const dirent* thread = readdir(threads)) {
+      if (thread->d_name[0] == '.') continue;
+      std::ifstream children(folder + "/" + thread->d_name + "/children");
+      if (!children && found[at] == ancestor) {
+        closedir(threads);
+        return descendants_of(ancestor, read_processes());
+      }
+      for (pid_t child = 0; children >> child;) found.push_back(child);
+    }
+    closedir(threads);
+  }
+  found.erase(found.begin());
+  return found;
+}
+
 MachineLoad LoadMeter::measure_machine() {
   MachineLoad load;
   std::ifstream memory("/proc/meminfo");

@@ -25,6 +25,9 @@ std::map<pid_t, ProcessStat> read_processes();
 /// The descendants of `ancestor`, without itself, parents before children.
 std::vector<pid_t> descendants_of(pid_t ancestor, const std::map<pid_t, ProcessStat>& processes);
 
+/// As above, of now; reads no more of /proc than it must.
+std::vector<pid_t> descendants_of(pid_t ancestor);
+
 /// Measures loads as changes between calls, which should be about a second apart.
 class LoadMeter {
  public:

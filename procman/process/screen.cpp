@@ -258,7 +258,8 @@ void Screen::draw() {
     return row.target == chosen_target_;
   });
   if (chosen != rows_.end()) chosen_ = static_cast<int>(chosen - rows_.begin());
-  move(0);
+  chosen_ = std::clamp(chosen_, 0, std::max(static_cast<int>(rows_.size()) - 1, 0));
+  if (!rows_.empty()) chosen_target_ = rows_[static_cast<std::size_t>(chosen_)].target;
   erase();
   const int body = std::max(LINES - 4, 2);
   table_height_ = std::clamp(static_cast<int>(rows_.size()), 1, std::max(body / 2, 1));
@@ -292,9 +293,9 @@ void Screen::draw_table(int top, int height) {
   const int id_width = std::clamp(COLS / 4, 12, 32);
   attron(A_BOLD);
   put(top, 0, "Id", id_width);
-  put(top, id_width, "Deputy", 13);
-  put(top, id_width + 13, "Status", 16);
-  put(top, id_width + 29, "CPU %    Mem kB  Command", COLS - id_width - 29);
+  put(top, id_width, " Deputy", 13);
+  put(top, id_width + 13, " Status", 16);
+  put(top, id_width + 29, " CPU %    Mem kB  Command", COLS - id_width - 29);
   attroff(A_BOLD);
   if (chosen_ < first_row_) first_row_ = chosen_;
   if (chosen_ >= first_row_ + height) first_row_ = chosen_ - height + 1;
@@ -311,13 +312,13 @@ void Screen::draw_table(int top, int height) {
     put(y, id_width, " " + row.deputy, 13);
     attroff(chosen);
     attron(COLOR_PAIR(static_cast<int>(row.colour)));
-    put(y, id_width + 13, " " + row.status, 15);
+    put(y, id_width + 13, " " + row.status, 16);
     attroff(COLOR_PAIR(static_cast<int>(row.colour)));
-    put(y, id_width + 28,
+    put(y, id_width + 29,
         format(" %5.1f %9lld  ", row.cpu_usage * 100.0,
                static_cast<long long>(row.rss_bytes / 1024)) +
             row.exec,
-        COLS - id_width - 28);
+        COLS - id_width - 29);
   }
 }
 

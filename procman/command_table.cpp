@@ -5,6 +5,8 @@
 namespace marco::procman {
 namespace {
 
+constexpr int64_t kSilentUs = 5'000'000;
+
 struct Node {
   std::map<std::string, Node> groups;
   std::vector<const SheriffCommand*> commands;
@@ -28,7 +30,7 @@ Node build_tree(const SheriffState& sheriff) {
   return root;
 }
 
-TableRow command_row(const SheriffCommand& command, int depth) {
+TableRow command_row(const SheriffCommand& command, int depth, bool silent) {
   TableRow row;
   row.depth = depth;
   row.name = row.target = command.spec.id;
@@ -36,6 +38,10 @@ TableRow command_row(const SheriffCommand& command, int depth) {
   row.status = status_text(command.status());
   row.colour = colour_of(command.status());
   row.exec = command.spec.exec;
+  if (silent && command.reported) {
+    row.status += "?";
+    row.colour = StatusColour::grey;
+  }
   if (command.reported && command.reported->pid != 0) {
     row.cpu_usage = command.reported->cpu_usage;
     row.rss_bytes = command.reported->mem_rss_bytes;
@@ -45,12 +51,13 @@ TableRow command_row(const SheriffCommand& command, int depth) {
 
 class TableBuilder {
  public:
-  explicit TableBuilder(const std::set<std::string>& folded) : folded_(folded) {}
+  TableBuilder(const SheriffState& sheriff, const std::set<std::string>& folded, int64_t now_us)
+      : sheriff_(sheriff), folded_(folded), now_us_(now_us) {}
 
   /// Appends the members' rows; `sum`, the row of the group itself, gets what they have in common.
   void add_members(const Node& node, int depth, TableRow& sum) {
     for (const SheriffCommand* command : node.commands) {
-      rows.push_back(command_row(*command, depth));
+      rows.push_back(command_row(*command, depth, is_silent(command->deputy)));
       join(sum, rows.back());
     }
     for (const auto& [name, inner] : node.groups) {
@@ -72,6 +79,11 @@ class TableBuilder {
   std::vector<TableRow> rows;
 
  private:
+  bool is_silent(const std::string& deputy) const {
+    const auto at = sheriff_.deputies().find(deputy);
+    return at != sheriff_.deputies().end() && now_us_ - at->second.heard_us > kSilentUs;
+  }
+
   static void join(TableRow& sum, const TableRow& member) {
     if (sum.status.empty()) {
       sum.status = member.status;
@@ -89,7 +101,9 @@ class TableBuilder {
     sum.rss_bytes += member.rss_bytes;
   }
 
+  const SheriffState& sheriff_;
   const std::set<std::string>& folded_;
+  int64_t now_us_;
 };
 
 }  // namespace
@@ -113,8 +127,10 @@ StatusColour colour_of(Status status) {
   return StatusColour::none;
 }
 
-std::vector<TableRow> table_rows(const SheriffState& sheriff, const std::set<std::string>& folded) {
-  TableBuilder builder(folded);
+std::vector<TableRow> table_rows(const SheriffState& sheriff,
+                                 const std::set<std::string>& folded,
+                                 int64_t now_us) {
+  TableBuilder builder(sheriff, folded, now_us);
   TableRow all;
   builder.add_members(build_tree(sheriff), 0, all);
   return builder.rows;

@@ -30,6 +30,9 @@ struct TableRow {
 
 /// The table from top to bottom: commands without group, then the groups with theirs.
 /// @param folded paths of the groups to be shown as one line.
-std::vector<TableRow> table_rows(const SheriffState& sheriff, const std::set<std::string>& folded);
+/// @param now_us monotonic: what a deputy silent for 5 s said last is shown grey, with a '?'.
+std::vector<TableRow> table_rows(const SheriffState& sheriff,
+                                 const std::set<std::string>& folded,
+                                 int64_t now_us);
 
 }  // namespace marco::procman

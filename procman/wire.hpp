@@ -9,7 +9,7 @@ namespace marco::procman {
 
 struct CommandSpec {
   std::string id;
-  std::string exec;   ///< with environment and working directory, see CommandConfig::wire_exec
+  std::string exec;     ///< with environment and working directory, see CommandConfig::wire_exec
   std::string group{};  ///< "a/b"
   bool auto_respawn = false;
   int stop_signal = 2;

@@ -25,9 +25,18 @@ namespace {
 
 constexpr int64_t kInfoPeriodUs = 1'000'000;
 constexpr int64_t kLastOutputUs = 2'000'000;
+constexpr int kMessagesAStep = 200;  // a flood must not keep keepers waiting
 constexpr int kSpawnFailedExit = 255 << 8;
 constexpr int kLostKeeperExit = SIGKILL;
 constexpr std::size_t kMaxFileName = 200;
+
+// Whoever owns it could make this deputy believe in commands that are none.
+void refuse_foreign_folder(const std::string& folder) {
+  struct stat owner = {};
+  if (stat(folder.c_str(), &owner) != 0 || (owner.st_uid != getuid() && owner.st_uid != 0)) {
+    throw std::runtime_error("the runtime folder " + folder + " is somebody else's");
+  }
+}
 
 }  // namespace
 
@@ -123,10 +132,8 @@ void DeputyProcess::lock_runtime_folder() {
   std::filesystem::create_directories(folder);
   std::filesystem::create_directories(options_.output_folder);
   chmod(folder.c_str(), 0700);
-  struct stat owner = {};
-  if (stat(folder.c_str(), &owner) != 0 || owner.st_uid != getuid()) {
-    throw std::runtime_error("the runtime folder " + folder + " is somebody else's");
-  }
+  refuse_foreign_folder(folder);
+  refuse_foreign_folder(std::filesystem::path(folder).parent_path());
   lock_.reset(open((folder + "/lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   if (!lock_.is_open()) throw_errno("cannot open " + folder + "/lock");
   if (flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
@@ -153,6 +160,12 @@ void DeputyProcess::adopt_keepers() {
     pump_.open_run(id, state.output_file, state.output_shown);
     spdlog::info("found '{}' again, pid {}", id, state.pid);
     Run& run = runs_.insert_or_assign(id, Run{std::move(*link), state, true}).first->second;
+    if (state.pid == 0) {  // it ended while there was no deputy
+      KeeperMessage ended = state;
+      ended.kind = "ended";
+      on_keeper_message(id, run, ended);
+      continue;
+    }
     for (const KeeperMessage& message : messages) on_keeper_message(id, run, message);
   }
   for (const std::string& id : std::exchange(ended_, {})) runs_.erase(id);
@@ -181,7 +194,7 @@ void DeputyProcess::step() {
     leaving_ = true;
     state_.shut_down();
   }
-  while (bus_.handle_once(0)) {
+  for (int n = 0; n < kMessagesAStep && bus_.handle_once(0); ++n) {
   }
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (sources[i + 2].revents == 0) continue;
@@ -230,7 +243,8 @@ void DeputyProcess::on_keeper_lost(const std::string& id, const Run& run) {
     for (const pid_t pid : descendants_of(run.last.pid)) kill(pid, SIGKILL);
     kill(run.last.pid, SIGKILL);
   }
-  pump_.tell(id, "its keeper is gone; the command was killed");
+  tell({id, run.known ? "its keeper is gone; the command was killed"
+                      : "could not be started: the deputy's own messages say why"});
   state_.on_ended(id, run.known ? kLostKeeperExit : kSpawnFailedExit, monotonic_us());
 }
 

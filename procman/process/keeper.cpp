@@ -90,13 +90,15 @@ Keeper::~Keeper() {
   if (listener_.is_open()) unlink(socket_path_.c_str());
 }
 
-int Keeper::run() {
+void Keeper::start() {
   await_run_message();
   listen_for_deputies();
   open_terminal();
   start_command();
+}
+
+void Keeper::serve() {
   while (!released_) step();
-  return 0;
 }
 
 void Keeper::await_run_message() {
@@ -184,9 +186,10 @@ void Keeper::step() {
 void Keeper::on_signals() {
   signalfd_siginfo info = {};
   while (read(signals_.get(), &info, sizeof info) == sizeof info) {
-    if (info.ssi_signo == SIGTERM) {
-      begin_stop(state_.spec.stop_signal, state_.spec.stop_time_allowed_s);
-    }
+    if (info.ssi_signo != SIGTERM) continue;
+    begin_stop(state_.spec.stop_signal, state_.spec.stop_time_allowed_s);
+    leave_when_finished_ = true;  // the system goes down
+    if (finished_) leave_us_ = monotonic_us();
   }
   int raw_status = 0;
   for (pid_t gone = 0; (gone = waitpid(-1, &raw_status, WNOHANG)) > 0;) {
@@ -215,7 +218,7 @@ void Keeper::finish_if_tree_gone() {
   tell_growth_us_.reset();
   state_.pid = 0;
   owes_ended_ = !send("ended");
-  leave_us_ = monotonic_us() + kLeaveUs;
+  leave_us_ = monotonic_us() + (leave_when_finished_ ? 0 : kLeaveUs);
 }
 
 void Keeper::on_timers() {

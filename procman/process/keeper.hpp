@@ -24,8 +24,11 @@ class Keeper {
   Keeper(Descriptor deputy, std::string socket_path);
   ~Keeper();
 
-  /// @returns the exit code of the process.
-  int run();
+  /// Waits for the deputy's "run" and does it. @throws std::runtime_error when that cannot be done.
+  void start();
+
+  /// Until a deputy knows how the command ended.
+  void serve();
 
  private:
   void await_run_message();
@@ -59,6 +62,7 @@ class Keeper {
   bool stop_begun_ = false;
   bool finished_ = false;
   bool released_ = false;
+  bool leave_when_finished_ = false;
   bool owes_state_ = false;
   bool owes_ended_ = false;
   std::optional<int64_t> kill_us_;

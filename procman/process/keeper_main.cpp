@@ -21,9 +21,11 @@ int main(int argc, char** argv) {
     Descriptor deputy(3);
     for (const int standard : {STDIN_FILENO, STDOUT_FILENO}) dup2(nothing.get(), standard);
     marco::procman::Keeper keeper(std::move(deputy), argv[2]);
+    keeper.start();
     // A pipe at the deputy's stderr must end with the deputy.
     dup2(nothing.get(), STDERR_FILENO);
-    return keeper.run();
+    keeper.serve();
+    return 0;
   } catch (const std::exception& failure) {
     std::fprintf(stderr, "marco-procman-keeper %s: %s\n", argv[1], failure.what());
     return 1;

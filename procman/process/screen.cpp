@@ -252,7 +252,7 @@ void Screen::scroll(int pages) {
 
 void Screen::draw() {
   drawn_us_ = monotonic_us();
-  rows_ = table_rows(sheriff_.state(), folded_);
+  rows_ = table_rows(sheriff_.state(), folded_, drawn_us_);
   // The choice stays on its command when rows come and go.
   const auto chosen = std::find_if(rows_.begin(), rows_.end(), [&](const TableRow& row) {
     return row.target == chosen_target_;

@@ -13,10 +13,12 @@ if [ "${3:-}" != inside ]; then
   fi
   exec unshare -rn "$0" "$bin" "$root" inside
 fi
-if ! command -v lcm-logplayer nsenter >/dev/null; then
-  echo 'SKIPPED: lcm-logplayer or nsenter is not installed'
-  exit 0
-fi
+for program in lcm-logplayer nsenter pgrep; do
+  if ! command -v $program >/dev/null; then
+    echo "SKIPPED: $program is not installed"
+    exit 0
+  fi
+done
 
 folder=$(mktemp -d)
 export XDG_RUNTIME_DIR=$folder/run XDG_STATE_HOME=$folder/state
@@ -77,7 +79,8 @@ TEXT
 
 "$bin/marco-procman-deputy" -i base --script "$folder/robot.procman" -l "$folder/base.log" &
 started+=($!)
-on_b "$bin/marco-procman-deputy" -i mapper --script "$folder/robot.procman" -l "$folder/mapper.log" &
+nsenter --net="/proc/$host_b/ns/net" "$bin/marco-procman-deputy" -i mapper --script "$folder/robot.procman" \
+  -l "$folder/mapper.log" &
 started+=($!)
 sleep 1
 
@@ -90,9 +93,10 @@ for _ in $(seq 300); do
   sleep 0.1
 done
 echo 'drivers on one host, SLAM on the other'
-pid_of() { ps -eo pid=,args= | awk -v what="$1" '$2 ~ what && !/keeper|awk/ {print $1; exit}'; }
-player=$(pid_of 'lcm-logplayer$')
-slam=$(pid_of 'marco-slam$')
+# Of our own: a keeper's socket lies in our folder, and the command is its only child.
+pid_of() { pgrep -P "$(pgrep -f "marco-procman-keeper $1 $folder")"; }
+player=$(pid_of player)
+slam=$(pid_of slam)
 [ -n "$player" ] && [ -n "$slam" ] || fail 'player or SLAM is not there'
 
 ip link set cable_a down

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "procman/output_log.hpp"
+#include "procman/process/deputy_process.hpp"
 #include "procman/process/keeper_message.hpp"
 #include "procman/process/output_pump.hpp"
 #include "procman/utf8.hpp"
@@ -66,6 +67,15 @@ TEST(KeeperMessage, ComesBackWhateverItsTexts) {
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     EXPECT_EQ(decode_keeper_message(bytes.substr(0, size)), std::nullopt);
   }
+}
+
+TEST(FileName, NoCommandLeavesTheFolderOrSharesAFile) {
+  EXPECT_EQ(file_name_of("lidar-2_a.b"), "lidar-2_a.b");
+  EXPECT_EQ(file_name_of("../etc"), "%2E.%2Fetc");
+  EXPECT_EQ(file_name_of("a b"), "a%20b");
+  const std::string long_name(300, 'x');
+  EXPECT_LT(file_name_of(long_name).size(), 230U);
+  EXPECT_NE(file_name_of(long_name + "1"), file_name_of(long_name + "2"));
 }
 
 TEST(OutputLog, JoinsPiecesToLines) {

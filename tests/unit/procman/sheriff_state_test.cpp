@@ -277,7 +277,7 @@ TEST(CommandTable, ShowsGroupsWithWhatTheirMembersHaveInCommon) {
   World world;
   world.sheriff.start("lidar");
   world.exchange();
-  const std::vector<TableRow> rows = table_rows(world.sheriff, {});
+  const std::vector<TableRow> rows = table_rows(world.sheriff, {}, world.now_us);
   ASSERT_THAT(rows, SizeIs(5));
   EXPECT_EQ(rows[0].name, "logger");
   EXPECT_EQ(rows[1].target, "drivers");
@@ -289,9 +289,12 @@ TEST(CommandTable, ShowsGroupsWithWhatTheirMembersHaveInCommon) {
   EXPECT_EQ(rows[3].target, "drivers/cameras");
   EXPECT_EQ(rows[3].depth, 1);
   EXPECT_EQ(rows[3].status, "Stopped (OK)");
-  const std::vector<TableRow> folded = table_rows(world.sheriff, {"drivers"});
+  const std::vector<TableRow> folded = table_rows(world.sheriff, {"drivers"}, world.now_us);
   ASSERT_THAT(folded, SizeIs(2));
   EXPECT_EQ(folded[1].status, "Mixed") << "a folded group still tells of its members";
+  const std::vector<TableRow> old = table_rows(world.sheriff, {}, world.now_us + 6 * kSecond);
+  EXPECT_EQ(old[2].status, "Running?") << "nobody knows whether it still does";
+  EXPECT_EQ(old[2].colour, StatusColour::grey);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ struct DeputyProcessOptions {
   std::string keeper_program;  ///< path of marco-procman-keeper
   std::string runtime_folder;  ///< of this deputy: sockets of keepers, a lock
   std::string output_folder;   ///< COMMAND.log per command
-  double output_bytes_per_s = 3e6;
+  double output_bytes_per_s = 2e6;
   int64_t max_file_bytes = int64_t{1} << 30;  ///< a longer file is set aside at the next start
 };
 

@@ -3,6 +3,12 @@
 #include <utility>
 
 namespace marco::procman {
+namespace {
+
+// Binary output has no lines.
+constexpr std::size_t kMaxLineBytes = std::size_t{64} * 1024;
+
+}  // namespace
 
 void OutputLog::on_span(const std::string& deputy,
                         int64_t utime_us,
@@ -55,6 +61,7 @@ void OutputLog::append(const std::string& id,
     if (lines.size() > max_lines_) lines.pop_front();
   }
   lines.back().append(text, begin);
+  if (lines.back().size() > kMaxLineBytes) lines.emplace_back();
 }
 
 const std::deque<std::string>& OutputLog::lines(const std::string& id) const {

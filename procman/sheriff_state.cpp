@@ -112,6 +112,12 @@ std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
     const bool first = !command.reported;
     command.reported = status;
     if (first && !adopted) settle_first_report(command);
+    if (status.actual_runid > command.desired_runid) {
+      // Another sheriff has started it: two that insist on their own run ids would restart it in
+      // turns.
+      command.desired_runid = status.actual_runid;
+      command.force_quit = status.pid == 0;
+    }
     if (status.pid == 0 && status.actual_runid == command.desired_runid &&
         !command.spec.auto_respawn && !command.force_quit) {
       command.force_quit = true;  // or a restarted deputy would run it again

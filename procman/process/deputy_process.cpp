@@ -15,6 +15,7 @@
 #include <random>
 #include <utility>
 
+#include "procman/process/message_check.hpp"
 #include "procman/process/messages.hpp"
 #include "procman_lcm/discovery_t.hpp"
 #include "procman_lcm/output_span_t.hpp"
@@ -73,13 +74,13 @@ DeputyProcess::DeputyProcess(DeputyProcessOptions options)
                                                if (!serving_ && message.deputy_id == id)
                                                  rival_exit_ = 2;
                                              });
-  bus_.subscribe<procman_lcm::discovery_t>(
-      channels::kDiscover, drops_, [this, id](const auto& message, const auto&) {
+  subscribe_checked<procman_lcm::discovery_t>(
+      bus_, channels::kDiscover, layouts::kDiscover, drops_, [this, id](const auto& message) {
         info_wanted_ = true;
         if (!serving_ && message.transmitter_id == id && message.nonce != nonce_) rival_exit_ = 1;
       });
-  bus_.subscribe<procman_lcm::orders_t>(
-      channels::kOrders, drops_, [this](const auto& message, const auto&) {
+  subscribe_checked<procman_lcm::orders_t>(
+      bus_, channels::kOrders, layouts::kOrders, drops_, [this](const auto& message) {
         if (!serving_ || leaving_) return;
         state_.on_orders(from_message(message), wall_clock_us(), monotonic_us());
         do_actions();

@@ -7,12 +7,15 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <stdexcept>
 
 namespace marco::procman {
 
 KeeperLink KeeperLink::spawn(const std::string& program,
                              const std::string& socket_path,
                              const KeeperMessage& run) {
+  if (encode(run).size() > kMaxKeeperMessage)
+    throw std::runtime_error("the exec string is too long");
   int ends[2] = {-1, -1};
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) throw_errno("socketpair");
   KeeperLink link{Descriptor(ends[0])};

@@ -43,6 +43,6 @@ std::string encode(const KeeperMessage& message);
 std::optional<KeeperMessage> decode_keeper_message(std::string_view bytes);
 
 /// No message is longer: sockets and readers count on it.
-inline constexpr std::size_t kMaxKeeperMessage = 128 * 1024;
+inline constexpr std::size_t kMaxKeeperMessage = std::size_t{128} * 1024;
 
 }  // namespace marco::procman

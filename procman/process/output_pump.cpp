@@ -10,11 +10,11 @@ namespace marco::procman {
 namespace {
 
 // One datagram of the network, with room for the replacement of bytes that are not UTF-8.
-constexpr std::size_t kMessageBytes = 32 * 1024;
-constexpr std::size_t kPieceBytes = 16 * 1024;
+constexpr std::size_t kMessageBytes = std::size_t{32} * 1024;
+constexpr std::size_t kPieceBytes = std::size_t{16} * 1024;
 constexpr int64_t kPeriodUs = 10'000;
-constexpr int64_t kMaxBacklogBytes = 256 * 1024 * 1024;
-constexpr int64_t kKeptOfBacklogBytes = 1024 * 1024;
+constexpr int64_t kMaxBacklogBytes = int64_t{256} * 1024 * 1024;
+constexpr int64_t kKeptOfBacklogBytes = int64_t{1024} * 1024;
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "procman/process/message_check.hpp"
 #include "procman/process/messages.hpp"
 #include "procman_lcm/discovery_t.hpp"
 #include "procman_lcm/output_span_t.hpp"
@@ -59,22 +60,22 @@ SheriffProcess::SheriffProcess(const std::string& lcm_url, Config config, bool o
 }
 
 void SheriffProcess::subscribe() {
-  bus_.subscribe<procman_lcm::deputy_info_t>(
-      channels::kInfo, drops_, [this](const auto& message, const auto&) {
+  subscribe_checked<procman_lcm::deputy_info_t>(
+      bus_, channels::kInfo, layouts::kInfo, drops_, [this](const auto& message) {
         for (const std::string& event :
              state_.on_info(from_message(message), wall_clock_us(), monotonic_us())) {
           note(event);
         }
       });
-  bus_.subscribe<procman_lcm::orders_t>(
-      channels::kOrders, drops_, [this](const auto& message, const auto&) {
+  subscribe_checked<procman_lcm::orders_t>(
+      bus_, channels::kOrders, layouts::kOrders, drops_, [this](const auto& message) {
         if (!state_.on_orders(from_message(message)) || state_.observer()) return;
         if (!other_sheriffs_.insert(message.sheriff_id).second) return;
         note("another sheriff gives orders: " + message.sheriff_id);
         other_sheriff_seen_ = true;
       });
-  bus_.subscribe<procman_lcm::output_span_t>(
-      channels::kOutputSpan, drops_, [this](const auto& message, const auto&) {
+  subscribe_checked<procman_lcm::output_span_t>(
+      bus_, channels::kOutputSpan, layouts::kOutputSpan, drops_, [this](const auto& message) {
         std::vector<OutputSpan> spans;
         for (std::size_t i = 0; i < message.command_ids.size(); ++i) {
           spans.push_back({message.command_ids[i], message.first_bytes[i], message.end_bytes[i],
@@ -82,8 +83,8 @@ void SheriffProcess::subscribe() {
         }
         output_.on_span(message.deputy_id, message.utime, std::move(spans));
       });
-  bus_.subscribe<procman_lcm::output_t>(
-      channels::kOutput, drops_, [this](const auto& message, const auto&) {
+  subscribe_checked<procman_lcm::output_t>(
+      bus_, channels::kOutput, layouts::kOutput, drops_, [this](const auto& message) {
         const auto lines =
             output_.on_output(message.deputy_id, message.utime, message.command_ids, message.text);
         for (const auto& [id, line] : lines) {

@@ -8,9 +8,11 @@
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <random>
 
 #include "procman/process/descriptor.hpp"
 #include "procman/utf8.hpp"
+#include "procman_lcm/orders_t.hpp"
 #include "tests/process/procman/procman_bench.hpp"
 
 namespace marco::procman {
@@ -238,6 +240,29 @@ TEST_F(DeputyTest, SigtermEndsAllCommandsThenTheDeputy) {
   EXPECT_EQ(deputy_->wait_s(5.0), 0);
   EXPECT_FALSE(is_alive(pid));
   EXPECT_EQ(file_of("polite"), "bye\n");
+}
+
+TEST_F(DeputyTest, HostileMessagesDoNoHarm) {
+  start_deputy();
+  order({"sleeper", "sleep 1000"}, 1);
+  ASSERT_TRUE(wait_until([&] { return runs("sleeper", 1); }));
+  std::mt19937 random(9);
+  procman_lcm::orders_t orders;
+  orders.deputy_id = orders.sheriff_id = "";
+  orders.ncmds = 0;
+  std::vector<uint8_t> good(static_cast<std::size_t>(orders.getEncodedSize()));
+  orders.encode(good.data(), 0, static_cast<int>(good.size()));
+  for (int round = 0; round < 500; ++round) {
+    std::vector<uint8_t> bad = good;  // mostly wild lengths: of strings, and of the list
+    for (std::size_t i = 16; i < bad.size(); ++i) bad[i] = static_cast<uint8_t>(random());
+    for (const char* channel : {"PM_ORDERS", "PM_INFO", "PM_DISCOVER"}) {
+      bus_->publish_raw(channel, bad, {});
+    }
+  }
+  const std::string long_exec(150000, 'x');
+  order({"long", long_exec}, 1);
+  ASSERT_TRUE(wait_until([&] { return has_ended("long", 1); }));
+  EXPECT_TRUE(runs("sleeper", 1));
 }
 
 TEST_F(DeputyTest, EnvironmentFolderAndMissingProgramsAsDescribed) {

@@ -8,8 +8,13 @@
 #include "procman/output_log.hpp"
 #include "procman/process/deputy_process.hpp"
 #include "procman/process/keeper_message.hpp"
+#include "procman/process/message_check.hpp"
+#include "procman/process/messages.hpp"
 #include "procman/process/output_pump.hpp"
 #include "procman/utf8.hpp"
+#include "procman_lcm/discovery_t.hpp"
+#include "procman_lcm/output_span_t.hpp"
+#include "procman_lcm/output_t.hpp"
 
 namespace marco::procman {
 namespace {
@@ -67,6 +72,58 @@ TEST(KeeperMessage, ComesBackWhateverItsTexts) {
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     EXPECT_EQ(decode_keeper_message(bytes.substr(0, size)), std::nullopt);
   }
+}
+
+template <class Message>
+std::vector<uint8_t> bytes_of(const Message& message) {
+  std::vector<uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+/// Good as it is; with flipped and cut bytes either refused or decoded to the last byte.
+template <class Message>
+void check_hostile(const Message& message, const char* layout) {
+  const std::vector<uint8_t> good = bytes_of(message);
+  ASSERT_TRUE(is_well_formed(good, layout));
+  std::mt19937 random(5);
+  int refused = 0;
+  for (int round = 0; round < 3000; ++round) {
+    std::vector<uint8_t> bad = good;
+    bad[8 + random() % (bad.size() - 8)] ^= static_cast<uint8_t>(1U << random() % 8);
+    if (round % 3 == 0) bad.resize(random() % bad.size());
+    Message decoded;
+    if (!is_well_formed(bad, layout)) {
+      ++refused;
+    } else {
+      EXPECT_EQ(decoded.decode(bad.data(), 0, static_cast<int>(bad.size())),
+                static_cast<int>(bad.size()));
+    }
+  }
+  EXPECT_GT(refused, 1000);
+}
+
+TEST(MessageCheck, HostileLengthsAreRefusedBeforeDecoding) {
+  const CommandSpec spec = {"lidar", "lidar --fast", "drivers", true, 15, 3.0};
+  check_hostile(to_message(Orders{1, "base", "sheriff", {{spec, 1, false}, {spec, 2, true}}}),
+                layouts::kOrders);
+  check_hostile(to_message(DeputyInfo{1, "base", {}, {{spec, 1, 2, 3, 0.5, 4, 5}}}),
+                layouts::kInfo);
+  procman_lcm::output_t output;
+  output.num_commands = 2;
+  output.command_ids = {"a", "b"};
+  output.text = {"one", ""};
+  check_hostile(output, layouts::kOutput);
+  procman_lcm::output_span_t span;
+  span.num_commands = 1;
+  span.command_ids = {"a"};
+  span.first_bytes = {1};
+  span.end_bytes = {2};
+  span.files = {"/f"};
+  check_hostile(span, layouts::kOutputSpan);
+  procman_lcm::discovery_t question;
+  question.transmitter_id = "base";
+  EXPECT_TRUE(is_well_formed(bytes_of(question), layouts::kDiscover));
 }
 
 TEST(FileName, NoCommandLeavesTheFolderOrSharesAFile) {

@@ -151,6 +151,34 @@ TEST(SheriffState, WhatRunsAlreadyIsTakenOver) {
   EXPECT_EQ(second.sheriff.commands().at("lidar").reported->actual_runid, 2);
 }
 
+// Each would restart it to its own run id, for ever.
+TEST(SheriffState, TwoSheriffsDoNotFight) {
+  World world;
+  SheriffState other("sheriff-2");
+  other.load(world.config);
+  const auto both = [&] {
+    for (int second = 0; second < 5; ++second) {
+      world.pass(kSecond);
+      other.on_info({world.now_us, "base", {}, world.deputy.commands()}, world.now_us,
+                    world.now_us);
+      for (const Orders& orders : other.take_due_orders(world.now_us, world.now_us)) {
+        world.deputy.on_orders(orders, world.now_us, world.now_us);
+      }
+      world.exchange();
+    }
+  };
+  both();
+  world.sheriff.start("lidar");
+  both();
+  EXPECT_EQ(world.status("lidar"), Status::running);
+  world.sheriff.restart("lidar");
+  both();
+  EXPECT_EQ(world.sheriff.commands().at("lidar").reported->pid, 12) << "two starts, no more";
+  other.stop("lidar");
+  both();
+  EXPECT_EQ(world.deputy.commands().at(1).pid, 0);
+}
+
 TEST(SheriffState, CommandsOfOthersAreAdopted) {
   World world;
   world.deputy.adopt({"foreign", "x"}, 5, 99, 0);

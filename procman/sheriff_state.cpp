@@ -63,7 +63,7 @@ Status SheriffCommand::status() const {
 
 bool SheriffCommand::settled() const {
   const Status now = status();
-  return intent == Intent::none && now != Status::starting && now != Status::restarting &&
+  return intent_ == Intent::none && now != Status::starting && now != Status::restarting &&
          now != Status::stopping;
 }
 
@@ -149,7 +149,7 @@ void SheriffState::note_missing(const std::string& deputy, const std::set<std::s
 void SheriffState::settle_first_report(SheriffCommand& command) {
   const CommandStatus& status = *command.reported;
   if (command.desired_runid == 0) command.desired_runid = status.actual_runid;
-  apply(command, std::exchange(command.intent, SheriffCommand::Intent::none));
+  apply(command, std::exchange(command.intent_, SheriffCommand::Intent::none));
 }
 
 bool SheriffState::on_orders(const Orders& orders) {
@@ -169,7 +169,7 @@ void SheriffState::apply(SheriffCommand& command, SheriffCommand::Intent intent)
   using Intent = SheriffCommand::Intent;
   if (intent == Intent::none) return;
   if (!command.reported) {
-    command.intent = intent;
+    command.intent_ = intent;
     return;
   }
   const bool runs =

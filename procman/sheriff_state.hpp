@@ -39,7 +39,7 @@ struct SheriffCommand {
 
  private:
   friend class SheriffState;
-  enum class Intent { none, start, stop, restart } intent = Intent::none;
+  enum class Intent { none, start, stop, restart } intent_ = Intent::none;
 };
 
 struct SheriffDeputy {

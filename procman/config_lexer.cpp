@@ -1,0 +1,103 @@
+#include "procman/config_lexer.hpp"
+
+#include <utility>
+
+namespace marco::procman {
+namespace {
+
+// <cctype> depends on the locale; the grammar does not.
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool begins_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool continues_name(char c) { return begins_name(c) || is_digit(c) || c == '-'; }
+bool is_space(char c) {
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\v' || c == '\f';
+}
+
+}  // namespace
+
+std::string Token::description() const {
+  switch (kind) {
+    case TokenKind::string:
+      return "string \"" + text + "\"";
+    case TokenKind::identifier:
+      return "'" + text + "'";
+    case TokenKind::integer:
+      return "integer " + text;
+    case TokenKind::symbol:
+      return "'" + text + "'";
+    case TokenKind::end:
+      break;
+  }
+  return "the end of the file";
+}
+
+ConfigLexer::ConfigLexer(const std::string& text, std::string file)
+    : text_(text), place_{std::move(file), 1, 1} {}
+
+char ConfigLexer::take() {
+  const char c = text_[at_++];
+  if (c == '\n') {
+    ++place_.line;
+    place_.column = 1;
+  } else {
+    ++place_.column;
+  }
+  return c;
+}
+
+void ConfigLexer::skip_space_and_comments() {
+  while (at_ < text_.size()) {
+    if (text_[at_] == '#') {
+      while (at_ < text_.size() && text_[at_] != '\n') take();
+    } else if (is_space(text_[at_])) {
+      take();
+    } else {
+      return;
+    }
+  }
+}
+
+Token ConfigLexer::take_string() {
+  Token token{TokenKind::string, "", place_};
+  take();
+  while (at_ < text_.size() && text_[at_] != '\n') {
+    char c = take();
+    if (c == '"') return token;
+    if (c == '\\') {
+      if (at_ == text_.size() || text_[at_] == '\n') break;
+      c = take();
+      if (c == 'n') c = '\n';
+      if (c == 'r') c = '\r';
+      if (c == 't') c = '\t';
+    }
+    token.text += c;
+  }
+  throw ConfigError(token.place, "this string does not end: expected '\"' on the same line");
+}
+
+Token ConfigLexer::next() {
+  skip_space_and_comments();
+  if (at_ == text_.size()) return {TokenKind::end, "", place_};
+  const char first = text_[at_];
+  if (first == '"') return take_string();
+  Token token{TokenKind::symbol, "", place_};
+  if (begins_name(first)) {
+    token.kind = TokenKind::identifier;
+    while (at_ < text_.size() && continues_name(text_[at_])) token.text += take();
+    return token;
+  }
+  if (is_digit(first)) {
+    token.kind = TokenKind::integer;
+    while (at_ < text_.size() && is_digit(text_[at_])) token.text += take();
+    return token;
+  }
+  if (first == '=' || first == ';' || first == '{' || first == '}') {
+    token.text = take();
+    return token;
+  }
+  throw ConfigError(
+      place_, "expected a name, an integer, a string in double quotes or one of = ; { }, got '" +
+                  std::string(1, first) + "'");
+}
+
+}  // namespace marco::procman

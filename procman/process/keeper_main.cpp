@@ -1,0 +1,33 @@
+#include <fcntl.h>
+#include <linux/close_range.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <exception>
+
+#include "procman/process/keeper.hpp"
+
+// marco-procman-keeper COMMAND SOCKET-PATH: started by a deputy, with its end of a socket as
+// descriptor 3. COMMAND is there for `ps` to show.
+int main(int argc, char** argv) {
+  using marco::procman::Descriptor;
+  if (argc != 3) {
+    std::fputs("marco-procman-keeper is started by marco-procman-deputy\n", stderr);
+    return 2;
+  }
+  try {
+    close_range(4, ~0U, 0);
+    const Descriptor nothing(open("/dev/null", O_RDWR | O_CLOEXEC));
+    Descriptor deputy(3);
+    for (const int standard : {STDIN_FILENO, STDOUT_FILENO}) dup2(nothing.get(), standard);
+    marco::procman::Keeper keeper(std::move(deputy), argv[2]);
+    keeper.start();
+    // A pipe at the deputy's stderr must end with the deputy.
+    dup2(nothing.get(), STDERR_FILENO);
+    keeper.serve();
+    return 0;
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "marco-procman-keeper %s: %s\n", argv[1], failure.what());
+    return 1;
+  }
+}

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "procman/command_table.hpp"
+#include "procman/process/sheriff_process.hpp"
+
+struct screen;  // of ncurses
+
+namespace marco::procman {
+
+/// The sheriff in a terminal: the table of commands above, the chosen command's output or the event
+/// log below. Owns the terminal while it lives.
+class Screen {
+ public:
+  /// @param sheriff outlives the screen.
+  /// @throws std::runtime_error when standard input and output are no terminal.
+  explicit Screen(SheriffProcess& sheriff);
+  ~Screen();
+  Screen(const Screen&) = delete;
+  Screen& operator=(const Screen&) = delete;
+
+  /// Handles keys, and draws when something may have changed.
+  void step();
+
+  bool wants_to_end() const { return wants_to_end_; }
+
+ private:
+  enum class Mode { table, scripts, help };
+
+  void on_key(int key);
+  void on_table_key(int key);
+  void on_scripts_key(int key);
+  void order(int key);
+  void move(int rows);
+  void fold(bool folded);
+  void scroll(int pages);
+  void draw();
+  void draw_title();
+  void draw_table(int top, int height);
+  void draw_output(int top, int height);
+  void draw_bottom();
+  void draw_box(const std::vector<std::string>& lines, int chosen);
+  void draw_scripts();
+  std::vector<std::string> output_lines(std::string& title) const;
+
+  SheriffProcess& sheriff_;
+  ::screen* terminal_ = nullptr;
+  std::vector<TableRow> rows_;
+  std::set<std::string> folded_;
+  int chosen_ = 0;
+  std::string chosen_target_;
+  int first_row_ = 0;
+  int table_height_ = 1;
+  int output_height_ = 1;
+  int scrolled_lines_ = 0;  ///< up from the end of the output
+  int chosen_script_ = 0;
+  bool shows_events_ = false;
+  bool wants_to_end_ = false;
+  Mode mode_ = Mode::table;
+  std::string notice_;
+  int64_t notice_until_us_ = 0;
+  int64_t drawn_us_ = 0;
+};
+
+}  // namespace marco::procman

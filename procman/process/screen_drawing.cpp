@@ -1,0 +1,213 @@
+// Else its macros rename our members.
+#define NCURSES_NOMACROS
+#include <curses.h>
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+#include <cwchar>
+
+#include "procman/process/screen.hpp"
+
+namespace marco::procman {
+namespace {
+
+constexpr int64_t kSilentUs = 3'000'000;
+
+/// The first `columns` columns of `text`, filled up with spaces.
+std::wstring fit(const std::string& text, int columns) {
+  std::wstring out;
+  int used = 0;
+  std::mbstate_t state = {};
+  const char* at = text.data();
+  const char* end = at + text.size();
+  while (at < end) {
+    wchar_t c = L'?';
+    const std::size_t size = std::mbrtowc(&c, at, static_cast<std::size_t>(end - at), &state);
+    if (size == 0 || size > static_cast<std::size_t>(end - at)) {
+      state = {};
+      c = L'?';
+      ++at;
+    } else {
+      at += size;
+    }
+    const int width = std::max(wcwidth(c), 0);
+    if (used + width > columns) break;
+    used += width;
+    out += c;
+  }
+  out.append(static_cast<std::size_t>(std::max(columns - used, 0)), L' ');
+  return out;
+}
+
+void put(int row, int column, const std::string& text, int columns) {
+  if (columns > 0) mvaddwstr(row, column, fit(text, columns).c_str());
+}
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  char text[512];
+  va_list values;
+  va_start(values, pattern);
+  std::vsnprintf(text, sizeof text, pattern, values);
+  va_end(values);
+  return text;
+}
+
+const std::vector<std::string>& help_lines() {
+  static const std::vector<std::string> lines = {
+      "up down  choose              s ^S  start",
+      "right    open a group        t ^T  stop",
+      "left     close a group       r ^R  restart",
+      "PgUp     older output        R     run a script",
+      "PgDn     newer output        a     abort the script",
+      "End      newest output       o     observer on or off",
+      "e        events or output    q ^Q  quit",
+      "s, t and r on a group mean all its commands."};
+  return lines;
+}
+
+}  // namespace
+
+void Screen::draw() {
+  drawn_us_ = monotonic_us();
+  rows_ = table_rows(sheriff_.state(), folded_, drawn_us_);
+  // The choice stays on its command when rows come and go.
+  const auto chosen = std::find_if(rows_.begin(), rows_.end(), [&](const TableRow& row) {
+    return row.target == chosen_target_;
+  });
+  if (chosen != rows_.end()) chosen_ = static_cast<int>(chosen - rows_.begin());
+  chosen_ = std::clamp(chosen_, 0, std::max(static_cast<int>(rows_.size()) - 1, 0));
+  if (!rows_.empty()) chosen_target_ = rows_[static_cast<std::size_t>(chosen_)].target;
+  erase();
+  const int body = std::max(LINES - 4, 2);
+  table_height_ = std::clamp(static_cast<int>(rows_.size()), 1, std::max(body / 2, 1));
+  output_height_ = body - table_height_;
+  draw_title();
+  draw_table(1, table_height_);
+  draw_output(table_height_ + 2, output_height_);
+  draw_bottom();
+  if (mode_ == Mode::help) draw_box(help_lines(), -1);
+  if (mode_ == Mode::scripts) draw_scripts();
+  refresh();
+}
+
+void Screen::draw_title() {
+  std::string title = sheriff_.state().observer() ? " Procman Observer " : " Procman Sheriff ";
+  for (const auto& [id, deputy] : sheriff_.state().deputies()) {
+    const int64_t age_us = monotonic_us() - deputy.heard_us;
+    title +=
+        format("| %s: load %.0f %%, %.1f GB free, ", id.c_str(), deputy.machine.cpu_load * 100.0,
+               static_cast<double>(deputy.machine.phys_mem_free_bytes) / 1e9);
+    title += format(age_us > kSilentUs ? "SILENT for %.0f s " : "%.1f s ago ",
+                    static_cast<double>(age_us) * 1e-6);
+  }
+  if (sheriff_.state().deputies().empty()) title += "| no deputy was heard yet ";
+  attron(A_REVERSE);
+  put(0, 0, title, COLS);
+  attroff(A_REVERSE);
+}
+
+void Screen::draw_table(int top, int height) {
+  const int id_width = std::clamp(COLS / 4, 12, 32);
+  attron(A_BOLD);
+  put(top, 0, "Id", id_width);
+  put(top, id_width, " Deputy", 13);
+  put(top, id_width + 13, " Status", 16);
+  put(top, id_width + 29, " CPU %    Mem kB  Command", COLS - id_width - 29);
+  attroff(A_BOLD);
+  if (chosen_ < first_row_) first_row_ = chosen_;
+  if (chosen_ >= first_row_ + height) first_row_ = chosen_ - height + 1;
+  first_row_ = std::clamp(first_row_, 0, std::max(static_cast<int>(rows_.size()) - height, 0));
+  for (int i = 0; i < height && first_row_ + i < static_cast<int>(rows_.size()); ++i) {
+    const int y = top + 1 + i;
+    const TableRow& row = rows_[static_cast<std::size_t>(first_row_ + i)];
+    const int chosen = first_row_ + i == chosen_ ? A_REVERSE : A_NORMAL;
+    const std::string mark = row.is_group ? (row.folded ? "+ " : "- ") : "  ";
+    attron(chosen | (row.is_group ? A_BOLD : A_NORMAL));
+    put(y, 0, std::string(static_cast<std::size_t>(row.depth) * 2, ' ') + mark + row.name,
+        id_width);
+    attroff(A_BOLD);
+    put(y, id_width, " " + row.deputy, 13);
+    attroff(chosen);
+    attron(COLOR_PAIR(static_cast<int>(row.colour)));
+    put(y, id_width + 13, " " + row.status, 16);
+    attroff(COLOR_PAIR(static_cast<int>(row.colour)));
+    put(y, id_width + 29,
+        format(" %5.1f %9lld  ", row.cpu_usage * 100.0,
+               static_cast<long long>(row.rss_bytes / 1024)) +
+            row.exec,
+        COLS - id_width - 29);
+  }
+}
+
+std::vector<std::string> Screen::output_lines(std::string& title) const {
+  const bool command = chosen_ < static_cast<int>(rows_.size()) &&
+                       !rows_[static_cast<std::size_t>(chosen_)].is_group;
+  if (shows_events_ || !command) {
+    title = "events";
+    return {sheriff_.events().begin(), sheriff_.events().end()};
+  }
+  title = "output of " + chosen_target_;
+  const auto& lines = sheriff_.output().lines(chosen_target_);
+  std::vector<std::string> all(lines.begin(), lines.end());
+  if (!all.empty() && all.back().empty()) all.pop_back();
+  return all;
+}
+
+void Screen::draw_output(int top, int height) {
+  std::string title;
+  const std::vector<std::string> lines = output_lines(title);
+  const int count = static_cast<int>(lines.size());
+  scrolled_lines_ = std::clamp(scrolled_lines_, 0, std::max(count - height, 0));
+  if (scrolled_lines_ > 0) title += format(", %d lines up", scrolled_lines_);
+  attron(A_REVERSE);
+  put(top, 0, " " + title, COLS);
+  attroff(A_REVERSE);
+  const int first = std::max(count - height - scrolled_lines_, 0);
+  for (int i = 0; i < height && first + i < count - scrolled_lines_; ++i) {
+    put(top + 1 + i, 0, printable(lines[static_cast<std::size_t>(first + i)]), COLS);
+  }
+}
+
+void Screen::draw_bottom() {
+  std::string line = "s start  t stop  r restart  R scripts  e events  o observer  ? help  q quit";
+  const ScriptRunner* script = sheriff_.script();
+  if (script != nullptr && script->state() == ScriptRunner::State::running) {
+    line = "script " + script->name() + " is running";
+    if (!script->waiting_for().empty()) line += ", waits for " + script->waiting_for();
+    line += " (a = abort)";
+  }
+  const bool notice = monotonic_us() < notice_until_us_;
+  if (notice) attron(A_BOLD | A_REVERSE);
+  put(LINES - 1, 0, notice ? notice_ : line, COLS - 1);
+  if (notice) attroff(A_BOLD | A_REVERSE);
+}
+
+void Screen::draw_box(const std::vector<std::string>& lines, int chosen) {
+  std::size_t longest = 20;
+  for (const std::string& line : lines) longest = std::max(longest, line.size());
+  const int width = std::min(static_cast<int>(longest) + 4, COLS);
+  const int height = std::min(static_cast<int>(lines.size()), std::max(LINES - 4, 1));
+  const int first = std::clamp(chosen - height + 1, 0, static_cast<int>(lines.size()));
+  const int left = std::max((COLS - width) / 2, 0);
+  const int top = std::max((LINES - height - 2) / 2, 0);
+  attron(A_REVERSE);
+  put(top, left, "", width);
+  put(top + height + 1, left, "", width);
+  for (int i = 0; i < height; ++i) {
+    const int at = first + i;
+    if (at == chosen) attroff(A_REVERSE);
+    put(top + 1 + i, left, "  " + lines[static_cast<std::size_t>(at)], width);
+    attron(A_REVERSE);
+  }
+  attroff(A_REVERSE);
+}
+
+void Screen::draw_scripts() {
+  std::vector<std::string> names;
+  for (const ScriptConfig& script : sheriff_.config().scripts) names.push_back(script.name);
+  if (names.empty()) names.emplace_back("the file has no scripts");
+  draw_box(names, chosen_script_);
+}
+
+}  // namespace marco::procman

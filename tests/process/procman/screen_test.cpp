@@ -1,0 +1,156 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "tests/process/procman/procman_bench.hpp"
+
+namespace marco::procman {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+const char* const kRobot = R"(
+group "drivers" {
+  cmd "lidar" { exec = "bash -c 'for i in 1 2 3; do echo scan $i; done; exec sleep 1000'"; deputy = "localhost"; }
+  cmd "broken" { exec = "sh -c 'echo no device; exit 3'"; deputy = "localhost"; }
+}
+cmd "slam" { exec = "sleep 1000"; deputy = "localhost"; }
+script "first" { start cmd "slam" wait "running"; }
+script "second" { stop everything wait "stopped"; }
+)";
+
+/// The sheriff in a terminal of tmux's.
+class ScreenTest : public ProcmanBench {
+ protected:
+  ~ScreenTest() override {
+    if (has_tmux_) tmux("kill-server 2>/dev/null");
+  }
+
+  /// @returns false, after saying so, where there is no tmux.
+  bool open_screen(const std::string& arguments) {
+    has_tmux_ = std::system("command -v tmux >/dev/null") == 0;
+    if (!has_tmux_) {
+      std::puts("SKIPPED: tmux is not installed");
+      return false;
+    }
+    const std::string config = write_file("robot.procman", kRobot);
+    const char* folder = std::getenv("MARCO_BIN");
+    // What it prints after the screen, and its exit code, stay in view.
+    tmux("-f /dev/null new-session -d -x 120 -y 30 \"" +
+         std::string(folder != nullptr ? folder : ".") + "/marco-procman-sheriff " + config + " " +
+         arguments + "; echo exit \\$?; sleep 1000\"");
+    return true;
+  }
+
+  std::string tmux(const std::string& command) const {
+    const std::string line = "tmux -L marco-test-" + std::to_string(getpid()) + " " + command;
+    FILE* pipe = popen(line.c_str(), "r");
+    std::string text;
+    char bytes[4096];
+    for (std::size_t size = 0; (size = std::fread(bytes, 1, sizeof bytes, pipe)) > 0;) {
+      text.append(bytes, size);
+    }
+    pclose(pipe);
+    return text;
+  }
+  void keys(const std::string& names) const { tmux("send-keys " + names); }
+  std::string screen() const { return tmux("capture-pane -p"); }
+  std::string coloured_screen() const { return tmux("capture-pane -p -e"); }
+
+  ::testing::AssertionResult shows(const std::string& pattern) {
+    const testing::Matcher<std::string> matcher = ContainsRegex(pattern);
+    if (wait_until([&] { return matcher.Matches(screen()); }, 8.0))
+      return testing::AssertionSuccess();
+    return testing::AssertionFailure() << "'" << pattern << "' is not in:\n" << screen();
+  }
+
+  bool has_tmux_ = false;
+};
+
+TEST_F(ScreenTest, ShowsStartsStopsAndRunsScripts) {
+  if (!open_screen("-l")) return;
+  ASSERT_TRUE(shows("Procman Sheriff .* localhost: load"));
+  EXPECT_TRUE(shows("slam +localhost +Stopped \\(OK\\)"));
+  EXPECT_TRUE(shows("- drivers +localhost +Stopped \\(OK\\)"));
+  keys("Down s");  // the group
+  EXPECT_TRUE(shows("lidar +localhost +Running"));
+  EXPECT_TRUE(shows("broken +localhost +Stopped \\(Error\\)"));
+  EXPECT_TRUE(shows("drivers +localhost +Mixed"));
+  EXPECT_TRUE(shows("broken: Stopped \\(Error\\), exit 3"));
+  keys("Down Down");
+  EXPECT_TRUE(shows("output of lidar\nscan 1\nscan 2\nscan 3"));
+  // Black on green, white on red.
+  EXPECT_THAT(coloured_screen(), ContainsRegex("\x1b\\[30m\x1b\\[42m Running"));
+  EXPECT_THAT(coloured_screen(), ContainsRegex("\x1b\\[37m\x1b\\[41m Stopped \\(Error"));
+  keys("t");
+  EXPECT_TRUE(shows("lidar +localhost +Stopped \\(OK\\)"));
+  keys("C-s");
+  EXPECT_TRUE(shows("lidar +localhost +Running"));
+  keys("Up Up Left");
+  EXPECT_TRUE(shows("\\+ drivers"));
+  EXPECT_THAT(screen(), Not(HasSubstr("  lidar")));
+  keys("Right R");
+  EXPECT_TRUE(shows("first *\n.* second"));
+  keys("Enter");
+  EXPECT_TRUE(shows("slam +localhost +Running"));
+  EXPECT_TRUE(shows("script first is done"));
+  keys("R Down Enter");
+  EXPECT_TRUE(shows("script second is done"));
+  EXPECT_TRUE(shows("slam +localhost +Stopped \\(OK\\)"));
+  keys("'?'");
+  EXPECT_TRUE(shows("observer on or off"));
+  keys("Escape o");
+  EXPECT_TRUE(shows("Procman Observer"));
+  keys("q");
+  EXPECT_TRUE(shows("exit 0"));
+}
+
+TEST_F(ScreenTest, RestartsKeepTheCommandChosenAndScrollingWorks) {
+  if (!open_screen("-l --script first")) return;
+  ASSERT_TRUE(shows("slam +localhost +Running"));
+  wait_until([&] { return status("slam").pid != 0; });
+  const int32_t pid = status("slam").pid;
+  keys("r");
+  EXPECT_TRUE(wait_until([&] { return status("slam").pid != 0 && status("slam").pid != pid; }));
+  EXPECT_TRUE(shows("slam +localhost +Running"));
+  keys("Down Down Down C-r");
+  EXPECT_TRUE(shows("output of lidar\nscan 1"));
+  for (int i = 0; i < 15; ++i) keys("r"), wait_until([] { return false; }, 0.05);
+  keys("PPage");
+  EXPECT_TRUE(shows("lines up"));
+  keys("End");
+  EXPECT_THAT(screen(), Not(HasSubstr("lines up")));
+}
+
+TEST_F(ScreenTest, SigtermEndsItAndRestoresTheTerminal) {
+  if (!open_screen("--script first")) return;  // no deputy: it waits for ever
+  ASSERT_TRUE(shows("no deputy was heard yet"));
+  EXPECT_TRUE(shows("script first is running, waits for cmd \"slam\" to run"));
+  const std::string pid = tmux("list-panes -F '#{pane_pid}'");
+  std::system(
+      ("kill -TERM $(ps -o pid= --ppid " + pid.substr(0, pid.find('\n')) + " | head -1)").c_str());
+  EXPECT_TRUE(shows("exit 0"));
+}
+
+TEST_F(ScreenTest, ForeignOrdersMakeItAnObserver) {
+  if (!open_screen("-l")) return;
+  ASSERT_TRUE(shows("Procman Sheriff"));
+  ASSERT_TRUE(shows("slam +localhost +Stopped"));
+  publish_orders("somebody else");
+  EXPECT_TRUE(shows("another sheriff is at work: now only watching"));
+  EXPECT_TRUE(shows("Procman Observer"));
+}
+
+TEST_F(ScreenTest, WithoutATerminalItSaysWhatToDo) {
+  auto sheriff = start_program({"marco-procman-sheriff", write_file("robot.procman", kRobot)});
+  EXPECT_EQ(sheriff->wait_s(5.0), 1);
+  EXPECT_THAT(programs_output(), HasSubstr("this is no terminal; without a screen: -n SCRIPT"));
+}
+
+}  // namespace
+}  // namespace marco::procman

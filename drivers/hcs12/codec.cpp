@@ -236,24 +236,33 @@ std::optional<PanTiltStatus> parse_pantilt_status(std::string_view line) {
   return status;
 }
 
-RampWalk::RampWalk(const Ramp& ramp, uint32_t target_clicks, Brake brake)
+RampWalk::RampWalk(const Ramp& ramp, uint32_t target_clicks, Brake brake, Wheel wheel)
     : ramp_(ramp),
       target_(target_clicks),
       brake_point_(target_clicks / 2),
+      dead_zone_(wheel == Wheel::real ? 1 : 0),
       floor_(brake == Brake::to_start ? ramp.start : 0),
       speed_(ramp.start),
+      wheel_speed_(wheel == Wheel::real ? 0 : ramp.start),
       timer_(ramp.step_ticks),
       done_(target_clicks == 0) {}
 
 void RampWalk::tick() {
   if (done_) return;
   ++ticks_;
-  clicks_ += speed_;
+  if (dead_zone_ == 0) {
+    wheel_speed_ = speed_;
+  } else if (speed_ > wheel_speed_ + dead_zone_) {
+    ++wheel_speed_;
+  } else if (speed_ < wheel_speed_ - dead_zone_) {
+    --wheel_speed_;
+  }
+  clicks_ += wheel_speed_;
   if (timer_ > 0) {
     --timer_;
   } else {
     if (accelerating_) {
-      if (speed_ + 3 >= ramp_.top) {
+      if (wheel_speed_ + 3 >= ramp_.top) {
         brake_point_ = target_ - clicks_;
         accelerating_ = false;
       }
@@ -268,7 +277,7 @@ void RampWalk::tick() {
     accelerating_ = false;
     braking_ = true;
   }
-  if (speed_ == 0) done_ = true;
+  if (speed_ == 0 && wheel_speed_ <= dead_zone_) done_ = true;
 }
 
 }  // namespace marco::drivers::hcs12

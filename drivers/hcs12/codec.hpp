@@ -117,26 +117,30 @@ struct Ramp {
   uint32_t step_ticks = 50;  ///< one click a tick more each step_ticks + 1 ticks
 };
 
-/// Steps a ramp tick by tick with a wheel that does what it is told.
+/// Steps a ramp tick by tick. The firmware's controller drops errors of one click a tick (it divides
+/// integers), so a real wheel stays that much behind its order; an ideal one does what it is told.
 class RampWalk {
  public:
   enum class Brake { to_zero, to_start };  ///< the base's and the pan-tilt's
 
   RampWalk() = default;
-  RampWalk(const Ramp& ramp, uint32_t target_clicks, Brake brake);
+  enum class Wheel { ideal, real };
+  RampWalk(const Ramp& ramp, uint32_t target_clicks, Brake brake, Wheel wheel = Wheel::ideal);
 
   void tick();
   bool done() const { return done_; }
   int64_t clicks() const { return clicks_; }
-  uint32_t speed() const { return done_ ? 0 : speed_; }  ///< clicks a tick
+  int64_t speed() const { return done_ ? 0 : wheel_speed_; }  ///< clicks a tick
   int64_t ticks() const { return ticks_; }
 
  private:
   Ramp ramp_;
   int64_t target_ = 0;
   int64_t brake_point_ = 0;
-  uint32_t floor_ = 0;
-  uint32_t speed_ = 0;
+  int64_t dead_zone_ = 0;
+  int64_t floor_ = 0;
+  int64_t speed_ = 0;  ///< ordered
+  int64_t wheel_speed_ = 0;
   uint32_t timer_ = 0;
   bool accelerating_ = true;
   bool braking_ = false;

@@ -177,8 +177,7 @@ void Hcs12Base::start_run(Run run, Utime now) {
   run.left_sign = run.letter == 'a' || run.letter == 'd' ? 1 : -1;
   run.right_sign = run.letter == 'a' || run.letter == 'i' ? 1 : -1;
   run.polled = run.ramp.top <= options_.poll_limit_clicks;
-  run.walk = RampWalk(run.ramp, run.tenths * 100, RampWalk::Brake::to_zero,
-                      RampWalk::Wheel::real);
+  run.walk = RampWalk(run.ramp, run.tenths * 100, RampWalk::Brake::to_zero, RampWalk::Wheel::real);
   run.progress_at = now;
   run_ = run;
   exchange_.ask({encode_command('k', {run.ramp.start, run.ramp.top, run.ramp.step_ticks}), 'k'});

@@ -117,8 +117,9 @@ struct Ramp {
   uint32_t step_ticks = 50;  ///< one click a tick more each step_ticks + 1 ticks
 };
 
-/// Steps a ramp tick by tick. The firmware's controller drops errors of one click a tick (it divides
-/// integers), so a real wheel stays that much behind its order; an ideal one does what it is told.
+/// Steps a ramp tick by tick. The firmware's controller drops errors of one click a tick (it
+/// divides integers), so a real wheel stays that much behind its order; an ideal one does what it
+/// is told.
 class RampWalk {
  public:
   enum class Brake { to_zero, to_start };  ///< the base's and the pan-tilt's

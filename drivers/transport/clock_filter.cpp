@@ -19,13 +19,18 @@ Utime ClockFilter::update(double device_s, Utime arrival) {
   if (readings_.empty()) origin_ = arrival;
   require(readings_.empty() || device_s >= readings_.back().device_s,
           "a device's clock went backwards");
-  readings_.push_back({device_s, (arrival - origin_).seconds()});
+  const double arrival_s = (arrival - origin_).seconds();
+  if (!readings_.empty() && device_s == readings_.back().device_s) {
+    readings_.back().arrival_s = std::min(readings_.back().arrival_s, arrival_s);
+  } else {
+    readings_.push_back({device_s, arrival_s});
+  }
   if (readings_.size() > window_) readings_.pop_front();
   fit();
   const double on_line_s = anchor_s_ + slope_ * (device_s - anchor_device_s_);
   Reading& last = readings_.back();
   last.delay_s = std::max(0.0, last.arrival_s - on_line_s);
-  return origin_ + Duration::from_seconds(std::min(on_line_s, last.arrival_s));
+  return std::min(arrival, origin_ + Duration::from_seconds(on_line_s));
 }
 
 void ClockFilter::fit() {
@@ -91,8 +96,8 @@ double TurnCounter::update(Utime end) {
   if (turns_ < 0) {
     turns_ = 0;
   } else {
-    // A late arrival after a short gap must not be taken for the same turn.
-    turns_ += std::max<int64_t>(1, std::llround((end - last_).seconds() / turn_s_));
+    // No turn at all: the scan before came late and was taken for a later one.
+    turns_ += std::max<int64_t>(0, std::llround((end - last_).seconds() / turn_s_));
   }
   last_ = end;
   return static_cast<double>(turns_) * turn_s_;

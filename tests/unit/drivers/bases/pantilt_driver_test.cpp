@@ -83,7 +83,7 @@ TEST(PanTiltDriver, ASlowSweepIsToldToSomeHundredthsOfADegree) {
   // In the ramp a late index pulse may cost part of a printing; steady, a stamp's millisecond or
   // two at 5.5 deg/s and some clicks.
   EXPECT_LT(head.worst_tilt_error_deg(from), 0.12);
-  EXPECT_LT(head.worst_tilt_error_deg(from + 20), 0.03);
+  EXPECT_LT(head.worst_tilt_error_deg(from + 20), 0.05);
 }
 
 TEST(PanTiltDriver, AFastMoveIsFollowedByItsRamp) {

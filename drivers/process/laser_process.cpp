@@ -46,6 +46,7 @@ class LaserSession final : public DeviceSession {
     if (outlet_.laser.raw) {
       outlet_.bus.publish(arrived.scan.channel, to_raw_message(arrived.scan));
     } else {
+      arrived.scan.time_offsets_s.clear();  // planar_lidar_t carries the sweep's order only
       outlet_.bus.publish(arrived.scan.channel, to_message(arrived.scan));
     }
     outlet_.add_latency((wall_now() - arrived.arrival).seconds());

@@ -76,7 +76,15 @@ class BaseSession : public DeviceSession {
     adapter_.handle_messages();  // orders from before the device was there are refused
     adapter_.driver().on_connection(true, wall_now());
   }
-  ~BaseSession() override { adapter_.driver().on_connection(false, wall_now()); }
+  /// Also when something went wrong: the motors must not stay on.
+  ~BaseSession() override {
+    try {
+      if (!stopped_) leave_motors_off();
+    } catch (const std::exception&) {
+      // The line is gone; the board's own watchdog, or a person, is what is left.
+    }
+    adapter_.driver().on_connection(false, wall_now());
+  }
   BaseSession(const BaseSession&) = delete;
   BaseSession& operator=(const BaseSession&) = delete;
 
@@ -100,15 +108,21 @@ class BaseSession : public DeviceSession {
   }
 
   void stop() override {
-    std::vector<uint8_t> out;
-    adapter_.driver().shut_down(out);
-    stream_.write(out);
+    stopped_ = true;
+    leave_motors_off();
     std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until the bytes have left
   }
 
  private:
+  void leave_motors_off() {
+    std::vector<uint8_t> out;
+    adapter_.driver().shut_down(out);
+    stream_.write(out);
+  }
+
   BaseAdapter& adapter_;
   ByteStream& stream_;
+  bool stopped_ = false;
 };
 
 }  // namespace

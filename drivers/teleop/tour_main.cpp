@@ -106,16 +106,21 @@ int run(const Arguments& arguments) {
   teleop::Keyboard keyboard;
   std::string told;
   bool stopped = false;
-  while (runner.outcome() == TourRunner::Outcome::running && !stopped) {
-    bus.handle_once(20);
-    stopped = process::stop_requested() || keyboard.key().has_value();
-    adapter.send(runner.step(drivers::wall_now()));
-    progress.update(runner.progress());
-    status.tick(runner.state());
-    if (runner.state() != told) {
-      told = runner.state();
-      spdlog::info("{:3.0f} % {}", 100.0 * runner.progress(), told);
+  try {
+    while (runner.outcome() == TourRunner::Outcome::running && !stopped) {
+      bus.handle_once(20);
+      stopped = process::stop_requested() || keyboard.key().has_value();
+      adapter.send(runner.step(drivers::wall_now()));
+      progress.update(runner.progress());
+      status.tick(runner.state());
+      if (runner.state() != told) {
+        told = runner.state();
+        spdlog::info("{:3.0f} % {}", 100.0 * runner.progress(), told);
+      }
     }
+  } catch (...) {
+    adapter.send(runner.stop(drivers::wall_now()));
+    throw;
   }
   if (runner.outcome() == TourRunner::Outcome::done) return 0;
   adapter.send(runner.stop(drivers::wall_now()));

@@ -87,8 +87,10 @@ void FloorMotion::roll(double left_m, double right_m, double track_m) {
     contact_.bearing_rad = bearing;
     contact_.front = std::abs(bearing) < deg_to_rad(90.0);
     contact_.rear = !contact_.front;
+    contact_.blocked = true;
     return;  // the wheels slip on the spot
   }
+  contact_.blocked = false;
   if (room > 2.0 * kTouchM) contact_ = {};
   world_from_robot_ = next;
 }

@@ -14,6 +14,7 @@ namespace marco::sim {
 struct Contact {
   bool front = false;
   bool rear = false;
+  bool blocked = false;      ///< the wheels turned and the robot did not move
   double bearing_rad = 0.0;  ///< of the touch, robot frame
   bool any() const { return front || rear; }
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/samples.hpp"
+#include "drivers/p2os/emulator.hpp"
 #include "drivers/sick/emulator.hpp"
 
 namespace marco::sim {
@@ -43,7 +44,39 @@ LiveRobot::LiveRobot(const RayCaster& rays,
 }
 
 void LiveRobot::add_base() {
-  require(spec_.base == "hcs12", "base '" + spec_.base + "': expected hcs12");
+  if (spec_.base == "hcs12") return add_hcs12();
+  require(spec_.base == "p2os", "base '" + spec_.base + "': expected hcs12 or p2os");
+  add_p2os();
+}
+
+void LiveRobot::add_p2os() {
+  drivers::p2os::P2osWorld world;
+  world.sonar_range_m = [this](std::size_t sonar) {
+    return sonar_range_m(drivers::p2os::p2dx_sonars()[sonar]);
+  };
+  world.touch = [this] {
+    const Contact& contact = floor_.contact();
+    drivers::p2os::Touch touch;
+    touch.stalled = contact.blocked;
+    // Five bumpers an end, 30 degrees apart, from left to right as seen from within.
+    const double ahead = contact.front ? contact.bearing_rad
+                                       : normalize_angle(contact.bearing_rad + std::numbers::pi);
+    const long place = std::clamp(std::lround((60.0 - rad_to_deg(ahead)) / 30.0), 0L, 4L);
+    const auto bit = static_cast<uint8_t>(1U << place);
+    if (contact.front) touch.front = bit;
+    if (contact.rear) touch.rear = bit;
+    return touch;
+  };
+  drivers::p2os::P2osEmulatorOptions options;
+  options.track_m = spec_.track_m;
+  auto robot = std::make_unique<drivers::p2os::P2osEmulator>(world, options);
+  left_m_ = [base = robot.get()] { return base->left_m(); };
+  right_m_ = [base = robot.get()] { return base->right_m(); };
+  devices_.push_back({"base", robot.get(), -1});
+  emulators_.push_back(std::move(robot));
+}
+
+void LiveRobot::add_hcs12() {
   drivers::hcs12::BaseWorld world;
   world.sonar_range_m = [this](std::size_t transducer) {
     const double bearing = static_cast<double>(transducer) * 2.0 * std::numbers::pi / 16.0;

@@ -43,6 +43,8 @@ class LiveRobot {
   struct Laser;
 
   void add_base();
+  void add_hcs12();
+  void add_p2os();
   void add_pantilt();
   void add_laser(const LiveLaserSpec& spec);
   std::vector<double> sweep(Laser& laser, const drivers::LaserSweep& sweep);

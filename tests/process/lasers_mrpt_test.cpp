@@ -9,6 +9,7 @@
 #include <mutex>
 #include <thread>
 
+#include "drivers/hokuyo/emulator.hpp"
 #include "drivers/laser/laser_world.hpp"
 #include "drivers/sick/emulator.hpp"
 #include "drivers/transport/emulator_port.hpp"
@@ -21,7 +22,7 @@ using mrpt::hwdrivers::C2DRangeFinderAbstract;
 using mrpt::obs::CObservation2DRangeScan;
 using Ranges = std::vector<double>;
 
-// A world that differs with every scan and remembers what it told; 0.5 to 7.5 m.
+// A world that differs with every scan and remembers what it told; 0.8 to 5.3 m.
 class Witness {
  public:
   Ranges operator()(const LaserSweep& sweep) {
@@ -29,7 +30,7 @@ class Witness {
     Ranges ranges_m;
     for (int i = 0; i < sweep.beams; ++i) {
       const double bearing_rad = sweep.first_bearing_rad + i * sweep.bearing_step_rad;
-      ranges_m.push_back(4.0 + 3.0 * std::sin(5.0 * bearing_rad) +
+      ranges_m.push_back(2.8 + 2.0 * std::sin(5.0 * bearing_rad) +
                          0.01 * static_cast<double>(told_.size() % 50));
     }
     told_.push_back(ranges_m);
@@ -143,6 +144,25 @@ TEST(Mrpt, ReadsOurSick) {
     expect_told(scans,
                 merge_turns(witness.told(), 100u / static_cast<unsigned>(one.resolution_cdeg)),
                 one.millimetres ? 0.001 : 0.01);
+  }
+}
+
+TEST(Mrpt, ReadsOurHokuyo) {
+  for (const char* model : {"URG-04LX", "UTM-30LX"}) {
+    Witness witness;
+    hokuyo::HokuyoEmulatorOptions options;
+    options.model = model;
+    hokuyo::HokuyoEmulator emulator(std::ref(witness), options);
+    EmulatorPort port = EmulatorPort::pty(emulator);
+    Served served(port);
+    mrpt::hwdrivers::CHokuyoURG laser;
+    laser.setSerialPort(port.address());
+    static_cast<mrpt::hwdrivers::CGenericSensor&>(laser).initialize();
+    const auto scans = grab(laser, 10, 8.0);
+    std::printf("MRPT, Hokuyo %s: %zu scans of %zu values\n", model, scans.size(),
+                scans.empty() ? 0 : scans[0].getScanSize());
+    EXPECT_GE(scans.size(), 10u);
+    expect_told(scans, witness.told(), 0.001);
   }
 }
 

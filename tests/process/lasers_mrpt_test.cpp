@@ -1,6 +1,7 @@
 // The only judge that does not share our reading of the manuals: MRPT's drivers read our emulators.
 #include <gmock/gmock.h>
 #include <mrpt/hwdrivers/CHokuyoURG.h>
+#include <mrpt/hwdrivers/CRoboPeakLidar.h>
 #include <mrpt/hwdrivers/CSickLaserSerial.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
@@ -11,6 +12,7 @@
 
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/laser/laser_world.hpp"
+#include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/emulator.hpp"
 #include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/wall_clock.hpp"
@@ -163,6 +165,45 @@ TEST(Mrpt, ReadsOurHokuyo) {
                 scans.empty() ? 0 : scans[0].getScanSize());
     EXPECT_GE(scans.size(), 10u);
     expect_told(scans, witness.told(), 0.001);
+  }
+}
+
+// MRPT keeps one range a whole degree, clockwise from ahead, the last sample that fell into it; it
+// gives no times. So each of its ranges must be one that a sample within that degree had.
+TEST(Mrpt, ReadsOurRplidar) {
+  constexpr double kPi = 3.14159265358979;
+  const auto range_m = [](double angle_deg) {
+    return 3.0 + 2.0 * std::sin(2.0 * angle_deg * kPi / 180.0);
+  };
+  const auto world = [&](const LaserSweep& sweep) {
+    Ranges ranges_m;
+    for (int i = 0; i < sweep.beams; ++i) {
+      const double bearing_rad = sweep.first_bearing_rad + i * sweep.bearing_step_rad;
+      ranges_m.push_back(range_m(-bearing_rad * 180.0 / kPi));
+    }
+    return ranges_m;
+  };
+  rplidar::RplidarEmulator emulator(world, {});
+  EmulatorPort port = EmulatorPort::pty(emulator);
+  Served served(port);
+  mrpt::hwdrivers::CRoboPeakLidar laser;
+  laser.setSerialPort(port.address());
+  static_cast<mrpt::hwdrivers::CGenericSensor&>(laser).initialize();
+  const auto scans = grab(laser, 10, 8.0);
+  std::printf("MRPT, RPLIDAR A1 standard: %zu scans of %zu values\n", scans.size(),
+              scans.empty() ? 0 : scans[0].getScanSize());
+  EXPECT_GE(scans.size(), 10u);
+  for (const CObservation2DRangeScan& scan : scans) {
+    std::size_t valid = 0;
+    for (std::size_t i = 0; i < scan.getScanSize(); ++i) {
+      if (!scan.getScanRangeValidity(i)) continue;
+      ++valid;
+      // 4 m/rad over one degree, and a quarter of a millimetre.
+      EXPECT_NEAR(static_cast<double>(scan.getScanRange(i)), range_m(static_cast<double>(i) + 0.5),
+                  4.0 * kPi / 360.0 + 0.001)
+          << i;
+    }
+    EXPECT_GT(valid, 300u);
   }
 }
 

@@ -26,7 +26,8 @@ marco::drivers::LaserProcess process_of(const Options& options) {
           false,
           [hokuyo = options.hokuyo](ByteStream& stream) {
             return std::make_unique<hokuyo::HokuyoDriver>(stream, hokuyo, wall_now);
-          }};
+          },
+          {}};
 }
 
 }  // namespace

@@ -96,6 +96,7 @@ void run_laser(process::Bus& bus, const LaserProcess& laser, const std::function
   options.process = laser.process;
   options.address = laser.address;
   options.line = laser.line;
+  options.open = laser.open;
   options.every_second = [&] {
     if (!sight) return;
     bus.publish(channels::kSensorInfo, to_message(sensor_info(laser.place, *sight, wall_now())));

@@ -109,7 +109,7 @@ Bytes RplidarEmulator::configuration_answer(const Bytes& question) const {
       put(data, express ? kCapsules : kNodes, 1);
       break;
     case 0x7C:  // the mode to be used by default
-      put(data, 1, 2);
+      put(data, static_cast<uint32_t>(options_.typical_mode), 2);
       break;
     case 0x7F:
       for (const char c : std::string(express ? "Express" : "Standard")) {

@@ -18,6 +18,7 @@ struct RplidarEmulatorOptions {
   double express_s = 254e-6;  ///< express scan
   double reset_s = 0.5;       ///< from a reset until it answers
   int health = 0;             ///< 0 good, 1 warning, 2 error
+  int typical_mode = 1;       ///< told to newer tools: 0 standard, 1 express
   double range_max_m = 12.0;
 
   template <class Visitor>
@@ -29,6 +30,7 @@ struct RplidarEmulatorOptions {
     v("express_s", express_s, Limits{1e-4, 1e-2});
     v("reset_s", reset_s, kNotNegative);
     v("health", health, Limits{0, 2});
+    v("typical_mode", typical_mode, Limits{0, 1});
     v("range_max_m", range_max_m, kPositive);
   }
 };

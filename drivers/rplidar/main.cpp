@@ -32,7 +32,8 @@ marco::drivers::LaserProcess process_of(const Options& options) {
           true,
           [rplidar = options.rplidar](ByteStream& stream) {
             return std::make_unique<rplidar::RplidarDriver>(stream, rplidar, wall_now);
-          }};
+          },
+          {}};
 }
 
 }  // namespace

@@ -168,8 +168,10 @@ TEST(Mrpt, ReadsOurHokuyo) {
   }
 }
 
-// MRPT keeps one range a whole degree, clockwise from ahead, the last sample that fell into it; it
-// gives no times. So each of its ranges must be one that a sample within that degree had.
+// MRPT keeps the last range that falls into each of 360 slots, clockwise from ahead, and gives no
+// times. MRPT 2.5.8 reads the vendor's angle, whose 90 degrees are 2^14, as 1/128 degree: a slot is
+// 90/128 of a degree wide and the last quarter of a turn is lost to it. So each range must be the
+// one of the angle at which its slot truly lies.
 TEST(Mrpt, ReadsOurRplidar) {
   constexpr double kPi = 3.14159265358979;
   const auto range_m = [](double angle_deg) {
@@ -183,27 +185,33 @@ TEST(Mrpt, ReadsOurRplidar) {
     }
     return ranges_m;
   };
-  rplidar::RplidarEmulator emulator(world, {});
-  EmulatorPort port = EmulatorPort::pty(emulator);
-  Served served(port);
-  mrpt::hwdrivers::CRoboPeakLidar laser;
-  laser.setSerialPort(port.address());
-  static_cast<mrpt::hwdrivers::CGenericSensor&>(laser).initialize();
-  const auto scans = grab(laser, 10, 8.0);
-  std::printf("MRPT, RPLIDAR A1 standard: %zu scans of %zu values\n", scans.size(),
-              scans.empty() ? 0 : scans[0].getScanSize());
-  EXPECT_GE(scans.size(), 10u);
-  for (const CObservation2DRangeScan& scan : scans) {
-    std::size_t valid = 0;
-    for (std::size_t i = 0; i < scan.getScanSize(); ++i) {
-      if (!scan.getScanRangeValidity(i)) continue;
-      ++valid;
-      // 4 m/rad over one degree, and a quarter of a millimetre.
-      EXPECT_NEAR(static_cast<double>(scan.getScanRange(i)), range_m(static_cast<double>(i) + 0.5),
-                  4.0 * kPi / 360.0 + 0.001)
-          << i;
+  for (const int mode : {0, 1}) {
+    rplidar::RplidarEmulatorOptions options;
+    options.typical_mode = mode;
+    rplidar::RplidarEmulator emulator(world, options);
+    EmulatorPort port = EmulatorPort::pty(emulator);
+    Served served(port);
+    mrpt::hwdrivers::CRoboPeakLidar laser;
+    laser.setSerialPort(port.address());
+    static_cast<mrpt::hwdrivers::CGenericSensor&>(laser).initialize();
+    const auto scans = grab(laser, 10, 8.0);
+    std::printf("MRPT, RPLIDAR A1 %s: %zu scans of %zu values\n",
+                mode == 1 ? "express" : "standard", scans.size(),
+                scans.empty() ? 0 : scans[0].getScanSize());
+    EXPECT_GE(scans.size(), 10u);
+    for (const CObservation2DRangeScan& scan : scans) {
+      std::size_t valid = 0;
+      for (std::size_t i = 0; i < scan.getScanSize(); ++i) {
+        if (!scan.getScanRangeValidity(i)) continue;
+        ++valid;
+        const double angle_deg = (static_cast<double>(i) + 0.5) * 90.0 / 128.0;
+        // 4 m/rad over half a slot, and a millimetre.
+        EXPECT_NEAR(static_cast<double>(scan.getScanRange(i)), range_m(angle_deg),
+                    4.0 * 45.0 / 128.0 * kPi / 180.0 + 0.001)
+            << i;
+      }
+      EXPECT_GT(valid, mode == 1 ? 300u : 200u);
     }
-    EXPECT_GT(valid, 300u);
   }
 }
 

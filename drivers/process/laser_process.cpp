@@ -46,6 +46,9 @@ class LaserSession final : public DeviceSession {
     if (outlet_.laser.raw) {
       outlet_.bus.publish(arrived.scan.channel, to_raw_message(arrived.scan));
     } else {
+      // planar_lidar_t has no place for the beams' own times: its readers spread SENSOR_INFO's scan
+      // duration over them.
+      arrived.scan.time_offsets_s.clear();
       outlet_.bus.publish(arrived.scan.channel, to_message(arrived.scan));
     }
     outlet_.add_latency((wall_now() - arrived.arrival).seconds());

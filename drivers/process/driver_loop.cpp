@@ -32,7 +32,8 @@ void DriverLoop::tick(const std::string& state) {
 void DriverLoop::run(const std::function<bool()>& stop) {
   while (!stop()) {
     try {
-      const std::unique_ptr<ByteStream> stream = open_stream(options_.address, options_.line);
+      const std::unique_ptr<ByteStream> stream =
+          options_.open ? options_.open() : open_stream(options_.address, options_.line);
       spdlog::info("{} is open", options_.address);
       run_session(*stream, stop);
     } catch (const StreamLost& loss) {

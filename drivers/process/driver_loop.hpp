@@ -30,6 +30,8 @@ struct DriverLoopOptions {
   std::string process;  ///< "marco-sick"
   std::string address;  ///< for open_stream
   LineSettings line;    ///< at opening
+  /// Opens the line instead of open_stream(address, line), where there is more to it.
+  std::function<std::unique_ptr<ByteStream>()> open;
   /// Called about once a second, with or without a device: SENSOR_INFO.
   std::function<void()> every_second;
 };

@@ -46,7 +46,9 @@ class LaserSession final : public DeviceSession {
     if (outlet_.laser.raw) {
       outlet_.bus.publish(arrived.scan.channel, to_raw_message(arrived.scan));
     } else {
-      arrived.scan.time_offsets_s.clear();  // planar_lidar_t carries the sweep's order only
+      // planar_lidar_t has no place for the beams' own times: its readers spread SENSOR_INFO's scan
+      // duration over them.
+      arrived.scan.time_offsets_s.clear();
       outlet_.bus.publish(arrived.scan.channel, to_message(arrived.scan));
     }
     outlet_.add_latency((wall_now() - arrived.arrival).seconds());
@@ -84,8 +86,7 @@ SensorInfo sensor_info(const LaserPlace& place, const LaserSight& sight, Utime n
                  place.roll_pitch_yaw_deg[2] * kRadPerDeg);
   info.scan_duration_s = sight.scan_duration_s;
   info.range_min_m = sight.range_min_m;
-  // As the scans' floats say it: a no return must not lie a rounding below the limit.
-  info.range_max_m = static_cast<double>(static_cast<float>(sight.range_max_m));
+  info.range_max_m = sight.range_max_m;
   info.range_sigma_m = sight.range_sigma_m;
   return info;
 }
@@ -98,6 +99,7 @@ void run_laser(process::Bus& bus, const LaserProcess& laser, const std::function
   options.process = laser.process;
   options.address = laser.address;
   options.line = laser.line;
+  options.open = laser.open;
   options.every_second = [&] {
     if (!sight) return;
     bus.publish(channels::kSensorInfo, to_message(sensor_info(laser.place, *sight, wall_now())));

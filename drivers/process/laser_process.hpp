@@ -45,6 +45,7 @@ struct LaserProcess {
   LaserPlace place;
   bool raw = false;  ///< irregular bearings: lidar_raw_t, on LIDAR_RAW
   std::function<std::unique_ptr<LaserDriver>(ByteStream&)> start;
+  std::function<std::unique_ptr<ByteStream>()> open;  ///< empty: open_stream(address, line)
 };
 
 /// Publishes the laser's scans, SENSOR_INFO and PROCESS_STATUS until `stop` says so.

@@ -26,7 +26,8 @@ marco::drivers::LaserProcess process_of(const Options& options) {
           false,
           [sick = options.sick](ByteStream& stream) {
             return std::make_unique<sick::SickDriver>(stream, sick, wall_now);
-          }};
+          },
+          {}};
 }
 
 }  // namespace

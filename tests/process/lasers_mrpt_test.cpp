@@ -1,6 +1,7 @@
 // The only judge that does not share our reading of the manuals: MRPT's drivers read our emulators.
 #include <gmock/gmock.h>
 #include <mrpt/hwdrivers/CHokuyoURG.h>
+#include <mrpt/hwdrivers/CRoboPeakLidar.h>
 #include <mrpt/hwdrivers/CSickLaserSerial.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
@@ -9,7 +10,9 @@
 #include <mutex>
 #include <thread>
 
+#include "drivers/hokuyo/emulator.hpp"
 #include "drivers/laser/laser_world.hpp"
+#include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/emulator.hpp"
 #include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/wall_clock.hpp"
@@ -21,7 +24,7 @@ using mrpt::hwdrivers::C2DRangeFinderAbstract;
 using mrpt::obs::CObservation2DRangeScan;
 using Ranges = std::vector<double>;
 
-// A world that differs with every scan and remembers what it told; 0.5 to 7.5 m.
+// A world that differs with every scan and remembers what it told; 0.8 to 5.3 m.
 class Witness {
  public:
   Ranges operator()(const LaserSweep& sweep) {
@@ -29,7 +32,7 @@ class Witness {
     Ranges ranges_m;
     for (int i = 0; i < sweep.beams; ++i) {
       const double bearing_rad = sweep.first_bearing_rad + i * sweep.bearing_step_rad;
-      ranges_m.push_back(4.0 + 3.0 * std::sin(5.0 * bearing_rad) +
+      ranges_m.push_back(2.8 + 2.0 * std::sin(5.0 * bearing_rad) +
                          0.01 * static_cast<double>(told_.size() % 50));
     }
     told_.push_back(ranges_m);
@@ -143,6 +146,72 @@ TEST(Mrpt, ReadsOurSick) {
     expect_told(scans,
                 merge_turns(witness.told(), 100u / static_cast<unsigned>(one.resolution_cdeg)),
                 one.millimetres ? 0.001 : 0.01);
+  }
+}
+
+TEST(Mrpt, ReadsOurHokuyo) {
+  for (const char* model : {"URG-04LX", "UTM-30LX"}) {
+    Witness witness;
+    hokuyo::HokuyoEmulatorOptions options;
+    options.model = model;
+    hokuyo::HokuyoEmulator emulator(std::ref(witness), options);
+    EmulatorPort port = EmulatorPort::pty(emulator);
+    Served served(port);
+    mrpt::hwdrivers::CHokuyoURG laser;
+    laser.setSerialPort(port.address());
+    static_cast<mrpt::hwdrivers::CGenericSensor&>(laser).initialize();
+    const auto scans = grab(laser, 10, 8.0);
+    std::printf("MRPT, Hokuyo %s: %zu scans of %zu values\n", model, scans.size(),
+                scans.empty() ? 0 : scans[0].getScanSize());
+    EXPECT_GE(scans.size(), 10u);
+    expect_told(scans, witness.told(), 0.001);
+  }
+}
+
+// MRPT keeps the last range that falls into each of 360 slots, clockwise from ahead, and gives no
+// times. MRPT 2.5.8 reads the vendor's angle, whose 90 degrees are 2^14, as 1/128 degree: a slot is
+// 90/128 of a degree wide and the last quarter of a turn is lost to it. So each range must be the
+// one of the angle at which its slot truly lies.
+TEST(Mrpt, ReadsOurRplidar) {
+  constexpr double kPi = 3.14159265358979;
+  const auto range_m = [](double angle_deg) {
+    return 3.0 + 2.0 * std::sin(2.0 * angle_deg * kPi / 180.0);
+  };
+  const auto world = [&](const LaserSweep& sweep) {
+    Ranges ranges_m;
+    for (int i = 0; i < sweep.beams; ++i) {
+      const double bearing_rad = sweep.first_bearing_rad + i * sweep.bearing_step_rad;
+      ranges_m.push_back(range_m(-bearing_rad * 180.0 / kPi));
+    }
+    return ranges_m;
+  };
+  for (const int mode : {0, 1}) {
+    rplidar::RplidarEmulatorOptions options;
+    options.typical_mode = mode;
+    rplidar::RplidarEmulator emulator(world, options);
+    EmulatorPort port = EmulatorPort::pty(emulator);
+    Served served(port);
+    mrpt::hwdrivers::CRoboPeakLidar laser;
+    laser.setSerialPort(port.address());
+    static_cast<mrpt::hwdrivers::CGenericSensor&>(laser).initialize();
+    const auto scans = grab(laser, 10, 8.0);
+    std::printf("MRPT, RPLIDAR A1 %s: %zu scans of %zu values\n",
+                mode == 1 ? "express" : "standard", scans.size(),
+                scans.empty() ? 0 : scans[0].getScanSize());
+    EXPECT_GE(scans.size(), 10u);
+    for (const CObservation2DRangeScan& scan : scans) {
+      std::size_t valid = 0;
+      for (std::size_t i = 0; i < scan.getScanSize(); ++i) {
+        if (!scan.getScanRangeValidity(i)) continue;
+        ++valid;
+        const double angle_deg = (static_cast<double>(i) + 0.5) * 90.0 / 128.0;
+        // 4 m/rad over half a slot, and a millimetre.
+        EXPECT_NEAR(static_cast<double>(scan.getScanRange(i)), range_m(angle_deg),
+                    4.0 * 45.0 / 128.0 * kPi / 180.0 + 0.001)
+            << i;
+      }
+      EXPECT_GT(valid, mode == 1 ? 300u : 200u);
+    }
   }
 }
 

@@ -98,11 +98,14 @@ int run(const process::CommonArguments& arguments, const Options& options) {
         driver.command(from_message(message), wall_now());
       });
   SensorInfo info = options.info();
-  DriverLoopOptions loop_options{
-      "marco-pantilt", options.device, {hcs12::kBaud, Parity::none}, [&bus, &info] {
-        info.utime = wall_now();
-        bus.publish(channels::kSensorInfo, to_message(info));
-      }};
+  DriverLoopOptions loop_options;
+  loop_options.process = "marco-pantilt";
+  loop_options.address = options.device;
+  loop_options.line = {hcs12::kBaud, Parity::none};
+  loop_options.every_second = [&bus, &info] {
+    info.utime = wall_now();
+    bus.publish(channels::kSensorInfo, to_message(info));
+  };
   DriverLoop loop(bus, drops, std::move(loop_options), [&](ByteStream& stream) {
     return std::make_unique<PanTiltSession>(driver, bus, stream);
   });

@@ -72,11 +72,13 @@ int main(int argc, char** argv) {
     process::catch_stop_signals();
     process::LcmBus bus(arguments.lcm_url);
     process::DropCounter drops;
-    drivers::DriverLoop loop(
-        bus, drops, {"marco-imu", options.device, {options.imu.baud, drivers::Parity::none}, {}},
-        [&](drivers::ByteStream& stream) {
-          return std::make_unique<ImuSession>(options.imu, bus, stream);
-        });
+    drivers::DriverLoopOptions loop_options;
+    loop_options.process = "marco-imu";
+    loop_options.address = options.device;
+    loop_options.line = {options.imu.baud, drivers::Parity::none};
+    drivers::DriverLoop loop(bus, drops, std::move(loop_options), [&](drivers::ByteStream& stream) {
+      return std::make_unique<ImuSession>(options.imu, bus, stream);
+    });
     loop.run(process::stop_requested);
     return 0;
   });

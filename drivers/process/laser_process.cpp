@@ -86,7 +86,8 @@ SensorInfo sensor_info(const LaserPlace& place, const LaserSight& sight, Utime n
                  place.roll_pitch_yaw_deg[2] * kRadPerDeg);
   info.scan_duration_s = sight.scan_duration_s;
   info.range_min_m = sight.range_min_m;
-  info.range_max_m = sight.range_max_m;
+  // As the scans' floats say it: a no return must not lie a rounding below the limit.
+  info.range_max_m = static_cast<double>(static_cast<float>(sight.range_max_m));
   info.range_sigma_m = sight.range_sigma_m;
   return info;
 }

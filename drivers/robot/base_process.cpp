@@ -133,16 +133,20 @@ int run_base_until_stopped(const process::CommonArguments& arguments, BaseProces
   process::LcmBus bus(arguments.lcm_url);
   process::DropCounter drops;
   BaseAdapter adapter(bus, drops, *base.driver);
-  DriverLoopOptions options{base.process, base.address, base.line, [&adapter] {
-                              // Without a device this is the only step: orders are refused at once
-                              // and the status goes on being told.
-                              adapter.handle_messages();
-                              std::vector<uint8_t> nowhere;
-                              if (adapter.driver().status().link == BaseStatus::Link::down) {
-                                adapter.driver().advance(wall_now(), nowhere);
-                              }
-                              adapter.publish();
-                            }};
+  DriverLoopOptions options;
+  options.process = base.process;
+  options.address = base.address;
+  options.line = base.line;
+  options.every_second = [&adapter] {
+    // Without a device this is the only step: orders are refused at once and the status goes on
+    // being told.
+    adapter.handle_messages();
+    std::vector<uint8_t> nowhere;
+    if (adapter.driver().status().link == BaseStatus::Link::down) {
+      adapter.driver().advance(wall_now(), nowhere);
+    }
+    adapter.publish();
+  };
   DriverLoop loop(bus, drops, std::move(options), [&adapter](ByteStream& stream) {
     return std::make_unique<BaseSession>(adapter, stream);
   });

@@ -4,7 +4,11 @@
 #include <cmath>
 
 #include "common/samples.hpp"
+#include "drivers/hokuyo/emulator.hpp"
+#include "drivers/imu/emulator.hpp"
+#include "drivers/leuze/emulator.hpp"
 #include "drivers/p2os/emulator.hpp"
+#include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/emulator.hpp"
 
 namespace marco::sim {
@@ -41,6 +45,7 @@ LiveRobot::LiveRobot(const RayCaster& rays,
   add_base();
   if (spec.pantilt.fitted) add_pantilt();
   for (const LiveLaserSpec& laser : spec.lasers) add_laser(laser);
+  if (spec.imu) add_imu();
 }
 
 void LiveRobot::add_base() {
@@ -118,17 +123,56 @@ void LiveRobot::add_laser(const LiveLaserSpec& spec) {
   const drivers::LaserWorld world = [this, seen_by = laser.get()](const drivers::LaserSweep& s) {
     return sweep(*seen_by, s);
   };
-  std::unique_ptr<drivers::Emulator> emulator;
-  if (spec.device == "sick") {
-    drivers::sick::SickEmulatorOptions options;
-    options.baud = spec.baud;
-    options.power_on_s = 1.0;
-    emulator = std::make_unique<drivers::sick::SickEmulator>(world, options);
-  }
-  require(emulator != nullptr, "lasers.device '" + spec.device + "': expected sick");
+  std::unique_ptr<drivers::Emulator> emulator = laser_emulator(spec, world);
   devices_.push_back({spec.port, emulator.get(), spec.tcp_port});
   emulators_.push_back(std::move(emulator));
   lasers_.push_back(std::move(laser));
+}
+
+std::unique_ptr<drivers::Emulator> LiveRobot::laser_emulator(
+    const LiveLaserSpec& spec, const drivers::LaserWorld& world) const {
+  const auto own = [&spec](int baud) { return spec.baud > 0 ? spec.baud : baud; };
+  if (spec.device == "sick") {
+    drivers::sick::SickEmulatorOptions options;
+    options.baud = own(options.baud);
+    options.power_on_s = 1.0;
+    return std::make_unique<drivers::sick::SickEmulator>(world, options);
+  }
+  if (spec.device == "hokuyo") {
+    return std::make_unique<drivers::hokuyo::HokuyoEmulator>(
+        world, drivers::hokuyo::HokuyoEmulatorOptions{});
+  }
+  if (spec.device == "rplidar") {
+    drivers::rplidar::RplidarEmulatorOptions options;
+    options.baud = own(options.baud);
+    return std::make_unique<drivers::rplidar::RplidarEmulator>(world, options);
+  }
+  // The Rotoscan of thesis A, out of its calibration as it was.
+  if (spec.device == "leuze_service") {
+    return std::make_unique<drivers::leuze::LeuzeServiceEmulator>(
+        world, drivers::leuze::thesis_a_geometry());
+  }
+  require(spec.device == "leuze", "lasers.device '" + spec.device +
+                                      "': expected sick, leuze, leuze_service, hokuyo or rplidar");
+  drivers::leuze::LeuzeEmulatorOptions options;
+  options.baud = spec.tcp_port >= 0 ? 0 : own(options.baud);
+  options.geometry.scale = drivers::leuze::thesis_a_geometry().scale;
+  return std::make_unique<drivers::leuze::LeuzeEmulator>(world, options);
+}
+
+void LiveRobot::add_imu() {
+  const auto motion = [this](Utime when) {
+    constexpr double kOverS = 0.04;
+    const Duration half = Duration::from_seconds(kOverS / 2.0);
+    drivers::imu::Motion felt;
+    const Pose2 step = between(history_.at(when - half).world_from_robot,
+                               history_.at(when + half).world_from_robot);
+    felt.rates_rad_per_s.z() = step.theta_rad / kOverS;
+    return felt;
+  };
+  auto imu = std::make_unique<drivers::imu::ImuEmulator>(motion);
+  devices_.push_back({"imu", imu.get(), -1});
+  emulators_.push_back(std::move(imu));
 }
 
 void LiveRobot::update(Utime now) {

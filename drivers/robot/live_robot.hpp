@@ -47,6 +47,9 @@ class LiveRobot {
   void add_p2os();
   void add_pantilt();
   void add_laser(const LiveLaserSpec& spec);
+  void add_imu();
+  std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
+                                                    const drivers::LaserWorld& world) const;
   std::vector<double> sweep(Laser& laser, const drivers::LaserSweep& sweep);
   double sonar_range_m(const Pose2& robot_from_sonar) const;
   Pose3 world_from_laser(const Laser& laser, Utime when) const;

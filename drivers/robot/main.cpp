@@ -1,3 +1,5 @@
+#include <sys/stat.h>
+
 #include <cstdio>
 #include <filesystem>
 
@@ -37,6 +39,7 @@ Pose2 start_of(const Arguments& arguments) {
 }
 
 std::vector<drivers::EmulatorPort> open_ports(const sim::LiveRobot& robot,
+                                              const sim::RobotSpec& spec,
                                               const std::string& folder) {
   std::filesystem::create_directories(folder);
   std::vector<drivers::EmulatorPort> ports;
@@ -45,6 +48,13 @@ std::vector<drivers::EmulatorPort> open_ports(const sim::LiveRobot& robot,
                         ? drivers::EmulatorPort::tcp(*device.emulator, device.tcp_port)
                         : drivers::EmulatorPort::pty(*device.emulator, folder + "/" + device.port));
     std::printf("%-10s %s\n", device.port.c_str(), ports.back().address().c_str());
+  }
+  if (spec.gamepad) {
+    // Whoever writes joystick records into it has a gamepad in hand.
+    const std::string fifo = folder + "/gamepad";
+    require(mkfifo(fifo.c_str(), 0666) == 0 || std::filesystem::is_fifo(fifo),
+            fifo + ": could not be made a FIFO");
+    std::printf("%-10s %s\n", "gamepad", fifo.c_str());
   }
   std::fflush(stdout);
   return ports;
@@ -61,7 +71,7 @@ int run(const Arguments& arguments) {
   const sim::World world = sim::build_world(process::load_options<sim::WorldSpec>(arguments.world));
   const sim::RayCaster rays(world);
   sim::LiveRobot robot(rays, spec, start_of(arguments), arguments.seed);
-  std::vector<drivers::EmulatorPort> ports = open_ports(robot, arguments.ports);
+  std::vector<drivers::EmulatorPort> ports = open_ports(robot, spec, arguments.ports);
   std::vector<drivers::EmulatorPort*> served;
   for (drivers::EmulatorPort& port : ports) served.push_back(&port);
   process::LcmBus bus(arguments.common.lcm_url);

@@ -28,12 +28,12 @@ struct BodySpec {
 
 struct LiveLaserSpec {
   std::string port = "laser";   ///< name of its link
-  std::string device = "sick";  ///< whose emulator: see live_robot.cpp
+  std::string device = "sick";  ///< sick, leuze, leuze_service, hokuyo or rplidar
   std::string mount = "robot";  ///< or "pantilt"
   std::vector<double> position_m{0.0, 0.0, 0.3};
   std::vector<double> roll_pitch_yaw_deg{0.0, 0.0, 0.0};
   int tcp_port = -1;    ///< 0 and above: on TCP instead of a pseudo-terminal
-  int baud = 9600;      ///< at power-on
+  int baud = 0;         ///< at power-on; 0 = the device's own
   LaserOptions optics;  ///< noise and materials; the device sets beams and bearings
 
   template <class Visitor>
@@ -44,7 +44,7 @@ struct LiveLaserSpec {
     v("position_m", position_m);
     v("roll_pitch_yaw_deg", roll_pitch_yaw_deg);
     v("tcp_port", tcp_port, Limits{-1, 65535});
-    v("baud", baud, Limits{300, 500000});
+    v("baud", baud, Limits{0, 1000000});
     v("optics", optics);
   }
 };

@@ -22,11 +22,10 @@ ImuEmulator::ImuEmulator(std::function<Motion(Utime)> motion, const ImuEmulatorO
       output_(options.baud),
       bias_deg_per_s_(options.bias_deg_per_s) {}
 
-void ImuEmulator::on_connection(bool /*connected*/, Utime now) {
+void ImuEmulator::on_connection(bool /*connected*/, Utime /*now*/) {
   output_.clear();
   command_.clear();
   readable_ = true;
-  if (next_sample_ < now) next_sample_ = now;
 }
 
 void ImuEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime /*now*/) {
@@ -78,6 +77,7 @@ void ImuEmulator::measure(Utime when) {
 }
 
 void ImuEmulator::advance(Utime now, std::vector<uint8_t>& out) {
+  if (next_sample_ == Utime{}) next_sample_ = now;  // power-on
   while (next_sample_ <= now) {
     measure(next_sample_);
     next_sample_ = next_sample_ + Duration::from_us(1'000'000 / rate_hz_);

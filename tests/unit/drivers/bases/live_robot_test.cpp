@@ -24,16 +24,22 @@ RobotSpec honest_robot() {
   return spec;
 }
 
+drivers::hcs12::Hcs12BaseOptions unguarded() {
+  drivers::hcs12::Hcs12BaseOptions options;
+  options.guard.enabled = false;
+  return options;
+}
+
 /// A driver at the robot's base port; the other devices are stepped along.
 struct Drive {
   explicit Drive(LiveRobot& robot)
-      : robot(robot), bench(driver, *robot.devices()[0].emulator, drivers::hcs12::kBaud) {
-    bench.each_step = [this](Utime now) {
+      : bench(driver, *robot.devices()[0].emulator, drivers::hcs12::kBaud) {
+    bench.each_step = [&robot](Utime now) {
       std::vector<uint8_t> out;
-      for (std::size_t i = 1; i < this->robot.devices().size(); ++i) {
-        this->robot.devices()[i].emulator->advance(now, out);
+      for (std::size_t i = 1; i < robot.devices().size(); ++i) {
+        robot.devices()[i].emulator->advance(now, out);
       }
-      this->robot.update(now);
+      robot.update(now);
     };
     EXPECT_TRUE(
         bench.run_until(3.0, [this] { return driver.status().link == BaseStatus::Link::up; }));
@@ -49,8 +55,7 @@ struct Drive {
     return driver.status().command;
   }
 
-  LiveRobot& robot;
-  drivers::hcs12::Hcs12Base driver{{}};
+  drivers::hcs12::Hcs12Base driver{unguarded()};
   drivers::testing::Bench<drivers::hcs12::Hcs12Base> bench;
 };
 
@@ -69,9 +74,10 @@ TEST(LiveRobot, AWallStopsItWhateverItsWheelsDo) {
   const RayCaster rays(square_room());
   LiveRobot robot(rays, honest_robot(), {3.0, 3.0, 0.0}, 1);
   Drive drive(robot);
-  drive.driver.guard().on_bumpers(false, false);
   drive.move(2.0);
   drive.move(2.0);
+  EXPECT_TRUE(robot.contact().front);
+  EXPECT_GT(robot.world_from_robot().x_m, 5.5);
   EXPECT_LT(robot.world_from_robot().x_m, 6.0 - 0.06 - 0.30 + 0.01);  // wall and body
 }
 

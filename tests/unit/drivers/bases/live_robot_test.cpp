@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "bench.hpp"
+#include "common/process/config.hpp"
 #include "drivers/hcs12/base_driver.hpp"
 
 namespace marco::sim {
@@ -101,6 +102,17 @@ TEST(LiveRobot, EveryDeviceRunsWithNobodyConnected) {
     robot.update(now);
   }
   EXPECT_EQ(robot.devices().size(), 7U);
+}
+
+TEST(LiveRobot, TheShippedRobotsCanBeBuilt) {
+  const RayCaster rays(square_room());
+  const std::pair<const char*, std::size_t> robots[] = {
+      {"marco", 3}, {"michoacan", 3}, {"two_lasers", 3}};
+  for (const auto& [name, devices] : robots) {
+    const auto spec =
+        process::load_options<RobotSpec>(std::string("config/robots/") + name + ".toml");
+    EXPECT_EQ(LiveRobot(rays, spec, {3.0, 3.0, 0.0}, 1).devices().size(), devices) << name;
+  }
 }
 
 TEST(LiveRobot, RefusesARobotThatCannotBe) {

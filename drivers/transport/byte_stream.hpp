@@ -43,6 +43,10 @@ class ByteStream {
 
   /// Throws away what came and was not read.
   virtual void discard_input() = 0;
+
+  /// Raises or lowers the modem line DTR, by which some devices switch their motor. A stream
+  /// without modem lines (TCP, pseudo-terminal) ignores it.
+  virtual void set_dtr(bool /*raised*/) {}
 };
 
 /// @param address  a device path, "serial:PATH", or "tcp:HOST:PORT".

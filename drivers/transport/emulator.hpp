@@ -9,8 +9,8 @@
 namespace marco::drivers {
 
 /// A device made of software, as its client sees it through the line: bytes in, bytes out, in
-/// simulated time. It has no clock, no thread and no port of its own, so a test steps it by hand and
-/// the live simulator runs it behind a pseudo-terminal or a TCP port (EmulatorPort).
+/// simulated time. It has no clock, no thread and no port of its own, so a test steps it by hand
+/// and the live simulator runs it behind a pseudo-terminal or a TCP port (EmulatorPort).
 class Emulator {
  public:
   virtual ~Emulator() = default;

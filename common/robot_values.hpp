@@ -1,0 +1,74 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/pose2.hpp"
+#include "common/utime.hpp"
+
+namespace marco {
+
+/// An order to a base (lcmtypes/marco/base_command_t.lcm); only the fields of its kind count.
+struct BaseCommand {
+  enum class Kind { stop, move, turn, velocity, go_to, set_speed };
+
+  Utime utime;
+  int64_t id = 0;
+  Kind kind = Kind::stop;
+  double distance_m = 0.0;  ///< < 0 = backwards
+  double angle_rad = 0.0;
+  double velocity_m_per_s = 0.0;
+  double yaw_rate_rad_per_s = 0.0;
+  Eigen::Vector2d point_m = Eigen::Vector2d::Zero();  ///< odom frame
+  double max_velocity_m_per_s = 0.0;                  ///< 0 = as it was
+  double max_yaw_rate_rad_per_s = 0.0;
+  double acceleration_m_per_s2 = 0.0;
+};
+
+/// What a base is doing.
+struct BaseStatus {
+  enum class Link { down, starting, up };
+  enum class Command { none, running, done, shortened, refused, aborted };
+
+  Utime utime;
+  std::string base;
+  Link link = Link::down;
+  int64_t command_id = 0;
+  Command command = Command::none;
+  bool motors_on = false;
+  std::vector<double> battery_v;
+  std::vector<bool> bumpers;
+  std::string note;  ///< one line for a person
+};
+
+/// One transducer of a ring.
+struct SonarReading {
+  double range_m = 0.0;    ///< 0 = no echo
+  Pose2 robot_from_sonar;  ///< looks along its x axis
+};
+
+struct SonarRing {
+  Utime utime;  ///< the newest reading
+  std::vector<SonarReading> readings;
+  double cone_rad = 0.0;  ///< full opening angle
+};
+
+struct PanTiltCommand {
+  enum class Kind { stop, go_to };
+
+  Utime utime;
+  Kind kind = Kind::stop;
+  double pan_rad = 0.0;
+  double tilt_rad = 0.0;
+  double pan_rate_rad_per_s = 0.0;  ///< 0 = the driver's own
+  double tilt_rate_rad_per_s = 0.0;
+};
+
+struct GamepadState {
+  Utime utime;
+  bool connected = true;
+  std::vector<float> axes;  ///< -1 (left, up) .. 1
+  std::vector<bool> buttons;
+};
+
+}  // namespace marco

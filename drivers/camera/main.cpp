@@ -1,0 +1,135 @@
+#include <thread>
+
+#include "bot_core/image_t.hpp"
+#include "common/pose3.hpp"
+#include "common/process/arguments.hpp"
+#include "common/process/config.hpp"
+#include "common/process/lcm_bus.hpp"
+#include "common/process/status_publisher.hpp"
+#include "common/process/stop_signal.hpp"
+#include "drivers/camera/source.hpp"
+#include "drivers/transport/wall_clock.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+
+namespace {
+
+using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
+using drivers::camera::Picture;
+
+struct Options {
+  std::string device = "/dev/video0";  ///< or a folder of pictures, or a film
+  std::string channel = channels::kCamera;
+  std::string mount = "robot";  ///< or "pantilt"
+  std::vector<double> position_m{0.1, 0.0, 0.4};
+  std::vector<double> roll_pitch_yaw_deg{0.0, 0.0, 0.0};
+  double focal_length_px = 0.0;  ///< 0 = not known
+  drivers::camera::SourceOptions source;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("device", device);
+    v("channel", channel);
+    v("mount", mount);
+    v("position_m", position_m);
+    v("roll_pitch_yaw_deg", roll_pitch_yaw_deg);
+    v("focal_length_px", focal_length_px, kNotNegative);
+    v("width_px", source.width_px, Limits{16, 8192});
+    v("height_px", source.height_px, Limits{16, 8192});
+    v("rate_hz", source.rate_hz, Limits{0.01, 120.0});
+    v("jpeg_quality", source.jpeg_quality, Limits{1, 100});
+  }
+
+  SensorInfo info() const {
+    require(mount == "robot" || mount == "pantilt",
+            "mount '" + mount + "': expected robot or pantilt");
+    require(position_m.size() == 3 && roll_pitch_yaw_deg.size() == 3,
+            "position_m, roll_pitch_yaw_deg: expected three numbers each");
+    SensorInfo info;
+    info.channel = channel;
+    info.mount = mount == "robot" ? SensorInfo::Mount::robot : SensorInfo::Mount::pantilt;
+    info.parent_from_sensor =
+        make_pose3(Eigen::Vector3d(position_m.data()), deg_to_rad(roll_pitch_yaw_deg[0]),
+                   deg_to_rad(roll_pitch_yaw_deg[1]), deg_to_rad(roll_pitch_yaw_deg[2]));
+    info.focal_length_px = focal_length_px;
+    return info;
+  }
+};
+
+bot_core::image_t to_message(const Picture& picture, Utime utime) {
+  bot_core::image_t message;
+  message.utime = utime.us;
+  message.width = picture.width_px;
+  message.height = picture.height_px;
+  message.row_stride = 0;
+  message.pixelformat = bot_core::image_t::PIXEL_FORMAT_MJPEG;
+  message.data = picture.jpeg;
+  message.size = static_cast<int32_t>(picture.jpeg.size());
+  message.nmetadata = 0;
+  return message;
+}
+
+/// Sleeps in short naps, so that a stop is heard. @returns whether to go on.
+bool pause_until(Utime when) {
+  while (!process::stop_requested() && drivers::wall_now() < when) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return !process::stop_requested();
+}
+
+int run(const process::CommonArguments& arguments, const Options& options) {
+  process::start_logging("marco-camera", arguments.log_level);
+  process::catch_stop_signals();
+  process::LcmBus bus(arguments.lcm_url);
+  process::DropCounter drops;
+  process::StatusPublisher status(bus, "marco-camera", drops);
+  SensorInfo info = options.info();
+  const Duration period = Duration::from_seconds(1.0 / options.source.rate_hz);
+  std::unique_ptr<drivers::camera::PictureSource> source;
+  Utime next_info, next_picture = drivers::wall_now();
+  while (!process::stop_requested()) {
+    const Utime now = drivers::wall_now();
+    if (now >= next_info) {
+      next_info = now + Duration::from_seconds(1.0);
+      info.utime = now;
+      bus.publish(channels::kSensorInfo, marco::to_message(info));
+    }
+    if (!source) source = open_source(options.device, options.source);
+    status.tick(source ? options.device + " is open" : "nothing at " + options.device);
+    if (!source) {
+      pause_until(now + Duration::from_seconds(1.0));
+      continue;
+    }
+    if (!source->keeps_its_own_time() && !pause_until(next_picture)) break;
+    const auto picture = source->next();
+    if (!picture) {
+      source.reset();
+      continue;
+    }
+    const Utime taken = drivers::wall_now();
+    if (taken < next_picture) continue;  // a camera that is faster than wanted
+    next_picture = std::max(next_picture + period, taken - period);
+    bus.publish(options.channel, to_message(*picture, taken));
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return process::run_main("marco-camera", [&] {
+    CLI::App app("Driver of a camera (V4L2); or a folder of pictures, or a film, in its place");
+    process::CommonArguments arguments;
+    process::add_common_arguments(app, arguments);
+    std::string device;
+    app.add_option("--device", device, "over the config's");
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    auto options = process::load_options<Options>(arguments.config_path);
+    if (!device.empty()) options.device = device;
+    if (arguments.print_config) {
+      std::fputs(process::print_options(options).c_str(), stdout);
+      return 0;
+    }
+    return run(arguments, options);
+  });
+}

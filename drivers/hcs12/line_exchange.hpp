@@ -1,0 +1,57 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/utime.hpp"
+#include "drivers/hcs12/codec.hpp"
+
+namespace marco::drivers::hcs12 {
+
+/// The host's side of a board that keeps one line: sends a command, waits for its reply, then the
+/// next.
+class LineExchange {
+ public:
+  struct Request {
+    std::string line;
+    char reply = '\0';         ///< letter the reply begins with; 0 = none is expected
+    double patience_s = 0.25;  ///< beyond the time of the line itself
+  };
+
+  void ask(Request request) { queue_.push_back(std::move(request)); }
+  void ask_first(Request request) { queue_.push_front(std::move(request)); }
+  void clear_queue() { queue_.clear(); }
+  void clear();
+  bool quiet() const { return queue_.empty() && !outstanding_; }
+
+  /// @returns the lines that have come to their ends.
+  std::vector<std::string> receive(std::span<const uint8_t> bytes);
+  /// The letter that is waited for, 0 = none.
+  char awaited() const { return outstanding_ ? outstanding_->reply : '\0'; }
+  /// The reply came, or more of it: waits on.
+  void answered() { outstanding_.reset(); }
+  void extend(Utime now) { sent_ = now; }
+
+  /// Sends the next command when none is outstanding.
+  /// @returns the request that has waited too long, if one has.
+  std::optional<Request> advance(Utime now, std::vector<uint8_t>& out);
+
+  int64_t overlong() const { return cutter_.overlong(); }
+
+ private:
+  LineCutter cutter_;
+  std::deque<Request> queue_;
+  std::optional<Request> outstanding_;
+  Utime sent_;
+};
+
+/// When the board began to print a line whose end has just come: that is when it was measured.
+inline Utime line_begun(std::size_t length_without_lf, Utime end) {
+  return end - Duration::from_us(
+                   static_cast<int64_t>(kByteUs * static_cast<double>(length_without_lf + 1)));
+}
+
+}  // namespace marco::drivers::hcs12

@@ -1,0 +1,75 @@
+#pragma once
+
+#include "common/options.hpp"
+#include "drivers/laser/laser_world.hpp"
+#include "drivers/leuze/codec.hpp"
+#include "drivers/leuze/geometry.hpp"
+#include "drivers/transport/emulator.hpp"
+#include "drivers/transport/paced_output.hpp"
+
+namespace marco::drivers::leuze {
+
+struct LeuzeEmulatorOptions {
+  int baud = 57'600;  ///< 0 = TCP
+  int step = 4;       ///< 1, 2, 3, 4 or another divisor of 528: 529, 265, 177, 133 beams
+  LeuzeGeometry geometry;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("baud", baud, Limits{0, 115'200});
+    v("step", step, Limits{1, 66});
+    v("geometry", geometry);
+  }
+};
+
+/// Streams without being asked, one telegram a sweep, but for those the line has no time for.
+class LeuzeEmulator final : public Emulator {
+ public:
+  LeuzeEmulator(LaserWorld world, const LeuzeEmulatorOptions& options);
+
+  void receive(std::span<const uint8_t> bytes, int baud, Utime now) override;
+  void advance(Utime now, std::vector<uint8_t>& out) override;
+  Utime next_event() const override;
+  void on_connection(bool connected, Utime now) override;
+
+  int64_t scans_sent() const { return scans_sent_; }
+  Utime last_first_beam() const { return last_first_beam_; }
+
+ private:
+  Utime sweep_end() const;
+
+  LaserWorld world_;
+  LeuzeEmulatorOptions options_;
+  PacedOutput output_;
+  bool readable_ = true;
+  bool connected_ = false;
+  Utime start_;
+  int64_t sweep_ = 0;  ///< the one under way
+  int64_t scans_sent_ = 0;
+  Utime last_first_beam_;
+};
+
+/// Thesis A's service in front of the laser: a client connects, sends 1, gets the ranges of the
+/// sweep that ended last and closes. Anything else is not answered.
+class LeuzeServiceEmulator final : public Emulator {
+ public:
+  LeuzeServiceEmulator(LaserWorld world, const LeuzeGeometry& geometry);
+
+  void receive(std::span<const uint8_t> bytes, int baud, Utime now) override;
+  void advance(Utime now, std::vector<uint8_t>& out) override;
+  Utime next_event() const override;
+  void on_connection(bool connected, Utime now) override;
+
+  int64_t scans_sent() const { return scans_sent_; }
+  Utime last_first_beam() const { return last_first_beam_; }
+
+ private:
+  LaserWorld world_;
+  LeuzeGeometry geometry_;
+  Bytes asked_;
+  PacedOutput output_;
+  int64_t scans_sent_ = 0;
+  Utime last_first_beam_;
+};
+
+}  // namespace marco::drivers::leuze

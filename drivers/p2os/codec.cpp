@@ -1,0 +1,235 @@
+#include "drivers/p2os/codec.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "common/check.hpp"
+
+namespace marco::drivers::p2os {
+namespace {
+
+constexpr uint8_t kHead1 = 0xFA, kHead2 = 0xFB;
+constexpr uint8_t kPositive = 0x3B, kNegative = 0x1B, kText = 0x2B;
+constexpr uint8_t kStanding = 0x32, kMoving = 0x33;
+constexpr std::size_t kSipHead = 20;  // through the sonar count
+
+void put_u16(Bytes& bytes, unsigned value) {
+  bytes.push_back(static_cast<uint8_t>(value & 0xFF));
+  bytes.push_back(static_cast<uint8_t>(value >> 8 & 0xFF));
+}
+
+uint16_t get_u16(std::span<const uint8_t> bytes, std::size_t at) {
+  return static_cast<uint16_t>(bytes[at] | bytes[at + 1] << 8);
+}
+
+int16_t get_s16(std::span<const uint8_t> bytes, std::size_t at) {
+  return static_cast<int16_t>(get_u16(bytes, at));
+}
+
+}  // namespace
+
+uint16_t checksum(std::span<const uint8_t> payload) {
+  unsigned sum = 0;
+  std::size_t i = 0;
+  for (; i + 1 < payload.size(); i += 2)
+    sum += static_cast<unsigned>(payload[i] << 8 | payload[i + 1]);
+  sum &= 0xFFFF;
+  if (i < payload.size()) sum ^= payload[i];
+  return static_cast<uint16_t>(sum);
+}
+
+Bytes encode_packet(std::span<const uint8_t> payload) {
+  require(!payload.empty() && payload.size() <= kMaxPayload, "a packet carries 1 to 200 bytes");
+  Bytes packet{kHead1, kHead2, static_cast<uint8_t>(payload.size() + 2)};
+  packet.insert(packet.end(), payload.begin(), payload.end());
+  const uint16_t sum = checksum(payload);
+  packet.push_back(static_cast<uint8_t>(sum >> 8));
+  packet.push_back(static_cast<uint8_t>(sum & 0xFF));
+  return packet;
+}
+
+void PacketParser::push(std::span<const uint8_t> bytes) {
+  if (head_ > 4096) {
+    buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(head_));
+    head_ = 0;
+  }
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+}
+
+void PacketParser::clear() {
+  buffer_.clear();
+  head_ = 0;
+}
+
+std::optional<Bytes> PacketParser::next() {
+  while (head_ < buffer_.size()) {
+    const std::span<const uint8_t> rest(buffer_.data() + head_, buffer_.size() - head_);
+    const bool begins = rest[0] == kHead1 && (rest.size() < 2 || rest[1] == kHead2) &&
+                        (rest.size() < 3 || (rest[2] >= 3 && rest[2] <= kMaxPayload + 2));
+    if (!begins) {
+      ++head_;
+      ++garbage_bytes_;
+      continue;
+    }
+    if (rest.size() < 3 || rest.size() < std::size_t{3} + rest[2]) return std::nullopt;
+    const std::size_t length = rest[2] - std::size_t{2};
+    const auto payload = rest.subspan(3, length);
+    const unsigned sum = static_cast<unsigned>(rest[3 + length] << 8 | rest[4 + length]);
+    if (sum != checksum(payload)) {
+      ++bad_checksums_;
+      ++head_;
+      ++garbage_bytes_;
+      continue;
+    }
+    Bytes found(payload.begin(), payload.end());
+    head_ += 5 + length;
+    return found;
+  }
+  clear();
+  return std::nullopt;
+}
+
+Bytes encode_command(const Command& command) {
+  Bytes payload{command.id};
+  if (command.value) {
+    require(std::abs(*command.value) <= 0xFFFF, "a command's value has sixteen bits and a sign");
+    payload.push_back(*command.value >= 0 ? kPositive : kNegative);
+    put_u16(payload, static_cast<unsigned>(std::abs(*command.value)));
+  } else if (!command.text.empty()) {
+    payload.push_back(kText);
+    payload.push_back(static_cast<uint8_t>(command.text.size()));
+    payload.insert(payload.end(), command.text.begin(), command.text.end());
+  }
+  return encode_packet(payload);
+}
+
+std::optional<Command> decode_command(std::span<const uint8_t> payload) {
+  if (payload.empty()) return std::nullopt;
+  Command command;
+  command.id = payload[0];
+  if (payload.size() == 1) return command;
+  if ((payload[1] == kPositive || payload[1] == kNegative) && payload.size() >= 4) {
+    const int size = get_u16(payload, 2);
+    command.value = payload[1] == kPositive ? size : -size;
+    return command;
+  }
+  if (payload[1] == kText && payload.size() >= 3 && payload.size() >= std::size_t{3} + payload[2]) {
+    command.text.assign(payload.begin() + 3, payload.begin() + 3 + payload[2]);
+    return command;
+  }
+  return std::nullopt;
+}
+
+Bytes encode_name(const RobotName& name) {
+  Bytes payload{2};
+  for (const std::string* text : {&name.name, &name.type, &name.subtype}) {
+    payload.insert(payload.end(), text->begin(), text->end());
+    payload.push_back(0);
+  }
+  return encode_packet(payload);
+}
+
+std::optional<RobotName> decode_name(std::span<const uint8_t> payload) {
+  if (payload.empty() || payload[0] != 2) return std::nullopt;
+  RobotName name;
+  auto at = payload.begin() + 1;
+  for (std::string* text : {&name.name, &name.type, &name.subtype}) {
+    const auto end = std::find(at, payload.end(), uint8_t{0});
+    if (end == payload.end()) return std::nullopt;
+    text->assign(at, end);
+    at = end + 1;
+  }
+  return name;
+}
+
+Bytes encode_sip(const Sip& sip) {
+  Bytes payload{sip.moving ? kMoving : kStanding};
+  put_u16(payload, sip.x & 0x7FFFU);
+  put_u16(payload, sip.y & 0x7FFFU);
+  put_u16(payload, static_cast<uint16_t>(sip.heading));
+  put_u16(payload, static_cast<uint16_t>(sip.left_speed));
+  put_u16(payload, static_cast<uint16_t>(sip.right_speed));
+  payload.push_back(sip.battery);
+  payload.push_back(sip.left_stall);
+  payload.push_back(sip.right_stall);
+  put_u16(payload, static_cast<uint16_t>(sip.control));
+  put_u16(payload, sip.flags);
+  payload.push_back(sip.compass);
+  payload.push_back(static_cast<uint8_t>(sip.sonars.size()));
+  for (const Sip::Sonar& sonar : sip.sonars) {
+    payload.push_back(sonar.number);
+    put_u16(payload, sonar.range);
+  }
+  put_u16(payload, sip.analog_port);
+  payload.push_back(sip.analog);
+  payload.push_back(sip.digital_in);
+  payload.push_back(sip.digital_out);
+  return encode_packet(payload);
+}
+
+std::optional<Sip> decode_sip(std::span<const uint8_t> payload) {
+  if (payload.size() < kSipHead || (payload[0] != kStanding && payload[0] != kMoving)) {
+    return std::nullopt;
+  }
+  Sip sip;
+  sip.moving = payload[0] == kMoving;
+  sip.x = get_u16(payload, 1) & 0x7FFF;
+  sip.y = get_u16(payload, 3) & 0x7FFF;
+  sip.heading = get_s16(payload, 5);
+  sip.left_speed = get_s16(payload, 7);
+  sip.right_speed = get_s16(payload, 9);
+  sip.battery = payload[11];
+  sip.left_stall = payload[12];
+  sip.right_stall = payload[13];
+  sip.control = get_s16(payload, 14);
+  sip.flags = get_u16(payload, 16);
+  sip.compass = payload[18];
+  const std::size_t count = payload[19];
+  if (payload.size() < kSipHead + 3 * count + 5) return std::nullopt;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t at = kSipHead + 3 * i;
+    sip.sonars.push_back({payload[at], get_u16(payload, at + 1)});
+  }
+  const std::size_t tail = kSipHead + 3 * count;
+  sip.analog_port = get_u16(payload, tail);
+  sip.analog = payload[tail + 2];
+  sip.digital_in = payload[tail + 3];
+  sip.digital_out = payload[tail + 4];
+  return sip;
+}
+
+const Model& model_of(const std::string& subtype) {
+  static constexpr Model kModels[] = {
+      {"p2dx", 0.84, 0.268, 0.0056}, {"p2dxe", 0.969, 0.268, 0.0056},
+      {"p2d8", 0.485, 1.0, 0.0056},  {"p2ce", 0.826, 0.268, 0.0056},
+      {"p2at", 1.32, 0.268, 0.0034}, {"p3dx", 0.485, 1.0, 0.0056},
+      {"p3at", 0.465, 1.0, 0.0034},  {"p3dx-sh", 1.0, 1.0, 0.0056},
+      {"p3at-sh", 1.0, 1.0, 0.0034},
+  };
+  std::string lower = subtype;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto* found = std::find_if(std::begin(kModels), std::end(kModels),
+                                   [&](const Model& model) { return lower == model.subtype; });
+  return found == std::end(kModels) ? kModels[0] : *found;
+}
+
+const std::array<Pose2, 16>& p2dx_sonars() {
+  static const std::array<Pose2, 16> kSonars = [] {
+    constexpr double kMillimetresAndDegrees[16][3] = {
+        {69, 136, 90},     {114, 119, 50},     {148, 78, 30},     {166, 27, 10},
+        {166, -27, -10},   {148, -78, -30},    {114, -119, -50},  {69, -136, -90},
+        {-157, -136, -90}, {-203, -119, -130}, {-237, -78, -150}, {-255, -27, -170},
+        {-255, 27, 170},   {-237, 78, 150},    {-203, 119, 130},  {-157, 136, 90}};
+    std::array<Pose2, 16> sonars;
+    for (std::size_t i = 0; i < 16; ++i) {
+      sonars[i] = {kMillimetresAndDegrees[i][0] * 1e-3, kMillimetresAndDegrees[i][1] * 1e-3,
+                   deg_to_rad(kMillimetresAndDegrees[i][2])};
+    }
+    return sonars;
+  }();
+  return kSonars;
+}
+
+}  // namespace marco::drivers::p2os

@@ -1,0 +1,139 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/pose2.hpp"
+
+/// Packets of ActivMedia's Pioneer robots (P2OS, ARCOS):
+///
+///     FA FB | n | payload | sum u16 big endian          n = payload + 2
+///
+/// The payload's numbers are little endian. Nothing is acknowledged, nothing sent again.
+namespace marco::drivers::p2os {
+
+using Bytes = std::vector<uint8_t>;
+
+inline constexpr int kBaud = 9600;
+inline constexpr std::size_t kMaxPayload = 200;
+
+/// Sum of big-endian pairs; a byte left over is exclusive-ored into the low byte.
+uint16_t checksum(std::span<const uint8_t> payload);
+/// @throws std::invalid_argument for an empty or too long payload.
+Bytes encode_packet(std::span<const uint8_t> payload);
+
+/// Cuts a stream into packets, however it is split; after damage goes on one byte behind the false
+/// beginning, so that the next whole packet is found. Never delivers one whose sum does not fit.
+class PacketParser {
+ public:
+  void push(std::span<const uint8_t> bytes);
+  /// The next payload within what was pushed.
+  std::optional<Bytes> next();
+  void clear();
+  int64_t garbage_bytes() const { return garbage_bytes_; }
+  int64_t bad_checksums() const { return bad_checksums_; }
+
+ private:
+  Bytes buffer_;
+  std::size_t head_ = 0;
+  int64_t garbage_bytes_ = 0;
+  int64_t bad_checksums_ = 0;
+};
+
+/// Commands of the host. In the sync phase 0, 1 and 2 mean SYNC.
+enum CommandId : uint8_t {
+  kPulse = 0,
+  kOpen = 1,
+  kClose = 2,
+  kPolling = 3,
+  kEnable = 4,
+  kSetA = 5,
+  kSetV = 6,
+  kSetO = 7,
+  kMove = 8,
+  kRotate = 9,
+  kSetRv = 10,
+  kVel = 11,
+  kHead = 12,
+  kDHead = 13,
+  kSay = 15,
+  kJoyInfo = 17,
+  kConfig = 18,
+  kEncoder = 19,
+  kRVel = 21,
+  kSetRa = 23,
+  kSonar = 28,
+  kStop = 29,
+  kDigOut = 30,
+  kVel2 = 32,
+  kBumpStall = 44,
+  kHostBaud = 50,
+  kEStop = 55,
+};
+
+struct Command {
+  uint8_t id = 0;
+  std::optional<int> value;  ///< -65535..65535: sign and sixteen bits
+  std::string text;
+  bool operator==(const Command&) const = default;
+};
+Bytes encode_command(const Command& command);
+std::optional<Command> decode_command(std::span<const uint8_t> payload);
+
+/// The robot's answer to SYNC2.
+struct RobotName {
+  std::string name, type, subtype;
+  bool operator==(const RobotName&) const = default;
+};
+Bytes encode_name(const RobotName& name);
+std::optional<RobotName> decode_name(std::span<const uint8_t> payload);
+
+/// Server information packet, raw units.
+struct Sip {
+  struct Sonar {
+    uint8_t number = 0;
+    uint16_t range = 0;
+    bool operator==(const Sonar&) const = default;
+  };
+  bool moving = false;
+  uint16_t x = 0;  ///< fifteen bits, wraps
+  uint16_t y = 0;
+  int16_t heading = 0;  ///< 4096 a turn
+  int16_t left_speed = 0;
+  int16_t right_speed = 0;
+  uint8_t battery = 0;      ///< tenths of a volt
+  uint8_t left_stall = 0;   ///< bit 0; bits 1.. rear bumpers
+  uint8_t right_stall = 0;  ///< bit 0; bits 1.. front bumpers
+  int16_t control = 0;
+  uint16_t flags = 0;  ///< bit 0 motors enabled
+  uint8_t compass = 0;
+  std::vector<Sonar> sonars;
+  uint16_t analog_port = 0;
+  uint8_t analog = 0;
+  uint8_t digital_in = 0xFF;
+  uint8_t digital_out = 0;
+  bool operator==(const Sip&) const = default;
+};
+Bytes encode_sip(const Sip& sip);
+/// Bytes beyond the standard fields, which newer firmware sends, are passed over.
+std::optional<Sip> decode_sip(std::span<const uint8_t> payload);
+
+/// What a robot's units mean (ARIA's parameter files).
+struct Model {
+  const char* subtype;  ///< lower case
+  double mm_per_distance;
+  double mm_per_range;
+  double rad_per_mm_per_s;  ///< DiffConvFactor: yaw rate from half the wheels' difference
+};
+/// @returns P2DX for an unknown subtype.
+const Model& model_of(const std::string& subtype);
+inline constexpr double kRadPerHeading = 2.0 * std::numbers::pi / 4096.0;
+
+/// The sonars of a P2DX in the robot frame.
+const std::array<Pose2, 16>& p2dx_sonars();
+
+}  // namespace marco::drivers::p2os

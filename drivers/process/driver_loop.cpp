@@ -1,0 +1,69 @@
+#include "drivers/process/driver_loop.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <thread>
+
+namespace marco::drivers {
+namespace {
+
+using std::chrono::steady_clock;
+constexpr std::chrono::milliseconds kReopenAfter{1000};
+constexpr std::chrono::milliseconds kNap{50};
+
+}  // namespace
+
+DriverLoop::DriverLoop(process::Bus& bus,
+                       process::DropCounter& drops,
+                       DriverLoopOptions options,
+                       StartSession start_session)
+    : options_(std::move(options)),
+      start_session_(std::move(start_session)),
+      status_(bus, options_.process, drops) {}
+
+void DriverLoop::tick(const std::string& state) {
+  status_.tick(state);
+  const auto now = steady_clock::now();
+  if (!options_.every_second || now - last_second_ < std::chrono::seconds(1)) return;
+  last_second_ = now;
+  options_.every_second();
+}
+
+void DriverLoop::run(const std::function<bool()>& stop) {
+  while (!stop()) {
+    try {
+      const std::unique_ptr<ByteStream> stream =
+          options_.open ? options_.open() : open_stream(options_.address, options_.line);
+      spdlog::info("{} is open", options_.address);
+      run_session(*stream, stop);
+    } catch (const StreamLost& loss) {
+      wait_to_reopen(loss.what(), stop);
+    }
+  }
+}
+
+void DriverLoop::run_session(ByteStream& stream, const std::function<bool()>& stop) {
+  const std::unique_ptr<DeviceSession> session = start_session_(stream);
+  std::string told;
+  while (!stop()) {
+    session->step();
+    std::string state = session->state();
+    tick(state);
+    if (state.substr(0, state.find(',')) != told.substr(0, told.find(','))) {
+      spdlog::info("{}", state);
+      told = std::move(state);
+    }
+  }
+  session->stop();
+}
+
+void DriverLoop::wait_to_reopen(const std::string& why, const std::function<bool()>& stop) {
+  spdlog::warn("no device: {}; tried again every second", why);
+  const auto until = steady_clock::now() + kReopenAfter;
+  while (!stop() && steady_clock::now() < until) {
+    tick("no device: " + why);
+    std::this_thread::sleep_for(kNap);
+  }
+}
+
+}  // namespace marco::drivers

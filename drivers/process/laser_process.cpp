@@ -1,0 +1,130 @@
+#include "drivers/process/laser_process.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <numbers>
+#include <optional>
+
+#include "common/process/lcm_bus.hpp"
+#include "common/process/stop_signal.hpp"
+#include "drivers/process/driver_loop.hpp"
+#include "drivers/transport/wall_clock.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+
+namespace marco::drivers {
+namespace {
+
+/// Between one laser driver and the bus.
+class LaserSession final : public DeviceSession {
+ public:
+  struct Outlet {
+    process::Bus& bus;
+    process::DropCounter& drops;
+    const LaserProcess& laser;
+    std::function<void(double)> add_latency;
+    std::optional<LaserSight>& sight;
+  };
+
+  LaserSession(std::unique_ptr<LaserDriver> driver, Outlet outlet)
+      : driver_(std::move(driver)), outlet_(std::move(outlet)) {
+    outlet_.sight = driver_->sight();
+  }
+
+  void step() override {
+    for (ArrivedScan& arrived : driver_->step()) publish(arrived);
+    count_drops();
+    outlet_.sight = driver_->sight();
+  }
+  std::string state() const override { return driver_->state(); }
+  void stop() override { driver_->stop(); }
+
+ private:
+  void publish(ArrivedScan& arrived) {
+    outlet_.drops.count_received();
+    arrived.scan.channel = outlet_.laser.place.channel;
+    if (outlet_.laser.raw) {
+      outlet_.bus.publish(arrived.scan.channel, to_raw_message(arrived.scan));
+    } else {
+      // planar_lidar_t has no place for the beams' own times: its readers spread SENSOR_INFO's scan
+      // duration over them.
+      arrived.scan.time_offsets_s.clear();
+      outlet_.bus.publish(arrived.scan.channel, to_message(arrived.scan));
+    }
+    outlet_.add_latency((wall_now() - arrived.arrival).seconds());
+  }
+
+  void count_drops() {
+    for (const auto& [cause, count] : driver_->counts().drops) {
+      for (int64_t& told = told_[cause]; told < count; ++told) {
+        outlet_.drops.count_received();
+        outlet_.drops.count(cause);
+      }
+    }
+  }
+
+  std::unique_ptr<LaserDriver> driver_;
+  Outlet outlet_;
+  std::map<std::string, int64_t> told_;
+};
+
+}  // namespace
+
+SensorInfo sensor_info(const LaserPlace& place, const LaserSight& sight, Utime now) {
+  require(place.mount == "robot" || place.mount == "pantilt",
+          "mount is 'robot' or 'pantilt', not '" + place.mount + "'");
+  require(place.position_m.size() == 3 && place.roll_pitch_yaw_deg.size() == 3,
+          "position_m and roll_pitch_yaw_deg have three numbers each");
+  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+  SensorInfo info;
+  info.utime = now;
+  info.channel = place.channel;
+  info.mount = place.mount == "robot" ? SensorInfo::Mount::robot : SensorInfo::Mount::pantilt;
+  info.parent_from_sensor =
+      make_pose3({place.position_m[0], place.position_m[1], place.position_m[2]},
+                 place.roll_pitch_yaw_deg[0] * kRadPerDeg, place.roll_pitch_yaw_deg[1] * kRadPerDeg,
+                 place.roll_pitch_yaw_deg[2] * kRadPerDeg);
+  info.scan_duration_s = sight.scan_duration_s;
+  info.range_min_m = sight.range_min_m;
+  // As the scans' floats say it: a no return must not lie a rounding below the limit.
+  info.range_max_m = static_cast<double>(static_cast<float>(sight.range_max_m));
+  info.range_sigma_m = sight.range_sigma_m;
+  return info;
+}
+
+void run_laser(process::Bus& bus, const LaserProcess& laser, const std::function<bool()>& stop) {
+  sensor_info(laser.place, {}, wall_now());  // refuses nonsense before any device is opened
+  process::DropCounter drops([](const std::string& line) { spdlog::warn("{}", line); });
+  std::optional<LaserSight> sight;
+  DriverLoopOptions options;
+  options.process = laser.process;
+  options.address = laser.address;
+  options.line = laser.line;
+  options.open = laser.open;
+  options.every_second = [&] {
+    if (!sight) return;
+    bus.publish(channels::kSensorInfo, to_message(sensor_info(laser.place, *sight, wall_now())));
+  };
+  DriverLoop* running = nullptr;
+  DriverLoop loop(bus, drops, options, [&](ByteStream& stream) {
+    return std::make_unique<LaserSession>(
+        laser.start(stream),
+        LaserSession::Outlet{bus, drops, laser,
+                             [&running](double seconds) { running->add_latency(seconds); }, sight});
+  });
+  running = &loop;
+  loop.run(stop);
+  spdlog::info("{}", drops.summary());
+}
+
+int run_laser_until_stopped(const process::CommonArguments& arguments, const LaserProcess& laser) {
+  process::start_logging(laser.process, arguments.log_level);
+  process::catch_stop_signals();
+  process::LcmBus bus(arguments.lcm_url);
+  spdlog::info("{} on {} of {}", laser.address, laser.place.channel,
+               process::effective_lcm_url(arguments.lcm_url));
+  run_laser(bus, laser, process::stop_requested);
+  return 0;
+}
+
+}  // namespace marco::drivers

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/robot_values.hpp"
+#include "common/samples.hpp"
+#include "drivers/robot/obstacle_guard.hpp"
+
+namespace marco::drivers {
+
+/// What a base driver has to tell since it was last asked.
+struct BaseOutput {
+  std::vector<OdometrySample> odometry;
+  std::vector<BaseStatus> status;
+  std::vector<SonarRing> sonar;
+};
+
+/// How fast moves and turns go unless ordered otherwise.
+struct BaseSpeeds {
+  double velocity_m_per_s = 0.4;
+  double yaw_rate_rad_per_s = 0.8;
+  double acceleration_m_per_s2 = 0.3;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("velocity_m_per_s", velocity_m_per_s, kPositive);
+    v("yaw_rate_rad_per_s", yaw_rate_rad_per_s, kPositive);
+    v("acceleration_m_per_s2", acceleration_m_per_s2, kPositive);
+  }
+};
+
+/// A base as its driver process sees it, without port or clock: bytes in, bytes out, stepped by
+/// whoever has both. Here is what all bases do alike: the fate of orders, the guard, the end of a
+/// velocity that nobody repeats. What a base does in its own way is in the private virtuals.
+class BaseDriver {
+ public:
+  static constexpr double kVelocityTimeoutS = 0.5;
+
+  BaseDriver(std::string name, const BaseSpeeds& speeds, const GuardOptions& guard);
+  virtual ~BaseDriver() = default;
+
+  /// The line was opened or lost. A lost one ends the running order; nothing is taken up again.
+  virtual void on_connection(bool connected, Utime now) = 0;
+  virtual void receive(std::span<const uint8_t> bytes, Utime now) = 0;
+  /// Call every few milliseconds. Appends what is to be sent.
+  virtual void advance(Utime now, std::vector<uint8_t>& out) = 0;
+  /// Appends what leaves the motors off, whatever else was going on.
+  virtual void shut_down(std::vector<uint8_t>& out) = 0;
+  /// Bytes or lines that were not understood or believed.
+  virtual int64_t bad_input() const = 0;
+
+  void command(const BaseCommand& command, Utime now);
+  ObstacleGuard& guard() { return guard_; }
+  BaseOutput take_output();
+  /// Odometry as of now, prediction included.
+  const Pose2& odom_from_robot() const { return odom_from_robot_; }
+  /// One line for a person.
+  std::string state() const;
+  const BaseStatus& status() const { return status_; }
+
+ protected:
+  struct Leg {
+    enum class Kind { move, turn };
+    Kind kind = Kind::move;
+    double amount = 0.0;  ///< m or rad, signed
+  };
+
+  /// The derived class calls these.
+  void set_link(BaseStatus::Link link, const std::string& note, Utime now);
+  void advance_motion(Utime now);
+  void leg_ended(bool reached, const std::string& note, Utime now);
+  void stopped(Utime now);
+  void publish_odometry(const OdometrySample& sample);
+  BaseStatus& edit_status() { return status_; }
+  BaseOutput& output() { return output_; }
+  const BaseSpeeds& speeds() const { return speeds_; }
+  bool idle() const { return mode_ == Mode::idle; }
+
+ private:
+  enum class Mode { idle, leg_due, leg, velocity, stopping };
+
+  /// Sets off. The base is at rest.
+  virtual void start_leg(const Leg& leg, Utime now) = 0;
+  /// What is left of the leg, signed.
+  virtual double leg_remaining() const = 0;
+  /// Keeps this velocity until told otherwise; called at each step.
+  virtual void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) = 0;
+  /// Stops the wheels, then calls stopped().
+  virtual void stop_wheels(Utime now) = 0;
+  virtual void speeds_changed() {}
+  /// What a move needs to come to rest from its top speed when it is stopped now.
+  virtual double stop_distance_m() const = 0;
+
+  void begin(const BaseCommand& command, Utime now);
+  void begin_leg(Utime now);
+  void watch_leg(Utime now);
+  void watch_velocity(Utime now);
+  void request_stop(BaseStatus::Command fate, const std::string& note, Utime now);
+  void finish(BaseStatus::Command fate, const std::string& note, Utime now);
+  void tell(Utime now);
+  double free_part(const Leg& leg, Utime now) const;
+
+  BaseSpeeds speeds_;
+  ObstacleGuard guard_;
+  BaseStatus status_;
+  BaseOutput output_;
+  Pose2 odom_from_robot_;
+  Mode mode_ = Mode::idle;
+  BaseCommand order_;
+  std::optional<BaseCommand> next_order_;
+  Leg leg_;
+  bool first_leg_ = true;
+  bool leg_limited_ = false;
+  bool point_to_reach_ = false;
+  Utime velocity_given_;
+  BaseStatus::Command fate_after_stop_ = BaseStatus::Command::none;
+  std::string note_after_stop_;
+  Utime last_told_;
+};
+
+}  // namespace marco::drivers

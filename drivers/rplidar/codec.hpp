@@ -1,0 +1,133 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+/// Slamtec RPLIDAR A1 and A2: requests A5 command [length data xor]; answers begin with a
+/// descriptor A5 5A, length and kind, followed by one block of data or by an endless stream of
+/// blocks.
+namespace marco::drivers::rplidar {
+
+using Bytes = std::vector<uint8_t>;
+
+enum Command : uint8_t {
+  kStop = 0x25,
+  kReset = 0x40,
+  kScan = 0x20,
+  kForceScan = 0x21,
+  kGetInfo = 0x50,
+  kGetHealth = 0x52,
+  kGetSampleRate = 0x59,
+  kExpressScan = 0x82,
+  kGetConfiguration = 0x84,
+  kSetMotorPwm = 0xF0,
+  kGetAccessoryFlag = 0xFF,
+};
+
+/// Kinds of data, as a descriptor names them.
+enum Kind : uint8_t {
+  kInfo = 0x04,
+  kHealth = 0x06,
+  kSampleRate = 0x15,
+  kConfiguration = 0x20,
+  kNodes = 0x81,
+  kCapsules = 0x82,
+  kAccessoryFlag = 0xFF,
+};
+
+inline constexpr std::size_t kNodeSize = 5;
+inline constexpr std::size_t kCapsuleSize = 84;
+inline constexpr int kCapsuleSamples = 32;
+
+Bytes encode_request(uint8_t command, std::span<const uint8_t> data = {});
+Bytes motor_request(int pwm);
+Bytes encode_descriptor(uint32_t length, bool stream, uint8_t kind);
+
+struct Request {
+  uint8_t command = 0;
+  Bytes data;
+};
+
+/// The laser's ear: cuts requests out of what a host sends.
+class RequestParser {
+ public:
+  void push(std::span<const uint8_t> bytes);
+  std::optional<Request> next();
+  void clear() { buffer_.clear(); }
+
+ private:
+  Bytes buffer_;
+};
+
+struct Node {
+  bool first = false;  ///< of a turn
+  int quality = 0;
+  int angle_q6 = 0;     ///< clockwise from ahead, 1/64 deg
+  int distance_q2 = 0;  ///< 1/4 mm; 0 = none
+  bool operator==(const Node&) const = default;
+};
+std::array<uint8_t, kNodeSize> encode_node(const Node& node);
+/// @returns nothing when one of the three check bits is wrong or the angle beyond a turn.
+std::optional<Node> decode_node(std::span<const uint8_t, kNodeSize> bytes);
+
+struct Capsule {
+  bool first = false;  ///< after the start of the scan
+  int start_q6 = 0;    ///< angle of its first sample, 1/64 deg
+  std::array<int, kCapsuleSamples> distance_mm{};
+  std::array<int, kCapsuleSamples> offset_q3{};  ///< 1/8 deg, 0..63, against the turning
+  bool operator==(const Capsule&) const = default;
+};
+std::array<uint8_t, kCapsuleSize> encode_capsule(const Capsule& capsule);
+/// @returns nothing when the marks or the checksum are wrong.
+std::optional<Capsule> decode_capsule(std::span<const uint8_t, kCapsuleSize> bytes);
+
+/// Angle of sample k of a capsule [deg, 0..360), known only when the next has come.
+double sample_angle_deg(const Capsule& capsule, const Capsule& next, int k);
+
+/// One block of an answer.
+struct Block {
+  uint8_t kind = 0;
+  bool continuous = true;       ///< nothing was passed over between the last block and this one
+  Bytes data;                   ///< of one answer
+  Node node;                    ///< kind kNodes
+  Capsule capsule;              ///< kind kCapsules
+  std::size_t bytes_after = 0;  ///< pushed already, behind it
+};
+
+/// Cuts what a laser sends into blocks, however it is split. In a stream it finds its place again
+/// by the checksum of a capsule; nodes have none, so that one counts only if the next is one, too,
+/// at an angle that follows.
+class AnswerParser {
+ public:
+  void push(std::span<const uint8_t> bytes);
+  std::optional<Block> next();
+  /// A new request was sent: what comes next begins with a descriptor.
+  void expect_descriptor();
+  bool streaming() const { return streaming_; }
+
+  int64_t garbage_bytes() const { return garbage_bytes_; }
+  int64_t bad_checksums() const { return bad_checksums_; }
+
+ private:
+  bool read_descriptor();
+  std::optional<Block> next_node();
+  std::optional<Block> next_capsule();
+  std::span<const uint8_t> rest() const { return {buffer_.data() + head_, buffer_.size() - head_}; }
+  void skip(std::size_t count);
+
+  Bytes buffer_;
+  std::size_t head_ = 0;
+  bool in_answer_ = false;
+  bool streaming_ = false;
+  bool continuous_ = true;
+  std::size_t length_ = 0;
+  uint8_t kind_ = 0;
+  int64_t garbage_bytes_ = 0;
+  int64_t bad_checksums_ = 0;
+};
+
+}  // namespace marco::drivers::rplidar

@@ -1,0 +1,209 @@
+#include "drivers/rplidar/emulator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "drivers/transport/wall_clock.hpp"
+
+namespace marco::drivers::rplidar {
+namespace {
+
+constexpr Duration kAnswerDelay = Duration::from_us(1000);
+constexpr int kGoodQuality = 47;
+
+void put(Bytes& bytes, uint32_t value, int size) {
+  for (int i = 0; i < size; ++i) bytes.push_back(static_cast<uint8_t>(value >> (8 * i)));
+}
+
+}  // namespace
+
+RplidarEmulator::RplidarEmulator(LaserWorld world, const RplidarEmulatorOptions& options)
+    : world_(std::move(world)), options_(options), output_(options.baud) {
+  validate(options, "rplidar_emulator");
+}
+
+void RplidarEmulator::on_connection(bool connected, Utime /*now*/) {
+  if (!connected) parser_.clear();
+}
+
+void RplidarEmulator::power_cycle(Utime now) {
+  output_.clear();
+  parser_.clear();
+  scan_kind_ = 0;
+  greeted_ = false;
+  ready_ = now + Duration::from_seconds(options_.reset_s);
+}
+
+void RplidarEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now) {
+  if (now < ready_ || (baud != 0 && baud != options_.baud)) return;
+  parser_.push(bytes);
+  while (const auto request = parser_.next()) handle(*request, now);
+}
+
+void RplidarEmulator::answer(uint8_t kind, const Bytes& data, Utime now) {
+  Bytes all = encode_descriptor(static_cast<uint32_t>(data.size()), false, kind);
+  all.insert(all.end(), data.begin(), data.end());
+  output_.send(all, now + kAnswerDelay);
+}
+
+void RplidarEmulator::handle(const Request& request, Utime now) {
+  if (request.command == kSetMotorPwm) return;
+  scan_kind_ = 0;
+  Bytes data;
+  switch (request.command) {
+    case kReset:
+      power_cycle(now);
+      break;
+    case kScan:
+    case kForceScan:
+      start_scan(kNodes, now);
+      break;
+    case kExpressScan:
+      start_scan(kCapsules, now);
+      break;
+    case kGetInfo:
+      data = {static_cast<uint8_t>(options_.model), 29, 1, 7};
+      for (int i = 0; i < 16; ++i) data.push_back(static_cast<uint8_t>(i));
+      answer(kInfo, data, now);
+      break;
+    case kGetHealth:
+      answer(kHealth, {static_cast<uint8_t>(options_.health), 0, 0}, now);
+      break;
+    case kGetSampleRate:
+      put(data, static_cast<uint32_t>(std::lround(options_.sample_s * 1e6)), 2);
+      put(data, static_cast<uint32_t>(std::lround(options_.express_s * 1e6)), 2);
+      answer(kSampleRate, data, now);
+      break;
+    case kGetAccessoryFlag:
+      put(data, options_.model >= 0x20 ? 1 : 0, 4);
+      answer(kAccessoryFlag, data, now);
+      break;
+    case kGetConfiguration:
+      answer(kConfiguration, configuration_answer(request.data), now);
+      break;
+    default:
+      break;
+  }
+}
+
+Bytes RplidarEmulator::configuration_answer(const Bytes& question) const {
+  const uint8_t type = question.empty() ? 0 : question[0];
+  const bool express = question.size() >= 6 && question[4] == 1;
+  Bytes data;
+  put(data, type, 4);
+  switch (type) {
+    case 0x70:  // how many scan modes
+      put(data, 2, 2);
+      break;
+    case 0x71:  // microseconds a sample, eight bits of fraction
+      put(data,
+          static_cast<uint32_t>((express ? options_.express_s : options_.sample_s) * 1e6 * 256.0),
+          4);
+      break;
+    case 0x74:  // metres, eight bits of fraction
+      put(data, static_cast<uint32_t>(options_.range_max_m * 256.0), 4);
+      break;
+    case 0x75:
+      put(data, express ? kCapsules : kNodes, 1);
+      break;
+    case 0x7C:  // the mode to be used by default
+      put(data, static_cast<uint32_t>(options_.typical_mode), 2);
+      break;
+    case 0x7F:
+      for (const char c : std::string(express ? "Express" : "Standard")) {
+        data.push_back(static_cast<uint8_t>(c));
+      }
+      data.push_back(0);
+      break;
+    default:
+      put(data, 0, 4);
+      break;
+  }
+  return data;
+}
+
+void RplidarEmulator::start_scan(uint8_t kind, Utime now) {
+  output_.send(encode_descriptor(kind == kNodes ? kNodeSize : kCapsuleSize, true, kind),
+               now + kAnswerDelay);
+  scan_kind_ = kind;
+  first_capsule_ = true;
+  scan_start_ = now + kAnswerDelay;
+  next_sample_ = 0;
+}
+
+double RplidarEmulator::sample_period_s() const {
+  return scan_kind_ == kNodes ? options_.sample_s : options_.express_s;
+}
+
+Utime RplidarEmulator::sample_time(int64_t sample) const {
+  return scan_start_ + Duration::from_seconds(static_cast<double>(sample) * sample_period_s());
+}
+
+double RplidarEmulator::angle_deg(int64_t sample) const {
+  return std::fmod(static_cast<double>(sample) * sample_period_s() * options_.turns_per_s, 1.0) *
+         360.0;
+}
+
+std::vector<double> RplidarEmulator::measure(int count) const {
+  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+  LaserSweep sweep;
+  sweep.first_beam = sample_time(next_sample_);
+  sweep.beam_interval_s = sample_period_s();
+  sweep.first_bearing_rad = -angle_deg(next_sample_) * kRadPerDeg;
+  sweep.bearing_step_rad = -360.0 * sample_period_s() * options_.turns_per_s * kRadPerDeg;
+  sweep.beams = count;
+  std::vector<double> ranges_m = world_(sweep);
+  ranges_m.resize(static_cast<std::size_t>(count), 0.0);
+  for (double& range_m : ranges_m) {
+    if (!std::isfinite(range_m) || range_m > options_.range_max_m) range_m = 0.0;
+  }
+  return ranges_m;
+}
+
+void RplidarEmulator::send_batch() {
+  const int count = batch();
+  const std::vector<double> ranges_m = measure(count);
+  Capsule capsule;
+  capsule.first = first_capsule_;
+  capsule.start_q6 = static_cast<int>(angle_deg(next_sample_) * 64.0);
+  for (int i = 0; i < count; ++i) {
+    const int64_t sample = next_sample_ + i;
+    const double range_m = ranges_m[static_cast<std::size_t>(i)];
+    if (scan_kind_ == kCapsules) {
+      capsule.distance_mm[static_cast<std::size_t>(i)] =
+          static_cast<int>(std::lround(range_m * 1e3));
+      continue;
+    }
+    Node node;
+    node.first = sample == 0 || angle_deg(sample) < angle_deg(sample - 1);
+    node.angle_q6 = static_cast<int>(angle_deg(sample) * 64.0);
+    node.distance_q2 = static_cast<int>(std::lround(range_m * 4e3));
+    node.quality = range_m > 0.0 ? kGoodQuality : 0;
+    output_.send(encode_node(node), sample_time(sample + 1));
+  }
+  next_sample_ += count;
+  samples_sent_ += count;
+  if (scan_kind_ == kCapsules) output_.send(encode_capsule(capsule), sample_time(next_sample_));
+  first_capsule_ = false;
+}
+
+void RplidarEmulator::advance(Utime now, std::vector<uint8_t>& out) {
+  if (!greeted_ && now >= ready_) {
+    greeted_ = true;
+    const std::string text = "RP LIDAR System.\r\nFirmware Ver 1.29, HW Ver 7\r\n";
+    output_.send(Bytes(text.begin(), text.end()), ready_);
+  }
+  while (scan_kind_ != 0 && now >= sample_time(next_sample_ + batch())) send_batch();
+  output_.advance(now, out);
+}
+
+Utime RplidarEmulator::next_event() const {
+  Utime next = output_.next_event();
+  if (!greeted_) next = std::min(next, ready_);
+  if (scan_kind_ != 0) next = std::min(next, sample_time(next_sample_ + batch()));
+  return next;
+}
+
+}  // namespace marco::drivers::rplidar

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <string>
+
+#include "common/options.hpp"
+#include "drivers/laser/laser_world.hpp"
+#include "drivers/rplidar/codec.hpp"
+#include "drivers/transport/emulator.hpp"
+#include "drivers/transport/paced_output.hpp"
+
+namespace marco::drivers::rplidar {
+
+struct RplidarEmulatorOptions {
+  int model = 0x18;           ///< A1; 0x28 = A2
+  int baud = 115'200;         ///< 256000 for some A2
+  double turns_per_s = 5.5;   ///< of the head
+  double sample_s = 508e-6;   ///< standard scan
+  double express_s = 254e-6;  ///< express scan
+  double reset_s = 0.5;       ///< from a reset until it answers
+  int health = 0;             ///< 0 good, 1 warning, 2 error
+  int typical_mode = 1;       ///< told to newer tools: 0 standard, 1 express
+  double range_max_m = 12.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("model", model, Limits{0, 255});
+    v("baud", baud, Limits{9600, 1'000'000});
+    v("turns_per_s", turns_per_s, Limits{1.0, 20.0});
+    v("sample_s", sample_s, Limits{1e-4, 1e-2});
+    v("express_s", express_s, Limits{1e-4, 1e-2});
+    v("reset_s", reset_s, kNotNegative);
+    v("health", health, Limits{0, 2});
+    v("typical_mode", typical_mode, Limits{0, 1});
+    v("range_max_m", range_max_m, kPositive);
+  }
+};
+
+/// The laser as the line shows it: information, health, configuration questions of newer tools,
+/// standard scans (nodes) and legacy express scans (capsules). Its motor always turns.
+class RplidarEmulator final : public Emulator {
+ public:
+  RplidarEmulator(LaserWorld world, const RplidarEmulatorOptions& options);
+
+  void receive(std::span<const uint8_t> bytes, int baud, Utime now) override;
+  void advance(Utime now, std::vector<uint8_t>& out) override;
+  Utime next_event() const override;
+  void on_connection(bool connected, Utime now) override;
+
+  void power_cycle(Utime now);
+  bool scanning() const { return scan_kind_ != 0; }
+  int64_t samples_sent() const { return samples_sent_; }
+
+ private:
+  void handle(const Request& request, Utime now);
+  void answer(uint8_t kind, const Bytes& data, Utime now);
+  Bytes configuration_answer(const Bytes& question) const;
+  void start_scan(uint8_t kind, Utime now);
+  void send_batch();
+  double sample_period_s() const;
+  Utime sample_time(int64_t sample) const;
+  double angle_deg(int64_t sample) const;
+  std::vector<double> measure(int count) const;
+  int batch() const { return scan_kind_ == kNodes ? 8 : kCapsuleSamples; }
+
+  LaserWorld world_;
+  RplidarEmulatorOptions options_;
+  RequestParser parser_;
+  PacedOutput output_;
+  Utime ready_;
+  bool greeted_ = true;  ///< the boot text after a reset is out
+  uint8_t scan_kind_ = 0;
+  bool first_capsule_ = false;
+  Utime scan_start_;
+  int64_t next_sample_ = 0;
+  int64_t samples_sent_ = 0;
+};
+
+}  // namespace marco::drivers::rplidar

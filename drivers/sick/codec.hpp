@@ -1,0 +1,197 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+/// Telegrams of the SICK LMS 200/211/220/221/291/209 ("LMS2xx") laser scanners.
+///
+///     02 | address | length u16 | code, data ... [status, from the laser] | CRC u16
+///
+/// little endian; `length` counts code, data and status. The laser adds 80 to the address and to
+/// the code it answers. Between telegrams a single 06 says "received", 15 "received damaged".
+namespace marco::drivers::sick {
+
+using Bytes = std::vector<uint8_t>;
+
+inline constexpr uint8_t kStx = 0x02;
+inline constexpr uint8_t kAck = 0x06;
+inline constexpr uint8_t kNak = 0x15;
+inline constexpr uint8_t kHealthy = 0x10;  ///< status byte: family LMS, no complaint
+
+/// Codes of requests; the reply's is this | 0x80.
+enum Code : uint8_t {
+  kReset = 0x10,
+  kSetMode = 0x20,
+  kGetValues = 0x30,
+  kGetStatus = 0x31,
+  kGetErrors = 0x32,
+  kGetType = 0x3A,
+  kSetVariant = 0x3B,
+  kGetConfiguration = 0x74,
+  kSetConfiguration = 0x77,
+};
+inline constexpr uint8_t kPowerOnReply = 0x90;
+inline constexpr uint8_t kResetReply = 0x91;
+inline constexpr uint8_t kRejectedReply = 0x92;
+inline constexpr uint8_t kValuesReply = 0xB0;
+inline constexpr uint8_t kSubRangeReply = 0xB7;
+
+/// Arguments of kSetMode.
+enum Mode : uint8_t {
+  kInstallation = 0x00,
+  kContinuous = 0x24,
+  kOnRequest = 0x25,
+  kSubRange = 0x27,
+  kPartialScans = 0x2A,
+  kBaud38400 = 0x40,
+  kBaud19200 = 0x41,
+  kBaud9600 = 0x42,
+  kBaud500000 = 0x48,
+};
+std::optional<Mode> mode_of_baud(int baud);
+std::optional<int> baud_of_mode(uint8_t mode);
+
+/// The laser's own cyclic code: shift by one bit a byte, polynomial 8005, the last two bytes mixed
+/// in. No CRC of the catalogues.
+uint16_t crc(std::span<const uint8_t> bytes);
+
+/// A whole telegram. @param payload  code, data and (from the laser) status; at least one byte.
+Bytes encode_telegram(uint8_t address, std::span<const uint8_t> payload);
+/// A request to any laser on the line.
+Bytes encode_request(std::span<const uint8_t> payload);
+/// A reply: status is appended to `payload`.
+Bytes encode_reply(std::span<const uint8_t> payload,
+                   uint8_t status = kHealthy,
+                   uint8_t address = 0x80);
+
+Bytes set_mode_request(Mode mode);
+/// @param password  eight characters.
+Bytes installation_request(const std::string& password = "SICK_LMS");
+/// @param resolution_cdeg  of a degree's hundredths: 100, 50 or 25.
+Bytes set_variant_request(int angle_deg, int resolution_cdeg);
+
+/// One telegram or one byte between telegrams, as a parser met it.
+struct Event {
+  enum class Kind { telegram, ack, nak, bad_checksum };
+  Kind kind = Kind::telegram;
+  uint8_t address = 0;
+  std::span<const uint8_t> payload;  ///< code first; valid until the parser's next call
+  std::size_t bytes_total = 0;       ///< of the telegram on the line
+  std::size_t bytes_after = 0;       ///< pushed already, behind it
+
+  uint8_t code() const { return payload[0]; }
+  uint8_t status() const { return payload.back(); }
+  /// Between code and status.
+  std::span<const uint8_t> data() const { return payload.subspan(1, payload.size() - 2); }
+};
+
+/// Cuts a stream into telegrams, however it is split. What fits no telegram is passed over byte by
+/// byte and counted, so that after damage the next whole telegram is found, even one inside a false
+/// one. Never delivers a telegram whose CRC does not fit.
+class TelegramParser {
+ public:
+  enum class Side { laser, host };  ///< whose telegrams are read
+
+  explicit TelegramParser(Side side) : side_(side) {}
+
+  void push(std::span<const uint8_t> bytes);
+  /// The next event within what was pushed.
+  std::optional<Event> next();
+  /// Tells that the line fell silent: what waits for its rest waits in vain and is passed over.
+  void give_up_waiting();
+  bool waiting() const { return head_ < buffer_.size(); }
+  void clear();
+
+  int64_t garbage_bytes() const { return garbage_bytes_; }
+  int64_t bad_checksums() const { return bad_checksums_; }
+
+ private:
+  enum class Look { telegram, incomplete, nonsense };
+  Look look(std::span<const uint8_t> from_stx) const;
+  bool plausible(std::span<const uint8_t> header) const;
+
+  Side side_;
+  Bytes buffer_;
+  std::size_t head_ = 0;
+  int64_t garbage_bytes_ = 0;
+  int64_t bad_checksums_ = 0;
+};
+
+enum class Unit : uint8_t { cm = 0, mm = 1, dm = 2 };
+double metres(Unit unit);
+
+/// How a value word is to be read in a measuring mode (byte 5 of the configuration).
+struct RangeRule {
+  uint16_t distance_mask;  ///< the other bits are fields or a reflector's level
+  uint16_t first_special;  ///< from here on the distance is a code: see Special
+};
+/// @throws std::invalid_argument for a mode without distances.
+RangeRule range_rule(int measuring_mode);
+
+/// Codes at the top of the distance: their distance below the mask's all-ones.
+enum class Special { no_echo, dazzled, overflow, noise, read_error, beyond_range, unknown };
+/// @returns nothing for a distance.
+std::optional<Special> special_of(uint16_t word, const RangeRule& rule);
+uint16_t word_of(Special special, const RangeRule& rule);
+
+/// The reply B0, or B7 of a sub-range.
+struct MeasuredValues {
+  Unit unit = Unit::cm;
+  bool partial = false;             ///< one turn of an interlaced scan, not all of it
+  int partial_offset_quarters = 0;  ///< its shift, quarters of a degree
+  std::vector<uint16_t> words;      ///< right to left (counter-clockwise)
+  std::vector<uint8_t> indices;     ///< real-time and telegram index, when switched on: 0 or 2
+  std::optional<std::array<uint16_t, 2>> sub_range;  ///< first and last, from 1: makes it a B7
+};
+Bytes encode_values(const MeasuredValues& values);  ///< payload without status
+std::optional<MeasuredValues> decode_values(const Event& reply);
+
+/// The configuration block, as read (34 bytes; 32 on old firmware). All but three bytes are passed
+/// through untouched.
+struct Configuration {
+  Bytes bytes = Bytes(34, 0);
+
+  uint8_t availability() const { return bytes[4]; }
+  int measuring_mode() const { return bytes[5]; }
+  Unit unit() const { return static_cast<Unit>(bytes[6]); }
+  void set_measuring(int mode, Unit unit) {
+    bytes[5] = static_cast<uint8_t>(mode);
+    bytes[6] = static_cast<uint8_t>(unit);
+  }
+  bool operator==(const Configuration&) const = default;
+};
+Bytes set_configuration_request(const Configuration& configuration);
+/// Of the reply F4. @returns nothing when it is too short.
+std::optional<Configuration> decode_configuration(const Event& reply);
+
+/// What of the status block (reply B1) concerns us.
+struct StatusReport {
+  std::string firmware;
+  std::string boot_firmware;
+  uint8_t mode = kOnRequest;
+  bool defect = false;
+  std::array<uint16_t, 8> pollution{};
+  int motor_revolutions = 0;
+  int measuring_mode = 0;
+  int angle_deg = 180;
+  int resolution_cdeg = 100;
+  int baud = 9600;  ///< 0 = a word we do not know
+  bool permanent_baud = false;
+  uint8_t address = 0;
+  Unit unit = Unit::cm;
+};
+Bytes encode_status(const StatusReport& report);  ///< payload without status byte, 153 bytes
+/// Both layouts, of 152 and of 146 bytes.
+std::optional<StatusReport> decode_status(const Event& reply);
+
+/// For a person: "error, pollution".
+std::string describe_status_byte(uint8_t status);
+
+/// How many values a scan of this variant has; 0 when the laser has no such variant.
+int beams_of_variant(int angle_deg, int resolution_cdeg);
+
+}  // namespace marco::drivers::sick

@@ -1,0 +1,30 @@
+#pragma once
+
+#include "common/robot_values.hpp"
+#include "marco/base_command_t.hpp"
+#include "marco/base_status_t.hpp"
+#include "marco/gamepad_t.hpp"
+#include "marco/pantilt_command_t.hpp"
+#include "marco/sonar_t.hpp"
+
+/// Message <-> value of what a robot is ordered and reports; the rest is in convert.hpp.
+/// from_message throws std::invalid_argument, naming the cause, when a message holds a number that
+/// is not finite or a kind that nobody knows.
+namespace marco {
+
+base_command_t to_message(const BaseCommand& command);
+BaseCommand from_message(const base_command_t& message);
+
+base_status_t to_message(const BaseStatus& status);
+BaseStatus from_message(const base_status_t& message);
+
+sonar_t to_message(const SonarRing& ring);
+SonarRing from_message(const sonar_t& message);
+
+pantilt_command_t to_message(const PanTiltCommand& command);
+PanTiltCommand from_message(const pantilt_command_t& message);
+
+gamepad_t to_message(const GamepadState& state);
+GamepadState from_message(const gamepad_t& message);
+
+}  // namespace marco

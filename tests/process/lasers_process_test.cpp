@@ -1,0 +1,227 @@
+// The laser drivers as processes: real pseudo-terminals and sockets, real LCM.
+#include <gmock/gmock.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+#include "common/process/lcm_bus.hpp"
+#include "drivers/hokuyo/emulator.hpp"
+#include "drivers/leuze/emulator.hpp"
+#include "drivers/rplidar/emulator.hpp"
+#include "drivers/sick/emulator.hpp"
+#include "drivers/transport/emulator_port.hpp"
+#include "drivers/transport/wall_clock.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "marco/process_status_t.hpp"
+
+extern char** environ;
+
+namespace marco::drivers {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A driver started from the build's programs; ended with SIGTERM.
+class Driver {
+ public:
+  Driver(const std::string& program, const std::string& device, const std::string& config) {
+    config_path_ =
+        (std::filesystem::temp_directory_path() / (program + std::to_string(getpid()) + ".toml"))
+            .string();
+    std::ofstream(config_path_) << config;
+    const char* folder = std::getenv("MARCO_BIN");
+    const std::string path =
+        std::string(folder != nullptr ? folder : "build/dev/bin") + "/" + program;
+    std::vector<std::string> words{path,   "--config",    config_path_, "--device",
+                                   device, "--log-level", "error"};
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    EXPECT_EQ(posix_spawn(&pid_, path.c_str(), nullptr, nullptr, arguments.data(), environ), 0);
+  }
+  ~Driver() {
+    stop();
+    std::filesystem::remove(config_path_);
+  }
+  // @returns its exit code; -1 when it did not end by itself.
+  int stop() {
+    if (pid_ <= 0) return 0;
+    kill(pid_, SIGTERM);
+    return wait();
+  }
+  int wait() {
+    int status = 0;
+    rusage usage{};
+    wait4(std::exchange(pid_, 0), &status, 0, &usage);
+    cpu_s_ = static_cast<double>(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+             1e-6 * static_cast<double>(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  double cpu_s() const { return cpu_s_; }
+
+ private:
+  pid_t pid_ = 0;
+  std::string config_path_;
+  double cpu_s_ = 0.0;
+};
+
+// What came over LCM; pumps it, and the emulator's port, in one thread.
+class Stage {
+ public:
+  explicit Stage(EmulatorPort& port) : port_(port), bus_("") {
+    bus_.subscribe_raw(".*", [this](const process::RawMessage& raw) { take(raw); });
+  }
+  template <class Condition>
+  bool run_until(double limit_s, Condition condition) {
+    std::array<EmulatorPort*, 1> ports{&port_};
+    const Utime limit = wall_now() + Duration::from_seconds(limit_s);
+    while (!condition() && wall_now() < limit) {
+      serve_ports(ports, Duration::from_us(1000));
+      while (bus_.handle_once(0)) {
+      }
+    }
+    return condition();
+  }
+  std::vector<LaserScan> scans;
+  std::vector<double> arrival_after_stamp_s;
+  std::optional<SensorInfo> info;
+  std::string state;
+  double latency_max_s = 0.0;
+
+ private:
+  void take(const process::RawMessage& raw) {
+    const std::string channel(raw.channel);
+    if (channel == channels::kProcessStatus) {
+      process_status_t status;
+      status.decode(raw.bytes.data(), 0, static_cast<int>(raw.bytes.size()));
+      state = status.state;
+      latency_max_s = std::max(latency_max_s, status.latency_max_s);
+      return;
+    }
+    auto sample = decode_sample(channel, raw.bytes);
+    if (!sample) return;
+    if (auto* found = std::get_if<SensorInfo>(&*sample)) info = *found;
+    if (auto* scan = std::get_if<LaserScan>(&*sample)) scans.push_back(std::move(*scan));
+  }
+
+  EmulatorPort& port_;
+  process::LcmBus bus_;
+};
+
+std::vector<double> flat_wall(const LaserSweep& sweep) {
+  std::vector<double> ranges_m;
+  for (int i = 0; i < sweep.beams; ++i) {
+    const double bearing_rad = sweep.first_bearing_rad + i * sweep.bearing_step_rad;
+    ranges_m.push_back(std::cos(bearing_rad) > 0.1 ? 2.0 / std::cos(bearing_rad) : 2.5);
+  }
+  return ranges_m;
+}
+
+// Of a scan of the wall 2 m ahead: the beam straight ahead.
+double ahead_m(const LaserScan& scan) {
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    if (std::abs(scan.bearing_rad(i)) < std::abs(scan.bearing_rad(best))) best = i;
+  }
+  return static_cast<double>(scan.ranges_m[best]);
+}
+
+TEST(LaserProcess, SickLivesThroughItsLasersTroubles) {
+  sick::SickEmulatorOptions device;
+  device.power_on_s = 0.5;
+  sick::SickEmulator emulator(flat_wall, device);
+  const std::string link =
+      (std::filesystem::temp_directory_path() / ("marco_sick_" + std::to_string(getpid())))
+          .string();
+  EmulatorPort port = EmulatorPort::pty(emulator, link);
+  Stage stage(port);
+  Driver driver("marco-sick", link,
+                "[place]\nposition_m = [0.1, 0.0, 0.3]\n[sick]\nbaud = 500000\n");
+  ASSERT_TRUE(stage.run_until(8.0, [&] { return stage.scans.size() >= 60; })) << stage.state;
+  ASSERT_TRUE(stage.run_until(2.0, [&] { return stage.info && !stage.state.empty(); }));
+  EXPECT_THAT(stage.state, HasSubstr("measuring"));
+  EXPECT_EQ(stage.scans.back().size(), 361u);
+  EXPECT_NEAR(ahead_m(stage.scans.back()), 2.0, 0.001);
+  EXPECT_NEAR(stage.info->parent_from_sensor.translation().x(), 0.1, 1e-12);
+  EXPECT_NEAR(stage.info->range_max_m, 32.759, 1e-9);
+  // The filter needs some scans; then the stamp is the first beam's but for this machine's worst
+  // pause at the emulator's side, which the stamps share.
+  EXPECT_NEAR((stage.scans.back().utime - emulator.last_first_beam()).seconds(), 0.0, 0.03);
+
+  Driver second("marco-sick", link, "");
+  EXPECT_EQ(second.wait(), 1);  // refused
+
+  port.unplug();
+  EXPECT_TRUE(stage.run_until(3.0, [&] { return stage.state.starts_with("no device"); }))
+      << stage.state;
+  port.plug_in();
+  std::size_t before = stage.scans.size();
+  const Utime back = wall_now();
+  EXPECT_TRUE(stage.run_until(6.0, [&] { return stage.scans.size() > before; })) << stage.state;
+  EXPECT_LT((wall_now() - back).seconds(), 3.0);  // a second to reopen, half a second of the device
+
+  emulator.power_cycle(wall_now());
+  before = stage.scans.size() + 2;
+  EXPECT_TRUE(stage.run_until(8.0, [&] { return stage.scans.size() > before; })) << stage.state;
+
+  const std::size_t at_start = stage.scans.size();
+  EXPECT_TRUE(stage.run_until(8.0, [&] { return stage.scans.size() >= at_start + 75; }));
+  EXPECT_EQ(driver.stop(), 0);
+  stage.run_until(0.2, [] { return false; });
+  EXPECT_FALSE(emulator.streaming());
+  std::printf("marco-sick at 500000 baud: %.2f s of CPU, %zu scans, worst latency %.2f ms\n",
+              driver.cpu_s(), stage.scans.size(), stage.latency_max_s * 1e3);
+}
+
+// Runs a driver against a port until it has published some scans.
+LaserScan one_scan(EmulatorPort& port, const std::string& program, const std::string& config) {
+  Stage stage(port);
+  Driver driver(program, port.address(), config);
+  EXPECT_TRUE(stage.run_until(8.0, [&] { return stage.scans.size() >= 8 && stage.info; }))
+      << program << ": " << stage.state;
+  EXPECT_EQ(driver.stop(), 0);
+  return stage.scans.empty() ? LaserScan{} : stage.scans.back();
+}
+
+TEST(LaserProcess, TheOthersPublishToo) {
+  hokuyo::HokuyoEmulator hokuyo(flat_wall, {});
+  EmulatorPort hokuyo_port = EmulatorPort::pty(hokuyo);
+  LaserScan scan = one_scan(hokuyo_port, "marco-hokuyo", "[place]\nchannel = \"LIDAR_REAR\"\n");
+  EXPECT_EQ(scan.channel, "LIDAR_REAR");
+  EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
+
+  rplidar::RplidarEmulator rplidar(flat_wall, {});
+  EmulatorPort rplidar_port = EmulatorPort::pty(rplidar);
+  scan = one_scan(rplidar_port, "marco-rplidar", "");
+  EXPECT_EQ(scan.channel, "LIDAR_RAW");
+  EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
+
+  leuze::LeuzeEmulatorOptions over_tcp;
+  over_tcp.baud = 0;
+  leuze::LeuzeEmulator leuze(flat_wall, over_tcp);
+  EmulatorPort leuze_port = EmulatorPort::tcp(leuze, 0);
+  scan = one_scan(leuze_port, "marco-leuze", "[leuze]\nbaud = 0\n");
+  EXPECT_NEAR(ahead_m(scan), 2.0, 0.003);
+
+  leuze::LeuzeServiceEmulator service(flat_wall, leuze::thesis_a_geometry());
+  EmulatorPort service_port = EmulatorPort::tcp(service, 0);
+  scan = one_scan(service_port, "marco-leuze",
+                  "[leuze]\nservice = true\npoll_s = 0.1\n[leuze.geometry]\nclockwise = false\n"
+                  "beam_step_deg = 0.35984848484848486\nscale = 1.077\n");
+  EXPECT_NEAR(ahead_m(scan), 2.0, 0.003);
+}
+
+}  // namespace
+}  // namespace marco::drivers

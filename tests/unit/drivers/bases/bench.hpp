@@ -1,0 +1,75 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "drivers/transport/emulator.hpp"
+
+namespace marco::drivers::testing {
+
+/// A driver and an emulator on one line in simulated time, stepped by half a millisecond. `Driver`
+/// has on_connection, receive and advance (BaseDriver, PanTiltDriver ...).
+template <class Driver>
+class Bench {
+ public:
+  Bench(Driver& driver, Emulator& emulator, int baud)
+      : driver_(driver), emulator_(emulator), baud_(baud) {
+    plug(true);
+  }
+
+  void plug(bool in) {
+    plugged_ = in;
+    emulator_.on_connection(in, now_);
+    driver_.on_connection(in, now_);
+  }
+
+  void step() {
+    now_ = now_ + Duration::from_us(500);
+    std::vector<uint8_t> from_device, from_driver;
+    emulator_.advance(now_, from_device);
+    if (spoil) spoil(from_device);
+    if (plugged_ && !from_device.empty()) driver_.receive(from_device, now_);
+    driver_.advance(now_, from_driver);
+    for (const uint8_t byte : from_driver) on_line_.push_back(byte);
+    // At 9600 baud a byte takes about two steps; faster lines deliver at once.
+    budget_ += baud_ * 0.0005 / 10.0;
+    std::vector<uint8_t> arrived;
+    while (!on_line_.empty() && budget_ >= 1.0) {
+      arrived.push_back(on_line_.front());
+      on_line_.erase(on_line_.begin());
+      budget_ -= 1.0;
+    }
+    if (on_line_.empty()) budget_ = 0.0;
+    if (plugged_ && !deaf && !arrived.empty()) emulator_.receive(arrived, baud_, now_);
+    if (each_step) each_step(now_);
+  }
+
+  void run(double seconds) {
+    const Utime end = now_ + Duration::from_seconds(seconds);
+    while (now_ < end) step();
+  }
+
+  /// @returns whether `done` came true within the time.
+  bool run_until(double seconds, const std::function<bool()>& done) {
+    const Utime end = now_ + Duration::from_seconds(seconds);
+    while (now_ < end && !done()) step();
+    return done();
+  }
+
+  Utime now() const { return now_; }
+
+  std::function<void(std::vector<uint8_t>&)> spoil;  ///< changes bytes on their way to the driver
+  std::function<void(Utime)> each_step;
+  bool deaf = false;  ///< the device hears nothing
+
+ private:
+  Driver& driver_;
+  Emulator& emulator_;
+  int baud_;
+  bool plugged_ = true;
+  double budget_ = 0.0;
+  std::vector<uint8_t> on_line_;
+  Utime now_ = Utime::from_us(1'000'000'000);
+};
+
+}  // namespace marco::drivers::testing

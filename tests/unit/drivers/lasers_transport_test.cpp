@@ -1,0 +1,223 @@
+#include <gmock/gmock.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <random>
+#include <thread>
+
+#include "drivers/transport/clock_filter.hpp"
+#include "drivers/transport/emulator_port.hpp"
+#include "drivers/transport/paced_output.hpp"
+#include "drivers/transport/simulated_line.hpp"
+#include "drivers/transport/wall_clock.hpp"
+
+namespace marco::drivers {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::ElementsAre;
+using Bytes = std::vector<uint8_t>;
+
+// Sends back each byte plus one, at its own speed, when the client's line has that speed.
+class NextByte final : public Emulator {
+ public:
+  explicit NextByte(int baud) : output_(baud) {}
+  void receive(std::span<const uint8_t> bytes, int baud, Utime now) override {
+    last_baud = baud;
+    if (baud != output_.baud()) return;
+    Bytes answer;
+    for (const uint8_t byte : bytes) answer.push_back(static_cast<uint8_t>(byte + 1));
+    output_.send(answer, now);
+  }
+  void advance(Utime now, Bytes& out) override { output_.advance(now, out); }
+  Utime next_event() const override { return output_.next_event(); }
+  void on_connection(bool is_connected, Utime) override {
+    connected = is_connected;
+    connections += is_connected ? 1 : 0;
+  }
+  int last_baud = -1;
+  bool connected = false;
+  int connections = 0;
+
+ private:
+  PacedOutput output_;
+};
+
+// Serves the port while the client reads, in one thread, so that the order is the same each time.
+Bytes read_all(ByteStream& stream, EmulatorPort& port, std::size_t count) {
+  Bytes got;
+  std::array<EmulatorPort*, 1> ports{&port};
+  const Utime limit = wall_now() + Duration::from_us(800'000);
+  while (got.size() < count && wall_now() < limit) {
+    serve_ports(ports, Duration::from_us(1000));
+    uint8_t buffer[64];
+    const std::size_t some = stream.read(buffer, 0us);
+    got.insert(got.end(), buffer, buffer + some);
+  }
+  return got;
+}
+
+template <class Condition>
+bool serve_until(EmulatorPort& port, Condition condition) {
+  std::array<EmulatorPort*, 1> ports{&port};
+  const Utime limit = wall_now() + Duration::from_us(800'000);
+  while (!condition() && wall_now() < limit) serve_ports(ports, Duration::from_us(1000));
+  return condition();
+}
+
+std::string link_name(const std::string& name) {
+  return (std::filesystem::temp_directory_path() / ("marco_" + std::to_string(getpid()) + name))
+      .string();
+}
+
+TEST(EmulatorPort, SpeaksThroughATerminalAtAnySpeed) {
+  for (const int baud : {9600, 38400, 500'000, 123'456}) {
+    NextByte device(baud);
+    EmulatorPort port = EmulatorPort::pty(device);
+    const auto stream = open_stream("serial:" + port.address(), {baud});
+    stream->write(Bytes{1, 0x0A, 0x0D, 0x11, 0x13, 0xFF, 3});
+    EXPECT_THAT(read_all(*stream, port, 7), ElementsAre(2, 0x0B, 0x0E, 0x12, 0x14, 0, 4));
+    EXPECT_EQ(device.last_baud, baud);
+  }
+}
+
+TEST(EmulatorPort, TellsTheDeviceThatItsClientHasAnotherSpeed) {
+  NextByte device(38400);
+  EmulatorPort port = EmulatorPort::pty(device);
+  const auto stream = open_stream(port.address(), {9600});
+  stream->write(Bytes{1});
+  EXPECT_TRUE(serve_until(port, [&] { return device.last_baud == 9600; }));
+  stream->set_line({38400});
+  EXPECT_TRUE(serve_until(port, [&] { return device.last_baud == 38400; }));
+  stream->write(Bytes{7});
+  EXPECT_THAT(read_all(*stream, port, 1), ElementsAre(8));
+}
+
+TEST(EmulatorPort, KeepsItsNameAndTellsComingAndGoing) {
+  NextByte device(9600);
+  const std::string link = link_name("_plug");
+  EmulatorPort port = EmulatorPort::pty(device, link);
+  {
+    const auto stream = open_stream(link, {9600});
+    EXPECT_TRUE(serve_until(port, [&] { return device.connected; }));
+  }
+  EXPECT_TRUE(serve_until(port, [&] { return !device.connected; }));
+  const auto stream = open_stream(link, {9600});
+  EXPECT_TRUE(serve_until(port, [&] { return device.connected; }));
+  port.unplug();
+  uint8_t buffer[8];
+  EXPECT_THROW(stream->read(buffer, 100ms), StreamLost);
+  EXPECT_THROW(open_stream(link, {9600}), StreamLost);
+  port.plug_in();
+  const auto again = open_stream(link, {9600});
+  again->write(Bytes{4});
+  EXPECT_THAT(read_all(*again, port, 1), ElementsAre(5));
+  EXPECT_EQ(device.connections, 3);
+}
+
+TEST(EmulatorPort, SpeaksThroughTcpToOneClientAfterTheOther) {
+  NextByte device(0);
+  EmulatorPort port = EmulatorPort::tcp(device, 0);
+  for (int client = 0; client < 3; ++client) {
+    const auto stream = open_stream(port.address(), {9600});
+    stream->write(Bytes{1, 2});
+    EXPECT_THAT(read_all(*stream, port, 2), ElementsAre(2, 3));
+  }
+  EXPECT_EQ(device.connections, 3);
+  const auto last = open_stream(port.address(), {9600});
+  EXPECT_TRUE(serve_until(port, [&] { return device.connections == 4; }));
+  port.unplug();
+  uint8_t buffer[8];
+  EXPECT_THROW(last->read(buffer, 100ms), StreamLost);
+  EXPECT_THROW(open_stream(port.address(), {9600}), StreamLost);
+}
+
+TEST(OpenStream, RefusesASecondDriverAndNonsense) {
+  NextByte device(9600);
+  EmulatorPort port = EmulatorPort::pty(device);
+  auto first = open_stream(port.address(), {9600});
+  EXPECT_THROW(open_stream(port.address(), {9600}), std::invalid_argument);
+  first.reset();
+  EXPECT_NO_THROW(open_stream(port.address(), {9600}));
+  EXPECT_THROW(open_stream("", {9600}), std::invalid_argument);
+  EXPECT_THROW(open_stream("tcp:nowhere", {9600}), std::invalid_argument);
+  EXPECT_THROW(open_stream("/dev/null", {9600}), std::invalid_argument);
+  EXPECT_THROW(open_stream("/dev/no such port", {9600}), StreamLost);
+}
+
+TEST(PacedOutput, LetsBytesOutAtTheSpeedOfTheLine) {
+  PacedOutput output(10'000);  // one byte a millisecond
+  const Utime start = Utime::from_us(1'000'000);
+  output.send(Bytes{1, 2, 3, 4, 5}, start);
+  output.send(Bytes{6}, start + Duration::from_us(2000));
+  Bytes out;
+  output.advance(start + Duration::from_us(999), out);
+  EXPECT_TRUE(out.empty());
+  output.advance(start + Duration::from_us(2000), out);
+  EXPECT_THAT(out, ElementsAre(1, 2));
+  EXPECT_EQ(output.next_event(), start + Duration::from_us(4000));
+  output.advance(start + Duration::from_us(5000), out);
+  EXPECT_THAT(out, ElementsAre(1, 2, 3, 4, 5));
+  EXPECT_EQ(output.next_event(), start + Duration::from_us(6000));
+  output.advance(output.next_event(), out);
+  EXPECT_EQ(out.size(), 6u);
+  EXPECT_EQ(output.next_event(), kFarFuture);
+}
+
+TEST(SimulatedLine, PassesTimeOnlyWhileTheClientReads) {
+  NextByte device(10'000);
+  SimulatedLine line(device);
+  const Utime start = line.now();
+  auto stream = line.open({10'000});
+  uint8_t buffer[8];
+  EXPECT_EQ(stream->read(buffer, 50ms), 0u);
+  EXPECT_EQ((line.now() - start).us, 50'000);
+  stream->write(Bytes{1});
+  EXPECT_EQ(stream->read(buffer, 50ms), 1u);
+  EXPECT_EQ((line.now() - start).us, 51'000);
+  line.at(line.now() + Duration::from_us(5000), [&] { line.unplug(); });
+  EXPECT_THROW(stream->read(buffer, 50ms), StreamLost);
+  EXPECT_EQ((line.now() - start).us, 56'000);
+  EXPECT_THROW(line.open({10'000}), StreamLost);
+}
+
+// A device clock 0.3 % fast; arrivals late by 2 ms and by jitter of 0..5 ms, rarely 40 ms. The
+// lower line touches the smallest of 400 delays (expected 0.0125 ms apart from 0 each); its slope
+// is that of one edge of the hull, so that at the end of the window it errs by a few times that.
+TEST(ClockFilter, FindsDriftAndRemovesJitter) {
+  ClockFilter filter;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> jitter_s(0.0, 0.005);
+  double worst_s = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    const double true_s = 0.0267 * i;
+    const double late_s = 0.002 + jitter_s(random) + (i % 97 == 50 ? 0.04 : 0.0);
+    const Utime arrival = Utime::from_seconds(1000.0 + true_s + late_s);
+    const Utime found = filter.update(true_s * 1.003, arrival);
+    EXPECT_LE(found, arrival);
+    if (i > 400) worst_s = std::max(worst_s, std::abs(found.seconds() - 1000.002 - true_s));
+  }
+  EXPECT_LT(worst_s, 0.0008);
+  EXPECT_NEAR(filter.drift(), 0.003, 0.0006);
+  EXPECT_GT(filter.jitter_s(), 0.001);
+}
+
+TEST(ClockFilter, RefusesAClockThatGoesBack) {
+  ClockFilter filter;
+  filter.update(2.0, Utime::from_seconds(10.0));
+  EXPECT_THROW(filter.update(1.9, Utime::from_seconds(11.0)), std::invalid_argument);
+}
+
+TEST(TurnCounter, CountsTheTurnsLeftOut) {
+  TurnCounter turns(0.04);
+  EXPECT_DOUBLE_EQ(turns.update(Utime::from_seconds(10.0)), 0.0);
+  EXPECT_DOUBLE_EQ(turns.update(Utime::from_seconds(10.041)), 0.04);
+  EXPECT_DOUBLE_EQ(turns.update(Utime::from_seconds(10.159)), 0.16);
+  // The third came late, together with the fourth.
+  EXPECT_DOUBLE_EQ(turns.update(Utime::from_seconds(10.165)), 0.16);
+  EXPECT_DOUBLE_EQ(turns.update(Utime::from_seconds(10.2)), 0.20);
+}
+
+}  // namespace
+}  // namespace marco::drivers

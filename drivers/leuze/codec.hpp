@@ -19,7 +19,9 @@ namespace marco::drivers::leuze {
 
 using Bytes = std::vector<uint8_t>;
 
-enum Operation : uint8_t { kMeasurement = 0x23, kError = 0x53, kWarning = 0x54 };
+inline constexpr uint8_t kMeasurement = 0x23;
+inline constexpr uint8_t kError = 0x53;
+inline constexpr uint8_t kWarning = 0x54;
 
 /// Bits of the first option byte beside the count of option bytes (bits 0-1).
 inline constexpr uint8_t kMeasuring = 0x08;

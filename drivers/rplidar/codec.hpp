@@ -14,30 +14,26 @@ namespace marco::drivers::rplidar {
 
 using Bytes = std::vector<uint8_t>;
 
-enum Command : uint8_t {
-  kStop = 0x25,
-  kReset = 0x40,
-  kScan = 0x20,
-  kForceScan = 0x21,
-  kGetInfo = 0x50,
-  kGetHealth = 0x52,
-  kGetSampleRate = 0x59,
-  kExpressScan = 0x82,
-  kGetConfiguration = 0x84,
-  kSetMotorPwm = 0xF0,
-  kGetAccessoryFlag = 0xFF,
-};
+inline constexpr uint8_t kStop = 0x25;
+inline constexpr uint8_t kReset = 0x40;
+inline constexpr uint8_t kScan = 0x20;
+inline constexpr uint8_t kForceScan = 0x21;
+inline constexpr uint8_t kGetInfo = 0x50;
+inline constexpr uint8_t kGetHealth = 0x52;
+inline constexpr uint8_t kGetSampleRate = 0x59;
+inline constexpr uint8_t kExpressScan = 0x82;
+inline constexpr uint8_t kGetConfiguration = 0x84;
+inline constexpr uint8_t kSetMotorPwm = 0xF0;
+inline constexpr uint8_t kGetAccessoryFlag = 0xFF;
 
 /// Kinds of data, as a descriptor names them.
-enum Kind : uint8_t {
-  kInfo = 0x04,
-  kHealth = 0x06,
-  kSampleRate = 0x15,
-  kConfiguration = 0x20,
-  kNodes = 0x81,
-  kCapsules = 0x82,
-  kAccessoryFlag = 0xFF,
-};
+inline constexpr uint8_t kInfo = 0x04;
+inline constexpr uint8_t kHealth = 0x06;
+inline constexpr uint8_t kSampleRate = 0x15;
+inline constexpr uint8_t kConfiguration = 0x20;
+inline constexpr uint8_t kNodes = 0x81;
+inline constexpr uint8_t kCapsules = 0x82;
+inline constexpr uint8_t kAccessoryFlag = 0xFF;
 
 inline constexpr std::size_t kNodeSize = 5;
 inline constexpr std::size_t kCapsuleSize = 84;

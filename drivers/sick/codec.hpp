@@ -23,17 +23,15 @@ inline constexpr uint8_t kNak = 0x15;
 inline constexpr uint8_t kHealthy = 0x10;  ///< status byte: family LMS, no complaint
 
 /// Codes of requests; the reply's is this | 0x80.
-enum Code : uint8_t {
-  kReset = 0x10,
-  kSetMode = 0x20,
-  kGetValues = 0x30,
-  kGetStatus = 0x31,
-  kGetErrors = 0x32,
-  kGetType = 0x3A,
-  kSetVariant = 0x3B,
-  kGetConfiguration = 0x74,
-  kSetConfiguration = 0x77,
-};
+inline constexpr uint8_t kReset = 0x10;
+inline constexpr uint8_t kSetMode = 0x20;
+inline constexpr uint8_t kGetValues = 0x30;
+inline constexpr uint8_t kGetStatus = 0x31;
+inline constexpr uint8_t kGetErrors = 0x32;
+inline constexpr uint8_t kGetType = 0x3A;
+inline constexpr uint8_t kSetVariant = 0x3B;
+inline constexpr uint8_t kGetConfiguration = 0x74;
+inline constexpr uint8_t kSetConfiguration = 0x77;
 inline constexpr uint8_t kPowerOnReply = 0x90;
 inline constexpr uint8_t kResetReply = 0x91;
 inline constexpr uint8_t kRejectedReply = 0x92;
@@ -41,17 +39,16 @@ inline constexpr uint8_t kValuesReply = 0xB0;
 inline constexpr uint8_t kSubRangeReply = 0xB7;
 
 /// Arguments of kSetMode.
-enum Mode : uint8_t {
-  kInstallation = 0x00,
-  kContinuous = 0x24,
-  kOnRequest = 0x25,
-  kSubRange = 0x27,
-  kPartialScans = 0x2A,
-  kBaud38400 = 0x40,
-  kBaud19200 = 0x41,
-  kBaud9600 = 0x42,
-  kBaud500000 = 0x48,
-};
+using Mode = uint8_t;
+inline constexpr uint8_t kInstallation = 0x00;
+inline constexpr uint8_t kContinuous = 0x24;
+inline constexpr uint8_t kOnRequest = 0x25;
+inline constexpr uint8_t kSubRange = 0x27;
+inline constexpr uint8_t kPartialScans = 0x2A;
+inline constexpr uint8_t kBaud38400 = 0x40;
+inline constexpr uint8_t kBaud19200 = 0x41;
+inline constexpr uint8_t kBaud9600 = 0x42;
+inline constexpr uint8_t kBaud500000 = 0x48;
 std::optional<Mode> mode_of_baud(int baud);
 std::optional<int> baud_of_mode(uint8_t mode);
 

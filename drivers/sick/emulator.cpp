@@ -282,7 +282,7 @@ void SickEmulator::finish_turn(Utime now) {
 
 void SickEmulator::garble(std::vector<uint8_t>& out, std::size_t from) const {
   for (std::size_t i = from; i < out.size(); ++i) {
-    out[i] = static_cast<uint8_t>((out[i] * 37 + i * 11) | 0x80);
+    out[i] = static_cast<uint8_t>((std::size_t{out[i]} * 37 + i * 11) | 0x80);
   }
 }
 

@@ -7,28 +7,10 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# Large headers are parsed once a target. Off by default, since clang-tidy cannot read GCC's.
-option(MARCO_PCH "Precompile the large headers: a clean build takes less" OFF)
-set(MARCO_PCH_LIBRARY <Eigen/Geometry> <algorithm> <functional> <map> <optional> <string> <vector>)
-set(MARCO_PCH_TEST <gmock/gmock.h> <gtest/gtest.h> <Eigen/Geometry>)
-
 find_program(MARCO_CCACHE ccache)
-if(MARCO_CCACHE AND MARCO_PCH)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${MARCO_CCACHE})
-elseif(MARCO_CCACHE)
+if(MARCO_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${MARCO_CCACHE})
 endif()
-
-# Precompiling pays from a few files on.
-function(marco_precompile target headers files_at_least)
-  get_target_property(sources ${target} SOURCES)
-  list(LENGTH sources count)
-  if(MARCO_PCH AND count GREATER_EQUAL files_at_least)
-    target_precompile_headers(${target} PRIVATE ${${headers}})
-    target_compile_options(${target} PRIVATE -fpch-preprocess)  # ccache needs it
-    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:Eigen3::Eigen>)
-  endif()
-endfunction()
 if(NOT CMAKE_RUNTIME_OUTPUT_DIRECTORY)
   set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 endif()
@@ -56,7 +38,6 @@ function(marco_library name)
   target_compile_features(marco_${name} PUBLIC cxx_std_20)
   set_target_properties(marco_${name} PROPERTIES EXPORT_NAME ${name})
   set_property(GLOBAL APPEND PROPERTY MARCO_LIBRARIES marco_${name})
-  marco_precompile(marco_${name} MARCO_PCH_LIBRARY 5)
 endfunction()
 
 function(marco_executable name)
@@ -64,13 +45,16 @@ function(marco_executable name)
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE marco_options ${arg_DEPENDS})
+  # A main is glue, and a command line's templates take the optimizer seconds.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Dev,Asan,Tsan>:-O0>)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
 
+# SANITIZED_LATER: slow to build; goes under the sanitizers in `./marco test --long`, not on every change.
 # LABEL: unit (pure, under a second each, also run under the sanitizers), process (several processes,
 # LCM in a network namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA).
 function(marco_test name)
-  cmake_parse_arguments(arg "" "LABEL;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "SANITIZED_LATER" "LABEL;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
   if(NOT arg_LABEL)
     set(arg_LABEL unit)
   endif()
@@ -80,16 +64,19 @@ function(marco_test name)
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE marco_options ${arg_DEPENDS} GTest::gmock GTest::gtest_main)
-  marco_precompile(${name} MARCO_PCH_TEST 3)
   if(arg_LABEL STREQUAL "unit")
-    add_dependencies(unit_tests ${name})
+    if(arg_SANITIZED_LATER)
+      list(APPEND arg_LABEL sanitized_later)
+    else()
+      add_dependencies(unit_tests ${name})
+    endif()
     set(command ${name})
   else()
     set(command ${PROJECT_SOURCE_DIR}/tests/support/isolated.sh $<TARGET_FILE:${name}>)
   endif()
   add_test(NAME ${name} COMMAND ${command} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
   set_tests_properties(
-    ${name} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION
+    ${name} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION
                        "^SKIPPED: " ENVIRONMENT "MARCO_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
 endfunction()
 

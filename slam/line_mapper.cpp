@@ -57,8 +57,12 @@ bool LineMapper::key_is_due() const {
 }
 
 void LineMapper::add_key(const ScanInRobot& scan, Utime utime) {
-  KeyScan key{utime, orient(hits_of(scan), scan.sensor_m, options_.normals), scan.sensor_m,
-              0.0, slam_.world_from_robot(), 0.0};
+  KeyScan key{utime,
+              orient(hits_of(scan), scan.sensor_m, options_.normals),
+              scan.sensor_m,
+              0.0,
+              slam_.world_from_robot(),
+              0.0};
   const int node = graph_.add_node(key.world_from_robot);
   if (const auto since = slam_.filter().since_mark(); since && !keys_.empty()) {
     key.path_m = keys_.back().path_m + since->mark_from_robot.translation_m().norm();

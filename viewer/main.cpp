@@ -6,8 +6,8 @@
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-viewer", [&] {
-    const marco::viewer::FileReaders readers{
-        marco::files::read_ply, marco::files::read_map, marco::files::read_tum};
+    const marco::viewer::FileReaders readers{marco::files::read_ply, marco::files::read_map,
+                                             marco::files::read_tum};
     return marco::viewer::run_viewer(argc, argv, readers);
   });
 }

@@ -92,8 +92,8 @@ TEST(LineWorlds, DISABLED_AssociationsInTheLab) {
     total.wrong += result.wrong;
   }
   std::printf("lab, 10 runs: %d of %d associations wrong\n", total.wrong, total.matches);
-  // The aim is none. What is left is one pair of parts of the lab's east wall, 5 cm apart across it,
-  // which extraction takes for one wall.
+  // The aim is none. What is left is one pair of parts of the lab's east wall, 5 cm apart across
+  // it, which extraction takes for one wall.
   EXPECT_LT(total.wrong, 0.01 * total.matches);
 }
 

@@ -50,7 +50,7 @@ function(marco_executable name)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
 
-# SANITIZED_LATER: slow to build; goes under the sanitizers in `./marco test --long`, not on every change.
+# SANITIZED_LATER: slow to build or to run there; goes under the sanitizers in `./marco test --long`, not on every change.
 # LABEL: unit (pure, under a second each, also run under the sanitizers), process (several processes,
 # LCM in a network namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA).
 function(marco_test name)
@@ -60,6 +60,9 @@ function(marco_test name)
   endif()
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
+  endif()
+  if(CMAKE_BUILD_TYPE MATCHES "^(Asan|Tsan)$")
+    math(EXPR arg_TIMEOUT "10 * ${arg_TIMEOUT}")
   endif()
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})

@@ -67,6 +67,9 @@ inline Pose2 interpolate(const Pose2& a, const Pose2& b, double part) {
           normalize_angle(a.theta_rad + part * normalize_angle(b.theta_rad - a.theta_rad))};
 }
 
+/// A quarter turn counter-clockwise.
+inline Eigen::Vector2d turned_left(const Eigen::Vector2d& v) { return {-v.y(), v.x()}; }
+
 inline bool is_finite(const Pose2& pose) {
   return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.theta_rad);
 }

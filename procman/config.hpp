@@ -28,6 +28,8 @@
 /// `#` starts a comment; strings know \n \r \t \" \\ and end on their line.
 namespace marco::procman {
 
+constexpr int kMaxSignal = 64;
+
 /// Where something was read. All places are equal, so that configs compare by what they say.
 struct SourcePlace {
   std::string file;
@@ -50,7 +52,7 @@ struct CommandConfig {
   std::string exec;    ///< see exec_line.hpp
   std::string deputy;  ///< the id of the deputy that runs it
   bool auto_respawn = false;
-  int stop_signal = 2;          ///< 1..64; 2 = SIGINT
+  int stop_signal = 2;          ///< 1..kMaxSignal; 2 = SIGINT
   int stop_time_allowed_s = 7;  ///< >= 1, then SIGKILL
   std::string environment;  ///< NAME=value words, quoted as in exec; values are taken as they stand
   std::string working_directory;  ///< "" = the deputy's; $NAME is the deputy's variable

@@ -2,18 +2,9 @@
 
 #include <utility>
 
+#include "procman/characters.hpp"
+
 namespace marco::procman {
-namespace {
-
-// <cctype> depends on the locale; the grammar does not.
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool begins_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-bool continues_name(char c) { return begins_name(c) || is_digit(c) || c == '-'; }
-bool is_space(char c) {
-  return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\v' || c == '\f';
-}
-
-}  // namespace
 
 std::string Token::description() const {
   switch (kind) {
@@ -83,7 +74,8 @@ Token ConfigLexer::next() {
   Token token{TokenKind::symbol, "", place_};
   if (begins_name(first)) {
     token.kind = TokenKind::identifier;
-    while (at_ < text_.size() && continues_name(text_[at_])) token.text += take();
+    while (at_ < text_.size() && (continues_name(text_[at_]) || text_[at_] == '-'))
+      token.text += take();
     return token;
   }
   if (is_digit(first)) {

@@ -11,7 +11,6 @@ namespace {
 
 // No robot nests deeper, and a hostile file must not overflow the stack.
 constexpr int kMaxDepth = 100;
-constexpr int kMaxSignal = 64;
 
 class Parser {
  public:

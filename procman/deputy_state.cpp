@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/check.hpp"
+#include "procman/config.hpp"
 
 namespace marco::procman {
 namespace {
@@ -15,7 +16,6 @@ namespace {
 constexpr int kRefusedExit = 126 << 8;  // as a shell's for what may not be executed
 constexpr int64_t kFirstDelayMs = 10;
 constexpr int64_t kLongestDelayMs = 1000;
-constexpr int kMaxSignal = 64;
 constexpr double kMaxStopTime = 86400.0;
 
 CommandSpec made_safe(CommandSpec spec) {

@@ -2,14 +2,10 @@
 
 #include <algorithm>
 
+#include "procman/characters.hpp"
+
 namespace marco::procman {
 namespace {
-
-bool is_space(char c) {
-  return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\v' || c == '\f';
-}
-bool begins_name(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
-bool continues_name(char c) { return begins_name(c) || (c >= '0' && c <= '9'); }
 
 std::size_t end_of_name(const std::string& text, std::size_t begin) {
   std::size_t end = begin;

@@ -11,7 +11,6 @@
 namespace marco::files {
 namespace {
 
-constexpr std::size_t kMaxBeams = 20000;
 constexpr double kCodeMargin = 0.99;  // codes of one device lie close together: 81.83, 81.91
 constexpr int64_t kCodeRepeats = 20;
 

@@ -11,9 +11,6 @@
 namespace marco::files {
 namespace {
 
-constexpr std::size_t kMaxBeams = 20000;
-constexpr double kScanPeriodS = 0.1;
-
 class OdometryLaserReader : public SampleReader {
  public:
   explicit OdometryLaserReader(const std::filesystem::path& path)
@@ -105,7 +102,7 @@ class OdometryLaserReader : public SampleReader {
   }
 
   void emit(LaserScan scan) {
-    scan.utime = Utime::from_seconds(kScanPeriodS * static_cast<double>(scans_++));
+    scan.utime = Utime::from_seconds(kUntimedScanPeriodS * static_cast<double>(scans_++));
     const double intervals = static_cast<double>(scan.size() - 1);
     scan.first_bearing_rad = deg_to_rad(-90.0);
     scan.bearing_step_rad = deg_to_rad(180.0) / intervals;

@@ -18,7 +18,7 @@ void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-struct Header {
+struct PlyHeader {
   std::size_t vertices = 0;
   std::size_t faces = 0;
   bool normals = false;
@@ -26,8 +26,8 @@ struct Header {
   std::size_t bytes = 0;
 };
 
-Header parse_header(const std::string& content, const std::string& name) {
-  Header header;
+PlyHeader parse_header(const std::string& content, const std::string& name) {
+  PlyHeader header;
   std::istringstream lines(content.substr(0, 4096));
   std::string line;
   bool binary = false, ended = false;
@@ -101,7 +101,7 @@ void write_ply(const std::filesystem::path& path, const TriangleMesh& mesh) {
 
 TriangleMesh read_ply(const std::filesystem::path& path) {
   const std::string content = read_whole_file(path);
-  const Header header = parse_header(content, path.string());
+  const PlyHeader header = parse_header(content, path.string());
   // Before any memory is asked for: can the file hold what its header says?
   const std::size_t vertex_bytes = 12U + (header.normals ? 12U : 0U) + (header.colors ? 3U : 0U);
   require(header.vertices <= content.size() / vertex_bytes && header.faces <= content.size() / 13,

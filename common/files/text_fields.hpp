@@ -1,10 +1,14 @@
 #pragma once
 
 #include <charconv>
+#include <cstddef>
 #include <optional>
 #include <string_view>
 
 namespace marco::files {
+
+constexpr std::size_t kMaxBeams = 20000;     ///< of a scan in a text; more is damage
+constexpr double kUntimedScanPeriodS = 0.1;  ///< between scans of a text without times
 
 /// Reads a line's fields, separated by spaces, tabs or commas, from left to right.
 class TextFields {

@@ -16,7 +16,6 @@ constexpr std::size_t kPointsA = 133;
 constexpr std::size_t kNumbersA = 2 * kPointsA + 3;
 constexpr std::size_t kBeamsB = 361;
 constexpr std::size_t kNumbersB = 2 * kBeamsB + 4;
-constexpr double kScanPeriodS = 0.1;
 constexpr std::uintmax_t kMaxFileBytes = 512U << 20U;
 
 // All numbers of the file; nothing when there is anything else in it.
@@ -89,7 +88,7 @@ class ThesisReader : public SampleReader {
       }
       at_ += size;
       ++report_.given["scans"];
-      time_s_ += kScanPeriodS;
+      time_s_ += kUntimedScanPeriodS;
     }
     Sample sample = std::move(pending_.front());
     pending_.pop_front();

@@ -8,8 +8,6 @@
 namespace marco::slam {
 namespace {
 
-Eigen::Vector2d turned_left(const Eigen::Vector2d& v) { return {-v.y(), v.x()}; }
-
 double positive_angle(double angle_rad) {
   const double angle = normalize_angle(angle_rad);
   return angle < 0.0 ? angle + 2.0 * std::numbers::pi : angle;

@@ -14,8 +14,6 @@ Eigen::Vector2d along_of(const Eigen::Vector4d& ends) {
   return Eigen::Vector2d(ends.tail<2>() - ends.head<2>()).normalized();
 }
 
-Eigen::Vector2d turned_left(const Eigen::Vector2d& v) { return {-v.y(), v.x()}; }
-
 }  // namespace
 
 Eigen::Vector4d seen_from_robot(const Eigen::Vector3d& robot, const Eigen::Vector4d& wall) {

@@ -37,6 +37,13 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
+/// Of a file of this test program, in the tests' common folder.
+inline std::string temporary_path(const std::string& name) {
+  return (std::filesystem::path(::testing::TempDir()) /
+          ("marco_" + std::to_string(getpid()) + "_" + name))
+      .string();
+}
+
 /// What `run` complains about: the text of its std::exception, or "" when it does not throw.
 template <class Function>
 std::string complaint(Function&& run) {

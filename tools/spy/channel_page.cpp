@@ -7,8 +7,6 @@
 namespace marco::spy {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 // Type, rates and the other types it could be.
 void draw_head(Canvas& canvas,
                const Model& model,
@@ -101,8 +99,8 @@ void draw_curve(Canvas& canvas, const Series& series, const Span& span, Style st
   DotGrid dots(canvas.width() - kAxisCells - 1, canvas.height() - 4);
   const int64_t first_us = series.times_us.front();
   const double all_us = std::max(1000.0, static_cast<double>(series.times_us.back() - first_us));
-  double last_x = kNaN;
-  double last_y = kNaN;
+  double last_x = std::numeric_limits<double>::quiet_NaN();
+  double last_y = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t k = 0; k < series.values.size(); ++k) {
     const double x =
         (dots.width() - 1) * static_cast<double>(series.times_us[k] - first_us) / all_us;

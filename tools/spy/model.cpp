@@ -5,7 +5,6 @@
 namespace marco::spy {
 namespace {
 
-constexpr int64_t kMaxTimeUs = int64_t{1} << 60U;  // differences stay within 64 bits
 constexpr std::size_t kMaxChannels = 4000;
 constexpr std::size_t kMaxSenders = 4000;
 constexpr int64_t kFragmentPatienceUs = 500000;

@@ -5,18 +5,23 @@
 namespace marco::spy {
 namespace {
 
+// What happens to the log stands before its name: a long path is cut, not the state.
+std::string log_state(const Surroundings& around) {
+  if (!around.is_log || around.overall_rates) return "";
+  return (around.log_ended ? "end of the log" : "x" + plain_number(around.speed)) + "  ";
+}
+
 void draw_title(Canvas& canvas, const Model& model, const View& view, const Surroundings& around) {
-  std::string text = " marco-spy  " + around.source;
+  std::string text = " marco-spy  " + log_state(around);
   if (view.page != Page::table && view.page != Page::who && view.page != Page::help)
-    text += "  " + view.selected;
-  if (around.is_log && !around.overall_rates)
-    text += around.log_ended ? "  (end of the log)" : "  x" + plain_number(around.speed);
+    text += view.selected + "  ";
+  text += around.source;
   const double seconds = static_cast<double>(model.last_us() - model.first_us()) * 1e-6;
   std::string right = plural(static_cast<int64_t>(model.channels().size()), "channel") + "  " +
                       plural(model.messages(), "message");
   if (model.messages() > 0) right += "  " + age_text(seconds);
   if (model.lost() > 0) right += "  lost " + std::to_string(model.lost());
-  canvas.text(0, 0, text);
+  canvas.text(0, 0, text, Style::normal, canvas.width() - 3 - static_cast<int>(right.size()));
   canvas.text_right(canvas.width() - 1, 0, "  " + right);
   canvas.style_row(0, Style::title);
   if (view.paused) canvas.text(canvas.width() / 2 - 4, 0, " PAUSED ", Style::warn);

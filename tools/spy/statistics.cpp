@@ -5,8 +5,6 @@
 namespace marco::spy {
 namespace {
 
-constexpr int64_t kMaxTimeUs = int64_t{1} << 60U;  // differences stay within 64 bits
-
 double jitter(int64_t shortest_us, int64_t longest_us) {
   return longest_us > shortest_us ? static_cast<double>(longest_us - shortest_us) * 1e-6 : 0;
 }

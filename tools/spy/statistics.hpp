@@ -5,6 +5,8 @@
 
 namespace marco::spy {
 
+constexpr int64_t kMaxTimeUs = int64_t{1} << 60U;  ///< differences stay within 64 bits
+
 struct Rates {
   double hz = 0;
   double bytes_per_s = 0;

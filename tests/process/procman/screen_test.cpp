@@ -14,7 +14,7 @@ using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
-const char* const kRobot = R"(
+const char* const kScreenRobot = R"(
 group "drivers" {
   cmd "lidar" { exec = "bash -c 'for i in 1 2 3; do echo scan $i; done; exec sleep 1000'"; deputy = "localhost"; }
   cmd "broken" { exec = "sh -c 'echo no device; exit 3'"; deputy = "localhost"; }
@@ -38,7 +38,7 @@ class ScreenTest : public ProcmanBench {
       std::puts("SKIPPED: tmux is not installed");
       return false;
     }
-    const std::string config = write_file("robot.procman", kRobot);
+    const std::string config = write_file("robot.procman", kScreenRobot);
     const char* folder = std::getenv("MARCO_BIN");
     // What it prints after the screen, and its exit code, stay in view.
     tmux("-f /dev/null new-session -d -x 120 -y 30 \"" +
@@ -147,7 +147,8 @@ TEST_F(ScreenTest, ForeignOrdersMakeItAnObserver) {
 }
 
 TEST_F(ScreenTest, WithoutATerminalItSaysWhatToDo) {
-  auto sheriff = start_program({"marco-procman-sheriff", write_file("robot.procman", kRobot)});
+  auto sheriff =
+      start_program({"marco-procman-sheriff", write_file("robot.procman", kScreenRobot)});
   EXPECT_EQ(sheriff->wait_s(5.0), 1);
   EXPECT_THAT(programs_output(), HasSubstr("this is no terminal; without a screen: -n SCRIPT"));
 }

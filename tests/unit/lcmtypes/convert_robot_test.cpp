@@ -8,7 +8,7 @@ namespace marco {
 namespace {
 
 template <class Value>
-Value through_bytes(const Value& value) {
+Value through_message(const Value& value) {
   auto message = to_message(value);
   std::vector<uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
@@ -25,7 +25,7 @@ TEST(ConvertRobot, ABaseCommandKeepsItsFields) {
   command.kind = BaseCommand::Kind::go_to;
   command.point_m = {1.5, -2.5};
   command.max_velocity_m_per_s = 0.25;
-  const BaseCommand back = through_bytes(command);
+  const BaseCommand back = through_message(command);
   EXPECT_EQ(back.id, 42);
   EXPECT_EQ(back.kind, BaseCommand::Kind::go_to);
   EXPECT_EQ(back.point_m, command.point_m);
@@ -40,7 +40,7 @@ TEST(ConvertRobot, ABaseStatusKeepsItsLists) {
   status.battery_v = {12.5, 25.0};
   status.bumpers = {true, false, true};
   status.note = "wall";
-  const BaseStatus back = through_bytes(status);
+  const BaseStatus back = through_message(status);
   EXPECT_EQ(back.link, BaseStatus::Link::up);
   EXPECT_EQ(back.command, BaseStatus::Command::shortened);
   EXPECT_EQ(back.battery_v, status.battery_v);
@@ -63,16 +63,16 @@ TEST(ConvertRobot, RefusesWhatCannotBe) {
 TEST(ConvertRobot, SonarPanTiltAndGamepadKeepTheirFields) {
   SonarRing ring;
   ring.readings = {{1.25, {0.1, 0.2, 0.3}}, {0.0, {-0.1, 0.0, 3.0}}};
-  EXPECT_EQ(through_bytes(ring).readings[1].robot_from_sonar.theta_rad, 3.0);
+  EXPECT_EQ(through_message(ring).readings[1].robot_from_sonar.theta_rad, 3.0);
   PanTiltCommand look;
   look.kind = PanTiltCommand::Kind::go_to;
   look.tilt_rad = -0.25;
-  EXPECT_EQ(through_bytes(look).tilt_rad, -0.25);
+  EXPECT_EQ(through_message(look).tilt_rad, -0.25);
   GamepadState pad;
   pad.axes = {0.5F, -1.0F};
   pad.buttons = {false, true};
-  EXPECT_EQ(through_bytes(pad).axes, pad.axes);
-  EXPECT_EQ(through_bytes(pad).buttons, pad.buttons);
+  EXPECT_EQ(through_message(pad).axes, pad.axes);
+  EXPECT_EQ(through_message(pad).buttons, pad.buttons);
 }
 
 }  // namespace

@@ -23,8 +23,9 @@ Orders orders_of(std::vector<CommandOrder> commands) {
 }
 
 /// A deputy whose hands do at once what it wishes, under a clock of the test's.
-struct World {
-  explicit World(std::optional<std::set<std::string>> allowed = std::nullopt, int max_crashes = 5)
+struct DeputyWorld {
+  explicit DeputyWorld(std::optional<std::set<std::string>> allowed = std::nullopt,
+                       int max_crashes = 5)
       : deputy({"base", std::move(allowed), max_crashes}) {}
 
   void order(const CommandSpec& spec, int32_t runid, bool force_quit = false) {
@@ -68,7 +69,7 @@ struct World {
 };
 
 TEST(DeputyState, StartsWhenTheRunIdDiffersAndNotAgain) {
-  World world;
+  DeputyWorld world;
   world.order(lidar_spec(), 1);
   world.order(lidar_spec(), 1);
   ASSERT_THAT(world.starts, SizeIs(1));
@@ -80,7 +81,7 @@ TEST(DeputyState, StartsWhenTheRunIdDiffersAndNotAgain) {
 }
 
 TEST(DeputyState, ForceQuitAndRunIdZeroStartNothing) {
-  World world;
+  DeputyWorld world;
   world.deputy.on_orders(orders_of({{lidar_spec(), 3, true}, {{"imu", "imu"}, 0, false}}),
                          kWallClock, 0);
   world.work();
@@ -89,7 +90,7 @@ TEST(DeputyState, ForceQuitAndRunIdZeroStartNothing) {
 }
 
 TEST(DeputyState, StopsOnceWithTheCommandsOwnSignalAndTime) {
-  World world;
+  DeputyWorld world;
   world.order(lidar_spec(), 1);
   world.order(lidar_spec(), 1, true);
   world.order(lidar_spec(), 1, true);
@@ -100,7 +101,7 @@ TEST(DeputyState, StopsOnceWithTheCommandsOwnSignalAndTime) {
 
 // The public deputy waits for a second order, up to a second.
 TEST(DeputyState, ARestartTakesOneOrder) {
-  World world;
+  DeputyWorld world;
   world.order(lidar_spec(), 1);
   world.order(lidar_spec(), 2);
   EXPECT_THAT(world.stops, SizeIs(1));
@@ -112,7 +113,7 @@ TEST(DeputyState, ARestartTakesOneOrder) {
 }
 
 TEST(DeputyState, AStopOvertakesARestart) {
-  World world;
+  DeputyWorld world;
   world.order(lidar_spec(), 1);
   world.order(lidar_spec(), 2);
   world.order(lidar_spec(), 2, true);
@@ -121,7 +122,7 @@ TEST(DeputyState, AStopOvertakesARestart) {
 }
 
 TEST(DeputyState, ARunIdZeroDoesNotStopWhatRuns) {
-  World world;
+  DeputyWorld world;
   world.order(lidar_spec(), 1);
   world.order(lidar_spec(), 0);
   EXPECT_THAT(world.stops, IsEmpty());
@@ -129,7 +130,7 @@ TEST(DeputyState, ARunIdZeroDoesNotStopWhatRuns) {
 
 // A sheriff takes pid 0 with the wanted run id for an end, and would order it to rest.
 TEST(DeputyState, UntilThePidIsKnownTheOldRunIdIsReported) {
-  World world;
+  DeputyWorld world;
   world.slow_start = true;
   world.order(lidar_spec(), 1);
   EXPECT_EQ(world.lidar().actual_runid, 0);
@@ -140,7 +141,7 @@ TEST(DeputyState, UntilThePidIsKnownTheOldRunIdIsReported) {
 TEST(DeputyState, RespawnsEverSlowerAndGivesUpVisibly) {
   CommandSpec crashing = lidar_spec();
   crashing.auto_respawn = true;
-  World world(std::nullopt, 5);
+  DeputyWorld world(std::nullopt, 5);
   world.order(crashing, 1);
   for (int i = 0; i < 10; ++i) {
     world.end("lidar", 3 << 8);
@@ -158,7 +159,7 @@ TEST(DeputyState, RespawnsEverSlowerAndGivesUpVisibly) {
 TEST(DeputyState, AHealthyRunEndsARowOfCrashes) {
   CommandSpec spec = lidar_spec();
   spec.auto_respawn = true;
-  World world(std::nullopt, 3);
+  DeputyWorld world(std::nullopt, 3);
   world.order(spec, 1);
   for (int i = 0; i < 20; ++i) {
     world.now_us += 11 * kSecond;
@@ -172,7 +173,7 @@ TEST(DeputyState, AHealthyRunEndsARowOfCrashes) {
 TEST(DeputyState, AStoppedCommandIsNotRespawned) {
   CommandSpec spec = lidar_spec();
   spec.auto_respawn = true;
-  World world;
+  DeputyWorld world;
   world.order(spec, 1);
   world.order(spec, 1, true);
   world.end("lidar", SIGTERM);
@@ -182,7 +183,7 @@ TEST(DeputyState, AStoppedCommandIsNotRespawned) {
 TEST(DeputyState, AStopDuringTheRespawnDelayCounts) {
   CommandSpec spec = lidar_spec();
   spec.auto_respawn = true;
-  World world;
+  DeputyWorld world;
   world.order(spec, 1);
   world.end("lidar", 0);
   world.order(spec, 1, true);
@@ -190,7 +191,7 @@ TEST(DeputyState, AStopDuringTheRespawnDelayCounts) {
 }
 
 TEST(DeputyState, WithoutTheFlagOnlyWhatItsScriptsContainIsStarted) {
-  World world(std::set<std::string>{"lidar --fast"});
+  DeputyWorld world(std::set<std::string>{"lidar --fast"});
   world.order(lidar_spec(), 1);
   EXPECT_THAT(world.starts, SizeIs(1));
   CommandSpec foreign = {"evil", "rm -rf /"};
@@ -210,7 +211,7 @@ TEST(DeputyState, WithoutTheFlagOnlyWhatItsScriptsContainIsStarted) {
 TEST(DeputyState, ARespawnOfAChangedExecIsRefusedToo) {
   CommandSpec spec = lidar_spec();
   spec.auto_respawn = true;
-  World world(std::set<std::string>{"lidar --fast"});
+  DeputyWorld world(std::set<std::string>{"lidar --fast"});
   world.order(spec, 1);
   spec.exec = "something else";
   world.order(spec, 1);
@@ -221,7 +222,7 @@ TEST(DeputyState, ARespawnOfAChangedExecIsRefusedToo) {
 }
 
 TEST(DeputyState, WithoutTheFlagNothingEndsBecauseASheriffLeavesItOut) {
-  World world(std::set<std::string>{"lidar --fast"});
+  DeputyWorld world(std::set<std::string>{"lidar --fast"});
   world.order(lidar_spec(), 1);
   world.deputy.on_orders(orders_of({}), kWallClock, 0);
   world.deputy.on_orders(orders_of({}), kWallClock, 0);
@@ -232,7 +233,7 @@ TEST(DeputyState, WithoutTheFlagNothingEndsBecauseASheriffLeavesItOut) {
 }
 
 TEST(DeputyState, WithTheFlagWhatIsLeftOutIsStoppedAndForgotten) {
-  World world;
+  DeputyWorld world;
   world.order(lidar_spec(), 1);
   world.deputy.on_orders(orders_of({}), kWallClock, 0);
   world.work();
@@ -242,7 +243,7 @@ TEST(DeputyState, WithTheFlagWhatIsLeftOutIsStoppedAndForgotten) {
 }
 
 TEST(DeputyState, StaleAndForeignOrdersAreIgnored) {
-  World world;
+  DeputyWorld world;
   Orders orders = orders_of({{lidar_spec(), 1, false}});
   orders.utime_us -= 61 * kSecond;
   world.deputy.on_orders(orders, kWallClock, 0);
@@ -256,7 +257,7 @@ TEST(DeputyState, StaleAndForeignOrdersAreIgnored) {
 }
 
 TEST(DeputyState, AdoptedCommandsKeepTheirRunId) {
-  World world(std::set<std::string>{"lidar --fast"});
+  DeputyWorld world(std::set<std::string>{"lidar --fast"});
   world.deputy.adopt(lidar_spec(), 4, 77, 0);
   world.order(lidar_spec(), 4);
   EXPECT_THAT(world.starts, IsEmpty());
@@ -264,12 +265,12 @@ TEST(DeputyState, AdoptedCommandsKeepTheirRunId) {
 }
 
 TEST(DeputyState, HostileOrdersFillNoTableAndSendNoWildSignal) {
-  World world;
+  DeputyWorld world;
   std::vector<CommandOrder> many;
   for (int i = 0; i < 3000; ++i) many.push_back({{std::to_string(i), "x"}, 0, true});
   world.deputy.on_orders(orders_of(std::move(many)), kWallClock, 0);
   EXPECT_THAT(world.deputy.commands(), SizeIs(1000));
-  World other;
+  DeputyWorld other;
   other.order({"a", "a", "", false, -3, std::nan("")}, 1);
   other.order({"a", "a", "", false, -3, std::nan("")}, 1, true);
   EXPECT_EQ(other.stops.at(0).signal, 2);
@@ -277,7 +278,7 @@ TEST(DeputyState, HostileOrdersFillNoTableAndSendNoWildSignal) {
 }
 
 TEST(DeputyState, ShutsDownWithTimeAllowedAndTheSecondTimeAtOnce) {
-  World world;
+  DeputyWorld world;
   world.order(lidar_spec(), 1);
   world.deputy.shut_down();
   world.work();
@@ -293,7 +294,7 @@ TEST(DeputyState, ShutsDownWithTimeAllowedAndTheSecondTimeAtOnce) {
 }
 
 TEST(DeputyState, DeathBySignalIsSaid) {
-  World world;
+  DeputyWorld world;
   world.order(lidar_spec(), 1);
   world.end("lidar", SIGKILL);
   EXPECT_EQ(world.told.at(0), "Killed");

@@ -19,7 +19,7 @@ using testing::IsEmpty;
 using testing::SizeIs;
 using State = ScriptRunner::State;
 
-constexpr int64_t kSecond = 1'000'000;
+constexpr int64_t kSecondUs = 1'000'000;
 
 const char* const kRobot = R"(
 cmd "logger" { exec = "logger"; deputy = "base"; }
@@ -38,8 +38,8 @@ script "lenient" { start cmd "logger" wait publishing "LOG" timeout ms 2000 then
 )";
 
 /// A sheriff and a deputy that really talk (through values), under one clock.
-struct World {
-  explicit World(bool deputy_is_there = true) : sheriff("sheriff-1") {
+struct SheriffWorld {
+  explicit SheriffWorld(bool deputy_is_there = true) : sheriff("sheriff-1") {
     config = parse_config(kRobot, "robot.procman");
     sheriff.load(config);
     if (deputy_is_there) info();
@@ -76,32 +76,32 @@ struct World {
   Config config;
   SheriffState sheriff;
   DeputyState deputy{{"base", std::nullopt}};
-  int64_t now_us = 100 * kSecond;
+  int64_t now_us = 100 * kSecondUs;
   int32_t last_pid = 10;
   int orders_sent = 0;
   std::vector<std::string> events;
 };
 
 TEST(SheriffState, OrdersGoOnlyToDeputiesHeardAtOnceAfterAChangeAndElseEachSecond) {
-  World world(false);
+  SheriffWorld world(false);
   world.exchange();
   EXPECT_EQ(world.orders_sent, 0);
   world.info();
   world.exchange();
   EXPECT_EQ(world.orders_sent, 1);
-  world.pass(kSecond / 2);
+  world.pass(kSecondUs / 2);
   EXPECT_EQ(world.orders_sent, 1);
   world.sheriff.start("lidar");
   world.exchange();
   EXPECT_EQ(world.orders_sent, 2);
   EXPECT_EQ(world.status("lidar"), Status::running);
-  world.pass(kSecond);
+  world.pass(kSecondUs);
   EXPECT_EQ(world.orders_sent, 3);
 }
 
 TEST(SheriffState, ACommandGoesThroughItsLife) {
-  World world;
-  EXPECT_EQ(World(false).status("lidar"), Status::unknown);
+  SheriffWorld world;
+  EXPECT_EQ(SheriffWorld(false).status("lidar"), Status::unknown);
   EXPECT_EQ(world.status("lidar"), Status::stopped_ok);
   world.sheriff.start("lidar");
   EXPECT_EQ(world.status("lidar"), Status::starting);
@@ -126,7 +126,7 @@ TEST(SheriffState, ACommandGoesThroughItsLife) {
 }
 
 TEST(SheriffState, StartingWhatRunsChangesNothing) {
-  World world;
+  SheriffWorld world;
   world.sheriff.start("lidar");
   world.exchange();
   world.sheriff.start("lidar");
@@ -135,10 +135,10 @@ TEST(SheriffState, StartingWhatRunsChangesNothing) {
 
 // A config loaded while its commands run already must not start them again.
 TEST(SheriffState, WhatRunsAlreadyIsTakenOver) {
-  World first;
+  SheriffWorld first;
   first.sheriff.start("lidar");
   first.exchange();
-  World second(false);
+  SheriffWorld second(false);
   second.deputy = std::move(first.deputy);
   second.sheriff.start("lidar");
   EXPECT_EQ(second.status("lidar"), Status::unknown);
@@ -153,12 +153,12 @@ TEST(SheriffState, WhatRunsAlreadyIsTakenOver) {
 
 // Each would restart it to its own run id, for ever.
 TEST(SheriffState, TwoSheriffsDoNotFight) {
-  World world;
+  SheriffWorld world;
   SheriffState other("sheriff-2");
   other.load(world.config);
   const auto both = [&] {
     for (int second = 0; second < 5; ++second) {
-      world.pass(kSecond);
+      world.pass(kSecondUs);
       other.on_info({world.now_us, "base", {}, world.deputy.commands()}, world.now_us,
                     world.now_us);
       for (const Orders& orders : other.take_due_orders(world.now_us, world.now_us)) {
@@ -180,7 +180,7 @@ TEST(SheriffState, TwoSheriffsDoNotFight) {
 }
 
 TEST(SheriffState, CommandsOfOthersAreAdopted) {
-  World world;
+  SheriffWorld world;
   world.deputy.adopt({"foreign", "x"}, 5, 99, 0);
   world.info();
   EXPECT_EQ(world.status("foreign"), Status::running);
@@ -189,19 +189,19 @@ TEST(SheriffState, CommandsOfOthersAreAdopted) {
 }
 
 TEST(SheriffState, ADeputyStartedAnewRunsAgainWhatRan) {
-  World world;
+  SheriffWorld world;
   world.sheriff.start("lidar");
   world.exchange();
   world.deputy = DeputyState({"base", std::nullopt});
   world.info();
   EXPECT_EQ(world.status("lidar"), Status::starting);
-  world.pass(kSecond);
+  world.pass(kSecondUs);
   EXPECT_EQ(world.status("lidar"), Status::running);
   EXPECT_EQ(world.status("logger"), Status::stopped_ok);
 }
 
 TEST(SheriffState, AnObserverLearnsAndStaysSilent) {
-  World world;
+  SheriffWorld world;
   world.sheriff.set_observer(true);
   world.sheriff.start("lidar");
   world.exchange();
@@ -214,13 +214,13 @@ TEST(SheriffState, AnObserverLearnsAndStaysSilent) {
 }
 
 TEST(SheriffState, OldInformationIsIgnored) {
-  World world(false);
-  world.sheriff.on_info({world.now_us - 31 * kSecond, "base", {}, {}}, world.now_us, 0);
+  SheriffWorld world(false);
+  world.sheriff.on_info({world.now_us - 31 * kSecondUs, "base", {}, {}}, world.now_us, 0);
   EXPECT_THAT(world.sheriff.deputies(), IsEmpty());
 }
 
 TEST(SheriffState, TargetsMeanGroupsWithTheirSubgroups) {
-  const World world;
+  const SheriffWorld world;
   EXPECT_THAT(world.sheriff.commands_of({TargetKind::group, "drivers"}),
               ElementsAre("left", "lidar"));
   EXPECT_THAT(world.sheriff.commands_of({TargetKind::command, "left"}), ElementsAre("left"));
@@ -228,7 +228,7 @@ TEST(SheriffState, TargetsMeanGroupsWithTheirSubgroups) {
 }
 
 TEST(ScriptRunner, RunsEveryActionInItsTurn) {
-  World world;
+  SheriffWorld world;
   ScriptRunner script(world.config, "go");
   const auto step = [&](int64_t pass_us) {
     world.pass(pass_us);
@@ -239,7 +239,7 @@ TEST(ScriptRunner, RunsEveryActionInItsTurn) {
   EXPECT_EQ(world.status("lidar"), Status::starting);
   EXPECT_EQ(script.waiting_for(), "group \"drivers\" to run");
   step(1000);  // running; then a pause until 0.1 s after the action began
-  EXPECT_EQ(script.next_due_us(), 100 * kSecond + 100'000);
+  EXPECT_EQ(script.next_due_us(), 100 * kSecondUs + 100'000);
   step(100'000);  // wait ms 500
   EXPECT_EQ(world.status("logger"), Status::stopped_ok);
   EXPECT_EQ(script.next_due_us(), world.now_us + 500'000);
@@ -258,7 +258,7 @@ TEST(ScriptRunner, RunsEveryActionInItsTurn) {
 }
 
 TEST(ScriptRunner, AMessageFromBeforeTheActionDoesNotCount) {
-  World world;
+  SheriffWorld world;
   ScriptRunner script(world.config, "inner");
   script.on_message("LOG", world.now_us - 1);
   script.step(world.sheriff, world.now_us);
@@ -268,26 +268,26 @@ TEST(ScriptRunner, AMessageFromBeforeTheActionDoesNotCount) {
 }
 
 TEST(ScriptRunner, ATimeoutAbortsOrContinuesAsTheScriptSays) {
-  World world;
+  SheriffWorld world;
   ScriptRunner strict(world.config, "inner");
   strict.step(world.sheriff, world.now_us);
   world.pass(1000);
   strict.step(world.sheriff, world.now_us);
-  EXPECT_EQ(strict.next_due_us(), 102 * kSecond);
-  world.pass(2 * kSecond);
+  EXPECT_EQ(strict.next_due_us(), 102 * kSecondUs);
+  world.pass(2 * kSecondUs);
   EXPECT_EQ(strict.step(world.sheriff, world.now_us), State::aborted);
   EXPECT_THAT(
       strict.take_events(),
       Contains(HasSubstr("waited 2000 ms in vain for cmd \"logger\" to publish LOG (robot")));
   ScriptRunner lenient(world.config, "lenient");
   lenient.step(world.sheriff, world.now_us);
-  world.pass(2 * kSecond);
+  world.pass(2 * kSecondUs);
   EXPECT_EQ(lenient.step(world.sheriff, world.now_us), State::finished);
   EXPECT_EQ(world.status("logger"), Status::stopping);
 }
 
 TEST(ScriptRunner, WhatHasEndedCannotPublish) {
-  World world;
+  SheriffWorld world;
   ScriptRunner script(world.config, "inner");
   script.step(world.sheriff, world.now_us);
   world.pass(1000);
@@ -297,12 +297,12 @@ TEST(ScriptRunner, WhatHasEndedCannotPublish) {
 }
 
 TEST(ScriptRunner, AnUnknownNameIsRefused) {
-  World world;
+  SheriffWorld world;
   EXPECT_THROW(ScriptRunner(world.config, "none"), std::invalid_argument);
 }
 
 TEST(CommandTable, ShowsGroupsWithWhatTheirMembersHaveInCommon) {
-  World world;
+  SheriffWorld world;
   world.sheriff.start("lidar");
   world.exchange();
   const std::vector<TableRow> rows = table_rows(world.sheriff, {}, world.now_us);
@@ -320,7 +320,7 @@ TEST(CommandTable, ShowsGroupsWithWhatTheirMembersHaveInCommon) {
   const std::vector<TableRow> folded = table_rows(world.sheriff, {"drivers"}, world.now_us);
   ASSERT_THAT(folded, SizeIs(2));
   EXPECT_EQ(folded[1].status, "Mixed") << "a folded group still tells of its members";
-  const std::vector<TableRow> old = table_rows(world.sheriff, {}, world.now_us + 6 * kSecond);
+  const std::vector<TableRow> old = table_rows(world.sheriff, {}, world.now_us + 6 * kSecondUs);
   EXPECT_EQ(old[2].status, "Running?") << "nobody knows whether it still does";
   EXPECT_EQ(old[2].colour, StatusColour::grey);
 }

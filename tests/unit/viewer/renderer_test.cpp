@@ -40,7 +40,7 @@ double distance_to_room_m(const Camera& camera, PictureSize size, int x, int y) 
   return nearest;  // the ray's part along the line of sight is 1
 }
 
-int count(const Picture& picture, bool (*wanted)(Rgb)) {
+int count_pixels(const Picture& picture, bool (*wanted)(Rgb)) {
   int sum = 0;
   for (const Rgb& pixel : picture.pixels) sum += wanted(pixel) ? 1 : 0;
   return sum;
@@ -129,7 +129,8 @@ TEST(Renderer, ModesShowLessAndLess) {
   const auto covered = [&](Mode mode) {
     Look look = thesis_look(mode);
     look.background = {0, 0, 255};
-    return count(renderer.draw(in_the_room(), look, kSmall), [](Rgb c) { return c.blue < 250; });
+    return count_pixels(renderer.draw(in_the_room(), look, kSmall),
+                        [](Rgb c) { return c.blue < 250; });
   };
   const int filled = covered(Mode::filled), wire = covered(Mode::wire),
             points = covered(Mode::points);

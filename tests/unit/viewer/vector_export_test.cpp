@@ -6,16 +6,13 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/support/temporary_folder.hpp"
 #include "tests/unit/viewer/tiny_room.hpp"
 
 namespace marco::viewer {
 namespace {
 
-constexpr PictureSize kSize{400, 300};
-
-std::string temporary(const std::string& name) {
-  return (std::filesystem::path(::testing::TempDir()) / ("marco_viewer_" + name)).string();
-}
+constexpr PictureSize kPageSize{400, 300};
 
 std::string text_of(const std::string& path) {
   std::ostringstream text;
@@ -24,7 +21,7 @@ std::string text_of(const std::string& path) {
   return text.str();
 }
 
-std::size_t count(const std::string& text, const std::string& word) {
+std::size_t count_words(const std::string& text, const std::string& word) {
   std::size_t sum = 0;
   for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
     ++sum;
@@ -52,37 +49,37 @@ ViewPlan from_above() {
 constexpr std::size_t kPaper = 2;  // the background's triangles
 
 TEST(VectorExport, EpsHoldsEachTriangle) {
-  const std::string path = temporary("page.eps");
+  const std::string path = testing::temporary_path("page.eps");
   const VectorReport report =
-      write_vector(floor_patch(), from_above(), kSize, VectorFormat::eps, path);
+      write_vector(floor_patch(), from_above(), kPageSize, VectorFormat::eps, path);
   EXPECT_EQ(report.polygons, 16U);
   const std::string text = text_of(path);
-  EXPECT_EQ(count(text, "%!PS-Adobe"), 1U);
+  EXPECT_EQ(count_words(text, "%!PS-Adobe"), 1U);
   // gl2ps writes a flat triangle as "... T".
-  EXPECT_EQ(count(text, " T\n"), 16U + kPaper);
+  EXPECT_EQ(count_words(text, " T\n"), 16U + kPaper);
 }
 
 TEST(VectorExport, SvgAndPdfHoldThemToo) {
-  const std::string svg = temporary("page.svg");
-  write_vector(floor_patch(), from_above(), kSize, VectorFormat::svg, svg);
-  EXPECT_EQ(count(text_of(svg), "<polygon"), 16U + kPaper);
-  const std::string pdf = temporary("page.pdf");
-  write_vector(floor_patch(), from_above(), kSize, VectorFormat::pdf, pdf);
-  EXPECT_EQ(count(text_of(pdf), "%PDF-"), 1U);
+  const std::string svg = testing::temporary_path("page.svg");
+  write_vector(floor_patch(), from_above(), kPageSize, VectorFormat::svg, svg);
+  EXPECT_EQ(count_words(text_of(svg), "<polygon"), 16U + kPaper);
+  const std::string pdf = testing::temporary_path("page.pdf");
+  write_vector(floor_patch(), from_above(), kPageSize, VectorFormat::pdf, pdf);
+  EXPECT_EQ(count_words(text_of(pdf), "%PDF-"), 1U);
 }
 
 TEST(VectorExport, WireDrawsEdgesAndTheCutLeavesOutWhatIsHigher) {
   ViewPlan plan = from_above();
   plan.look.mode = Mode::wire;
-  const std::string path = temporary("wire.eps");
-  EXPECT_EQ(write_vector(floor_patch(), plan, kSize, VectorFormat::eps, path).lines, 48U);
+  const std::string path = testing::temporary_path("wire.eps");
+  EXPECT_EQ(write_vector(floor_patch(), plan, kPageSize, VectorFormat::eps, path).lines, 48U);
   plan.look.mode = Mode::filled;
   plan.look.cut_height_m = -0.1;
-  EXPECT_EQ(write_vector(floor_patch(), plan, kSize, VectorFormat::eps, path).polygons, 0U);
+  EXPECT_EQ(write_vector(floor_patch(), plan, kPageSize, VectorFormat::eps, path).polygons, 0U);
   plan.look.cut_height_m = 1.0;
   plan.camera.eye_m.z() = -10.0;
   plan.look.back_faces = BackFaces::hide;
-  EXPECT_EQ(write_vector(floor_patch(), plan, kSize, VectorFormat::eps, path).polygons, 0U);
+  EXPECT_EQ(write_vector(floor_patch(), plan, kPageSize, VectorFormat::eps, path).polygons, 0U);
   std::filesystem::remove(path);
 }
 
@@ -90,22 +87,23 @@ TEST(VectorExport, FromWithinARoomNothingBehindTheEyeIsDrawn) {
   const Scene scene = testing::room_scene();
   ViewPlan plan;
   plan.camera = camera_at(make_pose3({1.0, 2.0, 1.25}));
-  const std::string path = temporary("room.svg");
-  const VectorReport report = write_vector(scene, plan, kSize, VectorFormat::svg, path);
+  const std::string path = testing::temporary_path("room.svg");
+  const VectorReport report = write_vector(scene, plan, kPageSize, VectorFormat::svg, path);
   std::filesystem::remove(path);
   EXPECT_GT(report.polygons, 50U);
   EXPECT_LT(report.polygons, scene.meshes[0].mesh->triangles.size());
 }
 
 TEST(VectorExport, SaysWhatItCannotWrite) {
-  EXPECT_THROW(
-      write_vector(floor_patch(), from_above(), kSize, VectorFormat::eps, "/no/such/folder/x.eps"),
-      std::runtime_error);
+  EXPECT_THROW(write_vector(floor_patch(), from_above(), kPageSize, VectorFormat::eps,
+                            "/no/such/folder/x.eps"),
+               std::runtime_error);
   EXPECT_THROW(vector_format("x.png"), std::invalid_argument);
   EXPECT_EQ(vector_format("a/b.svg"), VectorFormat::svg);
   if (std::filesystem::exists("/dev/full")) {
-    EXPECT_THROW(write_vector(floor_patch(), from_above(), kSize, VectorFormat::eps, "/dev/full"),
-                 std::runtime_error);
+    EXPECT_THROW(
+        write_vector(floor_patch(), from_above(), kPageSize, VectorFormat::eps, "/dev/full"),
+        std::runtime_error);
   }
 }
 

@@ -33,17 +33,17 @@ double farthest_from_world_m(const Wall& wall, const LinesWorld& world) {
   return farthest;
 }
 
-struct RunResult {
+struct LoopResult {
   double rms_m = 0.0, odometry_rms_m = 0.0, mean_nees = 0.0;
 };
 
-RunResult follow_loop(unsigned seed, LineSlam* kept = nullptr) {
+LoopResult follow_loop(unsigned seed, LineSlam* kept = nullptr) {
   const LinesWorld world = testing::make_loop_world();
   std::mt19937 random(seed);
   const LinesDrive tour = testing::drive(kLoop, 0.1, 0.1, {}, random);
   LineSlam slam(LineSlamOptions{}, tour.world_from_robot[0]);
   Pose2 odometry = tour.world_from_robot[0];
-  RunResult result;
+  LoopResult result;
   const auto steps = static_cast<double>(tour.world_from_robot.size());
   for (std::size_t i = 0; i < tour.world_from_robot.size(); ++i) {
     const Pose2 motion = i == 0 ? Pose2{} : tour.odometry_steps[i - 1];
@@ -66,7 +66,7 @@ RunResult follow_loop(unsigned seed, LineSlam* kept = nullptr) {
 
 TEST(LineSlam, FollowsALoopAndDrawsItsWalls) {
   LineSlam slam{LineSlamOptions{}};
-  const RunResult result = follow_loop(11, &slam);
+  const LoopResult result = follow_loop(11, &slam);
   std::printf("rms %.4f m, odometry %.4f m, NEES %.2f\n", result.rms_m, result.odometry_rms_m,
               result.mean_nees);
   EXPECT_LT(result.rms_m, 0.1 * result.odometry_rms_m);
@@ -85,7 +85,7 @@ TEST(LineSlam, FollowsALoopAndDrawsItsWalls) {
 TEST(LineSlam, DISABLED_ReportsItsConsistencyOverAHundredRuns) {
   double nees = 0.0, worst = 0.0;
   for (unsigned run = 0; run < 100; ++run) {
-    const RunResult result = follow_loop(2000 + run);
+    const LoopResult result = follow_loop(2000 + run);
     nees += result.mean_nees / 100.0;
     worst = std::max(worst, result.rms_m / result.odometry_rms_m);
   }

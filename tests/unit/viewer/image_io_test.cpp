@@ -17,7 +17,7 @@ TEST(ImageIo, ReadsBackWhatItWrote) {
   Picture picture(3, 2, {10, 20, 30});
   picture.at(0, 0) = {255, 0, 0};
   picture.at(2, 1) = {0, 0, 255};
-  const std::string path = testing::temporary_path("round.png");
+  const std::string path = marco::testing::temporary_path("round.png");
   write_png(picture, path);
   const Picture back = read_picture(path);
   EXPECT_EQ(back.width_px, 3);
@@ -29,7 +29,7 @@ TEST(ImageIo, ReadsBackWhatItWrote) {
 
 TEST(ImageIo, SaysWhichFileCouldNotBeWrittenOrRead) {
   const Picture picture(3, 2, {});
-  const std::string nowhere = testing::temporary_path("no/such/folder.png");
+  const std::string nowhere = marco::testing::temporary_path("no/such/folder.png");
   try {
     write_png(picture, nowhere);
     FAIL() << "a picture was written into a folder that is not there";
@@ -38,14 +38,14 @@ TEST(ImageIo, SaysWhichFileCouldNotBeWrittenOrRead) {
   }
   EXPECT_THROW(write_png({}, nowhere), std::invalid_argument);
   EXPECT_THROW(read_picture(nowhere), std::runtime_error);
-  const std::string text = testing::temporary_path("text.png");
+  const std::string text = marco::testing::temporary_path("text.png");
   std::ofstream(text) << "not a picture";
   EXPECT_THROW(read_picture(text), std::runtime_error);
   std::filesystem::remove(text);
 }
 
 TEST(ImageIo, SaysThatTheDiskIsFullAndLeavesNoPart) {
-  const std::string path = testing::temporary_path("full.png");
+  const std::string path = marco::testing::temporary_path("full.png");
   std::error_code error;
   std::filesystem::create_symlink("/dev/full", path + ".part", error);
   if (error || !std::filesystem::exists("/dev/full")) {

@@ -49,7 +49,7 @@ ViewPlan from_above() {
 constexpr std::size_t kPaper = 2;  // the background's triangles
 
 TEST(VectorExport, EpsHoldsEachTriangle) {
-  const std::string path = testing::temporary_path("page.eps");
+  const std::string path = marco::testing::temporary_path("page.eps");
   const VectorReport report =
       write_vector(floor_patch(), from_above(), kPageSize, VectorFormat::eps, path);
   EXPECT_EQ(report.polygons, 16U);
@@ -60,10 +60,10 @@ TEST(VectorExport, EpsHoldsEachTriangle) {
 }
 
 TEST(VectorExport, SvgAndPdfHoldThemToo) {
-  const std::string svg = testing::temporary_path("page.svg");
+  const std::string svg = marco::testing::temporary_path("page.svg");
   write_vector(floor_patch(), from_above(), kPageSize, VectorFormat::svg, svg);
   EXPECT_EQ(count_words(text_of(svg), "<polygon"), 16U + kPaper);
-  const std::string pdf = testing::temporary_path("page.pdf");
+  const std::string pdf = marco::testing::temporary_path("page.pdf");
   write_vector(floor_patch(), from_above(), kPageSize, VectorFormat::pdf, pdf);
   EXPECT_EQ(count_words(text_of(pdf), "%PDF-"), 1U);
 }
@@ -71,7 +71,7 @@ TEST(VectorExport, SvgAndPdfHoldThemToo) {
 TEST(VectorExport, WireDrawsEdgesAndTheCutLeavesOutWhatIsHigher) {
   ViewPlan plan = from_above();
   plan.look.mode = Mode::wire;
-  const std::string path = testing::temporary_path("wire.eps");
+  const std::string path = marco::testing::temporary_path("wire.eps");
   EXPECT_EQ(write_vector(floor_patch(), plan, kPageSize, VectorFormat::eps, path).lines, 48U);
   plan.look.mode = Mode::filled;
   plan.look.cut_height_m = -0.1;
@@ -87,7 +87,7 @@ TEST(VectorExport, FromWithinARoomNothingBehindTheEyeIsDrawn) {
   const Scene scene = testing::room_scene();
   ViewPlan plan;
   plan.camera = camera_at(make_pose3({1.0, 2.0, 1.25}));
-  const std::string path = testing::temporary_path("room.svg");
+  const std::string path = marco::testing::temporary_path("room.svg");
   const VectorReport report = write_vector(scene, plan, kPageSize, VectorFormat::svg, path);
   std::filesystem::remove(path);
   EXPECT_GT(report.polygons, 50U);

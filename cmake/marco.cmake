@@ -1,4 +1,4 @@
-# The four ways a target is made in Marco. Every compiler flag lives here, once.
+# The ways a target is made in Marco. Every compiler flag lives here, once.
 #
 #   marco_lcm_types(NAME a.lcm ...)                       messages -> generated headers, as a SYSTEM target
 #   marco_library(NAME SOURCES ... DEPENDS ... [PRIVATE ...])   libmarco_NAME, used as marco::NAME
@@ -81,6 +81,25 @@ function(marco_test name)
   set_tests_properties(
     ${name} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION
                        "^SKIPPED: " ENVIRONMENT "MARCO_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+endfunction()
+
+# marco_system_library(NAME [HEADER h [FOLDERS f]]): a library of the system without a CMake config of its
+# own, found by its name, as marco::NAME. Installed, it is linked by name.
+function(marco_system_library name)
+  cmake_parse_arguments(arg "" "HEADER" "FOLDERS" ${ARGN})
+  if(TARGET marco_${name})
+    return()
+  endif()
+  find_library(MARCO_LIBRARY_${name} ${name} REQUIRED)
+  add_library(marco_${name} INTERFACE)
+  add_library(marco::${name} ALIAS marco_${name})
+  target_link_libraries(marco_${name} INTERFACE $<BUILD_INTERFACE:${MARCO_LIBRARY_${name}}> $<INSTALL_INTERFACE:${name}>)
+  if(arg_HEADER)
+    find_path(MARCO_INCLUDE_${name} ${arg_HEADER} PATH_SUFFIXES ${arg_FOLDERS} REQUIRED)
+    target_include_directories(marco_${name} SYSTEM INTERFACE $<BUILD_INTERFACE:${MARCO_INCLUDE_${name}}>)
+  endif()
+  set_target_properties(marco_${name} PROPERTIES EXPORT_NAME ${name})
+  set_property(GLOBAL APPEND PROPERTY MARCO_LIBRARIES marco_${name})
 endfunction()
 
 function(marco_lcm_types name)

@@ -33,7 +33,7 @@ Eigen::Vector3f nearest_point(const Eigen::Vector3f& p,
 
 struct PointQuery {
   const World* world;
-  float best_m;
+  NearestSurface best;
 };
 
 bool on_candidate(RTCPointQueryFunctionArguments* arguments) {
@@ -41,13 +41,12 @@ bool on_candidate(RTCPointQueryFunctionArguments* arguments) {
   const World& world = *query->world;
   const auto& triangle = world.triangles[arguments->primID];
   const Eigen::Vector3f point(arguments->query->x, arguments->query->y, arguments->query->z);
-  const float distance =
-      (nearest_point(point, world.vertices_m[triangle[0]], world.vertices_m[triangle[1]],
-                     world.vertices_m[triangle[2]]) -
-       point)
-          .norm();
-  if (distance >= query->best_m) return false;
-  query->best_m = distance;
+  const Eigen::Vector3f nearest =
+      nearest_point(point, world.vertices_m[triangle[0]], world.vertices_m[triangle[1]],
+                    world.vertices_m[triangle[2]]);
+  const float distance = (nearest - point).norm();
+  if (distance >= query->best.distance_m) return false;
+  query->best = {distance, nearest, arguments->primID};
   arguments->query->radius = distance;
   return true;  // the radius shrank
 }
@@ -116,16 +115,26 @@ std::optional<RayHit> RayCaster::cast(const Eigen::Vector3f& origin_m,
   hit.normal = Eigen::Vector3f(ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z).normalized();
   if (hit.normal.dot(direction) > 0.0F) hit.normal = -hit.normal;
   hit.material = scene_->world.materials[ray.hit.primID];
+  hit.triangle = ray.hit.primID;
   return hit;
 }
 
 float RayCaster::distance_to_surface_m(const Eigen::Vector3f& point_m, float max_m) const {
+  const std::optional<NearestSurface> found = nearest(point_m, max_m);
+  return found ? found->distance_m : max_m;
+}
+
+std::optional<NearestSurface> RayCaster::nearest(const Eigen::Vector3f& point_m,
+                                                 float max_m) const {
   RTCPointQuery query{point_m.x(), point_m.y(), point_m.z(), 0.0F, max_m};
   RTCPointQueryContext context;
   rtcInitPointQueryContext(&context);
-  PointQuery best{&scene_->world, max_m};
+  PointQuery best{&scene_->world, {max_m, Eigen::Vector3f::Zero(), 0}};
   rtcPointQuery(scene_->scene, &query, &context, on_candidate, &best);
-  return best.best_m;
+  if (best.best.distance_m >= max_m) return std::nullopt;
+  return best.best;
 }
+
+const World& RayCaster::world() const { return scene_->world; }
 
 }  // namespace marco::sim

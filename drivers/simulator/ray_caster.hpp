@@ -13,6 +13,13 @@ struct RayHit {
   Eigen::Vector3f normal =
       Eigen::Vector3f::Zero();  ///< of the triangle, unit length, towards the ray
   Material material = Material::plain;
+  uint32_t triangle = 0;  ///< of the world
+};
+
+struct NearestSurface {
+  float distance_m = 0.0F;
+  Eigen::Vector3f point_m = Eigen::Vector3f::Zero();
+  uint32_t triangle = 0;  ///< of the world
 };
 
 /// What rays and points meet in a world, by Embree. Const members are safe from several threads;
@@ -30,6 +37,11 @@ class RayCaster {
 
   /// Distance from a point to the nearest surface; `max_m` when it is farther.
   float distance_to_surface_m(const Eigen::Vector3f& point_m, float max_m) const;
+
+  /// The nearest place of a surface. @returns nothing when it is farther than `max_m`.
+  std::optional<NearestSurface> nearest(const Eigen::Vector3f& point_m, float max_m) const;
+
+  const World& world() const;
 
  private:
   struct Scene;

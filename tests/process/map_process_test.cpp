@@ -74,7 +74,8 @@ TEST_F(MapProcess, MakesEverythingAndMeasuresItAgainstTheTruth) {
   ASSERT_EQ(result.code, 0) << result.output;
   for (const char* name :
        {"map.pgm", "map.yaml", "map.png", "trajectory.tum", "trajectory_live.tum", "odometry.tum",
-        "truth.tum", "model.ply", "model.png", "slam.lcm", "report.json"}) {
+        "truth.tum", "model.ply", "model_scenes.ply", "model.glb", "model.obj", "planes.json",
+        "floor_plan.svg", "model.png", "slam.lcm", "report.json"}) {
     EXPECT_TRUE(std::filesystem::exists(at("out") + "/" + name)) << name;
   }
   const nlohmann::json errors = report(at("out")).at("errors");
@@ -83,7 +84,11 @@ TEST_F(MapProcess, MakesEverythingAndMeasuresItAgainstTheTruth) {
   EXPECT_GT(errors.at("odometry error rms_m"), 0.05);
   // Cells of 50 mm: their centres lie up to 35 mm from the wall that runs through them.
   EXPECT_LT(errors.at("map error rms_m"), 0.035);
-  EXPECT_LT(errors.at("model error rms_m"), 0.03);
+  // Two of twelve sweeps, their scenes not yet registered in 3D: the floor's unevenness is in it.
+  EXPECT_LT(errors.at("model error rms_m"), 0.02);
+  const nlohmann::json surface = report(at("out")).at("surface");
+  EXPECT_LT(surface.at("simplified triangles"), 0.1 * surface.at("triangles").get<double>());
+  EXPECT_LE(surface.at("simplified, farthest sample_m"), 0.01);
   const auto scans = files::read_tum(at("out") + "/truth.tum").size();
   EXPECT_EQ(files::read_tum(at("out") + "/trajectory.tum").size(), scans);
   EXPECT_EQ(files::read_tum(at("out") + "/trajectory_live.tum").size(), scans);
@@ -94,7 +99,8 @@ TEST_F(MapProcess, TwoRunsAreTheSameToTheLastByte) {
   ASSERT_EQ(run("marco-map", {log, "--out", at("one")}).code, 0);
   ASSERT_EQ(run("marco-map", {log, "--out", at("two")}).code, 0);
   for (const char* name :
-       {"slam.lcm", "trajectory.tum", "trajectory_live.tum", "map.pgm", "model.ply"}) {
+       {"slam.lcm", "trajectory.tum", "trajectory_live.tum", "map.pgm", "model.ply", "model.glb",
+        "model.obj", "planes.json", "floor_plan.svg"}) {
     EXPECT_TRUE(files::read_whole_file(at("one") + "/" + name) ==
                 files::read_whole_file(at("two") + "/" + name))
         << name;

@@ -69,16 +69,20 @@ int run(const Arguments& arguments) {
   if (!job.truth().empty()) files::write_tum(out / "truth.tum", job.truth());
   const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);
-  const TriangleMesh model = job.mapping3d().mapper().model();
-  if (!model.triangles.empty()) files::write_ply(out / "model.ply", model);
+  const TriangleMesh scenes = job.mapping3d().mapper().model();
+  if (!scenes.triangles.empty()) files::write_ply(out / "model_scenes.ply", scenes);
   const Walls walls = job.lines() != nullptr ? job.lines()->mapper().plan() : Walls{};
   if (job.lines() != nullptr) write_lines(out, walls, job);
   job.clock().end_stage("write");
+  const JoinedSurface joined =
+      write_joined_surface(out, placed_scenes(job), options.joined_surface);
+  const TriangleMesh& model = joined.mesh;
+  job.clock().end_stage("surface");
   if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
   if (!model.triangles.empty()) draw_model_picture(out / "model.png", model, job);
   if (job.lines() != nullptr) draw_line_pictures(out, map, walls, job);
   job.clock().end_stage("pictures");
-  ReportExtras extras{judge_path(job)};
+  ReportExtras extras{judge_path(job), joined.figures};
   extras.errors.merge(judge_held_out(job, map));
   if (!arguments.world.empty()) {
     extras.errors.merge(judge_against_world(job, map, model, arguments.world));

@@ -13,6 +13,7 @@
 #include "mapping3d/process/lcm_adapter.hpp"
 #include "slam/process/lcm_adapter.hpp"
 #include "slam/process/line_lcm_adapter.hpp"
+#include "tools/map/joined_surface.hpp"
 #include "tools/map/stage_clock.hpp"
 
 namespace marco {
@@ -21,12 +22,14 @@ struct MapOptions {
   slam::SlamAdapterOptions slam;
   slam::LineProcessOptions lines;
   mapping3d::Mapping3dAdapterOptions mapping3d;
+  JoinedSurfaceOptions joined_surface;
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("slam_process", slam);
     v("line_slam_process", lines);
     v("mapping3d_process", mapping3d);
+    v("joined_surface", joined_surface);
   }
 };
 

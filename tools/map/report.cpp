@@ -96,6 +96,7 @@ void write_report(const std::filesystem::path& path,
   report["cpu_s"] = job.clock().total_cpu_s();
   report["real_time_factor"] = job.recorded_s() / std::max(1e-9, job.clock().total_wall_s());
   report["peak_memory_mb"] = StageClock::peak_memory_mb();
+  if (!extras.surface.empty()) report["surface"] = extras.surface;
   if (!extras.errors.empty()) report["errors"] = extras.errors;
   files::write_whole_file(path, report.dump(2) + "\n");
 }
@@ -120,6 +121,7 @@ void print_summary(const MapJob& job,
       "closed\n",
       job.scans().size(), static_cast<long long>(counts.matched), job.key_count(),
       path_length_m(job.trajectory()), job.recorded_s(), loops_in_force(job.loops()));
+  for (const auto& [name, value] : extras.surface) std::printf("%s: %.6g\n", name.c_str(), value);
   for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
   std::printf("%.2f s (%.0f times real time), %.0f MB at most; everything is in %s\n",
               job.clock().total_wall_s(),

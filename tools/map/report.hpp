@@ -8,7 +8,8 @@ namespace marco {
 
 /// What is known beside the job itself when the report is written.
 struct ReportExtras {
-  std::map<std::string, double> errors;  ///< against truth, by name with unit
+  std::map<std::string, double> errors;   ///< against truth, by name with unit
+  std::map<std::string, double> surface;  ///< of the joined surface, by name with unit
 };
 
 /// Writes report.json: what was read, used and dropped and why, loops, times, memory, errors.

@@ -1,0 +1,104 @@
+#include "mapping3d/surface/mesh_distance.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "common/check.hpp"
+#include "common/mesh_samples.hpp"
+
+namespace marco::mapping3d {
+namespace {
+
+// Squared distance to a triangle (Ericson, Real-Time Collision Detection, 5.1.5).
+float squared_distance(const Eigen::Vector3f& p,
+                       const Eigen::Vector3f& a,
+                       const Eigen::Vector3f& b,
+                       const Eigen::Vector3f& c) {
+  const Eigen::Vector3f ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  const float d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp);
+  const float d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d1 <= 0 && d2 <= 0) return ap.squaredNorm();
+  if (d3 >= 0 && d4 <= d3) return bp.squaredNorm();
+  if (d6 >= 0 && d5 <= d6) return cp.squaredNorm();
+  const float vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - d1 / (d1 - d3) * ab).squaredNorm();
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).squaredNorm();
+  if (va <= 0 && d4 >= d3 && d5 >= d6) {
+    return (bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)).squaredNorm();
+  }
+  const float scale = 1.0F / (va + vb + vc);
+  return (ap - ab * (vb * scale) - ac * (vc * scale)).squaredNorm();
+}
+
+}  // namespace
+
+MeshDistance::MeshDistance(const TriangleMesh& mesh, float max_m)
+    : mesh_(mesh), max_m_(max_m), cell_m_(std::max(0.1F, 2.0F * max_m)) {
+  require(max_m > 0.0F, "MeshDistance: max_m must be above 0");
+  const float reach_m = 0.5F * std::sqrt(3.0F) * cell_m_ + max_m_;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& corners = mesh.triangles[t];
+    const Eigen::Vector3f &a = mesh.vertices_m[corners[0]], &b = mesh.vertices_m[corners[1]],
+                          &c = mesh.vertices_m[corners[2]];
+    const Eigen::Vector3f normal = (b - a).cross(c - a).normalized();
+    const Eigen::Vector3f grown = Eigen::Vector3f::Constant(max_m_);
+    const Eigen::Vector3i low = cell_of(a.cwiseMin(b).cwiseMin(c) - grown);
+    const Eigen::Vector3i high = cell_of(a.cwiseMax(b).cwiseMax(c) + grown);
+    for (int z = low.z(); z <= high.z(); ++z) {
+      for (int y = low.y(); y <= high.y(); ++y) {
+        for (int x = low.x(); x <= high.x(); ++x) {
+          const Eigen::Vector3i cell(x, y, z);
+          const Eigen::Vector3f middle =
+              (cell.cast<float>() + Eigen::Vector3f::Constant(0.5F)) * cell_m_;
+          if (std::abs(normal.dot(middle - a)) > reach_m) continue;
+          triangles_[key(cell)].push_back(static_cast<uint32_t>(t));
+        }
+      }
+    }
+  }
+}
+
+Eigen::Vector3i MeshDistance::cell_of(const Eigen::Vector3f& point_m) const {
+  return (point_m / cell_m_).array().floor().matrix().cast<int>();
+}
+
+uint64_t MeshDistance::key(const Eigen::Vector3i& cell) const {
+  const auto part = [&](int axis) { return static_cast<uint64_t>(cell[axis] + (1 << 20)); };
+  return part(0) | (part(1) << 21U) | (part(2) << 42U);
+}
+
+float MeshDistance::operator()(const Eigen::Vector3f& point_m) const {
+  const auto found = triangles_.find(key(cell_of(point_m)));
+  if (found == triangles_.end()) return max_m_;
+  float best = max_m_ * max_m_;
+  for (const uint32_t t : found->second) {
+    const auto& corners = mesh_.triangles[t];
+    best = std::min(
+        best, squared_distance(point_m, mesh_.vertices_m[corners[0]], mesh_.vertices_m[corners[1]],
+                               mesh_.vertices_m[corners[2]]));
+  }
+  return std::sqrt(best);
+}
+
+MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2) {
+  MeshGap found;
+  double squares = 0.0;
+  float carried_m2 = area_each_m2;
+  for_each_sample(from, area_each_m2, [&](const Eigen::Vector3f& point, std::size_t triangle) {
+    const auto& t = from.triangles[triangle];
+    const auto& v = from.vertices_m;
+    carried_m2 +=
+        std::min(area_each_m2, 0.5F * (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm());
+    if (carried_m2 < area_each_m2) return;
+    carried_m2 -= area_each_m2;
+    const auto d = static_cast<double>(to(point));
+    ++found.samples;
+    squares += d * d;
+    found.max_m = std::max(found.max_m, d);
+  });
+  if (found.samples > 0) found.rms_m = std::sqrt(squares / static_cast<double>(found.samples));
+  return found;
+}
+
+}  // namespace marco::mapping3d

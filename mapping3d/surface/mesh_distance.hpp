@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <unordered_map>
+#include <vector>
+
+#include "common/triangle_mesh.hpp"
+
+namespace marco::mapping3d {
+
+/// Distances from points to a mesh, up to a limit: triangles in a hashed lattice of cells, so that
+/// a query looks into one. Const members are safe from several threads.
+class MeshDistance {
+ public:
+  /// @param mesh outlives this. @param max_m farther is not told apart
+  MeshDistance(const TriangleMesh& mesh, float max_m);
+
+  /// @returns the distance, or `max_m` when it is farther.
+  float operator()(const Eigen::Vector3f& point_m) const;
+
+ private:
+  uint64_t key(const Eigen::Vector3i& cell) const;
+  Eigen::Vector3i cell_of(const Eigen::Vector3f& point_m) const;
+
+  const TriangleMesh& mesh_;
+  float max_m_;
+  float cell_m_;
+  std::unordered_map<uint64_t, std::vector<uint32_t>> triangles_;
+};
+
+struct MeshGap {
+  std::size_t samples = 0;
+  double rms_m = 0.0;
+  double max_m = 0.0;
+};
+
+/// How far the surface of `from` lies from another, a sample each `area_each_m2`, and where
+/// triangles are smaller one for so much area of them; beyond its limit a sample counts as that.
+MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2);
+
+}  // namespace marco::mapping3d

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <vector>
+
+#include "common/options.hpp"
+#include "common/triangle_mesh.hpp"
+
+namespace marco::mapping3d {
+
+struct PlaneOptions {
+  double cell_m = 0.10;      ///< patches of the surface that are sorted into planes
+  double max_turn_deg = 12;  ///< of a patch's normal from its plane's
+  double max_gap_m = 0.04;   ///< of a patch from its plane
+  double min_area_m2 = 0.3;  ///< less is no plane
+  double level_deg = 10.0;   ///< what leans less from level or upright is floor, ceiling or wall
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("cell_m", cell_m, kPositive);
+    v("max_turn_deg", max_turn_deg, Limits{0.1, 45.0});
+    v("max_gap_m", max_gap_m, kPositive);
+    v("min_area_m2", min_area_m2, kPositive);
+    v("level_deg", level_deg, Limits{0.1, 45.0});
+  }
+};
+
+/// A flat part of the surface: n . x = offset, n towards where it was seen from.
+struct SurfacePlane {
+  enum class Kind { floor, ceiling, wall, level, other };  ///< level: table tops and their like
+
+  Kind kind = Kind::other;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double offset_m = 0.0;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d along = Eigen::Vector3d::UnitX();   ///< in the plane, level where it can be
+  Eigen::Vector3d across = Eigen::Vector3d::UnitY();  ///< normal x along
+  Eigen::Vector2d low_m = Eigen::Vector2d::Zero();    ///< extent about the centre, along and across
+  Eigen::Vector2d high_m = Eigen::Vector2d::Zero();
+  double area_m2 = 0.0;  ///< of the surface that lies on it
+  double rms_m = 0.0;    ///< of its patches
+  /// Of (shift along the normal at the centre [m], slope along `along`, slope along `across`
+  /// [rad]): each patch one measurement, with the spread that the patches show.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+/// Flat parts of a surface, largest first: patches grow together while normal and distance agree,
+/// and parts of one plane that gaps divide (a wall left and right of a door) are one. The largest
+/// level plane that looks up and has at least half of the others above it is the floor.
+/// @param mesh z up
+std::vector<SurfacePlane> find_planes(const TriangleMesh& mesh, const PlaneOptions& options = {});
+
+/// The cut of a mesh at a height, as chains of points [m]; closed ones end where they begin.
+std::vector<std::vector<Eigen::Vector2d>> cut_at(const TriangleMesh& mesh, double height_m);
+
+}  // namespace marco::mapping3d

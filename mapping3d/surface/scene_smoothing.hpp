@@ -1,0 +1,46 @@
+#pragma once
+
+#include <vector>
+
+#include "common/options.hpp"
+#include "mapping3d/scene.hpp"
+
+namespace marco::mapping3d {
+
+struct SmoothingOptions {
+  double min_sigma_m = 0.003;   ///< the laser is never trusted to be better
+  double max_sigma_m = 0.03;    ///< nor believed to be worse
+  double plane_residual = 1.4;  ///< a window is a plane below so many sigmas rms
+  double own_residual = 3.5;    ///< and a beam belongs to it below so many
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("min_sigma_m", min_sigma_m, kPositive);
+    v("max_sigma_m", max_sigma_m, kPositive);
+    v("plane_residual", plane_residual, kPositive);
+    v("own_residual", own_residual, kPositive);
+  }
+};
+
+/// A scene with the laser's noise averaged out within surfaces.
+struct SmoothScene {
+  enum class Kind : uint8_t { none, loose, plane };
+
+  std::size_t rows = 0;
+  std::size_t columns = 0;
+  double sigma_m = 0.0;                    ///< of one range, found in the scene itself
+  std::vector<Eigen::Vector3f> points_m;   ///< on its own beam; loose ones as they were measured
+  std::vector<Eigen::Vector3f> normals;    ///< towards the sensor; of loose ones against the beam
+  std::vector<float> sigmas_m;             ///< of a point, along its normal
+  std::vector<Kind> kinds;                 ///< none = no return
+  std::vector<Eigen::Vector3f> origins_m;  ///< one a row
+};
+
+/// Fits planes to windows of 7 x 7, 5 x 5 and 3 x 3 beams, linear in the inverse range (m q = 1/r
+/// for unit directions q and the plane m x = 1 about the mean sensor), and moves each beam's end
+/// along the beam to the plane of the largest window that holds it and fits; off-centre windows
+/// let a plane reach up to its edge (after Kuwahara 1976), so that corners stay sharp. A beam that
+/// no plane holds stays where it was (`loose`): thin things, and ranges mixed at an edge.
+SmoothScene smooth(const ScenePoints& scene, const SmoothingOptions& options = {});
+
+}  // namespace marco::mapping3d

@@ -1,0 +1,202 @@
+#include "mapping3d/surface/surface_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/pose2.hpp"
+#include "mapping3d/surface/surface_nets.hpp"
+
+namespace marco::mapping3d {
+namespace {
+
+constexpr float kSolid = -0.5F;  // in voxels: deeper than a beam may pass a surface by
+
+int floor_int(float value) { return static_cast<int>(std::floor(value)); }
+int ceil_int(float value) { return static_cast<int>(std::ceil(value)); }
+
+void count_up(uint8_t& counter) { counter = static_cast<uint8_t>(counter + (counter < 255)); }
+
+}  // namespace
+
+SurfaceModel::SurfaceModel(const SurfaceOptions& options) : options_(options) {
+  validate(options, "surface");
+}
+
+void SurfaceModel::add(const SmoothScene& scene) {
+  const auto per_m = static_cast<float>(1.0 / options_.voxel_m);
+  std::vector<Corner> corners(scene.points_m.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (scene.kinds[i] == SmoothScene::Kind::none) continue;
+    const Eigen::Vector3f& p = scene.points_m[i];
+    const Eigen::Vector3f beam = p - scene.origins_m[i / scene.columns];
+    const Eigen::Vector3f& normal = scene.normals[i];
+    // Across the surface: the laser's own noise, and what a turn of the whole scene does there.
+    const auto own = static_cast<double>(scene.sigmas_m[i]);
+    const auto lever_m = static_cast<double>((beam - normal * beam.dot(normal)).norm());
+    const double turn = deg_to_rad(options_.pose_sigma_deg) * lever_m;
+    const double variance = own * own + turn * turn + options_.pose_sigma_m * options_.pose_sigma_m;
+    corners[i] = {p * per_m, normal, static_cast<float>(1e-4 / variance)};
+  }
+  for (const auto& [a, b, c] : facets(scene, options_.facets)) {
+    std::array<Corner, 3> facet{corners[a], corners[b], corners[c]};
+    const Eigen::Vector3f flat = (facet[1].at - facet[0].at).cross(facet[2].at - facet[0].at);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const uint32_t index = i == 0 ? a : i == 1 ? b : c;
+      if (scene.kinds[index] == SmoothScene::Kind::loose) {
+        facet[i].normal = flat.normalized();
+      }
+    }
+    rasterize(facet);
+  }
+}
+
+// Scan conversion: each lattice line along the axis that the facet faces most meets it at most
+// once, and neighbouring facets share no line and leave none out.
+void SurfaceModel::rasterize(const std::array<Corner, 3>& corners) {
+  const Eigen::Vector3f normal = corners[0].normal + corners[1].normal + corners[2].normal;
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const auto &a = corners[0].at, &b = corners[1].at, &c = corners[2].at;
+  const int u0 = ceil_int(std::min({a[u], b[u], c[u]})),
+            u1 = floor_int(std::max({a[u], b[u], c[u]}));
+  const int v0 = ceil_int(std::min({a[v], b[v], c[v]})),
+            v1 = floor_int(std::max({a[v], b[v], c[v]}));
+  if (u0 > u1 || v0 > v1) return;
+  const float area = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
+  if (std::abs(area) < 1e-9F) return;
+  Cell column;
+  for (int j = v0; j <= v1; ++j) {
+    for (int i = u0; i <= u1; ++i) {
+      const auto x = static_cast<float>(i), y = static_cast<float>(j);
+      const float wa = ((b[u] - x) * (c[v] - y) - (b[v] - y) * (c[u] - x)) / area;
+      const float wb = ((c[u] - x) * (a[v] - y) - (c[v] - y) * (a[u] - x)) / area;
+      const float wc = 1.0F - wa - wb;
+      if (wa < 0.0F || wb < 0.0F || wc < 0.0F) continue;
+      Corner mean;
+      mean.normal =
+          (wa * corners[0].normal + wb * corners[1].normal + wc * corners[2].normal).normalized();
+      mean.weight = wa * corners[0].weight + wb * corners[1].weight + wc * corners[2].weight;
+      column[u] = i;
+      column[v] = j;
+      add_column(column, axis, wa * a[axis] + wb * b[axis] + wc * c[axis], mean);
+    }
+  }
+}
+
+void SurfaceModel::add_column(const Cell& column, int axis, float surface, const Corner& mean) {
+  const float slope = mean.normal[axis];
+  const auto band = static_cast<float>(options_.band_voxels);
+  const float reach = std::min(2.0F * band, band / std::max(0.1F, std::abs(slope)));
+  Cell cell = column;
+  Blocks::Block* block = nullptr;
+  for (int k = ceil_int(surface - reach); k <= floor_int(surface + reach); ++k) {
+    cell[axis] = k;
+    if (block == nullptr || (k & (Blocks::kEdge - 1)) == 0) block = &voxels_.at(cell);
+    observe(block->voxels[Blocks::index_in_block(cell)], (static_cast<float>(k) - surface) * slope,
+            mean);
+  }
+}
+
+void SurfaceModel::observe(Voxel& voxel, float distance, const Corner& from) const {
+  const Eigen::Vector3f facing(voxel.facing[0], voxel.facing[1], voxel.facing[2]);
+  const bool first = voxel.front.weight <= 0.0F;
+  if (first) {
+    for (int i = 0; i < 3; ++i) {
+      voxel.facing[static_cast<std::size_t>(i)] =
+          static_cast<int8_t>(std::lround(127.0F * from.normal[i]));
+    }
+  }
+  Side& side = first || facing.dot(from.normal) > -0.5F * 127.0F ? voxel.front : voxel.back;
+  // Behind the surface nothing was seen: trust falls off from half the band on.
+  const float depth = -distance / static_cast<float>(options_.band_voxels);
+  const float trust = depth < 0.5F ? 1.0F : std::max(0.02F, 2.0F * (1.0F - depth));
+  side.sum += trust * from.weight * distance;
+  side.weight += trust * from.weight;
+  count_up(voxel.seen);
+}
+
+float SurfaceModel::distance(const Voxel& voxel) {
+  const float front = voxel.front.weight > 0.0F ? voxel.front.sum / voxel.front.weight : -1e9F;
+  const float back = voxel.back.weight > 0.0F ? voxel.back.sum / voxel.back.weight : -1e9F;
+  return std::max(front, back);  // solid is what lies behind both
+}
+
+void SurfaceModel::carve(const SmoothScene& scene) {
+  const auto every = static_cast<std::size_t>(options_.carve_every);
+  for (std::size_t row = 0; row < scene.rows; row += every) {
+    const Eigen::Vector3f& origin = scene.origins_m[row];
+    for (std::size_t column = 0; column < scene.columns; column += every) {
+      const std::size_t i = row * scene.columns + column;
+      if (scene.kinds[i] == SmoothScene::Kind::none) continue;
+      const float cosine = -(scene.points_m[i] - origin).normalized().dot(scene.normals[i]);
+      carve_beam(origin, scene.points_m[i], cosine);
+    }
+  }
+}
+
+void SurfaceModel::carve_beam(const Eigen::Vector3f& origin,
+                              const Eigen::Vector3f& end,
+                              float cosine) {
+  const auto per_m = static_cast<float>(1.0 / options_.voxel_m);
+  const Eigen::Vector3f from = origin * per_m;
+  const Eigen::Vector3f way = end * per_m - from;
+  const float length = way.norm();
+  const Eigen::Vector3f direction = way / std::max(1e-6F, length);
+  const Eigen::Vector3f inverse = direction.cwiseInverse();
+  const float last =
+      length - static_cast<float>(options_.carve_margin_m) * per_m / std::max(0.05F, cosine);
+  Blocks::Block* block = nullptr;
+  Cell corner = Cell::Constant(1);  // of no block
+  for (float t = 0.0F; t < last;) {
+    const Eigen::Vector3f at = from + t * direction;
+    const Cell cell(floor_int(at.x() + 0.5F), floor_int(at.y() + 0.5F), floor_int(at.z() + 0.5F));
+    const Cell own(cell.x() & ~7, cell.y() & ~7, cell.z() & ~7);
+    if (own != corner) {
+      corner = own;
+      block = voxels_.find(cell);
+    }
+    if (block == nullptr) {
+      // To where the beam leaves this block.
+      float leave = last;
+      for (int axis = 0; axis < 3; ++axis) {
+        const float wall =
+            static_cast<float>(corner[axis]) - 0.5F + (direction[axis] > 0.0F ? 8.0F : 0.0F);
+        if (direction[axis] != 0.0F) leave = std::min(leave, (wall - from[axis]) * inverse[axis]);
+      }
+      t = std::max(leave, t) + 0.01F;
+      continue;
+    }
+    Voxel& voxel = block->voxels[Blocks::index_in_block(cell)];
+    if (known(voxel) && distance(voxel) < kSolid) count_up(voxel.through);
+    t += 1.0F;
+  }
+}
+
+bool SurfaceModel::gone(const Cell& cell) const {
+  int through = 0, seen = 0;
+  for (int z = -1; z <= 1; ++z) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int x = -1; x <= 1; ++x) {
+        const Voxel* voxel = voxels_.find_voxel(cell + Cell(x, y, z));
+        if (voxel == nullptr || !known(*voxel) || distance(*voxel) >= kSolid) continue;
+        through += voxel->through;
+        seen += voxel->seen;
+      }
+    }
+  }
+  return through >= 3 && through > options_.carve_ratio * seen;
+}
+
+TriangleMesh SurfaceModel::mesh() const { return SurfaceNets(*this).run(); }
+
+TriangleMesh fuse(const std::vector<ScenePoints>& scenes, const SurfaceOptions& options) {
+  SurfaceModel model(options);
+  std::vector<SmoothScene> smoothed;
+  for (const ScenePoints& scene : scenes) smoothed.push_back(smooth(scene, options.smoothing));
+  for (const SmoothScene& scene : smoothed) model.add(scene);
+  for (const SmoothScene& scene : smoothed) model.carve(scene);
+  return model.mesh();
+}
+
+}  // namespace marco::mapping3d

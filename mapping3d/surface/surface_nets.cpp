@@ -1,0 +1,172 @@
+#include "mapping3d/surface/surface_nets.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace marco::mapping3d {
+namespace {
+
+Cell step(int axis) { return Cell(axis == 0, axis == 1, axis == 2); }
+
+class Islands {
+ public:
+  explicit Islands(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0U);
+  }
+  uint32_t root(uint32_t of) {
+    while (parent_[of] != of) of = parent_[of] = parent_[parent_[of]];
+    return of;
+  }
+  void join(uint32_t a, uint32_t b) { parent_[root(a)] = root(b); }
+
+ private:
+  std::vector<uint32_t> parent_;
+};
+
+float area(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
+  const auto& v = mesh.vertices_m;
+  return 0.5F * (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm();
+}
+
+}  // namespace
+
+TriangleMesh SurfaceNets::run() {
+  take_samples();
+  for (const auto& block : samples_.blocks()) cross_block(*block);
+  finish_vertices();
+  drop_islands();
+  return std::move(mesh_);
+}
+
+void SurfaceNets::take_samples() {
+  constexpr float kFreed = 0.5F;
+  for (const auto& from : model_.voxels_.blocks()) {
+    Samples::Block& to = samples_.at(from->corner);
+    for (int i = 0; i < 512; ++i) {
+      const auto index = static_cast<std::size_t>(i);
+      const SurfaceModel::Voxel& voxel = from->voxels[index];
+      float value = std::numeric_limits<float>::quiet_NaN();
+      if (SurfaceModel::known(voxel)) {
+        value = SurfaceModel::distance(voxel);
+        const Cell cell = from->corner + Cell(i & 7, (i >> 3) & 7, i >> 6);
+        if (voxel.through > 0 && value < 0.0F && model_.gone(cell)) value = kFreed;
+      }
+      to.voxels[index] = value;
+    }
+  }
+}
+
+void SurfaceNets::cross_block(const Samples::Block& block) {
+  constexpr std::array<int, 3> kStride{1, 8, 64};
+  for (int axis = 0; axis < 3; ++axis) {
+    const Samples::Block* after = samples_.find(block.corner + Samples::kEdge * step(axis));
+    for (int i = 0; i < 512; ++i) {
+      const float from = block.voxels[static_cast<std::size_t>(i)];
+      if (std::isnan(from)) continue;
+      const Cell local(i & 7, (i >> 3) & 7, i >> 6);
+      const int stride = kStride[static_cast<std::size_t>(axis)];
+      const bool last = local[axis] == Samples::kEdge - 1;
+      if (last && after == nullptr) continue;
+      const float to = last ? after->voxels[static_cast<std::size_t>(i - 7 * stride)]
+                            : block.voxels[static_cast<std::size_t>(i + stride)];
+      if (std::isnan(to) || (from < 0.0F) == (to < 0.0F)) continue;
+      cross(block.corner + local, axis, from, to);
+    }
+  }
+}
+
+// Was the surface seen from this side? Behind a wall's band its distance jumps back to that of
+// another surface, and nobody saw that step.
+bool SurfaceNets::seen_from(const Cell& cell, int axis, bool outwards) const {
+  const SurfaceModel::Voxel* voxel = model_.voxels_.find_voxel(cell);
+  if (voxel == nullptr) return true;
+  if (voxel->back.weight > 0.0F) return true;  // of both sides
+  const float along = static_cast<float>(voxel->facing[static_cast<std::size_t>(axis)]) / 127.0F;
+  return (outwards ? along : -along) > -0.4F;
+}
+
+void SurfaceNets::cross(const Cell& cell, int axis, float from, float to) {
+  const bool outwards = to >= 0.0F;  // towards the axis
+  if (!seen_from(cell, axis, outwards) || !seen_from(cell + step(axis), axis, outwards)) return;
+  Eigen::Vector3f at = cell.cast<float>();
+  at[axis] += from / (from - to);
+  const Cell u = step((axis + 1) % 3), v = step((axis + 2) % 3);
+  add_quad({vertex(cell - u - v, at), vertex(cell - v, at), vertex(cell, at), vertex(cell - u, at)},
+           !outwards);
+}
+
+uint32_t SurfaceNets::vertex(const Cell& cell, const Eigen::Vector3f& crossing) {
+  uint32_t& entry = vertex_of_.voxel(cell);
+  if (entry == 0) {
+    mesh_.vertices_m.emplace_back(Eigen::Vector3f::Zero());
+    crossings_.push_back(0.0F);
+    entry = static_cast<uint32_t>(mesh_.vertices_m.size());
+  }
+  mesh_.vertices_m[entry - 1] += crossing;
+  crossings_[entry - 1] += 1.0F;
+  return entry - 1;
+}
+
+void SurfaceNets::add_quad(std::array<uint32_t, 4> corners, bool flipped) {
+  if (flipped) std::swap(corners[1], corners[3]);
+  quads_.push_back(corners);
+}
+
+void SurfaceNets::finish_vertices() {
+  const auto voxel_m = static_cast<float>(model_.options_.voxel_m);
+  for (std::size_t i = 0; i < crossings_.size(); ++i)
+    mesh_.vertices_m[i] *= voxel_m / crossings_[i];
+  const auto& p = mesh_.vertices_m;
+  for (const auto& q : quads_) {
+    if ((p[q[0]] - p[q[2]]).squaredNorm() <= (p[q[1]] - p[q[3]]).squaredNorm()) {
+      mesh_.triangles.push_back({q[0], q[1], q[2]});
+      mesh_.triangles.push_back({q[0], q[2], q[3]});
+    } else {
+      mesh_.triangles.push_back({q[0], q[1], q[3]});
+      mesh_.triangles.push_back({q[1], q[2], q[3]});
+    }
+  }
+}
+
+// And vertices of nothing, and the normals.
+void SurfaceNets::drop_islands() {
+  Islands islands(mesh_.vertices_m.size());
+  for (const auto& t : mesh_.triangles) {
+    islands.join(t[0], t[1]);
+    islands.join(t[1], t[2]);
+  }
+  std::vector<float> areas_m2(mesh_.vertices_m.size(), 0.0F);
+  for (const auto& t : mesh_.triangles) areas_m2[islands.root(t[0])] += area(mesh_, t);
+  TriangleMesh kept;
+  std::vector<uint32_t> moved_to(mesh_.vertices_m.size(), 0);
+  for (const auto& t : mesh_.triangles) {
+    if (static_cast<double>(areas_m2[islands.root(t[0])]) < model_.options_.min_component_m2) {
+      continue;
+    }
+    std::array<uint32_t, 3> triangle{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      uint32_t& to = moved_to[t[i]];
+      if (to == 0) {
+        kept.vertices_m.push_back(mesh_.vertices_m[t[i]]);
+        kept.normals.emplace_back(Eigen::Vector3f::Zero());
+        to = static_cast<uint32_t>(kept.vertices_m.size());
+      }
+      triangle[i] = to - 1;
+    }
+    const auto& v = kept.vertices_m;
+    const Eigen::Vector3f normal =
+        (v[triangle[1]] - v[triangle[0]]).cross(v[triangle[2]] - v[triangle[0]]);
+    if (!(normal.squaredNorm() > 0.0F)) continue;
+    for (const uint32_t corner : triangle) kept.normals[corner] += normal;
+    kept.triangles.push_back(triangle);
+  }
+  for (Eigen::Vector3f& normal : kept.normals) {
+    const float length = normal.norm();
+    normal = length > 0.0F ? Eigen::Vector3f(normal / length) : Eigen::Vector3f::UnitZ();
+  }
+  mesh_ = std::move(kept);
+}
+
+}  // namespace marco::mapping3d

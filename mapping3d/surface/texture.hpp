@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "common/options.hpp"
+#include "common/pose3.hpp"
+#include "common/triangle_mesh.hpp"
+
+namespace marco::mapping3d {
+
+/// A pinhole with radial distortion: x_d = x (1 + k1 r2 + k2 r4) for the ideal x = X/Z, y = Y/Z.
+struct CameraModel {
+  int width_px = 0;
+  int height_px = 0;
+  double focal_x_px = 0.0;
+  double focal_y_px = 0.0;
+  double centre_x_px = 0.0;  ///< of the upper left pixel's centre: 0
+  double centre_y_px = 0.0;
+  double k1 = 0.0;
+  double k2 = 0.0;
+};
+
+/// A photograph and where it was taken. The camera looks along its own z, x to the right, y down.
+struct CameraPicture {
+  CameraModel camera;
+  Pose3 world_from_camera = Pose3::Identity();
+  std::vector<uint8_t> rgb;  ///< row by row from the top
+};
+
+struct TextureOptions {
+  double texel_m = 0.02;
+  int max_atlas_px = 8192;          ///< of a side; texels grow until all fit
+  double hidden_m = 0.04;           ///< what lies so much behind the nearest surface is not seen
+  double max_incidence_deg = 80.0;  ///< flatter views are not used
+  double best_view_power = 4.0;     ///< how much the best view outweighs the next
+  double border_part = 0.15;        ///< of the picture's width: towards its edge a view fades out
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("texel_m", texel_m, Limits{0.001, 1.0});
+    v("max_atlas_px", max_atlas_px, Limits{64, 32768});
+    v("hidden_m", hidden_m, kPositive);
+    v("max_incidence_deg", max_incidence_deg, Limits{1.0, 89.9});
+    v("best_view_power", best_view_power, Limits{1.0, 32.0});
+    v("border_part", border_part, Limits{0.0, 0.5});
+  }
+};
+
+struct TexturedSurface {
+  TriangleMesh mesh;                 ///< vertices doubled where charts meet
+  std::vector<Eigen::Vector2f> uvs;  ///< one a vertex, (0, 0) the atlas' upper left corner
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<uint8_t> rgb;  ///< the atlas, row by row from the top; grey where no picture saw
+  double painted = 0.0;      ///< part of the texels that a picture saw
+  int pictures_used = 0;
+  int pictures_refused = 0;  ///< no picture: size and pixels disagree, no focal length, no pose
+};
+
+/// Paints a surface with photographs. Charts are connected triangles that face one axis, laid flat
+/// along it; each texel looks at every picture that sees it (a depth buffer of the mesh tells) and
+/// mixes them by (cos^2 / distance^2, fading to the picture's edge) to the power `best_view_power`:
+/// mostly the best view, with soft seams. @param mesh best simplified before
+TexturedSurface paint(const TriangleMesh& mesh,
+                      const std::vector<CameraPicture>& pictures,
+                      const TextureOptions& options = {});
+
+}  // namespace marco::mapping3d

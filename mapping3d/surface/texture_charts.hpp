@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "common/triangle_mesh.hpp"
+
+namespace marco::mapping3d {
+
+/// Where a mesh's triangles lie in an atlas.
+struct TextureCharts {
+  int width_px = 0;
+  int height_px = 0;
+  double texel_m = 0.0;                    ///< in force
+  TriangleMesh mesh;                       ///< vertices doubled where charts meet
+  std::vector<Eigen::Vector2f> places_px;  ///< of each vertex
+};
+
+/// Connected triangles that face one axis make a chart, as long as none covers another; charts are
+/// packed on shelves, two texels apart.
+TextureCharts lay_out(const TriangleMesh& mesh, double texel_m, int max_px);
+
+}  // namespace marco::mapping3d

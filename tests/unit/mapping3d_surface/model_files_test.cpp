@@ -1,0 +1,146 @@
+// What we write, opened by a reader that is not ours (Assimp).
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <gtest/gtest.h>
+#include <assimp/Importer.hpp>
+
+#include "common/files/glb.hpp"
+#include "common/files/obj.hpp"
+#include "common/files/ply.hpp"
+#include "common/files/whole_file.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace marco::files {
+namespace {
+
+using testing::TemporaryFolder;
+
+// A tent: four vertices, three faces, no two alike.
+TriangleMesh tent() {
+  TriangleMesh mesh;
+  mesh.vertices_m = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0.5F, 0.5F, 1.25F}};
+  mesh.normals = {{-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  mesh.colors_rgb = {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {51, 102, 204}};
+  mesh.triangles = {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  return mesh;
+}
+
+struct Seen {
+  std::vector<Eigen::Vector3f> corners_m;  ///< of each triangle, as read
+  std::vector<Eigen::Vector3f> normals;
+  std::vector<Eigen::Vector3f> colors;
+  aiMatrix4x4 node;
+};
+
+// Vertices may be doubled or sorted anew by the reader: triangles' corners are compared.
+Seen read_by_another(const std::filesystem::path& path) {
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile(path.string(), 0);
+  EXPECT_NE(scene, nullptr) << importer.GetErrorString();
+  Seen seen;
+  if (scene == nullptr || scene->mNumMeshes != 1) {
+    ADD_FAILURE() << path << ": expected one mesh";
+    return seen;
+  }
+  const aiMesh& mesh = *scene->mMeshes[0];
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    EXPECT_EQ(mesh.mFaces[f].mNumIndices, 3U);
+    for (unsigned i = 0; i < 3; ++i) {
+      const unsigned v = mesh.mFaces[f].mIndices[i];
+      seen.corners_m.emplace_back(mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z);
+      if (mesh.HasNormals()) {
+        seen.normals.emplace_back(mesh.mNormals[v].x, mesh.mNormals[v].y, mesh.mNormals[v].z);
+      }
+      if (mesh.HasVertexColors(0)) {
+        const aiColor4D& c = mesh.mColors[0][v];
+        seen.colors.emplace_back(c.r, c.g, c.b);
+      }
+    }
+  }
+  const aiNode* node = scene->mRootNode;
+  while (node->mNumMeshes == 0 && node->mNumChildren > 0) node = node->mChildren[0];
+  seen.node = node->mTransformation;
+  return seen;
+}
+
+void expect_tent(const Seen& seen) {
+  const TriangleMesh mesh = tent();
+  ASSERT_EQ(seen.corners_m.size(), 9U);
+  ASSERT_EQ(seen.normals.size(), 9U);
+  ASSERT_EQ(seen.colors.size(), 9U);
+  for (std::size_t i = 0; i < 9; ++i) {
+    const uint32_t v = mesh.triangles[i / 3][i % 3];
+    EXPECT_LT((seen.corners_m[i] - mesh.vertices_m[v]).norm(), 1e-4F);
+    EXPECT_LT((seen.normals[i] - mesh.normals[v]).norm(), 1e-3F);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(seen.colors[i][c], mesh.colors_rgb[v][static_cast<std::size_t>(c)] / 255.0F,
+                  2e-3F);
+    }
+  }
+}
+
+TEST(ModelFiles, PlyIsReadByAnother) {
+  const TemporaryFolder folder;
+  write_ply(folder.path() / "tent.ply", tent());
+  expect_tent(read_by_another(folder.path() / "tent.ply"));
+}
+
+TEST(ModelFiles, ObjIsReadByAnother) {
+  const TemporaryFolder folder;
+  write_obj(folder.path() / "tent.obj", tent());
+  expect_tent(read_by_another(folder.path() / "tent.obj"));
+}
+
+TEST(ModelFiles, GlbIsReadByAnotherAndStandsUpright) {
+  const TemporaryFolder folder;
+  write_glb(folder.path() / "tent.glb", tent());
+  const Seen seen = read_by_another(folder.path() / "tent.glb");
+  expect_tent(seen);
+  // glTF's y is up: our z must come out there.
+  const aiVector3D up = seen.node * aiVector3D(0, 0, 1);
+  EXPECT_NEAR(up.x, 0.0F, 1e-6F);
+  EXPECT_NEAR(up.y, 1.0F, 1e-6F);
+  EXPECT_NEAR(up.z, 0.0F, 1e-6F);
+}
+
+TEST(ModelFiles, GlbCarriesItsPicture) {
+  const TemporaryFolder folder;
+  TexturedMesh textured;
+  textured.mesh = tent();
+  textured.mesh.colors_rgb.clear();
+  textured.uvs = {{0, 0}, {1, 0}, {0, 1}, {0.25F, 0.75F}};
+  textured.image = std::string("\x89PNG\r\n\x1a\n", 8) + "not decoded here";
+  write_glb(folder.path() / "tent.glb", textured);
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile((folder.path() / "tent.glb").string(), 0);
+  ASSERT_NE(scene, nullptr) << importer.GetErrorString();
+  ASSERT_EQ(scene->mNumTextures, 1U);
+  const aiTexture& texture = *scene->mTextures[0];
+  EXPECT_STREQ(texture.achFormatHint, "png");
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(texture.pcData), texture.mWidth),
+            textured.image);
+  ASSERT_TRUE(scene->mMeshes[0]->HasTextureCoords(0));
+  // Assimp's v runs upwards.
+  const aiFace& face = scene->mMeshes[0]->mFaces[0];
+  const aiVector3D uv = scene->mMeshes[0]->mTextureCoords[0][face.mIndices[2]];
+  EXPECT_NEAR(uv.x, 0.25F, 1e-6F);
+  EXPECT_NEAR(uv.y, 0.25F, 1e-6F);
+}
+
+TEST(ModelFiles, WhatCannotBeWrittenIsSaid) {
+  const TemporaryFolder folder;
+  TriangleMesh torn = tent();
+  torn.normals.pop_back();
+  EXPECT_THROW(write_obj(folder.path() / "a.obj", torn), std::invalid_argument);
+  EXPECT_THROW(write_glb(folder.path() / "a.glb", torn), std::invalid_argument);
+  TexturedMesh textured{tent(), {{0, 0}, {0, 0}, {0, 0}, {0, 0}}, "GIF89a"};
+  EXPECT_THROW(write_glb(folder.path() / "a.glb", textured), std::invalid_argument);
+  // A mesh of nothing is a file of nothing.
+  write_glb(folder.path() / "none.glb", TriangleMesh{});
+  EXPECT_EQ(read_whole_file(folder.path() / "none.glb").substr(0, 4), "glTF");
+  write_obj(folder.path() / "none.obj", TriangleMesh{});
+  EXPECT_EQ(read_whole_file(folder.path() / "none.obj").find("\nv "), std::string::npos);
+}
+
+}  // namespace
+}  // namespace marco::files

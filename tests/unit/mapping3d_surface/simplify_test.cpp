@@ -1,0 +1,182 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "common/mesh_samples.hpp"
+#include "mapping3d/surface/mesh_distance.hpp"
+#include "mapping3d/surface/planes.hpp"
+#include "mapping3d/surface/simplify.hpp"
+
+namespace marco::mapping3d {
+namespace {
+
+// The inside of a box of 4 x 3 x 2.5 m as lattices of 5 cm, with noise along the normal.
+TriangleMesh room(double sigma_m, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0.0, sigma_m);
+  const Eigen::Vector3d size(4, 3, 2.5);
+  TriangleMesh mesh;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int side : {0, 1}) {
+      const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+      const int nu = static_cast<int>(std::lround(size[u] / 0.05));
+      const int nv = static_cast<int>(std::lround(size[v] / 0.05));
+      const auto first = static_cast<uint32_t>(mesh.vertices_m.size());
+      for (int j = 0; j <= nv; ++j) {
+        for (int i = 0; i <= nu; ++i) {
+          Eigen::Vector3d p;
+          p[axis] = side * size[axis] + noise(random);
+          p[u] = 0.05 * i;
+          p[v] = 0.05 * j;
+          mesh.vertices_m.push_back(p.cast<float>());
+          Eigen::Vector3f n = Eigen::Vector3f::Zero();
+          n[axis] = side == 0 ? 1.0F : -1.0F;
+          mesh.normals.push_back(n);
+        }
+      }
+      for (int j = 0; j < nv; ++j) {
+        for (int i = 0; i < nu; ++i) {
+          const auto a = first + static_cast<uint32_t>(j * (nu + 1) + i);
+          const auto b = a + 1, c = a + static_cast<uint32_t>(nu) + 2, d = c - 1;
+          if (side == 0) {
+            mesh.triangles.push_back({a, b, c});
+            mesh.triangles.push_back({a, c, d});
+          } else {
+            mesh.triangles.push_back({a, c, b});
+            mesh.triangles.push_back({a, d, c});
+          }
+        }
+      }
+    }
+  }
+  return mesh;
+}
+
+TEST(MeshDistance, EqualsTheNearestOfManySamples) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> place(-0.5F, 0.5F);
+  const auto point = [&] { return Eigen::Vector3f(place(random), place(random), place(random)); };
+  TriangleMesh mesh;
+  for (uint32_t i = 0; i < 30; ++i) {
+    const Eigen::Vector3f corner = point();
+    mesh.vertices_m.insert(mesh.vertices_m.end(),
+                           {corner, corner + 0.3F * point(), corner + 0.3F * point()});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  std::vector<Eigen::Vector3f> samples;
+  for_each_sample(mesh, 2e-6F,
+                  [&](const Eigen::Vector3f& p, std::size_t) { samples.push_back(p); });
+  const MeshDistance distance(mesh, 0.1F);
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3f p = point();
+    float nearest = 1e9F;
+    for (const Eigen::Vector3f& sample : samples) nearest = std::min(nearest, (sample - p).norm());
+    // 700 samples or so a triangle: one lies within 8 mm of any of its places, corners included.
+    EXPECT_NEAR(distance(p), std::min(nearest, 0.1F), 0.008F);
+    EXPECT_LE(distance(p), std::min(nearest, 0.1F) + 1e-5F);
+  }
+}
+
+TEST(Simplify, FlatWallsBecomeFewTrianglesWithinTheBound) {
+  // The noise's largest of 24 000 is four sigma, and both meshes have it.
+  const TriangleMesh mesh = room(0.001, 5);
+  const Simplified fewer = simplify(mesh);
+  ASSERT_EQ(fewer.status, Simplified::Status::within_bound);
+  EXPECT_LT(fewer.mesh.triangles.size(), mesh.triangles.size() / 20);
+  EXPECT_EQ(fewer.mesh.normals.size(), fewer.mesh.vertices_m.size());
+  // Checked again, finer, both ways.
+  EXPECT_LT(gap(mesh, MeshDistance(fewer.mesh, 0.05F), 2e-4F).max_m, 0.011);
+  EXPECT_LT(gap(fewer.mesh, MeshDistance(mesh, 0.05F), 2e-4F).max_m, 0.011);
+}
+
+TEST(Simplify, ATightBoundIsKeptOrTheMeshComesBack) {
+  const TriangleMesh mesh = room(0.01, 6);
+  SimplifyOptions options;
+  options.max_error_m = 0.003;
+  const Simplified fewer = simplify(mesh, options);
+  EXPECT_LE(std::max(fewer.there_m, fewer.back_m), 0.003);
+  if (fewer.status == Simplified::Status::unchanged) {
+    EXPECT_EQ(fewer.mesh.triangles, mesh.triangles);
+  }
+  EXPECT_TRUE(simplify(TriangleMesh{}).mesh.triangles.empty());
+}
+
+TEST(Planes, OfARoomAreItsSixWithHonestUncertainty) {
+  int inside = 0, all = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const std::vector<SurfacePlane> planes = find_planes(room(0.004, seed));
+    ASSERT_EQ(planes.size(), 6U);
+    EXPECT_EQ(planes[0].kind, SurfacePlane::Kind::floor == planes[0].kind
+                                  ? SurfacePlane::Kind::floor
+                                  : SurfacePlane::Kind::ceiling);
+    int floors = 0, ceilings = 0, walls = 0;
+    const Eigen::Vector3d size(4, 3, 2.5);
+    for (const SurfacePlane& plane : planes) {
+      floors += plane.kind == SurfacePlane::Kind::floor;
+      ceilings += plane.kind == SurfacePlane::Kind::ceiling;
+      walls += plane.kind == SurfacePlane::Kind::wall;
+      int axis = 0;
+      plane.normal.cwiseAbs().maxCoeff(&axis);
+      const double truth = plane.normal[axis] > 0 ? 0.0 : size[axis];
+      const double error = plane.centre_m[axis] - truth;
+      EXPECT_NEAR(error, 0.0, 0.001);
+      inside += error * error < 4.0 * plane.covariance(0, 0);
+      ++all;
+      EXPECT_NEAR(plane.area_m2, size.prod() / size[axis], 0.3);
+      EXPECT_LT(std::acos(std::abs(plane.normal[axis])), 0.001);
+    }
+    EXPECT_EQ(floors, 1);
+    EXPECT_EQ(ceilings, 1);
+    EXPECT_EQ(walls, 4);
+  }
+  // Within two sigma: 95 % of 48 are 46; fewer than 40 would be too sure, and never outside
+  // (24 sigma-halves) too humble is caught below.
+  EXPECT_GE(inside, 40);
+  const SurfacePlane plane = find_planes(room(0.004, 1)).front();
+  EXPECT_LT(std::sqrt(plane.covariance(0, 0)), 0.0005);
+}
+
+TEST(Planes, AWallWithAGapIsOnePlaneAndATableTopIsLevel) {
+  TriangleMesh mesh;
+  const auto add = [&](const Eigen::Vector3f& at, const Eigen::Vector3f& u,
+                       const Eigen::Vector3f& v) {
+    const auto first = static_cast<uint32_t>(mesh.vertices_m.size());
+    mesh.vertices_m.insert(mesh.vertices_m.end(), {at, at + u, at + u + v, at + v});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back({first, first + 2, first + 3});
+  };
+  add({0, 0, 0}, {6, 0, 0}, {0, 4, 0});        // floor
+  add({0, 2, 0}, {0, 0, 2.5F}, {2, 0, 0});     // wall, left of a door
+  add({3, 2, 0}, {0, 0, 2.5F}, {3, 0, 0});     // and right of it
+  add({1, 0.5F, 0.7F}, {2, 0, 0}, {0, 1, 0});  // table
+  const std::vector<SurfacePlane> planes = find_planes(mesh);
+  ASSERT_EQ(planes.size(), 3U);
+  EXPECT_EQ(planes[0].kind, SurfacePlane::Kind::floor);
+  EXPECT_EQ(planes[1].kind, SurfacePlane::Kind::wall);
+  EXPECT_NEAR(planes[1].area_m2, 12.5, 0.01);
+  EXPECT_EQ(planes[2].kind, SurfacePlane::Kind::level);
+  EXPECT_NEAR(planes[2].offset_m, 0.7, 1e-6);
+}
+
+TEST(FloorPlan, TheCutOfARoomIsItsOutline) {
+  const auto chains = cut_at(room(0.0, 1), 1.23);
+  ASSERT_EQ(chains.size(), 4U);  // its walls share no vertices
+  double length_m = 0.0;
+  for (const auto& chain : chains) {
+    for (std::size_t i = 1; i < chain.size(); ++i) length_m += (chain[i] - chain[i - 1]).norm();
+  }
+  EXPECT_NEAR(length_m, 14.0, 1e-4);
+  EXPECT_TRUE(cut_at(room(0.0, 1), 3.0).empty());
+  // A closed body's cut ends where it begins.
+  TriangleMesh prism;
+  prism.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  prism.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  const auto ring = cut_at(prism, 0.5);
+  ASSERT_EQ(ring.size(), 1U);
+  EXPECT_EQ(ring[0].size(), 4U);
+  EXPECT_EQ(ring[0].front(), ring[0].back());
+}
+
+}  // namespace
+}  // namespace marco::mapping3d

@@ -1,0 +1,193 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/mesh_samples.hpp"
+#include "mapping3d/surface/surface_model.hpp"
+#include "tests/unit/mapping3d_surface/box_world.hpp"
+
+namespace marco::mapping3d {
+namespace {
+
+using testing::Box;
+using testing::Sweep;
+
+const Box kRoom{{-3, -2, 0}, {3, 2, 2.6}};
+
+SurfaceOptions coarse() {
+  SurfaceOptions options;
+  options.voxel_m = 0.05;
+  return options;
+}
+
+struct Errors {
+  double rms_m = 0.0;
+  double p99_m = 0.0;
+};
+
+Errors errors_of(const TriangleMesh& mesh, const std::vector<Box>& obstacles) {
+  std::vector<double> all;
+  double squares = 0.0;
+  for_each_sample(mesh, 1e-3F, [&](const Eigen::Vector3f& p, std::size_t) {
+    all.push_back(testing::distance(kRoom, obstacles, p.cast<double>()));
+    squares += all.back() * all.back();
+  });
+  if (all.empty()) return {};
+  std::sort(all.begin(), all.end());
+  return {std::sqrt(squares / static_cast<double>(all.size())), all[all.size() * 99 / 100]};
+}
+
+// Area of the triangles whose middles lie in a box and that face `facing`.
+double area_in(const TriangleMesh& mesh, const Box& box, const Eigen::Vector3f& facing) {
+  double area_m2 = 0.0;
+  for (const auto& t : mesh.triangles) {
+    const auto& v = mesh.vertices_m;
+    const Eigen::Vector3f twice = (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]);
+    const Eigen::Vector3d at = ((v[t[0]] + v[t[1]] + v[t[2]]) / 3.0F).cast<double>();
+    if (twice.dot(facing) > 0.7F * twice.norm() && (at - box.low).minCoeff() > 0 &&
+        (box.high - at).minCoeff() > 0) {
+      area_m2 += 0.5 * static_cast<double>(twice.norm());
+    }
+  }
+  return area_m2;
+}
+
+TEST(SceneSmoothing, TakesTheNoiseOffWallsAndFindsItsSize) {
+  const SmoothScene scene = smooth(testing::sweep(kRoom, {}, Sweep{}));
+  EXPECT_NEAR(scene.sigma_m, 0.010, 0.001);
+  double squares = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < scene.points_m.size(); ++i) {
+    if (scene.kinds[i] != SmoothScene::Kind::plane) continue;
+    const double error = testing::distance(kRoom, {}, scene.points_m[i].cast<double>());
+    squares += error * error;
+    ++count;
+    EXPECT_LT(scene.normals[i].dot(scene.points_m[i] - scene.origins_m[0]), 0.0F);
+  }
+  EXPECT_GT(count, scene.points_m.size() * 9 / 10);
+  // A 7 x 7 window leaves a seventh of 10 mm in the middle of a wall, 2.6 times that at its edge.
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(count)), 0.003);
+}
+
+TEST(Facets, ReachAlongAFloorButNotAcrossAnEdge) {
+  const std::vector<Box> crate{{{1.0, -0.4, 0.0}, {1.4, 0.4, 0.8}}};
+  const SmoothScene scene = smooth(testing::sweep(kRoom, crate, Sweep{}));
+  double longest_m = 0.0, worst_m = 0.0;
+  for (const auto& t : facets(scene)) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      longest_m = std::max(
+          longest_m,
+          static_cast<double>((scene.points_m[t[i]] - scene.points_m[t[(i + 1) % 3]]).norm()));
+    }
+    const Eigen::Vector3f middle =
+        (scene.points_m[t[0]] + scene.points_m[t[1]] + scene.points_m[t[2]]) / 3.0F;
+    worst_m = std::max(worst_m, testing::distance(kRoom, crate, middle.cast<double>()));
+  }
+  EXPECT_GT(longest_m, 0.15);  // the floor near the wall, 3 m away
+  EXPECT_LT(worst_m, 0.06);    // a skin from the crate to the wall would hang 0.5 m off
+}
+
+TEST(Surface, ManyScenesMakeOneWallWithinTheNoise) {
+  SurfaceModel model(coarse());
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    Sweep by;
+    by.seed = seed;
+    by.heading_rad = 0.4 * seed;
+    by.from.x() = -0.3 * seed;
+    model.add(smooth(testing::sweep(kRoom, {}, by)));
+  }
+  const TriangleMesh mesh = model.mesh();
+  const Errors errors = errors_of(mesh, {});
+  // Noise of 10 mm, smoothed to 3; a room's inner corners are cut by up to 0.35 voxel.
+  EXPECT_LT(errors.rms_m, 0.004);
+  EXPECT_LT(errors.p99_m, 0.018);
+  // One sheet: the far wall's area is there once.
+  const double wall_m2 = area_in(mesh, {{2.8, -1, 0.8}, {3.2, 1, 1.8}}, {-1, 0, 0});
+  EXPECT_NEAR(wall_m2, 2.0, 0.06);
+  EXPECT_EQ(area_in(mesh, {{2.5, -1, 0.8}, {3.5, 1, 1.8}}, {1, 0, 0}), 0.0);
+}
+
+TEST(Surface, AThinPlateSeenFromBothSidesKeepsBoth) {
+  // 3 cm thick, at voxels of 2.5 cm.
+  const std::vector<Box> plate{{{0.0, -0.5, 0.2}, {0.03, 0.5, 1.2}}};
+  std::vector<ScenePoints> scenes;
+  for (const double side : {-1.0, 1.0}) {
+    Sweep by;
+    by.from = {1.4 * side, 0.1, 0.6};
+    by.heading_rad = side > 0 ? 3.14159 : 0.0;
+    scenes.push_back(testing::sweep(kRoom, plate, by));
+  }
+  SurfaceOptions options;
+  options.voxel_m = 0.025;
+  const TriangleMesh mesh = fuse(scenes, options);
+  const Box around{{-0.1, -0.4, 0.3}, {0.13, 0.4, 1.1}};
+  EXPECT_NEAR(area_in(mesh, around, {-1, 0, 0}), 0.64, 0.03);
+  EXPECT_NEAR(area_in(mesh, around, {1, 0, 0}), 0.64, 0.03);
+  for_each_sample(mesh, 1e-4F, [&](const Eigen::Vector3f& p, std::size_t) {
+    if ((p.cast<double>() - around.low).minCoeff() < 0 ||
+        (around.high - p.cast<double>()).minCoeff() < 0) {
+      return;
+    }
+    EXPECT_LT(testing::distance(kRoom, plate, p.cast<double>()),
+              0.018);  // nothing between or beside
+  });
+}
+
+TEST(Surface, WhatBeamsSeeThroughLaterIsGone) {
+  const std::vector<Box> person{{{1.0, -0.2, 0.0}, {1.3, 0.2, 1.8}}};
+  std::vector<ScenePoints> scenes{testing::sweep(kRoom, person, Sweep{})};
+  for (unsigned seed = 2; seed <= 3; ++seed) {
+    Sweep by;
+    by.seed = seed;
+    scenes.push_back(testing::sweep(kRoom, {}, by));
+  }
+  const Box there{{0.9, -0.3, 0.1}, {1.4, 0.3, 1.3}};
+  const TriangleMesh mesh = fuse(scenes, coarse());
+  EXPECT_LT(area_in(mesh, there, {-1, 0, 0}), 0.02);
+  EXPECT_LT(errors_of(mesh, {}).p99_m, 0.02);
+  // Seen in one scene alone it stays.
+  EXPECT_GT(area_in(fuse({scenes[0]}, coarse()), there, {-1, 0, 0}), 0.3);
+  // And the order does not matter.
+  const TriangleMesh turned = fuse({scenes[2], scenes[0], scenes[1]}, coarse());
+  EXPECT_NEAR(static_cast<double>(turned.triangles.size()),
+              static_cast<double>(mesh.triangles.size()),
+              0.01 * static_cast<double>(mesh.triangles.size()));
+  EXPECT_LT(area_in(turned, there, {-1, 0, 0}), 0.02);
+}
+
+TEST(Surface, UnknownStaysOpen) {
+  ScenePoints scene = testing::sweep(kRoom, {}, Sweep{});
+  // A window of missing beams in the wall ahead, and the half room behind was never looked at.
+  for (std::size_t row = 20; row < 40; ++row) {
+    for (std::size_t column = 50; column < 70; ++column) scene.valid[scene.index(row, column)] = 0;
+  }
+  const TriangleMesh mesh = fuse({scene}, coarse());
+  const double tall_m = 3.0 * (std::tan(deg_to_rad(11.8)) + std::tan(deg_to_rad(11)));
+  EXPECT_GT(tall_m, 1.0);
+  EXPECT_EQ(area_in(mesh, {{2.8, -0.5, 0.3}, {3.2, 0.4, 0.9}}, {-1, 0, 0}), 0.0);
+  EXPECT_EQ(area_in(mesh, {{-3.5, -3, -1}, {-0.5, 3, 3}}, {1, 0, 0}), 0.0);
+}
+
+TEST(Surface, OfNothingIsNothing) {
+  EXPECT_TRUE(fuse({}).triangles.empty());
+  ScenePoints blind = testing::sweep(kRoom, {}, Sweep{});
+  std::fill(blind.valid.begin(), blind.valid.end(), uint8_t{0});
+  EXPECT_TRUE(fuse({blind, ScenePoints{}}).triangles.empty());
+  SurfaceOptions bad;
+  bad.voxel_m = 0.0;
+  EXPECT_THROW(SurfaceModel{bad}, std::invalid_argument);
+}
+
+TEST(Surface, NormalsFaceWhereItWasSeenFrom) {
+  const TriangleMesh mesh = fuse({testing::sweep(kRoom, {}, Sweep{})}, coarse());
+  ASSERT_EQ(mesh.normals.size(), mesh.vertices_m.size());
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
+    EXPECT_NEAR(mesh.normals[i].norm(), 1.0F, 1e-4F);
+    wrong += mesh.normals[i].dot(Eigen::Vector3f(0, 0, 0.6F) - mesh.vertices_m[i]) < 0.0F;
+  }
+  EXPECT_LT(wrong, mesh.normals.size() / 500);
+}
+
+}  // namespace
+}  // namespace marco::mapping3d

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/pose3.hpp"
+#include "common/triangle_mesh.hpp"
+#include "drivers/simulator/ray_caster.hpp"
+
+namespace marco {
+
+/// Of lengths, over everything: nothing is cut off but the search, at a metre.
+struct Spread {
+  std::size_t count = 0;
+  double rms_m = 0.0;
+  double median_m = 0.0;
+  double p90_m = 0.0;
+  double p95_m = 0.0;
+  double p99_m = 0.0;
+  double max_m = 0.0;
+};
+Spread spread_of(std::vector<float> lengths_m);
+
+/// Where a true beam ends in the world.
+struct BeamEnd {
+  Eigen::Vector3f point_m = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< of the true surface, towards the beam
+  uint32_t triangle = 0;                             ///< of the world
+};
+
+struct ModelFit {
+  Pose3 world_from_model = Pose3::Identity();
+  std::size_t samples = 0;  ///< that found a surface within 0.3 m
+  double rms_m = 0.0;       ///< of those
+};
+
+/// The rigid motion that lays a model best on a world: point to plane, Lorentzian, from a guess.
+ModelFit fit_model(const TriangleMesh& model, const sim::RayCaster& world, const Pose3& guess);
+
+/// The same without a guess, for a model whose z is up: tries headings and places on a coarse
+/// field of distances, refines the best few. A world that looks alike from two sides can mislead
+/// it.
+ModelFit find_model(const TriangleMesh& model, const sim::RayCaster& world);
+
+struct SurfaceCoverage {
+  std::size_t places = 0;  ///< 2 cm cells of true surface that a beam hit
+  double covered = 0.0;    ///< part of them with model within `near_m`
+  double near_m = 0.02;
+};
+
+/// Model sheets of one true face that lie behind one another.
+struct SheetSpread {
+  std::size_t places = 0;   ///< where the model shows that face
+  std::size_t doubled = 0;  ///< of them with more than one sheet
+  std::size_t too_far = 0;  ///< of them with two sheets more than 20 mm apart
+  double p99_m = 0.0;       ///< outermost sheet to innermost
+  double max_m = 0.0;
+};
+
+struct ModelJudgement {
+  Spread error;  ///< of the model's surface, one sample each 4 cm2
+  std::optional<SurfaceCoverage> coverage;
+  std::optional<SheetSpread> sheets;
+};
+
+/// @param model in the world's frame
+/// @param beams where true beams end; empty = coverage and sheets are left out
+ModelJudgement judge_model(const TriangleMesh& model,
+                           const sim::RayCaster& world,
+                           const std::vector<BeamEnd>& beams);
+
+/// A mesh moved.
+TriangleMesh moved(TriangleMesh mesh, const Pose3& by);
+
+}  // namespace marco

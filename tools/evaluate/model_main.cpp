@@ -1,0 +1,104 @@
+#include <cstdio>
+
+#include "common/check.hpp"
+#include "common/files/ply.hpp"
+#include "common/files/tum.hpp"
+#include "common/process/arguments.hpp"
+#include "common/process/config.hpp"
+#include "common/trajectory_fit.hpp"
+#include "tools/evaluate/model_judge.hpp"
+#include "tools/evaluate/true_beams.hpp"
+
+namespace marco {
+namespace {
+
+struct Arguments {
+  std::string model, world, beams, trajectory;
+  bool as_it_lies = false;
+};
+
+void print(const Pose3& pose) {
+  const Eigen::Vector3d at = pose.translation(), up = pose.linear().col(2);
+  const Pose2 flat = flatten(pose);
+  std::printf("placed at x=%.4f y=%.4f z=%.4f m, heading %.3f deg, leaning %.3f deg\n", at.x(),
+              at.y(), at.z(), rad_to_deg(flat.theta_rad),
+              rad_to_deg(std::acos(std::min(1.0, up.z()))));
+}
+
+void print(const char* name, const Spread& spread) {
+  std::printf("%s: n=%zu rms=%.4f median=%.4f p95=%.4f p99=%.4f max=%.4f m\n", name, spread.count,
+              spread.rms_m, spread.median_m, spread.p95_m, spread.p99_m, spread.max_m);
+}
+
+Pose3 place(const Arguments& arguments,
+            const TriangleMesh& model,
+            const sim::RayCaster& world,
+            const TrueBeams& beams) {
+  if (arguments.as_it_lies) return Pose3::Identity();
+  if (arguments.trajectory.empty()) return find_model(model, world).world_from_model;
+  const TrajectoryFit path = fit_to_truth(files::read_tum(arguments.trajectory), beams.truth);
+  require(path.count >= 2, arguments.trajectory + ": no pose has truth at its time");
+  const Pose3 by_path = lift(path.truth_from_estimate);
+  print("error, placed by the path", judge_model(moved(model, by_path), world, {}).error);
+  return fit_model(model, world, by_path).world_from_model;
+}
+
+int run(const Arguments& arguments) {
+  const TriangleMesh model = files::read_ply(arguments.model);
+  require(!model.triangles.empty(), arguments.model + ": has no triangles");
+  const sim::RayCaster world(
+      sim::build_world(process::load_options<sim::WorldSpec>(arguments.world)));
+  TrueBeams beams;
+  if (!arguments.beams.empty()) beams = true_beams(arguments.beams, world);
+  std::printf("%zu triangles, %zu vertices\n", model.triangles.size(), model.vertices_m.size());
+  const Pose3 world_from_model = place(arguments, model, world, beams);
+  print(world_from_model);
+  const ModelJudgement found = judge_model(moved(model, world_from_model), world, beams.ends);
+  print("error", found.error);
+  if (found.coverage) {
+    std::printf("coverage: %.2f %% of %zu places that beams hit have model within %.0f mm\n",
+                100.0 * found.coverage->covered, found.coverage->places,
+                1000.0 * found.coverage->near_m);
+  }
+  if (found.sheets) {
+    const double places = static_cast<double>(std::max<std::size_t>(1, found.sheets->places));
+    std::printf(
+        "sheets of one true face: p99=%.4f max=%.4f m; double at %.3f %%, more than 20 mm "
+        "apart at %.3f %% of %zu places\n",
+        found.sheets->p99_m, found.sheets->max_m,
+        100.0 * static_cast<double>(found.sheets->doubled) / places,
+        100.0 * static_cast<double>(found.sheets->too_far) / places, found.sheets->places);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace marco
+
+int main(int argc, char** argv) {
+  return marco::process::run_main("marco-evaluate-model", [&] {
+    CLI::App app(
+        "How far a model lies from the world it shows: reads the written model and the world "
+        "only.\n"
+        "  marco evaluate-model out/model.ply config/worlds/lab.toml --beams lab.lcm\n"
+        "Every triangle counts, a sample each 4 cm2. The model is laid on the world by the best "
+        "rigid motion.");
+    marco::Arguments arguments;
+    app.add_option("MODEL", arguments.model, "PLY")->required()->check(CLI::ExistingFile);
+    app.add_option("WORLD", arguments.world, "TOML, as config/worlds/lab.toml")
+        ->required()
+        ->check(CLI::ExistingFile);
+    auto* beams = app.add_option("--beams", arguments.beams,
+                                 "the simulated recording: what part of the surface that its 3D "
+                                 "sweeps hit is there, and how far sheets of one face lie apart")
+                      ->check(CLI::ExistingFile);
+    app.add_option("--trajectory", arguments.trajectory,
+                   "the map's trajectory.tum: its fit to the truth says where to start; else the "
+                   "place is searched for")
+        ->needs(beams)
+        ->check(CLI::ExistingFile);
+    app.add_flag("--as-it-lies", arguments.as_it_lies, "the model is in the world's frame");
+    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    return marco::run(arguments);
+  });
+}

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 namespace marco::drivers::hcs12 {
@@ -11,8 +12,13 @@ constexpr double kPingS = 0.5;
 
 Duration seconds(double s) { return Duration::from_seconds(s); }
 
+// What the board says while it boots and looks for its home; noise makes lines, too.
 bool is_message(const std::string& line) {
-  return line.size() > 4 && line[0] >= 'A' && line[0] <= 'Z';
+  static constexpr std::string_view kBeginnings[] = {"Sistema ROCA", "Girando a", "Se alcanz",
+                                                     "Se liber",     "Giro de",   "Motor de",
+                                                     "Hacia ",       "Listo"};
+  return std::any_of(std::begin(kBeginnings), std::end(kBeginnings),
+                     [&line](std::string_view words) { return line.starts_with(words); });
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/p2os/accessories.hpp"
+
 namespace marco::drivers::p2os {
 namespace {
 
@@ -75,7 +77,9 @@ void P2osBase::on_packet(const Bytes& payload, Utime arrival) {
     return;
   }
   if (!sip) {
-    if (payload[0] == 0xFF || payload[0] <= 2) {  // it was reset and does not know us
+    if (payload[0] == kAuxPacket) {
+      on_head(payload, arrival);
+    } else if (payload[0] == 0xFF || payload[0] <= 2) {  // it was reset and does not know us
       set_link(Link::starting, "the robot was reset", arrival);
       restart_sync(arrival);
     } else {
@@ -110,6 +114,8 @@ void P2osBase::on_sync(const Bytes& payload, Utime now) {
   say(kSonar, options_.sonar ? 1 : 0);
   speeds_changed();
   say(kEnable, 1);
+  next_head_ = now;
+  if (options_.camera_head) say_to_head({0x81, 0x01, 0x04, 0x00, 0x02, 0xFF});  // power on
   set_link(Link::starting, name_.type + " " + name_.subtype + " '" + name_.name + "'", now);
 }
 
@@ -219,6 +225,7 @@ void P2osBase::advance(Utime now, std::vector<uint8_t>& out) {
   if (connected_ && sync_ == 3 && to_send_.empty() && (now - last_sent_).seconds() > kPulseS) {
     say(kPulse);
   }
+  if (options_.camera_head && sync_ == 3 && now >= next_head_) ask_head(now);
   advance_motion(now);
   if (!connected_ || to_send_.empty()) {
     to_send_.clear();

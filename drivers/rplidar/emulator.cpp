@@ -21,7 +21,10 @@ void put(Bytes& bytes, uint32_t value, int size) {
 }  // namespace
 
 RplidarEmulator::RplidarEmulator(LaserWorld world, const RplidarEmulatorOptions& options)
-    : world_(std::move(world)), options_(options), output_(options.baud), turning_(options.model < kA2) {
+    : world_(std::move(world)),
+      options_(options),
+      output_(options.baud),
+      turning_(options.model < kA2) {
   validate(options, "rplidar_emulator");
 }
 

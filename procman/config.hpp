@@ -159,6 +159,11 @@ std::vector<PlacedCommand> all_commands(const Config& config);
 /// names something unknown or runs itself. One line each, with its place; empty = good.
 std::vector<std::string> find_mistakes(const Config& config);
 
+/// Puts a command in, or in the place of the one with its id, which may stand in another group.
+void put_command(Config& config, const PlacedCommand& placed);
+/// @returns whether there was one.
+bool remove_command(Config& config, const std::string& id);
+
 /// Whether `group` is `wanted` or within it; both as paths, needless slashes ignored.
 bool group_is_within(const std::string& group, const std::string& wanted);
 

@@ -54,6 +54,7 @@ const char* status_text(Status status) {
 Status SheriffCommand::status() const {
   if (!reported) return Status::unknown;
   const bool runs = reported->pid != 0;
+  if (removing && runs) return Status::stopping;
   if (reported->actual_runid != desired_runid && !force_quit) {
     return runs ? Status::restarting : Status::starting;
   }
@@ -99,6 +100,11 @@ std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
   std::set<std::string> listed;
   for (const CommandStatus& status : info.commands) {
     listed.insert(status.spec.id);
+    std::set<std::string>& removed = removed_[info.deputy_id];
+    if (removed.contains(status.spec.id)) {
+      if (status.pid == 0) continue;
+      removed.erase(status.spec.id);  // somebody has started it again
+    }
     const auto [at, adopted] = commands_.try_emplace(status.spec.id);
     SheriffCommand& command = at->second;
     if (adopted) {
@@ -129,7 +135,10 @@ std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
       events.push_back(std::move(event));
     }
   }
+  std::erase_if(removed_[info.deputy_id],
+                [&listed](const std::string& id) { return !listed.contains(id); });
   note_missing(info.deputy_id, listed);
+  forget_removed();
   return events;
 }
 
@@ -189,6 +198,42 @@ void SheriffState::start(const std::string& id) {
 void SheriffState::stop(const std::string& id) { apply(command(id), SheriffCommand::Intent::stop); }
 void SheriffState::restart(const std::string& id) {
   apply(command(id), SheriffCommand::Intent::restart);
+}
+
+void SheriffState::put(const PlacedCommand& placed) {
+  const auto [at, added] = commands_.try_emplace(placed.command.id);
+  SheriffCommand& command = at->second;
+  if (!added && command.deputy != placed.command.deputy) {
+    removed_[command.deputy].insert(placed.command.id);
+    changed_deputies_.insert(command.deputy);
+    command = {};
+  }
+  command.spec = spec_of(placed);
+  command.deputy = placed.command.deputy;
+  command.removing = false;
+  removed_[command.deputy].erase(placed.command.id);
+  changed_deputies_.insert(command.deputy);
+}
+
+void SheriffState::remove(const std::string& id) {
+  SheriffCommand& gone = command(id);
+  gone.removing = gone.force_quit = true;
+  changed_deputies_.insert(gone.deputy);
+  forget_removed();
+}
+
+void SheriffState::forget_removed() {
+  for (auto at = commands_.begin(); at != commands_.end();) {
+    const SheriffCommand& command = at->second;
+    const bool runs = command.reported && command.reported->pid != 0;
+    if (!command.removing || runs) {
+      ++at;
+      continue;
+    }
+    removed_[command.deputy].insert(at->first);
+    changed_deputies_.insert(command.deputy);
+    at = commands_.erase(at);
+  }
 }
 
 std::vector<Orders> SheriffState::take_due_orders(int64_t now_utime_us, int64_t now_us) {

@@ -31,6 +31,7 @@ struct SheriffCommand {
   int32_t desired_runid = 0;
   bool force_quit = false;
   std::optional<CommandStatus> reported;  ///< none until its deputy was heard
+  bool removing = false;                  ///< stopped first, then forgotten
 
   Status status() const;
 
@@ -70,6 +71,12 @@ class SheriffState {
   void stop(const std::string& id);
   void restart(const std::string& id);
 
+  /// Adds a command, or changes the one of its id: at once, but a running one goes on as it is
+  /// until it is restarted. One that moves to another deputy is removed at the old one.
+  void put(const PlacedCommand& placed);
+  /// Stops it, and when it has stopped leaves it out of the orders, so that its deputy forgets it.
+  void remove(const std::string& id);
+
   bool observer() const { return observer_; }
   void set_observer(bool observer) { observer_ = observer; }
 
@@ -89,6 +96,7 @@ class SheriffState {
   void note_missing(const std::string& deputy, const std::set<std::string>& listed);
   void settle_first_report(SheriffCommand& command);
   void apply(SheriffCommand& command, SheriffCommand::Intent intent);
+  void forget_removed();
 
   std::string sheriff_id_;
   bool observer_ = false;
@@ -96,6 +104,8 @@ class SheriffState {
   std::map<std::string, SheriffDeputy> deputies_;
   std::map<std::string, int64_t> orders_sent_us_;
   std::set<std::string> changed_deputies_;
+  /// Of each deputy what it may still list after its removal.
+  std::map<std::string, std::set<std::string>> removed_;
 };
 
 }  // namespace marco::procman

@@ -1,12 +1,12 @@
 #include <thread>
 
-#include "bot_core/image_t.hpp"
 #include "common/pose3.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/status_publisher.hpp"
 #include "common/process/stop_signal.hpp"
+#include "drivers/camera/message.hpp"
 #include "drivers/camera/source.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
@@ -56,19 +56,6 @@ struct Options {
   }
 };
 
-bot_core::image_t to_message(const Picture& picture, Utime utime) {
-  bot_core::image_t message;
-  message.utime = utime.us;
-  message.width = picture.width_px;
-  message.height = picture.height_px;
-  message.row_stride = 0;
-  message.pixelformat = bot_core::image_t::PIXEL_FORMAT_MJPEG;
-  message.data = picture.jpeg;
-  message.size = static_cast<int32_t>(picture.jpeg.size());
-  message.nmetadata = 0;
-  return message;
-}
-
 /// Sleeps in short naps, so that a stop is heard. @returns whether to go on.
 bool pause_until(Utime when) {
   while (!process::stop_requested() && drivers::wall_now() < when) {
@@ -109,7 +96,7 @@ int run(const process::CommonArguments& arguments, const Options& options) {
     const Utime taken = drivers::wall_now();
     if (taken < next_picture) continue;  // a camera that is faster than wanted
     next_picture = std::max(next_picture + period, taken - period);
-    bus.publish(options.channel, to_message(*picture, taken));
+    bus.publish(options.channel, drivers::camera::to_message(*picture, taken));
   }
   return 0;
 }

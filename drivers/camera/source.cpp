@@ -7,6 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
+#include "common/check.hpp"
+
 namespace marco::drivers::camera {
 namespace {
 
@@ -79,6 +81,13 @@ std::unique_ptr<PictureSource> open_folder(const std::string& folder, int qualit
 }
 
 }  // namespace
+
+Picture compress_rgb(std::span<const uint8_t> rgb, int width_px, int height_px, int jpeg_quality) {
+  cv::Mat image(height_px, width_px, CV_8UC3);
+  require(rgb.size() == image.total() * 3, "a picture has three bytes a pixel");
+  for (std::size_t i = 0; i < rgb.size(); ++i) image.data[i] = rgb[i - i % 3 + (2 - i % 3)];  // BGR
+  return compress(image, jpeg_quality);
+}
 
 std::unique_ptr<PictureSource> open_source(const std::string& address,
                                            const SourceOptions& options) {

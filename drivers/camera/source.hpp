@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct SourceOptions {
   double rate_hz = 5.0;  ///< of pictures and films; of a camera the most that is passed on
   int jpeg_quality = 85;
 };
+
+/// @param rgb  rows from the top, three bytes a pixel.
+Picture compress_rgb(std::span<const uint8_t> rgb, int width_px, int height_px, int jpeg_quality);
 
 /// Where pictures come from.
 class PictureSource {

@@ -61,6 +61,8 @@ class Hcs12Base : public BaseDriver {
   int64_t right_clicks() const { return right_sum_; }
 
  private:
+  static constexpr double kStuckS = 0.5;  ///< without a click: it does not move
+
   /// One a, r, i or d from its sending to the counters' last word.
   struct Run {
     char letter = 'a';

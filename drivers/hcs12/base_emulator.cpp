@@ -8,8 +8,6 @@ namespace marco::drivers::hcs12 {
 namespace {
 
 constexpr int kProportional = 50;  // of a hundred
-constexpr int kAccumulatorMax = 255;
-constexpr int kPwmMax = 255;
 
 }  // namespace
 

@@ -15,7 +15,8 @@
 namespace marco::drivers::hcs12 {
 
 inline constexpr int kBaud = 9600;
-inline constexpr int64_t kTickUs = 1024;            ///< the firmware's time; its texts call it 1 ms
+inline constexpr int64_t kTickUs = 1024;  ///< the firmware's time; its texts call it 1 ms
+inline constexpr double kTickS = kTickUs * 1e-6;
 inline constexpr double kByteUs = 1e7 / 9600;       ///< of one byte on the line
 inline constexpr double kSonarUnitUs = 16.0 / 3.0;  ///< 24 MHz / 128: round trip of a sonar pulse
 inline constexpr uint32_t kNoEcho = 65535;

@@ -11,6 +11,9 @@
 
 namespace marco::drivers::hcs12 {
 
+inline constexpr int kAccumulatorMax = 255;  ///< of the PI loops
+inline constexpr int kPwmMax = 255;
+
 /// What both boards do alike: a line buffer of one line, replies sent by busy waiting (no tick is
 /// worked off meanwhile), and a tick of 1.024 ms.
 class FirmwareBoard : public Emulator {

@@ -11,6 +11,9 @@
 
 namespace marco::drivers::hcs12 {
 
+inline constexpr double kPingS =
+    0.5;  ///< between questions that only ask whether the board is there
+
 /// The host's side of a board that keeps one line: sends a command, waits for its reply, then the
 /// next.
 class LineExchange {

@@ -7,8 +7,6 @@
 namespace marco::drivers::hcs12 {
 namespace {
 
-constexpr int kAccumulatorMax = 255;
-constexpr int kPwmMax = 255;
 constexpr int kSeekSpeed = 10;
 constexpr int kLeaveSpeed = 2;
 

@@ -10,9 +10,8 @@
 namespace marco::drivers::hokuyo {
 namespace {
 
-constexpr std::size_t kBlock = 64;     // characters of data a line
-constexpr std::size_t kMaxLine = 200;  // no reply of any model has a longer one
-constexpr std::size_t kMaxLines = 200;
+constexpr std::size_t kMaxReplyLine = 200;  // no reply of any model has a longer one
+constexpr std::size_t kMaxReplyLines = 200;
 
 std::optional<int> number_at(std::string_view line, std::size_t at, std::size_t digits) {
   if (line.size() < at + digits) return std::nullopt;
@@ -91,7 +90,7 @@ std::optional<Reply> ReplyParser::next() {
   while (true) {
     const std::size_t end = buffer_.find('\n', head_);
     if (end == std::string::npos) {
-      if (buffer_.size() - head_ > kMaxLine) {
+      if (buffer_.size() - head_ > kMaxReplyLine) {
         garbage_bytes_ += static_cast<int64_t>(buffer_.size() - head_ + bytes_);
         clear();
       }
@@ -103,7 +102,7 @@ std::optional<Reply> ReplyParser::next() {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (!line.empty()) {
       lines_.push_back(std::move(line));
-      if (lines_.size() <= kMaxLines) continue;
+      if (lines_.size() <= kMaxReplyLines) continue;
     }
     if (auto reply = finish()) return reply;
   }
@@ -140,22 +139,27 @@ std::optional<Reply> ReplyParser::finish() {
 
 std::string ScanRequest::line() const {
   char text[32];
-  const char code = characters == 3 ? 'D' : 'S';
+  const char kind = stream ? (all_echoes ? 'N' : 'M') : (all_echoes ? 'H' : 'G');
+  const char code = intensities ? 'E' : characters == 3 ? 'D' : 'S';
   if (stream) {
-    std::snprintf(text, sizeof(text), "M%c%04d%04d%02d%01d%02d", code, first_step, last_step,
+    std::snprintf(text, sizeof(text), "%c%c%04d%04d%02d%01d%02d", kind, code, first_step, last_step,
                   cluster, skip, count);
   } else {
-    std::snprintf(text, sizeof(text), "G%c%04d%04d%02d", code, first_step, last_step, cluster);
+    std::snprintf(text, sizeof(text), "%c%c%04d%04d%02d", kind, code, first_step, last_step,
+                  cluster);
   }
   return text;
 }
 
 std::optional<ScanRequest> parse_scan_request(std::string_view line) {
-  if (line.size() < 12 || (line[0] != 'M' && line[0] != 'G')) return std::nullopt;
-  if (line[1] != 'D' && line[1] != 'S') return std::nullopt;
+  constexpr std::string_view kKinds = "MGNH", kCodes = "DSE";
+  if (line.size() < 12 || kKinds.find(line[0]) == kKinds.npos) return std::nullopt;
+  if (kCodes.find(line[1]) == kCodes.npos) return std::nullopt;
   ScanRequest request;
-  request.stream = line[0] == 'M';
-  request.characters = line[1] == 'D' ? 3 : 2;
+  request.stream = line[0] == 'M' || line[0] == 'N';
+  request.all_echoes = line[0] == 'N' || line[0] == 'H';
+  request.characters = line[1] == 'S' ? 2 : 3;
+  request.intensities = line[1] == 'E';
   if (line.size() != (request.stream ? 15u : 12u)) return std::nullopt;
   const auto first = number_at(line, 2, 4);
   const auto last = number_at(line, 6, 4);
@@ -177,7 +181,10 @@ Reply encode_measurement(const ScanRequest& request, int remaining, const Measur
   Reply reply{echoed.line(), request.stream ? "99" : "00", {}};
   reply.lines.push_back(encode_number(scan.timestamp_ms & 0xFFFFFF, 4));
   std::string data;
-  for (const uint32_t value : scan.values_mm) data += encode_number(value, request.characters);
+  for (std::size_t i = 0; i < scan.values_mm.size(); ++i) {
+    data += encode_number(scan.values_mm[i], request.characters);
+    if (request.intensities) data += encode_number(scan.intensities.at(i), request.characters);
+  }
   for (std::size_t at = 0; at < data.size(); at += kBlock) {
     reply.lines.push_back(data.substr(at, kBlock));
   }
@@ -195,7 +202,8 @@ std::optional<Measurement> decode_measurement(const Reply& reply, const ScanRequ
   const auto timestamp = decode_number(reply.lines[0]);
   if (reply.lines[0].size() != 4 || !timestamp) return std::nullopt;
   const auto characters = static_cast<std::size_t>(request.characters);
-  const std::size_t size = static_cast<std::size_t>(request.values()) * characters;
+  const std::size_t each = characters * (request.intensities ? 2 : 1);
+  const std::size_t size = static_cast<std::size_t>(request.values()) * each;
   if (reply.lines.size() != 1 + (size + kBlock - 1) / kBlock) return std::nullopt;
   std::string data;
   data.reserve(size);
@@ -208,10 +216,15 @@ std::optional<Measurement> decode_measurement(const Reply& reply, const ScanRequ
   Measurement scan;
   scan.timestamp_ms = *timestamp;
   scan.values_mm.reserve(static_cast<std::size_t>(request.values()));
-  for (std::size_t at = 0; at < size; at += characters) {
+  for (std::size_t at = 0; at < size; at += each) {
     const auto value = decode_number(std::string_view(data).substr(at, characters));
     if (!value) return std::nullopt;
     scan.values_mm.push_back(*value);
+    if (!request.intensities) continue;
+    const auto intensity =
+        decode_number(std::string_view(data).substr(at + characters, characters));
+    if (!intensity) return std::nullopt;
+    scan.intensities.push_back(*intensity);
   }
   return scan;
 }

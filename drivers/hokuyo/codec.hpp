@@ -15,6 +15,8 @@ namespace marco::drivers::hokuyo {
 
 using Bytes = std::vector<uint8_t>;
 
+inline constexpr std::size_t kBlock = 64;  ///< characters of data a line
+
 /// Six bits of the sum of the characters.
 char checksum(std::string_view text);
 
@@ -58,15 +60,17 @@ class ReplyParser {
   int64_t bad_checksums_ = 0;
 };
 
-/// A request for scans, GD or GS (one), MD or MS (a stream).
+/// A request for scans: G. or H. (one), M. or N. (a stream); H and N with all echoes of a step.
 struct ScanRequest {
   bool stream = true;
   int characters = 3;  ///< a value: 3 (D) or 2 (S, up to 4095 mm)
   int first_step = 0;
   int last_step = 0;
-  int cluster = 1;  ///< steps merged to one value
-  int skip = 0;     ///< turns left out between two scans of a stream
-  int count = 0;    ///< scans of a stream; 0 = until QT
+  int cluster = 1;           ///< steps merged to one value
+  int skip = 0;              ///< turns left out between two scans of a stream
+  int count = 0;             ///< scans of a stream; 0 = until QT
+  bool intensities = false;  ///< E: each distance followed by its intensity, 3 characters each
+  bool all_echoes = false;   ///< further echoes of a step follow its first, each behind a '&'
 
   std::string line() const;
   /// How many values a scan has.
@@ -78,9 +82,11 @@ std::optional<ScanRequest> parse_scan_request(std::string_view line);
 struct Measurement {
   uint32_t timestamp_ms = 0;  ///< of the laser's clock, 24 bits
   std::vector<uint32_t> values_mm;
+  std::vector<uint32_t> intensities;  ///< one a value where asked for, else empty
 };
 Reply encode_measurement(const ScanRequest& request, int remaining, const Measurement& scan);
-/// @returns nothing when the reply is no scan of this request, to the last character.
+/// @returns nothing when the reply is no scan of this request, to the last character, or has more
+/// than one echo of a step.
 std::optional<Measurement> decode_measurement(const Reply& reply, const ScanRequest& request);
 
 /// What PP tells of a laser.

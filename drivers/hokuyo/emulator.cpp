@@ -10,7 +10,7 @@
 namespace marco::drivers::hokuyo {
 namespace {
 
-constexpr std::size_t kMaxLine = 64;
+constexpr std::size_t kMaxRequestLine = 64;
 constexpr uint32_t kNoEcho = 1;  // an error code: below DMIN
 
 }  // namespace
@@ -28,6 +28,7 @@ HokuyoEmulator::HokuyoEmulator(LaserWorld world, const HokuyoEmulatorOptions& op
       output_(options.baud),
       baud_(options.baud) {
   validate(options, "hokuyo_emulator");
+  scip1_ = options.scip1;
 }
 
 void HokuyoEmulator::on_connection(bool connected, Utime now) {
@@ -39,7 +40,9 @@ void HokuyoEmulator::power_cycle(Utime now) {
   output_.clear();
   line_.clear();
   stream_.reset();
-  laser_on_ = false;
+  laser_on_ = timing_ = reboot_asked_ = false;
+  reboot_.reset();
+  scip1_ = options_.scip1;
   baud_ = options_.baud;
   output_.set_baud(baud_);
   baud_after_reply_ = 0;
@@ -62,7 +65,7 @@ void HokuyoEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now
     if (byte == '\n' || byte == '\r') {
       const std::string line = std::exchange(line_, {});
       if (!line.empty()) handle(line, now);
-    } else if (line_.size() < kMaxLine) {
+    } else if (line_.size() < kMaxRequestLine) {
       line_ += static_cast<char>(byte);
     }
   }
@@ -72,11 +75,17 @@ void HokuyoEmulator::answer(Reply reply, const std::string& tag, Utime now) {
   output_.send(encode_reply(reply, tag), now + Duration::from_seconds(options_.reply_s));
 }
 
+uint32_t HokuyoEmulator::clock_ms(Utime now) const {
+  return static_cast<uint32_t>((now - power_on_).us / 1000) & 0xFFFFFFU;
+}
+
 void HokuyoEmulator::handle(const std::string& line_with_tag, Utime now) {
+  if (scip1_) return handle_scip1(line_with_tag, now);
   const std::size_t semicolon = std::min(line_with_tag.find(';'), line_with_tag.size());
   const std::string line = line_with_tag.substr(0, semicolon);
   const std::string tag = line_with_tag.substr(semicolon);
   const std::string command = line.substr(0, 2);
+  const bool second_reboot = std::exchange(reboot_asked_, false);
   if (command == "VV") {
     answer(
         {line,
@@ -88,17 +97,27 @@ void HokuyoEmulator::handle(const std::string& line_with_tag, Utime now) {
   } else if (command == "PP") {
     answer(encode_parameters(parameters_), tag, now);
   } else if (command == "II") {
-    answer({line,
-            "00",
-            {key_line("MODL", parameters_.model), key_line("LASR", laser_on_ ? "ON" : "OFF"),
-             key_line("SCSP", std::to_string(parameters_.rpm)),
-             key_line("MESM", stream_ ? "000" : "Idle"),
-             key_line("SBPS", std::to_string(baud_ == 0 ? 115'200 : baud_)),
-             key_line("TIME", std::to_string((now - power_on_).us / 1000 & 0xFFFFFF)),
-             key_line("STAT", "Sensor works well.")}},
-           tag, now);
+    answer(
+        {line,
+         "00",
+         {key_line("MODL", parameters_.model), key_line("LASR", laser_on_ ? "ON" : "OFF"),
+          key_line("SCSP", std::to_string(parameters_.rpm)),
+          key_line("MESM", stream_ ? "000" : "Idle"),
+          key_line("SBPS", std::to_string(baud_ == 0 ? 115'200 : baud_)),
+          key_line("TIME", std::to_string(clock_ms(now))), key_line("STAT", "Sensor works well.")}},
+        tag, now);
   } else if (command == "SS") {
     handle_speed(line, tag, now);
+  } else if (line == "TM1" && timing_) {
+    answer({line, "00", {encode_number(clock_ms(now), 4)}}, tag, now);
+  } else if (command == "TM") {
+    answer({line, handle_time(line), {}}, tag, now);
+  } else if (command == "RB" && line.size() == 2) {
+    reboot_asked_ = !second_reboot;
+    answer({line, second_reboot ? "00" : "01", {}}, tag, now);
+    if (second_reboot) reboot_ = now + Duration::from_seconds(options_.reply_s);
+  } else if (timing_) {
+    answer({line, "0E", {}}, tag, now);  // nothing else until TM2
   } else if (parse_scan_request(line)) {
     handle_scan(line, tag, now);
   } else {
@@ -109,14 +128,21 @@ void HokuyoEmulator::handle(const std::string& line_with_tag, Utime now) {
 std::string HokuyoEmulator::handle_state(const std::string& line, Utime now) {
   const std::string command = line.substr(0, 2);
   if (command == "BM") return std::exchange(laser_on_, true) ? "02" : "00";
-  if (command == "QT" || command == "RS") {
+  if (command == "QT" || command == "RS" || command == "RT") {
     laser_on_ = false;
     stream_.reset();
-    if (command == "RS") power_on_ = now;
+    if (command != "QT") power_on_ = now;
     return "00";
   }
-  if (command == "HS" || command == "CR" || command == "TM" || line == "SCIP2.0") return "00";
+  if (command == "HS" || command == "CR" || line == "SCIP2.0") return "00";
   return "0E";
+}
+
+std::string HokuyoEmulator::handle_time(const std::string& line) {
+  if (line == "TM2") return std::exchange(timing_, false) ? "00" : "03";
+  if (line != "TM0") return line == "TM1" ? "04" : "01";
+  stream_.reset();
+  return std::exchange(timing_, true) ? "02" : "00";
 }
 
 void HokuyoEmulator::handle_speed(const std::string& line, const std::string& tag, Utime now) {
@@ -132,6 +158,9 @@ void HokuyoEmulator::handle_speed(const std::string& line, const std::string& ta
 
 void HokuyoEmulator::handle_scan(const std::string& line, const std::string& tag, Utime now) {
   const ScanRequest request = *parse_scan_request(line);
+  const bool able = parameters_.range_max_mm > 5600 ||  // the URG tells first distances only
+                    (!request.intensities && !request.all_echoes);
+  if (!able) return answer({line, "0E", {}}, tag, now);
   const bool in_view = request.last_step <= parameters_.last_step &&
                        (request.characters == 3 || parameters_.range_max_mm <= 5600);
   if (!in_view) return answer({line, "04", {}}, tag, now);
@@ -166,6 +195,10 @@ void HokuyoEmulator::finish_scan() {
     const bool good = std::isfinite(range_m) && range_m >= 0.001 * parameters_.range_min_mm &&
                       std::lround(range_m * 1000.0) <= largest;
     scan.values_mm.push_back(good ? static_cast<uint32_t>(std::lround(range_m * 1000.0)) : kNoEcho);
+    // A grey wall's: it falls with the distance. The world knows no colours.
+    if (request.intensities) {
+      scan.intensities.push_back(good ? static_cast<uint32_t>(4000.0 / (1.0 + range_m)) : 0);
+    }
   }
   const Utime end = turn_start(turn_) + Duration::from_seconds(from_rear_s(request.last_step));
   if (remaining_ > 0) --remaining_;
@@ -189,6 +222,7 @@ void HokuyoEmulator::advance(Utime now, std::vector<uint8_t>& out) {
     finish_scan();
   }
   output_.advance(now, out);
+  if (reboot_ && output_.empty()) power_cycle(*reboot_);
   if (baud_after_reply_ != 0 && output_.empty()) {
     baud_ = std::exchange(baud_after_reply_, 0);
     output_.set_baud(baud_);

@@ -16,6 +16,7 @@ struct HokuyoEmulatorOptions {
   int baud = 0;                    ///< after power-on: 19200 on RS-232; 0 = USB or TCP, no speed
   double reply_s = 0.002;
   double start_s = 0.3;  ///< from a reset until it answers
+  bool scip1 = false;    ///< old firmware: speaks SCIP 1.1 until it hears "SCIP2.0"
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -23,12 +24,15 @@ struct HokuyoEmulatorOptions {
     v("baud", baud, Limits{0, 750'000});
     v("reply_s", reply_s, kNotNegative);
     v("start_s", start_s, kNotNegative);
+    v("scip1", scip1);
   }
 };
 
 Parameters parameters_of_model(const std::string& model);
 
-/// The laser as the line shows it: version, parameters, state, speed, time, one scan or streams.
+/// The laser as the line shows it: version, parameters, state, speed, time, one scan or streams,
+/// with intensities and in the form for several echoes (of which its world has one) on a UTM-30LX;
+/// SCIP 1.1 (V, L, S, G) where the firmware is old.
 /// Its time stamps are milliseconds since power-on, of the rear passing before a scan.
 class HokuyoEmulator final : public Emulator {
  public:
@@ -48,6 +52,10 @@ class HokuyoEmulator final : public Emulator {
  private:
   void handle(const std::string& line, Utime now);
   void answer(Reply reply, const std::string& tag, Utime now);
+  void handle_scip1(const std::string& line, Utime now);
+  std::string scip1_scan(int first_step, int last_step, int cluster, Utime now) const;
+  std::string handle_time(const std::string& line);
+  uint32_t clock_ms(Utime now) const;
   std::string handle_state(const std::string& line, Utime now);
   void handle_scan(const std::string& line, const std::string& tag, Utime now);
   void handle_speed(const std::string& line, const std::string& tag, Utime now);
@@ -67,6 +75,10 @@ class HokuyoEmulator final : public Emulator {
   Utime power_on_;
   Utime ready_;
   bool laser_on_ = false;
+  bool scip1_ = false;         ///< speaks it now
+  bool timing_ = false;        ///< between TM0 and TM2
+  bool reboot_asked_ = false;  ///< one RB was heard; the second obeys
+  std::optional<Utime> reboot_;
   std::optional<ScanRequest> stream_;
   std::string stream_tag_;
   int remaining_ = 0;

@@ -13,6 +13,7 @@ namespace {
 using std::chrono::microseconds;
 constexpr microseconds kStep{50'000};
 constexpr Duration kPatience = Duration::from_us(300'000);
+constexpr Duration kLook = Duration::from_us(600'000);
 constexpr Duration kServicePatience = Duration::from_us(1'000'000);
 
 LaserSight sight_of(const LeuzeOptions& options) {
@@ -48,8 +49,21 @@ void LeuzeDriver::listen_at(std::size_t rate) {
   parser_.clear();
   turns_.reset();
   filter_.reset();
-  // Long enough for two telegrams of the most beams.
-  deadline_ = clock_() + kPatience + line_time(2400, rates_[rate_]);
+  heard_ = false;
+  // Long enough for two telegrams of the most beams; where it was never heard, only for a look.
+  const Duration whole = kPatience + line_time(2400, rates_[rate_]);
+  deadline_ = clock_() + (good_rate_ && *good_rate_ != rate_ ? std::min(whole, kLook) : whole);
+}
+
+void LeuzeDriver::listen_on() {
+  if (measuring_) return listen_at(rate_);
+  if (!good_rate_) return listen_at(rate_ + 1);
+  // A laser that was heard has most likely kept its speed: it is listened for there, always while
+  // the line is quiet, else every other time.
+  if (rate_ != *good_rate_ || !heard_) return listen_at(*good_rate_);
+  other_ = (other_ + 1) % rates_.size();
+  if (other_ == *good_rate_) other_ = (other_ + 1) % rates_.size();
+  listen_at(other_);
 }
 
 LaserSight LeuzeDriver::sight() const { return sight_of(options_); }
@@ -60,7 +74,8 @@ std::vector<ArrivedScan> LeuzeDriver::step() {
   const Utime arrival = clock_();
   parser_.push({buffer, count});
   while (const auto telegram = parser_.next()) on_telegram(*telegram, arrival);
-  if (clock_() >= deadline_) listen_at(measuring_ ? rate_ : rate_ + 1);
+  heard_ = heard_ || count > 0;
+  if (clock_() >= deadline_) listen_on();
   counts_.garbage_bytes = parser_.garbage_bytes();
   if (parser_.bad_checksums() > 0) counts_.drops["bad_checksum"] = parser_.bad_checksums();
   return std::exchange(ready_, {});
@@ -69,6 +84,7 @@ std::vector<ArrivedScan> LeuzeDriver::step() {
 void LeuzeDriver::on_telegram(const Telegram& telegram, Utime arrival) {
   const int baud = rates_[rate_];
   measuring_ = true;
+  good_rate_ = rate_;
   deadline_ = clock_() + kPatience + line_time(2400, baud);
   if (telegram.operation != kMeasurement) {
     complaint_ = telegram.operation == kError ? "the laser reports an error" : "warning";

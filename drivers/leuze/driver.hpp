@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/options.hpp"
@@ -47,6 +48,7 @@ class LeuzeDriver final : public LaserDriver {
 
  private:
   void listen_at(std::size_t rate);
+  void listen_on();
   void on_telegram(const Telegram& telegram, Utime arrival);
 
   ByteStream& stream_;
@@ -55,6 +57,9 @@ class LeuzeDriver final : public LaserDriver {
   TelegramParser parser_;
   std::vector<int> rates_;
   std::size_t rate_ = 0;
+  std::optional<std::size_t> good_rate_;  ///< at which it was heard last
+  std::size_t other_ = 0;                 ///< looked at last besides
+  bool heard_ = false;                    ///< any byte since listening at this rate
   bool measuring_ = false;
   Utime deadline_;
   std::string complaint_;

@@ -5,27 +5,15 @@
 #include <cmath>
 
 #include "common/check.hpp"
+#include "drivers/transport/little_endian.hpp"
 
 namespace marco::drivers::p2os {
 namespace {
 
 constexpr uint8_t kHead1 = 0xFA, kHead2 = 0xFB;
-constexpr uint8_t kPositive = 0x3B, kNegative = 0x1B, kText = 0x2B;
+constexpr uint8_t kPositiveArgument = 0x3B, kNegativeArgument = 0x1B, kText = 0x2B;
 constexpr uint8_t kStanding = 0x32, kMoving = 0x33;
 constexpr std::size_t kSipHead = 20;  // through the sonar count
-
-void put_u16(Bytes& bytes, unsigned value) {
-  bytes.push_back(static_cast<uint8_t>(value & 0xFF));
-  bytes.push_back(static_cast<uint8_t>(value >> 8 & 0xFF));
-}
-
-uint16_t get_u16(std::span<const uint8_t> bytes, std::size_t at) {
-  return static_cast<uint16_t>(bytes[at] | bytes[at + 1] << 8);
-}
-
-int16_t get_s16(std::span<const uint8_t> bytes, std::size_t at) {
-  return static_cast<int16_t>(get_u16(bytes, at));
-}
 
 }  // namespace
 
@@ -94,7 +82,7 @@ Bytes encode_command(const Command& command) {
   Bytes payload{command.id};
   if (command.value) {
     require(std::abs(*command.value) <= 0xFFFF, "a command's value has sixteen bits and a sign");
-    payload.push_back(*command.value >= 0 ? kPositive : kNegative);
+    payload.push_back(*command.value >= 0 ? kPositiveArgument : kNegativeArgument);
     put_u16(payload, static_cast<unsigned>(std::abs(*command.value)));
   } else if (!command.text.empty()) {
     payload.push_back(kText);
@@ -109,9 +97,9 @@ std::optional<Command> decode_command(std::span<const uint8_t> payload) {
   Command command;
   command.id = payload[0];
   if (payload.size() == 1) return command;
-  if ((payload[1] == kPositive || payload[1] == kNegative) && payload.size() >= 4) {
+  if ((payload[1] == kPositiveArgument || payload[1] == kNegativeArgument) && payload.size() >= 4) {
     const int size = get_u16(payload, 2);
-    command.value = payload[1] == kPositive ? size : -size;
+    command.value = payload[1] == kPositiveArgument ? size : -size;
     return command;
   }
   if (payload[1] == kText && payload.size() >= 3 && payload.size() >= std::size_t{3} + payload[2]) {

@@ -70,6 +70,11 @@ enum CommandId : uint8_t {
   kStop = 29,
   kDigOut = 30,
   kVel2 = 32,
+  kGripper = 33,
+  kGripperRequest = 37,
+  kIoRequest = 40,
+  kTty2 = 42,    ///< text goes to the second serial port
+  kGetAux = 43,  ///< so many bytes of what came in there
   kBumpStall = 44,
   kHostBaud = 50,
   kEStop = 55,

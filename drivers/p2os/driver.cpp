@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/p2os/accessories.hpp"
+
 namespace marco::drivers::p2os {
 namespace {
 
@@ -12,17 +14,9 @@ constexpr double kSyncS = 0.5;
 constexpr double kPulseS = 0.4;
 constexpr double kSilentS = 1.5;
 constexpr double kRepeatVelocityS = 0.3;
-constexpr double kLegDeadS = 1.0;    // without motion: it is over, or never began
-constexpr double kSonarTellS = 0.4;  // a round of sixteen at four a packet
-constexpr double kNoEchoM = 5.0;
+constexpr double kLegDeadS = 1.0;  // without motion: it is over, or never began
 
 Duration seconds(double s) { return Duration::from_seconds(s); }
-
-/// Fifteen bits, unwrapped.
-int difference(uint16_t now, uint16_t before) {
-  const int d = (now - before) & 0x7FFF;
-  return d >= 0x4000 ? d - 0x8000 : d;
-}
 
 }  // namespace
 
@@ -83,7 +77,9 @@ void P2osBase::on_packet(const Bytes& payload, Utime arrival) {
     return;
   }
   if (!sip) {
-    if (payload[0] == 0xFF || payload[0] <= 2) {  // it was reset and does not know us
+    if (payload[0] == kAuxPacket) {
+      on_head(payload, arrival);
+    } else if (payload[0] == 0xFF || payload[0] <= 2) {  // it was reset and does not know us
       set_link(Link::starting, "the robot was reset", arrival);
       restart_sync(arrival);
     } else {
@@ -118,6 +114,8 @@ void P2osBase::on_sync(const Bytes& payload, Utime now) {
   say(kSonar, options_.sonar ? 1 : 0);
   speeds_changed();
   say(kEnable, 1);
+  next_head_ = now;
+  if (options_.camera_head) say_to_head({0x81, 0x01, 0x04, 0x00, 0x02, 0xFF});  // power on
   set_link(Link::starting, name_.type + " " + name_.subtype + " '" + name_.name + "'", now);
 }
 
@@ -128,73 +126,6 @@ void P2osBase::speeds_changed() {
   say(kSetA, whole(speeds().acceleration_m_per_s2 * 1e3));
   say(kSetRv, whole(rad_to_deg(speeds().yaw_rate_rad_per_s)));
   say(kSetRa, 100);
-}
-
-void P2osBase::on_sip(const Sip& sip, Utime measured, Utime now) {
-  reckon(sip, measured);
-  edit_status().motors_on = (sip.flags & 1) != 0;
-  edit_status().battery_v = {sip.battery / 10.0};
-  read_bumpers(sip, now);
-  if (options_.sonar) read_sonars(sip, now);
-  if (edit_status().link != Link::up) set_link(Link::up, "", now);
-  watch_motion(sip, now);
-  last_sip_ = sip;
-}
-
-void P2osBase::reckon(const Sip& sip, Utime measured) {
-  const Model& model = model_of(name_.subtype);
-  if (last_sip_) {
-    const double mm = model.mm_per_distance * 1e-3;
-    const double dx = difference(sip.x, last_sip_->x) * mm;
-    const double dy = difference(sip.y, last_sip_->y) * mm;
-    const double was = last_sip_->heading * kRadPerHeading;
-    const double turned = normalize_angle((sip.heading - last_sip_->heading) * kRadPerHeading);
-    constexpr double kMostM = 0.6;  // in a cycle, even with some lost
-    if (std::hypot(dx, dy) < kMostM) {
-      // The step as the robot saw it, appended to the path here: an origin set anew moves nothing.
-      const double c = std::cos(was), s = std::sin(was);
-      pose_ = pose_ * Pose2{c * dx + s * dy, -s * dx + c * dy, turned};
-      leg_turned_rad_ += turned;
-    }
-  }
-  OdometrySample sample;
-  sample.utime = measured;
-  sample.odom_from_robot = pose_;
-  sample.velocity_m_per_s = (sip.left_speed + sip.right_speed) / 2.0 * 1e-3;
-  sample.yaw_rate_rad_per_s = (sip.right_speed - sip.left_speed) / 2.0 * model.rad_per_mm_per_s;
-  publish_odometry(sample);
-}
-
-void P2osBase::read_bumpers(const Sip& sip, Utime now) {
-  std::vector<bool> pressed;
-  const auto count = options_.bumpers_each_end;
-  const auto add = [&](uint8_t bits) {
-    for (int i = 0; i < count; ++i) pressed.push_back((bits >> (i + 1) & 1) != 0);
-  };
-  add(sip.right_stall);  // the byte of the right wheel carries the front bumpers
-  add(sip.left_stall);
-  const auto middle = pressed.begin() + count;
-  const bool front = std::find(pressed.begin(), middle, true) != middle;
-  const bool rear = std::find(middle, pressed.end(), true) != pressed.end();
-  guard().on_bumpers(front, rear);
-  if (pressed == edit_status().bumpers) return;
-  edit_status().bumpers = pressed;
-  edit_status().utime = now;
-  output().status.push_back(status());
-}
-
-void P2osBase::read_sonars(const Sip& sip, Utime now) {
-  const double m = model_of(name_.subtype).mm_per_range * 1e-3;
-  for (const Sip::Sonar& sonar : sip.sonars) {
-    if (sonar.number >= ring_.readings.size()) continue;
-    const double range_m = sonar.range * m;
-    ring_.readings[sonar.number].range_m = range_m < kNoEchoM - 0.001 ? range_m : 0.0;
-  }
-  if ((now - ring_told_).seconds() < kSonarTellS) return;
-  ring_told_ = now;
-  ring_.utime = now;
-  guard().on_sonar(ring_, odom_from_robot(), now);
-  output().sonar.push_back(ring_);
 }
 
 void P2osBase::watch_motion(const Sip& sip, Utime now) {
@@ -294,6 +225,7 @@ void P2osBase::advance(Utime now, std::vector<uint8_t>& out) {
   if (connected_ && sync_ == 3 && to_send_.empty() && (now - last_sent_).seconds() > kPulseS) {
     say(kPulse);
   }
+  if (options_.camera_head && sync_ == 3 && now >= next_head_) ask_head(now);
   advance_motion(now);
   if (!connected_ || to_send_.empty()) {
     to_send_.clear();

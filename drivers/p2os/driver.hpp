@@ -12,6 +12,7 @@ struct P2osOptions {
   double sonar_cone_deg = 15.0;
   /// Thesis A's outfit: ten bumpers, five ahead and five behind. 0 = a robot without.
   int bumpers_each_end = 5;
+  bool camera_head = false;  ///< a Sony EVI-D30 at the robot's second serial port
   BaseSpeeds speeds{0.3, 0.7, 0.3};
   GuardOptions guard{true, 0.25, 0.30, 0.25};
 
@@ -20,6 +21,7 @@ struct P2osOptions {
     v("sonar", sonar);
     v("sonar_cone_deg", sonar_cone_deg, kPositive);
     v("bumpers_each_end", bumpers_each_end, Limits{0, 7});
+    v("camera_head", camera_head);
     v("speeds", speeds);
     v("guard", guard);
   }
@@ -36,6 +38,7 @@ class P2osBase : public BaseDriver {
   void receive(std::span<const uint8_t> bytes, Utime now) override;
   void advance(Utime now, std::vector<uint8_t>& out) override;
   void shut_down(std::vector<uint8_t>& out) override;
+  void look(const PanTiltCommand& command, Utime now) override;
   int64_t bad_input() const override { return parser_.bad_checksums() + bad_packets_; }
   const RobotName& name() const { return name_; }
 
@@ -56,6 +59,9 @@ class P2osBase : public BaseDriver {
   void watch_motion(const Sip& sip, Utime now);
   void restart_sync(Utime now);
   void say(CommandId id, std::optional<int> value = std::nullopt);
+  void say_to_head(const Bytes& message);
+  void ask_head(Utime now);
+  void on_head(const Bytes& payload, Utime arrival);
 
   P2osOptions options_;
   PacketParser parser_;
@@ -80,6 +86,7 @@ class P2osBase : public BaseDriver {
   SonarRing ring_;
   Utime ring_told_;
   int64_t bad_packets_ = 0;
+  Utime next_head_;  ///< when it is asked again where it looks
 };
 
 }  // namespace marco::drivers::p2os

@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace marco::drivers::p2os {
 namespace {
 
 constexpr int64_t kStepUs = 5000;
 constexpr std::size_t kSonarsPerCycle = 4;
-
-double approach(double value, double goal, double step) {
-  return value < goal ? std::min(goal, value + step) : std::max(goal, value - step);
-}
 
 }  // namespace
 
@@ -27,6 +24,12 @@ void P2osEmulator::reset() {
   max_rate_ = deg_to_rad(options_.default_rate_deg_per_s);
   acceleration_ = options_.default_acceleration_m_per_s2;
   rate_acceleration_ = deg_to_rad(options_.default_rate_acceleration_deg_per_s2);
+  deceleration_ = acceleration_;
+  rate_deceleration_ = rate_acceleration_;
+  encoders_asked_ = ports_asked_ = false;
+  digital_out_ = 0;
+  aux_wanted_ = 0;
+  set_host_baud(0);
   velocity_ = rate_ = velocity_goal_ = rate_goal_ = 0.0;
   way_left_m_.reset();
   heading_goal_.reset();
@@ -43,7 +46,7 @@ void P2osEmulator::on_connection(bool /*connected*/, Utime now) {
 
 void P2osEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now) {
   run_until(now);
-  if (baud != 0 && baud != kBaud) return;  // noise at another speed
+  if (baud != 0 && baud != baud_) return;  // noise at another speed
   parser_.push(bytes);
   while (const auto payload = parser_.next()) handle(*payload, now);
 }
@@ -71,9 +74,33 @@ void P2osEmulator::handle(std::span<const uint8_t> payload, Utime now) {
   } else if (command->id == kClose) {
     motors_on_ = open_ = false;
     velocity_ = rate_ = velocity_goal_ = rate_goal_ = 0.0;
+    encoders_asked_ = ports_asked_ = false;
+    set_host_baud(0);
     sync_ = 0;
-  } else if (open_) {
+  } else if (open_ && !answer(*command, now)) {
     obey(*command);
+  }
+}
+
+void P2osEmulator::set_limit(const Command& command) {
+  const int value = command.value.value_or(0);
+  // A negative acceleration is how it brakes.
+  const auto set = [value](double& faster, double& slower, double unit) {
+    if (value != 0) (value > 0 ? faster : slower) = std::abs(value) * unit;
+  };
+  switch (command.id) {
+    case kSetV:
+      max_velocity_ = std::min(std::abs(value) * 1e-3, options_.max_velocity_m_per_s);
+      break;
+    case kSetRv:
+      max_rate_ = deg_to_rad(std::abs(value));
+      break;
+    case kSetA:
+      set(acceleration_, deceleration_, 1e-3);
+      break;
+    default:
+      set(rate_acceleration_, rate_deceleration_, deg_to_rad(1.0));
+      break;
   }
 }
 
@@ -89,16 +116,10 @@ void P2osEmulator::obey(const Command& command) {
       motors_on_ = value != 0;
       break;
     case kSetV:
-      max_velocity_ = std::min(std::abs(value) * 1e-3, options_.max_velocity_m_per_s);
-      break;
     case kSetA:
-      if (value > 0) acceleration_ = value * 1e-3;
-      break;
     case kSetRv:
-      max_rate_ = deg_to_rad(std::abs(value));
-      break;
     case kSetRa:
-      if (value > 0) rate_acceleration_ = deg_to_rad(value);
+      set_limit(command);
       break;
     case kSetO:
       reckoned_ = {};
@@ -151,14 +172,14 @@ void P2osEmulator::obey(const Command& command) {
 double P2osEmulator::wanted_velocity() const {
   if (!way_left_m_) return std::clamp(velocity_goal_, -max_velocity_, max_velocity_);
   // As fast as can still be braked.
-  const double most = std::sqrt(2.0 * acceleration_ * std::abs(*way_left_m_));
+  const double most = std::sqrt(2.0 * deceleration_ * std::abs(*way_left_m_));
   return std::copysign(std::min(most, max_velocity_), *way_left_m_);
 }
 
 double P2osEmulator::wanted_rate() const {
   if (!heading_goal_) return std::clamp(rate_goal_, -max_rate_, max_rate_);
   const double left = normalize_angle(*heading_goal_ - reckoned_.theta_rad);
-  const double most = std::sqrt(2.0 * rate_acceleration_ * std::abs(left));
+  const double most = std::sqrt(2.0 * rate_deceleration_ * std::abs(left));
   return std::copysign(std::min(most, max_rate_), left);
 }
 
@@ -171,8 +192,12 @@ void P2osEmulator::move(double dt_s) {
     heading_goal_.reset();
   }
   const bool free = motors_on_;
-  velocity_ = free ? approach(velocity_, wanted_velocity(), acceleration_ * dt_s) : 0.0;
-  rate_ = free ? approach(rate_, wanted_rate(), rate_acceleration_ * dt_s) : 0.0;
+  const auto change = [dt_s](double value, double goal, double faster, double slower) {
+    const bool braking = std::abs(goal) < std::abs(value) || goal * value < 0.0;
+    return approach(value, goal, (braking ? slower : faster) * dt_s);
+  };
+  velocity_ = free ? change(velocity_, wanted_velocity(), acceleration_, deceleration_) : 0.0;
+  rate_ = free ? change(rate_, wanted_rate(), rate_acceleration_, rate_deceleration_) : 0.0;
   double way_m = velocity_ * dt_s, turn_rad = rate_ * dt_s;
   if (way_left_m_) {
     if (std::abs(way_m) >= std::abs(*way_left_m_) || std::abs(*way_left_m_) < 5e-4) {
@@ -210,9 +235,11 @@ void P2osEmulator::run_until(Utime now) {
       heading_goal_.reset();
     }
     move(kStepUs * 1e-6);
+    head_.advance(now_);
     if (open_ && now_ >= next_sip_) {
       next_sip_ = next_sip_ + Duration::from_seconds(options_.cycle_s);
       send(encode_sip(sip()), now_);
+      send_asked(now_);
     }
   }
 }
@@ -234,6 +261,7 @@ Sip P2osEmulator::sip() {
   const Touch touch = world_.touch ? world_.touch() : Touch{};
   sip.left_stall = static_cast<uint8_t>((stalled_ ? 1 : 0) | touch.rear << 1);
   sip.right_stall = static_cast<uint8_t>((stalled_ ? 1 : 0) | touch.front << 1);
+  sip.digital_out = digital_out_;
   sip.flags = static_cast<uint16_t>((motors_on_ ? 1 : 0) | (sonars_on_ ? 0x1E : 0));
   if (!sonars_on_) return sip;
   for (std::size_t i = 0; i < kSonarsPerCycle; ++i) {
@@ -250,6 +278,10 @@ Sip P2osEmulator::sip() {
 void P2osEmulator::advance(Utime now, std::vector<uint8_t>& out) {
   run_until(now);
   output_.advance(now, out);
+  if (baud_after_sending_ != 0 && output_.empty()) {
+    baud_ = std::exchange(baud_after_sending_, 0);
+    output_.set_baud(baud_);
+  }
 }
 
 Utime P2osEmulator::next_event() const {

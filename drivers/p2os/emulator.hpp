@@ -3,7 +3,8 @@
 #include <deque>
 #include <functional>
 
-#include "drivers/p2os/codec.hpp"
+#include "drivers/p2os/accessories.hpp"
+#include "drivers/p2os/camera_head.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
 
@@ -32,10 +33,12 @@ struct P2osEmulatorOptions {
   double default_acceleration_m_per_s2 = 0.3;
   double default_rate_deg_per_s = 50.0;
   double default_rate_acceleration_deg_per_s2 = 100.0;
+  int ticks_per_mm = 39;  ///< of the wheel encoders; ours
 };
 
 /// A Pioneer 2 as its serial line shows it: sync, motion with trapezoids, information packets each
-/// 100 ms, watchdog, stall. Its wheels do what they are told and its own reckoning is exact; what
+/// 100 ms, watchdog, stall; what it tells when asked: its settings, encoders, ports; a camera head
+/// at its second serial port. Its wheels do what they are told and its own reckoning is exact; what
 /// the floor makes of it is the world's.
 class P2osEmulator : public Emulator {
  public:
@@ -54,12 +57,20 @@ class P2osEmulator : public Emulator {
   bool motors_on() const { return motors_on_; }
   double velocity_m_per_s() const { return velocity_; }
   double yaw_rate_rad_per_s() const { return rate_; }
+  const CameraHead& camera_head() const { return head_; }
 
  private:
   void run_until(Utime now);
   void move(double dt_s);
   void handle(std::span<const uint8_t> payload, Utime now);
   void obey(const Command& command);
+  void set_limit(const Command& command);
+  bool answer(const Command& command, Utime now);
+  void set_host_baud(int code);
+  void send_asked(Utime now);
+  RobotConfig config() const;
+  Encoders encoders() const;
+  IoPorts ports() const;
   void send(const Bytes& packet, Utime now) { output_.send(packet, now); }
   Sip sip();
   double wanted_velocity() const;
@@ -78,6 +89,7 @@ class P2osEmulator : public Emulator {
   bool sonars_on_ = false;
   bool stalled_ = false;
   double max_velocity_, max_rate_, acceleration_, rate_acceleration_;
+  double deceleration_, rate_deceleration_;
   double velocity_ = 0.0, rate_ = 0.0;
   double velocity_goal_ = 0.0, rate_goal_ = 0.0;
   std::optional<double> way_left_m_;    ///< of MOVE, signed
@@ -85,6 +97,13 @@ class P2osEmulator : public Emulator {
   double left_m_ = 0.0, right_m_ = 0.0;
   Pose2 reckoned_;  ///< since SETO
   std::size_t next_sonar_ = 0;
+  int baud_ = kBaud;
+  int baud_after_sending_ = 0;
+  bool encoders_asked_ = false;  ///< with each information packet, until told to stop
+  bool ports_asked_ = false;
+  uint8_t digital_out_ = 0;
+  std::size_t aux_wanted_ = 0;
+  CameraHead head_;
 };
 
 }  // namespace marco::drivers::p2os

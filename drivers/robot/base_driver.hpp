@@ -16,6 +16,7 @@ struct BaseOutput {
   std::vector<OdometrySample> odometry;
   std::vector<BaseStatus> status;
   std::vector<SonarRing> sonar;
+  std::vector<PanTiltState> head;
 };
 
 /// How fast moves and turns go unless ordered otherwise.
@@ -53,6 +54,8 @@ class BaseDriver {
   virtual int64_t bad_input() const = 0;
 
   void command(const BaseCommand& command, Utime now);
+  /// For a camera's pan-tilt on the base's own line; a base that carries none passes it over.
+  virtual void look(const PanTiltCommand& /*command*/, Utime /*now*/) {}
   ObstacleGuard& guard() { return guard_; }
   BaseOutput take_output();
   /// Odometry as of now, prediction included.

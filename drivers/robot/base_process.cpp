@@ -26,6 +26,11 @@ class BaseAdapter {
         [this](const base_command_t& message, const process::RawMessage&) {
           driver_.command(from_message(message), wall_now());
         });
+    bus.subscribe<pantilt_command_t>(
+        channels::kPanTiltCommand, drops,
+        [this](const pantilt_command_t& message, const process::RawMessage&) {
+          driver_.look(from_message(message), wall_now());
+        });
     bus.subscribe_raw(std::string(channels::kLidarPattern) + "|SENSOR_INFO|PANTILT_STATE",
                       [this, &drops](const process::RawMessage& raw) { on_sample(raw, drops); });
   }
@@ -45,6 +50,9 @@ class BaseAdapter {
       bus_.publish(channels::kBaseStatus, to_message(status));
     }
     for (const SonarRing& ring : output.sonar) bus_.publish(channels::kSonar, to_message(ring));
+    for (const PanTiltState& head : output.head) {
+      bus_.publish(channels::kPanTiltState, to_message(head));
+    }
   }
 
   BaseDriver& driver() { return driver_; }

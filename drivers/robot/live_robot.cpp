@@ -19,11 +19,6 @@ using drivers::hcs12::PanTiltEmulator;
 
 constexpr double kClicksPerWheelTurn = 65500.0;
 
-Eigen::Vector3d three(const std::vector<double>& values, const char* what) {
-  require(values.size() == 3, std::string(what) + ": expected three numbers");
-  return Eigen::Vector3d(values.data());
-}
-
 }  // namespace
 
 struct LiveRobot::Laser {

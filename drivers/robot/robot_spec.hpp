@@ -3,12 +3,21 @@
 #include <string>
 #include <vector>
 
+#include "common/check.hpp"
 #include "common/options.hpp"
+#include "common/pose3.hpp"
 #include "drivers/hcs12/base_driver.hpp"
 #include "drivers/hcs12/pantilt_driver.hpp"
+#include "drivers/simulator/camera_view.hpp"
 #include "drivers/simulator/simulation_options.hpp"
 
 namespace marco::sim {
+
+/// @throws std::invalid_argument naming `what` unless there are three.
+inline Eigen::Vector3d three(const std::vector<double>& values, const char* what) {
+  require(values.size() == 3, std::string(what) + ": expected three numbers");
+  return Eigen::Vector3d(values.data());
+}
 
 /// The body that meets walls: a box about the turning centre.
 struct BodySpec {
@@ -68,6 +77,27 @@ struct LivePanTiltSpec {
   }
 };
 
+struct LiveCameraSpec {
+  std::string channel = "CAMERA";
+  std::string mount = "robot";  ///< or "pantilt"
+  std::vector<double> position_m{0.1, 0.0, 0.4};
+  std::vector<double> roll_pitch_yaw_deg{0.0, 0.0, 0.0};
+  double rate_hz = 1.0;
+  int jpeg_quality = 85;
+  CameraView view;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("channel", channel);
+    v("mount", mount);
+    v("position_m", position_m);
+    v("roll_pitch_yaw_deg", roll_pitch_yaw_deg);
+    v("rate_hz", rate_hz, Limits{0.01, 60.0});
+    v("jpeg_quality", jpeg_quality, Limits{1, 100});
+    v("view", view);
+  }
+};
+
 /// A robot file (config/robots/*.toml): what marco-sim puts on wheels.
 struct RobotSpec {
   std::string base = "hcs12";  ///< or "p2os"
@@ -81,6 +111,7 @@ struct RobotSpec {
   BodySpec body;
   LivePanTiltSpec pantilt;
   std::vector<LiveLaserSpec> lasers;
+  std::vector<LiveCameraSpec> cameras;
   OdometryOptions wheels;  ///< how far the floor is from what the wheels say
 
   template <class Visitor>
@@ -96,6 +127,7 @@ struct RobotSpec {
     v("body", body);
     v("pantilt", pantilt);
     v("lasers", lasers);
+    v("cameras", cameras);
     v("wheels", wheels);
   }
 };

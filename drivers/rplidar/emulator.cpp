@@ -12,6 +12,7 @@ namespace {
 
 constexpr Duration kAnswerDelay = Duration::from_us(1000);
 constexpr int kGoodQuality = 47;
+constexpr int kA2 = 0x20;  // from this model on the host turns the motor, by PWM
 
 void put(Bytes& bytes, uint32_t value, int size) {
   for (int i = 0; i < size; ++i) bytes.push_back(static_cast<uint8_t>(value >> (8 * i)));
@@ -20,7 +21,10 @@ void put(Bytes& bytes, uint32_t value, int size) {
 }  // namespace
 
 RplidarEmulator::RplidarEmulator(LaserWorld world, const RplidarEmulatorOptions& options)
-    : world_(std::move(world)), options_(options), output_(options.baud) {
+    : world_(std::move(world)),
+      options_(options),
+      output_(options.baud),
+      turning_(options.model < kA2) {
   validate(options, "rplidar_emulator");
 }
 
@@ -32,6 +36,7 @@ void RplidarEmulator::power_cycle(Utime now) {
   output_.clear();
   parser_.clear();
   scan_kind_ = 0;
+  turning_ = options_.model < kA2;
   greeted_ = false;
   ready_ = now + Duration::from_seconds(options_.reset_s);
 }
@@ -49,7 +54,10 @@ void RplidarEmulator::answer(uint8_t kind, const Bytes& data, Utime now) {
 }
 
 void RplidarEmulator::handle(const Request& request, Utime now) {
-  if (request.command == kSetMotorPwm) return;
+  if (request.command == kSetMotorPwm) {
+    if (request.data.size() == 2) turning_ = (request.data[0] | request.data[1] << 8) > 0;
+    return;
+  }
   scan_kind_ = 0;
   Bytes data;
   switch (request.command) {
@@ -77,7 +85,7 @@ void RplidarEmulator::handle(const Request& request, Utime now) {
       answer(kSampleRate, data, now);
       break;
     case kGetAccessoryFlag:
-      put(data, options_.model >= 0x20 ? 1 : 0, 4);
+      put(data, options_.model >= kA2 ? 1 : 0, 4);
       answer(kAccessoryFlag, data, now);
       break;
     case kGetConfiguration:
@@ -125,6 +133,7 @@ Bytes RplidarEmulator::configuration_answer(const Bytes& question) const {
 }
 
 void RplidarEmulator::start_scan(uint8_t kind, Utime now) {
+  if (options_.health == 2) return;  // in its protection stop it measures nothing
   output_.send(encode_descriptor(kind == kNodes ? kNodeSize : kCapsuleSize, true, kind),
                now + kAnswerDelay);
   scan_kind_ = kind;
@@ -142,6 +151,7 @@ Utime RplidarEmulator::sample_time(int64_t sample) const {
 }
 
 double RplidarEmulator::angle_deg(int64_t sample) const {
+  if (!turning_) return 0.0;
   return std::fmod(static_cast<double>(sample) * sample_period_s() * options_.turns_per_s, 1.0) *
          360.0;
 }
@@ -154,7 +164,8 @@ std::vector<double> RplidarEmulator::measure(int count) const {
   sweep.first_bearing_rad = -angle_deg(next_sample_) * kRadPerDeg;
   sweep.bearing_step_rad = -360.0 * sample_period_s() * options_.turns_per_s * kRadPerDeg;
   sweep.beams = count;
-  std::vector<double> ranges_m = world_(sweep);
+  std::vector<double> ranges_m;
+  if (turning_) ranges_m = world_(sweep);
   ranges_m.resize(static_cast<std::size_t>(count), 0.0);
   for (double& range_m : ranges_m) {
     if (!std::isfinite(range_m) || range_m > options_.range_max_m) range_m = 0.0;

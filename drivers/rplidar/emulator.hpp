@@ -36,7 +36,8 @@ struct RplidarEmulatorOptions {
 };
 
 /// The laser as the line shows it: information, health, configuration questions of newer tools,
-/// standard scans (nodes) and legacy express scans (capsules). Its motor always turns.
+/// standard scans (nodes) and legacy express scans (capsules). An A1's motor always turns (its USB
+/// bridge's DTR line does not reach us), an A2's when the host sets its PWM.
 class RplidarEmulator final : public Emulator {
  public:
   RplidarEmulator(LaserWorld world, const RplidarEmulatorOptions& options);
@@ -68,6 +69,7 @@ class RplidarEmulator final : public Emulator {
   PacedOutput output_;
   Utime ready_;
   bool greeted_ = true;  ///< the boot text after a reset is out
+  bool turning_ = true;
   uint8_t scan_kind_ = 0;
   bool first_capsule_ = false;
   Utime scan_start_;

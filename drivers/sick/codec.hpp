@@ -28,7 +28,10 @@ inline constexpr uint8_t kSetMode = 0x20;
 inline constexpr uint8_t kGetValues = 0x30;
 inline constexpr uint8_t kGetStatus = 0x31;
 inline constexpr uint8_t kGetErrors = 0x32;
+inline constexpr uint8_t kGetMean = 0x36;  ///< one reply of a stream of the same kind
+inline constexpr uint8_t kGetSubRange = 0x37;
 inline constexpr uint8_t kGetType = 0x3A;
+inline constexpr uint8_t kGetMeanSubRange = 0x3F;
 inline constexpr uint8_t kSetVariant = 0x3B;
 inline constexpr uint8_t kGetConfiguration = 0x74;
 inline constexpr uint8_t kSetConfiguration = 0x77;
@@ -36,15 +39,24 @@ inline constexpr uint8_t kPowerOnReply = 0x90;
 inline constexpr uint8_t kResetReply = 0x91;
 inline constexpr uint8_t kRejectedReply = 0x92;
 inline constexpr uint8_t kValuesReply = 0xB0;
+inline constexpr uint8_t kMeanReply = 0xB6;
 inline constexpr uint8_t kSubRangeReply = 0xB7;
+inline constexpr uint8_t kMeanSubRangeReply = 0xBF;
+inline constexpr uint8_t kReflectivityReply = 0xC4;
+/// Whether decode_values reads replies of this code.
+bool carries_values(uint8_t code);
 
 /// Arguments of kSetMode.
 using Mode = uint8_t;
 inline constexpr uint8_t kInstallation = 0x00;
+inline constexpr uint8_t kDiagnosis = 0x10;
 inline constexpr uint8_t kContinuous = 0x24;
 inline constexpr uint8_t kOnRequest = 0x25;
-inline constexpr uint8_t kSubRange = 0x27;
+inline constexpr uint8_t kMean = 0x26;          ///< + number of scans
+inline constexpr uint8_t kSubRange = 0x27;      ///< + first, last u16, from 1
+inline constexpr uint8_t kMeanSubRange = 0x28;  ///< + number of scans, first, last
 inline constexpr uint8_t kPartialScans = 0x2A;
+inline constexpr uint8_t kReflectivity = 0x50;  ///< + first, last; "fast" models only
 inline constexpr uint8_t kBaud38400 = 0x40;
 inline constexpr uint8_t kBaud19200 = 0x41;
 inline constexpr uint8_t kBaud9600 = 0x42;
@@ -135,7 +147,7 @@ enum class Special { no_echo, dazzled, overflow, noise, read_error, beyond_range
 std::optional<Special> special_of(uint16_t word, const RangeRule& rule);
 uint16_t word_of(Special special, const RangeRule& rule);
 
-/// The reply B0, or B7 of a sub-range.
+/// The replies B0, B7 of a sub-range, B6 and BF of means, C4 with reflectivities.
 struct MeasuredValues {
   Unit unit = Unit::cm;
   bool partial = false;             ///< one turn of an interlaced scan, not all of it
@@ -143,6 +155,8 @@ struct MeasuredValues {
   std::vector<uint16_t> words;      ///< right to left (counter-clockwise)
   std::vector<uint8_t> indices;     ///< real-time and telegram index, when switched on: 0 or 2
   std::optional<std::array<uint16_t, 2>> sub_range;  ///< first and last, from 1: makes it a B7
+  uint8_t samples = 0;  ///< scans averaged: makes it a B6, with a sub-range a BF
+  Bytes reflectivity;   ///< of the sub-range, one a value; not empty = a C4 with all the values
 };
 Bytes encode_values(const MeasuredValues& values);  ///< payload without status
 std::optional<MeasuredValues> decode_values(const Event& reply);
@@ -171,7 +185,11 @@ struct StatusReport {
   std::string boot_firmware;
   uint8_t mode = kOnRequest;
   bool defect = false;
+  uint8_t variant_type = 0;
   std::array<uint16_t, 8> pollution{};
+  std::array<uint16_t, 4> reference_pollution{};
+  std::array<uint16_t, 8> pollution_calibration{};
+  std::array<uint16_t, 4> reference_calibration{};
   int motor_revolutions = 0;
   int measuring_mode = 0;
   int angle_deg = 180;
@@ -180,6 +198,10 @@ struct StatusReport {
   bool permanent_baud = false;
   uint8_t address = 0;
   Unit unit = Unit::cm;
+  uint8_t restart_mode = 0;
+  uint8_t evaluations = 0;
+  uint8_t field_set = 0;
+  bool laser_on = false;
 };
 Bytes encode_status(const StatusReport& report);  ///< payload without status byte, 153 bytes
 /// Both layouts, of 152 and of 146 bytes.

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <numbers>
 #include <utility>
 
 #include "drivers/transport/paced_output.hpp"
@@ -12,13 +10,7 @@ namespace marco::drivers::sick {
 namespace {
 
 using std::chrono::microseconds;
-constexpr double kTurnS = 1.0 / 75.0;
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr microseconds kStep{50'000};
-constexpr Duration kAckPatience = Duration::from_us(120'000);  // the device's promise: 60 ms
-constexpr Duration kModePatience = Duration::from_us(3'200'000);
-constexpr Duration kReplyPatience = Duration::from_us(1'000'000);
-constexpr Duration kConfigurePatience = Duration::from_us(15'000'000);
 constexpr Duration kSettle = Duration::from_us(250'000);
 constexpr Duration kByteGap = Duration::from_us(30'000);  // the device's promise: 14 ms
 constexpr int kTries = 3;
@@ -51,7 +43,7 @@ SickDriver::SickDriver(ByteStream& stream, const SickOptions& options, Clock clo
       goal_baud_(options.baud),
       measuring_mode_(measuring_mode_for(options.unit, options.range_m)),
       unit_(options.unit == "mm" ? Unit::mm : Unit::cm),
-      turns_(kTurnS) {
+      turns_(1.0) {
   validate(options, "sick");
   require(mode_of_baud(options.baud).has_value(),
           "SICK baud is 9600, 19200, 38400 or 500000; not " + std::to_string(options.baud));
@@ -63,56 +55,7 @@ SickDriver::SickDriver(ByteStream& stream, const SickOptions& options, Clock clo
   look_elsewhere();
 }
 
-int SickDriver::resolution_cdeg() const {
-  return static_cast<int>(std::lround(options_.resolution_deg * 100.0));
-}
-
-int SickDriver::turns_per_scan() const { return options_.interlaced ? 1 : 100 / resolution_cdeg(); }
-
-double SickDriver::scan_period_s() const { return turns_per_scan() * kTurnS; }
-
-LaserSight SickDriver::sight() const {
-  const double fan_s = options_.angle_deg / 360.0 * kTurnS;
-  return {(turns_per_scan() - 1) * kTurnS + fan_s, options_.range_min_m,
-          range_rule(measuring_mode_).first_special * metres(unit_), options_.range_sigma_m};
-}
-
 // ---- asking ------------------------------------------------------------------------------------
-
-Bytes SickDriver::request_of(Phase phase) const {
-  switch (phase) {
-    case Phase::changing_baud:
-      return set_mode_request(*mode_of_baud(goal_baud_));
-    case Phase::asking_type:
-      return encode_request(Bytes{kGetType});
-    case Phase::checking_baud:
-    case Phase::asking_status:
-      return encode_request(Bytes{kGetStatus});
-    case Phase::setting_variant:
-      return set_variant_request(options_.angle_deg, resolution_cdeg());
-    case Phase::reading_configuration:
-      return encode_request(Bytes{kGetConfiguration});
-    case Phase::entering_installation:
-      return installation_request(options_.password);
-    case Phase::configuring:
-      return set_configuration_request(wanted_);
-    case Phase::starting:
-      return set_mode_request(options_.interlaced ? kPartialScans : kContinuous);
-    default:
-      return set_mode_request(kOnRequest);
-  }
-}
-
-uint8_t SickDriver::reply_code_of(Phase phase) const {
-  return static_cast<uint8_t>(request_of(phase)[4] | 0x80);
-}
-
-Duration SickDriver::patience_of(Phase phase) const {
-  if (phase == Phase::finding) return kAckPatience + line_time(20, baud_);
-  if (phase == Phase::configuring) return kConfigurePatience;
-  const bool mode_change = reply_code_of(phase) == (kSetMode | 0x80);
-  return (mode_change ? kModePatience : kReplyPatience) + line_time(200, baud_);
-}
 
 void SickDriver::enter(Phase phase) {
   phase_ = phase;
@@ -257,67 +200,6 @@ void SickDriver::on_reply(const Event& event) {
   enter(phase_after(phase_));
 }
 
-SickDriver::Answer SickDriver::read_reply(const Event& event) {
-  const std::span<const uint8_t> data = event.data();
-  const auto answer = [](bool good) { return good ? Answer::good : Answer::refused; };
-  switch (event.code()) {
-    case kSetMode | 0x80:
-      return answer(!data.empty() && data[0] == 0);
-    case kSetVariant | 0x80:
-      return answer(!data.empty() && data[0] == 1);
-    case kGetType | 0x80:
-      type_.assign(data.begin(), data.end());
-      return Answer::good;
-    case kGetStatus | 0x80: {
-      const auto report = decode_status(event);
-      if (report && report->defect) trouble_ = "the laser reports a defect";
-      return Answer::good;
-    }
-    case kGetConfiguration | 0x80: {
-      const auto read = decode_configuration(event);
-      if (!read) return Answer::refused;
-      wanted_ = *read;
-      wanted_.set_measuring(measuring_mode_, unit_);
-      configured_ = wanted_ == *read;
-      return Answer::good;
-    }
-    case kSetConfiguration | 0x80: {
-      const bool echoed =
-          data.size() >= 8 && data[1 + 5] == wanted_.bytes[5] && data[1 + 6] == wanted_.bytes[6];
-      return answer(!data.empty() && data[0] == 1 && echoed);
-    }
-    default:
-      return Answer::good;
-  }
-}
-
-SickDriver::Phase SickDriver::phase_after(Phase phase) const {
-  switch (phase) {
-    case Phase::finding:
-      return baud_ == goal_baud_ ? Phase::asking_type : Phase::changing_baud;
-    case Phase::changing_baud:
-      return Phase::settling;
-    case Phase::checking_baud:
-      return Phase::asking_type;
-    case Phase::asking_type:
-      return Phase::asking_status;
-    case Phase::asking_status:
-      return Phase::setting_variant;
-    case Phase::setting_variant:
-      return Phase::reading_configuration;
-    case Phase::reading_configuration:
-      return configured_ ? Phase::starting : Phase::entering_installation;
-    case Phase::entering_installation:
-      return Phase::configuring;
-    case Phase::configuring:
-      return Phase::leaving_installation;
-    case Phase::leaving_installation:
-      return Phase::starting;
-    default:
-      return Phase::measuring;
-  }
-}
-
 void SickDriver::on_timeout() {
   if (phase_ == Phase::finding) return look_elsewhere();
   if (tries_ < kTries) return ask();
@@ -328,89 +210,6 @@ void SickDriver::on_timeout() {
   start_over("the laser stopped answering");
 }
 
-// ---- measuring ---------------------------------------------------------------------------------
-
-void SickDriver::on_values(const Event& event, Utime arrival) {
-  const auto values = decode_values(event);
-  if (!values) {
-    ++counts_.drops["inconsistent"];
-    return;
-  }
-  const int beams = beams_of_variant(options_.angle_deg, resolution_cdeg());
-  const bool partial_ok = values->partial && options_.interlaced &&
-                          static_cast<int>(values->words.size()) >= options_.angle_deg;
-  if (!partial_ok && static_cast<int>(values->words.size()) != beams) {
-    ++counts_.drops["other_variant"];
-    return;
-  }
-  if (values->unit != unit_) {
-    ++counts_.drops["other_unit"];
-    return;
-  }
-  if ((event.status() & 7) == 4) {
-    ++counts_.drops["fatal_status"];
-    return;
-  }
-  last_scan_ = arrival;
-  ++counts_.scans;
-  const Utime end = arrival - line_time(event.bytes_total, baud_);
-  const Utime filtered = filter_.update(turns_.update(end), end);
-  ready_.push_back(to_scan(*values, filtered - Duration::from_seconds(scan_period_s()), arrival));
-}
-
-ArrivedScan SickDriver::to_scan(const MeasuredValues& values,
-                                Utime first_beam,
-                                Utime arrival) const {
-  const RangeRule rule = range_rule(measuring_mode_);
-  const double metre = metres(values.unit);
-  const auto beyond_m = static_cast<float>(rule.first_special * metre);
-  ArrivedScan arrived;
-  arrived.arrival = arrival;
-  LaserScan& scan = arrived.scan;
-  const double offset_deg = values.partial ? 0.25 * values.partial_offset_quarters : 0.0;
-  const double step_deg = values.partial ? 1.0 : 0.01 * resolution_cdeg();
-  const int turns = turns_per_scan();
-  scan.utime = first_beam + Duration::from_seconds(offset_deg / 360.0 * kTurnS);
-  scan.first_bearing_rad = (-0.5 * options_.angle_deg + offset_deg) * kRadPerDeg;
-  scan.bearing_step_rad = step_deg * kRadPerDeg;
-  scan.ranges_m.reserve(values.words.size());
-  scan.time_offsets_s.reserve(values.words.size());
-  for (std::size_t i = 0; i < values.words.size(); ++i) {
-    const auto special = special_of(values.words[i], rule);
-    float range_m = static_cast<float>((values.words[i] & rule.distance_mask) * metre);
-    if (special) {
-      const bool nothing_there = *special == Special::no_echo || *special == Special::beyond_range;
-      range_m = nothing_there ? beyond_m : 0.0f;
-    }
-    scan.ranges_m.push_back(range_m);
-    const double in_turn_s = static_cast<double>(i) * step_deg / 360.0 * kTurnS;
-    scan.time_offsets_s.push_back(
-        static_cast<float>(in_turn_s + static_cast<double>(i % turns) * kTurnS));
-  }
-  return arrived;
-}
-
 void SickDriver::stop() { send(set_mode_request(kOnRequest)); }
-
-std::string SickDriver::state() const {
-  char text[200];
-  const std::string complaint = describe_status_byte(status_);
-  if (phase_ == Phase::measuring) {
-    std::snprintf(text, sizeof(text),
-                  "measuring at %d baud%s%s, %lld scans, jitter %.2f ms, max %.2f ms", baud_,
-                  complaint.empty() ? "" : " with ", complaint.c_str(),
-                  static_cast<long long>(counts_.scans), filter_.jitter_s() * 1e3,
-                  filter_.max_delay_s() * 1e3);
-  } else if (phase_ == Phase::finding) {
-    std::snprintf(text, sizeof(text), "looking for the laser, at %d baud", baud_);
-  } else {
-    std::snprintf(text, sizeof(text), "setting the laser up, step %d", static_cast<int>(phase_));
-  }
-  std::string line = text;
-  if (!type_.empty()) line += ", " + type_;
-  if (counts_.garbage_bytes > 0) line += ", garbage bytes " + std::to_string(counts_.garbage_bytes);
-  if (!trouble_.empty()) line += ", " + trouble_;
-  return line;
-}
 
 }  // namespace marco::drivers::sick

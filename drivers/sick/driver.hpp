@@ -57,6 +57,8 @@ class SickDriver final : public LaserDriver {
   bool measuring() const { return phase_ == Phase::measuring; }
 
  private:
+  static constexpr Duration kModePatience = Duration::from_us(3'200'000);
+
   enum class Phase {
     finding,
     changing_baud,

@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
-
-#include "drivers/transport/wall_clock.hpp"
 
 namespace marco::drivers::sick {
 namespace {
@@ -13,7 +10,7 @@ namespace {
 // Silence inside a request after which its beginning is forgotten: far above the 6 ms a host may
 // take, so that a busy machine's pauses do no harm.
 constexpr Duration kRequestGap = Duration::from_us(200'000);
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+constexpr uint16_t kCleanWindow = 600, kDirtyWindow = 200;  // light that comes through
 
 }  // namespace
 
@@ -55,7 +52,7 @@ void SickEmulator::finish_boot(Utime now) {
 }
 
 bool SickEmulator::streaming() const {
-  return !booting_ && (mode_ == kContinuous || mode_ == kSubRange || mode_ == kPartialScans);
+  return !booting_ && mode_ != kOnRequest && mode_ != kDiagnosis;
 }
 
 void SickEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now) {
@@ -92,14 +89,23 @@ void SickEmulator::handle(const Event& request, Utime now) {
     case kSetMode:
       return set_mode(data, now);
     case kGetValues:
-      if (mode_ != kOnRequest || data.size() != 1 || data[0] != 1) break;
-      one_scan_asked_ = true;
-      schedule_turn(now);
-      return;
+      if (data.size() == 1 && data[0] == 1 && ask_one(kContinuous, {}, now)) return;
+      break;
+    case kGetMean:
+      if (ask_one(kMean, data, now)) return;
+      break;
+    case kGetSubRange:
+      if (ask_one(kSubRange, data, now)) return;
+      break;
+    case kGetMeanSubRange:
+      if (ask_one(kMeanSubRange, data, now)) return;
+      break;
     case kGetStatus:
       return reply_status(now);
     case kGetErrors:
-      return reply({kGetErrors | 0x80}, now, 0.0);
+      // Kind (the severity) and number of each; the number is ours.
+      return reply(options_.polluted ? Bytes{kGetErrors | 0x80, 2, 20} : Bytes{kGetErrors | 0x80},
+                   now, 0.0);
     case kGetType: {
       Bytes payload{kGetType | 0x80};
       payload.insert(payload.end(), options_.type.begin(), options_.type.end());
@@ -120,23 +126,63 @@ void SickEmulator::handle(const Event& request, Utime now) {
   reply({kRejectedReply}, now, 0.0);
 }
 
+bool SickEmulator::take_arguments(uint8_t form, std::span<const uint8_t> data) {
+  const bool mean = form == kMean || form == kMeanSubRange;
+  const bool part = form == kSubRange || form == kMeanSubRange || form == kReflectivity;
+  if (data.size() != (mean ? 1u : 0u) + (part ? 4u : 0u)) return false;
+  if (mean && (data[0] < 2 || data[0] > 250)) return false;
+  const std::span<const uint8_t> range = data.subspan(mean ? 1 : 0);
+  if (part) {
+    const auto first = static_cast<uint16_t>(range[0] | range[1] << 8);
+    const auto last = static_cast<uint16_t>(range[2] | range[3] << 8);
+    if (first < 1 || first > last || last > beams_of_variant(angle_deg_, resolution_cdeg_)) {
+      return false;
+    }
+    sub_range_ = {first, last};
+  }
+  samples_ = mean ? data[0] : 0;
+  return true;
+}
+
+bool SickEmulator::ask_one(uint8_t form, std::span<const uint8_t> arguments, Utime now) {
+  if (mode_ != kOnRequest || !take_arguments(form, arguments)) return false;
+  form_ = form;
+  summed_.clear();
+  one_scan_asked_ = true;
+  schedule_turn(now);
+  return true;
+}
+
+bool SickEmulator::accepts_mode(std::span<const uint8_t> data) {
+  const uint8_t mode = data[0];
+  switch (mode) {
+    case kInstallation:
+      return std::string(data.begin() + 1, data.end()) == "SICK_LMS";
+    case kDiagnosis:
+    case kOnRequest:
+      return true;
+    case kReflectivity:
+      if (options_.type.find("S14") == std::string::npos) return false;  // not a fast model
+      [[fallthrough]];
+    case kContinuous:
+    case kMean:
+    case kSubRange:
+    case kMeanSubRange:
+    case kPartialScans:
+      return take_arguments(mode, data.subspan(1));
+    default:
+      // Segments, fields and navigation: no source says what such streams look like.
+      return baud_of_mode(mode).has_value();
+  }
+}
+
 void SickEmulator::set_mode(std::span<const uint8_t> data, Utime now) {
   if (data.empty()) return reply({kRejectedReply}, now, 0.0);
   const uint8_t mode = data[0];
-  const auto new_baud = baud_of_mode(mode);
-  bool accepted = new_baud.has_value();
-  if (mode == kContinuous || mode == kOnRequest || mode == kPartialScans) accepted = true;
-  if (mode == kInstallation) {
-    accepted = std::string(data.begin() + 1, data.end()) == "SICK_LMS";
-  } else if (mode == kSubRange && data.size() == 5) {
-    sub_range_ = {static_cast<uint16_t>(data[1] | data[2] << 8),
-                  static_cast<uint16_t>(data[3] | data[4] << 8)};
-    accepted = sub_range_[0] >= 1 && sub_range_[0] <= sub_range_[1] &&
-               sub_range_[1] <= beams_of_variant(angle_deg_, resolution_cdeg_);
-  }
+  const bool accepted = accepts_mode(data);
   reply({kSetMode | 0x80, static_cast<uint8_t>(accepted ? 0 : 1)}, now, options_.mode_change_s);
   if (!accepted) return;
-  if (new_baud) {
+  if (const auto new_baud = baud_of_mode(mode)) {
     baud_after_reply_ = *new_baud;
     return;
   }
@@ -145,8 +191,9 @@ void SickEmulator::set_mode(std::span<const uint8_t> data, Utime now) {
 }
 
 void SickEmulator::start_measuring(uint8_t mode, Utime now) {
-  mode_ = mode;
+  mode_ = form_ = mode;
   one_scan_asked_ = false;
+  summed_.clear();
   if (streaming()) schedule_turn(now);
 }
 
@@ -185,7 +232,14 @@ void SickEmulator::reply_status(Utime now) {
   report.firmware = options_.type.substr(options_.type.rfind(';') + 1);
   report.boot_firmware = "V01.10";
   report.mode = installation_ ? static_cast<uint8_t>(kInstallation) : mode_;
-  if (options_.polluted) report.pollution.fill(200);
+  report.variant_type = 1;
+  report.pollution_calibration.fill(kCleanWindow);
+  report.reference_calibration.fill(kCleanWindow);
+  report.reference_pollution.fill(kCleanWindow);
+  report.pollution.fill(options_.polluted ? kDirtyWindow : kCleanWindow);
+  report.restart_mode = configuration_.bytes[10];
+  report.evaluations = configuration_.bytes[9];
+  report.laser_on = true;
   report.motor_revolutions = static_cast<int>(std::lround(60.0 / options_.turn_s));
   report.measuring_mode = configuration_.measuring_mode();
   report.angle_deg = angle_deg_;
@@ -195,89 +249,6 @@ void SickEmulator::reply_status(Utime now) {
   report.address = static_cast<uint8_t>(options_.address & 0x7F);
   report.unit = configuration_.unit();
   reply(encode_status(report), now, 0.0);
-}
-
-int SickEmulator::turns_per_scan() const { return partial_mode() ? 1 : 100 / resolution_cdeg_; }
-
-void SickEmulator::schedule_turn(Utime not_before) {
-  const double turns = (not_before - mirror_start_).seconds() / options_.turn_s;
-  turn_end_ = static_cast<int64_t>(std::ceil(turns)) + turns_per_scan();
-}
-
-uint16_t SickEmulator::word_of_range(double range_m) const {
-  const RangeRule rule = range_rule(configuration_.measuring_mode());
-  if (std::isnan(range_m)) return word_of(Special::dazzled, rule);
-  if (std::isinf(range_m)) return word_of(Special::no_echo, rule);
-  const double units = std::max(0.0, range_m) / metres(configuration_.unit());
-  if (units >= rule.first_special - 0.5) return word_of(Special::beyond_range, rule);
-  return static_cast<uint16_t>(std::lround(units));
-}
-
-MeasuredValues SickEmulator::measure(Utime first_beam) const {
-  const int turns = turns_per_scan();
-  const int all_turns = 100 / resolution_cdeg_;
-  MeasuredValues values;
-  values.unit = configuration_.unit();
-  int first_offset = 0;
-  if (partial_mode()) {
-    const auto turn = static_cast<int64_t>(
-        std::llround((first_beam - mirror_start_).seconds() / options_.turn_s));
-    first_offset = static_cast<int>(turn % all_turns);
-    values.partial = true;
-    values.partial_offset_quarters = first_offset * resolution_cdeg_ / 25;
-  }
-  const int whole = angle_deg_ + (turns > 1 || first_offset == 0 ? 1 : 0);
-  values.words.resize(turns > 1 ? static_cast<std::size_t>(angle_deg_ * turns + 1)
-                                : static_cast<std::size_t>(whole));
-  for (int turn = 0; turn < turns; ++turn) {
-    const int offset = first_offset + turn;
-    LaserSweep sweep;
-    sweep.first_beam =
-        first_beam + Duration::from_seconds(turn * options_.turn_s +
-                                            offset * resolution_cdeg_ / 36000.0 * options_.turn_s);
-    sweep.beam_interval_s = options_.turn_s / 360.0;
-    sweep.first_bearing_rad = (-0.5 * angle_deg_ + offset * resolution_cdeg_ * 0.01) * kRadPerDeg;
-    sweep.bearing_step_rad = kRadPerDeg;
-    sweep.beams = angle_deg_ + (offset == 0 ? 1 : 0);
-    const std::vector<double> ranges_m = world_(sweep);
-    for (std::size_t i = 0; i < ranges_m.size() && i < static_cast<std::size_t>(sweep.beams); ++i) {
-      values.words[i * static_cast<std::size_t>(turns) + static_cast<std::size_t>(turn)] =
-          word_of_range(ranges_m[i]);
-    }
-  }
-  return values;
-}
-
-void SickEmulator::finish_turn(Utime now) {
-  const int turns = turns_per_scan();
-  const Utime end =
-      mirror_start_ + Duration::from_seconds(static_cast<double>(turn_end_) * options_.turn_s);
-  if (now < end) return;
-  const Utime first_beam = end - Duration::from_seconds(turns * options_.turn_s);
-  MeasuredValues values = measure(first_beam);
-  if (mode_ == kSubRange) {
-    values.sub_range = sub_range_;
-    values.words = {values.words.begin() + sub_range_[0] - 1, values.words.begin() + sub_range_[1]};
-  }
-  if ((configuration_.availability() & 2) != 0) {
-    const auto index = static_cast<uint8_t>(scans_sent_);
-    values.indices = {static_cast<uint8_t>(turn_end_), index};
-  }
-  const auto status = static_cast<uint8_t>(kHealthy | (options_.polluted ? 0x80 : 0));
-  output_.send(encode_reply(encode_values(values), status, static_cast<uint8_t>(options_.address)),
-               end);
-  ++scans_sent_;
-  last_values_ = std::move(values);
-  last_first_beam_ = first_beam;
-  one_scan_asked_ = false;
-  // Scans that end while the line is taken are never sent.
-  const int64_t was = turn_end_;
-  do {
-    turn_end_ += turns;
-  } while (mirror_start_ +
-               Duration::from_seconds(static_cast<double>(turn_end_) * options_.turn_s) <
-           output_.free_at());
-  scans_dropped_ += (turn_end_ - was) / turns - 1;
 }
 
 void SickEmulator::garble(std::vector<uint8_t>& out, std::size_t from) const {

@@ -39,8 +39,9 @@ struct SickEmulatorOptions {
 
 /// The laser as the line shows it: deaf and unreadable at a wrong speed, ACK and NAK, its modes,
 /// variants, configuration and resets, scans in step with its mirror, of which it drops those the
-/// line has no time for. A scan of 0.5 or 0.25 degrees is made of two or four turns of whole
-/// degrees, each asked of the world at its own time.
+/// line has no time for, means, parts and reflectivities. Modes of which no source shows the
+/// replies (segments, fields, navigation) are refused. A scan of 0.5 or 0.25 degrees is made of two
+/// or four turns of whole degrees, each asked of the world at its own time.
 class SickEmulator final : public Emulator {
  public:
   SickEmulator(LaserWorld world, const SickEmulatorOptions& options);
@@ -67,6 +68,9 @@ class SickEmulator final : public Emulator {
   void boot(Utime now);
   void finish_boot(Utime now);
   void handle(const Event& request, Utime now);
+  bool take_arguments(uint8_t form, std::span<const uint8_t> data);
+  bool ask_one(uint8_t form, std::span<const uint8_t> arguments, Utime now);
+  bool accepts_mode(std::span<const uint8_t> data);
   void set_mode(std::span<const uint8_t> data, Utime now);
   void set_variant(std::span<const uint8_t> data, Utime now);
   void set_configuration(std::span<const uint8_t> data, Utime now);
@@ -74,9 +78,10 @@ class SickEmulator final : public Emulator {
   void reply_status(Utime now);
   void start_measuring(uint8_t mode, Utime now);
   int turns_per_scan() const;
-  bool partial_mode() const { return mode_ == kPartialScans; }
+  bool partial_mode() const { return form_ == kPartialScans; }
   void finish_turn(Utime now);
   void schedule_turn(Utime not_before);
+  uint8_t reflectivity_of(uint16_t word) const;
   uint16_t word_of_range(double range_m) const;
   MeasuredValues measure(Utime first_beam) const;
   void garble(std::vector<uint8_t>& out, std::size_t from) const;
@@ -92,6 +97,9 @@ class SickEmulator final : public Emulator {
   bool booting_ = false;
   Utime mirror_start_;
   uint8_t mode_ = kOnRequest;
+  uint8_t form_ = kOnRequest;                  ///< of the replies that are measured now, as a mode
+  uint8_t samples_ = 0;                        ///< scans in a mean
+  std::vector<std::vector<uint16_t>> summed_;  ///< of the mean that is coming
   bool installation_ = false;
   bool one_scan_asked_ = false;
   std::array<uint16_t, 2> sub_range_{1, 1};

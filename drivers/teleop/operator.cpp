@@ -8,6 +8,7 @@ namespace marco::teleop {
 namespace {
 
 constexpr double kHeadEveryS = 0.5;  // of the gamepad's stick: the board wants its moves one by one
+constexpr double kAheadRad = 0.02;
 constexpr Utime kForever = Utime::from_us(INT64_MAX / 4);
 
 }  // namespace
@@ -162,6 +163,11 @@ Operator::Orders Operator::step(Utime now) {
   if ((head_pan_ != 0.0 || head_tilt_ != 0.0) && (now - last_head_).seconds() >= kHeadEveryS) {
     last_head_ = now;
     turn_head(head_pan_ * options_.gaze_step_deg, head_tilt_ * options_.gaze_step_deg, now);
+  }
+  if (head_ && !std::exchange(looked_, true) && options_.look_ahead_at_start) {
+    const bool ahead =
+        std::abs(head_->pan_rad) < kAheadRad && std::abs(head_->tilt_rad) < kAheadRad;
+    if (!ahead && orders_.pantilt.empty()) look(0.0, 0.0, now);
   }
   return std::exchange(orders_, {});
 }

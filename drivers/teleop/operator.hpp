@@ -19,6 +19,8 @@ struct OperatorOptions {
   double key_holds_s = 0.6;  ///< a terminal repeats a held key after about half a second
   double send_hz = 10.0;
   double gamepad_dead_zone = 0.15;
+  /// A laser on the head draws the map only when it is level, which a pan-tilt's home may not be.
+  bool look_ahead_at_start = true;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -30,6 +32,7 @@ struct OperatorOptions {
     v("key_holds_s", key_holds_s, kPositive);
     v("send_hz", send_hz, Limits{2.5, 50.0});
     v("gamepad_dead_zone", gamepad_dead_zone, Limits{0.0, 0.9});
+    v("look_ahead_at_start", look_ahead_at_start);
   }
 };
 
@@ -76,6 +79,7 @@ class Operator {
   Utime last_sent_;
   Utime last_head_;
   std::optional<PanTiltState> head_;
+  bool looked_ = false;                      ///< ahead, at the start
   double head_pan_ = 0.0, head_tilt_ = 0.0;  ///< of the gamepad's second stick
   Orders orders_;
   int64_t id_ = 0;

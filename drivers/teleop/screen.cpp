@@ -123,16 +123,14 @@ std::vector<std::string> map_lines(const RobotView& view, int columns, int rows)
 }  // namespace
 
 void RobotView::add_tile(GridMap tile, int64_t revision) {
-  if (revision != map_revision) {
-    // Tiles of one revision share an origin; a map that grew has another, and all its tiles come.
-    if (!map_tiles.empty()) {
-      const GridMap& old = map_tiles.begin()->second;
-      const Eigen::Vector2d shift = (tile.origin_m - old.origin_m) / (256.0 * tile.resolution_m);
-      const bool same_raster = (shift - shift.array().round().matrix()).norm() < 1e-6;
-      if (!same_raster) map_tiles.clear();
-    }
-    map_revision = revision;
+  // A map that grew has another origin, and all its tiles come; its revision may be the old one.
+  if (!map_tiles.empty()) {
+    const GridMap& old = map_tiles.begin()->second;
+    const Eigen::Vector2d shift = (tile.origin_m - old.origin_m) / (256.0 * tile.resolution_m);
+    const bool same_raster = (shift - shift.array().round().matrix()).norm() < 1e-6;
+    if (!same_raster) map_tiles.clear();
   }
+  map_revision = revision;
   const std::pair<double, double> origin{tile.origin_m.x(), tile.origin_m.y()};
   map_tiles[origin] = std::move(tile);
 }

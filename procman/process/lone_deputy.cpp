@@ -14,7 +14,10 @@
 
 namespace marco::procman {
 
-LoneDeputy::LoneDeputy(const std::string& config_path, const std::string& lcm_url, bool quiet) {
+LoneDeputy::LoneDeputy(const std::string& config_path,
+                       const std::string& lcm_url,
+                       bool quiet,
+                       bool accept_any_orders) {
   const std::string program =
       std::filesystem::read_symlink("/proc/self/exe").parent_path() / "marco-procman-deputy";
   const pid_t parent = getpid();
@@ -32,7 +35,7 @@ LoneDeputy::LoneDeputy(const std::string& config_path, const std::string& lcm_ur
   }
   if (!lcm_url.empty()) setenv("LCM_DEFAULT_URL", lcm_url.c_str(), 1);
   execl(program.c_str(), program.c_str(), "-i", "localhost", "--script", config_path.c_str(),
-        nullptr);
+        accept_any_orders ? "--accept-any-orders" : nullptr, nullptr);
   std::perror(program.c_str());
   _exit(1);
 }

@@ -11,7 +11,11 @@ class LoneDeputy {
  public:
   /// Call before there are threads. Looks for marco-procman-deputy beside this program.
   /// @param quiet its messages go nowhere: there is a screen.
-  LoneDeputy(const std::string& config_path, const std::string& lcm_url, bool quiet);
+  /// @param accept_any_orders it runs what is not in the file, too.
+  LoneDeputy(const std::string& config_path,
+             const std::string& lcm_url,
+             bool quiet,
+             bool accept_any_orders = false);
 
   /// Ends it and all its commands, and waits for that.
   ~LoneDeputy();

@@ -16,7 +16,6 @@ namespace {
 
 constexpr int64_t kDrawPeriodUs = 100'000;
 constexpr int64_t kNoticeUs = 6'000'000;
-constexpr int control(char letter) { return letter & 0x1f; }
 
 void define_colours() {
   if (!has_colors()) return;
@@ -33,7 +32,8 @@ void define_colours() {
 
 }  // namespace
 
-Screen::Screen(SheriffProcess& sheriff) : sheriff_(sheriff) {
+Screen::Screen(SheriffProcess& sheriff, std::string config_path)
+    : sheriff_(sheriff), path_(std::move(config_path)) {
   if (isatty(STDIN_FILENO) == 0 || isatty(STDOUT_FILENO) == 0) {
     throw std::runtime_error("this is no terminal; without a screen: -n SCRIPT");
   }
@@ -66,8 +66,7 @@ void Screen::step() {
   }
   if (sheriff_.take_other_sheriff_seen()) {
     sheriff_.state().set_observer(true);
-    notice_ = "another sheriff is at work: now only watching; o = give orders again";
-    notice_until_us_ = monotonic_us() + kNoticeUs;
+    say("another sheriff is at work: now only watching; o = give orders again");
   }
   if (keys || monotonic_us() - drawn_us_ >= kDrawPeriodUs) draw();
 }
@@ -77,6 +76,10 @@ void Screen::on_key(int key) {
     wants_to_end_ = true;
   } else if (mode_ == Mode::scripts) {
     on_scripts_key(key);
+  } else if (mode_ == Mode::form) {
+    on_form_key(key);
+  } else if (mode_ == Mode::path) {
+    on_path_key(key);
   } else if (mode_ == Mode::help) {
     mode_ = Mode::table;
   } else {
@@ -130,6 +133,18 @@ void Screen::on_table_key(int key) {
     case '?':
       mode_ = Mode::help;
       break;
+    case 'n':
+      open_form(false);
+      break;
+    case control('e'):
+      open_form(true);
+      break;
+    case KEY_DC:
+      remove_chosen();
+      break;
+    case 'w':
+      mode_ = Mode::path;
+      break;
     default:
       order(key);
   }
@@ -143,9 +158,8 @@ void Screen::order(int key) {
   const ScriptRunner* script = sheriff_.script();
   const bool script_runs = script != nullptr && script->state() == ScriptRunner::State::running;
   if (sheriff_.state().observer() || script_runs) {
-    notice_ = script_runs ? "a script is running; a = abort it" : "only watching; o = give orders";
-    notice_until_us_ = monotonic_us() + kNoticeUs;
-    return;
+    return say(script_runs ? "a script is running; a = abort it"
+                           : "only watching; o = give orders");
   }
   if (chosen_ >= static_cast<int>(rows_.size())) return;
   const TableRow& row = rows_[static_cast<std::size_t>(chosen_)];
@@ -167,11 +181,15 @@ void Screen::on_scripts_key(int key) {
   if (key != '\n' && key != '\r' && key != KEY_ENTER) return;
   mode_ = Mode::table;
   if (sheriff_.state().observer()) {
-    notice_ = "only watching; o = give orders";
-    notice_until_us_ = monotonic_us() + kNoticeUs;
+    say("only watching; o = give orders");
   } else if (chosen_script_ <= last) {
     sheriff_.run_script(scripts[static_cast<std::size_t>(chosen_script_)].name);
   }
+}
+
+void Screen::say(const std::string& notice) {
+  notice_ = notice;
+  notice_until_us_ = monotonic_us() + kNoticeUs;
 }
 
 void Screen::move(int rows) {

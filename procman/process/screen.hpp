@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "procman/command_form.hpp"
 #include "procman/command_table.hpp"
 #include "procman/process/sheriff_process.hpp"
 
@@ -11,13 +13,16 @@ struct screen;  // of ncurses
 
 namespace marco::procman {
 
+/// The key code of Ctrl and a letter.
+constexpr int control(char letter) { return letter & 0x1f; }
+
 /// The sheriff in a terminal: the table of commands above, the chosen command's output or the event
 /// log below. Owns the terminal while it lives.
 class Screen {
  public:
-  /// @param sheriff outlives the screen.
+  /// @param sheriff outlives the screen. @param config_path proposed for saving.
   /// @throws std::runtime_error when standard input and output are no terminal.
-  explicit Screen(SheriffProcess& sheriff);
+  explicit Screen(SheriffProcess& sheriff, std::string config_path = "");
   ~Screen();
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
@@ -28,11 +33,18 @@ class Screen {
   bool wants_to_end() const { return wants_to_end_; }
 
  private:
-  enum class Mode { table, scripts, help };
+  enum class Mode { table, scripts, help, form, path };
 
   void on_key(int key);
   void on_table_key(int key);
   void on_scripts_key(int key);
+  void on_form_key(int key);
+  void on_path_key(int key);
+  void open_form(bool edit);
+  void save_form();
+  void save_config();
+  void remove_chosen();
+  void say(const std::string& notice);
   void order(int key);
   void move(int rows);
   void fold(bool folded);
@@ -44,6 +56,7 @@ class Screen {
   void draw_bottom();
   void draw_box(const std::vector<std::string>& lines, int chosen);
   void draw_scripts();
+  void draw_form();
   std::vector<std::string> output_lines(std::string& title) const;
 
   SheriffProcess& sheriff_;
@@ -62,6 +75,9 @@ class Screen {
   Mode mode_ = Mode::table;
   std::string notice_;
   int64_t notice_until_us_ = 0;
+  std::optional<CommandForm> form_;
+  std::string path_;      ///< that is being typed
+  std::string removing_;  ///< asked once whether to remove it
   int64_t drawn_us_ = 0;
 };
 

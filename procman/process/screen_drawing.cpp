@@ -62,6 +62,8 @@ const std::vector<std::string>& help_lines() {
       "PgDn     newer output        a     abort the script",
       "End      newest output       o     observer on or off",
       "e        events or output    q ^Q  quit",
+      "n        new command         ^E    edit the command",
+      "Del Del  remove the command  w     write the file",
       "s, t and r on a group mean all its commands."};
   return lines;
 }
@@ -88,6 +90,7 @@ void Screen::draw() {
   draw_bottom();
   if (mode_ == Mode::help) draw_box(help_lines(), -1);
   if (mode_ == Mode::scripts) draw_scripts();
+  if (mode_ == Mode::form) draw_form();
   refresh();
 }
 
@@ -177,7 +180,9 @@ void Screen::draw_bottom() {
     if (!script->waiting_for().empty()) line += ", waits for " + script->waiting_for();
     line += " (a = abort)";
   }
-  const bool notice = monotonic_us() < notice_until_us_;
+  if (mode_ == Mode::path) line = "write the file (Enter, Esc): " + path_;
+  if (mode_ == Mode::form) line = "Enter or Down: next field   ^S: done   Esc: leave it";
+  const bool notice = monotonic_us() < notice_until_us_ && mode_ != Mode::path;
   if (notice) attron(A_BOLD | A_REVERSE);
   put(LINES - 1, 0, notice ? notice_ : line, COLS - 1);
   if (notice) attroff(A_BOLD | A_REVERSE);
@@ -201,6 +206,16 @@ void Screen::draw_box(const std::vector<std::string>& lines, int chosen) {
     attron(A_REVERSE);
   }
   attroff(A_REVERSE);
+}
+
+void Screen::draw_form() {
+  std::vector<std::string> lines;
+  for (const CommandForm::Field& field : form_->fields()) {
+    std::string line = format("%-18s ", field.name) + printable(field.text);
+    if (&field == &form_->fields()[form_->chosen()]) line += "_";
+    lines.push_back(line);
+  }
+  draw_box(lines, static_cast<int>(form_->chosen()));
 }
 
 void Screen::draw_scripts() {

@@ -25,6 +25,7 @@ struct SheriffArguments {
   bool observer = false;
   bool lone = false;
   bool show_output = false;
+  bool accept_any_orders = false;
 };
 
 void add_arguments(CLI::App& app, SheriffArguments& arguments) {
@@ -37,6 +38,8 @@ void add_arguments(CLI::App& app, SheriffArguments& arguments) {
   app.add_option("--on-script-complete", arguments.on_script_complete,
                  "what then: exit (the default without a screen) or observer")
       ->check(CLI::IsMember({"exit", "observer", "observe"}));
+  app.add_flag("--accept-any-orders", arguments.accept_any_orders,
+               "the deputy of -l runs what is not in the file, too: commands made on the screen");
   app.add_flag("--output", arguments.show_output, "without a screen: print the commands' output");
   app.add_option("-u,--lcmurl,--lcm-url", arguments.lcm_url,
                  "default: LCM_DEFAULT_URL, or this host only");
@@ -98,7 +101,7 @@ int run_headless(SheriffProcess& sheriff, const SheriffArguments& arguments) {
 }
 
 int run_screen(SheriffProcess& sheriff, const SheriffArguments& arguments) {
-  procman::Screen screen(sheriff);
+  procman::Screen screen(sheriff, arguments.config);
   if (!arguments.script.empty()) sheriff.run_script(arguments.script);
   bool script_over = arguments.script.empty();
   while (sheriff.stop_signals() == 0 && !screen.wants_to_end()) {
@@ -126,8 +129,8 @@ int main(int argc, char** argv) {
     if (check(arguments, config) != 0) return 1;
     std::unique_ptr<procman::LoneDeputy> lone;
     if (arguments.lone) {
-      lone = std::make_unique<procman::LoneDeputy>(arguments.config, arguments.lcm_url,
-                                                   !arguments.no_screen);
+      lone = std::make_unique<procman::LoneDeputy>(
+          arguments.config, arguments.lcm_url, !arguments.no_screen, arguments.accept_any_orders);
     }
     SheriffProcess sheriff(arguments.lcm_url, config, arguments.observer);
     const int code =

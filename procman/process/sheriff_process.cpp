@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/check.hpp"
 #include "procman/process/message_check.hpp"
 #include "procman/process/messages.hpp"
 #include "procman_lcm/discovery_t.hpp"
@@ -57,6 +58,27 @@ SheriffProcess::SheriffProcess(const std::string& lcm_url, Config config, bool o
   question.transmitter_id = state_.id();
   question.nonce = 0;
   publish(channels::kDiscover, question);
+}
+
+void SheriffProcess::require_editable() const {
+  require(!state_.observer(), "only watching; o = give orders");
+  require(!script_ || script_->state() != ScriptRunner::State::running,
+          "a script is running; a = abort it");
+}
+
+void SheriffProcess::put_command(const PlacedCommand& placed) {
+  require_editable();
+  const bool is_new = !state_.commands().contains(placed.command.id);
+  procman::put_command(config_, placed);
+  state_.put(placed);
+  note((is_new ? "new command " : "changed command ") + placed.command.id);
+}
+
+void SheriffProcess::remove_command(const std::string& id) {
+  require_editable();
+  state_.remove(id);
+  procman::remove_command(config_, id);
+  note("removed command " + id);
 }
 
 void SheriffProcess::subscribe() {

@@ -41,6 +41,11 @@ class SheriffProcess {
   /// Whether orders of a sheriff not seen before came since the last call.
   bool take_other_sheriff_seen();
 
+  /// Changes what the sheriff knows and its config alike; see SheriffState.
+  /// @throws std::invalid_argument for an observer, or while a script runs.
+  void put_command(const PlacedCommand& placed);
+  void remove_command(const std::string& id);
+
   SheriffState& state() { return state_; }
   const SheriffState& state() const { return state_; }
   const Config& config() const { return config_; }
@@ -56,6 +61,7 @@ class SheriffProcess {
 
  private:
   void subscribe();
+  void require_editable() const;
   void hear_channels_of_script();
   void send_due_orders();
   template <class Message>

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 
 #include "tests/process/procman/procman_bench.hpp"
 
@@ -13,6 +14,9 @@ namespace {
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
+
+// For a machine under load; what comes is seen at once.
+constexpr double kPatienceS = 40.0;
 
 const char* const kScreenRobot = R"(
 group "drivers" {
@@ -58,13 +62,17 @@ class ScreenTest : public ProcmanBench {
     pclose(pipe);
     return text;
   }
+  std::string file(const std::string& name) const {
+    std::ifstream in(folder_ + "/" + name);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
   void keys(const std::string& names) const { tmux("send-keys " + names); }
   std::string screen() const { return tmux("capture-pane -p"); }
   std::string coloured_screen() const { return tmux("capture-pane -p -e"); }
 
   ::testing::AssertionResult shows(const std::string& pattern) {
     const testing::Matcher<std::string> matcher = ContainsRegex(pattern);
-    if (wait_until([&] { return matcher.Matches(screen()); }, 8.0))
+    if (wait_until([&] { return matcher.Matches(screen()); }, kPatienceS))
       return testing::AssertionSuccess();
     return testing::AssertionFailure() << "'" << pattern << "' is not in:\n" << screen();
   }
@@ -120,11 +128,54 @@ TEST_F(ScreenTest, RestartsKeepTheCommandChosenAndScrollingWorks) {
   EXPECT_TRUE(shows("slam +localhost +Running"));
   keys("Down Down Down C-r");
   EXPECT_TRUE(shows("output of lidar\nscan 1"));
-  for (int i = 0; i < 15; ++i) keys("r"), wait_until([] { return false; }, 0.05);
+  for (int i = 0; i < 15; ++i) {
+    const int32_t before = status("lidar").pid;
+    keys("r");
+    wait_until([&] { return status("lidar").pid != 0 && status("lidar").pid != before; },
+               kPatienceS);
+  }
   keys("PPage");
   EXPECT_TRUE(shows("lines up"));
   keys("End");
   EXPECT_THAT(screen(), Not(HasSubstr("lines up")));
+}
+
+TEST_F(ScreenTest, CommandsAreMadeChangedRemovedAndWritten) {
+  if (!open_screen("-l --accept-any-orders")) return;
+  ASSERT_TRUE(shows("slam +localhost +Stopped \\(OK\\)"));
+  keys("n");
+  EXPECT_TRUE(shows("working_directory"));
+  keys("-l gps");
+  keys("Enter");
+  keys("-l 'echo fix; exec sleep 1000'");
+  keys("C-s");  // echo takes all of it: no shell
+  EXPECT_TRUE(shows("gps +localhost +Stopped"));
+  keys("s");
+  EXPECT_TRUE(shows("output of gps\nfix; exec sleep 1000"));
+  keys("C-e");
+  EXPECT_TRUE(shows("exec +echo fix; exec sleep 1000_"));
+  keys("C-u");
+  keys("-l 'sleep 1000'");
+  keys("C-s");
+  EXPECT_TRUE(shows("gps +localhost +Stopped \\(OK\\) +[0-9.]+ +[0-9]+ +sleep 1000"));
+  keys("s");
+  EXPECT_TRUE(shows("gps +localhost +Running"));
+  keys("w");
+  EXPECT_TRUE(shows("write the file .Enter, Esc.: .*robot.procman"));
+  keys("-l .saved");
+  keys("Enter");
+  EXPECT_TRUE(shows("written: .*robot.procman.saved"));
+  keys("DC");
+  EXPECT_TRUE(shows("Del again removes gps"));
+  keys("DC");
+  EXPECT_TRUE(wait_until([&] { return screen().find("gps  ") == std::string::npos; }, kPatienceS));
+  keys("n Escape");
+  EXPECT_TRUE(shows("s start  t stop"));
+  keys("q");
+  EXPECT_TRUE(shows("exit 0"));
+  const std::string written = file("robot.procman.saved");
+  EXPECT_THAT(written, HasSubstr("cmd \"gps\" {\n  exec = \"sleep 1000\";\n"));
+  EXPECT_THAT(written, HasSubstr("script \"second\""));
 }
 
 TEST_F(ScreenTest, SigtermEndsItAndRestoresTheTerminal) {

@@ -39,7 +39,7 @@ TEST(Scip, VectorsBothWays) {
   EXPECT_EQ(encode_reply({"BM", "00", {}}), ascii("BM\n00P\n\n"));
   EXPECT_EQ(encode_reply({"QT", "00", {}}), ascii("QT\n00P\n\n"));
   const ScanRequest request{true, 3, 44, 48, 1, 0, 0};
-  const Measurement scan{16'000'000, {1000, 1001, 1002, 1003, 20}};
+  const Measurement scan{16'000'000, {1000, 1001, 1002, 1003, 20}, {}};
   const Bytes line = ascii("MD0044004801000\n99b\nm2@0?\n0?X0?Y0?Z0?[00D6\n\n");
   EXPECT_EQ(encode_reply(encode_measurement(request, 0, scan)), line);
   const auto replies = replies_in({line});
@@ -97,7 +97,7 @@ TEST(Scip, FindsAnyScansInAnySplitAndResynchronizes) {
   std::vector<Bytes> telegrams;
   std::vector<Bytes> messages;
   for (uint32_t i = 0; i < 8; ++i) {
-    Measurement scan{i * 100, {}};
+    Measurement scan{i * 100, {}, {}};
     for (int k = 0; k < 150; ++k) scan.values_mm.push_back(random() % 262'144);
     telegrams.push_back(encode_reply(encode_measurement(request, 0, scan)));
     messages.push_back(with_stamp(scan));
@@ -259,6 +259,100 @@ TEST(HokuyoEmulator, AnswersAsTheVendorsToolsAsk) {
   for (int i = 0; i < 50; ++i) emulator.advance(now = now + Duration::from_us(10'000), out);
   EXPECT_EQ(replies_in({out}).size(), 2u);
   EXPECT_EQ(replies_in({out})[1].echo, "MD0044072501000");
+}
+
+struct Asked {
+  explicit Asked(HokuyoEmulatorOptions options = {}) : emulator(test_world, options) {
+    emulator.on_connection(true, now);
+  }
+  std::string ask(const std::string& line, int wait_us = 5000, int baud = 115'200) {
+    emulator.receive(ascii(line), baud, now);
+    Bytes out;
+    for (int at = 0; at < wait_us; at += 1000) {
+      emulator.advance(now = now + Duration::from_us(1000), out);
+    }
+    return std::string(out.begin(), out.end());
+  }
+  HokuyoEmulator emulator;
+  Utime now = Utime::from_us(1'000'000'000);
+};
+
+TEST(HokuyoEmulator, TellsItsTimeBetweenTm0AndTm2) {
+  Asked laser;
+  EXPECT_EQ(laser.ask("TM2\n"), "TM2\n03S\n\n");
+  EXPECT_EQ(laser.ask("TM1\n"), "TM1\n04T\n\n");
+  EXPECT_EQ(laser.ask("TM0\n"), "TM0\n00P\n\n");
+  EXPECT_EQ(laser.ask("QT\n"), "QT\n0Ee\n\n");  // how vendors' tools find this state
+  ReplyParser parser;
+  parser.push(ascii(laser.ask("TM1\n")));
+  const auto reply = parser.next();
+  ASSERT_TRUE(reply && reply->done() && reply->lines.size() == 1);
+  EXPECT_EQ(decode_number(reply->lines[0]), 20u);  // four requests of 5 ms
+  EXPECT_EQ(laser.ask("TM2\n"), "TM2\n00P\n\n");
+  EXPECT_EQ(laser.ask("QT\n"), "QT\n00P\n\n");
+}
+
+TEST(HokuyoEmulator, IntensitiesAndEchoesAreTheLargeModels) {
+  Asked urg;
+  urg.ask("BM\n");
+  EXPECT_EQ(urg.ask("GE0044072500\n"), "GE0044072500\n0Ee\n\n");
+  EXPECT_EQ(urg.ask("HD0044072500\n"), "HD0044072500\n0Ee\n\n");
+  HokuyoEmulatorOptions large;
+  large.model = "UTM-30LX";
+  Asked utm(large);
+  utm.ask("BM\n");
+  for (const char* line :
+       {"GE0000108000", "HE0000108000", "HD0000108000", "ME0000108000001", "ND0000108002001"}) {
+    const ScanRequest request = parse_scan_request(line).value();
+    EXPECT_EQ(request.line().substr(0, 10), std::string(line).substr(0, 10));
+    const auto replies = replies_in({ascii(utm.ask(std::string(line) + "\n", 100'000))});
+    ASSERT_FALSE(replies.empty()) << line;
+    const auto scan = decode_measurement(replies.back(), request);
+    ASSERT_TRUE(scan.has_value()) << line;
+    EXPECT_EQ(scan->values_mm.size(), static_cast<std::size_t>(request.values()));
+    EXPECT_EQ(scan->intensities.size(), request.intensities ? scan->values_mm.size() : 0u);
+    utm.ask("BM\n");  // a stream that has run out leaves it on, a single scan too
+  }
+}
+
+TEST(HokuyoEmulator, RebootsWhenAskedTwice) {
+  Asked laser;
+  EXPECT_EQ(laser.ask("RB\n"), "RB\n01Q\n\n");
+  EXPECT_EQ(laser.ask("QT\n"), "QT\n00P\n\n");
+  EXPECT_EQ(laser.ask("RB\n"), "RB\n01Q\n\n");
+  EXPECT_EQ(laser.ask("RB\n"), "RB\n00P\n\n");
+  EXPECT_EQ(laser.ask("QT\n"), "");
+  laser.ask("", 400'000);
+  EXPECT_EQ(laser.ask("QT\n"), "QT\n00P\n\n");
+}
+
+TEST(HokuyoEmulator, OldFirmwareSpeaksScip1UntilToldOtherwise) {
+  HokuyoEmulatorOptions old;
+  old.scip1 = true;
+  old.baud = 19'200;
+  Asked laser(old);
+  const auto ask = [&](const char* line, int wait_us = 200'000) {
+    return laser.ask(line, wait_us, 19'200);
+  };
+  EXPECT_EQ(ask("QT\n"), "QT\nE\n\n");
+  EXPECT_THAT(ask("V\n"), HasSubstr("V\n0\nVEND:Hokuyo Automatic Co.,Ltd.\n"));
+  EXPECT_EQ(ask("L1\n"), "L1\n0\n\n");
+  EXPECT_EQ(ask("G00076901\n"), "G00076901\nE\n\n");
+  const std::string scan = ask("G00076801\n", 3'000'000);
+  // 769 values of two characters in blocks of 64: 24 whole ones and a rest of two.
+  EXPECT_EQ(scan.size(), 10 + 2 + 24 * 65 + 3 + 1u);
+  EXPECT_EQ(scan.substr(0, 12), "G00076801\n0\n");
+  const std::size_t ahead = 12 + 384 * 2 + 384 * 2 / 64;
+  EXPECT_NEAR(decode_number(scan.substr(ahead, 2)).value(), 3000, 550);  // half a metre to and fro
+  EXPECT_EQ(ask("SCIP2.0\n"), "SCIP2.0\n0\n\n");
+  EXPECT_EQ(ask("QT\n"), "QT\n00P\n\n");
+}
+
+TEST(HokuyoDriver, MeasuresWithALaserOfOldFirmware) {
+  HokuyoEmulatorOptions old;
+  old.scip1 = true;
+  Rig rig(old);
+  EXPECT_EQ(rig.run(5.0, 2).size(), 2u) << rig.driver->state();
 }
 
 }  // namespace

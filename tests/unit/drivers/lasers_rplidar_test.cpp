@@ -294,5 +294,32 @@ TEST(RplidarDriver, NoticesACapsuleThatVanishedWhole) {
   EXPECT_EQ(rig.driver->counts().drops.at("lost_capsule"), 5);
 }
 
+TEST(RplidarEmulator, AnA2TurnsWhenItsMotorIsToldTo) {
+  RplidarEmulatorOptions a2;
+  a2.model = 0x28;
+  RplidarEmulator emulator(test_world, a2);
+  Utime now = Utime::from_us(1'000'000'000);
+  emulator.on_connection(true, now);
+  const auto nodes_after = [&](const Bytes& request) {
+    emulator.receive(request, 115'200, now);
+    AnswerParser parser;
+    for (int i = 0; i < 200; ++i) {
+      Bytes out;
+      emulator.advance(now = now + Duration::from_us(1000), out);
+      parser.push(out);
+    }
+    int good = 0;
+    while (const auto block = parser.next()) good += block->node.distance_q2 > 0 ? 1 : 0;
+    return good;
+  };
+  EXPECT_EQ(nodes_after(encode_request(kScan)), 0);
+  emulator.receive(encode_request(kStop), 115'200, now);
+  nodes_after(motor_request(660));
+  EXPECT_GT(nodes_after(encode_request(kForceScan)), 300);  // 0.2 s of 508 us
+  RplidarOptions options;
+  Rig rig(options, a2);  // our own driver turns it
+  EXPECT_EQ(rig.run(5.0, 2).size(), 2u) << rig.driver->state();
+}
+
 }  // namespace
 }  // namespace marco::drivers::rplidar

@@ -60,9 +60,9 @@ std::vector<Vector> requests() {
 
 std::vector<Vector> replies() {
   const auto at81 = [](const Bytes& payload) { return encode_reply(payload, kHealthy, 0x81); };
-  MeasuredValues cm{Unit::cm, false, 0, {100, 200, 0x1FFF, 300 | 0x2000}, {}, {}};
-  MeasuredValues mm{Unit::mm, false, 0, {1000, 2000, 32759, 3000 | 0x8000}, {}, {}};
-  MeasuredValues partial{Unit::mm, true, 2, {500, 501, 502}, {}, {}};
+  MeasuredValues cm{Unit::cm, false, 0, {100, 200, 0x1FFF, 300 | 0x2000}, {}, {}, 0, {}};
+  MeasuredValues mm{Unit::mm, false, 0, {1000, 2000, 32759, 3000 | 0x8000}, {}, {}, 0, {}};
+  MeasuredValues partial{Unit::mm, true, 2, {500, 501, 502}, {}, {}, 0, {}};
   return {
       {"mode ok", encode_reply(Bytes{0xA0, 0}), "02 80 03 00 A0 00 10 16 0A"},
       {"mode ok at 81", at81(Bytes{0xA0, 0}), "02 81 03 00 A0 00 10 36 1A"},
@@ -213,12 +213,34 @@ TEST(SickCodec, StatusBlock) {
 }
 
 TEST(SickCodec, SubRangeAndIndexBytes) {
-  MeasuredValues values{Unit::mm, false, 0, {1, 2, 3}, {7, 8}, {{5, 7}}};
+  MeasuredValues values{Unit::mm, false, 0, {1, 2, 3}, {7, 8}, {{5, 7}}, 0, {}};
   const Parsed parsed(encode_reply(encode_values(values)));
   const MeasuredValues read = decode_values(parsed.event).value();
   EXPECT_EQ(read.words, values.words);
   EXPECT_EQ(read.indices, values.indices);
   EXPECT_EQ(read.sub_range, values.sub_range);
+}
+
+TEST(SickCodec, MeansAndReflectivities) {
+  // By sicktoolbox's reading: B6 n count values; BF n first last count values;
+  // C4 count values, count first last levels.
+  const auto both_ways = [](const MeasuredValues& values, const char* payload) {
+    EXPECT_EQ(encode_values(values), hex(payload));
+    const Parsed parsed(encode_reply(encode_values(values)));
+    const MeasuredValues read = decode_values(parsed.event).value();
+    EXPECT_EQ(read.words, values.words);
+    EXPECT_EQ(read.samples, values.samples);
+    EXPECT_EQ(read.sub_range, values.sub_range);
+    EXPECT_EQ(read.reflectivity, values.reflectivity);
+  };
+  both_ways({Unit::mm, false, 0, {1, 2}, {}, {}, 5, {}}, "B6 05 02 40 01 00 02 00");
+  both_ways({Unit::mm, false, 0, {1, 2}, {}, {{3, 4}}, 5, {}},
+            "BF 05 03 00 04 00 02 40 01 00 02 00");
+  both_ways({Unit::cm, false, 0, {1, 2, 3}, {}, {{2, 3}}, 0, {9, 8}},
+            "C4 03 00 01 00 02 00 03 00 02 00 02 00 03 00 09 08");
+  for (const char* cut : {"B6 05 02 40 01 00 02", "BF 05 03 00 04", "C4 01 00 01 00 05 00 01 00"}) {
+    EXPECT_FALSE(decode_values(Parsed(encode_reply(hex(cut))).event).has_value()) << cut;
+  }
 }
 
 TEST(SickCodec, RangesAndSpecialValuesByMode) {

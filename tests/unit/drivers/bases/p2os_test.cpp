@@ -350,5 +350,39 @@ TEST(P2osDriver, ShutDownLeavesTheMotorsOff) {
   EXPECT_FALSE(pioneer.robot.motors_on());
 }
 
+TEST(P2osDriver, TurnsItsCameraHeadAndSaysWhereItLooks) {
+  P2osOptions options;
+  options.camera_head = true;
+  P2osEmulator robot;
+  P2osBase driver(options);
+  testing::Bench<P2osBase> bench(driver, robot, kBaud);
+  std::vector<PanTiltState> heads;
+  bench.each_step = [&](Utime) {
+    for (const PanTiltState& state : driver.take_output().head) heads.push_back(state);
+  };
+  ASSERT_TRUE(bench.run_until(3.0, [&] { return !heads.empty(); }));
+  EXPECT_EQ(heads.back().pan_rad, 0.0);
+  PanTiltCommand command;
+  command.kind = PanTiltCommand::Kind::go_to;
+  command.pan_rad = deg_to_rad(40.0);
+  command.tilt_rad = deg_to_rad(-30.0);  // beyond its end
+  driver.look(command, bench.now());
+  bench.run(2.0);
+  EXPECT_NEAR(rad_to_deg(robot.camera_head().pan_rad()), 40.0, 0.1);
+  EXPECT_NEAR(rad_to_deg(robot.camera_head().tilt_rad()), -20.0, 0.1);
+  EXPECT_NEAR(heads.back().pan_rad, robot.camera_head().pan_rad(), 1e-9);
+  EXPECT_NEAR(heads.back().tilt_rad, robot.camera_head().tilt_rad(), 1e-9);
+  command.pan_rad = deg_to_rad(-90.0);
+  command.pan_rate_rad_per_s = deg_to_rad(10.0);
+  driver.look(command, bench.now());
+  bench.run(1.0);
+  command.kind = PanTiltCommand::Kind::stop;
+  driver.look(command, bench.now());
+  bench.run(1.0);
+  EXPECT_NEAR(rad_to_deg(robot.camera_head().pan_rad()), 30.0, 2.0);
+  EXPECT_EQ(driver.bad_input(), 0);
+  EXPECT_EQ(driver.status().link, Link::up);
+}
+
 }  // namespace
 }  // namespace marco::drivers::p2os

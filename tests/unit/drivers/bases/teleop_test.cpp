@@ -60,6 +60,23 @@ TEST(Operator, TurnsTheHeadFromWhereItIs) {
   EXPECT_NEAR(rad_to_deg(hands.step(at(0.0)).pantilt.at(0).tilt_rad), -5.0, 1e-9);
 }
 
+TEST(Operator, LooksAheadOnceWhenItFirstHearsOfTheHead) {
+  Operator hands({});
+  EXPECT_TRUE(hands.step(at(0.0)).pantilt.empty());
+  PanTiltState head;
+  head.tilt_rad = deg_to_rad(-20.0);  // thesis B's home
+  hands.on_pantilt(head);
+  const auto orders = hands.step(at(0.1));
+  ASSERT_EQ(orders.pantilt.size(), 1U);
+  EXPECT_EQ(orders.pantilt[0].tilt_rad, 0.0);
+  EXPECT_TRUE(hands.step(at(0.2)).pantilt.empty());
+  OperatorOptions leave;
+  leave.look_ahead_at_start = false;
+  Operator idle(leave);
+  idle.on_pantilt(head);
+  EXPECT_TRUE(idle.step(at(0.1)).pantilt.empty());
+}
+
 TEST(Operator, AGamepadDrivesUntilItsStickRestsOrItIsGone) {
   Operator hands({});
   GamepadState pad;
@@ -117,7 +134,7 @@ TEST(Screen, AMapThatMovedItsRasterStartsAnew) {
   view.add_tile(tile, 2);
   EXPECT_EQ(view.map_tiles.size(), 2U);
   tile.origin_m = {0.33, 0.0};
-  view.add_tile(tile, 3);
+  view.add_tile(tile, 2);  // grown, and no old pose changed: the same revision
   EXPECT_EQ(view.map_tiles.size(), 1U);
   EXPECT_FALSE(draw_screen(RobotView{}, 10, 3).empty());
 }

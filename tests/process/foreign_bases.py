@@ -1,0 +1,350 @@
+#!/usr/bin/env python3
+"""A judge of the bases' emulators that shares none of our code: written from the manuals' facts alone.
+
+It starts marco-sim with each robot of the theses, opens the robot's pseudo-terminals as a host would, shakes
+hands, drives, reads, and checks every frame, sum and number it gets. Waits are generous: only a device that
+does not come at all makes it fail, never a slow machine.
+
+Usage: foreign_bases.py MARCO_SIM CONFIG_FOLDER          exit 0 = all that was asked came true
+"""
+import os
+import re
+import select
+import struct
+import subprocess
+import sys
+import tempfile
+import termios
+import time
+import tty
+
+PATIENCE_S = 30.0
+checks = 0
+
+
+def check(what, value, wanted, tolerance=None):
+    global checks
+    good = value == wanted if tolerance is None else abs(value - wanted) <= tolerance
+    if not good:
+        sys.exit(f"FAILED: {what}: got {value!r}, wanted {wanted!r}" + (f" +- {tolerance}" if tolerance else ""))
+    checks += 1
+
+
+class Line:
+    """A serial line, raw, 9600 8N1."""
+
+    def __init__(self, path):
+        until = time.monotonic() + PATIENCE_S
+        while not os.path.exists(path) and time.monotonic() < until:
+            time.sleep(0.05)
+        self.fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.fd)
+        settings = termios.tcgetattr(self.fd)
+        settings[4] = settings[5] = termios.B9600
+        termios.tcsetattr(self.fd, termios.TCSANOW, settings)
+
+    def write(self, data):
+        os.write(self.fd, data)
+
+    def read(self, wait_s):
+        ready, _, _ = select.select([self.fd], [], [], wait_s)
+        return os.read(self.fd, 4096) if ready else b""
+
+    def close(self):
+        os.close(self.fd)
+
+
+# ---- Pioneer: FA FB n payload sum, sum big endian over pairs, the odd byte exclusive-ored --------------------
+
+
+def pioneer_sum(payload):
+    total = 0
+    for i in range(0, len(payload) - 1, 2):
+        total = (total + (payload[i] << 8 | payload[i + 1])) & 0xFFFF
+    return total ^ payload[-1] if len(payload) % 2 else total
+
+
+def pioneer_packet(payload):
+    total = pioneer_sum(payload)
+    return bytes([0xFA, 0xFB, len(payload) + 2]) + payload + bytes([total >> 8, total & 255])
+
+
+def pioneer_command(number, value=None):
+    if value is None:
+        return pioneer_packet(bytes([number]))
+    return pioneer_packet(bytes([number, 0x3B if value >= 0 else 0x1B]) + struct.pack("<H", abs(value)))
+
+
+class Pioneer:
+    def __init__(self, line):
+        self.line = line
+        self.buffer = b""
+        self.sips = []
+        self.others = []
+
+    def say(self, number, value=None):
+        self.line.write(pioneer_command(number, value))
+
+    def listen(self, wait_s=0.1):
+        """All packets that are whole by then; a wrong head or sum is a failure: this line loses nothing."""
+        self.buffer += self.line.read(wait_s)
+        found = []
+        while len(self.buffer) >= 3:
+            check("head", self.buffer[:2], b"\xfa\xfb")
+            size = self.buffer[2] + 3
+            if len(self.buffer) < size:
+                break
+            payload, total = self.buffer[3:size - 2], self.buffer[size - 2:size]
+            check("sum", pioneer_sum(payload), total[0] << 8 | total[1])
+            self.buffer = self.buffer[size:]
+            found.append(payload)
+            (self.sips if payload[0] in (0x32, 0x33) else self.others).append((time.monotonic(), payload))
+        return found
+
+    def wait(self, what, condition):
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            self.listen()
+            result = condition()
+            if result:
+                return result
+        sys.exit(f"FAILED: {what} never came")
+
+    def sip(self):
+        """The newest, taken apart."""
+        payload = self.sips[-1][1]
+        x, y, heading, left, right, battery = struct.unpack_from("<HHhhhB", payload, 1)
+        flags, = struct.unpack_from("<H", payload, 16)
+        count = payload[19]
+        sonars = [struct.unpack_from("<BH", payload, 20 + 3 * i) for i in range(count)]
+        check("length of a packet", len(payload), 20 + 3 * count + 5)
+        return dict(moving=payload[0] == 0x33, x=x, y=y, heading=heading, left=left, right=right,
+                    battery=battery, stall=payload[12] & 1, flags=flags, sonars=sonars)
+
+
+def judge_pioneer(port):
+    for numbers, frame in ((("sync", 0, None), "FA FB 03 00 00 00"), (("open", 1, 1), "FA FB 06 01 3B 01 00 02 3B"),
+                           (("vel", 11, -200), "FA FB 06 0B 1B C8 00 D3 1B"), (("seta", 5, 300), "FA FB 06 05 3B 2C 01 31 3C")):
+        check("this client's " + numbers[0], pioneer_command(numbers[1], numbers[2]), bytes.fromhex(frame))
+    robot = Pioneer(Line(port))
+    for sync in (0, 1, 2):
+        robot.say(sync)
+        robot.wait(f"the answer to SYNC{sync}", lambda: robot.others and robot.others[-1][1][0] == sync)
+    check("name, kind, model", robot.others[-1][1][1:].split(b"\0"), [b"MARCO", b"Pioneer", b"P2DX", b""])
+    robot.say(1, 1)
+    robot.wait("a first information packet", lambda: robot.sips)
+    check("motors off at first", robot.sip()["flags"] & 1, 0)
+    for number, value in ((28, 1), (4, 1), (5, 300), (6, 500), (7, None)):  # sonar, enable, acceleration, speed, origin
+        robot.say(number, value)
+    robot.wait("enabled motors", lambda: robot.sip()["flags"] & 1)
+    heard = {}
+
+    def all_sonars():
+        heard.update(robot.sip()["sonars"])
+        robot.say(0)
+        return len(heard) == 16
+    robot.wait("all sixteen sonars", all_sonars)
+    check("a sonar's most, 5 m of 0.268 mm", max(heard.values()) <= 18657, True)
+    check("something is within 5 m", min(heard.values()) < 18657, True)
+    check("battery", robot.sip()["battery"], 126, 10)
+
+    # The pace: a hundred milliseconds a packet, by the mean of twenty.
+    first = len(robot.sips)
+    robot.wait("twenty packets", lambda: robot.say(0) or len(robot.sips) >= first + 21)
+    stamps = [stamp for stamp, _ in robot.sips[first:first + 21]]
+    check("seconds a packet", (stamps[-1] - stamps[0]) / 20, 0.1, 0.05)
+
+    robot.say(8, 500)  # half a metre
+    robot.wait("motion", lambda: robot.sip()["moving"])
+    robot.wait("the end of the move", lambda: robot.say(0) or not robot.sip()["moving"])
+    check("x after MOVE 500 [mm]", robot.sip()["x"] * 0.84, 500, 3)
+    check("y", (robot.sip()["y"] + 0x4000) % 0x8000 - 0x4000, 0, 3)
+    robot.say(13, 90)
+    robot.wait("a turn", lambda: robot.sip()["moving"])
+    robot.wait("the end of the turn", lambda: robot.say(0) or not robot.sip()["moving"])
+    check("heading after DHEAD 90 [4096 a turn]", robot.sip()["heading"], 1024, 6)
+    robot.say(11, -200)  # backwards, until nobody says so any more
+    fast = robot.wait("200 mm/s backwards", lambda: robot.sip()["left"] == -200 and robot.sip())
+    check("right wheel", fast["right"], -200)
+    silent = time.monotonic()
+    robot.wait("the watchdog's stop", lambda: not robot.sip()["moving"])
+    check("the watchdog waited", time.monotonic() - silent > 1.5, True)
+
+    robot.say(18, 1)
+    packet = robot.wait("CONFIG's answer", lambda: next((p for _, p in robot.others if p[0] == 0x20), None))
+    kind, model, serial, rest = packet[1:].split(b"\0", 3)
+    check("CONFIG", (kind, model), (b"Pioneer", b"P2DX"))
+    top_turn, top_speed = struct.unpack_from("<HH", rest, 1)
+    check("top speeds", (top_turn, top_speed), (500, 2200))
+    robot.say(19, 1)
+    ticks = robot.wait("ENCODER's answer", lambda: next((p for _, p in robot.others if p[0] == 0x90), None))
+    left, right = struct.unpack("<ii", ticks[1:])
+    check("a quarter turn parts the wheels", right - left > 1000, True)
+    robot.say(4, 0)
+    robot.wait("motors off", lambda: not robot.sip()["flags"] & 1)
+    robot.say(2, None)
+    time.sleep(0.3)
+    robot.listen()
+    quiet = len(robot.sips)
+    time.sleep(0.5)
+    robot.listen()
+    check("silence after CLOSE", len(robot.sips), quiet)
+    robot.line.close()
+
+
+# ---- HCS12: lines of a letter and numbers; one command, then its answer --------------------------------------
+
+
+class Board:
+    def __init__(self, line):
+        self.line = line
+        self.buffer = b""
+        self.slowest_s = 0.0
+
+    def next_line(self, wait_s=PATIENCE_S):
+        until = time.monotonic() + wait_s
+        while b"\n" not in self.buffer:
+            if time.monotonic() > until:
+                return None
+            self.buffer += self.line.read(0.05)
+        line, self.buffer = self.buffer.split(b"\n", 1)
+        return line.decode("latin-1")
+
+    def ask(self, command):
+        sent = time.monotonic()
+        self.line.write(command.encode() + b"\n")
+        answer = self.next_line()
+        if answer is None:
+            sys.exit(f"FAILED: no answer to {command!r}")
+        self.slowest_s = max(self.slowest_s, time.monotonic() - sent)
+        return answer
+
+    def wait(self, what, condition):
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            result = condition()
+            if result:
+                return result
+        sys.exit(f"FAILED: {what} never came")
+
+
+def skip_greeting(board):
+    while (line := board.next_line(0.5)) is not None:
+        if line == "Listo":
+            break
+
+
+def judge_base(port):
+    board = Board(Line(port))
+    skip_greeting(board)
+    check("ping", board.ask("*"), "*")
+
+    def wheels():
+        answer = board.ask("l")
+        found = re.fullmatch(r"l(\d+)\.(\d\d) (\d+)\.(\d\d) ([01]) ([01]) ([01])", answer)
+        check(f"form of {answer!r}", found is not None, True)
+        n = [int(text) for text in found.groups()]
+        return dict(left=n[0] * 100 + n[1], right=n[2] * 100 + n[3], left_on=n[4], right_on=n[5], sonar=n[6])
+    check("at rest", (wheels()["left_on"], wheels()["right_on"]), (0, 0))
+    check("ramp", board.ask("k5 30 50"), "k")
+    check("forward ten turns", board.ask("a100"), "a")
+    check("running", wheels()["left_on"], 1)
+    # It does nothing else while it prints, and rolls on: near the end it must be let alone, so `w` and not `l`.
+    check("the end of the move", board.ask("w20000 1 1 0"), "w")
+    done = wheels()
+    check("both are off", (done["left_on"], done["right_on"]), (0, 0))
+    # The last tick's clicks, and those of the two characters of the answer.
+    for side in ("left", "right"):
+        check(f"{side} clicks of a100", done[side], 10000, 60)
+    for command, letter in (("r50", "r"), ("i20", "i"), ("d20", "d")):
+        check(command, board.ask(command), letter)
+        check(f"the end of {command}", board.ask("w20000 1 1 0"), "w")
+        check(f"clicks of {command}", wheels()["left"], int(command[1:]) * 100, 60)
+    check("stop", board.ask("p"), "p")
+
+    # Three numbers are not enough for the flags: it waits the whole time; with four it looks.
+    board.ask("a10")
+    started = time.monotonic()
+    check("w with flags", board.ask("w20000 1 1 0"), "w")
+    check("it did not wait out its 20 s", time.monotonic() - started < 15.0, True)
+    started = time.monotonic()
+    check("w with three numbers", board.ask("w1000 1 1"), "w")
+    check("a second of 1.024 ms ticks", time.monotonic() - started > 1.0, True)
+
+    volts = [int(text) for text in board.ask("t")[1:].split()]
+    check("four batteries", len(volts), 4)
+    for value, nominal in zip(volts, (12000, 24000, 12000, 24000)):
+        check("a battery [mV]", value, nominal, 0.2 * nominal)
+    check("order of the sonars", board.ask("S0 4 8 12"), "S")
+    check("listening and rest", board.ask("s2 50 20"), "s")
+    check("sonars on", board.ask("s1"), "s")
+    check("sonars are on", wheels()["sonar"], 1)
+    time.sleep(0.5)
+
+    def echoes():
+        words = board.ask("s")[1:].split()
+        while len(words) < 4:  # the listing's firmware gives each value a line
+            words += board.next_line().split()
+        return [int(word) for word in words]
+    # Ahead the hall may be longer than 12.2 m; the walls behind and to the right are near.
+    readings = board.wait("echoes", lambda: next((r for r in [echoes()] if sum(v != 65535 for v in r) >= 2), None))
+    for value in readings:
+        if value != 65535:
+            check("an echo within the hall [m]", 0.05 < value * 5.3333e-6 * 343 / 2 < 12.3, True)
+    check("sonars off", board.ask("s0"), "s")
+    board.line.write(b"Y1\n")  # no such command: not a byte comes back
+    check("silence on an unknown letter", board.next_line(0.5), None)
+    board.line.close()
+
+
+def judge_pantilt(port):
+    board = Board(Line(port))
+    board.wait("homing", lambda: board.next_line() == "Listo")
+
+    def axes():
+        numbers = [int(word) for word in board.ask("l")[1:].split()]
+        check("nine fields", len(numbers), 9)
+        return dict(pan=numbers[0], tilt=numbers[2], low=numbers[6], moving=numbers[7] or numbers[8])
+    check("home", (axes()["pan"], axes()["tilt"]), (0, 0))
+    check("ping", board.ask("*"), "*")
+    check("ramp of the pan", board.ask("k3 50 30"), "k")
+    check("ramp of the tilt", board.ask("K3 50 30"), "K")
+    check("pan", board.ask("g20"), "g")
+    board.wait("pan at 20", lambda: not axes()["moving"])
+    check("pan", axes()["pan"], 20)
+    check("tilt", board.ask("e10"), "e")
+    board.wait("tilt at 10", lambda: not axes()["moving"])
+    check("tilt", axes()["tilt"], 10)
+    board.ask("g10")
+    board.ask("e0")
+    board.wait("back", lambda: not axes()["moving"])
+    check("both", (axes()["pan"], axes()["tilt"]), (10, 0))
+    board.ask("g5")
+    check("w with flags", board.ask("w20000 1 0"), "w")
+    check("arrived", axes()["pan"], 5)
+    board.line.close()
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    simulator, config = sys.argv[1:]
+    for robot, judges in (("marco", (("base", judge_pioneer),)),
+                          ("michoacan", (("pantilt", judge_pantilt), ("base", judge_base)))):
+        with tempfile.TemporaryDirectory() as folder:
+            process = subprocess.Popen(
+                [simulator, "--config", f"{config}/robots/{robot}.toml", "--world", f"{config}/worlds/lab.toml",
+                 "--start", "2", "3", "0", "--ports", folder, "--lcm-url", "memq://"], stdout=subprocess.DEVNULL)
+            try:
+                for port, judge in judges:
+                    began, before = time.monotonic(), checks
+                    judge(f"{folder}/{port}")
+                    print(f"{robot} {port}: {checks - before} checks in {time.monotonic() - began:.1f} s", flush=True)
+            finally:
+                process.terminate()
+                process.wait()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,104 @@
+// What a line may do to the drivers of bases, head and inertial sensor, alike for all; the times
+// are printed. (Lasers: lasers_recovery_test.cpp.)
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <random>
+
+#include "bench.hpp"
+#include "drivers/hcs12/base_driver.hpp"
+#include "drivers/hcs12/base_emulator.hpp"
+#include "drivers/hcs12/pantilt_driver.hpp"
+#include "drivers/hcs12/pantilt_emulator.hpp"
+#include "drivers/imu/driver.hpp"
+#include "drivers/imu/emulator.hpp"
+#include "drivers/p2os/driver.hpp"
+#include "drivers/p2os/emulator.hpp"
+
+namespace marco::drivers {
+namespace {
+
+constexpr double kReturnS = 2.0;  // the promise: the first valid byte is answered within it
+
+/// `up` as the driver sees its device; `reset` may be empty. @param own_s the device's own time
+/// after a reset.
+template <class Driver>
+void expect_returns(const char* name,
+                    testing::Bench<Driver>& bench,
+                    const std::function<bool()>& up,
+                    const std::function<void()>& reset,
+                    double own_s) {
+  const auto back = [&](const char* after, double limit_s) {
+    const Utime since = bench.now();
+    EXPECT_TRUE(bench.run_until(limit_s + 3.0, up)) << name << " after " << after;
+    const double took_s = (bench.now() - since).seconds();
+    std::printf("%-9s %-8s is back after %5.2f s (may take %.1f)\n", name, after, took_s, limit_s);
+    EXPECT_LE(took_s, limit_s) << name << " after " << after;
+    bench.run(0.3);
+  };
+  back("start", kReturnS + own_s);
+  bench.plug(false);
+  bench.run(3.0);
+  EXPECT_FALSE(up()) << name << " unplugged";
+  bench.plug(true);
+  back("plug", kReturnS);
+  if (reset) {
+    reset();
+    bench.run(0.4);
+    back("reset", kReturnS + own_s);
+  }
+  bench.spoil = [](std::vector<uint8_t>& bytes) { bytes.clear(); };
+  bench.run(4.0);
+  EXPECT_FALSE(up()) << name << " silent";
+  bench.spoil = nullptr;
+  back("silence", kReturnS);
+  std::mt19937 random(4);
+  bench.spoil = [&random](std::vector<uint8_t>& bytes) {
+    bytes.resize(40);  // 80 kB/s
+    for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
+  };
+  bench.run(4.0);
+  EXPECT_FALSE(up()) << name << " flooded: noise is no answer";
+  bench.spoil = nullptr;
+  back("flood", kReturnS);
+}
+
+TEST(Recovery, Hcs12Base) {
+  hcs12::BaseEmulator board({}, {});
+  hcs12::Hcs12Base driver({});
+  testing::Bench<hcs12::Hcs12Base> bench(driver, board, hcs12::kBaud);
+  expect_returns<hcs12::Hcs12Base>(
+      "HCS12", bench, [&] { return driver.status().link == BaseStatus::Link::up; },
+      [&] { board.reset(bench.now()); }, 0.5);
+}
+
+TEST(Recovery, PanTilt) {
+  hcs12::PanTiltEmulator board({});
+  hcs12::PanTiltDriver driver({});
+  testing::Bench<hcs12::PanTiltDriver> bench(driver, board, hcs12::kBaud);
+  // Homing: to both ends and back.
+  expect_returns<hcs12::PanTiltDriver>(
+      "pan-tilt", bench, [&] { return driver.link() == hcs12::PanTiltDriver::Link::up; },
+      [&] { board.reset(bench.now()); }, 15.0);
+}
+
+TEST(Recovery, Pioneer) {
+  p2os::P2osEmulator robot;
+  p2os::P2osBase driver({});
+  testing::Bench<p2os::P2osBase> bench(driver, robot, p2os::kBaud);
+  expect_returns<p2os::P2osBase>(
+      "Pioneer", bench, [&] { return driver.status().link == BaseStatus::Link::up; },
+      [&] { robot.reset(); }, 0.5);
+}
+
+TEST(Recovery, Imu) {
+  imu::ImuEmulator sensor([](Utime) { return imu::Motion{}; });
+  imu::ImuOptions options;
+  imu::ImuDriver driver(options);
+  testing::Bench<imu::ImuDriver> bench(driver, sensor, options.baud);
+  expect_returns<imu::ImuDriver>(
+      "IMU", bench, [&] { return driver.alive(); }, {}, 0.5);
+}
+
+}  // namespace
+}  // namespace marco::drivers

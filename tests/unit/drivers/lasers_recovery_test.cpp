@@ -1,0 +1,174 @@
+// What a laser's line may do to its driver, alike for all of them; the times are printed.
+#include <cstdio>
+
+#include "drivers/hokuyo/driver.hpp"
+#include "drivers/hokuyo/emulator.hpp"
+#include "drivers/leuze/driver.hpp"
+#include "drivers/leuze/emulator.hpp"
+#include "drivers/rplidar/driver.hpp"
+#include "drivers/rplidar/emulator.hpp"
+#include "drivers/sick/driver.hpp"
+#include "drivers/sick/emulator.hpp"
+#include "tests/unit/drivers/lasers_support.hpp"
+
+namespace marco::drivers {
+namespace {
+
+/// A laser, its line and its driver. own_s: what the device itself takes (devices.md) from its
+/// return until it can measure, power-on and settings included.
+struct Device {
+  const char* name;
+  double own_s;
+  double reset_s;  ///< what its reset adds; below 0: it has none that a host or a test can press
+  bool has_baud;
+  std::unique_ptr<Emulator> emulator;
+  std::function<void(Utime)> reset;
+  LineSettings wrong;  ///< not the device's speed
+  std::function<std::unique_ptr<LaserDriver>(ByteStream&, Clock)> driver;
+};
+
+Device sick_laser() {
+  sick::SickEmulatorOptions options;
+  options.power_on_s = 5.0;
+  options.baud = 19200;
+  auto laser = std::make_unique<sick::SickEmulator>(test_world, options);
+  sick::SickEmulator* pressed = laser.get();
+  // Rates to try, 0.25 s of settling, ten replies, a configuration of 0.3 s.
+  return {"SICK",
+          1.5,
+          5.0,
+          true,
+          std::move(laser),
+          [pressed](Utime now) { pressed->power_cycle(now); },
+          {500'000},
+          [](ByteStream& stream, Clock clock) {
+            sick::SickOptions wanted;
+            wanted.baud = 38400;
+            return std::make_unique<sick::SickDriver>(stream, wanted, clock);
+          }};
+}
+
+Device hokuyo_laser() {
+  hokuyo::HokuyoEmulatorOptions options;
+  options.baud = 19200;
+  auto laser = std::make_unique<hokuyo::HokuyoEmulator>(test_world, options);
+  hokuyo::HokuyoEmulator* pressed = laser.get();
+  return {"Hokuyo",
+          1.0,
+          0.3,
+          true,
+          std::move(laser),
+          [pressed](Utime now) { pressed->power_cycle(now); },
+          {750'000},
+          [](ByteStream& stream, Clock clock) {
+            hokuyo::HokuyoOptions wanted;
+            wanted.baud = 115'200;
+            return std::make_unique<hokuyo::HokuyoDriver>(stream, wanted, clock);
+          }};
+}
+
+Device rplidar_laser() {
+  auto laser =
+      std::make_unique<rplidar::RplidarEmulator>(test_world, rplidar::RplidarEmulatorOptions{});
+  rplidar::RplidarEmulator* pressed = laser.get();
+  // A turn takes 0.18 s; the first one is not whole.
+  return {"RPLIDAR",
+          0.6,
+          0.5,
+          true,
+          std::move(laser),
+          [pressed](Utime now) { pressed->power_cycle(now); },
+          {9600},
+          [](ByteStream& stream, Clock clock) {
+            return std::make_unique<rplidar::RplidarDriver>(stream, rplidar::RplidarOptions{},
+                                                            clock);
+          }};
+}
+
+Device leuze_laser() {
+  return {"Leuze",
+          0.2,
+          -1.0,
+          true,
+          std::make_unique<leuze::LeuzeEmulator>(test_world, leuze::LeuzeEmulatorOptions{}),
+          {},
+          {9600},
+          [](ByteStream& stream, Clock clock) {
+            return std::make_unique<leuze::LeuzeDriver>(stream, leuze::LeuzeOptions{}, clock);
+          }};
+}
+
+class LaserRecovery : public ::testing::TestWithParam<Device (*)()> {
+ protected:
+  LaserRecovery() : device_(GetParam()()), line_(*device_.emulator, device_.has_baud) {}
+
+  void connect(const LineSettings& settings = {}) {
+    driver_.reset();
+    stream_.reset();
+    stream_ = line_.open(settings);
+    driver_ = device_.driver(*stream_, [this] { return line_.now(); });
+  }
+  /// @returns seconds until a scan came, or a negative number.
+  double scan_within(double limit_s) {
+    const Utime since = line_.now();
+    const bool came = !step_until(*driver_, line_, limit_s, have(1)).empty();
+    return came ? (line_.now() - since).seconds() : -1.0;
+  }
+  /// From `since` on a scan must come within 2 s, the device's own times and 1 s more.
+  void expect_back(const char* after, double own_s) {
+    const double limit_s = 2.0 + own_s + 1.0;
+    const double back_s = scan_within(limit_s + 5.0);
+    std::printf("%-8s %-12s scans again after %5.2f s (may take %.1f)\n", device_.name, after,
+                back_s, limit_s);
+    EXPECT_GE(back_s, 0.0) << after << ": " << driver_->state();
+    EXPECT_LE(back_s, limit_s) << after;
+  }
+
+  Device device_;
+  SimulatedLine line_;
+  std::unique_ptr<ByteStream> stream_;
+  std::unique_ptr<LaserDriver> driver_;
+};
+
+TEST_P(LaserRecovery, PlugResetSpeedSilenceAndFlood) {
+  connect(device_.wrong);  // nobody has set the line's speed
+  expect_back("wrong baud", device_.own_s);
+
+  line_.at(line_.now() + Duration::from_us(10'000), [&] { line_.unplug(); });
+  EXPECT_THROW(step_until(*driver_, line_, 3.0, have(10'000)), StreamLost);
+  line_.wait(Duration::from_seconds(3.0));
+  line_.plug_in();
+  connect(device_.wrong);
+  expect_back("plug", device_.own_s);
+
+  if (device_.reset) {
+    line_.at(line_.now() + Duration::from_us(7'000), [&] { device_.reset(line_.now()); });
+    step_until(*driver_, line_, 0.05, have(10'000));  // in mid-scan
+    expect_back("reset", device_.own_s + device_.reset_s);
+  }
+
+  line_.set_tamper_to_client([](Bytes& bytes) { bytes.clear(); });
+  step_until(*driver_, line_, 4.0, have(10'000));
+  EXPECT_EQ(scan_within(1.0), -1.0);
+  EXPECT_THAT(driver_->state(), ::testing::Not(::testing::HasSubstr("measuring at")));
+  line_.set_tamper_to_client({});
+  expect_back("silence", device_.own_s);
+
+  std::mt19937 random(6);
+  line_.set_tamper_to_client([&random](Bytes& bytes) {
+    bytes.resize(bytes.size() + 400);  // more than any line carries
+    for (uint8_t& byte : bytes) byte = static_cast<uint8_t>(random());
+  });
+  EXPECT_TRUE(step_until(*driver_, line_, 4.0, have(10'000)).empty()) << "a scan made of noise";
+  EXPECT_GT(driver_->counts().garbage_bytes, 1000);
+  line_.set_tamper_to_client({});
+  expect_back("flood", device_.own_s);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lasers,
+                         LaserRecovery,
+                         ::testing::Values(sick_laser, hokuyo_laser, rplidar_laser, leuze_laser),
+                         [](const auto& one) { return std::string(one.param().name); });
+
+}  // namespace
+}  // namespace marco::drivers

@@ -1,0 +1,53 @@
+#include "tools/watch/live_map.hpp"
+
+#include <gtest/gtest.h>
+
+namespace marco::watch {
+namespace {
+
+GridMap tile(double x_m, double y_m, int width, int height, uint8_t value) {
+  GridMap grid;
+  grid.origin_m = {x_m, y_m};
+  grid.resolution_m = 0.5;
+  grid.width_cells = width;
+  grid.height_cells = height;
+  grid.occupancy.assign(static_cast<std::size_t>(width * height), value);
+  return grid;
+}
+
+TEST(LiveMap, JoinsTilesWhereTheyLie) {
+  std::map<std::pair<double, double>, GridMap> tiles;
+  EXPECT_FALSE(join_tiles(tiles).has_value());
+  tiles[{0.0, 0.0}] = tile(0.0, 0.0, 4, 2, 10);
+  tiles[{2.0, 0.0}] = tile(2.0, 0.0, 2, 2, 90);
+  tiles[{-1.0, 1.0}] = tile(-1.0, 1.0, 2, 1, 50);
+  const GridMap all = join_tiles(tiles).value();
+  EXPECT_EQ(all.width_cells, 8);
+  EXPECT_EQ(all.height_cells, 3);
+  EXPECT_EQ(all.origin_m, Eigen::Vector2d(-1.0, 0.0));
+  EXPECT_EQ(all.at(2, 0), 10);
+  EXPECT_EQ(all.at(5, 1), 10);
+  EXPECT_EQ(all.at(6, 1), 90);
+  EXPECT_EQ(all.at(1, 2), 50);
+  EXPECT_EQ(all.at(0, 0), GridMap::kUnknown);
+  EXPECT_EQ(all.at(2, 2), GridMap::kUnknown);
+}
+
+TEST(LiveMap, TheWayIsSlamsAndFollowsItsCorrections) {
+  LiveMap map;
+  EXPECT_FALSE(map.scene().has_value());
+  const auto at = [](int64_t s) { return Utime::from_us(s * 1'000'000); };
+  for (int i = 0; i < 6; ++i) map.add_pose(at(10 + i), {0.1 * i, 0.0, 0.0});
+  map.add_pose(at(12), {9.0, 9.0, 0.0});  // older than the last: not taken
+  EXPECT_EQ(map.poses(), 6U);
+  map.set_trajectory({{at(10), {0.0, 1.0, 0.0}}, {at(13), {0.3, 1.0, 0.0}}});
+  EXPECT_EQ(map.poses(), 4U);  // two key poses and the two since
+  const auto scene = map.scene();
+  ASSERT_TRUE(scene.has_value());
+  EXPECT_EQ(scene->paths.at(0).poses.front().world_from_robot.y_m, 1.0);
+  EXPECT_EQ(scene->paths.at(0).poses.back().world_from_robot.x_m, 0.5);
+  EXPECT_EQ(scene->robots.at(0).world_from_robot.x_m, 0.5);
+}
+
+}  // namespace
+}  // namespace marco::watch

@@ -1,0 +1,116 @@
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+
+#include "common/process/arguments.hpp"
+#include "common/process/config.hpp"
+#include "common/process/lcm_bus.hpp"
+#include "common/process/status_publisher.hpp"
+#include "common/process/stop_signal.hpp"
+#include "drivers/transport/wall_clock.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "marco/map_request_t.hpp"
+#include "marco/slam_pose_t.hpp"
+#include "marco/trajectory_t.hpp"
+#include "tools/watch/live_map.hpp"
+#include "tools/watch/window.hpp"
+#include "viewer/image_io.hpp"
+#include "viewer/map_picture.hpp"
+
+namespace {
+
+using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
+
+struct Options {
+  double period_s = 1.0;  ///< of the picture
+  viewer::MapPictureOptions drawing{900.0};
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("period_s", period_s, Limits{0.05, 3600.0});
+    v("drawing", drawing);
+  }
+};
+
+struct Arguments {
+  process::CommonArguments common;
+  std::string picture;
+  bool no_window = false;
+};
+
+void listen(process::LcmBus& bus, process::DropCounter& drops, watch::LiveMap& map) {
+  bus.subscribe<grid_map_t>(channels::kGridMap, drops,
+                            [&map](const grid_map_t& message, const auto&) {
+                              map.add_tile(from_message(message), message.revision);
+                            });
+  bus.subscribe<slam_pose_t>(channels::kSlamPose, drops,
+                             [&map](const slam_pose_t& message, const auto&) {
+                               const Pose2 pose{message.x_m, message.y_m, message.theta_rad};
+                               if (is_finite(pose))
+                                 map.add_pose(Utime::from_us(message.utime), pose);
+                             });
+  bus.subscribe<trajectory_t>(channels::kTrajectory, drops,
+                              [&map](const trajectory_t& message, const auto&) {
+                                map.set_trajectory(from_message(message));
+                              });
+}
+
+int run(const Arguments& arguments) {
+  const auto options = process::load_options<Options>(arguments.common.config_path);
+  if (arguments.common.print_config) {
+    std::fputs(process::print_options(options).c_str(), stdout);
+    return 0;
+  }
+  process::start_logging("marco-watch", arguments.common.log_level);
+  process::catch_stop_signals();
+  std::unique_ptr<watch::Window> window;
+  if (!arguments.no_window) window = watch::open_window("Marco");
+  if (!window && arguments.picture.empty()) {
+    std::fputs("marco-watch: there is no display and no --picture: nothing to show on\n", stderr);
+    return 2;
+  }
+  spdlog::info("{}", window ? "a window is open" : "no window: no display, or built without SDL2");
+  process::LcmBus bus(arguments.common.lcm_url);
+  process::DropCounter drops;
+  process::StatusPublisher status(bus, "marco-watch", drops);
+  watch::LiveMap map;
+  listen(bus, drops, map);
+  map_request_t request;
+  request.utime = drivers::wall_now().us;
+  bus.publish(channels::kMapRequest, request);  // what was sent before we came
+  int64_t pictures = 0;
+  Utime next = drivers::wall_now();
+  while (!process::stop_requested() && (!window || window->pump())) {
+    bus.handle_once(50);
+    while (bus.handle_once(0)) {
+    }
+    const Utime now = drivers::wall_now();
+    status.tick(std::to_string(pictures) + " pictures, " + std::to_string(map.poses()) + " poses");
+    if (now < next) continue;
+    next = std::max(next + Duration::from_seconds(options.period_s), now);
+    const auto scene = map.scene();
+    if (!scene) continue;
+    const viewer::MapPicture drawn = viewer::draw_map(*scene, options.drawing);
+    if (!arguments.picture.empty()) viewer::write_png(drawn.picture, arguments.picture);
+    if (window) window->show(drawn.picture);
+    ++pictures;
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return process::run_main("marco-watch", [&] {
+    CLI::App app(
+        "The map as it grows: a picture rewritten every second, and a window where there is a "
+        "display");
+    Arguments arguments;
+    process::add_common_arguments(app, arguments.common);
+    app.add_option("--picture", arguments.picture, "PNG to rewrite, never half written");
+    app.add_flag("--no-window", arguments.no_window, "only the picture");
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    return run(arguments);
+  });
+}

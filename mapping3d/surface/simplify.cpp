@@ -90,9 +90,13 @@ Simplified simplify(const TriangleMesh& mesh,
     left.resize(meshopt_simplify(left.data(), indices.data(), indices.size(), positions, count,
                                  stride, 0, bound_m / extent_m, 0, nullptr));
     result.mesh = compact(flat, left);
-    result.there_m = gap(mesh, MeshDistance(result.mesh, reach_m), area_m2).max_m;
-    result.back_m = gap(result.mesh, to_mesh, area_m2).max_m;
-    const bool within = std::max(result.there_m, result.back_m) <= options.max_error_m;
+    const MeshGap there =
+        gap(mesh, MeshDistance(result.mesh, reach_m), area_m2, options.max_error_m);
+    const MeshGap back = gap(result.mesh, to_mesh, area_m2, options.max_error_m);
+    result.there_m = there.max_m;
+    result.back_m = back.max_m;
+    result.beyond = std::max(there.beyond, back.beyond);
+    const bool within = result.beyond <= options.allowed_beyond;
     result.status = within ? Simplified::Status::within_bound : Simplified::Status::beyond_bound;
     if (within) break;
   }

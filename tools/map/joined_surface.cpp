@@ -89,6 +89,7 @@ JoinedSurface write_joined_surface(const std::filesystem::path& folder,
                     {"triangles", static_cast<double>(joined.mesh.triangles.size())},
                     {"simplified triangles", static_cast<double>(fewer.mesh.triangles.size())},
                     {"simplified, farthest sample_m", std::max(fewer.there_m, fewer.back_m)},
+                    {"simplified, part beyond the bound", fewer.beyond},
                     {"planes", static_cast<double>(planes.size())}};
   return joined;
 }

@@ -81,7 +81,7 @@ float MeshDistance::operator()(const Eigen::Vector3f& point_m) const {
   return std::sqrt(best);
 }
 
-MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2) {
+MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2, double limit_m) {
   MeshGap found;
   double squares = 0.0;
   float carried_m2 = area_each_m2;
@@ -96,8 +96,11 @@ MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2
     ++found.samples;
     squares += d * d;
     found.max_m = std::max(found.max_m, d);
+    found.beyond += d > limit_m ? 1.0 : 0.0;
   });
-  if (found.samples > 0) found.rms_m = std::sqrt(squares / static_cast<double>(found.samples));
+  if (found.samples == 0) return found;
+  found.rms_m = std::sqrt(squares / static_cast<double>(found.samples));
+  found.beyond /= static_cast<double>(found.samples);
   return found;
 }
 

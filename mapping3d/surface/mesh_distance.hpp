@@ -32,10 +32,14 @@ struct MeshGap {
   std::size_t samples = 0;
   double rms_m = 0.0;
   double max_m = 0.0;
+  double beyond = 0.0;  ///< part of the samples that lie farther than `limit_m`
 };
 
 /// How far the surface of `from` lies from another, a sample each `area_each_m2`, and where
 /// triangles are smaller one for so much area of them; beyond its limit a sample counts as that.
-MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2);
+MeshGap gap(const TriangleMesh& from,
+            const MeshDistance& to,
+            float area_each_m2,
+            double limit_m = 1e9);
 
 }  // namespace marco::mapping3d

@@ -9,8 +9,6 @@
 namespace marco::mapping3d {
 namespace {
 
-constexpr float kSolid = -0.5F;  // in voxels: deeper than a beam may pass a surface by
-
 int floor_int(float value) { return static_cast<int>(std::floor(value)); }
 int ceil_int(float value) { return static_cast<int>(std::ceil(value)); }
 

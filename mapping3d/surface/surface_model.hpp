@@ -75,6 +75,8 @@ class SurfaceModel {
     uint8_t through = 0;             ///< beams
   };
   using Blocks = VoxelBlocks<Voxel>;
+  /// In voxels: deeper than a beam may pass a surface by.
+  static constexpr float kSolid = -0.5F;
   struct Corner {
     Eigen::Vector3f at;  ///< in voxels
     Eigen::Vector3f normal;

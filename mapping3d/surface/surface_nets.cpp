@@ -41,20 +41,30 @@ TriangleMesh SurfaceNets::run() {
 }
 
 void SurfaceNets::take_samples() {
-  constexpr float kFreed = 0.5F;
+  std::vector<Cell> freed;
   for (const auto& from : model_.voxels_.blocks()) {
     Samples::Block& to = samples_.at(from->corner);
     for (int i = 0; i < 512; ++i) {
       const auto index = static_cast<std::size_t>(i);
       const SurfaceModel::Voxel& voxel = from->voxels[index];
-      float value = std::numeric_limits<float>::quiet_NaN();
-      if (SurfaceModel::known(voxel)) {
-        value = SurfaceModel::distance(voxel);
-        const Cell cell = from->corner + Cell(i & 7, (i >> 3) & 7, i >> 6);
-        if (voxel.through > 0 && value < 0.0F && model_.gone(cell)) value = kFreed;
-      }
-      to.voxels[index] = value;
+      const bool known = SurfaceModel::known(voxel);
+      to.voxels[index] =
+          known ? SurfaceModel::distance(voxel) : std::numeric_limits<float>::quiet_NaN();
+      if (!known || voxel.through == 0) continue;
+      const Cell cell = from->corner + Cell(i & 7, (i >> 3) & 7, i >> 6);
+      if (model_.gone(cell)) freed.push_back(cell);
     }
+  }
+  for (const Cell& cell : freed) set_free(cell);
+}
+
+// With it what lies just below its surface, where beams have no vote.
+void SurfaceNets::set_free(const Cell& cell) {
+  constexpr float kFreed = 0.5F;
+  *samples_.find_voxel(cell) = kFreed;
+  for (int i = 0; i < 27; ++i) {
+    float* beside = samples_.find_voxel(cell + Cell(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+    if (beside != nullptr && *beside < 0.0F && *beside >= SurfaceModel::kSolid) *beside = kFreed;
   }
 }
 

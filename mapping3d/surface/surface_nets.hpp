@@ -20,6 +20,7 @@ class SurfaceNets {
   using Samples = VoxelBlocks<float>;  ///< distances in voxels, NaN = unknown
 
   void take_samples();
+  void set_free(const Cell& cell);
   void cross_block(const Samples::Block& block);
   void cross(const Cell& cell, int axis, float from, float to);
   bool seen_from(const Cell& cell, int axis, bool outwards) const;

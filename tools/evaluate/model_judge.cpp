@@ -176,7 +176,7 @@ std::vector<Guess> coarse_guesses(const std::vector<Eigen::Vector3f>& points,
       }
     }
   }
-  constexpr std::size_t kKept = 24;
+  constexpr std::size_t kKept = 12;
   const auto kept = static_cast<std::ptrdiff_t>(std::min(kKept, guesses.size()));
   std::partial_sort(guesses.begin(), guesses.begin() + kept, guesses.end(),
                     [](const Guess& a, const Guess& b) { return a.cost < b.cost; });
@@ -258,13 +258,13 @@ ModelFit fit_model(const TriangleMesh& model, const sim::RayCaster& world, const
 
 ModelFit find_model(const TriangleMesh& model, const sim::RayCaster& world) {
   const DistanceField field(world);
-  const std::vector<Eigen::Vector3f> points = sample(model, 3000);
+  const std::vector<Eigen::Vector3f> points = sample(model, 2000);
   require(!points.empty(), "the model has no surface");
   std::vector<Eigen::Vector3f> few;
-  for (std::size_t i = 0; i < points.size(); i += 10) few.push_back(points[i]);
+  for (std::size_t i = 0; i < points.size(); i += 8) few.push_back(points[i]);
   Guess best{1e300, Pose3::Identity()};
   for (const Guess& guess : coarse_guesses(few, field)) {
-    const ModelFit fit = refine(points, world, guess.pose, 15);
+    const ModelFit fit = refine(few, world, guess.pose, 15);
     double cost = 0.0;
     for (const Eigen::Vector3f& point : points) {
       const Eigen::Vector3d p = fit.world_from_model * point.cast<double>();

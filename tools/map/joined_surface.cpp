@@ -77,8 +77,8 @@ JoinedSurface write_joined_surface(const std::filesystem::path& folder,
   JoinedSurface joined;
   joined.mesh = mapping3d::fuse(scenes, options.surface);
   if (joined.mesh.triangles.empty()) return joined;
-  const mapping3d::Simplified fewer = mapping3d::simplify(joined.mesh, options.simplify);
-  const auto planes = mapping3d::find_planes(fewer.mesh, options.planes);
+  const auto planes = mapping3d::find_planes(joined.mesh, options.planes);
+  const mapping3d::Simplified fewer = mapping3d::simplify(joined.mesh, planes, options.simplify);
   const auto plan = mapping3d::cut_at(joined.mesh, options.plan_height_m);
   files::write_ply(folder / "model.ply", joined.mesh);
   files::write_glb(folder / "model.glb", fewer.mesh);
@@ -89,6 +89,7 @@ JoinedSurface write_joined_surface(const std::filesystem::path& folder,
                     {"triangles", static_cast<double>(joined.mesh.triangles.size())},
                     {"simplified triangles", static_cast<double>(fewer.mesh.triangles.size())},
                     {"simplified, farthest sample_m", std::max(fewer.there_m, fewer.back_m)},
+                    {"simplified, part beyond the bound", fewer.beyond},
                     {"planes", static_cast<double>(planes.size())}};
   return joined;
 }

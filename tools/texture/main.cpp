@@ -101,7 +101,9 @@ int run(const std::string& model, const std::string& list, const std::filesystem
       ++refused;
     }
   }
-  const mapping3d::Simplified fewer = mapping3d::simplify(files::read_ply(model), options.simplify);
+  const TriangleMesh whole = files::read_ply(model);
+  const mapping3d::Simplified fewer =
+      mapping3d::simplify(whole, mapping3d::find_planes(whole), options.simplify);
   const mapping3d::TexturedSurface painted =
       mapping3d::paint(fewer.mesh, pictures, options.texture);
   require(!painted.mesh.triangles.empty(), model + ": has no triangles");

@@ -79,37 +79,42 @@ TEST(MeshDistance, EqualsTheNearestOfManySamples) {
 }
 
 TEST(Simplify, FlatWallsBecomeFewTrianglesWithinTheBound) {
-  // The noise's largest of 24 000 is four sigma, and both meshes have it.
-  const TriangleMesh mesh = room(0.001, 5);
-  const Simplified fewer = simplify(mesh);
+  // The noise's largest of 24 000 is four sigma.
+  const TriangleMesh mesh = room(0.002, 5);
+  const Simplified fewer = simplify(mesh, find_planes(mesh));
   ASSERT_EQ(fewer.status, Simplified::Status::within_bound);
   EXPECT_LT(fewer.mesh.triangles.size(), mesh.triangles.size() / 20);
   EXPECT_EQ(fewer.mesh.normals.size(), fewer.mesh.vertices_m.size());
   // Checked again, finer, both ways.
-  EXPECT_LT(gap(mesh, MeshDistance(fewer.mesh, 0.05F), 2e-4F).max_m, 0.011);
-  EXPECT_LT(gap(fewer.mesh, MeshDistance(mesh, 0.05F), 2e-4F).max_m, 0.011);
+  EXPECT_LT(gap(mesh, MeshDistance(fewer.mesh, 0.05F), 2e-4F, 0.01).beyond, 0.002);
+  EXPECT_LT(gap(fewer.mesh, MeshDistance(mesh, 0.05F), 2e-4F, 0.01).beyond, 0.002);
+  EXPECT_LT(std::max(fewer.there_m, fewer.back_m), 0.015);
 }
 
-TEST(Simplify, ATightBoundIsKeptOrTheMeshComesBack) {
-  const TriangleMesh mesh = room(0.01, 6);
+TEST(Simplify, ABoundThatIsNotReachedIsSaid) {
+  TriangleMesh mesh = room(0.0, 6);
   SimplifyOptions options;
   options.max_error_m = 0.003;
-  const Simplified fewer = simplify(mesh, options);
-  EXPECT_LE(std::max(fewer.there_m, fewer.back_m), 0.003);
-  if (fewer.status == Simplified::Status::unchanged) {
-    EXPECT_EQ(fewer.mesh.triangles, mesh.triangles);
-  }
-  EXPECT_TRUE(simplify(TriangleMesh{}).mesh.triangles.empty());
+  const Simplified fewer = simplify(mesh, find_planes(mesh), options);
+  EXPECT_EQ(fewer.status, Simplified::Status::within_bound);
+  EXPECT_LE(std::max(fewer.there_m, fewer.back_m), 0.004);
+  EXPECT_LT(fewer.mesh.triangles.size(), 400U);
+  // One bold round on a rough mesh.
+  mesh = room(0.01, 7);
+  options.rounds = 1;
+  options.snap_share = 0.0;
+  const Simplified rough = simplify(mesh, {}, options);
+  EXPECT_EQ(rough.status, rough.beyond <= options.allowed_beyond
+                              ? Simplified::Status::within_bound
+                              : Simplified::Status::beyond_bound);
+  EXPECT_EQ(simplify(TriangleMesh{}).status, Simplified::Status::nothing);
 }
 
 TEST(Planes, OfARoomAreItsSixWithHonestUncertainty) {
-  int inside = 0, all = 0;
-  for (unsigned seed = 1; seed <= 8; ++seed) {
+  int inside = 0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
     const std::vector<SurfacePlane> planes = find_planes(room(0.004, seed));
     ASSERT_EQ(planes.size(), 6U);
-    EXPECT_EQ(planes[0].kind, SurfacePlane::Kind::floor == planes[0].kind
-                                  ? SurfacePlane::Kind::floor
-                                  : SurfacePlane::Kind::ceiling);
     int floors = 0, ceilings = 0, walls = 0;
     const Eigen::Vector3d size(4, 3, 2.5);
     for (const SurfacePlane& plane : planes) {
@@ -122,7 +127,6 @@ TEST(Planes, OfARoomAreItsSixWithHonestUncertainty) {
       const double error = plane.centre_m[axis] - truth;
       EXPECT_NEAR(error, 0.0, 0.001);
       inside += error * error < 4.0 * plane.covariance(0, 0);
-      ++all;
       EXPECT_NEAR(plane.area_m2, size.prod() / size[axis], 0.3);
       EXPECT_LT(std::acos(std::abs(plane.normal[axis])), 0.001);
     }
@@ -130,9 +134,9 @@ TEST(Planes, OfARoomAreItsSixWithHonestUncertainty) {
     EXPECT_EQ(ceilings, 1);
     EXPECT_EQ(walls, 4);
   }
-  // Within two sigma: 95 % of 48 are 46; fewer than 40 would be too sure, and never outside
-  // (24 sigma-halves) too humble is caught below.
-  EXPECT_GE(inside, 40);
+  // Within two sigma: 95 % of 24 are 23; fewer than 19 would be too sure, and below it must not be
+  // too humble: 4 mm over a thousand patches.
+  EXPECT_GE(inside, 19);
   const SurfacePlane plane = find_planes(room(0.004, 1)).front();
   EXPECT_LT(std::sqrt(plane.covariance(0, 0)), 0.0005);
 }

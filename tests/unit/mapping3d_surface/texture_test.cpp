@@ -23,8 +23,6 @@ TriangleMesh wall_and_board() {
   TriangleMesh mesh;
   add_quad(mesh, {3, 1.5F, 0}, {0, -3, 0}, {0, 0, 2});
   add_quad(mesh, {2, 0.3F, 0.7F}, {0, -0.6F, 0}, {0, 0, 0.6F});
-  // Seen from -x the corners turn the other way round.
-  for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
   return mesh;
 }
 
@@ -127,6 +125,7 @@ TEST(Texture, WhatIsHiddenStaysUnpainted) {
       paint(wall_and_board(), {photograph(looking_ahead({0, 0, 1.0}), 0.0)});
   const Check found = check(surface);
   EXPECT_EQ(found.red_on_wall, 0);
+  EXPECT_GT(found.painted, 300);
   EXPECT_GT(found.unseen, 20);  // the board's shadow, 0.9 x 0.9 m of 3 x 2
   EXPECT_LE(found.worst, 5.0F);
 }

@@ -63,7 +63,11 @@ struct SlamInput {
 };
 
 struct SlamUpdate {
-  enum class Status { matched, carried };
+  enum class Status {
+    matched,
+    carried,  ///< no usable match: by odometry or the last motion
+    lost      ///< no pose in the map is known
+  };
 
   Pose2 world_from_robot;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, theta), world frame

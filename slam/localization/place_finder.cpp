@@ -15,7 +15,17 @@ namespace {
 constexpr double kOnWall = 0.30;  // likelihood: within 1.5 standard deviations of a wall
 constexpr double kFarFromWall = 0.08;
 constexpr double kBeamStepM = 0.10;
-constexpr double kBeamEndM = 0.40;  // before its end a beam may graze what it hits
+// Before its end a beam runs along what it hits: closer to it than a cell and what the poses err.
+constexpr double kBeamEndM = 0.40;
+constexpr double kGrazeM = 0.12;
+constexpr double kLeaveOutM = 0.30;  // what is worse than the best by so much evidence is forgotten
+
+// How far a beam keeps off all walls; 0 where that cannot be known.
+double clear_length_m(const Eigen::Vector2d& beam, const Eigen::Vector2d& normal) {
+  const double range_m = beam.norm(), across = std::abs(beam.dot(normal)) / range_m;
+  if (across < 0.1) return 0.0;
+  return std::max(0.0, range_m - kBeamEndM - kGrazeM / across);
+}
 constexpr int kRefinements = 8;
 
 }  // namespace
@@ -35,6 +45,7 @@ PlaceFinder::SessionPoints PlaceFinder::points_of(const std::vector<KeyScan>& se
   std::size_t first = session.size() - 1;
   const double path_m = session.back().path_m;
   while (first > 0 && path_m - session[first - 1].path_m <= options_.memory_m) --first;
+  SessionPoints result;
   std::vector<Eigen::Vector2d> points, sensors;
   std::unordered_set<uint64_t> taken;
   for (std::size_t key = session.size(); key-- > first;) {
@@ -49,9 +60,11 @@ PlaceFinder::SessionPoints PlaceFinder::points_of(const std::vector<KeyScan>& se
       if (!taken.insert(cell).second) continue;
       points.emplace_back(placed.col(i));
       sensors.push_back(sensor);
+      result.clear_m.push_back(
+          clear_length_m(scan.points_in_robot.points.col(i) - scan.sensor_in_robot,
+                         scan.points_in_robot.normals.col(i)));
     }
   }
-  SessionPoints result;
   const auto count = static_cast<Eigen::Index>(points.size());
   result.in_middle.resize(2, count);
   result.sensors.resize(2, count);
@@ -118,13 +131,13 @@ PlaceCandidate PlaceFinder::judge(const SessionPoints& points, const Pose2& map_
     }
     // Every third beam says enough, and costs a hundred times what its end does.
     if (i % 3 != 0) continue;
-    const Eigen::Vector2d beam = placed.col(i) - sensors.col(i);
-    const double range_m = beam.norm();
-    int in_wall = 0;
-    for (double at_m = kBeamEndM; at_m < range_m - kBeamEndM; at_m += kBeamStepM) {
-      if (map_.is_wall(sensors.col(i) + (at_m / range_m) * beam)) ++in_wall;
+    const Eigen::Vector2d beam = (placed.col(i) - sensors.col(i)).normalized();
+    const double clear_m = points.clear_m[static_cast<std::size_t>(i)];
+    for (double at_m = kBeamEndM; at_m < clear_m; at_m += kBeamStepM) {
+      if (!map_.is_wall(sensors.col(i) + at_m * beam)) continue;
+      contradicted += 3;
+      break;
     }
-    if (in_wall > 0) contradicted += 3;
   }
   PlaceCandidate candidate;
   candidate.map_from_session = map_from_middle * points.session_from_middle.inverse();
@@ -154,6 +167,16 @@ void PlaceFinder::keep_apart(std::vector<PlaceCandidate>& candidates,
   candidates = std::move(kept);
 }
 
+bool PlaceFinder::stands_out(const std::vector<PlaceCandidate>& found) const {
+  if (found.empty() || found.front().explained < options_.sure_explained ||
+      found.front().evidence() < options_.sure_evidence) {
+    return false;
+  }
+  const double margin =
+      options_.sure_margin + options_.sure_margin_per_doubt * (1.0 - found.front().evidence());
+  return found.size() == 1 || found[0].evidence() - found[1].evidence() >= margin;
+}
+
 PlaceEstimate PlaceFinder::look(const std::vector<KeyScan>& session) {
   require(!session.empty(), "place_finder: there is no key scan to look with");
   PlaceEstimate estimate;
@@ -171,18 +194,14 @@ PlaceEstimate PlaceFinder::look(const std::vector<KeyScan>& session) {
   auto& found = estimate.candidates;
   std::erase_if(found, [&](const PlaceCandidate& candidate) {
     return candidate.explained < options_.min_score ||
-           candidate.evidence() < found.front().evidence() - 2.0 * options_.sure_margin;
+           candidate.evidence() < found.front().evidence() - kLeaveOutM;
   });
   if (static_cast<int>(found.size()) > options_.max_candidates) {
     found.resize(static_cast<std::size_t>(options_.max_candidates));
   }
   earlier_.clear();
   for (const PlaceCandidate& candidate : found) earlier_.push_back(candidate.map_from_session);
-  const bool stands_out =
-      !found.empty() && found.front().explained >= options_.sure_explained &&
-      found.front().evidence() >= options_.sure_evidence &&
-      (found.size() == 1 || found[0].evidence() - found[1].evidence() >= options_.sure_margin);
-  if (!stands_out) {
+  if (!stands_out(found)) {
     leader_.reset();
     leader_times_ = 0;
   } else {

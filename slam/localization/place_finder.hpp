@@ -20,9 +20,12 @@ struct PlaceFinderOptions {
   // When one candidate is believed:
   double sure_explained = 0.70;  ///< part of the points that lie on walls of the map
   double sure_evidence = 0.50;   ///< that, less the part that contradicts the map
-  double sure_margin = 0.12;     ///< evidence above that of any other candidate
-  double sure_path_m = 1.0;      ///< driven since the first key scan
-  int sure_times = 3;            ///< key scans in a row that say the same
+  /// Evidence above that of any other candidate: this, and this part of what the best lacks. Where
+  /// the world has changed since, what is the right place explains less.
+  double sure_margin = 0.05;
+  double sure_margin_per_doubt = 0.3;
+  double sure_path_m = 1.0;  ///< driven since the first key scan
+  int sure_times = 3;        ///< key scans in a row that say the same
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -37,6 +40,7 @@ struct PlaceFinderOptions {
     v("sure_explained", sure_explained, Limits{0.0, 1.0});
     v("sure_evidence", sure_evidence, Limits{0.0, 1.0});
     v("sure_margin", sure_margin, Limits{0.0, 1.0});
+    v("sure_margin_per_doubt", sure_margin_per_doubt, Limits{0.0, 1.0});
     v("sure_path_m", sure_path_m, kNotNegative);
     v("sure_times", sure_times, Limits{1, 1000});
   }
@@ -83,8 +87,9 @@ class PlaceFinder {
  private:
   struct SessionPoints {
     Pose2 session_from_middle;
-    Points2 in_middle;  ///< about their mean
-    Points2 sensors;    ///< where each one's beam came from
+    Points2 in_middle;            ///< about their mean
+    Points2 sensors;              ///< where each one's beam came from
+    std::vector<double> clear_m;  ///< how far from the sensor its beam keeps off any wall
   };
   SessionPoints points_of(const std::vector<KeyScan>& session) const;
   std::vector<Pose2> search(const SessionPoints& points) const;
@@ -92,6 +97,7 @@ class PlaceFinder {
   PlaceCandidate judge(const SessionPoints& points, const Pose2& map_from_middle) const;
   void keep_apart(std::vector<PlaceCandidate>& candidates, const Pose2& session_from_robot) const;
   bool near(const Pose2& a, const Pose2& b) const;
+  bool stands_out(const std::vector<PlaceCandidate>& found) const;
 
   const PlaceMap& map_;
   PlaceFinderOptions options_;

@@ -60,7 +60,7 @@ Eigen::Matrix3d FrozenMap::covariance_of(const Eigen::Matrix3d& information) con
 }
 
 SessionFinder::SessionFinder(FrozenMap& map, const LocalizerOptions& options)
-    : map_(map), options_(options), finder_(map.places(), options.finder) {}
+    : map_(&map), options_(options), finder_(map.places(), options.finder) {}
 
 void SessionFinder::restart() {
   finder_.restart();
@@ -72,7 +72,7 @@ std::optional<FoundPlace> SessionFinder::look(const std::vector<KeyScan>& sessio
   if (estimate_.status != PlaceEstimate::Status::localized) return std::nullopt;
   const KeyScan& newest = session.back();
   const Pose2 guess = estimate_.candidates.front().map_from_session * newest.world_from_robot;
-  const SurfelMatch fine = map_.match(newest.points_in_robot, guess, nullptr);
+  const SurfelMatch fine = map_->match(newest.points_in_robot, guess, nullptr);
   // The finder is right to some centimetres; a match that goes elsewhere speaks against it.
   constexpr double kAgreesM = 0.3;
   const Pose2 moved = between(guess, fine.map_from_robot);
@@ -82,8 +82,8 @@ std::optional<FoundPlace> SessionFinder::look(const std::vector<KeyScan>& sessio
     estimate_.status = PlaceEstimate::Status::candidates;
     return std::nullopt;
   }
-  return FoundPlace{fine.map_from_robot, map_.covariance_of(fine.information), fine.overlap,
-                    map_.nearest_key(fine.map_from_robot)};
+  return FoundPlace{fine.map_from_robot, map_->covariance_of(fine.information), fine.overlap,
+                    map_->nearest_key(fine.map_from_robot)};
 }
 
 }  // namespace marco::slam

@@ -22,9 +22,9 @@ Localizer::Localizer(std::vector<KeyScan> map,
                      const SlamOptions& slam)
     : options_(options),
       slam_options_(slam),
-      map_(std::move(map), options, slam),
+      map_(std::make_unique<FrozenMap>(std::move(map), options, slam)),
       coarse_(slam.coarse),
-      finder_(map_, options),
+      finder_(*map_, options),
       session_(slam),
       motion_(slam.motion),
       map_from_sessions_(1) {}
@@ -77,14 +77,14 @@ SlamUpdate Localizer::look(const SlamInput& input) {
 }
 
 SurfelMatch Localizer::match(const OrientedPoints& points, const PosePrior& prior) {
-  SurfelMatch fine = map_.match(points, prior.map_from_robot, &prior);
+  SurfelMatch fine = map_->match(points, prior.map_from_robot, &prior);
   if (fine.overlap >= slam_options_.good_overlap) return fine;
   const SearchWindow window{prior.map_from_robot, kSearchHalfWidthM,
                             deg_to_rad(kSearchHalfTurnDeg)};
   const CorrelativeMatch wide =
-      coarse_.search(map_.places().walls(), points.points, window, kSearchMinScore);
+      coarse_.search(map_->places().walls(), points.points, window, kSearchMinScore);
   if (wide.score <= 0.0) return fine;
-  const SurfelMatch again = map_.match(points, wide.map_from_robot, nullptr);
+  const SurfelMatch again = map_->match(points, wide.map_from_robot, nullptr);
   return again.overlap > fine.overlap + 0.05 ? again : fine;
 }
 
@@ -111,7 +111,7 @@ SlamUpdate Localizer::track(const SlamInput& input) {
     if (found.status != SurfelMatch::Status::no_overlap && found.overlap >= options_.poor_overlap) {
       update.status = SlamUpdate::Status::matched;
       update.world_from_robot = found.map_from_robot;
-      update.covariance = map_.covariance_of(found.information + prior.information);
+      update.covariance = map_->covariance_of(found.information + prior.information);
     }
   }
   const Pose2 moved = between(map_from_robot_, update.world_from_robot);

@@ -87,7 +87,7 @@ class SessionFinder {
   void restart();
 
  private:
-  FrozenMap& map_;
+  FrozenMap* map_;
   LocalizerOptions options_;
   PlaceFinder finder_;
   PlaceEstimate estimate_;
@@ -111,6 +111,8 @@ class Localizer {
   void forget_place();
 
   bool is_localized() const { return tracking_; }
+  /// Of the map.
+  const std::vector<KeyScan>& keys() const { return map_->keys(); }
   /// Of the last look.
   const PlaceEstimate& estimate() const { return finder_.estimate(); }
   /// How often it found the place, and lost it.
@@ -136,7 +138,7 @@ class Localizer {
 
   LocalizerOptions options_;
   SlamOptions slam_options_;
-  FrozenMap map_;
+  std::unique_ptr<FrozenMap> map_;  ///< stays where it is when the localizer moves
   CorrelativeMatcher coarse_;
   SessionFinder finder_;
   Slam session_;

@@ -18,7 +18,7 @@ constexpr double kBeamStepM = 0.10;
 // Before its end a beam runs along what it hits: closer to it than a cell and what the poses err.
 constexpr double kBeamEndM = 0.40;
 constexpr double kGrazeM = 0.12;
-constexpr double kLeaveOutM = 0.30;  // what is worse than the best by so much evidence is forgotten
+constexpr double kLeaveOut = 0.30;  // what is worse than the best by so much evidence is forgotten
 
 // How far a beam keeps off all walls; 0 where that cannot be known.
 double clear_length_m(const Eigen::Vector2d& beam, const Eigen::Vector2d& normal) {
@@ -31,7 +31,7 @@ constexpr int kRefinements = 8;
 }  // namespace
 
 PlaceFinder::PlaceFinder(const PlaceMap& map, const PlaceFinderOptions& options)
-    : map_(map), options_(options) {
+    : map_(&map), options_(options) {
   validate(options, "place_finder");
 }
 
@@ -85,7 +85,7 @@ std::vector<Pose2> PlaceFinder::search(const SessionPoints& points) const {
   const Eigen::Index used = std::min<Eigen::Index>(count, options_.search_points);
   Points2 few(2, used);
   for (Eigen::Index i = 0; i < used; ++i) few.col(i) = points.in_middle.col(i * count / used);
-  PlaceSearch search(map_.walls(), few, {options_.min_score, options_.keep_within});
+  PlaceSearch search(map_->walls(), few, {options_.min_score, options_.keep_within});
   return search.run(static_cast<std::size_t>(options_.max_candidates));
 }
 
@@ -99,7 +99,7 @@ Pose2 PlaceFinder::refine(const SessionPoints& points, const Pose2& map_from_mid
     const Eigen::Matrix2d rotation = pose.rotation();
     for (Eigen::Index at = 0; at < count; at += stride) {
       const Eigen::Vector2d turned = rotation * points.in_middle.col(at);
-      const PlaceMap::Likelihood found = map_.likelihood(turned + pose.translation_m());
+      const PlaceMap::Likelihood found = map_->likelihood(turned + pose.translation_m());
       const Eigen::Vector2d& slope = found.gradient;
       const Eigen::Vector3d row(slope.x(), slope.y(),
                                 slope.y() * turned.x() - slope.x() * turned.y());
@@ -123,9 +123,9 @@ PlaceCandidate PlaceFinder::judge(const SessionPoints& points, const Pose2& map_
   const Eigen::Index count = placed.cols();
   int explained = 0, contradicted = 0;
   for (Eigen::Index i = 0; i < count; ++i) {
-    const double likelihood = map_.likelihood(placed.col(i)).value;
+    const double likelihood = map_->likelihood(placed.col(i)).value;
     if (likelihood >= kOnWall) ++explained;
-    if (likelihood < kFarFromWall && map_.is_free(placed.col(i))) {
+    if (likelihood < kFarFromWall && map_->is_free(placed.col(i))) {
       ++contradicted;
       continue;
     }
@@ -134,7 +134,7 @@ PlaceCandidate PlaceFinder::judge(const SessionPoints& points, const Pose2& map_
     const Eigen::Vector2d beam = (placed.col(i) - sensors.col(i)).normalized();
     const double clear_m = points.clear_m[static_cast<std::size_t>(i)];
     for (double at_m = kBeamEndM; at_m < clear_m; at_m += kBeamStepM) {
-      if (!map_.is_wall(sensors.col(i) + at_m * beam)) continue;
+      if (!map_->is_wall(sensors.col(i) + at_m * beam)) continue;
       contradicted += 3;
       break;
     }
@@ -190,11 +190,15 @@ PlaceEstimate PlaceFinder::look(const std::vector<KeyScan>& session) {
   for (const Pose2& place : places) {
     estimate.candidates.push_back(judge(points, refine(points, place)));
   }
+  if (estimate.candidates.empty()) {
+    restart();
+    return estimate;
+  }
   keep_apart(estimate.candidates, session_from_robot);
   auto& found = estimate.candidates;
+  const double worth_keeping = found.front().evidence() - kLeaveOut;
   std::erase_if(found, [&](const PlaceCandidate& candidate) {
-    return candidate.explained < options_.min_score ||
-           candidate.evidence() < found.front().evidence() - kLeaveOutM;
+    return candidate.explained < options_.min_score || candidate.evidence() < worth_keeping;
   });
   if (static_cast<int>(found.size()) > options_.max_candidates) {
     found.resize(static_cast<std::size_t>(options_.max_candidates));

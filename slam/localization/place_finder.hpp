@@ -99,7 +99,7 @@ class PlaceFinder {
   bool near(const Pose2& a, const Pose2& b) const;
   bool stands_out(const std::vector<PlaceCandidate>& found) const;
 
-  const PlaceMap& map_;
+  const PlaceMap* map_;
   PlaceFinderOptions options_;
   std::vector<Pose2> earlier_;   ///< candidates of the look before, map_from_session
   std::optional<Pose2> leader_;  ///< stood out at the look before

@@ -39,9 +39,17 @@ PlaceSearch::PlaceSearch(const LikelihoodPyramid& map, const Points2& points, co
 int PlaceSearch::threshold() const { return std::max(min_sum_, best_sum_ - keep_within_); }
 
 PlaceSearch::Block PlaceSearch::scored(int level, Block block) const {
+  const Turned& cells = turned_[static_cast<std::size_t>(block.turn)];
+  const int wanted = threshold();
   block.sum = 0;
-  for (const Offset& cell : turned_[static_cast<std::size_t>(block.turn)]) {
-    block.sum += map_.at(level, cell.x + block.x, cell.y + block.y);
+  // What cannot reach the threshold any more need not be counted to its end.
+  constexpr std::size_t kAtOnce = 16;
+  for (std::size_t first = 0; first < cells.size(); first += kAtOnce) {
+    const std::size_t end = std::min(cells.size(), first + kAtOnce);
+    for (std::size_t i = first; i < end; ++i) {
+      block.sum += map_.at(level, cells[i].x + block.x, cells[i].y + block.y);
+    }
+    if (block.sum + 255 * static_cast<int>(cells.size() - end) < wanted) break;
   }
   return block;
 }

@@ -62,10 +62,9 @@ SlamUpdate Localizer::look(const SlamInput& input) {
   if (!found) return update;
   const KeyScan& newest = session_.keys().back();
   map_from_sessions_.back() = found->map_from_robot * newest.world_from_robot.inverse();
-  path_to_found_m_ = newest.path_m;
+  findings_.push_back({input.scan.utime, newest.path_m, *found});
   motion_.restore(session_.state().motion);
   tracking_ = true;
-  ++times_found_;
   map_from_robot_ = update.world_from_robot = found->map_from_robot;
   covariance_ = update.covariance = found->covariance;
   last_match_ = input.scan.utime;

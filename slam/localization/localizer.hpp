@@ -93,6 +93,13 @@ class SessionFinder {
   PlaceEstimate estimate_;
 };
 
+/// When a place was found.
+struct Finding {
+  Utime utime;          ///< of the scan that made it sure
+  double path_m = 0.0;  ///< driven since it began to look
+  FoundPlace place;
+};
+
 /// Where a robot is in a map that somebody saved. Looks anywhere until it is sure, tracks from then
 /// on, and looks again when the scans fit no more. The map stays as it is.
 ///
@@ -115,11 +122,9 @@ class Localizer {
   const std::vector<KeyScan>& keys() const { return map_->keys(); }
   /// Of the last look.
   const PlaceEstimate& estimate() const { return finder_.estimate(); }
-  /// How often it found the place, and lost it.
-  int times_found() const { return times_found_; }
+  /// Each time it became sure.
+  const std::vector<Finding>& findings() const { return findings_; }
   int times_lost() const { return times_lost_; }
-  /// How far it had driven since it was last lost when it found its place [m].
-  double path_to_found_m() const { return path_to_found_m_; }
   Velocity2 velocity() const { return tracking_ ? motion_.velocity() : session_.velocity(); }
 
   /// One pose a scan, in the map's frame; scans before a place was found have it from the path that
@@ -148,9 +153,8 @@ class Localizer {
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   std::optional<Utime> last_match_;
   double unmatched_m_ = 0.0;
-  int times_found_ = 0;
   int times_lost_ = 0;
-  double path_to_found_m_ = 0.0;
+  std::vector<Finding> findings_;
   std::vector<std::optional<Pose2>> map_from_sessions_;
   std::vector<ScanPose> scans_;
 };

@@ -17,6 +17,7 @@ void MappingSession::reset(const Pose2& world_from_robot) {
   frozen_.reset();
   localizer_.reset();
   base_ = {};
+  findings_.clear();
   session_starts_ = {0};
   slam_ = Slam(slam_options_);
   SlamState start;
@@ -59,6 +60,7 @@ SlamUpdate MappingSession::process(const SlamInput& input) {
   if (mode_ != Mode::extending || joined_) return update;
   if (update.became_key) {
     if (const auto place = finder_->look(slam_.keys())) {
+      findings_.push_back({input.scan.utime, slam_.keys().back().path_m, *place});
       join(*place);
       update.world_from_robot = slam_.trajectory().back().world_from_robot;
       update.covariance = place->covariance;
@@ -99,6 +101,10 @@ void MappingSession::join(const FoundPlace& place) {
 
 void MappingSession::finish() {
   if (!localizer_) slam_.finish();
+}
+
+const std::vector<Finding>& MappingSession::findings() const {
+  return localizer_ ? localizer_->findings() : findings_;
 }
 
 const PlaceEstimate* MappingSession::estimate() const {

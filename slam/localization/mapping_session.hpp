@@ -38,6 +38,8 @@ class MappingSession {
   const Slam& slam() const { return slam_; }
   /// nullptr unless localizing
   const Localizer* localizer() const { return localizer_ ? &*localizer_ : nullptr; }
+  /// Each time it became sure where in the saved map it is.
+  const std::vector<Finding>& findings() const;
   /// extending: what the last look for the place said
   const PlaceEstimate* estimate() const;
   Velocity2 velocity() const;
@@ -71,6 +73,7 @@ class MappingSession {
   std::optional<SessionFinder> finder_;
   SavedMap base_;
   bool joined_ = false;
+  std::vector<Finding> findings_;
   std::optional<Localizer> localizer_;
 };
 

@@ -20,8 +20,7 @@ constexpr double kLaserHeightM = 0.608;
 class Office {
  public:
   Office()
-      : rays_(sim::build_world(
-            process::load_options<sim::WorldSpec>("config/worlds/office.toml"))),
+      : rays_(sim::build_world(process::load_options<sim::WorldSpec>("config/worlds/office.toml"))),
         laser_(rays_, options()) {}
 
   // The tour, mapped; the map's frame is the tour's first pose.
@@ -68,8 +67,7 @@ class Office {
     for (int i = 0; i < 400 && driven_m <= path_m; ++i, us += 200000) {
       LaserScan scan;
       scan.utime = Utime::from_us(us);
-      const Pose3 world_from_laser =
-          lift(robot) * make_pose3({kLaserAheadM, 0.0, kLaserHeightM});
+      const Pose3 world_from_laser = lift(robot) * make_pose3({kLaserAheadM, 0.0, kLaserHeightM});
       scan.ranges_m = laser_.scan([&](double) { return world_from_laser; }, random);
       scan.first_bearing_rad = deg_to_rad(-90.0);
       scan.bearing_step_rad = deg_to_rad(0.5);

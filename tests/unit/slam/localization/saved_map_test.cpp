@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "common/byte_archive.hpp"
 #include "slam/localization/mapping_session.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"

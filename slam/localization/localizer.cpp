@@ -119,14 +119,29 @@ SlamUpdate Localizer::track(const SlamInput& input) {
   covariance_ = update.covariance;
   scans_.push_back({-1, map_from_robot_});
   if (!usable) return update;
-  const bool matched = update.status == SlamUpdate::Status::matched;
-  note_whether_lost(input.scan.utime, matched, moved.translation_m().norm());
+  note_whether_lost(input.scan.utime, fits(input, update), moved.translation_m().norm());
   if (!tracking_) update.status = SlamUpdate::Status::lost;
   return update;
 }
 
-void Localizer::note_whether_lost(Utime utime, bool matched, double moved_m) {
-  if (matched || !last_match_) {
+bool Localizer::fits(const SlamInput& input, const SlamUpdate& update) const {
+  if (update.status != SlamUpdate::Status::matched || update.overlap < options_.good_overlap) {
+    return false;
+  }
+  // A room that resembles the right one has walls where this one is known to be free.
+  const PlaceMap& places = map_->places();
+  const Points2 hits = update.world_from_robot * input.scan.hits_in_robot;
+  constexpr double kFarFromWall = 0.08;
+  int contradicted = 0;
+  for (Eigen::Index i = 0; i < hits.cols(); ++i) {
+    const bool off = places.likelihood(hits.col(i)).value < kFarFromWall;
+    if (off && places.is_free(hits.col(i))) ++contradicted;
+  }
+  return contradicted <= options_.max_contradicted * static_cast<double>(hits.cols());
+}
+
+void Localizer::note_whether_lost(Utime utime, bool fits, double moved_m) {
+  if (fits || !last_match_) {
     last_match_ = utime;
     unmatched_m_ = 0.0;
     return;

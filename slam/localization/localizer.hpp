@@ -13,14 +13,15 @@ namespace marco::slam {
 struct LocalizerOptions {
   PlaceMapOptions map;
   PlaceFinderOptions finder;
-  double local_radius_m = 10.0;  ///< the map about the robot is made of the key scans within this
-  int local_key_scans = 60;      ///< the nearest so many
-  double renew_after_m = 1.5;    ///< of driving
-  double good_overlap = 0.60;    ///< a place found is taken when the fine match reaches it
-  double poor_overlap = 0.35;    ///< a match below it is not used
-  double lost_after_m = 2.0;     ///< so far without a match, or ...
-  double lost_after_s = 5.0;     ///< ... so long: carried away, look anew
-  double map_sigma_m = 0.02;     ///< the map's own error, in every covariance
+  double local_radius_m = 10.0;    ///< the map about the robot is made of the key scans within this
+  int local_key_scans = 60;        ///< the nearest so many
+  double renew_after_m = 1.5;      ///< of driving
+  double good_overlap = 0.60;      ///< a place found is taken when the fine match reaches it
+  double poor_overlap = 0.35;      ///< a match below it is not used
+  double max_contradicted = 0.15;  ///< of a scan's points, that may lie in known free space
+  double lost_after_m = 1.0;       ///< so far without a scan that fits well, or ...
+  double lost_after_s = 5.0;       ///< ... so long: carried away, look anew
+  double map_sigma_m = 0.02;       ///< the map's own error, in every covariance
   double map_sigma_deg = 0.2;
 
   template <class Visitor>
@@ -32,6 +33,7 @@ struct LocalizerOptions {
     v("renew_after_m", renew_after_m, kNotNegative);
     v("good_overlap", good_overlap, Limits{0.0, 1.0});
     v("poor_overlap", poor_overlap, Limits{0.0, 1.0});
+    v("max_contradicted", max_contradicted, Limits{0.0, 1.0});
     v("lost_after_m", lost_after_m, kPositive);
     v("lost_after_s", lost_after_s, kPositive);
     v("map_sigma_m", map_sigma_m, kPositive);
@@ -139,7 +141,8 @@ class Localizer {
   SlamUpdate look(const SlamInput& input);
   SlamUpdate track(const SlamInput& input);
   SurfelMatch match(const OrientedPoints& points, const PosePrior& prior);
-  void note_whether_lost(Utime utime, bool matched, double moved_m);
+  bool fits(const SlamInput& input, const SlamUpdate& update) const;
+  void note_whether_lost(Utime utime, bool fits, double moved_m);
 
   LocalizerOptions options_;
   SlamOptions slam_options_;

@@ -68,6 +68,7 @@ TEST(LocalizationInIntel, TheLastThirdFindsItselfInTheMapOfTheRest) {
   const Trajectory path = whole.trajectory(), mapped = mapper.trajectory();
   Localizer localizer(mapper.keys());
   TrialTally tally;
+  int across = 0;
   const auto index_of = [&](double time_s) {
     for (std::size_t i = 0; i < path.size(); ++i) {
       if (std::abs(static_cast<double>(path[i].utime.us) * 1e-6 - time_s) < 2e-6) return i;
@@ -82,7 +83,7 @@ TEST(LocalizationInIntel, TheLastThirdFindsItselfInTheMapOfTheRest) {
       std::swap(first, second);
       first_from_second = first_from_second.inverse();
     }
-    if (first >= split || second < split) continue;
+    if (first >= split || second < split || across++ % 10 != 0) continue;
     // The 5 m before the relation's second scan; the relation says where they end.
     std::size_t start = second;
     for (double driven_m = 0.0; start > split && driven_m < 5.0; --start) {

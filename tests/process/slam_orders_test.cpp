@@ -105,9 +105,9 @@ TEST_F(SlamOrders, AreObeyedWithoutARestartAndAnswered) {
   order(slam_command_t::LOCALIZE, "hall");
   ASSERT_TRUE(hears("LOCALIZE"));
   drive(5, 6);
-  EXPECT_EQ(last_.status, slam_pose_t::STATUS_LOST);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_LOST});
   drive(6, 60);
-  EXPECT_EQ(last_.status, slam_pose_t::STATUS_MATCHED);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
   EXPECT_THAT((Pose2{last_.x_m, last_.y_m, last_.theta_rad}),
               IsNear(between(true_pose(0), true_pose(59)), 0.05, 0.02));
   order(slam_command_t::RESET, "");
@@ -122,7 +122,7 @@ TEST_F(SlamOrders, KilledItGoesOnFromItsCheckpointThoughScansPassedMeanwhile) {
   slam = start();
   EXPECT_THAT(files::read_whole_file(at("slam.out")), HasSubstr("goes on from"));
   drive(48, 60);
-  EXPECT_EQ(last_.status, slam_pose_t::STATUS_MATCHED);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
   EXPECT_THAT((Pose2{last_.x_m, last_.y_m, last_.theta_rad}),
               IsNear(between(true_pose(0), true_pose(59)), 0.05, 0.02));
 }

@@ -35,4 +35,10 @@ std::optional<Pose2> PoseBuffer::at(Utime utime, Duration reach) const {
   return interpolate(before.pose, after->pose, part);
 }
 
+Trajectory PoseBuffer::samples() const {
+  Trajectory samples;
+  for (const Sample& sample : samples_) samples.push_back({sample.utime, sample.pose});
+  return samples;
+}
+
 }  // namespace marco

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "common/pose2.hpp"
+#include "common/trajectory.hpp"
 #include "common/utime.hpp"
 
 namespace marco {
@@ -28,6 +29,9 @@ class PoseBuffer {
   /// The pose at `utime`, interpolated between its neighbours; extrapolated with the last step's
   /// velocity up to `reach` beyond the newest sample. Nothing before the oldest or beyond reach.
   std::optional<Pose2> at(Utime utime, Duration reach = {}) const;
+
+  /// All it holds, oldest first; adding them to an empty buffer makes the same again.
+  Trajectory samples() const;
 
  private:
   struct Sample {

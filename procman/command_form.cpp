@@ -68,7 +68,7 @@ int CommandForm::number_of(const char* name, int min, int max) const {
 }
 
 PlacedCommand CommandForm::command() const {
-  constexpr int kMaxSignal = 64, kMaxSeconds = 1'000'000;
+  constexpr int kMaxSeconds = 1'000'000;
   PlacedCommand placed;
   CommandConfig& command = placed.command;
   command.id = text_of("id");

@@ -102,6 +102,18 @@ void MotionModel::update(const MotionInput& now, const Pose2& before_from_now) {
   measure_velocity();
 }
 
+void MotionModel::restore(const MotionState& state) {
+  before_ = state.before;
+  history_ = state.history;
+  period_s_ = state.period_s;
+  before_lag_s_ = state.before_lag_s;
+  move_m_ = state.move_m;
+  turn_rad_ = state.turn_rad;
+  velocity_ = Velocity2{};
+  velocity_known_ = false;
+  if (before_) measure_velocity();
+}
+
 void MotionModel::measure_velocity() {
   const auto age_s = [this](const Step& step) { return (before_->utime - step.utime).seconds(); };
   // The youngest step that is old enough; a clock that went backwards starts anew.

@@ -67,6 +67,21 @@ struct MotionGuess {
   Source source = Source::nothing;
 };
 
+/// What a MotionModel remembers.
+struct MotionState {
+  /// Scans since `velocity_span_s` ago, and the way from each to the newest.
+  struct Step {
+    Utime utime;
+    Pose2 then_from_now;
+  };
+  std::optional<MotionInput> before;
+  std::deque<Step> history;
+  double period_s = 0.0;      ///< of the scans: a running median
+  double before_lag_s = 0.0;  ///< of the scan before
+  double move_m = 0.0;        ///< of late, from one scan to the next
+  double turn_rad = 0.0;
+};
+
 /// Remembers the last scan's odometry and the last estimated velocity. Not thread-safe.
 class MotionModel {
  public:
@@ -81,6 +96,11 @@ class MotionModel {
   /// During the next scan, as far as known.
   Velocity2 velocity() const { return velocity_; }
 
+  MotionState state() const {
+    return {before_, history_, period_s_, before_lag_s_, move_m_, turn_rad_};
+  }
+  void restore(const MotionState& state);
+
  private:
   MotionGuess from_odometry(const Pose2& step) const;
   MotionGuess from_velocity(double dt_s) const;
@@ -91,11 +111,7 @@ class MotionModel {
   double lag_s(double dt_s) const;
   void learn_rhythm(double dt_s, const Pose2& step);
 
-  /// Scans since `velocity_span_s` ago, and the way from each to the newest.
-  struct Step {
-    Utime utime;
-    Pose2 then_from_now;
-  };
+  using Step = MotionState::Step;
   MotionOptions options_;
   std::optional<MotionInput> before_;
   std::deque<Step> history_;

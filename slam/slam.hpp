@@ -15,6 +15,7 @@
 #include "slam/matching/surfel_matcher.hpp"
 #include "slam/motion_model.hpp"
 #include "slam/scan_preparation.hpp"
+#include "slam/slam_state.hpp"
 
 namespace marco::slam {
 
@@ -62,7 +63,11 @@ struct SlamInput {
 };
 
 struct SlamUpdate {
-  enum class Status { matched, carried };
+  enum class Status {
+    matched,
+    carried,  ///< no usable match: by odometry or the last motion
+    lost      ///< no pose in the map is known
+  };
 
   Pose2 world_from_robot;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, theta), world frame
@@ -104,18 +109,23 @@ class Slam {
   /// The occupancy grid of all key scans at their newest poses.
   OccupancyGrid grid() const;
 
+  /// Everything it knows, as a value; what restore() takes goes on as if nothing had been.
+  SlamState state() const;
+  /// @throws std::invalid_argument as check().
+  void restore(const SlamState& state);
+  /// Goes on from the end of another session, recorded elsewhere in the same building: its key
+  /// scans join this map, loops between both are searched, and the graph is optimized.
+  /// @param tie  a measured pose of its key scan `to` (counted in `session`) seen from this map's
+  /// key scan `from`. @throws std::invalid_argument as check(), or for key scans that are not
+  /// there.
+  void join(const SlamState& session, const PoseGraphEdge& tie);
+
  private:
   struct Match {
     Pose2 world_from_robot;
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     double overlap = 0.0;
     bool usable = false;
-  };
-  /// A processed scan hangs on a key scan, and moves with it.
-  struct ScanPose {
-    Utime utime;
-    int key;
-    Pose2 key_from_robot;
   };
 
   SlamUpdate note_scan(Utime utime,
@@ -128,6 +138,7 @@ class Slam {
   void add_key(const SlamInput& input, const OrientedPoints& points, const Match& match);
   bool close_loops();
   void rebuild_local_map();
+  void find_loops_across(int key, int first_key, std::vector<KeyScan>& nearby);
   static OrientedScan only_oriented(const OrientedPoints& points);
   void move_keys(const std::vector<Pose2>& world_from_keys);
 

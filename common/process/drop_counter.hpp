@@ -17,6 +17,12 @@ class DropCounter {
   void count_received() { ++received_; }
   void count(const std::string& cause);
 
+  /// Goes on counting from what was counted before.
+  void restore(int64_t received, std::map<std::string, int64_t> by_cause) {
+    received_ = received;
+    by_cause_ = std::move(by_cause);
+  }
+
   int64_t received() const { return received_; }
   int64_t dropped() const;
   const std::map<std::string, int64_t>& by_cause() const { return by_cause_; }

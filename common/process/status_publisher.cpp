@@ -18,7 +18,11 @@ void StatusPublisher::add_latency(double seconds) {
 void StatusPublisher::tick(const std::string& state) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_ < std::chrono::seconds(1)) return;
-  last_ = now;
+  send(state);
+}
+
+void StatusPublisher::send(const std::string& state) {
+  last_ = std::chrono::steady_clock::now();
   process_status_t status;
   status.utime = std::chrono::duration_cast<std::chrono::microseconds>(
                      std::chrono::system_clock::now().time_since_epoch())

@@ -18,6 +18,9 @@ class StatusPublisher {
   /// @param state one line for a person
   void tick(const std::string& state);
 
+  /// Sends at once: an answer to a command should not wait.
+  void send(const std::string& state);
+
   /// Notes how long a message took from its arrival to its result.
   void add_latency(double seconds);
 

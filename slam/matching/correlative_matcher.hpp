@@ -52,6 +52,9 @@ class LikelihoodPyramid {
   }
   Eigen::Vector2d origin_m() const { return origin_m_; }
   double resolution_m() const { return resolution_m_; }
+  /// Of the table from the origin; beyond it there is nothing.
+  int width_cells() const { return static_cast<int>(width_); }
+  int height_cells() const { return static_cast<int>(height_); }
 
  private:
   Eigen::Vector2d origin_m_ = Eigen::Vector2d::Zero();

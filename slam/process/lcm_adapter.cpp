@@ -20,8 +20,9 @@ slam_pose_t to_message(Utime utime, const SlamUpdate& update) {
       message.covariance[row][column] = update.covariance(row, column);
     }
   }
-  message.status = update.status == SlamUpdate::Status::matched ? slam_pose_t::STATUS_MATCHED
-                                                                : slam_pose_t::STATUS_CARRIED;
+  message.status = slam_pose_t::STATUS_CARRIED;
+  if (update.status == SlamUpdate::Status::matched) message.status = slam_pose_t::STATUS_MATCHED;
+  if (update.status == SlamUpdate::Status::lost) message.status = slam_pose_t::STATUS_LOST;
   message.overlap = update.overlap;
   return message;
 }
@@ -31,8 +32,14 @@ slam_pose_t to_message(Utime utime, const SlamUpdate& update) {
 SlamAdapter::SlamAdapter(process::Bus& bus,
                          const SlamAdapterOptions& options,
                          std::function<void(const std::string&)> warn)
-    : bus_(bus), options_(options), drops_(std::move(warn)), slam_(options.slam) {
+    : bus_(bus), options_(options), drops_(warn), session_(options.slam, options.localizer) {
   validate(options, "slam_process");
+  if (!options_.checkpoint_path.empty()) {
+    if (auto state = load_adapter_state(options_.checkpoint_path, warn)) {
+      restore(std::move(*state));
+      resumed_ = true;
+    }
+  }
   subscribe();
 }
 
@@ -72,6 +79,8 @@ void SlamAdapter::subscribe() {
     if (all || request.channel == channels::kTrajectory) publish_trajectory(newest_scan_);
     if (all || request.channel == channels::kGridMap) publish_grid(newest_scan_);
   });
+  bus_.subscribe<slam_command_t>(channels::kSlamCommand, drops_,
+                                 [this](const auto& command, auto&) { on_command(command); });
 }
 
 void SlamAdapter::on_imu(const ImuSample& sample) {
@@ -91,6 +100,10 @@ void SlamAdapter::on_imu(const ImuSample& sample) {
 }
 
 void SlamAdapter::on_scan(LaserScan scan) {
+  if (paused_) {
+    drops_.count("paused");
+    return;
+  }
   if (!sensors_.contains(scan.channel)) {
     drops_.count("no SENSOR_INFO for " + scan.channel + " yet");
     return;
@@ -148,7 +161,7 @@ SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) c
       input.level = is_level(*angles, angles_at_end.value_or(*angles));
     }
   }
-  input.scan = prepare_scan(scan, info, robot_from_sensor, slam_.velocity());
+  input.scan = prepare_scan(scan, info, robot_from_sensor, session_.velocity());
   return input;
 }
 
@@ -156,7 +169,7 @@ void SlamAdapter::use(const LaserScan& scan) {
   SlamInput input = input_of(scan, sensors_.at(scan.channel));
   ++scan_count_;
   input.may_draw = options_.hold_out_every == 0 || scan_count_ % options_.hold_out_every != 0;
-  const SlamUpdate update = slam_.process(input);
+  const SlamUpdate update = session_.process(input);
   if (input.motion.odom_from_robot) {
     odometry_at_scans_.push_back({scan.utime, *input.motion.odom_from_robot});
   }
@@ -166,6 +179,7 @@ void SlamAdapter::use(const LaserScan& scan) {
                       update.status == SlamUpdate::Status::matched});
   }
   publish(scan, update);
+  save_checkpoint_now_and_then(scan.utime);
 }
 
 void SlamAdapter::publish(const LaserScan& scan, const SlamUpdate& update) {
@@ -182,11 +196,11 @@ void SlamAdapter::publish(const LaserScan& scan, const SlamUpdate& update) {
 
 void SlamAdapter::publish_trajectory(Utime utime) {
   bus_.publish(channels::kTrajectory,
-               marco::to_message(slam_.key_trajectory(), utime, slam_.revision()));
+               marco::to_message(session_.key_trajectory(), utime, session_.revision()));
 }
 
 void SlamAdapter::publish_grid(Utime utime) {
-  for (const grid_map_t& tile : to_messages(slam_.grid().to_map(), utime, slam_.revision())) {
+  for (const grid_map_t& tile : to_messages(session_.grid().to_map(), utime, session_.revision())) {
     bus_.publish(channels::kGridMap, tile);
   }
 }
@@ -201,14 +215,14 @@ void SlamAdapter::use_all_waiting() {
 
 void SlamAdapter::start_session() {
   use_all_waiting();
-  motion_ = Motion{};
+  motion_ = MotionBuffers{};
   sensors_.clear();
-  slam_.forget_motion();
+  session_.forget_motion();
 }
 
 void SlamAdapter::finish() {
   use_all_waiting();
-  slam_.finish();
+  session_.finish();
   if (live_.empty()) return;
   publish_trajectory(newest_scan_);
   publish_grid(newest_scan_);

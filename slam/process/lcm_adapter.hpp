@@ -3,7 +3,9 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/pose_buffer.hpp"
@@ -11,33 +13,44 @@
 #include "common/process/drop_counter.hpp"
 #include "common/samples.hpp"
 #include "marco/map_request_t.hpp"
+#include "marco/slam_command_t.hpp"
+#include "slam/localization/mapping_session.hpp"
+#include "slam/process/checkpoint.hpp"
 #include "slam/process/used_scan.hpp"
-#include "slam/slam.hpp"
 
 namespace marco::slam {
 
 struct SlamAdapterOptions {
   SlamOptions slam;
+  LocalizerOptions localizer;
   double level_tilt_limit_deg =
       1.0;  ///< a scan tilted more is for 3D only; odometry carries the pose
   double pan_in_scan_limit_deg = 0.1;  ///< so is one during which the laser turned more
   double map_period_s = 5.0;  ///< GRID_MAP is sent this often, in message time; 0 = at the end only
   double patience_s = 0.5;    ///< how long a scan waits for odometry and pan-tilt, in message time
   int hold_out_every = 0;     ///< every Nth scan gets a pose but is not drawn; 0 = none
+  std::string maps_folder = "maps";  ///< SAVE and LOCALIZE name folders below this one
+  std::string checkpoint_path;       ///< live: "" = none is written or read
+  double checkpoint_every_s = 10.0;  ///< in message time
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("slam", slam);
+    v("localizer", localizer);
     v("level_tilt_limit_deg", level_tilt_limit_deg, Limits{0.0, 90.0});
     v("pan_in_scan_limit_deg", pan_in_scan_limit_deg, kNotNegative);
     v("map_period_s", map_period_s, kNotNegative);
     v("patience_s", patience_s, Limits{0.0, 10.0});
     v("hold_out_every", hold_out_every, Limits{0, 1000000});
+    v("maps_folder", maps_folder);
+    v("checkpoint_path", checkpoint_path);
+    v("checkpoint_every_s", checkpoint_every_s, kPositive);
   }
 };
 
 /// Messages in, Slam, messages out. Subscribes every LIDAR channel, ODOMETRY, IMU, PANTILT_STATE,
-/// SENSOR_INFO and MAP_REQUEST; publishes SLAM_POSE for each scan, TRAJECTORY and GRID_MAP.
+/// SENSOR_INFO, SLAM_COMMAND and MAP_REQUEST; publishes SLAM_POSE for each scan, TRAJECTORY and
+/// GRID_MAP. Takes up work from options.checkpoint_path when that exists.
 ///
 /// A scan waits until odometry and pan-tilt at or after its own time are known, if there are any;
 /// what is decided depends on the order of messages and their stamps alone, never on a clock.
@@ -56,7 +69,25 @@ class SlamAdapter {
   /// Uses what still waits, optimizes a last time, publishes TRAJECTORY and GRID_MAP.
   void finish();
 
-  const Slam& slam() const { return slam_; }
+  /// Goes on with a saved map, once it has found itself in it; or localizes in it, changing
+  /// nothing.
+  /// @throws std::invalid_argument for a map that holds nothing to find a place by.
+  void extend(SavedMap map) { session_.extend(std::move(map)); }
+  void localize(SavedMap map) { session_.localize(std::move(map)); }
+  /// Scans are passed by until resumed.
+  void pause() { paused_ = true; }
+
+  /// Everything it knows; what restore() takes goes on as if nothing had been. Mapping only.
+  AdapterState state() const;
+  void restore(AdapterState state);
+  bool resumed() const { return resumed_; }
+
+  const MappingSession& session() const { return session_; }
+  const Slam& slam() const { return session_.slam(); }
+  /// What became of the last SLAM_COMMAND, for a person; each is told once.
+  std::string take_answer() { return std::exchange(answer_, {}); }
+  /// One line for a person: what it is doing.
+  std::string state_line() const;
   const process::DropCounter& drops() const { return drops_; }
   /// One a scan, in the order of arrival: as first published.
   const Trajectory& live_trajectory() const { return live_; }
@@ -68,11 +99,6 @@ class SlamAdapter {
   void keep_scans() { keep_scans_ = true; }
 
  private:
-  struct Motion {
-    PoseBuffer odometry;
-    PoseBuffer gyro_heading;  ///< integrated yaw rate as a pose's heading
-    PoseBuffer pantilt;       ///< pan as x_m, tilt as y_m [rad]
-  };
   void subscribe();
   void on_scan(LaserScan scan);
   void on_imu(const ImuSample& sample);
@@ -86,13 +112,16 @@ class SlamAdapter {
   void publish(const LaserScan& scan, const SlamUpdate& update);
   void publish_trajectory(Utime utime);
   void publish_grid(Utime utime);
+  void on_command(const slam_command_t& command);
+  std::string obey(const slam_command_t& command);
+  void save_checkpoint_now_and_then(Utime utime);
 
   process::Bus& bus_;
   SlamAdapterOptions options_;
   process::DropCounter drops_;
-  Slam slam_;
+  MappingSession session_;
   std::map<std::string, SensorInfo> sensors_;
-  Motion motion_;
+  MotionBuffers motion_;
   std::deque<LaserScan> waiting_;
   Utime newest_scan_;
   Utime last_grid_;
@@ -101,6 +130,10 @@ class SlamAdapter {
   Trajectory odometry_at_scans_;
   std::vector<UsedScan> scans_;
   bool keep_scans_ = false;
+  bool paused_ = false;
+  bool resumed_ = false;
+  std::string answer_;
+  std::optional<Utime> checkpoint_saved_;
 };
 
 }  // namespace marco::slam

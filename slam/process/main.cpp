@@ -26,11 +26,15 @@ int main(int argc, char** argv) {
     process::LcmBus bus(arguments.lcm_url);
     slam::SlamAdapter slam(bus, options, [](const std::string& line) { spdlog::warn(line); });
     process::StatusPublisher status(bus, "marco-slam", slam.drops());
-    spdlog::info("listening on {}", process::effective_lcm_url(arguments.lcm_url));
+    spdlog::info("listening on {}{}", process::effective_lcm_url(arguments.lcm_url),
+                 slam.resumed() ? ", goes on from " + options.checkpoint_path : "");
     while (!process::stop_requested()) {
       bus.handle_once(100);
-      status.tick(std::to_string(slam.live_trajectory().size()) + " scans, " +
-                  std::to_string(slam.slam().key_count()) + " kept");
+      status.tick(slam.state_line());
+      const std::string answer = slam.take_answer();
+      if (answer.empty()) continue;
+      spdlog::info("{}", answer);
+      status.send(answer);
     }
     slam.finish();
     spdlog::info("{}", slam.drops().summary());

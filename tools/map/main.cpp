@@ -11,6 +11,7 @@
 #include "common/files/whole_file.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
+#include "slam/process/map_folder.hpp"
 #include "tools/map/judge.hpp"
 #include "tools/map/map_job.hpp"
 #include "tools/map/pictures.hpp"
@@ -40,7 +41,60 @@ struct Arguments {
   std::string world;
   int hold_out_every = 0;
   bool lines = false;
+  std::string extend;
+  std::string localize;
+  bool merge = false;
 };
+
+// One trajectory a session, those of the saved map first.
+void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map) {
+  slam::Slam slam;
+  slam.restore(map.slam);
+  const Trajectory all = slam.trajectory();
+  for (std::size_t session = 0; session < map.session_starts.size(); ++session) {
+    const auto first = all.begin() + map.session_starts[session];
+    const auto last = session + 1 < map.session_starts.size()
+                          ? all.begin() + map.session_starts[session + 1]
+                          : all.end();
+    files::write_tum(out / ("trajectory_session_" + std::to_string(session + 1) + ".tum"),
+                     Trajectory(first, last));
+  }
+}
+
+void save(const std::filesystem::path& out, const slam::SavedMap& map) {
+  slam::save_map_file(out, map);
+  if (map.session_starts.size() > 1) write_sessions(out, map);
+}
+
+int merge(const Arguments& arguments, MapOptions options) {
+  std::vector<slam::SavedMap> maps;
+  for (const std::string& folder : arguments.inputs) maps.push_back(slam::load_map_folder(folder));
+  std::vector<std::size_t> not_found;
+  const slam::SavedMap merged =
+      slam::merge_maps(std::move(maps), options.slam.slam, options.slam.localizer, not_found);
+  std::filesystem::create_directories(arguments.out);
+  slam::MappingSession session(options.slam.slam, options.slam.localizer);
+  session.restore(merged);
+  slam::save_map_folder(arguments.out, session, merged.options);
+  write_sessions(arguments.out, merged);
+  for (const std::size_t index : not_found) {
+    std::fprintf(stderr, "%s: was found nowhere in the maps before it, and is left out\n",
+                 arguments.inputs[index].c_str());
+  }
+  std::printf("%zu maps, %zu key scans, %zu loops; everything is in %s\n",
+              arguments.inputs.size() - not_found.size(), merged.slam.keys.size(),
+              merged.slam.loops.size(), arguments.out.c_str());
+  return not_found.empty() ? 0 : 1;
+}
+
+// What was to be found in a saved map, and was not.
+int judge_finding(const Arguments& arguments, const slam::MappingSession& session) {
+  const std::string& folder = arguments.extend.empty() ? arguments.localize : arguments.extend;
+  if (folder.empty() || !session.findings().empty()) return 0;
+  std::fprintf(stderr, "%s: the recording was found nowhere in this map%s\n", folder.c_str(),
+               arguments.extend.empty() ? "" : "; what is written is a map of its own");
+  return 1;
+}
 
 void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job) {
   files::write_whole_file(out / "lines.svg", files::lines_svg(walls, job.trajectory()));
@@ -57,6 +111,8 @@ int run(const Arguments& arguments) {
   const std::filesystem::path out = arguments.out;
   std::filesystem::create_directories(out);
   MapJob job(options, arguments.lines ? PathMaker::lines : PathMaker::scans, out);
+  if (!arguments.extend.empty()) job.extend(arguments.extend);
+  if (!arguments.localize.empty()) job.localize(arguments.localize);
   for (const std::string& input : arguments.inputs) job.read(input, foreign);
   job.finish();
   require(!job.live_trajectory().empty(),
@@ -67,6 +123,9 @@ int run(const Arguments& arguments) {
     files::write_tum(out / "odometry.tum", job.odometry_trajectory());
   }
   if (!job.truth().empty()) files::write_tum(out / "truth.tum", job.truth());
+  if (job.session() != nullptr && job.session()->localizer() == nullptr) {
+    save(out, job.session()->saved(process::print_options(options.slam.slam)));
+  }
   const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);
   const TriangleMesh scenes = job.mapping3d().mapper().model();
@@ -90,7 +149,7 @@ int run(const Arguments& arguments) {
   job.clock().end_stage("judge");
   write_report(out / "report.json", job, extras);
   print_summary(job, extras, out);
-  return 0;
+  return job.session() != nullptr ? judge_finding(arguments, *job.session()) : 0;
 }
 
 }  // namespace
@@ -117,6 +176,18 @@ int main(int argc, char** argv) {
     app.add_flag("--lines", arguments.lines,
                  "walls make the path: the line SLAM of thesis A, with lines.svg, lines.dxf and "
                  "lines.json");
+    auto* extend = app.add_option("--extend", arguments.extend,
+                                  "a folder that `marco map` wrote: finds itself in that map and "
+                                  "goes on with it");
+    auto* localize = app.add_option("--localize", arguments.localize,
+                                    "a folder that `marco map` wrote: the path in that map's "
+                                    "frame; the map stays as it is");
+    extend->excludes(localize)->excludes("--lines")->check(CLI::ExistingDirectory);
+    localize->excludes("--lines")->excludes("--hold-out")->check(CLI::ExistingDirectory);
+    app.add_flag("--merge", arguments.merge,
+                 "INPUTs are folders that `marco map` wrote, of one building: makes them one map")
+        ->excludes(extend)
+        ->excludes(localize);
     bool print_config = false;
     app.add_flag("--print-config", print_config, "print the config in force and exit");
     // --print-config needs no INPUT.
@@ -130,6 +201,10 @@ int main(int argc, char** argv) {
                      .c_str(),
                  stdout);
       return 0;
+    }
+    if (arguments.merge) {
+      return marco::merge(arguments,
+                          marco::process::load_options<marco::MapOptions>(arguments.config));
     }
     return marco::run(arguments);
   });

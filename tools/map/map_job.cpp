@@ -5,6 +5,7 @@
 #include "common/process/progress.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/recording.hpp"
+#include "slam/process/map_folder.hpp"
 
 namespace marco {
 
@@ -23,7 +24,13 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
 }
 
 Trajectory MapJob::trajectory() const {
-  return slam_ ? slam_->slam().trajectory() : lines_->mapper().trajectory();
+  if (!slam_) return lines_->mapper().trajectory();
+  const std::vector<std::optional<Pose2>> poses = slam_->session().trajectory();
+  Trajectory trajectory;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (poses[i]) trajectory.push_back({slam_->live_trajectory()[i].utime, *poses[i]});
+  }
+  return trajectory;
 }
 
 const Trajectory& MapJob::live_trajectory() const {
@@ -39,16 +46,16 @@ const std::vector<slam::UsedScan>& MapJob::scans() const {
 }
 
 GridMap MapJob::grid() const {
-  return (slam_ ? slam_->slam().grid() : lines_->mapper().grid()).to_map();
+  return (slam_ ? slam_->session().grid() : lines_->mapper().grid()).to_map();
 }
 
 const std::vector<slam::KeyScan>& MapJob::key_scans() const {
   static const std::vector<slam::KeyScan> kNone;
-  return slam_ ? slam_->slam().keys() : kNone;
+  return slam_ ? slam_->session().keys() : kNone;
 }
 
 std::size_t MapJob::key_count() const {
-  return slam_ ? slam_->slam().key_count() : lines_->mapper().key_count();
+  return slam_ ? slam_->session().keys().size() : lines_->mapper().key_count();
 }
 
 const std::vector<slam::Loop>& MapJob::loops() const {
@@ -57,6 +64,16 @@ const std::vector<slam::Loop>& MapJob::loops() const {
 
 const process::DropCounter& MapJob::drops() const {
   return slam_ ? slam_->drops() : lines_->drops();
+}
+
+void MapJob::extend(const std::filesystem::path& map_folder) {
+  slam_->extend(slam::load_map_folder(map_folder));
+  clock_.end_stage("load map");
+}
+
+void MapJob::localize(const std::filesystem::path& map_folder) {
+  slam_->localize(slam::load_map_folder(map_folder));
+  clock_.end_stage("load map");
 }
 
 void MapJob::read(const std::filesystem::path& input, const ForeignTable& foreign) {

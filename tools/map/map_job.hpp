@@ -44,6 +44,11 @@ class MapJob {
   /// @param folder  where slam.lcm is written while the job runs; must exist.
   MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder);
 
+  /// Before reading: goes on with a saved map, or localizes in it (PathMaker::scans only).
+  /// @throws std::invalid_argument naming the file and what is wrong with it.
+  void extend(const std::filesystem::path& map_folder);
+  void localize(const std::filesystem::path& map_folder);
+
   /// Reads a recording to its end; several are consecutive sessions of one map.
   /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
   /// is full.
@@ -52,7 +57,8 @@ class MapJob {
   /// Optimizes for the last time.
   void finish();
 
-  /// A pose a scan, in order of input, after the last optimization.
+  /// A pose a scan, in order of input, after the last optimization. Localizing: of the scans whose
+  /// place was found.
   Trajectory trajectory() const;
   /// The same, each pose as it was first published.
   const Trajectory& live_trajectory() const;
@@ -68,6 +74,8 @@ class MapJob {
   std::size_t key_count() const;
   const std::vector<slam::Loop>& loops() const;
   const process::DropCounter& drops() const;
+  /// Nothing where the line SLAM makes the path.
+  const slam::MappingSession* session() const { return slam_ ? &slam_->session() : nullptr; }
   /// Nothing unless the line SLAM made the path.
   slam::LineLcmAdapter* lines() { return lines_ ? &*lines_ : nullptr; }
   const slam::LineLcmAdapter* lines() const { return lines_ ? &*lines_ : nullptr; }

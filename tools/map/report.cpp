@@ -1,5 +1,6 @@
 #include "tools/map/report.hpp"
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -34,6 +35,26 @@ json loops_json(const std::vector<slam::Loop>& loops) {
                       {"in_force", loop.in_force}});
   }
   return result;
+}
+
+json places_json(const slam::MappingSession& session) {
+  json found = json::array();
+  for (const slam::Finding& finding : session.findings()) {
+    const Eigen::Vector3d variance = finding.place.covariance.diagonal();
+    found.push_back({{"utime", finding.utime.us},
+                     {"driven_until_sure_m", finding.path_m},
+                     {"overlap", finding.place.overlap},
+                     {"x_m", finding.place.map_from_robot.x_m},
+                     {"y_m", finding.place.map_from_robot.y_m},
+                     {"theta_rad", finding.place.map_from_robot.theta_rad},
+                     {"sigma_x_m", std::sqrt(variance.x())},
+                     {"sigma_y_m", std::sqrt(variance.y())},
+                     {"sigma_theta_rad", std::sqrt(variance.z())}});
+  }
+  const slam::PlaceEstimate* last = session.estimate();
+  return {{"found", found},
+          {"times_lost", session.localizer() != nullptr ? session.localizer()->times_lost() : 0},
+          {"candidates_at_the_end", last != nullptr ? last->candidates.size() : 0}};
 }
 
 struct ScanCounts {
@@ -83,6 +104,9 @@ void write_report(const std::filesystem::path& path,
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
   report["loops"] = loops_json(job.loops());
+  if (job.session() != nullptr && job.session()->mode() != slam::MappingSession::Mode::mapping) {
+    report["place_in_saved_map"] = places_json(*job.session());
+  }
   if (job.lines() != nullptr) {
     report["path_by"] = "lines";
     report["walls"] = job.lines()->mapper().filter().num_walls();

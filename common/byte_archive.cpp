@@ -1,0 +1,92 @@
+#include "common/byte_archive.hpp"
+
+#include <array>
+
+namespace marco {
+namespace {
+
+constexpr std::size_t kNameBytes = 8;
+constexpr std::size_t kHeadBytes = kNameBytes + sizeof(uint32_t) + sizeof(uint64_t);
+
+// Four bytes at a step: tables of what a byte still does 0, 1, 2, 3 bytes later.
+using Tables = std::array<std::array<uint32_t, 256>, 4>;
+Tables make_tables() {
+  Tables tables{};
+  for (uint32_t byte = 0; byte < 256; ++byte) {
+    uint32_t crc = byte;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ (0xEDB88320U & (0U - (crc & 1U)));
+    tables[0][byte] = crc;
+  }
+  for (std::size_t later = 1; later < 4; ++later) {
+    for (uint32_t byte = 0; byte < 256; ++byte) {
+      const uint32_t before = tables[later - 1][byte];
+      tables[later][byte] = (before >> 8U) ^ tables[0][before & 0xFFU];
+    }
+  }
+  return tables;
+}
+
+template <class T>
+T number_at(std::string_view bytes, std::size_t offset) {
+  T value;
+  std::memcpy(&value, bytes.data() + offset, sizeof(T));
+  return value;
+}
+
+}  // namespace
+
+std::size_t ByteWriter::length(std::size_t count, std::size_t) {
+  uint64_t length = count;
+  raw(&length, sizeof(length));
+  return count;
+}
+
+std::size_t ByteReader::length(std::size_t, std::size_t element_bytes) {
+  uint64_t length = 0;
+  raw(&length, sizeof(length));
+  require(length <= left() / element_bytes, "is cut short");
+  return length;
+}
+
+uint32_t crc32(std::string_view bytes) {
+  static const Tables kTables = make_tables();
+  uint32_t crc = 0xFFFFFFFFU;
+  while (bytes.size() >= 4) {
+    crc ^= number_at<uint32_t>(bytes, 0);
+    crc = kTables[3][crc & 0xFFU] ^ kTables[2][(crc >> 8U) & 0xFFU] ^
+          kTables[1][(crc >> 16U) & 0xFFU] ^ kTables[0][crc >> 24U];
+    bytes.remove_prefix(4);
+  }
+  for (const char byte : bytes) {
+    crc = (crc >> 8U) ^ kTables[0][(crc ^ static_cast<uint8_t>(byte)) & 0xFFU];
+  }
+  return ~crc;
+}
+
+std::string seal(std::string_view name, uint32_t version, std::string_view payload) {
+  require(name.size() == kNameBytes, "a sealed file's name has 8 letters");
+  const uint64_t length = payload.size();
+  std::string sealed(name);
+  sealed.reserve(kHeadBytes + payload.size() + sizeof(uint32_t));
+  sealed.append(reinterpret_cast<const char*>(&version), sizeof(version));
+  sealed.append(reinterpret_cast<const char*>(&length), sizeof(length));
+  sealed.append(payload);
+  const uint32_t crc = crc32(sealed);
+  sealed.append(reinterpret_cast<const char*>(&crc), sizeof(crc));
+  return sealed;
+}
+
+std::string_view unseal(std::string_view name, uint32_t version, std::string_view sealed) {
+  require(sealed.substr(0, kNameBytes) == name, "is no " + std::string(name) + " file");
+  require(sealed.size() >= kHeadBytes + sizeof(uint32_t), "is cut short");
+  const auto found = number_at<uint32_t>(sealed, kNameBytes);
+  const auto length = number_at<uint64_t>(sealed, kNameBytes + sizeof(uint32_t));
+  require(length == sealed.size() - kHeadBytes - sizeof(uint32_t), "is cut short");
+  const std::size_t end = sealed.size() - sizeof(uint32_t);
+  require(number_at<uint32_t>(sealed, end) == crc32(sealed.substr(0, end)), "is damaged");
+  require(found == version, "is of version " + std::to_string(found) + "; this program reads " +
+                                std::to_string(version));
+  return sealed.substr(kHeadBytes, length);
+}
+
+}  // namespace marco

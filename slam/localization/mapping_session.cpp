@@ -1,0 +1,192 @@
+#include "slam/localization/mapping_session.hpp"
+
+#include <Eigen/LU>
+
+namespace marco::slam {
+
+MappingSession::MappingSession(const SlamOptions& slam, const LocalizerOptions& localizer)
+    : slam_options_(slam), localizer_options_(localizer), slam_(slam) {
+  validate(localizer, "localizer");
+}
+
+void MappingSession::reset(const Pose2& world_from_robot) {
+  revisions_before_ = revision() + 1;
+  mode_ = Mode::mapping;
+  joined_ = false;
+  finder_.reset();
+  frozen_.reset();
+  localizer_.reset();
+  base_ = {};
+  findings_.clear();
+  session_starts_ = {0};
+  slam_ = Slam(slam_options_);
+  SlamState start;
+  start.world_from_robot = world_from_robot;
+  slam_.restore(start);
+}
+
+void MappingSession::extend(SavedMap map) {
+  auto frozen = std::make_unique<FrozenMap>(map.slam.keys, localizer_options_, slam_options_);
+  reset();
+  mode_ = Mode::extending;
+  frozen_ = std::move(frozen);
+  finder_.emplace(*frozen_, localizer_options_);
+  base_ = std::move(map);
+}
+
+void MappingSession::localize(SavedMap map) {
+  Localizer localizer(std::move(map.slam.keys), localizer_options_, slam_options_);
+  reset();
+  mode_ = Mode::localizing;
+  localizer_.emplace(std::move(localizer));
+}
+
+void MappingSession::forget_motion() {
+  if (localizer_) localizer_->forget_place();
+  slam_.forget_motion();
+}
+
+void MappingSession::set_pose(const Pose2& world_from_robot) {
+  if (localizer_) {
+    localizer_->set_pose(world_from_robot);
+  } else {
+    reset(world_from_robot);
+  }
+}
+
+SlamUpdate MappingSession::process(const SlamInput& input) {
+  if (localizer_) return localizer_->process(input);
+  SlamUpdate update = slam_.process(input);
+  if (mode_ != Mode::extending || joined_) return update;
+  if (update.became_key) {
+    if (const auto place = finder_->look(slam_.keys())) {
+      findings_.push_back({input.scan.utime, slam_.keys().back().path_m, *place});
+      join(*place);
+      update.world_from_robot = slam_.trajectory().back().world_from_robot;
+      update.covariance = place->covariance;
+      update.trajectory_changed = true;
+      return update;
+    }
+  }
+  update.status = SlamUpdate::Status::lost;
+  return update;
+}
+
+PoseGraphEdge tie_to(const FrozenMap& map, const FoundPlace& place, int newest_key) {
+  PoseGraphEdge tie;
+  tie.from = place.nearest_key;
+  tie.to = newest_key;
+  tie.from_from_to =
+      between(map.keys()[static_cast<std::size_t>(place.nearest_key)].world_from_robot,
+              place.map_from_robot);
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Pose2{0, 0, -place.map_from_robot.theta_rad}.rotation();
+  tie.information = (turn * place.covariance * turn.transpose()).inverse();
+  return tie;
+}
+
+void MappingSession::join(const FoundPlace& place) {
+  const PoseGraphEdge tie = tie_to(*frozen_, place, static_cast<int>(slam_.keys().size()) - 1);
+  const SlamState session = slam_.state();
+  session_starts_ = base_.session_starts;
+  session_starts_.push_back(static_cast<int64_t>(base_.slam.scans.size()));
+  revisions_before_ += slam_.revision() + 1;
+  slam_.restore(base_.slam);
+  slam_.join(session, tie);
+  joined_ = true;
+  finder_.reset();
+  frozen_.reset();
+  base_ = {};
+}
+
+void MappingSession::finish() {
+  if (!localizer_) slam_.finish();
+}
+
+const std::vector<Finding>& MappingSession::findings() const {
+  return localizer_ ? localizer_->findings() : findings_;
+}
+
+const PlaceEstimate* MappingSession::estimate() const {
+  if (localizer_) return &localizer_->estimate();
+  return finder_ ? &finder_->estimate() : nullptr;
+}
+
+Velocity2 MappingSession::velocity() const {
+  return localizer_ ? localizer_->velocity() : slam_.velocity();
+}
+
+std::vector<std::optional<Pose2>> MappingSession::trajectory() const {
+  if (localizer_) return localizer_->trajectory();
+  std::vector<std::optional<Pose2>> result;
+  const Trajectory all = slam_.trajectory();
+  for (std::size_t i = first_scan(); i < all.size(); ++i) {
+    result.emplace_back(all[i].world_from_robot);
+  }
+  return result;
+}
+
+const std::vector<KeyScan>& MappingSession::keys() const {
+  return localizer_ ? localizer_->keys() : slam_.keys();
+}
+
+Trajectory MappingSession::key_trajectory() const {
+  Trajectory trajectory;
+  for (const KeyScan& key : keys()) trajectory.push_back({key.utime, key.world_from_robot});
+  return trajectory;
+}
+
+OccupancyGrid MappingSession::grid() const {
+  OccupancyGrid grid(slam_options_.grid);
+  for (const KeyScan& key : keys()) {
+    grid.insert(key.world_from_robot * key.points_in_robot.points,
+                key.world_from_robot * key.sensor_in_robot);
+  }
+  return grid;
+}
+
+SavedMap MappingSession::saved(const std::string& options) const {
+  return {options, session_starts_, slam_.state()};
+}
+
+void MappingSession::restore(const SavedMap& map) {
+  require(!map.session_starts.empty(), "a saved map has at least one session");
+  reset();
+  slam_.restore(map.slam);
+  session_starts_ = map.session_starts;
+}
+
+SavedMap merge_maps(std::vector<SavedMap> maps,
+                    const SlamOptions& slam_options,
+                    const LocalizerOptions& localizer_options,
+                    std::vector<std::size_t>& not_found) {
+  require(!maps.empty(), "there is no map to merge");
+  Slam slam(slam_options);
+  slam.restore(maps.front().slam);
+  SavedMap merged = {maps.front().options, maps.front().session_starts, {}};
+  for (std::size_t i = 1; i < maps.size(); ++i) {
+    FrozenMap frozen(slam.keys(), localizer_options, slam_options);
+    SessionFinder finder(frozen, localizer_options);
+    std::vector<KeyScan> session;
+    std::optional<FoundPlace> place;
+    for (const KeyScan& key : maps[i].slam.keys) {
+      session.push_back(key);
+      place = finder.look(session);
+      if (place) break;
+    }
+    if (!place) {
+      not_found.push_back(i);
+      continue;
+    }
+    const auto scans_before = static_cast<int64_t>(slam.state().scans.size());
+    slam.join(maps[i].slam, tie_to(frozen, *place, static_cast<int>(session.size()) - 1));
+    for (const int64_t start : maps[i].session_starts) {
+      merged.session_starts.push_back(scans_before + start);
+    }
+  }
+  slam.finish();
+  merged.slam = slam.state();
+  return merged;
+}
+
+}  // namespace marco::slam

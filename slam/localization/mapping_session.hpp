@@ -1,0 +1,91 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "slam/localization/localizer.hpp"
+
+namespace marco::slam {
+
+/// What SLAM does with its scans: makes a map, goes on with a saved one as soon as it has found
+/// itself in it, or localizes in one that stays as it is. Not thread-safe.
+class MappingSession {
+ public:
+  enum class Mode { mapping, extending, localizing };
+
+  MappingSession(const SlamOptions& slam, const LocalizerOptions& localizer);
+
+  /// Forgets everything and maps from here. @param world_from_robot  where the robot is now
+  void reset(const Pose2& world_from_robot = {});
+  /// Forgets everything, maps anew, and joins `map` when it has found itself in it.
+  /// @throws std::invalid_argument for a map that holds nothing to find a place by.
+  void extend(SavedMap map);
+  /// Forgets everything and looks for itself in `map`. @throws as extend.
+  void localize(SavedMap map);
+
+  SlamUpdate process(const SlamInput& input);
+  /// What follows was recorded at another time.
+  void forget_motion();
+  /// The robot is here: tracks from this pose when localizing, else maps anew from it.
+  void set_pose(const Pose2& world_from_robot);
+  /// See Slam::finish; nothing when localizing.
+  void finish();
+
+  Mode mode() const { return mode_; }
+  /// extending: it has been found in the map that it extends.
+  bool joined() const { return joined_; }
+  const Slam& slam() const { return slam_; }
+  /// nullptr unless localizing
+  const Localizer* localizer() const { return localizer_ ? &*localizer_ : nullptr; }
+  /// Each time it became sure where in the saved map it is.
+  const std::vector<Finding>& findings() const;
+  /// extending: what the last look for the place said
+  const PlaceEstimate* estimate() const;
+  Velocity2 velocity() const;
+  /// A pose a scan of this session; when localizing, scans that no place was found for have none.
+  std::vector<std::optional<Pose2>> trajectory() const;
+  /// The key scans of what is mapped, or localized in.
+  const std::vector<KeyScan>& keys() const;
+  Trajectory key_trajectory() const;
+  OccupancyGrid grid() const;
+  int64_t revision() const { return slam_.revision() + revisions_before_; }
+
+  /// To be saved. @param options  as SavedMap::options
+  SavedMap saved(const std::string& options) const;
+  /// Goes on mapping as if it had never stopped. @throws as Slam::restore.
+  void restore(const SavedMap& map);
+  /// Index of the first scan of this session in slam().trajectory().
+  std::size_t first_scan() const { return static_cast<std::size_t>(session_starts_.back()); }
+  const std::vector<int64_t>& session_starts() const { return session_starts_; }
+
+ private:
+  void join(const FoundPlace& place);
+
+  SlamOptions slam_options_;
+  LocalizerOptions localizer_options_;
+  Mode mode_ = Mode::mapping;
+  Slam slam_;
+  std::vector<int64_t> session_starts_ = {0};
+  int64_t revisions_before_ = 0;
+  // Extending, until it has joined:
+  std::unique_ptr<FrozenMap> frozen_;
+  std::optional<SessionFinder> finder_;
+  SavedMap base_;
+  bool joined_ = false;
+  std::vector<Finding> findings_;
+  std::optional<Localizer> localizer_;
+};
+
+/// The tie of a session to a map: its newest key scan at the place where it was found.
+PoseGraphEdge tie_to(const FrozenMap& map, const FoundPlace& place, int newest_key);
+
+/// Joins saved maps of one building into the first. Each next one is searched in what is joined so
+/// far, by its own path. @returns the merged map; @param not_found  gets the indices of those that
+/// were found nowhere and left out.
+SavedMap merge_maps(std::vector<SavedMap> maps,
+                    const SlamOptions& slam,
+                    const LocalizerOptions& localizer,
+                    std::vector<std::size_t>& not_found);
+
+}  // namespace marco::slam

@@ -1,0 +1,225 @@
+#include "slam/localization/place_finder.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <unordered_set>
+
+#include "slam/localization/place_search.hpp"
+
+namespace marco::slam {
+namespace {
+
+constexpr double kOnWall = 0.30;  // likelihood: within 1.5 standard deviations of a wall
+constexpr double kFarFromWall = 0.08;
+constexpr double kBeamStepM = 0.10;
+// Before its end a beam runs along what it hits: closer to it than a cell and what the poses err.
+constexpr double kBeamEndM = 0.40;
+constexpr double kGrazeM = 0.12;
+constexpr double kLeaveOut = 0.30;  // what is worse than the best by so much evidence is forgotten
+
+// How far a beam keeps off all walls; 0 where that cannot be known.
+double clear_length_m(const Eigen::Vector2d& beam, const Eigen::Vector2d& normal) {
+  const double range_m = beam.norm(), across = std::abs(beam.dot(normal)) / range_m;
+  if (across < 0.1) return 0.0;
+  return std::max(0.0, range_m - kBeamEndM - kGrazeM / across);
+}
+constexpr int kRefinements = 8;
+
+}  // namespace
+
+PlaceFinder::PlaceFinder(const PlaceMap& map, const PlaceFinderOptions& options)
+    : map_(&map), options_(options) {
+  validate(options, "place_finder");
+}
+
+void PlaceFinder::restart() {
+  earlier_.clear();
+  leader_.reset();
+  leader_times_ = 0;
+}
+
+PlaceFinder::SessionPoints PlaceFinder::points_of(const std::vector<KeyScan>& session) const {
+  std::size_t first = session.size() - 1;
+  const double path_m = session.back().path_m;
+  while (first > 0 && path_m - session[first - 1].path_m <= options_.memory_m) --first;
+  SessionPoints result;
+  std::vector<Eigen::Vector2d> points, sensors;
+  std::unordered_set<uint64_t> taken;
+  for (std::size_t key = session.size(); key-- > first;) {
+    const KeyScan& scan = session[key];
+    const Points2 placed = scan.world_from_robot * scan.points_in_robot.points;
+    const Eigen::Vector2d sensor = scan.world_from_robot * scan.sensor_in_robot;
+    for (Eigen::Index i = 0; i < placed.cols(); ++i) {
+      const auto x = static_cast<int32_t>(std::floor(placed(0, i) / options_.thin_m));
+      const auto y = static_cast<int32_t>(std::floor(placed(1, i) / options_.thin_m));
+      const auto cell =
+          static_cast<uint64_t>(static_cast<uint32_t>(x)) << 32U | static_cast<uint32_t>(y);
+      if (!taken.insert(cell).second) continue;
+      points.emplace_back(placed.col(i));
+      sensors.push_back(sensor);
+      result.clear_m.push_back(
+          clear_length_m(scan.points_in_robot.points.col(i) - scan.sensor_in_robot,
+                         scan.points_in_robot.normals.col(i)));
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(points.size());
+  result.in_middle.resize(2, count);
+  result.sensors.resize(2, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    result.in_middle.col(i) = points[static_cast<std::size_t>(i)];
+    result.sensors.col(i) = sensors[static_cast<std::size_t>(i)];
+  }
+  if (count == 0) return result;
+  const Eigen::Vector2d mean = result.in_middle.rowwise().mean();
+  result.session_from_middle = {mean.x(), mean.y(), 0.0};
+  result.in_middle.colwise() -= mean;
+  result.sensors.colwise() -= mean;
+  return result;
+}
+
+std::vector<Pose2> PlaceFinder::search(const SessionPoints& points) const {
+  const Eigen::Index count = points.in_middle.cols();
+  const Eigen::Index used = std::min<Eigen::Index>(count, options_.search_points);
+  Points2 few(2, used);
+  for (Eigen::Index i = 0; i < used; ++i) few.col(i) = points.in_middle.col(i * count / used);
+  PlaceSearch search(map_->walls(), few, {options_.min_score, options_.keep_within});
+  return search.run(static_cast<std::size_t>(options_.max_candidates));
+}
+
+Pose2 PlaceFinder::refine(const SessionPoints& points, const Pose2& map_from_middle) const {
+  const Eigen::Index count = points.in_middle.cols();
+  const Eigen::Index stride = std::max<Eigen::Index>(1, count / 200);
+  Pose2 pose = map_from_middle;
+  for (int i = 0; i < kRefinements; ++i) {
+    Eigen::Matrix3d hessian = 1e-3 * Eigen::Matrix3d::Identity();
+    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    const Eigen::Matrix2d rotation = pose.rotation();
+    for (Eigen::Index at = 0; at < count; at += stride) {
+      const Eigen::Vector2d turned = rotation * points.in_middle.col(at);
+      const PlaceMap::Likelihood found = map_->likelihood(turned + pose.translation_m());
+      const Eigen::Vector2d& slope = found.gradient;
+      const Eigen::Vector3d row(slope.x(), slope.y(),
+                                slope.y() * turned.x() - slope.x() * turned.y());
+      hessian += row * row.transpose();
+      gradient += row * (1.0 - found.value);
+    }
+    const Eigen::Vector3d step = hessian.inverse() * gradient;
+    constexpr double kMaxStepM = 0.1;
+    const double scale = std::min(1.0, kMaxStepM / std::max(1e-9, step.head<2>().norm()));
+    pose.x_m += scale * step.x();
+    pose.y_m += scale * step.y();
+    pose.theta_rad = normalize_angle(pose.theta_rad + scale * std::clamp(step.z(), -0.05, 0.05));
+    if (step.head<2>().norm() < 1e-3 && std::abs(step.z()) < 1e-4) break;
+  }
+  return pose;
+}
+
+PlaceCandidate PlaceFinder::judge(const SessionPoints& points, const Pose2& map_from_middle) const {
+  const Points2 placed = map_from_middle * points.in_middle;
+  const Points2 sensors = map_from_middle * points.sensors;
+  const Eigen::Index count = placed.cols();
+  int explained = 0, contradicted = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double likelihood = map_->likelihood(placed.col(i)).value;
+    if (likelihood >= kOnWall) ++explained;
+    if (likelihood < kFarFromWall && map_->is_free(placed.col(i))) {
+      ++contradicted;
+      continue;
+    }
+    // Every third beam says enough, and costs a hundred times what its end does.
+    if (i % 3 != 0) continue;
+    const Eigen::Vector2d beam = (placed.col(i) - sensors.col(i)).normalized();
+    const double clear_m = points.clear_m[static_cast<std::size_t>(i)];
+    for (double at_m = kBeamEndM; at_m < clear_m; at_m += kBeamStepM) {
+      if (!map_->is_wall(sensors.col(i) + at_m * beam)) continue;
+      contradicted += 3;
+      break;
+    }
+  }
+  PlaceCandidate candidate;
+  candidate.map_from_session = map_from_middle * points.session_from_middle.inverse();
+  candidate.explained = static_cast<double>(explained) / static_cast<double>(count);
+  candidate.contradicted = static_cast<double>(contradicted) / static_cast<double>(count);
+  return candidate;
+}
+
+bool PlaceFinder::near(const Pose2& a, const Pose2& b) const {
+  const Pose2 apart = between(a, b);
+  return apart.translation_m().norm() < options_.apart_m &&
+         std::abs(apart.theta_rad) < deg_to_rad(options_.apart_deg);
+}
+
+void PlaceFinder::keep_apart(std::vector<PlaceCandidate>& candidates,
+                             const Pose2& session_from_robot) const {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return a.evidence() > b.evidence(); });
+  std::vector<PlaceCandidate> kept;
+  for (const PlaceCandidate& candidate : candidates) {
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const PlaceCandidate& better) {
+      return near(better.map_from_session * session_from_robot,
+                  candidate.map_from_session * session_from_robot);
+    });
+    if (!known) kept.push_back(candidate);
+  }
+  candidates = std::move(kept);
+}
+
+bool PlaceFinder::stands_out(const std::vector<PlaceCandidate>& found) const {
+  if (found.empty() || found.front().explained < options_.sure_explained ||
+      found.front().evidence() < options_.sure_evidence) {
+    return false;
+  }
+  const double margin =
+      options_.sure_margin + options_.sure_margin_per_doubt * (1.0 - found.front().evidence());
+  return found.size() == 1 || found[0].evidence() - found[1].evidence() >= margin;
+}
+
+PlaceEstimate PlaceFinder::look(const std::vector<KeyScan>& session) {
+  require(!session.empty(), "place_finder: there is no key scan to look with");
+  PlaceEstimate estimate;
+  const SessionPoints points = points_of(session);
+  if (points.in_middle.cols() == 0) return estimate;
+  const Pose2 session_from_robot = session.back().world_from_robot;
+  std::vector<Pose2> places = search(points);
+  for (const Pose2& map_from_session : earlier_) {
+    places.push_back(map_from_session * points.session_from_middle);
+  }
+  for (const Pose2& place : places) {
+    estimate.candidates.push_back(judge(points, refine(points, place)));
+  }
+  if (estimate.candidates.empty()) {
+    restart();
+    return estimate;
+  }
+  keep_apart(estimate.candidates, session_from_robot);
+  auto& found = estimate.candidates;
+  const double worth_keeping = found.front().evidence() - kLeaveOut;
+  std::erase_if(found, [&](const PlaceCandidate& candidate) {
+    return candidate.explained < options_.min_score || candidate.evidence() < worth_keeping;
+  });
+  if (static_cast<int>(found.size()) > options_.max_candidates) {
+    found.resize(static_cast<std::size_t>(options_.max_candidates));
+  }
+  earlier_.clear();
+  for (const PlaceCandidate& candidate : found) earlier_.push_back(candidate.map_from_session);
+  if (!stands_out(found)) {
+    leader_.reset();
+    leader_times_ = 0;
+  } else {
+    const bool same = leader_ && near(*leader_ * session_from_robot,
+                                      found.front().map_from_session * session_from_robot);
+    leader_times_ = same ? leader_times_ + 1 : 1;
+    leader_ = found.front().map_from_session;
+  }
+  if (!found.empty()) estimate.status = PlaceEstimate::Status::candidates;
+  const double driven_m = session.back().path_m - session.front().path_m;
+  if (leader_times_ >= options_.sure_times && driven_m >= options_.sure_path_m) {
+    estimate.status = PlaceEstimate::Status::localized;
+  }
+  return estimate;
+}
+
+}  // namespace marco::slam

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/options.hpp"
+#include "slam/localization/place_map.hpp"
+
+namespace marco::slam {
+
+struct PlaceFinderOptions {
+  double memory_m = 8.0;      ///< of path: the last key scans that are looked at together
+  double thin_m = 0.10;       ///< of their points one a square of this size is used
+  int search_points = 80;     ///< of these are scored in the exhaustive search
+  double min_score = 0.50;    ///< mean likelihood below which a place is of no interest
+  double keep_within = 0.12;  ///< of the best score: other places that stay in the race
+  int max_candidates = 24;
+  double apart_m = 0.5;     ///< candidates nearer than this, and turned less than ...
+  double apart_deg = 10.0;  ///< ... this, are one
+  // When one candidate is believed:
+  double sure_explained = 0.70;  ///< part of the points that lie on walls of the map
+  double sure_evidence = 0.50;   ///< that, less the part that contradicts the map
+  /// Evidence above that of any other candidate: this, and this part of what the best lacks. Where
+  /// the world has changed since, what is the right place explains less.
+  double sure_margin = 0.05;
+  double sure_margin_per_doubt = 0.3;
+  double sure_path_m = 1.0;  ///< driven since the first key scan
+  int sure_times = 3;        ///< key scans in a row that say the same
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("memory_m", memory_m, kPositive);
+    v("thin_m", thin_m, Limits{0.01, 1.0});
+    v("search_points", search_points, Limits{10, 10000});
+    v("min_score", min_score, Limits{0.05, 1.0});
+    v("keep_within", keep_within, Limits{0.0, 1.0});
+    v("max_candidates", max_candidates, Limits{1, 1000});
+    v("apart_m", apart_m, kPositive);
+    v("apart_deg", apart_deg, kPositive);
+    v("sure_explained", sure_explained, Limits{0.0, 1.0});
+    v("sure_evidence", sure_evidence, Limits{0.0, 1.0});
+    v("sure_margin", sure_margin, Limits{0.0, 1.0});
+    v("sure_margin_per_doubt", sure_margin_per_doubt, Limits{0.0, 1.0});
+    v("sure_path_m", sure_path_m, kNotNegative);
+    v("sure_times", sure_times, Limits{1, 1000});
+  }
+};
+
+/// Where in the map a session may be.
+struct PlaceCandidate {
+  Pose2 map_from_session;
+  double explained = 0.0;     ///< part of the points that lie on walls of the map
+  double contradicted = 0.0;  ///< part that lie in free space, or whose beam goes through a wall
+  double evidence() const { return explained - contradicted; }
+};
+
+struct PlaceEstimate {
+  enum class Status {
+    not_yet,     ///< no place fits
+    candidates,  ///< some do, and none stands out
+    localized    ///< one stands alone, for some key scans in a row
+  };
+
+  Status status = Status::not_yet;
+  std::vector<PlaceCandidate> candidates;  ///< best first
+};
+
+/// Finds a robot that may be anywhere in a map. The last metres of its own path, as small a map as
+/// scan matching is good for, are searched over the whole map and all headings by branch and bound
+/// (Hess et al., ICRA 2016, algorithm 3, but keeping all places whose score comes near the best);
+/// each place found is refined (Gauss-Newton on the likelihood, Kohlbrecher et al., SSRR 2011) and
+/// judged by what it explains and what contradicts it. A place is believed only when no other comes
+/// near it, over some key scans in a row: in a building that repeats itself it stays with
+/// candidates until something tells them apart. Deterministic. Not thread-safe.
+class PlaceFinder {
+ public:
+  /// @param map  outlives the finder.
+  PlaceFinder(const PlaceMap& map, const PlaceFinderOptions& options);
+
+  /// Call once a new key scan. @param session  the session's key scans with their poses in its own
+  /// frame, the newest last; at least one.
+  PlaceEstimate look(const std::vector<KeyScan>& session);
+
+  /// What follows is another session.
+  void restart();
+
+ private:
+  struct SessionPoints {
+    Pose2 session_from_middle;
+    Points2 in_middle;            ///< about their mean
+    Points2 sensors;              ///< where each one's beam came from
+    std::vector<double> clear_m;  ///< how far from the sensor its beam keeps off any wall
+  };
+  SessionPoints points_of(const std::vector<KeyScan>& session) const;
+  std::vector<Pose2> search(const SessionPoints& points) const;
+  Pose2 refine(const SessionPoints& points, const Pose2& map_from_middle) const;
+  PlaceCandidate judge(const SessionPoints& points, const Pose2& map_from_middle) const;
+  void keep_apart(std::vector<PlaceCandidate>& candidates, const Pose2& session_from_robot) const;
+  bool near(const Pose2& a, const Pose2& b) const;
+  bool stands_out(const std::vector<PlaceCandidate>& found) const;
+
+  const PlaceMap* map_;
+  PlaceFinderOptions options_;
+  std::vector<Pose2> earlier_;   ///< candidates of the look before, map_from_session
+  std::optional<Pose2> leader_;  ///< stood out at the look before
+  int leader_times_ = 0;         ///< looks in a row
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,74 @@
+#include "slam/localization/place_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace marco::slam {
+namespace {
+
+constexpr double kMaxTableCells = 8e6;
+constexpr double kMaxAreaM2 = 4e8;
+constexpr int kFreeBelowPercent = 30;
+constexpr int kWallAbovePercent = 65;
+
+LikelihoodPyramid make_walls(const std::vector<KeyScan>& keys, const PlaceMapOptions& options) {
+  validate(options, "place_map");
+  const OrientedPoints all = join_points(keys, 0, static_cast<int>(keys.size()) - 1, Pose2{});
+  require(all.points.cols() > 0, "holds no point to find a place by");
+  const Eigen::Vector2d size = all.points.rowwise().maxCoeff() - all.points.rowwise().minCoeff();
+  const double area_m2 = (size.x() + 20.0) * (size.y() + 20.0);
+  require(area_m2 < kMaxAreaM2, "is larger than 400 square kilometres");
+  CorrelativeMatcherOptions table;
+  table.resolution_m = std::clamp(std::sqrt(area_m2 / kMaxTableCells), options.cell_m, 0.5);
+  table.blur_m = std::max(options.blur_m, 0.8 * table.resolution_m);
+  table.levels = options.levels;
+  return {all.points, table};
+}
+
+GridMap make_grid(const std::vector<KeyScan>& keys, const OccupancyGridOptions& options) {
+  OccupancyGrid grid(options);
+  for (const KeyScan& key : keys) {
+    grid.insert(key.world_from_robot * key.points_in_robot.points,
+                key.world_from_robot * key.sensor_in_robot);
+  }
+  return grid.to_map();
+}
+
+}  // namespace
+
+PlaceMap::PlaceMap(const std::vector<KeyScan>& keys, const PlaceMapOptions& options)
+    : walls_(make_walls(keys, options)), grid_(make_grid(keys, options.grid)) {}
+
+PlaceMap::Likelihood PlaceMap::likelihood(const Eigen::Vector2d& point_in_map) const {
+  // Between the centres of four cells.
+  const Eigen::Vector2d at =
+      (point_in_map - walls_.origin_m()) / walls_.resolution_m() - Eigen::Vector2d(0.5, 0.5);
+  const double x0 = std::floor(at.x()), y0 = std::floor(at.y());
+  constexpr double kFarCells = 1e8;
+  if (!(std::abs(x0) < kFarCells && std::abs(y0) < kFarCells)) return {};
+  const int x = static_cast<int>(x0), y = static_cast<int>(y0);
+  const double a = walls_.at(0, x, y), b = walls_.at(0, x + 1, y);
+  const double c = walls_.at(0, x, y + 1), d = walls_.at(0, x + 1, y + 1);
+  const double u = at.x() - x0, v = at.y() - y0;
+  Likelihood result;
+  result.value = ((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d)) / 255.0;
+  result.gradient = {((1 - v) * (b - a) + v * (d - c)) / (255.0 * walls_.resolution_m()),
+                     ((1 - u) * (c - a) + u * (d - b)) / (255.0 * walls_.resolution_m())};
+  return result;
+}
+
+uint8_t PlaceMap::occupancy(const Eigen::Vector2d& point_in_map) const {
+  const Eigen::Vector2i cell = grid_.cell_of(point_in_map);
+  return grid_.contains(cell.x(), cell.y()) ? grid_.at(cell.x(), cell.y()) : GridMap::kUnknown;
+}
+
+bool PlaceMap::is_free(const Eigen::Vector2d& point_in_map) const {
+  return occupancy(point_in_map) < kFreeBelowPercent;
+}
+
+bool PlaceMap::is_wall(const Eigen::Vector2d& point_in_map) const {
+  const uint8_t percent = occupancy(point_in_map);
+  return percent != GridMap::kUnknown && percent > kWallAbovePercent;
+}
+
+}  // namespace marco::slam

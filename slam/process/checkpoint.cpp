@@ -1,0 +1,163 @@
+#include "slam/process/checkpoint.hpp"
+
+#include "common/files/whole_file.hpp"
+#include "slam/localization/slam_archive.hpp"
+
+namespace marco {
+
+template <class Archive>
+void archive(Archive& bytes, StampedPose2& pose) {
+  archive(bytes, pose.utime);
+  archive(bytes, pose.world_from_robot);
+}
+
+template <class Archive>
+void archive(Archive& bytes, Pose3& pose) {
+  bytes.raw(pose.matrix().data(), 16 * sizeof(double));
+}
+
+template <class Archive>
+void archive(Archive& bytes, SensorInfo& info) {
+  archive(bytes, info.utime);
+  archive(bytes, info.channel);
+  auto mount = static_cast<uint8_t>(info.mount);
+  archive(bytes, mount);
+  info.mount = mount == 0 ? SensorInfo::Mount::robot : SensorInfo::Mount::pantilt;
+  archive(bytes, info.parent_from_sensor);
+  archive(bytes, info.tilt_axis_m);
+  archive(bytes, info.scan_duration_s);
+  archive(bytes, info.range_min_m);
+  archive(bytes, info.range_max_m);
+  archive(bytes, info.range_sigma_m);
+  archive(bytes, info.focal_length_px);
+}
+
+// Ranges may hold NaN and infinity: as they are.
+template <class Archive>
+void archive_floats(Archive& bytes, std::vector<float>& values) {
+  values.resize(bytes.length(values.size(), sizeof(float)));
+  bytes.raw(values.data(), values.size() * sizeof(float));
+}
+
+template <class Archive>
+void archive(Archive& bytes, LaserScan& scan) {
+  archive(bytes, scan.utime);
+  archive(bytes, scan.channel);
+  archive_floats(bytes, scan.ranges_m);
+  archive(bytes, scan.first_bearing_rad);
+  archive(bytes, scan.bearing_step_rad);
+  archive_floats(bytes, scan.bearings_rad);
+  archive_floats(bytes, scan.time_offsets_s);
+}
+
+template <class Archive>
+void archive(Archive& bytes, PoseBuffer& buffer) {
+  std::vector<StampedPose2> samples;
+  if constexpr (!Archive::kReads) samples = buffer.samples();
+  archive_list(bytes, samples, sizeof(StampedPose2));
+  if constexpr (Archive::kReads) {
+    buffer.clear();
+    for (const StampedPose2& sample : samples) buffer.add(sample.utime, sample.world_from_robot);
+  }
+}
+
+template <class Archive, class Value>
+void archive(Archive& bytes, std::map<std::string, Value>& values) {
+  std::vector<std::pair<std::string, Value>> list(values.begin(), values.end());
+  list.resize(bytes.length(list.size(), sizeof(uint64_t)));
+  for (auto& [name, value] : list) {
+    archive(bytes, name);
+    archive(bytes, value);
+  }
+  if constexpr (Archive::kReads) {
+    values = {list.begin(), list.end()};
+  }
+}
+
+}  // namespace marco
+
+namespace marco::slam {
+
+template <class Archive>
+void archive(Archive& bytes, UsedScan& scan) {
+  archive(bytes, scan.prepared.utime);
+  archive(bytes, scan.prepared.hits_in_robot);
+  archive(bytes, scan.prepared.sensor_in_robot);
+  archive(bytes, scan.prepared.sensor_heading_rad);
+  archive(bytes, scan.prepared.beams);
+  archive(bytes, scan.prepared.no_return);
+  archive(bytes, scan.level);
+  archive(bytes, scan.held_out);
+  archive(bytes, scan.matched);
+}
+
+namespace {
+
+constexpr std::string_view kName = "MARCOCHK";
+constexpr uint32_t kVersion = 1;
+
+template <class Archive>
+void archive(Archive& bytes, AdapterState& state) {
+  using marco::archive;
+  archive(bytes, state.map.options);
+  archive_list(bytes, state.map.session_starts, sizeof(int64_t));
+  archive(bytes, state.map.slam);
+  archive(bytes, state.motion.odometry);
+  archive(bytes, state.motion.gyro_heading);
+  archive(bytes, state.motion.pantilt);
+  archive(bytes, state.sensors);
+  archive_list(bytes, state.waiting, 48);
+  archive(bytes, state.newest_scan);
+  archive(bytes, state.last_grid);
+  archive(bytes, state.scan_count);
+  archive_list(bytes, state.live, 32);
+  archive_list(bytes, state.odometry_at_scans, 32);
+  archive_list(bytes, state.scans, 51);
+  archive(bytes, state.received);
+  archive(bytes, state.drops);
+}
+
+std::filesystem::path before(const std::filesystem::path& path) {
+  return path.string() + ".before";
+}
+
+}  // namespace
+
+std::string encode_adapter_state(const AdapterState& state) {
+  AdapterState copy = state;
+  ByteWriter writer;
+  archive(writer, copy);
+  return seal(kName, kVersion, writer.take());
+}
+
+AdapterState decode_adapter_state(std::string_view bytes) {
+  ByteReader reader(unseal(kName, kVersion, bytes));
+  AdapterState state;
+  archive(reader, state);
+  require(reader.left() == 0, "has bytes left over");
+  check(state.map.slam);
+  require(!state.map.session_starts.empty(), "has no session");
+  return state;
+}
+
+void save_adapter_state(const std::filesystem::path& path, const AdapterState& state) {
+  const std::string bytes = encode_adapter_state(state);
+  std::error_code none;
+  std::filesystem::rename(path, before(path), none);
+  files::write_whole_file(path, bytes);
+}
+
+std::optional<AdapterState> load_adapter_state(
+    const std::filesystem::path& path, const std::function<void(const std::string&)>& warn) {
+  for (const std::filesystem::path& candidate : {path, before(path)}) {
+    if (!std::filesystem::exists(candidate)) continue;
+    try {
+      return decode_adapter_state(files::read_whole_file(candidate));
+    } catch (const std::invalid_argument& wrong) {
+      if (warn) warn("checkpoint " + candidate.string() + " " + wrong.what() + ": not used");
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace marco::slam

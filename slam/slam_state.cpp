@@ -1,0 +1,166 @@
+#include "slam/slam_state.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+
+#include "common/check.hpp"
+#include "slam/slam.hpp"
+
+namespace marco::slam {
+namespace {
+
+// How far a session is taken to have driven since a loop was last closed: it was just found.
+constexpr double kSinceFoundM = 1.0;
+
+bool is_index(int index, std::size_t count) {
+  return index >= 0 && static_cast<std::size_t>(index) < count;
+}
+
+}  // namespace
+
+void check(const SlamState& state) {
+  for (const KeyScan& key : state.keys) {
+    require(key.points_in_robot.points.cols() == key.points_in_robot.normals.cols(),
+            "a key scan has not one normal a point");
+  }
+  std::size_t loop_edges = 0;
+  for (const PoseGraphEdge& edge : state.edges) {
+    require(is_index(edge.from, state.keys.size()) && is_index(edge.to, state.keys.size()) &&
+                edge.from != edge.to,
+            "an edge of the graph ends at no key scan");
+    loop_edges += edge.is_loop ? 1 : 0;
+  }
+  require(state.loops.size() == loop_edges, "loops and loop edges are not as many");
+  for (const Loop& loop : state.loops) {
+    require(is_index(loop.from, state.keys.size()) && is_index(loop.to, state.keys.size()),
+            "a loop ends at no key scan");
+  }
+  for (const ScanPose& scan : state.scans) {
+    require(scan.key == -1 || is_index(scan.key, state.keys.size()),
+            "a scan's pose hangs on no key scan");
+  }
+}
+
+SlamState Slam::state() const {
+  SlamState state{keys_,
+                  graph_.edges(),
+                  loops_,
+                  scans_,
+                  motion_.state(),
+                  world_from_robot_,
+                  covariance_,
+                  {},
+                  last_search_path_m_,
+                  closed_path_m_,
+                  revision_};
+  if (local_map_) state.local_map_centre_m = local_map_->levels().front().centre_m();
+  return state;
+}
+
+void Slam::restore(const SlamState& state) {
+  check(state);
+  keys_ = state.keys;
+  loops_ = state.loops;
+  scans_ = state.scans;
+  graph_ = PoseGraph(options_.graph);
+  for (const KeyScan& key : keys_) graph_.add_node(key.world_from_robot);
+  for (const PoseGraphEdge& edge : state.edges) graph_.add_edge(edge);
+  motion_.restore(state.motion);
+  covariance_ = state.covariance;
+  last_search_path_m_ = state.last_search_path_m;
+  closed_path_m_ = state.closed_path_m;
+  revision_ = state.revision;
+  refined_ = {};
+  local_map_.reset();
+  world_from_robot_ = {state.local_map_centre_m.x(), state.local_map_centre_m.y(), 0.0};
+  if (!keys_.empty()) rebuild_local_map();
+  world_from_robot_ = state.world_from_robot;
+}
+
+void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
+  check(session);
+  require(is_index(tie.from, keys_.size()) && is_index(tie.to, session.keys.size()),
+          "join: the tie ends at no key scan");
+  const int first_key = static_cast<int>(keys_.size());
+  const KeyScan& tied = session.keys[static_cast<std::size_t>(tie.to)];
+  const Pose2 world_from_session = keys_[static_cast<std::size_t>(tie.from)].world_from_robot *
+                                   tie.from_from_to * tied.world_from_robot.inverse();
+  // A session starts far from the end of the one before: places of both are worth looking at.
+  const double path_m = keys_.back().path_m + options_.loops.min_path_m;
+  for (KeyScan key : session.keys) {
+    key.world_from_robot = world_from_session * key.world_from_robot;
+    key.path_m += path_m;
+    graph_.add_node(key.world_from_robot);
+    keys_.push_back(std::move(key));
+  }
+  for (PoseGraphEdge edge : session.edges) {
+    edge.from += first_key;
+    edge.to += first_key;
+    graph_.add_edge(edge);
+  }
+  for (Loop loop : session.loops) {
+    loop.from += first_key;
+    loop.to += first_key;
+    loops_.push_back(loop);
+  }
+  PoseGraphEdge moved_tie = tie;
+  moved_tie.to += first_key;
+  moved_tie.is_loop = false;
+  graph_.add_edge(moved_tie);
+  for (ScanPose scan : session.scans) {
+    if (scan.key < 0) {
+      scan.key_from_robot = world_from_session * scan.key_from_robot;
+    } else {
+      scan.key += first_key;
+    }
+    scans_.push_back(scan);
+  }
+  world_from_robot_ = world_from_session * session.world_from_robot;
+  covariance_ = session.covariance;
+  motion_.restore(session.motion);
+  // Nothing lies between the sessions: what is looked at around a place ends there.
+  std::vector<KeyScan> nearby(keys_.begin(), keys_.begin() + first_key);
+  KeyScan nothing;
+  nothing.points_in_robot = {Points2(2, 0), Points2(2, 0)};
+  nothing.path_m = keys_.back().path_m;
+  nearby.resize(nearby.size() + static_cast<std::size_t>(options_.loops.around), nothing);
+  for (int key = first_key; key < static_cast<int>(keys_.size()); ++key) {
+    find_loops_across(key, first_key, nearby);
+  }
+  last_search_path_m_ = closed_path_m_ = keys_.back().path_m;
+  ++revision_;
+  rebuild_local_map();
+}
+
+void Slam::find_loops_across(int key, int first_key, std::vector<KeyScan>& nearby) {
+  // Of the new session as many key scans as are matched together.
+  const int first_nearby = first_key + options_.loops.around;
+  if (static_cast<int>(nearby.size()) > first_nearby + options_.loops.around) {
+    nearby.erase(nearby.begin() + first_nearby);
+  }
+  const KeyScan& newest = keys_[static_cast<std::size_t>(key)];
+  nearby.push_back(newest);
+  const bool is_last = static_cast<std::size_t>(key) + 1 == keys_.size();
+  if (newest.path_m - last_search_path_m_ < options_.loops.attempt_every_m && !is_last) return;
+  last_search_path_m_ = newest.path_m;
+  bool found_any = false;
+  for (Loop loop : loop_closer_.find(nearby, newest.path_m - kSinceFoundM)) {
+    if (loop.from >= first_key) continue;
+    loop.to = key;
+    loops_.push_back(loop);
+    graph_.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});
+    found_any = true;
+  }
+  if (!found_any) return;
+  graph_.optimize();
+  move_keys(graph_.poses());
+  for (int i = 0; i < static_cast<int>(nearby.size()); ++i) {
+    const int newest_nearby = static_cast<int>(nearby.size()) - 1;
+    const int at = i < first_key ? i : key - (newest_nearby - i);
+    if (i >= first_key && i < first_nearby) continue;
+    nearby[static_cast<std::size_t>(i)].world_from_robot =
+        keys_[static_cast<std::size_t>(at)].world_from_robot;
+  }
+}
+
+}  // namespace marco::slam

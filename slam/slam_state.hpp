@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "slam/graph/pose_graph_edge.hpp"
+#include "slam/loop_closer.hpp"
+#include "slam/motion_model.hpp"
+
+namespace marco::slam {
+
+/// A processed scan hangs on a key scan, and moves with it.
+struct ScanPose {
+  Utime utime;
+  int32_t key = -1;  ///< -1: before the first key scan; then the pose is the world's
+  Pose2 key_from_robot;
+};
+
+/// All that Slam knows: what it has to be given back to go on as if it had never stopped.
+struct SlamState {
+  std::vector<KeyScan> keys;
+  std::vector<PoseGraphEdge> edges;
+  std::vector<Loop> loops;  ///< one a loop edge, in their order
+  std::vector<ScanPose> scans;
+  MotionState motion;
+  Pose2 world_from_robot;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  Eigen::Vector2d local_map_centre_m = Eigen::Vector2d::Zero();
+  double last_search_path_m = 0.0;
+  double closed_path_m = 0.0;
+  int64_t revision = 0;
+};
+
+/// @throws std::invalid_argument naming what contradicts itself: an index of nothing, a scan whose
+/// normals are not one a point, a number of loops that is not that of the loop edges.
+void check(const SlamState& state);
+
+}  // namespace marco::slam

@@ -1,0 +1,131 @@
+// marco-slam live: orders over LCM, answered in PROCESS_STATUS; killed, it goes on.
+#include <gmock/gmock.h>
+
+#include "common/files/whole_file.hpp"
+#include "common/process/lcm_bus.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "marco/process_status_t.hpp"
+#include "marco/slam_command_t.hpp"
+#include "marco/slam_pose_t.hpp"
+#include "tests/support/flat_world.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/program.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace marco {
+namespace {
+
+using ::marco::testing::IsNear;
+using ::marco::testing::Program;
+using ::marco::testing::TemporaryFolder;
+using ::testing::HasSubstr;
+
+class SlamOrders : public ::testing::Test {
+ protected:
+  SlamOrders() : bus_("") {
+    bus_.subscribe<process_status_t>(
+        channels::kProcessStatus, heard_,
+        [this](const auto& status, const auto&) { states_.push_back(status.state); });
+    bus_.subscribe<slam_pose_t>(channels::kSlamPose, heard_, [this](const auto& pose, const auto&) {
+      last_ = pose;
+      ++poses_;
+    });
+    folder_.write("slam.toml", "maps_folder = \"" + folder_.path().string() +
+                                   "\"\ncheckpoint_path = \"" + at("checkpoint") +
+                                   "\"\ncheckpoint_every_s = 1.0\n");
+  }
+  std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
+  std::unique_ptr<Program> start() {
+    states_.clear();
+    auto slam = std::make_unique<Program>(
+        "marco-slam", std::vector<std::string>{"--config", at("slam.toml")}, at("slam.out"));
+    EXPECT_TRUE(hears("")) << files::read_whole_file(at("slam.out"));
+    return slam;
+  }
+  // Whether a process says, within 10 s, a state that holds `text`.
+  bool hears(const std::string& text) {
+    for (int i = 0; i < 100; ++i) {
+      for (const std::string& state : states_) {
+        if (state.find(text) != std::string::npos) return true;
+      }
+      bus_.handle_once(100);
+    }
+    return false;
+  }
+  void send(const Sample& sample) {
+    const EncodedMessage message = encode_sample(sample);
+    bus_.publish_raw(message.channel, message.bytes, message.utime);
+  }
+  void order(int8_t command, const std::string& folder) {
+    states_.clear();
+    slam_command_t message = {};
+    message.command = command;
+    message.folder = folder;
+    bus_.publish(channels::kSlamCommand, message);
+  }
+  // Scans `first` to `last` of a drive through the room; each waits for the pose of the one before.
+  void drive(int first, int last) {
+    SensorInfo info;
+    send(info);
+    for (int i = first; i < last; ++i) {
+      LaserScan scan = room_.scan(true_pose(i));
+      scan.utime = Utime::from_us(1'000'000 + i * 100'000);
+      OdometrySample odometry;
+      odometry.utime = scan.utime;
+      odometry.odom_from_robot = true_pose(i);
+      send(odometry);
+      const int before = poses_;
+      send(scan);
+      for (int wait = 0; wait < 50 && poses_ == before; ++wait) bus_.handle_once(100);
+    }
+  }
+  static Pose2 true_pose(int i) {
+    Pose2 pose{-3.0, -2.0, 0.2};
+    for (int step = 0; step < i; ++step) pose = pose * Pose2{0.06, 0, 0.02};
+    return pose;
+  }
+  testing::FlatWorld room_ = testing::small_room();
+  process::LcmBus bus_;
+  process::DropCounter heard_;
+  TemporaryFolder folder_;
+  std::vector<std::string> states_;
+  slam_pose_t last_ = {};
+  int poses_ = 0;
+};
+
+TEST_F(SlamOrders, AreObeyedWithoutARestartAndAnswered) {
+  const auto slam = start();
+  drive(0, 40);
+  order(slam_command_t::SAVE, "hall");
+  ASSERT_TRUE(hears("SAVE"));
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "hall" / "map.marco"));
+  order(slam_command_t::SAVE, "../elsewhere");
+  ASSERT_TRUE(hears("refused"));
+  order(slam_command_t::LOCALIZE, "hall");
+  ASSERT_TRUE(hears("LOCALIZE"));
+  drive(5, 6);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_LOST});
+  drive(6, 60);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
+  EXPECT_THAT((Pose2{last_.x_m, last_.y_m, last_.theta_rad}),
+              IsNear(between(true_pose(0), true_pose(59)), 0.05, 0.02));
+  order(slam_command_t::RESET, "");
+  ASSERT_TRUE(hears("RESET"));
+}
+
+TEST_F(SlamOrders, KilledItGoesOnFromItsCheckpointThoughScansPassedMeanwhile) {
+  auto slam = start();
+  drive(0, 40);
+  slam->signal(SIGKILL);
+  slam->wait(5);
+  slam = start();
+  EXPECT_THAT(files::read_whole_file(at("slam.out")), HasSubstr("goes on from"));
+  drive(48, 60);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
+  EXPECT_THAT((Pose2{last_.x_m, last_.y_m, last_.theta_rad}),
+              IsNear(between(true_pose(0), true_pose(59)), 0.05, 0.02));
+}
+
+}  // namespace
+}  // namespace marco

@@ -1,0 +1,179 @@
+// A SlamAdapter that dies and goes on, and one that takes orders.
+#include <gmock/gmock.h>
+
+#include "common/files/whole_file.hpp"
+#include "common/process/batch_bus.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "slam/process/lcm_adapter.hpp"
+#include "slam/process/map_folder.hpp"
+#include "tests/support/flat_world.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::marco::testing::complaint;
+using ::marco::testing::IsNear;
+using ::marco::testing::TemporaryFolder;
+using ::testing::HasSubstr;
+
+class SlamSurvival : public ::testing::Test {
+ protected:
+  // 60 scans along a bow, odometry 3 % long and a little later than each scan.
+  SlamSurvival() {
+    std::mt19937 random(5);
+    SensorInfo info;
+    info.parent_from_sensor = make_pose3({0.1, 0.0, 0.3});
+    samples_.emplace_back(info);
+    Pose2 truth{-3.0, -2.0, 0.2}, odom;
+    for (int i = 0; i < 60; ++i) {
+      const Pose2 step{0.08, 0, 0.02};
+      truth = truth * step;
+      odom = odom * Pose2{1.03 * step.x_m, 0, step.theta_rad};
+      LaserScan scan = room_.scan(truth * Pose2{0.1, 0, 0}, 0.01, &random);
+      scan.utime = Utime::from_us(1'000'000 + i * 200'000);
+      samples_.emplace_back(scan);
+      OdometrySample odometry;
+      odometry.utime = scan.utime + Duration::from_us(30'000);
+      odometry.odom_from_robot = odom;
+      samples_.emplace_back(odometry);
+    }
+  }
+  static void send(process::BatchBus& bus, const Sample& sample) {
+    const EncodedMessage message = encode_sample(sample);
+    bus.deliver(message.channel, message.bytes, message.utime);
+  }
+  Trajectory run_whole() {
+    process::BatchBus bus;
+    SlamAdapter slam(bus, {});
+    for (const Sample& sample : samples_) send(bus, sample);
+    slam.finish();
+    return slam.slam().trajectory();
+  }
+  static void order(process::BatchBus& bus, int8_t command, const std::string& folder = "") {
+    slam_command_t message = {};
+    message.command = command;
+    message.folder = folder;
+    bus.deliver(channels::kSlamCommand, encode_message(message), Utime::from_us(1));
+  }
+  testing::FlatWorld room_ = testing::small_room();
+  std::vector<Sample> samples_;
+  TemporaryFolder folder_;
+};
+
+TEST_F(SlamSurvival, KilledAtAnyMessageAndResumedItEndsWithTheSamePath) {
+  const Trajectory whole = run_whole();
+  const std::string path = (folder_.path() / "checkpoint").string();
+  for (const std::size_t killed_after : {1U, 2U, 3U, 40U, 77U, 120U}) {
+    process::BatchBus bus;
+    SlamAdapter first(bus, {});
+    for (std::size_t i = 0; i < killed_after; ++i) send(bus, samples_[i]);
+    save_adapter_state(path, first.state());
+    process::BatchBus other_bus;
+    SlamAdapterOptions options;
+    options.checkpoint_path = path;
+    options.checkpoint_every_s = 1000.0;
+    SlamAdapter resumed(other_bus, options);
+    EXPECT_TRUE(resumed.resumed());
+    for (std::size_t i = killed_after; i < samples_.size(); ++i) send(other_bus, samples_[i]);
+    resumed.finish();
+    const Trajectory poses = resumed.slam().trajectory();
+    ASSERT_EQ(poses.size(), whole.size()) << killed_after;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      // All of the state is kept to the last bit.
+      ASSERT_EQ(poses[i].world_from_robot.vector(), whole[i].world_from_robot.vector()) << i;
+    }
+    EXPECT_EQ(resumed.live_trajectory().size(), whole.size());
+  }
+}
+
+TEST_F(SlamSurvival, OfATornCheckpointTheOneBeforeIsUsed) {
+  const auto path = folder_.path() / "checkpoint";
+  process::BatchBus bus;
+  SlamAdapter slam(bus, {});
+  std::vector<std::string> warnings;
+  const auto warn = [&](const std::string& line) { warnings.push_back(line); };
+  EXPECT_FALSE(load_adapter_state(path, warn).has_value());
+  for (std::size_t i = 0; i < 21; ++i) send(bus, samples_[i]);
+  save_adapter_state(path, slam.state());
+  for (std::size_t i = 21; i < 41; ++i) send(bus, samples_[i]);
+  save_adapter_state(path, slam.state());
+  EXPECT_EQ(load_adapter_state(path, warn)->live.size(), 20U);
+  const std::string bytes = files::read_whole_file(path);
+  for (const std::size_t left : {bytes.size() - 1, bytes.size() / 2, std::size_t{0}}) {
+    folder_.write("checkpoint", bytes.substr(0, left));
+    warnings.clear();
+    EXPECT_EQ(load_adapter_state(path, warn)->live.size(), 10U);
+    ASSERT_EQ(warnings.size(), 1U);
+    EXPECT_THAT(warnings.front(), HasSubstr("not used"));
+  }
+}
+
+TEST_F(SlamSurvival, LiveItWritesCheckpointsByItself) {
+  SlamAdapterOptions options;
+  options.checkpoint_path = (folder_.path() / "checkpoint").string();
+  options.checkpoint_every_s = 2.0;
+  process::BatchBus bus;
+  SlamAdapter slam(bus, options);
+  for (std::size_t i = 0; i < 81; ++i) send(bus, samples_[i]);
+  const auto state = load_adapter_state(options.checkpoint_path, {});
+  ASSERT_TRUE(state.has_value());
+  // 40 scans over 7.8 s: the last checkpoint is less than 2 s old.
+  EXPECT_GE(state->live.size(), 30U);
+}
+
+TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
+  SlamAdapterOptions options;
+  options.maps_folder = folder_.path().string();
+  process::BatchBus bus;
+  SlamAdapter slam(bus, options);
+  for (std::size_t i = 0; i < 61; ++i) send(bus, samples_[i]);
+  order(bus, slam_command_t::SAVE, "hall");
+  EXPECT_THAT(slam.take_answer(), HasSubstr("saved"));
+  EXPECT_EQ(slam.take_answer(), "");
+  for (const char* name : {"map.marco", "map.pgm", "map.yaml", "trajectory.tum"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "hall" / name)) << name;
+  }
+  EXPECT_EQ(load_map_folder(folder_.path() / "hall").slam.scans.size(), 30U);
+
+  order(bus, slam_command_t::PAUSE);
+  for (std::size_t i = 61; i < 63; ++i) send(bus, samples_[i]);
+  EXPECT_EQ(slam.live_trajectory().size(), 30U);
+  EXPECT_EQ(slam.drops().by_cause().at("paused"), 1);
+  order(bus, slam_command_t::RESUME);
+
+  order(bus, slam_command_t::LOCALIZE, "hall");
+  EXPECT_THAT(slam.take_answer(), HasSubstr("looks for itself"));
+  EXPECT_THAT(slam.state_line(), HasSubstr("not found in the map yet"));
+  for (std::size_t i = 1; i < samples_.size(); ++i) send(bus, samples_[i]);
+  EXPECT_THAT(slam.state_line(), HasSubstr("localized"));
+  order(bus, slam_command_t::SAVE, "hall");
+  EXPECT_THAT(slam.take_answer(), HasSubstr("refused"));
+
+  order(bus, slam_command_t::RESET);
+  EXPECT_EQ(slam.slam().key_count(), 0U);
+  EXPECT_EQ(slam.session().mode(), MappingSession::Mode::mapping);
+}
+
+TEST_F(SlamSurvival, OrdersThatLeadOutOfTheMapsFolderOrNowhereAreRefused) {
+  SlamAdapterOptions options;
+  options.maps_folder = folder_.path().string();
+  process::BatchBus bus;
+  SlamAdapter slam(bus, options);
+  for (const char* folder : {"/etc", "../elsewhere", "a/../../b", ""}) {
+    order(bus, slam_command_t::SAVE, folder);
+    EXPECT_THAT(slam.take_answer(), HasSubstr("refused")) << folder;
+  }
+  order(bus, slam_command_t::LOCALIZE, "no such map");
+  EXPECT_THAT(slam.take_answer(), HasSubstr("cannot be read"));
+  order(bus, 77);
+  EXPECT_THAT(slam.take_answer(), HasSubstr("not a command"));
+  folder_.write("map.marco", "something else");
+  EXPECT_THAT(complaint([&] { load_map_folder(folder_.path()); }),
+              HasSubstr("map.marco: is no MARCOMAP file"));
+}
+
+}  // namespace
+}  // namespace marco::slam

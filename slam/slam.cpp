@@ -161,13 +161,33 @@ void Slam::add_key(const SlamInput& input, const OrientedPoints& points, const M
     graph_.add_edge({node - 1, node, measured, in_key.inverse(), false});
   }
   keys_.push_back(std::move(key));
-  rebuild_local_map();
+  extend_local_map();
+}
+
+int Slam::first_local_key() const {
+  const int beyond = static_cast<int>(keys_.size()) - options_.window_key_scans;
+  const int step = options_.window_slack + 1;
+  return std::max(0, beyond) / step * step;
+}
+
+void Slam::extend_local_map() {
+  if (!local_map_ || first_local_key() != local_map_first_) {
+    rebuild_local_map();
+  } else {
+    local_map_->add(keys_.back().points_in_robot, keys_.back().world_from_robot);
+  }
 }
 
 void Slam::rebuild_local_map() {
-  local_map_.emplace(options_.fine, world_from_robot_.translation_m());
-  const int last = static_cast<int>(keys_.size()) - 1;
-  for (int key = std::max(0, last - options_.window_key_scans + 1); key <= last; ++key) {
+  const int first = first_local_key(), count = static_cast<int>(keys_.size());
+  local_map_first_ = first;
+  // In the middle of what the map will cover, whenever it is made.
+  const int middle = std::min(count - 1, first + options_.window_key_scans - 1);
+  const Eigen::Vector2d centre_m =
+      keys_[static_cast<std::size_t>(middle)].world_from_robot.translation_m();
+  if (!local_map_) local_map_.emplace(options_.fine, centre_m);
+  local_map_->restart(centre_m);
+  for (int key = first; key < count; ++key) {
     const KeyScan& scan = keys_[static_cast<std::size_t>(key)];
     local_map_->add(scan.points_in_robot, scan.world_from_robot);
   }

@@ -12,6 +12,12 @@ namespace {
 constexpr double kEdgeSigmaM = 0.008;
 constexpr double kEdgeSigmaDeg = 0.10;
 
+// By how much more of the points another match must explain to be taken instead.
+constexpr double kClearlyBetter = 0.05;
+
+// What is left of the information of odometry that the scan contradicts.
+constexpr double kDoubtedPrior = 0.01;
+
 // Jacobian of a pose a*b by b: b's covariance is given in the frame of a.
 Eigen::Matrix3d turned_into(const Eigen::Matrix3d& covariance, double theta_rad) {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
@@ -96,7 +102,13 @@ PosePrior Slam::prior_of(const MotionGuess& guess) const {
 Slam::Match Slam::match(const OrientedPoints& points,
                         const MotionGuess& guess,
                         const PosePrior& prior) const {
-  const SurfelMatch fine = matcher_.match(*local_map_, points, prior.map_from_robot, &prior);
+  SurfelMatch fine = matcher_.match(*local_map_, points, prior.map_from_robot, &prior);
+  if (fine.overlap < options_.sure_overlap && guess.source == MotionGuess::Source::odometry) {
+    // Wheels may have slipped: the scan alone, hardly held by odometry.
+    const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
+    const SurfelMatch free = matcher_.match(*local_map_, points, prior.map_from_robot, &weak);
+    if (free.overlap > fine.overlap + kClearlyBetter) fine = free;
+  }
   Match result{
       fine.map_from_robot, fine.information, fine.overlap,
       fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
@@ -104,7 +116,7 @@ Slam::Match Slam::match(const OrientedPoints& points,
     return result;
   }
   const Match wide = match_widely(points, prior);
-  return wide.usable && wide.overlap > result.overlap + 0.05 ? wide : result;
+  return wide.usable && wide.overlap > result.overlap + kClearlyBetter ? wide : result;
 }
 
 Slam::Match Slam::match_widely(const OrientedPoints& points, const PosePrior& prior) const {
@@ -204,7 +216,7 @@ bool Slam::close_loops() {
     loops_.push_back(loop);
     graph_.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});
   }
-  graph_.optimize();
+  graph_.optimize_roughly();
   move_keys(graph_.poses());
   return true;
 }

@@ -24,6 +24,7 @@ struct SlamOptions {
   int window_key_scans = 15;     ///< the local map is made of this many last key scans ...
   int window_slack = 5;        ///< ... and up to so many more: it is made anew when these are full
   int min_points = 20;         ///< a scan with fewer returns is not matched
+  double sure_overlap = 0.8;   ///< below it odometry may lie: the scan is matched without it, too
   double good_overlap = 0.5;   ///< below it the search is widened
   double poor_overlap = 0.25;  ///< below it the match is not used
   MotionOptions motion;
@@ -42,6 +43,7 @@ struct SlamOptions {
     v("window_key_scans", window_key_scans, Limits{1, 1000});
     v("window_slack", window_slack, Limits{0, 1000});
     v("min_points", min_points, Limits{3, 100000});
+    v("sure_overlap", sure_overlap, Limits{0.0, 1.0});
     v("good_overlap", good_overlap, Limits{0.0, 1.0});
     v("poor_overlap", poor_overlap, Limits{0.0, 1.0});
     v("motion", motion);

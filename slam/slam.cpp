@@ -12,6 +12,12 @@ namespace {
 constexpr double kEdgeSigmaM = 0.008;
 constexpr double kEdgeSigmaDeg = 0.10;
 
+// By how much more of the points another match must explain to be taken instead.
+constexpr double kClearlyBetter = 0.05;
+
+// What is left of the information of odometry that the scan contradicts.
+constexpr double kDoubtedPrior = 0.01;
+
 // Jacobian of a pose a*b by b: b's covariance is given in the frame of a.
 Eigen::Matrix3d turned_into(const Eigen::Matrix3d& covariance, double theta_rad) {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
@@ -96,7 +102,13 @@ PosePrior Slam::prior_of(const MotionGuess& guess) const {
 Slam::Match Slam::match(const OrientedPoints& points,
                         const MotionGuess& guess,
                         const PosePrior& prior) const {
-  const SurfelMatch fine = matcher_.match(*local_map_, points, prior.map_from_robot, &prior);
+  SurfelMatch fine = matcher_.match(*local_map_, points, prior.map_from_robot, &prior);
+  if (fine.overlap < options_.sure_overlap && guess.source == MotionGuess::Source::odometry) {
+    // Wheels may have slipped: the scan alone, hardly held by odometry.
+    const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
+    const SurfelMatch free = matcher_.match(*local_map_, points, prior.map_from_robot, &weak);
+    if (free.overlap > fine.overlap + kClearlyBetter) fine = free;
+  }
   Match result{
       fine.map_from_robot, fine.information, fine.overlap,
       fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
@@ -104,7 +116,7 @@ Slam::Match Slam::match(const OrientedPoints& points,
     return result;
   }
   const Match wide = match_widely(points, prior);
-  return wide.usable && wide.overlap > result.overlap + 0.05 ? wide : result;
+  return wide.usable && wide.overlap > result.overlap + kClearlyBetter ? wide : result;
 }
 
 Slam::Match Slam::match_widely(const OrientedPoints& points, const PosePrior& prior) const {
@@ -161,13 +173,33 @@ void Slam::add_key(const SlamInput& input, const OrientedPoints& points, const M
     graph_.add_edge({node - 1, node, measured, in_key.inverse(), false});
   }
   keys_.push_back(std::move(key));
-  rebuild_local_map();
+  extend_local_map();
+}
+
+int Slam::first_local_key() const {
+  const int beyond = static_cast<int>(keys_.size()) - options_.window_key_scans;
+  const int step = options_.window_slack + 1;
+  return std::max(0, beyond) / step * step;
+}
+
+void Slam::extend_local_map() {
+  if (!local_map_ || first_local_key() != local_map_first_) {
+    rebuild_local_map();
+  } else {
+    local_map_->add(keys_.back().points_in_robot, keys_.back().world_from_robot);
+  }
 }
 
 void Slam::rebuild_local_map() {
-  local_map_.emplace(options_.fine, world_from_robot_.translation_m());
-  const int last = static_cast<int>(keys_.size()) - 1;
-  for (int key = std::max(0, last - options_.window_key_scans + 1); key <= last; ++key) {
+  const int first = first_local_key(), count = static_cast<int>(keys_.size());
+  local_map_first_ = first;
+  // In the middle of what the map will cover, whenever it is made.
+  const int middle = std::min(count - 1, first + options_.window_key_scans - 1);
+  const Eigen::Vector2d centre_m =
+      keys_[static_cast<std::size_t>(middle)].world_from_robot.translation_m();
+  if (!local_map_) local_map_.emplace(options_.fine, centre_m);
+  local_map_->restart(centre_m);
+  for (int key = first; key < count; ++key) {
     const KeyScan& scan = keys_[static_cast<std::size_t>(key)];
     local_map_->add(scan.points_in_robot, scan.world_from_robot);
   }
@@ -184,7 +216,7 @@ bool Slam::close_loops() {
     loops_.push_back(loop);
     graph_.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});
   }
-  graph_.optimize();
+  graph_.optimize_roughly();
   move_keys(graph_.poses());
   return true;
 }

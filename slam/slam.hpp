@@ -22,10 +22,12 @@ namespace marco::slam {
 struct SlamOptions {
   double key_distance_m = 0.30;  ///< a key scan is kept after this move ...
   double key_turn_deg = 15.0;    ///< ... or this turn of the robot or of a panning laser
-  int window_key_scans = 15;     ///< the local map is made of this many last key scans
-  int min_points = 20;           ///< a scan with fewer returns is not matched
-  double good_overlap = 0.5;     ///< below it the search is widened
-  double poor_overlap = 0.25;    ///< below it the match is not used
+  int window_key_scans = 15;     ///< the local map is made of this many last key scans ...
+  int window_slack = 5;        ///< ... and up to so many more: it is made anew when these are full
+  int min_points = 20;         ///< a scan with fewer returns is not matched
+  double sure_overlap = 0.8;   ///< below it odometry may lie: the scan is matched without it, too
+  double good_overlap = 0.5;   ///< below it the search is widened
+  double poor_overlap = 0.25;  ///< below it the match is not used
   MotionOptions motion;
   NormalOptions normals;
   SurfelMatcherOptions fine;
@@ -40,7 +42,9 @@ struct SlamOptions {
     v("key_distance_m", key_distance_m, kPositive);
     v("key_turn_deg", key_turn_deg, kPositive);
     v("window_key_scans", window_key_scans, Limits{1, 1000});
+    v("window_slack", window_slack, Limits{0, 1000});
     v("min_points", min_points, Limits{3, 100000});
+    v("sure_overlap", sure_overlap, Limits{0.0, 1.0});
     v("good_overlap", good_overlap, Limits{0.0, 1.0});
     v("poor_overlap", poor_overlap, Limits{0.0, 1.0});
     v("motion", motion);
@@ -137,6 +141,9 @@ class Slam {
   bool key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const;
   void add_key(const SlamInput& input, const OrientedPoints& points, const Match& match);
   bool close_loops();
+  /// First key scan that the local map is made of: a function of the number of key scans alone.
+  int first_local_key() const;
+  void extend_local_map();
   void rebuild_local_map();
   void find_loops_across(int key, int first_key, std::vector<KeyScan>& nearby);
   static OrientedScan only_oriented(const OrientedPoints& points);
@@ -152,7 +159,8 @@ class Slam {
   std::vector<ScanPose> scans_;
   std::vector<Loop> loops_;
   std::optional<SurfelPyramid> local_map_;
-  Pose2 world_from_robot_;  ///< at the last scan that was looked at
+  int local_map_first_ = 0;  ///< key scan
+  Pose2 world_from_robot_;   ///< at the last scan that was looked at
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   double last_search_path_m_ = 0.0;  ///< of the last look for loops
   double closed_path_m_ = 0.0;       ///< when a loop was last closed

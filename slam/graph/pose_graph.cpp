@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "common/check.hpp"
+#include "slam/graph/robust_start.hpp"
 #include "slam/graph/sparse_normal_equations.hpp"
 
 namespace marco::slam {
@@ -14,6 +15,9 @@ namespace {
 
 // [chi2] far below what any measurement can tell: the error of an exact graph.
 constexpr double kNoError = 1e-12;
+
+// How much farther off than its limit a loop may be at first, before the rest has settled.
+constexpr double kFirstSlack = 64.0, kStartSlack = 16.0;
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
 using Solver = Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower>;
@@ -102,10 +106,26 @@ double PoseGraph::weighted_chi2(const std::vector<double>& weights) const {
 double PoseGraph::chi2() const { return weighted_chi2(std::vector<double>(edges_.size(), 1.0)); }
 
 PoseGraphResult PoseGraph::optimize() {
-  return optimize_weighted(std::vector<double>(edges_.size(), 1.0));
+  return optimize_weighted(std::vector<double>(edges_.size(), 1.0), options_.min_relative_decrease);
 }
 
-PoseGraphResult PoseGraph::optimize_weighted(const std::vector<double>& weights) {
+PoseGraphResult PoseGraph::optimize_globally() {
+  PoseGraph other = *this;
+  const PoseGraphResult here = optimize();
+  other.initialize_from_edges();
+  const PoseGraphResult there = other.optimize();
+  if (there.chi2 >= here.chi2) return here;
+  poses_ = std::move(other.poses_);
+  return there;
+}
+
+PoseGraphResult PoseGraph::optimize_roughly() {
+  return optimize_weighted(std::vector<double>(edges_.size(), 1.0),
+                           options_.rough_relative_decrease);
+}
+
+PoseGraphResult PoseGraph::optimize_weighted(const std::vector<double>& weights,
+                                             double min_relative_decrease) {
   PoseGraphResult result;
   result.edge_in_force.assign(edges_.size(), true);
   if (poses_.size() < 2 || edges_.empty()) {
@@ -114,33 +134,47 @@ PoseGraphResult PoseGraph::optimize_weighted(const std::vector<double>& weights)
   }
   Solver solver;
   bool analyzed = false;
-  double lambda = 0.0;
+  constexpr double kNoDamping = 1e-12, kFirstDamping = 1e-9;
+  double lambda = 0.0, growth = 2.0;
   double error = weighted_chi2(weights);
+  SparseNormalEquations equations(poses_.size());
   while (result.iterations < options_.max_iterations && !result.converged) {
     ++result.iterations;
-    SparseNormalEquations equations(poses_.size());
+    equations.restart();
     for (std::size_t i = 0; i < edges_.size(); ++i) {
       const PoseGraphEdge& edge = edges_[i];
+      if (weights[i] == 0.0) continue;  // or a wrong loop would fill the factorization
       add_edge_to(equations, edge, poses_[static_cast<std::size_t>(edge.from)],
                   poses_[static_cast<std::size_t>(edge.to)], weights[i]);
     }
     SparseMatrix hessian = equations.hessian();
     // A node without edges would make the system singular; this keeps it where it is.
-    hessian.diagonal() = (hessian.diagonal() * (1.0 + lambda)).cwiseMax(1e-9);
+    const Eigen::VectorXd diagonal = hessian.diagonal();
+    hessian.diagonal() = (diagonal * (1.0 + lambda)).cwiseMax(1e-9);
     if (!analyzed) solver.analyzePattern(hessian);
     analyzed = true;
     solver.factorize(hessian);
     const std::vector<Pose2> before = poses_;
-    if (solver.info() == Eigen::Success) move_poses(poses_, -solver.solve(equations.gradient()));
+    double predicted = 0.0;
+    if (solver.info() == Eigen::Success) {
+      const Eigen::VectorXd step = -solver.solve(equations.gradient());
+      predicted = lambda * step.dot(diagonal.cwiseProduct(step)) - equations.gradient().dot(step);
+      move_poses(poses_, step);
+    }
     const double new_error = weighted_chi2(weights);
     if (solver.info() == Eigen::Success && std::isfinite(new_error) && new_error <= error) {
-      result.converged = error - new_error <= options_.min_relative_decrease * error + kNoError;
+      result.converged = error - new_error <= min_relative_decrease * error + kNoError;
+      // Nielsen's rule (1999): a weak mode of a long chain wants a damping that is not forgotten.
+      const double gain = predicted > 0.0 ? (error - new_error) / predicted : 1.0;
       error = new_error;
-      lambda = lambda < 1e-9 ? 0.0 : lambda / 10.0;
+      lambda *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * gain - 1.0, 3));
+      if (lambda < kNoDamping) lambda = 0.0;
+      growth = 2.0;
     } else {
       poses_ = before;
       result.converged = lambda > 1e6;  // no step helps any more
-      lambda = std::max(lambda * 10.0, 1e-6);
+      lambda = std::max(lambda * growth, kFirstDamping);
+      growth *= 2.0;
     }
   }
   result.chi2 = error;
@@ -148,38 +182,56 @@ PoseGraphResult PoseGraph::optimize_weighted(const std::vector<double>& weights)
 }
 
 PoseGraphResult PoseGraph::optimize_robustly() {
-  // Yang et al., algorithm 1 and eqs. (12)-(14): the surrogate of the truncated cost starts convex
-  // (mu small) and tightens until each loop edge is either in force or off.
-  const double limit = options_.loop_rejection_chi2;
-  double worst = 0.0;
-  for (const PoseGraphEdge& edge : edges_) {
-    if (edge.is_loop) worst = std::max(worst, edge_chi2(edge));
-  }
+  if (poses_.size() < 2) return optimize();
+  const Pose2 first = poses_.front();
+  const PoseGraphResult here = optimize_trimmed(fitting_edges(kFirstSlack), kFirstSlack);
+  const bool all_in_force =
+      std::all_of(here.edge_in_force.begin(), here.edge_in_force.end(), [](bool in) { return in; });
+  const double cost_here = truncated_chi2();
+  // Every loop agrees with the rest: there is no better end.
+  if (all_in_force && cost_here <= here.chi2) return here;
+  const std::vector<Pose2> poses_here = poses_;
+  const RobustStart start =
+      robust_start(first, poses_.size(), edges_, options_.loop_rejection_chi2);
+  poses_ = start.poses;
+  const PoseGraphResult there = optimize_trimmed(start.weights, kStartSlack);
+  if (truncated_chi2() < cost_here) return there;
+  poses_ = poses_here;
+  return here;
+}
+
+std::vector<double> PoseGraph::fitting_edges(double slack) const {
   std::vector<double> weights(edges_.size(), 1.0);
-  PoseGraphResult result;
-  double mu = worst > limit ? limit / (2.0 * worst - limit) : 0.0;
-  constexpr double kGrowth = 1.4;
-  bool undecided = true;
-  while (undecided) {
-    result = optimize_weighted(weights);
-    undecided = false;
-    if (mu == 0.0) break;
-    for (std::size_t i = 0; i < edges_.size(); ++i) {
-      if (!edges_[i].is_loop) continue;
-      const double chi2 = edge_chi2(edges_[i]);
-      const double off_above = (mu + 1.0) / mu * limit, on_below = mu / (mu + 1.0) * limit;
-      weights[i] = chi2 >= off_above  ? 0.0
-                   : chi2 <= on_below ? 1.0
-                                      : std::sqrt(limit * mu * (mu + 1.0) / chi2) - mu;
-      undecided = undecided || (weights[i] > 0.01 && weights[i] < 0.99);
-    }
-    mu *= kGrowth;
-    undecided = undecided || mu < 1.0;
-  }
   for (std::size_t i = 0; i < edges_.size(); ++i) {
-    weights[i] = edges_[i].is_loop && edge_chi2(edges_[i]) > limit ? 0.0 : 1.0;
+    const bool wrong =
+        edges_[i].is_loop && edge_chi2(edges_[i]) > slack * options_.loop_rejection_chi2;
+    weights[i] = wrong ? 0.0 : 1.0;
   }
-  result = optimize_weighted(weights);
+  return weights;
+}
+
+double PoseGraph::truncated_chi2() const {
+  double sum = 0.0;
+  for (const PoseGraphEdge& edge : edges_) {
+    const double chi2 = edge_chi2(edge);
+    sum += edge.is_loop ? std::min(chi2, options_.loop_rejection_chi2) : chi2;
+  }
+  return sum;
+}
+
+PoseGraphResult PoseGraph::optimize_trimmed(std::vector<double> weights, double slack) {
+  // Loops that were left out may turn out to fit, and the other way round, once the rest agrees.
+  constexpr int kMaxRounds = 10;
+  constexpr double kShrink = 0.25;
+  PoseGraphResult result;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    result = optimize_weighted(
+        weights, slack > 1.0 ? options_.rough_relative_decrease : options_.min_relative_decrease);
+    const std::vector<double> before = weights;
+    weights = fitting_edges(slack);
+    if (slack <= 1.0 && weights == before) break;
+    slack = std::max(1.0, slack * kShrink);
+  }
   for (std::size_t i = 0; i < edges_.size(); ++i) result.edge_in_force[i] = weights[i] > 0.0;
   return result;
 }

@@ -10,8 +10,9 @@
 namespace marco::slam {
 
 struct PoseGraphOptions {
-  int max_iterations = 50;
-  double min_relative_decrease = 1e-9;  ///< of the error, at which it has converged
+  int max_iterations = 100;
+  double min_relative_decrease = 1e-9;    ///< of the error, at which it has converged
+  double rough_relative_decrease = 1e-3;  ///< the same for optimize_roughly
   /// A loop edge whose e^T Omega e ends above this is taken for wrong; 3 degrees of freedom, 99.9
   /// %.
   double loop_rejection_chi2 = 16.3;
@@ -20,6 +21,7 @@ struct PoseGraphOptions {
   void visit(Visitor& v) {
     v("max_iterations", max_iterations, Limits{1, 10000});
     v("min_relative_decrease", min_relative_decrease, kPositive);
+    v("rough_relative_decrease", rough_relative_decrease, kPositive);
     v("loop_rejection_chi2", loop_rejection_chi2, kPositive);
   }
 };
@@ -35,9 +37,9 @@ struct PoseGraphResult {
 ///
 /// Error of an edge, in the measurement's frame: e = (R_z^T (R_i^T (t_j - t_i) - t_z), theta_j -
 /// theta_i - theta_z) (Kuemmerle et al., g2o, ICRA 2011, SE2 edges). Solved by Gauss-Newton with
-/// Levenberg's damping on the sparse normal equations (Eigen's LDL^T). Wrong loops: graduated
-/// non-convexity with the truncated least squares cost (Yang et al., RA-L 2020, algorithm 1), on
-/// loop edges only. Not thread-safe; a copy may be optimized on another thread.
+/// Levenberg's damping on the sparse normal equations (Eigen's LDL^T). Wrong loops: the truncated
+/// least squares cost on loop edges, started by graduated non-convexity (robust_start.hpp). Not
+/// thread-safe; a copy may be optimized on another thread.
 class PoseGraph {
  public:
   explicit PoseGraph(const PoseGraphOptions& options = {});
@@ -64,7 +66,15 @@ class PoseGraph {
   /// Moves the poses to the optimum near where they are; all edges count fully.
   PoseGraphResult optimize();
 
-  /// As optimize, but loop edges may be found wrong and switched off.
+  /// The same, ended earlier: for poses that the next loop will move again.
+  PoseGraphResult optimize_roughly();
+
+  /// As optimize, from wherever the poses are: also from rotations first (initialize_from_edges),
+  /// and the better end is kept. For graphs whose odometry is no start.
+  PoseGraphResult optimize_globally();
+
+  /// As optimize, but loop edges may be found wrong and switched off: from where the poses are and,
+  /// unless all loops agree there, from robust_start() too; the lower truncated cost wins.
   PoseGraphResult optimize_robustly();
 
   /// Sum of e^T Omega e of all edges at the present poses.
@@ -73,7 +83,12 @@ class PoseGraph {
   double edge_chi2(const PoseGraphEdge& edge) const;
 
  private:
-  PoseGraphResult optimize_weighted(const std::vector<double>& weights);
+  PoseGraphResult optimize_weighted(const std::vector<double>& weights,
+                                    double min_relative_decrease);
+  PoseGraphResult optimize_trimmed(std::vector<double> weights, double slack);
+  double truncated_chi2() const;
+  /// Weight 0 for loop edges that are off by more than `slack` times the limit, else 1.
+  std::vector<double> fitting_edges(double slack) const;
   double weighted_chi2(const std::vector<double>& weights) const;
 
   PoseGraphOptions options_;

@@ -2,33 +2,40 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace marco::slam {
 namespace {
 
-// First and last index of the run around `at` that lies on one surface.
-struct Run {
-  Eigen::Index first;
-  Eigen::Index last;
+// Second moments of a run of points about its first taken point.
+struct Moments {
+  double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+  int count = 1;
+
+  void add(double dx, double dy) {
+    x += dx;
+    y += dy;
+    xx += dx * dx;
+    xy += dx * dy;
+    yy += dy * dy;
+    ++count;
+  }
 };
 
-Run run_around(const Points2& points, Eigen::Index at, double gap_m, const NormalOptions& options) {
-  Run run{at, at};
-  const double radius2 = options.radius_m * options.radius_m;
-  const double gap2 = gap_m * gap_m;
-  const auto belongs = [&](Eigen::Index nearer, Eigen::Index next) {
-    if ((points.col(next) - points.col(nearer)).squaredNorm() > gap2) return false;
-    return nearer == at || (points.col(next) - points.col(at)).squaredNorm() <= radius2;
-  };
-  while (run.first > 0 && at - run.first < options.neighbours &&
-         belongs(run.first, run.first - 1)) {
-    --run.first;
-  }
-  while (run.last + 1 < points.cols() && run.last - at < options.neighbours &&
-         belongs(run.last, run.last + 1)) {
-    ++run.last;
-  }
-  return run;
+// Unit vector along the smallest principal component; zero where that is none, or too large.
+Eigen::Vector2d normal_of(const Moments& m, double max_rms_m) {
+  const double n = m.count;
+  const double xx = m.xx - m.x * m.x / n, xy = m.xy - m.x * m.y / n, yy = m.yy - m.y * m.y / n;
+  const double half_difference = 0.5 * (xx - yy);
+  const double root = std::sqrt(half_difference * half_difference + xy * xy);
+  const double smallest = 0.5 * (xx + yy) - root;
+  if (smallest > max_rms_m * max_rms_m * n || root <= 0.0) return Eigen::Vector2d::Zero();
+  // The line's direction has cos 2a = half_difference / root, sin 2a = xy / root; the larger one of
+  // cos a and sin a from the half-angle formula.
+  const double larger = std::sqrt(0.5 * (1.0 + std::abs(half_difference) / root));
+  const double smaller = 0.5 * xy / (root * larger);
+  return half_difference >= 0.0 ? Eigen::Vector2d(-smaller, larger)
+                                : Eigen::Vector2d(-larger, smaller);
 }
 
 }  // namespace
@@ -37,31 +44,38 @@ OrientedPoints orient(const Points2& points,
                       const Eigen::Vector2d& sensor,
                       const NormalOptions& options) {
   validate(options, "normals");
-  OrientedPoints oriented{points, Points2::Zero(2, points.cols())};
-  for (Eigen::Index at = 0; at < points.cols(); ++at) {
-    const double range_m = (points.col(at) - sensor).norm();
-    const double gap_m = std::max(options.gap_m, options.gap_per_range * range_m);
-    const Run run = run_around(points, at, gap_m, options);
-    const Eigen::Index count = run.last - run.first + 1;
-    if (count < 3) continue;
-    const auto neighbours = points.middleCols(run.first, count);
-    const Eigen::Vector2d mean = neighbours.rowwise().mean();
-    double xx = 0, xy = 0, yy = 0;
-    for (Eigen::Index i = run.first; i <= run.last; ++i) {
-      const Eigen::Vector2d d = points.col(i) - mean;
-      xx += d.x() * d.x();
-      xy += d.x() * d.y();
-      yy += d.y() * d.y();
+  const Eigen::Index count = points.cols();
+  OrientedPoints oriented{points, Points2::Zero(2, count)};
+  // Squared distance from each point to the next.
+  std::vector<double> steps2(static_cast<std::size_t>(std::max<Eigen::Index>(count, 1)), 0.0);
+  for (Eigen::Index i = 0; i + 1 < count; ++i) {
+    steps2[static_cast<std::size_t>(i)] = (points.col(i + 1) - points.col(i)).squaredNorm();
+  }
+  const double radius2 = options.radius_m * options.radius_m;
+  for (Eigen::Index at = 0; at < count; ++at) {
+    const double x = points(0, at), y = points(1, at);
+    const Eigen::Vector2d to_sensor(sensor.x() - x, sensor.y() - y);
+    const double gap2 =
+        std::max(options.gap_m * options.gap_m,
+                 options.gap_per_range * options.gap_per_range * to_sensor.squaredNorm());
+    Moments moments;
+    // @returns whether the run goes on beyond `next`.
+    const auto take = [&](Eigen::Index next, Eigen::Index step, bool is_first) {
+      if (steps2[static_cast<std::size_t>(step)] > gap2) return false;
+      const double dx = points(0, next) - x, dy = points(1, next) - y;
+      if (!is_first && dx * dx + dy * dy > radius2) return false;
+      moments.add(dx, dy);
+      return true;
+    };
+    const Eigen::Index first = std::max<Eigen::Index>(0, at - options.neighbours);
+    const Eigen::Index last = std::min<Eigen::Index>(count - 1, at + options.neighbours);
+    for (Eigen::Index i = at - 1; i >= first && take(i, i, i == at - 1); --i) {
     }
-    const double half_difference = 0.5 * (xx - yy);
-    const double root = std::hypot(half_difference, xy);
-    const double smallest = std::max(0.0, 0.5 * (xx + yy) - root);
-    if (smallest > options.max_rms_m * options.max_rms_m * static_cast<double>(count)) continue;
-    if (root <= 0.0) continue;
-    const double direction = 0.5 * std::atan2(2.0 * xy, xx - yy);
-    Eigen::Vector2d normal(-std::sin(direction), std::cos(direction));
-    if (normal.dot(sensor - points.col(at)) < 0.0) normal = -normal;
-    oriented.normals.col(at) = normal;
+    for (Eigen::Index i = at + 1; i <= last && take(i, i - 1, i == at + 1); ++i) {
+    }
+    if (moments.count < 3) continue;
+    const Eigen::Vector2d normal = normal_of(moments, options.max_rms_m);
+    oriented.normals.col(at) = normal.dot(to_sensor) < 0.0 ? Eigen::Vector2d(-normal) : normal;
   }
   return oriented;
 }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "slam/matching/oriented_points.hpp"
@@ -13,41 +15,75 @@ namespace marco::slam {
 struct Surfel {
   Eigen::Vector2f mean_m = Eigen::Vector2f::Zero();  ///< relative to the map's centre
   Eigen::Vector2f normal = Eigen::Vector2f::Zero();  ///< unit length, towards free space
-  float weight = 0.0F;                               ///< points in it
-  int32_t next = -1;                                 ///< another one of the same cell
+};
+
+/// The line through a surfel: distance across the wall = nx x + ny y - offset.
+struct WallLine {
+  float nx = 0.0F, ny = 0.0F;  ///< both 0: no wall was found
+  float offset_m = 0.0F;
 };
 
 /// A local map of surfels at one resolution: O(1) look-up, made anew when its scans move.
 /// Positions are kept relative to `centre_m`, so that floats stay exact far from the origin.
-/// Const members are safe from several threads.
+///
+/// A cell is one cache line with up to four surfels, side by side for the vector unit; a fifth way
+/// to face in one cell is left out. Blocks of 8 x 8 cells are made where points come; each knows
+/// the first row and column of the next blocks too, so that the four cells around a point always
+/// stand in one block. Memory: O(length of walls). Const members are safe from several threads.
 class SurfelMap {
  public:
   /// @param centre_m  middle of the square covered, map frame
   /// @param half_width_m  points outside the square are left out
   SurfelMap(const Eigen::Vector2d& centre_m, double half_width_m, double cell_m);
 
+  /// Empty again, about another centre; memory is kept.
+  void restart(const Eigen::Vector2d& centre_m);
+
   /// @param map_from_points  places the points; those without a normal are left out.
   void add(const OrientedPoints& points, const Pose2& map_from_points);
 
-  /// The surfel nearest across its line to a point, among those of the four cells around it.
+  /// The line of the surfel that find() gives.
+  WallLine line_near(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal) const;
+
+  /// The nearest surfel no farther than a cell's width, among those of the four cells around it.
   /// @param point_m, normal  relative to the centre; normal (0, 0) fits any surfel.
-  /// @returns nullptr when none faces the same way.
-  const Surfel* find(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal) const;
+  /// @returns nothing when none faces the same way.
+  std::optional<Surfel> find(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal) const;
 
   const Eigen::Vector2d& centre_m() const { return centre_m_; }
   double cell_m() const { return cell_m_; }
-  std::size_t size() const { return surfels_.size(); }
+  std::size_t size() const { return count_; }
 
  private:
+  static constexpr int kBlockBits = 3;
+  static constexpr int kBlockCells = 1 << kBlockBits;
+  static constexpr int kBlockStride = kBlockCells + 1;
+  static constexpr int kSlots = 4;
+
+  struct alignas(64) Cell {
+    std::array<float, kSlots> mean_x_m, mean_y_m, normal_x, normal_y;
+  };
+  using Block = std::array<int32_t, kBlockStride * kBlockStride>;  // cells, 0 = the empty one
+  struct Place {
+    const Cell* cell;
+    int slot;  // -1 = none
+  };
+
+  Place nearest(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal) const;
   void add_point(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal);
+  int32_t cell_at(int x, int y);
+  Block& block_at(int x, int y);
 
   Eigen::Vector2d centre_m_;
   double cell_m_;
   float half_width_m_;
   float inverse_cell_;
-  int width_;
-  std::vector<int32_t> first_;  ///< of each cell, -1 = none
-  std::vector<Surfel> surfels_;
+  int blocks_wide_;
+  std::size_t count_ = 0;
+  std::vector<int32_t> table_;  // block of each place, 0 = the empty one
+  std::vector<Block> blocks_;
+  std::vector<Cell> cells_;
+  std::vector<std::array<float, kSlots>> weights_;  // points in each surfel of each cell
 };
 
 }  // namespace marco::slam

@@ -1,7 +1,5 @@
 #include "slam/matching/surfel_matcher.hpp"
 
-#include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 
 #include "common/check.hpp"
@@ -9,112 +7,80 @@
 namespace marco::slam {
 namespace {
 
-// Upper triangle of a symmetric 3x3 and a right-hand side, summed in double.
-struct Normal3 {
-  double xx = 0, xy = 0, xt = 0, yy = 0, yt = 0, tt = 0;
-  double bx = 0, by = 0, bt = 0;
-  double cost = 0;
+// 1 - w at e = 3 sigma: leaving the map must not look like an improvement.
+constexpr double kUnmatchedCost = 1.0 - 1.0 / 5.5;
 
-  Eigen::Matrix3d matrix() const {
-    return (Eigen::Matrix3d() << xx, xy, xt, xy, yy, yt, xt, yt, tt).finished();
-  }
-  Eigen::Vector3d right() const { return {bx, by, bt}; }
-};
+// Steps with the same partners before they are searched anew.
+constexpr int kInnerSteps = 2;
 
-Eigen::Vector3d pose_difference(const Pose2& a, const Pose2& b) {
-  return {a.x_m - b.x_m, a.y_m - b.y_m, normalize_angle(a.theta_rad - b.theta_rad)};
+Pose2 seen_from(const Eigen::Vector2d& centre_m, const Pose2& pose) {
+  return {pose.x_m - centre_m.x(), pose.y_m - centre_m.y(), pose.theta_rad};
+}
+
+Pose2 moved(const Pose2& pose, const Eigen::Vector3d& step) {
+  return {pose.x_m + step.x(), pose.y_m + step.y(), normalize_angle(pose.theta_rad + step.z())};
+}
+
+// Of a symmetric positive 3x3 system, by Cholesky; only the upper triangle is read.
+Eigen::Vector3d solved(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) {
+  const double l00 = std::sqrt(a(0, 0)), l10 = a(0, 1) / l00, l20 = a(0, 2) / l00;
+  const double l11 = std::sqrt(a(1, 1) - l10 * l10), l21 = (a(1, 2) - l20 * l10) / l11;
+  const double l22 = std::sqrt(a(2, 2) - l20 * l20 - l21 * l21);
+  const double y0 = b(0) / l00, y1 = (b(1) - l10 * y0) / l11;
+  const double y2 = (b(2) - l20 * y0 - l21 * y1) / l22;
+  const double x2 = y2 / l22, x1 = (y1 - l21 * x2) / l11;
+  return {(y0 - l10 * x1 - l20 * x2) / l00, x1, x2};
 }
 
 }  // namespace
 
-// How well points lie on the walls: those within three sigma, and their squared distances.
-struct Quality {
-  double near = 0;
-  double squares = 0;
-};
-
 struct SurfelMatcher::Level {
   const SurfelMap& map;
   double sigma_m;
-  Eigen::Index stride;
-};
+  double stop_below_m, stop_below_rad;
+  double keep_below_m, keep_below_rad;
+  const PosePrior* prior;  // seen from the map's centre, null = none
 
-// Points and normals as floats in the robot's frame.
-struct SurfelMatcher::Points {
-  explicit Points(const OrientedPoints& oriented)
-      : points(oriented.points.cast<float>()), normals(oriented.normals.cast<float>()) {}
-
-  // Sums the reweighted squares at `pose`; the turn is about the robot's own origin.
-  Normal3 sum(const Level& level, const Pose2& pose) const {
-    Normal3 total;
-    const auto c = static_cast<float>(std::cos(pose.theta_rad));
-    const auto s = static_cast<float>(std::sin(pose.theta_rad));
-    const Eigen::Vector2f shift = (pose.translation_m() - level.map.centre_m()).cast<float>();
-    const double inverse_sigma2 = 1.0 / (level.sigma_m * level.sigma_m);
-    // log(a) + log(b) + ... as the log of a product, taken before it can overflow.
-    double product = 1.0;
-    for (Eigen::Index i = 0; i < points.cols(); i += level.stride) {
-      const Eigen::Vector2f arm(c * points(0, i) - s * points(1, i),
-                                s * points(0, i) + c * points(1, i));
-      const Eigen::Vector2f normal(c * normals(0, i) - s * normals(1, i),
-                                   s * normals(0, i) + c * normals(1, i));
-      const Surfel* surfel = level.map.find(arm + shift, normal);
-      if (surfel == nullptr) {
-        total.cost += unmatched_cost;
-        continue;
-      }
-      const auto nx = static_cast<double>(surfel->normal.x());
-      const auto ny = static_cast<double>(surfel->normal.y());
-      const auto error = static_cast<double>(surfel->normal.dot(arm + shift - surfel->mean_m));
-      const double scaled = 0.5 * error * error * inverse_sigma2;
-      const double weight = 1.0 / (1.0 + scaled);
-      const double t = ny * static_cast<double>(arm.x()) - nx * static_cast<double>(arm.y());
-      total.xx += weight * nx * nx;
-      total.xy += weight * nx * ny;
-      total.xt += weight * nx * t;
-      total.yy += weight * ny * ny;
-      total.yt += weight * ny * t;
-      total.tt += weight * t * t;
-      total.bx += weight * error * nx;
-      total.by += weight * error * ny;
-      total.bt += weight * error * t;
-      product *= 1.0 + scaled;
-      if (product > 1e250) {
-        total.cost += std::log(product);
-        product = 1.0;
-      }
-    }
-    total.cost += std::log(product);
-    return total;
+  bool within(const Eigen::Vector3d& step, double limit_m, double limit_rad) const {
+    return step.head<2>().squaredNorm() < limit_m * limit_m && std::abs(step.z()) < limit_rad;
   }
-
-  Quality quality(const Level& level, const Pose2& pose) const {
-    Quality quality;
-    const Eigen::Matrix2f turn = pose.rotation().cast<float>();
-    const Eigen::Vector2f shift = (pose.translation_m() - level.map.centre_m()).cast<float>();
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      const Eigen::Vector2f point = turn * points.col(i) + shift;
-      const Surfel* surfel = level.map.find(point, turn * normals.col(i));
-      if (surfel == nullptr) continue;
-      const auto error = static_cast<double>(surfel->normal.dot(point - surfel->mean_m));
-      if (std::abs(error) > 3.0 * level.sigma_m) continue;
-      quality.near += 1.0;
-      quality.squares += error * error;
-    }
-    return quality;
+  Eigen::Vector3d off_prior(const Pose2& pose) const {
+    const Pose2& expected = prior->map_from_robot;
+    return {pose.x_m - expected.x_m, pose.y_m - expected.y_m,
+            normalize_angle(pose.theta_rad - expected.theta_rad)};
   }
-
-  // log(1 + e^2/2 sigma^2) at e = 3 sigma: leaving the map must not look like an improvement.
-  static constexpr double unmatched_cost = 1.7047;
-
-  Eigen::Matrix2Xf points;
-  Eigen::Matrix2Xf normals;
+  Eigen::Vector3d step(const NormalSums& sums, const Pose2& pose, double lambda) const {
+    Eigen::Matrix3d matrix = sums.matrix();
+    Eigen::Vector3d right = sums.right();
+    if (prior != nullptr) {
+      const double scale = sigma_m * sigma_m;
+      matrix += scale * prior->information;
+      right += scale * (prior->information * off_prior(pose));
+    }
+    // What is not seen at all stays: also the rounding of floats must not make it move.
+    matrix.diagonal() += lambda * matrix.diagonal();
+    matrix.diagonal().array() += 1e-6;
+    const Eigen::Vector3d result = -solved(matrix, right);
+    return result.allFinite() ? result : Eigen::Vector3d::Zero();
+  }
+  double cost(const TiedPoints& points, const NormalSums& sums, const Pose2& pose) const {
+    const double matched = points.count() - sums.weights;
+    const double unmatched = kUnmatchedCost * (points.count() - points.tied());
+    if (prior == nullptr) return matched + unmatched;
+    const Eigen::Vector3d off = off_prior(pose);
+    return matched + unmatched + 0.5 * off.dot(prior->information * off);
+  }
 };
 
 SurfelPyramid::SurfelPyramid(const SurfelMatcherOptions& options, const Eigen::Vector2d& centre_m) {
+  levels_.reserve(options.cells_m.size());
   for (const double cell_m : options.cells_m) {
     levels_.emplace_back(centre_m, options.half_width_m, cell_m);
   }
+}
+
+void SurfelPyramid::restart(const Eigen::Vector2d& centre_m) {
+  for (SurfelMap& level : levels_) level.restart(centre_m);
 }
 
 void SurfelPyramid::add(const OrientedPoints& points, const Pose2& map_from_points) {
@@ -123,92 +89,126 @@ void SurfelPyramid::add(const OrientedPoints& points, const Pose2& map_from_poin
 
 SurfelMatcher::SurfelMatcher(const SurfelMatcherOptions& options) : options_(options) {
   validate(options, "surfel_matcher");
-  require(!options.cells_m.empty() && options.cells_m.size() == options.sigmas_m.size(),
-          "surfel_matcher: cells_m and sigmas_m need one value a level each");
+  require(!options.cells_m.empty() && options.cells_m.size() == options.sigmas_m.size() &&
+              options.cells_m.size() == options.every_nth_point.size(),
+          "surfel_matcher: cells_m, sigmas_m and every_nth_point need one value a level each");
 }
 
-Pose2 SurfelMatcher::run_level(const Level& level,
-                               const Points& points,
-                               const Pose2& start,
-                               SurfelMatch& match,
-                               const PosePrior* prior) const {
-  const double scale = level.sigma_m * level.sigma_m;
-  const auto with_prior = [&](Normal3 sum, const Pose2& pose) {
-    struct System {
-      Eigen::Matrix3d matrix;
-      Eigen::Vector3d right;
-      double cost;
-    } system{sum.matrix(), sum.right(), sum.cost};
-    if (prior != nullptr) {
-      const Eigen::Vector3d difference = pose_difference(pose, prior->map_from_robot);
-      system.matrix += scale * prior->information;
-      system.right += scale * prior->information * difference;
-      system.cost += 0.5 * difference.dot(prior->information * difference);
-    }
-    return system;
-  };
-  Pose2 pose = start;
-  auto system = with_prior(points.sum(level, pose), pose);
+void SurfelMatcher::run_level(const Level& level, TiedPoints& points, SurfelMatch& match) const {
+  Pose2& pose = match.map_from_robot;
+  points.tie(level.map, pose);
+  NormalSums sums = points.sum(pose, level.sigma_m);
+  double cost = level.cost(points, sums, pose);
   double lambda = 1e-4;
-  bool settled = false;
-  for (int i = 0; i < options_.max_iterations && !settled; ++i) {
+  bool keep_walls = false;
+  match.status = SurfelMatch::Status::iteration_limit;
+  for (int i = 0; i < options_.max_iterations; ++i) {
     ++match.iterations;
-    Eigen::Matrix3d damped = system.matrix;
-    damped.diagonal() += lambda * system.matrix.diagonal() + Eigen::Vector3d::Constant(1e-9);
-    const Eigen::Vector3d step = damped.ldlt().solve(-system.right);
-    const Pose2 next{pose.x_m + step.x(), pose.y_m + step.y(),
-                     normalize_angle(pose.theta_rad + step.z())};
-    settled = step.head<2>().norm() < options_.stop_below_m &&
-              std::abs(step.z()) < deg_to_rad(options_.stop_below_deg);
-    const auto next_system = with_prior(points.sum(level, next), next);
-    if (next_system.cost <= system.cost) {
-      pose = next;
-      system = next_system;
-      lambda = std::max(lambda * 0.1, 1e-7);
-    } else {
-      lambda *= 10.0;
-      settled = settled || lambda > 1e3;
+    Eigen::Vector3d step = level.step(sums, pose, lambda), whole = step;
+    Pose2 next = moved(pose, step);
+    for (int inner = 1; inner < kInnerSteps; ++inner) {
+      step = level.step(points.sum(next, level.sigma_m), next, lambda);
+      next = moved(next, step);
+      whole += step;
     }
+    if (level.within(whole, level.stop_below_m, level.stop_below_rad)) {
+      pose = next;
+      match.status = SurfelMatch::Status::converged;
+      return;
+    }
+    keep_walls = keep_walls || level.within(whole, level.keep_below_m, level.keep_below_rad);
+    if (!keep_walls) points.tie(level.map, next);
+    const NormalSums next_sums = points.sum(next, level.sigma_m);
+    const double next_cost = level.cost(points, next_sums, next);
+    if (keep_walls || next_cost <= cost) {
+      pose = next;
+      sums = next_sums;
+      cost = next_cost;
+      lambda = std::max(lambda * 0.1, 1e-7);
+      continue;
+    }
+    if (lambda > 1e3) return;
+    points.tie(level.map, pose);
+    lambda = std::max(lambda * 10.0, 1e-2);
   }
-  match.status = settled ? SurfelMatch::Status::converged : SurfelMatch::Status::iteration_limit;
-  return pose;
 }
 
 SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
                                  const OrientedPoints& points_in_robot,
                                  const Pose2& map_from_robot_guess,
-                                 const PosePrior* prior) const {
+                                 const PosePrior* prior,
+                                 std::vector<PointFate>* fates) const {
   SurfelMatch match;
   match.map_from_robot = map_from_robot_guess;
+  if (fates != nullptr) fates->clear();
   if (points_in_robot.points.cols() == 0) return match;
-  const Points points(points_in_robot);
-  Pose2 pose = map_from_robot_guess;
-  for (std::size_t level = 0; level < map.levels().size(); ++level) {
-    pose = run_level({map.levels()[level], options_.sigmas_m[level],
-                      static_cast<Eigen::Index>(options_.every_nth_point[level])},
-                     points, pose, match, prior);
+  const Eigen::Vector2d centre_m = map.levels().front().centre_m();
+  PosePrior seen_prior;
+  if (prior != nullptr) {
+    seen_prior = {seen_from(centre_m, prior->map_from_robot), prior->information};
   }
-  const Level finest{map.levels().back(), options_.sigmas_m.back(), 1};
-  judge(finest, points, pose, match);
+  match.map_from_robot = seen_from(centre_m, map_from_robot_guess);
+  const std::size_t finest = map.levels().size() - 1;
+  for (std::size_t at = 0; at <= finest; ++at) {
+    const double sigma_m = options_.sigmas_m[at];
+    const double coarse_stop = options_.coarse_stop_sigmas * sigma_m;
+    const bool last = at == finest;
+    const Level level{map.levels()[at],
+                      sigma_m,
+                      last ? options_.stop_below_m : coarse_stop,
+                      last ? deg_to_rad(options_.stop_below_deg) : coarse_stop,
+                      last ? options_.keep_walls_below_m : 0.0,
+                      last ? deg_to_rad(options_.keep_walls_below_deg) : 0.0,
+                      prior != nullptr ? &seen_prior : nullptr};
+    TiedPoints points(points_in_robot, static_cast<Eigen::Index>(options_.every_nth_point[at]));
+    run_level(level, points, match);
+    if (!last) continue;
+    const Pose2 centre_from_robot = match.map_from_robot;
+    match.map_from_robot = map_from_robot_guess;
+    if (options_.every_nth_point[at] > 1.0) {
+      points = TiedPoints(points_in_robot, 1);
+      points.tie(level.map, centre_from_robot);
+    }
+    if (judge(points, centre_from_robot, match, fates)) {
+      match.map_from_robot = centre_from_robot;
+      match.map_from_robot.x_m += centre_m.x();
+      match.map_from_robot.y_m += centre_m.y();
+    } else {
+      match.status = SurfelMatch::Status::no_overlap;
+    }
+  }
   return match;
 }
 
-void SurfelMatcher::judge(const Level& finest,
-                          const Points& points,
-                          const Pose2& pose,
-                          SurfelMatch& match) const {
-  const Quality quality = points.quality(finest, pose);
-  const auto count = static_cast<double>(points.points.cols());
-  match.overlap = quality.near / count;
-  if (quality.near < 3.0) {
-    match.status = SurfelMatch::Status::no_overlap;
-    return;
+bool SurfelMatcher::judge(const TiedPoints& points,
+                          const Pose2& centre_from_robot,
+                          SurfelMatch& match,
+                          std::vector<PointFate>* fates) const {
+  const double sigma_m = options_.sigmas_m.back();
+  const auto limit_m = static_cast<float>(3.0 * sigma_m);
+  std::vector<float> distances_m;
+  points.distances_m(centre_from_robot, distances_m);
+  double near = 0.0, squares = 0.0;
+  for (const float distance_m : distances_m) {
+    if (!(std::abs(distance_m) <= limit_m)) continue;
+    near += 1.0;
+    squares += static_cast<double>(distance_m * distance_m);
   }
-  match.map_from_robot = pose;
-  match.rms_m = std::sqrt(quality.squares / quality.near);
+  if (fates != nullptr) {
+    fates->reserve(distances_m.size());
+    for (const float distance_m : distances_m) {
+      fates->push_back(std::isnan(distance_m)            ? PointFate::no_wall
+                       : std::abs(distance_m) <= limit_m ? PointFate::on_wall
+                                                         : PointFate::off_wall);
+    }
+  }
+  match.overlap = near / points.count();
+  if (near < 3.0) return false;
+  match.rms_m = std::sqrt(squares / near);
   const double noise_m = std::max(match.rms_m, options_.noise_floor_m);
-  match.information =
-      points.sum(finest, pose).matrix() / (noise_m * noise_m * options_.correlated_points);
+  match.information = points.sum(centre_from_robot, sigma_m).matrix() /
+                      (noise_m * noise_m * options_.correlated_points);
+  return true;
 }
 
 }  // namespace marco::slam

@@ -1,7 +1,8 @@
 #include "slam/matching/surfel_matcher.hpp"
 
 #include <gtest/gtest.h>
-#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <optional>
 
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
@@ -110,10 +111,93 @@ TEST(SurfelMap, TheTwoFacesOfAThinWallStayApart) {
   faces.normals << -1, 1, 0, 0;
   map.add(faces, Pose2{});
   EXPECT_EQ(map.size(), 2U);
-  const Surfel* surfel = map.find({1.1F, 0.5F}, {1.0F, 0.0F});
-  ASSERT_NE(surfel, nullptr);
+  const std::optional<Surfel> surfel = map.find({1.1F, 0.5F}, {1.0F, 0.0F});
+  ASSERT_TRUE(surfel);
   EXPECT_FLOAT_EQ(surfel->mean_m.x(), 1.06F);
-  EXPECT_EQ(map.find({1.1F, 0.5F}, {0.0F, 1.0F}), nullptr);
+  EXPECT_FALSE(map.find({1.1F, 0.5F}, {0.0F, 1.0F}));
+}
+
+// The slow obvious way: every surfel of the four cells around, one after another.
+TEST(SurfelMap, FindsWhatASearchOfAllSurfelsFinds) {
+  constexpr double kCellM = 0.1;
+  std::mt19937 random(11);
+  // Lattice points, one a cell, so that each is a surfel of its own; some cells stay empty.
+  std::uniform_real_distribution<double> inside(0.1, 0.9), turn(-3.14, 3.14);
+  std::vector<Eigen::Vector2d> means, normals;
+  for (int y = -30; y < 30; ++y) {
+    for (int x = -30; x < 30; ++x) {
+      if (random() % 3 == 0) continue;
+      means.push_back(kCellM * Eigen::Vector2d(x + inside(random), y + inside(random)));
+      const double angle = turn(random);
+      normals.emplace_back(std::cos(angle), std::sin(angle));
+    }
+  }
+  OrientedPoints points{Points2(2, means.size()), Points2(2, means.size())};
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    points.points.col(static_cast<Eigen::Index>(i)) = means[i];
+    points.normals.col(static_cast<Eigen::Index>(i)) = normals[i];
+  }
+  SurfelMap map({0, 0}, 4.0, kCellM);
+  map.add(points, Pose2{});
+  EXPECT_EQ(map.size(), means.size());
+  const auto cell = [](double m) { return static_cast<int>(std::floor(m / kCellM)); };
+  std::uniform_real_distribution<double> place(-3.2, 3.2);
+  int found = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector2d at(place(random), place(random));
+    const double angle = turn(random);
+    const Eigen::Vector2d normal =
+        i % 4 == 0 ? Eigen::Vector2d::Zero() : Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    double nearest = kCellM;
+    for (std::size_t k = 0; k < means.size(); ++k) {
+      const bool around = (cell(means[k].x()) - cell(at.x() - 0.5 * kCellM)) / 2 == 0 &&
+                          cell(means[k].x()) >= cell(at.x() - 0.5 * kCellM) &&
+                          (cell(means[k].y()) - cell(at.y() - 0.5 * kCellM)) / 2 == 0 &&
+                          cell(means[k].y()) >= cell(at.y() - 0.5 * kCellM);
+      if (!around || (i % 4 != 0 && normals[k].dot(normal) < 0.8)) continue;
+      nearest = std::min(nearest, (means[k] - at).norm());
+    }
+    const auto surfel = map.find(at.cast<float>(), normal.cast<float>());
+    EXPECT_EQ(surfel.has_value(), nearest < kCellM);
+    if (!surfel) continue;
+    ++found;
+    EXPECT_NEAR((surfel->mean_m.cast<double>() - at).norm(), nearest, 1e-5);
+  }
+  EXPECT_GT(found, 500);
+}
+
+TEST(SurfelMap, AfterARestartItIsAsNew) {
+  const OrientedPoints hits = oriented(testing::small_room().hits({0, 0, 0}));
+  SurfelMap map({0, 0}, 5.0, 0.1), fresh({1, 1}, 5.0, 0.1);
+  map.add(hits, {0.3, 0.2, 0.1});
+  map.restart({1, 1});
+  EXPECT_EQ(map.size(), 0U);
+  map.add(hits, Pose2{});
+  fresh.add(hits, Pose2{});
+  EXPECT_EQ(map.size(), fresh.size());
+  for (Eigen::Index i = 0; i < hits.points.cols(); ++i) {
+    const Eigen::Vector2f at = (hits.points.col(i) - map.centre_m()).cast<float>();
+    const auto a = map.find(at, {0, 0}), b = fresh.find(at, {0, 0});
+    ASSERT_EQ(a.has_value(), b.has_value());
+    EXPECT_TRUE(!a || a->mean_m == b->mean_m);
+  }
+}
+
+TEST(SurfelMatcher, NamesTheOutliers) {
+  const testing::FlatWorld room = testing::small_room();
+  const SurfelPyramid map = map_of(room, {{0, 0, 0}});
+  Points2 hits = room.hits({0.05, 0, 0});
+  // A person 0.12 m before the wall, another in the middle of the room.
+  for (Eigen::Index i = 100; i < 105; ++i) hits.col(i) *= 1.0 - 0.12 / hits.col(i).norm();
+  for (Eigen::Index i = 200; i < 205; ++i) hits.col(i) *= 0.5;
+  std::vector<PointFate> fates;
+  const SurfelMatch match = SurfelMatcher().match(map, oriented(hits), {0, 0, 0}, nullptr, &fates);
+  ASSERT_EQ(fates.size(), static_cast<std::size_t>(hits.cols()));
+  for (std::size_t i = 100; i < 105; ++i) EXPECT_NE(fates[i], PointFate::on_wall) << i;
+  for (std::size_t i = 200; i < 205; ++i) EXPECT_EQ(fates[i], PointFate::no_wall) << i;
+  const auto on_wall = std::count(fates.begin(), fates.end(), PointFate::on_wall);
+  EXPECT_DOUBLE_EQ(match.overlap, static_cast<double>(on_wall) / static_cast<double>(hits.cols()));
+  EXPECT_GT(match.overlap, 0.9);
 }
 
 }  // namespace

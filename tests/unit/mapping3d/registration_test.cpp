@@ -1,0 +1,115 @@
+#include "mapping3d/registration.hpp"
+
+#include <gmock/gmock.h>
+
+#include "mapping3d/point_tree.hpp"
+#include "tests/support/analytic_room.hpp"
+
+namespace marco::mapping3d {
+namespace {
+
+using ::marco::testing::AnalyticRoom;
+
+const Pose3 kFirstSensor = make_pose3({-1.0, 0.2, 0.8});
+const Pose3 kSecondSensor = make_pose3({-0.6, -0.5, 0.8}, 0.0, 0.0, 0.3);
+
+ScenePoints moved(ScenePoints scene, const Pose3& to_from) {
+  for (Eigen::Vector3f& p : scene.points_m) p = (to_from * p.cast<double>()).cast<float>();
+  for (Eigen::Vector3f& p : scene.origins_m) p = (to_from * p.cast<double>()).cast<float>();
+  return scene;
+}
+
+/// Largest shift of a corner of the room under what is left of the error.
+double worst_shift_m(const Pose3& left) {
+  double worst = 0.0;
+  for (const double x : {-4.0, 4.0}) {
+    for (const double y : {-3.0, 3.0}) {
+      const Eigen::Vector3d corner(x, y, 1.4);
+      worst = std::max(worst, (left * corner - corner).norm());
+    }
+  }
+  return worst;
+}
+
+TEST(PointTree, FindsWhatBruteForceFinds) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> somewhere(-2.0F, 2.0F);
+  for (const std::size_t count : {0U, 1U, 7U, 8U, 9U, 500U}) {
+    std::vector<Eigen::Vector3f> points;
+    for (std::size_t i = 0; i < count; ++i) {
+      points.emplace_back(somewhere(random), somewhere(random), somewhere(random));
+    }
+    const PointTree tree(points);
+    for (int round = 0; round < 100; ++round) {
+      const Eigen::Vector3f query(somewhere(random), somewhere(random), somewhere(random));
+      constexpr float kRadius = 0.7F;
+      std::optional<uint32_t> expected;
+      float best = kRadius * kRadius;
+      for (uint32_t i = 0; i < count; ++i) {
+        const float distance2 = (points[i] - query).squaredNorm();
+        if (distance2 < best) {
+          best = distance2;
+          expected = i;
+        }
+      }
+      EXPECT_EQ(tree.nearest(query, kRadius), expected);
+    }
+  }
+}
+
+TEST(FindSurfels, LieOnTheRoomAndLookAtTheSensor) {
+  std::mt19937 random(3);
+  const ScenePoints scene = place(AnalyticRoom::sweep(kFirstSensor, 60, 0.0, random));
+  const std::vector<Surfel> surfels = find_surfels(scene);
+  EXPECT_GT(surfels.size(), 800U);
+  for (const Surfel& surfel : surfels) {
+    const Eigen::Vector3d towards = kFirstSensor.translation() - surfel.center_m;
+    EXPECT_GT(surfel.normal.dot(towards), 0.0);
+  }
+}
+
+TEST(RegisterScenes, BringsTwoScenesTogether) {
+  std::mt19937 random(11);
+  const ScenePoints first = place(AnalyticRoom::sweep(kFirstSensor, 100, 0.005, random));
+  const ScenePoints second = place(AnalyticRoom::sweep(kSecondSensor, 100, 0.005, random));
+  const Pose3 error =
+      make_pose3({0.18, -0.12, 0.08}, deg_to_rad(1.0), deg_to_rad(-1.0), deg_to_rad(2.6));
+  const RegistrationResult result = register_scenes({first, moved(second, error)});
+  EXPECT_TRUE(result.converged);
+  // 5 mm over some 2000 patches of 16 beams leave well under a millimetre at the room's corners.
+  EXPECT_LT(worst_shift_m(result.world_from_placed[1] * error), 0.0015);
+  EXPECT_TRUE(result.world_from_placed[0].isApprox(Pose3::Identity()));
+}
+
+TEST(RegisterScenes, JoinsThreeAtOnceAndLeavesAStrangerAlone) {
+  std::mt19937 random(12);
+  const Pose3 error_b = make_pose3({0.05, -0.04, 0.02}, 0.01, 0.0, 0.02);
+  const Pose3 error_c = make_pose3({-0.06, 0.03, 0.0}, 0.0, -0.01, -0.02);
+  const Pose3 far_away = make_pose3({100.0, 0.0, 0.0});
+  std::vector<ScenePoints> scenes;
+  scenes.push_back(place(AnalyticRoom::sweep(kFirstSensor, 60, 0.005, random)));
+  scenes.push_back(moved(place(AnalyticRoom::sweep(kSecondSensor, 60, 0.005, random)), error_b));
+  scenes.push_back(moved(scenes[0], far_away));
+  scenes.push_back(moved(scenes[0], error_c));
+  const RegistrationResult result = register_scenes(scenes);
+  EXPECT_THAT(result.joined, ::testing::ElementsAre(true, true, false, true));
+  EXPECT_LT(worst_shift_m(result.world_from_placed[1] * error_b), 0.003);
+  EXPECT_LT(worst_shift_m(result.world_from_placed[3] * error_c), 0.003);
+  EXPECT_TRUE(result.world_from_placed[2].isApprox(Pose3::Identity()));
+}
+
+TEST(RegisterScenes, TakesNoScenesAndEmptyScenes) {
+  EXPECT_TRUE(register_scenes({}).world_from_placed.empty());
+  const RegistrationResult result = register_scenes({ScenePoints{}, ScenePoints{}});
+  EXPECT_THAT(result.joined, ::testing::ElementsAre(true, false));
+  EXPECT_EQ(result.pairs, 0U);
+}
+
+TEST(RegisterScenes, RefusesOptionsOutsideTheirLimits) {
+  RegistrationOptions options;
+  options.shrink = 1.5;
+  EXPECT_THROW(register_scenes({}, options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace marco::mapping3d

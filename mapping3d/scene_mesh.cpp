@@ -3,46 +3,115 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 namespace marco::mapping3d {
 namespace {
 
+// Four quads go through the arithmetic at once. These are vectors of the compiler (g++ and clang):
+// the optimizer does not find them by itself in a loop with so many choices.
+using Floats = float __attribute__((vector_size(16)));
+using Ints = int32_t __attribute__((vector_size(16)));
+constexpr std::size_t kLanes = 4;
+
+template <class Lanes, class Number>
+inline Lanes read(const Number* from) {
+  Lanes lanes;
+  std::memcpy(&lanes, from, sizeof lanes);
+  return lanes;
+}
+template <class Lanes, class Number>
+inline void write(const Lanes& lanes, Number* to) {
+  std::memcpy(to, &lanes, sizeof lanes);
+}
+inline Floats smaller(const Floats& a, const Floats& b) { return a < b ? a : b; }
+
+struct Vectors {
+  Floats x, y, z;
+};
+inline Vectors operator-(const Vectors& a, const Vectors& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Floats dot(const Vectors& a, const Vectors& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Floats squared(const Vectors& a) { return dot(a, a); }
+inline Vectors cross(const Vectors& a, const Vectors& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+// Choices by bits: a lane's flag is 0 or -1.
+inline Floats masked(const Ints& mask, const Floats& v) {
+  return reinterpret_cast<Floats>(mask & reinterpret_cast<Ints>(v));
+}
+inline Vectors masked(const Ints& mask, const Vectors& v) {
+  return {masked(mask, v.x), masked(mask, v.y), masked(mask, v.z)};
+}
+inline Floats turned(const Ints& flip, const Floats& v) {
+  constexpr int32_t kSign = std::numeric_limits<int32_t>::min();
+  return reinterpret_cast<Floats>((flip & kSign) ^ reinterpret_cast<Ints>(v));
+}
+inline Vectors turned(const Ints& flip, const Vectors& v) {
+  return {turned(flip, v.x), turned(flip, v.y), turned(flip, v.z)};
+}
+inline Floats choose(const Ints& which, const Floats& yes, const Floats& no) {
+  const Ints other = reinterpret_cast<Ints>(no);
+  return reinterpret_cast<Floats>(other ^ (which & (other ^ reinterpret_cast<Ints>(yes))));
+}
+inline Vectors choose(const Ints& which, const Vectors& yes, const Vectors& no) {
+  return {choose(which, yes.x, no.x), choose(which, yes.y, no.y), choose(which, yes.z, no.z)};
+}
+inline Ints choose(const Ints& which, const Ints& yes, const Ints& no) {
+  return no ^ (which & (no ^ yes));
+}
+
 // Where a beam brought nothing its point is put out of every edge's reach.
 constexpr float kFar_m = 1e15F;
+constexpr float kTiny = 1e-30F;
 
-/// One row of the scene as arrays a loop can take four or eight at a time.
+/// One row of the scene in arrays, with columns that returned nothing up to whole lanes and one
+/// more.
 struct Row {
-  explicit Row(std::size_t columns)
-      : x(columns),
-        y(columns),
-        z(columns),
-        limit2(columns),
-        normal_x(columns),
-        normal_y(columns),
-        normal_z(columns),
-        used(columns),
-        vertex(columns) {}
+  explicit Row(std::size_t size)
+      : x(size, kFar_m),
+        y(size, kFar_m),
+        z(size, kFar_m),
+        limit2(size, -1.0F),
+        joined(size),
+        normal{std::vector<float>(size), std::vector<float>(size), std::vector<float>(size)},
+        used(size),
+        vertex(size) {}
 
   Eigen::Vector3f origin_m = Eigen::Vector3f::Zero();
   std::vector<float> x, y, z;
-  std::vector<float> limit2;  ///< of an edge that ends here [m^2]; < 0: none may
-  std::vector<float> normal_x, normal_y, normal_z;  ///< sums, twice the area long
-  std::vector<int32_t> used;                        ///< 1: a triangle stands on it
-  std::vector<uint32_t> vertex;                     ///< its number in the mesh
+  std::vector<float> limit2;                 ///< of an edge that ends here [m^2]; < 0: none may
+  std::vector<int32_t> joined;               ///< the edge to the next column is allowed
+  std::array<std::vector<float>, 3> normal;  ///< sums, twice the area long
+  std::vector<int32_t> used;                 ///< a triangle stands on it
+  std::vector<uint32_t> vertex;              ///< its number in the mesh
+
+  Vectors points(std::size_t at) const {
+    return {read<Floats>(&x[at]), read<Floats>(&y[at]), read<Floats>(&z[at])};
+  }
 };
 
 /// The two triangles of each quad between two rows. Corners: 0 above left, 1 above right, 2 below
-/// right, 3 below left.
+/// right, 3 below left. Flags are 0 or -1, as lanes compare. The quad right of column i stands at
+/// i + kLanes; before the first are quads of nothing.
 struct Quads {
-  explicit Quads(std::size_t columns)
-      : falling(columns), keep{Ints(columns), Ints(columns)}, flip{Ints(columns), Ints(columns)} {
-    for (auto* normal : {&first, &second}) normal->assign(3, std::vector<float>(columns));
-  }
-  using Ints = std::vector<int32_t>;
-  Ints falling;  ///< 1: the diagonal runs 0-2, triangles 012 and 023; else 013 and 123
-  Ints keep[2];  ///< 1: the triangle is allowed
-  Ints flip[2];  ///< 1: seen from the sensor its corners run clockwise
-  std::vector<std::vector<float>> first, second;  ///< normals of the triangles, 0 where not kept
+  explicit Quads(std::size_t size)
+      : falling(size),
+        keep_first(size),
+        keep_second(size),
+        flip_first(size),
+        flip_second(size),
+        first{Numbers(size), Numbers(size), Numbers(size)},
+        second{Numbers(size), Numbers(size), Numbers(size)} {}
+
+  using Flags = std::vector<int32_t>;
+  using Numbers = std::vector<float>;
+  Flags falling;  ///< the diagonal runs 0-2, triangles 012 and 023; else 013 and 123
+  Flags keep_first, keep_second;         ///< the triangle is allowed
+  Flags flip_first, flip_second;         ///< from the sensor its corners run clockwise
+  std::array<Numbers, 3> first, second;  ///< normals, twice the area long, 0 where not kept
 };
 
 struct Limits2 {
@@ -55,116 +124,102 @@ void load(const ScenePoints& scene, std::size_t number, const Limits2& limits, R
   const std::size_t columns = scene.columns;
   const Eigen::Vector3f* const points = scene.points_m.data() + number * columns;
   const uint8_t* const valid = scene.valid.data() + number * columns;
-  row.origin_m = scene.origins_m[number];
-  const float origin_x = row.origin_m.x(), origin_y = row.origin_m.y(), origin_z = row.origin_m.z();
-  float* __restrict const x = row.x.data();
-  float* __restrict const y = row.y.data();
-  float* __restrict const z = row.z.data();
-  float* __restrict const limit2 = row.limit2.data();
+  const Eigen::Vector3f origin_m = row.origin_m = scene.origins_m[number];
   for (std::size_t i = 0; i < columns; ++i) {
+    const Eigen::Vector3f beam = points[i] - origin_m;
     const bool hit = valid[i] != 0;
-    x[i] = hit ? points[i].x() : kFar_m;
-    y[i] = hit ? points[i].y() : kFar_m;
-    z[i] = hit ? points[i].z() : kFar_m;
+    row.x[i] = hit ? points[i].x() : kFar_m;
+    row.y[i] = hit ? points[i].y() : kFar_m;
+    row.z[i] = hit ? points[i].z() : kFar_m;
+    const float by_range = std::max(limits.floor_m2, limits.by_range * beam.squaredNorm());
+    row.limit2[i] = hit ? std::min(limits.max_m2, by_range) : -1.0F;
   }
-  for (std::size_t i = 0; i < columns; ++i) {
-    const float beam_x = x[i] - origin_x, beam_y = y[i] - origin_y, beam_z = z[i] - origin_z;
-    const float range2 = beam_x * beam_x + beam_y * beam_y + beam_z * beam_z;
-    const float by_range = std::max(limits.floor_m2, limits.by_range * range2);
-    limit2[i] = x[i] < kFar_m ? std::min(limits.max_m2, by_range) : -1.0F;
+  for (std::size_t at = 0; at < columns; at += kLanes) {
+    const Floats limit2 = smaller(read<Floats>(&row.limit2[at]), read<Floats>(&row.limit2[at + 1]));
+    const Ints joined = squared(row.points(at + 1) - row.points(at)) <= limit2;
+    write(joined, &row.joined[at]);
   }
-  for (auto* sum : {&row.normal_x, &row.normal_y, &row.normal_z}) {
-    std::fill(sum->begin(), sum->end(), 0.0F);
-  }
+  for (auto& sum : row.normal) std::fill(sum.begin(), sum.end(), 0.0F);
   std::fill(row.used.begin(), row.used.end(), 0);
 }
 
-struct Vec {
-  float x, y, z;
-};
-inline Vec operator-(const Vec& a, const Vec& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline float dot(const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline float squared(const Vec& a) { return dot(a, a); }
-inline Vec cross(const Vec& a, const Vec& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-inline Vec choose(bool which, const Vec& yes, const Vec& no) {
-  return {which ? yes.x : no.x, which ? yes.y : no.y, which ? yes.z : no.z};
+inline void write(const Vectors& v, std::size_t at, std::array<std::vector<float>, 3>& to) {
+  write(v.x, &to[0][at]);
+  write(v.y, &to[1][at]);
+  write(v.z, &to[2][at]);
 }
 
-/// Judges all quads between two rows, without a branch.
-void judge(const Row& above, const Row& below, Quads& quads) {
-  const std::size_t count = above.x.size() - 1;
-  const float *ax = above.x.data(), *ay = above.y.data(), *az = above.z.data();
-  const float *bx = below.x.data(), *by = below.y.data(), *bz = below.z.data();
-  const float *al = above.limit2.data(), *bl = below.limit2.data();
-  const Vec above_origin{above.origin_m.x(), above.origin_m.y(), above.origin_m.z()};
-  int32_t* __restrict const falling = quads.falling.data();
-  int32_t* __restrict const keep_first = quads.keep[0].data();
-  int32_t* __restrict const keep_second = quads.keep[1].data();
-  int32_t* __restrict const flip_first = quads.flip[0].data();
-  int32_t* __restrict const flip_second = quads.flip[1].data();
-  float* __restrict const fx = quads.first[0].data();
-  float* __restrict const fy = quads.first[1].data();
-  float* __restrict const fz = quads.first[2].data();
-  float* __restrict const sx = quads.second[0].data();
-  float* __restrict const sy = quads.second[1].data();
-  float* __restrict const sz = quads.second[2].data();
-  for (std::size_t i = 0; i < count; ++i) {
-    const Vec p0{ax[i], ay[i], az[i]}, p1{ax[i + 1], ay[i + 1], az[i + 1]};
-    const Vec p2{bx[i + 1], by[i + 1], bz[i + 1]}, p3{bx[i], by[i], bz[i]};
-    const float fall2 = squared(p0 - p2), rise2 = squared(p1 - p3);
-    const bool falls = fall2 <= rise2;
-    const bool top = squared(p0 - p1) <= std::min(al[i], al[i + 1]);
-    const bool bottom = squared(p3 - p2) <= std::min(bl[i], bl[i + 1]);
-    const bool left = squared(p0 - p3) <= std::min(al[i], bl[i]);
-    const bool right = squared(p1 - p2) <= std::min(al[i + 1], bl[i + 1]);
-    const bool fall = fall2 <= std::min(al[i], bl[i + 1]);
-    const bool rise = rise2 <= std::min(al[i + 1], bl[i]);
-    const bool diagonal = falls ? fall : rise;
-    const Vec third = choose(falls, p2, p3), start = choose(falls, p0, p1);
-    const Vec first = cross(p1 - p0, third - p0), second = cross(p2 - start, p3 - start);
-    const bool keeps_first = top & (falls ? right : left) & diagonal & (squared(first) > 0.0F);
-    const bool keeps_second = bottom & (falls ? left : right) & diagonal & (squared(second) > 0.0F);
-    const bool flips_first = dot(first, p0 - above_origin) > 0.0F;
-    const bool flips_second = dot(second, start - above_origin) > 0.0F;
-    const float first_sign = keeps_first ? (flips_first ? -1.0F : 1.0F) : 0.0F;
-    const float second_sign = keeps_second ? (flips_second ? -1.0F : 1.0F) : 0.0F;
-    falling[i] = falls ? 1 : 0;
-    keep_first[i] = keeps_first ? 1 : 0;
-    keep_second[i] = keeps_second ? 1 : 0;
-    flip_first[i] = flips_first ? 1 : 0;
-    flip_second[i] = flips_second ? 1 : 0;
-    fx[i] = first_sign * first.x;
-    fy[i] = first_sign * first.y;
-    fz[i] = first_sign * first.z;
-    sx[i] = second_sign * second.x;
-    sy[i] = second_sign * second.y;
-    sz[i] = second_sign * second.z;
+/// Judges the four quads from column `at` on: a triangle is kept when its three edges are allowed.
+void judge(const Row& above, const Row& below, std::size_t at, Quads& quads) {
+  const Vectors p0 = above.points(at), p1 = above.points(at + 1);
+  const Vectors p2 = below.points(at + 1), p3 = below.points(at);
+  const auto l0 = read<Floats>(&above.limit2[at]), l1 = read<Floats>(&above.limit2[at + 1]);
+  const auto l2 = read<Floats>(&below.limit2[at + 1]), l3 = read<Floats>(&below.limit2[at]);
+  const Floats fall2 = squared(p0 - p2), rise2 = squared(p1 - p3);
+  const Ints falls = fall2 <= rise2;
+  const Ints left = squared(p0 - p3) <= smaller(l0, l3);
+  const Ints right = squared(p1 - p2) <= smaller(l1, l2);
+  const Ints diagonal = smaller(fall2, rise2) <= choose(falls, smaller(l0, l2), smaller(l1, l3));
+  const Vectors third = choose(falls, p2, p3), start = choose(falls, p0, p1);
+  const Vectors first = cross(p1 - p0, third - p0), second = cross(p2 - start, p3 - start);
+  const Vectors origin{Floats{} + above.origin_m.x(), Floats{} + above.origin_m.y(),
+                       Floats{} + above.origin_m.z()};
+  // Exactly edge-on: a triangle of nothing.
+  const Floats away_first = dot(first, p0 - origin), away_second = dot(second, start - origin);
+  const Ints keep_first =
+      read<Ints>(&above.joined[at]) & choose(falls, right, left) & diagonal & (away_first != 0.0F);
+  const Ints keep_second =
+      read<Ints>(&below.joined[at]) & choose(falls, left, right) & diagonal & (away_second != 0.0F);
+  const Ints flip_first = away_first > 0.0F, flip_second = away_second > 0.0F;
+  const std::size_t to = at + kLanes;
+  write(falls, &quads.falling[to]);
+  write(keep_first, &quads.keep_first[to]);
+  write(keep_second, &quads.keep_second[to]);
+  write(flip_first, &quads.flip_first[to]);
+  write(flip_second, &quads.flip_second[to]);
+  write(masked(keep_first, turned(flip_first, first)), to, quads.first);
+  write(masked(keep_second, turned(flip_second, second)), to, quads.second);
+}
+
+/// Adds the quads' normals to their corners: the first triangle always stands on corners 0 and 1,
+/// the second on 2 and 3, and each on one of the other's by the diagonal.
+void spread(const Quads& quads, Row& above, Row& below) {
+  for (std::size_t at = 0; at + kLanes < above.x.size(); at += kLanes) {
+    const std::size_t right = at + kLanes, left = right - 1;  // quads of which this is a corner
+    const auto falls_right = read<Ints>(&quads.falling[right]);
+    const auto falls_left = read<Ints>(&quads.falling[left]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto first_right = read<Floats>(&quads.first[axis][right]);
+      const auto first_left = read<Floats>(&quads.first[axis][left]);
+      const auto second_right = read<Floats>(&quads.second[axis][right]);
+      const auto second_left = read<Floats>(&quads.second[axis][left]);
+      float *top = &above.normal[axis][at], *bottom = &below.normal[axis][at];
+      write(read<Floats>(top) + (first_right + first_left) +
+                (masked(falls_right, second_right) + masked(~falls_left, second_left)),
+            top);
+      write(read<Floats>(bottom) + (second_right + second_left) +
+                (masked(~falls_right, first_right) + masked(falls_left, first_left)),
+            bottom);
+    }
   }
 }
 
-/// Adds what the quads' triangles give to their corners: the first always stands on 0 and 1, the
-/// second on 2 and 3, and each on one corner of the other's by the diagonal.
-template <class Number>
-void spread(const std::vector<int32_t>& falling,
-            const std::vector<Number>& first,
-            const std::vector<Number>& second,
-            std::vector<Number>& above,
-            std::vector<Number>& below) {
-  const std::size_t count = above.size() - 1;
-  Number* __restrict const top = above.data();
-  Number* __restrict const bottom = below.data();
-  const int32_t* __restrict const falls = falling.data();
-  const Number* __restrict const one = first.data();
-  const Number* __restrict const two = second.data();
-  for (std::size_t i = 0; i < count; ++i) {
-    top[i] += one[i] + (falls[i] != 0 ? two[i] : Number{});
-    bottom[i] += two[i] + (falls[i] != 0 ? Number{} : one[i]);
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    top[i + 1] += one[i] + (falls[i] != 0 ? Number{} : two[i]);
-    bottom[i + 1] += two[i] + (falls[i] != 0 ? one[i] : Number{});
+/// Marks the corners of kept triangles.
+void mark(const Quads& quads, std::vector<int32_t>& above, std::vector<int32_t>& below) {
+  for (std::size_t at = 0; at + kLanes < above.size(); at += kLanes) {
+    const std::size_t right = at + kLanes, left = right - 1;
+    const auto falls_right = read<Ints>(&quads.falling[right]);
+    const auto falls_left = read<Ints>(&quads.falling[left]);
+    const auto first_right = read<Ints>(&quads.keep_first[right]);
+    const auto first_left = read<Ints>(&quads.keep_first[left]);
+    const auto second_right = read<Ints>(&quads.keep_second[right]);
+    const auto second_left = read<Ints>(&quads.keep_second[left]);
+    const Ints top =
+        first_right | first_left | (falls_right & second_right) | (~falls_left & second_left);
+    const Ints bottom =
+        second_right | second_left | (~falls_right & first_right) | (falls_left & first_left);
+    write(read<Ints>(&above[at]) | top, &above[at]);
+    write(read<Ints>(&below[at]) | bottom, &below[at]);
   }
 }
 
@@ -181,9 +236,9 @@ class Mesher {
   // A row's vertices are known when the quads above and below it are, so numbers and triangles
   // follow the quads by one row.
   TriangleMesh run() {
-    const std::size_t columns = scene_.columns;
-    Row rows[3] = {Row(columns), Row(columns), Row(columns)};
-    Quads quads[2] = {Quads(columns), Quads(columns)};
+    const std::size_t size = (scene_.columns / kLanes + 1) * kLanes + 1;
+    std::array<Row, 3> rows{Row(size), Row(size), Row(size)};
+    std::array<Quads, 2> quads{Quads(size + kLanes), Quads(size + kLanes)};
     mesh_.vertices_m.resize(scene_.points_m.size());
     mesh_.normals.resize(scene_.points_m.size());
     mesh_.triangles.reserve(2 * scene_.points_m.size());
@@ -192,11 +247,11 @@ class Mesher {
       Row &above = rows[row % 3], &below = rows[(row + 1) % 3];
       Quads& between = quads[row % 2];
       load(scene_, row + 1, limits_, below);
-      judge(above, below, between);
-      spread(between.falling, between.first[0], between.second[0], above.normal_x, below.normal_x);
-      spread(between.falling, between.first[1], between.second[1], above.normal_y, below.normal_y);
-      spread(between.falling, between.first[2], between.second[2], above.normal_z, below.normal_z);
-      spread(between.falling, between.keep[0], between.keep[1], above.used, below.used);
+      for (std::size_t at = 0; at + 1 < scene_.columns; at += kLanes) {
+        judge(above, below, at, between);
+      }
+      spread(between, above, below);
+      mark(between, above.used, below.used);
       number_vertices(above);
       if (row > 0) emit(rows[(row + 2) % 3], above, quads[(row + 1) % 2]);
     }
@@ -210,33 +265,43 @@ class Mesher {
 
  private:
   void number_vertices(Row& row) {
-    const auto columns = static_cast<Eigen::Index>(scene_.columns);
-    Eigen::Map<Eigen::ArrayXf> x(row.normal_x.data(), columns), y(row.normal_y.data(), columns),
-        z(row.normal_z.data(), columns), length(row.limit2.data(), columns);
     // The limits of this row have done their work.
-    length = (x * x + y * y + z * z).sqrt();
+    float* const scale = row.limit2.data();
+    const auto columns = static_cast<Eigen::Index>(row.x.size());
+    const auto axis = [&](std::size_t i) {
+      return Eigen::Map<const Eigen::ArrayXf>(row.normal[i].data(), columns);
+    };
+    Eigen::Map<Eigen::ArrayXf>(scale, columns) =
+        (axis(0) * axis(0) + axis(1) * axis(1) + axis(2) * axis(2)).sqrt().max(kTiny).inverse();
+    const float *const x = row.normal[0].data(), *const y = row.normal[1].data(),
+                       *const z = row.normal[2].data();
+    Eigen::Vector3f *const vertices_m = mesh_.vertices_m.data(), *const normals =
+                                                                     mesh_.normals.data();
+    uint32_t next = vertices_;
     for (std::size_t i = 0; i < scene_.columns; ++i) {
-      row.vertex[i] = static_cast<uint32_t>(vertices_);
-      mesh_.vertices_m[vertices_] = {row.x[i], row.y[i], row.z[i]};
-      const float scale = row.limit2[i] > 0.0F ? 1.0F / row.limit2[i] : 0.0F;
-      mesh_.normals[vertices_] = {scale * row.normal_x[i], scale * row.normal_y[i],
-                                  scale * row.normal_z[i]};
-      vertices_ += row.used[i] != 0 ? 1 : 0;
+      row.vertex[i] = next;
+      vertices_m[next] = {row.x[i], row.y[i], row.z[i]};
+      normals[next] = {scale[i] * x[i], scale[i] * y[i], scale[i] * z[i]};
+      next -= static_cast<uint32_t>(row.used[i]);
     }
+    vertices_ = next;
   }
 
   void emit(const Row& above, const Row& below, const Quads& quads) {
     std::array<uint32_t, 3>* end = triangles_.data();
     for (std::size_t i = 0; i + 1 < scene_.columns; ++i) {
-      const bool falls = quads.falling[i] != 0;
       const uint32_t v0 = above.vertex[i], v1 = above.vertex[i + 1];
       const uint32_t v2 = below.vertex[i + 1], v3 = below.vertex[i];
-      const uint32_t third = falls ? v2 : v3, start = falls ? v0 : v1;
-      const bool flip_first = quads.flip[0][i] != 0, flip_second = quads.flip[1][i] != 0;
-      *end = {v0, flip_first ? third : v1, flip_first ? v1 : third};
-      end += quads.keep[0][i];
-      *end = {start, flip_second ? v3 : v2, flip_second ? v2 : v3};
-      end += quads.keep[1][i];
+      const std::size_t quad = i + kLanes;
+      const auto falls = static_cast<uint32_t>(quads.falling[quad]);
+      // Choices by bits: which diagonal is shorter is a matter of noise, and no branch foresees it.
+      const uint32_t third = v3 ^ ((v2 ^ v3) & falls), start = v1 ^ ((v0 ^ v1) & falls);
+      const uint32_t swap_first = (v1 ^ third) & static_cast<uint32_t>(quads.flip_first[quad]);
+      *end = {v0, v1 ^ swap_first, third ^ swap_first};
+      end -= quads.keep_first[quad];
+      const uint32_t swap_second = (v2 ^ v3) & static_cast<uint32_t>(quads.flip_second[quad]);
+      *end = {start, v2 ^ swap_second, v3 ^ swap_second};
+      end -= quads.keep_second[quad];
     }
     mesh_.triangles.insert(mesh_.triangles.end(), triangles_.data(), end);
   }
@@ -244,7 +309,7 @@ class Mesher {
   const ScenePoints& scene_;
   Limits2 limits_{};
   std::vector<std::array<uint32_t, 3>> triangles_;  ///< of one row of quads
-  std::size_t vertices_ = 0;
+  uint32_t vertices_ = 0;
   TriangleMesh mesh_;
 };
 

@@ -83,8 +83,9 @@ class SlowMesher {
     const auto& p = scene_.points_m;
     // Twice the area long: vertices' normals are weighted by it.
     Eigen::Vector3f normal = (p[corners[1]] - p[corners[0]]).cross(p[corners[2]] - p[corners[0]]);
-    if (!(normal.squaredNorm() > 0.0F)) return;
-    if (normal.dot(beam(corners[0])) > 0.0F) {
+    const float away = normal.dot(beam(corners[0]));
+    if (away == 0.0F) return;
+    if (away > 0.0F) {
       std::swap(corners[1], corners[2]);
       normal = -normal;
     }

@@ -120,21 +120,64 @@ struct Limits2 {
   float by_range;  ///< times range^2
 };
 
+/// Four points x y z x y z ... as three vectors, and back.
+inline Vectors unravel(const Floats& a, const Floats& b, const Floats& c) {
+  return {__builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, -1), c, 0, 1, 2, 5),
+          __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, -1), c, 0, 1, 2, 6),
+          __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, -1, -1), c, 0, 1, 4, 7)};
+}
+inline void write_ravelled(const Vectors& v, float* to) {
+  const Floats xy_low = __builtin_shufflevector(v.x, v.y, 0, 4, 1, 5);
+  const Floats xy_high = __builtin_shufflevector(v.x, v.y, 2, 6, 3, 7);
+  write(
+      __builtin_shufflevector(__builtin_shufflevector(xy_low, v.z, 0, 1, 4, 2), xy_low, 0, 1, 2, 6),
+      to);
+  write(__builtin_shufflevector(__builtin_shufflevector(xy_low, v.z, 3, 5, -1, -1), xy_high, 0, 1,
+                                4, 5),
+        to + 4);
+  write(__builtin_shufflevector(__builtin_shufflevector(v.z, xy_high, 2, 6, 7, 3), v.z, 0, 1, 2, 3),
+        to + 8);
+}
+
+inline Ints flags(const uint8_t* valid) {
+  return Ints{valid[0], valid[1], valid[2], valid[3]} != 0;
+}
+
+void load_four(
+    const Vectors& points, const Ints& hit, const Limits2& limits, std::size_t at, Row& row) {
+  const Floats far = Floats{} + kFar_m, none = Floats{} - 1.0F;
+  const Vectors origin{Floats{} + row.origin_m.x(), Floats{} + row.origin_m.y(),
+                       Floats{} + row.origin_m.z()};
+  const Floats by_range = limits.by_range * squared(points - origin);
+  const Floats floor = Floats{} + limits.floor_m2, longest = Floats{} + limits.max_m2;
+  const Floats limit = smaller(longest, choose(by_range > floor, by_range, floor));
+  write(choose(hit, points.x, far), &row.x[at]);
+  write(choose(hit, points.y, far), &row.y[at]);
+  write(choose(hit, points.z, far), &row.z[at]);
+  write(choose(hit, limit, none), &row.limit2[at]);
+}
+
 void load(const ScenePoints& scene, std::size_t number, const Limits2& limits, Row& row) {
   const std::size_t columns = scene.columns;
   const Eigen::Vector3f* const points = scene.points_m.data() + number * columns;
   const uint8_t* const valid = scene.valid.data() + number * columns;
-  const Eigen::Vector3f origin_m = row.origin_m = scene.origins_m[number];
-  for (std::size_t i = 0; i < columns; ++i) {
-    const Eigen::Vector3f beam = points[i] - origin_m;
-    const bool hit = valid[i] != 0;
-    row.x[i] = hit ? points[i].x() : kFar_m;
-    row.y[i] = hit ? points[i].y() : kFar_m;
-    row.z[i] = hit ? points[i].z() : kFar_m;
-    const float by_range = std::max(limits.floor_m2, limits.by_range * beam.squaredNorm());
-    row.limit2[i] = hit ? std::min(limits.max_m2, by_range) : -1.0F;
+  row.origin_m = scene.origins_m[number];
+  std::size_t at = 0;
+  for (; at + kLanes <= columns; at += kLanes) {
+    const float* const from = points[at].data();
+    load_four(unravel(read<Floats>(from), read<Floats>(from + 4), read<Floats>(from + 8)),
+              flags(valid + at), limits, at, row);
   }
-  for (std::size_t at = 0; at < columns; at += kLanes) {
+  if (at < columns) {
+    std::array<Eigen::Vector3f, kLanes> rest{};
+    std::array<uint8_t, kLanes> rest_valid{};
+    std::copy(points + at, points + columns, rest.begin());
+    std::copy(valid + at, valid + columns, rest_valid.begin());
+    const float* const from = rest[0].data();
+    load_four(unravel(read<Floats>(from), read<Floats>(from + 4), read<Floats>(from + 8)),
+              flags(rest_valid.data()), limits, at, row);
+  }
+  for (at = 0; at < columns; at += kLanes) {
     const Floats limit2 = smaller(read<Floats>(&row.limit2[at]), read<Floats>(&row.limit2[at + 1]));
     const Ints joined = squared(row.points(at + 1) - row.points(at)) <= limit2;
     write(joined, &row.joined[at]);
@@ -223,10 +266,16 @@ void mark(const Quads& quads, std::vector<int32_t>& above, std::vector<int32_t>&
   }
 }
 
+inline bool all(const Ints& flags) {
+  uint64_t halves[2];
+  std::memcpy(halves, &flags, sizeof halves);
+  return (halves[0] & halves[1]) == ~uint64_t{0};
+}
+
 class Mesher {
  public:
   Mesher(const ScenePoints& scene, const SceneMeshOptions& options)
-      : scene_(scene), triangles_(2 * scene.columns) {
+      : scene_(scene), triangles_(2 * (scene.columns + kLanes)) {
     const double by_range = options.edge_factor * static_cast<double>(beam_spacing_rad(scene));
     limits_ = {static_cast<float>(options.edge_floor_m * options.edge_floor_m),
                static_cast<float>(options.max_edge_m * options.max_edge_m),
@@ -267,43 +316,85 @@ class Mesher {
   void number_vertices(Row& row) {
     // The limits of this row have done their work.
     float* const scale = row.limit2.data();
-    const auto columns = static_cast<Eigen::Index>(row.x.size());
+    const auto size = static_cast<Eigen::Index>(row.x.size());
     const auto axis = [&](std::size_t i) {
-      return Eigen::Map<const Eigen::ArrayXf>(row.normal[i].data(), columns);
+      return Eigen::Map<const Eigen::ArrayXf>(row.normal[i].data(), size);
     };
-    Eigen::Map<Eigen::ArrayXf>(scale, columns) =
+    Eigen::Map<Eigen::ArrayXf>(scale, size) =
         (axis(0) * axis(0) + axis(1) * axis(1) + axis(2) * axis(2)).sqrt().max(kTiny).inverse();
-    const float *const x = row.normal[0].data(), *const y = row.normal[1].data(),
-                       *const z = row.normal[2].data();
-    Eigen::Vector3f *const vertices_m = mesh_.vertices_m.data(), *const normals =
-                                                                     mesh_.normals.data();
-    uint32_t next = vertices_;
-    for (std::size_t i = 0; i < scene_.columns; ++i) {
-      row.vertex[i] = next;
-      vertices_m[next] = {row.x[i], row.y[i], row.z[i]};
-      normals[next] = {scale[i] * x[i], scale[i] * y[i], scale[i] * z[i]};
-      next -= static_cast<uint32_t>(row.used[i]);
+    const std::size_t columns = scene_.columns;
+    for (std::size_t at = 0; at < columns; at += kLanes) {
+      if (at + kLanes <= columns && all(read<Ints>(&row.used[at]))) {
+        number_four(row, at);
+      } else {
+        for (std::size_t i = at; i < std::min(columns, at + kLanes); ++i) number_one(row, i);
+      }
     }
-    vertices_ = next;
   }
 
+  void number_four(Row& row, std::size_t at) {
+    write(Ints{0, 1, 2, 3} + static_cast<int32_t>(vertices_), &row.vertex[at]);
+    write_ravelled(row.points(at), mesh_.vertices_m[vertices_].data());
+    const auto scale = read<Floats>(&row.limit2[at]);
+    write_ravelled(
+        {scale * read<Floats>(&row.normal[0][at]), scale * read<Floats>(&row.normal[1][at]),
+         scale * read<Floats>(&row.normal[2][at])},
+        mesh_.normals[vertices_].data());
+    vertices_ += kLanes;
+  }
+
+  void number_one(Row& row, std::size_t i) {
+    row.vertex[i] = vertices_;
+    if (row.used[i] == 0) return;
+    mesh_.vertices_m[vertices_] = {row.x[i], row.y[i], row.z[i]};
+    mesh_.normals[vertices_] = {row.limit2[i] * row.normal[0][i], row.limit2[i] * row.normal[1][i],
+                                row.limit2[i] * row.normal[2][i]};
+    ++vertices_;
+  }
+
+  // Which diagonal is shorter is a matter of noise, and no branch foresees it: corners are chosen
+  // by bits, and of four quads' triangles all are written before those not kept are closed up.
   void emit(const Row& above, const Row& below, const Quads& quads) {
-    std::array<uint32_t, 3>* end = triangles_.data();
-    for (std::size_t i = 0; i + 1 < scene_.columns; ++i) {
-      const uint32_t v0 = above.vertex[i], v1 = above.vertex[i + 1];
-      const uint32_t v2 = below.vertex[i + 1], v3 = below.vertex[i];
-      const std::size_t quad = i + kLanes;
-      const auto falls = static_cast<uint32_t>(quads.falling[quad]);
-      // Choices by bits: which diagonal is shorter is a matter of noise, and no branch foresees it.
-      const uint32_t third = v3 ^ ((v2 ^ v3) & falls), start = v1 ^ ((v0 ^ v1) & falls);
-      const uint32_t swap_first = (v1 ^ third) & static_cast<uint32_t>(quads.flip_first[quad]);
-      *end = {v0, v1 ^ swap_first, third ^ swap_first};
-      end -= quads.keep_first[quad];
-      const uint32_t swap_second = (v2 ^ v3) & static_cast<uint32_t>(quads.flip_second[quad]);
-      *end = {start, v2 ^ swap_second, v3 ^ swap_second};
-      end -= quads.keep_second[quad];
+    uint32_t* end = triangles_.data()->data();
+    for (std::size_t at = 0; at + 1 < scene_.columns; at += kLanes) {
+      const std::size_t quad = at + kLanes;
+      const auto v0 = read<Ints>(&above.vertex[at]), v1 = read<Ints>(&above.vertex[at + 1]);
+      const auto v2 = read<Ints>(&below.vertex[at + 1]), v3 = read<Ints>(&below.vertex[at]);
+      const auto falls = read<Ints>(&quads.falling[quad]);
+      const Ints third = choose(falls, v2, v3), start = choose(falls, v0, v1);
+      const Ints swap_first = (v1 ^ third) & read<Ints>(&quads.flip_first[quad]);
+      const Ints swap_second = (v2 ^ v3) & read<Ints>(&quads.flip_second[quad]);
+      const Ints a = v0, b = v1 ^ swap_first, c = third ^ swap_first;
+      const Ints d = start, e = v2 ^ swap_second, f = v3 ^ swap_second;
+      const Ints ab_low = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+      const Ints cd_low = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+      const Ints ef_low = __builtin_shufflevector(e, f, 0, 4, 1, 5);
+      const Ints ab_high = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+      const Ints cd_high = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+      const Ints ef_high = __builtin_shufflevector(e, f, 2, 6, 3, 7);
+      write(__builtin_shufflevector(ab_low, cd_low, 0, 1, 4, 5), end);
+      write(__builtin_shufflevector(ef_low, ab_low, 0, 1, 6, 7), end + 4);
+      write(__builtin_shufflevector(cd_low, ef_low, 2, 3, 6, 7), end + 8);
+      write(__builtin_shufflevector(ab_high, cd_high, 0, 1, 4, 5), end + 12);
+      write(__builtin_shufflevector(ef_high, ab_high, 0, 1, 6, 7), end + 16);
+      write(__builtin_shufflevector(cd_high, ef_high, 2, 3, 6, 7), end + 20);
+      end = all(read<Ints>(&quads.keep_first[quad]) & read<Ints>(&quads.keep_second[quad]))
+                ? end + 24
+                : close_up(quads, quad, end);
     }
-    mesh_.triangles.insert(mesh_.triangles.end(), triangles_.data(), end);
+    const auto count = static_cast<std::size_t>(end - triangles_.data()->data()) / 3;
+    mesh_.triangles.insert(mesh_.triangles.end(), triangles_.begin(),
+                           triangles_.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+
+  static uint32_t* close_up(const Quads& quads, std::size_t quad, uint32_t* triangles) {
+    uint32_t* end = triangles;
+    for (std::size_t i = 0; i < 2 * kLanes; ++i) {
+      const Quads::Flags& keep = i % 2 == 0 ? quads.keep_first : quads.keep_second;
+      std::memmove(end, triangles + 3 * i, 3 * sizeof(uint32_t));
+      end -= 3 * keep[quad + i / 2];
+    }
+    return end;
   }
 
   const ScenePoints& scene_;

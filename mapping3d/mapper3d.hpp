@@ -15,6 +15,8 @@ struct Mapper3dOptions {
   RobotBox robot;
   SceneMeshOptions mesh;
   bool refine = true;  ///< join scenes in 3D; otherwise they stay where the robot's path puts them
+  double min_gain =
+      0.75;  ///< unless it brings patches so much nearer (median), the path is trusted
   RegistrationOptions registration;
 
   template <class Visitor>
@@ -23,6 +25,7 @@ struct Mapper3dOptions {
     v("robot", robot);
     v("mesh", mesh);
     v("refine", refine);
+    v("min_gain", min_gain, Limits{0.0, 1.0});
     v("registration", registration);
   }
 };
@@ -43,8 +46,9 @@ class Mapper3d {
   /// @param known  where all scans lay until now, as the rows added so far know them
   void follow(const Trajectory& keys, const std::map<Utime, Pose2>& known);
 
-  /// Joins all scenes in 3D, from where the path puts them. Does nothing when nothing changed since
-  /// the last time. Seconds for a hundred scenes.
+  /// Joins all scenes in 3D, from where the path puts them; as a whole they stay there. Where that
+  /// brings them hardly nearer to each other, what it found is noise and they stay one by one. Does
+  /// nothing when nothing changed since the last time. Seconds for a hundred scenes.
   void refine();
 
   /// Rows by the robot's path of today, not refined.
@@ -54,8 +58,9 @@ class Mapper3d {
   /// All scenes' meshes in one, world frame, as refined last.
   TriangleMesh model() const;
 
-  /// Of the last refine().
+  /// Of the last refine(), and whether scenes were moved by it.
   const RegistrationResult& registration() const { return registration_; }
+  bool refined() const { return refined_; }
   int64_t rows_without_scene() const { return builder_.rows_without_scene(); }
 
  private:
@@ -67,6 +72,7 @@ class Mapper3d {
   std::vector<Scene> scenes_;
   RegistrationResult registration_;
   bool changed_ = false;  ///< since the last refine()
+  bool refined_ = false;
 };
 
 }  // namespace marco::mapping3d

@@ -17,6 +17,9 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 // While the search is wide, every so manieth patch tells enough.
 constexpr std::size_t kCoarseStride = 4;
 
+// After so many steps at the narrowest search what still moves are partners that change to and fro.
+constexpr int kSettling = 10;
+
 struct Scales {
   double search_m;
   double lorentz_m;
@@ -67,13 +70,16 @@ class Registrar {
     result_.before = measure();
     Scales scales{options_.search_start_m, options_.lorentz_start_m, kCoarseStride};
     bool converged = false;
+    int narrow_iterations = 0;
     while (result_.iterations < options_.max_iterations && !converged) {
       const bool narrowest =
           scales.search_m <= options_.search_end_m && scales.lorentz_m <= options_.lorentz_end_m;
       if (narrowest) scales.stride = 1;
       const double step = iterate(scales);
       ++result_.iterations;
-      converged = narrowest && step < options_.converged_m;
+      narrow_iterations += narrowest ? 1 : 0;
+      converged = narrowest && step < (narrow_iterations > kSettling ? options_.settled_m
+                                                                     : options_.converged_m);
       scales.search_m = std::max(options_.search_end_m, options_.shrink * scales.search_m);
       scales.lorentz_m = std::max(options_.lorentz_end_m, options_.shrink * scales.lorentz_m);
       if (narrowest) {

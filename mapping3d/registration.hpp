@@ -19,9 +19,10 @@ struct RegistrationOptions {
   double shrink = 0.6;            ///< of both per iteration
   double max_normal_deg = 45.0;   ///< partners' normals differ less
   double thin_m = 0.003;          ///< a patch this thick counts half as much as a flat one
-  double min_hold = 0.005;        ///< a direction is held when the mean square of the normals along
-                                  ///< it is at least so much
-  double converged_m = 2e-5;      ///< the last step was shorter (at 1 m for turns)
+  double min_hold = 0.005;  ///< a shift is held when the mean square of the normals along it is at
+                            ///< least so much
+  double converged_m = 2e-5;  ///< the last step was shorter (at 1 m for turns)
+  double settled_m = 3e-4;    ///< or, after ten steps at the narrowest search, shorter than this
   int max_iterations = 40;
   int min_pairs = 60;  ///< fewer partners: the two scenes do not overlap
 
@@ -37,6 +38,7 @@ struct RegistrationOptions {
     v("thin_m", thin_m, kPositive);
     v("min_hold", min_hold, Limits{0.0, 0.3});
     v("converged_m", converged_m, kPositive);
+    v("settled_m", settled_m, kPositive);
     v("max_iterations", max_iterations, Limits{1, 1000});
     v("min_pairs", min_pairs, Limits{6, 1000000});
   }

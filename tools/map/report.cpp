@@ -49,6 +49,7 @@ json scenes_json(const mapping3d::Mapping3dAdapter& mapping3d) {
           {"dropped", mapping3d.drops().by_cause()},
           {"registration",
            {{"status", to_string(joined.status)},
+            {"applied", mapping3d.mapper().refined()},
             {"joined", std::count(joined.joined.begin(), joined.joined.end(), true)},
             {"overlapping_pairs", joined.overlaps},
             {"iterations", joined.iterations},
@@ -145,9 +146,11 @@ void print_summary(const MapJob& job,
       path_length_m(job.trajectory()), job.recorded_s(), loops_in_force(job.loops()));
   if (!job.mapping3d().mapper().scenes().empty()) {
     const mapping3d::RegistrationResult& joined = job.mapping3d().mapper().registration();
-    std::printf("%zu scenes, joined in 3D: %s, %zu pairs overlap, patches %.1f -> %.1f mm apart\n",
-                job.mapping3d().mapper().scenes().size(), to_string(joined.status).c_str(),
-                joined.overlaps, 1e3 * joined.before.median_m, 1e3 * joined.after.median_m);
+    std::printf(
+        "%zu scenes, joined in 3D: %s, %zu pairs overlap, patches %.1f -> %.1f mm apart%s\n",
+        job.mapping3d().mapper().scenes().size(), to_string(joined.status).c_str(), joined.overlaps,
+        1e3 * joined.before.median_m, 1e3 * joined.after.median_m,
+        job.mapping3d().mapper().refined() ? "" : "; the path stays as it was");
   }
   for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
   std::printf("%.2f s (%.0f times real time), %.0f MB at most; everything is in %s\n",

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "mapping3d/mapper3d.hpp"
 #include "mapping3d/point_tree.hpp"
 #include "tests/support/analytic_room.hpp"
 
@@ -141,6 +142,36 @@ TEST(RegisterScenes, JoinsThreeAtOnceAndLeavesAStrangerAlone) {
   EXPECT_LT(worst_shift_m(result.world_from_placed[1] * error_b), 0.003);
   EXPECT_LT(worst_shift_m(result.world_from_placed[3] * error_c), 0.003);
   EXPECT_TRUE(result.world_from_placed[2].isApprox(Pose3::Identity()));
+}
+
+void add_sweep(Mapper3d& mapper, const Pose3& sensor, const Pose2& path_error) {
+  std::mt19937 random(4);
+  Scene sweep = AnalyticRoom::sweep(sensor, 60, 0.005, random);
+  for (std::size_t i = 0; i < sweep.rows.size(); ++i) {
+    sweep.rows[i].world_from_robot = path_error;
+    mapper.add(sweep.rows[i], 0.0, deg_to_rad(static_cast<double>(i)));
+  }
+  ASSERT_TRUE(mapper.finish());
+}
+
+TEST(Mapper3d, JoinsItsScenesAndLeavesThemAsAWholeOnThePath) {
+  Mapper3d mapper;
+  add_sweep(mapper, kFirstSensor, {});
+  const Pose2 path_error{0.06, -0.04, 0.0};
+  add_sweep(mapper, kSecondSensor, path_error);
+  mapper.refine();
+  const RegistrationResult& joined = mapper.registration();
+  ASSERT_EQ(joined.world_from_placed.size(), 2U);
+  const Pose3 first = joined.world_from_placed[0];
+  const Pose3 second = joined.world_from_placed[1] * lift(path_error);
+  EXPECT_LT(worst_shift_m(first.inverse() * second), 0.003);
+  // Each goes half the way: the path knows no better of the one than of the other.
+  EXPECT_NEAR(first.translation().x(), 0.03, 0.01);
+  EXPECT_NEAR(first.translation().y(), -0.02, 0.01);
+  // The model is made of the scenes as joined.
+  const Eigen::Vector3d by_path = place(mapper.scenes()[0]).points_m[100].cast<double>();
+  EXPECT_NEAR((mapper.placed()[0].points_m[100].cast<double>() - first * by_path).norm(), 0.0,
+              1e-5);
 }
 
 TEST(RegisterScenes, TakesNoScenesAndEmptyScenes) {

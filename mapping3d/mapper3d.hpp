@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/trajectory.hpp"
+#include "mapping3d/registration.hpp"
 #include "mapping3d/scene.hpp"
 #include "mapping3d/scene_mesh.hpp"
 
@@ -11,17 +12,26 @@ namespace marco::mapping3d {
 
 struct Mapper3dOptions {
   SceneBuilderOptions builder;
+  RobotBox robot;
   SceneMeshOptions mesh;
+  bool refine = true;  ///< join scenes in 3D; otherwise they stay where the robot's path puts them
+  double min_gain =
+      0.75;  ///< unless it brings patches so much nearer (median), the path is trusted
+  RegistrationOptions registration;
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("builder", builder);
+    v("robot", robot);
     v("mesh", mesh);
+    v("refine", refine);
+    v("min_gain", min_gain, Limits{0.0, 1.0});
+    v("registration", registration);
   }
 };
 
-/// The pipeline: rows become scenes, scenes become meshes, placed by the robot's poses and moved
-/// with them when a loop closes. Not thread-safe.
+/// The pipeline: rows become scenes, placed by the robot's poses, moved with them when a loop
+/// closes, and joined in 3D. Not thread-safe.
 class Mapper3d {
  public:
   explicit Mapper3d(const Mapper3dOptions& options = {});
@@ -31,27 +41,38 @@ class Mapper3d {
   /// Ends the sweep under way. @returns whether it became a scene.
   bool finish();
 
-  /// The poses by which rows were placed until now, and where the same key scans lie today: each
-  /// scene moves with the key scan before it.
-  /// @param first_published  pose of each scan as it was when its rows were added
-  void follow(const Trajectory& keys, const std::map<Utime, Pose2>& first_published);
+  /// The robot's path changed: each row moves with the key scan before it.
+  /// @param keys   where the key scans lie today
+  /// @param known  where all scans lay until now, as the rows added so far know them
+  void follow(const Trajectory& keys, const std::map<Utime, Pose2>& known);
 
+  /// Joins all scenes in 3D, from where the path puts them; as a whole they stay there. Where that
+  /// brings them hardly nearer to each other, what it found is noise and they stay one by one. Does
+  /// nothing when nothing changed since the last time. Seconds for a hundred scenes.
+  void refine();
+
+  /// Rows by the robot's path of today, not refined.
   const std::vector<Scene>& scenes() const { return scenes_; }
-  int64_t rows_without_scene() const { return builder_.rows_without_scene(); }
-
-  /// All scenes' meshes in one, world frame.
+  /// Each scene's points, world frame, as refined last.
+  std::vector<ScenePoints> placed() const;
+  /// All scenes' meshes in one, world frame, as refined last.
   TriangleMesh model() const;
+
+  /// Of the last refine(), and whether scenes were moved by it.
+  const RegistrationResult& registration() const { return registration_; }
+  bool refined() const { return refined_; }
+  int64_t rows_without_scene() const { return builder_.rows_without_scene(); }
 
  private:
   bool keep(std::optional<Scene> scene);
+  ScenePoints placed(std::size_t scene) const;
 
-  struct Placed {
-    Pose2 correction;  ///< world today from world when the rows were added
-  };
   Mapper3dOptions options_;
   SceneBuilder builder_;
   std::vector<Scene> scenes_;
-  std::vector<Placed> placed_;
+  RegistrationResult registration_;
+  bool changed_ = false;  ///< since the last refine()
+  bool refined_ = false;
 };
 
 }  // namespace marco::mapping3d

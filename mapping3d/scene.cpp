@@ -1,44 +1,97 @@
 #include "mapping3d/scene.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace marco::mapping3d {
 
-ScenePoints place(const Scene& scene) {
+namespace {
+
+struct Direction {
+  double cosine;
+  double sine;
+};
+
+std::vector<Direction> directions(const SceneRow& row) {
+  std::vector<Direction> all(row.ranges_m.size());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const double bearing_rad =
+        row.first_bearing_rad + static_cast<double>(i) * row.bearing_step_rad;
+    all[i] = {std::cos(bearing_rad), std::sin(bearing_rad)};
+  }
+  return all;
+}
+
+bool inside(const RobotBox& robot, const Eigen::Vector3d& in_robot) {
+  return in_robot.x() <= robot.ahead_m && in_robot.x() >= -robot.behind_m &&
+         std::abs(in_robot.y()) <= robot.half_width_m && in_robot.z() <= robot.height_m;
+}
+
+/// The sensor's pose at any part of a row, in the robot's frame at its first beam.
+class RowMotion {
+ public:
+  explicit RowMotion(const SceneRow& row)
+      : first_(row.robot_from_sensor_first),
+        last_(lift(row.first_robot_from_last_robot) * row.robot_from_sensor_last),
+        first_turn_(first_.linear()),
+        last_turn_(last_.linear()),
+        still_(first_.isApprox(last_, 1e-9)) {}
+
+  Eigen::Vector3d place(const Eigen::Vector3d& in_sensor, double part) const {
+    if (still_) return first_ * in_sensor;
+    return first_turn_.slerp(part, last_turn_) * in_sensor + (1.0 - part) * first_.translation() +
+           part * last_.translation();
+  }
+  Eigen::Vector3d middle() const { return 0.5 * (first_.translation() + last_.translation()); }
+
+ private:
+  Pose3 first_, last_;
+  Eigen::Quaterniond first_turn_, last_turn_;
+  bool still_;
+};
+
+}  // namespace
+
+ScenePoints place(const Scene& scene, const RobotBox& robot) {
+  validate(robot, "robot_box");
   ScenePoints placed;
   placed.rows = scene.rows.size();
   placed.columns = scene.columns();
   const std::size_t count = placed.rows * placed.columns;
   placed.points_m.resize(count, Eigen::Vector3f::Zero());
   placed.valid.resize(count, 0);
+  std::vector<Direction> beams;
   for (std::size_t row = 0; row < placed.rows; ++row) {
     const SceneRow& from = scene.rows[row];
-    const Pose3 world_from_robot = lift(from.world_from_robot);
-    const Pose3 first = world_from_robot * from.robot_from_sensor_first;
-    const Pose3 last = world_from_robot * from.robot_from_sensor_last;
-    const Eigen::Quaterniond first_turn(first.linear()), last_turn(last.linear());
-    const bool still = first.isApprox(last, 1e-9);
     const std::size_t columns = std::min(placed.columns, from.ranges_m.size());
+    const SceneRow& before = scene.rows[row == 0 ? 0 : row - 1];
+    if (row == 0 || beams.size() != from.ranges_m.size() ||
+        from.first_bearing_rad != before.first_bearing_rad ||
+        from.bearing_step_rad != before.bearing_step_rad) {
+      beams = directions(from);
+    }
+    const Pose3 world_from_robot = lift(from.world_from_robot);
+    const RowMotion motion(from);
+    const double per_column = columns > 1 ? 1.0 / static_cast<double>(columns - 1) : 0.0;
     for (std::size_t column = 0; column < columns; ++column) {
       const auto range_m = static_cast<double>(from.ranges_m[column]);
-      if (range_m <= 0.0) continue;
-      const double bearing =
-          from.first_bearing_rad + static_cast<double>(column) * from.bearing_step_rad;
-      const Eigen::Vector3d in_sensor(range_m * std::cos(bearing), range_m * std::sin(bearing),
-                                      0.0);
-      Eigen::Vector3d in_world = first * in_sensor;
-      if (!still) {
-        const double part =
-            columns > 1 ? static_cast<double>(column) / static_cast<double>(columns - 1) : 0.0;
-        in_world = first_turn.slerp(part, last_turn) * in_sensor +
-                   (1.0 - part) * first.translation() + part * last.translation();
-      }
-      placed.points_m[placed.index(row, column)] = in_world.cast<float>();
+      if (!(range_m > 0.0) || !std::isfinite(range_m)) continue;
+      const Eigen::Vector3d in_robot =
+          motion.place({range_m * beams[column].cosine, range_m * beams[column].sine, 0.0},
+                       static_cast<double>(column) * per_column);
+      if (robot.height_m > 0.0 && inside(robot, in_robot)) continue;
+      placed.points_m[placed.index(row, column)] = (world_from_robot * in_robot).cast<float>();
       placed.valid[placed.index(row, column)] = 1;
     }
-    placed.origins_m.push_back((0.5 * (first.translation() + last.translation())).cast<float>());
+    placed.origins_m.push_back((world_from_robot * motion.middle()).cast<float>());
   }
   return placed;
+}
+
+void move(ScenePoints& scene, const Pose3& to_from_world) {
+  for (auto* points_m : {&scene.points_m, &scene.origins_m}) {
+    for (Eigen::Vector3f& p : *points_m) p = (to_from_world * p.cast<double>()).cast<float>();
+  }
 }
 
 SceneBuilder::SceneBuilder(const SceneBuilderOptions& options) : options_(options) {
@@ -73,6 +126,12 @@ std::optional<Scene> SceneBuilder::add(SceneRow row, double pan_rad, double tilt
   }
   const Step step = step_to(pan_rad, tilt_rad);
   const bool same_columns = row.ranges_m.size() == rows_.back().ranges_m.size();
+  if (!same_columns && rows_.size() > 1 && !last_was_odd_) {
+    last_was_odd_ = true;
+    ++rows_without_scene_;
+    return std::nullopt;
+  }
+  last_was_odd_ = false;
   const Duration since = row.utime - rows_.back().utime;
   if (step.axis == Axis::none && same_columns) {
     const Pose2 drove = between(rows_.back().world_from_robot, row.world_from_robot);

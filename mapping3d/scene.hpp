@@ -17,8 +17,13 @@ struct SceneRow {
   double bearing_step_rad = 0.0;
   Pose3 robot_from_sensor_first = Pose3::Identity();  ///< at the first beam
   Pose3 robot_from_sensor_last =
-      Pose3::Identity();  ///< at the last beam: the pan-tilt may be moving
-  Pose2 world_from_robot;
+      Pose3::Identity();              ///< at the last beam: the pan-tilt may be moving
+  Pose2 world_from_robot;             ///< at the first beam
+  Pose2 first_robot_from_last_robot;  ///< how far the robot drove until the last beam
+  double pan_first_rad = 0.0;         ///< what the poses above were made from, for the calibration
+  double pan_last_rad = 0.0;
+  double tilt_first_rad = 0.0;
+  double tilt_last_rad = 0.0;
 };
 
 /// The organized ranges of one sweep: rows of neighbouring tilt (or pan), columns of neighbouring
@@ -41,9 +46,30 @@ struct ScenePoints {
   std::size_t index(std::size_t row, std::size_t column) const { return row * columns + column; }
 };
 
+/// What of the robot its own laser may see: a box about the robot's origin on the floor. Returns
+/// from inside it are no surroundings. Off while the height is zero.
+struct RobotBox {
+  double ahead_m = 0.0;
+  double behind_m = 0.0;
+  double half_width_m = 0.0;
+  double height_m = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("ahead_m", ahead_m, kNotNegative);
+    v("behind_m", behind_m, kNotNegative);
+    v("half_width_m", half_width_m, kNotNegative);
+    v("height_m", height_m, kNotNegative);
+  }
+};
+
 /// Places each beam by the pose between its row's first and last beam (thesis B eq. 4.1, in our
-/// axes: common/samples.hpp).
-ScenePoints place(const Scene& scene);
+/// axes: common/samples.hpp): pan-tilt and robot may both be moving. Ranges that are not finite and
+/// positive are no returns; a row shorter than the first ends early.
+ScenePoints place(const Scene& scene, const RobotBox& robot = {});
+
+/// The same points elsewhere.
+void move(ScenePoints& scene, const Pose3& to_from_world);
 
 struct SceneBuilderOptions {
   double min_step_deg = 0.05;  ///< less is the same row again
@@ -65,7 +91,8 @@ struct SceneBuilderOptions {
 
 /// Finds the sweeps in a stream of scans: a sweep goes on while tilt (or pan) moves on in one
 /// direction, in steps or continuously, while the robot stands or drives; it ends when the
-/// direction turns, the pan-tilt pauses, or jumps. Not thread-safe.
+/// direction turns, the pan-tilt pauses, or jumps. A single row of another width is passed over.
+/// Not thread-safe.
 class SceneBuilder {
  public:
   explicit SceneBuilder(const SceneBuilderOptions& options = {});
@@ -79,6 +106,9 @@ class SceneBuilder {
 
   /// Rows that belonged to no sweep of min_rows.
   int64_t rows_without_scene() const { return rows_without_scene_; }
+
+  /// The rows of the sweep under way, to be moved when the robot's path changes.
+  std::vector<SceneRow>& rows() { return rows_; }
 
  private:
   enum class Axis { none, pan, tilt };
@@ -95,6 +125,7 @@ class SceneBuilder {
   double pan_rad_ = 0.0;  ///< of the last row
   double tilt_rad_ = 0.0;
   Step direction_;
+  bool last_was_odd_ = false;  ///< the last row had another width and was passed over
   int scenes_ = 0;
   int64_t rows_without_scene_ = 0;
 };

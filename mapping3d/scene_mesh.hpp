@@ -45,10 +45,15 @@ struct SceneMeshOptions {
   }
 };
 
+/// Mean angle between a beam and its neighbour in the next row and column, of a sample of some
+/// hundred [rad]; 0 where no two returned.
+float beam_spacing_rad(const ScenePoints& scene);
+
 /// The scene as triangles with shared vertices: no skin across depth edges (an edge is allowed by
-/// its range, so near and far walls are treated alike), none across missing beams, of a quad's two
-/// diagonals the shorter one, normals weighted by area and turned to the sensor, triangles
-/// counter-clockwise seen from it.
+/// its range and incidence, so near and far walls are treated alike), none across missing beams, of
+/// a quad's two diagonals the shorter one, normals weighted by area and turned to the sensor,
+/// triangles counter-clockwise seen from it. Vertices in the order of the scene's points, triangles
+/// in that of its quads. One pass over the rows, O(points).
 TriangleMesh mesh_scene(const ScenePoints& scene, const SceneMeshOptions& options = {});
 
 /// Appends `part` to `whole`.

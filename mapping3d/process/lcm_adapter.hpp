@@ -3,13 +3,16 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <optional>
+#include <stdexcept>
 #include <string>
 
-#include "common/pose_buffer.hpp"
 #include "common/process/bus.hpp"
 #include "common/process/drop_counter.hpp"
 #include "common/samples.hpp"
+#include "mapping3d/calibration.hpp"
 #include "mapping3d/mapper3d.hpp"
+#include "mapping3d/pantilt_track.hpp"
 
 namespace marco::mapping3d {
 
@@ -17,18 +20,24 @@ struct Mapping3dAdapterOptions {
   Mapper3dOptions mapper;
   double patience_s =
       0.5;  ///< how long a scan waits for its pose and the pan-tilt, in message time
+  double pantilt_gap_s = 1.0;    ///< angles are interpolated between states so far apart
+  double pantilt_reach_s = 0.1;  ///< and carried on beyond the newest
+  PanTiltCorrection correction;  ///< of the SENSOR_INFOs, as a calibration found it
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("mapper", mapper);
     v("patience_s", patience_s, Limits{0.0, 10.0});
+    v("pantilt_gap_s", pantilt_gap_s, Limits{0.0, 60.0});
+    v("pantilt_reach_s", pantilt_reach_s, Limits{0.0, 10.0});
+    v("correction", correction);
   }
 };
 
 /// Messages in, Mapper3d, messages out: scans of lasers on the pan-tilt wait for their SLAM_POSE
 /// (same stamp) and for the pan-tilt's angles at their last beam; each finished sweep is sent as
-/// SCENE and the model as MESH tiles below 300 kB. TRAJECTORY moves scenes whose key scans moved.
-/// Decides by the order of messages and their stamps alone.
+/// SCENE and the model, its scenes joined in 3D, as MESH tiles below 300 kB. TRAJECTORY moves
+/// scenes whose key scans moved. Decides by the order of messages and their stamps alone.
 class Mapping3dAdapter {
  public:
   /// @param bus outlives the adapter. @param warn see process::DropCounter.
@@ -42,6 +51,10 @@ class Mapping3dAdapter {
   const Mapper3d& mapper() const { return mapper_; }
   const process::DropCounter& drops() const { return drops_; }
 
+  /// The pan-tilt's geometry from the scenes so far; nothing without scenes or without
+  /// SENSOR_INFO.
+  std::optional<CalibrationResult> calibrate(const CalibrationOptions& options = {}) const;
+
  private:
   void subscribe();
   void on_scan(LaserScan scan);
@@ -50,14 +63,16 @@ class Mapping3dAdapter {
   void use(const LaserScan& scan);
   void publish_scene(const Scene& scene);
   void publish_model(Utime utime);
+  void follow(const Trajectory& keys);
+  Pose2 pose_at(Utime utime) const;
 
   process::Bus& bus_;
   Mapping3dAdapterOptions options_;
   process::DropCounter drops_;
   Mapper3d mapper_;
   std::map<std::string, SensorInfo> sensors_;
-  PoseBuffer pantilt_;            ///< pan as x_m, tilt as y_m [rad]
-  std::map<Utime, Pose2> poses_;  ///< of each scan as first published
+  PanTiltTrack pantilt_;
+  std::map<Utime, Pose2> poses_;  ///< of each scan as known today
   std::deque<LaserScan> waiting_;
   Utime newest_;
   int64_t revision_ = 0;

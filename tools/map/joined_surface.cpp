@@ -7,7 +7,6 @@
 #include "common/files/plan_svg.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/whole_file.hpp"
-#include "tools/map/map_job.hpp"
 
 namespace marco {
 namespace {
@@ -56,20 +55,6 @@ std::string planes_json(const std::vector<SurfacePlane>& planes) {
 }
 
 }  // namespace
-
-std::vector<mapping3d::ScenePoints> placed_scenes(const MapJob& job) {
-  std::map<Utime, Pose2> poses;
-  for (const StampedPose2& pose : job.trajectory()) poses[pose.utime] = pose.world_from_robot;
-  std::vector<mapping3d::ScenePoints> placed;
-  for (mapping3d::Scene scene : job.mapping3d().mapper().scenes()) {
-    for (mapping3d::SceneRow& row : scene.rows) {
-      const auto pose = poses.find(row.utime);
-      if (pose != poses.end()) row.world_from_robot = pose->second;
-    }
-    placed.push_back(mapping3d::place(scene));
-  }
-  return placed;
-}
 
 JoinedSurface write_joined_surface(const std::filesystem::path& folder,
                                    const std::vector<mapping3d::ScenePoints>& scenes,

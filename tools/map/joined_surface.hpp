@@ -11,7 +11,6 @@
 
 namespace marco {
 
-class MapJob;
 
 struct JoinedSurfaceOptions {
   mapping3d::SurfaceOptions surface;
@@ -32,9 +31,6 @@ struct JoinedSurface {
   TriangleMesh mesh;                      ///< world frame
   std::map<std::string, double> figures;  ///< for the report, by name with unit
 };
-
-/// Each scene's points by the job's last poses.
-std::vector<mapping3d::ScenePoints> placed_scenes(const MapJob& job);
 
 /// One surface from all scenes, and into `folder`: model.ply (all of it), model.glb and model.obj
 /// (simplified), planes.json, floor_plan.svg. Of no surface nothing is written.

@@ -44,6 +44,7 @@ struct Arguments {
   std::string extend;
   std::string localize;
   bool merge = false;
+  bool calibrate = false;
 };
 
 // One trajectory a session, those of the saved map first.
@@ -96,6 +97,23 @@ int judge_finding(const Arguments& arguments, const slam::MappingSession& sessio
   return 1;
 }
 
+/// @returns whether there was something to calibrate by.
+bool write_calibration(const std::filesystem::path& path, const MapJob& job) {
+  const auto found = job.mapping3d().calibrate();
+  if (!found) return false;
+  using Status = mapping3d::CalibrationResult::Status;
+  std::printf("calibration: %s, %zu patches seen twice, %.1f -> %.1f mm apart; +- one sigma:\n",
+              to_string(found->status).c_str(), found->pairs, 1e3 * found->before_m,
+              1e3 * found->after_m);
+  std::fputs(process::print_options(found->sigma).c_str(), stdout);
+  if (found->status == Status::nothing_seen_twice) return false;
+  files::write_whole_file(path,
+                          "# Read by ./marco map --config, added to what SENSOR_INFO says.\n"
+                          "[mapping3d_process.correction]\n" +
+                              process::print_options(found->correction));
+  return true;
+}
+
 void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job) {
   files::write_whole_file(out / "lines.svg", files::lines_svg(walls, job.trajectory()));
   files::write_whole_file(out / "lines.dxf", files::lines_dxf(walls));
@@ -132,9 +150,10 @@ int run(const Arguments& arguments) {
   if (!scenes.triangles.empty()) files::write_ply(out / "model_scenes.ply", scenes);
   const Walls walls = job.lines() != nullptr ? job.lines()->mapper().plan() : Walls{};
   if (job.lines() != nullptr) write_lines(out, walls, job);
+  const bool calibrated = !arguments.calibrate || write_calibration(out / "calibration.toml", job);
   job.clock().end_stage("write");
   const JoinedSurface joined =
-      write_joined_surface(out, placed_scenes(job), options.joined_surface);
+      write_joined_surface(out, job.mapping3d().mapper().placed(), options.joined_surface);
   const TriangleMesh& model = joined.mesh;
   job.clock().end_stage("surface");
   if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
@@ -149,6 +168,7 @@ int run(const Arguments& arguments) {
   job.clock().end_stage("judge");
   write_report(out / "report.json", job, extras);
   print_summary(job, extras, out);
+  require(calibrated, "--calibrate: no two sweeps from one stop saw the same walls");
   return job.session() != nullptr ? judge_finding(arguments, *job.session()) : 0;
 }
 
@@ -188,6 +208,9 @@ int main(int argc, char** argv) {
                  "INPUTs are folders that `marco map` wrote, of one building: makes them one map")
         ->excludes(extend)
         ->excludes(localize);
+    app.add_flag("--calibrate", arguments.calibrate,
+                 "estimate the pan-tilt's lever arms and zero angles from sweeps of one stop at "
+                 "several pans; writes calibration.toml for --config");
     bool print_config = false;
     app.add_flag("--print-config", print_config, "print the config in force and exit");
     // --print-config needs no INPUT.

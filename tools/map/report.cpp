@@ -1,5 +1,6 @@
 #include "tools/map/report.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -57,6 +58,26 @@ json places_json(const slam::MappingSession& session) {
           {"candidates_at_the_end", last != nullptr ? last->candidates.size() : 0}};
 }
 
+json residuals_json(const mapping3d::PatchResiduals& residuals) {
+  return {
+      {"patches", residuals.count}, {"median_m", residuals.median_m}, {"p90_m", residuals.p90_m}};
+}
+
+json scenes_json(const mapping3d::Mapping3dAdapter& mapping3d) {
+  const mapping3d::RegistrationResult& joined = mapping3d.mapper().registration();
+  return {{"count", mapping3d.mapper().scenes().size()},
+          {"rows_without_scene", mapping3d.mapper().rows_without_scene()},
+          {"dropped", mapping3d.drops().by_cause()},
+          {"registration",
+           {{"status", to_string(joined.status)},
+            {"applied", mapping3d.mapper().refined()},
+            {"joined", std::count(joined.joined.begin(), joined.joined.end(), true)},
+            {"overlapping_pairs", joined.overlaps},
+            {"iterations", joined.iterations},
+            {"residual_before", residuals_json(joined.before)},
+            {"residual_after", residuals_json(joined.after)}}}};
+}
+
 struct ScanCounts {
   int64_t level = 0;
   int64_t matched = 0;
@@ -107,6 +128,9 @@ void write_report(const std::filesystem::path& path,
   if (job.session() != nullptr && job.session()->mode() != slam::MappingSession::Mode::mapping) {
     report["place_in_saved_map"] = places_json(*job.session());
   }
+  if (!job.mapping3d().mapper().scenes().empty()) {
+    report["scenes"] = scenes_json(job.mapping3d());
+  }
   if (job.lines() != nullptr) {
     report["path_by"] = "lines";
     report["walls"] = job.lines()->mapper().filter().num_walls();
@@ -146,6 +170,14 @@ void print_summary(const MapJob& job,
       job.scans().size(), static_cast<long long>(counts.matched), job.key_count(),
       path_length_m(job.trajectory()), job.recorded_s(), loops_in_force(job.loops()));
   for (const auto& [name, value] : extras.surface) std::printf("%s: %.6g\n", name.c_str(), value);
+  if (!job.mapping3d().mapper().scenes().empty()) {
+    const mapping3d::RegistrationResult& joined = job.mapping3d().mapper().registration();
+    std::printf(
+        "%zu scenes, joined in 3D: %s, %zu pairs overlap, patches %.1f -> %.1f mm apart%s\n",
+        job.mapping3d().mapper().scenes().size(), to_string(joined.status).c_str(), joined.overlaps,
+        1e3 * joined.before.median_m, 1e3 * joined.after.median_m,
+        job.mapping3d().mapper().refined() ? "" : "; the path stays as it was");
+  }
   for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
   std::printf("%.2f s (%.0f times real time), %.0f MB at most; everything is in %s\n",
               job.clock().total_wall_s(),

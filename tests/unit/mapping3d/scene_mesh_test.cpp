@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/slow_scene_mesh.hpp"
+
 namespace marco::mapping3d {
 namespace {
 
@@ -99,6 +101,66 @@ TEST(MeshScene, NoiseTearsNoHolesAndNormalsStayNearTheWalls) {
   for (Eigen::Vector3f& point : scene.points_m) point += noise(random) * point.normalized();
   const TriangleMesh mesh = mesh_scene(scene);
   EXPECT_EQ(mesh.triangles.size(), 2U * 59U * 59U);
+}
+
+// A box in front of the wall, beams missing in places, a sensor that moves from row to row.
+ScenePoints cluttered(uint32_t seed, std::size_t rows, std::size_t columns) {
+  ScenePoints scene = wall(rows, columns, 20.0);
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0.0F, 0.010F);
+  std::uniform_int_distribution<int> one_of_ten(0, 9);
+  for (std::size_t row = 0; row < rows; ++row) {
+    scene.origins_m[row] = {0.01F * static_cast<float>(row), 0.0F, 0.0F};
+    for (std::size_t column = 0; column < columns; ++column) {
+      Eigen::Vector3f& point = scene.points_m[scene.index(row, column)];
+      if (column > columns / 2 && row > rows / 3) point *= 0.6F;
+      point += noise(random) * point.normalized();
+      scene.valid[scene.index(row, column)] = one_of_ten(random) == 0 ? 0 : 1;
+    }
+  }
+  return scene;
+}
+
+std::vector<std::array<Eigen::Vector3f, 3>> corners(const TriangleMesh& mesh) {
+  std::vector<std::array<Eigen::Vector3f, 3>> all;
+  for (const auto& t : mesh.triangles) {
+    all.push_back({mesh.vertices_m[t[0]], mesh.vertices_m[t[1]], mesh.vertices_m[t[2]]});
+  }
+  return all;
+}
+
+TEST(MeshScene, EqualsTheMeshMadeQuadByQuad) {
+  for (const auto& [rows, columns] : {std::pair{2U, 2U}, {2U, 9U}, {7U, 2U}, {40U, 61U}}) {
+    for (uint32_t seed = 0; seed < 5; ++seed) {
+      const ScenePoints scene = cluttered(seed, rows, columns);
+      const TriangleMesh fast = mesh_scene(scene), slow = marco::testing::SlowMesher(scene).run();
+      EXPECT_EQ(corners(fast), corners(slow));
+      ASSERT_EQ(fast.vertices_m.size(), slow.vertices_m.size());
+      // Vertices are numbered differently: normals are compared corner by corner. Sums of up to
+      // eight floats in another order.
+      for (std::size_t i = 0; i < fast.triangles.size(); ++i) {
+        for (std::size_t corner = 0; corner < 3; ++corner) {
+          const Eigen::Vector3f& a = fast.normals[fast.triangles[i][corner]];
+          const Eigen::Vector3f& b = slow.normals[slow.triangles[i][corner]];
+          ASSERT_NEAR((a - b).norm(), 0.0F, 1e-5F);
+        }
+      }
+    }
+  }
+}
+
+TEST(BeamSpacing, IsTheMeanAngleToTheDiagonalNeighbour) {
+  const ScenePoints scene = wall(30, 40, 20.0);
+  double sum = 0.0;
+  for (std::size_t row = 0; row + 1 < 30; ++row) {
+    for (std::size_t column = 0; column + 1 < 40; ++column) {
+      const Eigen::Vector3d a = scene.points_m[scene.index(row, column)].cast<double>();
+      const Eigen::Vector3d b = scene.points_m[scene.index(row + 1, column + 1)].cast<double>();
+      sum += std::acos(a.normalized().dot(b.normalized()));
+    }
+  }
+  // A sample of every second beam of a smooth field: well within two percent.
+  EXPECT_NEAR(beam_spacing_rad(scene), sum / (29.0 * 39.0), 0.02 * deg_to_rad(1.4));
 }
 
 TEST(MeshScene, NothingMakesNothing) {

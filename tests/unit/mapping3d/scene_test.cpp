@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace marco::mapping3d {
 namespace {
@@ -41,6 +42,29 @@ TEST(Place, BeamsOfAMovingSweepArePlacedBetweenItsEnds) {
   }
 }
 
+TEST(Place, BeamsOfADrivingRobotArePlacedAlongItsWay) {
+  Scene scene;
+  scene.rows = {row_at(0, {1.0F, 1.0F, 1.0F})};
+  scene.rows[0].bearing_step_rad = 0.0;
+  scene.rows[0].world_from_robot = {5.0, 0.0, deg_to_rad(90)};
+  scene.rows[0].first_robot_from_last_robot = {0.2, 0.0, 0.0};
+  const ScenePoints points = place(scene);
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Vector3f expected(5.0F, 1.0F + 0.1F * static_cast<float>(i), 0.0F);
+    EXPECT_NEAR((points.points_m[static_cast<std::size_t>(i)] - expected).norm(), 0.0F, 1e-5F);
+  }
+}
+
+TEST(Place, WhatTheBeamsSeeOfTheRobotAndWhatIsNoNumberIsLeftOut) {
+  Scene scene;
+  scene.rows = {
+      row_at(0, {0.3F, 0.3F, std::nanf(""), -1.0F, std::numeric_limits<float>::infinity()})};
+  const RobotBox robot{0.35, 0.1, 0.2, 0.5};  // ends 0.35 m ahead and 0.2 m to the left
+  const ScenePoints points = place(scene, robot);
+  EXPECT_EQ(points.valid, (std::vector<uint8_t>{0, 1, 0, 0, 0}));
+  EXPECT_EQ(place(scene).valid, (std::vector<uint8_t>{1, 1, 0, 0, 0}));
+}
+
 // Feeds tilts [deg] a tenth of a second apart; @returns the rows of each finished scene.
 std::vector<std::size_t> rows_of_scenes(const std::vector<double>& tilts_deg) {
   SceneBuilder builder;
@@ -76,6 +100,19 @@ TEST(SceneBuilder, RepeatedRowsOfAStepwiseSweepCountOnce) {
   std::vector<double> tilts;
   for (const double tilt : ramp(-20, 20, 21)) tilts.insert(tilts.end(), 3, tilt);
   EXPECT_EQ(rows_of_scenes(tilts), (std::vector<std::size_t>{21}));
+}
+
+TEST(SceneBuilder, ARowOfAnotherWidthIsPassedOverAndMissingRowsLeaveAGap) {
+  SceneBuilder builder;
+  for (int i = 0; i < 30; ++i) {
+    if (i == 12 || i == 13) continue;  // lost
+    const std::vector<float> ranges_m(i == 20 ? 3U : 2U, 1.0F);
+    EXPECT_FALSE(builder.add(row_at(0.1 * i, ranges_m), 0.0, deg_to_rad(i)));
+  }
+  const auto scene = builder.finish();
+  ASSERT_TRUE(scene);
+  EXPECT_EQ(scene->rows.size(), 27U);
+  EXPECT_EQ(builder.rows_without_scene(), 1);
 }
 
 TEST(SceneBuilder, AJumpEndsTheSweepAndFewRowsAreNone) {

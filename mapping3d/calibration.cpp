@@ -1,0 +1,242 @@
+#include "mapping3d/calibration.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+namespace marco::mapping3d {
+namespace {
+
+constexpr Eigen::Index kParameters = 7;
+using Parameters = Eigen::Matrix<double, kParameters, 1>;
+using Information = Eigen::Matrix<double, kParameters, kParameters>;
+constexpr Eigen::Index kLengths = 4;  // the first are lengths [m], the others angles [rad]
+constexpr std::size_t kMinPairs = 60;
+
+PanTiltCorrection to_correction(const Parameters& p) {
+  return {p[0], p[1], p[2], p[3], rad_to_deg(p[4]), rad_to_deg(p[5]), rad_to_deg(p[6])};
+}
+
+/// Where a patch's centre goes when a parameter grows.
+using Derivatives = Eigen::Matrix<double, 3, kParameters>;
+
+struct Sweep {
+  std::unique_ptr<SurfelIndex> index;
+  std::vector<Derivatives> derivatives;
+};
+
+struct Scales {
+  double search_m;
+  double lorentz_m;
+};
+
+struct System {
+  Information information = Information::Zero();
+  Parameters gradient = Parameters::Zero();
+};
+
+class Calibrator {
+ public:
+  Calibrator(const std::vector<Scene>& scenes,
+             const PanTiltGeometry& geometry,
+             const CalibrationOptions& options)
+      : scenes_(scenes),
+        geometry_(geometry),
+        options_(options),
+        min_cosine_(std::cos(deg_to_rad(options.max_normal_deg))) {
+    validate(options, "calibration");
+    find_pairs();
+  }
+
+  CalibrationResult run() {
+    CalibrationResult result;
+    Parameters parameters = Parameters::Zero();
+    Scales scales{options_.search_start_m, options_.lorentz_start_m};
+    result.before_m = median_residual(parameters);
+    System system;
+    for (int i = 0; i < options_.max_iterations; ++i) {
+      const bool narrowest =
+          scales.search_m <= options_.search_end_m && scales.lorentz_m <= options_.lorentz_end_m;
+      system = compare(parameters, scales);
+      result.pairs = residuals_m_.size();
+      if (result.pairs < kMinPairs) return result;
+      const Parameters step = solve(system, parameters);
+      parameters += step;
+      if (narrowest && step.cwiseAbs().maxCoeff() < 1e-5) {
+        result.status = CalibrationResult::Status::converged;
+        break;
+      }
+      result.status = CalibrationResult::Status::not_converged;
+      scales.search_m = std::max(options_.search_end_m, options_.shrink * scales.search_m);
+      scales.lorentz_m = std::max(options_.lorentz_end_m, options_.shrink * scales.lorentz_m);
+    }
+    result.after_m = median_residual(parameters);
+    result.correction = to_correction(parameters);
+    const double variance = std::pow(std::max(1e-5, 1.5 * result.after_m), 2);
+    const Information information = system.information / variance + prior();
+    result.sigma = to_correction(information.inverse().diagonal().cwiseSqrt());
+    return result;
+  }
+
+ private:
+  void find_pairs() {
+    for (std::size_t a = 0; a < scenes_.size(); ++a) {
+      for (std::size_t b = a + 1; b < scenes_.size(); ++b) {
+        if (scenes_[a].rows.empty() || scenes_[b].rows.empty()) continue;
+        const Pose2 apart = between(scenes_[a].rows.front().world_from_robot,
+                                    scenes_[b].rows.front().world_from_robot);
+        if (apart.translation_m().norm() <= options_.same_stop_m) pairs_.emplace_back(a, b);
+      }
+    }
+  }
+
+  Information prior() const {
+    Parameters information;
+    information.head<kLengths>().setConstant(1.0 / (options_.prior_m * options_.prior_m));
+    const double prior_rad = deg_to_rad(options_.prior_deg);
+    information.tail<kParameters - kLengths>().setConstant(1.0 / (prior_rad * prior_rad));
+    return information.asDiagonal();
+  }
+
+  /// A residual counts as some millimetres wrong beside the prior.
+  Parameters solve(const System& system, const Parameters& parameters) const {
+    constexpr double kResidualVariance_m2 = 0.005 * 0.005;
+    const Information by_prior = kResidualVariance_m2 * prior();
+    return (system.information + by_prior).ldlt().solve(-system.gradient - by_prior * parameters);
+  }
+
+  ScenePoints place_with(const Scene& scene, const Parameters& parameters) const {
+    const PanTiltCorrection correction = to_correction(parameters);
+    const SensorInfo base = correction.base(geometry_.base);
+    const SensorInfo sensor = correction.sensor(geometry_.sensor);
+    Scene corrected = scene;
+    for (SceneRow& row : corrected.rows) {
+      row.robot_from_sensor_first =
+          robot_from_pantilt_sensor(base, sensor, row.pan_first_rad, row.tilt_first_rad);
+      row.robot_from_sensor_last =
+          robot_from_pantilt_sensor(base, sensor, row.pan_last_rad, row.tilt_last_rad);
+    }
+    return place(corrected);
+  }
+
+  Eigen::Vector3d center(const ScenePoints& scene, const Surfel& surfel) const {
+    const auto block = static_cast<std::size_t>(options_.surfels.block_cells);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double count = 0.0;
+    for (std::size_t row = surfel.row; row < surfel.row + block; ++row) {
+      for (std::size_t column = surfel.column; column < surfel.column + block; ++column) {
+        if (scene.valid[scene.index(row, column)] == 0) continue;
+        sum += scene.points_m[scene.index(row, column)].cast<double>();
+        count += 1.0;
+      }
+    }
+    return sum / count;
+  }
+
+  Sweep sweep(const Scene& scene, const Parameters& parameters) const {
+    constexpr double kStep = 0.005;  // of metres and radians; floats are good to a micrometre
+    Sweep result;
+    result.index = std::make_unique<SurfelIndex>(
+        find_surfels(place_with(scene, parameters), options_.surfels));
+    const std::vector<Surfel>& surfels = result.index->surfels;
+    result.derivatives.resize(surfels.size());
+    for (Eigen::Index k = 0; k < kParameters; ++k) {
+      const Parameters change = kStep * Parameters::Unit(k);
+      const ScenePoints more = place_with(scene, parameters + change);
+      const ScenePoints less = place_with(scene, parameters - change);
+      for (std::size_t i = 0; i < surfels.size(); ++i) {
+        result.derivatives[i].col(k) =
+            (center(more, surfels[i]) - center(less, surfels[i])) / (2.0 * kStep);
+      }
+    }
+    return result;
+  }
+
+  System compare(const Parameters& parameters, const Scales& scales) {
+    std::vector<Sweep> sweeps;
+    for (const Scene& scene : scenes_) sweeps.push_back(sweep(scene, parameters));
+    residuals_m_.clear();
+    System system;
+    for (const auto& [a, b] : pairs_) add_pair(sweeps[a], sweeps[b], scales, system);
+    return system;
+  }
+
+  void add_pair(const Sweep& a, const Sweep& b, const Scales& scales, System& system) {
+    for (std::size_t i = 0; i < b.index->surfels.size(); ++i) {
+      const Surfel& moved = b.index->surfels[i];
+      const auto nearest = a.index->centers.nearest(moved.center_m.cast<float>(),
+                                                    static_cast<float>(scales.search_m));
+      if (!nearest) continue;
+      const Surfel& partner = a.index->surfels[*nearest];
+      if (moved.normal.dot(partner.normal) < min_cosine_) continue;
+      const Eigen::Vector3d normal = (moved.normal + partner.normal).normalized();
+      const double residual_m = normal.dot(moved.center_m - partner.center_m);
+      residuals_m_.push_back(std::abs(residual_m));
+      if (a.derivatives.empty()) continue;
+      const Parameters jacobian = (b.derivatives[i] - a.derivatives[*nearest]).transpose() * normal;
+      const double weight =
+          pair_weight(moved, partner, residual_m / scales.lorentz_m, options_.thin_m);
+      system.information.noalias() += weight * jacobian * jacobian.transpose();
+      system.gradient += weight * residual_m * jacobian;
+    }
+  }
+
+  double median_residual(const Parameters& parameters) {
+    std::vector<Sweep> sweeps(scenes_.size());
+    for (std::size_t i = 0; i < scenes_.size(); ++i) {
+      sweeps[i].index = std::make_unique<SurfelIndex>(
+          find_surfels(place_with(scenes_[i], parameters), options_.surfels));
+    }
+    residuals_m_.clear();
+    System unused;
+    for (const auto& [a, b] : pairs_) {
+      add_pair(sweeps[a], sweeps[b], {options_.search_end_m, options_.lorentz_end_m}, unused);
+    }
+    return quantile(residuals_m_, 0.5);
+  }
+
+  const std::vector<Scene>& scenes_;
+  PanTiltGeometry geometry_;
+  CalibrationOptions options_;
+  double min_cosine_;
+  std::vector<std::pair<std::size_t, std::size_t>> pairs_;
+  std::vector<double> residuals_m_;
+};
+
+}  // namespace
+
+SensorInfo PanTiltCorrection::base(SensorInfo as_said) const {
+  as_said.tilt_axis_m += Eigen::Vector3d(axis_x_m, axis_y_m, 0.0);
+  return as_said;
+}
+
+SensorInfo PanTiltCorrection::sensor(SensorInfo as_said) const {
+  const Pose3 turn = make_pose3(Eigen::Vector3d::Zero(), deg_to_rad(roll_deg),
+                                deg_to_rad(pitch_deg), deg_to_rad(yaw_deg));
+  as_said.parent_from_sensor.linear() = turn.linear() * as_said.parent_from_sensor.linear();
+  as_said.parent_from_sensor.translation() += Eigen::Vector3d(lever_x_m, 0.0, lever_z_m);
+  return as_said;
+}
+
+std::string to_string(CalibrationResult::Status status) {
+  switch (status) {
+    case CalibrationResult::Status::converged:
+      return "converged";
+    case CalibrationResult::Status::not_converged:
+      return "not converged";
+    case CalibrationResult::Status::nothing_seen_twice:
+      return "nothing seen twice";
+  }
+  return "unknown";
+}
+
+CalibrationResult calibrate(const std::vector<Scene>& scenes,
+                            const PanTiltGeometry& geometry,
+                            const CalibrationOptions& options) {
+  return Calibrator(scenes, geometry, options).run();
+}
+
+}  // namespace marco::mapping3d

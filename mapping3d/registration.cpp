@@ -1,0 +1,255 @@
+#include "mapping3d/registration.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <utility>
+
+namespace marco::mapping3d {
+namespace {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+// While the search is wide, every so manieth patch tells enough.
+constexpr std::size_t kCoarseStride = 4;
+
+// After so many steps at the narrowest search what still moves are partners that change to and fro.
+constexpr int kSettling = 10;
+
+struct Scales {
+  double search_m;
+  double lorentz_m;
+  std::size_t stride;
+};
+
+/// What one pair of scenes says about a turn and shift of the second against the first.
+struct PairSystem {
+  Matrix6d information = Matrix6d::Zero();
+  Vector6d gradient = Vector6d::Zero();
+  double weight = 0.0;
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< weighted sum, as placed
+};
+
+void add(const Vector6d& jacobian, double residual_m, double weight, PairSystem& system) {
+  system.information.noalias() += weight * jacobian * jacobian.transpose();
+  system.gradient += weight * residual_m * jacobian;
+}
+
+PatchResiduals summary(std::vector<double>& residuals_m) {
+  return {residuals_m.size(), quantile(residuals_m, 0.5), quantile(residuals_m, 0.9)};
+}
+
+Pose3 exponential(const Vector6d& twist) {
+  const double angle_rad = twist.head<3>().norm();
+  Pose3 moved = Pose3::Identity();
+  if (angle_rad > 0.0) {
+    moved.linear() = Eigen::AngleAxisd(angle_rad, twist.head<3>() / angle_rad).toRotationMatrix();
+  }
+  moved.translation() = twist.tail<3>();
+  return moved;
+}
+
+class Registrar {
+ public:
+  Registrar(const std::vector<ScenePoints>& placed, const RegistrationOptions& options)
+      : options_(options), min_cosine_(std::cos(deg_to_rad(options.max_normal_deg))) {
+    validate(options, "registration");
+    for (const ScenePoints& scene : placed) {
+      scenes_.push_back(std::make_unique<SurfelIndex>(find_surfels(scene, options.surfels)));
+    }
+    result_.world_from_placed.assign(placed.size(), Pose3::Identity());
+    result_.joined.assign(placed.size(), false);
+    if (!placed.empty()) result_.joined[0] = true;
+  }
+
+  RegistrationResult run() {
+    result_.before = measure();
+    Scales scales{options_.search_start_m, options_.lorentz_start_m, kCoarseStride};
+    bool converged = false;
+    int narrow_iterations = 0;
+    while (result_.iterations < options_.max_iterations && !converged) {
+      const bool narrowest =
+          scales.search_m <= options_.search_end_m && scales.lorentz_m <= options_.lorentz_end_m;
+      if (narrowest) scales.stride = 1;
+      const double step = iterate(scales);
+      ++result_.iterations;
+      narrow_iterations += narrowest ? 1 : 0;
+      converged = narrowest && step < (narrow_iterations > kSettling ? options_.settled_m
+                                                                     : options_.converged_m);
+      scales.search_m = std::max(options_.search_end_m, options_.shrink * scales.search_m);
+      scales.lorentz_m = std::max(options_.lorentz_end_m, options_.shrink * scales.lorentz_m);
+      if (narrowest) {
+        scales.lorentz_m =
+            std::clamp(2.0 * quantile(residuals_m_, 0.5), 1e-4, options_.lorentz_end_m);
+      }
+      if (result_.overlaps == 0) break;
+    }
+    result_.after = measure();
+    if (result_.overlaps > 0) {
+      result_.status = converged ? RegistrationResult::Status::converged
+                                 : RegistrationResult::Status::not_converged;
+    }
+    return std::move(result_);
+  }
+
+ private:
+  PatchResiduals measure() {
+    residuals_m_.clear();
+    const Scales scales{options_.search_end_m, options_.lorentz_end_m, kCoarseStride};
+    for (std::size_t a = 0; a < scenes_.size(); ++a) {
+      for (std::size_t b = a + 1; b < scenes_.size(); ++b) compare(a, b, scales);
+    }
+    return summary(residuals_m_);
+  }
+
+  /// One step of all scenes. @returns its length [m, rad as m].
+  double iterate(const Scales& scales) {
+    const auto count = static_cast<Eigen::Index>(scenes_.size());
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(6 * count, 6 * count);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(6 * count);
+    residuals_m_.clear();
+    std::vector<std::pair<std::size_t, std::size_t>> overlaps;
+    for (std::size_t a = 0; a < scenes_.size(); ++a) {
+      for (std::size_t b = a + 1; b < scenes_.size(); ++b) {
+        std::optional<PairSystem> pair = compare(a, b, scales);
+        if (!pair) continue;
+        hold_loose_shifts(a, b, *pair);
+        overlaps.emplace_back(a, b);
+        // A twist of a is the opposite twist of b: both are about the world's origin.
+        const auto at_a = 6 * static_cast<Eigen::Index>(a), at_b = 6 * static_cast<Eigen::Index>(b);
+        information.block<6, 6>(at_a, at_a) += pair->information;
+        information.block<6, 6>(at_b, at_b) += pair->information;
+        information.block<6, 6>(at_a, at_b) -= pair->information;
+        information.block<6, 6>(at_b, at_a) -= pair->information;
+        gradient.segment<6>(at_a) -= pair->gradient;
+        gradient.segment<6>(at_b) += pair->gradient;
+      }
+    }
+    result_.overlaps = overlaps.size();
+    find_joined(overlaps);
+    return move(information, gradient);
+  }
+
+  void find_joined(const std::vector<std::pair<std::size_t, std::size_t>>& overlaps) {
+    std::fill(result_.joined.begin(), result_.joined.end(), false);
+    if (!result_.joined.empty()) result_.joined[0] = true;
+    for (std::size_t round = 0; round < scenes_.size(); ++round) {
+      for (const auto& [a, b] : overlaps) {
+        if (result_.joined[a] || result_.joined[b]) {
+          result_.joined[a] = true;
+          result_.joined[b] = true;
+        }
+      }
+    }
+  }
+
+  double move(Eigen::MatrixXd& information, Eigen::VectorXd& gradient) {
+    for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
+      const auto at = 6 * static_cast<Eigen::Index>(scene);
+      // A breath of stiffness: what no patch holds stays where it is.
+      const double stiffness = 1e-6 * information.block<6, 6>(at, at).trace() + 1e-9;
+      information.block<6, 6>(at, at).diagonal().array() += stiffness;
+      if (scene > 0 && result_.joined[scene]) continue;
+      information.middleRows<6>(at).setZero();
+      information.middleCols<6>(at).setZero();
+      information.block<6, 6>(at, at).setIdentity();
+      gradient.segment<6>(at).setZero();
+    }
+    const Eigen::VectorXd step = information.ldlt().solve(-gradient);
+    for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
+      Pose3& pose = result_.world_from_placed[scene];
+      pose = exponential(step.segment<6>(6 * static_cast<Eigen::Index>(scene))) * pose;
+      pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
+    }
+    return step.size() > 0 ? step.cwiseAbs().maxCoeff() : 0.0;
+  }
+
+  std::optional<PairSystem> compare(std::size_t a, std::size_t b, const Scales& scales) {
+    const SurfelIndex &target = *scenes_[a], &source = *scenes_[b];
+    const Pose3 world_from_a = result_.world_from_placed[a];
+    const Pose3 a_from_b = world_from_a.inverse(Eigen::Isometry) * result_.world_from_placed[b];
+    if (target.box.isEmpty() || source.box.isEmpty()) return std::nullopt;
+    Eigen::AlignedBox3d reach = source.box.transformed(a_from_b);
+    reach.min().array() -= scales.search_m;
+    reach.max().array() += scales.search_m;
+    if (!reach.intersects(target.box)) return std::nullopt;
+    const std::size_t residuals_before = residuals_m_.size();
+    PairSystem system;
+    for (std::size_t i = 0; i < source.surfels.size(); i += scales.stride) {
+      const Surfel& moved = source.surfels[i];
+      const Eigen::Vector3d in_a = a_from_b * moved.center_m;
+      const std::optional<uint32_t> nearest =
+          target.centers.nearest(in_a.cast<float>(), static_cast<float>(scales.search_m));
+      if (!nearest) continue;
+      const Surfel& partner = target.surfels[*nearest];
+      const Eigen::Vector3d turned = a_from_b.linear() * moved.normal;
+      if (turned.dot(partner.normal) < min_cosine_) continue;
+      const Eigen::Vector3d normal_in_a = (turned + partner.normal).normalized();
+      const double residual_m = normal_in_a.dot(in_a - partner.center_m);
+      residuals_m_.push_back(std::abs(residual_m));
+      const double weight =
+          pair_weight(moved, partner, residual_m / scales.lorentz_m, options_.thin_m);
+      const Eigen::Vector3d point_m = world_from_a * in_a;
+      const Eigen::Vector3d normal = world_from_a.linear() * normal_in_a;
+      Vector6d jacobian;
+      jacobian << point_m.cross(normal), normal;
+      add(jacobian, residual_m, weight, system);
+      system.weight += weight;
+      system.center_m += weight * moved.center_m;
+    }
+    const std::size_t pairs = residuals_m_.size() - residuals_before;
+    if (pairs * scales.stride < static_cast<std::size_t>(options_.min_pairs)) {
+      residuals_m_.resize(residuals_before);
+      return std::nullopt;
+    }
+    return system;
+  }
+
+  /// Ties the pair's relative shift to the guess along directions that hardly any normal has.
+  void hold_loose_shifts(std::size_t a, std::size_t b, PairSystem& system) const {
+    if (!(system.weight > 0.0)) return;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    solver.computeDirect(system.information.bottomRightCorner<3, 3>());
+    const Eigen::Vector3d center_m = system.center_m / system.weight;
+    const Eigen::Vector3d by_a = result_.world_from_placed[a] * center_m;
+    const Eigen::Vector3d by_b = result_.world_from_placed[b] * center_m;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      if (solver.eigenvalues()[i] >= options_.min_hold * system.weight) continue;
+      const Eigen::Vector3d loose = solver.eigenvectors().col(i);
+      Vector6d jacobian;
+      jacobian << by_b.cross(loose), loose;
+      add(jacobian, loose.dot(by_b - by_a), system.weight, system);
+    }
+  }
+
+  RegistrationOptions options_;
+  double min_cosine_;
+  std::vector<std::unique_ptr<SurfelIndex>> scenes_;
+  std::vector<double> residuals_m_;
+  RegistrationResult result_;
+};
+
+}  // namespace
+
+std::string to_string(RegistrationResult::Status status) {
+  switch (status) {
+    case RegistrationResult::Status::nothing_to_join:
+      return "nothing to join";
+    case RegistrationResult::Status::converged:
+      return "converged";
+    case RegistrationResult::Status::not_converged:
+      return "not converged";
+  }
+  return "unknown";
+}
+
+RegistrationResult register_scenes(const std::vector<ScenePoints>& placed,
+                                   const RegistrationOptions& options) {
+  return Registrar(placed, options).run();
+}
+
+}  // namespace marco::mapping3d

@@ -1,0 +1,84 @@
+#include "mapping3d/surfels.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace marco::mapping3d {
+
+std::vector<Surfel> find_surfels(const ScenePoints& scene, const SurfelOptions& options) {
+  validate(options, "surfels");
+  const auto block = static_cast<std::size_t>(options.block_cells);
+  const double needed = options.min_filled * static_cast<double>(block * block);
+  const double max_thickness2 = options.max_thickness_m * options.max_thickness_m;
+  const double max_length2 = options.max_half_length_m * options.max_half_length_m;
+  std::vector<Surfel> surfels;
+  surfels.reserve(scene.points_m.size() / (block * block));
+  for (std::size_t row = 0; row + block <= scene.rows; row += block) {
+    for (std::size_t column = 0; column + block <= scene.columns; column += block) {
+      Eigen::Vector3d reference = Eigen::Vector3d::Zero();
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+      double count = 0.0;
+      for (std::size_t r = row; r < row + block; ++r) {
+        for (std::size_t c = column; c < column + block; ++c) {
+          if (scene.valid[scene.index(r, c)] == 0) continue;
+          const Eigen::Vector3d point = scene.points_m[scene.index(r, c)].cast<double>();
+          if (count == 0.0) reference = point;
+          const Eigen::Vector3d offset = point - reference;
+          sum += offset;
+          squares.noalias() += offset * offset.transpose();
+          count += 1.0;
+        }
+      }
+      if (count < needed || count < 4.0) continue;
+      const Eigen::Vector3d mean = sum / count;
+      const Eigen::Matrix3d covariance = squares / count - mean * mean.transpose();
+      if (covariance.trace() > 2.0 * max_length2) continue;
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+      solver.computeDirect(covariance);
+      // A line of points has no plane.
+      if (solver.eigenvalues()[0] > max_thickness2 ||
+          solver.eigenvalues()[1] < 4.0 * solver.eigenvalues()[0]) {
+        continue;
+      }
+      Surfel surfel{reference + mean, solver.eigenvectors().col(0),
+                    std::sqrt(std::max(0.0, solver.eigenvalues()[0])), row, column};
+      const Eigen::Vector3d origin = scene.origins_m[row].cast<double>();
+      if (surfel.normal.dot(surfel.center_m - origin) > 0.0) surfel.normal = -surfel.normal;
+      surfels.push_back(surfel);
+    }
+  }
+  return surfels;
+}
+
+namespace {
+
+std::vector<Eigen::Vector3f> centers_of(const std::vector<Surfel>& surfels) {
+  std::vector<Eigen::Vector3f> centers_m;
+  centers_m.reserve(surfels.size());
+  for (const Surfel& surfel : surfels) centers_m.push_back(surfel.center_m.cast<float>());
+  return centers_m;
+}
+
+}  // namespace
+
+SurfelIndex::SurfelIndex(std::vector<Surfel> of_scene)
+    : surfels(std::move(of_scene)), centers(centers_of(surfels)) {
+  for (const Surfel& surfel : surfels) box.extend(surfel.center_m);
+}
+
+double pair_weight(const Surfel& a, const Surfel& b, double scaled_residual, double thin_m) {
+  const double thickness2 = a.thickness_m * a.thickness_m + b.thickness_m * b.thickness_m;
+  return 1.0 /
+         ((1.0 + 0.5 * scaled_residual * scaled_residual) * (1.0 + thickness2 / (thin_m * thin_m)));
+}
+
+double quantile(std::vector<double>& values, double part) {
+  if (values.empty()) return 0.0;
+  const auto rank = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[static_cast<std::size_t>(rank)];
+}
+
+}  // namespace marco::mapping3d

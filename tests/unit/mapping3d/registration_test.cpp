@@ -1,0 +1,191 @@
+#include "mapping3d/registration.hpp"
+
+#include <gmock/gmock.h>
+
+#include "mapping3d/mapper3d.hpp"
+#include "mapping3d/point_tree.hpp"
+#include "tests/support/analytic_room.hpp"
+
+namespace marco::mapping3d {
+namespace {
+
+using ::marco::testing::AnalyticRoom;
+
+const Pose3 kFirstSensor = make_pose3({-1.0, 0.2, 0.8});
+const Pose3 kSecondSensor = make_pose3({-0.6, -0.5, 0.8}, 0.0, 0.0, 0.3);
+
+ScenePoints moved(ScenePoints scene, const Pose3& to_from) {
+  for (Eigen::Vector3f& p : scene.points_m) p = (to_from * p.cast<double>()).cast<float>();
+  for (Eigen::Vector3f& p : scene.origins_m) p = (to_from * p.cast<double>()).cast<float>();
+  return scene;
+}
+
+/// Largest shift of a corner of the room under what is left of the error.
+double worst_shift_m(const Pose3& left) {
+  double worst = 0.0;
+  for (const double x : {-4.0, 4.0}) {
+    for (const double y : {-3.0, 3.0}) {
+      const Eigen::Vector3d corner(x, y, 1.4);
+      worst = std::max(worst, (left * corner - corner).norm());
+    }
+  }
+  return worst;
+}
+
+TEST(PointTree, FindsWhatBruteForceFinds) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> somewhere(-2.0F, 2.0F);
+  for (const std::size_t count : {0U, 1U, 7U, 8U, 9U, 500U}) {
+    std::vector<Eigen::Vector3f> points;
+    for (std::size_t i = 0; i < count; ++i) {
+      points.emplace_back(somewhere(random), somewhere(random), somewhere(random));
+    }
+    const PointTree tree(points);
+    for (int round = 0; round < 100; ++round) {
+      const Eigen::Vector3f query(somewhere(random), somewhere(random), somewhere(random));
+      constexpr float kRadius = 0.7F;
+      std::optional<uint32_t> expected;
+      float best = kRadius * kRadius;
+      for (uint32_t i = 0; i < count; ++i) {
+        const float distance2 = (points[i] - query).squaredNorm();
+        if (distance2 < best) {
+          best = distance2;
+          expected = i;
+        }
+      }
+      EXPECT_EQ(tree.nearest(query, kRadius), expected);
+    }
+  }
+}
+
+TEST(FindSurfels, LieOnTheRoomAndLookAtTheSensor) {
+  std::mt19937 random(3);
+  const ScenePoints scene = place(AnalyticRoom::sweep(kFirstSensor, 60, 0.0, random));
+  const std::vector<Surfel> surfels = find_surfels(scene);
+  EXPECT_GT(surfels.size(), 800U);
+  for (const Surfel& surfel : surfels) {
+    const Eigen::Vector3d towards = kFirstSensor.translation() - surfel.center_m;
+    EXPECT_GT(surfel.normal.dot(towards), 0.0);
+  }
+}
+
+TEST(RegisterScenes, BringsTwoScenesTogether) {
+  std::mt19937 random(11);
+  const ScenePoints first = place(AnalyticRoom::sweep(kFirstSensor, 100, 0.005, random));
+  const ScenePoints second = place(AnalyticRoom::sweep(kSecondSensor, 100, 0.005, random));
+  const Pose3 error =
+      make_pose3({0.18, -0.12, 0.08}, deg_to_rad(1.0), deg_to_rad(-1.0), deg_to_rad(2.6));
+  const RegistrationResult result = register_scenes({first, moved(second, error)});
+  EXPECT_EQ(result.status, RegistrationResult::Status::converged);
+  // 5 mm over some 2000 patches of 16 beams leave well under a millimetre at the room's corners.
+  EXPECT_LT(worst_shift_m(result.world_from_placed[1] * error), 0.0015);
+  EXPECT_TRUE(result.world_from_placed[0].isApprox(Pose3::Identity()));
+}
+
+TEST(RegisterScenes, WithoutNoiseIsRightToATenthOfAMillimetre) {
+  std::mt19937 random(11);
+  const ScenePoints first = place(AnalyticRoom::sweep(kFirstSensor, 100, 0.0, random));
+  const ScenePoints second = place(AnalyticRoom::sweep(kSecondSensor, 100, 0.0, random));
+  const Pose3 error =
+      make_pose3({0.18, -0.12, 0.08}, deg_to_rad(1.0), deg_to_rad(-1.0), deg_to_rad(2.6));
+  const RegistrationResult result = register_scenes({first, moved(second, error)});
+  // Patches that bend about an edge are thick and count little; flat ones fit to a float's grain.
+  EXPECT_LT(worst_shift_m(result.world_from_placed[1] * error), 0.0001);
+  EXPECT_LT(result.after.median_m, 0.1 * result.before.median_m);
+}
+
+// Two walls and a floor, nothing across: a scene cut out of the room's middle.
+ScenePoints corridor(double along_m, double sigma_m, uint32_t seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0.0, sigma_m);
+  ScenePoints scene;
+  scene.rows = 120;
+  scene.columns = 240;
+  for (std::size_t row = 0; row < scene.rows; ++row) {
+    scene.origins_m.emplace_back(static_cast<float>(along_m), 0.0F, 1.0F);
+    const double x = along_m + 6.0 * (static_cast<double>(row) / 120.0 - 0.5);
+    for (std::size_t column = 0; column < scene.columns; ++column) {
+      const double across = static_cast<double>(column % 80) / 40.0 - 1.0, n = noise(random);
+      Eigen::Vector3d point(x, across, n);
+      if (column < 80) point = {x, 1.0 + n, 1.0 + across};
+      if (column >= 160) point = {x, -1.0 + n, 1.0 + across};
+      scene.points_m.push_back(point.cast<float>());
+      scene.valid.push_back(1);
+    }
+  }
+  return scene;
+}
+
+TEST(RegisterScenes, AlongABareCorridorTheGuessStays) {
+  const Pose3 error = make_pose3({0.1, 0.05, 0.03}, 0.0, 0.0, 0.01);
+  const RegistrationResult result =
+      register_scenes({corridor(0.0, 0.01, 1), moved(corridor(0.7, 0.01, 2), error)});
+  const Eigen::Vector3d left =
+      result.world_from_placed[1] * error * Eigen::Vector3d(0.7, 0, 1) - Eigen::Vector3d(0.7, 0, 1);
+  EXPECT_NEAR(left.x(), 0.1, 0.01);  // of the error along it nothing can be known
+  EXPECT_NEAR(left.y(), 0.0, 0.002);
+  EXPECT_NEAR(left.z(), 0.0, 0.002);
+}
+
+TEST(RegisterScenes, JoinsThreeAtOnceAndLeavesAStrangerAlone) {
+  std::mt19937 random(12);
+  const Pose3 error_b = make_pose3({0.05, -0.04, 0.02}, 0.01, 0.0, 0.02);
+  const Pose3 error_c = make_pose3({-0.06, 0.03, 0.0}, 0.0, -0.01, -0.02);
+  const Pose3 far_away = make_pose3({100.0, 0.0, 0.0});
+  std::vector<ScenePoints> scenes;
+  scenes.push_back(place(AnalyticRoom::sweep(kFirstSensor, 60, 0.005, random)));
+  scenes.push_back(moved(place(AnalyticRoom::sweep(kSecondSensor, 60, 0.005, random)), error_b));
+  scenes.push_back(moved(scenes[0], far_away));
+  scenes.push_back(moved(scenes[0], error_c));
+  const RegistrationResult result = register_scenes(scenes);
+  EXPECT_THAT(result.joined, ::testing::ElementsAre(true, true, false, true));
+  EXPECT_LT(worst_shift_m(result.world_from_placed[1] * error_b), 0.003);
+  EXPECT_LT(worst_shift_m(result.world_from_placed[3] * error_c), 0.003);
+  EXPECT_TRUE(result.world_from_placed[2].isApprox(Pose3::Identity()));
+}
+
+void add_sweep(Mapper3d& mapper, const Pose3& sensor, const Pose2& path_error) {
+  std::mt19937 random(4);
+  Scene sweep = AnalyticRoom::sweep(sensor, 60, 0.005, random);
+  for (std::size_t i = 0; i < sweep.rows.size(); ++i) {
+    sweep.rows[i].world_from_robot = path_error;
+    mapper.add(sweep.rows[i], 0.0, deg_to_rad(static_cast<double>(i)));
+  }
+  ASSERT_TRUE(mapper.finish());
+}
+
+TEST(Mapper3d, JoinsItsScenesAndLeavesThemAsAWholeOnThePath) {
+  Mapper3d mapper;
+  add_sweep(mapper, kFirstSensor, {});
+  const Pose2 path_error{0.06, -0.04, 0.0};
+  add_sweep(mapper, kSecondSensor, path_error);
+  mapper.refine();
+  const RegistrationResult& joined = mapper.registration();
+  ASSERT_EQ(joined.world_from_placed.size(), 2U);
+  const Pose3 first = joined.world_from_placed[0];
+  const Pose3 second = joined.world_from_placed[1] * lift(path_error);
+  EXPECT_LT(worst_shift_m(first.inverse() * second), 0.003);
+  // Each goes half the way: the path knows no better of the one than of the other.
+  EXPECT_NEAR(first.translation().x(), 0.03, 0.01);
+  EXPECT_NEAR(first.translation().y(), -0.02, 0.01);
+  // The model is made of the scenes as joined.
+  const Eigen::Vector3d by_path = place(mapper.scenes()[0]).points_m[100].cast<double>();
+  EXPECT_NEAR((mapper.placed()[0].points_m[100].cast<double>() - first * by_path).norm(), 0.0,
+              1e-5);
+}
+
+TEST(RegisterScenes, TakesNoScenesAndEmptyScenes) {
+  EXPECT_TRUE(register_scenes({}).world_from_placed.empty());
+  const RegistrationResult result = register_scenes({ScenePoints{}, ScenePoints{}});
+  EXPECT_THAT(result.joined, ::testing::ElementsAre(true, false));
+  EXPECT_EQ(result.overlaps, 0U);
+}
+
+TEST(RegisterScenes, RefusesOptionsOutsideTheirLimits) {
+  RegistrationOptions options;
+  options.shrink = 1.5;
+  EXPECT_THROW(register_scenes({}, options), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace marco::mapping3d

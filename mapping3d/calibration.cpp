@@ -28,7 +28,7 @@ struct Sweep {
   std::vector<Derivatives> derivatives;
 };
 
-struct Scales {
+struct MatchScales {
   double search_m;
   double lorentz_m;
 };
@@ -54,7 +54,7 @@ class Calibrator {
   CalibrationResult run() {
     CalibrationResult result;
     Parameters parameters = Parameters::Zero();
-    Scales scales{options_.search_start_m, options_.lorentz_start_m};
+    MatchScales scales{options_.search_start_m, options_.lorentz_start_m};
     result.before_m = median_residual(parameters);
     System system;
     for (int i = 0; i < options_.max_iterations; ++i) {
@@ -155,7 +155,7 @@ class Calibrator {
     return result;
   }
 
-  System compare(const Parameters& parameters, const Scales& scales) {
+  System compare(const Parameters& parameters, const MatchScales& scales) {
     std::vector<Sweep> sweeps;
     for (const Scene& scene : scenes_) sweeps.push_back(sweep(scene, parameters));
     residuals_m_.clear();
@@ -164,7 +164,7 @@ class Calibrator {
     return system;
   }
 
-  void add_pair(const Sweep& a, const Sweep& b, const Scales& scales, System& system) {
+  void add_pair(const Sweep& a, const Sweep& b, const MatchScales& scales, System& system) {
     for (std::size_t i = 0; i < b.index->surfels.size(); ++i) {
       const Surfel& moved = b.index->surfels[i];
       const auto nearest = a.index->centers.nearest(moved.center_m.cast<float>(),

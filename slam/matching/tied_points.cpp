@@ -23,8 +23,8 @@ double sum_of(const Float4& v) {
 }
 
 // A pose as floats.
-struct Turned {
-  explicit Turned(const Pose2& pose)
+struct Placement {
+  explicit Placement(const Pose2& pose)
       : c(static_cast<float>(std::cos(pose.theta_rad))),
         s(static_cast<float>(std::sin(pose.theta_rad))),
         x(static_cast<float>(pose.x_m)),
@@ -51,7 +51,7 @@ TiedPoints::TiedPoints(const OrientedPoints& points, Eigen::Index every_nth)
 }
 
 void TiedPoints::tie(const SurfelMap& map, const Pose2& centre_from_robot) {
-  const Turned at(centre_from_robot);
+  const Placement at(centre_from_robot);
   tied_ = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
     const Eigen::Vector2f point(at.c * x_m_[i] - at.s * y_m_[i] + at.x,
@@ -67,7 +67,7 @@ void TiedPoints::tie(const SurfelMap& map, const Pose2& centre_from_robot) {
 }
 
 NormalSums TiedPoints::sum(const Pose2& centre_from_robot, double sigma_m) const {
-  const Turned at(centre_from_robot);
+  const Placement at(centre_from_robot);
   const auto half_per_sigma2 = static_cast<float>(0.5 / (sigma_m * sigma_m));
   Float4 xx = {}, xy = {}, xt = {}, yy = {}, yt = {}, tt = {}, bx = {}, by = {}, bt = {};
   Float4 weights = {};
@@ -106,7 +106,7 @@ NormalSums TiedPoints::sum(const Pose2& centre_from_robot, double sigma_m) const
 }
 
 void TiedPoints::distances_m(const Pose2& centre_from_robot, std::vector<float>& result) const {
-  const Turned at(centre_from_robot);
+  const Placement at(centre_from_robot);
   result.resize(static_cast<std::size_t>(count_));
   for (std::size_t i = 0; i < result.size(); ++i) {
     const float arm_x = at.c * x_m_[i] - at.s * y_m_[i], arm_y = at.s * x_m_[i] + at.c * y_m_[i];

@@ -17,6 +17,7 @@ namespace {
 
 using std::chrono::steady_clock;
 using testing::Program;
+using testing::TemporaryFolder;
 
 class Faults : public ::testing::Test {
  protected:
@@ -85,8 +86,9 @@ TEST_F(Faults, TheDriverSaysSoAndScansComeBack) {
       {"garbage", [&] { return drops_["marco-sick"] > drops_before; }, 2.5},
       {"stuck", [&] { return says("marco-sick", "stuck"); }, 3.0},
       {"unplugged", [&] { return says("marco-sick", "no device"); }, 3.0},
-      {"intermittent", [&] { return drops_["marco-sick"] > drops_before ||
-                                    !says("marco-sick", "measuring"); }, 3.0},
+      {"intermittent",
+       [&] { return drops_["marco-sick"] > drops_before || !says("marco-sick", "measuring"); },
+       3.0},
   };
   for (const Case& one : cases) {
     drops_before = drops_["marco-sick"];
@@ -94,10 +96,12 @@ TEST_F(Faults, TheDriverSaysSoAndScansComeBack) {
     EXPECT_TRUE(wait(one.lasts_s + 3.0, [&] { return one.told(); }))
         << one.kind << ": " << states_["marco-sick"];
     EXPECT_TRUE(wait(4.0, [&] { return says("marco-sim", "faults: laser"); })) << one.kind;
-    ASSERT_TRUE(wait(one.lasts_s + 20.0, [&] {
-      return says("marco-sim", "running") && says("marco-sick", "measuring") &&
-             !says("marco-sick", "stuck");
-    })) << one.kind << ": " << states_["marco-sick"];
+    ASSERT_TRUE(wait(one.lasts_s + 20.0,
+                     [&] {
+                       return says("marco-sim", "running") && says("marco-sick", "measuring") &&
+                              !says("marco-sick", "stuck");
+                     }))
+        << one.kind << ": " << states_["marco-sick"];
     EXPECT_GT(scans(1.0), 10) << one.kind << ": " << states_["marco-sick"];
   }
   // What no driver can tell from its device alone, the simulator tells.
@@ -115,11 +119,11 @@ TEST_F(Faults, AScriptTellsThem) {
   const std::string script = (folder.path() / "faults.toml").string();
   std::ofstream(script) << "[[faults]]\ndevice = \"base\"\nkind = \"off\"\nstart_s = 0.5\n"
                            "duration_s = 1000\n";
-  Program simulator("marco-sim",
-                    {"--config", "config/robots/michoacan.toml", "--world",
-                     "config/worlds/lab.toml", "--start", "2", "3", "0", "--fault-script", script,
-                     "--ports", (folder.path() / "ports").string()},
-                    (folder.path() / "sim.log").string());
+  Program simulator(
+      "marco-sim",
+      {"--config", "config/robots/michoacan.toml", "--world", "config/worlds/lab.toml", "--start",
+       "2", "3", "0", "--fault-script", script, "--ports", (folder.path() / "ports").string()},
+      (folder.path() / "sim.log").string());
   ASSERT_TRUE(wait(10.0, [&] { return says("marco-sim", "faults: base off"); }))
       << states_["marco-sim"];
   Program base("marco-base",

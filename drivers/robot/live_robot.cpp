@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "common/samples.hpp"
 #include "drivers/hokuyo/emulator.hpp"
@@ -33,7 +34,7 @@ Eigen::Vector3d three(const std::vector<double>& values, const char* what) {
 struct LiveRobot::Laser {
   LiveLaserSpec spec;
   SensorInfo info;
-  std::vector<double> last_answer;
+  std::map<double, std::vector<double>> last_answers;  ///< by first bearing: turns interlace
 };
 
 LiveRobot::~LiveRobot() = default;
@@ -255,12 +256,10 @@ std::vector<double> LiveRobot::sweep(Laser& laser, const drivers::LaserSweep& sw
   if (faults_.has(laser.spec.port, FaultKind::wrong, sweep.first_beam)) {
     for (double& range_m : answer) range_m += kWrongRangeM;
   }
-  if (faults_.has(laser.spec.port, FaultKind::stuck, sweep.first_beam) &&
-      laser.last_answer.size() == answer.size()) {
-    return laser.last_answer;
-  }
-  laser.last_answer = answer;
-  return answer;
+  std::vector<double>& last = laser.last_answers[sweep.first_bearing_rad];
+  const bool is_stuck = faults_.has(laser.spec.port, FaultKind::stuck, sweep.first_beam);
+  if (!is_stuck || last.size() != answer.size()) last = answer;
+  return last;
 }
 
 double LiveRobot::sonar_range_m(const Pose2& robot_from_sonar) const {

@@ -112,7 +112,7 @@ echo 'five exec lines with shell syntax: no shell was started'
 python3 - "$folder/evil.lcm" "$root" <<'PY'
 import struct, sys
 # bot_core.image_t (grey, 1 x 1) and text on channels that are paths.
-IMAGE = bytes.fromhex("14739ffe13d5f5f0") + struct.pack(">qhhh", 7, 1, 1, 1) + struct.pack(">i", 0x59455247) \
+IMAGE = bytes.fromhex("14739ffe13d5f5f0") + struct.pack(">qiii", 7, 1, 1, 1) + struct.pack(">i", 0x59455247) \
     + struct.pack(">i", 1) + b"\x00" + struct.pack(">i", 0)
 with open(sys.argv[1], "wb") as log:
     for number, name in enumerate(["../../evil", "/tmp/marco_evil", "..", "a/../../../evil", ".bashrc", "~/evil"]):
@@ -121,12 +121,11 @@ with open(sys.argv[1], "wb") as log:
 PY
 mkdir -p "$folder/a/b/out"
 before=$(cd "$folder" && find . -path ./a/b/out -prune -o -print | sort)
-"$bin/marco-log" export --help >"$folder/help.log" 2>&1
 for kind in csv images; do
-  "$bin/marco-log" export $kind "$folder/evil.lcm" "$folder/a/b/out/$kind" >"$folder/export_$kind.log" 2>&1
-  [ -n "$(ls -A "$folder/a/b/out/$kind" 2>/dev/null)" ] || fail "export $kind wrote nothing: $(cat "$folder/export_$kind.log" "$folder/help.log")"
+  "$bin/marco-log" export --format $kind "$folder/evil.lcm" "$folder/a/b/out/$kind" >"$folder/export_$kind.log" 2>&1
+  [ -n "$(ls -A "$folder/a/b/out/$kind" 2>/dev/null)" ] || fail "export $kind wrote nothing: $(cat "$folder/export_$kind.log")"
 done
-after=$(cd "$folder" && find . -path ./a/b/out -prune -o -print | grep -v -E 'export_|help.log' | sort)
+after=$(cd "$folder" && find . -path ./a/b/out -prune -o -print | grep -v 'export_' | sort)
 [ "$before" = "$after" ] || fail "files outside of the folder: $(diff <(echo "$before") <(echo "$after"))"
 [ ! -e /tmp/marco_evil ] && [ ! -e "$folder/../evil" ] || fail 'files outside of the folder'
 find "$folder/a/b/out" -name '.*' | grep -q . && fail 'hidden files were written'

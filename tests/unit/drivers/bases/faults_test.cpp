@@ -70,7 +70,7 @@ TEST(Faults, SlowComesLateButInOrder) {
   EXPECT_LE(bench.faulty.next_event(), at(0.5));
   EXPECT_EQ(bench.advance(0.4), "");
   EXPECT_EQ(bench.advance(0.5), "tick");
-  EXPECT_EQ(bench.advance(1.2), "ticktick");  // of 0.4 and 0.5; that of 1.2 waits its turn no more
+  EXPECT_EQ(bench.advance(1.2), "tickticktick");  // of 0.4 and 0.5, and, the fault over, of 1.2
   EXPECT_EQ(bench.advance(1.3), "tick");
 }
 

@@ -47,11 +47,14 @@ void as_orders(std::span<const uint8_t> bytes) {
   procman_lcm::orders_t message{};
   if (!checked(bytes, layouts::kOrders, message)) return;
   Orders orders = from_message(message);
-  orders.utime_us = kNow_us;
+  SheriffState sheriff("me", true);
+  sheriff.on_orders(orders);
   DeputyOptions options;
-  options.deputy_id = orders.deputy_id;
+  options.deputy_id = orders.deputy_id = "here";
   options.allowed_execs = std::set<std::string>{"allowed"};
   DeputyState deputy(options);
+  deputy.on_orders(orders, kNow_us, 0);
+  orders.utime_us = kNow_us;
   deputy.on_orders(orders, kNow_us, 0);
   for (const DeputyAction& action : deputy.take_actions()) {
     const auto* start = std::get_if<StartCommand>(&action);
@@ -62,17 +65,17 @@ void as_orders(std::span<const uint8_t> bytes) {
   }
   deputy.on_time(1'000'000);
   to_message(orders);
-  SheriffState sheriff("me", true);
-  sheriff.on_orders(orders);
 }
 
 void as_info(std::span<const uint8_t> bytes) {
   procman_lcm::deputy_info_t message{};
   if (!checked(bytes, layouts::kInfo, message)) return;
   DeputyInfo info = from_message(message);
-  info.utime_us = kNow_us;
   SheriffState sheriff("me");
   sheriff.on_info(info, kNow_us, 0);
+  info.utime_us = kNow_us;
+  sheriff.on_info(info, kNow_us, 0);
+  for (const auto& [id, command] : SheriffState(sheriff).commands()) sheriff.start(id);
   for (const auto& [id, command] : sheriff.commands()) describe_exit(command.reported->exit_code);
   sheriff.take_due_orders(kNow_us, 2'000'000);
   to_message(info);

@@ -122,7 +122,7 @@ class Feed {
   void imu(Input& input) {
     imu_t message{};
     message.utime = moment(input, now_).us;
-    for (double& rate : message.rates_rad_per_s) rate = number(input);
+    for (double& rate : message.angular_velocity_rad_per_s) rate = number(input);
     deliver(channels::kImu, message);
   }
   void slam_pose(Input& input) {

@@ -75,7 +75,8 @@ void as_info(std::span<const uint8_t> bytes) {
   sheriff.on_info(info, kNow_us, 0);
   info.utime_us = kNow_us;
   sheriff.on_info(info, kNow_us, 0);
-  for (const auto& [id, command] : SheriffState(sheriff).commands()) sheriff.start(id);
+  const SheriffState before = sheriff;
+  for (const auto& [id, command] : before.commands()) sheriff.start(id);
   for (const auto& [id, command] : sheriff.commands()) describe_exit(command.reported->exit_code);
   sheriff.take_due_orders(kNow_us, 2'000'000);
   to_message(info);

@@ -22,8 +22,10 @@ PORT, FAR_PORT = 7667, 7668
 START = (2.0, 3.0, 0.0)
 TOUR = """start_m = [2.0, 3.0]
 [[steps]]
-kind = "wait"
-seconds = 2.0
+kind = "sweep"  # it ends level, as SLAM needs it
+tilt_from_deg = -4
+tilt_to_deg = 4
+rows = 10
 [[steps]]
 to_m = [5.6, 2.2]
 [[steps]]
@@ -335,7 +337,7 @@ def main():
     parser.add_argument("--faults", action="store_true", help="this")
     parser.add_argument("--bin")
     parser.add_argument("names", nargs="*", help="; ".join(CASES))
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()
     arguments.bin = arguments.bin or arguments.root + "/build/release/bin"
     answer = subprocess.run([arguments.bin + "/map_difference", "--fault-fingerprint"], capture_output=True, text=True)
     arguments.fault_hash = struct.pack(">Q", int(answer.stdout, 16))

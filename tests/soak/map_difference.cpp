@@ -8,6 +8,7 @@
 #include <map>
 #include <vector>
 
+#include "common/check.hpp"
 #include "common/files/event_log.hpp"
 #include "common/process/arguments.hpp"
 #include "lcmtypes/channels.hpp"

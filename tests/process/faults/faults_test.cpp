@@ -73,25 +73,32 @@ TEST_F(Faults, TheDriverSaysSoAndScansComeBack) {
                {"--config", "config/robots/michoacan/sick.toml", "--device", file("ports/laser")},
                file("sick.log"));
   ASSERT_TRUE(wait(15.0, [&] { return counts_[channels::kLidar] > 5; }));
-  const std::string well = states_["marco-sick"];
 
   struct Case {
     const char* kind;
     std::function<bool()> told;  // by the driver
     double lasts_s;
   };
-  int64_t drops_before = 0;
+  int64_t drops_before = 0, garbage_before = 0;
+  const auto garbage = [&] {
+    const std::size_t at = states_["marco-sick"].find("garbage bytes ");
+    return at == std::string::npos ? 0L : std::atol(states_["marco-sick"].c_str() + at + 14);
+  };
   const Case cases[] = {
       {"off", [&] { return !says("marco-sick", "measuring"); }, 2.5},
       {"garbage", [&] { return drops_["marco-sick"] > drops_before; }, 2.5},
       {"stuck", [&] { return says("marco-sick", "stuck"); }, 3.0},
       {"unplugged", [&] { return says("marco-sick", "no device"); }, 3.0},
       {"intermittent",
-       [&] { return drops_["marco-sick"] > drops_before || !says("marco-sick", "measuring"); },
+       [&] {
+         return drops_["marco-sick"] > drops_before || !says("marco-sick", "measuring") ||
+                garbage() > garbage_before;
+       },
        3.0},
   };
   for (const Case& one : cases) {
     drops_before = drops_["marco-sick"];
+    garbage_before = garbage();
     order(one.kind, one.lasts_s);
     EXPECT_TRUE(wait(one.lasts_s + 3.0, [&] { return one.told(); }))
         << one.kind << ": " << states_["marco-sick"];

@@ -47,8 +47,8 @@ TEST_P(Corpus, IsTaken) {
   GetParam().run({});
 }
 
-INSTANTIATE_TEST_SUITE_P(Every, Corpus, ::testing::ValuesIn(targets()), [](const auto& info) {
-  return std::string(info.param.name);
+INSTANTIATE_TEST_SUITE_P(Every, Corpus, ::testing::ValuesIn(targets()), [](const auto& target) {
+  return std::string(target.param.name);
 });
 
 TEST(Corpus, AFolderForEachTargetAndNoOther) {

@@ -1,11 +1,13 @@
-#!/ bin / bash
-#Runs the fuzzers of a build : fuzz.sh BIN WORK[--minutes N | --seconds N][--ci][TARGET...]
-#Corpora grow in WORK / TARGET, seeded from tests / fuzz / corpus / TARGET; \
-    two targets at a time.What crashes is left in
-#WORK and makes the exit code 1. --ci : 20 s each for three targets, other ones every day.
-set - u here = "$(cd " $(dirname "${BASH_SOURCE[0]}") " && pwd)" bin = $1 work =
-    $2 shift 2 seconds = 60 ci = no targets = () while[$ # - gt 0];
-do
+#!/bin/bash
+# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--ci] [TARGET...]
+# Corpora grow in WORK/TARGET, seeded from tests/fuzz/corpus/TARGET; two targets at a time. What crashes is left in
+# WORK and makes the exit code 1. --ci: 20 s each for three targets, other ones every day.
+set -u
+here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
+bin=$1 work=$2
+shift 2
+seconds=60 ci=no targets=()
+while [ $# -gt 0 ]; do
   case $1 in
     --minutes) seconds=$((60 * $2)); shift 2 ;;
     --seconds) seconds=$2; shift 2 ;;
@@ -34,7 +36,7 @@ fuzz_one() {
   program="$(program_of "$target")"
   [ -n "$program" ] || { echo "fuzz: there is no target '$target'; there are: ${all[*]}" >&2; return 1; }
   mkdir -p "$work/$target" "$here/corpus/$target"
-#A corpus of an earlier run counts, too : executions are of this run.
+  # A corpus of an earlier run counts, too: executions are of this run.
   timeout $((seconds + 120)) "$program" --target="$target" -timeout=1 -rss_limit_mb=512 -max_len=4096 \
     -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="$work/$target-" \
     "$work/$target" "$here/corpus/$target" >"$work/$target.log" 2>&1
@@ -44,18 +46,16 @@ fuzz_one() {
   last=$(grep -E '^#[0-9]+.*cov: ' "$work/$target.log" | tail -1)
   edges=$(sed -E 's/.*cov: ([0-9]+).*/\1/' <<<"$last")
   printf '%-20s %12s executions %6s edges  %s\n' "$target" "${executed:-?}" "${edges:-?}" \
-    "$([ $code = 0 ] && echo clean || echo "FAILED:
-    $(grep - m1 - oE 'ERROR: .*|runtime error: .*|terminate called.*' "$work/$target.log"),
-        see $work / $target.log ")" return $code
-  }
+    "$([ $code = 0 ] && echo clean || echo "FAILED: $(grep -m1 -oE 'ERROR: .*|runtime error: .*|terminate called.*' "$work/$target.log"), see $work/$target.log")"
+  return $code
+}
 
 mkdir -p "$work"
 failed=0 running=0
-for target in "${targets[@]}";
-do fuzz_one "$target" & running = $((running + 1)) if[$running - ge 2];
-then wait - n || failed = 1;
-running = $((running - 1));
-fi done while[$running - gt 0];
-do wait - n || failed = 1;
-running = $((running - 1));
-done exit $failed
+for target in "${targets[@]}"; do
+  fuzz_one "$target" &
+  running=$((running + 1))
+  if [ $running -ge 2 ]; then wait -n || failed=1; running=$((running - 1)); fi
+done
+while [ $running -gt 0 ]; do wait -n || failed=1; running=$((running - 1)); done
+exit $failed

@@ -61,6 +61,7 @@ class Soak {
     std::printf("%.2f h in rounds of %.0f s\n", hours, round_s);
     std::printf("%8s %9s %12s %10s %8s %9s\n", "hour", "scans", "us a scan", "memory MB", "keys",
                 "error m");
+    std::fflush(stdout);
     sim::BatchSimulation simulation(rays, repeated(tour, rounds), {}, 1);
     process::BatchBus bus;
     slam::SlamAdapter adapter(bus, {});

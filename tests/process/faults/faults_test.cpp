@@ -79,7 +79,6 @@ TEST_F(Faults, TheDriverSaysSoAndScansComeBack) {
     return at == std::string::npos ? 0L : std::atol(states_["marco-sick"].c_str() + at + 14);
   };
   const Case cases[] = {
-      {"off", [&] { return !says("marco-sick", "measuring"); }, 2.5},
       {"garbage", [&] { return drops_["marco-sick"] > drops_before; }, 2.5},
       {"stuck", [&] { return says("marco-sick", "stuck"); }, 3.0},
       {"unplugged", [&] { return says("marco-sick", "no device"); }, 3.0},
@@ -100,7 +99,7 @@ TEST_F(Faults, TheDriverSaysSoAndScansComeBack) {
     ASSERT_TRUE(wait(one.lasts_s + 5.0, [&] { return says("marco-sim", "running"); })) << one.kind;
     // A second of scans, so that what the driver says is of now.
     const int back = counts_[channels::kLidar] + 40;
-    ASSERT_TRUE(wait(20.0,
+    ASSERT_TRUE(wait(60.0,  // the driver looks at four speeds in turn
                      [&] {
                        return counts_[channels::kLidar] > back && says("marco-sick", "measuring") &&
                               !says("marco-sick", "stuck");

@@ -27,5 +27,6 @@ inline constexpr const char* kMesh = "MESH";
 inline constexpr const char* kSlamCommand = "SLAM_COMMAND";
 inline constexpr const char* kMapRequest = "MAP_REQUEST";
 inline constexpr const char* kProcessStatus = "PROCESS_STATUS";
+inline constexpr const char* kSimFault = "SIM_FAULT";  ///< sim_fault_t: orders to marco-sim
 
 }  // namespace marco::channels

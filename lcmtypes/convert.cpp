@@ -5,6 +5,7 @@
 
 #include "common/check.hpp"
 #include "lcmtypes/channels.hpp"
+#include "lcmtypes/stamp.hpp"
 
 namespace marco {
 namespace {
@@ -72,7 +73,7 @@ LaserScan from_message(const bot_core::planar_lidar_t& message, const std::strin
   require(std::isfinite(message.rad0) && std::isfinite(message.radstep),
           "planar_lidar_t: rad0 or radstep is not finite");
   LaserScan scan;
-  scan.utime = Utime::from_us(message.utime);
+  scan.utime = stamp_of(message.utime);
   scan.channel = channel;
   scan.ranges_m = message.ranges;
   scan.first_bearing_rad = static_cast<double>(message.rad0);
@@ -101,7 +102,7 @@ lidar_raw_t to_raw_message(const LaserScan& scan) {
 LaserScan from_message(const lidar_raw_t& message, const std::string& channel) {
   require(message.num_ranges >= 0, "lidar_raw_t: num_ranges below 0");
   LaserScan scan;
-  scan.utime = Utime::from_us(message.utime);
+  scan.utime = stamp_of(message.utime);
   scan.channel = channel;
   scan.ranges_m = message.ranges;
   scan.bearings_rad = message.thetas;
@@ -110,8 +111,7 @@ LaserScan from_message(const lidar_raw_t& message, const std::string& channel) {
           "lidar_raw_t: a bearing is not finite");
   scan.time_offsets_s.reserve(message.times.size());
   for (const int64_t time : message.times) {
-    scan.time_offsets_s.push_back(
-        static_cast<float>((Utime::from_us(time) - scan.utime).seconds()));
+    scan.time_offsets_s.push_back(static_cast<float>((stamp_of(time) - scan.utime).seconds()));
   }
   return scan;
 }
@@ -134,7 +134,7 @@ sensor_info_t to_message(const SensorInfo& info) {
 
 SensorInfo from_message(const sensor_info_t& message) {
   SensorInfo info;
-  info.utime = Utime::from_us(message.utime);
+  info.utime = stamp_of(message.utime);
   info.channel = message.channel;
   require(
       message.mount == sensor_info_t::MOUNT_ROBOT || message.mount == sensor_info_t::MOUNT_PANTILT,
@@ -173,7 +173,7 @@ odometry_t to_message(const OdometrySample& sample) {
 
 OdometrySample from_message(const odometry_t& message) {
   OdometrySample sample;
-  sample.utime = Utime::from_us(message.utime);
+  sample.utime = stamp_of(message.utime);
   sample.odom_from_robot =
       finite_pose(message.x_m, message.y_m, message.theta_rad, "odometry_t: pose is no place");
   sample.velocity_m_per_s = message.velocity_m_per_s;
@@ -195,7 +195,7 @@ imu_t to_message(const ImuSample& sample) {
 
 ImuSample from_message(const imu_t& message) {
   ImuSample sample;
-  sample.utime = Utime::from_us(message.utime);
+  sample.utime = stamp_of(message.utime);
   sample.angular_velocity_rad_per_s = Eigen::Vector3d(message.angular_velocity_rad_per_s);
   sample.acceleration_m_per_s2 = Eigen::Vector3d(message.acceleration_m_per_s2);
   require(sample.angular_velocity_rad_per_s.allFinite(), "imu_t: a rate is not finite");
@@ -214,7 +214,7 @@ pantilt_state_t to_message(const PanTiltState& state) {
 
 PanTiltState from_message(const pantilt_state_t& message) {
   PanTiltState state;
-  state.utime = Utime::from_us(message.utime);
+  state.utime = stamp_of(message.utime);
   state.pan_rad = message.pan_rad;
   state.tilt_rad = message.tilt_rad;
   state.pan_rate_rad_per_s = message.pan_rate_rad_per_s;
@@ -234,7 +234,7 @@ pose2_t to_message(const TruePose& pose) {
 }
 
 TruePose from_message(const pose2_t& message) {
-  return {Utime::from_us(message.utime),
+  return {stamp_of(message.utime),
           finite_pose(message.x_m, message.y_m, message.theta_rad, "pose2_t: pose is no place")};
 }
 
@@ -256,7 +256,7 @@ Trajectory from_message(const trajectory_t& message) {
   Trajectory trajectory;
   trajectory.reserve(message.utimes.size());
   for (std::size_t i = 0; i < message.utimes.size(); ++i) {
-    trajectory.push_back({Utime::from_us(message.utimes[i]),
+    trajectory.push_back({stamp_of(message.utimes[i]),
                           finite_pose(message.x_m[i], message.y_m[i], message.theta_rad[i],
                                       "trajectory_t: pose is no place")});
   }

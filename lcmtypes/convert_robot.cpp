@@ -4,6 +4,7 @@
 #include <initializer_list>
 
 #include "common/check.hpp"
+#include "lcmtypes/stamp.hpp"
 
 namespace marco {
 namespace {
@@ -55,7 +56,7 @@ BaseCommand from_message(const base_command_t& message) {
               message.acceleration_m_per_s2 >= 0.0,
           "base_command_t: a limit is below 0");
   BaseCommand command;
-  command.utime = Utime::from_us(message.utime);
+  command.utime = stamp_of(message.utime);
   command.id = message.id;
   command.kind =
       checked(message.kind, BaseCommand::Kind::set_speed, "base_command_t: unknown kind");
@@ -88,7 +89,7 @@ base_status_t to_message(const BaseStatus& status) {
 
 BaseStatus from_message(const base_status_t& message) {
   BaseStatus status;
-  status.utime = Utime::from_us(message.utime);
+  status.utime = stamp_of(message.utime);
   status.base = message.base;
   status.link = checked(message.link, BaseStatus::Link::up, "base_status_t: unknown link");
   status.command_id = message.command_id;
@@ -117,7 +118,7 @@ sonar_t to_message(const SonarRing& ring) {
 
 SonarRing from_message(const sonar_t& message) {
   SonarRing ring;
-  ring.utime = Utime::from_us(message.utime);
+  ring.utime = stamp_of(message.utime);
   ring.cone_rad = message.cone_rad;
   require_finite({message.cone_rad}, "sonar_t: cone_rad is not finite");
   for (std::size_t i = 0; i < message.ranges_m.size(); ++i) {
@@ -147,7 +148,7 @@ PanTiltCommand from_message(const pantilt_command_t& message) {
   require(message.pan_rate_rad_per_s >= 0.0 && message.tilt_rate_rad_per_s >= 0.0,
           "pantilt_command_t: a rate is below 0");
   PanTiltCommand command;
-  command.utime = Utime::from_us(message.utime);
+  command.utime = stamp_of(message.utime);
   command.kind =
       checked(message.kind, PanTiltCommand::Kind::go_to, "pantilt_command_t: unknown kind");
   command.pan_rad = message.pan_rad;
@@ -170,7 +171,7 @@ gamepad_t to_message(const GamepadState& state) {
 
 GamepadState from_message(const gamepad_t& message) {
   GamepadState state;
-  state.utime = Utime::from_us(message.utime);
+  state.utime = stamp_of(message.utime);
   state.connected = message.connected != 0;
   for (const float axis : message.axes) {
     require(std::isfinite(axis), "gamepad_t: an axis is not finite");

@@ -10,6 +10,7 @@
 #include "common/files/event_log.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "lcmtypes/stamp.hpp"
 #include "marco/maebot_encoders_t.hpp"
 #include "marco/mbot_pose2d_t.hpp"
 
@@ -266,11 +267,11 @@ void LcmLogReader::read_foreign(const LogEvent& event, const Channel& channel) {
   Utime utime;
   Pose2 pose;
   if (const auto pose2 = decode_whole<mbot_pose2d_t>(event)) {
-    utime = Utime::from_us(pose2->utime);
+    utime = stamp_of(pose2->utime);
     pose = {static_cast<double>(pose2->x), static_cast<double>(pose2->y),
             normalize_angle(static_cast<double>(pose2->theta))};
   } else if (const auto pose3 = decode_whole<bot_core::pose_t>(event)) {
-    utime = Utime::from_us(pose3->utime);
+    utime = stamp_of(pose3->utime);
     pose = {pose3->pos[0], pose3->pos[1], yaw_of(pose3->orientation)};
   } else {
     report_.drop("undecodable (" + fingerprint + ")", place);
@@ -332,7 +333,7 @@ void LcmLogReader::read_encoders(const maebot_encoders_t& ticks, const Channel& 
   }
   last_ticks_ = ticks;
   OdometrySample sample;
-  sample.utime = Utime::from_us(ticks.utime);
+  sample.utime = stamp_of(ticks.utime);
   sample.odom_from_robot = encoder_pose_;
   sample.left_clicks = ticks.left_ticks_total;
   sample.right_clicks = ticks.right_ticks_total;
@@ -343,7 +344,12 @@ void LcmLogReader::emit(Sample sample, const Channel& channel) {
   static constexpr const char* kNames[] = {"sensor infos", "scans",    "odometry",
                                            "imu",          "pan-tilt", "true poses"};
   ++report_.given[kNames[sample.index()]];
-  std::visit([&](auto& value) { value.utime.us += channel.shift_us; }, sample);
+  // Unsigned: a shift learnt from hostile stamps may be as large as can be.
+  const auto shifted = [&channel](Utime utime) {
+    return stamp_of(static_cast<int64_t>(static_cast<uint64_t>(utime.us) +
+                                         static_cast<uint64_t>(channel.shift_us)));
+  };
+  std::visit([&](auto& value) { value.utime = shifted(value.utime); }, sample);
   if (const auto* scan = std::get_if<LaserScan>(&sample); scan != nullptr && scan->size() < 2) {
     report_.drop("scan of fewer than 2 beams", "scan " + std::to_string(report_.given.at("scans")));
     return;

@@ -42,7 +42,9 @@ DeputyState::DeputyState(DeputyOptions options) : options_(std::move(options)) {
 
 void DeputyState::on_orders(const Orders& orders, int64_t now_utime_us, int64_t now_us) {
   if (orders.deputy_id != options_.deputy_id || shutting_down_) return;
-  const double age_s = static_cast<double>(now_utime_us - orders.utime_us) * 1e-6;
+  // As doubles: a stranger's stamp may be any number.
+  const double age_s =
+      1e-6 * (static_cast<double>(now_utime_us) - static_cast<double>(orders.utime_us));
   if (age_s > options_.max_orders_age_s) {
     ++refusals_.stale;
     if (!last_stale_tell_us_ || now_us - *last_stale_tell_us_ > 10'000'000) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <limits>
 #include <utility>
 
 #include "common/check.hpp"
@@ -13,6 +14,7 @@ namespace {
 
 constexpr int64_t kOrdersPeriodUs = 1'000'000;
 constexpr int64_t kMaxInfoAgeUs = 30'000'000;
+constexpr std::size_t kMostDeputies = 1000, kMostCommands = 10000;
 
 bool ended_well(const CommandStatus& status, bool was_stopped) {
   if (status.exit_code == 0) return true;
@@ -89,7 +91,10 @@ SheriffCommand& SheriffState::command(const std::string& id) {
 std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
                                                int64_t now_utime_us,
                                                int64_t now_us) {
-  if (!observer_ && now_utime_us - info.utime_us > kMaxInfoAgeUs) return {};
+  if (!observer_ && info.utime_us < now_utime_us - kMaxInfoAgeUs) return {};
+  // Anybody on the network can make up deputies and commands: no more than a house may have.
+  const bool is_known = deputies_.contains(info.deputy_id);
+  if (!is_known && deputies_.size() >= kMostDeputies) return {};
   std::vector<std::string> events;
   const auto [deputy, is_new] = deputies_.try_emplace(info.deputy_id);
   deputy->second = {info.machine, now_us};
@@ -99,6 +104,7 @@ std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
   }
   std::set<std::string> listed;
   for (const CommandStatus& status : info.commands) {
+    if (!commands_.contains(status.spec.id) && commands_.size() >= kMostCommands) continue;
     listed.insert(status.spec.id);
     std::set<std::string>& removed = removed_[info.deputy_id];
     if (removed.contains(status.spec.id)) {
@@ -165,6 +171,7 @@ bool SheriffState::on_orders(const Orders& orders) {
   if (orders.sheriff_id == sheriff_id_) return false;
   if (!observer_) return true;
   for (const CommandOrder& order : orders.commands) {
+    if (!commands_.contains(order.spec.id) && commands_.size() >= kMostCommands) continue;
     SheriffCommand& command = commands_[order.spec.id];
     command.spec = order.spec;
     command.deputy = orders.deputy_id;
@@ -186,7 +193,9 @@ void SheriffState::apply(SheriffCommand& command, SheriffCommand::Intent intent)
   if (intent == Intent::stop) {
     command.force_quit = true;
   } else if (intent == Intent::restart || !runs || command.force_quit) {
-    command.desired_runid = std::max(command.desired_runid, command.reported->actual_runid) + 1;
+    // A deputy may report any run id; only that it differs counts.
+    const int32_t last = std::max(command.desired_runid, command.reported->actual_runid);
+    command.desired_runid = last < std::numeric_limits<int32_t>::max() ? last + 1 : 1;
     command.force_quit = false;
   }
   changed_deputies_.insert(command.deputy);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/check.hpp"
+#include "common/files/inside_folder.hpp"
 #include "common/files/text_fields.hpp"
 #include "common/files/whole_file.hpp"
 
@@ -82,7 +83,13 @@ void write_map(const std::filesystem::path& folder, const GridMap& map) {
 
 GridMap read_map(const std::filesystem::path& yaml_path) {
   const Yaml yaml = parse_yaml(read_whole_file(yaml_path), yaml_path.string());
-  const std::filesystem::path picture_path = yaml_path.parent_path() / yaml.image;
+  std::filesystem::path picture_path;
+  try {
+    picture_path = inside_folder(yaml_path.parent_path(), yaml.image);
+  } catch (const std::invalid_argument& outside) {
+    throw std::invalid_argument(yaml_path.string() + ": the picture " + outside.what() +
+                                ": put it beside the yaml");
+  }
   const std::string picture = read_whole_file(picture_path);
   int width = 0, height = 0, largest = 0, header = 0;
   const int fields =

@@ -1,9 +1,13 @@
 #include "common/process/config.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <charconv>
 #include <cstdlib>
 #include <regex>
 #include <sstream>
+
+#include "common/files/inside_folder.hpp"
 
 namespace marco::process {
 namespace {
@@ -95,6 +99,11 @@ void TomlReader::read(const std::string& name, const toml::node& node, bool& val
 void TomlReader::read(const std::string& name, const toml::node& node, std::string& value, Limits) {
   if (!node.is_string()) fail(name, node, "a text in quotes");
   value = **node.as_string();
+  // A config may come from elsewhere: what it makes us write is not hidden.
+  const bool is_file = name.ends_with("_path") || name.ends_with("_folder");
+  if (is_file && !files::stays_inside(value)) {
+    spdlog::warn("{}{} = \"{}\" lies outside of the working folder", path_, name, value);
+  }
 }
 
 void TomlReader::read(const std::string& name,

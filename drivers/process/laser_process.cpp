@@ -15,6 +15,9 @@
 namespace marco::drivers {
 namespace {
 
+// A laser's noise makes no two scans alike; ten in a row are one that was kept.
+constexpr int kAlikeIsStuck = 10;
+
 /// Between one laser driver and the bus.
 class LaserSession final : public DeviceSession {
  public:
@@ -36,12 +39,21 @@ class LaserSession final : public DeviceSession {
     count_drops();
     outlet_.sight = driver_->sight();
   }
-  std::string state() const override { return driver_->state(); }
+  std::string state() const override {
+    if (alike_ < kAlikeIsStuck) return driver_->state();
+    return driver_->state() + ", but stuck: the same scan " + std::to_string(alike_ + 1) + " times";
+  }
   void stop() override { driver_->stop(); }
 
  private:
+  void watch(const LaserScan& scan) {
+    alike_ = scan.ranges_m == last_ranges_m_ ? alike_ + 1 : 0;
+    if (alike_ == 0) last_ranges_m_ = scan.ranges_m;
+  }
+
   void publish(ArrivedScan& arrived) {
     outlet_.drops.count_received();
+    watch(arrived.scan);
     arrived.scan.channel = outlet_.laser.place.channel;
     if (outlet_.laser.raw) {
       outlet_.bus.publish(arrived.scan.channel, to_raw_message(arrived.scan));
@@ -66,6 +78,8 @@ class LaserSession final : public DeviceSession {
   std::unique_ptr<LaserDriver> driver_;
   Outlet outlet_;
   std::map<std::string, int64_t> told_;
+  std::vector<float> last_ranges_m_;
+  int alike_ = 0;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "common/samples.hpp"
 #include "drivers/hokuyo/emulator.hpp"
@@ -19,11 +20,16 @@ using drivers::hcs12::PanTiltEmulator;
 
 constexpr double kClicksPerWheelTurn = 65500.0;
 
+// Faults of the kind `wrong`.
+constexpr double kWrongRangeM = 0.2, kWrongWheel = 1.1, kWrongTiltDeg = 2.0,
+                 kWrongRateDegPerS = 3.0;
+
 }  // namespace
 
 struct LiveRobot::Laser {
   LiveLaserSpec spec;
   SensorInfo info;
+  std::map<double, std::vector<double>> last_answers;  ///< by first bearing: turns interlace
 };
 
 LiveRobot::~LiveRobot() = default;
@@ -41,6 +47,15 @@ LiveRobot::LiveRobot(const RayCaster& rays,
   if (spec.pantilt.fitted) add_pantilt();
   for (const LiveLaserSpec& laser : spec.lasers) add_laser(laser);
   if (spec.imu) add_imu();
+}
+
+void LiveRobot::add_device(const std::string& port,
+                           std::unique_ptr<drivers::Emulator> emulator,
+                           int tcp_port) {
+  faults_.add_device(port);
+  emulators_.push_back(std::move(emulator));
+  emulators_.push_back(std::make_unique<FaultyEmulator>(*emulators_.back(), faults_, port));
+  devices_.push_back({port, emulators_.back().get(), tcp_port});
 }
 
 void LiveRobot::add_base() {
@@ -72,8 +87,7 @@ void LiveRobot::add_p2os() {
   auto robot = std::make_unique<drivers::p2os::P2osEmulator>(world, options);
   left_m_ = [base = robot.get()] { return base->left_m(); };
   right_m_ = [base = robot.get()] { return base->right_m(); };
-  devices_.push_back({"base", robot.get(), -1});
-  emulators_.push_back(std::move(robot));
+  add_device("base", std::move(robot));
 }
 
 void LiveRobot::add_hcs12() {
@@ -90,8 +104,7 @@ void LiveRobot::add_hcs12() {
   const double click_m = std::numbers::pi * spec_.wheel_diameter_m / kClicksPerWheelTurn;
   left_m_ = [base = board.get(), click_m] { return base->left_clicks() * click_m; };
   right_m_ = [base = board.get(), click_m] { return base->right_clicks() * click_m; };
-  devices_.push_back({"base", board.get(), -1});
-  emulators_.push_back(std::move(board));
+  add_device("base", std::move(board));
 }
 
 void LiveRobot::add_pantilt() {
@@ -101,8 +114,7 @@ void LiveRobot::add_pantilt() {
   options.tilt_limit_units = spec_.pantilt.tilt.limit_units;
   auto board = std::make_unique<PanTiltEmulator>(options);
   pantilt_ = board.get();
-  devices_.push_back({"pantilt", board.get(), -1});
-  emulators_.push_back(std::move(board));
+  add_device("pantilt", std::move(board));
 }
 
 void LiveRobot::add_laser(const LiveLaserSpec& spec) {
@@ -118,9 +130,7 @@ void LiveRobot::add_laser(const LiveLaserSpec& spec) {
   const drivers::LaserWorld world = [this, seen_by = laser.get()](const drivers::LaserSweep& s) {
     return sweep(*seen_by, s);
   };
-  std::unique_ptr<drivers::Emulator> emulator = laser_emulator(spec, world);
-  devices_.push_back({spec.port, emulator.get(), spec.tcp_port});
-  emulators_.push_back(std::move(emulator));
+  add_device(spec.port, laser_emulator(spec, world), spec.tcp_port);
   lasers_.push_back(std::move(laser));
 }
 
@@ -163,18 +173,23 @@ void LiveRobot::add_imu() {
     const Pose2 step = between(history_.at(when - half).world_from_robot,
                                history_.at(when + half).world_from_robot);
     felt.rates_rad_per_s.z() = step.theta_rad / kOverS;
-    return felt;
+    if (faults_.has("imu", FaultKind::wrong, when)) {
+      felt.rates_rad_per_s.z() += deg_to_rad(kWrongRateDegPerS);
+    }
+    if (!faults_.has("imu", FaultKind::stuck, when)) last_felt_ = felt;
+    return last_felt_;
   };
-  auto imu = std::make_unique<drivers::imu::ImuEmulator>(motion);
-  devices_.push_back({"imu", imu.get(), -1});
-  emulators_.push_back(std::move(imu));
+  add_device("imu", std::make_unique<drivers::imu::ImuEmulator>(motion));
 }
 
 void LiveRobot::update(Utime now) {
   if (now <= now_) return;
   now_ = now;
   const double left = left_m_(), right = right_m_();
-  floor_.roll(left - left_rolled_m_, right - right_rolled_m_, spec_.track_m);
+  const double left_part = faults_.has("base", FaultKind::wrong, now) ? kWrongWheel : 1.0;
+  if (!faults_.has("base", FaultKind::stuck, now)) {
+    floor_.roll((left - left_rolled_m_) * left_part, right - right_rolled_m_, spec_.track_m);
+  }
   left_rolled_m_ = left;
   right_rolled_m_ = right;
   MotionHistory::Moment moment{now, floor_.world_from_robot(), 0.0, 0.0};
@@ -184,6 +199,15 @@ void LiveRobot::update(Utime now) {
     };
     moment.pan_rad = angle(spec_.pantilt.pan, pantilt_->pan_units());
     moment.tilt_rad = angle(spec_.pantilt.tilt, pantilt_->tilt_units());
+    if (faults_.has("pantilt", FaultKind::wrong, now)) {
+      moment.tilt_rad += deg_to_rad(kWrongTiltDeg);
+    }
+    if (faults_.has("pantilt", FaultKind::stuck, now)) {
+      moment.pan_rad = stuck_pan_rad_;
+      moment.tilt_rad = stuck_tilt_rad_;
+    }
+    stuck_pan_rad_ = moment.pan_rad;
+    stuck_tilt_rad_ = moment.tilt_rad;
   }
   history_.add(moment);
 }
@@ -224,7 +248,13 @@ std::vector<double> LiveRobot::sweep(Laser& laser, const drivers::LaserSweep& sw
     if (range_m >= optics.range_max_m) range_m = HUGE_VAL;
   }
   if (clockwise) std::reverse(answer.begin(), answer.end());
-  return answer;
+  if (faults_.has(laser.spec.port, FaultKind::wrong, sweep.first_beam)) {
+    for (double& range_m : answer) range_m += kWrongRangeM;
+  }
+  std::vector<double>& last = laser.last_answers[sweep.first_bearing_rad];
+  const bool is_stuck = faults_.has(laser.spec.port, FaultKind::stuck, sweep.first_beam);
+  if (!is_stuck || last.size() != answer.size()) last = answer;
+  return last;
 }
 
 double LiveRobot::sonar_range_m(const Pose2& robot_from_sonar) const {

@@ -7,7 +7,9 @@
 
 #include "drivers/hcs12/base_emulator.hpp"
 #include "drivers/hcs12/pantilt_emulator.hpp"
+#include "drivers/imu/emulator.hpp"
 #include "drivers/laser/laser_world.hpp"
+#include "drivers/robot/faults.hpp"
 #include "drivers/robot/floor_motion.hpp"
 #include "drivers/robot/robot_spec.hpp"
 #include "drivers/simulator/laser_model.hpp"
@@ -39,9 +41,15 @@ class LiveRobot {
   const Contact& contact() const { return floor_.contact(); }
   MotionHistory::Moment at(Utime when) const { return history_.at(when); }
 
+  /// What goes wrong with which device; its devices' names are those of devices().
+  FaultBoard& faults() { return faults_; }
+
  private:
   struct Laser;
 
+  void add_device(const std::string& port,
+                  std::unique_ptr<drivers::Emulator> emulator,
+                  int tcp_port = -1);
   void add_base();
   void add_hcs12();
   void add_p2os();
@@ -56,6 +64,7 @@ class LiveRobot {
 
   const RayCaster& rays_;
   RobotSpec spec_;
+  FaultBoard faults_;
   FloorMotion floor_;
   MotionHistory history_;
   std::mt19937_64 random_;
@@ -67,6 +76,9 @@ class LiveRobot {
   double left_rolled_m_ = 0.0;
   double right_rolled_m_ = 0.0;
   drivers::hcs12::PanTiltEmulator* pantilt_ = nullptr;
+  double stuck_pan_rad_ = 0.0;  ///< as last seen
+  double stuck_tilt_rad_ = 0.0;
+  drivers::imu::Motion last_felt_;
   Utime now_;
 };
 

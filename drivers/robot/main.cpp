@@ -15,6 +15,7 @@
 #include "drivers/transport/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "marco/sim_fault_t.hpp"
 
 namespace {
 
@@ -27,6 +28,7 @@ struct Arguments {
   std::vector<double> start{0.0, 0.0, 0.0};
   std::string ports = "ports";
   uint64_t seed = 1;
+  std::string fault_script;
 };
 
 Pose2 start_of(const Arguments& arguments) {
@@ -60,6 +62,27 @@ std::vector<drivers::EmulatorPort> open_ports(const sim::LiveRobot& robot,
   return ports;
 }
 
+/// Pulls and puts back the plugs of devices that are or were `unplugged`.
+void move_plugs(const sim::LiveRobot& robot,
+                const sim::FaultBoard& faults,
+                std::vector<drivers::EmulatorPort>& ports,
+                std::vector<bool>& plugged,
+                Utime now) {
+  for (std::size_t i = 0; i < ports.size(); ++i) {
+    const bool wanted = !faults.has(robot.devices()[i].port, sim::FaultKind::unplugged, now);
+    if (wanted == plugged[i]) continue;
+    if (wanted) ports[i].plug_in();
+    if (!wanted) ports[i].unplug();
+    plugged[i] = wanted;
+  }
+}
+
+std::string state_of(const sim::LiveRobot& robot, const sim::FaultBoard& faults, Utime now) {
+  const std::string broken = faults.state(now);
+  if (!broken.empty()) return "faults: " + broken;
+  return robot.contact().any() ? "the robot touches something" : "running";
+}
+
 int run(const Arguments& arguments) {
   const auto spec = process::load_options<sim::RobotSpec>(arguments.common.config_path);
   if (arguments.common.print_config) {
@@ -78,15 +101,29 @@ int run(const Arguments& arguments) {
   process::DropCounter drops;
   process::StatusPublisher status(bus, "marco-sim", drops);
   const Duration longest = Duration::from_us(2000), pose_period = Duration::from_us(20000);
+  if (!arguments.fault_script.empty()) {
+    const auto script = process::load_options<sim::FaultScript>(arguments.fault_script);
+    for (const sim::FaultSpec& fault : script.faults) {
+      robot.faults().add(fault, drivers::wall_now());
+    }
+  }
+  bus.subscribe<sim_fault_t>(channels::kSimFault, drops, [&robot](const auto& order, const auto&) {
+    robot.faults().add({order.device, order.kind, order.start_s, order.duration_s},
+                       drivers::wall_now());
+  });
+  std::vector<bool> plugged(ports.size(), true);
   Utime next_pose;
   while (!process::stop_requested()) {
     drivers::serve_ports(served, longest);
+    while (bus.handle_once(0)) {
+    }
     const Utime now = drivers::wall_now();
     robot.update(now);
+    move_plugs(robot, robot.faults(), ports, plugged, now);
     if (now < next_pose) continue;
     next_pose = now + pose_period;
     bus.publish(channels::kTruePose, to_message(TruePose{now, robot.world_from_robot()}));
-    status.tick(robot.contact().any() ? "the robot touches something" : "running");
+    status.tick(state_of(robot, robot.faults(), now));
   }
   return 0;
 }
@@ -108,6 +145,16 @@ int main(int argc, char** argv) {
     app.add_option("--ports", arguments.ports, "folder for the links to the ports")
         ->capture_default_str();
     app.add_option("--seed", arguments.seed)->capture_default_str();
+    app.add_option("--fault-script", arguments.fault_script,
+                   "[[faults]] device, kind, start_s, duration_s; SIM_FAULT takes them, too")
+        ->check(CLI::ExistingFile);
+    app.add_flag_callback(
+        "--faults",
+        [] {
+          std::fputs(sim::describe_faults().c_str(), stdout);
+          throw CLI::Success();
+        },
+        "list what can go wrong with a device");
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     return run(arguments);
   });

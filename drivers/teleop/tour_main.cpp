@@ -12,6 +12,7 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/convert_robot.hpp"
+#include "lcmtypes/stamp.hpp"
 #include "marco/slam_pose_t.hpp"
 
 namespace {
@@ -55,7 +56,7 @@ class TourAdapter {
       bus.subscribe<slam_pose_t>(
           channels::kSlamPose, drops, [this, start](const slam_pose_t& message, const auto&) {
             runner_.on_pose(start * Pose2{message.x_m, message.y_m, message.theta_rad},
-                            Utime::from_us(message.utime));
+                            stamp_of(message.utime));
           });
     } else {
       bus.subscribe<pose2_t>(channels::kTruePose, drops, [this](const auto& message, const auto&) {

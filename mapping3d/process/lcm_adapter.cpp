@@ -5,6 +5,7 @@
 
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "lcmtypes/stamp.hpp"
 #include "mapping3d/process/model_messages.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/slam_pose_t.hpp"
@@ -52,7 +53,7 @@ void Mapping3dAdapter::subscribe() {
   bus_.subscribe<slam_pose_t>(channels::kSlamPose, drops_, [this](const auto& pose, auto&) {
     const Pose2 world_from_robot{pose.x_m, pose.y_m, normalize_angle(pose.theta_rad)};
     require(is_finite(world_from_robot), "slam_pose_t: pose is not finite");
-    poses_[Utime::from_us(pose.utime)] = world_from_robot;
+    poses_[stamp_of(pose.utime)] = world_from_robot;
     use_waiting();
   });
   bus_.subscribe<trajectory_t>(channels::kTrajectory, drops_, [this](const auto& message, auto&) {

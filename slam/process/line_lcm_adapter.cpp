@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/check.hpp"
+#include "common/files/inside_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/map_request_t.hpp"
@@ -237,7 +238,7 @@ void LineLcmAdapter::after_scan(Utime utime) {
   if (is_after(utime, map_sent_, options_.map_every_s)) publish_map();
   if (!options_.checkpoint_path.empty() &&
       is_after(utime, checkpoint_saved_, options_.checkpoint_every_s)) {
-    save(options_.checkpoint_path);
+    try_to_save(options_.checkpoint_path);
     checkpoint_saved_ = utime;
   }
 }
@@ -245,6 +246,14 @@ void LineLcmAdapter::after_scan(Utime utime) {
 void LineLcmAdapter::save(const std::string& path) {
   save_checkpoint(
       path, {last_scan_.value_or(Utime{}), odom_at_last_scan_, map_revision_, mapper_.store()});
+}
+
+void LineLcmAdapter::try_to_save(const std::string& path) {
+  try {
+    save(path);
+  } catch (const std::runtime_error& full_disk) {
+    drops_.count(full_disk.what());
+  }
 }
 
 void LineLcmAdapter::reset(const Pose2& world_from_robot) {
@@ -255,7 +264,10 @@ void LineLcmAdapter::reset(const Pose2& world_from_robot) {
 void LineLcmAdapter::on_command(int8_t command, const std::string& folder, const Pose2& pose) {
   switch (command) {
     case slam_command_t::SAVE:
-      return save(folder + "/line_slam.checkpoint");
+      // Anybody on the network can say this.
+      require(!options_.save_folder.empty(), "slam_command_t: SAVE without save_folder");
+      return try_to_save(files::inside_folder(
+          options_.save_folder, std::filesystem::path(folder) / "line_slam.checkpoint"));
     case slam_command_t::RESET:
       return reset({});
     case slam_command_t::SET_POSE:

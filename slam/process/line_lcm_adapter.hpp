@@ -77,6 +77,7 @@ class LineLcmAdapter {
   void keep(Utime utime, bool level, bool held_out, const LineSlamUpdate& update);
   void after_scan(Utime utime);
   void save(const std::string& path);
+  void try_to_save(const std::string& path);
   void reset(const Pose2& world_from_robot);
 
   LineProcessOptions options_;

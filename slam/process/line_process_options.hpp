@@ -17,6 +17,7 @@ struct LineProcessOptions {
   double map_every_s = 5.0;        ///< LINE_MAP is sent this often
   std::string checkpoint_path;     ///< "" = none is written or read
   double checkpoint_every_s = 30.0;
+  std::string save_folder;   ///< SLAM_COMMAND may save within it; "" = nowhere
   std::string journal_path;  ///< JSON lines; "" = none
   int hold_out_every = 0;    ///< every Nth scan gets a pose but is not drawn; 0 = none
 
@@ -31,6 +32,7 @@ struct LineProcessOptions {
     v("map_every_s", map_every_s, kPositive);
     v("checkpoint_path", checkpoint_path);
     v("checkpoint_every_s", checkpoint_every_s, kPositive);
+    v("save_folder", save_folder);
     v("journal_path", journal_path);
     v("hold_out_every", hold_out_every, Limits{0, 1000000});
   }

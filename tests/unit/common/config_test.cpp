@@ -76,6 +76,28 @@ TEST(Config, RefusesUnknownKeysWrongTypesAndValuesOutsideLimits) {
   EXPECT_THAT(refusal("schedule = [0]"), HasSubstr("schedule"));
 }
 
+struct Writes {
+  std::string journal_path;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("journal_path", journal_path);
+  }
+};
+
+TEST(Config, SaysWhenAFileLiesOutsideTheWorkingFolder) {
+  const auto said = [](const std::string& path) {
+    Writes options;
+    const toml::table table = toml::parse("journal_path = '" + path + "'");
+    ::testing::internal::CaptureStdout();
+    read_options(table, options, "stranger.toml");
+    return ::testing::internal::GetCapturedStdout();
+  };
+  for (const char* path : {"/home/me/.profile", "../above", "a/../../above"}) {
+    EXPECT_THAT(said(path), HasSubstr("stranger.toml: journal_path")) << path;
+  }
+  EXPECT_EQ(said("out/journal.json") + said("a/../b") + said(""), "");
+}
+
 TEST(Config, PrintedOptionsAreReadBackTheSame) {
   Sample options = read("count = 9\n[[list]]\nsigma_m = 7\n");
   const Sample again = read(print_options(options));

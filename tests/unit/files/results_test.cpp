@@ -77,6 +77,15 @@ TEST(MapYaml, RefusesAPictureThatIsTooShort) {
   EXPECT_THAT(complaint([&] { read_map(yaml); }), HasSubstr("map.pgm"));
 }
 
+TEST(MapYaml, APictureOutsideItsFolderIsRefused) {
+  const TemporaryFolder folder;
+  for (const char* picture : {"/etc/hostname", "../map.pgm", "a/../../map.pgm"}) {
+    const auto yaml = folder.write(
+        "map.yaml", std::string("image: ") + picture + "\nresolution: 0.05\norigin: [0, 0, 0]\n");
+    EXPECT_THAT(complaint([&] { read_map(yaml); }), HasSubstr("outside of its folder")) << picture;
+  }
+}
+
 TriangleMesh square() {
   TriangleMesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0.5F}, {0, 1, 0}};

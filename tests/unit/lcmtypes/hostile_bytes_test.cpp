@@ -2,6 +2,7 @@
 // run under the sanitizers these tests are the judge.
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <random>
 
 #include "bot_core/image_t.hpp"
@@ -119,6 +120,23 @@ TEST(HostileBytes, ANegativeAndAHugeLengthAreRefused) {
     bytes[16] = top;  // behind fingerprint and utime: nranges, big endian
     EXPECT_LT(decode<bot_core::planar_lidar_t>(bytes), 0);
   }
+}
+
+TEST(HostileBytes, AStampThatNoClockShowsIsRefused) {
+  for (const int64_t utime : {std::numeric_limits<int64_t>::min(), int64_t{1} << 61,
+                              std::numeric_limits<int64_t>::max()}) {
+    odometry_t odometry{};
+    odometry.utime = utime;
+    EXPECT_THROW(from_message(odometry), std::invalid_argument);
+    lidar_raw_t raw{};
+    raw.num_ranges = 1;
+    raw.ranges = raw.thetas = raw.intensities = {1.0F};
+    raw.times = {utime};
+    EXPECT_THROW(from_message(raw, "LIDAR_RAW"), std::invalid_argument);
+  }
+  odometry_t today{};
+  today.utime = 1'700'000'000'000'000;
+  EXPECT_EQ(from_message(today).utime, Utime::from_us(1'700'000'000'000'000));
 }
 
 }  // namespace

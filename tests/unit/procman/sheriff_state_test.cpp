@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <limits>
 
 #include "procman/command_table.hpp"
 #include "procman/deputy_state.hpp"
@@ -323,6 +324,44 @@ TEST(CommandTable, ShowsGroupsWithWhatTheirMembersHaveInCommon) {
   const std::vector<TableRow> old = table_rows(world.sheriff, {}, world.now_us + 6 * kSecondUs);
   EXPECT_EQ(old[2].status, "Running?") << "nobody knows whether it still does";
   EXPECT_EQ(old[2].colour, StatusColour::grey);
+}
+
+TEST(SheriffState, ForgedInformationFillsNoTableAndOverflowsNoNumber) {
+  SheriffState sheriff("me");
+  const int64_t now_us = 1'600'000'000 * kSecond;
+  for (int i = 0; i < 1500; ++i) {
+    DeputyInfo info;
+    info.utime_us = now_us;
+    info.deputy_id = "forged " + std::to_string(i);
+    for (int k = 0; k < 10; ++k) {
+      info.commands.push_back({{std::to_string(i) + "/" + std::to_string(k), "x"}});
+    }
+    sheriff.on_info(info, now_us, now_us);
+  }
+  EXPECT_EQ(sheriff.deputies().size(), 1000U);
+  EXPECT_EQ(sheriff.commands().size(), 10000U);
+
+  SheriffState other("me");
+  other.load(parse_config(kRobot, "robot.procman"));
+  DeputyInfo info;
+  info.deputy_id = "base";
+  info.utime_us = std::numeric_limits<int64_t>::min();
+  EXPECT_THAT(other.on_info(info, now_us, 0), IsEmpty());
+  info.utime_us = now_us;
+  info.commands.push_back({other.commands().at("logger").spec});
+  info.commands[0].actual_runid = std::numeric_limits<int32_t>::max();
+  other.on_info(info, now_us, 0);
+  other.start("logger");
+  EXPECT_EQ(other.commands().at("logger").desired_runid, 1);
+
+  DeputyOptions options;
+  options.deputy_id = "base";
+  DeputyState deputy(options);
+  Orders orders;
+  orders.deputy_id = "base";
+  orders.utime_us = std::numeric_limits<int64_t>::min();
+  deputy.on_orders(orders, now_us, 0);
+  EXPECT_EQ(deputy.refusals().stale, 1);
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "tests/support/lines_drive.hpp"
 #include "tests/support/lines_world.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace marco::slam {
 namespace {
@@ -24,6 +25,7 @@ using process::BatchBus;
 using process::DropCounter;
 using process::RawMessage;
 using testing::IsNear;
+using testing::TemporaryFolder;
 
 // A robot on a short drive, its messages and what it publishes.
 class Drive {
@@ -248,6 +250,33 @@ TEST(LineLcmAdapter, ResetStartsAgain) {
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
   drive.send_scan(bus, 1);
   EXPECT_EQ(adapter.drops().by_cause().at("paused"), 1);
+}
+
+TEST(LineLcmAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
+  const TemporaryFolder folder;
+  LineProcessOptions options;
+  options.save_folder = folder.path() / "maps";
+  std::filesystem::create_directories(options.save_folder + "/mine");
+  BatchBus bus;
+  LineLcmAdapter adapter(options, bus);
+  slam_command_t command{};
+  command.command = slam_command_t::SAVE;
+  for (const std::string& name : {std::string("../evil"), folder.path().string(),
+                                  std::string("mine/../../evil"), std::string("not/there")}) {
+    command.folder = name;
+    const int64_t before = adapter.drops().dropped();
+    bus.deliver(channels::kSlamCommand, encode_message(command), {});
+    EXPECT_EQ(adapter.drops().dropped(), before + 1) << name;
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(options.save_folder + "/mine"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "line_slam.checkpoint"));
+  command.folder = "mine";
+  bus.deliver(channels::kSlamCommand, encode_message(command), {});
+  EXPECT_TRUE(std::filesystem::exists(options.save_folder + "/mine/line_slam.checkpoint"));
+
+  LineLcmAdapter nowhere({}, bus);
+  bus.deliver(channels::kSlamCommand, encode_message(command), {});
+  EXPECT_EQ(nowhere.drops().by_cause().at("slam_command_t: SAVE without save_folder"), 1);
 }
 
 TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {

@@ -1,0 +1,201 @@
+// Whole drivers, hearing any bytes in simulated time, and emulators that are sent any bytes.
+#include <cmath>
+#include <memory>
+
+#include "drivers/hcs12/base_driver.hpp"
+#include "drivers/hcs12/base_emulator.hpp"
+#include "drivers/hcs12/pantilt_driver.hpp"
+#include "drivers/hcs12/pantilt_emulator.hpp"
+#include "drivers/hokuyo/driver.hpp"
+#include "drivers/hokuyo/emulator.hpp"
+#include "drivers/imu/driver.hpp"
+#include "drivers/imu/emulator.hpp"
+#include "drivers/leuze/driver.hpp"
+#include "drivers/leuze/emulator.hpp"
+#include "drivers/p2os/driver.hpp"
+#include "drivers/p2os/emulator.hpp"
+#include "drivers/rplidar/driver.hpp"
+#include "drivers/rplidar/emulator.hpp"
+#include "drivers/sick/driver.hpp"
+#include "drivers/sick/emulator.hpp"
+#include "tests/fuzz/target.hpp"
+
+namespace marco::fuzz {
+namespace {
+
+using namespace marco::drivers;  // NOLINT(google-build-using-namespace): a folder of drivers
+
+constexpr Utime kStart = Utime::from_us(1'600'000'000'000'000);
+constexpr int kSteps = 200;
+
+/// A line whose other end is the input: a piece a read, each after some of the time waited for.
+class FuzzStream final : public ByteStream {
+ public:
+  explicit FuzzStream(Input input) : input_(input) {}
+
+  std::size_t read(std::span<uint8_t> into, std::chrono::microseconds timeout) override {
+    if (input_.empty()) {
+      now_ = now_ + Duration::from_us(timeout.count());
+      return 0;
+    }
+    now_ = now_ + Duration::from_us(std::min<int64_t>(timeout.count(), input_.byte() * 400));
+    const auto piece = input_.take(std::min<std::size_t>(into.size(), 1U + input_.byte()));
+    std::copy(piece.begin(), piece.end(), into.begin());
+    return piece.size();
+  }
+  void write(std::span<const uint8_t>) override { now_ = now_ + Duration::from_us(100); }
+  void set_line(const LineSettings&) override {}
+  void discard_input() override {}
+
+  Utime now() const { return now_; }
+
+ private:
+  Input input_;
+  Utime now_ = kStart;
+};
+
+template <class Driver, class Options>
+void run_laser(Input input, const Options& options) {
+  FuzzStream stream(input);
+  Driver driver(stream, options, [&stream] { return stream.now(); });
+  for (int i = 0; i < kSteps; ++i) {
+    const Utime before = stream.now();
+    for (const ArrivedScan& arrived : driver.step()) {
+      promise(!arrived.scan.ranges_m.empty() && arrived.scan.size() <= 20000, "a scan has beams");
+      promise(arrived.scan.time_offsets_s.empty() ||
+                  arrived.scan.time_offsets_s.size() == arrived.scan.size(),
+              "a scan's times are one a beam");
+    }
+    promise(stream.now() - before < Duration::from_seconds(2.0), "a step ends soon");
+    promise(!driver.state().empty(), "a driver says how it is");
+  }
+  driver.sight();
+  driver.stop();
+}
+
+MARCO_FUZZ(laser_driver) {
+  Input input(bytes);
+  switch (input.byte() % 5) {
+    case 0:
+      return run_laser<sick::SickDriver>(input, sick::SickOptions{});
+    case 1:
+      return run_laser<hokuyo::HokuyoDriver>(input, hokuyo::HokuyoOptions{});
+    case 2:
+      return run_laser<rplidar::RplidarDriver>(input, rplidar::RplidarOptions{});
+    case 3:
+      return run_laser<leuze::LeuzeDriver>(input, leuze::LeuzeOptions{});
+    default:
+      return run_laser<leuze::LeuzeServiceDriver>(input, leuze::LeuzeOptions{});
+  }
+}
+
+/// Steps a driver without port: pieces of the input, each after as much time as its first byte
+/// says.
+template <class Driver, class Drain>
+void run_board(Driver& driver, Input input, Drain drain) {
+  Utime now = kStart;
+  std::vector<uint8_t> out;
+  driver.on_connection(true, now);
+  for (int i = 0; i < kSteps && (i < 20 || !input.empty()); ++i) {
+    now = now + Duration::from_us(1000 + input.byte() * 1000);
+    driver.receive(input.take(1U + input.byte() % 64U), now);
+    driver.advance(now, out);
+    promise(out.size() < 100000, "a driver does not babble");
+    drain(now);
+    promise(!driver.state().empty(), "a driver says how it is");
+  }
+  driver.on_connection(false, now);
+}
+
+void drive(BaseDriver& driver, Input input) {
+  BaseCommand command;
+  command.id = 1;
+  command.kind = static_cast<BaseCommand::Kind>(input.byte() % 6);
+  command.distance_m = input.byte() / 10.0;
+  command.angle_rad = input.byte() / 40.0;
+  command.velocity_m_per_s = 0.1;
+  driver.command(command, kStart);
+  run_board(driver, input, [&](Utime now) {
+    for (const OdometrySample& sample : driver.take_output().odometry) {
+      promise(std::isfinite(sample.odom_from_robot.x_m) &&
+                  std::isfinite(sample.odom_from_robot.theta_rad),
+              "odometry is a number");
+    }
+    if (now.us % 7 == 0) driver.command(command, now);
+  });
+}
+
+MARCO_FUZZ(base_driver) {
+  Input input(bytes);
+  if (input.byte() % 2 == 0) {
+    hcs12::Hcs12Base driver{hcs12::Hcs12BaseOptions{}};
+    drive(driver, input);
+  } else {
+    p2os::P2osBase driver{p2os::P2osOptions{}};
+    drive(driver, input);
+  }
+}
+
+MARCO_FUZZ(board_driver) {
+  Input input(bytes);
+  if (input.byte() % 2 == 0) {
+    hcs12::PanTiltDriver driver{hcs12::PanTiltOptions{}};
+    PanTiltCommand command;
+    command.kind = PanTiltCommand::Kind::go_to;
+    command.tilt_rad = 0.2;
+    driver.command(command, kStart);
+    run_board(driver, input, [&driver](Utime) {
+      for (const PanTiltState& state : driver.take_states()) {
+        promise(std::isfinite(state.pan_rad) && std::isfinite(state.tilt_rad),
+                "angles are numbers");
+      }
+    });
+  } else {
+    imu::ImuDriver driver{imu::ImuOptions{}};
+    run_board(driver, input, [&driver](Utime) { driver.take_samples(); });
+  }
+}
+
+std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
+  const LaserWorld world = [](const LaserSweep& sweep) {
+    promise(sweep.beams >= 0 && sweep.beams < 100000, "a sweep has its laser's beams");
+    return std::vector<double>(static_cast<std::size_t>(sweep.beams), 1.0);
+  };
+  switch (choice % 8) {
+    case 0:
+      return std::make_unique<sick::SickEmulator>(world, sick::SickEmulatorOptions{});
+    case 1:
+      return std::make_unique<hokuyo::HokuyoEmulator>(world, hokuyo::HokuyoEmulatorOptions{});
+    case 2:
+      return std::make_unique<rplidar::RplidarEmulator>(world, rplidar::RplidarEmulatorOptions{});
+    case 3:
+      return std::make_unique<leuze::LeuzeEmulator>(world, leuze::LeuzeEmulatorOptions{});
+    case 4:
+      return std::make_unique<hcs12::BaseEmulator>(hcs12::BaseWorld{},
+                                                   hcs12::BaseEmulatorOptions{});
+    case 5:
+      return std::make_unique<hcs12::PanTiltEmulator>(hcs12::PanTiltEmulatorOptions{});
+    case 6:
+      return std::make_unique<p2os::P2osEmulator>();
+    default:
+      return std::make_unique<imu::ImuEmulator>([](Utime) { return imu::Motion{}; });
+  }
+}
+
+MARCO_FUZZ(emulator) {
+  Input input(bytes);
+  const auto emulator = emulator_of(input.byte());
+  Utime now = kStart;
+  std::vector<uint8_t> out;
+  emulator->on_connection(true, now);
+  for (int i = 0; i < kSteps && (i < 4 || !input.empty()); ++i) {
+    now = now + Duration::from_us(1 + input.byte() * 2000);
+    emulator->receive(input.take(1U + input.byte() % 64U), 9600, now);
+    emulator->advance(now, out);
+    emulator->next_event();
+    out.clear();
+  }
+}
+
+}  // namespace
+}  // namespace marco::fuzz

@@ -1,0 +1,64 @@
+#!/bin/bash
+# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--ci] [TARGET...]
+# Corpora grow in WORK/TARGET, seeded from tests/fuzz/corpus/TARGET; two targets at a time. What crashes is left in
+# WORK and makes the exit code 1. --ci: 20 s each for three targets, other ones every day.
+set -u
+here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
+bin=$1 work=$2
+shift 2
+seconds=60 ci=no targets=()
+while [ $# -gt 0 ]; do
+  case $1 in
+    --minutes) seconds=$((60 * $2)); shift 2 ;;
+    --seconds) seconds=$2; shift 2 ;;
+    --ci) ci=yes seconds=20; shift ;;
+    -*) echo "usage: ./marco fuzz [--minutes N] [--ci] [TARGET...]" >&2; exit 2 ;;
+    *) targets+=("$1"); shift ;;
+  esac
+done
+
+program_of() {
+  local program
+  for program in "$bin"/fuzz_*; do
+    "$program" 2>/dev/null | grep -qx "$1" && { echo "$program"; return; }
+  done
+}
+mapfile -t all < <(for program in "$bin"/fuzz_*; do "$program" 2>/dev/null; done | sort)
+[ ${#all[@]} -gt 0 ] || { echo "fuzz: no fuzzers in $bin" >&2; exit 1; }
+if [ $ci = yes ]; then
+  first=$(($(date +%s) / 86400 * 3))
+  for i in 0 1 2; do targets+=("${all[$(((first + i) % ${#all[@]}))]}"); done
+fi
+[ ${#targets[@]} -gt 0 ] || targets=("${all[@]}")
+
+fuzz_one() {
+  local target=$1 program
+  program="$(program_of "$target")"
+  [ -n "$program" ] || { echo "fuzz: there is no target '$target'; there are: ${all[*]}" >&2; return 1; }
+  mkdir -p "$work/$target" "$here/corpus/$target"
+  # A wide search over many scans is slow under the sanitizers; no decoder may be.
+  local limit=1
+  [[ $target == *_adapter ]] && limit=25
+  # A corpus of an earlier run counts, too: executions are of this run.
+  timeout $((seconds + 120)) "$program" --target="$target" -timeout=$limit -rss_limit_mb=512 -max_len=4096 \
+    -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="$work/$target-" \
+    "$work/$target" "$here/corpus/$target" >"$work/$target.log" 2>&1
+  local code=$?
+  local executed edges last
+  executed=$(sed -n 's/^stat::number_of_executed_units: *//p' "$work/$target.log")
+  last=$(grep -E '^#[0-9]+.*cov: ' "$work/$target.log" | tail -1)
+  edges=$(sed -E 's/.*cov: ([0-9]+).*/\1/' <<<"$last")
+  printf '%-20s %12s executions %6s edges  %s\n' "$target" "${executed:-?}" "${edges:-?}" \
+    "$([ $code = 0 ] && echo clean || echo "FAILED: $(grep -m1 -oE 'ERROR: .*|runtime error: .*|terminate called.*' "$work/$target.log"), see $work/$target.log")"
+  return $code
+}
+
+mkdir -p "$work"
+failed=0 running=0
+for target in "${targets[@]}"; do
+  fuzz_one "$target" &
+  running=$((running + 1))
+  if [ $running -ge 2 ]; then wait -n || failed=1; running=$((running - 1)); fi
+done
+while [ $running -gt 0 ]; do wait -n || failed=1; running=$((running - 1)); done
+exit $failed

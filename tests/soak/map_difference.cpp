@@ -1,0 +1,85 @@
+// How far apart the last GRID_MAP of two logs are: of each map's occupied cells the distance to the
+// other's nearest.
+//   map_difference A.lcm B.lcm   prints "median 0.00 p95 0.05 p99 0.10 cells 1234 1230"; exit 1
+//   where a log has no map.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <vector>
+
+#include "common/check.hpp"
+#include "common/files/event_log.hpp"
+#include "common/process/arguments.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "marco/sim_fault_t.hpp"
+
+namespace marco {
+namespace {
+
+using Points = std::vector<Eigen::Vector2d>;
+
+/// Occupied cells of the last revision that is complete, or of what came of the last one.
+Points last_map(const std::string& path) {
+  files::EventLogReader log(path);
+  std::map<int64_t, Points> revisions;
+  while (const auto event = log.next()) {
+    if (event->channel != channels::kGridMap) continue;
+    grid_map_t message{};
+    if (message.decode(event->bytes.data(), 0, static_cast<int>(event->bytes.size())) <= 0)
+      continue;
+    const GridMap tile = from_message(message);
+    Points& points = revisions[message.revision];
+    for (int y = 0; y < tile.height_cells; ++y) {
+      for (int x = 0; x < tile.width_cells; ++x) {
+        if (tile.at(x, y) == GridMap::kUnknown || tile.at(x, y) < 65) continue;
+        points.push_back(tile.origin_m + tile.resolution_m * Eigen::Vector2d(x + 0.5, y + 0.5));
+      }
+    }
+    if (revisions.size() > 3) revisions.erase(revisions.begin());
+  }
+  return revisions.empty() ? Points{} : revisions.rbegin()->second;
+}
+
+void add_distances(const Points& from, const Points& to, std::vector<double>& out) {
+  for (const Eigen::Vector2d& point : from) {
+    double nearest = HUGE_VAL;
+    for (const Eigen::Vector2d& other : to) {
+      nearest = std::min(nearest, (point - other).squaredNorm());
+    }
+    out.push_back(std::sqrt(nearest));
+  }
+}
+
+int run(const std::string& a, const std::string& b) {
+  const Points one = last_map(a), other = last_map(b);
+  if (one.empty() || other.empty()) {
+    std::printf("no map in %s\n", one.empty() ? a.c_str() : b.c_str());
+    return 1;
+  }
+  std::vector<double> distances_m;
+  add_distances(one, other, distances_m);
+  add_distances(other, one, distances_m);
+  std::sort(distances_m.begin(), distances_m.end());
+  const auto part = [&distances_m](double p) {
+    return distances_m[static_cast<std::size_t>(p * static_cast<double>(distances_m.size() - 1))];
+  };
+  std::printf("median %.3f p95 %.3f p99 %.3f cells %zu %zu\n", part(0.5), part(0.95), part(0.99),
+              one.size(), other.size());
+  return 0;
+}
+
+}  // namespace
+}  // namespace marco
+
+int main(int argc, char** argv) {
+  return marco::process::run_main("map_difference", [&] {
+    if (argc == 2 && std::string(argv[1]) == "--fault-fingerprint") {
+      std::printf("%016llx\n", static_cast<unsigned long long>(marco::sim_fault_t::getHash()));
+      return 0;
+    }
+    marco::require(argc == 3, "usage: map_difference A.lcm B.lcm");
+    return marco::run(argv[1], argv[2]);
+  });
+}

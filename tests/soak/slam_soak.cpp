@@ -1,0 +1,140 @@
+// Hours of simulated driving through marco-slam's adapter at batch clock, the same tour again and
+// again: what a scan costs and how much memory is held, hour by hour. Exit 1 when the last hour's
+// cost is more than 10 % above the first's.
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <vector>
+
+#include "common/process/arguments.hpp"
+#include "common/process/batch_bus.hpp"
+#include "common/process/config.hpp"
+#include "drivers/simulator/batch_simulation.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "slam/process/lcm_adapter.hpp"
+
+namespace marco {
+namespace {
+
+double cpu_now_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double resident_mb() {
+  std::ifstream file("/proc/self/statm");
+  long pages = 0, resident = 0;
+  file >> pages >> resident;
+  return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+/// The tour `rounds` times; it ends where it began.
+sim::Tour repeated(const sim::Tour& tour, int rounds) {
+  sim::Tour all = tour;
+  for (int i = 1; i < rounds; ++i) {
+    all.steps.insert(all.steps.end(), tour.steps.begin(), tour.steps.end());
+    sim::TourStep home;
+    home.to_m = tour.start_m;
+    all.steps.push_back(home);
+  }
+  return all;
+}
+
+struct Period {
+  int64_t scans = 0;
+  double cpu_s = 0.0;
+};
+
+class Soak {
+ public:
+  Soak(const sim::Tour& tour, const sim::RayCaster& rays, double hours, double report_every_s)
+      : period_s_(report_every_s), end_s_(3600.0 * hours) {
+    const double round_s = sim::BatchSimulation(rays, tour, {}, 1).duration_s();
+    const int rounds = static_cast<int>(end_s_ / round_s) + 1;
+    std::printf("%.2f h in rounds of %.0f s\n", hours, round_s);
+    std::printf("%8s %9s %12s %10s %8s %9s\n", "hour", "scans", "us a scan", "memory MB", "keys",
+                "error m");
+    std::fflush(stdout);
+    sim::BatchSimulation simulation(rays, repeated(tour, rounds), {}, 1);
+    process::BatchBus bus;
+    slam::SlamAdapter adapter(bus, {});
+    try {
+      simulation.run([&](const Sample& sample, Utime sent) { take(bus, adapter, sample, sent); });
+    } catch (const Over&) {
+    }
+  }
+
+  int verdict() const {
+    if (periods_.size() < 2) return 0;
+    const double first = periods_.front().cpu_s / static_cast<double>(periods_.front().scans);
+    const double last = periods_.back().cpu_s / static_cast<double>(periods_.back().scans);
+    const double hours = period_s_ / 3600.0 * static_cast<double>(periods_.size() - 1);
+    std::printf("cost of a scan, last period to first: %+.1f %%; memory %+.2f MB an hour\n",
+                100.0 * (last / first - 1.0), (memory_mb_.back() - memory_mb_.front()) / hours);
+    return last <= 1.1 * first ? 0 : 1;
+  }
+
+ private:
+  struct Over {};
+
+  void take(process::BatchBus& bus, slam::SlamAdapter& adapter, const Sample& sample, Utime sent) {
+    const double at_s = (sent - sim::BatchSimulation::kStart).seconds();
+    if (const auto* truth = std::get_if<TruePose>(&sample)) {
+      truth_ = truth->world_from_robot;
+      if (!first_truth_) first_truth_ = truth_;
+    }
+    const EncodedMessage message = encode_sample(sample);
+    const double before = cpu_now_s();
+    bus.deliver(message.channel, message.bytes, sent);
+    now_.cpu_s += cpu_now_s() - before;
+    if (std::holds_alternative<LaserScan>(sample)) ++now_.scans;
+    if (at_s < period_s_ * static_cast<double>(periods_.size() + 1)) return;
+    periods_.push_back(now_);
+    memory_mb_.push_back(resident_mb());
+    const Pose2 slam = *first_truth_ * adapter.live_trajectory().back().world_from_robot;
+    std::printf("%8.2f %9lld %12.1f %10.1f %8d %9.3f\n", at_s / 3600.0,
+                static_cast<long long>(now_.scans),
+                1e6 * now_.cpu_s / static_cast<double>(now_.scans), memory_mb_.back(),
+                static_cast<int>(adapter.slam().key_count()),
+                (slam.translation_m() - truth_.translation_m()).norm());
+    std::fflush(stdout);
+    now_ = {};
+    if (at_s >= end_s_) throw Over{};
+  }
+
+  double period_s_, end_s_;
+  Period now_;
+  std::vector<Period> periods_;
+  std::vector<double> memory_mb_;
+  Pose2 truth_;
+  std::optional<Pose2> first_truth_;
+};
+
+}  // namespace
+}  // namespace marco
+
+int main(int argc, char** argv) {
+  return marco::process::run_main("slam_soak", [&] {
+    CLI::App app("Hours of simulated driving at batch clock: memory and cost per scan");
+    double hours = 12.0, every = 1.0;
+    std::string world = "config/worlds/office.toml", tour = "config/tours/office.toml";
+    app.add_option("--hours", hours)->capture_default_str();
+    app.add_option("--report-hours", every, "a line each")->capture_default_str();
+    app.add_option("--world", world)->check(CLI::ExistingFile);
+    app.add_option("--tour", tour)->check(CLI::ExistingFile);
+    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    const auto built =
+        marco::sim::build_world(marco::process::load_options<marco::sim::WorldSpec>(world));
+    const marco::sim::RayCaster rays(built);
+    return marco::Soak(marco::process::load_options<marco::sim::Tour>(tour), rays, hours,
+                       3600.0 * std::min(every, hours / 2.0))
+        .verdict();
+  });
+}

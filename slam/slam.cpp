@@ -191,12 +191,15 @@ void Slam::extend_local_map() {
 }
 
 void Slam::rebuild_local_map() {
+  // In the middle of what the map will cover, whenever it is made.
+  const int middle = std::min(static_cast<int>(keys_.size()) - 1,
+                              first_local_key() + options_.window_key_scans - 1);
+  rebuild_local_map(keys_[static_cast<std::size_t>(middle)].world_from_robot.translation_m());
+}
+
+void Slam::rebuild_local_map(const Eigen::Vector2d& centre_m) {
   const int first = first_local_key(), count = static_cast<int>(keys_.size());
   local_map_first_ = first;
-  // In the middle of what the map will cover, whenever it is made.
-  const int middle = std::min(count - 1, first + options_.window_key_scans - 1);
-  const Eigen::Vector2d centre_m =
-      keys_[static_cast<std::size_t>(middle)].world_from_robot.translation_m();
   if (!local_map_) local_map_.emplace(options_.fine, centre_m);
   local_map_->restart(centre_m);
   for (int key = first; key < count; ++key) {

@@ -145,6 +145,7 @@ class Slam {
   int first_local_key() const;
   void extend_local_map();
   void rebuild_local_map();
+  void rebuild_local_map(const Eigen::Vector2d& centre_m);
   void find_loops_across(int key, int first_key, std::vector<KeyScan>& nearby);
   static OrientedScan only_oriented(const OrientedPoints& points);
   void move_keys(const std::vector<Pose2>& world_from_keys);

@@ -72,8 +72,7 @@ void Slam::restore(const SlamState& state) {
   revision_ = state.revision;
   refined_ = {};
   local_map_.reset();
-  world_from_robot_ = {state.local_map_centre_m.x(), state.local_map_centre_m.y(), 0.0};
-  if (!keys_.empty()) rebuild_local_map();
+  if (!keys_.empty()) rebuild_local_map(state.local_map_centre_m);
   world_from_robot_ = state.world_from_robot;
 }
 

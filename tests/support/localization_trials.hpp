@@ -21,10 +21,10 @@ struct TrialStep {
 /// What became of robots that were switched on somewhere.
 struct TrialTally {
   int trials = 0;
-  int found = 0;            ///< within 10 cm and 2 degrees at the end of their drive
-  int wrong = 0;            ///< said to be sure more than 50 cm or 10 degrees from the truth
-  std::vector<double> path_m;    ///< until sure
-  std::vector<double> error_m;   ///< at the end, of those that were sure
+  int found = 0;                ///< within 10 cm and 2 degrees at the end of their drive
+  int wrong = 0;                ///< said to be sure more than 50 cm or 10 degrees from the truth
+  std::vector<double> path_m;   ///< until sure
+  std::vector<double> error_m;  ///< at the end, of those that were sure
   std::vector<double> error_deg;
   std::vector<double> search_ms;  ///< of each scan that was searched in the whole map
 
@@ -54,9 +54,8 @@ inline void run_trial(slam::Localizer& localizer,
   double driven_m = 0.0, error_m = 0.0, error_deg = 0.0;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (i > 0) {
-      driven_m += between(steps[i - 1].map_from_robot, steps[i].map_from_robot)
-                      .translation_m()
-                      .norm();
+      driven_m +=
+          between(steps[i - 1].map_from_robot, steps[i].map_from_robot).translation_m().norm();
     }
     const bool was_localized = localizer.is_localized();
     const auto before = std::chrono::steady_clock::now();

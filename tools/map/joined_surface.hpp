@@ -11,7 +11,6 @@
 
 namespace marco {
 
-
 struct JoinedSurfaceOptions {
   mapping3d::SurfaceOptions surface;
   mapping3d::SimplifyOptions simplify;

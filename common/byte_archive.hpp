@@ -25,7 +25,10 @@ class ByteWriter {
  public:
   static constexpr bool kReads = false;
 
-  void raw(void* from, std::size_t count) { bytes_.append(static_cast<const char*>(from), count); }
+  /// An empty list has no address.
+  void raw(void* from, std::size_t count) {
+    if (count > 0) bytes_.append(static_cast<const char*>(from), count);
+  }
   /// @param element_bytes  the fewest bytes an element takes
   std::size_t length(std::size_t count, std::size_t element_bytes);
   std::string take() { return std::move(bytes_); }
@@ -43,7 +46,7 @@ class ByteReader {
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
   void raw(void* to, std::size_t count) {
     require(count <= bytes_.size(), "is cut short");
-    std::memcpy(to, bytes_.data(), count);
+    if (count > 0) std::memcpy(to, bytes_.data(), count);
     bytes_.remove_prefix(count);
   }
   std::size_t length(std::size_t, std::size_t element_bytes);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/key_scan_grid.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -282,13 +284,6 @@ Trajectory Slam::key_trajectory() const {
   return trajectory;
 }
 
-OccupancyGrid Slam::grid() const {
-  OccupancyGrid grid(options_.grid);
-  for (const KeyScan& key : keys_) {
-    grid.insert(key.world_from_robot * key.points_in_robot.points,
-                key.world_from_robot * key.sensor_in_robot);
-  }
-  return grid;
-}
+OccupancyGrid Slam::grid() const { return draw_grid(keys_, options_.grid); }
 
 }  // namespace marco::slam

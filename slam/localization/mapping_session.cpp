@@ -2,6 +2,8 @@
 
 #include <Eigen/LU>
 
+#include "slam/key_scan_grid.hpp"
+
 namespace marco::slam {
 
 MappingSession::MappingSession(const SlamOptions& slam, const LocalizerOptions& localizer)
@@ -136,14 +138,7 @@ Trajectory MappingSession::key_trajectory() const {
   return trajectory;
 }
 
-OccupancyGrid MappingSession::grid() const {
-  OccupancyGrid grid(slam_options_.grid);
-  for (const KeyScan& key : keys()) {
-    grid.insert(key.world_from_robot * key.points_in_robot.points,
-                key.world_from_robot * key.sensor_in_robot);
-  }
-  return grid;
-}
+OccupancyGrid MappingSession::grid() const { return draw_grid(keys(), slam_options_.grid); }
 
 SavedMap MappingSession::saved(const std::string& options) const {
   return {options, session_starts_, slam_.state()};

@@ -32,7 +32,11 @@ slam_pose_t to_message(Utime utime, const SlamUpdate& update) {
 SlamAdapter::SlamAdapter(process::Bus& bus,
                          const SlamAdapterOptions& options,
                          std::function<void(const std::string&)> warn)
-    : bus_(bus), options_(options), drops_(warn), session_(options.slam, options.localizer) {
+    : bus_(bus),
+      options_(options),
+      drops_(warn),
+      session_(options.slam, options.localizer),
+      grid_(options.slam.grid) {
   validate(options, "slam_process");
   if (!options_.checkpoint_path.empty()) {
     if (auto state = load_adapter_state(options_.checkpoint_path, warn)) {
@@ -200,7 +204,8 @@ void SlamAdapter::publish_trajectory(Utime utime) {
 }
 
 void SlamAdapter::publish_grid(Utime utime) {
-  for (const grid_map_t& tile : to_messages(session_.grid().to_map(), utime, session_.revision())) {
+  const GridMap map = grid_.update(session_.keys()).to_map();
+  for (const grid_map_t& tile : to_messages(map, utime, session_.revision())) {
     bus_.publish(channels::kGridMap, tile);
   }
 }

@@ -14,6 +14,7 @@
 #include "common/samples.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/slam_command_t.hpp"
+#include "slam/key_scan_grid.hpp"
 #include "slam/localization/mapping_session.hpp"
 #include "slam/process/checkpoint.hpp"
 #include "slam/process/used_scan.hpp"
@@ -120,6 +121,7 @@ class SlamAdapter {
   SlamAdapterOptions options_;
   process::DropCounter drops_;
   MappingSession session_;
+  KeyScanGrid grid_;  ///< as last published
   std::map<std::string, SensorInfo> sensors_;
   MotionBuffers motion_;
   std::deque<LaserScan> waiting_;

@@ -1,0 +1,61 @@
+#include "slam/key_scan_grid.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace marco::slam {
+namespace {
+
+// Key scans along a straight drive, each with some walls about it.
+std::vector<KeyScan> some_keys(int count) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> place(-4.0, 4.0);
+  std::vector<KeyScan> keys;
+  for (int i = 0; i < count; ++i) {
+    KeyScan key;
+    key.utime = Utime::from_us(1000 * i);
+    key.points_in_robot.points = Points2(2, 40);
+    for (double& coordinate : key.points_in_robot.points.reshaped()) coordinate = place(random);
+    key.world_from_robot = {0.3 * i, 0.0, 0.01 * i};
+    keys.push_back(std::move(key));
+  }
+  return keys;
+}
+
+void expect_equal(const OccupancyGrid& a, const OccupancyGrid& b) {
+  const GridMap left = a.to_map(), right = b.to_map();
+  EXPECT_EQ(left.origin_m, right.origin_m);
+  EXPECT_EQ(left.width_cells, right.width_cells);
+  EXPECT_EQ(left.occupancy, right.occupancy);
+}
+
+TEST(KeyScanGrid, AddsNewScansToWhatIsDrawn) {
+  const std::vector<KeyScan> keys = some_keys(12);
+  KeyScanGrid growing;
+  for (const std::size_t count : {3U, 4U, 9U, 12U}) {
+    const std::vector<KeyScan> part(keys.begin(), keys.begin() + static_cast<int>(count));
+    expect_equal(growing.update(part), draw_grid(part));
+  }
+  EXPECT_EQ(growing.times_redrawn(), 0);
+}
+
+TEST(KeyScanGrid, DrawsAnewWhatHasMovedOrIsAnother) {
+  std::vector<KeyScan> keys = some_keys(8);
+  KeyScanGrid grid;
+  grid.update(keys);
+  keys[2].world_from_robot.x_m += 0.02;  // less than half a cell of 5 cm
+  grid.update(keys);
+  EXPECT_EQ(grid.times_redrawn(), 0);
+  keys[2].world_from_robot.theta_rad += 0.003;
+  expect_equal(grid.update(keys), draw_grid(keys));
+  EXPECT_EQ(grid.times_redrawn(), 1);
+  keys.resize(5);
+  expect_equal(grid.update(keys), draw_grid(keys));
+  keys[4].utime = Utime::from_us(77);
+  expect_equal(grid.update(keys), draw_grid(keys));
+  EXPECT_EQ(grid.times_redrawn(), 3);
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -3,10 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <random>
-#include <sstream>
 
+#include "tests/support/g2o_graph.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace marco::slam {
@@ -103,33 +102,6 @@ TEST(PoseGraph, RefusesEdgesThatMakeNoSense) {
   EXPECT_THROW(graph.add_node({0, std::nan(""), 0}), std::invalid_argument);
 }
 
-PoseGraph read_g2o(const std::string& path) {
-  PoseGraph graph;
-  std::ifstream file(path);
-  std::string line;
-  while (std::getline(file, line)) {
-    std::istringstream fields(line);
-    std::string kind;
-    fields >> kind;
-    if (kind == "VERTEX_SE2") {
-      int id = 0;
-      Pose2 pose;
-      fields >> id >> pose.x_m >> pose.y_m >> pose.theta_rad;
-      graph.add_node(pose);
-    } else if (kind == "EDGE_SE2") {
-      PoseGraphEdge edge;
-      Eigen::Matrix3d& o = edge.information;
-      fields >> edge.from >> edge.to >> edge.from_from_to.x_m >> edge.from_from_to.y_m >>
-          edge.from_from_to.theta_rad >> o(0, 0) >> o(0, 1) >> o(0, 2) >> o(1, 1) >> o(1, 2) >>
-          o(2, 2);
-      o = Eigen::Matrix3d(o.selfadjointView<Eigen::Upper>());
-      edge.is_loop = edge.to != edge.from + 1;
-      graph.add_edge(edge);
-    }
-  }
-  return graph;
-}
-
 TEST(PoseGraph, ReachesThePublishedOptimaOfPublicGraphs) {
   const char* data = std::getenv("MARCO_TEST_DATA");
   if (data == nullptr) {
@@ -142,7 +114,7 @@ TEST(PoseGraph, ReachesThePublishedOptimaOfPublicGraphs) {
   };
   for (const Case& graph_case :
        {Case{"INTEL", 215.83}, Case{"MITb", 41.163}, Case{"M3500", 137.913}}) {
-    PoseGraph graph = read_g2o(std::string(data) + "/graphs/" + graph_case.file + ".g2o");
+    PoseGraph graph = testing::read_g2o(std::string(data) + "/graphs/" + graph_case.file + ".g2o");
     ASSERT_GT(graph.node_count(), 100U);
     graph.initialize_from_edges();
     const PoseGraphResult result = graph.optimize();

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/key_scan_grid.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -132,31 +134,11 @@ void LineMapper::finish() {
   if (since) slam_.carry(since->mark_from_robot);
 }
 
-Trajectory LineMapper::trajectory() const {
-  Trajectory trajectory;
-  trajectory.reserve(scans_.size());
-  for (const ScanPose& scan : scans_) {
-    const Pose2 world_from_key =
-        scan.key < 0 ? Pose2{} : keys_[static_cast<std::size_t>(scan.key)].world_from_robot;
-    trajectory.push_back({scan.utime, world_from_key * scan.key_from_robot});
-  }
-  return trajectory;
-}
+Trajectory LineMapper::trajectory() const { return trajectory_of(scans_, keys_); }
 
-Trajectory LineMapper::key_trajectory() const {
-  Trajectory trajectory;
-  for (const KeyScan& key : keys_) trajectory.push_back({key.utime, key.world_from_robot});
-  return trajectory;
-}
+Trajectory LineMapper::key_trajectory() const { return trajectory_of(keys_); }
 
-OccupancyGrid LineMapper::grid() const {
-  OccupancyGrid grid(options_.grid);
-  for (const KeyScan& key : keys_) {
-    grid.insert(key.world_from_robot * key.points_in_robot.points,
-                key.world_from_robot * key.sensor_in_robot);
-  }
-  return grid;
-}
+OccupancyGrid LineMapper::grid() const { return draw_grid(keys_, options_.grid); }
 
 void LineMapper::restore(const WallFilter::Stored& stored) {
   slam_.restore(stored);

@@ -13,6 +13,7 @@
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/oriented_points.hpp"
 #include "slam/matching/surfel_matcher.hpp"
+#include "slam/slam_state.hpp"
 
 namespace marco::slam {
 
@@ -101,13 +102,6 @@ class LineMapper {
   void restore(const WallFilter::Stored& stored);
 
  private:
-  /// A processed scan hangs on a key scan, and moves with it; key -1: on the world.
-  struct ScanPose {
-    Utime utime;
-    int key;
-    Pose2 key_from_robot;
-  };
-
   bool key_is_due() const;
   void add_key(const ScanInRobot& scan, Utime utime);
   void note_pose(Utime utime);

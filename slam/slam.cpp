@@ -267,22 +267,9 @@ OrientedScan Slam::only_oriented(const OrientedPoints& points) {
   return scan;
 }
 
-Trajectory Slam::trajectory() const {
-  Trajectory trajectory;
-  trajectory.reserve(scans_.size());
-  for (const ScanPose& scan : scans_) {
-    const Pose2 world_from_key =
-        scan.key < 0 ? Pose2{} : keys_[static_cast<std::size_t>(scan.key)].world_from_robot;
-    trajectory.push_back({scan.utime, world_from_key * scan.key_from_robot});
-  }
-  return trajectory;
-}
+Trajectory Slam::trajectory() const { return trajectory_of(scans_, keys_); }
 
-Trajectory Slam::key_trajectory() const {
-  Trajectory trajectory;
-  for (const KeyScan& key : keys_) trajectory.push_back({key.utime, key.world_from_robot});
-  return trajectory;
-}
+Trajectory Slam::key_trajectory() const { return trajectory_of(keys_); }
 
 OccupancyGrid Slam::grid() const { return draw_grid(keys_, options_.grid); }
 

@@ -18,6 +18,24 @@ bool is_index(int index, std::size_t count) {
 
 }  // namespace
 
+Trajectory trajectory_of(const std::vector<KeyScan>& keys) {
+  Trajectory trajectory;
+  trajectory.reserve(keys.size());
+  for (const KeyScan& key : keys) trajectory.push_back({key.utime, key.world_from_robot});
+  return trajectory;
+}
+
+Trajectory trajectory_of(const std::vector<ScanPose>& scans, const std::vector<KeyScan>& keys) {
+  Trajectory trajectory;
+  trajectory.reserve(scans.size());
+  for (const ScanPose& scan : scans) {
+    const Pose2 world_from_key =
+        scan.key < 0 ? Pose2{} : keys[static_cast<std::size_t>(scan.key)].world_from_robot;
+    trajectory.push_back({scan.utime, world_from_key * scan.key_from_robot});
+  }
+  return trajectory;
+}
+
 void check(const SlamState& state) {
   for (const KeyScan& key : state.keys) {
     require(key.points_in_robot.points.cols() == key.points_in_robot.normals.cols(),

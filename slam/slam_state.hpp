@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/trajectory.hpp"
 #include "slam/graph/pose_graph_edge.hpp"
 #include "slam/loop_closer.hpp"
 #include "slam/motion_model.hpp"
@@ -31,6 +32,10 @@ struct SlamState {
   double closed_path_m = 0.0;
   int64_t revision = 0;
 };
+
+/// The poses of key scans, and of the scans that hang on them.
+Trajectory trajectory_of(const std::vector<KeyScan>& keys);
+Trajectory trajectory_of(const std::vector<ScanPose>& scans, const std::vector<KeyScan>& keys);
 
 /// @throws std::invalid_argument naming what contradicts itself: an index of nothing, a scan whose
 /// normals are not one a point, a number of loops that is not that of the loop edges.

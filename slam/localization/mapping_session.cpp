@@ -132,11 +132,7 @@ const std::vector<KeyScan>& MappingSession::keys() const {
   return localizer_ ? localizer_->keys() : slam_.keys();
 }
 
-Trajectory MappingSession::key_trajectory() const {
-  Trajectory trajectory;
-  for (const KeyScan& key : keys()) trajectory.push_back({key.utime, key.world_from_robot});
-  return trajectory;
-}
+Trajectory MappingSession::key_trajectory() const { return trajectory_of(keys()); }
 
 OccupancyGrid MappingSession::grid() const { return draw_grid(keys(), slam_options_.grid); }
 

@@ -18,6 +18,9 @@ struct SavedMap {
   SlamState slam;
 };
 
+/// @throws std::invalid_argument as check(SlamState), or for sessions that start at no scan.
+void check(const SavedMap& map);
+
 /// As bytes: the envelope of common/byte_archive.hpp, then all of it, doubles as they are.
 std::string encode_saved_map(const SavedMap& map);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "common/byte_archive.hpp"
+#include "slam/localization/saved_map.hpp"
 #include "slam/slam_state.hpp"
 
 /// The fields of Slam's state, listed once for writing and reading (common/byte_archive.hpp).
@@ -85,6 +86,13 @@ void archive(Archive& bytes, SlamState& state) {
   archive(bytes, state.last_search_path_m);
   archive(bytes, state.closed_path_m);
   archive(bytes, state.revision);
+}
+
+template <class Archive>
+void archive(Archive& bytes, SavedMap& map) {
+  archive(bytes, map.options);
+  archive_list(bytes, map.session_starts, sizeof(int64_t));
+  archive(bytes, map.slam);
 }
 
 }  // namespace marco::slam

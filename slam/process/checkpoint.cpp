@@ -99,9 +99,7 @@ constexpr uint32_t kVersion = 1;
 template <class Archive>
 void archive(Archive& bytes, AdapterState& state) {
   using marco::archive;
-  archive(bytes, state.map.options);
-  archive_list(bytes, state.map.session_starts, sizeof(int64_t));
-  archive(bytes, state.map.slam);
+  archive(bytes, state.map);
   archive(bytes, state.motion.odometry);
   archive(bytes, state.motion.gyro_heading);
   archive(bytes, state.motion.pantilt);
@@ -135,8 +133,7 @@ AdapterState decode_adapter_state(std::string_view bytes) {
   AdapterState state;
   archive(reader, state);
   require(reader.left() == 0, "has bytes left over");
-  check(state.map.slam);
-  require(!state.map.session_starts.empty(), "has no session");
+  check(state.map);
   return state;
 }
 

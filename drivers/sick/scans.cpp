@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/pose2.hpp"
 #include "drivers/sick/emulator.hpp"
 
 namespace marco::drivers::sick {

@@ -63,7 +63,7 @@ BENCHMARK(sick_garbage);
 
 void hokuyo_codec(benchmark::State& state) {
   const hokuyo::ScanRequest request{true, 3, 0, 1080, 1, 0, 0};
-  hokuyo::Measurement scan{123, std::vector<uint32_t>(1081, 5432)};
+  hokuyo::Measurement scan{123, std::vector<uint32_t>(1081, 5432), {}};
   parse(state, hokuyo::encode_reply(hokuyo::encode_measurement(request, 0, scan)),
         hokuyo::ReplyParser(), [&](auto& parser) {
           const auto reply = parser.next();

@@ -328,7 +328,7 @@ TEST(CommandTable, ShowsGroupsWithWhatTheirMembersHaveInCommon) {
 
 TEST(SheriffState, ForgedInformationFillsNoTableAndOverflowsNoNumber) {
   SheriffState sheriff("me");
-  const int64_t now_us = 1'600'000'000 * kSecond;
+  const int64_t now_us = 1'600'000'000 * kSecondUs;
   for (int i = 0; i < 1500; ++i) {
     DeputyInfo info;
     info.utime_us = now_us;

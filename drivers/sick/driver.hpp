@@ -92,6 +92,7 @@ class SickDriver final : public LaserDriver {
   Answer read_reply(const Event& event);
   void on_values(const Event& event, Utime arrival);
   void on_timeout();
+  TurnCounter::Gap gap_before(Duration on_line);
   ArrivedScan to_scan(const MeasuredValues& values, Utime first_beam, Utime arrival) const;
   int turns_per_scan() const;
   int resolution_cdeg() const;
@@ -120,6 +121,7 @@ class SickDriver final : public LaserDriver {
   std::string trouble_;
   uint8_t status_ = kHealthy;
   TurnCounter turns_;
+  int64_t dropped_before_ = 0;  ///< telegrams dropped when the last scan was taken
   ClockFilter filter_;
   LaserCounts counts_;
   std::vector<ArrivedScan> ready_;

@@ -1,6 +1,7 @@
 // The driver's second half: from value telegrams to scans.
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "drivers/sick/driver.hpp"
 #include "drivers/transport/paced_output.hpp"
@@ -49,9 +50,19 @@ void SickDriver::on_values(const Event& event, Utime arrival) {
   }
   last_scan_ = arrival;
   ++counts_.scans;
-  const Utime end = arrival - line_time(event.bytes_total, baud_);
-  const Utime filtered = filter_.update(turns_.update(end), end);
+  const Duration on_line = line_time(event.bytes_total, baud_);
+  const Utime end = arrival - on_line;
+  const Utime filtered = filter_.update(turns_.update(end, gap_before(on_line)), end);
   ready_.push_back(to_scan(*values, filtered - Duration::from_seconds(scan_period_s()), arrival));
+}
+
+// The laser leaves out the scans that end while it still sends one; others were heard, but damaged.
+TurnCounter::Gap SickDriver::gap_before(Duration on_line) {
+  int64_t dropped = 0;
+  for (const auto& [cause, count] : counts_.drops) dropped += count;
+  const bool lost = std::exchange(dropped_before_, dropped) != dropped;
+  return lost || on_line.seconds() > scan_period_s() ? TurnCounter::Gap::any
+                                                     : TurnCounter::Gap::none;
 }
 
 ArrivedScan SickDriver::to_scan(const MeasuredValues& values,

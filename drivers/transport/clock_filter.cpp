@@ -13,6 +13,11 @@ namespace {
 constexpr std::size_t kMinForDrift = 20;
 constexpr double kMinSpanS = 2.0;
 
+// Of a scan after the one before it [turns]: sooner, it had waited somewhere; later, it is late.
+constexpr double kInTime = 0.8;
+constexpr double kLate = 1.5;
+constexpr double kSilenceS = 1.0;
+
 }  // namespace
 
 Utime ClockFilter::update(double device_s, Utime arrival) {
@@ -92,15 +97,33 @@ void ClockFilter::reset() {
   slope_ = 1.0;
 }
 
-double TurnCounter::update(Utime end) {
-  if (turns_ < 0) {
-    turns_ = 0;
-  } else {
-    // No turn at all: the scan before came late and was taken for a later one.
-    turns_ += std::max<int64_t>(0, std::llround((end - last_).seconds() / turn_s_));
-  }
+void TurnCounter::reset() {
+  turns_ = -1;
+  behind_ = 0.0;
+}
+
+double TurnCounter::update(Utime end, Gap gap) {
+  turns_ += turns_ < 0 ? 1 : turns_since((end - last_).seconds() / turn_s_, gap);
   last_ = end;
   return static_cast<double>(turns_) * turn_s_;
+}
+
+// A host that was busy hears a scan late and those behind it all at once. One that did not hear of
+// turns at all hears a scan late and the next a turn later.
+int64_t TurnCounter::turns_since(double elapsed, Gap gap) {
+  if (gap == Gap::any || elapsed * turn_s_ > kSilenceS) {
+    behind_ = 0.0;
+    // No turn at all: the scan before came late and was taken for a later one.
+    return std::max<int64_t>(0, std::llround(elapsed));
+  }
+  if (elapsed < kInTime) {
+    if (behind_ > 0.0) behind_ += elapsed - 1.0;
+    if (behind_ < 0.5) behind_ = 0.0;
+    return 1;
+  }
+  const int64_t missed = std::llround(behind_);
+  behind_ = elapsed > kLate ? elapsed - 1.0 : 0.0;
+  return 1 + missed;
 }
 
 }  // namespace marco::drivers

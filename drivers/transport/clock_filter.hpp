@@ -48,20 +48,30 @@ class ClockFilter {
   double anchor_device_s_ = 0.0;
 };
 
-/// Counts the turns of a mirror that says nothing but that a turn is over, some of them left out:
-/// the device clock of a laser whose telegrams carry no time.
+/// Counts the turns of a mirror that says nothing but that a turn is over: the device clock of a
+/// laser whose telegrams carry no time.
 class TurnCounter {
  public:
   explicit TurnCounter(double turn_s) : turn_s_(turn_s) {}
 
+  /// What may lie between a scan and the one before it.
+  enum class Gap {
+    any,   ///< turns left out, or lost: only the time between arrivals tells how many
+    none,  ///< every turn is sent: a late scan is late, until those behind it come no sooner
+  };
+
   /// @param end  of a scan by its arrival. @returns turns since the first, as whole turns of
-  /// nominal length: a device time for ClockFilter [s].
-  double update(Utime end);
-  void reset() { turns_ = -1; }
+  /// nominal length: a device time for ClockFilter [s]. Where a turn was missed after all, the
+  /// scans until the next that comes in time are counted too low.
+  double update(Utime end, Gap gap = Gap::any);
+  void reset();
 
  private:
+  int64_t turns_since(double elapsed, Gap gap);
+
   double turn_s_;
   int64_t turns_ = -1;
+  double behind_ = 0.0;  ///< turns by which the last scan came late, or that were missed
   Utime last_;
 };
 

@@ -219,5 +219,29 @@ TEST(TurnCounter, CountsTheTurnsLeftOut) {
   EXPECT_DOUBLE_EQ(turns.update(Utime::from_seconds(10.2)), 0.20);
 }
 
+// Of a laser that sends every turn; one that runs 1 % slow, so that lateness of its own adds up.
+TEST(TurnCounter, TellsABusyHostFromMissedTurns) {
+  TurnCounter turns(0.04);
+  double turn = 0.0;
+  const auto arrives = [&](double late_s) {
+    const auto counted =
+        turns.update(Utime::from_seconds(10.0 + 0.0404 * turn + late_s), TurnCounter::Gap::none);
+    turn += 1.0;
+    return std::lround(counted / 0.04);
+  };
+  for (int i = 0; i < 200; ++i) ASSERT_EQ(arrives(0.002 * (i % 3)), i) << "jitter is no turn";
+  EXPECT_EQ(arrives(0.150), 200) << "a busy host";
+  EXPECT_EQ(arrives(0.112), 201);
+  EXPECT_EQ(arrives(0.074), 202);
+  EXPECT_EQ(arrives(0.036), 203);
+  for (int i = 204; i < 300; ++i) ASSERT_EQ(arrives(0.0), i);
+  turn += 3.0;
+  EXPECT_EQ(arrives(0.0), 300) << "nobody can tell yet";
+  EXPECT_EQ(arrives(0.0), 304) << "three turns were missed";
+  EXPECT_EQ(arrives(0.0), 305);
+  turn += 60.0;
+  EXPECT_EQ(arrives(0.0), 367) << "after two seconds of silence the clock tells (61 * 1.01)";
+}
+
 }  // namespace
 }  // namespace marco::drivers

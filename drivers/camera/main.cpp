@@ -1,13 +1,12 @@
 #include <thread>
 
 #include "common/pose3.hpp"
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/status_publisher.hpp"
 #include "common/process/stop_signal.hpp"
 #include "drivers/camera/message.hpp"
 #include "drivers/camera/source.hpp"
+#include "drivers/process/driver_main.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -104,19 +103,7 @@ int run(const process::CommonArguments& arguments, const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return process::run_main("marco-camera", [&] {
-    CLI::App app("Driver of a camera (V4L2); or a folder of pictures, or a film, in its place");
-    process::CommonArguments arguments;
-    process::add_common_arguments(app, arguments);
-    std::string device;
-    app.add_option("--device", device, "over the config's");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    auto options = process::load_options<Options>(arguments.config_path);
-    if (!device.empty()) options.device = device;
-    if (arguments.print_config) {
-      std::fputs(process::print_options(options).c_str(), stdout);
-      return 0;
-    }
-    return run(arguments, options);
-  });
+  return drivers::driver_main<Options>(
+      argc, argv, "marco-camera",
+      "Driver of a camera (V4L2); or a folder of pictures, or a film, in its place", run);
 }

@@ -2,12 +2,11 @@
 #include <thread>
 
 #include "common/pose3.hpp"
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/stop_signal.hpp"
 #include "drivers/hcs12/pantilt_driver.hpp"
 #include "drivers/process/driver_loop.hpp"
+#include "drivers/process/driver_main.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -116,19 +115,6 @@ int run(const process::CommonArguments& arguments, const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return process::run_main("marco-pantilt", [&] {
-    CLI::App app("Driver of the HCS12 pan-tilt of thesis B");
-    process::CommonArguments arguments;
-    process::add_common_arguments(app, arguments);
-    std::string device;
-    app.add_option("--device", device, "over the config's: a path or tcp:HOST:PORT");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    auto options = process::load_options<Options>(arguments.config_path);
-    if (!device.empty()) options.device = device;
-    if (arguments.print_config) {
-      std::fputs(process::print_options(options).c_str(), stdout);
-      return 0;
-    }
-    return run(arguments, options);
-  });
+  return driver_main<Options>(argc, argv, "marco-pantilt",
+                              "Driver of the HCS12 pan-tilt of thesis B", run);
 }

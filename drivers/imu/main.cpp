@@ -1,11 +1,10 @@
 #include <array>
 
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/stop_signal.hpp"
 #include "drivers/imu/driver.hpp"
 #include "drivers/process/driver_loop.hpp"
+#include "drivers/process/driver_main.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -52,34 +51,25 @@ class ImuSession : public drivers::DeviceSession {
   drivers::ByteStream& stream_;
 };
 
+int run(const process::CommonArguments& arguments, const Options& options) {
+  process::start_logging("marco-imu", arguments.log_level);
+  process::catch_stop_signals();
+  process::LcmBus bus(arguments.lcm_url);
+  process::DropCounter drops;
+  drivers::DriverLoopOptions loop_options;
+  loop_options.process = "marco-imu";
+  loop_options.address = options.device;
+  loop_options.line = {options.imu.baud, drivers::Parity::none};
+  drivers::DriverLoop loop(bus, drops, std::move(loop_options), [&](drivers::ByteStream& stream) {
+    return std::make_unique<ImuSession>(options.imu, bus, stream);
+  });
+  loop.run(process::stop_requested);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  return process::run_main("marco-imu", [&] {
-    CLI::App app("Driver of a serial WitMotion IMU (WT61, WT901, JY901)");
-    process::CommonArguments arguments;
-    process::add_common_arguments(app, arguments);
-    std::string device;
-    app.add_option("--device", device, "over the config's: a path or tcp:HOST:PORT");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    auto options = process::load_options<Options>(arguments.config_path);
-    if (!device.empty()) options.device = device;
-    if (arguments.print_config) {
-      std::fputs(process::print_options(options).c_str(), stdout);
-      return 0;
-    }
-    process::start_logging("marco-imu", arguments.log_level);
-    process::catch_stop_signals();
-    process::LcmBus bus(arguments.lcm_url);
-    process::DropCounter drops;
-    drivers::DriverLoopOptions loop_options;
-    loop_options.process = "marco-imu";
-    loop_options.address = options.device;
-    loop_options.line = {options.imu.baud, drivers::Parity::none};
-    drivers::DriverLoop loop(bus, drops, std::move(loop_options), [&](drivers::ByteStream& stream) {
-      return std::make_unique<ImuSession>(options.imu, bus, stream);
-    });
-    loop.run(process::stop_requested);
-    return 0;
-  });
+  return drivers::driver_main<Options>(
+      argc, argv, "marco-imu", "Driver of a serial WitMotion IMU (WT61, WT901, JY901)", run);
 }

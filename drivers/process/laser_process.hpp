@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "common/options.hpp"
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
 #include "common/samples.hpp"
 #include "drivers/laser/laser_driver.hpp"
+#include "drivers/process/driver_main.hpp"
 #include "drivers/transport/byte_stream.hpp"
 
 namespace marco::process {
@@ -63,21 +62,11 @@ int laser_main(int argc,
                const std::string& name,
                const std::string& description,
                LaserProcess (*process_of)(const Options&)) {
-  return process::run_main(name, [&] {
-    CLI::App app(description);
-    process::CommonArguments arguments;
-    process::add_common_arguments(app, arguments);
-    std::string device;
-    app.add_option("--device", device, "over the config's: a path or tcp:HOST:PORT");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    auto options = process::load_options<Options>(arguments.config_path);
-    if (!device.empty()) options.device = device;
-    if (arguments.print_config) {
-      std::fputs(process::print_options(options).c_str(), stdout);
-      return 0;
-    }
-    return run_laser_until_stopped(arguments, process_of(options));
-  });
+  return driver_main<Options>(
+      argc, argv, name, description,
+      [&](const process::CommonArguments& arguments, const Options& options) {
+        return run_laser_until_stopped(arguments, process_of(options));
+      });
 }
 
 }  // namespace marco::drivers

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "common/process/arguments.hpp"
+#include "common/process/config.hpp"
+
+namespace marco::drivers {
+
+/// The body of a driver's main: --config, --device, --print-config and the arguments all processes
+/// have. Options: a struct with `visit` and a member `device`.
+/// @param run  drives the device until it is told to stop, with the options in force. @returns the
+/// exit code.
+template <class Options>
+int driver_main(int argc,
+                const char* const* argv,
+                const std::string& name,
+                const std::string& description,
+                const std::function<int(const process::CommonArguments&, const Options&)>& run) {
+  return process::run_main(name, [&] {
+    CLI::App app(description);
+    process::CommonArguments arguments;
+    process::add_common_arguments(app, arguments);
+    std::string device;
+    app.add_option("--device", device,
+                   "over the config's: a path; of a serial line also tcp:HOST:PORT");
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    auto options = process::load_options<Options>(arguments.config_path);
+    if (!device.empty()) options.device = device;
+    if (arguments.print_config) {
+      std::fputs(process::print_options(options).c_str(), stdout);
+      return 0;
+    }
+    return run(arguments, options);
+  });
+}
+
+}  // namespace marco::drivers

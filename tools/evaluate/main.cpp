@@ -2,13 +2,16 @@
 #include <sstream>
 
 #include "common/check.hpp"
+#include "common/files/event_log.hpp"
 #include "common/files/text_fields.hpp"
 #include "common/files/tum.hpp"
 #include "common/files/whole_file.hpp"
 #include "common/process/arguments.hpp"
 #include "common/relations_metric.hpp"
 #include "common/trajectory_fit.hpp"
+#include "lcmtypes/channels.hpp"
 #include "lcmtypes/recording.hpp"
+#include "marco/slam_pose_t.hpp"
 
 namespace marco {
 namespace {
@@ -56,7 +59,7 @@ int evaluate_relations(const Trajectory& trajectory, const std::string& path, do
   return 0;
 }
 
-int evaluate_truth(const Trajectory& trajectory, const std::string& path) {
+Trajectory true_path(const std::string& path) {
   const auto recording = open_recording(path);
   Trajectory truth;
   while (const auto sample = recording->next()) {
@@ -64,9 +67,30 @@ int evaluate_truth(const Trajectory& trajectory, const std::string& path) {
       truth.push_back({pose->utime, pose->world_from_robot});
     }
   }
+  return truth;
+}
+
+// What a SLAM that ran live said, in the order of its stamps.
+Trajectory recorded_path(const std::string& path) {
+  files::EventLogReader log(path);
+  Trajectory poses;
+  while (const auto event = log.next()) {
+    slam_pose_t message{};
+    const auto size = static_cast<int>(event->bytes.size());
+    if (event->channel != channels::kSlamPose ||
+        message.decode(event->bytes.data(), 0, size) != size)
+      continue;
+    const Trajectory::value_type pose{Utime{message.utime},
+                                      Pose2{message.x_m, message.y_m, message.theta_rad}};
+    if (poses.empty() || poses.back().utime < pose.utime) poses.push_back(pose);
+  }
+  return poses;
+}
+
+int evaluate_path(const Trajectory& trajectory, const Trajectory& truth, const std::string& path) {
   const TrajectoryFit fit = fit_to_truth(trajectory, truth);
   if (fit.count < 2) {
-    std::printf("n=%zu: no pose of the trajectory has truth at its time in %s\n", fit.count,
+    std::printf("n=%zu: no pose of the trajectory has another at its time in %s\n", fit.count,
                 path.c_str());
     return 1;
   }
@@ -80,12 +104,12 @@ int evaluate_truth(const Trajectory& trajectory, const std::string& path) {
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-evaluate", [&] {
     CLI::App app(
-        "Error of a trajectory: against RELATIONS (hand-checked relative poses), or against the "
-        "true poses of "
-        "a log.\n"
+        "Error of a trajectory: against RELATIONS (hand-checked relative poses), against the "
+        "true poses of a log, or against what SLAM said when the log was recorded.\n"
         "  marco evaluate out/trajectory.tum intel.relations\n"
-        "  marco evaluate out/trajectory.tum --truth simulated.lcm");
-    std::string trajectory_path, relations_path, truth_path;
+        "  marco evaluate out/trajectory.tum --truth simulated.lcm\n"
+        "  marco evaluate out/trajectory_live.tum --recorded replayed.lcm");
+    std::string trajectory_path, relations_path, truth_path, recorded_path;
     double tolerance_s = 2e-6;
     app.add_option("TRAJECTORY", trajectory_path,
                    "'time x y z qx qy qz qw' (TUM) or 'time x y theta' a line")
@@ -93,12 +117,20 @@ int main(int argc, char** argv) {
     auto* relations =
         app.add_option("RELATIONS", relations_path,
                        "'time1 time2 x y z roll pitch yaw' a line: pose 2 seen from pose 1");
-    app.add_option("--truth", truth_path, "a log with TRUE_POSE")->excludes(relations);
+    auto* truth =
+        app.add_option("--truth", truth_path, "a log with TRUE_POSE")->excludes(relations);
+    app.add_option("--recorded", recorded_path, "a log with SLAM_POSE")
+        ->excludes(relations)
+        ->excludes(truth);
     app.add_option("--tolerance", tolerance_s, "[s] between a relation's time and its pose");
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
-    marco::require(!relations_path.empty() || !truth_path.empty(), "give RELATIONS or --truth LOG");
+    marco::require(!relations_path.empty() || !truth_path.empty() || !recorded_path.empty(),
+                   "give RELATIONS, --truth LOG or --recorded LOG");
     const marco::Trajectory trajectory = marco::files::read_tum(trajectory_path);
-    return truth_path.empty() ? marco::evaluate_relations(trajectory, relations_path, tolerance_s)
-                              : marco::evaluate_truth(trajectory, truth_path);
+    if (!truth_path.empty())
+      return marco::evaluate_path(trajectory, marco::true_path(truth_path), truth_path);
+    if (!recorded_path.empty())
+      return marco::evaluate_path(trajectory, marco::recorded_path(recorded_path), recorded_path);
+    return marco::evaluate_relations(trajectory, relations_path, tolerance_s);
   });
 }

@@ -5,6 +5,7 @@
 
 #include "common/check.hpp"
 #include "lcmtypes/channels.hpp"
+#include "lcmtypes/finite_pose.hpp"
 #include "lcmtypes/stamp.hpp"
 
 namespace marco {
@@ -26,14 +27,6 @@ Pose3 pose_from(const double (&translation)[3], const double (&quaternion)[4]) {
   pose.linear() = q.normalized().toRotationMatrix();
   pose.translation() = Eigen::Vector3d(translation[0], translation[1], translation[2]);
   require(pose.translation().allFinite(), "sensor_info_t: position is not finite");
-  return pose;
-}
-
-Pose2 finite_pose(double x_m, double y_m, double theta_rad, const char* what) {
-  const Pose2 pose{x_m, y_m, normalize_angle(theta_rad)};
-  // Farther than any building is wide: a flipped bit, not a place.
-  constexpr double kFarthestM = 1e5;
-  require(is_finite(pose) && std::abs(x_m) < kFarthestM && std::abs(y_m) < kFarthestM, what);
   return pose;
 }
 
@@ -236,115 +229,6 @@ pose2_t to_message(const TruePose& pose) {
 TruePose from_message(const pose2_t& message) {
   return {stamp_of(message.utime),
           finite_pose(message.x_m, message.y_m, message.theta_rad, "pose2_t: pose is no place")};
-}
-
-trajectory_t to_message(const Trajectory& trajectory, Utime utime, int64_t revision) {
-  trajectory_t message;
-  message.utime = utime.us;
-  message.revision = revision;
-  message.num_poses = static_cast<int32_t>(trajectory.size());
-  for (const StampedPose2& pose : trajectory) {
-    message.utimes.push_back(pose.utime.us);
-    message.x_m.push_back(pose.world_from_robot.x_m);
-    message.y_m.push_back(pose.world_from_robot.y_m);
-    message.theta_rad.push_back(pose.world_from_robot.theta_rad);
-  }
-  return message;
-}
-
-Trajectory from_message(const trajectory_t& message) {
-  Trajectory trajectory;
-  trajectory.reserve(message.utimes.size());
-  for (std::size_t i = 0; i < message.utimes.size(); ++i) {
-    trajectory.push_back({stamp_of(message.utimes[i]),
-                          finite_pose(message.x_m[i], message.y_m[i], message.theta_rad[i],
-                                      "trajectory_t: pose is no place")});
-  }
-  return trajectory;
-}
-
-line_map_t to_message(const Walls& walls, Utime utime, int64_t revision) {
-  line_map_t message;
-  message.utime = utime.us;
-  message.revision = revision;
-  message.num_walls = static_cast<int32_t>(walls.size());
-  for (const Wall& wall : walls) {
-    message.ids.push_back(wall.id);
-    message.ends_m.push_back({wall.start_m.x(), wall.start_m.y(), wall.end_m.x(), wall.end_m.y()});
-    std::vector<double>& covariance = message.covariances.emplace_back();
-    for (Eigen::Index row = 0; row < 4; ++row) {
-      for (Eigen::Index column = 0; column < 4; ++column) {
-        covariance.push_back(wall.covariance(row, column));
-      }
-    }
-    message.existence.push_back(wall.existence);
-    message.times_seen.push_back(wall.times_seen);
-    message.start_seen.push_back(wall.start_seen ? 1 : 0);
-    message.end_seen.push_back(wall.end_seen ? 1 : 0);
-  }
-  return message;
-}
-
-Walls from_message(const line_map_t& message) {
-  require(message.num_walls >= 0, "line_map_t: num_walls below 0");
-  Walls walls(static_cast<std::size_t>(message.num_walls));
-  for (std::size_t i = 0; i < walls.size(); ++i) {
-    Wall& wall = walls[i];
-    wall.id = message.ids[i];
-    wall.start_m = {message.ends_m[i][0], message.ends_m[i][1]};
-    wall.end_m = {message.ends_m[i][2], message.ends_m[i][3]};
-    for (Eigen::Index k = 0; k < 16; ++k) {
-      wall.covariance(k / 4, k % 4) = message.covariances[i][static_cast<std::size_t>(k)];
-    }
-    require(wall.start_m.allFinite() && wall.end_m.allFinite() && wall.covariance.allFinite(),
-            "line_map_t: a wall is not finite");
-    wall.existence = message.existence[i];
-    wall.times_seen = message.times_seen[i];
-    wall.start_seen = message.start_seen[i] != 0;
-    wall.end_seen = message.end_seen[i] != 0;
-  }
-  return walls;
-}
-
-std::vector<grid_map_t> to_messages(const GridMap& map, Utime utime, int64_t revision) {
-  constexpr int kTileCells = 256;
-  std::vector<grid_map_t> tiles;
-  for (int y0 = 0; y0 < map.height_cells; y0 += kTileCells) {
-    for (int x0 = 0; x0 < map.width_cells; x0 += kTileCells) {
-      grid_map_t tile;
-      tile.utime = utime.us;
-      tile.revision = revision;
-      tile.origin_x_m = map.origin_m.x() + x0 * map.resolution_m;
-      tile.origin_y_m = map.origin_m.y() + y0 * map.resolution_m;
-      tile.resolution_m = map.resolution_m;
-      tile.width_cells = std::min(kTileCells, map.width_cells - x0);
-      tile.height_cells = std::min(kTileCells, map.height_cells - y0);
-      tile.size = tile.width_cells * tile.height_cells;
-      tile.occupancy.reserve(static_cast<std::size_t>(tile.size));
-      for (int y = y0; y < y0 + tile.height_cells; ++y) {
-        for (int x = x0; x < x0 + tile.width_cells; ++x) tile.occupancy.push_back(map.at(x, y));
-      }
-      tiles.push_back(std::move(tile));
-    }
-  }
-  return tiles;
-}
-
-GridMap from_message(const grid_map_t& message) {
-  require(message.width_cells >= 0 && message.height_cells >= 0 &&
-              static_cast<int64_t>(message.width_cells) * message.height_cells == message.size,
-          "grid_map_t: size is not width times height");
-  require(message.resolution_m > 0.0 && std::isfinite(message.resolution_m),
-          "grid_map_t: resolution_m must be above 0");
-  require(std::isfinite(message.origin_x_m) && std::isfinite(message.origin_y_m),
-          "grid_map_t: origin is not finite");
-  GridMap map;
-  map.origin_m = {message.origin_x_m, message.origin_y_m};
-  map.resolution_m = message.resolution_m;
-  map.width_cells = message.width_cells;
-  map.height_cells = message.height_cells;
-  map.occupancy = message.occupancy;
-  return map;
 }
 
 EncodedMessage encode_sample(const Sample& sample) {

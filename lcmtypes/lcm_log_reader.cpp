@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <regex>
 
 #include "bot_core/pose_t.hpp"
 #include "common/check.hpp"
 #include "common/files/event_log.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "lcmtypes/log_survey.hpp"
 #include "lcmtypes/stamp.hpp"
 #include "marco/maebot_encoders_t.hpp"
 #include "marco/mbot_pose2d_t.hpp"
@@ -19,47 +19,12 @@ namespace {
 
 using files::LogEvent;
 
-constexpr double kClocksDisagreeS = 0.5;
-
-std::string fingerprint_of(const LogEvent& event) {
-  if (event.bytes.size() < 8) return "";
-  char text[17];
-  for (std::size_t i = 0; i < 8; ++i) std::snprintf(text + 2 * i, 3, "%02x", event.bytes[i]);
-  return text;
-}
-
-// `utime` is the first field of every type we read.
-std::optional<int64_t> utime_of(const LogEvent& event) {
-  if (event.bytes.size() < 16) return std::nullopt;
-  uint64_t value = 0;
-  for (std::size_t i = 8; i < 16; ++i) value = (value << 8U) | event.bytes[i];
-  return static_cast<int64_t>(value);
-}
-
 template <class Message>
 std::optional<Message> decode_whole(const LogEvent& event) {
   Message message;
   const int size = static_cast<int>(event.bytes.size());
   if (message.decode(event.bytes.data(), 0, size) != size) return std::nullopt;
   return message;
-}
-
-// What the first reading learned of a channel.
-struct Channel {
-  enum class Meaning { ours, lidar, odometry, encoders, true_pose, passed_by };
-  Meaning meaning = Meaning::passed_by;
-  ForeignChannel foreign;
-  std::string fingerprint;
-  int64_t count = 0;
-  std::vector<int64_t> offsets_us;  // event time - utime
-  int64_t shift_us = 0;             // to be added to its stamps
-  int64_t offset_us = 0;            // median
-};
-
-bool is_own_channel(const std::string& name) {
-  return name == channels::kSensorInfo || name == channels::kOdometry || name == channels::kImu ||
-         name == channels::kPanTiltState || name == channels::kTruePose ||
-         name.rfind(channels::kLidar, 0) == 0;
 }
 
 double yaw_of(const double (&q)[4]) {
@@ -69,10 +34,10 @@ double yaw_of(const double (&q)[4]) {
 class LcmLogReader : public files::SampleReader {
  public:
   LcmLogReader(const std::filesystem::path& path, const ForeignTable& table)
-      : path_(path.string()), log_(path_) {
+      : survey_(survey_log(path.string(), table)), log_(path.string()) {
     report_.format = "LCM log";
-    report_.paths = {path_};
-    learn(table);
+    report_.paths = {path.string()};
+    report_.notes = survey_.notes;
   }
 
   std::optional<Sample> next() override {
@@ -95,24 +60,16 @@ class LcmLogReader : public files::SampleReader {
   }
 
  private:
-  void learn(const ForeignTable& table);
-  void compare_clocks();
   void read(const LogEvent& event);
-  void read_foreign(const LogEvent& event, const Channel& channel);
-  void read_foreign_lidar(const LogEvent& event, const Channel& channel);
-  void read_encoders(const maebot_encoders_t& ticks, const Channel& channel);
-  void emit(Sample sample, const Channel& channel);
-  bool stamp_fits(const LogEvent& event, const Channel& channel) const;
+  void read_foreign(const LogEvent& event, const LoggedChannel& channel);
+  void read_foreign_lidar(const LogEvent& event, const LoggedChannel& channel);
+  void read_encoders(const maebot_encoders_t& ticks, const LoggedChannel& channel);
+  void emit(Sample sample, const LoggedChannel& channel);
+  bool stamp_fits(const LogEvent& event, const LoggedChannel& channel) const;
   void finish_report();
-  Channel::Meaning classify(const LogEvent& event,
-                            const ForeignTable& table,
-                            ForeignChannel& foreign) const;
 
-  std::string path_;
+  LogSurvey survey_;
   files::EventLogReader log_;
-  std::map<std::string, Channel> channels_;
-  std::string lidar_channel_;  // the first laser: its clock is the log's
-  bool has_sensor_info_ = false;
   bool announced_ = false;
   std::optional<maebot_encoders_t> last_ticks_;
   Pose2 encoder_pose_;
@@ -121,111 +78,24 @@ class LcmLogReader : public files::SampleReader {
   files::InputReport report_;
 };
 
-Channel::Meaning LcmLogReader::classify(const LogEvent& event,
-                                        const ForeignTable& table,
-                                        ForeignChannel& foreign) const {
-  const std::string fingerprint = fingerprint_of(event);
-  bool decodes = false;
-  try {
-    decodes =
-        is_own_channel(event.channel) && decode_sample(event.channel, event.bytes).has_value();
-  } catch (const std::invalid_argument&) {
-    decodes = true;  // ours, but a bad one
-  }
-  for (const ForeignChannel& entry : table.channels) {
-    if (entry.fingerprint != fingerprint) continue;
-    if (!std::regex_match(event.channel, std::regex(entry.channel, std::regex::extended))) continue;
-    // A laser on our own channel name is ours where the log says how it sits, else by the table.
-    if (decodes && (has_sensor_info_ || entry.meaning != "lidar")) return Channel::Meaning::ours;
-    foreign = entry;
-    if (entry.meaning == "lidar") return Channel::Meaning::lidar;
-    if (entry.meaning == "odometry") return Channel::Meaning::odometry;
-    if (entry.meaning == "encoders") return Channel::Meaning::encoders;
-    if (entry.meaning == "true_pose") return Channel::Meaning::true_pose;
-    return Channel::Meaning::passed_by;
-  }
-  return decodes ? Channel::Meaning::ours : Channel::Meaning::passed_by;
-}
-
-void LcmLogReader::learn(const ForeignTable& table) {
-  constexpr std::size_t kEnoughOffsets = 2000;
-  files::EventLogReader survey(path_);
-  int64_t events = 0;
-  while (const std::optional<LogEvent> event = survey.next()) {
-    ++events;
-    const auto [entry, is_new] = channels_.try_emplace(event->channel);
-    Channel& channel = entry->second;
-    ++channel.count;
-    if (event->channel == channels::kSensorInfo) has_sensor_info_ = true;
-    if (is_new || channel.meaning == Channel::Meaning::passed_by) {
-      channel.fingerprint = fingerprint_of(*event);
-      channel.meaning = classify(*event, table, channel.foreign);
-    }
-    const auto utime = utime_of(*event);
-    if (utime && channel.meaning != Channel::Meaning::passed_by &&
-        channel.offsets_us.size() < kEnoughOffsets) {
-      channel.offsets_us.push_back(static_cast<int64_t>(
-          static_cast<uint64_t>(event->event_time.us) - static_cast<uint64_t>(*utime)));
-    }
-    const bool laser = channel.meaning == Channel::Meaning::lidar ||
-                       (channel.meaning == Channel::Meaning::ours &&
-                        event->channel.rfind(channels::kLidar, 0) == 0);
-    if (laser && lidar_channel_.empty()) lidar_channel_ = event->channel;
-  }
-  require(events > 0, path_ + ": holds no whole LCM event");
-  if (lidar_channel_.empty()) {
-    std::string seen;
-    for (const auto& [name, channel] : channels_) {
-      seen += (seen.empty() ? "" : ", ") + name + " (" + channel.fingerprint + ")";
-    }
-    throw std::invalid_argument(path_ + ": no laser among its channels: " + seen +
-                                ". Say what they mean in a copy of config/foreign.toml and give it "
-                                "with --foreign");
-  }
-  compare_clocks();
-}
-
-void LcmLogReader::compare_clocks() {
-  for (auto& [name, channel] : channels_) {
-    if (channel.offsets_us.empty()) continue;
-    const auto middle =
-        channel.offsets_us.begin() + static_cast<std::ptrdiff_t>(channel.offsets_us.size() / 2);
-    std::nth_element(channel.offsets_us.begin(), middle, channel.offsets_us.end());
-    channel.offset_us = *middle;
-    channel.offsets_us.clear();
-  }
-  const int64_t lidar_offset_us = channels_.at(lidar_channel_).offset_us;
-  for (auto& [name, channel] : channels_) {
-    if (channel.meaning == Channel::Meaning::passed_by) continue;
-    const int64_t difference_us = channel.offset_us - lidar_offset_us;
-    if (std::abs(static_cast<double>(difference_us)) * 1e-6 < kClocksDisagreeS) continue;
-    channel.shift_us = difference_us;
-    char note[200];
-    std::snprintf(note, sizeof note,
-                  "the clocks of %s and %s differ by %.1f s: taken by event time", name.c_str(),
-                  lidar_channel_.c_str(), static_cast<double>(difference_us) * 1e-6);
-    report_.notes.emplace_back(note);
-  }
-}
-
 void LcmLogReader::read(const LogEvent& event) {
-  const auto entry = channels_.find(event.channel);
-  if (entry == channels_.end()) return;
-  const Channel& channel = entry->second;
+  const auto entry = survey_.channels.find(event.channel);
+  if (entry == survey_.channels.end()) return;
+  const LoggedChannel& channel = entry->second;
   const std::string place = "event " + std::to_string(event.number) + " (" + event.channel + ")";
-  if (channel.meaning != Channel::Meaning::passed_by && !stamp_fits(event, channel)) {
+  if (channel.meaning != LoggedChannel::Meaning::passed_by && !stamp_fits(event, channel)) {
     report_.drop("stamp an hour and more from its event's time", place);
     return;
   }
   try {
-    if (channel.meaning == Channel::Meaning::ours) {
+    if (channel.meaning == LoggedChannel::Meaning::ours) {
       std::optional<Sample> sample = decode_sample(event.channel, event.bytes);
       if (sample) {
         emit(std::move(*sample), channel);
       } else {
         report_.drop("undecodable", place);
       }
-    } else if (channel.meaning != Channel::Meaning::passed_by) {
+    } else if (channel.meaning != LoggedChannel::Meaning::passed_by) {
       if (fingerprint_of(event) == channel.fingerprint) {
         read_foreign(event, channel);
       } else {
@@ -237,7 +107,7 @@ void LcmLogReader::read(const LogEvent& event) {
   }
 }
 
-bool LcmLogReader::stamp_fits(const LogEvent& event, const Channel& channel) const {
+bool LcmLogReader::stamp_fits(const LogEvent& event, const LoggedChannel& channel) const {
   constexpr int64_t kFarthestUs = 3'600'000'000;
   const auto utime = utime_of(event);
   if (!utime) return true;
@@ -248,14 +118,14 @@ bool LcmLogReader::stamp_fits(const LogEvent& event, const Channel& channel) con
   return off > -kFarthestUs && off < kFarthestUs;
 }
 
-void LcmLogReader::read_foreign(const LogEvent& event, const Channel& channel) {
+void LcmLogReader::read_foreign(const LogEvent& event, const LoggedChannel& channel) {
   const std::string& fingerprint = channel.fingerprint;
   const std::string place = "event " + std::to_string(event.number) + " (" + event.channel + ")";
-  if (channel.meaning == Channel::Meaning::lidar) {
-    if (event.channel == lidar_channel_) read_foreign_lidar(event, channel);
+  if (channel.meaning == LoggedChannel::Meaning::lidar) {
+    if (event.channel == survey_.lidar_channel) read_foreign_lidar(event, channel);
     return;
   }
-  if (channel.meaning == Channel::Meaning::encoders) {
+  if (channel.meaning == LoggedChannel::Meaning::encoders) {
     const auto ticks = decode_whole<maebot_encoders_t>(event);
     if (ticks) {
       read_encoders(*ticks, channel);
@@ -278,7 +148,7 @@ void LcmLogReader::read_foreign(const LogEvent& event, const Channel& channel) {
     return;
   }
   require(is_finite(pose), "pose that is not finite");
-  if (channel.meaning == Channel::Meaning::true_pose) {
+  if (channel.meaning == LoggedChannel::Meaning::true_pose) {
     emit(TruePose{utime, pose}, channel);
   } else {
     OdometrySample sample;
@@ -288,7 +158,7 @@ void LcmLogReader::read_foreign(const LogEvent& event, const Channel& channel) {
   }
 }
 
-void LcmLogReader::read_foreign_lidar(const LogEvent& event, const Channel& channel) {
+void LcmLogReader::read_foreign_lidar(const LogEvent& event, const LoggedChannel& channel) {
   LaserScan scan;
   if (const auto raw = decode_whole<lidar_raw_t>(event)) {
     scan = from_message(*raw, channels::kLidarRaw);
@@ -319,7 +189,7 @@ void LcmLogReader::read_foreign_lidar(const LogEvent& event, const Channel& chan
   emit(std::move(scan), channel);
 }
 
-void LcmLogReader::read_encoders(const maebot_encoders_t& ticks, const Channel& channel) {
+void LcmLogReader::read_encoders(const maebot_encoders_t& ticks, const LoggedChannel& channel) {
   if (last_ticks_) {
     const double left_m = (static_cast<double>(ticks.left_ticks_total) -
                            static_cast<double>(last_ticks_->left_ticks_total)) *
@@ -340,7 +210,7 @@ void LcmLogReader::read_encoders(const maebot_encoders_t& ticks, const Channel& 
   emit(sample, channel);
 }
 
-void LcmLogReader::emit(Sample sample, const Channel& channel) {
+void LcmLogReader::emit(Sample sample, const LoggedChannel& channel) {
   static constexpr const char* kNames[] = {"sensor infos", "scans",    "odometry",
                                            "imu",          "pan-tilt", "true poses"};
   ++report_.given[kNames[sample.index()]];
@@ -360,8 +230,8 @@ void LcmLogReader::emit(Sample sample, const Channel& channel) {
 void LcmLogReader::finish_report() {
   if (finished_) return;
   finished_ = true;
-  for (const auto& [name, channel] : channels_) {
-    if (channel.meaning != Channel::Meaning::passed_by) continue;
+  for (const auto& [name, channel] : survey_.channels) {
+    if (channel.meaning != LoggedChannel::Meaning::passed_by) continue;
     report_.notes.push_back(name + " (" + channel.fingerprint +
                             "): " + std::to_string(channel.count) + " events passed by");
   }

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cmath>
+
+#include "common/check.hpp"
+#include "common/pose2.hpp"
+
+namespace marco {
+
+/// A pose of a message that anybody may have sent. @throws std::invalid_argument saying `what` when
+/// it is not finite, or farther away than any building is wide.
+inline Pose2 finite_pose(double x_m, double y_m, double theta_rad, const char* what) {
+  const Pose2 pose{x_m, y_m, normalize_angle(theta_rad)};
+  // Farther than any building is wide: a flipped bit, not a place.
+  constexpr double kFarthestM = 1e5;
+  require(is_finite(pose) && std::abs(x_m) < kFarthestM && std::abs(y_m) < kFarthestM, what);
+  return pose;
+}
+
+}  // namespace marco

@@ -1,0 +1,134 @@
+// The spy's screen, driven through tmux.
+#include "tests/process/spy/spy_rig.hpp"
+
+namespace marco {
+namespace {
+
+using namespace marco::testing;  // NOLINT(google-build-using-namespace): its rig
+
+/// A terminal of 110 x 24 with the spy in it, driven by keys.
+class Terminal {
+ public:
+  explicit Terminal(const std::string& arguments) : name_("marco_spy_" + std::to_string(getpid())) {
+    tmux("kill-server 2>/dev/null");
+    tmux("-u -f /dev/null new-session -d -x 110 -y 24 \"" + spy() + arguments + "; sleep 20\"");
+  }
+  ~Terminal() { tmux("kill-server 2>/dev/null"); }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  void press(const std::string& keys) { tmux("send-keys " + keys); }
+  /// The screen as soon as it shows `text` (extended regular expression), or after 20 s.
+  std::string shows(const std::string& text) {
+    std::string screen;
+    for (int i = 0; i < 400; ++i) {
+      screen = tmux("capture-pane -p");
+      if (::testing::internal::RE::PartialMatch(screen, text)) break;
+      std::this_thread::sleep_for(milliseconds(50));
+    }
+    return screen;
+  }
+
+ private:
+  std::string tmux(const std::string& arguments) {
+    return output_of("LC_ALL=C.UTF-8 timeout 10 tmux -L " + name_ + " " + arguments);
+  }
+  std::string name_;
+};
+
+bool have_tmux() {
+  if (!output_of("command -v tmux").empty()) return true;
+  std::puts("SKIPPED: tmux is not installed");
+  return false;
+}
+
+#define EXPECT_SHOWS(terminal, text) \
+  EXPECT_THAT((terminal).shows(text), ::testing::ContainsRegex(text))
+
+TEST(SpyScreen, IsDrivenByKeys) {
+  if (!have_tmux()) return;
+  const Publisher publisher;
+  Terminal terminal("");
+  EXPECT_SHOWS(terminal, "POSE +marco.pose2_t +[0-9]+ +[0-9.]+ ");
+  EXPECT_SHOWS(terminal, "LCM_SELF_TEST +no type");
+  terminal.press("/ lidar Enter");
+  EXPECT_SHOWS(terminal, "filter: lidar");
+  EXPECT_THAT(terminal.shows("filter: lidar"), ::testing::Not(HasSubstr("pose2_t")));
+  terminal.press("Enter");
+  EXPECT_SHOWS(terminal, "ranges +float.360.");
+  terminal.press("v");
+  EXPECT_SHOWS(terminal, "360 of 360 beams, ahead is up");
+  terminal.press("Escape");
+  EXPECT_SHOWS(terminal, "ranges +float.360.");
+  terminal.press("Escape");
+  EXPECT_SHOWS(terminal, "filter: lidar");
+  terminal.press("Escape");
+  EXPECT_SHOWS(terminal, "pose2_t");
+  terminal.press("End");
+  terminal.press("Enter");
+  EXPECT_SHOWS(terminal, "x_m +double +[0-9]+ +.*[▁▂▃▄▅▆▇█]");
+  terminal.press("Down");
+  terminal.press("g");
+  EXPECT_SHOWS(terminal, "x_m = [0-9]+");
+  terminal.press("w");
+  EXPECT_SHOWS(terminal, "spy_process_test \\([0-9]+\\)");
+  EXPECT_SHOWS(terminal, "──▶ POSE");
+  EXPECT_SHOWS(terminal, "this spy +lost 0");
+  terminal.press("p");
+  EXPECT_SHOWS(terminal, "PAUSED");
+  terminal.press("q");
+  EXPECT_SHOWS(terminal, "[0-9]+ messages received, 0 lost");
+}
+
+// 10 frames a second while 100 000 messages a second come in: at most one frame in ten is late.
+TEST(SpyScreen, StaysAtTenFramesASecondUnderLoad) {
+  if (!have_tmux()) return;
+  Terminal terminal("");
+  terminal.shows("nothing heard yet");
+  Flood flood;
+  flood.send_paced(100000, 2);
+  std::this_thread::sleep_for(milliseconds(200));
+  flood.send(1);
+  terminal.shows("POSE");
+  terminal.press("q");
+  const std::string screen = terminal.shows("frames in [0-9.]+ s");
+  long long received = 0;
+  long long lost = 0;
+  long long frames = 0;
+  double seconds = 0;
+  const std::size_t line = screen.find(" messages received");
+  ASSERT_NE(line, std::string::npos) << screen;
+  const std::size_t begin =
+      screen.rfind('\n', line) == std::string::npos ? 0 : screen.rfind('\n', line) + 1;
+  ASSERT_EQ(
+      std::sscanf(screen.c_str() + begin, "%lld messages received, %lld lost, %lld frames in %lf s",
+                  &received, &lost, &frames, &seconds),
+      4)
+      << screen;
+  EXPECT_EQ(received + lost, flood.sent());
+  EXPECT_GE(static_cast<double>(frames) / seconds, 9.0);
+  std::printf("%.1f frames/s, sent %lld, lost %lld\n", static_cast<double>(frames) / seconds,
+              static_cast<long long>(flood.sent()), lost);
+}
+
+TEST(SpyScreen, PlaysALogAndStopsItsClock) {
+  const char* data = std::getenv("MARCO_TEST_DATA");
+  if (!have_tmux() || data == nullptr) {
+    std::puts("SKIPPED: needs tmux and MARCO_TEST_DATA");
+    return;
+  }
+  // However long the path is, the screen's title still says what the log does.
+  Terminal terminal(std::string(data) + "/../" + fs::path(data).filename().string() +
+                    "/mbot/mbot_convex.lcmlog --speed 20");
+  EXPECT_SHOWS(terminal, "RPLIDAR_LASER +marco.lidar_raw_t");
+  terminal.press("p");
+  const std::string paused = terminal.shows("PAUSED");
+  std::this_thread::sleep_for(milliseconds(400));
+  EXPECT_EQ(terminal.shows("PAUSED"), paused);
+  terminal.press("p");
+  EXPECT_SHOWS(terminal, "end of the log");
+  EXPECT_SHOWS(terminal, "TRUE_POSE .* 2103 ");
+}
+
+}  // namespace
+}  // namespace marco

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,6 +36,10 @@ class Bus {
   virtual void publish_raw(const std::string& channel,
                            std::span<const uint8_t> bytes,
                            Utime utime) = 0;
+
+  /// By channel: how many messages were given up because more came than were handled; the oldest
+  /// go first. Nothing is ever lost in batch.
+  virtual std::map<std::string, int64_t> lost() const { return {}; }
 
   /// Bytes that do not decode as Message, to the last byte, are counted in `drops` as
   /// "undecodable". An exception std::invalid_argument from `handler` is a bad message: counted

@@ -2,31 +2,56 @@
 
 #include <poll.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
+#include <deque>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
 namespace marco::process {
 namespace {
 
-// Enough that a burst of scans survives a slow map update; LCM's own 30 drops the newest.
-constexpr int kQueueCapacity = 500;
+// Of LCM's own queues, emptied before each message: what comes while one is handled must fit.
+constexpr int kLcmCapacity = 4000;
+// So many at once, then one is handled: a flood must not keep us from working.
+constexpr int kTakenAtOnce = 1000;
 
 }  // namespace
 
 struct LcmBus::Subscription {
+  struct Waiting {
+    int64_t number;
+    std::string channel;
+    std::vector<uint8_t> bytes;
+    Utime arrival;
+  };
+
   LcmBus* bus;
   RawHandler handler;
+  std::deque<Waiting> queue;
+  std::size_t bytes = 0;
 
   void handle(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
-    try {
-      handler({channel,
-               {static_cast<const uint8_t*>(buffer->data), buffer->data_size},
-               Utime::from_us(buffer->recv_utime)});
-    } catch (...) {
-      if (!bus->failure_) bus->failure_ = std::current_exception();
+    const auto* data = static_cast<const uint8_t*>(buffer->data);
+    queue.push_back({bus->taken_,
+                     channel,
+                     {data, data + buffer->data_size},
+                     Utime::from_us(buffer->recv_utime)});
+    bytes += buffer->data_size;
+    ++bus->queued_;
+    while (queue.size() > kQueueCapacity || (bytes > kQueueBytes && queue.size() > 1)) {
+      ++bus->lost_[take().channel];
     }
+  }
+
+  Waiting take() {
+    Waiting first = std::move(queue.front());
+    queue.pop_front();
+    bytes -= first.bytes.size();
+    --bus->queued_;
+    return first;
   }
 };
 
@@ -42,10 +67,11 @@ LcmBus::LcmBus(const std::string& url) : lcm_(effective_lcm_url(url)) {
 LcmBus::~LcmBus() = default;
 
 void LcmBus::subscribe_raw(const std::string& channel_regex, RawHandler handler) {
-  subscriptions_.push_back(std::make_unique<Subscription>(Subscription{this, std::move(handler)}));
+  subscriptions_.push_back(
+      std::make_unique<Subscription>(Subscription{this, std::move(handler), {}, 0}));
   lcm::Subscription* subscription =
       lcm_.subscribe(channel_regex, &Subscription::handle, subscriptions_.back().get());
-  subscription->setQueueCapacity(kQueueCapacity);
+  subscription->setQueueCapacity(kLcmCapacity);
 }
 
 void LcmBus::publish_raw(const std::string& channel,
@@ -56,14 +82,42 @@ void LcmBus::publish_raw(const std::string& channel,
   }
 }
 
+void LcmBus::take_what_came(int timeout_ms) {
+  for (int i = 0; i < kTakenAtOnce; ++i) {
+    // Not handleTimeout(): it takes a signal for a failure.
+    pollfd ready{lcm_.getFileno(), POLLIN, 0};
+    const int count = poll(&ready, 1, i == 0 ? timeout_ms : 0);
+    if (count == 0 || (count < 0 && errno == EINTR)) return;
+    ++taken_;
+    if (count < 0 || lcm_.handle() != 0) {
+      throw std::runtime_error("LCM stopped delivering messages");
+    }
+  }
+}
+
+void LcmBus::handle_oldest() {
+  int64_t oldest = std::numeric_limits<int64_t>::max();
+  for (const auto& one : subscriptions_) {
+    if (!one->queue.empty()) oldest = std::min(oldest, one->queue.front().number);
+  }
+  std::exception_ptr failure;
+  for (std::size_t i = 0; i < subscriptions_.size(); ++i) {  // a handler may subscribe
+    Subscription& one = *subscriptions_[i];
+    if (one.queue.empty() || one.queue.front().number != oldest) continue;
+    const Subscription::Waiting message = one.take();
+    try {
+      one.handler({message.channel, message.bytes, message.arrival});
+    } catch (...) {
+      if (!failure) failure = std::current_exception();
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
 bool LcmBus::handle_once(int timeout_ms) {
-  // Not handleTimeout(): it takes a signal for a failure.
-  pollfd ready{lcm_.getFileno(), POLLIN, 0};
-  const int count = poll(&ready, 1, timeout_ms);
-  if (count == 0 || (count < 0 && errno == EINTR)) return false;
-  const int result = count > 0 ? lcm_.handle() : -1;
-  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
-  if (result != 0) throw std::runtime_error("LCM stopped delivering messages");
+  take_what_came(queued_ > 0 ? 0 : timeout_ms);
+  if (queued_ == 0) return false;
+  handle_oldest();
   return true;
 }
 

@@ -12,13 +12,21 @@ namespace marco::process {
 
 /// The network: udpm:// live, memq:// in tests.
 ///
-/// An exception leaving an LCM handler would make the next handle() abort the process, so handlers
-/// are wrapped: the first exception is kept and thrown by handle_once() after LCM has returned.
+/// LCM's own queues refuse the newest message when they are full. So they are emptied into queues
+/// of ours before each message that is handled: of these, of kQueueCapacity messages and
+/// kQueueBytes a subscription, the oldest is given up, counted in lost(). A process that is too
+/// slow thus falls behind by so much at most, and works on what is now.
+///
+/// An exception leaving an LCM handler would make the next handle() abort the process: ours run
+/// after LCM has returned. The first exception is thrown by handle_once() when all handlers of the
+/// message have run.
 class LcmBus : public Bus {
  public:
   /// @param url "" = LCM_DEFAULT_URL, or multicast that stays on this host (ttl 0).
   /// @throws std::runtime_error saying what to try when LCM cannot open the url.
   explicit LcmBus(const std::string& url);
+  static constexpr std::size_t kQueueCapacity = 500;  ///< enough for a burst during a map update
+  static constexpr std::size_t kQueueBytes = 64 << 20;
   ~LcmBus() override;
 
   void subscribe_raw(const std::string& channel_regex, RawHandler handler) override;
@@ -26,17 +34,27 @@ class LcmBus : public Bus {
                    std::span<const uint8_t> bytes,
                    Utime utime) override;
 
+  std::map<std::string, int64_t> lost() const override { return lost_; }
+
   /// Waits up to `timeout_ms` for a message and handles it. @returns whether one was handled.
   /// @throws what a handler threw; std::runtime_error when the bus broke.
   bool handle_once(int timeout_ms);
+
+  /// Messages wait that lcm()'s file descriptor no longer tells of: for who polls it.
+  bool waiting() const { return queued_ > 0; }
 
   lcm::LCM& lcm() { return lcm_; }
 
  private:
   struct Subscription;
+  void take_what_came(int timeout_ms);
+  void handle_oldest();
+
   lcm::LCM lcm_;
+  int64_t taken_ = 0;  ///< messages so far: the order of arrival over all subscriptions
+  std::size_t queued_ = 0;
+  std::map<std::string, int64_t> lost_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
-  std::exception_ptr failure_;
 };
 
 /// The url a process uses: `--lcm-url`, else LCM_DEFAULT_URL, else multicast with ttl 0 and a

@@ -34,6 +34,11 @@ void StatusPublisher::send(const std::string& state) {
     status.drop_causes.push_back(cause);
     status.drop_counts.push_back(count);
   }
+  for (const auto& [channel, count] : bus_.lost()) {
+    status.received += count;
+    status.drop_causes.push_back("came too fast: the oldest of " + channel);
+    status.drop_counts.push_back(count);
+  }
   status.num_causes = static_cast<int32_t>(status.drop_causes.size());
   status.latency_mean_s = latencies_ > 0 ? latency_sum_s_ / latencies_ : 0.0;
   status.latency_max_s = latency_max_s_;

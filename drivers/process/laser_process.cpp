@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <numbers>
 #include <optional>
 
@@ -17,6 +18,9 @@ namespace {
 
 // A laser's noise makes no two scans alike; ten in a row are one that was kept.
 constexpr int kAlikeIsStuck = 10;
+// Stopped for longer, a process finds bytes in the line's buffers that were measured it cannot know
+// when; they are out of them well within kDrain.
+constexpr std::chrono::milliseconds kStall{500}, kDrain{300};
 
 /// Between one laser driver and the bus.
 class LaserSession final : public DeviceSession {
@@ -29,15 +33,18 @@ class LaserSession final : public DeviceSession {
     std::optional<LaserSight>& sight;
   };
 
-  LaserSession(std::unique_ptr<LaserDriver> driver, Outlet outlet)
-      : driver_(std::move(driver)), outlet_(std::move(outlet)) {
+  /// @param stream  the driver's.
+  LaserSession(ByteStream& stream, std::unique_ptr<LaserDriver> driver, Outlet outlet)
+      : stream_(stream), driver_(std::move(driver)), outlet_(std::move(outlet)) {
     outlet_.sight = driver_->sight();
   }
 
   void step() override {
+    if (std::chrono::steady_clock::now() - last_step_ > kStall) drop_what_waited();
     for (ArrivedScan& arrived : driver_->step()) publish(arrived);
     count_drops();
     outlet_.sight = driver_->sight();
+    last_step_ = std::chrono::steady_clock::now();
   }
   std::string state() const override {
     if (alike_ < kAlikeIsStuck) return driver_->state();
@@ -46,6 +53,16 @@ class LaserSession final : public DeviceSession {
   void stop() override { driver_->stop(); }
 
  private:
+  void drop_what_waited() {
+    outlet_.drops.count_received();
+    outlet_.drops.count("stood still: what waited in the line is too old");
+    const auto until = std::chrono::steady_clock::now() + kDrain;
+    uint8_t old[4096];
+    while (std::chrono::steady_clock::now() < until) {
+      stream_.read(old, std::chrono::milliseconds(20));
+    }
+  }
+
   void watch(const LaserScan& scan) {
     alike_ = scan.ranges_m == last_ranges_m_ ? alike_ + 1 : 0;
     if (alike_ == 0) last_ranges_m_ = scan.ranges_m;
@@ -75,11 +92,13 @@ class LaserSession final : public DeviceSession {
     }
   }
 
+  ByteStream& stream_;
   std::unique_ptr<LaserDriver> driver_;
   Outlet outlet_;
   std::map<std::string, int64_t> told_;
   std::vector<float> last_ranges_m_;
   int alike_ = 0;
+  std::chrono::steady_clock::time_point last_step_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace
@@ -122,7 +141,7 @@ void run_laser(process::Bus& bus, const LaserProcess& laser, const std::function
   DriverLoop* running = nullptr;
   DriverLoop loop(bus, drops, options, [&](ByteStream& stream) {
     return std::make_unique<LaserSession>(
-        laser.start(stream),
+        stream, laser.start(stream),
         LaserSession::Outlet{bus, drops, laser,
                              [&running](double seconds) { running->add_latency(seconds); }, sight});
   });

@@ -13,6 +13,7 @@ using std::chrono::microseconds;
 constexpr microseconds kStep{50'000};
 constexpr Duration kSettle = Duration::from_us(250'000);
 constexpr Duration kByteGap = Duration::from_us(30'000);  // the device's promise: 14 ms
+constexpr Duration kStopPatience = Duration::from_us(500'000);
 constexpr int kTries = 3;
 constexpr int kFastBaud = 500'000;  // from here on the laser needs 55 us between our bytes
 
@@ -109,6 +110,7 @@ void SickDriver::look_elsewhere() {
     set_baud(rates_[rate_]);
     goal_baud_ = rates_[0];
   }
+  streams_here_ = false;
   enter(Phase::finding);
 }
 
@@ -186,8 +188,8 @@ void SickDriver::on_event(const Event& event, Utime arrival) {
 
 void SickDriver::on_reply(const Event& event) {
   if (phase_ == Phase::finding && event.code() == kValuesReply) {
-    // It streams at this speed; it will hear "stop" between two scans.
-    deadline_ = clock_() + kModePatience;
+    // It streams at this speed: "stop" is said again if it was not heard.
+    if (!std::exchange(streams_here_, true)) deadline_ = clock_() + kStopPatience;
     return;
   }
   const bool rejected = event.code() == kRejectedReply;
@@ -201,7 +203,10 @@ void SickDriver::on_reply(const Event& event) {
 }
 
 void SickDriver::on_timeout() {
-  if (phase_ == Phase::finding) return look_elsewhere();
+  if (phase_ == Phase::finding) {
+    if (std::exchange(streams_here_, false)) return ask();
+    return look_elsewhere();
+  }
   if (tries_ < kTries) return ask();
   if (phase_ == Phase::checking_baud && ++baud_failures_ >= 2) {
     goal_baud_ = 9600;

@@ -109,6 +109,7 @@ class SickDriver final : public LaserDriver {
   int goal_baud_ = 0;
   int baud_failures_ = 0;
   int tries_ = 0;
+  bool streams_here_ = false;  ///< while finding: scans came since the last request
   Utime deadline_;
   Utime last_byte_;
   Utime settled_at_;

@@ -152,7 +152,7 @@ void DeputyProcess::adopt_keepers() {
 void DeputyProcess::step() {
   const int64_t now_us = monotonic_us();
   int64_t next_us = next_info_us_;
-  if (info_wanted_) next_us = now_us;
+  if (info_wanted_ || bus_.waiting()) next_us = now_us;
   for (const auto& due : {state_.next_due_us(), pump_.next_due_us()}) {
     if (due) next_us = std::min(next_us, *due);
   }

@@ -122,6 +122,7 @@ void SheriffProcess::step(int64_t max_wait_us, int extra_fd) {
   if (script_ && script_->next_due_us()) {
     wait_us = std::clamp<int64_t>(*script_->next_due_us() - now_us, 0, wait_us);
   }
+  if (bus_.waiting()) wait_us = 0;
   pollfd sources[] = {
       {signals_.get(), POLLIN, 0}, {bus_.lcm().getFileno(), POLLIN, 0}, {extra_fd, POLLIN, 0}};
   const timespec wait = {wait_us / 1'000'000, (wait_us % 1'000'000) * 1000};

@@ -1,11 +1,33 @@
 #include <spdlog/spdlog.h>
 
+#include <chrono>
+
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/status_publisher.hpp"
 #include "common/process/stop_signal.hpp"
+#include "lcmtypes/channels.hpp"
+#include "marco/process_status_t.hpp"
 #include "slam/process/lcm_adapter.hpp"
+
+namespace {
+
+/// Two would write over each other's poses and maps. What `bus` hears meanwhile waits in its queue.
+void require_alone(const std::string& url) {
+  constexpr std::chrono::seconds kListen{2};  // PROCESS_STATUS comes once a second
+  marco::process::LcmBus ear(url);
+  marco::process::DropCounter drops;
+  bool alone = true;
+  ear.subscribe<marco::process_status_t>(
+      marco::channels::kProcessStatus, drops,
+      [&alone](const auto& status, auto&) { alone = alone && status.process != "marco-slam"; });
+  const auto end = std::chrono::steady_clock::now() + kListen;
+  while (alone && std::chrono::steady_clock::now() < end) ear.handle_once(50);
+  if (!alone) throw std::runtime_error("another marco-slam is at work on this network");
+}
+
+}  // namespace
 
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
 
@@ -15,8 +37,11 @@ int main(int argc, char** argv) {
         "Scan-matching SLAM: LIDAR and ODOMETRY in, SLAM_POSE, TRAJECTORY and GRID_MAP out");
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
+    std::string checkpoint;
+    app.add_option("--checkpoint", checkpoint, "over the config's checkpoint_path");
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    const auto options = process::load_options<slam::SlamAdapterOptions>(arguments.config_path);
+    auto options = process::load_options<slam::SlamAdapterOptions>(arguments.config_path);
+    if (!checkpoint.empty()) options.checkpoint_path = checkpoint;
     if (arguments.print_config) {
       std::fputs(process::print_options(options).c_str(), stdout);
       return 0;
@@ -25,6 +50,7 @@ int main(int argc, char** argv) {
     process::catch_stop_signals();
     process::LcmBus bus(arguments.lcm_url);
     slam::SlamAdapter slam(bus, options, [](const std::string& line) { spdlog::warn(line); });
+    require_alone(arguments.lcm_url);
     process::StatusPublisher status(bus, "marco-slam", slam.drops());
     spdlog::info("listening on {}{}", process::effective_lcm_url(arguments.lcm_url),
                  slam.resumed() ? ", goes on from " + options.checkpoint_path : "");

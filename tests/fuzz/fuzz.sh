@@ -1,9 +1,13 @@
 #!/bin/bash
-# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--ci] [TARGET...]
+# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--ci GROUP] [TARGET...]
 # Corpora grow in WORK/TARGET, seeded from tests/fuzz/corpus/TARGET; two targets at a time. What crashes is left in
-# WORK and makes the exit code 1. --ci: 20 s each for three targets, other ones every day.
+# WORK and makes the exit code 1. --ci: 20 s each for three targets of one program, other ones every day, so that only
+# that program need be built; fuzz.sh --todays-group says which.
 set -u
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
+day=$(($(date +%s) / 86400))
+groups=(codecs procman files messages drivers network codecs configs)
+[ "${1:-}" = --todays-group ] && { echo "${groups[$((day % ${#groups[@]}))]}"; exit 0; }
 bin=$1 work=$2
 shift 2
 seconds=60 ci=no targets=()
@@ -11,8 +15,8 @@ while [ $# -gt 0 ]; do
   case $1 in
     --minutes) seconds=$((60 * $2)); shift 2 ;;
     --seconds) seconds=$2; shift 2 ;;
-    --ci) ci=yes seconds=20; shift ;;
-    -*) echo "usage: ./marco fuzz [--minutes N] [--ci] [TARGET...]" >&2; exit 2 ;;
+    --ci) ci=$2 seconds=20; shift 2 ;;
+    -*) echo "usage: ./marco fuzz [--minutes N] [TARGET...]" >&2; exit 2 ;;
     *) targets+=("$1"); shift ;;
   esac
 done
@@ -23,11 +27,11 @@ program_of() {
     "$program" 2>/dev/null | grep -qx "$1" && { echo "$program"; return; }
   done
 }
-mapfile -t all < <(for program in "$bin"/fuzz_*; do "$program" 2>/dev/null; done | sort)
+mapfile -t all < <(for program in "$bin"/fuzz_$([ $ci = no ] && echo '*' || echo $ci); do "$program" 2>/dev/null; done | sort)
 [ ${#all[@]} -gt 0 ] || { echo "fuzz: no fuzzers in $bin" >&2; exit 1; }
-if [ $ci = yes ]; then
-  first=$(($(date +%s) / 86400 * 3))
-  for i in 0 1 2; do targets+=("${all[$(((first + i) % ${#all[@]}))]}"); done
+if [ $ci != no ]; then
+  first=$((day / ${#groups[@]} * 3))
+  for ((i = 0; i < 3 && i < ${#all[@]}; ++i)); do targets+=("${all[$(((first + i) % ${#all[@]}))]}"); done
 fi
 [ ${#targets[@]} -gt 0 ] || targets=("${all[@]}")
 

@@ -41,6 +41,17 @@ def datagrams(channel, data, sequence):
     return out
 
 
+def events_of(path):
+    """Channel and bytes of each whole event of a log."""
+    with open(path, "rb") as log:
+        while len(head := log.read(28)) == 28:
+            sync, _, _, name_size, data_size = struct.unpack(">IqqII", head)
+            name, data = log.read(name_size), log.read(data_size)
+            if sync != 0xEDA1DA01 or len(data) != data_size:
+                return
+            yield name.decode(errors="replace"), data
+
+
 class Ear(threading.Thread):
     """Hears poses and PROCESS_STATUS; counts messages by channel."""
 

@@ -6,60 +6,8 @@
 set -u
 bin=$1
 root=$2
-if [ "${3:-}" != inside ]; then
-  if ! unshare -rn true 2>/dev/null; then
-    echo 'SKIPPED: this system forbids network namespaces'
-    exit 0
-  fi
-  exec unshare -rn "$0" "$bin" "$root" inside
-fi
-for program in lcm-logplayer nsenter pgrep; do
-  if ! command -v $program >/dev/null; then
-    echo "SKIPPED: $program is not installed"
-    exit 0
-  fi
-done
-
-folder=$(mktemp -d)
-export XDG_RUNTIME_DIR=$folder/run XDG_STATE_HOME=$folder/state
+source "$root/tests/support/two_networks.sh"
 export LCM_DEFAULT_URL='udpm://239.255.76.67:7667?ttl=1&recv_buf_size=2097152'
-started=()
-finish() {
-  kill -TERM "${started[@]}" 2>/dev/null
-  sleep 1
-  kill -KILL "${started[@]}" 2>/dev/null
-  rm -rf "$folder"
-}
-trap finish EXIT
-fail() {
-  echo "FAILED: $*"
-  tail -n 30 "$folder"/*.log
-  exit 1
-}
-
-# The second host lives as long as this sleep.
-unshare -n sleep 300 &
-host_b=$!
-started+=("$host_b")
-on_b() { nsenter --net="/proc/$host_b/ns/net" "$@"; }
-for _ in $(seq 100); do
-  [ "$(readlink "/proc/$host_b/ns/net")" != "$(readlink /proc/self/ns/net)" ] && break
-  sleep 0.02
-done
-if ! ip link add cable_a type veth peer name cable_b netns "$host_b" 2>/dev/null; then
-  echo 'SKIPPED: this system has no virtual cables (veth)'
-  exit 0
-fi
-ip link set lo up
-on_b ip link set lo up
-ip address add 10.77.0.1/24 dev cable_a
-on_b ip address add 10.77.0.2/24 dev cable_b
-connect() {
-  ip link set cable_a up multicast on && ip route replace 224.0.0.0/4 dev cable_a
-}
-on_b ip link set cable_b up multicast on
-on_b ip route replace 224.0.0.0/4 dev cable_b
-connect || fail 'cannot join the two hosts'
 
 "$bin/marco-simulate" --world "$root/config/worlds/lab.toml" --tour "$root/config/tours/lab.toml" --seed 1 \
   --out "$folder/lab.lcm" >/dev/null || fail 'cannot simulate'
@@ -79,7 +27,7 @@ TEXT
 
 "$bin/marco-procman-deputy" -i base --script "$folder/robot.procman" -l "$folder/base.log" &
 started+=($!)
-nsenter --net="/proc/$host_b/ns/net" "$bin/marco-procman-deputy" -i mapper --script "$folder/robot.procman" \
+on_other "$bin/marco-procman-deputy" -i mapper --script "$folder/robot.procman" \
   -l "$folder/mapper.log" &
 started+=($!)
 sleep 1

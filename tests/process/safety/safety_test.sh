@@ -8,48 +8,8 @@
 set -u
 bin=$1
 root=$2
-if [ "${3:-}" != inside ]; then
-  if ! unshare -rmn true 2>/dev/null; then
-    echo 'SKIPPED: this system forbids network namespaces'
-    exit 0
-  fi
-  exec unshare -rmn "$0" "$bin" "$root" inside
-fi
-for program in nsenter python3 ip; do
-  command -v $program >/dev/null || { echo "SKIPPED: $program is not installed"; exit 0; }
-done
-
-folder=$(mktemp -d)
-export XDG_RUNTIME_DIR=$folder/run XDG_STATE_HOME=$folder/state
+source "$root/tests/support/two_networks.sh"
 unset LCM_DEFAULT_URL
-started=()
-finish() {
-  kill -TERM "${started[@]}" 2>/dev/null
-  sleep 0.5
-  kill -KILL "${started[@]}" 2>/dev/null
-  rm -rf "$folder"
-}
-trap finish EXIT
-fail() {
-  echo "FAILED: $*"
-  tail -n 30 "$folder"/*.log 2>/dev/null
-  exit 1
-}
-
-unshare -n sleep 120 &
-other=$!
-started+=("$other")
-for _ in $(seq 100); do
-  [ "$(readlink "/proc/$other/ns/net")" != "$(readlink /proc/self/ns/net)" ] && break
-  sleep 0.02
-done
-ip link add cable_a type veth peer name cable_b netns "$other" 2>/dev/null ||
-  { echo 'SKIPPED: this system has no virtual cables (veth)'; exit 0; }
-ip link set lo up
-ip address add 10.77.0.1/24 dev cable_a
-ip link set cable_a up multicast on
-ip route add 224.0.0.0/4 dev cable_a
-nsenter --net="/proc/$other/ns/net" bash -c 'ip link set lo up; ip address add 10.77.0.2/24 dev cable_b; ip link set cable_b up multicast on'
 
 cat >"$folder/capture.py" <<'PY'
 import socket, struct, sys, time
@@ -79,7 +39,7 @@ captured() {
   "$bin/marco-procman-deputy" -i here "${url[@]}" >"$folder/deputy.log" 2>&1 &
   children+=($!)
   sleep 1
-  nsenter --net="/proc/$other/ns/net" python3 "$folder/capture.py" 3
+  on_other python3 "$folder/capture.py" 3
   kill -TERM "${children[@]}" 2>/dev/null
   wait "${children[@]}" 2>/dev/null
 }

@@ -27,6 +27,39 @@ TEST(LcmBus, DeliversAndSurvivesAHandlerThatThrows) {
   EXPECT_FALSE(bus.handle_once(0));
 }
 
+TEST(LcmBus, WhoIsTooSlowLosesTheOldestAndSaysHowMany) {
+  LcmBus bus("memq://");
+  DropCounter drops;
+  std::vector<std::pair<char, double>> got;
+  const auto keep = [&](char who) {
+    return [&got, who](const pose2_t& pose, const RawMessage&) { got.emplace_back(who, pose.x_m); };
+  };
+  bus.subscribe<pose2_t>("FAST", drops, keep('f'));
+  bus.subscribe<pose2_t>("SLOW", drops, keep('s'));
+  bus.subscribe<pose2_t>("SLOW", drops, keep('t'));
+  pose2_t pose{};
+  bus.publish("SLOW", pose);
+  constexpr int kSent = static_cast<int>(LcmBus::kQueueCapacity) + 7;
+  for (int i = 0; i < kSent; ++i) {
+    pose.x_m = i;
+    bus.publish("FAST", pose);
+  }
+  pose.x_m = 1e6;
+  bus.publish("SLOW", pose);
+  int handled = 0;
+  while (bus.handle_once(0)) ++handled;
+
+  EXPECT_EQ(handled, kSent - 7 + 2);
+  EXPECT_EQ(bus.lost(), (std::map<std::string, int64_t>{{"FAST", 7}}));
+  // In the order of arrival; a message with two handlers is one.
+  ASSERT_EQ(got.size(), static_cast<std::size_t>(kSent - 7 + 4));
+  EXPECT_EQ(got[0], std::make_pair('s', 0.0));
+  EXPECT_EQ(got[1], std::make_pair('t', 0.0));
+  EXPECT_EQ(got[2], std::make_pair('f', 7.0));
+  EXPECT_EQ(got[got.size() - 3], std::make_pair('f', kSent - 1.0));
+  EXPECT_EQ(got.back(), std::make_pair('t', 1e6));
+}
+
 TEST(LcmBus, AnUrlNobodyKnowsIsRefusedWithAHint) {
   EXPECT_THROW(LcmBus("nonsense://"), std::runtime_error);
 }

@@ -1,0 +1,87 @@
+"""How many scans a second live SLAM takes: a simulated drive is played faster and faster into marco-slam, until messages
+are given up (the oldest, counted on PROCESS_STATUS). Prints a line for each speed: scans offered a second, given up,
+poses, and how far the map is from that of the slowest run. Run by `./marco soak --load` in a network of its own."""
+import argparse
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from lcm_wire import Ear, events_of  # noqa: E402
+from live_stack import LEGS  # noqa: E402
+
+PORT = 7667
+LOST = "came too fast: the oldest of "
+
+
+def play(arguments, folder, log, speed):
+    """@returns seconds it took, what SLAM said last of its drops, poses, and the log of its map."""
+    ear = Ear(PORT)
+    recorded = f"{folder}/map_{speed:g}.lcm"
+    recorder = subprocess.Popen(["lcm-logger", "-q", "-c", "GRID_MAP", recorded])
+    with open(folder + "/slam.log", "a") as said:
+        slam = subprocess.Popen([arguments.bin + "/marco-slam"], stderr=said)
+    time.sleep(3.0)
+    start = time.time()
+    subprocess.run(["lcm-logplayer", f"--speed={speed:g}", log], check=True, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL)
+    took = time.time() - start
+    poses = -1
+    while poses != ear.counts.get("SLAM_POSE", 0):  # until it has caught up
+        poses = ear.counts.get("SLAM_POSE", 0)
+        time.sleep(2.5)
+    drops = dict(ear.drops.get("marco-slam", {}))
+    slam.send_signal(signal.SIGINT)
+    slam.wait(60)
+    time.sleep(0.5)
+    recorder.send_signal(signal.SIGINT)
+    recorder.wait(10)
+    ear.ended = True
+    return took, drops, poses, recorded
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="marco soak --load")
+    parser.add_argument("root")
+    parser.add_argument("--load", action="store_true", help="this")
+    parser.add_argument("--bin")
+    parser.add_argument("--speeds", type=float, nargs="+", default=[4, 8, 16, 24, 32, 48, 64])
+    arguments = parser.parse_args()
+    arguments.bin = arguments.bin or arguments.root + "/build/release/bin"
+    os.environ["LCM_DEFAULT_URL"] = "udpm://239.255.76.67:%d?ttl=0&recv_buf_size=2097152" % PORT
+    folder = tempfile.mkdtemp(prefix="marco_load_")
+    log = folder + "/drive.lcm"
+    with open(folder + "/tour.toml", "w") as tour:
+        tour.write("start_m = [2.0, 3.0]\n" + LEGS.replace("seconds = 6.0", "seconds = 1.0"))
+    subprocess.run([arguments.bin + "/marco-simulate", "--world", arguments.root + "/config/worlds/lab.toml", "--tour",
+                    folder + "/tour.toml", "--seed", "1", "--out", log], check=True, stdout=subprocess.DEVNULL)
+    channels = [channel for channel, _ in events_of(log)]
+    scans = channels.count("LIDAR")
+    print(f"{scans} scans, {len(channels)} messages; each line is one drive")
+    print(f"{'speed':>6} {'scans/s':>8} {'seconds':>8} {'poses':>6} {'given up':>9}  map against the first line's")
+    reference, good, taken = None, True, 0.0
+    for speed in arguments.speeds:
+        took, drops, poses, recorded = play(arguments, folder, log, speed)
+        lost = {cause[len(LOST):]: count for cause, count in drops.items() if cause.startswith(LOST)}
+        reference = reference or recorded
+        answer = subprocess.run([arguments.bin + "/map_difference", reference, recorded], capture_output=True, text=True)
+        near = re.search(r"p95 ([0-9.]+)", answer.stdout)
+        rate = scans / took
+        print(f"{speed:6g} {rate:8.0f} {took:8.1f} {poses:6d} {sum(lost.values()):9d}  "
+              f"{answer.stdout.strip()}  {lost or ''}", flush=True)
+        # Every scan has a pose, or was counted as given up.
+        kept = poses + lost.get("LIDAR", 0) >= scans - 2
+        good = good and kept and near is not None and float(near.group(1)) <= 0.0501
+        if not lost and poses >= scans - 2:
+            taken = max(taken, rate)
+    print(f"takes {taken:.0f} scans a second without giving up any; "
+          f"{'the map stays and every scan is accounted for' if good else 'NOT all is well'}")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

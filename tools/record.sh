@@ -1,7 +1,8 @@
 #!/bin/bash
 # Records all channels with lcm-logger for as long as it is let: record.sh FILE [KB_LEFT_FREE]
-# writes FILE.00; after a full disk or a crash FILE.01 and so on. What was recorded is never overwritten, and while
-# the disk has less room than KB_LEFT_FREE (20480) it waits and says so. LCM_DEFAULT_URL says what is recorded.
+# The newest piece is FILE.0, the one before it FILE.1 and so on: a new one after 500 MB, a full disk or a crash. Of more
+# than 20 the oldest is deleted (MARCO_RECORD_MB, MARCO_RECORD_PIECES). While the disk has less room than KB_LEFT_FREE
+# (20480) it waits and says so. LCM_DEFAULT_URL says what is recorded.
 set -u
 file=$1 least_kb=${2:-20480}
 ended=no child=
@@ -31,7 +32,7 @@ while [ $ended = no ]; do
     while [ $ended = no ] && is_full; do run sleep 1; done
     continue
   fi
-  run lcm-logger -q -i "$file"
+  run lcm-logger -q --split-mb="${MARCO_RECORD_MB:-500}" --rotate="${MARCO_RECORD_PIECES:-20}" "$file"
   [ $ended = yes ] && break
   echo "record: lcm-logger ended with $code; a new file is begun" >&2
   run sleep 0.5

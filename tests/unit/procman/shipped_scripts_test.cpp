@@ -23,8 +23,8 @@ std::string text_of(const std::string& path) {
   return text.str();
 }
 
-std::set<std::string> programs_of_the_project() {
-  std::set<std::string> names;
+std::set<std::string> known_programs() {
+  std::set<std::string> names{"lcm-logger"};  // and LCM's own
   for (const char* room : {"drivers", "slam", "mapping3d", "viewer", "procman", "tools"}) {
     for (const auto& entry : fs::recursive_directory_iterator(room)) {
       if (entry.path().filename() != "CMakeLists.txt") continue;
@@ -53,7 +53,7 @@ void check_commands(const GroupConfig& group, const std::set<std::string>& progr
 }
 
 TEST(ShippedScripts, NameCommandsProgramsAndFilesThatExist) {
-  const std::set<std::string> programs = programs_of_the_project();
+  const std::set<std::string> programs = known_programs();
   ASSERT_EQ(programs.count("marco-slam"), 1U);
   int scripts = 0;
   for (const auto& entry : fs::directory_iterator("config")) {

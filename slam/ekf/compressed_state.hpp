@@ -91,6 +91,7 @@ class CompressedState {
   /// Does up to `max_tiles` of what settle() put off.
   void catch_up(int max_tiles) { whole_.catch_up(max_tiles); }
   int pending() const { return whole_.pending(); }
+  int num_tiles() const { return whole_.num_tiles(); }
 
   /// Robot and the given walls, packed: 3 + 4 n. Settles; O(n^2).
   Eigen::VectorXd dense_mean(std::span<const int> walls) const;

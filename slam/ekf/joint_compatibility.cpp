@@ -23,6 +23,14 @@ double normal_quantile(double probability) {
   return x;
 }
 
+// Wilson and Hilferty's approximation.
+double limit_of(int degrees_of_freedom, double quantile) {
+  const double k = degrees_of_freedom;
+  const double spread = 2.0 / (9.0 * k);
+  const double root = 1.0 - spread + quantile * std::sqrt(spread);
+  return k * root * root * root;
+}
+
 class BranchAndBound {
  public:
   BranchAndBound(const CompressedState& state,
@@ -41,8 +49,9 @@ class BranchAndBound {
         return distance2[static_cast<std::size_t>(a)] < distance2[static_cast<std::size_t>(b)];
       });
     }
+    const double quantile = normal_quantile(probability);
     for (int k = 0; k <= num_observations; ++k) {
-      limits_.push_back(k == 0 ? 0.0 : chi_square_limit(2 * k, probability));
+      limits_.push_back(k == 0 ? 0.0 : limit_of(2 * k, quantile));
     }
     possible_after_.assign(of_observation_.size() + 1, 0);
     for (std::size_t i = of_observation_.size(); i-- > 0;) {
@@ -132,10 +141,7 @@ class BranchAndBound {
 }  // namespace
 
 double chi_square_limit(int degrees_of_freedom, double probability) {
-  const double k = degrees_of_freedom;
-  const double spread = 2.0 / (9.0 * k);
-  const double root = 1.0 - spread + normal_quantile(probability) * std::sqrt(spread);
-  return k * root * root * root;
+  return limit_of(degrees_of_freedom, normal_quantile(probability));
 }
 
 double individual_distance2(const CompressedState& state, const Candidate& candidate) {

@@ -42,6 +42,7 @@ class TiledCovariance {
 
   /// Columns of V waiting; 0 = everything is up to date.
   int pending() const { return pending_; }
+  int num_tiles() const { return static_cast<int>(tiles_.size()); }
 
  private:
   using TileMatrix = Eigen::Matrix<double, kTile, kTile>;

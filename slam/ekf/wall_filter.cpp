@@ -81,7 +81,8 @@ std::vector<int> WallFilter::blocks_within(double radius_m, double behind_m) con
 }
 
 void WallFilter::focus() {
-  state_.catch_up(options_.catch_up_tiles);
+  state_.catch_up(std::max(options_.catch_up_tiles,
+                           static_cast<int>(options_.catch_up_part * state_.num_tiles())));
   const bool all = static_cast<int>(walls_.size()) <= options_.max_dense_walls;
   if (all && state_.num_passive() == 0) return;
   const std::vector<int> needed =

@@ -35,7 +35,8 @@ struct WallFilterOptions {
   double active_behind_m = 1.0;     ///< ... unless the robot is as far behind their line
   double active_margin_m = 2.0;     ///< more is made active at once, so that it lasts a while
   int max_dense_walls = 24;         ///< with fewer walls all are active
-  int catch_up_tiles = 200;         ///< of the put-off covariance, at most, each scan
+  int catch_up_tiles = 40;          ///< of the put-off covariance each scan, or ...
+  double catch_up_part = 0.25;      ///< ... this part of all, whichever is more
   WallEvidenceOptions evidence;
 
   template <class Visitor>
@@ -58,6 +59,7 @@ struct WallFilterOptions {
     v("active_margin_m", active_margin_m, kNotNegative);
     v("max_dense_walls", max_dense_walls, Limits{0, 1e6});
     v("catch_up_tiles", catch_up_tiles, Limits{1, 1e6});
+    v("catch_up_part", catch_up_part, Limits{0.0, 1.0});
     v("evidence", evidence);
   }
 };
@@ -170,6 +172,8 @@ class WallFilter {
   SparseRows rows_for(const ObservedWall& observed, std::size_t index, MatchedEnds ends) const;
   MatchedEnds matched_ends(const ObservedWall& observed, std::size_t index) const;
   double end_limit_m(const ObservedWall& observed, std::size_t index) const;
+  void check_again(const std::vector<ObservedWall>& observed,
+                   std::vector<WallMatch>& matches) const;
   std::vector<WallMatch> associate_similar(const std::vector<ObservedWall>& observed) const;
   Segment seen_in_world(const ObservedWall& observed) const;
   bool move_end(std::size_t index, const ObservedWall& observed, bool at_start);

@@ -39,27 +39,35 @@ void LineExtractor::Sums::add_point(double x_m, double y_m, double point_weight)
 }
 
 void LineExtractor::take_points(const ScanInRobot& scan) {
-  x_.clear();
-  y_.clear();
-  range2_.clear();
-  beam_.clear();
-  gap2_.clear();
-  sums_.clear();
+  const std::size_t room = scan.beams.size();
+  x_.resize(room);
+  y_.resize(room);
+  range2_.resize(room);
+  inverse_range2_.resize(room);
+  beam_.resize(room);
+  sums_.resize(room + 1);
   Sums sums;
-  for (std::size_t i = 0; i < scan.beams.size(); ++i) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < room; ++i) {
     const Beam& beam = scan.beams[i];
     if (!beam.returned || beam.range_m > options_.max_range_m) continue;
-    x_.push_back(beam.hit_m.x());
-    y_.push_back(beam.hit_m.y());
-    range2_.push_back(square(beam.range_m));
-    beam_.push_back(static_cast<int>(i));
-    sums_.push_back(sums);
+    x_[count] = beam.hit_m.x();
+    y_[count] = beam.hit_m.y();
+    range2_[count] = square(beam.range_m);
+    inverse_range2_[count] = 1.0 / range2_[count];
+    beam_[count] = static_cast<int>(i);
+    sums_[count] = sums;
     sums.add_point(beam.hit_m.x(), beam.hit_m.y(), 1.0);
+    ++count;
   }
-  sums_.push_back(sums);
-  for (std::size_t i = 0; i + 1 < x_.size(); ++i) {
-    gap2_.push_back(square(x_[i + 1] - x_[i]) + square(y_[i + 1] - y_[i]));
+  sums_[count] = sums;
+  x_.resize(count);
+  y_.resize(count);
+  gap2_.resize(count);
+  for (std::size_t i = 0; i + 1 < count; ++i) {
+    gap2_[i] = square(x_[i + 1] - x_[i]) + square(y_[i + 1] - y_[i]);
   }
+  if (count > 0) gap2_.resize(count - 1);
 }
 
 bool LineExtractor::is_gap_after(int point) const {
@@ -154,38 +162,74 @@ bool LineExtractor::lie_on(int first, int last, const Line& line) const {
   return true;
 }
 
+double LineExtractor::squared_distance(int a, int b) const {
+  const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+  return square(x_[j] - x_[i]) + square(y_[j] - y_[i]);
+}
+
+// Beams that went through the line and met something behind it: a door, not a stray. A single one
+// may be an outlier.
+bool LineExtractor::is_opening(int before, int after, const Line& line) const {
+  if (after - before < 3 || squared_distance(before, after) <= square(options_.max_gap_m)) {
+    return false;
+  }
+  const double side = line.across_of(scan_->sensor_m) > 0.0 ? 1.0 : -1.0;
+  int through = 0;
+  for (int i = before + 1; i < after; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    through += side * line.across_of(x_[k], y_[k]) < -options_.split_distance_m ? 1 : 0;
+  }
+  return through >= 2;
+}
+
+// From point to point of the line over the strays between them, few in a row.
+bool LineExtractor::is_bridged(int before, int after, const Line& line) const {
+  int last = before;
+  for (int i = before + 1; i <= after; ++i) {
+    if (i < after && !lie_on(i, i, line)) continue;
+    const int strays = i - last - 1;
+    if (strays > options_.max_outliers_in_a_row) return false;
+    const double reach_m = options_.max_gap_m * (1.0 + strays);
+    const bool wide = squared_distance(last, i) > square(reach_m);
+    if (wide && (strays > 0 || is_gap_after(last))) return false;
+    if (is_opening(last, i, line)) return false;
+    last = i;
+  }
+  return true;
+}
+
 bool LineExtractor::fits_together(const Piece& before, const Piece& after) const {
-  const auto last = static_cast<std::size_t>(before.last);
-  const auto first = static_cast<std::size_t>(after.first);
-  const int strays = std::max(0, after.first - before.last - 1);
-  if (strays > options_.max_outliers_in_a_row) return false;
-  const double reach_m = options_.max_gap_m * (1.0 + strays);
-  const double gap2 = square(x_[first] - x_[last]) + square(y_[first] - y_[last]);
-  if (gap2 > square(reach_m) && (strays > 0 || is_gap_after(before.last))) return false;
   Sums sums = sums_of(before.core_first, before.core_last);
   sums.add(sums_of(after.first, after.last), 1.0);
   const Line line = line_of(sums);
   return line.rms_m <= options_.split_distance_m &&
-         lie_on(before.core_first, before.core_last, line) && lie_on(after.first, after.last, line);
+         lie_on(before.core_first, before.core_last, line) &&
+         lie_on(after.first, after.last, line) && is_bridged(before.last, after.first, line);
 }
 
+// A wall goes on in the next piece that fits, over pieces made of a stray and points of the wall.
 void LineExtractor::merge() {
   merged_.clear();
-  for (const Piece& piece : pieces_) {
-    if (piece.last - piece.first < 2) continue;
-    if (merged_.empty() || !fits_together(merged_.back(), piece)) {
-      merged_.push_back(piece);
+  for (std::size_t i = 0; i < pieces_.size();) {
+    if (pieces_[i].last - pieces_[i].first < 2) {
+      ++i;
       continue;
     }
-    Piece& wall = merged_.back();
-    const bool touches = piece.first <= wall.last + 1 && wall.core_last == wall.last;
-    if (touches) {
-      wall.core_last = piece.last;
-    } else if (piece.last - piece.first > wall.core_last - wall.core_first) {
-      wall.core_first = piece.first;
-      wall.core_last = piece.last;
+    Piece wall = pieces_[i++];
+    for (std::size_t j = i; j < pieces_.size(); ++j) {
+      const Piece& piece = pieces_[j];
+      if (piece.first - wall.last > kLookAheadPoints) break;
+      if (piece.last - piece.first < 2 || !fits_together(wall, piece)) continue;
+      if (piece.first <= wall.last + 1 && wall.core_last == wall.last) {
+        wall.core_last = piece.last;
+      } else if (piece.last - piece.first > wall.core_last - wall.core_first) {
+        wall.core_first = piece.first;
+        wall.core_last = piece.last;
+      }
+      wall.last = piece.last;
+      i = j + 1;
     }
-    wall.last = piece.last;
+    merged_.push_back(wall);
   }
 }
 

@@ -21,6 +21,9 @@ struct LineExtractorOptions {
   double touch_m = 0.12;           ///< hits nearer together than this are one surface
   double trim_sigmas = 3.0;        ///< points farther from the fitted line do not count for it
   double surface_sigma_m = 0.002;  ///< roughness of real walls: no point is surer than that
+  double least_step_m = 0.025;     ///< parts as far apart across are two walls, if that is sure
+  double max_roughness_sigmas = 2.0;  ///< a wall whose points scatter more about it is strays ...
+  double rough_length_m = 2.0;        ///< ... unless it is as long
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -34,6 +37,9 @@ struct LineExtractorOptions {
     v("touch_m", touch_m, kPositive);
     v("trim_sigmas", trim_sigmas, Limits{1.0, 100.0});
     v("surface_sigma_m", surface_sigma_m, kPositive);
+    v("least_step_m", least_step_m, kPositive);
+    v("max_roughness_sigmas", max_roughness_sigmas, Limits{1.0, 1000.0});
+    v("rough_length_m", rough_length_m, kNotNegative);
   }
 };
 
@@ -54,6 +60,8 @@ class LineExtractor {
   const std::vector<ObservedWall>& extract(const ScanInRobot& scan);
 
  private:
+  /// How far behind a wall the next piece of it is looked for.
+  static constexpr int kLookAheadPoints = 16;
   static constexpr double square(double value) { return value * value; }
   /// Points first..last in order. Between parts that were put together there may be strays, which
   /// do not lie on its line; the core is its longest stretch without any.
@@ -73,6 +81,7 @@ class LineExtractor {
     double center_x = 0.0, center_y = 0.0;
     double along_x = 1.0, along_y = 0.0;
     double rms_m = 0.0;  ///< weighted distance of its points
+    double across_of(const Eigen::Vector2d& p) const { return across_of(p.x(), p.y()); }
     double across_of(double x, double y) const {
       return along_x * (y - center_y) - along_y * (x - center_x);
     }
@@ -88,26 +97,31 @@ class LineExtractor {
   int farthest_from_chord(const Piece& piece) const;
   void merge();
   bool fits_together(const Piece& before, const Piece& after) const;
+  bool is_bridged(int before, int after, const Line& line) const;
+  bool is_opening(int before, int after, const Line& line) const;
+  double squared_distance(int a, int b) const;
   bool lie_on(int first, int last, const Line& line) const;
   Sums sums_of(int first, int last) const;
   static Line line_of(const Sums& sums);
-  double sigma2_across(int point, double sensor_distance_m) const;
   void choose_members(int from, int to, const Line& line);
   void cut_members_at_gaps(const Line& line);
-  Line fit_members(const Line& guess) const;
+  Line fit_members() const;
   void accept(std::size_t piece_index);
+  std::size_t step_in_members(const Line& line) const;
+  void emit_parts(const Line& line);
   void emit(const Line& line);
   double spacing_at(std::size_t member, int inwards) const;
   bool end_is_seen(int beam, int step, const ObservedWall& wall) const;
 
   LineExtractorOptions options_;
   // Points of the scan at hand, without the beams that brought nothing.
-  std::vector<double> x_, y_, range2_;
+  std::vector<double> x_, y_, range2_, inverse_range2_;
   std::vector<int> beam_;
   std::vector<double> gap2_;  ///< squared distance to the next point
   std::vector<Sums> sums_;    ///< of all points before this one
   std::vector<Piece> pieces_, merged_, stack_;
-  std::vector<int> members_;  ///< points of the wall being fitted
+  std::vector<int> members_, rest_;             ///< points of the wall being fitted
+  std::vector<double> weights_, rest_weights_;  ///< 1 / variance across the wall, per member
   std::vector<ObservedWall> walls_;
   const ScanInRobot* scan_ = nullptr;  ///< during extract() only
 };

@@ -92,9 +92,7 @@ TEST(LineWorlds, DISABLED_AssociationsInTheLab) {
     total.wrong += result.wrong;
   }
   std::printf("lab, 10 runs: %d of %d associations wrong\n", total.wrong, total.matches);
-  // The aim is none. What is left is one pair of parts of the lab's east wall, 5 cm apart across
-  // it, which extraction takes for one wall.
-  EXPECT_LT(total.wrong, 0.01 * total.matches);
+  EXPECT_EQ(total.wrong, 0);
 }
 
 TEST(LineWorlds, DISABLED_ConsistencyAndAssociationsInTheOffice) {
@@ -117,6 +115,9 @@ TEST(LineWorlds, DISABLED_ConsistencyAndAssociationsInTheOffice) {
       "3), path %.3f m mean, %.3f m worst, odometry %.3f m; %d of %d associations wrong\n",
       kRuns, total.nees, nees_above, total.rms_m, worst, total.odometry_rms_m, total.wrong,
       total.matches);
+  EXPECT_LT(total.rms_m, 0.1 * total.odometry_rms_m);
+  // Below 3 by the defaults, not by the equations: they hold for wheels one knows nothing of (a
+  // tenth of the way, floors of 1 cm and 0.01 rad a step), this drive's are three times better.
 }
 
 WallFilterOptions exact_options() {

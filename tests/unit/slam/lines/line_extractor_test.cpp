@@ -128,6 +128,42 @@ TEST(LineExtractor, KeepsWallsWithOutliersOnThem) {
               total.found, total.visible, total.invented,
               std::sqrt(total.chi2_direction / total.compared));
   EXPECT_GE(total.found, 0.97 * total.visible);
+  EXPECT_EQ(total.invented, 0);
+}
+
+// The scan of what lies ahead at (0, 0), with 1 cm of noise on the ranges.
+std::vector<ObservedWall> walls_of(const LinesWorld& world) {
+  std::mt19937 random(8);
+  LineExtractor extractor{LineExtractorOptions{}};
+  return extractor.extract(testing::take_scan(world, LinesLaser{}, Pose2{}, random).scan);
+}
+
+// 5 cm is five sigma of one point and less than split_distance + noise, but not for 20 points.
+TEST(LineExtractor, PartsAFewCentimetresApartAcrossAreTwoWalls) {
+  LinesWorld world;
+  world.edges = {{{5.0, -3.0}, {5.0, 0.5}}, {{5.05, 0.5}, {5.05, 2.5}}};
+  const auto walls = walls_of(world);
+  ASSERT_EQ(walls.size(), 2U);
+  EXPECT_NEAR(walls[0].center_m.x(), 5.0, 0.01);
+  EXPECT_NEAR(walls[1].center_m.x(), 5.05, 0.01);
+  EXPECT_FALSE(walls[1].start_seen) << "the wall in front hides where it begins";
+  world.edges[1] = {{5.0, 0.5}, {5.0, 2.5}};
+  EXPECT_EQ(walls_of(world).size(), 1U);
+}
+
+// A door 0.9 m wide, 9 m away in a wall that slants: three beams go through it. They are fewer than
+// the strays that may lie on a wall, but what they met lies behind it.
+TEST(LineExtractor, ADoorThatFewBeamsPassCutsAWall) {
+  LinesWorld world;
+  world.edges = {
+      {{2.0, -1.5}, {8.6, -1.5}}, {{9.5, -1.5}, {14.0, -1.5}}, {{0.0, -6.0}, {20.0, -6.0}}};
+  int on_line = 0;
+  for (const ObservedWall& wall : walls_of(world)) {
+    if (std::abs(wall.center_m.y() + 1.5) > 0.1) continue;
+    ++on_line;
+    EXPECT_TRUE(wall.end_m.x() < 8.9 || wall.start_m.x() > 9.2) << wall.end_m.transpose();
+  }
+  EXPECT_GE(on_line, 1);
 }
 
 }  // namespace

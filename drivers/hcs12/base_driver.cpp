@@ -10,7 +10,8 @@ using Link = BaseStatus::Link;
 
 constexpr double kIdleStatusS = 0.1;
 constexpr double kBatteryS = 10.0;
-constexpr double kSonarS = 1.3;  // a round takes 1.2 s
+constexpr double kSonarS = 1.3;        // a round takes 1.2 s
+constexpr double kSlowestPace = 1.25;  // of the board's ticks, as learn_pace believes
 
 }  // namespace
 
@@ -113,20 +114,20 @@ bool Hcs12Base::on_reply(char letter, const std::string& line, Utime now) {
     run_->progress_at = now;
     edit_status().motors_on = true;
     next_status_ = now + Duration::from_seconds(options_.poll_period_s);
-    if (!run_->polled && !stop_asked_) ask_wait();
+    if (!run_->polled && !stop_asked_) ask_wait(now);
   }
   return true;
 }
 
-void Hcs12Base::ask_wait() {
+void Hcs12Base::ask_wait(Utime now) {
   // Four numbers: with the manual's three the firmware looks at no flags.
   wait_armed_ = true;
   RampWalk rest = run_->walk;
   while (!rest.done()) rest.tick();
   const int64_t ticks = rest.ticks() - run_->walk.ticks() + 600;
-  exchange_.ask(
-      {encode_command('w', {static_cast<uint32_t>(std::min<int64_t>(ticks, 65000)), 1, 1, 0}),
-       '\0'});
+  const auto timer = static_cast<uint32_t>(std::min<int64_t>(ticks, 65000));
+  exchange_.ask({encode_command('w', {timer, 1, 1, 0}), '\0'});
+  wait_until_ = now + Duration::from_seconds(kSlowestPace * timer * kTickS + 1.0);
 }
 
 void Hcs12Base::on_sonar(const std::vector<uint32_t>& times, Utime now) {
@@ -178,6 +179,11 @@ void Hcs12Base::schedule(Utime now) {
   }
   if (run_) {
     if (!run_->started || stop_asked_) return;
+    if (wait_armed_ && now >= wait_until_) {  // its answer was lost, or the board is
+      wait_armed_ = false;
+      ++timeouts_;
+      return ask_status();
+    }
     if (run_->polled && now >= next_status_ && exchange_.quiet()) {
       next_status_ = now + Duration::from_seconds(options_.poll_period_s);
       ask_status();

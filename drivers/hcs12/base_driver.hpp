@@ -102,7 +102,7 @@ class Hcs12Base : public BaseDriver {
   void follow_ramp(Utime now);
   void ask_status(bool first = false);
   void ask_stop();
-  void ask_wait();
+  void ask_wait(Utime now);
   Utime later_stamp(Utime stamp);
   void learn_pace(const Run& run);
   void publish(Utime measured, double ahead_left, double ahead_right, double v, double w);
@@ -118,6 +118,7 @@ class Hcs12Base : public BaseDriver {
   bool stop_asked_ = false;  ///< stop_wheels waits for the counters
   double pace_ = 1.0;  ///< how fast the board really works off its ramp, learnt from fast moves
   bool wait_armed_ = false;  ///< a `w` will answer when the wheels rest
+  Utime wait_until_;         ///< or has been lost
   Pose2 counted_pose_;       ///< odometry by the counters alone
   int64_t left_sum_ = 0;
   int64_t right_sum_ = 0;

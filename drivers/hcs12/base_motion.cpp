@@ -161,7 +161,7 @@ void Hcs12Base::on_wheel_status(const WheelStatus& status, Utime measured, Utime
   if (run.polled) return;
   // The first `w` ended by its timer; wheels that stand by now have crept to rest.
   if ((now - run.progress_at).seconds() > kStuckS) return ask_stop();
-  ask_wait();
+  ask_wait(now);
 }
 
 void Hcs12Base::on_run_over(Utime now) {

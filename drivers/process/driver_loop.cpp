@@ -2,7 +2,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cmath>
 #include <thread>
+#include <utility>
 
 namespace marco::drivers {
 namespace {
@@ -10,6 +12,15 @@ namespace {
 using std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kReopenAfter{1000};
 constexpr std::chrono::milliseconds kNap{50};
+// The host's clock was set when it steps by more; deadlines and clock filters of a session do not
+// outlive that.
+constexpr double kClockStepS = 0.5;
+
+double clock_ahead_s() {
+  const auto wall = std::chrono::system_clock::now().time_since_epoch();
+  const auto steady = steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(wall - steady).count();
+}
 
 }  // namespace
 
@@ -45,8 +56,15 @@ void DriverLoop::run(const std::function<bool()>& stop) {
 void DriverLoop::run_session(ByteStream& stream, const std::function<bool()>& stop) {
   const std::unique_ptr<DeviceSession> session = start_session_(stream);
   std::string told;
+  double ahead_s = clock_ahead_s();
   while (!stop()) {
     session->step();
+    const double now_ahead_s = clock_ahead_s();
+    const double step_s = now_ahead_s - std::exchange(ahead_s, now_ahead_s);
+    if (std::abs(step_s) > kClockStepS) {
+      spdlog::warn("this host's clock was set by {:.1f} s: the device is begun anew", step_s);
+      return;
+    }
     std::string state = session->state();
     tick(state);
     if (state.substr(0, state.find(',')) != told.substr(0, told.find(','))) {

@@ -37,7 +37,8 @@ struct DriverLoopOptions {
 };
 
 /// The life of a driver process: opens the device, steps its session, says once a second on
-/// PROCESS_STATUS how it is, and when the line is lost tries it again every second.
+/// PROCESS_STATUS how it is, and when the line is lost tries it again every second. When the host's
+/// clock was set, line and session are begun anew.
 class DriverLoop {
  public:
   using StartSession = std::function<std::unique_ptr<DeviceSession>(ByteStream&)>;

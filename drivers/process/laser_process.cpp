@@ -5,6 +5,8 @@
 #include <chrono>
 #include <numbers>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "common/process/lcm_bus.hpp"
 #include "common/process/stop_signal.hpp"
@@ -40,11 +42,15 @@ class LaserSession final : public DeviceSession {
   }
 
   void step() override {
-    if (std::chrono::steady_clock::now() - last_step_ > kStall) drop_what_waited();
-    for (ArrivedScan& arrived : driver_->step()) publish(arrived);
+    std::vector<ArrivedScan> scans = driver_->step();
+    const auto now = std::chrono::steady_clock::now();
+    if (now - std::exchange(last_step_, now) > kStall) {  // most likely while it waited for bytes
+      drop_what_waited();
+      scans.clear();
+    }
+    for (ArrivedScan& arrived : scans) publish(arrived);
     count_drops();
     outlet_.sight = driver_->sight();
-    last_step_ = std::chrono::steady_clock::now();
   }
   std::string state() const override {
     if (alike_ < kAlikeIsStuck) return driver_->state();
@@ -61,6 +67,7 @@ class LaserSession final : public DeviceSession {
     while (std::chrono::steady_clock::now() < until) {
       stream_.read(old, std::chrono::milliseconds(20));
     }
+    last_step_ = std::chrono::steady_clock::now();
   }
 
   void watch(const LaserScan& scan) {

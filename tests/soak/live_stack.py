@@ -34,7 +34,7 @@ kind = "wait"
 seconds = 6.0
 """
 SCRIPT = """
-cmd "simulator" { exec = "marco-sim --config $ROOT/config/robots/michoacan.toml --world $ROOT/config/worlds/lab.toml --tour $RUN/tour.toml --ports $RUN/ports"; deputy = "localhost"; auto_respawn = "true"; }
+cmd "simulator" { exec = "marco-sim --config $ROOT/config/robots/michoacan.toml --world $ROOT/config/worlds/lab.toml --tour $RUN/tour.toml --ports $RUN/ports"; deputy = "localhost"; auto_respawn = "true"; environment = "LD_PRELOAD="; }
 cmd "base" { exec = "marco-base --config $ROOT/config/robots/michoacan/base.toml --device $RUN/ports/base"; deputy = "localhost"; auto_respawn = "true"; }
 cmd "pantilt" { exec = "marco-pantilt --config $ROOT/config/robots/michoacan/pantilt.toml --device $RUN/ports/pantilt"; deputy = "localhost"; auto_respawn = "true"; }
 cmd "laser" { exec = "marco-sick --config $ROOT/config/robots/michoacan/sick.toml --device $RUN/ports/laser"; deputy = "localhost"; auto_respawn = "true"; }
@@ -109,7 +109,9 @@ class LiveStack:
                    self.folder + "/live.procman")
 
     def tour(self, name="tour"):
-        return self.spawn("tour", self.bin + "/marco-tour", f"{self.folder}/{name}.toml", "--pose", "true")
+        # No device knows the host's clock, nor does who drives.
+        env = {name: value for name, value in self.env.items() if name != "LD_PRELOAD"}
+        return self.spawn("tour", self.bin + "/marco-tour", f"{self.folder}/{name}.toml", "--pose", "true", env=env)
 
     def keep_driving(self):
         """Round and round: a tour that ended, well or not, is driven again."""

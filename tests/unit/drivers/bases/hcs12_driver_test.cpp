@@ -206,6 +206,26 @@ TEST(Hcs12Driver, AResetEndsTheMoveAndTheNextOneWorks) {
   EXPECT_EQ(base.move(0.2), Fate::done);
 }
 
+TEST(Hcs12Driver, AMoveEndsThoughTheAnswerToItsEndWasLost) {
+  Base base;
+  BaseCommand command;
+  command.kind = BaseCommand::Kind::move;
+  command.distance_m = 2.0;  // fast: the firmware says when the wheels rest, and nothing before
+  command.id = 5;
+  base.driver.command(command, base.bench.now());
+  base.bench.run(1.5);
+  base.bench.deaf = true;
+  base.bench.spoil = [](std::vector<uint8_t>& bytes) { bytes.clear(); };
+  base.bench.run(8.0);  // by then the wheels rest
+  base.bench.deaf = false;
+  base.bench.spoil = nullptr;
+  // The walk's own time, a quarter more, a second, and the rest of the way if there is one.
+  EXPECT_TRUE(
+      base.bench.run_until(12.0, [&] { return base.driver.status().command != Fate::running; }));
+  EXPECT_EQ(base.driver.status().command, Fate::done);
+  EXPECT_NEAR(base.driver.odom_from_robot().x_m, 2.0, 0.02);
+}
+
 TEST(Hcs12Driver, ASilentBoardIsToldAndTakenUpAgain) {
   Base base;
   base.bench.deaf = true;

@@ -7,6 +7,9 @@
 namespace marco::slam {
 namespace {
 
+// From a place to the key scans that are matched together with it.
+constexpr double kAroundM = 4.0;
+
 double distance_m(const Pose2& a, const Pose2& b) {
   return (a.translation_m() - b.translation_m()).norm();
 }
@@ -92,49 +95,67 @@ std::vector<int> LoopCloser::candidates(const std::vector<KeyScan>& keys,
   return result;
 }
 
-bool LoopCloser::verify(const std::vector<KeyScan>& keys, double since_closed_m, Loop& loop) const {
-  const KeyScan& old = keys[static_cast<std::size_t>(loop.from)];
-  const KeyScan& newest = keys[static_cast<std::size_t>(loop.to)];
-  const int first = std::max(0, loop.from - options_.around);
-  const int last = std::min(loop.to, loop.from + options_.around);
-  const OrientedPoints place = join_points(keys, first, last, Pose2{});
-  const int since = std::max(last + 1, loop.to - options_.around);
-  const OrientedPoints seen =
-      join_points(keys, std::min(since, loop.to), loop.to, newest.world_from_robot.inverse());
-  const Drift drift = this->drift(newest.path_m - old.path_m, since_closed_m);
-  const SearchWindow window{newest.world_from_robot, drift.shift_m, drift.turn_rad};
-  const LikelihoodPyramid likelihood(place.points, coarse_.options());
+std::vector<LoopQuestion> LoopCloser::questions(const std::vector<KeyScan>& keys,
+                                                double closed_path_m) const {
+  const KeyScan& newest = keys.back();
+  const int to = static_cast<int>(keys.size()) - 1;
+  const double since_closed_m = newest.path_m - closed_path_m;
+  std::vector<LoopQuestion> questions;
+  for (const int from : candidates(keys, since_closed_m)) {
+    const KeyScan& old = keys[static_cast<std::size_t>(from)];
+    // Neighbours in the list are neighbours in the building, unless what lay between them has
+    // become one with older key scans.
+    const auto belongs = [&](int key) {
+      return distance_m(keys[static_cast<std::size_t>(key)].world_from_robot,
+                        old.world_from_robot) <= kAroundM;
+    };
+    int first = from, last = from;
+    while (first > 0 && from - first < options_.around && belongs(first - 1)) --first;
+    while (last < to && last - from < options_.around && belongs(last + 1)) ++last;
+    const int since = std::min(std::max(last + 1, to - options_.around), to);
+    const Drift drift = this->drift(newest.path_m - old.path_m, since_closed_m);
+    questions.push_back({from, to, old.world_from_robot, newest.world_from_robot,
+                         join_points(keys, first, last, Pose2{}),
+                         join_points(keys, since, to, newest.world_from_robot.inverse()),
+                         drift.shift_m, drift.turn_rad});
+  }
+  return questions;
+}
+
+std::optional<Loop> LoopCloser::answer(const LoopQuestion& question) const {
+  const SearchWindow window{question.world_from_newest, question.shift_m, question.turn_rad};
+  const LikelihoodPyramid likelihood(question.place.points, coarse_.options());
   const CorrelativeMatch coarse =
-      coarse_.search(likelihood, seen.points, window, options_.min_score);
-  if (coarse.score < options_.min_score) return false;
-  SurfelPyramid surfels(fine_.options(), old.world_from_robot.translation_m());
-  surfels.add(place, Pose2{});
-  const SurfelMatch fine = fine_.match(surfels, seen, coarse.map_from_robot, nullptr);
+      coarse_.search(likelihood, question.seen.points, window, options_.min_score);
+  if (coarse.score < options_.min_score) return std::nullopt;
+  SurfelPyramid surfels(fine_.options(), question.world_from_old.translation_m());
+  surfels.add(question.place, Pose2{});
+  const SurfelMatch fine = fine_.match(surfels, question.seen, coarse.map_from_robot, nullptr);
   if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
-    return false;
+    return std::nullopt;
   }
   Eigen::Matrix3d covariance = (fine.information + 1e-6 * Eigen::Matrix3d::Identity()).inverse();
   covariance(0, 0) += options_.sigma_m * options_.sigma_m;
   covariance(1, 1) += options_.sigma_m * options_.sigma_m;
   covariance(2, 2) += std::pow(deg_to_rad(options_.sigma_deg), 2);
+  const Pose2 change = between(question.world_from_newest, fine.map_from_robot);
+  Loop loop;
+  loop.from = question.from;
+  loop.to = question.to;
   loop.information = turned(covariance.inverse(), fine.map_from_robot.theta_rad);
-  loop.from_from_to = between(old.world_from_robot, fine.map_from_robot);
+  loop.from_from_to = between(question.world_from_old, fine.map_from_robot);
+  loop.believed = between(question.world_from_old, question.world_from_newest);
   loop.score = coarse.score;
   loop.overlap = fine.overlap;
-  const Pose2 change = between(newest.world_from_robot, fine.map_from_robot);
   loop.shift_m = change.translation_m().norm();
   loop.turn_deg = rad_to_deg(change.theta_rad);
-  return true;
+  return loop;
 }
 
 std::vector<Loop> LoopCloser::find(const std::vector<KeyScan>& keys, double closed_path_m) const {
   std::vector<Loop> loops;
-  const double since_closed_m = keys.back().path_m - closed_path_m;
-  for (const int candidate : candidates(keys, since_closed_m)) {
-    Loop loop;
-    loop.from = candidate;
-    loop.to = static_cast<int>(keys.size()) - 1;
-    if (verify(keys, since_closed_m, loop)) loops.push_back(loop);
+  for (const LoopQuestion& question : questions(keys, closed_path_m)) {
+    if (const auto loop = answer(question)) loops.push_back(*loop);
   }
   return loops;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/options.hpp"
@@ -66,12 +67,25 @@ struct Loop {
   int from = 0;  ///< the older key scan
   int to = 0;
   Pose2 from_from_to;
+  Pose2 believed = {};  ///< where `to` was seen from `from` before
   Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< frame of `from`
   double score = 0.0;                                         ///< of the exhaustive search, 0..1
   double overlap = 0.0;                                       ///< of the fine match, 0..1
   double shift_m = 0.0;  ///< how far it would move the newer scan
   double turn_deg = 0.0;
   bool in_force = true;  ///< false: the pose graph found it to contradict the rest
+};
+
+/// Whether two places may be one: all that the answer depends on, by value.
+struct LoopQuestion {
+  int from = 0;
+  int to = 0;
+  Pose2 world_from_old;
+  Pose2 world_from_newest;
+  OrientedPoints place;  ///< around the older key scan, world
+  OrientedPoints seen;   ///< around the newest one, in its frame
+  double shift_m = 0.0;  ///< how far the newest may be off
+  double turn_rad = 0.0;
 };
 
 /// Looks whether the newest key scan sees a place again: candidates by distance and drift, an
@@ -87,6 +101,10 @@ class LoopCloser {
   /// @param closed_path_m  path driven when a loop was last closed; 0 = never
   std::vector<Loop> find(const std::vector<KeyScan>& keys, double closed_path_m) const;
 
+  /// find() in two steps: questions() copies what answer() needs, and answer() takes its time.
+  std::vector<LoopQuestion> questions(const std::vector<KeyScan>& keys, double closed_path_m) const;
+  std::optional<Loop> answer(const LoopQuestion& question) const;
+
   const LoopCloserOptions& options() const { return options_; }
 
  private:
@@ -96,7 +114,6 @@ class LoopCloser {
   };
   Drift drift(double path_m, double since_closed_m) const;
   std::vector<int> candidates(const std::vector<KeyScan>& keys, double since_closed_m) const;
-  bool verify(const std::vector<KeyScan>& keys, double since_closed_m, Loop& loop) const;
 
   LoopCloserOptions options_;
   CorrelativeMatcher coarse_;

@@ -66,7 +66,8 @@ SlamUpdate Slam::process(const SlamInput& input) {
   if (use && input.may_draw && key_is_due(input.scan, world_from_robot_)) {
     add_key(input, points, found);
     became_key = true;
-    trajectory_changed = close_loops();
+    trajectory_changed = look_for_loops();
+    thin_keys();
   }
   SlamUpdate update = note_scan(input.scan.utime, world_from_robot_, covariance_);
   if (found.usable) update.status = SlamUpdate::Status::matched;
@@ -174,102 +175,14 @@ void Slam::add_key(const SlamInput& input, const OrientedPoints& points, const M
     const Eigen::Matrix3d in_key = turned_into(covariance, -measured.theta_rad);
     graph_.add_edge({node - 1, node, measured, in_key.inverse(), false});
   }
+  trail_.push_back({key.utime, node, Pose2{}});
   keys_.push_back(std::move(key));
   extend_local_map();
 }
 
-int Slam::first_local_key() const {
-  const int beyond = static_cast<int>(keys_.size()) - options_.window_key_scans;
-  const int step = options_.window_slack + 1;
-  return std::max(0, beyond) / step * step;
-}
-
-void Slam::extend_local_map() {
-  if (!local_map_ || first_local_key() != local_map_first_) {
-    rebuild_local_map();
-  } else {
-    local_map_->add(keys_.back().points_in_robot, keys_.back().world_from_robot);
-  }
-}
-
-void Slam::rebuild_local_map() {
-  // In the middle of what the map will cover, whenever it is made.
-  const int middle = std::min(static_cast<int>(keys_.size()) - 1,
-                              first_local_key() + options_.window_key_scans - 1);
-  rebuild_local_map(keys_[static_cast<std::size_t>(middle)].world_from_robot.translation_m());
-}
-
-void Slam::rebuild_local_map(const Eigen::Vector2d& centre_m) {
-  const int first = first_local_key(), count = static_cast<int>(keys_.size());
-  local_map_first_ = first;
-  if (!local_map_) local_map_.emplace(options_.fine, centre_m);
-  local_map_->restart(centre_m);
-  for (int key = first; key < count; ++key) {
-    const KeyScan& scan = keys_[static_cast<std::size_t>(key)];
-    local_map_->add(scan.points_in_robot, scan.world_from_robot);
-  }
-}
-
-bool Slam::close_loops() {
-  const double path_m = keys_.back().path_m;
-  if (path_m - last_search_path_m_ < options_.loops.attempt_every_m) return false;
-  last_search_path_m_ = path_m;
-  const std::vector<Loop> found = loop_closer_.find(keys_, closed_path_m_);
-  if (found.empty()) return false;
-  closed_path_m_ = path_m;
-  for (const Loop& loop : found) {
-    loops_.push_back(loop);
-    graph_.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});
-  }
-  graph_.optimize_roughly();
-  move_keys(graph_.poses());
-  return true;
-}
-
-void Slam::move_keys(const std::vector<Pose2>& world_from_keys) {
-  const Pose2 key_from_robot = between(keys_.back().world_from_robot, world_from_robot_);
-  for (std::size_t key = 0; key < keys_.size(); ++key) {
-    keys_[key].world_from_robot = world_from_keys[key];
-  }
-  world_from_robot_ = keys_.back().world_from_robot * key_from_robot;
-  ++revision_;
-  rebuild_local_map();
-}
-
-void Slam::finish() {
-  if (keys_.size() < 2) return;
-  const PoseGraphResult result = graph_.optimize_robustly();
-  std::vector<PoseGraphEdge> edges;
-  for (std::size_t edge = 0, loop = 0; edge < graph_.edges().size(); ++edge) {
-    if (graph_.edges()[edge].is_loop) loops_[loop++].in_force = result.edge_in_force[edge];
-    if (result.edge_in_force[edge]) edges.push_back(graph_.edges()[edge]);
-  }
-  std::vector<OrientedScan> scans;
-  for (const KeyScan& key : keys_) scans.push_back(only_oriented(key.points_in_robot));
-  std::vector<Pose2> poses = graph_.poses();
-  refined_ = refine_jointly(scans, edges, options_.refinement, poses);
-  for (std::size_t key = 0; key < poses.size(); ++key) {
-    graph_.set_pose(static_cast<int>(key), poses[key]);
-  }
-  move_keys(poses);
-}
-
-OrientedScan Slam::only_oriented(const OrientedPoints& points) {
-  OrientedScan scan{Points2(2, points.points.cols()), Points2(2, points.points.cols())};
-  Eigen::Index used = 0;
-  for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
-    if (!points.has_normal(i)) continue;
-    scan.points_in_robot.col(used) = points.points.col(i);
-    scan.normals_in_robot.col(used++) = points.normals.col(i);
-  }
-  scan.points_in_robot.conservativeResize(2, used);
-  scan.normals_in_robot.conservativeResize(2, used);
-  return scan;
-}
-
 Trajectory Slam::trajectory() const { return trajectory_of(scans_, keys_); }
 
-Trajectory Slam::key_trajectory() const { return trajectory_of(keys_); }
+Trajectory Slam::key_trajectory() const { return trajectory_of(trail_, keys_); }
 
 OccupancyGrid Slam::grid() const { return draw_grid(keys_, options_.grid); }
 

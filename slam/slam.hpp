@@ -9,7 +9,9 @@
 #include "slam/graph/joint_refinement.hpp"
 #include "slam/graph/pose_graph.hpp"
 #include "slam/grid/occupancy_grid.hpp"
+#include "slam/key_thinning.hpp"
 #include "slam/loop_closer.hpp"
+#include "slam/loop_work.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/oriented_points.hpp"
 #include "slam/matching/surfel_matcher.hpp"
@@ -28,6 +30,7 @@ struct SlamOptions {
   double sure_overlap = 0.8;   ///< below it odometry may lie: the scan is matched without it, too
   double good_overlap = 0.5;   ///< below it the search is widened
   double poor_overlap = 0.25;  ///< below it the match is not used
+  ThinningOptions thinning;
   MotionOptions motion;
   NormalOptions normals;
   SurfelMatcherOptions fine;
@@ -47,6 +50,7 @@ struct SlamOptions {
     v("sure_overlap", sure_overlap, Limits{0.0, 1.0});
     v("good_overlap", good_overlap, Limits{0.0, 1.0});
     v("poor_overlap", poor_overlap, Limits{0.0, 1.0});
+    v("thinning", thinning);
     v("motion", motion);
     v("normals", normals);
     v("fine", fine);
@@ -84,7 +88,9 @@ struct SlamUpdate {
 /// The pipeline: predict, match against the local map, keep key scans, close loops, optimize.
 ///
 /// The world frame is the first scan's robot frame. Deterministic: a pure function of its inputs.
-/// Not thread-safe. What is kept grows with the key scans and, for trajectory(), 40 bytes a scan.
+/// Not thread-safe. Key scans of a place seen often enough become one (key_thinning.hpp), so that
+/// what is kept grows with the area; the path grows with time: 40 bytes a scan, and as many for
+/// each key scan that ever was.
 class Slam {
  public:
   /// @throws std::invalid_argument for an option outside its limits.
@@ -98,7 +104,7 @@ class Slam {
 
   /// One pose a processed scan, in order, by the newest optimization.
   Trajectory trajectory() const;
-  /// Of the key scans.
+  /// At each key scan that was made, also those that have become one with an older.
   Trajectory key_trajectory() const;
   /// Grows whenever older poses changed.
   int64_t revision() const { return revision_; }
@@ -112,6 +118,17 @@ class Slam {
 
   /// The occupancy grid of all key scans at their newest poses.
   OccupancyGrid grid() const;
+
+  /// Loops are looked for, and the graph is optimized, when somebody asks for it: a scan's cost no
+  /// longer depends on the map's size. After each scan ask take_loop_work(); run what it gives, on
+  /// any thread; then accept() it. Without this each scan waits for its own.
+  void defer_loop_work() { deferred_ = true; }
+  /// One at a time: nothing until the last one was accepted.
+  std::optional<LoopWork> take_loop_work();
+  /// Key scans that came meanwhile follow the newest one that was there. Work taken before a
+  /// restore or reset is left aside.
+  /// @returns whether older poses moved.
+  bool accept(const LoopWork& work);
 
   /// Everything it knows, as a value; what restore() takes goes on as if nothing had been.
   SlamState state() const;
@@ -140,9 +157,21 @@ class Slam {
   Match match_widely(const OrientedPoints& points, const PosePrior& prior) const;
   bool key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const;
   void add_key(const SlamInput& input, const OrientedPoints& points, const Match& match);
-  bool close_loops();
-  /// First key scan that the local map is made of: a function of the number of key scans alone.
-  int first_local_key() const;
+  bool look_for_loops();
+  /// First key scan that the local map is made of, counted in all that ever were: a function of
+  /// their number alone.
+  int first_local() const;
+  /// The same as an index into keys_.
+  int first_local_key() const { return first_local() - removed_keys(); }
+  int removed_keys() const { return static_cast<int>(trail_.size() - keys_.size()); }
+  bool thinning_is_due() const;
+  /// Of the key scans whose loops were doubted and held, a few become one with older ones.
+  void thin_keys();
+  void forget_wrong_loops(const LoopWork& work);
+  void remake_graph(const std::vector<PoseGraphEdge>& edges);
+  bool merge_into_older(int key);
+  bool is_closed_around(double path_m) const;
+  void rehang_scans(int key, const MergedKey& merged);
   void extend_local_map();
   void rebuild_local_map();
   void rebuild_local_map(const Eigen::Vector2d& centre_m);
@@ -158,15 +187,23 @@ class Slam {
   PoseGraph graph_;
   std::vector<KeyScan> keys_;
   std::vector<ScanPose> scans_;
+  std::vector<ScanPose> trail_;  ///< of each key scan that ever was
   std::vector<Loop> loops_;
   std::optional<SurfelPyramid> local_map_;
-  int local_map_first_ = 0;  ///< key scan
+  int local_map_first_ = 0;  ///< as first_local()
+  int looked_at_ = 0;        ///< key scans before this one have been looked at by thin_keys() ...
+  int thin_until_ = 0;       ///< ... and before this one, none needs to be any more
+  int kept_keys_ = 0;        ///< there were when it was last through
   Pose2 world_from_robot_;   ///< at the last scan that was looked at
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   double last_search_path_m_ = 0.0;  ///< of the last look for loops
   double closed_path_m_ = 0.0;       ///< when a loop was last closed
+  std::vector<double> closings_m_;   ///< the same of the last loops
   JointRefinementResult refined_;
   int64_t revision_ = 0;
+  bool deferred_ = false;
+  bool work_is_out_ = false;
+  std::optional<LoopWork> work_;  ///< to be taken
 };
 
 }  // namespace marco::slam

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 #include "common/check.hpp"
 #include "slam/slam.hpp"
@@ -11,6 +12,14 @@ namespace {
 
 // How far a session is taken to have driven since a loop was last closed: it was just found.
 constexpr double kSinceFoundM = 1.0;
+
+// Far beyond any building, and far from where sums of squares lose centimetres.
+constexpr double kFarthestM = 1e6;
+constexpr double kFarthestPathM = 1e9;
+
+bool is_near(const Pose2& pose) {
+  return std::abs(pose.x_m) <= kFarthestM && std::abs(pose.y_m) <= kFarthestM;
+}
 
 bool is_index(int index, std::size_t count) {
   return index >= 0 && static_cast<std::size_t>(index) < count;
@@ -40,37 +49,47 @@ void check(const SlamState& state) {
   for (const KeyScan& key : state.keys) {
     require(key.points_in_robot.points.cols() == key.points_in_robot.normals.cols(),
             "a key scan has not one normal a point");
+    const Points2& points = key.points_in_robot.points;
+    require(is_near(key.world_from_robot) &&
+                (points.size() == 0 || points.cwiseAbs().maxCoeff() <= kFarthestM) &&
+                key.sensor_in_robot.cwiseAbs().maxCoeff() <= kFarthestM &&
+                std::abs(key.path_m) <= kFarthestPathM,
+            "a key scan lies farther away than 1000 km");
   }
   std::size_t loop_edges = 0;
   for (const PoseGraphEdge& edge : state.edges) {
     require(is_index(edge.from, state.keys.size()) && is_index(edge.to, state.keys.size()) &&
                 edge.from != edge.to,
             "an edge of the graph ends at no key scan");
+    require(is_near(edge.from_from_to), "an edge of the graph is longer than 1000 km");
     loop_edges += edge.is_loop ? 1 : 0;
   }
   require(state.loops.size() == loop_edges, "loops and loop edges are not as many");
   for (const Loop& loop : state.loops) {
     require(is_index(loop.from, state.keys.size()) && is_index(loop.to, state.keys.size()),
             "a loop ends at no key scan");
+    require(is_near(loop.from_from_to) && is_near(loop.believed), "a loop is longer than 1000 km");
   }
-  for (const ScanPose& scan : state.scans) {
-    require(scan.key == -1 || is_index(scan.key, state.keys.size()),
-            "a scan's pose hangs on no key scan");
+  require(state.trail.size() >= state.keys.size(), "there are more key scans than ever were");
+  for (const std::vector<ScanPose>* scans : {&state.scans, &state.trail}) {
+    for (const ScanPose& scan : *scans) {
+      require(scan.key == -1 || is_index(scan.key, state.keys.size()),
+              "a scan's pose hangs on no key scan");
+      require(is_near(scan.key_from_robot), "a scan lies farther away than 1000 km");
+    }
   }
+  const auto count = static_cast<int32_t>(state.keys.size());
+  require(state.looked_at >= 0 && state.looked_at <= count && state.thin_until <= count &&
+              state.kept_keys >= 0 && state.kept_keys <= count,
+          "more key scans were looked at than there are");
+  require(is_near(state.world_from_robot), "the robot is farther away than 1000 km");
 }
 
 SlamState Slam::state() const {
-  SlamState state{keys_,
-                  graph_.edges(),
-                  loops_,
-                  scans_,
-                  motion_.state(),
-                  world_from_robot_,
-                  covariance_,
-                  {},
-                  last_search_path_m_,
-                  closed_path_m_,
-                  revision_};
+  SlamState state{keys_,           graph_.edges(),    loops_,      scans_,     trail_,
+                  motion_.state(), world_from_robot_, covariance_, {},         last_search_path_m_,
+                  closed_path_m_,  closings_m_,       revision_,   looked_at_, thin_until_,
+                  kept_keys_};
   if (local_map_) state.local_map_centre_m = local_map_->levels().front().centre_m();
   return state;
 }
@@ -80,6 +99,9 @@ void Slam::restore(const SlamState& state) {
   keys_ = state.keys;
   loops_ = state.loops;
   scans_ = state.scans;
+  trail_ = state.trail;
+  work_.reset();
+  work_is_out_ = false;
   graph_ = PoseGraph(options_.graph);
   for (const KeyScan& key : keys_) graph_.add_node(key.world_from_robot);
   for (const PoseGraphEdge& edge : state.edges) graph_.add_edge(edge);
@@ -87,10 +109,14 @@ void Slam::restore(const SlamState& state) {
   covariance_ = state.covariance;
   last_search_path_m_ = state.last_search_path_m;
   closed_path_m_ = state.closed_path_m;
+  closings_m_ = state.closings_m;
   revision_ = state.revision;
   refined_ = {};
   local_map_.reset();
   if (!keys_.empty()) rebuild_local_map(state.local_map_centre_m);
+  looked_at_ = state.looked_at;
+  thin_until_ = state.thin_until;
+  kept_keys_ = state.kept_keys;
   world_from_robot_ = state.world_from_robot;
 }
 
@@ -132,6 +158,11 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
     }
     scans_.push_back(scan);
   }
+  for (ScanPose scan : session.trail) {
+    scan.key += first_key;
+    trail_.push_back(scan);
+  }
+  looked_at_ = thin_until_ = kept_keys_ = static_cast<int>(keys_.size());
   world_from_robot_ = world_from_session * session.world_from_robot;
   covariance_ = session.covariance;
   motion_.restore(session.motion);

@@ -24,13 +24,18 @@ struct SlamState {
   std::vector<PoseGraphEdge> edges;
   std::vector<Loop> loops;  ///< one a loop edge, in their order
   std::vector<ScanPose> scans;
+  std::vector<ScanPose> trail;  ///< of each key scan that ever was; some have become one
   MotionState motion;
   Pose2 world_from_robot;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   Eigen::Vector2d local_map_centre_m = Eigen::Vector2d::Zero();
   double last_search_path_m = 0.0;
   double closed_path_m = 0.0;
+  std::vector<double> closings_m;  ///< path driven when the last loops were closed
   int64_t revision = 0;
+  int32_t looked_at = 0;  ///< of the key scans that may become one: see Slam
+  int32_t thin_until = 0;
+  int32_t kept_keys = 0;
 };
 
 /// The poses of key scans, and of the scans that hang on them.
@@ -38,7 +43,8 @@ Trajectory trajectory_of(const std::vector<KeyScan>& keys);
 Trajectory trajectory_of(const std::vector<ScanPose>& scans, const std::vector<KeyScan>& keys);
 
 /// @throws std::invalid_argument naming what contradicts itself: an index of nothing, a scan whose
-/// normals are not one a point, a number of loops that is not that of the loop edges.
+/// normals are not one a point, a number of loops that is not that of the loop edges; or what lies
+/// farther away than any building: 1000 km.
 void check(const SlamState& state);
 
 }  // namespace marco::slam

@@ -91,6 +91,13 @@ void PoseGraph::add_edge(const PoseGraphEdge& edge) {
   edges_.push_back(edge);
 }
 
+void PoseGraph::remove_node(int node) {
+  require(node >= 0 && static_cast<std::size_t>(node) < poses_.size(),
+          "PoseGraph: no such node to remove");
+  poses_.erase(poses_.begin() + node);
+  edges_.clear();
+}
+
 double PoseGraph::edge_chi2(const PoseGraphEdge& edge) const {
   const Eigen::Vector3d error = edge_error(edge, poses_[static_cast<std::size_t>(edge.from)],
                                            poses_[static_cast<std::size_t>(edge.to)]);

@@ -51,6 +51,9 @@ class PoseGraph {
   /// a measurement that is not finite.
   void add_edge(const PoseGraphEdge& edge);
 
+  /// Without a node, those after it move up; all edges are forgotten.
+  void remove_node(int node);
+
   std::size_t node_count() const { return poses_.size(); }
   const std::vector<PoseGraphEdge>& edges() const { return edges_; }
   const std::vector<Pose2>& poses() const { return poses_; }

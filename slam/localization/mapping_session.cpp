@@ -22,9 +22,15 @@ void MappingSession::reset(const Pose2& world_from_robot) {
   findings_.clear();
   session_starts_ = {0};
   slam_ = Slam(slam_options_);
+  if (deferred_) slam_.defer_loop_work();
   SlamState start;
   start.world_from_robot = world_from_robot;
   slam_.restore(start);
+}
+
+void MappingSession::defer_loop_work() {
+  deferred_ = true;
+  slam_.defer_loop_work();
 }
 
 void MappingSession::extend(SavedMap map) {
@@ -132,7 +138,9 @@ const std::vector<KeyScan>& MappingSession::keys() const {
   return localizer_ ? localizer_->keys() : slam_.keys();
 }
 
-Trajectory MappingSession::key_trajectory() const { return trajectory_of(keys()); }
+Trajectory MappingSession::key_trajectory() const {
+  return localizer_ ? trajectory_of(keys()) : slam_.key_trajectory();
+}
 
 OccupancyGrid MappingSession::grid() const { return draw_grid(keys(), slam_options_.grid); }
 

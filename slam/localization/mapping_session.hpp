@@ -25,6 +25,10 @@ class MappingSession {
   void localize(SavedMap map);
 
   SlamUpdate process(const SlamInput& input);
+  /// See Slam. Stays so through reset, extend and localize.
+  void defer_loop_work();
+  std::optional<LoopWork> take_loop_work() { return slam_.take_loop_work(); }
+  bool accept(const LoopWork& work) { return slam_.accept(work); }
   /// What follows was recorded at another time.
   void forget_motion();
   /// The robot is here: tracks from this pose when localizing, else maps anew from it.
@@ -75,6 +79,7 @@ class MappingSession {
   bool joined_ = false;
   std::vector<Finding> findings_;
   std::optional<Localizer> localizer_;
+  bool deferred_ = false;
 };
 
 /// The tie of a session to a map: its newest key scan at the place where it was found.

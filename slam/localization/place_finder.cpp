@@ -85,7 +85,8 @@ std::vector<Pose2> PlaceFinder::search(const SessionPoints& points) const {
   const Eigen::Index used = std::min<Eigen::Index>(count, options_.search_points);
   Points2 few(2, used);
   for (Eigen::Index i = 0; i < used; ++i) few.col(i) = points.in_middle.col(i * count / used);
-  PlaceSearch search(map_->walls(), few, {options_.min_score, options_.keep_within});
+  PlaceSearch search(map_->walls(), map_->blocks(), few,
+                     {options_.min_score, options_.keep_within});
   return search.run(static_cast<std::size_t>(options_.max_candidates));
 }
 

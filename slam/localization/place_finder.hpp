@@ -5,6 +5,7 @@
 
 #include "common/options.hpp"
 #include "slam/localization/place_map.hpp"
+#include "slam/localization/place_search.hpp"
 
 namespace marco::slam {
 
@@ -31,7 +32,7 @@ struct PlaceFinderOptions {
   void visit(Visitor& v) {
     v("memory_m", memory_m, kPositive);
     v("thin_m", thin_m, Limits{0.01, 1.0});
-    v("search_points", search_points, Limits{10, 10000});
+    v("search_points", search_points, Limits{10, PlaceSearch::kMaxPoints});
     v("min_score", min_score, Limits{0.05, 1.0});
     v("keep_within", keep_within, Limits{0.0, 1.0});
     v("max_candidates", max_candidates, Limits{1, 1000});

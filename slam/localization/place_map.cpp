@@ -7,6 +7,7 @@ namespace marco::slam {
 namespace {
 
 constexpr double kMaxTableCells = 8e6;
+constexpr int kBlocks = 3000;  // bounded for each heading, before any is looked into
 constexpr double kMaxAreaM2 = 4e8;
 constexpr int kFreeBelowPercent = 30;
 constexpr int kWallAbovePercent = 65;
@@ -37,7 +38,9 @@ GridMap make_grid(const std::vector<KeyScan>& keys, const OccupancyGridOptions& 
 }  // namespace
 
 PlaceMap::PlaceMap(const std::vector<KeyScan>& keys, const PlaceMapOptions& options)
-    : walls_(make_walls(keys, options)), grid_(make_grid(keys, options.grid)) {}
+    : walls_(make_walls(keys, options)),
+      blocks_(walls_, kBlocks),
+      grid_(make_grid(keys, options.grid)) {}
 
 PlaceMap::Likelihood PlaceMap::likelihood(const Eigen::Vector2d& point_in_map) const {
   // Between the centres of four cells.

@@ -5,6 +5,7 @@
 #include "common/grid_map.hpp"
 #include "common/options.hpp"
 #include "slam/grid/occupancy_grid.hpp"
+#include "slam/localization/place_search.hpp"
 #include "slam/loop_closer.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 
@@ -33,6 +34,7 @@ class PlaceMap {
   PlaceMap(const std::vector<KeyScan>& keys, const PlaceMapOptions& options);
 
   const LikelihoodPyramid& walls() const { return walls_; }
+  const BlockTable& blocks() const { return blocks_; }
   /// Likelihood of a wall at a point, 0..1, and how it grows along x and y [1/m].
   struct Likelihood {
     double value = 0.0;
@@ -48,6 +50,7 @@ class PlaceMap {
   uint8_t occupancy(const Eigen::Vector2d& point_in_map) const;
 
   LikelihoodPyramid walls_;
+  BlockTable blocks_;
   GridMap grid_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 #include <unordered_map>
 
@@ -15,9 +16,70 @@ constexpr double kBucketRad = std::numbers::pi / 9.0;
 
 }  // namespace
 
-PlaceSearch::PlaceSearch(const LikelihoodPyramid& map, const Points2& points, const Limits& limits)
-    : map_(map), points_(static_cast<int>(points.cols())) {
-  require(points_ > 0, "place_search: no points");
+BlockTable::BlockTable(const LikelihoodPyramid& map, int max_blocks) {
+  const auto blocks_at = [](int cells, int level) { return (cells + (1 << level) - 1) >> level; };
+  while (level_ + 1 < map.levels() &&
+         blocks_at(map.width_cells(), level_) * blocks_at(map.height_cells(), level_) >
+             max_blocks) {
+    ++level_;
+  }
+  columns_ = blocks_at(map.width_cells(), level_);
+  rows_ = blocks_at(map.height_cells(), level_);
+  // A block that begins before the map may still reach into it.
+  first_ = 1;
+  width_ = columns_ + first_;
+  height_ = rows_ + first_;
+  const int side = 1 << level_;
+  values_.assign(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) *
+                         static_cast<std::size_t>(height_) * static_cast<std::size_t>(width_) +
+                     kLanes,
+                 0);
+  uint8_t* value = values_.data();
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      for (int row = -first_; row < rows_; ++row) {
+        for (int column = -first_; column < columns_; ++column) {
+          *value++ =
+              static_cast<uint8_t>(map.at(level_, (column << level_) + x, (row << level_) + y));
+        }
+      }
+    }
+  }
+}
+
+void BlockTable::add(int x_cells, int y_cells, uint16_t* sums) const {
+  using Bytes = uint8_t __attribute__((vector_size(kLanes)));
+  using Sums = uint16_t __attribute__((vector_size(2 * kLanes)));
+  const int side = 1 << level_, mask = side - 1;
+  // Shifts round down, also below zero.
+  const int column = (x_cells >> level_) + first_, row = (y_cells >> level_) + first_;
+  const uint8_t* layer =
+      values_.data() +
+      static_cast<std::ptrdiff_t>((y_cells & mask) * side + (x_cells & mask)) * height_ * width_;
+  const int first_x = std::max(0, -column), last_x = std::min(columns_, width_ - column);
+  const int first_y = std::max(0, -row), last_y = std::min(rows_, height_ - row);
+  for (int y = first_y; y < last_y; ++y) {
+    const uint8_t* from = layer + static_cast<std::ptrdiff_t>(row + y) * width_ + column;
+    uint16_t* to = sums + static_cast<std::ptrdiff_t>(y) * stride();
+    int x = first_x;
+    for (; x + kLanes <= last_x; x += kLanes) {
+      Bytes bytes;
+      Sums sum;
+      std::memcpy(&bytes, from + x, sizeof(bytes));
+      std::memcpy(&sum, to + x, sizeof(sum));
+      sum += __builtin_convertvector(bytes, Sums);
+      std::memcpy(to + x, &sum, sizeof(sum));
+    }
+    for (; x < last_x; ++x) to[x] = static_cast<uint16_t>(to[x] + from[x]);
+  }
+}
+
+PlaceSearch::PlaceSearch(const LikelihoodPyramid& map,
+                         const BlockTable& blocks,
+                         const Points2& points,
+                         const Limits& limits)
+    : map_(map), blocks_(blocks), points_(static_cast<int>(points.cols())) {
+  require(points_ > 0 && points_ <= kMaxPoints, "place_search: no points, or too many to count");
   min_sum_ = static_cast<int>(limits.min_score * 255.0 * points_);
   keep_within_ = static_cast<int>(limits.keep_within * 255.0 * points_);
   const double reach_m = std::max(2.0, 0.5 * points.colwise().norm().maxCoeff());
@@ -88,18 +150,29 @@ void PlaceSearch::branch(int level, std::span<Block> blocks) {
   }
 }
 
-std::vector<Pose2> PlaceSearch::run(std::size_t max_count) {
-  const int top = map_.levels() - 1, step = 1 << top;
+std::vector<PlaceSearch::Block> PlaceSearch::bounded_blocks() const {
+  const int side = 1 << blocks_.level();
+  const auto stride = static_cast<std::size_t>(blocks_.stride());
+  std::vector<uint16_t> sums(stride * static_cast<std::size_t>(blocks_.rows()));
   std::vector<Block> blocks;
   for (int turn = 0; turn < static_cast<int>(turned_.size()); ++turn) {
-    for (int y = 0; y < map_.height_cells(); y += step) {
-      for (int x = 0; x < map_.width_cells(); x += step) {
-        const Block block = scored(top, {turn, x, y, 0});
-        if (block.sum >= min_sum_) blocks.push_back(block);
+    std::fill(sums.begin(), sums.end(), uint16_t{0});
+    for (const Offset& cell : turned_[static_cast<std::size_t>(turn)]) {
+      blocks_.add(cell.x, cell.y, sums.data());
+    }
+    for (int y = 0; y < blocks_.rows(); ++y) {
+      const uint16_t* row = &sums[static_cast<std::size_t>(y) * stride];
+      for (int x = 0; x < blocks_.columns(); ++x) {
+        if (row[x] >= min_sum_) blocks.push_back({turn, x * side, y * side, row[x]});
       }
     }
   }
-  branch(top, blocks);
+  return blocks;
+}
+
+std::vector<Pose2> PlaceSearch::run(std::size_t max_count) {
+  std::vector<Block> blocks = bounded_blocks();
+  branch(blocks_.level(), blocks);
   std::vector<Block> kept;
   for (const auto& [key, place] : buckets_) {
     if (place.sum >= threshold()) kept.push_back(place);

@@ -34,6 +34,7 @@ void archive(Archive& bytes, Loop& loop) {
   archive(bytes, loop.from);
   archive(bytes, loop.to);
   archive(bytes, loop.from_from_to);
+  archive(bytes, loop.believed);
   archive(bytes, loop.information);
   archive(bytes, loop.score);
   archive(bytes, loop.overlap);
@@ -77,15 +78,20 @@ void archive(Archive& bytes, SlamState& state) {
   // Fewest bytes of each: a key scan without points, an edge, a loop, a scan.
   archive_list(bytes, state.keys, 80);
   archive_list(bytes, state.edges, 105);
-  archive_list(bytes, state.loops, 137);
+  archive_list(bytes, state.loops, 161);
   archive_list(bytes, state.scans, 36);
+  archive_list(bytes, state.trail, 36);
   archive(bytes, state.motion);
   archive(bytes, state.world_from_robot);
   archive(bytes, state.covariance);
   archive(bytes, state.local_map_centre_m);
   archive(bytes, state.last_search_path_m);
   archive(bytes, state.closed_path_m);
+  archive_list(bytes, state.closings_m, sizeof(double));
   archive(bytes, state.revision);
+  archive(bytes, state.looked_at);
+  archive(bytes, state.thin_until);
+  archive(bytes, state.kept_keys);
 }
 
 template <class Archive>

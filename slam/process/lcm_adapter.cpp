@@ -9,6 +9,8 @@
 namespace marco::slam {
 namespace {
 
+constexpr int kDrawnAtOnce = 4;  // key scans
+
 slam_pose_t to_message(Utime utime, const SlamUpdate& update) {
   slam_pose_t message;
   message.utime = utime.us;
@@ -139,6 +141,20 @@ void SlamAdapter::use_waiting_scans() {
   }
 }
 
+void SlamAdapter::close_loops_in_background() {
+  session_.defer_loop_work();
+  if (!loop_worker_) loop_worker_ = std::make_unique<LoopWorker>();
+}
+
+bool SlamAdapter::exchange_loop_work() {
+  if (!loop_worker_) return false;
+  const std::optional<LoopWork> done = loop_worker_->take_done();
+  const bool changed = done && session_.accept(*done);
+  if (loop_worker_->busy()) return changed;
+  if (auto work = session_.take_loop_work()) loop_worker_->start(std::move(*work));
+  return changed;
+}
+
 bool SlamAdapter::is_level(const Pose2& first_beam, const Pose2& last_beam) const {
   const double limit_rad = deg_to_rad(options_.level_tilt_limit_deg);
   const double panned_rad = normalize_angle(last_beam.x_m - first_beam.x_m);
@@ -173,7 +189,9 @@ void SlamAdapter::use(const LaserScan& scan) {
   SlamInput input = input_of(scan, sensors_.at(scan.channel));
   ++scan_count_;
   input.may_draw = options_.hold_out_every == 0 || scan_count_ % options_.hold_out_every != 0;
-  const SlamUpdate update = session_.process(input);
+  const bool loop_closed = exchange_loop_work();
+  SlamUpdate update = session_.process(input);
+  update.trajectory_changed = update.trajectory_changed || loop_closed;
   if (input.motion.odom_from_robot) {
     odometry_at_scans_.push_back({scan.utime, *input.motion.odom_from_robot});
   }
@@ -182,6 +200,8 @@ void SlamAdapter::use(const LaserScan& scan) {
     scans_.push_back({std::move(input.scan), input.level, !input.may_draw,
                       update.status == SlamUpdate::Status::matched});
   }
+  // In parts: drawing all key scans anew takes seconds.
+  if (loop_worker_ && options_.map_period_s > 0.0) grid_.advance(session_.keys(), kDrawnAtOnce);
   publish(scan, update);
   save_checkpoint_now_and_then(scan.utime);
 }
@@ -204,7 +224,7 @@ void SlamAdapter::publish_trajectory(Utime utime) {
 }
 
 void SlamAdapter::publish_grid(Utime utime) {
-  const GridMap map = grid_.update(session_.keys()).to_map();
+  const GridMap map = (loop_worker_ ? grid_.grid() : grid_.update(session_.keys())).to_map();
   for (const grid_map_t& tile : to_messages(map, utime, session_.revision())) {
     bus_.publish(channels::kGridMap, tile);
   }
@@ -227,6 +247,10 @@ void SlamAdapter::start_session() {
 
 void SlamAdapter::finish() {
   use_all_waiting();
+  if (loop_worker_) {
+    if (const auto done = loop_worker_->wait()) session_.accept(*done);
+  }
+  loop_worker_.reset();
   session_.finish();
   if (live_.empty()) return;
   publish_trajectory(newest_scan_);

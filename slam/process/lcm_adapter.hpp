@@ -3,6 +3,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "slam/key_scan_grid.hpp"
 #include "slam/localization/mapping_session.hpp"
 #include "slam/process/checkpoint.hpp"
+#include "slam/process/loop_worker.hpp"
 #include "slam/process/used_scan.hpp"
 
 namespace marco::slam {
@@ -55,6 +57,11 @@ struct SlamAdapterOptions {
 ///
 /// A scan waits until odometry and pan-tilt at or after its own time are known, if there are any;
 /// what is decided depends on the order of messages and their stamps alone, never on a clock.
+///
+/// Live, after close_loops_in_background(), no scan waits for a loop search or an optimization:
+///   scans -> [this thread: match, publish] -> LoopWork -> [LoopWorker's thread] -> accept()
+/// What was found is taken over before the next scan. Poses then depend on how fast the machine is;
+/// batch runs do without.
 class SlamAdapter {
  public:
   /// @param bus outlives the adapter.
@@ -66,6 +73,9 @@ class SlamAdapter {
   /// What follows was recorded at another time: it goes on where the robot was left, and nothing is
   /// concluded from the step between both recordings' odometry or clocks.
   void start_session();
+
+  /// See above. Not to be undone.
+  void close_loops_in_background();
 
   /// Uses what still waits, optimizes a last time, publishes TRAJECTORY and GRID_MAP.
   void finish();
@@ -107,6 +117,8 @@ class SlamAdapter {
   void use_all_waiting();
   bool ready(const LaserScan& scan) const;
   void use(const LaserScan& scan);
+  /// @returns whether older poses moved.
+  bool exchange_loop_work();
   /// @param first_beam, last_beam  (pan, tilt, 0) [rad] at their times
   bool is_level(const Pose2& first_beam, const Pose2& last_beam) const;
   SlamInput input_of(const LaserScan& scan, const SensorInfo& info) const;
@@ -136,6 +148,7 @@ class SlamAdapter {
   bool resumed_ = false;
   std::string answer_;
   std::optional<Utime> checkpoint_saved_;
+  std::unique_ptr<LoopWorker> loop_worker_;  ///< nullptr: each scan waits for its loops
 };
 
 }  // namespace marco::slam

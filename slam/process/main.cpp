@@ -51,6 +51,7 @@ int main(int argc, char** argv) {
     process::LcmBus bus(arguments.lcm_url);
     slam::SlamAdapter slam(bus, options, [](const std::string& line) { spdlog::warn(line); });
     require_alone(arguments.lcm_url);
+    slam.close_loops_in_background();
     process::StatusPublisher status(bus, "marco-slam", slam.drops());
     spdlog::info("listening on {}{}", process::effective_lcm_url(arguments.lcm_url),
                  slam.resumed() ? ", goes on from " + options.checkpoint_path : "");

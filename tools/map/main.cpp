@@ -45,6 +45,7 @@ struct Arguments {
   std::string localize;
   bool merge = false;
   bool calibrate = false;
+  bool loop_pictures = false;
 };
 
 // One trajectory a session, those of the saved map first.
@@ -156,9 +157,21 @@ int run(const Arguments& arguments) {
       write_joined_surface(out, job.mapping3d().mapper().placed(), options.joined_surface);
   const TriangleMesh& model = joined.mesh;
   job.clock().end_stage("surface");
-  if (map.width_cells > 0) draw_map_picture(out / "map.png", map, job);
-  if (!model.triangles.empty()) draw_model_picture(out / "model.png", model, job);
-  if (job.lines() != nullptr) draw_line_pictures(out, map, walls, job);
+  std::vector<PictureOrder> pictures;
+  if (map.width_cells > 0) pictures.push_back(map_picture(out / "map.png", map, job));
+  if (!model.triangles.empty()) pictures.push_back(model_picture(out / "model.png", model, job));
+  if (job.lines() != nullptr) {
+    for (PictureOrder& order : line_pictures(out, map, walls, job)) {
+      pictures.push_back(std::move(order));
+    }
+  }
+  if (arguments.loop_pictures) {
+    std::filesystem::create_directories(out / "loops");
+    for (PictureOrder& order : loop_pictures(out / "loops", job)) {
+      pictures.push_back(std::move(order));
+    }
+  }
+  draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
   job.clock().end_stage("pictures");
   ReportExtras extras{judge_path(job), joined.figures};
   extras.errors.merge(judge_held_out(job, map));
@@ -211,6 +224,10 @@ int main(int argc, char** argv) {
     app.add_flag("--calibrate", arguments.calibrate,
                  "estimate the pan-tilt's lever arms and zero angles from sweeps of one stop at "
                  "several pans; writes calibration.toml for --config");
+    app.add_flag("--loop-pictures", arguments.loop_pictures,
+                 "a picture of each loop in loops/: the two scans, before and after")
+        ->excludes("--lines")
+        ->excludes(localize);
     bool print_config = false;
     app.add_flag("--print-config", print_config, "print the config in force and exit");
     // --print-config needs no INPUT.

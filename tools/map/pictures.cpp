@@ -6,9 +6,7 @@
 #include <optional>
 
 #include "common/trajectory_fit.hpp"
-#include "viewer/image_io.hpp"
-#include "viewer/map_picture.hpp"
-#include "viewer/process/render_command.hpp"
+#include "viewer/scene.hpp"
 
 namespace marco {
 namespace {
@@ -77,6 +75,15 @@ viewer::PointsItem scan_points(const MapJob& job) {
   return points;
 }
 
+viewer::PointsItem points_item(const Points2& hits, const viewer::Rgb& color, const char* label) {
+  viewer::PointsItem points{{}, color, label};
+  for (Eigen::Index i = 0; i < hits.cols(); ++i) {
+    const Eigen::Vector2f hit = hits.col(i).cast<float>();
+    points.points_m.emplace_back(hit.x(), hit.y(), 0.0F);
+  }
+  return points;
+}
+
 void add_paths(const GridMap& map, const MapJob& job, viewer::Scene& scene) {
   const Trajectory estimate = job.trajectory();
   const Trajectory& odometry = job.odometry_trajectory();
@@ -116,51 +123,68 @@ std::optional<std::size_t> scan_to_show(const MapJob& job) {
 
 }  // namespace
 
-void draw_line_pictures(const std::filesystem::path& folder,
-                        const GridMap& map,
-                        const Walls& walls,
-                        const MapJob& job) {
+std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
+                                        const GridMap& map,
+                                        const Walls& walls,
+                                        const MapJob& job) {
+  std::vector<PictureOrder> orders;
   viewer::Scene plan;
   add_walls(walls, plan);
   add_paths(map, job, plan);
   const Trajectory trajectory = job.trajectory();
   if (!trajectory.empty()) plan.robots.push_back({trajectory.back().world_from_robot});
-  viewer::write_png(viewer::draw_map(plan).picture, (folder / "lines.png").string());
+  orders.push_back({folder / "lines.png", true, "", plan});
   if (const auto shown = scan_to_show(job)) {
     viewer::Scene scan;
     add_walls(walls, scan);
     const Pose2& world_from_robot = trajectory[*shown].world_from_robot;
-    viewer::PointsItem points{{}, viewer::palette::kOdometry, "scan"};
     const Points2 hits = world_from_robot * job.scans()[*shown].prepared.hits_in_robot;
-    for (Eigen::Index i = 0; i < hits.cols(); ++i) {
-      points.points_m.emplace_back(static_cast<float>(hits(0, i)), static_cast<float>(hits(1, i)),
-                                   0.0F);
-    }
-    scan.points.push_back(std::move(points));
+    scan.points.push_back(points_item(hits, viewer::palette::kOdometry, "scan"));
     scan.robots.push_back({world_from_robot});
-    viewer::write_png(viewer::draw_map(scan).picture, (folder / "lines_scan.png").string());
+    orders.push_back({folder / "lines_scan.png", true, "", std::move(scan)});
   }
-  if (walls.empty()) return;
+  if (walls.empty()) return orders;
   plan.ellipses.clear();
-  viewer::write_png(viewer::render_scene(std::move(plan), {}), (folder / "lines_3d.png").string());
+  orders.push_back({folder / "lines_3d.png", false, "", std::move(plan)});
+  return orders;
 }
 
-void draw_map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job) {
-  viewer::Scene scene;
-  scene.grid = map;
-  if (!job.key_scans().empty()) scene.points.push_back(scan_points(job));
-  add_paths(map, job, scene);
-  viewer::write_png(viewer::draw_map(scene).picture, path.string());
+PictureOrder map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job) {
+  PictureOrder order{path, true, "", {}};
+  order.scene.grid = map;
+  if (!job.key_scans().empty()) order.scene.points.push_back(scan_points(job));
+  add_paths(map, job, order.scene);
+  return order;
 }
 
-void draw_model_picture(const std::filesystem::path& path, TriangleMesh model, const MapJob& job) {
-  viewer::Scene scene;
-  scene.meshes.push_back({std::make_shared<const TriangleMesh>(std::move(model))});
-  viewer::RenderRequest request;
+PictureOrder model_picture(const std::filesystem::path& path,
+                           TriangleMesh model,
+                           const MapJob& job) {
+  PictureOrder order{path, false, "", {}};
+  order.scene.meshes.push_back({std::make_shared<const TriangleMesh>(std::move(model))});
   if (!looked_around(job.mapping3d().mapper().scenes())) {
-    request.camera = camera_behind(job.mapping3d().mapper().scenes().front());
+    order.camera = camera_behind(job.mapping3d().mapper().scenes().front());
   }
-  viewer::write_png(viewer::render_scene(std::move(scene), request), path.string());
+  return order;
+}
+
+std::vector<PictureOrder> loop_pictures(const std::filesystem::path& folder, const MapJob& job) {
+  std::vector<PictureOrder> orders;
+  const std::vector<slam::KeyScan>& keys = job.key_scans();
+  for (const slam::Loop& loop : job.loops()) {
+    char name[24];
+    std::snprintf(name, sizeof name, "%03zu.png", orders.size());
+    PictureOrder order{folder / name, true, "", {}};
+    const Points2& older = keys[static_cast<std::size_t>(loop.from)].points_in_robot.points;
+    const Points2& newer = keys[static_cast<std::size_t>(loop.to)].points_in_robot.points;
+    order.scene.points.push_back(points_item(older, viewer::palette::kTruth, "older scan"));
+    order.scene.points.push_back(
+        points_item(loop.believed * newer, viewer::palette::kOdometry, "newer scan, before"));
+    order.scene.points.push_back(
+        points_item(loop.from_from_to * newer, viewer::palette::kEstimate, "newer scan, after"));
+    orders.push_back(std::move(order));
+  }
+  return orders;
 }
 
 }  // namespace marco

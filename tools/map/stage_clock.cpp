@@ -5,9 +5,9 @@
 namespace marco {
 namespace {
 
-rusage usage() {
+rusage usage(int of_whom) {
   rusage result = {};
-  getrusage(RUSAGE_SELF, &result);
+  getrusage(of_whom, &result);
   return result;
 }
 
@@ -15,12 +15,17 @@ double seconds(const timeval& time) {
   return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
 }
 
+double cpu_now_s() {
+  const rusage self = usage(RUSAGE_SELF), children = usage(RUSAGE_CHILDREN);
+  return seconds(self.ru_utime) + seconds(self.ru_stime) + seconds(children.ru_utime) +
+         seconds(children.ru_stime);
+}
+
 }  // namespace
 
 void StageClock::reset() {
-  const rusage now = usage();
   wall_ = std::chrono::steady_clock::now();
-  cpu_s_ = seconds(now.ru_utime) + seconds(now.ru_stime);
+  cpu_s_ = cpu_now_s();
 }
 
 void StageClock::end_stage(const std::string& name) {
@@ -43,6 +48,8 @@ double StageClock::total_cpu_s() const {
   return sum;
 }
 
-double StageClock::peak_memory_mb() { return static_cast<double>(usage().ru_maxrss) / 1024.0; }
+double StageClock::peak_memory_mb() {
+  return static_cast<double>(usage(RUSAGE_SELF).ru_maxrss) / 1024.0;
+}
 
 }  // namespace marco

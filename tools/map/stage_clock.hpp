@@ -12,7 +12,7 @@ class StageClock {
   struct Stage {
     std::string name;
     double wall_s = 0.0;
-    double cpu_s = 0.0;  ///< user + system, all threads
+    double cpu_s = 0.0;  ///< user + system, all threads and processes started
   };
   StageClock() { reset(); }
 
@@ -21,6 +21,7 @@ class StageClock {
   const std::vector<Stage>& stages() const { return stages_; }
   double total_wall_s() const;
   double total_cpu_s() const;
+  /// Of this process: without what draws the pictures.
   static double peak_memory_mb();
 
  private:

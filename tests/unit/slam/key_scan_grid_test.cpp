@@ -57,5 +57,36 @@ TEST(KeyScanGrid, DrawsAnewWhatHasMovedOrIsAnother) {
   EXPECT_EQ(grid.times_redrawn(), 3);
 }
 
+TEST(KeyScanGrid, OneInTheMidstThatBecameOneWithAnotherIsNoReasonToDrawAnew) {
+  std::vector<KeyScan> keys = some_keys(8);
+  KeyScanGrid grid;
+  const OccupancyGrid all = draw_grid(keys);
+  grid.update(keys);
+  keys.erase(keys.begin() + 3);
+  keys.erase(keys.begin() + 5);
+  expect_equal(grid.update(keys), all);
+  EXPECT_EQ(grid.times_redrawn(), 0);
+  keys[1].world_from_robot.x_m += 0.1;
+  expect_equal(grid.update(keys), draw_grid(keys));
+  EXPECT_EQ(grid.times_redrawn(), 1);
+}
+
+TEST(KeyScanGrid, InPartsItShowsTheOldOneUntilTheNewOneIsComplete) {
+  std::vector<KeyScan> keys = some_keys(8);
+  KeyScanGrid grid;
+  EXPECT_FALSE(grid.advance(keys, 5));
+  EXPECT_TRUE(grid.advance(keys, 5));
+  const OccupancyGrid before = draw_grid(keys);
+  expect_equal(grid.grid(), before);
+  keys[2].world_from_robot.x_m += 0.2;
+  EXPECT_FALSE(grid.advance(keys, 3));
+  keys[1].world_from_robot.x_m += 0.2;  // and what was drawn of the new one has moved again
+  for (int i = 0; i < 2; ++i) EXPECT_FALSE(grid.advance(keys, 3));
+  expect_equal(grid.grid(), before);
+  EXPECT_TRUE(grid.advance(keys, 3));
+  expect_equal(grid.grid(), draw_grid(keys));
+  EXPECT_EQ(grid.times_redrawn(), 1);
+}
+
 }  // namespace
 }  // namespace marco::slam

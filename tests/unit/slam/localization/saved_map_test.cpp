@@ -80,6 +80,29 @@ TEST_F(SavedMapTest, RestoredFromItsBytesASlamGoesOnAsIfNothingHadBeen) {
   EXPECT_EQ(whole.loops().size(), resumed.loops().size());
 }
 
+TEST_F(SavedMapTest, WhatLiesFartherAwayThanAnyBuildingIsRefused) {
+  Slam slam;
+  for (const SlamInput& input : drive({path_.begin(), path_.begin() + 12}, 3, 0)) {
+    slam.process(input);
+  }
+  const auto said = [&](const auto& spoil) {
+    SavedMap map{"", {0}, slam.state()};
+    spoil(map.slam);
+    return complaint([&] { decode_saved_map(encode_saved_map(map)); });
+  };
+  EXPECT_EQ(said([](SlamState&) {}), "");
+  EXPECT_THAT(said([](SlamState& s) { s.keys[1].world_from_robot.x_m = 1e300; }),
+              HasSubstr("farther away"));
+  EXPECT_THAT(said([](SlamState& s) { s.keys[1].points_in_robot.points(1, 5) = -1e9; }),
+              HasSubstr("farther away"));
+  EXPECT_THAT(said([](SlamState& s) { s.scans[3].key_from_robot.y_m = 1e12; }),
+              HasSubstr("farther away"));
+  EXPECT_THAT(said([](SlamState& s) { s.edges[0].from_from_to.x_m = 1e12; }),
+              HasSubstr("longer than"));
+  EXPECT_THAT(said([](SlamState& s) { s.world_from_robot.x_m = 1e12; }), HasSubstr("farther away"));
+  EXPECT_THAT(said([](SlamState& s) { s.trail.pop_back(); }), HasSubstr("than ever were"));
+}
+
 TEST_F(SavedMapTest, DamagedForeignAndCutFilesAreRefusedAndSaidSo) {
   Slam slam;
   for (const SlamInput& input : drive({path_.begin(), path_.begin() + 12}, 3, 0)) {
@@ -104,7 +127,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
     slam.process(input);
   }
   const std::string sealed = encode_saved_map({"", {0}, slam.state()});
-  const std::string payload(unseal("MARCOMAP", 1, sealed));
+  const std::string payload(unseal("MARCOMAP", 2, sealed));
   std::mt19937 random(11);
   int refused = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -114,7 +137,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
         trial < 200 ? static_cast<std::size_t>(trial) % 100 : random() % payload.size();
     lying[at] = static_cast<char>(random());
     if (trial % 3 == 0) lying.resize(random() % lying.size());
-    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 1, lying)); }).empty() ? 0 : 1;
+    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 2, lying)); }).empty() ? 0 : 1;
   }
   EXPECT_GT(refused, 150);
   SlamState state = slam.state();

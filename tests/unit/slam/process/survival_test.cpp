@@ -89,6 +89,63 @@ TEST_F(SlamSurvival, KilledAtAnyMessageAndResumedItEndsWithTheSamePath) {
   }
 }
 
+// 25 times round a square of 80 steps, measured with errors, tied across the rounds.
+LoopWork thousands_of_key_scans() {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  LoopWork work{LoopCloser({}, CorrelativeMatcher{}, SurfelMatcher{}), {}, PoseGraph{}};
+  work.doubt_loops = true;
+  Pose2 believed, step;
+  const Eigen::Matrix3d information = 1e4 * Eigen::Matrix3d::Identity();
+  for (int i = 0; i < 2000; ++i) {
+    work.graph.add_node(believed);
+    if (i > 0) work.graph.add_edge({i - 1, i, step, information, false});
+    if (i >= 80 && i % 10 == 0) work.graph.add_edge({i - 80, i, Pose2{}, information, true});
+    const double turn_rad = i % 20 == 19 ? std::numbers::pi / 2 : 0.0;
+    step = {0.3 + 0.01 * noise(random), 0.01 * noise(random), turn_rad + 0.003 * noise(random)};
+    believed = believed * step;
+  }
+  return work;
+}
+
+TEST_F(SlamSurvival, ScansGoOnWhileThousandsOfKeyScansAreOptimized) {
+  LoopWork alone = thousands_of_key_scans();
+  alone.run();
+  LoopWorker worker;
+  worker.start(thousands_of_key_scans());
+  EXPECT_TRUE(worker.busy());
+  process::BatchBus bus;
+  SlamAdapter slam(bus, {});
+  std::optional<LoopWork> done;
+  for (const Sample& sample : samples_) {
+    if (!done) done = worker.take_done();
+    send(bus, sample);
+  }
+  EXPECT_EQ(slam.live_trajectory().size(), 60U);
+  if (!done) done = worker.wait();
+  ASSERT_TRUE(done.has_value());
+  EXPECT_FALSE(worker.busy());
+  EXPECT_FALSE(worker.wait().has_value());
+  for (std::size_t i = 0; i < 2000; ++i) {
+    ASSERT_EQ(done->graph.poses()[i].vector(), alone.graph.poses()[i].vector()) << i;
+  }
+}
+
+TEST_F(SlamSurvival, WithLoopsInTheBackgroundItEndsAtTheSamePath) {
+  const Trajectory whole = run_whole();
+  process::BatchBus bus;
+  SlamAdapter slam(bus, {});
+  slam.close_loops_in_background();
+  for (const Sample& sample : samples_) send(bus, sample);
+  slam.finish();
+  const Trajectory path = slam.slam().trajectory();
+  ASSERT_EQ(path.size(), whole.size());
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    // The promise is maps equal to 2 cm; here no loop is in sight.
+    EXPECT_THAT(path[i].world_from_robot, IsNear(whole[i].world_from_robot, 0.02, 0.01)) << i;
+  }
+}
+
 TEST_F(SlamSurvival, OfATornCheckpointTheOneBeforeIsUsed) {
   const auto path = folder_.path() / "checkpoint";
   process::BatchBus bus;

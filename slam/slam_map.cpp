@@ -1,0 +1,236 @@
+// What Slam does with its key scans: the local map, loops, and what becomes one.
+#include <algorithm>
+#include <utility>
+
+#include "slam/slam.hpp"
+
+namespace marco::slam {
+namespace {
+
+// Of path, to loops found before and after a key scan that may become one with others.
+constexpr double kClosedWithinM = 1.5;
+
+// Looked at for each new one, so that no scan waits for many.
+constexpr int kThinnedAtOnce = 3;
+
+}  // namespace
+
+void LoopWork::run() {
+  for (const LoopQuestion& question : questions) {
+    if (const auto loop = closer.answer(question)) found.push_back(*loop);
+  }
+  for (const Loop& loop : found) {
+    graph.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});
+  }
+  if (doubt_loops) {
+    edge_in_force = graph.optimize_robustly().edge_in_force;
+  } else if (!found.empty()) {
+    graph.optimize_roughly();
+  }
+}
+
+int Slam::first_local() const {
+  const int beyond = static_cast<int>(trail_.size()) - options_.window_key_scans;
+  const int step = options_.window_slack + 1;
+  return std::max(0, beyond) / step * step;
+}
+
+void Slam::extend_local_map() {
+  if (!local_map_ || first_local() != local_map_first_) {
+    rebuild_local_map();
+  } else {
+    local_map_->add(keys_.back().points_in_robot, keys_.back().world_from_robot);
+  }
+}
+
+void Slam::rebuild_local_map() {
+  // In the middle of what the map will cover, whenever it is made.
+  const int middle = std::min(static_cast<int>(keys_.size()) - 1,
+                              first_local_key() + options_.window_key_scans - 1);
+  rebuild_local_map(keys_[static_cast<std::size_t>(middle)].world_from_robot.translation_m());
+}
+
+void Slam::rebuild_local_map(const Eigen::Vector2d& centre_m) {
+  const int first = first_local_key(), count = static_cast<int>(keys_.size());
+  local_map_first_ = first_local();
+  if (!local_map_) local_map_.emplace(options_.fine, centre_m);
+  local_map_->restart(centre_m);
+  for (int key = first; key < count; ++key) {
+    const KeyScan& scan = keys_[static_cast<std::size_t>(key)];
+    local_map_->add(scan.points_in_robot, scan.world_from_robot);
+  }
+}
+
+bool Slam::look_for_loops() {
+  const double path_m = keys_.back().path_m;
+  if (work_is_out_ || path_m - last_search_path_m_ < options_.loops.attempt_every_m) return false;
+  last_search_path_m_ = path_m;
+  LoopWork work{loop_closer_, loop_closer_.questions(keys_, closed_path_m_), graph_, path_m};
+  work.doubt_loops = thinning_is_due();
+  if (work.questions.empty() && !work.doubt_loops) return false;
+  work_is_out_ = true;
+  if (deferred_) {
+    work_ = std::move(work);
+    return false;
+  }
+  work.run();
+  return accept(work);
+}
+
+std::optional<LoopWork> Slam::take_loop_work() { return std::exchange(work_, std::nullopt); }
+
+bool Slam::accept(const LoopWork& work) {
+  const std::vector<Pose2>& optimized = work.graph.poses();
+  if (!work_is_out_ || work_ || optimized.size() > keys_.size()) return false;
+  work_is_out_ = false;
+  if (work.found.empty() && !work.doubt_loops) return false;
+  if (!work.found.empty()) {
+    closed_path_m_ = work.path_m;
+    closings_m_.push_back(work.path_m);
+  }
+  for (const Loop& loop : work.found) {
+    loops_.push_back(loop);
+    graph_.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});
+  }
+  const std::size_t known = optimized.size();
+  const Pose2 new_from_old = optimized.back() * keys_[known - 1].world_from_robot.inverse();
+  std::vector<Pose2> poses = optimized;
+  for (std::size_t key = known; key < keys_.size(); ++key) {
+    poses.push_back(new_from_old * keys_[key].world_from_robot);
+  }
+  for (std::size_t key = 0; key < poses.size(); ++key) {
+    graph_.set_pose(static_cast<int>(key), poses[key]);
+  }
+  if (work.doubt_loops) {
+    forget_wrong_loops(work);
+    thin_until_ = std::max(looked_at_, static_cast<int>(known) - options_.thinning.recent_keys);
+  }
+  move_keys(poses);
+  return true;
+}
+
+void Slam::forget_wrong_loops(const LoopWork& work) {
+  // Edges that came meanwhile stand between those that were doubted and the loops found.
+  const std::size_t doubted = work.edge_in_force.size() - work.found.size();
+  const std::vector<PoseGraphEdge> edges = graph_.edges();
+  const std::size_t first_found = edges.size() - work.found.size();
+  std::vector<PoseGraphEdge> kept_edges;
+  std::vector<Loop> kept_loops;
+  for (std::size_t edge = 0, loop = 0; edge < edges.size(); ++edge) {
+    bool right = true;
+    if (edge < doubted) right = work.edge_in_force[edge];
+    if (edge >= first_found) right = work.edge_in_force[doubted + edge - first_found];
+    if (right) kept_edges.push_back(edges[edge]);
+    if (right && edges[edge].is_loop) kept_loops.push_back(loops_[loop]);
+    if (edges[edge].is_loop) ++loop;
+  }
+  loops_ = std::move(kept_loops);
+  remake_graph(kept_edges);
+}
+
+void Slam::remake_graph(const std::vector<PoseGraphEdge>& edges) {
+  const std::vector<Pose2> poses = graph_.poses();
+  graph_ = PoseGraph(options_.graph);
+  for (const Pose2& pose : poses) graph_.add_node(pose);
+  for (const PoseGraphEdge& edge : edges) graph_.add_edge(edge);
+}
+
+bool Slam::thinning_is_due() const {
+  return looked_at_ >= thin_until_ &&
+         static_cast<int>(keys_.size()) >= kept_keys_ + options_.thinning.after_keys;
+}
+
+void Slam::thin_keys() {
+  // What is being worked on elsewhere keeps its numbers.
+  if (work_is_out_ || looked_at_ >= thin_until_) return;
+  for (int i = 0; i < kThinnedAtOnce && looked_at_ < thin_until_; ++i) {
+    if (merge_into_older(looked_at_)) {
+      --thin_until_;
+    } else {
+      ++looked_at_;
+    }
+  }
+  if (looked_at_ >= thin_until_) kept_keys_ = looked_at_;
+}
+
+bool Slam::is_closed_around(double path_m) const {
+  const auto within = [path_m](double from_m, double to_m) {
+    return [=](double at_m) { return at_m >= path_m + from_m && at_m <= path_m + to_m; };
+  };
+  return std::any_of(closings_m_.begin(), closings_m_.end(), within(-kClosedWithinM, 0.0)) &&
+         std::any_of(closings_m_.begin(), closings_m_.end(), within(0.0, kClosedWithinM));
+}
+
+bool Slam::merge_into_older(int key) {
+  const double path_m = keys_[static_cast<std::size_t>(key)].path_m;
+  std::erase_if(closings_m_, [path_m](double at_m) { return at_m < path_m - kClosedWithinM; });
+  const auto merged =
+      seen_before(keys_, key, is_closed_around(path_m), matcher_, options_.thinning);
+  if (!merged) return false;
+  std::vector<PoseGraphEdge> edges = graph_.edges();
+  merge_nodes(key, *merged, edges, loops_);
+  rehang_scans(key, *merged);
+  keys_.erase(keys_.begin() + key);
+  graph_.remove_node(key);
+  remake_graph(edges);
+  return true;
+}
+
+void Slam::rehang_scans(int key, const MergedKey& merged) {
+  // No scan before the key scan's own hangs on it, or on a newer one.
+  const Utime utime = keys_[static_cast<std::size_t>(key)].utime;
+  for (std::vector<ScanPose>* scans : {&scans_, &trail_}) {
+    for (auto scan = scans->rbegin(); scan != scans->rend(); ++scan) {
+      const bool is_first = scan->key == key && scan->utime == utime;
+      if (scan->key > key) {
+        --scan->key;
+      } else if (scan->key == key) {
+        *scan = {scan->utime, merged.into, merged.into_from_key * scan->key_from_robot};
+      }
+      if (is_first) break;
+    }
+  }
+}
+
+void Slam::move_keys(const std::vector<Pose2>& world_from_keys) {
+  const Pose2 key_from_robot = between(keys_.back().world_from_robot, world_from_robot_);
+  for (std::size_t key = 0; key < keys_.size(); ++key) {
+    keys_[key].world_from_robot = world_from_keys[key];
+  }
+  world_from_robot_ = keys_.back().world_from_robot * key_from_robot;
+  ++revision_;
+  rebuild_local_map();
+}
+
+void Slam::finish() {
+  if (keys_.size() < 2) return;
+  const PoseGraphResult result = graph_.optimize_robustly();
+  std::vector<PoseGraphEdge> edges;
+  for (std::size_t edge = 0, loop = 0; edge < graph_.edges().size(); ++edge) {
+    if (graph_.edges()[edge].is_loop) loops_[loop++].in_force = result.edge_in_force[edge];
+    if (result.edge_in_force[edge]) edges.push_back(graph_.edges()[edge]);
+  }
+  std::vector<OrientedScan> scans;
+  for (const KeyScan& key : keys_) scans.push_back(only_oriented(key.points_in_robot));
+  std::vector<Pose2> poses = graph_.poses();
+  refined_ = refine_jointly(scans, edges, options_.refinement, poses);
+  for (std::size_t key = 0; key < poses.size(); ++key) {
+    graph_.set_pose(static_cast<int>(key), poses[key]);
+  }
+  move_keys(poses);
+}
+
+OrientedScan Slam::only_oriented(const OrientedPoints& points) {
+  OrientedScan scan{Points2(2, points.points.cols()), Points2(2, points.points.cols())};
+  Eigen::Index used = 0;
+  for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
+    if (!points.has_normal(i)) continue;
+    scan.points_in_robot.col(used) = points.points.col(i);
+    scan.normals_in_robot.col(used++) = points.normals.col(i);
+  }
+  scan.points_in_robot.conservativeResize(2, used);
+  scan.normals_in_robot.conservativeResize(2, used);
+  return scan;
+}
+
+}  // namespace marco::slam

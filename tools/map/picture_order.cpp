@@ -1,0 +1,129 @@
+#include "tools/map/picture_order.hpp"
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <stdexcept>
+
+#include "common/byte_archive.hpp"
+#include "common/files/whole_file.hpp"
+
+namespace marco {
+namespace {
+
+constexpr std::string_view kName = "MARCOPIC";
+constexpr uint32_t kVersion = 1;
+
+// Numbers as they are in memory: the reader is of the same build.
+template <class Archive, class T>
+void archive_plain(Archive& bytes, std::vector<T>& values) {
+  values.resize(bytes.length(values.size(), sizeof(T)));
+  bytes.raw(values.data(), values.size() * sizeof(T));
+}
+
+template <class Archive>
+void archive_color(Archive& bytes, viewer::Rgb& color) {
+  archive(bytes, color.red);
+  archive(bytes, color.green);
+  archive(bytes, color.blue);
+}
+
+template <class Archive>
+void archive_scene(Archive& bytes, viewer::Scene& scene) {
+  archive(bytes, scene.grid);
+  const auto list = [&bytes](auto& items, const auto& fields) {
+    items.resize(bytes.length(items.size(), 1));
+    for (auto& item : items) fields(item);
+  };
+  list(scene.meshes, [&bytes](viewer::MeshItem& item) {
+    TriangleMesh mesh;
+    if constexpr (!Archive::kReads) mesh = *item.mesh;
+    archive_plain(bytes, mesh.vertices_m);
+    archive_plain(bytes, mesh.normals);
+    archive_plain(bytes, mesh.colors_rgb);
+    archive_plain(bytes, mesh.triangles);
+    archive_color(bytes, item.color);
+    if constexpr (Archive::kReads) item.mesh = std::make_shared<TriangleMesh>(std::move(mesh));
+  });
+  list(scene.points, [&bytes](viewer::PointsItem& item) {
+    archive_plain(bytes, item.points_m);
+    archive_color(bytes, item.color);
+    archive(bytes, item.label);
+  });
+  list(scene.paths, [&bytes](viewer::PathItem& item) {
+    archive_plain(bytes, item.poses);
+    archive_color(bytes, item.color);
+    archive(bytes, item.label);
+  });
+  list(scene.walls, [&bytes](viewer::WallItem& item) {
+    archive(bytes, item.from_m);
+    archive(bytes, item.to_m);
+    archive(bytes, item.height_m);
+    archive_color(bytes, item.color);
+  });
+  list(scene.robots, [&bytes](viewer::RobotItem& item) { archive(bytes, item.world_from_robot); });
+  list(scene.ellipses, [&bytes](viewer::EllipseItem& item) {
+    archive(bytes, item.center_m);
+    archive(bytes, item.covariance_m2);
+  });
+}
+
+template <class Archive>
+void archive_orders(Archive& bytes, std::vector<PictureOrder>& orders) {
+  orders.resize(bytes.length(orders.size(), 1));
+  for (PictureOrder& order : orders) {
+    archive(bytes, order.path);
+    archive(bytes, order.flat);
+    archive(bytes, order.camera);
+    archive_scene(bytes, order.scene);
+  }
+}
+
+std::string sibling_program(const char* name) {
+  return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / name).string();
+}
+
+}  // namespace
+
+template <class Archive>
+void archive(Archive& bytes, GridMap& grid) {
+  archive(bytes, grid.origin_m);
+  archive(bytes, grid.resolution_m);
+  archive(bytes, grid.width_cells);
+  archive(bytes, grid.height_cells);
+  archive_plain(bytes, grid.occupancy);
+}
+
+std::string encode_picture_orders(std::vector<PictureOrder> orders) {
+  ByteWriter writer;
+  archive_orders(writer, orders);
+  return seal(kName, kVersion, writer.take());
+}
+
+std::vector<PictureOrder> decode_picture_orders(std::string_view bytes) {
+  ByteReader reader(unseal(kName, kVersion, bytes));
+  std::vector<PictureOrder> orders;
+  archive_orders(reader, orders);
+  require(reader.left() == 0, "has bytes left over");
+  return orders;
+}
+
+void draw_elsewhere(std::vector<PictureOrder> orders, const std::string& orders_path) {
+  if (orders.empty()) return;
+  files::write_whole_file(orders_path, encode_picture_orders(std::move(orders)));
+  std::string program = sibling_program("marco-map-pictures"), argument = orders_path;
+  char* const arguments[] = {program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  int status = 0;
+  const bool ran =
+      posix_spawn(&child, program.c_str(), nullptr, nullptr, arguments, environ) == 0 &&
+      waitpid(child, &status, 0) == child;
+  std::remove(orders_path.c_str());
+  if (!ran) throw std::runtime_error("cannot start " + program + ", which draws the pictures");
+  if (status != 0) throw std::runtime_error(program + " could not draw the pictures");
+}
+
+}  // namespace marco

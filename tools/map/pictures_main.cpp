@@ -1,0 +1,23 @@
+#include "common/check.hpp"
+#include "common/files/whole_file.hpp"
+#include "common/process/arguments.hpp"
+#include "tools/map/picture_order.hpp"
+#include "viewer/image_io.hpp"
+#include "viewer/map_picture.hpp"
+#include "viewer/process/render_command.hpp"
+
+int main(int argc, char** argv) {
+  using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
+  return process::run_main("marco-map-pictures", [&] {
+    require(argc == 2, "draws what marco-map orders: marco-map-pictures ORDERS");
+    for (PictureOrder& order : decode_picture_orders(files::read_whole_file(argv[1]))) {
+      viewer::RenderRequest request;
+      request.camera = order.camera;
+      const viewer::Picture picture = order.flat
+                                          ? viewer::draw_map(order.scene).picture
+                                          : viewer::render_scene(std::move(order.scene), request);
+      viewer::write_png(picture, order.path);
+    }
+    return 0;
+  });
+}

@@ -80,15 +80,32 @@ struct MotionState {
   double before_lag_s = 0.0;  ///< of the scan before
   double move_m = 0.0;        ///< of late, from one scan to the next
   double turn_rad = 0.0;
+  /// The last scan whose stamp kept the rhythm, the way from there to the newest, and how many
+  /// lagging ones lie between.
+  std::optional<MotionInput> anchor;
+  Pose2 anchor_from_before;
+  int32_t lagging = 0;
+  Pose2 last_step;  ///< a scan's, by odometry between the last two that kept the rhythm
+  /// Scans whose odometry went with them whatever their stamp said, less those where it did not.
+  int32_t came_with_scan = 0;
 };
 
 /// Remembers the last scan's odometry and the last estimated velocity. Not thread-safe.
+///
+/// Where a logger stalls, several scans get stamps nearly alike. Odometry that came with each scan
+/// does not mind; odometry looked up by such a stamp belongs to another moment: the step from one
+/// scan to the next is then far too short, and the one that catches up far too long. Which it is,
+/// the scans that lag tell. If looked up, such a scan is predicted by the steps before, and the
+/// first that keeps the rhythm again by all that odometry says since the last one that did.
 class MotionModel {
  public:
   explicit MotionModel(const MotionOptions& options = {});
 
   /// The move from the scan before to this one. Changes nothing.
   MotionGuess guess(const MotionInput& now) const;
+
+  /// Whether odometry says, and the scans of late do not deny, that the robot has not moved.
+  bool stands_still(const MotionInput& now) const;
 
   /// Takes note of this scan's input and of the move that was found.
   void update(const MotionInput& now, const Pose2& before_from_now);
@@ -97,18 +114,29 @@ class MotionModel {
   Velocity2 velocity() const { return velocity_; }
 
   MotionState state() const {
-    return {before_, history_, period_s_, before_lag_s_, move_m_, turn_rad_};
+    return {before_,  history_,   period_s_,      before_lag_s_,
+            move_m_,  turn_rad_,  anchor_,        anchor_from_before_,
+            lagging_, last_step_, came_with_scan_};
   }
   void restore(const MotionState& state);
 
  private:
   MotionGuess from_odometry(const Pose2& step) const;
+  MotionGuess from_last_step() const;
+  /// @param step  by odometry, of a scan `dt_s` after the one before by its stamp
+  bool came_with_scan(const Pose2& step, double dt_s, bool lagging) const;
+  void learn_step(const MotionInput& now);
+  void learn_origin(const Pose2& step, const Pose2& matched, double dt_s);
+  void doubt_stamp(const Pose2& step, double dt_s, MotionGuess& guess) const;
+  void heed_gyro(const MotionInput& now, MotionGuess& guess) const;
   MotionGuess from_velocity(double dt_s) const;
 
   void measure_velocity();
-  /// How far this scan's stamp lags behind the rhythm of the scans. A logger that stalls stamps
-  /// several scans nearly alike; odometry looked up by such a stamp belongs to another moment.
+  /// How far this scan's stamp lags behind the rhythm of the scans.
   double lag_s(double dt_s) const;
+  bool lags(double dt_s) const;
+  /// Part of a scan period that the stamps say has gone by, -1 .. 1.
+  double pace(double dt_s) const;
   void learn_rhythm(double dt_s, const Pose2& step);
 
   using Step = MotionState::Step;
@@ -121,6 +149,11 @@ class MotionModel {
   double before_lag_s_ = 0.0;  ///< lag_s of the scan before
   double move_m_ = 0.0;        ///< of late, from one scan to the next
   double turn_rad_ = 0.0;
+  std::optional<MotionInput> anchor_;
+  Pose2 anchor_from_before_;
+  int32_t lagging_ = 0;
+  Pose2 last_step_;
+  int32_t came_with_scan_ = 0;
 };
 
 }  // namespace marco::slam

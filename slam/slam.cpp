@@ -17,8 +17,24 @@ constexpr double kEdgeSigmaDeg = 0.10;
 // By how much more of the points another match must explain to be taken instead.
 constexpr double kClearlyBetter = 0.05;
 
+// The same where odometry must have lied for it.
+constexpr double kProvesLie = 0.10;
+
 // What is left of the information of odometry that the scan contradicts.
 constexpr double kDoubtedPrior = 0.01;
+
+// Squared deviations (of 3 degrees of freedom; 1 of 900 honest ones is beyond) from which on one
+// measurement contradicts another.
+constexpr double kContradiction = 16.0;
+
+// By how much a standing robot's place may wander from scan to scan: its floor and the walls do.
+constexpr double kStandingSigmaM = 1e-4;
+constexpr double kStandingSigmaDeg = 0.003;
+
+Eigen::Vector3d off(const Pose2& pose, const Pose2& from) {
+  return {pose.x_m - from.x_m, pose.y_m - from.y_m,
+          normalize_angle(pose.theta_rad - from.theta_rad)};
+}
 
 // Jacobian of a pose a*b by b: b's covariance is given in the frame of a.
 Eigen::Matrix3d turned_into(const Eigen::Matrix3d& covariance, double theta_rad) {
@@ -59,8 +75,10 @@ SlamUpdate Slam::process(const SlamInput& input) {
   Match found;
   found.world_from_robot = prior.map_from_robot;
   if (use && local_map_) found = match(points, guess, prior);
+  Eigen::Matrix3d covariance = inverse_of(prior.information + found.information);
+  if (found.usable && motion_.stands_still(input.motion)) look_again(found, covariance);
   motion_.update(input.motion, between(world_from_robot_, found.world_from_robot));
-  covariance_ = inverse_of(prior.information + found.information);
+  covariance_ = covariance;
   world_from_robot_ = found.world_from_robot;
   bool became_key = false, trajectory_changed = false;
   if (use && input.may_draw && key_is_due(input.scan, world_from_robot_)) {
@@ -110,7 +128,11 @@ Slam::Match Slam::match(const OrientedPoints& points,
     // Wheels may have slipped: the scan alone, hardly held by odometry.
     const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
     const SurfelMatch free = matcher_.match(*local_map_, points, prior.map_from_robot, &weak);
-    if (free.overlap > fine.overlap + kClearlyBetter) fine = free;
+    const Eigen::Vector3d denied = off(free.map_from_robot, prior.map_from_robot);
+    if (free.overlap > fine.overlap + kProvesLie &&
+        denied.dot(prior.information * denied) > kContradiction) {
+      fine = free;
+    }
   }
   Match result{
       fine.map_from_robot, fine.information, fine.overlap,
@@ -120,6 +142,22 @@ Slam::Match Slam::match(const OrientedPoints& points,
   }
   const Match wide = match_widely(points, prior);
   return wide.usable && wide.overlap > result.overlap + kClearlyBetter ? wide : result;
+}
+
+void Slam::look_again(Match& match, Eigen::Matrix3d& covariance) const {
+  Eigen::Matrix3d before = covariance_;
+  before(0, 0) += kStandingSigmaM * kStandingSigmaM;
+  before(1, 1) += kStandingSigmaM * kStandingSigmaM;
+  before(2, 2) += std::pow(deg_to_rad(kStandingSigmaDeg), 2);
+  const Eigen::Vector3d moved = off(match.world_from_robot, world_from_robot_);
+  const Eigen::Matrix3d difference = (before + inverse_of(match.information)).inverse();
+  // Wheels may be still while the robot is pushed.
+  if (moved.dot(difference * moved) > kContradiction) return;
+  const Eigen::Matrix3d gain = before * difference;
+  const Eigen::Vector3d step = gain * moved;
+  match.world_from_robot = {world_from_robot_.x_m + step.x(), world_from_robot_.y_m + step.y(),
+                            normalize_angle(world_from_robot_.theta_rad + step.z())};
+  covariance = before - gain * before;
 }
 
 Slam::Match Slam::match_widely(const OrientedPoints& points, const PosePrior& prior) const {

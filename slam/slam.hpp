@@ -155,6 +155,9 @@ class Slam {
   PosePrior prior_of(const MotionGuess& guess) const;
   Match match(const OrientedPoints& points, const MotionGuess& guess, const PosePrior& prior) const;
   Match match_widely(const OrientedPoints& points, const PosePrior& prior) const;
+  /// Of a robot that stands: the match is one more look from the same place, and averaged with all
+  /// before, unless it contradicts them.
+  void look_again(Match& match, Eigen::Matrix3d& covariance) const;
   bool key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const;
   void add_key(const SlamInput& input, const OrientedPoints& points, const Match& match);
   bool look_for_loops();

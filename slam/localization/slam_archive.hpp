@@ -71,6 +71,11 @@ void archive(Archive& bytes, MotionState& motion) {
   archive(bytes, motion.before_lag_s);
   archive(bytes, motion.move_m);
   archive(bytes, motion.turn_rad);
+  archive(bytes, motion.anchor);
+  archive(bytes, motion.anchor_from_before);
+  archive(bytes, motion.lagging);
+  archive(bytes, motion.last_step);
+  archive(bytes, motion.came_with_scan);
 }
 
 template <class Archive>

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 namespace marco::slam {
 namespace {
@@ -46,11 +45,6 @@ OrientedPoints orient(const Points2& points,
   validate(options, "normals");
   const Eigen::Index count = points.cols();
   OrientedPoints oriented{points, Points2::Zero(2, count)};
-  // Squared distance from each point to the next.
-  std::vector<double> steps2(static_cast<std::size_t>(std::max<Eigen::Index>(count, 1)), 0.0);
-  for (Eigen::Index i = 0; i + 1 < count; ++i) {
-    steps2[static_cast<std::size_t>(i)] = (points.col(i + 1) - points.col(i)).squaredNorm();
-  }
   const double radius2 = options.radius_m * options.radius_m;
   for (Eigen::Index at = 0; at < count; ++at) {
     const double x = points(0, at), y = points(1, at);
@@ -59,20 +53,20 @@ OrientedPoints orient(const Points2& points,
         std::max(options.gap_m * options.gap_m,
                  options.gap_per_range * options.gap_per_range * to_sensor.squaredNorm());
     Moments moments;
-    // @returns whether the run goes on beyond `next`.
-    const auto take = [&](Eigen::Index next, Eigen::Index step, bool is_first) {
-      if (steps2[static_cast<std::size_t>(step)] > gap2) return false;
-      const double dx = points(0, next) - x, dy = points(1, next) - y;
-      if (!is_first && dx * dx + dy * dy > radius2) return false;
-      moments.add(dx, dy);
-      return true;
-    };
     const Eigen::Index first = std::max<Eigen::Index>(0, at - options.neighbours);
     const Eigen::Index last = std::min<Eigen::Index>(count - 1, at + options.neighbours);
-    for (Eigen::Index i = at - 1; i >= first && take(i, i, i == at - 1); --i) {
-    }
-    for (Eigen::Index i = at + 1; i <= last && take(i, i - 1, i == at + 1); ++i) {
-    }
+    // What lies off the wall between its points, as outliers do, is stepped over.
+    bool is_first = true;
+    const auto take = [&](Eigen::Index next) {
+      const double dx = points(0, next) - x, dy = points(1, next) - y;
+      const double d2 = dx * dx + dy * dy;
+      if (d2 > radius2 && (!is_first || d2 > gap2)) return;
+      moments.add(dx, dy);
+      is_first = false;
+    };
+    for (Eigen::Index i = at - 1; i >= first; --i) take(i);
+    is_first = true;
+    for (Eigen::Index i = at + 1; i <= last; ++i) take(i);
     if (moments.count < 3) continue;
     const Eigen::Vector2d normal = normal_of(moments, options.max_rms_m);
     oriented.normals.col(at) = normal.dot(to_sensor) < 0.0 ? Eigen::Vector2d(-normal) : normal;

@@ -32,6 +32,46 @@ Eigen::Vector3d solved(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) {
   return {(y0 - l10 * x1 - l20 * x2) / l00, x1, x2};
 }
 
+// Walls' normals err by so much [rad], and a bare corridor seems to tell the way along itself.
+constexpr double kNormalSigma = 0.05;
+
+// The direction a place is least seen in, of a sum over walls of w n n^T, and what noise alone
+// makes of it: kNormalSigma^2 sum w (t . way)^2, t along the wall.
+struct LeastSeen {
+  Eigen::Vector2d way;
+  double seen, chance;
+
+  explicit LeastSeen(const Eigen::Matrix3d& sum) {
+    // The heading is not known.
+    const double turn = sum(2, 2) > 0.0 ? 1.0 / sum(2, 2) : 0.0;
+    const double xx = sum(0, 0) - turn * sum(0, 2) * sum(0, 2);
+    const double xy = sum(0, 1) - turn * sum(0, 2) * sum(1, 2);
+    const double yy = sum(1, 1) - turn * sum(1, 2) * sum(1, 2);
+    seen = std::max(0.0, 0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy));
+    const double angle = 0.5 * std::atan2(-2.0 * xy, yy - xx);
+    way = {std::cos(angle), std::sin(angle)};
+    const double along = way.x() * way.x() * sum(1, 1) - 2.0 * way.x() * way.y() * sum(0, 1) +
+                         way.y() * way.y() * sum(0, 0);
+    chance = std::min(seen, kNormalSigma * kNormalSigma * along);
+  }
+};
+
+// Where the pose was held between prior and chance, the prior alone counts.
+Pose2 held_by_prior(const Pose2& pose,
+                    const PosePrior& prior,
+                    const LeastSeen& least,
+                    double sigma2) {
+  const double expected =
+      sigma2 * least.way.dot(prior.information.topLeftCorner<2, 2>() * least.way);
+  const double honest = least.seen - least.chance;
+  if (!(expected > 0.0 && least.seen > 0.0)) return pose;
+  const double kept = honest / (honest + expected) * (least.seen + expected) / least.seen;
+  const Eigen::Vector2d off(pose.x_m - prior.map_from_robot.x_m,
+                            pose.y_m - prior.map_from_robot.y_m);
+  const Eigen::Vector2d back = (1.0 - kept) * least.way.dot(off) * least.way;
+  return {pose.x_m - back.x(), pose.y_m - back.y(), pose.theta_rad};
+}
+
 }  // namespace
 
 struct SurfelMatcher::Level {
@@ -163,11 +203,15 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
     TiedPoints points(points_in_robot, static_cast<Eigen::Index>(options_.every_nth_point[at]));
     run_level(level, points, match);
     if (!last) continue;
-    const Pose2 centre_from_robot = match.map_from_robot;
+    Pose2 centre_from_robot = match.map_from_robot;
     match.map_from_robot = map_from_robot_guess;
     if (options_.every_nth_point[at] > 1.0) {
       points = TiedPoints(points_in_robot, 1);
       points.tie(level.map, centre_from_robot);
+    }
+    if (prior != nullptr) {
+      const LeastSeen least(points.sum(centre_from_robot, sigma_m).matrix());
+      centre_from_robot = held_by_prior(centre_from_robot, seen_prior, least, sigma_m * sigma_m);
     }
     if (judge(points, centre_from_robot, match, fates)) {
       match.map_from_robot = centre_from_robot;
@@ -206,8 +250,10 @@ bool SurfelMatcher::judge(const TiedPoints& points,
   if (near < 3.0) return false;
   match.rms_m = std::sqrt(squares / near);
   const double noise_m = std::max(match.rms_m, options_.noise_floor_m);
-  match.information = points.sum(centre_from_robot, sigma_m).matrix() /
-                      (noise_m * noise_m * options_.correlated_points);
+  Eigen::Matrix3d sum = points.sum(centre_from_robot, sigma_m).matrix();
+  const LeastSeen least(sum);
+  sum.topLeftCorner<2, 2>() -= least.chance * least.way * least.way.transpose();
+  match.information = sum / (noise_m * noise_m * options_.correlated_points);
   return true;
 }
 

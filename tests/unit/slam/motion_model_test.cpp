@@ -72,5 +72,50 @@ TEST(MotionModel, AGyroReplacesTheHeadingWhereItKnowsBetter) {
   EXPECT_THAT(guess.before_from_now, IsNear(Pose2{0.1, 0, 0.1}, 1e-12, 1e-12));
 }
 
+// 0.5 m/s at 5 scans a second; every fourth to sixth scan is logged with the third one's stamp, and
+// odometry looked up by it.
+TEST(MotionModel, OdometryOfAnotherMomentIsMadeUpForWhenTheStampsCatchUp) {
+  MotionModel model;
+  const Pose2 step{0.1, 0, 0.02};
+  Pose2 truth, stamped;
+  for (int i = 0; i < 60; ++i) {
+    const bool stale = i % 6 > 2;
+    if (i > 0) truth = truth * step;
+    if (!stale) stamped = truth;
+    const double stamp_s = 0.2 * (stale ? i - i % 6 + 2 : i) + 0.001 * (stale ? i % 6 - 2 : 0);
+    const MotionInput now = at(stamp_s, stamped);
+    if (i > 12) {
+      EXPECT_THAT(model.guess(now).before_from_now, IsNear(step, 0.002, 0.002)) << i;
+    }
+    model.update(now, i == 0 ? Pose2{} : step);
+  }
+}
+
+TEST(MotionModel, OdometryThatCameWithTheScanDoesNotMindItsStamp) {
+  MotionModel model;
+  Pose2 truth;
+  for (int i = 0; i < 60; ++i) {
+    const Pose2 step{0.05 + 0.05 * (i / 7 % 2), 0, 0.1 * (i / 5 % 2)};  // changes as it likes
+    truth = truth * step;
+    const double stamp_s = 0.2 * (i - i % 3) + 0.001 * (i % 3);
+    const MotionInput now = at(stamp_s, truth);
+    if (i > 12) {
+      EXPECT_THAT(model.guess(now).before_from_now, IsNear(step, 1e-9, 1e-9)) << i;
+    }
+    model.update(now, step);
+  }
+}
+
+TEST(MotionModel, ARobotStandsWhenOdometryAndTheScansSaySo) {
+  MotionModel model;
+  EXPECT_FALSE(model.stands_still(at(1.0, Pose2{})));
+  model.update(at(1.0, Pose2{}), {});
+  EXPECT_TRUE(model.stands_still(at(1.2, Pose2{})));
+  EXPECT_FALSE(model.stands_still(at(1.2, Pose2{0.01, 0, 0})));
+  EXPECT_FALSE(model.stands_still(at(1.2)));
+  model.update(at(1.2, Pose2{}), {0.1, 0, 0});  // pushed
+  EXPECT_FALSE(model.stands_still(at(1.4, Pose2{})));
+}
+
 }  // namespace
 }  // namespace marco::slam

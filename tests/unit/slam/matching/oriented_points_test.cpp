@@ -31,6 +31,19 @@ TEST(Orient, AStepInDepthIsNotBridged) {
   }
 }
 
+// Every other beam goes astray: the wall's points find their neighbours beyond it.
+TEST(Orient, OutliersBetweenAWallsPointsAreSteppedOver) {
+  Points2 points(2, 20);
+  for (int i = 0; i < 20; ++i) {
+    points.col(i) =
+        i % 2 == 0 ? Eigen::Vector2d(2.0, 0.04 * (i - 10)) : Eigen::Vector2d(9.0 + i, i);
+  }
+  const OrientedPoints oriented = orient(points, {0, 0}, {});
+  for (int i = 2; i < 18; i += 2) {
+    EXPECT_NEAR(oriented.normals(0, i), -1.0, 1e-9) << i;
+  }
+}
+
 TEST(Orient, ScatteredPointsHaveNoNormal) {
   Points2 points(2, 5);
   points << 1.0, 1.2, 1.0, 1.2, 1.0,  //

@@ -121,6 +121,9 @@ class SdlWindow : public Window {
 std::unique_ptr<Window> open_window(const char* title) {
   SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS,
               "1");  // SIGINT and SIGTERM end the program, not a window
+  // SDL would show pictures through the system's OpenGL, whose symbols are OSMesa's in this
+  // program.
+  SDL_SetHint(SDL_HINT_FRAMEBUFFER_ACCELERATION, "0");
   if (SDL_Init(SDL_INIT_VIDEO | SDL_INIT_GAMECONTROLLER) != 0) return nullptr;
   // Without a display SDL offers drivers that show nothing.
   const std::string driver = SDL_GetCurrentVideoDriver();

@@ -1,6 +1,8 @@
 #include "mapping3d/mapper3d.hpp"
 
 #include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
 
 namespace marco::mapping3d {
 namespace {
@@ -80,14 +82,37 @@ void Mapper3d::refine() {
   std::vector<ScenePoints> by_path;
   by_path.reserve(scenes_.size());
   for (const Scene& scene : scenes_) by_path.push_back(place(scene, options_.robot));
-  registration_ = register_scenes(by_path, options_.registration);
-  refined_ = registration_.overlaps > 0 &&
-             registration_.after.median_m < options_.min_gain * registration_.before.median_m;
+  const std::vector<std::size_t> stops = stop_of_each();
+  registration_ = register_scenes(by_path, options_.registration, stops);
+  // Bodies of several sweeps hold each other by thousands of patches: noise does not bring them
+  // nearer.
+  const bool several = !stops.empty() && stops.back() + 1 < stops.size();
+  const PatchResiduals &before = registration_.before, &after = registration_.after;
+  refined_ = registration_.overlaps > 0 && after.p90_m <= before.p90_m &&
+             after.median_m < (several ? 1.0 : options_.min_gain) * before.median_m;
   const Pose3 back = path_from_joined(by_path, registration_);
   for (std::size_t i = 0; i < scenes_.size(); ++i) {
     Pose3& world_from_placed = registration_.world_from_placed[i];
     if (registration_.joined[i]) world_from_placed = back * world_from_placed;
   }
+}
+
+std::vector<std::size_t> Mapper3d::stop_of_each() const {
+  std::vector<std::size_t> stops;
+  Pose2 at;
+  const auto still = [&](const Scene& scene) {
+    return std::all_of(scene.rows.begin(), scene.rows.end(), [&](const SceneRow& row) {
+      const Pose2 moved = between(at, row.world_from_robot);
+      return moved.translation_m().norm() <= options_.stop_m &&
+             std::abs(moved.theta_rad) <= deg_to_rad(options_.stop_deg);
+    });
+  };
+  for (const Scene& scene : scenes_) {
+    const bool same = !stops.empty() && still(scene);
+    stops.push_back(stops.empty() ? 0 : stops.back() + (same ? 0 : 1));
+    if (!same) at = scene.rows.front().world_from_robot;
+  }
+  return stops;
 }
 
 ScenePoints Mapper3d::placed(std::size_t scene) const {

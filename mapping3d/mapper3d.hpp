@@ -16,7 +16,9 @@ struct Mapper3dOptions {
   SceneMeshOptions mesh;
   bool refine = true;  ///< join scenes in 3D; otherwise they stay where the robot's path puts them
   double min_gain =
-      0.75;  ///< unless it brings patches so much nearer (median), the path is trusted
+      0.75;               ///< unless it brings patches so much nearer (median), the path is trusted
+  double stop_m = 0.05;   ///< sweeps from places nearer to each other than this ...
+  double stop_deg = 1.0;  ///< ... and than this are of one stop, and are moved as one
   RegistrationOptions registration;
 
   template <class Visitor>
@@ -26,6 +28,8 @@ struct Mapper3dOptions {
     v("mesh", mesh);
     v("refine", refine);
     v("min_gain", min_gain, Limits{0.0, 1.0});
+    v("stop_m", stop_m, kNotNegative);
+    v("stop_deg", stop_deg, kNotNegative);
     v("registration", registration);
   }
 };
@@ -46,7 +50,8 @@ class Mapper3d {
   /// @param known  where all scans lay until now, as the rows added so far know them
   void follow(const Trajectory& keys, const std::map<Utime, Pose2>& known);
 
-  /// Joins all scenes in 3D, from where the path puts them; as a whole they stay there. Where that
+  /// Joins all scenes in 3D, from where the path puts them; as a whole they stay there. What the
+  /// robot swept standing still moves as one: one short sweep alone tells too little. Where joining
   /// brings them hardly nearer to each other, what it found is noise and they stay one by one. Does
   /// nothing when nothing changed since the last time. Seconds for a hundred scenes.
   void refine();
@@ -66,6 +71,7 @@ class Mapper3d {
  private:
   bool keep(std::optional<Scene> scene);
   ScenePoints placed(std::size_t scene) const;
+  std::vector<std::size_t> stop_of_each() const;
 
   Mapper3dOptions options_;
   SceneBuilder builder_;

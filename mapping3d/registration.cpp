@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "common/check.hpp"
+
 namespace marco::mapping3d {
 namespace {
 
@@ -26,11 +28,12 @@ struct Scales {
   std::size_t stride;
 };
 
-/// What one pair of scenes says about a turn and shift of the second against the first.
+/// What one pair of bodies says about a turn and shift of the second against the first.
 struct PairSystem {
   Matrix6d information = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
   double weight = 0.0;
+  std::size_t patches = 0;
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< weighted sum, as placed
 };
 
@@ -55,15 +58,23 @@ Pose3 exponential(const Vector6d& twist) {
 
 class Registrar {
  public:
-  Registrar(const std::vector<ScenePoints>& placed, const RegistrationOptions& options)
+  Registrar(const std::vector<ScenePoints>& placed,
+            const std::vector<std::size_t>& body_of,
+            const RegistrationOptions& options)
       : options_(options), min_cosine_(std::cos(deg_to_rad(options.max_normal_deg))) {
     validate(options, "registration");
-    for (const ScenePoints& scene : placed) {
-      scenes_.push_back(std::make_unique<SurfelIndex>(find_surfels(scene, options.surfels)));
+    require(body_of.empty() || body_of.size() == placed.size(),
+            "register_scenes: expected one body a scene");
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+      scenes_.push_back(std::make_unique<SurfelIndex>(find_surfels(placed[i], options.surfels)));
+      const std::size_t body = body_of.empty() ? i : body_of[i];
+      require(body <= bodies_.size(), "register_scenes: bodies are numbered as they first appear");
+      if (body == bodies_.size()) bodies_.emplace_back();
+      bodies_[body].push_back(i);
     }
-    result_.world_from_placed.assign(placed.size(), Pose3::Identity());
-    result_.joined.assign(placed.size(), false);
-    if (!placed.empty()) result_.joined[0] = true;
+    world_from_body_.assign(bodies_.size(), Pose3::Identity());
+    joined_.assign(bodies_.size(), false);
+    if (!joined_.empty()) joined_[0] = true;
   }
 
   RegistrationResult run() {
@@ -89,6 +100,14 @@ class Registrar {
       if (result_.overlaps == 0) break;
     }
     result_.after = measure();
+    result_.world_from_placed.resize(scenes_.size());
+    result_.joined.resize(scenes_.size());
+    for (std::size_t body = 0; body < bodies_.size(); ++body) {
+      for (const std::size_t scene : bodies_[body]) {
+        result_.world_from_placed[scene] = world_from_body_[body];
+        result_.joined[scene] = joined_[body];
+      }
+    }
     if (result_.overlaps > 0) {
       result_.status = converged ? RegistrationResult::Status::converged
                                  : RegistrationResult::Status::not_converged;
@@ -100,22 +119,23 @@ class Registrar {
   PatchResiduals measure() {
     residuals_m_.clear();
     const Scales scales{options_.search_end_m, options_.lorentz_end_m, kCoarseStride};
-    for (std::size_t a = 0; a < scenes_.size(); ++a) {
-      for (std::size_t b = a + 1; b < scenes_.size(); ++b) compare(a, b, scales);
+    for (std::size_t a = 0; a < bodies_.size(); ++a) {
+      for (std::size_t b = a + 1; b < bodies_.size(); ++b) compare_bodies(a, b, scales);
     }
     return summary(residuals_m_);
   }
 
-  /// One step of all scenes. @returns its length [m, rad as m].
+  /// One step of all bodies. @returns its length [m, rad as m].
   double iterate(const Scales& scales) {
-    const auto count = static_cast<Eigen::Index>(scenes_.size());
+    const auto count = static_cast<Eigen::Index>(bodies_.size());
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(6 * count, 6 * count);
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(6 * count);
     residuals_m_.clear();
+    result_.overlaps = 0;
     std::vector<std::pair<std::size_t, std::size_t>> overlaps;
-    for (std::size_t a = 0; a < scenes_.size(); ++a) {
-      for (std::size_t b = a + 1; b < scenes_.size(); ++b) {
-        std::optional<PairSystem> pair = compare(a, b, scales);
+    for (std::size_t a = 0; a < bodies_.size(); ++a) {
+      for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
+        std::optional<PairSystem> pair = compare_bodies(a, b, scales);
         if (!pair) continue;
         hold_loose_shifts(a, b, *pair);
         overlaps.emplace_back(a, b);
@@ -129,56 +149,80 @@ class Registrar {
         gradient.segment<6>(at_b) += pair->gradient;
       }
     }
-    result_.overlaps = overlaps.size();
     find_joined(overlaps);
     return move(information, gradient);
   }
 
   void find_joined(const std::vector<std::pair<std::size_t, std::size_t>>& overlaps) {
-    std::fill(result_.joined.begin(), result_.joined.end(), false);
-    if (!result_.joined.empty()) result_.joined[0] = true;
-    for (std::size_t round = 0; round < scenes_.size(); ++round) {
+    std::fill(joined_.begin(), joined_.end(), false);
+    if (!joined_.empty()) joined_[0] = true;
+    for (std::size_t round = 0; round < bodies_.size(); ++round) {
       for (const auto& [a, b] : overlaps) {
-        if (result_.joined[a] || result_.joined[b]) {
-          result_.joined[a] = true;
-          result_.joined[b] = true;
+        if (joined_[a] || joined_[b]) {
+          joined_[a] = true;
+          joined_[b] = true;
         }
       }
     }
   }
 
   double move(Eigen::MatrixXd& information, Eigen::VectorXd& gradient) {
-    for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
-      const auto at = 6 * static_cast<Eigen::Index>(scene);
+    for (std::size_t body = 0; body < bodies_.size(); ++body) {
+      const auto at = 6 * static_cast<Eigen::Index>(body);
       // A breath of stiffness: what no patch holds stays where it is.
       const double stiffness = 1e-6 * information.block<6, 6>(at, at).trace() + 1e-9;
       information.block<6, 6>(at, at).diagonal().array() += stiffness;
-      if (scene > 0 && result_.joined[scene]) continue;
+      if (body > 0 && joined_[body]) continue;
       information.middleRows<6>(at).setZero();
       information.middleCols<6>(at).setZero();
       information.block<6, 6>(at, at).setIdentity();
       gradient.segment<6>(at).setZero();
     }
     const Eigen::VectorXd step = information.ldlt().solve(-gradient);
-    for (std::size_t scene = 0; scene < scenes_.size(); ++scene) {
-      Pose3& pose = result_.world_from_placed[scene];
-      pose = exponential(step.segment<6>(6 * static_cast<Eigen::Index>(scene))) * pose;
+    for (std::size_t body = 0; body < bodies_.size(); ++body) {
+      Pose3& pose = world_from_body_[body];
+      pose = exponential(step.segment<6>(6 * static_cast<Eigen::Index>(body))) * pose;
       pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
     }
     return step.size() > 0 ? step.cwiseAbs().maxCoeff() : 0.0;
   }
 
-  std::optional<PairSystem> compare(std::size_t a, std::size_t b, const Scales& scales) {
-    const SurfelIndex &target = *scenes_[a], &source = *scenes_[b];
-    const Pose3 world_from_a = result_.world_from_placed[a];
-    const Pose3 a_from_b = world_from_a.inverse(Eigen::Isometry) * result_.world_from_placed[b];
-    if (target.box.isEmpty() || source.box.isEmpty()) return std::nullopt;
+  /// @returns nothing when too few patches of the two have a partner.
+  std::optional<PairSystem> compare_bodies(std::size_t a, std::size_t b, const Scales& scales) {
+    const std::size_t residuals_before = residuals_m_.size(), overlaps_before = result_.overlaps;
+    PairSystem system;
+    for (const std::size_t target : bodies_[a]) {
+      for (const std::size_t source : bodies_[b]) {
+        const std::size_t patches_before = system.patches;
+        compare(*scenes_[target], *scenes_[source], {world_from_body_[a], world_from_body_[b]},
+                scales, system);
+        if (system.patches > patches_before) ++result_.overlaps;
+      }
+    }
+    if (system.patches * scales.stride >= static_cast<std::size_t>(options_.min_pairs)) {
+      return system;
+    }
+    residuals_m_.resize(residuals_before);
+    result_.overlaps = overlaps_before;
+    return std::nullopt;
+  }
+
+  struct Poses {
+    const Pose3& world_from_a;
+    const Pose3& world_from_b;
+  };
+
+  void compare(const SurfelIndex& target,
+               const SurfelIndex& source,
+               const Poses& poses,
+               const Scales& scales,
+               PairSystem& system) {
+    if (target.box.isEmpty() || source.box.isEmpty()) return;
+    const Pose3 a_from_b = poses.world_from_a.inverse(Eigen::Isometry) * poses.world_from_b;
     Eigen::AlignedBox3d reach = source.box.transformed(a_from_b);
     reach.min().array() -= scales.search_m;
     reach.max().array() += scales.search_m;
-    if (!reach.intersects(target.box)) return std::nullopt;
-    const std::size_t residuals_before = residuals_m_.size();
-    PairSystem system;
+    if (!reach.intersects(target.box)) return;
     for (std::size_t i = 0; i < source.surfels.size(); i += scales.stride) {
       const Surfel& moved = source.surfels[i];
       const Eigen::Vector3d in_a = a_from_b * moved.center_m;
@@ -193,20 +237,15 @@ class Registrar {
       residuals_m_.push_back(std::abs(residual_m));
       const double weight =
           pair_weight(moved, partner, residual_m / scales.lorentz_m, options_.thin_m);
-      const Eigen::Vector3d point_m = world_from_a * in_a;
-      const Eigen::Vector3d normal = world_from_a.linear() * normal_in_a;
+      const Eigen::Vector3d point_m = poses.world_from_a * in_a;
+      const Eigen::Vector3d normal = poses.world_from_a.linear() * normal_in_a;
       Vector6d jacobian;
       jacobian << point_m.cross(normal), normal;
       add(jacobian, residual_m, weight, system);
       system.weight += weight;
+      ++system.patches;
       system.center_m += weight * moved.center_m;
     }
-    const std::size_t pairs = residuals_m_.size() - residuals_before;
-    if (pairs * scales.stride < static_cast<std::size_t>(options_.min_pairs)) {
-      residuals_m_.resize(residuals_before);
-      return std::nullopt;
-    }
-    return system;
   }
 
   /// Ties the pair's relative shift to the guess along directions that hardly any normal has.
@@ -215,8 +254,8 @@ class Registrar {
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(system.information.bottomRightCorner<3, 3>());
     const Eigen::Vector3d center_m = system.center_m / system.weight;
-    const Eigen::Vector3d by_a = result_.world_from_placed[a] * center_m;
-    const Eigen::Vector3d by_b = result_.world_from_placed[b] * center_m;
+    const Eigen::Vector3d by_a = world_from_body_[a] * center_m;
+    const Eigen::Vector3d by_b = world_from_body_[b] * center_m;
     for (Eigen::Index i = 0; i < 3; ++i) {
       if (solver.eigenvalues()[i] >= options_.min_hold * system.weight) continue;
       const Eigen::Vector3d loose = solver.eigenvectors().col(i);
@@ -229,6 +268,9 @@ class Registrar {
   RegistrationOptions options_;
   double min_cosine_;
   std::vector<std::unique_ptr<SurfelIndex>> scenes_;
+  std::vector<std::vector<std::size_t>> bodies_;  ///< the scenes of each
+  std::vector<Pose3> world_from_body_;
+  std::vector<bool> joined_;
   std::vector<double> residuals_m_;
   RegistrationResult result_;
 };
@@ -248,8 +290,9 @@ std::string to_string(RegistrationResult::Status status) {
 }
 
 RegistrationResult register_scenes(const std::vector<ScenePoints>& placed,
-                                   const RegistrationOptions& options) {
-  return Registrar(placed, options).run();
+                                   const RegistrationOptions& options,
+                                   const std::vector<std::size_t>& body_of) {
+  return Registrar(placed, body_of, options).run();
 }
 
 }  // namespace marco::mapping3d

@@ -63,7 +63,7 @@ struct RegistrationResult {
   std::vector<Pose3> world_from_placed;
   std::vector<bool> joined;  ///< one a scene; the first is
   int iterations = 0;
-  std::size_t overlaps = 0;  ///< pairs of scenes that were compared in the last iteration
+  std::size_t overlaps = 0;  ///< pairs of scenes with partners in the last iteration
   PatchResiduals before;     ///< partners within search_end_m, of a sample of the patches
   PatchResiduals after;
 };
@@ -79,8 +79,12 @@ std::string to_string(RegistrationResult::Status status);
 /// s in the end to twice the median residual. Good from about 0.3 m and 3 deg apart. A shift that
 /// the patches of a pair do not hold (along a bare corridor) stays where the guess put it.
 /// @param placed  each scene by the best guess, one common frame
+/// @param body_of  scenes of one body move as one, as sweeps do that a robot made standing still:
+/// one number a scene, counted from 0 as bodies first appear; empty = each scene by itself
+/// @throws std::invalid_argument of other numbers
 /// Cost per iteration O(S log S) a pair of scenes with S patches.
 RegistrationResult register_scenes(const std::vector<ScenePoints>& placed,
-                                   const RegistrationOptions& options = {});
+                                   const RegistrationOptions& options = {},
+                                   const std::vector<std::size_t>& body_of = {});
 
 }  // namespace marco::mapping3d

@@ -47,6 +47,13 @@ void GpuGeometry::draw(GLenum primitive) const {
   gl_.draw_elements(primitive, index_count_, GL_UNSIGNED_INT, nullptr);
 }
 
+void GpuGeometry::draw(GLenum primitive, std::size_t first, std::size_t count) const {
+  if (count == 0) return;
+  gl_.bind_vertex_array(array_);
+  gl_.draw_elements(primitive, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
+                    offset(first * sizeof(uint32_t)));
+}
+
 void GpuGeometry::draw_vertices() const {
   if (vertex_count_ == 0) return;
   gl_.bind_vertex_array(array_);

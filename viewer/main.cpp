@@ -1,13 +1,32 @@
+#include <chrono>
+#include <thread>
+
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
 #include "common/process/arguments.hpp"
 #include "viewer/process/command_line.hpp"
+#include "viewer/process/window.hpp"
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-viewer", [&] {
     const marco::viewer::FileReaders readers{marco::files::read_ply, marco::files::read_map,
                                              marco::files::read_tum};
-    return marco::viewer::run_viewer(argc, argv, readers);
+    std::unique_ptr<marco::viewer::Window> window;
+    std::string keys;
+    marco::viewer::WalkDesk desk;
+    desk.open = [&] { return (window = marco::viewer::open_window("Marco")) != nullptr; };
+    desk.show = [&](const marco::viewer::Picture& picture) { window->show(picture); };
+    desk.next_key = [&] {
+      while (keys.empty()) {
+        if (!window->pump()) return '\0';
+        keys = window->take_keys();
+        if (keys.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+      const char key = keys.front();
+      keys.erase(0, 1);
+      return key;
+    };
+    return marco::viewer::run_viewer(argc, argv, readers, desk);
   });
 }

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "common/check.hpp"
+#include "viewer/detail_levels.hpp"
 #include "viewer/gl_program.hpp"
 #include "viewer/gpu_geometry.hpp"
 #include "viewer/occlusion_pass.hpp"
@@ -87,12 +88,15 @@ class Renderer::Implementation {
  public:
   void load(const Scene& scene) {
     context_.activate();
-    const SceneGeometry geometry = build_geometry(scene);
+    SceneGeometry geometry = build_geometry(scene);
     surfaces_ = std::make_unique<GpuGeometry>(gl_, geometry.surfaces);
+    levels_.reset();
+    levelled_.reset();
     props_ = std::make_unique<GpuGeometry>(gl_, geometry.props);
     points_ = std::make_unique<GpuGeometry>(gl_, geometry.points);
     lines_ = std::make_unique<GpuGeometry>(gl_, geometry.lines);
     box_ = bounding_box(scene);
+    source_ = std::move(geometry.surfaces);
   }
 
   Picture draw(const Camera& camera, const Look& look, PictureSize size) {
@@ -245,11 +249,31 @@ class Renderer::Implementation {
     gl_.polygon_mode(GL_FRONT_AND_BACK, look.mode == Mode::wire ? GL_LINE : GL_FILL);
     if (look.mode == Mode::points)
       surfaces_->draw_vertices();
+    else if (look.detail_px > 0.0)
+      draw_levels(camera, look, size, tile);
     else
       surfaces_->draw(GL_TRIANGLES);
     gl_.polygon_mode(GL_FRONT_AND_BACK, GL_FILL);
     gl_.disable(GL_CULL_FACE);
     gl_.disable(GL_CLIP_DISTANCE0);
+  }
+
+  // Made when first asked for: a single picture is drawn sooner without.
+  void draw_levels(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
+    if (!levels_) {
+      levels_ = std::make_unique<DetailLevels>(source_);
+      levelled_ =
+          std::make_unique<GpuGeometry>(gl_, Geometry{source_.vertices, levels_->indices()});
+    }
+    const int width = size.width_px * look.supersampling;
+    const int height = size.height_px * look.supersampling;
+    const Eigen::Matrix4d clip = clip_from_camera(camera, size.aspect());
+    const auto ranges =
+        levels_->choose(tile_from_clip(tile, width, height) * clip * camera_from_world(camera),
+                        camera.eye_m, 0.5 * clip(1, 1) * size.height_px,
+                        camera.projection == Projection::perspective, look.detail_px);
+    for (const DetailLevels::Range& range : ranges)
+      levelled_->draw(GL_TRIANGLES, range.first, range.count);
   }
 
   const GlProgram& prepare(const GlProgram& program,
@@ -328,6 +352,9 @@ class Renderer::Implementation {
   OcclusionPass occlusion_{gl_};
   std::map<std::tuple<Coloring, Light, bool>, std::unique_ptr<GlProgram>> programs_;
   std::unique_ptr<GpuGeometry> surfaces_, props_, points_, lines_;
+  Geometry source_;  ///< of surfaces_, for its levels
+  std::unique_ptr<DetailLevels> levels_;
+  std::unique_ptr<GpuGeometry> levelled_;
   std::unique_ptr<RenderTarget> surface_target_, half_target_, final_target_;
   Box box_;
   std::vector<uint8_t> row_buffer_;

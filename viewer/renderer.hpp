@@ -28,7 +28,9 @@ struct Look {
   double cut_height_m = std::numeric_limits<double>::infinity();  ///< meshes end here: no ceiling
   double point_size_px = 2.0;
   double occlusion_radius_m = 0.45;  ///< corners within it darken each other; 0 = no such shadow
-  int supersampling = 2;             ///< side of the square of samples a pixel, 1..4
+  double detail_px = 0.0;  ///< filled surfaces may be off by so much in the picture, to be drawn
+                           ///< with fewer triangles; 0 = every triangle
+  int supersampling = 2;   ///< side of the square of samples a pixel, 1..4
   Rgb background{247, 248, 250};
   Eigen::Vector3d lamp_m = Eigen::Vector3d(0.0, 0.0, 0.5);  ///< Light::thesis
   std::optional<std::array<double, 2>> height_range_m;      ///< of the colours; else the scene's

@@ -69,6 +69,31 @@ void Walk::apply(const WalkCommand& command) {
   }
 }
 
+bool Walk::press(char key) {
+  const double tilt_deg = rad_to_deg(tilt_rad_);
+  switch (key) {
+    case 'a':
+    case 'r':
+    case 'i':
+    case 'd':
+      apply({key, 1});
+      return true;
+    case 'e':
+      tilt_rad_ = deg_to_rad(std::min(tilt_deg + options_.tilt_unit_deg, options_.tilt_max_deg));
+      return true;
+    case 'E':
+      tilt_rad_ = deg_to_rad(std::max(tilt_deg - options_.tilt_unit_deg, options_.tilt_min_deg));
+      return true;
+    case 'g':
+    case 'G':
+      pan_rad_ = normalize_angle(
+          pan_rad_ + deg_to_rad(key == 'g' ? options_.pan_unit_deg : -options_.pan_unit_deg));
+      return true;
+    default:
+      return false;
+  }
+}
+
 Camera Walk::camera() const {
   const Pose3 world_from_eye =
       lift(world_from_robot_) *

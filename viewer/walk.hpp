@@ -49,6 +49,9 @@ class Walk {
   explicit Walk(const Pose2& world_from_robot, double floor_m = 0.0, WalkOptions options = {});
 
   void apply(const WalkCommand& command);
+  /// One unit of a key: a r i d as the commands, e E tilt up and down, g G pan left and right.
+  /// @returns false for any other key.
+  bool press(char key);
 
   const Pose2& world_from_robot() const { return world_from_robot_; }
   double tilt_rad() const { return tilt_rad_; }

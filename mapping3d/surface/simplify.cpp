@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/mesh_samples.hpp"
 #include "mapping3d/surface/mesh_distance.hpp"
 
 namespace marco::mapping3d {
@@ -67,6 +68,84 @@ TriangleMesh laid_on_planes(const TriangleMesh& mesh,
   return flat;
 }
 
+TriangleMesh collapsed(const TriangleMesh& mesh, float bound_m) {
+  if (mesh.triangles.empty()) return {};
+  const std::vector<unsigned int> indices = flat_indices(mesh);
+  const float* positions = mesh.vertices_m.front().data();
+  const std::size_t count = mesh.vertices_m.size(), stride = sizeof(Eigen::Vector3f);
+  const float extent_m = std::max(1e-6F, meshopt_simplifyScale(positions, count, stride));
+  std::vector<unsigned int> left(indices.size());
+  left.resize(meshopt_simplify(left.data(), indices.data(), indices.size(), positions, count,
+                               stride, 0, bound_m / extent_m, 0, nullptr));
+  return compact(mesh, left);
+}
+
+// A flag a triangle: one of its samples or corners lies beyond.
+std::vector<uint8_t> beyond(const TriangleMesh& mesh,
+                            const MeshDistance& to,
+                            float sample_m2,
+                            float limit_m) {
+  std::vector<uint8_t> corners(mesh.vertices_m.size()), flags(mesh.triangles.size());
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    corners[i] = to(mesh.vertices_m[i]) > limit_m ? 1 : 0;
+  }
+  for (std::size_t t = 0; t < flags.size(); ++t) {
+    for (const uint32_t corner : mesh.triangles[t]) flags[t] |= corners[corner];
+  }
+  // A sliver has no area to be sampled, but edges.
+  const float step_m = std::sqrt(sample_m2);
+  for (std::size_t t = 0; t < flags.size(); ++t) {
+    for (std::size_t side = 0; side < 3 && flags[t] == 0; ++side) {
+      const Eigen::Vector3f& from = mesh.vertices_m[mesh.triangles[t][side]];
+      const Eigen::Vector3f edge = mesh.vertices_m[mesh.triangles[t][(side + 1) % 3]] - from;
+      const int steps = static_cast<int>(edge.norm() / step_m);
+      for (int i = 1; i < steps && flags[t] == 0; ++i) {
+        const float part = static_cast<float>(i) / static_cast<float>(steps);
+        if (to(from + part * edge) > limit_m) flags[t] = 1;
+      }
+    }
+  }
+  for_each_sample(mesh, sample_m2, [&](const Eigen::Vector3f& point, std::size_t t) {
+    if (flags[t] == 0 && to(point) > limit_m) flags[t] = 1;
+  });
+  return flags;
+}
+
+TriangleMesh taken(const TriangleMesh& mesh, const std::vector<uint8_t>& flags, uint8_t wanted) {
+  std::vector<unsigned int> indices;
+  for (std::size_t t = 0; t < flags.size(); ++t) {
+    if (flags[t] != wanted) continue;
+    indices.insert(indices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  }
+  return compact(mesh, indices);
+}
+
+// With every triangle that shares a corner with one that is flagged.
+std::vector<uint8_t> grown(const TriangleMesh& mesh, const std::vector<uint8_t>& flags) {
+  std::vector<uint8_t> touched(mesh.vertices_m.size()), all(flags);
+  for (std::size_t t = 0; t < flags.size(); ++t) {
+    if (flags[t] == 0) continue;
+    for (const uint32_t corner : mesh.triangles[t]) touched[corner] = 1;
+  }
+  for (std::size_t t = 0; t < flags.size(); ++t) {
+    for (const uint32_t corner : mesh.triangles[t]) all[t] |= touched[corner];
+  }
+  return all;
+}
+
+void append(TriangleMesh& whole, const TriangleMesh& part) {
+  const auto first = static_cast<uint32_t>(whole.vertices_m.size());
+  const auto add = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  add(whole.vertices_m, part.vertices_m);
+  add(whole.normals, part.normals);
+  add(whole.colors_rgb, part.colors_rgb);
+  for (const auto& [a, b, c] : part.triangles) {
+    whole.triangles.push_back({a + first, b + first, c + first});
+  }
+}
+
 }  // namespace
 
 Simplified simplify(const TriangleMesh& mesh,
@@ -75,31 +154,33 @@ Simplified simplify(const TriangleMesh& mesh,
   validate(options, "simplify");
   Simplified result;
   if (mesh.triangles.empty()) return result;
+  // Between samples a place may lie a little farther than they do.
+  constexpr double kBetweenSamples = 0.9;
   const double snap_m = options.snap_share * options.max_error_m;
-  const TriangleMesh flat = laid_on_planes(mesh, planes, snap_m);
-  const std::vector<unsigned int> indices = flat_indices(mesh);
-  const float* positions = flat.vertices_m.front().data();
-  const std::size_t count = flat.vertices_m.size(), stride = sizeof(Eigen::Vector3f);
-  const float extent_m = std::max(1e-6F, meshopt_simplifyScale(positions, count, stride));
+  const auto limit_m = static_cast<float>(kBetweenSamples * options.max_error_m);
   const auto reach_m = static_cast<float>(2.0 * options.max_error_m);
   const auto area_m2 = static_cast<float>(options.sample_m2);
   const MeshDistance to_mesh(mesh, reach_m);
   auto bound_m = static_cast<float>(options.max_error_m - snap_m);
-  for (int round = 0; round < options.rounds; ++round, bound_m *= 0.5F) {
-    std::vector<unsigned int> left(indices.size());
-    left.resize(meshopt_simplify(left.data(), indices.data(), indices.size(), positions, count,
-                                 stride, 0, bound_m / extent_m, 0, nullptr));
-    result.mesh = compact(flat, left);
-    const MeshGap there =
-        gap(mesh, MeshDistance(result.mesh, reach_m), area_m2, options.max_error_m);
-    const MeshGap back = gap(result.mesh, to_mesh, area_m2, options.max_error_m);
-    result.there_m = there.max_m;
-    result.back_m = back.max_m;
-    result.beyond = std::max(there.beyond, back.beyond);
-    const bool within = result.beyond <= options.allowed_beyond;
-    result.status = within ? Simplified::Status::within_bound : Simplified::Status::beyond_bound;
-    if (within) break;
+  TriangleMesh open = mesh;  // what the result does not cover yet
+  for (int round = 0; round < options.rounds && !open.triangles.empty(); ++round) {
+    const TriangleMesh fewer =
+        collapsed(laid_on_planes(open, planes, round == 0 ? snap_m : 0.0), bound_m);
+    append(result.mesh, taken(fewer, beyond(fewer, to_mesh, area_m2, limit_m), 0));
+    const MeshDistance to_result(result.mesh, reach_m);
+    const std::vector<uint8_t> uncovered = beyond(open, to_result, area_m2, limit_m);
+    open = taken(open, grown(open, uncovered), 1);
+    bound_m *= 0.5F;
   }
+  result.as_it_was = open.triangles.size();
+  append(result.mesh, open);
+  const MeshGap there = gap(mesh, MeshDistance(result.mesh, reach_m), area_m2, options.max_error_m);
+  const MeshGap back = gap(result.mesh, to_mesh, area_m2, options.max_error_m);
+  result.there_m = there.max_m;
+  result.back_m = back.max_m;
+  result.beyond = std::max(there.beyond, back.beyond);
+  result.status =
+      result.beyond > 0.0 ? Simplified::Status::beyond_bound : Simplified::Status::within_bound;
   return result;
 }
 

@@ -19,7 +19,7 @@ struct SurfaceOptions {
   double carve_margin_m = 0.05;     ///< a beam says `free` up to here before the plane it ends on
   int carve_every = 2;              ///< rows and columns of beams that vote
   double carve_ratio = 0.25;        ///< votes for each facet that was seen there: solid is gone
-  double min_component_m2 = 0.004;  ///< smaller islands are mixed ranges
+  double min_component_m2 = 0.025;  ///< smaller islands are mixed ranges
   SmoothingOptions smoothing;
   FacetOptions facets;
 

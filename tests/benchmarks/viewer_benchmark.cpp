@@ -49,6 +49,15 @@ void frame_unread(benchmark::State& state) {
 }
 BENCHMARK(frame_unread)->Unit(benchmark::kMillisecond)->UseRealTime();
 
+// Surfaces may be off by two pixels.
+void frame_unread_with_level_of_detail(benchmark::State& state) {
+  Look look = bare_look();
+  look.detail_px = 2.0;
+  for (auto _ : state) loaded_renderer().draw_unread(in_the_room(), look, kSize);
+  count_frames(state);
+}
+BENCHMARK(frame_unread_with_level_of_detail)->Unit(benchmark::kMillisecond)->UseRealTime();
+
 void frame_read_back(benchmark::State& state) {
   for (auto _ : state)
     benchmark::DoNotOptimize(loaded_renderer().draw(in_the_room(), bare_look(), kSize));

@@ -70,12 +70,14 @@ JoinedSurface write_joined_surface(const std::filesystem::path& folder,
   files::write_obj(folder / "model.obj", fewer.mesh);
   files::write_whole_file(folder / "planes.json", planes_json(planes));
   files::write_whole_file(folder / "floor_plan.svg", files::plan_svg(plan));
-  joined.figures = {{"scenes", static_cast<double>(scenes.size())},
-                    {"triangles", static_cast<double>(joined.mesh.triangles.size())},
-                    {"simplified triangles", static_cast<double>(fewer.mesh.triangles.size())},
-                    {"simplified, farthest sample_m", std::max(fewer.there_m, fewer.back_m)},
-                    {"simplified, part beyond the bound", fewer.beyond},
-                    {"planes", static_cast<double>(planes.size())}};
+  joined.figures = {
+      {"scenes", static_cast<double>(scenes.size())},
+      {"triangles", static_cast<double>(joined.mesh.triangles.size())},
+      {"simplified triangles", static_cast<double>(fewer.mesh.triangles.size())},
+      {"simplified, farthest sample_m", std::max(fewer.there_m, fewer.back_m)},
+      {"simplified, part beyond the bound", fewer.beyond},
+      {"simplified, triangles left as they were", static_cast<double>(fewer.as_it_was)},
+      {"planes", static_cast<double>(planes.size())}};
   return joined;
 }
 

@@ -14,9 +14,9 @@
 #include "marco/slam_pose_t.hpp"
 #include "marco/trajectory_t.hpp"
 #include "tools/watch/live_map.hpp"
-#include "tools/watch/window.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/map_picture.hpp"
+#include "viewer/process/window.hpp"
 
 namespace {
 
@@ -64,8 +64,8 @@ int run(const Arguments& arguments) {
   }
   process::start_logging("marco-watch", arguments.common.log_level);
   process::catch_stop_signals();
-  std::unique_ptr<watch::Window> window;
-  if (!arguments.no_window) window = watch::open_window("Marco");
+  std::unique_ptr<viewer::Window> window;
+  if (!arguments.no_window) window = viewer::open_window("Marco");
   if (!window && arguments.picture.empty()) {
     std::fputs("marco-watch: there is no display and no --picture: nothing to show on\n", stderr);
     return 2;

@@ -1,6 +1,8 @@
 #include "viewer/process/command_line.hpp"
 
+#include <cctype>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -29,6 +31,7 @@ const std::map<std::string, Mode> kModes{
 const std::map<std::string, Coloring> kColorings{{"height", Coloring::height},
                                                  {"normal", Coloring::normal},
                                                  {"scene", Coloring::scene},
+                                                 {"photograph", Coloring::scene},
                                                  {"grey", Coloring::grey}};
 
 void add_options(CLI::App& app, Arguments& arguments) {
@@ -40,11 +43,14 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "what to write: .png, .mp4 (a film), .eps .svg .pdf; a folder with --walk")
       ->capture_default_str();
   app.add_option("--size", arguments.size, "WIDTHxHEIGHT [px]")->capture_default_str();
-  app.add_option("--camera", request.camera,
-                 "above, eye, front, sheet (all of them), or x,y,z,yaw,pitch [m, deg]");
+  app.add_option(
+      "--camera", request.camera,
+      "above, eye, front, sheet (all of them), robot (what it sees now), or x,y,z,yaw,pitch [m, "
+      "deg]");
   app.add_option("--mode", request.look.mode, "points, wire or filled")
       ->transform(CLI::CheckedTransformer(kModes));
-  app.add_option("--color", request.look.coloring, "height, normal, scene or grey")
+  app.add_option("--color", request.look.coloring,
+                 "height, normal, scene, photograph (the model's own colours) or grey")
       ->transform(CLI::CheckedTransformer(kColorings));
   app.add_option("--light", arguments.light, "room, or thesis: grey under one lamp")
       ->check(CLI::IsMember({"room", "thesis"}))
@@ -52,6 +58,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_flag("--ortho", arguments.orthographic, "parallel lines stay parallel");
   app.add_option("--cut", request.cut_height_m, "leave out what lies higher [m]");
   app.add_option("--walls", request.wall_height_m, "let the walls of a map stand up [m]");
+  app.add_option("--detail", request.look.detail_px,
+                 "surfaces may be off by so many pixels, to be drawn faster; 0: every triangle")
+      ->check(CLI::Range(0.0, 100.0));
   app.add_option("--walk", arguments.walk,
                  "the robot's commands (\"a10 i19 e4\"), or a file of them; a picture after each");
 }
@@ -90,9 +99,62 @@ std::string write_output(const Scene& scene, const Arguments& arguments) {
   return std::to_string(picture.width_px) + "x" + std::to_string(picture.height_px) + " px";
 }
 
+char key_from_stdin() {
+  for (int key = std::getchar(); key != EOF; key = std::getchar())
+    if (std::isspace(key) == 0) return static_cast<char>(key);
+  return 0;
+}
+
+Inputs read_and_tell(const Arguments& arguments, const FileReaders& readers) {
+  Inputs inputs = read_inputs(arguments.inputs, readers);
+  for (const std::string& skipped : inputs.skipped)
+    std::fprintf(stderr, "marco-viewer: skipped %s\n", skipped.c_str());
+  return inputs;
+}
+
+int run_walk(int argc, const char* const* argv, const FileReaders& readers, const WalkDesk& desk) {
+  CLI::App app(
+      "Walks through a model as the robot would: a r i d drive and turn by a unit, e E tilt, g G "
+      "pan; arrow keys or a gamepad in a window, letters on stdin where there is no display.",
+      "marco-viewer walk");
+  Arguments arguments;
+  arguments.out = "walk";
+  app.add_option("inputs", arguments.inputs, "models (.ply), folders written by `map`")->required();
+  app.add_option("--script", arguments.walk,
+                 "instead of keys: the robot's commands (\"a10 i19 e4\"), or a file of them");
+  app.add_option("--out", arguments.out, "folder for the pictures where there is no window")
+      ->capture_default_str();
+  app.add_option("--size", arguments.size, "WIDTHxHEIGHT [px]")->capture_default_str();
+  if (const auto exit_code = process::parse_arguments(app, argc, argv)) return *exit_code;
+  arguments.request.size = parse_size(arguments.size);
+  const Inputs inputs = read_and_tell(arguments, readers);
+  if (!arguments.walk.empty()) {
+    std::printf("%s: %s\n", arguments.out.c_str(), write_output(inputs.scene, arguments).c_str());
+    return 0;
+  }
+  if (desk.open && desk.open()) {
+    render_walk_by_keys(inputs.scene, arguments.request, desk.next_key, desk.show);
+    return 0;
+  }
+  std::filesystem::create_directories(arguments.out);
+  int count = 0;
+  render_walk_by_keys(inputs.scene, arguments.request, key_from_stdin, [&](const Picture& seen) {
+    char name[32];
+    std::snprintf(name, sizeof name, "%03d.png", count++);
+    write_png(seen, (std::filesystem::path(arguments.out) / name).string());
+  });
+  std::printf("%s: %d pictures\n", arguments.out.c_str(), count);
+  return 0;
+}
+
 }  // namespace
 
-int run_viewer(int argc, const char* const* argv, const FileReaders& readers) {
+int run_viewer(int argc,
+               const char* const* argv,
+               const FileReaders& readers,
+               const WalkDesk& desk) {
+  if (argc > 1 && std::string(argv[1]) == "walk")
+    return run_walk(argc - 1, argv + 1, readers, desk);
   CLI::App app("Draws models and maps: pictures, films, vector pages, walks.", "marco-viewer");
   Arguments arguments;
   add_options(app, arguments);
@@ -105,9 +167,7 @@ int run_viewer(int argc, const char* const* argv, const FileReaders& readers) {
   require(!arguments.walk.empty() || out.ends_with(".png") || out.ends_with(".mp4") ||
               out.ends_with(".eps") || out.ends_with(".svg") || out.ends_with(".pdf"),
           "--out " + out + ": expected a name ending in .png, .mp4, .eps, .svg or .pdf");
-  const Inputs inputs = read_inputs(arguments.inputs, readers);
-  for (const std::string& skipped : inputs.skipped)
-    std::fprintf(stderr, "marco-viewer: skipped %s\n", skipped.c_str());
+  const Inputs inputs = read_and_tell(arguments, readers);
   const std::string what = write_output(inputs.scene, arguments);
   std::printf("%s: %s\n", out.c_str(), what.c_str());
   return 0;

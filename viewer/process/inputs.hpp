@@ -15,6 +15,14 @@ struct FileReaders {
   std::function<Trajectory(const std::string& path)> trajectory;  ///< .tum
 };
 
+/// A place to walk through a model, e.g. a window; each may be empty where there is none.
+struct WalkDesk {
+  /// Opens it. @returns false where there is no display.
+  std::function<bool()> open;
+  std::function<void(const Picture&)> show;
+  std::function<char()> next_key;  ///< waits; 0 when it was closed
+};
+
 /// What was found, and what of it could not be used.
 struct Inputs {
   Scene scene;

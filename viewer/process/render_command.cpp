@@ -18,16 +18,6 @@ ViewPlan plan_named_view(const Scene& scene, View view, const RenderRequest& req
   return plan_view(scene, view, request.look, request.projection, request.size);
 }
 
-ViewPlan plan_by_name(const Scene& scene, const RenderRequest& request) {
-  if (request.camera.empty() || request.camera == "above")
-    return plan_named_view(scene, View::above, request);
-  if (request.camera == "front") return plan_named_view(scene, View::front, request);
-  if (request.camera == "eye") return plan_named_view(scene, View::eye, request);
-  ViewPlan plan{parse_camera(request.camera), request.look};
-  plan.camera.projection = request.projection;
-  return plan;
-}
-
 const PathItem* longest_path(const Scene& scene) {
   const PathItem* longest = nullptr;
   for (const PathItem& path : scene.paths)
@@ -37,6 +27,25 @@ const PathItem* longest_path(const Scene& scene) {
 
 double floor_of(const Scene& scene) {
   return scene.meshes.empty() ? 0.0 : survey_model(scene).floor_m;
+}
+
+// From the newest place of the path the robot drove.
+Camera robot_camera(const Scene& scene) {
+  const PathItem* path = longest_path(scene);
+  require(path != nullptr && !path->poses.empty(),
+          "--camera robot: there is no trajectory to say where the robot is");
+  return Walk(path->poses.back().world_from_robot, floor_of(scene)).camera();
+}
+
+ViewPlan plan_by_name(const Scene& scene, const RenderRequest& request) {
+  if (request.camera.empty() || request.camera == "above")
+    return plan_named_view(scene, View::above, request);
+  if (request.camera == "front") return plan_named_view(scene, View::front, request);
+  if (request.camera == "eye") return plan_named_view(scene, View::eye, request);
+  ViewPlan plan{request.camera == "robot" ? robot_camera(scene) : parse_camera(request.camera),
+                request.look};
+  plan.camera.projection = request.projection;
+  return plan;
 }
 
 // Once round, as one turns a doll's house in the hand.
@@ -141,6 +150,18 @@ int render_film(const Scene& scene, const RenderRequest& request, const std::str
   return film.frame_count();
 }
 
+namespace {
+
+Walk walk_from_start(const Scene& scene, const ViewPlan& eye) {
+  const PathItem* path = longest_path(scene);
+  Pose2 world_from_robot{eye.camera.eye_m.x(), eye.camera.eye_m.y(), 0.0};
+  if (path != nullptr && !path->poses.empty())
+    world_from_robot = path->poses.front().world_from_robot;
+  return Walk(world_from_robot, floor_of(scene));
+}
+
+}  // namespace
+
 int render_walk(const Scene& scene,
                 const RenderRequest& request,
                 const std::string& script,
@@ -149,11 +170,7 @@ int render_walk(const Scene& scene,
   Renderer renderer;
   renderer.load(scene);
   const ViewPlan start = plan_named_view(scene, View::eye, request);
-  const PathItem* path = longest_path(scene);
-  Pose2 world_from_robot{start.camera.eye_m.x(), start.camera.eye_m.y(), 0.0};
-  if (path != nullptr && !path->poses.empty())
-    world_from_robot = path->poses.front().world_from_robot;
-  Walk walk(world_from_robot, floor_of(scene));
+  Walk walk = walk_from_start(scene, start);
   std::filesystem::create_directories(folder);
   int count = 0;
   const auto look_around = [&] {
@@ -166,6 +183,26 @@ int render_walk(const Scene& scene,
   for (const WalkCommand& command : commands) {
     walk.apply(command);
     look_around();
+  }
+  return count;
+}
+
+int render_walk_by_keys(const Scene& scene,
+                        const RenderRequest& request,
+                        const std::function<char()>& next_key,
+                        const std::function<void(const Picture&)>& show) {
+  constexpr double kDetailPx = 1.5;
+  Renderer renderer;
+  renderer.load(scene);
+  ViewPlan start = plan_named_view(scene, View::eye, request);
+  start.look.detail_px = kDetailPx;
+  Walk walk = walk_from_start(scene, start);
+  int count = 1;
+  show(renderer.draw(walk.camera(), start.look, request.size));
+  for (char key = next_key(); key != 0; key = next_key()) {
+    if (!walk.press(key)) continue;
+    show(renderer.draw(walk.camera(), start.look, request.size));
+    ++count;
   }
   return count;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <string>
 
@@ -11,7 +12,7 @@ namespace marco::viewer {
 /// What a person asked `marco render` for.
 struct RenderRequest {
   PictureSize size;
-  std::string camera;  ///< "" = what suits; above, eye, front, or x,y,z,yaw,pitch
+  std::string camera;  ///< "" = what suits; above, eye, front, robot, or x,y,z,yaw,pitch
   Projection projection = Projection::perspective;
   Look look;
   double wall_height_m = 0.0;  ///< above 0: the map's walls stand up in 3D
@@ -36,6 +37,14 @@ Picture render_sheet(const Scene& scene, RenderRequest request);
 /// Writes an MP4: the drive along the scene's longest path, or, without one, once round the scene.
 /// @returns the number of pictures. @throws as FilmWriter and render_scene.
 int render_film(const Scene& scene, const RenderRequest& request, const std::string& path);
+
+/// Walks by keys (Walk::press) from the same start: `next_key` waits for the next and gives 0 at
+/// the end, `show` gets what the robot sees, at first and after each key that moved it; drawn with
+/// level of detail. @returns the number of pictures.
+int render_walk_by_keys(const Scene& scene,
+                        const RenderRequest& request,
+                        const std::function<char()>& next_key,
+                        const std::function<void(const Picture&)>& show);
 
 /// Walks by a script (walk.hpp) from the start of the scene's path, or from its middle, and writes
 /// what the robot sees at first and after each command: 000.png, 001.png ... into a folder.

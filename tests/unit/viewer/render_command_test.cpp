@@ -100,6 +100,41 @@ TEST(RenderCommand, ReadsSizes) {
     EXPECT_THROW(parse_size(bad), std::invalid_argument) << bad;
 }
 
+TEST(RenderCommand, TheRobotsOwnViewIsFromItsNewestPlace) {
+  Scene scene = testing::room_scene();
+  RenderRequest request;
+  request.size = {160, 90};
+  request.camera = "robot";
+  EXPECT_THROW(render_scene(scene, request), std::invalid_argument);
+  PathItem path;
+  path.poses = {{Utime::from_us(0), {1.0, 1.0, 0.0}},
+                {Utime::from_us(1), {3.0, 3.0, deg_to_rad(90.0)}}};
+  scene.paths.push_back(path);
+  Renderer renderer;
+  renderer.load(scene);
+  const ViewPlan plan = plan_request(scene, request, renderer);
+  EXPECT_NEAR(plan.camera.eye_m.x(), 3.0, 1e-9);
+  EXPECT_NEAR(plan.camera.eye_m.y(), 3.0, 1e-9);
+  EXPECT_GT(plan.camera.target_m.y(), plan.camera.eye_m.y());
+  // It stands 1 m before the wall at y = 4.
+  const std::vector<float> depths = renderer.draw_depth_m(plan.camera, plan.look, request.size);
+  EXPECT_NEAR(depths[160 * 45 + 80], 1.0F, 0.01F);
+}
+
+TEST(RenderCommand, WalksByKeys) {
+  RenderRequest request;
+  request.size = {160, 90};
+  const std::string keys = "aaxi";
+  std::size_t at = 0;
+  std::vector<Picture> seen;
+  const int count = render_walk_by_keys(
+      testing::room_scene(), request, [&] { return at < keys.size() ? keys[at++] : '\0'; },
+      [&](const Picture& picture) { seen.push_back(picture); });
+  ASSERT_EQ(count, 4);  // x is no key
+  ASSERT_EQ(seen.size(), 4U);
+  for (std::size_t i = 1; i < seen.size(); ++i) EXPECT_NE(seen[i].pixels, seen[i - 1].pixels);
+}
+
 TEST(RenderCommand, DrawsAMapFlatAndAModelInSpace) {
   Scene map;
   map.grid = tiny_readers().grid("");

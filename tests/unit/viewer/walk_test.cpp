@@ -21,6 +21,21 @@ TEST(Walk, MovesByTheStepsOfTheRealRobot) {
   EXPECT_THAT(walk.world_from_robot(), IsNear(Pose2{1.0, 2.0, deg_to_rad(90.0)}, 1e-12, 1e-12));
 }
 
+TEST(Walk, KeysMoveByOneUnit) {
+  Walk walk({0.0, 0.0, 0.0});
+  for (const char key : std::string("aaid")) EXPECT_TRUE(walk.press(key));
+  EXPECT_THAT(walk.world_from_robot(), IsNear(Pose2{0.114, 0.0, 0.0}, 1e-12, 1e-12));
+  EXPECT_TRUE(walk.press('e'));
+  EXPECT_NEAR(rad_to_deg(walk.tilt_rad()), 3.4, 1e-9);
+  for (int i = 0; i < 20; ++i) walk.press('E');
+  EXPECT_NEAR(rad_to_deg(walk.tilt_rad()), -20.0, 1e-9);
+  EXPECT_TRUE(walk.press('g'));
+  EXPECT_NEAR(rad_to_deg(walk.pan_rad()), 21.8, 1e-9);
+  EXPECT_TRUE(walk.press('G'));
+  EXPECT_NEAR(walk.pan_rad(), 0.0, 1e-12);
+  EXPECT_FALSE(walk.press('x'));
+}
+
 TEST(Walk, TiltAndPanGoToPositions) {
   Walk walk({0.0, 0.0, 0.0});
   walk.apply({'e', 10});

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
-#include "tools/watch/window.hpp"
+#include "viewer/process/window.hpp"
 
-namespace marco::watch {
+namespace marco::viewer {
 namespace {
 
 class SdlWindow : public Window {
@@ -20,7 +21,7 @@ class SdlWindow : public Window {
   SdlWindow(const SdlWindow&) = delete;
   SdlWindow& operator=(const SdlWindow&) = delete;
 
-  void show(const viewer::Picture& picture) override {
+  void show(const Picture& picture) override {
     if (texture_ != nullptr) SDL_DestroyTexture(texture_);
     texture_ = SDL_CreateTexture(renderer_, SDL_PIXELFORMAT_RGB24, SDL_TEXTUREACCESS_STATIC,
                                  picture.width_px, picture.height_px);
@@ -37,11 +38,58 @@ class SdlWindow : public Window {
     while (SDL_PollEvent(&event) != 0) {
       if (event.type == SDL_QUIT) open = false;
       if (event.type == SDL_WINDOWEVENT) draw();
+      if (event.type == SDL_KEYDOWN) take(event.key.keysym);
+      if (event.type == SDL_CONTROLLERDEVICEADDED) SDL_GameControllerOpen(event.cdevice.which);
+      if (event.type == SDL_CONTROLLERBUTTONDOWN) take(event.cbutton.button);
     }
     return open;
   }
 
+  std::string take_keys() override { return std::exchange(keys_, {}); }
+
  private:
+  void take(const SDL_Keysym& key) {
+    const bool shift = (key.mod & KMOD_SHIFT) != 0;
+    switch (key.sym) {
+      case SDLK_UP:
+        keys_ += 'a';
+        break;
+      case SDLK_DOWN:
+        keys_ += 'r';
+        break;
+      case SDLK_LEFT:
+        keys_ += 'i';
+        break;
+      case SDLK_RIGHT:
+        keys_ += 'd';
+        break;
+      case SDLK_PAGEUP:
+        keys_ += 'e';
+        break;
+      case SDLK_PAGEDOWN:
+        keys_ += 'E';
+        break;
+      case SDLK_COMMA:
+        keys_ += 'g';
+        break;
+      case SDLK_PERIOD:
+        keys_ += 'G';
+        break;
+      default:
+        if (key.sym >= SDLK_a && key.sym <= SDLK_z)
+          keys_ += static_cast<char>(key.sym - (shift ? 'a' - 'A' : 0));
+    }
+  }
+  void take(uint8_t button) {
+    if (button == SDL_CONTROLLER_BUTTON_DPAD_UP) keys_ += 'a';
+    if (button == SDL_CONTROLLER_BUTTON_DPAD_DOWN) keys_ += 'r';
+    if (button == SDL_CONTROLLER_BUTTON_DPAD_LEFT) keys_ += 'i';
+    if (button == SDL_CONTROLLER_BUTTON_DPAD_RIGHT) keys_ += 'd';
+    if (button == SDL_CONTROLLER_BUTTON_Y) keys_ += 'e';
+    if (button == SDL_CONTROLLER_BUTTON_A) keys_ += 'E';
+    if (button == SDL_CONTROLLER_BUTTON_X) keys_ += 'g';
+    if (button == SDL_CONTROLLER_BUTTON_B) keys_ += 'G';
+  }
   void draw() {
     SDL_SetRenderDrawColor(renderer_, 255, 255, 255, 255);
     SDL_RenderClear(renderer_);
@@ -65,6 +113,7 @@ class SdlWindow : public Window {
   SDL_Renderer* renderer_;
   SDL_Texture* texture_ = nullptr;
   int width_ = 1, height_ = 1;
+  std::string keys_;
 };
 
 }  // namespace
@@ -72,7 +121,10 @@ class SdlWindow : public Window {
 std::unique_ptr<Window> open_window(const char* title) {
   SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS,
               "1");  // SIGINT and SIGTERM end the program, not a window
-  if (SDL_Init(SDL_INIT_VIDEO) != 0) return nullptr;
+  // SDL would show pictures through the system's OpenGL, whose symbols are OSMesa's in this
+  // program.
+  SDL_SetHint(SDL_HINT_FRAMEBUFFER_ACCELERATION, "0");
+  if (SDL_Init(SDL_INIT_VIDEO | SDL_INIT_GAMECONTROLLER) != 0) return nullptr;
   // Without a display SDL offers drivers that show nothing.
   const std::string driver = SDL_GetCurrentVideoDriver();
   SDL_Window* window = nullptr;
@@ -90,4 +142,4 @@ std::unique_ptr<Window> open_window(const char* title) {
   return std::make_unique<SdlWindow>(window, renderer);
 }
 
-}  // namespace marco::watch
+}  // namespace marco::viewer

@@ -19,6 +19,9 @@
 namespace marco {
 
 struct MapOptions {
+  /// A recording ends: all its key scans are kept, for the joint refinement at the end.
+  MapOptions() { slam.slam.thinning.after_keys = 1'000'000; }
+
   slam::SlamAdapterOptions slam;
   slam::LineProcessOptions lines;
   mapping3d::Mapping3dAdapterOptions mapping3d;

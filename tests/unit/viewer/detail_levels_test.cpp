@@ -11,7 +11,7 @@
 namespace marco::viewer {
 namespace {
 
-constexpr PictureSize kSize{320, 180};
+constexpr PictureSize kLevelSize{320, 180};
 
 std::size_t count(const std::vector<DetailLevels::Range>& ranges) {
   return std::accumulate(ranges.begin(), ranges.end(), std::size_t{0},
@@ -19,14 +19,15 @@ std::size_t count(const std::vector<DetailLevels::Range>& ranges) {
 }
 
 Eigen::Matrix4d clip_from_world(const Camera& camera) {
-  return clip_from_camera(camera, kSize.aspect()) * camera_from_world(camera);
+  return clip_from_camera(camera, kLevelSize.aspect()) * camera_from_world(camera);
 }
 
 TEST(DetailLevels, ZeroIsEveryTriangleInViewAndMoreIsFewer) {
   const SceneGeometry geometry = build_geometry(testing::room_scene(0.1F, 0.003F));
   const std::size_t all = geometry.surfaces.indices.size();
   const DetailLevels levels(geometry.surfaces);
-  const Camera over = fit_camera({}, bounding_box(testing::room_scene()), 0.3, 0.9, kSize.aspect());
+  const Camera over =
+      fit_camera({}, bounding_box(testing::room_scene()), 0.3, 0.9, kLevelSize.aspect());
   const auto indices = [&](const Camera& camera, double allowed_px) {
     return count(levels.choose(clip_from_world(camera), camera.eye_m, 100.0, true, allowed_px));
   };
@@ -45,9 +46,9 @@ TEST(DetailLevels, ThePictureKeepsItsDepths) {
   renderer.load(scene);
   const Camera camera = camera_at(make_pose3({0.4, 2.0, 1.4}));
   Look look;
-  const std::vector<float> whole = renderer.draw_depth_m(camera, look, kSize);
+  const std::vector<float> whole = renderer.draw_depth_m(camera, look, kLevelSize);
   look.detail_px = 1.0;
-  const std::vector<float> fewer = renderer.draw_depth_m(camera, look, kSize);
+  const std::vector<float> fewer = renderer.draw_depth_m(camera, look, kLevelSize);
   std::size_t near = 0;
   for (std::size_t i = 0; i < whole.size(); ++i) {
     if (std::isinf(whole[i]) && std::isinf(fewer[i])) ++near;
@@ -58,7 +59,7 @@ TEST(DetailLevels, ThePictureKeepsItsDepths) {
   // But for edges of things, where a pixel's shift changes what is seen.
   EXPECT_GT(static_cast<double>(near), 0.97 * static_cast<double>(whole.size()));
   look.detail_px = 0.0;
-  EXPECT_EQ(renderer.draw_depth_m(camera, look, kSize), whole);
+  EXPECT_EQ(renderer.draw_depth_m(camera, look, kLevelSize), whole);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ ObservedWall observed(const Eigen::Vector2d& start_m, const Eigen::Vector2d& end
 }
 
 // Ahead, 13 m away: a wall, and beyond its end a pane 5 cm behind it.
-const ObservedWall kWall = observed({13.0, -3.0}, {13.0, 0.0}, 26);
+const ObservedWall kEastWall = observed({13.0, -3.0}, {13.0, 0.0}, 26);
 const ObservedWall kPane = observed({13.05, 0.05}, {13.05, 0.65}, 6);
 // To the side, so that the place along the wall ahead is known.
 const ObservedWall kSide = observed({2.0, -3.0}, {9.0, -3.0}, 40);
@@ -29,14 +29,14 @@ const ObservedWall kSide = observed({2.0, -3.0}, {9.0, -3.0}, 40);
 // Turning made the heading unsure by 0.04 rad, half a metre out there.
 WallFilter after_a_turn() {
   WallFilter filter(WallFilterOptions{}, Pose2{});
-  filter.add(kWall);
+  filter.add(kEastWall);
   filter.add(kSide);
   filter.predict(Pose2{}, Eigen::Vector3d(1e-4, 1e-4, 1.6e-3).asDiagonal());
   return filter;
 }
 
 TEST(Association, WhatTheScanShowsAsTwoWallsIsNotOne) {
-  const auto matches = after_a_turn().associate({kWall, kPane, kSide});
+  const auto matches = after_a_turn().associate({kEastWall, kPane, kSide});
   EXPECT_EQ(matches[0].wall, 0);
   EXPECT_LT(matches[1].wall, 0);
   EXPECT_EQ(matches[2].wall, 1);
@@ -55,7 +55,7 @@ TEST(Association, AnUnsurePoseStillFindsItsWalls) {
   const auto turned = [&turn](const ObservedWall& wall, int points) {
     return observed(turn * wall.start_m, turn * wall.end_m, points);
   };
-  const auto matches = after_a_turn().associate({turned(kWall, 26), turned(kSide, 40)});
+  const auto matches = after_a_turn().associate({turned(kEastWall, 26), turned(kSide, 40)});
   EXPECT_EQ(matches[0].wall, 0);
   EXPECT_EQ(matches[1].wall, 1);
 }

@@ -56,7 +56,8 @@ struct LeastSeen {
   }
 };
 
-// Where the pose was held between prior and chance, the prior alone counts.
+// Where most of what seems to hold the pose is chance, the prior alone counts. Not where walls do
+// hold it, if only a little: wheels that err a few centimetres a scan would win.
 Pose2 held_by_prior(const Pose2& pose,
                     const PosePrior& prior,
                     const LeastSeen& least,
@@ -64,7 +65,7 @@ Pose2 held_by_prior(const Pose2& pose,
   const double expected =
       sigma2 * least.way.dot(prior.information.topLeftCorner<2, 2>() * least.way);
   const double honest = least.seen - least.chance;
-  if (!(expected > 0.0 && least.seen > 0.0)) return pose;
+  if (!(expected > 0.0 && least.seen > 0.0) || honest > least.chance) return pose;
   const double kept = honest / (honest + expected) * (least.seen + expected) / least.seen;
   const Eigen::Vector2d off(pose.x_m - prior.map_from_robot.x_m,
                             pose.y_m - prior.map_from_robot.y_m);

@@ -25,6 +25,7 @@ target_compile_options(
             -ffp-contract=off)
 set_property(GLOBAL PROPERTY MARCO_LIBRARIES "")
 add_custom_target(unit_tests)
+add_custom_target(long_tests)
 
 function(marco_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS;PRIVATE" ${ARGN})
@@ -52,7 +53,8 @@ endfunction()
 
 # SANITIZED_LATER: slow to build or to run there; goes under the sanitizers in `./marco test --long`, not on every change.
 # LABEL: unit (pure, under a second each, also run under the sanitizers), process (several processes,
-# LCM in a network namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA).
+# LCM in a network namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA), long (built by the target
+# long_tests only).
 function(marco_test name)
   cmake_parse_arguments(arg "SANITIZED_LATER" "LABEL;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
   if(NOT arg_LABEL)
@@ -67,6 +69,10 @@ function(marco_test name)
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE marco_options ${arg_DEPENDS} GTest::gmock GTest::gtest_main)
+  if(arg_LABEL STREQUAL "long")
+    set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL TRUE)
+    add_dependencies(long_tests ${name})
+  endif()
   if(arg_LABEL STREQUAL "unit")
     if(arg_SANITIZED_LATER)
       list(APPEND arg_LABEL sanitized_later)

@@ -5,25 +5,37 @@
 # (20480) it waits and says so. LCM_DEFAULT_URL says what is recorded.
 set -u
 file=$1 least_kb=${2:-20480}
-ended=no child=
+pieces=${MARCO_RECORD_PIECES:-20}
+ended=no
 
-leave() {
-  ended=yes
-  [ -n "$child" ] && kill -INT "$child" 2>/dev/null
-}
-trap leave INT TERM
+trap 'ended=yes' INT TERM
 
 is_full() { [ "$(df -k --output=avail "$(dirname "$file")" | tail -1)" -lt "$least_kb" ]; }
 
-# A signal ends `wait`, not what is waited for.
+# A signal ends `wait`, not what is waited for. procman tells our children, too, and lcm-logger told twice ends in the
+# midst of an event: it is told here only when it goes on nevertheless.
 run() {
+  local child told=no
   "$@" &
   child=$!
   while kill -0 "$child" 2>/dev/null; do
     wait "$child"
     code=$?
+    [ $ended = yes ] && [ $told = no ] || continue
+    sleep 0.5
+    kill -INT "$child" 2>/dev/null
+    told=yes
   done
-  child=
+}
+
+# lcm-logger would go on in FILE.0, behind an event that was cut off: where lcm-logplayer stops.
+begin_new_piece() {
+  local i
+  [ -e "$file.0" ] || return 0
+  rm -f "$file.$((pieces - 1))"
+  for ((i = pieces - 2; i >= 0; --i)); do
+    [ ! -e "$file.$i" ] || mv "$file.$i" "$file.$((i + 1))"
+  done
 }
 
 while [ $ended = no ]; do
@@ -32,7 +44,8 @@ while [ $ended = no ]; do
     while [ $ended = no ] && is_full; do run sleep 1; done
     continue
   fi
-  run lcm-logger -q --split-mb="${MARCO_RECORD_MB:-500}" --rotate="${MARCO_RECORD_PIECES:-20}" "$file"
+  begin_new_piece
+  run lcm-logger -q --split-mb="${MARCO_RECORD_MB:-500}" --rotate="$pieces" "$file"
   [ $ended = yes ] && break
   echo "record: lcm-logger ended with $code; a new file is begun" >&2
   run sleep 0.5

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "common/process/arguments.hpp"
@@ -8,26 +9,38 @@
 
 namespace marco::drivers {
 
+/// A switch of one driver's command line, over what its config says.
+template <class Options>
+struct DriverSwitch {
+  std::string name;  ///< "--no-guard"
+  std::string help;
+  std::function<void(Options&)> apply;
+};
+
 /// The body of a driver's main: --config, --device, --print-config and the arguments all processes
 /// have. Options: a struct with `visit` and a member `device`.
-/// @param run  drives the device until it is told to stop, with the options in force. @returns the
-/// exit code.
+/// @param run  drives the device until it is told to stop, with the options in force
+/// @returns the exit code, run's own if it came to that
 template <class Options>
 int driver_main(int argc,
                 const char* const* argv,
                 const std::string& name,
                 const std::string& description,
-                const std::function<int(const process::CommonArguments&, const Options&)>& run) {
+                const std::function<int(const process::CommonArguments&, const Options&)>& run,
+                const std::optional<DriverSwitch<Options>>& extra = std::nullopt) {
   return process::run_main(name, [&] {
     CLI::App app(description);
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
     std::string device;
+    bool switched = false;
+    if (extra) app.add_flag(extra->name, switched, extra->help);
     app.add_option("--device", device,
                    "over the config's: a path; of a serial line also tcp:HOST:PORT");
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     auto options = process::load_options<Options>(arguments.config_path);
     if (!device.empty()) options.device = device;
+    if (switched) extra->apply(options);
     if (arguments.print_config) {
       std::fputs(process::print_options(options).c_str(), stdout);
       return 0;

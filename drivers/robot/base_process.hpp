@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
+#include "drivers/process/driver_main.hpp"
 #include "drivers/robot/base_driver.hpp"
 #include "drivers/transport/byte_stream.hpp"
 
@@ -32,24 +32,13 @@ int base_main(int argc,
               const std::string& name,
               const std::string& description,
               BaseProcess (*process_of)(const Options&)) {
-  return process::run_main(name, [&] {
-    CLI::App app(description);
-    process::CommonArguments arguments;
-    process::add_common_arguments(app, arguments);
-    std::string device;
-    bool no_guard = false;
-    app.add_option("--device", device, "over the config's: a path or tcp:HOST:PORT");
-    app.add_flag("--no-guard", no_guard, "drive into obstacles if told to");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    auto options = process::load_options<Options>(arguments.config_path);
-    if (!device.empty()) options.device = device;
-    if (no_guard) options.guard().enabled = false;
-    if (arguments.print_config) {
-      std::fputs(process::print_options(options).c_str(), stdout);
-      return 0;
-    }
-    return run_base_until_stopped(arguments, process_of(options));
-  });
+  return driver_main<Options>(
+      argc, argv, name, description,
+      [process_of](const process::CommonArguments& arguments, const Options& options) {
+        return run_base_until_stopped(arguments, process_of(options));
+      },
+      DriverSwitch<Options>{"--no-guard", "drive into obstacles if told to",
+                            [](Options& options) { options.guard().enabled = false; }});
 }
 
 }  // namespace marco::drivers

@@ -1,0 +1,56 @@
+# `./marco demo`; read by ./marco, whose build, say, root and here it uses.
+
+run_demo() {
+  local out="$here/out/demo" live=yes
+  while [ $# -gt 0 ]; do
+    case $1 in
+      --out) out=$2; shift 2 ;;
+      --live) live=yes; shift ;;
+      --batch) live=no; shift ;;
+      --help|-h)
+        echo "./marco demo [--out DIR]: a tour of config/worlds/lab.toml, mapped, rendered, and checked against the truth"
+        echo "  --live   (default, 5 minutes) the robot in real time: config/sim.procman starts simulator, drivers, SLAM and"
+        echo "           lcm-logger, the tour is driven by SLAM's pose, lcm-logplayer plays the recording to a new SLAM"
+        echo "  --batch  (20 seconds) the tour is simulated as fast as the machine can, without processes"
+        exit 0 ;;
+      *) echo "marco demo: unknown option $1" >&2; exit 2 ;;
+    esac
+  done
+  build release
+  mkdir -p "$out"
+  out="$(cd "$out" && pwd)"
+  if [ $live = yes ] && ! unshare -rmn true 2>/dev/null && ! ip route get 239.255.76.67 >/dev/null 2>&1; then
+    say "processes can't reach each other here (no network namespaces, no multicast route): demo --batch instead"
+    live=no
+  fi
+  if [ $live = yes ]; then
+    say "driving a tour of the lab in real time; what the processes say is in ~/.local/state/marco-procman/localhost"
+    demo_script "$out" sim.procman demo
+    mv "$out/live.lcm.0" "$out/lab.lcm"
+    say "playing the recording into a new SLAM, at 5 times its speed"
+    MARCO_RECORDING="$out/lab.lcm" demo_script "$out" replay.procman recording
+  else
+    say "simulating a tour of the lab"
+    "$root/build/release/bin/marco-simulate" --world "$root/config/worlds/lab.toml" \
+      --tour "$root/config/tours/lab.toml" --seed 1 --out "$out/lab.lcm"
+  fi
+  say "mapping it"
+  "$root/build/release/bin/marco-map" "$out/lab.lcm" --out "$out" --world "$root/config/worlds/lab.toml"
+  if [ $live = yes ]; then
+    say "the path of this map, as first said, against what SLAM said while driving, and when the recording was played"
+    local recording
+    for recording in lab replayed; do
+      "$root/build/release/bin/marco-evaluate" "$out/trajectory_live.tum" --recorded "$out/$recording.lcm"
+    done
+  fi
+  say "pictures: $out/map.png $out/model.png"
+}
+
+# $1 folder, $2 a script of config/, $3 its name. The processes talk in a network namespace of their own where there
+# is such a thing: no other robot on this network is disturbed, or disturbs.
+demo_script() {
+  MARCO_RUN="$1" "$root/tests/support/isolated.sh" "$root/marco" run "$root/config/$2" "$3" -n --on-script-complete exit || {
+    echo "marco demo: the live run ended with an error; see ~/.local/state/marco-procman/localhost" >&2
+    exit 1
+  }
+}

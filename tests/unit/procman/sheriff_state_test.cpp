@@ -3,85 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <csignal>
 #include <limits>
 
 #include "procman/command_table.hpp"
-#include "procman/deputy_state.hpp"
-#include "procman/script_runner.hpp"
+#include "sheriff_world.hpp"
 
 namespace marco::procman {
 namespace {
 
 using testing::Contains;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
-using State = ScriptRunner::State;
-
-constexpr int64_t kSecondUs = 1'000'000;
-
-const char* const kRobot = R"(
-cmd "logger" { exec = "logger"; deputy = "base"; }
-group "drivers" {
-  cmd "lidar" { exec = "lidar"; deputy = "base"; environment = "A=1"; }
-  group "cameras" { cmd "left" { exec = "cam"; deputy = "base"; } }
-}
-script "go" {
-  start group "drivers" wait "running";
-  wait ms 500;
-  run_script "inner";
-  stop everything wait "stopped";
-}
-script "inner" { start cmd "logger" wait publishing "LOG" timeout ms 2000 then abort; }
-script "lenient" { start cmd "logger" wait publishing "LOG" timeout ms 2000 then continue; stop cmd "logger"; }
-)";
-
-/// A sheriff and a deputy that really talk (through values), under one clock.
-struct SheriffWorld {
-  explicit SheriffWorld(bool deputy_is_there = true) : sheriff("sheriff-1") {
-    config = parse_config(kRobot, "robot.procman");
-    sheriff.load(config);
-    if (deputy_is_there) info();
-  }
-  void info() {
-    const auto lines = sheriff.on_info({now_us, "base", {}, deputy.commands()}, now_us, now_us);
-    events.insert(events.end(), lines.begin(), lines.end());
-  }
-  /// Orders go out, commands start and stop at once, the deputy answers.
-  void exchange() {
-    for (const Orders& orders : sheriff.take_due_orders(now_us, now_us)) {
-      ++orders_sent;
-      deputy.on_orders(orders, now_us, now_us);
-    }
-    for (bool again = true; again;) {
-      again = false;
-      for (const DeputyAction& action : deputy.take_actions()) {
-        again = true;
-        if (const auto* start = std::get_if<StartCommand>(&action)) {
-          deputy.on_started(start->spec.id, ++last_pid);
-        } else if (const auto* stop = std::get_if<StopCommand>(&action)) {
-          deputy.on_ended(stop->id, SIGINT, now_us);
-        }
-      }
-    }
-    if (deputy.take_changed()) info();
-  }
-  void pass(int64_t us) {
-    now_us += us;
-    exchange();
-  }
-  Status status(const std::string& id) { return sheriff.commands().at(id).status(); }
-
-  Config config;
-  SheriffState sheriff;
-  DeputyState deputy{{"base", std::nullopt}};
-  int64_t now_us = 100 * kSecondUs;
-  int32_t last_pid = 10;
-  int orders_sent = 0;
-  std::vector<std::string> events;
-};
 
 TEST(SheriffState, OrdersGoOnlyToDeputiesHeardAtOnceAfterAChangeAndElseEachSecond) {
   SheriffWorld world(false);
@@ -226,80 +159,6 @@ TEST(SheriffState, TargetsMeanGroupsWithTheirSubgroups) {
               ElementsAre("left", "lidar"));
   EXPECT_THAT(world.sheriff.commands_of({TargetKind::command, "left"}), ElementsAre("left"));
   EXPECT_THAT(world.sheriff.commands_of({}), SizeIs(3));
-}
-
-TEST(ScriptRunner, RunsEveryActionInItsTurn) {
-  SheriffWorld world;
-  ScriptRunner script(world.config, "go");
-  const auto step = [&](int64_t pass_us) {
-    world.pass(pass_us);
-    return script.step(world.sheriff, world.now_us);
-  };
-  EXPECT_THAT(script.channels(), ElementsAre("LOG"));
-  EXPECT_EQ(step(0), State::running);
-  EXPECT_EQ(world.status("lidar"), Status::starting);
-  EXPECT_EQ(script.waiting_for(), "group \"drivers\" to run");
-  step(1000);  // running; then a pause until 0.1 s after the action began
-  EXPECT_EQ(script.next_due_us(), 100 * kSecondUs + 100'000);
-  step(100'000);  // wait ms 500
-  EXPECT_EQ(world.status("logger"), Status::stopped_ok);
-  EXPECT_EQ(script.next_due_us(), world.now_us + 500'000);
-  step(500'000);  // run_script: logger is started
-  EXPECT_EQ(world.status("logger"), Status::starting);
-  step(1000);
-  EXPECT_EQ(script.waiting_for(), "cmd \"logger\" to publish LOG");
-  script.on_message("LOG", world.now_us);
-  step(1000);
-  step(100'000);  // stop everything
-  EXPECT_EQ(world.status("left"), Status::stopping);
-  step(1000);
-  EXPECT_EQ(step(100'000), State::finished);
-  EXPECT_EQ(world.status("lidar"), Status::stopped_ok);
-  EXPECT_THAT(script.take_events(), Contains("run_script \"inner\""));
-}
-
-TEST(ScriptRunner, AMessageFromBeforeTheActionDoesNotCount) {
-  SheriffWorld world;
-  ScriptRunner script(world.config, "inner");
-  script.on_message("LOG", world.now_us - 1);
-  script.step(world.sheriff, world.now_us);
-  world.pass(1000);
-  EXPECT_EQ(script.step(world.sheriff, world.now_us), State::running);
-  EXPECT_NE(script.waiting_for(), "");
-}
-
-TEST(ScriptRunner, ATimeoutAbortsOrContinuesAsTheScriptSays) {
-  SheriffWorld world;
-  ScriptRunner strict(world.config, "inner");
-  strict.step(world.sheriff, world.now_us);
-  world.pass(1000);
-  strict.step(world.sheriff, world.now_us);
-  EXPECT_EQ(strict.next_due_us(), 102 * kSecondUs);
-  world.pass(2 * kSecondUs);
-  EXPECT_EQ(strict.step(world.sheriff, world.now_us), State::aborted);
-  EXPECT_THAT(
-      strict.take_events(),
-      Contains(HasSubstr("waited 2000 ms in vain for cmd \"logger\" to publish LOG (robot")));
-  ScriptRunner lenient(world.config, "lenient");
-  lenient.step(world.sheriff, world.now_us);
-  world.pass(2 * kSecondUs);
-  EXPECT_EQ(lenient.step(world.sheriff, world.now_us), State::finished);
-  EXPECT_EQ(world.status("logger"), Status::stopping);
-}
-
-TEST(ScriptRunner, WhatHasEndedCannotPublish) {
-  SheriffWorld world;
-  ScriptRunner script(world.config, "inner");
-  script.step(world.sheriff, world.now_us);
-  world.pass(1000);
-  world.deputy.on_ended("logger", 1 << 8, world.now_us);
-  world.exchange();
-  EXPECT_EQ(script.step(world.sheriff, world.now_us), State::aborted);
-}
-
-TEST(ScriptRunner, AnUnknownNameIsRefused) {
-  SheriffWorld world;
-  EXPECT_THROW(ScriptRunner(world.config, "none"), std::invalid_argument);
 }
 
 TEST(CommandTable, ShowsGroupsWithWhatTheirMembersHaveInCommon) {

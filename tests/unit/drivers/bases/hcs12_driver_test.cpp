@@ -2,79 +2,17 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
-#include "bench.hpp"
-#include "drivers/hcs12/base_driver.hpp"
-#include "drivers/hcs12/base_emulator.hpp"
+#include "hcs12_base.hpp"
 
 namespace marco::drivers::hcs12 {
 namespace {
 
+using testing::Hcs12OnBench;
 using Fate = BaseStatus::Command;
-using Link = BaseStatus::Link;
-
-/// A base on a bench with its driver up; remembers all it said.
-struct Base {
-  explicit Base(const Hcs12BaseOptions& options = {}, BaseWorld world = {})
-      : board(std::move(world), {}), driver(options), bench(driver, board, 9600) {
-    bench.each_step = [this](Utime) {
-      BaseOutput output = driver.take_output();
-      for (auto& sample : output.odometry) odometry.push_back(sample);
-      for (auto& ring : output.sonar) rings.push_back(ring);
-    };
-    EXPECT_TRUE(bench.run_until(3.0, [this] { return driver.status().link == Link::up; }));
-    bench.run(0.3);
-  }
-  /// Gives an order and waits for its end. @returns its fate.
-  Fate order(BaseCommand command, double patience_s = 60.0) {
-    command.id = ++id;
-    driver.command(command, bench.now());
-    bench.run_until(patience_s, [this] { return driver.status().command != Fate::running; });
-    return driver.status().command;
-  }
-  Fate move(double distance_m) {
-    BaseCommand command;
-    command.kind = BaseCommand::Kind::move;
-    command.distance_m = distance_m;
-    return order(command);
-  }
-  Fate turn(double angle_rad) {
-    BaseCommand command;
-    command.kind = BaseCommand::Kind::turn;
-    command.angle_rad = angle_rad;
-    return order(command);
-  }
-  void velocity(double v, double w) {
-    BaseCommand command;
-    command.kind = BaseCommand::Kind::velocity;
-    command.id = ++id;
-    command.velocity_m_per_s = v;
-    command.yaw_rate_rad_per_s = w;
-    driver.command(command, bench.now());
-  }
-  void speed(double metres_per_s) {
-    BaseCommand command;
-    command.kind = BaseCommand::Kind::set_speed;
-    command.max_velocity_m_per_s = metres_per_s;
-    command.max_yaw_rate_rad_per_s = metres_per_s / 0.25;
-    order(command);
-  }
-  double clicks_off() const {
-    return std::max(std::abs(board.left_clicks() - static_cast<double>(driver.left_clicks())),
-                    std::abs(board.right_clicks() - static_cast<double>(driver.right_clicks())));
-  }
-
-  BaseEmulator board;
-  Hcs12Base driver;
-  testing::Bench<Hcs12Base> bench;
-  std::vector<OdometrySample> odometry;
-  std::vector<SonarRing> rings;
-  int64_t id = 0;
-};
 
 TEST(Hcs12Driver, CountsEveryMoveToTheClick) {
-  Base base;
+  Hcs12OnBench base;
   int moves = 0;
   const int64_t bad_before = base.driver.bad_input();  // its first words met a reset
   for (const double speed : {0.4, 0.1, 0.9}) {
@@ -93,7 +31,7 @@ TEST(Hcs12Driver, CountsEveryMoveToTheClick) {
 }
 
 TEST(Hcs12Driver, DrivesASquareBackToItsStart) {
-  Base base;
+  Hcs12OnBench base;
   for (int side = 0; side < 4; ++side) {
     ASSERT_EQ(base.move(1.0), Fate::done);
     ASSERT_EQ(base.turn(deg_to_rad(90.0)), Fate::done);
@@ -105,7 +43,7 @@ TEST(Hcs12Driver, DrivesASquareBackToItsStart) {
 }
 
 TEST(Hcs12Driver, OdometryFollowsAFastMoveAndNeverRunsBackInTime) {
-  Base base;
+  Hcs12OnBench base;
   for (const double way_m : {2.0, -2.0, 2.0, -2.0}) EXPECT_EQ(base.move(way_m), Fate::done);
   base.odometry.clear();
   double worst_m = 0.0;
@@ -128,7 +66,7 @@ TEST(Hcs12Driver, OdometryFollowsAFastMoveAndNeverRunsBackInTime) {
 }
 
 TEST(Hcs12Driver, GoesToAPoint) {
-  Base base;
+  Hcs12OnBench base;
   BaseCommand command;
   command.kind = BaseCommand::Kind::go_to;
   command.point_m = {-0.5, 0.8};
@@ -138,7 +76,7 @@ TEST(Hcs12Driver, GoesToAPoint) {
 }
 
 TEST(Hcs12Driver, AVelocityThatIsNotRepeatedEndsByItself) {
-  Base base;
+  Hcs12OnBench base;
   base.velocity(0.1, 0.0);
   base.bench.run(0.45);
   EXPECT_TRUE(base.board.motors_on());
@@ -153,7 +91,7 @@ TEST(Hcs12Driver, AVelocityThatIsNotRepeatedEndsByItself) {
 }
 
 TEST(Hcs12Driver, VelocitiesThatAreRepeatedGoOnAndChange) {
-  Base base;
+  Hcs12OnBench base;
   for (int i = 0; i < 20; ++i) {
     base.velocity(0.1, 0.0);
     base.bench.run(0.1);
@@ -171,124 +109,16 @@ TEST(Hcs12Driver, VelocitiesThatAreRepeatedGoOnAndChange) {
 }
 
 TEST(Hcs12Driver, AStopOrderStopsAtOnce) {
-  Base base;
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::move;
-  command.distance_m = 5.0;
-  command.id = 77;
-  base.driver.command(command, base.bench.now());
+  Hcs12OnBench base;
+  base.begin_move(5.0);
   base.bench.run(2.0);
   ASSERT_TRUE(base.board.motors_on());
-  BaseCommand stop;
-  stop.id = 78;
-  base.driver.command(stop, base.bench.now());
+  const int64_t stop = base.begin(BaseCommand{});
   EXPECT_TRUE(base.bench.run_until(0.1, [&] { return !base.board.motors_on(); }));
   base.bench.run(0.3);
-  EXPECT_EQ(base.driver.status().command_id, 78);
+  EXPECT_EQ(base.driver.status().command_id, stop);
   EXPECT_EQ(base.driver.status().command, Fate::done);
   EXPECT_LE(base.clicks_off(), 1.0);
-}
-
-TEST(Hcs12Driver, AResetEndsTheMoveAndTheNextOneWorks) {
-  Base base;
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::move;
-  command.distance_m = 2.0;
-  command.id = 5;
-  base.driver.command(command, base.bench.now());
-  base.bench.run(1.5);
-  const int64_t resets = base.driver.resets();
-  base.board.reset(base.bench.now());
-  EXPECT_TRUE(base.bench.run_until(0.2, [&] { return base.driver.resets() > resets; }));
-  EXPECT_EQ(base.driver.status().command, Fate::aborted);
-  EXPECT_TRUE(base.bench.run_until(1.0, [&] { return base.driver.status().link == Link::up; }));
-  base.bench.run(0.3);
-  EXPECT_EQ(base.move(0.2), Fate::done);
-}
-
-TEST(Hcs12Driver, AMoveEndsThoughTheAnswerToItsEndWasLost) {
-  Base base;
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::move;
-  command.distance_m = 2.0;  // fast: the firmware says when the wheels rest, and nothing before
-  command.id = 5;
-  base.driver.command(command, base.bench.now());
-  base.bench.run(1.5);
-  base.bench.deaf = true;
-  base.bench.spoil = [](std::vector<uint8_t>& bytes) { bytes.clear(); };
-  base.bench.run(8.0);  // by then the wheels rest
-  base.bench.deaf = false;
-  base.bench.spoil = nullptr;
-  // The walk's own time, a quarter more, a second, and the rest of the way if there is one.
-  EXPECT_TRUE(
-      base.bench.run_until(12.0, [&] { return base.driver.status().command != Fate::running; }));
-  EXPECT_EQ(base.driver.status().command, Fate::done);
-  EXPECT_NEAR(base.driver.odom_from_robot().x_m, 2.0, 0.02);
-}
-
-TEST(Hcs12Driver, ASilentBoardIsToldAndTakenUpAgain) {
-  Base base;
-  base.bench.deaf = true;
-  EXPECT_TRUE(base.bench.run_until(2.0, [&] { return base.driver.status().link == Link::down; }));
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::move;
-  command.distance_m = 0.2;
-  EXPECT_EQ(base.order(command, 0.1), Fate::refused);
-  base.bench.deaf = false;
-  EXPECT_TRUE(base.bench.run_until(2.0, [&] { return base.driver.status().link == Link::up; }));
-  base.bench.run(0.3);
-  EXPECT_EQ(base.move(0.2), Fate::done);
-}
-
-TEST(Hcs12Driver, APulledPlugEndsTheMove) {
-  Base base;
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::move;
-  command.distance_m = 2.0;
-  base.driver.command(command, base.bench.now());
-  base.bench.run(1.0);
-  base.bench.plug(false);
-  base.bench.run(0.1);
-  EXPECT_EQ(base.driver.status().command, Fate::aborted);
-  EXPECT_EQ(base.driver.status().link, Link::down);
-  base.bench.plug(true);
-  EXPECT_TRUE(base.bench.run_until(2.0, [&] { return base.driver.status().link == Link::up; }));
-  // The board knows nothing of plugs: it is the driver that stops it on its return.
-  EXPECT_TRUE(base.bench.run_until(0.3, [&] { return !base.board.motors_on(); }));
-}
-
-TEST(Hcs12Driver, SpoiltBytesAreCountedAndOutlived) {
-  Base base;
-  std::mt19937 random(3);
-  base.bench.spoil = [&](std::vector<uint8_t>& bytes) {
-    if (bytes.empty()) return;
-    const auto dice = random() % 60;
-    if (dice == 0) bytes[0] = static_cast<uint8_t>(bytes[0] ^ (1U << (random() % 8)));
-    if (dice == 1) bytes.erase(bytes.begin());
-    if (dice == 2) bytes.push_back(static_cast<uint8_t>(random()));
-  };
-  for (int i = 0; i < 10; ++i) base.move(0.3);
-  EXPECT_GT(base.driver.bad_input() + base.driver.timeouts(), 5);
-  base.bench.spoil = nullptr;
-  base.bench.run(3.0);
-  EXPECT_EQ(base.driver.status().link, Link::up);
-  EXPECT_EQ(base.move(0.3), Fate::done);
-}
-
-TEST(Hcs12Driver, ShutDownLeavesTheMotorsOff) {
-  Base base;
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::move;
-  command.distance_m = 2.0;
-  base.driver.command(command, base.bench.now());
-  base.bench.run(1.0);
-  ASSERT_TRUE(base.board.motors_on());
-  std::vector<uint8_t> last_words;
-  base.driver.shut_down(last_words);
-  base.board.receive(last_words, 9600, base.bench.now());
-  std::vector<uint8_t> out;
-  base.board.advance(base.bench.now() + Duration::from_seconds(0.01), out);
-  EXPECT_FALSE(base.board.motors_on());
 }
 
 TEST(Hcs12Driver, ReadsSonarsAndBatteries) {
@@ -297,7 +127,7 @@ TEST(Hcs12Driver, ReadsSonarsAndBatteries) {
     return transducer == 4 ? HUGE_VAL : 2.0 + 0.1 * static_cast<double>(transducer);
   };
   world.battery_v = [] { return std::array<double, 4>{12.5, 25.0, 12.6, 25.2}; };
-  Base base({}, world);
+  Hcs12OnBench base({}, world);
   base.bench.run(4.0);
   ASSERT_GE(base.rings.size(), 2U);
   const SonarRing& ring = base.rings.back();
@@ -321,7 +151,7 @@ LaserScan wall_at(double distance_m) {
 }
 
 TEST(Hcs12Driver, TheGuardRefusesAndShortensMoves) {
-  Base base;
+  Hcs12OnBench base;
   SensorInfo info;
   info.parent_from_sensor = make_pose3({0.1, 0.0, 0.5});
   base.driver.guard().on_sensor_info(info);
@@ -341,10 +171,7 @@ TEST(Hcs12Driver, TheGuardRefusesAndShortensMoves) {
   wall_m = 3.0;
   base.bench.run(0.1);
   // The wall jumps near in mid-move.
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::move;
-  command.distance_m = 1.5;
-  base.driver.command(command, base.bench.now());
+  base.begin_move(1.5);
   base.bench.run(1.5);
   wall_m = base.driver.odom_from_robot().x_m + 0.5;
   EXPECT_TRUE(
@@ -355,7 +182,7 @@ TEST(Hcs12Driver, TheGuardRefusesAndShortensMoves) {
 TEST(Hcs12Driver, TheGuardCanBeSwitchedOff) {
   Hcs12BaseOptions options;
   options.guard.enabled = false;
-  Base base(options);
+  Hcs12OnBench base(options);
   SensorInfo info;
   info.parent_from_sensor = make_pose3({0.1, 0.0, 0.5});
   base.driver.guard().on_sensor_info(info);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "bench.hpp"
+#include "driven_base.hpp"
 #include "drivers/p2os/driver.hpp"
 #include "drivers/p2os/emulator.hpp"
 
@@ -14,43 +14,15 @@ namespace {
 using Fate = BaseStatus::Command;
 using Link = BaseStatus::Link;
 
-struct Pioneer {
-  explicit Pioneer(const P2osOptions& options = {}, P2osWorld world = {})
-      : robot(std::move(world)), driver(options), bench(driver, robot, kBaud) {
-    bench.each_step = [this](Utime) {
-      BaseOutput output = driver.take_output();
-      for (auto& ring : output.sonar) rings.push_back(ring);
-      for (auto& sample : output.odometry) odometry.push_back(sample);
-    };
-    EXPECT_TRUE(bench.run_until(3.0, [this] { return driver.status().link == Link::up; }));
-    bench.run(0.3);
-  }
-  Fate order(BaseCommand::Kind kind, double amount) {
-    BaseCommand command;
-    command.kind = kind;
-    command.id = ++id;
-    command.distance_m = command.angle_rad = amount;
-    driver.command(command, bench.now());
-    bench.run_until(60.0, [this] { return driver.status().command != Fate::running; });
-    return driver.status().command;
-  }
-  Fate move(double distance_m) { return order(BaseCommand::Kind::move, distance_m); }
-  Fate turn(double angle_rad) { return order(BaseCommand::Kind::turn, angle_rad); }
-  void velocity(double v, double w) {
-    BaseCommand command;
-    command.kind = BaseCommand::Kind::velocity;
-    command.id = ++id;
-    command.velocity_m_per_s = v;
-    command.yaw_rate_rad_per_s = w;
-    driver.command(command, bench.now());
-  }
-
+struct Parts {
+  Parts(const P2osOptions& options, P2osWorld world) : robot(std::move(world)), driver(options) {}
   P2osEmulator robot;
   P2osBase driver;
-  testing::Bench<P2osBase> bench;
-  std::vector<SonarRing> rings;
-  std::vector<OdometrySample> odometry;
-  int64_t id = 0;
+};
+
+struct Pioneer : Parts, testing::DrivenBase<P2osBase> {
+  explicit Pioneer(const P2osOptions& options = {}, P2osWorld world = {})
+      : Parts(options, std::move(world)), DrivenBase(driver, robot, kBaud) {}
 };
 
 TEST(P2osDriver, ShakesHandsAndReadsTheRobot) {
@@ -109,10 +81,7 @@ TEST(P2osDriver, AVelocityThatIsNotRepeatedEndsByItself) {
 
 TEST(P2osDriver, TheRobotStopsItselfWhenTheLineIsCut) {
   Pioneer pioneer;
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::move;
-  command.distance_m = 20.0;
-  pioneer.driver.command(command, pioneer.bench.now());
+  pioneer.begin_move(20.0);
   pioneer.bench.run(2.0);
   ASSERT_GT(pioneer.robot.velocity_m_per_s(), 0.2);
   pioneer.bench.plug(false);
@@ -121,8 +90,7 @@ TEST(P2osDriver, TheRobotStopsItselfWhenTheLineIsCut) {
   pioneer.bench.run(4.0);  // watchdog of 2 s, and the braking
   EXPECT_EQ(pioneer.robot.velocity_m_per_s(), 0.0);
   pioneer.bench.plug(true);
-  EXPECT_TRUE(
-      pioneer.bench.run_until(3.0, [&] { return pioneer.driver.status().link == Link::up; }));
+  EXPECT_TRUE(pioneer.comes_up(3.0));
   pioneer.bench.run(0.3);
   EXPECT_EQ(pioneer.move(0.2), Fate::done);
 }
@@ -133,8 +101,7 @@ TEST(P2osDriver, AResetRobotIsOpenedAgain) {
   pioneer.robot.reset();
   EXPECT_TRUE(
       pioneer.bench.run_until(3.0, [&] { return pioneer.driver.status().link != Link::up; }));
-  EXPECT_TRUE(
-      pioneer.bench.run_until(3.0, [&] { return pioneer.driver.status().link == Link::up; }));
+  EXPECT_TRUE(pioneer.comes_up(3.0));
   pioneer.bench.run(0.3);
   EXPECT_EQ(pioneer.move(0.5), Fate::done);
   EXPECT_NEAR(pioneer.driver.odom_from_robot().x_m, 1.0, 0.02);  // its own path goes on
@@ -145,11 +112,7 @@ TEST(P2osDriver, BumpersAndStallEndAMove) {
   P2osWorld world;
   world.touch = [&touch] { return touch; };
   Pioneer pioneer({}, world);
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::move;
-  command.distance_m = 3.0;
-  command.id = 9;
-  pioneer.driver.command(command, pioneer.bench.now());
+  pioneer.begin_move(3.0);
   pioneer.bench.run(2.0);
   touch.front = 0x04;
   EXPECT_TRUE(pioneer.bench.run_until(
@@ -159,7 +122,7 @@ TEST(P2osDriver, BumpersAndStallEndAMove) {
   EXPECT_EQ(pioneer.move(-0.3), Fate::done);
   touch.front = 0;
   pioneer.bench.run(0.3);
-  pioneer.driver.command(command, pioneer.bench.now());
+  pioneer.begin_move(3.0);
   pioneer.bench.run(1.0);
   touch.stalled = true;
   EXPECT_TRUE(pioneer.bench.run_until(

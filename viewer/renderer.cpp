@@ -268,11 +268,11 @@ class Renderer::Implementation {
     const int width = size.width_px * look.supersampling;
     const int height = size.height_px * look.supersampling;
     const Eigen::Matrix4d clip = clip_from_camera(camera, size.aspect());
-    const auto ranges =
-        levels_->choose(tile_from_clip(tile, width, height) * clip * camera_from_world(camera),
-                        camera.eye_m, 0.5 * clip(1, 1) * size.height_px,
-                        camera.projection == Projection::perspective, look.detail_px);
-    for (const DetailLevels::Range& range : ranges)
+    const DetailLevels::View view{
+        tile_from_clip(tile, width, height) * clip * camera_from_world(camera), camera.eye_m,
+        0.5 * clip(1, 1) * size.height_px, camera.projection == Projection::perspective,
+        look.detail_px};
+    for (const DetailLevels::Range& range : levels_->choose(view))
       levelled_->draw(GL_TRIANGLES, range.first, range.count);
   }
 

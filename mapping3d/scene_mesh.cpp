@@ -13,7 +13,7 @@ using namespace lanes;
 class Mesher {
  public:
   Mesher(const ScenePoints& scene, const SceneMeshOptions& options)
-      : scene_(scene), triangles_(2 * (scene.columns + kLanes)) {
+      : scene_(scene), triangles_(2 * (scene.columns + 4)) {
     const double by_range = options.edge_factor * static_cast<double>(beam_spacing_rad(scene));
     limits_ = {static_cast<float>(options.edge_floor_m * options.edge_floor_m),
                static_cast<float>(options.max_edge_m * options.max_edge_m),
@@ -22,28 +22,27 @@ class Mesher {
 
   // A row's vertices are known when the quads above and below it are, so numbers and triangles
   // follow the quads by one row.
+  template <std::size_t N>
   TriangleMesh run() {
-    const std::size_t size = (scene_.columns / kLanes + 1) * kLanes + 1;
-    std::array<Row, 3> rows{Row(size), Row(size), Row(size)};
-    std::array<Quads, 2> quads{Quads(size + kLanes), Quads(size + kLanes)};
     mesh_.vertices_m.resize(scene_.points_m.size());
     mesh_.normals.resize(scene_.points_m.size());
     mesh_.triangles.reserve(2 * scene_.points_m.size());
-    load(scene_, 0, limits_, rows[0]);
+    std::array<Row, 3>& rows = rows_;
+    std::array<Quads, 2>& quads = quads_;
+    load<N>(scene_, 0, limits_, rows[0]);
     for (std::size_t row = 0; row + 1 < scene_.rows; ++row) {
       Row &above = rows[row % 3], &below = rows[(row + 1) % 3];
       Quads& between = quads[row % 2];
-      load(scene_, row + 1, limits_, below);
-      for (std::size_t at = 0; at + 1 < scene_.columns; at += kLanes) {
-        judge(above, below, at, between);
+      load<N>(scene_, row + 1, limits_, below);
+      for (std::size_t at = 0; at + 1 < scene_.columns; at += N) {
+        judge<N>(above, below, at, between);
       }
-      spread(between, above, below);
-      mark(between, above.used, below.used);
-      number_vertices(above);
+      spread<N>(between, above, below);
+      number_vertices<N>(above);
       if (row > 0) emit(rows[(row + 2) % 3], above, quads[(row + 1) % 2]);
     }
     const std::size_t last = scene_.rows - 1;
-    number_vertices(rows[last % 3]);
+    number_vertices<N>(rows[last % 3]);
     emit(rows[(last + 2) % 3], rows[last % 3], quads[(last + 1) % 2]);
     mesh_.vertices_m.resize(vertices_);
     mesh_.normals.resize(vertices_);
@@ -51,42 +50,41 @@ class Mesher {
   }
 
  private:
+  template <std::size_t N>
   void number_vertices(Row& row) {
-    // The limits of this row have done their work.
-    float* const scale = row.limit2.data();
-    const auto size = static_cast<Eigen::Index>(row.x.size());
-    const auto axis = [&](std::size_t i) {
-      return Eigen::Map<const Eigen::ArrayXf>(row.normal[i].data(), size);
-    };
-    Eigen::Map<Eigen::ArrayXf>(scale, size) =
-        (axis(0) * axis(0) + axis(1) * axis(1) + axis(2) * axis(2)).sqrt().max(kTiny).inverse();
+    using F = typename Of<N>::Floats;
     const std::size_t columns = scene_.columns;
-    for (std::size_t at = 0; at < columns; at += kLanes) {
-      if (at + kLanes <= columns && all(read<Ints>(&row.used[at]))) {
+    for (std::size_t at = 0; at < columns; at += N) {
+      const Vectors<F> sum{read<F>(&row.normal[0][at]), read<F>(&row.normal[1][at]),
+                           read<F>(&row.normal[2][at])};
+      const F scale = inverse_sqrt<N>(squared(sum));
+      write(scale * sum.x, &row.normal[0][at]);
+      write(scale * sum.y, &row.normal[1][at]);
+      write(scale * sum.z, &row.normal[2][at]);
+    }
+    for (std::size_t at = 0; at < columns; at += 4) {
+      if (at + 4 <= columns && all(read<Ints>(&row.used[at]))) {
         number_four(row, at);
       } else {
-        for (std::size_t i = at; i < std::min(columns, at + kLanes); ++i) number_one(row, i);
+        for (std::size_t i = at; i < std::min(columns, at + 4); ++i) number_one(row, i);
       }
     }
   }
 
   void number_four(Row& row, std::size_t at) {
     write(Ints{0, 1, 2, 3} + static_cast<int32_t>(vertices_), &row.vertex[at]);
-    write_ravelled(row.points(at), mesh_.vertices_m[vertices_].data());
-    const auto scale = read<Floats>(&row.limit2[at]);
-    write_ravelled(
-        {scale * read<Floats>(&row.normal[0][at]), scale * read<Floats>(&row.normal[1][at]),
-         scale * read<Floats>(&row.normal[2][at])},
-        mesh_.normals[vertices_].data());
-    vertices_ += kLanes;
+    write_ravelled(row.points<Floats>(at), mesh_.vertices_m[vertices_].data());
+    write_ravelled({read<Floats>(&row.normal[0][at]), read<Floats>(&row.normal[1][at]),
+                    read<Floats>(&row.normal[2][at])},
+                   mesh_.normals[vertices_].data());
+    vertices_ += 4;
   }
 
   void number_one(Row& row, std::size_t i) {
     row.vertex[i] = vertices_;
     if (row.used[i] == 0) return;
     mesh_.vertices_m[vertices_] = {row.x[i], row.y[i], row.z[i]};
-    mesh_.normals[vertices_] = {row.limit2[i] * row.normal[0][i], row.limit2[i] * row.normal[1][i],
-                                row.limit2[i] * row.normal[2][i]};
+    mesh_.normals[vertices_] = {row.normal[0][i], row.normal[1][i], row.normal[2][i]};
     ++vertices_;
   }
 
@@ -94,8 +92,8 @@ class Mesher {
   // by bits, and of four quads' triangles all are written before those not kept are closed up.
   void emit(const Row& above, const Row& below, const Quads& quads) {
     uint32_t* end = triangles_.data()->data();
-    for (std::size_t at = 0; at + 1 < scene_.columns; at += kLanes) {
-      const std::size_t quad = at + kLanes;
+    for (std::size_t at = 0; at + 1 < scene_.columns; at += 4) {
+      const std::size_t quad = at + kMostLanes;
       const auto v0 = read<Ints>(&above.vertex[at]), v1 = read<Ints>(&above.vertex[at + 1]);
       const auto v2 = read<Ints>(&below.vertex[at + 1]), v3 = read<Ints>(&below.vertex[at]);
       const auto falls = read<Ints>(&quads.falling[quad]);
@@ -127,7 +125,7 @@ class Mesher {
 
   static uint32_t* close_up(const Quads& quads, std::size_t quad, uint32_t* triangles) {
     uint32_t* end = triangles;
-    for (std::size_t i = 0; i < 2 * kLanes; ++i) {
+    for (std::size_t i = 0; i < 2 * 4; ++i) {
       const Quads::Flags& keep = i % 2 == 0 ? quads.keep_first : quads.keep_second;
       std::memmove(end, triangles + 3 * i, 3 * sizeof(uint32_t));
       end -= 3 * keep[quad + i / 2];
@@ -137,10 +135,25 @@ class Mesher {
 
   const ScenePoints& scene_;
   Limits2 limits_{};
+  std::size_t size_ = (scene_.columns / kMostLanes + 1) * kMostLanes + 1;
+  std::array<Row, 3> rows_{Row(size_), Row(size_), Row(size_)};
+  std::array<Quads, 2> quads_{Quads(size_ + kMostLanes), Quads(size_ + kMostLanes)};
   std::vector<std::array<uint32_t, 3>> triangles_;  ///< of one row of quads
   uint32_t vertices_ = 0;
   TriangleMesh mesh_;
 };
+
+#if defined(__x86_64__)
+// Everything is drawn into this one function, so that nothing made for newer processors is called
+// by what runs on all. The arithmetic is the same: no product is fused with a sum.
+__attribute__((target("avx2"), flatten)) TriangleMesh run_wide(Mesher& mesher) {
+  return mesher.run<8>();
+}
+bool has_wide_lanes() { return __builtin_cpu_supports("avx2") != 0; }
+#else
+TriangleMesh run_wide(Mesher& mesher) { return mesher.run<8>(); }
+bool has_wide_lanes() { return false; }
+#endif
 
 }  // namespace
 
@@ -162,10 +175,12 @@ float beam_spacing_rad(const ScenePoints& scene) {
   return count > 0 ? sum / static_cast<float>(count) : 0.0F;
 }
 
-TriangleMesh mesh_scene(const ScenePoints& scene, const SceneMeshOptions& options) {
+TriangleMesh mesh_scene(const ScenePoints& scene, const SceneMeshOptions& options, Lanes lanes) {
   validate(options, "scene_mesh");
   if (scene.rows < 2 || scene.columns < 2) return {};
-  return Mesher(scene, options).run();
+  Mesher mesher(scene, options);
+  return has_wide_lanes() && lanes == Lanes::as_many_as_there_are ? run_wide(mesher)
+                                                                  : mesher.run<4>();
 }
 
 void append_mesh(TriangleMesh& whole, const TriangleMesh& part) {

@@ -49,12 +49,18 @@ struct SceneMeshOptions {
 /// hundred [rad]; 0 where no two returned.
 float beam_spacing_rad(const ScenePoints& scene);
 
+/// Beams that are looked at together: eight where the processor has AVX2. The mesh is the same, bit
+/// for bit; `four` is there to be compared.
+enum class Lanes { as_many_as_there_are, four };
+
 /// The scene as triangles with shared vertices: no skin across depth edges (an edge is allowed by
 /// its range and incidence, so near and far walls are treated alike), none across missing beams, of
 /// a quad's two diagonals the shorter one, normals weighted by area and turned to the sensor,
 /// triangles counter-clockwise seen from it. Vertices in the order of the scene's points, triangles
 /// in that of its quads. One pass over the rows, O(points).
-TriangleMesh mesh_scene(const ScenePoints& scene, const SceneMeshOptions& options = {});
+TriangleMesh mesh_scene(const ScenePoints& scene,
+                        const SceneMeshOptions& options = {},
+                        Lanes lanes = Lanes::as_many_as_there_are);
 
 /// Appends `part` to `whole`.
 void append_mesh(TriangleMesh& whole, const TriangleMesh& part);

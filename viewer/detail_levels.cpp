@@ -5,19 +5,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <limits>
 
 namespace marco::viewer {
 namespace {
 
-constexpr float kPart_m = 2.0F;
-constexpr std::array<float, 4> kErrors_m{0.003F, 0.01F, 0.03F, 0.1F};
+constexpr float kSmallestPart_m = 0.3F;
+constexpr std::size_t kFewest = 200;  // triangles that are worth two parts
+constexpr std::array<float, 9> kErrors_m{0.004F, 0.006F, 0.009F, 0.013F, 0.018F,
+                                         0.026F, 0.037F, 0.055F, 0.1F};
 // A level that spares less is not worth its place.
-constexpr double kWorthwhile = 0.7;
-
-Eigen::Vector3f position(const Geometry& surfaces, uint32_t index) {
-  return Eigen::Vector3f(surfaces.vertices[index].position_m.data());
-}
+constexpr double kWorthwhile = 0.9;
+// What joining two parts may add to the error of their triangles.
+constexpr float kMoreByJoining = 0.25F;
 
 // A box lies outside when all its corners lie beyond one side of the clip space.
 bool may_be_seen(const Eigen::Matrix4d& clip_from_world,
@@ -40,80 +40,212 @@ bool may_be_seen(const Eigen::Matrix4d& clip_from_world,
 
 }  // namespace
 
-DetailLevels::DetailLevels(const Geometry& surfaces) {
-  std::map<std::array<int, 3>, std::vector<uint32_t>> cells;
-  for (std::size_t i = 0; i + 2 < surfaces.indices.size(); i += 3) {
-    const uint32_t* corner = &surfaces.indices[i];
-    const Eigen::Vector3f middle = (position(surfaces, corner[0]) + position(surfaces, corner[1]) +
-                                    position(surfaces, corner[2])) /
-                                   (3.0F * kPart_m);
-    std::vector<uint32_t>& cell =
-        cells[{static_cast<int>(std::floor(middle.x())), static_cast<int>(std::floor(middle.y())),
-               static_cast<int>(std::floor(middle.z()))}];
-    cell.insert(cell.end(), corner, corner + 3);
-  }
-  for (auto& [place, triangles] : cells) add_part(surfaces, std::move(triangles));
-}
-
-void DetailLevels::add_part(const Geometry& surfaces, std::vector<uint32_t> triangles) {
-  Part part{position(surfaces, triangles[0]).cast<double>(),
-            position(surfaces, triangles[0]).cast<double>(),
-            {}};
-  // The library's time goes with the vertices it is shown, so that it gets the part's own.
-  std::map<uint32_t, uint32_t> own;
-  std::vector<uint32_t> all_of_own, local;
-  std::vector<float> places;
-  for (const uint32_t index : triangles) {
-    const Eigen::Vector3d at = position(surfaces, index).cast<double>();
-    part.low_m = part.low_m.cwiseMin(at);
-    part.high_m = part.high_m.cwiseMax(at);
-    const auto [found, fresh] = own.try_emplace(index, static_cast<uint32_t>(own.size()));
-    if (fresh) {
-      all_of_own.push_back(index);
-      const auto& p = surfaces.vertices[index].position_m;
-      places.insert(places.end(), p.begin(), p.end());
+class DetailLevels::Builder {
+ public:
+  Builder(const Geometry& surfaces, DetailLevels& levels)
+      : surfaces_(surfaces), levels_(levels), own_(surfaces.vertices.size(), kUnnumbered) {
+    triangles_.resize(surfaces.indices.size() / 3);
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      const uint32_t* const at = &surfaces.indices[3 * i];
+      triangles_[i] = {at[0], at[1], at[2]};
     }
-    local.push_back(found->second);
+    if (!triangles_.empty()) build(0, triangles_.size());
   }
-  const auto keep = [&](const std::vector<uint32_t>& level, double error_m) {
-    part.levels.push_back({{indices_.size(), level.size()}, error_m});
-    for (const uint32_t index : level) indices_.push_back(all_of_own[index]);
-  };
-  keep(local, 0.0);
-  const float extent_m =
-      std::max(1e-6F, meshopt_simplifyScale(places.data(), own.size(), 3 * sizeof(float)));
-  std::vector<uint32_t> last = std::move(local);
-  for (const float error_m : kErrors_m) {
-    std::vector<uint32_t> fewer(last.size());
-    fewer.resize(meshopt_simplify(fewer.data(), last.data(), last.size(), places.data(), own.size(),
-                                  3 * sizeof(float), 0, error_m / extent_m,
-                                  meshopt_SimplifyLockBorder, nullptr));
-    if (static_cast<double>(fewer.size()) > kWorthwhile * static_cast<double>(last.size()))
-      continue;
-    // Each level is made from the one before: their errors add up.
-    keep(fewer, part.levels.back().error_m + static_cast<double>(error_m));
-    last = std::move(fewer);
-  }
-  parts_.push_back(std::move(part));
-}
 
-std::vector<DetailLevels::Range> DetailLevels::choose(const Eigen::Matrix4d& clip_from_world,
-                                                      const Eigen::Vector3d& eye_m,
-                                                      double px_per_m,
-                                                      bool perspective,
-                                                      double allowed_px) const {
-  std::vector<Range> chosen;
-  for (const Part& part : parts_) {
-    if (!may_be_seen(clip_from_world, part.low_m, part.high_m)) continue;
-    const Eigen::Vector3d nearest_m = eye_m.cwiseMax(part.low_m).cwiseMin(part.high_m);
-    const double distance_m = perspective ? (nearest_m - eye_m).norm() : 1.0;
-    const Level* best = &part.levels.front();
+ private:
+  static constexpr uint32_t kUnnumbered = std::numeric_limits<uint32_t>::max();
+  using Triangle = std::array<uint32_t, 3>;
+
+  Eigen::Vector3f position(uint32_t index) const {
+    return Eigen::Vector3f(surfaces_.vertices[index].position_m.data());
+  }
+  float middle(const Triangle& triangle, Eigen::Index axis) const {
+    return (position(triangle[0])[axis] + position(triangle[1])[axis] +
+            position(triangle[2])[axis]) /
+           3.0F;
+  }
+
+  int build(std::size_t begin, std::size_t end) {
+    Part part{Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()),
+              Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity()),
+              {}};
+    for (std::size_t i = begin; i < end; ++i) {
+      for (const uint32_t index : triangles_[i]) {
+        part.low_m = part.low_m.cwiseMin(position(index).cast<double>());
+        part.high_m = part.high_m.cwiseMax(position(index).cast<double>());
+      }
+    }
+    const std::size_t middle = split(part, begin, end);
+    if (middle == begin || middle == end) {
+      make_levels_of_a_leaf(part, begin, end);
+    } else {
+      part.first = build(begin, middle);
+      part.second = build(middle, end);
+      join_levels(part);
+    }
+    levels_.parts_.push_back(std::move(part));
+    return static_cast<int>(levels_.parts_.size()) - 1;
+  }
+
+  // Across the longest side, where the fewest triangles lie: a border within a wall or a floor that
+  // runs along it would tear that into shreds, all of rims, that nothing makes coarser.
+  std::size_t split(const Part& part, std::size_t begin, std::size_t end) {
+    Eigen::Index axis = 0;
+    const auto length_m = static_cast<float>((part.high_m - part.low_m).maxCoeff(&axis));
+    if (length_m < 2.0F * kSmallestPart_m || end - begin < 2 * kFewest) return begin;
+    constexpr int kSlices = 64;
+    std::array<std::size_t, kSlices> slices{};
+    const auto low_m = static_cast<float>(part.low_m[axis]);
+    const auto slice = [&](const Triangle& triangle) {
+      const float at = (middle(triangle, axis) - low_m) / length_m;
+      return std::clamp(static_cast<int>(at * kSlices), 0, kSlices - 1);
+    };
+    for (std::size_t i = begin; i < end; ++i)
+      ++slices[static_cast<std::size_t>(slice(triangles_[i]))];
+    int best = kSlices / 2;
+    const auto crossed = [&](int border) {
+      return slices[static_cast<std::size_t>(border)] +
+             slices[static_cast<std::size_t>(border) - 1];
+    };
+    for (int away = 1; away <= kSlices / 5; ++away) {
+      for (const int border : {kSlices / 2 - away, kSlices / 2 + away}) {
+        if (crossed(border) < crossed(best)) best = border;
+      }
+    }
+    const auto first = triangles_.begin();
+    return static_cast<std::size_t>(
+        std::partition(first + static_cast<std::ptrdiff_t>(begin),
+                       first + static_cast<std::ptrdiff_t>(end),
+                       [&](const Triangle& triangle) { return slice(triangle) < best; }) -
+        first);
+  }
+
+  void make_levels_of_a_leaf(Part& part, std::size_t begin, std::size_t end) {
+    std::vector<uint32_t> all;
+    for (std::size_t i = begin; i < end; ++i) {
+      all.insert(all.end(), triangles_[i].begin(), triangles_[i].end());
+    }
+    keep(part, all, 0, 0.0);
+    for (std::size_t step = 1; step <= kErrors_m.size(); ++step) {
+      const std::vector<uint32_t> fewer = simplified(all, kErrors_m[step - 1]);
+      if (fewer.size() < worthwhile(part.levels.back().range.count)) {
+        keep(part, fewer, step, static_cast<double>(kErrors_m[step - 1]));
+      }
+    }
+  }
+
+  void join_levels(Part& part) {
+    for (std::size_t step = 1; step <= kErrors_m.size(); ++step) {
+      std::vector<uint32_t> both;
+      const double error_m =
+          std::max(gather(part.first, step, both), gather(part.second, step, both));
+      const float more_m = kMoreByJoining * kErrors_m[step - 1];
+      const std::vector<uint32_t> fewer = simplified(both, more_m);
+      const std::size_t last = part.levels.empty() ? both.size() : part.levels.back().range.count;
+      if (fewer.size() < worthwhile(std::min(last, both.size()))) {
+        keep(part, fewer, step, error_m + static_cast<double>(more_m));
+      }
+    }
+  }
+
+  static std::size_t worthwhile(std::size_t count) {
+    return static_cast<std::size_t>(kWorthwhile * static_cast<double>(count));
+  }
+
+  // Appends a part's triangles at a step, or finer. @returns their error.
+  double gather(int number, std::size_t step, std::vector<uint32_t>& to) const {
+    const Part& part = levels_.parts_[static_cast<std::size_t>(number)];
+    const Level* best = nullptr;
     for (const Level& level : part.levels) {
-      if (level.error_m * px_per_m <= allowed_px * distance_m) best = &level;
+      if (level.step == step || (part.first == kNone && level.step < step)) best = &level;
     }
-    chosen.push_back(best->range);
+    if (best == nullptr) {
+      const double first_m = gather(part.first, step, to);
+      return std::max(first_m, gather(part.second, step, to));
+    }
+    const auto from = levels_.indices_.begin() + static_cast<std::ptrdiff_t>(best->range.first);
+    to.insert(to.end(), from, from + static_cast<std::ptrdiff_t>(best->range.count));
+    return best->error_m;
   }
-  return chosen;
+
+  // The library's time goes with the vertices it is shown, so that it gets the triangles' own.
+  std::vector<uint32_t> simplified(const std::vector<uint32_t>& indices, float error_m) {
+    std::vector<uint32_t> used, local, fewer(indices.size());
+    std::vector<float> places;
+    for (const uint32_t index : indices) {
+      if (own_[index] == kUnnumbered) {
+        own_[index] = static_cast<uint32_t>(used.size());
+        used.push_back(index);
+        const auto& p = surfaces_.vertices[index].position_m;
+        places.insert(places.end(), p.begin(), p.end());
+      }
+      local.push_back(own_[index]);
+    }
+    const float extent_m =
+        std::max(1e-6F, meshopt_simplifyScale(places.data(), used.size(), 3 * sizeof(float)));
+    fewer.resize(meshopt_simplify(fewer.data(), local.data(), local.size(), places.data(),
+                                  used.size(), 3 * sizeof(float), 0, error_m / extent_m,
+                                  meshopt_SimplifyLockBorder, nullptr));
+    meshopt_optimizeVertexCache(fewer.data(), fewer.data(), fewer.size(), used.size());
+    for (uint32_t& index : fewer) index = used[index];
+    for (const uint32_t index : used) own_[index] = kUnnumbered;
+    return fewer;
+  }
+
+  void keep(Part& part, const std::vector<uint32_t>& level, std::size_t step, double error_m) {
+    std::vector<uint32_t>& all = levels_.indices_;
+    part.levels.push_back({{all.size(), level.size()}, step, error_m});
+    all.insert(all.end(), level.begin(), level.end());
+  }
+
+  const Geometry& surfaces_;
+  DetailLevels& levels_;
+  std::vector<Triangle> triangles_;
+  std::vector<uint32_t> own_;  ///< a vertex's number in the part at hand
+};
+
+DetailLevels::DetailLevels(const Geometry& surfaces) { Builder(surfaces, *this); }
+
+struct DetailLevels::Choice {
+  struct Piece {
+    Range range;
+    double distance_m = 0.0;
+  };
+  std::vector<Piece> pieces;
+  std::size_t count = 0;
+};
+
+DetailLevels::Choice DetailLevels::choose(const View& view, int number) const {
+  const Part& part = parts_[static_cast<std::size_t>(number)];
+  Choice best;
+  if (!may_be_seen(view.clip_from_world, part.low_m, part.high_m)) return best;
+  const Eigen::Vector3d nearest_m = view.eye_m.cwiseMax(part.low_m).cwiseMin(part.high_m);
+  const double distance_m = (nearest_m - view.eye_m).norm();
+  const double allowed_m = view.allowed_px * (view.perspective ? distance_m : 1.0) / view.px_per_m;
+  const Level* own = nullptr;
+  for (const Level& level : part.levels) {
+    if (level.step == 0 || level.error_m <= allowed_m) own = &level;
+  }
+  if (part.first != kNone) {
+    best = choose(view, part.first);
+    Choice second = choose(view, part.second);
+    best.count += second.count;
+    best.pieces.insert(best.pieces.end(), second.pieces.begin(), second.pieces.end());
+  }
+  if (own != nullptr && (part.first == kNone || own->range.count < best.count)) {
+    best = {{{own->range, distance_m}}, own->range.count};
+  }
+  return best;
+}
+
+std::vector<DetailLevels::Range> DetailLevels::choose(const View& view) const {
+  std::vector<Range> ranges;
+  if (parts_.empty()) return ranges;
+  Choice choice = choose(view, static_cast<int>(parts_.size()) - 1);
+  std::stable_sort(choice.pieces.begin(), choice.pieces.end(),
+                   [](const auto& a, const auto& b) { return a.distance_m < b.distance_m; });
+  for (const Choice::Piece& piece : choice.pieces) ranges.push_back(piece.range);
+  return ranges;
 }
 
 }  // namespace marco::viewer

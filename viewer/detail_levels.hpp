@@ -7,9 +7,9 @@
 
 namespace marco::viewer {
 
-/// Surfaces in parts of some metres, each with coarser and coarser triangles of the same vertices
+/// Surfaces as a tree of parts, each with coarser and coarser triangles of the same vertices
 /// (quadric collapse; libmeshoptimizer). Parts keep their rims, so that neighbours of different
-/// levels meet.
+/// levels meet; the larger part that two make together is spared the rim between them.
 class DetailLevels {
  public:
   explicit DetailLevels(const Geometry& surfaces);
@@ -21,28 +21,35 @@ class DetailLevels {
     std::size_t first = 0;  ///< of `indices()`
     std::size_t count = 0;
   };
-  /// What to draw: parts that may lie in the picture, each at the coarsest level whose error looks
-  /// no larger than `allowed_px`.
-  /// @param px_per_m of what lies at 1 m in front of the eye, or anywhere when not `perspective`
-  std::vector<Range> choose(const Eigen::Matrix4d& clip_from_world,
-                            const Eigen::Vector3d& eye_m,
-                            double px_per_m,
-                            bool perspective,
-                            double allowed_px) const;
+  struct View {
+    Eigen::Matrix4d clip_from_world;
+    Eigen::Vector3d eye_m;
+    double px_per_m = 1.0;    ///< of what lies at 1 m in front of the eye, or anywhere
+    bool perspective = true;  ///< else anywhere
+    double allowed_px = 1.0;
+  };
+  /// What to draw, from front to back: of the parts that may lie in the picture those, and at those
+  /// levels, that take the fewest triangles while no error looks larger than `allowed_px`.
+  std::vector<Range> choose(const View& view) const;
 
  private:
+  static constexpr int kNone = -1;
   struct Level {
     Range range;
+    std::size_t step = 0;  ///< of the errors that levels are made for; 0: every triangle
     double error_m = 0.0;
   };
   struct Part {
     Eigen::Vector3d low_m, high_m;
-    std::vector<Level> levels;  ///< finest first
+    std::vector<Level> levels;  ///< finest first; a part of parts need not have any
+    int first = kNone, second = kNone;
   };
-  void add_part(const Geometry& surfaces, std::vector<uint32_t> triangles);
+  class Builder;
+  struct Choice;
+  Choice choose(const View& view, int part) const;
 
   std::vector<uint32_t> indices_;
-  std::vector<Part> parts_;
+  std::vector<Part> parts_;  ///< the last is the whole
 };
 
 }  // namespace marco::viewer

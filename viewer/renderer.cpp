@@ -3,59 +3,17 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <tuple>
 
 #include "common/check.hpp"
-#include "viewer/detail_levels.hpp"
-#include "viewer/gl_program.hpp"
-#include "viewer/gpu_geometry.hpp"
 #include "viewer/occlusion_pass.hpp"
 #include "viewer/osmesa_context.hpp"
 #include "viewer/render_targets.hpp"
-#include "viewer/shaders.hpp"
-#include "viewer/shading.hpp"
+#include "viewer/surface_pass.hpp"
 
 namespace marco::viewer {
 namespace {
 
 constexpr int kLargestPicturePx = 60000;
-
-const char* define_of(Coloring coloring) {
-  switch (coloring) {
-    case Coloring::height:
-      return "#define COLOR_HEIGHT\n";
-    case Coloring::normal:
-      return "#define COLOR_NORMAL\n";
-    case Coloring::grey:
-      return "#define COLOR_GREY\n";
-    case Coloring::scene:
-      return "#define COLOR_SCENE\n";
-  }
-  throw std::logic_error("a coloring without a name");
-}
-
-const char* define_of(Light light) {
-  return light == Light::thesis ? "#define LIGHT_THESIS\n" : "#define LIGHT_ROOM\n";
-}
-
-// A part of the whole picture, in its supersampled pixels, y from the bottom as OpenGL counts.
-struct Tile {
-  int x = 0;
-  int y = 0;
-  int width = 0;
-  int height = 0;
-};
-
-// Stretches the tile's part of clip space over the whole of it.
-Eigen::Matrix4d tile_from_clip(const Tile& tile, int width, int height) {
-  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  matrix(0, 0) = static_cast<double>(width) / tile.width;
-  matrix(1, 1) = static_cast<double>(height) / tile.height;
-  matrix(0, 3) = matrix(0, 0) - 1.0 - 2.0 * tile.x / tile.width;
-  matrix(1, 3) = matrix(1, 1) - 1.0 - 2.0 * tile.y / tile.height;
-  return matrix;
-}
 
 void check_request(const Look& look, PictureSize size) {
   require(size.width_px >= 1 && size.height_px >= 1 && size.width_px <= kLargestPicturePx &&
@@ -88,15 +46,7 @@ class Renderer::Implementation {
  public:
   void load(const Scene& scene) {
     context_.activate();
-    SceneGeometry geometry = build_geometry(scene);
-    surfaces_ = std::make_unique<GpuGeometry>(gl_, geometry.surfaces);
-    levels_.reset();
-    levelled_.reset();
-    props_ = std::make_unique<GpuGeometry>(gl_, geometry.props);
-    points_ = std::make_unique<GpuGeometry>(gl_, geometry.points);
-    lines_ = std::make_unique<GpuGeometry>(gl_, geometry.lines);
-    box_ = bounding_box(scene);
-    source_ = std::move(geometry.surfaces);
+    surfaces_.load(scene);
   }
 
   Picture draw(const Camera& camera, const Look& look, PictureSize size) {
@@ -154,14 +104,11 @@ class Renderer::Implementation {
 
   void draw_bare() {
     gl_.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    surfaces_->draw(GL_TRIANGLES);
+    surfaces_.draw_bare();
     gl_.finish();
   }
 
-  std::size_t triangle_count() const {
-    return surfaces_ ? static_cast<std::size_t>(surfaces_->index_count()) / 3 : 0;
-  }
-  const Box& box() const { return box_; }
+  const SurfacePass& surfaces() const { return surfaces_; }
 
  private:
   // Tiles keep the memory of a large picture small; the overlap lets corners darken each other
@@ -187,7 +134,8 @@ class Renderer::Implementation {
     read(picture, part, overlap, overlap);
   }
 
-  // Surfaces, then their shadows, then the average of the samples: the result is bound for reading.
+  // Surfaces, then their shadows, then the average of the samples: the result is bound for
+  // reading.
   void render_tile(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
     render_surfaces(camera, look, size, tile);
     const RenderTarget* result =
@@ -227,82 +175,7 @@ class Renderer::Implementation {
                     static_cast<float>(ground.green) / 255.0F,
                     static_cast<float>(ground.blue) / 255.0F, 1.0F);
     gl_.clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    gl_.enable(GL_DEPTH_TEST);
-    gl_.enable(GL_PROGRAM_POINT_SIZE);
-    if (!surfaces_) return;
-    gl_.line_width(static_cast<float>(look.supersampling));
-    prepare(surface_program(Coloring::scene, look.light, BackFaces::show), camera, look, size, tile)
-        .set("cut_height_m", std::numeric_limits<float>::max());
-    props_->draw(GL_TRIANGLES);
-    points_->draw(GL_POINTS);
-    lines_->draw(GL_LINES);
-    draw_meshes(camera, look, size, tile);
-  }
-
-  void draw_meshes(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
-    const bool cut = std::isfinite(look.cut_height_m);
-    prepare(surface_program(look.coloring, look.light, look.back_faces), camera, look, size, tile)
-        .set("cut_height_m", cut ? look.cut_height_m : 1e30);
-    if (cut) gl_.enable(GL_CLIP_DISTANCE0);
-    if (look.back_faces == BackFaces::hide) gl_.enable(GL_CULL_FACE);
-    gl_.cull_face(GL_BACK);
-    gl_.polygon_mode(GL_FRONT_AND_BACK, look.mode == Mode::wire ? GL_LINE : GL_FILL);
-    if (look.mode == Mode::points)
-      surfaces_->draw_vertices();
-    else if (look.detail_px > 0.0)
-      draw_levels(camera, look, size, tile);
-    else
-      surfaces_->draw(GL_TRIANGLES);
-    gl_.polygon_mode(GL_FRONT_AND_BACK, GL_FILL);
-    gl_.disable(GL_CULL_FACE);
-    gl_.disable(GL_CLIP_DISTANCE0);
-  }
-
-  // Made when first asked for: a single picture is drawn sooner without.
-  void draw_levels(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
-    if (!levels_) {
-      levels_ = std::make_unique<DetailLevels>(source_);
-      levelled_ =
-          std::make_unique<GpuGeometry>(gl_, Geometry{source_.vertices, levels_->indices()});
-    }
-    const int width = size.width_px * look.supersampling;
-    const int height = size.height_px * look.supersampling;
-    const Eigen::Matrix4d clip = clip_from_camera(camera, size.aspect());
-    const auto ranges =
-        levels_->choose(tile_from_clip(tile, width, height) * clip * camera_from_world(camera),
-                        camera.eye_m, 0.5 * clip(1, 1) * size.height_px,
-                        camera.projection == Projection::perspective, look.detail_px);
-    for (const DetailLevels::Range& range : ranges)
-      levelled_->draw(GL_TRIANGLES, range.first, range.count);
-  }
-
-  const GlProgram& prepare(const GlProgram& program,
-                           const Camera& camera,
-                           const Look& look,
-                           PictureSize size,
-                           const Tile& tile) {
-    program.use();
-    const Eigen::Matrix4d from_world = camera_from_world(camera);
-    const Eigen::Matrix4d clip = tile_from_clip(tile, size.width_px * look.supersampling,
-                                                size.height_px * look.supersampling) *
-                                 clip_from_camera(camera, size.aspect()) * from_world;
-    const Eigen::Matrix3d world_from_camera = from_world.topLeftCorner<3, 3>().transpose();
-    program.set("clip_from_world", clip);
-    program.set("point_size_px", look.point_size_px * look.supersampling);
-    program.set("eye_m", camera.eye_m);
-    program.set("view_direction", Eigen::Vector3d(-world_from_camera.col(2)));
-    program.set("perspective", camera.projection == Projection::perspective ? 1.0 : 0.0);
-    program.set("lamp_m", look.lamp_m);
-    program.set("lamp_direction", Eigen::Vector3d(world_from_camera * lamp_in_camera()));
-    const auto range = height_range_m(look, box_);
-    for (std::size_t i = 0; i < kHeightColors.size(); ++i)
-      program.set(("height_colors[" + std::to_string(i) + "]").c_str(),
-                  Eigen::Vector3d(kHeightColors[i].data()));
-    program.set("room_light", Eigen::Vector3d(kRoomAmbient, kRoomSky, kRoomLamp));
-    program.set("thesis_light", Eigen::Vector3d(kThesisAmbient, kThesisDiffuse, kThesisGrey));
-    program.set("low_m", range[0]);
-    program.set("high_m", range[1]);
-    return program;
+    surfaces_.draw(camera, look, size, tile);
   }
 
   OcclusionPass::View occlusion_view(const Camera& camera,
@@ -336,27 +209,11 @@ class Renderer::Implementation {
     return fitting_target(gl_, slot, kind, width, height);
   }
 
-  const GlProgram& surface_program(Coloring coloring, Light light, BackFaces backs) {
-    std::unique_ptr<GlProgram>& program = programs_[{coloring, light, backs == BackFaces::faint}];
-    if (!program)
-      program = std::make_unique<GlProgram>(
-          gl_,
-          std::string(define_of(coloring)) + define_of(light) +
-              (backs == BackFaces::faint ? "#define FAINT_BACKS\n" : ""),
-          shaders::kSurfaceVertex, shaders::kSurfaceFragment);
-    return *program;
-  }
-
   OsmesaContext context_;
   const GlFunctions& gl_ = context_.gl();
   OcclusionPass occlusion_{gl_};
-  std::map<std::tuple<Coloring, Light, bool>, std::unique_ptr<GlProgram>> programs_;
-  std::unique_ptr<GpuGeometry> surfaces_, props_, points_, lines_;
-  Geometry source_;  ///< of surfaces_, for its levels
-  std::unique_ptr<DetailLevels> levels_;
-  std::unique_ptr<GpuGeometry> levelled_;
+  SurfacePass surfaces_{gl_};
   std::unique_ptr<RenderTarget> surface_target_, half_target_, final_target_;
-  Box box_;
   std::vector<uint8_t> row_buffer_;
 };
 
@@ -372,8 +229,10 @@ std::vector<float> Renderer::draw_depth_m(const Camera& camera,
                                           PictureSize size) {
   return implementation_->draw_depth_m(camera, look, size);
 }
-std::size_t Renderer::triangle_count() const { return implementation_->triangle_count(); }
-const Box& Renderer::box() const { return implementation_->box(); }
+std::size_t Renderer::triangle_count() const {
+  return implementation_->surfaces().triangle_count();
+}
+const Box& Renderer::box() const { return implementation_->surfaces().box(); }
 void Renderer::draw_unread(const Camera& camera, const Look& look, PictureSize size) {
   implementation_->draw_unread(camera, look, size);
 }

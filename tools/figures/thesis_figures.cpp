@@ -242,8 +242,8 @@ std::vector<Figure> draw_thesis_figures(const std::filesystem::path& folder,
   const std::vector<ScenePoints> second = open_above(cut[other]);
   if (other > 0) both.insert(both.end(), second.begin(), second.end());
   const viewer::Camera over = camera_over(both, options.size.aspect());
-  drawer.add("5_19_first_stop.png", "5.19, the first stop from above", open_above(cut[0]),
-             Polygons::triangles, over);
+  drawer.add("5_19_first_stop.png", "5.19, the first stop from above, beams that rise left out",
+             open_above(cut[0]), Polygons::triangles, over);
   if (other > 0) {
     drawer.add("5_20_second_stop.png", "5.20, the second stop", second, Polygons::triangles, over);
     drawer.add("5_21_both.png", "5.21, both by the robot's path", both, Polygons::triangles, over);

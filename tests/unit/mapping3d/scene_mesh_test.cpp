@@ -149,6 +149,17 @@ TEST(MeshScene, EqualsTheMeshMadeQuadByQuad) {
   }
 }
 
+// On a processor without eight lanes both are the same code.
+TEST(MeshScene, EightLanesMakeTheSameBitsAsFour) {
+  for (const std::size_t columns : {2U, 5U, 8U, 9U, 16U, 17U, 61U}) {
+    const ScenePoints scene = cluttered(3, 20, columns);
+    const TriangleMesh eight = mesh_scene(scene), four = mesh_scene(scene, {}, Lanes::four);
+    EXPECT_EQ(eight.triangles, four.triangles);
+    EXPECT_EQ(eight.vertices_m, four.vertices_m);
+    EXPECT_EQ(eight.normals, four.normals);
+  }
+}
+
 TEST(BeamSpacing, IsTheMeanAngleToTheDiagonalNeighbour) {
   const ScenePoints scene = wall(30, 40, 20.0);
   double sum = 0.0;

@@ -215,5 +215,17 @@ TEST(FloorPlan, TheCutOfARoomIsItsOutline) {
   EXPECT_EQ(ring[0].front(), ring[0].back());
 }
 
+TEST(Simplify, OfNothingIsNothing) {
+  const Simplified none = simplify(TriangleMesh{}, find_planes(TriangleMesh{}));
+  EXPECT_EQ(none.status, Simplified::Status::nothing);
+  EXPECT_TRUE(none.mesh.triangles.empty());
+  // A triangle without an extent is no surface, and no reason to fail.
+  TriangleMesh point;
+  point.vertices_m.assign(3, Eigen::Vector3f::Zero());
+  point.triangles = {{0, 1, 2}};
+  EXPECT_TRUE(find_planes(point).empty());
+  EXPECT_EQ(simplify(point, {}).status, Simplified::Status::within_bound);
+}
+
 }  // namespace
 }  // namespace marco::mapping3d

@@ -1,0 +1,156 @@
+#include "viewer/surface_pass.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "viewer/shaders.hpp"
+#include "viewer/shading.hpp"
+
+namespace marco::viewer {
+namespace {
+
+const char* define_of(Coloring coloring) {
+  switch (coloring) {
+    case Coloring::height:
+      return "#define COLOR_HEIGHT\n";
+    case Coloring::normal:
+      return "#define COLOR_NORMAL\n";
+    case Coloring::grey:
+      return "#define COLOR_GREY\n";
+    case Coloring::scene:
+      return "#define COLOR_SCENE\n";
+  }
+  throw std::logic_error("a coloring without a name");
+}
+
+const char* define_of(Light light) {
+  return light == Light::thesis ? "#define LIGHT_THESIS\n" : "#define LIGHT_ROOM\n";
+}
+
+}  // namespace
+
+Eigen::Matrix4d tile_from_clip(const Tile& tile, int width, int height) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix(0, 0) = static_cast<double>(width) / tile.width;
+  matrix(1, 1) = static_cast<double>(height) / tile.height;
+  matrix(0, 3) = matrix(0, 0) - 1.0 - 2.0 * tile.x / tile.width;
+  matrix(1, 3) = matrix(1, 1) - 1.0 - 2.0 * tile.y / tile.height;
+  return matrix;
+}
+
+void SurfacePass::load(const Scene& scene) {
+  SceneGeometry geometry = build_geometry(scene);
+  surfaces_ = std::make_unique<GpuGeometry>(gl_, geometry.surfaces);
+  levels_.reset();
+  levelled_.reset();
+  props_ = std::make_unique<GpuGeometry>(gl_, geometry.props);
+  points_ = std::make_unique<GpuGeometry>(gl_, geometry.points);
+  lines_ = std::make_unique<GpuGeometry>(gl_, geometry.lines);
+  box_ = bounding_box(scene);
+  source_ = std::move(geometry.surfaces);
+}
+
+std::size_t SurfacePass::triangle_count() const {
+  return surfaces_ ? static_cast<std::size_t>(surfaces_->index_count()) / 3 : 0;
+}
+
+void SurfacePass::draw(const Camera& camera, const Look& look, PictureSize size, const Tile& tile) {
+  gl_.enable(GL_DEPTH_TEST);
+  gl_.enable(GL_PROGRAM_POINT_SIZE);
+  if (!surfaces_) return;
+  gl_.line_width(static_cast<float>(look.supersampling));
+  prepare(surface_program(Coloring::scene, look.light, BackFaces::show), camera, look, size, tile)
+      .set("cut_height_m", std::numeric_limits<float>::max());
+  props_->draw(GL_TRIANGLES);
+  points_->draw(GL_POINTS);
+  lines_->draw(GL_LINES);
+  draw_meshes(camera, look, size, tile);
+}
+
+void SurfacePass::draw_meshes(const Camera& camera,
+                              const Look& look,
+                              PictureSize size,
+                              const Tile& tile) {
+  const bool cut = std::isfinite(look.cut_height_m);
+  prepare(surface_program(look.coloring, look.light, look.back_faces), camera, look, size, tile)
+      .set("cut_height_m", cut ? look.cut_height_m : 1e30);
+  if (cut) gl_.enable(GL_CLIP_DISTANCE0);
+  if (look.back_faces == BackFaces::hide) gl_.enable(GL_CULL_FACE);
+  gl_.cull_face(GL_BACK);
+  gl_.polygon_mode(GL_FRONT_AND_BACK, look.mode == Mode::wire ? GL_LINE : GL_FILL);
+  if (look.mode == Mode::points)
+    surfaces_->draw_vertices();
+  else if (look.detail_px > 0.0)
+    draw_levels(camera, look, size, tile);
+  else
+    surfaces_->draw(GL_TRIANGLES);
+  gl_.polygon_mode(GL_FRONT_AND_BACK, GL_FILL);
+  gl_.disable(GL_CULL_FACE);
+  gl_.disable(GL_CLIP_DISTANCE0);
+}
+
+// Made when first asked for: a single picture is drawn sooner without.
+void SurfacePass::draw_levels(const Camera& camera,
+                              const Look& look,
+                              PictureSize size,
+                              const Tile& tile) {
+  if (!levels_) {
+    levels_ = std::make_unique<DetailLevels>(source_);
+    levelled_ = std::make_unique<GpuGeometry>(gl_, Geometry{source_.vertices, levels_->indices()});
+  }
+  const int width = size.width_px * look.supersampling;
+  const int height = size.height_px * look.supersampling;
+  const Eigen::Matrix4d clip = clip_from_camera(camera, size.aspect());
+  const DetailLevels::View view{
+      tile_from_clip(tile, width, height) * clip * camera_from_world(camera), camera.eye_m,
+      0.5 * clip(1, 1) * size.height_px, camera.projection == Projection::perspective,
+      look.detail_px};
+  for (const DetailLevels::Range& range : levels_->choose(view))
+    levelled_->draw(GL_TRIANGLES, range.first, range.count);
+}
+
+const GlProgram& SurfacePass::prepare(const GlProgram& program,
+                                      const Camera& camera,
+                                      const Look& look,
+                                      PictureSize size,
+                                      const Tile& tile) {
+  program.use();
+  const Eigen::Matrix4d from_world = camera_from_world(camera);
+  const Eigen::Matrix4d clip = tile_from_clip(tile, size.width_px * look.supersampling,
+                                              size.height_px * look.supersampling) *
+                               clip_from_camera(camera, size.aspect()) * from_world;
+  const Eigen::Matrix3d world_from_camera = from_world.topLeftCorner<3, 3>().transpose();
+  program.set("clip_from_world", clip);
+  program.set("point_size_px", look.point_size_px * look.supersampling);
+  program.set("eye_m", camera.eye_m);
+  program.set("view_direction", Eigen::Vector3d(-world_from_camera.col(2)));
+  program.set("perspective", camera.projection == Projection::perspective ? 1.0 : 0.0);
+  program.set("lamp_m", look.lamp_m);
+  program.set("lamp_direction", Eigen::Vector3d(world_from_camera * lamp_in_camera()));
+  const auto range = height_range_m(look, box_);
+  for (std::size_t i = 0; i < kHeightColors.size(); ++i)
+    program.set(("height_colors[" + std::to_string(i) + "]").c_str(),
+                Eigen::Vector3d(kHeightColors[i].data()));
+  program.set("room_light", Eigen::Vector3d(kRoomAmbient, kRoomSky, kRoomLamp));
+  program.set("thesis_light", Eigen::Vector3d(kThesisAmbient, kThesisDiffuse, kThesisGrey));
+  program.set("low_m", range[0]);
+  program.set("high_m", range[1]);
+  return program;
+}
+
+const GlProgram& SurfacePass::surface_program(Coloring coloring, Light light, BackFaces backs) {
+  std::unique_ptr<GlProgram>& program = programs_[{coloring, light, backs == BackFaces::faint}];
+  if (!program)
+    program =
+        std::make_unique<GlProgram>(gl_,
+                                    std::string(define_of(coloring)) + define_of(light) +
+                                        (backs == BackFaces::faint ? "#define FAINT_BACKS\n" : ""),
+                                    shaders::kSurfaceVertex, shaders::kSurfaceFragment);
+  return *program;
+}
+
+}  // namespace marco::viewer

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/check.hpp"
 #include "slam/key_scan_grid.hpp"
 
 namespace marco::slam {
@@ -12,6 +13,22 @@ namespace {
 Eigen::Matrix3d diagonal_covariance(double sigma_m, double sigma_deg) {
   const double sigma_rad = deg_to_rad(sigma_deg);
   return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+}
+
+void check(const LineMapper::Stored& stored) {
+  require(stored.key_beams.size() == stored.keys.size(),
+          "line_mapper: beams are not of each key scan");
+  require(stored.keys.empty() || stored.slam.filter.has_mark,
+          "line_mapper: the last key scan's pose is lost");
+  // What holds for the scan SLAM's graph holds for this one.
+  SlamState graph;
+  graph.keys = stored.keys;
+  graph.edges = stored.edges;
+  graph.loops = stored.loops;
+  graph.scans = stored.scans;
+  graph.trail.resize(stored.keys.size());
+  graph.world_from_robot = Pose2::from_vector(stored.slam.filter.mean.head<3>());
+  check(graph);
 }
 
 }  // namespace
@@ -110,7 +127,6 @@ bool LineMapper::close_loops() {
 // contradicts the filter.
 void LineMapper::replay() {
   LineSlam again(options_.lines, graph_.poses().front());
-  if (base_) again.restore(*base_);
   const Eigen::Matrix3d noise =
       diagonal_covariance(options_.replay_sigma_m, options_.replay_sigma_deg);
   for (std::size_t key = 0; key < keys_.size(); ++key) {
@@ -140,15 +156,25 @@ Trajectory LineMapper::key_trajectory() const { return trajectory_of(keys_); }
 
 OccupancyGrid LineMapper::grid() const { return draw_grid(keys_, options_.grid); }
 
-void LineMapper::restore(const WallFilter::Stored& stored) {
-  slam_.restore(stored);
-  base_ = stored;
+LineMapper::Stored LineMapper::store() {
+  return {slam_.store(),       keys_,          key_beams_, graph_.edges(), loops_, scans_,
+          last_search_path_m_, closed_path_m_, replays_,   revision_};
+}
+
+void LineMapper::restore(const Stored& stored) {
+  check(stored);
+  slam_.restore(stored.slam);
   graph_ = PoseGraph(options_.graph);
-  keys_.clear();
-  key_beams_.clear();
-  scans_.clear();
-  loops_.clear();
-  last_search_path_m_ = closed_path_m_ = 0.0;
+  for (const KeyScan& key : stored.keys) graph_.add_node(key.world_from_robot);
+  for (const PoseGraphEdge& edge : stored.edges) graph_.add_edge(edge);
+  keys_ = stored.keys;
+  key_beams_ = stored.key_beams;
+  loops_ = stored.loops;
+  scans_ = stored.scans;
+  last_search_path_m_ = stored.last_search_path_m;
+  closed_path_m_ = stored.closed_path_m;
+  replays_ = stored.replays;
+  revision_ = stored.revision;
 }
 
 }  // namespace marco::slam

@@ -96,10 +96,22 @@ class LineMapper {
   int replays() const { return replays_; }  ///< how often the filter was too sure
   int64_t revision() const { return revision_; }
 
-  /// The filter alone: key scans are not stored. After restore() the graph begins anew where the
-  /// robot is.
-  WallFilter::Stored store() { return slam_.store(); }
-  void restore(const WallFilter::Stored& stored);
+  /// Everything: what goes on from it makes the map that would have been made.
+  struct Stored {
+    LineSlam::Stored slam;
+    std::vector<KeyScan> keys;
+    std::vector<ScanInRobot> key_beams;  ///< one a key scan
+    std::vector<PoseGraphEdge> edges;
+    std::vector<Loop> loops;  ///< one a loop edge, in their order
+    std::vector<ScanPose> scans;
+    double last_search_path_m = 0.0;
+    double closed_path_m = 0.0;
+    int32_t replays = 0;
+    int64_t revision = 0;
+  };
+  Stored store();
+  /// @throws std::invalid_argument naming what contradicts itself; nothing has changed then.
+  void restore(const Stored& stored);
 
  private:
   bool key_is_due() const;
@@ -112,7 +124,6 @@ class LineMapper {
   LineSlam slam_;
   LoopCloser loop_closer_;
   PoseGraph graph_;
-  std::optional<WallFilter::Stored> base_;  ///< where replay begins; nothing: at the first key scan
   std::vector<KeyScan> keys_;
   std::vector<ScanInRobot> key_beams_;
   std::vector<ScanPose> scans_;

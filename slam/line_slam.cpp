@@ -143,6 +143,17 @@ LineSlamUpdate LineSlam::report() const {
   return update;
 }
 
+LineSlam::Stored LineSlam::store() {
+  return {filter_.store(), last_motion_, step_from_robot_, scans_since_step_};
+}
+
+void LineSlam::restore(const Stored& stored) {
+  filter_.restore(stored.filter);
+  last_motion_ = stored.last_motion;
+  step_from_robot_ = stored.step_from_robot;
+  scans_since_step_ = stored.scans_since_step;
+}
+
 void LineSlam::note(LineSlamJournal& journal,
                     const std::vector<ObservedWall>& observed,
                     const std::vector<WallMatch>& matches) const {

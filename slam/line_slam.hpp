@@ -111,8 +111,16 @@ class LineSlam {
   const WallFilter& filter() const { return filter_; }
   /// See WallFilter::mark_pose.
   void mark_pose() { filter_.mark_pose(); }
-  WallFilter::Stored store() { return filter_.store(); }
-  void restore(const WallFilter::Stored& stored) { filter_.restore(stored); }
+
+  struct Stored {
+    WallFilter::Stored filter;
+    Pose2 last_motion;
+    Pose2 step_from_robot;
+    int32_t scans_since_step = 0;
+  };
+  Stored store();
+  /// @throws std::invalid_argument as WallFilter::restore.
+  void restore(const Stored& stored);
 
  private:
   bool step_is_due(const std::optional<Pose2>& robot_motion);

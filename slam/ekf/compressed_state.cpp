@@ -1,7 +1,8 @@
 #include "slam/ekf/compressed_state.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+
+#include "slam/ekf/add_product.hpp"
 
 namespace marco::slam {
 namespace {
@@ -58,13 +59,19 @@ void CompressedState::predict(const Eigen::Vector3d& robot,
 }
 
 Eigen::MatrixXd CompressedState::covariance_with(const SparseRows& rows) const {
-  const Index n = local_size();
-  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(n, rows.rows());
-  for (int k = 0; k < rows.num_blocks; ++k) {
-    product.noalias() += p_.block(0, at(rows.blocks[static_cast<std::size_t>(k)]), n, 4) *
-                         rows.jacobian.middleCols(4 * k, 4).transpose();
-  }
+  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(local_size(), rows.rows());
+  add_times_rows(p_.topRows(local_size()), rows, product);
   return product;
+}
+
+// product += columns H^T, of the columns that belong to the rows' blocks.
+void CompressedState::add_times_rows(const ConstMatrixPart& columns,
+                                     const SparseRows& rows,
+                                     Eigen::MatrixXd& product) const {
+  for (int k = 0; k < rows.num_blocks; ++k) {
+    add_product(1.0, columns.middleCols(at(rows.blocks[static_cast<std::size_t>(k)]), 4),
+                rows.jacobian.middleCols(4 * k, 4), product);
+  }
 }
 
 SparseRows::Square CompressedState::covariance_between(const SparseRows& a,
@@ -91,24 +98,23 @@ void CompressedState::correct(const SparseRows& rows) {
   if (u_.cols() < num_u_ + m) u_.conservativeResize(u_.rows(), 2 * (num_u_ + m));
   Eigen::MatrixXd product = covariance_with(rows);
   // H U of the corrections before, which P does not hold yet.
-  Eigen::Matrix<double, SparseRows::kMaxRows, Eigen::Dynamic> h_u(SparseRows::kMaxRows, num_u_);
-  h_u.setZero();
+  Eigen::MatrixXd h_u = Eigen::MatrixXd::Zero(m, num_u_);
   for (int k = 0; k < rows.num_blocks; ++k) {
-    h_u.topRows(m).noalias() +=
-        rows.jacobian.middleCols(4 * k, 4) *
-        u_.block(at(rows.blocks[static_cast<std::size_t>(k)]), 0, 4, num_u_);
+    const Index from = at(rows.blocks[static_cast<std::size_t>(k)]);
+    h_u += rows.jacobian.middleCols(4 * k, 4).lazyProduct(u_.block(from, 0, 4, num_u_));
   }
-  product.noalias() -= u_.topLeftCorner(n, num_u_) * h_u.topRows(m).transpose();
+  add_product(-1.0, u_.topLeftCorner(n, num_u_), h_u, product);
   SparseRows::Square s = rows.noise;  // (5.36)
   for (int k = 0; k < rows.num_blocks; ++k) {
-    s.noalias() += rows.jacobian.middleCols(4 * k, 4) *
-                   product.middleRows(at(rows.blocks[static_cast<std::size_t>(k)]), 4);
+    s += rows.jacobian.middleCols(4 * k, 4).lazyProduct(
+        product.middleRows(at(rows.blocks[static_cast<std::size_t>(k)]), 4));
   }
-  const Eigen::LLT<SparseRows::Square> factor(0.5 * (s + s.transpose()));
-  const SparseRows::Vector y = factor.matrixL().solve(rows.innovation);
+  const SparseRows::Square root = inverse_root(s);
+  const SparseRows::Vector y = root.lazyProduct(rows.innovation);
   auto u = u_.block(0, num_u_, n, m);
-  u = factor.matrixL().solve(product.transpose()).transpose();
-  const Eigen::VectorXd change = u * y;  // K nu, (5.34)
+  u.setZero();
+  add_product(1.0, product, root, u);
+  const Eigen::VectorXd change = u.lazyProduct(y);  // K nu, (5.34)
   for (std::size_t k = 0; k < active_.size(); ++k) {
     mean_.segment<4>(4 * active_[k]) += change.segment<4>(4 * static_cast<Index>(k));
   }
@@ -116,14 +122,13 @@ void CompressedState::correct(const SparseRows& rows) {
     if (weights_t_.cols() < num_weights_ + m) {
       weights_t_.conservativeResize(weights_t_.rows(), 2 * (num_weights_ + m));
     }
-    Eigen::MatrixXd w_t =
-        -(weights_t_.middleCols(first_new_weight_, num_u_) * h_u.topRows(m).transpose());
-    for (int k = 0; k < rows.num_blocks; ++k) {
-      w_t.noalias() += phi_t_.middleCols(at(rows.blocks[static_cast<std::size_t>(k)]), 4) *
-                       rows.jacobian.middleCols(4 * k, 4).transpose();
-    }
-    weights_t_.middleCols(num_weights_, m) = factor.matrixL().solve(w_t.transpose()).transpose();
-    theta_.noalias() += weights_t_.middleCols(num_weights_, m) * y;
+    Eigen::MatrixXd w_t = Eigen::MatrixXd::Zero(phi_t_.rows(), m);
+    add_product(-1.0, weights_t_.middleCols(first_new_weight_, num_u_), h_u, w_t);
+    add_times_rows(phi_t_, rows, w_t);
+    auto weights = weights_t_.middleCols(num_weights_, m);
+    weights.setZero();
+    add_product(1.0, w_t, root, weights);
+    theta_ += weights.lazyProduct(y);
     num_weights_ += m;
   }
   num_u_ += m;
@@ -134,13 +139,12 @@ void CompressedState::finish_corrections() {
   const Index n = local_size();
   auto p = p_.topLeftCorner(n, n);
   const auto u = u_.topLeftCorner(n, num_u_);
-  p.selfadjointView<Eigen::Lower>().rankUpdate(u, -1.0);
+  add_square_to_lower(-1.0, u, p);
   mirror_lower(p_, n);
   if (has_passive_) {
-    phi_t_.leftCols(n).noalias() -=
-        weights_t_.middleCols(first_new_weight_, num_u_) * u.transpose();
+    add_product(-1.0, weights_t_.middleCols(first_new_weight_, num_u_), u, phi_t_.leftCols(n));
     if (num_weights_ > kMaxWeights) {
-      psi_.selfadjointView<Eigen::Lower>().rankUpdate(weights_t_.leftCols(num_weights_));
+      add_square_to_lower(1.0, weights_t_.leftCols(num_weights_), psi_);
       has_psi_ = true;
       num_weights_ = 0;
     }

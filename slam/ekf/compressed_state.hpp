@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "slam/ekf/add_product.hpp"
 #include "slam/ekf/sparse_rows.hpp"
 #include "slam/ekf/tiled_covariance.hpp"
 
@@ -113,9 +114,12 @@ class CompressedState {
   void load(std::span<const int> blocks);
   void store();
   void reserve_local(Eigen::Index size);
-  Eigen::MatrixXd weight_factor() const;
+  Eigen::MatrixXd taken_from_passive() const;
   void drop_local(int place);
   int take_block();
+  void add_times_rows(const ConstMatrixPart& columns,
+                      const SparseRows& rows,
+                      Eigen::MatrixXd& product) const;
 
   Eigen::VectorXd mean_;  ///< 4 a block; passive ones as of the last settle()
   Eigen::VectorXd first_;

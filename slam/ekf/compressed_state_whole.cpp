@@ -1,13 +1,59 @@
 #include "slam/ekf/compressed_state.hpp"
 
-#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "common/check.hpp"
+#include "slam/ekf/add_product.hpp"
 
 namespace marco::slam {
 
 using Eigen::Index;
+
+namespace {
+
+constexpr Index kTriangleStep = 16;  // columns of a triangle taken as full below their first
+
+struct PivotedRoot {
+  std::vector<Index> order;  // rows and columns of the matrix, largest pivot first
+  Eigen::MatrixXd upper;     // rank x size: the matrix in that order is upper^T upper
+};
+
+// Cholesky's root by pivots in order of size. Below rounding of the largest they are rounding
+// themselves, directions in which nothing was measured: there it ends.
+PivotedRoot pivoted_root(const Eigen::MatrixXd& psi) {
+  const Index size = psi.rows();
+  PivotedRoot root{std::vector<Index>(static_cast<std::size_t>(size)),
+                   Eigen::MatrixXd::Zero(size, size)};
+  std::iota(root.order.begin(), root.order.end(), Index{0});
+  Eigen::VectorXd left = psi.diagonal();  // of the diagonal, in the present order
+  const double least = 1e-16 * left.maxCoeff();
+  Index rank = 0;
+  for (; rank < size; ++rank) {
+    Index pivot = 0;
+    if (!(left.tail(size - rank).maxCoeff(&pivot) > least)) break;
+    pivot += rank;
+    std::swap(root.order[static_cast<std::size_t>(rank)],
+              root.order[static_cast<std::size_t>(pivot)]);
+    std::swap(left(rank), left(pivot));
+    root.upper.col(rank).swap(root.upper.col(pivot));
+    const double diagonal = std::sqrt(left(rank));
+    root.upper(rank, rank) = diagonal;
+    const Index row = root.order[static_cast<std::size_t>(rank)];
+    for (Index j = rank + 1; j < size; ++j) {
+      const double rest = psi(root.order[static_cast<std::size_t>(j)], row) -
+                          root.upper.col(rank).head(rank).dot(root.upper.col(j).head(rank));
+      root.upper(rank, j) = rest / diagonal;
+      left(j) -= root.upper(rank, j) * root.upper(rank, j);
+    }
+  }
+  root.upper.conservativeResize(rank, size);
+  return root;
+}
+
+}  // namespace
 
 Eigen::Vector4d CompressedState::mean(int block) const {
   Eigen::Vector4d value = mean_.segment<4>(4 * block);
@@ -21,36 +67,46 @@ Eigen::Matrix4d CompressedState::marginal(int block) {
   if (is_active(block)) return covariance(block, block);
   Eigen::Matrix4d value = whole_.read(block, block);
   const auto row = passive_with_active_.middleRows<4>(4 * block);
-  const Eigen::MatrixXd weighted = row * weights_t_.leftCols(num_weights_);
-  value -= weighted * weighted.transpose();
+  const Eigen::MatrixXd weighted = row.lazyProduct(weights_t_.leftCols(num_weights_));
+  value -= weighted.lazyProduct(weighted.transpose());
   if (has_psi_) {
-    const Eigen::MatrixXd with_psi = psi_.selfadjointView<Eigen::Lower>() * row.transpose();
-    value -= row * with_psi;
+    const Eigen::MatrixXd psi = psi_.selfadjointView<Eigen::Lower>();
+    const Eigen::MatrixXd with_psi = row.lazyProduct(psi);
+    value -= with_psi.lazyProduct(row.transpose());
   }
   return value;
 }
 
-// A matrix X with X X^T = W^T W of everything collected.
-Eigen::MatrixXd CompressedState::weight_factor() const {
-  if (!has_psi_) return weights_t_.leftCols(num_weights_);
-  Eigen::MatrixXd psi = psi_;
-  if (num_weights_ > 0) {  // Eigen divides by the number of columns
-    psi.selfadjointView<Eigen::Lower>().rankUpdate(weights_t_.leftCols(num_weights_));
+// V with V V^T = P_BA0 (W^T W) P_A0B: what the corrections took off the passive part.
+Eigen::MatrixXd CompressedState::taken_from_passive() const {
+  if (!has_psi_) {
+    Eigen::MatrixXd taken = Eigen::MatrixXd::Zero(whole_.size(), num_weights_);
+    const Eigen::MatrixXd weights = weights_t_.leftCols(num_weights_).transpose();
+    add_product(1.0, passive_with_active_, weights, taken);
+    return taken;
   }
-  const Eigen::LDLT<Eigen::MatrixXd> factor(psi);
-  const Eigen::VectorXd root = factor.vectorD().cwiseMax(0.0).cwiseSqrt();
-  Eigen::MatrixXd lower = factor.matrixL();
-  lower = lower * root.asDiagonal();
-  return factor.transpositionsP().transpose() * lower;
+  Eigen::MatrixXd psi = psi_;
+  if (num_weights_ > 0) add_square_to_lower(1.0, weights_t_.leftCols(num_weights_), psi);
+  const auto [order, root] = pivoted_root(psi.selfadjointView<Eigen::Lower>());
+  const Index size = psi.rows(), rank = root.rows();
+  const Eigen::MatrixXd pivoted = passive_with_active_(Eigen::all, order);
+  Eigen::MatrixXd taken = Eigen::MatrixXd::Zero(whole_.size(), rank);
+  for (Index from = 0; from < rank; from += kTriangleStep) {
+    const Index columns = std::min(kTriangleStep, rank - from);
+    add_product(1.0, pivoted.rightCols(size - from), root.block(from, from, columns, size - from),
+                taken.middleCols(from, columns));
+  }
+  return taken;
 }
 
 void CompressedState::store() {
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(whole_.size(), local_size());
   if (has_passive_) {
-    columns.noalias() = passive_with_active_ * phi_t_.leftCols(local_size());
+    const Eigen::MatrixXd phi = phi_t_.leftCols(local_size()).transpose();
+    add_product(1.0, passive_with_active_, phi, columns);
     refresh_means();
-    const Eigen::MatrixXd factor = weight_factor();
-    if (factor.cols() > 0) whole_.subtract_outer(passive_with_active_ * factor);
+    const Eigen::MatrixXd taken = taken_from_passive();
+    if (taken.cols() > 0) whole_.subtract_outer(taken);
   }
   for (const int block : active_) {
     columns.middleRows<4>(4 * block) = p_.block(at(block), 0, 4, local_size());

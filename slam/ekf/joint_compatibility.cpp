@@ -1,6 +1,5 @@
 #include "slam/ekf/joint_compatibility.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -110,17 +109,22 @@ class BranchAndBound {
           state_.covariance_between(candidates_[static_cast<std::size_t>(path_[k])].rows, rows);
     }
     const Eigen::Matrix2d own = state_.covariance_between(rows, rows) + rows.noise;
-    const auto lower = factor_.topLeftCorner(size, size).triangularView<Eigen::Lower>();
-    lower.solveInPlace(cross);
-    const Eigen::Matrix2d rest = own - cross.transpose() * cross;
-    const Eigen::Matrix2d corner = rest.llt().matrixL();
+    for (Index i = 0; i < size; ++i) {  // L^-1 cross
+      for (Index k = 0; k < i; ++k) cross.row(i) -= factor_(i, k) * cross.row(k);
+      cross.row(i) /= factor_(i, i);
+    }
+    const Eigen::Matrix2d rest = own - cross.transpose().lazyProduct(cross);
+    const double first = std::sqrt(rest(0, 0)), below = rest(1, 0) / first;
+    const double second = std::sqrt(rest(1, 1) - below * below);
     factor_.block(size, 0, 2, size) = cross.transpose();
-    factor_.block<2, 2>(size, size) = corner;
-    const Eigen::Vector2d y = corner.triangularView<Eigen::Lower>().solve(
-        rows.innovation.head<2>() - cross.transpose() * whitened_.head(size));
-    whitened_.segment<2>(size) = y;
+    factor_.block<2, 2>(size, size) << first, 0.0, below, second;
+    const Eigen::Vector2d left =
+        rows.innovation.head<2>() - cross.transpose().lazyProduct(whitened_.head(size));
+    const double y = left.x() / first;
+    const Eigen::Vector2d white(y, (left.y() - below * y) / second);
+    whitened_.segment<2>(size) = white;
     path_.push_back(candidate);
-    const double added = y.squaredNorm();
+    const double added = white.squaredNorm();
     return std::isfinite(added) ? added : std::numeric_limits<double>::infinity();
   }
 
@@ -146,10 +150,9 @@ double chi_square_limit(int degrees_of_freedom, double probability) {
 
 double individual_distance2(const CompressedState& state, const Candidate& candidate) {
   const SparseRows& rows = candidate.rows;
-  const SparseRows::Square s = state.innovation_covariance(rows);
-  const Eigen::LLT<SparseRows::Square> factor(s);
-  if (factor.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-  return factor.matrixL().solve(rows.innovation).squaredNorm();
+  const SparseRows::Square root = inverse_root(state.innovation_covariance(rows));
+  const double distance2 = root.lazyProduct(rows.innovation).squaredNorm();
+  return std::isfinite(distance2) ? distance2 : std::numeric_limits<double>::infinity();
 }
 
 std::vector<int> joint_compatibility(const CompressedState& state,

@@ -29,4 +29,8 @@ struct SparseRows {
   }
 };
 
+/// L^-1 of S = L L^T: a measurement's rows times it are independent, of unit noise. Not a number
+/// where S is not positive.
+SparseRows::Square inverse_root(const SparseRows::Square& s);
+
 }  // namespace marco::slam

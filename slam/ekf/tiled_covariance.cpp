@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "slam/ekf/add_product.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -26,26 +28,32 @@ void TiledCovariance::bring_up_to_date(int row, int column) {
   if (missing == 0) return;
   const Eigen::MatrixXd& left = v_[static_cast<std::size_t>(row)];
   const Eigen::MatrixXd& right = v_[static_cast<std::size_t>(column)];
-  tile.values->noalias() -= left.rightCols(missing) * right.rightCols(missing).transpose();
+  add_product(-1.0, left.rightCols(missing), right.rightCols(missing), *tile.values);
   tile.taken = pending_;
 }
 
+// The tiles stay as they are: to bring a whole one up to date for a few of its columns is
+// catch_up()'s work.
 void TiledCovariance::read(std::span<const int> blocks, Eigen::MatrixXd& columns) {
   columns.resize(size(), kBlock * static_cast<Eigen::Index>(blocks.size()));
   for (std::size_t k = 0; k < blocks.size(); ++k) {
     const int tile_column = blocks[k] / kBlocksPerTile;
     const int within = kBlock * (blocks[k] % kBlocksPerTile);
+    const auto mine = v_[static_cast<std::size_t>(tile_column)].middleRows(within, kBlock);
     const Eigen::Index to = kBlock * static_cast<Eigen::Index>(k);
     for (int t = 0; t < num_tile_rows_; ++t) {
       const int rows = std::min(kTile, size() - t * kTile);
-      bring_up_to_date(std::max(t, tile_column), std::min(t, tile_column));
+      const Tile& tile = this->tile(std::max(t, tile_column), std::min(t, tile_column));
+      auto values = columns.block(t * kTile, to, rows, kBlock);
       if (t >= tile_column) {
-        columns.block(t * kTile, to, rows, kBlock) =
-            tile(t, tile_column).values->block(0, within, rows, kBlock);
+        values = tile.values->block(0, within, rows, kBlock);
       } else {
-        columns.block(t * kTile, to, rows, kBlock) =
-            tile(tile_column, t).values->block(within, 0, kBlock, rows).transpose();
+        values = tile.values->block(within, 0, kBlock, rows).transpose();
       }
+      const int missing = pending_ - tile.taken;
+      if (missing == 0) continue;
+      add_product(-1.0, v_[static_cast<std::size_t>(t)].topRows(rows).rightCols(missing),
+                  mine.rightCols(missing), values);
     }
   }
 }

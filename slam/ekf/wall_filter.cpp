@@ -241,40 +241,4 @@ std::optional<WallFilter::SinceMark> WallFilter::since_mark() const {
                    jacobian * both * jacobian.transpose()};
 }
 
-WallFilter::Stored WallFilter::store() {
-  const std::vector<int> all = blocks();
-  Stored stored;
-  stored.covariance = state_.dense_covariance(all);
-  stored.mean = state_.dense_mean(all);
-  stored.first_estimate.resize(stored.mean.size());
-  stored.first_estimate.head<3>() = state_.first_estimate(0).head<3>();
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    stored.first_estimate.segment<4>(3 + 4 * static_cast<Eigen::Index>(k)) =
-        state_.first_estimate(all[k]);
-  }
-  stored.walls = walls_;
-  stored.next_id = next_id_;
-  return stored;
-}
-
-void WallFilter::restore(const Stored& stored) {
-  const auto size = static_cast<Eigen::Index>(3 + 4 * stored.walls.size());
-  require(stored.mean.size() == size && stored.first_estimate.size() == size &&
-              stored.covariance.rows() == size && stored.covariance.cols() == size,
-          "wall_filter: stored sizes do not agree");
-  require(
-      stored.mean.allFinite() && stored.first_estimate.allFinite() && stored.covariance.allFinite(),
-      "wall_filter: stored values are not finite");
-  state_ = CompressedState(stored.mean.head<3>(), stored.covariance.topLeftCorner<3, 3>());
-  walls_ = stored.walls;
-  mark_ = 0;
-  next_id_ = stored.next_id;
-  for (std::size_t k = 0; k < walls_.size(); ++k) {
-    walls_[k].block = state_.append(Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero(),
-                                    Eigen::Matrix<double, 4, 3>::Zero(), Eigen::Matrix4d::Zero());
-  }
-  state_.restore(blocks(), stored.mean, stored.first_estimate, stored.covariance);
-  moved_since_focus_m_ = 0.0;
-}
-
 }  // namespace marco::slam

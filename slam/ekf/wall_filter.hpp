@@ -35,8 +35,8 @@ struct WallFilterOptions {
   double active_behind_m = 1.0;     ///< ... unless the robot is as far behind their line
   double active_margin_m = 2.0;     ///< more is made active at once, so that it lasts a while
   int max_dense_walls = 24;         ///< with fewer walls all are active
-  int catch_up_tiles = 40;          ///< of the put-off covariance each scan, or ...
-  double catch_up_part = 0.25;      ///< ... this part of all, whichever is more
+  int catch_up_tiles = 12;          ///< of the put-off covariance each scan, or ...
+  double catch_up_part = 0.1;       ///< ... this part of all, whichever is more
   WallEvidenceOptions evidence;
 
   template <class Visitor>
@@ -142,7 +142,7 @@ class WallFilter {
   Walls plan(int64_t min_times_seen, double min_length_m);
 
   /// Keeps a copy of the robot's pose in the state, correlated with it as it is (stochastic
-  /// cloning; Roumeliotis and Burdick 2002), in place of an earlier one. It is not stored.
+  /// cloning; Roumeliotis and Burdick 2002), in place of an earlier one.
   void mark_pose();
   struct SinceMark {
     Pose2 mark_from_robot;
@@ -157,12 +157,18 @@ class WallFilter {
   /// Blocks of all walls, in order of index.
   std::vector<int> blocks() const;
 
+  /// Everything: what goes on from it goes on to the last bit as what it was taken from.
   struct Stored {
+    /// Robot (3), walls (4 each), and where there is one the marked pose (4, the last unused).
     Eigen::VectorXd mean, first_estimate;
     Eigen::MatrixXd covariance;
     std::vector<MapWall> walls;
+    bool has_mark = false;
+    std::vector<int32_t> active;  ///< indices of walls in the filter's order; walls.size() = mark
+    double moved_since_focus_m = 0.0;
     int64_t next_id = 0;
   };
+  /// Carries out all that was put off: O(n^2).
   Stored store();
   /// @throws std::invalid_argument when sizes do not agree.
   void restore(const Stored& stored);

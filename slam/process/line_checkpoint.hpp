@@ -6,7 +6,7 @@
 
 #include "common/pose2.hpp"
 #include "common/utime.hpp"
-#include "slam/ekf/wall_filter.hpp"
+#include "slam/line_mapper.hpp"
 
 namespace marco::slam {
 
@@ -15,10 +15,10 @@ struct LineCheckpoint {
   Utime utime;                           ///< of the last scan taken
   std::optional<Pose2> odom_from_robot;  ///< at that scan
   int64_t map_revision = 0;
-  WallFilter::Stored filter;
+  LineMapper::Stored mapper;
 };
 
-/// The checkpoint as bytes: a name and version, the payload's length, the payload, its CRC-32.
+/// The checkpoint as bytes, sealed (common/byte_archive.hpp).
 std::vector<uint8_t> encode_checkpoint(const LineCheckpoint& checkpoint);
 /// @throws std::invalid_argument saying what is wrong: no checkpoint, cut short, damaged.
 LineCheckpoint decode_checkpoint(const std::vector<uint8_t>& bytes);

@@ -36,7 +36,7 @@ LineLcmAdapter::LineLcmAdapter(const LineProcessOptions& options,
   validate(options, "line_process");
   if (!options_.checkpoint_path.empty()) {
     if (const auto checkpoint = load_checkpoint(options_.checkpoint_path)) {
-      mapper_.restore(checkpoint->filter);
+      mapper_.restore(checkpoint->mapper);
       odom_at_last_scan_ = checkpoint->odom_from_robot;
       last_scan_ = checkpoint->utime;
       map_revision_ = checkpoint->map_revision;

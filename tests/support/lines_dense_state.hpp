@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <vector>
 
 #include "slam/ekf/sparse_rows.hpp"
+#include "tests/support/slow_matrices.hpp"
 
 namespace marco::testing {
 
@@ -28,7 +29,7 @@ class LinesDenseState {
                const Eigen::Matrix3d& noise) {
     Eigen::MatrixXd full = Eigen::MatrixXd::Identity(p_.rows(), p_.rows());
     full.topLeftCorner<3, 3>() = f;
-    p_ = full * p_ * full.transpose();
+    p_ = times(times(full, p_), full.transpose());
     p_.topLeftCorner<3, 3>() += noise;
     mean_.head<3>() = robot;
   }
@@ -45,12 +46,13 @@ class LinesDenseState {
 
   /// (5.21), (5.26), (5.32).
   void correct(const slam::SparseRows& rows) {
-    const Eigen::MatrixXd h = full_rows(rows);
-    const Eigen::MatrixXd s = h * p_ * h.transpose() + rows.noise;
-    const Eigen::MatrixXd gain = p_ * h.transpose() * s.inverse();
-    mean_ += gain * rows.innovation;
-    const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(p_.rows(), p_.rows()) - gain * h;
-    p_ = rest * p_ * rest.transpose() + gain * rows.noise * gain.transpose();
+    const Eigen::MatrixXd h = full_rows(rows), p_ht = times(p_, h.transpose());
+    const Eigen::MatrixXd s = times(h, p_ht) + rows.noise;
+    const Eigen::MatrixXd gain = times(p_ht, inverse(s));
+    mean_ += gain.lazyProduct(rows.innovation);
+    const Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(p_.rows(), p_.rows()) - times(gain, h);
+    p_ =
+        times(times(rest, p_), rest.transpose()) + times(times(gain, rows.noise), gain.transpose());
   }
 
   void append(int block,
@@ -61,7 +63,7 @@ class LinesDenseState {
     Eigen::MatrixXd grow = Eigen::MatrixXd::Zero(n + 4, n);  // G of (5.48)
     grow.topRows(n).setIdentity();
     grow.block<4, 3>(n, 0) = by_robot;
-    p_ = grow * p_ * grow.transpose();
+    p_ = times(times(grow, p_), grow.transpose());
     p_.bottomRightCorner<4, 4>() += noise;
     mean_.conservativeResize(n + 4);
     mean_.tail<4>() = mean;
@@ -73,7 +75,7 @@ class LinesDenseState {
   void replace(int block, const slam::SparseRows& change, const Eigen::Vector4d& mean) {
     Eigen::MatrixXd map = Eigen::MatrixXd::Identity(p_.rows(), p_.rows());
     map.middleRows<4>(place(block)) = full_rows(change);
-    p_ = map * p_ * map.transpose();
+    p_ = times(times(map, p_), map.transpose());
     p_.block<4, 4>(place(block), place(block)) += change.noise;
     mean_.segment<4>(place(block)) = mean;
   }

@@ -12,6 +12,7 @@ namespace marco {
 namespace {
 
 constexpr viewer::Rgb kWallGreen{36, 150, 62};
+constexpr viewer::Rgb kTruthGrey{120, 120, 120};  // where green are the walls
 
 Trajectory moved(const Trajectory& trajectory, const Pose2& to_from) {
   Trajectory result = trajectory;
@@ -104,6 +105,7 @@ void add_paths(const GridMap& map, const MapJob& job, viewer::Scene& scene) {
 }
 
 void add_walls(const Walls& walls, viewer::Scene& scene) {
+  scene.points.push_back({{}, kWallGreen, "walls"});  // for the legend
   for (const Wall& wall : walls) {
     scene.walls.push_back({wall.start_m, wall.end_m, 2.5, kWallGreen});
     scene.ellipses.push_back({wall.start_m, wall.covariance.topLeftCorner<2, 2>()});
@@ -121,6 +123,21 @@ std::optional<std::size_t> scan_to_show(const MapJob& job) {
   return std::nullopt;
 }
 
+// What a scan can be compared with: the walls it reaches, and a little beyond.
+Walls around(const Points2& hits, const Walls& walls) {
+  constexpr double kMarginM = 1.0;
+  if (hits.cols() == 0) return walls;
+  const Eigen::Array2d low = hits.rowwise().minCoeff().array() - kMarginM;
+  const Eigen::Array2d high = hits.rowwise().maxCoeff().array() + kMarginM;
+  Walls near;
+  for (const Wall& wall : walls) {
+    const bool overlaps = (wall.start_m.cwiseMax(wall.end_m).array() > low).all() &&
+                          (wall.start_m.cwiseMin(wall.end_m).array() < high).all();
+    if (overlaps) near.push_back(wall);
+  }
+  return near;
+}
+
 }  // namespace
 
 std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
@@ -131,21 +148,25 @@ std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
   viewer::Scene plan;
   add_walls(walls, plan);
   add_paths(map, job, plan);
+  for (viewer::PathItem& path : plan.paths) {
+    if (path.label == "truth") path.color = kTruthGrey;
+  }
   const Trajectory trajectory = job.trajectory();
   if (!trajectory.empty()) plan.robots.push_back({trajectory.back().world_from_robot});
   orders.push_back({folder / "lines.png", true, "", plan});
   if (const auto shown = scan_to_show(job)) {
     viewer::Scene scan;
-    add_walls(walls, scan);
     const Pose2& world_from_robot = trajectory[*shown].world_from_robot;
     const Points2 hits = world_from_robot * job.scans()[*shown].prepared.hits_in_robot;
+    add_walls(around(hits, walls), scan);
+    scan.ellipses.clear();
     scan.points.push_back(points_item(hits, viewer::palette::kOdometry, "scan"));
     scan.robots.push_back({world_from_robot});
     orders.push_back({folder / "lines_scan.png", true, "", std::move(scan)});
   }
   if (walls.empty()) return orders;
   plan.ellipses.clear();
-  orders.push_back({folder / "lines_3d.png", false, "", std::move(plan)});
+  orders.push_back({folder / "lines_3d.png", false, "above", std::move(plan)});
   return orders;
 }
 

@@ -2,39 +2,44 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <optional>
 #include <random>
 
 #include "tests/support/lines_dense_state.hpp"
+#include "tests/support/lines_information_state.hpp"
 
 namespace marco::slam {
 namespace {
 
 using testing::LinesDenseState;
+using testing::LinesInformationState;
+
+enum class Twin { none, dense, information };
 
 // Drives the fast and the slow filter through the same random life of a map.
 class TwinLife {
  public:
-  TwinLife(unsigned seed, bool has_twin)
-      : has_twin_(has_twin),
-        random_(seed),
-        fast_(kStart, kStartCovariance),
-        slow_(kStart, kStartCovariance) {}
+  TwinLife(unsigned seed, Twin twin) : random_(seed), fast_(kStart, kStartCovariance) {
+    if (twin == Twin::dense) dense_.emplace(kStart, kStartCovariance);
+    if (twin == Twin::information) information_.emplace(kStart, kStartCovariance);
+  }
 
   void step(int max_walls) {
     const double choice = uniform(0.0, 1.0);
-    if (walls_.size() < 3 || (choice < 0.10 && static_cast<int>(walls_.size()) < max_walls)) {
+    if (walls_.size() < 3 || (choice < 0.12 && static_cast<int>(walls_.size()) < max_walls)) {
       append();
-    } else if (choice < 0.13 && walls_.size() > 6) {
+    } else if (choice < 0.15 && walls_.size() > 6) {
       remove();
-    } else if (choice < 0.20) {
+    } else if (choice < 0.18 && walls_.size() > 6) {
+      join();
+    } else if (choice < 0.22) {
       replace();
-    } else if (choice < 0.26) {
+    } else if (choice < 0.28) {
       activate();
-    } else if (choice < 0.35) {
+    } else if (choice < 0.37) {
       predict();
-    } else if (choice < 0.40) {
+    } else if (choice < 0.42) {
       fast_.catch_up(3);
     } else {
       correct();
@@ -46,30 +51,45 @@ class TwinLife {
     const Eigen::MatrixXd p = fast_.dense_covariance(walls_);
     std::vector<Eigen::Index> order{0, 1, 2};
     for (const int wall : walls_) {
-      for (int i = 0; i < 4; ++i) order.push_back(slow_.place(wall) + i);
+      for (int i = 0; i < 4; ++i) order.push_back(dense_->place(wall) + i);
     }
-    EXPECT_LE((mean - slow_.mean()(order)).cwiseAbs().maxCoeff(), tolerance);
-    EXPECT_LE((p - slow_.covariance()(order, order)).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_LE((mean - dense_->mean()(order)).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_LE((p - dense_->covariance()(order, order)).cwiseAbs().maxCoeff(), tolerance);
+  }
+
+  void expect_equal_to_information(double tolerance) {
+    const Eigen::VectorXd mean = fast_.dense_mean(walls_);
+    std::vector<int> blocks{0};
+    Eigen::VectorXd expected(mean.size());
+    expected.head<3>() = information_->mean(0);
+    for (std::size_t k = 0; k < walls_.size(); ++k) {
+      expected.segment<4>(3 + 4 * static_cast<Eigen::Index>(k)) = information_->mean(walls_[k]);
+      blocks.push_back(walls_[k]);
+    }
+    EXPECT_LE((mean - expected).cwiseAbs().maxCoeff(), tolerance);
+    const Eigen::MatrixXd p = fast_.dense_covariance(walls_);
+    EXPECT_LE((p - information_->covariance(blocks)).cwiseAbs().maxCoeff(), tolerance);
   }
 
   void expect_positive() {
     const Eigen::MatrixXd p = fast_.dense_covariance(walls_);
     EXPECT_EQ((p - p.transpose()).cwiseAbs().maxCoeff(), 0.0);
-    const double smallest =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(p, Eigen::EigenvaluesOnly).eigenvalues()(0);
     // Exact conditions of a positive matrix, less rounding of its largest entries.
-    EXPECT_GE(smallest, -1e-13 * p.cwiseAbs().maxCoeff());
+    EXPECT_TRUE(testing::eigenvalues_reach(p, -1e-13 * p.cwiseAbs().maxCoeff()));
   }
 
   std::size_t num_walls() const { return walls_.size(); }
+  int num_removed() const { return num_removed_; }
+  int num_joined() const { return num_joined_; }
   CompressedState& fast() { return fast_; }
   const std::vector<int>& walls() const { return walls_; }
   bool check_marginals(double tolerance) {
     return std::all_of(walls_.begin(), walls_.end(), [&](int wall) {
-      const int at = slow_.place(wall);
-      return (fast_.marginal(wall) - slow_.covariance().block<4, 4>(at, at)).cwiseAbs().maxCoeff() <
-                 tolerance &&
-             (fast_.mean(wall) - slow_.wall_mean(wall)).cwiseAbs().maxCoeff() < tolerance;
+      const int at = dense_->place(wall);
+      return (fast_.marginal(wall) - dense_->covariance().block<4, 4>(at, at))
+                     .cwiseAbs()
+                     .maxCoeff() < tolerance &&
+             (fast_.mean(wall) - dense_->wall_mean(wall)).cwiseAbs().maxCoeff() < tolerance;
     });
   }
 
@@ -95,15 +115,53 @@ class TwinLife {
     const Eigen::Matrix4d half = 0.02 * random_matrix<Eigen::Matrix4d>();
     const Eigen::Matrix4d noise = half * half.transpose() + 1e-4 * Eigen::Matrix4d::Identity();
     const int block = fast_.append(mean, mean, g, noise);
-    if (has_twin_) slow_.append(block, mean, g, noise);
+    if (dense_) dense_->append(block, mean, g, noise);
+    if (information_) information_->append(block, mean, g, noise);
     walls_.push_back(block);
   }
   void remove() {
     if (fast_.active().size() < 4) return;
     const int block = active_wall();
     fast_.remove(block);
-    if (has_twin_) slow_.remove(block);
+    ++num_removed_;
+    if (dense_) dense_->remove(block);
+    if (information_) information_->remove(block);
     walls_.erase(std::find(walls_.begin(), walls_.end(), block));
+  }
+  // As WallFilter::join: both measured to lie on one line, an end of each kept, the second removed.
+  void join() {
+    if (fast_.active().size() < 4) return;
+    const int kept = active_wall();
+    int other = active_wall();
+    while (other == kept) other = active_wall();
+    SparseRows rows;
+    rows.resize(2);
+    rows.num_blocks = 2;
+    rows.blocks = {kept, other, 0};
+    rows.jacobian.leftCols<8>() = random_matrix<Eigen::Matrix<double, 2, 8>>();
+    rows.innovation.setConstant(0.01);
+    rows.noise.diagonal().setConstant(1e-4);
+    fast_.correct(rows);
+    fast_.finish_corrections();
+    SparseRows choice;
+    choice.resize(4);
+    choice.num_blocks = 2;
+    choice.blocks = {kept, other, 0};
+    choice.jacobian.block<2, 2>(0, 0).setIdentity();
+    choice.jacobian.block<2, 2>(2, 6).setIdentity();
+    Eigen::Vector4d mean;
+    mean << fast_.mean(kept).head<2>(), fast_.mean(other).tail<2>();
+    fast_.replace(kept, choice, mean, mean);
+    fast_.remove(other);
+    ++num_joined_;
+    const auto repeat = [&](auto& slow) {
+      slow.correct(rows);
+      slow.replace(kept, choice, mean);
+      slow.remove(other);
+    };
+    if (dense_) repeat(*dense_);
+    if (information_) repeat(*information_);
+    walls_.erase(std::find(walls_.begin(), walls_.end(), other));
   }
   void replace() {
     const int block = active_wall();
@@ -124,7 +182,8 @@ class TwinLife {
     change.noise = 1e-5 * Eigen::Matrix4d::Identity();
     const Eigen::Vector4d mean = 5.0 * random_matrix<Eigen::Vector4d>();
     fast_.replace(block, change, mean, mean);
-    if (has_twin_) slow_.replace(block, change, mean);
+    if (dense_) dense_->replace(block, change, mean);
+    if (information_) information_->replace(block, change, mean);
   }
   void activate() {
     std::vector<int> some = walls_;
@@ -138,9 +197,10 @@ class TwinLife {
     Eigen::Matrix3d f = Eigen::Matrix3d::Identity();
     f.topRightCorner<2, 1>() = 0.3 * random_matrix<Eigen::Vector2d>();
     const Eigen::Matrix3d half = 0.02 * random_matrix<Eigen::Matrix3d>();
-    const Eigen::Matrix3d noise = half * half.transpose();
+    const Eigen::Matrix3d noise = half * half.transpose() + 1e-6 * Eigen::Matrix3d::Identity();
     fast_.predict(robot, f, noise);
-    if (has_twin_) slow_.predict(robot, f, noise);
+    if (dense_) dense_->predict(robot, f, noise);
+    if (information_) information_->predict(robot, f, noise);
   }
   void correct() {
     const int times = std::uniform_int_distribution<int>(1, 6)(random_);
@@ -156,24 +216,26 @@ class TwinLife {
         rows.noise(i, i) = uniform(1e-4, 1e-2);
       }
       fast_.correct(rows);
-      if (has_twin_) slow_.correct(rows);
+      if (dense_) dense_->correct(rows);
+      if (information_) information_->correct(rows);
     }
     fast_.finish_corrections();
   }
 
   const Eigen::Vector3d kStart{1.0, 2.0, 0.5};
   const Eigen::Matrix3d kStartCovariance = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();
-  bool has_twin_;
   std::mt19937 random_;
   CompressedState fast_;
-  LinesDenseState slow_;
+  std::optional<LinesDenseState> dense_;
+  std::optional<LinesInformationState> information_;
   std::vector<int> walls_;
+  int num_removed_ = 0, num_joined_ = 0;
 };
 
 // Equal to rounding: entries are below 10 and some hundred operations each lose a few 1e-16 of it.
 TEST(CompressedState, EqualsTheDenseTextbookFilter) {
   for (const unsigned seed : {1U, 2U}) {
-    TwinLife life(seed, true);
+    TwinLife life(seed, Twin::dense);
     for (int step = 0; step < 300; ++step) {
       life.step(40);
       if (step % 100 == 37) {
@@ -185,8 +247,20 @@ TEST(CompressedState, EqualsTheDenseTextbookFilter) {
   }
 }
 
+// Removal and joining among all the rest. The information's inverse loses what its condition takes:
+// entries up to 1e10 beside 1e2, so 1e-8 of the largest covariances.
+TEST(CompressedState, RemovesAndJoinsAsOneRebuiltFromTheInformation) {
+  TwinLife life(3, Twin::information);
+  for (int step = 0; step < 120; ++step) {
+    life.step(10);
+    if (step % 20 == 19) life.expect_equal_to_information(1e-7);
+  }
+  EXPECT_GT(life.num_removed(), 2);
+  EXPECT_GT(life.num_joined(), 2);
+}
+
 TEST(CompressedState, CovarianceStaysSymmetricAndPositiveOverTenThousandOperations) {
-  TwinLife life(9, false);
+  TwinLife life(9, Twin::none);
   for (int step = 0; step < 10000; ++step) {
     life.step(20);
     if (step % 1000 == 999) life.expect_positive();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "slam/process/line_checkpoint.hpp"
 #include "tests/support/lines_drive.hpp"
 #include "tests/support/lines_world.hpp"
 #include "tests/support/matchers.hpp"
@@ -31,10 +32,14 @@ struct Ride {
   Pose2 estimate, truth;
   int replays = 0;
   std::size_t loops = 0;
+  Trajectory trajectory;
 };
 
+// What happens at the checkpoints on the way.
+enum class Life { no_checkpoints, saved, killed };
+
 // On the third side the wheels slip by a tenth, and the filter believes them to a hundredth.
-Ride ride(bool close_loops) {
+Ride ride(bool close_loops, Life life = Life::no_checkpoints) {
   const LinesWorld world = make_ring();
   std::mt19937 random(31);
   const LinesDrive tour = testing::drive(kRound, 0.15, 0.2, {}, random);
@@ -50,10 +55,17 @@ Ride ride(bool close_loops) {
     const auto taken =
         testing::take_scan(world, testing::LinesLaser{}, tour.world_from_robot[i], random);
     mapper.process(taken.scan, Utime::from_us(static_cast<int64_t>(i) * 100000), motion);
+    if (life == Life::no_checkpoints || i % 130 != 129) continue;
+    LineCheckpoint checkpoint;
+    checkpoint.mapper = mapper.store();
+    if (life == Life::saved) continue;
+    const std::vector<uint8_t> bytes = encode_checkpoint(checkpoint);
+    mapper = LineMapper(options);
+    mapper.restore(decode_checkpoint(bytes).mapper);
   }
   mapper.finish();
   return {mapper.world_from_robot(), tour.world_from_robot.back(), mapper.replays(),
-          mapper.loops().size()};
+          mapper.loops().size(), mapper.trajectory()};
 }
 
 TEST(LineMapper, AsksTheGraphWhereTheFilterIsTooSure) {
@@ -66,6 +78,19 @@ TEST(LineMapper, AsksTheGraphWhereTheFilterIsTooSure) {
   // What was driven since the last loop that contradicted the filter stays open: below 0.3 m.
   EXPECT_THAT(with.estimate, IsNear(with.truth, 0.30, 0.02));
   EXPECT_GT((without.estimate.translation_m() - without.truth.translation_m()).norm(), 0.5);
+}
+
+TEST(LineMapper, KilledAndResumedItMakesTheSameMapToTheLastBit) {
+  const Ride saved = ride(true, Life::saved), killed = ride(true, Life::killed);
+  EXPECT_GT(killed.replays, 0) << "the graph must have been asked after a checkpoint";
+  EXPECT_EQ(killed.replays, saved.replays);
+  EXPECT_EQ(killed.loops, saved.loops);
+  ASSERT_EQ(killed.trajectory.size(), saved.trajectory.size());
+  for (std::size_t i = 0; i < saved.trajectory.size(); ++i) {
+    ASSERT_EQ(killed.trajectory[i].world_from_robot.vector(),
+              saved.trajectory[i].world_from_robot.vector())
+        << "scan " << i;
+  }
 }
 
 TEST(LineMapper, HasAPoseForEveryScanThatMovesWithItsKeyScan) {

@@ -123,7 +123,8 @@ std::vector<LoopQuestion> LoopCloser::questions(const std::vector<KeyScan>& keys
 }
 
 std::optional<Loop> LoopCloser::answer(const LoopQuestion& question) const {
-  const SearchWindow window{question.world_from_newest, question.shift_m, question.turn_rad};
+  const SearchWindow window{question.world_from_newest, question.shift_m, question.turn_rad,
+                            options_.unlikely_penalty};
   const LikelihoodPyramid likelihood(question.place.points, coarse_.options());
   const CorrelativeMatch coarse =
       coarse_.search(likelihood, question.seen.points, window, options_.min_score);

@@ -34,9 +34,12 @@ struct LoopCloserOptions {
   double drift_deg = 4.0;
   double drift_deg_per_m = 0.3;
   double max_drift_deg = 30.0;
-  int candidates = 2;         ///< places tried at one search
-  int around = 4;             ///< key scans before and after each place that are matched together
-  double min_score = 0.50;    ///< of the exhaustive search
+  int candidates = 2;       ///< places tried at one search
+  int around = 4;           ///< key scans before and after each place that are matched together
+  double min_score = 0.50;  ///< of the exhaustive search
+  /// Taken from that score where a place lies as far off as it may: of places that look alike, as
+  /// along a corridor, the one is believed that drift explains best.
+  double unlikely_penalty = 0.25;
   double min_overlap = 0.60;  ///< of the fine match
   double sigma_m = 0.02;      ///< added to the fine match's own uncertainty
   double sigma_deg = 0.3;
@@ -56,6 +59,7 @@ struct LoopCloserOptions {
     v("candidates", candidates, Limits{1, 100});
     v("around", around, Limits{0, 100});
     v("min_score", min_score, Limits{0.0, 1.0});
+    v("unlikely_penalty", unlikely_penalty, Limits{0.0, 1.0});
     v("min_overlap", min_overlap, Limits{0.0, 1.0});
     v("sigma_m", sigma_m, kPositive);
     v("sigma_deg", sigma_deg, kPositive);

@@ -37,9 +37,11 @@ struct PoseGraphResult {
 ///
 /// Error of an edge, in the measurement's frame: e = (R_z^T (R_i^T (t_j - t_i) - t_z), theta_j -
 /// theta_i - theta_z) (Kuemmerle et al., g2o, ICRA 2011, SE2 edges). Solved by Gauss-Newton with
-/// Levenberg's damping on the sparse normal equations (Eigen's LDL^T). Wrong loops: the truncated
-/// least squares cost on loop edges, started by graduated non-convexity (robust_start.hpp). Not
-/// thread-safe; a copy may be optimized on another thread.
+/// Levenberg's damping on the sparse normal equations (Eigen's LDL^T); after a step that turned
+/// much, the translations are solved anew given the headings, which is linear (variable projection,
+/// Golub & Pereyra 1973). Wrong loops: the truncated least squares cost on loop edges, started by
+/// graduated non-convexity (robust_start.hpp). Not thread-safe; a copy may be optimized on another
+/// thread.
 class PoseGraph {
  public:
   explicit PoseGraph(const PoseGraphOptions& options = {});
@@ -77,7 +79,9 @@ class PoseGraph {
   PoseGraphResult optimize_globally();
 
   /// As optimize, but loop edges may be found wrong and switched off: from where the poses are and,
-  /// unless all loops agree there, from robust_start() too; the lower truncated cost wins.
+  /// unless all loops agree there, from robust_start() too, and few loops one after the other from
+  /// none on; the lower truncated cost wins. A loop agrees when it is no farther from what all the
+  /// rest says of its ends than both may be wrong, however far the rest gives in to it.
   PoseGraphResult optimize_robustly();
 
   /// Sum of e^T Omega e of all edges at the present poses.
@@ -88,8 +92,33 @@ class PoseGraph {
  private:
   PoseGraphResult optimize_weighted(const std::vector<double>& weights,
                                     double min_relative_decrease);
+  void fill(SparseNormalEquations& equations,
+            const std::vector<double>& weights,
+            Moves moves) const;
+  /// Where the headings put the translations: a linear problem, solved exactly. A turn bends the
+  /// way of all nodes behind it, and without this steps along it stay tiny.
+  /// @param error  at the present poses. @returns the error afterwards, never a larger one.
+  double settle_translations(const std::vector<double>& weights, double error);
+  /// From loops chosen and poses optimized for them: takes out loops without which, and in loops
+  /// with which the truncated cost is lower, until there are none.
+  PoseGraphResult choose_loops(PoseGraphResult chosen, double limit);
+  /// The loops after the next step of that; @param one_at_a_time  only the best one changes.
+  std::vector<bool> better_choice(std::vector<bool> in_force,
+                                  double limit,
+                                  bool one_at_a_time) const;
+  /// Starts without any loop and takes in one after the other.
+  PoseGraphResult try_one_by_one();
+  /// The truncated cost of these loops, poses optimized.
+  static double choice_cost(const PoseGraphResult& result, double limit);
+  /// No loop would be better out.
+  bool all_agree(const PoseGraphResult& result) const;
+  /// loop_rejection_chi2, or less where the loops show that the noise is less than their
+  /// information claims.
+  double limit_by_noise(const PoseGraphResult& result) const;
+  /// Of each loop, by how much the error of all others grows when it is in force (to first order):
+  /// its squared distance, in standard deviations, from what the others say. 3 degrees of freedom.
+  std::vector<double> surprises(const std::vector<bool>& in_force) const;
   PoseGraphResult optimize_trimmed(std::vector<double> weights, double slack);
-  double truncated_chi2() const;
   /// Weight 0 for loop edges that are off by more than `slack` times the limit, else 1.
   std::vector<double> fitting_edges(double slack) const;
   double weighted_chi2(const std::vector<double>& weights) const;

@@ -27,9 +27,14 @@ void add_edge_to(SparseNormalEquations& equations,
                  const PoseGraphEdge& edge,
                  const Pose2& from,
                  const Pose2& to,
-                 double weight) {
+                 double weight,
+                 Moves moves) {
   const Eigen::Vector3d error = edge_error(edge, from, to);
-  const EdgeJacobians j = edge_jacobians(edge, from, to);
+  EdgeJacobians j = edge_jacobians(edge, from, to);
+  if (moves == Moves::translations) {
+    j.from.col(2).setZero();
+    j.to.col(2).setZero();
+  }
   const Eigen::Matrix3d information = weight * edge.information;
   equations.add_block(edge.from, edge.from, j.from.transpose() * information * j.from);
   equations.add_block(edge.to, edge.to, j.to.transpose() * information * j.to);

@@ -29,11 +29,15 @@ EdgeJacobians edge_jacobians(const PoseGraphEdge& edge, const Pose2& from, const
 
 class SparseNormalEquations;
 
+/// What an optimization may change.
+enum class Moves { poses, translations };
+
 /// J^T (weight * information) J and J^T (weight * information) e of one edge.
 void add_edge_to(SparseNormalEquations& equations,
                  const PoseGraphEdge& edge,
                  const Pose2& from,
                  const Pose2& to,
-                 double weight);
+                 double weight,
+                 Moves moves = Moves::poses);
 
 }  // namespace marco::slam

@@ -38,13 +38,32 @@ struct Candidate {
   int turn;
   int x;  // offset of the block's first pose, fine cells
   int y;
-  int sum;  // upper bound of the points' likelihoods
+  int sum;  // upper bound of the points' likelihoods, less the penalty
+};
+
+// Grows as the square of the distance from the centre.
+struct Penalty {
+  double per_cell2 = 0.0;
+  double per_turn2 = 0.0;
+
+  // The least of a block.
+  int of(const Candidate& block, int step, int middle_turn) const {
+    const auto off = [step](int first) {
+      return static_cast<double>(first > 0 ? first : std::min(0, first + step - 1));
+    };
+    const double x = off(block.x), y = off(block.y);
+    const auto turn = static_cast<double>(block.turn - middle_turn);
+    return static_cast<int>(per_cell2 * (x * x + y * y) + per_turn2 * turn * turn);
+  }
 };
 
 class Search {
  public:
-  Search(const LikelihoodPyramid& map, std::vector<Turned> turned, int half_width_cells)
-      : map_(map), turned_(std::move(turned)), half_width_(half_width_cells) {}
+  Search(const LikelihoodPyramid& map,
+         std::vector<Turned> turned,
+         int half_width_cells,
+         const Penalty& penalty)
+      : map_(map), turned_(std::move(turned)), half_width_(half_width_cells), penalty_(penalty) {}
 
   void run(int min_sum) {
     best_.sum = min_sum;
@@ -61,14 +80,17 @@ class Search {
   }
   bool found() const { return best_.turn >= 0; }
   const Candidate& best() const { return best_; }
+  int best_penalty() const { return penalty_.of(best_, 1, middle_turn()); }
 
  private:
   Candidate scored(int level, Candidate candidate) const {
     for (const Cell& cell : turned_[static_cast<std::size_t>(candidate.turn)].cells) {
       candidate.sum += map_.at(level, cell.x + candidate.x, cell.y + candidate.y);
     }
+    candidate.sum -= penalty_.of(candidate, 1 << level, middle_turn());
     return candidate;
   }
+  int middle_turn() const { return static_cast<int>(turned_.size()) / 2; }
   void branch(int level, std::vector<Candidate>& candidates) {
     // Best bound first; ties by place, so that the result does not depend on the sort.
     std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
@@ -98,6 +120,7 @@ class Search {
   const LikelihoodPyramid& map_;
   std::vector<Turned> turned_;
   int half_width_;
+  Penalty penalty_;
   Candidate best_{-1, 0, 0, 0};
 };
 
@@ -177,15 +200,18 @@ CorrelativeMatch CorrelativeMatcher::search(const LikelihoodPyramid& map,
   const auto points = static_cast<double>(turned.front().cells.size());
   std::vector<double> thetas;
   for (const Turned& one : turned) thetas.push_back(one.theta_rad);
-  Search search(map, std::move(turned),
-                static_cast<int>(std::ceil(window.half_width_m / options_.resolution_m)));
+  const int half_width = static_cast<int>(std::ceil(window.half_width_m / options_.resolution_m));
+  const double at_edge = window.penalty_at_edge * 255.0 * points;
+  const Penalty penalty{at_edge / std::max(1, half_width * half_width),
+                        at_edge / std::max(1, half_turns * half_turns)};
+  Search search(map, std::move(turned), half_width, penalty);
   search.run(static_cast<int>(min_score * 255.0 * points));
   if (!search.found()) return match;
   const Candidate& best = search.best();
   match.map_from_robot = {window.map_from_robot_centre.x_m + best.x * options_.resolution_m,
                           window.map_from_robot_centre.y_m + best.y * options_.resolution_m,
                           thetas[static_cast<std::size_t>(best.turn)]};
-  match.score = best.sum / (255.0 * points);
+  match.score = (best.sum + search.best_penalty()) / (255.0 * points);
   return match;
 }
 

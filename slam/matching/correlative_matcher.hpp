@@ -28,11 +28,14 @@ struct SearchWindow {
   Pose2 map_from_robot_centre;
   double half_width_m = 1.0;
   double half_turn_rad = 0.35;
+  /// Taken from the score at the window's edge, in between by the square of the distance: the
+  /// logarithm of a Gaussian. Of poses that look alike the one nearest to the centre is found.
+  double penalty_at_edge = 0.0;
 };
 
 struct CorrelativeMatch {
   Pose2 map_from_robot;
-  double score = 0.0;  ///< mean likelihood of the points, 0..1
+  double score = 0.0;  ///< mean likelihood of the points, 0..1, without the penalty
 };
 
 /// The map's likelihood at one resolution and, above it, the largest likelihood of each block of
@@ -73,7 +76,7 @@ class CorrelativeMatcher {
  public:
   explicit CorrelativeMatcher(const CorrelativeMatcherOptions& options = {});
 
-  /// @param min_score  poses below it are of no interest
+  /// @param min_score  poses below it, the penalty taken, are of no interest
   /// @returns nothing found: score 0 and the window's centre.
   CorrelativeMatch search(const LikelihoodPyramid& map,
                           const Points2& points_in_robot,

@@ -87,6 +87,52 @@ TEST(CorrelativeMatcher, FindsTheBestPoseOfItsLatticeAsBruteForceDoes) {
   }
 }
 
+TEST(CorrelativeMatcher, OfPosesThatLookAlikeTheOneNearestToTheCentreIsFound) {
+  // A corridor of equal doors, one a metre; the scan sees three of them.
+  const auto doors = [](int count) {
+    Points2 points(2, 20 * count);
+    for (int i = 0; i < 20 * count; ++i) points.col(i) << 0.05 * i, i % 20 < 3 ? 0.2 : 0.0;
+    return points;
+  };
+  const CorrelativeMatcher matcher;
+  const LikelihoodPyramid map(doors(12), {});
+  for (const double off_m : {-0.3, 0.0, 0.4}) {
+    const SearchWindow window{{5.0 + off_m, 0.0, 0.0}, 3.0, 0.1, 0.25};
+    const CorrelativeMatch match = matcher.search(map, doors(3), window, 0.3);
+    // Half a cell; the score is the scan's alone.
+    EXPECT_THAT(match.map_from_robot, IsNear(Pose2{5.0, 0.0, 0.0}, 0.051, 0.02)) << off_m;
+    EXPECT_GT(match.score, 0.8);
+  }
+}
+
+TEST(CorrelativeMatcher, WithAPenaltyFindsTheBestPoseOfItsLatticeAsWell) {
+  const testing::FlatWorld room = testing::small_room();
+  CorrelativeMatcherOptions options = coarse_options();
+  options.max_points = 1000;
+  const CorrelativeMatcher matcher(options);
+  const LikelihoodPyramid map(room.hits({0, 0, 0}), options);
+  Points2 few = room.hits({0.3, -0.2, 0.2});
+  for (Eigen::Index j = 0; j < 36; ++j) few.col(j) = few.col(10 * j).eval();
+  few.conservativeResize(2, 36);
+  const SearchWindow all{{0, 0, 0}, 0.5, 0.45};
+  const double unpenalized = matcher.search(map, few, all, 0.0).score;
+  for (const double penalty : {0.05, 0.2, 0.6, 1.5}) {
+    SearchWindow window = all;
+    window.penalty_at_edge = penalty;
+    const CorrelativeMatch match = matcher.search(map, few, window, 0.0);
+    const double off_m = match.map_from_robot.translation_m().norm();
+    const double off_turn = match.map_from_robot.theta_rad / 0.45;
+    const double cost = penalty * (off_m * off_m / 0.25 + off_turn * off_turn);
+    // Not worse than the pose found without, nor than the centre; 0.02: the turns' lattice ends
+    // somewhat beyond the window.
+    EXPECT_LE(match.score, unpenalized);
+    EXPECT_GE(match.score - cost + 0.02 * penalty,
+              unpenalized - penalty * (0.13 / 0.25 + std::pow(0.2 / 0.45, 2)));
+    EXPECT_GE(match.score - cost + 0.02 * penalty,
+              matcher.search(map, few, {{0, 0, 0}, 0.0, 0.0}, 0.0).score);
+  }
+}
+
 TEST(CorrelativeMatcher, FindsAPoseFarFromTheGuess) {
   const testing::FlatWorld room = testing::small_room();
   const CorrelativeMatcher matcher;

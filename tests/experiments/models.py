@@ -86,6 +86,17 @@ def one(options, folder, world, seed):
                 "--trajectory", f"{out}/trajectory.tum"])
 
 
+def missed(judged):
+    """The goals that a judgement misses, in words."""
+    def number(pattern):
+        return float(re.search(pattern, judged)[1])
+    figures = (("rms [m]", number(r"\nerror: .* rms=([\d.]+)"), 0.008),
+               ("p99 [m]", number(r"\nerror: .* p99=([\d.]+)"), 0.030),
+               ("not covered [%]", 100.0 - number(r"coverage: ([\d.]+) %"), 3.0),
+               ("sheets apart [m]", number(r"sheets .* max=([\d.]+)"), 0.020))
+    return [f"{name} {value:.3f} > {goal}" for name, value, goal in figures if value > goal]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("programs")
@@ -97,9 +108,14 @@ def main():
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.keep or temporary
         os.makedirs(folder, exist_ok=True)
+        any_missed = False
         for world in options.worlds.split(","):
             for seed in range(1, options.seeds + 1):
-                print(f"== {world} {seed}\n{one(options, folder, world, seed)}", flush=True)
+                judged = one(options, folder, world, seed)
+                goals = missed(judged)
+                any_missed = any_missed or bool(goals)
+                print(f"== {world} {seed}\n{judged}missed: {', '.join(goals) or 'nothing'}", flush=True)
+    sys.exit(1 if any_missed else 0)
 
 
 if __name__ == "__main__":

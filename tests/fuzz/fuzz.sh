@@ -1,5 +1,5 @@
 #!/bin/bash
-# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--ci GROUP] [TARGET...]
+# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--jobs N] [--ci GROUP] [TARGET...]
 # Corpora grow in WORK/TARGET, seeded from tests/fuzz/corpus/TARGET; two targets at a time. What crashes is left in
 # WORK and makes the exit code 1. --ci: 20 s each for three targets of one program, other ones every day, so that only
 # that program need be built; fuzz.sh --todays-group says which.
@@ -10,11 +10,12 @@ groups=(codecs procman files messages drivers network codecs configs)
 [ "${1:-}" = --todays-group ] && { echo "${groups[$((day % ${#groups[@]}))]}"; exit 0; }
 bin=$1 work=$2
 shift 2
-seconds=60 ci=no targets=()
+seconds=60 ci=no jobs=2 targets=()
 while [ $# -gt 0 ]; do
   case $1 in
     --minutes) seconds=$((60 * $2)); shift 2 ;;
     --seconds) seconds=$2; shift 2 ;;
+    --jobs) jobs=$2; shift 2 ;;
     --ci) ci=$2 seconds=20; shift 2 ;;
     -*) echo "usage: ./marco fuzz [--minutes N] [TARGET...]" >&2; exit 2 ;;
     *) targets+=("$1"); shift ;;
@@ -35,6 +36,13 @@ if [ $ci != no ]; then
 fi
 [ ${#targets[@]} -gt 0 ] || targets=("${all[@]}")
 
+# libFuzzer's log, and at its end: edges, and minutes since the last new one.
+stamp_edges() {
+  awk '{ print }
+    / cov: [0-9]/ { for (i = 1; i < NF; ++i) if ($i == "cov:" && $(i + 1) > most) { most = $(i + 1); at = systime() } }
+    END { if (most) printf "edges: %d %.0f\n", most, (systime() - at) / 60 }'
+}
+
 fuzz_one() {
   local target=$1 program
   program="$(program_of "$target")"
@@ -44,15 +52,19 @@ fuzz_one() {
   local limit=1
   [[ $target == *_adapter ]] && limit=25
   # A corpus of an earlier run counts, too: executions are of this run.
+  set -o pipefail
   timeout $((seconds + 120)) "$program" --target="$target" -timeout=$limit -rss_limit_mb=512 -max_len=4096 \
     -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="$work/$target-" \
-    "$work/$target" "$here/corpus/$target" >"$work/$target.log" 2>&1
+    "$work/$target" "$here/corpus/$target" 2>&1 | stamp_edges >"$work/$target.log"
   local code=$?
-  local executed edges last
+  local executed edges quiet total
   executed=$(sed -n 's/^stat::number_of_executed_units: *//p' "$work/$target.log")
-  last=$(grep -E '^#[0-9]+.*cov: ' "$work/$target.log" | tail -1)
-  edges=$(sed -E 's/.*cov: ([0-9]+).*/\1/' <<<"$last")
-  printf '%-20s %12s executions %6s edges  %s\n' "$target" "${executed:-?}" "${edges:-?}" \
+  read -r edges quiet < <(sed -n 's/^edges: //p' "$work/$target.log")
+  # Of all runs into this WORK.
+  total=$(($(cat "$work/$target.total" 2>/dev/null || echo 0) + ${executed:-0}))
+  echo $total >"$work/$target.total"
+  printf '%-20s %12s executions (of %s) %6s edges, none new for %4s min  %s\n' "$target" "${executed:-?}" "$total" \
+    "${edges:-?}" "${quiet:-?}" \
     "$([ $code = 0 ] && echo clean || echo "FAILED: $(grep -m1 -oE 'ERROR: .*|runtime error: .*|terminate called.*' "$work/$target.log"), see $work/$target.log")"
   return $code
 }
@@ -62,7 +74,7 @@ failed=0 running=0
 for target in "${targets[@]}"; do
   fuzz_one "$target" &
   running=$((running + 1))
-  if [ $running -ge 2 ]; then wait -n || failed=1; running=$((running - 1)); fi
+  if [ $running -ge "$jobs" ]; then wait -n || failed=1; running=$((running - 1)); fi
 done
 while [ $running -gt 0 ]; do wait -n || failed=1; running=$((running - 1)); done
 exit $failed

@@ -36,6 +36,15 @@ if [ $ci != no ]; then
 fi
 [ ${#targets[@]} -gt 0 ] || targets=("${all[@]}")
 
+# The input that libFuzzer gave up for its time; @returns whether it takes that long when it runs by itself.
+hangs() {
+  local input
+  input=$(sed -n 's/.*Test unit written to //p' "$work/$2.log" | tail -1)
+  [ -n "$input" ] || return 1
+  (ulimit -t "$3"; "$1" --target="$2" -timeout=1000 "$input" >/dev/null 2>&1) && { rm -f "$input"; return 1; }
+  return 0
+}
+
 # libFuzzer's log, and at its end: edges, and minutes since the last new one.
 stamp_edges() {
   awk '{ print }
@@ -51,15 +60,22 @@ fuzz_one() {
   # A wide search over many scans is slow under the sanitizers; no decoder may be.
   local limit=1
   [[ $target == *_adapter ]] && limit=25
-  # A corpus of an earlier run counts, too: executions are of this run.
+  # libFuzzer's second is a clock's: where others compute, too, an input is run again, for a second of this process.
+  local end=$((SECONDS + seconds)) code=0 log="$work/$target.log"
+  : >"$log"
   set -o pipefail
-  timeout $((seconds + 120)) "$program" --target="$target" -timeout=$limit -rss_limit_mb=512 -max_len=4096 \
-    -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="$work/$target-" \
-    "$work/$target" "$here/corpus/$target" 2>&1 | stamp_edges >"$work/$target.log"
-  local code=$?
+  while [ $SECONDS -lt $end ]; do
+    timeout $((seconds + 120)) "$program" --target="$target" -timeout=$limit -rss_limit_mb=512 -max_len=4096 \
+      -max_total_time=$((end - SECONDS)) -print_final_stats=1 -artifact_prefix="$work/$target-" \
+      "$work/$target" "$here/corpus/$target" 2>&1 | stamp_edges >>"$log"
+    code=$?
+    [ $code = 70 ] || break
+    hangs "$program" "$target" "$limit" && break
+    code=0
+  done
   local executed edges quiet total
-  executed=$(sed -n 's/^stat::number_of_executed_units: *//p' "$work/$target.log")
-  read -r edges quiet < <(sed -n 's/^edges: //p' "$work/$target.log")
+  executed=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | awk '{ sum += $1 } END { printf "%d", sum }')
+  read -r edges quiet < <(sed -n 's/^edges: //p' "$log" | tail -1)
   # Of all runs into this WORK.
   total=$(($(cat "$work/$target.total" 2>/dev/null || echo 0) + ${executed:-0}))
   echo $total >"$work/$target.total"

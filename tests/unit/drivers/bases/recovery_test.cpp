@@ -100,6 +100,40 @@ TEST(Recovery, Imu) {
       "IMU", bench, [&] { return driver.alive(); }, {}, 0.5);
 }
 
+/// The host's clock is set an hour ahead and back, as DriverLoop tells drivers: line and session
+/// begun anew. @param newest  stamp of what was told last.
+template <class Driver>
+void expect_stamps_follow(testing::Bench<Driver>& bench, const std::function<Utime()>& newest) {
+  bench.run(3.0);
+  for (const double ahead_s : {0.0, 3600.0, 0.0}) {
+    bench.plug(false);
+    bench.host_ahead = Duration::from_seconds(ahead_s);
+    bench.plug(true);
+    bench.run(3.0);
+    const Duration age = bench.now() + bench.host_ahead - newest();
+    EXPECT_GE(age.us, 0) << ahead_s;
+    EXPECT_LT(age.seconds(), 1.5) << ahead_s;
+  }
+}
+
+TEST(Recovery, StampsFollowAClockThatIsSetBack) {
+  hcs12::BaseEmulator board({}, {});
+  hcs12::Hcs12Base base({});
+  testing::Bench<hcs12::Hcs12Base> base_bench(base, board, hcs12::kBaud);
+  expect_stamps_follow<hcs12::Hcs12Base>(base_bench,
+                                         [&] { return base.take_output().odometry.back().utime; });
+  hcs12::PanTiltEmulator head_board({});
+  hcs12::PanTiltDriver head({});
+  testing::Bench<hcs12::PanTiltDriver> head_bench(head, head_board, hcs12::kBaud);
+  expect_stamps_follow<hcs12::PanTiltDriver>(head_bench,
+                                             [&] { return head.take_states().back().utime; });
+  p2os::P2osEmulator robot;
+  p2os::P2osBase pioneer({});
+  testing::Bench<p2os::P2osBase> pioneer_bench(pioneer, robot, p2os::kBaud);
+  expect_stamps_follow<p2os::P2osBase>(pioneer_bench,
+                                       [&] { return pioneer.take_output().odometry.back().utime; });
+}
+
 // A laser that fails before a wall: the wall is still there.
 TEST(Recovery, TheGuardRemembersWhatABlindLaserSawLast) {
   ObstacleGuard guard({});

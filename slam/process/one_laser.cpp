@@ -13,6 +13,7 @@ namespace {
 constexpr std::size_t kRow = 32;      // steps that tell whether stamps are steady
 constexpr double kSteadyShare = 0.9;  // of them near the middle one
 constexpr double kTooSoon = 0.6;      // of a step: of two lasers one comes within a half
+constexpr double kMostAlike = 0.8;    // of scans that can be told by their looks
 constexpr double kAlikeShare = 0.5;   // of the beams with a return
 constexpr std::size_t kBeamsLookedAt = 180;
 
@@ -63,6 +64,12 @@ bool OneLaser::too_soon(Duration step) const {
   return static_cast<double>(near) >= kSteadyShare * static_cast<double>(kRow);
 }
 
+void OneLaser::learn(Duration step, bool alike) {
+  steps_s_.push_back(step.seconds());
+  if (steps_s_.size() > kRow) steps_s_.pop_front();
+  alike_share_ += 0.1 * ((alike ? 1.0 : 0.0) - alike_share_);
+}
+
 bool OneLaser::is_ours(const LaserScan& scan) {
   const Duration step = newest_ ? scan.utime - *newest_ : Duration{};
   const bool alarmed_before = alarm_ && scan.utime - *alarm_ < kAlarm;
@@ -71,12 +78,8 @@ bool OneLaser::is_ours(const LaserScan& scan) {
   const bool alarmed = alarm_ && scan.utime - *alarm_ < kAlarm;
   const bool alike = !trusted_ || look_alike(*trusted_, scan);
   const bool remembered = trusted_ && scan.utime - trusted_->utime < kMemory;
-  if (alarmed && !alike && remembered) return false;
-  // The row is the first laser's alone.
-  if (!alarmed && !alarmed_before && step.us != 0) {
-    steps_s_.push_back(step.seconds());
-    if (steps_s_.size() > kRow) steps_s_.pop_front();
-  }
+  if (alarmed && !alike && remembered && alike_share_ > kMostAlike) return false;
+  if (!alarmed && !alarmed_before && step.us != 0) learn(step, alike);
   if (alike || !remembered || (doubtful_ && look_alike(*doubtful_, scan))) {
     trusted_ = scan;
     doubtful_.reset();

@@ -16,8 +16,9 @@ namespace marco::slam {
 /// - a scan came much sooner than the row allows, less than kAlarm ago, and
 /// - this scan is unlike the last one that was like those before it, of less than kMemory ago.
 ///
-/// So nothing is ever refused of a laser that is alone, or whose stamps come in bursts. A second
-/// laser is not told from the first one where both see the same, nor where the first is silent.
+/// So nothing is refused of a laser that is alone, or whose stamps come in bursts, or whose scans
+/// do not look alike (another number of beams each). A second laser is not told from the first one
+/// where both see the same, nor where the first is silent.
 class OneLaser {
  public:
   /// @returns false for a scan of another laser; call for each scan of one channel, in the order
@@ -29,8 +30,10 @@ class OneLaser {
 
  private:
   bool too_soon(Duration step) const;
+  void learn(Duration step, bool alike);
 
-  std::deque<double> steps_s_;  ///< between accepted scans
+  std::deque<double> steps_s_;  ///< between scans without alarm
+  double alike_share_ = 0.0;    ///< of the last ten or so of them
   std::optional<LaserScan> trusted_;
   std::optional<LaserScan> doubtful_;  ///< the last one, when it was unlike the trusted one
   std::optional<Utime> newest_;

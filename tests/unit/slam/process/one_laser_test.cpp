@@ -72,6 +72,16 @@ TEST(OneLaser, AloneNothingIsRefusedHoweverItsStampsCome) {
   }
 }
 
+// As from lasers that give as many beams as they happen to measure; one stamp stumbles.
+TEST(OneLaser, ScansThatAreNotAlikeByThemselvesAreAllTaken) {
+  OneLaser guard;
+  for (int i = 0; i < 200; ++i) {
+    LaserScan scan = ours(i / 37.5 - (i == 100 ? 0.02 : 0.0));
+    scan.ranges_m.resize(scan.size() - static_cast<std::size_t>(i % 7));
+    EXPECT_TRUE(guard.is_ours(scan)) << i;
+  }
+}
+
 // Carried elsewhere at once, and its stamps stumble: it is lost for a moment, not for good.
 TEST(OneLaser, WhatLastsIsBelieved) {
   OneLaser guard;

@@ -114,10 +114,6 @@ void SlamAdapter::on_scan(LaserScan scan) {
     drops_.count("no SENSOR_INFO for " + scan.channel + " yet");
     return;
   }
-  if (one_laser_ && !(*one_laser_)[scan.channel].is_ours(scan)) {
-    drops_.count("of another laser on " + scan.channel);
-    return;
-  }
   newest_scan_ = scan.utime;
   waiting_.push_back(std::move(scan));
   use_waiting_scans();

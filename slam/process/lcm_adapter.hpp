@@ -19,7 +19,6 @@
 #include "slam/localization/mapping_session.hpp"
 #include "slam/process/checkpoint.hpp"
 #include "slam/process/loop_worker.hpp"
-#include "slam/process/one_laser.hpp"
 #include "slam/process/used_scan.hpp"
 
 namespace marco::slam {
@@ -77,9 +76,6 @@ class SlamAdapter {
 
   /// See above. Not to be undone.
   void close_loops_in_background();
-
-  /// Live: refuses scans of a second robot's laser on a channel of ours, as far as they can be told.
-  void keep_to_one_laser() { one_laser_.emplace(); }
 
   /// Uses what still waits, optimizes a last time, publishes TRAJECTORY and GRID_MAP.
   void finish();
@@ -140,7 +136,6 @@ class SlamAdapter {
   KeyScanGrid grid_;  ///< as last published
   std::map<std::string, SensorInfo> sensors_;
   MotionBuffers motion_;
-  std::optional<std::map<std::string, OneLaser>> one_laser_;  ///< by channel
   std::deque<LaserScan> waiting_;
   Utime newest_scan_;
   Utime last_grid_;

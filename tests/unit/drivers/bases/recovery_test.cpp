@@ -120,18 +120,22 @@ TEST(Recovery, StampsFollowAClockThatIsSetBack) {
   hcs12::BaseEmulator board({}, {});
   hcs12::Hcs12Base base({});
   testing::Bench<hcs12::Hcs12Base> base_bench(base, board, hcs12::kBaud);
+  // Nothing at all is told when a deadline is an hour ahead.
+  const auto newest = [](const auto& samples) {
+    return samples.empty() ? Utime{} : samples.back().utime;
+  };
   expect_stamps_follow<hcs12::Hcs12Base>(base_bench,
-                                         [&] { return base.take_output().odometry.back().utime; });
+                                         [&] { return newest(base.take_output().odometry); });
   hcs12::PanTiltEmulator head_board({});
   hcs12::PanTiltDriver head({});
   testing::Bench<hcs12::PanTiltDriver> head_bench(head, head_board, hcs12::kBaud);
   expect_stamps_follow<hcs12::PanTiltDriver>(head_bench,
-                                             [&] { return head.take_states().back().utime; });
+                                             [&] { return newest(head.take_states()); });
   p2os::P2osEmulator robot;
   p2os::P2osBase pioneer({});
   testing::Bench<p2os::P2osBase> pioneer_bench(pioneer, robot, p2os::kBaud);
   expect_stamps_follow<p2os::P2osBase>(pioneer_bench,
-                                       [&] { return pioneer.take_output().odometry.back().utime; });
+                                       [&] { return newest(pioneer.take_output().odometry); });
 }
 
 // A laser that fails before a wall: the wall is still there.

@@ -42,9 +42,13 @@ struct LcmBus::Subscription {
     bytes += buffer->data_size;
     ++bus->queued_;
     while (queue.size() > kQueueCapacity || (bytes > kQueueBytes && queue.size() > 1)) {
-      ++bus->lost_[take().channel];
+      const int64_t number = queue.front().number;
+      give_up_oldest();
+      bus->give_up_until(number);
     }
   }
+
+  void give_up_oldest() { ++bus->lost_[take().channel]; }
 
   Waiting take() {
     Waiting first = std::move(queue.front());
@@ -79,6 +83,14 @@ void LcmBus::publish_raw(const std::string& channel,
                          Utime /*utime*/) {
   if (lcm_.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size())) != 0) {
     throw std::runtime_error("LCM could not send on " + channel);
+  }
+}
+
+void LcmBus::give_up_until(int64_t number) {
+  for (const auto& one : subscriptions_) {
+    while (one->queue.size() > kFewMessages && one->queue.front().number <= number) {
+      one->give_up_oldest();
+    }
   }
 }
 

@@ -13,9 +13,11 @@ namespace marco::process {
 /// The network: udpm:// live, memq:// in tests.
 ///
 /// LCM's own queues refuse the newest message when they are full. So they are emptied into queues
-/// of ours before each message that is handled: of these, of kQueueCapacity messages and
-/// kQueueBytes a subscription, the oldest is given up, counted in lost(). A process that is too
-/// slow thus falls behind by so much at most, and works on what is now.
+/// of ours before each message that is handled. When one of these has more than kQueueCapacity
+/// messages or kQueueBytes its oldest is given up, and with it what came before on other channels:
+/// a scan is worth nothing without the odometry of its time. Only where kFewMessages or less wait
+/// (orders, what a sensor says of itself) they stay. Counted in lost(), once a subscription. A
+/// process that is too slow thus falls behind by so much at most, and works on what is now.
 ///
 /// An exception leaving an LCM handler would make the next handle() abort the process: ours run
 /// after LCM has returned. The first exception is thrown by handle_once() when all handlers of the
@@ -27,6 +29,7 @@ class LcmBus : public Bus {
   explicit LcmBus(const std::string& url);
   static constexpr std::size_t kQueueCapacity = 500;  ///< enough for a burst during a map update
   static constexpr std::size_t kQueueBytes = 64 << 20;
+  static constexpr std::size_t kFewMessages = 16;
   ~LcmBus() override;
 
   void subscribe_raw(const std::string& channel_regex, RawHandler handler) override;
@@ -49,6 +52,7 @@ class LcmBus : public Bus {
   struct Subscription;
   void take_what_came(int timeout_ms);
   void handle_oldest();
+  void give_up_until(int64_t number);
 
   lcm::LCM lcm_;
   int64_t taken_ = 0;  ///< messages so far: the order of arrival over all subscriptions

@@ -24,6 +24,7 @@ void Hcs12Base::on_connection(bool connected, Utime now) {
   connected_ = connected;
   exchange_.clear();
   run_.reset();
+  last_stamp_ = next_prediction_ = {};  // the host's clock may have been set back
   stop_asked_ = wait_armed_ = false;
   silent_ = 0;
   next_ping_ = now;

@@ -44,6 +44,7 @@ void PanTiltDriver::on_connection(bool connected, Utime now) {
   link_ = Link::down;
   wait_armed_ = false;
   wanted_.reset();
+  last_stamp_ = next_status_ = next_prediction_ = {};  // the host's clock may have been set back
   silent_ = 0;
   next_ping_ = now;
 }

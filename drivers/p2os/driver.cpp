@@ -51,6 +51,7 @@ void P2osBase::restart_sync(Utime now) {
   sync_ = 0;
   next_sync_ = now;
   last_packet_ = now;
+  velocity_sent_ = ring_told_ = {};  // the host's clock may have been set back
   last_sip_.reset();
   leg_.reset();
   stop_asked_ = false;

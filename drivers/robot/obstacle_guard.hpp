@@ -20,7 +20,7 @@ struct GuardOptions {
   double side_margin_m = 0.03;  ///< kept free beside the body
   double min_height_m = 0.08;   ///< lower things are floor
   double max_height_m = 1.20;   ///< higher ones are passed under
-  double max_age_s = 2.0;       ///< of what was seen
+  double max_age_s = 60.0;      ///< of what a sensor saw that sees no more
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -37,8 +37,9 @@ struct GuardOptions {
 };
 
 /// How far a robot may go before it meets what its laser, sonars and bumpers saw. A thing is kept
-/// where it was seen, in the odom frame, until it is too old or its sensor looks again. With no
-/// fresh sight the way counts as free: a robot without a laser must be drivable; blind() tells.
+/// where it was seen, in the odom frame, until its sensor looks again: when a laser fails before a
+/// wall the wall stays, for max_age_s. Without any sight the way counts as free: a robot without a
+/// laser must be drivable; blind() tells.
 class ObstacleGuard {
  public:
   explicit ObstacleGuard(const GuardOptions& options);

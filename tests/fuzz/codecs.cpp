@@ -7,6 +7,7 @@
 #include "drivers/hokuyo/codec.hpp"
 #include "drivers/imu/codec.hpp"
 #include "drivers/leuze/codec.hpp"
+#include "drivers/p2os/accessories.hpp"
 #include "drivers/p2os/codec.hpp"
 #include "drivers/rplidar/codec.hpp"
 #include "drivers/sick/codec.hpp"
@@ -290,6 +291,9 @@ MARCO_FUZZ(p2os) {
           }
           if (const auto name = p2os::decode_name(*payload)) p2os::model_of(name->subtype);
           p2os::decode_command(*payload);
+          if (const auto config = p2os::decode_config(*payload)) p2os::encode_config(*config);
+          p2os::decode_encoders(*payload);
+          p2os::decode_io(*payload);
         }
       });
 }

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--ci GROUP] [TARGET...]
+# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--jobs N] [--ci GROUP] [TARGET...]
 # Corpora grow in WORK/TARGET, seeded from tests/fuzz/corpus/TARGET; two targets at a time. What crashes is left in
 # WORK and makes the exit code 1. --ci: 20 s each for three targets of one program, other ones every day, so that only
 # that program need be built; fuzz.sh --todays-group says which.
@@ -10,11 +10,12 @@ groups=(codecs procman files messages drivers network codecs configs)
 [ "${1:-}" = --todays-group ] && { echo "${groups[$((day % ${#groups[@]}))]}"; exit 0; }
 bin=$1 work=$2
 shift 2
-seconds=60 ci=no targets=()
+seconds=60 ci=no jobs=2 targets=()
 while [ $# -gt 0 ]; do
   case $1 in
     --minutes) seconds=$((60 * $2)); shift 2 ;;
     --seconds) seconds=$2; shift 2 ;;
+    --jobs) jobs=$2; shift 2 ;;
     --ci) ci=$2 seconds=20; shift 2 ;;
     -*) echo "usage: ./marco fuzz [--minutes N] [TARGET...]" >&2; exit 2 ;;
     *) targets+=("$1"); shift ;;
@@ -35,6 +36,22 @@ if [ $ci != no ]; then
 fi
 [ ${#targets[@]} -gt 0 ] || targets=("${all[@]}")
 
+# The input that libFuzzer gave up for its time; @returns whether it takes that long when it runs by itself.
+hangs() {
+  local input
+  input=$(sed -n 's/.*Test unit written to //p' "$work/$2.log" | tail -1)
+  [ -n "$input" ] || return 1
+  (ulimit -t "$3"; "$1" --target="$2" -timeout=1000 "$input" >/dev/null 2>&1) && { rm -f "$input"; return 1; }
+  return 0
+}
+
+# libFuzzer's log, and at its end: edges, and minutes since the last new one.
+stamp_edges() {
+  awk '{ print }
+    / cov: [0-9]/ { for (i = 1; i < NF; ++i) if ($i == "cov:" && $(i + 1) > most) { most = $(i + 1); at = systime() } }
+    END { if (most) printf "edges: %d %.0f\n", most, (systime() - at) / 60 }'
+}
+
 fuzz_one() {
   local target=$1 program
   program="$(program_of "$target")"
@@ -43,16 +60,27 @@ fuzz_one() {
   # A wide search over many scans is slow under the sanitizers; no decoder may be.
   local limit=1
   [[ $target == *_adapter ]] && limit=25
-  # A corpus of an earlier run counts, too: executions are of this run.
-  timeout $((seconds + 120)) "$program" --target="$target" -timeout=$limit -rss_limit_mb=512 -max_len=4096 \
-    -max_total_time="$seconds" -print_final_stats=1 -artifact_prefix="$work/$target-" \
-    "$work/$target" "$here/corpus/$target" >"$work/$target.log" 2>&1
-  local code=$?
-  local executed edges last
-  executed=$(sed -n 's/^stat::number_of_executed_units: *//p' "$work/$target.log")
-  last=$(grep -E '^#[0-9]+.*cov: ' "$work/$target.log" | tail -1)
-  edges=$(sed -E 's/.*cov: ([0-9]+).*/\1/' <<<"$last")
-  printf '%-20s %12s executions %6s edges  %s\n' "$target" "${executed:-?}" "${edges:-?}" \
+  # libFuzzer's second is a clock's: where others compute, too, an input is run again, for a second of this process.
+  local end=$((SECONDS + seconds)) code=0 log="$work/$target.log"
+  : >"$log"
+  set -o pipefail
+  while [ $SECONDS -lt $end ]; do
+    timeout $((seconds + 120)) "$program" --target="$target" -timeout=$limit -rss_limit_mb=512 -max_len=4096 \
+      -max_total_time=$((end - SECONDS)) -print_final_stats=1 -artifact_prefix="$work/$target-" \
+      "$work/$target" "$here/corpus/$target" 2>&1 | stamp_edges >>"$log"
+    code=$?
+    [ $code = 70 ] || break
+    hangs "$program" "$target" "$limit" && break
+    code=0
+  done
+  local executed edges quiet total
+  executed=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | awk '{ sum += $1 } END { printf "%d", sum }')
+  read -r edges quiet < <(sed -n 's/^edges: //p' "$log" | tail -1)
+  # Of all runs into this WORK.
+  total=$(($(cat "$work/$target.total" 2>/dev/null || echo 0) + ${executed:-0}))
+  echo $total >"$work/$target.total"
+  printf '%-20s %12s executions (of %s) %6s edges, none new for %4s min  %s\n' "$target" "${executed:-?}" "$total" \
+    "${edges:-?}" "${quiet:-?}" \
     "$([ $code = 0 ] && echo clean || echo "FAILED: $(grep -m1 -oE 'ERROR: .*|runtime error: .*|terminate called.*' "$work/$target.log"), see $work/$target.log")"
   return $code
 }
@@ -62,7 +90,7 @@ failed=0 running=0
 for target in "${targets[@]}"; do
   fuzz_one "$target" &
   running=$((running + 1))
-  if [ $running -ge 2 ]; then wait -n || failed=1; running=$((running - 1)); fi
+  if [ $running -ge "$jobs" ]; then wait -n || failed=1; running=$((running - 1)); fi
 done
 while [ $running -gt 0 ]; do wait -n || failed=1; running=$((running - 1)); done
 exit $failed

@@ -19,20 +19,33 @@ tilt_from_deg = -4
 tilt_to_deg = 4
 rows = 10
 """
-LEGS = """[[steps]]
-to_m = [5.6, 2.2]
-[[steps]]
-to_m = [9.6, 2.6]
-[[steps]]
-to_m = [12.4, 4.0]
-[[steps]]
-to_m = [10.6, 6.6]
-[[steps]]
-to_m = [5.4, 6.6]
-[[steps]]
-kind = "wait"
-seconds = 6.0
-"""
+# Round the lab's tables; the last three lead home, to begin again.
+WAY = ((5.6, 2.2), (9.6, 2.6), (12.4, 4.0), (10.6, 6.6), (5.4, 6.6))
+HOME = ((3.0, 6.0), (2.6, 4.6), START[:2])
+
+
+def legs(points, wait_s=6.0):
+    return "".join(f"[[steps]]\nto_m = [{x}, {y}]\n" for x, y in points) \
+        + f'[[steps]]\nkind = "wait"\nseconds = {wait_s}\n'
+
+
+def rest_of_way(at, backwards):
+    """The points of WAY that are left for who stands at `at`, between two of them or on the way home; the one before
+    first when the way on is barred."""
+    ring = WAY + HOME
+
+    def distance(i):
+        (x1, y1), (x2, y2) = ring[i - 1], ring[i]
+        dx, dy = x2 - x1, y2 - y1
+        along = max(0.0, min(1.0, ((at[0] - x1) * dx + (at[1] - y1) * dy) / (dx * dx + dy * dy)))
+        return math.hypot(at[0] - x1 - along * dx, at[1] - y1 - along * dy)
+
+    nearest = min(range(len(ring)), key=distance)
+    first = ring[nearest - 1:nearest] if backwards and nearest else ring[-1:] if backwards else ()
+    # On the last leg as well: a whole round, so that it is driven.
+    return first + (ring[nearest:] + WAY if nearest >= len(WAY) else ring[nearest:len(WAY)])
+
+
 SCRIPT = """
 cmd "simulator" { exec = "marco-sim --config $ROOT/config/robots/michoacan.toml --world $ROOT/config/worlds/lab.toml --tour $RUN/tour.toml --ports $RUN/ports"; deputy = "localhost"; auto_respawn = "true"; environment = "LD_PRELOAD="; }
 cmd "base" { exec = "marco-base --config $ROOT/config/robots/michoacan/base.toml --device $RUN/ports/base"; deputy = "localhost"; auto_respawn = "true"; }
@@ -61,7 +74,7 @@ class LiveStack:
 
     def __init__(self, root, bin_folder, folder, relay=False, clock=False):
         self.root, self.bin, self.folder, self.children, self.driven = root, bin_folder, folder, [], None
-        self.note = ""
+        self.note, self.begun = "", 0
         os.makedirs(folder + "/rec")
         self.far_port = FAR_PORT if relay else PORT
         url = "udpm://%s:%d?ttl=0&recv_buf_size=2097152"
@@ -73,9 +86,7 @@ class LiveStack:
             self.set_clock(0)
             self.env.update(FAKETIME_TIMESTAMP_FILE=self.clock, FAKETIME_NO_CACHE="1", DONT_FAKE_MONOTONIC="1",
                             LD_PRELOAD="libfaketime.so.1", LD_LIBRARY_PATH="/usr/lib/x86_64-linux-gnu/faketime")
-        for name, steps in (("tour", SWEEP + LEGS), ("again", LEGS)):
-            with open(f"{folder}/{name}.toml", "w") as file:
-                file.write("start_m = [2.0, 3.0]\n" + steps)
+        self.write_tour("tour", SWEEP + legs(WAY))
         with open(folder + "/slam.toml", "w") as file:
             file.write("checkpoint_every_s = 2.0\n")
         text = SCRIPT.replace("$ROOT", root).replace("$RUN", folder).replace("FAR_URL", url % (GROUP, self.far_port))
@@ -113,10 +124,25 @@ class LiveStack:
         env = {name: value for name, value in self.env.items() if name != "LD_PRELOAD"}
         return self.spawn("tour", self.bin + "/marco-tour", f"{self.folder}/{name}.toml", "--pose", "true", env=env)
 
+    def write_tour(self, name, steps):
+        with open(f"{self.folder}/{name}.toml", "w") as file:
+            file.write("start_m = [2.0, 3.0]\n" + steps)
+
+    def go_on(self):
+        """What is left of the way from where the robot stands; back first, every second time that it is begun anew."""
+        at = self.ear.poses.get("TRUE_POSE", (0,) + START)[1:3]
+        self.begun += 1
+        # Almost at the end: the whole round.
+        left = rest_of_way(at, self.begun % 2 == 0)
+        if math.dist(at, WAY[-1]) < 0.3:
+            left = HOME + WAY
+        self.write_tour("again", legs(left))
+        return self.tour("again")
+
     def keep_driving(self):
         """Round and round: a tour that ended, well or not, is driven again."""
         if self.driven.poll() is not None:
-            self.driven = self.tour("again")
+            self.driven = self.go_on()
 
     def full(self):
         usage = shutil.disk_usage(self.folder + "/rec")
@@ -131,7 +157,7 @@ class LiveStack:
                 break
             if code is not None:
                 time.sleep(3.0)
-                tour = self.tour("again")
+                self.driven = tour = self.go_on()
             time.sleep(0.2)
         if tour.poll() is None:
             tour.terminate()

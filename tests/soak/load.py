@@ -12,7 +12,7 @@ import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from lcm_wire import Ear, events_of  # noqa: E402
-from live_stack import LEGS  # noqa: E402
+from live_stack import HOME, WAY, legs  # noqa: E402
 
 PORT = 7667
 ROUNDS = 5  # so that it is overtaxed for long, not for as much as its queues hold
@@ -57,7 +57,7 @@ def main():
     folder = tempfile.mkdtemp(prefix="marco_load_")
     log = folder + "/drive.lcm"
     with open(folder + "/tour.toml", "w") as tour:
-        tour.write("start_m = [2.0, 3.0]\n" + ROUNDS * LEGS.replace("seconds = 6.0", "seconds = 1.0"))
+        tour.write("start_m = [2.0, 3.0]\n" + ROUNDS * legs(WAY + HOME, 1.0))
     subprocess.run([arguments.bin + "/marco-simulate", "--world", arguments.root + "/config/worlds/lab.toml", "--tour",
                     folder + "/tour.toml", "--seed", "1", "--out", log], check=True, stdout=subprocess.DEVNULL)
     channels = [channel for channel, _ in events_of(log)]

@@ -60,6 +60,37 @@ TEST(LcmBus, WhoIsTooSlowLosesTheOldestAndSaysHowMany) {
   EXPECT_EQ(got.back(), std::make_pair('t', 1e6));
 }
 
+// A scan for every second odometry: what is left of both must be of the same time.
+TEST(LcmBus, WhatCameBeforeTheOldestThatIsLeftGoesOnAllChannels) {
+  LcmBus bus("memq://");
+  DropCounter drops;
+  std::vector<double> scans, odometry, orders;
+  const auto keep = [](std::vector<double>& stamps) {
+    return [&stamps](const pose2_t& pose, const RawMessage&) { stamps.push_back(pose.x_m); };
+  };
+  bus.subscribe<pose2_t>("SCAN", drops, keep(scans));
+  bus.subscribe<pose2_t>("ODOMETRY", drops, keep(odometry));
+  bus.subscribe<pose2_t>("ORDER", drops, keep(orders));
+  pose2_t pose{};
+  constexpr int kLost = 100;
+  constexpr int kSent = static_cast<int>(LcmBus::kQueueCapacity) + kLost;
+  for (int i = 0; i < kSent; ++i) {
+    pose.x_m = i;
+    bus.publish("ODOMETRY", pose);
+    if (i % 2 == 0) bus.publish("SCAN", pose);
+    if (i % 100 == 1) bus.publish("ORDER", pose);
+  }
+  while (bus.handle_once(0)) {
+  }
+
+  ASSERT_EQ(odometry.size(), LcmBus::kQueueCapacity);
+  EXPECT_EQ(odometry.front(), kLost);
+  ASSERT_EQ(scans.size(), LcmBus::kQueueCapacity / 2);
+  EXPECT_EQ(scans.front(), kLost);
+  EXPECT_EQ(orders.size(), kSent / 100U);  // few: none is lost
+  EXPECT_EQ(bus.lost(), (std::map<std::string, int64_t>{{"ODOMETRY", kLost}, {"SCAN", kLost / 2}}));
+}
+
 TEST(LcmBus, AnUrlNobodyKnowsIsRefusedWithAHint) {
   EXPECT_THROW(LcmBus("nonsense://"), std::runtime_error);
 }

@@ -20,7 +20,7 @@ class Bench {
   void plug(bool in) {
     plugged_ = in;
     emulator_.on_connection(in, now_);
-    driver_.on_connection(in, now_);
+    driver_.on_connection(in, now_ + host_ahead);
   }
 
   void step() {
@@ -28,8 +28,8 @@ class Bench {
     std::vector<uint8_t> from_device, from_driver;
     emulator_.advance(now_, from_device);
     if (spoil) spoil(from_device);
-    if (plugged_ && !from_device.empty()) driver_.receive(from_device, now_);
-    driver_.advance(now_, from_driver);
+    if (plugged_ && !from_device.empty()) driver_.receive(from_device, now_ + host_ahead);
+    driver_.advance(now_ + host_ahead, from_driver);
     for (const uint8_t byte : from_driver) on_line_.push_back(byte);
     // At 9600 baud a byte takes about two steps; faster lines deliver at once.
     budget_ += baud_ * 0.0005 / 10.0;
@@ -60,7 +60,8 @@ class Bench {
 
   std::function<void(std::vector<uint8_t>&)> spoil;  ///< changes bytes on their way to the driver
   std::function<void(Utime)> each_step;
-  bool deaf = false;  ///< the device hears nothing
+  Duration host_ahead;  ///< the driver's clock is set so much ahead of now()
+  bool deaf = false;    ///< the device hears nothing
 
  private:
   Driver& driver_;

@@ -100,5 +100,66 @@ TEST(Recovery, Imu) {
       "IMU", bench, [&] { return driver.alive(); }, {}, 0.5);
 }
 
+/// The host's clock is set an hour ahead and back, as DriverLoop tells drivers: line and session
+/// begun anew. @param newest  stamp of what was told last.
+template <class Driver>
+void expect_stamps_follow(testing::Bench<Driver>& bench, const std::function<Utime()>& newest) {
+  bench.run(3.0);
+  for (const double ahead_s : {0.0, 3600.0, 0.0}) {
+    bench.plug(false);
+    bench.host_ahead = Duration::from_seconds(ahead_s);
+    bench.plug(true);
+    bench.run(3.0);
+    const Duration age = bench.now() + bench.host_ahead - newest();
+    EXPECT_GE(age.us, 0) << ahead_s;
+    EXPECT_LT(age.seconds(), 1.5) << ahead_s;
+  }
+}
+
+TEST(Recovery, StampsFollowAClockThatIsSetBack) {
+  hcs12::BaseEmulator board({}, {});
+  hcs12::Hcs12Base base({});
+  testing::Bench<hcs12::Hcs12Base> base_bench(base, board, hcs12::kBaud);
+  // Nothing at all is told when a deadline is an hour ahead.
+  const auto newest = [](const auto& samples) {
+    return samples.empty() ? Utime{} : samples.back().utime;
+  };
+  expect_stamps_follow<hcs12::Hcs12Base>(base_bench,
+                                         [&] { return newest(base.take_output().odometry); });
+  hcs12::PanTiltEmulator head_board({});
+  hcs12::PanTiltDriver head({});
+  testing::Bench<hcs12::PanTiltDriver> head_bench(head, head_board, hcs12::kBaud);
+  expect_stamps_follow<hcs12::PanTiltDriver>(head_bench,
+                                             [&] { return newest(head.take_states()); });
+  p2os::P2osEmulator robot;
+  p2os::P2osBase pioneer({});
+  testing::Bench<p2os::P2osBase> pioneer_bench(pioneer, robot, p2os::kBaud);
+  expect_stamps_follow<p2os::P2osBase>(pioneer_bench,
+                                       [&] { return newest(pioneer.take_output().odometry); });
+}
+
+// A laser that fails before a wall: the wall is still there.
+TEST(Recovery, TheGuardRemembersWhatABlindLaserSawLast) {
+  ObstacleGuard guard({});
+  SensorInfo info;
+  info.parent_from_sensor = make_pose3({0.0, 0.0, 0.5});
+  guard.on_sensor_info(info);
+  LaserScan scan;
+  scan.ranges_m = {0.9F};
+  const Utime seen = Utime::from_us(1'600'000'000'000'000);
+  EXPECT_TRUE(guard.blind(seen));
+  guard.on_scan(scan, {}, seen);
+  const auto free_m = [&](double later_s) {
+    return guard.free_move_m(2.0, {}, seen + Duration::from_seconds(later_s));
+  };
+  // Front 0.30 m and margin 0.10 m before it.
+  EXPECT_NEAR(free_m(0.0), 0.5, 1e-6);
+  EXPECT_NEAR(free_m(30.0), 0.5, 1e-6);
+  EXPECT_EQ(free_m(90.0), 2.0);  // a robot whose laser is gone must be drivable
+  scan.ranges_m = {3.0F};
+  guard.on_scan(scan, {}, seen + Duration::from_seconds(31.0));
+  EXPECT_EQ(free_m(32.0), 2.0);  // it looked again
+}
+
 }  // namespace
 }  // namespace marco::drivers

@@ -1,0 +1,22 @@
+#!/bin/bash
+# Lines of the decoders that the corpora reach: coverage.sh BIN WORK, BIN a build with clang's coverage. Each program
+# runs all corpora of its targets once; then a line for each of its source files that a fuzzer is for.
+set -eu
+here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
+bin=$1 work=$2
+out="$work/coverage"
+rm -rf "$out" && mkdir -p "$out"
+tool() { command -v "$1" || command -v "$1-14"; }
+profdata=$(tool llvm-profdata) cov=$(tool llvm-cov)
+for program in "$bin"/fuzz_*; do
+  name=$(basename "$program")
+  for target in $("$program" 2>/dev/null); do
+    mkdir -p "$work/$target"
+    LLVM_PROFILE_FILE="$out/$name-$target.profraw" "$program" --target="$target" -runs=0 -max_len=100000 \
+      "$work/$target" "$here/corpus/$target" >"$out/$name-$target.log" 2>&1 || echo "$target: FAILED, see $out" >&2
+  done
+  "$profdata" merge -o "$out/$name.profdata" "$out/$name"-*.profraw
+  # File, lines, lines not reached, percent.
+  "$cov" report "$program" -instr-profile="$out/$name.profdata" 2>/dev/null |
+    awk -v group="$name" '$1 ~ /\.cpp$/ && $1 !~ /tests\/fuzz/ { printf "%-14s %-40s %5d lines %8s\n", group, $1, $8, $10 }'
+done

@@ -223,6 +223,23 @@ TEST_F(SlamSurvival, LiveItWritesCheckpointsByItself) {
   EXPECT_GE(state->live.size(), 30U);
 }
 
+TEST_F(SlamSurvival, LiveCheckpointsAreWrittenBehindTheScans) {
+  SlamAdapterOptions options;
+  options.checkpoint_path = (folder_.path() / "checkpoint").string();
+  options.checkpoint_every_s = 4.0;
+  {
+    process::BatchBus bus;
+    SlamAdapter slam(bus, options);
+    slam.close_loops_in_background();
+    for (const Sample& sample : samples_) send(bus, sample);
+    EXPECT_EQ(slam.drops().by_cause().count("checkpoint: cannot be written"), 0U);
+  }
+  const auto state = load_adapter_state(options.checkpoint_path, {});
+  ASSERT_TRUE(state.has_value());
+  EXPECT_GE(state->scan_count, 20);
+  EXPECT_TRUE(state->live.empty());
+}
+
 TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
   SlamAdapterOptions options;
   options.maps_folder = folder_.path().string();

@@ -27,10 +27,6 @@ constexpr double kDoubtedPrior = 0.01;
 // measurement contradicts another.
 constexpr double kContradiction = 16.0;
 
-// The same from which on a standing robot is taken to be pushed: of its scans, 75 a second for
-// hours, one in a million honest ones is beyond.
-constexpr double kPushed = 30.0;
-
 // By how much a standing robot's place may wander from scan to scan: its floor and the walls do.
 constexpr double kStandingSigmaM = 1e-4;
 constexpr double kStandingSigmaDeg = 0.003;
@@ -156,7 +152,7 @@ void Slam::look_again(Match& match, Eigen::Matrix3d& covariance) const {
   const Eigen::Vector3d moved = off(match.world_from_robot, world_from_robot_);
   const Eigen::Matrix3d difference = (before + inverse_of(match.information)).inverse();
   // Wheels may be still while the robot is pushed.
-  if (moved.dot(difference * moved) > kPushed) return;
+  if (moved.dot(difference * moved) > kContradiction) return;
   const Eigen::Matrix3d gain = before * difference;
   const Eigen::Vector3d step = gain * moved;
   match.world_from_robot = {world_from_robot_.x_m + step.x(), world_from_robot_.y_m + step.y(),

@@ -1,12 +1,14 @@
 #include "slam/key_scan_grid.hpp"
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace marco::slam {
 namespace {
 
 constexpr double kFarM = 10.0;
+constexpr int kDrawing = 16;  // costs so much as looking whether there is something to draw
 
 void insert(const KeyScan& key, OccupancyGrid& grid) {
   grid.insert(key.world_from_robot * key.points_in_robot.points,
@@ -24,66 +26,108 @@ OccupancyGrid draw_grid(const std::vector<KeyScan>& keys, const OccupancyGridOpt
 KeyScanGrid::KeyScanGrid(const OccupancyGridOptions& options) : options_(options), grid_(options) {}
 
 const OccupancyGrid& KeyScanGrid::update(const std::vector<KeyScan>& keys) {
-  const std::size_t known = known_as_drawn(keys);
-  if (known == 0 && !drawn_.empty()) {
-    grid_.clear();
-    drawn_.clear();
-    ++times_redrawn_;
+  while (!advance(keys, std::numeric_limits<int>::max() / kDrawing)) {
   }
-  anew_.reset();
-  draw_more(keys, known, keys.size());
   return grid_;
 }
 
-bool KeyScanGrid::draw_more(const std::vector<KeyScan>& keys,
-                            std::size_t known,
-                            std::size_t at_most) {
-  const std::size_t end = std::min(keys.size(), known + at_most);
-  for (; known < end; ++known) {
-    insert(keys[known], grid_);
-    drawn_.push_back({keys[known].utime, keys[known].world_from_robot});
+bool KeyScanGrid::advance(const std::vector<KeyScan>& keys, int at_most) {
+  int budget = kDrawing * at_most;
+  if (!anew_ || !same(compare(anew_->keys, keys))) {
+    Change change = compare(drawn_, keys);
+    if (change.all || change.some) {
+      begin_anew(keys, std::move(change));
+    } else {
+      drawn_ = std::move(change.remaining);
+      left_.insert(left_.end(), change.left.begin(), change.left.end());
+      anew_.reset();
+    }
   }
-  return end == keys.size();
+  if (anew_ && !draw_anew(keys, budget)) return false;
+  while (drawn_.size() < keys.size() && budget >= kDrawing) {
+    const KeyScan& key = keys[drawn_.size()];
+    insert(key, grid_);
+    drawn_.push_back(place(key));
+    ++drawn_count_;
+    budget -= kDrawing;
+  }
+  return drawn_.size() == keys.size();
 }
 
-bool KeyScanGrid::advance(const std::vector<KeyScan>& keys, int at_most) {
-  const auto count = static_cast<std::size_t>(at_most);
-  if (!anew_) {
-    const std::size_t known = known_as_drawn(keys);
-    if (known > 0 || drawn_.empty()) return draw_more(keys, known, count);
-    anew_ = std::make_unique<KeyScanGrid>(options_);
+bool KeyScanGrid::same(const Change& change) {
+  return !change.all && !change.some && change.left.empty();
+}
+
+KeyScanGrid::Drawn KeyScanGrid::place(const KeyScan& key) const {
+  return {key.utime, key.world_from_robot,
+          grid_.box_of(key.world_from_robot * key.points_in_robot.points,
+                       key.world_from_robot * key.sensor_in_robot)};
+}
+
+KeyScanGrid::Change KeyScanGrid::compare(const std::vector<Drawn>& drawn,
+                                         const std::vector<KeyScan>& keys) const {
+  Change change;
+  change.remaining.reserve(drawn.size());
+  bool last_is_there = drawn.empty();
+  for (const Drawn& before : drawn) {
+    const std::size_t known = change.remaining.size();
+    last_is_there = known < keys.size() && keys[known].utime == before.utime;
+    if (!last_is_there) {
+      change.left.push_back(before.box);
+      continue;
+    }
+    const Pose2 moved = between(before.world_from_robot, keys[known].world_from_robot);
+    const double far_m = moved.translation_m().norm() + kFarM * std::abs(moved.theta_rad);
+    const bool stays = far_m <= 0.5 * options_.resolution_m;
+    change.remaining.push_back(stays ? before : place(keys[known]));
+    if (stays) continue;
+    change.some = true;
+    change.touched.push_back(before.box);
+    change.touched.push_back(change.remaining.back().box);
   }
-  const std::size_t known = anew_->known_as_drawn(keys);
-  if (known == 0 && !anew_->drawn_.empty()) {  // they moved again
-    anew_ = std::make_unique<KeyScanGrid>(options_);
+  change.all = !last_is_there || 2 * change.remaining.size() < drawn.size();
+  return change;
+}
+
+void KeyScanGrid::begin_anew(const std::vector<KeyScan>& keys, Change change) {
+  anew_.emplace(Anew{OccupancyGrid(options_), {}, std::move(change.remaining), 0});
+  if (change.all) {
+    anew_->keys.clear();
+    for (const KeyScan& key : keys) anew_->keys.push_back(place(key));
+    return;
   }
-  if (!anew_->draw_more(keys, known, count)) return false;
-  grid_ = std::move(anew_->grid_);
-  drawn_ = std::move(anew_->drawn_);
+  for (const auto* boxes : {&change.touched, &change.left, &left_}) {
+    for (const OccupancyGrid::TileBox& box : *boxes) OccupancyGrid::add(box, anew_->tiles);
+  }
+}
+
+bool KeyScanGrid::draw_anew(const std::vector<KeyScan>& keys, int& budget) {
+  for (; anew_->next < anew_->keys.size(); ++anew_->next) {
+    if (budget < kDrawing) return false;
+    const Drawn& drawn = anew_->keys[anew_->next];
+    --budget;
+    if (!anew_->tiles.empty() && !OccupancyGrid::touches(drawn.box, anew_->tiles)) continue;
+    const KeyScan& key = keys[anew_->next];
+    const Points2 hits = drawn.world_from_robot * key.points_in_robot.points;
+    const Eigen::Vector2d sensor = drawn.world_from_robot * key.sensor_in_robot;
+    if (anew_->tiles.empty()) {
+      anew_->grid.insert(hits, sensor);
+    } else {
+      anew_->grid.insert_in(anew_->tiles, hits, sensor);
+    }
+    ++drawn_count_;
+    budget -= kDrawing - 1;
+  }
+  if (anew_->tiles.empty()) {
+    grid_ = std::move(anew_->grid);
+  } else {
+    grid_.replace(anew_->tiles, std::move(anew_->grid));
+  }
+  drawn_ = std::move(anew_->keys);
+  left_.clear();
   anew_.reset();
   ++times_redrawn_;
   return true;
-}
-
-std::size_t KeyScanGrid::known_as_drawn(const std::vector<KeyScan>& keys) {
-  if (drawn_.empty()) return 0;
-  std::size_t known = 0;
-  for (const StampedPose2& drawn : drawn_) {
-    // One that has become one with another leaves its light where it was.
-    if (known == keys.size() || keys[known].utime != drawn.utime) continue;
-    const Pose2 moved = between(drawn.world_from_robot, keys[known].world_from_robot);
-    const double far_m = moved.translation_m().norm() + kFarM * std::abs(moved.theta_rad);
-    if (far_m > 0.5 * options_.resolution_m) return 0;
-    ++known;
-  }
-  const bool last_is_known = known > 0 && keys[known - 1].utime == drawn_.back().utime;
-  if (!last_is_known || 2 * known < drawn_.size()) return 0;
-  std::size_t kept = 0;
-  for (const StampedPose2& drawn : drawn_) {
-    if (kept < known && keys[kept].utime == drawn.utime) drawn_[kept++] = drawn;
-  }
-  drawn_.resize(kept);
-  return known;
 }
 
 }  // namespace marco::slam

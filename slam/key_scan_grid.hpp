@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
-#include "common/trajectory.hpp"
 #include "slam/grid/occupancy_grid.hpp"
 #include "slam/loop_closer.hpp"
 
@@ -14,9 +14,9 @@ namespace marco::slam {
 OccupancyGrid draw_grid(const std::vector<KeyScan>& keys, const OccupancyGridOptions& options = {});
 
 /// The same for key scans that grow in number and move now and then: new ones are added to what is
-/// drawn, and all are drawn anew only when one has moved by more than half a cell, seen ten metres
-/// away, or most are others. Of a key scan in their midst that has gone, what it drew stays until
-/// then. Not thread-safe.
+/// drawn. Where some have moved by more than half a cell, seen ten metres away, the tiles that they
+/// touch, or touched, are made anew of all key scans there; what most are others, everything. Of a
+/// key scan in their midst that has gone, what it drew stays until then. Not thread-safe.
 class KeyScanGrid {
  public:
   explicit KeyScanGrid(const OccupancyGridOptions& options = {});
@@ -29,20 +29,47 @@ class KeyScanGrid {
   bool advance(const std::vector<KeyScan>& keys, int at_most);
   const OccupancyGrid& grid() const { return grid_; }
 
-  /// How often all were drawn.
+  /// How often something was drawn anew.
   int times_redrawn() const { return times_redrawn_; }
+  /// Key scans drawn in all, some of them again and again.
+  int64_t drawn() const { return drawn_count_; }
 
  private:
-  /// How many of the first key scans are in the grid and lie as they were drawn; 0 = draw anew.
-  std::size_t known_as_drawn(const std::vector<KeyScan>& keys);
+  struct Drawn {
+    Utime utime;
+    Pose2 world_from_robot;
+    OccupancyGrid::TileBox box;
+  };
+  /// What has become of the key scans that are drawn.
+  struct Change {
+    bool all = false;              ///< most are others
+    bool some = false;             ///< some have moved
+    std::vector<Drawn> remaining;  ///< those that are still there, where they are to be drawn
+    std::vector<OccupancyGrid::TileBox> touched;  ///< by those that moved: before and now
+    std::vector<OccupancyGrid::TileBox> left;     ///< by those that have gone
+  };
+  /// Tiles that are being made anew.
+  struct Anew {
+    OccupancyGrid grid;
+    OccupancyGrid::Tiles tiles;  ///< none: all
+    std::vector<Drawn> keys;
+    std::size_t next = 0;
+  };
 
-  bool draw_more(const std::vector<KeyScan>& keys, std::size_t known, std::size_t at_most);
+  Change compare(const std::vector<Drawn>& drawn, const std::vector<KeyScan>& keys) const;
+  static bool same(const Change& change);
+  Drawn place(const KeyScan& key) const;
+  void begin_anew(const std::vector<KeyScan>& keys, Change change);
+  /// @returns whether it is complete; takes from `budget`.
+  bool draw_anew(const std::vector<KeyScan>& keys, int& budget);
 
   OccupancyGridOptions options_;
   OccupancyGrid grid_;
-  Trajectory drawn_;  ///< of each key scan in the grid
+  std::vector<Drawn> drawn_;                  ///< the key scans in the grid
+  std::vector<OccupancyGrid::TileBox> left_;  ///< drawn by key scans that have gone
+  std::optional<Anew> anew_;
   int times_redrawn_ = 0;
-  std::unique_ptr<KeyScanGrid> anew_;  ///< while all are being drawn in parts
+  int64_t drawn_count_ = 0;
 };
 
 }  // namespace marco::slam

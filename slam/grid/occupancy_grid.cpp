@@ -35,20 +35,80 @@ OccupancyGrid& OccupancyGrid::operator=(OccupancyGrid&&) noexcept = default;
 
 void OccupancyGrid::clear() {
   tiles_.clear();
-  last_tile_ = nullptr;
+  last_key_.reset();
   scan_ = 0;
 }
 
-OccupancyGrid::Cell& OccupancyGrid::cell_at(int x_cell, int y_cell) {
+OccupancyGrid::Cell* OccupancyGrid::cell_at(int x_cell, int y_cell) {
   const uint64_t key = tile_key(x_cell >> kTileBits, y_cell >> kTileBits);
-  if (last_tile_ == nullptr || key != last_key_) {
-    std::unique_ptr<Tile>& tile = tiles_[key];
-    if (!tile) tile = std::make_unique<Tile>();
-    last_tile_ = tile.get();
+  if (key != last_key_) {
     last_key_ = key;
+    last_tile_ = nullptr;
+    if (only_ == nullptr || only_->contains(key)) {
+      std::unique_ptr<Tile>& tile = tiles_[key];
+      if (!tile) tile = std::make_unique<Tile>();
+      last_tile_ = tile.get();
+    }
   }
+  if (last_tile_ == nullptr) return nullptr;
   const int x = x_cell & (kTileCells - 1), y = y_cell & (kTileCells - 1);
-  return last_tile_->cells[static_cast<std::size_t>(y * kTileCells + x)];
+  return &last_tile_->cells[static_cast<std::size_t>(y * kTileCells + x)];
+}
+
+int OccupancyGrid::tile_of(double coordinate_m) const {
+  return static_cast<int>(std::floor(coordinate_m / options_.resolution_m)) >> kTileBits;
+}
+
+OccupancyGrid::TileBox OccupancyGrid::box_of(const Points2& hits_in_world,
+                                             const Eigen::Vector2d& sensor_in_world) const {
+  Eigen::Vector2d min = sensor_in_world, max = sensor_in_world;
+  if (hits_in_world.cols() > 0) {
+    min = min.cwiseMin(hits_in_world.rowwise().minCoeff());
+    max = max.cwiseMax(hits_in_world.rowwise().maxCoeff());
+  }
+  return {{tile_of(min.x()), tile_of(min.y())}, {tile_of(max.x()), tile_of(max.y())}};
+}
+
+void OccupancyGrid::add(const TileBox& box, Tiles& tiles) {
+  for (int y = box.min.y(); y <= box.max.y(); ++y) {
+    for (int x = box.min.x(); x <= box.max.x(); ++x) tiles.insert(tile_key(x, y));
+  }
+}
+
+bool OccupancyGrid::touches(const TileBox& box, const Tiles& tiles) {
+  for (int y = box.min.y(); y <= box.max.y(); ++y) {
+    for (int x = box.min.x(); x <= box.max.x(); ++x) {
+      if (tiles.contains(tile_key(x, y))) return true;
+    }
+  }
+  return false;
+}
+
+void OccupancyGrid::insert_in(const Tiles& tiles,
+                              const Points2& hits_in_world,
+                              const Eigen::Vector2d& sensor_in_world) {
+  require(hits_in_world.allFinite() && sensor_in_world.allFinite(),
+          "OccupancyGrid: a point is not finite");
+  only_ = &tiles;
+  last_key_.reset();
+  draw(hits_in_world, sensor_in_world);
+  only_ = nullptr;
+  last_key_.reset();
+}
+
+void OccupancyGrid::replace(const Tiles& tiles, OccupancyGrid other) {
+  last_key_.reset();
+  for (const uint64_t key : tiles) {
+    const auto anew = other.tiles_.find(key);
+    if (anew == other.tiles_.end()) {
+      tiles_.erase(key);
+      continue;
+    }
+    // Its scans were counted anew: none of them is the next one here.
+    for (Cell& cell : anew->second->cells) cell.last_scan = cell.last_scan == 0 ? 0 : 1;
+    tiles_[key] = std::move(anew->second);
+  }
+  scan_ = std::max(scan_, 1U);
 }
 
 const OccupancyGrid::Cell* OccupancyGrid::find_cell(int x_cell, int y_cell) const {
@@ -61,15 +121,19 @@ const OccupancyGrid::Cell* OccupancyGrid::find_cell(int x_cell, int y_cell) cons
 void OccupancyGrid::insert(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world) {
   require(hits_in_world.allFinite() && sensor_in_world.allFinite(),
           "OccupancyGrid: a point is not finite");
+  draw(hits_in_world, sensor_in_world);
+}
+
+void OccupancyGrid::draw(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world) {
   ++scan_;
   const double scale = 1.0 / options_.resolution_m;
   for (Eigen::Index i = 0; i < hits_in_world.cols(); ++i) {
     const Eigen::Vector2d hit = hits_in_world.col(i) * scale;
-    Cell& cell =
+    Cell* cell =
         cell_at(static_cast<int>(std::floor(hit.x())), static_cast<int>(std::floor(hit.y())));
-    if (cell.last_scan == scan_) continue;
-    cell.last_scan = scan_;
-    cell.log_odds = std::min(cell.log_odds + hit_log_odds_, max_log_odds_);
+    if (cell == nullptr || cell->last_scan == scan_) continue;
+    cell->last_scan = scan_;
+    cell->log_odds = std::min(cell->log_odds + hit_log_odds_, max_log_odds_);
   }
   const Eigen::Vector2d from = sensor_in_world * scale;
   for (Eigen::Index i = 0; i < hits_in_world.cols(); ++i) {
@@ -93,10 +157,10 @@ void OccupancyGrid::clear_along(const Eigen::Vector2d& from, const Eigen::Vector
   double next_y = beam.y() != 0.0 ? (step_y > 0 ? y + 1 - from.y() : from.y() - y) * per_y : kNever;
   const int count = std::abs(end_x - x) + std::abs(end_y - y);
   for (int i = 0; i < count; ++i) {
-    Cell& cell = cell_at(x, y);
-    if (cell.last_scan != scan_) {
-      cell.last_scan = scan_;
-      cell.log_odds = std::max(cell.log_odds + miss_log_odds_, min_log_odds_);
+    Cell* cell = cell_at(x, y);
+    if (cell != nullptr && cell->last_scan != scan_) {
+      cell->last_scan = scan_;
+      cell->log_odds = std::max(cell->log_odds + miss_log_odds_, min_log_odds_);
     }
     if (next_x < next_y) {
       x += step_x;

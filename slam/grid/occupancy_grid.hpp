@@ -4,7 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "common/grid_map.hpp"
@@ -37,7 +39,7 @@ struct OccupancyGridOptions {
 /// Occupied, free and unknown space, cell by cell, as log-odds (Moravec & Elfes; Thrun, Burgard,
 /// Fox, Probabilistic Robotics, table 9.1). What differs: each scan counts at most once a cell, and
 /// where a scan both hits a cell and passes through it, it is a hit. Grows in tiles as it is fed.
-/// Not thread-safe. Limit: +-10^8 cells from the origin.
+/// A part of it can be made anew: tiles. Not thread-safe. Limit: +-10^8 cells from the origin.
 class OccupancyGrid {
  public:
   explicit OccupancyGrid(const OccupancyGridOptions& options = {});
@@ -49,6 +51,23 @@ class OccupancyGrid {
   /// @param sensor_in_world  [m] where the beams came from.
   /// Cost O(sum of beam lengths / resolution).
   void insert(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world);
+
+  /// Tiles of 64 x 64 cells, by their keys.
+  using Tiles = std::unordered_set<uint64_t>;
+  struct TileBox {
+    Eigen::Array2i min = {0, 0};
+    Eigen::Array2i max = {0, 0};
+  };
+  /// Round all cells that insert() of the same would touch.
+  TileBox box_of(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world) const;
+  static void add(const TileBox& box, Tiles& tiles);
+  static bool touches(const TileBox& box, const Tiles& tiles);
+  /// As insert(), in these tiles alone.
+  void insert_in(const Tiles& tiles,
+                 const Points2& hits_in_world,
+                 const Eigen::Vector2d& sensor_in_world);
+  /// What `other` holds in these tiles takes the place of what is there.
+  void replace(const Tiles& tiles, OccupancyGrid other);
 
   void clear();
   bool empty() const { return tiles_.empty(); }
@@ -70,7 +89,10 @@ class OccupancyGrid {
     std::array<Cell, static_cast<std::size_t>(kTileCells) * kTileCells> cells;
   };
 
-  Cell& cell_at(int x_cell, int y_cell);
+  /// nullptr where nothing is to be drawn now.
+  Cell* cell_at(int x_cell, int y_cell);
+  void draw(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world);
+  int tile_of(double coordinate_m) const;
   const Cell* find_cell(int x_cell, int y_cell) const;
   void clear_along(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
 
@@ -81,8 +103,9 @@ class OccupancyGrid {
   float max_log_odds_;
   uint32_t scan_ = 0;
   std::unordered_map<uint64_t, std::unique_ptr<Tile>> tiles_;
-  uint64_t last_key_ = 0;      ///< of `last_tile_`
-  Tile* last_tile_ = nullptr;  ///< beams stay in a tile for many cells
+  std::optional<uint64_t> last_key_;  ///< of `last_tile_`
+  Tile* last_tile_ = nullptr;         ///< beams stay in a tile for many cells
+  const Tiles* only_ = nullptr;       ///< draws in these alone
 };
 
 }  // namespace marco::slam

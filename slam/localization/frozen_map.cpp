@@ -76,7 +76,9 @@ std::optional<FoundPlace> SessionFinder::look(const std::vector<KeyScan>& sessio
   // The finder is right to some centimetres; a match that goes elsewhere speaks against it.
   constexpr double kAgreesM = 0.3;
   const Pose2 moved = between(guess, fine.map_from_robot);
-  if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.good_overlap ||
+  const double wanted =
+      std::min(options_.good_overlap, 0.8 * estimate_.candidates.front().explained);
+  if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < wanted ||
       moved.translation_m().norm() > kAgreesM ||
       std::abs(moved.theta_rad) > deg_to_rad(options_.finder.apart_deg)) {
     estimate_.status = PlaceEstimate::Status::candidates;

@@ -18,10 +18,12 @@ struct LocalizerOptions {
   double renew_after_m = 1.5;      ///< of driving
   double good_overlap = 0.60;      ///< a place found is taken when the fine match reaches it
   double poor_overlap = 0.35;      ///< a match below it is not used
-  double max_contradicted = 0.15;  ///< of a scan's points, that may lie in known free space
-  double lost_after_m = 1.0;       ///< so far without a scan that fits well, or ...
+  double max_contradicted = 0.15;  ///< of a scan's beams, that may end in known free space
+  double lost_after_m = 1.0;       ///< so far with scans that contradict the map, or ...
   double lost_after_s = 5.0;       ///< ... so long: carried away, look anew
-  double map_sigma_m = 0.02;       ///< the map's own error, in every covariance
+  double unknown_for_m =
+      30.0;                   ///< so far where the map knows nothing, the robot's path is believed
+  double map_sigma_m = 0.02;  ///< the map's own error, in every covariance
   double map_sigma_deg = 0.2;
 
   template <class Visitor>
@@ -36,6 +38,7 @@ struct LocalizerOptions {
     v("max_contradicted", max_contradicted, Limits{0.0, 1.0});
     v("lost_after_m", lost_after_m, kPositive);
     v("lost_after_s", lost_after_s, kPositive);
+    v("unknown_for_m", unknown_for_m, kPositive);
     v("map_sigma_m", map_sigma_m, kPositive);
     v("map_sigma_deg", map_sigma_deg, kPositive);
   }
@@ -103,7 +106,8 @@ struct Finding {
 };
 
 /// Where a robot is in a map that somebody saved. Looks anywhere until it is sure, tracks from then
-/// on, and looks again when the scans fit no more. The map stays as it is.
+/// on, and looks again when the scans contradict the map. The map stays as it is: where it knows
+/// nothing (a room whose door was closed), the robot goes on by a map of its own last metres.
 ///
 /// While it looks, poses are given in the session's own frame, with status `lost`. Not thread-safe.
 class Localizer {
@@ -138,11 +142,34 @@ class Localizer {
     int session = -1;  ///< -1 = the pose is the map's
     Pose2 frame_from_robot;
   };
+  /// How the robot moved since the scan before.
+  struct Move {
+    Pose2 before_from_now;
+    Eigen::Matrix3d covariance;
+    bool seen = false;  ///< by scans that fit each other, not by odometry alone
+  };
+  enum class Verdict { confirmed, says_nothing, contradicted };
+
   SlamUpdate look(const SlamInput& input);
   SlamUpdate track(const SlamInput& input);
-  SurfelMatch match(const OrientedPoints& points, const PosePrior& prior);
-  bool fits(const SlamInput& input, const SlamUpdate& update) const;
-  void note_whether_lost(Utime utime, bool fits, double moved_m);
+  /// From here on the session only says how the robot moves.
+  void begin_tracking(const Pose2& map_from_robot, const Eigen::Matrix3d& covariance);
+  Move move_to(const SlamInput& input);
+  PosePrior prior_of(const Move& move, Eigen::Matrix3d& covariance) const;
+  /// By the map, where it knows something.
+  void correct(const OrientedPoints& points,
+               const Beams& beams,
+               const PosePrior& prior,
+               bool seen,
+               SlamUpdate& update);
+  bool contradicts(const Beams& beams, const Pose2& map_from_robot) const;
+  SurfelMatch match(const OrientedPoints& points,
+                    const Beams& beams,
+                    const PosePrior& prior,
+                    bool seen);
+  Verdict judge(const Beams& beams, const SlamUpdate& update) const;
+  void note_confirmed();
+  void note_whether_lost(Utime utime, Verdict verdict, double moved_m);
 
   LocalizerOptions options_;
   SlamOptions slam_options_;
@@ -155,7 +182,10 @@ class Localizer {
   Pose2 map_from_robot_;
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   std::optional<Utime> last_match_;
-  double unmatched_m_ = 0.0;
+  double contradicted_m_ = 0.0;  ///< driven since the map last said yes, or nothing
+  double unknown_m_ = 0.0;       ///< driven since it last said yes
+  bool torn_ = false;            ///< since it last said yes, scans did not fit each other
+  Pose2 session_from_robot_;
   int times_lost_ = 0;
   std::vector<Finding> findings_;
   std::vector<std::optional<Pose2>> map_from_sessions_;

@@ -12,20 +12,7 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kOnWall = 0.30;  // likelihood: within 1.5 standard deviations of a wall
-constexpr double kFarFromWall = 0.08;
-constexpr double kBeamStepM = 0.10;
-// Before its end a beam runs along what it hits: closer to it than a cell and what the poses err.
-constexpr double kBeamEndM = 0.40;
-constexpr double kGrazeM = 0.12;
 constexpr double kLeaveOut = 0.30;  // what is worse than the best by so much evidence is forgotten
-
-// How far a beam keeps off all walls; 0 where that cannot be known.
-double clear_length_m(const Eigen::Vector2d& beam, const Eigen::Vector2d& normal) {
-  const double range_m = beam.norm(), across = std::abs(beam.dot(normal)) / range_m;
-  if (across < 0.1) return 0.0;
-  return std::max(0.0, range_m - kBeamEndM - kGrazeM / across);
-}
 constexpr int kRefinements = 8;
 
 }  // namespace
@@ -60,38 +47,39 @@ PlaceFinder::SessionPoints PlaceFinder::points_of(const std::vector<KeyScan>& se
       if (!taken.insert(cell).second) continue;
       points.emplace_back(placed.col(i));
       sensors.push_back(sensor);
-      result.clear_m.push_back(
+      result.beams.clear_m.push_back(
           clear_length_m(scan.points_in_robot.points.col(i) - scan.sensor_in_robot,
                          scan.points_in_robot.normals.col(i)));
     }
   }
   const auto count = static_cast<Eigen::Index>(points.size());
-  result.in_middle.resize(2, count);
-  result.sensors.resize(2, count);
+  Points2& ends = result.beams.ends;
+  ends.resize(2, count);
+  result.beams.sensors.resize(2, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    result.in_middle.col(i) = points[static_cast<std::size_t>(i)];
-    result.sensors.col(i) = sensors[static_cast<std::size_t>(i)];
+    ends.col(i) = points[static_cast<std::size_t>(i)];
+    result.beams.sensors.col(i) = sensors[static_cast<std::size_t>(i)];
   }
   if (count == 0) return result;
-  const Eigen::Vector2d mean = result.in_middle.rowwise().mean();
+  const Eigen::Vector2d mean = ends.rowwise().mean();
   result.session_from_middle = {mean.x(), mean.y(), 0.0};
-  result.in_middle.colwise() -= mean;
-  result.sensors.colwise() -= mean;
+  ends.colwise() -= mean;
+  result.beams.sensors.colwise() -= mean;
   return result;
 }
 
 std::vector<Pose2> PlaceFinder::search(const SessionPoints& points) const {
-  const Eigen::Index count = points.in_middle.cols();
+  const Eigen::Index count = points.beams.ends.cols();
   const Eigen::Index used = std::min<Eigen::Index>(count, options_.search_points);
   Points2 few(2, used);
-  for (Eigen::Index i = 0; i < used; ++i) few.col(i) = points.in_middle.col(i * count / used);
+  for (Eigen::Index i = 0; i < used; ++i) few.col(i) = points.beams.ends.col(i * count / used);
   PlaceSearch search(map_->walls(), map_->blocks(), few,
                      {options_.min_score, options_.keep_within});
   return search.run(static_cast<std::size_t>(options_.max_candidates));
 }
 
 Pose2 PlaceFinder::refine(const SessionPoints& points, const Pose2& map_from_middle) const {
-  const Eigen::Index count = points.in_middle.cols();
+  const Eigen::Index count = points.beams.ends.cols();
   const Eigen::Index stride = std::max<Eigen::Index>(1, count / 200);
   Pose2 pose = map_from_middle;
   for (int i = 0; i < kRefinements; ++i) {
@@ -99,7 +87,7 @@ Pose2 PlaceFinder::refine(const SessionPoints& points, const Pose2& map_from_mid
     Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
     const Eigen::Matrix2d rotation = pose.rotation();
     for (Eigen::Index at = 0; at < count; at += stride) {
-      const Eigen::Vector2d turned = rotation * points.in_middle.col(at);
+      const Eigen::Vector2d turned = rotation * points.beams.ends.col(at);
       const PlaceMap::Likelihood found = map_->likelihood(turned + pose.translation_m());
       const Eigen::Vector2d& slope = found.gradient;
       const Eigen::Vector3d row(slope.x(), slope.y(),
@@ -119,32 +107,8 @@ Pose2 PlaceFinder::refine(const SessionPoints& points, const Pose2& map_from_mid
 }
 
 PlaceCandidate PlaceFinder::judge(const SessionPoints& points, const Pose2& map_from_middle) const {
-  const Points2 placed = map_from_middle * points.in_middle;
-  const Points2 sensors = map_from_middle * points.sensors;
-  const Eigen::Index count = placed.cols();
-  int explained = 0, contradicted = 0;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const double likelihood = map_->likelihood(placed.col(i)).value;
-    if (likelihood >= kOnWall) ++explained;
-    if (likelihood < kFarFromWall && map_->is_free(placed.col(i))) {
-      ++contradicted;
-      continue;
-    }
-    // Every third beam says enough, and costs a hundred times what its end does.
-    if (i % 3 != 0) continue;
-    const Eigen::Vector2d beam = (placed.col(i) - sensors.col(i)).normalized();
-    const double clear_m = points.clear_m[static_cast<std::size_t>(i)];
-    for (double at_m = kBeamEndM; at_m < clear_m; at_m += kBeamStepM) {
-      if (!map_->is_wall(sensors.col(i) + at_m * beam)) continue;
-      contradicted += 3;
-      break;
-    }
-  }
-  PlaceCandidate candidate;
-  candidate.map_from_session = map_from_middle * points.session_from_middle.inverse();
-  candidate.explained = static_cast<double>(explained) / static_cast<double>(count);
-  candidate.contradicted = static_cast<double>(contradicted) / static_cast<double>(count);
-  return candidate;
+  return {map_->agreement(points.beams, map_from_middle),
+          map_from_middle * points.session_from_middle.inverse()};
 }
 
 bool PlaceFinder::near(const Pose2& a, const Pose2& b) const {
@@ -169,20 +133,24 @@ void PlaceFinder::keep_apart(std::vector<PlaceCandidate>& candidates,
 }
 
 bool PlaceFinder::stands_out(const std::vector<PlaceCandidate>& found) const {
-  if (found.empty() || found.front().explained < options_.sure_explained ||
-      found.front().evidence() < options_.sure_evidence) {
-    return false;
-  }
+  if (found.empty()) return false;
+  const PlaceCandidate& best = found.front();
+  if (best.contradicted() > options_.sure_contradicted) return false;
+  const bool fits =
+      best.explained >= options_.sure_explained && best.evidence() >= options_.sure_evidence;
+  const bool fits_where_known = best.explained >= options_.known_explained &&
+                                best.contradicted() <= options_.known_contradicted;
+  if (!fits && !fits_where_known) return false;
   const double margin =
-      options_.sure_margin + options_.sure_margin_per_doubt * (1.0 - found.front().evidence());
-  return found.size() == 1 || found[0].evidence() - found[1].evidence() >= margin;
+      options_.sure_margin + options_.sure_margin_per_doubt * (1.0 - best.evidence());
+  return found.size() == 1 || best.evidence() - found[1].evidence() >= margin;
 }
 
 PlaceEstimate PlaceFinder::look(const std::vector<KeyScan>& session) {
   require(!session.empty(), "place_finder: there is no key scan to look with");
   PlaceEstimate estimate;
   const SessionPoints points = points_of(session);
-  if (points.in_middle.cols() == 0) return estimate;
+  if (points.beams.ends.cols() == 0) return estimate;
   const Pose2 session_from_robot = session.back().world_from_robot;
   std::vector<Pose2> places = search(points);
   for (const Pose2& map_from_session : earlier_) {

@@ -19,8 +19,12 @@ struct PlaceFinderOptions {
   double apart_m = 0.5;     ///< candidates nearer than this, and turned less than ...
   double apart_deg = 10.0;  ///< ... this, are one
   // When one candidate is believed:
-  double sure_explained = 0.70;  ///< part of the points that lie on walls of the map
-  double sure_evidence = 0.50;   ///< that, less the part that contradicts the map
+  double sure_explained = 0.70;     ///< part of the points that lie on walls of the map
+  double sure_evidence = 0.50;      ///< that, less the part that contradicts the map
+  double sure_contradicted = 0.08;  ///< no more than so much, whatever else is explained
+  /// Or, where much of what is seen is not in the map: so much is, and hardly anything contradicts.
+  double known_explained = 0.45;
+  double known_contradicted = 0.05;
   /// Evidence above that of any other candidate: this, and this part of what the best lacks. Where
   /// the world has changed since, what is the right place explains less.
   double sure_margin = 0.05;
@@ -40,6 +44,9 @@ struct PlaceFinderOptions {
     v("apart_deg", apart_deg, kPositive);
     v("sure_explained", sure_explained, Limits{0.0, 1.0});
     v("sure_evidence", sure_evidence, Limits{0.0, 1.0});
+    v("sure_contradicted", sure_contradicted, Limits{0.0, 1.0});
+    v("known_explained", known_explained, Limits{0.0, 1.0});
+    v("known_contradicted", known_contradicted, Limits{0.0, 1.0});
     v("sure_margin", sure_margin, Limits{0.0, 1.0});
     v("sure_margin_per_doubt", sure_margin_per_doubt, Limits{0.0, 1.0});
     v("sure_path_m", sure_path_m, kNotNegative);
@@ -48,11 +55,8 @@ struct PlaceFinderOptions {
 };
 
 /// Where in the map a session may be.
-struct PlaceCandidate {
+struct PlaceCandidate : Agreement {
   Pose2 map_from_session;
-  double explained = 0.0;     ///< part of the points that lie on walls of the map
-  double contradicted = 0.0;  ///< part that lie in free space, or whose beam goes through a wall
-  double evidence() const { return explained - contradicted; }
 };
 
 struct PlaceEstimate {
@@ -88,9 +92,7 @@ class PlaceFinder {
  private:
   struct SessionPoints {
     Pose2 session_from_middle;
-    Points2 in_middle;            ///< about their mean
-    Points2 sensors;              ///< where each one's beam came from
-    std::vector<double> clear_m;  ///< how far from the sensor its beam keeps off any wall
+    Beams beams;  ///< about their mean
   };
   SessionPoints points_of(const std::vector<KeyScan>& session) const;
   std::vector<Pose2> search(const SessionPoints& points) const;

@@ -11,6 +11,12 @@ constexpr int kBlocks = 3000;  // bounded for each heading, before any is looked
 constexpr double kMaxAreaM2 = 4e8;
 constexpr int kFreeBelowPercent = 30;
 constexpr int kWallAbovePercent = 65;
+constexpr double kOnWall = 0.30;  // likelihood: within 1.5 standard deviations of a wall
+constexpr double kFarFromWall = 0.08;
+constexpr double kBeamStepM = 0.10;
+// Before its end a beam runs along what it hits: closer to it than a cell and what the poses err.
+constexpr double kBeamEndM = 0.40;
+constexpr double kGrazeM = 0.12;
 
 LikelihoodPyramid make_walls(const std::vector<KeyScan>& keys, const PlaceMapOptions& options) {
   validate(options, "place_map");
@@ -37,6 +43,12 @@ GridMap make_grid(const std::vector<KeyScan>& keys, const OccupancyGridOptions& 
 
 }  // namespace
 
+double clear_length_m(const Eigen::Vector2d& beam, const Eigen::Vector2d& normal) {
+  const double range_m = beam.norm(), across = std::abs(beam.dot(normal)) / range_m;
+  if (across < 0.1) return 0.0;
+  return std::max(0.0, range_m - kBeamEndM - kGrazeM / across);
+}
+
 PlaceMap::PlaceMap(const std::vector<KeyScan>& keys, const PlaceMapOptions& options)
     : walls_(make_walls(keys, options)),
       blocks_(walls_, kBlocks),
@@ -58,6 +70,34 @@ PlaceMap::Likelihood PlaceMap::likelihood(const Eigen::Vector2d& point_in_map) c
   result.gradient = {((1 - v) * (b - a) + v * (d - c)) / (255.0 * walls_.resolution_m()),
                      ((1 - u) * (c - a) + u * (d - b)) / (255.0 * walls_.resolution_m())};
   return result;
+}
+
+Agreement PlaceMap::agreement(const Beams& beams, const Pose2& map_from_beams) const {
+  const Points2 ends = map_from_beams * beams.ends;
+  const Points2 sensors = map_from_beams * beams.sensors;
+  const Eigen::Index count = ends.cols();
+  int explained = 0, in_free = 0, through_wall = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double on_wall = likelihood(ends.col(i)).value;
+    if (on_wall >= kOnWall) ++explained;
+    if (on_wall < kFarFromWall && is_free(ends.col(i))) {
+      ++in_free;
+      continue;
+    }
+    // Every third beam says enough, and costs a hundred times what its end does.
+    if (i % 3 != 0) continue;
+    const Eigen::Vector2d beam = (ends.col(i) - sensors.col(i)).normalized();
+    const double clear_m = beams.clear_m[static_cast<std::size_t>(i)];
+    for (double at_m = kBeamEndM; at_m < clear_m; at_m += kBeamStepM) {
+      if (!is_wall(sensors.col(i) + at_m * beam)) continue;
+      through_wall += 3;
+      break;
+    }
+  }
+  const auto part = [&](int beams_so) {
+    return static_cast<double>(beams_so) / static_cast<double>(count);
+  };
+  return {part(explained), part(in_free), part(through_wall)};
 }
 
 uint8_t PlaceMap::occupancy(const Eigen::Vector2d& point_in_map) const {

@@ -26,6 +26,26 @@ struct PlaceMapOptions {
   }
 };
 
+/// Where beams ended, and where each came from.
+struct Beams {
+  Points2 ends;
+  Points2 sensors;
+  std::vector<double> clear_m;  ///< how far from its sensor each keeps off any wall
+};
+
+/// How far a beam keeps off all walls [m]; 0 where that cannot be known.
+/// @param beam  from the sensor to its end; @param normal  of the wall there
+double clear_length_m(const Eigen::Vector2d& beam, const Eigen::Vector2d& normal);
+
+/// What a map says to beams, in parts of their number. The rest lies where the map knows nothing.
+struct Agreement {
+  double explained = 0.0;     ///< end on walls
+  double in_free = 0.0;       ///< end where the map knows free space
+  double through_wall = 0.0;  ///< go through a wall: it is another place, or a door was opened
+  double contradicted() const { return in_free + through_wall; }
+  double evidence() const { return explained - contradicted(); }
+};
+
 /// A saved map as a finder of places wants it: where walls are likely, and where it is known to be
 /// free. Const: safe from several threads.
 class PlaceMap {
@@ -41,6 +61,8 @@ class PlaceMap {
     Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
   };
   Likelihood likelihood(const Eigen::Vector2d& point_in_map) const;
+  /// @param beams  at least one
+  Agreement agreement(const Beams& beams, const Pose2& map_from_beams) const;
   /// Known to be free.
   bool is_free(const Eigen::Vector2d& point_in_map) const;
   /// Known to hold a wall.

@@ -1,6 +1,7 @@
 #include "slam/process/lcm_adapter.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -144,14 +145,28 @@ void SlamAdapter::use_waiting_scans() {
 void SlamAdapter::close_loops_in_background() {
   session_.defer_loop_work();
   if (!loop_worker_) loop_worker_ = std::make_unique<LoopWorker>();
+  live_.clear();
+  odometry_at_scans_.clear();
 }
 
-bool SlamAdapter::exchange_loop_work() {
+bool SlamAdapter::exchange_loop_work(Utime utime) {
   if (!loop_worker_) return false;
-  const std::optional<LoopWork> done = loop_worker_->take_done();
-  const bool changed = done && session_.accept(*done);
-  if (loop_worker_->busy()) return changed;
-  if (auto work = session_.take_loop_work()) loop_worker_->start(std::move(*work));
+  bool changed = false;
+  if (loop_worker_->busy()) {
+    const Duration since = utime - loop_work_asked_;
+    if (std::abs(since.seconds()) < options_.loop_delay_s) return false;
+    const std::optional<LoopWork> done = loop_worker_->take_done();
+    if (!done) {
+      loop_work_is_late_ = true;
+      return false;
+    }
+    if (std::exchange(loop_work_is_late_, false)) ++late_loop_work_;
+    changed = session_.accept(*done);
+  }
+  if (auto work = session_.take_loop_work()) {
+    loop_worker_->start(std::move(*work));
+    loop_work_asked_ = utime;
+  }
   return changed;
 }
 
@@ -189,10 +204,10 @@ void SlamAdapter::use(const LaserScan& scan) {
   SlamInput input = input_of(scan, sensors_.at(scan.channel));
   ++scan_count_;
   input.may_draw = options_.hold_out_every == 0 || scan_count_ % options_.hold_out_every != 0;
-  const bool loop_closed = exchange_loop_work();
+  const bool loop_closed = exchange_loop_work(scan.utime);
   SlamUpdate update = session_.process(input);
   update.trajectory_changed = update.trajectory_changed || loop_closed;
-  if (input.motion.odom_from_robot) {
+  if (input.motion.odom_from_robot && !loop_worker_) {
     odometry_at_scans_.push_back({scan.utime, *input.motion.odom_from_robot});
   }
   if (keep_scans_) {
@@ -207,7 +222,7 @@ void SlamAdapter::use(const LaserScan& scan) {
 }
 
 void SlamAdapter::publish(const LaserScan& scan, const SlamUpdate& update) {
-  live_.push_back({scan.utime, update.world_from_robot});
+  if (!loop_worker_) live_.push_back({scan.utime, update.world_from_robot});
   bus_.publish(channels::kSlamPose, to_message(scan.utime, update));
   if (update.trajectory_changed) publish_trajectory(scan.utime);
   if (options_.map_period_s <= 0.0) return;
@@ -252,7 +267,7 @@ void SlamAdapter::finish() {
   }
   loop_worker_.reset();
   session_.finish();
-  if (live_.empty()) return;
+  if (scan_count_ == 0) return;
   publish_trajectory(newest_scan_);
   publish_grid(newest_scan_);
 }

@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,7 +32,11 @@ struct SlamAdapterOptions {
   double pan_in_scan_limit_deg = 0.1;  ///< so is one during which the laser turned more
   double map_period_s = 5.0;  ///< GRID_MAP is sent this often, in message time; 0 = at the end only
   double patience_s = 0.5;    ///< how long a scan waits for odometry and pan-tilt, in message time
-  int hold_out_every = 0;     ///< every Nth scan gets a pose but is not drawn; 0 = none
+  /// Live: what the second thread found is taken over so long after it was asked, in message time,
+  /// or as soon as it is done when that takes longer: a run does not depend on how busy the machine
+  /// was.
+  double loop_delay_s = 1.0;
+  int hold_out_every = 0;            ///< every Nth scan gets a pose but is not drawn; 0 = none
   std::string maps_folder = "maps";  ///< SAVE and LOCALIZE name folders below this one
   std::string checkpoint_path;       ///< live: "" = none is written or read
   double checkpoint_every_s = 10.0;  ///< in message time
@@ -44,6 +49,7 @@ struct SlamAdapterOptions {
     v("pan_in_scan_limit_deg", pan_in_scan_limit_deg, kNotNegative);
     v("map_period_s", map_period_s, kNotNegative);
     v("patience_s", patience_s, Limits{0.0, 10.0});
+    v("loop_delay_s", loop_delay_s, kNotNegative);
     v("hold_out_every", hold_out_every, Limits{0, 1000000});
     v("maps_folder", maps_folder);
     v("checkpoint_path", checkpoint_path);
@@ -58,10 +64,12 @@ struct SlamAdapterOptions {
 /// A scan waits until odometry and pan-tilt at or after its own time are known, if there are any;
 /// what is decided depends on the order of messages and their stamps alone, never on a clock.
 ///
-/// Live, after close_loops_in_background(), no scan waits for a loop search or an optimization:
+/// Live, after close_loops_in_background(), no scan waits for a loop search, an optimization, or a
+/// checkpoint's disk:
 ///   scans -> [this thread: match, publish] -> LoopWork -> [LoopWorker's thread] -> accept()
-/// What was found is taken over before the next scan. Poses then depend on how fast the machine is;
-/// batch runs do without.
+/// What was found is taken over before the first scan options.loop_delay_s later. A machine that
+/// needs longer for it takes it over later: only then poses depend on how fast it is, and
+/// late_loop_work() counts how often. Batch runs do without.
 class SlamAdapter {
  public:
   /// @param bus outlives the adapter.
@@ -74,7 +82,8 @@ class SlamAdapter {
   /// concluded from the step between both recordings' odometry or clocks.
   void start_session();
 
-  /// See above. Not to be undone.
+  /// See above. Not to be undone. From here on no path is kept that grows with every scan, beside
+  /// what Slam itself keeps: live_trajectory() and odometry_trajectory() end here.
   void close_loops_in_background();
 
   /// Uses what still waits, optimizes a last time, publishes TRAJECTORY and GRID_MAP.
@@ -92,6 +101,7 @@ class SlamAdapter {
   AdapterState state() const;
   void restore(AdapterState state);
   bool resumed() const { return resumed_; }
+  int64_t late_loop_work() const { return late_loop_work_; }
 
   const MappingSession& session() const { return session_; }
   const Slam& slam() const { return session_.slam(); }
@@ -118,7 +128,7 @@ class SlamAdapter {
   bool ready(const LaserScan& scan) const;
   void use(const LaserScan& scan);
   /// @returns whether older poses moved.
-  bool exchange_loop_work();
+  bool exchange_loop_work(Utime utime);
   /// @param first_beam, last_beam  (pan, tilt, 0) [rad] at their times
   bool is_level(const Pose2& first_beam, const Pose2& last_beam) const;
   SlamInput input_of(const LaserScan& scan, const SensorInfo& info) const;
@@ -128,6 +138,7 @@ class SlamAdapter {
   void on_command(const slam_command_t& command);
   std::string obey(const slam_command_t& command);
   void save_checkpoint_now_and_then(Utime utime);
+  void note_checkpoint(bool written);
 
   process::Bus& bus_;
   SlamAdapterOptions options_;
@@ -148,7 +159,11 @@ class SlamAdapter {
   bool resumed_ = false;
   std::string answer_;
   std::optional<Utime> checkpoint_saved_;
+  std::future<bool> checkpoint_;             ///< live: being written; its end waits for it
   std::unique_ptr<LoopWorker> loop_worker_;  ///< nullptr: each scan waits for its loops
+  Utime loop_work_asked_;
+  bool loop_work_is_late_ = false;
+  int64_t late_loop_work_ = 0;
 };
 
 }  // namespace marco::slam

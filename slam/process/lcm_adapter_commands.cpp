@@ -1,11 +1,26 @@
 // What a SlamAdapter does beside scans: orders, and its own survival.
+#include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "common/process/config.hpp"
 #include "slam/process/lcm_adapter.hpp"
 #include "slam/process/map_folder.hpp"
 
 namespace marco::slam {
+namespace {
+
+/// @returns false on a full disk: the map goes on without.
+bool save_quietly(const std::string& path, const AdapterState& state) {
+  try {
+    save_adapter_state(path, state);
+    return true;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
+}  // namespace
 
 std::string SlamAdapter::obey(const slam_command_t& command) {
   switch (command.command) {
@@ -58,7 +73,7 @@ void SlamAdapter::on_command(const slam_command_t& command) {
 
 std::string SlamAdapter::state_line() const {
   if (paused_) return "paused";
-  const std::string scans = std::to_string(live_.size()) + " scans, ";
+  const std::string scans = std::to_string(scan_count_) + " scans, ";
   const PlaceEstimate* estimate = session_.estimate();
   const Localizer* localizer = session_.localizer();
   if (localizer != nullptr && localizer->is_localized()) return scans + "localized";
@@ -108,11 +123,24 @@ void SlamAdapter::save_checkpoint_now_and_then(Utime utime) {
   if (!checkpoint_saved_) checkpoint_saved_ = utime;
   if (std::abs((utime - *checkpoint_saved_).seconds()) < options_.checkpoint_every_s) return;
   checkpoint_saved_ = utime;
-  try {
-    save_adapter_state(options_.checkpoint_path, state());
-  } catch (const std::runtime_error&) {  // a full disk: the map goes on without
-    drops_.count("checkpoint: cannot be written");
+  if (!loop_worker_) {
+    note_checkpoint(save_quietly(options_.checkpoint_path, state()));
+    return;
   }
+  // Live no scan waits for a disk; one that is still at work gets the next one later.
+  if (checkpoint_.valid() &&
+      checkpoint_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    return;
+  }
+  if (checkpoint_.valid()) note_checkpoint(checkpoint_.get());
+  checkpoint_ = std::async(std::launch::async, [path = options_.checkpoint_path, now = state()] {
+    yield_to_scans();
+    return save_quietly(path, now);
+  });
+}
+
+void SlamAdapter::note_checkpoint(bool written) {
+  if (!written) drops_.count("checkpoint: cannot be written");
 }
 
 }  // namespace marco::slam

@@ -7,6 +7,12 @@
 
 namespace marco::slam {
 
+void yield_to_scans() {
+  // On Linux this is of the calling thread alone: on one core a scan goes first.
+  constexpr int kNiceness = 10;
+  setpriority(PRIO_PROCESS, 0, kNiceness);
+}
+
 LoopWorker::LoopWorker() : thread_([this] { run(); }) {}
 
 LoopWorker::~LoopWorker() {
@@ -49,9 +55,7 @@ std::optional<LoopWork> LoopWorker::handed_back(std::unique_lock<std::mutex>&) {
 }
 
 void LoopWorker::run() {
-  // On Linux this is of the calling thread alone: on one core a scan goes first.
-  constexpr int kNiceness = 10;
-  setpriority(PRIO_PROCESS, 0, kNiceness);
+  yield_to_scans();
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return stop_ || to_do_; });

@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
       status.send(answer);
     }
     slam.finish();
-    spdlog::info("{}", slam.drops().summary());
+    spdlog::info("{}; loops taken over late: {}", slam.drops().summary(), slam.late_loop_work());
     return 0;
   });
 }

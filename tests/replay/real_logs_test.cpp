@@ -21,7 +21,10 @@ class RealLogs : public ::testing::Test {
  protected:
   void SetUp() override {
     const char* folder = std::getenv("MARCO_TEST_DATA");
-    if (folder == nullptr) GTEST_SKIP() << "MARCO_TEST_DATA is not set";
+    if (folder == nullptr) {
+      std::printf("SKIPPED: MARCO_TEST_DATA is not set\n");
+      GTEST_SKIP();
+    }
     data_ = folder;
   }
   std::string run(const std::string& name, const std::vector<std::string>& arguments) {

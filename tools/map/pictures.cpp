@@ -76,6 +76,8 @@ viewer::PointsItem scan_points(const MapJob& job) {
   return points;
 }
 
+constexpr double kLoopRobotM = 0.15;
+
 viewer::PointsItem points_item(const Points2& hits, const viewer::Rgb& color, const char* label) {
   viewer::PointsItem points{{}, color, label};
   for (Eigen::Index i = 0; i < hits.cols(); ++i) {
@@ -102,6 +104,24 @@ void add_paths(const GridMap& map, const MapJob& job, viewer::Scene& scene) {
     }
   }
   scene.paths.push_back({estimate, viewer::palette::kEstimate, "estimate"});
+}
+
+// A dot is lost in a picture of a whole corridor: a cross of dots is not.
+Points2 thick(const Points2& points) {
+  constexpr double kArmM = 0.02;
+  Points2 crosses(2, 5 * points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    for (int arm = 0; arm < 5; ++arm) {
+      const Eigen::Vector2d aside(arm == 1   ? kArmM
+                                  : arm == 2 ? -kArmM
+                                             : 0.0,
+                                  arm == 3   ? kArmM
+                                  : arm == 4 ? -kArmM
+                                             : 0.0);
+      crosses.col(5 * i + arm) = points.col(i) + aside;
+    }
+  }
+  return crosses;
 }
 
 void add_walls(const Walls& walls, viewer::Scene& scene) {
@@ -193,16 +213,22 @@ std::vector<PictureOrder> loop_pictures(const std::filesystem::path& folder, con
   std::vector<PictureOrder> orders;
   const std::vector<slam::KeyScan>& keys = job.key_scans();
   for (const slam::Loop& loop : job.loops()) {
-    char name[24];
+    char name[24], evidence[120];
     std::snprintf(name, sizeof name, "%03zu.png", orders.size());
+    std::snprintf(evidence, sizeof evidence, "after: moved %.2f m, %.1f deg; %.0f %% on walls%s",
+                  loop.shift_m, loop.turn_deg, 100.0 * loop.overlap,
+                  loop.in_force ? "" : "; NOT believed");
     PictureOrder order{folder / name, true, "", {}};
     const Points2& older = keys[static_cast<std::size_t>(loop.from)].points_in_robot.points;
     const Points2& newer = keys[static_cast<std::size_t>(loop.to)].points_in_robot.points;
-    order.scene.points.push_back(points_item(older, viewer::palette::kTruth, "older scan"));
-    order.scene.points.push_back(
-        points_item(loop.believed * newer, viewer::palette::kOdometry, "newer scan, before"));
-    order.scene.points.push_back(
-        points_item(loop.from_from_to * newer, viewer::palette::kEstimate, "newer scan, after"));
+    const auto add = [&](const Pose2& from_scan, const Points2& hits, const viewer::Rgb& color,
+                         const char* label) {
+      order.scene.points.push_back(points_item(from_scan * thick(hits), color, label));
+      order.scene.robots.push_back({from_scan, kLoopRobotM, kLoopRobotM, color});
+    };
+    add({}, older, viewer::palette::kTruth, "older scan");
+    add(loop.believed, newer, viewer::palette::kOdometry, "newer scan, before");
+    add(loop.from_from_to, newer, viewer::palette::kEstimate, evidence);
     orders.push_back(std::move(order));
   }
   return orders;

@@ -1,5 +1,6 @@
 #include "tools/map/report.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -24,16 +25,29 @@ json input_json(const files::InputReport& input) {
           {"notes", input.notes}};
 }
 
-json loops_json(const std::vector<slam::Loop>& loops) {
+// @param keys  none where the map is made of lines
+json loops_json(const std::vector<slam::Loop>& loops, const std::vector<slam::KeyScan>& keys) {
   json result = json::array();
   for (const slam::Loop& loop : loops) {
-    result.push_back({{"from_key", loop.from},
-                      {"to_key", loop.to},
-                      {"score", loop.score},
-                      {"overlap", loop.overlap},
-                      {"shift_m", loop.shift_m},
-                      {"turn_deg", loop.turn_deg},
-                      {"in_force", loop.in_force}});
+    const Eigen::Vector3d variance = loop.information.inverse().diagonal();
+    json one = {{"from_key", loop.from},
+                {"to_key", loop.to},
+                {"score", loop.score},
+                {"overlap", loop.overlap},
+                {"shift_m", loop.shift_m},
+                {"turn_deg", loop.turn_deg},
+                {"sigma_x_m", std::sqrt(variance.x())},
+                {"sigma_y_m", std::sqrt(variance.y())},
+                {"sigma_theta_rad", std::sqrt(variance.z())},
+                {"in_force", loop.in_force}};
+    if (!keys.empty()) {
+      const slam::KeyScan& from = keys[static_cast<std::size_t>(loop.from)];
+      const slam::KeyScan& to = keys[static_cast<std::size_t>(loop.to)];
+      one["from_utime"] = from.utime.us;
+      one["to_utime"] = to.utime.us;
+      one["path_between_m"] = to.path_m - from.path_m;
+    }
+    result.push_back(std::move(one));
   }
   return result;
 }
@@ -124,7 +138,7 @@ void write_report(const std::filesystem::path& path,
                      {"key_scans", job.key_count()}, {"dropped", job.drops().by_cause()}};
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
-  report["loops"] = loops_json(job.loops());
+  report["loops"] = loops_json(job.loops(), job.key_scans());
   if (job.session() != nullptr && job.session()->mode() != slam::MappingSession::Mode::mapping) {
     report["place_in_saved_map"] = places_json(*job.session());
   }

@@ -88,5 +88,34 @@ TEST(KeyScanGrid, InPartsItShowsTheOldOneUntilTheNewOneIsComplete) {
   EXPECT_EQ(grid.times_redrawn(), 1);
 }
 
+TEST(KeyScanGrid, OnlyTheTilesWhereOneMovedAreMadeAnew) {
+  std::vector<KeyScan> keys = some_keys(200);  // 60 m; each reaches 6 m
+  KeyScanGrid grid;
+  grid.update(keys);
+  ASSERT_EQ(grid.drawn(), 200);
+  keys[190].world_from_robot.y_m += 0.3;
+  keys[195].world_from_robot.y_m += 0.2;
+  expect_equal(grid.update(keys), draw_grid(keys));
+  EXPECT_EQ(grid.times_redrawn(), 1);
+  EXPECT_LT(grid.drawn(), 200 + 80);
+}
+
+TEST(KeyScanGrid, HoweverTheyMoveAndGrowItIsWhatAGridOfThemWouldBe) {
+  const std::vector<KeyScan> all = some_keys(60);
+  std::mt19937 random(9);
+  std::vector<KeyScan> keys(all.begin(), all.begin() + 5);
+  KeyScanGrid grid;
+  for (int round = 0; round < 40; ++round) {
+    if (keys.size() < all.size()) keys.push_back(all[keys.size()]);
+    if (round % 3 == 0) keys[random() % keys.size()].world_from_robot.x_m += 0.5;
+    if (round % 5 != 0) {
+      grid.advance(keys, static_cast<int>(random() % 20));
+    } else {
+      expect_equal(grid.update(keys), draw_grid(keys));
+    }
+  }
+  expect_equal(grid.update(keys), draw_grid(keys));
+}
+
 }  // namespace
 }  // namespace marco::slam

@@ -1,6 +1,9 @@
 // A SlamAdapter that dies and goes on, and one that takes orders.
 #include <gmock/gmock.h>
 
+#include <chrono>
+#include <thread>
+
 #include "common/files/whole_file.hpp"
 #include "common/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
@@ -21,15 +24,17 @@ using ::testing::HasSubstr;
 
 class SlamSurvival : public ::testing::Test {
  protected:
-  // 60 scans along a bow, odometry 3 % long and a little later than each scan.
-  SlamSurvival() {
+  // 60 scans along a bow.
+  SlamSurvival() { record({0.08, 0, 0.02}, 60); }
+  // So many steps, odometry 3 % long and a little later than each scan.
+  void record(const Pose2& step, int count) {
+    samples_.clear();
     std::mt19937 random(5);
     SensorInfo info;
     info.parent_from_sensor = make_pose3({0.1, 0.0, 0.3});
     samples_.emplace_back(info);
     Pose2 truth{-3.0, -2.0, 0.2}, odom;
-    for (int i = 0; i < 60; ++i) {
-      const Pose2 step{0.08, 0, 0.02};
+    for (int i = 0; i < count; ++i) {
       truth = truth * step;
       odom = odom * Pose2{1.03 * step.x_m, 0, step.theta_rad};
       LaserScan scan = room_.scan(truth * Pose2{0.1, 0, 0}, 0.01, &random);
@@ -146,6 +151,43 @@ TEST_F(SlamSurvival, WithLoopsInTheBackgroundItEndsAtTheSamePath) {
   }
 }
 
+// Twice round, so that there are loops; the machine is busy in other moments.
+TEST_F(SlamSurvival, LiveRunsOfOneRecordingAreEqualHoweverBusyTheMachine) {
+  record({0.1, 0, 0.065}, 190);
+  std::vector<Trajectory> paths;
+  for (const std::size_t busy_at : {0U, 3U}) {
+    process::BatchBus bus;
+    SlamAdapter slam(bus, {});
+    slam.close_loops_in_background();
+    for (std::size_t i = 0; i < samples_.size(); ++i) {
+      send(bus, samples_[i]);
+      const bool busy = i > 160 && (i / 2) % 5 == busy_at && i % 2 == 0;
+      if (busy) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    if (slam.late_loop_work() > 0) {
+      std::puts("SKIPPED: the machine had no time for the second thread");
+      return;
+    }
+    slam.finish();
+    EXPECT_GT(slam.slam().loops().size(), 3U);
+    paths.push_back(slam.slam().trajectory());
+  }
+  ASSERT_EQ(paths[0].size(), paths[1].size());
+  for (std::size_t i = 0; i < paths[0].size(); ++i) {
+    ASSERT_EQ(paths[0][i].world_from_robot.vector(), paths[1][i].world_from_robot.vector()) << i;
+  }
+}
+
+TEST_F(SlamSurvival, LiveNoPathIsKeptBesideSlamsOwn) {
+  process::BatchBus bus;
+  SlamAdapter slam(bus, {});
+  slam.close_loops_in_background();
+  for (const Sample& sample : samples_) send(bus, sample);
+  EXPECT_EQ(slam.live_trajectory().size(), 0U);
+  EXPECT_EQ(slam.odometry_trajectory().size(), 0U);
+  EXPECT_THAT(slam.state_line(), HasSubstr("60 scans"));
+}
+
 TEST_F(SlamSurvival, OfATornCheckpointTheOneBeforeIsUsed) {
   const auto path = folder_.path() / "checkpoint";
   process::BatchBus bus;
@@ -179,6 +221,23 @@ TEST_F(SlamSurvival, LiveItWritesCheckpointsByItself) {
   ASSERT_TRUE(state.has_value());
   // 40 scans over 7.8 s: the last checkpoint is less than 2 s old.
   EXPECT_GE(state->live.size(), 30U);
+}
+
+TEST_F(SlamSurvival, LiveCheckpointsAreWrittenBehindTheScans) {
+  SlamAdapterOptions options;
+  options.checkpoint_path = (folder_.path() / "checkpoint").string();
+  options.checkpoint_every_s = 4.0;
+  {
+    process::BatchBus bus;
+    SlamAdapter slam(bus, options);
+    slam.close_loops_in_background();
+    for (const Sample& sample : samples_) send(bus, sample);
+    EXPECT_EQ(slam.drops().by_cause().count("checkpoint: cannot be written"), 0U);
+  }
+  const auto state = load_adapter_state(options.checkpoint_path, {});
+  ASSERT_TRUE(state.has_value());
+  EXPECT_GE(state->scan_count, 20);
+  EXPECT_TRUE(state->live.empty());
 }
 
 TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {

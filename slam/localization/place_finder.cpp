@@ -133,7 +133,8 @@ void PlaceFinder::keep_apart(std::vector<PlaceCandidate>& candidates,
 }
 
 bool PlaceFinder::stands_out(const std::vector<PlaceCandidate>& found) const {
-  if (found.empty()) return false;
+  // As many as were asked for: the right one may be among those cut off.
+  if (found.empty() || static_cast<int>(found.size()) >= options_.max_candidates) return false;
   const PlaceCandidate& best = found.front();
   if (best.contradicted() > options_.sure_contradicted) return false;
   const bool fits =

@@ -15,9 +15,9 @@ struct PlaceFinderOptions {
   int search_points = 80;     ///< of these are scored in the exhaustive search
   double min_score = 0.50;    ///< mean likelihood below which a place is of no interest
   double keep_within = 0.12;  ///< of the best score: other places that stay in the race
-  int max_candidates = 24;
-  double apart_m = 0.5;     ///< candidates nearer than this, and turned less than ...
-  double apart_deg = 10.0;  ///< ... this, are one
+  int max_candidates = 24;    ///< with so many none is believed: others were cut off
+  double apart_m = 0.5;       ///< candidates nearer than this, and turned less than ...
+  double apart_deg = 10.0;    ///< ... this, are one
   // When one candidate is believed:
   double sure_explained = 0.70;     ///< part of the points that lie on walls of the map
   double sure_evidence = 0.50;      ///< that, less the part that contradicts the map
@@ -39,7 +39,7 @@ struct PlaceFinderOptions {
     v("search_points", search_points, Limits{10, PlaceSearch::kMaxPoints});
     v("min_score", min_score, Limits{0.05, 1.0});
     v("keep_within", keep_within, Limits{0.0, 1.0});
-    v("max_candidates", max_candidates, Limits{1, 1000});
+    v("max_candidates", max_candidates, Limits{2, 1000});
     v("apart_m", apart_m, kPositive);
     v("apart_deg", apart_deg, kPositive);
     v("sure_explained", sure_explained, Limits{0.0, 1.0});

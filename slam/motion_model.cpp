@@ -11,6 +11,9 @@ constexpr int kSureVotes = 3;
 
 double square(double value) { return value * value; }
 
+// Over a single scan, a velocity that straightens scans which take as long feeds back without end.
+constexpr double kCalmPeriods = 1.8;
+
 // A turn counts as the way of a point so far off.
 constexpr double kArmM = 0.5;
 
@@ -216,35 +219,41 @@ void MotionModel::restore(const MotionState& state) {
   lagging_ = state.lagging;
   last_step_ = state.last_step;
   came_with_scan_ = state.came_with_scan;
-  velocity_ = Velocity2{};
+  velocity_ = calm_velocity_ = Velocity2{};
   velocity_known_ = false;
   if (before_) measure_velocity();
 }
 
 void MotionModel::measure_velocity() {
   const auto age_s = [this](const Step& step) { return (before_->utime - step.utime).seconds(); };
-  // The youngest step that is old enough; a clock that went backwards starts anew.
-  while (history_.size() > 1 && age_s(history_[1]) >= options_.velocity_span_s) {
-    history_.pop_front();
-  }
+  // A clock that went backwards starts anew.
   while (!history_.empty() &&
          (age_s(history_.front()) > options_.max_gap_s || age_s(history_.front()) < 0.0)) {
     history_.pop_front();
   }
-  velocity_ = Velocity2{};
-  velocity_known_ = false;
-  if (history_.empty()) return;
-  const double dt_s = age_s(history_.front());
-  const Pose2& moved = history_.front().then_from_now;
+  const double calm_span_s = std::max(options_.velocity_span_s, kCalmPeriods * period_s_);
+  while (history_.size() > 1 && age_s(history_[1]) >= calm_span_s) history_.pop_front();
+  const auto youngest = std::find_if(history_.rbegin(), history_.rend(), [&](const Step& step) {
+    return age_s(step) >= options_.velocity_span_s;
+  });
+  const std::optional<Velocity2> newest =
+      history_.empty() ? std::nullopt
+                       : velocity_over(youngest == history_.rend() ? history_.front() : *youngest);
+  velocity_known_ = newest.has_value();
+  velocity_ = newest.value_or(Velocity2{});
+  calm_velocity_ =
+      history_.empty() ? Velocity2{} : velocity_over(history_.front()).value_or(Velocity2{});
+}
+
+std::optional<Velocity2> MotionModel::velocity_over(const MotionState::Step& step) const {
+  const double dt_s = (before_->utime - step.utime).seconds();
+  const Pose2& moved = step.then_from_now;
   const double limit_rad_per_s = deg_to_rad(options_.max_turn_rate_deg_per_s);
   if (dt_s < 1e-3 || moved.translation_m().norm() > options_.max_speed_m_per_s * dt_s ||
       std::abs(moved.theta_rad) > limit_rad_per_s * dt_s) {
-    return;
+    return std::nullopt;
   }
-  velocity_known_ = true;
-  // The inverse of Velocity2::after to first order in the turn.
-  const Pose2 chord = Pose2{0, 0, -0.5 * moved.theta_rad} * moved;
-  velocity_ = {chord.x_m / dt_s, chord.y_m / dt_s, moved.theta_rad / dt_s};
+  return velocity_of(moved, dt_s);
 }
 
 }  // namespace marco::slam

@@ -110,8 +110,8 @@ class MotionModel {
   /// Takes note of this scan's input and of the move that was found.
   void update(const MotionInput& now, const Pose2& before_from_now);
 
-  /// During the next scan, as far as known.
-  Velocity2 velocity() const { return velocity_; }
+  /// During the next scan, as far as known, to straighten it by: over two scans at least.
+  Velocity2 velocity() const { return calm_velocity_; }
 
   MotionState state() const {
     return {before_,  history_,   period_s_,      before_lag_s_,
@@ -132,6 +132,8 @@ class MotionModel {
   MotionGuess from_velocity(double dt_s) const;
 
   void measure_velocity();
+  /// Since that step; nothing when it is not to be believed.
+  std::optional<Velocity2> velocity_over(const MotionState::Step& step) const;
   /// How far this scan's stamp lags behind the rhythm of the scans.
   double lag_s(double dt_s) const;
   bool lags(double dt_s) const;
@@ -143,7 +145,7 @@ class MotionModel {
   MotionOptions options_;
   std::optional<MotionInput> before_;
   std::deque<Step> history_;
-  Velocity2 velocity_;
+  Velocity2 velocity_, calm_velocity_;
   bool velocity_known_ = false;
   double period_s_ = 0.0;      ///< of the scans: a running median
   double before_lag_s_ = 0.0;  ///< lag_s of the scan before

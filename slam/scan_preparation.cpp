@@ -13,6 +13,11 @@ Pose2 Velocity2::after(double seconds) const {
   return {a * x - b * y, b * x + a * y, normalize_angle(turn)};
 }
 
+Velocity2 velocity_of(const Pose2& moved, double seconds) {
+  const Pose2 chord = Pose2{0, 0, -0.5 * moved.theta_rad} * moved;
+  return {chord.x_m / seconds, chord.y_m / seconds, moved.theta_rad / seconds};
+}
+
 PreparedScan prepare_scan(const LaserScan& scan,
                           const SensorInfo& info,
                           const Pose3& robot_from_sensor,

@@ -17,6 +17,9 @@ struct Velocity2 {
   Pose2 after(double seconds) const;
 };
 
+/// That leads to `moved` in `seconds`: the inverse of Velocity2::after, to first order in the turn.
+Velocity2 velocity_of(const Pose2& moved, double seconds);
+
 /// A scan as the matcher wants it: only returns, on the floor plan, as if all beams had been
 /// measured at the first beam's time.
 struct PreparedScan {

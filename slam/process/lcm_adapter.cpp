@@ -12,6 +12,11 @@ namespace {
 
 constexpr int kDrawnAtOnce = 4;  // key scans
 
+// A scan that takes so long is straightened by what odometry says. The last match's velocity would
+// feed back: a scan turned by a wrong velocity is matched as wrong the other way, and worse from
+// scan to scan.
+constexpr double kLongScanS = 0.05;
+
 slam_pose_t to_message(Utime utime, const SlamUpdate& update) {
   slam_pose_t message;
   message.utime = utime.us;
@@ -177,6 +182,20 @@ bool SlamAdapter::is_level(const Pose2& first_beam, const Pose2& last_beam) cons
          std::abs(panned_rad) <= deg_to_rad(options_.pan_in_scan_limit_deg);
 }
 
+Velocity2 SlamAdapter::velocity_during(const LaserScan& scan, double duration_s) const {
+  if (!scan.time_offsets_s.empty()) duration_s = scan.time_offsets_s.back();
+  const Duration length = Duration::from_seconds(duration_s);
+  const PoseBuffer& odometry = motion_.odometry;
+  const bool is_long = duration_s >= kLongScanS;
+  if (!is_long || odometry.empty() || scan.utime - odometry.newest() > length) {
+    return session_.velocity();
+  }
+  const Utime end = std::min(scan.utime + length, odometry.newest());
+  const auto at_begin = odometry.at(end - length, {}), at_end = odometry.at(end, {});
+  if (!at_begin || !at_end) return session_.velocity();
+  return velocity_of(between(*at_begin, *at_end), duration_s);
+}
+
 SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) const {
   SlamInput input;
   const Duration reach = Duration::from_seconds(options_.patience_s);
@@ -196,7 +215,8 @@ SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) c
       input.level = is_level(*angles, angles_at_end.value_or(*angles));
     }
   }
-  input.scan = prepare_scan(scan, info, robot_from_sensor, session_.velocity());
+  input.scan =
+      prepare_scan(scan, info, robot_from_sensor, velocity_during(scan, info.scan_duration_s));
   return input;
 }
 

@@ -131,6 +131,7 @@ class SlamAdapter {
   bool exchange_loop_work(Utime utime);
   /// @param first_beam, last_beam  (pan, tilt, 0) [rad] at their times
   bool is_level(const Pose2& first_beam, const Pose2& last_beam) const;
+  Velocity2 velocity_during(const LaserScan& scan, double duration_s) const;
   SlamInput input_of(const LaserScan& scan, const SensorInfo& info) const;
   void publish(const LaserScan& scan, const SlamUpdate& update);
   void publish_trajectory(Utime utime);

@@ -51,6 +51,13 @@ TEST(MotionModel, WithoutOdometryTheLastVelocityGoesOn) {
   EXPECT_EQ(model.guess(at(0.9)).source, MotionGuess::Source::nothing);
 }
 
+TEST(MotionModel, WhatSwingsFromScanToScanDoesNotStraightenScans) {
+  MotionModel model;
+  for (int i = 0; i < 11; ++i) model.update(at(0.15 * i), {0.0, 0.0, i % 2 == 0 ? 0.3 : -0.3});
+  EXPECT_NEAR(model.velocity().yaw_rad_per_s, 0.0, 1e-9);
+  EXPECT_NEAR(model.guess(at(1.65)).before_from_now.theta_rad, 0.3, 1e-9);
+}
+
 TEST(MotionModel, StampsInBurstsDoNotMakeTheRobotFly) {
   MotionModel model;
   const Pose2 step{0.06, 0, 0};  // 0.3 m/s at 5 scans a second, logged two at a time

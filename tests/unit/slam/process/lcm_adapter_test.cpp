@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+
 #include "common/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -43,6 +46,17 @@ class SlamAdapterTest : public ::testing::Test {
     scan.utime = Utime::from_seconds(seconds);
     return scan;
   }
+  // A laser that turns as fast as it publishes: the robot is elsewhere at each beam.
+  LaserScan slow_scan_at(double seconds,
+                         double duration_s,
+                         const std::function<Pose2(double)>& pose) {
+    LaserScan scan = scan_at(seconds, pose(seconds));
+    for (std::size_t beam = 0; beam < scan.size(); ++beam) {
+      const double at_s = duration_s * static_cast<double>(beam) / static_cast<double>(scan.size());
+      scan.ranges_m[beam] = scan_at(seconds, pose(seconds + at_s)).ranges_m[beam];
+    }
+    return scan;
+  }
   OdometrySample odometry_at(double seconds, const Pose2& pose) {
     OdometrySample sample;
     sample.utime = Utime::from_seconds(seconds);
@@ -81,6 +95,35 @@ TEST_F(SlamAdapterTest, WhereOdometryFallsSilentScansGoOnWithoutIt) {
   EXPECT_EQ(poses_.size(), 20U);
   EXPECT_EQ(poses_.size(), 20U);
   EXPECT_NEAR(poses_.back().x_m, 0.19, 0.02);
+}
+
+// A match's error straightens the next scan wrongly, which is matched as wrong the other way.
+TEST_F(SlamAdapterTest, ASlowLasersScansDoNotSwingAfterATurn) {
+  constexpr double kPeriodS = 0.15;
+  const auto pose = [](double seconds) { return Pose2{0, 0, std::min(1.2 * seconds, 1.8)}; };
+  for (const bool with_odometry : {true, false}) {
+    SlamAdapter slam(bus_, {});
+    SensorInfo info;
+    info.parent_from_sensor = make_pose3({0.1, 0.0, 0.3});
+    info.scan_duration_s = kPeriodS;
+    send(info);
+    poses_.clear();
+    for (int i = 0; i < 30; ++i) {
+      const double at_s = kPeriodS * i;
+      for (int k = 0; with_odometry && k < 5; ++k) {
+        const double then_s = at_s + kPeriodS * k / 5;
+        send(odometry_at(then_s, pose(then_s)));
+      }
+      send(slow_scan_at(at_s, kPeriodS, pose));
+    }
+    slam.finish();
+    ASSERT_EQ(poses_.size(), 30U);
+    for (std::size_t i = 20; i < poses_.size(); ++i) {
+      EXPECT_NEAR(poses_[i].theta_rad, 1.8, deg_to_rad(with_odometry ? 0.5 : 2.0)) << i;
+      EXPECT_NEAR(poses_[i].theta_rad, poses_[i - 1].theta_rad, deg_to_rad(0.2)) << i;
+      EXPECT_NEAR(std::hypot(poses_[i].x_m, poses_[i].y_m), 0.0, 0.02) << i;
+    }
+  }
 }
 
 TEST_F(SlamAdapterTest, WithoutSensorInfoAScanIsDroppedAndSaid) {

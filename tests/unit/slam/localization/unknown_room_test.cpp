@@ -11,7 +11,7 @@ namespace {
 using ::marco::testing::IsNear;
 
 // Two different rooms, 20 x 6 m, and a door of 1.5 m between them.
-testing::FlatWorld two_rooms() {
+testing::FlatWorld room_beyond_a_door() {
   testing::FlatWorld world;
   world.add_chain({{-4, -3}, {12, -3}, {12, 3}, {-4, 3}, {-4, -3}});
   world.add_chain({{4, -3}, {4, -0.75}});
@@ -62,7 +62,7 @@ class UnknownRoom : public ::testing::Test {
     mapper.finish();
     return mapper.keys();
   }
-  testing::FlatWorld world_ = two_rooms();
+  testing::FlatWorld world_ = room_beyond_a_door();
   Pose2 start_{-2.5, -0.6, 0.0};
 };
 

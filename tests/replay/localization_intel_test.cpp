@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/localization_recorded.hpp"
+#include "tests/support/real_data.hpp"
 
 namespace marco::slam {
 namespace {
@@ -12,11 +13,8 @@ using testing::TrialTally;
 class LocalizationInIntel : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* folder = std::getenv("MARCO_TEST_DATA");
-    if (folder == nullptr) {
-      std::printf("SKIPPED: MARCO_TEST_DATA is not set\n");
-      GTEST_SKIP();
-    }
+    const char* folder = marco::testing::real_data();
+    if (folder == nullptr) GTEST_SKIP();
     const std::string intel = std::string(folder) + "/intel/intel";
     split_.emplace(intel + ".log", intel + ".relations");
   }

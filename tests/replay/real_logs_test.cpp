@@ -9,6 +9,7 @@
 #include "common/files/tum.hpp"
 #include "common/files/whole_file.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/real_data.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace marco {
@@ -20,11 +21,8 @@ using ::marco::testing::TemporaryFolder;
 class RealLogs : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* folder = std::getenv("MARCO_TEST_DATA");
-    if (folder == nullptr) {
-      std::printf("SKIPPED: MARCO_TEST_DATA is not set\n");
-      GTEST_SKIP();
-    }
+    const char* folder = marco::testing::real_data();
+    if (folder == nullptr) GTEST_SKIP();
     data_ = folder;
   }
   std::string run(const std::string& name, const std::vector<std::string>& arguments) {

@@ -9,6 +9,7 @@
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/recording.hpp"
 #include "slam/process/lcm_adapter.hpp"
+#include "tests/support/real_data.hpp"
 
 namespace marco::slam {
 namespace {
@@ -43,11 +44,8 @@ Trajectory path_of(const std::vector<EncodedMessage>& messages, std::vector<std:
 }
 
 TEST(ResumedInIntel, KilledAtTwentyRandomMomentsItEndsWithTheSamePath) {
-  const char* folder = std::getenv("MARCO_TEST_DATA");
-  if (folder == nullptr) {
-    std::printf("SKIPPED: MARCO_TEST_DATA is not set\n");
-    return;
-  }
+  const char* folder = marco::testing::real_data();
+  if (folder == nullptr) return;
   std::vector<EncodedMessage> messages;
   const auto recording = open_recording(std::string(folder) + "/intel/intel.log");
   while (const auto sample = recording->next()) messages.push_back(encode_sample(*sample));

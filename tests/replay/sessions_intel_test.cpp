@@ -6,6 +6,7 @@
 
 #include "slam/localization/mapping_session.hpp"
 #include "tests/support/localization_recorded.hpp"
+#include "tests/support/real_data.hpp"
 
 namespace marco::slam {
 namespace {
@@ -13,11 +14,8 @@ namespace {
 class SessionsInIntel : public ::testing::Test {
  protected:
   void SetUp() override {
-    const char* folder = std::getenv("MARCO_TEST_DATA");
-    if (folder == nullptr) {
-      std::printf("SKIPPED: MARCO_TEST_DATA is not set\n");
-      GTEST_SKIP();
-    }
+    const char* folder = marco::testing::real_data();
+    if (folder == nullptr) GTEST_SKIP();
     const std::string intel = std::string(folder) + "/intel/intel";
     inputs_ = testing::read_carmen_scans(intel + ".log");
     relations_ = testing::read_relations(intel + ".relations");

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "common/files/event_log.hpp"
+#include "tests/support/real_data.hpp"
 
 // The spy as a person runs it, in a network namespace of its own: this process publishes.
 namespace marco {
@@ -166,11 +167,8 @@ TEST(Spy, ReadsALogWithTypesOfItsReader) {
 }
 
 TEST(Spy, ReadsARealLogOfAForeignRobot) {
-  const char* data = std::getenv("MARCO_TEST_DATA");
-  if (data == nullptr) {
-    std::puts("SKIPPED: MARCO_TEST_DATA is not set");
-    return;
-  }
+  const char* data = marco::testing::real_data();
+  if (data == nullptr) return;
   const json report =
       spy_json(std::string(data) + "/mbot/mbot_convex.lcmlog --types tests/process/spy/types");
   EXPECT_EQ(channel_named(report, "RPLIDAR_LASER")["type"], "mbot_lcm_msgs.lidar_t");

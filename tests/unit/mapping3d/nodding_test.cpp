@@ -13,6 +13,7 @@
 
 #include "mapping3d/point_tree.hpp"
 #include "mapping3d/registration.hpp"
+#include "tests/support/real_data.hpp"
 
 namespace marco::mapping3d {
 namespace {
@@ -133,11 +134,8 @@ Residuals compare(const std::vector<Point>& target, const std::vector<Point>& mo
 }
 
 TEST(NoddingScans, JoinBetterThanTheirStartGuess) {
-  const char* data = std::getenv("MARCO_TEST_DATA");
-  if (data == nullptr) {
-    std::printf("SKIPPED: MARCO_TEST_DATA is not set\n");
-    return;
-  }
+  const char* data = marco::testing::real_data();
+  if (data == nullptr) return;
   std::vector<ScenePoints> placed;
   for (const char* name : {"scan000", "scan001", "scan002"}) {
     const std::string stem = std::string(data) + "/nodding_lms/" + name;
@@ -203,11 +201,8 @@ Scene read_polar(const std::string& path) {
 }
 
 TEST(InterlacedScan, HasAFlatFloor) {
-  const char* data = std::getenv("MARCO_TEST_DATA");
-  if (data == nullptr) {
-    std::printf("SKIPPED: MARCO_TEST_DATA is not set\n");
-    return;
-  }
+  const char* data = marco::testing::real_data();
+  if (data == nullptr) return;
   const ScenePoints scene =
       place(read_polar(std::string(data) + "/nodding_lms_interlaced/scan_polar.csv"));
   ASSERT_EQ(scene.rows, 491U);

@@ -7,6 +7,7 @@
 
 #include "tests/support/g2o_graph.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/support/real_data.hpp"
 
 namespace marco::slam {
 namespace {
@@ -138,11 +139,8 @@ TEST(PoseGraph, RefusesEdgesThatMakeNoSense) {
 }
 
 TEST(PoseGraph, ReachesThePublishedOptimaOfPublicGraphs) {
-  const char* data = std::getenv("MARCO_TEST_DATA");
-  if (data == nullptr) {
-    std::puts("SKIPPED: no MARCO_TEST_DATA");
-    GTEST_SKIP();
-  }
+  const char* data = marco::testing::real_data();
+  if (data == nullptr) GTEST_SKIP();
   struct Case {
     const char* file;
     double optimum;
@@ -159,11 +157,8 @@ TEST(PoseGraph, ReachesThePublishedOptimaOfPublicGraphs) {
 }
 
 TEST(PoseGraph, FindsTheLoopsOfAPublicGraphWhoseOdometryIsNoStart) {
-  const char* data = std::getenv("MARCO_TEST_DATA");
-  if (data == nullptr) {
-    std::puts("SKIPPED: no MARCO_TEST_DATA");
-    GTEST_SKIP();
-  }
+  const char* data = marco::testing::real_data();
+  if (data == nullptr) GTEST_SKIP();
   // 20 loops and 10 wrong ones; odometry ends 200 m off.
   PoseGraph graph = testing::read_g2o(std::string(data) + "/graphs/MITb.g2o");
   PoseGraph optimum = graph;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "common/byte_archive.hpp"
+#include "recorded_drive.hpp"
 #include "slam/localization/mapping_session.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
@@ -38,21 +39,7 @@ class SavedMapTest : public ::testing::Test {
  protected:
   // Odometry that is 3 % long; @param seed of the scans' noise
   std::vector<SlamInput> drive(const std::vector<Pose2>& path, uint32_t seed, int64_t start_us) {
-    std::mt19937 random(seed);
-    Pose2 odom;
-    std::vector<SlamInput> inputs;
-    for (std::size_t i = 0; i < path.size(); ++i) {
-      if (i > 0) {
-        const Pose2 step = between(path[i - 1], path[i]);
-        odom = odom * Pose2{1.03 * step.x_m, step.y_m, 1.02 * step.theta_rad};
-      }
-      SlamInput input;
-      input.scan.utime = Utime::from_us(start_us + static_cast<int64_t>(i) * 200000);
-      input.scan.hits_in_robot = world_.hits(path[i], 0.01, &random);
-      input.motion = {input.scan.utime, odom, {}};
-      inputs.push_back(std::move(input));
-    }
-    return inputs;
+    return recorded_drive(world_, path, seed, start_us);
   }
   static void expect_equal(const Trajectory& a, const Trajectory& b) {
     ASSERT_EQ(a.size(), b.size());

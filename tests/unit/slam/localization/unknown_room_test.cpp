@@ -1,6 +1,7 @@
 // A map that does not hold the whole building.
 #include <gmock/gmock.h>
 
+#include "recorded_drive.hpp"
 #include "slam/localization/localizer.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
@@ -32,21 +33,7 @@ class UnknownRoom : public ::testing::Test {
  protected:
   // Odometry that is 5 % long and turns 3 % too far.
   std::vector<SlamInput> record(const std::vector<Pose2>& path, uint32_t seed) const {
-    std::mt19937 random(seed);
-    Pose2 odom;
-    std::vector<SlamInput> inputs;
-    for (std::size_t i = 0; i < path.size(); ++i) {
-      if (i > 0) {
-        const Pose2 step = between(path[i - 1], path[i]);
-        odom = odom * Pose2{1.05 * step.x_m, step.y_m, 1.03 * step.theta_rad};
-      }
-      SlamInput input;
-      input.scan.utime = Utime::from_us(1'000'000LL * seed + static_cast<int64_t>(i) * 200000);
-      input.scan.hits_in_robot = world_.hits(path[i], 0.01, &random);
-      input.motion = {input.scan.utime, odom, {}};
-      inputs.push_back(std::move(input));
-    }
-    return inputs;
+    return recorded_drive(world_, path, seed, 1'000'000LL * seed, {1.05, 1.03});
   }
   // Of the left room, its door closed.
   std::vector<KeyScan> map_of_left_room() {

@@ -54,7 +54,9 @@ class SlamAdapterTest : public ::testing::Test {
     LaserScan scan = scan_at(seconds, pose(seconds));
     for (std::size_t beam = 0; beam < scan.size(); ++beam) {
       const double at_s = duration_s * static_cast<double>(beam) / static_cast<double>(scan.size());
-      scan.ranges_m[beam] = scan_at(seconds, pose(seconds + at_s)).ranges_m[beam];
+      const Pose2 laser = pose(seconds + at_s) * Pose2{0.1, 0, 0};
+      const double bearing_rad = laser.theta_rad + scan.bearing_rad(beam);
+      scan.ranges_m[beam] = static_cast<float>(room_.range_m(laser.translation_m(), bearing_rad));
     }
     return scan;
   }

@@ -17,8 +17,7 @@ struct ThinningOptions {
   int recent_keys = 200;  ///< the last ones wait: a wrong loop may not have been contradicted yet
   int keys_a_place = 1;   ///< so many key scans see a place before another becomes one with them
   double near_m = 0.5;    ///< they are of one place when so near ...
-  double near_turn_deg =
-      25;  ///< ... and turned so little; half of both where they follow each other
+  double near_turn_deg = 25;  ///< ... and turned so little; neighbours: half of both
   double min_overlap = 0.80;  ///< of the match that ties it to them: else it saw something new
   double max_shift_m = 0.10;  ///< by which that match may move it: else the loop is not closed yet
   double max_turn_deg = 1.5;

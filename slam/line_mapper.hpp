@@ -17,6 +17,13 @@
 
 namespace marco::slam {
 
+/// Of the filter's path it is not known how far it drifts: no place is less likely for that.
+inline LoopCloserOptions wherever_they_fit() {
+  LoopCloserOptions options;
+  options.unlikely_penalty = 0.0;
+  return options;
+}
+
 struct LineMapperOptions {
   LineSlamOptions lines;
   double key_distance_m = 0.30;   ///< a scan is kept after this move ...
@@ -31,7 +38,7 @@ struct LineMapperOptions {
   NormalOptions normals;
   CorrelativeMatcherOptions coarse;
   SurfelMatcherOptions fine;
-  LoopCloserOptions loops;
+  LoopCloserOptions loops = wherever_they_fit();
   PoseGraphOptions graph;
   OccupancyGridOptions grid;
 

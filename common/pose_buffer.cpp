@@ -35,6 +35,14 @@ std::optional<Pose2> PoseBuffer::at(Utime utime, Duration reach) const {
   return interpolate(before.pose, after->pose, part);
 }
 
+std::optional<Pose2> PoseBuffer::motion_during(Utime begin, Duration length) const {
+  if (samples_.empty() || begin - newest() > length) return std::nullopt;
+  const Utime end = std::min(begin + length, newest());
+  const auto at_begin = at(end - length), at_end = at(end);
+  if (!at_begin || !at_end) return std::nullopt;
+  return between(*at_begin, *at_end);
+}
+
 Trajectory PoseBuffer::samples() const {
   Trajectory samples;
   for (const Sample& sample : samples_) samples.push_back({sample.utime, sample.pose});

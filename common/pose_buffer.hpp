@@ -30,6 +30,11 @@ class PoseBuffer {
   /// velocity up to `reach` beyond the newest sample. Nothing before the oldest or beyond reach.
   std::optional<Pose2> at(Utime utime, Duration reach = {}) const;
 
+  /// The motion in `length` from `begin` on, in the frame at its begin. Samples that do not reach
+  /// its end yet answer for as long a time up to the newest one. Nothing when they do not reach
+  /// `begin` at all, or do not go back as far.
+  std::optional<Pose2> motion_during(Utime begin, Duration length) const;
+
   /// All it holds, oldest first; adding them to an empty buffer makes the same again.
   Trajectory samples() const;
 

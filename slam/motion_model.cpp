@@ -28,6 +28,17 @@ Pose2 part_of(const Pose2& step, double part) {
 
 }  // namespace
 
+std::optional<Velocity2> believed_velocity(const Pose2& moved,
+                                           double dt_s,
+                                           const MotionOptions& options) {
+  const double limit_rad_per_s = deg_to_rad(options.max_turn_rate_deg_per_s);
+  if (dt_s < 1e-3 || moved.translation_m().norm() > options.max_speed_m_per_s * dt_s ||
+      std::abs(moved.theta_rad) > limit_rad_per_s * dt_s) {
+    return std::nullopt;
+  }
+  return velocity_of(moved, dt_s);
+}
+
 MotionModel::MotionModel(const MotionOptions& options) : options_(options) {
   validate(options, "motion");
 }
@@ -246,14 +257,7 @@ void MotionModel::measure_velocity() {
 }
 
 std::optional<Velocity2> MotionModel::velocity_over(const MotionState::Step& step) const {
-  const double dt_s = (before_->utime - step.utime).seconds();
-  const Pose2& moved = step.then_from_now;
-  const double limit_rad_per_s = deg_to_rad(options_.max_turn_rate_deg_per_s);
-  if (dt_s < 1e-3 || moved.translation_m().norm() > options_.max_speed_m_per_s * dt_s ||
-      std::abs(moved.theta_rad) > limit_rad_per_s * dt_s) {
-    return std::nullopt;
-  }
-  return velocity_of(moved, dt_s);
+  return believed_velocity(step.then_from_now, (before_->utime - step.utime).seconds(), options_);
 }
 
 }  // namespace marco::slam

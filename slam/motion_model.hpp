@@ -50,6 +50,12 @@ struct MotionOptions {
   }
 };
 
+/// The velocity of a robot that moved so in `dt_s`; nothing when that is too short a time to tell,
+/// or faster than options allow: a stamp, or odometry that started anew, is wrong then.
+std::optional<Velocity2> believed_velocity(const Pose2& moved,
+                                           double dt_s,
+                                           const MotionOptions& options);
+
 /// What the robot's own sensors say at a scan's time.
 struct MotionInput {
   Utime utime;

@@ -21,9 +21,8 @@ struct LocalizerOptions {
   double max_contradicted = 0.15;  ///< of a scan's beams, that may end in known free space
   double lost_after_m = 1.0;       ///< so far with scans that contradict the map, or ...
   double lost_after_s = 5.0;       ///< ... so long: carried away, look anew
-  double unknown_for_m =
-      30.0;                   ///< so far where the map knows nothing, the robot's path is believed
-  double map_sigma_m = 0.02;  ///< the map's own error, in every covariance
+  double unknown_for_m = 30.0;     ///< so far where the map is silent its own path is believed
+  double map_sigma_m = 0.02;       ///< the map's own error, in every covariance
   double map_sigma_deg = 0.2;
 
   template <class Visitor>

@@ -184,16 +184,11 @@ bool SlamAdapter::is_level(const Pose2& first_beam, const Pose2& last_beam) cons
 
 Velocity2 SlamAdapter::velocity_during(const LaserScan& scan, double duration_s) const {
   if (!scan.time_offsets_s.empty()) duration_s = scan.time_offsets_s.back();
-  const Duration length = Duration::from_seconds(duration_s);
-  const PoseBuffer& odometry = motion_.odometry;
-  const bool is_long = duration_s >= kLongScanS;
-  if (!is_long || odometry.empty() || scan.utime - odometry.newest() > length) {
-    return session_.velocity();
-  }
-  const Utime end = std::min(scan.utime + length, odometry.newest());
-  const auto at_begin = odometry.at(end - length, {}), at_end = odometry.at(end, {});
-  if (!at_begin || !at_end) return session_.velocity();
-  return velocity_of(between(*at_begin, *at_end), duration_s);
+  if (duration_s < kLongScanS) return session_.velocity();
+  const auto moved = motion_.odometry.motion_during(scan.utime, Duration::from_seconds(duration_s));
+  const auto velocity =
+      moved ? believed_velocity(*moved, duration_s, options_.slam.motion) : std::nullopt;
+  return velocity.value_or(session_.velocity());
 }
 
 SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) const {

@@ -150,14 +150,6 @@ std::optional<Pose2> LineLcmAdapter::motion_to(Utime utime, std::optional<Pose2>
   return motion;
 }
 
-Pose2 LineLcmAdapter::motion_during(const LaserScan& scan, const SensorInfo& info) const {
-  if (info.scan_duration_s <= 0.0) return {};
-  const Duration reach = Duration::from_seconds(options_.odometry_wait_s);
-  const auto first = odometry_.at(scan.utime, reach);
-  const auto last = odometry_.at(scan.utime + Duration::from_seconds(info.scan_duration_s), reach);
-  return first && last ? between(*first, *last) : Pose2{};
-}
-
 void LineLcmAdapter::take(const LaserScan& scan) {
   bool is_tilted = false;
   const std::optional<SensorInfo> info = effective_info(scan, is_tilted);
@@ -172,7 +164,9 @@ void LineLcmAdapter::take(const LaserScan& scan) {
     ++scans_carried_;
     update = mapper_.carry(scan.utime, motion.value_or(Pose2{}));
   } else {
-    to_robot_frame(scan, *info, motion_during(scan, *info), options_.range_sigma_m, scan_in_robot_);
+    const Duration length = Duration::from_seconds(info->scan_duration_s);
+    const Pose2 moved = odometry_.motion_during(scan.utime, length).value_or(Pose2{});
+    to_robot_frame(scan, *info, moved, options_.range_sigma_m, scan_in_robot_);
     LineSlamJournal journal;
     update = mapper_.process(scan_in_robot_, scan.utime, motion,
                              held_out ? MapUse::pose_only : MapUse::draw,

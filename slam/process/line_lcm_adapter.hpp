@@ -70,7 +70,6 @@ class LineLcmAdapter {
   void take(const LaserScan& scan);
   std::optional<SensorInfo> effective_info(const LaserScan& scan, bool& is_tilted);
   std::optional<Pose2> motion_to(Utime utime, std::optional<Pose2>& odom_from_robot);
-  Pose2 motion_during(const LaserScan& scan, const SensorInfo& info) const;
   void publish_pose(Utime utime, const LineSlamUpdate& update, bool is_carried);
   void publish_map();
   void publish_trajectory(Utime utime);

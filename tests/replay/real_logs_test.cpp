@@ -67,6 +67,14 @@ TEST_F(RealLogs, IntelIsMappedToTheReferencesOwnNoise) {
   }
 }
 
+TEST_F(RealLogs, IntelsWallsAreMappedToTenCentimetres) {
+  run("marco-map", {data_ + "/intel/intel.log", "--lines", "--out", out()});
+  const std::string error =
+      run("marco-evaluate", {out() + "/trajectory.tum", data_ + "/intel/intel.relations"});
+  EXPECT_EQ(number(error, "n"), 1030);
+  EXPECT_LT(number(error, "translation_m mean"), 0.10);
+}
+
 TEST_F(RealLogs, MbotIsMappedWithoutOdometryToTwoOfItsLasersCentimetres) {
   const nlohmann::json report = map("mbot/mbot_convex.lcmlog");
   EXPECT_LT(report.at("errors").at("path error rms_m"), 0.03);

@@ -18,7 +18,7 @@ class SessionsInIntel : public ::testing::Test {
     if (folder == nullptr) GTEST_SKIP();
     const std::string intel = std::string(folder) + "/intel/intel";
     inputs_ = testing::read_carmen_scans(intel + ".log");
-    relations_ = testing::read_relations(intel + ".relations");
+    relations_ = files::read_relations(intel + ".relations");
     MappingSession whole({}, {});
     map(whole, 0, inputs_.size());
     single_ = error_of(whole.saved(""));

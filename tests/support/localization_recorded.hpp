@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "common/files/carmen.hpp"
+#include "common/files/relations.hpp"
 #include "common/relations_metric.hpp"
 #include "tests/support/localization_trials.hpp"
 
@@ -36,16 +36,6 @@ inline std::vector<slam::SlamInput> read_carmen_scans(const std::string& path) {
   return inputs;
 }
 
-inline std::vector<PoseRelation> read_relations(const std::string& path) {
-  std::vector<PoseRelation> relations;
-  std::ifstream file(path);
-  double t1 = 0, t2 = 0, x = 0, y = 0, z = 0, roll = 0, pitch = 0, yaw = 0;
-  while (file >> t1 >> t2 >> x >> y >> z >> roll >> pitch >> yaw) {
-    relations.push_back({t1, t2, {x, y, yaw}});
-  }
-  return relations;
-}
-
 /// The last third of a log whose first two thirds are a map. What is true is said by relations
 /// between scans of both; a robot is switched on 5 m of path before the relation's second scan and
 /// judged there.
@@ -67,7 +57,7 @@ class SplitLog {
     whole.finish();
     path_ = whole.trajectory();
     keys_ = mapper.keys();
-    take(read_relations(relations), mapper.trajectory());
+    take(files::read_relations(relations), mapper.trajectory());
   }
 
   const std::vector<slam::KeyScan>& map() const { return keys_; }

@@ -1,11 +1,9 @@
 #include <cstdio>
-#include <sstream>
 
 #include "common/check.hpp"
 #include "common/files/event_log.hpp"
-#include "common/files/text_fields.hpp"
+#include "common/files/relations.hpp"
 #include "common/files/tum.hpp"
-#include "common/files/whole_file.hpp"
 #include "common/process/arguments.hpp"
 #include "common/relations_metric.hpp"
 #include "common/trajectory_fit.hpp"
@@ -15,23 +13,6 @@
 
 namespace marco {
 namespace {
-
-std::vector<PoseRelation> read_relations(const std::string& path) {
-  std::istringstream file(files::read_whole_file(path));
-  std::vector<PoseRelation> relations;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    const std::string content = line.substr(0, line.find('#'));
-    files::TextFields fields(content);
-    std::vector<double> row;
-    while (const auto value = fields.number<double>()) row.push_back(*value);
-    if (row.empty()) continue;
-    require(row.size() >= 8,
-            path + ":" + std::to_string(number) + ": expected 'time1 time2 x y z roll pitch yaw'");
-    relations.push_back({row[0], row[1], {row[2], row[3], row[7]}});
-  }
-  return relations;
-}
 
 void print(const RelationsError& error) {
   const auto print_spread = [](const char* name, const ErrorSpread& spread) {
@@ -45,7 +26,7 @@ void print(const RelationsError& error) {
 
 int evaluate_relations(const Trajectory& trajectory, const std::string& path, double tolerance_s) {
   const RelationsReport report =
-      compare_with_relations(trajectory, read_relations(path), tolerance_s);
+      compare_with_relations(trajectory, files::read_relations(path), tolerance_s);
   if (report.all.count == 0) {
     std::printf("n=0 skipped=%zu: no relation has both ends in the trajectory\n", report.skipped);
     return 1;

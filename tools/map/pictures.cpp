@@ -109,17 +109,11 @@ void add_paths(const GridMap& map, const MapJob& job, viewer::Scene& scene) {
 // A dot is lost in a picture of a whole corridor: a cross of dots is not.
 Points2 thick(const Points2& points) {
   constexpr double kArmM = 0.02;
+  const Eigen::Vector2d arms[] = {{0, 0}, {kArmM, 0}, {-kArmM, 0}, {0, kArmM}, {0, -kArmM}};
   Points2 crosses(2, 5 * points.cols());
+  Eigen::Index next = 0;
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    for (int arm = 0; arm < 5; ++arm) {
-      const Eigen::Vector2d aside(arm == 1   ? kArmM
-                                  : arm == 2 ? -kArmM
-                                             : 0.0,
-                                  arm == 3   ? kArmM
-                                  : arm == 4 ? -kArmM
-                                             : 0.0);
-      crosses.col(5 * i + arm) = points.col(i) + aside;
-    }
+    for (const Eigen::Vector2d& arm : arms) crosses.col(next++) = points.col(i) + arm;
   }
   return crosses;
 }

@@ -39,6 +39,18 @@ TEST(PoseBuffer, AStampThatStepsBackwardsStillAnswersExactly) {
   EXPECT_EQ(buffer.newest(), at_ms(200));
 }
 
+TEST(PoseBuffer, MotionOfAScanThatIsNotOverYetIsTheLastKnownOfItsLength) {
+  PoseBuffer buffer;
+  const Duration length = Duration::from_seconds(0.2);
+  EXPECT_FALSE(buffer.motion_during(at_ms(100), length));
+  for (const int ms : {0, 100, 200, 300}) buffer.add(at_ms(ms), {1e-5 * ms * ms, 0, 0});
+  EXPECT_THAT(*buffer.motion_during(at_ms(50), length), IsNear(Pose2{0.6, 0, 0}, 1e-12, 0));
+  EXPECT_THAT(*buffer.motion_during(at_ms(250), length), IsNear(Pose2{0.8, 0, 0}, 1e-12, 0));
+  EXPECT_FALSE(buffer.motion_during(at_ms(501), length)) << "too old";
+  EXPECT_FALSE(buffer.motion_during(at_ms(-1), length)) << "before the first";
+  EXPECT_THAT(*buffer.motion_during(at_ms(100), Duration{}), IsNear(Pose2{}, 0, 0));
+}
+
 TEST(PoseBuffer, ForgetsTheOldestBeyondItsCapacity) {
   PoseBuffer buffer(3);
   for (int i = 0; i < 5; ++i) buffer.add(at_ms(100 * i), {1.0 * i, 0, 0});

@@ -1,10 +1,13 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <fstream>
 
+#include "common/files/relations.hpp"
 #include "common/relations_metric.hpp"
 #include "common/trajectory_fit.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {
@@ -44,6 +47,18 @@ TEST(RelationsMetric, ErrorsAreMeasuredInTheFirstPosesFrame) {
   // relative to the second pose's frame or the first's, the length of (0.3, 0.4) is 0.5
   EXPECT_NEAR(report.all.translation_m.mean, 0.5, 1e-9);
   EXPECT_NEAR(report.all.rotation_deg.mean, 10.0, 1e-9);
+}
+
+TEST(RelationsMetric, AFileOfRelationsIsReadLineByLine) {
+  const testing::TemporaryFolder folder;
+  const std::string path = (folder.path() / "a.relations").string();
+  std::ofstream(path) << "# by hand\n1.5 2.5 0.3 0.4 0 0 0 0.1\n\n";
+  const std::vector<PoseRelation> relations = files::read_relations(path);
+  ASSERT_EQ(relations.size(), 1U);
+  EXPECT_EQ(relations[0].second_time_s, 2.5);
+  EXPECT_THAT(relations[0].first_from_second, testing::IsNear(Pose2{0.3, 0.4, 0.1}, 0, 0));
+  std::ofstream(path, std::ios::app) << "1.5 2.5 0.3\n";
+  EXPECT_THROW(files::read_relations(path), std::invalid_argument);
 }
 
 TEST(TrajectoryFit, ARigidlyMovedPathFitsExactly) {

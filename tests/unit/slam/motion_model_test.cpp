@@ -58,6 +58,15 @@ TEST(MotionModel, WhatSwingsFromScanToScanDoesNotStraightenScans) {
   EXPECT_NEAR(model.guess(at(1.65)).before_from_now.theta_rad, 0.3, 1e-9);
 }
 
+TEST(MotionModel, AVelocityNoRobotHasIsNotBelieved) {
+  const MotionOptions options;
+  EXPECT_THAT(believed_velocity({0.2, 0, 0.3}, 0.2, options)->after(0.2),
+              IsNear(Pose2{0.2, 0, 0.3}, 1e-3, 1e-12));
+  EXPECT_FALSE(believed_velocity({5.0, 0, 0}, 0.2, options)) << "odometry started anew";
+  EXPECT_FALSE(believed_velocity({0, 0, 2.0}, 0.2, options));
+  EXPECT_FALSE(believed_velocity({}, 0.0, options)) << "no time, no velocity";
+}
+
 TEST(MotionModel, StampsInBurstsDoNotMakeTheRobotFly) {
   MotionModel model;
   const Pose2 step{0.06, 0, 0};  // 0.3 m/s at 5 scans a second, logged two at a time

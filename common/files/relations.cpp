@@ -1,0 +1,28 @@
+#include "common/files/relations.hpp"
+
+#include <sstream>
+
+#include "common/check.hpp"
+#include "common/files/text_fields.hpp"
+#include "common/files/whole_file.hpp"
+
+namespace marco::files {
+
+std::vector<PoseRelation> read_relations(const std::string& path) {
+  std::istringstream file(read_whole_file(path));
+  std::vector<PoseRelation> relations;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const std::string content = line.substr(0, line.find('#'));
+    TextFields fields(content);
+    std::vector<double> row;
+    while (const auto value = fields.number<double>()) row.push_back(*value);
+    if (row.empty()) continue;
+    require(row.size() >= 8,
+            path + ":" + std::to_string(number) + ": expected 'time1 time2 x y z roll pitch yaw'");
+    relations.push_back({row[0], row[1], {row[2], row[3], row[7]}});
+  }
+  return relations;
+}
+
+}  // namespace marco::files

@@ -183,11 +183,13 @@ double MotionModel::lag_s(double dt_s) const {
 }
 
 void MotionModel::learn_rhythm(double dt_s, const Pose2& step) {
-  // The median of a stream, by small steps towards each value (Tierney 1983).
-  constexpr double kMedianStep = 0.05;
+  // The median of a stream, by small steps towards each value (Tierney 1983), and smaller ones
+  // where it is near: stamps that jitter must not make the rhythm err by more than they do.
+  constexpr double kMedianStep = 0.05, kPartOfWay = 0.5;
   if (dt_s > 0.0 && period_s_ == 0.0) period_s_ = dt_s;
   before_lag_s_ = lag_s(dt_s);
-  if (period_s_ > 0.0) period_s_ *= dt_s > period_s_ ? 1.0 + kMedianStep : 1.0 - kMedianStep;
+  const double most_s = kMedianStep * period_s_;
+  period_s_ += std::clamp(kPartOfWay * (dt_s - period_s_), -most_s, most_s);
   constexpr double kFresh = 0.3;
   move_m_ += kFresh * (std::hypot(step.x_m, step.y_m) - move_m_);
   turn_rad_ += kFresh * (std::abs(step.theta_rad) - turn_rad_);

@@ -27,10 +27,6 @@ constexpr double kDoubtedPrior = 0.01;
 // measurement contradicts another.
 constexpr double kContradiction = 16.0;
 
-// By how much a standing robot's place may wander from scan to scan: its floor and the walls do.
-constexpr double kStandingSigmaM = 1e-4;
-constexpr double kStandingSigmaDeg = 0.003;
-
 Eigen::Vector3d off(const Pose2& pose, const Pose2& from) {
   return {pose.x_m - from.x_m, pose.y_m - from.y_m,
           normalize_angle(pose.theta_rad - from.theta_rad)};
@@ -75,8 +71,14 @@ SlamUpdate Slam::process(const SlamInput& input) {
   Match found;
   found.world_from_robot = prior.map_from_robot;
   if (use && local_map_) found = match(points, guess, prior);
-  Eigen::Matrix3d covariance = inverse_of(prior.information + found.information);
-  if (found.usable && motion_.stands_still(input.motion)) look_again(found, covariance);
+  // Until there is a map, the place is where the map begins.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  if (!keys_.empty()) covariance = inverse_of(prior.information + found.information);
+  if (found.usable && motion_.stands_still(input.motion)) {
+    look_again(found, covariance);
+  } else {
+    standing_.reset();
+  }
   motion_.update(input.motion, between(world_from_robot_, found.world_from_robot));
   covariance_ = covariance;
   world_from_robot_ = found.world_from_robot;
@@ -144,20 +146,16 @@ Slam::Match Slam::match(const OrientedPoints& points,
   return wide.usable && wide.overlap > result.overlap + kClearlyBetter ? wide : result;
 }
 
-void Slam::look_again(Match& match, Eigen::Matrix3d& covariance) const {
-  Eigen::Matrix3d before = covariance_;
-  before(0, 0) += kStandingSigmaM * kStandingSigmaM;
-  before(1, 1) += kStandingSigmaM * kStandingSigmaM;
-  before(2, 2) += std::pow(deg_to_rad(kStandingSigmaDeg), 2);
-  const Eigen::Vector3d moved = off(match.world_from_robot, world_from_robot_);
-  const Eigen::Matrix3d difference = (before + inverse_of(match.information)).inverse();
+void Slam::look_again(Match& match, Eigen::Matrix3d& covariance) {
+  if (!standing_) standing_.emplace(covariance_);
+  const auto look = standing_->look(off(match.world_from_robot, world_from_robot_),
+                                    inverse_of(match.information));
   // Wheels may be still while the robot is pushed.
-  if (moved.dot(difference * moved) > kContradiction) return;
-  const Eigen::Matrix3d gain = before * difference;
-  const Eigen::Vector3d step = gain * moved;
-  match.world_from_robot = {world_from_robot_.x_m + step.x(), world_from_robot_.y_m + step.y(),
-                            normalize_angle(world_from_robot_.theta_rad + step.z())};
-  covariance = before - gain * before;
+  if (!look) return standing_.reset();
+  match.world_from_robot = {world_from_robot_.x_m + look->step.x(),
+                            world_from_robot_.y_m + look->step.y(),
+                            normalize_angle(world_from_robot_.theta_rad + look->step.z())};
+  covariance = look->covariance;
 }
 
 Slam::Match Slam::match_widely(const OrientedPoints& points, const PosePrior& prior) const {

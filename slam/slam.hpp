@@ -18,6 +18,7 @@
 #include "slam/motion_model.hpp"
 #include "slam/scan_preparation.hpp"
 #include "slam/slam_state.hpp"
+#include "slam/standing.hpp"
 
 namespace marco::slam {
 
@@ -155,9 +156,8 @@ class Slam {
   PosePrior prior_of(const MotionGuess& guess) const;
   Match match(const OrientedPoints& points, const MotionGuess& guess, const PosePrior& prior) const;
   Match match_widely(const OrientedPoints& points, const PosePrior& prior) const;
-  /// Of a robot that stands: the match is one more look from the same place, and averaged with all
-  /// before, unless it contradicts them.
-  void look_again(Match& match, Eigen::Matrix3d& covariance) const;
+  /// Of a robot that stands: the match is one more look from the same place.
+  void look_again(Match& match, Eigen::Matrix3d& covariance);
   bool key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const;
   void add_key(const SlamInput& input, const OrientedPoints& points, const Match& match);
   bool look_for_loops();
@@ -187,6 +187,7 @@ class Slam {
   CorrelativeMatcher coarse_;
   LoopCloser loop_closer_;
   MotionModel motion_;
+  std::optional<Standing> standing_;  ///< nothing while the robot moves
   PoseGraph graph_;
   std::vector<KeyScan> keys_;
   std::vector<ScanPose> scans_;

@@ -199,6 +199,7 @@ void Slam::move_keys(const std::vector<Pose2>& world_from_keys) {
   }
   world_from_robot_ = keys_.back().world_from_robot * key_from_robot;
   ++revision_;
+  standing_.reset();
   rebuild_local_map();
 }
 

@@ -86,10 +86,23 @@ void check(const SlamState& state) {
 }
 
 SlamState Slam::state() const {
-  SlamState state{keys_,           graph_.edges(),    loops_,      scans_,     trail_,
-                  motion_.state(), world_from_robot_, covariance_, {},         last_search_path_m_,
-                  closed_path_m_,  closings_m_,       revision_,   looked_at_, thin_until_,
-                  kept_keys_};
+  SlamState state;
+  state.keys = keys_;
+  state.edges = graph_.edges();
+  state.loops = loops_;
+  state.scans = scans_;
+  state.trail = trail_;
+  state.motion = motion_.state();
+  if (standing_) state.standing = standing_->state();
+  state.world_from_robot = world_from_robot_;
+  state.covariance = covariance_;
+  state.last_search_path_m = last_search_path_m_;
+  state.closed_path_m = closed_path_m_;
+  state.closings_m = closings_m_;
+  state.revision = revision_;
+  state.looked_at = looked_at_;
+  state.thin_until = thin_until_;
+  state.kept_keys = kept_keys_;
   if (local_map_) state.local_map_centre_m = local_map_->levels().front().centre_m();
   return state;
 }
@@ -106,6 +119,8 @@ void Slam::restore(const SlamState& state) {
   for (const KeyScan& key : keys_) graph_.add_node(key.world_from_robot);
   for (const PoseGraphEdge& edge : state.edges) graph_.add_edge(edge);
   motion_.restore(state.motion);
+  standing_.reset();
+  if (state.standing) standing_.emplace(*state.standing);
   covariance_ = state.covariance;
   last_search_path_m_ = state.last_search_path_m;
   closed_path_m_ = state.closed_path_m;
@@ -166,6 +181,7 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
   world_from_robot_ = world_from_session * session.world_from_robot;
   covariance_ = session.covariance;
   motion_.restore(session.motion);
+  standing_.reset();
   // Nothing lies between the sessions: what is looked at around a place ends there.
   std::vector<KeyScan> nearby(keys_.begin(), keys_.begin() + first_key);
   KeyScan nothing;

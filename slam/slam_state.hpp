@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "slam/graph/pose_graph_edge.hpp"
 #include "slam/loop_closer.hpp"
 #include "slam/motion_model.hpp"
+#include "slam/standing.hpp"
 
 namespace marco::slam {
 
@@ -26,6 +28,7 @@ struct SlamState {
   std::vector<ScanPose> scans;
   std::vector<ScanPose> trail;  ///< of each key scan that ever was; some have become one
   MotionState motion;
+  std::optional<StandingState> standing;
   Pose2 world_from_robot;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   Eigen::Vector2d local_map_centre_m = Eigen::Vector2d::Zero();

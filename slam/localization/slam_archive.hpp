@@ -79,6 +79,12 @@ void archive(Archive& bytes, MotionState& motion) {
 }
 
 template <class Archive>
+void archive(Archive& bytes, StandingState& standing) {
+  archive(bytes, standing.map_error);
+  archive(bytes, standing.covariance);
+}
+
+template <class Archive>
 void archive(Archive& bytes, SlamState& state) {
   // Fewest bytes of each: a key scan without points, an edge, a loop, a scan.
   archive_list(bytes, state.keys, 80);
@@ -87,6 +93,7 @@ void archive(Archive& bytes, SlamState& state) {
   archive_list(bytes, state.scans, 36);
   archive_list(bytes, state.trail, 36);
   archive(bytes, state.motion);
+  archive(bytes, state.standing);
   archive(bytes, state.world_from_robot);
   archive(bytes, state.covariance);
   archive(bytes, state.local_map_centre_m);

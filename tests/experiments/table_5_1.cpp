@@ -34,16 +34,18 @@ Pose2 local(const MatchTrial& trial) {
 }
 
 void print_row(const char* name, double part, const testing::MatchTable& t) {
-  std::printf("%-28s %3.0f %%  %7.3f %7.3f %7.2f   %7.3f %7.3f %8.2f   %6.3f %6.3f\n", name,
-              100.0 * part, t.angle_deg.mean, t.angle_deg.deviation, t.angle_deg.max,
+  std::printf("%-26s %3.0f %%  %7.3f %6.3f %6.2f  %7.3f %6.3f %7.2f   %5.3f %5.3f  %5.3f %5.3f\n",
+              name, 100.0 * part, t.angle_deg.mean, t.angle_deg.deviation, t.angle_deg.max,
               t.translation_cm.mean, t.translation_cm.deviation, t.translation_cm.max,
-              t.bound_angle_deg, t.bound_translation_cm);
+              t.bound.angle_deg, t.bound.translation_cm, t.honest_bound.angle_deg,
+              t.honest_bound.translation_cm);
   std::fflush(stdout);
 }
 
 void print_table(int count) {
   std::printf(
-      "%-28s outl.  angle: mean  std   max [deg]   move: mean  std    max [cm]   bound deg  cm\n",
+      "%-26s outl.  angle: mean  std   max [deg]  move: mean  std    max [cm]   bound deg    cm"
+      "  of unknown walls\n",
       "method");
   for (const double part : {0.02, 0.2, 0.4}) {
     print_row("least squares", part, match_table(part, count, 51, nlm("least_squares", false)));

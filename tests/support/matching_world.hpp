@@ -25,22 +25,25 @@ class MatchingWorld {
   struct Hit {
     double range_m = std::numeric_limits<double>::infinity();
     Eigen::Vector2d normal = Eigen::Vector2d::Zero();  ///< of the wall, world frame
+    int wall = -1;
   };
   Hit cast(const Eigen::Vector2d& from, double bearing_rad) const {
     const Eigen::Vector2d ray(std::cos(bearing_rad), std::sin(bearing_rad));
     Hit best;
-    for (const Wall& wall : walls_) {
+    for (std::size_t i = 0; i < walls_.size(); ++i) {
+      const Wall& wall = walls_[i];
       const Eigen::Vector2d along = wall.b - wall.a, to = wall.a - from;
       const double cross = ray.x() * along.y() - ray.y() * along.x();
       if (std::abs(cross) < 1e-12) continue;
       const double range = (to.x() * along.y() - to.y() * along.x()) / cross;
       const double part = (to.x() * ray.y() - to.y() * ray.x()) / cross;
       if (range > 1e-6 && range < best.range_m && part >= 0.0 && part <= 1.0) {
-        best = {range, Eigen::Vector2d(-along.y(), along.x()).normalized()};
+        best = {range, Eigen::Vector2d(-along.y(), along.x()).normalized(), static_cast<int>(i)};
       }
     }
     return best;
   }
+  int wall_count() const { return static_cast<int>(walls_.size()); }
 
  private:
   struct Wall {
@@ -58,10 +61,17 @@ struct MatchingLaser {
   double max_range_m = 32.0;  ///< beams that reach no wall within it give no point
 };
 
+/// A beam that met a wall.
+struct WallBeam {
+  int wall = 0;
+  Eigen::Vector2d point, normal;  ///< robot's frame
+};
+
 struct MatchingScan {
-  Points2 points_in_robot;  ///< in sweep order
-  Eigen::Matrix3d fisher;   ///< of (x, y, theta) of the robot in its own axes, from the
-                            ///< inlier beams at noise_m: its inverse bounds one scan
+  Points2 points_in_robot;        ///< in sweep order
+  std::vector<WallBeam> inliers;  ///< those of its beams that are no outliers
+  Eigen::Matrix3d fisher;         ///< of (x, y, theta) of the robot in its own axes, from the
+                                  ///< inlier beams at noise_m: its inverse bounds one scan
 };
 
 /// One scan from `world_from_robot`.
@@ -71,7 +81,7 @@ inline MatchingScan take_scan(const MatchingWorld& world,
                               std::mt19937& random) {
   std::normal_distribution<double> gauss(0.0, 1.0);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
-  MatchingScan scan{Points2(2, laser.beams), Eigen::Matrix3d::Zero()};
+  MatchingScan scan{Points2(2, laser.beams), {}, Eigen::Matrix3d::Zero()};
   int count = 0;
   const Eigen::Matrix2d robot_from_world = world_from_robot.rotation().transpose();
   for (int i = 0; i < laser.beams; ++i) {
@@ -91,6 +101,7 @@ inline MatchingScan take_scan(const MatchingWorld& world,
     const Eigen::Vector3d j(n.x(), n.y(), n.y() * point.x() - n.x() * point.y());
     const double incidence = n.dot(ray) * laser.noise_m;
     scan.fisher += j * j.transpose() / std::max(1e-12, incidence * incidence);
+    scan.inliers.push_back({hit.wall, point, n});
   }
   scan.points_in_robot.conservativeResize(2, count);
   return scan;

@@ -122,8 +122,12 @@ Eigen::VectorXd SparseNormalEquations::solve_iteratively(double damping,
     block.diagonal() = (block.diagonal() * (1.0 + damping)).cwiseMax(1e-6);
   }
   std::vector<Eigen::Matrix3d> next_below(diagonal.size(), Eigen::Matrix3d::Zero());
+  // In the order they are gone through: far more of them than the cache holds.
+  std::vector<Eigen::Matrix3d> below;
+  below.reserve(pairs.size());
   for (const Below& pair : pairs) {
-    if (pair.row == pair.column + 1) next_below[pair.row] = below_[pair.block];
+    below.push_back(below_[pair.block]);
+    if (pair.row == pair.column + 1) next_below[pair.row] = below.back();
   }
   const TridiagonalSolver tridiagonal(diagonal, std::move(next_below));
   Eigen::VectorXd x = Eigen::VectorXd::Zero(gradient_.size()), image(gradient_.size());
@@ -136,10 +140,10 @@ Eigen::VectorXd SparseNormalEquations::solve_iteratively(double damping,
       const auto at = 3 * static_cast<Eigen::Index>(node);
       image.segment<3>(at).noalias() = diagonal[node] * direction.segment<3>(at);
     }
-    for (const Below& pair : pairs) {
-      const auto row = 3 * static_cast<Eigen::Index>(pair.row);
-      const auto column = 3 * static_cast<Eigen::Index>(pair.column);
-      const Eigen::Matrix3d& block = below_[pair.block];
+    for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
+      const auto row = 3 * static_cast<Eigen::Index>(pairs[pair].row);
+      const auto column = 3 * static_cast<Eigen::Index>(pairs[pair].column);
+      const Eigen::Matrix3d& block = below[pair];
       image.segment<3>(row).noalias() += block * direction.segment<3>(column);
       image.segment<3>(column).noalias() += block.transpose() * direction.segment<3>(row);
     }

@@ -21,6 +21,14 @@ Eigen::Matrix3d turned(const Eigen::Matrix3d& information, double theta_rad) {
   return turn.transpose() * information * turn;
 }
 
+// What is believed of the newest key scan's pose: so little that it counts only where the walls say
+// nothing, as along a bare hall, and a match would be slid along by noise.
+Eigen::Matrix3d information_of(const LoopQuestion& question) {
+  constexpr double kSigmas = 3.0;  // the window reaches so far
+  const double per_m = kSigmas / question.shift_m, per_rad = kSigmas / question.turn_rad;
+  return Eigen::Vector3d(per_m * per_m, per_m * per_m, per_rad * per_rad).asDiagonal();
+}
+
 }  // namespace
 
 OrientedPoints join_points(const std::vector<KeyScan>& keys,
@@ -131,7 +139,8 @@ std::optional<Loop> LoopCloser::answer(const LoopQuestion& question) const {
   if (coarse.score < options_.min_score) return std::nullopt;
   SurfelPyramid surfels(fine_.options(), question.world_from_old.translation_m());
   surfels.add(question.place, Pose2{});
-  const SurfelMatch fine = fine_.match(surfels, question.seen, coarse.map_from_robot, nullptr);
+  const PosePrior believed{question.world_from_newest, information_of(question)};
+  const SurfelMatch fine = fine_.match(surfels, question.seen, coarse.map_from_robot, &believed);
   if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
     return std::nullopt;
   }

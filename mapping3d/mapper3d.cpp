@@ -90,11 +90,23 @@ void Mapper3d::refine() {
   const PatchResiduals &before = registration_.before, &after = registration_.after;
   refined_ = registration_.overlaps > 0 && after.p90_m <= before.p90_m &&
              after.median_m < (several ? 1.0 : options_.min_gain) * before.median_m;
+  straighten_sweeps(stops);
   const Pose3 back = path_from_joined(by_path, registration_);
   for (std::size_t i = 0; i < scenes_.size(); ++i) {
     Pose3& world_from_placed = registration_.world_from_placed[i];
     if (registration_.joined[i]) world_from_placed = back * world_from_placed;
   }
+}
+
+void Mapper3d::straighten_sweeps(const std::vector<std::size_t>& stops) {
+  straightening_ = {};
+  if (!options_.straighten || scenes_.size() < 2) return;
+  std::vector<Pose3> start(scenes_.size(), Pose3::Identity());
+  if (refined_) start = registration_.world_from_placed;
+  straightening_ = straighten(scenes_, options_.robot, start, stops, options_.straightening);
+  if (!straightening_.bent) return;
+  registration_.world_from_placed = straightening_.world_from_placed;
+  refined_ = true;
 }
 
 std::vector<std::size_t> Mapper3d::stop_of_each() const {
@@ -116,7 +128,11 @@ std::vector<std::size_t> Mapper3d::stop_of_each() const {
 }
 
 ScenePoints Mapper3d::placed(std::size_t scene) const {
-  ScenePoints points = place(scenes_[scene], options_.robot);
+  const bool bent = straightening_.bent && scene < straightening_.turns_rad.size();
+  ScenePoints points = place(
+      bent ? straightened(scenes_[scene], straightening_.turns_rad[scene], straightening_.range_m)
+           : scenes_[scene],
+      options_.robot);
   if (refined_ && scene < registration_.world_from_placed.size()) {
     move(points, registration_.world_from_placed[scene]);
   }

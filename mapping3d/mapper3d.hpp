@@ -7,6 +7,7 @@
 #include "mapping3d/registration.hpp"
 #include "mapping3d/scene.hpp"
 #include "mapping3d/scene_mesh.hpp"
+#include "mapping3d/straightening.hpp"
 
 namespace marco::mapping3d {
 
@@ -20,6 +21,8 @@ struct Mapper3dOptions {
   double stop_m = 0.05;   ///< sweeps from places nearer to each other than this ...
   double stop_deg = 1.0;  ///< ... and than this are of one stop, and are moved as one
   RegistrationOptions registration;
+  bool straighten = true;  ///< rows that were not at the angles they say are turned where they were
+  StraighteningOptions straightening;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -31,6 +34,8 @@ struct Mapper3dOptions {
     v("stop_m", stop_m, kNotNegative);
     v("stop_deg", stop_deg, kNotNegative);
     v("registration", registration);
+    v("straighten", straighten);
+    v("straightening", straightening);
   }
 };
 
@@ -52,8 +57,9 @@ class Mapper3d {
 
   /// Joins all scenes in 3D, from where the path puts them; as a whole they stay there. What the
   /// robot swept standing still moves as one: one short sweep alone tells too little. Where joining
-  /// brings them hardly nearer to each other, what it found is noise and they stay one by one. Does
-  /// nothing when nothing changed since the last time. Seconds for a hundred scenes.
+  /// brings them hardly nearer to each other, what it found is noise and they stay one by one.
+  /// Sweeps whose rows then turn out to be bent are straightened, all together. Does nothing when
+  /// nothing changed since the last time. Seconds for a hundred scenes.
   void refine();
 
   /// Rows by the robot's path of today, not refined.
@@ -66,17 +72,20 @@ class Mapper3d {
   /// Of the last refine(), and whether scenes were moved by it.
   const RegistrationResult& registration() const { return registration_; }
   bool refined() const { return refined_; }
+  const Straightening& straightening() const { return straightening_; }
   int64_t rows_without_scene() const { return builder_.rows_without_scene(); }
 
  private:
   bool keep(std::optional<Scene> scene);
   ScenePoints placed(std::size_t scene) const;
   std::vector<std::size_t> stop_of_each() const;
+  void straighten_sweeps(const std::vector<std::size_t>& stops);
 
   Mapper3dOptions options_;
   SceneBuilder builder_;
   std::vector<Scene> scenes_;
   RegistrationResult registration_;
+  Straightening straightening_;
   bool changed_ = false;  ///< since the last refine()
   bool refined_ = false;
 };

@@ -16,6 +16,7 @@ class Facets {
         max_edge_m_(static_cast<float>(options.max_edge_m)),
         corner_factor_(static_cast<float>(options.corner_factor)),
         corner_floor_m_(static_cast<float>(options.corner_floor_m)),
+        max_corner_m_(static_cast<float>(options.max_corner_m)),
         loose_factor_(static_cast<float>(options.loose_factor)),
         loose_floor_m_(static_cast<float>(options.loose_floor_m)) {
     validate(options, "facets");
@@ -67,7 +68,7 @@ class Facets {
     const bool planes = on_plane(a) && on_plane(b);
     const float near_m = planes ? corner_floor_m_ + spacing_m * corner_factor_
                                 : loose_floor_m_ + spacing_m * loose_factor_;
-    if (length2 <= std::min(near_m * near_m, max_edge_m_ * max_edge_m_)) return true;
+    if (length2 <= std::min(near_m * near_m, max_corner_m_ * max_corner_m_)) return true;
     if (!planes || length2 > max_edge_m_ * max_edge_m_) return false;
     const float gap_m = plane_gap_m_ + plane_share_ * std::sqrt(length2);
     return std::abs(scene_.normals[a].dot(edge)) <= gap_m &&
@@ -109,7 +110,7 @@ class Facets {
 
   const SmoothScene& scene_;
   float plane_gap_m_, plane_share_, max_edge_m_;
-  float corner_factor_, corner_floor_m_, loose_factor_, loose_floor_m_;
+  float corner_factor_, corner_floor_m_, max_corner_m_, loose_factor_, loose_floor_m_;
   float spacing_rad_ = 0.0F;
   std::vector<float> ranges_m_;
   std::vector<std::array<uint32_t, 3>> triangles_;

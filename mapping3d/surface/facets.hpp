@@ -14,6 +14,7 @@ struct FacetOptions {
   double max_edge_m = 0.8;        ///< and are then joined up to here
   double corner_factor = 1.5;     ///< across a corner: so many times the beams' distance (50 deg)
   double corner_floor_m = 0.02;   ///< and this much more,
+  double max_corner_m = 0.2;      ///< but up to here: the cut across a corner is a third of it off
   double loose_factor = 1.5;      ///< or so many times where one of them is on no plane (50 deg)
   double loose_floor_m = 0.01;    ///< and this much more
 
@@ -24,6 +25,7 @@ struct FacetOptions {
     v("max_edge_m", max_edge_m, kPositive);
     v("corner_factor", corner_factor, kPositive);
     v("corner_floor_m", corner_floor_m, kNotNegative);
+    v("max_corner_m", max_corner_m, kPositive);
     v("loose_factor", loose_factor, kNotNegative);
     v("loose_floor_m", loose_floor_m, kNotNegative);
   }

@@ -199,10 +199,10 @@ std::vector<BeamEnd> one_a_cell(const std::vector<BeamEnd>& beams) {
 
 // Outermost sheet to innermost of the true face that a beam ended on; nothing where the model does
 // not show it.
-std::optional<float> sheet_spread(const TriangleMesh& model,
-                                  const sim::RayCaster& model_rays,
-                                  const sim::RayCaster& world,
-                                  const BeamEnd& place) {
+std::optional<SheetsApart> sheet_spread(const TriangleMesh& model,
+                                        const sim::RayCaster& model_rays,
+                                        const sim::RayCaster& world,
+                                        const BeamEnd& place) {
   constexpr float kAheadM = 0.15F, kDeepM = 0.30F;
   const Eigen::Vector3f start = place.point_m + kAheadM * place.normal;
   float first = -1.0F, last = -1.0F;
@@ -226,7 +226,7 @@ std::optional<float> sheet_spread(const TriangleMesh& model,
     last = depth;
   }
   if (first < 0.0F) return std::nullopt;
-  return last - first;
+  return SheetsApart{place, kAheadM - first, kAheadM - last};
 }
 
 }  // namespace
@@ -303,11 +303,12 @@ ModelJudgement judge_model(const TriangleMesh& model,
     ++coverage.places;
     const float distance_m = model_rays.distance_to_surface_m(place.point_m, kFarthestM);
     covered += static_cast<double>(distance_m) <= coverage.near_m ? 1 : 0;
-    const auto spread_m = sheet_spread(model, model_rays, world, place);
-    if (!spread_m) continue;
-    spreads_m.push_back(*spread_m);
-    sheets.doubled += *spread_m > 0.0F ? 1 : 0;
-    sheets.too_far += *spread_m > kTooFarApartM ? 1 : 0;
+    const auto apart = sheet_spread(model, model_rays, world, place);
+    if (!apart) continue;
+    spreads_m.push_back(apart->outer_m - apart->inner_m);
+    sheets.doubled += spreads_m.back() > 0.0F ? 1 : 0;
+    sheets.too_far += spreads_m.back() > kTooFarApartM ? 1 : 0;
+    if (spreads_m.back() > kTooFarApartM) sheets.apart.push_back(*apart);
   }
   coverage.covered = static_cast<double>(covered) / static_cast<double>(coverage.places);
   const Spread spread = spread_of(std::move(spreads_m));

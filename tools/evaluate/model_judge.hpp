@@ -48,12 +48,20 @@ struct SurfaceCoverage {
   double near_m = 0.02;
 };
 
+/// Two model sheets of one true face.
+struct SheetsApart {
+  BeamEnd place;
+  float outer_m = 0.0F;  ///< the outermost sheet before the true face, along its normal
+  float inner_m = 0.0F;  ///< the innermost; behind it: negative
+};
+
 /// Model sheets of one true face that lie behind one another.
 struct SheetSpread {
-  std::size_t places = 0;   ///< where the model shows that face
-  std::size_t doubled = 0;  ///< of them with more than one sheet
-  std::size_t too_far = 0;  ///< of them with two sheets more than 20 mm apart
-  double p99_m = 0.0;       ///< outermost sheet to innermost
+  std::size_t places = 0;          ///< where the model shows that face
+  std::size_t doubled = 0;         ///< of them with more than one sheet
+  std::size_t too_far = 0;         ///< of them with two sheets more than 20 mm apart
+  std::vector<SheetsApart> apart;  ///< those, in order of the beams
+  double p99_m = 0.0;              ///< outermost sheet to innermost
   double max_m = 0.0;
 };
 

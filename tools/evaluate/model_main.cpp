@@ -15,6 +15,7 @@ namespace {
 struct Arguments {
   std::string model, world, beams, trajectory;
   bool as_it_lies = false;
+  bool list = false;
 };
 
 void print(const Pose3& pose) {
@@ -43,6 +44,17 @@ Pose3 place(const Arguments& arguments,
   return fit_model(model, world, by_path).world_from_model;
 }
 
+void list(const std::vector<SheetsApart>& all) {
+  for (const SheetsApart& apart : all) {
+    const Eigen::Vector3f &at = apart.place.point_m, &normal = apart.place.normal;
+    std::printf("  at %.3f %.3f %.3f m, facing %.2f %.2f %.2f: sheets at %+.0f and %+.0f mm\n",
+                static_cast<double>(at.x()), static_cast<double>(at.y()),
+                static_cast<double>(at.z()), static_cast<double>(normal.x()),
+                static_cast<double>(normal.y()), static_cast<double>(normal.z()),
+                1e3 * static_cast<double>(apart.outer_m), 1e3 * static_cast<double>(apart.inner_m));
+  }
+}
+
 int run(const Arguments& arguments) {
   const TriangleMesh model = files::read_ply(arguments.model);
   require(!model.triangles.empty(), arguments.model + ": has no triangles");
@@ -68,6 +80,7 @@ int run(const Arguments& arguments) {
         found.sheets->p99_m, found.sheets->max_m,
         100.0 * static_cast<double>(found.sheets->doubled) / places,
         100.0 * static_cast<double>(found.sheets->too_far) / places, found.sheets->places);
+    if (arguments.list) list(found.sheets->apart);
   }
   return 0;
 }
@@ -97,6 +110,9 @@ int main(int argc, char** argv) {
                    "place is searched for")
         ->needs(beams)
         ->check(CLI::ExistingFile);
+    app.add_flag("--list", arguments.list,
+                 "where two sheets of one face lie more than 20 mm apart, each place a line")
+        ->needs(beams);
     app.add_flag("--as-it-lies", arguments.as_it_lies, "the model is in the world's frame");
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
     return marco::run(arguments);

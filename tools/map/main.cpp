@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <limits>
 
@@ -7,6 +8,7 @@
 #include "common/files/lines_svg.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
+#include "common/files/tilted_scans.hpp"
 #include "common/files/tum.hpp"
 #include "common/files/whole_file.hpp"
 #include "common/process/arguments.hpp"
@@ -27,8 +29,8 @@ INPUT is recognised by its content:
   somebody else's LCM log: bot_core planar_lidar_t on any channel, mbot's lidar_t, RPLIDAR_LASER, encoders, ...
     (what a channel means stands in config/foreign.toml; copy and extend it for your robot: --foreign FILE);
   a CARMEN log (FLASER, ROBOTLASER1); a text log of 'Odometry x y theta' and 'Laser n r1 .. rn' lines;
-  a folder of 3D scans (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv).
-Several INPUTs are consecutive sessions of one map.
+  3D scans, a folder of them or their files (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv).
+Several INPUTs are consecutive sessions of one map; neighbouring files of 3D scans are one.
 
 To record your own robot: publish bot_core.planar_lidar_t on LIDAR and marco.odometry_t on ODOMETRY, one
 marco.sensor_info_t a second on SENSOR_INFO saying where the laser sits, and run lcm-logger.)";
@@ -121,6 +123,21 @@ void write_lines(const std::filesystem::path& out, const Walls& walls, const Map
   files::write_whole_file(out / "lines.json", files::lines_json(walls));
 }
 
+// Neighbouring files of 3D scans are parts of one recording, as in a folder.
+void read_all(MapJob& job, const std::vector<std::string>& inputs, const ForeignTable& foreign) {
+  for (auto input = inputs.begin(); input != inputs.end();) {
+    const auto other = std::find_if_not(input, inputs.end(), [](const std::string& path) {
+      return std::filesystem::is_regular_file(path) && files::is_tilted_scan(path);
+    });
+    if (other - input > 1) {
+      job.read_scans({input, other});
+      input = other;
+    } else {
+      job.read(*input++, foreign);
+    }
+  }
+}
+
 int run(const Arguments& arguments) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
   options.slam.map_period_s = 0.0;  // a batch run sends its maps once, at the end
@@ -132,7 +149,7 @@ int run(const Arguments& arguments) {
   MapJob job(options, arguments.lines ? PathMaker::lines : PathMaker::scans, out);
   if (!arguments.extend.empty()) job.extend(arguments.extend);
   if (!arguments.localize.empty()) job.localize(arguments.localize);
-  for (const std::string& input : arguments.inputs) job.read(input, foreign);
+  read_all(job, arguments.inputs, foreign);
   job.finish();
   require(!job.live_trajectory().empty(),
           arguments.inputs.front() + ": holds no laser scan that could be used");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/files/tilted_scans.hpp"
 #include "common/process/progress.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/recording.hpp"
@@ -77,18 +78,25 @@ void MapJob::localize(const std::filesystem::path& map_folder) {
 }
 
 void MapJob::read(const std::filesystem::path& input, const ForeignTable& foreign) {
-  const std::unique_ptr<files::SampleReader> recording = open_recording(input, foreign);
+  read(*open_recording(input, foreign), input);
+}
+
+void MapJob::read_scans(const std::vector<std::filesystem::path>& scans) {
+  read(*files::open_tilted_scans(scans), scans.front());
+}
+
+void MapJob::read(files::SampleReader& recording, const std::filesystem::path& input) {
   if (!inputs_.empty()) {
     if (slam_) slam_->start_session();
     if (lines_) lines_->start_session();
   }
   clock_.end_stage("recognise " + input.filename().string());
   process::Progress progress("mapping " + input.filename().string());
-  while (const std::optional<Sample> sample = recording->next()) {
+  while (const std::optional<Sample> sample = recording.next()) {
     take(*sample);
-    progress.update(recording->progress());
+    progress.update(recording.progress());
   }
-  inputs_.push_back(recording->report());
+  inputs_.push_back(recording.report());
   clock_.end_stage("read and match " + input.filename().string());
 }
 

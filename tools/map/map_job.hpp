@@ -56,6 +56,8 @@ class MapJob {
   /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
   /// is full.
   void read(const std::filesystem::path& input, const ForeignTable& foreign);
+  /// 3D scans that one robot made of one place, a file each, as one recording.
+  void read_scans(const std::vector<std::filesystem::path>& scans);
 
   /// Optimizes for the last time.
   void finish();
@@ -91,6 +93,7 @@ class MapJob {
   double recorded_s() const;
 
  private:
+  void read(files::SampleReader& recording, const std::filesystem::path& input);
   void take(const Sample& sample);
 
   files::EventLogWriter log_;

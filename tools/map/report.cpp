@@ -79,6 +79,7 @@ json residuals_json(const mapping3d::PatchResiduals& residuals) {
 
 json scenes_json(const mapping3d::Mapping3dAdapter& mapping3d) {
   const mapping3d::RegistrationResult& joined = mapping3d.mapper().registration();
+  const mapping3d::Straightening& straight = mapping3d.mapper().straightening();
   return {{"count", mapping3d.mapper().scenes().size()},
           {"rows_without_scene", mapping3d.mapper().rows_without_scene()},
           {"dropped", mapping3d.drops().by_cause()},
@@ -89,7 +90,14 @@ json scenes_json(const mapping3d::Mapping3dAdapter& mapping3d) {
             {"overlapping_pairs", joined.overlaps},
             {"iterations", joined.iterations},
             {"residual_before", residuals_json(joined.before)},
-            {"residual_after", residuals_json(joined.after)}}}};
+            {"residual_after", residuals_json(joined.after)}}},
+          {"straightening",
+           {{"applied", straight.bent},
+            {"explained_by_rows", straight.explained},
+            {"rows_turned_rms_deg", rad_to_deg(straight.turn_rms_rad)},
+            {"range_m", straight.range_m},
+            {"median_before_m", straight.before_m},
+            {"median_after_m", straight.after_m}}}};
 }
 
 struct ScanCounts {
@@ -191,6 +199,15 @@ void print_summary(const MapJob& job,
         job.mapping3d().mapper().scenes().size(), to_string(joined.status).c_str(), joined.overlaps,
         1e3 * joined.before.median_m, 1e3 * joined.after.median_m,
         job.mapping3d().mapper().refined() ? "" : "; the path stays as it was");
+    const mapping3d::Straightening& straight = job.mapping3d().mapper().straightening();
+    if (straight.bent) {
+      std::printf(
+          "its sweeps were bent: rows turned by %.2f deg rms, ranges longer by %.1f mm, patches "
+          "%.1f "
+          "-> %.1f mm apart\n",
+          rad_to_deg(straight.turn_rms_rad), 1e3 * straight.range_m, 1e3 * straight.before_m,
+          1e3 * straight.after_m);
+    }
   }
   for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
   std::printf("%.2f s (%.0f times real time), %.0f MB at most; everything is in %s\n",

@@ -69,6 +69,36 @@ TEST(SceneSmoothing, TakesTheNoiseOffWallsAndFindsItsSize) {
   EXPECT_LT(std::sqrt(squares / static_cast<double>(count)), 0.003);
 }
 
+/// Two rows of beams on a wall and one on the floor before it, three beams each, an eightieth of
+/// their range apart.
+SmoothScene foot_of_a_wall(float range_m) {
+  SmoothScene scene;
+  scene.rows = scene.columns = 3;
+  const float step_m = range_m / 80.0F;
+  for (int row = 0; row < 3; ++row) {
+    scene.origins_m.emplace_back(0.0F, 0.0F, 4.0F * step_m);
+    for (int column = 0; column < 3; ++column) {
+      const bool wall = row < 2;
+      scene.points_m.emplace_back(wall ? range_m : range_m - 0.4F * step_m,
+                                  step_m * static_cast<float>(1 - column),
+                                  step_m * static_cast<float>(2 - row));
+      scene.normals.emplace_back(wall ? -1.0F : 0.0F, 0.0F, wall ? 0.0F : 1.0F);
+      scene.kinds.push_back(SmoothScene::Kind::plane);
+      scene.sigmas_m.push_back(0.01F);
+    }
+  }
+  return scene;
+}
+
+// Far away the cut across a corner would lie decimetres before the wall that another scene sees.
+TEST(Facets, CutACornerOnlyWhereTheCutIsShort) {
+  EXPECT_EQ(facets(foot_of_a_wall(10.0F)).size(), 8U);
+  EXPECT_EQ(facets(foot_of_a_wall(20.0F)).size(), 4U);
+  FacetOptions any;
+  any.max_corner_m = 0.8;
+  EXPECT_EQ(facets(foot_of_a_wall(20.0F), any).size(), 8U);
+}
+
 TEST(Facets, ReachAlongAFloorButNotAcrossAnEdge) {
   const std::vector<Box> crate{{{1.0, -0.4, 0.0}, {1.4, 0.4, 0.8}}};
   const SmoothScene scene = smooth(testing::sweep(kRoom, crate, Sweep{}));

@@ -1,0 +1,50 @@
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "common/check.hpp"
+#include "mapping3d/straightening.hpp"
+
+namespace marco::mapping3d {
+
+SweepAxis sweep_axis(const Scene& scene, std::size_t row) {
+  constexpr std::size_t kReach = 6;
+  constexpr double kLeastTurnRad = 1e-3;
+  const std::size_t before = row - std::min(row, kReach);
+  const std::size_t after = std::min(row + kReach, scene.rows.size() - 1);
+  const Pose3 moved = scene.rows[after].robot_from_sensor_first *
+                      scene.rows[before].robot_from_sensor_first.inverse(Eigen::Isometry);
+  const Eigen::AngleAxisd turn(moved.linear());
+  SweepAxis axis;
+  if (std::abs(turn.angle()) < kLeastTurnRad) return axis;
+  axis.direction = turn.axis() * (turn.angle() < 0.0 ? -1.0 : 1.0);
+  // The point nearest to the origin that the turn leaves in place: (I - R) p = t across the axis,
+  // made regular along it.
+  const Eigen::Matrix3d along = axis.direction * axis.direction.transpose();
+  const Eigen::Vector3d across = moved.translation() - along * moved.translation();
+  axis.point_m =
+      (Eigen::Matrix3d::Identity() - moved.linear() + along).partialPivLu().solve(across);
+  return axis;
+}
+
+Scene straightened(const Scene& scene, const RowTurns& turns_rad, double range_m) {
+  require(turns_rad.size() == scene.rows.size(), "straightened: expected one turn a row");
+  Scene mended = scene;
+  for (std::size_t row = 0; row < scene.rows.size(); ++row) {
+    SceneRow& to = mended.rows[row];
+    const SweepAxis axis = sweep_axis(scene, row);
+    if (turns_rad[row] != 0.0 && axis.direction != Eigen::Vector3d::Zero()) {
+      Pose3 turn = Pose3::Identity();
+      turn.linear() = Eigen::AngleAxisd(turns_rad[row], axis.direction).toRotationMatrix();
+      turn.translation() = axis.point_m - turn.linear() * axis.point_m;
+      to.robot_from_sensor_first = turn * to.robot_from_sensor_first;
+      to.robot_from_sensor_last = turn * to.robot_from_sensor_last;
+    }
+    for (float& range : to.ranges_m) {
+      if (range > 0.0F) range = std::max(0.0F, range + static_cast<float>(range_m));
+    }
+  }
+  return mended;
+}
+
+}  // namespace marco::mapping3d

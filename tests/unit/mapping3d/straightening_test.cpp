@@ -1,0 +1,117 @@
+#include "mapping3d/straightening.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/analytic_room.hpp"
+
+namespace marco::mapping3d {
+namespace {
+
+using ::marco::testing::AnalyticRoom;
+
+constexpr double kSigmaM = 0.005;
+constexpr std::size_t kRows = 60;
+
+/// Three sweeps of a tilt that sticks and jumps: a sawtooth of `height_rad` about what it says,
+/// elsewhere in each. Ranges say `short_m` too little.
+std::vector<Scene> sweeps(double height_rad, double short_m) {
+  constexpr std::size_t kTooth = 15;
+  std::mt19937 random(5);
+  std::vector<Scene> bent;
+  std::size_t shift = 0;
+  for (const Pose3& sensor : {make_pose3({-1.5, 0.2, 0.9}), make_pose3({0.1, -0.6, 0.8}),
+                              make_pose3({-0.4, 1.1, 1.0}, 0.0, 0.0, -0.3)}) {
+    Scene scene = AnalyticRoom::sweep(sensor, kRows, kSigmaM, random);
+    for (std::size_t row = 0; row < kRows; ++row) {
+      const double part = static_cast<double>((row + shift) % kTooth) / kTooth;
+      SceneRow& line = scene.rows[row];
+      // Looking up is a negative pitch: the row was higher by its error than it says.
+      const Pose3 lower = make_pose3(Eigen::Vector3d::Zero(), 0.0, height_rad * (part - 0.5));
+      line.robot_from_sensor_first = line.robot_from_sensor_first * lower;
+      line.robot_from_sensor_last = line.robot_from_sensor_first;
+      for (float& range_m : line.ranges_m) range_m -= static_cast<float>(short_m);
+    }
+    bent.push_back(std::move(scene));
+    shift += 6;
+  }
+  return bent;
+}
+
+/// 90 % of the points that lie on the room's walls, floor and ceiling are nearer to them.
+double p90_off_m(const ScenePoints& scene) {
+  std::vector<double> off_m;
+  for (std::size_t i = 0; i < scene.points_m.size(); ++i) {
+    const Eigen::Vector3d p = scene.points_m[i].cast<double>();
+    const double nearest_m =
+        std::min({std::abs(std::abs(p.x()) - 4.0), std::abs(std::abs(p.y()) - 3.0), std::abs(p.z()),
+                  std::abs(p.z() - 2.8)});
+    if (nearest_m < 0.2) off_m.push_back(nearest_m);  // what is farther off lies on a box
+  }
+  return quantile(off_m, 0.9);
+}
+
+std::vector<Pose3> unmoved(const std::vector<Scene>& scenes) {
+  return std::vector<Pose3>(scenes.size(), Pose3::Identity());
+}
+
+TEST(Straighten, FindsWhereRowsWereAndTheZeroOfTheRanges) {
+  const std::vector<Scene> bent = sweeps(deg_to_rad(2.0), 0.03);
+  StraighteningOptions options;
+  options.iterations = 12;
+  const Straightening found = straighten(bent, {}, unmoved(bent), {}, options);
+  ASSERT_TRUE(found.bent);
+  EXPECT_GT(found.explained, 0.5);
+  for (std::size_t i = 0; i < bent.size(); ++i) {
+    EXPECT_GT(p90_off_m(place(bent[i])), 0.035) << i;
+    ScenePoints mended = place(straightened(bent[i], found.turns_rad[i], found.range_m));
+    move(mended, found.world_from_placed[i]);
+    // 5 mm of noise alone are 8 mm; what remains is the corners of the teeth, rounded by what
+    // neighbouring rows share.
+    EXPECT_LT(p90_off_m(mended), 0.015) << i;
+  }
+  EXPECT_NEAR(found.range_m, 0.03, 0.005);
+}
+
+TEST(Straighten, LeavesStraightSweepsAlone) {
+  const std::vector<Scene> straight = sweeps(0.0, 0.0);
+  const Straightening found = straighten(straight, {}, unmoved(straight), {});
+  EXPECT_FALSE(found.bent);
+  EXPECT_LT(found.explained, 0.3);
+  EXPECT_EQ(found.turns_rad[0], RowTurns(kRows, 0.0));
+  EXPECT_EQ(found.range_m, 0.0);
+  EXPECT_TRUE(found.world_from_placed[1].isApprox(Pose3::Identity()));
+}
+
+TEST(Straighten, TakesNothingAndWhatDoesNotOverlap) {
+  EXPECT_FALSE(straighten({}, {}, {}, {}).bent);
+  std::vector<Scene> apart(2, sweeps(0.0, 0.0)[0]);
+  for (SceneRow& row : apart[1].rows) row.world_from_robot.x_m = 100.0;
+  const std::vector<Pose3> poses(2, Pose3::Identity());
+  EXPECT_FALSE(straighten(apart, {}, poses, {}).bent);
+  EXPECT_FALSE(straighten({Scene{}, Scene{}}, {}, poses, {}).bent);
+  EXPECT_THROW(straighten(apart, {}, {Pose3::Identity()}, {}), std::invalid_argument);
+  EXPECT_THROW(straighten(apart, {}, poses, {0}), std::invalid_argument);
+  EXPECT_THROW(straightened(apart[0], {0.0}, 0.0), std::invalid_argument);
+}
+
+TEST(SweepAxis, GoesThroughTheTiltAxisOfALeveredLaser) {
+  Scene scene;
+  const Eigen::Vector3d axis_m(0.3, 0.0, 0.7), lever_m(0.05, 0.0, 0.02);
+  for (int i = 0; i < 20; ++i) {
+    SceneRow row;
+    row.robot_from_sensor_first =
+        make_pose3(axis_m, 0.0, -deg_to_rad(-20.0 + i)) * make_pose3(lever_m);
+    scene.rows.push_back(row);
+  }
+  for (const std::size_t row : {0U, 9U, 19U}) {
+    const SweepAxis axis = sweep_axis(scene, row);
+    EXPECT_TRUE(axis.direction.isApprox(-Eigen::Vector3d::UnitY(), 1e-6));
+    const Eigen::Vector3d off = axis.point_m - axis_m;
+    EXPECT_LT(std::hypot(off.x(), off.z()), 1e-6);
+  }
+  for (SceneRow& row : scene.rows) row.robot_from_sensor_first = Pose3::Identity();
+  EXPECT_EQ(sweep_axis(scene, 9).direction, Eigen::Vector3d::Zero());
+}
+
+}  // namespace
+}  // namespace marco::mapping3d

@@ -32,7 +32,7 @@ class LcmBus : public Bus {
   explicit LcmBus(const std::string& url);
   static constexpr std::size_t kQueueCapacity = 500;  ///< enough for a burst during a map update
   static constexpr std::size_t kSmallBytes = 512;     ///< and less: odometry, poses, states
-  static constexpr std::size_t kSmallCapacity = 20000;
+  static constexpr std::size_t kSmallCapacity = 50000;
   static constexpr std::size_t kQueueBytes = 64 << 20;
   static constexpr std::size_t kFewMessages = 16;
   ~LcmBus() override;

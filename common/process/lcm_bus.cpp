@@ -50,7 +50,7 @@ struct LcmBus::Subscription {
   }
 
   bool overflows() const {
-    const bool large = bytes > kQueueCapacity * kSmallBytes;
+    const bool large = bytes > kSmallBytes * queue.size();
     return queue.size() > (large ? kQueueCapacity : kSmallCapacity) ||
            (bytes > kQueueBytes && queue.size() > 1);
   }

@@ -149,6 +149,11 @@ MARCO_FUZZ(lcm_schema) {
                 status == DecodeStatus::too_large || checked == DecodeStatus::too_large,
             "check and decode agree");
     promise(name_of(status)[0] != '\0', "a status has a name");
+    message[0] = static_cast<uint8_t>(message[0] ^ 1U);
+    promise(decoder.check(i, message) == DecodeStatus::wrong_fingerprint &&
+                name_of(DecodeStatus::wrong_fingerprint)[0] != '\0',
+            "a message of another type is refused");
+    message[0] = static_cast<uint8_t>(message[0] ^ 1U);
     if (status != DecodeStatus::ok) continue;
     for (const JsonOptions& options : {JsonOptions{true, 100}, JsonOptions{false, 3}}) {
       json.clear();

@@ -60,18 +60,19 @@ LoopCloser::LoopCloser(const LoopCloserOptions& options,
   validate(options, "loops");
 }
 
-LoopCloser::Drift LoopCloser::drift(double path_m, double since_closed_m) const {
-  const double open_m = std::min(path_m, since_closed_m);
+LoopCloser::Drift LoopCloser::drift(double way_m, double since_closed_m) const {
+  const double open_m = std::min(way_m, since_closed_m);
   const double shift_m = options_.drift_m + options_.drift_m_per_m * open_m +
-                         options_.closed_drift_m_per_m * (path_m - open_m);
+                         options_.closed_drift_m_per_m * (way_m - open_m);
   const double part = options_.closed_drift_m_per_m / options_.drift_m_per_m;
   const double turn_deg =
-      options_.drift_deg + options_.drift_deg_per_m * (open_m + part * (path_m - open_m));
+      options_.drift_deg + options_.drift_deg_per_m * (open_m + part * (way_m - open_m));
   return {std::min(options_.max_drift_m, shift_m),
           deg_to_rad(std::min(options_.max_drift_deg, turn_deg))};
 }
 
 std::vector<int> LoopCloser::candidates(const std::vector<KeyScan>& keys,
+                                        const std::vector<double>& ways_m,
                                         double since_closed_m) const {
   const KeyScan& newest = keys.back();
   struct Place {
@@ -82,10 +83,9 @@ std::vector<int> LoopCloser::candidates(const std::vector<KeyScan>& keys,
   std::vector<Place> places;
   bool in_stretch = false;
   for (std::size_t key = 0; key < keys.size(); ++key) {
-    const double path_m = newest.path_m - keys[key].path_m;
-    if (path_m < options_.min_path_m) break;
+    if (newest.path_m - keys[key].path_m < options_.min_path_m) break;
     const double distance = distance_m(keys[key].world_from_robot, newest.world_from_robot);
-    if (distance > options_.radius_m + drift(path_m, since_closed_m).shift_m) {
+    if (distance > options_.radius_m + drift(ways_m[key], since_closed_m).shift_m) {
       in_stretch = false;
     } else if (!in_stretch) {
       places.push_back({static_cast<int>(key), distance});
@@ -104,12 +104,17 @@ std::vector<int> LoopCloser::candidates(const std::vector<KeyScan>& keys,
 }
 
 std::vector<LoopQuestion> LoopCloser::questions(const std::vector<KeyScan>& keys,
-                                                double closed_path_m) const {
+                                                double closed_path_m,
+                                                const std::vector<double>& ways_m) const {
   const KeyScan& newest = keys.back();
   const int to = static_cast<int>(keys.size()) - 1;
   const double since_closed_m = newest.path_m - closed_path_m;
+  std::vector<double> drifting_m = ways_m;
+  if (ways_m.empty()) {
+    for (const KeyScan& key : keys) drifting_m.push_back(newest.path_m - key.path_m);
+  }
   std::vector<LoopQuestion> questions;
-  for (const int from : candidates(keys, since_closed_m)) {
+  for (const int from : candidates(keys, drifting_m, since_closed_m)) {
     const KeyScan& old = keys[static_cast<std::size_t>(from)];
     // Neighbours in the list are neighbours in the building, unless what lay between them has
     // become one with older key scans.
@@ -121,7 +126,7 @@ std::vector<LoopQuestion> LoopCloser::questions(const std::vector<KeyScan>& keys
     while (first > 0 && from - first < options_.around && belongs(first - 1)) --first;
     while (last < to && last - from < options_.around && belongs(last + 1)) ++last;
     const int since = std::min(std::max(last + 1, to - options_.around), to);
-    const Drift drift = this->drift(newest.path_m - old.path_m, since_closed_m);
+    const Drift drift = this->drift(drifting_m[static_cast<std::size_t>(from)], since_closed_m);
     questions.push_back({from, to, old.world_from_robot, newest.world_from_robot,
                          join_points(keys, first, last, Pose2{}),
                          join_points(keys, since, to, newest.world_from_robot.inverse()),

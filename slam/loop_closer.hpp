@@ -29,7 +29,7 @@ struct LoopCloserOptions {
   double radius_m = 4.0;         ///< between the two places, beside the drift
   double drift_m = 0.3;          ///< how far the path may be off: this ...
   double drift_m_per_m = 0.03;   ///< ... this much of the path since a loop was last closed ...
-  double closed_drift_m_per_m = 0.005;  ///< ... and this much of the path before
+  double closed_drift_m_per_m = 0.005;  ///< ... and this much of the way before, over its loops
   double max_drift_m = 4.0;
   double drift_deg = 4.0;
   double drift_deg_per_m = 0.3;
@@ -106,7 +106,11 @@ class LoopCloser {
   std::vector<Loop> find(const std::vector<KeyScan>& keys, double closed_path_m) const;
 
   /// find() in two steps: questions() copies what answer() needs, and answer() takes its time.
-  std::vector<LoopQuestion> questions(const std::vector<KeyScan>& keys, double closed_path_m) const;
+  /// @param ways_m  along the graph from the newest key scan to each (ways.hpp): they drift, not
+  /// the path; empty = the path
+  std::vector<LoopQuestion> questions(const std::vector<KeyScan>& keys,
+                                      double closed_path_m,
+                                      const std::vector<double>& ways_m = {}) const;
   std::optional<Loop> answer(const LoopQuestion& question) const;
 
   const LoopCloserOptions& options() const { return options_; }
@@ -116,8 +120,10 @@ class LoopCloser {
     double shift_m;
     double turn_rad;
   };
-  Drift drift(double path_m, double since_closed_m) const;
-  std::vector<int> candidates(const std::vector<KeyScan>& keys, double since_closed_m) const;
+  Drift drift(double way_m, double since_closed_m) const;
+  std::vector<int> candidates(const std::vector<KeyScan>& keys,
+                              const std::vector<double>& ways_m,
+                              double since_closed_m) const;
 
   LoopCloserOptions options_;
   CorrelativeMatcher coarse_;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "slam/graph/ways.hpp"
 #include "slam/slam.hpp"
 
 namespace marco::slam {
@@ -65,7 +66,9 @@ bool Slam::look_for_loops() {
   const double path_m = keys_.back().path_m;
   if (work_is_out_ || path_m - last_search_path_m_ < options_.loops.attempt_every_m) return false;
   last_search_path_m_ = path_m;
-  LoopWork work{loop_closer_, loop_closer_.questions(keys_, closed_path_m_), graph_, path_m};
+  const int count = static_cast<int>(keys_.size());
+  const std::vector<double> ways = ways_m(count - 1, count, graph_.edges());
+  LoopWork work{loop_closer_, loop_closer_.questions(keys_, closed_path_m_, ways), graph_, path_m};
   work.doubt_loops = thinning_is_due();
   if (work.questions.empty() && !work.doubt_loops) return false;
   work_is_out_ = true;

@@ -41,11 +41,22 @@ struct LcmBus::Subscription {
                      Utime::from_us(buffer->recv_utime)});
     bytes += buffer->data_size;
     ++bus->queued_;
-    while (queue.size() > kQueueCapacity || (bytes > kQueueBytes && queue.size() > 1)) {
+    while (overflows()) {
       const int64_t number = queue.front().number;
+      const Size size = size_of_oldest();
       give_up_oldest();
-      bus->give_up_until(number);
+      bus->give_up_until(number, size);
     }
+  }
+
+  bool overflows() const {
+    const bool large = bytes > kSmallBytes * queue.size();
+    return queue.size() > (large ? kQueueCapacity : kSmallCapacity) ||
+           (bytes > kQueueBytes && queue.size() > 1);
+  }
+
+  Size size_of_oldest() const {
+    return queue.front().bytes.size() <= kSmallBytes ? Size::small : Size::large;
   }
 
   void give_up_oldest() { ++bus->lost_[take().channel]; }
@@ -86,9 +97,10 @@ void LcmBus::publish_raw(const std::string& channel,
   }
 }
 
-void LcmBus::give_up_until(int64_t number) {
+void LcmBus::give_up_until(int64_t number, Size given_up) {
   for (const auto& one : subscriptions_) {
-    while (one->queue.size() > kFewMessages && one->queue.front().number <= number) {
+    while (one->queue.size() > kFewMessages && one->queue.front().number <= number &&
+           (given_up == Size::small || one->size_of_oldest() == Size::large)) {
       one->give_up_oldest();
     }
   }

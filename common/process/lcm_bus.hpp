@@ -14,10 +14,13 @@ namespace marco::process {
 ///
 /// LCM's own queues refuse the newest message when they are full. So they are emptied into queues
 /// of ours before each message that is handled. When one of these has more than kQueueCapacity
-/// messages or kQueueBytes its oldest is given up, and with it what came before on other channels:
-/// a scan is worth nothing without the odometry of its time. Only where kFewMessages or less wait
-/// (orders, what a sensor says of itself) they stay. Counted in lost(), once a subscription. A
-/// process that is too slow thus falls behind by so much at most, and works on what is now.
+/// messages that are not small (kSmallBytes on average), kSmallCapacity of any or kQueueBytes, its
+/// oldest is given up: scans, meshes. Small ones on other channels stay, for a scan is worth
+/// nothing without the odometry of its time, nor the next scan without that between. The others
+/// that came before it go, too, and where small ones must be given up all that came before them;
+/// only where kFewMessages or less wait (orders, what a sensor says of itself) they stay. Counted
+/// in lost(), once a subscription. A process that is too slow thus falls behind by so much at most,
+/// and works on what is now.
 ///
 /// An exception leaving an LCM handler would make the next handle() abort the process: ours run
 /// after LCM has returned. The first exception is thrown by handle_once() when all handlers of the
@@ -28,6 +31,8 @@ class LcmBus : public Bus {
   /// @throws std::runtime_error saying what to try when LCM cannot open the url.
   explicit LcmBus(const std::string& url);
   static constexpr std::size_t kQueueCapacity = 500;  ///< enough for a burst during a map update
+  static constexpr std::size_t kSmallBytes = 512;     ///< and less: odometry, poses, states
+  static constexpr std::size_t kSmallCapacity = 50000;
   static constexpr std::size_t kQueueBytes = 64 << 20;
   static constexpr std::size_t kFewMessages = 16;
   ~LcmBus() override;
@@ -52,7 +57,8 @@ class LcmBus : public Bus {
   struct Subscription;
   void take_what_came(int timeout_ms);
   void handle_oldest();
-  void give_up_until(int64_t number);
+  enum class Size { small, large };
+  void give_up_until(int64_t number, Size given_up);
 
   lcm::LCM lcm_;
   int64_t taken_ = 0;  ///< messages so far: the order of arrival over all subscriptions

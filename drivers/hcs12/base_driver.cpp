@@ -23,6 +23,7 @@ Hcs12Base::Hcs12Base(const Hcs12BaseOptions& options)
 void Hcs12Base::on_connection(bool connected, Utime now) {
   connected_ = connected;
   exchange_.clear();
+  if (run_ && run_->started) lost_run_ = run_;
   run_.reset();
   last_stamp_ = next_prediction_ = {};  // the host's clock may have been set back
   stop_asked_ = wait_armed_ = false;
@@ -48,6 +49,7 @@ void Hcs12Base::on_reset(Utime now) {
   ++resets_;
   exchange_.clear();
   run_.reset();
+  lost_run_.reset();
   stop_asked_ = wait_armed_ = false;
   set_link(Link::starting, "the board was reset", now);
   next_ping_ = now;
@@ -164,6 +166,7 @@ void Hcs12Base::on_timeout(const LineExchange::Request& request, Utime now) {
     return;
   }
   exchange_.clear();
+  if (run_ && run_->started) lost_run_ = run_;
   run_.reset();
   stop_asked_ = wait_armed_ = false;
   next_ping_ = now + Duration::from_seconds(kPingS);
@@ -174,6 +177,8 @@ void Hcs12Base::schedule(Utime now) {
   if (edit_status().link != Link::up) {
     if (now >= next_ping_ && exchange_.quiet()) {
       next_ping_ = now + Duration::from_seconds(kPingS);
+      // Printing costs a board whose wheels turn fast some of its clicks.
+      if (lost_run_) exchange_.ask({encode_command('p'), 'p'});
       exchange_.ask({encode_command('l'), 'l'});
     }
     return;

@@ -95,6 +95,7 @@ class Hcs12Base : public BaseDriver {
   bool on_reply(char letter, const std::string& line, Utime now);
   void on_wheel_status(const WheelStatus& status, Utime measured, Utime now);
   void on_run_over(Utime now);
+  void take_up_lost_run(Utime now);
   void on_sonar(const std::vector<uint32_t>& times, Utime now);
   void on_timeout(const LineExchange::Request& request, Utime now);
   void on_reset(Utime now);
@@ -114,6 +115,7 @@ class Hcs12Base : public BaseDriver {
   LineExchange exchange_;
   SonarCollector sonar_;
   std::optional<Run> run_;
+  std::optional<Run> lost_run_;  ///< when the line went; the board counts on
   bool connected_ = false;
   bool stop_asked_ = false;  ///< stop_wheels waits for the counters
   double pace_ = 1.0;  ///< how fast the board really works off its ramp, learnt from fast moves

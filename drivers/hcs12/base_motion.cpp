@@ -1,6 +1,7 @@
 // How the base moves and what its wheels say: legs, velocities, odometry.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "drivers/hcs12/base_driver.hpp"
 
@@ -119,7 +120,10 @@ void Hcs12Base::stop_wheels(Utime /*now*/) {
 }
 
 void Hcs12Base::on_wheel_status(const WheelStatus& status, Utime measured, Utime now) {
-  if (edit_status().link != Link::up) return set_up(now);
+  if (edit_status().link != Link::up) {
+    set_up(now);
+    return take_up_lost_run(now);
+  }
   const bool still = !status.left_on && !status.right_on;
   if (!run_ || !run_->started) {
     if (run_ && stop_asked_) run_.reset();  // it never set off
@@ -162,6 +166,19 @@ void Hcs12Base::on_wheel_status(const WheelStatus& status, Utime measured, Utime
   // The first `w` ended by its timer; wheels that stand by now have crept to rest.
   if ((now - run.progress_at).seconds() > kStuckS) return ask_stop();
   ask_wait(now);
+}
+
+// It has been told to stop; what it drove meanwhile its counters know. The next status is waited
+// for, since what was asked for by set_up() comes first.
+void Hcs12Base::take_up_lost_run(Utime now) {
+  if (!lost_run_) return;
+  constexpr double kLongAgoS = 60.0;
+  run_ = std::exchange(lost_run_, std::nullopt);
+  run_->started_at = now - Duration::from_seconds(kLongAgoS);
+  run_->progress_at = now;
+  run_->endless = true;
+  stop_asked_ = true;
+  ask_status();
 }
 
 void Hcs12Base::on_run_over(Utime now) {

@@ -1,11 +1,13 @@
 #include "slam/process/lcm_adapter.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "slam/process/odometry_restart.hpp"
 
 namespace marco::slam {
 namespace {
@@ -75,6 +77,11 @@ void SlamAdapter::subscribe() {
   });
   bus_.subscribe<odometry_t>(channels::kOdometry, drops_, [this](const auto& message, auto&) {
     const OdometrySample sample = from_message(message);
+    if (odometry_began_anew(motion_.odometry, sample)) {
+      drops_.count("odometry began anew: none for a scan");
+      motion_.odometry.clear();
+      odometry_is_parted_ = true;
+    }
     motion_.odometry.add(sample.utime, sample.odom_from_robot);
     use_waiting_scans();
   });
@@ -217,6 +224,8 @@ SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) c
 
 void SlamAdapter::use(const LaserScan& scan) {
   SlamInput input = input_of(scan, sensors_.at(scan.channel));
+  // One scan without any: what was counted before and after it is not compared.
+  if (std::exchange(odometry_is_parted_, false)) input.motion.odom_from_robot.reset();
   ++scan_count_;
   input.may_draw = options_.hold_out_every == 0 || scan_count_ % options_.hold_out_every != 0;
   const bool loop_closed = exchange_loop_work(scan.utime);

@@ -156,6 +156,7 @@ class SlamAdapter {
   Trajectory odometry_at_scans_;
   std::vector<UsedScan> scans_;
   bool keep_scans_ = false;
+  bool odometry_is_parted_ = false;  ///< it began anew, and no scan has been used since
   bool paused_ = false;
   bool resumed_ = false;
   std::string answer_;

@@ -76,10 +76,27 @@ MARCO_FUZZ(sick) {
       promise(!event->payload.empty(), "a telegram has a code");
       if (const auto values = sick::decode_values(*event)) {
         promise(values->words.size() <= 1024, "a scan is no longer than its telegram");
-        for (const uint16_t word : values->words) sick::special_of(word, sick::range_rule(0));
+        Bytes again = sick::encode_values(*values);
+        again.push_back(sick::kHealthy);
+        sick::Event written;
+        written.payload = again;
+        const auto twice = sick::decode_values(written);
+        promise(twice && twice->words == values->words, "a scan reads as it was written");
+        for (const uint16_t word : values->words) {
+          for (const int mode : {0, 3, 5, 15}) sick::special_of(word, sick::range_rule(mode));
+        }
       }
-      sick::decode_configuration(*event);
-      sick::decode_status(*event);
+      if (const auto configuration = sick::decode_configuration(*event)) {
+        sick::set_configuration_request(*configuration);
+      }
+      if (const auto status = sick::decode_status(*event)) {
+        Bytes again = sick::encode_status(*status);
+        again.push_back(sick::kHealthy);
+        sick::Event written;
+        written.payload = again;
+        promise(sick::decode_status(written).has_value(), "a status reads as it was written");
+        sick::beams_of_variant(status->angle_deg, status->resolution_cdeg);
+      }
       if (event->payload.size() > 1) sick::describe_status_byte(event->status());
     }
   };
@@ -102,6 +119,10 @@ MARCO_FUZZ(leuze) {
     telegram.scan_number = fields.byte();
     telegram.step = 1 + fields.byte() % 8;
     telegram.first = 1 + fields.byte();
+    const uint8_t options = fields.byte();
+    telegram.options = Bytes(1U + options % 3U, options);
+    telegram.options[0] =
+        static_cast<uint8_t>(options & ~3U) | static_cast<uint8_t>(telegram.options.size());
     for (const uint8_t value : fields.rest()) {
       telegram.values_mm.push_back(static_cast<uint16_t>(value * 256U));
     }
@@ -116,10 +137,15 @@ MARCO_FUZZ(leuze) {
           promise(telegram->values_mm.size() <= 1024, "a telegram is no longer than its bytes");
         }
       });
+  parser.clear();
   leuze::decode_body(stream);
-  if (const auto ranges = leuze::decode_service_answer(stream)) {
-    promise(ranges->size() == leuze::kServiceBeams, "an answer has 133 ranges");
+  // As many bytes as an answer has, of whatever there is.
+  Bytes answer = stream;
+  answer.resize(std::size_t{4} * leuze::kServiceBeams, 0x3F);
+  if (const auto ranges = leuze::decode_service_answer(answer)) {
+    promise(leuze::encode_service_answer(*ranges) == answer, "an answer reads as it was written");
   }
+  leuze::service_request();
 }
 
 MARCO_FUZZ(hokuyo) {
@@ -145,8 +171,15 @@ MARCO_FUZZ(hokuyo) {
     while (const auto reply = parser.next()) {
       reply->command();
       const auto asked = hokuyo::parse_scan_request(reply->echo);
-      hokuyo::decode_measurement(*reply, asked.value_or(request));
-      hokuyo::decode_parameters(*reply);
+      const hokuyo::ScanRequest by = asked.value_or(request);
+      if (const auto scan = hokuyo::decode_measurement(*reply, by)) {
+        const auto again = hokuyo::decode_measurement(hokuyo::encode_measurement(by, 0, *scan), by);
+        promise(again && again->values_mm == scan->values_mm, "a scan reads as it was written");
+      }
+      if (const auto parameters = hokuyo::decode_parameters(*reply)) {
+        promise(hokuyo::decode_parameters(hokuyo::encode_parameters(*parameters)).has_value(),
+                "parameters read as they were written");
+      }
     }
   };
   feed(
@@ -159,21 +192,34 @@ MARCO_FUZZ(rplidar) {
   const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
     Input fields(piece);
     const uint8_t what = fields.byte();
-    if (what % 3 == 0) {
-      return rplidar::encode_descriptor(fields.byte(), fields.byte() % 2 != 0, fields.byte());
+    switch (what % 5) {
+      case 0:
+        return rplidar::encode_descriptor(fields.byte(), fields.byte() % 2 != 0, fields.byte());
+      case 1:
+        return rplidar::encode_descriptor(rplidar::kNodeSize, true, rplidar::kNodes);
+      case 2:
+        return rplidar::encode_descriptor(rplidar::kCapsuleSize, true, rplidar::kCapsules);
+      default:
+        break;
     }
     Bytes made;
-    rplidar::Capsule capsule;
-    capsule.first = fields.byte() % 2 != 0;
-    capsule.start_q6 = fields.byte() * 64;
-    for (int& distance : capsule.distance_mm) distance = fields.byte() * 16;
-    rplidar::Node node;
-    node.first = capsule.first;
-    node.angle_q6 = capsule.start_q6;
-    const auto as_capsule = rplidar::encode_capsule(capsule);
-    const auto as_node = rplidar::encode_node(node);
-    if (what % 3 == 1) append(made, as_capsule);
-    if (what % 3 == 2) append(made, as_node);
+    int angle_q6 = fields.byte() * 64;
+    while (!fields.empty()) {
+      angle_q6 += fields.byte();
+      if (what % 5 == 3) {
+        rplidar::Node node;
+        node.first = fields.byte() % 2 != 0;
+        node.angle_q6 = angle_q6 % (360 * 64);
+        node.distance_q2 = fields.byte() * 256;
+        append(made, rplidar::encode_node(node));
+      } else {
+        rplidar::Capsule capsule;
+        capsule.first = fields.byte() % 2 != 0;
+        capsule.start_q6 = angle_q6 % (360 * 64);
+        for (int& distance : capsule.distance_mm) distance = fields.byte() * 16;
+        append(made, rplidar::encode_capsule(capsule));
+      }
+    }
     return made;
   });
   rplidar::AnswerParser answers;
@@ -230,6 +276,7 @@ MARCO_FUZZ(gamepad) {
     event.time_ms = fields.byte();
     event.kind = fields.byte() % 2 == 0 ? gamepad::Event::Kind::axis : gamepad::Event::Kind::button;
     event.value = static_cast<int16_t>(fields.byte() * 257);
+    event.initial = fields.byte() % 2 != 0;
     event.number = fields.byte();
     return gamepad::encode_event(event);
   });
@@ -238,38 +285,100 @@ MARCO_FUZZ(gamepad) {
   feed(
       stream, way.step, [&](auto part) { reader.push(part); },
       [&] {
-        while (const auto event = reader.next()) model.apply(*event, Utime::from_us(1));
+        while (const auto event = reader.next()) {
+          promise(gamepad::encode_event(*event).size() == 8, "a record has eight bytes");
+          model.apply(*event, Utime::from_us(1));
+        }
         promise(model.state().axes.size() <= 256 && model.state().buttons.size() <= 256,
                 "no more than 256 axes and buttons");
       });
+  model.disconnect(Utime::from_us(2));
+  promise(!model.state().connected, "a gamepad that is away is away");
+  const auto& axes = model.state().axes;
+  promise(std::all_of(axes.begin(), axes.end(), [](float axis) { return axis == 0.0F; }),
+          "and everything rests");
+  reader.clear();
+}
+
+/// Sonar's readings, written in either form, read.
+void sonar_reads(const std::vector<uint32_t>& times) {
+  for (const auto form : {hcs12::SonarForm::one_line, hcs12::SonarForm::line_each}) {
+    hcs12::SonarCollector collector;
+    collector.begin(times.size());
+    std::optional<std::vector<uint32_t>> read;
+    hcs12::LineCutter lines;
+    for (const char c : hcs12::encode_sonar(times, form)) {
+      if (const auto line = lines.push(static_cast<uint8_t>(c)); line && !read) {
+        read = collector.push(*line);
+      }
+    }
+    promise(read == times, "sonar reads as it was written");
+  }
+}
+
+/// The firmware's ramp for any order: it ends, or stands where a real wheel's dead zone keeps it.
+void ramp_ends(const std::array<uint16_t, hcs12::Command::kMaxValues>& values) {
+  const hcs12::Ramp ramp{1U + values[1] % 32U, 1U + values[2] % 64U, values[3] % 16U};
+  const auto wheel =
+      values[3] % 2 == 0 ? hcs12::RampWalk::Wheel::ideal : hcs12::RampWalk::Wheel::real;
+  const auto brake =
+      values[0] % 2 == 0 ? hcs12::RampWalk::Brake::to_zero : hcs12::RampWalk::Brake::to_start;
+  hcs12::RampWalk walk(ramp, values[0] % 1024U, brake, wheel);
+  for (int tick = 0; tick < 2000 && !walk.done(); ++tick) walk.tick();
+  promise(walk.clicks() >= 0 && walk.clicks() < 1024 + 256, "it stops within a step of its order");
+  promise(walk.ticks() <= 2000 && walk.speed() <= 96, "no wheel is faster than it was told");
+}
+
+/// Commands, wheels, batteries and the head: what was read can be written and read.
+void hcs12_line(const std::string& line) {
+  if (const auto command = hcs12::parse_command(line)) {
+    promise(command->count <= hcs12::Command::kMaxValues, "no more than 20 numbers");
+    const std::vector<uint32_t> values(command->values.begin(),
+                                       command->values.begin() + static_cast<int>(command->count));
+    const auto again =
+        hcs12::parse_command(without_end(hcs12::encode_command(command->letter, values)));
+    promise(again && again->values == command->values, "a command reads as it was written");
+    if (command->count >= 3) ramp_ends(command->values);
+  }
+  if (const auto status = hcs12::parse_wheel_status(line)) {
+    const auto again = hcs12::parse_wheel_status(without_end(hcs12::encode_wheel_status(*status)));
+    promise(again && again->left_clicks == status->left_clicks, "wheels read as they were written");
+  }
+  if (const auto millivolts = hcs12::parse_batteries(line)) {
+    promise(hcs12::parse_batteries(without_end(hcs12::encode_batteries(*millivolts))) == millivolts,
+            "batteries read as they were written");
+    const uint32_t adc = hcs12::battery_adc(0, (*millivolts)[0] * 1e-3);
+    promise(hcs12::battery_millivolts(0, adc) <= 40000, "what a converter says can be read");
+  }
+  if (const auto status = hcs12::parse_pantilt_status(line)) {
+    const auto again =
+        hcs12::parse_pantilt_status(without_end(hcs12::encode_pantilt_status(*status)));
+    promise(again && again->pan_clicks == status->pan_clicks && again->full == status->full,
+            "a head reads as it was written");
+  }
 }
 
 MARCO_FUZZ(hcs12) {
   hcs12::LineCutter cutter;
   hcs12::SonarCollector sonar;
+  const std::size_t readings = bytes.empty() ? 16 : 1 + bytes.back() % 16;
   for (const uint8_t byte : bytes) {
     const auto line = cutter.push(byte);
     if (!line) continue;
     promise(line->size() <= hcs12::LineCutter::kMaxLine, "no overlong line");
-    if (const auto command = hcs12::parse_command(*line)) {
-      promise(command->count <= hcs12::Command::kMaxValues, "no more than 20 numbers");
-    }
-    if (const auto status = hcs12::parse_wheel_status(*line)) {
-      promise(
-          hcs12::parse_wheel_status(without_end(hcs12::encode_wheel_status(*status))).has_value(),
-          "what was read can be written and read");
-    }
-    if (const auto millivolts = hcs12::parse_batteries(*line)) {
-      promise(hcs12::parse_batteries(without_end(hcs12::encode_batteries(*millivolts))).has_value(),
-              "what was read can be written and read");
-    }
-    hcs12::parse_pantilt_status(*line);
-    if (!sonar.collecting()) sonar.begin(16);
+    hcs12_line(*line);
+    if (!sonar.collecting()) sonar.begin(readings);
     if (const auto times = sonar.push(*line)) {
-      promise(times->size() == 16, "all readings or none");
-      for (const uint32_t time : *times) hcs12::sonar_range_m(time, 343.0);
+      promise(times->size() == readings, "all readings or none");
+      for (const uint32_t time : *times) {
+        const double range_m = hcs12::sonar_range_m(time, 343.0);
+        promise(range_m == 0.0 || hcs12::sonar_time_units(range_m, 343.0) == time,
+                "a range is of one time");
+      }
+      sonar_reads(*times);
     }
   }
+  cutter.clear();
 }
 
 MARCO_FUZZ(p2os) {
@@ -290,10 +399,21 @@ MARCO_FUZZ(p2os) {
                     "a packet of information reads as it was written");
           }
           if (const auto name = p2os::decode_name(*payload)) p2os::model_of(name->subtype);
-          p2os::decode_command(*payload);
+          if (const auto command = p2os::decode_command(*payload)) {
+            promise(!p2os::encode_command(*command).empty(), "a command can be written");
+          }
           if (const auto config = p2os::decode_config(*payload)) p2os::encode_config(*config);
-          p2os::decode_encoders(*payload);
-          p2os::decode_io(*payload);
+          if (const auto encoders = p2os::decode_encoders(*payload)) {
+            const Bytes packet = p2os::encode_encoders(*encoders);
+            promise(
+                p2os::decode_encoders(std::span(packet).subspan(3, packet.size() - 5)) == encoders,
+                "encoders read as they were written");
+          }
+          if (const auto ports = p2os::decode_io(*payload)) {
+            const Bytes packet = p2os::encode_io(*ports);
+            promise(p2os::decode_io(std::span(packet).subspan(3, packet.size() - 5)) == ports,
+                    "ports read as they were written");
+          }
         }
       });
 }

@@ -1,4 +1,6 @@
 // What tools read off the network: datagrams, and messages of types that a source tells.
+#include <algorithm>
+
 #include "common/lcm_schema/decoder.hpp"
 #include "common/lcm_schema/json.hpp"
 #include "common/lcm_schema/schema.hpp"
@@ -33,6 +35,97 @@ MARCO_FUZZ(datagrams) {
   }
 }
 
+void put(Bytes& out, uint32_t value, unsigned bytes) {
+  while (bytes-- > 0) out.push_back(static_cast<uint8_t>(value >> (8 * bytes)));
+}
+
+/// A datagram whose header fits what follows, of ten bytes and a payload: no fuzzer guesses magic,
+/// lengths and offsets that belong together.
+Bytes datagram_of(Input& input) {
+  const uint8_t form = input.byte();
+  const uint32_t jump = form % 16U == 0 ? (1U << 24U) + 7U : form % 16U == 1 ? 2000U : 0U;
+  const uint32_t sequence = jump + input.byte() - (form % 16U == 2 ? 300U : 0U);
+  const uint32_t fragment = input.byte() % 4U, fragments = fragment + 1U + input.byte() % 3U;
+  const uint32_t size = input.byte() % 8U == 7 ? 1U << 26U : 16U * fragments;
+  const auto text = input.take(1U + input.byte() % 16U);
+  Bytes out;
+  put(out, form < 100 ? 0x4c433032 : 0x4c433033, 4);
+  put(out, sequence, 4);
+  if (form >= 100) {
+    put(out, size, 4);
+    put(out, 16U * fragment, 4);
+    put(out, fragment, 2);
+    put(out, fragments, 2);
+  }
+  if (form < 100 || fragment == 0) {
+    put(out, 'A' + form % 3U, 1);
+    put(out, 0, 1);
+  }
+  out.insert(out.end(), text.begin(), text.end());
+  return out;
+}
+
+MARCO_FUZZ(fragments) {
+  Input input(bytes);
+  spy::SequenceTracker tracker;
+  spy::Reassembler reassembler;
+  std::vector<std::string> incomplete;
+  int64_t now_us = 0;
+  while (!input.empty()) {
+    const Bytes wire = datagram_of(input);
+    const auto datagram = spy::parse_datagram(wire);
+    promise(datagram.has_value(), "a sound datagram is read");
+    now_us += 1000;
+    if (!datagram->fragmented) {
+      tracker.add(datagram->sequence);
+      promise(tracker.duplicates() >= 0 && tracker.restarts() >= 0,
+              "nothing is counted below zero");
+      continue;
+    }
+    tracker.add_fragment(datagram->sequence);
+    const auto message = reassembler.add(*datagram, now_us, incomplete);
+    if (message) promise(message->bytes().size() == datagram->message_bytes, "it is whole");
+    if (!message) promise(reassembler.holds(datagram->sequence), "what is not whole is kept");
+    if (now_us % 7000 == 0) reassembler.give_up(now_us - 5000, incomplete);
+    if (now_us % 13000 == 0) tracker.forget_losses();
+  }
+  reassembler.give_up(now_us + 1, incomplete);
+  promise(reassembler.empty(), "in the end all is given up");
+  spy::to_string({static_cast<uint32_t>(now_us), static_cast<uint16_t>(bytes.size())});
+}
+
+/// What a decoded tree can be asked.
+void ask(const Tree& tree) {
+  std::size_t values = 0;
+  std::vector<double> numbers;
+  for_each_value(tree, [&](int node, std::size_t element) {
+    if (++values >= 50) return;
+    value_name(tree, node, element);
+    const Node& at = tree.nodes[static_cast<std::size_t>(node)];
+    if (at.primitive == Primitive::string) {
+      tree.text(at);
+    } else {
+      tree.integer(at, element);
+      tree.number(at, element);
+      numbers.clear();
+      if (element == 0) tree.append_numbers(at, numbers);
+    }
+    const int found = tree.find(tree.path(node));
+    promise(found >= 0, "a path leads somewhere");
+  });
+  promise(tree.find("no such field") < 0, "what is not there is not found");
+}
+
+MARCO_FUZZ(json_string) {
+  Input input(bytes);
+  std::string json;
+  append_json_string(input.text(), json);
+  promise(json.size() >= 2 && json.front() == '"' && json.back() == '"', "it stands in quotes");
+  promise(std::all_of(json.begin(), json.end(),
+                      [](char c) { return static_cast<unsigned char>(c) >= 0x20; }),
+          "controls are escaped");
+}
+
 /// A source and a message: every type of the source is tried on it.
 MARCO_FUZZ(lcm_schema) {
   Input input(bytes);
@@ -55,14 +148,28 @@ MARCO_FUZZ(lcm_schema) {
     promise((checked == DecodeStatus::ok) == (status == DecodeStatus::ok) ||
                 status == DecodeStatus::too_large || checked == DecodeStatus::too_large,
             "check and decode agree");
+    promise(name_of(status)[0] != '\0', "a status has a name");
+    message[0] = static_cast<uint8_t>(message[0] ^ 1U);
+    promise(decoder.check(i, message) == DecodeStatus::wrong_fingerprint &&
+                name_of(DecodeStatus::wrong_fingerprint)[0] != '\0',
+            "a message of another type is refused");
+    message[0] = static_cast<uint8_t>(message[0] ^ 1U);
     if (status != DecodeStatus::ok) continue;
-    json.clear();
-    append_json(tree, json, {true, 100});
-    std::size_t values = 0;
-    for_each_value(tree, [&](int node, std::size_t element) {
-      if (++values < 50) value_name(tree, node, element);
-    });
-    json_schema(schema, i);
+    for (const JsonOptions& options : {JsonOptions{true, 100}, JsonOptions{false, 3}}) {
+      json.clear();
+      append_json(tree, json, options);
+      json_schema(schema, i, options);
+    }
+    ask(tree);
+    const auto same = schema.with_fingerprint(fingerprint_of(message).value_or(0));
+    // The same type told twice counts once.
+    promise(std::any_of(same.begin(), same.end(),
+                        [&](int other) {
+                          return schema.structures()[static_cast<std::size_t>(other)].name ==
+                                 structure.name;
+                        }),
+            "found by its fingerprint");
+    promise(schema.find(structure.name).has_value(), "found by its name");
   }
 }
 

@@ -121,6 +121,21 @@ MARCO_FUZZ(keeper_message) {
   if (message) promise(decode_keeper_message(encode(*message)) == message, "reads what it wrote");
 }
 
+/// What processes write, in pieces.
+MARCO_FUZZ(utf8) {
+  Input input(bytes);
+  Utf8Cleaner cleaner;
+  std::string text;
+  while (!input.empty()) {
+    const auto piece = input.take(1U + input.byte() % 16U);
+    text += cleaner.clean(std::string(piece.begin(), piece.end()));
+  }
+  text += cleaner.flush();
+  promise(text.find('\0') == std::string::npos, "no zeros");
+  Utf8Cleaner again;
+  promise(again.clean(text) + again.flush() == text, "what is clean stays as it is");
+}
+
 MARCO_FUZZ(procman_config) {
   const std::string text(bytes.begin(), bytes.end());
   try {

@@ -2,9 +2,12 @@
 are given up (the oldest, counted on PROCESS_STATUS). Prints a line for each speed: scans offered a second, given up,
 poses, and how far the map is from that of the slowest run. Run by `./marco soak --load` in a network of its own."""
 import argparse
+import bisect
+import math
 import os
 import re
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -23,7 +26,7 @@ def play(arguments, folder, log, speed):
     """@returns seconds it took, what SLAM said last of its drops, poses, and the log of its map."""
     ear = Ear(PORT)
     recorded = f"{folder}/map_{speed:g}.lcm"
-    recorder = subprocess.Popen(["lcm-logger", "-q", "-c", "GRID_MAP", recorded])
+    recorder = subprocess.Popen(["lcm-logger", "-q", "-c", "GRID_MAP|SLAM_POSE", recorded])
     with open(folder + "/slam.log", "a") as said:
         slam = subprocess.Popen([arguments.bin + "/marco-slam"], stderr=said)
     time.sleep(3.0)
@@ -45,6 +48,21 @@ def play(arguments, folder, log, speed):
     return took, drops, poses, recorded
 
 
+def poses_of(path, channel):
+    return [struct.unpack(">qddd", data[8:40]) for name, data in events_of(path) if name == channel]
+
+
+def worst_error_m(truth, recorded):
+    """Of the poses that were sent, against the truth at their time; the first scan's robot is SLAM's origin."""
+    worst, times = 0.0, [pose[0] for pose in truth]
+    x0, y0, heading = truth[0][1:]
+    c, s = math.cos(heading), math.sin(heading)
+    for utime, x, y, _ in poses_of(recorded, "SLAM_POSE"):
+        at = min(bisect.bisect_left(times, utime), len(times) - 1)
+        worst = max(worst, math.hypot(x0 + c * x - s * y - truth[at][1], y0 + s * x + c * y - truth[at][2]))
+    return worst
+
+
 def main():
     parser = argparse.ArgumentParser(prog="marco soak --load")
     parser.add_argument("root")
@@ -62,8 +80,9 @@ def main():
                     folder + "/tour.toml", "--seed", "1", "--out", log], check=True, stdout=subprocess.DEVNULL)
     channels = [channel for channel, _ in events_of(log)]
     scans = channels.count("LIDAR")
+    truth = poses_of(log, "TRUE_POSE")
     print(f"{scans} scans, {len(channels)} messages; each line is one drive")
-    print(f"{'speed':>6} {'scans/s':>8} {'seconds':>8} {'poses':>6} {'given up':>9}  map against the first line's")
+    print(f"{'speed':>6} {'scans/s':>8} {'seconds':>8} {'poses':>6} {'given up':>9} {'worst m':>8}  map against the first line's")
     reference, good, taken = None, True, 0.0
     for speed in arguments.speeds:
         took, drops, poses, recorded = play(arguments, folder, log, speed)
@@ -72,7 +91,7 @@ def main():
         answer = subprocess.run([arguments.bin + "/map_difference", reference, recorded], capture_output=True, text=True)
         near = re.search(r"alone p95 ([0-9.]+)", answer.stdout)
         rate = scans / took
-        print(f"{speed:6g} {rate:8.0f} {took:8.1f} {poses:6d} {sum(lost.values()):9d}  "
+        print(f"{speed:6g} {rate:8.0f} {took:8.1f} {poses:6d} {sum(lost.values()):9d} {worst_error_m(truth, recorded):8.3f}  "
               f"{answer.stdout.strip()}  {lost or ''}", flush=True)
         # Every scan has a pose, or was counted as given up.
         kept = poses + lost.get("LIDAR", 0) >= scans - 2

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -59,8 +60,8 @@ class Soak {
     const double round_s = sim::BatchSimulation(rays, tour, {}, 1).duration_s();
     const int rounds = static_cast<int>(end_s_ / round_s) + 1;
     std::printf("%.2f h in rounds of %.0f s\n", hours, round_s);
-    std::printf("%8s %9s %12s %10s %8s %9s\n", "hour", "scans", "us a scan", "memory MB", "keys",
-                "error m");
+    std::printf("%8s %9s %12s %10s %8s %9s %9s\n", "hour", "scans", "us a scan", "memory MB",
+                "keys", "error m", "at worst");
     std::fflush(stdout);
     sim::BatchSimulation simulation(rays, repeated(tour, rounds), {}, 1);
     process::BatchBus bus;
@@ -94,21 +95,59 @@ class Soak {
     const double before = cpu_now_s();
     bus.deliver(message.channel, message.bytes, sent);
     now_.cpu_s += cpu_now_s() - before;
-    if (std::holds_alternative<LaserScan>(sample)) ++now_.scans;
+    if (std::holds_alternative<LaserScan>(sample)) {
+      ++now_.scans;
+      note_error(adapter, at_s);
+    }
     if (at_s < period_s_ * static_cast<double>(periods_.size() + 1)) return;
     periods_.push_back(now_);
     memory_mb_.push_back(resident_mb());
-    const Pose2 slam = *first_truth_ * adapter.live_trajectory().back().world_from_robot;
-    std::printf("%8.2f %9lld %12.1f %10.1f %8d %9.3f\n", at_s / 3600.0,
+    std::printf("%8.2f %9lld %12.1f %10.1f %8d %9.3f %9.3f\n", at_s / 3600.0,
                 static_cast<long long>(now_.scans),
                 1e6 * now_.cpu_s / static_cast<double>(now_.scans), memory_mb_.back(),
-                static_cast<int>(adapter.slam().key_count()),
-                (slam.translation_m() - truth_.translation_m()).norm());
+                static_cast<int>(adapter.slam().key_count()), error_m_, worst_m_);
+    worst_m_ = 0.0;
     std::fflush(stdout);
     now_ = {};
     if (at_s >= end_s_) throw Over{};
   }
 
+  /// Of the live pose; says when it is off by more than kOffM, and when it is back.
+  void note_error(const slam::SlamAdapter& adapter, double at_s) {
+    if (adapter.live_trajectory().empty() || !first_truth_) return;
+    const StampedPose2& live = adapter.live_trajectory().back();
+    if (adapter.slam().keys().back().utime == live.utime) truth_at_[live.utime.us] = truth_;
+    note_new_loops(adapter.slam(), at_s);
+    const Pose2 slam = *first_truth_ * live.world_from_robot;
+    error_m_ = (slam.translation_m() - truth_.translation_m()).norm();
+    worst_m_ = std::max(worst_m_, error_m_);
+    if (off_ == (error_m_ > (off_ ? kBackM : kOffM))) return;
+    off_ = !off_;
+    std::printf("  at %.2f s, (%.2f, %.2f): %.3f m off\n", at_s, truth_.x_m, truth_.y_m, error_m_);
+    std::fflush(stdout);
+  }
+
+  /// Says which are untrue. Where key scans became one in the same step a new one may be missed.
+  void note_new_loops(const slam::Slam& slam, double at_s) {
+    const auto truth_of = [&](int key) {
+      return truth_at_.at(slam.keys()[static_cast<std::size_t>(key)].utime.us);
+    };
+    for (std::size_t i = std::min(loops_, slam.loops().size()); i < slam.loops().size(); ++i) {
+      const slam::Loop& loop = slam.loops()[i];
+      const Pose2 off = between(between(truth_of(loop.from), truth_of(loop.to)), loop.from_from_to);
+      if (off.translation_m().norm() < kUntrueM) continue;
+      std::printf(
+          "  at %.2f s, (%.2f, %.2f): a loop %.2f m off, by %.2f m from what was believed\n", at_s,
+          truth_.x_m, truth_.y_m, off.translation_m().norm(), loop.shift_m);
+    }
+    loops_ = slam.loops().size();
+  }
+
+  static constexpr double kOffM = 0.10, kBackM = 0.08, kUntrueM = 0.20;
+  double error_m_ = 0.0, worst_m_ = 0.0;
+  bool off_ = false;
+  std::size_t loops_ = 0;
+  std::map<int64_t, Pose2> truth_at_;  ///< the robot's, by a key scan's time
   double period_s_, end_s_;
   Period now_;
   std::vector<Period> periods_;

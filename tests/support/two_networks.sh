@@ -1,6 +1,7 @@
 # Sourced by tests that need two hosts: runs the test again inside a network and mount namespace of its own, and joins
 # that with a second one by a pair of virtual cables. Gives: $folder (removed in the end), started+=(PID) (ended in the
-# end), fail TEXT, on_other COMMAND, connect (the cable up, multicast through it; `ip link set cable_a down` cuts it).
+# end), fail TEXT, on_other COMMAND, start_on_other COMMAND (in the background, ended in the end), connect (the cable up,
+# multicast through it; `ip link set cable_a down` cuts it).
 # Where the system forbids all this the test says SKIPPED.
 if [ "${MARCO_TWO_NETWORKS:-}" != inside ]; then
   if ! unshare -rmn true 2>/dev/null; then
@@ -34,6 +35,11 @@ unshare -n sleep 300 &
 other=$!
 started+=("$other")
 on_other() { nsenter --net="/proc/$other/ns/net" "$@"; }
+# Not `on_other COMMAND &`: $! would be a shell around it, and the command would outlive that.
+start_on_other() {
+  nsenter --net="/proc/$other/ns/net" "$@" &
+  started+=($!)
+}
 for _ in $(seq 100); do
   [ "$(readlink "/proc/$other/ns/net")" != "$(readlink /proc/self/ns/net)" ] && break
   sleep 0.02

@@ -27,9 +27,7 @@ TEXT
 
 "$bin/marco-procman-deputy" -i base --script "$folder/robot.procman" -l "$folder/base.log" &
 started+=($!)
-on_other "$bin/marco-procman-deputy" -i mapper --script "$folder/robot.procman" \
-  -l "$folder/mapper.log" &
-started+=($!)
+start_on_other "$bin/marco-procman-deputy" -i mapper --script "$folder/robot.procman" -l "$folder/mapper.log"
 sleep 1
 
 timeout 90 "$bin/marco-procman-sheriff" -n "$folder/robot.procman" go >"$folder/sheriff.log" 2>&1 &

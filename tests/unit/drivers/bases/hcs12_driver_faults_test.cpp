@@ -66,6 +66,28 @@ TEST(Hcs12Driver, APulledPlugEndsTheMove) {
   EXPECT_TRUE(base.bench.run_until(0.3, [&] { return !base.board.motors_on(); }));
 }
 
+// A fast move is counted at its end: what was driven of it when the line went, or the host's clock
+// was set, and until the board was stopped, is in the board's counters.
+TEST(Hcs12Driver, WhatWasDrivenWhileTheLineWasGoneIsCounted) {
+  for (const double ahead_s : {0.0, -3600.0, 3600.0}) {
+    Hcs12OnBench base;
+    base.speed(0.9);
+    base.begin_move(3.0);
+    base.bench.run(1.5);
+    base.bench.plug(false);
+    base.bench.host_ahead = Duration::from_seconds(ahead_s);
+    base.bench.run(ahead_s == 0.0 ? 0.4 : 0.0);
+    base.bench.plug(true);
+    EXPECT_TRUE(base.comes_up(2.0));
+    base.bench.run(2.0);
+    EXPECT_FALSE(base.board.motors_on());
+    EXPECT_GT(base.driver.odom_from_robot().x_m, 0.2);
+    EXPECT_LE(base.clicks_off(), 1.0) << ahead_s;
+    EXPECT_EQ(base.move(0.3), Fate::done);
+    EXPECT_LE(base.clicks_off(), 2.0) << ahead_s;
+  }
+}
+
 TEST(Hcs12Driver, SpoiltBytesAreCountedAndOutlived) {
   Hcs12OnBench base;
   std::mt19937 random(3);

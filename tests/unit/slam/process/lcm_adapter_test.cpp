@@ -127,6 +127,33 @@ TEST_F(SlamAdapterTest, WhereOdometryFallsSilentScansGoOnWithoutIt) {
   EXPECT_NEAR(poses_.back().x_m, 0.19, 0.02);
 }
 
+// A base that was killed counts from zero when it is back; between its last and its first word lie
+// scans that must not be taken to have moved on the way there.
+TEST_F(SlamAdapterTest, OdometryThatBeginsAnewMovesNothing) {
+  SlamAdapter slam(bus_, {});
+  send_info();
+  const auto way = [](int i) { return Pose2{0.02 * i, 0, 0}; };
+  for (int i = 0; i < 40; ++i) {
+    const double at_s = 0.05 * i;
+    send(scan_at(at_s, way(i)));
+    // Silent for a quarter of a second.
+    if (i >= 20 && i < 25) continue;
+    // Once far off, and once turned on the spot.
+    const Pose2 begun = i < 20   ? Pose2{5.0, 2.0, 0.3}
+                        : i < 32 ? Pose2{-0.5, 0, 0}
+                                 : Pose2{-0.5, 0, 0} * way(32) * Pose2{0, 0, 2.1} * way(32).inverse();
+    send(odometry_at(at_s, begun * way(i)));
+  }
+  slam.finish();
+  ASSERT_EQ(poses_.size(), 40U);
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    const Pose2 truth = way(static_cast<int>(i));
+    EXPECT_NEAR(std::hypot(poses_[i].x_m - truth.x_m, poses_[i].y_m), 0.0, 0.02) << i;
+    EXPECT_NEAR(poses_[i].theta_rad, 0.0, deg_to_rad(0.5)) << i;
+  }
+  EXPECT_EQ(slam.drops().by_cause().at("odometry began anew: none for a scan"), 2);
+}
+
 // A match's error straightens the next scan wrongly, which is matched as wrong the other way.
 TEST_F(SlamAdapterTest, ASlowLasersScansDoNotSwingAfterATurn) {
   stand_after_a_turn(true, 0.02, 0.5);

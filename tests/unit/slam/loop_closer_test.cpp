@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
+
+#include "tests/support/flat_world.hpp"
 
 namespace marco::slam {
 namespace {
@@ -41,6 +44,33 @@ TEST(LoopCloser, WhereLoopsLeadNearPosesAreNotOffByThePathDriven) {
   for (const LoopQuestion& question : near) {
     EXPECT_NEAR(question.shift_m, 0.3 + 2.0 * 0.03 + 3.0 * 0.005, 1e-9);
   }
+}
+
+// Two bare walls tell nothing of the way along them: a loop there must neither move the robot along
+// nor claim to know.
+TEST(LoopCloser, AlongABareHallWhatIsBelievedStays) {
+  testing::FlatWorld hall;
+  hall.add_chain({{-60, -1.5}, {60, -1.5}});
+  hall.add_chain({{-60, 1.5}, {60, 1.5}});
+  std::mt19937 random(4);
+  LoopQuestion question;
+  question.from = 0;
+  question.to = 1;
+  question.world_from_newest = {0.6, 0.05, 0.01};
+  question.place = orient(hall.hits({}, 0.01, &random), {0, 0}, {});
+  question.seen = orient(hall.hits({}, 0.01, &random), {0, 0}, {});
+  question.shift_m = 1.0;
+  question.turn_rad = 0.1;
+  LoopCloserOptions options;
+  options.unlikely_penalty = 0.0;  // the search alone is drawn to where noise fits best
+  const LoopCloser closer(options, CorrelativeMatcher(), SurfelMatcher());
+  const std::optional<Loop> loop = closer.answer(question);
+  ASSERT_TRUE(loop.has_value());
+  EXPECT_NEAR(loop->from_from_to.x_m, 0.6, 0.05);
+  EXPECT_NEAR(loop->from_from_to.y_m, 0.0, 0.01);
+  EXPECT_NEAR(loop->from_from_to.theta_rad, 0.0, deg_to_rad(0.2));
+  EXPECT_GT(1.0 / std::sqrt(loop->information(0, 0)), 0.3);
+  EXPECT_LT(1.0 / std::sqrt(loop->information(1, 1)), 0.05);
 }
 
 }  // namespace

@@ -1,13 +1,17 @@
 // The processes that compute, fed with messages that contradict each other and common sense.
 #include <cmath>
+#include <cstring>
 #include <limits>
+#include <span>
 
+#include "common/byte_archive.hpp"
 #include "common/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"
 #include "marco/slam_command_t.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "slam/process/checkpoint.hpp"
 #include "slam/process/lcm_adapter.hpp"
 #include "slam/process/line_checkpoint.hpp"
 #include "slam/process/line_lcm_adapter.hpp"
@@ -186,10 +190,46 @@ struct LineSlam : slam::LineLcmAdapter {
 };
 MARCO_FUZZ(line_slam_adapter) { run<LineSlam>(bytes, slam::LineProcessOptions{}); }
 
-MARCO_FUZZ(checkpoint) {
+/// The bytes in the envelope of `sample`, with a checksum that fits: none would be read otherwise.
+std::string sealed_like(const std::string& sample, std::span<const uint8_t> bytes) {
+  constexpr std::size_t kNameBytes = 8;
+  uint32_t version = 0;
+  std::memcpy(&version, sample.data() + kNameBytes, sizeof version);
+  return seal(sample.substr(0, kNameBytes), version,
+              {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+/// What was read is good enough to go on from.
+void restore(const slam::SlamState& state) {
+  slam::Slam slam;
+  slam.restore(state);
+  promise(slam.trajectory().size() == state.scans.size(), "each scan has a pose");
+}
+
+MARCO_FUZZ(saved_map) {
   try {
-    slam::decode_checkpoint({bytes.begin(), bytes.end()});
+    restore(slam::decode_saved_map(sealed_like(slam::encode_saved_map({}), bytes)).slam);
   } catch (const std::invalid_argument&) {
+  }
+}
+
+MARCO_FUZZ(slam_checkpoint) {
+  try {
+    const std::string sealed = sealed_like(slam::encode_adapter_state({}), bytes);
+    restore(slam::decode_adapter_state(sealed).map.slam);
+  } catch (const std::invalid_argument&) {
+  }
+}
+
+MARCO_FUZZ(checkpoint) {
+  const std::vector<uint8_t> sample = slam::encode_checkpoint({});
+  const std::string sealed = sealed_like({sample.begin(), sample.end()}, bytes);
+  for (const std::vector<uint8_t>& read : {std::vector<uint8_t>(bytes.begin(), bytes.end()),
+                                           std::vector<uint8_t>(sealed.begin(), sealed.end())}) {
+    try {
+      slam::decode_checkpoint(read);
+    } catch (const std::invalid_argument&) {
+    }
   }
 }
 

@@ -1,14 +1,57 @@
+#include <cmath>
 #include <cstdio>
+#include <map>
 
 #include "common/check.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
+#include "tools/figures/matching_figures.hpp"
 #include "tools/figures/thesis_figures.hpp"
 #include "tools/map/map_job.hpp"
 #include "viewer/process/render_command.hpp"
 
 namespace marco {
 namespace {
+
+// A scan each 50 cm or 25 deg of odometry, as thesis B's lab run took them.
+std::vector<WalkScan> walk_of(const MapJob& job) {
+  constexpr double kStepM = 0.5, kStepDeg = 25.0;
+  std::map<int64_t, Pose2> odometry, truth;
+  for (const StampedPose2& pose : job.odometry_trajectory()) {
+    odometry[pose.utime.us] = pose.world_from_robot;
+  }
+  for (const StampedPose2& pose : job.truth()) truth[pose.utime.us] = pose.world_from_robot;
+  std::vector<WalkScan> scans;
+  for (const slam::KeyScan& key : job.key_scans()) {
+    const auto odom = odometry.find(key.utime.us);
+    if (odom == odometry.end()) continue;
+    if (!scans.empty()) {
+      const Pose2 step = between(scans.back().odom_from_robot, odom->second);
+      const bool far = step.translation_m().norm() >= kStepM - 1e-6 ||
+                       std::abs(step.theta_rad) >= deg_to_rad(kStepDeg);
+      if (!far) continue;
+    }
+    WalkScan scan{key.points_in_robot.points, odom->second, {}};
+    const auto known = truth.find(key.utime.us);
+    if (known != truth.end()) scan.world_from_robot = known->second;
+    scans.push_back(std::move(scan));
+  }
+  return scans;
+}
+
+void draw_walks(const MapJob& job, const std::filesystem::path& out) {
+  const std::vector<WalkScan> scans = walk_of(job);
+  if (scans.size() < 2) return;
+  const std::vector<MatchedWalk> walks = match_walks(scans);
+  for (const Figure& figure : draw_matching_figures(out, scans, walks)) {
+    std::printf("%s: %s\n", (out / figure.file).c_str(), figure.what.c_str());
+  }
+  std::printf("%zu moves\n%-50s rms [m]  max [m]  CPU a match [ms]\n", scans.size() - 1, "");
+  for (const MatchedWalk& walk : walks) {
+    std::printf("%-50s %7.3f  %7.3f  %9.2f\n", walk.name.c_str(), walk.rms_m, walk.max_m,
+                walk.ms_per_match);
+  }
+}
 
 int run(const std::string& log,
         const std::string& config,
@@ -24,6 +67,7 @@ int run(const std::string& log,
   for (const Figure& figure : draw_thesis_figures(out, stops, figures)) {
     std::printf("%s: %s\n", (out / figure.file).c_str(), figure.what.c_str());
   }
+  draw_walks(job, out);
   std::printf("(thesis B's own scene: 59924 triangles, 29785 quads of 36100 beams)\n");
   return 0;
 }
@@ -34,8 +78,9 @@ int run(const std::string& log,
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-figures", [&] {
     CLI::App app(
-        "The equals of thesis B's figures 5.13-5.17 and 5.19-5.21 from a recording with 3D sweeps: "
-        "its polygons, its light, its way of joining.");
+        "The equals of thesis B's figures from a recording with 3D sweeps: 5.3-5.11, the ways its "
+        "scan matching goes, with their errors and times; 5.13-5.17 and 5.19-5.21, its polygons, "
+        "its light, its way of joining.");
     std::string log, config, out = "out/figures", size = "1000x750";
     marco::FigureOptions figures;
     app.add_option("LOG", log)->required()->check(CLI::ExistingPath);

@@ -1,7 +1,7 @@
 #!/bin/bash
 # Lines of the decoders that the corpora reach: coverage.sh BIN WORK, BIN a build with clang's coverage. Each program
 # runs all corpora of its targets once; then a line for each of its source files that a fuzzer is for. What makes bytes
-# or holds a table (see `writes`) is no decoder and is not counted.
+# or holds a table (see `writes`) is no decoder: without and with it.
 set -eu
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 bin=$1 work=$2
@@ -23,7 +23,9 @@ for program in "$bin"/fuzz_*; do
     awk '$1 ~ /\.cpp$/ && $1 !~ /tests\/fuzz/ { print $1 }' | while read -r file; do
     "$cov" report "$program" -instr-profile="$out/$name.profdata" -show-functions "$here/../../$file" 2>/dev/null |
       awk -v group="$name" -v file="$file" -v writes="$writes" '
+        $1 ~ /_Z/ { all += $5; all_missed += $6 }
         $1 ~ /_Z/ && $1 !~ writes { lines += $5; missed += $6 }
-        END { if (lines) printf "%-14s %-40s %5d lines %8.2f%%\n", group, file, lines, 100 * (1 - missed / lines) }'
+        END { if (lines) printf "%-14s %-40s %5d lines %8.2f%%, of all %5d %8.2f%%\n", group, file, lines,
+                                100 * (1 - missed / lines), all, 100 * (1 - all_missed / all) }'
   done
 done

@@ -26,6 +26,7 @@ target_compile_options(
             # The same arithmetic on every machine: no fused multiply-add behind our back.
             -ffp-contract=off)
 set_property(GLOBAL PROPERTY MARCO_LIBRARIES "")
+add_custom_target(programs)
 add_custom_target(unit_tests)
 add_custom_target(long_tests)
 
@@ -78,6 +79,7 @@ function(marco_executable name)
   target_link_libraries(${name} PRIVATE marco_options ${arg_DEPENDS})
   target_compile_options(${name} PRIVATE ${MARCO_FLAGS_program})
   marco_precompiled(${name} program)
+  add_dependencies(programs ${name})
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
 

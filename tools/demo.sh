@@ -16,7 +16,7 @@ run_demo() {
       *) echo "marco demo: unknown option $1" >&2; exit 2 ;;
     esac
   done
-  build release
+  build release programs
   mkdir -p "$out"
   out="$(cd "$out" && pwd)"
   if [ $live = yes ] && ! unshare -rmn true 2>/dev/null && ! ip route get 239.255.76.67 >/dev/null 2>&1; then

@@ -1,5 +1,6 @@
 // What Slam does with its key scans: the local map, loops, and what becomes one.
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "slam/graph/ways.hpp"
@@ -14,18 +15,43 @@ constexpr double kClosedWithinM = 1.5;
 // Looked at for each new one, so that no scan waits for many.
 constexpr int kThinnedAtOnce = 3;
 
+// Squared deviations (of 3 degrees of freedom) up to which a loop says what is believed anyway: 1.4
+// cm, as a loop's own uncertainty is 2 cm.
+constexpr double kAgrees = 0.5;
+
+// By which part more loops are known when the graph is optimized although they all agree.
+constexpr double kGrowth = 0.1;
+
+// Whether that many more have come. A function of the two numbers, so that nothing is to be kept.
+bool grew(std::size_t before, std::size_t after) {
+  const auto steps = [](std::size_t count) {
+    return std::floor(std::log1p(static_cast<double>(count)) / std::log1p(kGrowth));
+  };
+  return steps(after) > steps(before);
+}
+
+std::size_t count_loops(const std::vector<PoseGraphEdge>& edges) {
+  return static_cast<std::size_t>(
+      std::count_if(edges.begin(), edges.end(), [](const auto& edge) { return edge.is_loop; }));
+}
+
 }  // namespace
 
 void LoopWork::run() {
+  const std::size_t known = count_loops(graph.edges());
+  bool is_news = false;
   for (const LoopQuestion& question : questions) {
     if (const auto loop = closer.answer(question)) found.push_back(*loop);
   }
   for (const Loop& loop : found) {
-    graph.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});
+    const PoseGraphEdge edge{loop.from, loop.to, loop.from_from_to, loop.information, true};
+    is_news = is_news || graph.edge_chi2(edge) > kAgrees;
+    graph.add_edge(edge);
   }
+  moved = doubt_loops || is_news || grew(known, known + found.size());
   if (doubt_loops) {
     edge_in_force = graph.optimize_robustly().edge_in_force;
-  } else if (!found.empty()) {
+  } else if (moved) {
     graph.optimize_roughly();
   }
 }
@@ -95,6 +121,7 @@ bool Slam::accept(const LoopWork& work) {
     loops_.push_back(loop);
     graph_.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});
   }
+  if (!work.moved) return false;
   const std::size_t known = optimized.size();
   const Pose2 new_from_old = optimized.back() * keys_[known - 1].world_from_robot.inverse();
   std::vector<Pose2> poses = optimized;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <deque>
 #include <fstream>
+#include <limits>
 
 #include "common/check.hpp"
 #include "common/files/text_fields.hpp"
@@ -135,14 +136,17 @@ class CarmenReader : public SampleReader {
   void survey() {
     int64_t lines = 0;
     std::map<float, int64_t> largest;  // the largest few values and how often each was met
+    constexpr std::size_t kLargest = 8;
+    float least = -std::numeric_limits<float>::infinity();
     while (std::getline(file_, text_)) {
       const Parsed parsed = parse(text_);
       if (!parsed.is_laser || !parsed.whole) continue;
       ++lines;
       for (const float range_m : parsed.line.ranges_m) {
-        if (!std::isfinite(range_m)) continue;
-        if (largest.size() < 8 || range_m >= largest.begin()->first) ++largest[range_m];
-        if (largest.size() > 8) largest.erase(largest.begin());
+        if (range_m < least || !std::isfinite(range_m)) continue;
+        ++largest[range_m];
+        if (largest.size() > kLargest) largest.erase(largest.begin());
+        if (largest.size() == kLargest) least = largest.begin()->first;
       }
     }
     require(lines > 0, path_ + ": no laser line (FLASER, RLASER or ROBOTLASER1) that can be read");

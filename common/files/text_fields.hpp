@@ -17,15 +17,13 @@ class TextFields {
 
   /// The next field; empty at the end of the line.
   std::string_view next() {
-    const std::size_t start = rest_.find_first_not_of(kSeparators);
-    if (start == std::string_view::npos) {
-      rest_ = {};
-      return {};
-    }
-    rest_.remove_prefix(start);
-    const std::string_view field = rest_.substr(0, rest_.find_first_of(kSeparators));
-    rest_.remove_prefix(field.size());
-    return field;
+    const char* at = rest_.data();
+    const char* const end = at + rest_.size();
+    while (at != end && separates(*at)) ++at;
+    const char* const first = at;
+    while (at != end && !separates(*at)) ++at;
+    rest_ = {at, static_cast<std::size_t>(end - at)};
+    return {first, static_cast<std::size_t>(at - first)};
   }
   /// The next field as a number (also nan and inf); nothing when it is none.
   template <class Number>
@@ -39,7 +37,11 @@ class TextFields {
   }
 
  private:
-  static constexpr std::string_view kSeparators = " \t\r\n,;";
+  // Logs are read at a hundred instructions a number: find_first_of() would take three hundred
+  // more.
+  static bool separates(char c) {
+    return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == ',' || c == ';';
+  }
   std::string_view rest_;
 };
 

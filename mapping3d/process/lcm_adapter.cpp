@@ -11,6 +11,12 @@
 #include "marco/slam_pose_t.hpp"
 
 namespace marco::mapping3d {
+namespace {
+
+// By which a scan may come later than the newest pose, and still find its own.
+constexpr double kLateS = 10.0;
+
+}  // namespace
 
 Mapping3dAdapter::Mapping3dAdapter(process::Bus& bus,
                                    const Mapping3dAdapterOptions& options,
@@ -114,6 +120,19 @@ void Mapping3dAdapter::follow(const Trajectory& keys) {
     const auto after = corrections.upper_bound(utime);
     if (after != corrections.begin())
       world_from_robot = std::prev(after)->second * world_from_robot;
+  }
+  forget_poses_between(corrections);
+}
+
+void Mapping3dAdapter::forget_poses_between(const std::map<Utime, Pose2>& keys) {
+  if (poses_.empty()) return;
+  Utime needed = poses_.rbegin()->first - Duration::from_seconds(kLateS);
+  if (!waiting_.empty()) needed = std::min(needed, waiting_.front().utime);
+  // pose_at() looks at the pose before, too.
+  const auto first_needed = poses_.lower_bound(needed);
+  const auto kept = first_needed == poses_.begin() ? first_needed : std::prev(first_needed);
+  for (auto pose = poses_.begin(); pose != kept;) {
+    pose = keys.contains(pose->first) ? std::next(pose) : poses_.erase(pose);
   }
 }
 

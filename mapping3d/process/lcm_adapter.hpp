@@ -50,6 +50,8 @@ class Mapping3dAdapter {
 
   const Mapper3d& mapper() const { return mapper_; }
   const process::DropCounter& drops() const { return drops_; }
+  /// Poses of scans it remembers: of key scans, and of the last ten seconds since a TRAJECTORY.
+  std::size_t known_poses() const { return poses_.size(); }
 
   /// The pan-tilt's geometry from the scenes so far; nothing without scenes or without
   /// SENSOR_INFO.
@@ -64,6 +66,8 @@ class Mapping3dAdapter {
   void publish_scene(const Scene& scene);
   void publish_model(Utime utime);
   void follow(const Trajectory& keys);
+  /// Of scans that were used, the key scans' alone: what follows a TRAJECTORY hangs on these.
+  void forget_poses_between(const std::map<Utime, Pose2>& keys);
   Pose2 pose_at(Utime utime) const;
 
   process::Bus& bus_;
@@ -72,7 +76,7 @@ class Mapping3dAdapter {
   Mapper3d mapper_;
   std::map<std::string, SensorInfo> sensors_;
   PanTiltTrack pantilt_;
-  std::map<Utime, Pose2> poses_;  ///< of each scan as known today
+  std::map<Utime, Pose2> poses_;  ///< of key scans and of the last scans, as known today
   std::deque<LaserScan> waiting_;
   Utime newest_;
   int64_t revision_ = 0;

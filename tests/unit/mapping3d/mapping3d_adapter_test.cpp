@@ -3,11 +3,13 @@
 #include <cmath>
 
 #include "common/process/batch_bus.hpp"
+#include "common/trajectory.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"
 #include "mapping3d/process/model_messages.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "marco/trajectory_t.hpp"
 
 namespace marco::mapping3d {
 namespace {
@@ -52,10 +54,20 @@ class Mapping3dOverABus : public ::testing::Test {
           static_cast<float>(2.0 / std::cos(deg_to_rad(i - 20)) / std::cos(deg_to_rad(tilt_deg))));
     }
     give(scan);
-    if (!with_pose) return;
+    if (with_pose) pose(number);
+  }
+  void pose(int number) {
     slam_pose_t pose{};
-    pose.utime = utime.us;
+    pose.utime = kStepUs * number;
     bus_.publish(channels::kSlamPose, pose);
+    bus_.deliver_published();
+  }
+  // Every twentieth scan is a key scan; all lie `aside_m` to the left of where they were published.
+  void path_until(int number, double aside_m) {
+    Trajectory keys;
+    for (int i = 0; i <= number; i += 20)
+      keys.push_back({Utime::from_us(kStepUs * i), {0, aside_m, 0}});
+    bus_.publish(channels::kTrajectory, to_message(keys, Utime::from_us(kStepUs * number), 1));
     bus_.deliver_published();
   }
 
@@ -88,6 +100,22 @@ TEST_F(Mapping3dOverABus, RowsWithoutAPoseAreCountedAndTheRestIsUsed) {
   EXPECT_EQ(adapter_.drops().by_cause().at("scan without SLAM_POSE"), 3);
   ASSERT_EQ(adapter_.mapper().scenes().size(), 1U);
   EXPECT_EQ(adapter_.mapper().scenes()[0].rows.size(), 28U);
+}
+
+TEST_F(Mapping3dOverABus, AfterALongDriveASceneStillFollowsItsKeyScanAndFewPosesAreKept) {
+  for (int i = 0; i < 31; ++i) row(i, -15.0 + i);
+  for (int i = 31; i < 4000; ++i) {
+    pose(i);
+    if (i == 2000) path_until(i, 0.5);
+  }
+  path_until(3999, 0.75);
+  adapter_.finish();
+  ASSERT_EQ(adapter_.mapper().scenes().size(), 1U);
+  for (const SceneRow& row : adapter_.mapper().scenes()[0].rows) {
+    EXPECT_NEAR(row.world_from_robot.y_m, 0.75, 1e-9);
+  }
+  // Of 4000: 200 key scans', and the last ten seconds'.
+  EXPECT_LT(adapter_.known_poses(), 320U);
 }
 
 TEST(MeshTiles, EachIsBelowTheLimitAndCompleteInItself) {

@@ -78,6 +78,15 @@ TEST_F(SlamOnRing, ClosesTheLoopAndEndsWithinCentimetres) {
   EXPECT_LT(slam.key_count(), path.size() / 2);
 }
 
+TEST_F(SlamOnRing, LoopsThatSayWhatIsBelievedAnywayDoNotMoveThePathEachTime) {
+  Slam slam;
+  drive(slam, drive_round(14));
+  // Each move is an optimization of the whole graph: one a loop made an hour in one building cost
+  // as much as the hours before it together.
+  EXPECT_GT(slam.loops().size(), 100U);
+  EXPECT_LT(slam.revision(), static_cast<int64_t>(slam.loops().size()) / 2);
+}
+
 TEST_F(SlamOnRing, WorksWithoutOdometry) {
   Slam slam;
   const std::vector<Pose2> path = drive_round(2);

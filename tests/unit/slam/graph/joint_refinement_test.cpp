@@ -55,6 +55,30 @@ TEST(JointRefinement, PutsDisturbedScansOfARoomBackOnEachOther) {
   }
 }
 
+// Of hundreds of points the nearest is the one whose noise agrees: scans tied to such stay where
+// they are. Two rounds of 80 scans, the second 3 cm off, centimetre noise: the mean over the points
+// of a scan is known to 1 mm; without sampling 15 mm are left.
+TEST(JointRefinement, APlaceSeenVeryOftenDoesNotHoldItsScansWhereTheyAre) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise_m(0.0, 0.01);
+  std::vector<Pose2> truth, poses;
+  std::vector<OrientedScan> scans;
+  for (int i = 0; i < 160; ++i) {
+    truth.push_back({-2.0 + 0.05 * (i % 80), -1.0 + 0.02 * (i % 80), 0.05 * i});
+    scans.push_back(look(truth.back()));
+    for (double& coordinate : scans.back().points_in_robot.reshaped()) {
+      coordinate += noise_m(random);
+    }
+    poses.push_back(truth.back());
+    if (i >= 80) poses.back() = Pose2{0.03, -0.02, 0.0} * poses.back();
+  }
+  refine_jointly(scans, {}, {}, poses);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Pose2 off = between(between(poses[0], poses[i]), between(truth[0], truth[i]));
+    EXPECT_LT(off.translation_m().norm(), 0.010) << i;
+  }
+}
+
 TEST(JointRefinement, AScanThatSeesNothingStaysOnItsEdge) {
   std::vector<Pose2> poses{{0, 0, 0}, {1.2, 0.1, 0.0}};
   const std::vector<OrientedScan> scans{look(poses[0]), OrientedScan{}};

@@ -103,7 +103,8 @@ SlamUpdate Slam::note_scan(Utime utime,
   const int key = static_cast<int>(keys_.size()) - 1;
   const Pose2 key_from_robot =
       keys_.empty() ? world_from_robot : between(keys_.back().world_from_robot, world_from_robot);
-  scans_.push_back({utime, key, key_from_robot});
+  const ScanPose scan{utime, key, key_from_robot};
+  if (is_worth_keeping(scan)) scans_.push_back(scan);
   SlamUpdate update;
   update.world_from_robot = world_from_robot;
   update.covariance = covariance;

@@ -90,8 +90,8 @@ struct SlamUpdate {
 ///
 /// The world frame is the first scan's robot frame. Deterministic: a pure function of its inputs.
 /// Not thread-safe. Key scans of a place seen often enough become one (key_thinning.hpp), so that
-/// what is kept grows with the area; the path grows with time: 40 bytes a scan, and as many for
-/// each key scan that ever was.
+/// what is kept grows with the area; the path grows with time: 40 bytes a scan (not after
+/// keep_short_path()), and as many for each key scan that ever was.
 class Slam {
  public:
   /// @throws std::invalid_argument for an option outside its limits.
@@ -103,7 +103,7 @@ class Slam {
   /// again. More scans may follow.
   void finish();
 
-  /// One pose a processed scan, in order, by the newest optimization.
+  /// One pose a processed scan, in order, by the newest optimization; fewer of a short path.
   Trajectory trajectory() const;
   /// At each key scan that was made, also those that have become one with an older.
   Trajectory key_trajectory() const;
@@ -130,6 +130,12 @@ class Slam {
   /// restore or reset is left aside.
   /// @returns whether older poses moved.
   bool accept(const LoopWork& work);
+
+  /// From here on the path follows the map, not the time: of scans taken nearer to the last kept
+  /// one than `every_m` (and turned by less than as many radians) no pose is kept, nor of those
+  /// that hang on a key scan that becomes one with an older. Those before index `first` stay.
+  /// What poses come of the scans does not change. @throws std::invalid_argument below 0.
+  void keep_short_path(double every_m, std::size_t first = 0);
 
   /// Everything it knows, as a value; what restore() takes goes on as if nothing had been.
   SlamState state() const;
@@ -175,6 +181,8 @@ class Slam {
   bool merge_into_older(int key);
   bool is_closed_around(double path_m) const;
   void rehang_scans(int key, const MergedKey& merged);
+  bool is_worth_keeping(const ScanPose& scan) const;
+  void forget_scans_of(int key);
   void extend_local_map();
   void rebuild_local_map();
   void rebuild_local_map(const Eigen::Vector2d& centre_m);
@@ -205,6 +213,8 @@ class Slam {
   std::vector<double> closings_m_;   ///< the same of the last loops
   JointRefinementResult refined_;
   int64_t revision_ = 0;
+  std::optional<double> path_every_m_;  ///< of a short path
+  std::size_t short_path_from_ = 0;     ///< of scans_
   bool deferred_ = false;
   bool work_is_out_ = false;
   std::optional<LoopWork> work_;  ///< to be taken

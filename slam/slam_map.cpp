@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/check.hpp"
 #include "slam/graph/ways.hpp"
 #include "slam/slam.hpp"
 
@@ -199,11 +200,35 @@ bool Slam::merge_into_older(int key) {
   if (!merged) return false;
   std::vector<PoseGraphEdge> edges = graph_.edges();
   merge_nodes(key, *merged, edges, loops_);
+  forget_scans_of(key);
   rehang_scans(key, *merged);
   keys_.erase(keys_.begin() + key);
   graph_.remove_node(key);
   remake_graph(edges);
   return true;
+}
+
+void Slam::keep_short_path(double every_m, std::size_t first) {
+  require(every_m >= 0.0, "a path of less than no distance between poses");
+  path_every_m_ = every_m;
+  short_path_from_ = first;
+}
+
+bool Slam::is_worth_keeping(const ScanPose& scan) const {
+  if (!path_every_m_ || scans_.size() <= short_path_from_) return true;
+  const ScanPose& last = scans_.back();
+  if (last.key != scan.key) return true;  // each key scan's own is
+  const Pose2 moved = between(last.key_from_robot, scan.key_from_robot);
+  return moved.translation_m().norm() >= *path_every_m_ ||
+         std::abs(moved.theta_rad) >= *path_every_m_;
+}
+
+void Slam::forget_scans_of(int key) {
+  if (!path_every_m_) return;
+  const auto first =
+      scans_.begin() + static_cast<std::ptrdiff_t>(std::min(short_path_from_, scans_.size()));
+  const auto hangs_on = [key](const ScanPose& scan) { return scan.key == key; };
+  scans_.erase(std::remove_if(first, scans_.end(), hangs_on), scans_.end());
 }
 
 void Slam::rehang_scans(int key, const MergedKey& merged) {

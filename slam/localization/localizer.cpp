@@ -93,7 +93,7 @@ SlamUpdate Localizer::look(const SlamInput& input) {
   SlamUpdate update = session_.process(input);
   update.status = SlamUpdate::Status::lost;
   const int session = static_cast<int>(map_from_sessions_.size()) - 1;
-  scans_.push_back({session, update.world_from_robot});
+  if (path_is_kept_) scans_.push_back({session, update.world_from_robot});
   if (!update.became_key) return update;
   const std::optional<FoundPlace> found = finder_.look(session_.keys());
   if (!found) return update;
@@ -215,7 +215,7 @@ SlamUpdate Localizer::track(const SlamInput& input) {
   motion_.update(input.motion, moved);
   map_from_robot_ = update.world_from_robot;
   covariance_ = update.covariance;
-  scans_.push_back({-1, map_from_robot_});
+  if (path_is_kept_) scans_.push_back({-1, map_from_robot_});
   if (!usable) return update;
   note_whether_lost(input.scan.utime, verdict, moved.translation_m().norm());
   if (!tracking_) update.status = SlamUpdate::Status::lost;
@@ -247,6 +247,11 @@ void Localizer::note_whether_lost(Utime utime, Verdict verdict, double moved_m) 
   }
   ++times_lost_;
   forget_place();
+}
+
+void Localizer::keep_no_path() {
+  path_is_kept_ = false;
+  scans_ = {};
 }
 
 std::vector<std::optional<Pose2>> Localizer::trajectory() const {

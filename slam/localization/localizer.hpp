@@ -135,6 +135,8 @@ class Localizer {
   /// One pose a scan, in the map's frame; scans before a place was found have it from the path that
   /// led there. Nothing where the place was never found.
   std::vector<std::optional<Pose2>> trajectory() const;
+  /// From here on trajectory() ends.
+  void keep_no_path();
 
  private:
   struct ScanPose {
@@ -189,6 +191,7 @@ class Localizer {
   std::vector<Finding> findings_;
   std::vector<std::optional<Pose2>> map_from_sessions_;
   std::vector<ScanPose> scans_;
+  bool path_is_kept_ = true;
 };
 
 }  // namespace marco::slam

@@ -23,6 +23,7 @@ void MappingSession::reset(const Pose2& world_from_robot) {
   session_starts_ = {0};
   slam_ = Slam(slam_options_);
   if (deferred_) slam_.defer_loop_work();
+  if (path_every_m_) slam_.keep_short_path(*path_every_m_);
   SlamState start;
   start.world_from_robot = world_from_robot;
   slam_.restore(start);
@@ -31,6 +32,12 @@ void MappingSession::reset(const Pose2& world_from_robot) {
 void MappingSession::defer_loop_work() {
   deferred_ = true;
   slam_.defer_loop_work();
+}
+
+void MappingSession::keep_short_path(double every_m) {
+  path_every_m_ = every_m;
+  slam_.keep_short_path(every_m, first_scan());
+  if (localizer_) localizer_->keep_no_path();
 }
 
 void MappingSession::extend(SavedMap map) {
@@ -47,6 +54,7 @@ void MappingSession::localize(SavedMap map) {
   reset();
   mode_ = Mode::localizing;
   localizer_.emplace(std::move(localizer));
+  if (path_every_m_) localizer_->keep_no_path();
 }
 
 void MappingSession::forget_motion() {
@@ -101,6 +109,7 @@ void MappingSession::join(const FoundPlace& place) {
   revisions_before_ += slam_.revision() + 1;
   slam_.restore(base_.slam);
   slam_.join(session, tie);
+  if (path_every_m_) slam_.keep_short_path(*path_every_m_, first_scan());
   joined_ = true;
   finder_.reset();
   frozen_.reset();
@@ -153,6 +162,7 @@ void MappingSession::restore(const SavedMap& map) {
   reset();
   slam_.restore(map.slam);
   session_starts_ = map.session_starts;
+  if (path_every_m_) slam_.keep_short_path(*path_every_m_, first_scan());
 }
 
 SavedMap merge_maps(std::vector<SavedMap> maps,

@@ -27,6 +27,8 @@ class MappingSession {
   SlamUpdate process(const SlamInput& input);
   /// See Slam. Stays so through reset, extend and localize.
   void defer_loop_work();
+  /// See Slam; of this session. A localizer then keeps no path. Stays so as the former.
+  void keep_short_path(double every_m);
   std::optional<LoopWork> take_loop_work() { return slam_.take_loop_work(); }
   bool accept(const LoopWork& work) { return slam_.accept(work); }
   /// What follows was recorded at another time.
@@ -80,6 +82,7 @@ class MappingSession {
   std::vector<Finding> findings_;
   std::optional<Localizer> localizer_;
   bool deferred_ = false;
+  std::optional<double> path_every_m_;
 };
 
 /// The tie of a session to a map: its newest key scan at the place where it was found.

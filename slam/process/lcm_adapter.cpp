@@ -7,17 +7,12 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/slam_pose_t.hpp"
-#include "slam/process/odometry_restart.hpp"
+#include "slam/odometry_restart.hpp"
 
 namespace marco::slam {
 namespace {
 
 constexpr int kDrawnAtOnce = 4;  // key scans
-
-// A scan that takes so long is straightened by what odometry says. The last match's velocity would
-// feed back: a scan turned by a wrong velocity is matched as wrong the other way, and worse from
-// scan to scan.
-constexpr double kLongScanS = 0.05;
 
 slam_pose_t to_message(Utime utime, const SlamUpdate& update) {
   slam_pose_t message;
@@ -127,6 +122,17 @@ void SlamAdapter::on_scan(LaserScan scan) {
     drops_.count("no SENSOR_INFO for " + scan.channel + " yet");
     return;
   }
+  if (!one_source_) {
+    let_wait(std::move(scan));
+    return;
+  }
+  const std::string channel = scan.channel;
+  OneSource::Sorted sorted = (*one_source_)[channel].take(std::move(scan));
+  for (int i = 0; i < sorted.foreign; ++i) drops_.count("a scan of another laser on " + channel);
+  for (LaserScan& own : sorted.own) let_wait(std::move(own));
+}
+
+void SlamAdapter::let_wait(LaserScan scan) {
   newest_scan_ = scan.utime;
   waiting_.push_back(std::move(scan));
   use_waiting_scans();
@@ -157,8 +163,14 @@ void SlamAdapter::use_waiting_scans() {
 void SlamAdapter::close_loops_in_background() {
   session_.defer_loop_work();
   if (!loop_worker_) loop_worker_ = std::make_unique<LoopWorker>();
-  live_.clear();
-  odometry_at_scans_.clear();
+  keep_short_path();
+}
+
+void SlamAdapter::keep_short_path() {
+  session_.keep_short_path(options_.path_every_m);
+  path_is_short_ = true;
+  live_ = {};
+  odometry_at_scans_ = {};
 }
 
 bool SlamAdapter::exchange_loop_work(Utime utime) {
@@ -169,10 +181,11 @@ bool SlamAdapter::exchange_loop_work(Utime utime) {
     if (std::abs(since.seconds()) < options_.loop_delay_s) return false;
     const std::optional<LoopWork> done = loop_worker_->take_done();
     if (!done) {
-      loop_work_is_late_ = true;
+      // Counted at once: a run may end before it comes.
+      if (!std::exchange(loop_work_is_late_, true)) ++late_loop_work_;
       return false;
     }
-    if (std::exchange(loop_work_is_late_, false)) ++late_loop_work_;
+    loop_work_is_late_ = false;
     changed = session_.accept(*done);
   }
   if (auto work = session_.take_loop_work()) {
@@ -180,46 +193,6 @@ bool SlamAdapter::exchange_loop_work(Utime utime) {
     loop_work_asked_ = utime;
   }
   return changed;
-}
-
-bool SlamAdapter::is_level(const Pose2& first_beam, const Pose2& last_beam) const {
-  const double limit_rad = deg_to_rad(options_.level_tilt_limit_deg);
-  const double panned_rad = normalize_angle(last_beam.x_m - first_beam.x_m);
-  return std::abs(first_beam.y_m) <= limit_rad && std::abs(last_beam.y_m) <= limit_rad &&
-         std::abs(panned_rad) <= deg_to_rad(options_.pan_in_scan_limit_deg);
-}
-
-Velocity2 SlamAdapter::velocity_during(const LaserScan& scan, double duration_s) const {
-  if (!scan.time_offsets_s.empty()) duration_s = scan.time_offsets_s.back();
-  if (duration_s < kLongScanS) return session_.velocity();
-  const auto moved = motion_.odometry.motion_during(scan.utime, Duration::from_seconds(duration_s));
-  const auto velocity =
-      moved ? believed_velocity(*moved, duration_s, options_.slam.motion) : std::nullopt;
-  return velocity.value_or(session_.velocity());
-}
-
-SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) const {
-  SlamInput input;
-  const Duration reach = Duration::from_seconds(options_.patience_s);
-  input.motion.utime = scan.utime;
-  input.motion.odom_from_robot = motion_.odometry.at(scan.utime, reach);
-  if (const auto heading = motion_.gyro_heading.at(scan.utime, reach)) {
-    input.motion.gyro_heading_rad = heading->theta_rad;
-  }
-  Pose3 robot_from_sensor = info.parent_from_sensor;
-  if (info.mount == SensorInfo::Mount::pantilt) {
-    const auto base = sensors_.find(channels::kPanTiltState);
-    const auto angles = motion_.pantilt.at(scan.utime, reach);
-    const auto angles_at_end =
-        motion_.pantilt.at(scan.utime + Duration::from_seconds(info.scan_duration_s), reach);
-    if (base != sensors_.end() && angles) {
-      robot_from_sensor = robot_from_pantilt_sensor(base->second, info, angles->x_m, angles->y_m);
-      input.level = is_level(*angles, angles_at_end.value_or(*angles));
-    }
-  }
-  input.scan =
-      prepare_scan(scan, info, robot_from_sensor, velocity_during(scan, info.scan_duration_s));
-  return input;
 }
 
 void SlamAdapter::use(const LaserScan& scan) {
@@ -231,7 +204,7 @@ void SlamAdapter::use(const LaserScan& scan) {
   const bool loop_closed = exchange_loop_work(scan.utime);
   SlamUpdate update = session_.process(input);
   update.trajectory_changed = update.trajectory_changed || loop_closed;
-  if (input.motion.odom_from_robot && !loop_worker_) {
+  if (input.motion.odom_from_robot && !path_is_short_) {
     odometry_at_scans_.push_back({scan.utime, *input.motion.odom_from_robot});
   }
   if (keep_scans_) {
@@ -246,7 +219,7 @@ void SlamAdapter::use(const LaserScan& scan) {
 }
 
 void SlamAdapter::publish(const LaserScan& scan, const SlamUpdate& update) {
-  if (!loop_worker_) live_.push_back({scan.utime, update.world_from_robot});
+  if (!path_is_short_) live_.push_back({scan.utime, update.world_from_robot});
   bus_.publish(channels::kSlamPose, to_message(scan.utime, update));
   if (update.trajectory_changed) publish_trajectory(scan.utime);
   if (options_.map_period_s <= 0.0) return;
@@ -270,6 +243,11 @@ void SlamAdapter::publish_grid(Utime utime) {
 }
 
 void SlamAdapter::use_all_waiting() {
+  if (one_source_) {
+    for (auto& [channel, source] : *one_source_) {
+      for (LaserScan& scan : source.rest()) let_wait(std::move(scan));
+    }
+  }
   while (!waiting_.empty()) {
     const LaserScan scan = std::move(waiting_.front());
     waiting_.pop_front();

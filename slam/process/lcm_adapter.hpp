@@ -20,6 +20,7 @@
 #include "slam/localization/mapping_session.hpp"
 #include "slam/process/checkpoint.hpp"
 #include "slam/process/loop_worker.hpp"
+#include "slam/process/one_source.hpp"
 #include "slam/process/used_scan.hpp"
 
 namespace marco::slam {
@@ -36,6 +37,7 @@ struct SlamAdapterOptions {
   /// or as soon as it is done when that takes longer: a run does not depend on how busy the machine
   /// was.
   double loop_delay_s = 1.0;
+  double path_every_m = 0.05;        ///< live: poses nearer to each other are not kept, see Slam
   int hold_out_every = 0;            ///< every Nth scan gets a pose but is not drawn; 0 = none
   std::string maps_folder = "maps";  ///< SAVE and LOCALIZE name folders below this one
   std::string checkpoint_path;       ///< live: "" = none is written or read
@@ -50,6 +52,7 @@ struct SlamAdapterOptions {
     v("map_period_s", map_period_s, kNotNegative);
     v("patience_s", patience_s, Limits{0.0, 10.0});
     v("loop_delay_s", loop_delay_s, kNotNegative);
+    v("path_every_m", path_every_m, kNotNegative);
     v("hold_out_every", hold_out_every, Limits{0, 1000000});
     v("maps_folder", maps_folder);
     v("checkpoint_path", checkpoint_path);
@@ -82,9 +85,13 @@ class SlamAdapter {
   /// concluded from the step between both recordings' odometry or clocks.
   void start_session();
 
-  /// See above. Not to be undone. From here on no path is kept that grows with every scan, beside
-  /// what Slam itself keeps: live_trajectory() and odometry_trajectory() end here.
+  /// See above. Not to be undone. Keeps a short path from here on.
   void close_loops_in_background();
+  /// No path is kept that grows with time: live_trajectory() and odometry_trajectory() end here,
+  /// and that of Slam follows the map. Poses do not change. Not to be undone.
+  void keep_short_path();
+  /// Live: of each LIDAR channel only the scans of one laser are used; see OneSource.
+  void keep_to_one_laser() { one_source_.emplace(); }
 
   /// Uses what still waits, optimizes a last time, publishes TRAJECTORY and GRID_MAP.
   void finish();
@@ -122,6 +129,7 @@ class SlamAdapter {
  private:
   void subscribe();
   void on_scan(LaserScan scan);
+  void let_wait(LaserScan scan);
   void on_imu(const ImuSample& sample);
   void use_waiting_scans();
   void use_all_waiting();
@@ -148,6 +156,7 @@ class SlamAdapter {
   KeyScanGrid grid_;  ///< as last published
   std::map<std::string, SensorInfo> sensors_;
   MotionBuffers motion_;
+  std::optional<std::map<std::string, OneSource>> one_source_;  ///< by channel
   std::deque<LaserScan> waiting_;
   Utime newest_scan_;
   Utime last_grid_;
@@ -156,6 +165,7 @@ class SlamAdapter {
   Trajectory odometry_at_scans_;
   std::vector<UsedScan> scans_;
   bool keep_scans_ = false;
+  bool path_is_short_ = false;
   bool odometry_is_parted_ = false;  ///< it began anew, and no scan has been used since
   bool paused_ = false;
   bool resumed_ = false;

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "common/check.hpp"
-#include "common/files/inside_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/slam_command_t.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "slam/odometry_restart.hpp"
 #include "slam/process/line_journal.hpp"
 
 namespace marco::slam {
@@ -60,6 +60,7 @@ void LineLcmAdapter::subscribe() {
   bus_.subscribe<odometry_t>(channels::kOdometry, drops_,
                              [this](const odometry_t& message, const RawMessage&) {
                                const OdometrySample sample = from_message(message);
+                               if (odometry_began_anew(odometry_, sample)) forget_odometry();
                                odometry_.add(sample.utime, sample.odom_from_robot);
                                take_waiting(Patience::waits);
                              });
@@ -98,6 +99,14 @@ void LineLcmAdapter::on_scan(LaserScan scan) {
   if (!sensors_.contains(scan.channel)) return drops_.count("no SENSOR_INFO for " + scan.channel);
   waiting_.push_back(std::move(scan));
   take_waiting(waiting_.size() > kMaxWaiting ? Patience::is_over : Patience::waits);
+}
+
+void LineLcmAdapter::forget_odometry() {
+  // What still waits was measured before.
+  take_waiting(Patience::is_over);
+  drops_.count("odometry began anew: none for a scan");
+  odometry_.clear();
+  odom_at_last_scan_.reset();
 }
 
 bool LineLcmAdapter::odometry_covers(const LaserScan& scan) const {
@@ -234,47 +243,6 @@ void LineLcmAdapter::after_scan(Utime utime) {
       is_after(utime, checkpoint_saved_, options_.checkpoint_every_s)) {
     try_to_save(options_.checkpoint_path);
     checkpoint_saved_ = utime;
-  }
-}
-
-void LineLcmAdapter::save(const std::string& path) {
-  save_checkpoint(
-      path, {last_scan_.value_or(Utime{}), odom_at_last_scan_, map_revision_, mapper_.store()});
-}
-
-void LineLcmAdapter::try_to_save(const std::string& path) {
-  try {
-    save(path);
-  } catch (const std::runtime_error& full_disk) {
-    drops_.count(full_disk.what());
-  }
-}
-
-void LineLcmAdapter::reset(const Pose2& world_from_robot) {
-  mapper_ = LineMapper(options_.mapper, world_from_robot);
-  waiting_.clear();
-}
-
-void LineLcmAdapter::on_command(int8_t command, const std::string& folder, const Pose2& pose) {
-  switch (command) {
-    case slam_command_t::SAVE:
-      // Anybody on the network can say this.
-      require(!options_.save_folder.empty(), "slam_command_t: SAVE without save_folder");
-      return try_to_save(files::inside_folder(
-          options_.save_folder, std::filesystem::path(folder) / "line_slam.checkpoint"));
-    case slam_command_t::RESET:
-      return reset({});
-    case slam_command_t::SET_POSE:
-      require(is_finite(pose), "slam_command_t: pose is not finite");
-      return reset(pose);
-    case slam_command_t::PAUSE:
-      paused_ = true;
-      return;
-    case slam_command_t::RESUME:
-      paused_ = false;
-      return;
-    default:
-      drops_.count("slam_command_t: not a command of the line SLAM");
   }
 }
 

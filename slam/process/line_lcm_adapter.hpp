@@ -66,6 +66,7 @@ class LineLcmAdapter {
   void on_scan(LaserScan scan);
   void on_command(int8_t command, const std::string& folder, const Pose2& pose);
   void take_waiting(Patience patience);
+  void forget_odometry();
   bool odometry_covers(const LaserScan& scan) const;
   void take(const LaserScan& scan);
   std::optional<SensorInfo> effective_info(const LaserScan& scan, bool& is_tilted);

@@ -52,6 +52,7 @@ int main(int argc, char** argv) {
     slam::SlamAdapter slam(bus, options, [](const std::string& line) { spdlog::warn(line); });
     require_alone(arguments.lcm_url);
     slam.close_loops_in_background();
+    slam.keep_to_one_laser();
     process::StatusPublisher status(bus, "marco-slam", slam.drops());
     spdlog::info("listening on {}{}", process::effective_lcm_url(arguments.lcm_url),
                  slam.resumed() ? ", goes on from " + options.checkpoint_path : "");

@@ -113,6 +113,7 @@ def main():
     parser.add_argument("--bin")
     parser.add_argument("--random", type=float, metavar="MINUTES", help="faults in random order and combination")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--times", type=int, default=1, metavar="N", help="each fault so often")
     parser.add_argument("--keep", action="store_true", help="the folders of all runs")
     parser.add_argument("names", nargs="*", help="; ".join(CASES))
     arguments = parser.parse_intermixed_args()
@@ -130,11 +131,14 @@ def main():
     good = print_result(first)
     if "verdict" in first:
         return 1
-    for name, case in cases.items():
+    for name, case in list(cases.items()) * arguments.times:
         result = run_case(name, case, arguments, first["recording"])
-        good = print_result(result) and good
-        if not arguments.keep:
+        kept = print_result(result)
+        good = good and kept
+        if kept and not arguments.keep:
             shutil.rmtree(result["folder"], ignore_errors=True)
+        elif not kept:
+            print(f"{'':22}       what it left: {result['folder']}", flush=True)
     if not arguments.keep:
         shutil.rmtree(first["folder"], ignore_errors=True)
     return 0 if good else 1

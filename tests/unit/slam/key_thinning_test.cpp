@@ -142,6 +142,33 @@ TEST_F(RoundAndRound, WhatIsKeptFollowsThePlaceAndNotTheTime) {
   EXPECT_LT(worst_error_m(slam), 0.05);
 }
 
+TEST_F(RoundAndRound, AShortPathFollowsThePlaceAndChangesNoPose) {
+  Slam slam(options()), whole(options());
+  slam.keep_short_path(0.1);
+  // Of three scans at one place (0.25 m lie between others) the first is kept.
+  for (int i = 0; i < 3; ++i) step(slam, {});
+  drive_round(slam);
+  EXPECT_EQ(slam.trajectory().size(), truths_.size() - 2);
+  drive_round(slam);
+  const std::size_t early = slam.trajectory().size();
+  const Pose2 after_two = slam.keys().back().world_from_robot;
+  const std::size_t scans_of_two = truths_.size();
+  drive_round(slam);
+  drive_round(slam);
+  // As key scans, above: a few scans hang on each.
+  EXPECT_LE(static_cast<double>(slam.trajectory().size()), 1.1 * static_cast<double>(early));
+
+  random_.seed(8);
+  truth_ = {-5.5, -3.5, 0.0};
+  odom_ = {};
+  count_ = 0;
+  for (int i = 0; i < 3; ++i) step(whole, {});
+  for (int round = 0; round < 2; ++round) drive_round(whole);
+  EXPECT_EQ(whole.trajectory().size(), scans_of_two);
+  EXPECT_LT(whole.key_count(), whole.key_trajectory().size());  // some have become one
+  EXPECT_EQ(whole.keys().back().world_from_robot.vector(), after_two.vector());
+}
+
 TEST_F(RoundAndRound, AThinnedSlamGoesOnFromItsStateToTheLastBit) {
   Slam slam(options()), other(options());
   for (int round = 0; round < 3; ++round) drive_round(slam);

@@ -62,10 +62,10 @@ class Drive {
   void send_scan(BatchBus& bus, std::size_t i) const {
     bus.deliver(channels::kLidar, encode_message(to_message(scans_[i])), {});
   }
-  void send_odometry(BatchBus& bus, std::size_t i) const {
+  void send_odometry(BatchBus& bus, std::size_t i, const Pose2& begun = {}) const {
     OdometrySample sample;
     sample.utime = stamp(i);
-    sample.odom_from_robot = odometry_[i];
+    sample.odom_from_robot = begun * odometry_[i];
     bus.deliver(channels::kOdometry, encode_message(to_message(sample)), {});
   }
 
@@ -144,6 +144,30 @@ TEST(LineLcmAdapter, FollowsWithoutAnyOdometry) {
   ASSERT_EQ(published.poses.size(), drive.size());
   EXPECT_EQ(adapter.scans_guessed(), static_cast<int64_t>(drive.size()) - 1);
   EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(drive.size() - 1), 0.03, 0.01));
+}
+
+// A base that was killed counts from zero when it is back.
+TEST(LineLcmAdapter, OdometryThatBeginsAnewMovesNothing) {
+  const Drive drive;
+  BatchBus bus;
+  Published published(bus);
+  LineLcmAdapter adapter({}, bus);
+  drive.send_info(bus);
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    drive.send_scan(bus, i);
+    // Silent for two scans between.
+    if (i == 14 || i == 15) continue;
+    drive.send_odometry(bus, i, i < 14 ? Pose2{5.0, 2.0, 0.4} : Pose2{});
+  }
+  adapter.finish();
+  bus.deliver("ANY", {}, {});  // hands on what finish() published
+  ASSERT_EQ(published.poses.size(), drive.size());
+  EXPECT_EQ(adapter.drops().by_cause().at("odometry began anew: none for a scan"), 1);
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    const Pose2 pose{published.poses[i].x_m, published.poses[i].y_m, published.poses[i].theta_rad};
+    // As without any odometry.
+    EXPECT_THAT(pose, IsNear(drive.truth_from_start(i), 0.03, 0.01)) << i;
+  }
 }
 
 TEST(LineLcmAdapter, PassesTiltedScansByAndCarriesThePoseOn) {

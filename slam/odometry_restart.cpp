@@ -1,4 +1,4 @@
-#include "slam/process/odometry_restart.hpp"
+#include "slam/odometry_restart.hpp"
 
 #include <algorithm>
 #include <cmath>

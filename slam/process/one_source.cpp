@@ -1,0 +1,101 @@
+#include "slam/process/one_source.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace marco::slam {
+namespace {
+
+constexpr double kSlowestPeriodS = 0.1;  // a slower laser's scans differ too much when it turns
+constexpr double kPatienceS = 0.5;
+constexpr int kFewestSteps = 10;
+constexpr double kSteady = 0.1;  // the newest step's weight in the period
+
+constexpr double kTurnRadPerS = 2.0, kDriveMPerS = 2.0, kNoiseM = 0.1;
+constexpr double kLongestS = 0.2;  // beyond it everything would look the same
+constexpr double kMost = 0.75;
+
+bool has_range(float range_m) { return std::isfinite(range_m) && range_m > 0.0F; }
+
+}  // namespace
+
+bool looks_the_same(const LaserScan& before, const LaserScan& scan, double dt_s) {
+  if (before.size() != scan.size() || scan.size() == 0) return false;
+  // A laser of irregular bearings is compared beam by beam, as if they were even.
+  const double step_rad = std::abs(scan.bearing_step_rad);
+  const double turn_beams = step_rad > 0.0 ? kTurnRadPerS * dt_s / step_rad : 0.0;
+  const auto reach =
+      static_cast<std::ptrdiff_t>(std::min(1.0 + turn_beams, static_cast<double>(scan.size())));
+  const auto slack_m = static_cast<float>(kNoiseM + kDriveMPerS * dt_s);
+  const auto count = static_cast<std::ptrdiff_t>(scan.size());
+  int compared = 0, same = 0;
+  for (std::ptrdiff_t beam = 0; beam < count; ++beam) {
+    const float range_m = scan.ranges_m[static_cast<std::size_t>(beam)];
+    if (!has_range(range_m)) continue;
+    ++compared;
+    float low_m = INFINITY, high_m = 0.0F;
+    const std::ptrdiff_t first = std::max<std::ptrdiff_t>(0, beam - reach);
+    const std::ptrdiff_t last = std::min(count - 1, beam + reach);
+    for (std::ptrdiff_t near = first; near <= last; ++near) {
+      const float then_m = before.ranges_m[static_cast<std::size_t>(near)];
+      if (!has_range(then_m)) continue;
+      low_m = std::min(low_m, then_m);
+      high_m = std::max(high_m, then_m);
+    }
+    same += range_m >= low_m - slack_m && range_m <= high_m + slack_m ? 1 : 0;
+  }
+  // Of a laser that sees nothing nothing can be told.
+  return compared == 0 || same >= kMost * compared;
+}
+
+bool OneSource::is_known() const {
+  return last_ && steps_ >= kFewestSteps && period_s_ <= kSlowestPeriodS;
+}
+
+std::size_t OneSource::patience() const {
+  return static_cast<std::size_t>(std::clamp(kPatienceS / std::max(period_s_, 1e-3), 4.0, 40.0));
+}
+
+bool OneSource::goes_on(const LaserScan& scan) const {
+  const double since_s = std::abs((scan.utime - last_->utime).seconds());
+  return looks_the_same(*last_, scan, std::clamp(since_s, period_s_, kLongestS));
+}
+
+void OneSource::believe(const LaserScan& scan) {
+  if (last_) {
+    const double step_s = std::abs((scan.utime - last_->utime).seconds());
+    // Of a gap or of a clock that was set nothing is learnt.
+    if (step_s < 1.0) {
+      ++steps_;
+      const double weight = std::max(kSteady, 1.0 / steps_);
+      period_s_ += weight * (step_s - period_s_);
+    }
+  }
+  last_ = scan;
+}
+
+OneSource::Sorted OneSource::take(LaserScan scan) {
+  Sorted sorted;
+  if (is_known() && !goes_on(scan)) {
+    waiting_.push_back(std::move(scan));
+    if (waiting_.size() <= patience()) return sorted;
+    sorted.own = rest();
+    return sorted;
+  }
+  sorted.foreign = static_cast<int>(waiting_.size());
+  waiting_.clear();
+  believe(scan);
+  sorted.own.push_back(std::move(scan));
+  return sorted;
+}
+
+std::vector<LaserScan> OneSource::rest() {
+  std::vector<LaserScan> all(std::make_move_iterator(waiting_.begin()),
+                             std::make_move_iterator(waiting_.end()));
+  waiting_.clear();
+  for (const LaserScan& scan : all) believe(scan);
+  return all;
+}
+
+}  // namespace marco::slam

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "common/laser_scan.hpp"
+
+namespace marco::slam {
+
+/// Tells the scans of the laser that was heard first from those that another robot sends on the
+/// same channel, where nothing in a message says whose it is: a fast laser's next scan hardly
+/// differs from the one before. Scans that contradict it wait: when the first laser goes on they
+/// were another's, and are left out; when it does not, for half a second, they are its own (a
+/// restarted driver, a laser that was covered) and come late, but all. A laser that takes less than
+/// ten scans a second, or one that is just beginning, is believed in everything.
+///
+/// Depends on the scans and their stamps alone, never on a clock. Not thread-safe. Cost O(beams).
+class OneSource {
+ public:
+  struct Sorted {
+    std::vector<LaserScan> own;  ///< in the order of arrival
+    int foreign = 0;             ///< so many were another's
+  };
+  Sorted take(LaserScan scan);
+  /// What still waits: nothing will tell any more.
+  std::vector<LaserScan> rest();
+
+ private:
+  bool goes_on(const LaserScan& scan) const;
+  bool is_known() const;
+  std::size_t patience() const;
+  void believe(const LaserScan& scan);
+
+  std::optional<LaserScan> last_;  ///< that was believed
+  std::deque<LaserScan> waiting_;
+  int steps_ = 0;  ///< that period_s_ is made of
+  double period_s_ = 0.0;
+};
+
+/// Whether most beams of `scan` measured what the beams about the same bearing did `dt_s` before,
+/// for a robot that turns by no more than 2 rad/s and drives no more than 2 m/s.
+bool looks_the_same(const LaserScan& before, const LaserScan& scan, double dt_s);
+
+}  // namespace marco::slam

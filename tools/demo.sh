@@ -32,7 +32,7 @@ run_demo() {
   else
     say "simulating a tour of the lab"
     "$root/build/release/bin/marco-simulate" --world "$root/config/worlds/lab.toml" \
-      --tour "$root/config/tours/lab.toml" --seed 1 --out "$out/lab.lcm"
+      --tour "$root/config/tours/lab.toml" --seed 1 --cameras "$root/config/robots/michoacan.toml" --out "$out/lab.lcm"
   fi
   say "mapping it"
   "$root/build/release/bin/marco-map" "$out/lab.lcm" --out "$out" --world "$root/config/worlds/lab.toml"
@@ -43,7 +43,12 @@ run_demo() {
       "$root/build/release/bin/marco-evaluate" "$out/trajectory_live.tum" --recorded "$out/$recording.lcm"
     done
   fi
-  say "pictures: $out/map.png $out/model.png"
+  local painted=""
+  if [ -f "$out/model_textured.glb" ]; then
+    painted=" $out/model_photographs.png"
+    "$root/build/release/bin/marco-viewer" "$out/model_textured.glb" --color photograph --out "$out/model_photographs.png" >/dev/null
+  fi
+  say "pictures: $out/map.png $out/model.png$painted"
 }
 
 # $1 folder, $2 a script of config/, $3 its name. The processes talk in a network namespace of their own where there

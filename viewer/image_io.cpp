@@ -1,6 +1,7 @@
 #include "viewer/image_io.hpp"
 
 #include <cerrno>
+#include <climits>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -38,6 +39,13 @@ void write_bytes(const std::vector<uint8_t>& bytes, const std::string& path) {
   if (!written || !closed) fail(path, std::strerror(written ? errno : write_error));
 }
 
+Picture rgb_of(const cv::Mat& bgr) {
+  Picture picture(bgr.cols, bgr.rows, {});
+  cv::Mat rgb(bgr.rows, bgr.cols, CV_8UC3, picture.pixels.data());
+  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
+  return picture;
+}
+
 }  // namespace
 
 void write_png(const Picture& picture, const std::string& path) {
@@ -58,10 +66,16 @@ Picture read_picture(const std::string& path) {
   const bool readable = std::ifstream(path).good();
   const cv::Mat bgr = readable ? cv::imread(path, cv::IMREAD_COLOR) : cv::Mat();
   if (bgr.empty()) throw std::runtime_error("cannot read " + path + ": missing or no picture");
-  Picture picture(bgr.cols, bgr.rows, {});
-  cv::Mat rgb(bgr.rows, bgr.cols, CV_8UC3, picture.pixels.data());
-  cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
-  return picture;
+  return rgb_of(bgr);
+}
+
+Picture decode_picture(std::string_view bytes) {
+  // imdecode only reads, but cv::Mat knows no const bytes.
+  const cv::Mat encoded(1, static_cast<int>(std::min<std::size_t>(bytes.size(), INT_MAX)), CV_8UC1,
+                        const_cast<char*>(bytes.data()));
+  const cv::Mat bgr = bytes.empty() ? cv::Mat() : cv::imdecode(encoded, cv::IMREAD_COLOR);
+  require(!bgr.empty(), "a picture that is none");
+  return rgb_of(bgr);
 }
 
 }  // namespace marco::viewer

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "viewer/picture.hpp"
 
@@ -14,5 +15,8 @@ void write_png(const Picture& picture, const std::string& path);
 /// Reads any picture OpenCV knows (PNG, JPEG, PGM ...) as RGB.
 /// @throws std::runtime_error naming the path when it is missing or no picture.
 Picture read_picture(const std::string& path);
+
+/// The same of a file's bytes. @throws std::invalid_argument when they are no picture.
+Picture decode_picture(std::string_view bytes);
 
 }  // namespace marco::viewer

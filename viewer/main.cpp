@@ -1,16 +1,23 @@
 #include <chrono>
 #include <thread>
 
+#include "common/files/glb.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
 #include "common/process/arguments.hpp"
+#include "viewer/painted_mesh.hpp"
 #include "viewer/process/command_line.hpp"
 #include "viewer/process/window.hpp"
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-viewer", [&] {
-    const marco::viewer::FileReaders readers{marco::files::read_ply, marco::files::read_map,
+    const auto read_mesh = [](const std::string& path) {
+      return path.ends_with(".glb")
+                 ? marco::viewer::with_painted_vertices(marco::files::read_glb(path))
+                 : marco::files::read_ply(path);
+    };
+    const marco::viewer::FileReaders readers{read_mesh, marco::files::read_map,
                                              marco::files::read_tum};
     std::unique_ptr<marco::viewer::Window> window;
     std::string keys;

@@ -15,4 +15,9 @@ void write_glb(const std::filesystem::path& path, const TriangleMesh& mesh);
 /// @throws std::invalid_argument unless there is one uv a vertex and the picture is one of these.
 void write_glb(const std::filesystem::path& path, const TexturedMesh& textured);
 
+/// What write_glb wrote, in its own frame (z up); of other programs' files, those of one mesh with
+/// the same kinds of numbers.
+/// @throws std::invalid_argument naming the path and what is wrong with it.
+TexturedMesh read_glb(const std::filesystem::path& path);
+
 }  // namespace marco::files

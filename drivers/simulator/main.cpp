@@ -4,6 +4,8 @@
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/progress.hpp"
+#include "drivers/camera/message.hpp"
+#include "drivers/robot/live_cameras.hpp"
 #include "drivers/simulator/batch_simulation.hpp"
 #include "lcmtypes/convert.hpp"
 
@@ -16,6 +18,8 @@ struct Arguments {
   std::string preset = "default";
   std::string config;
   std::string out;
+  std::string cameras;
+  double pictures_every_s = 4.0;
   uint64_t seed = 1;
 };
 
@@ -28,17 +32,61 @@ sim::SimulationOptions options_of(const Arguments& arguments) {
   return options;
 }
 
+// What the cameras of a robot file would send meanwhile.
+class Cameras {
+ public:
+  Cameras(const sim::RayCaster& rays, const Arguments& arguments)
+      : cameras_(rays, spec_of(arguments)) {}
+
+  void look(const Sample& sample, Utime sent, files::EventLogWriter& log) {
+    if (const auto* state = std::get_if<PanTiltState>(&sample)) cameras_.on_pantilt(*state);
+    const auto* pose = std::get_if<TruePose>(&sample);
+    if (pose == nullptr) return;
+    if (sent >= next_info_) {
+      next_info_ = sent + Duration::from_seconds(1.0);
+      for (std::size_t i = 0; i < cameras_.specs().size(); ++i) {
+        SensorInfo info = cameras_.info(i);
+        info.utime = sent;
+        const EncodedMessage message = encode_sample(info);
+        log.write(message.channel, message.bytes, sent);
+      }
+    }
+    for (const sim::LiveCameras::Shot& shot : cameras_.on_pose(*pose)) {
+      const sim::LiveCameraSpec& camera = cameras_.specs()[shot.camera];
+      const auto picture = drivers::camera::compress_rgb(
+          shot.rgb, camera.view.width_px, camera.view.height_px, camera.jpeg_quality);
+      log.write(camera.channel, encode_message(drivers::camera::to_message(picture, shot.utime)),
+                sent);
+    }
+  }
+
+ private:
+  static sim::RobotSpec spec_of(const Arguments& arguments) {
+    auto spec = process::load_options<sim::RobotSpec>(arguments.cameras);
+    for (sim::LiveCameraSpec& camera : spec.cameras) {
+      camera.rate_hz = 1.0 / arguments.pictures_every_s;
+    }
+    return spec;
+  }
+
+  sim::LiveCameras cameras_;
+  Utime next_info_;
+};
+
 int run(const Arguments& arguments) {
   const sim::World world = sim::build_world(process::load_options<sim::WorldSpec>(arguments.world));
   const sim::RayCaster rays(world);
   sim::BatchSimulation simulation(rays, process::load_options<sim::Tour>(arguments.tour),
                                   options_of(arguments), arguments.seed);
   files::EventLogWriter log(arguments.out);
+  std::optional<Cameras> cameras;
+  if (!arguments.cameras.empty()) cameras.emplace(rays, arguments);
   process::Progress progress("simulating");
   simulation.run(
-      [&log](const Sample& sample, Utime sent) {
+      [&](const Sample& sample, Utime sent) {
         const EncodedMessage message = encode_sample(sample);
         log.write(message.channel, message.bytes, sent);
+        if (cameras) cameras->look(sample, sent, log);
       },
       [&progress](double part) { progress.update(part); });
   log.flush();
@@ -66,6 +114,12 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_option("--config", arguments.config, "TOML over the preset; unknown keys are refused")
         ->check(CLI::ExistingFile);
+    app.add_option("--cameras", arguments.cameras,
+                   "a robot, e.g. config/robots/michoacan.toml, whose cameras take pictures")
+        ->check(CLI::ExistingFile);
+    app.add_option("--pictures-every", arguments.pictures_every_s, "seconds, of each camera")
+        ->check(CLI::Range(0.02, 100.0))
+        ->capture_default_str();
     app.add_option("--out", arguments.out, "the log to write");
     app.add_flag("--print-config", print_config, "print the config in force and exit");
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;

@@ -32,7 +32,7 @@ struct TextureOptions {
   double texel_m = 0.02;
   int max_atlas_px = 8192;          ///< of a side; texels grow until all fit
   double hidden_m = 0.04;           ///< what lies so much behind the nearest surface is not seen
-  double max_incidence_deg = 80.0;  ///< flatter views are not used
+  double max_incidence_deg = 84.0;  ///< flatter views are not used
   double best_view_power = 4.0;     ///< how much the best view outweighs the next
   double border_part = 0.15;        ///< of the picture's width: towards its edge a view fades out
 

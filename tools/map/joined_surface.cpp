@@ -63,7 +63,7 @@ JoinedSurface write_joined_surface(const std::filesystem::path& folder,
   joined.mesh = mapping3d::fuse(scenes, options.surface);
   if (joined.mesh.triangles.empty()) return joined;
   const auto planes = mapping3d::find_planes(joined.mesh, options.planes);
-  const mapping3d::Simplified fewer = mapping3d::simplify(joined.mesh, planes, options.simplify);
+  mapping3d::Simplified fewer = mapping3d::simplify(joined.mesh, planes, options.simplify);
   const auto plan = mapping3d::cut_at(joined.mesh, options.plan_height_m);
   files::write_ply(folder / "model.ply", joined.mesh);
   files::write_glb(folder / "model.glb", fewer.mesh);
@@ -78,6 +78,7 @@ JoinedSurface write_joined_surface(const std::filesystem::path& folder,
       {"simplified, part beyond the bound", fewer.beyond},
       {"simplified, triangles left as they were", static_cast<double>(fewer.as_it_was)},
       {"planes", static_cast<double>(planes.size())}};
+  joined.simplified = std::move(fewer.mesh);
   return joined;
 }
 

@@ -28,6 +28,7 @@ struct JoinedSurfaceOptions {
 
 struct JoinedSurface {
   TriangleMesh mesh;                      ///< world frame
+  TriangleMesh simplified;                ///< the same surface in fewer triangles
   std::map<std::string, double> figures;  ///< for the report, by name with unit
 };
 

@@ -138,6 +138,22 @@ void read_all(MapJob& job, const std::vector<std::string>& inputs, const Foreign
   }
 }
 
+// A model without triangles, or a recording without pictures, stays as it is.
+PhotographCounts paint(const std::filesystem::path& out,
+                       const TriangleMesh& mesh,
+                       MapJob& job,
+                       const PhotographOptions& options) {
+  if (mesh.triangles.empty()) return {};
+  std::vector<std::string> logs;
+  for (const files::InputReport& input : job.inputs()) {
+    if (input.format == "LCM log") logs.insert(logs.end(), input.paths.begin(), input.paths.end());
+  }
+  PhotographCounts counts = write_photographs(out, logs, job.trajectory(), job.sensors(), options);
+  if (counts.chosen > 0) counts.painted = paint_elsewhere(out, mesh);
+  if (counts.recorded > 0) job.clock().end_stage("photographs");
+  return counts;
+}
+
 int run(const Arguments& arguments) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
   options.slam.map_period_s = 0.0;  // a batch run sends its maps once, at the end
@@ -190,7 +206,8 @@ int run(const Arguments& arguments) {
   }
   draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
   job.clock().end_stage("pictures");
-  ReportExtras extras{judge_path(job), joined.figures};
+  ReportExtras extras{judge_path(job), joined.figures,
+                      paint(out, joined.simplified, job, options.photographs)};
   extras.errors.merge(judge_held_out(job, map));
   if (!arguments.world.empty()) {
     extras.errors.merge(judge_against_world(job, map, model, arguments.world));

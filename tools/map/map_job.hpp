@@ -14,6 +14,7 @@
 #include "slam/process/lcm_adapter.hpp"
 #include "slam/process/line_lcm_adapter.hpp"
 #include "tools/map/joined_surface.hpp"
+#include "tools/map/photographs.hpp"
 #include "tools/map/stage_clock.hpp"
 
 namespace marco {
@@ -26,6 +27,7 @@ struct MapOptions {
   slam::LineProcessOptions lines;
   mapping3d::Mapping3dAdapterOptions mapping3d;
   JoinedSurfaceOptions joined_surface;
+  PhotographOptions photographs;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -33,6 +35,7 @@ struct MapOptions {
     v("line_slam_process", lines);
     v("mapping3d_process", mapping3d);
     v("joined_surface", joined_surface);
+    v("photographs", photographs);
   }
 };
 

@@ -1,15 +1,11 @@
 #include "tools/map/picture_order.hpp"
 
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cstdio>
-#include <filesystem>
 #include <stdexcept>
 
 #include "common/byte_archive.hpp"
 #include "common/files/whole_file.hpp"
+#include "tools/map/sibling_program.hpp"
 
 namespace marco {
 namespace {
@@ -82,10 +78,6 @@ void archive_orders(Archive& bytes, std::vector<PictureOrder>& orders) {
   }
 }
 
-std::string sibling_program(const char* name) {
-  return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / name).string();
-}
-
 }  // namespace
 
 template <class Archive>
@@ -114,16 +106,9 @@ std::vector<PictureOrder> decode_picture_orders(std::string_view bytes) {
 void draw_elsewhere(std::vector<PictureOrder> orders, const std::string& orders_path) {
   if (orders.empty()) return;
   files::write_whole_file(orders_path, encode_picture_orders(std::move(orders)));
-  std::string program = sibling_program("marco-map-pictures"), argument = orders_path;
-  char* const arguments[] = {program.data(), argument.data(), nullptr};
-  pid_t child = 0;
-  int status = 0;
-  const bool ran =
-      posix_spawn(&child, program.c_str(), nullptr, nullptr, arguments, environ) == 0 &&
-      waitpid(child, &status, 0) == child;
+  const int code = run_sibling("marco-map-pictures", {orders_path});
   std::remove(orders_path.c_str());
-  if (!ran) throw std::runtime_error("cannot start " + program + ", which draws the pictures");
-  if (status != 0) throw std::runtime_error(program + " could not draw the pictures");
+  if (code != 0) throw std::runtime_error("marco-map-pictures could not draw the pictures");
 }
 
 }  // namespace marco

@@ -167,6 +167,12 @@ void write_report(const std::filesystem::path& path,
   report["real_time_factor"] = job.recorded_s() / std::max(1e-9, job.clock().total_wall_s());
   report["peak_memory_mb"] = StageClock::peak_memory_mb();
   if (!extras.surface.empty()) report["surface"] = extras.surface;
+  if (extras.photographs.recorded > 0) {
+    report["photographs"] = {{"recorded", extras.photographs.recorded},
+                             {"chosen", extras.photographs.chosen},
+                             {"dropped", extras.photographs.dropped},
+                             {"painted", extras.photographs.painted}};
+  }
   if (!extras.errors.empty()) report["errors"] = extras.errors;
   files::write_whole_file(path, report.dump(2) + "\n");
 }
@@ -208,6 +214,14 @@ void print_summary(const MapJob& job,
           rad_to_deg(straight.turn_rms_rad), 1e3 * straight.range_m, 1e3 * straight.before_m,
           1e3 * straight.after_m);
     }
+  }
+  if (extras.photographs.recorded > 0) {
+    std::printf("%lld pictures recorded, %lld chosen\n",
+                static_cast<long long>(extras.photographs.recorded),
+                static_cast<long long>(extras.photographs.chosen));
+  }
+  for (const auto& [cause, count] : extras.photographs.dropped) {
+    std::printf("  pictures dropped: %s %lld\n", cause.c_str(), static_cast<long long>(count));
   }
   for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
   std::printf("%.2f s (%.0f times real time), %.0f MB at most; everything is in %s\n",

@@ -10,6 +10,7 @@ namespace marco {
 struct ReportExtras {
   std::map<std::string, double> errors;   ///< against truth, by name with unit
   std::map<std::string, double> surface;  ///< of the joined surface, by name with unit
+  PhotographCounts photographs;
 };
 
 /// Writes report.json: what was read, used and dropped and why, loops, times, memory, errors.

@@ -1,5 +1,6 @@
 #include <cstdio>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "common/check.hpp"
 #include "common/files/glb.hpp"
@@ -7,46 +8,12 @@
 #include "common/files/whole_file.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
-#include "mapping3d/surface/simplify.hpp"
-#include "mapping3d/surface/texture.hpp"
+#include "mapping3d/surface/planes.hpp"
+#include "tools/texture/photograph_list.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco {
 namespace {
-
-struct PhotographSpec {
-  std::string file;                                    ///< beside the list, or absolute
-  std::vector<double> position_m = {0, 0, 0};          ///< of the camera, in the model's frame
-  std::vector<double> quaternion_xyzw = {0, 0, 0, 1};  ///< model from camera: z ahead, y down
-  std::vector<double> focal_px = {0};                  ///< one, or x and y
-  std::vector<double> centre_px;                       ///< the picture's middle when left out
-  double k1 = 0.0;
-  double k2 = 0.0;
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("file", file);
-    v("position_m", position_m);
-    v("quaternion_xyzw", quaternion_xyzw);
-    v("focal_px", focal_px, kPositive);
-    v("centre_px", centre_px);
-    v("k1", k1);
-    v("k2", k2);
-  }
-};
-
-struct PhotographList {
-  std::vector<PhotographSpec> photographs;
-  mapping3d::TextureOptions texture;
-  mapping3d::SimplifyOptions simplify;
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("photographs", photographs);
-    v("texture", texture);
-    v("simplify", simplify);
-  }
-};
 
 Pose3 pose_of(const PhotographSpec& spec) {
   const auto& p = spec.position_m;
@@ -88,32 +55,53 @@ viewer::Picture atlas_of(const mapping3d::TexturedSurface& painted) {
   return atlas;
 }
 
-int run(const std::string& model, const std::string& list, const std::filesystem::path& out) {
-  const auto options = process::load_options<PhotographList>(list);
+struct Arguments {
+  std::string model;
+  std::string list;
+  std::string out = "model_textured.glb";
+  std::string report;
+  bool as_it_is = false;
+};
+
+void write_report(const std::string& path,
+                  const mapping3d::TexturedSurface& painted,
+                  int unreadable) {
+  const nlohmann::json counted = {
+      {"used", painted.pictures_used},
+      {"skipped", painted.pictures_refused + unreadable},
+      {"part of the surface painted", painted.painted},
+      {"atlas_px", static_cast<double>(painted.width_px) * painted.height_px}};
+  files::write_whole_file(path, counted.dump() + "\n");
+}
+
+int run(const Arguments& arguments) {
+  const auto options = process::load_options<PhotographList>(arguments.list);
   std::vector<mapping3d::CameraPicture> pictures;
-  int refused = 0;
+  int unreadable = 0;
   for (const PhotographSpec& spec : options.photographs) {
     try {
       require(!spec.focal_px.empty(), spec.file + ": focal_px is missing");
-      pictures.push_back(load(spec, std::filesystem::path(list).parent_path()));
+      pictures.push_back(load(spec, std::filesystem::path(arguments.list).parent_path()));
     } catch (const std::exception& fault) {
       std::fprintf(stderr, "skipped: %s\n", fault.what());
-      ++refused;
+      ++unreadable;
     }
   }
-  const TriangleMesh whole = files::read_ply(model);
-  const mapping3d::Simplified fewer =
-      mapping3d::simplify(whole, mapping3d::find_planes(whole), options.simplify);
-  const mapping3d::TexturedSurface painted =
-      mapping3d::paint(fewer.mesh, pictures, options.texture);
-  require(!painted.mesh.triangles.empty(), model + ": has no triangles");
+  TriangleMesh mesh = files::read_ply(arguments.model);
+  if (!arguments.as_it_is) {
+    mesh = mapping3d::simplify(mesh, mapping3d::find_planes(mesh), options.simplify).mesh;
+  }
+  const mapping3d::TexturedSurface painted = mapping3d::paint(mesh, pictures, options.texture);
+  require(!painted.mesh.triangles.empty(), arguments.model + ": has no triangles");
+  const std::filesystem::path out = arguments.out;
   const std::filesystem::path atlas = std::filesystem::path(out).replace_extension(".png");
   viewer::write_png(atlas_of(painted), atlas.string());
   files::write_glb(out, TexturedMesh{painted.mesh, painted.uvs, files::read_whole_file(atlas)});
+  if (!arguments.report.empty()) write_report(arguments.report, painted, unreadable);
   std::printf(
       "%d photographs used, %d skipped; %.1f %% of the surface painted; %zu triangles, "
       "atlas of %d x %d texels: %s\n",
-      painted.pictures_used, painted.pictures_refused + refused, 100.0 * painted.painted,
+      painted.pictures_used, painted.pictures_refused + unreadable, 100.0 * painted.painted,
       painted.mesh.triangles.size(), painted.width_px, painted.height_px, out.c_str());
   return painted.pictures_used > 0 ? 0 : 1;
 }
@@ -132,11 +120,14 @@ int main(int argc, char** argv) {
         "  position_m = [2.0, 3.0, 0.6]             # in the model's frame\n"
         "  quaternion_xyzw = [-0.5, 0.5, -0.5, 0.5]   # model from camera: z ahead, x right, y "
         "down");
-    std::string model, list, out = "model_textured.glb";
-    app.add_option("MODEL", model, "PLY")->required()->check(CLI::ExistingFile);
-    app.add_option("PHOTOGRAPHS", list, "TOML")->required()->check(CLI::ExistingFile);
-    app.add_option("--out", out, "GLB; the atlas is written beside it")->capture_default_str();
+    marco::Arguments arguments;
+    app.add_option("MODEL", arguments.model, "PLY")->required()->check(CLI::ExistingFile);
+    app.add_option("PHOTOGRAPHS", arguments.list, "TOML")->required()->check(CLI::ExistingFile);
+    app.add_option("--out", arguments.out, "GLB; the atlas is written beside it")
+        ->capture_default_str();
+    app.add_flag("--as-it-is", arguments.as_it_is, "paint all triangles, simplify nothing");
+    app.add_option("--report", arguments.report, "JSON of what was used, skipped and painted");
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
-    return marco::run(model, list, out);
+    return marco::run(arguments);
   });
 }

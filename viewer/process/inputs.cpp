@@ -64,7 +64,7 @@ class InputReader {
   void add(const fs::path& file, const PathKind& kind) {
     const std::string extension = file.extension().string();
     Scene& scene = inputs_.scene;
-    if (extension == ".ply") {
+    if (extension == ".ply" || extension == ".glb") {
       TriangleMesh mesh = readers_.mesh(file.string());
       require(!mesh.triangles.empty(), file.string() + ": a mesh without triangles");
       const Rgb color = palette::kSeries[scene.meshes.size() % palette::kSeries.size()];
@@ -78,8 +78,8 @@ class InputReader {
       const std::string label = *kind.label != '\0' ? kind.label : file.stem().string();
       scene.paths.push_back({std::move(poses), kind.color, label});
     } else {
-      throw std::invalid_argument(file.string() +
-                                  ": expected .ply, .yaml, .tum or a folder written by `map`");
+      throw std::invalid_argument(
+          file.string() + ": expected .ply, .glb, .yaml, .tum or a folder written by `map`");
     }
   }
 

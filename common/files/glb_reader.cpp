@@ -1,0 +1,113 @@
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "common/check.hpp"
+#include "common/files/glb.hpp"
+#include "common/files/whole_file.hpp"
+
+namespace marco::files {
+namespace {
+
+using nlohmann::json;
+
+uint32_t number_at(const std::string& file, std::size_t place) {
+  uint32_t number = 0;
+  for (std::size_t i = 4; i-- > 0;) {
+    number = number << 8 | static_cast<uint8_t>(file[place + i]);
+  }
+  return number;
+}
+
+// The two chunks of a file, and what the first says of the second.
+class Glb {
+ public:
+  explicit Glb(const std::string& file) {
+    require(file.size() >= 20 && file.rfind("glTF", 0) == 0, "is no GLB");
+    const std::size_t text_bytes = number_at(file, 12);
+    require(text_bytes <= file.size() - 20, "ends within its description");
+    document_ = json::parse(file.substr(20, text_bytes), nullptr, false);
+    require(document_.is_object(), "its description is no JSON");
+    const std::size_t start = 20 + text_bytes + 8;
+    if (start <= file.size()) binary_ = file.substr(start);
+  }
+
+  const json& document() const { return document_; }
+
+  std::string_view view(const json& index) const {
+    const json& said = document_.at("bufferViews").at(index.get<std::size_t>());
+    const auto start = said.value("byteOffset", std::size_t{0});
+    const auto bytes = said.at("byteLength").get<std::size_t>();
+    require(start <= binary_.size() && bytes <= binary_.size() - start, "ends within its numbers");
+    return std::string_view(binary_).substr(start, bytes);
+  }
+
+  // The numbers of an accessor of just this shape, one after another.
+  template <class T>
+  std::vector<T> values(const json& index, int component, const char* type) const {
+    const json& said = document_.at("accessors").at(index.get<std::size_t>());
+    require(said.at("componentType") == component && said.at("type") == type,
+            "holds other kinds of numbers than write_glb writes");
+    const std::string_view bytes = view(said.at("bufferView"));
+    std::vector<T> values(bytes.size() / sizeof(T));
+    require(bytes.size() % sizeof(T) == 0, "has numbers cut in two");
+    if (!values.empty()) std::memcpy(static_cast<void*>(values.data()), bytes.data(), bytes.size());
+    return values;
+  }
+
+ private:
+  json document_;
+  std::string binary_;
+};
+
+TexturedMesh mesh_of(const Glb& glb) {
+  TexturedMesh textured;
+  if (!glb.document().contains("meshes")) return textured;
+  const json& primitive = glb.document().at("meshes").at(0).at("primitives").at(0);
+  const json& attributes = primitive.at("attributes");
+  TriangleMesh& mesh = textured.mesh;
+  mesh.vertices_m = glb.values<Eigen::Vector3f>(attributes.at("POSITION"), 5126, "VEC3");
+  if (attributes.contains("NORMAL")) {
+    mesh.normals = glb.values<Eigen::Vector3f>(attributes.at("NORMAL"), 5126, "VEC3");
+  }
+  if (attributes.contains("TEXCOORD_0")) {
+    textured.uvs = glb.values<Eigen::Vector2f>(attributes.at("TEXCOORD_0"), 5126, "VEC2");
+  }
+  if (attributes.contains("COLOR_0")) {
+    for (const auto& c :
+         glb.values<std::array<uint8_t, 4>>(attributes.at("COLOR_0"), 5121, "VEC4")) {
+      mesh.colors_rgb.push_back({c[0], c[1], c[2]});
+    }
+  }
+  const auto indices = glb.values<uint32_t>(primitive.at("indices"), 5125, "SCALAR");
+  const std::size_t count = mesh.vertices_m.size();
+  const auto one_each = [count](std::size_t size) { return size == 0 || size == count; };
+  require(indices.size() % 3 == 0 && one_each(mesh.normals.size()) &&
+              one_each(mesh.colors_rgb.size()) && one_each(textured.uvs.size()),
+          "has lists of different lengths");
+  for (std::size_t i = 0; i < indices.size(); i += 3) {
+    mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
+    require(indices[i] < count && indices[i + 1] < count && indices[i + 2] < count,
+            "has a triangle of vertices it does not hold");
+  }
+  for (const Eigen::Vector3f& vertex : mesh.vertices_m) {
+    require(vertex.allFinite(), "has a vertex that is not finite");
+  }
+  if (glb.document().contains("images")) {
+    textured.image = glb.view(glb.document().at("images").at(0).at("bufferView"));
+  }
+  return textured;
+}
+
+}  // namespace
+
+TexturedMesh read_glb(const std::filesystem::path& path) {
+  try {
+    return mesh_of(Glb(read_whole_file(path)));
+  } catch (const json::exception&) {
+    throw std::invalid_argument(path.string() + ": lacks what a GLB of write_glb's has");
+  } catch (const std::invalid_argument& fault) {
+    throw std::invalid_argument(path.string() + ": " + fault.what());
+  }
+}
+
+}  // namespace marco::files

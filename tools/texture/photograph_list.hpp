@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "mapping3d/surface/simplify.hpp"
+#include "mapping3d/surface/texture.hpp"
+
+namespace marco {
+
+/// A photograph of `marco texture`, and where its camera was.
+struct PhotographSpec {
+  std::string file;                                    ///< beside the list, or absolute
+  std::vector<double> position_m = {0, 0, 0};          ///< of the camera, in the model's frame
+  std::vector<double> quaternion_xyzw = {0, 0, 0, 1};  ///< model from camera: z ahead, y down
+  std::vector<double> focal_px = {0};                  ///< one, or x and y
+  std::vector<double> centre_px;                       ///< the picture's middle when left out
+  double k1 = 0.0;
+  double k2 = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("file", file);
+    v("position_m", position_m);
+    v("quaternion_xyzw", quaternion_xyzw);
+    v("focal_px", focal_px, kPositive);
+    v("centre_px", centre_px);
+    v("k1", k1);
+    v("k2", k2);
+  }
+};
+
+/// What `marco texture` reads, and `marco map` writes of a recording with pictures.
+struct PhotographList {
+  std::vector<PhotographSpec> photographs;
+  mapping3d::TextureOptions texture;
+  mapping3d::SimplifyOptions simplify;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("photographs", photographs);
+    v("texture", texture);
+    v("simplify", simplify);
+  }
+};
+
+}  // namespace marco

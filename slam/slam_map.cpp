@@ -16,9 +16,9 @@ constexpr double kClosedWithinM = 1.5;
 // Looked at for each new one, so that no scan waits for many.
 constexpr int kThinnedAtOnce = 3;
 
-// Squared deviations (of 3 degrees of freedom) up to which a loop says what is believed anyway: 1.4
-// cm, as a loop's own uncertainty is 2 cm.
-constexpr double kAgrees = 0.5;
+// Squared deviations (of 3 degrees of freedom) up to which a loop says what is believed anyway: 8
+// mm, as a loop's own uncertainty is 2 cm. (At 0.5 a building of two equal wings loses loops.)
+constexpr double kAgrees = 0.15;
 
 // By which part more loops are known when the graph is optimized although they all agree.
 constexpr double kGrowth = 0.1;

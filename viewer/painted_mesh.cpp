@@ -64,13 +64,35 @@ class Painter {
   TriangleMesh mesh_;
 };
 
+// The longest edges a mesh may keep without becoming more triangles than a computer holds: those of
+// a building, not of a room.
+double step_for(const TriangleMesh& mesh, double step_m, double most_triangles) {
+  double area_m2 = 0.0, length_m = 0.0;
+  for (const auto& triangle : mesh.triangles) {
+    const Eigen::Vector3d a = mesh.vertices_m[triangle[0]].cast<double>();
+    const Eigen::Vector3d ab = mesh.vertices_m[triangle[1]].cast<double>() - a;
+    const Eigen::Vector3d ac = mesh.vertices_m[triangle[2]].cast<double>() - a;
+    area_m2 += 0.5 * ab.cross(ac).norm();
+    length_m += ab.norm() + ac.norm() + (ac - ab).norm();
+  }
+  // Halving leaves right triangles of an eighth of the step squared; of slivers, two a half step.
+  const auto triangles = [&] {
+    return 8.0 * area_m2 / (step_m * step_m) + 4.0 * length_m / step_m;
+  };
+  while (triangles() > most_triangles) step_m *= 1.2;
+  return step_m;
+}
+
 }  // namespace
 
-TriangleMesh with_painted_vertices(const TexturedMesh& textured, double step_m) {
-  require(step_m > 0.0, "with_painted_vertices: step_m must be > 0");
+TriangleMesh with_painted_vertices(const TexturedMesh& textured,
+                                   double step_m,
+                                   double most_triangles) {
+  require(step_m > 0.0 && most_triangles >= 1.0,
+          "with_painted_vertices: step_m and most_triangles must be > 0");
   if (textured.uvs.empty() || textured.image.empty()) return textured.mesh;
   const Picture picture = decode_picture(textured.image);
-  Painter painter(picture, step_m);
+  Painter painter(picture, step_for(textured.mesh, step_m, most_triangles));
   for (const auto& triangle : textured.mesh.triangles) {
     std::array<Corner, 3> corners;
     for (std::size_t i = 0; i < 3; ++i) {

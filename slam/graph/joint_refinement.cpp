@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "common/check.hpp"
 #include "slam/graph/sparse_normal_equations.hpp"
@@ -12,61 +13,89 @@ namespace {
 
 constexpr int kMaxPartners = 32;
 
-// Points looked at in one row of cells. Where a place was seen by more, every second, third ... of
-// them: a tie costs the same however long the robot was there, and the nearest of few is a fair
-// sample, where the nearest of hundreds is the one whose noise agrees: scans tied to such hold each
-// other where they are.
-constexpr int kMaxInRow = 48;
+// Of the points in a cell so many can be partners, some of each round of the robot: what a tie
+// costs and what is held do not grow with the time spent at a place. And the nearest of few is a
+// fair sample, where the nearest of hundreds is the one whose noise agrees: scans tied to such hold
+// each other where they are.
+constexpr int kMostInCell = 16;
 
 // The next iteration finds new partners anyway: the step need not be exact (an inexact Newton
 // method; Dembo, Eisenstat & Steihaug 1982). At 1e-2 the bends of a hall 100 m long are left over.
 constexpr double kSolverTolerance = 1e-3;
 constexpr int kSolverIterations = 300;
 
-// All points of all scans, in the order of the cells they lie in. Single precision, seen from node
-// 0: a hundredth of a millimetre in a building, and half the memory to go through.
-class PlacedPoints {
- public:
-  struct Point {
-    Eigen::Vector2f position_m;
-    Eigen::Vector2f normal;
-    int scan;
-  };
+// Single precision, seen from node 0: a hundredth of a millimetre in a building.
+struct Point {
+  Eigen::Vector2f position_m;
+  Eigen::Vector2f normal;
+  int scan;
+};
 
-  PlacedPoints(const std::vector<OrientedScan>& scans,
-               const std::vector<Pose2>& poses,
-               double cell_m)
-      : cell_m_(static_cast<float>(cell_m)) {
-    std::vector<Point> unordered;
-    std::size_t count = 0;
-    for (const OrientedScan& scan : scans)
-      count += static_cast<std::size_t>(scan.points_in_robot.cols());
-    unordered.reserve(count);
-    for (std::size_t scan = 0; scan < scans.size(); ++scan) {
-      const Eigen::Matrix2d turn = poses[scan].rotation();
-      const Eigen::Vector2d shift = poses[scan].translation_m() - poses.front().translation_m();
-      for (Eigen::Index i = 0; i < scans[scan].points_in_robot.cols(); ++i) {
-        unordered.push_back({(turn * scans[scan].points_in_robot.col(i) + shift).cast<float>(),
-                             (turn * scans[scan].normals_in_robot.col(i)).cast<float>(),
-                             static_cast<int>(scan)});
+// Where the scans' points lie.
+class Placement {
+ public:
+  Placement(const std::vector<OrientedScan>& scans, const std::vector<Pose2>& poses)
+      : scans_(scans) {
+    for (const Pose2& pose : poses) {
+      turns_.push_back(pose.rotation());
+      shifts_m_.push_back(pose.translation_m() - poses.front().translation_m());
+    }
+  }
+  Point operator()(std::size_t scan, Eigen::Index i) const {
+    return {(turns_[scan] * scans_[scan].points_in_robot.col(i) + shifts_m_[scan]).cast<float>(),
+            (turns_[scan] * scans_[scan].normals_in_robot.col(i)).cast<float>(),
+            static_cast<int>(scan)};
+  }
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (std::size_t scan = 0; scan < scans_.size(); ++scan) {
+      for (Eigen::Index i = 0; i < scans_[scan].points_in_robot.cols(); ++i) {
+        visit((*this)(scan, i));
       }
     }
-    lay_out(unordered);
   }
 
-  const std::vector<Point>& points() const { return points_; }
+ private:
+  const std::vector<OrientedScan>& scans_;
+  std::vector<Eigen::Matrix2d> turns_;
+  std::vector<Eigen::Vector2d> shifts_m_;
+};
 
-  /// @param turn  others are passed over at another one
+// A sample of all points by the cells they lie in: whatever may be a partner.
+class PartnerTable {
+ public:
+  /// @param turn  others are taken at another one
+  PartnerTable(const Placement& placement, double cell_m, int turn)
+      : cell_m_(static_cast<float>(cell_m)) {
+    lay_out_cells(placement);
+    const int most = kMostInCell * static_cast<int>(cell_m_ / static_cast<float>(cell_m) + 0.5F);
+    std::vector<int> counts(starts_.size(), 0);
+    placement.for_each([&](const Point& point) { ++counts[index(point.position_m)]; });
+    std::vector<int> steps(starts_.size());
+    for (std::size_t i = 0; i + 1 < starts_.size(); ++i) {
+      steps[i] = 1 + (counts[i] - 1) / most;
+      starts_[i + 1] = starts_[i] + (counts[i] + steps[i] - 1) / steps[i];
+    }
+    points_.resize(static_cast<std::size_t>(starts_.back()));
+    std::vector<int> next(starts_.begin(), starts_.end() - 1), seen(starts_.size(), 0);
+    placement.for_each([&](const Point& point) {
+      const std::size_t cell = index(point.position_m);
+      // One of each `step` in a row; of the last few, the first.
+      const int in_step = seen[cell] % steps[cell], left = counts[cell] - seen[cell];
+      ++seen[cell];
+      if (in_step != turn % std::min(steps[cell], in_step + left)) return;
+      points_[static_cast<std::size_t>(next[cell]++)] = point;
+    });
+  }
+
   template <class Visit>
-  void for_each_near(const Eigen::Vector2f& at, int turn, const Visit& visit) const {
+  void for_each_near(const Eigen::Vector2f& at, const Visit& visit) const {
     const int cx = cell(at.x(), 0), cy = cell(at.y(), 1);
     for (int y = std::max(cy - 1, 0); y <= std::min(cy + 1, height_ - 1); ++y) {
       const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
       const std::size_t first = row + static_cast<std::size_t>(std::max(cx - 1, 0));
       const std::size_t last = row + static_cast<std::size_t>(std::min(cx + 1, width_ - 1));
-      const int begin = starts_[first], end = starts_[last + 1];
-      const int step = 1 + (end - begin) / kMaxInRow;
-      for (int i = begin + turn % step; i < end; i += step) {
+      for (int i = starts_[first]; i < starts_[last + 1]; ++i) {
         visit(points_[static_cast<std::size_t>(i)]);
       }
     }
@@ -76,19 +105,19 @@ class PlacedPoints {
   int cell(float coordinate, int axis) const {
     return static_cast<int>(std::floor((coordinate - origin_m_(axis)) / cell_m_));
   }
-  std::size_t index(const Point& point) const {
-    return static_cast<std::size_t>(cell(point.position_m.y(), 1)) *
-               static_cast<std::size_t>(width_) +
-           static_cast<std::size_t>(cell(point.position_m.x(), 0));
+  std::size_t index(const Eigen::Vector2f& position_m) const {
+    return static_cast<std::size_t>(cell(position_m.y(), 1)) * static_cast<std::size_t>(width_) +
+           static_cast<std::size_t>(cell(position_m.x(), 0));
   }
-  void lay_out(const std::vector<Point>& unordered) {
-    if (unordered.empty()) return;
-    origin_m_ = unordered.front().position_m;
-    Eigen::Vector2f top = origin_m_;
-    for (const Point& point : unordered) {
+  void lay_out_cells(const Placement& placement) {
+    constexpr float kFar = std::numeric_limits<float>::max();
+    Eigen::Vector2f top(-kFar, -kFar);
+    origin_m_ = {kFar, kFar};
+    placement.for_each([&](const Point& point) {
       origin_m_ = origin_m_.cwiseMin(point.position_m);
       top = top.cwiseMax(point.position_m);
-    }
+    });
+    if (top.x() < origin_m_.x()) top = origin_m_ = Eigen::Vector2f::Zero();
     // A far outlier must not make a table of the whole world: coarser cells only cost time.
     constexpr float kMaxCells = 4e6F;
     const Eigen::Vector2f size_m = top - origin_m_;
@@ -97,24 +126,15 @@ class PlacedPoints {
     width_ = cell(top.x(), 0) + 1;
     height_ = cell(top.y(), 1) + 1;
     starts_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) + 1, 0);
-    for (const Point& point : unordered) ++starts_[index(point) + 1];
-    for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
-    std::vector<int> next(starts_.begin(), starts_.end() - 1);
-    points_.resize(unordered.size());
-    for (const Point& point : unordered) {
-      points_[static_cast<std::size_t>(next[index(point)]++)] = point;
-    }
   }
 
   float cell_m_;
-  Eigen::Vector2f origin_m_ = Eigen::Vector2f::Zero();
+  Eigen::Vector2f origin_m_;
   int width_ = 0;
   int height_ = 0;
   std::vector<int> starts_;
   std::vector<Point> points_;
 };
-
-using Point = PlacedPoints::Point;
 
 struct Partner {
   float distance2_m2;
@@ -163,10 +183,9 @@ class Iteration {
         normal_limit_(static_cast<float>(std::cos(deg_to_rad(options.normal_limit_deg)))),
         equations(poses.size()) {}
 
-  void tie(const PlacedPoints& placed, std::size_t index) {
-    const Point& point = placed.points()[index];
+  void tie(const PartnerTable& table, const Point& point) {
     PartnerList partners(options_.partners);
-    placed.for_each_near(point.position_m, static_cast<int>(index), [&](const Point& other) {
+    table.for_each_near(point.position_m, [&](const Point& other) {
       if (other.scan == point.scan) return;
       const float distance2 = (other.position_m - point.position_m).squaredNorm();
       if (distance2 > reach2_m2_ || other.normal.dot(point.normal) < normal_limit_) return;
@@ -242,12 +261,16 @@ JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
     const double progress = std::min(1.0, 2.0 * result.iterations / options.max_iterations);
     const double reach_m =
         options.first_reach_m * std::pow(options.last_reach_m / options.first_reach_m, progress);
-    const PlacedPoints placed(scans, poses, reach_m);
+    const Placement placement(scans, poses);
+    const PartnerTable table(placement, reach_m, result.iterations);
     Iteration iteration(options, poses, reach_m);
-    const auto stride = static_cast<std::size_t>(options.every_nth_point);
-    for (std::size_t i = static_cast<std::size_t>(result.iterations) % stride;
-         i < placed.points().size(); i += stride) {
-      iteration.tie(placed, i);
+    for (std::size_t scan = 0; scan < scans.size(); ++scan) {
+      const auto first =
+          (static_cast<Eigen::Index>(scan) + result.iterations) % options.every_nth_point;
+      for (Eigen::Index i = first; i < scans[scan].points_in_robot.cols();
+           i += options.every_nth_point) {
+        iteration.tie(table, placement(scan, i));
+      }
     }
     for (const PoseGraphEdge& edge : edges) {
       add_edge_to(iteration.equations, edge, poses[static_cast<std::size_t>(edge.from)],

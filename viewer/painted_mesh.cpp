@@ -67,17 +67,19 @@ class Painter {
 // The longest edges a mesh may keep without becoming more triangles than a computer holds: those of
 // a building, not of a room.
 double step_for(const TriangleMesh& mesh, double step_m, double most_triangles) {
-  double area_m2 = 0.0, length_m = 0.0;
+  // Halving the longest edge leaves right triangles of an eighth of the step squared; of a sliver
+  // it makes three of half the length.
+  const double power = std::log2(3.0);
+  double area_m2 = 0.0, slivers = 0.0;
   for (const auto& triangle : mesh.triangles) {
     const Eigen::Vector3d a = mesh.vertices_m[triangle[0]].cast<double>();
     const Eigen::Vector3d ab = mesh.vertices_m[triangle[1]].cast<double>() - a;
     const Eigen::Vector3d ac = mesh.vertices_m[triangle[2]].cast<double>() - a;
     area_m2 += 0.5 * ab.cross(ac).norm();
-    length_m += ab.norm() + ac.norm() + (ac - ab).norm();
+    slivers += std::pow(2.0 * std::max({ab.norm(), ac.norm(), (ac - ab).norm()}), power);
   }
-  // Halving leaves right triangles of an eighth of the step squared; of slivers, two a half step.
   const auto triangles = [&] {
-    return 8.0 * area_m2 / (step_m * step_m) + 4.0 * length_m / step_m;
+    return 8.0 * area_m2 / (step_m * step_m) + slivers / std::pow(step_m, power);
   };
   while (triangles() > most_triangles) step_m *= 1.2;
   return step_m;

@@ -10,17 +10,21 @@ namespace {
 constexpr double kSlowestPeriodS = 0.1;  // a slower laser's scans differ too much when it turns
 constexpr double kPatienceS = 0.5;
 constexpr int kFewestSteps = 10;
-constexpr double kSteady = 0.1;  // the newest step's weight in the period
+constexpr double kSteady = 0.1;                    // the newest step's weight in the period
+constexpr double kRegular = 0.05, kOffBeat = 0.2;  // of a period
 
 constexpr double kTurnRadPerS = 2.0, kDriveMPerS = 2.0, kNoiseM = 0.1;
-constexpr double kLongestS = 0.2;  // beyond it everything would look the same
-constexpr double kMost = 0.75;
+constexpr double kLongestS = 0.1;  // beyond it everything would look the same
+// Of a scan of the simulated lab 0.01 after the one before: 0.99 and more of 99 in 100 do; of other
+// places of the same lab 0.85 at most.
+constexpr double kMost = 0.9;
+constexpr double kUnknownS = 0.2, kMany = 0.75;
 
 bool has_range(float range_m) { return std::isfinite(range_m) && range_m > 0.0F; }
 
 }  // namespace
 
-bool looks_the_same(const LaserScan& before, const LaserScan& scan, double dt_s) {
+bool looks_the_same(const LaserScan& before, const LaserScan& scan, double dt_s, double part) {
   if (before.size() != scan.size() || scan.size() == 0) return false;
   // A laser of irregular bearings is compared beam by beam, as if they were even.
   const double step_rad = std::abs(scan.bearing_step_rad);
@@ -46,8 +50,10 @@ bool looks_the_same(const LaserScan& before, const LaserScan& scan, double dt_s)
     same += range_m >= low_m - slack_m && range_m <= high_m + slack_m ? 1 : 0;
   }
   // Of a laser that sees nothing nothing can be told.
-  return compared == 0 || same >= kMost * compared;
+  return compared == 0 || same >= part * compared;
 }
+
+bool OneSource::is_regular() const { return off_beat_ < kRegular; }
 
 bool OneSource::is_known() const {
   return last_ && steps_ >= kFewestSteps && period_s_ <= kSlowestPeriodS;
@@ -57,34 +63,58 @@ std::size_t OneSource::patience() const {
   return static_cast<std::size_t>(std::clamp(kPatienceS / std::max(period_s_, 1e-3), 4.0, 40.0));
 }
 
+OneSource::Beat OneSource::beat_of(const LaserScan& scan) const {
+  const double since_s = (scan.utime - last_->utime).seconds();
+  if (period_s_ <= 0.0 || std::abs(since_s) > kPatienceS) return {0, 0.0};
+  const double periods = since_s / period_s_;
+  const double whole = std::max(1.0, std::round(periods));
+  return {static_cast<int>(whole), std::abs(periods - whole)};
+}
+
 bool OneSource::goes_on(const LaserScan& scan) const {
+  // What its stamps do not tell may have been long ago.
+  if (!is_regular()) return looks_the_same(*last_, scan, kUnknownS, kMany);
   const double since_s = std::abs((scan.utime - last_->utime).seconds());
-  return looks_the_same(*last_, scan, std::clamp(since_s, period_s_, kLongestS));
+  return beat_of(scan).off <= kOffBeat &&
+         looks_the_same(*last_, scan, std::clamp(since_s, period_s_, kLongestS), kMost);
 }
 
 void OneSource::believe(const LaserScan& scan) {
   if (last_) {
     const double step_s = std::abs((scan.utime - last_->utime).seconds());
+    const Beat beat = beat_of(scan);
     // Of a gap or of a clock that was set nothing is learnt.
-    if (step_s < 1.0) {
+    if (step_s < kPatienceS) {
       ++steps_;
       const double weight = std::max(kSteady, 1.0 / steps_);
-      period_s_ += weight * (step_s - period_s_);
+      period_s_ += weight * (step_s / std::max(beat.periods, 1) - period_s_);
+      off_beat_ += weight * (beat.off - off_beat_);
     }
   }
   last_ = scan;
+}
+
+bool OneSource::waits_for(const LaserScan& scan) const {
+  if (waiting_.empty()) return false;
+  // It looked elsewhere meanwhile: it missed as many beats, or what waits leads here.
+  const Beat beat = beat_of(scan);
+  if (is_regular() && beat.periods > 0) return static_cast<int>(waiting_.size()) < beat.periods;
+  return looks_the_same(waiting_.back(), scan, period_s_, kMost);
 }
 
 OneSource::Sorted OneSource::take(LaserScan scan) {
   Sorted sorted;
   if (is_known() && !goes_on(scan)) {
     waiting_.push_back(std::move(scan));
-    if (waiting_.size() <= patience()) return sorted;
-    sorted.own = rest();
+    if (waiting_.size() > patience()) sorted.own = rest();
     return sorted;
   }
-  sorted.foreign = static_cast<int>(waiting_.size());
-  waiting_.clear();
+  if (waits_for(scan)) {
+    sorted.own = rest();
+  } else {
+    sorted.foreign = static_cast<int>(waiting_.size());
+    waiting_.clear();
+  }
   believe(scan);
   sorted.own.push_back(std::move(scan));
   return sorted;

@@ -10,10 +10,11 @@ namespace marco::slam {
 
 /// Tells the scans of the laser that was heard first from those that another robot sends on the
 /// same channel, where nothing in a message says whose it is: a fast laser's next scan hardly
-/// differs from the one before. Scans that contradict it wait: when the first laser goes on they
-/// were another's, and are left out; when it does not, for half a second, they are its own (a
-/// restarted driver, a laser that was covered) and come late, but all. A laser that takes less than
-/// ten scans a second, or one that is just beginning, is believed in everything.
+/// differs from the one before, and comes in its rhythm. Scans that contradict it wait: when the
+/// first laser goes on they were another's, and are left out; when it does not, for half a second,
+/// they are its own (a restarted driver, a laser that was covered) and come late, but all. A laser
+/// that takes less than ten scans a second, or one that is just beginning, is believed in
+/// everything.
 ///
 /// Depends on the scans and their stamps alone, never on a clock. Not thread-safe. Cost O(beams).
 class OneSource {
@@ -27,8 +28,16 @@ class OneSource {
   std::vector<LaserScan> rest();
 
  private:
+  struct Beat {
+    int periods;  ///< since the last scan, 1 at least; 0 after a gap
+    double off;   ///< the stamp is so far from it, of a period
+  };
+  Beat beat_of(const LaserScan& scan) const;
   bool goes_on(const LaserScan& scan) const;
+  /// Whether what waits belongs before `scan`, which goes on.
+  bool waits_for(const LaserScan& scan) const;
   bool is_known() const;
+  bool is_regular() const;
   std::size_t patience() const;
   void believe(const LaserScan& scan);
 
@@ -36,10 +45,11 @@ class OneSource {
   std::deque<LaserScan> waiting_;
   int steps_ = 0;  ///< that period_s_ is made of
   double period_s_ = 0.0;
+  double off_beat_ = 1.0;  ///< on average; small of a laser that keeps a rhythm
 };
 
-/// Whether most beams of `scan` measured what the beams about the same bearing did `dt_s` before,
-/// for a robot that turns by no more than 2 rad/s and drives no more than 2 m/s.
-bool looks_the_same(const LaserScan& before, const LaserScan& scan, double dt_s);
+/// Whether `part` of the beams of `scan` and more measured what the beams about the same bearing
+/// did `dt_s` before, for a robot that turns by no more than 2 rad/s and drives no more than 2 m/s.
+bool looks_the_same(const LaserScan& before, const LaserScan& scan, double dt_s, double part);
 
 }  // namespace marco::slam

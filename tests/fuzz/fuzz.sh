@@ -1,21 +1,23 @@
 #!/bin/bash
-# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--jobs N] [--ci GROUP] [TARGET...]
+# Runs the fuzzers of a build: fuzz.sh BIN WORK [--minutes N | --seconds N] [--jobs N] [--longest BYTES] [--ci GROUP]
+# [TARGET...]
 # Corpora grow in WORK/TARGET, seeded from tests/fuzz/corpus/TARGET; two targets at a time. What crashes is left in
 # WORK and makes the exit code 1. --ci: 20 s each for three targets of one program, other ones every day, so that only
 # that program need be built; fuzz.sh --todays-group says which.
 set -u
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 day=$(($(date +%s) / 86400))
-groups=(codecs procman files messages drivers network codecs configs)
+groups=(lasers procman files messages drivers network bases configs)
 [ "${1:-}" = --todays-group ] && { echo "${groups[$((day % ${#groups[@]}))]}"; exit 0; }
 bin=$1 work=$2
 shift 2
-seconds=60 ci=no jobs=2 targets=()
+seconds=60 ci=no jobs=2 longest=4096 targets=()
 while [ $# -gt 0 ]; do
   case $1 in
     --minutes) seconds=$((60 * $2)); shift 2 ;;
     --seconds) seconds=$2; shift 2 ;;
     --jobs) jobs=$2; shift 2 ;;
+    --longest) longest=$2; shift 2 ;;  # short inputs are run many times as often
     --ci) ci=$2 seconds=20; shift 2 ;;
     -*) echo "usage: ./marco fuzz [--minutes N] [TARGET...]" >&2; exit 2 ;;
     *) targets+=("$1"); shift ;;
@@ -65,7 +67,7 @@ fuzz_one() {
   : >"$log"
   set -o pipefail
   while [ $SECONDS -lt $end ]; do
-    timeout $((seconds + 120)) "$program" --target="$target" -timeout=$limit -rss_limit_mb=512 -max_len=4096 \
+    timeout $((seconds + 120)) "$program" --target="$target" -timeout=$limit -rss_limit_mb=512 -max_len="$longest" \
       -max_total_time=$((end - SECONDS)) -print_final_stats=1 -artifact_prefix="$work/$target-" \
       "$work/$target" "$here/corpus/$target" 2>&1 | stamp_edges >>"$log"
     code=$?

@@ -4,6 +4,7 @@
 #include "common/lcm_schema/decoder.hpp"
 #include "common/lcm_schema/json.hpp"
 #include "common/lcm_schema/schema.hpp"
+#include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/target.hpp"
 #include "tools/spy/datagram.hpp"
 
@@ -170,6 +171,38 @@ MARCO_FUZZ(lcm_schema) {
                         }),
             "found by its fingerprint");
     promise(schema.find(structure.name).has_value(), "found by its name");
+  }
+}
+
+/// Sources as files of two folders: types of one name, of which the nearest is meant.
+MARCO_FUZZ(lcm_files) {
+  Input input(bytes);
+  const TemporaryFolder folder;
+  const int files = 1 + input.byte() % 4;
+  std::filesystem::create_directory(folder.path() / "other");
+  for (int i = 0; i < files; ++i) {
+    const std::string name = std::to_string(i) + (i == 3 ? ".txt" : ".lcm");
+    const auto text = i + 1 == files ? input.rest() : input.piece();
+    write_file((i == 1 ? folder.path() / "other" : folder.path()) / name, text);
+  }
+  std::vector<Problem> problems;
+  const std::vector<Source> sources = read_sources(folder.path(), problems);
+  promise(static_cast<int>(sources.size()) == std::min(files, 3), "each source is read, no other");
+  promise(read_sources(folder.path() / "0.lcm", problems).size() == 1, "a file is a source");
+  const std::size_t before = problems.size();
+  promise(
+      read_sources(folder.path() / "none.lcm", problems).empty() && problems.size() == before + 1,
+      "a file that is not there is a problem");
+  const Schema schema(sources);
+  for (const Structure& structure : schema.structures()) {
+    const std::size_t dot = structure.name.rfind('.');
+    schema.find(structure.name.substr(dot == std::string::npos ? 0 : dot + 1));
+    promise(!schema.find(structure.name + "?"), "no type has such a name");
+    for (const Member& member : structure.members) {
+      if (!member.primitive) continue;
+      promise(name_of(*member.primitive)[0] != 0 && wire_bytes(*member.primitive) <= 8,
+              "a primitive has a name and a size");
+    }
   }
 }
 

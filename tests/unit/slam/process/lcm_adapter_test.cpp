@@ -154,6 +154,20 @@ TEST_F(SlamAdapterTest, OdometryThatBeginsAnewMovesNothing) {
   EXPECT_EQ(slam.drops().by_cause().at("odometry began anew: none for a scan"), 2);
 }
 
+TEST_F(SlamAdapterTest, ScansOfAnotherRobotOnOurChannelAreLeftOutAndCounted) {
+  SlamAdapter slam(bus_, {});
+  slam.keep_to_one_laser();
+  send_info();
+  for (int i = 0; i < 40; ++i) {
+    send(scan_at(0.05 * i, {0.02 * i, 0, 0}));
+    if (i >= 20) send(scan_at(0.05 * i + 0.02, {1.5, -0.7, 2.5}));
+  }
+  EXPECT_EQ(slam.drops().by_cause().at("a scan of another laser on LIDAR"), 19);
+  EXPECT_EQ(poses_.size(), 40U);
+  slam.finish();  // what still waits may be our own
+  EXPECT_EQ(slam.live_trajectory().size(), 41U);
+}
+
 // A match's error straightens the next scan wrongly, which is matched as wrong the other way.
 TEST_F(SlamAdapterTest, ASlowLasersScansDoNotSwingAfterATurn) {
   stand_after_a_turn(true, 0.02, 0.5);

@@ -1,5 +1,7 @@
 #include "mapping3d/sparse_least_squares.hpp"
 
+#include <cmath>
+
 namespace marco::mapping3d {
 
 Eigen::VectorXd solve(const std::vector<Equation>& equations, Eigen::Index unknowns) {
@@ -34,6 +36,17 @@ Eigen::VectorXd solve(const std::vector<Equation>& equations, Eigen::Index unkno
     energy = next;
   }
   return x;
+}
+
+double explained(const std::vector<Equation>& equations, const Eigen::VectorXd& step) {
+  double before = 0.0, after = 0.0;
+  for (const Equation& equation : equations) {
+    const auto residual = static_cast<double>(equation.residual);
+    const auto weight = static_cast<double>(equation.weight);
+    before += weight * residual * residual;
+    after += weight * std::pow(residual + equation.change(step), 2);
+  }
+  return before > 0.0 ? 1.0 - after / before : 0.0;
 }
 
 }  // namespace marco::mapping3d

@@ -38,4 +38,7 @@ struct Equation {
 /// Cost a step O(equations).
 Eigen::VectorXd solve(const std::vector<Equation>& equations, Eigen::Index unknowns);
 
+/// Part of the weighted sum of squares that a step takes away.
+double explained(const std::vector<Equation>& equations, const Eigen::VectorXd& step);
+
 }  // namespace marco::mapping3d

@@ -22,15 +22,6 @@ struct Swept {
   std::vector<SweepAxis> axes;  ///< one a row
 };
 
-double rms(const std::vector<RowTurns>& turns_rad) {
-  double squares = 0.0, count = 0.0;
-  for (const RowTurns& turns : turns_rad) {
-    for (const double turn_rad : turns) squares += turn_rad * turn_rad;
-    count += static_cast<double>(turns.size());
-  }
-  return count > 0.0 ? std::sqrt(squares / count) : 0.0;
-}
-
 class Straightener {
  public:
   Straightener(const std::vector<Scene>& scenes,
@@ -80,7 +71,7 @@ class Straightener {
     }
     distances(now, {options_.search_start_m, options_.lorentz_end_m});
     now.after_m = quantile(residuals_m_, 0.5);
-    now.turn_rms_rad = rms(now.turns_rad);
+    now.turn_rms_rad = rms_rad(now.turns_rad);
     // Turns far beyond what rows are wrong by have laid surfaces on each other that are not one.
     now.bent = now.after_m <= options_.max_left * now.before_m &&
                now.turn_rms_rad <= 1.5 * deg_to_rad(options_.row_error_deg);
@@ -251,17 +242,6 @@ class Straightener {
     Equation zero = prior(now.range_m, options_.range_error_m);
     zero.add(range_, 1.0);
     equations.push_back(zero);
-  }
-
-  static double explained(const std::vector<Equation>& equations, const Eigen::VectorXd& step) {
-    double before = 0.0, after = 0.0;
-    for (const Equation& equation : equations) {
-      const auto residual = static_cast<double>(equation.residual);
-      const auto weight = static_cast<double>(equation.weight);
-      before += weight * residual * residual;
-      after += weight * std::pow(residual + equation.change(step), 2);
-    }
-    return before > 0.0 ? 1.0 - after / before : 0.0;
   }
 
   void take(const Eigen::VectorXd& step, Straightening& now) const {

@@ -59,6 +59,9 @@ SweepAxis sweep_axis(const Scene& scene, std::size_t row);
 /// axis, positive the way the sweep went. Of a row whose sweep stands still: nothing.
 using RowTurns = std::vector<double>;
 
+/// Of the rows of all scenes together.
+double rms_rad(const std::vector<RowTurns>& turns_rad);
+
 struct Straightening {
   bool bent = false;       ///< otherwise nothing of the following differs from what was given
   double explained = 0.0;  ///< part of the squared distances that wrong rows explain

@@ -27,6 +27,15 @@ SweepAxis sweep_axis(const Scene& scene, std::size_t row) {
   return axis;
 }
 
+double rms_rad(const std::vector<RowTurns>& turns_rad) {
+  double squares = 0.0, count = 0.0;
+  for (const RowTurns& turns : turns_rad) {
+    for (const double turn_rad : turns) squares += turn_rad * turn_rad;
+    count += static_cast<double>(turns.size());
+  }
+  return count > 0.0 ? std::sqrt(squares / count) : 0.0;
+}
+
 Scene straightened(const Scene& scene, const RowTurns& turns_rad, double range_m) {
   require(turns_rad.size() == scene.rows.size(), "straightened: expected one turn a row");
   Scene mended = scene;

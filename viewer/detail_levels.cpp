@@ -206,6 +206,42 @@ class DetailLevels::Builder {
 
 DetailLevels::DetailLevels(const Geometry& surfaces) { Builder(surfaces, *this); }
 
+Geometry DetailLevels::packed(const Geometry& surfaces) const {
+  constexpr uint32_t kNew = std::numeric_limits<uint32_t>::max();
+  Geometry packed;
+  packed.indices.resize(indices_.size());
+  std::vector<uint32_t> numbers(surfaces.vertices.size(), kNew);
+  std::vector<uint32_t> used, local, ordered;
+  for (const Part& part : parts_) {
+    for (const Level& level : part.levels) {
+      const Range& range = level.range;
+      used.clear();
+      local.clear();
+      for (std::size_t i = range.first; i < range.first + range.count; ++i) {
+        uint32_t& number = numbers[indices_[i]];
+        if (number == kNew) {
+          number = static_cast<uint32_t>(used.size());
+          used.push_back(indices_[i]);
+        }
+        local.push_back(number);
+      }
+      for (const uint32_t index : used) numbers[index] = kNew;
+      ordered.assign(local.size(), 0);
+      meshopt_optimizeVertexCache(ordered.data(), local.data(), local.size(), used.size());
+      std::vector<uint32_t> places(used.size(), kNew);
+      for (std::size_t i = 0; i < ordered.size(); ++i) {
+        uint32_t& place = places[ordered[i]];
+        if (place == kNew) {
+          place = static_cast<uint32_t>(packed.vertices.size());
+          packed.vertices.push_back(surfaces.vertices[used[ordered[i]]]);
+        }
+        packed.indices[range.first + i] = place;
+      }
+    }
+  }
+  return packed;
+}
+
 struct DetailLevels::Choice {
   struct Piece {
     Range range;

@@ -21,6 +21,10 @@ class DetailLevels {
     std::size_t first = 0;  ///< of `indices()`
     std::size_t count = 0;
   };
+  /// The same triangles with vertices of each level's own, in the order they are used: a software
+  /// driver that keeps the last few hundred of them shades each of them hardly more than once.
+  /// @param surfaces  what the levels were made of
+  Geometry packed(const Geometry& surfaces) const;
   struct View {
     Eigen::Matrix4d clip_from_world;
     Eigen::Vector3d eye_m;

@@ -47,11 +47,11 @@ void GpuGeometry::draw(GLenum primitive) const {
   gl_.draw_elements(primitive, index_count_, GL_UNSIGNED_INT, nullptr);
 }
 
-void GpuGeometry::draw(GLenum primitive, std::size_t first, std::size_t count) const {
-  if (count == 0) return;
+void GpuGeometry::set_indices(const std::vector<uint32_t>& indices) {
+  index_count_ = static_cast<GLsizei>(indices.size());
   gl_.bind_vertex_array(array_);
-  gl_.draw_elements(primitive, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
-                    offset(first * sizeof(uint32_t)));
+  gl_.buffer_data(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(index_count_ * sizeof(uint32_t)),
+                  indices.data(), GL_STREAM_DRAW);
 }
 
 void GpuGeometry::draw_vertices() const {

@@ -16,8 +16,8 @@ class GpuGeometry {
 
   /// @param primitive GL_TRIANGLES, GL_LINES or GL_POINTS, as the indices were meant.
   void draw(GLenum primitive) const;
-  /// Only so many indices from one on.
-  void draw(GLenum primitive, std::size_t first, std::size_t count) const;
+  /// Other indices of the same vertices from now on.
+  void set_indices(const std::vector<uint32_t>& indices);
   /// Every vertex as a point, whatever the indices join.
   void draw_vertices() const;
   GLsizei index_count() const { return index_count_; }

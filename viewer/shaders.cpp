@@ -9,13 +9,22 @@ layout(location = 2) in vec4 color;
 uniform mat4 clip_from_world;
 uniform float cut_height_m;
 uniform float point_size_px;
-out vec3 world_m;
+uniform vec3 eye_m;
+uniform vec3 view_direction;
+uniform float perspective;
 out vec3 surface_normal;
 out vec3 own_color;
+out vec3 towards_eye;
+#if defined(COLOR_HEIGHT) || defined(LIGHT_THESIS)
+out vec3 world_m;
+#endif
 void main() {
+#if defined(COLOR_HEIGHT) || defined(LIGHT_THESIS)
   world_m = position_m;
+#endif
   surface_normal = normal.xyz;
   own_color = color.rgb;
+  towards_eye = mix(-view_direction, eye_m - position_m, perspective);
   gl_Position = clip_from_world * vec4(position_m, 1.0);
   gl_PointSize = point_size_px;
   gl_ClipDistance[0] = cut_height_m - position_m.z;
@@ -24,13 +33,15 @@ void main() {
 
 // LIGHT_THESIS is thesis B, app. C: one lamp at the sensor's height at the origin, both sides lit.
 // LIGHT_ROOM makes faces of different direction differ. The numbers come from shading.hpp.
+// What is done for each pixel is half of a frame's cost: one root, and no division, where the look
+// allows it.
 const char* const kSurfaceFragment = R"(
-in vec3 world_m;
 in vec3 surface_normal;
 in vec3 own_color;
-uniform vec3 eye_m;
-uniform vec3 view_direction;
-uniform float perspective;
+in vec3 towards_eye;
+#if defined(COLOR_HEIGHT) || defined(LIGHT_THESIS)
+in vec3 world_m;
+#endif
 uniform vec3 lamp_m;
 uniform vec3 lamp_direction;
 uniform float low_m;
@@ -53,10 +64,12 @@ void main() {
   // the shadows look at, see what lies behind.
   if (!gl_FrontFacing && (int(gl_FragCoord.x) & int(gl_FragCoord.y) & 1) == 0) discard;
 #endif
-  vec3 towards_eye = normalize(mix(-view_direction, eye_m - world_m, perspective));
-  float length_of_normal = length(surface_normal);
-  vec3 n = length_of_normal > 0.0 ? surface_normal / length_of_normal : towards_eye;
-  if (dot(n, towards_eye) < 0.0) n = -n;
+  // A point or a line has no normal: it faces the eye.
+  float square = dot(surface_normal, surface_normal);
+  bool loose = square == 0.0;
+  float turned = dot(surface_normal, towards_eye) < 0.0 ? -1.0 : 1.0;
+  vec3 n = (loose ? towards_eye : surface_normal) *
+           (turned * inversesqrt(loose ? dot(towards_eye, towards_eye) : square));
 #if defined(COLOR_HEIGHT)
   vec3 base = height_color((world_m.z - low_m) / max(high_m - low_m, 1e-3));
 #elif defined(COLOR_NORMAL)
@@ -70,7 +83,7 @@ void main() {
   float light = thesis_light.x + thesis_light.y * max(dot(n, normalize(lamp_m - world_m)), 0.0);
 #elif defined(LIGHT_ROOM)
   float light = room_light.x + room_light.y * n.z + room_light.z * max(dot(n, lamp_direction), 0.0);
-  if (length_of_normal == 0.0) light = 1.0;
+  if (loose) light = 1.0;
 #else
   float light = 1.0;
 #endif

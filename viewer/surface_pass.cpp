@@ -100,7 +100,9 @@ void SurfacePass::draw_levels(const Camera& camera,
                               const Tile& tile) {
   if (!levels_) {
     levels_ = std::make_unique<DetailLevels>(source_);
-    levelled_ = std::make_unique<GpuGeometry>(gl_, Geometry{source_.vertices, levels_->indices()});
+    Geometry packed = levels_->packed(source_);
+    level_indices_ = std::move(packed.indices);
+    levelled_ = std::make_unique<GpuGeometry>(gl_, Geometry{std::move(packed.vertices), {}});
   }
   const int width = size.width_px * look.supersampling;
   const int height = size.height_px * look.supersampling;
@@ -109,8 +111,14 @@ void SurfacePass::draw_levels(const Camera& camera,
       tile_from_clip(tile, width, height) * clip * camera_from_world(camera), camera.eye_m,
       0.5 * clip(1, 1) * size.height_px, camera.projection == Projection::perspective,
       look.detail_px};
-  for (const DetailLevels::Range& range : levels_->choose(view))
-    levelled_->draw(GL_TRIANGLES, range.first, range.count);
+  // One call: what a driver does for each costs as much as hundreds of triangles.
+  chosen_.clear();
+  for (const DetailLevels::Range& range : levels_->choose(view)) {
+    const auto from = level_indices_.begin() + static_cast<std::ptrdiff_t>(range.first);
+    chosen_.insert(chosen_.end(), from, from + static_cast<std::ptrdiff_t>(range.count));
+  }
+  levelled_->set_indices(chosen_);
+  levelled_->draw(GL_TRIANGLES);
 }
 
 const GlProgram& SurfacePass::prepare(const GlProgram& program,

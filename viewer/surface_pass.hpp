@@ -54,6 +54,7 @@ class SurfacePass {
   std::unique_ptr<GpuGeometry> surfaces_, props_, points_, lines_;
   Geometry source_;  ///< of surfaces_, for its levels
   std::unique_ptr<DetailLevels> levels_;
+  std::vector<uint32_t> level_indices_, chosen_;
   std::unique_ptr<GpuGeometry> levelled_;
   Box box_;
 };

@@ -48,6 +48,21 @@ class AnalyticRoom {
     return scene;
   }
 
+  /// 90 % of the points that lie on the room's walls, floor and ceiling are nearer to them.
+  static double p90_off_m(const mapping3d::ScenePoints& scene) {
+    std::vector<double> off_m;
+    for (std::size_t i = 0; i < scene.points_m.size(); ++i) {
+      const Eigen::Vector3d p = scene.points_m[i].cast<double>();
+      const double nearest_m =
+          std::min({std::abs(std::abs(p.x()) - 4.0), std::abs(std::abs(p.y()) - 3.0),
+                    std::abs(p.z()), std::abs(p.z() - 2.8)});
+      if (nearest_m < 0.2) off_m.push_back(nearest_m);  // what is farther off lies on a box
+    }
+    const auto place = off_m.begin() + static_cast<std::ptrdiff_t>(off_m.size() * 9 / 10);
+    std::nth_element(off_m.begin(), place, off_m.end());
+    return *place;
+  }
+
  private:
   struct Span {
     double in_m;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -76,6 +77,10 @@ struct ModelJudgement {
 ModelJudgement judge_model(const TriangleMesh& model,
                            const sim::RayCaster& world,
                            const std::vector<BeamEnd>& beams);
+
+/// Unit, counter-clockwise; of no length where the face has no area.
+Eigen::Vector3f face_normal(const std::vector<Eigen::Vector3f>& vertices_m,
+                            const std::array<uint32_t, 3>& triangle);
 
 /// A mesh moved.
 TriangleMesh moved(TriangleMesh mesh, const Pose3& by);

@@ -33,7 +33,8 @@ INPUT is recognised by its content:
 Several INPUTs are consecutive sessions of one map; neighbouring files of 3D scans are one.
 
 To record your own robot: publish bot_core.planar_lidar_t on LIDAR and marco.odometry_t on ODOMETRY, one
-marco.sensor_info_t a second on SENSOR_INFO saying where the laser sits, and run lcm-logger.)";
+marco.sensor_info_t a second on SENSOR_INFO saying where the laser sits, and run lcm-logger. Pictures (bot_core.image_t
+on any channel, its camera's place and focal length in SENSOR_INFO) are laid on the 3D model.)";
 
 struct Arguments {
   std::vector<std::string> inputs;

@@ -1,4 +1,5 @@
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -110,6 +111,8 @@ int run(const Arguments& arguments) {
 }  // namespace marco
 
 int main(int argc, char** argv) {
+  // A recording may hold any picture: 100 megapixels are more than cameras send.
+  setenv("OPENCV_IO_MAX_IMAGE_PIXELS", "100000000", 0);
   return marco::process::run_main("marco-texture", [&] {
     CLI::App app(
         "Paints a model with photographs whose cameras and places are known.\n"

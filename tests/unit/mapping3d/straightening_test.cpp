@@ -37,19 +37,6 @@ std::vector<Scene> sweeps(double height_rad, double short_m) {
   return bent;
 }
 
-/// 90 % of the points that lie on the room's walls, floor and ceiling are nearer to them.
-double p90_off_m(const ScenePoints& scene) {
-  std::vector<double> off_m;
-  for (std::size_t i = 0; i < scene.points_m.size(); ++i) {
-    const Eigen::Vector3d p = scene.points_m[i].cast<double>();
-    const double nearest_m =
-        std::min({std::abs(std::abs(p.x()) - 4.0), std::abs(std::abs(p.y()) - 3.0), std::abs(p.z()),
-                  std::abs(p.z() - 2.8)});
-    if (nearest_m < 0.2) off_m.push_back(nearest_m);  // what is farther off lies on a box
-  }
-  return quantile(off_m, 0.9);
-}
-
 std::vector<Pose3> unmoved(const std::vector<Scene>& scenes) {
   return std::vector<Pose3>(scenes.size(), Pose3::Identity());
 }
@@ -62,12 +49,12 @@ TEST(Straighten, FindsWhereRowsWereAndTheZeroOfTheRanges) {
   ASSERT_TRUE(found.bent);
   EXPECT_GT(found.explained, 0.5);
   for (std::size_t i = 0; i < bent.size(); ++i) {
-    EXPECT_GT(p90_off_m(place(bent[i])), 0.035) << i;
+    EXPECT_GT(AnalyticRoom::p90_off_m(place(bent[i])), 0.035) << i;
     ScenePoints mended = place(straightened(bent[i], found.turns_rad[i], found.range_m));
     move(mended, found.world_from_placed[i]);
     // 5 mm of noise alone are 8 mm; what remains is the corners of the teeth, rounded by what
     // neighbouring rows share.
-    EXPECT_LT(p90_off_m(mended), 0.015) << i;
+    EXPECT_LT(AnalyticRoom::p90_off_m(mended), 0.015) << i;
   }
   EXPECT_NEAR(found.range_m, 0.03, 0.005);
 }

@@ -127,6 +127,39 @@ TEST(ModelFiles, GlbCarriesItsPicture) {
   EXPECT_NEAR(uv.y, 0.25F, 1e-6F);
 }
 
+TEST(ModelFiles, GlbIsReadBackAsItWasAndTornOnesAreRefused) {
+  const TemporaryFolder folder;
+  TexturedMesh textured;
+  textured.mesh = tent();
+  textured.uvs = {{0, 0}, {1, 0}, {0, 1}, {0.25F, 0.75F}};
+  textured.image = std::string("\x89PNG\r\n\x1a\n", 8) + "not decoded here";
+  const auto path = folder.path() / "tent.glb";
+  write_glb(path, textured);
+  const TexturedMesh back = read_glb(path);
+  EXPECT_EQ(back.mesh.vertices_m, textured.mesh.vertices_m);
+  EXPECT_EQ(back.mesh.normals, textured.mesh.normals);
+  EXPECT_EQ(back.mesh.colors_rgb, textured.mesh.colors_rgb);
+  EXPECT_EQ(back.mesh.triangles, textured.mesh.triangles);
+  EXPECT_EQ(back.uvs, textured.uvs);
+  EXPECT_EQ(back.image, textured.image);
+  write_glb(folder.path() / "none.glb", TriangleMesh{});
+  EXPECT_TRUE(read_glb(folder.path() / "none.glb").mesh.triangles.empty());
+  // Any bit of it wrong: read otherwise, or refused, and nothing else.
+  const std::string whole = read_whole_file(path);
+  std::size_t refused = 0;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    std::string torn = whole;
+    torn[i] = static_cast<char>(torn[i] ^ (1 << (i % 7)));
+    if (i % 5 == 0) torn.resize(i);
+    try {
+      read_glb(folder.write("torn.glb", torn));
+    } catch (const std::invalid_argument&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, whole.size() / 4);
+}
+
 TEST(ModelFiles, WhatCannotBeWrittenIsSaid) {
   const TemporaryFolder folder;
   TriangleMesh torn = tent();

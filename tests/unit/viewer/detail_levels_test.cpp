@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -85,6 +87,32 @@ TEST(DetailLevels, PartsOfDifferentLevelsMeet) {
     EXPECT_LT(drawn.size(), surfaces.indices.size());
     // The faces' own borders, and no crack besides.
     EXPECT_EQ(rims(drawn), rims(surfaces.indices)) << allowed_px << " px";
+  }
+}
+
+TEST(DetailLevels, PackedVerticesMakeTheSameTriangles) {
+  const Geometry& surfaces = noisy_room();
+  const DetailLevels& levels = levels_of_noisy_room();
+  const Geometry packed = levels.packed(surfaces);
+  ASSERT_EQ(packed.indices.size(), levels.indices().size());
+  Eigen::Matrix4d everything = Eigen::Matrix4d::Zero();
+  everything(3, 3) = 1.0;
+  using Triangle = std::array<std::array<float, 3>, 3>;
+  for (const DetailLevels::Range& range :
+       levels.choose({everything, Eigen::Vector3d(0.5, 0.5, 1.2), 200.0, true, 1.0})) {
+    std::multiset<Triangle> expected, found;
+    const auto add = [](std::multiset<Triangle>& to, const Geometry& from, const uint32_t* at) {
+      Triangle triangle{from.vertices[at[0]].position_m, from.vertices[at[1]].position_m,
+                        from.vertices[at[2]].position_m};
+      std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()),
+                  triangle.end());
+      to.insert(triangle);
+    };
+    for (std::size_t i = range.first; i < range.first + range.count; i += 3) {
+      add(expected, surfaces, &levels.indices()[i]);
+      add(found, packed, &packed.indices[i]);
+    }
+    EXPECT_EQ(expected, found);
   }
 }
 

@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <filesystem>
 #include <fstream>
 
 #include "tests/support/temporary_folder.hpp"
+#include "viewer/painted_mesh.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -60,6 +62,38 @@ TEST(ImageIo, SaysThatTheDiskIsFullAndLeavesNoPart) {
   }
   EXPECT_FALSE(std::filesystem::exists(path));
   EXPECT_FALSE(std::filesystem::is_symlink(path + ".part"));
+}
+
+TEST(PaintedMesh, ShowsThePictureWhereItLies) {
+  // A picture of two halves on a wall of 2 x 1 m.
+  Picture picture(4, 2, {200, 10, 10});
+  for (int y = 0; y < 2; ++y) picture.at(2, y) = picture.at(3, y) = {10, 10, 200};
+  const std::string path = marco::testing::temporary_path("halves.png");
+  write_png(picture, path);
+  std::ifstream file(path, std::ios::binary);
+  TexturedMesh wall;
+  wall.image.assign(std::istreambuf_iterator<char>(file), {});
+  wall.mesh.vertices_m = {{0, 0, 0}, {2, 0, 0}, {2, 0, 1}, {0, 0, 1}};
+  wall.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  wall.uvs = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+  std::filesystem::remove(path);
+  const TriangleMesh painted = with_painted_vertices(wall, 0.1);
+  double area_m2 = 0.0;
+  for (const auto& t : painted.triangles) {
+    const auto& v = painted.vertices_m;
+    area_m2 += 0.5 * static_cast<double>((v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm());
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_LE((v[t[i]] - v[t[(i + 1) % 3]]).norm(), 0.1F);
+      const float x = v[t[i]].x();
+      if (std::abs(x - 1.0F) < 0.05F) continue;
+      EXPECT_EQ(painted.colors_rgb[t[i]][0], x < 1.0F ? 200 : 10) << x;
+    }
+  }
+  EXPECT_NEAR(area_m2, 2.0, 1e-4);
+  wall.image = "no picture";
+  EXPECT_THROW(with_painted_vertices(wall), std::invalid_argument);
+  wall.image.clear();
+  EXPECT_EQ(with_painted_vertices(wall).triangles.size(), 2U);
 }
 
 }  // namespace

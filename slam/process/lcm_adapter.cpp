@@ -243,11 +243,7 @@ void SlamAdapter::publish_grid(Utime utime) {
 }
 
 void SlamAdapter::use_all_waiting() {
-  if (one_source_) {
-    for (auto& [channel, source] : *one_source_) {
-      for (LaserScan& scan : source.rest()) let_wait(std::move(scan));
-    }
-  }
+  hear_lasers_anew();
   while (!waiting_.empty()) {
     const LaserScan scan = std::move(waiting_.front());
     waiting_.pop_front();

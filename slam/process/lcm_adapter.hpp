@@ -130,6 +130,8 @@ class SlamAdapter {
   void subscribe();
   void on_scan(LaserScan scan);
   void let_wait(LaserScan scan);
+  /// What OneSource still holds is used; the laser that is heard next is the channel's.
+  void hear_lasers_anew();
   void on_imu(const ImuSample& sample);
   void use_waiting_scans();
   void use_all_waiting();

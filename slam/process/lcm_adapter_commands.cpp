@@ -59,8 +59,18 @@ std::string SlamAdapter::obey(const slam_command_t& command) {
   }
 }
 
+void SlamAdapter::hear_lasers_anew() {
+  if (!one_source_) return;
+  for (auto& [channel, source] : *one_source_) {
+    for (LaserScan& scan : source.rest()) let_wait(std::move(scan));
+  }
+  one_source_->clear();
+}
+
 void SlamAdapter::on_command(const slam_command_t& command) {
   try {
+    // Meanwhile the robot may have been carried: its next scan need not look like the last one.
+    if (command.command != slam_command_t::SAVE) hear_lasers_anew();
     answer_ = obey(command);
   } catch (const std::invalid_argument& refused) {
     answer_ = std::string("refused: ") + refused.what();

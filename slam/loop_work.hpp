@@ -21,7 +21,7 @@ struct LoopWork {
 
   /// Cost: the exhaustive searches; and an optimization of the whole graph where a loop is found
   /// that does not lie where it is believed to, or a tenth more loops are known than at the last
-  /// such: however long the robot drives through the same rooms, a scan costs the same.
+  /// such. So a robot that goes on driving through the same rooms optimizes ever more rarely.
   void run();
 };
 

@@ -123,6 +123,14 @@ void MotionModel::doubt_stamp(const Pose2& step, double dt_s, MotionGuess& guess
   guess.covariance(2, 2) += square(off_rad);
 }
 
+void MotionModel::doubt_leap(double dt_s, MotionGuess& guess) const {
+  const double passed_s = std::max(dt_s, period_s_);
+  if (period_s_ <= 0.0 || believed_velocity(guess.before_from_now, passed_s, options_)) return;
+  const Pose2 off = between(velocity_.after(passed_s), guess.before_from_now);
+  guess.covariance.diagonal() +=
+      Eigen::Vector3d(square(off.x_m), square(off.y_m), square(off.theta_rad));
+}
+
 void MotionModel::heed_gyro(const MotionInput& now, MotionGuess& guess) const {
   if (!now.gyro_heading_rad || !anchor_ || !anchor_->gyro_heading_rad) return;
   const double since_s = (now.utime - anchor_->utime).seconds();
@@ -153,6 +161,7 @@ MotionGuess MotionModel::guess(const MotionInput& now) const {
         guess = from_odometry(way);
         guess.before_from_now = between(anchor_from_before_, way);
       }
+      doubt_leap(dt_s, guess);
     }
   }
   if (!lagging) heed_gyro(now, guess);

@@ -134,6 +134,8 @@ class MotionModel {
   void learn_step(const MotionInput& now);
   void learn_origin(const Pose2& step, const Pose2& matched, double dt_s);
   void doubt_stamp(const Pose2& step, double dt_s, MotionGuess& guess) const;
+  /// Of odometry that leaps as no robot can the last velocity knows as much.
+  void doubt_leap(double dt_s, MotionGuess& guess) const;
   void heed_gyro(const MotionInput& now, MotionGuess& guess) const;
   MotionGuess from_velocity(double dt_s) const;
 

@@ -23,6 +23,13 @@ constexpr double kProvesLie = 0.10;
 // What is left of the information of odometry that the scan contradicts.
 constexpr double kDoubtedPrior = 0.01;
 
+// A scan that fits nothing is drawn only after so many: odometry that leapt has placed it, and what
+// is drawn there makes the next ones fit.
+constexpr int kUnmatchedUntilDrawn = 3;
+
+// What the scan alone is looked for within, where odometry is contradicted.
+constexpr double kWidestM = 1.5, kWidestDeg = 45.0;
+
 // Squared deviations (of 3 degrees of freedom; 1 of 900 honest ones is beyond) from which on one
 // measurement contradicts another.
 constexpr double kContradiction = 16.0;
@@ -41,6 +48,14 @@ Eigen::Matrix3d turned_into(const Eigen::Matrix3d& covariance, double theta_rad)
 
 Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& information) {
   return (information + 1e-6 * Eigen::Matrix3d::Identity()).inverse();
+}
+
+SearchWindow window_of(const PosePrior& prior) {
+  const Eigen::Matrix3d covariance = inverse_of(prior.information);
+  const double sigma_m = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+  const double sigma_rad = std::sqrt(covariance(2, 2));
+  return {prior.map_from_robot, std::clamp(3.0 * sigma_m, 0.3, kWidestM),
+          std::clamp(3.0 * sigma_rad, deg_to_rad(5.0), deg_to_rad(kWidestDeg))};
 }
 
 }  // namespace
@@ -83,7 +98,9 @@ SlamUpdate Slam::process(const SlamInput& input) {
   covariance_ = covariance;
   world_from_robot_ = found.world_from_robot;
   bool became_key = false, trajectory_changed = false;
-  if (use && input.may_draw && key_is_due(input.scan, world_from_robot_)) {
+  if (use) unmatched_ = found.usable || keys_.empty() ? 0 : unmatched_ + 1;
+  const bool fits = unmatched_ == 0 || unmatched_ >= kUnmatchedUntilDrawn;
+  if (use && fits && input.may_draw && key_is_due(input.scan, world_from_robot_)) {
     add_key(input, points, found);
     became_key = true;
     trajectory_changed = look_for_loops();
@@ -143,8 +160,16 @@ Slam::Match Slam::match(const OrientedPoints& points,
   if (fine.overlap >= options_.good_overlap && guess.source == MotionGuess::Source::odometry) {
     return result;
   }
-  const Match wide = match_widely(points, prior);
-  return wide.usable && wide.overlap > result.overlap + kClearlyBetter ? wide : result;
+  const Match wide = match_widely(points, window_of(prior), prior);
+  if (wide.usable && wide.overlap > result.overlap + kClearlyBetter) return wide;
+  if (result.usable) return result;
+  const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
+  const SearchWindow widest{prior.map_from_robot, kWidestM, deg_to_rad(kWidestDeg)};
+  const Match alone = match_widely(points, widest, weak);
+  if (alone.usable && alone.overlap >= options_.good_overlap) return alone;
+  result.world_from_robot = prior.map_from_robot;
+  result.information.setZero();
+  return result;
 }
 
 void Slam::look_again(Match& match, Eigen::Matrix3d& covariance) {
@@ -159,18 +184,13 @@ void Slam::look_again(Match& match, Eigen::Matrix3d& covariance) {
   covariance = look->covariance;
 }
 
-Slam::Match Slam::match_widely(const OrientedPoints& points, const PosePrior& prior) const {
+Slam::Match Slam::match_widely(const OrientedPoints& points,
+                               const SearchWindow& window,
+                               const PosePrior& prior) const {
   Match result;
   const int last = static_cast<int>(keys_.size()) - 1;
   const int first = std::max(0, last - options_.window_key_scans + 1);
   const OrientedPoints map = join_points(keys_, first, last, Pose2{});
-  const Eigen::Matrix3d covariance = inverse_of(prior.information);
-  const double sigma_m = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
-  SearchWindow window;
-  window.map_from_robot_centre = prior.map_from_robot;
-  window.half_width_m = std::clamp(3.0 * sigma_m, 0.3, 1.5);
-  window.half_turn_rad =
-      std::clamp(3.0 * std::sqrt(covariance(2, 2)), deg_to_rad(5.0), deg_to_rad(45.0));
   const LikelihoodPyramid likelihood(map.points, coarse_.options());
   const CorrelativeMatch coarse = coarse_.search(likelihood, points.points, window, 0.2);
   if (coarse.score <= 0.0) return result;

@@ -161,7 +161,9 @@ class Slam {
                        const Eigen::Matrix3d& covariance);
   PosePrior prior_of(const MotionGuess& guess) const;
   Match match(const OrientedPoints& points, const MotionGuess& guess, const PosePrior& prior) const;
-  Match match_widely(const OrientedPoints& points, const PosePrior& prior) const;
+  Match match_widely(const OrientedPoints& points,
+                     const SearchWindow& window,
+                     const PosePrior& prior) const;
   /// Of a robot that stands: the match is one more look from the same place.
   void look_again(Match& match, Eigen::Matrix3d& covariance);
   bool key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const;
@@ -206,6 +208,7 @@ class Slam {
   int looked_at_ = 0;        ///< key scans before this one have been looked at by thin_keys() ...
   int thin_until_ = 0;       ///< ... and before this one, none needs to be any more
   int kept_keys_ = 0;        ///< there were when it was last through
+  int unmatched_ = 0;        ///< scans of late, one after the other
   Pose2 world_from_robot_;   ///< at the last scan that was looked at
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   double last_search_path_m_ = 0.0;  ///< of the last look for loops

@@ -19,7 +19,7 @@ constexpr int kThinnedAtOnce = 3;
 // Squared deviations (of 3 degrees of freedom) up to which a loop says what is believed anyway: 8
 // mm, as a loop's own uncertainty is 2 cm. (At 0.5 a building of two equal wings loses loops.) Of a
 // larger graph, whose optimization costs more, more is let pass: up to 2 cm.
-double agrees(std::size_t key_scans) {
+double agreement_limit_chi2(std::size_t key_scans) {
   constexpr double kAgrees = 0.15, kLarge = 2500.0, kMost = 1.0;
   return std::min(kMost, kAgrees * std::max(1.0, static_cast<double>(key_scans) / kLarge));
 }
@@ -50,7 +50,7 @@ void LoopWork::run() {
   }
   for (const Loop& loop : found) {
     const PoseGraphEdge edge{loop.from, loop.to, loop.from_from_to, loop.information, true};
-    is_news = is_news || graph.edge_chi2(edge) > agrees(graph.poses().size());
+    is_news = is_news || graph.edge_chi2(edge) > agreement_limit_chi2(graph.poses().size());
     graph.add_edge(edge);
   }
   moved = doubt_loops || is_news || grew(known, known + found.size());

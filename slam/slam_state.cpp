@@ -103,6 +103,7 @@ SlamState Slam::state() const {
   state.looked_at = looked_at_;
   state.thin_until = thin_until_;
   state.kept_keys = kept_keys_;
+  state.unmatched = unmatched_;
   if (local_map_) state.local_map_centre_m = local_map_->levels().front().centre_m();
   return state;
 }
@@ -132,6 +133,7 @@ void Slam::restore(const SlamState& state) {
   looked_at_ = state.looked_at;
   thin_until_ = state.thin_until;
   kept_keys_ = state.kept_keys;
+  unmatched_ = state.unmatched;
   world_from_robot_ = state.world_from_robot;
 }
 

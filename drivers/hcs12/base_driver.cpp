@@ -12,6 +12,7 @@ constexpr double kIdleStatusS = 0.1;
 constexpr double kBatteryS = 10.0;
 constexpr double kSonarS = 1.3;        // a round takes 1.2 s
 constexpr double kSlowestPace = 1.25;  // of the board's ticks, as learn_pace believes
+constexpr double kStallS = 0.1;
 
 }  // namespace
 
@@ -55,7 +56,13 @@ void Hcs12Base::on_reset(Utime now) {
   next_ping_ = now;
 }
 
+void Hcs12Base::note_time(Utime now) {
+  if (run_ && std::abs((now - last_step_).seconds()) > kStallS) run_->stood_still = true;
+  last_step_ = now;
+}
+
 void Hcs12Base::receive(std::span<const uint8_t> bytes, Utime now) {
+  note_time(now);
   for (const std::string& line : exchange_.receive(bytes)) on_line(line, now);
 }
 
@@ -214,6 +221,7 @@ void Hcs12Base::schedule(Utime now) {
 }
 
 void Hcs12Base::advance(Utime now, std::vector<uint8_t>& out) {
+  note_time(now);
   if (connected_) {
     follow_ramp(now);
     schedule(now);

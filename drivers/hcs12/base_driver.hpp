@@ -80,6 +80,7 @@ class Hcs12Base : public BaseDriver {
     uint32_t right_read = 0;
     Utime progress_at;  ///< when they last grew
     int retries = 0;
+    bool stood_still = false;  ///< this process did: what it read then was said earlier
   };
 
   void start_leg(const Leg& leg, Utime now) override;
@@ -106,6 +107,7 @@ class Hcs12Base : public BaseDriver {
   void ask_wait(Utime now);
   Utime later_stamp(Utime stamp);
   void learn_pace(const Run& run);
+  void note_time(Utime now);
   void publish(Utime measured, double ahead_left, double ahead_right, double v, double w);
   double metres_per_click() const;
   uint32_t clicks_per_tick(double wheel_m_per_s) const;
@@ -124,7 +126,7 @@ class Hcs12Base : public BaseDriver {
   Pose2 counted_pose_;       ///< odometry by the counters alone
   int64_t left_sum_ = 0;
   int64_t right_sum_ = 0;
-  Utime last_stamp_;
+  Utime last_stamp_, last_step_;
   Utime next_status_, next_battery_, next_sonar_, next_ping_, next_prediction_;
   int silent_ = 0;  ///< timeouts in a row
   int implausible_ = 0;

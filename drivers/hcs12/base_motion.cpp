@@ -209,7 +209,7 @@ void Hcs12Base::on_run_over(Utime now) {
 void Hcs12Base::learn_pace(const Run& run) {
   constexpr double kLeastTicks = 1000.0;
   const double real_ticks = static_cast<double>((run.rested_at - run.started_at).us) / kTickUs;
-  if (run.polled || real_ticks < kLeastTicks) return;
+  if (run.polled || run.stood_still || real_ticks < kLeastTicks) return;
   RampWalk walk(run.ramp, run.tenths * 100, RampWalk::Brake::to_zero, RampWalk::Wheel::real);
   while (!walk.done()) walk.tick();
   const double pace = static_cast<double>(walk.ticks()) / real_ticks;

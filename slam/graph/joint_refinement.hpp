@@ -51,7 +51,10 @@ struct JointRefinementResult {
 /// nearest partners in other scans, the distance across the partner's wall, the Lorentzian, one
 /// sparse Gauss-Newton step over all poses; again with new partners (the idea of Lu & Milios 1997,
 /// with points on lines in place of their pairwise pose differences, and thesis B's estimator).
-/// Node 0 stays. Deterministic. @returns the refined poses through `poses`.
+/// Partners are sought among at most 16 points of each cell, evenly taken from all that lie there:
+/// the nearest of hundreds is the one whose noise agrees, and would hold a scan where it is; and so
+/// the cost of a point does not grow with how often its wall was seen. Node 0 stays. Deterministic.
+/// @returns the refined poses through `poses`.
 /// @throws std::invalid_argument when there is not one scan a pose, or a point is not finite.
 JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
                                      const std::vector<PoseGraphEdge>& edges,

@@ -95,7 +95,7 @@ void OneSource::believe(const LaserScan& scan) {
 }
 
 bool OneSource::waits_for(const LaserScan& scan) const {
-  if (waiting_.empty()) return false;
+  if (waiting_.empty() || waiting_.back().size() != scan.size()) return false;
   // It looked elsewhere meanwhile: it missed as many beats, or what waits leads here.
   const Beat beat = beat_of(scan);
   if (is_regular() && beat.periods > 0) return static_cast<int>(waiting_.size()) < beat.periods;

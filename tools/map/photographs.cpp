@@ -15,6 +15,7 @@
 #include "common/process/config.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "lcmtypes/image_pixels.hpp"
 #include "mapping3d/pantilt_track.hpp"
 #include "tools/map/sibling_program.hpp"
 #include "tools/texture/photograph_list.hpp"
@@ -33,33 +34,20 @@ Pose3 sensor_from_camera() {
 
 // A file that pictures can be read from. @returns nothing of what is no picture.
 std::optional<std::string> as_picture_file(const image_t& image, std::string& ending) {
-  const auto* data = reinterpret_cast<const char*>(image.data.data());
   if (image.pixelformat == image_t::PIXEL_FORMAT_MJPEG) {
     const bool jpeg = image.data.size() > 4 && image.data[0] == 0xFF && image.data[1] == 0xD8 &&
                       image.data[2] == 0xFF;
     ending = ".jpg";
-    return jpeg ? std::optional<std::string>(std::in_place, data, image.data.size()) : std::nullopt;
+    if (!jpeg) return std::nullopt;
+    return std::string(image.data.begin(), image.data.end());
   }
-  const bool grey = image.pixelformat == image_t::PIXEL_FORMAT_GRAY;
-  const bool bgr = image.pixelformat == image_t::PIXEL_FORMAT_BGR;
-  if (!grey && !bgr && image.pixelformat != image_t::PIXEL_FORMAT_RGB) return std::nullopt;
-  const int64_t row_bytes = static_cast<int64_t>(image.width) * (grey ? 1 : 3);
-  if (image.width < 2 || image.height < 2 || image.row_stride < row_bytes ||
-      static_cast<int64_t>(image.data.size()) <
-          static_cast<int64_t>(image.row_stride) * (image.height - 1) + row_bytes) {
-    return std::nullopt;
-  }
+  const auto pixels = plain_pixels(image);
+  if (!pixels || image.width < 2 || image.height < 2) return std::nullopt;
+  const bool grey = bytes_per_pixel(image) == 1;
   ending = grey ? ".pgm" : ".ppm";
   std::string file = (grey ? "P5\n" : "P6\n") + std::to_string(image.width) + " " +
                      std::to_string(image.height) + "\n255\n";
-  for (int64_t y = 0; y < image.height; ++y) {
-    const std::size_t start = file.size();
-    file.append(data + y * image.row_stride, static_cast<std::size_t>(row_bytes));
-    for (std::size_t i = start; bgr && i + 2 < file.size(); i += 3) {
-      std::swap(file[i], file[i + 2]);
-    }
-  }
-  return file;
+  return file.append(pixels->begin(), pixels->end());
 }
 
 // A picture that was chosen.

@@ -94,6 +94,16 @@ TEST(LyingOdometry, ARobotLiftedAndTurned90DegreesKnowsIt) {
   EXPECT_LT(worst_error_m(drive_with(lie)), kBoundM);
 }
 
+// A base that told of a turn late and made up for it within one scan: it looks where nothing was
+// seen before, and what is drawn where odometry says would be believed ever after.
+TEST(LyingOdometry, AHeadingThatLeapsIsNotDrawn) {
+  std::vector<Step> lie;
+  add(lie, 6, {Pose2{0, 0, deg_to_rad(-7.0)}, Pose2{0, 0, deg_to_rad(-5.8)}});
+  add(lie, 1, {Pose2{0, 0, deg_to_rad(-2.0)}, Pose2{0, 0, deg_to_rad(-50.0)}});
+  add(lie, 10, honest({}));
+  EXPECT_LT(worst_error_m(drive_with(lie)), kBoundM);
+}
+
 TEST(LyingOdometry, ReverseCountedForwardGoesBack) {
   std::vector<Step> lie;
   add(lie, 20, {Pose2{-kStepM, 0, 0}, Pose2{kStepM, 0, 0}});

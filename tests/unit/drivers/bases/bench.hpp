@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "drivers/transport/emulator.hpp"
@@ -28,8 +29,12 @@ class Bench {
     std::vector<uint8_t> from_device, from_driver;
     emulator_.advance(now_, from_device);
     if (spoil) spoil(from_device);
-    if (plugged_ && !from_device.empty()) driver_.receive(from_device, now_ + host_ahead);
-    driver_.advance(now_ + host_ahead, from_driver);
+    if (plugged_) waiting_.insert(waiting_.end(), from_device.begin(), from_device.end());
+    if (!frozen) {
+      const std::vector<uint8_t> received = std::exchange(waiting_, {});
+      if (!received.empty()) driver_.receive(received, now_ + host_ahead);
+      driver_.advance(now_ + host_ahead, from_driver);
+    }
     for (const uint8_t byte : from_driver) on_line_.push_back(byte);
     // At 9600 baud a byte takes about two steps; faster lines deliver at once.
     budget_ += baud_ * 0.0005 / 10.0;
@@ -62,6 +67,7 @@ class Bench {
   std::function<void(Utime)> each_step;
   Duration host_ahead;  ///< the driver's clock is set so much ahead of now()
   bool deaf = false;    ///< the device hears nothing
+  bool frozen = false;  ///< the driver's process stands still; bytes wait for it
 
  private:
   Driver& driver_;
@@ -70,6 +76,7 @@ class Bench {
   bool plugged_ = true;
   double budget_ = 0.0;
   std::vector<uint8_t> on_line_;
+  std::vector<uint8_t> waiting_;  ///< for the driver
   Utime now_ = Utime::from_us(1'000'000'000);
 };
 

@@ -99,11 +99,20 @@ std::string temporary(const std::string& name) {
   return path;
 }
 
-TEST(LineLcmAdapter, PublishesAPoseAScanAndAMap) {
+// One adapter with the defaults.
+class LineLcmAdapterTest : public ::testing::Test {
+ protected:
+  void finish() {
+    adapter.finish();
+    bus.deliver("ANY", {}, {});  // hands on what finish() published
+  }
   const Drive drive;
   BatchBus bus;
-  Published published(bus);
-  LineLcmAdapter adapter({}, bus);
+  Published published{bus};
+  LineLcmAdapter adapter{{}, bus};
+};
+
+TEST_F(LineLcmAdapterTest, PublishesAPoseAScanAndAMap) {
   drive.send_info(bus);
   for (std::size_t i = 0; i < drive.size(); ++i) {
     drive.send_scan(bus, i);  // odometry comes after: the scan must wait for it
@@ -121,37 +130,24 @@ TEST(LineLcmAdapter, PublishesAPoseAScanAndAMap) {
   EXPECT_GE(from_message(published.maps.back()).size(), 5U);
 }
 
-TEST(LineLcmAdapter, DropsScansUntilTheSensorIsKnown) {
-  const Drive drive;
-  BatchBus bus;
-  Published published(bus);
-  LineLcmAdapter adapter({}, bus);
+TEST_F(LineLcmAdapterTest, DropsScansUntilTheSensorIsKnown) {
   drive.send_odometry(bus, 0);
   drive.send_scan(bus, 0);
   EXPECT_TRUE(published.poses.empty());
   EXPECT_EQ(adapter.drops().by_cause().at("no SENSOR_INFO for LIDAR"), 1);
 }
 
-TEST(LineLcmAdapter, FollowsWithoutAnyOdometry) {
-  const Drive drive;
-  BatchBus bus;
-  Published published(bus);
-  LineLcmAdapter adapter({}, bus);
+TEST_F(LineLcmAdapterTest, FollowsWithoutAnyOdometry) {
   drive.send_info(bus);
   for (std::size_t i = 0; i < drive.size(); ++i) drive.send_scan(bus, i);
-  adapter.finish();
-  bus.deliver("ANY", {}, {});  // hands on what finish() published
+  finish();
   ASSERT_EQ(published.poses.size(), drive.size());
   EXPECT_EQ(adapter.scans_guessed(), static_cast<int64_t>(drive.size()) - 1);
   EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(drive.size() - 1), 0.03, 0.01));
 }
 
 // A base that was killed counts from zero when it is back.
-TEST(LineLcmAdapter, OdometryThatBeginsAnewMovesNothing) {
-  const Drive drive;
-  BatchBus bus;
-  Published published(bus);
-  LineLcmAdapter adapter({}, bus);
+TEST_F(LineLcmAdapterTest, OdometryThatBeginsAnewMovesNothing) {
   drive.send_info(bus);
   for (std::size_t i = 0; i < drive.size(); ++i) {
     drive.send_scan(bus, i);
@@ -159,8 +155,7 @@ TEST(LineLcmAdapter, OdometryThatBeginsAnewMovesNothing) {
     if (i == 14 || i == 15) continue;
     drive.send_odometry(bus, i, i < 14 ? Pose2{5.0, 2.0, 0.4} : Pose2{});
   }
-  adapter.finish();
-  bus.deliver("ANY", {}, {});  // hands on what finish() published
+  finish();
   ASSERT_EQ(published.poses.size(), drive.size());
   EXPECT_EQ(adapter.drops().by_cause().at("odometry began anew: none for a scan"), 1);
   for (std::size_t i = 0; i < drive.size(); ++i) {
@@ -170,11 +165,7 @@ TEST(LineLcmAdapter, OdometryThatBeginsAnewMovesNothing) {
   }
 }
 
-TEST(LineLcmAdapter, PassesTiltedScansByAndCarriesThePoseOn) {
-  const Drive drive;
-  BatchBus bus;
-  Published published(bus);
-  LineLcmAdapter adapter({}, bus);
+TEST_F(LineLcmAdapterTest, PassesTiltedScansByAndCarriesThePoseOn) {
   SensorInfo base;
   base.channel = channels::kPanTiltState;
   SensorInfo laser;
@@ -256,11 +247,7 @@ TEST(LineLcmAdapter, TwoRunsWriteTheSameJournal) {
   EXPECT_EQ(texts[0], texts[1]);
 }
 
-TEST(LineLcmAdapter, ResetStartsAgain) {
-  const Drive drive;
-  BatchBus bus;
-  Published published(bus);
-  LineLcmAdapter adapter({}, bus);
+TEST_F(LineLcmAdapterTest, ResetStartsAgain) {
   drive.send_info(bus);
   drive.send_odometry(bus, 0);
   drive.send_scan(bus, 0);
@@ -301,34 +288,6 @@ TEST(LineLcmAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
   LineLcmAdapter nowhere({}, bus);
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
   EXPECT_EQ(nowhere.drops().by_cause().at("slam_command_t: SAVE without save_folder"), 1);
-}
-
-TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {
-  LineCheckpoint checkpoint;
-  checkpoint.utime = Utime::from_us(5);
-  WallFilter::Stored& filter = checkpoint.mapper.slam.filter;
-  filter.mean = filter.first_estimate = Eigen::VectorXd::Ones(7);
-  filter.covariance = Eigen::MatrixXd::Identity(7, 7);
-  filter.walls.resize(1);
-  checkpoint.mapper.key_beams.resize(1);
-  checkpoint.mapper.key_beams[0].beams.resize(2);
-  checkpoint.mapper.key_beams[0].beams[1] = {{1.0, 2.0}, 3.0, true};
-  const std::vector<uint8_t> good = encode_checkpoint(checkpoint);
-  const LineCheckpoint back = decode_checkpoint(good);
-  EXPECT_EQ(back.mapper.slam.filter.covariance, filter.covariance);
-  EXPECT_EQ(back.mapper.key_beams[0].beams[1].hit_m, Eigen::Vector2d(1.0, 2.0));
-  EXPECT_THROW(LineMapper(LineMapperOptions{}).restore(back.mapper), std::invalid_argument)
-      << "beams without their key scan";
-  for (std::size_t size = 0; size < good.size(); ++size) {
-    EXPECT_THROW(
-        decode_checkpoint({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}),
-        std::invalid_argument);
-  }
-  for (std::size_t at = 0; at < good.size(); at += 7) {
-    std::vector<uint8_t> bad = good;
-    bad[at] ^= 0x10U;
-    EXPECT_THROW(decode_checkpoint(bad), std::invalid_argument) << at;
-  }
 }
 
 }  // namespace

@@ -61,19 +61,23 @@ TEST_F(OneSourceTest, AnotherRobotsScansAreLeftOutAndAllOfOursAreTaken) {
   EXPECT_NEAR(foreign_, others, 3);  // the last ones still wait
 }
 
+// On our own laser's beat, with its very ranges: only their number tells.
 TEST_F(OneSourceTest, AnotherLasersScansOfAnotherShapeAreAnotherLasers) {
   for (int i = 0; i < 60; ++i) {
-    give_own(own_at(kPeriodS * i));
-    if (i < 20) continue;
-    LaserScan small = own_at(kPeriodS * i);
-    small.ranges_m.resize(181);
-    give(small);
+    if (i % 5 != 4) {
+      give_own(own_at(kPeriodS * i));
+    } else if (i > 20) {
+      LaserScan small = own_at(kPeriodS * i);
+      small.ranges_m.resize(181);
+      give(small);
+    }
   }
+  give_own(own_at(kPeriodS * 60));
   EXPECT_THAT(taken_, ElementsAreArray(given_));
-  EXPECT_EQ(foreign_, 39);
+  EXPECT_EQ(foreign_, 8);
 }
 
-// Half the scans lost, stamps in bursts of three, 2 rad/s: nothing of it is another's.
+// Half the scans lost, stamps in bursts of three, 2 rad/s: nothing of it is another's, nor waits.
 TEST_F(OneSourceTest, NothingOfOursIsLeftOut) {
   std::bernoulli_distribution lost(0.5);
   for (int i = 0; i < 200; ++i) {
@@ -82,6 +86,7 @@ TEST_F(OneSourceTest, NothingOfOursIsLeftOut) {
     LaserScan scan = scan_at(at_s, {0.5, 0.3, 2.0 * at_s}, room_);
     scan.utime = Utime::from_us(1'000'000) + Duration::from_seconds(kPeriodS * (i / 3 * 3));
     give_own(scan);
+    EXPECT_EQ(taken_.size(), given_.size()) << i;
   }
   EXPECT_THAT(taken_, ElementsAreArray(given_));
   EXPECT_EQ(foreign_, 0);

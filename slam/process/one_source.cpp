@@ -63,26 +63,26 @@ std::size_t OneSource::patience() const {
   return static_cast<std::size_t>(std::clamp(kPatienceS / std::max(period_s_, 1e-3), 4.0, 40.0));
 }
 
-OneSource::Beat OneSource::beat_of(const LaserScan& scan) const {
-  const double since_s = (scan.utime - last_->utime).seconds();
+OneSource::Beat OneSource::beat_of(const LaserScan& before, const LaserScan& scan) const {
+  const double since_s = (scan.utime - before.utime).seconds();
   if (period_s_ <= 0.0 || std::abs(since_s) > kPatienceS) return {0, 0.0};
   const double periods = since_s / period_s_;
   const double whole = std::max(1.0, std::round(periods));
   return {static_cast<int>(whole), std::abs(periods - whole)};
 }
 
-bool OneSource::goes_on(const LaserScan& scan) const {
+bool OneSource::goes_on(const LaserScan& before, const LaserScan& scan) const {
   // What its stamps do not tell may have been long ago.
-  if (!is_regular()) return looks_the_same(*last_, scan, kUnknownS, kMany);
-  const double since_s = std::abs((scan.utime - last_->utime).seconds());
-  return beat_of(scan).off <= kOffBeat &&
-         looks_the_same(*last_, scan, std::clamp(since_s, period_s_, kLongestS), kMost);
+  if (!is_regular()) return looks_the_same(before, scan, kUnknownS, kMany);
+  const double since_s = std::abs((scan.utime - before.utime).seconds());
+  return beat_of(before, scan).off <= kOffBeat &&
+         looks_the_same(before, scan, std::clamp(since_s, period_s_, kLongestS), kMost);
 }
 
 void OneSource::believe(const LaserScan& scan) {
   if (last_) {
     const double step_s = std::abs((scan.utime - last_->utime).seconds());
-    const Beat beat = beat_of(scan);
+    const Beat beat = beat_of(*last_, scan);
     // Of a gap or of a clock that was set nothing is learnt.
     if (step_s < kPatienceS) {
       ++steps_;
@@ -91,22 +91,49 @@ void OneSource::believe(const LaserScan& scan) {
       off_beat_ += weight * (beat.off - off_beat_);
     }
   }
-  last_ = scan;
+  before_ = std::exchange(last_, scan);
 }
 
 bool OneSource::waits_for(const LaserScan& scan) const {
   if (waiting_.empty() || waiting_.back().size() != scan.size()) return false;
-  // It looked elsewhere meanwhile: it missed as many beats, or what waits leads here.
-  const Beat beat = beat_of(scan);
-  if (is_regular() && beat.periods > 0) return static_cast<int>(waiting_.size()) < beat.periods;
-  return looks_the_same(waiting_.back(), scan, period_s_, kMost);
+  // It looked elsewhere meanwhile: what waits leads here, on beats that it missed.
+  const double since_s = std::abs((scan.utime - waiting_.back().utime).seconds());
+  if (!looks_the_same(waiting_.back(), scan, std::clamp(since_s, period_s_, kLongestS), kMost)) {
+    return false;
+  }
+  const Beat beat = beat_of(*last_, scan);
+  if (!is_regular() || beat.periods == 0) return true;
+  return static_cast<int>(waiting_.size()) < beat.periods &&
+         std::all_of(waiting_.begin(), waiting_.end(), [this](const LaserScan& missed) {
+           return beat_of(*last_, missed).off <= kOffBeat;
+         });
+}
+
+bool OneSource::waiting_go_on() const {
+  constexpr double kMostPairs = 0.8;
+  int alike = 0;
+  for (std::size_t i = 1; i < waiting_.size(); ++i) {
+    alike += looks_the_same(waiting_[i - 1], waiting_[i], kLongestS, kMost) ? 1 : 0;
+  }
+  return alike >= kMostPairs * static_cast<double>(waiting_.size() - 1);
 }
 
 OneSource::Sorted OneSource::take(LaserScan scan) {
   Sorted sorted;
-  if (is_known() && !goes_on(scan)) {
+  bool is_ours = !is_known() || goes_on(*last_, scan);
+  if (!is_ours && before_ && goes_on(*before_, scan)) {
+    last_ = before_;  // the last one was another's, who is where we are
+    is_ours = true;
+  }
+  if (!is_ours) {
     waiting_.push_back(std::move(scan));
-    if (waiting_.size() > patience()) sorted.own = rest();
+    if (waiting_.size() <= patience()) return sorted;
+    if (waiting_go_on()) {
+      sorted.own = rest();
+    } else {
+      waiting_.pop_front();
+      sorted.foreign = 1;
+    }
     return sorted;
   }
   if (waits_for(scan)) {

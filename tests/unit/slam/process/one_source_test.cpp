@@ -61,6 +61,38 @@ TEST_F(OneSourceTest, AnotherRobotsScansAreLeftOutAndAllOfOursAreTaken) {
   EXPECT_NEAR(foreign_, others, 3);  // the last ones still wait
 }
 
+// It drives through our place, and its scans come earlier than ours of the same moment; one of them
+// is believed, as it looks like ours.
+TEST_F(OneSourceTest, AnotherRobotWhereWeAreDoesNotTakeOurPlace) {
+  std::vector<int64_t> strays;
+  for (int i = 0; i < 120; ++i) {
+    const double at_s = kPeriodS * i;
+    if (i == 40) {
+      LaserScan stray = own_at(at_s);
+      stray.utime = stray.utime + Duration::from_seconds(0.15 * kPeriodS);
+      strays.push_back(stray.utime.us);
+      give(stray);
+    }
+    give_own(own_at(at_s));
+    if (i >= 40 && i % 2 == 0) {
+      give(scan_at(at_s + 0.013, {0.0, 6.0 - 0.2 * (i * 7 % 50), 1.0}, other_room_));
+    }
+  }
+  std::erase_if(taken_, [&](int64_t utime) { return utime == strays[0]; });
+  EXPECT_THAT(taken_, ElementsAreArray(given_));
+  EXPECT_GE(foreign_, 35);
+}
+
+// Ours is silent: scans of many places are nobody's that goes on.
+TEST_F(OneSourceTest, ScansThatDoNotGoOnFromEachOtherAreNotTakenForARestart) {
+  for (int i = 0; i < 40; ++i) give_own(own_at(kPeriodS * i));
+  for (int i = 40; i < 120; ++i) {
+    const FlatWorld& place = i % 2 == 0 ? other_room_ : room_;
+    give(scan_at(kPeriodS * i, {0.1 * (i % 5), 2.0 - 0.1 * (i * 7 % 23), 0.9 * i}, place));
+  }
+  EXPECT_THAT(taken_, ElementsAreArray(given_));
+}
+
 // On our own laser's beat, with its very ranges: only their number tells.
 TEST_F(OneSourceTest, AnotherLasersScansOfAnotherShapeAreAnotherLasers) {
   for (int i = 0; i < 60; ++i) {

@@ -21,6 +21,12 @@ std::optional<Eigen::Vector2d> position_at(const Trajectory& truth, Utime utime,
   return interpolate(before->world_from_robot, after->world_from_robot, part).translation_m();
 }
 
+Trajectory moved(const Trajectory& trajectory, const Pose2& to_from) {
+  Trajectory result = trajectory;
+  for (StampedPose2& pose : result) pose.world_from_robot = to_from * pose.world_from_robot;
+  return result;
+}
+
 }  // namespace
 
 TrajectoryFit fit_to_truth(const Trajectory& estimate, const Trajectory& truth, Duration max_gap) {
@@ -59,6 +65,17 @@ TrajectoryFit fit_to_truth(const Trajectory& estimate, const Trajectory& truth, 
   }
   fit.rms_m = std::sqrt(squares / static_cast<double>(fit.count));
   return fit;
+}
+
+Trajectory truth_on_estimate(const Trajectory& estimate, const Trajectory& truth) {
+  const TrajectoryFit fit = fit_to_truth(estimate, truth);
+  return fit.count < 2 ? Trajectory{} : moved(truth, fit.truth_from_estimate.inverse());
+}
+
+Trajectory odometry_on_estimate(const Trajectory& estimate, const Trajectory& odometry) {
+  if (estimate.empty() || odometry.empty()) return {};
+  return moved(odometry,
+               estimate.front().world_from_robot * odometry.front().world_from_robot.inverse());
 }
 
 }  // namespace marco

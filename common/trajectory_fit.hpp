@@ -21,4 +21,10 @@ TrajectoryFit fit_to_truth(const Trajectory& estimate,
                            const Trajectory& truth,
                            Duration max_gap = Duration::from_seconds(1.0));
 
+/// The truth in the estimate's frame, by the best fit; empty when there is none.
+Trajectory truth_on_estimate(const Trajectory& estimate, const Trajectory& truth);
+
+/// Odometry in the estimate's frame, by their first poses; empty when one of them is.
+Trajectory odometry_on_estimate(const Trajectory& estimate, const Trajectory& odometry);
+
 }  // namespace marco

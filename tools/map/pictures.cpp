@@ -14,12 +14,6 @@ namespace {
 constexpr viewer::Rgb kWallGreen{36, 150, 62};
 constexpr viewer::Rgb kTruthGrey{120, 120, 120};  // where green are the walls
 
-Trajectory moved(const Trajectory& trajectory, const Pose2& to_from) {
-  Trajectory result = trajectory;
-  for (StampedPose2& pose : result) pose.world_from_robot = to_from * pose.world_from_robot;
-  return result;
-}
-
 // Odometry that has drifted out of the map would only make the picture small.
 Trajectory within(const Trajectory& trajectory, const GridMap& map) {
   constexpr double kMarginM = 5.0;
@@ -89,20 +83,12 @@ viewer::PointsItem points_item(const Points2& hits, const viewer::Rgb& color, co
 
 void add_paths(const GridMap& map, const MapJob& job, viewer::Scene& scene) {
   const Trajectory estimate = job.trajectory();
-  const Trajectory& odometry = job.odometry_trajectory();
-  if (!odometry.empty() && !estimate.empty()) {
-    const Pose2 world_from_odom =
-        estimate.front().world_from_robot * odometry.front().world_from_robot.inverse();
-    scene.paths.push_back(
-        {within(moved(odometry, world_from_odom), map), viewer::palette::kOdometry, "odometry"});
+  const Trajectory odometry = odometry_on_estimate(estimate, job.odometry_trajectory());
+  if (!odometry.empty()) {
+    scene.paths.push_back({within(odometry, map), viewer::palette::kOdometry, "odometry"});
   }
-  if (!job.truth().empty()) {
-    const TrajectoryFit fit = fit_to_truth(estimate, job.truth());
-    if (fit.count >= 2) {
-      scene.paths.push_back({moved(job.truth(), fit.truth_from_estimate.inverse()),
-                             viewer::palette::kTruth, "truth"});
-    }
-  }
+  const Trajectory truth = truth_on_estimate(estimate, job.truth());
+  if (!truth.empty()) scene.paths.push_back({truth, viewer::palette::kTruth, "truth"});
   scene.paths.push_back({estimate, viewer::palette::kEstimate, "estimate"});
 }
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "common/check.hpp"
+#include "common/trajectory_fit.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -48,8 +49,22 @@ class InputReader {
   void read_folder(const fs::path& folder) {
     for (const char* name : {"model.ply", "map.yaml"})
       if (fs::exists(folder / name)) read_file(folder / name, {});
+    const std::size_t first_path = inputs_.scene.paths.size();
     for (const PathKind& kind : kPathKinds)
       if (fs::exists(folder / kind.file)) read_file(folder / kind.file, kind);
+    lay_on_estimate(first_path);
+  }
+
+  // As recorded, odometry and truth have frames of their own.
+  void lay_on_estimate(std::size_t first_path) {
+    auto& paths = inputs_.scene.paths;
+    if (paths.size() <= first_path || paths.back().label != "estimate") return;
+    const Trajectory estimate = paths.back().poses;
+    for (std::size_t i = first_path; i + 1 < paths.size(); ++i) {
+      paths[i].poses = paths[i].label == "truth" ? truth_on_estimate(estimate, paths[i].poses)
+                                                 : odometry_on_estimate(estimate, paths[i].poses);
+    }
+    std::erase_if(paths, [](const auto& path) { return path.poses.empty(); });
   }
 
   void read_file(const fs::path& file, const PathKind& kind) {

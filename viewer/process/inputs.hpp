@@ -30,7 +30,8 @@ struct Inputs {
 };
 
 /// Reads models, maps, trajectories, and folders written by `map`: of a folder, model.ply,
-/// map.yaml, trajectory.tum (estimate), odometry.tum and truth.tum where they are there.
+/// map.yaml, trajectory.tum (estimate), odometry.tum and truth.tum where they are there, these two
+/// laid on the estimate: odometry by its first pose, truth by the best fit.
 /// @throws std::invalid_argument naming the path and what was expected when nothing of an input
 /// could be used; what is broken beside something good is skipped and told.
 Inputs read_inputs(const std::vector<std::string>& paths, const FileReaders& readers);

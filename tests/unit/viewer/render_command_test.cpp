@@ -66,6 +66,26 @@ TEST(Inputs, TakesFromAFolderWhatMapWrites) {
   EXPECT_TRUE(inputs.skipped.empty());
 }
 
+TEST(Inputs, LaysOdometryAndTruthOnTheEstimate) {
+  const Folder folder("marco_viewer_frames");
+  for (const char* name : {"trajectory.tum", "truth.tum", "odometry.tum"}) folder.touch(name);
+  FileReaders readers = tiny_readers();
+  const Pose2 elsewhere{30.0, -7.0, 1.2};
+  readers.trajectory = [&](const std::string& path) {
+    Trajectory poses{{Utime::from_us(0), {0.2, 0.2, 0.0}}, {Utime::from_us(1), {0.8, 0.8, 0.0}}};
+    if (path.find("trajectory.tum") != std::string::npos) return poses;
+    for (auto& pose : poses) pose.world_from_robot = elsewhere * pose.world_from_robot;
+    return poses;
+  };
+  const Inputs inputs = read_inputs({folder.path()}, readers);
+  ASSERT_EQ(inputs.scene.paths.size(), 3U);
+  for (const auto& path : inputs.scene.paths) {
+    ASSERT_EQ(path.poses.size(), 2U) << path.label;
+    EXPECT_NEAR(path.poses[1].world_from_robot.x_m, 0.8, 1e-9) << path.label;
+    EXPECT_NEAR(path.poses[1].world_from_robot.y_m, 0.8, 1e-9) << path.label;
+  }
+}
+
 TEST(Inputs, NamesWhatIsMissingEmptyOrBroken) {
   const Folder folder("marco_viewer_bad_inputs");
   const auto message = [&](const std::string& path) -> std::string {

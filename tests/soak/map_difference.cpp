@@ -1,11 +1,12 @@
 // How far apart the last GRID_MAP of two logs are: of each map's occupied cells the distance to the
-// other's nearest.
+// other's nearest, where the other has looked.
 //   map_difference A.lcm B.lcm   prints "median 0.00 p95 0.05 p99 0.10 cells 1234 1230, of B alone
 //   p95 0.05 p99 0.07" (B's cells to A's: what B has is right); exit 1 where a log has no map.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -21,39 +22,59 @@ namespace {
 
 using Points = std::vector<Eigen::Vector2d>;
 
-/// Occupied cells of the last revision that is complete, or of what came of the last one.
-Points last_map(const std::string& path) {
+struct Tile {
+  Points occupied_m;
+  Points known_m;
+};
+
+struct Map {
+  Points occupied_m;
+  std::set<std::pair<int64_t, int64_t>> known;  ///< cells
+
+  static std::pair<int64_t, int64_t> cell(const Eigen::Vector2d& at_m) {
+    constexpr double kCellM = 0.05;
+    return {std::llround(std::floor(at_m.x() / kCellM)),
+            std::llround(std::floor(at_m.y() / kCellM))};
+  }
+};
+
+/// Of the last revision that is complete, or of what came of the last one.
+Map last_map(const std::string& path) {
   files::EventLogReader log(path);
   // Of each its tiles by where they lie: one that is sent again takes the place of the one before.
-  std::map<int64_t, std::map<std::pair<double, double>, Points>> revisions;
+  std::map<int64_t, std::map<std::pair<double, double>, Tile>> revisions;
   while (const auto event = log.next()) {
     if (event->channel != channels::kGridMap) continue;
     grid_map_t message{};
     if (message.decode(event->bytes.data(), 0, static_cast<int>(event->bytes.size())) <= 0)
       continue;
     const GridMap tile = from_message(message);
-    Points& points = revisions[message.revision][{tile.origin_m.x(), tile.origin_m.y()}];
-    points.clear();
+    Tile& kept = revisions[message.revision][{tile.origin_m.x(), tile.origin_m.y()}];
+    kept = {};
     for (int y = 0; y < tile.height_cells; ++y) {
       for (int x = 0; x < tile.width_cells; ++x) {
-        if (tile.at(x, y) == GridMap::kUnknown || tile.at(x, y) < 65) continue;
-        points.push_back(tile.origin_m + tile.resolution_m * Eigen::Vector2d(x + 0.5, y + 0.5));
+        if (tile.at(x, y) == GridMap::kUnknown) continue;
+        kept.known_m.push_back(tile.origin_m +
+                               tile.resolution_m * Eigen::Vector2d(x + 0.5, y + 0.5));
+        if (tile.at(x, y) >= 65) kept.occupied_m.push_back(kept.known_m.back());
       }
     }
     if (revisions.size() > 3) revisions.erase(revisions.begin());
   }
-  Points all;
-  if (revisions.empty()) return all;
-  for (const auto& [origin_m, points] : revisions.rbegin()->second) {
-    all.insert(all.end(), points.begin(), points.end());
+  Map map;
+  if (revisions.empty()) return map;
+  for (const auto& [origin_m, tile] : revisions.rbegin()->second) {
+    map.occupied_m.insert(map.occupied_m.end(), tile.occupied_m.begin(), tile.occupied_m.end());
+    for (const Eigen::Vector2d& at_m : tile.known_m) map.known.insert(Map::cell(at_m));
   }
-  return all;
+  return map;
 }
 
-void add_distances(const Points& from, const Points& to, std::vector<double>& out) {
-  for (const Eigen::Vector2d& point : from) {
+void add_distances(const Map& from, const Map& to, std::vector<double>& out) {
+  for (const Eigen::Vector2d& point : from.occupied_m) {
+    if (!to.known.contains(Map::cell(point))) continue;
     double nearest = HUGE_VAL;
-    for (const Eigen::Vector2d& other : to) {
+    for (const Eigen::Vector2d& other : to.occupied_m) {
       nearest = std::min(nearest, (point - other).squaredNorm());
     }
     out.push_back(std::sqrt(nearest));
@@ -61,9 +82,9 @@ void add_distances(const Points& from, const Points& to, std::vector<double>& ou
 }
 
 int run(const std::string& a, const std::string& b) {
-  const Points one = last_map(a), other = last_map(b);
-  if (one.empty() || other.empty()) {
-    std::printf("no map in %s\n", one.empty() ? a.c_str() : b.c_str());
+  const Map one = last_map(a), other = last_map(b);
+  if (one.occupied_m.empty() || other.occupied_m.empty()) {
+    std::printf("no map in %s\n", one.occupied_m.empty() ? a.c_str() : b.c_str());
     return 1;
   }
   std::vector<double> both_m, of_other_m;
@@ -76,8 +97,8 @@ int run(const std::string& a, const std::string& b) {
     return distances_m[static_cast<std::size_t>(at)];
   };
   std::printf("median %.3f p95 %.3f p99 %.3f cells %zu %zu, of B alone p95 %.3f p99 %.3f\n",
-              part(both_m, 0.5), part(both_m, 0.95), part(both_m, 0.99), one.size(), other.size(),
-              part(of_other_m, 0.95), part(of_other_m, 0.99));
+              part(both_m, 0.5), part(both_m, 0.95), part(both_m, 0.99), one.occupied_m.size(),
+              other.occupied_m.size(), part(of_other_m, 0.95), part(of_other_m, 0.99));
   return 0;
 }
 

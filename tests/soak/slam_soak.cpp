@@ -62,8 +62,8 @@ class Soak {
     const double round_s = sim::BatchSimulation(rays, tour, {}, 1).duration_s();
     const int rounds = static_cast<int>(end_s_ / round_s) + 1;
     std::printf("%.2f h in rounds of %.0f s\n", hours, round_s);
-    std::printf("%8s %9s %12s %10s %8s %9s %9s\n", "hour", "scans", "us a scan", "memory MB",
-                "keys", "error m", "at worst");
+    std::printf("%8s %9s %12s %10s %8s %8s %8s %8s %9s %9s\n", "hour", "scans", "us a scan",
+                "memory MB", "keys", "edges", "loops", "poses", "error m", "at worst");
     std::fflush(stdout);
     sim::BatchSimulation simulation(rays, repeated(tour, rounds), {}, 1);
     process::BatchBus bus;
@@ -116,10 +116,12 @@ class Soak {
     if (at_s < period_s_ * static_cast<double>(periods_.size() + 1)) return;
     periods_.push_back(now_);
     memory_mb_.push_back(resident_mb());
-    std::printf("%8.2f %9lld %12.1f %10.1f %8d %9.3f %9.3f\n", at_s / 3600.0,
+    const slam::SlamState state = adapter.slam().state();
+    std::printf("%8.2f %9lld %12.1f %10.1f %8zu %8zu %8zu %8zu %9.3f %9.3f\n", at_s / 3600.0,
                 static_cast<long long>(now_.scans),
                 1e6 * now_.cpu_s / static_cast<double>(now_.scans), memory_mb_.back(),
-                static_cast<int>(adapter.slam().key_count()), error_m_, worst_m_);
+                state.keys.size(), state.edges.size(), state.loops.size(),
+                state.scans.size() + state.trail.size(), error_m_, worst_m_);
     forget_truths(adapter.slam());
     worst_m_ = 0.0;
     std::fflush(stdout);

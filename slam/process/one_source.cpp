@@ -96,26 +96,32 @@ void OneSource::believe(const LaserScan& scan) {
 
 bool OneSource::waits_for(const LaserScan& scan) const {
   if (waiting_.empty() || waiting_.back().size() != scan.size()) return false;
-  // It looked elsewhere meanwhile: what waits leads here, on beats that it missed.
-  const double since_s = std::abs((scan.utime - waiting_.back().utime).seconds());
-  if (!looks_the_same(waiting_.back(), scan, std::clamp(since_s, period_s_, kLongestS), kMost)) {
-    return false;
-  }
+  // It looked elsewhere meanwhile: what waits lies on beats that it missed, or leads here.
   const Beat beat = beat_of(*last_, scan);
-  if (!is_regular() || beat.periods == 0) return true;
+  if (!is_regular() || beat.periods == 0) {
+    return looks_the_same(waiting_.back(), scan, period_s_, kMost);
+  }
   return static_cast<int>(waiting_.size()) < beat.periods &&
          std::all_of(waiting_.begin(), waiting_.end(), [this](const LaserScan& missed) {
            return beat_of(*last_, missed).off <= kOffBeat;
          });
 }
 
-bool OneSource::waiting_go_on() const {
-  constexpr double kMostPairs = 0.8;
-  int alike = 0;
+bool OneSource::waiting_keep_a_rhythm() const {
+  constexpr double kMostSteps = 0.8;
+  std::vector<double> steps_s;
   for (std::size_t i = 1; i < waiting_.size(); ++i) {
-    alike += looks_the_same(waiting_[i - 1], waiting_[i], kLongestS, kMost) ? 1 : 0;
+    steps_s.push_back(std::abs((waiting_[i].utime - waiting_[i - 1].utime).seconds()));
   }
-  return alike >= kMostPairs * static_cast<double>(waiting_.size() - 1);
+  // Where half the scans are lost a quarter of the steps is still one period.
+  const auto quarter = steps_s.begin() + static_cast<std::ptrdiff_t>(steps_s.size() / 4);
+  std::nth_element(steps_s.begin(), quarter, steps_s.end());
+  const double period_s = std::max(*quarter, 1e-3);
+  const auto kept = std::count_if(steps_s.begin(), steps_s.end(), [period_s](double step_s) {
+    const double periods = step_s / period_s;
+    return std::abs(periods - std::max(1.0, std::round(periods))) <= kOffBeat;
+  });
+  return static_cast<double>(kept) >= kMostSteps * static_cast<double>(steps_s.size());
 }
 
 OneSource::Sorted OneSource::take(LaserScan scan) {
@@ -128,7 +134,7 @@ OneSource::Sorted OneSource::take(LaserScan scan) {
   if (!is_ours) {
     waiting_.push_back(std::move(scan));
     if (waiting_.size() <= patience()) return sorted;
-    if (waiting_go_on()) {
+    if (!is_regular() || waiting_keep_a_rhythm()) {
       sorted.own = rest();
     } else {
       waiting_.pop_front();

@@ -256,9 +256,12 @@ TEST_F(MapProcess, ALogReplayedIntoTheLiveProcessGivesThePosesOfTheBatchRun) {
   ASSERT_TRUE(slam_is_up) << files::read_whole_file(at("slam.out"));
   Program player("lcm-logplayer", {"--speed=2", log}, at("player.out"));
   const Trajectory batch = files::read_tum(at("batch/trajectory_live.tum"));
-  // Ends when all have come, or nothing has come for two seconds.
-  for (int silent = 0; silent < 20 && live.size() < batch.size();)
-    silent = bus.handle_once(100) ? 0 : silent + 1;
+  // Ends when all have come, or no pose has come for three seconds of its statuses.
+  std::size_t before = 0;
+  for (int silent = 0; silent < 60 && live.size() < batch.size();) {
+    bus.handle_once(50);
+    silent = std::exchange(before, live.size()) == live.size() ? silent + 1 : 0;
+  }
   slam.signal(SIGTERM);
   EXPECT_EQ(slam.wait(20), 0);
   std::size_t met = 0;

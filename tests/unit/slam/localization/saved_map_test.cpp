@@ -114,7 +114,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
     slam.process(input);
   }
   const std::string sealed = encode_saved_map({"", {0}, slam.state()});
-  const std::string payload(unseal("MARCOMAP", 3, sealed));
+  const std::string payload(unseal("MARCOMAP", 4, sealed));
   std::mt19937 random(11);
   int refused = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -124,7 +124,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
         trial < 200 ? static_cast<std::size_t>(trial) % 100 : random() % payload.size();
     lying[at] = static_cast<char>(random());
     if (trial % 3 == 0) lying.resize(random() % lying.size());
-    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 3, lying)); }).empty() ? 0 : 1;
+    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 4, lying)); }).empty() ? 0 : 1;
   }
   EXPECT_GT(refused, 150);
   SlamState state = slam.state();

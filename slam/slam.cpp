@@ -98,7 +98,9 @@ SlamUpdate Slam::process(const SlamInput& input) {
   covariance_ = covariance;
   world_from_robot_ = found.world_from_robot;
   bool became_key = false, trajectory_changed = false;
-  if (use) unmatched_ = found.usable || keys_.empty() ? 0 : unmatched_ + 1;
+  if (use) {
+    unmatched_ = found.usable || keys_.empty() ? 0 : std::min(unmatched_ + 1, kUnmatchedUntilDrawn);
+  }
   const bool fits = unmatched_ == 0 || unmatched_ >= kUnmatchedUntilDrawn;
   if (use && fits && input.may_draw && key_is_due(input.scan, world_from_robot_)) {
     add_key(input, points, found);

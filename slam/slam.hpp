@@ -208,7 +208,7 @@ class Slam {
   int looked_at_ = 0;        ///< key scans before this one have been looked at by thin_keys() ...
   int thin_until_ = 0;       ///< ... and before this one, none needs to be any more
   int kept_keys_ = 0;        ///< there were when it was last through
-  int unmatched_ = 0;        ///< scans of late, one after the other
+  int unmatched_ = 0;        ///< as SlamState::unmatched
   Pose2 world_from_robot_;   ///< at the last scan that was looked at
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   double last_search_path_m_ = 0.0;  ///< of the last look for loops

@@ -82,6 +82,7 @@ void check(const SlamState& state) {
   require(state.looked_at >= 0 && state.looked_at <= count && state.thin_until <= count &&
               state.kept_keys >= 0 && state.kept_keys <= count,
           "more key scans were looked at than there are");
+  require(state.unmatched >= 0 && state.unmatched < 1'000'000, "no such number of unmatched scans");
   require(is_near(state.world_from_robot), "the robot is farther away than 1000 km");
 }
 
@@ -184,6 +185,7 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
   covariance_ = session.covariance;
   motion_.restore(session.motion);
   standing_.reset();
+  unmatched_ = session.unmatched;
   // Nothing lies between the sessions: what is looked at around a place ends there.
   std::vector<KeyScan> nearby(keys_.begin(), keys_.begin() + first_key);
   KeyScan nothing;

@@ -39,7 +39,7 @@ struct SlamState {
   int32_t looked_at = 0;  ///< of the key scans that may become one: see Slam
   int32_t thin_until = 0;
   int32_t kept_keys = 0;
-  int32_t unmatched = 0;  ///< scans of late, one after the other
+  int32_t unmatched = 0;  ///< scans of late that fitted nothing, one after the other; counted to 3
 };
 
 /// The poses of key scans, and of the scans that hang on them.

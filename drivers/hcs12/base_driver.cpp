@@ -12,7 +12,7 @@ constexpr double kIdleStatusS = 0.1;
 constexpr double kBatteryS = 10.0;
 constexpr double kSonarS = 1.3;        // a round takes 1.2 s
 constexpr double kSlowestPace = 1.25;  // of the board's ticks, as learn_pace believes
-constexpr double kStallS = 0.1;
+constexpr double kStallS = 0.1;        // between two calls: this process stood still
 
 }  // namespace
 

@@ -26,7 +26,7 @@ void check(const LineMapper::Stored& stored) {
   graph.edges = stored.edges;
   graph.loops = stored.loops;
   graph.scans = stored.scans;
-  graph.trail.resize(stored.keys.size());
+  graph.trail.resize(stored.keys.size(), ScanPose{{}, 0, {}});
   graph.world_from_robot = Pose2::from_vector(stored.slam.filter.mean.head<3>());
   check(graph);
 }

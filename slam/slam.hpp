@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -90,8 +91,8 @@ struct SlamUpdate {
 ///
 /// The world frame is the first scan's robot frame. Deterministic: a pure function of its inputs.
 /// Not thread-safe. Key scans of a place seen often enough become one (key_thinning.hpp), so that
-/// what is kept grows with the area; the path grows with time: 40 bytes a scan (not after
-/// keep_short_path()), and as many for each key scan that ever was.
+/// what is kept grows with the area; the path grows with time: 40 bytes a scan, and as many for
+/// each key scan that ever was (neither after keep_short_path()).
 class Slam {
  public:
   /// @throws std::invalid_argument for an option outside its limits.
@@ -105,7 +106,8 @@ class Slam {
 
   /// One pose a processed scan, in order, by the newest optimization; fewer of a short path.
   Trajectory trajectory() const;
-  /// At each key scan that was made, also those that have become one with an older.
+  /// At each key scan that was made, also those that have become one with an older; of a short path
+  /// fewer of the latter, the fewer the longer ago.
   Trajectory key_trajectory() const;
   /// Grows whenever older poses changed.
   int64_t revision() const { return revision_; }
@@ -133,7 +135,8 @@ class Slam {
 
   /// From here on the path follows the map, not the time: of scans taken nearer to the last kept
   /// one than `every_m` (and turned by less than as many radians) no pose is kept, nor of those
-  /// that hang on a key scan that becomes one with an older. Those before index `first` stay.
+  /// that hang on a key scan that becomes one with an older. Those before index `first` stay. Of
+  /// key scans that became one, as many poses are kept as there are key scans, times three.
   /// What poses come of the scans does not change. @throws std::invalid_argument below 0.
   void keep_short_path(double every_m, std::size_t first = 0);
 
@@ -173,8 +176,7 @@ class Slam {
   /// their number alone.
   int first_local() const;
   /// The same as an index into keys_.
-  int first_local_key() const { return first_local() - removed_keys(); }
-  int removed_keys() const { return static_cast<int>(trail_.size() - keys_.size()); }
+  int first_local_key() const { return std::max(0, first_local() - merged_keys_); }
   bool thinning_is_due() const;
   /// Of the key scans whose loops were doubted and held, a few become one with older ones.
   void thin_keys();
@@ -185,6 +187,8 @@ class Slam {
   void rehang_scans(int key, const MergedKey& merged);
   bool is_worth_keeping(const ScanPose& scan) const;
   void forget_scans_of(int key);
+  /// Of a short path: when it has grown beyond what the map's size allows.
+  void thin_trail();
   void extend_local_map();
   void rebuild_local_map();
   void rebuild_local_map(const Eigen::Vector2d& centre_m);
@@ -201,13 +205,14 @@ class Slam {
   PoseGraph graph_;
   std::vector<KeyScan> keys_;
   std::vector<ScanPose> scans_;
-  std::vector<ScanPose> trail_;  ///< of each key scan that ever was
+  std::vector<ScanPose> trail_;  ///< as SlamState::trail
   std::vector<Loop> loops_;
   std::optional<SurfelPyramid> local_map_;
   int local_map_first_ = 0;  ///< as first_local()
   int looked_at_ = 0;        ///< key scans before this one have been looked at by thin_keys() ...
   int thin_until_ = 0;       ///< ... and before this one, none needs to be any more
   int kept_keys_ = 0;        ///< there were when it was last through
+  int merged_keys_ = 0;      ///< so many have become one with an older
   int unmatched_ = 0;        ///< as SlamState::unmatched
   Pose2 world_from_robot_;   ///< at the last scan that was looked at
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();

@@ -16,6 +16,9 @@ constexpr double kClosedWithinM = 1.5;
 // Looked at for each new one, so that no scan waits for many.
 constexpr int kThinnedAtOnce = 3;
 
+// Poses of a short path's trail for each key scan of the map.
+constexpr std::size_t kTrailPerKey = 4;
+
 // Squared deviations (of 3 degrees of freedom) up to which a loop says what is believed anyway: 8
 // mm, as a loop's own uncertainty is 2 cm. (At 0.5 a building of two equal wings loses loops.) Of a
 // larger graph, whose optimization costs more, more is let pass: up to 2 cm.
@@ -62,7 +65,8 @@ void LoopWork::run() {
 }
 
 int Slam::first_local() const {
-  const int beyond = static_cast<int>(trail_.size()) - options_.window_key_scans;
+  const int ever = static_cast<int>(keys_.size()) + merged_keys_;
+  const int beyond = ever - options_.window_key_scans;
   const int step = options_.window_slack + 1;
   return std::max(0, beyond) / step * step;
 }
@@ -207,8 +211,10 @@ bool Slam::merge_into_older(int key) {
   forget_scans_of(key);
   rehang_scans(key, *merged);
   keys_.erase(keys_.begin() + key);
+  ++merged_keys_;
   graph_.remove_node(key);
   remake_graph(edges);
+  thin_trail();
   return true;
 }
 
@@ -233,6 +239,18 @@ void Slam::forget_scans_of(int key) {
       scans_.begin() + static_cast<std::ptrdiff_t>(std::min(short_path_from_, scans_.size()));
   const auto hangs_on = [key](const ScanPose& scan) { return scan.key == key; };
   scans_.erase(std::remove_if(first, scans_.end(), hangs_on), scans_.end());
+}
+
+void Slam::thin_trail() {
+  if (!path_every_m_ || trail_.size() <= kTrailPerKey * keys_.size()) return;
+  // Every second one of the older half: what is long past is known in ever larger steps.
+  const auto middle = trail_.begin() + static_cast<std::ptrdiff_t>(trail_.size() / 2);
+  bool drop = false;
+  const auto kept_until = std::remove_if(trail_.begin(), middle, [&](const ScanPose& pose) {
+    if (keys_[static_cast<std::size_t>(pose.key)].utime == pose.utime) return false;
+    return drop = !drop;
+  });
+  trail_.erase(kept_until, middle);
 }
 
 void Slam::rehang_scans(int key, const MergedKey& merged) {

@@ -70,7 +70,12 @@ void check(const SlamState& state) {
             "a loop ends at no key scan");
     require(is_near(loop.from_from_to) && is_near(loop.believed), "a loop is longer than 1000 km");
   }
-  require(state.trail.size() >= state.keys.size(), "there are more key scans than ever were");
+  constexpr int32_t kMostMerged = 1'000'000'000;
+  require(state.merged_keys >= 0 && state.merged_keys <= kMostMerged,
+          "no such number of key scans that became one with others");
+  require(state.trail.size() >= state.keys.size() &&
+              state.trail.size() - state.keys.size() <= static_cast<std::size_t>(state.merged_keys),
+          "there are more key scans than ever were");
   for (const std::vector<ScanPose>* scans : {&state.scans, &state.trail}) {
     for (const ScanPose& scan : *scans) {
       require(scan.key == -1 || is_index(scan.key, state.keys.size()),
@@ -78,6 +83,9 @@ void check(const SlamState& state) {
       require(is_near(scan.key_from_robot), "a scan lies farther away than 1000 km");
     }
   }
+  require(std::all_of(state.trail.begin(), state.trail.end(),
+                      [](const ScanPose& pose) { return pose.key >= 0; }),
+          "a key scan's pose hangs on no key scan");
   const auto count = static_cast<int32_t>(state.keys.size());
   require(state.looked_at >= 0 && state.looked_at <= count && state.thin_until <= count &&
               state.kept_keys >= 0 && state.kept_keys <= count,
@@ -104,6 +112,7 @@ SlamState Slam::state() const {
   state.looked_at = looked_at_;
   state.thin_until = thin_until_;
   state.kept_keys = kept_keys_;
+  state.merged_keys = merged_keys_;
   state.unmatched = unmatched_;
   if (local_map_) state.local_map_centre_m = local_map_->levels().front().centre_m();
   return state;
@@ -129,6 +138,7 @@ void Slam::restore(const SlamState& state) {
   closings_m_ = state.closings_m;
   revision_ = state.revision;
   refined_ = {};
+  merged_keys_ = state.merged_keys;
   local_map_.reset();
   if (!keys_.empty()) rebuild_local_map(state.local_map_centre_m);
   looked_at_ = state.looked_at;
@@ -180,6 +190,7 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
     scan.key += first_key;
     trail_.push_back(scan);
   }
+  merged_keys_ += session.merged_keys;
   looked_at_ = thin_until_ = kept_keys_ = static_cast<int>(keys_.size());
   world_from_robot_ = world_from_session * session.world_from_robot;
   covariance_ = session.covariance;

@@ -26,7 +26,7 @@ struct SlamState {
   std::vector<PoseGraphEdge> edges;
   std::vector<Loop> loops;  ///< one a loop edge, in their order
   std::vector<ScanPose> scans;
-  std::vector<ScanPose> trail;  ///< of each key scan that ever was; some have become one
+  std::vector<ScanPose> trail;  ///< of key scans that ever were, those of `keys` among them
   MotionState motion;
   std::optional<StandingState> standing;
   Pose2 world_from_robot;
@@ -39,6 +39,7 @@ struct SlamState {
   int32_t looked_at = 0;  ///< of the key scans that may become one: see Slam
   int32_t thin_until = 0;
   int32_t kept_keys = 0;
+  int32_t merged_keys = 0;  ///< so many have become one with an older
   int32_t unmatched = 0;  ///< scans of late that fitted nothing, one after the other; counted to 3
 };
 

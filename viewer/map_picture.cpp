@@ -188,15 +188,22 @@ class MapPainter {
   }
 
   void paint_path(const PathItem& item) {
-    std::vector<Eigen::Vector2d> points;
-    for (const StampedPose2& pose : item.poses)
-      if (is_finite(pose.world_from_robot))
-        points.push_back(frame_.to_px(pose.world_from_robot.translation_m()));
-    if (points.empty()) return;
-    canvas_.draw_polyline(points, item.color, options_.path_width_px);
-    canvas_.fill_disc(points.front(), 2.2 * options_.path_width_px, item.color);
-    canvas_.fill_disc(points.front(), 1.2 * options_.path_width_px, palette::kPaper);
-    canvas_.fill_disc(points.back(), 2.2 * options_.path_width_px, item.color);
+    const double longest_px = item.longest_step_m * frame_.px_per_m;
+    std::vector<std::vector<Eigen::Vector2d>> pieces;
+    for (const StampedPose2& pose : item.poses) {
+      if (!is_finite(pose.world_from_robot)) continue;
+      const Eigen::Vector2d point = frame_.to_px(pose.world_from_robot.translation_m());
+      if (pieces.empty() || (point - pieces.back().back()).norm() > longest_px)
+        pieces.emplace_back();
+      pieces.back().push_back(point);
+    }
+    if (pieces.empty()) return;
+    for (const auto& points : pieces)
+      canvas_.draw_polyline(points, item.color, options_.path_width_px);
+    const Eigen::Vector2d &first = pieces.front().front(), &last = pieces.back().back();
+    canvas_.fill_disc(first, 2.2 * options_.path_width_px, item.color);
+    canvas_.fill_disc(first, 1.2 * options_.path_width_px, palette::kPaper);
+    canvas_.fill_disc(last, 2.2 * options_.path_width_px, item.color);
   }
 
   void paint_ellipse(const EllipseItem& item) {

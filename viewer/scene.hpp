@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -20,6 +21,7 @@ struct PathItem {
   Trajectory poses;
   Rgb color = palette::kEstimate;
   std::string label;
+  double longest_step_m = HUGE_VAL;  ///< no line is drawn between poses farther apart
 };
 
 /// Loose points, world frame.

@@ -146,7 +146,8 @@ void add_path(const PathItem& item, double radius_m, Geometry& out) {
     if (points.empty() || (point - points.back()).norm() > 2.0 * radius_m) points.push_back(point);
   }
   for (std::size_t i = 1; i < points.size(); ++i)
-    add_bar(points[i - 1], points[i], radius_m, item.color, out);
+    if ((points[i] - points[i - 1]).norm() <= item.longest_step_m)
+      add_bar(points[i - 1], points[i], radius_m, item.color, out);
 }
 
 void add_wall(const WallItem& wall, Geometry& out) {

@@ -6,7 +6,7 @@ namespace marco::slam {
 namespace {
 
 constexpr std::string_view kName = "MARCOMAP";
-constexpr uint32_t kVersion = 4;
+constexpr uint32_t kVersion = 5;
 
 }  // namespace
 

@@ -104,6 +104,7 @@ void archive(Archive& bytes, SlamState& state) {
   archive(bytes, state.looked_at);
   archive(bytes, state.thin_until);
   archive(bytes, state.kept_keys);
+  archive(bytes, state.merged_keys);
   archive(bytes, state.unmatched);
 }
 

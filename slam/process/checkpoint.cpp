@@ -94,7 +94,7 @@ void archive(Archive& bytes, UsedScan& scan) {
 namespace {
 
 constexpr std::string_view kName = "MARCOCHK";
-constexpr uint32_t kVersion = 4;
+constexpr uint32_t kVersion = 5;
 
 template <class Archive>
 void archive(Archive& bytes, AdapterState& state) {

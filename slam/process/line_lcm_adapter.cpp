@@ -97,8 +97,22 @@ void LineLcmAdapter::on_scan(LaserScan scan) {
   if (paused_) return drops_.count("paused");
   require(scan.size() >= 2, "scan has fewer than two beams");
   if (!sensors_.contains(scan.channel)) return drops_.count("no SENSOR_INFO for " + scan.channel);
+  if (!one_source_) return let_wait(std::move(scan));
+  const std::string foreign = "a scan of another laser on " + scan.channel;
+  OneSource::Sorted sorted = one_source_->take(std::move(scan));
+  for (int i = 0; i < sorted.foreign; ++i) drops_.count(foreign);
+  for (LaserScan& own : sorted.own) let_wait(std::move(own));
+}
+
+void LineLcmAdapter::let_wait(LaserScan scan) {
   waiting_.push_back(std::move(scan));
   take_waiting(waiting_.size() > kMaxWaiting ? Patience::is_over : Patience::waits);
+}
+
+void LineLcmAdapter::hear_lasers_anew() {
+  if (!one_source_) return;
+  for (LaserScan& scan : one_source_->rest()) let_wait(std::move(scan));
+  one_source_.emplace();
 }
 
 void LineLcmAdapter::forget_odometry() {
@@ -247,6 +261,7 @@ void LineLcmAdapter::after_scan(Utime utime) {
 }
 
 void LineLcmAdapter::start_session() {
+  hear_lasers_anew();
   take_waiting(Patience::is_over);
   odometry_.clear();
   pantilt_.clear();
@@ -255,6 +270,7 @@ void LineLcmAdapter::start_session() {
 }
 
 void LineLcmAdapter::finish() {
+  hear_lasers_anew();
   take_waiting(Patience::is_over);
   if (!last_scan_) return;
   mapper_.finish();

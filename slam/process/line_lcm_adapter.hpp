@@ -13,6 +13,7 @@
 #include "slam/line_mapper.hpp"
 #include "slam/process/line_checkpoint.hpp"
 #include "slam/process/line_process_options.hpp"
+#include "slam/process/one_source.hpp"
 #include "slam/process/used_scan.hpp"
 
 namespace marco::slam {
@@ -42,6 +43,9 @@ class LineLcmAdapter {
   /// checkpoint: before the end.
   void finish();
 
+  /// Live: only the scans of one laser are used; see OneSource.
+  void keep_to_one_laser() { one_source_.emplace(); }
+
   /// Keeps every scan's points, for pictures and for judging held-out scans. Memory grows with the
   /// log.
   void keep_scans() { keep_scans_ = true; }
@@ -64,6 +68,9 @@ class LineLcmAdapter {
 
   void subscribe();
   void on_scan(LaserScan scan);
+  void let_wait(LaserScan scan);
+  /// What OneSource still holds is used; the laser that is heard next is the channel's.
+  void hear_lasers_anew();
   void on_command(int8_t command, const std::string& folder, const Pose2& pose);
   void take_waiting(Patience patience);
   void forget_odometry();
@@ -85,6 +92,7 @@ class LineLcmAdapter {
   process::DropCounter drops_;
   LineMapper mapper_;
   PoseBuffer odometry_;
+  std::optional<OneSource> one_source_;
   std::deque<LaserScan> waiting_;
   std::map<std::string, SensorInfo> sensors_;
   std::deque<PanTiltState> pantilt_;

@@ -25,6 +25,8 @@ void LineLcmAdapter::reset(const Pose2& world_from_robot) {
 }
 
 void LineLcmAdapter::on_command(int8_t command, const std::string& folder, const Pose2& pose) {
+  // Meanwhile the robot may have been carried: its next scan need not look like the last one.
+  if (command != slam_command_t::SAVE) hear_lasers_anew();
   switch (command) {
     case slam_command_t::SAVE:
       // Anybody on the network can say this.

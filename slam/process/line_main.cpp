@@ -25,6 +25,7 @@ int run(int argc, char** argv) {
   marco::process::LcmBus bus(arguments.lcm_url);
   marco::slam::LineLcmAdapter adapter(options, bus,
                                       [](const std::string& line) { spdlog::warn(line); });
+  adapter.keep_to_one_laser();
   marco::process::StatusPublisher status(bus, "marco-line-slam", adapter.drops());
   spdlog::info("listening on {}{}", marco::process::effective_lcm_url(arguments.lcm_url),
                adapter.resumed() ? ", goes on from " + options.checkpoint_path : "");

@@ -53,7 +53,8 @@ std::optional<viewer::Scene> LiveMap::scene() const {
   scene.grid = join_tiles(view_.map_tiles);
   if (!scene.grid && way_.size() < 2) return std::nullopt;
   if (!way_.empty()) {
-    scene.paths.push_back({way_, viewer::palette::kEstimate, "way"});
+    // Of what is long past SLAM keeps few poses: no line is drawn through walls between them.
+    scene.paths.push_back({way_, viewer::palette::kEstimate, "way", 1.0});
     viewer::RobotItem robot;
     robot.world_from_robot = way_.back().world_from_robot;
     scene.robots.push_back(robot);

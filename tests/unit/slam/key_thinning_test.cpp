@@ -169,6 +169,36 @@ TEST_F(RoundAndRound, AShortPathFollowsThePlaceAndChangesNoPose) {
   EXPECT_EQ(whole.keys().back().world_from_robot.vector(), after_two.vector());
 }
 
+TEST_F(RoundAndRound, TheTrailOfAShortPathFollowsThePlaceToo) {
+  Slam slam(options());
+  slam.keep_short_path(0.1);
+  std::size_t most = 0;
+  for (int round = 0; round < 10; ++round) {
+    drive_round(slam);
+    most = std::max(most, slam.key_trajectory().size());
+    EXPECT_LE(slam.key_trajectory().size(), 4 * slam.key_count());
+  }
+  EXPECT_GT(most, 3 * slam.key_count());  // else nothing was to be forgotten
+  const Trajectory trail = slam.key_trajectory();
+  // Each key scan of today is in it, where it is; what is gone is long past.
+  std::size_t kept = 0;
+  for (const StampedPose2& pose : trail) {
+    const auto own = std::find_if(slam.keys().begin(), slam.keys().end(),
+                                  [&](const KeyScan& key) { return key.utime == pose.utime; });
+    if (own == slam.keys().end()) continue;
+    EXPECT_EQ(own->world_from_robot.vector(), pose.world_from_robot.vector());
+    ++kept;
+  }
+  EXPECT_EQ(kept, slam.key_count());
+  // Sorted, the last round all there, and of the rounds before the more the later.
+  const Utime half = Utime::from_us((trail.front().utime.us + trail.back().utime.us) / 2);
+  const auto older = std::count_if(trail.begin(), trail.end(),
+                                   [&](const StampedPose2& pose) { return pose.utime < half; });
+  EXPECT_TRUE(std::is_sorted(trail.begin(), trail.end(),
+                             [](const auto& a, const auto& b) { return a.utime < b.utime; }));
+  EXPECT_LT(static_cast<std::size_t>(older), trail.size() / 2);
+}
+
 TEST_F(RoundAndRound, AThinnedSlamGoesOnFromItsStateToTheLastBit) {
   Slam slam(options()), other(options());
   for (int round = 0; round < 3; ++round) drive_round(slam);

@@ -46,6 +46,7 @@ TEST(LiveMap, TheWayIsSlamsAndFollowsItsCorrections) {
   ASSERT_TRUE(scene.has_value());
   EXPECT_EQ(scene->paths.at(0).poses.front().world_from_robot.y_m, 1.0);
   EXPECT_EQ(scene->paths.at(0).poses.back().world_from_robot.x_m, 0.5);
+  EXPECT_LE(scene->paths.at(0).longest_step_m, 2.0);
   EXPECT_EQ(scene->robots.at(0).world_from_robot.x_m, 0.5);
 }
 

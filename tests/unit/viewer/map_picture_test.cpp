@@ -89,6 +89,22 @@ TEST(MapPicture, DrawsPathsInTheirColoursAndNamesThem) {
   EXPECT_GT(count_like(footer, palette::kEstimate), 30);
 }
 
+TEST(MapPicture, NoLineIsDrawnBetweenPosesFarApart) {
+  Scene scene;
+  scene.grid = small_map();
+  const Trajectory west = straight({-1.0, 2.0}, {0.0, 2.0}),
+                   east = straight({2.0, 2.0}, {3.0, 2.0});
+  Trajectory both = west;
+  both.insert(both.end(), east.begin(), east.end());
+  scene.paths.push_back({both, palette::kEstimate, "joined"});
+  EXPECT_TRUE(is_like(pixel_at(draw_map(scene), {1.0, 2.0}), palette::kEstimate));
+  scene.paths.back().longest_step_m = 1.0;
+  const MapPicture parted = draw_map(scene);
+  EXPECT_FALSE(is_like(pixel_at(parted, {1.0, 2.0}), palette::kEstimate));
+  EXPECT_TRUE(is_like(pixel_at(parted, {-0.5, 2.0}), palette::kEstimate));
+  EXPECT_TRUE(is_like(pixel_at(parted, {2.5, 2.0}), palette::kEstimate));
+}
+
 TEST(MapPicture, WordsAndBarsStayInsideTheMargins) {
   for (const int width_cells : {3, 12, 60}) {
     Scene scene;

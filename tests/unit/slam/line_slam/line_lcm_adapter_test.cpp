@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -62,6 +63,16 @@ class Drive {
   void send_scan(BatchBus& bus, std::size_t i) const {
     bus.deliver(channels::kLidar, encode_message(to_message(scans_[i])), {});
   }
+  /// Twenty scans a second.
+  void send_fast(BatchBus& bus, std::size_t i) const {
+    send(bus, scans_[i], 1000000 + 50000 * static_cast<int64_t>(i));
+  }
+  /// Another robot's laser, 20 ms after ours.
+  void send_foreign(BatchBus& bus, std::size_t i) const {
+    LaserScan scan = scans_[i];
+    std::reverse(scan.ranges_m.begin(), scan.ranges_m.end());
+    send(bus, scan, 1020000 + 50000 * static_cast<int64_t>(i));
+  }
   void send_odometry(BatchBus& bus, std::size_t i, const Pose2& begun = {}) const {
     OdometrySample sample;
     sample.utime = stamp(i);
@@ -70,6 +81,10 @@ class Drive {
   }
 
  private:
+  static void send(BatchBus& bus, LaserScan scan, int64_t us) {
+    scan.utime = Utime::from_us(us);
+    bus.deliver(channels::kLidar, encode_message(to_message(scan)), {});
+  }
   std::mt19937 random_;
   testing::LinesWorld world_ = testing::make_loop_world();
   testing::LinesLaser laser_;
@@ -143,6 +158,21 @@ TEST_F(LineLcmAdapterTest, FollowsWithoutAnyOdometry) {
   finish();
   ASSERT_EQ(published.poses.size(), drive.size());
   EXPECT_EQ(adapter.scans_guessed(), static_cast<int64_t>(drive.size()) - 1);
+  EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(drive.size() - 1), 0.03, 0.01));
+}
+
+TEST_F(LineLcmAdapterTest, ScansOfAnotherRobotOnOurChannelAreLeftOutAndCounted) {
+  adapter.keep_to_one_laser();
+  drive.send_info(bus);
+  const std::size_t other_comes = drive.size() / 2;
+  for (std::size_t i = 0; i < drive.size(); ++i) {
+    drive.send_fast(bus, i);
+    if (i >= other_comes && i + 1 < drive.size()) drive.send_foreign(bus, i);
+  }
+  finish();
+  EXPECT_EQ(adapter.drops().by_cause().at("a scan of another laser on LIDAR"),
+            static_cast<int64_t>(drive.size() - other_comes) - 1);
+  ASSERT_EQ(published.poses.size(), drive.size());
   EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(drive.size() - 1), 0.03, 0.01));
 }
 

@@ -88,6 +88,12 @@ TEST_F(SavedMapTest, WhatLiesFartherAwayThanAnyBuildingIsRefused) {
               HasSubstr("longer than"));
   EXPECT_THAT(said([](SlamState& s) { s.world_from_robot.x_m = 1e12; }), HasSubstr("farther away"));
   EXPECT_THAT(said([](SlamState& s) { s.trail.pop_back(); }), HasSubstr("than ever were"));
+  EXPECT_THAT(said([](SlamState& s) { s.trail.push_back(s.trail[0]); }),
+              HasSubstr("than ever were"));
+  EXPECT_THAT(said([](SlamState& s) { s.trail[0].key = -1; }), HasSubstr("hangs on no key scan"));
+  EXPECT_THAT(said([](SlamState& s) { s.merged_keys = -1; }), HasSubstr("no such number"));
+  EXPECT_THAT(said([](SlamState& s) { s.merged_keys = 2'000'000'000; }),
+              HasSubstr("no such number"));
 }
 
 TEST_F(SavedMapTest, DamagedForeignAndCutFilesAreRefusedAndSaidSo) {
@@ -114,7 +120,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
     slam.process(input);
   }
   const std::string sealed = encode_saved_map({"", {0}, slam.state()});
-  const std::string payload(unseal("MARCOMAP", 4, sealed));
+  const std::string payload(unseal("MARCOMAP", 5, sealed));
   std::mt19937 random(11);
   int refused = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -124,7 +130,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
         trial < 200 ? static_cast<std::size_t>(trial) % 100 : random() % payload.size();
     lying[at] = static_cast<char>(random());
     if (trial % 3 == 0) lying.resize(random() % lying.size());
-    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 4, lying)); }).empty() ? 0 : 1;
+    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 5, lying)); }).empty() ? 0 : 1;
   }
   EXPECT_GT(refused, 150);
   SlamState state = slam.state();

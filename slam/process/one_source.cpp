@@ -101,10 +101,21 @@ bool OneSource::waits_for(const LaserScan& scan) const {
   if (!is_regular() || beat.periods == 0) {
     return looks_the_same(waiting_.back(), scan, period_s_, kMost);
   }
-  return static_cast<int>(waiting_.size()) < beat.periods &&
-         std::all_of(waiting_.begin(), waiting_.end(), [this](const LaserScan& missed) {
-           return beat_of(*last_, missed).off <= kOffBeat;
-         });
+  if (static_cast<int>(waiting_.size()) >= beat.periods) return false;
+  const bool on_beat = std::all_of(
+      waiting_.begin(), waiting_.end(),
+      [this](const LaserScan& missed) { return beat_of(*last_, missed).off <= kOffBeat; });
+  // A busy computer stamps late; what was seen went on all the time.
+  return on_beat || waiting_lead_to(scan);
+}
+
+bool OneSource::waiting_lead_to(const LaserScan& scan) const {
+  const LaserScan* before = &*last_;
+  const auto leads_on = [&before](const LaserScan& next) {
+    const double since_s = std::abs((next.utime - before->utime).seconds());
+    return looks_the_same(*std::exchange(before, &next), next, std::min(since_s, kLongestS), kMost);
+  };
+  return std::all_of(waiting_.begin(), waiting_.end(), leads_on) && leads_on(scan);
 }
 
 bool OneSource::waiting_keep_a_rhythm() const {

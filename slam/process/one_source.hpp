@@ -11,11 +11,13 @@ namespace marco::slam {
 /// Tells the scans of the laser that was heard first from those that another robot sends on the
 /// same channel, where nothing in a message says whose it is: a fast laser's next scan hardly
 /// differs from the one before, and comes in its rhythm. Scans that contradict it wait: when the
-/// first laser goes on they were another's, and are left out; when it does not, for half a second,
-/// and they keep a rhythm, they are its own (a restarted driver, a laser that was covered or is
-/// tilted fast) and come late, but all. One that another robot took where ours is may be believed;
-/// the next of ours goes on from the one before it. A laser that takes less than ten scans a
-/// second, or one that is just beginning, is believed in everything.
+/// first laser goes on they were another's, and are left out, unless they fill the beats that it
+/// missed and came on them or lead from the one scan to the other (a busy computer stamps late);
+/// when it does not, for half a second, and they keep a rhythm, they are its own (a restarted
+/// driver, a laser that was covered or is tilted fast) and come late, but all. One that another
+/// robot took where ours is may be believed; the next of ours goes on from the one before it. A
+/// laser that takes less than ten scans a second, or one that is just beginning, is believed in
+/// everything.
 ///
 /// Depends on the scans and their stamps alone, never on a clock. Not thread-safe. Cost O(beams).
 class OneSource {
@@ -37,6 +39,8 @@ class OneSource {
   bool goes_on(const LaserScan& before, const LaserScan& scan) const;
   /// Whether what waits belongs before `scan`, which goes on.
   bool waits_for(const LaserScan& scan) const;
+  /// Whether each looks like the one before, from the last one believed to `scan`.
+  bool waiting_lead_to(const LaserScan& scan) const;
   /// Whether what waits could be one laser's: what it sees may change fast on a pan-tilt.
   bool waiting_keep_a_rhythm() const;
   bool is_known() const;

@@ -117,6 +117,20 @@ TEST_F(OneSourceTest, ScansWithoutARhythmAreNotTakenForARestart) {
   EXPECT_THAT(taken_, ElementsAreArray(given_));
 }
 
+// The computer was busy for a moment, and stamps the next half second's scans late, now more, now
+// less; then one comes on the old beat again.
+TEST_F(OneSourceTest, ScansThatAreStampedLateForAWhileAreKept) {
+  std::uniform_real_distribution<double> late(0.25, 0.40);
+  for (int i = 0; i < 120; ++i) {
+    const bool is_late = i >= 40 && i < 56;
+    LaserScan scan = own_at(kPeriodS * i);
+    if (is_late) scan.utime = scan.utime + Duration::from_seconds(late(random_) * kPeriodS);
+    give_own(scan);
+  }
+  EXPECT_THAT(taken_, ElementsAreArray(given_));
+  EXPECT_EQ(foreign_, 0);
+}
+
 // On our own laser's beat, with its very ranges: only their number tells.
 TEST_F(OneSourceTest, AnotherLasersScansOfAnotherShapeAreAnotherLasers) {
   for (int i = 0; i < 60; ++i) {

@@ -128,7 +128,8 @@ void SlamAdapter::on_scan(LaserScan scan) {
   }
   const std::string channel = scan.channel;
   OneSource::Sorted sorted = (*one_source_)[channel].take(std::move(scan));
-  for (int i = 0; i < sorted.foreign; ++i) drops_.count("a scan of another laser on " + channel);
+  for (int i = 0; i < sorted.foreign; ++i) drops_.count(kForeignScan + channel);
+  for (int i = 0; i < sorted.off_beat; ++i) drops_.count(kOffBeatScan + channel);
   for (LaserScan& own : sorted.own) let_wait(std::move(own));
 }
 

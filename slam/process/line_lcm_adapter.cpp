@@ -98,9 +98,10 @@ void LineLcmAdapter::on_scan(LaserScan scan) {
   require(scan.size() >= 2, "scan has fewer than two beams");
   if (!sensors_.contains(scan.channel)) return drops_.count("no SENSOR_INFO for " + scan.channel);
   if (!one_source_) return let_wait(std::move(scan));
-  const std::string foreign = "a scan of another laser on " + scan.channel;
+  const std::string channel = scan.channel;
   OneSource::Sorted sorted = one_source_->take(std::move(scan));
-  for (int i = 0; i < sorted.foreign; ++i) drops_.count(foreign);
+  for (int i = 0; i < sorted.foreign; ++i) drops_.count(kForeignScan + channel);
+  for (int i = 0; i < sorted.off_beat; ++i) drops_.count(kOffBeatScan + channel);
   for (LaserScan& own : sorted.own) let_wait(std::move(own));
 }
 

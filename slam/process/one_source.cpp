@@ -118,6 +118,10 @@ bool OneSource::waiting_lead_to(const LaserScan& scan) const {
   return std::all_of(waiting_.begin(), waiting_.end(), leads_on) && leads_on(scan);
 }
 
+void OneSource::leave_out(const LaserScan& scan, Sorted& sorted) const {
+  ++(looks_the_same(*last_, scan, kLongestS, kMost) ? sorted.off_beat : sorted.foreign);
+}
+
 bool OneSource::waiting_keep_a_rhythm() const {
   constexpr double kMostSteps = 0.8;
   std::vector<double> steps_s;
@@ -148,15 +152,15 @@ OneSource::Sorted OneSource::take(LaserScan scan) {
     if (!is_regular() || waiting_keep_a_rhythm()) {
       sorted.own = rest();
     } else {
+      leave_out(waiting_.front(), sorted);
       waiting_.pop_front();
-      sorted.foreign = 1;
     }
     return sorted;
   }
   if (waits_for(scan)) {
     sorted.own = rest();
   } else {
-    sorted.foreign = static_cast<int>(waiting_.size());
+    for (const LaserScan& left_out : waiting_) leave_out(left_out, sorted);
     waiting_.clear();
   }
   believe(scan);

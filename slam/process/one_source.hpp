@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/laser_scan.hpp"
@@ -24,7 +25,8 @@ class OneSource {
  public:
   struct Sorted {
     std::vector<LaserScan> own;  ///< in the order of arrival
-    int foreign = 0;             ///< so many were another's
+    int foreign = 0;             ///< so many were another's, and
+    int off_beat = 0;            ///< so many look like ours, but not by their stamps: who knows
   };
   Sorted take(LaserScan scan);
   /// What still waits: nothing will tell any more.
@@ -37,6 +39,8 @@ class OneSource {
   };
   Beat beat_of(const LaserScan& before, const LaserScan& scan) const;
   bool goes_on(const LaserScan& before, const LaserScan& scan) const;
+  /// Nobody's or another's.
+  void leave_out(const LaserScan& scan, Sorted& sorted) const;
   /// Whether what waits belongs before `scan`, which goes on.
   bool waits_for(const LaserScan& scan) const;
   /// Whether each looks like the one before, from the last one believed to `scan`.
@@ -55,6 +59,10 @@ class OneSource {
   double period_s_ = 0.0;
   double off_beat_ = 1.0;  ///< on average; small of a laser that keeps a rhythm
 };
+
+/// What became of those that were left out: causes of drops, before the channel's name.
+inline const std::string kForeignScan = "a scan of another laser on ";
+inline const std::string kOffBeatScan = "a scan stamped off its laser's beat on ";
 
 /// Whether `part` of the beams of `scan` and more measured what the beams about the same bearing
 /// did `dt_s` before, for a robot that turns by no more than 2 rad/s and drives no more than 2 m/s.

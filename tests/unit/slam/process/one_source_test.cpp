@@ -33,6 +33,7 @@ class OneSourceTest : public ::testing::Test {
   void give(const LaserScan& scan) {
     OneSource::Sorted sorted = source_.take(scan);
     foreign_ += sorted.foreign;
+    off_beat_ += sorted.off_beat;
     for (const LaserScan& own : sorted.own) taken_.push_back(own.utime.us);
   }
   void give_own(const LaserScan& scan) {
@@ -43,7 +44,7 @@ class OneSourceTest : public ::testing::Test {
   FlatWorld room_ = small_room(), other_room_;
   OneSource source_;
   std::vector<int64_t> given_, taken_;
-  int foreign_ = 0;
+  int foreign_ = 0, off_beat_ = 0;
 };
 
 TEST_F(OneSourceTest, AnotherRobotsScansAreLeftOutAndAllOfOursAreTaken) {
@@ -129,6 +130,18 @@ TEST_F(OneSourceTest, ScansThatAreStampedLateForAWhileAreKept) {
   }
   EXPECT_THAT(taken_, ElementsAreArray(given_));
   EXPECT_EQ(foreign_, 0);
+}
+
+// A simulated laser that fell behind hurries: nothing tells its scans from those of a robot beside
+// us.
+TEST_F(OneSourceTest, ScansOffTheBeatThatLookLikeOursAreNotBlamedOnAnotherLaser) {
+  for (int i = 0; i < 80; ++i) {
+    give_own(own_at(kPeriodS * i));
+    if (i >= 40 && i < 45) give(own_at(kPeriodS * (i + 0.5)));
+  }
+  EXPECT_THAT(taken_, ElementsAreArray(given_));
+  EXPECT_EQ(foreign_, 0);
+  EXPECT_EQ(off_beat_, 5);
 }
 
 // On our own laser's beat, with its very ranges: only their number tells.

@@ -179,6 +179,15 @@ bool MotionModel::stands_still(const MotionInput& now) const {
          turn_rad_ <= deg_to_rad(kCalmDeg);
 }
 
+bool MotionModel::leaps(const Pose2& moved, Utime now) const {
+  // Stamps in bursts hide a few scans' way; in that time a robot drives no farther.
+  constexpr double kM = 0.3, kDeg = 30.0;
+  if (!before_) return false;
+  const double since_s = std::abs((now - before_->utime).seconds());
+  return moved.translation_m().norm() > kM + since_s * options_.max_speed_m_per_s ||
+         std::abs(moved.theta_rad) > deg_to_rad(kDeg + since_s * options_.max_turn_rate_deg_per_s);
+}
+
 bool MotionModel::lags(double dt_s) const {
   // A stamp's jitter; and a rhythm that so many scans do not keep is none.
   constexpr double kPart = 0.3;

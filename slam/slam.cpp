@@ -27,6 +27,10 @@ constexpr double kDoubtedPrior = 0.01;
 // is drawn there makes the next ones fit.
 constexpr int kUnmatchedUntilDrawn = 3;
 
+// A match that leaps from where odometry says, as no robot can, is believed when all do for so
+// long: another robot's scans may come between ours, and they fit where that one is.
+constexpr double kLeapsUntilBelievedS = 1.0;
+
 // What the scan alone is looked for within, where odometry is contradicted.
 constexpr double kWidestM = 1.5, kWidestDeg = 45.0;
 
@@ -86,6 +90,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
   Match found;
   found.world_from_robot = prior.map_from_robot;
   if (use && local_map_) found = match(points, guess, prior);
+  const bool doubted = found.usable && doubt_leap(found, prior, input.scan.utime);
   // Until there is a map, the place is where the map begins.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   if (!keys_.empty()) covariance = inverse_of(prior.information + found.information);
@@ -98,11 +103,11 @@ SlamUpdate Slam::process(const SlamInput& input) {
   covariance_ = covariance;
   world_from_robot_ = found.world_from_robot;
   bool became_key = false, trajectory_changed = false;
-  if (use) {
+  if (use && !doubted) {
     unmatched_ = found.usable || keys_.empty() ? 0 : std::min(unmatched_ + 1, kUnmatchedUntilDrawn);
   }
   const bool fits = unmatched_ == 0 || unmatched_ >= kUnmatchedUntilDrawn;
-  if (use && fits && input.may_draw && key_is_due(input.scan, world_from_robot_)) {
+  if (use && fits && !doubted && input.may_draw && key_is_due(input.scan, world_from_robot_)) {
     add_key(input, points, found);
     became_key = true;
     trajectory_changed = look_for_loops();
@@ -114,6 +119,19 @@ SlamUpdate Slam::process(const SlamInput& input) {
   update.became_key = became_key;
   update.trajectory_changed = trajectory_changed;
   return update;
+}
+
+bool Slam::doubt_leap(Match& found, const PosePrior& prior, Utime utime) {
+  const bool leaps =
+      motion_.leaps(between(world_from_robot_, found.world_from_robot), utime) &&
+      motion_.leaps(between(prior.map_from_robot, found.world_from_robot), motion_.newest());
+  if (leaps && !leaps_since_) leaps_since_ = utime;
+  if (!leaps || std::abs((utime - *leaps_since_).seconds()) >= kLeapsUntilBelievedS) {
+    leaps_since_.reset();
+    return false;
+  }
+  found = {prior.map_from_robot, Eigen::Matrix3d::Zero(), found.overlap, false};
+  return true;
 }
 
 SlamUpdate Slam::note_scan(Utime utime,

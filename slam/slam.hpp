@@ -167,6 +167,8 @@ class Slam {
   Match match_widely(const OrientedPoints& points,
                      const SearchWindow& window,
                      const PosePrior& prior) const;
+  /// Whether the match, now laid aside, puts the robot where it cannot have driven.
+  bool doubt_leap(Match& found, const PosePrior& prior, Utime utime);
   /// Of a robot that stands: the match is one more look from the same place.
   void look_again(Match& match, Eigen::Matrix3d& covariance);
   bool key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const;
@@ -213,8 +215,9 @@ class Slam {
   int thin_until_ = 0;       ///< ... and before this one, none needs to be any more
   int kept_keys_ = 0;        ///< there were when it was last through
   int merged_keys_ = 0;      ///< so many have become one with an older
-  int unmatched_ = 0;        ///< as SlamState::unmatched
-  Pose2 world_from_robot_;   ///< at the last scan that was looked at
+  std::optional<Utime> leaps_since_;  ///< as SlamState::leaps_since
+  int unmatched_ = 0;                 ///< as SlamState::unmatched
+  Pose2 world_from_robot_;            ///< at the last scan that was looked at
   Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
   double last_search_path_m_ = 0.0;  ///< of the last look for loops
   double closed_path_m_ = 0.0;       ///< when a loop was last closed

@@ -113,6 +113,7 @@ SlamState Slam::state() const {
   state.thin_until = thin_until_;
   state.kept_keys = kept_keys_;
   state.merged_keys = merged_keys_;
+  state.leaps_since = leaps_since_;
   state.unmatched = unmatched_;
   if (local_map_) state.local_map_centre_m = local_map_->levels().front().centre_m();
   return state;
@@ -144,6 +145,7 @@ void Slam::restore(const SlamState& state) {
   looked_at_ = state.looked_at;
   thin_until_ = state.thin_until;
   kept_keys_ = state.kept_keys;
+  leaps_since_ = state.leaps_since;
   unmatched_ = state.unmatched;
   world_from_robot_ = state.world_from_robot;
 }
@@ -196,6 +198,7 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
   covariance_ = session.covariance;
   motion_.restore(session.motion);
   standing_.reset();
+  leaps_since_ = session.leaps_since;
   unmatched_ = session.unmatched;
   // Nothing lies between the sessions: what is looked at around a place ends there.
   std::vector<KeyScan> nearby(keys_.begin(), keys_.begin() + first_key);

@@ -39,7 +39,8 @@ struct SlamState {
   int32_t looked_at = 0;  ///< of the key scans that may become one: see Slam
   int32_t thin_until = 0;
   int32_t kept_keys = 0;
-  int32_t merged_keys = 0;  ///< so many have become one with an older
+  int32_t merged_keys = 0;           ///< so many have become one with an older
+  std::optional<Utime> leaps_since;  ///< since then each match put the robot where it cannot be
   int32_t unmatched = 0;  ///< scans of late that fitted nothing, one after the other; counted to 3
 };
 

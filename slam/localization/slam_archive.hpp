@@ -105,6 +105,7 @@ void archive(Archive& bytes, SlamState& state) {
   archive(bytes, state.thin_until);
   archive(bytes, state.kept_keys);
   archive(bytes, state.merged_keys);
+  archive(bytes, state.leaps_since);
   archive(bytes, state.unmatched);
 }
 

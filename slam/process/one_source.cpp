@@ -88,7 +88,8 @@ void OneSource::believe(const LaserScan& scan) {
       ++steps_;
       const double weight = std::max(kSteady, 1.0 / steps_);
       period_s_ += weight * (step_s / std::max(beat.periods, 1) - period_s_);
-      off_beat_ += weight * (beat.off - off_beat_);
+      // One late stamp does not make a laser irregular.
+      off_beat_ += weight * (std::min(beat.off, kOffBeat) - off_beat_);
     }
   }
   before_ = std::exchange(last_, scan);

@@ -104,6 +104,48 @@ TEST(LyingOdometry, AHeadingThatLeapsIsNotDrawn) {
   EXPECT_LT(worst_error_m(drive_with(lie)), kBoundM);
 }
 
+// Its scans fit as well as ours, where it is: up to a second of nothing else is not believed.
+TEST(LyingOdometry, AnotherRobotsScansAmongOursMoveNothing) {
+  const testing::FlatWorld world = hall();
+  std::mt19937 random(32);
+  Slam slam;
+  const Pose2 start{-5.5, -3.5, 0.0};
+  Pose2 truth = start;
+  Utime now;
+  const auto look = [&](const Pose2& from) {
+    now = now + Duration::from_seconds(0.05);
+    SlamInput input;
+    input.scan.utime = now;
+    input.scan.hits_in_robot = world.hits(from, 0.01, &random);
+    input.motion = {now, between(start, truth), {}};
+    return slam.process(input);
+  };
+  const auto off_m = [&](const SlamUpdate& update) {
+    return (update.world_from_robot.translation_m() - between(start, truth).translation_m()).norm();
+  };
+  int believed = 0;
+  for (int i = 0; i < 160; ++i) {
+    truth = truth * Pose2{0.03, 0, 0};
+    EXPECT_LT(off_m(look(truth)), 0.05) << i;
+    if (i < 60) continue;
+    // Now one, now a burst of half a second.
+    for (int scan = i % 40 == 20 ? 10 : 1; scan > 0; --scan) {
+      const SlamUpdate update = look(truth * Pose2{-0.6, -1.1, deg_to_rad(25)});
+      believed += update.status == SlamUpdate::Status::matched ? 1 : 0;
+      EXPECT_LT(off_m(update), 0.05) << i;
+      EXPECT_FALSE(update.became_key);
+    }
+  }
+  EXPECT_EQ(believed, 0);
+  // Put there for good it finds itself.
+  for (int i = 0; i < 30; ++i) look(truth * Pose2{-0.6, -1.1, deg_to_rad(25)});
+  const Pose2 put = between(start, truth * Pose2{-0.6, -1.1, deg_to_rad(25)});
+  EXPECT_LT((look(truth * Pose2{-0.6, -1.1, deg_to_rad(25)}).world_from_robot.translation_m() -
+             put.translation_m())
+                .norm(),
+            0.05);
+}
+
 TEST(LyingOdometry, ReverseCountedForwardGoesBack) {
   std::vector<Step> lie;
   add(lie, 20, {Pose2{-kStepM, 0, 0}, Pose2{kStepM, 0, 0}});

@@ -113,8 +113,8 @@ class MotionModel {
   /// Whether odometry says, and the scans of late do not deny, that the robot has not moved.
   bool stands_still(const MotionInput& now) const;
 
-  /// Whether no robot moves so between the scan before and `now`: by half a metre or 40 degrees
-  /// more than the limits of MotionOptions allow.
+  /// Whether no robot moves so between the scan before and `now`: by 0.3 m or 30 degrees more
+  /// than the limits of MotionOptions allow.
   bool leaps(const Pose2& moved, Utime now) const;
   /// The scan before's time; only after an update.
   Utime newest() const { return before_->utime; }

@@ -126,11 +126,8 @@ void SlamAdapter::on_scan(LaserScan scan) {
     let_wait(std::move(scan));
     return;
   }
-  const std::string channel = scan.channel;
-  OneSource::Sorted sorted = (*one_source_)[channel].take(std::move(scan));
-  for (int i = 0; i < sorted.foreign; ++i) drops_.count(kForeignScan + channel);
-  for (int i = 0; i < sorted.off_beat; ++i) drops_.count(kOffBeatScan + channel);
-  for (LaserScan& own : sorted.own) let_wait(std::move(own));
+  OneSource& source = (*one_source_)[scan.channel];
+  for (LaserScan& own : take_own(source, std::move(scan), drops_)) let_wait(std::move(own));
 }
 
 void SlamAdapter::let_wait(LaserScan scan) {

@@ -98,11 +98,7 @@ void LineLcmAdapter::on_scan(LaserScan scan) {
   require(scan.size() >= 2, "scan has fewer than two beams");
   if (!sensors_.contains(scan.channel)) return drops_.count("no SENSOR_INFO for " + scan.channel);
   if (!one_source_) return let_wait(std::move(scan));
-  const std::string channel = scan.channel;
-  OneSource::Sorted sorted = one_source_->take(std::move(scan));
-  for (int i = 0; i < sorted.foreign; ++i) drops_.count(kForeignScan + channel);
-  for (int i = 0; i < sorted.off_beat; ++i) drops_.count(kOffBeatScan + channel);
-  for (LaserScan& own : sorted.own) let_wait(std::move(own));
+  for (LaserScan& own : take_own(*one_source_, std::move(scan), drops_)) let_wait(std::move(own));
 }
 
 void LineLcmAdapter::let_wait(LaserScan scan) {

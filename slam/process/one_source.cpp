@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 namespace marco::slam {
@@ -175,6 +176,16 @@ std::vector<LaserScan> OneSource::rest() {
   waiting_.clear();
   for (const LaserScan& scan : all) believe(scan);
   return all;
+}
+
+std::vector<LaserScan> take_own(OneSource& source, LaserScan scan, process::DropCounter& drops) {
+  const std::string on_channel = " on " + scan.channel;
+  OneSource::Sorted sorted = source.take(std::move(scan));
+  for (int i = 0; i < sorted.foreign; ++i) drops.count("a scan of another laser" + on_channel);
+  for (int i = 0; i < sorted.off_beat; ++i) {
+    drops.count("a scan stamped off its laser's beat" + on_channel);
+  }
+  return std::move(sorted.own);
 }
 
 }  // namespace marco::slam

@@ -2,10 +2,10 @@
 
 #include <deque>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "common/laser_scan.hpp"
+#include "common/process/drop_counter.hpp"
 
 namespace marco::slam {
 
@@ -60,9 +60,8 @@ class OneSource {
   double off_beat_ = 1.0;  ///< on average; small of a laser that keeps a rhythm
 };
 
-/// What became of those that were left out: causes of drops, before the channel's name.
-inline const std::string kForeignScan = "a scan of another laser on ";
-inline const std::string kOffBeatScan = "a scan stamped off its laser's beat on ";
+/// Of what `source` makes of `scan`, those that are ours; what is left out is counted in `drops`.
+std::vector<LaserScan> take_own(OneSource& source, LaserScan scan, process::DropCounter& drops);
 
 /// Whether `part` of the beams of `scan` and more measured what the beams about the same bearing
 /// did `dt_s` before, for a robot that turns by no more than 2 rad/s and drives no more than 2 m/s.

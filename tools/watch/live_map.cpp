@@ -54,7 +54,8 @@ std::optional<viewer::Scene> LiveMap::scene() const {
   if (!scene.grid && way_.size() < 2) return std::nullopt;
   if (!way_.empty()) {
     // Of what is long past SLAM keeps few poses: no line is drawn through walls between them.
-    scene.paths.push_back({way_, viewer::palette::kEstimate, "way", 1.0});
+    constexpr double kLongestStepM = 1.0;
+    scene.paths.push_back({way_, viewer::palette::kEstimate, "way", kLongestStepM});
     viewer::RobotItem robot;
     robot.world_from_robot = way_.back().world_from_robot;
     scene.robots.push_back(robot);

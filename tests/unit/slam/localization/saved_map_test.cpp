@@ -96,6 +96,18 @@ TEST_F(SavedMapTest, WhatLiesFartherAwayThanAnyBuildingIsRefused) {
               HasSubstr("no such number"));
 }
 
+// The local map begins at its first key scan then, not before it.
+TEST_F(SavedMapTest, AMapOfFewKeyScansOfManyThatWereIsGoneOnFrom) {
+  const std::vector<SlamInput> inputs = drive({path_.begin(), path_.begin() + 12}, 3, 0);
+  Slam slam, other;
+  for (std::size_t i = 0; i + 1 < inputs.size(); ++i) slam.process(inputs[i]);
+  SlamState state = slam.state();
+  state.merged_keys = 1000;
+  other.restore(state);
+  const Pose2 there = other.process(inputs.back()).world_from_robot;
+  EXPECT_EQ(there.vector(), slam.process(inputs.back()).world_from_robot.vector());
+}
+
 TEST_F(SavedMapTest, DamagedForeignAndCutFilesAreRefusedAndSaidSo) {
   Slam slam;
   for (const SlamInput& input : drive({path_.begin(), path_.begin() + 12}, 3, 0)) {

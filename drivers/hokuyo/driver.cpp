@@ -126,6 +126,11 @@ std::vector<ArrivedScan> HokuyoDriver::step() {
   return std::exchange(ready_, {});
 }
 
+void HokuyoDriver::on_line_emptied() {
+  parser_.clear();
+  last_scan_ = clock_();
+}
+
 void HokuyoDriver::on_timeout() {
   if (phase_ == Phase::finding) return look_elsewhere();
   if (phase_ == Phase::changing_baud && tries_ >= kTries) return enter(Phase::asking_parameters);

@@ -34,6 +34,7 @@ class HokuyoDriver final : public LaserDriver {
   HokuyoDriver(ByteStream& stream, const HokuyoOptions& options, Clock clock);
 
   std::vector<ArrivedScan> step() override;
+  void on_line_emptied() override;
   std::string state() const override;
   LaserSight sight() const override;
   const LaserCounts& counts() const override { return counts_; }

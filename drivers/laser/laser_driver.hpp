@@ -42,6 +42,10 @@ class LaserDriver {
   /// the device does. @returns the scans that became complete. @throws StreamLost.
   virtual std::vector<ArrivedScan> step() = 0;
 
+  /// What waited in the line was read and thrown away by another: telegrams begun, and the count of
+  /// turns, go with it. What step() returned last is to be thrown away, too.
+  virtual void on_line_emptied() = 0;
+
   virtual std::string state() const = 0;
   virtual LaserSight sight() const = 0;
   virtual const LaserCounts& counts() const = 0;

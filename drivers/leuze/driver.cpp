@@ -81,6 +81,13 @@ std::vector<ArrivedScan> LeuzeDriver::step() {
   return std::exchange(ready_, {});
 }
 
+void LeuzeDriver::on_line_emptied() {
+  parser_.clear();
+  turns_.reset();
+  filter_.reset();
+  deadline_ = std::max(deadline_, clock_() + kPatience);
+}
+
 void LeuzeDriver::on_telegram(const Telegram& telegram, Utime arrival) {
   const int baud = rates_[rate_];
   measuring_ = true;
@@ -143,6 +150,11 @@ LeuzeServiceDriver::LeuzeServiceDriver(ByteStream& stream, const LeuzeOptions& o
 }
 
 LaserSight LeuzeServiceDriver::sight() const { return sight_of(options_); }
+
+void LeuzeServiceDriver::on_line_emptied() {
+  answer_.clear();
+  waiting_ = false;
+}
 
 std::vector<ArrivedScan> LeuzeServiceDriver::step() {
   if (!waiting_ && clock_() >= next_request_) {

@@ -42,6 +42,7 @@ class LeuzeDriver final : public LaserDriver {
   LeuzeDriver(ByteStream& stream, const LeuzeOptions& options, Clock clock);
 
   std::vector<ArrivedScan> step() override;
+  void on_line_emptied() override;
   std::string state() const override;
   LaserSight sight() const override;
   const LaserCounts& counts() const override { return counts_; }
@@ -96,6 +97,7 @@ class LeuzeServiceDriver final : public LaserDriver {
   LeuzeServiceDriver(ByteStream& stream, const LeuzeOptions& options, Clock clock);
 
   std::vector<ArrivedScan> step() override;
+  void on_line_emptied() override;
   std::string state() const override;
   LaserSight sight() const override;
   const LaserCounts& counts() const override { return counts_; }

@@ -67,6 +67,7 @@ class LaserSession final : public DeviceSession {
     while (std::chrono::steady_clock::now() < until) {
       stream_.read(old, std::chrono::milliseconds(20));
     }
+    driver_->on_line_emptied();
     last_step_ = std::chrono::steady_clock::now();
   }
 

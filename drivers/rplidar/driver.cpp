@@ -110,6 +110,12 @@ std::vector<ArrivedScan> RplidarDriver::step() {
   return std::exchange(ready_, {});
 }
 
+void RplidarDriver::on_line_emptied() {
+  capsule_.reset();
+  lose_count();
+  last_block_ = clock_();
+}
+
 void RplidarDriver::on_timeout() {
   if (phase_ == Phase::stopping) return enter(Phase::asking_info);
   if (phase_ == Phase::resetting) return enter(Phase::stopping);

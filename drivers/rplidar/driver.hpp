@@ -40,6 +40,7 @@ class RplidarDriver final : public LaserDriver {
   RplidarDriver(ByteStream& stream, const RplidarOptions& options, Clock clock);
 
   std::vector<ArrivedScan> step() override;
+  void on_line_emptied() override;
   std::string state() const override;
   LaserSight sight() const override;
   const LaserCounts& counts() const override { return counts_; }

@@ -12,7 +12,9 @@ namespace {
 using std::chrono::microseconds;
 constexpr microseconds kStep{50'000};
 constexpr Duration kSettle = Duration::from_us(250'000);
-constexpr Duration kByteGap = Duration::from_us(30'000);  // the device's promise: 14 ms
+constexpr Duration kByteGap = Duration::from_us(100'000);  // the device's promise: 14 ms
+constexpr Duration kNakRest = Duration::from_us(30'000);   // before the request is sent again
+constexpr Duration kDamagedRest = Duration::from_us(250'000);
 constexpr Duration kStopPatience = Duration::from_us(500'000);
 constexpr int kTries = 3;
 constexpr int kFastBaud = 500'000;  // from here on the laser needs 55 us between our bytes
@@ -91,6 +93,11 @@ void SickDriver::send(const Bytes& telegram) {
   }
 }
 
+// A reply was lost: the laser, which may have seven seconds for some, is not waited for so long.
+void SickDriver::ask_again_within(Duration rest) {
+  deadline_ = std::min(deadline_, clock_() + rest);
+}
+
 void SickDriver::set_baud(int baud) {
   baud_ = baud;
   stream_.set_line({baud, Parity::none});
@@ -110,7 +117,7 @@ void SickDriver::look_elsewhere() {
     set_baud(rates_[rate_]);
     goal_baud_ = rates_[0];
   }
-  streams_here_ = false;
+  speaks_here_ = false;
   enter(Phase::finding);
 }
 
@@ -138,6 +145,13 @@ std::vector<ArrivedScan> SickDriver::step() {
   return std::exchange(ready_, {});
 }
 
+void SickDriver::on_line_emptied() {
+  parser_.clear();
+  turns_.reset();
+  filter_.reset();
+  last_scan_ = clock_();
+}
+
 void SickDriver::receive() {
   microseconds wait = kStep;
   if (phase_ != Phase::measuring) {
@@ -153,6 +167,7 @@ void SickDriver::receive() {
     parser_.push({buffer, count});
   } else if (parser_.waiting() && arrival - last_byte_ >= kByteGap) {
     parser_.give_up_waiting();
+    ask_again_within(kDamagedRest);
   }
   while (const auto event = parser_.next()) on_event(*event, arrival);
 }
@@ -160,19 +175,17 @@ void SickDriver::receive() {
 void SickDriver::on_event(const Event& event, Utime arrival) {
   if (event.kind == Event::Kind::bad_checksum) {
     if (phase_ == Phase::measuring) ++counts_.drops["bad_checksum"];
-    return;
+    return ask_again_within(kDamagedRest);
   }
   if (event.kind == Event::Kind::ack) {
     // Heard at this speed: a change of mode may take the laser three seconds.
     if (phase_ == Phase::finding && parser_.garbage_bytes() == counts_.garbage_bytes) {
+      speaks_here_ = true;
       deadline_ = std::max(deadline_, clock_() + kModePatience);
     }
     return;
   }
-  if (event.kind == Event::Kind::nak) {
-    if (phase_ != Phase::measuring) deadline_ = std::min(deadline_, clock_() + kByteGap);
-    return;
-  }
+  if (event.kind == Event::Kind::nak) return ask_again_within(kNakRest);
   status_ = event.status();
   if (event.code() == kPowerOnReply) {
     const std::span<const uint8_t> text = event.data();
@@ -189,7 +202,7 @@ void SickDriver::on_event(const Event& event, Utime arrival) {
 void SickDriver::on_reply(const Event& event) {
   if (phase_ == Phase::finding && event.code() == kValuesReply) {
     // It streams at this speed: "stop" is said again if it was not heard.
-    if (!std::exchange(streams_here_, true)) deadline_ = clock_() + kStopPatience;
+    if (!std::exchange(speaks_here_, true)) deadline_ = clock_() + kStopPatience;
     return;
   }
   const bool rejected = event.code() == kRejectedReply;
@@ -204,9 +217,11 @@ void SickDriver::on_reply(const Event& event) {
 
 void SickDriver::on_timeout() {
   if (phase_ == Phase::finding) {
-    if (std::exchange(streams_here_, false)) return ask();
+    if (std::exchange(speaks_here_, false)) return ask();
     return look_elsewhere();
   }
+  // Only the answer may be lost, and the laser be at its new speed already.
+  if (phase_ == Phase::changing_baud) return start_over("no answer to the change of speed");
   if (tries_ < kTries) return ask();
   if (phase_ == Phase::checking_baud && ++baud_failures_ >= 2) {
     goal_baud_ = 9600;

@@ -49,6 +49,7 @@ class SickDriver final : public LaserDriver {
   SickDriver(ByteStream& stream, const SickOptions& options, Clock clock);
 
   std::vector<ArrivedScan> step() override;
+  void on_line_emptied() override;
   std::string state() const override;
   LaserSight sight() const override;
   const LaserCounts& counts() const override { return counts_; }
@@ -82,6 +83,7 @@ class SickDriver final : public LaserDriver {
   uint8_t reply_code_of(Phase phase) const;
   Duration patience_of(Phase phase) const;
   void ask();
+  void ask_again_within(Duration rest);
   void send(const Bytes& telegram);
   void set_baud(int baud);
   void look_elsewhere();
@@ -109,7 +111,7 @@ class SickDriver final : public LaserDriver {
   int goal_baud_ = 0;
   int baud_failures_ = 0;
   int tries_ = 0;
-  bool streams_here_ = false;  ///< while finding: scans came since the last request
+  bool speaks_here_ = false;  ///< while finding: the last request was acknowledged, or scans came
   Utime deadline_;
   Utime last_byte_;
   Utime settled_at_;

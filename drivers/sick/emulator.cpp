@@ -259,7 +259,8 @@ void SickEmulator::garble(std::vector<uint8_t>& out, std::size_t from) const {
 
 void SickEmulator::advance(Utime now, std::vector<uint8_t>& out) {
   if (booting_ && now >= boot_end_ && output_.empty()) finish_boot(boot_end_);
-  if (streaming() || one_scan_asked_) finish_turn(now);
+  // All that are over: a busy machine's emulator must not fall behind its mirror.
+  while ((streaming() || one_scan_asked_) && turn_end_time() <= now) finish_turn();
   const std::size_t from = out.size();
   output_.advance(now, out);
   if (client_baud_ != 0 && client_baud_ != baud_) garble(out, from);
@@ -273,8 +274,7 @@ Utime SickEmulator::next_event() const {
   Utime next = output_.next_event();
   if (booting_ && output_.empty()) next = std::min(next, boot_end_);
   if (streaming() || one_scan_asked_) {
-    next = std::min(next, mirror_start_ + Duration::from_seconds(static_cast<double>(turn_end_) *
-                                                                 options_.turn_s));
+    next = std::min(next, turn_end_time());
   }
   return next;
 }

@@ -79,7 +79,8 @@ class SickEmulator final : public Emulator {
   void start_measuring(uint8_t mode, Utime now);
   int turns_per_scan() const;
   bool partial_mode() const { return form_ == kPartialScans; }
-  void finish_turn(Utime now);
+  void finish_turn();
+  Utime turn_end_time() const;
   void schedule_turn(Utime not_before);
   uint8_t reflectivity_of(uint16_t word) const;
   uint16_t word_of_range(double range_m) const;

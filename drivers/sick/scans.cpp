@@ -87,11 +87,13 @@ MeasuredValues SickEmulator::measure(Utime first_beam) const {
   return values;
 }
 
-void SickEmulator::finish_turn(Utime now) {
+Utime SickEmulator::turn_end_time() const {
+  return mirror_start_ + Duration::from_seconds(static_cast<double>(turn_end_) * options_.turn_s);
+}
+
+void SickEmulator::finish_turn() {
   const int turns = turns_per_scan();
-  const Utime end =
-      mirror_start_ + Duration::from_seconds(static_cast<double>(turn_end_) * options_.turn_s);
-  if (now < end) return;
+  const Utime end = turn_end_time();
   const Utime first_beam = end - Duration::from_seconds(turns * options_.turn_s);
   MeasuredValues values = measure(first_beam);
   turn_end_ += turns;
@@ -124,10 +126,7 @@ void SickEmulator::finish_turn(Utime now) {
   one_scan_asked_ = false;
   // Scans that end while the line is taken are never sent.
   const int64_t was = turn_end_;
-  while (mirror_start_ + Duration::from_seconds(static_cast<double>(turn_end_) * options_.turn_s) <
-         output_.free_at()) {
-    turn_end_ += turns;
-  }
+  while (turn_end_time() < output_.free_at()) turn_end_ += turns;
   scans_dropped_ += (turn_end_ - was) / turns;
 }
 

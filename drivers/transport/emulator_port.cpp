@@ -23,8 +23,9 @@ namespace {
 
 // A terminal tells neither that a client came nor that none is there yet: it is asked.
 constexpr Duration kLookForClient = Duration::from_us(10'000);
-// As much as a UART's and its driver's buffers together; what a client leaves beyond it is lost.
-constexpr std::size_t kMaxPending = 65536;
+// Besides the system's own buffer of 64 KiB, which a device's line has, too; what a client leaves
+// beyond it is lost.
+constexpr std::size_t kMaxPending = 4096;
 
 [[noreturn]] void fail(const std::string& what) {
   throw std::runtime_error(what + ": " + std::strerror(errno));

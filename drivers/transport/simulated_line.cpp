@@ -91,11 +91,11 @@ void SimulatedLine::at(Utime when, std::function<void()> action) {
 }
 
 void SimulatedLine::step_towards(Utime limit) {
-  Utime next = std::min(limit, emulator_.next_event());
+  Utime next = std::min(limit, std::max(emulator_.next_event(), held_until_));
   if (!actions_.empty()) next = std::min(next, actions_.front().first);
   now_ = std::max(now_, next);
   std::vector<uint8_t> left;
-  emulator_.advance(now_, left);
+  if (now_ >= held_until_) emulator_.advance(now_, left);
   if (connected_) {
     if (tamper_to_client_ && !left.empty()) tamper_to_client_(left);
     to_client_.insert(to_client_.end(), left.begin(), left.end());

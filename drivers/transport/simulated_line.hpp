@@ -32,6 +32,9 @@ class SimulatedLine {
   void wait(Duration duration);
   /// Runs `action` when simulated time reaches `when`.
   void at(Utime when, std::function<void()> action);
+  void forget_actions() { actions_.clear(); }
+  /// The machine of the device stands still: what it would send until then comes at that time.
+  void hold_up(Utime until) { held_until_ = until; }
   void unplug();
   void plug_in() { plugged_ = true; }
   void set_tamper_to_client(Tamper tamper) { tamper_to_client_ = std::move(tamper); }
@@ -45,6 +48,7 @@ class SimulatedLine {
   Emulator& emulator_;
   bool has_baud_;
   Utime now_;
+  Utime held_until_;
   bool plugged_ = true;
   bool connected_ = false;
   int session_ = 0;  ///< tells a stream opened before an unplugging from one opened after

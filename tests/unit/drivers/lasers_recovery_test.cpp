@@ -200,6 +200,50 @@ TEST_P(LaserRecovery, ACableCutAtAnyTimeForAnyTime) {
   EXPECT_LE(worst_s, 2.0 + device_.own_s + 1.0);
 }
 
+// A busy machine lets an emulator, or the host's serial port, stand still for a tenth of a second
+// now and then, between the bytes of a reply, too.
+TEST_P(LaserRecovery, AMachineThatStandsStillNowAndThen) {
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> pause_s(0.03, 0.12), between_s(0.02, 0.3);
+  double worst_s = 0.0;
+  for (int i = 0; i < 300; ++i) {
+    connect(device_.wrong);
+    if (device_.reset) device_.reset(line_.now());
+    const std::function<void()> pause = [&] {
+      line_.hold_up(line_.now() + Duration::from_seconds(pause_s(random)));
+      line_.at(line_.now() + Duration::from_seconds(0.12 + between_s(random)), pause);
+    };
+    line_.at(line_.now(), pause);
+    const double back_s = scan_within(20.0);
+    ASSERT_GE(back_s, 0.0) << "start " << i << ": " << driver_->state();
+    worst_s = std::max(worst_s, back_s);
+    line_.forget_actions();
+  }
+  std::printf("%-8s standing still scans after %5.2f s at most\n", device_.name, worst_s);
+  EXPECT_LE(worst_s, 3.0 + device_.own_s + std::max(0.0, device_.reset_s) + 1.0);
+}
+
+// As a laser's process does it: what waited is thrown away, and the driver told.
+TEST_P(LaserRecovery, StampsAreRightAfterTheHostStoodStill) {
+  connect(device_.wrong);
+  step_until(*driver_, line_, 20.0, have(20));
+  const double before_m = worst_range_error_m(step_until(*driver_, line_, 10.0, have(20)));
+  for (const double pause_s : {0.6, 1.4, 0.8}) {
+    line_.wait(Duration::from_seconds(pause_s));
+    driver_->step();
+    uint8_t old[4096];
+    const Utime until = line_.now() + Duration::from_seconds(0.3);
+    while (line_.now() < until) stream_->read(old, std::chrono::milliseconds(20));
+    driver_->on_line_emptied();
+    const std::vector<ArrivedScan> scans = step_until(*driver_, line_, 10.0, have(20));
+    ASSERT_EQ(scans.size(), 20u) << driver_->state();
+    const double after_m = worst_range_error_m(scans);
+    std::printf("%-8s stood still  ranges within %.4f m before, %.4f m after %.1f s\n",
+                device_.name, before_m, after_m, pause_s);
+    EXPECT_LT(after_m, before_m + 0.02);  // the world moves by up to 3.5 m/s
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Lasers,
     LaserRecovery,

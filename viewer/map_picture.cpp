@@ -3,23 +3,14 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <numbers>
 
 #include "common/check.hpp"
 #include "viewer/canvas.hpp"
+#include "viewer/map_border.hpp"
 
 namespace marco::viewer {
 namespace {
-
-constexpr Rgb kFrameColor{150, 155, 162};
-constexpr Rgb kGridlineColor{232, 235, 239};
-constexpr double kAxisMarginPx = 58.0;
-constexpr double kOuterMarginPx = 22.0;
-
-struct LegendEntry {
-  std::string label;
-  Rgb color;
-};
 
 Rgb cell_color(uint8_t percent) {
   if (percent == GridMap::kUnknown) return palette::kUnknown;
@@ -47,10 +38,23 @@ Picture cells_picture(const GridMap& grid,
   return picture;
 }
 
+std::vector<LegendEntry> legend_of(const Scene& scene) {
+  std::vector<LegendEntry> entries;
+  for (const PathItem& item : scene.paths)
+    if (!item.label.empty()) entries.push_back({item.label, item.color});
+  for (const PointsItem& item : scene.points)
+    if (!item.label.empty()) entries.push_back({item.label, item.color});
+  return entries;
+}
+
 class MapPainter {
  public:
   MapPainter(const Scene& scene, const MapPictureOptions& options)
-      : scene_(scene), options_(options), frame_(fit()), canvas_(make_canvas()) {}
+      : scene_(scene),
+        options_(options),
+        frame_(fit()),
+        border_(frame_, legend_of(scene), options.text_height_px),
+        canvas_(border_.picture_width_px(), border_.picture_height_px(), palette::kPaper) {}
 
   MapPicture paint() {
     paint_ground();
@@ -64,9 +68,7 @@ class MapPainter {
     for (const PathItem& item : scene_.paths) paint_path(item);
     for (const EllipseItem& item : scene_.ellipses) paint_ellipse(item);
     for (const RobotItem& robot : scene_.robots) paint_robot(robot);
-    paint_margins();
-    paint_axes();
-    paint_footer();
+    border_.paint(canvas_);
     return {canvas_.finish(), frame_};
   }
 
@@ -103,7 +105,7 @@ class MapPainter {
     frame.max_m = frame.min_m + size;
     frame.px_per_m = long_side_px / size.maxCoeff();
     if (scene_.grid) frame.px_per_m = whole_cells(frame.px_per_m);
-    frame.corner_px = {kAxisMarginPx, kOuterMarginPx};
+    frame.corner_px = MapBorder::kCornerPx;
     return frame;
   }
 
@@ -115,61 +117,6 @@ class MapPainter {
     return std::floor(px_per_cell) / scene_.grid->resolution_m;
   }
 
-  Eigen::Vector2d area_px() const { return frame_.px_per_m * (frame_.max_m - frame_.min_m); }
-  Eigen::Vector2d far_corner_px() const { return frame_.corner_px + area_px(); }
-
-  std::vector<LegendEntry> legend() const {
-    std::vector<LegendEntry> entries;
-    for (const PathItem& item : scene_.paths)
-      if (!item.label.empty()) entries.push_back({item.label, item.color});
-    for (const PointsItem& item : scene_.points)
-      if (!item.label.empty()) entries.push_back({item.label, item.color});
-    return entries;
-  }
-
-  double entry_width_px(const LegendEntry& entry) const {
-    return 40.0 + Canvas::text_width_px(entry.label, options_.text_height_px) + 26.0;
-  }
-  double line_height_px() const { return 2.2 * options_.text_height_px; }
-  double bar_length_m() const {
-    return round_length(std::max(area_px().x(), 300.0) / 5.0 / frame_.px_per_m);
-  }
-  // Of the bar with its label.
-  double bar_block_px() const {
-    return bar_length_m() * frame_.px_per_m + 14.0 +
-           Canvas::text_width_px(length_label(bar_length_m()), options_.text_height_px) + 40.0;
-  }
-
-  // Legend entries flow over as many lines as they need beside the scale bar.
-  int footer_lines(double width_px) const {
-    double x = bar_block_px();
-    int lines = 1;
-    for (const LegendEntry& entry : legend()) {
-      const double entry_width = entry_width_px(entry);
-      if (x + entry_width > width_px && x > 0.0) {
-        ++lines;
-        x = 0.0;
-      }
-      x += entry_width;
-    }
-    return lines;
-  }
-
-  double picture_width_px() const {
-    double needed = bar_block_px();
-    for (const LegendEntry& entry : legend()) needed = std::max(needed, entry_width_px(entry));
-    return kAxisMarginPx + std::max(area_px().x(), needed) + kOuterMarginPx;
-  }
-
-  Canvas make_canvas() const {
-    const double width = picture_width_px();
-    const int lines = footer_lines(width - kAxisMarginPx - kOuterMarginPx);
-    const double height =
-        far_corner_px().y() + 3.2 * options_.text_height_px + lines * line_height_px() + 8.0;
-    return {static_cast<int>(std::ceil(width)), static_cast<int>(std::ceil(height)),
-            palette::kPaper};
-  }
-
   void paint_ground() {
     if (!scene_.grid) return;
     const GridMap& grid = *scene_.grid;
@@ -178,7 +125,7 @@ class MapPainter {
     const Eigen::Vector2i size =
         ((frame_.max_m - frame_.min_m) / grid.resolution_m).array().round().cast<int>();
     canvas_.paste(cells_picture(grid, min_cell, size.cwiseMax(1)), frame_.corner_px,
-                  far_corner_px());
+                  frame_.far_corner_px());
   }
 
   void paint_rays(const RaysItem& item) {
@@ -232,105 +179,14 @@ class MapPainter {
     canvas_.fill_polygon(points, robot.color);
   }
 
-  // What was drawn beyond the area (a path of bad odometry) is covered again.
-  void paint_margins() {
-    const Eigen::Vector2d low = frame_.corner_px, high = far_corner_px();
-    const double width = canvas_.width_px(), height = canvas_.height_px();
-    canvas_.fill_rectangle({0, 0}, {width, low.y()}, palette::kPaper);
-    canvas_.fill_rectangle({0, high.y()}, {width, height}, palette::kPaper);
-    canvas_.fill_rectangle({0, 0}, {low.x(), height}, palette::kPaper);
-    canvas_.fill_rectangle({high.x(), 0}, {width, height}, palette::kPaper);
-    const std::array<Eigen::Vector2d, 5> frame{
-        {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}};
-    canvas_.draw_polyline(frame, kFrameColor, 1.0);
-  }
-
-  void paint_axes() {
-    const double step_m = round_length(130.0 / frame_.px_per_m);
-    const Eigen::Vector2d high = far_corner_px();
-    const double text = 0.8 * options_.text_height_px;
-    for (const double x : ticks(frame_.min_m.x(), frame_.max_m.x(), step_m)) {
-      const double px = frame_.to_px({x, frame_.min_m.y()}).x();
-      canvas_.draw_line({px, high.y()}, {px, high.y() + 5.0}, kFrameColor, 1.0);
-      const std::string label = tick_label(x, step_m);
-      const double left = px - 0.5 * Canvas::text_width_px(label, text);
-      canvas_.draw_text(label, {left, high.y() + 9.0 + 0.5 * text}, text, palette::kText);
-    }
-    for (const double y : ticks(frame_.min_m.y(), frame_.max_m.y(), step_m)) {
-      const double px = frame_.to_px({frame_.min_m.x(), y}).y();
-      canvas_.draw_line({frame_.corner_px.x() - 5.0, px}, {frame_.corner_px.x(), px}, kFrameColor,
-                        1.0);
-      const std::string label = tick_label(y, step_m);
-      const double left = frame_.corner_px.x() - 9.0 - Canvas::text_width_px(label, text);
-      canvas_.draw_text(label, {left, px}, text, palette::kText);
-    }
-  }
-
-  static std::vector<double> ticks(double from_m, double to_m, double step_m) {
-    std::vector<double> places;
-    const auto last = static_cast<int>(std::floor(to_m / step_m));
-    for (auto i = static_cast<int>(std::ceil(from_m / step_m)); i <= last; ++i)
-      places.push_back(i * step_m);
-    return places;
-  }
-
-  static std::string tick_label(double value_m, double step_m) {
-    char text[32];
-    const double rounded = std::round(value_m / step_m) * step_m;
-    std::snprintf(text, sizeof text, "%g", rounded == 0.0 ? 0.0 : rounded);
-    return text;
-  }
-
-  void paint_footer() {
-    const double text = options_.text_height_px;
-    const double right = canvas_.width_px() - kOuterMarginPx;
-    Eigen::Vector2d at(kAxisMarginPx, far_corner_px().y() + 3.2 * text + 0.3 * line_height_px());
-    paint_scale_bar(at);
-    at.x() += bar_block_px();
-    for (const LegendEntry& entry : legend()) {
-      const double width = entry_width_px(entry);
-      if (at.x() + width > right && at.x() > kAxisMarginPx)
-        at = {kAxisMarginPx, at.y() + line_height_px()};
-      canvas_.draw_line(at, at + Eigen::Vector2d(30.0, 0.0), entry.color, 4.0);
-      canvas_.draw_text(entry.label, at + Eigen::Vector2d(40.0, 0.0), text, palette::kText);
-      at.x() += width;
-    }
-  }
-
-  void paint_scale_bar(const Eigen::Vector2d& at) {
-    const double length_px = bar_length_m() * frame_.px_per_m;
-    const Eigen::Vector2d half(0.0, 4.0), along(length_px, 0.0);
-    canvas_.fill_rectangle(at - half, at + along + half, palette::kText);
-    canvas_.fill_rectangle(at + 0.5 * along - half + Eigen::Vector2d(0.0, 1.5),
-                           at + along + half - Eigen::Vector2d(1.5, 1.5), palette::kPaper);
-    canvas_.draw_text(length_label(bar_length_m()), at + along + Eigen::Vector2d(14.0, 0.0),
-                      options_.text_height_px, palette::kText);
-  }
-
   const Scene& scene_;
   const MapPictureOptions& options_;
   MapFrame frame_;
+  MapBorder border_;
   Canvas canvas_;
 };
 
 }  // namespace
-
-double round_length(double length) {
-  require(std::isfinite(length) && length > 0.0, "a length to be rounded must be above 0");
-  const double decade = std::pow(10.0, std::floor(std::log10(length)));
-  for (const double factor : {5.0, 2.0})
-    if (factor * decade <= length) return factor * decade;
-  return decade;
-}
-
-std::string length_label(double length_m) {
-  char text[32];
-  if (length_m < 1.0)
-    std::snprintf(text, sizeof text, "%.0f cm", 100.0 * length_m);
-  else
-    std::snprintf(text, sizeof text, "%g m", length_m);
-  return text;
-}
 
 MapPicture draw_map(const Scene& scene, const MapPictureOptions& options) {
   validate(options, "map_picture");

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <string>
-
 #include "common/options.hpp"
+#include "viewer/map_border.hpp"
 #include "viewer/picture.hpp"
 #include "viewer/scene.hpp"
 
@@ -25,18 +24,6 @@ struct MapPictureOptions {
   }
 };
 
-/// Where a world point lies in a map picture: north (y) up, east (x) right.
-struct MapFrame {
-  Eigen::Vector2d min_m = Eigen::Vector2d::Zero();  ///< world at the drawn area's lower left
-  Eigen::Vector2d max_m = Eigen::Vector2d::Zero();
-  double px_per_m = 1.0;
-  Eigen::Vector2d corner_px = Eigen::Vector2d::Zero();  ///< upper left of the drawn area
-
-  Eigen::Vector2d to_px(const Eigen::Vector2d& point_m) const {
-    return corner_px + px_per_m * Eigen::Vector2d(point_m.x() - min_m.x(), max_m.y() - point_m.y());
-  }
-};
-
 struct MapPicture {
   Picture picture;
   MapFrame frame;
@@ -47,11 +34,5 @@ struct MapPicture {
 /// axes in metres, a scale bar and a legend. The size follows from the map's extent.
 /// @throws std::invalid_argument when there is nothing to draw, or an option is out of its limits.
 MapPicture draw_map(const Scene& scene, const MapPictureOptions& options = {});
-
-/// 1, 2 or 5 times a power of ten, the largest one not above `length`. @param length > 0.
-double round_length(double length);
-
-/// "5 m", "20 cm".
-std::string length_label(double length_m);
 
 }  // namespace marco::viewer

@@ -5,7 +5,7 @@
 
 #include "common/check.hpp"
 #include "viewer/canvas.hpp"
-#include "viewer/map_picture.hpp"
+#include "viewer/map_border.hpp"
 
 namespace marco::viewer {
 namespace {

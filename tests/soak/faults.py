@@ -116,7 +116,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--times", type=int, default=1, metavar="N", help="each fault so often")
     parser.add_argument("--keep", action="store_true", help="the folders of all runs")
-    parser.add_argument("names", nargs="*", help="; ".join(CASES))
+    parser.add_argument("names", nargs="*", help="; ".join(CASES).replace("%", "%%"))
     arguments = parser.parse_intermixed_args()
     arguments.bin = arguments.bin or arguments.root + "/build/release/bin"
     answer = subprocess.run([arguments.bin + "/map_difference", "--fault-fingerprint"], capture_output=True, text=True)

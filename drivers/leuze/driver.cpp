@@ -102,7 +102,9 @@ void LeuzeDriver::on_telegram(const Telegram& telegram, Utime arrival) {
   ++counts_.scans;
   const Utime end =
       arrival - line_time(encode_telegram(telegram).size() + parser_.bytes_after(), baud);
-  const Utime filtered = filter_.update(turns_.update(end), end);
+  const bool lost = std::exchange(bad_before_, parser_.bad_checksums()) != parser_.bad_checksums();
+  const double swept_s = turns_.update(end, lost ? TurnCounter::Gap::any : TurnCounter::Gap::none);
+  const Utime filtered = filter_.update(swept_s, end);
   ArrivedScan arrived =
       scan_of(options_, telegram.first, telegram.step,
               filtered - Duration::from_seconds(kSweepS - (telegram.first - 1) *

@@ -65,6 +65,7 @@ class LeuzeDriver final : public LaserDriver {
   Utime deadline_;
   std::string complaint_;
   TurnCounter turns_{kSweepS};
+  int64_t bad_before_ = 0;  ///< checksums, when the last scan was taken
   ClockFilter filter_;
   LaserCounts counts_;
   std::vector<ArrivedScan> ready_;

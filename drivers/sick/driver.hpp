@@ -94,7 +94,7 @@ class SickDriver final : public LaserDriver {
   Answer read_reply(const Event& event);
   void on_values(const Event& event, Utime arrival);
   void on_timeout();
-  TurnCounter::Gap gap_before(Duration on_line);
+  TurnCounter::Gap gap_before();
   ArrivedScan to_scan(const MeasuredValues& values, Utime first_beam, Utime arrival) const;
   int turns_per_scan() const;
   int resolution_cdeg() const;

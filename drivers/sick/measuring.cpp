@@ -52,17 +52,16 @@ void SickDriver::on_values(const Event& event, Utime arrival) {
   ++counts_.scans;
   const Duration on_line = line_time(event.bytes_total, baud_);
   const Utime end = arrival - on_line;
-  const Utime filtered = filter_.update(turns_.update(end, gap_before(on_line)), end);
+  const Utime filtered = filter_.update(turns_.update(end, gap_before()), end);
   ready_.push_back(to_scan(*values, filtered - Duration::from_seconds(scan_period_s()), arrival));
 }
 
-// The laser leaves out the scans that end while it still sends one; others were heard, but damaged.
-TurnCounter::Gap SickDriver::gap_before(Duration on_line) {
+// What was heard, but damaged.
+TurnCounter::Gap SickDriver::gap_before() {
   int64_t dropped = 0;
   for (const auto& [cause, count] : counts_.drops) dropped += count;
   const bool lost = std::exchange(dropped_before_, dropped) != dropped;
-  return lost || on_line.seconds() > scan_period_s() ? TurnCounter::Gap::any
-                                                     : TurnCounter::Gap::none;
+  return lost ? TurnCounter::Gap::any : TurnCounter::Gap::none;
 }
 
 ArrivedScan SickDriver::to_scan(const MeasuredValues& values,

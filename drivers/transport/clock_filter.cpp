@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "common/check.hpp"
@@ -13,10 +14,12 @@ namespace {
 constexpr std::size_t kMinForDrift = 20;
 constexpr double kMinSpanS = 2.0;
 
-// Of a scan after the one before it [turns]: sooner, it had waited somewhere; later, it is late.
-constexpr double kInTime = 0.8;
-constexpr double kLate = 1.5;
+// Of a scan after the one before it, beyond the usual [turns]: sooner, it had waited somewhere;
+// later, it is late.
+constexpr double kInTime = 0.2;
+constexpr double kLate = 0.5;
 constexpr double kSilenceS = 1.0;
+constexpr std::size_t kSteps = 8;
 
 }  // namespace
 
@@ -97,10 +100,7 @@ void ClockFilter::reset() {
   slope_ = 1.0;
 }
 
-void TurnCounter::reset() {
-  turns_ = -1;
-  behind_ = 0.0;
-}
+void TurnCounter::reset() { *this = TurnCounter(turn_s_); }
 
 double TurnCounter::update(Utime end, Gap gap) {
   turns_ += turns_ < 0 ? 1 : turns_since((end - last_).seconds() / turn_s_, gap);
@@ -109,21 +109,42 @@ double TurnCounter::update(Utime end, Gap gap) {
 }
 
 // A host that was busy hears a scan late and those behind it all at once. One that did not hear of
-// turns at all hears a scan late and the next a turn later.
+// turns at all hears a scan late and the next in its usual time.
 int64_t TurnCounter::turns_since(double elapsed, Gap gap) {
-  if (gap == Gap::any || elapsed * turn_s_ > kSilenceS) {
+  const auto rounded = static_cast<int64_t>(std::llround(elapsed));
+  const double silence = kSilenceS / turn_s_ + 2.0 * static_cast<double>(usual_);
+  if (gap == Gap::any || usual_ == 0 || elapsed > silence) {
     behind_ = 0.0;
+    if (gap == Gap::none && elapsed <= silence) learn(rounded);
     // No turn at all: the scan before came late and was taken for a later one.
-    return std::max<int64_t>(0, std::llround(elapsed));
+    return std::max<int64_t>(0, rounded);
   }
-  if (elapsed < kInTime) {
-    if (behind_ > 0.0) behind_ += elapsed - 1.0;
+  const double over = elapsed - static_cast<double>(usual_);
+  if (behind_ > 0.0 && over < -kInTime) {
+    behind_ += over;
     if (behind_ < 0.5) behind_ = 0.0;
-    return 1;
+    return usual_;
   }
-  const int64_t missed = std::llround(behind_);
-  behind_ = elapsed > kLate ? elapsed - 1.0 : 0.0;
-  return 1 + missed;
+  const int64_t missed = std::llround(std::exchange(behind_, 0.0));
+  if (over > kLate) {
+    behind_ = over;
+    const int64_t turns = usual_ + missed;
+    if (missed > 0) learn(rounded);  // twice in a row is no accident
+    return turns;
+  }
+  learn(rounded);
+  return std::max<int64_t>(1, rounded) + missed;
+}
+
+void TurnCounter::learn(int64_t turns) {
+  steps_.push_back(std::max<int64_t>(1, turns));
+  if (steps_.size() > kSteps) steps_.pop_front();
+  const auto times = [this](int64_t step) {
+    return std::count(steps_.begin(), steps_.end(), step);
+  };
+  usual_ = *std::max_element(steps_.begin(), steps_.end(), [&](int64_t a, int64_t b) {
+    return std::pair(times(a), a) < std::pair(times(b), b);
+  });
 }
 
 }  // namespace marco::drivers

@@ -56,8 +56,9 @@ class TurnCounter {
 
   /// What may lie between a scan and the one before it.
   enum class Gap {
-    any,   ///< turns left out, or lost: only the time between arrivals tells how many
-    none,  ///< every turn is sent: a late scan is late, until those behind it come no sooner
+    any,   ///< scans were lost: only the time between arrivals tells how many turns
+    none,  ///< the laser sends every turn, or every n-th where its line is slow (n is learnt): a
+           ///< late scan is late, until those behind it come no sooner
   };
 
   /// @param end  of a scan by its arrival. @returns turns since the first, as whole turns of
@@ -68,10 +69,13 @@ class TurnCounter {
 
  private:
   int64_t turns_since(double elapsed, Gap gap);
+  void learn(int64_t turns);
 
   double turn_s_;
   int64_t turns_ = -1;
-  double behind_ = 0.0;  ///< turns by which the last scan came late, or that were missed
+  int64_t usual_ = 0;          ///< turns from scan to scan; 0 = not known yet
+  std::deque<int64_t> steps_;  ///< of the last scans that came in time
+  double behind_ = 0.0;        ///< turns by which the last scan came late, or that were missed
   Utime last_;
 };
 

@@ -137,12 +137,4 @@ inline double worst_range_error_m(const LaserScan& scan) {
   return worst_m;
 }
 
-inline double worst_range_error_m(const std::vector<ArrivedScan>& scans) {
-  double worst_m = 0.0;
-  for (const ArrivedScan& arrived : scans) {
-    worst_m = std::max(worst_m, worst_range_error_m(arrived.scan));
-  }
-  return worst_m;
-}
-
 }  // namespace marco::drivers

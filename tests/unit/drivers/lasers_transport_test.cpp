@@ -243,5 +243,25 @@ TEST(TurnCounter, TellsABusyHostFromMissedTurns) {
   EXPECT_EQ(arrives(0.0), 367) << "after two seconds of silence the clock tells (61 * 1.01)";
 }
 
+// A laser whose line has time for every eighth turn only.
+TEST(TurnCounter, LearnsHowManyTurnsASlowLineLeavesOut) {
+  TurnCounter turns(0.04);
+  double turn = 0.0;
+  const auto arrives = [&](double late_s) {
+    const auto counted =
+        turns.update(Utime::from_seconds(10.0 + 0.04 * turn + late_s), TurnCounter::Gap::none);
+    turn += 8.0;
+    return std::lround(counted / 0.04);
+  };
+  for (int i = 0; i < 20; ++i) ASSERT_EQ(arrives(0.0), 8 * i);
+  EXPECT_EQ(arrives(0.5), 160) << "a busy host";
+  EXPECT_EQ(arrives(0.5 - 0.03), 168) << "the next had waited, and came as fast as the line goes";
+  EXPECT_EQ(arrives(0.18), 176);
+  EXPECT_EQ(arrives(0.0), 184);
+  turn += 1.0;
+  arrives(0.0);
+  for (int i = 25; i < 40; ++i) ASSERT_EQ(arrives(0.0), 8 * i + 1) << "nine, once";
+}
+
 }  // namespace
 }  // namespace marco::drivers

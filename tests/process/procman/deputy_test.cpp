@@ -91,7 +91,7 @@ TEST_F(DeputyTest, AStopRightAfterTheStartIsHeeded) {
   for (int run = 1; run <= 10; ++run) {
     order(spec, run);
     order(spec, run, true);
-    ASSERT_TRUE(wait_until([&] { return has_ended("sleeper", run); }, 3.0));
+    ASSERT_TRUE(wait_until([&] { return has_ended("sleeper", run); }, 30.0));
     EXPECT_EQ(status("sleeper").exit_code, SIGINT);
   }
 }

@@ -50,7 +50,7 @@ class ProcmanBench : public testing::Test {
   void publish_orders(const std::string& sheriff_id = "bench-sheriff");
 
   /// Hears the bus until `condition`. @returns whether it came true in time.
-  bool wait_until(const std::function<bool()>& condition, double seconds = 10.0);
+  bool wait_until(const std::function<bool()>& condition, double seconds = 40.0);
   bool runs(const std::string& id, int32_t runid) const;
   bool has_ended(const std::string& id, int32_t runid) const;
   CommandStatus status(const std::string& id) const;

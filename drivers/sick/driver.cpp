@@ -117,7 +117,7 @@ void SickDriver::look_elsewhere() {
     set_baud(rates_[rate_]);
     goal_baud_ = rates_[0];
   }
-  speaks_here_ = false;
+  streams_here_ = acknowledged_ = false;
   enter(Phase::finding);
 }
 
@@ -180,7 +180,7 @@ void SickDriver::on_event(const Event& event, Utime arrival) {
   if (event.kind == Event::Kind::ack) {
     // Heard at this speed: a change of mode may take the laser three seconds.
     if (phase_ == Phase::finding && parser_.garbage_bytes() == counts_.garbage_bytes) {
-      speaks_here_ = true;
+      acknowledged_ = true;
       deadline_ = std::max(deadline_, clock_() + kModePatience);
     }
     return;
@@ -202,7 +202,7 @@ void SickDriver::on_event(const Event& event, Utime arrival) {
 void SickDriver::on_reply(const Event& event) {
   if (phase_ == Phase::finding && event.code() == kValuesReply) {
     // It streams at this speed: "stop" is said again if it was not heard.
-    if (!std::exchange(speaks_here_, true)) deadline_ = clock_() + kStopPatience;
+    if (!std::exchange(streams_here_, true)) deadline_ = clock_() + kStopPatience;
     return;
   }
   const bool rejected = event.code() == kRejectedReply;
@@ -217,8 +217,9 @@ void SickDriver::on_reply(const Event& event) {
 
 void SickDriver::on_timeout() {
   if (phase_ == Phase::finding) {
-    if (std::exchange(speaks_here_, false)) return ask();
-    return look_elsewhere();
+    const bool streams = std::exchange(streams_here_, false);
+    const bool acknowledged = std::exchange(acknowledged_, false);
+    return streams || acknowledged ? ask() : look_elsewhere();
   }
   // Only the answer may be lost, and the laser be at its new speed already.
   if (phase_ == Phase::changing_baud) return start_over("no answer to the change of speed");

@@ -111,7 +111,8 @@ class SickDriver final : public LaserDriver {
   int goal_baud_ = 0;
   int baud_failures_ = 0;
   int tries_ = 0;
-  bool speaks_here_ = false;  ///< while finding: the last request was acknowledged, or scans came
+  bool streams_here_ = false;  ///< while finding: scans came since the last request
+  bool acknowledged_ = false;  ///< while finding: it was heard, but not answered yet
   Utime deadline_;
   Utime last_byte_;
   Utime settled_at_;

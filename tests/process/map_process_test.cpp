@@ -49,7 +49,7 @@ class MapProcess : public ::testing::Test {
   };
   Result run(const std::string& name,
              const std::vector<std::string>& arguments,
-             double seconds = 100) {
+             double seconds = 600) {
     const std::string output = (folder_.path() / "output").string();
     Program program(name, arguments, output);
     const int code = program.wait(seconds);

@@ -51,8 +51,8 @@ double MapBorder::scale_bar_px() const {
 int MapBorder::picture_width_px() const {
   double footer = scale_bar_px();
   for (const LegendEntry& entry : legend_) footer = std::max(footer, entry_width_px(entry));
-  const double area = frame_.far_corner_px().x() - kCornerPx.x();
-  return static_cast<int>(std::ceil(kCornerPx.x() + std::max(area, footer) + kCornerPx.y()));
+  const double area = frame_.far_corner_px().x() - kAxisMarginPx;
+  return static_cast<int>(std::ceil(kAxisMarginPx + std::max(area, footer) + kOuterMarginPx));
 }
 
 int MapBorder::picture_height_px() const {
@@ -61,7 +61,7 @@ int MapBorder::picture_height_px() const {
 }
 
 int MapBorder::footer_lines() const {
-  const double width = picture_width_px() - kCornerPx.x() - kCornerPx.y();
+  const double width = picture_width_px() - kAxisMarginPx - kOuterMarginPx;
   double x = scale_bar_px();
   int lines = 1;
   for (const LegendEntry& entry : legend_) {
@@ -114,15 +114,15 @@ void MapBorder::paint_axes(Canvas& canvas) const {
 }
 
 void MapBorder::paint_footer(Canvas& canvas) const {
-  const double right = canvas.width_px() - kCornerPx.y();
-  Eigen::Vector2d at(kCornerPx.x(),
+  const double right = canvas.width_px() - kOuterMarginPx;
+  Eigen::Vector2d at(kAxisMarginPx,
                      frame_.far_corner_px().y() + 3.2 * text_height_px_ + 0.3 * line_height_px());
   paint_scale_bar(canvas, at);
   at.x() += scale_bar_px();
   for (const LegendEntry& entry : legend_) {
     const double width = entry_width_px(entry);
-    if (at.x() + width > right && at.x() > kCornerPx.x())
-      at = {kCornerPx.x(), at.y() + line_height_px()};
+    if (at.x() + width > right && at.x() > kAxisMarginPx)
+      at = {kAxisMarginPx, at.y() + line_height_px()};
     canvas.draw_line(at, at + Eigen::Vector2d(kLegendLinePx, 0.0), entry.color, 4.0);
     canvas.draw_text(entry.label, at + Eigen::Vector2d(kLegendLinePx + 10.0, 0.0), text_height_px_,
                      palette::kText);

@@ -29,8 +29,8 @@ struct LegendEntry {
 /// flow over as many lines as they need.
 class MapBorder {
  public:
-  /// Where the drawn area begins in the picture; right of it, its y is left free again.
-  inline static const Eigen::Vector2d kCornerPx{58.0, 22.0};
+  static constexpr double kAxisMarginPx = 58.0;   ///< left of the drawn area
+  static constexpr double kOuterMarginPx = 22.0;  ///< above it and right of it
 
   /// @param text_height_px of a capital.
   MapBorder(const MapFrame& frame, std::vector<LegendEntry> legend, double text_height_px);

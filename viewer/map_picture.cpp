@@ -105,7 +105,7 @@ class MapPainter {
     frame.max_m = frame.min_m + size;
     frame.px_per_m = long_side_px / size.maxCoeff();
     if (scene_.grid) frame.px_per_m = whole_cells(frame.px_per_m);
-    frame.corner_px = MapBorder::kCornerPx;
+    frame.corner_px = {MapBorder::kAxisMarginPx, MapBorder::kOuterMarginPx};
     return frame;
   }
 

@@ -14,6 +14,7 @@
 #include <fstream>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "common/process/lcm_bus.hpp"
 #include "drivers/hokuyo/emulator.hpp"
@@ -94,7 +95,8 @@ class Stage {
       serve_ports(ports, Duration::from_us(1000));
       while (bus_.handle_once(0)) {
       }
-      const double took_s = (wall_now() - std::exchange(before, wall_now())).seconds();
+      const Utime now = wall_now();
+      const double took_s = (now - std::exchange(before, now)).seconds();
       if (took_s > 0.05) stood_still_s += took_s;
     }
     return condition();

@@ -240,11 +240,13 @@ TEST_P(LaserRecovery, AMachineThatStandsStillNowAndThen) {
 // was measured when it was.
 TEST_P(LaserRecovery, ScansThatWaitedAShortWhileHaveRightStamps) {
   connect(device_.wrong);
-  step_until(*driver_, line_, 20.0, have(40));
+  ASSERT_GE(step_until(*driver_, line_, 20.0, have(40)).size(), 40u);
   const double before_m = worst_error_m(step_until(*driver_, line_, 10.0, have(20)));
   for (const double pause_s : {0.1, 0.2, 0.3, 0.45}) {
     line_.wait(Duration::from_seconds(pause_s));
-    const double after_m = worst_error_m(step_until(*driver_, line_, 10.0, have(30)));
+    const std::vector<ArrivedScan> scans = step_until(*driver_, line_, 10.0, have(30));
+    ASSERT_GE(scans.size(), 30u) << driver_->state();
+    const double after_m = worst_error_m(scans);
     std::printf("%-8s busy host    ranges within %.4f m before, %.4f m after %.2f s\n",
                 device_.name, before_m, after_m, pause_s);
     EXPECT_LT(after_m, before_m + 0.02);
@@ -254,7 +256,7 @@ TEST_P(LaserRecovery, ScansThatWaitedAShortWhileHaveRightStamps) {
 // As a laser's process does it: what waited is thrown away, and the driver told.
 TEST_P(LaserRecovery, StampsAreRightAfterTheHostStoodStill) {
   connect(device_.wrong);
-  step_until(*driver_, line_, 20.0, have(20));
+  ASSERT_GE(step_until(*driver_, line_, 20.0, have(20)).size(), 20u);
   const double before_m = worst_error_m(step_until(*driver_, line_, 10.0, have(20)));
   for (const double pause_s : {0.6, 1.4, 0.8}) {
     line_.wait(Duration::from_seconds(pause_s));
@@ -264,7 +266,7 @@ TEST_P(LaserRecovery, StampsAreRightAfterTheHostStoodStill) {
     while (line_.now() < until) stream_->read(old, std::chrono::milliseconds(20));
     driver_->on_line_emptied();
     const std::vector<ArrivedScan> scans = step_until(*driver_, line_, 10.0, have(20));
-    ASSERT_EQ(scans.size(), 20u) << driver_->state();
+    ASSERT_GE(scans.size(), 20u) << driver_->state();
     const double after_m = worst_error_m(scans);
     std::printf("%-8s stood still  ranges within %.4f m before, %.4f m after %.1f s\n",
                 device_.name, before_m, after_m, pause_s);

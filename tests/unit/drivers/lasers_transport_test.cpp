@@ -219,46 +219,49 @@ TEST(TurnCounter, CountsTheTurnsLeftOut) {
   EXPECT_DOUBLE_EQ(turns.update(Utime::from_seconds(10.2)), 0.20);
 }
 
+// Scans of a laser of 25 turns a second, as they come late.
+struct LateScans {
+  double turn_s;  ///< by the host's clock
+  double step;    ///< turns from scan to scan
+  TurnCounter turns{0.04};
+  double turn = 0.0;
+
+  /// @returns which turn the next scan is taken for.
+  int64_t arrives(double late_s) {
+    const Utime end = Utime::from_seconds(10.0 + turn_s * turn + late_s);
+    turn += step;
+    return std::llround(turns.update(end, TurnCounter::Gap::none) / 0.04);
+  }
+};
+
 // Of a laser that sends every turn; one that runs 1 % slow, so that lateness of its own adds up.
 TEST(TurnCounter, TellsABusyHostFromMissedTurns) {
-  TurnCounter turns(0.04);
-  double turn = 0.0;
-  const auto arrives = [&](double late_s) {
-    const auto counted =
-        turns.update(Utime::from_seconds(10.0 + 0.0404 * turn + late_s), TurnCounter::Gap::none);
-    turn += 1.0;
-    return std::lround(counted / 0.04);
-  };
+  LateScans scans{0.0404, 1.0};
+  const auto arrives = [&](double late_s) { return scans.arrives(late_s); };
   for (int i = 0; i < 200; ++i) ASSERT_EQ(arrives(0.002 * (i % 3)), i) << "jitter is no turn";
   EXPECT_EQ(arrives(0.150), 200) << "a busy host";
   EXPECT_EQ(arrives(0.112), 201);
   EXPECT_EQ(arrives(0.074), 202);
   EXPECT_EQ(arrives(0.036), 203);
   for (int i = 204; i < 300; ++i) ASSERT_EQ(arrives(0.0), i);
-  turn += 3.0;
+  scans.turn += 3.0;
   EXPECT_EQ(arrives(0.0), 300) << "nobody can tell yet";
   EXPECT_EQ(arrives(0.0), 304) << "three turns were missed";
   EXPECT_EQ(arrives(0.0), 305);
-  turn += 60.0;
+  scans.turn += 60.0;
   EXPECT_EQ(arrives(0.0), 367) << "after two seconds of silence the clock tells (61 * 1.01)";
 }
 
 // A laser whose line has time for every eighth turn only.
 TEST(TurnCounter, LearnsHowManyTurnsASlowLineLeavesOut) {
-  TurnCounter turns(0.04);
-  double turn = 0.0;
-  const auto arrives = [&](double late_s) {
-    const auto counted =
-        turns.update(Utime::from_seconds(10.0 + 0.04 * turn + late_s), TurnCounter::Gap::none);
-    turn += 8.0;
-    return std::lround(counted / 0.04);
-  };
+  LateScans scans{0.04, 8.0};
+  const auto arrives = [&](double late_s) { return scans.arrives(late_s); };
   for (int i = 0; i < 20; ++i) ASSERT_EQ(arrives(0.0), 8 * i);
   EXPECT_EQ(arrives(0.5), 160) << "a busy host";
   EXPECT_EQ(arrives(0.5 - 0.03), 168) << "the next had waited, and came as fast as the line goes";
   EXPECT_EQ(arrives(0.18), 176);
   EXPECT_EQ(arrives(0.0), 184);
-  turn += 1.0;
+  scans.turn += 1.0;
   arrives(0.0);
   for (int i = 25; i < 40; ++i) ASSERT_EQ(arrives(0.0), 8 * i + 1) << "nine, once";
 }

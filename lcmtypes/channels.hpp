@@ -12,6 +12,7 @@ inline constexpr const char* kImu = "IMU";
 inline constexpr const char* kOdometry = "ODOMETRY";
 inline constexpr const char* kBaseCommand = "BASE_COMMAND";
 inline constexpr const char* kBaseStatus = "BASE_STATUS";
+inline constexpr const char* kEmergencyStop = "EMERGENCY_STOP";  ///< emergency_stop_t: all bases
 inline constexpr const char* kSonar = "SONAR";
 inline constexpr const char* kGamepad = "GAMEPAD";
 inline constexpr const char* kPanTiltCommand = "PANTILT_COMMAND";

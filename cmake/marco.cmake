@@ -61,13 +61,30 @@ function(marco_library name)
   add_library(marco::${name} ALIAS marco_${name})
   target_include_directories(
     marco_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-                         $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/marco>)
+                         $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/marco-robot>)
   target_link_libraries(marco_${name} PUBLIC ${arg_DEPENDS} PRIVATE $<BUILD_INTERFACE:marco_options>
                                                                     ${arg_PRIVATE})
   target_compile_features(marco_${name} PUBLIC cxx_std_20)
   set_target_properties(marco_${name} PROPERTIES EXPORT_NAME ${name})
   set_property(GLOBAL APPEND PROPERTY MARCO_LIBRARIES marco_${name})
   marco_precompiled(marco_${name} library)
+endfunction()
+
+# The commit of a build is one small object file that programs are linked with but do not depend on: a commit relinks
+# nothing, and what is linked again for another reason says the new one.
+function(marco_add_revision library)
+  set(object ${CMAKE_BINARY_DIR}/revision.o)
+  add_custom_command(
+    OUTPUT ${object}
+    COMMAND ${CMAKE_COMMAND} -DSOURCE=${PROJECT_SOURCE_DIR} -DCOMPILER=${CMAKE_CXX_COMPILER} -DOUT=${object} -P
+            ${PROJECT_SOURCE_DIR}/cmake/revision.cmake
+    DEPENDS ${PROJECT_SOURCE_DIR}/cmake/revision.cmake
+    DEPFILE ${object}.d
+    COMMENT "The commit"
+    VERBATIM)
+  add_custom_target(marco_revision DEPENDS ${object})
+  add_dependencies(${library} marco_revision)
+  target_link_options(${library} INTERFACE $<BUILD_INTERFACE:${object}>)
 endfunction()
 
 # A main is glue, and a command line's templates take the optimizer seconds.
@@ -168,15 +185,31 @@ function(marco_lcm_types name)
   add_library(marco::${name} ALIAS marco_${name})
   add_dependencies(marco_${name} marco_${name}_headers)
   target_include_directories(marco_${name} SYSTEM INTERFACE $<BUILD_INTERFACE:${folder}>
-                                                            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/marco>)
+                                                            $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/marco-robot>)
   target_link_libraries(marco_${name} INTERFACE PkgConfig::LCM)
   # LCM's lcm_coretypes.h reads and writes doubles through int64_t pointers; with strict aliasing the
   # optimizer may drop those writes, and a decoded message is all zeros.
   target_compile_options(marco_${name} INTERFACE -fno-strict-aliasing)
   set_target_properties(marco_${name} PROPERTIES EXPORT_NAME ${name})
   set_property(GLOBAL APPEND PROPERTY MARCO_LIBRARIES marco_${name})
-  install(DIRECTORY ${folder}/${arg_PACKAGE} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco)
-  install(FILES ${arg_SOURCES} DESTINATION ${CMAKE_INSTALL_DATADIR}/marco/lcmtypes/${arg_PACKAGE})
+  install(DIRECTORY ${folder}/${arg_PACKAGE} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco-robot)
+  install(FILES ${arg_SOURCES} DESTINATION ${CMAKE_INSTALL_DATADIR}/marco-robot/lcmtypes/${arg_PACKAGE})
+endfunction()
+
+# The front door and what it reads, laid out as in the sources. Debian's `marco` is a window manager: ours is marco-robot.
+function(marco_install_front_door)
+  set(share ${CMAKE_INSTALL_DATADIR}/marco-robot)
+  install(PROGRAMS ${PROJECT_SOURCE_DIR}/marco DESTINATION ${CMAKE_INSTALL_BINDIR} RENAME marco-robot)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/config DESTINATION ${share})
+  install(PROGRAMS ${PROJECT_SOURCE_DIR}/tests/support/isolated.sh DESTINATION ${share}/tests/support)
+  foreach(script packages build help demo)
+    install(FILES ${PROJECT_SOURCE_DIR}/tools/${script}.sh DESTINATION ${share}/tools)
+  endforeach()
+  install(PROGRAMS ${PROJECT_SOURCE_DIR}/tools/record.sh DESTINATION ${share}/tools)
+  # $MARCO_ROOT/marco in procman scripts.
+  file(RELATIVE_PATH to_bin /${share} /${CMAKE_INSTALL_BINDIR}/marco-robot)
+  file(CREATE_LINK ${to_bin} ${PROJECT_BINARY_DIR}/marco SYMBOLIC)
+  install(FILES ${PROJECT_BINARY_DIR}/marco DESTINATION ${share})
 endfunction()
 
 # `cmake --install` with a package config: find_package(marco), then marco::common, marco::slam, ...
@@ -191,11 +224,11 @@ function(marco_install_package)
   foreach(room common lcmtypes drivers slam mapping3d viewer procman tools)
     install(
       DIRECTORY ${PROJECT_SOURCE_DIR}/${room}
-      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco
+      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco-robot
       FILES_MATCHING
       PATTERN "*.hpp")
   endforeach()
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/config DESTINATION ${CMAKE_INSTALL_DATADIR}/marco)
+  marco_install_front_door()
   configure_package_config_file(
     ${PROJECT_SOURCE_DIR}/cmake/marco-config.cmake.in ${PROJECT_BINARY_DIR}/marco-config.cmake
     INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/marco)

@@ -1,22 +1,22 @@
-# `./marco demo`; read by ./marco, whose build, say, root and here it uses.
+# `./marco demo`; read by ./marco, whose build, say, root, bin, self and here it uses.
 
 run_demo() {
   local out="$here/out/demo" live=yes
   while [ $# -gt 0 ]; do
     case $1 in
-      --out) out=$2; shift 2 ;;
+      --out) value_of "$@"; out=$2; shift 2 ;;
       --live) live=yes; shift ;;
       --batch) live=no; shift ;;
-      --help|-h)
-        echo "./marco demo [--out DIR]: a tour of config/worlds/lab.toml, mapped, rendered, and checked against the truth"
-        echo "  --live   (default, 5 minutes) the robot in real time: config/sim.procman starts simulator, drivers, SLAM and"
-        echo "           lcm-logger, the tour is driven by SLAM's pose, lcm-logplayer plays the recording to a new SLAM"
-        echo "  --batch  (20 seconds) the tour is simulated as fast as the machine can, without processes"
-        exit 0 ;;
-      *) echo "marco demo: unknown option $1" >&2; exit 2 ;;
+      *) unknown option "$1" --out --live --batch ;;
     esac
   done
-  build release programs
+  need viewer simulator
+  if [ $live = yes ]; then
+    need network replay
+    build release programs
+  else
+    build release marco-simulate marco-map marco-viewer
+  fi
   mkdir -p "$out"
   out="$(cd "$out" && pwd)"
   if [ $live = yes ] && ! unshare -rmn true 2>/dev/null && ! ip route get 239.255.76.67 >/dev/null 2>&1; then
@@ -31,22 +31,22 @@ run_demo() {
     MARCO_RECORDING="$out/lab.lcm" demo_script "$out" replay.procman recording
   else
     say "simulating a tour of the lab"
-    "$root/build/release/bin/marco-simulate" --world "$root/config/worlds/lab.toml" \
+    "$bin/marco-simulate" --world "$root/config/worlds/lab.toml" \
       --tour "$root/config/tours/lab.toml" --seed 1 --cameras "$root/config/robots/michoacan.toml" --out "$out/lab.lcm"
   fi
   say "mapping it"
-  "$root/build/release/bin/marco-map" "$out/lab.lcm" --out "$out" --world "$root/config/worlds/lab.toml"
+  "$bin/marco-map" "$out/lab.lcm" --out "$out" --world "$root/config/worlds/lab.toml"
   if [ $live = yes ]; then
     say "the path of this map, as first said, against what SLAM said while driving, and when the recording was played"
     local recording
     for recording in lab replayed; do
-      "$root/build/release/bin/marco-evaluate" "$out/trajectory_live.tum" --recorded "$out/$recording.lcm"
+      "$bin/marco-evaluate" "$out/trajectory_live.tum" --recorded "$out/$recording.lcm"
     done
   fi
   local painted=""
   if [ -f "$out/model_textured.glb" ]; then
     painted=" $out/model_photographs.png"
-    "$root/build/release/bin/marco-viewer" "$out/model_textured.glb" --color photograph --out "$out/model_photographs.png" >/dev/null
+    "$bin/marco-viewer" "$out/model_textured.glb" --color photograph --out "$out/model_photographs.png" >/dev/null
   fi
   say "pictures: $out/map.png $out/model.png$painted"
 }
@@ -54,7 +54,7 @@ run_demo() {
 # $1 folder, $2 a script of config/, $3 its name. The processes talk in a network namespace of their own where there
 # is such a thing: no other robot on this network is disturbed, or disturbs.
 demo_script() {
-  MARCO_RUN="$1" "$root/tests/support/isolated.sh" "$root/marco" run "$root/config/$2" "$3" -n --on-script-complete exit || {
+  MARCO_RUN="$1" "$root/tests/support/isolated.sh" "$self" run "$root/config/$2" "$3" -n --on-script-complete exit || {
     echo "marco demo: the live run ended with an error; see ~/.local/state/marco-procman/localhost" >&2
     exit 1
   }

@@ -13,13 +13,10 @@ std::vector<PoseRelation> read_relations(const std::string& path) {
   std::vector<PoseRelation> relations;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
-    const std::string content = line.substr(0, line.find('#'));
-    TextFields fields(content);
-    std::vector<double> row;
-    while (const auto value = fields.number<double>()) row.push_back(*value);
+    const std::string place = path + ":" + std::to_string(number);
+    const std::vector<double> row = finite_numbers(line, place);
     if (row.empty()) continue;
-    require(row.size() >= 8,
-            path + ":" + std::to_string(number) + ": expected 'time1 time2 x y z roll pitch yaw'");
+    require(row.size() >= 8, place + ": expected 'time1 time2 x y z roll pitch yaw'");
     relations.push_back({row[0], row[1], {row[2], row[3], row[7]}});
   }
   return relations;

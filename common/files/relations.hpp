@@ -11,7 +11,7 @@ namespace marco::files {
 /// (seconds, metres, radians), the second pose seen from the first. What follows a `#` and empty
 /// lines are passed over.
 /// @throws std::runtime_error when it cannot be read, std::invalid_argument with file and line when
-/// a line holds fewer numbers.
+/// a line holds fewer numbers, or something else than finite numbers.
 std::vector<PoseRelation> read_relations(const std::string& path);
 
 }  // namespace marco::files

@@ -1,9 +1,14 @@
 #pragma once
 
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
+
+#include "common/check.hpp"
 
 namespace marco::files {
 
@@ -44,5 +49,20 @@ class TextFields {
   }
   std::string_view rest_;
 };
+
+/// All fields of a line as numbers; what follows a `#` is passed over.
+/// @param place  names the line in messages, "path:3".
+/// @throws std::invalid_argument where a field is no finite number.
+inline std::vector<double> finite_numbers(std::string_view line, const std::string& place) {
+  std::vector<double> numbers;
+  TextFields fields(line.substr(0, line.find('#')));
+  for (std::string_view field = fields.next(); !field.empty(); field = fields.next()) {
+    const auto number = TextFields(field).number<double>();
+    require(number && std::isfinite(*number),
+            place + ": '" + std::string(field.substr(0, 40)) + "' is not a finite number");
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
 
 }  // namespace marco::files

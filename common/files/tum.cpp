@@ -32,14 +32,11 @@ Trajectory read_tum(const std::filesystem::path& path) {
   Trajectory trajectory;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
-    const std::string content = line.substr(0, line.find('#'));
-    TextFields fields(content);
-    std::vector<double> row;
-    while (const auto value = fields.number<double>()) row.push_back(*value);
-    if (row.empty() && content.find_first_not_of(" \t\r") == std::string::npos) continue;
+    const std::string place = path.string() + ":" + std::to_string(number);
+    const std::vector<double> row = finite_numbers(line, place);
+    if (row.empty()) continue;
     require(row.size() == 4 || row.size() >= 8,
-            path.string() + ":" + std::to_string(number) +
-                ": expected 'time x y z qx qy qz qw' or 'time x y theta'");
+            place + ": expected 'time x y z qx qy qz qw' or 'time x y theta'");
     Pose2 pose{row[1], row[2], row[3]};
     if (row.size() >= 8) {
       pose.theta_rad = std::atan2(2.0 * (row[7] * row[6] + row[4] * row[5]),

@@ -11,7 +11,7 @@ namespace marco::files {
 void write_tum(const std::filesystem::path& path, const Trajectory& trajectory);
 
 /// Reads that, and `time x y theta` too; `#` starts a comment.
-/// @throws std::invalid_argument naming file and line.
+/// @throws std::invalid_argument naming file and line where a line holds anything else, also nan.
 Trajectory read_tum(const std::filesystem::path& path);
 
 }  // namespace marco::files

@@ -3,7 +3,54 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <filesystem>
+
+#include "common/process/exit_code.hpp"
+#include "common/process/suggest.hpp"
+#include "common/process/version.hpp"
+
 namespace marco::process {
+namespace {
+
+// The subcommand that was given, or the program itself.
+const CLI::App& innermost(const CLI::App& app) {
+  const auto given = app.get_subcommands();
+  return given.empty() ? app : innermost(*given.back());
+}
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+  }
+  return names;
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
+// What CLI11 says, unless a word was given that nobody knows: then that is the mistake.
+std::string mistake_of(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App& command = innermost(app);
+  for (const std::string& word : app.remaining(true)) {
+    if (word.size() > 1 && word.front() == '-') {
+      const std::string name = word.substr(0, word.find('='));
+      return "unknown option '" + name + "'" + did_you_mean(name, option_names(command));
+    }
+    const std::vector<std::string> commands = command_names(command);
+    if (commands.empty()) continue;
+    return "unknown command '" + word + "'" + did_you_mean(word, commands);
+  }
+  return error.what();
+}
+
+}  // namespace
 
 void add_common_arguments(CLI::App& app, CommonArguments& arguments) {
   app.add_option("--config", arguments.config_path, "TOML file; unknown keys are refused")
@@ -16,10 +63,16 @@ void add_common_arguments(CLI::App& app, CommonArguments& arguments) {
 }
 
 std::optional<int> parse_arguments(CLI::App& app, int argc, const char* const* argv) {
+  if (app.get_name().empty()) app.name(std::filesystem::path(argv[0]).filename());
+  app.set_version_flag("--version", app.get_name() + " " + version(), "print the version and exit");
   try {
     app.parse(argc, argv);
-  } catch (const CLI::ParseError& stop) {
+  } catch (const CLI::Success& stop) {
     return app.exit(stop);
+  } catch (const CLI::ParseError& mistake) {
+    std::fprintf(stderr, "%s: %s\nTry %s --help\n", app.get_name().c_str(),
+                 mistake_of(app, mistake).c_str(), app.get_name().c_str());
+    return kExitUsage;
   }
   return std::nullopt;
 }
@@ -33,9 +86,12 @@ void start_logging(const std::string& process, const std::string& level) {
 int run_main(const std::string& process, const std::function<int()>& body) {
   try {
     return body();
+  } catch (const UsageError& mistake) {
+    fprintf(stderr, "%s: %s\n", process.c_str(), mistake.what());
+    return kExitUsage;
   } catch (const std::exception& failure) {
     fprintf(stderr, "%s: %s\n", process.c_str(), failure.what());
-    return 1;
+    return kExitFailed;
   }
 }
 

@@ -18,15 +18,16 @@ struct CommonArguments {
 /// Adds --config --lcm-url --log-level --print-config to `app`.
 void add_common_arguments(CLI::App& app, CommonArguments& arguments);
 
-/// Parses, printing help or the mistake. @returns an exit code when the program should end now.
+/// Parses, printing help, the version (--version) or the mistake, with the nearest name where a
+/// word is unknown. @returns an exit code when the program should end now: kExitDone or kExitUsage.
 std::optional<int> parse_arguments(CLI::App& app, int argc, const char* const* argv);
 
 /// Applies the log level and the one log format of all processes (stderr, monotonic enough for a
 /// person).
 void start_logging(const std::string& process, const std::string& level);
 
-/// The body of each main: runs it, and turns any exception into a message on stderr and exit
-/// code 1.
+/// The body of each main: runs it, and turns any exception into a message on stderr and
+/// kExitFailed, a UsageError into kExitUsage.
 int run_main(const std::string& process, const std::function<int()>& body);
 
 }  // namespace marco::process

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "common/files/inside_folder.hpp"
+#include "common/process/suggest.hpp"
 
 namespace marco::process {
 namespace {
@@ -51,10 +52,12 @@ namespace detail {
 void TomlReader::refuse_unknown() const {
   for (const auto& [key, node] : table_) {
     if (used_.contains(std::string(key.str()))) continue;
+    const std::vector<std::string> names(used_.begin(), used_.end());
     std::string known;
-    for (const std::string& name : used_) known += (known.empty() ? "" : ", ") + name;
+    for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
     throw std::invalid_argument(path_ + "unknown key '" + std::string(key.str()) + "' (" +
-                                place_of(node) + "); known here: " + known);
+                                place_of(node) + ")" + did_you_mean(key.str(), names) +
+                                "\n  known here: " + known);
   }
 }
 

@@ -3,6 +3,7 @@
 #include "common/files/event_log.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
+#include "common/process/exit_code.hpp"
 #include "common/process/progress.hpp"
 #include "drivers/camera/message.hpp"
 #include "drivers/robot/live_cameras.hpp"
@@ -127,8 +128,9 @@ int main(int argc, char** argv) {
       std::fputs(marco::process::print_options(marco::options_of(arguments)).c_str(), stdout);
       return 0;
     }
-    marco::require(!arguments.world.empty() && !arguments.tour.empty() && !arguments.out.empty(),
-                   "give --world, --tour and --out");
+    marco::process::require_usage(
+        !arguments.world.empty() && !arguments.tour.empty() && !arguments.out.empty(),
+        "give --world, --tour and --out");
     return marco::run(arguments);
   });
 }

@@ -5,6 +5,7 @@
 #include "common/files/relations.hpp"
 #include "common/files/tum.hpp"
 #include "common/process/arguments.hpp"
+#include "common/process/exit_code.hpp"
 #include "common/relations_metric.hpp"
 #include "common/trajectory_fit.hpp"
 #include "lcmtypes/channels.hpp"
@@ -105,8 +106,9 @@ int main(int argc, char** argv) {
         ->excludes(truth);
     app.add_option("--tolerance", tolerance_s, "[s] between a relation's time and its pose");
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
-    marco::require(!relations_path.empty() || !truth_path.empty() || !recorded_path.empty(),
-                   "give RELATIONS, --truth LOG or --recorded LOG");
+    marco::process::require_usage(
+        !relations_path.empty() || !truth_path.empty() || !recorded_path.empty(),
+        "give RELATIONS, --truth LOG or --recorded LOG");
     const marco::Trajectory trajectory = marco::files::read_tum(trajectory_path);
     if (!truth_path.empty())
       return marco::evaluate_path(trajectory, marco::true_path(truth_path), truth_path);

@@ -4,6 +4,7 @@
 
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
+#include "common/process/exit_code.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/status_publisher.hpp"
 #include "common/process/stop_signal.hpp"
@@ -68,7 +69,7 @@ int run(const Arguments& arguments) {
   if (!arguments.no_window) window = viewer::open_window("Marco");
   if (!window && arguments.picture.empty()) {
     std::fputs("marco-watch: there is no display and no --picture: nothing to show on\n", stderr);
-    return 2;
+    return process::kExitFailed;
   }
   spdlog::info("{}", window ? "a window is open" : "no window: no display, or built without SDL2");
   process::LcmBus bus(arguments.common.lcm_url);

@@ -6,7 +6,7 @@
 namespace marco::process {
 namespace {
 
-using testing::Optional;
+using ::testing::Optional;
 
 const std::vector<std::string> kNames = {"--out", "--config", "--hold-out", "--world", "--extend"};
 

@@ -61,6 +61,17 @@ TEST(RelationsMetric, AFileOfRelationsIsReadLineByLine) {
   EXPECT_THROW(files::read_relations(path), std::invalid_argument);
 }
 
+TEST(RelationsMetric, WhatIsNoFiniteNumberIsRefusedWithItsLine) {
+  const testing::TemporaryFolder folder;
+  for (const char* bad : {"nan", "-inf", "0.4x", "1e999"}) {
+    const auto path = folder.write(
+        "bad", "# by hand\n1 2 0.3 0.4 0 0 0 0.1\n1 2 0.3 " + std::string(bad) + " 0 0 0 0.1\n");
+    EXPECT_THAT([&] { files::read_relations(path); },
+                ::testing::ThrowsMessage<std::invalid_argument>(
+                    ::testing::HasSubstr("bad:3: '" + std::string(bad) + "' is not a finite number")));
+  }
+}
+
 TEST(TrajectoryFit, ARigidlyMovedPathFitsExactly) {
   const Trajectory truth = straight_drive();
   const Pose2 estimate_from_truth{3.0, -7.0, 2.0};

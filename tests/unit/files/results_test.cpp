@@ -34,7 +34,15 @@ TEST(Tum, ReadsFourColumnsTooAndNamesTheBadLine) {
   const auto good = folder.write("g", "# t x y theta\n1.5 1 2 0.5\n");
   EXPECT_THAT(read_tum(good).at(0).world_from_robot, IsNear(Pose2{1, 2, 0.5}, 1e-12, 1e-12));
   const auto bad = folder.write("b", "1.5 1 2 0.5\n2.5 1 x 0.5\n");
-  EXPECT_THAT(complaint([&] { read_tum(bad); }), HasSubstr("2"));
+  EXPECT_THAT(complaint([&] { read_tum(bad); }), HasSubstr("b:2: 'x' is not a finite number"));
+}
+
+TEST(Tum, ValuesThatAreNotFiniteAreRefused) {
+  const TemporaryFolder folder;
+  const auto four = folder.write("four", "1.5 1 nan 0.5\n");
+  EXPECT_THAT(complaint([&] { read_tum(four); }), HasSubstr("four:1: 'nan' is not a finite"));
+  const auto eight = folder.write("eight", "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 inf\n");
+  EXPECT_THAT(complaint([&] { read_tum(eight); }), HasSubstr("eight:2: 'inf' is not a finite"));
 }
 
 TEST(MapYaml, GridSurvivesToAPercentAndUnknownStaysUnknown) {

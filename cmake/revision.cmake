@@ -1,0 +1,20 @@
+# cmake -DSOURCE=DIR -DCOMPILER=c++ -DOUT=revision.o -P revision.cmake: the commit of SOURCE, or "", as the C string
+# marco_revision. Also writes OUT.d: the files of git that change with each commit.
+set(revision "")
+set(depends "")
+find_program(git git)
+# Not the repository of a folder around ours.
+if(git AND EXISTS ${SOURCE}/.git)
+  set(git_here ${git} -c safe.directory=* -C ${SOURCE})
+  execute_process(COMMAND ${git_here} rev-parse --short=10 HEAD OUTPUT_VARIABLE revision OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+  foreach(name HEAD logs/HEAD)
+    execute_process(COMMAND ${git_here} rev-parse --git-path ${name} OUTPUT_VARIABLE path OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+    cmake_path(ABSOLUTE_PATH path BASE_DIRECTORY ${SOURCE})
+    if(EXISTS ${path})
+      string(APPEND depends " ${path}")
+    endif()
+  endforeach()
+endif()
+file(WRITE ${OUT}.cpp "extern \"C\" { extern const char marco_revision[]; const char marco_revision[] = \"${revision}\"; }\n")
+file(WRITE ${OUT}.d "${OUT}:${depends}\n")
+execute_process(COMMAND ${COMPILER} -c ${OUT}.cpp -o ${OUT} COMMAND_ERROR_IS_FATAL ANY)

@@ -1,0 +1,162 @@
+# What ./marco says about itself; read by ./marco, whose name it uses.
+
+commands=(demo map calibrate render figures evaluate evaluate-model texture run drive replay spy log test bench fuzz soak
+  licenses help)
+
+usage() {
+  cat <<'TEXT' | sed "s|\./marco|$name|g"
+Marco: indoor maps and 3D models from a 2D laser, on LCM.
+
+  ./marco demo [--out DIR]             a simulated robot maps a lab in real time (5 minutes): drivers, procman, lcm-logger,
+                                       replay, pictures, errors against the truth (--batch: simulated in 20 seconds)
+  ./marco map INPUT... [--out DIR]     map your own log or 3D scans       (./marco map --help)
+  ./marco calibrate LOG [--out DIR]    the pan-tilt's lever arms and zero angles, from sweeps of a room
+  ./marco render WHAT --out PNG        pictures of a map folder or a model (./marco render --help)
+  ./marco figures [--out DIR] [LOG]    thesis B's figures of 3D scenes, from the simulated lab or your own log
+  ./marco evaluate TRAJ RELATIONS      error of a trajectory               (./marco evaluate --help)
+  ./marco evaluate-model PLY WORLD     error of a model                    (./marco evaluate-model --help)
+  ./marco texture PLY PHOTOGRAPHS      a model painted with photographs    (./marco texture --help)
+  ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
+  ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
+  ./marco replay LOG [--speed X]       a log's input channels into the processes that run
+  ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)
+  ./marco log COMMAND ...              info, cut, filter, merge, export, import, repair, play
+  ./marco test [--long]                build with warnings as errors, run every test
+                                       (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
+  ./marco bench                        speed figures of this machine
+  ./marco fuzz [--minutes N] [TARGET]  hostile bytes into every decoder (clang; --ci: 20 s for three targets;
+                                       --quick: fast decoders without AddressSanitizer, many times as often;
+                                       --coverage: which of their lines the corpora reach)
+  ./marco soak [--hours N]             a long simulated drive: memory and cost per scan
+  ./marco soak --faults [NAME...]      what fails while mapping live, each in turn (--random MINUTES: combinations)
+  ./marco soak --load                  how many scans a second live SLAM takes
+  ./marco licenses                     what Marco depends on, its versions and licences
+
+./marco COMMAND --help, or ./marco help COMMAND, says more about a command; ./marco --version which Marco this is.
+A command first installs the Debian packages it needs, builds the programs it needs, and says both.
+Exit codes: 0 done, 1 refused or failed with a word, 2 a command line that makes no sense, 3 a map that is wrong.
+TEXT
+}
+
+# $1: a command that is no single program with a --help of its own.
+help_of() {
+  case $1 in
+    demo) cat <<'TEXT'
+./marco demo [--out DIR] [--live | --batch]
+A tour of config/worlds/lab.toml, mapped, rendered, and checked against the truth.
+  --out DIR  folder for the results (out/demo)
+  --live     (default, 5 minutes) the robot in real time: config/sim.procman starts simulator, drivers, SLAM and
+             lcm-logger, the tour is driven by SLAM's pose, lcm-logplayer plays the recording to a new SLAM
+  --batch    (20 seconds) the tour is simulated as fast as the machine can, without processes
+TEXT
+      ;;
+    figures) cat <<'TEXT'
+./marco figures [LOG] [--out DIR] [--config FILE] [--size WxH] [--cut-ends N] [--mode MODE]
+The equals of thesis B's figures 5.3-5.21: ways of matching with their errors and times, polygons, light, joining.
+  LOG            a recording with 3D sweeps; without it the simulated lab's, made first
+  --out DIR      folder for the pictures (out/figures)
+  --config FILE  TOML, as for ./marco map
+  --size WxH     of a picture [px] (1000x750)
+  --cut-ends N   leave out so many beams at each end of a scan
+  --mode MODE    points, wire or filled
+TEXT
+      ;;
+    run) cat <<'TEXT'
+./marco run SCRIPT.procman [NAME] [OPTION...]
+Starts a robot's processes under the sheriff, with a deputy of its own, and runs the script NAME of the file.
+Scripts of ours: config/*.procman. Without a terminal there is no screen.
+Results, recordings and ports are in out/run (MARCO_RUN says otherwise).
+Options go to the sheriff; marco-procman-sheriff --help lists them all. The most useful:
+  -n, --no-gui                        no screen: run the script, print what happens
+  --on-script-complete exit|observer  what then: exit (the default without a screen), or watch on
+  --output                            without a screen: print the commands' output
+TEXT
+      ;;
+    replay) cat <<'TEXT'
+./marco replay LOG [--speed X]
+Plays the input channels of a recording (lasers, odometry, IMU, pan-tilt, sonar, cameras) into the processes that run.
+What they made of it the last time, and orders to the robot, are left out.
+  --speed X  times real time (1)
+TEXT
+      ;;
+    test) cat <<'TEXT'
+./marco test [--long | --tsan | --valgrind [LOG]]
+Builds with warnings as errors and runs every test.
+  --long            also the statistics that take minutes, then unit and process tests under the sanitizers
+  --tsan            the rooms with threads under the thread sanitizer
+  --valgrind [LOG]  a batch run under valgrind's memcheck (logs/sample.lcm)
+Tests on real logs find them through MARCO_TEST_DATA and say SKIPPED without it.
+TEXT
+      ;;
+    bench) cat <<'TEXT'
+./marco bench [OPTION...]
+Speed figures of this machine: each step's benchmark five times, then the whole job. Options go to Google Benchmark,
+e.g. --benchmark_filter=REGEX.
+TEXT
+      ;;
+    fuzz) cat <<'TEXT'
+./marco fuzz [--minutes N] [--seconds N] [--jobs N] [--longest BYTES] [--quick] [TARGET...]
+Hostile bytes into every decoder, or into the TARGETs. What crashes one is kept in build/fuzz/work, and the exit code is 1.
+  --minutes N, --seconds N  for each target (1 minute)
+  --jobs N                  targets at a time (2)
+  --longest BYTES           of an input (4096); short ones run many times as often
+  --quick                   fast decoders without AddressSanitizer, many times as often
+./marco fuzz --ci           20 s for each of three targets, other ones every day
+./marco fuzz --coverage     which lines of the decoders the corpora reach
+TEXT
+      ;;
+    soak) cat <<'TEXT'
+./marco soak [--hours N] [--report-hours N] [--world FILE] [--tour FILE]
+A long simulated drive at batch speed: memory and cost per scan.
+  --hours N         simulated (12)
+  --report-hours N  a line each (1)
+./marco soak --faults [NAME...] [--times N] [--random MINUTES] [--seed N] [--keep]
+What fails while mapping live, each in turn; --random: combinations. --keep: the folders of all runs.
+./marco soak --load [--speeds X...]
+How many scans a second live SLAM takes.
+TEXT
+      ;;
+    licenses) cat <<'TEXT'
+./marco licenses
+What Marco depends on, its versions on this machine and its licences, checked against the packages' copyright files.
+TEXT
+      ;;
+  esac | sed "s|\./marco|$name|g"
+}
+
+# $1: a word, then names. The name with the fewest typing errors, at most one in three letters; else nothing.
+# As closest_name in common/process/suggest.hpp, which need not be built here.
+closest_name() {
+  local word=$1 other best="" i j cost most
+  shift
+  most=$((${#word} / 3 > 0 ? ${#word} / 3 : 1))
+  for other; do
+    local -A errors=()
+    for ((i = 0; i <= ${#word}; ++i)); do
+      for ((j = 0; j <= ${#other}; ++j)); do
+        if ((i == 0 || j == 0)); then errors[$i,$j]=$((i + j)); continue; fi
+        cost=$((errors[$((i - 1)),$((j - 1))] + 1))
+        [ "${word:i-1:1}" = "${other:j-1:1}" ] && cost=${errors[$((i - 1)),$((j - 1))]}
+        ((errors[$((i - 1)),$j] + 1 < cost)) && cost=$((errors[$((i - 1)),$j] + 1))
+        ((errors[$i,$((j - 1))] + 1 < cost)) && cost=$((errors[$i,$((j - 1))] + 1))
+        if ((i > 1 && j > 1)) && [ "${word:i-1:1}${word:i-2:1}" = "${other:j-2:1}${other:j-1:1}" ]; then
+          ((errors[$((i - 2)),$((j - 2))] + 1 < cost)) && cost=$((errors[$((i - 2)),$((j - 2))] + 1))
+        fi
+        errors[$i,$j]=$cost
+      done
+    done
+    cost=${errors[${#word},${#other}]}
+    if ((cost <= most && cost < ${#other})); then most=$((cost - 1)) best=$other; fi
+  done
+  echo "$best"
+}
+
+# $1: what it is (command, option), $2: the word, then the names there are.
+unknown() {
+  local what=$1 word=$2 near
+  shift 2
+  [ ${#word} -gt 40 ] || near=$(closest_name "$word" "$@")
+  echo "marco: unknown $what '$word'${near:+; did you mean '$near'?}" >&2
+  echo "Try $name ${command:+$command }--help" >&2
+  exit 2
+}

@@ -1,0 +1,95 @@
+# Which Debian packages a command needs, and how they come; read by ./marco, whose root, here, say and fail it uses.
+
+# By purpose; `a|b`: the first that this system has. Each has a row in docs/dependencies.txt.
+declare -A packages_for=(
+  [core]="g++ cmake ninja-build pkg-config liblcm-dev liblcm-bin libglib2.0-dev libeigen3-dev libspdlog-dev
+    libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
+    libopencv-videoio-dev libmeshoptimizer-dev libncurses-dev libgl2ps-dev"
+  [viewer]="libosmesa6-dev|libegl-dev libgl-dev"
+  [simulator]="libembree-dev"
+  [network]="iproute2 procps"
+  [replay]="liblcm-bin"
+  [test]="libgtest-dev libgmock-dev libassimp-dev python3 tmux ccache"
+  [bench]="libbenchmark-dev python3"
+  [fuzz]="clang libclang-rt-dev"
+  [coverage]="llvm"
+  [soak]="python3"
+  [faults]="libfaketime"
+  [valgrind]="valgrind"
+)
+
+# What the command at hand needs: names of packages_for.
+needs=(core)
+need() { needs+=("$@"); }
+
+all_packages() { echo ${packages_for[*]//|/ } | tr ' ' '\n' | sort -u; }
+
+# $@: packages, perhaps `a|b`. Sets `missing` to those that are not installed; one call of dpkg-query.
+find_missing() {
+  local installed package
+  installed=" $(dpkg-query -W -f='${db:Status-Status}:${Package} ' ${*//|/ } 2>/dev/null || true)"
+  missing=()
+  for package in "$@"; do
+    local one
+    for one in ${package//|/ }; do [[ $installed == *" installed:$one "* ]] && continue 2; done
+    missing+=("$package")
+  done
+}
+
+# Of each `a|b` in `missing` the first that apt knows, or else the first.
+choose_alternatives() {
+  local i one
+  for i in "${!missing[@]}"; do
+    [[ ${missing[i]} == *'|'* ]] || continue
+    for one in ${missing[i]//|/ } ${missing[i]%%|*}; do
+      apt-cache show "$one" >/dev/null 2>&1 && break
+    done
+    missing[i]=$one
+  done
+}
+
+# How root does by hand what this could not.
+say_by_hand() {
+  choose_alternatives
+  cat >&2 <<TEXT
+marco: ${#missing[@]} Debian packages are missing, and only root can install them. Run this once as root:
+
+  apt-get update && apt-get install -y --no-install-recommends ${missing[*]}
+
+Then give the same ./marco command again; it needs no root.
+TEXT
+  exit 1
+}
+
+# $1: what the command needs, one package a word. Whether they were all there the last time, and dpkg did nothing since.
+were_there() {
+  [ -f "$stamp" ] && [ ! /var/lib/dpkg/status -nt "$stamp" ] && [ "$(<"$stamp")" = "$1" ]
+}
+
+install_packages() {
+  local wanted=() name stamp missing sudo=()
+  for name in "${needs[@]}"; do wanted+=(${packages_for[$name]}); done
+  stamp="$root/build/packages_$(IFS=_; echo "${needs[*]}")"
+  were_there "${wanted[*]}" && return
+  if ! command -v dpkg-query >/dev/null; then
+    [ -f "$stamp" ] || say "no Debian here; what Marco needs is called there: ${wanted[*]}"
+  else
+    find_missing "${wanted[@]}"
+    if [ ${#missing[@]} -gt 0 ]; then
+      if [ "$(id -u)" != 0 ]; then
+        # sudo may ask for a password, where there is somebody to ask.
+        command -v sudo >/dev/null && { [ -t 0 ] || sudo -n true 2>/dev/null; } || say_by_hand
+        sudo=(sudo)
+      fi
+      command -v apt-get >/dev/null || fail "these Debian packages are missing, and there is no apt-get: ${missing[*]}"
+      say "installing ${#missing[@]} packages: ${missing[*]}"
+      "${sudo[@]}" apt-get update -qq || say "apt-get update failed: with the lists that are there"
+      choose_alternatives
+      "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}" |
+        grep -E '^(Setting up|E:|Err)' >&2 || true
+      find_missing "${wanted[@]}"
+      [ ${#missing[@]} = 0 ] || fail "apt could not install: ${missing[*]}"
+    fi
+  fi
+  { mkdir -p "$root/build" && echo "${wanted[*]}" >"$stamp"; } 2>/dev/null || true  # somebody else's checkout
+}

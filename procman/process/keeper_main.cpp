@@ -4,16 +4,26 @@
 
 #include <cstdio>
 #include <exception>
+#include <string_view>
 
+#include "common/process/exit_code.hpp"
+#include "common/process/version.hpp"
 #include "procman/process/keeper.hpp"
 
 // marco-procman-keeper COMMAND SOCKET-PATH: started by a deputy, with its end of a socket as
 // descriptor 3. COMMAND is there for `ps` to show.
 int main(int argc, char** argv) {
   using marco::procman::Descriptor;
+  const std::string_view asked = argc == 2 ? argv[1] : "";
+  if (asked == "--version") {
+    std::printf("marco-procman-keeper %s\n", marco::process::version().c_str());
+    return marco::process::kExitDone;
+  }
+  const bool wants_help = asked == "--help" || asked == "-h";
   if (argc != 3) {
-    std::fputs("marco-procman-keeper is started by marco-procman-deputy\n", stderr);
-    return 2;
+    std::fputs("marco-procman-keeper is started by marco-procman-deputy, for each command that it runs\n",
+               wants_help ? stdout : stderr);
+    return wants_help ? marco::process::kExitDone : marco::process::kExitUsage;
   }
   try {
     close_range(4, ~0U, 0);

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "common/process/arguments.hpp"
+#include "common/process/exit_code.hpp"
 #include "procman/process/lone_deputy.hpp"
 #include "procman/process/screen.hpp"
 #include "procman/process/sheriff_process.hpp"
@@ -47,13 +48,11 @@ void add_arguments(CLI::App& app, SheriffArguments& arguments) {
 
 /// @returns 1 after saying why this cannot work, else 0.
 int check(const SheriffArguments& arguments, const procman::Config& config) {
+  process::require_usage(!arguments.config.empty() || arguments.observer,
+                         "a procman file is needed, unless as observer (-o)");
+  process::require_usage(!arguments.no_screen || !arguments.script.empty(),
+                         "-n needs the name of a script to run");
   std::vector<std::string> mistakes = procman::find_mistakes(config);
-  if (arguments.config.empty() && !arguments.observer) {
-    mistakes.emplace_back("a procman file is needed, unless as observer (-o)");
-  }
-  if (arguments.no_screen && arguments.script.empty()) {
-    mistakes.emplace_back("-n needs the name of a script to run");
-  }
   if (!arguments.script.empty() && find_script(config, arguments.script) == nullptr) {
     std::string known;
     for (const procman::ScriptConfig& script : config.scripts) known += " \"" + script.name + "\"";

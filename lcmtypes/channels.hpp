@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <string_view>
+
 /// All channel names of Marco, once. What travels on them: the .lcm files beside this header.
 namespace marco::channels {
 
@@ -29,5 +33,16 @@ inline constexpr const char* kSlamCommand = "SLAM_COMMAND";
 inline constexpr const char* kMapRequest = "MAP_REQUEST";
 inline constexpr const char* kProcessStatus = "PROCESS_STATUS";
 inline constexpr const char* kSimFault = "SIM_FAULT";  ///< sim_fault_t: orders to marco-sim
+
+/// Channels on which something is ordered: whoever plays a recording must leave these out, or a
+/// live robot obeys what was ordered then. GAMEPAD is among them since teleop turns it into orders;
+/// of procman its own and libbot2's orders, and the call that makes deputies answer.
+inline constexpr std::array<std::string_view, 10> kOrders = {
+    kBaseCommand, kPanTiltCommand, kSlamCommand,  kEmergencyStop, kSimFault,
+    kGamepad,     "PM_ORDERS",     "PM_DISCOVER", "PMD_ORDERS",   "PMD_ORDERS2"};
+
+constexpr bool is_order(std::string_view channel) {
+  return std::find(kOrders.begin(), kOrders.end(), channel) != kOrders.end();
+}
 
 }  // namespace marco::channels

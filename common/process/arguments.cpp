@@ -3,7 +3,11 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <filesystem>
+#include <stdexcept>
 
 #include "common/process/exit_code.hpp"
 #include "common/process/suggest.hpp"
@@ -83,9 +87,20 @@ void start_logging(const std::string& process, const std::string& level) {
   spdlog::set_level(spdlog::level::from_str(level));
 }
 
+void finish_stdout() {
+  errno = 0;
+  const bool flushed = std::fflush(stdout) == 0;
+  if (flushed && std::ferror(stdout) == 0) return;
+  // An earlier write that failed left its mark, but not its reason.
+  throw std::runtime_error(std::string("standard output is not complete: ") +
+                           (flushed || errno == 0 ? "a write failed" : std::strerror(errno)));
+}
+
 int run_main(const std::string& process, const std::function<int()>& body) {
   try {
-    return body();
+    const int code = body();
+    finish_stdout();
+    return code;
   } catch (const UsageError& mistake) {
     fprintf(stderr, "%s: %s\n", process.c_str(), mistake.what());
     return kExitUsage;

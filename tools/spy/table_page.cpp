@@ -49,10 +49,7 @@ Style cell_style(const Model& model, int index, Column column, const Surrounding
     return channel.damaged > 0 ? Style::bad : channel.undecodable() > 0 ? Style::warn : Style::dim;
   }
   if (column == Column::lost) return model.loss(index).count > 0 ? Style::bad : Style::dim;
-  // Silent for three of its intervals.
-  const double age_s = static_cast<double>(around.now_us - channel.rate.last_us()) * 1e-6;
-  if (column == Column::age && !around.overall_rates && channel.rate.overall().hz > 0 &&
-      age_s > 1 && age_s > 3 / channel.rate.overall().hz) {
+  if (column == Column::age && !around.overall_rates && channel.rate.silent(around.now_us)) {
     return Style::warn;
   }
   return Style::normal;

@@ -178,7 +178,8 @@ Action handle_key(View& view, KeyPress press, const Model& model, const Surround
 }
 
 Rates rates_of(const Channel& channel, const Surroundings& around) {
-  return around.overall_rates ? channel.rate.overall() : channel.rate.recent(around.now_us);
+  return around.overall_rates ? channel.rate.overall(around.now_us)
+                              : channel.rate.recent(around.now_us);
 }
 
 std::string type_text(const Model& model, const Channel& channel) {

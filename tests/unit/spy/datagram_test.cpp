@@ -7,7 +7,6 @@
 #include <set>
 
 #include "tests/unit/spy/spy_fixture.hpp"
-#include "tools/spy/statistics.hpp"
 
 namespace marco::spy {
 namespace {
@@ -120,6 +119,50 @@ TEST(Reassembler, PutsFragmentsTogetherInAnyOrder) {
   EXPECT_TRUE(reassembler.empty());
 }
 
+TEST(SequenceTracker, LossesForgottenAreNotFoundAgain) {
+  SequenceTracker tracker;
+  for (const uint32_t number : {10U, 13U}) tracker.add(number);
+  EXPECT_EQ(tracker.lost(), 2);
+  tracker.forget_losses();
+  tracker.add(11);  // late
+  EXPECT_EQ(tracker.lost(), 0);
+  tracker.add(15);
+  EXPECT_EQ(tracker.lost(), 1);
+}
+
+TEST(Reassembler, AFragmentThatComesTwiceCompletesNothing) {
+  const auto fragments = fragment_datagrams(9, "CAMERA", numbered(300), 100);
+  Reassembler reassembler;
+  std::vector<std::string> incomplete;
+  for (int copy = 0; copy < 5; ++copy) {
+    for (const std::size_t i : {0U, 2U}) {
+      EXPECT_FALSE(reassembler.add(*parse_datagram(fragments[i]), 0, incomplete));
+    }
+  }
+  EXPECT_TRUE(reassembler.add(*parse_datagram(fragments[1]), 0, incomplete));
+}
+
+// Three messages of 100 MB are begun; the oldest gives way before 256 MB are passed.
+TEST(Reassembler, KeepsNoMoreOpenThan256Megabytes) {
+  Reassembler reassembler;
+  std::vector<std::string> incomplete;
+  for (uint32_t i = 0; i < 3; ++i) {
+    Datagram datagram;
+    const std::vector<uint8_t> data(10);
+    datagram.sequence = i;
+    datagram.channel = "MESH";
+    datagram.payload = data;
+    datagram.fragmented = true;
+    datagram.message_bytes = 100U << 20U;
+    datagram.fragments = 1000;
+    EXPECT_FALSE(reassembler.add(datagram, i, incomplete));
+    EXPECT_EQ(incomplete.size(), i < 2 ? 0U : 1U);
+  }
+  EXPECT_FALSE(reassembler.holds(0));
+  EXPECT_TRUE(reassembler.holds(1));
+  EXPECT_TRUE(reassembler.holds(2));
+}
+
 TEST(Reassembler, GivesUpOldOnesAndNamesTheirChannels) {
   Reassembler reassembler;
   std::vector<std::string> incomplete;
@@ -132,44 +175,6 @@ TEST(Reassembler, GivesUpOldOnesAndNamesTheirChannels) {
   EXPECT_THAT(incomplete, ::testing::SizeIs(5));
   EXPECT_TRUE(reassembler.holds(5));
   EXPECT_FALSE(reassembler.holds(4));
-}
-
-TEST(RateMeter, ASteadyChannelHasItsRateAndNoJitter) {
-  RateMeter meter;
-  for (int i = 0; i < 500; ++i) meter.add(1'000'000'000 + 10000 * i, 50);
-  const Rates recent = meter.recent(1'000'000'000 + 10000 * 500);
-  EXPECT_NEAR(recent.hz, 100, 1e-9);
-  EXPECT_NEAR(recent.bytes_per_s, 5000, 1e-6);
-  EXPECT_EQ(recent.jitter_s, 0);
-  EXPECT_NEAR(meter.overall().hz, 100, 1e-9);
-}
-
-TEST(RateMeter, JitterIsLongestMinusShortestIntervalOfTheLastTwoSeconds) {
-  RateMeter meter;
-  meter.add(0, 1);
-  meter.add(3'000'000, 1);  // the long interval ends too long ago
-  for (int i = 1; i <= 40; ++i) meter.add(3'000'000 + 100000 * i + (i == 39 ? 20000 : 0), 1);
-  // Intervals of 100, 120 and 80 ms.
-  EXPECT_NEAR(meter.recent(7'000'000).jitter_s, 0.04, 1e-9);
-  EXPECT_NEAR(meter.overall().jitter_s, 3 - 0.08, 1e-9);
-}
-
-TEST(RateMeter, ASlowOrSilentChannelFallsTowardsZero) {
-  RateMeter meter;
-  meter.add(0, 10);
-  EXPECT_EQ(meter.recent(5'000'000).hz, 0);
-  meter.add(5'000'000, 10);
-  EXPECT_NEAR(meter.recent(5'100'000).hz, 0.2, 1e-9);
-  EXPECT_NEAR(meter.recent(25'000'000).hz, 0.05, 1e-9);
-}
-
-TEST(RateMeter, WildTimesDoNoHarm) {
-  RateMeter meter;
-  for (const int64_t time : {INT64_MAX, INT64_MIN, int64_t{0}, int64_t{-1}, INT64_MAX})
-    meter.add(time, 1);
-  EXPECT_EQ(meter.count(), 5);
-  EXPECT_GE(meter.recent(INT64_MIN).hz, 0);
-  EXPECT_GE(meter.overall().hz, 0);
 }
 
 }  // namespace

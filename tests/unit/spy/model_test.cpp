@@ -125,6 +125,23 @@ TEST(Model, HistoryIsSpacedAndBounded) {
   EXPECT_LE(model.channels()[1].history_bytes, std::size_t{2} << 20U);
 }
 
+TEST(Model, ChannelsAndSendersAreBounded) {
+  Model model(test_decoder());
+  for (uint32_t i = 0; i < 4100; ++i) {
+    model.add_datagram(i, {1, static_cast<uint16_t>(i)},
+                       short_datagram(0, "CHANNEL_" + std::to_string(i), pose(0)));
+  }
+  EXPECT_EQ(model.channels().size(), 4000U);
+  EXPECT_EQ(model.senders().size(), 4000U);
+  EXPECT_EQ(model.ignored(), 100);
+  // A sender that is known, and a channel that is not.
+  model.add_datagram(5000, {1, 7}, short_datagram(1, "ONE_MORE", pose(0)));
+  model.add_message(5000, "AND_ANOTHER", pose(0));
+  EXPECT_EQ(model.channels().size(), 4000U);
+  EXPECT_EQ(model.ignored(), 102);
+  EXPECT_EQ(model.messages(), 4000);
+}
+
 TEST(Model, AllTilesOfAMapAreKept) {
   Model model(test_decoder());
   grid_map_t tile = {};

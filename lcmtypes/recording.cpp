@@ -72,4 +72,19 @@ std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
   throw std::invalid_argument(name + ": looks like " + looks_like(head) + "; " + kKnown);
 }
 
+std::string why_no_log(const fs::path& path) {
+  const std::string name = path.string();
+  const std::string nothing = name + ": holds no whole LCM event";
+  const std::string head = head_of(path);
+  if (head.empty()) return nothing + "; it is empty";
+  try {
+    const std::string format = open_recording(path)->report().format;
+    if (format == "LCM log") return nothing;
+    return name + ": is no LCM log but a " + format + "; `marco log import " + name +
+           " OUT.lcm` makes an LCM log of it";
+  } catch (const std::exception&) {  // nor any other recording
+    return nothing + "; it looks like " + looks_like(head);
+  }
+}
+
 }  // namespace marco

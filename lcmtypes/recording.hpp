@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/files/sample_reader.hpp"
@@ -15,5 +16,9 @@ namespace marco {
 /// @throws std::invalid_argument naming the file, what it looks like and what could be done.
 std::unique_ptr<files::SampleReader> open_recording(const std::filesystem::path& path,
                                                     const ForeignTable& table = {});
+
+/// For a file in which no LCM event was found: what it is instead, and how an LCM log is made of
+/// it. A message for a person.
+std::string why_no_log(const std::filesystem::path& path);
 
 }  // namespace marco

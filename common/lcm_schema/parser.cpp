@@ -222,8 +222,9 @@ class Parser {
       if (is_constant && constant->type.find("int") == std::string::npos) {
         fail(size, "an array's length must be an integer");
       }
-      result.constant =
-          is_constant ? integer({constant->value, size.line, size.column}) : integer(size);
+      // As lcm-gen: an array sized by a constant is one sized by the constant's value.
+      if (is_constant) result.size = constant->value;
+      result.constant = integer({result.size, size.line, size.column});
       if (result.constant <= 0 || result.constant > kMaxElements) {
         fail(size, "an array's length must be 1 to 2^31");
       }

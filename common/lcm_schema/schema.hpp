@@ -33,7 +33,7 @@ const char* name_of(Primitive primitive);
 
 /// One pair of brackets.
 struct Dimension {
-  std::string size;      ///< as written: "3", "0x10" or the name of a member
+  std::string size;      ///< as written: "3", "0x10", a constant's value, the name of a member
   int64_t constant = 0;  ///< > 0: that many elements; 0: `member` says how many
   int member = -1;       ///< index of an integer member before this one
 };

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "common/check.hpp"
+#include "lcmtypes/recording.hpp"
 #include "tools/log/import_recording.hpp"
 #include "tools/log/late_progress.hpp"
 #include "tools/log/log_info.hpp"
@@ -28,6 +29,7 @@ void tell_damage(const std::string& path, const files::LogDamage& damage) {
 
 int run_info(const InfoArguments& arguments) {
   const Types types(arguments.types);
+  tell_problems(types);
   const TypeNames type_name = [&types](uint64_t fingerprint) { return types.name_of(fingerprint); };
   for (const std::string& path : arguments.logs) {
     LogInfo info;
@@ -35,7 +37,7 @@ int run_info(const InfoArguments& arguments) {
       LateProgress progress("reading " + name_of(path));
       info = inspect_log(path, progress.callback());
     }
-    require(info.events > 0, path + ": holds no whole LCM event");
+    if (info.events == 0) throw std::invalid_argument(why_no_log(path));
     const std::string text = arguments.format == Format::json ? to_json(info, path, type_name)
                                                               : to_text(info, path, type_name);
     std::fputs(text.c_str(), stdout);
@@ -44,11 +46,7 @@ int run_info(const InfoArguments& arguments) {
 }
 
 int run_select(const SelectArguments& arguments) {
-  TimeRange range;
-  {
-    files::EventLogReader reader(arguments.in);
-    range = parse_range(arguments.from, arguments.to, find_span(reader));
-  }
+  const TimeRange range = parse_range(arguments.from, arguments.to, span_of_log(arguments.in));
   ChannelChoice channels(arguments.channels,
                          arguments.drop ? ChannelChoice::Sense::drop : ChannelChoice::Sense::keep);
   OutputFile out(arguments.out, arguments.existing, {arguments.in});
@@ -86,6 +84,10 @@ int run_merge(const MergeArguments& arguments) {
     LateProgress progress("merging " + std::to_string(count) + " logs");
     result = merge_logs(inputs, out, progress.callback());
   }
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool foreign = result.events[i] == 0 && std::filesystem::file_size(arguments.ins[i]) > 0;
+    if (foreign) throw std::invalid_argument(why_no_log(arguments.ins[i]));
+  }
   out.finish();
   int64_t total = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -100,6 +102,7 @@ int run_merge(const MergeArguments& arguments) {
 
 int run_repair(const RepairArguments& arguments) {
   const Types types(arguments.types);
+  tell_problems(types);
   OutputFile out(arguments.out, arguments.existing, {arguments.in});
   RepairReport report;
   {
@@ -109,7 +112,9 @@ int run_repair(const RepairArguments& arguments) {
         [&types](std::span<const uint8_t> message) { return types.decodes(message); },
         progress.callback());
   }
-  require(report.events > 0, arguments.in + ": holds no whole LCM event; nothing was written");
+  if (report.events == 0) {
+    throw std::invalid_argument(why_no_log(arguments.in) + "; nothing was written");
+  }
   out.finish();
   const std::string text = arguments.format == Format::json ? to_json(report) : to_text(report);
   std::fputs(text.c_str(), stdout);

@@ -76,6 +76,7 @@ struct PlayArguments {
   std::vector<std::string> channels;
   bool drop = false;
   std::vector<std::string> renames;
+  bool orders = false;  ///< publish what was ordered then (channels::kOrders), too
 };
 int run_play(const PlayArguments& arguments);
 

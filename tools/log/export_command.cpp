@@ -29,8 +29,7 @@ WalkInput open_input(const ExportArguments& arguments) {
   WalkInput input;
   input.path = arguments.in;
   input.channels = ChannelChoice(arguments.channels, ChannelChoice::Sense::keep);
-  files::EventLogReader reader(arguments.in);
-  input.range = parse_range(arguments.from, arguments.to, find_span(reader));
+  input.range = parse_range(arguments.from, arguments.to, span_of_log(arguments.in));
   return input;
 }
 
@@ -95,6 +94,7 @@ int run_export(const ExportArguments& arguments) {
   const std::string format = format_of(arguments);
   if (format == "carmen") return write_carmen(arguments);
   const Types types(arguments.types);
+  tell_problems(types);
   WalkInput input = open_input(arguments);
   LateProgress progress("writing " + arguments.out);
   if (format == "csv") {

@@ -144,6 +144,8 @@ void add_play(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false);
   command->add_option("-l,--lcm-url", arguments->lcm_url,
                       "default: LCM_DEFAULT_URL, or this host only");
+  command->add_flag("--orders", arguments->orders,
+                    "play orders too (BASE_COMMAND, GAMEPAD, ...); robots that run obey them");
   command->add_flag_callback(
       "--no-keys", [arguments] { arguments->keys = false; }, "do not listen to the keyboard");
   command->callback([arguments, &exit_code] { exit_code = marco::logs::run_play(*arguments); });

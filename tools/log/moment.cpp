@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "common/check.hpp"
+#include "lcmtypes/recording.hpp"
 
 namespace marco::logs {
 namespace {
@@ -74,6 +75,12 @@ LogSpan find_span(files::EventLogReader& reader) {
   }
   reader.seek(0);
   return span;
+}
+
+LogSpan span_of_log(const std::string& path) {
+  files::EventLogReader reader(path);
+  if (!reader.next_head()) throw std::invalid_argument(why_no_log(path));
+  return find_span(reader);
 }
 
 Utime Moment::in(const LogSpan& span) const {

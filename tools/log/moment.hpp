@@ -26,6 +26,10 @@ struct LogSpan {
 /// @throws std::invalid_argument when there is no whole event.
 LogSpan find_span(files::EventLogReader& reader);
 
+/// The same of a file. @throws std::invalid_argument also when it is no LCM log: then it says what
+/// the file is instead, and how to make a log of it.
+LogSpan span_of_log(const std::string& path);
+
 /// A moment of a log as people say it.
 struct Moment {
   enum class Origin { start, end, epoch };
@@ -41,12 +45,14 @@ struct Moment {
 /// @throws std::invalid_argument saying what would be understood.
 Moment parse_moment(std::string_view text);
 
-/// Events from `from` up to, and not including, `to`.
+/// Events from `from` up to, and not including, `to`; as it is made, every event of a log, however
+/// wild its time.
 struct TimeRange {
+  static constexpr Utime kOpen = Utime::from_us(std::numeric_limits<int64_t>::max());
   Utime from = Utime::from_us(std::numeric_limits<int64_t>::min());
-  Utime to = Utime::from_us(std::numeric_limits<int64_t>::max());
+  Utime to = kOpen;
 
-  bool contains(Utime time) const { return from <= time && time < to; }
+  bool contains(Utime time) const { return from <= time && (time < to || to == kOpen); }
 };
 
 /// `from` and `to` as parse_moment takes them, "" = open.

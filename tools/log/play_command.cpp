@@ -2,10 +2,12 @@
 
 #include <chrono>
 #include <cstdio>
+#include <map>
 
 #include "common/check.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/stop_signal.hpp"
+#include "lcmtypes/channels.hpp"
 #include "tools/log/commands.hpp"
 #include "tools/log/keys.hpp"
 #include "tools/log/player.hpp"
@@ -92,7 +94,7 @@ bool obey(Player& player, Key key, StatusLine& status, int64_t now) {
   const double speed = player.speed() > 0.0 ? player.speed() : kFastest;
   switch (key) {
     case Key::pause:
-      if (player.finished()) player.seek(std::max(player.span().first, player.range().from), now);
+      if (player.finished()) player.rewind(now);
       player.set_paused(!player.paused(), now);
       break;
     case Key::step:
@@ -111,7 +113,7 @@ bool obey(Player& player, Key key, StatusLine& status, int64_t now) {
       seek_by(player, kFarS, now);
       break;
     case Key::start:
-      player.seek(std::max(player.span().first, player.range().from), now);
+      player.rewind(now);
       break;
     case Key::faster:
       player.set_speed(std::min(kFastest, 2.0 * speed), now);
@@ -165,35 +167,67 @@ void play(Player& player, bool keys) {
   }
 }
 
+// Publishes what a log holds, but no orders unless asked: a live robot would obey them.
+class Publisher {
+ public:
+  Publisher(const PlayArguments& arguments, process::Bus& bus)
+      : renames_(arguments.renames), orders_(arguments.orders), bus_(bus) {}
+
+  bool publish(const std::string& recorded, std::span<const uint8_t> bytes, Utime event_time) {
+    const std::string channel = renames_(recorded);
+    if (!orders_ && channels::is_order(channel)) {
+      ++left_out_[channel];
+      return false;
+    }
+    bus_.publish_raw(channel, bytes, event_time);
+    return true;
+  }
+  void tell_left_out() const {
+    if (left_out_.empty()) return;
+    int64_t total = 0;
+    std::string each;
+    for (const auto& [channel, count] : left_out_) {
+      total += count;
+      each += (each.empty() ? "" : ", ") + std::to_string(count) + " on " + channel;
+    }
+    std::printf("  left out %lld orders, which a live robot would obey: %s (--orders plays them)\n",
+                static_cast<long long>(total), each.c_str());
+  }
+
+ private:
+  ChannelRenames renames_;
+  bool orders_;
+  process::Bus& bus_;
+  std::map<std::string, int64_t> left_out_;
+};
+
 }  // namespace
 
 int run_play(const PlayArguments& arguments) {
   PlayerOptions options;
-  {
-    files::EventLogReader reader(arguments.in);
-    options.range = parse_range(arguments.from, arguments.to, find_span(reader));
-  }
+  options.range = parse_range(arguments.from, arguments.to, span_of_log(arguments.in));
   options.speed = arguments.speed;
   options.loop = arguments.loop;
   options.paused = arguments.paused;
   if (arguments.longest_wait_s > 0.0) {
     options.longest_wait = Duration::from_seconds(arguments.longest_wait_s);
   }
-  const ChannelRenames renames(arguments.renames);
   process::catch_stop_signals();
   process::LcmBus bus(arguments.lcm_url);
+  Publisher publisher(arguments, bus);
   Player player(arguments.in,
                 ChannelChoice(arguments.channels, arguments.drop ? ChannelChoice::Sense::drop
                                                                  : ChannelChoice::Sense::keep),
                 options,
                 [&](const std::string& channel, std::span<const uint8_t> bytes, Utime event_time) {
-                  bus.publish_raw(renames(channel), bytes, event_time);
+                  return publisher.publish(channel, bytes, event_time);
                 });
   const int64_t start_us = now_us();
   play(player, arguments.keys);
   std::printf("%s: %lld events in %.2f s\n", arguments.in.c_str(),
               static_cast<long long>(player.published()),
               Duration::from_us(now_us() - start_us).seconds());
+  publisher.tell_left_out();
   if (player.damage().places > 0) {
     std::printf("  passed over %lld damaged bytes\n",
                 static_cast<long long>(player.damage().bytes_skipped));

@@ -39,7 +39,7 @@ Player::Player(const std::string& path,
       publish_(std::move(publish)),
       span_(find_span(reader_)) {
   require(options.speed >= 0.0 && std::isfinite(options.speed), "a speed is 0 or above");
-  seek(std::max(span_.first, options_.range.from), 0);
+  rewind(0);
 }
 
 // The next event that is to be played.
@@ -73,8 +73,7 @@ int64_t Player::due_us(Utime event_time) const {
 void Player::publish_next() {
   const std::string channel(next_->channel);
   position_ = bounded(next_->event_time);
-  publish_(channel, reader_.data(), next_->event_time);
-  ++published_;
+  if (publish_(channel, reader_.data(), next_->event_time)) ++published_;
   load_next();
 }
 
@@ -89,7 +88,7 @@ std::optional<int64_t> Player::advance(int64_t now_us) {
         finished_ = true;
         return std::nullopt;
       }
-      seek(std::max(span_.first, options_.range.from), now_us);
+      rewind(now_us);
       if (!next_) finished_ = true;
       return finished_ ? std::nullopt : std::optional(now_us);
     }
@@ -123,7 +122,7 @@ void Player::set_speed(double speed, int64_t now_us) {
 }
 
 void Player::step(int64_t now_us) {
-  if (!next_ && options_.loop) seek(std::max(span_.first, options_.range.from), now_us);
+  if (!next_ && options_.loop) rewind(now_us);
   options_.paused = true;
   if (next_) publish_next();
 }
@@ -145,6 +144,17 @@ void Player::seek(Utime time, int64_t now_us) {
   reader_.seek(low);
   while (load_next() && bounded(next_->event_time) < time) {
   }
+  stand_at(time, now_us);
+}
+
+void Player::rewind(int64_t now_us) {
+  if (options_.range.from > span_.first) return seek(options_.range.from, now_us);
+  reader_.seek(0);
+  load_next();
+  stand_at(span_.first, now_us);
+}
+
+void Player::stand_at(Utime time, int64_t now_us) {
   finished_ = false;
   position_ = time;
   start_count_at(time, now_us);

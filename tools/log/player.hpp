@@ -44,7 +44,8 @@ struct PlayerOptions {
 /// Seeking halves the file by event times and takes some 30 reads, whatever its length.
 class Player {
  public:
-  using Publish = std::function<void(
+  /// @returns whether the event went out; one that did not is not counted in published().
+  using Publish = std::function<bool(
       const std::string& channel, std::span<const uint8_t> bytes, Utime event_time)>;
 
   /// @throws std::invalid_argument as EventLogReader, and when speed is negative.
@@ -67,6 +68,9 @@ class Player {
   /// Goes on at the first event at or behind `time`.
   void seek(Utime time, int64_t now_us);
 
+  /// Goes on where the range begins: without one at the first event of the file, whatever its time.
+  void rewind(int64_t now_us);
+
   /// What is looped over; also bounds playing without a loop.
   void set_range(const TimeRange& range) { options_.range = range; }
 
@@ -85,6 +89,7 @@ class Player {
 
  private:
   bool load_next();
+  void stand_at(Utime time, int64_t now_us);
   void publish_next();
   void start_count_at(Utime event_time, int64_t now_us);
   int64_t due_us(Utime event_time) const;

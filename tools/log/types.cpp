@@ -1,6 +1,8 @@
 #include "tools/log/types.hpp"
 
 #include <algorithm>
+#include <cstdio>
+#include <filesystem>
 
 #include "common/check.hpp"
 #include "lcmtypes/sources.hpp"
@@ -8,17 +10,19 @@
 namespace marco::logs {
 namespace {
 
-lcm_schema::Schema read_schema(const std::vector<std::string>& paths) {
+lcm_schema::Schema read_schema(const std::vector<std::string>& paths,
+                               std::vector<std::string>& messages) {
   std::vector<lcm_schema::Source> sources = built_in_sources();
   std::vector<lcm_schema::Problem> problems;
   for (const std::string& path : paths) {
+    require(std::filesystem::exists(path), "--types " + path + ": there is no such file or folder");
     for (lcm_schema::Source& source : lcm_schema::read_sources(path, problems)) {
       sources.push_back(std::move(source));
     }
   }
   lcm_schema::Schema schema(sources);
   problems.insert(problems.end(), schema.problems().begin(), schema.problems().end());
-  require(problems.empty(), problems.empty() ? "" : problems.front().message);
+  for (const lcm_schema::Problem& problem : problems) messages.push_back(problem.message);
   return schema;
 }
 
@@ -37,7 +41,13 @@ std::size_t end_of(const lcm_schema::Tree& tree) {
 }  // namespace
 
 Types::Types(const std::vector<std::string>& paths)
-    : schema_(read_schema(paths)), decoder_(schema_) {}
+    : schema_(read_schema(paths, problems_)), decoder_(schema_) {}
+
+void tell_problems(const Types& types) {
+  for (const std::string& problem : types.problems()) {
+    std::fprintf(stderr, "marco-log: not used: %s\n", problem.c_str());
+  }
+}
 
 int Types::structure_of(uint64_t fingerprint) const {
   const auto candidates = schema_.with_fingerprint(fingerprint);

@@ -13,9 +13,13 @@ namespace marco::logs {
 /// The message types the log tools know: the built-in ones and those of the user's .lcm sources.
 class Types {
  public:
-  /// @param paths files or folders of .lcm sources; they hold before the built-in ones.
-  /// @throws std::invalid_argument naming the first mistake in them.
+  /// @param paths files or folders of .lcm sources; they hold before the built-in ones. What is
+  /// wrong in them is in problems(), the rest is used.
+  /// @throws std::invalid_argument naming the first path where there is nothing.
   explicit Types(const std::vector<std::string>& paths);
+
+  /// What could not be used of the sources, a line for a person each.
+  const std::vector<std::string>& problems() const { return problems_; }
 
   /// Index of the structure a message of this fingerprint is decoded as; -1 = not known. Of
   /// several that share it the latest.
@@ -34,8 +38,12 @@ class Types {
   const lcm_schema::Schema& schema() const { return schema_; }
 
  private:
+  std::vector<std::string> problems_;
   lcm_schema::Schema schema_;
   lcm_schema::Decoder decoder_;
 };
+
+/// Says types.problems() on stderr.
+void tell_problems(const Types& types);
 
 }  // namespace marco::logs

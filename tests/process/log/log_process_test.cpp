@@ -163,6 +163,37 @@ TEST(Play, ChoosesRenamesAndBeginsWhereItIsTold) {
   EXPECT_EQ(heard[0].bytes, read_events(folder / "log")[11].bytes);
 }
 
+// A recording's orders would drive a live robot.
+TEST(Play, LeavesOrdersOutUnlessAskedAndSaysSo) {
+  const ScratchFolder folder;
+  {
+    files::EventLogWriter writer(folder / "log");
+    for (int i = 0; i < 4; ++i) {
+      const Utime time = Utime::from_us(kStartUs + 1000 * i);
+      for (const char* channel : {"TRUE_POSE", "BASE_COMMAND", "GAMEPAD", "OLD"})
+        writer.write(channel, pose_bytes(time.us, i), time);
+    }
+  }
+  const auto channels_of = [&](const std::string& options) {
+    std::map<std::string, int> channels;
+    const std::string command = program() + " play --speed 0 " + (folder / "log") + " " + options +
+                                " > " + (folder / "said");
+    for (const auto& event : listen_while(command)) ++channels[event.channel];
+    return channels;
+  };
+  using Channels = std::map<std::string, int>;
+  EXPECT_EQ(channels_of(""), (Channels{{"TRUE_POSE", 4}, {"OLD", 4}}));
+  EXPECT_THAT(read_text(folder / "said"), HasSubstr("8 events in "));
+  EXPECT_THAT(read_text(folder / "said"),
+              HasSubstr("left out 8 orders, which a live robot would obey: 4 on BASE_COMMAND, 4 on "
+                        "GAMEPAD (--orders plays them)"));
+  // What counts is the name under which it goes out.
+  EXPECT_EQ(channels_of("--rename BASE_COMMAND=RECORDED --rename OLD=SLAM_COMMAND"),
+            (Channels{{"TRUE_POSE", 4}, {"RECORDED", 4}}));
+  EXPECT_EQ(channels_of("-c BASE_COMMAND --orders"), (Channels{{"BASE_COMMAND", 4}}));
+  EXPECT_EQ(read_text(folder / "said").find("left out"), std::string::npos);
+}
+
 TEST(Play, IsDrivenByKeysAtATerminal) {
   const ScratchFolder folder;
   write_poses(folder / "log", 600);  // 60 s
@@ -224,6 +255,92 @@ TEST(Cli, MistakesAreSaidAndNothingIsWritten) {
   fails("play " + log + " --pause < /dev/null", "needs a terminal");
   fails("import " + (folder / "text") + " " + out, "known inputs");
   fails("", "subcommand");
+  fails("inof " + log, "did you mean 'info'?");
+  fails("info --jsno " + log, "did you mean '--json'?");
+}
+
+TEST(Cli, ALogOfAnotherKindIsPointedToImport) {
+  const ScratchFolder folder;
+  write_text(folder / "a.log",
+             "FLASER 3 1.0 2.0 3.0 0 0 0 0 0 0 1.5 host 1.5\n"
+             "FLASER 3 1.0 2.0 3.0 0 0 0 0 0 0 1.6 host 1.6\n");
+  write_poses(folder / "log", 5);
+  const std::string log = folder / "a.log", out = folder / "out";
+  for (const std::string& arguments :
+       {"info " + log, "cut " + log + " " + out, "filter " + log + " " + out + " -c LIDAR",
+        "merge " + (folder / "log") + " " + log + " -o " + out, "repair " + log + " " + out,
+        "export " + log + " " + out + " --format jsonl", "play " + log}) {
+    const Outcome outcome = run_log(arguments);
+    EXPECT_EQ(outcome.exit_code, 1) << arguments;
+    EXPECT_THAT(outcome.output, HasSubstr("is no LCM log but a CARMEN log; `marco log import " +
+                                          log + " OUT.lcm` makes"))
+        << arguments;
+    EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
+  }
+  EXPECT_EQ(run_log("import " + log + " " + out).exit_code, 0);
+}
+
+TEST(Cli, WhatCannotBePrintedIsAFailure) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 50);
+  const std::string log = folder / "log";
+  for (const std::string& arguments :
+       {"info " + log, "info --json " + log, "cut " + log + " " + (folder / "cut"),
+        "merge " + log + " -o " + (folder / "merged"),
+        "repair " + log + " " + (folder / "repaired"),
+        "export " + log + " " + (folder / "out.jsonl"), "play --speed 0 " + log}) {
+    const Outcome outcome = run("(" + program() + " " + arguments + " 2>&1 > /dev/full)");
+    EXPECT_EQ(outcome.exit_code, 1) << arguments;
+    EXPECT_THAT(outcome.output, HasSubstr("No space left on device")) << arguments;
+  }
+}
+
+// One wrong source in a folder: it is named, the others are used.
+TEST(Cli, AWrongTypeIsSaidAndTheRestIsUsed) {
+  const ScratchFolder folder;
+  std::filesystem::create_directories(folder / "types");
+  write_text(folder / "types/bad_t.lcm", "struct bad_t { int32_t oops }");
+  write_text(folder / "types/needs_t.lcm", "struct needs_t { unheard_of_t x; }");
+  write_text(folder / "types/good_t.lcm", "package mine; struct good_t { int8_t only_here; }");
+  {
+    files::EventLogWriter writer(folder / "log");
+    // lcm-gen's fingerprint of good_t, and a byte.
+    const std::vector<uint8_t> bytes = {0xc6, 0x84, 0xac, 0x3a, 0x1c, 0x15, 0x02, 0xf1, 7};
+    writer.write("GOOD", bytes, Utime::from_us(kStartUs));
+  }
+  const std::string types = " --types " + (folder / "types");
+  for (const std::string& arguments :
+       {"info " + (folder / "log"), "export " + (folder / "log") + " " + (folder / "out.jsonl"),
+        "repair " + (folder / "log") + " " + (folder / "repaired")}) {
+    const Outcome outcome = run_log(arguments + types);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.output;
+    EXPECT_THAT(outcome.output, HasSubstr("bad_t.lcm:1:29: expected ';'")) << arguments;
+    EXPECT_THAT(outcome.output, HasSubstr("needs the type unheard_of_t")) << arguments;
+  }
+  EXPECT_THAT(run_log("info " + (folder / "log") + types).output, HasSubstr("mine.good_t"));
+  EXPECT_THAT(read_text(folder / "out.jsonl"), HasSubstr("{\"only_here\":7}"));
+}
+
+// Events at times of any kind, no range asked for: all of them.
+TEST(Cli, WithoutARangeWildTimesLoseNothing) {
+  const ScratchFolder folder;
+  {
+    files::EventLogWriter writer(folder / "log");
+    for (int i = 0; i < 40; ++i) {
+      writer.write("POSE", pose_bytes(kStartUs, i),
+                   Utime::from_us(i % 2 == 0 ? INT64_MAX : INT64_MIN));
+    }
+  }
+  const std::string log = folder / "log";
+  EXPECT_THAT(run_log("cut " + log + " " + (folder / "cut")).output, HasSubstr("40 of 40 events"));
+  EXPECT_EQ(read_text(folder / "cut"), read_text(log));
+  EXPECT_THAT(run_log("filter " + log + " " + (folder / "all") + " -c POSE").output,
+              HasSubstr("40 of 40 events"));
+  EXPECT_THAT(run_log("export " + log + " " + (folder / "out.jsonl")).output,
+              HasSubstr("40 events"));
+  EXPECT_THAT(run_log("export " + log + " " + (folder / "out.mcap")).output,
+              HasSubstr("40 events"));
+  EXPECT_THAT(run_log("play --speed 0 " + log).output, HasSubstr("40 events"));
 }
 
 TEST(Cli, EverySubcommandWorksOnALogOnceThrough) {

@@ -2,11 +2,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include "bot_core/image_metadata_t.hpp"
 #include "bot_core/image_t.hpp"
@@ -97,6 +101,137 @@ TEST(Schema, FingerprintsOfEveryConstructAreLcmGensOwn) {
             static_cast<uint64_t>(schema_test::inner::empty_t::getHash()));
   EXPECT_EQ(fingerprint(schema, "tree_t"),
             static_cast<uint64_t>(schema_test::inner::tree_t::getHash()));
+}
+
+// The base hash lcm-gen writes into the header of a type.
+uint64_t generated_hash(const std::string& folder, const std::string& type) {
+  std::ifstream header(folder + "/" + type + ".hpp");
+  const std::string text{std::istreambuf_iterator<char>(header), {}};
+  const std::size_t at = text.find("hash = 0x");
+  return at == std::string::npos ? 0 : std::stoull(text.substr(at + 7), nullptr, 16);
+}
+
+// Each type beside the one lcm-gen 1.3.1 is given: it knows no arrays sized by constants, which
+// later versions treat as ones sized by the constants' values.
+TEST(Schema, EveryKindOfDimensionHashesAsLcmGensDoes) {
+  struct Case {
+    const char* ours;
+    const char* theirs;  // "" = the same
+  };
+  const Case cases[] = {
+      {"int8_t arr[10];", ""},
+      {"int8_t arr[0x0a];", ""},
+      {"int8_t arr[012];", ""},
+      {"int8_t n; int8_t arr[n];", ""},
+      {"int64_t n; double arr[n];", ""},
+      {"int16_t n; int32_t m; float arr[n][3][m][0x2];", ""},
+      {"string s[4]; boolean b[1][2];", ""},
+      {"const int8_t dim = 10; int8_t arr[dim];", "int8_t arr[10];"},
+      {"const int64_t dim = 10; int8_t arr[dim];", "int8_t arr[10];"},
+      {"const int32_t dim = 0x0a; int8_t arr[dim];", "int8_t arr[0x0a];"},
+      {"const int16_t one = -7, dim = 010, last = 2; int8_t arr[dim];", "int8_t arr[010];"},
+      {"const int16_t w = 4, h = 0x2; int32_t n; double a[w][n]; double b[h][w][3];",
+       "int32_t n; double a[4][n]; double b[0x2][4][3];"},
+      {"const double HALF = 0.5; const int32_t dim = 3; int32_t n; int8_t a[n], b[dim];",
+       "int32_t n; int8_t a[n], b[3];"},
+  };
+  const std::string folder =
+      (std::filesystem::temp_directory_path() / ("lcm_gen_" + std::to_string(getpid()))).string();
+  std::filesystem::create_directories(folder);
+  std::string ours, theirs;
+  for (std::size_t i = 0; i < std::size(cases); ++i) {
+    const std::string head = "struct type" + std::to_string(i) + "_t { ";
+    ours += head + cases[i].ours + " }\n";
+    theirs += head + (*cases[i].theirs == '\0' ? cases[i].ours : cases[i].theirs) + " }\n";
+  }
+  std::ofstream(folder + "/types.lcm") << theirs;
+  const std::string command = "lcm-gen --cpp --cpp-hpath " + folder + " " + folder + "/types.lcm";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const Schema schema(Sources{{"ours.lcm", ours}});
+  EXPECT_THAT(messages(schema), IsEmpty());
+  for (std::size_t i = 0; i < std::size(cases); ++i) {
+    const std::string type = "type" + std::to_string(i) + "_t";
+    const uint64_t base = generated_hash(folder, type);
+    ASSERT_NE(base, 0U) << type;
+    EXPECT_EQ(fingerprint(schema, type), (base << 1U) + (base >> 63U)) << cases[i].ours;
+  }
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Schema, AConstantOfNoUsableSizeSizesNoArray) {
+  for (const char* wrong :
+       {"const int32_t n = -3; int8_t a[n];", "const int32_t n = 0; int8_t a[n];",
+        "const double n = 3; int8_t a[n];", "const int64_t n = 5000000000; int8_t a[n];",
+        "int8_t a[n]; const int32_t n = 3;"}) {
+    const Schema schema(Sources{{"x.lcm", std::string("struct x_t { ") + wrong + " }"}});
+    EXPECT_THAT(messages(schema), SizeIs(1)) << wrong;
+    EXPECT_FALSE(schema.find("x_t")) << wrong;
+  }
+}
+
+// Public types, of which only facts are kept: sources are written of them.
+TEST(Schema, PublicTypesHaveTheirPublishedFingerprints) {
+  const char* data = std::getenv("MARCO_TEST_DATA");
+  const std::string folder = std::string(data == nullptr ? "" : data) + "/lcm_types_public/";
+  std::ifstream types(folder + "types.csv"), fingerprints(folder + "fingerprints.csv");
+  if (data == nullptr || !types) {
+    std::puts("SKIPPED: no lcm_types_public in MARCO_TEST_DATA");
+    return;
+  }
+  const auto columns = [](const std::string& line) {
+    std::vector<std::string> result(1);
+    for (const char c : line) {
+      if (c == ',') {
+        result.emplace_back();
+      } else if (c != '\r') {
+        result.back() += c;
+      }
+    }
+    result.resize(7);
+    return result;
+  };
+  std::map<std::string, std::map<std::string, std::string>> sets;  // set -> type -> members
+  std::string line;
+  std::getline(types, line);
+  std::vector<std::array<std::string, 3>> published;  // set, type, fingerprint
+  std::getline(fingerprints, line);
+  while (std::getline(fingerprints, line)) {
+    const auto column = columns(line);
+    published.push_back({column[0], column[1], column[2]});
+    sets[column[0]][column[1]];  // a type without members has no line of its own
+  }
+  std::set<std::string> seen;
+  while (std::getline(types, line)) {
+    if (!seen.insert(line).second) continue;  // a type that two sources declare alike
+    const auto column = columns(line);  // set, type, kind, order, lcm_type, name, dimensions
+    std::string& members = sets[column[0]][column[1]];
+    if (column[2] == "const") members += "const ";
+    members += column[4] + " " + column[5];
+    std::istringstream sizes(column[6]);
+    for (std::string size; sizes >> size;) members += "[" + size + "]";
+    members += ";\n";
+  }
+  std::map<std::string, Schema> schemas;
+  for (const auto& [set, members] : sets) {
+    Sources sources;
+    for (const auto& [type, text] : members) {
+      const std::size_t dot = type.rfind('.');
+      const bool has_package = dot != std::string::npos;
+      const std::string package = has_package ? "package " + type.substr(0, dot) + ";\n" : "";
+      const std::string name = has_package ? type.substr(dot + 1) : type;
+      sources.push_back({set + "/" + type, package + "struct " + name + " {\n" + text + "}"});
+    }
+    schemas.emplace(set, Schema(sources));
+    EXPECT_THAT(messages(schemas.at(set)), IsEmpty());
+  }
+  int same = 0;
+  for (const auto& [set, type, hash] : published) {
+    const uint64_t expected = std::stoull(hash, nullptr, 16);
+    EXPECT_EQ(fingerprint(schemas.at(set), type), expected) << type;
+    same += fingerprint(schemas.at(set), type) == expected ? 1 : 0;
+  }
+  std::printf("%d public types\n", same);
+  EXPECT_GE(same, 300);
 }
 
 // What lcm-gen 1.3.1 prints for mbot's own sources.

@@ -20,6 +20,7 @@ class PlayerTest : public ::testing::Test {
                   [this](const std::string& channel, std::span<const uint8_t>, Utime time) {
                     played_.push_back(static_cast<int>((time.us - kStartUs) / 100000));
                     channels_.push_back(channel);
+                    return true;
                   });
   }
   // Calls advance whenever it asks to be called, until `end_us`.

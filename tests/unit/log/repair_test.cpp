@@ -147,6 +147,44 @@ TEST_F(Repair, OneMessageOfItsOwnChannelIsNotTakenForDamage) {
   EXPECT_TRUE(is_as_it_was());
 }
 
+// Events of a type nobody knows, of many lengths, the third one of `third_bytes` bytes.
+std::vector<int64_t> write_texts(const std::string& path, std::size_t third_bytes) {
+  std::vector<int64_t> begins;
+  files::EventLogWriter writer(path);
+  int64_t at = 0;
+  for (std::size_t i = 0; i < 20; ++i) {
+    const std::string text = "some text" + std::string(5 * i, '.');
+    const std::size_t bytes = i == 3 ? third_bytes : text.size();
+    begins.push_back(at);
+    writer.write("TEXT", {reinterpret_cast<const uint8_t*>(text.data()), bytes},
+                 Utime::from_us(kStartUs + static_cast<int64_t>(i) * 100000));
+    at += static_cast<int64_t>(28 + 4 + bytes);
+  }
+  return begins;
+}
+
+// What lies between two events could be the end of the first, if its length was wrong; it is not
+// when the message is whole as it is.
+TEST_F(Repair, JunkBehindAWholeEventIsNoPartOfIt) {
+  const auto begins = write_texts(folder_ / "good", 24);
+  bytes_ = read_text(folder_ / "good");
+  bytes_.insert(static_cast<std::size_t>(begins[4]), std::string(40, 'j'));
+  const RepairReport report = repair();
+  EXPECT_EQ(report.lost_bytes, 40);
+  EXPECT_EQ(report.untouched, 20);
+  EXPECT_TRUE(is_as_it_was());
+}
+
+TEST_F(Repair, AShortEventDoesNotSwallowTheDamagedOneBehindIt) {
+  const auto begins = write_texts(folder_ / "good", 4);  // too short for a fingerprint
+  bytes_ = read_text(folder_ / "good");
+  damage(begins[4] + 1, 'x');  // sync word
+  const RepairReport report = repair();
+  EXPECT_EQ(report.events, 20);
+  EXPECT_EQ(report.lost_bytes, 0);
+  EXPECT_TRUE(is_as_it_was());
+}
+
 TEST_F(Repair, AMessageThatDoesNotDecodeIsKeptAndCounted) {
   {
     files::EventLogWriter writer(folder_ / "good");

@@ -4,6 +4,7 @@
 # than 20 the oldest is deleted (MARCO_RECORD_MB, MARCO_RECORD_PIECES). While the disk has less room than KB_LEFT_FREE
 # (20480) it waits and says so. LCM_DEFAULT_URL says what is recorded.
 set -u
+[ $# -ge 1 ] || { echo "usage: record.sh FILE [KB_LEFT_FREE]" >&2; exit 2; }
 file=$1 least_kb=${2:-20480}
 pieces=${MARCO_RECORD_PIECES:-20}
 ended=no

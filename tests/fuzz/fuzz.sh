@@ -14,6 +14,7 @@ bin=$1 work=$2
 shift 2
 seconds=60 ci=no jobs=2 longest=4096 targets=()
 while [ $# -gt 0 ]; do
+  [[ $1 != -* || $# -ge 2 ]] || { echo "fuzz: $1 needs a value" >&2; exit 2; }
   case $1 in
     --minutes) seconds=$((60 * $2)); shift 2 ;;
     --seconds) seconds=$2; shift 2 ;;

@@ -14,7 +14,8 @@ each_header=OFF
 [ "${2:-}" != headers ] || each_header=ON
 cmake -G Ninja -S "$source_folder" -B "$folder/build" -DCMAKE_PREFIX_PATH="$prefix" -DEACH_HEADER=$each_header >"$folder/log" 2>&1 ||
   { cat "$folder/log"; fail "find_package(marco)"; }
-cmake --build "$folder/build" >"$folder/log" 2>&1 || { grep -v '^\[' "$folder/log" | head -50; fail "an installed library or header"; }
+cmake --build "$folder/build" -- -k 0 >"$folder/log" 2>&1 ||
+  { grep -E "error:|undefined reference|cannot find" "$folder/log" | head -50; fail "an installed library or header"; }
 [ $each_header = OFF ] || { echo "each header compiles alone"; exit; }
 "$folder/build/use_all"
 

@@ -65,7 +65,8 @@ expect_in "$err" "unknown command 'mpa'; did you mean 'map'?" mpa
 door test --lnog
 expect_code 2 "test --lnog"
 expect_in "$err" "unknown option '--lnog'; did you mean '--long'?" "test --lnog"
-for words in "demo --out" "figures --out" "replay a.lcm --speed" "replay" "run" "replay a.lcm --spede 2" "figures --otu x"; do
+for words in "demo --out" "figures --out" "replay a.lcm --speed" "replay" "run" "replay a.lcm --spede 2" "figures --otu x" "fuzz --mintes 3" "soak --hour 3" \
+  "bench --filter x"; do
   MARCO_BIN=/nowhere door $words
   expect_code 2 "$words"
 done
@@ -94,11 +95,14 @@ door evaluate --help
 
 # A command that needs more: only that is installed, and optional components are looked for again.
 door map a.lcm
-expect_in "$calls" "apt-get install -y -q --no-install-recommends libosmesa6-dev libgl-dev" map
+expect_in "$calls" "apt-get install -y -q --no-install-recommends libosmesa6-dev libgl-dev libgl2ps-dev" map
 expect_in "$calls" "cmake --preset release" map
 for package in libgtest libbenchmark libassimp libembree; do expect_not_in "$calls" $package map; done
 door map a.lcm --world w.toml
 expect_in "$calls" libembree-dev "map --world"
+(unset DISPLAY WAYLAND_DISPLAY; door render walk g; expect_not_in "$calls" libsdl2 "no display"; exit $failed) || failed=1
+DISPLAY=:0 door render walk g
+expect_in "$calls" libsdl2-dev "a window"
 door bench
 expect_in "$calls" libbenchmark-dev bench
 expect_in "$calls" "cmake --preset release -DMARCO_BENCHMARKS=ON" bench

@@ -47,7 +47,7 @@ build() {
   # Somebody else's checkout: as it is.
   [ -f "$folder/build.ninja" ] && [ ! -w "$folder" ] && return
   install_packages
-  mkdir -p "$folder"
+  mkdir -p "$folder" 2>/dev/null && [ -w "$folder" ] || fail "programs are built in $root/build, which you may not write"
   exec {lock}>"$folder/.lock"
   flock "$lock"  # two terminals
   configure "$preset"

@@ -1,8 +1,5 @@
 # What ./marco says about itself; read by ./marco, whose name it uses.
 
-commands=(demo map calibrate render figures evaluate evaluate-model texture run drive replay spy log test bench fuzz soak
-  licenses help)
-
 usage() {
   cat <<'TEXT' | sed "s|\./marco|$name|g"
 Marco: indoor maps and 3D models from a 2D laser, on LCM.
@@ -37,6 +34,8 @@ A command first installs the Debian packages it needs, builds the programs it ne
 Exit codes: 0 done, 1 refused or failed with a word, 2 a command line that makes no sense, 3 a map that is wrong.
 TEXT
 }
+
+command_names() { usage | sed -n "s|^  $name \([a-z-]*\).*|\1|p" | sort -u; }
 
 # $1: a command that is no single program with a --help of its own.
 help_of() {

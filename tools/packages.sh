@@ -53,7 +53,7 @@ choose_alternatives() {
 say_by_hand() {
   choose_alternatives
   cat >&2 <<TEXT
-marco: ${#missing[@]} Debian packages are missing, and only root can install them. Run this once as root:
+marco: Debian packages are missing that only root can install. Run this once as root:
 
   apt-get update && apt-get install -y --no-install-recommends ${missing[*]}
 

@@ -8,6 +8,10 @@
 
 namespace marco {
 
+/// How long an order to move holds: a velocity is driven for this long unless a newer one comes, an
+/// older order is refused, and who steers by a gamepad or a key says so again within it.
+inline constexpr double kOrderHoldsS = 0.5;
+
 /// An order to a base (lcmtypes/marco/base_command_t.lcm); only the fields of its kind count.
 struct BaseCommand {
   enum class Kind { stop, move, turn, velocity, go_to, set_speed };
@@ -40,6 +44,17 @@ struct BaseStatus {
   std::vector<bool> bumpers;
   std::string note;  ///< one line for a person
 };
+
+/// Stops every base until it is released (lcmtypes/marco/emergency_stop_t.lcm).
+struct EmergencyStop {
+  Utime utime;
+  bool engaged = true;
+  std::string sender;
+  std::string reason;
+};
+
+/// The note of a base that is under an emergency stop begins with this.
+inline constexpr const char* kEmergencyStopNote = "emergency stop";
 
 /// One transducer of a ring.
 struct SonarReading {

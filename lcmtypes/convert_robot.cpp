@@ -102,6 +102,21 @@ BaseStatus from_message(const base_status_t& message) {
   return status;
 }
 
+emergency_stop_t to_message(const EmergencyStop& stop) {
+  emergency_stop_t message{};
+  message.utime = stop.utime.us;
+  message.engaged = stop.engaged ? 1 : 0;
+  message.sender = stop.sender;
+  message.reason = stop.reason;
+  return message;
+}
+
+EmergencyStop from_message(const emergency_stop_t& message) {
+  // A stop is a stop, whatever its stamp; only a release is weighed by it.
+  const Utime stamp = message.engaged != 0 ? Utime::from_us(message.utime) : stamp_of(message.utime);
+  return {stamp, message.engaged != 0, message.sender, message.reason};
+}
+
 sonar_t to_message(const SonarRing& ring) {
   sonar_t message{};
   message.utime = ring.utime.us;

@@ -3,6 +3,7 @@
 #include "common/robot_values.hpp"
 #include "marco/base_command_t.hpp"
 #include "marco/base_status_t.hpp"
+#include "marco/emergency_stop_t.hpp"
 #include "marco/gamepad_t.hpp"
 #include "marco/pantilt_command_t.hpp"
 #include "marco/sonar_t.hpp"
@@ -17,6 +18,9 @@ BaseCommand from_message(const base_command_t& message);
 
 base_status_t to_message(const BaseStatus& status);
 BaseStatus from_message(const base_status_t& message);
+
+emergency_stop_t to_message(const EmergencyStop& stop);
+EmergencyStop from_message(const emergency_stop_t& message);
 
 sonar_t to_message(const SonarRing& ring);
 SonarRing from_message(const sonar_t& message);

@@ -17,9 +17,20 @@ void GamepadDriver::try_to_open(Utime now) {
   struct stat info {};
   if (stat(path_.c_str(), &info) != 0) return;
   fifo_ = S_ISFIFO(info.st_mode);
-  // A FIFO is held open for writing too, so that its writers may come and go.
-  file_.reset(::open(path_.c_str(), (fifo_ ? O_RDWR : O_RDONLY) | O_NONBLOCK | O_CLOEXEC));
+  file_.reset(::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   reader_.clear();
+}
+
+GamepadState GamepadDriver::lose(Utime now) {
+  file_.reset();
+  told_.reset();
+  model_.disconnect(now);
+  return model_.state();
+}
+
+std::optional<GamepadState> GamepadDriver::leave(Utime now) {
+  if (!told_) return std::nullopt;
+  return lose(now);
 }
 
 std::vector<GamepadState> GamepadDriver::step(int timeout_ms, Utime now) {
@@ -29,24 +40,36 @@ std::vector<GamepadState> GamepadDriver::step(int timeout_ms, Utime now) {
     std::this_thread::sleep_for(std::chrono::milliseconds(timeout_ms));
     return states;
   }
+  const auto repeat = [&] {
+    if (!told_ || (now - *told_).seconds() < kRepeatS) return;
+    told_ = now;
+    states.push_back(model_.state());
+    states.back().utime = now;
+  };
   pollfd input{file_.get(), POLLIN, 0};
-  if (poll(&input, 1, timeout_ms) <= 0) return states;
+  if (poll(&input, 1, timeout_ms) <= 0) {
+    repeat();
+    return states;
+  }
   std::array<uint8_t, 512> buffer;
   const ssize_t count = read(file_.get(), buffer.data(), buffer.size());
   if (count == 0 || (count < 0 && errno != EAGAIN && errno != EINTR)) {
-    file_.reset();
-    model_.disconnect(now);
-    states.push_back(model_.state());
+    states.push_back(lose(now));
+    if (fifo_) try_to_open(now);
     return states;
   }
-  if (count < 0) return states;
-  reader_.push({buffer.data(), static_cast<std::size_t>(count)});
+  if (count > 0) reader_.push({buffer.data(), static_cast<std::size_t>(count)});
   bool changed = false;
   while (const auto event = reader_.next()) {
     model_.apply(*event, now);
     changed = true;
   }
-  if (changed) states.push_back(model_.state());
+  if (changed) {
+    told_ = now;
+    states.push_back(model_.state());
+  } else {
+    repeat();
+  }
   return states;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,19 +10,26 @@
 namespace marco::drivers::gamepad {
 
 /// Reads a joystick device, or a FIFO that stands for one. A device that is not there or goes away
-/// is looked for again every second; a FIFO without a writer only keeps silent.
+/// is looked for again every second. A FIFO whose writer goes is a gamepad that was pulled; the
+/// next writer brings it back.
 class GamepadDriver {
  public:
   explicit GamepadDriver(std::string path) : path_(std::move(path)) {}
 
-  /// Waits up to `timeout_ms`. @returns the states that came, the last the newest; one that says
-  /// connected = false when the device was lost.
+  static constexpr double kRepeatS = 0.1;
+
+  /// Waits up to `timeout_ms`. @returns the states that came, the last the newest; the last one
+  /// again each kRepeatS while the device is there; one that says connected = false when it was
+  /// lost.
   std::vector<GamepadState> step(int timeout_ms, Utime now);
+  /// At the end: what tells the others that it is gone; nothing when no state was ever told.
+  std::optional<GamepadState> leave(Utime now);
   bool open() const { return file_.valid(); }
   int64_t garbage_bytes() const { return reader_.garbage_bytes(); }
 
  private:
   void try_to_open(Utime now);
+  GamepadState lose(Utime now);
 
   std::string path_;
   FileHandle file_;
@@ -29,6 +37,7 @@ class GamepadDriver {
   RecordReader reader_;
   GamepadModel model_;
   Utime next_try_;
+  std::optional<Utime> told_;  ///< when a state was last told of this device
 };
 
 }  // namespace marco::drivers::gamepad

@@ -33,6 +33,10 @@ int run(const process::CommonArguments& arguments, const Options& options) {
     }
     status.tick(driver.open() ? options.device + " is open" : "no gamepad at " + options.device);
   }
+  // Three times, for a datagram may be lost.
+  if (const auto gone = driver.leave(drivers::wall_now())) {
+    for (int i = 0; i < 3; ++i) bus.publish(channels::kGamepad, to_message(*gone));
+  }
   return 0;
 }
 

@@ -26,6 +26,7 @@ void Hcs12Base::on_connection(bool connected, Utime now) {
   exchange_.clear();
   if (run_ && run_->started) lost_run_ = run_;
   run_.reset();
+  renewal_.reset();
   last_stamp_ = next_prediction_ = {};  // the host's clock may have been set back
   stop_asked_ = wait_armed_ = false;
   silent_ = 0;
@@ -50,6 +51,7 @@ void Hcs12Base::on_reset(Utime now) {
   ++resets_;
   exchange_.clear();
   run_.reset();
+  renewal_.reset();
   lost_run_.reset();
   stop_asked_ = wait_armed_ = false;
   set_link(Link::starting, "the board was reset", now);
@@ -117,10 +119,14 @@ bool Hcs12Base::on_reply(char letter, const std::string& line, Utime now) {
   }
   if (line.size() != 1) return false;
   exchange_.answered();
+  if (run_ && renewal_ && letter == renewal_->letter) {
+    take_over(line_begun(line.size(), now));
+    return true;
+  }
   if (run_ && letter == run_->letter && !run_->started) {
     run_->started = true;
     // The wheels have turned since the echo began to be printed.
-    run_->started_at = line_begun(line.size(), now);
+    run_->started_at = run_->read_at = line_begun(line.size(), now);
     run_->progress_at = now;
     edit_status().motors_on = true;
     next_status_ = now + Duration::from_seconds(options_.poll_period_s);
@@ -162,7 +168,11 @@ void Hcs12Base::on_timeout(const LineExchange::Request& request, Utime now) {
   if (run_ && request.reply == run_->letter && !run_->started) {
     // Whether it set off nobody knows: stop, and let the counters tell what they can.
     run_->started = true;
-    run_->started_at = now - Duration::from_seconds(1.0);
+    run_->started_at = run_->read_at = now - Duration::from_seconds(1.0);
+    stop_wheels(now);
+  }
+  if (renewal_ && request.reply == renewal_->letter) {
+    renewal_unanswered_ = true;
     stop_wheels(now);
   }
   if (++silent_ < 3) {
@@ -175,6 +185,7 @@ void Hcs12Base::on_timeout(const LineExchange::Request& request, Utime now) {
   exchange_.clear();
   if (run_ && run_->started) lost_run_ = run_;
   run_.reset();
+  renewal_.reset();
   stop_asked_ = wait_armed_ = false;
   next_ping_ = now + Duration::from_seconds(kPingS);
   set_link(Link::down, "the board is silent", now);

@@ -46,8 +46,16 @@ struct Hcs12BaseOptions {
 /// it comes. Odometry counts clicks with the sign of the order, for the counters have none. A fast
 /// move is followed by the firmware's own ramp and settled by the counters at its end. The board
 /// drives straight or turns on the spot: of a velocity the larger part is driven.
+///
+/// The board knows no deadline and no watchdog: once told, it drives to the end of its run. So no
+/// run is long. A velocity is a run of kVelocityRunS, renewed while it is driven; a longer leg is
+/// driven in pieces of kLegRunS. That long the wheels turn at most after this process, or the line,
+/// has died.
 class Hcs12Base : public BaseDriver {
  public:
+  static constexpr double kVelocityRunS = 1.0;
+  static constexpr double kLegRunS = 5.0;
+
   explicit Hcs12Base(const Hcs12BaseOptions& options);
 
   void on_connection(bool connected, Utime now) override;
@@ -61,7 +69,8 @@ class Hcs12Base : public BaseDriver {
   int64_t right_clicks() const { return right_sum_; }
 
  private:
-  static constexpr double kStuckS = 0.5;  ///< without a click: it does not move
+  static constexpr uint32_t kMaxClicksPerTick = 90;  ///< what a wheel can do
+  static constexpr double kStuckS = 0.5;             ///< without a click: it does not move
 
   /// One a, r, i or d from its sending to the counters' last word.
   struct Run {
@@ -69,16 +78,19 @@ class Hcs12Base : public BaseDriver {
     int left_sign = 1;
     int right_sign = 1;
     uint32_t tenths = 0;
+    uint32_t tenths_behind = 0;  ///< of the leg, for runs that follow this one
     Ramp ramp;
-    bool polled = true;    ///< slow enough for its counters to be read in motion
-    bool endless = false;  ///< of velocity mode
+    bool polled = true;        ///< slow enough for its counters to be read in motion
+    bool of_velocity = false;  ///< its end is no leg's end
     bool started = false;
     RampWalk walk;  ///< where it should be by now
     Utime started_at;
     Utime rested_at;         ///< by the answer of `w`
     uint32_t left_read = 0;  ///< counters at the last reading
     uint32_t right_read = 0;
-    Utime progress_at;  ///< when they last grew
+    Utime read_at;
+    double left_clicks_per_s = 0.0, right_clicks_per_s = 0.0;  ///< between the last two
+    Utime progress_at;                                         ///< when they last grew
     int retries = 0;
     bool stood_still = false;  ///< this process did: what it read then was said earlier
   };
@@ -92,6 +104,12 @@ class Hcs12Base : public BaseDriver {
 
   void set_up(Utime now);
   void start_run(Run run, Utime now);
+  static void prepare(Run& run, double poll_limit_clicks, Utime now);
+  void ask_ramp(const Ramp& ramp);
+  void renew(Run next, Utime now);
+  void take_over(Utime started);
+  void start_piece(const Run& last, Utime now);
+  static bool differs(const Run& wanted, const Run& driven);
   void on_line(const std::string& line, Utime now);
   bool on_reply(char letter, const std::string& line, Utime now);
   void on_wheel_status(const WheelStatus& status, Utime measured, Utime now);
@@ -117,7 +135,10 @@ class Hcs12Base : public BaseDriver {
   LineExchange exchange_;
   SonarCollector sonar_;
   std::optional<Run> run_;
-  std::optional<Run> lost_run_;  ///< when the line went; the board counts on
+  std::optional<Run> renewal_;       ///< asked for: follows on run_ when the board has it
+  std::optional<Ramp> board_ramp_;   ///< as last told to it
+  bool renewal_unanswered_ = false;  ///< whether the board has it the counters tell
+  std::optional<Run> lost_run_;      ///< when the line went; the board counts on
   bool connected_ = false;
   bool stop_asked_ = false;  ///< stop_wheels waits for the counters
   double pace_ = 1.0;  ///< how fast the board really works off its ramp, learnt from fast moves

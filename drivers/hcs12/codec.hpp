@@ -116,6 +116,7 @@ struct Ramp {
   uint32_t start = 5;        ///< clicks a tick
   uint32_t top = 30;         ///< clicks a tick
   uint32_t step_ticks = 50;  ///< one click a tick more each step_ticks + 1 ticks
+  bool operator==(const Ramp&) const = default;
 };
 
 /// Steps a ramp tick by tick. The firmware's controller drops errors of one click a tick (it

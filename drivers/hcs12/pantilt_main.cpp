@@ -1,6 +1,7 @@
 #include <array>
 #include <thread>
 
+#include "common/order_age.hpp"
 #include "common/pose3.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/stop_signal.hpp"
@@ -94,7 +95,9 @@ int run(const process::CommonArguments& arguments, const Options& options) {
   bus.subscribe<pantilt_command_t>(
       channels::kPanTiltCommand, drops,
       [&driver](const pantilt_command_t& message, const process::RawMessage&) {
-        driver.command(from_message(message), wall_now());
+        const PanTiltCommand command = from_message(message);
+        require_fresh(command, wall_now());
+        driver.command(command, wall_now());
       });
   SensorInfo info = options.info();
   DriverLoopOptions loop_options;

@@ -22,12 +22,22 @@ std::optional<int> number_at(std::string_view line, std::size_t at, std::size_t 
   return value;
 }
 
-// Devices differ on whether the ";" of a key line belongs to the sum.
-bool sum_fits(std::string_view line) {
+// In the replies of VV, PP and II a line is "KEY:value;". Its ";" is left out of the sum, though
+// some devices take it in. In the data of a scan a ";" is a character like any other.
+bool has_key_lines(std::string_view echo) {
+  const std::string_view command = echo.substr(0, 2);
+  return command == "VV" || command == "PP" || command == "II";
+}
+
+bool is_key_line(std::string_view echo, std::string_view text) {
+  return has_key_lines(echo) && text.ends_with(';') && text.find(':') != text.npos;
+}
+
+bool sum_fits(std::string_view echo, std::string_view line) {
   if (line.empty()) return false;
   const std::string_view text = line.substr(0, line.size() - 1);
   if (checksum(text) == line.back()) return true;
-  return text.ends_with(';') && checksum(text.substr(0, text.size() - 1)) == line.back();
+  return is_key_line(echo, text) && checksum(text.substr(0, text.size() - 1)) == line.back();
 }
 
 bool is_printable(std::string_view line) {
@@ -66,7 +76,7 @@ std::string key_line(const std::string& key, const std::string& value) {
 Bytes encode_reply(const Reply& reply, const std::string& tag) {
   std::string text = reply.echo + tag + "\n" + reply.status + checksum(reply.status) + "\n";
   for (const std::string& line : reply.lines) {
-    const bool is_key = line.ends_with(';');
+    const bool is_key = is_key_line(reply.echo, line);
     text += line + checksum(is_key ? line.substr(0, line.size() - 1) : line) + "\n";
   }
   text += "\n";
@@ -118,7 +128,8 @@ std::optional<Reply> ReplyParser::finish() {
   bool good = false;
   for (std::size_t i = 0; i + 1 < lines.size() && !good; ++i) {
     good = is_printable(lines[i]) && lines[i].size() >= 2 && lines[i + 1].size() == 3 &&
-           std::all_of(lines.begin() + static_cast<std::ptrdiff_t>(i) + 1, lines.end(), sum_fits);
+           std::all_of(lines.begin() + static_cast<std::ptrdiff_t>(i) + 1, lines.end(),
+                       [&](const std::string& line) { return sum_fits(lines[i], line); });
     if (good) first = i;
   }
   if (!good) {

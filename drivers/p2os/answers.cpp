@@ -17,7 +17,7 @@ bool P2osEmulator::answer(const Command& command, Utime now) {
   const int value = command.value.value_or(1);
   switch (command.id) {
     case kConfig:
-      send(encode_config(config()), now);
+      if (options_.tells_config) send(encode_config(config()), now);
       return true;
     case kEncoder:
       if (value == 1) send(encode_encoders(encoders()), now);
@@ -85,6 +85,7 @@ RobotConfig P2osEmulator::config() const {
   config.deceleration = whole(deceleration_ * 1e3);
   config.rotation_acceleration = whole(rad_to_deg(rate_acceleration_));
   config.rotation_deceleration = whole(rad_to_deg(rate_deceleration_));
+  config.front_bumpers = config.rear_bumpers = options_.bumpers_each_end;
   config.ticks_per_mm = options_.ticks_per_mm;
   return config;
 }
@@ -97,7 +98,7 @@ Encoders P2osEmulator::encoders() const {
 }
 
 IoPorts P2osEmulator::ports() const {
-  const Touch touch = world_.touch ? world_.touch() : Touch{};
+  const Touch touch = this->touch();
   const auto volts = world_.battery_v ? world_.battery_v() : 12.6;
   // Bumpers pull their line down; the ninth analog line is the battery's, of which a bit is 20 mV.
   return {{static_cast<uint8_t>(~touch.front), static_cast<uint8_t>(~touch.rear), 0xFF},

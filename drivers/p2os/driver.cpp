@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/p2os/accessories.hpp"
-
 namespace marco::drivers::p2os {
 namespace {
 
@@ -49,6 +47,8 @@ void P2osBase::on_connection(bool connected, Utime now) {
 
 void P2osBase::restart_sync(Utime now) {
   sync_ = 0;
+  config_.reset();
+  config_asked_ = 0;
   next_sync_ = now;
   last_packet_ = now;
   velocity_sent_ = ring_told_ = {};  // the host's clock may have been set back
@@ -80,6 +80,9 @@ void P2osBase::on_packet(const Bytes& payload, Utime arrival) {
   if (!sip) {
     if (payload[0] == kAuxPacket) {
       on_head(payload, arrival);
+    } else if (payload[0] == kConfigPacket) {
+      config_ = decode_config(payload);
+      if (!config_) ++bad_packets_;
     } else if (payload[0] == 0xFF || payload[0] <= 2) {  // it was reset and does not know us
       set_link(Link::starting, "the robot was reset", arrival);
       restart_sync(arrival);
@@ -115,6 +118,7 @@ void P2osBase::on_sync(const Bytes& payload, Utime now) {
   say(kSonar, options_.sonar ? 1 : 0);
   speeds_changed();
   say(kEnable, 1);
+  ask_outfit(now);
   next_head_ = now;
   if (options_.camera_head) say_to_head({0x81, 0x01, 0x04, 0x00, 0x02, 0xFF});  // power on
   set_link(Link::starting, name_.type + " " + name_.subtype + " '" + name_.name + "'", now);
@@ -207,12 +211,16 @@ void P2osBase::drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime n
   say(kRVel, rate);
 }
 
-void P2osBase::stop_wheels(Utime now) {
+void P2osBase::halt(CommandId how, Utime now) {
   stop_asked_ = true;
   stop_since_ = now;
   still_ = 0;
-  say(kStop);
+  say(how);
 }
+
+void P2osBase::stop_wheels(Utime now) { halt(kStop, now); }
+
+void P2osBase::emergency_brake(Utime now) { halt(kEStop, now); }
 
 void P2osBase::advance(Utime now, std::vector<uint8_t>& out) {
   if (connected_ && sync_ < 3 && now >= next_sync_) {

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "drivers/p2os/accessories.hpp"
 #include "drivers/p2os/codec.hpp"
 #include "drivers/robot/base_driver.hpp"
 
@@ -10,7 +11,8 @@ namespace marco::drivers::p2os {
 struct P2osOptions {
   bool sonar = true;
   double sonar_cone_deg = 15.0;
-  /// Thesis A's outfit: ten bumpers, five ahead and five behind. 0 = a robot without.
+  /// Of a robot that does not tell how many it has (CONFIG). Thesis A's outfit: five ahead and five
+  /// behind. 0 = a robot without, whose packets show all of them pressed.
   int bumpers_each_end = 5;
   bool camera_head = false;  ///< a Sony EVI-D30 at the robot's second serial port
   BaseSpeeds speeds{0.3, 0.7, 0.3};
@@ -28,8 +30,8 @@ struct P2osOptions {
 };
 
 /// Driver of Pioneer robots. Moves are MOVE and DHEAD (whole millimetres and degrees), velocity is
-/// VEL and RVEL; odometry is the robot's own, unwrapped. It pulses, so that the robot's watchdog
-/// stops it only when this process or the line dies.
+/// VEL and RVEL; odometry is the robot's own, unwrapped. It pulses, so that the robot's watchdog (2
+/// s unless its owner set it otherwise) stops it only when this process or the line dies.
 class P2osBase : public BaseDriver {
  public:
   explicit P2osBase(const P2osOptions& options);
@@ -47,6 +49,7 @@ class P2osBase : public BaseDriver {
   double leg_remaining() const override;
   void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) override;
   void stop_wheels(Utime now) override;
+  void emergency_brake(Utime now) override;
   void speeds_changed() override;
   double stop_distance_m() const override;
 
@@ -54,10 +57,14 @@ class P2osBase : public BaseDriver {
   void on_sync(const Bytes& payload, Utime now);
   void on_sip(const Sip& sip, Utime measured, Utime now);
   void reckon(const Sip& sip, Utime measured);
+  void ask_outfit(Utime now);
+  bool knows_its_outfit(Utime now);
+  std::string outfit_note() const;
   void read_bumpers(const Sip& sip, Utime now);
   void read_sonars(const Sip& sip, Utime now);
   void watch_motion(const Sip& sip, Utime now);
   void restart_sync(Utime now);
+  void halt(CommandId how, Utime now);
   void say(CommandId id, std::optional<int> value = std::nullopt);
   void say_to_head(const Bytes& message);
   void ask_head(Utime now);
@@ -69,6 +76,9 @@ class P2osBase : public BaseDriver {
   bool connected_ = false;
   int sync_ = 0;  ///< the SYNC to send next; 3 = open
   RobotName name_;
+  std::optional<RobotConfig> config_;  ///< what the robot tells of itself
+  int config_asked_ = 0;
+  Utime next_config_;
   Utime next_sync_, last_sent_, last_packet_;
   std::optional<Sip> last_sip_;
   Pose2 pose_;

@@ -69,10 +69,10 @@ void P2osEmulator::handle(std::span<const uint8_t> payload, Utime now) {
     return;
   }
   if (command->id == kOpen) {
-    open_ = true;
+    open_ = sonars_on_ = true;  // SONAR 0 silences them
     next_sip_ = now + Duration::from_seconds(options_.cycle_s);
   } else if (command->id == kClose) {
-    motors_on_ = open_ = false;
+    motors_on_ = open_ = sonars_on_ = false;
     velocity_ = rate_ = velocity_goal_ = rate_goal_ = 0.0;
     encoders_asked_ = ports_asked_ = false;
     set_host_baud(0);
@@ -184,7 +184,7 @@ double P2osEmulator::wanted_rate() const {
 }
 
 void P2osEmulator::move(double dt_s) {
-  const Touch touch = world_.touch ? world_.touch() : Touch{};
+  const Touch touch = this->touch();
   if (touch.stalled && !stalled_ && (velocity_ != 0.0 || rate_ != 0.0)) {
     stalled_ = true;  // the motors give up until the next order
     velocity_ = rate_ = velocity_goal_ = rate_goal_ = 0.0;
@@ -244,6 +244,12 @@ void P2osEmulator::run_until(Utime now) {
   }
 }
 
+Touch P2osEmulator::touch() const {
+  Touch touch = world_.touch ? world_.touch() : Touch{};
+  if (options_.bumpers_each_end == 0) touch.front = touch.rear = 0x7F;
+  return touch;
+}
+
 Sip P2osEmulator::sip() {
   Sip sip;
   const auto wrap = [](double raw) {
@@ -258,7 +264,7 @@ Sip P2osEmulator::sip() {
   sip.right_speed = static_cast<int16_t>(std::lround((velocity_ + spread) * 1e3));
   const double volts = world_.battery_v ? world_.battery_v() : 12.6;
   sip.battery = static_cast<uint8_t>(std::clamp(std::lround(volts * 10.0), 0L, 255L));
-  const Touch touch = world_.touch ? world_.touch() : Touch{};
+  const Touch touch = this->touch();
   sip.left_stall = static_cast<uint8_t>((stalled_ ? 1 : 0) | touch.rear << 1);
   sip.right_stall = static_cast<uint8_t>((stalled_ ? 1 : 0) | touch.front << 1);
   sip.digital_out = digital_out_;

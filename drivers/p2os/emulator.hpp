@@ -33,6 +33,8 @@ struct P2osEmulatorOptions {
   double default_acceleration_m_per_s2 = 0.3;
   double default_rate_deg_per_s = 50.0;
   double default_rate_acceleration_deg_per_s2 = 100.0;
+  int bumpers_each_end = 5;  ///< 0 = none: then its packets show all of them pressed
+  bool tells_config = true;  ///< old firmware does not
   int ticks_per_mm = 39;  ///< of the wheel encoders; ours
 };
 
@@ -73,6 +75,7 @@ class P2osEmulator : public Emulator {
   IoPorts ports() const;
   void send(const Bytes& packet, Utime now) { output_.send(packet, now); }
   Sip sip();
+  Touch touch() const;
   double wanted_velocity() const;
   double wanted_rate() const;
 

@@ -23,9 +23,11 @@ void P2osBase::on_sip(const Sip& sip, Utime measured, Utime now) {
   reckon(sip, measured);
   edit_status().motors_on = (sip.flags & 1) != 0;
   edit_status().battery_v = {sip.battery / 10.0};
-  read_bumpers(sip, now);
   if (options_.sonar) read_sonars(sip, now);
-  if (edit_status().link != Link::up) set_link(Link::up, "", now);
+  if (knows_its_outfit(now)) {
+    read_bumpers(sip, now);
+    if (edit_status().link != Link::up) set_link(Link::up, outfit_note(), now);
+  }
   watch_motion(sip, now);
   last_sip_ = sip;
 }
@@ -54,22 +56,56 @@ void P2osBase::reckon(const Sip& sip, Utime measured) {
   publish_odometry(sample);
 }
 
+void P2osBase::ask_outfit(Utime now) {
+  constexpr double kPatienceS = 0.3;  // the answer takes 0.15 s at 9600 baud
+  say(kConfig, 1);
+  ++config_asked_;
+  next_config_ = now + Duration::from_seconds(kPatienceS);
+}
+
+/// Asks until the robot tells it, or has shown that it does not.
+bool P2osBase::knows_its_outfit(Utime now) {
+  constexpr int kAskedAtMost = 3;
+  if (config_) return true;
+  if (now < next_config_) return false;
+  if (config_asked_ >= kAskedAtMost) return true;
+  ask_outfit(now);
+  return false;
+}
+
+std::string P2osBase::outfit_note() const {
+  constexpr int kLongWatchdogMs = 3000;
+  if (!config_) {
+    return "the robot does not tell its bumpers: " + std::to_string(options_.bumpers_each_end) +
+           " at each end are taken for fitted (bumpers_each_end)";
+  }
+  if (config_->watchdog_ms == 0) return "the robot's watchdog is off: a cut line does not stop it";
+  if (config_->watchdog_ms <= kLongWatchdogMs) return "";
+  return "the robot's watchdog waits " + std::to_string(config_->watchdog_ms) +
+         " ms before it stops for a cut line";
+}
+
 void P2osBase::read_bumpers(const Sip& sip, Utime now) {
-  std::vector<bool> pressed;
-  const auto count = options_.bumpers_each_end;
-  const auto add = [&](uint8_t bits) {
-    for (int i = 0; i < count; ++i) pressed.push_back((bits >> (i + 1) & 1) != 0);
+  constexpr int kBits = 7;  // beside the stall
+  const auto fitted = [&](int RobotConfig::*end) {
+    return config_ ? std::clamp((*config_).*end, 0, kBits) : options_.bumpers_each_end;
   };
-  add(sip.right_stall);  // the byte of the right wheel carries the front bumpers
-  add(sip.left_stall);
-  const auto middle = pressed.begin() + count;
-  const bool front = std::find(pressed.begin(), middle, true) != middle;
-  const bool rear = std::find(middle, pressed.end(), true) != pressed.end();
-  guard().on_bumpers(front, rear);
+  std::vector<bool> pressed;
+  const auto read = [&pressed](uint8_t bits, int count) {
+    std::vector<int> numbers;
+    for (int i = 0; i < count; ++i) {
+      pressed.push_back((bits >> (i + 1) & 1) != 0);
+      if (pressed.back()) numbers.push_back(i + 1);
+    }
+    return numbers;
+  };
+  // The byte of the right wheel carries the front bumpers.
+  std::vector<int> front = read(sip.right_stall, fitted(&RobotConfig::front_bumpers));
+  std::vector<int> rear = read(sip.left_stall, fitted(&RobotConfig::rear_bumpers));
+  guard().on_bumpers(std::move(front), std::move(rear));
   if (pressed == edit_status().bumpers) return;
-  edit_status().bumpers = pressed;
-  edit_status().utime = now;
-  output().status.push_back(status());
+  edit_status().bumpers = std::move(pressed);
+  tell(now);
 }
 
 void P2osBase::read_sonars(const Sip& sip, Utime now) {

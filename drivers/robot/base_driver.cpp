@@ -23,20 +23,27 @@ BaseDriver::BaseDriver(std::string name, const BaseSpeeds& speeds, const GuardOp
 
 BaseOutput BaseDriver::take_output() { return std::exchange(output_, {}); }
 
+BaseStatus BaseDriver::status() const {
+  BaseStatus told = status_;
+  if (!gate_.stopped()) return told;
+  told.note = gate_.note() + (status_.note.empty() ? "" : "; " + status_.note);
+  return told;
+}
+
 std::string BaseDriver::state() const {
   static const char* const kLinks[] = {"does not answer", "is being set up", "ready"};
   static const char* const kFates[] = {"",          ", moving", ", done", ", stopped short",
                                        ", refused", ", aborted"};
   std::string text = status_.base + std::string(" ") + kLinks[static_cast<int>(status_.link)] +
                      kFates[static_cast<int>(status_.command)];
-  if (!status_.note.empty()) text += ": " + status_.note;
+  if (const std::string note = status().note; !note.empty()) text += ": " + note;
   return text;
 }
 
 void BaseDriver::tell(Utime now) {
   status_.utime = now;
   last_told_ = now;
-  output_.status.push_back(status_);
+  output_.status.push_back(status());
 }
 
 void BaseDriver::set_link(BaseStatus::Link link, const std::string& note, Utime now) {
@@ -55,6 +62,9 @@ void BaseDriver::set_link(BaseStatus::Link link, const std::string& note, Utime 
 }
 
 void BaseDriver::command(const BaseCommand& command, Utime now) {
+  if (const std::string why = gate_.why_refused(command, now); !why.empty()) {
+    return refuse(command, why, now);
+  }
   if (command.kind == Kind::set_speed) {
     const auto take = [](double given, double& kept) {
       if (given > 0.0) kept = given;
@@ -69,20 +79,51 @@ void BaseDriver::command(const BaseCommand& command, Utime now) {
     return;
   }
   if (status_.link != BaseStatus::Link::up) {
-    order_ = command;
-    finish(Fate::refused, "the base does not answer", now);
-    return;
+    return refuse(command, "the base does not answer", now);
   }
+  order_came_ = now;
   if (mode_ == Mode::idle) {
     begin(command, now);
   } else if (mode_ == Mode::velocity && command.kind == Kind::velocity) {
     order_ = command;
-    velocity_given_ = now;
     status_.command_id = command.id;
   } else {
     next_order_ = command;
     request_stop(Fate::aborted, "a newer order came", now);
   }
+}
+
+void BaseDriver::refuse(const BaseCommand& command, const std::string& why, Utime now) {
+  if (mode_ == Mode::idle) {
+    order_ = command;
+    return finish(Fate::refused, why, now);
+  }
+  // Said once: the status goes on to tell of the order that runs.
+  BaseStatus running = status_;
+  status_.command_id = command.id;
+  status_.command = Fate::refused;
+  status_.note = why;
+  tell(now);
+  status_ = std::move(running);
+}
+
+void BaseDriver::emergency_stop(const EmergencyStop& message, Utime now) {
+  const bool was_stopped = gate_.stopped();
+  if (!gate_.on_emergency_stop(message, now)) return;
+  if (gate_.stopped() && !was_stopped) {
+    next_order_.reset();
+    status_.note.clear();
+    if (mode_ != Mode::idle) {
+      mode_ = Mode::stopping;
+      fate_after_stop_ = Fate::aborted;
+      note_after_stop_.clear();
+    }
+    // Also where nothing was ordered: what else makes the wheels turn, nobody knows.
+    if (status_.link == BaseStatus::Link::up) emergency_brake(now);
+  } else if (!gate_.stopped()) {
+    status_.note = "the emergency stop was released";
+  }
+  tell(now);
 }
 
 void BaseDriver::begin(const BaseCommand& command, Utime now) {
@@ -98,7 +139,6 @@ void BaseDriver::begin(const BaseCommand& command, Utime now) {
     request_stop(Fate::done, "", now);
   } else if (command.kind == Kind::velocity) {
     mode_ = Mode::velocity;
-    velocity_given_ = now;
   } else if (command.kind == Kind::move) {
     leg_ = {Leg::Kind::move, command.distance_m};
   } else if (command.kind == Kind::turn) {
@@ -116,6 +156,12 @@ double BaseDriver::free_part(const Leg& leg, Utime now) const {
                                      : guard_.free_turn_rad(leg.amount, odom_from_robot_, now);
 }
 
+std::string BaseDriver::what_is_in_the_way() const {
+  const bool moves = leg_.kind == Leg::Kind::move;
+  const std::string bumpers = moves ? guard_.pressed_bumpers(leg_.amount) : "";
+  return bumpers.empty() ? "an obstacle is in the way" : bumpers;
+}
+
 void BaseDriver::begin_leg(Utime now) {
   const double least = leg_.kind == Leg::Kind::move ? kLeastMoveM : kLeastTurnRad;
   mode_ = Mode::leg;
@@ -126,9 +172,9 @@ void BaseDriver::begin_leg(Utime now) {
   const double free = free_part(leg_, now);
   if (std::abs(free) < std::abs(leg_.amount)) {
     leg_limited_ = true;
-    leg_.amount = free;
+    leg_.amount = std::copysign(free, leg_.amount);
     if (std::abs(free) < 4.0 * least) {
-      finish(first_leg_ ? Fate::refused : Fate::shortened, "an obstacle is in the way", now);
+      finish(first_leg_ ? Fate::refused : Fate::shortened, what_is_in_the_way(), now);
       return;
     }
   }
@@ -141,7 +187,7 @@ void BaseDriver::leg_ended(bool reached, const std::string& note, Utime now) {
   if (!reached) {
     finish(Fate::aborted, note, now);
   } else if (leg_limited_) {
-    finish(Fate::shortened, "an obstacle is in the way", now);
+    finish(Fate::shortened, what_is_in_the_way(), now);
   } else if (point_to_reach_) {
     point_to_reach_ = false;
     const Eigen::Vector2d way = odom_from_robot_.inverse() * order_.point_m;
@@ -159,12 +205,14 @@ void BaseDriver::watch_leg(Utime now) {
   // There is less room than way: stop when braking any later would be too late.
   const double to_stop = leg_.kind == Leg::Kind::move ? stop_distance_m() : 0.05;
   if (std::abs(free) <= to_stop) {
-    request_stop(Fate::shortened, "an obstacle came into the way", now);
+    const std::string bumpers =
+        leg_.kind == Leg::Kind::move ? guard_.pressed_bumpers(leg_.amount) : "";
+    request_stop(Fate::shortened, bumpers.empty() ? "an obstacle came into the way" : bumpers, now);
   }
 }
 
 void BaseDriver::watch_velocity(Utime now) {
-  if ((now - velocity_given_).seconds() > kVelocityTimeoutS) {
+  if ((now - order_came_).seconds() > kOrderHoldsS) {
     request_stop(Fate::done, "no velocity came for 0.5 s", now);
     return;
   }

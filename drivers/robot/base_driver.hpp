@@ -8,6 +8,7 @@
 #include "common/robot_values.hpp"
 #include "common/samples.hpp"
 #include "drivers/robot/obstacle_guard.hpp"
+#include "drivers/robot/order_gate.hpp"
 
 namespace marco::drivers {
 
@@ -34,12 +35,11 @@ struct BaseSpeeds {
 };
 
 /// A base as its driver process sees it, without port or clock: bytes in, bytes out, stepped by
-/// whoever has both. Here is what all bases do alike: the fate of orders, the guard, the end of a
-/// velocity that nobody repeats. What a base does in its own way is in the private virtuals.
+/// whoever has both. Here is what all bases do alike: the fate of orders, the emergency stop, the
+/// guard, the end of a velocity that nobody repeats (kOrderHoldsS). What a base does in its own way
+/// is in the private virtuals.
 class BaseDriver {
  public:
-  static constexpr double kVelocityTimeoutS = 0.5;
-
   BaseDriver(std::string name, const BaseSpeeds& speeds, const GuardOptions& guard);
   virtual ~BaseDriver() = default;
 
@@ -53,7 +53,10 @@ class BaseDriver {
   /// Bytes or lines that were not understood or believed.
   virtual int64_t bad_input() const = 0;
 
+  /// An order that is refused changes nothing of what the base does.
   void command(const BaseCommand& command, Utime now);
+  /// Stops at once and refuses to move until a release comes.
+  void emergency_stop(const EmergencyStop& message, Utime now);
   /// For a camera's pan-tilt on the base's own line; a base that carries none passes it over.
   virtual void look(const PanTiltCommand& /*command*/, Utime /*now*/) {}
   ObstacleGuard& guard() { return guard_; }
@@ -62,7 +65,8 @@ class BaseDriver {
   const Pose2& odom_from_robot() const { return odom_from_robot_; }
   /// One line for a person.
   std::string state() const;
-  const BaseStatus& status() const { return status_; }
+  /// As told to the others: the note begins with the emergency stop's while one is latched.
+  BaseStatus status() const;
 
  protected:
   struct Leg {
@@ -77,6 +81,7 @@ class BaseDriver {
   void leg_ended(bool reached, const std::string& note, Utime now);
   void stopped(Utime now);
   void publish_odometry(const OdometrySample& sample);
+  void tell(Utime now);
   BaseStatus& edit_status() { return status_; }
   BaseOutput& output() { return output_; }
   const BaseSpeeds& speeds() const { return speeds_; }
@@ -93,6 +98,8 @@ class BaseDriver {
   virtual void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) = 0;
   /// Stops the wheels, then calls stopped().
   virtual void stop_wheels(Utime now) = 0;
+  /// The same, as hard as the base can.
+  virtual void emergency_brake(Utime now) { stop_wheels(now); }
   virtual void speeds_changed() {}
   /// What a move needs to come to rest from its top speed when it is stopped now.
   virtual double stop_distance_m() const = 0;
@@ -102,12 +109,14 @@ class BaseDriver {
   void watch_leg(Utime now);
   void watch_velocity(Utime now);
   void request_stop(BaseStatus::Command fate, const std::string& note, Utime now);
+  void refuse(const BaseCommand& command, const std::string& why, Utime now);
   void finish(BaseStatus::Command fate, const std::string& note, Utime now);
-  void tell(Utime now);
   double free_part(const Leg& leg, Utime now) const;
+  std::string what_is_in_the_way() const;
 
   BaseSpeeds speeds_;
   ObstacleGuard guard_;
+  OrderGate gate_;
   BaseStatus status_;
   BaseOutput output_;
   Pose2 odom_from_robot_;
@@ -118,7 +127,7 @@ class BaseDriver {
   bool first_leg_ = true;
   bool leg_limited_ = false;
   bool point_to_reach_ = false;
-  Utime velocity_given_;
+  Utime order_came_;  ///< the newest that was taken
   BaseStatus::Command fate_after_stop_ = BaseStatus::Command::none;
   std::string note_after_stop_;
   Utime last_told_;

@@ -3,6 +3,7 @@
 #include <array>
 #include <thread>
 
+#include "common/order_age.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/stop_signal.hpp"
 #include "drivers/process/driver_loop.hpp"
@@ -26,10 +27,17 @@ class BaseAdapter {
         [this](const base_command_t& message, const process::RawMessage&) {
           driver_.command(from_message(message), wall_now());
         });
+    bus.subscribe<emergency_stop_t>(
+        channels::kEmergencyStop, drops,
+        [this](const emergency_stop_t& message, const process::RawMessage&) {
+          driver_.emergency_stop(from_message(message), wall_now());
+        });
     bus.subscribe<pantilt_command_t>(
         channels::kPanTiltCommand, drops,
         [this](const pantilt_command_t& message, const process::RawMessage&) {
-          driver_.look(from_message(message), wall_now());
+          const PanTiltCommand command = from_message(message);
+          require_fresh(command, wall_now());
+          driver_.look(command, wall_now());
         });
     bus.subscribe_raw(std::string(channels::kLidarPattern) + "|SENSOR_INFO|PANTILT_STATE",
                       [this, &drops](const process::RawMessage& raw) { on_sample(raw, drops); });

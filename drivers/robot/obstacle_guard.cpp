@@ -11,9 +11,19 @@ ObstacleGuard::ObstacleGuard(const GuardOptions& options) : options_(options) {
   validate(options, "guard");
 }
 
-void ObstacleGuard::on_bumpers(bool front_pressed, bool rear_pressed) {
-  front_pressed_ = front_pressed;
-  rear_pressed_ = rear_pressed;
+void ObstacleGuard::on_bumpers(std::vector<int> front_pressed, std::vector<int> rear_pressed) {
+  front_pressed_ = std::move(front_pressed);
+  rear_pressed_ = std::move(rear_pressed);
+}
+
+std::string ObstacleGuard::pressed_bumpers(double wanted_m) const {
+  const bool ahead = !std::signbit(wanted_m);
+  const std::vector<int>& pressed = ahead ? front_pressed_ : rear_pressed_;
+  if (!options_.enabled || pressed.empty()) return "";
+  std::string text = ahead ? "front bumper" : "rear bumper";
+  if (pressed.size() > 1) text += "s";
+  for (const int number : pressed) text += " " + std::to_string(number);
+  return text + (pressed.size() > 1 ? " are pressed" : " is pressed");
 }
 
 void ObstacleGuard::on_scan(const LaserScan& scan, const Pose2& odom_from_robot, Utime now) {
@@ -91,7 +101,7 @@ bool ObstacleGuard::in_body(const Eigen::Vector2d& point,
 double ObstacleGuard::free_move_m(double wanted_m, const Pose2& odom_from_robot, Utime now) const {
   if (!options_.enabled) return wanted_m;
   const bool ahead = wanted_m > 0.0;
-  if (ahead ? front_pressed_ : rear_pressed_) return 0.0;
+  if (!(ahead ? front_pressed_ : rear_pressed_).empty()) return 0.0;
   double free_m = std::abs(wanted_m);
   const double edge_m = ahead ? options_.front_m : options_.back_m;
   for (const Eigen::Vector2d& point : fresh_points(odom_from_robot, now)) {

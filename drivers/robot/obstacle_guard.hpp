@@ -49,12 +49,16 @@ class ObstacleGuard {
   /// A laser whose SensorInfo has not come is passed by.
   void on_scan(const LaserScan& scan, const Pose2& odom_from_robot, Utime now);
   void on_sonar(const SonarRing& ring, const Pose2& odom_from_robot, Utime now);
-  void on_bumpers(bool front_pressed, bool rear_pressed);
+  /// Numbers of those that are pressed, 1 = the leftmost as seen from within.
+  void on_bumpers(std::vector<int> front_pressed, std::vector<int> rear_pressed);
 
   /// @param wanted_m  straight on, < 0 = backwards. @returns the part that is free, same sign.
   double free_move_m(double wanted_m, const Pose2& odom_from_robot, Utime now) const;
   /// @param wanted_rad  on the spot. @returns the part that is free, same sign.
   double free_turn_rad(double wanted_rad, const Pose2& odom_from_robot, Utime now) const;
+
+  /// "front bumper 3 is pressed" for a move this way; "" = none is.
+  std::string pressed_bumpers(double wanted_m) const;
 
   bool blind(Utime now) const;
   const GuardOptions& options() const { return options_; }
@@ -71,8 +75,8 @@ class ObstacleGuard {
   std::map<std::string, SensorInfo> infos_;
   std::optional<PanTiltState> pantilt_;
   std::map<std::string, Sight> sights_;
-  bool front_pressed_ = false;
-  bool rear_pressed_ = false;
+  std::vector<int> front_pressed_;
+  std::vector<int> rear_pressed_;
 };
 
 }  // namespace marco::drivers

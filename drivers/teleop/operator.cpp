@@ -4,12 +4,14 @@
 #include <cmath>
 #include <utility>
 
+#include "common/order_age.hpp"
+
 namespace marco::teleop {
 namespace {
 
 constexpr double kHeadEveryS = 0.5;  // of the gamepad's stick: the board wants its moves one by one
 constexpr double kAheadRad = 0.02;
-constexpr Utime kForever = Utime::from_us(INT64_MAX / 4);
+constexpr double kEngageEveryS = 0.5;  // for a base that was started meanwhile
 
 }  // namespace
 
@@ -39,12 +41,27 @@ void Operator::turn_head(double pan_deg, double tilt_deg, Utime now) {
   look(head_->pan_rad + deg_to_rad(pan_deg), head_->tilt_rad + deg_to_rad(tilt_deg), now);
 }
 
-void Operator::drive(double velocity, double rate, Utime until) {
+void Operator::drive(double velocity, double rate, Hand hand, Utime until) {
+  const bool goes_on = driving_ && velocity == velocity_ && rate == rate_;
   velocity_ = velocity;
   rate_ = rate;
   driving_ = true;
+  hand_ = hand;
   drive_until_ = until;
-  last_sent_ = {};  // at once
+  if (!goes_on) last_sent_ = {};  // at once
+}
+
+void Operator::emergency(char key, Utime now) {
+  EmergencyStop message{now, key == 'e', "marco drive", ""};
+  engaged_.reset();
+  if (message.engaged) engaged_ = message;
+  last_engaged_ = now;
+  // A datagram may be lost; the same message again changes nothing.
+  orders_.emergency.assign(3, message);
+}
+
+void Operator::on_emergency_stop(const EmergencyStop& stop) {
+  if (!stop.engaged) engaged_.reset();
 }
 
 bool Operator::step_key(char key, Utime now) {
@@ -85,29 +102,34 @@ void Operator::on_key(char key, Utime now) {
   const Utime until = now + Duration::from_seconds(options_.key_holds_s);
   switch (key) {
     case Keyboard::kUp:
-      return drive(1.0, 0.0, until);
+      return drive(1.0, 0.0, Hand::key, until);
     case Keyboard::kDown:
-      return drive(-1.0, 0.0, until);
+      return drive(-1.0, 0.0, Hand::key, until);
     case Keyboard::kLeft:
-      return drive(0.0, 1.0, until);
+      return drive(0.0, 1.0, Hand::key, until);
     case Keyboard::kRight:
-      return drive(0.0, -1.0, until);
+      return drive(0.0, -1.0, Hand::key, until);
     case '+':
       factor_ = std::min(4.0, factor_ * 1.25);
       return;
     case '-':
       factor_ = std::max(0.2, factor_ / 1.25);
       return;
+    case 'e':
+    case 'c':
+      emergency(key, now);
+      break;
     case 'q':
       quit_ = true;
       break;
     default:
       if (step_key(key, now) || head_key(key, now)) return;
   }
-  // Space, q and whatever was hit in fright.
+  // Space, q, the emergency's keys and whatever was hit in fright.
   const Orders halt = stop(now);
   orders_.base.insert(orders_.base.end(), halt.base.begin(), halt.base.end());
   orders_.pantilt.insert(orders_.pantilt.end(), halt.pantilt.begin(), halt.pantilt.end());
+  orders_.emergency.insert(orders_.emergency.end(), halt.emergency.begin(), halt.emergency.end());
 }
 
 double Operator::axis(const GamepadState& state, std::size_t number) const {
@@ -121,30 +143,34 @@ void Operator::on_gamepad(const GamepadState& state, Utime now) {
   if (!state.connected || stop_button) {
     const Orders halt = stop(now);
     orders_.base.insert(orders_.base.end(), halt.base.begin(), halt.base.end());
+    orders_.emergency.insert(orders_.emergency.end(), halt.emergency.begin(), halt.emergency.end());
     return;
   }
+  gamepad_trouble_ = why_stale(state.utime, now);
+  if (!gamepad_trouble_.empty()) return;
+  const Utime until = now + Duration::from_seconds(kOrderHoldsS);
   const double velocity = -axis(state, 1), rate = -axis(state, 0);  // up and left are negative
   if (velocity != 0.0 || rate != 0.0) {
-    // As long as the stick is held: the driver's records come only on changes.
-    drive(velocity, rate, kForever);
-  } else if (driving_ && drive_until_ == kForever) {
+    drive(velocity, rate, Hand::gamepad, until);
+  } else if (driving_ && hand_ == Hand::gamepad) {
     drive_until_ = now;
   }
   head_pan_ = -axis(state, 2);
   head_tilt_ = -axis(state, 3);
+  head_until_ = until;
 }
 
 Operator::Orders Operator::stop(Utime now) {
   driving_ = false;
   head_pan_ = head_tilt_ = 0.0;
   Orders halt;
-  const Orders kept = std::exchange(orders_, {});
+  halt.emergency = std::exchange(orders_, {}).emergency;
   order(BaseCommand{}, now);
   halt.base = std::exchange(orders_, {}).base;
   PanTiltCommand head;
   head.utime = now;
   halt.pantilt.push_back(head);
-  return halt;  // what was ordered and not yet sent is forgotten
+  return halt;  // what else was ordered and not yet sent is forgotten
 }
 
 Operator::Orders Operator::step(Utime now) {
@@ -159,6 +185,11 @@ Operator::Orders Operator::step(Utime now) {
     command.velocity_m_per_s = velocity_ * factor_ * options_.velocity_m_per_s;
     command.yaw_rate_rad_per_s = rate_ * factor_ * deg_to_rad(options_.yaw_rate_deg_per_s);
     order(command, now);
+  }
+  if (now >= head_until_) head_pan_ = head_tilt_ = 0.0;
+  if (engaged_ && (now - last_engaged_).seconds() >= kEngageEveryS) {
+    last_engaged_ = now;
+    orders_.emergency.push_back(*engaged_);
   }
   if ((head_pan_ != 0.0 || head_tilt_ != 0.0) && (now - last_head_).seconds() >= kHeadEveryS) {
     last_head_ = now;

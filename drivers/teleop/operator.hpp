@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/options.hpp"
@@ -39,8 +40,10 @@ struct OperatorOptions {
 /// What hands do to keys and gamepad, as orders to the robot. Without clock and network.
 ///
 /// Keys: arrows drive while held (or until another key), i k j l go by steps, t g f h turn the
-/// pan-tilt, r looks ahead, + and - change the speed, space stops everything, q ends.
-/// Gamepad: first stick drives, second turns the pan-tilt, button 1 stops.
+/// pan-tilt, r looks ahead, + and - change the speed, space stops everything, e engages the
+/// emergency stop and c clears it, q ends.
+/// Gamepad: first stick drives, second turns the pan-tilt, button 1 stops. Its state must come
+/// again within kOrderHoldsS, else its sticks are at rest.
 class Operator {
  public:
   explicit Operator(const OperatorOptions& options);
@@ -48,10 +51,13 @@ class Operator {
   void on_key(char key, Utime now);
   void on_gamepad(const GamepadState& state, Utime now);
   void on_pantilt(const PanTiltState& state) { head_ = state; }
+  /// Anybody's: what was released is not engaged again from here.
+  void on_emergency_stop(const EmergencyStop& stop);
 
   struct Orders {
     std::vector<BaseCommand> base;
     std::vector<PanTiltCommand> pantilt;
+    std::vector<EmergencyStop> emergency;
   };
   /// Call often. @returns what is to be sent now.
   Orders step(Utime now);
@@ -60,12 +66,16 @@ class Operator {
 
   bool wants_to_quit() const { return quit_; }
   double speed_factor() const { return factor_; }
+  /// Why the gamepad is not obeyed; "" = it is, or there is none.
+  const std::string& gamepad_trouble() const { return gamepad_trouble_; }
 
  private:
   void order(BaseCommand command, Utime now);
   void look(double pan_rad, double tilt_rad, Utime now);
   void turn_head(double pan_deg, double tilt_deg, Utime now);
-  void drive(double velocity, double rate, Utime until);
+  enum class Hand { key, gamepad };
+  void drive(double velocity, double rate, Hand hand, Utime until);
+  void emergency(char key, Utime now);
   bool step_key(char key, Utime now);
   bool head_key(char key, Utime now);
   double axis(const GamepadState& state, std::size_t number) const;
@@ -75,12 +85,17 @@ class Operator {
   double velocity_ = 0.0;  ///< parts of the full speed, -1..1
   double rate_ = 0.0;
   bool driving_ = false;
+  Hand hand_ = Hand::key;  ///< that drives
   Utime drive_until_;
   Utime last_sent_;
   Utime last_head_;
   std::optional<PanTiltState> head_;
   bool looked_ = false;                      ///< ahead, at the start
   double head_pan_ = 0.0, head_tilt_ = 0.0;  ///< of the gamepad's second stick
+  Utime head_until_;
+  std::string gamepad_trouble_;
+  std::optional<EmergencyStop> engaged_;  ///< from here; said again and again
+  Utime last_engaged_;
   Orders orders_;
   int64_t id_ = 0;
   bool quit_ = false;

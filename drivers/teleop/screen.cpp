@@ -52,9 +52,11 @@ std::vector<std::string> head_lines(const RobotView& view) {
   }
   line += format("   speed x%.2f", view.speed_factor);
   lines.push_back(line);
-  lines.push_back(view.base->note.empty()
-                      ? "arrows drive, i k j l steps, t g f h r head, + - speed, space stop, q end"
-                      : view.base->note);
+  const std::string keys =
+      "arrows, ijkl step, tgfhr head, +- speed, space stop, e EMERGENCY, c clear, q end";
+  lines.push_back(!view.base->note.empty()        ? view.base->note
+                  : !view.gamepad_trouble.empty() ? "gamepad: " + view.gamepad_trouble
+                                                  : keys);
   return lines;
 }
 

@@ -20,6 +20,7 @@ struct RobotView {
   std::map<std::pair<double, double>, GridMap> map_tiles;  ///< by origin
   int64_t map_revision = -1;
   double speed_factor = 1.0;
+  std::string gamepad_trouble;  ///< why it is not obeyed
 
   /// A newer revision's first tile drops the older's tiles that it covers.
   void add_tile(GridMap tile, int64_t revision);

@@ -45,6 +45,10 @@ void listen(process::LcmBus& bus, process::DropCounter& drops, RobotView& view, 
   bus.subscribe<gamepad_t>(channels::kGamepad, drops, [&hands](const auto& message, const auto&) {
     hands.on_gamepad(from_message(message), drivers::wall_now());
   });
+  bus.subscribe<emergency_stop_t>(channels::kEmergencyStop, drops,
+                                  [&hands](const auto& message, const auto&) {
+                                    hands.on_emergency_stop(from_message(message));
+                                  });
 }
 
 void show(const RobotView& view) {
@@ -67,6 +71,9 @@ void send(process::LcmBus& bus, const Operator::Orders& orders) {
   }
   for (const PanTiltCommand& command : orders.pantilt) {
     bus.publish(channels::kPanTiltCommand, to_message(command));
+  }
+  for (const EmergencyStop& stop : orders.emergency) {
+    bus.publish(channels::kEmergencyStop, to_message(stop));
   }
 }
 
@@ -96,6 +103,7 @@ int run(const process::CommonArguments& arguments) {
       if (!screen || now < next_screen) continue;
       next_screen = now + Duration::from_us(200'000);
       view.speed_factor = hands.speed_factor();
+      view.gamepad_trouble = hands.gamepad_trouble();
       show(view);
     }
   } catch (...) {
@@ -114,7 +122,7 @@ int main(int argc, char** argv) {
     CLI::App app(
         "Drives the robot by keyboard and gamepad and shows pose, map, battery, bumpers, speed.\n"
         "Arrows drive while held, i k j l go by steps, t g f h turn the pan-tilt, r looks ahead,\n"
-        "+ and - change the speed, space stops, q ends");
+        "+ and - change the speed, space stops, e is the emergency stop and c clears it, q ends");
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;

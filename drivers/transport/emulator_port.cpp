@@ -16,6 +16,7 @@
 #include <stdexcept>
 
 #include "common/check.hpp"
+#include "drivers/transport/port_claim.hpp"
 #include "drivers/transport/wall_clock.hpp"
 
 namespace marco::drivers {
@@ -53,8 +54,12 @@ EmulatorPort EmulatorPort::tcp(Emulator& emulator, int port) {
   return EmulatorPort(emulator, "", port);
 }
 
-EmulatorPort::~EmulatorPort() {
-  if (master_.valid() && !link_path_.empty()) unlink(link_path_.c_str());
+EmulatorPort::~EmulatorPort() { remove_link(); }
+
+void EmulatorPort::remove_link() {
+  if (!claim_.valid()) return;
+  unlink(link_path_.c_str());
+  give_up_port(link_path_, claim_);
 }
 
 void EmulatorPort::plug_in() {
@@ -64,7 +69,7 @@ void EmulatorPort::plug_in() {
 
 void EmulatorPort::unplug() {
   if (connected_) change_connection(false, wall_now());
-  if (master_.valid() && !link_path_.empty()) unlink(link_path_.c_str());
+  remove_link();
   master_.reset();
   listener_.reset();
   client_.reset();
@@ -90,6 +95,7 @@ void EmulatorPort::open_pty() {
   require(!std::filesystem::exists(std::filesystem::symlink_status(link)) ||
               std::filesystem::is_symlink(link),
           link_path_ + " exists and is no link: not replaced");
+  claim_ = claim_port(link_path_, name);
   std::filesystem::remove(link);
   std::filesystem::create_symlink(name, link);
   address_ = link_path_;

@@ -19,7 +19,8 @@ class EmulatorPort {
   /// @param emulator outlives the port.
   /// @param link_path  a symbolic link made to the terminal, so that its name stays the same; "" =
   /// none. An old link there is replaced, a file that is no link is refused.
-  /// @throws std::runtime_error when the system gives no pseudo-terminal.
+  /// @throws std::runtime_error when the system gives no pseudo-terminal, or another simulator that
+  /// runs has made the link.
   static EmulatorPort pty(Emulator& emulator, const std::string& link_path = "");
 
   /// @param port on this host only (127.0.0.1); 0 = any free one, see address().
@@ -49,6 +50,7 @@ class EmulatorPort {
  private:
   EmulatorPort(Emulator& emulator, std::string link_path, int tcp_port);
   void open_pty();
+  void remove_link();
   void open_tcp_server();
   void look_for_client(Utime now);
   void change_connection(bool connected, Utime now);
@@ -60,6 +62,7 @@ class EmulatorPort {
   int tcp_port_;  ///< -1 = a pseudo-terminal
   std::string address_;
   FileHandle master_;    ///< of the pseudo-terminal
+  FileHandle claim_;     ///< of its link
   FileHandle listener_;  ///< of the TCP server
   FileHandle client_;    ///< of the TCP server
   bool connected_ = false;

@@ -16,6 +16,7 @@
 #include <cstring>
 
 #include "common/check.hpp"
+#include "drivers/transport/port_claim.hpp"
 
 // <termios.h> is kept out of this folder (terminal.cpp); the queue selectors of TCFLSH are ABI.
 #ifndef TCIFLUSH
@@ -40,13 +41,6 @@ class TcpStream final : public DescriptorStream {
   void set_line(const LineSettings&) override {}
 };
 
-// There TIOCEXCL would outlive a driver that was killed, as long as the emulator keeps its end
-// open; the file lock ends with the process.
-bool is_pseudo_terminal(int fd) {
-  struct stat status {};
-  return fstat(fd, &status) == 0 && major(status.st_rdev) >= 136 && major(status.st_rdev) <= 143;
-}
-
 // @returns an open descriptor, or an invalid one with errno set.
 FileHandle connect_to(const addrinfo& address) {
   FileHandle handle(
@@ -67,6 +61,11 @@ FileHandle connect_to(const addrinfo& address) {
 }
 
 }  // namespace
+
+bool is_pseudo_terminal(int fd) {
+  struct stat status {};
+  return fstat(fd, &status) == 0 && major(status.st_rdev) >= 136 && major(status.st_rdev) <= 143;
+}
 
 void FileHandle::reset(int fd) {
   if (fd_ >= 0) ::close(fd_);
@@ -119,8 +118,11 @@ SerialStream::SerialStream(const std::string& path, const LineSettings& line)
   const int error = errno;
   require(fd() >= 0 || error != EBUSY, path + ": another process holds this port");
   if (fd() < 0) lost(std::strerror(error));
+  if (const std::string why = why_no_device(path, fd()); !why.empty()) lost(why);
   require(flock(fd(), LOCK_EX | LOCK_NB) == 0, path + ": another driver holds this port");
   require(baud_of_terminal(fd()) != 0, path + ": not a serial port");
+  // On a pseudo-terminal TIOCEXCL would outlive a driver that was killed, as long as the emulator
+  // keeps its end open; the file lock ends with the process.
   if (!is_pseudo_terminal(fd())) ioctl(fd(), TIOCEXCL);
   set_line(line);
 }

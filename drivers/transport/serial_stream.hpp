@@ -55,7 +55,8 @@ class DescriptorStream : public ByteStream {
 };
 
 /// A serial device or the slave of a pseudo-terminal: raw, 8 bits, no flow control, any baud rate
-/// (termios2), exclusive (TIOCEXCL, and a file lock that also stops a second driver run by root).
+/// (termios2), exclusive (TIOCEXCL, and a file lock that also stops a second driver run by root). A
+/// pseudo-terminal that is no device's is left as it is (drivers/transport/port_claim.hpp).
 class SerialStream final : public DescriptorStream {
  public:
   /// @throws as open_stream.
@@ -73,6 +74,11 @@ std::unique_ptr<ByteStream> open_tcp(const std::string& host, const std::string&
 /// The speed a terminal is set to; asked at the master of a pseudo-terminal, its slave's.
 /// @returns 0 when `fd` is no terminal.
 int baud_of_terminal(int fd);
+
+/// A terminal in which keys make signals (ISIG): a person's. Devices' and simulators' are raw.
+bool takes_keys(int fd);
+
+bool is_pseudo_terminal(int fd);
 
 /// Sets a terminal raw at this speed, parity and DTR aside. @returns whether the driver took it.
 bool set_terminal(int fd, const LineSettings& line);

@@ -13,6 +13,11 @@ int baud_of_terminal(int fd) {
   return static_cast<int>(settings.c_ospeed);
 }
 
+bool takes_keys(int fd) {
+  termios2 settings{};
+  return ioctl(fd, TCGETS2, &settings) == 0 && (settings.c_lflag & ISIG) != 0;
+}
+
 bool set_terminal(int fd, const LineSettings& line) {
   termios2 settings{};
   if (ioctl(fd, TCGETS2, &settings) != 0) return false;

@@ -1,0 +1,41 @@
+#include "common/order_age.hpp"
+
+#include <cstdio>
+
+#include "common/check.hpp"
+
+namespace marco {
+namespace {
+
+std::string in_words(double seconds) {
+  constexpr double kDayS = 86400.0, kMuchS = 1000.0;
+  char text[40];
+  if (seconds >= kDayS) {
+    std::snprintf(text, sizeof(text), "%.0f days", seconds / kDayS);
+  } else {
+    std::snprintf(text, sizeof(text), seconds < kMuchS ? "%.1f s" : "%.0f s", seconds);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string why_stale(Utime given, Utime now) {
+  const double age_s = (now - given).seconds();
+  const std::string mend = "; if it is not a recording's, set both computers' clocks (NTP)";
+  if (age_s > kOrderHoldsS) {
+    return "order is " + in_words(age_s) + " old by this computer's clock" + mend;
+  }
+  if (age_s < -kOrderHoldsS) {
+    return "order is stamped " + in_words(-age_s) + " ahead of this computer's clock" + mend;
+  }
+  return "";
+}
+
+void require_fresh(const PanTiltCommand& command, Utime now) {
+  if (command.kind == PanTiltCommand::Kind::stop) return;
+  require(why_stale(command.utime, now).empty(),
+          "pantilt_command_t: too old, or stamped ahead of this computer's clock");
+}
+
+}  // namespace marco

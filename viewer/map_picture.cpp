@@ -8,19 +8,27 @@
 #include "common/check.hpp"
 #include "viewer/canvas.hpp"
 #include "viewer/map_border.hpp"
+#include "viewer/map_extent.hpp"
 
 namespace marco::viewer {
 namespace {
 
-Rgb cell_color(uint8_t percent) {
-  if (percent == GridMap::kUnknown) return palette::kUnknown;
-  const double part = std::min<double>(percent, 100.0) / 100.0;
-  const auto blend = [part](uint8_t free, uint8_t occupied) {
-    return static_cast<uint8_t>(std::lround(free + part * (occupied - free)));
+Rgb blend(Rgb from, Rgb to, double part) {
+  const auto mix = [part](uint8_t a, uint8_t b) {
+    return static_cast<uint8_t>(std::lround(a + part * (b - a)));
   };
-  return {blend(palette::kFree.red, palette::kOccupied.red),
-          blend(palette::kFree.green, palette::kOccupied.green),
-          blend(palette::kFree.blue, palette::kOccupied.blue)};
+  return {mix(from.red, to.red), mix(from.green, to.green), mix(from.blue, to.blue)};
+}
+
+// Unknown lies in the middle: the freer the lighter, the more occupied the darker. What was seen
+// once is told from the unknown at a glance, on both sides.
+Rgb cell_color(uint8_t percent) {
+  constexpr double kFreeBend = 3.0, kOccupiedBend = 0.6;
+  if (percent == GridMap::kUnknown) return palette::kUnknown;
+  const double off_middle = std::min<double>(percent, 100.0) / 50.0 - 1.0;
+  if (off_middle <= 0.0)
+    return blend(palette::kFree, palette::kUnknown, std::pow(1.0 + off_middle, kFreeBend));
+  return blend(palette::kUnknown, palette::kOccupied, std::pow(off_middle, kOccupiedBend));
 }
 
 // The cells of the drawn area, one a pixel, north up; beyond the grid nothing is known.
@@ -38,12 +46,20 @@ Picture cells_picture(const GridMap& grid,
   return picture;
 }
 
-std::vector<LegendEntry> legend_of(const Scene& scene) {
+std::optional<MapExtent> extent_of(const Scene& scene) {
+  return scene.grid ? find_extent(*scene.grid) : std::nullopt;
+}
+
+std::vector<LegendEntry> legend_of(const Scene& scene, const std::optional<MapExtent>& extent) {
   std::vector<LegendEntry> entries;
   for (const PathItem& item : scene.paths)
     if (!item.label.empty()) entries.push_back({item.label, item.color});
   for (const PointsItem& item : scene.points)
     if (!item.label.empty()) entries.push_back({item.label, item.color});
+  if (extent && extent->cells_beyond > 0)
+    entries.push_back(
+        {std::to_string(extent->cells_beyond) + " cells seen by single beams lie beyond",
+         palette::kUnknown});
   return entries;
 }
 
@@ -52,8 +68,9 @@ class MapPainter {
   MapPainter(const Scene& scene, const MapPictureOptions& options)
       : scene_(scene),
         options_(options),
+        extent_(extent_of(scene)),
         frame_(fit()),
-        border_(frame_, legend_of(scene), options.text_height_px),
+        border_(frame_, legend_of(scene, extent_), options.text_height_px),
         canvas_(border_.picture_width_px(), border_.picture_height_px(), palette::kPaper) {}
 
   MapPicture paint() {
@@ -73,17 +90,21 @@ class MapPainter {
   }
 
  private:
-  // Odometry can run far off the map; it is followed for a fifth of the map's size, so that the
-  // map itself stays readable.
+  // Points are hits, and lie where cells are known. Odometry can run far off the map; it is
+  // followed for a fifth of the map's size, so that the map itself stays readable.
   Box box_to_draw() const {
-    Box all = bounding_box(scene_);
-    if (!scene_.grid) return all;
-    Scene grid_only;
-    grid_only.grid = scene_.grid;
-    const Box known = bounding_box(grid_only);
-    if (known.empty()) return all;
+    if (!extent_) return bounding_box(scene_);
+    Box known;
+    known.add((Eigen::Vector3d() << extent_->min_m(*scene_.grid), 0.0).finished());
+    known.add((Eigen::Vector3d() << extent_->max_m(*scene_.grid), 0.0).finished());
+    Scene others = scene_;
+    others.grid.reset();
+    others.points.clear();
+    const Box around = bounding_box(others);
+    if (around.empty()) return known;
     const Eigen::Vector3d reach = Eigen::Vector3d::Constant(0.2 * known.size_m().maxCoeff());
-    return {all.min_m.cwiseMax(known.min_m - reach), all.max_m.cwiseMin(known.max_m + reach)};
+    return {known.min_m.cwiseMin(around.min_m.cwiseMax(known.min_m - reach)),
+            known.max_m.cwiseMax(around.max_m.cwiseMin(known.max_m + reach))};
   }
 
   // The drawn area snaps to whole cells, so that the grid is pasted without shift.
@@ -181,6 +202,7 @@ class MapPainter {
 
   const Scene& scene_;
   const MapPictureOptions& options_;
+  std::optional<MapExtent> extent_;
   MapFrame frame_;
   MapBorder border_;
   Canvas canvas_;

@@ -6,6 +6,7 @@
 #include "common/check.hpp"
 #include "viewer/canvas.hpp"
 #include "viewer/map_border.hpp"
+#include "viewer/map_view.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -35,13 +36,10 @@ double azimuth_towards_walls_rad(const Scene& scene, const Box& box) {
 }
 
 Vector3d place_to_look_from(const Scene& scene, const ModelSurvey& survey) {
-  const PathItem* longest = nullptr;
-  for (const PathItem& path : scene.paths)
-    if (!path.poses.empty() && (longest == nullptr || path.poses.size() > longest->poses.size()))
-      longest = &path;
+  const PathItem* path = driven_path(scene);
   const double height_m = survey.floor_m + kEyeHeightM;
-  if (longest != nullptr) {
-    const Pose2& pose = longest->poses[longest->poses.size() / 2].world_from_robot;
+  if (path != nullptr) {
+    const Pose2& pose = path->poses[path->poses.size() / 2].world_from_robot;
     return {pose.x_m, pose.y_m, height_m};
   }
   return {survey.box.center_m().x(), survey.box.center_m().y(), height_m};
@@ -49,8 +47,19 @@ Vector3d place_to_look_from(const Scene& scene, const ModelSurvey& survey) {
 
 }  // namespace
 
+const PathItem* driven_path(const Scene& scene) {
+  const PathItem* driven = nullptr;
+  for (const PathItem& path : scene.paths) {
+    if (path.poses.empty()) continue;
+    if (path.label == "estimate") return &path;
+    if (driven == nullptr || path.poses.size() > driven->poses.size()) driven = &path;
+  }
+  return driven;
+}
+
 ViewPlan plan_view(
     const Scene& scene, View view, const Look& look, Projection projection, PictureSize size) {
+  if (scene.meshes.empty() && scene.grid) return plan_map_view(scene, view, look, projection, size);
   ViewPlan plan;
   plan.look = look;
   plan.camera.projection = projection;
@@ -139,9 +148,10 @@ Picture add_scale_bar(const Picture& picture, const Camera& camera, const Box& b
   canvas.draw_line(begin.head<2>(), end.head<2>(), palette::kText, 0.3 * text_px);
   const std::string label = length_label(length_m);
   const Eigen::Vector2d middle = 0.5 * (begin + end).head<2>();
+  const bool room_below = middle.y() + 2.4 * text_px < picture.height_px;
   canvas.draw_text(label,
                    {middle.x() - 0.5 * Canvas::text_width_px(label, text_px),
-                    std::min(middle.y() + 1.6 * text_px, picture.height_px - 0.8 * text_px)},
+                    middle.y() + (room_below ? 1.6 : -1.6) * text_px},
                    text_px, palette::kText);
   return canvas.finish();
 }

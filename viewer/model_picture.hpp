@@ -6,7 +6,8 @@
 namespace marco::viewer {
 
 /// above: at a slant into the rooms, ceiling taken off. front: from a side, as a doll's house. eye:
-/// from the middle of the longest path, or of the model, where there is most to see.
+/// from the middle of the driven path, or of the model, where there is most to see. Of a map: see
+/// plan_map_view().
 enum class View { above, front, eye };
 
 struct ViewPlan {
@@ -14,12 +15,16 @@ struct ViewPlan {
   Look look;
 };
 
-/// Chooses camera, cut and back faces so that a room reads as a room. A scene without meshes is
-/// seen from above whatever `view` says.
+/// Chooses camera, cut and back faces so that a room reads as a room. A scene with neither meshes
+/// nor a map is seen from above whatever `view` says.
 /// @param look its mode, colouring, light and quality are kept.
 /// @throws std::invalid_argument when the scene is empty.
 ViewPlan plan_view(
     const Scene& scene, View view, const Look& look, Projection projection, PictureSize size);
+
+/// The path the robot drove: the one called "estimate", else the one with the most poses; nullptr
+/// when the scene has no path with a pose.
+const PathItem* driven_path(const Scene& scene);
 
 /// The heading from `eye_m` with the most to see, tried in steps of 22.5 deg on small pictures.
 /// @param renderer has the scene loaded.

@@ -1,58 +1,53 @@
-#include "viewer/osmesa_context.hpp"
-
 #include <GL/osmesa.h>
 
+#include <array>
+#include <cstdint>
 #include <stdexcept>
+
+#include "viewer/gl_context.hpp"
 
 namespace marco::viewer {
 namespace {
 
-constexpr const char* kRemedy = " (install libosmesa6, Mesa 10 or newer, built with llvmpipe)";
+class OsmesaContext : public GlContext {
+ public:
+  OsmesaContext() {
+    constexpr int kAttributes[] = {OSMESA_FORMAT,
+                                   OSMESA_RGBA,
+                                   OSMESA_DEPTH_BITS,
+                                   0,
+                                   OSMESA_PROFILE,
+                                   OSMESA_CORE_PROFILE,
+                                   OSMESA_CONTEXT_MAJOR_VERSION,
+                                   3,
+                                   OSMESA_CONTEXT_MINOR_VERSION,
+                                   3,
+                                   0};
+    context_.reset(OSMesaCreateContextAttribs(kAttributes, nullptr));
+    if (!context_)
+      throw std::runtime_error(
+          "OSMesa gives no OpenGL 3.3 core context (install libosmesa6, Mesa 10 or newer, built "
+          "with llvmpipe)");
+    activate();
+    load(OSMesaGetProcAddress);
+  }
 
-OSMesaContext osmesa(void* context) { return static_cast<OSMesaContext>(context); }
+  void activate() override {
+    if (OSMesaGetCurrentContext() == context_.get()) return;
+    if (OSMesaMakeCurrent(context_.get(), surface_.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE)
+      throw std::runtime_error("OSMesa refused to make its context current");
+  }
 
-template <class Function>
-Function find(const char* name) {
-  const auto function = reinterpret_cast<Function>(OSMesaGetProcAddress(name));
-  if (function == nullptr) throw std::runtime_error(std::string("OSMesa lacks ") + name + kRemedy);
-  return function;
-}
+ private:
+  struct Destroyer {
+    void operator()(OSMesaContext context) const { OSMesaDestroyContext(context); }
+  };
+  std::unique_ptr<osmesa_context, Destroyer> context_;
+  std::array<uint8_t, 4> surface_{};  // OSMesa wants one: a pixel
+};
 
 }  // namespace
 
-OsmesaContext::OsmesaContext() : surface_(4) {
-  constexpr int kAttributes[] = {OSMESA_FORMAT,
-                                 OSMESA_RGBA,
-                                 OSMESA_DEPTH_BITS,
-                                 0,
-                                 OSMESA_PROFILE,
-                                 OSMESA_CORE_PROFILE,
-                                 OSMESA_CONTEXT_MAJOR_VERSION,
-                                 3,
-                                 OSMESA_CONTEXT_MINOR_VERSION,
-                                 3,
-                                 0};
-  context_.reset(OSMesaCreateContextAttribs(kAttributes, nullptr));
-  if (!context_)
-    throw std::runtime_error(std::string("OSMesa gives no OpenGL 3.3 core context") + kRemedy);
-  activate();
-#define MARCO_GL_LOAD(type, name, gl_name) gl_.name = find<type>(gl_name);
-  MARCO_GL_FUNCTIONS(MARCO_GL_LOAD)
-#undef MARCO_GL_LOAD
-  gl_.get_integer_v(GL_MAX_RENDERBUFFER_SIZE, &max_size_px_);
-  renderer_name_ = reinterpret_cast<const char*>(gl_.get_string(GL_RENDERER));
-}
-
-OsmesaContext::~OsmesaContext() = default;
-
-void OsmesaContext::Destroyer::operator()(void* context) const {
-  OSMesaDestroyContext(osmesa(context));
-}
-
-void OsmesaContext::activate() {
-  if (OSMesaGetCurrentContext() == osmesa(context_.get())) return;
-  if (OSMesaMakeCurrent(osmesa(context_.get()), surface_.data(), GL_UNSIGNED_BYTE, 1, 1) != GL_TRUE)
-    throw std::runtime_error("OSMesa refused to make its context current");
-}
+std::unique_ptr<GlContext> make_osmesa_context() { return std::make_unique<OsmesaContext>(); }
 
 }  // namespace marco::viewer

@@ -50,7 +50,7 @@ inline constexpr Rgb kRobot{60, 60, 70};
 inline constexpr Rgb kText{45, 48, 54};
 inline constexpr Rgb kPaper{255, 255, 255};
 inline constexpr Rgb kFree{255, 255, 255};
-inline constexpr Rgb kUnknown{222, 225, 230};
+inline constexpr Rgb kUnknown{206, 210, 217};
 inline constexpr Rgb kOccupied{20, 22, 26};
 
 /// Distinct, of similar weight, for scenes of a model and the like; repeats after eight.

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "common/check.hpp"
+#include "viewer/gl_context.hpp"
 #include "viewer/occlusion_pass.hpp"
-#include "viewer/osmesa_context.hpp"
 #include "viewer/render_targets.hpp"
 #include "viewer/surface_pass.hpp"
 
@@ -45,16 +45,16 @@ Look thesis_look(Mode mode) {
 class Renderer::Implementation {
  public:
   void load(const Scene& scene) {
-    context_.activate();
+    context_->activate();
     surfaces_.load(scene);
   }
 
   Picture draw(const Camera& camera, const Look& look, PictureSize size) {
     check_request(look, size);
-    context_.activate();
+    context_->activate();
     Picture picture(size.width_px, size.height_px, {});
     const int step =
-        (std::min(context_.max_size_px(), kTilePx) - 2 * kOverlapPx) / look.supersampling;
+        (std::min(context_->max_size_px(), kTilePx) - 2 * kOverlapPx) / look.supersampling;
     if (std::max(size.width_px, size.height_px) <= step) {
       render_tile(camera, look, size, whole(look, size));
       read(picture, {0, 0, size.width_px, size.height_px}, 0, 0);
@@ -71,9 +71,9 @@ class Renderer::Implementation {
   std::vector<float> draw_depth_m(const Camera& camera, const Look& look, PictureSize size) {
     check_request(look, size);
     require(
-        std::max(size.width_px, size.height_px) <= context_.max_size_px(),
-        "a depth picture cannot be larger than " + std::to_string(context_.max_size_px()) + " px");
-    context_.activate();
+        std::max(size.width_px, size.height_px) <= context_->max_size_px(),
+        "a depth picture cannot be larger than " + std::to_string(context_->max_size_px()) + " px");
+    context_->activate();
     Look once = look;
     once.supersampling = 1;
     render_surfaces(camera, once, size, whole(once, size));
@@ -97,7 +97,7 @@ class Renderer::Implementation {
 
   void draw_unread(const Camera& camera, const Look& look, PictureSize size) {
     check_request(look, size);
-    context_.activate();
+    context_->activate();
     render_surfaces(camera, look, size, whole(look, size));
     gl_.finish();
   }
@@ -209,8 +209,8 @@ class Renderer::Implementation {
     return fitting_target(gl_, slot, kind, width, height);
   }
 
-  OsmesaContext context_;
-  const GlFunctions& gl_ = context_.gl();
+  std::unique_ptr<GlContext> context_ = make_gl_context();
+  const GlFunctions& gl_ = context_->gl();
   OcclusionPass occlusion_{gl_};
   SurfacePass surfaces_{gl_};
   std::unique_ptr<RenderTarget> surface_target_, half_target_, final_target_;

@@ -52,7 +52,7 @@ struct PictureSize {
 /// draw() then costs what the driver needs. Belongs to the thread that made it.
 class Renderer {
  public:
-  /// @throws std::runtime_error as OsmesaContext.
+  /// @throws std::runtime_error as make_gl_context().
   Renderer();
   ~Renderer();
   Renderer(const Renderer&) = delete;

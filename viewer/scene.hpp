@@ -72,7 +72,7 @@ struct EllipseItem {
 /// renderer copies what it needs.
 struct Scene {
   std::optional<GridMap> grid;      ///< lies on the floor, z = 0
-  double grid_wall_height_m = 0.0;  ///< above 0: occupied cells (> 65 %) stand up as walls in 3D
+  double grid_wall_height_m = 0.0;  ///< above 0: the map's walls stand up in 3D (standing_map)
   std::vector<MeshItem> meshes;
   std::vector<PointsItem> points;
   std::vector<PathItem> paths;

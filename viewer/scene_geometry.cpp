@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "viewer/standing_map.hpp"
+
 namespace marco::viewer {
 namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3f;
-
-constexpr uint8_t kOccupiedAbovePercent = 65;
 
 std::array<uint8_t, 4> packed(Rgb color) { return {color.red, color.green, color.blue, 255}; }
 
@@ -38,8 +38,7 @@ std::vector<Vector3f> area_weighted_normals(const TriangleMesh& mesh) {
   return normals;
 }
 
-void add_mesh(const MeshItem& item, Geometry& out) {
-  const TriangleMesh& mesh = *item.mesh;
+void add_mesh(const TriangleMesh& mesh, Rgb plain_color, Geometry& out) {
   const std::size_t count = mesh.vertices_m.size();
   const auto first = static_cast<uint32_t>(out.vertices.size());
   const std::vector<Vector3f> computed =
@@ -47,7 +46,7 @@ void add_mesh(const MeshItem& item, Geometry& out) {
   const std::vector<Vector3f>& normals = computed.empty() ? mesh.normals : computed;
   out.vertices.reserve(out.vertices.size() + count);
   for (std::size_t i = 0; i < count; ++i) {
-    Rgb color = item.color;
+    Rgb color = plain_color;
     if (mesh.colors_rgb.size() == count)
       color = {mesh.colors_rgb[i][0], mesh.colors_rgb[i][1], mesh.colors_rgb[i][2]};
     out.vertices.push_back(make_vertex(mesh.vertices_m[i], normals[i], color));
@@ -70,51 +69,6 @@ void add_polygon(const std::vector<Vector3d>& corners, Rgb color, Geometry& out)
     out.vertices.push_back(make_vertex(corner.cast<float>(), normal.cast<float>(), color));
   for (uint32_t i = 2; i < corners.size(); ++i)
     out.indices.insert(out.indices.end(), {first, first + i - 1, first + i});
-}
-
-void add_box(const Vector3d& low, const Vector3d& high, Rgb color, Geometry& out) {
-  const auto corner = [&](int x, int y, int z) {
-    return Vector3d(x != 0 ? high.x() : low.x(), y != 0 ? high.y() : low.y(),
-                    z != 0 ? high.z() : low.z());
-  };
-  add_polygon({corner(0, 0, 1), corner(1, 0, 1), corner(1, 1, 1), corner(0, 1, 1)}, color, out);
-  add_polygon({corner(0, 0, 0), corner(1, 0, 0), corner(1, 0, 1), corner(0, 0, 1)}, color, out);
-  add_polygon({corner(1, 1, 0), corner(0, 1, 0), corner(0, 1, 1), corner(1, 1, 1)}, color, out);
-  add_polygon({corner(0, 1, 0), corner(0, 0, 0), corner(0, 0, 1), corner(0, 1, 1)}, color, out);
-  add_polygon({corner(1, 0, 0), corner(1, 1, 0), corner(1, 1, 1), corner(1, 0, 1)}, color, out);
-}
-
-bool occupied(const GridMap& grid, int x, int y) {
-  const uint8_t percent = grid.at(x, y);
-  return percent != GridMap::kUnknown && percent > kOccupiedAbovePercent;
-}
-
-// Runs of like cells along x become one face or box.
-void add_grid(const GridMap& grid, double wall_height_m, Geometry& out) {
-  constexpr Rgb kGround{236, 236, 232};
-  constexpr Rgb kFlatWall{50, 52, 58};
-  constexpr Rgb kUprightWall{186, 197, 214};
-  const double cell = grid.resolution_m;
-  for (int y = 0; y < grid.height_cells; ++y) {
-    for (int x = 0, end = 0; x < grid.width_cells; x = end) {
-      const bool known = grid.at(x, y) != GridMap::kUnknown, wall = occupied(grid, x, y);
-      end = x + 1;
-      while (end < grid.width_cells && (grid.at(end, y) != GridMap::kUnknown) == known &&
-             occupied(grid, end, y) == wall)
-        ++end;
-      if (!known) continue;
-      const Eigen::Vector2d low = grid.origin_m + cell * Eigen::Vector2d(x, y);
-      const Eigen::Vector2d high = grid.origin_m + cell * Eigen::Vector2d(end, y + 1);
-      if (wall && wall_height_m > 0.0)
-        add_box({low.x(), low.y(), 0.0}, {high.x(), high.y(), wall_height_m}, kUprightWall, out);
-      else
-        add_polygon({{low.x(), low.y(), 0.0},
-                     {high.x(), low.y(), 0.0},
-                     {high.x(), high.y(), 0.0},
-                     {low.x(), high.y(), 0.0}},
-                    wall ? kFlatWall : kGround, out);
-    }
-  }
 }
 
 // A six-sided bar between two points.
@@ -204,8 +158,9 @@ SceneGeometry build_geometry(const Scene& scene) {
   // Seen whole, a path is about three pixels wide.
   const double bar_radius_m =
       box.empty() ? 0.02 : std::clamp(0.0018 * box.size_m().norm(), 0.01, 0.2);
-  for (const MeshItem& item : scene.meshes) add_mesh(item, geometry.surfaces);
-  if (scene.grid) add_grid(*scene.grid, scene.grid_wall_height_m, geometry.props);
+  for (const MeshItem& item : scene.meshes) add_mesh(*item.mesh, item.color, geometry.surfaces);
+  if (scene.grid)
+    add_mesh(standing_map(*scene.grid, scene.grid_wall_height_m), {}, geometry.surfaces);
   for (const WallItem& wall : scene.walls) add_wall(wall, geometry.props);
   for (const RobotItem& robot : scene.robots) add_robot(robot, geometry.props);
   for (const PathItem& path : scene.paths) add_path(path, bar_radius_m, geometry.props);

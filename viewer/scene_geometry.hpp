@@ -24,8 +24,8 @@ struct Geometry {
 
 /// A scene broken down to what a driver draws.
 struct SceneGeometry {
-  Geometry surfaces;  ///< triangles of the meshes: cut, coloured and drawn in the look's mode
-  Geometry props;     ///< triangles of ground, walls, robots, paths, ellipses: always filled
+  Geometry surfaces;  ///< triangles of meshes and map: cut, coloured and drawn in the look's mode
+  Geometry props;     ///< triangles of walls, robots, paths, ellipses: always filled
   Geometry points;    ///< loose points
   Geometry lines;     ///< rays
 };

@@ -1,11 +1,11 @@
 #include "drivers/simulator/ray_caster.hpp"
 
-#include <embree3/rtcore.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+
+#include "embree.hpp"  // of embree3/ or embree4/, as CMake finds it
 
 namespace marco::sim {
 namespace {
@@ -95,8 +95,6 @@ RayCaster::RayCaster(RayCaster&&) noexcept = default;
 std::optional<RayHit> RayCaster::cast(const Eigen::Vector3f& origin_m,
                                       const Eigen::Vector3f& direction,
                                       float max_range_m) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   RTCRayHit ray{};
   ray.ray.org_x = origin_m.x();
   ray.ray.org_y = origin_m.y();
@@ -108,7 +106,7 @@ std::optional<RayHit> RayCaster::cast(const Eigen::Vector3f& origin_m,
   ray.ray.tfar = max_range_m;
   ray.ray.mask = 0xFFFFFFFFU;
   ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(scene_->scene, &context, &ray);
+  intersect(scene_->scene, ray);
   if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
   RayHit hit;
   hit.range_m = ray.ray.tfar;

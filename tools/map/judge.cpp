@@ -1,37 +1,9 @@
 #include "tools/map/judge.hpp"
 
-#include "common/check.hpp"
-#include "common/process/config.hpp"
 #include "common/trajectory_fit.hpp"
-#include "drivers/simulator/ray_caster.hpp"
-#include "drivers/simulator/truth.hpp"
-#include "drivers/simulator/world.hpp"
-#include "lcmtypes/channels.hpp"
 #include "slam/grid/map_prediction.hpp"
 
 namespace marco {
-namespace {
-
-// Of the beams of level scans: the height at which the map cuts the world.
-double laser_height_m(const std::map<std::string, SensorInfo>& sensors) {
-  for (const auto& [channel, info] : sensors) {
-    if (channel.rfind(channels::kLidar, 0) != 0) continue;
-    if (info.mount != SensorInfo::Mount::pantilt) return info.parent_from_sensor.translation().z();
-    const auto base = sensors.find(channels::kPanTiltState);
-    if (base == sensors.end()) continue;
-    return robot_from_pantilt_sensor(base->second, info, 0.0, 0.0).translation().z();
-  }
-  return 0.0;
-}
-
-void note(Errors& errors, const std::string& of, const sim::SurfaceError& found) {
-  if (found.count == 0) return;
-  errors[of + " error rms_m"] = found.rms_m;
-  errors[of + " error p95_m"] = found.p95_m;
-  errors[of + " error p99_m"] = found.p99_m;
-}
-
-}  // namespace
 
 Errors judge_path(const MapJob& job) {
   Errors errors;
@@ -61,21 +33,6 @@ Errors judge_held_out(const MapJob& job, const GridMap& map) {
   errors["held-out median range error_m"] = quality.median_error_m;
   errors["held-out beams through walls"] = quality.through_walls;
   errors["held-out beams short of walls"] = quality.short_of_walls;
-  return errors;
-}
-
-Errors judge_against_world(const MapJob& job,
-                           const GridMap& map,
-                           const TriangleMesh& model,
-                           const std::filesystem::path& world_file) {
-  const TrajectoryFit fit = fit_to_truth(job.trajectory(), job.truth());
-  require(fit.count >= 2, "--world: the recording has no TRUE_POSE to lay the map on the world by");
-  const sim::RayCaster world(
-      sim::build_world(process::load_options<sim::WorldSpec>(world_file.string())));
-  Errors errors;
-  note(errors, "map",
-       sim::map_error(map, world, fit.truth_from_estimate, laser_height_m(job.sensors())));
-  note(errors, "model", sim::model_error(model, world, lift(fit.truth_from_estimate)));
   return errors;
 }
 

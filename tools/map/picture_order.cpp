@@ -105,6 +105,12 @@ std::vector<PictureOrder> decode_picture_orders(std::string_view bytes) {
 
 void draw_elsewhere(std::vector<PictureOrder> orders, const std::string& orders_path) {
   if (orders.empty()) return;
+  if (!has_sibling("marco-map-pictures")) {
+    std::fputs(
+        "pictures are not drawn: the viewer is not built (it needs EGL or OSMesa, and GL2PS)\n",
+        stderr);
+    return;
+  }
   files::write_whole_file(orders_path, encode_picture_orders(std::move(orders)));
   const int code = run_sibling("marco-map-pictures", {orders_path});
   std::remove(orders_path.c_str());

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <optional>
 
 #include "common/trajectory_fit.hpp"
 #include "viewer/scene.hpp"
@@ -113,31 +112,6 @@ void add_walls(const Walls& walls, viewer::Scene& scene) {
   }
 }
 
-// A level scan in the middle of the recording, where there is a map to see it on.
-std::optional<std::size_t> scan_to_show(const MapJob& job) {
-  const std::size_t count = job.scans().size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t scan = (count / 2 + i) % count;
-    if (job.scans()[scan].level) return scan;
-  }
-  return std::nullopt;
-}
-
-// What a scan can be compared with: the walls it reaches, and a little beyond.
-Walls around(const Points2& hits, const Walls& walls) {
-  constexpr double kMarginM = 1.0;
-  if (hits.cols() == 0) return walls;
-  const Eigen::Array2d low = hits.rowwise().minCoeff().array() - kMarginM;
-  const Eigen::Array2d high = hits.rowwise().maxCoeff().array() + kMarginM;
-  Walls near;
-  for (const Wall& wall : walls) {
-    const bool overlaps = (wall.start_m.cwiseMax(wall.end_m).array() > low).all() &&
-                          (wall.start_m.cwiseMin(wall.end_m).array() < high).all();
-    if (overlaps) near.push_back(wall);
-  }
-  return near;
-}
-
 }  // namespace
 
 std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
@@ -154,16 +128,6 @@ std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
   const Trajectory trajectory = job.trajectory();
   if (!trajectory.empty()) plan.robots.push_back({trajectory.back().world_from_robot});
   orders.push_back({folder / "lines.png", true, "", plan});
-  if (const auto shown = scan_to_show(job)) {
-    viewer::Scene scan;
-    const Pose2& world_from_robot = trajectory[*shown].world_from_robot;
-    const Points2 hits = world_from_robot * job.scans()[*shown].prepared.hits_in_robot;
-    add_walls(around(hits, walls), scan);
-    scan.ellipses.clear();
-    scan.points.push_back(points_item(hits, viewer::palette::kOdometry, "scan"));
-    scan.robots.push_back({world_from_robot});
-    orders.push_back({folder / "lines_scan.png", true, "", std::move(scan)});
-  }
   if (walls.empty()) return orders;
   plan.ellipses.clear();
   orders.push_back({folder / "lines_3d.png", false, "above", std::move(plan)});

@@ -9,9 +9,18 @@
 
 namespace marco {
 
+namespace {
+
+std::filesystem::path beside_this_program(const char* name) {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+}
+
+}  // namespace
+
+bool has_sibling(const char* name) { return std::filesystem::exists(beside_this_program(name)); }
+
 int run_sibling(const char* name, std::vector<std::string> arguments) {
-  std::string program =
-      (std::filesystem::read_symlink("/proc/self/exe").parent_path() / name).string();
+  std::string program = beside_this_program(name).string();
   std::vector<char*> argv{program.data()};
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);

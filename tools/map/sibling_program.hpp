@@ -5,6 +5,9 @@
 
 namespace marco {
 
+/// Whether a program of ours lies beside this one: parts of Marco may be left out of a build.
+bool has_sibling(const char* name);
+
 /// Runs a program of ours that lies beside this one and waits for its end.
 /// @returns its exit code, -1 when a signal ended it.
 /// @throws std::runtime_error naming the program when it cannot be started.

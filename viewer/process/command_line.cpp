@@ -57,7 +57,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_flag("--ortho", arguments.orthographic, "parallel lines stay parallel");
   app.add_option("--cut", request.cut_height_m, "leave out what lies higher [m]");
-  app.add_option("--walls", request.wall_height_m, "let the walls of a map stand up [m]");
+  app.add_option("--walls", request.wall_height_m, "how high the walls of a map stand [m]");
   app.add_option("--detail", request.look.detail_px,
                  "surfaces may be off by so many pixels, to be drawn faster; 0: every triangle")
       ->check(CLI::Range(0.0, 100.0));
@@ -74,10 +74,9 @@ std::string walk_script(const std::string& text) {
   return script.str();
 }
 
-std::string write_vector_page(const Scene& scene,
-                              const RenderRequest& request,
-                              const std::string& path) {
+std::string write_vector_page(Scene scene, const RenderRequest& request, const std::string& path) {
   const VectorFormat format = vector_format(path);
+  scene = scene_in_space(std::move(scene), request);
   Renderer renderer;
   renderer.load(scene);
   const VectorReport report =

@@ -9,6 +9,8 @@
 #include "viewer/film.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/map_picture.hpp"
+#include "viewer/map_view.hpp"
+#include "viewer/standing_map.hpp"
 #include "viewer/walk.hpp"
 
 namespace marco::viewer {
@@ -18,22 +20,14 @@ ViewPlan plan_named_view(const Scene& scene, View view, const RenderRequest& req
   return plan_view(scene, view, request.look, request.projection, request.size);
 }
 
-const PathItem* longest_path(const Scene& scene) {
-  const PathItem* longest = nullptr;
-  for (const PathItem& path : scene.paths)
-    if (longest == nullptr || path.poses.size() >= longest->poses.size()) longest = &path;
-  return longest;
-}
-
 double floor_of(const Scene& scene) {
   return scene.meshes.empty() ? 0.0 : survey_model(scene).floor_m;
 }
 
 // From the newest place of the path the robot drove.
 Camera robot_camera(const Scene& scene) {
-  const PathItem* path = longest_path(scene);
-  require(path != nullptr && !path->poses.empty(),
-          "--camera robot: there is no trajectory to say where the robot is");
+  const PathItem* path = driven_path(scene);
+  require(path != nullptr, "--camera robot: there is no trajectory to say where the robot is");
   return Walk(path->poses.back().world_from_robot, floor_of(scene)).camera();
 }
 
@@ -48,10 +42,15 @@ ViewPlan plan_by_name(const Scene& scene, const RenderRequest& request) {
   return plan;
 }
 
+Box box_to_frame(const Scene& scene) {
+  if (!scene.meshes.empty()) return survey_model(scene).box;
+  return scene.grid ? map_box(*scene.grid, scene.grid_wall_height_m) : bounding_box(scene);
+}
+
 // Once round, as one turns a doll's house in the hand.
 std::vector<Camera> orbit_cameras(const Scene& scene, const RenderRequest& request) {
   constexpr int kPictures = 180;
-  const Box box = scene.meshes.empty() ? bounding_box(scene) : survey_model(scene).box;
+  const Box box = box_to_frame(scene);
   Camera camera;
   camera.projection = request.projection;
   camera.field_of_view_rad = deg_to_rad(35.0);
@@ -73,12 +72,16 @@ std::vector<Camera> orbit_cameras(const Scene& scene, const RenderRequest& reque
   return cameras;
 }
 
+// Through rooms there is a drive to film, round loose lines there is none.
+bool can_drive(const Scene& scene) {
+  return driven_path(scene) != nullptr && (!scene.meshes.empty() || scene.grid);
+}
+
 std::vector<Camera> film_cameras(const Scene& scene, const RenderRequest& request) {
   constexpr double kStepM = 0.05;
   constexpr double kEyeHeightM = 1.0;
-  const PathItem* path = longest_path(scene);
-  if (path == nullptr || scene.meshes.empty()) return orbit_cameras(scene, request);
-  return drive_cameras(path->poses, kStepM, floor_of(scene) + kEyeHeightM);
+  if (!can_drive(scene)) return orbit_cameras(scene, request);
+  return drive_cameras(driven_path(scene)->poses, kStepM, floor_of(scene) + kEyeHeightM);
 }
 
 }  // namespace
@@ -92,32 +95,57 @@ PictureSize parse_size(const std::string& text) {
   return size;
 }
 
+Scene scene_in_space(Scene scene, const RenderRequest& request) {
+  scene.grid_wall_height_m = request.wall_height_m > 0.0 ? request.wall_height_m : kWallHeightM;
+  // The model has its own floor and walls; a map would only flicker through them.
+  if (!scene.meshes.empty() && request.wall_height_m <= 0.0) scene.grid.reset();
+  // Odometry leaves the building, and truth hides the path.
+  if (scene.grid && scene.meshes.empty())
+    std::erase_if(scene.paths, [](const PathItem& path) {
+      return path.label == "odometry" || path.label == "truth";
+    });
+  return scene;
+}
+
+namespace {
+
+// Inside a map its path would lie like a pipe before the eye.
+void load_from_inside(Renderer& renderer, const Scene& scene) {
+  if (!scene.meshes.empty() || !scene.grid) return renderer.load(scene);
+  Scene rooms = scene;
+  rooms.paths.clear();
+  renderer.load(rooms);
+}
+
+bool stands_inside(const RenderRequest& request) {
+  return request.camera == "eye" || request.camera == "robot";
+}
+
+}  // namespace
+
 Picture render_scene(Scene scene, const RenderRequest& request) {
-  scene.grid_wall_height_m = request.wall_height_m;
   const bool flat = scene.meshes.empty() && request.camera.empty() && request.wall_height_m <= 0.0;
   if (flat) {
     MapPictureOptions options;
     options.long_side_px = std::max(request.size.width_px, request.size.height_px);
     return draw_map(scene, options).picture;
   }
-  // The model has its own floor; a grid would only flicker through it.
-  if (!scene.meshes.empty() && request.wall_height_m <= 0.0) scene.grid.reset();
+  scene = scene_in_space(std::move(scene), request);
   require(!bounding_box(scene).empty(), "nothing to draw: no triangle, known cell or pose");
   Renderer renderer;
-  renderer.load(scene);
+  stands_inside(request) ? load_from_inside(renderer, scene) : renderer.load(scene);
   const ViewPlan plan = plan_request(scene, request, renderer);
   const Picture picture = renderer.draw(plan.camera, plan.look, request.size);
   const bool outside =
       request.camera.empty() || request.camera == "above" || request.camera == "front";
   if (!outside) return picture;
-  const Box box = scene.meshes.empty() ? bounding_box(scene) : survey_model(scene).box;
-  return add_scale_bar(picture, plan.camera, box);
+  return add_scale_bar(picture, plan.camera, box_to_frame(scene));
 }
 
 ViewPlan plan_request(const Scene& scene, const RenderRequest& request, Renderer& renderer) {
   ViewPlan plan = plan_by_name(scene, request);
   if (std::isfinite(request.cut_height_m)) plan.look.cut_height_m = request.cut_height_m;
-  if (request.camera == "eye") {
+  if (request.camera == "eye" && !scene.meshes.empty()) {
     const double heading_rad = best_heading_rad(renderer, plan.camera.eye_m);
     plan.camera.target_m =
         plan.camera.eye_m + Eigen::Vector3d(std::cos(heading_rad), std::sin(heading_rad), 0.0);
@@ -137,12 +165,13 @@ Picture render_sheet(const Scene& scene, RenderRequest request) {
   return contact_sheet(pictures, 2);
 }
 
-int render_film(const Scene& scene, const RenderRequest& request, const std::string& path) {
+int render_film(Scene scene, const RenderRequest& request, const std::string& path) {
   constexpr double kFramesPerSecond = 25.0;
+  scene = scene_in_space(std::move(scene), request);
   Renderer renderer;
-  renderer.load(scene);
-  const bool drives = longest_path(scene) != nullptr && !scene.meshes.empty();
-  const Look look = drives ? request.look : plan_named_view(scene, View::above, request).look;
+  load_from_inside(renderer, scene);
+  const Look look =
+      can_drive(scene) ? request.look : plan_named_view(scene, View::above, request).look;
   FilmWriter film(path, request.size.width_px, request.size.height_px, kFramesPerSecond);
   for (const Camera& camera : film_cameras(scene, request))
     film.add(renderer.draw(camera, look, request.size));
@@ -153,22 +182,22 @@ int render_film(const Scene& scene, const RenderRequest& request, const std::str
 namespace {
 
 Walk walk_from_start(const Scene& scene, const ViewPlan& eye) {
-  const PathItem* path = longest_path(scene);
+  const PathItem* path = driven_path(scene);
   Pose2 world_from_robot{eye.camera.eye_m.x(), eye.camera.eye_m.y(), 0.0};
-  if (path != nullptr && !path->poses.empty())
-    world_from_robot = path->poses.front().world_from_robot;
+  if (path != nullptr) world_from_robot = path->poses.front().world_from_robot;
   return Walk(world_from_robot, floor_of(scene));
 }
 
 }  // namespace
 
-int render_walk(const Scene& scene,
+int render_walk(Scene scene,
                 const RenderRequest& request,
                 const std::string& script,
                 const std::string& folder) {
   const std::vector<WalkCommand> commands = parse_walk(script);
+  scene = scene_in_space(std::move(scene), request);
   Renderer renderer;
-  renderer.load(scene);
+  load_from_inside(renderer, scene);
   const ViewPlan start = plan_named_view(scene, View::eye, request);
   Walk walk = walk_from_start(scene, start);
   std::filesystem::create_directories(folder);
@@ -187,13 +216,14 @@ int render_walk(const Scene& scene,
   return count;
 }
 
-int render_walk_by_keys(const Scene& scene,
+int render_walk_by_keys(Scene scene,
                         const RenderRequest& request,
                         const std::function<char()>& next_key,
                         const std::function<void(const Picture&)>& show) {
   constexpr double kDetailPx = 1.5;
+  scene = scene_in_space(std::move(scene), request);
   Renderer renderer;
-  renderer.load(scene);
+  load_from_inside(renderer, scene);
   ViewPlan start = plan_named_view(scene, View::eye, request);
   start.look.detail_px = kDetailPx;
   Walk walk = walk_from_start(scene, start);

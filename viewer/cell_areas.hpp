@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace marco::viewer {
+
+/// A yes or no for each cell of a grid; beyond it all are no.
+class CellMask {
+ public:
+  CellMask(int width, int height)
+      : width_(width), height_(height), cells_(static_cast<std::size_t>(width) * height, 0) {}
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  bool at(int x, int y) const {
+    return x >= 0 && y >= 0 && x < width_ && y < height_ && cells_[index(x, y)] != 0;
+  }
+  /// @param x, y must lie inside.
+  void set(int x, int y, bool value) { cells_[index(x, y)] = value ? 1 : 0; }
+
+ private:
+  std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * width_ + x; }
+
+  int width_;
+  int height_;
+  std::vector<uint8_t> cells_;
+};
+
+using CellArea = std::vector<Eigen::Vector2i>;
+
+/// The areas of cells that touch each other, corners included. Cost: linear in the cells.
+std::vector<CellArea> connected_areas(CellMask mask);
+
+/// Cells of a mask as few rectangles: min corner and one past the max corner.
+struct CellRectangle {
+  Eigen::Vector2i min_cell;
+  Eigen::Vector2i end_cell;
+};
+
+/// Every cell of the mask lies in exactly one of them.
+std::vector<CellRectangle> cover_by_rectangles(CellMask mask);
+
+}  // namespace marco::viewer

@@ -74,7 +74,11 @@ class Checker:
     def check(self, line):
         words = re.sub(r"[\[\]|]|\.\.\.", " ", line).split()
         first = words[0]
+        if words in (["marco"], ["./marco"], ["marco-robot"]):  # the front door itself
+            return None
         if first in ("./marco", "marco"):
+            if words[1] in ("help", "--version"):
+                words = words[:1] + (words[2:] or ["map"])
             if words[1] not in self.commands:
                 return fail(line, f"there is no command {words[1]}")
             asked = ["./marco", words[1]]

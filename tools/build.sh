@@ -5,7 +5,7 @@
 show_progress() {
   local line begun=no width
   while IFS= read -r line; do
-    case $line in "ninja: Entering directory"* | "ninja: no work to do.") continue ;; esac
+    case $line in "ninja: Entering directory"* | "ninja: no work to do." | '['*'] The commit') continue ;; esac
     if [ $begun = no ]; then
       begun=yes
       say "building ($1)"

@@ -89,6 +89,7 @@ install_packages() {
       "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}" |
         grep -E '^(Setting up|E:|Err)' >&2 || true
       find_missing "${wanted[@]}"
+      [ ${#missing[@]} = 0 ] || [ ${#sudo[@]} = 0 ] || say_by_hand  # sudo would not
       [ ${#missing[@]} = 0 ] || fail "apt could not install: ${missing[*]}"
     fi
   fi

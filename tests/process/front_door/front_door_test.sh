@@ -18,7 +18,7 @@ touch "$machine/installed"
 stub() { printf '#!/bin/bash\n%s\n' "$2" >"$machine/bin/$1"; chmod +x "$machine/bin/$1"; }
 export machine clone
 stub id '[ "${1:-}" = -u ] && echo "${PLAYED_UID:-0}"'
-stub sudo 'exit 1'
+stub sudo '[ "${PLAYED_SUDO:-}" = yes ] || exit 1; [ "$1" != -n ] || shift; "$@"'
 stub dpkg-query 'echo dpkg-query >>"$machine/calls"; sed "s/.*/installed:& /" "$machine/installed" | tr -d "\n"'
 stub apt-cache '[ "$2" != "${UNHEARD_OF:-none}" ]'
 stub apt-get 'echo "apt-get $*" >>"$machine/calls"
@@ -122,6 +122,11 @@ expect_not_in "$calls" ninja "without root"
 PLAYED_UID=1000 door evaluate a b
 expect_code 0 "after root's line"
 expect_not_in "$calls" apt-get "after root's line"
+
+fresh_machine
+PLAYED_UID=1000 PLAYED_SUDO=yes door evaluate a b
+expect_code 0 "through sudo"
+expect_in "$calls" "apt-get install" "through sudo"
 
 # A build that fails, and programs that are given.
 fresh_machine

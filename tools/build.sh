@@ -49,7 +49,7 @@ build() {
   install_packages
   mkdir -p "$folder" 2>/dev/null && [ -w "$folder" ] || fail "programs are built in $root/build, which you may not write"
   exec {lock}>"$folder/.lock"
-  flock "$lock"  # two terminals
+  flock -n "$lock" || { say "another ./marco is building here: waiting for it"; flock "$lock"; }
   configure "$preset"
   if ! ninja -C "$folder" "$@" 2>&1 | show_progress "$preset" "$log"; then
     [ -t 2 ] || cat "$log" >&2

@@ -6,7 +6,7 @@
 namespace marco::viewer {
 namespace {
 
-constexpr double kMostCellsBeyond = 0.02;  // of the known cells
+constexpr double kMostCellsBeyond = 0.05;  // of the known cells
 constexpr double kWorthCutting = 0.9;      // of the box of all known cells, on one side at least
 constexpr double kLeastAreaPart = 0.01;    // smaller areas are specks
 

@@ -25,7 +25,7 @@ struct MapExtent {
 CellMask well_seen(const GridMap& grid);
 
 /// The box of the well seen areas, where that is a tenth smaller than the box of all known cells
-/// and costs at most 2 % of them; otherwise the box of all known cells. Well seen areas of less
+/// and costs at most 5 % of them; otherwise the box of all known cells. Well seen areas of less
 /// than 1 % do not count.
 /// @returns nothing when no cell is known.
 std::optional<MapExtent> find_extent(const GridMap& grid);

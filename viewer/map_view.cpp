@@ -106,12 +106,16 @@ Box map_box(const GridMap& grid, double wall_height_m) {
   return box;
 }
 
+Look map_look(Look look, double wall_height_m) {
+  look.height_range_m = {0.0, wall_height_m};
+  look.back_faces = BackFaces::hide;
+  return look;
+}
+
 ViewPlan plan_map_view(
     const Scene& scene, View view, const Look& look, Projection projection, PictureSize size) {
   ViewPlan plan;
-  plan.look = look;
-  plan.look.height_range_m = {0.0, scene.grid_wall_height_m};
-  plan.look.back_faces = BackFaces::hide;  // of walls' tops, seen from below
+  plan.look = map_look(look, scene.grid_wall_height_m);
   const Box box = map_box(*scene.grid, scene.grid_wall_height_m);
   if (view == View::eye) {
     const PathItem* path = driven_path(scene);

@@ -12,6 +12,9 @@ namespace marco::viewer {
 ViewPlan plan_map_view(
     const Scene& scene, View view, const Look& look, Projection projection, PictureSize size);
 
+/// A standing map is coloured from floor to top, and the undersides of its tops are not drawn.
+Look map_look(Look look, double wall_height_m);
+
 /// A place on the path to look round from, and the direction with the most to see: far along free
 /// cells, with walls to be seen on both sides. At least half a metre from walls where there is such
 /// a place.

@@ -31,13 +31,18 @@ Camera robot_camera(const Scene& scene) {
   return Walk(path->poses.back().world_from_robot, floor_of(scene)).camera();
 }
 
+Look look_of(const Scene& scene, const RenderRequest& request) {
+  return scene.meshes.empty() && scene.grid ? map_look(request.look, scene.grid_wall_height_m)
+                                            : request.look;
+}
+
 ViewPlan plan_by_name(const Scene& scene, const RenderRequest& request) {
   if (request.camera.empty() || request.camera == "above")
     return plan_named_view(scene, View::above, request);
   if (request.camera == "front") return plan_named_view(scene, View::front, request);
   if (request.camera == "eye") return plan_named_view(scene, View::eye, request);
   ViewPlan plan{request.camera == "robot" ? robot_camera(scene) : parse_camera(request.camera),
-                request.look};
+                look_of(scene, request)};
   plan.camera.projection = request.projection;
   return plan;
 }
@@ -170,8 +175,8 @@ int render_film(Scene scene, const RenderRequest& request, const std::string& pa
   scene = scene_in_space(std::move(scene), request);
   Renderer renderer;
   load_from_inside(renderer, scene);
-  const Look look =
-      can_drive(scene) ? request.look : plan_named_view(scene, View::above, request).look;
+  const Look look = can_drive(scene) ? look_of(scene, request)
+                                     : plan_named_view(scene, View::above, request).look;
   FilmWriter film(path, request.size.width_px, request.size.height_px, kFramesPerSecond);
   for (const Camera& camera : film_cameras(scene, request))
     film.add(renderer.draw(camera, look, request.size));

@@ -28,6 +28,33 @@ TEST(Camera, VerticalFieldOfViewEndsAtThePicturesEdges) {
   EXPECT_NEAR(project(camera, {2.0, 0.0, -height}, 200, 100).y(), 100.0, kTolerancePx);
 }
 
+// OpenGL keeps what lies between -1 (near) and 1 (far), and hides the farther by the nearer.
+TEST(Camera, ClipsDepthFromNearToFar) {
+  for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+    Camera camera;
+    camera.projection = projection;
+    camera.near_m = 0.5;
+    camera.far_m = 20.0;
+    const Eigen::Matrix4d clip_from = clip_from_camera(camera, 1.5);
+    const auto depth = [&](double distance_m) {
+      const Eigen::Vector4d clip = clip_from * Eigen::Vector4d(0.1, -0.2, -distance_m, 1.0);
+      return clip.z() / clip.w();
+    };
+    EXPECT_NEAR(depth(0.5), -1.0, 1e-12);
+    EXPECT_NEAR(depth(20.0), 1.0, 1e-12);
+    double last = -1.0;
+    for (const double distance_m : {0.6, 1.0, 2.0, 5.0, 10.0, 19.0}) {
+      EXPECT_GT(depth(distance_m), last);
+      last = depth(distance_m);
+    }
+    // A middle one: (f + n - 2 f n / d) / (f - n) of perspective, linear otherwise.
+    const double middle = projection == Projection::perspective
+                              ? (20.5 - 2.0 * 20.0 * 0.5 / 4.0) / 19.5
+                              : 2.0 * (4.0 - 0.5) / 19.5 - 1.0;
+    EXPECT_NEAR(depth(4.0), middle, 1e-12);
+  }
+}
+
 TEST(Camera, FitsABoxTightlyFromEveryDirection) {
   Box box;
   box.add({-1.0, 2.0, 0.0});

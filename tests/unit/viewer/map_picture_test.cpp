@@ -61,6 +61,33 @@ TEST(MapPicture, ShowsFloorWallsAndTheUnknownWhereTheyAre) {
   EXPECT_TRUE(is_like(pixel_at(map, {1.05, 1.05}), palette::kOccupied));
 }
 
+TEST(MapPicture, TheFreerACellTheLighterWithTheUnknownInTheMiddle) {
+  Scene scene;
+  GridMap grid;
+  grid.resolution_m = 0.1;
+  grid.width_cells = 101;
+  grid.height_cells = 20;
+  for (int y = 0; y < 20; ++y)
+    for (int x = 0; x < 101; ++x)
+      grid.occupancy.push_back(y < 10 ? static_cast<uint8_t>(x) : GridMap::kUnknown);
+  scene.grid = grid;
+  const MapPicture map = draw_map(scene);
+  const auto tone = [&](int percent) { return pixel_at(map, {0.1 * percent + 0.05, 0.5}).green; };
+  const int unknown = pixel_at(map, {5.0, 1.2}).green;
+  for (int percent = 1; percent <= 100; ++percent) {
+    EXPECT_LE(tone(percent), tone(percent - 1)) << percent;
+    if (percent <= 50) {
+      EXPECT_GE(tone(percent), unknown) << percent;
+    } else {
+      EXPECT_LE(tone(percent), unknown) << percent;
+    }
+  }
+  // One beam through a cell gives 40 %, one hit 70 %: both are told from the unknown at a glance.
+  EXPECT_GT(tone(40), unknown + 12);
+  EXPECT_LT(tone(70), unknown - 60);
+  EXPECT_GT(tone(0), tone(40) + 12);
+}
+
 TEST(MapPicture, NorthIsUpAndEastIsRight) {
   Scene scene;
   scene.grid = small_map();

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "tests/unit/viewer/tiny_map.hpp"
 #include "tests/unit/viewer/tiny_room.hpp"
 
 namespace marco::viewer {
@@ -20,28 +21,36 @@ TEST(SceneGeometry, LeavesOutTrianglesThatPointNowhere) {
   EXPECT_EQ(build_geometry(scene).surfaces.indices.size(), 3 * whole);
 }
 
-TEST(SceneGeometry, ComputesNormalsThatFaceIntoTheRoom) {
-  const SceneGeometry geometry = build_geometry(testing::room_scene());
-  for (const Vertex& vertex : geometry.surfaces.vertices) {
-    const bool on_floor = vertex.position_m[2] == 0.0F && vertex.normal[2] > 32000;
-    const bool on_ceiling = vertex.position_m[2] == 2.5F && vertex.normal[2] < -32000;
-    const bool upright = std::abs(vertex.normal[2]) < 5;
-    const bool on_furniture = vertex.position_m[2] == 0.75F || vertex.position_m[2] == 1.8F;
-    EXPECT_TRUE(on_floor || on_ceiling || upright || on_furniture);
+TEST(SceneGeometry, ComputesNormalsOfTheFacesTheyBelongTo) {
+  const Scene scene = testing::room_scene();
+  const TriangleMesh& mesh = *scene.meshes.front().mesh;
+  const SceneGeometry geometry = build_geometry(scene);
+  ASSERT_EQ(geometry.surfaces.vertices.size(), mesh.vertices_m.size());
+  ASSERT_EQ(geometry.surfaces.indices.size(), 3 * mesh.triangles.size());
+  // Faces share no vertices, so that each vertex has its face's normal, to a bit of 16.
+  for (const auto& triangle : mesh.triangles) {
+    const Eigen::Vector3f &a = mesh.vertices_m[triangle[0]], &b = mesh.vertices_m[triangle[1]],
+                          &c = mesh.vertices_m[triangle[2]];
+    const Eigen::Vector3f normal = (b - a).cross(c - a).normalized();
+    for (const uint32_t corner : triangle)
+      for (int axis = 0; axis < 3; ++axis)
+        EXPECT_NEAR(geometry.surfaces.vertices[corner].normal[static_cast<std::size_t>(axis)],
+                    32767.0F * normal[axis], 1.0F);
   }
 }
 
-TEST(SceneGeometry, RunsOfLikeCellsBecomeOneFace) {
+TEST(SceneGeometry, AMapIsPartOfTheSurfacesAndStandsUpWhenAsked) {
   Scene scene;
-  GridMap grid;
-  grid.width_cells = 5;
-  grid.height_cells = 1;
-  grid.occupancy = {0, 10, 100, 100, GridMap::kUnknown};
-  scene.grid = grid;
-  // Free run and wall run, two triangles each; the wall as a box has five faces.
-  EXPECT_EQ(build_geometry(scene).props.indices.size(), 3U * 4U);
+  scene.grid = testing::room_map();
+  const auto highest = [&] {
+    float top_m = -1.0F;
+    for (const Vertex& vertex : build_geometry(scene).surfaces.vertices)
+      top_m = std::max(top_m, vertex.position_m[2]);
+    return top_m;
+  };
+  EXPECT_EQ(highest(), 0.0F);
   scene.grid_wall_height_m = 2.0;
-  EXPECT_EQ(build_geometry(scene).props.indices.size(), 3U * (2U + 10U));
+  EXPECT_EQ(highest(), 2.0F);
 }
 
 }  // namespace

@@ -97,8 +97,22 @@ class Writer {
     return true;
   }
 
+  // How many parts the array has in this dimension. Of one that is empty inside, [[],[]], the outer
+  // ones are written too, unless a few bytes claim so many that they would fill the memory.
+  std::size_t length(const Node& node, std::size_t dimension) const {
+    constexpr std::size_t kMostEmpty = 1000;
+    std::size_t outer = node.count == 0 ? 1 : 0;
+    for (std::size_t d = 0; outer > 0 && d < node.member->dimensions.size(); ++d) {
+      const std::size_t here = tree_.lengths[node.lengths_at + d];
+      if (here == 0) break;
+      outer *= here;
+      if (outer > kMostEmpty) return 0;
+    }
+    return tree_.lengths[node.lengths_at + dimension];
+  }
+
   void write_values(const Node& node, std::size_t dimension, std::size_t& element) {
-    const std::size_t count = node.count == 0 ? 0 : tree_.lengths[node.lengths_at + dimension];
+    const std::size_t count = length(node, dimension);
     const bool last = dimension + 1 == node.member->dimensions.size();
     if (last && node.primitive == Primitive::byte && options_.bytes_as_base64) {
       append_base64(tree_, node.offset + element, count, out_);
@@ -130,7 +144,7 @@ class Writer {
   }
 
   void write_list(const Node& node, std::size_t dimension, std::size_t& child) {
-    const std::size_t count = node.count == 0 ? 0 : tree_.lengths[node.lengths_at + dimension];
+    const std::size_t count = length(node, dimension);
     const bool last = dimension + 1 == node.member->dimensions.size();
     out_ += '[';
     bool open = true;

@@ -265,5 +265,32 @@ TEST(Decoder, SurvivesAnyBytes) {
   EXPECT_GT(decoded, 100);
 }
 
+// The sizes of an array that is empty inside are said, as long as they are believable.
+TEST(Json, AnArrayThatIsEmptyInsideKeepsItsOuterBrackets) {
+  const Schema schema(Sources{{"e.lcm",
+                               "struct x_t { int8_t v; } struct e_t { int32_t n, m; "
+                               "double a[n][m]; x_t b[n][m]; byte c[2][n][m]; }"}});
+  const auto json_of = [&](int32_t n, int32_t m) {
+    const int type = *schema.find("e_t");
+    std::vector<uint8_t> bytes;
+    const uint64_t fingerprint = schema.structures()[static_cast<std::size_t>(type)].fingerprint;
+    for (unsigned i = 8; i > 0; --i)
+      bytes.push_back(static_cast<uint8_t>(fingerprint >> (8 * (i - 1))));
+    for (const int32_t value : {n, m}) {
+      for (unsigned i = 4; i > 0; --i)
+        bytes.push_back(static_cast<uint8_t>(static_cast<uint32_t>(value) >> (8 * (i - 1))));
+    }
+    const Decoder decoder(schema);
+    Tree tree;
+    EXPECT_EQ(decoder.decode(type, bytes, tree), DecodeStatus::ok);
+    std::string text;
+    append_json(tree, text);
+    return text;
+  };
+  EXPECT_EQ(json_of(2, 0), R"({"n":2,"m":0,"a":[[],[]],"b":[[],[]],"c":[[[],[]],[[],[]]]})");
+  EXPECT_EQ(json_of(0, 2), R"({"n":0,"m":2,"a":[],"b":[],"c":[[],[]]})");
+  EXPECT_EQ(json_of(INT32_MAX, 0), R"({"n":2147483647,"m":0,"a":[],"b":[],"c":[]})");
+}
+
 }  // namespace
 }  // namespace marco::lcm_schema

@@ -26,17 +26,56 @@ int first_row(int selected, int count, int shown) {
   return std::clamp(selected - shown / 2, 0, std::max(0, count - shown));
 }
 
-int draw_findings(Canvas& canvas, const Surroundings& around, int y, Problems problems) {
+namespace {
+
+struct Line {
+  int indent;
+  std::string text;
+  Style style;
+};
+
+// Breaks at blanks where it can; what follows the first line stands two cells further in.
+void wrap(std::string_view text, int indent, int width, Style style, std::vector<Line>& lines) {
+  int further = 0;
+  while (true) {
+    const auto room = static_cast<std::size_t>(std::max(10, width - indent - further - 1));
+    if (text.size() <= room) {
+      lines.push_back({indent + further, std::string(text), style});
+      return;
+    }
+    const std::size_t blank = text.rfind(' ', room);
+    const std::size_t end = blank == std::string_view::npos || blank == 0 ? room : blank;
+    lines.push_back({indent + further, std::string(text.substr(0, end)), style});
+    text.remove_prefix(end == blank ? end + 1 : end);
+    further = 2;
+  }
+}
+
+std::vector<Line> finding_lines(const Surroundings& around, int width, Problems problems) {
+  std::vector<Line> lines;
   for (const Finding& finding : around.findings) {
-    if (y + 1 >= canvas.height()) return y;
-    canvas.text(1, y++, "! " + finding.text, Style::warn);
-    if (!finding.command.empty() && y + 1 < canvas.height())
-      canvas.text(5, y++, finding.command, Style::bold);
+    wrap("! " + finding.text, 1, width, Style::warn, lines);
+    // A command is for copying: it stays in one line.
+    if (!finding.command.empty()) lines.push_back({5, finding.command, Style::bold});
   }
   std::size_t shown = 0;
   for (const std::string& problem : around.problems) {
-    if (y + 1 >= canvas.height() || (problems == Problems::first_three && ++shown > 3)) break;
-    canvas.text(1, y++, "! " + problem, Style::warn);
+    if (problems == Problems::first_three && ++shown > 3) break;
+    wrap("! " + problem, 1, width, Style::warn, lines);
+  }
+  return lines;
+}
+
+}  // namespace
+
+int rows_of_findings(const Surroundings& around, int width, Problems problems) {
+  return static_cast<int>(finding_lines(around, width, problems).size());
+}
+
+int draw_findings(Canvas& canvas, const Surroundings& around, int y, Problems problems) {
+  for (const Line& line : finding_lines(around, canvas.width(), problems)) {
+    if (y + 1 >= canvas.height()) break;
+    canvas.text(line.indent, y++, line.text, line.style);
   }
   return y;
 }

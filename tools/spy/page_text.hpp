@@ -13,7 +13,10 @@ std::string loss_text(const Loss& loss);                     ///< "12", "~12" wh
 int first_row(int selected, int count, int shown);
 
 enum class Problems : uint8_t { first_three, all };
-/// Findings and problems, from row y down. @returns the row behind.
+/// Findings and problems, from row y down, wrapped to the canvas. @returns the row behind.
 int draw_findings(Canvas& canvas, const Surroundings& around, int y, Problems problems);
+
+/// How many rows that takes.
+int rows_of_findings(const Surroundings& around, int width, Problems problems);
 
 }  // namespace marco::spy

@@ -27,30 +27,43 @@ void draw_title(Canvas& canvas, const Model& model, const View& view, const Surr
   if (view.paused) canvas.text(canvas.width() / 2 - 4, 0, " PAUSED ", Style::warn);
 }
 
-void draw_keys(Canvas& canvas, const View& view) {
-  const int y = canvas.height() - 1;
-  std::string text;
-  switch (view.page) {
+std::string keys_of(Page page) {
+  switch (page) {
     case Page::table:
-      text =
-          "Enter open  s sort  r reverse  / filter  p pause  c clear  t type  w who  ? help  q "
-          "quit";
-      break;
+      return "Enter open  s sort  r reverse  / filter  p pause  w who  x stop  ? help  q quit";
     case Page::channel:
-      text = "Enter fold  g plot  + add to plot  v picture  t type  p pause  Esc back  q quit";
-      break;
+      return "Enter fold  v draw  g plot  + add to plot  t type  p pause  Esc back  q quit";
     case Page::plot:
     case Page::picture:
-      text = "+ - zoom  p pause  Esc back  q quit";
-      break;
+      return "+ - zoom  p pause  Esc back  q quit";
     case Page::who:
     case Page::help:
-      text = "Esc back  q quit";
-      break;
+      return "Esc back  q quit";
   }
-  if (view.typing_filter) text = "filter: " + view.filter + "_   (Enter keeps it, Esc drops it)";
-  canvas.text(0, y, text, view.typing_filter ? Style::warn : Style::dim);
-  if (!view.typing_filter && !view.filter.empty() && view.page == Page::table) {
+  return "";
+}
+
+void draw_keys(Canvas& canvas, const View& view, const Surroundings& around) {
+  const int y = canvas.height() - 1;
+  if (view.asks_release) {
+    canvas.text(0, y, "Release the emergency stop? Robots may move then.  y yes, other keys no",
+                Style::bad);
+    return;
+  }
+  if (view.typing_filter) {
+    canvas.text(0, y, "filter: " + view.filter + "_   (Enter keeps it, Esc drops it)", Style::warn);
+    return;
+  }
+  if (around.emergency && around.emergency->engaged) {
+    const std::string release = around.is_log ? "" : "  X release  q quit";
+    canvas.text_right(canvas.width(), y, release, Style::bold);
+    std::string text = "EMERGENCY STOP by " + around.emergency->sender;
+    if (!around.emergency->reason.empty()) text += ": " + around.emergency->reason;
+    canvas.text(0, y, text, Style::bad, canvas.width() - static_cast<int>(release.size()));
+    return;
+  }
+  canvas.text(0, y, keys_of(view.page), Style::dim);
+  if (!view.filter.empty() && view.page == Page::table) {
     canvas.text_right(canvas.width() - 1, y, "  filter: " + view.filter, Style::warn);
   }
 }
@@ -75,20 +88,21 @@ std::vector<lcm_schema::Tree> picture_messages(const Model& model, int index) {
 
 void draw_help(Canvas& canvas, const Surroundings& around) {
   static constexpr const char* kLines[] = {
-      "HZ        messages a second over the last 2 s (a log at once: over the whole log)",
-      "JITTER    longest minus shortest interval in that time",
-      "B/S       bytes a second      AGE  since the last message",
-      "UNDEC     messages of no known type, damaged, or without a type",
-      "LOST      messages that never came: gaps in the senders' numbers and fragments; ~ shared "
-      "out",
-      "          among the channels of a sender by their rates, since a lost number names no "
-      "channel",
+      "HZ       messages a second over the last 2 s or more (--once: all it heard)",
+      "JITTER   longest minus shortest interval in that time",
+      "B/S      bytes a second      AGE  since the last message",
+      "UNDEC    messages of no known type, damaged, or without a type",
+      "LOST     messages that never came: gaps in the senders' numbers, fragments;",
+      "         ~ of a sender of several channels, shared out by their rates",
       "",
-      "Enter     opens a channel, folds and unfolds a field      Esc  goes back",
-      "s r /     sort by the next column, reverse, filter by name or type",
-      "g + v     plot the field, add it to the plot, draw scan, grid or image (+ and - zoom)",
-      "t         another type with the same fingerprint",
-      "p c w     pause, forget and count anew, who publishes and who loses"};
+      "Enter    opens a channel; folds and unfolds a field     Esc  goes back",
+      "s r /    sort by the next column, reverse, filter by name or type",
+      "v g +    draw the scan, grid or image; plot a field; add one to the plot",
+      "+ -      zoom in a picture or plot",
+      "t        the next type with the same fingerprint",
+      "p        pause (space too)      c  forget all and count again",
+      "w        who publishes, who listens, who loses",
+      "x        stops every robot: EMERGENCY_STOP       X  releases it, asks first"};
   int y = 2;
   for (const char* line : kLines) canvas.text(2, y++, line);
   draw_findings(canvas, around, y + 1, Problems::all);
@@ -123,7 +137,7 @@ Canvas draw(const Model& model, View& view, const Surroundings& around, int widt
     }
   }
   draw_title(canvas, model, view, around);
-  draw_keys(canvas, view);
+  draw_keys(canvas, view, around);
   return canvas;
 }
 

@@ -9,10 +9,13 @@
 #include "common/process/lcm_bus.hpp"
 #include "common/process/progress.hpp"
 #include "common/process/stop_signal.hpp"
+#include "lcmtypes/recording.hpp"
 #include "lcmtypes/sources.hpp"
 #include "tools/spy/log_player.hpp"
+#include "tools/spy/page_text.hpp"
 #include "tools/spy/painter.hpp"
 #include "tools/spy/report.hpp"
+#include "tools/spy/stop_switch.hpp"
 #include "tools/spy/watcher.hpp"
 
 namespace marco::spy {
@@ -43,7 +46,8 @@ class Session {
       : options_(options),
         schema_(load_types(options, around_.problems)),
         decoder_(schema_),
-        shared_(decoder_) {
+        shared_(decoder_),
+        stop_switch_(process::effective_lcm_url(options.lcm_url)) {
     require(options.duration_s >= 0 && options.duration_s < 1e8,
             "--duration must be 0 to 1e8 seconds");
     require(options.speed >= 0 && options.speed <= 1e6, "--speed must be 0 to 1e6");
@@ -96,6 +100,8 @@ class Session {
                         static_cast<double>(reader.size_bytes()));
     }
     if (reader.damage().places > 0) around_.problems.push_back(damage_text(reader.damage()));
+    if (events == 0) around_.problems.push_back(why_no_log(options_.log));
+    around_.log_ended = true;
     around_.now_us = shared_.model.last_us();
     print_report();
     return shared_.model.messages() > 0 ? 0 : 1;
@@ -122,13 +128,14 @@ class Session {
       std::puts(json_report(shared_.model, around_).c_str());
       return;
     }
-    const int rows = static_cast<int>(shared_.model.channels().size() + 8 +
-                                      2 * around_.findings.size() + around_.problems.size());
+    const int width = options_.width > 0 ? options_.width : 120;
+    const int channels = static_cast<int>(shared_.model.channels().size());
+    const int rows = (channels == 0 ? 12 : channels + 8) +
+                     rows_of_findings(around_, width, Problems::first_three);
     const int height = options_.height > 0         ? options_.height
                        : view_.page == Page::table ? rows
                                                    : 30;
-    const Canvas canvas =
-        draw(shared_.model, view_, around_, options_.width > 0 ? options_.width : 120, height);
+    const Canvas canvas = draw(shared_.model, view_, around_, width, height);
     // The last row is the keys'; empty rows above it say nothing.
     std::string text = canvas.to_text();
     text.resize(text.rfind('\n', text.size() - 2) + 1);
@@ -143,10 +150,16 @@ class Session {
 
   void refresh() {
     if (watcher_) watcher_->copy_to(around_);
+    {
+      const SharedModel::Look look(shared_);
+      if (auto heard = emergency_stop(shared_.model)) around_.emergency = std::move(heard);
+    }
     around_.now_us = player_ ? player_->now_us() : wall_clock_us();
     if (player_ && player_->ended() && !around_.log_ended) {
       around_.log_ended = true;
       if (player_->damage().places > 0) around_.problems.push_back(damage_text(player_->damage()));
+      const SharedModel::Look look(shared_);
+      if (shared_.model.messages() == 0) around_.problems.push_back(why_no_log(options_.log));
     }
   }
 
@@ -178,6 +191,7 @@ class Session {
       auto next_frame = start;
       while (!time_is_over(start)) {
         refresh();
+        stop_switch_.repeat();
         painter.paint(frame(painter.width(), painter.height()));
         ++frames;
         next_frame = std::max(next_frame + std::chrono::milliseconds(100), Clock::now());
@@ -190,6 +204,7 @@ class Session {
         if (!press) std::this_thread::sleep_until(next_frame);
       }
     }
+    stop_switch_.finish();
     const SharedModel::Look look(shared_);
     std::printf("%lld messages received, %lld lost, %lld frames in %.1f s\n",
                 static_cast<long long>(shared_.model.messages()),
@@ -227,6 +242,12 @@ class Session {
           if (channel >= 0) each->choose_next_type(channel);
         }
         break;
+      case Action::stop:
+        if (!around_.is_log) stop_switch_.order(StopSwitch::Order::stop);
+        break;
+      case Action::release:
+        stop_switch_.order(StopSwitch::Order::release);
+        break;
       case Action::pause:
         view_.paused = !view_.paused;
         if (player_) player_->pause(view_.paused);
@@ -246,6 +267,7 @@ class Session {
   std::unique_ptr<Receiver> receiver_;
   std::unique_ptr<Watcher> watcher_;
   std::unique_ptr<LogPlayer> player_;
+  StopSwitch stop_switch_;
   std::unique_ptr<Model> frozen_;
   int64_t frozen_at_us_ = 0;
 };

@@ -1,18 +1,11 @@
 #include "tools/spy/view.hpp"
 
 #include <algorithm>
-#include <cctype>
 
 namespace marco::spy {
 namespace {
 
 using lcm_schema::Tree;
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 // Moves `position` in a list of `count` as a cursor key says; false for other keys.
 bool move(int& position, int count, Key key, int page) {
@@ -135,6 +128,10 @@ Action handle_key(View& view, KeyPress press, const Model& model, const Surround
     type_filter(view, press);
     return Action::none;
   }
+  if (view.asks_release) {
+    view.asks_release = false;
+    return press.key == Key::character && press.character == 'y' ? Action::release : Action::none;
+  }
   if (press.key == Key::character) {
     switch (press.character) {
       case 'q':
@@ -146,6 +143,11 @@ Action handle_key(View& view, KeyPress press, const Model& model, const Surround
       case 'p':
       case ' ':
         return Action::pause;
+      case 'x':
+        return Action::stop;
+      case 'X':
+        view.asks_release = !around.is_log;
+        return Action::none;
       case 'w':
         view.page = Page::who;
         view.scroll = 0;
@@ -177,81 +179,24 @@ Action handle_key(View& view, KeyPress press, const Model& model, const Surround
   return Action::none;
 }
 
-Rates rates_of(const Channel& channel, const Surroundings& around) {
-  return around.overall_rates ? channel.rate.overall(around.now_us)
-                              : channel.rate.recent(around.now_us);
-}
-
-std::string type_text(const Model& model, const Channel& channel) {
-  if (channel.fingerprint == 0) return "no type";
-  if (channel.candidates.empty()) {
-    static constexpr char kDigits[] = "0123456789abcdef";
-    std::string text = "?? ";
-    for (unsigned shift = 64; shift > 0; shift -= 4)
-      text += kDigits[channel.fingerprint >> (shift - 4) & 15U];
-    return text;
-  }
-  std::string text =
-      model.decoder().schema().structures()[static_cast<std::size_t>(channel.type())].name;
-  const std::size_t count = channel.candidates.size();
-  if (count > 1)
-    text += " (" + std::to_string(channel.choice % count + 1) + "/" + std::to_string(count) + ")";
-  return text;
-}
-
-std::vector<int> visible_channels(const Model& model,
-                                  const View& view,
-                                  const Surroundings& around) {
-  struct Row {
-    int channel;
-    std::string text;
-    double number;
+std::optional<EmergencyStop> emergency_stop(const Model& model) {
+  const int channel = model.find("EMERGENCY_STOP");
+  Tree tree;
+  if (channel < 0 || !model.decode_last(channel, tree)) return std::nullopt;
+  const auto node = [&tree](std::string_view name) -> const lcm_schema::Node* {
+    const int index = tree.child(0, name);
+    return index < 0 ? nullptr : &tree.nodes[static_cast<std::size_t>(index)];
   };
-  std::vector<Row> rows;
-  const std::string filter = lower(view.filter);
-  for (std::size_t i = 0; i < model.channels().size(); ++i) {
-    const Channel& channel = model.channels()[i];
-    const std::string type = type_text(model, channel);
-    if (lower(channel.name + " " + type).find(filter) == std::string::npos) continue;
-    const Rates rates = rates_of(channel, around);
-    Row row{static_cast<int>(i), view.sort == Column::type ? type : channel.name, 0};
-    switch (view.sort) {
-      case Column::channel:
-      case Column::type:
-        break;
-      case Column::count:
-        row.number = static_cast<double>(channel.rate.count());
-        break;
-      case Column::hz:
-        row.number = rates.hz;
-        break;
-      case Column::jitter:
-        row.number = rates.jitter_s;
-        break;
-      case Column::bandwidth:
-        row.number = rates.bytes_per_s;
-        break;
-      case Column::age:
-        row.number = static_cast<double>(around.now_us - channel.rate.last_us());
-        break;
-      case Column::undecodable:
-        row.number = static_cast<double>(channel.undecodable());
-        break;
-      case Column::lost:
-        row.number = static_cast<double>(model.loss(static_cast<int>(i)).count);
-        break;
-    }
-    rows.push_back(std::move(row));
-  }
-  std::stable_sort(rows.begin(), rows.end(), [&](const Row& a, const Row& b) {
-    if (a.number != b.number) return view.descending ? a.number > b.number : a.number < b.number;
-    const bool reverse = view.descending && view.sort <= Column::type;
-    return reverse ? a.text > b.text : a.text < b.text;
-  });
-  std::vector<int> result;
-  result.reserve(rows.size());
-  for (const Row& row : rows) result.push_back(row.channel);
-  return result;
+  const auto text = [&](std::string_view name) {
+    const lcm_schema::Node* found = node(name);
+    const bool is_text = found != nullptr && found->kind == lcm_schema::NodeKind::value &&
+                         found->primitive == lcm_schema::Primitive::string;
+    return is_text ? std::string(tree.text(*found).substr(0, 200)) : std::string();
+  };
+  const lcm_schema::Node* engaged = node("engaged");
+  if (engaged == nullptr || engaged->primitive != lcm_schema::Primitive::boolean)
+    return std::nullopt;
+  return EmergencyStop{tree.integer(*engaged) != 0, text("sender"), text("reason")};
 }
 
 }  // namespace marco::spy

@@ -34,7 +34,17 @@ struct View {
   double zoom = 1;                   ///< of pictures
   int scroll = 0;                    ///< first row of the who page
   int page_rows = 10;                ///< rows of the last picture of the page, for page up and down
+  bool asks_release = false;         ///< whether to release the emergency stop: the next key answers
 };
+
+/// What the last message on EMERGENCY_STOP says.
+struct EmergencyStop {
+  bool engaged = false;
+  std::string sender;
+  std::string reason;
+};
+/// Nothing when none was heard, or when it cannot be decoded.
+std::optional<EmergencyStop> emergency_stop(const Model& model);
 
 /// What is known besides the messages.
 struct Surroundings {
@@ -44,6 +54,7 @@ struct Surroundings {
   bool overall_rates = false;  ///< rates from the first message to the last instead of the last 2 s
   double speed = 1;            ///< of a log
   int64_t now_us = 0;
+  std::optional<EmergencyStop> emergency;  ///< as heard last
   std::map<Address, Process> publishers;
   std::vector<Listener> listeners;
   std::vector<Finding> findings;
@@ -59,7 +70,7 @@ struct KeyPress {
 };
 
 /// What a key asks of others than the view.
-enum class Action : uint8_t { none, quit, clear, next_type, pause };
+enum class Action : uint8_t { none, quit, clear, next_type, pause, stop, release };
 
 /// Changes the view as the key says.
 Action handle_key(View& view, KeyPress press, const Model& model, const Surroundings& around);
@@ -67,7 +78,8 @@ Action handle_key(View& view, KeyPress press, const Model& model, const Surround
 /// Channels in the order and selection of the table.
 std::vector<int> visible_channels(const Model& model, const View& view, const Surroundings& around);
 Rates rates_of(const Channel& channel, const Surroundings& around);
-/// "planar_lidar_t", "2 types: a_t ..", "?? e3d1..", "no type".
+/// "planar_lidar_t (bot_core)", "a_t 1/2 (mine)" of two candidates, "?? e3d1..", "no type": the
+/// type's own name first, so that cutting takes the package.
 std::string type_text(const Model& model, const Channel& channel);
 
 /// A row of the channel page: a field, or an element of an array.

@@ -1,4 +1,6 @@
 // The spy's screen, driven through tmux.
+#include "common/process/lcm_bus.hpp"
+#include "marco/emergency_stop_t.hpp"
 #include "tests/process/spy/spy_rig.hpp"
 
 namespace marco {
@@ -49,7 +51,7 @@ TEST(SpyScreen, IsDrivenByKeys) {
   if (!have_tmux()) return;
   const Publisher publisher;
   Terminal terminal("");
-  EXPECT_SHOWS(terminal, "POSE +marco.pose2_t +[0-9]+ +[0-9.]+ ");
+  EXPECT_SHOWS(terminal, "POSE +pose2_t .marco. +[0-9]+ +[0-9.]+ ");
   EXPECT_SHOWS(terminal, "LCM_SELF_TEST +no type");
   terminal.press("/ lidar Enter");
   EXPECT_SHOWS(terminal, "filter: lidar");
@@ -78,6 +80,43 @@ TEST(SpyScreen, IsDrivenByKeys) {
   EXPECT_SHOWS(terminal, "PAUSED");
   terminal.press("q");
   EXPECT_SHOWS(terminal, "[0-9]+ messages received, 0 lost");
+}
+
+// From any screen every robot is stopped; what lets them move again is asked first.
+TEST(SpyScreen, StopsEveryRobotAndReleasesThemWhenAsked) {
+  if (!have_tmux()) return;
+  process::LcmBus bus("");
+  process::DropCounter drops;
+  std::vector<emergency_stop_t> heard;
+  bus.subscribe<emergency_stop_t>(
+      "EMERGENCY_STOP", drops, [&](const auto& message, const auto&) { heard.push_back(message); });
+  const auto hear = [&](std::size_t count) {
+    for (int i = 0; i < 400 && heard.size() < count; ++i) bus.handle_once(50);
+    return heard.size() >= count;
+  };
+  Terminal terminal("");
+  EXPECT_SHOWS(terminal, "nothing heard yet");
+  EXPECT_SHOWS(terminal, "marco run config/sim.procman drive");
+  terminal.press("x");
+  ASSERT_TRUE(hear(5));
+  EXPECT_EQ(heard.back().engaged, 1);
+  EXPECT_EQ(heard.back().sender, "marco-spy");
+  EXPECT_SHOWS(terminal, "EMERGENCY STOP by marco-spy: stop key");
+  terminal.press("X");
+  EXPECT_SHOWS(terminal, "Release the emergency stop");
+  terminal.press("n");
+  EXPECT_SHOWS(terminal, "EMERGENCY STOP by marco-spy");
+  terminal.press("X");
+  EXPECT_SHOWS(terminal, "Release the emergency stop");
+  terminal.press("y");
+  while (heard.back().engaged != 0 && hear(heard.size() + 1)) continue;
+  EXPECT_EQ(heard.back().engaged, 0);
+  EXPECT_SHOWS(terminal, "w who  x stop");
+  // Who quits at once has given the order all the same.
+  heard.clear();
+  terminal.press("x");
+  terminal.press("q");
+  EXPECT_TRUE(hear(5));
 }
 
 // 10 frames a second while 100 000 messages a second come in: at most one frame in ten is late.
@@ -120,7 +159,7 @@ TEST(SpyScreen, PlaysALogAndStopsItsClock) {
   // However long the path is, the screen's title still says what the log does.
   Terminal terminal(std::string(data) + "/../" + fs::path(data).filename().string() +
                     "/mbot/mbot_convex.lcmlog --speed 20");
-  EXPECT_SHOWS(terminal, "RPLIDAR_LASER +marco.lidar_raw_t");
+  EXPECT_SHOWS(terminal, "RPLIDAR_LASER +lidar_raw_t .marco");
   terminal.press("p");
   const std::string paused = terminal.shows("PAUSED");
   std::this_thread::sleep_for(milliseconds(400));

@@ -180,6 +180,7 @@ TEST(Picture, SurvivesAnyBytes) {
       {"image_t", encoded(image(859981650, 3))},
       {"planar_lidar_t", encoded(lidar)}};
   lcm_schema::Tree tree;
+  int drawn = 0;
   for (int round = 0; round < 600; ++round) {
     auto [type, bytes] = messages[static_cast<std::size_t>(round) % messages.size()];
     for (int flip = 0; flip < 3; ++flip) bytes[8 + random() % 60] = static_cast<uint8_t>(random());
@@ -188,7 +189,13 @@ TEST(Picture, SurvivesAnyBytes) {
       continue;
     Canvas canvas(30, 12);
     draw_picture(canvas, {&tree, 1}, std::pow(2.0, static_cast<double>(random() % 9) - 3), {});
+    // A picture, or why there is none; and the row of the keys is left alone.
+    const std::string text = canvas.to_text();
+    EXPECT_NE(text.find_first_not_of(" \n"), std::string::npos) << type << ", round " << round;
+    for (int x = 0; x < 30; ++x) EXPECT_EQ(canvas.at(x, 11).glyph, U' ') << type << "\n" << text;
+    ++drawn;
   }
+  EXPECT_GT(drawn, 300);
 }
 
 }  // namespace

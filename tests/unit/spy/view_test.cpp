@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "bot_core/pose_t.hpp"
+#include "marco/emergency_stop_t.hpp"
 #include "marco/process_status_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "tests/unit/spy/spy_fixture.hpp"
@@ -63,10 +64,10 @@ class Screen : public ::testing::Test {
 TEST_F(Screen, TheTableShowsEveryColumn) {
   const std::string text = screen();
   EXPECT_THAT(text, HasSubstr("SLAM_POSE"));
-  EXPECT_THAT(text, HasSubstr("marco.slam_pose_t"));
+  EXPECT_THAT(text, HasSubstr("slam_pose_t (marco)"));
   EXPECT_THAT(text, HasSubstr("?? 0707070707070707"));
   EXPECT_THAT(text, ::testing::ContainsRegex(
-                        "SLAM_POSE +marco.slam_pose_t +100 +10 +0 ms +1210 +0.1 s +0 +0"));
+                        "SLAM_POSE +slam_pose_t \\(marco\\) +100 +10 +0 ms +1210 +0.1 s +0 +0"));
   EXPECT_THAT(text, ::testing::ContainsRegex("LIDAR .* 50 +5 +0 ms +80 +0.2 s +50 +49"));
 }
 
@@ -102,7 +103,105 @@ TEST_F(Screen, KeysAskForPauseClearTypeAndQuit) {
   EXPECT_EQ(press('c'), Action::clear);
   EXPECT_EQ(press('t'), Action::next_type);
   EXPECT_EQ(press('q'), Action::quit);
-  EXPECT_EQ(press('x'), Action::none);
+  EXPECT_EQ(press('z'), Action::none);
+}
+
+TEST_F(Screen, AtEightyCellsTheTypesNameIsThere) {
+  const std::string text = screen(80, 24);
+  EXPECT_THAT(text, HasSubstr("SLAM_POSE      slam_pose_t ("));
+  EXPECT_THAT(text, HasSubstr("PROCESS_STATUS process_statu~"));
+  EXPECT_THAT(text,
+              ::testing::ContainsRegex("CHANNEL.*TYPE.*COUNT.*HZ.*JITTER.*B/S.*AGE.*UNDEC.*LOST"));
+  EXPECT_THAT(text, ::testing::ContainsRegex(" 100 +10 +0 ms +1210 +0.1 s +0 +0\n"));
+}
+
+TEST_F(Screen, AtEightyCellsNoHelpNorKeyIsCut) {
+  for (const Page page :
+       {Page::table, Page::channel, Page::plot, Page::picture, Page::who, Page::help}) {
+    view_.page = page;
+    view_.selected = "SLAM_POSE";
+    const std::string text = screen(80, 24);
+    const std::size_t keys = text.rfind('\n', text.size() - 2);
+    EXPECT_THAT(text.substr(keys), HasSubstr("q quit\n")) << text;
+  }
+  const std::string text = screen(80, 24);  // help
+  EXPECT_THAT(text, Not(HasSubstr("~\n")));
+  EXPECT_THAT(text, HasSubstr("v g +    draw the scan"));
+  EXPECT_THAT(text, HasSubstr("releases it, asks first\n"));
+  view_.asks_release = true;
+  EXPECT_THAT(screen(80, 24), HasSubstr("other keys no\n"));
+}
+
+TEST_F(Screen, NumbersInNamesSortByTheirValue) {
+  model_.clear();
+  for (const char* name :
+       {"B-10", "B-2", "B-02", "A", "B-2x", "B-10a", "B9", "B-100000000000000000001"})
+    model_.add_message(1, name, std::vector<uint8_t>{1});
+  EXPECT_THAT(order(), ElementsAre("A", "B-02", "B-2", "B-2x", "B-10", "B-10a",
+                                   "B-100000000000000000001", "B9"));
+}
+
+TEST_F(Screen, WhoHearsNothingIsToldWhatToDo) {
+  model_.clear();
+  around_.findings.push_back(
+      {"no route leads to 239.255.76.67: no process on this host can publish, and none can hear, "
+       "as "
+       "long as that is so",
+       "sudo ip route add 224.0.0.0/4 dev lo"});
+  const std::string text = screen(80, 24);
+  EXPECT_THAT(text, HasSubstr("nothing heard yet\n"));
+  EXPECT_THAT(text, HasSubstr("./marco run config/sim.procman drive "));
+  EXPECT_THAT(text, HasSubstr("./marco replay LOG"));
+  EXPECT_THAT(text, HasSubstr("publish, and\n   none can hear, as long as that is so\n"));  // wrapped, not cut
+  EXPECT_THAT(text, HasSubstr("     sudo ip route add 224.0.0.0/4 dev lo\n"));
+  EXPECT_THAT(text, Not(HasSubstr("~\n")));
+  around_.findings.clear();
+  around_.is_log = true;
+  EXPECT_THAT(screen(80, 24), Not(HasSubstr("replay")));
+}
+
+TEST_F(Screen, RobotsAreStoppedAtOnceAndReleasedOnlyAfterAQuestion) {
+  for (const Page page : {Page::table, Page::channel, Page::plot, Page::who, Page::help}) {
+    view_.page = page;
+    EXPECT_EQ(press('x'), Action::stop);
+    EXPECT_EQ(press('X'), Action::none);
+    EXPECT_THAT(screen(80, 24), HasSubstr("Release the emergency stop?"));
+    EXPECT_EQ(press('n'), Action::none);
+    EXPECT_EQ(press('y'), Action::none);  // the question is over
+    press('X');
+    EXPECT_EQ(press('y'), Action::release);
+  }
+  view_.page = Page::table;
+  press('/');
+  EXPECT_EQ(press('x'), Action::none);  // a letter of the filter
+  press(Key::back);
+  around_.is_log = true;
+  press('X');
+  EXPECT_FALSE(view_.asks_release);
+}
+
+TEST_F(Screen, AnEngagedStopIsShownWithItsSender) {
+  EXPECT_FALSE(emergency_stop(model_));
+  emergency_stop_t stop = {};
+  stop.engaged = 1;
+  stop.sender = "teleop";
+  stop.reason = "space";
+  model_.add_message(1, "EMERGENCY_STOP", encoded(stop));
+  around_.emergency = emergency_stop(model_);
+  ASSERT_TRUE(around_.emergency);
+  for (const Page page : {Page::table, Page::channel, Page::help}) {
+    view_.page = page;
+    EXPECT_THAT(screen(80, 24), HasSubstr("EMERGENCY STOP by teleop: space"));
+    EXPECT_THAT(screen(80, 24), HasSubstr("X release  q quit\n"));
+  }
+  stop.engaged = 0;
+  model_.add_message(2, "EMERGENCY_STOP", encoded(stop));
+  around_.emergency = emergency_stop(model_);
+  EXPECT_FALSE(around_.emergency->engaged);
+  EXPECT_THAT(screen(80, 24), Not(HasSubstr("EMERGENCY STOP by")));
+  // Something else on the channel says nothing.
+  model_.add_message(3, "EMERGENCY_STOP", encoded(slam_pose_t{}));
+  EXPECT_FALSE(emergency_stop(model_));
 }
 
 TEST_F(Screen, AChannelOpensWithFoldedFields) {

@@ -1,9 +1,6 @@
 #include "viewer/image_io.hpp"
 
-#include <cerrno>
 #include <climits>
-#include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
@@ -11,6 +8,8 @@
 #include <stdexcept>
 
 #include "common/check.hpp"
+#include "common/files/folder_journal.hpp"
+#include "common/files/output_file.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -30,15 +29,6 @@ std::vector<uint8_t> encode_png(const Picture& picture, const std::string& path)
   return bytes;
 }
 
-void write_bytes(const std::vector<uint8_t>& bytes, const std::string& path) {
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (file == nullptr) fail(path, std::strerror(errno));
-  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-  const int write_error = errno;
-  const bool closed = std::fclose(file) == 0;
-  if (!written || !closed) fail(path, std::strerror(written ? errno : write_error));
-}
-
 Picture rgb_of(const cv::Mat& bgr) {
   Picture picture(bgr.cols, bgr.rows, {});
   cv::Mat rgb(bgr.rows, bgr.cols, CV_8UC3, picture.pixels.data());
@@ -50,18 +40,13 @@ Picture rgb_of(const cv::Mat& bgr) {
 
 void write_png(const Picture& picture, const std::string& path) {
   require(picture.width_px > 0 && picture.height_px > 0, "an empty picture cannot be written");
-  const std::vector<uint8_t> bytes = encode_png(picture, path);
-  const std::string partial = path + ".part";
-  try {
-    write_bytes(bytes, partial);
-    if (std::rename(partial.c_str(), path.c_str()) != 0) fail(path, std::strerror(errno));
-  } catch (...) {
-    std::remove(partial.c_str());
-    throw;
-  }
+  files::OutputFile file(path);
+  file.write(encode_png(picture, path));
+  file.finish();
 }
 
 Picture read_picture(const std::string& path) {
+  files::finish_interrupted(std::filesystem::path(path).parent_path());
   // OpenCV would print a warning of its own.
   const bool readable = std::ifstream(path).good();
   const cv::Mat bgr = readable ? cv::imread(path, cv::IMREAD_COLOR) : cv::Mat();

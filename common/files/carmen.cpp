@@ -138,7 +138,7 @@ class CarmenReader : public SampleReader {
     std::map<float, int64_t> largest;  // the largest few values and how often each was met
     constexpr std::size_t kLargest = 8;
     float least = -std::numeric_limits<float>::infinity();
-    while (std::getline(file_, text_)) {
+    while (files::read_line(file_, text_)) {
       const Parsed parsed = parse(text_);
       if (!parsed.is_laser || !parsed.whole) continue;
       ++lines;
@@ -162,7 +162,7 @@ class CarmenReader : public SampleReader {
   }
 
   bool read_line() {
-    if (!std::getline(file_, text_)) return false;
+    if (!files::read_line(file_, text_)) return false;
     ++line_number_;
     read_bytes_ += static_cast<double>(text_.size()) + 1.0;
     if (text_.rfind("ODOM ", 0) == 0) ++odometry_lines_;

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "common/check.hpp"
+#include "common/files/folder_journal.hpp"
 
 namespace marco::files {
 namespace {
@@ -70,8 +71,9 @@ constexpr std::array<uint8_t, 4> kSyncBytes = {0xED, 0xA1, 0xDA, 0x01};
 
 }  // namespace
 
-EventLogReader::Descriptor::Descriptor(const std::string& path)
-    : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+EventLogReader::Descriptor::Descriptor(const std::string& path) {
+  finish_interrupted(std::filesystem::path(path).parent_path());
+  descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   require(descriptor_ >= 0, path + ": cannot be read as a log: " + std::strerror(errno));
 }
 
@@ -237,28 +239,15 @@ std::array<uint8_t, 28> event_header(int64_t number,
 }
 
 EventLogWriter::EventLogWriter(const std::string& path)
-    : file_(std::fopen(path.c_str(), "wb")), path_(path) {
-  if (!file_) throw std::runtime_error(path + ": cannot be created: " + std::strerror(errno));
-  constexpr std::size_t kBufferBytes = 256 << 10;
-  std::setvbuf(file_.get(), nullptr, _IOFBF, kBufferBytes);
-}
+    : own_(std::make_unique<OutputFile>(path, Appears::at_once)), out_(own_.get()) {}
 
 void EventLogWriter::write(std::string_view channel,
                            std::span<const uint8_t> bytes,
                            Utime event_time) {
-  const auto header = event_header(next_number_, event_time, channel, bytes.size());
-  const bool written =
-      std::fwrite(header.data(), 1, header.size(), file_.get()) == header.size() &&
-      std::fwrite(channel.data(), 1, channel.size(), file_.get()) == channel.size() &&
-      std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) == bytes.size();
-  if (!written) throw std::runtime_error(path_ + ": cannot be written: " + std::strerror(errno));
+  out_->write(event_header(next_number_, event_time, channel, bytes.size()));
+  out_->write(channel);
+  out_->write(bytes);
   ++next_number_;
-}
-
-void EventLogWriter::flush() {
-  if (std::fflush(file_.get()) != 0) {
-    throw std::runtime_error(path_ + ": cannot be written: " + std::strerror(errno));
-  }
 }
 
 }  // namespace marco::files

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/files/output_file.hpp"
 #include "common/utime.hpp"
 
 namespace marco::files {
@@ -117,23 +117,23 @@ std::array<uint8_t, 28> event_header(int64_t number,
 /// Writes LCM event logs that lcm-logplayer plays.
 class EventLogWriter {
  public:
+  /// A recording: stands under its name from the first event, for a crash to leave what there was.
   /// @throws std::runtime_error naming the path when it cannot be created.
   explicit EventLogWriter(const std::string& path);
+  /// A result: `out` outlives the writer, and its finish() gives the log its name.
+  explicit EventLogWriter(OutputFile& out) : out_(&out) {}
 
   /// @throws std::runtime_error naming the path when the disk is full.
   void write(std::string_view channel, std::span<const uint8_t> bytes, Utime event_time);
 
   /// Flushes and reports what only a flush tells. @throws std::runtime_error as write.
-  void flush();
+  void flush() { out_->flush(); }
 
   int64_t events_written() const { return next_number_; }
 
  private:
-  struct Closer {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  std::unique_ptr<std::FILE, Closer> file_;
-  std::string path_;
+  std::unique_ptr<OutputFile> own_;
+  OutputFile* out_;
   int64_t next_number_ = 0;
 };
 

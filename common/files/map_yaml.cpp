@@ -1,5 +1,7 @@
 #include "common/files/map_yaml.hpp"
 
+#include <algorithm>
+#include <cinttypes>
 #include <cmath>
 #include <cstdio>
 #include <sstream>
@@ -64,7 +66,9 @@ Yaml parse_yaml(const std::string& text, const std::string& name) {
 
 }  // namespace
 
-void write_map(const std::filesystem::path& folder, const GridMap& map) {
+void write_map(const std::filesystem::path& folder,
+               const GridMap& map,
+               const std::string& picture_name) {
   std::string picture =
       "P5\n" + std::to_string(map.width_cells) + " " + std::to_string(map.height_cells) + "\n255\n";
   for (int y = map.height_cells - 1; y >= 0; --y) {
@@ -72,13 +76,29 @@ void write_map(const std::filesystem::path& folder, const GridMap& map) {
       picture += static_cast<char>(grey_of(map.at(x, y)));
     }
   }
-  write_whole_file(folder / "map.pgm", picture);
+  write_whole_file(folder / picture_name, picture);
   char yaml[300];
   std::snprintf(yaml, sizeof yaml,
-                "image: map.pgm\nresolution: %.6f\norigin: [%.6f, %.6f, 0.0]\nnegate: 0\n"
+                "resolution: %.6f\norigin: [%.6f, %.6f, 0.0]\nnegate: 0\n"
                 "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
                 map.resolution_m, map.origin_m.x(), map.origin_m.y());
-  write_whole_file(folder / "map.yaml", yaml);
+  write_whole_file(folder / "map.yaml", "image: " + picture_name + "\n" + yaml);
+}
+
+std::string picture_of_map(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / "map.yaml";
+  if (!std::filesystem::exists(path)) return "";
+  try {
+    return parse_yaml(read_whole_file(path), path.string()).image;
+  } catch (const std::invalid_argument&) {  // somebody else's, or broken: it names no picture
+    return "";
+  }
+}
+
+std::string next_picture_name(const std::string& picture_before) {
+  int64_t number = 0;
+  std::sscanf(picture_before.c_str(), "map_%" SCNd64 ".pgm", &number);
+  return "map_" + std::to_string(std::max<int64_t>(0, number) + 1) + ".pgm";
 }
 
 GridMap read_map(const std::filesystem::path& yaml_path) {

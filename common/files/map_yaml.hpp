@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "common/grid_map.hpp"
 
@@ -9,7 +10,17 @@ namespace marco::files {
 /// Writes `folder`/map.pgm and `folder`/map.yaml in the convention of ROS map_server: the picture's
 /// first row is the largest y; 0 = occupied, 254 = free, 205 = unknown, probabilities in between.
 /// @throws std::runtime_error naming the path when it cannot be written.
-void write_map(const std::filesystem::path& folder, const GridMap& map);
+/// @param picture  name of the picture, which the yaml gives
+void write_map(const std::filesystem::path& folder,
+               const GridMap& map,
+               const std::string& picture = "map.pgm");
+
+/// The picture that `folder`/map.yaml names; "" where there is none.
+std::string picture_of_map(const std::filesystem::path& folder);
+
+/// A name for the next picture of a map that is written again and again while others read it:
+/// map_1.pgm, map_2.pgm ... A reader of the old yaml never finds the new picture under its name.
+std::string next_picture_name(const std::string& picture_before);
 
 /// Reads a map.yaml and the picture it names (binary PGM), of ours or of map_server.
 /// @throws std::invalid_argument naming file and what was wrong.

@@ -52,7 +52,7 @@ class OdometryLaserReader : public SampleReader {
   void survey() {
     float largest_m = 0.0F;
     int64_t scans = 0;
-    while (std::getline(file_, text_)) {
+    while (files::read_line(file_, text_)) {
       TextFields fields(text_);
       std::vector<float> ranges_m;
       if (fields.next() != "Laser" || !read_ranges(fields, ranges_m)) continue;
@@ -74,7 +74,7 @@ class OdometryLaserReader : public SampleReader {
   }
 
   bool read_line() {
-    if (!std::getline(file_, text_)) return false;
+    if (!files::read_line(file_, text_)) return false;
     ++line_number_;
     read_bytes_ += static_cast<double>(text_.size()) + 1.0;
     TextFields fields(text_);

@@ -3,6 +3,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
+#include <istream>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +13,28 @@
 #include "common/check.hpp"
 
 namespace marco::files {
+
+/// As std::getline, but keeps no more than 4 MB of a line (a scan of 100 000 beams is 1 MB): a file
+/// that is no text may be one line of gigabytes. @returns false at the end of the file.
+inline bool read_line(std::istream& in, std::string& line) {
+  constexpr std::size_t kLongest = 4 << 20;
+  constexpr int kEnd = std::char_traits<char>::eof();
+  line.clear();
+  std::streambuf& bytes = *in.rdbuf();
+  for (int c = bytes.sbumpc(); c != '\n'; c = bytes.sbumpc()) {
+    if (c == kEnd) {
+      in.setstate(std::ios::eofbit);
+      return !line.empty();
+    }
+    if (line.size() == kLongest) {
+      in.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+      return true;
+    }
+    line += static_cast<char>(c);
+  }
+  return true;
+}
+
 
 constexpr std::size_t kMaxBeams = 20000;     ///< of a scan in a text; more is damage
 constexpr double kUntimedScanPeriodS = 0.1;  ///< between scans of a text without times

@@ -30,10 +30,16 @@ struct Row {
 };
 
 Kind kind_of(const fs::path& path) {
-  std::ifstream file(path);
+  constexpr int kLines = 5;
+  constexpr std::size_t kLongestLine = 200000;
+  std::string head(kLines * (kLongestLine + 1), '\0');
+  std::ifstream bytes(path, std::ios::binary);
+  bytes.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(bytes.gcount()));
+  std::istringstream file(std::move(head));
   std::string line;
-  for (int i = 0; i < 5 && std::getline(file, line); ++i) {
-    if (line.size() > 200000) return Kind::unknown;
+  for (int i = 0; i < kLines && read_line(file, line); ++i) {
+    if (line.size() > kLongestLine) return Kind::unknown;
     if (line.rfind("# line,tilt_deg", 0) == 0) return Kind::polar;
     if (line.rfind('#', 0) == 0) continue;
     TextFields fields(line);
@@ -58,7 +64,7 @@ std::vector<Row> read_ranges_mm(const fs::path& path, InputReport& report) {
   std::vector<Row> rows;
   std::ifstream file(path);
   std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
+  for (int number = 1; read_line(file, line); ++number) {
     if (line.rfind('#', 0) == 0) continue;
     TextFields fields(line);
     const auto tilt_deg = fields.number<double>();
@@ -101,7 +107,7 @@ std::vector<Row> read_uos_points(const fs::path& path, InputReport& report) {
   };
   std::ifstream file(path);
   std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
+  for (int number = 1; read_line(file, line); ++number) {
     TextFields fields(line);
     const auto x = fields.number<double>(), y = fields.number<double>(),
                z = fields.number<double>();
@@ -127,7 +133,7 @@ std::vector<Row> read_polar(const fs::path& path, InputReport& report) {
   std::ifstream file(path);
   std::string line;
   double last_line = -1.0;
-  for (int number = 1; std::getline(file, line); ++number) {
+  for (int number = 1; read_line(file, line); ++number) {
     if (line.rfind('#', 0) == 0) continue;
     TextFields fields(line);
     const auto index = fields.number<double>(), tilt_deg = fields.number<double>(),

@@ -7,6 +7,7 @@
 #include <regex>
 #include <sstream>
 
+#include "common/files/folder_journal.hpp"
 #include "common/files/inside_folder.hpp"
 #include "common/process/suggest.hpp"
 
@@ -37,6 +38,7 @@ std::string with_short_numbers(const std::string& text) {
 }  // namespace
 
 toml::table read_toml(const std::string& path) {
+  files::finish_interrupted(std::filesystem::path(path).parent_path());
   try {
     return toml::parse_file(path);
   } catch (const toml::parse_error& error) {
@@ -127,6 +129,24 @@ void TomlReader::read(const std::string& name,
   if (array == nullptr) fail(name, node, "a list of texts");
   value.clear();
   for (const toml::node& item : *array) read(name, item, value.emplace_back(), limits);
+}
+
+toml::table difference(const toml::table& table, const toml::table& other) {
+  toml::table result;
+  for (const auto& [key, node] : table) {
+    const toml::node* before = other.get(key.str());
+    if (node.is_table()) {
+      const bool nested = before != nullptr && before->is_table();
+      toml::table inner = difference(*node.as_table(), nested ? *before->as_table() : toml::table{});
+      if (!inner.empty()) result.insert(key, std::move(inner));
+      continue;
+    }
+    toml::table a, b;
+    a.insert(key, node);
+    if (before != nullptr) b.insert(key, *before);
+    if (a != b) result.insert(key, node);
+  }
+  return result;
 }
 
 std::string to_text(const toml::table& table) {

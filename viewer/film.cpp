@@ -7,23 +7,27 @@
 #include <stdexcept>
 
 #include "common/check.hpp"
+#include "common/files/output_file.hpp"
 
 namespace marco::viewer {
 
 struct FilmWriter::Implementation {
+  // FFmpeg knows the kind of film by the ending.
+  explicit Implementation(const std::string& path)
+      : file(path, files::Appears::when_whole, ".part.mp4"), name(path) {}
+  files::OutputFile file;
+  std::string name;
   cv::VideoWriter writer;
 };
 
 FilmWriter::FilmWriter(const std::string& path, int width_px, int height_px, double frames_per_s)
-    : implementation_(std::make_unique<Implementation>()),
-      path_(path),
-      width_px_(width_px),
-      height_px_(height_px) {
+    : width_px_(width_px), height_px_(height_px) {
   require(width_px > 0 && height_px > 0 && width_px % 2 == 0 && height_px % 2 == 0,
           "a film needs even sides above 0 px, not " + std::to_string(width_px) + "x" +
               std::to_string(height_px));
   require(frames_per_s > 0.0, "a film needs more than 0 frames a second");
-  implementation_->writer.open(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'),
+  implementation_ = std::make_unique<Implementation>(path);
+  implementation_->writer.open(implementation_->file.unfinished_path(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'),
                                frames_per_s, cv::Size(width_px, height_px));
   if (!implementation_->writer.isOpened())
     throw std::runtime_error("cannot write film " + path +
@@ -45,11 +49,12 @@ void FilmWriter::add(const Picture& picture) {
 void FilmWriter::finish() {
   implementation_->writer.release();
   // OpenCV tells nothing of a full disk: the film is read back.
-  cv::VideoCapture film(path_, cv::CAP_FFMPEG);
+  cv::VideoCapture film(implementation_->file.unfinished_path(), cv::CAP_FFMPEG);
   const int whole = static_cast<int>(film.get(cv::CAP_PROP_FRAME_COUNT));
   if (!film.isOpened() || whole < frames_)
-    throw std::runtime_error("film " + path_ + " is not whole: " + std::to_string(whole) + " of " +
+    throw std::runtime_error("film " + implementation_->name + " is not whole: " + std::to_string(whole) + " of " +
                              std::to_string(frames_) + " pictures; is the disk full?");
+  implementation_->file.finish();
 }
 
 std::vector<Camera> drive_cameras(const Trajectory& path, double step_m, double eye_height_m) {

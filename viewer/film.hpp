@@ -10,7 +10,8 @@
 namespace marco::viewer {
 
 /// Writes pictures one after another as an MP4 (MPEG-4 part 2, which OpenCV's own FFmpeg knows
-/// everywhere). Not thread-safe.
+/// everywhere). The film appears under its name when it is whole (files::OutputFile). Not
+/// thread-safe.
 class FilmWriter {
  public:
   /// @throws std::runtime_error naming the path when no film can be written there;
@@ -31,7 +32,6 @@ class FilmWriter {
  private:
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
-  std::string path_;
   int width_px_;
   int height_px_;
   int frames_ = 0;

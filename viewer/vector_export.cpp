@@ -4,14 +4,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
+#include <cstdlib>
 #include <memory>
+#include <new>
 #include <stdexcept>
 
 #include "common/check.hpp"
+#include "common/files/whole_file.hpp"
 #include "viewer/scene_geometry.hpp"
 #include "viewer/shading.hpp"
 
@@ -235,10 +236,6 @@ GLint gl2ps_format(VectorFormat format) {
   throw std::logic_error("a vector format without a number");
 }
 
-[[noreturn]] void fail(const std::string& path) {
-  throw std::runtime_error("cannot write " + path + ": " + std::strerror(errno));
-}
-
 }  // namespace
 
 VectorReport write_vector(const Scene& scene,
@@ -248,21 +245,25 @@ VectorReport write_vector(const Scene& scene,
                           const std::string& path) {
   require(size.width_px > 0 && size.height_px > 0, "a page needs a size above 0");
   VectorPage page(scene, plan, size);
-  std::FILE* file = std::fopen(path.c_str(), "wb");
-  if (file == nullptr) fail(path);
+  char* text = nullptr;
+  std::size_t text_bytes = 0;
+  std::FILE* page_file = open_memstream(&text, &text_bytes);
+  if (page_file == nullptr) throw std::bad_alloc();
   std::array<GLint, 4> viewport{0, 0, size.width_px, size.height_px};
   const GLint begun =
       gl2psBeginPage(path.c_str(), "Marco", viewport.data(), gl2ps_format(format),
                      GL2PS_SIMPLE_SORT, GL2PS_NO_OPENGL_CONTEXT | GL2PS_NO_BLENDING | GL2PS_SILENT,
-                     GL_RGBA, 0, nullptr, 0, 0, 0, 1024, file, path.c_str());
-  if (begun != GL2PS_SUCCESS) {
-    std::fclose(file);
-    throw std::logic_error("gl2ps refused to begin a page");
+                     GL_RGBA, 0, nullptr, 0, 0, 0, 1024, page_file, path.c_str());
+  VectorReport report;
+  if (begun == GL2PS_SUCCESS) {
+    report = page.add();
+    gl2psEndPage();
   }
-  const VectorReport report = page.add();
-  gl2psEndPage();
-  const bool good = std::ferror(file) == 0;
-  if (std::fclose(file) != 0 || !good) fail(path);
+  const bool whole = std::fclose(page_file) == 0;
+  const std::unique_ptr<char, decltype(&std::free)> owned(text, &std::free);
+  if (begun != GL2PS_SUCCESS) throw std::logic_error("gl2ps refused to begin a page");
+  if (!whole) throw std::bad_alloc();
+  files::write_whole_file(path, {text, text_bytes});
   return report;
 }
 

@@ -5,6 +5,7 @@
 #include "common/process/config.hpp"
 #include "common/process/exit_code.hpp"
 #include "common/process/progress.hpp"
+#include "common/process/stop_signal.hpp"
 #include "drivers/camera/message.hpp"
 #include "drivers/robot/live_cameras.hpp"
 #include "drivers/simulator/batch_simulation.hpp"
@@ -79,7 +80,9 @@ int run(const Arguments& arguments) {
   const sim::RayCaster rays(world);
   sim::BatchSimulation simulation(rays, process::load_options<sim::Tour>(arguments.tour),
                                   options_of(arguments), arguments.seed);
-  files::EventLogWriter log(arguments.out);
+  process::catch_interrupts(arguments.out + " is as it was");
+  files::OutputFile file(arguments.out);
+  files::EventLogWriter log(file);
   std::optional<Cameras> cameras;
   if (!arguments.cameras.empty()) cameras.emplace(rays, arguments);
   process::Progress progress("simulating");
@@ -89,8 +92,11 @@ int run(const Arguments& arguments) {
         log.write(message.channel, message.bytes, sent);
         if (cameras) cameras->look(sample, sent, log);
       },
-      [&progress](double part) { progress.update(part); });
-  log.flush();
+      [&progress](double part) {
+        process::end_if_interrupted();
+        progress.update(part);
+      });
+  file.finish();
   std::printf("%.0f s simulated, %lld messages in %s\n", simulation.duration_s(),
               static_cast<long long>(log.events_written()), arguments.out.c_str());
   return 0;

@@ -3,10 +3,9 @@
 #define NCURSES_NOMACROS
 #include <curses.h>
 
-#include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
+#include "common/files/whole_file.hpp"
 #include "procman/process/screen.hpp"
 
 namespace marco::procman {
@@ -16,17 +15,6 @@ constexpr int kEscape = 27;
 bool is_enter(int key) { return key == '\n' || key == '\r' || key == KEY_ENTER; }
 bool is_backspace(int key) { return key == KEY_BACKSPACE || key == 127 || key == control('h'); }
 bool is_text(int key) { return key >= ' ' && key < 256 && key != 127; }
-
-// Under its name only when every byte is on the disk.
-void write_whole(const std::string& path, const std::string& text) {
-  const std::string draft = path + ".new";
-  {
-    std::ofstream out(draft, std::ios::binary | std::ios::trunc);
-    out << text;
-    if (!out.flush()) throw std::runtime_error("cannot write " + draft);
-  }
-  std::filesystem::rename(draft, path);
-}
 
 }  // namespace
 
@@ -117,7 +105,7 @@ void Screen::on_path_key(int key) {
 
 void Screen::save_config() {
   try {
-    write_whole(path_, print_config(sheriff_.config()));
+    files::write_whole_file(path_, print_config(sheriff_.config()));
     say("written: " + path_);
   } catch (const std::exception& failed) {
     say(failed.what());

@@ -139,8 +139,11 @@ AdapterState decode_adapter_state(std::string_view bytes) {
 
 void save_adapter_state(const std::filesystem::path& path, const AdapterState& state) {
   const std::string bytes = encode_adapter_state(state);
+  // The one before gets a second name: there is a whole one under the first at any moment.
   std::error_code none;
-  std::filesystem::rename(path, before(path), none);
+  std::filesystem::remove(before(path), none);
+  std::filesystem::create_hard_link(path, before(path), none);
+  if (none) std::filesystem::copy_file(path, before(path), none);
   files::write_whole_file(path, bytes);
 }
 

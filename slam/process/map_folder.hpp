@@ -14,8 +14,16 @@ SavedMap load_map_folder(const std::filesystem::path& folder);
 /// Writes map.marco. @throws std::runtime_error naming the file.
 void save_map_file(const std::filesystem::path& folder, const SavedMap& map);
 
-/// Writes map.marco, map.pgm, map.yaml and trajectory.tum, making the folder.
+/// Writes map.marco, the map's picture, map.yaml and trajectory.tum into a folder that exists.
 /// @throws std::runtime_error naming the file.
+void write_map_files(const std::filesystem::path& folder,
+                     const MappingSession& session,
+                     const std::string& options,
+                     const std::string& picture = "map.pgm");
+
+/// The same for SAVE, while others may read the folder: it changes as a whole (files::OutputFolder),
+/// its picture is numbered (map_1.pgm ...), and the one before stays for whoever just read the yaml.
+/// @throws std::runtime_error naming the file; then the folder is as it was.
 void save_map_folder(const std::filesystem::path& folder,
                      const MappingSession& session,
                      const std::string& options);

@@ -3,8 +3,10 @@
 #include <map>
 
 #include "common/check.hpp"
+#include "common/files/output_folder.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
+#include "common/process/stop_signal.hpp"
 #include "tools/figures/matching_figures.hpp"
 #include "tools/figures/thesis_figures.hpp"
 #include "tools/map/map_job.hpp"
@@ -39,11 +41,14 @@ std::vector<WalkScan> walk_of(const MapJob& job) {
   return scans;
 }
 
-void draw_walks(const MapJob& job, const std::filesystem::path& out) {
+// @param written_to  becomes `out`
+void draw_walks(const MapJob& job,
+                const std::filesystem::path& written_to,
+                const std::filesystem::path& out) {
   const std::vector<WalkScan> scans = walk_of(job);
   if (scans.size() < 2) return;
   const std::vector<MatchedWalk> walks = match_walks(scans);
-  for (const Figure& figure : draw_matching_figures(out, scans, walks)) {
+  for (const Figure& figure : draw_matching_figures(written_to, scans, walks)) {
     std::printf("%s: %s\n", (out / figure.file).c_str(), figure.what.c_str());
   }
   std::printf("%zu moves\n%-50s rms [m]  max [m]  CPU a match [ms]\n", scans.size() - 1, "");
@@ -58,16 +63,20 @@ int run(const std::string& log,
         const std::filesystem::path& out,
         const FigureOptions& figures) {
   auto options = process::load_options<MapOptions>(config);
-  std::filesystem::create_directories(out);
-  MapJob job(options, PathMaker::scans, out);
+  process::catch_interrupts(out.string() + " is as it was");
+  files::OutputFolder results(out, "figures");
+  results.keep(log);
+  results.keep(config);
+  MapJob job(options, PathMaker::scans, results.path());
   job.read(log, process::load_options<ForeignTable>(""));
   job.finish();
   const auto stops = by_stop(job.mapping3d().mapper().scenes());
   require(!stops.empty(), log + ": holds no 3D sweep");
-  for (const Figure& figure : draw_thesis_figures(out, stops, figures)) {
+  for (const Figure& figure : draw_thesis_figures(results.path(), stops, figures)) {
     std::printf("%s: %s\n", (out / figure.file).c_str(), figure.what.c_str());
   }
-  draw_walks(job, out);
+  draw_walks(job, results.path(), out);
+  results.commit();
   std::printf("(thesis B's own scene: 59924 triangles, 29785 quads of 36100 beams)\n");
   return 0;
 }

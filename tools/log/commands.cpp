@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "common/check.hpp"
+#include "common/process/stop_signal.hpp"
 #include "lcmtypes/recording.hpp"
 #include "tools/log/import_recording.hpp"
 #include "tools/log/late_progress.hpp"
@@ -46,6 +47,7 @@ int run_info(const InfoArguments& arguments) {
 }
 
 int run_select(const SelectArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is as it was");
   const TimeRange range = parse_range(arguments.from, arguments.to, span_of_log(arguments.in));
   ChannelChoice channels(arguments.channels,
                          arguments.drop ? ChannelChoice::Sense::drop : ChannelChoice::Sense::keep);
@@ -66,6 +68,7 @@ int run_select(const SelectArguments& arguments) {
 }
 
 int run_merge(const MergeArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is as it was");
   const std::size_t count = arguments.ins.size();
   require(arguments.shifts_s.empty() || arguments.shifts_s.size() == count,
           "--shift: give one for each log");
@@ -101,6 +104,7 @@ int run_merge(const MergeArguments& arguments) {
 }
 
 int run_repair(const RepairArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is as it was");
   const Types types(arguments.types);
   tell_problems(types);
   OutputFile out(arguments.out, arguments.existing, {arguments.in});
@@ -122,6 +126,7 @@ int run_repair(const RepairArguments& arguments) {
 }
 
 int run_import(const ImportArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is as it was");
   OutputFile out(arguments.out, arguments.existing, {arguments.in});
   ImportResult result;
   {

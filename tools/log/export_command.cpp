@@ -2,6 +2,7 @@
 
 #include "common/check.hpp"
 #include "common/process/config.hpp"
+#include "common/process/stop_signal.hpp"
 #include "lcmtypes/lcm_log_reader.hpp"
 #include "tools/log/commands.hpp"
 #include "tools/log/export_carmen.hpp"
@@ -91,6 +92,7 @@ int write_carmen(const ExportArguments& arguments) {
 }  // namespace
 
 int run_export(const ExportArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is as it was");
   const std::string format = format_of(arguments);
   if (format == "carmen") return write_carmen(arguments);
   const Types types(arguments.types);

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "common/check.hpp"
+#include "common/files/output_folder.hpp"
 #include "tools/log/export_json_lines.hpp"
 
 namespace marco::logs {
@@ -150,10 +151,11 @@ CsvResult export_csv(WalkInput& input,
   require(existing == Existing::replace || !std::filesystem::exists(folder) ||
               std::filesystem::is_empty(folder),
           folder.string() + ": is not empty; --force writes into it");
-  std::filesystem::create_directories(folder);
+  files::OutputFolder results(folder, "export-csv");
+  results.keep(input.path);
   struct Table {
     std::string name;
-    std::unique_ptr<OutputFile> file;
+    std::unique_ptr<files::OutputFile> file;
   };
   std::map<std::pair<std::string, int>, Table> tables;
   std::map<std::string, int> tables_of_channel;
@@ -174,15 +176,18 @@ CsvResult export_csv(WalkInput& input,
             table.name += "." + types.schema().structures()[index].name;
           }
           table.name += ".csv";
-          table.file = std::make_unique<OutputFile>(folder / table.name, existing,
-                                                    std::vector<std::filesystem::path>{input.path});
+          table.file = std::make_unique<files::OutputFile>(results.path() / table.name,
+                                                           files::Appears::when_renamed);
           table.file->write(std::string_view(header_of(event.tree)));
           result.files.push_back(table.name);
         }
         table.file->write(std::string_view(row_of(event)));
       },
       on_progress);
-  for (auto& [key, table] : tables) table.file->finish();
+  for (auto& [key, table] : tables) {
+    if (table.file) table.file->finish();
+  }
+  results.commit();
   return result;
 }
 

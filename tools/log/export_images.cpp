@@ -2,6 +2,7 @@
 
 #include "bot_core/image_t.hpp"
 #include "common/check.hpp"
+#include "common/files/output_folder.hpp"
 #include "common/files/whole_file.hpp"
 #include "lcmtypes/image_pixels.hpp"
 #include "tools/log/export_csv.hpp"
@@ -19,7 +20,8 @@ ImagesResult export_images(WalkInput& input,
   require(existing == Existing::replace || !std::filesystem::exists(folder) ||
               std::filesystem::is_empty(folder),
           folder.string() + ": is not empty; --force writes into it");
-  std::filesystem::create_directories(folder);
+  files::OutputFolder results(folder, "export-images");
+  results.keep(input.path);
   ImagesResult result;
   result.walk = walk_log(
       input, types,
@@ -33,11 +35,12 @@ ImagesResult export_images(WalkInput& input,
           return;
         }
         const std::filesystem::path stem =
-            folder / (file_name_of(event.head.channel) + "_" + std::to_string(image.utime));
+            results.path() / (file_name_of(event.head.channel) + "_" + std::to_string(image.utime));
         if (image.pixelformat == image_t::PIXEL_FORMAT_MJPEG) {
           files::write_whole_file(
               stem.string() + ".jpg",
-              {reinterpret_cast<const char*>(image.data.data()), image.data.size()});
+              {reinterpret_cast<const char*>(image.data.data()), image.data.size()},
+              files::Appears::when_renamed);
           ++result.written;
           return;
         }
@@ -46,13 +49,15 @@ ImagesResult export_images(WalkInput& input,
           ++result.unknown_format;
         } else if (const auto pixels = plain_pixels(image)) {
           files::write_whole_file(stem.string() + ".png",
-                                  to_png(*pixels, image.width, pixel_bytes));
+                                  to_png(*pixels, image.width, pixel_bytes),
+                                  files::Appears::when_renamed);
           ++result.written;
         } else {
           ++result.broken;
         }
       },
       on_progress);
+  results.commit();
   return result;
 }
 

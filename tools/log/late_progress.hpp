@@ -7,11 +7,13 @@
 #include <utility>
 
 #include "common/process/progress.hpp"
+#include "common/process/stop_signal.hpp"
 #include "tools/log/select.hpp"
 
 namespace marco::logs {
 
-/// A progress line that shows itself only when the work takes longer than a second.
+/// A progress line that shows itself only when the work takes longer than a second. Ctrl-C ends
+/// the work: its callback throws process::Interrupted.
 class LateProgress {
  public:
   explicit LateProgress(std::string what) : what_(std::move(what)) {}
@@ -19,6 +21,7 @@ class LateProgress {
   /// Holds as long as this object.
   OnProgress callback() {
     return [this](double part) {
+      process::end_if_interrupted();
       if (!shown_ && std::chrono::steady_clock::now() - start_ < std::chrono::seconds(1)) return;
       if (!shown_) shown_.emplace(what_);
       shown_->update(std::clamp(part, 0.0, 1.0));

@@ -3,9 +3,6 @@
 #include <limits>
 
 #include "common/check.hpp"
-#include "common/files/lines_dxf.hpp"
-#include "common/files/lines_json.hpp"
-#include "common/files/lines_svg.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tilted_scans.hpp"
@@ -13,11 +10,13 @@
 #include "common/files/whole_file.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
+#include "common/process/stop_signal.hpp"
 #include "slam/process/map_folder.hpp"
 #include "tools/map/judge.hpp"
 #include "tools/map/map_job.hpp"
 #include "tools/map/pictures.hpp"
 #include "tools/map/report.hpp"
+#include "tools/map/results.hpp"
 
 namespace marco {
 namespace {
@@ -37,6 +36,7 @@ marco.sensor_info_t a second on SENSOR_INFO saying where the laser sits, and run
 on any channel, its camera's place and focal length in SENSOR_INFO) are laid on the 3D model.)";
 
 struct Arguments {
+  std::vector<std::string> command_line;
   std::vector<std::string> inputs;
   std::string out = "out";
   std::string config;
@@ -77,28 +77,42 @@ int merge(const Arguments& arguments, MapOptions options) {
   std::vector<std::size_t> not_found;
   const slam::SavedMap merged =
       slam::merge_maps(std::move(maps), options.slam.slam, options.slam.localizer, not_found);
-  std::filesystem::create_directories(arguments.out);
+  const auto results = open_results(arguments.out, arguments.inputs);
   slam::MappingSession session(options.slam.slam, options.slam.localizer);
   session.restore(merged);
-  slam::save_map_folder(arguments.out, session, merged.options);
-  write_sessions(arguments.out, merged);
+  slam::write_map_files(results->path(), session, merged.options);
+  write_sessions(results->path(), merged);
   for (const std::size_t index : not_found) {
     std::fprintf(stderr, "%s: was found nowhere in the maps before it, and is left out\n",
                  arguments.inputs[index].c_str());
+    require(!same_folder(arguments.inputs[index], arguments.out),
+            arguments.out + ": is as it was, for its map would be lost; give another --out");
   }
+  results->commit();
   std::printf("%zu maps, %zu key scans, %zu loops; everything is in %s\n",
               arguments.inputs.size() - not_found.size(), merged.slam.keys.size(),
               merged.slam.loops.size(), arguments.out.c_str());
   return not_found.empty() ? 0 : 1;
 }
 
-// What was to be found in a saved map, and was not.
-int judge_finding(const Arguments& arguments, const slam::MappingSession& session) {
+// What was to be found in a saved map, and was not. That map is not written over.
+int judge_finding(const Arguments& arguments, const MapJob& job) {
   const std::string& folder = arguments.extend.empty() ? arguments.localize : arguments.extend;
-  if (folder.empty() || !session.findings().empty()) return 0;
-  std::fprintf(stderr, "%s: the recording was found nowhere in this map%s\n", folder.c_str(),
+  if (folder.empty() || !job.session()->findings().empty()) return 0;
+  const std::string fault = folder + ": the recording was found nowhere in this map";
+  require(!same_folder(folder, arguments.out), fault + "; " + arguments.out + " is as it was");
+  std::fprintf(stderr, "%s%s\n", fault.c_str(),
                arguments.extend.empty() ? "" : "; what is written is a map of its own");
   return 1;
+}
+
+// Whatever the command line names, for a result of before may be among it.
+std::vector<std::string> named_inputs(const Arguments& arguments) {
+  std::vector<std::string> named = arguments.inputs;
+  named.insert(named.end(), {arguments.config, arguments.foreign, arguments.world, arguments.extend,
+                             arguments.localize});
+  std::erase(named, "");
+  return named;
 }
 
 /// @returns whether there was something to calibrate by.
@@ -116,12 +130,6 @@ bool write_calibration(const std::filesystem::path& path, const MapJob& job) {
                           "[mapping3d_process.correction]\n" +
                               process::print_options(found->correction));
   return true;
-}
-
-void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job) {
-  files::write_whole_file(out / "lines.svg", files::lines_svg(walls, job.trajectory()));
-  files::write_whole_file(out / "lines.dxf", files::lines_dxf(walls));
-  files::write_whole_file(out / "lines.json", files::lines_json(walls));
 }
 
 // Neighbouring files of 3D scans are parts of one recording, as in a folder.
@@ -155,14 +163,23 @@ PhotographCounts paint(const std::filesystem::path& out,
   return counts;
 }
 
+void order_loop_pictures(std::vector<PictureOrder>& pictures,
+                         const std::filesystem::path& folder,
+                         const MapJob& job) {
+  std::filesystem::create_directories(folder);
+  for (PictureOrder& order : loop_pictures(folder, job)) pictures.push_back(std::move(order));
+}
+
 int run(const Arguments& arguments) {
+  process::catch_interrupts(arguments.out + " is as it was");
   MapOptions options = process::load_options<MapOptions>(arguments.config);
+  const std::string configuration = process::print_changed_options(options);
   options.slam.map_period_s = 0.0;  // a batch run sends its maps once, at the end
   options.lines.map_every_s = std::numeric_limits<double>::infinity();
   options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
-  const std::filesystem::path out = arguments.out;
-  std::filesystem::create_directories(out);
+  const auto results = open_results(arguments.out, named_inputs(arguments));
+  const std::filesystem::path out = results->path();
   MapJob job(options, arguments.lines ? PathMaker::lines : PathMaker::scans, out);
   if (!arguments.extend.empty()) job.extend(arguments.extend);
   if (!arguments.localize.empty()) job.localize(arguments.localize);
@@ -170,12 +187,7 @@ int run(const Arguments& arguments) {
   job.finish();
   require(!job.live_trajectory().empty(),
           arguments.inputs.front() + ": holds no laser scan that could be used");
-  files::write_tum(out / "trajectory.tum", job.trajectory());
-  files::write_tum(out / "trajectory_live.tum", job.live_trajectory());
-  if (!job.odometry_trajectory().empty()) {
-    files::write_tum(out / "odometry.tum", job.odometry_trajectory());
-  }
-  if (!job.truth().empty()) files::write_tum(out / "truth.tum", job.truth());
+  write_paths(out, job);
   if (job.session() != nullptr && job.session()->localizer() == nullptr) {
     save(out, job.session()->saved(process::print_options(options.slam.slam)));
   }
@@ -199,25 +211,24 @@ int run(const Arguments& arguments) {
       pictures.push_back(std::move(order));
     }
   }
-  if (arguments.loop_pictures) {
-    std::filesystem::create_directories(out / "loops");
-    for (PictureOrder& order : loop_pictures(out / "loops", job)) {
-      pictures.push_back(std::move(order));
-    }
-  }
+  if (arguments.loop_pictures) order_loop_pictures(pictures, out / "loops", job);
   draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
   job.clock().end_stage("pictures");
   ReportExtras extras{judge_path(job), joined.figures,
-                      paint(out, joined.simplified, job, options.photographs)};
+                      paint(out, joined.simplified, job, options.photographs),
+                      arguments.command_line, configuration};
   extras.errors.merge(judge_held_out(job, map));
   if (!arguments.world.empty()) {
     extras.errors.merge(judge_against_world(job, map, model, arguments.world));
   }
   job.clock().end_stage("judge");
   write_report(out / "report.json", job, extras);
-  print_summary(job, extras, out);
+  const int code = judge_finding(arguments, job);
+  process::end_if_interrupted();
+  results->commit();
+  print_summary(job, extras, arguments.out);
   require(calibrated, "--calibrate: no two sweeps from one stop saw the same walls");
-  return job.session() != nullptr ? judge_finding(arguments, *job.session()) : 0;
+  return code;
 }
 
 }  // namespace
@@ -227,6 +238,7 @@ int main(int argc, char** argv) {
   return marco::process::run_main("marco map", [&] {
     CLI::App app(marco::kHelp);
     marco::Arguments arguments;
+    arguments.command_line.assign(argv, argv + argc);
     app.add_option("INPUT", arguments.inputs, "recordings")->required();
     app.add_option("--out", arguments.out, "folder for the results")->capture_default_str();
     app.add_option("--config", arguments.config, "TOML; unknown keys are refused")

@@ -4,6 +4,7 @@
 
 #include "common/files/tilted_scans.hpp"
 #include "common/process/progress.hpp"
+#include "common/process/stop_signal.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/recording.hpp"
 #include "slam/process/map_folder.hpp"
@@ -11,7 +12,8 @@
 namespace marco {
 
 MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder)
-    : log_((folder / "slam.lcm").string()),
+    : log_file_(folder / "slam.lcm", files::Appears::when_renamed),
+      log_(log_file_),
       bus_(&log_),
       slam_(maker == PathMaker::scans
                 ? std::optional<slam::SlamAdapter>(std::in_place, bus_, options.slam)
@@ -93,6 +95,7 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
   clock_.end_stage("recognise " + input.filename().string());
   process::Progress progress("mapping " + input.filename().string());
   while (const std::optional<Sample> sample = recording.next()) {
+    process::end_if_interrupted();
     take(*sample);
     progress.update(recording.progress());
   }
@@ -116,7 +119,7 @@ void MapJob::finish() {
   clock_.end_stage("optimize");
   mapping3d_.finish();
   bus_.deliver_published();
-  log_.flush();
+  log_file_.finish();
   clock_.end_stage("model");
 }
 

@@ -52,7 +52,7 @@ enum class PathMaker { scans, lines };
 /// pure function of its inputs, times excepted.
 class MapJob {
  public:
-  /// @param folder  where slam.lcm is written while the job runs; must exist.
+  /// @param folder  where slam.lcm is written; must exist.
   MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder);
 
   /// Before reading: goes on with a saved map, or localizes in it (PathMaker::scans only).
@@ -67,7 +67,7 @@ class MapJob {
   /// 3D scans that one robot made of one place, a file each, as one recording.
   void read_scans(const std::vector<std::filesystem::path>& scans);
 
-  /// Optimizes for the last time.
+  /// Optimizes for the last time, and completes slam.lcm.
   void finish();
 
   /// A pose a scan, in order of input, after the last optimization. Localizing: of the scans whose
@@ -104,6 +104,7 @@ class MapJob {
   void read(files::SampleReader& recording, const std::filesystem::path& input);
   void take(const Sample& sample);
 
+  files::OutputFile log_file_;
   files::EventLogWriter log_;
   process::BatchBus bus_;
   std::optional<slam::SlamAdapter> slam_;  ///< one of the two

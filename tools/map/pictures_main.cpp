@@ -1,3 +1,7 @@
+#include <sys/prctl.h>
+
+#include <csignal>
+
 #include "common/check.hpp"
 #include "common/files/whole_file.hpp"
 #include "common/process/arguments.hpp"
@@ -9,6 +13,8 @@
 int main(int argc, char** argv) {
   using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
   return process::run_main("marco-map-pictures", [&] {
+    // A marco-map that is killed wants no pictures any more; its folder may soon be another run's.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     CLI::App app("Draws the pictures that marco-map orders");
     std::string orders;
     app.add_option("ORDERS", orders, "a file that marco-map wrote")->required();

@@ -1,12 +1,16 @@
 #include "tools/map/report.hpp"
 
+#include <toml++/toml.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "common/files/whole_file.hpp"
+#include "common/version.hpp"
 
 namespace marco {
 namespace {
@@ -100,6 +104,13 @@ json scenes_json(const mapping3d::Mapping3dAdapter& mapping3d) {
             {"median_after_m", straight.after_m}}}};
 }
 
+json json_of_toml(const std::string& text) {
+  std::ostringstream converted;
+  converted << toml::json_formatter(toml::parse(text));
+  json read = json::parse(converted.str(), nullptr, false);
+  return read.is_discarded() ? json(text) : read;  // JSON knows no infinite number
+}
+
 struct ScanCounts {
   int64_t level = 0;
   int64_t matched = 0;
@@ -139,6 +150,9 @@ void write_report(const std::filesystem::path& path,
                   const ReportExtras& extras) {
   const ScanCounts counts = count_scans(job);
   json report;
+  report["marco"] = {{"version", version()}, {"revision", revision()}};
+  report["command_line"] = extras.command_line;
+  report["configuration"] = json_of_toml(extras.configuration);
   for (const files::InputReport& input : job.inputs())
     report["inputs"].push_back(input_json(input));
   report["scans"] = {{"posed", job.scans().size()},  {"level", counts.level},
@@ -174,7 +188,7 @@ void write_report(const std::filesystem::path& path,
                              {"painted", extras.photographs.painted}};
   }
   if (!extras.errors.empty()) report["errors"] = extras.errors;
-  files::write_whole_file(path, report.dump(2) + "\n");
+  files::write_whole_file(path, report.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
 void print_summary(const MapJob& job,

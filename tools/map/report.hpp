@@ -11,9 +11,13 @@ struct ReportExtras {
   std::map<std::string, double> errors;   ///< against truth, by name with unit
   std::map<std::string, double> surface;  ///< of the joined surface, by name with unit
   PhotographCounts photographs;
+  std::vector<std::string> command_line;
+  std::string configuration;  ///< TOML of the options that differ from the defaults
 };
 
-/// Writes report.json: what was read, used and dropped and why, loops, times, memory, errors.
+/// Writes report.json: who made it of what and how, what was read, used and dropped and why, loops,
+/// times, memory, errors. Each field is explained in docs/report.md. Bytes of names that are no
+/// UTF-8 are replaced.
 void write_report(const std::filesystem::path& path, const MapJob& job, const ReportExtras& extras);
 
 /// The lines a person reads after the job.

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "common/check.hpp"
+#include "common/files/output_folder.hpp"
 #include "common/process/arguments.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/process/render_command.hpp"
@@ -136,13 +137,14 @@ int run_walk(int argc, const char* const* argv, const FileReaders& readers, cons
     render_walk_by_keys(inputs.scene, arguments.request, desk.next_key, desk.show);
     return 0;
   }
-  std::filesystem::create_directories(arguments.out);
+  files::OutputFolder pictures(arguments.out, "walk");
   int count = 0;
   render_walk_by_keys(inputs.scene, arguments.request, key_from_stdin, [&](const Picture& seen) {
     char name[32];
     std::snprintf(name, sizeof name, "%03d.png", count++);
-    write_png(seen, (std::filesystem::path(arguments.out) / name).string());
+    write_png(seen, (pictures.path() / name).string());
   });
+  pictures.commit();
   std::printf("%s: %d pictures\n", arguments.out.c_str(), count);
   return 0;
 }

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "common/check.hpp"
+#include "common/files/output_folder.hpp"
 #include "viewer/film.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/map_picture.hpp"
@@ -205,19 +206,20 @@ int render_walk(Scene scene,
   load_from_inside(renderer, scene);
   const ViewPlan start = plan_named_view(scene, View::eye, request);
   Walk walk = walk_from_start(scene, start);
-  std::filesystem::create_directories(folder);
+  files::OutputFolder pictures(folder, "walk");
   int count = 0;
   const auto look_around = [&] {
     char name[32];
     std::snprintf(name, sizeof name, "%03d.png", count++);
     write_png(renderer.draw(walk.camera(), start.look, request.size),
-              (std::filesystem::path(folder) / name).string());
+              (pictures.path() / name).string());
   };
   look_around();
   for (const WalkCommand& command : commands) {
     walk.apply(command);
     look_around();
   }
+  pictures.commit();
   return count;
 }
 

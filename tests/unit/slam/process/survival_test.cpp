@@ -249,7 +249,7 @@ TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
   order(bus, slam_command_t::SAVE, "hall");
   EXPECT_THAT(slam.take_answer(), HasSubstr("saved"));
   EXPECT_EQ(slam.take_answer(), "");
-  for (const char* name : {"map.marco", "map.pgm", "map.yaml", "trajectory.tum"}) {
+  for (const char* name : {"map.marco", "map_1.pgm", "map.yaml", "trajectory.tum"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.path() / "hall" / name)) << name;
   }
   EXPECT_EQ(load_map_folder(folder_.path() / "hall").slam.scans.size(), 30U);

@@ -1,0 +1,99 @@
+#include "tools/map/results.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "common/files/lines_dxf.hpp"
+#include "common/files/lines_json.hpp"
+#include "common/files/lines_svg.hpp"
+#include "common/files/result_list.hpp"
+#include "common/files/tum.hpp"
+#include "common/files/whole_file.hpp"
+#include "slam/localization/saved_map.hpp"
+
+namespace marco {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The report of a version that left no list of its results.
+bool is_old_report(const fs::path& path) {
+  if (!fs::is_regular_file(path)) return false;
+  const auto report = nlohmann::json::parse(files::read_whole_file(path), nullptr, false);
+  return report.is_object() && report.contains("peak_memory_mb") && !report.contains("marco");
+}
+
+std::vector<std::string> results_of_old_versions(const fs::path& folder) {
+  std::vector<std::string> names{"calibration.toml",
+                                 "floor_plan.svg",
+                                 "lines.dxf",
+                                 "lines.json",
+                                 "lines.svg",
+                                 "lines.png",
+                                 "lines_3d.png",
+                                 "lines_scan.png",
+                                 "map.marco",
+                                 "map.pgm",
+                                 "map.png",
+                                 "map.yaml",
+                                 "model.glb",
+                                 "model.obj",
+                                 "model.ply",
+                                 "model.png",
+                                 "model_scenes.ply",
+                                 "model_textured.glb",
+                                 "model_textured.png",
+                                 "odometry.tum",
+                                 "photographs.toml",
+                                 "planes.json",
+                                 "report.json",
+                                 "slam.lcm",
+                                 "trajectory.tum",
+                                 "trajectory_live.tum",
+                                 "truth.tum"};
+  for (const char* part : {"loops", "photographs"}) {
+    if (!fs::is_directory(folder / part)) continue;
+    for (const std::string& name : files::files_below(folder / part)) {
+      names.push_back((fs::path(part) / name).string());
+    }
+  }
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("trajectory_session_") && name.ends_with(".tum")) names.push_back(name);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::unique_ptr<files::OutputFolder> open_results(const fs::path& out,
+                                                  const std::vector<std::string>& inputs) {
+  auto results = std::make_unique<files::OutputFolder>(out, "map");
+  for (const std::string& input : inputs) {
+    results->keep(input);
+    results->keep(fs::path(input) / slam::kSavedMapName);
+  }
+  if (is_old_report(out / "report.json")) results->drop(results_of_old_versions(out));
+  return results;
+}
+
+void write_paths(const std::filesystem::path& out, const MapJob& job) {
+  files::write_tum(out / "trajectory.tum", job.trajectory());
+  files::write_tum(out / "trajectory_live.tum", job.live_trajectory());
+  if (!job.odometry_trajectory().empty()) {
+    files::write_tum(out / "odometry.tum", job.odometry_trajectory());
+  }
+  if (!job.truth().empty()) files::write_tum(out / "truth.tum", job.truth());
+}
+
+void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job) {
+  files::write_whole_file(out / "lines.svg", files::lines_svg(walls, job.trajectory()));
+  files::write_whole_file(out / "lines.dxf", files::lines_dxf(walls));
+  files::write_whole_file(out / "lines.json", files::lines_json(walls));
+}
+
+bool same_folder(const fs::path& a, const fs::path& b) {
+  std::error_code none;
+  return fs::equivalent(a, b, none);
+}
+
+}  // namespace marco

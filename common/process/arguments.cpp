@@ -1,7 +1,9 @@
 #include "common/process/arguments.hpp"
 
+#include <fcntl.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -10,6 +12,7 @@
 #include <stdexcept>
 
 #include "common/process/exit_code.hpp"
+#include "common/process/stop_signal.hpp"
 #include "common/process/suggest.hpp"
 #include "common/process/version.hpp"
 
@@ -88,6 +91,8 @@ void start_logging(const std::string& process, const std::string& level) {
 }
 
 void finish_stdout() {
+  // A program that was started without a standard output has nobody to print for.
+  if (fcntl(STDOUT_FILENO, F_GETFD) < 0) return;
   errno = 0;
   const bool flushed = std::fflush(stdout) == 0;
   if (flushed && std::ferror(stdout) == 0) return;
@@ -97,16 +102,21 @@ void finish_stdout() {
 }
 
 int run_main(const std::string& process, const std::function<int()>& body) {
+  const auto told = [&](const std::exception& failure, int code) {
+    fprintf(stderr, "%s: %s\n", process.c_str(), failure.what());
+    return code;
+  };
   try {
     const int code = body();
     finish_stdout();
     return code;
   } catch (const UsageError& mistake) {
-    fprintf(stderr, "%s: %s\n", process.c_str(), mistake.what());
-    return kExitUsage;
+    return told(mistake, kExitUsage);
   } catch (const std::exception& failure) {
-    fprintf(stderr, "%s: %s\n", process.c_str(), failure.what());
-    return kExitFailed;
+    if (interrupted_by() == 0) return told(failure, kExitFailed);
+    // What a program of ours that the same Ctrl-C ended complains about is no news.
+    fprintf(stderr, "%s: interrupted; %s\n", process.c_str(), interrupted_outcome().c_str());
+    return kExitSignal + interrupted_by();
   }
 }
 

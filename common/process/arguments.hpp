@@ -31,7 +31,8 @@ void start_logging(const std::string& process, const std::string& level);
 void finish_stdout();
 
 /// The body of each main: runs it, finishes stdout, and turns any exception into a message on
-/// stderr and kExitFailed, a UsageError into kExitUsage.
+/// stderr and kExitFailed, a UsageError into kExitUsage. A command that was interrupted
+/// (catch_interrupts) ends with kExitSignal + the signal's number.
 int run_main(const std::string& process, const std::function<int()>& body);
 
 }  // namespace marco::process

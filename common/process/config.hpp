@@ -101,6 +101,9 @@ class TomlWriter {
 
 std::string to_text(const toml::table& table);
 
+/// What of `table` is not in `other` with the same value.
+toml::table difference(const toml::table& table, const toml::table& other);
+
 }  // namespace detail
 
 /// Fills `options` from the whole of `table`; keys that are missing keep their defaults.
@@ -128,6 +131,16 @@ std::string print_options(Options options) {
   detail::TomlWriter writer;
   options.visit(writer);
   return detail::to_text(writer.take());
+}
+
+/// Those of the options that are not as the program would choose them.
+template <class Options>
+std::string print_changed_options(Options options) {
+  Options defaults;
+  detail::TomlWriter now, before;
+  options.visit(now);
+  defaults.visit(before);
+  return detail::to_text(detail::difference(now.take(), before.take()));
 }
 
 }  // namespace marco::process

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "common/files/whole_file.hpp"
-#include "common/version.hpp"
+#include "common/process/version.hpp"
 
 namespace marco {
 namespace {
@@ -150,7 +150,7 @@ void write_report(const std::filesystem::path& path,
                   const ReportExtras& extras) {
   const ScanCounts counts = count_scans(job);
   json report;
-  report["marco"] = {{"version", version()}, {"revision", revision()}};
+  report["marco"] = process::version();
   report["command_line"] = extras.command_line;
   report["configuration"] = json_of_toml(extras.configuration);
   for (const files::InputReport& input : job.inputs())

@@ -137,6 +137,31 @@ std::vector<files::LogEvent> listen_while(const std::string& command) {
   return heard;
 }
 
+TEST(Output, AFullDiskBehindStandardOutputIsAFailure) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 21);
+  const Outcome outcome = run("(" + program() + " info " + folder / "log" + " >/dev/full)");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.output, HasSubstr("marco-log: its output could not be written: No space"));
+  EXPECT_EQ(run("(" + program() + " info " + folder / "log" + " >&-)").exit_code, 0);
+}
+
+TEST(Output, ForceNeverReplacesADevice) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 21);
+  std::filesystem::create_symlink("/dev/null", folder / "null");
+  for (const char* command : {"cut", "repair", "export --format jsonl"}) {
+    const Outcome outcome =
+        run_log(std::string(command) + " --force " + folder / "log" + " " + folder / "null");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  }
+  EXPECT_EQ(std::filesystem::read_symlink(folder / "null"), "/dev/null");
+  std::filesystem::create_symlink("/dev/full", folder / "full");
+  const Outcome full = run_log("cut " + folder / "log" + " " + folder / "full");
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_THAT(full.output, HasSubstr("No space left"));
+}
+
 TEST(Play, ASubscriberHearsEveryMessageAtTheLogsPace) {
   const ScratchFolder folder;
   write_poses(folder / "log", 21);  // 2 s

@@ -22,7 +22,8 @@ CommandForm::CommandForm(const std::string& deputy, const std::string& group)
   chosen_ = 0;
 }
 
-CommandForm::CommandForm(const PlacedCommand& placed) : chosen_(1), edits_(true) {
+CommandForm::CommandForm(const PlacedCommand& placed)
+    : label_(placed.command.label), chosen_(1), edits_(true) {
   const CommandConfig& command = placed.command;
   fields_ = {{"id", command.id},
              {"exec", command.exec},
@@ -75,6 +76,7 @@ PlacedCommand CommandForm::command() const {
   if (command.id.empty() || command.id.find('/') != std::string::npos) {
     refuse("id", "a name without '/'");
   }
+  command.label = label_;
   command.exec = text_of("exec");
   if (command.exec.empty()) refuse("exec", "what is to run");
   command.deputy = text_of("deputy");

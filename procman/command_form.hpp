@@ -36,6 +36,7 @@ class CommandForm {
   int number_of(const char* name, int min, int max) const;
 
   std::vector<Field> fields_;
+  std::string label_;
   std::size_t chosen_ = 0;
   bool edits_ = false;
 };

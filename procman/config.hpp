@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -25,7 +27,8 @@
 ///     KEY     := exec, deputy or host, auto_respawn, stop_signal, stop_time_allowed, group,
 ///                (+) environment, (+) working_directory
 ///
-/// `#` starts a comment; strings know \n \r \t \" \\ and end on their line.
+/// `#` starts a comment; strings know \n \r \t \" \\ and end on their line, unless a backslash is
+/// the last character of it: then the line end belongs to the string.
 namespace marco::procman {
 
 constexpr int kMaxSignal = 64;
@@ -49,6 +52,7 @@ class ConfigError : public std::runtime_error {
 
 struct CommandConfig {
   std::string id;      ///< unique over all groups and deputies; no '/'
+  std::string label;   ///< its id in the file, where make_ids_unique gave it another; else ""
   std::string exec;    ///< see exec_line.hpp
   std::string deputy;  ///< the id of the deputy that runs it
   bool auto_respawn = false;
@@ -145,19 +149,34 @@ std::string print_config(const Config& config);
 /// Reads a file by its path. @throws std::runtime_error when it cannot.
 using FileReader = std::function<std::string(const std::string& path)>;
 
-/// Parses `path` and, in place, what it includes; groups of one name become one group.
-/// @throws ConfigError, also for a file that includes itself.
+/// What one procman file and all that it includes may be at most.
+inline constexpr std::size_t kMaxConfigBytes = std::size_t{16} << 20;
+inline constexpr int kMaxConfigFiles = 256;
+inline constexpr int kMaxIncludeDepth = 32;
+
+/// Parses `path` and, in place, what it includes; groups of one name become one group. A file that
+/// is included twice counts once.
+/// @throws ConfigError, also for a file that includes itself and beyond the limits above.
 Config load_config(const std::string& path, const FileReader& read_file);
 
-/// As above, from the disk.
+/// As above, from the disk: regular files only.
 Config load_config(const std::string& path);
 
 /// All commands in the order of the file, groups before subgroups.
 std::vector<PlacedCommand> all_commands(const Config& config);
 
-/// What parses but cannot be run: a command without id, deputy or with another's id, a script that
-/// names something unknown or runs itself. One line each, with its place; empty = good.
+/// libbot2's procman takes an id as a label that several commands may bear. Here the first keeps
+/// it and the others become "ID (2)", "ID (3)", ...; a script that names the label means them all.
+/// @returns a warning for each, with its place.
+std::vector<std::string> make_ids_unique(Config& config);
+
+/// Why a file cannot be used at all: a command without id or deputy, or with another's id; two
+/// scripts of one name. One line each, with its place; empty = good.
 std::vector<std::string> find_mistakes(const Config& config);
+
+/// By the name of the script, why it cannot be run: it names a command, group or script that is
+/// missing, runs one that cannot be run, or goes in a circle. The others can be run.
+std::map<std::string, std::vector<std::string>> find_script_mistakes(const Config& config);
 
 /// Puts a command in, or in the place of the one with its id, which may stand in another group.
 void put_command(Config& config, const PlacedCommand& placed);

@@ -55,15 +55,19 @@ Token ConfigLexer::take_string() {
     char c = take();
     if (c == '"') return token;
     if (c == '\\') {
-      if (at_ == text_.size() || text_[at_] == '\n') break;
+      if (at_ == text_.size()) break;
       c = take();
+      if (c == '\r' && at_ < text_.size() && text_[at_] == '\n') c = take();
       if (c == 'n') c = '\n';
       if (c == 'r') c = '\r';
       if (c == 't') c = '\t';
     }
     token.text += c;
   }
-  throw ConfigError(token.place, "this string does not end: expected '\"' on the same line");
+  throw ConfigError(
+      token.place,
+      "this string does not end: expected '\"' on the same line, or a backslash at the "
+      "line's end");
 }
 
 Token ConfigLexer::next() {

@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <charconv>
+#include <map>
 #include <utility>
 
 #include "procman/config.hpp"
 #include "procman/config_lexer.hpp"
 #include "procman/exec_line.hpp"
+#include "procman/group_index.hpp"
 
 namespace marco::procman {
 namespace {
@@ -26,11 +28,10 @@ class Parser {
         parse_group(config.root, "", 1);
       } else if (take_word("script")) {
         config.scripts.push_back(parse_script(place));
-        for (std::size_t i = 0; i + 1 < config.scripts.size(); ++i) {
-          if (config.scripts[i].name != config.scripts.back().name) continue;
-          throw ConfigError(place, "expected another name: there is a script \"" +
-                                       config.scripts[i].name + "\" at " +
-                                       config.scripts[i].place.text());
+        const auto [known, is_new] = scripts_.try_emplace(config.scripts.back().name, place);
+        if (!is_new) {
+          throw ConfigError(place, "expected another name: there is a script \"" + known->first +
+                                       "\" at " + known->second.text());
         }
       } else if (take_word("include")) {
         config.includes.push_back({take_string("the path of a file"), place});
@@ -160,20 +161,15 @@ class Parser {
     }
     const std::string name = take_name("a group name");
     if (name.find_first_not_of(" \t") == std::string::npos) fail("a group name that is not blank");
-    const std::string path = parent_path.empty() ? name : parent_path + "/" + name;
-    auto group = std::find_if(parent.groups.begin(), parent.groups.end(),
-                              [&](const GroupConfig& known) { return known.name == name; });
-    if (group == parent.groups.end()) {
-      parent.groups.push_back({name, {}, {}});
-      group = std::prev(parent.groups.end());
-    }
+    const std::string path = group_path(parent_path, name);
+    GroupConfig& group = groups_.open(parent, name, path);
     take_symbol("{");
     while (!sees_symbol("}")) {
       const SourcePlace place = now_.place;
       if (take_word("cmd")) {
-        parse_command(*group, path, place);
+        parse_command(group, path, place);
       } else if (take_word("group")) {
-        parse_group(*group, path, depth + 1);
+        parse_group(group, path, depth + 1);
       } else {
         fail("'cmd', 'group' or '}'");
       }
@@ -284,6 +280,8 @@ class Parser {
 
   ConfigLexer lexer_;
   Token now_;
+  GroupIndex groups_;
+  std::map<std::string, SourcePlace> scripts_;
 };
 
 }  // namespace

@@ -32,7 +32,8 @@ void print_command(const CommandConfig& command, const std::string& indent, std:
   const auto line = [&](const char* key, const std::string& value) {
     out += indent + "  " + key + " = " + value + ";\n";
   };
-  out += indent + "cmd " + (command.id.empty() ? "" : in_quotes(command.id) + " ") + "{\n";
+  const std::string& id = command.label.empty() ? command.id : command.label;
+  out += indent + "cmd " + (id.empty() ? "" : in_quotes(id) + " ") + "{\n";
   line("exec", in_quotes(command.exec));
   if (!command.deputy.empty()) line("deputy", in_quotes(command.deputy));
   if (command.auto_respawn) line("auto_respawn", "\"true\"");

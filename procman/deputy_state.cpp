@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <utility>
 
@@ -17,6 +18,7 @@ constexpr int kRefusedExit = 126 << 8;  // as a shell's for what may not be exec
 constexpr int64_t kFirstDelayMs = 10;
 constexpr int64_t kLongestDelayMs = 1000;
 constexpr double kMaxStopTime = 86400.0;
+constexpr int64_t kTellAgainUs = 10'000'000;
 
 CommandSpec made_safe(CommandSpec spec) {
   if (spec.stop_signal < 1 || spec.stop_signal > kMaxSignal) spec.stop_signal = 2;
@@ -26,14 +28,6 @@ CommandSpec made_safe(CommandSpec spec) {
 }
 
 }  // namespace
-
-std::string describe_exit(int raw_status) {
-  if (WIFSIGNALED(raw_status)) {
-    return "killed by signal " + std::to_string(WTERMSIG(raw_status)) + " (" +
-           strsignal(WTERMSIG(raw_status)) + ")";
-  }
-  return "exit " + std::to_string(WEXITSTATUS(raw_status));
-}
 
 DeputyState::DeputyState(DeputyOptions options) : options_(std::move(options)) {
   require(!options_.deputy_id.empty(), "a deputy needs an id");
@@ -47,7 +41,7 @@ void DeputyState::on_orders(const Orders& orders, int64_t now_utime_us, int64_t 
       1e-6 * (static_cast<double>(now_utime_us) - static_cast<double>(orders.utime_us));
   if (age_s > options_.max_orders_age_s) {
     ++refusals_.stale;
-    if (!last_stale_tell_us_ || now_us - *last_stale_tell_us_ > 10'000'000) {
+    if (!last_stale_tell_us_ || now_us - *last_stale_tell_us_ > kTellAgainUs) {
       last_stale_tell_us_ = now_us;
       tell("", "ignored orders of " + orders.sheriff_id + " that are " +
                    std::to_string(std::llround(age_s)) + " s old: do the hosts' clocks agree?");
@@ -69,7 +63,9 @@ void DeputyState::on_orders(const Orders& orders, int64_t now_utime_us, int64_t 
 void DeputyState::on_order(const CommandOrder& order, int64_t now_us) {
   const auto [at, is_new] = entries_.try_emplace(order.spec.id);
   Entry& entry = at->second;
-  const CommandSpec spec = made_safe(order.spec);
+  if (!is_new && refuse_change(entry, order, now_us)) return;
+  CommandSpec spec = made_safe(order.spec);
+  if (!is_new && order.force_quit && !is_allowed(spec.exec)) spec = entry.spec;
   if (is_new || !(entry.spec == spec)) {
     entry.spec = spec;
     changed_ = true;
@@ -88,6 +84,25 @@ void DeputyState::on_order(const CommandOrder& order, int64_t now_us) {
     entry.runid = entry.reported_runid = order.desired_runid;
     changed_ = true;
   }
+}
+
+bool DeputyState::is_allowed(const std::string& exec) const {
+  return !options_.allowed_execs || options_.allowed_execs->contains(exec);
+}
+
+// Checked before anything is stopped: what is refused would not be started again.
+bool DeputyState::refuse_change(Entry& entry, const CommandOrder& order, int64_t now_us) {
+  const bool at_work = entry.life != Entry::Life::stopped || entry.respawn_us;
+  const bool changes = order.spec.exec != entry.spec.exec ||
+                       (order.desired_runid != entry.runid && order.desired_runid != 0);
+  if (!at_work || !changes || order.force_quit || is_allowed(order.spec.exec)) return false;
+  ++refusals_.exec;
+  if (!entry.refused_us || now_us - *entry.refused_us > kTellAgainUs) {
+    entry.refused_us = now_us;
+    tell(entry.spec.id,
+         "goes on as it is; refused: none of this deputy's scripts contains: " + order.spec.exec);
+  }
+  return true;
 }
 
 void DeputyState::on_order_running(Entry& entry, const CommandOrder& order) {
@@ -118,8 +133,7 @@ void DeputyState::on_left_out(const std::set<std::string>& ordered) {
       ++at;
     } else {
       // Ours stay; what was refused goes, or the table would fill with other people's commands.
-      const bool refused =
-          entry.life == Entry::Life::stopped && !options_.allowed_execs->contains(entry.spec.exec);
+      const bool refused = entry.life == Entry::Life::stopped && !is_allowed(entry.spec.exec);
       if (entry.life != Entry::Life::stopped && !entry.told_left_out) {
         ++refusals_.left_out;
         entry.told_left_out = true;
@@ -136,7 +150,7 @@ void DeputyState::start(Entry& entry, int32_t runid, int64_t now_us) {
   entry.next_runid.reset();
   entry.respawn_us.reset();
   entry.stopping = false;
-  if (options_.allowed_execs && !options_.allowed_execs->contains(entry.spec.exec)) {
+  if (!is_allowed(entry.spec.exec)) {
     ++refusals_.exec;
     changed_ = true;
     entry.reported_runid = runid;
@@ -174,10 +188,7 @@ void DeputyState::on_ended(const std::string& id, int raw_status, int64_t now_us
   entry.reported_runid = entry.runid;
   entry.exit_code = raw_status;
   changed_ = true;
-  if (WIFSIGNALED(raw_status)) {
-    tell(id, std::string(strsignal(WTERMSIG(raw_status))) +
-                 (WCOREDUMP(raw_status) ? "\nCore dumped." : ""));
-  }
+  tell_end(entry, raw_status);
   if (entry.remove_when_ended) {
     entries_.erase(at);
   } else if (shutting_down_) {
@@ -189,6 +200,17 @@ void DeputyState::on_ended(const std::string& id, int raw_status, int64_t now_us
   } else if (entry.should_run && entry.spec.auto_respawn && !entry.stopping) {
     plan_respawn(entry, now_us);
   }
+}
+
+void DeputyState::tell_end(const Entry& entry, int raw_status) {
+  if (!WIFSIGNALED(raw_status)) return;
+  const int signal = WTERMSIG(raw_status);
+  if (entry.stopping && signal == entry.spec.stop_signal) {
+    return tell(entry.spec.id, "stopped", TellSheriffs::Tone::information);
+  }
+  std::string text = strsignal(signal);
+  if (entry.stopping && signal == SIGKILL) text += ": it did not stop in the time allowed";
+  tell(entry.spec.id, text + (WCOREDUMP(raw_status) ? "\nCore dumped." : ""));
 }
 
 void DeputyState::plan_respawn(Entry& entry, int64_t now_us) {
@@ -262,8 +284,8 @@ std::vector<CommandStatus> DeputyState::commands() const {
   return all;
 }
 
-void DeputyState::tell(const std::string& id, std::string text) {
-  actions_.push_back(TellSheriffs{id, std::move(text)});
+void DeputyState::tell(const std::string& id, std::string text, TellSheriffs::Tone tone) {
+  actions_.push_back(TellSheriffs{id, std::move(text), tone});
 }
 
 }  // namespace marco::procman

@@ -37,6 +37,7 @@ struct StopCommand {
 struct TellSheriffs {
   std::string id;
   std::string text;
+  enum class Tone { warning, information } tone = Tone::warning;
 };
 using DeputyAction = std::variant<StartCommand, StopCommand, TellSheriffs>;
 
@@ -47,6 +48,8 @@ class DeputyState {
  public:
   explicit DeputyState(DeputyOptions options);
 
+  /// An order for an exec string that is not allowed alters nothing of a command that runs or is
+  /// about to run again; a stop is obeyed whatever exec it names.
   /// @param now_utime_us the wall clock, for the age of the orders.
   void on_orders(const Orders& orders, int64_t now_utime_us, int64_t now_us);
 
@@ -101,15 +104,21 @@ class DeputyState {
     int64_t delay_ms = 0;
     int crashes = 0;
     std::optional<int64_t> respawn_us;
+    std::optional<int64_t> refused_us;  ///< when an order for another exec was last refused
   };
 
   void on_order(const CommandOrder& order, int64_t now_us);
+  bool is_allowed(const std::string& exec) const;
+  bool refuse_change(Entry& entry, const CommandOrder& order, int64_t now_us);
+  void tell_end(const Entry& entry, int raw_status);
   void on_order_running(Entry& entry, const CommandOrder& order);
   void on_left_out(const std::set<std::string>& ordered);
   void start(Entry& entry, int32_t runid, int64_t now_us);
   void stop(Entry& entry, double allowed_s);
   void plan_respawn(Entry& entry, int64_t now_us);
-  void tell(const std::string& id, std::string text);
+  void tell(const std::string& id,
+            std::string text,
+            TellSheriffs::Tone tone = TellSheriffs::Tone::warning);
 
   DeputyOptions options_;
   std::map<std::string, Entry> entries_;

@@ -1,18 +1,22 @@
 #include "procman/output_log.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace marco::procman {
 namespace {
 
-// Binary output has no lines.
-constexpr std::size_t kMaxLineBytes = std::size_t{64} * 1024;
+// Anybody on the network can make up deputies and commands.
+constexpr std::size_t kMostBuffers = 10000, kMostAnnounced = 1000, kMaxIdBytes = 1000;
+constexpr std::size_t kBytesPerLine = sizeof(std::string);
 
 }  // namespace
 
 void OutputLog::on_span(const std::string& deputy,
                         int64_t utime_us,
                         std::vector<OutputSpan> spans) {
+  // One that waits for its text is enough: it comes right after.
+  if (announced_.size() >= kMostAnnounced && !announced_.contains(deputy)) announced_.clear();
   announced_[deputy] = {utime_us, std::move(spans)};
 }
 
@@ -26,6 +30,8 @@ std::vector<std::pair<std::string, std::string>> OutputLog::on_output(
   const bool matches = announced != announced_.end() && announced->second.utime_us == utime_us &&
                        announced->second.spans.size() == ids.size();
   for (std::size_t i = 0; i < ids.size() && i < texts.size(); ++i) {
+    const bool is_known = buffers_.contains(ids[i]);
+    if (!is_known && (buffers_.size() >= kMostBuffers || ids[i].size() > kMaxIdBytes)) continue;
     Buffer& buffer = buffers_[ids[i]];
     if (!matches) {
       buffer.expected_byte.reset();
@@ -44,24 +50,61 @@ std::vector<std::pair<std::string, std::string>> OutputLog::on_output(
     }
     append(ids[i], texts[i], completed);
   }
+  if (announced != announced_.end()) announced_.erase(announced);
   return completed;
 }
 
-void OutputLog::append(const std::string& id,
-                       const std::string& text,
-                       std::vector<std::pair<std::string, std::string>>& completed) {
-  std::deque<std::string>& lines = buffers_[id].lines;
-  if (lines.empty()) lines.emplace_back();
-  std::size_t begin = 0;
-  for (std::size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
-    lines.back().append(text, begin, end - begin);
-    if (!lines.back().empty() && lines.back().back() == '\r') lines.back().pop_back();
-    completed.emplace_back(id, lines.back());
-    lines.emplace_back();
-    if (lines.size() > max_lines_) lines.pop_front();
+void OutputLog::append(const std::string& id, std::string_view text, Completed& completed) {
+  Buffer& buffer = buffers_[id];
+  if (buffer.lines.empty()) buffer.lines.emplace_back();
+  while (!text.empty()) {
+    // Binary output has no lines.
+    const std::size_t room = kMaxLineBytes - std::min(kMaxLineBytes, buffer.lines.back().size());
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view piece = text.substr(0, std::min(end, room));
+    buffer.lines.back() += piece;
+    buffer.bytes += piece.size();
+    bytes_ += piece.size();
+    text.remove_prefix(piece.size());
+    if (text.empty()) break;
+    if (text.front() == '\n') text.remove_prefix(1);
+    end_line(id, buffer, completed);
   }
-  lines.back().append(text, begin);
-  if (lines.back().size() > kMaxLineBytes) lines.emplace_back();
+  while (bytes_ > kMaxBytes) drop_of_longest();
+}
+
+void OutputLog::end_line(const std::string& id, Buffer& buffer, Completed& completed) {
+  std::string& line = buffer.lines.back();
+  if (!line.empty() && line.back() == '\r') {
+    line.pop_back();
+    --buffer.bytes;
+    --bytes_;
+  }
+  completed.emplace_back(id, line);
+  buffer.lines.emplace_back();
+  buffer.bytes += kBytesPerLine;
+  bytes_ += kBytesPerLine;
+  while (buffer.lines.size() > max_lines_ || buffer.bytes > kMaxCommandBytes) drop_oldest(buffer);
+}
+
+void OutputLog::drop_oldest(Buffer& buffer) {
+  const std::size_t size = buffer.lines.front().size() + kBytesPerLine;
+  buffer.lines.pop_front();
+  buffer.bytes -= size;
+  bytes_ -= size;
+}
+
+void OutputLog::drop_of_longest() {
+  const auto longest = std::max_element(
+      buffers_.begin(), buffers_.end(),
+      [](const auto& a, const auto& b) { return a.second.bytes < b.second.bytes; });
+  Buffer& buffer = longest->second;
+  const std::size_t wanted = buffer.bytes / 2;
+  while (buffer.lines.size() > 1 && buffer.bytes > wanted) drop_oldest(buffer);
+  if (buffer.lines.size() > 1) return;
+  bytes_ -= buffer.bytes;
+  buffer.lines.clear();
+  buffer.bytes = 0;
 }
 
 const std::deque<std::string>& OutputLog::lines(const std::string& id) const {

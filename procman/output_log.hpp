@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace marco::procman {
@@ -17,13 +18,18 @@ struct OutputSpan {
   std::string file;
 };
 
-/// The last lines of each command, as a sheriff heard them. Where a message was lost on the way, a
+/// The last lines of each command, as a sheriff heard them; bounded, whatever the network says:
+/// kMaxCommandBytes of a command, kMaxBytes of all, a longer line than kMaxLineBytes is cut into
+/// several. Where a message was lost on the way, a
 /// line says how much is missing and where it is, if the deputy is one that says which bytes it
 /// sends (ours).
 class OutputLog {
  public:
   /// @param max_lines kept of each command.
-  explicit OutputLog(std::size_t max_lines) : max_lines_(max_lines) {}
+  explicit OutputLog(std::size_t max_lines = 5000) : max_lines_(max_lines) {}
+  static constexpr std::size_t kMaxLineBytes = std::size_t{16} << 10;
+  static constexpr std::size_t kMaxCommandBytes = std::size_t{4} << 20;
+  static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
   /// What the message of this deputy and time will carry; comes before it.
   void on_span(const std::string& deputy, int64_t utime_us, std::vector<OutputSpan> spans);
@@ -40,9 +46,13 @@ class OutputLog {
 
   int64_t lost_bytes() const { return lost_bytes_; }
 
+  /// Of all lines kept.
+  std::size_t bytes() const { return bytes_; }
+
  private:
   struct Buffer {
     std::deque<std::string> lines;
+    std::size_t bytes = 0;
     std::optional<int64_t> expected_byte;
     std::string file;
   };
@@ -51,13 +61,16 @@ class OutputLog {
     std::vector<OutputSpan> spans;
   };
 
-  void append(const std::string& id,
-              const std::string& text,
-              std::vector<std::pair<std::string, std::string>>& completed);
+  using Completed = std::vector<std::pair<std::string, std::string>>;
+  void append(const std::string& id, std::string_view text, Completed& completed);
+  void end_line(const std::string& id, Buffer& buffer, Completed& completed);
+  void drop_oldest(Buffer& buffer);
+  void drop_of_longest();
 
   std::size_t max_lines_;
   std::map<std::string, Buffer> buffers_;
   std::map<std::string, Announced> announced_;  ///< by deputy
+  std::size_t bytes_ = 0;
   int64_t lost_bytes_ = 0;
 };
 

@@ -16,15 +16,6 @@ bool has_stopped(Status status) {
   return status == Status::stopped_ok || status == Status::stopped_error;
 }
 
-void collect_channels(const Config& config, const std::string& name, std::set<std::string>& all) {
-  const ScriptConfig* script = find_script(config, name);
-  if (script == nullptr) return;
-  for (const ScriptAction& action : script->actions) {
-    if (action.wait && action.wait->what == WaitFor::publishing) all.insert(action.wait->channel);
-    if (action.kind == ActionKind::run_script) collect_channels(config, action.script, all);
-  }
-}
-
 std::string describe_wait(const ScriptAction& action) {
   switch (action.wait->what) {
     case WaitFor::running:
@@ -59,15 +50,31 @@ std::string describe_action(const ScriptAction& action) {
 
 ScriptRunner::ScriptRunner(const Config& config, const std::string& name)
     : config_(config), name_(name) {
-  const ScriptConfig* script = find_script(config_, name);
-  require(script != nullptr, "there is no script \"" + name + "\"");
-  stack_.push_back({script});
+  for (const ScriptConfig& script : config_.scripts) scripts_.emplace(script.name, &script);
+  require(scripts_.contains(name), "there is no script \"" + name + "\"");
+  const auto mistakes = find_script_mistakes(config_);
+  if (const auto at = mistakes.find(name); at != mistakes.end()) {
+    std::string why = "script \"" + name + "\" cannot be run";
+    for (const std::string& mistake : at->second) why += "; " + mistake;
+    require(false, why);
+  }
+  stack_.push_back({scripts_.at(name)});
   events_.push_back("script " + name + " begins");
 }
 
 std::vector<std::string> ScriptRunner::channels() const {
   std::set<std::string> all;
-  collect_channels(config_, name_, all);
+  std::set<std::string> seen = {name_};
+  for (std::vector<std::string> open = {name_}; !open.empty();) {
+    const ScriptConfig& script = *scripts_.at(open.back());
+    open.pop_back();
+    for (const ScriptAction& action : script.actions) {
+      if (action.wait && action.wait->what == WaitFor::publishing) all.insert(action.wait->channel);
+      if (action.kind == ActionKind::run_script && seen.insert(action.script).second) {
+        open.push_back(action.script);
+      }
+    }
+  }
   return {all.begin(), all.end()};
 }
 
@@ -77,7 +84,11 @@ void ScriptRunner::on_message(const std::string& channel, int64_t now_us) {
 
 ScriptRunner::State ScriptRunner::step(SheriffState& sheriff, int64_t now_us) {
   next_due_us_.reset();
-  while (state_ == State::running) {
+  for (int actions = 0; state_ == State::running; ++actions) {
+    if (actions == kMostActionsAStep) {
+      next_due_us_ = now_us;
+      break;
+    }
     if (rest_until_us_ && now_us < *rest_until_us_) {
       next_due_us_ = rest_until_us_;
       break;
@@ -93,7 +104,7 @@ ScriptRunner::State ScriptRunner::step(SheriffState& sheriff, int64_t now_us) {
     if (action.kind == ActionKind::run_script) {
       ++frame.next;
       events_.push_back(describe_action(action));
-      stack_.push_back({find_script(config_, action.script)});
+      stack_.push_back({scripts_.at(action.script)});
       continue;
     }
     const Progress progress =
@@ -126,12 +137,13 @@ ScriptRunner::Progress ScriptRunner::check_wait(const ScriptAction& action,
                                                 const SheriffState& sheriff,
                                                 int64_t now_us) {
   const WaitCondition& wait = *action.wait;
+  waited_for_ = sheriff.commands_of(action.target);
   if (is_satisfied(action, sheriff)) {
     rest_until_us_ = *action_began_us_ + kPauseUs;
     return Progress::done;
   }
   if (wait.what == WaitFor::publishing) {
-    for (const std::string& id : sheriff.commands_of(action.target)) {
+    for (const std::string& id : waited_for_) {
       const SheriffCommand& command = sheriff.commands().at(id);
       if (!has_stopped(command.status()) || command.spec.auto_respawn) continue;
       return give_up(wait, id + " has ended, waiting for " + describe_wait(action) +
@@ -149,6 +161,7 @@ ScriptRunner::Progress ScriptRunner::check_wait(const ScriptAction& action,
 }
 
 ScriptRunner::Progress ScriptRunner::give_up(const WaitCondition& wait, const std::string& event) {
+  waited_in_vain_ = true;
   if (wait.continue_after_timeout) {
     events_.push_back(event + "; going on");
     return Progress::done;
@@ -175,6 +188,10 @@ std::string ScriptRunner::waiting_for() const {
   if (state_ != State::running || !action_began_us_) return "";
   const ScriptAction& action = stack_.back().script->actions[stack_.back().next];
   return action.wait ? describe_wait(action) : "";
+}
+
+std::optional<int64_t> ScriptRunner::waiting_since_us() const {
+  return waiting_for().empty() ? std::nullopt : action_began_us_;
 }
 
 void ScriptRunner::finish(State state, const std::string& event) {

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "procman/config.hpp"
@@ -17,12 +18,13 @@ class ScriptRunner {
   enum class State { running, finished, aborted };
 
   /// @param config must be free of mistakes; copied.
-  /// @throws std::invalid_argument when there is no script of this name.
+  /// @throws std::invalid_argument when there is no script of this name, or it cannot be run.
   ScriptRunner(const Config& config, const std::string& name);
   ScriptRunner(const ScriptRunner&) = delete;
   ScriptRunner& operator=(const ScriptRunner&) = delete;
 
-  /// Does all that can be done now.
+  /// Does what can be done now, at most kMostActionsAStep actions: scripts that run scripts can be
+  /// long, and keys and signals must not wait for them.
   State step(SheriffState& sheriff, int64_t now_us);
 
   /// A message came on a channel that some action waits for.
@@ -39,6 +41,17 @@ class ScriptRunner {
 
   /// What it waits for now; "" when for nothing.
   std::string waiting_for() const;
+
+  /// When the wait that goes on now began; none when it waits for nothing.
+  std::optional<int64_t> waiting_since_us() const;
+
+  /// The commands that the last wait, which may have been in vain, was for.
+  const std::vector<std::string>& waited_for() const { return waited_for_; }
+
+  /// Whether a wait was given up since the last call.
+  bool take_waited_in_vain() { return std::exchange(waited_in_vain_, false); }
+
+  static constexpr int kMostActionsAStep = 1000;
 
   /// Lines for the event log since the last call.
   std::vector<std::string> take_events();
@@ -57,6 +70,7 @@ class ScriptRunner {
   void finish(State state, const std::string& event);
 
   Config config_;
+  std::map<std::string, const ScriptConfig*> scripts_;
   std::string name_;
   State state_ = State::running;
   std::vector<Frame> stack_;
@@ -65,6 +79,8 @@ class ScriptRunner {
   std::optional<int64_t> next_due_us_;
   std::map<std::string, int64_t> heard_us_;
   std::vector<std::string> events_;
+  std::vector<std::string> waited_for_;
+  bool waited_in_vain_ = false;
 };
 
 /// "start cmd "lidar"", for logs and screens.

@@ -1,9 +1,7 @@
 #include "procman/sheriff_state.hpp"
 
-#include <sys/wait.h>
-
 #include <algorithm>
-#include <csignal>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -14,15 +12,8 @@ namespace {
 
 constexpr int64_t kOrdersPeriodUs = 1'000'000;
 constexpr int64_t kMaxInfoAgeUs = 30'000'000;
+constexpr int64_t kTellStaleAgainUs = 60'000'000;
 constexpr std::size_t kMostDeputies = 1000, kMostCommands = 10000;
-
-bool ended_well(const CommandStatus& status, bool was_stopped) {
-  if (status.exit_code == 0) return true;
-  if (!was_stopped || !WIFSIGNALED(status.exit_code)) return false;
-  const int signal = WTERMSIG(status.exit_code);
-  return signal == SIGINT || signal == SIGTERM || signal == SIGKILL ||
-         signal == status.spec.stop_signal;
-}
 
 CommandSpec spec_of(const PlacedCommand& placed) {
   const CommandConfig& command = placed.command;
@@ -33,43 +24,6 @@ CommandSpec spec_of(const PlacedCommand& placed) {
 
 }  // namespace
 
-const char* status_text(Status status) {
-  switch (status) {
-    case Status::unknown:
-      return "Unknown";
-    case Status::starting:
-      return "Starting";
-    case Status::restarting:
-      return "Restarting";
-    case Status::running:
-      return "Running";
-    case Status::stopping:
-      return "Stopping";
-    case Status::stopped_ok:
-      return "Stopped (OK)";
-    case Status::stopped_error:
-      return "Stopped (Error)";
-  }
-  return "";
-}
-
-Status SheriffCommand::status() const {
-  if (!reported) return Status::unknown;
-  const bool runs = reported->pid != 0;
-  if (removing && runs) return Status::stopping;
-  if (reported->actual_runid != desired_runid && !force_quit) {
-    return runs ? Status::restarting : Status::starting;
-  }
-  if (runs) return force_quit ? Status::stopping : Status::running;
-  return ended_well(*reported, force_quit) ? Status::stopped_ok : Status::stopped_error;
-}
-
-bool SheriffCommand::settled() const {
-  const Status now = status();
-  return intent_ == Intent::none && now != Status::starting && now != Status::restarting &&
-         now != Status::stopping;
-}
-
 SheriffState::SheriffState(std::string sheriff_id, bool observer)
     : sheriff_id_(std::move(sheriff_id)), observer_(observer) {}
 
@@ -77,6 +31,7 @@ void SheriffState::load(const Config& config) {
   for (const PlacedCommand& placed : all_commands(config)) {
     SheriffCommand& command = commands_[placed.command.id];
     command.spec = spec_of(placed);
+    command.label = placed.command.label;
     command.deputy = placed.command.deputy;
     changed_deputies_.insert(command.deputy);
   }
@@ -91,7 +46,9 @@ SheriffCommand& SheriffState::command(const std::string& id) {
 std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
                                                int64_t now_utime_us,
                                                int64_t now_us) {
-  if (!observer_ && info.utime_us < now_utime_us - kMaxInfoAgeUs) return {};
+  if (!observer_ && info.utime_us < now_utime_us - kMaxInfoAgeUs) {
+    return tell_stale(info, now_utime_us, now_us);
+  }
   // Anybody on the network can make up deputies and commands: no more than a house may have.
   const bool is_known = deputies_.contains(info.deputy_id);
   if (!is_known && deputies_.size() >= kMostDeputies) return {};
@@ -146,6 +103,21 @@ std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
   note_missing(info.deputy_id, listed);
   forget_removed();
   return events;
+}
+
+std::vector<std::string> SheriffState::tell_stale(const DeputyInfo& info,
+                                                  int64_t now_utime_us,
+                                                  int64_t now_us) {
+  if (!stale_told_us_.contains(info.deputy_id) && stale_told_us_.size() >= kMostDeputies) return {};
+  const auto [told, is_new] = stale_told_us_.try_emplace(info.deputy_id, now_us);
+  if (!is_new && now_us - told->second < kTellStaleAgainUs) return {};
+  told->second = now_us;
+  // As doubles: a stranger's stamp may be any number.
+  const double age_s =
+      1e-6 * (static_cast<double>(now_utime_us) - static_cast<double>(info.utime_us));
+  return {"deputy " + info.deputy_id + " is not believed: its clock is " +
+          std::to_string(std::llround(std::min(age_s, 1e12))) +
+          " s behind ours. Set both clocks (chrony, ntp)"};
 }
 
 void SheriffState::note_missing(const std::string& deputy, const std::set<std::string>& listed) {
@@ -218,6 +190,7 @@ void SheriffState::put(const PlacedCommand& placed) {
     command = {};
   }
   command.spec = spec_of(placed);
+  command.label = placed.command.label;
   command.deputy = placed.command.deputy;
   command.removing = false;
   removed_[command.deputy].erase(placed.command.id);
@@ -263,12 +236,21 @@ std::vector<Orders> SheriffState::take_due_orders(int64_t now_utime_us, int64_t 
   return due;
 }
 
+std::vector<std::string> SheriffState::running() const {
+  std::vector<std::string> ids;
+  for (const auto& [id, command] : commands_) {
+    if (command.reported && command.reported->pid != 0) ids.push_back(id);
+  }
+  return ids;
+}
+
 std::vector<std::string> SheriffState::commands_of(const Target& target) const {
   std::vector<std::string> ids;
   for (const auto& [id, command] : commands_) {
     const bool meant =
         target.kind == TargetKind::everything ||
-        (target.kind == TargetKind::command && id == target.name) ||
+        (target.kind == TargetKind::command &&
+         (id == target.name || (!command.label.empty() && command.label == target.name))) ||
         (target.kind == TargetKind::group && group_is_within(command.spec.group, target.name));
     if (meant) ids.push_back(id);
   }

@@ -27,6 +27,7 @@ const char* status_text(Status status);
 /// A command as the sheriff knows it.
 struct SheriffCommand {
   CommandSpec spec;
+  std::string label;  ///< what scripts may call it too, see CommandConfig; "" = only by its id
   std::string deputy;
   int32_t desired_runid = 0;
   bool force_quit = false;
@@ -84,15 +85,19 @@ class SheriffState {
   /// second ago. None as observer.
   std::vector<Orders> take_due_orders(int64_t now_utime_us, int64_t now_us);
 
+  /// Ids of the commands that run, as far as was heard.
+  std::vector<std::string> running() const;
+
   const std::map<std::string, SheriffCommand>& commands() const { return commands_; }
   const std::map<std::string, SheriffDeputy>& deputies() const { return deputies_; }
   const std::string& id() const { return sheriff_id_; }
 
-  /// Ids of the commands meant, in the order of their ids.
+  /// Ids of the commands meant, by id or label, in the order of their ids.
   std::vector<std::string> commands_of(const Target& target) const;
 
  private:
   SheriffCommand& command(const std::string& id);
+  std::vector<std::string> tell_stale(const DeputyInfo& info, int64_t now_utime_us, int64_t now_us);
   void note_missing(const std::string& deputy, const std::set<std::string>& listed);
   void settle_first_report(SheriffCommand& command);
   void apply(SheriffCommand& command, SheriffCommand::Intent intent);
@@ -103,6 +108,7 @@ class SheriffState {
   std::map<std::string, SheriffCommand> commands_;
   std::map<std::string, SheriffDeputy> deputies_;
   std::map<std::string, int64_t> orders_sent_us_;
+  std::map<std::string, int64_t> stale_told_us_;  ///< by deputy
   std::set<std::string> changed_deputies_;
   /// Of each deputy what it may still list after its removal.
   std::map<std::string, std::set<std::string>> removed_;

@@ -1,5 +1,7 @@
 // What strangers tell sheriffs and deputies, what keepers and deputies say to each other, and files
 // that people write for them.
+#include <set>
+
 #include "procman/config.hpp"
 #include "procman/deputy_state.hpp"
 #include "procman/exec_line.hpp"
@@ -141,7 +143,14 @@ MARCO_FUZZ(procman_config) {
   try {
     const Config config = parse_config(text, "fuzz");
     find_mistakes(config);
+    find_script_mistakes(config);
     promise(parse_config(print_config(config), "printed") == config, "reads what it printed");
+    Config unique = config;
+    make_ids_unique(unique);
+    std::set<std::string> ids;
+    for (const PlacedCommand& placed : all_commands(unique)) {
+      promise(placed.command.id.empty() || ids.insert(placed.command.id).second, "ids are unique");
+    }
     for (const PlacedCommand& placed : all_commands(config)) {
       parse_exec_line(placed.command.wire_exec(), [](const std::string&) { return std::nullopt; });
     }

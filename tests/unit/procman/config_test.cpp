@@ -82,6 +82,7 @@ TEST(Config, ReadsTheWholeGrammarOfBothDialects) {
   EXPECT_EQ(actions[4].wait_ms, 250);
   EXPECT_EQ(actions[7].script, "end");
   EXPECT_THAT(find_mistakes(config), IsEmpty());
+  EXPECT_THAT(find_script_mistakes(config), IsEmpty());
 }
 
 TEST(Config, ErrorsNameFileLineColumnAndWhatWasExpected) {
@@ -137,12 +138,16 @@ script "t" { run_script "u"; }
 script "u" { run_script "s"; }
 )",
                                      "f");
+  EXPECT_THAT(find_mistakes(config), ElementsAre(HasSubstr("f:2:1: expected an id"),
+                                                 HasSubstr("f:3:1: expected an attribute"),
+                                                 HasSubstr("f:4:13: expected another id")));
+  const auto scripts = find_script_mistakes(config);
   EXPECT_THAT(
-      find_mistakes(config),
-      ElementsAre(HasSubstr("f:2:1: expected an id"), HasSubstr("f:3:1: expected an attribute"),
-                  HasSubstr("f:4:13: expected another id"), HasSubstr("f:5:14: expected a command"),
-                  HasSubstr("f:5:29: expected a group"), HasSubstr("f:5:47: expected a script of"),
-                  HasSubstr("runs itself"), HasSubstr("runs itself"), HasSubstr("runs itself")));
+      scripts.at("s"),
+      ElementsAre(HasSubstr("f:5:14: expected a command"), HasSubstr("f:5:29: expected a group"),
+                  HasSubstr("f:5:47: expected a script of"), HasSubstr("in a circle")));
+  EXPECT_THAT(scripts.at("t"), ElementsAre(HasSubstr("in a circle")));
+  EXPECT_THAT(scripts.at("u"), ElementsAre(HasSubstr("in a circle")));
 }
 
 TEST(Config, AGroupMeansItsSubgroupsAndSlashesDoNotMatter) {
@@ -263,7 +268,10 @@ TEST(Config, DamagedFilesDoNoHarm) {
     for (int n = 0; n < 3; ++n) text[random() % text.size()] = static_cast<char>(random() % 256);
     text.resize(random() % text.size());
     try {
-      find_mistakes(parse_config(text, "f"));
+      Config config = parse_config(text, "f");
+      make_ids_unique(config);
+      find_mistakes(config);
+      find_script_mistakes(config);
     } catch (const ConfigError&) {
     }
   }

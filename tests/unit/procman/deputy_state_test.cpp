@@ -40,7 +40,10 @@ struct DeputyWorld {
         if (!slow_start) deputy.on_started(start->spec.id, ++last_pid);
       }
       if (const auto* stop = std::get_if<StopCommand>(&action)) stops.push_back(*stop);
-      if (const auto* line = std::get_if<TellSheriffs>(&action)) told.push_back(line->text);
+      if (const auto* line = std::get_if<TellSheriffs>(&action)) {
+        told.push_back(line->text);
+        tones.push_back(line->tone);
+      }
     }
   }
   void end(const std::string& id, int raw_status) {
@@ -66,6 +69,7 @@ struct DeputyWorld {
   std::vector<int64_t> start_times_us;
   std::vector<StopCommand> stops;
   std::vector<std::string> told;
+  std::vector<TellSheriffs::Tone> tones;
 };
 
 TEST(DeputyState, StartsWhenTheRunIdDiffersAndNotAgain) {
@@ -217,8 +221,47 @@ TEST(DeputyState, ARespawnOfAChangedExecIsRefusedToo) {
   world.order(spec, 1);
   world.end("lidar", 0);
   world.pass_due_times();
-  EXPECT_THAT(world.starts, SizeIs(1));
+  ASSERT_THAT(world.starts, SizeIs(2)) << "it respawns as it was";
+  EXPECT_EQ(world.starts[1].spec.exec, "lidar --fast");
   EXPECT_EQ(world.deputy.refusals().exec, 1);
+}
+
+// Another sheriff's order for the same id, with an exec that is in no script of ours.
+TEST(DeputyState, ARefusedOrderAltersNothing) {
+  CommandSpec spec = lidar_spec();
+  spec.auto_respawn = true;
+  DeputyWorld world(std::set<std::string>{"lidar --fast", "lidar --slow"});
+  world.order(spec, 1);
+  CommandSpec foreign = {"lidar", "rm -rf /", "other", false, 9, 0.0};
+  for (int second = 0; second < 15; ++second) {
+    world.now_us += kSecond;
+    world.order(foreign, 77);
+    world.order(foreign, 1);
+  }
+  EXPECT_THAT(world.stops, IsEmpty());
+  EXPECT_EQ(world.lidar().spec, spec);
+  EXPECT_EQ(world.lidar().actual_runid, 1);
+  EXPECT_EQ(world.deputy.refusals().exec, 30);
+  ASSERT_THAT(world.told, SizeIs(2)) << "said, but not with every order";
+  EXPECT_THAT(world.told[0], HasSubstr("goes on as it is; refused: none of this"));
+  world.end("lidar", 3 << 8);
+  world.order(foreign, 78);  // during the respawn delay
+  world.pass_due_times();
+  EXPECT_THAT(world.starts, SizeIs(2));
+  EXPECT_TRUE(world.lidar().pid != 0);
+  CommandSpec slow = spec;
+  slow.exec = "lidar --slow";
+  world.order(slow, 2);
+  EXPECT_THAT(world.stops, SizeIs(1)) << "an allowed exec is still obeyed";
+}
+
+TEST(DeputyState, AStopIsObeyedWhateverExecItNames) {
+  DeputyWorld world(std::set<std::string>{"lidar --fast"});
+  world.order(lidar_spec(), 1);
+  world.order({"lidar", "something else", "", false, 2, 1.0}, 1, true);
+  ASSERT_THAT(world.stops, SizeIs(1));
+  EXPECT_EQ(world.stops[0].signal, 15) << "with the running command's own signal";
+  EXPECT_EQ(world.lidar().spec, lidar_spec());
 }
 
 TEST(DeputyState, WithoutTheFlagNothingEndsBecauseASheriffLeavesItOut) {
@@ -291,6 +334,24 @@ TEST(DeputyState, ShutsDownWithTimeAllowedAndTheSecondTimeAtOnce) {
   world.end("lidar", SIGKILL);
   EXPECT_THAT(world.starts, SizeIs(1));
   EXPECT_TRUE(world.deputy.all_ended());
+}
+
+TEST(DeputyState, AnOrderedStopIsNoWarning) {
+  DeputyWorld world;
+  const auto end_by = [&](int signal) {
+    world.told.clear();
+    world.order(lidar_spec(), ++world.last_pid);
+    world.order(lidar_spec(), world.last_pid, true);
+    world.tones.clear();
+    world.end("lidar", signal);
+    return world.told.at(0);
+  };
+  EXPECT_EQ(end_by(15), "stopped");
+  EXPECT_EQ(world.tones.at(0), TellSheriffs::Tone::information);
+  EXPECT_EQ(end_by(SIGKILL), "Killed: it did not stop in the time allowed");
+  EXPECT_EQ(world.tones.at(0), TellSheriffs::Tone::warning);
+  EXPECT_EQ(end_by(SIGSEGV), "Segmentation fault");
+  EXPECT_EQ(world.tones.at(0), TellSheriffs::Tone::warning);
 }
 
 TEST(DeputyState, DeathBySignalIsSaid) {

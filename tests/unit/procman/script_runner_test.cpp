@@ -82,6 +82,32 @@ TEST(ScriptRunner, WhatHasEndedCannotPublish) {
   EXPECT_EQ(script.step(world.sheriff, world.now_us), State::aborted);
 }
 
+TEST(ScriptRunner, TellsForWhomItWaitsSinceWhenAndThatItWasInVain) {
+  SheriffWorld world;
+  ScriptRunner script(world.config, "inner");
+  EXPECT_EQ(script.waiting_since_us(), std::nullopt);
+  script.step(world.sheriff, world.now_us);
+  EXPECT_EQ(script.waiting_since_us(), world.now_us);
+  EXPECT_THAT(script.waited_for(), ElementsAre("logger"));
+  EXPECT_FALSE(script.take_waited_in_vain());
+  world.pass(2 * kSecondUs);
+  script.step(world.sheriff, world.now_us);
+  EXPECT_TRUE(script.take_waited_in_vain());
+  EXPECT_FALSE(script.take_waited_in_vain());
+}
+
+// Else no key and no signal would be heard until a long script without waits is over.
+TEST(ScriptRunner, ALongScriptLetsOthersInBetween) {
+  std::string text = "script \"s\" {";
+  for (int i = 0; i < 1500; ++i) text += " stop everything;";
+  const Config config = parse_config(text + " }", "f");
+  SheriffState sheriff("me");
+  ScriptRunner script(config, "s");
+  EXPECT_EQ(script.step(sheriff, 7), State::running);
+  EXPECT_EQ(script.next_due_us(), 7);
+  EXPECT_EQ(script.step(sheriff, 8), State::finished);
+}
+
 TEST(ScriptRunner, AnUnknownNameIsRefused) {
   SheriffWorld world;
   EXPECT_THROW(ScriptRunner(world.config, "none"), std::invalid_argument);

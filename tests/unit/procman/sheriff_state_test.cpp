@@ -59,6 +59,47 @@ TEST(SheriffState, ACommandGoesThroughItsLife) {
   EXPECT_TRUE(world.sheriff.commands().at("lidar").force_quit) << "or a new deputy would run it";
 }
 
+// "Stopped (OK)" after a stop is what the stop itself does: its signal, and KILL when time is over.
+TEST(SheriffState, AnotherSignalAfterAStopIsAnError) {
+  const auto status_after = [](int raw_status) {
+    SheriffWorld world;
+    world.sheriff.start("lidar");
+    world.exchange();
+    DeputyInfo info{world.now_us, "base", {}, world.deputy.commands()};
+    world.sheriff.stop("lidar");
+    for (CommandStatus& command : info.commands) {
+      if (command.spec.id != "lidar") continue;
+      command.pid = 0;
+      command.exit_code = raw_status;
+    }
+    world.sheriff.on_info(info, world.now_us, world.now_us);
+    return world.status("lidar");
+  };
+  for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
+    EXPECT_EQ(status_after(signal), Status::stopped_ok) << signal;
+  }
+  EXPECT_EQ(status_after(SIGSEGV), Status::stopped_error);
+  EXPECT_EQ(status_after(SIGABRT), Status::stopped_error);
+  EXPECT_EQ(status_after(1 << 8), Status::stopped_error);
+}
+
+TEST(SheriffState, OnlyItsOwnDeputysReportCounts) {
+  SheriffWorld world;
+  CommandStatus running{world.sheriff.commands().at("lidar").spec};
+  running.pid = 5;
+  running.actual_runid = 9;
+  world.sheriff.on_info({world.now_us, "elsewhere", {}, {running}}, world.now_us, world.now_us);
+  EXPECT_EQ(world.status("lidar"), Status::stopped_ok);
+  EXPECT_EQ(world.sheriff.commands().at("lidar").deputy, "base");
+  EXPECT_EQ(world.sheriff.commands().at("lidar").desired_runid, 0);
+  EXPECT_THAT(world.sheriff.running(), IsEmpty());
+  world.sheriff.start("lidar");
+  world.exchange();
+  EXPECT_THAT(world.sheriff.running(), ElementsAre("lidar"));
+  world.sheriff.on_info({world.now_us, "elsewhere", {}, {}}, world.now_us, world.now_us);
+  EXPECT_EQ(world.status("lidar"), Status::running) << "nor what another does not list";
+}
+
 TEST(SheriffState, StartingWhatRunsChangesNothing) {
   SheriffWorld world;
   world.sheriff.start("lidar");
@@ -153,6 +194,19 @@ TEST(SheriffState, OldInformationIsIgnored) {
   EXPECT_THAT(world.sheriff.deputies(), IsEmpty());
 }
 
+TEST(SheriffState, AClockBehindIsSaidAndNotEverySecond) {
+  SheriffWorld world(false);
+  const auto hear = [&](int64_t age_s, int64_t at_s) {
+    return world.sheriff.on_info({world.now_us - age_s * kSecondUs, "base", {}, {}}, world.now_us,
+                                 at_s * kSecondUs);
+  };
+  EXPECT_THAT(hear(40, 1), ElementsAre("deputy base is not believed: its clock is 40 s behind "
+                                       "ours. Set both clocks (chrony, ntp)"));
+  EXPECT_THAT(hear(40, 2), IsEmpty());
+  EXPECT_THAT(hear(40, 62), SizeIs(1));
+  EXPECT_THAT(hear(29, 63), ElementsAre("deputy base is there"));
+}
+
 TEST(SheriffState, TargetsMeanGroupsWithTheirSubgroups) {
   const SheriffWorld world;
   EXPECT_THAT(world.sheriff.commands_of({TargetKind::group, "drivers"}),
@@ -205,7 +259,8 @@ TEST(SheriffState, ForgedInformationFillsNoTableAndOverflowsNoNumber) {
   DeputyInfo info;
   info.deputy_id = "base";
   info.utime_us = std::numeric_limits<int64_t>::min();
-  EXPECT_THAT(other.on_info(info, now_us, 0), IsEmpty());
+  other.on_info(info, now_us, 0);
+  EXPECT_THAT(other.deputies(), IsEmpty());
   info.utime_us = now_us;
   info.commands.push_back({other.commands().at("logger").spec});
   info.commands[0].actual_runid = std::numeric_limits<int32_t>::max();

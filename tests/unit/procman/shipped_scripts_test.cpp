@@ -61,6 +61,7 @@ TEST(ShippedScripts, NameCommandsProgramsAndFilesThatExist) {
     SCOPED_TRACE(entry.path());
     const Config config = load_config(entry.path());
     EXPECT_THAT(find_mistakes(config), IsEmpty());
+    EXPECT_THAT(find_script_mistakes(config), IsEmpty());
     check_commands(config.root, programs);
     scripts += static_cast<int>(config.scripts.size());
   }

@@ -113,7 +113,8 @@ emergency_stop_t to_message(const EmergencyStop& stop) {
 
 EmergencyStop from_message(const emergency_stop_t& message) {
   // A stop is a stop, whatever its stamp; only a release is weighed by it.
-  const Utime stamp = message.engaged != 0 ? Utime::from_us(message.utime) : stamp_of(message.utime);
+  const Utime stamp =
+      message.engaged != 0 ? Utime::from_us(message.utime) : stamp_of(message.utime);
   return {stamp, message.engaged != 0, message.sender, message.reason};
 }
 

@@ -15,6 +15,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco texture PLY PHOTOGRAPHS      a model painted with photographs    (./marco texture --help)
   ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
   ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
+  ./marco stop [--release]             stops every base at once, and keeps it stopped until --release
   ./marco replay LOG [--speed X]       a log's input channels into the processes that run
   ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)
   ./marco log COMMAND ...              info, cut, filter, merge, export, import, repair, play

@@ -35,7 +35,7 @@ struct P2osEmulatorOptions {
   double default_rate_acceleration_deg_per_s2 = 100.0;
   int bumpers_each_end = 5;  ///< 0 = none: then its packets show all of them pressed
   bool tells_config = true;  ///< old firmware does not
-  int ticks_per_mm = 39;  ///< of the wheel encoders; ours
+  int ticks_per_mm = 39;     ///< of the wheel encoders; ours
 };
 
 /// A Pioneer 2 as its serial line shows it: sync, motion with trapezoids, information packets each

@@ -113,13 +113,13 @@ void BaseDriver::emergency_stop(const EmergencyStop& message, Utime now) {
   if (gate_.stopped() && !was_stopped) {
     next_order_.reset();
     status_.note.clear();
-    if (mode_ != Mode::idle) {
-      mode_ = Mode::stopping;
-      fate_after_stop_ = Fate::aborted;
-      note_after_stop_.clear();
-    }
     // Also where nothing was ordered: what else makes the wheels turn, nobody knows.
-    if (status_.link == BaseStatus::Link::up) emergency_brake(now);
+    if (status_.link == BaseStatus::Link::up) {
+      fate_after_stop_ = mode_ == Mode::idle ? status_.command : Fate::aborted;
+      note_after_stop_.clear();
+      mode_ = Mode::stopping;
+      emergency_brake(now);
+    }
   } else if (!gate_.stopped()) {
     status_.note = "the emergency stop was released";
   }

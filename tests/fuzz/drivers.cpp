@@ -114,6 +114,7 @@ void drive(BaseDriver& driver, Input input) {
   command.distance_m = input.byte() / 10.0;
   command.angle_rad = input.byte() / 40.0;
   command.velocity_m_per_s = 0.1;
+  command.utime = kStart;
   driver.command(command, kStart);
   run_board(driver, input, [&](Utime now) {
     for (const OdometrySample& sample : driver.take_output().odometry) {
@@ -121,6 +122,7 @@ void drive(BaseDriver& driver, Input input) {
                   std::isfinite(sample.odom_from_robot.theta_rad),
               "odometry is a number");
     }
+    command.utime = now;
     if (now.us % 7 == 0) driver.command(command, now);
   });
 }

@@ -68,6 +68,24 @@ TEST(Scip, ParameterLines) {
   EXPECT_EQ(decode_parameters(replies_in({ascii(other + "\n")})[0])->front_step, 384);
 }
 
+// ';' is 0Bh + 30h, a character of the data like any other: a line of data that ends in it is
+// summed with it. The maker's library drops a scan with another sum.
+TEST(Scip, ASemicolonInTheDataIsData) {
+  const ScanRequest request{true, 3, 44, 48, 1, 0, 0};
+  const Measurement scan{16'000'000, {1000, 1001, 1002, 1003, 11}, {}};
+  const std::string line = "MD0044004801000\n99b\nm2@0?\n0?X0?Y0?Z0?[00;?\n\n";
+  unsigned sum = 0;
+  for (const char c : std::string("0?X0?Y0?Z0?[00;")) sum += static_cast<unsigned char>(c);
+  std::string right = line;
+  right[right.size() - 3] = static_cast<char>((sum & 0x3F) + 0x30);
+  EXPECT_EQ(encode_reply(encode_measurement(request, 0, scan)), ascii(right));
+  EXPECT_EQ(replies_in({ascii(right)}).size(), 1u);
+  // The sum of the data without it fits no line but a key line's.
+  std::string wrong = right;
+  wrong[wrong.size() - 3] = static_cast<char>(((sum - ';') & 0x3F) + 0x30);
+  EXPECT_TRUE(replies_in({ascii(wrong)}).empty());
+}
+
 TEST(Scip, ReadsScanRequests) {
   const auto request = parse_scan_request("MS0044072502312");
   ASSERT_TRUE(request.has_value());

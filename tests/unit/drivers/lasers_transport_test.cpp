@@ -1,5 +1,11 @@
 #include <gmock/gmock.h>
 
+#include <fcntl.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -144,6 +150,99 @@ TEST(OpenStream, RefusesASecondDriverAndNonsense) {
   EXPECT_THROW(open_stream("tcp:nowhere", {9600}), std::invalid_argument);
   EXPECT_THROW(open_stream("/dev/null", {9600}), std::invalid_argument);
   EXPECT_THROW(open_stream("/dev/no such port", {9600}), StreamLost);
+}
+
+/// A terminal as a person has it: keys make signals, the line is echoed.
+struct SomebodysTerminal {
+  SomebodysTerminal() : master(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK)) {
+    grantpt(master.get());
+    unlockpt(master.get());
+    char text[128];
+    name = ptsname_r(master.get(), text, sizeof(text)) == 0 ? text : "";
+    slave.reset(::open(name.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
+    tcgetattr(slave.get(), &before);
+  }
+  /// Nothing was written to its screen and its settings are as they were.
+  void expect_untouched() const {
+    termios after{};
+    ASSERT_EQ(tcgetattr(slave.get(), &after), 0);
+    EXPECT_EQ(after.c_lflag, before.c_lflag);
+    EXPECT_EQ(after.c_iflag, before.c_iflag);
+    EXPECT_EQ(after.c_oflag, before.c_oflag);
+    EXPECT_EQ(after.c_cflag, before.c_cflag);
+    char screen[64];
+    EXPECT_EQ(read(master.get(), screen, sizeof(screen)), -1);
+  }
+  FileHandle master, slave;
+  std::string name;
+  termios before{};
+};
+
+void expect_refused(const std::string& path, const std::string& why) {
+  try {
+    open_stream(path, {9600})->write(Bytes{0x02, 0x20});
+    ADD_FAILURE() << path << " was opened";
+  } catch (const StreamLost& refusal) {
+    EXPECT_THAT(refusal.what(), ::testing::HasSubstr(why));
+  }
+}
+
+TEST(OpenStream, TakesNobodysTerminal) {
+  const SomebodysTerminal terminal;
+  ASSERT_NE(terminal.name, "");
+  expect_refused(terminal.name, "a terminal that somebody works in");
+  const std::string link = link_name("_by_hand");
+  std::filesystem::remove(link);
+  std::filesystem::create_symlink(terminal.name, link);
+  expect_refused(link, "a terminal that somebody works in");
+  std::filesystem::remove(link);
+  terminal.expect_untouched();
+}
+
+// kill -9 leaves the simulator's links, and the next terminal that is opened gets their number; it
+// may be raw at that moment, as an editor sets it.
+TEST(OpenStream, TakesNoTerminalThatADeadSimulatorsLinkLeadsTo) {
+  const std::string link = link_name("_killed");
+  const pid_t simulator = fork();
+  if (simulator == 0) {
+    NextByte device(9600);
+    EmulatorPort* port = new EmulatorPort(EmulatorPort::pty(device, link));
+    _exit(port->address() == link ? 0 : 1);  // without its destructor
+  }
+  int status = 1;
+  ASSERT_EQ(waitpid(simulator, &status, 0), simulator);
+  ASSERT_EQ(status, 0);
+  ASSERT_TRUE(std::filesystem::is_symlink(link));
+  for (const bool raw : {false, true}) {
+    SomebodysTerminal terminal;
+    if (raw) cfmakeraw(&terminal.before);
+    tcsetattr(terminal.slave.get(), TCSANOW, &terminal.before);
+    // Most often it has the number that the link says; made so here.
+    std::filesystem::remove(link);
+    std::filesystem::create_symlink(terminal.name, link);
+    expect_refused(link, "the simulator that made this link has ended");
+    terminal.expect_untouched();
+  }
+  // The simulator started again takes its links up.
+  NextByte device(9600);
+  EmulatorPort port = EmulatorPort::pty(device, link);
+  const auto stream = open_stream(link, {9600});
+  stream->write(Bytes{4});
+  EXPECT_THAT(read_all(*stream, port, 1), ElementsAre(5));
+}
+
+TEST(EmulatorPort, TwoSimulatorsDoNotShareALink) {
+  const std::string link = link_name("_two");
+  NextByte device(9600);
+  {
+    EmulatorPort port = EmulatorPort::pty(device, link);
+    EXPECT_THROW(EmulatorPort::pty(device, link), std::runtime_error);
+    const auto stream = open_stream(link, {9600});  // the first one's still
+    stream->write(Bytes{4});
+    EXPECT_THAT(read_all(*stream, port, 1), ElementsAre(5));
+  }
+  EXPECT_FALSE(std::filesystem::exists(std::filesystem::symlink_status(link)));
+  EXPECT_NO_THROW(EmulatorPort::pty(device, link));
 }
 
 TEST(PacedOutput, LetsBytesOutAtTheSpeedOfTheLine) {

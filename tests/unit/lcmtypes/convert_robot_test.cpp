@@ -48,6 +48,17 @@ TEST(ConvertRobot, ABaseStatusKeepsItsLists) {
   EXPECT_EQ(back.note, "wall");
 }
 
+TEST(ConvertRobot, AnEmergencyStopKeepsItsFieldsWhateverItsStamp) {
+  const EmergencyStop stop{Utime::from_us(INT64_MIN), true, "marco stop", "a child"};
+  const EmergencyStop back = through_message(stop);
+  EXPECT_TRUE(back.engaged);
+  EXPECT_EQ(back.utime, stop.utime);
+  EXPECT_EQ(back.sender, "marco stop");
+  EXPECT_EQ(back.reason, "a child");
+  EXPECT_THROW(from_message(to_message(EmergencyStop{Utime::from_us(INT64_MIN), false, "", ""})),
+               std::invalid_argument);
+}
+
 TEST(ConvertRobot, RefusesWhatCannotBe) {
   base_command_t command = to_message(BaseCommand{});
   command.kind = 17;

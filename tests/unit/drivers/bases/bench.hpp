@@ -62,6 +62,7 @@ class Bench {
   }
 
   Utime now() const { return now_; }
+  Utime host_now() const { return now_ + host_ahead; }  ///< by the driver's clock
 
   std::function<void(std::vector<uint8_t>&)> spoil;  ///< changes bytes on their way to the driver
   std::function<void(Utime)> each_step;

@@ -32,7 +32,8 @@ class DrivenBase {
   /// Gives an order. @returns its id.
   int64_t begin(BaseCommand command) {
     command.id = ++id_;
-    driver_.command(command, bench.now());
+    if (command.utime == Utime{}) command.utime = bench.host_now();
+    driver_.command(command, bench.host_now());
     return id_;
   }
   int64_t begin_move(double distance_m) {

@@ -160,6 +160,18 @@ TEST(Hcs12Codec, GarbageNeverOutlivesItsLine) {
   EXPECT_GT(cutter.overlong(), 0);
 }
 
+TEST(Hcs12Codec, TheRestOfAnOverlongLineIsNoLine) {
+  LineCutter cutter;
+  const std::string status = encode_wheel_status({100, 100, true, true, false});
+  for (const char c : std::string(LineCutter::kMaxLine + 1, 'x') + status) {
+    EXPECT_FALSE(cutter.push(static_cast<uint8_t>(c)));
+  }
+  EXPECT_EQ(cutter.overlong(), 1);
+  std::optional<std::string> line;
+  for (const char c : status) line = cutter.push(static_cast<uint8_t>(c));
+  EXPECT_TRUE(line && parse_wheel_status(*line));
+}
+
 TEST(Hcs12Codec, TheRampIsTheFirmwaresTimeline) {
   // Ideal wheels, defaults 5 30 50: ticks and final counts from the listing, worked by hand in the
   // device notes. The walk may differ by the ticks between reaching the goal and seeing it.

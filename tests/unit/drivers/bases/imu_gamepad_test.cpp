@@ -84,9 +84,27 @@ TEST(Gamepad, AFifoStandsForADevice) {
   const auto states = driver.step(100, Utime::from_seconds(11.7));
   ASSERT_EQ(states.size(), 1U);
   EXPECT_EQ(states[0].axes.at(1), -1.0F);
-  close(writer);
-  EXPECT_TRUE(driver.step(0, Utime::from_seconds(11.8)).empty());  // writers may go
-  EXPECT_TRUE(driver.open());
+  EXPECT_TRUE(driver.step(0, Utime::from_seconds(11.75)).empty());
+  // Held: said again ten times a second, stamped anew.
+  const auto again = driver.step(0, Utime::from_seconds(11.81));
+  ASSERT_EQ(again.size(), 1U);
+  EXPECT_EQ(again[0].axes.at(1), -1.0F);
+  EXPECT_EQ(again[0].utime, Utime::from_seconds(11.81));
+  close(writer);  // the hand lets go of the gamepad
+  const auto gone = driver.step(0, Utime::from_seconds(11.9));
+  ASSERT_EQ(gone.size(), 1U);
+  EXPECT_FALSE(gone[0].connected);
+  EXPECT_EQ(gone[0].axes.at(1), 0.0F);
+  EXPECT_TRUE(driver.step(0, Utime::from_seconds(13.0)).empty());
+  ASSERT_TRUE(driver.open());
+  EXPECT_FALSE(driver.leave(Utime::from_seconds(13.0)).has_value());  // nobody was told of it
+  const int next = open(path.c_str(), O_WRONLY | O_NONBLOCK);
+  ASSERT_EQ(write(next, bytes.data(), 8), 8);
+  ASSERT_EQ(driver.step(100, Utime::from_seconds(13.1)).size(), 1U);
+  const auto left = driver.leave(Utime::from_seconds(13.2));
+  ASSERT_TRUE(left.has_value());
+  EXPECT_FALSE(left->connected);
+  close(next);
   std::filesystem::remove(path);
 }
 

@@ -50,6 +50,7 @@ struct Drive {
     BaseCommand command;
     command.kind = BaseCommand::Kind::move;
     command.distance_m = distance_m;
+    command.utime = bench.now();
     driver.command(command, bench.now());
     bench.run_until(30.0,
                     [this] { return driver.status().command != BaseStatus::Command::running; });

@@ -49,6 +49,22 @@ struct Host {
   std::vector<Bytes> packets;
 };
 
+// A program that never says SONAR 1 hears them: real robots' are on after OPEN.
+TEST(P2osAnswers, SonarsAreOnAfterOpen) {
+  P2osWorld world;
+  world.sonar_range_m = [](std::size_t) { return 1.5; };
+  Host host(world);
+  host.run(0.5);
+  const auto heard = decode_sip(host.last(0x32));
+  ASSERT_TRUE(heard.has_value());
+  EXPECT_EQ(heard->flags & 0x1E, 0x1E);
+  ASSERT_FALSE(heard->sonars.empty());
+  EXPECT_NEAR(heard->sonars[0].range * model_of("p2dx").mm_per_range, 1500.0, 0.3);
+  host.say({kSonar, 0, ""});
+  host.run(0.3);
+  EXPECT_TRUE(decode_sip(host.last(0x32))->sonars.empty());
+}
+
 TEST(P2osAnswers, TellsItsSettings) {
   Host host;
   host.say({kSetV, 700, ""});

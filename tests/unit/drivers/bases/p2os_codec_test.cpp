@@ -105,6 +105,21 @@ TEST(P2osCodec, InformationPacketsAreTheVectors) {
   EXPECT_NEAR(3731 * model_of("p2dx").mm_per_range, 1000.0, 0.2);
 }
 
+TEST(P2osCodec, CutInformationPacketsAreNone) {
+  Sip sip;
+  sip.heading = -1024;
+  sip.sonars = {{3, 1000}, {4, 2000}};
+  const Bytes packet = encode_sip(sip);
+  const std::vector<uint8_t> payload(packet.begin() + 3, packet.end() - 2);
+  for (std::size_t size = 0; size < payload.size(); ++size) {
+    // Of its own memory, so that a byte too far is seen by the sanitizers, too.
+    const Bytes cut(payload.begin(), payload.begin() + static_cast<std::ptrdiff_t>(size));
+    EXPECT_FALSE(decode_sip(cut).has_value()) << size;
+  }
+  EXPECT_EQ(decode_sip(payload), sip);
+  EXPECT_LT(decode_sip(payload)->heading, 0);
+}
+
 Sip random_sip(std::mt19937& random) {
   Sip sip;
   sip.moving = random() % 2 == 0;

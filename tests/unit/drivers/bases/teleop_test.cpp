@@ -77,24 +77,87 @@ TEST(Operator, LooksAheadOnceWhenItFirstHearsOfTheHead) {
   EXPECT_TRUE(idle.step(at(0.1)).pantilt.empty());
 }
 
+GamepadState held(double x, double y, Utime when) {
+  GamepadState pad;
+  pad.axes = {static_cast<float>(x), static_cast<float>(y)};
+  pad.buttons = {false, false};
+  pad.utime = when;
+  return pad;
+}
+
 TEST(Operator, AGamepadDrivesUntilItsStickRestsOrItIsGone) {
   Operator hands({});
-  GamepadState pad;
-  pad.axes = {0.0F, -1.0F};
-  pad.buttons = {false, false};
-  hands.on_gamepad(pad, at(0.0));
+  hands.on_gamepad(held(0.0, -1.0, at(0.0)), at(0.0));
   EXPECT_DOUBLE_EQ(hands.step(at(0.0)).base.at(0).velocity_m_per_s, 0.25);
-  EXPECT_EQ(hands.step(at(3.0)).base.at(0).kind, Kind::velocity);  // no new record, still held
-  pad.axes = {0.05F, 0.0F};
-  hands.on_gamepad(pad, at(3.1));
-  EXPECT_EQ(hands.step(at(3.1)).base.at(0).kind, Kind::stop);
-  pad.axes = {0.5F, 0.0F};
-  hands.on_gamepad(pad, at(4.0));
+  hands.on_gamepad(held(0.0, -1.0, at(0.4)), at(0.4));
+  EXPECT_EQ(hands.step(at(0.8)).base.at(0).kind, Kind::velocity);  // said again, still held
+  hands.on_gamepad(held(0.05, 0.0, at(0.85)), at(0.85));
+  EXPECT_EQ(hands.step(at(0.85)).base.at(0).kind, Kind::stop);
+  hands.on_gamepad(held(0.5, 0.0, at(4.0)), at(4.0));
   hands.step(at(4.0));
-  pad.connected = false;
-  hands.on_gamepad(pad, at(4.1));
+  GamepadState gone = held(0.5, 0.0, at(4.1));
+  gone.connected = false;
+  hands.on_gamepad(gone, at(4.1));
   EXPECT_EQ(hands.step(at(4.1)).base.at(0).kind, Kind::stop);
   EXPECT_TRUE(hands.step(at(5.0)).base.empty());
+}
+
+TEST(Operator, AGamepadThatFallsSilentStops) {
+  Operator hands({});
+  GamepadState pad = held(0.0, -1.0, at(0.0));
+  pad.axes.resize(4, 1.0F);  // the head's stick, too
+  hands.on_pantilt({});
+  hands.on_gamepad(pad, at(0.0));
+  EXPECT_FALSE(hands.step(at(0.0)).pantilt.empty());
+  EXPECT_EQ(hands.step(at(0.45)).base.at(0).kind, Kind::velocity);
+  const auto orders = hands.step(at(0.55));
+  ASSERT_EQ(orders.base.size(), 1U);
+  EXPECT_EQ(orders.base[0].kind, Kind::stop);
+  for (double t = 0.6; t < 5.0; t += 0.1) {
+    const auto later = hands.step(at(t));
+    EXPECT_TRUE(later.base.empty() && later.pantilt.empty()) << t;
+  }
+}
+
+TEST(Operator, ARecordedGamepadDrivesNothing) {
+  Operator hands({});
+  hands.on_gamepad(held(0.0, -1.0, at(-3.0)), at(0.0));
+  EXPECT_TRUE(hands.step(at(0.0)).base.empty());
+  EXPECT_THAT(hands.gamepad_trouble(), HasSubstr("3.0 s old"));
+  hands.on_gamepad(held(0.0, -1.0, at(2.0)), at(0.1));
+  EXPECT_TRUE(hands.step(at(0.1)).base.empty());
+  hands.on_gamepad(held(0.0, -1.0, at(0.2)), at(0.2));
+  EXPECT_EQ(hands.step(at(0.2)).base.size(), 1U);
+  EXPECT_EQ(hands.gamepad_trouble(), "");
+  // A stick at rest does not end what a key drives.
+  hands.on_key(Keyboard::kUp, at(0.9));
+  hands.step(at(0.9));
+  hands.on_gamepad(held(0.0, 0.0, at(0.95)), at(0.95));
+  EXPECT_EQ(hands.step(at(1.05)).base.at(0).kind, Kind::velocity);
+}
+
+TEST(Operator, TheEmergencyStopIsSaidAgainUntilSomebodyReleasesIt) {
+  Operator hands({});
+  hands.on_key('e', at(0.0));
+  auto orders = hands.step(at(0.0));
+  ASSERT_EQ(orders.emergency.size(), 3U);
+  EXPECT_TRUE(orders.emergency[0].engaged);
+  EXPECT_EQ(orders.base.at(0).kind, Kind::stop);
+  orders = hands.step(at(0.6));  // a driver that was started meanwhile must hear of it
+  ASSERT_EQ(orders.emergency.size(), 1U);
+  EXPECT_EQ(orders.emergency[0].utime, at(0.0));  // the same message
+  hands.on_key(' ', at(0.7));
+  EXPECT_TRUE(hands.step(at(0.7)).emergency.empty());  // a plain stop leaves it
+  EXPECT_EQ(hands.step(at(1.2)).emergency.size(), 1U);
+  hands.on_key('c', at(1.3));
+  orders = hands.step(at(1.3));
+  ASSERT_EQ(orders.emergency.size(), 3U);
+  EXPECT_FALSE(orders.emergency[0].engaged);
+  EXPECT_TRUE(hands.step(at(3.0)).emergency.empty());
+  hands.on_key('e', at(4.0));
+  hands.step(at(4.0));
+  hands.on_emergency_stop({at(5.0), false, "sheriff", ""});
+  EXPECT_TRUE(hands.step(at(6.0)).emergency.empty());
 }
 
 TEST(Screen, ShowsRobotMapBatteryAndBumpers) {

@@ -1,0 +1,84 @@
+// How long the wheels turn after something has died, by base and by what died: the table of
+// docs/stopping.md is printed. Real time, some minutes.
+#include <fstream>
+
+#include "tests/process/runaway/driven_robot.hpp"
+
+namespace marco {
+namespace {
+
+using testing::DrivenRobot;
+using testing::Program;
+
+class StoppingTimes : public ::testing::TestWithParam<DrivenRobot::Kind> {
+ protected:
+  /// Once with everything alive and the stick held.
+  void by_gamepad(const char* what, double limit_s, const std::function<void()>& dies) {
+    if (!robot_.base) robot_.start_base();
+    robot_.start_gamepad_and_teleop();
+    tell(what, limit_s, dies);
+  }
+  void tell(const char* what, double limit_s, const std::function<void()>& dies) {
+    const double took_s = robot_.stopping_s(dies);
+    std::printf("| %s | %s | %.1f s | %.0f deg |\n", GetParam().name, what, took_s,
+                rad_to_deg(robot_.way_rad));
+    std::fflush(stdout);
+    EXPECT_LT(took_s, limit_s) << what;
+    robot_.end_all_but_simulator();
+  }
+  void by_orders(const char* what, double limit_s, const std::function<void()>& dies) {
+    if (!robot_.base) robot_.start_base();
+    robot_.publish(BaseCommand::Kind::turn);
+    tell(what, limit_s, dies);
+  }
+
+  DrivenRobot robot_{GetParam()};
+};
+
+// The senders' limits: half a second twice (gamepad, then base), and the braking. The drivers': the
+// board's run or the robot's watchdog.
+TEST_P(StoppingTimes, AreShort) {
+  const bool hcs12 = std::string(GetParam().name) == "hcs12";
+  const double sender_s = 8.0, driver_s = hcs12 ? 6.0 : 15.0;
+  for (const auto& [name, number] :
+       {std::pair{"gamepad TERM", SIGTERM}, {"gamepad KILL", SIGKILL}, {"gamepad STOP", SIGSTOP}}) {
+    by_gamepad(name, sender_s, [&, number = number] { robot_.gamepad->signal(number); });
+  }
+  for (const auto& [name, number] : {std::pair{"teleop KILL", SIGKILL}, {"teleop STOP", SIGSTOP}}) {
+    by_gamepad(name, sender_s, [&, number = number] { robot_.teleop->signal(number); });
+  }
+  for (const auto& [name, number] : {std::pair{"base driver TERM", SIGTERM},
+                                     {"base driver KILL", SIGKILL},
+                                     {"base driver STOP", SIGSTOP}}) {
+    by_gamepad(name, driver_s, [&, number = number] { robot_.base->signal(number); });
+  }
+  by_gamepad("cable cut", driver_s, [&] { robot_.pull_cable(6.0); });
+  robot_.wait([] { return false; }, 6.0);
+  robot_.start_base();
+  for (int i = 0; i < 20; ++i) {
+    robot_.publish(BaseCommand::Kind::velocity);
+    robot_.wait([] { return false; }, 0.1);
+  }
+  tell("orders no longer arrive", sender_s, [] {});
+}
+
+// A leg of 3 rad is under way: nobody repeats it.
+TEST_P(StoppingTimes, OfALegAreItsOwn) {
+  const double leg_s = 40.0;
+  std::ofstream(robot_.file("tour.toml")) << "start_m = [2.0, 3.0]\n[[steps]]\nkind = \"face\"\n"
+                                             "heading_deg = 170\n";
+  robot_.start_base();
+  const auto tour = robot_.start("marco-tour", {robot_.file("tour.toml"), "--pose", "true"});
+  tell("tour runner KILL", leg_s, [&] { tour->signal(SIGKILL); });
+  by_orders("base driver KILL in a leg", leg_s, [&] { robot_.base->signal(SIGKILL); });
+  by_orders("base driver STOP in a leg", leg_s, [&] { robot_.base->signal(SIGSTOP); });
+  by_orders("cable cut in a leg", leg_s, [&] { robot_.pull_cable(10.0); });
+}
+
+INSTANTIATE_TEST_SUITE_P(Bases,
+                         StoppingTimes,
+                         ::testing::Values(DrivenRobot::kHcs12, DrivenRobot::kPioneer),
+                         [](const auto& base) { return std::string(base.param.name); });
+
+}  // namespace
+}  // namespace marco

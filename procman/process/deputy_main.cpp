@@ -13,28 +13,10 @@ using namespace marco;  // NOLINT(google-build-using-namespace): a main has no o
 
 namespace {
 
-std::string from_environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value != nullptr ? value : "";
-}
-
 std::string host_name() {
   char name[256] = "localhost";
   gethostname(name, sizeof name - 1);
   return name;
-}
-
-std::string default_runtime_folder() {
-  const std::string session = from_environment("XDG_RUNTIME_DIR");
-  return session.empty() ? "/tmp/marco-procman-" + std::to_string(getuid())
-                         : session + "/marco-procman";
-}
-
-std::string default_output_folder() {
-  const std::string state = from_environment("XDG_STATE_HOME");
-  if (!state.empty()) return state + "/marco-procman";
-  const std::string home = from_environment("HOME");
-  return (home.empty() ? default_runtime_folder() : home + "/.local/state/marco-procman");
 }
 
 void append_to(const std::string& path) {
@@ -68,8 +50,8 @@ int main(int argc, char** argv) {
     std::vector<std::string> scripts;
     bool accept_any = false;
     bool verbose = false;
-    std::string runtime_folder = default_runtime_folder();
-    std::string output_folder = default_output_folder();
+    std::string runtime_folder = procman::default_runtime_folder();
+    std::string output_folder = procman::default_output_folder();
     app.add_option("-i,--id", options.state.deputy_id, "name of this deputy")
         ->capture_default_str();
     app.add_option("-l,--log", log, "append own messages to this file");
@@ -85,6 +67,10 @@ int main(int argc, char** argv) {
     app.add_option("--runtime-folder", runtime_folder, "where running commands are found again")
         ->capture_default_str();
     app.add_option("--output-folder", output_folder, "a file of its whole output per command")
+        ->capture_default_str();
+    app.add_option("--output-bytes", options.max_file_bytes,
+                   "a longer file of output becomes COMMAND.log.1, over the one before")
+        ->check(CLI::PositiveNumber)
         ->capture_default_str();
     app.add_option("--output-rate", options.output_bytes_per_s, "bytes/s of PM_OUTPUT, at most")
         ->check(CLI::PositiveNumber)
@@ -106,7 +92,8 @@ int main(int argc, char** argv) {
     const std::filesystem::path home =
         std::filesystem::read_symlink("/proc/self/exe").parent_path();
     options.keeper_program = home / "marco-procman-keeper";
-    setenv("PATH", (home.string() + ":" + from_environment("PATH")).c_str(), 1);
+    const char* path = std::getenv("PATH");
+    setenv("PATH", (home.string() + ":" + (path != nullptr ? path : "")).c_str(), 1);
     if (!log.empty()) append_to(log);
     process::start_logging("marco-procman-deputy", verbose ? "debug" : "info");
     if (!accept_any && options.state.allowed_execs->empty()) {

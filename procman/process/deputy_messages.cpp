@@ -94,7 +94,9 @@ void DeputyProcess::publish_output() {
     if (run == runs_.end() || piece.end_byte < 0) continue;
     KeeperMessage shown;
     shown.kind = "shown";
-    shown.output_shown = pump_.shown(piece.id);
+    const OutputPump::Shown read = pump_.shown(piece.id);
+    shown.output_inode = read.inode;
+    shown.output_shown = read.bytes;
     run->second.link.send(shown);
   }
 }

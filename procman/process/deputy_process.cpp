@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <csignal>
 #include <filesystem>
-#include <functional>
 #include <random>
 #include <utility>
 
@@ -24,7 +23,6 @@ namespace {
 constexpr int kMessagesAStep = 200;  // a flood must not keep keepers waiting
 constexpr int kSpawnFailedExit = 255 << 8;
 constexpr int kLostKeeperExit = SIGKILL;
-constexpr std::size_t kMaxFileName = 200;
 
 // Whoever owns it could make this deputy believe in commands that are none.
 void refuse_foreign_folder(const std::string& folder) {
@@ -35,24 +33,6 @@ void refuse_foreign_folder(const std::string& folder) {
 }
 
 }  // namespace
-
-std::string file_name_of(const std::string& name) {
-  std::string out;
-  for (const char c : name) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '_' || c == '-' || (c == '.' && !out.empty());
-    if (plain) {
-      out += c;
-    } else {
-      const char* digits = "0123456789ABCDEF";
-      out += '%';
-      out += digits[static_cast<unsigned char>(c) >> 4];
-      out += digits[static_cast<unsigned char>(c) & 15];
-    }
-  }
-  if (out.size() <= kMaxFileName) return out;
-  return out.substr(0, kMaxFileName) + "-" + std::to_string(std::hash<std::string>{}(name));
-}
 
 DeputyProcess::DeputyProcess(DeputyProcessOptions options)
     : options_(std::move(options)),
@@ -111,8 +91,8 @@ void DeputyProcess::lock_runtime_folder() {
   chmod(folder.c_str(), 0700);
   refuse_foreign_folder(folder);
   refuse_foreign_folder(std::filesystem::path(folder).parent_path());
-  lock_.reset(open((folder + "/lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
-  if (!lock_.is_open()) throw_errno("cannot open " + folder + "/lock");
+  lock_.reset(open(lock_path(folder).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  if (!lock_.is_open()) throw_errno("cannot open " + lock_path(folder));
   if (flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
     throw std::runtime_error("another deputy uses the runtime folder " + folder);
   }
@@ -136,7 +116,8 @@ void DeputyProcess::adopt_keepers() {
     state_.adopt(state.spec, state.runid, state.pid, monotonic_us());
     pump_.open_run(id, state.output_file, state.output_shown);
     spdlog::info("found '{}' again, pid {}", id, state.pid);
-    Run& run = runs_.insert_or_assign(id, Run{std::move(*link), state, true}).first->second;
+    Run& run = runs_.insert_or_assign(id, Run{std::move(*link), state, state.output_inode, true})
+                   .first->second;
     if (state.pid == 0) {  // it ended while there was no deputy
       KeeperMessage ended = state;
       ended.kind = "ended";
@@ -197,9 +178,14 @@ void DeputyProcess::on_keeper_message(const std::string& id,
   if (message.kind == "state" && !run.known) {
     run.known = true;
     pump_.open_run(id, message.output_file, message.output_begin);
+    run.inode = message.output_inode;
     state_.on_started(id, message.pid);
   }
-  pump_.on_growth(id, message.output_end);
+  if (run.inode != message.output_inode &&
+      pump_.open_next_file(id, message.output_file, message.output_inode)) {
+    run.inode = message.output_inode;
+  }
+  if (run.inode == message.output_inode) pump_.on_growth(id, message.output_end);
   if (message.output_lost > run.last.output_lost) {
     pump_.tell(id, std::to_string(message.output_lost - run.last.output_lost) +
                        " bytes of output could not be written to " + message.output_file);
@@ -248,18 +234,14 @@ void DeputyProcess::start(const StartCommand& order) {
   run.spec = order.spec;
   run.runid = order.runid;
   run.output_file = output_file(id);
-  std::error_code none;
-  const auto size = std::filesystem::file_size(run.output_file, none);
-  if (!none && static_cast<int64_t>(size) > options_.max_file_bytes) {
-    std::filesystem::rename(run.output_file, run.output_file + ".1", none);
-  }
+  run.output_limit = options_.max_file_bytes;
   ended_.erase(id);
   try {
     const std::string socket_path = options_.runtime_folder + "/" + std::to_string(getpid()) + "-" +
                                     std::to_string(++keepers_started_) + ".sock";
     runs_.erase(id);
     runs_.emplace(id,
-                  Run{KeeperLink::spawn(options_.keeper_program, socket_path, run), run, false});
+                  Run{KeeperLink::spawn(options_.keeper_program, socket_path, run), run, 0, false});
     spdlog::info("start '{}': {}", id, order.spec.exec);
   } catch (const std::runtime_error& failure) {
     tell({id, failure.what()});
@@ -279,7 +261,9 @@ void DeputyProcess::stop(const StopCommand& order) {
 }
 
 void DeputyProcess::tell(const TellSheriffs& line) {
-  spdlog::warn("{}{}{}", line.id, line.id.empty() ? "" : ": ", line.text);
+  const bool warns = line.tone == TellSheriffs::Tone::warning;
+  spdlog::log(warns ? spdlog::level::warn : spdlog::level::info, "{}{}{}", line.id,
+              line.id.empty() ? "" : ": ", line.text);
   pump_.tell(line.id, line.text);
 }
 

@@ -9,6 +9,7 @@
 #include "common/process/drop_counter.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "procman/deputy_state.hpp"
+#include "procman/process/folders.hpp"
 #include "procman/process/keeper_link.hpp"
 #include "procman/process/output_pump.hpp"
 #include "procman/process/process_tree.hpp"
@@ -22,7 +23,9 @@ struct DeputyProcessOptions {
   std::string runtime_folder;  ///< of this deputy: sockets of keepers, a lock
   std::string output_folder;   ///< COMMAND.log per command
   double output_bytes_per_s = 2e6;
-  int64_t max_file_bytes = int64_t{1} << 30;  ///< a longer file is set aside at the next start
+  /// A longer output file is set aside as COMMAND.log.1, over the one before: of each command there
+  /// are twice as many bytes at most.
+  int64_t max_file_bytes = int64_t{64} << 20;
 };
 
 /// The hands of a DeputyState: LCM, keepers, files. One thread (LCM has its own for receiving).
@@ -38,6 +41,7 @@ class DeputyProcess {
   struct Run {
     KeeperLink link;
     KeeperMessage last;  ///< the latest the keeper said
+    int64_t inode = 0;   ///< of the file that is read
     bool known = false;  ///< it has said its state
   };
 
@@ -80,8 +84,5 @@ class DeputyProcess {
   bool leaving_ = false;
   bool network_down_ = false;
 };
-
-/// `name` as a file name: other characters than letters, digits, '.', '_', '-' as %XX.
-std::string file_name_of(const std::string& name);
 
 }  // namespace marco::procman

@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 #include <sys/signalfd.h>
+#include <sys/socket.h>
 
 #include <cerrno>
 #include <chrono>
@@ -10,6 +11,13 @@
 #include <stdexcept>
 
 namespace marco::procman {
+
+std::optional<uid_t> peer_of(const Descriptor& socket) {
+  ucred who = {};
+  socklen_t size = sizeof who;
+  if (getsockopt(socket.get(), SOL_SOCKET, SO_PEERCRED, &who, &size) != 0) return std::nullopt;
+  return who.uid;
+}
 
 int64_t monotonic_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(

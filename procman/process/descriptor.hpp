@@ -1,8 +1,10 @@
 #pragma once
 
+#include <sys/types.h>
 #include <unistd.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -29,6 +31,9 @@ class Descriptor {
  private:
   int fd_;
 };
+
+/// The user at the other end of a local socket; none when that cannot be told.
+std::optional<uid_t> peer_of(const Descriptor& socket);
 
 /// Microseconds of the monotonic clock.
 int64_t monotonic_us();

@@ -107,9 +107,8 @@ void Keeper::await_run_message() {
       std::string_view(bytes).substr(0, static_cast<std::size_t>(std::max<ssize_t>(size, 0))));
   if (!message || message->kind != "run") throw std::runtime_error("expected what to run");
   state_ = *message;
-  output_.reset(open(state_.output_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
-  if (!output_.is_open()) throw_errno("cannot write " + state_.output_file);
-  state_.output_begin = state_.output_end = state_.output_shown = lseek(output_.get(), 0, SEEK_END);
+  open_output();
+  state_.output_begin = state_.output_shown = state_.output_end;
 }
 
 void Keeper::listen_for_deputies() {

@@ -44,7 +44,9 @@ class Keeper {
   void read_deputy();
   void on_message(const KeeperMessage& message);
   bool read_output();
+  void open_output();
   void write_output(const char* bytes, std::size_t size);
+  void begin_new_file();
   void begin_stop(int signal, double allowed_s);
   void signal_tree(int signal) const;
   void finish_if_tree_gone();

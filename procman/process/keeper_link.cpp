@@ -56,11 +56,7 @@ std::optional<KeeperLink> KeeperLink::connect(const std::string& socket_path) {
       ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     return std::nullopt;
   }
-  ucred who = {};
-  socklen_t size = sizeof who;
-  if (getsockopt(socket.get(), SOL_SOCKET, SO_PEERCRED, &who, &size) != 0 || who.uid != getuid()) {
-    return std::nullopt;
-  }
+  if (peer_of(socket) != getuid()) return std::nullopt;
   return KeeperLink(std::move(socket));
 }
 

@@ -49,6 +49,8 @@ void visit(KeeperMessage& message, Visitor&& visitor) {
   visitor("signal", message.signal);
   visitor("allowed_s", message.allowed_s);
   visitor("output_file", message.output_file);
+  visitor("output_limit", message.output_limit);
+  visitor("output_inode", message.output_inode);
   visitor("output_begin", message.output_begin);
   visitor("output_end", message.output_end);
   visitor("output_shown", message.output_shown);

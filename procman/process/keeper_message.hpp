@@ -28,7 +28,10 @@ struct KeeperMessage {
   int signal = 0;
   double allowed_s = 0.0;
   std::string output_file;
-  int64_t output_begin = 0;  ///< length of the file when the run began
+  int64_t output_limit = 0;  ///< a longer file becomes output_file.1, and a new one begins
+  int64_t output_inode =
+      0;  ///< of the file that is written now: another one after each such change
+  int64_t output_begin = 0;  ///< length of the first file when the run began
   int64_t output_end = 0;    ///< length now
   int64_t output_shown = 0;  ///< published up to here
   int64_t output_lost = 0;   ///< bytes that could not be written: the disk is full

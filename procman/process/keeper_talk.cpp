@@ -1,8 +1,12 @@
 // What the keeper writes and to whom it talks: the command's output file, and deputies.
 #include <fcntl.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
+#include <stdexcept>
 #include <utility>
 
 #include "procman/process/keeper.hpp"
@@ -24,7 +28,34 @@ bool Keeper::read_output() {
   return true;
 }
 
+void Keeper::open_output() {
+  output_.reset(open(state_.output_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+  struct stat status = {};
+  if (!output_.is_open() || fstat(output_.get(), &status) != 0) {
+    throw_errno("cannot write " + state_.output_file);
+  }
+  state_.output_inode = static_cast<int64_t>(status.st_ino);
+  state_.output_end = status.st_size;
+}
+
+// A command that writes without end must not fill the disk: there are two files of it at most.
+void Keeper::begin_new_file() {
+  try {
+    const std::string old = state_.output_file + ".1";
+    if (rename(state_.output_file.c_str(), old.c_str()) != 0) throw_errno(old);
+    open_output();
+    state_.output_begin = state_.output_shown = 0;
+  } catch (const std::runtime_error&) {
+    // Somebody has taken the folder away: what is open is emptied instead.
+    if (output_.is_open() && ftruncate(output_.get(), 0) == 0) state_.output_end = 0;
+  }
+}
+
 void Keeper::write_output(const char* bytes, std::size_t size) {
+  if (state_.output_end > 0 &&
+      state_.output_end + static_cast<int64_t>(size) > state_.output_limit) {
+    begin_new_file();
+  }
   while (size > 0) {
     const ssize_t written = write(output_.get(), bytes, size);
     if (written < 0 && errno == EINTR) continue;
@@ -40,12 +71,7 @@ void Keeper::write_output(const char* bytes, std::size_t size) {
 
 void Keeper::accept_deputy() {
   Descriptor caller(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC));
-  ucred who = {};
-  socklen_t size = sizeof who;
-  if (!caller.is_open() || getsockopt(caller.get(), SOL_SOCKET, SO_PEERCRED, &who, &size) != 0 ||
-      who.uid != getuid()) {
-    return;
-  }
+  if (!caller.is_open() || peer_of(caller) != getuid()) return;
   deputy_ = std::move(caller);
   owes_state_ = !send("state");
   owes_ended_ = finished_;
@@ -65,7 +91,9 @@ void Keeper::read_deputy() {
 
 void Keeper::on_message(const KeeperMessage& message) {
   if (message.kind == "stop") begin_stop(message.signal, message.allowed_s);
-  if (message.kind == "shown") state_.output_shown = message.output_shown;
+  if (message.kind == "shown" && message.output_inode == state_.output_inode) {
+    state_.output_shown = message.output_shown;
+  }
   if (message.kind == "release" && finished_) released_ = true;
 }
 

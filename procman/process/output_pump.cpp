@@ -1,6 +1,7 @@
 #include "procman/process/output_pump.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 
@@ -13,8 +14,19 @@ namespace {
 constexpr std::size_t kMessageBytes = std::size_t{32} * 1024;
 constexpr std::size_t kPieceBytes = std::size_t{16} * 1024;
 constexpr int64_t kPeriodUs = 10'000;
-constexpr int64_t kMaxBacklogBytes = int64_t{256} * 1024 * 1024;
+constexpr int64_t kMaxBacklogBytes = int64_t{64} * 1024 * 1024;
 constexpr int64_t kKeptOfBacklogBytes = int64_t{1024} * 1024;
+
+struct FileStatus {
+  int64_t inode = 0;
+  int64_t size = 0;
+};
+
+FileStatus status_of(const Descriptor& file) {
+  struct stat status = {};
+  if (!file.is_open() || fstat(file.get(), &status) != 0) return {};
+  return {static_cast<int64_t>(status.st_ino), status.st_size};
+}
 
 }  // namespace
 
@@ -24,8 +36,37 @@ OutputPump::OutputPump(double bytes_per_s) : bytes_per_s_(bytes_per_s) {
 
 void OutputPump::open_run(const std::string& id, const std::string& file, int64_t shown) {
   Stream& stream = streams_[id];
-  Source source{Descriptor(open(file.c_str(), O_RDONLY | O_CLOEXEC)), file, shown, shown, ""};
+  Source source{Descriptor(open(file.c_str(), O_RDONLY | O_CLOEXEC)), 0, file, shown, shown, ""};
+  source.inode = status_of(source.file).inode;
   if (source.file.is_open()) stream.sources.push_back(std::move(source));
+}
+
+bool OutputPump::open_next_file(const std::string& id, const std::string& file, int64_t inode) {
+  Source next{Descriptor(open(file.c_str(), O_RDONLY | O_CLOEXEC)), inode, file, 0, 0, ""};
+  if (!next.file.is_open() || status_of(next.file).inode != inode) return false;
+  std::deque<Source>& sources = streams_[id].sources;
+  int64_t left_out = 0;
+  for (auto source = sources.begin(); source != sources.end();) {
+    if (!source->file.is_open()) {
+      ++source;
+      continue;
+    }
+    const bool is_last = std::none_of(source + 1, sources.end(),
+                                      [](const Source& later) { return later.file.is_open(); });
+    if (is_last) {
+      source->end = std::max(source->end, status_of(source->file).size);
+      break;
+    }
+    left_out += source->end - source->at;
+    source = sources.erase(source);
+  }
+  if (left_out > 0) {
+    sources.push_front(
+        {Descriptor(), 0, "", 0, 0,
+         "\n[" + std::to_string(left_out) + " bytes left out: it writes too much]\n"});
+  }
+  sources.push_back(std::move(next));
+  return true;
 }
 
 void OutputPump::on_growth(const std::string& id, int64_t end_byte) {
@@ -36,7 +77,7 @@ void OutputPump::on_growth(const std::string& id, int64_t end_byte) {
 }
 
 void OutputPump::tell(const std::string& id, const std::string& line) {
-  streams_[id].sources.push_back({Descriptor(), "", 0, 0, line + "\n"});
+  streams_[id].sources.push_back({Descriptor(), 0, "", 0, 0, line + "\n"});
 }
 
 bool OutputPump::has_more(const Stream& stream) const {
@@ -81,7 +122,8 @@ OutputPiece OutputPump::take_piece(const std::string& id, Stream& stream, std::s
   } else {
     next->at = next->end;  // somebody emptied the file
   }
-  piece.end_byte = stream.shown = next->at;
+  piece.end_byte = next->at;
+  stream.shown = {next->inode, next->at};
   return piece;
 }
 
@@ -110,9 +152,9 @@ std::optional<int64_t> OutputPump::next_due_us() const {
   return std::nullopt;
 }
 
-int64_t OutputPump::shown(const std::string& id) const {
+OutputPump::Shown OutputPump::shown(const std::string& id) const {
   const auto at = streams_.find(id);
-  return at != streams_.end() ? at->second.shown : 0;
+  return at != streams_.end() ? at->second.shown : Shown{};
 }
 
 }  // namespace marco::procman

@@ -22,7 +22,7 @@ struct OutputPiece {
 
 /// Reads the commands' files, which their keepers write, and hands their new bytes out at a pace
 /// that receivers keep up with. A command far ahead of the pace has its oldest bytes left out,
-/// which is said in its text; in the file they are all.
+/// which is said in its text.
 class OutputPump {
  public:
   /// @param bytes_per_s > 0, of all commands together.
@@ -30,6 +30,11 @@ class OutputPump {
 
   /// A run of `id` writes to `file`; bytes before `shown` are known already.
   void open_run(const std::string& id, const std::string& file, int64_t shown);
+
+  /// The run has begun a new `file`, whose inode is given; the rest of the one before still comes,
+  /// older ones are left out, so that no deleted file is held for long.
+  /// @returns false when that is not the file of this name (any more): ask again with newer news.
+  bool open_next_file(const std::string& id, const std::string& file, int64_t inode);
   void on_growth(const std::string& id, int64_t end_byte);
 
   /// A line of the deputy's own, after what the command wrote so far. id "" = of no command.
@@ -41,12 +46,17 @@ class OutputPump {
   /// When there is something to take.
   std::optional<int64_t> next_due_us() const;
 
-  /// Handed out of `id`'s present file so far.
-  int64_t shown(const std::string& id) const;
+  /// Handed out so far of the file that `id` was last read from, and which that is.
+  struct Shown {
+    int64_t inode = 0;
+    int64_t bytes = 0;
+  };
+  Shown shown(const std::string& id) const;
 
  private:
   struct Source {
     Descriptor file;  ///< none: `line` is all
+    int64_t inode = 0;
     std::string path;
     int64_t at = 0;
     int64_t end = 0;
@@ -55,7 +65,7 @@ class OutputPump {
   struct Stream {
     std::deque<Source> sources;
     Utf8Cleaner cleaner;
-    int64_t shown = 0;
+    Shown shown;
   };
 
   bool has_more(const Stream& stream) const;

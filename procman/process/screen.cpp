@@ -32,8 +32,8 @@ void define_colours() {
 
 }  // namespace
 
-Screen::Screen(SheriffProcess& sheriff, std::string config_path)
-    : sheriff_(sheriff), path_(std::move(config_path)) {
+Screen::Screen(SheriffProcess& sheriff, ScreenOptions options)
+    : sheriff_(sheriff), options_(std::move(options)), path_(options_.config_path) {
   if (isatty(STDIN_FILENO) == 0 || isatty(STDOUT_FILENO) == 0) {
     throw std::runtime_error("this is no terminal; without a screen: -n SCRIPT");
   }
@@ -50,6 +50,11 @@ Screen::Screen(SheriffProcess& sheriff, std::string config_path)
   set_escdelay(25);
   curs_set(0);
   define_colours();
+  const auto warns = [](const std::string& event) {
+    return event.find("warning: ") != std::string::npos;
+  };
+  const auto warnings = std::count_if(sheriff_.events().begin(), sheriff_.events().end(), warns);
+  if (warnings > 0) say(std::to_string(warnings) + " warnings about the file: e shows them");
   draw();
 }
 
@@ -68,19 +73,24 @@ void Screen::step() {
     sheriff_.state().set_observer(true);
     say("another sheriff is at work: now only watching; o = give orders again");
   }
+  end_when_stopped();
   if (keys || monotonic_us() - drawn_us_ >= kDrawPeriodUs) draw();
 }
 
 void Screen::on_key(int key) {
-  if (key == control('q') || key == control('c')) {
-    wants_to_end_ = true;
+  const bool types = mode_ == Mode::form || mode_ == Mode::path;
+  if (!types && on_emergency_key(key)) return;
+  if (mode_ == Mode::quit) {
+    on_quit_key(key);
+  } else if (key == control('q') || key == control('c')) {
+    ask_to_quit();
   } else if (mode_ == Mode::scripts) {
     on_scripts_key(key);
   } else if (mode_ == Mode::form) {
     on_form_key(key);
   } else if (mode_ == Mode::path) {
     on_path_key(key);
-  } else if (mode_ == Mode::help) {
+  } else if (mode_ == Mode::help || mode_ == Mode::deputies) {
     mode_ = Mode::table;
   } else {
     on_table_key(key);
@@ -90,7 +100,10 @@ void Screen::on_key(int key) {
 void Screen::on_table_key(int key) {
   switch (key) {
     case 'q':
-      wants_to_end_ = true;
+      ask_to_quit();
+      break;
+    case 'd':
+      mode_ = Mode::deputies;
       break;
     case KEY_UP:
     case 'k':
@@ -157,14 +170,16 @@ void Screen::order(int key) {
   if (!start && !stop && !restart) return;
   const ScriptRunner* script = sheriff_.script();
   const bool script_runs = script != nullptr && script->state() == ScriptRunner::State::running;
-  if (sheriff_.state().observer() || script_runs) {
-    return say(script_runs ? "a script is running; a = abort it"
-                           : "only watching; o = give orders");
-  }
+  if (sheriff_.state().observer()) return say("only watching; o = give orders");
+  // A stop is never refused; the script's own waits notice it.
+  if (script_runs && !stop) return say("a script is running: a = abort it; t stops the command");
   if (chosen_ >= static_cast<int>(rows_.size())) return;
   const TableRow& row = rows_[static_cast<std::size_t>(chosen_)];
   const Target target = {row.is_group ? TargetKind::group : TargetKind::command, row.target};
-  for (const std::string& id : sheriff_.state().commands_of(target)) {
+  // A row is one command, though others may bear its label.
+  const auto ids =
+      row.is_group ? sheriff_.state().commands_of(target) : std::vector<std::string>{row.target};
+  for (const std::string& id : ids) {
     if (start) sheriff_.state().start(id);
     if (stop) sheriff_.state().stop(id);
     if (restart) sheriff_.state().restart(id);
@@ -183,7 +198,13 @@ void Screen::on_scripts_key(int key) {
   if (sheriff_.state().observer()) {
     say("only watching; o = give orders");
   } else if (chosen_script_ <= last) {
-    sheriff_.run_script(scripts[static_cast<std::size_t>(chosen_script_)].name);
+    try {
+      sheriff_.run_script(scripts[static_cast<std::size_t>(chosen_script_)].name);
+    } catch (const std::invalid_argument& refused) {
+      sheriff_.note(refused.what());
+      say("script \"" + scripts[static_cast<std::size_t>(chosen_script_)].name +
+          "\" cannot be run: e shows why");
+    }
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <set>
 #include <string>
@@ -16,13 +17,18 @@ namespace marco::procman {
 /// The key code of Ctrl and a letter.
 constexpr int control(char letter) { return letter & 0x1f; }
 
+struct ScreenOptions {
+  std::string config_path;  ///< proposed for saving
+  bool is_lone = false;     ///< the deputy ends with the sheriff, and all commands with it
+};
+
 /// The sheriff in a terminal: the table of commands above, the chosen command's output or the event
 /// log below. Owns the terminal while it lives.
 class Screen {
  public:
-  /// @param sheriff outlives the screen. @param config_path proposed for saving.
+  /// @param sheriff outlives the screen.
   /// @throws std::runtime_error when standard input and output are no terminal.
-  explicit Screen(SheriffProcess& sheriff, std::string config_path = "");
+  explicit Screen(SheriffProcess& sheriff, ScreenOptions options = {});
   ~Screen();
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
@@ -33,13 +39,17 @@ class Screen {
   bool wants_to_end() const { return wants_to_end_; }
 
  private:
-  enum class Mode { table, scripts, help, form, path };
+  enum class Mode { table, scripts, help, deputies, form, path, quit };
 
   void on_key(int key);
   void on_table_key(int key);
   void on_scripts_key(int key);
   void on_form_key(int key);
   void on_path_key(int key);
+  void on_quit_key(int key);
+  bool on_emergency_key(int key);
+  void ask_to_quit();
+  void end_when_stopped();
   void open_form(bool edit);
   void save_form();
   void save_config();
@@ -57,9 +67,15 @@ class Screen {
   void draw_box(const std::vector<std::string>& lines, int chosen);
   void draw_scripts();
   void draw_form();
-  std::vector<std::string> output_lines(std::string& title) const;
+  void draw_deputies();
+  void draw_quit();
+  const std::deque<std::string>& shown_lines() const;
+  std::string output_title() const;
+  std::vector<std::string> hints() const;
+  std::vector<std::string> output_window(int height);
 
   SheriffProcess& sheriff_;
+  ScreenOptions options_;
   ::screen* terminal_ = nullptr;
   std::vector<TableRow> rows_;
   std::set<std::string> folded_;
@@ -76,8 +92,9 @@ class Screen {
   std::string notice_;
   int64_t notice_until_us_ = 0;
   std::optional<CommandForm> form_;
-  std::string path_;      ///< that is being typed
-  std::string removing_;  ///< asked once whether to remove it
+  std::string path_;                          ///< that is being typed
+  std::string removing_;                      ///< asked once whether to remove it
+  std::optional<int64_t> stopping_until_us_;  ///< quits when all has stopped, or then
   int64_t drawn_us_ = 0;
 };
 

@@ -3,65 +3,35 @@
 #include <curses.h>
 
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
-#include <cwchar>
 
 #include "procman/process/screen.hpp"
+#include "procman/process/screen_text.hpp"
 
 namespace marco::procman {
 namespace {
 
-constexpr int64_t kSilentUs = 3'000'000;
+constexpr int64_t kSilentTitleUs = 3'000'000;
 
-/// The first `columns` columns of `text`, filled up with spaces.
-std::wstring fit(const std::string& text, int columns) {
-  std::wstring out;
-  int used = 0;
-  std::mbstate_t state = {};
-  const char* at = text.data();
-  const char* end = at + text.size();
-  while (at < end) {
-    wchar_t c = L'?';
-    const std::size_t size = std::mbrtowc(&c, at, static_cast<std::size_t>(end - at), &state);
-    if (size == 0 || size > static_cast<std::size_t>(end - at)) {
-      state = {};
-      c = L'?';
-      ++at;
-    } else {
-      at += size;
-    }
-    const int width = std::max(wcwidth(c), 0);
-    if (used + width > columns) break;
-    used += width;
-    out += c;
-  }
-  out.append(static_cast<std::size_t>(std::max(columns - used, 0)), L' ');
-  return out;
-}
+double load_percent(const SheriffDeputy& deputy) { return deputy.machine.cpu_load * 100.0; }
 
-void put(int row, int column, const std::string& text, int columns) {
-  if (columns > 0) mvaddwstr(row, column, fit(text, columns).c_str());
-}
-
-__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list values;
-  va_start(values, pattern);
-  std::vsnprintf(text, sizeof text, pattern, values);
-  va_end(values);
-  return text;
+std::string deputy_text(const std::string& id, const SheriffDeputy& deputy) {
+  const double age_s = static_cast<double>(monotonic_us() - deputy.heard_us) * 1e-6;
+  const double free_gb = static_cast<double>(deputy.machine.phys_mem_free_bytes) / 1e9;
+  return id + format(": load %.0f %%, %.1f GB free, ", load_percent(deputy), free_gb) +
+         format(age_s * 1e6 > kSilentTitleUs ? "SILENT for %.0f s" : "%.1f s ago", age_s);
 }
 
 const std::vector<std::string>& help_lines() {
   static const std::vector<std::string> lines = {
-      "up down  choose              s ^S  start",
-      "right    open a group        t ^T  stop",
-      "left     close a group       r ^R  restart",
-      "PgUp     older output        R     run a script",
-      "PgDn     newer output        a     abort the script",
-      "End      newest output       o     observer on or off",
-      "e        events or output    q ^Q  quit",
+      "R        run a script        s ^S  start",
+      "a        abort the script    t ^T  stop",
+      "Space    EMERGENCY STOP      r ^R  restart",
+      "U        release it          q ^Q  quit",
+      "up down  choose              e     events or output",
+      "right    open a group        d     the deputies",
+      "left     close a group       o     observer on or off",
+      "PgUp     older output        End   newest output",
+      "PgDn     newer output",
       "n        new command         ^E    edit the command",
       "Del Del  remove the command  w     write the file",
       "s, t and r on a group mean all its commands."};
@@ -82,7 +52,7 @@ void Screen::draw() {
   if (!rows_.empty()) chosen_target_ = rows_[static_cast<std::size_t>(chosen_)].target;
   erase();
   const int body = std::max(LINES - 4, 2);
-  table_height_ = std::clamp(static_cast<int>(rows_.size()), 1, std::max(body / 2, 1));
+  table_height_ = std::clamp(static_cast<int>(rows_.size()), 1, std::max(body * 2 / 3, 1));
   output_height_ = body - table_height_;
   draw_title();
   draw_table(1, table_height_);
@@ -91,23 +61,47 @@ void Screen::draw() {
   if (mode_ == Mode::help) draw_box(help_lines(), -1);
   if (mode_ == Mode::scripts) draw_scripts();
   if (mode_ == Mode::form) draw_form();
+  if (mode_ == Mode::deputies) draw_deputies();
+  if (mode_ == Mode::quit) draw_quit();
   refresh();
 }
 
 void Screen::draw_title() {
-  std::string title = sheriff_.state().observer() ? " Procman Observer " : " Procman Sheriff ";
-  for (const auto& [id, deputy] : sheriff_.state().deputies()) {
-    const int64_t age_us = monotonic_us() - deputy.heard_us;
-    title +=
-        format("| %s: load %.0f %%, %.1f GB free, ", id.c_str(), deputy.machine.cpu_load * 100.0,
-               static_cast<double>(deputy.machine.phys_mem_free_bytes) / 1e9);
-    title += format(age_us > kSilentUs ? "SILENT for %.0f s " : "%.1f s ago ",
-                    static_cast<double>(age_us) * 1e-6);
+  const std::string& stop = sheriff_.emergency_stop().engaged();
+  if (!stop.empty()) {
+    const int red = COLOR_PAIR(static_cast<int>(StatusColour::red)) | A_BOLD;
+    attron(red);
+    put(0, 0, " EMERGENCY STOP, U releases it; " + printable(stop), COLS);
+    attroff(red);
+    return;
   }
-  if (sheriff_.state().deputies().empty()) title += "| no deputy was heard yet ";
+  const std::string name = sheriff_.state().observer() ? " Procman Observer " : " Procman Sheriff ";
+  const auto& deputies = sheriff_.state().deputies();
+  std::string line = name;
+  for (const auto& [id, deputy] : deputies) line += "| " + deputy_text(id, deputy) + " ";
+  if (width_of(line) > COLS) {
+    line = name;
+    for (const auto& [id, deputy] : deputies) {
+      const bool is_silent = monotonic_us() - deputy.heard_us > kSilentTitleUs;
+      line += "| " + id + (is_silent ? " SILENT " : format(" %.0f %% ", load_percent(deputy)));
+    }
+  }
+  if (width_of(line) > COLS) {
+    line = name + format("| %zu deputies, d shows them", deputies.size());
+  }
+  if (deputies.empty()) line += "| no deputy was heard yet ";
   attron(A_REVERSE);
-  put(0, 0, title, COLS);
+  put(0, 0, printable(line), COLS);
   attroff(A_REVERSE);
+}
+
+void Screen::draw_deputies() {
+  std::vector<std::string> lines;
+  for (const auto& [id, deputy] : sheriff_.state().deputies()) {
+    lines.push_back(printable(deputy_text(id, deputy)));
+  }
+  if (lines.empty()) lines.emplace_back("no deputy was heard yet");
+  draw_box(lines, -1);
 }
 
 void Screen::draw_table(int top, int height) {
@@ -121,6 +115,10 @@ void Screen::draw_table(int top, int height) {
   if (chosen_ < first_row_) first_row_ = chosen_;
   if (chosen_ >= first_row_ + height) first_row_ = chosen_ - height + 1;
   first_row_ = std::clamp(first_row_, 0, std::max(static_cast<int>(rows_.size()) - height, 0));
+  if (first_row_ > 0) {
+    const std::string more = format(" %d more above", first_row_);
+    put(top, COLS - width_of(more), more, width_of(more));
+  }
   for (int i = 0; i < height && first_row_ + i < static_cast<int>(rows_.size()); ++i) {
     const int y = top + 1 + i;
     const TableRow& row = rows_[static_cast<std::size_t>(first_row_ + i)];
@@ -143,37 +141,8 @@ void Screen::draw_table(int top, int height) {
   }
 }
 
-std::vector<std::string> Screen::output_lines(std::string& title) const {
-  const bool command = chosen_ < static_cast<int>(rows_.size()) &&
-                       !rows_[static_cast<std::size_t>(chosen_)].is_group;
-  if (shows_events_ || !command) {
-    title = "events";
-    return {sheriff_.events().begin(), sheriff_.events().end()};
-  }
-  title = "output of " + chosen_target_;
-  const auto& lines = sheriff_.output().lines(chosen_target_);
-  std::vector<std::string> all(lines.begin(), lines.end());
-  if (!all.empty() && all.back().empty()) all.pop_back();
-  return all;
-}
-
-void Screen::draw_output(int top, int height) {
-  std::string title;
-  const std::vector<std::string> lines = output_lines(title);
-  const int count = static_cast<int>(lines.size());
-  scrolled_lines_ = std::clamp(scrolled_lines_, 0, std::max(count - height, 0));
-  if (scrolled_lines_ > 0) title += format(", %d lines up", scrolled_lines_);
-  attron(A_REVERSE);
-  put(top, 0, " " + title, COLS);
-  attroff(A_REVERSE);
-  const int first = std::max(count - height - scrolled_lines_, 0);
-  for (int i = 0; i < height && first + i < count - scrolled_lines_; ++i) {
-    put(top + 1 + i, 0, printable(lines[static_cast<std::size_t>(first + i)]), COLS);
-  }
-}
-
 void Screen::draw_bottom() {
-  std::string line = "s start  t stop  r restart  R scripts  e events  o observer  ? help  q quit";
+  std::string line = "R scripts  s start  t stop  r restart  Space EMERGENCY STOP  ? help  q quit";
   const ScriptRunner* script = sheriff_.script();
   if (script != nullptr && script->state() == ScriptRunner::State::running) {
     line = "script " + script->name() + " is running";

@@ -19,6 +19,10 @@ namespace marco::procman {
 namespace {
 
 constexpr std::size_t kMaxEvents = 5000;
+constexpr std::size_t kMaxEventBytes = 1000;
+constexpr std::size_t kMostOtherSheriffs = 1000;
+constexpr int64_t kLongWaitUs = 5'000'000;
+constexpr std::size_t kLastLines = 5, kLastLineBytes = 200;
 
 std::string new_sheriff_id() {
   char host[256] = "localhost";
@@ -50,9 +54,15 @@ SheriffProcess::SheriffProcess(const std::string& lcm_url, Config config, bool o
     : config_(std::move(config)),
       signals_(open_stop_signals()),
       bus_(lcm_url),
-      state_(new_sheriff_id(), observer) {
+      state_(new_sheriff_id(), observer),
+      watch_(bus_, monotonic_us()),
+      emergency_stop_(bus_, drops_, "sheriff") {
   state_.load(config_);
   subscribe();
+  ask_who_is_there();
+}
+
+void SheriffProcess::ask_who_is_there() {
   procman_lcm::discovery_t question;
   question.utime = wall_clock_us();
   question.transmitter_id = state_.id();
@@ -92,6 +102,7 @@ void SheriffProcess::subscribe() {
   subscribe_checked<procman_lcm::orders_t>(
       bus_, channels::kOrders, layouts::kOrders, drops_, [this](const auto& message) {
         if (!state_.on_orders(from_message(message)) || state_.observer()) return;
+        if (other_sheriffs_.size() >= kMostOtherSheriffs) return;
         if (!other_sheriffs_.insert(message.sheriff_id).second) return;
         note("another sheriff gives orders: " + message.sheriff_id);
         other_sheriff_seen_ = true;
@@ -131,11 +142,40 @@ void SheriffProcess::step(int64_t max_wait_us, int extra_fd) {
   // A flood of messages must keep neither orders nor keys waiting.
   for (int n = 0; n < 200 && bus_.handle_once(0); ++n) {
   }
-  if (script_ && script_->state() == ScriptRunner::State::running) {
-    script_->step(state_, monotonic_us());
-    for (const std::string& event : script_->take_events()) note(event);
-  }
+  for (const std::string& event : watch_.step_to(monotonic_us(), state_)) note(event);
+  emergency_stop_.step_to(monotonic_us());
+  step_script();
   send_due_orders();
+}
+
+void SheriffProcess::step_script() {
+  if (!script_ || script_->state() != ScriptRunner::State::running) return;
+  script_->step(state_, monotonic_us());
+  for (const std::string& event : script_->take_events()) note(event);
+  if (script_->take_waited_in_vain()) note_last_output(script_->waited_for());
+  const auto since_us = script_->waiting_since_us();
+  if (!since_us || since_us == told_wait_us_ || monotonic_us() - *since_us < kLongWaitUs) return;
+  told_wait_us_ = since_us;
+  note("waits for " + script_->waiting_for() + ", for 5 s now");
+  note_last_output(script_->waited_for());
+}
+
+void SheriffProcess::note_last_output(const std::vector<std::string>& ids) {
+  for (const std::string& id : ids) {
+    std::vector<std::string> last;
+    const auto& lines = output_.lines(id);
+    for (auto line = lines.rbegin(); line != lines.rend() && last.size() < kLastLines; ++line) {
+      if (!line->empty()) last.push_back(printable(*line).substr(0, kLastLineBytes));
+    }
+    if (last.empty()) note("  " + id + " has written nothing yet");
+    for (auto line = last.rbegin(); line != last.rend(); ++line) note("  " + id + "| " + *line);
+  }
+}
+
+std::string SheriffProcess::running_text() const {
+  std::string text;
+  for (const std::string& id : state_.running()) text += (text.empty() ? "" : ", ") + id;
+  return text;
 }
 
 void SheriffProcess::run_script(const std::string& name) {
@@ -171,13 +211,14 @@ std::vector<std::string> SheriffProcess::unsettled() const {
 }
 
 void SheriffProcess::send_due_orders() {
+  if (orders_held_) return;
   for (const Orders& orders : state_.take_due_orders(wall_clock_us(), monotonic_us())) {
     publish(channels::kOrders, to_message(orders));
   }
 }
 
 void SheriffProcess::note(const std::string& event) {
-  events_.push_back(clock_text() + " " + event);
+  events_.push_back(clock_text() + " " + event.substr(0, kMaxEventBytes));
   if (events_.size() > kMaxEvents) events_.pop_front();
   if (on_event) on_event(events_.back());
 }

@@ -9,7 +9,9 @@
 #include "common/process/drop_counter.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "procman/output_log.hpp"
+#include "procman/process/deputy_watch.hpp"
 #include "procman/process/descriptor.hpp"
+#include "procman/process/emergency_stop.hpp"
 #include "procman/script_runner.hpp"
 #include "procman/sheriff_state.hpp"
 
@@ -30,13 +32,24 @@ class SheriffProcess {
   int stop_signals() const { return stop_signals_; }
 
   /// Starts a script; one that runs is dropped, what it has started stays.
-  /// @throws std::invalid_argument when there is none of this name.
+  /// @throws std::invalid_argument when there is none of this name, or it cannot be run.
   void run_script(const std::string& name);
   void abort_script();
   const ScriptRunner* script() const { return script_ ? &*script_ : nullptr; }
 
   /// Commands that have not done what was asked: "lidar: Starting"; empty = all have.
   std::vector<std::string> unsettled() const;
+
+  /// While held, no orders are sent.
+  void hold_orders(bool held) { orders_held_ = held; }
+
+  /// Asks the deputies again who is there.
+  void ask_who_is_there();
+
+  /// "camera, lidar", "" when nothing runs.
+  std::string running_text() const;
+
+  EmergencyStop& emergency_stop() { return emergency_stop_; }
 
   /// Whether orders of a sheriff not seen before came since the last call.
   bool take_other_sheriff_seen();
@@ -64,6 +77,8 @@ class SheriffProcess {
   void require_editable() const;
   void hear_channels_of_script();
   void send_due_orders();
+  void step_script();
+  void note_last_output(const std::vector<std::string>& ids);
   template <class Message>
   void publish(const char* channel, const Message& message);
 
@@ -72,13 +87,17 @@ class SheriffProcess {
   process::DropCounter drops_;
   process::LcmBus bus_;
   SheriffState state_;
+  DeputyWatch watch_;
+  EmergencyStop emergency_stop_;
   std::optional<ScriptRunner> script_;
-  OutputLog output_{5000};
+  std::optional<int64_t> told_wait_us_;  ///< beginning of the wait that is said to last
+  OutputLog output_;
   std::deque<std::string> events_;
   std::set<std::string> heard_channels_;
   std::set<std::string> other_sheriffs_;
   bool other_sheriff_seen_ = false;
   int stop_signals_ = 0;
+  bool orders_held_ = false;
   bool network_down_ = false;
 };
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <random>
 
@@ -164,6 +165,78 @@ TEST_F(DeputyTest, NoGrandchildOutlivesItsCommand) {
   }
 }
 
+// The tree of a command gets the stop signal, not only its first process, which may wait for it.
+TEST_F(DeputyTest, AStopReachesTheChildrenToo) {
+  start_deputy();
+  const CommandSpec spec = {
+      "family",
+      "bash -c '(trap \"echo child bye; exit 0\" TERM; echo up; while :; do sleep 0.05; done) & "
+      "trap \"wait; echo main bye; exit 0\" TERM; wait; wait'",
+      "",
+      false,
+      SIGTERM,
+      600.0};
+  order(spec, 1);
+  ASSERT_TRUE(wait_until([&] { return output_["family"].find("up") != std::string::npos; }));
+  order(spec, 1, true);
+  ASSERT_TRUE(wait_until([&] { return has_ended("family", 1); }));
+  EXPECT_THAT(file_of("family"), HasSubstr("child bye\n"));
+  EXPECT_THAT(file_of("family"), HasSubstr("main bye\n"));
+}
+
+// Who outlives the command's own process is asked to end, and killed where it will not.
+TEST_F(DeputyTest, StragglersAreAskedToEndThenKilled) {
+  start_deputy();
+  const std::string up = folder_ + "/up";
+  const std::string exit_when_up = "while [ ! -e " + up + " ]; do sleep 0.02; done; exit 3'";
+  order({"polite",
+         "bash -c '(trap \"echo bye; exit 0\" TERM; touch " + up +
+             "; while :; do sleep 0.05; done) & " + exit_when_up,
+         "", false, SIGTERM, 600.0},
+        1);
+  ASSERT_TRUE(wait_until([&] { return has_ended("polite", 1); }));
+  EXPECT_EQ(status("polite").exit_code, 3 << 8);
+  EXPECT_THAT(file_of("polite"), HasSubstr("bye\n"));
+  std::filesystem::remove(up);
+  order({"deaf",
+         "bash -c '(trap \"\" TERM HUP; echo $BASHPID; touch " + up +
+             "; while :; do sleep 0.05; done) & " + exit_when_up,
+         "", false, SIGTERM, 600.0},
+        1);
+  ASSERT_TRUE(wait_until([&] { return has_ended("deaf", 1); }));
+  const pid_t deaf = std::stoi(file_of("deaf"));
+  EXPECT_FALSE(is_alive(deaf));
+}
+
+TEST_F(DeputyTest, OutputWithoutEndDoesNotFillTheDisk) {
+  constexpr std::uintmax_t kLimit = 300'000;
+  start_deputy({"--accept-any-orders", "--output-bytes", std::to_string(kLimit)});
+  order({"flood", "bash -c 'while :; do printf 0123456789; done'"}, 1);  // and no newline
+  const std::filesystem::path file = folder_ + "/state/marco-procman/bench/flood.log";
+  const std::filesystem::path old = file.string() + ".1";
+  std::uintmax_t most = 0;
+  std::error_code none;
+  const auto looked = [&](const std::filesystem::path& path) {
+    const auto size = std::filesystem::file_size(path, none);
+    if (none) return std::uintmax_t{0};
+    most = std::max(most, size);
+    return size;
+  };
+  // What is heard goes on over the change of files.
+  ASSERT_TRUE(wait_until([&] {
+    looked(file);
+    return looked(old) > 0 && output_["flood"].size() > 3 * kLimit;
+  }));
+  EXPECT_LE(most, kLimit);
+  output_["flood"].clear();
+  deputy_->signal(SIGKILL);
+  deputy_->wait_s(5.0);
+  start_deputy({"--accept-any-orders", "--output-bytes", std::to_string(kLimit)});
+  EXPECT_TRUE(wait_until([&] { return output_["flood"].size() > 2 * kLimit; }));
+  order({"flood", "bash -c 'while :; do printf 0123456789; done'"}, 1, true);
+  EXPECT_TRUE(wait_until([&] { return has_ended("flood", 1); }));
+}
+
 TEST_F(DeputyTest, AKilledDeputyFindsItsCommandsAgain) {
   start_deputy();
   const CommandSpec counter = {"counter",
@@ -209,6 +282,13 @@ TEST_F(DeputyTest, WithoutTheFlagOnlyItsScriptsCommandsRunAndStay) {
               HasSubstr("evil: refused: none of this deputy's scripts contains"));
   EXPECT_NE(access((folder_ + "/evil").c_str(), F_OK), 0);
   const int32_t pid = status("own").pid;
+  // Another sheriff's order for the same id: what it would run is refused before anything is
+  // stopped.
+  orders_["own"] = {{"own", "touch " + folder_ + "/evil"}, 77, false};
+  publish_orders("a foreign sheriff");
+  ASSERT_TRUE(
+      wait_until([&] { return output_["own"].find("goes on as it is") != std::string::npos; }));
+  EXPECT_TRUE(is_alive(pid));
   orders_.clear();
   publish_orders("a foreign sheriff");
   ASSERT_TRUE(wait_until([&] { return output_["own"].find("kept running") != std::string::npos; }));

@@ -162,7 +162,11 @@ bool ProcmanBench::has_ended(const std::string& id, int32_t runid) const {
 }
 
 std::string ProcmanBench::file_of(const std::string& id) const {
-  return contents(folder_ + "/state/marco-procman/bench/" + id + ".log");
+  return file_of_deputy("bench", id);
+}
+
+std::string ProcmanBench::file_of_deputy(const std::string& deputy, const std::string& id) const {
+  return contents(folder_ + "/state/marco-procman/" + deputy + "/" + id + ".log");
 }
 
 std::string ProcmanBench::write_file(const std::string& name, const std::string& text) const {

@@ -57,6 +57,7 @@ class ProcmanBench : public testing::Test {
 
   /// What the command's file holds now.
   std::string file_of(const std::string& id) const;
+  std::string file_of_deputy(const std::string& deputy, const std::string& id) const;
   std::string write_file(const std::string& name, const std::string& text) const;
   std::string programs_output() const;
 

@@ -2,10 +2,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 
+#include "marco/emergency_stop_t.hpp"
 #include "tests/process/procman/procman_bench.hpp"
 
 namespace marco::procman {
@@ -36,16 +38,16 @@ class ScreenTest : public ProcmanBench {
   }
 
   /// @returns false, after saying so, where there is no tmux.
-  bool open_screen(const std::string& arguments) {
+  bool open_screen(const std::string& arguments, const std::string& size = "-x 120 -y 30") {
     has_tmux_ = std::system("command -v tmux >/dev/null") == 0;
     if (!has_tmux_) {
       std::puts("SKIPPED: tmux is not installed");
       return false;
     }
-    const std::string config = write_file("robot.procman", kScreenRobot);
+    const std::string config = write_file("robot.procman", robot_);
     const char* folder = std::getenv("MARCO_BIN");
     // What it prints after the screen, and its exit code, stay in view.
-    tmux("-f /dev/null new-session -d -x 120 -y 30 \"" +
+    tmux("-f /dev/null new-session -d " + size + " \"" +
          std::string(folder != nullptr ? folder : ".") + "/marco-procman-sheriff " + config + " " +
          arguments + "; echo exit \\$?; sleep 1000\"");
     return true;
@@ -77,6 +79,7 @@ class ScreenTest : public ProcmanBench {
     return testing::AssertionFailure() << "'" << pattern << "' is not in:\n" << screen();
   }
 
+  std::string robot_ = kScreenRobot;
   bool has_tmux_ = false;
 };
 
@@ -186,6 +189,98 @@ TEST_F(ScreenTest, SigtermEndsItAndRestoresTheTerminal) {
   std::system(
       ("kill -TERM $(ps -o pid= --ppid " + pid.substr(0, pid.find('\n')) + " | head -1)").c_str());
   EXPECT_TRUE(shows("exit 0"));
+}
+
+TEST_F(ScreenTest, TheFirstScreenSaysWhatToDoAndEightyColumnsAreEnough) {
+  robot_ += "script \"gone\" { start cmd \"nothing\"; }\n";
+  for (int i = 10; i < 20; ++i) {
+    robot_ +=
+        "cmd \"x" + std::to_string(i) + "\" { exec = \"seq -s, 1 60\"; deputy = \"localhost\"; }\n";
+  }
+  if (!open_screen("-l", "-x 80 -y 24")) return;
+  ASSERT_TRUE(shows("1 warnings about the file: e shows them"));
+  EXPECT_TRUE(shows("R runs a script of the file .first, second, gone."));
+  EXPECT_TRUE(shows("x19 +localhost +Stopped \\(OK\\)")) << "room for 13 rows and more";
+  EXPECT_TRUE(shows("1 more rows below"));
+  keys("R Down Down Enter");
+  EXPECT_TRUE(shows("script .gone. cannot be run: e shows why"));
+  keys("e");
+  EXPECT_TRUE(shows("script .gone. cannot be run; /"));
+  keys("e");
+  keys("Down s");  // x10
+  EXPECT_TRUE(shows("output of x10"));
+  EXPECT_TRUE(shows("1,2,3,.*,29,30\n,31,32,")) << "long lines are wrapped";
+  keys("'?'");
+  EXPECT_TRUE(shows("Space    EMERGENCY STOP      r \\^R  restart"));
+  EXPECT_TRUE(shows("s, t and r on a group mean all its commands."));
+  keys("Escape d");
+  EXPECT_TRUE(shows("localhost: load .*GB free, [0-9.]+ s ago"));
+  keys("Escape Down Down Down Down Down Down Down Down Down Down Down Down Down");
+  EXPECT_TRUE(shows("1 more above"));
+}
+
+TEST_F(ScreenTest, SpaceStopsAllBasesAndAnotherKeyReleasesThem) {
+  std::vector<bool> heard;
+  bus_->subscribe<emergency_stop_t>(
+      "EMERGENCY_STOP", drops_,
+      [&](const emergency_stop_t& message, const auto&) { heard.push_back(message.engaged != 0); });
+  if (!open_screen("-l")) return;
+  ASSERT_TRUE(shows("slam +localhost +Stopped"));
+  keys("Space");
+  EXPECT_TRUE(shows("EMERGENCY STOP, U releases it; by sheriff"));
+  EXPECT_TRUE(wait_until([&] { return std::count(heard.begin(), heard.end(), true) > 5; }));
+  keys("U");
+  EXPECT_TRUE(shows("the emergency stop is released"));
+  EXPECT_TRUE(shows("Procman Sheriff"));
+  EXPECT_TRUE(wait_until([&] { return !heard.back(); }));
+}
+
+TEST_F(ScreenTest, AStopIsObeyedWhileAScriptRuns) {
+  robot_ += "script \"long\" { start cmd \"slam\" wait \"running\"; wait ms 600000; }\n";
+  if (!open_screen("-l --script long")) return;
+  ASSERT_TRUE(shows("slam +localhost +Running"));
+  keys("r");
+  EXPECT_TRUE(shows("a script is running: a = abort it; t stops the command"));
+  keys("t");
+  EXPECT_TRUE(shows("slam +localhost +Stopped \\(OK\\)"));
+}
+
+TEST_F(ScreenTest, QuitAsksBeforeItStopsWhatRuns) {
+  if (!open_screen("-l --script first")) return;
+  ASSERT_TRUE(shows("slam +localhost +Running"));
+  ASSERT_TRUE(wait_until([&] { return status("slam").pid != 0; }));
+  const int32_t pid = status("slam").pid;
+  keys("q");
+  EXPECT_TRUE(shows("These still run:"));
+  EXPECT_TRUE(shows("y  stop them and quit .their deputy ends with this screen."));
+  keys("c q n");  // n is no answer here
+  EXPECT_TRUE(shows("These still run:"));
+  EXPECT_TRUE(is_alive(pid));
+  keys("y");
+  EXPECT_TRUE(shows("stops what still runs: slam"));
+  EXPECT_TRUE(shows("exit 0"));
+  EXPECT_FALSE(is_alive(pid));
+}
+
+TEST_F(ScreenTest, WithADeputyOfItsOwnQuitMayLeaveOrStopWhatRuns) {
+  robot_ = "cmd \"slam\" { exec = \"sleep 1000\"; deputy = \"bench\"; }\n";
+  start_deputy();
+  if (!open_screen("")) return;
+  ASSERT_TRUE(shows("slam +bench +Stopped"));
+  keys("s");
+  ASSERT_TRUE(shows("slam +bench +Running"));
+  ASSERT_TRUE(wait_until([&] { return status("slam").pid != 0; }));
+  const int32_t pid = status("slam").pid;
+  keys("q n");
+  EXPECT_TRUE(shows("leaves running under their deputies: slam"));
+  EXPECT_TRUE(shows("exit 0"));
+  EXPECT_TRUE(is_alive(pid));
+  tmux("kill-server 2>/dev/null");
+  ASSERT_TRUE(open_screen(""));
+  ASSERT_TRUE(shows("slam +bench +Running"));
+  keys("q y");
+  EXPECT_TRUE(shows("exit 0"));
+  EXPECT_FALSE(is_alive(pid));
 }
 
 TEST_F(ScreenTest, ForeignOrdersMakeItAnObserver) {

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -126,6 +128,51 @@ TEST(MessageCheck, HostileLengthsAreRefusedBeforeDecoding) {
   EXPECT_TRUE(is_well_formed(bytes_of(question), layouts::kDiscover));
 }
 
+// Length and last byte of a string must agree: lcm-gen's decoder would read on to any length.
+TEST(MessageCheck, AStringEndsWithAZero) {
+  procman_lcm::discovery_t question;
+  question.transmitter_id = "base";
+  const std::vector<uint8_t> good = bytes_of(question);
+  const std::size_t zero = 8 + 8 + 4 + 4;
+  ASSERT_EQ(good.at(zero), 0);
+  std::vector<uint8_t> bad = good;
+  bad[zero] = 'x';
+  EXPECT_FALSE(is_well_formed(bad, layouts::kDiscover));
+  bad = good;
+  bad[zero - 5] = 0;  // its length: a string has one byte at least
+  EXPECT_FALSE(is_well_formed(bad, layouts::kDiscover));
+}
+
+TEST(PeerOf, TellsTheUserAtTheOtherEnd) {
+  int ends[2] = {-1, -1};
+  ASSERT_EQ(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends), 0);
+  const Descriptor one(ends[0]);
+  const Descriptor other(ends[1]);
+  EXPECT_EQ(peer_of(one), getuid());
+  EXPECT_EQ(peer_of(Descriptor()), std::nullopt);
+}
+
+// Anybody on the network can send output: nothing of it may fill the memory.
+TEST(OutputLog, IsBoundedWhateverComes) {
+  OutputLog log;
+  std::size_t most = 0;
+  const auto hear = [&](const std::string& id, const std::string& text) {
+    log.on_output("d", 0, {id}, {text});
+    most = std::max(most, log.bytes());
+  };
+  const std::string megabyte(1 << 20, 'x');
+  for (int i = 0; i < 8; ++i) hear("one", megabyte);
+  EXPECT_LE(most, OutputLog::kMaxCommandBytes + megabyte.size()) << "no line ends in it";
+  EXPECT_LE(log.lines("one").front().size(), OutputLog::kMaxLineBytes);
+  for (int i = 0; i < 100; ++i) hear("command " + std::to_string(i), megabyte);
+  EXPECT_LE(most, OutputLog::kMaxBytes + megabyte.size());
+  EXPECT_THAT(log.lines("command 99"), testing::Not(IsEmpty())) << "the newest is there";
+  for (int i = 0; i < 2; ++i) hear("many", std::string(1 << 20, '\n'));
+  EXPECT_LE(log.lines("many").size(), 5000U);
+  hear(megabyte, "an id of a megabyte");
+  EXPECT_THAT(log.lines(megabyte), IsEmpty());
+}
+
 TEST(FileName, NoCommandLeavesTheFolderOrSharesAFile) {
   EXPECT_EQ(file_name_of("lidar-2_a.b"), "lidar-2_a.b");
   EXPECT_EQ(file_name_of("../etc"), "%2E.%2Fetc");
@@ -206,7 +253,7 @@ TEST_F(OutputPumpTest, HandsOutWhatIsNewWithItsPlaceInTheFile) {
   EXPECT_EQ(pieces[0].text, "new\n");
   EXPECT_EQ(pieces[0].first_byte, 3);
   EXPECT_EQ(pieces[0].end_byte, 7);
-  EXPECT_EQ(pump.shown("a"), 7);
+  EXPECT_EQ(pump.shown("a").bytes, 7);
   EXPECT_EQ(pump.next_due_us(), std::nullopt);
 }
 
@@ -247,6 +294,37 @@ TEST_F(OutputPumpTest, ALineOfTheDeputysDoesNotEndARunsOutput) {
   EXPECT_EQ(pump.take(0).at(0).text, "kept running\n");
   pump.on_growth("a", write("more\n"));
   EXPECT_EQ(pump.take(*pump.next_due_us()).at(0).text, "more\n");
+}
+
+// The keeper has begun a new file: the rest of the old one comes first, and no more of older ones.
+TEST_F(OutputPumpTest, ANewFileFollowsTheOldOne) {
+  OutputPump pump(1e9);
+  const auto rotate = [&](const std::string& text) {
+    std::filesystem::rename(path_, path_ + ".1");
+    write(text);
+    struct stat status = {};
+    stat(path_.c_str(), &status);
+    return static_cast<int64_t>(status.st_ino);
+  };
+  const auto take_all = [&] {
+    std::string got;
+    while (pump.next_due_us()) got += pump.take(*pump.next_due_us()).at(0).text;
+    return got;
+  };
+  pump.open_run("a", (write(""), path_), 0);
+  pump.on_growth("a", write("one\n"));
+  write("two\n");  // that it grew was never heard
+  const int64_t second = rotate("three\n");
+  EXPECT_FALSE(pump.open_next_file("a", path_, second + 1)) << "not the file that is meant";
+  ASSERT_TRUE(pump.open_next_file("a", path_, second));
+  pump.on_growth("a", 6);
+  EXPECT_EQ(take_all(), "one\ntwo\nthree\n");
+  EXPECT_EQ(pump.shown("a").inode, second);
+  pump.on_growth("a", write("four\n"));
+  ASSERT_TRUE(pump.open_next_file("a", path_, rotate("five\n")));
+  ASSERT_TRUE(pump.open_next_file("a", path_, rotate("six\n")));
+  pump.on_growth("a", 4);
+  EXPECT_EQ(take_all(), "\n[5 bytes left out: it writes too much]\nfive\nsix\n");
 }
 
 TEST_F(OutputPumpTest, CommandsTakeTurns) {

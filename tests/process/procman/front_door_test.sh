@@ -1,0 +1,44 @@
+#!/bin/bash
+# ./marco run while another run is open: the second one says so and touches nothing, its checkpoint least of all.
+#   front_door_test.sh BIN-FOLDER SOURCE-FOLDER      (within tests/support/isolated.sh)
+set -u
+folder=$(mktemp -d)
+started=()
+trap 'for pid in "${started[@]}"; do kill "$pid" 2>/dev/null; wait "$pid" 2>/dev/null; done; rm -rf "$folder"' EXIT
+fail() { echo "FAILED: $*"; cat "$folder"/*.log 2>/dev/null; exit 1; }
+export XDG_RUNTIME_DIR="$folder/runtime" XDG_STATE_HOME="$folder/state" MARCO_RUN="$folder/run"
+
+# The front door's own function, with the programs that are to be tested.
+eval "$(sed -n '/^run_script()/,/^}/p' "$2/marco")"
+declare -f run_script >/dev/null || fail 'the front door has no run_script'
+root="$folder/root" here="$folder"
+mkdir -p "$root/build/release" "$MARCO_RUN"
+ln -s "$1" "$root/build/release/bin"
+cat >"$folder/robot.procman" <<TEXT
+cmd "base" { exec = "bash -c 'echo \$\$ >$folder/base.pid; touch $MARCO_RUN/live.lcm.0; exec sleep 1000'"; deputy = "localhost"; }
+script "drive" { start cmd "base" wait "running"; }
+TEXT
+
+touch "$MARCO_RUN/slam.checkpoint"
+(run_script "$folder/robot.procman" drive) >"$folder/first.log" 2>&1 </dev/null &
+first=$!
+started+=("$first")
+for _ in $(seq 400); do grep -q 'these go on: base' "$folder/first.log" && break; sleep 0.1; done
+grep -q 'these go on: base' "$folder/first.log" || fail 'the first run did not start'
+[ ! -e "$MARCO_RUN/slam.checkpoint" ] || fail 'a new run begins with the old map'
+base=$(cat "$folder/base.pid")
+
+touch "$MARCO_RUN/slam.checkpoint"  # now it is the live run's
+(run_script "$folder/robot.procman" drive) >"$folder/second.log" 2>&1 </dev/null && fail 'a second run was let in'
+grep -q "a deputy 'localhost' is at work here already and runs base" "$folder/second.log" || fail 'the second run does not say why'
+[ -e "$MARCO_RUN/slam.checkpoint" ] || fail 'the second run deleted the checkpoint of the live one'
+kill -0 "$base" 2>/dev/null && [ "$(cat "$folder/base.pid")" = "$base" ] || fail 'the first run was disturbed'
+echo 'a second run touched nothing'
+
+kill -TERM "$first"
+wait "$first" || fail 'the first run ended with an error'
+kill -0 "$base" 2>/dev/null && fail 'a command outlived the run'
+grep -q 'stops what still runs: base' "$folder/first.log" || fail 'what still ran was not said'
+grep -q "recorded: $MARCO_RUN/live.lcm.0" "$folder/first.log" || fail 'where the recording lies was not said'
+(run_script --help) | grep -q '^usage: ' || fail 'run --help does not help'
+echo 'SIGTERM stopped all, and said what and where'

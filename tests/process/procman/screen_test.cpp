@@ -45,6 +45,8 @@ class ScreenTest : public ProcmanBench {
       return false;
     }
     const std::string config = write_file("robot.procman", robot_);
+    static int servers = 0;
+    server_ = ++servers;  // one that is ending must not be met
     const char* folder = std::getenv("MARCO_BIN");
     // What it prints after the screen, and its exit code, stay in view.
     tmux("-f /dev/null new-session -d " + size + " \"" +
@@ -54,7 +56,8 @@ class ScreenTest : public ProcmanBench {
   }
 
   std::string tmux(const std::string& command) const {
-    const std::string line = "tmux -L marco-test-" + std::to_string(getpid()) + " " + command;
+    const std::string line = "tmux -L marco-test-" + std::to_string(getpid()) + "-" +
+                             std::to_string(server_) + " " + command;
     FILE* pipe = popen(line.c_str(), "r");
     std::string text;
     char bytes[4096];
@@ -80,6 +83,7 @@ class ScreenTest : public ProcmanBench {
   }
 
   std::string robot_ = kScreenRobot;
+  int server_ = 0;
   bool has_tmux_ = false;
 };
 

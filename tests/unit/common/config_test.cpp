@@ -66,7 +66,8 @@ TEST(Config, ReadsEveryKindOfFieldAndKeepsTheOtherDefaults) {
 }
 
 TEST(Config, RefusesUnknownKeysWrongTypesAndValuesOutsideLimits) {
-  EXPECT_THAT(refusal("cuont = 4"), HasSubstr("unknown key 'cuont' (line 1, column 9); did you mean 'count'?"));
+  EXPECT_THAT(refusal("cuont = 4"),
+              HasSubstr("unknown key 'cuont' (line 1, column 9); did you mean 'count'?"));
   EXPECT_THAT(refusal("[inner]\nsigma = 4"), HasSubstr("inner.unknown key 'sigma'"));
   EXPECT_THAT(refusal("count = 4.5"),
               HasSubstr("count (line 1, column 9): expected a whole number"));

@@ -67,8 +67,8 @@ TEST(RelationsMetric, WhatIsNoFiniteNumberIsRefusedWithItsLine) {
     const auto path = folder.write(
         "bad", "# by hand\n1 2 0.3 0.4 0 0 0 0.1\n1 2 0.3 " + std::string(bad) + " 0 0 0 0.1\n");
     EXPECT_THAT([&] { files::read_relations(path); },
-                ::testing::ThrowsMessage<std::invalid_argument>(
-                    ::testing::HasSubstr("bad:3: '" + std::string(bad) + "' is not a finite number")));
+                ::testing::ThrowsMessage<std::invalid_argument>(::testing::HasSubstr(
+                    "bad:3: '" + std::string(bad) + "' is not a finite number")));
   }
 }
 

@@ -45,6 +45,32 @@ TEST(ThesisFigures, PolygonsHaveTheThesisNormals) {
   EXPECT_THAT(flat_triangles(without_ends(wall(), 1)).triangles, SizeIs(0));
 }
 
+using Lit = std::vector<bool>;
+
+// Grey on near black.
+Lit lit_pixels(const std::filesystem::path& file) {
+  Lit lit;
+  for (const viewer::Rgb& pixel : viewer::read_picture(file.string()).pixels)
+    lit.push_back(pixel.green > 40);
+  EXPECT_GT(std::count(lit.begin(), lit.end(), true), std::ssize(lit) / 100) << file;
+  return lit;
+}
+
+// How much of what `lit` shows `other` shows too.
+double part_of(const Lit& lit, const Lit& other) {
+  double common = 0.0, all = 0.0;
+  for (std::size_t i = 0; i < lit.size(); ++i) {
+    all += lit[i] ? 1.0 : 0.0;
+    common += lit[i] && other.at(i) ? 1.0 : 0.0;
+  }
+  return common / all;
+}
+
+Lit either(Lit one, const Lit& other) {
+  for (std::size_t i = 0; i < one.size(); ++i) one[i] = one[i] || other.at(i);
+  return one;
+}
+
 TEST(ThesisFigures, OneCommandDrawsThemAll) {
   const std::filesystem::path folder =
       std::filesystem::path(::testing::TempDir()) / "marco_thesis_figures";
@@ -60,13 +86,20 @@ TEST(ThesisFigures, OneCommandDrawsThemAll) {
   const auto figures = draw_thesis_figures(
       folder, {{sweep(-1.0, 0.0), sweep(-1.0, 1.6)}, {sweep(0.5, 0.3)}}, options);
   ASSERT_THAT(figures, SizeIs(9));
-  for (const Figure& figure : figures) {
-    const viewer::Picture picture = viewer::read_picture((folder / figure.file).string());
-    // Grey on near black: a figure that shows something has more than a hundredth lit.
-    std::size_t lit = 0;
-    for (const viewer::Rgb& pixel : picture.pixels) lit += pixel.green > 40 ? 1U : 0U;
-    EXPECT_GT(lit, picture.pixels.size() / 100) << figure.file;
-  }
+  // Of one camera: points lie on the polygons, and both ways to make polygons cover the same.
+  const auto lit = [&](const char* file) { return lit_pixels(folder / file); };
+  const Lit triangles = lit("5_14_triangles.png"), quads = lit("5_15_quads.png");
+  EXPECT_GT(part_of(lit(figures[0].file.c_str()), triangles), 0.95);
+  EXPECT_GT(part_of(quads, triangles), 0.95);
+  EXPECT_GT(part_of(triangles, quads), 0.95);
+  // From above: two stops are what the one and the other show, and each adds something.
+  const Lit first = lit("5_19_first_stop.png"), second = lit("5_20_second_stop.png"),
+            both = lit("5_21_both.png");
+  EXPECT_EQ(part_of(first, both), 1.0);
+  EXPECT_EQ(part_of(second, both), 1.0);
+  EXPECT_EQ(part_of(both, either(first, second)), 1.0);
+  EXPECT_LT(part_of(both, first), 0.99);
+  EXPECT_LT(part_of(both, second), 0.99);
   EXPECT_THAT(figures[1].what, HasSubstr("triangles"));
   EXPECT_THAT(figures[2].what, HasSubstr("quads"));
   EXPECT_EQ(viewer::read_picture((folder / "figures.png").string()).width_px, 3 * 160 + 4 * 2);

@@ -147,7 +147,7 @@ Camera parse_camera(const std::string& text) {
   }
   require(good && (numbers.size() == 4 || numbers.size() == 5),
           "camera \"" + text +
-              "\": expected above, eye, front, or x,y,z,yaw,pitch in metres and degrees");
+              "\": expected above, eye, front, robot, sheet, or x,y,z,yaw,pitch in metres and degrees");
   numbers.resize(5, 0.0);
   return camera_at(make_pose3({numbers[0], numbers[1], numbers[2]}, 0.0, -deg_to_rad(numbers[4]),
                               deg_to_rad(numbers[3])));

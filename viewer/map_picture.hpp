@@ -30,9 +30,10 @@ struct MapPicture {
 };
 
 /// The 2D map as seen from above: the grid in grey (free white, unknown grey, walls black; the
-/// likelier a wall the darker, with the unknown in the middle), points, walls, rays, ellipses, paths and robots of the scene; meshes are left out. Beside it
-/// axes in metres, a scale bar and a legend. The size follows from the well seen
-/// part of the map (find_extent); the legend says how many cells lie beyond it.
+/// likelier a wall the darker, with the unknown in the middle), points, walls, rays, ellipses,
+/// paths and robots of the scene; meshes are left out. Beside it axes in metres, a scale bar and a
+/// legend. The size follows from the well seen part of the map (find_extent); the legend says how
+/// many cells lie beyond it.
 /// @throws std::invalid_argument when there is nothing to draw, or an option is out of its limits.
 MapPicture draw_map(const Scene& scene, const MapPictureOptions& options = {});
 

@@ -23,7 +23,8 @@ std::string encode_picture_orders(std::vector<PictureOrder> orders);
 std::vector<PictureOrder> decode_picture_orders(std::string_view bytes);
 
 /// Writes the orders beside their pictures, has them drawn by marco-map-pictures, which lies where
-/// this program lies, and waits. Where the viewer is not built, says so on stderr. @throws std::runtime_error when it could not be started or failed.
+/// this program lies, and waits. Where the viewer is not built, says so on stderr. @throws
+/// std::runtime_error when it could not be started or failed.
 void draw_elsewhere(std::vector<PictureOrder> orders, const std::string& orders_path);
 
 }  // namespace marco

@@ -17,7 +17,8 @@ namespace marco {
 PictureOrder map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job);
 
 /// Pictures as thesis A's figures 6.1-6.4: lines.png, the plan in green with the covariance
-/// ellipses of its ends (3 sigma) and the paths; lines_3d.png, the walls standing up, with the robot and its paths.
+/// ellipses of its ends (3 sigma) and the paths; lines_3d.png, the walls standing up, with the
+/// robot and its paths.
 std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
                                         const GridMap& map,
                                         const Walls& walls,

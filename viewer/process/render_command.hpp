@@ -27,8 +27,8 @@ PictureSize parse_size(const std::string& text);
 /// @throws std::invalid_argument when there is nothing to draw or the camera is not understood.
 Picture render_scene(Scene scene, const RenderRequest& request);
 
-/// What a picture in space shows of a scene: beside a model the map is left out unless a wall height
-/// was asked for; a map alone stands up, with the driven path on its floor.
+/// What a picture in space shows of a scene: beside a model the map is left out unless a wall
+/// height was asked for; a map alone stands up, with the driven path on its floor.
 Scene scene_in_space(Scene scene, const RenderRequest& request);
 
 /// The view a request means for a scene in space, before it is drawn. The renderer, with the scene
@@ -38,7 +38,8 @@ ViewPlan plan_request(const Scene& scene, const RenderRequest& request, Renderer
 /// Above, front, eye, and above by normals, two by two.
 Picture render_sheet(const Scene& scene, RenderRequest request);
 
-/// Writes an MP4: the drive along the path through model or map, or, without one, once round the scene.
+/// Writes an MP4: the drive along the path through model or map, or, without one, once round the
+/// scene.
 /// @returns the number of pictures. @throws as FilmWriter and render_scene.
 int render_film(Scene scene, const RenderRequest& request, const std::string& path);
 

@@ -121,7 +121,7 @@ TEST(StandingMap, ClosesGapsOfTwoCellsAndForgetsStrayHits) {
   fill(grid, {2.0, -0.1}, {2.1, 0.0}, 30);  // a beam that grazed the wall
   fill(grid, {3.0, 2.0}, {3.1, 2.1}, 90);   // a chair's leg
   EXPECT_EQ(faces_of(standing_map(grid, 2.5), 2.5F).upright, 12);
-  fill(grid, {2.0, -0.1}, {2.9, 0.0}, 30);                         // a door stays
+  fill(grid, {2.0, -0.1}, {2.9, 0.0}, 30);  // a door stays
   EXPECT_NEAR(faces_of(standing_map(grid, 2.5), 2.5F).tops_m2, 6.2 * 4.2 - 24.0 + 0.16 - 0.09,
               1e-3);
 }

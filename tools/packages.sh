@@ -5,12 +5,12 @@ declare -A packages_for=(
   [core]="g++ cmake ninja-build pkg-config liblcm-dev liblcm-bin libglib2.0-dev libeigen3-dev libspdlog-dev
     libtomlplusplus-dev libcli11-dev nlohmann-json3-dev libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
     libopencv-videoio-dev libmeshoptimizer-dev libncurses-dev"
-  [viewer]="libosmesa6-dev|libegl-dev libgl-dev libgl2ps-dev"
+  [viewer]="libosmesa6-dev|libegl-dev libosmesa6|libgl1-mesa-dri libgl-dev libgl2ps-dev"
   [window]="libsdl2-dev"
   [simulator]="libembree-dev"
   [network]="iproute2 procps"
   [replay]="liblcm-bin"
-  [test]="libgtest-dev libgmock-dev libassimp-dev python3 tmux ccache"
+  [test]="libgtest-dev libgmock-dev libassimp-dev libegl-dev libgl1-mesa-dri python3 tmux ccache"
   [bench]="libbenchmark-dev python3"
   [fuzz]="clang libclang-rt-dev"
   [coverage]="llvm"

@@ -1,12 +1,12 @@
 // What tools read off the network: datagrams, and messages of types that a source tells.
 #include <algorithm>
 
+#include "common/diagnosis/datagram.hpp"
 #include "common/lcm_schema/decoder.hpp"
 #include "common/lcm_schema/json.hpp"
 #include "common/lcm_schema/schema.hpp"
 #include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/target.hpp"
-#include "tools/spy/datagram.hpp"
 
 namespace marco::fuzz {
 namespace {
@@ -15,13 +15,13 @@ using namespace marco::lcm_schema;  // NOLINT(google-build-using-namespace): all
 
 MARCO_FUZZ(datagrams) {
   Input input(bytes);
-  spy::SequenceTracker tracker;
-  spy::Reassembler reassembler;
+  diagnosis::SequenceTracker tracker;
+  diagnosis::Reassembler reassembler;
   std::vector<std::string> incomplete;
   int64_t now_us = 0;
   while (!input.empty()) {
     const auto piece = input.piece();
-    const auto datagram = spy::parse_datagram(piece);
+    const auto datagram = diagnosis::parse_datagram(piece);
     now_us += 1000;
     if (!datagram) continue;
     promise(datagram->payload.size() <= piece.size(), "a payload lies in its datagram");
@@ -68,13 +68,13 @@ Bytes datagram_of(Input& input) {
 
 MARCO_FUZZ(fragments) {
   Input input(bytes);
-  spy::SequenceTracker tracker;
-  spy::Reassembler reassembler;
+  diagnosis::SequenceTracker tracker;
+  diagnosis::Reassembler reassembler;
   std::vector<std::string> incomplete;
   int64_t now_us = 0;
   while (!input.empty()) {
     const Bytes wire = datagram_of(input);
-    const auto datagram = spy::parse_datagram(wire);
+    const auto datagram = diagnosis::parse_datagram(wire);
     promise(datagram.has_value(), "a sound datagram is read");
     now_us += 1000;
     if (!datagram->fragmented) {
@@ -92,7 +92,7 @@ MARCO_FUZZ(fragments) {
   }
   reassembler.give_up(now_us + 1, incomplete);
   promise(reassembler.empty(), "in the end all is given up");
-  spy::to_string({static_cast<uint32_t>(now_us), static_cast<uint16_t>(bytes.size())});
+  diagnosis::to_string({static_cast<uint32_t>(now_us), static_cast<uint16_t>(bytes.size())});
 }
 
 /// What a decoded tree can be asked.

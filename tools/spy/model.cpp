@@ -55,7 +55,7 @@ Sender::Use& Model::use_of(Sender& sender, int channel) {
 }
 
 void Model::add_datagram(int64_t time_us, const Address& address, std::span<const uint8_t> bytes) {
-  const auto datagram = parse_datagram(bytes);
+  const auto datagram = diagnosis::parse_datagram(bytes);
   if (!datagram) {
     ++foreign_;
     return;

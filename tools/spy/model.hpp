@@ -9,11 +9,13 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/diagnosis/datagram.hpp"
 #include "common/lcm_schema/decoder.hpp"
-#include "tools/spy/datagram.hpp"
 #include "tools/spy/statistics.hpp"
 
 namespace marco::spy {
+
+using diagnosis::Address;
 
 /// A message kept for sparklines and plots.
 struct Sample {
@@ -50,8 +52,8 @@ struct Sender {
     int64_t incomplete = 0;  ///< fragments were lost
   };
   Address address;
-  SequenceTracker sequence;
-  Reassembler fragments;
+  diagnosis::SequenceTracker sequence;
+  diagnosis::Reassembler fragments;
   std::vector<Use> uses;
   int64_t messages = 0;
   int64_t bytes = 0;

@@ -5,31 +5,10 @@
 #include <string>
 #include <thread>
 
+#include "common/diagnosis/listening_socket.hpp"
 #include "tools/spy/model.hpp"
-#include "tools/spy/network.hpp"
 
 namespace marco::spy {
-
-/// A UDP socket bound to a URL's port, shared with LCM's own.
-class ListeningSocket {
- public:
-  /// @param buffer_bytes wanted; root gets it, others up to net.core.rmem_max.
-  /// @throws std::runtime_error naming the port when it cannot be bound.
-  ListeningSocket(const UdpUrl& url, int buffer_bytes);
-  ~ListeningSocket();
-  ListeningSocket(const ListeningSocket&) = delete;
-  ListeningSocket& operator=(const ListeningSocket&) = delete;
-
-  /// Joins the group. @returns false and what the system said when there is no route to it yet.
-  bool join(std::string& error) const;
-  int descriptor() const { return socket_; }
-  uint64_t inode() const;
-  int64_t buffer_bytes() const;
-
- private:
-  int socket_ = -1;
-  uint32_t group_ = 0;
-};
 
 /// A model used by the thread that hears and the one that draws. The hearing thread comes back for
 /// the lock thousands of times a second; `Look` makes it stand back, so that on a single core too
@@ -60,7 +39,7 @@ struct SharedModel {
 class Receiver {
  public:
   /// @throws std::runtime_error as ListeningSocket.
-  Receiver(const UdpUrl& url, SharedModel& shared);
+  Receiver(const diagnosis::UdpUrl& url, SharedModel& shared);
   ~Receiver();
   Receiver(const Receiver&) = delete;
   Receiver& operator=(const Receiver&) = delete;
@@ -71,7 +50,7 @@ class Receiver {
  private:
   void run();
 
-  ListeningSocket socket_;
+  diagnosis::ListeningSocket socket_;
   SharedModel& shared_;
   bool joined_ = false;  // after the constructor the thread's alone
   std::atomic<bool> stop_ = false;

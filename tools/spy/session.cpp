@@ -16,6 +16,7 @@
 #include "tools/spy/painter.hpp"
 #include "tools/spy/report.hpp"
 #include "tools/spy/stop_switch.hpp"
+#include "tools/spy/system.hpp"
 #include "tools/spy/watcher.hpp"
 
 namespace marco::spy {
@@ -72,7 +73,8 @@ class Session {
           LogPlayer::Options{options_.log, options_.speed, options_.duration_s}, shared_);
       around_.overall_rates = options_.speed == 0;
     } else {
-      const UdpUrl url = parse_udp_url(process::effective_lcm_url(options_.lcm_url));
+      const diagnosis::UdpUrl url =
+          diagnosis::parse_udp_url(process::effective_lcm_url(options_.lcm_url));
       around_.source = url.text();
       receiver_ = std::make_unique<Receiver>(url, shared_);
       watcher_ = std::make_unique<Watcher>(url, shared_, *receiver_);

@@ -7,14 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "common/diagnosis/network.hpp"
 #include "tools/spy/canvas.hpp"
 #include "tools/spy/model.hpp"
-#include "tools/spy/network.hpp"
 #include "tools/spy/picture.hpp"
 
 /// What the person sees and does: pages of the spy as pure functions of model, surroundings and
 /// view state.
 namespace marco::spy {
+
+using diagnosis::Finding;
+using diagnosis::Listener;
+using diagnosis::Process;
 
 enum class Page : uint8_t { table, channel, plot, picture, who, help };
 enum class Column : uint8_t { channel, type, count, hz, jitter, bandwidth, age, undecodable, lost };

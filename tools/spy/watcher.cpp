@@ -6,7 +6,7 @@ namespace marco::spy {
 
 using std::chrono::milliseconds;
 
-Watcher::Watcher(const UdpUrl& url, SharedModel& shared, const Receiver& receiver)
+Watcher::Watcher(const diagnosis::UdpUrl& url, SharedModel& shared, const Receiver& receiver)
     : url_(url), shared_(shared), receiver_(receiver) {
   shared_.ignored_port = prober_.port();
   thread_ = std::thread([this] { run(); });
@@ -34,10 +34,10 @@ void Watcher::look(Depth depth) {
     heard = shared_.model.messages();
   }
   std::map<Address, Process> publishers = name_publishers(senders);
-  std::vector<Listener> listeners = find_listeners(url_.port, receiver_.inode());
+  std::vector<Listener> listeners = diagnosis::find_listeners(url_.port, receiver_.inode());
   std::vector<Finding> findings;
   if (heard > 0 || depth == Depth::silence_too) {
-    NetworkState state = look_at_network(url_, prober_, heard);
+    diagnosis::NetworkState state = diagnosis::look_at_network(url_, prober_, heard);
     state.listeners = listeners;
     findings = diagnose(state);
   }
@@ -58,7 +58,7 @@ std::map<Address, Process> Watcher::name_publishers(const std::vector<Address>& 
   for (const Address& sender : senders) {
     if (!known.contains(sender)) asked.push_back(sender);
   }
-  if (!asked.empty()) known.merge(find_publishers(asked));
+  if (!asked.empty()) known.merge(diagnosis::find_publishers(asked));
   return known;
 }
 

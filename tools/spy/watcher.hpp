@@ -6,8 +6,9 @@
 #include <thread>
 #include <vector>
 
+#include "common/diagnosis/host.hpp"
 #include "tools/spy/receiver.hpp"
-#include "tools/spy/system.hpp"
+#include "tools/spy/view.hpp"
 
 namespace marco::spy {
 
@@ -16,7 +17,7 @@ namespace marco::spy {
 class Watcher {
  public:
   /// All must outlive the watcher.
-  Watcher(const UdpUrl& url, SharedModel& shared, const Receiver& receiver);
+  Watcher(const diagnosis::UdpUrl& url, SharedModel& shared, const Receiver& receiver);
   ~Watcher();
   Watcher(const Watcher&) = delete;
   Watcher& operator=(const Watcher&) = delete;
@@ -33,10 +34,10 @@ class Watcher {
   std::size_t sender_count() const;
   void run();
 
-  UdpUrl url_;
+  diagnosis::UdpUrl url_;
   SharedModel& shared_;
   const Receiver& receiver_;
-  Prober prober_;
+  diagnosis::Prober prober_;
   std::mutex looking_;        // one look at a time
   mutable std::mutex mutex_;  // guards what was seen
   std::map<Address, Process> publishers_;

@@ -1,4 +1,4 @@
-#include "tools/spy/datagram.hpp"
+#include "common/diagnosis/datagram.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,6 +10,10 @@
 
 namespace marco::spy {
 namespace {
+
+using diagnosis::parse_datagram;
+using diagnosis::Reassembler;
+using diagnosis::SequenceTracker;
 
 TEST(Datagram, ShortOnesAreRead) {
   const auto bytes = short_datagram(7, "POSE", {1, 2, 3});

@@ -13,12 +13,14 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
+#include <span>
 #include <stdexcept>
 
-#include "tools/spy/receiver.hpp"
-#include "tools/spy/system.hpp"
+#include "common/diagnosis/host.hpp"
+#include "common/diagnosis/listening_socket.hpp"
 
-namespace marco::spy {
+namespace marco::diagnosis {
 
 Prober::Prober() : socket_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
   if (socket_ < 0)
@@ -181,6 +183,16 @@ void listen_elsewhere(const UdpUrl& own, std::set<std::string>& urls) {
   }
 }
 
+// Whether LCM can listen on the port of `url`.
+bool can_be_shared(const UdpUrl& url) {
+  try {
+    const ListeningSocket socket(url, 1 << 16);
+    return true;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
 void find_other_urls(const UdpUrl& own, NetworkState& state) {
   for (const int pid : running_pids()) {
     const std::string url = pid == getpid() ? "" : lcm_url_of(pid);
@@ -203,7 +215,8 @@ NetworkState look_at_network(const UdpUrl& url, Prober& prober, int64_t heard_me
   if (heard_messages > 0) return state;
   state.routes = parse_routes(read_text("/proc/net/route"));
   state.interfaces = interfaces();
-  state.self_test = prober.comes_back(url, state.self_test_error);
+  state.port_taken = !can_be_shared(url);
+  if (!state.port_taken) state.self_test = prober.comes_back(url, state.self_test_error);
   std::set<std::string> urls;
   if (!sniff(url, urls, 400)) listen_elsewhere(url, urls);
   state.heard_urls.assign(urls.begin(), urls.end());
@@ -211,4 +224,4 @@ NetworkState look_at_network(const UdpUrl& url, Prober& prober, int64_t heard_me
   return state;
 }
 
-}  // namespace marco::spy
+}  // namespace marco::diagnosis

@@ -1,9 +1,9 @@
-#include "tools/spy/network.hpp"
+#include "common/diagnosis/network.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace marco::spy {
+namespace marco::diagnosis {
 namespace {
 
 using ::testing::HasSubstr;
@@ -127,4 +127,4 @@ TEST_F(Diagnosis, BufferOverflowIsSaidAlsoWhenMessagesCome) {
 }
 
 }  // namespace
-}  // namespace marco::spy
+}  // namespace marco::diagnosis

@@ -13,7 +13,7 @@
 
 /// The udpm wire as it is seen from outside: headers, sequence numbers, fragments. liblcm reads
 /// these too but tells nobody who sent a message and which numbers are missing. Pure.
-namespace marco::spy {
+namespace marco::diagnosis {
 
 /// A sender's socket, host byte order.
 struct Address {
@@ -104,4 +104,4 @@ class Reassembler {
   std::deque<Partial> partials_;
 };
 
-}  // namespace marco::spy
+}  // namespace marco::diagnosis

@@ -7,17 +7,17 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/spy/datagram.hpp"
+#include "common/diagnosis/datagram.hpp"
 
 /// What the system's own tables say about who speaks and listens, and why nothing is heard. Pure:
 /// texts of /proc in, findings out; system.hpp reads them.
-namespace marco::spy {
+namespace marco::diagnosis {
 
 struct UdpUrl {
   uint32_t group = 0xEFFF4C43;  ///< 239.255.76.67, host byte order
   uint16_t port = 7667;
   int ttl = 0;
-  int recv_buf_bytes = 0;  ///< 0: the spy's own choice
+  int recv_buf_bytes = 0;  ///< 0: not said
 
   std::string text() const;  ///< "udpm://239.255.76.67:7667"
 };
@@ -60,19 +60,21 @@ struct Process {
 /// "marco-slam (4711)", "?" when not known.
 std::string to_string(const Process& process);
 
-/// A socket bound to the spied port.
+/// A socket bound to the bus's port.
 struct Listener {
   Process process;
   int64_t drops = 0;
-  bool self = false;  ///< the spy's own
+  bool self = false;  ///< this process's own
 };
 
 /// Everything the diagnosis looks at.
 struct NetworkState {
+  std::string program = "marco-spy";  ///< who asks: commands name it
   UdpUrl url;
   std::vector<Route> routes;
   std::vector<Interface> interfaces;
   std::optional<bool> self_test;        ///< whether our own probe came back; nothing: not tried
+  bool port_taken = false;              ///< by a process that does not share it
   std::string self_test_error;          ///< what the system said when it could not be sent
   std::vector<std::string> heard_urls;  ///< other URLs on which LCM messages were heard just now
   /// Processes that have another URL in their LCM_DEFAULT_URL, and that URL.
@@ -93,7 +95,10 @@ struct Finding {
 /// finding, always.
 std::vector<Finding> diagnose(const NetworkState& state);
 
+/// What is broken on a message's way through this host; nothing when it is whole.
+std::optional<Finding> broken_path(const NetworkState& state);
+
 /// The route multicast to `group` takes: longest mask, then lowest metric; nullptr: none.
 const Route* route_to(const std::vector<Route>& routes, uint32_t group);
 
-}  // namespace marco::spy
+}  // namespace marco::diagnosis

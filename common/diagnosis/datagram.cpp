@@ -1,11 +1,11 @@
-#include "tools/spy/datagram.hpp"
+#include "common/diagnosis/datagram.hpp"
 
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <new>
 
-namespace marco::spy {
+namespace marco::diagnosis {
 namespace {
 
 constexpr uint32_t kShortMagic = 0x4c433032;
@@ -75,7 +75,7 @@ bool SequenceTracker::add(uint32_t sequence) {
   if (!started_) {
     started_ = true;
     next_ = sequence;
-    seen_.fill(true);  // what came before the spy is not missing
+    seen_.fill(true);  // what came before we listened is not missing
   }
   const uint32_t ahead = sequence - next_;
   const uint32_t behind = next_ - sequence;
@@ -176,4 +176,4 @@ std::optional<Reassembler::Message> Reassembler::add(const Datagram& datagram,
   return message;
 }
 
-}  // namespace marco::spy
+}  // namespace marco::diagnosis

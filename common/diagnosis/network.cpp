@@ -1,4 +1,4 @@
-#include "tools/spy/network.hpp"
+#include "common/diagnosis/network.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -7,7 +7,7 @@
 
 #include "common/check.hpp"
 
-namespace marco::spy {
+namespace marco::diagnosis {
 namespace {
 
 template <class Number>
@@ -61,10 +61,11 @@ std::string UdpUrl::text() const { return "udpm://" + to_string(Address{group, p
 
 UdpUrl parse_udp_url(const std::string& url) {
   const std::size_t scheme = url.find("://");
-  require(scheme != std::string::npos && url.substr(0, scheme) == "udpm",
-          "'" + url +
-              "': the spy listens on udpm:// (memq:// stays inside a process, tcpq:// names no "
-              "senders); for a log give its path");
+  require(
+      scheme != std::string::npos && url.substr(0, scheme) == "udpm",
+      "'" + url +
+          "': only udpm:// can be listened on (memq:// stays inside a process, tcpq:// names no "
+          "senders); for a log give its path");
   UdpUrl result;
   std::string_view rest = std::string_view(url).substr(scheme + 3);
   std::string_view options;
@@ -168,7 +169,7 @@ void find_losses(const NetworkState& state, std::vector<Finding>& findings) {
   constexpr int64_t kWanted = 8 << 20;
   for (const Listener& listener : state.listeners) {
     if (listener.drops <= 0) continue;
-    const std::string who = listener.self ? "this spy's" : to_string(listener.process) + "'s";
+    const std::string who = (listener.self ? state.program : to_string(listener.process)) + "'s";
     findings.push_back(
         {who + " receive buffer overflowed: " + std::to_string(listener.drops) + " datagrams lost",
          state.rmem_max < kWanted
@@ -180,59 +181,63 @@ void find_losses(const NetworkState& state, std::vector<Finding>& findings) {
   }
 }
 
-// The path of a message through this host; @returns whether something is broken on it.
-bool find_broken_path(const NetworkState& state, std::vector<Finding>& findings) {
+}  // namespace
+
+std::optional<Finding> broken_path(const NetworkState& state) {
   const std::string group = ip_text(state.url.group);
+  if (state.port_taken) {
+    return Finding{
+        "UDP port " + std::to_string(state.url.port) + " is held by " +
+            (state.listeners.empty() ? "another process" : to_string(state.listeners[0].process)) +
+            ", which does not share it: end it, or use another port",
+        "LCM_DEFAULT_URL='udpm://" + group + ":" + std::to_string(state.url.port + 1) +
+            "?ttl=" + std::to_string(state.url.ttl) + "'   for all processes"};
+  }
   const auto loopback = std::find_if(state.interfaces.begin(), state.interfaces.end(),
                                      [](const Interface& i) { return i.name == "lo"; });
   const bool loopback_down = loopback != state.interfaces.end() && !loopback->up;
   const Route* route = route_to(state.routes, state.url.group);
   if (route == nullptr) {
-    findings.push_back({"no route leads to " + group + ": no process can publish" +
-                            (loopback_down ? ", and the loopback interface is down" : ""),
-                        std::string("sudo ip link set lo ") + (loopback_down ? "up " : "") +
-                            "multicast on && sudo ip route add 224.0.0.0/4 dev lo"});
-    return true;
+    return Finding{"no route leads to " + group + ": no process can publish" +
+                       (loopback_down ? ", and the loopback interface is down" : ""),
+                   std::string("sudo ip link set lo ") + (loopback_down ? "up " : "") +
+                       "multicast on && sudo ip route add 224.0.0.0/4 dev lo"};
   }
   const auto device = std::find_if(state.interfaces.begin(), state.interfaces.end(),
                                    [&](const Interface& i) { return i.name == route->device; });
-  if (device == state.interfaces.end()) return false;
+  if (device == state.interfaces.end()) return std::nullopt;
   if (!device->up) {
-    findings.push_back({"multicast is routed to " + device->name + ", which is down",
-                        "sudo ip link set " + device->name + " up"});
-    return true;
+    return Finding{"multicast is routed to " + device->name + ", which is down",
+                   "sudo ip link set " + device->name + " up"};
   }
   if (!device->multicast) {
-    findings.push_back({"multicast is routed to " + device->name + ", which has no multicast flag",
-                        "sudo ip link set " + device->name + " multicast on"});
-    return true;
+    return Finding{"multicast is routed to " + device->name + ", which has no multicast flag",
+                   "sudo ip link set " + device->name + " multicast on"};
   }
   if (state.self_test == false) {
-    findings.push_back(
-        {"a message sent to " + state.url.text() + " through " + device->name +
-             " does not come back" +
-             (state.self_test_error.empty() ? ": a firewall?" : ": " + state.self_test_error),
-         "sudo iptables -I INPUT -d " + group + " -p udp --dport " +
-             std::to_string(state.url.port) + " -j ACCEPT"});
-    return true;
+    return Finding{
+        "a message sent to " + state.url.text() + " through " + device->name +
+            " does not come back" +
+            (state.self_test_error.empty() ? ": a firewall?" : ": " + state.self_test_error),
+        "sudo iptables -I INPUT -d " + group + " -p udp --dport " + std::to_string(state.url.port) +
+            " -j ACCEPT"};
   }
-  return false;
+  return std::nullopt;
 }
-
-}  // namespace
 
 std::vector<Finding> diagnose(const NetworkState& state) {
   std::vector<Finding> findings;
   find_losses(state, findings);
   if (state.heard_messages > 0) return findings;
-  const bool broken = find_broken_path(state, findings);
+  const std::optional<Finding> broken = broken_path(state);
+  if (broken) findings.push_back(*broken);
   for (const std::string& url : state.heard_urls) {
-    findings.push_back(
-        {"LCM messages are heard on another URL: " + url, "marco-spy --lcm-url '" + url + "'"});
+    findings.push_back({"LCM messages are heard on another URL: " + url,
+                        state.program + " --lcm-url '" + url + "'"});
   }
   for (const auto& [process, url] : state.other_urls) {
-    findings.push_back(
-        {to_string(process) + " uses another URL: " + url, "marco-spy --lcm-url '" + url + "'"});
+    findings.push_back({to_string(process) + " uses another URL: " + url,
+                        state.program + " --lcm-url '" + url + "'"});
   }
   if (broken || !state.heard_urls.empty()) return findings;
   const Route* route = route_to(state.routes, state.url.group);
@@ -258,4 +263,4 @@ std::vector<Finding> diagnose(const NetworkState& state) {
   return findings;
 }
 
-}  // namespace marco::spy
+}  // namespace marco::diagnosis

@@ -10,6 +10,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/diagnosis/host.hpp"
+#include "common/diagnosis/listening_socket.hpp"
+
 namespace marco::process {
 namespace {
 
@@ -17,6 +20,33 @@ namespace {
 constexpr int kLcmCapacity = 4000;
 // So many at once, then one is handled: a flood must not keep us from working.
 constexpr int kTakenAtOnce = 1000;
+
+bool port_is_taken(const std::string& url) {
+  if (!url.starts_with("udpm:")) return false;
+  try {
+    const diagnosis::ListeningSocket socket(diagnosis::parse_udp_url(url), 1 << 16);
+    return false;
+  } catch (const std::runtime_error&) {
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;  // LCM reads urls its own way
+  }
+}
+
+std::string why_not_open(const std::string& url) {
+  try {
+    const diagnosis::UdpUrl udp = diagnosis::parse_udp_url(url);
+    diagnosis::Prober prober;
+    diagnosis::NetworkState state = diagnosis::look_at_network(udp, prober, 0);
+    state.listeners = diagnosis::find_listeners(udp.port, 0);
+    if (const auto broken = diagnosis::broken_path(state)) {
+      return broken->text + ". To mend it:\n  " + broken->command;
+    }
+    return "LCM says why above";
+  } catch (const std::invalid_argument& not_udp) {
+    return not_udp.what();
+  }
+}
 
 }  // namespace
 
@@ -71,12 +101,10 @@ struct LcmBus::Subscription {
 };
 
 LcmBus::LcmBus(const std::string& url) : lcm_(effective_lcm_url(url)) {
-  if (!lcm_.good()) {
-    throw std::runtime_error("cannot open LCM at '" + effective_lcm_url(url) +
-                             "'. Multicast needs a route; on a host without a network:\n"
-                             "  sudo ip link set lo multicast on && "
-                             "sudo ip route add 224.0.0.0/4 dev lo");
-  }
+  const std::string effective = effective_lcm_url(url);
+  // LCM itself tries the port at the first subscription only, and then crashes.
+  if (lcm_.good() && !port_is_taken(effective)) return;
+  throw std::runtime_error("cannot open LCM at '" + effective + "': " + why_not_open(effective));
 }
 
 LcmBus::~LcmBus() = default;
@@ -125,11 +153,13 @@ void LcmBus::handle_oldest() {
     if (!one->queue.empty()) oldest = std::min(oldest, one->queue.front().number);
   }
   std::exception_ptr failure;
+  bool tapped = !tap_;
   for (std::size_t i = 0; i < subscriptions_.size(); ++i) {  // a handler may subscribe
     Subscription& one = *subscriptions_[i];
     if (one.queue.empty() || one.queue.front().number != oldest) continue;
     const Subscription::Waiting message = one.take();
     try {
+      if (!std::exchange(tapped, true)) tap_({message.channel, message.bytes, message.arrival});
       one.handler({message.channel, message.bytes, message.arrival});
     } catch (...) {
       if (!failure) failure = std::current_exception();

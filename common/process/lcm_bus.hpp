@@ -28,7 +28,7 @@ namespace marco::process {
 class LcmBus : public Bus {
  public:
   /// @param url "" = LCM_DEFAULT_URL, or multicast that stays on this host (ttl 0).
-  /// @throws std::runtime_error saying what to try when LCM cannot open the url.
+  /// @throws std::runtime_error saying why LCM cannot open the url, and what to try.
   explicit LcmBus(const std::string& url);
   static constexpr std::size_t kQueueCapacity = 500;  ///< enough for a burst during a map update
   static constexpr std::size_t kSmallBytes = 512;     ///< and less: odometry, poses, states
@@ -53,6 +53,9 @@ class LcmBus : public Bus {
 
   lcm::LCM& lcm() { return lcm_; }
 
+  /// Called with each message once, before its handlers; the last one set holds.
+  void set_tap(RawHandler tap) { tap_ = std::move(tap); }
+
  private:
   struct Subscription;
   void take_what_came(int timeout_ms);
@@ -65,6 +68,7 @@ class LcmBus : public Bus {
   std::size_t queued_ = 0;
   std::map<std::string, int64_t> lost_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  RawHandler tap_;
 };
 
 /// The url a process uses: `--lcm-url`, else LCM_DEFAULT_URL, else multicast with ttl 0 and a

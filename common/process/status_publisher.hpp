@@ -8,6 +8,10 @@
 
 namespace marco::process {
 
+/// With these words begins the state of a driver whose device is not there, or does not answer:
+/// others tell their users.
+inline constexpr const char* kNoDevice = "no device";
+
 /// Tells the others once a second what a live process did so far, on PROCESS_STATUS.
 class StatusPublisher {
  public:

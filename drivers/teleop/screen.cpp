@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <sstream>
+#include <utility>
 #include <vector>
 
 namespace marco::teleop {
@@ -122,6 +124,23 @@ std::vector<std::string> map_lines(const RobotView& view, int columns, int rows)
   return lines;
 }
 
+// At blanks, into lines of at most `columns`; longer words are cut by the screen's edge.
+void add_wrapped(const std::string& text, int columns, std::vector<std::string>& lines) {
+  std::istringstream paragraphs(text);
+  std::string paragraph;
+  while (std::getline(paragraphs, paragraph)) {
+    std::istringstream words(paragraph);
+    std::string line, word;
+    while (words >> word) {
+      if (!line.empty() && static_cast<int>(line.size() + 1 + word.size()) > columns) {
+        lines.push_back(std::exchange(line, {}));
+      }
+      line += (line.empty() ? "" : " ") + word;
+    }
+    lines.push_back(line);
+  }
+}
+
 }  // namespace
 
 void RobotView::add_tile(GridMap tile, int64_t revision) {
@@ -139,6 +158,7 @@ void RobotView::add_tile(GridMap tile, int64_t revision) {
 
 std::string draw_screen(const RobotView& view, int columns, int rows) {
   std::vector<std::string> lines = head_lines(view);
+  add_wrapped(view.notice, columns, lines);
   const int left = rows - static_cast<int>(lines.size());
   if (left > 0) {
     for (std::string& line : map_lines(view, columns, left)) lines.push_back(std::move(line));

@@ -21,6 +21,7 @@ struct RobotView {
   int64_t map_revision = -1;
   double speed_factor = 1.0;
   std::string gamepad_trouble;  ///< why it is not obeyed
+  std::string notice;  ///< why something is not heard; "" = all is
 
   /// A newer revision's first tile drops the older's tiles that it covers.
   void add_tile(GridMap tile, int64_t revision);

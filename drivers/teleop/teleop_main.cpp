@@ -3,6 +3,7 @@
 
 #include <cstdio>
 
+#include "common/diagnosis/process/silence_watch.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
@@ -83,6 +84,9 @@ int run(const process::CommonArguments& arguments) {
     std::fputs(process::print_options(options).c_str(), stdout);
     return 0;
   }
+  require(
+      isatty(STDIN_FILENO) == 1,
+      "standard input is no terminal, so no key can be read: start it in a terminal of its own");
   process::start_logging("marco-teleop", arguments.log_level);
   process::catch_stop_signals();
   process::LcmBus bus(arguments.lcm_url);
@@ -91,6 +95,8 @@ int run(const process::CommonArguments& arguments) {
   RobotView view;
   listen(bus, drops, view, hands);
   teleop::Keyboard keyboard;
+  diagnosis::SilenceWatch silence(
+      bus, {"marco-teleop", arguments.lcm_url, {diagnosis::expect_base()}, nullptr});
   const bool screen = isatty(STDOUT_FILENO) == 1;
   if (screen) std::fputs("\x1b[2J\x1b[?25l", stdout);
   Utime next_screen;
@@ -100,6 +106,10 @@ int run(const process::CommonArguments& arguments) {
       const Utime now = drivers::wall_now();
       while (const auto key = keyboard.key()) hands.on_key(*key, now);
       send(bus, hands.step(now));
+      if (const auto note = silence.step()) {
+        view.notice = note->trouble ? note->text : "";
+        if (!screen) diagnosis::log_note(note);
+      }
       if (!screen || now < next_screen) continue;
       next_screen = now + Duration::from_us(200'000);
       view.speed_factor = hands.speed_factor();

@@ -1,5 +1,6 @@
 #include <spdlog/spdlog.h>
 
+#include "common/diagnosis/process/silence_watch.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
@@ -86,6 +87,20 @@ class TourAdapter {
   std::optional<Pose2> odom_from_start_;
 };
 
+// A tour waits for the pose it goes by, not for less.
+diagnosis::Expectation pose_expected(const std::string& pose) {
+  if (pose == "slam") return diagnosis::expect_slam_poses();
+  diagnosis::Expectation expected = diagnosis::expect_odometry();
+  expected.without.clear();
+  if (pose == "odometry") return expected;
+  expected.what = "the true pose";
+  expected.channels = expected.pattern = channels::kTruePose;
+  expected.types = {"marco.pose2_t"};
+  expected.meaning = "true_pose";
+  expected.remedy = "The simulator sends it.";
+  return expected;
+}
+
 int run(const Arguments& arguments) {
   const auto options = process::load_options<teleop::TourOptions>(arguments.common.config_path);
   if (arguments.common.print_config) {
@@ -103,6 +118,10 @@ int run(const Arguments& arguments) {
                       {tour.start_m[0], tour.start_m[1], deg_to_rad(tour.start_heading_deg)},
                       arguments.pose);
   process::StatusPublisher status(bus, "marco-tour", drops);
+  diagnosis::SilenceWatch silence(bus, {"marco-tour",
+                                        arguments.common.lcm_url,
+                                        {diagnosis::expect_base(), pose_expected(arguments.pose)},
+                                        &drops});
   process::Progress progress("touring");
   teleop::Keyboard keyboard;
   std::string told;
@@ -113,7 +132,8 @@ int run(const Arguments& arguments) {
       stopped = process::stop_requested() || keyboard.key().has_value();
       adapter.send(runner.step(drivers::wall_now()));
       progress.update(runner.progress());
-      status.tick(runner.state());
+      diagnosis::log_note(silence.step());
+      status.tick(silence.state(runner.state()));
       if (runner.state() != told) {
         told = runner.state();
         spdlog::info("{:3.0f} % {}", 100.0 * runner.progress(), told);
@@ -126,6 +146,7 @@ int run(const Arguments& arguments) {
   if (runner.outcome() == TourRunner::Outcome::done) return 0;
   adapter.send(runner.stop(drivers::wall_now()));
   spdlog::warn("stopped: {}", stopped ? "by hand" : runner.state());
+  if (runner.outcome() == TourRunner::Outcome::lost) diagnosis::log_note(silence.last_word());
   return stopped ? 130 : 1;
 }
 

@@ -1,11 +1,13 @@
 #include <spdlog/spdlog.h>
 
+#include "common/diagnosis/process/silence_watch.hpp"
 #include "common/files/ply.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/status_publisher.hpp"
 #include "common/process/stop_signal.hpp"
+#include "lcmtypes/channels.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"
 
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
@@ -30,10 +32,18 @@ int main(int argc, char** argv) {
     mapping3d::Mapping3dAdapter adapter(bus, options,
                                         [](const std::string& line) { spdlog::warn(line); });
     process::StatusPublisher status(bus, "marco-mapping3d", adapter.drops());
+    diagnosis::SilenceWatch silence(
+        bus, {"marco-mapping3d",
+              arguments.lcm_url,
+              {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR"),
+               diagnosis::expect_laser_on_pantilt(), diagnosis::expect_slam_poses(),
+               diagnosis::expect_pantilt()},
+              &adapter.drops()});
     spdlog::info("listening on {}", process::effective_lcm_url(arguments.lcm_url));
     while (!process::stop_requested()) {
       bus.handle_once(100);
-      status.tick(std::to_string(adapter.mapper().scenes().size()) + " scenes");
+      diagnosis::log_note(silence.step());
+      status.tick(silence.state(std::to_string(adapter.mapper().scenes().size()) + " scenes"));
     }
     adapter.finish();
     if (!out.empty()) files::write_ply(out, adapter.mapper().model());

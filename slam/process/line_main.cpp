@@ -1,10 +1,12 @@
 #include <spdlog/spdlog.h>
 
+#include "common/diagnosis/process/silence_watch.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/status_publisher.hpp"
 #include "common/process/stop_signal.hpp"
+#include "lcmtypes/channels.hpp"
 #include "slam/process/line_lcm_adapter.hpp"
 
 namespace {
@@ -27,12 +29,21 @@ int run(int argc, char** argv) {
                                       [](const std::string& line) { spdlog::warn(line); });
   adapter.keep_to_one_laser();
   marco::process::StatusPublisher status(bus, "marco-line-slam", adapter.drops());
+  auto scans = marco::diagnosis::expect_scans(options.lidar_channel, options.lidar_channel);
+  scans.types = {options.lidar_channel == marco::channels::kLidarRaw ? "marco.lidar_raw_t"
+                                                                     : "bot_core.planar_lidar_t"};
+  scans.elsewhere = "set lidar_channel in the config (LIDAR_RAW for lidar_raw_t)";
+  marco::diagnosis::SilenceWatch silence(bus, {"marco-line-slam",
+                                               arguments.lcm_url,
+                                               {scans, marco::diagnosis::expect_odometry()},
+                                               &adapter.drops()});
   spdlog::info("listening on {}{}", marco::process::effective_lcm_url(arguments.lcm_url),
                adapter.resumed() ? ", goes on from " + options.checkpoint_path : "");
   while (!marco::process::stop_requested()) {
     bus.handle_once(100);
-    status.tick(std::to_string(adapter.live_trajectory().size()) + " scans, " +
-                std::to_string(adapter.mapper().filter().num_walls()) + " walls");
+    marco::diagnosis::log_note(silence.step());
+    status.tick(silence.state(std::to_string(adapter.live_trajectory().size()) + " scans, " +
+                              std::to_string(adapter.mapper().filter().num_walls()) + " walls"));
   }
   adapter.finish();
   spdlog::info("{} scans used, {} of them without odometry; {}", adapter.scans_used(),

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "common/diagnosis/process/silence_watch.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/lcm_bus.hpp"
@@ -54,11 +55,18 @@ int main(int argc, char** argv) {
     slam.close_loops_in_background();
     slam.keep_to_one_laser();
     process::StatusPublisher status(bus, "marco-slam", slam.drops());
+    diagnosis::SilenceWatch silence(
+        bus, {"marco-slam",
+              arguments.lcm_url,
+              {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
+               diagnosis::expect_odometry()},
+              &slam.drops()});
     spdlog::info("listening on {}{}", process::effective_lcm_url(arguments.lcm_url),
                  slam.resumed() ? ", goes on from " + options.checkpoint_path : "");
     while (!process::stop_requested()) {
       bus.handle_once(100);
-      status.tick(slam.state_line());
+      diagnosis::log_note(silence.step());
+      status.tick(silence.state(slam.state_line()));
       const std::string answer = slam.take_answer();
       if (answer.empty()) continue;
       spdlog::info("{}", answer);

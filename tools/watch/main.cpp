@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "common/diagnosis/process/silence_watch.hpp"
 #include "common/process/arguments.hpp"
 #include "common/process/config.hpp"
 #include "common/process/exit_code.hpp"
@@ -77,6 +78,8 @@ int run(const Arguments& arguments) {
   process::StatusPublisher status(bus, "marco-watch", drops);
   watch::LiveMap map;
   listen(bus, drops, map);
+  diagnosis::SilenceWatch silence(
+      bus, {"marco-watch", arguments.common.lcm_url, {diagnosis::expect_map()}, &drops});
   map_request_t request;
   request.utime = drivers::wall_now().us;
   bus.publish(channels::kMapRequest, request);  // what was sent before we came
@@ -87,7 +90,9 @@ int run(const Arguments& arguments) {
     while (bus.handle_once(0)) {
     }
     const Utime now = drivers::wall_now();
-    status.tick(std::to_string(pictures) + " pictures, " + std::to_string(map.poses()) + " poses");
+    diagnosis::log_note(silence.step());
+    status.tick(silence.state(std::to_string(pictures) + " pictures, " +
+                              std::to_string(map.poses()) + " poses"));
     if (now < next) continue;
     next = std::max(next + Duration::from_seconds(options.period_s), now);
     const auto scene = map.scene();

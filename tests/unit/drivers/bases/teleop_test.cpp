@@ -160,6 +160,15 @@ TEST(Operator, TheEmergencyStopIsSaidAgainUntilSomebodyReleasesIt) {
   EXPECT_TRUE(hands.step(at(6.0)).emergency.empty());
 }
 
+TEST(Screen, SaysWhyNothingIsHeardInWholeWords) {
+  RobotView view;
+  view.notice = "waiting for the base: nothing on BASE_STATUS for 3 s.\n  On this bus: ODOMETRY.";
+  const std::string screen = draw_screen(view, 30, 10);
+  EXPECT_THAT(screen, HasSubstr("waiting for the base: nothing\non BASE_STATUS for 3 s.\nOn this "
+                                "bus: ODOMETRY.\n"));
+  EXPECT_EQ(std::count(screen.begin(), screen.end(), '\n'), 9);
+}
+
 TEST(Screen, ShowsRobotMapBatteryAndBumpers) {
   RobotView view;
   view.world_from_robot = Pose2{1.0, 2.0, deg_to_rad(90.0)};

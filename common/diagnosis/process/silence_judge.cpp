@@ -1,0 +1,210 @@
+#include "common/diagnosis/process/silence_judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "common/diagnosis/process/bus_survey.hpp"
+#include "lcmtypes/channels.hpp"
+#include "marco/sensor_info_t.hpp"
+
+namespace marco::diagnosis {
+namespace {
+
+constexpr double kBusyS = 0.5;   // longer between two steps: the program did not listen
+constexpr double kComesS = 3.0;  // what was heard within comes
+constexpr int kDisagreements = 5;
+constexpr int kReturns = 3;  // a restarted driver may tell another pose once
+constexpr std::size_t kSensors = 100, kChannels = 100;  // that are remembered
+
+std::string pose_of(const sensor_info_t& info) {
+  char text[160];
+  const double* at = info.parent_from_sensor_m;
+  const double* turned = info.parent_from_sensor_quat;
+  std::snprintf(text, sizeof text, "%d: %.3f %.3f %.3f m, %.3f %.3f %.3f %.3f", info.mount, at[0],
+                at[1], at[2], turned[0], turned[1], turned[2], turned[3]);
+  return text;
+}
+
+}  // namespace
+
+SilenceJudge::SilenceJudge(std::vector<Expectation> expectations, const process::DropCounter* drops)
+    : drops_(drops) {
+  for (Expectation& expected : expectations) {
+    tracks_.emplace_back();
+    tracks_.back().pattern = std::regex(expected.pattern, std::regex::extended);
+    tracks_.back().expected = std::move(expected);
+  }
+}
+
+// What became of the message that was told of last.
+void SilenceJudge::settle() {
+  Track* const handled = std::exchange(handled_, nullptr);
+  if (drops_ == nullptr) return;
+  const int64_t dropped = drops_->dropped();
+  if (dropped == dropped_before_) {
+    if (handled != nullptr) handled->dropped = 0;
+    return;
+  }
+  dropped_before_ = dropped;
+  std::string cause;
+  for (const auto& [name, count] : drops_->by_cause()) {
+    if (std::exchange(drops_before_[name], count) < count) cause = name;
+  }
+  if (handled == nullptr) return;
+  if (cause == "paused") {  // as it was ordered to
+    handled->dropped = 0;
+    return;
+  }
+  if (handled->dropped++ == 0) handled->dropped_first_s = time_s_;
+  handled->cause = cause;
+}
+
+void SilenceJudge::heard(const process::RawMessage& raw) {
+  settle();
+  if (raw.channel == channels::kSensorInfo) watch_pose(raw);
+  const std::vector<std::size_t>& expecting = expecting_tracks(std::string(raw.channel));
+  if (expecting.empty()) return;
+  const std::string type = type_name(fingerprint_at_head(raw.bytes));
+  for (const std::size_t i : expecting) count(tracks_[i], raw, type);
+}
+
+const std::vector<std::size_t>& SilenceJudge::expecting_tracks(const std::string& channel) {
+  const auto known = tracks_of_channel_.find(channel);
+  if (known != tracks_of_channel_.end()) return known->second;
+  if (tracks_of_channel_.size() >= kChannels) tracks_of_channel_.clear();
+  std::vector<std::size_t>& expecting = tracks_of_channel_[channel];
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (std::regex_match(channel, tracks_[i].pattern)) expecting.push_back(i);
+  }
+  return expecting;
+}
+
+void SilenceJudge::count(Track& track, const process::RawMessage& raw, const std::string& type) {
+  const auto& types = track.expected.types;
+  if (std::find(types.begin(), types.end(), type) == types.end()) {
+    if (track.wrong++ == 0) track.wrong_first_s = time_s_;
+    track.wrong_last_s = time_s_;
+    track.wrong_channel = raw.channel;
+    track.wrong_fingerprint = fingerprint_at_head(raw.bytes);
+    return;
+  }
+  if (track.expected.counts && !track.expected.counts(raw)) return;
+  if (time_s_ - track.last_s > kEndedS) track.fitting = 0;  // a new stretch, with a rate of its own
+  if (track.fitting++ == 0) track.first_s = time_s_;
+  track.last_s = time_s_;
+  track.wrong = 0;
+  track.channel = raw.channel;
+  track.stamp_us = stamp_at_head(raw.bytes);
+  if (&track == &tracks_.front()) compare_clocks();
+  handled_ = &track;
+}
+
+void SilenceJudge::watch_pose(const process::RawMessage& raw) {
+  sensor_info_t info;
+  if (info.decode(raw.bytes.data(), 0, static_cast<int>(raw.bytes.size())) < 0) return;
+  if (places_.size() >= kSensors && !places_.contains(info.channel)) return;
+  Place& place = places_[info.channel];
+  std::string pose = pose_of(info);
+  if (pose == place.pose) return;
+  if (pose == place.before) ++place.returns;
+  place.before = std::exchange(place.pose, std::move(pose));
+}
+
+bool SilenceJudge::comes(const Track& track) const {
+  const double period_s = track.fitting < 2 ? 0.0 : 1.0 / std::max(1e-3, track.hz());
+  return track.fitting > 0 && time_s_ - track.last_s < std::max(kComesS, kEndedPeriods * period_s);
+}
+
+// When the first expectation comes: SLAM puts messages of the same time together.
+void SilenceJudge::compare_clocks() {
+  const Track& first = tracks_.front();
+  for (Track& track : tracks_) {
+    const bool both = comes(track) && first.stamp_us && track.stamp_us;
+    track.clock_ahead_s =
+        both ? static_cast<double>(*track.stamp_us - *first.stamp_us) * 1e-6 : 0.0;
+    const bool agree = std::abs(track.clock_ahead_s) < kClockS;
+    track.disagreements = agree ? 0 : track.disagreements + 1;
+    if (agree) track.clock_agreed_s = time_s_;
+  }
+}
+
+void SilenceJudge::advance(double now_s) {
+  settle();
+  const double step_s = now_s - clock_s_.value_or(now_s);
+  clock_s_ = now_s;
+  time_s_ += std::clamp(step_s, 0.0, kBusyS);
+}
+
+std::optional<Lack> SilenceJudge::lack_of(const Track& track, double ahead_s) const {
+  Lack lack;
+  lack.expected = track.expected;
+  lack.channel = track.channel;
+  lack.hz = track.hz();
+  const bool needed = track.expected.without.empty();
+  const double now_s = time_s_ + ahead_s;
+  lack.silent_s = now_s - (track.fitting > 0 ? track.last_s : track.since_s);
+  if (track.wrong > 1 && track.wrong_last_s - track.wrong_first_s >= kNeverS - ahead_s &&
+      time_s_ - track.wrong_last_s < kComesS) {
+    lack.kind = Lack::Kind::wrong_type;
+    lack.channel = track.wrong_channel;
+    lack.fingerprint = track.wrong_fingerprint;
+    lack.hz =
+        static_cast<double>(track.wrong - 1) / (track.wrong_last_s - track.wrong_first_s + 1e-3);
+    return lack;
+  }
+  if (track.fitting == 0) {
+    lack.kind = Lack::Kind::never;
+    return lack.silent_s >= (needed ? kNeverS : kWithoutS) ? std::optional(lack) : std::nullopt;
+  }
+  const double period_s = track.fitting < 2 ? 0.0 : 1.0 / std::max(1e-3, lack.hz);
+  if (lack.silent_s >= std::max(kEndedS, kEndedPeriods * period_s)) {
+    lack.kind = Lack::Kind::ended;
+    return lack;
+  }
+  if (track.dropped > 2 && now_s - track.dropped_first_s >= kNeverS) {
+    lack.kind = Lack::Kind::unused;
+    lack.cause = track.cause;
+    lack.dropped = track.dropped;
+    return lack;
+  }
+  if (now_s - track.clock_agreed_s >= kNeverS && track.disagreements >= kDisagreements) {
+    lack.kind = Lack::Kind::clock;
+    lack.ahead_s = track.clock_ahead_s;
+    return lack;
+  }
+  return std::nullopt;
+}
+
+std::vector<Lack> SilenceJudge::lacks(double ahead_s) const {
+  std::vector<Lack> result;
+  for (const Track& track : tracks_) {
+    const bool needed = track.expected.without.empty();
+    if (!needed && !result.empty()) continue;
+    if (!needed && !comes(tracks_.front())) continue;
+    if (auto lack = lack_of(track, ahead_s)) result.push_back(std::move(*lack));
+  }
+  for (const auto& [sensor, place] : places_) {
+    if (place.returns < kReturns) continue;
+    Lack lack;
+    lack.kind = Lack::Kind::two_poses;
+    lack.channel = sensor;
+    lack.cause = place.pose + " and " + place.before;
+    result.push_back(std::move(lack));
+  }
+  return result;
+}
+
+std::string SilenceJudge::what_comes() const {
+  std::string text;
+  for (const Track& track : tracks_) {
+    if (!comes(track)) continue;
+    char rate[40];
+    std::snprintf(rate, sizeof rate, " %.3g Hz", track.hz());
+    text += (text.empty() ? "" : ", ") + track.channel + (track.fitting > 1 ? rate : "");
+  }
+  return text;
+}
+
+}  // namespace marco::diagnosis

@@ -1,4 +1,10 @@
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
 #include <thread>
+#include <utility>
 
 #include "common/pose3.hpp"
 #include "common/process/lcm_bus.hpp"
@@ -7,6 +13,7 @@
 #include "drivers/camera/message.hpp"
 #include "drivers/camera/source.hpp"
 #include "drivers/process/driver_main.hpp"
+#include "drivers/transport/port_advice.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -63,6 +70,24 @@ bool pause_until(Utime when) {
   return !process::stop_requested();
 }
 
+/// Why `device` could not be opened, and what to do.
+std::string trouble_of(const std::string& device) {
+  const std::string path = drivers::camera::path_of(device);
+  if (::access(path.c_str(), R_OK) != 0) {
+    return drivers::why_not_open(path, errno, drivers::DeviceKind::camera);
+  }
+  if (std::filesystem::is_directory(path)) return path + ": no picture in this folder";
+  const std::string holder = drivers::holder_of(path);
+  return path + (holder.empty() ? ": neither a camera nor a film" : ": held by " + holder);
+}
+
+/// Says what changed.
+void tell(std::string& told, const std::string& trouble, const std::string& device) {
+  if (std::exchange(told, trouble) == trouble) return;
+  if (trouble.empty()) spdlog::info("{} is open", device);
+  if (!trouble.empty()) spdlog::warn("{}", trouble);
+}
+
 int run(const process::CommonArguments& arguments, const Options& options) {
   process::start_logging("marco-camera", arguments.log_level);
   process::catch_stop_signals();
@@ -73,6 +98,8 @@ int run(const process::CommonArguments& arguments, const Options& options) {
   const Duration period = Duration::from_seconds(1.0 / options.source.rate_hz);
   std::unique_ptr<drivers::camera::PictureSource> source;
   Utime next_info, next_picture = drivers::wall_now();
+  std::string told = "nothing yet", trouble;  // trouble: until a picture comes
+  bool gave_pictures = false;
   while (!process::stop_requested()) {
     const Utime now = drivers::wall_now();
     if (now >= next_info) {
@@ -80,8 +107,13 @@ int run(const process::CommonArguments& arguments, const Options& options) {
       info.utime = now;
       bus.publish(channels::kSensorInfo, marco::to_message(info));
     }
-    if (!source) source = open_source(options.device, options.source);
-    status.tick(source ? options.device + " is open" : "nothing at " + options.device);
+    if (!source) {
+      source = open_source(options.device, options.source);
+      gave_pictures = false;
+      if (!source) trouble = process::kNoDevice + (": " + trouble_of(options.device));
+    }
+    tell(told, trouble, options.device);
+    status.tick(trouble.empty() ? options.device + " is open" : trouble);
     if (!source) {
       pause_until(now + Duration::from_seconds(1.0));
       continue;
@@ -89,9 +121,16 @@ int run(const process::CommonArguments& arguments, const Options& options) {
     if (!source->keeps_its_own_time() && !pause_until(next_picture)) break;
     const auto picture = source->next();
     if (!picture) {
+      const bool film_ended = gave_pictures && !source->keeps_its_own_time();
       source.reset();
+      if (film_ended) continue;
+      trouble =
+          process::kNoDevice + (" answers: " + options.device) + " is open, but sends no pictures";
+      pause_until(now + Duration::from_seconds(1.0));
       continue;
     }
+    trouble.clear();
+    gave_pictures = true;
     const Utime taken = drivers::wall_now();
     if (taken < next_picture) continue;  // a camera that is faster than wanted
     next_picture = std::max(next_picture + period, taken - period);

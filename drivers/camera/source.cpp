@@ -89,11 +89,15 @@ Picture compress_rgb(std::span<const uint8_t> rgb, int width_px, int height_px, 
   return compress(image, jpeg_quality);
 }
 
-std::unique_ptr<PictureSource> open_source(const std::string& address,
-                                           const SourceOptions& options) {
+std::string path_of(const std::string& address) {
   const bool number = !address.empty() && std::all_of(address.begin(), address.end(),
                                                       [](char c) { return c >= '0' && c <= '9'; });
-  const std::string path = number ? "/dev/video" + address : address;
+  return number ? "/dev/video" + address : address;
+}
+
+std::unique_ptr<PictureSource> open_source(const std::string& address,
+                                           const SourceOptions& options) {
+  const std::string path = path_of(address);
   std::error_code error;
   if (fs::is_directory(path, error)) return open_folder(path, options.jpeg_quality);
   if (!fs::exists(path, error)) return nullptr;

@@ -36,6 +36,9 @@ class PictureSource {
   virtual bool keeps_its_own_time() const = 0;
 };
 
+/// "/dev/video2" of "2"; every other address is a path already.
+std::string path_of(const std::string& address);
+
 /// @param address  a device (/dev/video0, or its number), a folder of pictures (in the order of
 /// their names, again and again), or a film.
 /// @returns nothing when there is no such thing now.

@@ -10,14 +10,20 @@
 #include <chrono>
 #include <thread>
 
+#include "drivers/transport/port_advice.hpp"
+
 namespace marco::drivers::gamepad {
 
 void GamepadDriver::try_to_open(Utime now) {
   next_try_ = now + Duration::from_seconds(1.0);
   struct stat info {};
-  if (stat(path_.c_str(), &info) != 0) return;
+  if (stat(path_.c_str(), &info) != 0) {
+    trouble_ = why_not_open(path_, errno, DeviceKind::gamepad);
+    return;
+  }
   fifo_ = S_ISFIFO(info.st_mode);
   file_.reset(::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  trouble_ = file_.valid() ? "" : why_not_open(path_, errno, DeviceKind::gamepad);
   reader_.clear();
 }
 

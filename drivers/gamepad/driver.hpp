@@ -25,6 +25,8 @@ class GamepadDriver {
   /// At the end: what tells the others that it is gone; nothing when no state was ever told.
   std::optional<GamepadState> leave(Utime now);
   bool open() const { return file_.valid(); }
+  /// Why the device is not open; "" when it is.
+  const std::string& trouble() const { return trouble_; }
   int64_t garbage_bytes() const { return reader_.garbage_bytes(); }
 
  private:
@@ -38,6 +40,7 @@ class GamepadDriver {
   GamepadModel model_;
   Utime next_try_;
   std::optional<Utime> told_;  ///< when a state was last told of this device
+  std::string trouble_;
 };
 
 }  // namespace marco::drivers::gamepad

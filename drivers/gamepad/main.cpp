@@ -1,3 +1,7 @@
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
 #include "common/process/lcm_bus.hpp"
 #include "common/process/status_publisher.hpp"
 #include "common/process/stop_signal.hpp"
@@ -27,11 +31,16 @@ int run(const process::CommonArguments& arguments, const Options& options) {
   process::DropCounter drops;
   process::StatusPublisher status(bus, "marco-gamepad", drops);
   drivers::gamepad::GamepadDriver driver(options.device);
+  std::string told = "nothing yet";
   while (!process::stop_requested()) {
     for (const GamepadState& state : driver.step(50, drivers::wall_now())) {
       bus.publish(channels::kGamepad, to_message(state));
     }
-    status.tick(driver.open() ? options.device + " is open" : "no gamepad at " + options.device);
+    const std::string open = options.device + " is open";
+    status.tick(driver.open() ? open : process::kNoDevice + (": " + driver.trouble()));
+    if (std::exchange(told, driver.trouble()) == driver.trouble()) continue;
+    if (driver.open()) spdlog::info("{}", open);
+    if (!driver.open()) spdlog::warn("{}: {}", process::kNoDevice, driver.trouble());
   }
   // Three times, for a datagram may be lost.
   if (const auto gone = driver.leave(drivers::wall_now())) {

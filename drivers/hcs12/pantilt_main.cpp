@@ -73,6 +73,7 @@ class PanTiltSession : public DeviceSession {
     }
   }
   std::string state() const override { return driver_.state(); }
+  bool answers() const override { return driver_.link() != hcs12::PanTiltDriver::Link::down; }
   void stop() override {
     std::vector<uint8_t> out;
     driver_.shut_down(out);

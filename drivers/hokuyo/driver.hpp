@@ -36,6 +36,7 @@ class HokuyoDriver final : public LaserDriver {
   std::vector<ArrivedScan> step() override;
   void on_line_emptied() override;
   std::string state() const override;
+  bool answers() const override { return phase_ != Phase::finding; }
   LaserSight sight() const override;
   const LaserCounts& counts() const override { return counts_; }
   void stop() override { send("QT"); }

@@ -44,6 +44,7 @@ class ImuSession : public drivers::DeviceSession {
     }
   }
   std::string state() const override { return driver_.state(); }
+  bool answers() const override { return driver_.alive(); }
 
  private:
   drivers::imu::ImuDriver driver_;
@@ -56,6 +57,7 @@ int run(const process::CommonArguments& arguments, const Options& options) {
   process::catch_stop_signals();
   process::LcmBus bus(arguments.lcm_url);
   process::DropCounter drops;
+  drivers::imu::ImuDriver{options.imu};  // refuses nonsense before the device is opened
   drivers::DriverLoopOptions loop_options;
   loop_options.process = "marco-imu";
   loop_options.address = options.device;

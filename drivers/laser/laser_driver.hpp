@@ -47,6 +47,8 @@ class LaserDriver {
   virtual void on_line_emptied() = 0;
 
   virtual std::string state() const = 0;
+  /// Whether the laser answers: what it sends is understood.
+  virtual bool answers() const = 0;
   virtual LaserSight sight() const = 0;
   virtual const LaserCounts& counts() const = 0;
 

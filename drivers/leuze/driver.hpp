@@ -44,6 +44,7 @@ class LeuzeDriver final : public LaserDriver {
   std::vector<ArrivedScan> step() override;
   void on_line_emptied() override;
   std::string state() const override;
+  bool answers() const override { return measuring_; }
   LaserSight sight() const override;
   const LaserCounts& counts() const override { return counts_; }
 
@@ -100,6 +101,7 @@ class LeuzeServiceDriver final : public LaserDriver {
   std::vector<ArrivedScan> step() override;
   void on_line_emptied() override;
   std::string state() const override;
+  bool answers() const override { return counts_.scans > 0; }
   LaserSight sight() const override;
   const LaserCounts& counts() const override { return counts_; }
 

@@ -22,6 +22,10 @@ double clock_ahead_s() {
   return std::chrono::duration<double>(wall - steady).count();
 }
 
+double steady_now_s() {
+  return std::chrono::duration<double>(steady_clock::now().time_since_epoch()).count();
+}
+
 }  // namespace
 
 DriverLoop::DriverLoop(process::Bus& bus,
@@ -46,6 +50,7 @@ void DriverLoop::run(const std::function<bool()>& stop) {
       const std::unique_ptr<ByteStream> stream =
           options_.open ? options_.open() : open_stream(options_.address, options_.line);
       spdlog::info("{} is open", options_.address);
+      told_loss_.clear();
       run_session(*stream, stop);
     } catch (const StreamLost& loss) {
       wait_to_reopen(loss.what(), stop);
@@ -54,7 +59,11 @@ void DriverLoop::run(const std::function<bool()>& stop) {
 }
 
 void DriverLoop::run_session(ByteStream& stream, const std::function<bool()>& stop) {
-  const std::unique_ptr<DeviceSession> session = start_session_(stream);
+  LineWatch line(options_.address);
+  WatchedStream watched(stream, line);
+  line.on_line(options_.line);
+  told_trouble_ = LineWatch::Trouble::none;
+  const std::unique_ptr<DeviceSession> session = start_session_(watched);
   std::string told;
   double ahead_s = clock_ahead_s();
   while (!stop()) {
@@ -62,11 +71,14 @@ void DriverLoop::run_session(ByteStream& stream, const std::function<bool()>& st
     const double now_ahead_s = clock_ahead_s();
     const double step_s = now_ahead_s - std::exchange(ahead_s, now_ahead_s);
     if (std::abs(step_s) > kClockStepS) {
-      spdlog::warn("this host's clock was set by {:.1f} s: the device is begun anew", step_s);
+      spdlog::warn("this host's clock was set by {:.1f} s: the device is started again", step_s);
       return;
     }
     std::string state = session->state();
-    tick(state);
+    const LineWatch::Trouble trouble = line.judge(session->answers(), steady_now_s());
+    tell_trouble(line, trouble);
+    const bool well = trouble == LineWatch::Trouble::none;
+    tick(well ? state : process::kNoDevice + (" answers: " + line.text()) + "; " + state);
     if (state.substr(0, state.find(',')) != told.substr(0, told.find(','))) {
       spdlog::info("{}", state);
       told = std::move(state);
@@ -75,11 +87,22 @@ void DriverLoop::run_session(ByteStream& stream, const std::function<bool()>& st
   session->stop();
 }
 
+void DriverLoop::tell_trouble(const LineWatch& line, LineWatch::Trouble trouble) {
+  if (trouble == std::exchange(told_trouble_, trouble)) return;
+  if (trouble == LineWatch::Trouble::none) {
+    spdlog::info("the device answers");
+  } else {
+    spdlog::warn("{}", line.text());
+  }
+}
+
 void DriverLoop::wait_to_reopen(const std::string& why, const std::function<bool()>& stop) {
-  spdlog::warn("no device: {}; tried again every second", why);
+  if (std::exchange(told_loss_, why) != why) {
+    spdlog::warn("{}: {}. Tried again every second", process::kNoDevice, why);
+  }
   const auto until = steady_clock::now() + kReopenAfter;
   while (!stop() && steady_clock::now() < until) {
-    tick("no device: " + why);
+    tick(process::kNoDevice + (": " + why));
     std::this_thread::sleep_for(kNap);
   }
 }

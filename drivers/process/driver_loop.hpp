@@ -6,6 +6,7 @@
 
 #include "common/process/bus.hpp"
 #include "common/process/status_publisher.hpp"
+#include "drivers/process/line_watch.hpp"
 #include "drivers/transport/byte_stream.hpp"
 
 namespace marco::drivers {
@@ -22,6 +23,9 @@ class DeviceSession {
   /// One line for a person: what the device does, its trouble first.
   virtual std::string state() const = 0;
 
+  /// Whether the device answers: what it sends is understood.
+  virtual bool answers() const = 0;
+
   /// Leaves the device quiet (motors off) at an orderly end. @throws StreamLost.
   virtual void stop() {}
 };
@@ -37,8 +41,9 @@ struct DriverLoopOptions {
 };
 
 /// The life of a driver process: opens the device, steps its session, says once a second on
-/// PROCESS_STATUS how it is, and when the line is lost tries it again every second. When the host's
-/// clock was set, line and session are begun anew.
+/// PROCESS_STATUS how it is, and when the line is lost tries it again every second. A device that
+/// is not there or does not answer is told of once, with what to do, and again when that changes.
+/// When the host's clock was set, line and session are begun again.
 class DriverLoop {
  public:
   using StartSession = std::function<std::unique_ptr<DeviceSession>(ByteStream&)>;
@@ -59,12 +64,15 @@ class DriverLoop {
  private:
   void tick(const std::string& state);
   void run_session(ByteStream& stream, const std::function<bool()>& stop);
+  void tell_trouble(const LineWatch& line, LineWatch::Trouble trouble);
   void wait_to_reopen(const std::string& why, const std::function<bool()>& stop);
 
   DriverLoopOptions options_;
   StartSession start_session_;
   process::StatusPublisher status_;
   std::chrono::steady_clock::time_point last_second_;
+  std::string told_loss_;  ///< since the line was last open
+  LineWatch::Trouble told_trouble_ = LineWatch::Trouble::none;
 };
 
 }  // namespace marco::drivers

@@ -36,7 +36,10 @@ int driver_main(int argc,
     bool switched = false;
     if (extra) app.add_flag(extra->name, switched, extra->help);
     app.add_option("--device", device,
-                   "over the config's: a path; of a serial line also tcp:HOST:PORT");
+                   "over the config's: a path; of a serial line also tcp:HOST:PORT")
+        ->check([](const std::string& given) {
+          return given.empty() ? "no device: give a path, or tcp:HOST:PORT" : "";
+        });
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     auto options = process::load_options<Options>(arguments.config_path);
     if (!device.empty()) options.device = device;

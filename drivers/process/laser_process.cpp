@@ -24,6 +24,15 @@ constexpr int kAlikeIsStuck = 10;
 // when; they are out of them well within kDrain.
 constexpr std::chrono::milliseconds kStall{500}, kDrain{300};
 
+/// No line: for a driver that is only asked whether it takes its options.
+class NoLine final : public ByteStream {
+ public:
+  std::size_t read(std::span<uint8_t>, std::chrono::microseconds) override { return 0; }
+  void write(std::span<const uint8_t>) override {}
+  void set_line(const LineSettings&) override {}
+  void discard_input() override {}
+};
+
 /// Between one laser driver and the bus.
 class LaserSession final : public DeviceSession {
  public:
@@ -56,6 +65,7 @@ class LaserSession final : public DeviceSession {
     if (alike_ < kAlikeIsStuck) return driver_->state();
     return driver_->state() + ", but stuck: the same scan " + std::to_string(alike_ + 1) + " times";
   }
+  bool answers() const override { return driver_->answers(); }
   void stop() override { driver_->stop(); }
 
  private:
@@ -134,7 +144,10 @@ SensorInfo sensor_info(const LaserPlace& place, const LaserSight& sight, Utime n
 }
 
 void run_laser(process::Bus& bus, const LaserProcess& laser, const std::function<bool()>& stop) {
-  sensor_info(laser.place, {}, wall_now());  // refuses nonsense before any device is opened
+  // Options that make no sense are refused before any device is opened.
+  sensor_info(laser.place, {}, wall_now());
+  NoLine no_line;
+  laser.start(no_line);
   process::DropCounter drops([](const std::string& line) { spdlog::warn("{}", line); });
   std::optional<LaserSight> sight;
   DriverLoopOptions options;

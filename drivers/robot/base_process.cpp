@@ -123,6 +123,10 @@ class BaseSession : public DeviceSession {
     return text;
   }
 
+  bool answers() const override {
+    return adapter_.driver().status().link != BaseStatus::Link::down;
+  }
+
   void stop() override {
     stopped_ = true;
     leave_motors_off();

@@ -28,6 +28,11 @@ RplidarDriver::RplidarDriver(ByteStream& stream, const RplidarOptions& options, 
   validate(options, "rplidar");
   require(options.mode == "express" || options.mode == "standard",
           "RPLIDAR mode is 'express' or 'standard', not '" + options.mode + "'");
+  constexpr std::array kRates{115'200, 256'000, 460'800, 1'000'000};
+  require(std::find(kRates.begin(), kRates.end(), options.baud) != kRates.end(),
+          "RPLIDAR baud is 115200 (A1, A2), 256000 (A2M7, A2M12, A3, S1), 460800 (C1) or 1000000 "
+          "(S2, S3), not " +
+              std::to_string(options.baud));
   express_ = options.mode == "express";
   stream_.set_line({options.baud, Parity::none});
   enter(Phase::stopping);

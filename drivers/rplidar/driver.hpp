@@ -42,6 +42,9 @@ class RplidarDriver final : public LaserDriver {
   std::vector<ArrivedScan> step() override;
   void on_line_emptied() override;
   std::string state() const override;
+  bool answers() const override {
+    return phase_ > Phase::asking_info && phase_ != Phase::resetting;
+  }
   LaserSight sight() const override;
   const LaserCounts& counts() const override { return counts_; }
   void stop() override;

@@ -52,7 +52,8 @@ SickDriver::SickDriver(ByteStream& stream, const SickOptions& options, Clock clo
           "SICK baud is 9600, 19200, 38400 or 500000; not " + std::to_string(options.baud));
   require(beams_of_variant(options.angle_deg, resolution_cdeg()) > 0,
           "the laser has no variant of " + std::to_string(options.angle_deg) + " deg by " +
-              std::to_string(options.resolution_deg) + " deg");
+              std::to_string(options.resolution_deg) +
+              " deg: there are 180 by 1 or 0.5 deg, and 100 by 1, 0.5 or 0.25 deg");
   require(options.password.size() == 8, "the laser's password has 8 characters");
   turns_ = TurnCounter(scan_period_s());
   look_elsewhere();

@@ -16,6 +16,7 @@
 #include <cstring>
 
 #include "common/check.hpp"
+#include "drivers/transport/port_advice.hpp"
 #include "drivers/transport/port_claim.hpp"
 
 // <termios.h> is kept out of this folder (terminal.cpp); the queue selectors of TCFLSH are ABI.
@@ -116,10 +117,15 @@ SerialStream::SerialStream(const std::string& path, const LineSettings& line)
     : DescriptorStream(FileHandle(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)),
                        path) {
   const int error = errno;
-  require(fd() >= 0 || error != EBUSY, path + ": another process holds this port");
-  if (fd() < 0) lost(std::strerror(error));
+  if (fd() < 0) {
+    const std::string why = why_not_open(path, error, DeviceKind::serial);
+    require(error != EBUSY, why);
+    throw StreamLost(why);
+  }
   if (const std::string why = why_no_device(path, fd()); !why.empty()) lost(why);
-  require(flock(fd(), LOCK_EX | LOCK_NB) == 0, path + ": another driver holds this port");
+  if (flock(fd(), LOCK_EX | LOCK_NB) != 0) {
+    throw std::invalid_argument(why_not_open(path, EBUSY, DeviceKind::serial));
+  }
   require(baud_of_terminal(fd()) != 0, path + ": not a serial port");
   // On a pseudo-terminal TIOCEXCL would outlive a driver that was killed, as long as the emulator
   // keeps its end open; the file lock ends with the process.
@@ -160,7 +166,14 @@ std::unique_ptr<ByteStream> open_tcp(const std::string& host, const std::string&
   }
   const int error = errno;
   freeaddrinfo(found);
-  if (!handle.valid()) throw StreamLost(name + ": " + std::strerror(error));
+  if (!handle.valid()) {
+    const char* hint = error == ECONNREFUSED
+                           ? ": the host answers, but nothing listens on this port"
+                       : error == ETIMEDOUT || error == EHOSTUNREACH || error == ENETUNREACH
+                           ? ": is it powered, the cable in, the address right?"
+                           : "";
+    throw StreamLost(name + ": " + std::strerror(error) + hint);
+  }
   const int on = 1;
   setsockopt(handle.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
   return std::make_unique<TcpStream>(std::move(handle), name);

@@ -8,6 +8,7 @@
 #include "common/check.hpp"
 #include "common/files/carmen.hpp"
 #include "common/files/odometry_laser_text.hpp"
+#include "common/files/readable.hpp"
 #include "common/files/thesis_files.hpp"
 #include "common/files/tilted_scans.hpp"
 #include "lcmtypes/lcm_log_reader.hpp"
@@ -53,11 +54,10 @@ std::string looks_like(const std::string& head) {
 std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
                                                     const ForeignTable& table) {
   const std::string name = path.string();
-  std::error_code ignored;
-  require(fs::exists(path, ignored), name + ": there is no such file or folder");
+  files::require_readable(path);
   if (fs::is_directory(path)) return files::open_tilted_scans({path});
   const std::string head = head_of(path);
-  require(!head.empty(), name + ": is empty or cannot be read; " + kKnown);
+  require(!head.empty(), name + ": is empty; " + kKnown);
   // A damaged log may have lost its first sync word: any in the first block will do.
   if (head.find("\xED\xA1\xDA\x01") != std::string::npos) return open_lcm_log(path, table);
   for (const char* keyword :

@@ -11,6 +11,7 @@
 
 #include "common/check.hpp"
 #include "common/files/folder_journal.hpp"
+#include "common/files/readable.hpp"
 
 namespace marco::files {
 namespace {
@@ -74,7 +75,7 @@ constexpr std::array<uint8_t, 4> kSyncBytes = {0xED, 0xA1, 0xDA, 0x01};
 EventLogReader::Descriptor::Descriptor(const std::string& path) {
   finish_interrupted(std::filesystem::path(path).parent_path());
   descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  require(descriptor_ >= 0, path + ": cannot be read as a log: " + std::strerror(errno));
+  require(descriptor_ >= 0, path + ": cannot be read as a log: " + why_not_readable(path));
 }
 
 EventLogReader::Descriptor::~Descriptor() { close(descriptor_); }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "common/files/folder_journal.hpp"
+#include "common/files/readable.hpp"
 
 namespace marco::files {
 
@@ -18,6 +19,8 @@ void write_whole_file(const std::filesystem::path& path,
 
 std::string read_whole_file(const std::filesystem::path& path) {
   finish_interrupted(path.parent_path());
+  const std::string why = why_not_readable(path);
+  if (!why.empty()) throw std::invalid_argument(path.string() + ": cannot be read: " + why);
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;
   content << file.rdbuf();

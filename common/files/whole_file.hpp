@@ -15,7 +15,7 @@ void write_whole_file(const std::filesystem::path& path,
                       Appears appears = Appears::when_whole);
 
 /// Reads a file, after finishing what a killed command left half exchanged in its folder.
-/// @throws std::invalid_argument naming the path when it cannot be read.
+/// @throws std::invalid_argument naming the path, and why it cannot be read.
 std::string read_whole_file(const std::filesystem::path& path);
 
 }  // namespace marco::files

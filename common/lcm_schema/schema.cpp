@@ -1,6 +1,7 @@
 #include "common/lcm_schema/schema.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -61,8 +62,10 @@ void read_file(const fs::path& path, std::vector<Source>& sources, std::vector<P
   const std::uintmax_t size = fs::file_size(path, error);
   std::ifstream file(path, std::ios::binary);
   if (error || !file || size > kMaxFileBytes) {
-    problems.push_back({path.string() + (size > kMaxFileBytes && !error ? ": larger than 4 MB"
-                                                                        : ": cannot be read")});
+    problems.push_back(
+        {path.string() + (size > kMaxFileBytes && !error
+                              ? ": larger than 4 MB"
+                              : ": cannot be read: " + std::string(std::strerror(errno)))});
     return;
   }
   sources.push_back({path.string(), {std::istreambuf_iterator<char>(file), {}}});

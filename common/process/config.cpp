@@ -9,6 +9,7 @@
 
 #include "common/files/folder_journal.hpp"
 #include "common/files/inside_folder.hpp"
+#include "common/files/readable.hpp"
 #include "common/process/suggest.hpp"
 
 namespace marco::process {
@@ -39,6 +40,7 @@ std::string with_short_numbers(const std::string& text) {
 
 toml::table read_toml(const std::string& path) {
   files::finish_interrupted(std::filesystem::path(path).parent_path());
+  files::require_readable(path);
   try {
     return toml::parse_file(path);
   } catch (const toml::parse_error& error) {

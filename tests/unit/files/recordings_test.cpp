@@ -1,11 +1,15 @@
 // Text logs, the theses' files, tilted 3D scans, and telling them apart.
 #include <gmock/gmock.h>
 
+#include <unistd.h>
+
 #include <cmath>
 
+#include "common/files/event_log.hpp"
 #include "common/files/odometry_laser_text.hpp"
 #include "common/files/thesis_files.hpp"
 #include "common/files/tilted_scans.hpp"
+#include "common/files/whole_file.hpp"
 #include "lcmtypes/recording.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/recorded.hpp"
@@ -104,6 +108,52 @@ TEST(OpenRecording, TellsKindsApartByContentWhateverTheName) {
   EXPECT_THAT(open_recording(text)->report().format, HasSubstr("Odometry"));
   const auto thesis = folder.write("c.log", thesis_a_scan(0));
   EXPECT_EQ(open_recording(thesis)->report().format, "thesis A scans");
+}
+
+// Nobody's rights: root's may read everything.
+class Nobody {
+ public:
+  Nobody() : was_root_(geteuid() == 0) {
+    if (was_root_) {
+      EXPECT_EQ(seteuid(65534), 0);
+    }
+  }
+  ~Nobody() {
+    if (was_root_) {
+      EXPECT_EQ(seteuid(0), 0);
+    }
+  }
+  Nobody(const Nobody&) = delete;
+  Nobody& operator=(const Nobody&) = delete;
+
+ private:
+  bool was_root_;
+};
+
+TEST(OpenRecording, AForbiddenFileIsCalledSo) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.log", "FLASER 2 1 2 0 0 0 0 0 0 5.0 h 1\n");
+  const auto inner = folder.path() / "closed";
+  std::filesystem::create_directory(inner);
+  const auto within = folder.write("closed/b.log", "x");
+  using std::filesystem::perms;
+  std::filesystem::permissions(file, perms::none);
+  std::filesystem::permissions(inner, perms::none);
+  std::string forbidden, by_folder, whole, log;
+  {
+    const Nobody nobody;
+    forbidden = complaint([&] { open_recording(file); });
+    by_folder = complaint([&] { open_recording(within); });
+    whole = complaint([&] { files::read_whole_file(file); });
+    log = complaint([&] { files::EventLogReader reader(file.string()); });
+  }
+  std::filesystem::permissions(inner, perms::owner_all);
+  for (const std::string& text : {forbidden, whole, log}) {
+    EXPECT_THAT(text, HasSubstr("permission denied to"));
+    EXPECT_THAT(text, HasSubstr("a.log"));
+    EXPECT_THAT(text, HasSubstr("chmod +r"));
+  }
+  EXPECT_THAT(by_folder, HasSubstr("by a folder above it"));
 }
 
 TEST(OpenRecording, SaysWhatIsWrongWithWhatItCannotRead) {

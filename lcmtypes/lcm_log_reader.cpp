@@ -65,12 +65,13 @@ class LcmLogReader : public files::SampleReader {
   void read_foreign_lidar(const LogEvent& event, const LoggedChannel& channel);
   void read_encoders(const maebot_encoders_t& ticks, const LoggedChannel& channel);
   void emit(Sample sample, const LoggedChannel& channel);
-  bool stamp_fits(const LogEvent& event, const LoggedChannel& channel) const;
+  bool stamp_fits(const LogEvent& event, const LoggedChannel& channel);
   void finish_report();
 
   LogSurvey survey_;
   files::EventLogReader log_;
   bool announced_ = false;
+  std::map<std::string, int64_t> last_stamp_us_;  ///< by channel, of those that were used
   std::optional<maebot_encoders_t> last_ticks_;
   Pose2 encoder_pose_;
   std::deque<Sample> pending_;
@@ -107,15 +108,27 @@ void LcmLogReader::read(const LogEvent& event) {
   }
 }
 
-bool LcmLogReader::stamp_fits(const LogEvent& event, const LoggedChannel& channel) const {
-  constexpr int64_t kFarthestUs = 3'600'000'000;
+bool LcmLogReader::stamp_fits(const LogEvent& event, const LoggedChannel& channel) {
   const auto utime = utime_of(event);
   if (!utime) return true;
-  // Unsigned: a flipped bit may make either as large as can be.
-  const auto off = static_cast<int64_t>(static_cast<uint64_t>(event.event_time.us) -
-                                        static_cast<uint64_t>(*utime) -
-                                        static_cast<uint64_t>(channel.offset_us));
-  return off > -kFarthestUs && off < kFarthestUs;
+  const auto is_near = [](int64_t a, int64_t b) {
+    constexpr int64_t kFarthestUs = 3'600'000'000;
+    // Unsigned: a flipped bit may make either as large as can be.
+    const auto off = static_cast<int64_t>(static_cast<uint64_t>(a) - static_cast<uint64_t>(b));
+    return off > -kFarthestUs && off < kFarthestUs;
+  };
+  const auto last = last_stamp_us_.find(event.channel);
+  // Where the event's time leaps and the stamp goes on, it is the event's time that is wrong.
+  bool fits = last != last_stamp_us_.end() && is_near(*utime, last->second);
+  if (!channel.offset_us || survey_.stopped_us.contains(event.event_time.us)) {
+    fits = fits || last == last_stamp_us_.end();
+  } else {
+    const auto expected_us = static_cast<int64_t>(static_cast<uint64_t>(*utime) +
+                                                  static_cast<uint64_t>(*channel.offset_us));
+    fits = fits || is_near(event.event_time.us, expected_us);
+  }
+  if (fits) last_stamp_us_[event.channel] = *utime;
+  return fits;
 }
 
 void LcmLogReader::read_foreign(const LogEvent& event, const LoggedChannel& channel) {

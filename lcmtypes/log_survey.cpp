@@ -17,7 +17,16 @@ using files::LogEvent;
 constexpr double kClocksDisagreeS = 0.5;
 constexpr std::size_t kEnoughOffsets = 2000;
 
-using Offsets = std::map<std::string, std::vector<int64_t>>;  // of a channel: event time - utime
+struct Offset {
+  int64_t event_us;
+  int64_t offset_us;  // event time - utime
+};
+using Offsets = std::map<std::string, std::vector<Offset>>;  // of a channel
+
+// Unsigned: a flipped bit may make either as large as can be.
+int64_t difference(int64_t a, int64_t b) {
+  return static_cast<int64_t>(static_cast<uint64_t>(a) - static_cast<uint64_t>(b));
+}
 
 bool is_own_channel(const std::string& name) {
   return name == channels::kSensorInfo || name == channels::kOdometry || name == channels::kImu ||
@@ -54,16 +63,21 @@ LoggedChannel::Meaning classify(const LogEvent& event,
 }
 
 void compare_clocks(LogSurvey& survey, Offsets& offsets) {
-  for (auto& [name, offsets_us] : offsets) {
-    if (offsets_us.empty()) continue;
-    const auto middle = offsets_us.begin() + static_cast<std::ptrdiff_t>(offsets_us.size() / 2);
-    std::nth_element(offsets_us.begin(), middle, offsets_us.end());
-    survey.channels.at(name).offset_us = *middle;
+  for (auto& [name, known] : offsets) {
+    std::erase_if(known, [&survey](const Offset& offset) {
+      return survey.stopped_us.contains(offset.event_us);
+    });
+    if (known.empty()) continue;
+    const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
+    std::nth_element(known.begin(), middle, known.end(),
+                     [](const Offset& a, const Offset& b) { return a.offset_us < b.offset_us; });
+    survey.channels.at(name).offset_us = middle->offset_us;
   }
-  const int64_t lidar_offset_us = survey.channels.at(survey.lidar_channel).offset_us;
+  const std::optional<int64_t> lidar_offset_us = survey.channels.at(survey.lidar_channel).offset_us;
   for (auto& [name, channel] : survey.channels) {
     if (channel.meaning == LoggedChannel::Meaning::passed_by) continue;
-    const int64_t difference_us = channel.offset_us - lidar_offset_us;
+    if (!channel.offset_us || !lidar_offset_us) continue;
+    const int64_t difference_us = difference(*channel.offset_us, *lidar_offset_us);
     if (std::abs(static_cast<double>(difference_us)) * 1e-6 < kClocksDisagreeS) continue;
     channel.shift_us = difference_us;
     char note[200];
@@ -75,6 +89,35 @@ void compare_clocks(LogSurvey& survey, Offsets& offsets) {
 }
 
 }  // namespace
+
+bool EventTimes::take(const LogEvent& event, std::optional<int64_t> utime) {
+  constexpr int64_t kBackUs = 10'000'000, kAheadUs = 3'600'000'000, kStandsUs = 2'000'000;
+  constexpr std::size_t kMostStops = 100'000;
+  const int64_t time_us = event.event_time.us;
+  const double step_us = now_us_ ? static_cast<double>(time_us) - static_cast<double>(*now_us_) : 0;
+  if (now_us_ != time_us) {
+    leapt_ = step_us < -static_cast<double>(kBackUs) || step_us > kAheadUs;
+    now_us_ = time_us;
+    events_now_ = 0;
+    stamp_then_.clear();
+  }
+  ++events_now_;
+  if (stopped_us_.contains(time_us)) {
+    ++silent_;
+    return false;
+  }
+  if (utime) {
+    const auto [then, is_first] = stamp_then_.try_emplace(event.channel, *utime);
+    const double went_us = static_cast<double>(*utime) - static_cast<double>(then->second);
+    if (std::abs(went_us) > kStandsUs && stopped_us_.size() < kMostStops) {
+      stopped_us_.insert(time_us);
+      silent_ += events_now_;
+      return false;
+    }
+  }
+  silent_ += leapt_ ? 1 : 0;
+  return !leapt_;
+}
 
 std::string fingerprint_of(const LogEvent& event) {
   if (event.bytes.size() < 8) return "";
@@ -94,6 +137,7 @@ std::optional<int64_t> utime_of(const LogEvent& event) {
 LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
   LogSurvey survey;
   Offsets offsets;
+  EventTimes times;
   files::EventLogReader log(path);
   int64_t events = 0;
   while (const std::optional<LogEvent> event = log.next()) {
@@ -106,12 +150,12 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
       channel.fingerprint = fingerprint_of(*event);
       channel.meaning = classify(*event, table, survey.has_sensor_info, channel.foreign);
     }
-    const auto utime = utime_of(*event);
-    std::vector<int64_t>& offsets_us = offsets[event->channel];
-    if (utime && channel.meaning != LoggedChannel::Meaning::passed_by &&
-        offsets_us.size() < kEnoughOffsets) {
-      offsets_us.push_back(static_cast<int64_t>(static_cast<uint64_t>(event->event_time.us) -
-                                                static_cast<uint64_t>(*utime)));
+    const bool is_used = channel.meaning != LoggedChannel::Meaning::passed_by;
+    const auto utime = is_used ? utime_of(*event) : std::nullopt;
+    const bool says_something = times.take(*event, utime);
+    std::vector<Offset>& known = offsets[event->channel];
+    if (utime && says_something && known.size() < kEnoughOffsets) {
+      known.push_back({event->event_time.us, difference(event->event_time.us, *utime)});
     }
     const bool laser = channel.meaning == LoggedChannel::Meaning::lidar ||
                        (channel.meaning == LoggedChannel::Meaning::ours &&
@@ -127,6 +171,14 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
     throw std::invalid_argument(path + ": no laser among its channels: " + seen +
                                 ". Say what they mean in a copy of config/foreign.toml and give it "
                                 "with --foreign");
+  }
+  survey.stopped_us = times.stopped_us();
+  constexpr int64_t kWorthSaying = 10;
+  if (times.silent() >= kWorthSaying) {
+    survey.notes.push_back("the event times of " + std::to_string(times.silent()) + " of " +
+                           std::to_string(events) +
+                           " events stand still or leap: only the messages' own stamps are used "
+                           "there");
   }
   compare_clocks(survey, offsets);
   return survey;

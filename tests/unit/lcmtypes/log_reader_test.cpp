@@ -102,6 +102,44 @@ TEST_F(LcmLog, ChannelsWhoseClocksDisagreeMeetByEventTime) {
   EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("differ by")));
 }
 
+// Of a log whose logger had no clock for a while, or none at all: channels of different rates,
+// whose stamps agree. What their event times say is nonsense.
+TEST_F(LcmLog, EventTimesThatSayNothingBendNothing) {
+  constexpr int64_t kStartUs = 1'700'000'000'000'000;
+  const auto stopped = [](int i, int64_t us) { return i < 200 ? int64_t{0} : us; };
+  const auto stopped_late = [](int i, int64_t us) { return i < 200 ? us : kStartUs + 10'000'000; };
+  const auto leaping = [](int i, int64_t) {
+    return i % 2 == 0 ? std::numeric_limits<int64_t>::min() : std::numeric_limits<int64_t>::max();
+  };
+  for (const std::function<int64_t(int, int64_t)>& event_us :
+       {std::function<int64_t(int, int64_t)>(stopped), {stopped_late}, {leaping}}) {
+    const auto path = folder_.path() / "other";
+    {
+      files::EventLogWriter log(path.string());
+      for (int i = 0; i < 400; ++i) {
+        const int64_t us = kStartUs + 50'000 * i;
+        OdometrySample odometry;
+        odometry.utime = Utime::from_us(us);
+        for (const Sample& sample : {Sample(odometry), Sample(scan(us))}) {
+          if (i % 4 != 0 && std::holds_alternative<LaserScan>(sample)) continue;
+          const EncodedMessage message = encode_sample(sample);
+          log.write(message.channel, message.bytes, Utime::from_us(event_us(i, us)));
+        }
+      }
+      log.flush();
+    }
+    const Recorded recorded = read_all(*open_recording(path));
+    ASSERT_EQ(recorded.odometry.size(), 400U);
+    ASSERT_EQ(recorded.scans.size(), 100U);
+    for (int i = 0; i < 400; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      EXPECT_EQ(recorded.odometry[at].utime.us, kStartUs + 50'000 * i);
+      EXPECT_EQ(recorded.scans[at / 4].utime, recorded.odometry[at / 4 * 4].utime);
+    }
+    EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("stand still or leap")));
+  }
+}
+
 TEST_F(LcmLog, AStampThatCannotBelongToItsEventIsDropped) {
   for (int i = 0; i < 9; ++i) add(scan(1'000'000 + 100'000 * i), 1'000'000 + 100'000 * i);
   add(scan(int64_t{1} << 61), 2'000'000);

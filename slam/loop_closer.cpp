@@ -138,7 +138,9 @@ std::vector<LoopQuestion> LoopCloser::questions(const std::vector<KeyScan>& keys
 std::optional<Loop> LoopCloser::answer(const LoopQuestion& question) const {
   const SearchWindow window{question.world_from_newest, question.shift_m, question.turn_rad,
                             options_.unlikely_penalty};
-  const LikelihoodPyramid likelihood(question.place.points, coarse_.options());
+  const Eigen::Vector2d centre_m = question.world_from_newest.translation_m();
+  const LikelihoodPyramid likelihood(points_within(kSearchReachM, centre_m, question.place.points),
+                                     coarse_.options());
   const CorrelativeMatch coarse =
       coarse_.search(likelihood, question.seen.points, window, options_.min_score);
   if (coarse.score < options_.min_score) return std::nullopt;

@@ -13,6 +13,9 @@
 
 namespace marco::slam {
 
+/// What lies farther off than this along an axis is not searched for a place.
+inline constexpr double kSearchReachM = 40.0;
+
 /// A scan that is kept: the map is made of these.
 struct KeyScan {
   Utime utime;

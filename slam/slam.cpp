@@ -162,7 +162,7 @@ PosePrior Slam::prior_of(const MotionGuess& guess) const {
 
 Slam::Match Slam::match(const OrientedPoints& points,
                         const MotionGuess& guess,
-                        const PosePrior& prior) const {
+                        const PosePrior& prior) {
   SurfelMatch fine = matcher_.match(*local_map_, points, prior.map_from_robot, &prior);
   if (fine.overlap < options_.sure_overlap && guess.source == MotionGuess::Source::odometry) {
     // Wheels may have slipped: the scan alone, hardly held by odometry.
@@ -206,17 +206,22 @@ void Slam::look_again(Match& match, Eigen::Matrix3d& covariance) {
 
 Slam::Match Slam::match_widely(const OrientedPoints& points,
                                const SearchWindow& window,
-                               const PosePrior& prior) const {
+                               const PosePrior& prior) {
   Match result;
-  const int last = static_cast<int>(keys_.size()) - 1;
-  const int first = std::max(0, last - options_.window_key_scans + 1);
-  const OrientedPoints map = join_points(keys_, first, last, Pose2{});
-  const LikelihoodPyramid likelihood(map.points, coarse_.options());
-  const CorrelativeMatch coarse = coarse_.search(likelihood, points.points, window, 0.2);
+  const CorrelativeMatch coarse = coarse_.search(likelihood_here(), points.points, window, 0.2);
   if (coarse.score <= 0.0) return result;
   const SurfelMatch fine = matcher_.match(*local_map_, points, coarse.map_from_robot, &prior);
   return {fine.map_from_robot, fine.information, fine.overlap,
           fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
+}
+
+const LikelihoodPyramid& Slam::likelihood_here() {
+  if (likelihood_) return *likelihood_;
+  const int last = static_cast<int>(keys_.size()) - 1;
+  const int first = std::max(0, last - options_.window_key_scans + 1);
+  const OrientedPoints map = join_points(keys_, first, last, Pose2{});
+  const Eigen::Vector2d centre_m = keys_.back().world_from_robot.translation_m();
+  return likelihood_.emplace(points_within(kSearchReachM, centre_m, map.points), coarse_.options());
 }
 
 bool Slam::key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const {

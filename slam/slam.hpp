@@ -163,10 +163,12 @@ class Slam {
                        const Pose2& world_from_robot,
                        const Eigen::Matrix3d& covariance);
   PosePrior prior_of(const MotionGuess& guess) const;
-  Match match(const OrientedPoints& points, const MotionGuess& guess, const PosePrior& prior) const;
+  Match match(const OrientedPoints& points, const MotionGuess& guess, const PosePrior& prior);
   Match match_widely(const OrientedPoints& points,
                      const SearchWindow& window,
-                     const PosePrior& prior) const;
+                     const PosePrior& prior);
+  /// Of the last key scans, as they lie now.
+  const LikelihoodPyramid& likelihood_here();
   /// Whether the match, now laid aside, puts the robot where it cannot have driven.
   bool doubt_leap(Match& found, const PosePrior& prior, Utime utime);
   /// Of a robot that stands: the match is one more look from the same place.
@@ -210,11 +212,12 @@ class Slam {
   std::vector<ScanPose> trail_;  ///< as SlamState::trail
   std::vector<Loop> loops_;
   std::optional<SurfelPyramid> local_map_;
-  int local_map_first_ = 0;  ///< as first_local()
-  int looked_at_ = 0;        ///< key scans before this one have been looked at by thin_keys() ...
-  int thin_until_ = 0;       ///< ... and before this one, none needs to be any more
-  int kept_keys_ = 0;        ///< there were when it was last through
-  int merged_keys_ = 0;      ///< so many have become one with an older
+  int local_map_first_ = 0;                      ///< as first_local()
+  std::optional<LikelihoodPyramid> likelihood_;  ///< see likelihood_here(); until key scans change
+  int looked_at_ = 0;    ///< key scans before this one have been looked at by thin_keys() ...
+  int thin_until_ = 0;   ///< ... and before this one, none needs to be any more
+  int kept_keys_ = 0;    ///< there were when it was last through
+  int merged_keys_ = 0;  ///< so many have become one with an older
   std::optional<Utime> leaps_since_;  ///< as SlamState::leaps_since
   int unmatched_ = 0;                 ///< as SlamState::unmatched
   Pose2 world_from_robot_;            ///< at the last scan that was looked at

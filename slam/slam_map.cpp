@@ -68,6 +68,7 @@ int Slam::first_local() const {
 }
 
 void Slam::extend_local_map() {
+  likelihood_.reset();
   if (!local_map_ || first_local() != local_map_first_) {
     rebuild_local_map();
   } else {
@@ -84,6 +85,7 @@ void Slam::rebuild_local_map() {
 
 void Slam::rebuild_local_map(const Eigen::Vector2d& centre_m) {
   const int first = first_local_key(), count = static_cast<int>(keys_.size());
+  likelihood_.reset();
   local_map_first_ = first_local();
   if (!local_map_) local_map_.emplace(options_.fine, centre_m);
   local_map_->restart(centre_m);
@@ -207,6 +209,7 @@ bool Slam::merge_into_older(int key) {
   forget_scans_of(key);
   rehang_scans(key, *merged);
   keys_.erase(keys_.begin() + key);
+  likelihood_.reset();
   ++merged_keys_;
   graph_.remove_node(key);
   remake_graph(edges);

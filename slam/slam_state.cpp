@@ -141,6 +141,7 @@ void Slam::restore(const SlamState& state) {
   refined_ = {};
   merged_keys_ = state.merged_keys;
   local_map_.reset();
+  likelihood_.reset();
   if (!keys_.empty()) rebuild_local_map(state.local_map_centre_m);
   looked_at_ = state.looked_at;
   thin_until_ = state.thin_until;

@@ -126,6 +126,18 @@ class Search {
 
 }  // namespace
 
+Points2 points_within(double reach_m, const Eigen::Vector2d& centre_m, const Points2& points) {
+  Points2 near(2, points.cols());
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    if ((points.col(i) - centre_m).cwiseAbs().maxCoeff() <= reach_m) {
+      near.col(count++) = points.col(i);
+    }
+  }
+  near.conservativeResize(2, count);
+  return near;
+}
+
 LikelihoodPyramid::LikelihoodPyramid(const Points2& points_in_map,
                                      const CorrelativeMatcherOptions& options)
     : resolution_m_(options.resolution_m), pad_(1 << options.levels) {

@@ -38,6 +38,10 @@ struct CorrelativeMatch {
   double score = 0.0;  ///< mean likelihood of the points, 0..1, without the penalty
 };
 
+/// Those of the points that lie within `reach_m` of a place along both axes, in their order. Far
+/// points make a table large and tell little: a step of the search's turn moves them by cells.
+Points2 points_within(double reach_m, const Eigen::Vector2d& centre_m, const Points2& points);
+
 /// The map's likelihood at one resolution and, above it, the largest likelihood of each block of
 /// cells that a coarse cell can reach.
 class LikelihoodPyramid {

@@ -17,6 +17,17 @@ CorrelativeMatcherOptions coarse_options() {
   return options;
 }
 
+TEST(LikelihoodPyramid, PointsFarFromThePlaceAreLeftOutInTheirOrder) {
+  Points2 points(2, 5);
+  points << 1.0, 30.0, -2.0, 6.0, 6.1,  //
+      2.0, 2.0, -7.0, -8.0, 2.0;
+  const Points2 near = points_within(5.0, {1.0, -3.0}, points);
+  ASSERT_EQ(near.cols(), 3);
+  EXPECT_EQ(near.col(0), points.col(0));
+  EXPECT_EQ(near.col(1), points.col(2));
+  EXPECT_EQ(near.col(2), points.col(3));
+}
+
 TEST(LikelihoodPyramid, EachLevelHoldsTheLargestValueOfItsBlock) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0.0, 3.0);

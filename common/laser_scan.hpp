@@ -8,6 +8,9 @@
 
 namespace marco {
 
+/// A range from here on is no return, whatever SENSOR_INFO says: no laser that maps sees so far.
+inline constexpr double kFarthestReturnM = 300.0;
+
 /// One sweep of a planar laser, as measured: nothing filtered, nothing moved.
 struct LaserScan {
   Utime utime;                        ///< of the first beam

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <map>
 #include <string>
 #include <variant>
 #include <vector>
@@ -28,6 +29,16 @@ struct SensorInfo {
   double range_sigma_m = 0.0;                             ///< 0 = not known
   double focal_length_px = 0.0;                           ///< of a camera
 };
+
+/// Takes note of the newest of a channel. @returns false, and leaves it, when too many others are
+/// known: anybody on the network may announce channels.
+inline bool note_sensor(std::map<std::string, SensorInfo>& by_channel, const SensorInfo& info) {
+  constexpr std::size_t kMostChannels = 64;
+  if (by_channel.size() >= kMostChannels && !by_channel.contains(info.channel)) return false;
+  by_channel[info.channel] = info;
+  return true;
+}
+inline constexpr const char* kTooManySensors = "sensor_info_t: more than 64 channels are announced";
 
 struct OdometrySample {
   Utime utime;

@@ -26,7 +26,6 @@ Pose3 pose_from(const double (&translation)[3], const double (&quaternion)[4]) {
   Pose3 pose = Pose3::Identity();
   pose.linear() = q.normalized().toRotationMatrix();
   pose.translation() = Eigen::Vector3d(translation[0], translation[1], translation[2]);
-  require(pose.translation().allFinite(), "sensor_info_t: position is not finite");
   return pose;
 }
 
@@ -143,7 +142,12 @@ SensorInfo from_message(const sensor_info_t& message) {
   info.range_max_m = message.range_max_m;
   info.range_sigma_m = message.range_sigma_m;
   info.focal_length_px = message.focal_length_px;
-  require(info.tilt_axis_m.allFinite(), "sensor_info_t: tilt axis is not finite");
+  // The longest arm of an excavator; no robot that maps a building is larger.
+  constexpr double kFarthestMountM = 20.0;
+  require(info.parent_from_sensor.translation().norm() <= kFarthestMountM,
+          "sensor_info_t: a sensor more than 20 m from its robot");
+  require(info.tilt_axis_m.norm() <= kFarthestMountM,
+          "sensor_info_t: a tilt axis more than 20 m from its pan axis");
   require(info.range_max_m > info.range_min_m && info.range_min_m >= 0.0,
           "sensor_info_t: range_max_m must exceed range_min_m >= 0");
   require(info.scan_duration_s >= 0.0 && info.scan_duration_s < 10.0,

@@ -105,10 +105,13 @@ GridMap from_message(const grid_map_t& message) {
   require(message.width_cells >= 0 && message.height_cells >= 0 &&
               static_cast<int64_t>(message.width_cells) * message.height_cells == message.size,
           "grid_map_t: size is not width times height");
-  require(message.resolution_m > 0.0 && std::isfinite(message.resolution_m),
-          "grid_map_t: resolution_m must be above 0");
-  require(std::isfinite(message.origin_x_m) && std::isfinite(message.origin_y_m),
-          "grid_map_t: origin is not finite");
+  constexpr double kFinestM = 1e-3, kCoarsestM = 100.0;
+  require(message.resolution_m >= kFinestM && message.resolution_m <= kCoarsestM,
+          "grid_map_t: resolution_m is not between 1 mm and 100 m");
+  // NaN fails, too.
+  constexpr double kFarthestM = 1e6;
+  require(std::abs(message.origin_x_m) <= kFarthestM && std::abs(message.origin_y_m) <= kFarthestM,
+          "grid_map_t: the origin is farther away than 1000 km");
   GridMap map;
   map.origin_m = {message.origin_x_m, message.origin_y_m};
   map.resolution_m = message.resolution_m;

@@ -96,6 +96,7 @@ void KeyScanGrid::begin_anew(const std::vector<KeyScan>& keys, Change change) {
     for (const KeyScan& key : keys) anew_->keys.push_back(place(key));
     return;
   }
+  anew_->grid.be_part_of(grid_);
   for (const auto* boxes : {&change.touched, &change.left, &left_}) {
     for (const OccupancyGrid::TileBox& box : *boxes) OccupancyGrid::add(box, anew_->tiles);
   }

@@ -1,5 +1,6 @@
 #include "slam/scan_preparation.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace marco::slam {
@@ -61,13 +62,14 @@ PreparedScan prepare_scan(const LaserScan& scan,
   const double beam_period_s =
       prepared.beams > 1 ? info.scan_duration_s / (prepared.beams - 1) : 0.0;
   const Eigen::Matrix2d turn = robot_from_sensor.linear().topLeftCorner<2, 2>();
+  const double range_max_m = std::min(info.range_max_m, kFarthestReturnM);
   Directions directions(scan);
   Eigen::Index used = 0;
   for (std::size_t beam = 0; beam < scan.size(); ++beam) {
     const Eigen::Vector2d direction = directions.of(beam);
     const double range_m = static_cast<double>(scan.ranges_m[beam]);
     // Written so that NaN fails too.
-    if (!(range_m > 0.0 && range_m >= info.range_min_m && range_m < info.range_max_m)) continue;
+    if (!(range_m > 0.0 && range_m >= info.range_min_m && range_m < range_max_m)) continue;
     const Eigen::Vector2d hit_in_robot = turn * (range_m * direction) + prepared.sensor_in_robot;
     const double time_s = scan.time_offsets_s.empty()
                               ? beam_period_s * static_cast<double>(beam)

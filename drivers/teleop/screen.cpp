@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -141,6 +142,21 @@ void add_wrapped(const std::string& text, int columns, std::vector<std::string>&
   }
 }
 
+// Whether a picture of all tiles and this one would take more cells than any map of ours has.
+bool too_large(const std::map<std::pair<double, double>, GridMap>& tiles, const GridMap& tile) {
+  constexpr double kMostCells = 1e8;
+  Bounds bounds;
+  const auto add = [&bounds](const GridMap& one) {
+    bounds.add(one.origin_m.x(), one.origin_m.y());
+    bounds.add(one.origin_m.x() + one.resolution_m * one.width_cells,
+               one.origin_m.y() + one.resolution_m * one.height_cells);
+  };
+  add(tile);
+  for (const auto& [origin, one] : tiles) add(one);
+  return (bounds.x1 - bounds.x0) * (bounds.y1 - bounds.y0) >
+         kMostCells * tile.resolution_m * tile.resolution_m;
+}
+
 }  // namespace
 
 void RobotView::add_tile(GridMap tile, int64_t revision) {
@@ -148,9 +164,18 @@ void RobotView::add_tile(GridMap tile, int64_t revision) {
   if (!map_tiles.empty()) {
     const GridMap& old = map_tiles.begin()->second;
     const Eigen::Vector2d shift = (tile.origin_m - old.origin_m) / (256.0 * tile.resolution_m);
-    const bool same_raster = (shift - shift.array().round().matrix()).norm() < 1e-6;
+    const bool same_raster = tile.resolution_m == old.resolution_m &&
+                             (shift - shift.array().round().matrix()).norm() < 1e-6;
     if (!same_raster) map_tiles.clear();
   }
+  constexpr int kMostFarTiles = 2;
+  if (too_large(map_tiles, tile)) {
+    if (map_tiles.empty() || ++far_tiles <= kMostFarTiles) {
+      throw std::invalid_argument("grid_map_t: a tile too far from the others");
+    }
+    map_tiles.clear();
+  }
+  far_tiles = 0;
   map_revision = revision;
   const std::pair<double, double> origin{tile.origin_m.x(), tile.origin_m.y()};
   map_tiles[origin] = std::move(tile);

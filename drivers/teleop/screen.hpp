@@ -19,11 +19,14 @@ struct RobotView {
   std::optional<PanTiltState> head;
   std::map<std::pair<double, double>, GridMap> map_tiles;  ///< by origin
   int64_t map_revision = -1;
+  int far_tiles = 0;  ///< in a row, that were refused
   double speed_factor = 1.0;
   std::string gamepad_trouble;  ///< why it is not obeyed
   std::string notice;  ///< why something is not heard; "" = all is
 
-  /// A newer revision's first tile drops the older's tiles that it covers.
+  /// A tile of another raster than the others' begins a new map.
+  /// @throws std::invalid_argument for one so far from the others that no map is so large; the
+  /// third in a row begins a new map, since then it is the others that were stray.
   void add_tile(GridMap tile, int64_t revision);
 };
 

@@ -47,7 +47,7 @@ void Mapping3dAdapter::subscribe() {
   });
   bus_.subscribe<sensor_info_t>(channels::kSensorInfo, drops_, [this](const auto& message, auto&) {
     const SensorInfo info = from_message(message);
-    sensors_[info.channel] = info;
+    require(note_sensor(sensors_, info), kTooManySensors);
   });
   bus_.subscribe<pantilt_state_t>(channels::kPanTiltState, drops_,
                                   [this](const auto& message, auto&) {
@@ -59,6 +59,8 @@ void Mapping3dAdapter::subscribe() {
   bus_.subscribe<slam_pose_t>(channels::kSlamPose, drops_, [this](const auto& pose, auto&) {
     const Pose2 world_from_robot{pose.x_m, pose.y_m, normalize_angle(pose.theta_rad)};
     require(is_finite(world_from_robot), "slam_pose_t: pose is not finite");
+    // A pose in no map: what is seen from there would be laid over what is.
+    require(pose.status != slam_pose_t::STATUS_LOST, "slam_pose_t: SLAM does not know its place");
     poses_[stamp_of(pose.utime)] = world_from_robot;
     use_waiting();
   });

@@ -37,6 +37,8 @@ void OccupancyGrid::clear() {
   tiles_.clear();
   last_key_.reset();
   scan_ = 0;
+  cells_.reset();
+  too_large_m_.reset();
 }
 
 OccupancyGrid::Cell* OccupancyGrid::cell_at(int x_cell, int y_cell) {
@@ -109,6 +111,7 @@ void OccupancyGrid::replace(const Tiles& tiles, OccupancyGrid other) {
     tiles_[key] = std::move(anew->second);
   }
   scan_ = std::max(scan_, 1U);
+  cells_ = other.cells_;
 }
 
 const OccupancyGrid::Cell* OccupancyGrid::find_cell(int x_cell, int y_cell) const {
@@ -124,19 +127,45 @@ void OccupancyGrid::insert(const Points2& hits_in_world, const Eigen::Vector2d& 
   draw(hits_in_world, sensor_in_world);
 }
 
+bool OccupancyGrid::make_room(const Eigen::Vector2d& at_cells) {
+  const Eigen::Array2d cell = at_cells.array().floor();
+  if (cells_ && cell.x() >= cells_->min.x() && cell.x() <= cells_->max.x() &&
+      cell.y() >= cells_->min.y() && cell.y() <= cells_->max.y()) {
+    return true;
+  }
+  Eigen::Array2d min = cell, max = cell;
+  if (cells_) {
+    min = min.min(cells_->min.cast<double>());
+    max = max.max(cells_->max.cast<double>());
+  }
+  const Eigen::Array2d size = max - min + 1.0;
+  constexpr double kFarthestCell = 1e9;
+  if (size.prod() > static_cast<double>(kMostCells) ||
+      size.maxCoeff() > static_cast<double>(kLongestSide) || (cell.abs() > kFarthestCell).any()) {
+    const Eigen::Vector2d size_m = options_.resolution_m * size.matrix();
+    too_large_m_ = too_large_m_ ? too_large_m_->cwiseMax(size_m) : size_m;
+    return false;
+  }
+  cells_ = TileBox{min.cast<int>(), max.cast<int>()};
+  return true;
+}
+
 void OccupancyGrid::draw(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world) {
-  ++scan_;
   const double scale = 1.0 / options_.resolution_m;
+  const Eigen::Vector2d from = sensor_in_world * scale;
+  if (!make_room(from)) return;
+  ++scan_;
   for (Eigen::Index i = 0; i < hits_in_world.cols(); ++i) {
     const Eigen::Vector2d hit = hits_in_world.col(i) * scale;
+    if (!make_room(hit)) continue;
     Cell* cell =
         cell_at(static_cast<int>(std::floor(hit.x())), static_cast<int>(std::floor(hit.y())));
     if (cell == nullptr || cell->last_scan == scan_) continue;
     cell->last_scan = scan_;
     cell->log_odds = std::min(cell->log_odds + hit_log_odds_, max_log_odds_);
   }
-  const Eigen::Vector2d from = sensor_in_world * scale;
   for (Eigen::Index i = 0; i < hits_in_world.cols(); ++i) {
+    if (!make_room(hits_in_world.col(i) * scale)) continue;
     const Eigen::Vector2d beam_m = hits_in_world.col(i) - sensor_in_world;
     const double part = std::min(1.0, options_.max_free_range_m / std::max(beam_m.norm(), 1e-9));
     clear_along(from, (sensor_in_world + part * beam_m) * scale);

@@ -39,9 +39,13 @@ struct OccupancyGridOptions {
 /// Occupied, free and unknown space, cell by cell, as log-odds (Moravec & Elfes; Thrun, Burgard,
 /// Fox, Probabilistic Robotics, table 9.1). What differs: each scan counts at most once a cell, and
 /// where a scan both hits a cell and passes through it, it is a hit. Grows in tiles as it is fed.
-/// A part of it can be made anew: tiles. Not thread-safe. Limit: +-10^8 cells from the origin.
+/// A part of it can be made anew: tiles. Not thread-safe. Limit: kMostCells in the box about all it
+/// knows, and its sides; what would make that larger is left out.
 class OccupancyGrid {
  public:
+  static constexpr int64_t kMostCells = 64'000'000;  ///< 400 x 400 m of 5 cm
+  static constexpr int64_t kLongestSide = 100'000;   ///< 5 km of 5 cm
+
   explicit OccupancyGrid(const OccupancyGridOptions& options = {});
   ~OccupancyGrid();
   OccupancyGrid(OccupancyGrid&&) noexcept;
@@ -62,6 +66,8 @@ class OccupancyGrid {
   TileBox box_of(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world) const;
   static void add(const TileBox& box, Tiles& tiles);
   static bool touches(const TileBox& box, const Tiles& tiles);
+  /// Before insert_in(): this grid is for tiles of `whole`, whose limits hold.
+  void be_part_of(const OccupancyGrid& whole) { cells_ = whole.cells_; }
   /// As insert(), in these tiles alone.
   void insert_in(const Tiles& tiles,
                  const Points2& hits_in_world,
@@ -71,6 +77,8 @@ class OccupancyGrid {
 
   void clear();
   bool empty() const { return tiles_.empty(); }
+  /// How large the map would be with what was left out [m]; nothing when all of it is in the map.
+  std::optional<Eigen::Vector2d> too_large_m() const { return too_large_m_; }
 
   /// 0.5 where nothing is known.
   double probability(const Eigen::Vector2d& point_in_world) const;
@@ -92,6 +100,8 @@ class OccupancyGrid {
   /// nullptr where nothing is to be drawn now.
   Cell* cell_at(int x_cell, int y_cell);
   void draw(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world);
+  /// Whether the point is within the box, or the box could be made larger.
+  bool make_room(const Eigen::Vector2d& at_cells);
   int tile_of(double coordinate_m) const;
   const Cell* find_cell(int x_cell, int y_cell) const;
   void clear_along(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
@@ -102,6 +112,8 @@ class OccupancyGrid {
   float min_log_odds_;
   float max_log_odds_;
   uint32_t scan_ = 0;
+  std::optional<TileBox> cells_;  ///< the box about all that was drawn, in cells
+  std::optional<Eigen::Vector2d> too_large_m_;
   std::unordered_map<uint64_t, std::unique_ptr<Tile>> tiles_;
   std::optional<uint64_t> last_key_;  ///< of `last_tile_`
   Tile* last_tile_ = nullptr;         ///< beams stay in a tile for many cells

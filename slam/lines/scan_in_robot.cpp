@@ -10,7 +10,7 @@ namespace {
 
 bool is_return(double range_m, const SensorInfo& info) {
   return std::isfinite(range_m) && range_m > 0.0 && range_m > info.range_min_m &&
-         range_m < info.range_max_m;
+         range_m < std::min(info.range_max_m, kFarthestReturnM);
 }
 
 double mean_step_rad(const LaserScan& scan) {

@@ -21,7 +21,6 @@ std::optional<GridMap> join_tiles(const std::map<std::pair<double, double>, Grid
   all.occupancy.assign(static_cast<std::size_t>(all.width_cells) * all.height_cells,
                        GridMap::kUnknown);
   for (const auto& [origin, tile] : tiles) {
-    if (tile.resolution_m != all.resolution_m) continue;
     const Eigen::Vector2d at = ((tile.origin_m - min_m) / all.resolution_m).array().round();
     for (int y = 0; y < tile.height_cells; ++y) {
       const auto row = tile.occupancy.begin() + std::ptrdiff_t{y} * tile.width_cells;

@@ -11,6 +11,7 @@ namespace marco::watch {
 /// The map as it grows: tiles, the way so far, the robot. Without clock, network and files.
 class LiveMap {
  public:
+  /// @throws std::invalid_argument as RobotView::add_tile.
   void add_tile(GridMap tile, int64_t revision) { view_.add_tile(std::move(tile), revision); }
   /// SLAM's pose of the robot; the way is made of those.
   void add_pose(Utime utime, const Pose2& world_from_robot);
@@ -26,8 +27,7 @@ class LiveMap {
   Trajectory way_;
 };
 
-/// All tiles in one grid. @returns nothing for none. Tiles of other resolutions than the first are
-/// left out.
+/// All tiles, of one resolution, in one grid. @returns nothing for none.
 std::optional<GridMap> join_tiles(const std::map<std::pair<double, double>, GridMap>& tiles);
 
 }  // namespace marco::watch

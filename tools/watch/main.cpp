@@ -12,6 +12,7 @@
 #include "drivers/transport/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "lcmtypes/finite_pose.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "marco/trajectory_t.hpp"
@@ -48,9 +49,9 @@ void listen(process::LcmBus& bus, process::DropCounter& drops, watch::LiveMap& m
                             });
   bus.subscribe<slam_pose_t>(channels::kSlamPose, drops,
                              [&map](const slam_pose_t& message, const auto&) {
-                               const Pose2 pose{message.x_m, message.y_m, message.theta_rad};
-                               if (is_finite(pose))
-                                 map.add_pose(Utime::from_us(message.utime), pose);
+                               map.add_pose(Utime::from_us(message.utime),
+                                            finite_pose(message.x_m, message.y_m, message.theta_rad,
+                                                        "slam_pose_t: pose is no place"));
                              });
   bus.subscribe<trajectory_t>(channels::kTrajectory, drops,
                               [&map](const trajectory_t& message, const auto&) {

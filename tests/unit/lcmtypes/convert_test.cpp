@@ -1,11 +1,14 @@
 #include "lcmtypes/convert.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
+#include <cmath>
+#include <functional>
 #include <limits>
 
 #include "lcmtypes/channels.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {
@@ -70,6 +73,34 @@ TEST(Convert, RefusesAMessageThatContradictsItself) {
   grid_map_t grid{};
   grid.width_cells = 3;
   EXPECT_THROW(from_message(grid), std::invalid_argument);
+}
+
+TEST(Convert, RefusesMountsBeyondAnyRobot) {
+  const auto said = [](const std::function<void(sensor_info_t&)>& spoil) {
+    sensor_info_t info = to_message(SensorInfo{});
+    spoil(info);
+    return testing::complaint([&] { from_message(info); });
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(said([](sensor_info_t& info) { info.parent_from_sensor_m[1] = -19.0; }), "");
+  for (const double far : {21.0, 1e4, 1e300, nan}) {
+    EXPECT_THAT(said([far](sensor_info_t& info) { info.parent_from_sensor_m[0] = far; }),
+                ::testing::HasSubstr("more than 20 m from its robot"));
+    EXPECT_THAT(said([far](sensor_info_t& info) { info.tilt_axis_m[2] = far; }),
+                ::testing::HasSubstr("more than 20 m from its pan axis"));
+  }
+}
+
+TEST(Convert, RefusesGridsThatNoMapIsMadeOf) {
+  for (const double wrong : {0.0, -0.05, 1e-300, 1e300, std::nan("")}) {
+    grid_map_t grid{};
+    grid.resolution_m = wrong;
+    EXPECT_THAT(testing::complaint([&] { from_message(grid); }),
+                ::testing::HasSubstr("between 1 mm and 100 m"));
+    grid.resolution_m = 0.05;
+    grid.origin_x_m = wrong == 1e300 ? 1e300 : std::nan("");
+    EXPECT_THAT(testing::complaint([&] { from_message(grid); }), ::testing::HasSubstr("1000 km"));
+  }
 }
 
 TEST(Convert, AGridTravelsInTilesAndKeepsItsPlace) {

@@ -59,6 +59,7 @@ class Mapping3dOverABus : public ::testing::Test {
   void pose(int number) {
     slam_pose_t pose{};
     pose.utime = kStepUs * number;
+    pose.status = status_;
     bus_.publish(channels::kSlamPose, pose);
     bus_.deliver_published();
   }
@@ -71,6 +72,7 @@ class Mapping3dOverABus : public ::testing::Test {
     bus_.deliver_published();
   }
 
+  int8_t status_ = slam_pose_t::STATUS_MATCHED;
   process::BatchBus bus_;
   process::DropCounter drops_;
   std::vector<mesh_t> tiles_;
@@ -92,6 +94,15 @@ TEST_F(Mapping3dOverABus, ASweepBecomesASceneAndTheModelIsTheWall) {
   int triangles = 0;
   for (const mesh_t& tile : tiles_) triangles += tile.num_triangles;
   EXPECT_EQ(static_cast<std::size_t>(triangles), model.triangles.size());
+}
+
+// Of another session, not found in the map: it would be laid over what is there.
+TEST_F(Mapping3dOverABus, WhatIsSeenFromAnUnknownPlaceIsNoScene) {
+  status_ = slam_pose_t::STATUS_LOST;
+  for (int i = 0; i < 31; ++i) row(i, -15.0 + i);
+  adapter_.finish();
+  EXPECT_TRUE(adapter_.mapper().scenes().empty());
+  EXPECT_EQ(adapter_.drops().by_cause().at("slam_pose_t: SLAM does not know its place"), 31);
 }
 
 TEST_F(Mapping3dOverABus, RowsWithoutAPoseAreCountedAndTheRestIsUsed) {

@@ -50,5 +50,32 @@ TEST(LiveMap, TheWayIsSlamsAndFollowsItsCorrections) {
   EXPECT_EQ(scene->robots.at(0).world_from_robot.x_m, 0.5);
 }
 
+// Whoever sends it: a grid round both would take 4e12 cells.
+TEST(LiveMap, AStrayTileIsRefusedAndThreeOfThemAreANewMap) {
+  LiveMap map;
+  map.add_tile(tile(0.0, 0.0, 256, 256, 10), 1);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_THROW(map.add_tile(tile(128e4, 0.0, 256, 256, 90), 1), std::invalid_argument);
+    EXPECT_EQ(map.scene()->grid->width_cells, 256);
+  }
+  map.add_tile(tile(128.0, 0.0, 256, 256, 10), 1);
+  EXPECT_EQ(map.scene()->grid->width_cells, 512);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_THROW(map.add_tile(tile(-128e3, 128e3, 256, 256, 90), 1), std::invalid_argument);
+  }
+  map.add_tile(tile(-128e3, 128e3, 256, 256, 90), 1);
+  EXPECT_EQ(map.scene()->grid->origin_m, Eigen::Vector2d(-128e3, 128e3));
+}
+
+TEST(LiveMap, ATileOfAnotherResolutionBeginsANewMap) {
+  LiveMap map;
+  map.add_tile(tile(0.0, 0.0, 256, 256, 10), 1);
+  GridMap finer = tile(0.0, 128.0, 256, 256, 10);
+  finer.resolution_m = 0.25;
+  map.add_tile(finer, 1);
+  EXPECT_EQ(map.scene()->grid->height_cells, 256);
+  EXPECT_EQ(map.scene()->grid->resolution_m, 0.25);
+}
+
 }  // namespace
 }  // namespace marco::watch

@@ -27,6 +27,30 @@ TEST(OccupancyGrid, ABeamClearsItsWayAndMarksItsEnd) {
   EXPECT_EQ(grid.probability({2.5, 1.5}), 0.5);
 }
 
+// A hit a hundred kilometres away must not cost a map of that size.
+TEST(OccupancyGrid, WhatWouldMakeTheMapTooLargeIsLeftOutAndSaid) {
+  OccupancyGrid grid;
+  grid.insert(point(4.5, 0.5), {0.5, 0.5});
+  EXPECT_FALSE(grid.too_large_m().has_value());
+  Points2 hits(2, 3);
+  hits << 1e5, 3.0, 0.5,  //
+      1e5, 0.5, -2e9;
+  grid.insert(hits, {0.5, 0.5});
+  grid.insert(point(1e5 + 1.0, 0.0), {1e5, 0.0});
+  ASSERT_TRUE(grid.too_large_m().has_value());
+  EXPECT_NEAR(grid.too_large_m()->x(), 1e5, 100.0);
+  const GridMap map = grid.to_map();
+  EXPECT_LT(map.width_cells, 100);
+  EXPECT_LT(map.height_cells, 2);
+  EXPECT_GT(grid.probability({3.0, 0.5}), 0.5);
+  EXPECT_EQ(grid.probability({1e5, 1e5}), 0.5);
+  // As wide as it may be, a corridor is drawn.
+  OccupancyGrid corridor;
+  for (int i = 0; i < 20; ++i) corridor.insert(point(100.0 * i + 20.0, 0.5), {100.0 * i, 0.5});
+  EXPECT_FALSE(corridor.too_large_m().has_value());
+  EXPECT_EQ(corridor.to_map().width_cells, 1920 * 20 + 1);
+}
+
 TEST(OccupancyGrid, OneScanCountsOnceACellAndAHitWins) {
   OccupancyGrid grid(coarse());
   Points2 hits(2, 3);

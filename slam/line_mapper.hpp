@@ -99,6 +99,7 @@ class LineMapper {
   /// Of the key scans at their newest poses.
   OccupancyGrid grid() const;
   const std::vector<Loop>& loops() const { return loops_; }
+  const std::vector<KeyScan>& keys() const { return keys_; }
   std::size_t key_count() const { return keys_.size(); }
   int replays() const { return replays_; }  ///< how often the filter was too sure
   int64_t revision() const { return revision_; }

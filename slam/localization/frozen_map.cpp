@@ -65,9 +65,17 @@ SessionFinder::SessionFinder(FrozenMap& map, const LocalizerOptions& options)
 void SessionFinder::restart() {
   finder_.restart();
   estimate_ = {};
+  began_m_.reset();
 }
 
 std::optional<FoundPlace> SessionFinder::look(const std::vector<KeyScan>& session) {
+  // A look costs as much as a hundred scans; in a strange building all would be in vain.
+  constexpr double kEagerM = 15.0, kSeldomM = 2.0;
+  const double path_m = session.back().path_m;
+  if (!began_m_) began_m_ = path_m;
+  const bool is_eager = path_m - *began_m_ <= kEagerM || finder_.has_leader();
+  if (!is_eager && path_m - looked_m_ < kSeldomM) return std::nullopt;
+  looked_m_ = path_m;
   estimate_ = finder_.look(session);
   if (estimate_.status != PlaceEstimate::Status::localized) return std::nullopt;
   const KeyScan& newest = session.back();

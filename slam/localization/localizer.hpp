@@ -84,7 +84,8 @@ class SessionFinder {
   /// @param map  outlives the finder
   SessionFinder(FrozenMap& map, const LocalizerOptions& options);
 
-  /// Call after each new key scan of the session. @returns the newest key scan's place, once.
+  /// Call after each new key scan of the session. Where nothing was found over a long way it looks
+  /// seldom. @returns the newest key scan's place, once.
   std::optional<FoundPlace> look(const std::vector<KeyScan>& session);
   /// What the last look said.
   const PlaceEstimate& estimate() const { return estimate_; }
@@ -95,6 +96,8 @@ class SessionFinder {
   LocalizerOptions options_;
   PlaceFinder finder_;
   PlaceEstimate estimate_;
+  std::optional<double> began_m_;  ///< path when it looked first
+  double looked_m_ = 0.0;          ///< and last
 };
 
 /// When a place was found.

@@ -1,6 +1,8 @@
 #include "slam/localization/mapping_session.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <utility>
 
 #include "slam/key_scan_grid.hpp"
 
@@ -12,7 +14,9 @@ MappingSession::MappingSession(const SlamOptions& slam, const LocalizerOptions& 
 }
 
 void MappingSession::reset(const Pose2& world_from_robot) {
-  revisions_before_ = revision() + 1;
+  SlamState start;
+  start.world_from_robot = world_from_robot;
+  check(start);
   mode_ = Mode::mapping;
   joined_ = false;
   finder_.reset();
@@ -20,12 +24,19 @@ void MappingSession::reset(const Pose2& world_from_robot) {
   localizer_.reset();
   base_ = {};
   findings_.clear();
+  parts_.clear();
+  apart_.clear();
+  session_ = 1;
+  first_own_scan_ = 0;
+  map_from(start);
+}
+
+void MappingSession::map_from(const SlamState& start) {
+  revisions_before_ = revision() + 1;
   session_starts_ = {0};
   slam_ = Slam(slam_options_);
   if (deferred_) slam_.defer_loop_work();
   if (path_every_m_) slam_.keep_short_path(*path_every_m_);
-  SlamState start;
-  start.world_from_robot = world_from_robot;
   slam_.restore(start);
 }
 
@@ -43,23 +54,54 @@ void MappingSession::keep_short_path(double every_m) {
 void MappingSession::extend(SavedMap map) {
   auto frozen = std::make_unique<FrozenMap>(map.slam.keys, localizer_options_, slam_options_);
   reset();
+  first_own_scan_ = map.slam.scans.size();
   mode_ = Mode::extending;
   frozen_ = std::move(frozen);
   finder_.emplace(*frozen_, localizer_options_);
   base_ = std::move(map);
 }
 
-void MappingSession::localize(SavedMap map) {
-  Localizer localizer(std::move(map.slam.keys), localizer_options_, slam_options_);
+Localizer MappingSession::localizer_in(SavedMap map) const {
+  return {std::move(map.slam.keys), localizer_options_, slam_options_};
+}
+
+void MappingSession::localize(Localizer localizer) {
   reset();
   mode_ = Mode::localizing;
   localizer_.emplace(std::move(localizer));
   if (path_every_m_) localizer_->keep_no_path();
 }
 
-void MappingSession::forget_motion() {
-  if (localizer_) localizer_->forget_place();
-  slam_.forget_motion();
+void MappingSession::start_session() {
+  if (localizer_) {
+    localizer_->forget_place();
+  } else if (slam_.keys().empty()) {
+    slam_.forget_motion();
+  } else {
+    end_session();
+    mode_ = Mode::extending;
+    joined_ = false;
+    if (!frozen_) {
+      frozen_ = std::make_unique<FrozenMap>(base_.slam.keys, localizer_options_, slam_options_);
+    }
+    finder_.emplace(*frozen_, localizer_options_);
+    map_from({});
+  }
+  ++session_;
+}
+
+void MappingSession::end_session() {
+  slam_.finish();
+  std::size_t scans = slam_.trajectory().size();
+  const bool is_apart = is_alone();
+  if (is_apart) {
+    if (!slam_.keys().empty()) apart_.push_back({{session_}, saved("")});
+  } else {
+    base_ = saved("");
+    scans -= first_own_scan_;
+    for (const Part& part : parts_) scans -= part.is_apart ? 0 : part.scans;
+  }
+  parts_.push_back({scans, is_apart});
 }
 
 void MappingSession::set_pose(const Pose2& world_from_robot) {
@@ -117,7 +159,46 @@ void MappingSession::join(const FoundPlace& place) {
 }
 
 void MappingSession::finish() {
-  if (!localizer_) slam_.finish();
+  if (localizer_) return;
+  if (session_ == 1 || !is_alone()) {
+    slam_.finish();
+  } else {
+    end_session();
+    // The map is that of the others again.
+    const SavedMap others = std::exchange(base_, {});
+    map_from(others.slam);
+    session_starts_ = others.session_starts;
+    mode_ = Mode::mapping;
+    finder_.reset();
+    frozen_.reset();
+  }
+  group_apart();
+}
+
+void MappingSession::group_apart() {
+  std::vector<Apart> groups;
+  for (std::vector<Apart> left = std::move(apart_); !left.empty();) {
+    std::vector<SavedMap> maps;
+    for (const Apart& one : left) maps.push_back(one.map);
+    std::vector<std::size_t> not_found;
+    Apart group;
+    group.map = left.size() == 1
+                    ? std::move(maps.front())
+                    : merge_maps(std::move(maps), slam_options_, localizer_options_, not_found);
+    std::vector<Apart> others;
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      const bool found = std::find(not_found.begin(), not_found.end(), i) == not_found.end();
+      if (found) {
+        group.sessions.insert(group.sessions.end(), left[i].sessions.begin(),
+                              left[i].sessions.end());
+      } else {
+        others.push_back(std::move(left[i]));
+      }
+    }
+    groups.push_back(std::move(group));
+    left = std::move(others);
+  }
+  apart_ = std::move(groups);
 }
 
 const std::vector<Finding>& MappingSession::findings() const {
@@ -136,10 +217,18 @@ Velocity2 MappingSession::velocity() const {
 std::vector<std::optional<Pose2>> MappingSession::trajectory() const {
   if (localizer_) return localizer_->trajectory();
   std::vector<std::optional<Pose2>> result;
-  const Trajectory all = slam_.trajectory();
-  for (std::size_t i = first_scan(); i < all.size(); ++i) {
-    result.emplace_back(all[i].world_from_robot);
+  const Trajectory map =
+      is_alone() ? trajectory_of(base_.slam.scans, base_.slam.keys) : slam_.trajectory();
+  std::size_t next = first_own_scan_;
+  for (const Part& part : parts_) {
+    for (std::size_t i = 0; i < part.scans; ++i) {
+      result.push_back(part.is_apart ? std::nullopt : std::optional(map[next++].world_from_robot));
+    }
   }
+  const Trajectory now =
+      is_alone() ? slam_.trajectory()
+                 : Trajectory(map.begin() + static_cast<std::ptrdiff_t>(next), map.end());
+  for (const StampedPose2& pose : now) result.emplace_back(pose.world_from_robot);
   return result;
 }
 
@@ -158,11 +247,26 @@ SavedMap MappingSession::saved(const std::string& options) const {
 }
 
 void MappingSession::restore(const SavedMap& map) {
-  require(!map.session_starts.empty(), "a saved map has at least one session");
+  check(map);
   reset();
   slam_.restore(map.slam);
   session_starts_ = map.session_starts;
+  first_own_scan_ = first_scan();
   if (path_every_m_) slam_.keep_short_path(*path_every_m_, first_scan());
+}
+
+std::optional<FoundSession> find_session(FrozenMap& map,
+                                         const std::vector<KeyScan>& keys,
+                                         const LocalizerOptions& options) {
+  SessionFinder finder(map, options);
+  std::vector<KeyScan> session;
+  for (const KeyScan& key : keys) {
+    session.push_back(key);
+    if (const auto place = finder.look(session)) {
+      return FoundSession{*place, static_cast<int>(session.size()) - 1};
+    }
+  }
+  return std::nullopt;
 }
 
 SavedMap merge_maps(std::vector<SavedMap> maps,
@@ -175,20 +279,13 @@ SavedMap merge_maps(std::vector<SavedMap> maps,
   SavedMap merged = {maps.front().options, maps.front().session_starts, {}};
   for (std::size_t i = 1; i < maps.size(); ++i) {
     FrozenMap frozen(slam.keys(), localizer_options, slam_options);
-    SessionFinder finder(frozen, localizer_options);
-    std::vector<KeyScan> session;
-    std::optional<FoundPlace> place;
-    for (const KeyScan& key : maps[i].slam.keys) {
-      session.push_back(key);
-      place = finder.look(session);
-      if (place) break;
-    }
-    if (!place) {
+    const auto found = find_session(frozen, maps[i].slam.keys, localizer_options);
+    if (!found) {
       not_found.push_back(i);
       continue;
     }
     const auto scans_before = static_cast<int64_t>(slam.state().scans.size());
-    slam.join(maps[i].slam, tie_to(frozen, *place, static_cast<int>(session.size()) - 1));
+    slam.join(maps[i].slam, tie_to(frozen, found->place, found->newest_key));
     for (const int64_t start : maps[i].session_starts) {
       merged.session_starts.push_back(scans_before + start);
     }

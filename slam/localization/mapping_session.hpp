@@ -21,8 +21,14 @@ class MappingSession {
   /// Forgets everything, maps anew, and joins `map` when it has found itself in it.
   /// @throws std::invalid_argument for a map that holds nothing to find a place by.
   void extend(SavedMap map);
-  /// Forgets everything and looks for itself in `map`. @throws as extend.
-  void localize(SavedMap map);
+  /// What looks for itself in `map`; changes nothing. @throws as extend.
+  Localizer localizer_in(SavedMap map) const;
+  /// Forgets everything and localizes.
+  void localize(Localizer localizer);
+  /// What follows was recorded at another time, and perhaps elsewhere: it is mapped by itself until
+  /// it is found in the map so far, which it then joins. One that is found nowhere until the next
+  /// one starts, or until finish(), is set apart(). Localizing: the robot is looked for again.
+  void start_session();
 
   SlamUpdate process(const SlamInput& input);
   /// See Slam. Stays so through reset, extend and localize.
@@ -31,11 +37,9 @@ class MappingSession {
   void keep_short_path(double every_m);
   std::optional<LoopWork> take_loop_work() { return slam_.take_loop_work(); }
   bool accept(const LoopWork& work) { return slam_.accept(work); }
-  /// What follows was recorded at another time.
-  void forget_motion();
   /// The robot is here: tracks from this pose when localizing, else maps anew from it.
   void set_pose(const Pose2& world_from_robot);
-  /// See Slam::finish; nothing when localizing.
+  /// See Slam::finish, and start_session(); nothing when localizing.
   void finish();
 
   Mode mode() const { return mode_; }
@@ -49,7 +53,15 @@ class MappingSession {
   /// extending: what the last look for the place said
   const PlaceEstimate* estimate() const;
   Velocity2 velocity() const;
-  /// A pose a scan of this session; when localizing, scans that no place was found for have none.
+  /// Sessions since the last reset or extend that were found nowhere, as maps of their own: those
+  /// found in one another are one.
+  struct Apart {
+    std::vector<int> sessions;  ///< counted from 1 on
+    SavedMap map;
+  };
+  const std::vector<Apart>& apart() const { return apart_; }
+  /// A pose a scan since the last reset or extend; scans of sessions set apart, and when localizing
+  /// those that no place was found for, have none.
   std::vector<std::optional<Pose2>> trajectory() const;
   /// The key scans of what is mapped, or localized in.
   const std::vector<KeyScan>& keys() const;
@@ -67,6 +79,13 @@ class MappingSession {
 
  private:
   void join(const FoundPlace& place);
+  /// Whether the scans are not, or not yet, part of the map that they are to extend.
+  bool is_alone() const { return mode_ == Mode::extending && !joined_; }
+  void begin_search(SavedMap map);
+  void map_from(const SlamState& start);
+  /// The session is part of the map, or set apart.
+  void end_session();
+  void group_apart();
 
   SlamOptions slam_options_;
   LocalizerOptions localizer_options_;
@@ -80,10 +99,29 @@ class MappingSession {
   SavedMap base_;
   bool joined_ = false;
   std::vector<Finding> findings_;
+  // Of sessions before this one:
+  struct Part {
+    std::size_t scans;
+    bool is_apart;
+  };
+  std::vector<Part> parts_;
+  std::vector<Apart> apart_;
+  int session_ = 1;
+  std::size_t first_own_scan_ = 0;  ///< of slam_, or of base_: those before were extended
   std::optional<Localizer> localizer_;
   bool deferred_ = false;
   std::optional<double> path_every_m_;
 };
+
+/// Where a recorded session is in a map.
+struct FoundSession {
+  FoundPlace place;
+  int newest_key = 0;  ///< of the session, when it was found
+};
+/// @param keys  of the session. @returns nothing where it was found nowhere.
+std::optional<FoundSession> find_session(FrozenMap& map,
+                                         const std::vector<KeyScan>& keys,
+                                         const LocalizerOptions& options);
 
 /// The tie of a session to a map: its newest key scan at the place where it was found.
 PoseGraphEdge tie_to(const FrozenMap& map, const FoundPlace& place, int newest_key);

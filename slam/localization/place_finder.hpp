@@ -88,6 +88,8 @@ class PlaceFinder {
 
   /// What follows is another session.
   void restart();
+  /// Whether one place stood out at the last look.
+  bool has_leader() const { return leader_times_ > 0; }
 
  private:
   struct SessionPoints {

@@ -67,8 +67,7 @@ void SlamAdapter::subscribe() {
     }
   });
   bus_.subscribe<sensor_info_t>(channels::kSensorInfo, drops_, [this](const auto& message, auto&) {
-    const SensorInfo info = from_message(message);
-    sensors_[info.channel] = info;
+    require(note_sensor(sensors_, from_message(message)), kTooManySensors);
   });
   bus_.subscribe<odometry_t>(channels::kOdometry, drops_, [this](const auto& message, auto&) {
     const OdometrySample sample = from_message(message);
@@ -93,8 +92,11 @@ void SlamAdapter::subscribe() {
     if (all || request.channel == channels::kTrajectory) publish_trajectory(newest_scan_);
     if (all || request.channel == channels::kGridMap) publish_grid(newest_scan_);
   });
-  bus_.subscribe<slam_command_t>(channels::kSlamCommand, drops_,
-                                 [this](const auto& command, auto&) { on_command(command); });
+  bus_.subscribe<slam_command_t>(
+      channels::kSlamCommand, drops_, [this](const auto& command, auto&) {
+        orders_.take(command, options_.maps_folder,
+                     [this](const SlamOrder& order) { return obey(order); });
+      });
 }
 
 void SlamAdapter::on_imu(const ImuSample& sample) {
@@ -122,6 +124,7 @@ void SlamAdapter::on_scan(LaserScan scan) {
     drops_.count("no SENSOR_INFO for " + scan.channel + " yet");
     return;
   }
+  if (const auto wrong = range_units_.look(scan)) return drops_.count(*wrong);
   if (!one_source_) {
     let_wait(std::move(scan));
     return;
@@ -161,6 +164,7 @@ void SlamAdapter::use_waiting_scans() {
 void SlamAdapter::close_loops_in_background() {
   session_.defer_loop_work();
   if (!loop_worker_) loop_worker_ = std::make_unique<LoopWorker>();
+  orders_.write_in_background();
   keep_short_path();
 }
 
@@ -234,10 +238,20 @@ void SlamAdapter::publish_trajectory(Utime utime) {
 }
 
 void SlamAdapter::publish_grid(Utime utime) {
-  const GridMap map = (loop_worker_ ? grid_.grid() : grid_.update(session_.keys())).to_map();
+  const OccupancyGrid& grid = loop_worker_ ? grid_.grid() : grid_.update(session_.keys());
+  note_size(grid);
+  const GridMap map = grid.to_map();
   for (const grid_map_t& tile : to_messages(map, utime, session_.revision())) {
     bus_.publish(channels::kGridMap, tile);
   }
+}
+
+void SlamAdapter::note_size(const OccupancyGrid& grid) {
+  if (!grid.too_large_m() || std::exchange(too_large_, true)) return;
+  char text[120];
+  std::snprintf(text, sizeof text, "the map would be %.0f x %.0f m: what is far off is not drawn",
+                grid.too_large_m()->x(), grid.too_large_m()->y());
+  drops_.count(text);
 }
 
 void SlamAdapter::use_all_waiting() {
@@ -253,7 +267,7 @@ void SlamAdapter::start_session() {
   use_all_waiting();
   motion_ = MotionBuffers{};
   sensors_.clear();
-  session_.forget_motion();
+  session_.start_session();
 }
 
 void SlamAdapter::finish() {
@@ -263,6 +277,7 @@ void SlamAdapter::finish() {
   }
   loop_worker_.reset();
   session_.finish();
+  orders_.wait();
   if (scan_count_ == 0) return;
   publish_trajectory(newest_scan_);
   publish_grid(newest_scan_);

@@ -1,13 +1,12 @@
 #pragma once
 
 #include <deque>
+#include <filesystem>
 #include <functional>
-#include <future>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "common/pose_buffer.hpp"
@@ -18,10 +17,13 @@
 #include "marco/slam_command_t.hpp"
 #include "slam/key_scan_grid.hpp"
 #include "slam/localization/mapping_session.hpp"
+#include "slam/process/background_job.hpp"
 #include "slam/process/checkpoint.hpp"
 #include "slam/process/loop_worker.hpp"
 #include "slam/process/one_source.hpp"
+#include "slam/process/slam_order.hpp"
 #include "slam/process/used_scan.hpp"
+#include "slam/range_units.hpp"
 
 namespace marco::slam {
 
@@ -81,8 +83,8 @@ class SlamAdapter {
               const SlamAdapterOptions& options,
               std::function<void(const std::string&)> warn = {});
 
-  /// What follows was recorded at another time: it goes on where the robot was left, and nothing is
-  /// concluded from the step between both recordings' odometry or clocks.
+  /// See MappingSession. Nothing is concluded from the step between both recordings' odometry or
+  /// clocks.
   void start_session();
 
   /// See above. Not to be undone. Keeps a short path from here on.
@@ -100,7 +102,7 @@ class SlamAdapter {
   /// nothing.
   /// @throws std::invalid_argument for a map that holds nothing to find a place by.
   void extend(SavedMap map) { session_.extend(std::move(map)); }
-  void localize(SavedMap map) { session_.localize(std::move(map)); }
+  void localize(SavedMap map) { session_.localize(session_.localizer_in(std::move(map))); }
   /// Scans are passed by until resumed.
   void pause() { paused_ = true; }
 
@@ -112,8 +114,9 @@ class SlamAdapter {
 
   const MappingSession& session() const { return session_; }
   const Slam& slam() const { return session_.slam(); }
-  /// What became of the last SLAM_COMMAND, for a person; each is told once.
-  std::string take_answer() { return std::exchange(answer_, {}); }
+  /// What became of the oldest SLAM_COMMAND not told of yet, for a person; "" = nothing new. Live,
+  /// a SAVE is told of when the map is written.
+  std::string take_answer() { return orders_.take_answer(); }
   /// One line for a person: what it is doing.
   std::string state_line() const;
   const process::DropCounter& drops() const { return drops_; }
@@ -146,17 +149,21 @@ class SlamAdapter {
   void publish(const LaserScan& scan, const SlamUpdate& update);
   void publish_trajectory(Utime utime);
   void publish_grid(Utime utime);
-  void on_command(const slam_command_t& command);
-  std::string obey(const slam_command_t& command);
+  /// Says once that a part of the map is left out.
+  void note_size(const OccupancyGrid& grid);
+  std::string obey(const SlamOrder& order);
+  std::string save(const std::filesystem::path& folder);
   void save_checkpoint_now_and_then(Utime utime);
   void note_checkpoint(bool written);
 
   process::Bus& bus_;
   SlamAdapterOptions options_;
   process::DropCounter drops_;
+  SlamOrders orders_{drops_};
   MappingSession session_;
   KeyScanGrid grid_;  ///< as last published
   std::map<std::string, SensorInfo> sensors_;
+  RangeUnits range_units_;
   MotionBuffers motion_;
   std::optional<std::map<std::string, OneSource>> one_source_;  ///< by channel
   std::deque<LaserScan> waiting_;
@@ -170,10 +177,10 @@ class SlamAdapter {
   bool path_is_short_ = false;
   bool odometry_is_parted_ = false;  ///< it began anew, and no scan has been used since
   bool paused_ = false;
+  bool too_large_ = false;  ///< as said by note_size()
   bool resumed_ = false;
-  std::string answer_;
   std::optional<Utime> checkpoint_saved_;
-  std::future<bool> checkpoint_;             ///< live: being written; its end waits for it
+  BackgroundJob checkpoint_;                 ///< live
   std::unique_ptr<LoopWorker> loop_worker_;  ///< nullptr: each scan waits for its loops
   Utime loop_work_asked_;
   bool loop_work_is_late_ = false;

@@ -1,5 +1,4 @@
 // What a SlamAdapter does beside scans: orders, and its own survival.
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -22,63 +21,55 @@ bool save_quietly(const std::string& path, const AdapterState& state) {
 
 }  // namespace
 
-std::string SlamAdapter::obey(const slam_command_t& command) {
-  switch (command.command) {
-    case slam_command_t::SAVE: {
-      const auto folder = folder_below(options_.maps_folder, command.folder);
-      require(session_.mode() != MappingSession::Mode::localizing,
-              "SAVE: a map that is localized in is not changed");
-      save_map_folder(folder, session_, process::print_options(options_.slam));
-      return "SAVE " + folder.string() + ": saved " + std::to_string(slam().key_count()) +
-             " key scans";
-    }
+std::string SlamAdapter::save(const std::filesystem::path& folder) {
+  require(session_.mode() != MappingSession::Mode::localizing,
+          "SAVE: a map that is localized in is not changed");
+  return orders_.write([folder, map = session_.saved(process::print_options(options_.slam)),
+                        drawing = options_.slam.grid] {
+    save_map_folder(folder, map, drawing);
+    return "SAVE " + folder.string() + ": saved " + std::to_string(map.slam.keys.size()) +
+           " key scans";
+  });
+}
+
+std::string SlamAdapter::obey(const SlamOrder& order) {
+  switch (order.command) {
+    case slam_command_t::SAVE:
+      return save(order.folder);
     case slam_command_t::RESET:
+      hear_lasers_anew();
       session_.reset();
       return "RESET: maps anew";
-    case slam_command_t::SET_POSE: {
-      const Pose2 pose{command.x_m, command.y_m, normalize_angle(command.theta_rad)};
-      require(is_finite(pose), "SET_POSE: pose is not finite");
-      session_.set_pose(pose);
+    case slam_command_t::SET_POSE:
+      hear_lasers_anew();
+      session_.set_pose(order.world_from_robot);
       return session_.localizer() != nullptr ? "SET_POSE: tracks from there"
                                              : "SET_POSE: maps anew from there";
-    }
     case slam_command_t::LOCALIZE: {
-      const auto folder = folder_below(options_.maps_folder, command.folder);
-      session_.localize(load_map_folder(folder));
-      return "LOCALIZE " + folder.string() + ": looks for itself in " +
+      Localizer localizer = session_.localizer_in(load_map_folder(order.folder));
+      hear_lasers_anew();
+      session_.localize(std::move(localizer));
+      return "LOCALIZE " + order.folder.string() + ": looks for itself in " +
              std::to_string(session_.keys().size()) + " key scans";
     }
     case slam_command_t::PAUSE:
+      hear_lasers_anew();
       paused_ = true;
       return "PAUSE: scans are passed by";
-    case slam_command_t::RESUME:
+    default:  // RESUME: check_order() lets no other through
+      hear_lasers_anew();
       paused_ = false;
       return "RESUME: goes on";
-    default:
-      throw std::invalid_argument("slam_command_t: not a command");
   }
 }
 
+// Meanwhile the robot may have been carried: its next scan need not look like the last one.
 void SlamAdapter::hear_lasers_anew() {
   if (!one_source_) return;
   for (auto& [channel, source] : *one_source_) {
     for (LaserScan& scan : source.rest()) let_wait(std::move(scan));
   }
   one_source_->clear();
-}
-
-void SlamAdapter::on_command(const slam_command_t& command) {
-  try {
-    // Meanwhile the robot may have been carried: its next scan need not look like the last one.
-    if (command.command != slam_command_t::SAVE) hear_lasers_anew();
-    answer_ = obey(command);
-  } catch (const std::invalid_argument& refused) {
-    answer_ = std::string("refused: ") + refused.what();
-    drops_.count("slam_command_t: refused");
-  } catch (const std::exception& failed) {  // a full disk must not end the mapping
-    answer_ = std::string("failed: ") + failed.what();
-    drops_.count("slam_command_t: failed");
-  }
 }
 
 std::string SlamAdapter::state_line() const {
@@ -138,14 +129,10 @@ void SlamAdapter::save_checkpoint_now_and_then(Utime utime) {
     return;
   }
   // Live no scan waits for a disk; one that is still at work gets the next one later.
-  if (checkpoint_.valid() &&
-      checkpoint_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-    return;
-  }
-  if (checkpoint_.valid()) note_checkpoint(checkpoint_.get());
-  checkpoint_ = std::async(std::launch::async, [path = options_.checkpoint_path, now = state()] {
-    yield_to_scans();
-    return save_quietly(path, now);
+  if (checkpoint_.busy()) return;
+  note_checkpoint(checkpoint_.take_answer().empty());
+  checkpoint_.start([path = options_.checkpoint_path, now = state()]() -> std::string {
+    return save_quietly(path, now) ? "" : "not written";
   });
 }
 

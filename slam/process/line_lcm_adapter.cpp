@@ -7,7 +7,6 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/map_request_t.hpp"
-#include "marco/slam_command_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "slam/odometry_restart.hpp"
 #include "slam/process/line_journal.hpp"
@@ -52,11 +51,10 @@ LineLcmAdapter::LineLcmAdapter(const LineProcessOptions& options,
 
 void LineLcmAdapter::subscribe() {
   using process::RawMessage;
-  bus_.subscribe<sensor_info_t>(channels::kSensorInfo, drops_,
-                                [this](const sensor_info_t& message, const RawMessage&) {
-                                  const SensorInfo info = from_message(message);
-                                  sensors_[info.channel] = info;
-                                });
+  bus_.subscribe<sensor_info_t>(
+      channels::kSensorInfo, drops_, [this](const sensor_info_t& message, const RawMessage&) {
+        require(note_sensor(sensors_, from_message(message)), kTooManySensors);
+      });
   bus_.subscribe<odometry_t>(channels::kOdometry, drops_,
                              [this](const odometry_t& message, const RawMessage&) {
                                const OdometrySample sample = from_message(message);
@@ -83,7 +81,8 @@ void LineLcmAdapter::subscribe() {
   }
   bus_.subscribe<slam_command_t>(
       channels::kSlamCommand, drops_, [this](const slam_command_t& message, const RawMessage&) {
-        on_command(message.command, message.folder, {message.x_m, message.y_m, message.theta_rad});
+        orders_.take(message, options_.save_folder,
+                     [this](const SlamOrder& order) { return obey(order); });
       });
   bus_.subscribe<map_request_t>(
       channels::kMapRequest, drops_, [this](const map_request_t& message, const RawMessage&) {
@@ -97,6 +96,7 @@ void LineLcmAdapter::on_scan(LaserScan scan) {
   if (paused_) return drops_.count("paused");
   require(scan.size() >= 2, "scan has fewer than two beams");
   if (!sensors_.contains(scan.channel)) return drops_.count("no SENSOR_INFO for " + scan.channel);
+  if (const auto wrong = range_units_.look(scan)) return drops_.count(*wrong);
   if (!one_source_) return let_wait(std::move(scan));
   for (LaserScan& own : take_own(*one_source_, std::move(scan), drops_)) let_wait(std::move(own));
 }
@@ -269,11 +269,12 @@ void LineLcmAdapter::start_session() {
 void LineLcmAdapter::finish() {
   hear_lasers_anew();
   take_waiting(Patience::is_over);
+  orders_.wait();
   if (!last_scan_) return;
   mapper_.finish();
   publish_map();
   publish_trajectory(*last_scan_);
-  if (!options_.checkpoint_path.empty()) save(options_.checkpoint_path);
+  if (!options_.checkpoint_path.empty()) save_checkpoint(options_.checkpoint_path, checkpoint());
   if (journal_.is_open()) journal_.flush();
 }
 

@@ -14,7 +14,9 @@
 #include "slam/process/line_checkpoint.hpp"
 #include "slam/process/line_process_options.hpp"
 #include "slam/process/one_source.hpp"
+#include "slam/process/slam_order.hpp"
 #include "slam/process/used_scan.hpp"
+#include "slam/range_units.hpp"
 
 namespace marco::slam {
 
@@ -35,7 +37,7 @@ class LineLcmAdapter {
                  process::Bus& bus,
                  std::function<void(const std::string&)> warn = {});
 
-  /// What follows was recorded at another time: it goes on where the robot was left, and nothing is
+  /// What follows was recorded at another time: it must go on where the robot was left; nothing is
   /// concluded from the step between both recordings' odometry or clocks.
   void start_session();
 
@@ -45,12 +47,16 @@ class LineLcmAdapter {
 
   /// Live: only the scans of one laser are used; see OneSource.
   void keep_to_one_laser() { one_source_.emplace(); }
+  /// Live: no scan waits for a map that SLAM_COMMAND asks for.
+  void save_in_background() { orders_.write_in_background(); }
 
   /// Keeps every scan's points, for pictures and for judging held-out scans. Memory grows with the
   /// log.
   void keep_scans() { keep_scans_ = true; }
 
   const process::DropCounter& drops() const { return drops_; }
+  /// See SlamOrders.
+  std::string take_answer() { return orders_.take_answer(); }
   int64_t scans_used() const { return scans_used_; }
   int64_t scans_guessed() const { return scans_guessed_; }  ///< without odometry
   bool resumed() const { return resumed_; }
@@ -71,7 +77,7 @@ class LineLcmAdapter {
   void let_wait(LaserScan scan);
   /// What OneSource still holds is used; the laser that is heard next is the channel's.
   void hear_lasers_anew();
-  void on_command(int8_t command, const std::string& folder, const Pose2& pose);
+  std::string obey(const SlamOrder& order);
   void take_waiting(Patience patience);
   void forget_odometry();
   bool odometry_covers(const LaserScan& scan) const;
@@ -83,18 +89,20 @@ class LineLcmAdapter {
   void publish_trajectory(Utime utime);
   void keep(Utime utime, bool level, bool held_out, const LineSlamUpdate& update);
   void after_scan(Utime utime);
-  void save(const std::string& path);
+  LineCheckpoint checkpoint();
   void try_to_save(const std::string& path);
   void reset(const Pose2& world_from_robot);
 
   LineProcessOptions options_;
   process::Bus& bus_;
   process::DropCounter drops_;
+  SlamOrders orders_{drops_};
   LineMapper mapper_;
   PoseBuffer odometry_;
   std::optional<OneSource> one_source_;
   std::deque<LaserScan> waiting_;
   std::map<std::string, SensorInfo> sensors_;
+  RangeUnits range_units_;
   std::deque<PanTiltState> pantilt_;
   std::optional<Pose2> odom_at_last_scan_;
   std::optional<Utime> last_scan_;

@@ -28,6 +28,7 @@ int run(int argc, char** argv) {
   marco::slam::LineLcmAdapter adapter(options, bus,
                                       [](const std::string& line) { spdlog::warn(line); });
   adapter.keep_to_one_laser();
+  adapter.save_in_background();
   marco::process::StatusPublisher status(bus, "marco-line-slam", adapter.drops());
   auto scans = marco::diagnosis::expect_scans(options.lidar_channel, options.lidar_channel);
   scans.types = {options.lidar_channel == marco::channels::kLidarRaw ? "marco.lidar_raw_t"
@@ -39,13 +40,21 @@ int run(int argc, char** argv) {
                                                &adapter.drops()});
   spdlog::info("listening on {}{}", marco::process::effective_lcm_url(arguments.lcm_url),
                adapter.resumed() ? ", goes on from " + options.checkpoint_path : "");
+  const auto answer = [&] {
+    for (std::string said = adapter.take_answer(); !said.empty(); said = adapter.take_answer()) {
+      spdlog::info("{}", said);
+      status.send(said);
+    }
+  };
   while (!marco::process::stop_requested()) {
     bus.handle_once(100);
     marco::diagnosis::log_note(silence.step());
     status.tick(silence.state(std::to_string(adapter.live_trajectory().size()) + " scans, " +
                               std::to_string(adapter.mapper().filter().num_walls()) + " walls"));
+    answer();
   }
   adapter.finish();
+  answer();
   spdlog::info("{} scans used, {} of them without odometry; {}", adapter.scans_used(),
                adapter.scans_guessed(), adapter.drops().summary());
   return 0;

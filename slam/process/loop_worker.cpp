@@ -1,17 +1,11 @@
 #include "slam/process/loop_worker.hpp"
 
-#include <sys/resource.h>
-
 #include <stdexcept>
 #include <utility>
 
-namespace marco::slam {
+#include "slam/process/yield_to_scans.hpp"
 
-void yield_to_scans() {
-  // On Linux this is of the calling thread alone: on one core a scan goes first.
-  constexpr int kNiceness = 10;
-  setpriority(PRIO_PROCESS, 0, kNiceness);
-}
+namespace marco::slam {
 
 LoopWorker::LoopWorker() : thread_([this] { run(); }) {}
 

@@ -10,9 +10,6 @@
 
 namespace marco::slam {
 
-/// The calling thread from here on leaves the processor to the one that takes scans.
-void yield_to_scans();
-
 /// A second thread, of lower priority, that looks for loops and optimizes while the first one goes
 /// on with its scans. One work at a time goes there by value and comes back by value; nothing else
 /// is shared. All members are called by the first thread. The destructor waits for the work.

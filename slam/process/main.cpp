@@ -63,16 +63,20 @@ int main(int argc, char** argv) {
               &slam.drops()});
     spdlog::info("listening on {}{}", process::effective_lcm_url(arguments.lcm_url),
                  slam.resumed() ? ", goes on from " + options.checkpoint_path : "");
+    const auto answer = [&] {
+      for (std::string said = slam.take_answer(); !said.empty(); said = slam.take_answer()) {
+        spdlog::info("{}", said);
+        status.send(said);
+      }
+    };
     while (!process::stop_requested()) {
       bus.handle_once(100);
       diagnosis::log_note(silence.step());
       status.tick(silence.state(slam.state_line()));
-      const std::string answer = slam.take_answer();
-      if (answer.empty()) continue;
-      spdlog::info("{}", answer);
-      status.send(answer);
+      answer();
     }
     slam.finish();
+    answer();
     spdlog::info("{}; loops taken over late: {}", slam.drops().summary(), slam.late_loop_work());
     return 0;
   });

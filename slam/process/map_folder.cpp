@@ -1,10 +1,10 @@
 #include "slam/process/map_folder.hpp"
 
-#include "common/check.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/output_folder.hpp"
 #include "common/files/tum.hpp"
 #include "common/files/whole_file.hpp"
+#include "slam/key_scan_grid.hpp"
 
 namespace marco::slam {
 
@@ -23,31 +23,23 @@ void save_map_file(const std::filesystem::path& folder, const SavedMap& map) {
 }
 
 void write_map_files(const std::filesystem::path& folder,
-                     const MappingSession& session,
-                     const std::string& options,
+                     const SavedMap& map,
+                     const OccupancyGridOptions& drawing,
                      const std::string& picture) {
-  save_map_file(folder, session.saved(options));
-  const GridMap grid = session.grid().to_map();
+  save_map_file(folder, map);
+  const GridMap grid = draw_grid(map.slam.keys, drawing).to_map();
   if (grid.width_cells > 0) files::write_map(folder, grid, picture);
-  files::write_tum(folder / "trajectory.tum", session.slam().trajectory());
+  files::write_tum(folder / "trajectory.tum", trajectory_of(map.slam.scans, map.slam.keys));
 }
 
 void save_map_folder(const std::filesystem::path& folder,
-                     const MappingSession& session,
-                     const std::string& options) {
+                     const SavedMap& map,
+                     const OccupancyGridOptions& drawing) {
   files::OutputFolder results(folder, "slam");
   const std::string before = files::picture_of_map(folder);
   if (!before.empty()) results.keep(folder / before);
-  write_map_files(results.path(), session, options, files::next_picture_name(before));
+  write_map_files(results.path(), map, drawing, files::next_picture_name(before));
   results.commit();
-}
-
-std::filesystem::path folder_below(const std::filesystem::path& allowed, const std::string& named) {
-  const std::filesystem::path folder(named);
-  bool leads_out = folder.is_absolute() || named.empty();
-  for (const auto& part : folder) leads_out = leads_out || part == "..";
-  require(!leads_out, "slam_command_t: folder is not below maps_folder");
-  return allowed / folder;
 }
 
 }  // namespace marco::slam

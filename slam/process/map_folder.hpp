@@ -1,9 +1,9 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 
-#include "slam/localization/mapping_session.hpp"
+#include "slam/grid/occupancy_grid.hpp"
+#include "slam/localization/saved_map.hpp"
 
 namespace marco::slam {
 
@@ -17,19 +17,15 @@ void save_map_file(const std::filesystem::path& folder, const SavedMap& map);
 /// Writes map.marco, the map's picture, map.yaml and trajectory.tum into a folder that exists.
 /// @throws std::runtime_error naming the file.
 void write_map_files(const std::filesystem::path& folder,
-                     const MappingSession& session,
-                     const std::string& options,
+                     const SavedMap& map,
+                     const OccupancyGridOptions& drawing,
                      const std::string& picture = "map.pgm");
 
 /// The same for SAVE, while others may read the folder: it changes as a whole (files::OutputFolder),
 /// its picture is numbered (map_1.pgm ...), and the one before stays for whoever just read the yaml.
 /// @throws std::runtime_error naming the file; then the folder is as it was.
 void save_map_folder(const std::filesystem::path& folder,
-                     const MappingSession& session,
-                     const std::string& options);
-
-/// A folder that a message names, below the one that the config allows.
-/// @throws std::invalid_argument when it is absolute or leads out of it.
-std::filesystem::path folder_below(const std::filesystem::path& allowed, const std::string& named);
+                     const SavedMap& map,
+                     const OccupancyGridOptions& drawing);
 
 }  // namespace marco::slam

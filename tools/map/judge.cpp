@@ -18,13 +18,12 @@ Errors judge_path(const MapJob& job) {
 }
 
 Errors judge_held_out(const MapJob& job, const GridMap& map) {
-  const Trajectory trajectory = job.trajectory();
+  const std::vector<std::optional<Pose2>> poses = job.poses();
   std::vector<slam::PlacedScan> placed;
-  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+  for (std::size_t i = 0; i < poses.size(); ++i) {
     const slam::UsedScan& scan = job.scans()[i];
-    if (!scan.held_out || !scan.level) continue;
-    placed.push_back({trajectory[i].world_from_robot, scan.prepared.hits_in_robot,
-                      scan.prepared.sensor_in_robot});
+    if (!scan.held_out || !scan.level || !poses[i]) continue;
+    placed.push_back({*poses[i], scan.prepared.hits_in_robot, scan.prepared.sensor_in_robot});
   }
   Errors errors;
   if (placed.empty()) return errors;

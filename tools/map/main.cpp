@@ -29,7 +29,9 @@ INPUT is recognised by its content:
     (what a channel means stands in config/foreign.toml; copy and extend it for your robot: --foreign FILE);
   a CARMEN log (FLASER, ROBOTLASER1); a text log of 'Odometry x y theta' and 'Laser n r1 .. rn' lines;
   3D scans, a folder of them or their files (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv).
-Several INPUTs are consecutive sessions of one map; neighbouring files of 3D scans are one.
+Several INPUTs are sessions of one map: each is looked for in the map of those before it. One that is found nowhere,
+as in another building, gets a map of its own in OUT/session_N, and the exit code is 1. Neighbouring files of 3D scans
+are one session.
 
 To record your own robot: publish bot_core.planar_lidar_t on LIDAR and marco.odometry_t on ODOMETRY, one
 marco.sensor_info_t a second on SENSOR_INFO saying where the laser sits, and run lcm-logger. Pictures (bot_core.image_t
@@ -78,9 +80,7 @@ int merge(const Arguments& arguments, MapOptions options) {
   const slam::SavedMap merged =
       slam::merge_maps(std::move(maps), options.slam.slam, options.slam.localizer, not_found);
   const auto results = open_results(arguments.out, arguments.inputs);
-  slam::MappingSession session(options.slam.slam, options.slam.localizer);
-  session.restore(merged);
-  slam::write_map_files(results->path(), session, merged.options);
+  slam::write_map_files(results->path(), merged, options.slam.slam.grid);
   write_sessions(results->path(), merged);
   for (const std::size_t index : not_found) {
     std::fprintf(stderr, "%s: was found nowhere in the maps before it, and is left out\n",
@@ -95,15 +95,29 @@ int merge(const Arguments& arguments, MapOptions options) {
   return not_found.empty() ? 0 : 1;
 }
 
-// What was to be found in a saved map, and was not. That map is not written over.
+// Another building's recording extends no map: nothing is written.
+void require_extended(const Arguments& arguments, const MapJob& job) {
+  if (arguments.extend.empty()) return;
+  require(!job.session()->findings().empty(),
+          arguments.extend + ": the recording was found nowhere in this map, which stays as it is");
+}
+
+// What was to be found in a map, and was not. @returns the exit code
 int judge_finding(const Arguments& arguments, const MapJob& job) {
-  const std::string& folder = arguments.extend.empty() ? arguments.localize : arguments.extend;
-  if (folder.empty() || !job.session()->findings().empty()) return 0;
-  const std::string fault = folder + ": the recording was found nowhere in this map";
-  require(!same_folder(folder, arguments.out), fault + "; " + arguments.out + " is as it was");
-  std::fprintf(stderr, "%s%s\n", fault.c_str(),
-               arguments.extend.empty() ? "" : "; what is written is a map of its own");
-  return 1;
+  if (job.session() == nullptr) return 0;
+  if (!arguments.localize.empty() && job.session()->findings().empty()) {
+    const std::string fault = arguments.localize + ": the recording was found nowhere in this map";
+    require(!same_folder(arguments.localize, arguments.out),
+            fault + "; " + arguments.out + " is as it was");
+    std::fprintf(stderr, "%s\n", fault.c_str());
+    return 1;
+  }
+  for (const KeptApart& apart : kept_apart(job)) {
+    std::fprintf(stderr, "%s: found nowhere in the map of the others, and kept apart, in %s\n",
+                 apart.inputs.c_str(),
+                 (std::filesystem::path(arguments.out) / apart.folder).c_str());
+  }
+  return job.session()->apart().empty() ? 0 : 1;
 }
 
 // Whatever the command line names, for a result of before may be among it.
@@ -184,12 +198,17 @@ int run(const Arguments& arguments) {
   if (!arguments.extend.empty()) job.extend(arguments.extend);
   if (!arguments.localize.empty()) job.localize(arguments.localize);
   read_all(job, arguments.inputs, foreign);
+  require_extended(arguments, job);
   job.finish();
   require(!job.live_trajectory().empty(),
           arguments.inputs.front() + ": holds no laser scan that could be used");
   write_paths(out, job);
   if (job.session() != nullptr && job.session()->localizer() == nullptr) {
     save(out, job.session()->saved(process::print_options(options.slam.slam)));
+    for (const KeptApart& apart : kept_apart(job)) {
+      std::filesystem::create_directories(out / apart.folder);
+      slam::write_map_files(out / apart.folder, *apart.map, options.slam.slam.grid);
+    }
   }
   const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);

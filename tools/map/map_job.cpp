@@ -1,6 +1,7 @@
 #include "tools/map/map_job.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/files/tilted_scans.hpp"
 #include "common/process/progress.hpp"
@@ -21,17 +22,25 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
       lines_(maker == PathMaker::lines
                  ? std::optional<slam::LineLcmAdapter>(std::in_place, options.lines, bus_)
                  : std::optional<slam::LineLcmAdapter>()),
-      mapping3d_(bus_, options.mapping3d) {
+      mapping3d_(bus_, options.mapping3d),
+      slam_options_(options.slam.slam),
+      localizer_options_(options.slam.localizer) {
   if (slam_) slam_->keep_scans();
   if (lines_) lines_->keep_scans();
 }
 
+std::vector<std::optional<Pose2>> MapJob::poses() const {
+  if (slam_) return slam_->session().trajectory();
+  std::vector<std::optional<Pose2>> poses;
+  for (const auto& pose : lines_->mapper().trajectory()) poses.emplace_back(pose.world_from_robot);
+  return poses;
+}
+
 Trajectory MapJob::trajectory() const {
-  if (!slam_) return lines_->mapper().trajectory();
-  const std::vector<std::optional<Pose2>> poses = slam_->session().trajectory();
+  const std::vector<std::optional<Pose2>> known = poses();
   Trajectory trajectory;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (poses[i]) trajectory.push_back({slam_->live_trajectory()[i].utime, *poses[i]});
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    if (known[i]) trajectory.push_back({live_trajectory()[i].utime, *known[i]});
   }
   return trajectory;
 }
@@ -92,22 +101,48 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
     if (slam_) slam_->start_session();
     if (lines_) lines_->start_session();
   }
+  const std::size_t first_key = lines_ ? lines_->mapper().key_count() : 0;
   clock_.end_stage("recognise " + input.filename().string());
   process::Progress progress("mapping " + input.filename().string());
   while (const std::optional<Sample> sample = recording.next()) {
     process::end_if_interrupted();
+    if (const auto* scan = std::get_if<LaserScan>(&*sample)) {
+      const auto wrong = range_units_.look(*scan);
+      if (wrong) throw std::invalid_argument(input.string() + ": " + *wrong);
+    }
     take(*sample);
     progress.update(recording.progress());
   }
+  if (lines_ && first_key > 0) check_that_lines_go_on(first_key, input);
   inputs_.push_back(recording.report());
   clock_.end_stage("read and match " + input.filename().string());
+}
+
+void MapJob::check_that_lines_go_on(std::size_t first_key,
+                                    const std::filesystem::path& input) const {
+  const std::vector<slam::KeyScan>& keys = lines_->mapper().keys();
+  const auto middle = keys.begin() + static_cast<std::ptrdiff_t>(first_key);
+  const std::vector<slam::KeyScan> session(middle, keys.end());
+  slam::FrozenMap before({keys.begin(), middle}, localizer_options_, slam_options_);
+  const auto found = slam::find_session(before, session, localizer_options_);
+  const std::string cure = ": map them one by one, or all without --lines";
+  require(found.has_value(),
+          input.string() + ": was found nowhere in the map of the recordings before it" + cure);
+  constexpr double kNearM = 1.0, kNearDeg = 20.0;
+  const Pose2& believed = session[static_cast<std::size_t>(found->newest_key)].world_from_robot;
+  const Pose2 off = between(believed, found->place.map_from_robot);
+  require(off.translation_m().norm() < kNearM && std::abs(off.theta_rad) < deg_to_rad(kNearDeg),
+          input.string() +
+              ": does not begin where the recording before it ends, and the line SLAM "
+              "looks for it nowhere else" +
+              cure);
 }
 
 void MapJob::take(const Sample& sample) {
   if (const auto* pose = std::get_if<TruePose>(&sample)) {
     truth_.push_back({pose->utime, pose->world_from_robot});
   }
-  if (const auto* info = std::get_if<SensorInfo>(&sample)) sensors_[info->channel] = *info;
+  if (const auto* info = std::get_if<SensorInfo>(&sample)) note_sensor(sensors_, *info);
   const EncodedMessage message = encode_sample(sample);
   bus_.deliver(message.channel, message.bytes, message.utime);
 }

@@ -60,7 +60,7 @@ class MapJob {
   void extend(const std::filesystem::path& map_folder);
   void localize(const std::filesystem::path& map_folder);
 
-  /// Reads a recording to its end; several are consecutive sessions of one map.
+  /// Reads a recording to its end; several are sessions, see slam::MappingSession.
   /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
   /// is full.
   void read(const std::filesystem::path& input, const ForeignTable& foreign);
@@ -73,6 +73,8 @@ class MapJob {
   /// A pose a scan, in order of input, after the last optimization. Localizing: of the scans whose
   /// place was found.
   Trajectory trajectory() const;
+  /// The same, one a scan: nothing of scans that are in no map, or in another one.
+  std::vector<std::optional<Pose2>> poses() const;
   /// The same, each pose as it was first published.
   const Trajectory& live_trajectory() const;
   /// Raw odometry at the scans, where there was any.
@@ -103,6 +105,9 @@ class MapJob {
  private:
   void read(files::SampleReader& recording, const std::filesystem::path& input);
   void take(const Sample& sample);
+  /// The line SLAM cannot look for itself. @throws std::invalid_argument where the key scans from
+  /// `first_key` on are not where they are believed to be in the map of those before.
+  void check_that_lines_go_on(std::size_t first_key, const std::filesystem::path& input) const;
 
   files::OutputFile log_file_;
   files::EventLogWriter log_;
@@ -110,8 +115,11 @@ class MapJob {
   std::optional<slam::SlamAdapter> slam_;  ///< one of the two
   std::optional<slam::LineLcmAdapter> lines_;
   mapping3d::Mapping3dAdapter mapping3d_;
+  slam::SlamOptions slam_options_;
+  slam::LocalizerOptions localizer_options_;
   std::vector<files::InputReport> inputs_;
   std::map<std::string, SensorInfo> sensors_;
+  slam::RangeUnits range_units_;
   Trajectory truth_;
   StageClock clock_;
 };

@@ -133,7 +133,33 @@ std::size_t loops_in_force(const std::vector<slam::Loop>& loops) {
   return count;
 }
 
+json apart_json(const MapJob& job) {
+  json all = json::array();
+  for (const KeptApart& apart : kept_apart(job)) {
+    all.push_back({{"sessions", apart.inputs},
+                   {"folder", apart.folder},
+                   {"key_scans", apart.map->slam.keys.size()}});
+  }
+  return all;
+}
+
 }  // namespace
+
+std::vector<KeptApart> kept_apart(const MapJob& job) {
+  std::vector<KeptApart> all;
+  if (job.session() == nullptr) return all;
+  for (const slam::MappingSession::Apart& apart : job.session()->apart()) {
+    KeptApart& one = all.emplace_back();
+    one.folder = "session_" + std::to_string(apart.sessions.front());
+    one.map = &apart.map;
+    for (const int session : apart.sessions) {
+      const auto& input = job.inputs()[static_cast<std::size_t>(session) - 1];
+      one.inputs += (one.inputs.empty() ? "session " : ", session ") + std::to_string(session) +
+                    " (" + input.paths.front() + ")";
+    }
+  }
+  return all;
+}
 
 double path_length_m(const Trajectory& trajectory) {
   double length_m = 0.0;
@@ -164,6 +190,7 @@ void write_report(const std::filesystem::path& path,
   if (job.session() != nullptr && job.session()->mode() != slam::MappingSession::Mode::mapping) {
     report["place_in_saved_map"] = places_json(*job.session());
   }
+  if (json apart = apart_json(job); !apart.empty()) report["kept_apart"] = std::move(apart);
   if (!job.mapping3d().mapper().scenes().empty()) {
     report["scenes"] = scenes_json(job.mapping3d());
   }

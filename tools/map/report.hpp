@@ -15,6 +15,14 @@ struct ReportExtras {
   std::string configuration;  ///< TOML of the options that differ from the defaults
 };
 
+/// Sessions that were found nowhere in the map of the others: each has a map of its own.
+struct KeptApart {
+  std::string inputs;  ///< "session 2 (b.log), session 4 (d.log)"
+  std::string folder;  ///< within that of the results
+  const slam::SavedMap* map = nullptr;
+};
+std::vector<KeptApart> kept_apart(const MapJob& job);
+
 /// Writes report.json: who made it of what and how, what was read, used and dropped and why, loops,
 /// times, memory, errors. Each field is explained in docs/report.md. Bytes of names that are no
 /// UTF-8 are replaced.

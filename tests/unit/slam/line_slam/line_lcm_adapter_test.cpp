@@ -293,6 +293,30 @@ TEST_F(LineLcmAdapterTest, ResetStartsAgain) {
   EXPECT_EQ(adapter.drops().by_cause().at("paused"), 1);
 }
 
+TEST_F(LineLcmAdapterTest, WhatIsRefusedLeavesTheMapAsItIs) {
+  drive.send_info(bus);
+  for (std::size_t i = 0; i < 5; ++i) {
+    drive.send_odometry(bus, i);
+    drive.send_scan(bus, i);
+  }
+  const auto before = adapter.mapper().world_from_robot();
+  const auto walls = adapter.mapper().filter().num_walls();
+  ASSERT_GT(walls, 0U);
+  slam_command_t command{};
+  command.command = slam_command_t::SET_POSE;
+  for (const double far : {1e300, -1e9, std::nan("")}) {
+    command.x_m = far;
+    bus.deliver(channels::kSlamCommand, encode_message(command), {});
+    EXPECT_THAT(adapter.take_answer(), ::testing::HasSubstr("refused: SET_POSE"));
+  }
+  command.command = slam_command_t::LOCALIZE;
+  command.folder = "hall";
+  bus.deliver(channels::kSlamCommand, encode_message(command), {});
+  EXPECT_THAT(adapter.take_answer(), ::testing::HasSubstr("refused: LOCALIZE"));
+  EXPECT_EQ(adapter.mapper().filter().num_walls(), walls);
+  EXPECT_EQ(adapter.mapper().world_from_robot().vector(), before.vector());
+}
+
 TEST(LineLcmAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
   const TemporaryFolder folder;
   LineProcessOptions options;
@@ -317,7 +341,7 @@ TEST(LineLcmAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
 
   LineLcmAdapter nowhere({}, bus);
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
-  EXPECT_EQ(nowhere.drops().by_cause().at("slam_command_t: SAVE without save_folder"), 1);
+  EXPECT_EQ(nowhere.take_answer(), "refused: SAVE: no folder for maps is configured");
 }
 
 }  // namespace

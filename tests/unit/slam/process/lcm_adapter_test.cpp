@@ -139,9 +139,10 @@ TEST_F(SlamAdapterTest, OdometryThatBeginsAnewMovesNothing) {
     // Silent for a quarter of a second.
     if (i >= 20 && i < 25) continue;
     // Once far off, and once turned on the spot.
-    const Pose2 begun = i < 20   ? Pose2{5.0, 2.0, 0.3}
-                        : i < 32 ? Pose2{-0.5, 0, 0}
-                                 : Pose2{-0.5, 0, 0} * way(32) * Pose2{0, 0, 2.1} * way(32).inverse();
+    const Pose2 begun = i < 20 ? Pose2{5.0, 2.0, 0.3}
+                        : i < 32
+                            ? Pose2{-0.5, 0, 0}
+                            : Pose2{-0.5, 0, 0} * way(32) * Pose2{0, 0, 2.1} * way(32).inverse();
     send(odometry_at(at_s, begun * way(i)));
   }
   slam.finish();
@@ -216,6 +217,48 @@ TEST_F(SlamAdapterTest, MapsAreSentInTheEndAndOnRequest) {
   bus_.deliver_published();
   EXPECT_EQ(tiles_, 2);
   EXPECT_EQ(trajectories_, 1);
+}
+
+TEST_F(SlamAdapterTest, OverAGapTheGyroTurnsNothing) {
+  SlamAdapter slam(bus_, {});
+  const auto send_rate = [this](double seconds) {
+    ImuSample sample;
+    sample.utime = Utime::from_seconds(seconds);
+    sample.angular_velocity_rad_per_s = {0, 0, 0.5};
+    send(sample);
+  };
+  for (int i = 0; i <= 10; ++i) send_rate(0.1 * i);
+  EXPECT_NEAR(slam.state().motion.gyro_heading.newest_pose().theta_rad, 0.5, 1e-9);
+  send_rate(3.0);
+  EXPECT_EQ(slam.drops().by_cause().at("imu: gap in time"), 1);
+  // What it was before cannot be compared with what it is now.
+  EXPECT_EQ(slam.state().motion.gyro_heading.samples().size(), 1U);
+  EXPECT_NEAR(slam.state().motion.gyro_heading.newest_pose().theta_rad, 0.5, 1e-9);
+  send_rate(3.1);
+  EXPECT_NEAR(slam.state().motion.gyro_heading.newest_pose().theta_rad, 0.55, 1e-9);
+}
+
+TEST_F(SlamAdapterTest, EverySecondScanIsHeldOutOfTheMap) {
+  SlamAdapterOptions options;
+  options.hold_out_every = 2;
+  SlamAdapter slam(bus_, options);
+  slam.keep_scans();
+  send_info();
+  // Each far enough from the one before to be a key scan.
+  for (int i = 0; i < 8; ++i) {
+    send(odometry_at(0.5 * i, {0.35 * i, 0, 0}));
+    send(scan_at(0.5 * i, {-2.0 + 0.35 * i, 0, 0}));
+  }
+  slam.finish();
+  ASSERT_EQ(slam.scans().size(), 8U);
+  for (std::size_t i = 0; i < 8; ++i) {
+    EXPECT_EQ(slam.scans()[i].held_out, i % 2 == 1) << i;
+    EXPECT_EQ(slam.scans()[i].prepared.hits_in_robot.cols() > 0, i % 2 == 1) << i;
+  }
+  std::vector<Utime> drawn;
+  for (const KeyScan& key : slam.session().keys()) drawn.push_back(key.utime);
+  EXPECT_EQ(drawn, (std::vector<Utime>{Utime::from_seconds(0.0), Utime::from_seconds(1.0),
+                                       Utime::from_seconds(2.0), Utime::from_seconds(3.0)}));
 }
 
 TEST_F(SlamAdapterTest, GarbageOnAnyChannelIsCountedAndHarmsNobody) {

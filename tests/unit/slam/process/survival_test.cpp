@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include "common/files/whole_file.hpp"
@@ -55,7 +56,16 @@ class SlamSurvival : public ::testing::Test {
     SlamAdapter slam(bus, {});
     for (const Sample& sample : samples_) send(bus, sample);
     slam.finish();
+    odometry_ = slam.odometry_trajectory();
     return slam.slam().trajectory();
+  }
+  static void set_pose(process::BatchBus& bus, const Pose2& pose) {
+    slam_command_t message = {};
+    message.command = slam_command_t::SET_POSE;
+    message.x_m = pose.x_m;
+    message.y_m = pose.y_m;
+    message.theta_rad = pose.theta_rad;
+    bus.deliver(channels::kSlamCommand, encode_message(message), Utime::from_us(1));
   }
   static void order(process::BatchBus& bus, int8_t command, const std::string& folder = "") {
     slam_command_t message = {};
@@ -65,6 +75,7 @@ class SlamSurvival : public ::testing::Test {
   }
   testing::FlatWorld room_ = testing::small_room();
   std::vector<Sample> samples_;
+  Trajectory odometry_;  ///< of the whole run
   TemporaryFolder folder_;
 };
 
@@ -91,6 +102,10 @@ TEST_F(SlamSurvival, KilledAtAnyMessageAndResumedItEndsWithTheSamePath) {
       ASSERT_EQ(poses[i].world_from_robot.vector(), whole[i].world_from_robot.vector()) << i;
     }
     EXPECT_EQ(resumed.live_trajectory().size(), whole.size());
+    ASSERT_EQ(resumed.odometry_trajectory().size(), odometry_.size());
+    for (std::size_t i = 0; i < odometry_.size(); ++i) {
+      EXPECT_EQ(resumed.odometry_trajectory()[i].utime, odometry_[i].utime) << i;
+    }
   }
 }
 
@@ -155,6 +170,7 @@ TEST_F(SlamSurvival, WithLoopsInTheBackgroundItEndsAtTheSamePath) {
 TEST_F(SlamSurvival, LiveRunsOfOneRecordingAreEqualHoweverBusyTheMachine) {
   record({0.1, 0, 0.065}, 190);
   std::vector<Trajectory> paths;
+  std::vector<std::vector<std::size_t>> loops(2);
   for (const std::size_t busy_at : {0U, 3U}) {
     process::BatchBus bus;
     SlamAdapter slam(bus, {});
@@ -163,6 +179,7 @@ TEST_F(SlamSurvival, LiveRunsOfOneRecordingAreEqualHoweverBusyTheMachine) {
       send(bus, samples_[i]);
       const bool busy = i > 160 && (i / 2) % 5 == busy_at && i % 2 == 0;
       if (busy) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      loops[paths.size()].push_back(slam.slam().loops().size());
     }
     if (slam.late_loop_work() > 0) {
       std::puts("SKIPPED: the machine had no time for the second thread");
@@ -172,6 +189,7 @@ TEST_F(SlamSurvival, LiveRunsOfOneRecordingAreEqualHoweverBusyTheMachine) {
     EXPECT_GT(slam.slam().loops().size(), 3U);
     paths.push_back(slam.slam().trajectory());
   }
+  EXPECT_EQ(loops[0], loops[1]);  // also those that move nothing come at their time
   ASSERT_EQ(paths[0].size(), paths[1].size());
   for (std::size_t i = 0; i < paths[0].size(); ++i) {
     ASSERT_EQ(paths[0][i].world_from_robot.vector(), paths[1][i].world_from_robot.vector()) << i;
@@ -259,6 +277,8 @@ TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
   EXPECT_EQ(slam.live_trajectory().size(), 30U);
   EXPECT_EQ(slam.drops().by_cause().at("paused"), 1);
   order(bus, slam_command_t::RESUME);
+  EXPECT_THAT(slam.take_answer(), HasSubstr("PAUSE"));
+  EXPECT_THAT(slam.take_answer(), HasSubstr("RESUME"));
 
   order(bus, slam_command_t::LOCALIZE, "hall");
   EXPECT_THAT(slam.take_answer(), HasSubstr("looks for itself"));
@@ -271,6 +291,43 @@ TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
   order(bus, slam_command_t::RESET);
   EXPECT_EQ(slam.slam().key_count(), 0U);
   EXPECT_EQ(slam.session().mode(), MappingSession::Mode::mapping);
+}
+
+TEST_F(SlamSurvival, WhatIsRefusedLeavesTheMapAsItIs) {
+  SlamAdapterOptions options;
+  options.maps_folder = folder_.path().string();
+  std::filesystem::create_directory(folder_.path() / "hall");
+  folder_.write("hall/map.marco", "something else");
+  const double nan = std::nan("");
+  process::BatchBus bus;
+  SlamAdapter slam(bus, options);
+  for (std::size_t i = 0; i < samples_.size() / 2; ++i) send(bus, samples_[i]);
+  const std::string before = encode_adapter_state(slam.state());
+  for (const Pose2& pose :
+       {Pose2{1e9, 0, 0}, Pose2{0, -1e300, 0}, Pose2{nan, 0, 0}, Pose2{0, 0, nan}}) {
+    set_pose(bus, pose);
+    EXPECT_THAT(slam.take_answer(), HasSubstr("refused: SET_POSE: the pose must be finite"));
+  }
+  for (const char* folder : {"hall", "nowhere", "../hall", ""}) {
+    order(bus, slam_command_t::LOCALIZE, folder);
+    EXPECT_NE(slam.take_answer(), "");
+  }
+  folder_.write("file", "");
+  order(bus, slam_command_t::SAVE, "file");
+  EXPECT_THAT(slam.take_answer(), HasSubstr("failed: "));
+  order(bus, 77);
+  // Only that they were refused is known of them.
+  AdapterState state = slam.state();
+  EXPECT_EQ(state.drops.at("slam_command_t: refused") + state.drops.at("slam_command_t: failed"),
+            10);
+  state.drops = decode_adapter_state(before).drops;
+  state.received = decode_adapter_state(before).received;
+  EXPECT_EQ(encode_adapter_state(state), before);
+  for (std::size_t i = samples_.size() / 2; i < samples_.size(); ++i) send(bus, samples_[i]);
+  slam.finish();
+  const Trajectory path = slam.slam().trajectory(), whole = run_whole();
+  ASSERT_EQ(path.size(), whole.size());
+  EXPECT_EQ(path.back().world_from_robot.vector(), whole.back().world_from_robot.vector());
 }
 
 TEST_F(SlamSurvival, OrdersThatLeadOutOfTheMapsFolderOrNowhereAreRefused) {

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "common/pose2.hpp"
+#include "common/process/drop_counter.hpp"
+#include "marco/slam_command_t.hpp"
+#include "slam/process/background_job.hpp"
+
+namespace marco::slam {
+
+/// A SLAM_COMMAND that was checked, for both SLAMs: nothing is changed before that.
+struct SlamOrder {
+  int8_t command = 0;            ///< as slam_command_t::command
+  std::filesystem::path folder;  ///< SAVE and LOCALIZE: below the folder for maps
+  Pose2 world_from_robot;        ///< SET_POSE
+};
+
+/// @param maps_folder  where SAVE and LOCALIZE are allowed; "" = nowhere
+/// @throws std::invalid_argument naming the command and saying what is wrong with it.
+SlamOrder check_order(const slam_command_t& command, const std::filesystem::path& maps_folder);
+
+/// Takes SLAM_COMMANDs for either SLAM and answers each. Not thread-safe.
+class SlamOrders {
+ public:
+  /// @param drops  counts those that were refused or failed; outlives this
+  explicit SlamOrders(process::DropCounter& drops) : drops_(drops) {}
+
+  /// From here on no scan waits for a map to be written.
+  void write_in_background() { in_background_ = true; }
+
+  /// Checks the command, has `obey` do it, and keeps what that says, or why it was refused or
+  /// failed. @param obey  throws std::invalid_argument to refuse, before it changes anything
+  void take(const slam_command_t& command,
+            const std::filesystem::path& maps_folder,
+            const std::function<std::string(const SlamOrder&)>& obey);
+  /// For SAVE. @param job  writes, and says what it wrote. @returns that, or in the background "".
+  /// @throws std::invalid_argument while the map before is still being written.
+  std::string write(std::function<std::string()> job);
+  /// What became of the oldest order not told of yet; "" = nothing new.
+  std::string take_answer();
+  /// Until nothing is being written.
+  void wait();
+
+ private:
+  void answer(const std::function<std::string()>& act);
+
+  process::DropCounter& drops_;
+  std::deque<std::string> answers_;
+  BackgroundJob writing_;
+  bool in_background_ = false;
+};
+
+}  // namespace marco::slam

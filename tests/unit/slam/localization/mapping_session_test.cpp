@@ -1,0 +1,198 @@
+// Sessions of one building and of two, and what a refused order leaves alone.
+#include "slam/localization/mapping_session.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <functional>
+
+#include "recorded_drive.hpp"
+#include "tests/support/flat_world.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::marco::testing::complaint;
+using ::marco::testing::FlatWorld;
+using ::marco::testing::IsNear;
+using ::testing::HasSubstr;
+
+FlatWorld one_building() {
+  FlatWorld world = testing::small_room();
+  world.add_chain({{-4, -3}, {-4, -6}, {12, -6}, {12, 3}, {4, 3}});
+  world.add_box(8.0, -2.0, 8.5, -0.6);
+  world.add_box(10.5, 0.4, 11.2, 1.0);
+  world.add_box(6.0, -5.2, 6.9, -4.9);
+  return world;
+}
+
+FlatWorld another_building() {
+  FlatWorld world;
+  world.add_chain({{-7, -5}, {7, -5}, {7, 2}, {9, 2}, {9, 3}, {7, 3}, {7, 5}, {-7, 5}, {-7, -5}});
+  world.add_box(-1.0, -1.0, 0.6, 0.4);
+  world.add_box(4.5, -3.0, 5.2, 2.0);
+  world.add_box(-6.0, 2.0, -4.5, 3.5);
+  return world;
+}
+
+// A round of 4.2 m a side with round corners takes 160 steps.
+std::vector<Pose2> round_from(const Pose2& start, int steps) {
+  std::vector<Pose2> path{start};
+  for (int i = 1; i < steps; ++i) {
+    path.push_back(path.back() * Pose2{0.1, 0, deg_to_rad(i % 40 >= 32 ? 11.25 : 0.0)});
+  }
+  return path;
+}
+
+class MappingSessionTest : public ::testing::Test {
+ protected:
+  void drive(const FlatWorld& world, const std::vector<Pose2>& path) {
+    ++drives_;
+    const auto inputs = recorded_drive(world, path, static_cast<uint32_t>(2 + drives_),
+                                       int64_t{1'000'000'000} * drives_);
+    for (const SlamInput& input : inputs) session_.process(input);
+  }
+  SavedMap map_of(const FlatWorld& world, const std::vector<Pose2>& path) {
+    session_.reset();
+    drive(world, path);
+    session_.finish();
+    return session_.saved("");
+  }
+  const std::vector<Pose2> here_ = round_from({6.3, -3.6, 0.0}, 130);
+  const std::vector<Pose2> here_too_ = round_from({10.0, -3.0, 1.5707963}, 60);
+  const std::vector<Pose2> there_ = round_from({-2.0, -2.5, 0.0}, 130);
+  const std::vector<Pose2> there_too_ = round_from({1.8, 0.5, 1.5707963}, 60);
+  MappingSession session_{{}, {}};
+  int drives_ = 0;
+};
+
+TEST_F(MappingSessionTest, SessionsOfTwoBuildingsMakeTwoMaps) {
+  drive(one_building(), here_);
+  session_.start_session();
+  drive(another_building(), there_);
+  session_.start_session();
+  drive(one_building(), here_too_);  // begins elsewhere than where the first one ended
+  session_.start_session();
+  drive(another_building(), there_too_);
+  session_.finish();
+  ASSERT_EQ(session_.apart().size(), 1U);
+  EXPECT_EQ(session_.apart()[0].sessions, (std::vector<int>{2, 4}));
+  EXPECT_EQ(session_.saved("").session_starts, (std::vector<int64_t>{0, 130}));
+  EXPECT_EQ(session_.slam().trajectory().size(), 190U);
+  const auto poses = session_.trajectory();
+  ASSERT_EQ(poses.size(), 380U);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const bool first = i < 130, third = i >= 260 && i < 320;
+    ASSERT_EQ(poses[i].has_value(), first || third) << i;
+    if (!poses[i]) continue;
+    const Pose2& true_pose = first ? here_[i] : here_too_[i - 260];
+    // Noise of 1 cm over hundreds of beams, and the map's own error.
+    EXPECT_THAT(*poses[i], IsNear(between(here_[0], true_pose), 0.03, 0.01)) << i;
+  }
+  Slam other;
+  other.restore(session_.apart()[0].map.slam);
+  const Trajectory there = other.trajectory();
+  ASSERT_EQ(there.size(), 190U);
+  for (std::size_t i = 0; i < 60; ++i) {
+    EXPECT_THAT(there[130 + i].world_from_robot,
+                IsNear(between(there_[0], there_too_[i]), 0.03, 0.01));
+  }
+}
+
+TEST_F(MappingSessionTest, ExtendingASessionInAStrangeBuildingIsSetApartAndTheNextOneIsFound) {
+  const SavedMap map = map_of(one_building(), here_);
+  session_.extend(map);
+  drive(another_building(), there_);
+  EXPECT_FALSE(session_.joined());
+  EXPECT_TRUE(session_.findings().empty());
+  session_.start_session();
+  drive(one_building(), here_too_);
+  session_.finish();
+  EXPECT_EQ(session_.findings().size(), 1U);
+  ASSERT_EQ(session_.apart().size(), 1U);
+  EXPECT_EQ(session_.apart()[0].sessions, (std::vector<int>{1}));
+  const auto poses = session_.trajectory();
+  ASSERT_EQ(poses.size(), 190U);
+  EXPECT_FALSE(poses[129].has_value());
+  EXPECT_THAT(*poses[130], IsNear(between(here_[0], here_too_[0]), 0.03, 0.01));
+}
+
+// Where it looks seldom after so long a way.
+TEST_F(MappingSessionTest, ASessionThatComesIntoTheMapAfterALongWayIsFound) {
+  const SavedMap map = map_of(one_building(), here_);
+  std::vector<KeyScan> keys =
+      map_of(another_building(), round_from({-2.0, -2.5, 0.0}, 300)).slam.keys;
+  const double way_m = keys.back().path_m;
+  ASSERT_GT(way_m, 25.0);
+  for (KeyScan key : map_of(one_building(), here_too_).slam.keys) {
+    key.path_m += way_m + 9.0;  // beyond what is looked at together
+    keys.push_back(key);
+  }
+  FrozenMap frozen(map.slam.keys, {}, {});
+  const auto found = find_session(frozen, keys, {});
+  ASSERT_TRUE(found.has_value());
+  EXPECT_THAT(found->place.map_from_robot,
+              IsNear(between(here_[0], here_too_[0]) *
+                         keys[static_cast<std::size_t>(found->newest_key)].world_from_robot,
+                     0.05, 0.02));
+}
+
+TEST_F(MappingSessionTest, WhatIsRefusedChangesNothing) {
+  drive(one_building(), here_);
+  const auto before = session_.trajectory();
+  const std::size_t keys = session_.keys().size();
+  ASSERT_GT(keys, 20U);
+  const auto expect_refused = [&](const char* why, const std::function<void()>& act) {
+    EXPECT_THAT(complaint(act), HasSubstr(why));
+    ASSERT_EQ(session_.keys().size(), keys) << why;
+    ASSERT_EQ(session_.trajectory().size(), before.size());
+    EXPECT_EQ(session_.trajectory().back()->vector(), before.back()->vector());
+  };
+  expect_refused("farther away", [&] { session_.set_pose({1e9, 0, 0}); });
+  expect_refused("farther away", [&] { session_.set_pose({0, std::nan(""), 0}); });
+  expect_refused("no point", [&] { session_.localizer_in({}); });
+  expect_refused("no point", [&] { session_.extend({}); });
+  expect_refused("no session", [&] { session_.restore({}); });
+  SavedMap far = session_.saved("");
+  far.slam.world_from_robot.x_m = 1e12;
+  expect_refused("farther away", [&] { session_.restore(far); });
+}
+
+// Sure ahead, unsure across: as the robot's own axes, whatever way it looks in the map.
+TEST_F(MappingSessionTest, TheTieOfTwoSessionsIsAsSureAsThePlaceSeenFromTheRobot) {
+  const SavedMap map = map_of(one_building(), here_);
+  const FrozenMap frozen(map.slam.keys, {}, {});
+  FoundPlace place;
+  place.nearest_key = 3;
+  place.map_from_robot = {2.0, 1.0, 0.5 * std::numbers::pi};
+  place.covariance = Eigen::Vector3d(1e-2, 1e-4, 1e-3).asDiagonal();  // x, y of the map
+  const PoseGraphEdge tie = tie_to(frozen, place, 7);
+  EXPECT_EQ(tie.from, 3);
+  EXPECT_EQ(tie.to, 7);
+  EXPECT_THAT(map.slam.keys[3].world_from_robot * tie.from_from_to,
+              IsNear(place.map_from_robot, 1e-9, 1e-9));
+  // It looks along the map's y: what is sure in y is sure ahead.
+  EXPECT_NEAR(tie.information(0, 0), 1e4, 1e-3);
+  EXPECT_NEAR(tie.information(1, 1), 1e2, 1e-5);
+  EXPECT_NEAR(tie.information(2, 2), 1e3, 1e-4);
+}
+
+TEST_F(MappingSessionTest, MergedMapsKeepTheirSessionsAndAreOptimized) {
+  const SavedMap first = map_of(one_building(), here_);
+  const SavedMap second = map_of(one_building(), here_too_);
+  std::vector<std::size_t> not_found;
+  const SavedMap merged = merge_maps({first, second}, {}, {}, not_found);
+  EXPECT_TRUE(not_found.empty());
+  EXPECT_EQ(merged.session_starts, (std::vector<int64_t>{0, 130}));
+  // A key scan that lies where its edges deny it.
+  SavedMap bent = first;
+  bent.slam.keys[5].world_from_robot.x_m += 0.2;
+  const SavedMap straight = merge_maps({bent}, {}, {}, not_found);
+  EXPECT_THAT(straight.slam.keys[5].world_from_robot,
+              IsNear(first.slam.keys[5].world_from_robot, 0.02, 0.01));
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -1,0 +1,60 @@
+#include "slam/range_units.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "tests/support/flat_world.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::testing::HasSubstr;
+
+// What is said of 25 scans of a room, each range changed by `change`.
+std::string said_of(const std::function<float(float, std::mt19937&)>& change) {
+  const testing::FlatWorld room = testing::small_room();
+  std::mt19937 random(7);
+  RangeUnits units;
+  std::string said;
+  for (int i = 0; i < 25; ++i) {
+    LaserScan scan = room.scan({-2.0 + 0.1 * i, -2.0, 0.3}, 0.01, &random);
+    for (float& range_m : scan.ranges_m) range_m = change(range_m, random);
+    const auto wrong = units.look(scan);
+    EXPECT_TRUE(!wrong || i >= 19) << i;
+    said = wrong.value_or("");
+  }
+  return said;
+}
+
+TEST(RangeUnits, MillimetresAndCentimetresAreRecognised) {
+  EXPECT_THAT(said_of([](float range_m, auto&) { return std::round(1000.0F * range_m); }),
+              HasSubstr("millimetres"));
+  EXPECT_THAT(said_of([](float range_m, auto&) { return std::round(100.0F * range_m); }),
+              HasSubstr("divide the ranges by 100"));
+}
+
+TEST(RangeUnits, MetresAreNot) {
+  EXPECT_EQ(said_of([](float range_m, auto&) { return range_m; }), "");
+  // Outdoors: far trees of a laser of 80 m.
+  EXPECT_EQ(said_of([](float, std::mt19937& random) {
+              return std::uniform_real_distribution<float>(20.0F, 79.9F)(random);
+            }),
+            "");
+}
+
+// Two lasers' codes for "no return", which most beams of a hall may have.
+TEST(RangeUnits, CodesAreNoRanges) {
+  for (const float code : {8191.0F, 65535.0F}) {
+    EXPECT_EQ(said_of([code](float range_m, std::mt19937& random) {
+                return random() % 10 < 7 ? code : range_m;
+              }),
+              "");
+    EXPECT_EQ(said_of([code](float, auto&) { return code; }), "");
+  }
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -30,7 +30,7 @@ class IdMaker {
       warnings.push_back(command.place.text() + ": there is a command \"" + command.label +
                          "\" at " + seen.first.text() + " already; this one is called \"" +
                          command.id + "\", and a script that names \"" + command.label +
-                         "\" means both");
+                         "\" means all of them");
     }
     for (GroupConfig& inner : group.groups) visit(inner);
   }

@@ -122,6 +122,10 @@ int run_export(const ExportArguments& arguments) {
       tell(arguments, result.walk);
       std::printf("  %llu messages on %zu topics\n",
                   static_cast<unsigned long long>(result.messages), result.topics);
+      if (result.grids_left_out > 0) {
+        std::printf("  %lld maps are too large to be drawn: only their tiles were written\n",
+                    static_cast<long long>(result.grids_left_out));
+      }
     } else {
       const WalkResult result = export_json_lines(input, types, out, progress.callback());
       out.finish();

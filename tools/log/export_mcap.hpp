@@ -8,6 +8,7 @@ struct McapResult {
   WalkResult walk;
   uint64_t messages = 0;
   std::size_t topics = 0;
+  int64_t grids_left_out = 0;  ///< maps too large to be drawn; their tiles are there
 };
 
 /// Writes an MCAP file: every message that decodes as JSON with its type's JSON Schema, on a topic

@@ -1,7 +1,6 @@
 #include "tools/log/foxglove.hpp"
 
-#include <charconv>
-#include <cmath>
+#include <algorithm>
 #include <limits>
 #include <regex>
 
@@ -9,6 +8,8 @@
 #include "bot_core/pose_t.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "lcmtypes/finite_pose.hpp"
+#include "lcmtypes/stamp.hpp"
 #include "marco/mbot_pose2d_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "tools/log/export_json_lines.hpp"
@@ -32,58 +33,17 @@ std::optional<Message> decode_as(std::span<const uint8_t> bytes) {
   return message;
 }
 
-template <class Number>
-std::string number(Number value) {
-  if (!std::isfinite(value)) return "0";
-  char text[40];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+// What LCM allows: anybody may have sent another.
+bool is_channel_name(const std::string& name) {
+  return !name.empty() && name.size() < 64 &&
+         std::all_of(name.begin(), name.end(), [](char c) { return c >= ' ' && c <= '~'; });
 }
-
-std::string vector_json(double x, double y, double z) {
-  return R"({"x":)" + number(x) + R"(,"y":)" + number(y) + R"(,"z":)" + number(z) + "}";
-}
-
-std::string quaternion_json(const Eigen::Quaterniond& q) {
-  return R"({"x":)" + number(q.x()) + R"(,"y":)" + number(q.y()) + R"(,"z":)" + number(q.z()) +
-         R"(,"w":)" + number(q.w()) + "}";
-}
-
-std::string pose_json(const Pose3& pose) {
-  const Eigen::Vector3d& at = pose.translation();
-  return R"({"position":)" + vector_json(at.x(), at.y(), at.z()) + R"(,"orientation":)" +
-         quaternion_json(Eigen::Quaterniond(pose.linear())) + "}";
-}
-
-struct Grid {
-  double x_m = 0.0, y_m = 0.0, cell_m = 0.0;
-  int64_t columns = 0;
-  int numeric_type = 1;  // UINT8
-  std::span<const uint8_t> cells;
-};
-
-// Behind stamp and frame.
-std::string grid_json(const Grid& grid) {
-  const std::string cell = number(grid.cell_m);
-  return R"(,"pose":)" + pose_json(lift({grid.x_m, grid.y_m, 0.0})) + R"(,"column_count":)" +
-         std::to_string(grid.columns) + R"(,"cell_size":{"x":)" + cell + R"(,"y":)" + cell +
-         R"(},"row_stride":)" + std::to_string(grid.columns) +
-         R"(,"cell_stride":1,"fields":[{"name":"occupancy","offset":0,"type":)" +
-         std::to_string(grid.numeric_type) + R"(}],"data":")" + to_base64(grid.cells) + "\"}";
-}
-
-double field(const lcm_schema::Tree& tree, std::string_view name) {
-  const int node = tree.child(0, name);
-  return node < 0 ? std::numeric_limits<double>::quiet_NaN()
-                  : tree.number(tree.nodes[static_cast<std::size_t>(node)]);
-}
-
-constexpr uint64_t kMbotGrid = 0xd5447e494a66cc92;  // mbot_lcm_msgs.occupancy_grid_t
 
 }  // namespace
 
-FoxgloveTranslator::FoxgloveTranslator(const LogInfo& clocks) {
+FoxgloveTranslator::FoxgloveTranslator(const LogInfo& log) : frames_(log) {
   constexpr int64_t kNoticedUs = 500000;
-  for (const ChannelInfo& channel : clocks.channels) {
+  for (const ChannelInfo& channel : log.channels) {
     if (!channel.clock || std::abs(channel.clock->offset.us) < kNoticedUs) continue;
     shifts_us_[channel.name] = channel.clock->offset.us;
   }
@@ -101,7 +61,7 @@ std::string FoxgloveTranslator::stamp(std::string_view channel, int64_t utime_us
 std::string FoxgloveTranslator::in_frame(std::string_view channel,
                                          int64_t utime_us,
                                          const std::string& frame) const {
-  return "{" + stamp(channel, utime_us) + R"(,"frame_id":")" + frame + "\"";
+  return "{" + stamp(channel, utime_us) + R"(,"frame_id":)" + text_json(frame);
 }
 
 // As lcmtypes/lcm_log_reader: a laser that SENSOR_INFO describes is one of ours.
@@ -118,15 +78,43 @@ bool FoxgloveTranslator::is_clockwise(const std::string& channel, uint64_t finge
   return false;
 }
 
+// A sensor has a frame of its own once it is known where that lies.
+std::string FoxgloveTranslator::frame_of(const std::string& channel,
+                                         const std::string& otherwise) const {
+  return infos_.contains(channel) ? channel : otherwise;
+}
+
+FoxgloveMessage FoxgloveTranslator::pose_message(const std::string& channel,
+                                                 int64_t utime_us,
+                                                 const std::string& frame,
+                                                 const Pose3& pose) const {
+  return {channel + "/PoseInFrame", "foxglove.PoseInFrame",
+          in_frame(channel, utime_us, frame) + R"(,"pose":)" + pose_json(pose) + "}"};
+}
+
+FoxgloveMessage FoxgloveTranslator::transform_message(const std::string& channel,
+                                                      int64_t utime_us,
+                                                      const FrameTransform& transform) const {
+  const Eigen::Vector3d& at = transform.parent_from_child.translation();
+  const Eigen::Quaterniond turn(transform.parent_from_child.linear());
+  return {channel + "/FrameTransform", "foxglove.FrameTransform",
+          "{" + stamp(channel, utime_us) + R"(,"parent_frame_id":)" + text_json(transform.parent) +
+              R"(,"child_frame_id":)" + text_json(transform.child) + R"(,"translation":)" +
+              vector_json(at.x(), at.y(), at.z()) + R"(,"rotation":)" + quaternion_json(turn) +
+              "}"};
+}
+
 std::vector<FoxgloveMessage> FoxgloveTranslator::translate(const DecodedEvent& event) {
+  std::vector<FoxgloveMessage> messages = grids_.finished(bounded(event.head.event_time));
+  for (FoxgloveMessage& message : translate_message(event)) messages.push_back(std::move(message));
+  return messages;
+}
+
+std::vector<FoxgloveMessage> FoxgloveTranslator::translate_message(const DecodedEvent& event) {
   // lcm-gen's decoders make room for whatever length a message claims: only whole ones get there.
   if (event.structure < 0) return {};
   const std::string channel(event.head.channel);
   try {
-    if (const auto info = decode_as<sensor_info_t>(event.bytes)) {
-      infos_[info->channel] = from_message(*info);
-      return {};
-    }
     if (const auto planar = decode_as<bot_core::planar_lidar_t>(event.bytes)) {
       return translate_scan(from_message(*planar, channel), bot_core::planar_lidar_t::getHash());
     }
@@ -134,11 +122,38 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate(const DecodedEvent& e
       return translate_scan(from_message(*raw, channel), lidar_raw_t::getHash());
     }
     if (is_a<bot_core::image_t>(event.bytes)) return translate_image(event);
-    auto grid = translate_grid(event, channel);
-    return grid.empty() ? translate_pose(event, channel) : grid;
+    for (const auto translate_as :
+         {&FoxgloveTranslator::translate_info, &FoxgloveTranslator::translate_grid,
+          &FoxgloveTranslator::translate_pose}) {
+      auto messages = (this->*translate_as)(event, channel);
+      if (!messages.empty()) return messages;
+    }
+    return translate_path(event, channel);
   } catch (const std::invalid_argument&) {
     return {};  // a message that contradicts itself
   }
+}
+
+// Where sensors sit, and how the pan-tilt stands.
+std::vector<FoxgloveMessage> FoxgloveTranslator::translate_info(const DecodedEvent& event,
+                                                                const std::string& channel) {
+  if (const auto message = decode_as<sensor_info_t>(event.bytes)) {
+    const SensorInfo info = from_message(*message);
+    infos_[info.channel] = info;
+    if (info.channel == channels::kPanTiltState) return {};  // its plate moves
+    if (!is_channel_name(info.channel)) return {};
+    FoxgloveMessage transform =
+        transform_message(channel, message->utime, RobotFrames::of_sensor(info));
+    transform.topic = info.channel + "/FrameTransform";
+    return {transform};
+  }
+  if (const auto message = decode_as<pantilt_state_t>(event.bytes)) {
+    const auto base = infos_.find(channel);
+    if (base == infos_.end()) return {};
+    const FrameTransform plate = RobotFrames::of_plate(base->second, from_message(*message));
+    return {transform_message(channel, message->utime, plate)};
+  }
+  return {};
 }
 
 std::vector<FoxgloveMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
@@ -149,16 +164,12 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
     scan.bearing_step_rad = -scan.bearing_step_rad;
   }
   scan = make_regular(scan, std::numeric_limits<float>::infinity());
-  const auto info = infos_.find(scan.channel);
-  const bool on_robot = info != infos_.end() && info->second.mount == SensorInfo::Mount::robot;
-  const Pose3 pose = on_robot ? info->second.parent_from_sensor : Pose3::Identity();
-  // Where the laser sits is known for the robot's own; others have a frame of their own.
-  const bool own_frame = info != infos_.end() && !on_robot;
   const double last = static_cast<double>(scan.size()) - 1.0;
-  std::string json =
-      in_frame(scan.channel, scan.utime.us, own_frame ? "plate" : "robot") + R"(,"pose":)" +
-      pose_json(pose) + R"(,"start_angle":)" + number(scan.first_bearing_rad) + R"(,"end_angle":)" +
-      number(scan.first_bearing_rad + last * scan.bearing_step_rad) + R"(,"ranges":[)";
+  std::string json = in_frame(scan.channel, scan.utime.us, frame_of(scan.channel, "robot")) +
+                     R"(,"pose":)" + pose_json(Pose3::Identity()) + R"(,"start_angle":)" +
+                     number(scan.first_bearing_rad) + R"(,"end_angle":)" +
+                     number(scan.first_bearing_rad + last * scan.bearing_step_rad) +
+                     R"(,"ranges":[)";
   for (std::size_t beam = 0; beam < scan.size(); ++beam) {
     if (beam > 0) json += ',';
     json += number(scan.ranges_m[beam]);
@@ -169,68 +180,62 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
 
 std::vector<FoxgloveMessage> FoxgloveTranslator::translate_grid(const DecodedEvent& event,
                                                                 const std::string& channel) {
-  Grid grid;
-  if (const auto tile = decode_as<grid_map_t>(event.bytes)) {
+  if (auto tile = decode_as<grid_map_t>(event.bytes)) {
     from_message(*tile);  // refuses what contradicts itself
-    grid = {tile->origin_x_m, tile->origin_y_m, tile->resolution_m, tile->width_cells, 1,
-            tile->occupancy};
-    auto& [revision, count] = tiles_[channel];
-    count = revision == tile->revision ? count + 1 : 0;
-    revision = tile->revision;
-    return {{channel + "/Grid_" + std::to_string(count), "foxglove.Grid",
-             in_frame(channel, tile->utime, "world") + grid_json(grid)}};
+    const std::string head = in_frame(channel, tile->utime, "world");
+    return grids_.add(channel, std::move(*tile), head, bounded(event.head.event_time));
   }
   if (lcm_schema::fingerprint_of(event.bytes) != kMbotGrid) return {};
-  const lcm_schema::Tree& tree = event.tree;
-  const int cells = tree.child(0, "cells");
-  if (cells < 0) return {};
-  const lcm_schema::Node& node = tree.nodes[static_cast<std::size_t>(cells)];
-  const int utime = tree.child(0, "utime");
+  const int utime = event.tree.child(0, "utime");
   const int64_t utime_us =
-      utime < 0 ? 0 : tree.integer(tree.nodes[static_cast<std::size_t>(utime)]);
-  grid.x_m = field(tree, "origin_x");
-  grid.y_m = field(tree, "origin_y");
-  grid.cell_m = field(tree, "meters_per_cell");
-  grid.columns = static_cast<int64_t>(field(tree, "width"));
-  grid.numeric_type = 2;  // INT8
-  grid.cells = tree.message.subspan(node.offset, node.bytes);
-  if (grid.columns <= 0 || !(grid.cell_m > 0.0)) return {};
-  return {
-      {channel + "/Grid", "foxglove.Grid", in_frame(channel, utime_us, "world") + grid_json(grid)}};
+      utime < 0 ? 0 : event.tree.integer(event.tree.nodes[static_cast<std::size_t>(utime)]);
+  const std::string json = mbot_grid_json(event.tree);
+  if (json.empty()) return {};
+  return {{channel + "/Grid", "foxglove.Grid", in_frame(channel, utime_us, "world") + json}};
+}
+
+std::vector<FoxgloveMessage> FoxgloveTranslator::translate_path(const DecodedEvent& event,
+                                                                const std::string& channel) const {
+  const auto message = decode_as<trajectory_t>(event.bytes);
+  if (!message) return {};
+  std::string json = in_frame(channel, message->utime, "world") + R"(,"poses":[)";
+  const Trajectory path = from_message(*message);
+  for (const StampedPose2& pose : path) {
+    if (&pose != &path.front()) json += ',';
+    json += pose_json(lift(pose.world_from_robot));
+  }
+  return {{channel + "/PosesInFrame", "foxglove.PosesInFrame", json + "]}"}};
 }
 
 std::vector<FoxgloveMessage> FoxgloveTranslator::translate_pose(const DecodedEvent& event,
-                                                                const std::string& channel) const {
-  const std::string topic = channel + "/PoseInFrame";
-  const auto answer = [&](int64_t utime, const std::string& frame, const Pose3& pose) {
-    return std::vector<FoxgloveMessage>{
-        {topic, "foxglove.PoseInFrame",
-         in_frame(channel, utime, frame) + R"(,"pose":)" + pose_json(pose) + "}"}};
-  };
-  if (const auto slam = decode_as<slam_pose_t>(event.bytes)) {
-    const Pose3 pose = lift({slam->x_m, slam->y_m, slam->theta_rad});
-    auto messages = answer(slam->utime, "world", pose);
-    const Eigen::Vector3d& at = pose.translation();
-    messages.push_back(
-        {channel + "/FrameTransform", "foxglove.FrameTransform",
-         "{" + stamp(channel, slam->utime) +
-             R"(,"parent_frame_id":"world","child_frame_id":"robot","translation":)" +
-             vector_json(at.x(), at.y(), at.z()) + R"(,"rotation":)" +
-             quaternion_json(Eigen::Quaterniond(pose.linear())) + "}"});
+                                                                const std::string& channel) {
+  // The pose itself, and what it says of the robot's frames.
+  const auto answer = [&](int64_t utime_us, const std::string& frame, const Pose2& pose) {
+    std::vector<FoxgloveMessage> messages = {pose_message(channel, utime_us, frame, lift(pose))};
+    const Utime utime = stamp_of(utime_us);
+    const bool slam = is_a<slam_pose_t>(event.bytes) || channel == channels::kSlamPose;
+    const auto transform = frame == "odom" ? frames_.add_odometry(channel, utime, pose)
+                           : slam          ? frames_.add_slam(channel, utime, pose)
+                                           : std::nullopt;
+    if (transform) messages.push_back(transform_message(channel, utime_us, *transform));
     return messages;
+  };
+  constexpr const char* kNoPlace = "a pose that is no place";
+  if (const auto slam = decode_as<slam_pose_t>(event.bytes)) {
+    return answer(slam->utime, "world",
+                  finite_pose(slam->x_m, slam->y_m, slam->theta_rad, kNoPlace));
   }
   if (const auto pose = decode_as<pose2_t>(event.bytes)) {
-    return answer(pose->utime, "world", lift({pose->x_m, pose->y_m, pose->theta_rad}));
+    return answer(pose->utime, "world", from_message(*pose).world_from_robot);
   }
   if (const auto odometry = decode_as<odometry_t>(event.bytes)) {
-    return answer(odometry->utime, "odom",
-                  lift({odometry->x_m, odometry->y_m, odometry->theta_rad}));
+    return answer(odometry->utime, "odom", from_message(*odometry).odom_from_robot);
   }
   if (const auto pose = decode_as<mbot_pose2d_t>(event.bytes)) {
     const bool odom = channel.find("ODOM") != std::string::npos;
     return answer(pose->utime, odom ? "odom" : "world",
-                  lift({static_cast<double>(pose->x), static_cast<double>(pose->y),
-                        static_cast<double>(pose->theta)}));
+                  finite_pose(static_cast<double>(pose->x), static_cast<double>(pose->y),
+                              static_cast<double>(pose->theta), kNoPlace));
   }
   if (const auto pose = decode_as<bot_core::pose_t>(event.bytes)) {
     const double(&q)[4] = pose->orientation;
@@ -238,7 +243,7 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_pose(const DecodedEve
     local_from_body.linear() =
         Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
     local_from_body.translation() = Eigen::Vector3d(pose->pos);
-    return answer(pose->utime, "local", local_from_body);
+    return {pose_message(channel, pose->utime, "local", local_from_body)};
   }
   return {};
 }
@@ -247,7 +252,7 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_image(const DecodedEv
   const auto image = decode_as<bot_core::image_t>(event.bytes);
   if (!image) return {};
   const std::string channel(event.head.channel);
-  const std::string head = in_frame(channel, image->utime, "camera");
+  const std::string head = in_frame(channel, image->utime, frame_of(channel, "camera"));
   if (image->pixelformat == bot_core::image_t::PIXEL_FORMAT_MJPEG) {
     return {{channel + "/CompressedImage", "foxglove.CompressedImage",
              head + R"(,"data":")" + to_base64(image->data) + R"(","format":"jpeg"})"}};

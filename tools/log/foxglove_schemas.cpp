@@ -47,6 +47,8 @@ std::string foxglove_schema(const std::string& name) {
               R"("title":"foxglove.PackedElementField","properties":{"name":)" +
               text + R"(,"offset":)" + integer + R"(,"type":)" + integer + R"(}}},"data":)" +
               kBytes;
+  } else if (name == "foxglove.PosesInFrame") {
+    fields += R"(,"poses":{"type":"array","items":)" + pose() + "}";
   } else if (name == "foxglove.PoseInFrame") {
     fields += R"(,"pose":)" + pose();
   } else if (name == "foxglove.FrameTransform") {

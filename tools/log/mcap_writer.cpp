@@ -88,8 +88,13 @@ McapWriter::McapWriter(OutputFile& out) : out_(out) {
   std::string header;
   put_text(header, "");
   put_text(header, "marco-log");
-  out_.write(kMagic);
-  out_.write(std::string_view(record(kHeader, header)));
+  emit(kMagic);
+  emit(record(kHeader, header));
+}
+
+void McapWriter::emit(std::string_view bytes) {
+  written_crc_ = crc32(bytes, written_crc_);
+  out_.write(bytes);
 }
 
 uint16_t McapWriter::add_schema(std::string_view name,
@@ -168,8 +173,8 @@ void McapWriter::flush_chunk() {
   put(head, crc32(chunk_));
   put_text(head, "");  // not compressed
   put(head, static_cast<uint64_t>(chunk_.size()));
-  out_.write(std::string_view(head));
-  out_.write(std::string_view(chunk_));
+  emit(head);
+  emit(chunk_);
   index.bytes = head.size() + chunk_.size();
   for (const auto& [channel, messages] : chunk_index_) {
     index.indexes.emplace_back(channel, static_cast<uint64_t>(out_.size_bytes()));
@@ -181,7 +186,7 @@ void McapWriter::flush_chunk() {
     put(content, channel);
     put_text(content, entries);
     const std::string bytes = record(kMessageIndex, content);
-    out_.write(std::string_view(bytes));
+    emit(bytes);
     index.index_bytes += bytes.size();
   }
   chunks_.push_back(std::move(index));
@@ -247,9 +252,9 @@ std::string McapWriter::summary(uint64_t start, std::string& offsets) const {
 
 void McapWriter::finish() {
   flush_chunk();
-  std::string no_checksum;
-  put(no_checksum, uint32_t{0});
-  out_.write(std::string_view(record(kDataEnd, no_checksum)));
+  std::string checksum;
+  put(checksum, written_crc_);
+  emit(record(kDataEnd, checksum));
   const auto start = static_cast<uint64_t>(out_.size_bytes());
   std::string offsets;
   std::string tail = summary(start, offsets);
@@ -261,8 +266,8 @@ void McapWriter::finish() {
   put(tail, start);
   put(tail, offsets_start);
   put(tail, crc32(tail));
-  out_.write(std::string_view(tail));
-  out_.write(kMagic);
+  emit(tail);
+  emit(kMagic);
 }
 
 }  // namespace marco::logs

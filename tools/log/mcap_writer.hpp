@@ -44,10 +44,12 @@ class McapWriter {
     uint64_t index_bytes = 0;
     uint64_t records_bytes = 0;
   };
+  void emit(std::string_view bytes);
   void flush_chunk();
   std::string summary(uint64_t start, std::string& offsets) const;
 
   OutputFile& out_;
+  uint32_t written_crc_ = 0;
   std::vector<std::string> schemas_;   // whole records
   std::vector<std::string> channels_;  // whole records
   std::string chunk_;

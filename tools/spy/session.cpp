@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "common/check.hpp"
+#include "common/process/emergency_stop.hpp"
 #include "common/process/lcm_bus.hpp"
 #include "common/process/progress.hpp"
 #include "common/process/stop_signal.hpp"
@@ -15,7 +16,6 @@
 #include "tools/spy/page_text.hpp"
 #include "tools/spy/painter.hpp"
 #include "tools/spy/report.hpp"
-#include "tools/spy/stop_switch.hpp"
 #include "tools/spy/system.hpp"
 #include "tools/spy/watcher.hpp"
 
@@ -47,8 +47,7 @@ class Session {
       : options_(options),
         schema_(load_types(options, around_.problems)),
         decoder_(schema_),
-        shared_(decoder_),
-        stop_switch_(process::effective_lcm_url(options.lcm_url)) {
+        shared_(decoder_) {
     require(options.duration_s >= 0 && options.duration_s < 1e8,
             "--duration must be 0 to 1e8 seconds");
     require(options.speed >= 0 && options.speed <= 1e6, "--speed must be 0 to 1e6");
@@ -193,7 +192,6 @@ class Session {
       auto next_frame = start;
       while (!time_is_over(start)) {
         refresh();
-        stop_switch_.repeat();
         painter.paint(frame(painter.width(), painter.height()));
         ++frames;
         next_frame = std::max(next_frame + std::chrono::milliseconds(100), Clock::now());
@@ -206,7 +204,6 @@ class Session {
         if (!press) std::this_thread::sleep_until(next_frame);
       }
     }
-    stop_switch_.finish();
     const SharedModel::Look look(shared_);
     std::printf("%lld messages received, %lld lost, %lld frames in %.1f s\n",
                 static_cast<long long>(shared_.model.messages()),
@@ -224,6 +221,15 @@ class Session {
     const SharedModel::Look look(shared_);
     if (watcher_) shared_.model.settle(around_.now_us);
     return draw(shared_.model, view_, around_, width, height);
+  }
+
+  // A recording's robots are beyond orders.
+  void order(process::EmergencyStop what) {
+    if (around_.is_log) return;
+    if (!bus_) bus_ = std::make_unique<process::LcmBus>(options_.lcm_url);
+    process::send_emergency_stop(
+        *bus_, what, "marco-spy",
+        what == process::EmergencyStop::engage ? "stop key" : "release key");
   }
 
   // @returns false to quit.
@@ -245,10 +251,10 @@ class Session {
         }
         break;
       case Action::stop:
-        if (!around_.is_log) stop_switch_.order(StopSwitch::Order::stop);
+        order(process::EmergencyStop::engage);
         break;
       case Action::release:
-        stop_switch_.order(StopSwitch::Order::release);
+        order(process::EmergencyStop::release);
         break;
       case Action::pause:
         view_.paused = !view_.paused;
@@ -269,7 +275,7 @@ class Session {
   std::unique_ptr<Receiver> receiver_;
   std::unique_ptr<Watcher> watcher_;
   std::unique_ptr<LogPlayer> player_;
-  StopSwitch stop_switch_;
+  std::unique_ptr<process::LcmBus> bus_;  // opened with the first order
   std::unique_ptr<Model> frozen_;
   int64_t frozen_at_us_ = 0;
 };

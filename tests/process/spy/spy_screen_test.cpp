@@ -98,7 +98,7 @@ TEST(SpyScreen, StopsEveryRobotAndReleasesThemWhenAsked) {
   EXPECT_SHOWS(terminal, "nothing heard yet");
   EXPECT_SHOWS(terminal, "marco run config/sim.procman drive");
   terminal.press("x");
-  ASSERT_TRUE(hear(5));
+  ASSERT_TRUE(hear(2));  // more than one: a datagram may be lost
   EXPECT_EQ(heard.back().engaged, 1);
   EXPECT_EQ(heard.back().sender, "marco-spy");
   EXPECT_SHOWS(terminal, "EMERGENCY STOP by marco-spy: stop key");
@@ -116,7 +116,7 @@ TEST(SpyScreen, StopsEveryRobotAndReleasesThemWhenAsked) {
   heard.clear();
   terminal.press("x");
   terminal.press("q");
-  EXPECT_TRUE(hear(5));
+  EXPECT_TRUE(hear(2));
 }
 
 // 10 frames a second while 100 000 messages a second come in: at most one frame in ten is late.

@@ -120,6 +120,8 @@ inline McapFile read_mcap(const std::string& bytes) {
       indexes[offset] = {channel, content.text()};
     } else if (opcode == 0x0F) {
       in_summary = true;
+      check(content.take<uint32_t>() == crc32(std::string_view(bytes).substr(0, offset)),
+            "checksum of the data");
       summary_start = position();
     } else if (opcode == 0x03 || opcode == 0x04) {
       check(in_summary, "definitions outside chunks");

@@ -81,7 +81,6 @@ class MappingSession {
   void join(const FoundPlace& place);
   /// Whether the scans are not, or not yet, part of the map that they are to extend.
   bool is_alone() const { return mode_ == Mode::extending && !joined_; }
-  void begin_search(SavedMap map);
   void map_from(const SlamState& start);
   /// The session is part of the map, or set apart.
   void end_session();

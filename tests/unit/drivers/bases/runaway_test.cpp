@@ -176,7 +176,7 @@ TYPED_TEST(AnyBase, DatagramsMayOvertakeEachOther) {
   base.bench.run(0.1);
   this->send(this->stop(true, -86400.0));
   EXPECT_THAT(this->note(), StartsWith(kEmergencyStopNote));
-  base.bench.run(0.1);
+  base.bench.run(0.5);
   this->send(this->stop(false));
   EXPECT_EQ(base.move(0.2), Fate::done);
 }

@@ -272,7 +272,7 @@ TEST_F(MapFolder, WhatCannotBeMappedLeavesItAsItWas) {
     files::EventLogWriter log(at("no_scans.lcm"));
     log.write("NOISE", std::vector<uint8_t>(100), Utime::from_us(1));
   }
-  expect_untouched(map(at("no_scans.lcm")), "no laser scan");
+  expect_untouched(map(at("no_scans.lcm")), "no laser among its channels");
 }
 
 TEST_F(MapFolder, CtrlCLeavesItAsItWas) {

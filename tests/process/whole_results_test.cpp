@@ -149,7 +149,7 @@ class WholeResults : public ::testing::Test {
       started.wait(60);
       const bool is_new = judge(at("work"), "kill " + std::to_string(i));
       fresh += is_new ? 1 : 0;
-      if (i % 2 != 0) lasts_s *= is_new ? 0.97 : 1.03;
+      if (i % 2 != 0) lasts_s *= is_new ? 0.9 : 1.15;
     }
     tell((program + ", kill -9").c_str(), kills(), fresh);
     // What the last ones left is in nobody's way.

@@ -68,7 +68,8 @@ std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
     return files::open_odometry_laser_text(path);
   }
   // Not every reader behind this line would notice soon that it reads no text.
-  require(head.find('\0') == std::string::npos, name + ": looks like " + looks_like(head) + "; " + kKnown);
+  require(head.find('\0') == std::string::npos,
+          name + ": looks like " + looks_like(head) + "; " + kKnown);
   if (files::is_tilted_scan(path)) return files::open_tilted_scans({path});
   if (files::is_thesis_file(path)) return files::open_thesis_file(path);
   throw std::invalid_argument(name + ": looks like " + looks_like(head) + "; " + kKnown);

@@ -27,8 +27,9 @@ FilmWriter::FilmWriter(const std::string& path, int width_px, int height_px, dou
               std::to_string(height_px));
   require(frames_per_s > 0.0, "a film needs more than 0 frames a second");
   implementation_ = std::make_unique<Implementation>(path);
-  implementation_->writer.open(implementation_->file.unfinished_path(), cv::CAP_FFMPEG, cv::VideoWriter::fourcc('m', 'p', '4', 'v'),
-                               frames_per_s, cv::Size(width_px, height_px));
+  implementation_->writer.open(implementation_->file.unfinished_path(), cv::CAP_FFMPEG,
+                               cv::VideoWriter::fourcc('m', 'p', '4', 'v'), frames_per_s,
+                               cv::Size(width_px, height_px));
   if (!implementation_->writer.isOpened())
     throw std::runtime_error("cannot write film " + path +
                              ": is the folder there, and libopencv-videoio built with FFmpeg?");
@@ -52,7 +53,8 @@ void FilmWriter::finish() {
   cv::VideoCapture film(implementation_->file.unfinished_path(), cv::CAP_FFMPEG);
   const int whole = static_cast<int>(film.get(cv::CAP_PROP_FRAME_COUNT));
   if (!film.isOpened() || whole < frames_)
-    throw std::runtime_error("film " + implementation_->name + " is not whole: " + std::to_string(whole) + " of " +
+    throw std::runtime_error("film " + implementation_->name +
+                             " is not whole: " + std::to_string(whole) + " of " +
                              std::to_string(frames_) + " pictures; is the disk full?");
   implementation_->file.finish();
 }

@@ -35,7 +35,6 @@ inline bool read_line(std::istream& in, std::string& line) {
   return true;
 }
 
-
 constexpr std::size_t kMaxBeams = 20000;     ///< of a scan in a text; more is damage
 constexpr double kUntimedScanPeriodS = 0.1;  ///< between scans of a text without times
 

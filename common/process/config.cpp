@@ -139,7 +139,8 @@ toml::table difference(const toml::table& table, const toml::table& other) {
     const toml::node* before = other.get(key.str());
     if (node.is_table()) {
       const bool nested = before != nullptr && before->is_table();
-      toml::table inner = difference(*node.as_table(), nested ? *before->as_table() : toml::table{});
+      toml::table inner =
+          difference(*node.as_table(), nested ? *before->as_table() : toml::table{});
       if (!inner.empty()) result.insert(key, std::move(inner));
       continue;
     }

@@ -48,8 +48,7 @@ ImagesResult export_images(WalkInput& input,
         if (pixel_bytes == 0) {
           ++result.unknown_format;
         } else if (const auto pixels = plain_pixels(image)) {
-          files::write_whole_file(stem.string() + ".png",
-                                  to_png(*pixels, image.width, pixel_bytes),
+          files::write_whole_file(stem.string() + ".png", to_png(*pixels, image.width, pixel_bytes),
                                   files::Appears::when_renamed);
           ++result.written;
         } else {

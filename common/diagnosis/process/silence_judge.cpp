@@ -52,8 +52,10 @@ void SilenceJudge::settle() {
   for (const auto& [name, count] : drops_->by_cause()) {
     if (std::exchange(drops_before_[name], count) < count) cause = name;
   }
-  if (handled == nullptr) return;
-  if (cause == "paused") {  // as it was ordered to
+  // Handlers of the others use, and drop, scans that waited for them.
+  if (handled != &tracks_.front()) return;
+  // As it was ordered to; a laser that nods.
+  if (cause == "paused" || cause == "tilted") {
     handled->dropped = 0;
     return;
   }

@@ -33,7 +33,7 @@ struct Lack {
     never,       ///< nothing has come
     ended,       ///< nothing comes any more
     wrong_type,  ///< the channel carries another type
-    unused,      ///< all that comes is dropped
+    unused,      ///< of the first expectation: all that comes is dropped
     clock,       ///< its stamps are not of the time of the first expectation's
     two_poses    ///< SENSOR_INFO tells two poses in turn
   };

@@ -149,9 +149,20 @@ TEST_F(Silence, MessagesThatAreAllDroppedAreTold) {
   drop_scans = "";
   run(0.3);
   EXPECT_TRUE(lacks().empty());
-  drop_scans = "paused";
-  run(10.0);
-  EXPECT_TRUE(lacks().empty());
+  for (const char* wanted : {"paused", "tilted"}) {
+    drop_scans = wanted;
+    run(10.0);
+    EXPECT_TRUE(lacks().empty());
+  }
+}
+
+TEST_F(Silence, AScanThatIsDroppedWhenItsOdometryComesIsNotOdometrysFault) {
+  for (int i = 0; i < 100; ++i) {
+    hear("LIDAR", scan_at(now_s_), "");
+    hear("ODOMETRY", odometry_at(now_s_), "undecodable");
+    run(0.1);
+    ASSERT_TRUE(lacks().empty());
+  }
 }
 
 TEST_F(Silence, OneDroppedMessageInTwoIsNothing) {

@@ -317,7 +317,7 @@ TEST_F(MapProcess, TheReportSaysWhoMadeItAndHowAlsoOfStrangeNames) {
   ASSERT_EQ(result.code, 0) << result.output;
   const nlohmann::json found = report(at("out"));
   EXPECT_THAT(found.at("marco").get<std::string>(),
-              testing::MatchesRegex("[0-9]+\\.[0-9]+\\.[0-9]+.*"));
+              ::testing::MatchesRegex("[0-9]+\\.[0-9]+\\.[0-9]+.*"));
   EXPECT_EQ(found.at("command_line").at(3), at("out"));
   EXPECT_THAT(found.at("command_line").at(1), HasSubstr("a\xEF\xBF\xBD.lcm"));
   EXPECT_EQ(found.at("configuration").dump(), R"({"joined_surface":{"plan_height_m":1.5}})");

@@ -11,6 +11,7 @@
 namespace marco::spy {
 namespace {
 
+using diagnosis::Datagram;
 using diagnosis::parse_datagram;
 using diagnosis::Reassembler;
 using diagnosis::SequenceTracker;

@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
+#include <sstream>
 
 namespace marco::diagnosis {
 namespace {
@@ -77,8 +79,22 @@ std::string command_name(int pid) {
   return name;
 }
 
+// When a process began, in clock ticks since the boot; the 22nd field, counted behind the name.
+uint64_t start_ticks(int pid) {
+  constexpr int kFieldsBetween = 19;
+  const std::string stat = read_text("/proc/" + std::to_string(pid) + "/stat");
+  const std::size_t name_end = stat.rfind(") ");
+  if (name_end == std::string::npos) return std::numeric_limits<uint64_t>::max();
+  std::istringstream fields(stat.substr(name_end + 2));
+  std::string skipped;
+  for (int i = 0; i < kFieldsBetween; ++i) fields >> skipped;
+  uint64_t ticks = 0;
+  return fields >> ticks ? ticks : std::numeric_limits<uint64_t>::max();
+}
+
 std::map<uint64_t, Process> owners_of(const std::set<uint64_t>& inodes) {
   std::map<uint64_t, Process> owners;
+  std::map<uint64_t, uint64_t> began;  // by inode
   if (inodes.empty()) return owners;
   for (const int pid : running_pids()) {
     const std::string folder = "/proc/" + std::to_string(pid) + "/fd";
@@ -92,9 +108,13 @@ std::map<uint64_t, Process> owners_of(const std::set<uint64_t>& inodes) {
       if (length <= 0 || !std::string_view(target.data()).starts_with(kSocket)) continue;
       uint64_t inode = 0;
       std::from_chars(target.data() + kSocket.size(), target.data() + length, inode);
-      // A child may share its parent's socket: the parent (found first, the lower number) counts.
-      if (inodes.contains(inode) && !owners.contains(inode))
-        owners[inode] = {pid, command_name(pid)};
+      if (!inodes.contains(inode)) continue;
+      // A child may share its parent's socket: the parent, which began earlier, counts. Numbers of
+      // processes wrap round and tell nothing.
+      const uint64_t ticks = start_ticks(pid);
+      if (owners.contains(inode) && began[inode] <= ticks) continue;
+      owners[inode] = {pid, command_name(pid)};
+      began[inode] = ticks;
     }
     closedir(directory);
   }

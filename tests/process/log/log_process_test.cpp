@@ -137,15 +137,6 @@ std::vector<files::LogEvent> listen_while(const std::string& command) {
   return heard;
 }
 
-TEST(Output, AFullDiskBehindStandardOutputIsAFailure) {
-  const ScratchFolder folder;
-  write_poses(folder / "log", 21);
-  const Outcome outcome = run("(" + program() + " info " + folder / "log" + " >/dev/full)");
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_THAT(outcome.output, HasSubstr("marco-log: its output could not be written: No space"));
-  EXPECT_EQ(run("(" + program() + " info " + folder / "log" + " >&-)").exit_code, 0);
-}
-
 TEST(Output, ForceNeverReplacesADevice) {
   const ScratchFolder folder;
   write_poses(folder / "log", 21);

@@ -11,9 +11,8 @@ export XDG_RUNTIME_DIR="$folder/runtime" XDG_STATE_HOME="$folder/state" MARCO_RU
 # The front door's own function, with the programs that are to be tested.
 eval "$(sed -n '/^run_script()/,/^}/p' "$2/marco")"
 declare -f run_script >/dev/null || fail 'the front door has no run_script'
-root="$folder/root" here="$folder"
-mkdir -p "$root/build/release" "$MARCO_RUN"
-ln -s "$1" "$root/build/release/bin"
+root="$2" bin="$1" name=./marco here="$folder"
+mkdir -p "$MARCO_RUN"
 cat >"$folder/robot.procman" <<TEXT
 cmd "base" { exec = "bash -c 'echo \$\$ >$folder/base.pid; touch $MARCO_RUN/live.lcm.0; exec sleep 1000'"; deputy = "localhost"; }
 script "drive" { start cmd "base" wait "running"; }
@@ -40,5 +39,4 @@ wait "$first" || fail 'the first run ended with an error'
 kill -0 "$base" 2>/dev/null && fail 'a command outlived the run'
 grep -q 'stops what still runs: base' "$folder/first.log" || fail 'what still ran was not said'
 grep -q "recorded: $MARCO_RUN/live.lcm.0" "$folder/first.log" || fail 'where the recording lies was not said'
-(run_script --help) | grep -q '^usage: ' || fail 'run --help does not help'
 echo 'SIGTERM stopped all, and said what and where'

@@ -21,6 +21,10 @@ rows = 12
 [[steps]]
 to_m = [5.6, 2.2]
 """
+ELSEWHERE = """start_m = [4.0, 7.0]
+[[steps]]
+to_m = [9.0, 7.0]
+"""
 # Flags of these go to Google Benchmark, CTest and CMake.
 FOREIGN_FLAG = re.compile(r"--(benchmark_\w+|preset|build|target|install|prefix|test-dir)$")
 COMMAND = re.compile(r"(\./marco|marco|marco-[a-z0-9-]+|cmake|ctest|build/release/bin/\S+|tests/\S+\.(sh|py)) ")
@@ -119,12 +123,17 @@ def prepare(checker):
     for name in ("config", "logs"):
         os.symlink(f"{root}/{name}", f"{folder}/{name}")
     os.makedirs(folder + "/out/demo")
-    for words in (
-            [checker.programs + "/marco-simulate", "--world", "config/worlds/lab.toml", "--tour", "tour.toml", "--cameras",
-             "config/robots/michoacan.toml", "--out", "my.log"],
-            ["./marco", "map", "my.log", "--out", "out/demo", "--lines"]):
+    with open(folder + "/elsewhere.toml", "w") as tour:
+        tour.write(ELSEWHERE)
+    simulate = checker.programs + "/marco-simulate"
+    for wanted, words in (
+            (0, [simulate, "--world", "config/worlds/lab.toml", "--tour", "tour.toml", "--cameras",
+                 "config/robots/michoacan.toml", "--out", "my.log"]),
+            (0, [simulate, "--world", "config/worlds/office.toml", "--tour", "elsewhere.toml", "--out", "elsewhere.log"]),
+            (0, ["./marco", "map", "my.log", "--out", "out/demo", "--lines"]),
+            (1, ["./marco", "map", "my.log", "elsewhere.log", "--out", "out/two_buildings"])):
         code, _, err = checker.run(words)
-        if code != 0:
+        if code != wanted:
             sys.exit(f"FAILED: {' '.join(words)}: {err}")
     os.rename(folder + "/my.log", folder + "/out/demo/lab.lcm")
     os.symlink("out/demo/lab.lcm", folder + "/my.log")
@@ -155,7 +164,7 @@ def check_outputs(checker, text):
     if len(names) < 15:
         fail("| file | what |", "the table of outputs is not found")
     for name in names:
-        if not any(glob.glob(f"{checker.folder}/out/{run}/{name}") for run in ("mine", "demo")):
+        if not any(glob.glob(f"{checker.folder}/out/{run}/{name}") for run in ("mine", "demo", "two_buildings")):
             fail(name, "no run of map writes it")
 
 

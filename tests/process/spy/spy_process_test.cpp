@@ -101,7 +101,7 @@ TEST(Spy, HundredThousandMessagesASecondAreAllAccountedFor) {
                 static_cast<long long>(lost));
     if (buffer.empty()) continue;
     EXPECT_GT(lost, 0);
-    EXPECT_THAT(report["findings"].dump(), HasSubstr("this spy's receive buffer overflowed"));
+    EXPECT_THAT(report["findings"].dump(), HasSubstr("marco-spy's receive buffer overflowed"));
   }
   sched_setaffinity(0, sizeof before, &before);
 }

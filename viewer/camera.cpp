@@ -145,9 +145,10 @@ Camera parse_camera(const std::string& text) {
     good = good && part.find_first_not_of(" \t", used) == std::string::npos &&
            std::isfinite(numbers.empty() ? 0.0 : numbers.back());
   }
-  require(good && (numbers.size() == 4 || numbers.size() == 5),
-          "camera \"" + text +
-              "\": expected above, eye, front, robot, sheet, or x,y,z,yaw,pitch in metres and degrees");
+  require(
+      good && (numbers.size() == 4 || numbers.size() == 5),
+      "camera \"" + text +
+          "\": expected above, eye, front, robot, sheet, or x,y,z,yaw,pitch in metres and degrees");
   numbers.resize(5, 0.0);
   return camera_at(make_pose3({numbers[0], numbers[1], numbers[2]}, 0.0, -deg_to_rad(numbers[4]),
                               deg_to_rad(numbers[3])));

@@ -26,8 +26,8 @@ std::optional<int> parse_arguments(CLI::App& app, int argc, const char* const* a
 /// person).
 void start_logging(const std::string& process, const std::string& level);
 
-/// Flushes what was printed. @throws std::runtime_error when it could not be written: a full disk, a
-/// device that refuses.
+/// Flushes what was printed. @throws std::runtime_error when it could not be written: a full disk,
+/// a device that refuses.
 void finish_stdout();
 
 /// The body of each main: runs it, finishes stdout, and turns any exception into a message on

@@ -78,15 +78,17 @@ void send(process::LcmBus& bus, const Operator::Orders& orders) {
   }
 }
 
-int run(const process::CommonArguments& arguments) {
+enum class Hands { keys_and_gamepad, gamepad };
+
+int run(const process::CommonArguments& arguments, Hands driven_by) {
   const auto options = process::load_options<teleop::OperatorOptions>(arguments.config_path);
   if (arguments.print_config) {
     std::fputs(process::print_options(options).c_str(), stdout);
     return 0;
   }
-  require(
-      isatty(STDIN_FILENO) == 1,
-      "standard input is no terminal, so no key can be read: start it in a terminal of its own");
+  require(driven_by == Hands::gamepad || isatty(STDIN_FILENO) == 1,
+          "standard input is no terminal, so no key can be read: start it in a terminal of its "
+          "own, or with --no-keys for a gamepad alone");
   process::start_logging("marco-teleop", arguments.log_level);
   process::catch_stop_signals();
   process::LcmBus bus(arguments.lcm_url);
@@ -104,7 +106,9 @@ int run(const process::CommonArguments& arguments) {
     while (!process::stop_requested() && !hands.wants_to_quit()) {
       bus.handle_once(20);
       const Utime now = drivers::wall_now();
-      while (const auto key = keyboard.key()) hands.on_key(*key, now);
+      while (const auto key = keyboard.key()) {
+        if (driven_by == Hands::keys_and_gamepad) hands.on_key(*key, now);
+      }
       send(bus, hands.step(now));
       if (const auto note = silence.step()) {
         view.notice = note->trouble ? note->text : "";
@@ -135,7 +139,9 @@ int main(int argc, char** argv) {
         "+ and - change the speed, space stops, e is the emergency stop and c clears it, q ends");
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
+    bool no_keys = false;
+    app.add_flag("--no-keys", no_keys, "drive by gamepad alone; needs no terminal");
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    return run(arguments);
+    return run(arguments, no_keys ? Hands::gamepad : Hands::keys_and_gamepad);
   });
 }

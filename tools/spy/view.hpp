@@ -38,7 +38,7 @@ struct View {
   double zoom = 1;                   ///< of pictures
   int scroll = 0;                    ///< first row of the who page
   int page_rows = 10;                ///< rows of the last picture of the page, for page up and down
-  bool asks_release = false;         ///< whether to release the emergency stop: the next key answers
+  bool asks_release = false;  ///< whether to release the emergency stop: the next key answers
 };
 
 /// What the last message on EMERGENCY_STOP says.

@@ -274,7 +274,7 @@ TEST_F(SheriffTest, AfterTheScriptItMayStayAsObserver) {
 }
 
 TEST_F(SheriffTest, WrongUseAndWrongFilesAreRefusedWithTheirPlace) {
-  EXPECT_EQ(start_sheriff({"-n"})->wait_s(40.0), 1);
+  EXPECT_EQ(start_sheriff({"-n"})->wait_s(40.0), 2);
   EXPECT_EQ(start_sheriff({"-n", "none"})->wait_s(40.0), 1);
   EXPECT_THAT(programs_output(), HasSubstr("there is no script \"none\"; there are: \"go\""));
   EXPECT_NE(start_sheriff({"-n", "-o", "go"})->wait_s(40.0), 0);

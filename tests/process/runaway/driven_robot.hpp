@@ -72,7 +72,7 @@ class DrivenRobot {
     teleop.reset();
     close(hand_);
     hand_ = -1;
-    teleop = start("marco-teleop", {});
+    teleop = start("marco-teleop", {"--no-keys"});
     gamepad = start("marco-gamepad", {"--device", file("pad")});
     EXPECT_TRUE(wait([this] {
       if (hand_ < 0) hand_ = open(file("pad").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);

@@ -203,7 +203,7 @@ TEST(Schema, PublicTypesHaveTheirPublishedFingerprints) {
   std::set<std::string> seen;
   while (std::getline(types, line)) {
     if (!seen.insert(line).second) continue;  // a type that two sources declare alike
-    const auto column = columns(line);  // set, type, kind, order, lcm_type, name, dimensions
+    const auto column = columns(line);        // set, type, kind, order, lcm_type, name, dimensions
     std::string& members = sets[column[0]][column[1]];
     if (column[2] == "const") members += "const ";
     members += column[4] + " " + column[5];

@@ -152,7 +152,9 @@ TEST_F(Screen, WhoHearsNothingIsToldWhatToDo) {
   EXPECT_THAT(text, HasSubstr("nothing heard yet\n"));
   EXPECT_THAT(text, HasSubstr("./marco run config/sim.procman drive "));
   EXPECT_THAT(text, HasSubstr("./marco replay LOG"));
-  EXPECT_THAT(text, HasSubstr("publish, and\n   none can hear, as long as that is so\n"));  // wrapped, not cut
+  EXPECT_THAT(
+      text,
+      HasSubstr("publish, and\n   none can hear, as long as that is so\n"));  // wrapped, not cut
   EXPECT_THAT(text, HasSubstr("     sudo ip route add 224.0.0.0/4 dev lo\n"));
   EXPECT_THAT(text, Not(HasSubstr("~\n")));
   around_.findings.clear();

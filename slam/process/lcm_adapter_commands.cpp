@@ -39,12 +39,12 @@ std::string SlamAdapter::obey(const SlamOrder& order) {
     case slam_command_t::RESET:
       hear_lasers_anew();
       session_.reset();
-      return "RESET: maps anew";
+      return "RESET: a new map is begun";
     case slam_command_t::SET_POSE:
       hear_lasers_anew();
       session_.set_pose(order.world_from_robot);
       return session_.localizer() != nullptr ? "SET_POSE: tracks from there"
-                                             : "SET_POSE: maps anew from there";
+                                             : "SET_POSE: a new map is begun from there";
     case slam_command_t::LOCALIZE: {
       Localizer localizer = session_.localizer_in(load_map_folder(order.folder));
       hear_lasers_anew();

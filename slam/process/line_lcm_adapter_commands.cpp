@@ -33,11 +33,11 @@ std::string LineLcmAdapter::obey(const SlamOrder& order) {
     case slam_command_t::RESET:
       hear_lasers_anew();
       reset({});
-      return "RESET: maps anew";
+      return "RESET: a new map is begun";
     case slam_command_t::SET_POSE:
       hear_lasers_anew();
       reset(order.world_from_robot);
-      return "SET_POSE: maps anew from there";
+      return "SET_POSE: a new map is begun from there";
     case slam_command_t::PAUSE:
       hear_lasers_anew();
       paused_ = true;

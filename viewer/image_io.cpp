@@ -10,6 +10,7 @@
 #include "common/check.hpp"
 #include "common/files/folder_journal.hpp"
 #include "common/files/output_file.hpp"
+#include "common/files/readable.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -50,7 +51,10 @@ Picture read_picture(const std::string& path) {
   // OpenCV would print a warning of its own.
   const bool readable = std::ifstream(path).good();
   const cv::Mat bgr = readable ? cv::imread(path, cv::IMREAD_COLOR) : cv::Mat();
-  if (bgr.empty()) throw std::runtime_error("cannot read " + path + ": missing or no picture");
+  if (bgr.empty()) {
+    const std::string why = files::why_not_readable(path);
+    throw std::runtime_error(path + ": " + (why.empty() ? "no picture that OpenCV can read" : why));
+  }
   return rgb_of(bgr);
 }
 

@@ -124,8 +124,10 @@ script "drive" { start everything wait "running"; }
 TEST_F(SheriffTest, TheLoneSheriffStaysWithWhatItsScriptHasStarted) {
   config_ = write_file("lone.procman", kLoneRobot);
   auto sheriff = start_sheriff({"-n", "-l", "drive"});
-  ASSERT_TRUE(
-      wait_until([&] { return programs_output().find("these go on: base") != std::string::npos; }));
+  ASSERT_TRUE(wait_until([&] {
+    return status("base").pid > 0 &&
+           programs_output().find("these go on: base") != std::string::npos;
+  }));
   const pid_t pid = status("base").pid;
   EXPECT_EQ(sheriff->wait_s(0.5), -1);
   EXPECT_TRUE(is_alive(pid));
@@ -146,8 +148,10 @@ TEST_F(SheriffTest, ASheriffThatLeavesSaysWhatRunsOn) {
 TEST_F(SheriffTest, ADeadLoneDeputyIsStartedAgainAndFindsItsCommands) {
   config_ = write_file("lone.procman", kLoneRobot);
   auto sheriff = start_sheriff({"-n", "-l", "drive"});
-  ASSERT_TRUE(
-      wait_until([&] { return programs_output().find("these go on: base") != std::string::npos; }));
+  ASSERT_TRUE(wait_until([&] {
+    return status("base").pid > 0 &&
+           programs_output().find("these go on: base") != std::string::npos;
+  }));
   const pid_t pid = status("base").pid;
   const auto deputy = [&] {
     std::ifstream children("/proc/" + std::to_string(sheriff->pid()) + "/task/" +
@@ -181,8 +185,10 @@ TEST_F(SheriffTest, ASecondLoneSheriffTouchesNothing) {
   EXPECT_EQ(start_program({"marco-procman-sheriff", "--check-free"})->wait_s(40.0), 0);
   config_ = write_file("lone.procman", kLoneRobot);
   auto sheriff = start_sheriff({"-n", "-l", "drive"});
-  ASSERT_TRUE(
-      wait_until([&] { return programs_output().find("these go on: base") != std::string::npos; }));
+  ASSERT_TRUE(wait_until([&] {
+    return status("base").pid > 0 &&
+           programs_output().find("these go on: base") != std::string::npos;
+  }));
   const pid_t pid = status("base").pid;
   config_ = write_file("other.procman",
                        "cmd \"base\" { exec = \"sleep 999\"; deputy = \"localhost\"; }\n"

@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "common/check.hpp"
@@ -96,6 +98,17 @@ void copy_folders(const fs::path& from, const fs::path& to) {
   }
 }
 
+// The programs that a killed command had started hold its lock until they have died, too.
+bool take_patiently(FolderLock& lock, const fs::path& part) {
+  constexpr int kTries = 20;
+  constexpr std::chrono::milliseconds kPause{100};
+  for (int i = 0; i < kTries; ++i) {
+    if (lock.take(part)) return true;
+    std::this_thread::sleep_for(kPause);
+  }
+  return false;
+}
+
 }  // namespace
 
 OutputFolder::OutputFolder(const fs::path& folder, std::string owner, FolderSeams seams)
@@ -132,7 +145,7 @@ bool OutputFolder::take_part() {
     why_not_ = "it is not of Marco's making; move it away";
     if (!is_work_of_ours(part_)) return false;
   }
-  if (!lock_.take(part_)) {
+  if (!take_patiently(lock_, part_)) {
     refuse(folder_,
            "another program is writing its results there; wait for it, or give another folder");
   }

@@ -118,7 +118,7 @@ bool LcmLogReader::stamp_fits(const LogEvent& event, const LoggedChannel& channe
     return off > -kFarthestUs && off < kFarthestUs;
   };
   const auto last = last_stamp_us_.find(event.channel);
-  // Where the event's time leaps and the stamp goes on, it is the event's time that is wrong.
+  // Where the event's time jumps and the stamp does not, it is the event's time that is wrong.
   bool fits = last != last_stamp_us_.end() && is_near(*utime, last->second);
   if (!channel.offset_us || survey_.stopped_us.contains(event.event_time.us)) {
     fits = fits || last == last_stamp_us_.end();

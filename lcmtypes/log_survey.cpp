@@ -177,7 +177,7 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
   if (times.silent() >= kWorthSaying) {
     survey.notes.push_back("the event times of " + std::to_string(times.silent()) + " of " +
                            std::to_string(events) +
-                           " events stand still or leap: only the messages' own stamps are used "
+                           " events stand still or jump: only the messages' own stamps are used "
                            "there");
   }
   compare_clocks(survey, offsets);

@@ -42,7 +42,7 @@ struct Datagram {
 std::optional<Datagram> parse_datagram(std::span<const uint8_t> bytes);
 
 /// Counts a sender's missing numbers. Late and doubled datagrams within the last 1024 numbers are
-/// recognised; a jump backwards beyond them, or forwards beyond 2^24, is a sender that began anew.
+/// recognised; a jump backwards beyond them, or forwards beyond 2^24, is a sender that was restarted.
 class SequenceTracker {
  public:
   /// @returns false for a number seen before.

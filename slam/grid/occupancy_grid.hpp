@@ -39,7 +39,7 @@ struct OccupancyGridOptions {
 /// Occupied, free and unknown space, cell by cell, as log-odds (Moravec & Elfes; Thrun, Burgard,
 /// Fox, Probabilistic Robotics, table 9.1). What differs: each scan counts at most once a cell, and
 /// where a scan both hits a cell and passes through it, it is a hit. Grows in tiles as it is fed.
-/// A part of it can be made anew: tiles. Not thread-safe. Limit: kMostCells in the box about all it
+/// A part of it can be redrawn: tiles. Not thread-safe. Limit: kMostCells in the box about all it
 /// knows, and its sides; what would make that larger is left out.
 class OccupancyGrid {
  public:

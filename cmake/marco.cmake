@@ -221,7 +221,7 @@ function(marco_install_package)
     NAMESPACE marco::
     FILE marco-targets.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/marco)
-  foreach(room common lcmtypes drivers slam mapping3d viewer procman tools)
+  foreach(room lcm_tools common lcmtypes recordings drivers simulator teleop slam mapping3d viewer tools)
     install(
       DIRECTORY ${PROJECT_SOURCE_DIR}/${room}
       DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco-robot

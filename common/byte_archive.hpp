@@ -12,9 +12,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "common/check.hpp"
 #include "common/pose2.hpp"
-#include "common/utime.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco {
 

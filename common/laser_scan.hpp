@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/pose2.hpp"
-#include "common/utime.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco {
 

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco {
 namespace {

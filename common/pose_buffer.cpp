@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco {
 

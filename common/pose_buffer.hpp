@@ -5,7 +5,7 @@
 
 #include "common/pose2.hpp"
 #include "common/trajectory.hpp"
-#include "common/utime.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco {
 

@@ -10,7 +10,7 @@
 #include "common/laser_scan.hpp"
 #include "common/pose2.hpp"
 #include "common/pose3.hpp"
-#include "common/utime.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco {
 

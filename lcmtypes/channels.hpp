@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <string_view>
 
 /// All channel names of Marco, once. What travels on them: the .lcm files beside this header.
@@ -9,8 +10,8 @@ namespace marco::channels {
 
 inline constexpr const char* kLidar =
     "LIDAR";  ///< bot_core.planar_lidar_t; LIDAR_<NAME> with several
-inline constexpr const char* kLidarPattern = "LIDAR(_[A-Z0-9_]+)?";  ///< LIDAR_RAW is one of them
-inline constexpr const char* kLidarRaw = "LIDAR_RAW";  ///< lidar_raw_t: irregular bearings or times
+inline constexpr const char* kLidarPattern = "LIDAR(_[A-Z0-9_]+)?";  ///< LIDAR_RAW... among them
+inline constexpr const char* kLidarRaw = "LIDAR_RAW";  ///< lidar_raw_t; LIDAR_RAW_<NAME> likewise
 inline constexpr const char* kSensorInfo = "SENSOR_INFO";
 inline constexpr const char* kImu = "IMU";
 inline constexpr const char* kOdometry = "ODOMETRY";
@@ -43,6 +44,23 @@ inline constexpr std::array<std::string_view, 10> kOrders = {
 
 constexpr bool is_order(std::string_view channel) {
   return std::find(kOrders.begin(), kOrders.end(), channel) != kOrders.end();
+}
+
+/// Whether scans on it are lidar_raw_t: LIDAR_RAW or LIDAR_RAW_<NAME>.
+inline bool is_raw_lidar(std::string_view channel) {
+  const std::string raw = kLidarRaw;
+  return channel == raw || channel.starts_with(raw + "_");
+}
+
+/// The laser whose scans come on a channel: LIDAR_RAW_FRONT and LIDAR_FRONT are both LIDAR_FRONT's.
+inline std::string lidar_of(std::string_view channel) {
+  if (!is_raw_lidar(channel)) return std::string(channel);
+  return kLidar + std::string(channel.substr(std::string_view(kLidarRaw).size()));
+}
+
+/// Where a laser's scans come with the time of every beam: LIDAR_RAW_FRONT for LIDAR_FRONT.
+inline std::string raw_channel_of(std::string_view lidar) {
+  return kLidarRaw + std::string(lidar.substr(std::string_view(kLidar).size()));
 }
 
 }  // namespace marco::channels

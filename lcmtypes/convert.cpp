@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/finite_pose.hpp"
 #include "lcmtypes/stamp.hpp"

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/finite_pose.hpp"
 #include "lcmtypes/stamp.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "lcmtypes/stamp.hpp"
 
 namespace marco {

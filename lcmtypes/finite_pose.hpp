@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "common/check.hpp"
 #include "common/pose2.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/lcm_schema/schema.hpp"
+#include "lcm_tools/schema/schema.hpp"
 
 namespace marco {
 

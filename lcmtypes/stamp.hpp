@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/check.hpp"
-#include "common/utime.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco {
 

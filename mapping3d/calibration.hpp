@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/samples.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "mapping3d/scene.hpp"
 #include "mapping3d/surfels.hpp"
 

@@ -50,8 +50,8 @@ class Mapper3d {
   /// Ends the sweep under way. @returns whether it became a scene.
   bool finish();
 
-  /// The robot's path changed: each row moves with the key scan before it.
-  /// @param keys   where the key scans lie today
+  /// The robot's path changed: each row moves with the keyframe before it.
+  /// @param keys   where the keyframes lie today
   /// @param known  where all scans lay until now, as the rows added so far know them
   void follow(const Trajectory& keys, const std::map<Utime, Pose2>& known);
 

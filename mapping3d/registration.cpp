@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::mapping3d {
 namespace {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/pose3.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "mapping3d/scene.hpp"
 #include "mapping3d/surfels.hpp"
 

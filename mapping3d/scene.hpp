@@ -3,9 +3,9 @@
 #include <optional>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/pose3.hpp"
-#include "common/utime.hpp"
+#include "lcm_tools/base/options.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco::mapping3d {
 

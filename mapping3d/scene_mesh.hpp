@@ -3,8 +3,8 @@
 #include <array>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/triangle_mesh.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "mapping3d/scene.hpp"
 
 namespace marco::mapping3d {

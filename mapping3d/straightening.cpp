@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "mapping3d/sparse_least_squares.hpp"
 
 namespace marco::mapping3d {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "mapping3d/registration.hpp"
 #include "mapping3d/scene.hpp"
 

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "mapping3d/point_tree.hpp"
 #include "mapping3d/scene.hpp"
 

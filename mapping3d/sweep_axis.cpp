@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "mapping3d/straightening.hpp"
 
 namespace marco::mapping3d {

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "slam/key_scan_grid.hpp"
+#include "slam/map/keyframe_grid.hpp"
 
 namespace marco::slam {
 namespace {
 
-// Of an edge between consecutive key scans, added to the match's own covariance: what a match
+// Of an edge between consecutive keyframes, added to the match's own covariance: what a match
 // cannot know of itself (motion in the scan, a moving crowd, the local map's own error).
 constexpr double kEdgeSigmaM = 0.008;
 constexpr double kEdgeSigmaDeg = 0.10;
@@ -218,13 +218,13 @@ Slam::Match Slam::match_widely(const OrientedPoints& points,
 const LikelihoodPyramid& Slam::likelihood_here() {
   if (likelihood_) return *likelihood_;
   const int last = static_cast<int>(keys_.size()) - 1;
-  const int first = std::max(0, last - options_.window_key_scans + 1);
+  const int first = std::max(0, last - options_.window_keyframes + 1);
   const OrientedPoints map = join_points(keys_, first, last, Pose2{});
   const Eigen::Vector2d centre_m = keys_.back().world_from_robot.translation_m();
   return likelihood_.emplace(points_within(kSearchReachM, centre_m, map.points), coarse_.options());
 }
 
-bool Slam::key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) const {
+bool Slam::key_is_due(const DeskewedScan& scan, const Pose2& world_from_robot) const {
   const double turn_rad = deg_to_rad(options_.key_turn_deg);
   // Several lasers, or one that pans, look several ways from one place.
   for (auto key = keys_.rbegin(); key != keys_.rend(); ++key) {
@@ -240,20 +240,20 @@ bool Slam::key_is_due(const PreparedScan& scan, const Pose2& world_from_robot) c
 }
 
 void Slam::add_key(const SlamInput& input, const OrientedPoints& points, const Match& match) {
-  KeyScan key{input.scan.utime,           points,
-              input.scan.sensor_in_robot, input.scan.sensor_heading_rad,
-              match.world_from_robot,     0.0};
+  Keyframe key{input.scan.utime,           points,
+               input.scan.sensor_in_robot, input.scan.sensor_heading_rad,
+               match.world_from_robot,     0.0};
   const int node = graph_.add_node(key.world_from_robot);
   if (!keys_.empty()) {
-    const KeyScan& before = keys_.back();
+    const Keyframe& before = keys_.back();
     const Pose2 measured = between(before.world_from_robot, key.world_from_robot);
     key.path_m = before.path_m + measured.translation_m().norm();
-    // In the frame of the key scan before; the match's own floor is what it cannot know of itself.
+    // In the frame of the keyframe before; the match's own floor is what it cannot know of itself.
     Eigen::Matrix3d covariance = turned_into(covariance_, -before.world_from_robot.theta_rad);
     covariance(0, 0) += kEdgeSigmaM * kEdgeSigmaM;
     covariance(1, 1) += kEdgeSigmaM * kEdgeSigmaM;
     covariance(2, 2) += std::pow(deg_to_rad(kEdgeSigmaDeg), 2);
-    // The graph's error lives in the frame of the newer key scan.
+    // The graph's error lives in the frame of the newer keyframe.
     const Eigen::Matrix3d in_key = turned_into(covariance, -measured.theta_rad);
     graph_.add_edge({node - 1, node, measured, in_key.inverse(), false});
   }

@@ -1,15 +1,15 @@
-// What Slam does with its key scans: the local map, loops, and what becomes one.
+// What Slam does with its keyframes: the local map, loops, and what becomes one.
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "slam/graph/ways.hpp"
+#include "slam/back_end/graph/ways.hpp"
 #include "slam/slam.hpp"
 
 namespace marco::slam {
 namespace {
 
-// Of path, to loops found before and after a key scan that may become one with others.
+// Of path, to loops found before and after a keyframe that may become one with others.
 constexpr double kClosedWithinM = 1.5;
 
 // Looked at for each new one, so that no scan waits for many.
@@ -18,9 +18,9 @@ constexpr int kThinnedAtOnce = 3;
 // Squared deviations (of 3 degrees of freedom) up to which a loop says what is believed anyway: 8
 // mm, as a loop's own uncertainty is 2 cm. (At 0.5 a building of two equal wings loses loops.) Of a
 // larger graph, whose optimization costs more, more is let pass: up to 2 cm.
-double agreement_limit_chi2(std::size_t key_scans) {
+double agreement_limit_chi2(std::size_t keyframes) {
   constexpr double kAgrees = 0.15, kLarge = 2500.0, kMost = 1.0;
-  return std::min(kMost, kAgrees * std::max(1.0, static_cast<double>(key_scans) / kLarge));
+  return std::min(kMost, kAgrees * std::max(1.0, static_cast<double>(keyframes) / kLarge));
 }
 
 // By which part more loops are known when the graph is optimized although they all agree.
@@ -62,7 +62,7 @@ void LoopWork::run() {
 
 int Slam::first_local() const {
   const int ever = static_cast<int>(keys_.size()) + merged_keys_;
-  const int beyond = ever - options_.window_key_scans;
+  const int beyond = ever - options_.window_keyframes;
   const int step = options_.window_slack + 1;
   return std::max(0, beyond) / step * step;
 }
@@ -79,7 +79,7 @@ void Slam::extend_local_map() {
 void Slam::rebuild_local_map() {
   // In the middle of what the map will cover, whenever it is made.
   const int middle = std::min(static_cast<int>(keys_.size()) - 1,
-                              first_local_key() + options_.window_key_scans - 1);
+                              first_local_key() + options_.window_keyframes - 1);
   rebuild_local_map(keys_[static_cast<std::size_t>(middle)].world_from_robot.translation_m());
 }
 
@@ -90,7 +90,7 @@ void Slam::rebuild_local_map(const Eigen::Vector2d& centre_m) {
   if (!local_map_) local_map_.emplace(options_.fine, centre_m);
   local_map_->restart(centre_m);
   for (int key = first; key < count; ++key) {
-    const KeyScan& scan = keys_[static_cast<std::size_t>(key)];
+    const Keyframe& scan = keys_[static_cast<std::size_t>(key)];
     local_map_->add(scan.points_in_robot, scan.world_from_robot);
   }
 }
@@ -237,7 +237,7 @@ void Slam::finish() {
     if (result.edge_in_force[edge]) edges.push_back(graph_.edges()[edge]);
   }
   std::vector<OrientedScan> scans;
-  for (const KeyScan& key : keys_) scans.push_back(only_oriented(key.points_in_robot));
+  for (const Keyframe& key : keys_) scans.push_back(only_oriented(key.points_in_robot));
   std::vector<Pose2> poses = graph_.poses();
   refined_ = refine_jointly(scans, edges, options_.refinement, poses);
   for (std::size_t key = 0; key < poses.size(); ++key) {

@@ -1,14 +1,14 @@
-// What Slam keeps of its path: the scans between key scans, and the trail of key scans that were.
+// What Slam keeps of its path: the scans between keyframes, and the trail of keyframes that were.
 #include <algorithm>
 #include <cmath>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "slam/slam.hpp"
 
 namespace marco::slam {
 namespace {
 
-// Poses of a short path's trail for each key scan of the map.
+// Poses of a short path's trail for each keyframe of the map.
 constexpr std::size_t kTrailPerKey = 4;
 
 }  // namespace
@@ -22,7 +22,7 @@ void Slam::keep_short_path(double every_m, std::size_t first) {
 bool Slam::is_worth_keeping(const ScanPose& scan) const {
   if (!path_every_m_ || scans_.size() <= short_path_from_) return true;
   const ScanPose& last = scans_.back();
-  if (last.key != scan.key) return true;  // each key scan's own is
+  if (last.key != scan.key) return true;  // each keyframe's own is
   const Pose2 moved = between(last.key_from_robot, scan.key_from_robot);
   return moved.translation_m().norm() >= *path_every_m_ ||
          std::abs(moved.theta_rad) >= *path_every_m_;
@@ -48,8 +48,8 @@ void Slam::thin_trail() {
   trail_.erase(kept_until, middle);
 }
 
-void Slam::rehang_scans(int key, const MergedKey& merged) {
-  // No scan before the key scan's own hangs on it, or on a newer one.
+void Slam::rehang_scans(int key, const MergedKeyframe& merged) {
+  // No scan before the keyframe's own hangs on it, or on a newer one.
   const Utime utime = keys_[static_cast<std::size_t>(key)].utime;
   for (std::vector<ScanPose>* scans : {&scans_, &trail_}) {
     for (auto scan = scans->rbegin(); scan != scans->rend(); ++scan) {

@@ -126,7 +126,7 @@ TEXT
 }
 
 # $1: a word, then names. The name with the fewest typing errors, at most one in three letters; else nothing.
-# As closest_name in common/process/suggest.hpp, which need not be built here.
+# As closest_name in lcm_tools/process/suggest.hpp, which need not be built here.
 closest_name() {
   local word=$1 other best="" i j cost most
   shift

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::viewer {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::viewer {
 namespace {

@@ -6,8 +6,8 @@
 #include <opencv2/videoio.hpp>
 #include <stdexcept>
 
-#include "common/check.hpp"
-#include "common/files/output_file.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/output_file.hpp"
 
 namespace marco::viewer {
 

@@ -7,10 +7,10 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "common/check.hpp"
-#include "common/files/folder_journal.hpp"
-#include "common/files/output_file.hpp"
-#include "common/files/readable.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/folder_journal.hpp"
+#include "lcm_tools/files/output_file.hpp"
+#include "lcm_tools/files/readable.hpp"
 
 namespace marco::viewer {
 namespace {

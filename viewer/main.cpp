@@ -5,7 +5,7 @@
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
-#include "common/process/arguments.hpp"
+#include "lcm_tools/process/arguments.hpp"
 #include "viewer/painted_mesh.hpp"
 #include "viewer/process/command_line.hpp"
 #include "viewer/process/window.hpp"

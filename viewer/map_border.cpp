@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::viewer {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "viewer/map_border.hpp"
 #include "viewer/picture.hpp"
 #include "viewer/scene.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "viewer/map_extent.hpp"
 #include "viewer/standing_map.hpp"
 

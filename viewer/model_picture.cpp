@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "viewer/canvas.hpp"
 #include "viewer/map_border.hpp"
 #include "viewer/map_view.hpp"

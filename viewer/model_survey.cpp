@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::viewer {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "viewer/gl_context.hpp"
 #include "viewer/occlusion_pass.hpp"
 #include "viewer/render_targets.hpp"

@@ -11,8 +11,8 @@
 #include <new>
 #include <stdexcept>
 
-#include "common/check.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "viewer/scene_geometry.hpp"
 #include "viewer/shading.hpp"
 

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <sstream>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::viewer {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "viewer/camera.hpp"
 
 namespace marco::viewer {

@@ -3,8 +3,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "common/check.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 
 namespace marco::files {
 namespace {

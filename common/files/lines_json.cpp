@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::files {
 

@@ -7,10 +7,10 @@
 #include <sstream>
 #include <string>
 
-#include "common/check.hpp"
-#include "common/files/inside_folder.hpp"
 #include "common/files/text_fields.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/inside_folder.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 
 namespace marco::files {
 namespace {

@@ -5,8 +5,8 @@
 #include <sstream>
 #include <string>
 
-#include "common/check.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 
 namespace marco::files {
 namespace {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::files {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "common/check.hpp"
 #include "common/files/text_fields.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 
 namespace marco::files {
 

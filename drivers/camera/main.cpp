@@ -7,14 +7,14 @@
 #include <utility>
 
 #include "common/pose3.hpp"
-#include "common/process/lcm_bus.hpp"
-#include "common/process/status_publisher.hpp"
-#include "common/process/stop_signal.hpp"
 #include "drivers/camera/message.hpp"
 #include "drivers/camera/source.hpp"
 #include "drivers/process/driver_main.hpp"
 #include "drivers/transport/port_advice.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/status_publisher.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "bot_core/image_t.hpp"
-#include "common/utime.hpp"
 #include "drivers/camera/source.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco::drivers::camera {
 

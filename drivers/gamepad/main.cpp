@@ -2,12 +2,12 @@
 
 #include <utility>
 
-#include "common/process/lcm_bus.hpp"
-#include "common/process/status_publisher.hpp"
-#include "common/process/stop_signal.hpp"
 #include "drivers/gamepad/driver.hpp"
 #include "drivers/process/driver_main.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/status_publisher.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert_robot.hpp"
 

@@ -2,9 +2,9 @@
 
 #include <optional>
 
+#include "drivers/base/base_driver.hpp"
 #include "drivers/hcs12/codec.hpp"
 #include "drivers/hcs12/line_exchange.hpp"
-#include "drivers/robot/base_driver.hpp"
 
 namespace marco::drivers::hcs12 {
 

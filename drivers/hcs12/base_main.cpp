@@ -1,5 +1,5 @@
+#include "drivers/base/base_process.hpp"
 #include "drivers/hcs12/base_driver.hpp"
-#include "drivers/robot/base_process.hpp"
 
 namespace {
 

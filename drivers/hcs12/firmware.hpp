@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "common/utime.hpp"
 #include "drivers/hcs12/codec.hpp"
 #include "drivers/transport/emulator.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco::drivers::hcs12 {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/utime.hpp"
 #include "drivers/hcs12/codec.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco::drivers::hcs12 {
 

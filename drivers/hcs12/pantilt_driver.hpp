@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/robot_values.hpp"
 #include "common/samples.hpp"
 #include "drivers/hcs12/codec.hpp"
 #include "drivers/hcs12/line_exchange.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::hcs12 {
 

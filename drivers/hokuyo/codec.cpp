@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::drivers::hokuyo {
 namespace {

@@ -2,11 +2,11 @@
 
 #include <string>
 
-#include "common/options.hpp"
 #include "drivers/hokuyo/codec.hpp"
 #include "drivers/laser/laser_driver.hpp"
 #include "drivers/transport/byte_stream.hpp"
 #include "drivers/transport/clock_filter.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::hokuyo {
 

@@ -3,11 +3,11 @@
 #include <optional>
 #include <string>
 
-#include "common/options.hpp"
 #include "drivers/hokuyo/codec.hpp"
 #include "drivers/laser/laser_world.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::hokuyo {
 

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/samples.hpp"
 #include "drivers/imu/codec.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::imu {
 

@@ -1,11 +1,11 @@
 #include <array>
 
-#include "common/process/lcm_bus.hpp"
-#include "common/process/stop_signal.hpp"
 #include "drivers/imu/driver.hpp"
 #include "drivers/process/driver_loop.hpp"
 #include "drivers/process/driver_main.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "common/utime.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco::drivers {
 

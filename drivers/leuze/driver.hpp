@@ -5,12 +5,12 @@
 #include <optional>
 #include <string>
 
-#include "common/options.hpp"
 #include "drivers/laser/laser_driver.hpp"
 #include "drivers/leuze/codec.hpp"
 #include "drivers/leuze/geometry.hpp"
 #include "drivers/transport/byte_stream.hpp"
 #include "drivers/transport/clock_filter.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::leuze {
 

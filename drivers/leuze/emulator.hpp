@@ -1,11 +1,11 @@
 #pragma once
 
-#include "common/options.hpp"
 #include "drivers/laser/laser_world.hpp"
 #include "drivers/leuze/codec.hpp"
 #include "drivers/leuze/geometry.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::leuze {
 

@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::leuze {
 

@@ -4,8 +4,8 @@
 #include <cctype>
 #include <cmath>
 
-#include "common/check.hpp"
 #include "drivers/transport/little_endian.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::drivers::p2os {
 namespace {

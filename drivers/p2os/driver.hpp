@@ -2,9 +2,9 @@
 
 #include <optional>
 
+#include "drivers/base/base_driver.hpp"
 #include "drivers/p2os/accessories.hpp"
 #include "drivers/p2os/codec.hpp"
-#include "drivers/robot/base_driver.hpp"
 
 namespace marco::drivers::p2os {
 

@@ -4,10 +4,10 @@
 #include <memory>
 #include <string>
 
-#include "common/process/bus.hpp"
-#include "common/process/status_publisher.hpp"
 #include "drivers/process/line_watch.hpp"
 #include "drivers/transport/byte_stream.hpp"
+#include "lcm_tools/process/bus.hpp"
+#include "lcm_tools/process/status_publisher.hpp"
 
 namespace marco::drivers {
 

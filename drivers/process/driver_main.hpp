@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/config.hpp"
 
 namespace marco::drivers {
 

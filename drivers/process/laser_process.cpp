@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "common/process/lcm_bus.hpp"
-#include "common/process/stop_signal.hpp"
 #include "drivers/process/driver_loop.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/samples.hpp"
 #include "drivers/laser/laser_driver.hpp"
 #include "drivers/process/driver_main.hpp"
 #include "drivers/transport/byte_stream.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::process {
 class Bus;

@@ -3,11 +3,11 @@
 #include <optional>
 #include <string>
 
-#include "common/options.hpp"
 #include "drivers/laser/laser_driver.hpp"
 #include "drivers/rplidar/codec.hpp"
 #include "drivers/transport/byte_stream.hpp"
 #include "drivers/transport/clock_filter.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::rplidar {
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 
-#include "common/check.hpp"
 #include "drivers/sick/codec.hpp"
 #include "drivers/transport/little_endian.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::drivers::sick {
 namespace {

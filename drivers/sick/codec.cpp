@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "common/check.hpp"
 #include "drivers/transport/little_endian.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::drivers::sick {
 namespace {

@@ -2,11 +2,11 @@
 
 #include <string>
 
-#include "common/options.hpp"
 #include "drivers/laser/laser_world.hpp"
 #include "drivers/sick/codec.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::sick {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::drivers {
 namespace {

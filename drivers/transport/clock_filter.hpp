@@ -2,7 +2,7 @@
 
 #include <deque>
 
-#include "common/utime.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco::drivers {
 

@@ -15,9 +15,9 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "common/check.hpp"
 #include "drivers/transport/port_claim.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::drivers {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "common/utime.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco::drivers {
 

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <map>
 
-#include "common/diagnosis/host.hpp"
+#include "lcm_tools/diagnosis/host.hpp"
 
 namespace marco::drivers {
 namespace {

@@ -15,9 +15,9 @@
 #include <cerrno>
 #include <cstring>
 
-#include "common/check.hpp"
 #include "drivers/transport/port_advice.hpp"
 #include "drivers/transport/port_claim.hpp"
+#include "lcm_tools/base/check.hpp"
 
 // <termios.h> is kept out of this folder (terminal.cpp); the queue selectors of TCFLSH are ABI.
 #ifndef TCIFLUSH

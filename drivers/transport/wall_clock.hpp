@@ -2,7 +2,7 @@
 
 #include <chrono>
 
-#include "common/utime.hpp"
+#include "lcm_tools/base/utime.hpp"
 
 namespace marco::drivers {
 

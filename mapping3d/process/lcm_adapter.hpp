@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/process/bus.hpp"
-#include "common/process/drop_counter.hpp"
 #include "common/samples.hpp"
+#include "lcm_tools/process/bus.hpp"
+#include "lcm_tools/process/drop_counter.hpp"
 #include "mapping3d/calibration.hpp"
 #include "mapping3d/mapper3d.hpp"
 #include "mapping3d/pantilt_track.hpp"
@@ -37,7 +37,7 @@ struct Mapping3dAdapterOptions {
 /// Messages in, Mapper3d, messages out: scans of lasers on the pan-tilt wait for their SLAM_POSE
 /// (same stamp) and for the pan-tilt's angles at their last beam; each finished sweep is sent as
 /// SCENE and the model, its scenes joined in 3D, as MESH tiles below 300 kB. TRAJECTORY moves
-/// scenes whose key scans moved. Decides by the order of messages and their stamps alone.
+/// scenes whose keyframes moved. Decides by the order of messages and their stamps alone.
 class Mapping3dAdapter {
  public:
   /// @param bus outlives the adapter. @param warn see process::DropCounter.
@@ -50,7 +50,7 @@ class Mapping3dAdapter {
 
   const Mapper3d& mapper() const { return mapper_; }
   const process::DropCounter& drops() const { return drops_; }
-  /// Poses of scans it remembers: of key scans, and of the last ten seconds since a TRAJECTORY.
+  /// Poses of scans it remembers: of keyframes, and of the last ten seconds since a TRAJECTORY.
   std::size_t known_poses() const { return poses_.size(); }
 
   /// The pan-tilt's geometry from the scenes so far; nothing without scenes or without
@@ -66,7 +66,7 @@ class Mapping3dAdapter {
   void publish_scene(const Scene& scene);
   void publish_model(Utime utime);
   void follow(const Trajectory& keys);
-  /// Of scans that were used, the key scans' alone: what follows a TRAJECTORY hangs on these.
+  /// Of scans that were used, the keyframes' alone: what follows a TRAJECTORY hangs on these.
   void forget_poses_between(const std::map<Utime, Pose2>& keys);
   Pose2 pose_at(Utime utime) const;
 
@@ -76,7 +76,7 @@ class Mapping3dAdapter {
   Mapper3d mapper_;
   std::map<std::string, SensorInfo> sensors_;
   PanTiltTrack pantilt_;
-  std::map<Utime, Pose2> poses_;  ///< of key scans and of the last scans, as known today
+  std::map<Utime, Pose2> poses_;  ///< of keyframes and of the last scans, as known today
   std::deque<LaserScan> waiting_;
   Utime newest_;
   int64_t revision_ = 0;

@@ -2,11 +2,11 @@
 
 #include "common/diagnosis/process/silence_watch.hpp"
 #include "common/files/ply.hpp"
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
-#include "common/process/lcm_bus.hpp"
-#include "common/process/status_publisher.hpp"
-#include "common/process/stop_signal.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/status_publisher.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"
 

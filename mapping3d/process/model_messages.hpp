@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/triangle_mesh.hpp"
-#include "common/utime.hpp"
+#include "lcm_tools/base/utime.hpp"
 #include "mapping3d/scene.hpp"
 #include "marco/mesh_t.hpp"
 #include "marco/scene_t.hpp"

@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "mapping3d/surface/scene_smoothing.hpp"
 
 namespace marco::mapping3d {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/check.hpp"
 #include "common/mesh_samples.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::mapping3d {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/triangle_mesh.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::mapping3d {
 

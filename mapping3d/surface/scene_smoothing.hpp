@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "mapping3d/scene.hpp"
 
 namespace marco::mapping3d {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/options.hpp"
 #include "common/triangle_mesh.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "mapping3d/surface/planes.hpp"
 
 namespace marco::mapping3d {

@@ -3,9 +3,9 @@
 #include <array>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/pose3.hpp"
 #include "common/triangle_mesh.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::mapping3d {
 

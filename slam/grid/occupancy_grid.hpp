@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/grid_map.hpp"
-#include "common/options.hpp"
 #include "common/pose2.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::slam {
 

@@ -5,7 +5,7 @@
 
 namespace marco::slam {
 
-FrozenMap::FrozenMap(std::vector<KeyScan> keys,
+FrozenMap::FrozenMap(std::vector<Keyframe> keys,
                      const LocalizerOptions& options,
                      const SlamOptions& slam)
     : keys_(std::move(keys)), options_(options), matcher_(slam.fine), places_(keys_, options.map) {
@@ -13,29 +13,29 @@ FrozenMap::FrozenMap(std::vector<KeyScan> keys,
 }
 
 int FrozenMap::nearest_key(const Pose2& map_from_robot) const {
-  const auto distance2 = [&](const KeyScan& key) {
+  const auto distance2 = [&](const Keyframe& key) {
     return (key.world_from_robot.translation_m() - map_from_robot.translation_m()).squaredNorm();
   };
   const auto nearest = std::min_element(
       keys_.begin(), keys_.end(),
-      [&](const KeyScan& a, const KeyScan& b) { return distance2(a) < distance2(b); });
+      [&](const Keyframe& a, const Keyframe& b) { return distance2(a) < distance2(b); });
   return static_cast<int>(nearest - keys_.begin());
 }
 
 void FrozenMap::renew(const Eigen::Vector2d& centre_m) {
   struct Near {
     double distance_m;
-    const KeyScan* key;
+    const Keyframe* key;
   };
   std::vector<Near> near;
-  for (const KeyScan& key : keys_) {
+  for (const Keyframe& key : keys_) {
     const double distance_m = (key.world_from_robot.translation_m() - centre_m).norm();
     if (distance_m <= options_.local_radius_m) near.push_back({distance_m, &key});
   }
   std::stable_sort(near.begin(), near.end(),
                    [](const Near& a, const Near& b) { return a.distance_m < b.distance_m; });
-  if (static_cast<int>(near.size()) > options_.local_key_scans) {
-    near.resize(static_cast<std::size_t>(options_.local_key_scans));
+  if (static_cast<int>(near.size()) > options_.local_keyframes) {
+    near.resize(static_cast<std::size_t>(options_.local_keyframes));
   }
   local_.emplace(matcher_.options(), centre_m);
   local_centre_m_ = centre_m;
@@ -68,7 +68,7 @@ void SessionFinder::restart() {
   began_m_.reset();
 }
 
-std::optional<FoundPlace> SessionFinder::look(const std::vector<KeyScan>& session) {
+std::optional<FoundPlace> SessionFinder::look(const std::vector<Keyframe>& session) {
   // A look costs as much as a hundred scans; in a strange building all would be in vain.
   constexpr double kEagerM = 15.0, kSeldomM = 2.0;
   const double path_m = session.back().path_m;
@@ -78,7 +78,7 @@ std::optional<FoundPlace> SessionFinder::look(const std::vector<KeyScan>& sessio
   looked_m_ = path_m;
   estimate_ = finder_.look(session);
   if (estimate_.status != PlaceEstimate::Status::localized) return std::nullopt;
-  const KeyScan& newest = session.back();
+  const Keyframe& newest = session.back();
   const Pose2 guess = estimate_.candidates.front().map_from_session * newest.world_from_robot;
   const SurfelMatch fine = map_->match(newest.points_in_robot, guess, nullptr);
   // The finder is right to some centimetres; a match that goes elsewhere speaks against it.

@@ -16,7 +16,7 @@ constexpr double kSeenPart = 0.02;
 constexpr double kSeenSigmaM = 5e-4;
 constexpr double kSeenSigmaDeg = 0.01;
 
-// Key scans of a session that only says how the robot moves, before it begins anew.
+// Keyframes of a session that only says how the robot moves, before it begins anew.
 constexpr std::size_t kSessionKeys = 150;
 
 // Part of the points on walls of the map from which on a match says something, as long as it goes
@@ -43,7 +43,7 @@ Beams beams_of(const OrientedPoints& points, const Eigen::Vector2d& sensor_in_ro
 
 }  // namespace
 
-Localizer::Localizer(std::vector<KeyScan> map,
+Localizer::Localizer(std::vector<Keyframe> map,
                      const LocalizerOptions& options,
                      const SlamOptions& slam)
     : options_(options),
@@ -97,7 +97,7 @@ SlamUpdate Localizer::look(const SlamInput& input) {
   if (!update.became_key) return update;
   const std::optional<FoundPlace> found = finder_.look(session_.keys());
   if (!found) return update;
-  const KeyScan& newest = session_.keys().back();
+  const Keyframe& newest = session_.keys().back();
   map_from_sessions_.back() = found->map_from_robot * newest.world_from_robot.inverse();
   findings_.push_back({input.scan.utime, newest.path_m, *found});
   motion_.restore(session_.state().motion);

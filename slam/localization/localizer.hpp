@@ -13,8 +13,8 @@ namespace marco::slam {
 struct LocalizerOptions {
   PlaceMapOptions map;
   PlaceFinderOptions finder;
-  double local_radius_m = 10.0;    ///< the map about the robot is made of the key scans within this
-  int local_key_scans = 60;        ///< the nearest so many
+  double local_radius_m = 10.0;    ///< the map about the robot is made of the keyframes within this
+  int local_keyframes = 60;        ///< the nearest so many
   double renew_after_m = 1.5;      ///< of driving
   double good_overlap = 0.60;      ///< a place found is taken when the fine match reaches it
   double poor_overlap = 0.35;      ///< a match below it is not used
@@ -30,7 +30,7 @@ struct LocalizerOptions {
     v("map", map);
     v("finder", finder);
     v("local_radius_m", local_radius_m, kPositive);
-    v("local_key_scans", local_key_scans, Limits{1, 10000});
+    v("local_keyframes", local_keyframes, Limits{1, 10000});
     v("renew_after_m", renew_after_m, kNotNegative);
     v("good_overlap", good_overlap, Limits{0.0, 1.0});
     v("poor_overlap", poor_overlap, Limits{0.0, 1.0});
@@ -55,10 +55,10 @@ struct FoundPlace {
 class FrozenMap {
  public:
   /// @throws std::invalid_argument as PlaceMap.
-  FrozenMap(std::vector<KeyScan> keys, const LocalizerOptions& options, const SlamOptions& slam);
+  FrozenMap(std::vector<Keyframe> keys, const LocalizerOptions& options, const SlamOptions& slam);
 
   const PlaceMap& places() const { return places_; }
-  const std::vector<KeyScan>& keys() const { return keys_; }
+  const std::vector<Keyframe>& keys() const { return keys_; }
 
   /// The fine match of a scan about a guess. Makes the local map anew when the guess has moved on.
   SurfelMatch match(const OrientedPoints& points_in_robot,
@@ -70,7 +70,7 @@ class FrozenMap {
  private:
   void renew(const Eigen::Vector2d& centre_m);
 
-  std::vector<KeyScan> keys_;
+  std::vector<Keyframe> keys_;
   LocalizerOptions options_;
   SurfelMatcher matcher_;
   PlaceMap places_;
@@ -78,15 +78,15 @@ class FrozenMap {
   Eigen::Vector2d local_centre_m_ = Eigen::Vector2d::Zero();
 };
 
-/// A session that has not yet been found in a map: looks at each of its key scans.
+/// A session that has not yet been found in a map: looks at each of its keyframes.
 class SessionFinder {
  public:
   /// @param map  outlives the finder
   SessionFinder(FrozenMap& map, const LocalizerOptions& options);
 
-  /// Call after each new key scan of the session. Where nothing was found over a long way it looks
-  /// seldom. @returns the newest key scan's place, once.
-  std::optional<FoundPlace> look(const std::vector<KeyScan>& session);
+  /// Call after each new keyframe of the session. Where nothing was found over a long way it looks
+  /// seldom. @returns the newest keyframe's place, once.
+  std::optional<FoundPlace> look(const std::vector<Keyframe>& session);
   /// What the last look said.
   const PlaceEstimate& estimate() const { return estimate_; }
   void restart();
@@ -115,7 +115,7 @@ struct Finding {
 class Localizer {
  public:
   /// @throws std::invalid_argument for a map without points, or options outside their limits.
-  Localizer(std::vector<KeyScan> map,
+  Localizer(std::vector<Keyframe> map,
             const LocalizerOptions& options = {},
             const SlamOptions& slam = {});
 
@@ -127,7 +127,7 @@ class Localizer {
 
   bool is_localized() const { return tracking_; }
   /// Of the map.
-  const std::vector<KeyScan>& keys() const { return map_->keys(); }
+  const std::vector<Keyframe>& keys() const { return map_->keys(); }
   /// Of the last look.
   const PlaceEstimate& estimate() const { return finder_.estimate(); }
   /// Each time it became sure.

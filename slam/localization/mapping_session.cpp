@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "slam/key_scan_grid.hpp"
+#include "slam/map/keyframe_grid.hpp"
 
 namespace marco::slam {
 
@@ -232,7 +232,7 @@ std::vector<std::optional<Pose2>> MappingSession::trajectory() const {
   return result;
 }
 
-const std::vector<KeyScan>& MappingSession::keys() const {
+const std::vector<Keyframe>& MappingSession::keys() const {
   return localizer_ ? localizer_->keys() : slam_.keys();
 }
 
@@ -256,11 +256,11 @@ void MappingSession::restore(const SavedMap& map) {
 }
 
 std::optional<FoundSession> find_session(FrozenMap& map,
-                                         const std::vector<KeyScan>& keys,
+                                         const std::vector<Keyframe>& keys,
                                          const LocalizerOptions& options) {
   SessionFinder finder(map, options);
-  std::vector<KeyScan> session;
-  for (const KeyScan& key : keys) {
+  std::vector<Keyframe> session;
+  for (const Keyframe& key : keys) {
     session.push_back(key);
     if (const auto place = finder.look(session)) {
       return FoundSession{*place, static_cast<int>(session.size()) - 1};

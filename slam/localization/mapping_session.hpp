@@ -63,8 +63,8 @@ class MappingSession {
   /// A pose a scan since the last reset or extend; scans of sessions set apart, and when localizing
   /// those that no place was found for, have none.
   std::vector<std::optional<Pose2>> trajectory() const;
-  /// The key scans of what is mapped, or localized in.
-  const std::vector<KeyScan>& keys() const;
+  /// The keyframes of what is mapped, or localized in.
+  const std::vector<Keyframe>& keys() const;
   Trajectory key_trajectory() const;
   OccupancyGrid grid() const;
   int64_t revision() const { return slam_.revision() + revisions_before_; }
@@ -119,10 +119,10 @@ struct FoundSession {
 };
 /// @param keys  of the session. @returns nothing where it was found nowhere.
 std::optional<FoundSession> find_session(FrozenMap& map,
-                                         const std::vector<KeyScan>& keys,
+                                         const std::vector<Keyframe>& keys,
                                          const LocalizerOptions& options);
 
-/// The tie of a session to a map: its newest key scan at the place where it was found.
+/// The tie of a session to a map: its newest keyframe at the place where it was found.
 PoseGraphEdge tie_to(const FrozenMap& map, const FoundPlace& place, int newest_key);
 
 /// Joins saved maps of one building into the first. Each next one is searched in what is joined so

@@ -28,7 +28,7 @@ void PlaceFinder::restart() {
   leader_times_ = 0;
 }
 
-PlaceFinder::SessionPoints PlaceFinder::points_of(const std::vector<KeyScan>& session) const {
+PlaceFinder::SessionPoints PlaceFinder::points_of(const std::vector<Keyframe>& session) const {
   std::size_t first = session.size() - 1;
   const double path_m = session.back().path_m;
   while (first > 0 && path_m - session[first - 1].path_m <= options_.memory_m) --first;
@@ -36,7 +36,7 @@ PlaceFinder::SessionPoints PlaceFinder::points_of(const std::vector<KeyScan>& se
   std::vector<Eigen::Vector2d> points, sensors;
   std::unordered_set<uint64_t> taken;
   for (std::size_t key = session.size(); key-- > first;) {
-    const KeyScan& scan = session[key];
+    const Keyframe& scan = session[key];
     const Points2 placed = scan.world_from_robot * scan.points_in_robot.points;
     const Eigen::Vector2d sensor = scan.world_from_robot * scan.sensor_in_robot;
     for (Eigen::Index i = 0; i < placed.cols(); ++i) {
@@ -147,8 +147,8 @@ bool PlaceFinder::stands_out(const std::vector<PlaceCandidate>& found) const {
   return found.size() == 1 || best.evidence() - found[1].evidence() >= margin;
 }
 
-PlaceEstimate PlaceFinder::look(const std::vector<KeyScan>& session) {
-  require(!session.empty(), "place_finder: there is no key scan to look with");
+PlaceEstimate PlaceFinder::look(const std::vector<Keyframe>& session) {
+  require(!session.empty(), "place_finder: there is no keyframe to look with");
   PlaceEstimate estimate;
   const SessionPoints points = points_of(session);
   if (points.beams.ends.cols() == 0) return estimate;

@@ -3,14 +3,14 @@
 #include <optional>
 #include <vector>
 
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "slam/localization/place_map.hpp"
 #include "slam/localization/place_search.hpp"
 
 namespace marco::slam {
 
 struct PlaceFinderOptions {
-  double memory_m = 8.0;      ///< of path: the last key scans that are looked at together
+  double memory_m = 8.0;      ///< of path: the last keyframes that are looked at together
   double thin_m = 0.10;       ///< of their points one a square of this size is used
   int search_points = 80;     ///< of these are scored in the exhaustive search
   double min_score = 0.50;    ///< mean likelihood below which a place is of no interest
@@ -29,8 +29,8 @@ struct PlaceFinderOptions {
   /// the world has changed since, what is the right place explains less.
   double sure_margin = 0.05;
   double sure_margin_per_doubt = 0.3;
-  double sure_path_m = 1.0;  ///< driven since the first key scan
-  int sure_times = 3;        ///< key scans in a row that say the same
+  double sure_path_m = 1.0;  ///< driven since the first keyframe
+  int sure_times = 3;        ///< keyframes in a row that say the same
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -63,7 +63,7 @@ struct PlaceEstimate {
   enum class Status {
     not_yet,     ///< no place fits
     candidates,  ///< some do, and none stands out
-    localized    ///< one stands alone, for some key scans in a row
+    localized    ///< one stands alone, for some keyframes in a row
   };
 
   Status status = Status::not_yet;
@@ -75,16 +75,16 @@ struct PlaceEstimate {
 /// (Hess et al., ICRA 2016, algorithm 3, but keeping all places whose score comes near the best);
 /// each place found is refined (Gauss-Newton on the likelihood, Kohlbrecher et al., SSRR 2011) and
 /// judged by what it explains and what contradicts it. A place is believed only when no other comes
-/// near it, over some key scans in a row: in a building that repeats itself it stays with
+/// near it, over some keyframes in a row: in a building that repeats itself it stays with
 /// candidates until something tells them apart. Deterministic. Not thread-safe.
 class PlaceFinder {
  public:
   /// @param map  outlives the finder.
   PlaceFinder(const PlaceMap& map, const PlaceFinderOptions& options);
 
-  /// Call once a new key scan. @param session  the session's key scans with their poses in its own
+  /// Call once a new keyframe. @param session  the session's keyframes with their poses in its own
   /// frame, the newest last; at least one.
-  PlaceEstimate look(const std::vector<KeyScan>& session);
+  PlaceEstimate look(const std::vector<Keyframe>& session);
 
   /// What follows is another session.
   void restart();
@@ -96,7 +96,7 @@ class PlaceFinder {
     Pose2 session_from_middle;
     Beams beams;  ///< about their mean
   };
-  SessionPoints points_of(const std::vector<KeyScan>& session) const;
+  SessionPoints points_of(const std::vector<Keyframe>& session) const;
   std::vector<Pose2> search(const SessionPoints& points) const;
   Pose2 refine(const SessionPoints& points, const Pose2& map_from_middle) const;
   PlaceCandidate judge(const SessionPoints& points, const Pose2& map_from_middle) const;

@@ -18,7 +18,7 @@ constexpr double kBeamStepM = 0.10;
 constexpr double kBeamEndM = 0.40;
 constexpr double kGrazeM = 0.12;
 
-LikelihoodPyramid make_walls(const std::vector<KeyScan>& keys, const PlaceMapOptions& options) {
+LikelihoodPyramid make_walls(const std::vector<Keyframe>& keys, const PlaceMapOptions& options) {
   validate(options, "place_map");
   const OrientedPoints all = join_points(keys, 0, static_cast<int>(keys.size()) - 1, Pose2{});
   require(all.points.cols() > 0, "holds no point to find a place by");
@@ -32,9 +32,9 @@ LikelihoodPyramid make_walls(const std::vector<KeyScan>& keys, const PlaceMapOpt
   return {all.points, table};
 }
 
-GridMap make_grid(const std::vector<KeyScan>& keys, const OccupancyGridOptions& options) {
+GridMap make_grid(const std::vector<Keyframe>& keys, const OccupancyGridOptions& options) {
   OccupancyGrid grid(options);
-  for (const KeyScan& key : keys) {
+  for (const Keyframe& key : keys) {
     grid.insert(key.world_from_robot * key.points_in_robot.points,
                 key.world_from_robot * key.sensor_in_robot);
   }
@@ -49,7 +49,7 @@ double clear_length_m(const Eigen::Vector2d& beam, const Eigen::Vector2d& normal
   return std::max(0.0, range_m - kBeamEndM - kGrazeM / across);
 }
 
-PlaceMap::PlaceMap(const std::vector<KeyScan>& keys, const PlaceMapOptions& options)
+PlaceMap::PlaceMap(const std::vector<Keyframe>& keys, const PlaceMapOptions& options)
     : walls_(make_walls(keys, options)),
       blocks_(walls_, kBlocks),
       grid_(make_grid(keys, options.grid)) {}

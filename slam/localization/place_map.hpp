@@ -3,10 +3,10 @@
 #include <vector>
 
 #include "common/grid_map.hpp"
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
+#include "slam/back_end/loop_closer.hpp"
 #include "slam/grid/occupancy_grid.hpp"
 #include "slam/localization/place_search.hpp"
-#include "slam/loop_closer.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 
 namespace marco::slam {
@@ -51,7 +51,7 @@ struct Agreement {
 class PlaceMap {
  public:
   /// @throws std::invalid_argument when there is no point, or the map is larger than 400 km^2.
-  PlaceMap(const std::vector<KeyScan>& keys, const PlaceMapOptions& options);
+  PlaceMap(const std::vector<Keyframe>& keys, const PlaceMapOptions& options);
 
   const LikelihoodPyramid& walls() const { return walls_; }
   const BlockTable& blocks() const { return blocks_; }

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::slam {
 namespace {

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "slam/slam_state.hpp"
+#include "slam/map/slam_state.hpp"
 
 namespace marco::slam {
 

@@ -2,7 +2,7 @@
 
 #include "common/byte_archive.hpp"
 #include "slam/localization/saved_map.hpp"
-#include "slam/slam_state.hpp"
+#include "slam/map/slam_state.hpp"
 
 /// The fields of Slam's state, listed once for writing and reading (common/byte_archive.hpp).
 namespace marco::slam {
@@ -10,7 +10,7 @@ namespace marco::slam {
 using marco::archive;
 
 template <class Archive>
-void archive(Archive& bytes, KeyScan& key) {
+void archive(Archive& bytes, Keyframe& key) {
   archive(bytes, key.utime);
   archive(bytes, key.points_in_robot.points);
   archive(bytes, key.points_in_robot.normals);
@@ -86,7 +86,7 @@ void archive(Archive& bytes, StandingState& standing) {
 
 template <class Archive>
 void archive(Archive& bytes, SlamState& state) {
-  // Fewest bytes of each: a key scan without points, an edge, a loop, a scan.
+  // Fewest bytes of each: a keyframe without points, an edge, a loop, a scan.
   archive_list(bytes, state.keys, 80);
   archive_list(bytes, state.edges, 105);
   archive_list(bytes, state.loops, 161);

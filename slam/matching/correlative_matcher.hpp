@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/pose2.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::slam {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::slam {
 

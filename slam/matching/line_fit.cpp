@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "slam/matching/estimator.hpp"
 
 namespace marco::slam {

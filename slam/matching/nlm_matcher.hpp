@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "common/options.hpp"
 #include "common/pose2.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "slam/matching/calculated_points.hpp"
 #include "slam/matching/estimator.hpp"
 #include "slam/matching/match_result.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "common/options.hpp"
 #include "common/pose2.hpp"
+#include "lcm_tools/base/options.hpp"
 
 namespace marco::slam {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::slam {
 namespace {

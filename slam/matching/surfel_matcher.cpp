@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::slam {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "common/options.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "slam/matching/surfel_map.hpp"
 #include "slam/matching/tied_points.hpp"
 

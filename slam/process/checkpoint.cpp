@@ -1,6 +1,6 @@
 #include "slam/process/checkpoint.hpp"
 
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "slam/localization/slam_archive.hpp"
 
 namespace marco {

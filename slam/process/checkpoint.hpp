@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "common/pose_buffer.hpp"
-#include "common/process/drop_counter.hpp"
 #include "common/samples.hpp"
+#include "lcm_tools/process/drop_counter.hpp"
 #include "slam/localization/saved_map.hpp"
 #include "slam/process/used_scan.hpp"
 

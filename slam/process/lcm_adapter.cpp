@@ -7,12 +7,12 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/slam_pose_t.hpp"
-#include "slam/odometry_restart.hpp"
+#include "slam/input/odometry_restart.hpp"
 
 namespace marco::slam {
 namespace {
 
-constexpr int kDrawnAtOnce = 4;  // key scans
+constexpr int kDrawnAtOnce = 4;  // keyframes
 
 slam_pose_t to_message(Utime utime, const SlamUpdate& update) {
   slam_pose_t message;
@@ -214,7 +214,7 @@ void SlamAdapter::use(const LaserScan& scan) {
     scans_.push_back({std::move(input.scan), input.level, !input.may_draw,
                       update.status == SlamUpdate::Status::matched});
   }
-  // In parts: drawing all key scans anew takes seconds.
+  // In parts: drawing all keyframes anew takes seconds.
   if (loop_worker_ && options_.map_period_s > 0.0) grid_.advance(session_.keys(), kDrawnAtOnce);
   publish(scan, update);
   save_checkpoint_now_and_then(scan.utime);

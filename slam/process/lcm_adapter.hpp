@@ -10,20 +10,20 @@
 #include <vector>
 
 #include "common/pose_buffer.hpp"
-#include "common/process/bus.hpp"
-#include "common/process/drop_counter.hpp"
 #include "common/samples.hpp"
+#include "lcm_tools/process/bus.hpp"
+#include "lcm_tools/process/drop_counter.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/slam_command_t.hpp"
-#include "slam/key_scan_grid.hpp"
+#include "slam/input/range_units.hpp"
 #include "slam/localization/mapping_session.hpp"
+#include "slam/map/keyframe_grid.hpp"
 #include "slam/process/background_job.hpp"
 #include "slam/process/checkpoint.hpp"
 #include "slam/process/loop_worker.hpp"
 #include "slam/process/one_source.hpp"
 #include "slam/process/slam_order.hpp"
 #include "slam/process/used_scan.hpp"
-#include "slam/range_units.hpp"
 
 namespace marco::slam {
 
@@ -161,7 +161,7 @@ class SlamAdapter {
   process::DropCounter drops_;
   SlamOrders orders_{drops_};
   MappingSession session_;
-  KeyScanGrid grid_;  ///< as last published
+  KeyframeGrid grid_;  ///< as last published
   std::map<std::string, SensorInfo> sensors_;
   RangeUnits range_units_;
   MotionBuffers motion_;

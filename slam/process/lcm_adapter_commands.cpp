@@ -2,7 +2,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/process/config.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "slam/process/lcm_adapter.hpp"
 #include "slam/process/map_folder.hpp"
 
@@ -28,7 +28,7 @@ std::string SlamAdapter::save(const std::filesystem::path& folder) {
                         drawing = options_.slam.grid] {
     save_map_folder(folder, map, drawing);
     return "SAVE " + folder.string() + ": saved " + std::to_string(map.slam.keys.size()) +
-           " key scans";
+           " keyframes";
   });
 }
 
@@ -50,7 +50,7 @@ std::string SlamAdapter::obey(const SlamOrder& order) {
       hear_lasers_anew();
       session_.localize(std::move(localizer));
       return "LOCALIZE " + order.folder.string() + ": looks for itself in " +
-             std::to_string(session_.keys().size()) + " key scans";
+             std::to_string(session_.keys().size()) + " keyframes";
     }
     case slam_command_t::PAUSE:
       hear_lasers_anew();

@@ -49,8 +49,8 @@ SlamInput SlamAdapter::input_of(const LaserScan& scan, const SensorInfo& info) c
       input.level = is_level(*angles, angles_at_end.value_or(*angles));
     }
   }
-  input.scan =
-      prepare_scan(scan, info, robot_from_sensor, velocity_during(scan, info.scan_duration_s));
+  input.scan = deskew_and_project(scan, info, robot_from_sensor,
+                                  velocity_during(scan, info.scan_duration_s));
   return input;
 }
 

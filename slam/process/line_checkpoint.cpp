@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "slam/localization/slam_archive.hpp"
 
 namespace marco::slam {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/pose2.hpp"
-#include "common/utime.hpp"
-#include "slam/line_mapper.hpp"
+#include "lcm_tools/base/utime.hpp"
+#include "slam/line_slam/line_mapper.hpp"
 
 namespace marco::slam {
 

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "common/utime.hpp"
-#include "slam/line_slam.hpp"
+#include "lcm_tools/base/utime.hpp"
+#include "slam/line_slam/line_slam.hpp"
 
 namespace marco::slam {
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/slam_pose_t.hpp"
-#include "slam/odometry_restart.hpp"
+#include "slam/input/odometry_restart.hpp"
 #include "slam/process/line_journal.hpp"
 
 namespace marco::slam {

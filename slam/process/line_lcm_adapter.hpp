@@ -7,16 +7,16 @@
 #include <optional>
 
 #include "common/pose_buffer.hpp"
-#include "common/process/bus.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
-#include "slam/line_mapper.hpp"
+#include "lcm_tools/process/bus.hpp"
+#include "slam/input/range_units.hpp"
+#include "slam/line_slam/line_mapper.hpp"
 #include "slam/process/line_checkpoint.hpp"
 #include "slam/process/line_process_options.hpp"
 #include "slam/process/one_source.hpp"
 #include "slam/process/slam_order.hpp"
 #include "slam/process/used_scan.hpp"
-#include "slam/range_units.hpp"
 
 namespace marco::slam {
 

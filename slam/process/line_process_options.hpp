@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "slam/line_mapper.hpp"
+#include "slam/line_slam/line_mapper.hpp"
 
 namespace marco::slam {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <thread>
 
-#include "slam/loop_work.hpp"
+#include "slam/back_end/loop_work.hpp"
 
 namespace marco::slam {
 

@@ -1,10 +1,10 @@
 #include "slam/process/map_folder.hpp"
 
 #include "common/files/map_yaml.hpp"
-#include "common/files/output_folder.hpp"
 #include "common/files/tum.hpp"
-#include "common/files/whole_file.hpp"
-#include "slam/key_scan_grid.hpp"
+#include "lcm_tools/files/output_folder.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "slam/map/keyframe_grid.hpp"
 
 namespace marco::slam {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "common/laser_scan.hpp"
-#include "common/process/drop_counter.hpp"
+#include "lcm_tools/process/drop_counter.hpp"
 
 namespace marco::slam {
 

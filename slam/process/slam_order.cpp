@@ -1,7 +1,7 @@
 #include "slam/process/slam_order.hpp"
 
-#include "common/check.hpp"
-#include "common/files/inside_folder.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/inside_folder.hpp"
 #include "lcmtypes/finite_pose.hpp"
 
 namespace marco::slam {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "common/pose2.hpp"
-#include "common/process/drop_counter.hpp"
+#include "lcm_tools/process/drop_counter.hpp"
 #include "marco/slam_command_t.hpp"
 #include "slam/process/background_job.hpp"
 

@@ -1,12 +1,12 @@
 #pragma once
 
-#include "slam/scan_preparation.hpp"
+#include "slam/input/deskew.hpp"
 
 namespace marco::slam {
 
 /// What became of a scan, for those who draw or judge the map afterwards.
 struct UsedScan {
-  PreparedScan prepared;  ///< its points may have been dropped: see keep_scans()
+  DeskewedScan prepared;  ///< its points may have been dropped: see keep_scans()
   bool level = true;
   bool held_out = false;
   bool matched = false;

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <random>
 
-#include "slam/ekf/wall_filter.hpp"
-#include "slam/lines/line_extractor.hpp"
+#include "slam/line_slam/ekf/wall_filter.hpp"
+#include "slam/line_slam/lines/line_extractor.hpp"
 #include "tests/support/lines_dense_state.hpp"
 #include "tests/support/lines_world.hpp"
 

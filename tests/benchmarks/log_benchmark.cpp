@@ -5,12 +5,12 @@
 #include <filesystem>
 #include <random>
 
-#include "common/files/event_log.hpp"
-#include "tools/log/log_info.hpp"
-#include "tools/log/merge.hpp"
-#include "tools/log/repair.hpp"
-#include "tools/log/select.hpp"
-#include "tools/log/types.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/log/log_info.hpp"
+#include "lcm_tools/log/merge.hpp"
+#include "lcm_tools/log/repair.hpp"
+#include "lcm_tools/log/select.hpp"
+#include "lcm_tools/log/types.hpp"
 
 // What the log tools cost beside `cat`: read the log, or read it and write it, doing nothing else.
 // Argument: bytes of a message. Every log is 256 MB, in the page cache.

@@ -14,7 +14,7 @@ using testing::take_scan;
 
 constexpr int kScans = 50;
 
-/// Key scans of the room and scans between them with a start as wrong as odometry makes it.
+/// Keyframes of the room and scans between them with a start as wrong as odometry makes it.
 struct Course {
   std::vector<Points2> keys, sources;
   std::vector<Pose2> starts;

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kNoiseM = 0.01;
 
-// A local map of fifteen key scans along two metres of a room, 361 beams each.
+// A local map of fifteen keyframes along two metres of a room, 361 beams each.
 struct Fixture {
   Fixture() : map({}, {0, 0}) {
     for (int i = 0; i < 15; ++i) {

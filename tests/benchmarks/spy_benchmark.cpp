@@ -7,11 +7,11 @@
 
 #include "bot_core/planar_lidar_t.hpp"
 #include "bot_core/pose_t.hpp"
-#include "common/lcm_schema/json.hpp"
+#include "lcm_tools/schema/json.hpp"
+#include "lcm_tools/spy/model.hpp"
 #include "lcmtypes/sources.hpp"
 #include "marco/process_status_t.hpp"
 #include "marco/sensor_info_t.hpp"
-#include "tools/spy/model.hpp"
 
 namespace marco {
 namespace {

@@ -1,5 +1,5 @@
 // How far off a match may start: basin [matches a cell]. In the room of table 5.1 a scan 50 cm from
-// one key scan is matched from a start that is off by so much in any direction, with and without
+// one keyframe is matched from a start that is off by so much in any direction, with and without
 // the correlative search before it. Printed: percent of the matches that end within 5 cm and 1 deg.
 #include <array>
 #include <cstdio>

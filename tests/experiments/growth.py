@@ -3,7 +3,7 @@
 
 usage: growth.py FOLDER_OF_PROGRAMS [--rounds 1,2,4,10] [--keep FOLDER]
 
-Batch: `marco-map` keeps every key scan of a recording, so its memory grows with the recording. (What a live SLAM keeps
+Batch: `marco-map` keeps every keyframe of a recording, so its memory grows with the recording. (What a live SLAM keeps
 follows the place: `marco soak`.) Exit code 1 when a scan of the longest recording costs over 10 % more than one of the
 second: in the first round nothing is seen again, so no loop is looked at.
 """
@@ -62,7 +62,7 @@ def main():
             scans = report["scans"]["posed"]
             stage = {stage["name"].split()[0]: 1e6 * stage["cpu_s"] / scans for stage in report["stages"]}
             costs[rounds] = stage["read"] + stage["optimize"]
-            print(f"{rounds:6} {scans:7} {report['scans']['key_scans']:5} {stage['read']:16.1f} {stage['optimize']:19.1f} "
+            print(f"{rounds:6} {scans:7} {report['scans']['keyframes']:5} {stage['read']:16.1f} {stage['optimize']:19.1f} "
                   f"{report['peak_memory_mb']:12.1f} {1e3 * report['errors']['path error rms_m']:9.1f}", flush=True)
     first, last = sorted(costs)[min(1, len(costs) - 1)], max(costs)
     growth = costs[last] / costs[first] - 1.0

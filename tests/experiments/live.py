@@ -2,7 +2,7 @@
 """marco-slam live, with its second thread, over LCM. Run in a network of its own:
 
   tests/support/isolated.sh tests/experiments/live.py FOLDER_OF_PROGRAMS repeat LOG [--runs 10] [--speed 4]
-      one log played so often: are the maps equal? Its key scans' poses in the end, run against the first run.
+      one log played so often: are the maps equal? Its keyframes' poses in the end, run against the first run.
       Exit code 1 when one is more than 2 cm off.
   tests/support/isolated.sh tests/experiments/live.py FOLDER_OF_PROGRAMS latency [--log LOG] [--core 0] [--scans-per-s 75]
       scan -> pose on one core while loops are closed and checkpoints written behind it: the time between the datagram of a scan and that of its
@@ -107,7 +107,7 @@ def play(options, log, speed, ear, prefix=(), arguments=()):
 
 def repeat(options):
     first, worst_m, worst_deg = None, 0.0, 0.0
-    print("run  scans  poses  key scans   off the first run's: max [m]  max [deg]  loops late")
+    print("run  scans  poses  keyframes   off the first run's: max [m]  max [deg]  loops late")
     for run in range(1, options.runs + 1):
         ear = Listener()
         late = play(options, options.log, options.speed, ear)
@@ -120,7 +120,7 @@ def repeat(options):
         print(f"{run:3}  {len(ear.came['LIDAR']):5}  {len(ear.came['SLAM_POSE']):5}  {len(ear.trajectory):4}, "
               f"{len(both):4} the same  {off_m:8.4f}  {off_deg:8.3f}  {late:4}", flush=True)
     kept = worst_m <= 0.02
-    print(f"{options.runs} live runs: key scans within {worst_m:.4f} m and {worst_deg:.3f} deg of each other's; goal 0.02 m: "
+    print(f"{options.runs} live runs: keyframes within {worst_m:.4f} m and {worst_deg:.3f} deg of each other's; goal 0.02 m: "
           f"{'kept' if kept else 'MISSED'}")
     return 0 if kept else 1
 

@@ -22,9 +22,9 @@ constexpr double kMiddleM = 16.0;  // of the office, 32 m long
 
 testing::TrialTally run_office(bool half, int trials, uint64_t first_seed) {
   testing::Office office;
-  std::vector<slam::KeyScan> map = office.map();
+  std::vector<slam::Keyframe> map = office.map();
   if (half) {
-    std::erase_if(map, [&](const slam::KeyScan& key) {
+    std::erase_if(map, [&](const slam::Keyframe& key) {
       return (office.world_from_map() * key.world_from_robot).x_m > kMiddleM;
     });
   }

@@ -1,7 +1,7 @@
 // How many revisits become loops, and whether the loops are true: loops LOG... (recordings with
 // TRUE_POSE, as marco-simulate writes them).
 //
-// A key scan is a revisit when an older one, more than 20 m of path back, lies within 3 m and
+// A keyframe is a revisit when an older one, more than 20 m of path back, lies within 3 m and
 // 60 deg by the truth and sees at least 40 % of its points. It is recalled when a loop in force
 // ends within half a metre of path from it (loops are searched so often). A loop is true when its
 // measured pose is within 20 cm and 3 deg of the truth. Untrue ones that are off by no more than 3
@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <map>
 
-#include "lcmtypes/foreign.hpp"
+#include "recordings/foreign.hpp"
 #include "slam/matching/point_index.hpp"
 #include "tools/map/judge.hpp"
 #include "tools/map/map_job.hpp"
@@ -59,7 +59,7 @@ std::vector<Key> keys_of(const MapJob& job) {
   std::map<int64_t, Pose2> truth;
   for (const StampedPose2& pose : job.truth()) truth[pose.utime.us] = pose.world_from_robot;
   std::vector<Key> keys;
-  for (const slam::KeyScan& key : job.key_scans()) {
+  for (const slam::Keyframe& key : job.keyframes()) {
     keys.push_back({truth.at(key.utime.us), key.path_m, &key.points_in_robot});
   }
   return keys;
@@ -142,7 +142,7 @@ bool run(const std::filesystem::path& log) {
   const double recall =
       again.empty() ? 1.0 : static_cast<double>(recalled) / static_cast<double>(again.size());
   std::printf(
-      "%s: %zu key scans, %.0f m; %zu revisits, %.1f %% recalled; %d loops, %d untrue (%d "
+      "%s: %zu keyframes, %.0f m; %zu revisits, %.1f %% recalled; %d loops, %d untrue (%d "
       "of them admitted), at most %.3f m %.2f deg off; left out %d, of them untrue %d; path rms "
       "%.4f m, max "
       "%.3f m; CPU %.1f s\n",

@@ -11,7 +11,7 @@
 #include <random>
 #include <string>
 
-#include "slam/graph/pose_graph.hpp"
+#include "slam/back_end/graph/pose_graph.hpp"
 #include "tests/support/g2o_graph.hpp"
 
 namespace marco::slam {

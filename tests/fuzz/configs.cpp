@@ -1,10 +1,10 @@
 // Configuration that people write: any text is read or refused with its place.
-#include "common/process/config.hpp"
-#include "drivers/robot/robot_spec.hpp"
-#include "drivers/simulator/simulation_options.hpp"
-#include "drivers/simulator/tour.hpp"
-#include "drivers/simulator/world.hpp"
-#include "lcmtypes/foreign.hpp"
+#include "drivers/base/robot_spec.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "recordings/foreign.hpp"
+#include "simulator/simulation_options.hpp"
+#include "simulator/tour.hpp"
+#include "simulator/world.hpp"
 #include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/target.hpp"
 

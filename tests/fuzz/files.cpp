@@ -5,16 +5,16 @@
 #include <filesystem>
 #include <fstream>
 
-#include "common/files/event_log.hpp"
 #include "common/files/lines_json.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
-#include "common/files/tilted_scans.hpp"
 #include "common/files/tum.hpp"
-#include "lcmtypes/recording.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/log/repair.hpp"
+#include "recordings/recording.hpp"
+#include "recordings/tilted_scans.hpp"
 #include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/target.hpp"
-#include "tools/log/repair.hpp"
 
 namespace marco::fuzz {
 namespace {

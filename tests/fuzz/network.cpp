@@ -1,10 +1,10 @@
 // What tools read off the network: datagrams, and messages of types that a source tells.
 #include <algorithm>
 
-#include "common/diagnosis/datagram.hpp"
-#include "common/lcm_schema/decoder.hpp"
-#include "common/lcm_schema/json.hpp"
-#include "common/lcm_schema/schema.hpp"
+#include "lcm_tools/diagnosis/datagram.hpp"
+#include "lcm_tools/schema/decoder.hpp"
+#include "lcm_tools/schema/json.hpp"
+#include "lcm_tools/schema/schema.hpp"
 #include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/target.hpp"
 

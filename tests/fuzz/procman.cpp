@@ -2,14 +2,14 @@
 // that people write for them.
 #include <set>
 
-#include "procman/config.hpp"
-#include "procman/deputy_state.hpp"
-#include "procman/exec_line.hpp"
-#include "procman/process/keeper_message.hpp"
-#include "procman/process/message_check.hpp"
-#include "procman/process/messages.hpp"
-#include "procman/sheriff_state.hpp"
-#include "procman/utf8.hpp"
+#include "lcm_tools/procman/config.hpp"
+#include "lcm_tools/procman/deputy_state.hpp"
+#include "lcm_tools/procman/exec_line.hpp"
+#include "lcm_tools/procman/process/keeper_message.hpp"
+#include "lcm_tools/procman/process/message_check.hpp"
+#include "lcm_tools/procman/process/messages.hpp"
+#include "lcm_tools/procman/sheriff_state.hpp"
+#include "lcm_tools/procman/utf8.hpp"
 #include "procman_lcm/discovery_t.hpp"
 #include "procman_lcm/output_span_t.hpp"
 #include "procman_lcm/output_t.hpp"

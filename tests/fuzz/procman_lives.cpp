@@ -1,6 +1,6 @@
 // The lives of deputies and sheriffs: whatever is told to them, in any order.
-#include "procman/deputy_state.hpp"
-#include "procman/sheriff_state.hpp"
+#include "lcm_tools/procman/deputy_state.hpp"
+#include "lcm_tools/procman/sheriff_state.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace marco::fuzz {

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "common/process/lcm_bus.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/convert_robot.hpp"

@@ -16,13 +16,13 @@
 #include <thread>
 #include <utility>
 
-#include "common/process/lcm_bus.hpp"
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/leuze/emulator.hpp"
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/emulator.hpp"
 #include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/process_status_t.hpp"

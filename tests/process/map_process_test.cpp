@@ -4,12 +4,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/files/event_log.hpp"
 #include "common/files/glb.hpp"
 #include "common/files/tum.hpp"
-#include "common/files/whole_file.hpp"
-#include "common/process/lcm_bus.hpp"
 #include "common/trajectory_fit.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/process_status_t.hpp"
 #include "marco/slam_pose_t.hpp"

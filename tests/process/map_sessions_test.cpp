@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "common/files/tum.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -1,8 +1,8 @@
 // marco-slam live: orders over LCM, answered in PROCESS_STATUS; killed, it goes on.
 #include <gmock/gmock.h>
 
-#include "common/files/whole_file.hpp"
-#include "common/process/lcm_bus.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/process_status_t.hpp"

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "common/files/event_log.hpp"
-#include "common/files/folder_journal.hpp"
-#include "common/files/whole_file.hpp"
-#include "common/process/lcm_bus.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/files/folder_journal.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/process_status_t.hpp"
 #include "marco/slam_command_t.hpp"

@@ -7,7 +7,7 @@
 
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/real_data.hpp"
 #include "tests/support/temporary_folder.hpp"

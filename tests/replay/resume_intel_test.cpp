@@ -5,9 +5,9 @@
 #include <memory>
 #include <random>
 
-#include "common/process/batch_bus.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/convert.hpp"
-#include "lcmtypes/recording.hpp"
+#include "recordings/recording.hpp"
 #include "slam/process/lcm_adapter.hpp"
 #include "tests/support/real_data.hpp"
 

@@ -18,13 +18,15 @@ refuse() {
 }
 
 rooms=(slam mapping3d viewer)
+programs='drivers/|simulator/|teleop/|tools/|lcm_tools/(log|procman|schema|spy)/'
 refuse 'an algorithm includes LCM, logging or a message' 'lcm/|lcmtypes/|marco/|bot_core/|spdlog/|toml' "${rooms[@]}" common
-refuse 'slam includes another room' 'mapping3d/|viewer/|drivers/|procman/|tools/' slam
-refuse 'mapping3d includes another room' 'slam/|viewer/|drivers/|procman/|tools/' mapping3d
-refuse 'viewer includes another room' 'slam/|mapping3d/|drivers/|procman/|tools/' viewer
-refuse 'common includes a room' 'slam/|mapping3d/|viewer/|drivers/|procman/|tools/' common
+refuse 'slam includes another room' "mapping3d/|viewer/|recordings/|$programs" slam
+refuse 'mapping3d includes another room' "slam/|viewer/|recordings/|$programs" mapping3d
+refuse 'viewer includes another room' "slam/|mapping3d/|recordings/|$programs" viewer
+refuse 'common includes a room' "slam/|mapping3d/|viewer/|recordings/|$programs" common
 refuse 'an algorithm includes threads or clocks' 'thread>|chrono>|mutex>|future>|atomic>' slam mapping3d
-refuse 'procman includes a room' 'slam/|mapping3d/|viewer/|drivers/|tools/' procman
+refuse 'recordings includes a room' "slam/|mapping3d/|viewer/|$programs" recordings
+refuse 'drivers include a room' 'slam/|mapping3d/|viewer/|tools/' drivers
 
 names=$(find . -path ./build -prune -o \( -name '*utils*' -o -name '*helpers*' -o -name '*misc*' \) -print | grep -v '^./.git/')
 if [ -n "$names" ]; then

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/check.hpp"
-#include "common/files/event_log.hpp"
-#include "common/process/arguments.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/process/arguments.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/sim_fault_t.hpp"

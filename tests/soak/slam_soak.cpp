@@ -1,7 +1,7 @@
 // Hours of simulated driving through marco-slam's adapter at batch clock, with the short path that
 // it keeps live, the same tour again and again: what a scan costs and how much memory is held, hour
 // by hour. Exit 1 when the last hour's cost is more than 10 % above the first's, or more memory is
-// in use in the second half than in the first, by 10 % of the most there (key scans come and go).
+// in use in the second half than in the first, by 10 % of the most there (keyframes come and go).
 #include <malloc.h>
 #include <sys/resource.h>
 #include <time.h>
@@ -15,13 +15,13 @@
 #include <set>
 #include <vector>
 
-#include "common/process/arguments.hpp"
-#include "common/process/batch_bus.hpp"
-#include "common/process/config.hpp"
-#include "drivers/simulator/batch_simulation.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "simulator/batch_simulation.hpp"
 #include "slam/process/lcm_adapter.hpp"
 
 namespace marco {
@@ -156,7 +156,7 @@ class Soak {
     std::fflush(stdout);
   }
 
-  /// Says which are untrue. Where key scans became one in the same step a new one may be missed.
+  /// Says which are untrue. Where keyframes became one in the same step a new one may be missed.
   void note_new_loops(const slam::Slam& slam, double at_s) {
     const auto truth_of = [&](int key) {
       return truth_at_.at(slam.keys()[static_cast<std::size_t>(key)].utime.us);
@@ -172,10 +172,10 @@ class Soak {
     loops_ = slam.loops().size();
   }
 
-  /// Of key scans that are no more: what is measured is SLAM's memory.
+  /// Of keyframes that are no more: what is measured is SLAM's memory.
   void forget_truths(const slam::Slam& slam) {
     std::set<int64_t> kept;
-    for (const slam::KeyScan& key : slam.keys()) kept.insert(key.utime.us);
+    for (const slam::Keyframe& key : slam.keys()) kept.insert(key.utime.us);
     std::erase_if(truth_at_, [&kept](const auto& entry) { return !kept.contains(entry.first); });
   }
 
@@ -183,7 +183,7 @@ class Soak {
   double error_m_ = 0.0, worst_m_ = 0.0;
   bool off_ = false;
   std::size_t loops_ = 0;
-  std::map<int64_t, Pose2> truth_at_;  ///< the robot's, by a key scan's time
+  std::map<int64_t, Pose2> truth_at_;  ///< the robot's, by a keyframe's time
   double period_s_, end_s_;
   Period now_;
   std::vector<Period> periods_;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "slam/graph/pose_graph.hpp"
+#include "slam/back_end/graph/pose_graph.hpp"
 
 namespace marco::slam::testing {
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "slam/ekf/sparse_rows.hpp"
+#include "slam/line_slam/ekf/sparse_rows.hpp"
 #include "tests/support/slow_matrices.hpp"
 
 namespace marco::testing {

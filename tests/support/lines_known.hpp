@@ -3,7 +3,7 @@
 #include <random>
 #include <vector>
 
-#include "slam/ekf/wall_filter.hpp"
+#include "slam/line_slam/ekf/wall_filter.hpp"
 #include "tests/support/lines_drive.hpp"
 #include "tests/support/lines_world.hpp"
 

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "common/process/config.hpp"
-#include "drivers/simulator/tour.hpp"
-#include "drivers/simulator/world.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "simulator/tour.hpp"
+#include "simulator/world.hpp"
 #include "tests/support/lines_world.hpp"
 
 namespace marco::testing {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/pose2.hpp"
-#include "slam/lines/scan_in_robot.hpp"
+#include "slam/line_slam/lines/scan_in_robot.hpp"
 
 namespace marco::testing {
 

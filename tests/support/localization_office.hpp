@@ -5,9 +5,9 @@
 #include <random>
 #include <vector>
 
-#include "common/process/config.hpp"
 #include "common/trajectory_fit.hpp"
-#include "drivers/simulator/batch_simulation.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "simulator/batch_simulation.hpp"
 #include "tests/support/localization_trials.hpp"
 
 namespace marco::testing {
@@ -23,7 +23,7 @@ class Office {
         laser_(rays_, options()) {}
 
   // The tour, mapped; the map's frame is the tour's first pose.
-  std::vector<slam::KeyScan> map(double scans_per_s = 4.0) {
+  std::vector<slam::Keyframe> map(double scans_per_s = 4.0) {
     sim::SimulationOptions simulation;
     simulation.laser = options();
     simulation.laser.scans_per_s = scans_per_s;
@@ -97,8 +97,8 @@ class Office {
     info.range_min_m = 0.05;
     info.range_max_m = options().range_max_m;
     slam::SlamInput input;
-    input.scan =
-        slam::prepare_scan(scan, info, make_pose3({kLaserAheadM, 0.0, kLaserHeightM}), velocity);
+    input.scan = slam::deskew_and_project(scan, info,
+                                          make_pose3({kLaserAheadM, 0.0, kLaserHeightM}), velocity);
     input.motion = {scan.utime, odom, {}};
     return input;
   }

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/files/carmen.hpp"
 #include "common/files/relations.hpp"
 #include "common/relations_metric.hpp"
+#include "recordings/carmen.hpp"
 #include "tests/support/localization_trials.hpp"
 
 namespace marco::testing {
@@ -29,7 +29,7 @@ inline std::vector<slam::SlamInput> read_carmen_scans(const std::string& path) {
     const auto* scan = std::get_if<LaserScan>(&*sample);
     if (scan == nullptr) continue;
     slam::SlamInput input;
-    input.scan = slam::prepare_scan(*scan, info, info.parent_from_sensor, {});
+    input.scan = slam::deskew_and_project(*scan, info, info.parent_from_sensor, {});
     input.motion = {scan->utime, odom_from_robot, {}};
     inputs.push_back(std::move(input));
   }
@@ -60,7 +60,7 @@ class SplitLog {
     take(files::read_relations(relations), mapper.trajectory());
   }
 
-  const std::vector<slam::KeyScan>& map() const { return keys_; }
+  const std::vector<slam::Keyframe>& map() const { return keys_; }
   /// The last third.
   std::vector<slam::SlamInput> rest() const {
     return {inputs_.begin() + static_cast<std::ptrdiff_t>(split_), inputs_.end()};
@@ -131,7 +131,7 @@ class SplitLog {
   std::vector<slam::SlamInput> inputs_;
   std::size_t split_;
   Trajectory path_;
-  std::vector<slam::KeyScan> keys_;
+  std::vector<slam::Keyframe> keys_;
   std::vector<std::pair<std::size_t, Pose2>> ends_;
 };
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/files/sample_reader.hpp"
+#include "recordings/sample_reader.hpp"
 
 namespace marco::testing {
 

@@ -1,16 +1,16 @@
 #include <cstdio>
 
-#include "common/check.hpp"
-#include "common/files/event_log.hpp"
 #include "common/files/relations.hpp"
 #include "common/files/tum.hpp"
-#include "common/process/arguments.hpp"
-#include "common/process/exit_code.hpp"
 #include "common/relations_metric.hpp"
 #include "common/trajectory_fit.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/exit_code.hpp"
 #include "lcmtypes/channels.hpp"
-#include "lcmtypes/recording.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "recordings/recording.hpp"
 
 namespace marco {
 namespace {

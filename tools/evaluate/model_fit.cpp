@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "common/check.hpp"
 #include "common/mesh_samples.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "tools/evaluate/model_judge.hpp"
 
 namespace marco {

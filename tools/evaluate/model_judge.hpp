@@ -6,7 +6,7 @@
 
 #include "common/pose3.hpp"
 #include "common/triangle_mesh.hpp"
-#include "drivers/simulator/ray_caster.hpp"
+#include "simulator/ray_caster.hpp"
 
 namespace marco {
 

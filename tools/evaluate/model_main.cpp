@@ -1,11 +1,11 @@
 #include <cstdio>
 
-#include "common/check.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
 #include "common/trajectory_fit.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "tools/evaluate/model_judge.hpp"
 #include "tools/evaluate/true_beams.hpp"
 

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <map>
 
-#include "common/check.hpp"
 #include "common/pose_buffer.hpp"
-#include "lcmtypes/recording.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "recordings/recording.hpp"
 
 namespace marco {
 namespace {

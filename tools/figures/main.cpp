@@ -2,11 +2,11 @@
 #include <cstdio>
 #include <map>
 
-#include "common/check.hpp"
-#include "common/files/output_folder.hpp"
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
-#include "common/process/stop_signal.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/output_folder.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
 #include "tools/figures/matching_figures.hpp"
 #include "tools/figures/thesis_figures.hpp"
 #include "tools/map/map_job.hpp"
@@ -24,7 +24,7 @@ std::vector<WalkScan> walk_of(const MapJob& job) {
   }
   for (const StampedPose2& pose : job.truth()) truth[pose.utime.us] = pose.world_from_robot;
   std::vector<WalkScan> scans;
-  for (const slam::KeyScan& key : job.key_scans()) {
+  for (const slam::Keyframe& key : job.keyframes()) {
     const auto odom = odometry.find(key.utime.us);
     if (odom == odometry.end()) continue;
     if (!scans.empty()) {

@@ -7,7 +7,7 @@
 #include <functional>
 #include <utility>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "slam/matching/nlm_matcher.hpp"
 #include "viewer/film.hpp"
 #include "viewer/image_io.hpp"

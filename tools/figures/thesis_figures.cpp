@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "viewer/film.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/model_picture.hpp"

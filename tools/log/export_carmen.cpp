@@ -39,7 +39,7 @@ void append_time(std::string& line, Utime time, double logger_s) {
   line += text;
 }
 
-// How CARMEN's old laser lines spread their beams (common/files/carmen.hpp).
+// How CARMEN's old laser lines spread their beams (recordings/carmen.hpp).
 bool lies_as_old_lines_imply(const LaserScan& scan) {
   const std::size_t count = scan.size();
   if (count < 2 || count == 401) return false;

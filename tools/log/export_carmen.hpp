@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "common/files/sample_reader.hpp"
-#include "tools/log/select.hpp"
+#include "lcm_tools/log/select.hpp"
+#include "recordings/sample_reader.hpp"
 
 namespace marco::logs {
 

@@ -6,13 +6,13 @@
 
 #include "bot_core/image_t.hpp"
 #include "bot_core/pose_t.hpp"
+#include "lcm_tools/log/export_json_lines.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/finite_pose.hpp"
 #include "lcmtypes/stamp.hpp"
 #include "marco/mbot_pose2d_t.hpp"
 #include "marco/slam_pose_t.hpp"
-#include "tools/log/export_json_lines.hpp"
 #include "tools/log/regular_scan.hpp"
 
 namespace marco::logs {

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "common/samples.hpp"
-#include "lcmtypes/foreign.hpp"
+#include "lcm_tools/log/log_info.hpp"
+#include "lcm_tools/log/log_walk.hpp"
+#include "recordings/foreign.hpp"
 #include "tools/log/foxglove_grid.hpp"
-#include "tools/log/log_info.hpp"
-#include "tools/log/log_walk.hpp"
 #include "tools/log/robot_frames.hpp"
 
 namespace marco::logs {

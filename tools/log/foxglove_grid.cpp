@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "tools/log/export_json_lines.hpp"
+#include "lcm_tools/log/export_json_lines.hpp"
 
 namespace marco::logs {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/lcm_schema/tree.hpp"
+#include "lcm_tools/schema/tree.hpp"
 #include "marco/grid_map_t.hpp"
 #include "tools/log/foxglove_json.hpp"
 

@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 
-#include "common/lcm_schema/json.hpp"
 #include "common/pose3.hpp"
-#include "common/utime.hpp"
+#include "lcm_tools/base/utime.hpp"
+#include "lcm_tools/schema/json.hpp"
 
 /// What all of Foxglove's messages are written with.
 namespace marco::logs {

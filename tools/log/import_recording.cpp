@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "lcmtypes/convert.hpp"
-#include "lcmtypes/recording.hpp"
+#include "recordings/recording.hpp"
 
 namespace marco::logs {
 namespace {

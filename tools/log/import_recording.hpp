@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "common/files/sample_reader.hpp"
-#include "tools/log/select.hpp"
+#include "lcm_tools/log/select.hpp"
+#include "recordings/sample_reader.hpp"
 
 namespace marco::logs {
 

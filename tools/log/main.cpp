@@ -1,7 +1,7 @@
 #include <CLI/CLI.hpp>
 
-#include "common/process/arguments.hpp"
-#include "tools/log/commands.hpp"
+#include "lcm_tools/log/commands.hpp"
+#include "lcm_tools/process/arguments.hpp"
 
 namespace {
 

@@ -6,7 +6,7 @@
 #include "common/pose3.hpp"
 #include "common/pose_buffer.hpp"
 #include "common/samples.hpp"
-#include "tools/log/log_info.hpp"
+#include "lcm_tools/log/log_info.hpp"
 
 namespace marco::logs {
 

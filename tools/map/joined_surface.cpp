@@ -6,7 +6,7 @@
 #include "common/files/obj.hpp"
 #include "common/files/plan_svg.hpp"
 #include "common/files/ply.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 
 namespace marco {
 namespace {

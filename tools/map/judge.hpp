@@ -20,7 +20,7 @@ Errors judge_path(const MapJob& job);
 Errors judge_held_out(const MapJob& job, const GridMap& map);
 
 /// Of map and model, against the world of the simulator. Laid on it by the fit of the path.
-/// @param world_file  see drivers/simulator/world.hpp
+/// @param world_file  see simulator/world.hpp
 /// @throws std::runtime_error where this build has no simulator.
 Errors judge_against_world(const MapJob& job,
                            const GridMap& map,

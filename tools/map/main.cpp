@@ -2,15 +2,15 @@
 #include <cstdio>
 #include <limits>
 
-#include "common/check.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
-#include "common/files/tilted_scans.hpp"
 #include "common/files/tum.hpp"
-#include "common/files/whole_file.hpp"
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
-#include "common/process/stop_signal.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
+#include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
 #include "tools/map/judge.hpp"
 #include "tools/map/map_job.hpp"
@@ -89,7 +89,7 @@ int merge(const Arguments& arguments, MapOptions options) {
             arguments.out + ": is as it was, for its map would be lost; give another --out");
   }
   results->commit();
-  std::printf("%zu maps, %zu key scans, %zu loops; everything is in %s\n",
+  std::printf("%zu maps, %zu keyframes, %zu loops; everything is in %s\n",
               arguments.inputs.size() - not_found.size(), merged.slam.keys.size(),
               merged.slam.loops.size(), arguments.out.c_str());
   return not_found.empty() ? 0 : 1;

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/files/tilted_scans.hpp"
-#include "common/process/progress.hpp"
-#include "common/process/stop_signal.hpp"
+#include "lcm_tools/process/progress.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/convert.hpp"
-#include "lcmtypes/recording.hpp"
+#include "recordings/recording.hpp"
+#include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
 
 namespace marco {
@@ -61,8 +61,8 @@ GridMap MapJob::grid() const {
   return (slam_ ? slam_->session().grid() : lines_->mapper().grid()).to_map();
 }
 
-const std::vector<slam::KeyScan>& MapJob::key_scans() const {
-  static const std::vector<slam::KeyScan> kNone;
+const std::vector<slam::Keyframe>& MapJob::keyframes() const {
+  static const std::vector<slam::Keyframe> kNone;
   return slam_ ? slam_->session().keys() : kNone;
 }
 
@@ -120,9 +120,9 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
 
 void MapJob::check_that_lines_go_on(std::size_t first_key,
                                     const std::filesystem::path& input) const {
-  const std::vector<slam::KeyScan>& keys = lines_->mapper().keys();
+  const std::vector<slam::Keyframe>& keys = lines_->mapper().keys();
   const auto middle = keys.begin() + static_cast<std::ptrdiff_t>(first_key);
-  const std::vector<slam::KeyScan> session(middle, keys.end());
+  const std::vector<slam::Keyframe> session(middle, keys.end());
   slam::FrozenMap before({keys.begin(), middle}, localizer_options_, slam_options_);
   const auto found = slam::find_session(before, session, localizer_options_);
   const std::string cure = ": map them one by one, or all without --lines";

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "common/files/sample_reader.hpp"
-#include "common/process/batch_bus.hpp"
 #include "common/trajectory.hpp"
-#include "lcmtypes/foreign.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"
+#include "recordings/foreign.hpp"
+#include "recordings/sample_reader.hpp"
 #include "slam/process/lcm_adapter.hpp"
 #include "slam/process/line_lcm_adapter.hpp"
 #include "tools/map/joined_surface.hpp"
@@ -20,7 +20,7 @@
 namespace marco {
 
 struct MapOptions {
-  /// A recording ends: its key scans are kept for the joint refinement at the end, but four of a
+  /// A recording ends: its keyframes are kept for the joint refinement at the end, but four of a
   /// place are enough of a long one (ten rounds of the office cost 57 s in place of 97, and hold a
   /// third; the path is as good).
   MapOptions() {
@@ -83,7 +83,7 @@ class MapJob {
   const std::vector<slam::UsedScan>& scans() const;
   GridMap grid() const;
   /// What the scan SLAM's map is made of; empty where the line SLAM made the path.
-  const std::vector<slam::KeyScan>& key_scans() const;
+  const std::vector<slam::Keyframe>& keyframes() const;
   /// The newest SENSOR_INFO of each channel.
   const std::map<std::string, SensorInfo>& sensors() const { return sensors_; }
   std::size_t key_count() const;
@@ -105,7 +105,7 @@ class MapJob {
  private:
   void read(files::SampleReader& recording, const std::filesystem::path& input);
   void take(const Sample& sample);
-  /// The line SLAM cannot look for itself. @throws std::invalid_argument where the key scans from
+  /// The line SLAM cannot look for itself. @throws std::invalid_argument where the keyframes from
   /// `first_key` on are not where they are believed to be in the map of those before.
   void check_that_lines_go_on(std::size_t first_key, const std::filesystem::path& input) const;
 

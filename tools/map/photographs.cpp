@@ -9,10 +9,10 @@
 #include <optional>
 
 #include "bot_core/image_t.hpp"
-#include "common/files/event_log.hpp"
 #include "common/files/ply.hpp"
-#include "common/files/whole_file.hpp"
-#include "common/process/config.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/image_pixels.hpp"

@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "common/byte_archive.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "tools/map/sibling_program.hpp"
 
 namespace marco {

@@ -59,7 +59,7 @@ std::string camera_behind(const mapping3d::Scene& scene) {
 viewer::PointsItem scan_points(const MapJob& job) {
   viewer::PointsItem points;
   points.label = "scan points";
-  for (const slam::KeyScan& key : job.key_scans()) {
+  for (const slam::Keyframe& key : job.keyframes()) {
     const Points2 hits = key.world_from_robot * key.points_in_robot.points;
     for (Eigen::Index i = 0; i < hits.cols(); ++i) {
       const Eigen::Vector2f hit = hits.col(i).cast<float>();
@@ -137,7 +137,7 @@ std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
 PictureOrder map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job) {
   PictureOrder order{path, true, "", {}};
   order.scene.grid = map;
-  if (!job.key_scans().empty()) order.scene.points.push_back(scan_points(job));
+  if (!job.keyframes().empty()) order.scene.points.push_back(scan_points(job));
   add_paths(map, job, order.scene);
   return order;
 }
@@ -155,7 +155,7 @@ PictureOrder model_picture(const std::filesystem::path& path,
 
 std::vector<PictureOrder> loop_pictures(const std::filesystem::path& folder, const MapJob& job) {
   std::vector<PictureOrder> orders;
-  const std::vector<slam::KeyScan>& keys = job.key_scans();
+  const std::vector<slam::Keyframe>& keys = job.keyframes();
   for (const slam::Loop& loop : job.loops()) {
     char name[24], evidence[120];
     std::snprintf(name, sizeof name, "%03zu.png", orders.size());

@@ -31,7 +31,7 @@ PictureOrder model_picture(const std::filesystem::path& path,
                            TriangleMesh model,
                            const MapJob& job);
 
-/// A picture a loop, 000.png, 001.png ... in the report's order: the older key scan's points, and
+/// A picture a loop, 000.png, 001.png ... in the report's order: the older keyframe's points, and
 /// the newer one's where it was believed to be before and where it was found to be.
 std::vector<PictureOrder> loop_pictures(const std::filesystem::path& folder, const MapJob& job);
 

@@ -2,9 +2,9 @@
 
 #include <csignal>
 
-#include "common/check.hpp"
-#include "common/files/whole_file.hpp"
-#include "common/process/arguments.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/arguments.hpp"
 #include "tools/map/picture_order.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/map_picture.hpp"

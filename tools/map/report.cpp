@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "common/files/whole_file.hpp"
-#include "common/process/version.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/version.hpp"
 
 namespace marco {
 namespace {
@@ -30,7 +30,7 @@ json input_json(const files::InputReport& input) {
 }
 
 // @param keys  none where the map is made of lines
-json loops_json(const std::vector<slam::Loop>& loops, const std::vector<slam::KeyScan>& keys) {
+json loops_json(const std::vector<slam::Loop>& loops, const std::vector<slam::Keyframe>& keys) {
   json result = json::array();
   for (const slam::Loop& loop : loops) {
     const Eigen::Vector3d variance = loop.information.inverse().diagonal();
@@ -45,8 +45,8 @@ json loops_json(const std::vector<slam::Loop>& loops, const std::vector<slam::Ke
                 {"sigma_theta_rad", std::sqrt(variance.z())},
                 {"in_force", loop.in_force}};
     if (!keys.empty()) {
-      const slam::KeyScan& from = keys[static_cast<std::size_t>(loop.from)];
-      const slam::KeyScan& to = keys[static_cast<std::size_t>(loop.to)];
+      const slam::Keyframe& from = keys[static_cast<std::size_t>(loop.from)];
+      const slam::Keyframe& to = keys[static_cast<std::size_t>(loop.to)];
       one["from_utime"] = from.utime.us;
       one["to_utime"] = to.utime.us;
       one["path_between_m"] = to.path_m - from.path_m;
@@ -138,7 +138,7 @@ json apart_json(const MapJob& job) {
   for (const KeptApart& apart : kept_apart(job)) {
     all.push_back({{"sessions", apart.inputs},
                    {"folder", apart.folder},
-                   {"key_scans", apart.map->slam.keys.size()}});
+                   {"keyframes", apart.map->slam.keys.size()}});
   }
   return all;
 }
@@ -183,10 +183,10 @@ void write_report(const std::filesystem::path& path,
     report["inputs"].push_back(input_json(input));
   report["scans"] = {{"posed", job.scans().size()},  {"level", counts.level},
                      {"matched", counts.matched},    {"held_out", counts.held_out},
-                     {"key_scans", job.key_count()}, {"dropped", job.drops().by_cause()}};
+                     {"keyframes", job.key_count()}, {"dropped", job.drops().by_cause()}};
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
-  report["loops"] = loops_json(job.loops(), job.key_scans());
+  report["loops"] = loops_json(job.loops(), job.keyframes());
   if (job.session() != nullptr && job.session()->mode() != slam::MappingSession::Mode::mapping) {
     report["place_in_saved_map"] = places_json(*job.session());
   }

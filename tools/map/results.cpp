@@ -5,9 +5,9 @@
 #include "common/files/lines_dxf.hpp"
 #include "common/files/lines_json.hpp"
 #include "common/files/lines_svg.hpp"
-#include "common/files/result_list.hpp"
 #include "common/files/tum.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/result_list.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "slam/localization/saved_map.hpp"
 
 namespace marco {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "common/files/output_folder.hpp"
 #include "common/wall.hpp"
+#include "lcm_tools/files/output_folder.hpp"
 #include "tools/map/map_job.hpp"
 
 namespace marco {

@@ -1,10 +1,10 @@
-#include "common/check.hpp"
-#include "common/process/config.hpp"
 #include "common/trajectory_fit.hpp"
-#include "drivers/simulator/ray_caster.hpp"
-#include "drivers/simulator/truth.hpp"
-#include "drivers/simulator/world.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
+#include "simulator/ray_caster.hpp"
+#include "simulator/truth.hpp"
+#include "simulator/world.hpp"
 #include "tools/map/judge.hpp"
 
 namespace marco {

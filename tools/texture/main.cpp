@@ -3,12 +3,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "common/check.hpp"
 #include "common/files/glb.hpp"
 #include "common/files/ply.hpp"
-#include "common/files/whole_file.hpp"
-#include "common/process/arguments.hpp"
-#include "common/process/config.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "mapping3d/surface/planes.hpp"
 #include "tools/texture/photograph_list.hpp"
 #include "viewer/image_io.hpp"

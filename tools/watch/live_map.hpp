@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "drivers/teleop/screen.hpp"
+#include "teleop/screen.hpp"
 #include "viewer/picture.hpp"
 #include "viewer/scene.hpp"
 

@@ -7,9 +7,9 @@
 #include <map>
 #include <sstream>
 
-#include "common/check.hpp"
-#include "common/files/output_folder.hpp"
-#include "common/process/arguments.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/output_folder.hpp"
+#include "lcm_tools/process/arguments.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/process/render_command.hpp"
 #include "viewer/vector_export.hpp"

@@ -5,8 +5,8 @@
 #include <memory>
 #include <stdexcept>
 
-#include "common/check.hpp"
 #include "common/trajectory_fit.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::viewer {
 namespace {

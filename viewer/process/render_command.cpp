@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/check.hpp"
-#include "common/files/output_folder.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/output_folder.hpp"
 #include "viewer/film.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/map_picture.hpp"

@@ -12,10 +12,10 @@
 #include <memory>
 #include <stdexcept>
 
-#include "common/diagnosis/host.hpp"
-#include "common/diagnosis/listening_socket.hpp"
-#include "common/lcm_schema/schema.hpp"
-#include "common/process/status_publisher.hpp"
+#include "lcm_tools/diagnosis/host.hpp"
+#include "lcm_tools/diagnosis/listening_socket.hpp"
+#include "lcm_tools/process/status_publisher.hpp"
+#include "lcm_tools/schema/schema.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/sources.hpp"
 #include "marco/process_status_t.hpp"

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/diagnosis/datagram.hpp"
-#include "common/diagnosis/network.hpp"
+#include "lcm_tools/diagnosis/datagram.hpp"
+#include "lcm_tools/diagnosis/network.hpp"
 
 namespace marco::diagnosis {
 

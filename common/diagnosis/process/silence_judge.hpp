@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "common/process/bus.hpp"
-#include "common/process/drop_counter.hpp"
+#include "lcm_tools/process/bus.hpp"
+#include "lcm_tools/process/drop_counter.hpp"
 
 namespace marco::diagnosis {
 

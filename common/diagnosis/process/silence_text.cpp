@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <regex>
 
-#include "lcmtypes/foreign.hpp"
+#include "recordings/foreign.hpp"
 
 namespace marco::diagnosis {
 namespace {

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <utility>
 
-#include "common/process/lcm_bus.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 
 namespace marco::diagnosis {
 namespace {

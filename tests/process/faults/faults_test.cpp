@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <map>
 
-#include "common/process/lcm_bus.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/process_status_t.hpp"

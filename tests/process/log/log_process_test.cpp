@@ -12,7 +12,7 @@
 #include <map>
 #include <random>
 
-#include "common/process/lcm_bus.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "tests/unit/log/tiny_log.hpp"
 
 namespace marco::logs {

@@ -11,8 +11,8 @@
 #include <fstream>
 #include <random>
 
-#include "procman/process/descriptor.hpp"
-#include "procman/utf8.hpp"
+#include "lcm_tools/procman/process/descriptor.hpp"
+#include "lcm_tools/procman/utf8.hpp"
 #include "procman_lcm/orders_t.hpp"
 #include "tests/process/procman/procman_bench.hpp"
 

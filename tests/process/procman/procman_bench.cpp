@@ -11,8 +11,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "procman/process/descriptor.hpp"
-#include "procman/process/messages.hpp"
+#include "lcm_tools/procman/process/descriptor.hpp"
+#include "lcm_tools/procman/process/messages.hpp"
 #include "procman_lcm/output_span_t.hpp"
 #include "procman_lcm/output_t.hpp"
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "common/process/lcm_bus.hpp"
-#include "procman/output_log.hpp"
-#include "procman/wire.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/procman/output_log.hpp"
+#include "lcm_tools/procman/wire.hpp"
 
 namespace marco::procman {
 

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <thread>
 
-#include "procman/process/descriptor.hpp"
-#include "procman/process/messages.hpp"
+#include "lcm_tools/procman/process/descriptor.hpp"
+#include "lcm_tools/procman/process/messages.hpp"
 #include "procman_lcm/output_t.hpp"
 #include "tests/process/procman/procman_bench.hpp"
 

@@ -13,9 +13,9 @@
 #include <optional>
 #include <string>
 
-#include "common/process/lcm_bus.hpp"
 #include "drivers/gamepad/codec.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/convert_robot.hpp"

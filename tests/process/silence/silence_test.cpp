@@ -11,11 +11,11 @@
 #include <functional>
 
 #include "bot_core/planar_lidar_t.hpp"
-#include "common/files/whole_file.hpp"
-#include "common/process/lcm_bus.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/odometry_t.hpp"
 #include "marco/process_status_t.hpp"

@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "common/files/event_log.hpp"
+#include "lcm_tools/files/event_log.hpp"
 #include "tests/support/real_data.hpp"
 
 // The spy as a person runs it, in a network namespace of its own: this process publishes.

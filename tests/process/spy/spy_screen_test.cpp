@@ -1,5 +1,5 @@
 // The spy's screen, driven through tmux.
-#include "common/process/lcm_bus.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 #include "marco/emergency_stop_t.hpp"
 #include "tests/process/spy/spy_rig.hpp"
 

@@ -1,10 +1,10 @@
-#include "common/process/arguments.hpp"
+#include "lcm_tools/process/arguments.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "common/process/exit_code.hpp"
-#include "common/process/version.hpp"
+#include "lcm_tools/process/exit_code.hpp"
+#include "lcm_tools/process/version.hpp"
 
 namespace marco::process {
 namespace {

@@ -1,9 +1,9 @@
-#include "common/process/batch_bus.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "common/check.hpp"
+#include "lcm_tools/base/check.hpp"
 #include "lcmtypes/convert.hpp"
 
 namespace marco::process {

@@ -1,4 +1,4 @@
-#include "common/process/config.hpp"
+#include "lcm_tools/process/config.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/files/event_log.hpp"
+#include "lcm_tools/files/event_log.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/process/lcm_bus.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
 
 #include <gtest/gtest.h>
 

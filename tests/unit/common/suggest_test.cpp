@@ -1,4 +1,4 @@
-#include "common/process/suggest.hpp"
+#include "lcm_tools/process/suggest.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "common/diagnosis/network.hpp"
+#include "lcm_tools/diagnosis/network.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

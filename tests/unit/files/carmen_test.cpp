@@ -1,4 +1,4 @@
-#include "common/files/carmen.hpp"
+#include "recordings/carmen.hpp"
 
 #include <gmock/gmock.h>
 

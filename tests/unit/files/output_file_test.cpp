@@ -1,4 +1,4 @@
-#include "common/files/output_file.hpp"
+#include "lcm_tools/files/output_file.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "common/files/text_fields.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace marco::files {

@@ -1,4 +1,4 @@
-#include "common/files/output_folder.hpp"
+#include "lcm_tools/files/output_folder.hpp"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -8,8 +8,8 @@
 #include <cerrno>
 #include <map>
 
-#include "common/files/event_log.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace marco::files {

@@ -5,12 +5,12 @@
 
 #include <cmath>
 
-#include "common/files/event_log.hpp"
-#include "common/files/odometry_laser_text.hpp"
-#include "common/files/thesis_files.hpp"
-#include "common/files/tilted_scans.hpp"
-#include "common/files/whole_file.hpp"
-#include "lcmtypes/recording.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "recordings/odometry_laser_text.hpp"
+#include "recordings/recording.hpp"
+#include "recordings/thesis_files.hpp"
+#include "recordings/tilted_scans.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/recorded.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -4,7 +4,7 @@
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/temporary_folder.hpp"
 

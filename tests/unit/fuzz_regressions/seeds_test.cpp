@@ -11,7 +11,7 @@
 #include <iterator>
 
 #include "common/byte_archive.hpp"
-#include "common/process/batch_bus.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "slam/process/checkpoint.hpp"
@@ -29,7 +29,7 @@ std::string payload_of(const std::string& sealed) {
   return sealed.substr(kEnvelopeBytes, sealed.size() - kEnvelopeBytes - sizeof(uint32_t));
 }
 
-/// Five scans of a room, half a metre apart: key scans (cut, so that the seed is short), edges, a
+/// Five scans of a room, half a metre apart: keyframes (cut, so that the seed is short), edges, a
 /// path.
 AdapterState five_scans() {
   constexpr int kBeams = 24, kPointsKept = 2;
@@ -59,7 +59,7 @@ AdapterState five_scans() {
     bus.deliver(message.channel, message.bytes, utime);
   }
   AdapterState state = adapter.state();
-  for (KeyScan& key : state.map.slam.keys) {
+  for (Keyframe& key : state.map.slam.keys) {
     key.points_in_robot.points.conservativeResize(2, kPointsKept);
     key.points_in_robot.normals.conservativeResize(2, kPointsKept);
   }

@@ -1,4 +1,4 @@
-#include "common/lcm_schema/decoder.hpp"
+#include "lcm_tools/schema/decoder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 
 #include "bot_core/planar_lidar_t.hpp"
 #include "bot_core/pose_t.hpp"
-#include "common/lcm_schema/json.hpp"
+#include "lcm_tools/schema/json.hpp"
 #include "lcmtypes/sources.hpp"
 #include "marco/sensor_info_t.hpp"
 #include "schema_test/inner/all_t.hpp"

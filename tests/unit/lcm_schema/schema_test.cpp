@@ -1,4 +1,4 @@
-#include "common/lcm_schema/schema.hpp"
+#include "lcm_tools/schema/schema.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

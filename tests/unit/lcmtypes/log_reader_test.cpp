@@ -1,12 +1,12 @@
 // Our own and other people's LCM logs.
 #include <gmock/gmock.h>
 
-#include "common/files/event_log.hpp"
-#include "common/process/config.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
-#include "lcmtypes/recording.hpp"
 #include "marco/mbot_pose2d_t.hpp"
+#include "recordings/recording.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/recorded.hpp"
 #include "tests/support/temporary_folder.hpp"

@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <sstream>
 
-#include "lcmtypes/lcm_log_reader.hpp"
-#include "lcmtypes/recording.hpp"
+#include "recordings/lcm_log_reader.hpp"
+#include "recordings/recording.hpp"
 #include "tests/unit/log/tiny_log.hpp"
 #include "tools/log/export_carmen.hpp"
 #include "tools/log/import_recording.hpp"

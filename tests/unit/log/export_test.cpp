@@ -7,16 +7,16 @@
 #include <sstream>
 
 #include "bot_core/image_t.hpp"
+#include "lcm_tools/log/export_csv.hpp"
+#include "lcm_tools/log/export_images.hpp"
+#include "lcm_tools/log/export_json_lines.hpp"
+#include "lcm_tools/log/export_mcap.hpp"
+#include "lcm_tools/log/mcap_writer.hpp"
+#include "lcm_tools/log/png.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "tests/unit/log/mcap_reader.hpp"
 #include "tests/unit/log/tiny_log.hpp"
-#include "tools/log/export_csv.hpp"
-#include "tools/log/export_images.hpp"
-#include "tools/log/export_json_lines.hpp"
-#include "tools/log/export_mcap.hpp"
-#include "tools/log/mcap_writer.hpp"
-#include "tools/log/png.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco::logs {

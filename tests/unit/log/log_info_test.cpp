@@ -1,4 +1,4 @@
-#include "tools/log/log_info.hpp"
+#include "lcm_tools/log/log_info.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/log/mcap_writer.hpp"
+#include "lcm_tools/log/mcap_writer.hpp"
 
 /// A slow reader of MCAP that believes nothing: every length, checksum and index is checked.
 namespace marco::logs::test {

@@ -1,4 +1,4 @@
-#include "tools/log/moment.hpp"
+#include "lcm_tools/log/moment.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "tools/log/player.hpp"
+#include "lcm_tools/log/player.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "lcm_tools/log/keys.hpp"
 #include "tests/unit/log/tiny_log.hpp"
-#include "tools/log/keys.hpp"
 
 namespace marco::logs {
 namespace {

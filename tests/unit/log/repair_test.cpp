@@ -1,4 +1,4 @@
-#include "tools/log/repair.hpp"
+#include "lcm_tools/log/repair.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "lcm_tools/log/restore.hpp"
+#include "lcm_tools/log/types.hpp"
 #include "tests/unit/log/tiny_log.hpp"
-#include "tools/log/restore.hpp"
-#include "tools/log/types.hpp"
 
 namespace marco::logs {
 namespace {

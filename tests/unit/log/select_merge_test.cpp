@@ -3,9 +3,9 @@
 
 #include <random>
 
+#include "lcm_tools/log/merge.hpp"
+#include "lcm_tools/log/select.hpp"
 #include "tests/unit/log/tiny_log.hpp"
-#include "tools/log/merge.hpp"
-#include "tools/log/select.hpp"
 
 namespace marco::logs {
 namespace {

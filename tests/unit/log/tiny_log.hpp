@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/files/event_log.hpp"
+#include "lcm_tools/files/event_log.hpp"
 #include "lcmtypes/convert.hpp"
 
 namespace marco::logs {

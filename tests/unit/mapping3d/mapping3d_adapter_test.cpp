@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "common/process/batch_bus.hpp"
 #include "common/trajectory.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"
@@ -63,7 +63,7 @@ class Mapping3dOverABus : public ::testing::Test {
     bus_.publish(channels::kSlamPose, pose);
     bus_.deliver_published();
   }
-  // Every twentieth scan is a key scan; all lie `aside_m` to the left of where they were published.
+  // Every twentieth scan is a keyframe; all lie `aside_m` to the left of where they were published.
   void path_until(int number, double aside_m) {
     Trajectory keys;
     for (int i = 0; i <= number; i += 20)
@@ -125,7 +125,7 @@ TEST_F(Mapping3dOverABus, AfterALongDriveASceneStillFollowsItsKeyScanAndFewPoses
   for (const SceneRow& row : adapter_.mapper().scenes()[0].rows) {
     EXPECT_NEAR(row.world_from_robot.y_m, 0.75, 1e-9);
   }
-  // Of 4000: 200 key scans', and the last ten seconds'.
+  // Of 4000: 200 keyframes', and the last ten seconds'.
   EXPECT_LT(adapter_.known_poses(), 320U);
 }
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <functional>
 
-#include "common/process/batch_bus.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"

@@ -2,11 +2,11 @@
 // default noise, the laser's true poses (how well scenes are registered is another test's matter).
 #include <gtest/gtest.h>
 
-#include "common/process/config.hpp"
-#include "drivers/simulator/batch_simulation.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "mapping3d/scene_mesh.hpp"
 #include "mapping3d/surface/simplify.hpp"
 #include "mapping3d/surface/surface_model.hpp"
+#include "simulator/batch_simulation.hpp"
 #include "tools/evaluate/model_judge.hpp"
 
 namespace marco {

@@ -7,7 +7,7 @@
 #include "common/files/glb.hpp"
 #include "common/files/obj.hpp"
 #include "common/files/ply.hpp"
-#include "common/files/whole_file.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace marco::files {

@@ -1,4 +1,4 @@
-#include "procman/config.hpp"
+#include "lcm_tools/procman/config.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <map>
 #include <random>
 
-#include "procman/exec_line.hpp"
+#include "lcm_tools/procman/exec_line.hpp"
 
 namespace marco::procman {
 namespace {

@@ -1,4 +1,4 @@
-#include "procman/deputy_state.hpp"
+#include "lcm_tools/procman/deputy_state.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

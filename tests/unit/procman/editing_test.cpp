@@ -3,8 +3,8 @@
 
 #include <csignal>
 
-#include "procman/command_form.hpp"
-#include "procman/sheriff_state.hpp"
+#include "lcm_tools/procman/command_form.hpp"
+#include "lcm_tools/procman/sheriff_state.hpp"
 
 namespace marco::procman {
 namespace {

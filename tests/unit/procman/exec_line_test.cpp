@@ -1,4 +1,4 @@
-#include "procman/exec_line.hpp"
+#include "lcm_tools/procman/exec_line.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,13 +7,13 @@
 #include <fstream>
 #include <random>
 
-#include "procman/output_log.hpp"
-#include "procman/process/deputy_process.hpp"
-#include "procman/process/keeper_message.hpp"
-#include "procman/process/message_check.hpp"
-#include "procman/process/messages.hpp"
-#include "procman/process/output_pump.hpp"
-#include "procman/utf8.hpp"
+#include "lcm_tools/procman/output_log.hpp"
+#include "lcm_tools/procman/process/deputy_process.hpp"
+#include "lcm_tools/procman/process/keeper_message.hpp"
+#include "lcm_tools/procman/process/message_check.hpp"
+#include "lcm_tools/procman/process/messages.hpp"
+#include "lcm_tools/procman/process/output_pump.hpp"
+#include "lcm_tools/procman/utf8.hpp"
 #include "procman_lcm/discovery_t.hpp"
 #include "procman_lcm/output_span_t.hpp"
 #include "procman_lcm/output_t.hpp"

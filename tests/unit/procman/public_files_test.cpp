@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "procman/config.hpp"
-#include "procman/exec_line.hpp"
-#include "procman/script_runner.hpp"
-#include "procman/sheriff_state.hpp"
+#include "lcm_tools/procman/config.hpp"
+#include "lcm_tools/procman/exec_line.hpp"
+#include "lcm_tools/procman/script_runner.hpp"
+#include "lcm_tools/procman/sheriff_state.hpp"
 
 namespace marco::procman {
 namespace {

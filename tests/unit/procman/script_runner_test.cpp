@@ -1,4 +1,4 @@
-#include "procman/script_runner.hpp"
+#include "lcm_tools/procman/script_runner.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

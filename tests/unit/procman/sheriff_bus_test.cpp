@@ -2,11 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "lcm_tools/procman/process/deputy_watch.hpp"
+#include "lcm_tools/procman/process/descriptor.hpp"
+#include "lcm_tools/procman/process/emergency_stop.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/emergency_stop_t.hpp"
-#include "procman/process/deputy_watch.hpp"
-#include "procman/process/descriptor.hpp"
-#include "procman/process/emergency_stop.hpp"
 #include "sheriff_world.hpp"
 
 namespace marco::procman {

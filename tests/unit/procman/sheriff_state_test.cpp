@@ -1,11 +1,11 @@
-#include "procman/sheriff_state.hpp"
+#include "lcm_tools/procman/sheriff_state.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "procman/command_table.hpp"
+#include "lcm_tools/procman/command_table.hpp"
 #include "sheriff_world.hpp"
 
 namespace marco::procman {

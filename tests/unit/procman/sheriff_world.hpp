@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "procman/deputy_state.hpp"
-#include "procman/sheriff_state.hpp"
+#include "lcm_tools/procman/deputy_state.hpp"
+#include "lcm_tools/procman/sheriff_state.hpp"
 
 namespace marco::procman {
 

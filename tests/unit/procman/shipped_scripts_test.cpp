@@ -6,8 +6,8 @@
 #include <set>
 #include <sstream>
 
-#include "procman/config.hpp"
-#include "procman/exec_line.hpp"
+#include "lcm_tools/procman/config.hpp"
+#include "lcm_tools/procman/exec_line.hpp"
 
 // The scripts in config/: what they name is there. Tests run in the project's folder.
 namespace marco::procman {
@@ -25,7 +25,8 @@ std::string text_of(const std::string& path) {
 
 std::set<std::string> known_programs() {
   std::set<std::string> names{"lcm-logger"};  // and LCM's own
-  for (const char* room : {"drivers", "slam", "mapping3d", "viewer", "procman", "tools"}) {
+  for (const char* room :
+       {"drivers", "lcm_tools", "mapping3d", "simulator", "slam", "teleop", "tools", "viewer"}) {
     for (const auto& entry : fs::recursive_directory_iterator(room)) {
       if (entry.path().filename() != "CMakeLists.txt") continue;
       const std::string text = text_of(entry.path());

@@ -1,4 +1,4 @@
-#include "drivers/simulator/laser_model.hpp"
+#include "simulator/laser_model.hpp"
 
 #include <gtest/gtest.h>
 

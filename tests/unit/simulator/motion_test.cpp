@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "drivers/simulator/batch_simulation.hpp"
-#include "drivers/simulator/odometry_model.hpp"
-#include "drivers/simulator/tour.hpp"
+#include "simulator/batch_simulation.hpp"
+#include "simulator/odometry_model.hpp"
+#include "simulator/tour.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -1,4 +1,4 @@
-#include "drivers/simulator/truth.hpp"
+#include "simulator/truth.hpp"
 
 #include <gtest/gtest.h>
 

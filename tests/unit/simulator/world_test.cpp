@@ -1,12 +1,12 @@
-#include "drivers/simulator/world.hpp"
+#include "simulator/world.hpp"
 
 #include <gmock/gmock.h>
 
 #include <random>
 
-#include "common/process/config.hpp"
-#include "drivers/simulator/ray_caster.hpp"
-#include "drivers/simulator/tour.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "simulator/ray_caster.hpp"
+#include "simulator/tour.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace marco::sim {

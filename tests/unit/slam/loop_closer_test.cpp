@@ -1,4 +1,4 @@
-#include "slam/loop_closer.hpp"
+#include "slam/back_end/loop_closer.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,11 +12,11 @@
 namespace marco::slam {
 namespace {
 
-// Round and round a square of 40 m: the last key scan stands where the first one does, 800 m on.
-std::vector<KeyScan> rounds() {
-  std::vector<KeyScan> keys;
+// Round and round a square of 40 m: the last keyframe stands where the first one does, 800 m on.
+std::vector<Keyframe> rounds() {
+  std::vector<Keyframe> keys;
   for (int i = 0; i <= 800; ++i) {
-    KeyScan key;
+    Keyframe key;
     const double angle_rad = 2.0 * std::numbers::pi * i / 40;
     key.world_from_robot = {6.0 * std::cos(angle_rad), 6.0 * std::sin(angle_rad), 0.0};
     key.path_m = i;
@@ -26,12 +26,12 @@ std::vector<KeyScan> rounds() {
   return keys;
 }
 
-// After 800 m of path the poses of two key scans could be off by metres, but not when loops lead
+// After 800 m of path the poses of two keyframes could be off by metres, but not when loops lead
 // from one to the other in a few: then what looks alike three metres along the hall is not meant.
 TEST(LoopCloser, WhereLoopsLeadNearPosesAreNotOffByThePathDriven) {
   const LoopCloserOptions options;
   const LoopCloser closer(options, CorrelativeMatcher{}, SurfelMatcher{});
-  const std::vector<KeyScan> keys = rounds();
+  const std::vector<Keyframe> keys = rounds();
   const double closed_path_m = 798.0;
   for (const LoopQuestion& question : closer.questions(keys, closed_path_m)) {
     const double path_m = keys.back().path_m - keys[static_cast<std::size_t>(question.from)].path_m;

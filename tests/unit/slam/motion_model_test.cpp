@@ -1,4 +1,4 @@
-#include "slam/motion_model.hpp"
+#include "slam/front_end/motion_model.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "slam/range_units.hpp"
+#include "slam/input/range_units.hpp"
 
 #include <gmock/gmock.h>
 

@@ -95,7 +95,7 @@ TEST_F(SlamOnRing, LoopsThatSayWhatIsBelievedAnywayDoNotMoveThePathEachTime) {
   EXPECT_LT(slam.revision(), static_cast<int64_t>(slam.loops().size()) / 2);
 }
 
-// Each scan that fits badly is looked for widely: in a table of what is near, made once a key scan.
+// Each scan that fits badly is looked for widely: in a table of what is near, made once a keyframe.
 TEST_F(SlamOnRing, NoiseOfTheWholeRangeCostsNoTableOfTheWholeRange) {
   Slam slam;
   noise_ = 0.6;

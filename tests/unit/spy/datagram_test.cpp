@@ -1,4 +1,4 @@
-#include "common/diagnosis/datagram.hpp"
+#include "lcm_tools/diagnosis/datagram.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "tools/spy/model.hpp"
+#include "lcm_tools/spy/model.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 
 #include "bot_core/planar_lidar_t.hpp"
+#include "lcm_tools/spy/report.hpp"
 #include "marco/grid_map_t.hpp"
 #include "marco/pose2_t.hpp"
 #include "tests/unit/spy/spy_fixture.hpp"
-#include "tools/spy/report.hpp"
 
 namespace marco::spy {
 namespace {

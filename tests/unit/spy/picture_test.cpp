@@ -1,4 +1,4 @@
-#include "tools/spy/picture.hpp"
+#include "lcm_tools/spy/picture.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

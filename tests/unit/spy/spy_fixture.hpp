@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "common/lcm_schema/decoder.hpp"
+#include "lcm_tools/schema/decoder.hpp"
 #include "lcmtypes/sources.hpp"
 
 namespace marco::spy {

@@ -1,4 +1,4 @@
-#include "tools/spy/statistics.hpp"
+#include "lcm_tools/spy/statistics.hpp"
 
 #include <gtest/gtest.h>
 

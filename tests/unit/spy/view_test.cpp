@@ -1,4 +1,4 @@
-#include "tools/spy/view.hpp"
+#include "lcm_tools/spy/view.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

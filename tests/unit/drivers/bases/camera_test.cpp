@@ -3,7 +3,7 @@
 #include <fstream>
 
 #include "drivers/camera/source.hpp"
-#include "drivers/robot/live_cameras.hpp"
+#include "simulator/live/live_cameras.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace marco {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench.hpp"
-#include "drivers/robot/base_driver.hpp"
+#include "drivers/base/base_driver.hpp"
 
 namespace marco::drivers::testing {
 

@@ -1,4 +1,4 @@
-#include "drivers/robot/faults.hpp"
+#include "simulator/live/faults.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
-#include "drivers/robot/live_robot.hpp"
+#include "simulator/live/live_robot.hpp"
 
 #include <gtest/gtest.h>
 
 #include "bench.hpp"
-#include "common/process/config.hpp"
 #include "drivers/hcs12/base_driver.hpp"
+#include "lcm_tools/process/config.hpp"
 
 namespace marco::sim {
 namespace {

@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/teleop/operator.hpp"
-#include "drivers/teleop/screen.hpp"
+#include "teleop/operator.hpp"
+#include "teleop/screen.hpp"
 
 namespace marco::teleop {
 namespace {

@@ -1,4 +1,4 @@
-#include "drivers/teleop/tour_runner.hpp"
+#include "teleop/tour_runner.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "slam/ekf/add_product.hpp"
+#include "slam/line_slam/ekf/add_product.hpp"
 
 #include <gtest/gtest.h>
 

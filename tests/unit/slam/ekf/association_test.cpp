@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "slam/ekf/wall_filter.hpp"
+#include "slam/line_slam/ekf/wall_filter.hpp"
 #include "tests/support/lines_information_state.hpp"
 
 namespace marco::slam {

@@ -1,4 +1,4 @@
-#include "slam/ekf/compressed_state.hpp"
+#include "slam/line_slam/ekf/compressed_state.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "slam/ekf/joint_compatibility.hpp"
+#include "slam/line_slam/ekf/joint_compatibility.hpp"
 #include "tests/support/lines_known.hpp"
 #include "tests/support/slow_matrices.hpp"
 

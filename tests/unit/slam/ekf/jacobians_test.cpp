@@ -4,9 +4,9 @@
 #include <functional>
 #include <random>
 
-#include "slam/ekf/motion.hpp"
-#include "slam/ekf/wall_filter.hpp"
-#include "slam/ekf/wall_observation.hpp"
+#include "slam/line_slam/ekf/motion.hpp"
+#include "slam/line_slam/ekf/wall_filter.hpp"
+#include "slam/line_slam/ekf/wall_observation.hpp"
 
 namespace marco::slam {
 namespace {

@@ -1,4 +1,4 @@
-#include "slam/graph/joint_refinement.hpp"
+#include "slam/back_end/graph/joint_refinement.hpp"
 
 #include <gtest/gtest.h>
 

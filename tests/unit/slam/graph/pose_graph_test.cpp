@@ -1,4 +1,4 @@
-#include "slam/graph/pose_graph.hpp"
+#include "slam/back_end/graph/pose_graph.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "slam/graph/selected_inverse.hpp"
+#include "slam/back_end/graph/selected_inverse.hpp"
 
 #include <gtest/gtest.h>
 

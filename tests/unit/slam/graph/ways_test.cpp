@@ -1,4 +1,4 @@
-#include "slam/graph/ways.hpp"
+#include "slam/back_end/graph/ways.hpp"
 
 #include <gtest/gtest.h>
 

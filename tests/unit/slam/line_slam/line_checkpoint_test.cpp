@@ -20,7 +20,7 @@ TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {
   EXPECT_EQ(back.mapper.slam.filter.covariance, filter.covariance);
   EXPECT_EQ(back.mapper.key_beams[0].beams[1].hit_m, Eigen::Vector2d(1.0, 2.0));
   EXPECT_THROW(LineMapper(LineMapperOptions{}).restore(back.mapper), std::invalid_argument)
-      << "beams without their key scan";
+      << "beams without their keyframe";
   for (std::size_t size = 0; size < good.size(); ++size) {
     EXPECT_THROW(
         decode_checkpoint({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size)}),

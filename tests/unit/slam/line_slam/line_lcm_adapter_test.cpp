@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "common/process/batch_bus.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/line_map_t.hpp"

@@ -1,4 +1,4 @@
-#include "slam/line_mapper.hpp"
+#include "slam/line_slam/line_mapper.hpp"
 
 #include <gtest/gtest.h>
 
@@ -109,7 +109,7 @@ TEST(LineMapper, HasAPoseForEveryScanThatMovesWithItsKeyScan) {
   const Trajectory trajectory = mapper.trajectory();
   ASSERT_EQ(trajectory.size(), live.size());
   for (std::size_t i = 0; i < live.size(); ++i) {
-    // No loop: nothing but what later scans said of the key scan itself can have moved it.
+    // No loop: nothing but what later scans said of the keyframe itself can have moved it.
     EXPECT_THAT(trajectory[i].world_from_robot, IsNear(live[i].world_from_robot, 0.01, 0.005));
     EXPECT_EQ(trajectory[i].utime, live[i].utime);
   }

@@ -1,4 +1,4 @@
-#include "slam/line_slam.hpp"
+#include "slam/line_slam/line_slam.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

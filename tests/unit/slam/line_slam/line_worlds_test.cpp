@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <map>
 
-#include "slam/ekf/joint_compatibility.hpp"
-#include "slam/line_slam.hpp"
+#include "slam/line_slam/ekf/joint_compatibility.hpp"
+#include "slam/line_slam/line_slam.hpp"
 #include "tests/support/lines_drive.hpp"
 #include "tests/support/lines_known.hpp"
 #include "tests/support/lines_plan_world.hpp"

@@ -1,4 +1,4 @@
-#include "slam/lines/line_extractor.hpp"
+#include "slam/line_slam/lines/line_extractor.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

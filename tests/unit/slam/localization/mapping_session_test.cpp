@@ -123,11 +123,11 @@ TEST_F(MappingSessionTest, ExtendingASessionInAStrangeBuildingIsSetApartAndTheNe
 // Where it looks seldom after so long a way.
 TEST_F(MappingSessionTest, ASessionThatComesIntoTheMapAfterALongWayIsFound) {
   const SavedMap map = map_of(one_building(), here_);
-  std::vector<KeyScan> keys =
+  std::vector<Keyframe> keys =
       map_of(another_building(), round_from({-2.0, -2.5, 0.0}, 300)).slam.keys;
   const double way_m = keys.back().path_m;
   ASSERT_GT(way_m, 25.0);
-  for (KeyScan key : map_of(one_building(), here_too_).slam.keys) {
+  for (Keyframe key : map_of(one_building(), here_too_).slam.keys) {
     key.path_m += way_m + 9.0;  // beyond what is looked at together
     keys.push_back(key);
   }
@@ -191,7 +191,7 @@ TEST_F(MappingSessionTest, MergedMapsKeepTheirSessionsAndAreOptimized) {
   const SavedMap merged = merge_maps({first, second}, {}, {}, not_found);
   EXPECT_TRUE(not_found.empty());
   EXPECT_EQ(merged.session_starts, (std::vector<int64_t>{0, 130}));
-  // A key scan that lies where its edges deny it.
+  // A keyframe that lies where its edges deny it.
   SavedMap bent = first;
   bent.slam.keys[5].world_from_robot.x_m += 0.2;
   const SavedMap straight = merge_maps({bent}, {}, {}, not_found);

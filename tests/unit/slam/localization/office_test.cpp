@@ -21,8 +21,8 @@ void run_office(int trials, uint64_t first_seed, double scans_per_s) {
   EXPECT_EQ(tally.wrong, 0);
 }
 
-// Its margins were chosen on the seeds 1 to 60. Of six trials, as there were here once, a robot that
-// finds itself in 97 of 100 fails one in a sixth of all runs.
+// Its margins were chosen on the seeds 1 to 60. Of six trials, as there were here once, a robot
+// that finds itself in 97 of 100 fails one in a sixth of all runs.
 TEST(LocalizationInOffice, RobotsSwitchedOnAnywhereFindThemselves) { run_office(20, 101, 2.0); }
 
 TEST(LocalizationInOffice, DISABLED_AThousandOfThemDo) { run_office(1000, 1001, 4.0); }

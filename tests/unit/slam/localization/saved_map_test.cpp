@@ -90,13 +90,13 @@ TEST_F(SavedMapTest, WhatLiesFartherAwayThanAnyBuildingIsRefused) {
   EXPECT_THAT(said([](SlamState& s) { s.trail.pop_back(); }), HasSubstr("than ever were"));
   EXPECT_THAT(said([](SlamState& s) { s.trail.push_back(s.trail[0]); }),
               HasSubstr("than ever were"));
-  EXPECT_THAT(said([](SlamState& s) { s.trail[0].key = -1; }), HasSubstr("hangs on no key scan"));
+  EXPECT_THAT(said([](SlamState& s) { s.trail[0].key = -1; }), HasSubstr("hangs on no keyframe"));
   EXPECT_THAT(said([](SlamState& s) { s.merged_keys = -1; }), HasSubstr("no such number"));
   EXPECT_THAT(said([](SlamState& s) { s.merged_keys = 2'000'000'000; }),
               HasSubstr("no such number"));
 }
 
-// The local map begins at its first key scan then, not before it.
+// The local map begins at its first keyframe then, not before it.
 TEST_F(SavedMapTest, AMapOfFewKeyScansOfManyThatWereIsGoneOnFrom) {
   const std::vector<SlamInput> inputs = drive({path_.begin(), path_.begin() + 12}, 3, 0);
   Slam slam, other;
@@ -150,7 +150,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
   EXPECT_THAT(complaint([&] {
                 decode_saved_map(encode_saved_map({"", {0}, state}));
               }),
-              HasSubstr("ends at no key scan"));
+              HasSubstr("ends at no keyframe"));
 }
 
 TEST_F(SavedMapTest, ASecondSessionFindsItselfAndGoesOnInTheFirstOnesFrame) {
@@ -210,8 +210,8 @@ TEST_F(SavedMapTest, InABuildingOfTwoEqualWingsItStaysWithCandidates) {
   Slam mapper;
   for (const SlamInput& input : drive(path_, 3, 0)) mapper.process(input);
   mapper.finish();
-  std::vector<KeyScan> both = mapper.keys();
-  for (KeyScan key : mapper.keys()) {
+  std::vector<Keyframe> both = mapper.keys();
+  for (Keyframe key : mapper.keys()) {
     key.world_from_robot.y_m += 30.0;
     both.push_back(key);
   }

@@ -36,7 +36,7 @@ class UnknownRoom : public ::testing::Test {
     return recorded_drive(world_, path, seed, 1'000'000LL * seed, {1.05, 1.03});
   }
   // Of the left room, its door closed.
-  std::vector<KeyScan> map_of_left_room() {
+  std::vector<Keyframe> map_of_left_room() {
     const testing::FlatWorld open = world_;
     std::vector<Pose2> path{start_};
     drive(path, 40, {0.1, 0, 0});

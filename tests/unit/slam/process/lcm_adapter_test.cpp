@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 
-#include "common/process/batch_bus.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/slam_pose_t.hpp"
@@ -244,7 +244,7 @@ TEST_F(SlamAdapterTest, EverySecondScanIsHeldOutOfTheMap) {
   SlamAdapter slam(bus_, options);
   slam.keep_scans();
   send_info();
-  // Each far enough from the one before to be a key scan.
+  // Each far enough from the one before to be a keyframe.
   for (int i = 0; i < 8; ++i) {
     send(odometry_at(0.5 * i, {0.35 * i, 0, 0}));
     send(scan_at(0.5 * i, {-2.0 + 0.35 * i, 0, 0}));
@@ -256,7 +256,7 @@ TEST_F(SlamAdapterTest, EverySecondScanIsHeldOutOfTheMap) {
     EXPECT_EQ(slam.scans()[i].prepared.hits_in_robot.cols() > 0, i % 2 == 1) << i;
   }
   std::vector<Utime> drawn;
-  for (const KeyScan& key : slam.session().keys()) drawn.push_back(key.utime);
+  for (const Keyframe& key : slam.session().keys()) drawn.push_back(key.utime);
   EXPECT_EQ(drawn, (std::vector<Utime>{Utime::from_seconds(0.0), Utime::from_seconds(1.0),
                                        Utime::from_seconds(2.0), Utime::from_seconds(3.0)}));
 }

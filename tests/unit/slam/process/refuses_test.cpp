@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "common/process/batch_bus.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/convert.hpp"
 #include "slam/process/lcm_adapter.hpp"
 #include "tests/support/flat_world.hpp"

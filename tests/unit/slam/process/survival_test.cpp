@@ -6,8 +6,8 @@
 #include <thread>
 #include <utility>
 
-#include "common/files/whole_file.hpp"
-#include "common/process/batch_bus.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "slam/process/lcm_adapter.hpp"
@@ -111,7 +111,7 @@ TEST_F(SlamSurvival, KilledAtAnyMessageAndResumedItEndsWithTheSamePath) {
 }
 
 // 25 times round a square of 80 steps, measured with errors, tied across the rounds.
-LoopWork thousands_of_key_scans() {
+LoopWork thousands_of_keyframes() {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 1.0);
   LoopWork work{LoopCloser({}, CorrelativeMatcher{}, SurfelMatcher{}), {}, PoseGraph{}};
@@ -130,10 +130,10 @@ LoopWork thousands_of_key_scans() {
 }
 
 TEST_F(SlamSurvival, ScansGoOnWhileThousandsOfKeyScansAreOptimized) {
-  LoopWork alone = thousands_of_key_scans();
+  LoopWork alone = thousands_of_keyframes();
   alone.run();
   LoopWorker worker;
-  worker.start(thousands_of_key_scans());
+  worker.start(thousands_of_keyframes());
   EXPECT_TRUE(worker.busy());
   process::BatchBus bus;
   SlamAdapter slam(bus, {});

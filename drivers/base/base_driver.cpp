@@ -1,0 +1,280 @@
+#include "drivers/base/base_driver.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace marco::drivers {
+namespace {
+
+using Kind = BaseCommand::Kind;
+using Fate = BaseStatus::Command;
+
+constexpr double kTellEveryS = 0.5;
+constexpr double kLeastMoveM = 0.005;
+constexpr double kLeastTurnRad = deg_to_rad(0.3);
+
+}  // namespace
+
+BaseDriver::BaseDriver(std::string name, const BaseSpeeds& speeds, const GuardOptions& guard)
+    : speeds_(speeds), guard_(guard) {
+  validate(speeds, "speeds");
+  status_.base = std::move(name);
+}
+
+BaseOutput BaseDriver::take_output() { return std::exchange(output_, {}); }
+
+BaseStatus BaseDriver::status() const {
+  BaseStatus told = status_;
+  if (!gate_.stopped()) return told;
+  told.note = gate_.note() + (status_.note.empty() ? "" : "; " + status_.note);
+  return told;
+}
+
+std::string BaseDriver::state() const {
+  static const char* const kLinks[] = {"does not answer", "is being set up", "ready"};
+  static const char* const kFates[] = {"",          ", moving", ", done", ", stopped short",
+                                       ", refused", ", aborted"};
+  std::string text = status_.base + std::string(" ") + kLinks[static_cast<int>(status_.link)] +
+                     kFates[static_cast<int>(status_.command)];
+  if (const std::string note = status().note; !note.empty()) text += ": " + note;
+  return text;
+}
+
+void BaseDriver::tell(Utime now) {
+  status_.utime = now;
+  last_told_ = now;
+  output_.status.push_back(status());
+}
+
+void BaseDriver::set_link(BaseStatus::Link link, const std::string& note, Utime now) {
+  if (status_.link == link && status_.note == note) return;
+  status_.link = link;
+  status_.note = note;
+  if (link != BaseStatus::Link::up) {
+    status_.motors_on = false;
+    next_order_.reset();
+    if (mode_ != Mode::idle) {
+      finish(Fate::aborted, note, now);
+      return;
+    }
+  }
+  tell(now);
+}
+
+void BaseDriver::command(const BaseCommand& command, Utime now) {
+  if (const std::string why = gate_.why_refused(command, now); !why.empty()) {
+    return refuse(command, why, now);
+  }
+  if (command.kind == Kind::set_speed) {
+    const auto take = [](double given, double& kept) {
+      if (given > 0.0) kept = given;
+    };
+    take(command.max_velocity_m_per_s, speeds_.velocity_m_per_s);
+    take(command.max_yaw_rate_rad_per_s, speeds_.yaw_rate_rad_per_s);
+    take(command.acceleration_m_per_s2, speeds_.acceleration_m_per_s2);
+    speeds_changed();
+    if (mode_ != Mode::idle) return;  // the running order keeps its place in the status
+    order_ = command;
+    finish(Fate::done, "", now);
+    return;
+  }
+  if (status_.link != BaseStatus::Link::up) {
+    return refuse(command, "the base does not answer", now);
+  }
+  order_came_ = now;
+  if (mode_ == Mode::idle) {
+    begin(command, now);
+  } else if (mode_ == Mode::velocity && command.kind == Kind::velocity) {
+    order_ = command;
+    status_.command_id = command.id;
+  } else {
+    next_order_ = command;
+    request_stop(Fate::aborted, "a newer order came", now);
+  }
+}
+
+void BaseDriver::refuse(const BaseCommand& command, const std::string& why, Utime now) {
+  if (mode_ == Mode::idle) {
+    order_ = command;
+    return finish(Fate::refused, why, now);
+  }
+  // Said once: the status goes on to tell of the order that runs.
+  BaseStatus running = status_;
+  status_.command_id = command.id;
+  status_.command = Fate::refused;
+  status_.note = why;
+  tell(now);
+  status_ = std::move(running);
+}
+
+void BaseDriver::emergency_stop(const EmergencyStop& message, Utime now) {
+  const bool was_stopped = gate_.stopped();
+  if (!gate_.on_emergency_stop(message, now)) return;
+  if (gate_.stopped() && !was_stopped) {
+    next_order_.reset();
+    status_.note.clear();
+    // Also where nothing was ordered: what else makes the wheels turn, nobody knows.
+    if (status_.link == BaseStatus::Link::up) {
+      fate_after_stop_ = mode_ == Mode::idle ? status_.command : Fate::aborted;
+      note_after_stop_.clear();
+      mode_ = Mode::stopping;
+      emergency_brake(now);
+    }
+  } else if (!gate_.stopped()) {
+    status_.note = "the emergency stop was released";
+  }
+  tell(now);
+}
+
+void BaseDriver::begin(const BaseCommand& command, Utime now) {
+  order_ = command;
+  status_.command_id = command.id;
+  status_.command = Fate::running;
+  status_.note.clear();
+  first_leg_ = true;
+  leg_limited_ = false;
+  point_to_reach_ = false;
+  mode_ = Mode::leg_due;
+  if (command.kind == Kind::stop) {
+    request_stop(Fate::done, "", now);
+  } else if (command.kind == Kind::velocity) {
+    mode_ = Mode::velocity;
+  } else if (command.kind == Kind::move) {
+    leg_ = {Leg::Kind::move, command.distance_m};
+  } else if (command.kind == Kind::turn) {
+    leg_ = {Leg::Kind::turn, command.angle_rad};
+  } else {
+    const Eigen::Vector2d way = odom_from_robot_.inverse() * command.point_m;
+    leg_ = {Leg::Kind::turn, way.norm() > kLeastMoveM ? std::atan2(way.y(), way.x()) : 0.0};
+    point_to_reach_ = true;
+  }
+  tell(now);
+}
+
+double BaseDriver::free_part(const Leg& leg, Utime now) const {
+  return leg.kind == Leg::Kind::move ? guard_.free_move_m(leg.amount, odom_from_robot_, now)
+                                     : guard_.free_turn_rad(leg.amount, odom_from_robot_, now);
+}
+
+std::string BaseDriver::what_is_in_the_way() const {
+  const bool moves = leg_.kind == Leg::Kind::move;
+  const std::string bumpers = moves ? guard_.pressed_bumpers(leg_.amount) : "";
+  return bumpers.empty() ? "an obstacle is in the way" : bumpers;
+}
+
+void BaseDriver::begin_leg(Utime now) {
+  const double least = leg_.kind == Leg::Kind::move ? kLeastMoveM : kLeastTurnRad;
+  mode_ = Mode::leg;
+  if (std::abs(leg_.amount) < least) {
+    leg_ended(true, "", now);
+    return;
+  }
+  const double free = free_part(leg_, now);
+  if (std::abs(free) < std::abs(leg_.amount)) {
+    leg_limited_ = true;
+    leg_.amount = std::copysign(free, leg_.amount);
+    if (std::abs(free) < 4.0 * least) {
+      finish(first_leg_ ? Fate::refused : Fate::shortened, what_is_in_the_way(), now);
+      return;
+    }
+  }
+  start_leg(leg_, now);
+}
+
+void BaseDriver::leg_ended(bool reached, const std::string& note, Utime now) {
+  if (mode_ != Mode::leg) return;
+  first_leg_ = false;
+  if (!reached) {
+    finish(Fate::aborted, note, now);
+  } else if (leg_limited_) {
+    finish(Fate::shortened, what_is_in_the_way(), now);
+  } else if (point_to_reach_) {
+    point_to_reach_ = false;
+    const Eigen::Vector2d way = odom_from_robot_.inverse() * order_.point_m;
+    leg_ = {Leg::Kind::move, way.x()};
+    mode_ = Mode::leg_due;
+  } else {
+    finish(Fate::done, note, now);
+  }
+}
+
+void BaseDriver::watch_leg(Utime now) {
+  const double remaining = leg_remaining();
+  const double free = free_part({leg_.kind, remaining}, now);
+  if (std::abs(free) >= std::abs(remaining) - (leg_.kind == Leg::Kind::move ? 0.02 : 0.03)) return;
+  // There is less room than way: stop when braking any later would be too late.
+  const double to_stop = leg_.kind == Leg::Kind::move ? stop_distance_m() : 0.05;
+  if (std::abs(free) <= to_stop) {
+    const std::string bumpers =
+        leg_.kind == Leg::Kind::move ? guard_.pressed_bumpers(leg_.amount) : "";
+    request_stop(Fate::shortened, bumpers.empty() ? "an obstacle came into the way" : bumpers, now);
+  }
+}
+
+void BaseDriver::watch_velocity(Utime now) {
+  if ((now - order_came_).seconds() > kOrderHoldsS) {
+    request_stop(Fate::done, "no velocity came for 0.5 s", now);
+    return;
+  }
+  double v = order_.velocity_m_per_s, w = order_.yaw_rate_rad_per_s;
+  std::string note;
+  if (v != 0.0) {
+    // No faster than can be braked in the room there is.
+    const double free = std::abs(guard_.free_move_m(std::copysign(1.5, v), odom_from_robot_, now));
+    const double allowed =
+        free < 1.5 ? std::sqrt(speeds_.acceleration_m_per_s2 * std::max(0.0, free - 0.02))
+                   : std::abs(v);
+    if (allowed < std::abs(v)) {
+      v = allowed < 0.03 ? 0.0 : std::copysign(allowed, v);
+      note = "slowed down before an obstacle";
+    }
+  }
+  if (w != 0.0 &&
+      std::abs(guard_.free_turn_rad(std::copysign(0.1, w), odom_from_robot_, now)) < 0.05) {
+    w = 0.0;
+    note = "no room to turn";
+  }
+  if (note != status_.note) {
+    status_.note = note;
+    tell(now);
+  }
+  drive(v, w, now);
+}
+
+void BaseDriver::advance_motion(Utime now) {
+  if (status_.link == BaseStatus::Link::up) {
+    if (mode_ == Mode::leg_due) begin_leg(now);
+    if (mode_ == Mode::leg) watch_leg(now);
+    if (mode_ == Mode::velocity) watch_velocity(now);
+  }
+  if ((now - last_told_).seconds() >= kTellEveryS) tell(now);
+}
+
+void BaseDriver::request_stop(BaseStatus::Command fate, const std::string& note, Utime now) {
+  fate_after_stop_ = fate;
+  note_after_stop_ = note;
+  if (mode_ == Mode::stopping) return;
+  mode_ = Mode::stopping;
+  stop_wheels(now);
+}
+
+void BaseDriver::stopped(Utime now) {
+  if (mode_ != Mode::stopping) return;
+  finish(fate_after_stop_, note_after_stop_, now);
+  if (const auto next = std::exchange(next_order_, std::nullopt)) begin(*next, now);
+}
+
+void BaseDriver::finish(BaseStatus::Command fate, const std::string& note, Utime now) {
+  mode_ = Mode::idle;
+  status_.command_id = order_.id;
+  status_.command = fate;
+  status_.note = note;
+  tell(now);
+}
+
+void BaseDriver::publish_odometry(const OdometrySample& sample) {
+  odom_from_robot_ = sample.odom_from_robot;
+  output_.odometry.push_back(sample);
+}
+
+}  // namespace marco::drivers

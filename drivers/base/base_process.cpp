@@ -1,0 +1,178 @@
+#include "drivers/base/base_process.hpp"
+
+#include <array>
+#include <thread>
+
+#include "common/order_age.hpp"
+#include "drivers/process/driver_loop.hpp"
+#include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "lcmtypes/convert_robot.hpp"
+
+namespace marco::drivers {
+namespace {
+
+constexpr std::chrono::milliseconds kReadFor{4};
+
+/// Messages in and out; lives as long as the process.
+class BaseAdapter {
+ public:
+  BaseAdapter(process::LcmBus& bus, process::DropCounter& drops, BaseDriver& driver)
+      : bus_(bus), driver_(driver) {
+    bus.subscribe<base_command_t>(
+        channels::kBaseCommand, drops,
+        [this](const base_command_t& message, const process::RawMessage&) {
+          driver_.command(from_message(message), wall_now());
+        });
+    bus.subscribe<emergency_stop_t>(
+        channels::kEmergencyStop, drops,
+        [this](const emergency_stop_t& message, const process::RawMessage&) {
+          driver_.emergency_stop(from_message(message), wall_now());
+        });
+    bus.subscribe<pantilt_command_t>(
+        channels::kPanTiltCommand, drops,
+        [this](const pantilt_command_t& message, const process::RawMessage&) {
+          const PanTiltCommand command = from_message(message);
+          require_fresh(command, wall_now());
+          driver_.look(command, wall_now());
+        });
+    bus.subscribe_raw(std::string(channels::kLidarPattern) + "|SENSOR_INFO|PANTILT_STATE",
+                      [this, &drops](const process::RawMessage& raw) { on_sample(raw, drops); });
+  }
+
+  void handle_messages() {
+    constexpr int kAtMost = 50;  // a flood of messages must not keep the device waiting
+    for (int i = 0; i < kAtMost && bus_.handle_once(0); ++i) {
+    }
+  }
+
+  void publish() {
+    const BaseOutput output = driver_.take_output();
+    for (const OdometrySample& sample : output.odometry) {
+      bus_.publish(channels::kOdometry, to_message(sample));
+    }
+    for (const BaseStatus& status : output.status) {
+      bus_.publish(channels::kBaseStatus, to_message(status));
+    }
+    for (const SonarRing& ring : output.sonar) bus_.publish(channels::kSonar, to_message(ring));
+    for (const PanTiltState& head : output.head) {
+      bus_.publish(channels::kPanTiltState, to_message(head));
+    }
+  }
+
+  BaseDriver& driver() { return driver_; }
+
+ private:
+  void on_sample(const process::RawMessage& raw, process::DropCounter& drops) {
+    drops.count_received();
+    try {
+      const auto sample = decode_sample(std::string(raw.channel), raw.bytes);
+      if (!sample) return drops.count("undecodable");
+      ObstacleGuard& guard = driver_.guard();
+      if (const auto* info = std::get_if<SensorInfo>(&*sample)) guard.on_sensor_info(*info);
+      if (const auto* state = std::get_if<PanTiltState>(&*sample)) guard.on_pantilt(*state);
+      if (const auto* scan = std::get_if<LaserScan>(&*sample)) {
+        guard.on_scan(*scan, driver_.odom_from_robot(), wall_now());
+      }
+    } catch (const std::invalid_argument& bad_message) {
+      drops.count(bad_message.what());
+    }
+  }
+
+  process::LcmBus& bus_;
+  BaseDriver& driver_;
+};
+
+class BaseSession : public DeviceSession {
+ public:
+  BaseSession(BaseAdapter& adapter, ByteStream& stream) : adapter_(adapter), stream_(stream) {
+    adapter_.handle_messages();  // orders from before the device was there are refused
+    adapter_.driver().on_connection(true, wall_now());
+  }
+  /// Also when something went wrong: the motors must not stay on.
+  ~BaseSession() override {
+    try {
+      if (!stopped_) leave_motors_off();
+    } catch (const std::exception&) {
+      // The line is gone; the board's own watchdog, or a person, is what is left.
+    }
+    adapter_.driver().on_connection(false, wall_now());
+  }
+  BaseSession(const BaseSession&) = delete;
+  BaseSession& operator=(const BaseSession&) = delete;
+
+  void step() override {
+    std::array<uint8_t, 4096> buffer;
+    const std::size_t count = stream_.read(buffer, kReadFor);
+    if (count > 0) adapter_.driver().receive({buffer.data(), count}, wall_now());
+    adapter_.handle_messages();
+    std::vector<uint8_t> out;
+    adapter_.driver().advance(wall_now(), out);
+    if (!out.empty()) stream_.write(out);
+    adapter_.publish();
+  }
+
+  std::string state() const override {
+    std::string text = adapter_.driver().state();
+    if (const int64_t bad = adapter_.driver().bad_input(); bad > 0) {
+      text += ", " + std::to_string(bad) + " bad lines";
+    }
+    return text;
+  }
+
+  bool answers() const override {
+    return adapter_.driver().status().link != BaseStatus::Link::down;
+  }
+
+  void stop() override {
+    stopped_ = true;
+    leave_motors_off();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));  // until the bytes have left
+  }
+
+ private:
+  void leave_motors_off() {
+    std::vector<uint8_t> out;
+    adapter_.driver().shut_down(out);
+    stream_.write(out);
+  }
+
+  BaseAdapter& adapter_;
+  ByteStream& stream_;
+  bool stopped_ = false;
+};
+
+}  // namespace
+
+int run_base_until_stopped(const process::CommonArguments& arguments, BaseProcess base) {
+  process::start_logging(base.process, arguments.log_level);
+  process::catch_stop_signals();
+  process::LcmBus bus(arguments.lcm_url);
+  process::DropCounter drops;
+  BaseAdapter adapter(bus, drops, *base.driver);
+  DriverLoopOptions options;
+  options.process = base.process;
+  options.address = base.address;
+  options.line = base.line;
+  options.every_second = [&adapter] {
+    // Without a device this is the only step: orders are refused at once and the status goes on
+    // being told.
+    adapter.handle_messages();
+    std::vector<uint8_t> nowhere;
+    if (adapter.driver().status().link == BaseStatus::Link::down) {
+      adapter.driver().advance(wall_now(), nowhere);
+    }
+    adapter.publish();
+  };
+  DriverLoop loop(bus, drops, std::move(options), [&adapter](ByteStream& stream) {
+    return std::make_unique<BaseSession>(adapter, stream);
+  });
+  loop.run(process::stop_requested);
+  adapter.publish();
+  return 0;
+}
+
+}  // namespace marco::drivers

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "lcm_tools/diagnosis/network.hpp"
+
+namespace marco::diagnosis {
+
+/// A UDP socket bound to a URL's port, shared with LCM's own.
+class ListeningSocket {
+ public:
+  /// @param buffer_bytes wanted; root gets it, others up to net.core.rmem_max.
+  /// @throws std::runtime_error naming the port when it cannot be bound.
+  ListeningSocket(const UdpUrl& url, int buffer_bytes);
+  ~ListeningSocket();
+  ListeningSocket(const ListeningSocket&) = delete;
+  ListeningSocket& operator=(const ListeningSocket&) = delete;
+
+  /// Joins the group. @returns false and what the system said when there is no route to it yet.
+  bool join(std::string& error) const;
+  int descriptor() const { return socket_; }
+  uint64_t inode() const;
+  int64_t buffer_bytes() const;
+
+ private:
+  int socket_ = -1;
+  uint32_t group_ = 0;
+};
+
+}  // namespace marco::diagnosis

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcm_tools/diagnosis/datagram.hpp"
+
+/// What the system's own tables say about who speaks and listens, and why nothing is heard. Pure:
+/// texts of /proc in, findings out; system.hpp reads them.
+namespace marco::diagnosis {
+
+struct UdpUrl {
+  uint32_t group = 0xEFFF4C43;  ///< 239.255.76.67, host byte order
+  uint16_t port = 7667;
+  int ttl = 0;
+  int recv_buf_bytes = 0;  ///< 0: not said
+
+  std::string text() const;  ///< "udpm://239.255.76.67:7667"
+};
+/// "udpm://GROUP:PORT?ttl=N&recv_buf_size=N", parts may be missing ("udpm://").
+/// @throws std::invalid_argument for other transports, saying why they cannot be spied on.
+UdpUrl parse_udp_url(const std::string& url);
+
+std::string ip_text(uint32_t ip);
+
+/// A line of /proc/net/udp.
+struct UdpSocket {
+  Address local;
+  uint64_t inode = 0;
+  int64_t drops = 0;  ///< datagrams its full buffer refused
+};
+std::vector<UdpSocket> parse_udp_sockets(std::string_view proc_net_udp);
+
+/// A line of /proc/net/route, host byte order.
+struct Route {
+  std::string device;
+  uint32_t destination = 0;
+  uint32_t mask = 0;
+  int metric = 0;
+};
+std::vector<Route> parse_routes(std::string_view proc_net_route);
+
+/// Groups somebody on this host joined, from /proc/net/igmp.
+std::vector<uint32_t> parse_joined_groups(std::string_view proc_net_igmp);
+
+struct Interface {
+  std::string name;
+  bool up = false;
+  bool multicast = false;
+};
+
+struct Process {
+  int pid = -1;      ///< -1: not known (another user's, another host's, or gone)
+  std::string name;  ///< its command; "" when not known
+};
+/// "marco-slam (4711)", "?" when not known.
+std::string to_string(const Process& process);
+
+/// A socket bound to the bus's port.
+struct Listener {
+  Process process;
+  int64_t drops = 0;
+  bool self = false;  ///< this process's own
+};
+
+/// Everything the diagnosis looks at.
+struct NetworkState {
+  std::string program = "marco-spy";  ///< who asks: commands name it
+  UdpUrl url;
+  std::vector<Route> routes;
+  std::vector<Interface> interfaces;
+  std::optional<bool> self_test;        ///< whether our own probe came back; nothing: not tried
+  bool port_taken = false;              ///< by a process that does not share it
+  std::string self_test_error;          ///< what the system said when it could not be sent
+  std::vector<std::string> heard_urls;  ///< other URLs on which LCM messages were heard just now
+  /// Processes that have another URL in their LCM_DEFAULT_URL, and that URL.
+  std::vector<std::pair<Process, std::string>> other_urls;
+  std::vector<Listener> listeners;
+  int64_t own_buffer_bytes = 0;  ///< receive buffer the system gave us
+  int64_t rmem_max = 0;          ///< net.core.rmem_max
+  int64_t heard_messages = 0;
+};
+
+/// Something that keeps messages away, and the command that mends it ("" when there is none).
+struct Finding {
+  std::string text;
+  std::string command;
+};
+
+/// Most certain cause first. With messages heard: only what is lost and why. Without: at least one
+/// finding, always.
+std::vector<Finding> diagnose(const NetworkState& state);
+
+/// What is broken on a message's way through this host; nothing when it is whole.
+std::optional<Finding> broken_path(const NetworkState& state);
+
+/// The route multicast to `group` takes: longest mask, then lowest metric; nullptr: none.
+const Route* route_to(const std::vector<Route>& routes, uint32_t group);
+
+}  // namespace marco::diagnosis

@@ -1,0 +1,47 @@
+#include "lcm_tools/files/readable.hpp"
+
+#include <fcntl.h>
+#include <pwd.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "lcm_tools/base/check.hpp"
+
+namespace marco::files {
+namespace {
+
+std::string name_of(uid_t user) {
+  const passwd* found = ::getpwuid(user);
+  return found == nullptr ? std::to_string(user) : found->pw_name;
+}
+
+std::string permission_text(const std::filesystem::path& path) {
+  std::string text = "permission denied to " + name_of(::geteuid());
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return text + " by a folder above it";
+  return text + ": it belongs to " + name_of(status.st_uid) + ", who may allow it by `chmod +r`";
+}
+
+}  // namespace
+
+std::string why_not_readable(const std::filesystem::path& path) {
+  // Without waiting for the other end of a FIFO.
+  const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (file >= 0) {
+    ::close(file);
+    return {};
+  }
+  if (errno == EACCES || errno == EPERM) return permission_text(path);
+  if (errno == ENOENT) return "there is no such file or folder";
+  return std::strerror(errno);
+}
+
+void require_readable(const std::filesystem::path& path) {
+  const std::string why = why_not_readable(path);
+  require(why.empty(), path.string() + ": " + why);
+}
+
+}  // namespace marco::files

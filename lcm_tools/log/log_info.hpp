@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lcm_tools/log/decimated.hpp"
+#include "lcm_tools/log/select.hpp"
+
+namespace marco::logs {
+
+/// A time without a message, longer than the channel's rhythm explains.
+struct Silence {
+  Utime from;
+  Duration length;
+};
+
+/// How the stamps inside a channel's messages run against the log's event times.
+struct ClockReading {
+  Duration offset;            ///< event time - utime, the median
+  double drift_us_per_s = 0;  ///< change of the offset: > 0 = its clock is slow
+  Duration drifted;           ///< over the whole log
+};
+
+struct ChannelInfo {
+  std::string name;
+  std::map<uint64_t, int64_t> types;  ///< fingerprint -> events; 0 = no fingerprint (text, short)
+  int64_t events = 0;
+  int64_t data_bytes = 0;
+  Utime first;
+  Utime last;
+  double rate_hz = 0.0;     ///< events - 1 over the time between first and last
+  Duration usual_interval;  ///< median
+  Duration longest_interval;
+  std::vector<Silence> silences;  ///< at most 5, the longest first
+  int64_t utime_steps_back = 0;
+  std::optional<ClockReading> clock;  ///< when the messages begin with a running utime
+  int clock_group = -1;               ///< index of LogInfo::clock_groups
+};
+
+/// Channels whose clocks agree within half a second.
+struct ClockGroup {
+  Duration offset;  ///< event time - utime of one of them
+  std::vector<std::string> channels;
+};
+
+struct DamagedStretch {
+  int64_t offset = 0;  ///< [byte]
+  int64_t bytes = 0;
+};
+
+struct LogInfo {
+  int64_t size_bytes = 0;
+  int64_t events = 0;
+  Utime first;  ///< of the first event in the file (a damaged time elsewhere does not matter)
+  Utime last;   ///< of the last
+  int64_t event_time_steps_back = 0;
+  std::vector<ChannelInfo> channels;      ///< by name
+  std::vector<ClockGroup> clock_groups;   ///< more than one: clocks disagree
+  std::vector<DamagedStretch> stretches;  ///< the first 100
+  files::LogDamage damage;
+};
+
+/// Looks through a log once, at headers, fingerprints and stamps only.
+/// Memory does not depend on the log's length: medians come from at most 1024 evenly picked values
+/// a channel.
+/// A channel has a clock when the 8 bytes behind the fingerprint grow as the event times do.
+/// @throws std::invalid_argument as EventLogReader.
+LogInfo inspect_log(const std::filesystem::path& path, const OnProgress& on_progress);
+
+/// Whether a channel's stamps drift by more than 200 ppm and 20 ms.
+bool drifts(const ClockReading& clock);
+
+/// Name of a message type by its fingerprint, or "" when it is not known.
+using TypeNames = std::function<std::string(uint64_t fingerprint)>;
+
+/// For a person: a table and, under it, what deserves attention.
+std::string to_text(const LogInfo& info, const std::string& name, const TypeNames& type_names);
+
+/// The same as JSON.
+std::string to_json(const LogInfo& info, const std::string& name, const TypeNames& type_names);
+
+}  // namespace marco::logs

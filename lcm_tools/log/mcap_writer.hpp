@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "lcm_tools/log/output_file.hpp"
+
+namespace marco::logs {
+
+/// Writes an MCAP file (version 0 of the format): messages in chunks of about 1 MB with their
+/// message indexes, then schemas, channels, statistics and chunk indexes again as the summary, with
+/// checksums. Not compressed. Memory: one chunk, and some 100 bytes a chunk written.
+class McapWriter {
+ public:
+  /// @param out must outlive it; finish() it after finish().
+  explicit McapWriter(OutputFile& out);
+
+  /// @param encoding "jsonschema", ... @returns its id, > 0. @throws std::runtime_error when there
+  /// are more than 65535.
+  uint16_t add_schema(std::string_view name, std::string_view encoding, std::string_view data);
+
+  /// @param encoding of the messages: "json", ... @throws std::runtime_error as above.
+  uint16_t add_channel(uint16_t schema,
+                       std::string_view topic,
+                       std::string_view encoding,
+                       const std::map<std::string, std::string>& metadata);
+
+  void write(uint16_t channel, uint32_t sequence, uint64_t time_ns, std::string_view data);
+
+  /// Writes what is left and the summary. Nothing may be written after it.
+  void finish();
+
+  uint64_t messages() const { return message_count_; }
+
+ private:
+  struct ChunkIndex {
+    uint64_t start_ns = 0, end_ns = 0;
+    uint64_t offset = 0, bytes = 0;
+    std::vector<std::pair<uint16_t, uint64_t>> indexes;  // channel -> offset of its message index
+    uint64_t index_bytes = 0;
+    uint64_t records_bytes = 0;
+  };
+  void emit(std::string_view bytes);
+  void flush_chunk();
+  std::string summary(uint64_t start, std::string& offsets) const;
+
+  OutputFile& out_;
+  uint32_t written_crc_ = 0;
+  std::vector<std::string> schemas_;   // whole records
+  std::vector<std::string> channels_;  // whole records
+  std::string chunk_;
+  uint64_t chunk_start_ns_ = 0, chunk_end_ns_ = 0;
+  uint64_t chunk_messages_ = 0;
+  std::map<uint16_t, std::vector<std::pair<uint64_t, uint64_t>>> chunk_index_;
+  std::vector<ChunkIndex> chunks_;
+  std::map<uint16_t, uint64_t> counts_;
+  uint64_t message_count_ = 0;
+  uint64_t start_ns_ = 0, end_ns_ = 0;
+};
+
+/// The checksum of zip and MCAP (polynomial 0xEDB88320). @param before that of the bytes before
+uint32_t crc32(std::string_view bytes, uint32_t before = 0);
+
+}  // namespace marco::logs

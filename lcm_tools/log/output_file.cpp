@@ -1,0 +1,22 @@
+#include "lcm_tools/log/output_file.hpp"
+
+#include "lcm_tools/base/check.hpp"
+
+namespace marco::logs {
+
+void check_output_path(const std::filesystem::path& path,
+                       Existing existing,
+                       const std::vector<std::filesystem::path>& inputs) {
+  std::error_code none;
+  for (const auto& input : inputs) {
+    require(!std::filesystem::equivalent(path, input, none),
+            path.string() + ": is the input itself; give another name");
+  }
+  const bool keeps_nothing = std::filesystem::exists(path, none) &&
+                             !std::filesystem::is_regular_file(path, none) &&
+                             !std::filesystem::is_directory(path, none);
+  require(existing == Existing::replace || keeps_nothing || !std::filesystem::exists(path, none),
+          path.string() + ": exists already; --force replaces it");
+}
+
+}  // namespace marco::logs

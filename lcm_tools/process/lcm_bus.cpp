@@ -1,0 +1,184 @@
+#include "lcm_tools/process/lcm_bus.hpp"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <deque>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "lcm_tools/diagnosis/host.hpp"
+#include "lcm_tools/diagnosis/listening_socket.hpp"
+
+namespace marco::process {
+namespace {
+
+// Of LCM's own queues, emptied before each message: what comes while one is handled must fit.
+constexpr int kLcmCapacity = 4000;
+// So many at once, then one is handled: a flood must not keep us from working.
+constexpr int kTakenAtOnce = 1000;
+
+bool port_is_taken(const std::string& url) {
+  if (!url.starts_with("udpm:")) return false;
+  try {
+    const diagnosis::ListeningSocket socket(diagnosis::parse_udp_url(url), 1 << 16);
+    return false;
+  } catch (const std::runtime_error&) {
+    return true;
+  } catch (const std::invalid_argument&) {
+    return false;  // LCM reads urls its own way
+  }
+}
+
+std::string why_not_open(const std::string& url) {
+  try {
+    const diagnosis::UdpUrl udp = diagnosis::parse_udp_url(url);
+    diagnosis::Prober prober;
+    diagnosis::NetworkState state = diagnosis::look_at_network(udp, prober, 0);
+    state.listeners = diagnosis::find_listeners(udp.port, 0);
+    if (const auto broken = diagnosis::broken_path(state)) {
+      return broken->text + ". To mend it:\n  " + broken->command;
+    }
+    return "LCM says why above";
+  } catch (const std::invalid_argument& not_udp) {
+    return not_udp.what();
+  }
+}
+
+}  // namespace
+
+struct LcmBus::Subscription {
+  struct Waiting {
+    int64_t number;
+    std::string channel;
+    std::vector<uint8_t> bytes;
+    Utime arrival;
+  };
+
+  LcmBus* bus;
+  RawHandler handler;
+  std::deque<Waiting> queue;
+  std::size_t bytes = 0;
+
+  void handle(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
+    const auto* data = static_cast<const uint8_t*>(buffer->data);
+    queue.push_back({bus->taken_,
+                     channel,
+                     {data, data + buffer->data_size},
+                     Utime::from_us(buffer->recv_utime)});
+    bytes += buffer->data_size;
+    ++bus->queued_;
+    while (overflows()) {
+      const int64_t number = queue.front().number;
+      const Size size = size_of_oldest();
+      give_up_oldest();
+      bus->give_up_until(number, size);
+    }
+  }
+
+  bool overflows() const {
+    const bool large = bytes > kSmallBytes * queue.size();
+    return queue.size() > (large ? kQueueCapacity : kSmallCapacity) ||
+           (bytes > kQueueBytes && queue.size() > 1);
+  }
+
+  Size size_of_oldest() const {
+    return queue.front().bytes.size() <= kSmallBytes ? Size::small : Size::large;
+  }
+
+  void give_up_oldest() { ++bus->lost_[take().channel]; }
+
+  Waiting take() {
+    Waiting first = std::move(queue.front());
+    queue.pop_front();
+    bytes -= first.bytes.size();
+    --bus->queued_;
+    return first;
+  }
+};
+
+LcmBus::LcmBus(const std::string& url) : lcm_(effective_lcm_url(url)) {
+  const std::string effective = effective_lcm_url(url);
+  // LCM itself tries the port at the first subscription only, and then crashes.
+  if (lcm_.good() && !port_is_taken(effective)) return;
+  throw std::runtime_error("cannot open LCM at '" + effective + "': " + why_not_open(effective));
+}
+
+LcmBus::~LcmBus() = default;
+
+void LcmBus::subscribe_raw(const std::string& channel_regex, RawHandler handler) {
+  subscriptions_.push_back(
+      std::make_unique<Subscription>(Subscription{this, std::move(handler), {}, 0}));
+  lcm::Subscription* subscription =
+      lcm_.subscribe(channel_regex, &Subscription::handle, subscriptions_.back().get());
+  subscription->setQueueCapacity(kLcmCapacity);
+}
+
+void LcmBus::publish_raw(const std::string& channel,
+                         std::span<const uint8_t> bytes,
+                         Utime /*utime*/) {
+  if (lcm_.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size())) != 0) {
+    throw std::runtime_error("LCM could not send on " + channel);
+  }
+}
+
+void LcmBus::give_up_until(int64_t number, Size given_up) {
+  for (const auto& one : subscriptions_) {
+    while (one->queue.size() > kFewMessages && one->queue.front().number <= number &&
+           (given_up == Size::small || one->size_of_oldest() == Size::large)) {
+      one->give_up_oldest();
+    }
+  }
+}
+
+void LcmBus::take_what_came(int timeout_ms) {
+  for (int i = 0; i < kTakenAtOnce; ++i) {
+    // Not handleTimeout(): it takes a signal for a failure.
+    pollfd ready{lcm_.getFileno(), POLLIN, 0};
+    const int count = poll(&ready, 1, i == 0 ? timeout_ms : 0);
+    if (count == 0 || (count < 0 && errno == EINTR)) return;
+    ++taken_;
+    if (count < 0 || lcm_.handle() != 0) {
+      throw std::runtime_error("LCM stopped delivering messages");
+    }
+  }
+}
+
+void LcmBus::handle_oldest() {
+  int64_t oldest = std::numeric_limits<int64_t>::max();
+  for (const auto& one : subscriptions_) {
+    if (!one->queue.empty()) oldest = std::min(oldest, one->queue.front().number);
+  }
+  std::exception_ptr failure;
+  bool tapped = !tap_;
+  for (std::size_t i = 0; i < subscriptions_.size(); ++i) {  // a handler may subscribe
+    Subscription& one = *subscriptions_[i];
+    if (one.queue.empty() || one.queue.front().number != oldest) continue;
+    const Subscription::Waiting message = one.take();
+    try {
+      if (!std::exchange(tapped, true)) tap_({message.channel, message.bytes, message.arrival});
+      one.handler({message.channel, message.bytes, message.arrival});
+    } catch (...) {
+      if (!failure) failure = std::current_exception();
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+bool LcmBus::handle_once(int timeout_ms) {
+  take_what_came(queued_ > 0 ? 0 : timeout_ms);
+  if (queued_ == 0) return false;
+  handle_oldest();
+  return true;
+}
+
+std::string effective_lcm_url(const std::string& from_command_line) {
+  if (!from_command_line.empty()) return from_command_line;
+  if (const char* url = std::getenv("LCM_DEFAULT_URL"); url != nullptr && *url != '\0') return url;
+  return "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
+}
+
+}  // namespace marco::process

@@ -1,0 +1,13 @@
+#include "lcm_tools/process/version.hpp"
+
+// In revision.o (cmake/revision.cmake), which an installed Marco does not have.
+extern "C" __attribute__((weak)) const char marco_revision[];
+
+namespace marco::process {
+
+std::string version() {
+  const std::string revision = marco_revision == nullptr ? "" : marco_revision;
+  return revision.empty() ? MARCO_VERSION : MARCO_VERSION " (" + revision + ")";
+}
+
+}  // namespace marco::process

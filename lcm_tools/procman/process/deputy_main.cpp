@@ -1,0 +1,107 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/procman/config.hpp"
+#include "lcm_tools/procman/process/deputy_process.hpp"
+
+using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
+
+namespace {
+
+std::string host_name() {
+  char name[256] = "localhost";
+  gethostname(name, sizeof name - 1);
+  return name;
+}
+
+void append_to(const std::string& path) {
+  const procman::Descriptor log(
+      open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+  if (!log.is_open()) procman::throw_errno("cannot write " + path);
+  dup2(log.get(), STDOUT_FILENO);
+  dup2(log.get(), STDERR_FILENO);
+}
+
+std::set<std::string> execs_of(const std::vector<std::string>& scripts) {
+  std::set<std::string> execs;
+  for (const std::string& path : scripts) {
+    for (const procman::PlacedCommand& placed : all_commands(procman::load_config(path))) {
+      execs.insert(placed.command.wire_exec());
+    }
+  }
+  return execs;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return process::run_main("marco-procman-deputy", [&] {
+    CLI::App app(
+        "Runs and watches commands for procman sheriffs. By default only what its own --script "
+        "files contain, and nothing ends because a sheriff does not mention it.");
+    procman::DeputyProcessOptions options;
+    options.state.deputy_id = host_name();
+    std::string log;
+    std::vector<std::string> scripts;
+    bool accept_any = false;
+    bool verbose = false;
+    std::string runtime_folder = procman::default_runtime_folder();
+    std::string output_folder = procman::default_output_folder();
+    app.add_option("-i,--id", options.state.deputy_id, "name of this deputy")
+        ->capture_default_str();
+    app.add_option("-l,--log", log, "append own messages to this file");
+    app.add_option("-u,--lcmurl,--lcm-url", options.lcm_url,
+                   "default: LCM_DEFAULT_URL, or this host only");
+    app.add_option("--script", scripts,
+                   "procman file whose exec strings may be started; repeatable")
+        ->check(CLI::ExistingFile)
+        ->take_all();
+    app.add_flag("--accept-any-orders", accept_any,
+                 "obey every sheriff: anyone who can send to this LCM network can then run any "
+                 "program as you");
+    app.add_option("--runtime-folder", runtime_folder, "where running commands are found again")
+        ->capture_default_str();
+    app.add_option("--output-folder", output_folder, "a file of its whole output per command")
+        ->capture_default_str();
+    app.add_option("--output-bytes", options.max_file_bytes,
+                   "a longer file of output becomes COMMAND.log.1, over the one before")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--output-rate", options.output_bytes_per_s, "bytes/s of PM_OUTPUT, at most")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--max-crashes", options.state.max_crashes,
+                   "auto_respawn gives up after so many short runs in a row")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_flag("-v,--verbose", verbose, "say more");
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (accept_any) {
+      options.state.allowed_execs.reset();
+    } else {
+      options.state.allowed_execs = execs_of(scripts);
+    }
+    const std::string name = procman::file_name_of(options.state.deputy_id);
+    options.runtime_folder = std::filesystem::absolute(runtime_folder) / name;
+    options.output_folder = std::filesystem::absolute(output_folder) / name;
+    const std::filesystem::path home =
+        std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    options.keeper_program = home / "marco-procman-keeper";
+    const char* path = std::getenv("PATH");
+    setenv("PATH", (home.string() + ":" + (path != nullptr ? path : "")).c_str(), 1);
+    if (!log.empty()) append_to(log);
+    process::start_logging("marco-procman-deputy", verbose ? "debug" : "info");
+    if (!accept_any && options.state.allowed_execs->empty()) {
+      std::fputs(
+          "marco-procman-deputy: will start nothing: it has no --script with commands, and "
+          "no --accept-any-orders\n",
+          stderr);
+    }
+    return procman::DeputyProcess(std::move(options)).run();
+  });
+}

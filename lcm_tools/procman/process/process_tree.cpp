@@ -1,0 +1,142 @@
+#include "lcm_tools/procman/process/process_tree.hpp"
+
+#include <dirent.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace marco::procman {
+namespace {
+
+bool read_stat(pid_t pid, ProcessStat& stat) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string line;
+  if (!std::getline(file, line)) return false;
+  // The name is in parentheses and may itself contain any character.
+  const std::size_t end_of_name = line.rfind(')');
+  if (end_of_name == std::string::npos) return false;
+  std::istringstream fields(line.substr(end_of_name + 1));
+  std::string state;
+  std::string skipped;
+  int64_t user = 0;
+  int64_t system = 0;
+  int64_t rss_pages = 0;
+  stat.pid = pid;
+  fields >> state >> stat.parent;
+  for (int field = 5; field <= 13; ++field) fields >> skipped;
+  fields >> user >> system;
+  for (int field = 16; field <= 22; ++field) fields >> skipped;
+  fields >> stat.vsize_bytes >> rss_pages;
+  stat.cpu_ticks = user + system;
+  stat.rss_bytes = rss_pages * sysconf(_SC_PAGESIZE);
+  return !fields.fail();
+}
+
+}  // namespace
+
+std::map<pid_t, ProcessStat> read_processes() {
+  std::map<pid_t, ProcessStat> processes;
+  DIR* folder = opendir("/proc");
+  if (folder == nullptr) return processes;
+  while (const dirent* entry = readdir(folder)) {
+    const pid_t pid = static_cast<pid_t>(std::strtol(entry->d_name, nullptr, 10));
+    ProcessStat stat;
+    if (pid > 0 && read_stat(pid, stat)) processes[pid] = stat;
+  }
+  closedir(folder);
+  return processes;
+}
+
+std::vector<pid_t> descendants_of(pid_t ancestor, const std::map<pid_t, ProcessStat>& processes) {
+  std::multimap<pid_t, pid_t> children;
+  for (const auto& [pid, stat] : processes) children.emplace(stat.parent, pid);
+  std::vector<pid_t> found = {ancestor};
+  for (std::size_t at = 0; at < found.size(); ++at) {
+    const auto [first, last] = children.equal_range(found[at]);
+    for (auto child = first; child != last; ++child) found.push_back(child->second);
+  }
+  found.erase(found.begin());
+  return found;
+}
+
+// The children of each thread are listed by kernels with CONFIG_PROC_CHILDREN: some files instead
+// of one of every process of the machine, which take longer than a SIGKILL should be late.
+std::vector<pid_t> descendants_of(pid_t ancestor) {
+  std::vector<pid_t> found = {ancestor};
+  for (std::size_t at = 0; at < found.size(); ++at) {
+    const std::string folder = "/proc/" + std::to_string(found[at]) + "/task";
+    DIR* threads = opendir(folder.c_str());
+    if (threads == nullptr) continue;  // it has ended meanwhile
+    while (const dirent* thread = readdir(threads)) {
+      if (thread->d_name[0] == '.') continue;
+      std::ifstream children(folder + "/" + thread->d_name + "/children");
+      if (!children && found[at] == ancestor) {
+        closedir(threads);
+        return descendants_of(ancestor, read_processes());
+      }
+      for (pid_t child = 0; children >> child;) found.push_back(child);
+    }
+    closedir(threads);
+  }
+  found.erase(found.begin());
+  return found;
+}
+
+MachineLoad LoadMeter::measure_machine() {
+  MachineLoad load;
+  std::ifstream memory("/proc/meminfo");
+  std::string key;
+  std::string unit;
+  for (int64_t kilobytes = 0; memory >> key >> kilobytes && std::getline(memory, unit);) {
+    if (key == "MemTotal:") load.phys_mem_total_bytes = kilobytes * 1024;
+    if (key == "MemFree:") load.phys_mem_free_bytes = kilobytes * 1024;
+    if (key == "SwapTotal:") load.swap_total_bytes = kilobytes * 1024;
+    if (key == "SwapFree:") load.swap_free_bytes = kilobytes * 1024;
+  }
+  std::ifstream file("/proc/stat");
+  int64_t user = 0;
+  int64_t nice = 0;
+  int64_t system = 0;
+  int64_t idle = 0;
+  file >> key >> user >> nice >> system >> idle;
+  const int64_t busy = user + nice + system;
+  const int64_t total = busy + idle;
+  elapsed_ticks_ = total_ticks_ > 0 ? total - total_ticks_ : 0;
+  if (elapsed_ticks_ > 0) {
+    load.cpu_load = std::clamp(
+        static_cast<double>(busy - busy_ticks_) / static_cast<double>(elapsed_ticks_), 0.0, 1.0);
+  }
+  busy_ticks_ = busy;
+  total_ticks_ = total;
+  return load;
+}
+
+void LoadMeter::measure_commands(std::vector<CommandStatus>& commands) {
+  const std::map<pid_t, ProcessStat> processes = read_processes();
+  std::map<pid_t, int64_t> ticks_now;
+  for (CommandStatus& command : commands) {
+    if (command.pid == 0 || !processes.contains(command.pid)) continue;
+    std::vector<pid_t> members = descendants_of(command.pid, processes);
+    members.push_back(command.pid);
+    int64_t ticks = 0;
+    for (const pid_t pid : members) {
+      const ProcessStat& stat = processes.at(pid);
+      ticks_now[pid] = stat.cpu_ticks;
+      command.mem_vsize_bytes += stat.vsize_bytes;
+      command.mem_rss_bytes += stat.rss_bytes;
+      const auto before = command_ticks_.find(pid);
+      if (before != command_ticks_.end()) ticks += stat.cpu_ticks - before->second;
+    }
+    if (elapsed_ticks_ > 0) {
+      command.cpu_usage =
+          std::clamp(static_cast<double>(ticks) / static_cast<double>(elapsed_ticks_), 0.0, 1.0);
+    }
+  }
+  command_ticks_ = std::move(ticks_now);
+}
+
+}  // namespace marco::procman

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "lcm_tools/procman/config.hpp"
+#include "lcm_tools/procman/wire.hpp"
+
+namespace marco::procman {
+
+enum class Status {
+  unknown,  ///< its deputy was not heard yet
+  starting,
+  restarting,
+  running,
+  stopping,
+  stopped_ok,
+  stopped_error
+};
+
+/// "Starting", "Stopped (error)", ... for a person.
+const char* status_text(Status status);
+
+/// A command as the sheriff knows it.
+struct SheriffCommand {
+  CommandSpec spec;
+  std::string label;  ///< what scripts may call it too, see CommandConfig; "" = only by its id
+  std::string deputy;
+  int32_t desired_runid = 0;
+  bool force_quit = false;
+  std::optional<CommandStatus> reported;  ///< none until its deputy was heard
+  bool removing = false;                  ///< stopped first, then forgotten
+
+  Status status() const;
+
+  /// Whether its deputy has done, as far as is known, what was last asked of it.
+  bool settled() const;
+
+ private:
+  friend class SheriffState;
+  enum class Intent { none, start, stop, restart } intent_ = Intent::none;
+};
+
+struct SheriffDeputy {
+  MachineLoad machine;
+  int64_t heard_us = 0;  ///< monotonic
+};
+
+/// What a sheriff wants and knows: the public procman's protocol, without clock or network. An
+/// order given before a deputy was heard waits for it, so that nothing that runs is started twice.
+class SheriffState {
+ public:
+  explicit SheriffState(std::string sheriff_id, bool observer = false);
+
+  /// Adds the commands of a config without mistakes.
+  void load(const Config& config);
+
+  /// @param now_utime_us the wall clock: information older than 30 s is ignored (not by observers).
+  /// @returns lines for the event log: what changed.
+  std::vector<std::string> on_info(const DeputyInfo& info, int64_t now_utime_us, int64_t now_us);
+
+  /// Orders on the bus. An observer learns from them what is wanted.
+  /// @returns whether they are another sheriff's.
+  bool on_orders(const Orders& orders);
+
+  /// No-op for a command that runs and is not being stopped. @throws std::invalid_argument for ids
+  /// that are not there.
+  void start(const std::string& id);
+  void stop(const std::string& id);
+  void restart(const std::string& id);
+
+  /// Adds a command, or changes the one of its id: at once, but a running one goes on as it is
+  /// until it is restarted. One that moves to another deputy is removed at the old one.
+  void put(const PlacedCommand& placed);
+  /// Stops it, and when it has stopped leaves it out of the orders, so that its deputy forgets it.
+  void remove(const std::string& id);
+
+  bool observer() const { return observer_; }
+  void set_observer(bool observer) { observer_ = observer; }
+
+  /// Orders to be sent now: to deputies heard from, after a change or when the last were sent a
+  /// second ago. None as observer.
+  std::vector<Orders> take_due_orders(int64_t now_utime_us, int64_t now_us);
+
+  /// Ids of the commands that run, as far as was heard.
+  std::vector<std::string> running() const;
+
+  const std::map<std::string, SheriffCommand>& commands() const { return commands_; }
+  const std::map<std::string, SheriffDeputy>& deputies() const { return deputies_; }
+  const std::string& id() const { return sheriff_id_; }
+
+  /// Ids of the commands meant, by id or label, in the order of their ids.
+  std::vector<std::string> commands_of(const Target& target) const;
+
+ private:
+  SheriffCommand& command(const std::string& id);
+  std::vector<std::string> tell_stale(const DeputyInfo& info, int64_t now_utime_us, int64_t now_us);
+  void note_missing(const std::string& deputy, const std::set<std::string>& listed);
+  void settle_first_report(SheriffCommand& command);
+  void apply(SheriffCommand& command, SheriffCommand::Intent intent);
+  void forget_removed();
+
+  std::string sheriff_id_;
+  bool observer_ = false;
+  std::map<std::string, SheriffCommand> commands_;
+  std::map<std::string, SheriffDeputy> deputies_;
+  std::map<std::string, int64_t> orders_sent_us_;
+  std::map<std::string, int64_t> stale_told_us_;  ///< by deputy
+  std::set<std::string> changed_deputies_;
+  /// Of each deputy what it may still list after its removal.
+  std::map<std::string, std::set<std::string>> removed_;
+};
+
+}  // namespace marco::procman

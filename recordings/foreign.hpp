@@ -1,0 +1,52 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lcm_tools/base/options.hpp"
+
+namespace marco {
+
+/// What a channel of somebody else's log means to us.
+struct ForeignChannel {
+  std::string channel;      ///< POSIX extended regular expression, the whole name
+  std::string fingerprint;  ///< of the message type, 16 hex digits
+  std::string meaning;      ///< lidar, odometry, encoders, true_pose or ignore
+  bool clockwise = false;   ///< lidar: bearings run clockwise
+  double range_min_m = 0.05;
+  double range_max_m = 30.0;     ///< lidar: at or beyond it there was no return
+  double metres_per_tick = 0.0;  ///< encoders
+  double track_m = 0.0;          ///< encoders: between the wheels
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("channel", channel);
+    v("fingerprint", fingerprint);
+    v("meaning", meaning);
+    v("clockwise", clockwise);
+    v("range_min_m", range_min_m, kNotNegative);
+    v("range_max_m", range_max_m, kPositive);
+    v("metres_per_tick", metres_per_tick, kNotNegative);
+    v("track_m", track_m, kNotNegative);
+  }
+};
+
+/// The first entry that fits channel and fingerprint holds. config/foreign.toml has the same table,
+/// to be extended for other robots (`./marco map --foreign FILE`).
+struct ForeignTable {
+  std::vector<ForeignChannel> channels = {
+      {"RPLIDAR_LASER|LIDAR.*", "89dc5b879a5056cf", "lidar", true, 0.05, 30.0},
+      {".*", "e3d17423180b5e8d", "lidar"},
+      {"TRUE_POSE", "1f317af1246276ac", "true_pose"},
+      {"MBOT_ODOMETRY|ODOMETRY", "1f317af1246276ac", "odometry"},
+      {"MAEBOT_ENCODERS", "7d090bfb221d74f9", "encoders", false, 0.05, 30.0, 8.18e-5, 0.082},
+      {"POSE|POSE_BODY", "2e16efb052b0105e", "odometry"},
+  };
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("channels", channels);
+  }
+};
+
+}  // namespace marco

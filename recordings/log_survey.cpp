@@ -1,0 +1,187 @@
+#include "recordings/log_survey.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <regex>
+
+#include "lcm_tools/base/check.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+
+namespace marco {
+namespace {
+
+using files::LogEvent;
+
+constexpr double kClocksDisagreeS = 0.5;
+constexpr std::size_t kEnoughOffsets = 2000;
+
+struct Offset {
+  int64_t event_us;
+  int64_t offset_us;  // event time - utime
+};
+using Offsets = std::map<std::string, std::vector<Offset>>;  // of a channel
+
+// Unsigned: a flipped bit may make either as large as can be.
+int64_t difference(int64_t a, int64_t b) {
+  return static_cast<int64_t>(static_cast<uint64_t>(a) - static_cast<uint64_t>(b));
+}
+
+bool is_own_channel(const std::string& name) {
+  return name == channels::kSensorInfo || name == channels::kOdometry || name == channels::kImu ||
+         name == channels::kPanTiltState || name == channels::kTruePose ||
+         name.rfind(channels::kLidar, 0) == 0;
+}
+
+LoggedChannel::Meaning classify(const LogEvent& event,
+                                const ForeignTable& table,
+                                bool has_sensor_info,
+                                ForeignChannel& foreign) {
+  const std::string fingerprint = fingerprint_of(event);
+  bool decodes = false;
+  try {
+    decodes =
+        is_own_channel(event.channel) && decode_sample(event.channel, event.bytes).has_value();
+  } catch (const std::invalid_argument&) {
+    decodes = true;  // ours, but a bad one
+  }
+  for (const ForeignChannel& entry : table.channels) {
+    if (entry.fingerprint != fingerprint) continue;
+    if (!std::regex_match(event.channel, std::regex(entry.channel, std::regex::extended))) continue;
+    // A laser on our own channel name is ours where the log says how it sits, else by the table.
+    if (decodes && (has_sensor_info || entry.meaning != "lidar"))
+      return LoggedChannel::Meaning::ours;
+    foreign = entry;
+    if (entry.meaning == "lidar") return LoggedChannel::Meaning::lidar;
+    if (entry.meaning == "odometry") return LoggedChannel::Meaning::odometry;
+    if (entry.meaning == "encoders") return LoggedChannel::Meaning::encoders;
+    if (entry.meaning == "true_pose") return LoggedChannel::Meaning::true_pose;
+    return LoggedChannel::Meaning::passed_by;
+  }
+  return decodes ? LoggedChannel::Meaning::ours : LoggedChannel::Meaning::passed_by;
+}
+
+void compare_clocks(LogSurvey& survey, Offsets& offsets) {
+  for (auto& [name, known] : offsets) {
+    std::erase_if(known, [&survey](const Offset& offset) {
+      return survey.stopped_us.contains(offset.event_us);
+    });
+    if (known.empty()) continue;
+    const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
+    std::nth_element(known.begin(), middle, known.end(),
+                     [](const Offset& a, const Offset& b) { return a.offset_us < b.offset_us; });
+    survey.channels.at(name).offset_us = middle->offset_us;
+  }
+  const std::optional<int64_t> lidar_offset_us = survey.channels.at(survey.lidar_channel).offset_us;
+  for (auto& [name, channel] : survey.channels) {
+    if (channel.meaning == LoggedChannel::Meaning::passed_by) continue;
+    if (!channel.offset_us || !lidar_offset_us) continue;
+    const int64_t difference_us = difference(*channel.offset_us, *lidar_offset_us);
+    if (std::abs(static_cast<double>(difference_us)) * 1e-6 < kClocksDisagreeS) continue;
+    channel.shift_us = difference_us;
+    char note[200];
+    std::snprintf(note, sizeof note,
+                  "the clocks of %s and %s differ by %.1f s: taken by event time", name.c_str(),
+                  survey.lidar_channel.c_str(), static_cast<double>(difference_us) * 1e-6);
+    survey.notes.emplace_back(note);
+  }
+}
+
+}  // namespace
+
+bool EventTimes::take(const LogEvent& event, std::optional<int64_t> utime) {
+  constexpr int64_t kBackUs = 10'000'000, kAheadUs = 3'600'000'000, kStandsUs = 2'000'000;
+  constexpr std::size_t kMostStops = 100'000;
+  const int64_t time_us = event.event_time.us;
+  const double step_us = now_us_ ? static_cast<double>(time_us) - static_cast<double>(*now_us_) : 0;
+  if (now_us_ != time_us) {
+    leapt_ = step_us < -static_cast<double>(kBackUs) || step_us > kAheadUs;
+    now_us_ = time_us;
+    events_now_ = 0;
+    stamp_then_.clear();
+  }
+  ++events_now_;
+  if (stopped_us_.contains(time_us)) {
+    ++silent_;
+    return false;
+  }
+  if (utime) {
+    const auto [then, is_first] = stamp_then_.try_emplace(event.channel, *utime);
+    const double went_us = static_cast<double>(*utime) - static_cast<double>(then->second);
+    if (std::abs(went_us) > kStandsUs && stopped_us_.size() < kMostStops) {
+      stopped_us_.insert(time_us);
+      silent_ += events_now_;
+      return false;
+    }
+  }
+  silent_ += leapt_ ? 1 : 0;
+  return !leapt_;
+}
+
+std::string fingerprint_of(const LogEvent& event) {
+  if (event.bytes.size() < 8) return "";
+  char text[17];
+  for (std::size_t i = 0; i < 8; ++i) std::snprintf(text + 2 * i, 3, "%02x", event.bytes[i]);
+  return text;
+}
+
+// `utime` is the first field of every type we read.
+std::optional<int64_t> utime_of(const LogEvent& event) {
+  if (event.bytes.size() < 16) return std::nullopt;
+  uint64_t value = 0;
+  for (std::size_t i = 8; i < 16; ++i) value = (value << 8U) | event.bytes[i];
+  return static_cast<int64_t>(value);
+}
+
+LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
+  LogSurvey survey;
+  Offsets offsets;
+  EventTimes times;
+  files::EventLogReader log(path);
+  int64_t events = 0;
+  while (const std::optional<LogEvent> event = log.next()) {
+    ++events;
+    const auto [entry, is_new] = survey.channels.try_emplace(event->channel);
+    LoggedChannel& channel = entry->second;
+    ++channel.count;
+    if (event->channel == channels::kSensorInfo) survey.has_sensor_info = true;
+    if (is_new || channel.meaning == LoggedChannel::Meaning::passed_by) {
+      channel.fingerprint = fingerprint_of(*event);
+      channel.meaning = classify(*event, table, survey.has_sensor_info, channel.foreign);
+    }
+    const bool is_used = channel.meaning != LoggedChannel::Meaning::passed_by;
+    const auto utime = is_used ? utime_of(*event) : std::nullopt;
+    const bool says_something = times.take(*event, utime);
+    std::vector<Offset>& known = offsets[event->channel];
+    if (utime && says_something && known.size() < kEnoughOffsets) {
+      known.push_back({event->event_time.us, difference(event->event_time.us, *utime)});
+    }
+    const bool laser = channel.meaning == LoggedChannel::Meaning::lidar ||
+                       (channel.meaning == LoggedChannel::Meaning::ours &&
+                        event->channel.rfind(channels::kLidar, 0) == 0);
+    if (laser && survey.lidar_channel.empty()) survey.lidar_channel = event->channel;
+  }
+  require(events > 0, path + ": holds no whole LCM event");
+  if (survey.lidar_channel.empty()) {
+    std::string seen;
+    for (const auto& [name, channel] : survey.channels) {
+      seen += (seen.empty() ? "" : ", ") + name + " (" + channel.fingerprint + ")";
+    }
+    throw std::invalid_argument(path + ": no laser among its channels: " + seen +
+                                ". Say what they mean in a copy of config/foreign.toml and give it "
+                                "with --foreign");
+  }
+  survey.stopped_us = times.stopped_us();
+  constexpr int64_t kWorthSaying = 10;
+  if (times.silent() >= kWorthSaying) {
+    survey.notes.push_back("the event times of " + std::to_string(times.silent()) + " of " +
+                           std::to_string(events) +
+                           " events stand still or jump: only the messages' own stamps are used "
+                           "there");
+  }
+  compare_clocks(survey, offsets);
+  return survey;
+}
+
+}  // namespace marco

@@ -1,0 +1,309 @@
+#include "recordings/tilted_scans.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "common/files/text_fields.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/whole_file.hpp"
+
+namespace marco::files {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kRowPeriodS = 0.1;
+constexpr double kPauseS = 5.0;  // between two scans, while the robot is moved
+constexpr std::size_t kMaxColumns = 20000;
+
+enum class Kind { ranges_mm, uos_points, polar, unknown };
+
+struct Row {
+  double tilt_rad = 0.0;
+  double first_bearing_rad = 0.0;
+  double step_rad = 0.0;
+  std::vector<float> ranges_m;
+};
+
+Kind kind_of(const fs::path& path) {
+  constexpr int kLines = 5;
+  constexpr std::size_t kLongestLine = 200000;
+  std::string head(kLines * (kLongestLine + 1), '\0');
+  std::ifstream bytes(path, std::ios::binary);
+  bytes.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(bytes.gcount()));
+  std::istringstream file(std::move(head));
+  std::string line;
+  for (int i = 0; i < kLines && read_line(file, line); ++i) {
+    if (line.size() > kLongestLine) return Kind::unknown;
+    if (line.rfind("# line,tilt_deg", 0) == 0) return Kind::polar;
+    if (line.rfind('#', 0) == 0) continue;
+    TextFields fields(line);
+    int numbers = 0;
+    while (fields.number<double>()) ++numbers;
+    const bool all_numbers = fields.next().empty();
+    if (!all_numbers) return Kind::unknown;
+    if (path.extension() == ".3d" && numbers >= 3) return Kind::uos_points;
+    if (numbers > 50 && line.find(',') != std::string::npos) return Kind::ranges_mm;
+    if (numbers == 4 && line.find(',') != std::string::npos) return Kind::polar;
+    return Kind::unknown;
+  }
+  return Kind::unknown;
+}
+
+std::string stem_of(const fs::path& path) {
+  const std::string stem = path.stem().string();
+  return (path.parent_path() / stem.substr(0, stem.find("_tilt_ranges"))).string();
+}
+
+std::vector<Row> read_ranges_mm(const fs::path& path, InputReport& report) {
+  std::vector<Row> rows;
+  std::ifstream file(path);
+  std::string line;
+  for (int number = 1; read_line(file, line); ++number) {
+    if (line.rfind('#', 0) == 0) continue;
+    TextFields fields(line);
+    const auto tilt_deg = fields.number<double>();
+    Row row;
+    row.first_bearing_rad = deg_to_rad(-90.0);
+    row.step_rad = deg_to_rad(0.5);
+    while (const auto range_mm = fields.number<double>()) {
+      row.ranges_m.push_back(static_cast<float>(*range_mm * 1e-3));
+    }
+    if (!tilt_deg || row.ranges_m.size() < 2) {
+      report.drop("row that cannot be read", path.string() + ":" + std::to_string(number));
+      continue;
+    }
+    row.tilt_rad = deg_to_rad(*tilt_deg);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::vector<Row> read_uos_points(const fs::path& path, InputReport& report) {
+  struct Beam {
+    double bearing_rad;
+    double range_m;
+  };
+  std::vector<Row> rows;
+  std::vector<Beam> beams;
+  double up = 0.0, ahead = 0.0;
+  const auto finish_row = [&] {
+    if (beams.size() >= 2) {
+      Row row;
+      row.tilt_rad = std::atan2(up, ahead);
+      row.first_bearing_rad = beams.front().bearing_rad;
+      row.step_rad = (beams.back().bearing_rad - beams.front().bearing_rad) /
+                     static_cast<double>(beams.size() - 1);
+      for (const Beam& beam : beams) row.ranges_m.push_back(static_cast<float>(beam.range_m));
+      rows.push_back(std::move(row));
+    }
+    beams.clear();
+    up = ahead = 0.0;
+  };
+  std::ifstream file(path);
+  std::string line;
+  for (int number = 1; read_line(file, line); ++number) {
+    TextFields fields(line);
+    const auto x = fields.number<double>(), y = fields.number<double>(),
+               z = fields.number<double>();
+    if (!x || !y || !z) {
+      report.drop("point that cannot be read", path.string() + ":" + std::to_string(number));
+      continue;
+    }
+    const double bearing_rad = std::atan2(-*x, std::hypot(*y, *z));
+    const bool back_to_the_right =
+        !beams.empty() && bearing_rad < beams.back().bearing_rad - deg_to_rad(90);
+    if (back_to_the_right || beams.size() >= kMaxColumns) finish_row();
+    beams.push_back({bearing_rad, 0.01 * std::hypot(*x, *y, *z)});
+    up += *y;
+    ahead += *z;
+  }
+  finish_row();
+  return rows;
+}
+
+std::vector<Row> read_polar(const fs::path& path, InputReport& report) {
+  // Beams lie on a grid of whole degrees, shifted from line to line; what is missing had no return.
+  std::vector<Row> rows;
+  std::ifstream file(path);
+  std::string line;
+  double last_line = -1.0;
+  for (int number = 1; read_line(file, line); ++number) {
+    if (line.rfind('#', 0) == 0) continue;
+    TextFields fields(line);
+    const auto index = fields.number<double>(), tilt_deg = fields.number<double>(),
+               bearing_deg = fields.number<double>(), range_m = fields.number<double>();
+    if (!index || !tilt_deg || !bearing_deg || !range_m || std::abs(*bearing_deg) > 180.0) {
+      report.drop("point that cannot be read", path.string() + ":" + std::to_string(number));
+      continue;
+    }
+    if (*index != last_line) {
+      last_line = *index;
+      Row row;
+      row.tilt_rad = deg_to_rad(*tilt_deg);
+      const double shift_deg = *bearing_deg - std::floor(*bearing_deg);
+      row.first_bearing_rad = deg_to_rad(-90.0 + shift_deg);
+      row.step_rad = deg_to_rad(1.0);
+      rows.push_back(std::move(row));
+    }
+    Row& row = rows.back();
+    const double column =
+        std::round((deg_to_rad(*bearing_deg) - row.first_bearing_rad) / row.step_rad);
+    if (column < 0.0 || column > 360.0) {
+      report.drop("point outside the half circle", path.string() + ":" + std::to_string(number));
+      continue;
+    }
+    const auto at = static_cast<std::size_t>(column);
+    if (row.ranges_m.size() <= at) row.ranges_m.resize(at + 1, 0.0F);
+    row.ranges_m[at] = static_cast<float>(*range_m);
+  }
+  // One width for all rows: the organized grid of a scene.
+  std::size_t width = 0;
+  for (const Row& row : rows) width = std::max(width, row.ranges_m.size());
+  for (Row& row : rows) row.ranges_m.resize(width, 0.0F);
+  return rows;
+}
+
+// Left-handed x right, y up, z ahead [cm], turned about y by the second angle [deg], clockwise from
+// above.
+Pose2 read_pose(const fs::path& path, InputReport& report) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return {};
+  std::string text = read_whole_file(path);
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  TextFields fields(text);
+  double values[6] = {};
+  for (double& value : values) {
+    const auto number = fields.number<double>();
+    if (!number || !std::isfinite(*number)) {
+      report.drop("pose that cannot be read", path.string());
+      return {};
+    }
+    value = *number;
+  }
+  return {0.01 * values[2], -0.01 * values[0], normalize_angle(-deg_to_rad(values[4]))};
+}
+
+class TiltedScanReader : public SampleReader {
+ public:
+  explicit TiltedScanReader(const std::vector<fs::path>& paths) {
+    std::map<std::string, fs::path> files;  // by stem: a .csv before a .3d
+    for (const fs::path& path : paths) {
+      if (!fs::is_directory(path)) {
+        add_file(path, files);
+        continue;
+      }
+      for (const auto& entry : fs::directory_iterator(path)) {
+        if (entry.is_regular_file()) add_file(entry.path(), files);
+      }
+    }
+    for (const auto& [stem, path] : files) files_.push_back(path);
+    require(!files_.empty(),
+            paths.front().string() +
+                ": no 3D scan in it (*_tilt_ranges_mm.csv, *.3d or scan_polar.csv)");
+    report_.format = "3D scans of a tilted laser";
+    for (const fs::path& path : files_) report_.paths.push_back(path.string());
+    report_.notes.emplace_back("no stamps: 0.1 s a row is assumed");
+  }
+
+  std::optional<Sample> next() override {
+    while (pending_.empty() && file_ < files_.size()) read_scan(files_[file_++]);
+    if (pending_.empty()) return std::nullopt;
+    Sample sample = std::move(pending_.front());
+    pending_.pop_front();
+    return sample;
+  }
+  const InputReport& report() const override { return report_; }
+  double progress() const override {
+    return static_cast<double>(file_) / static_cast<double>(files_.size());
+  }
+
+ private:
+  static void add_file(const fs::path& path, std::map<std::string, fs::path>& files) {
+    const Kind kind = kind_of(path);
+    if (kind == Kind::unknown) return;
+    const auto [entry, is_new] = files.try_emplace(stem_of(path), path);
+    if (!is_new && kind == Kind::ranges_mm) entry->second = path;
+  }
+
+  void read_scan(const fs::path& path) {
+    const Kind kind = kind_of(path);
+    const std::vector<Row> rows = kind == Kind::ranges_mm    ? read_ranges_mm(path, report_)
+                                  : kind == Kind::uos_points ? read_uos_points(path, report_)
+                                                             : read_polar(path, report_);
+    if (rows.empty()) {
+      report_.drop("scan without a row", path.string());
+      return;
+    }
+    if (!announced_) announce(kind);
+    const Pose2 pose = read_pose(stem_of(path) + ".pose", report_);
+    for (const Row& row : rows) {
+      add_odometry(pose);
+      PanTiltState state;
+      state.utime = now();
+      state.tilt_rad = row.tilt_rad;
+      LaserScan scan;
+      scan.utime = now();
+      scan.first_bearing_rad = row.first_bearing_rad;
+      scan.bearing_step_rad = row.step_rad;
+      scan.ranges_m = row.ranges_m;
+      pending_.emplace_back(state);
+      pending_.emplace_back(std::move(scan));
+      time_s_ += kRowPeriodS;
+      ++report_.given["scans"];
+    }
+    ++report_.given["3D scans"];
+    time_s_ += kPauseS;
+  }
+
+  void add_odometry(const Pose2& pose) {
+    OdometrySample sample;
+    sample.utime = now();
+    sample.odom_from_robot = pose;
+    pending_.emplace_back(sample);
+  }
+
+  void announce(Kind kind) {
+    announced_ = true;
+    SensorInfo base;
+    base.channel = "PANTILT_STATE";
+    SensorInfo laser;
+    laser.mount = SensorInfo::Mount::pantilt;
+    laser.range_min_m = 0.48;  // nearer is the robot itself
+    laser.range_max_m = 32.0;  // codes of the 32 m millimetre mode lie above
+    laser.range_sigma_m = 0.01;
+    if (kind == Kind::polar) {
+      base.parent_from_sensor.translation().z() = 0.340;
+      laser.parent_from_sensor.translation().z() = 0.160;
+    } else {
+      report_.notes.emplace_back("the height of the laser is not known: z = 0 is the tilt axis");
+    }
+    pending_.emplace_back(base);
+    pending_.emplace_back(laser);
+  }
+
+  Utime now() const { return Utime::from_seconds(time_s_); }
+
+  std::vector<fs::path> files_;
+  std::size_t file_ = 0;
+  double time_s_ = 0.0;
+  bool announced_ = false;
+  std::deque<Sample> pending_;
+  InputReport report_;
+};
+
+}  // namespace
+
+std::unique_ptr<SampleReader> open_tilted_scans(const std::vector<std::filesystem::path>& paths) {
+  require(!paths.empty(), "open_tilted_scans: no path given");
+  return std::make_unique<TiltedScanReader>(paths);
+}
+
+bool is_tilted_scan(const std::filesystem::path& path) { return kind_of(path) != Kind::unknown; }
+
+}  // namespace marco::files

@@ -1,0 +1,118 @@
+#include "simulator/live/floor_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace marco::sim {
+namespace {
+
+constexpr double kTouchM = 0.01;
+constexpr double kLookM = 0.10;
+constexpr int64_t kKeepUs = 1'000'000;
+
+double sign_of(std::mt19937_64& random) { return random() % 2 == 0 ? 1.0 : -1.0; }
+
+double way_to_slip_m(const OdometryOptions& wheels, std::mt19937_64& random) {
+  if (wheels.slip_every_m <= 0.0) return std::numeric_limits<double>::infinity();
+  return std::exponential_distribution<double>(1.0 / wheels.slip_every_m)(random);
+}
+
+}  // namespace
+
+FloorMotion::FloorMotion(const RayCaster& rays,
+                         const BodySpec& body,
+                         const OdometryOptions& wheels,
+                         const Pose2& start,
+                         uint64_t seed)
+    : rays_(rays),
+      body_(body),
+      wheels_(wheels),
+      random_(seed),
+      distance_scale_(1.0 + sign_of(random_) * wheels.distance_error),
+      turn_scale_(1.0 + sign_of(random_) * wheels.turn_error),
+      drift_rad_per_m_(sign_of(random_) * deg_to_rad(wheels.drift_deg_per_m)),
+      to_next_slip_m_(way_to_slip_m(wheels, random_)),
+      world_from_robot_(start) {
+  validate(wheels, "wheels");
+  validate(body, "body");
+}
+
+double FloorMotion::clearance_m(const Pose2& world_from_robot, double* bearing_rad) const {
+  double nearest = kLookM;
+  constexpr int kAlong = 5, kAcross = 3;
+  for (const double z : {0.10, 0.35, 0.60}) {
+    if (z > body_.height_m) continue;
+    for (int i = 0; i < 2 * (kAlong + kAcross); ++i) {
+      // Points along the four sides.
+      const int side = i < kAlong ? 0 : i < 2 * kAlong ? 1 : i < 2 * kAlong + kAcross ? 2 : 3;
+      const int step = side < 2 ? i % kAlong : (i - 2 * kAlong) % kAcross;
+      const double part = static_cast<double>(step) / ((side < 2 ? kAlong : kAcross) - 1);
+      const double x = side < 2 ? -body_.back_m + part * (body_.front_m + body_.back_m)
+                                : (side == 2 ? body_.front_m : -body_.back_m);
+      const double y = side < 2 ? (side == 0 ? body_.half_width_m : -body_.half_width_m)
+                                : (2.0 * part - 1.0) * body_.half_width_m;
+      const Eigen::Vector2d point = world_from_robot * Eigen::Vector2d(x, y);
+      const auto distance = static_cast<double>(rays_.distance_to_surface_m(
+          Eigen::Vector3d(point.x(), point.y(), z).cast<float>(), static_cast<float>(kLookM)));
+      if (distance < nearest) {
+        nearest = distance;
+        *bearing_rad = std::atan2(y, x);
+      }
+    }
+  }
+  return nearest;
+}
+
+void FloorMotion::roll(double left_m, double right_m, double track_m) {
+  double way_m = (left_m + right_m) / 2.0, turn_rad = (right_m - left_m) / track_m;
+  if (way_m == 0.0 && turn_rad == 0.0) return;
+  to_next_slip_m_ -= std::abs(way_m);
+  if (to_next_slip_m_ <= 0.0) {
+    slip_left_m_ = wheels_.slip_m;
+    to_next_slip_m_ = way_to_slip_m(wheels_, random_);
+    turn_rad += sign_of(random_) * deg_to_rad(wheels_.slip_turn_deg);
+  }
+  if (slip_left_m_ > 0.0) {  // the wheels turn, the robot stands
+    slip_left_m_ -= std::abs(way_m);
+    way_m = 0.0;
+  }
+  way_m /= distance_scale_;
+  turn_rad = turn_rad / turn_scale_ - drift_rad_per_m_ * std::abs(way_m);
+  const Pose2 next = world_from_robot_ * Pose2{way_m * std::cos(turn_rad / 2.0),
+                                               way_m * std::sin(turn_rad / 2.0), turn_rad};
+  double bearing = 0.0, old_bearing = 0.0;
+  const double room = clearance_m(next, &bearing);
+  if (room < kTouchM && room < clearance_m(world_from_robot_, &old_bearing)) {
+    contact_.bearing_rad = bearing;
+    contact_.front = std::abs(bearing) < deg_to_rad(90.0);
+    contact_.rear = !contact_.front;
+    contact_.blocked = true;
+    return;  // the wheels slip on the spot
+  }
+  contact_.blocked = false;
+  if (room > 2.0 * kTouchM) contact_ = {};
+  world_from_robot_ = next;
+}
+
+void MotionHistory::add(const Moment& moment) {
+  if (!moments_.empty() && moment.when <= moments_.back().when) return;
+  moments_.push_back(moment);
+  while (moments_.front().when < moment.when - Duration::from_us(kKeepUs)) moments_.pop_front();
+}
+
+MotionHistory::Moment MotionHistory::at(Utime when) const {
+  if (moments_.empty()) return {};
+  const auto after = std::lower_bound(moments_.begin(), moments_.end(), when,
+                                      [](const Moment& m, Utime t) { return m.when < t; });
+  if (after == moments_.begin()) return moments_.front();
+  if (after == moments_.end()) return moments_.back();
+  const Moment& a = *(after - 1);
+  const Moment& b = *after;
+  const double part = (when - a.when).seconds() / (b.when - a.when).seconds();
+  return {when, interpolate(a.world_from_robot, b.world_from_robot, part),
+          a.pan_rad + part * (b.pan_rad - a.pan_rad),
+          a.tilt_rad + part * (b.tilt_rad - a.tilt_rad)};
+}
+
+}  // namespace marco::sim

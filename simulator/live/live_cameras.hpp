@@ -1,0 +1,45 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/samples.hpp"
+#include "drivers/base/robot_spec.hpp"
+#include "simulator/ray_caster.hpp"
+
+namespace marco::sim {
+
+/// The cameras of a robot in the simulated world. Told where the robot is, and what its pan-tilt
+/// says, it takes the pictures that are due. In a process of its own: a picture takes longer than
+/// the devices' lines may wait.
+class LiveCameras {
+ public:
+  /// @param rays outlives it. @throws std::invalid_argument for a spec that makes no sense.
+  LiveCameras(const RayCaster& rays, const RobotSpec& spec);
+
+  struct Shot {
+    std::size_t camera = 0;  ///< of the spec
+    Utime utime;             ///< of the pose it was taken from
+    std::vector<uint8_t> rgb;
+  };
+
+  void on_pantilt(const PanTiltState& state) { pantilt_ = state; }
+  /// @returns what is due. A camera on a pan-tilt that has not been heard of takes none.
+  std::vector<Shot> on_pose(const TruePose& pose);
+
+  /// As the driver of a real one would tell: place and focal length.
+  const SensorInfo& info(std::size_t camera) const { return infos_[camera]; }
+  const std::vector<LiveCameraSpec>& specs() const { return specs_; }
+
+ private:
+  std::optional<Pose3> robot_from_camera(std::size_t camera) const;
+
+  const RayCaster& rays_;
+  std::vector<LiveCameraSpec> specs_;
+  std::vector<SensorInfo> infos_;
+  std::vector<Utime> next_;
+  SensorInfo base_;  ///< of the pan-tilt
+  std::optional<PanTiltState> pantilt_;
+};
+
+}  // namespace marco::sim

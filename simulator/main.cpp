@@ -1,0 +1,142 @@
+#include <cstdio>
+
+#include "drivers/camera/message.hpp"
+#include "lcm_tools/files/event_log.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/exit_code.hpp"
+#include "lcm_tools/process/progress.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
+#include "lcmtypes/convert.hpp"
+#include "simulator/batch_simulation.hpp"
+#include "simulator/live/live_cameras.hpp"
+
+namespace marco {
+namespace {
+
+struct Arguments {
+  std::string world;
+  std::string tour;
+  std::string preset = "default";
+  std::string config;
+  std::string out;
+  std::string cameras;
+  double pictures_every_s = 4.0;
+  uint64_t seed = 1;
+};
+
+sim::SimulationOptions options_of(const Arguments& arguments) {
+  sim::SimulationOptions options =
+      arguments.preset == "harsh" ? sim::harsh_options() : sim::SimulationOptions{};
+  if (!arguments.config.empty()) {
+    process::read_options(process::read_toml(arguments.config), options, arguments.config);
+  }
+  return options;
+}
+
+// What the cameras of a robot file would send meanwhile.
+class Cameras {
+ public:
+  Cameras(const sim::RayCaster& rays, const Arguments& arguments)
+      : cameras_(rays, spec_of(arguments)) {}
+
+  void look(const Sample& sample, Utime sent, files::EventLogWriter& log) {
+    if (const auto* state = std::get_if<PanTiltState>(&sample)) cameras_.on_pantilt(*state);
+    const auto* pose = std::get_if<TruePose>(&sample);
+    if (pose == nullptr) return;
+    if (sent >= next_info_) {
+      next_info_ = sent + Duration::from_seconds(1.0);
+      for (std::size_t i = 0; i < cameras_.specs().size(); ++i) {
+        SensorInfo info = cameras_.info(i);
+        info.utime = sent;
+        const EncodedMessage message = encode_sample(info);
+        log.write(message.channel, message.bytes, sent);
+      }
+    }
+    for (const sim::LiveCameras::Shot& shot : cameras_.on_pose(*pose)) {
+      const sim::LiveCameraSpec& camera = cameras_.specs()[shot.camera];
+      const auto picture = drivers::camera::compress_rgb(
+          shot.rgb, camera.view.width_px, camera.view.height_px, camera.jpeg_quality);
+      log.write(camera.channel, encode_message(drivers::camera::to_message(picture, shot.utime)),
+                sent);
+    }
+  }
+
+ private:
+  static sim::RobotSpec spec_of(const Arguments& arguments) {
+    auto spec = process::load_options<sim::RobotSpec>(arguments.cameras);
+    for (sim::LiveCameraSpec& camera : spec.cameras) {
+      camera.rate_hz = 1.0 / arguments.pictures_every_s;
+    }
+    return spec;
+  }
+
+  sim::LiveCameras cameras_;
+  Utime next_info_;
+};
+
+int run(const Arguments& arguments) {
+  const sim::World world = sim::build_world(process::load_options<sim::WorldSpec>(arguments.world));
+  const sim::RayCaster rays(world);
+  sim::BatchSimulation simulation(rays, process::load_options<sim::Tour>(arguments.tour),
+                                  options_of(arguments), arguments.seed);
+  process::catch_interrupts(arguments.out + " is as it was");
+  files::OutputFile file(arguments.out);
+  files::EventLogWriter log(file);
+  std::optional<Cameras> cameras;
+  if (!arguments.cameras.empty()) cameras.emplace(rays, arguments);
+  process::Progress progress("simulating");
+  simulation.run(
+      [&](const Sample& sample, Utime sent) {
+        const EncodedMessage message = encode_sample(sample);
+        log.write(message.channel, message.bytes, sent);
+        if (cameras) cameras->look(sample, sent, log);
+      },
+      [&progress](double part) {
+        process::end_if_interrupted();
+        progress.update(part);
+      });
+  file.finish();
+  std::printf("%.0f s simulated, %lld messages in %s\n", simulation.duration_s(),
+              static_cast<long long>(log.events_written()), arguments.out.c_str());
+  return 0;
+}
+
+}  // namespace
+}  // namespace marco
+
+int main(int argc, char** argv) {
+  return marco::process::run_main("marco-simulate", [&] {
+    CLI::App app(
+        "Drives a simulated robot through a world and writes an LCM log of what it senses");
+    marco::Arguments arguments;
+    bool print_config = false;
+    app.add_option("--world", arguments.world, "e.g. config/worlds/lab.toml")
+        ->check(CLI::ExistingFile);
+    app.add_option("--tour", arguments.tour, "e.g. config/tours/lab.toml")
+        ->check(CLI::ExistingFile);
+    app.add_option("--seed", arguments.seed)->capture_default_str();
+    app.add_option("--preset", arguments.preset, "default, or harsh as real logs are")
+        ->check(CLI::IsMember({"default", "harsh"}))
+        ->capture_default_str();
+    app.add_option("--config", arguments.config, "TOML over the preset; unknown keys are refused")
+        ->check(CLI::ExistingFile);
+    app.add_option("--cameras", arguments.cameras,
+                   "a robot, e.g. config/robots/michoacan.toml, whose cameras take pictures")
+        ->check(CLI::ExistingFile);
+    app.add_option("--pictures-every", arguments.pictures_every_s, "seconds, of each camera")
+        ->check(CLI::Range(0.02, 100.0))
+        ->capture_default_str();
+    app.add_option("--out", arguments.out, "the log to write");
+    app.add_flag("--print-config", print_config, "print the config in force and exit");
+    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    if (print_config) {
+      std::fputs(marco::process::print_options(marco::options_of(arguments)).c_str(), stdout);
+      return 0;
+    }
+    marco::process::require_usage(
+        !arguments.world.empty() && !arguments.tour.empty() && !arguments.out.empty(),
+        "give --world, --tour and --out");
+    return marco::run(arguments);
+  });
+}

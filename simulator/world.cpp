@@ -1,0 +1,144 @@
+#include "simulator/world.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "common/pose2.hpp"
+#include "lcm_tools/base/check.hpp"
+
+namespace marco::sim {
+namespace {
+
+constexpr double kTopThicknessM = 0.03;
+constexpr double kLegM = 0.05;
+
+Eigen::Vector2d point(const std::vector<double>& values, const char* what) {
+  require(values.size() == 2, std::string(what) + ": expected two numbers, x and y");
+  return {values[0], values[1]};
+}
+
+void add_wall(World& world, const WallSpec& spec) {
+  require(spec.corners_m.size() >= 4 && spec.corners_m.size() % 2 == 0,
+          "walls.corners_m: expected x1, y1, x2, y2, ...");
+  const Material material = material_named(spec.material);
+  for (std::size_t i = 0; i + 3 < spec.corners_m.size(); i += 2) {
+    const Eigen::Vector2d from(spec.corners_m[i], spec.corners_m[i + 1]);
+    const Eigen::Vector2d to(spec.corners_m[i + 2], spec.corners_m[i + 3]);
+    const Eigen::Vector2d along = to - from, middle = 0.5 * (from + to);
+    // Longer by its thickness, so that corners close.
+    world.add_box({middle.x(), middle.y(), 0.5 * spec.height_m},
+                  {along.norm() + spec.thickness_m, spec.thickness_m, spec.height_m},
+                  std::atan2(along.y(), along.x()), material);
+  }
+}
+
+void add_table(World& world, const TableSpec& spec) {
+  require(spec.size_m.size() == 2, "tables.size_m: expected two numbers");
+  const Pose2 pose{point(spec.at_m, "tables.at_m").x(), point(spec.at_m, "tables.at_m").y(),
+                   deg_to_rad(spec.yaw_deg)};
+  const double x = spec.size_m[0], y = spec.size_m[1];
+  const auto part = [&](const Eigen::Vector2d& at, double z, const Eigen::Vector3d& size) {
+    const Eigen::Vector2d centre = pose * at;
+    world.add_box({centre.x(), centre.y(), z}, size, pose.theta_rad, Material::plain);
+  };
+  part({0, 0}, spec.height_m - 0.5 * kTopThicknessM, {x, y, kTopThicknessM});
+  const double leg_m = spec.height_m - kTopThicknessM;
+  for (const double sx : {-0.5, 0.5}) {
+    for (const double sy : {-0.5, 0.5}) {
+      part({sx * (x - kLegM), sy * (y - kLegM)}, 0.5 * leg_m, {kLegM, kLegM, leg_m});
+    }
+  }
+  if (spec.back_m > 0.0) {
+    part({-0.5 * (x - kTopThicknessM), 0}, spec.height_m + 0.5 * spec.back_m,
+         {kTopThicknessM, y, spec.back_m});
+  }
+}
+
+void add_door(World& world, const DoorSpec& spec) {
+  constexpr double kLeafM = 0.04;
+  const double yaw = deg_to_rad(spec.closed_yaw_deg + spec.open_deg);
+  const Eigen::Vector2d middle = point(spec.hinge_m, "doors.hinge_m") +
+                                 0.5 * spec.width_m * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+  world.add_box({middle.x(), middle.y(), 0.5 * spec.height_m},
+                {spec.width_m, kLeafM, spec.height_m}, yaw, material_named(spec.material));
+}
+
+}  // namespace
+
+Material material_named(const std::string& name) {
+  if (name == "plain") return Material::plain;
+  if (name == "black") return Material::black;
+  if (name == "glass") return Material::glass;
+  require(name == "mirror", "material '" + name + "' is not known: plain, black, glass or mirror");
+  return Material::mirror;
+}
+
+void World::add_quad(const std::array<Eigen::Vector3d, 4>& corners, Material material) {
+  const auto first = static_cast<uint32_t>(vertices_m.size());
+  for (const Eigen::Vector3d& corner : corners) vertices_m.push_back(corner.cast<float>());
+  triangles.push_back({first, first + 1, first + 2});
+  triangles.push_back({first, first + 2, first + 3});
+  materials.insert(materials.end(), 2, material);
+}
+
+void World::add_box(const Eigen::Vector3d& centre,
+                    const Eigen::Vector3d& size,
+                    double yaw_rad,
+                    Material material) {
+  const Pose2 pose{centre.x(), centre.y(), yaw_rad};
+  const auto corner = [&](int x, int y, int z) -> Eigen::Vector3d {
+    const Eigen::Vector2d at = pose * Eigen::Vector2d(0.5 * x * size.x(), 0.5 * y * size.y());
+    return {at.x(), at.y(), centre.z() + 0.5 * z * size.z()};
+  };
+  for (const int s : {-1, 1}) {
+    add_quad({corner(s, -1, -1), corner(s, 1, -1), corner(s, 1, 1), corner(s, -1, 1)}, material);
+    add_quad({corner(-1, s, -1), corner(1, s, -1), corner(1, s, 1), corner(-1, s, 1)}, material);
+    add_quad({corner(-1, -1, s), corner(1, -1, s), corner(1, 1, s), corner(-1, 1, s)}, material);
+  }
+}
+
+void World::add_column(const Eigen::Vector2d& centre,
+                       double radius_m,
+                       double height_m,
+                       Material material) {
+  constexpr int kSides = 16;
+  const auto rim = [&](int side, double z) -> Eigen::Vector3d {
+    const double angle = 2.0 * std::numbers::pi * side / kSides;
+    return {centre.x() + radius_m * std::cos(angle), centre.y() + radius_m * std::sin(angle), z};
+  };
+  for (int side = 0; side < kSides; ++side) {
+    add_quad({rim(side, 0), rim(side + 1, 0), rim(side + 1, height_m), rim(side, height_m)},
+             material);
+  }
+}
+
+World build_world(const WorldSpec& spec) {
+  require(spec.floor_m.size() == 4 && spec.floor_m[2] > spec.floor_m[0] &&
+              spec.floor_m[3] > spec.floor_m[1],
+          "floor_m: expected x0, y0, x1, y1 with x1 > x0 and y1 > y0");
+  World world;
+  for (const double z : {0.0, spec.ceiling_m}) {
+    world.add_quad({Eigen::Vector3d(spec.floor_m[0], spec.floor_m[1], z),
+                    Eigen::Vector3d(spec.floor_m[2], spec.floor_m[1], z),
+                    Eigen::Vector3d(spec.floor_m[2], spec.floor_m[3], z),
+                    Eigen::Vector3d(spec.floor_m[0], spec.floor_m[3], z)},
+                   Material::plain);
+  }
+  for (const WallSpec& wall : spec.walls) add_wall(world, wall);
+  for (const BoxSpec& box : spec.boxes) {
+    require(box.size_m.size() == 3, "boxes.size_m: expected three numbers");
+    const Eigen::Vector2d at = point(box.at_m, "boxes.at_m");
+    world.add_box({at.x(), at.y(), box.above_floor_m + 0.5 * box.size_m[2]},
+                  {box.size_m[0], box.size_m[1], box.size_m[2]}, deg_to_rad(box.yaw_deg),
+                  material_named(box.material));
+  }
+  for (const TableSpec& table : spec.tables) add_table(world, table);
+  for (const DoorSpec& door : spec.doors) add_door(world, door);
+  for (const ColumnSpec& column : spec.columns) {
+    world.add_column(point(column.at_m, "columns.at_m"), column.radius_m, column.height_m,
+                     Material::plain);
+  }
+  return world;
+}
+
+}  // namespace marco::sim

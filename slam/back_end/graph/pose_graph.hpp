@@ -1,0 +1,131 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "common/pose2.hpp"
+#include "lcm_tools/base/options.hpp"
+#include "slam/back_end/graph/pose_graph_edge.hpp"
+
+namespace marco::slam {
+
+struct PoseGraphOptions {
+  int max_iterations = 100;
+  double min_relative_decrease = 1e-9;    ///< of the error, at which it has converged
+  double rough_relative_decrease = 1e-3;  ///< the same for optimize_roughly
+  /// A loop edge whose e^T Omega e ends above this is taken for wrong; 3 degrees of freedom, 99.9
+  /// %.
+  double loop_rejection_chi2 = 16.3;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("max_iterations", max_iterations, Limits{1, 10000});
+    v("min_relative_decrease", min_relative_decrease, kPositive);
+    v("rough_relative_decrease", rough_relative_decrease, kPositive);
+    v("loop_rejection_chi2", loop_rejection_chi2, kPositive);
+  }
+};
+
+struct PoseGraphResult {
+  bool converged = false;
+  int iterations = 0;
+  double chi2 = 0.0;                ///< sum of e^T Omega e over the edges in force, no 1/2
+  std::vector<bool> edge_in_force;  ///< one an edge: false = a loop edge taken for wrong
+};
+
+/// Key poses and the measurements between them; node 0 stays where it is.
+///
+/// Error of an edge, in the measurement's frame: e = (R_z^T (R_i^T (t_j - t_i) - t_z), theta_j -
+/// theta_i - theta_z) (Kuemmerle et al., g2o, ICRA 2011, SE2 edges). Solved by Gauss-Newton with
+/// Levenberg's damping on the sparse normal equations (Eigen's LDL^T); after a step that turned
+/// much, the translations are solved anew given the headings, which is linear (variable projection,
+/// Golub & Pereyra 1973). Wrong loops: the truncated least squares cost on loop edges, started by
+/// graduated non-convexity (robust_start.hpp). Not thread-safe; a copy may be optimized on another
+/// thread.
+class PoseGraph {
+ public:
+  explicit PoseGraph(const PoseGraphOptions& options = {});
+
+  /// @returns the node's index.
+  int add_node(const Pose2& world_from_node);
+
+  /// @throws std::invalid_argument for a node that does not exist, an edge from a node to itself,
+  /// a measurement that is not finite.
+  void add_edge(const PoseGraphEdge& edge);
+
+  /// Without a node, those after it move up; all edges are forgotten.
+  void remove_node(int node);
+
+  std::size_t node_count() const { return poses_.size(); }
+  const std::vector<PoseGraphEdge>& edges() const { return edges_; }
+  const std::vector<Pose2>& poses() const { return poses_; }
+  void set_pose(int node, const Pose2& world_from_node) {
+    poses_.at(static_cast<std::size_t>(node)) = world_from_node;
+  }
+
+  /// Poses computed from the edges alone: rotations first, as a linear problem in (cos, sin), then
+  /// the translations given these (chordal initialization; Carlone et al., ICRA 2015). Leaves a
+  /// graph that is not connected to node 0 where it is.
+  void initialize_from_edges();
+
+  /// Moves the poses to the optimum near where they are; all edges count fully.
+  PoseGraphResult optimize();
+
+  /// The same, ended earlier: for poses that the next loop will move again.
+  PoseGraphResult optimize_roughly();
+
+  /// As optimize, from wherever the poses are: also from rotations first (initialize_from_edges),
+  /// and the better end is kept. For graphs whose odometry is no start.
+  PoseGraphResult optimize_globally();
+
+  /// As optimize, but loop edges may be found wrong and switched off: from where the poses are and,
+  /// unless all loops agree there, from robust_start() too, and few loops one after the other from
+  /// none on; the lower truncated cost wins. A loop agrees when it is no farther from what all the
+  /// rest says of its ends than both may be wrong, however far the rest gives in to it.
+  PoseGraphResult optimize_robustly();
+
+  /// Sum of e^T Omega e of all edges at the present poses.
+  double chi2() const;
+  /// e^T Omega e of one edge at the present poses.
+  double edge_chi2(const PoseGraphEdge& edge) const;
+
+ private:
+  PoseGraphResult optimize_weighted(const std::vector<double>& weights,
+                                    double min_relative_decrease);
+  void fill(SparseNormalEquations& equations,
+            const std::vector<double>& weights,
+            Moves moves) const;
+  /// Where the headings put the translations: a linear problem, solved exactly. A turn bends the
+  /// way of all nodes behind it, and without this steps along it stay tiny.
+  /// @param error  at the present poses. @returns the error afterwards, never a larger one.
+  double settle_translations(const std::vector<double>& weights, double error);
+  /// From loops chosen and poses optimized for them: takes out loops without which, and in loops
+  /// with which the truncated cost is lower, until there are none.
+  PoseGraphResult choose_loops(PoseGraphResult chosen, double limit);
+  /// The loops after the next step of that; @param one_at_a_time  only the best one changes.
+  std::vector<bool> better_choice(std::vector<bool> in_force,
+                                  double limit,
+                                  bool one_at_a_time) const;
+  /// Starts without any loop and takes in one after the other.
+  PoseGraphResult try_one_by_one();
+  /// The truncated cost of these loops, poses optimized.
+  static double choice_cost(const PoseGraphResult& result, double limit);
+  /// No loop would be better out.
+  bool all_agree(const PoseGraphResult& result) const;
+  /// loop_rejection_chi2, or less where the loops show that the noise is less than their
+  /// information claims.
+  double limit_by_noise(const PoseGraphResult& result) const;
+  /// Of each loop, by how much the error of all others grows when it is in force (to first order):
+  /// its squared distance, in standard deviations, from what the others say. 3 degrees of freedom.
+  std::vector<double> surprises(const std::vector<bool>& in_force) const;
+  PoseGraphResult optimize_trimmed(std::vector<double> weights, double slack);
+  /// Weight 0 for loop edges that are off by more than `slack` times the limit, else 1.
+  std::vector<double> fitting_edges(double slack) const;
+  double weighted_chi2(const std::vector<double>& weights) const;
+
+  PoseGraphOptions options_;
+  std::vector<Pose2> poses_;
+  std::vector<PoseGraphEdge> edges_;
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,251 @@
+// Loops that may be wrong: which are in force.
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "slam/back_end/graph/pose_graph.hpp"
+#include "slam/back_end/graph/robust_start.hpp"
+#include "slam/back_end/graph/selected_inverse.hpp"
+#include "slam/back_end/graph/sparse_normal_equations.hpp"
+
+namespace marco::slam {
+namespace {
+
+// How much farther off than its limit a loop may be at first, before the rest has settled.
+constexpr double kFirstSlack = 64.0, kStartSlack = 16.0;
+
+// So few loops can be tried one by one.
+constexpr std::ptrdiff_t kFewLoops = 64;
+
+// Of an edge that is left out: so many limits off, it needs no closer look.
+constexpr double kHopeless = 1000.0;
+
+// Covariance of an edge's error by what all edges in force say of its two nodes; node 0 is known.
+// Where the edge itself is in force the inverse has all that is needed ...
+Eigen::Matrix3d predicted_covariance(const SelectedInverse& inverse,
+                                     const PoseGraphEdge& edge,
+                                     const EdgeJacobians& jacobians) {
+  const auto block = [&inverse](int row_node, int column_node) {
+    Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
+    if (row_node == 0 || column_node == 0) return result;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) {
+        result(r, c) = inverse.at(3 * (row_node - 1) + r, 3 * (column_node - 1) + c);
+      }
+    }
+    return result;
+  };
+  const Eigen::Matrix3d across =
+      jacobians.from * block(edge.from, edge.to) * jacobians.to.transpose();
+  return jacobians.from * block(edge.from, edge.from) * jacobians.from.transpose() +
+         jacobians.to * block(edge.to, edge.to) * jacobians.to.transpose() + across +
+         across.transpose();
+}
+
+// ... and else not.
+Eigen::Matrix3d predicted_covariance(const SparseSolver& solver,
+                                     const PoseGraphEdge& edge,
+                                     const EdgeJacobians& jacobians) {
+  Eigen::MatrixXd turned = Eigen::MatrixXd::Zero(solver.cols(), 3);
+  if (edge.from > 0) turned.middleRows<3>(3 * (edge.from - 1)) = jacobians.from.transpose();
+  if (edge.to > 0) turned.middleRows<3>(3 * (edge.to - 1)) = jacobians.to.transpose();
+  return turned.transpose() * solver.solve(turned);
+}
+
+bool is_in(const std::vector<double>& weights, std::size_t edge) { return weights[edge] > 0.0; }
+
+}  // namespace
+
+PoseGraphResult PoseGraph::optimize_robustly() {
+  if (poses_.size() < 2) return optimize();
+  const double limit = options_.loop_rejection_chi2;
+  const std::vector<Pose2> before = poses_;
+  PoseGraphResult best = optimize_trimmed(fitting_edges(kFirstSlack), kFirstSlack);
+  if (all_agree(best)) return best;
+  best = choose_loops(best, limit);
+  std::vector<Pose2> best_poses = poses_;
+  const auto keep_better = [&](const PoseGraphResult& other) {
+    if (choice_cost(other, limit) < choice_cost(best, limit)) {
+      best = other;
+      best_poses = poses_;
+    }
+  };
+  const RobustStart start = robust_start(before.front(), poses_.size(), edges_, limit);
+  poses_ = start.poses;
+  keep_better(choose_loops(optimize_trimmed(start.weights, kStartSlack), limit));
+  const auto loops = std::count_if(edges_.begin(), edges_.end(),
+                                   [](const PoseGraphEdge& edge) { return edge.is_loop; });
+  if (loops <= kFewLoops) {
+    poses_ = before;
+    keep_better(choose_loops(try_one_by_one(), limit));
+  }
+  poses_ = best_poses;
+  // Loops left out together may fit together, now that the wrong ones are gone.
+  keep_better(choose_loops(optimize_trimmed(fitting_edges(kStartSlack), kStartSlack), limit));
+  poses_ = best_poses;
+  return choose_loops(best, limit_by_noise(best));
+}
+
+bool PoseGraph::all_agree(const PoseGraphResult& result) const {
+  const std::vector<bool>& in_force = result.edge_in_force;
+  if (std::find(in_force.begin(), in_force.end(), false) != in_force.end()) return false;
+  const std::vector<double> surprise = surprises(in_force);
+  return std::all_of(surprise.begin(), surprise.end(),
+                     [this](double of_one) { return of_one <= options_.loop_rejection_chi2; });
+}
+
+double PoseGraph::limit_by_noise(const PoseGraphResult& result) const {
+  // Three quarters of honest ones lie below (chi2 of 3 degrees of freedom); twice as many standard
+  // deviations are let pass, since the tails of real noise are longer.
+  constexpr double kUpperQuartile = 4.11, kSlack = 4.0, kLeast = 0.05;
+  const std::vector<double> surprise = surprises(result.edge_in_force);
+  std::vector<double> of_loops;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    if (edges_[i].is_loop && result.edge_in_force[i]) of_loops.push_back(surprise[i]);
+  }
+  if (of_loops.empty()) return options_.loop_rejection_chi2;
+  const auto quartile = of_loops.begin() + 3 * static_cast<std::ptrdiff_t>(of_loops.size()) / 4;
+  std::nth_element(of_loops.begin(), quartile, of_loops.end());
+  return options_.loop_rejection_chi2 *
+         std::clamp(kSlack * *quartile / kUpperQuartile, kLeast, 1.0);
+}
+
+double PoseGraph::choice_cost(const PoseGraphResult& result, double limit) {
+  const auto out = std::count(result.edge_in_force.begin(), result.edge_in_force.end(), false);
+  return result.chi2 + limit * static_cast<double>(out);
+}
+
+PoseGraphResult PoseGraph::try_one_by_one() {
+  std::vector<double> weights(edges_.size(), 1.0);
+  std::vector<std::size_t> loops;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    if (!edges_[i].is_loop) continue;
+    weights[i] = 0.0;
+    loops.push_back(i);
+  }
+  // The shorter the way between its ends, the surer is what it is held against, and the more so
+  // once the shorter ones are in.
+  const auto span = [this](std::size_t i) { return std::abs(edges_[i].to - edges_[i].from); };
+  std::stable_sort(loops.begin(), loops.end(),
+                   [&](std::size_t a, std::size_t b) { return span(a) < span(b); });
+  PoseGraphResult result = optimize_weighted(weights, options_.rough_relative_decrease);
+  for (const std::size_t loop : loops) {
+    const std::vector<Pose2> without = poses_;
+    weights[loop] = 1.0;
+    const PoseGraphResult with = optimize_weighted(weights, options_.rough_relative_decrease);
+    if (with.chi2 - result.chi2 <= options_.loop_rejection_chi2) {
+      result = with;
+    } else {
+      weights[loop] = 0.0;
+      poses_ = without;
+    }
+  }
+  for (std::size_t i = 0; i < edges_.size(); ++i) result.edge_in_force[i] = is_in(weights, i);
+  return result;
+}
+
+PoseGraphResult PoseGraph::choose_loops(PoseGraphResult chosen, double limit) {
+  constexpr int kMaxRounds = 40;
+  bool one_at_a_time = false;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    std::vector<bool> in_force = better_choice(chosen.edge_in_force, limit, one_at_a_time);
+    if (in_force == chosen.edge_in_force) break;
+    const std::vector<Pose2> before = poses_;
+    PoseGraphResult other = optimize_weighted(std::vector<double>(in_force.begin(), in_force.end()),
+                                              options_.min_relative_decrease);
+    other.edge_in_force = std::move(in_force);
+    if (choice_cost(other, limit) < choice_cost(chosen, limit)) {
+      chosen = std::move(other);
+      continue;
+    }
+    poses_ = before;
+    if (one_at_a_time) break;
+    one_at_a_time = true;
+  }
+  return chosen;
+}
+
+std::vector<bool> PoseGraph::better_choice(std::vector<bool> in_force,
+                                           double limit,
+                                           bool one_at_a_time) const {
+  // Of what exceeds the limit, the worst go at once; others may be right without them.
+  constexpr double kWorst = 0.25;
+  const std::vector<double> surprise = surprises(in_force);
+  // By how much the truncated cost falls when a loop goes in or out.
+  const auto gain = [&](std::size_t i) {
+    if (!edges_[i].is_loop) return 0.0;
+    return in_force[i] ? surprise[i] - limit : limit - surprise[i];
+  };
+  double most = 0.0, worst = 0.0;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    most = std::max(most, gain(i));
+    if (in_force[i]) worst = std::max(worst, surprise[i]);
+  }
+  std::vector<bool> better = in_force;
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    if (gain(i) <= 0.0) continue;
+    const bool now =
+        one_at_a_time ? gain(i) == most : !in_force[i] || surprise[i] >= kWorst * worst;
+    if (now) better[i] = !in_force[i];
+  }
+  return better;
+}
+
+std::vector<double> PoseGraph::surprises(const std::vector<bool>& in_force) const {
+  std::vector<double> result(edges_.size(), 0.0);
+  SparseNormalEquations equations(poses_.size());
+  fill(equations, std::vector<double>(in_force.begin(), in_force.end()), Moves::poses);
+  Eigen::SparseMatrix<double> hessian = equations.hessian();
+  hessian.diagonal() = hessian.diagonal().cwiseMax(1e-9).eval();
+  const SparseSolver solver(hessian);
+  if (solver.info() != Eigen::Success) return result;
+  const SelectedInverse inverse(solver);
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const PoseGraphEdge& edge = edges_[i];
+    if (!edge.is_loop) continue;
+    if (!in_force[i] && edge_chi2(edge) > kHopeless * options_.loop_rejection_chi2) {
+      result[i] = kHopeless * options_.loop_rejection_chi2;
+      continue;
+    }
+    const Pose2& from = poses_[static_cast<std::size_t>(edge.from)];
+    const Pose2& to = poses_[static_cast<std::size_t>(edge.to)];
+    const EdgeJacobians jacobians = edge_jacobians(edge, from, to);
+    const Eigen::Matrix3d predicted = in_force[i] ? predicted_covariance(inverse, edge, jacobians)
+                                                  : predicted_covariance(solver, edge, jacobians);
+    const Eigen::Matrix3d measured = edge.information.inverse();
+    const Eigen::Matrix3d covariance =
+        in_force[i] ? Eigen::Matrix3d(measured - predicted) : Eigen::Matrix3d(measured + predicted);
+    const Eigen::Vector3d error = edge_error(edge, from, to);
+    result[i] = std::max(0.0, error.dot(covariance.inverse() * error));
+  }
+  return result;
+}
+
+std::vector<double> PoseGraph::fitting_edges(double slack) const {
+  std::vector<double> weights(edges_.size(), 1.0);
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    const bool wrong =
+        edges_[i].is_loop && edge_chi2(edges_[i]) > slack * options_.loop_rejection_chi2;
+    weights[i] = wrong ? 0.0 : 1.0;
+  }
+  return weights;
+}
+
+PoseGraphResult PoseGraph::optimize_trimmed(std::vector<double> weights, double slack) {
+  // Loops that were left out may turn out to fit, and the other way round, once the rest agrees.
+  constexpr int kMaxRounds = 10;
+  constexpr double kShrink = 0.25;
+  PoseGraphResult result;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    result = optimize_weighted(
+        weights, slack > 1.0 ? options_.rough_relative_decrease : options_.min_relative_decrease);
+    const std::vector<double> before = weights;
+    weights = fitting_edges(slack);
+    if (slack <= 1.0 && weights == before) break;
+    slack = std::max(1.0, slack * kShrink);
+  }
+  for (std::size_t i = 0; i < edges_.size(); ++i) result.edge_in_force[i] = weights[i] > 0.0;
+  return result;
+}
+
+}  // namespace marco::slam

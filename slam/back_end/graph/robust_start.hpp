@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "common/pose2.hpp"
+#include "slam/back_end/graph/pose_graph_edge.hpp"
+
+namespace marco::slam {
+
+struct RobustStart {
+  std::vector<Pose2> poses;
+  std::vector<double> weights;  ///< one an edge: 0 = a loop edge taken for wrong, else 1
+};
+
+/// Poses computed from the edges alone although many loop edges are wrong: rotations first, then
+/// translations given these, each a linear problem (Carlone et al., ICRA 2015) made robust by
+/// graduated non-convexity with the truncated least squares cost (Yang et al., RA-L 2020). Linear
+/// problems have no local minima, so that no start is needed and odometry may be as bad as it
+/// likes. Loops that no other loop nearby agrees with are left out from the first on, where loops
+/// are many (the idea of pairwise consistency, Mangelson et al., ICRA 2018). Solved by conjugate
+/// gradients: hundreds of random loops would fill a factorization.
+/// @param first  pose of node 0
+/// @param loop_rejection_chi2  e^T Omega e above which a loop edge is wrong
+RobustStart robust_start(const Pose2& first,
+                         std::size_t nodes,
+                         const std::vector<PoseGraphEdge>& edges,
+                         double loop_rejection_chi2);
+
+/// Weights of graduated non-convexity (Yang et al., eq. 14) for squared residuals `chi2` of the
+/// loop edges; the others keep 1. @returns whether some are still undecided.
+bool graduate(const std::vector<PoseGraphEdge>& edges,
+              const std::vector<double>& chi2,
+              double limit,
+              double mu,
+              std::vector<double>& weights);
+
+/// The mu to start with, at which the surrogate is convex; 0 when no loop exceeds the limit.
+double first_mu(const std::vector<PoseGraphEdge>& edges,
+                const std::vector<double>& chi2,
+                double limit);
+
+}  // namespace marco::slam

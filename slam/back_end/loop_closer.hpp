@@ -1,0 +1,142 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/pose2.hpp"
+#include "lcm_tools/base/options.hpp"
+#include "lcm_tools/base/utime.hpp"
+#include "slam/matching/correlative_matcher.hpp"
+#include "slam/matching/oriented_points.hpp"
+#include "slam/matching/surfel_matcher.hpp"
+
+namespace marco::slam {
+
+/// What lies farther off than this along an axis is not searched for a place.
+inline constexpr double kSearchReachM = 40.0;
+
+/// A scan that is kept: the map is made of these.
+struct Keyframe {
+  Utime utime;
+  OrientedPoints points_in_robot;
+  Eigen::Vector2d sensor_in_robot = {0, 0};
+  double sensor_heading_rad = 0.0;
+  Pose2 world_from_robot;
+  double path_m = 0.0;  ///< driven until here
+};
+
+struct LoopCloserOptions {
+  double attempt_every_m = 0.5;  ///< of path between two searches
+  double min_path_m = 8.0;       ///< a revisit lies at least this much path back
+  double radius_m = 4.0;         ///< between the two places, beside the drift
+  double drift_m = 0.3;          ///< how far the path may be off: this ...
+  double drift_m_per_m = 0.03;   ///< ... this much of the path since a loop was last closed ...
+  double closed_drift_m_per_m = 0.005;  ///< ... and this much of the way before, over its loops
+  double max_drift_m = 4.0;
+  double drift_deg = 4.0;
+  double drift_deg_per_m = 0.3;
+  double max_drift_deg = 30.0;
+  int candidates = 2;       ///< places tried at one search
+  int around = 4;           ///< keyframes before and after each place that are matched together
+  double min_score = 0.50;  ///< of the exhaustive search
+  /// Taken from that score where a place lies as far off as it may: of places that look alike, as
+  /// along a corridor, the one is believed that drift explains best.
+  double unlikely_penalty = 0.25;
+  double min_overlap = 0.60;  ///< of the fine match
+  double sigma_m = 0.02;      ///< added to the fine match's own uncertainty
+  double sigma_deg = 0.3;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("attempt_every_m", attempt_every_m, kNotNegative);
+    v("min_path_m", min_path_m, kPositive);
+    v("radius_m", radius_m, kPositive);
+    v("drift_m", drift_m, kPositive);
+    v("drift_m_per_m", drift_m_per_m, kNotNegative);
+    v("closed_drift_m_per_m", closed_drift_m_per_m, kNotNegative);
+    v("max_drift_m", max_drift_m, kPositive);
+    v("drift_deg", drift_deg, kPositive);
+    v("drift_deg_per_m", drift_deg_per_m, kNotNegative);
+    v("max_drift_deg", max_drift_deg, Limits{0.0, 180.0});
+    v("candidates", candidates, Limits{1, 100});
+    v("around", around, Limits{0, 100});
+    v("min_score", min_score, Limits{0.0, 1.0});
+    v("unlikely_penalty", unlikely_penalty, Limits{0.0, 1.0});
+    v("min_overlap", min_overlap, Limits{0.0, 1.0});
+    v("sigma_m", sigma_m, kPositive);
+    v("sigma_deg", sigma_deg, kPositive);
+  }
+};
+
+/// Two keyframes of one place, and what speaks for it.
+struct Loop {
+  int from = 0;  ///< the older keyframe
+  int to = 0;
+  Pose2 from_from_to;
+  Pose2 believed = {};  ///< where `to` was seen from `from` before
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< frame of `from`
+  double score = 0.0;                                         ///< of the exhaustive search, 0..1
+  double overlap = 0.0;                                       ///< of the fine match, 0..1
+  double shift_m = 0.0;  ///< how far it would move the newer scan
+  double turn_deg = 0.0;
+  bool in_force = true;  ///< false: the pose graph found it to contradict the rest
+};
+
+/// Whether two places may be one: all that the answer depends on, by value.
+struct LoopQuestion {
+  int from = 0;
+  int to = 0;
+  Pose2 world_from_old;
+  Pose2 world_from_newest;
+  OrientedPoints place;  ///< around the older keyframe, world
+  OrientedPoints seen;   ///< around the newest one, in its frame
+  double shift_m = 0.0;  ///< how far the newest may be off
+  double turn_rad = 0.0;
+};
+
+/// Looks whether the newest keyframe sees a place again: candidates by distance and drift, an
+/// exhaustive search in the window that the drift allows, a fine match; both of the last keyframes
+/// together, since one scan of a corridor looks like another. Const: safe from several threads.
+class LoopCloser {
+ public:
+  LoopCloser(const LoopCloserOptions& options,
+             const CorrelativeMatcher& coarse,
+             const SurfelMatcher& fine);
+
+  /// @param keys  with their present poses; the last one is the newest
+  /// @param closed_path_m  path driven when a loop was last closed; 0 = never
+  std::vector<Loop> find(const std::vector<Keyframe>& keys, double closed_path_m) const;
+
+  /// find() in two steps: questions() copies what answer() needs, and answer() takes its time.
+  /// @param ways_m  along the graph from the newest keyframe to each (ways.hpp): they drift, not
+  /// the path; empty = the path
+  std::vector<LoopQuestion> questions(const std::vector<Keyframe>& keys,
+                                      double closed_path_m,
+                                      const std::vector<double>& ways_m = {}) const;
+  std::optional<Loop> answer(const LoopQuestion& question) const;
+
+  const LoopCloserOptions& options() const { return options_; }
+
+ private:
+  struct Drift {
+    double shift_m;
+    double turn_rad;
+  };
+  Drift drift(double way_m, double since_closed_m) const;
+  std::vector<int> candidates(const std::vector<Keyframe>& keys,
+                              const std::vector<double>& ways_m,
+                              double since_closed_m) const;
+
+  LoopCloserOptions options_;
+  CorrelativeMatcher coarse_;
+  SurfelMatcher fine_;
+};
+
+/// Points of several keyframes in one frame. @param frame_from_world  of that frame.
+OrientedPoints join_points(const std::vector<Keyframe>& keys,
+                           int first,
+                           int last,
+                           const Pose2& frame_from_world);
+
+}  // namespace marco::slam

@@ -1,0 +1,85 @@
+#include "slam/input/deskew.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace marco::slam {
+
+Pose2 Velocity2::after(double seconds) const {
+  const double turn = yaw_rad_per_s * seconds;
+  const double x = ahead_m_per_s * seconds, y = left_m_per_s * seconds;
+  // sin(t)/t and (1 - cos(t))/t; their series near 0.
+  const double a = std::abs(turn) < 1e-6 ? 1.0 : std::sin(turn) / turn;
+  const double b = std::abs(turn) < 1e-6 ? 0.5 * turn : (1.0 - std::cos(turn)) / turn;
+  return {a * x - b * y, b * x + a * y, normalize_angle(turn)};
+}
+
+Velocity2 velocity_of(const Pose2& moved, double seconds) {
+  const Pose2 chord = Pose2{0, 0, -0.5 * moved.theta_rad} * moved;
+  return {chord.x_m / seconds, chord.y_m / seconds, moved.theta_rad / seconds};
+}
+
+namespace {
+
+// The directions of beams, one after another. Equal steps are turned, not computed anew: the sine
+// and cosine of each beam would take longer than its match.
+class Directions {
+ public:
+  explicit Directions(const LaserScan& scan)
+      : scan_(scan), step_(std::cos(scan.bearing_step_rad), std::sin(scan.bearing_step_rad)) {}
+
+  // To be asked for each beam from the first on.
+  Eigen::Vector2d of(std::size_t beam) {
+    constexpr std::size_t kAnew = 64;  // what rounding adds up to in so many is 1e-14
+    if (!scan_.bearings_rad.empty() || beam % kAnew == 0) {
+      const double bearing_rad = scan_.bearing_rad(beam);
+      now_ = {std::cos(bearing_rad), std::sin(bearing_rad)};
+    } else {
+      now_ = {now_.x() * step_.x() - now_.y() * step_.y(),
+              now_.x() * step_.y() + now_.y() * step_.x()};
+    }
+    return now_;
+  }
+
+ private:
+  const LaserScan& scan_;
+  Eigen::Vector2d step_, now_ = Eigen::Vector2d::Zero();
+};
+
+}  // namespace
+
+DeskewedScan deskew_and_project(const LaserScan& scan,
+                                const SensorInfo& info,
+                                const Pose3& robot_from_sensor,
+                                const Velocity2& velocity) {
+  DeskewedScan prepared;
+  prepared.utime = scan.utime;
+  prepared.sensor_in_robot = robot_from_sensor.translation().head<2>();
+  prepared.sensor_heading_rad =
+      std::atan2(robot_from_sensor.linear()(1, 0), robot_from_sensor.linear()(0, 0));
+  prepared.beams = static_cast<int>(scan.size());
+  prepared.hits_in_robot.resize(2, prepared.beams);
+  const double beam_period_s =
+      prepared.beams > 1 ? info.scan_duration_s / (prepared.beams - 1) : 0.0;
+  const Eigen::Matrix2d turn = robot_from_sensor.linear().topLeftCorner<2, 2>();
+  const double range_max_m = std::min(info.range_max_m, kFarthestReturnM);
+  Directions directions(scan);
+  Eigen::Index used = 0;
+  for (std::size_t beam = 0; beam < scan.size(); ++beam) {
+    const Eigen::Vector2d direction = directions.of(beam);
+    const double range_m = static_cast<double>(scan.ranges_m[beam]);
+    // Written so that NaN fails too.
+    if (!(range_m > 0.0 && range_m >= info.range_min_m && range_m < range_max_m)) continue;
+    const Eigen::Vector2d hit_in_robot = turn * (range_m * direction) + prepared.sensor_in_robot;
+    const double time_s = scan.time_offsets_s.empty()
+                              ? beam_period_s * static_cast<double>(beam)
+                              : static_cast<double>(scan.time_offsets_s[beam]);
+    prepared.hits_in_robot.col(used++) =
+        time_s == 0.0 ? hit_in_robot : velocity.after(time_s) * hit_in_robot;
+  }
+  prepared.hits_in_robot.conservativeResize(2, used);
+  prepared.no_return = prepared.beams - static_cast<int>(used);
+  return prepared;
+}
+
+}  // namespace marco::slam

@@ -1,0 +1,180 @@
+#include "slam/line_slam/line_slam.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace marco::slam {
+namespace {
+
+struct PointCounts {
+  int all = 0, matched = 0, unclear = 0;
+  bool mostly_matched(double part) const {
+    return matched >= part * static_cast<double>(matched + unclear);
+  }
+};
+
+PointCounts count_points(const std::vector<ObservedWall>& observed,
+                         const std::vector<WallMatch>& matches) {
+  PointCounts counts;
+  for (std::size_t i = 0; i < observed.size(); ++i) {
+    counts.all += observed[i].num_points;
+    if (matches[i].wall >= 0) counts.matched += observed[i].num_points;
+    if (matches[i].wall == WallMatch::kUnclear) counts.unclear += observed[i].num_points;
+  }
+  return counts;
+}
+
+Eigen::Matrix3d diagonal_noise(double sigma_m, double sigma_rad) {
+  return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+}
+
+}  // namespace
+
+LineSlam::LineSlam(const LineSlamOptions& options, const Pose2& world_from_robot)
+    : options_(options), extractor_(options.lines), filter_(options.filter, world_from_robot) {
+  validate(options, "line_slam");
+}
+
+LineSlamUpdate LineSlam::process(const ScanInRobot& scan,
+                                 const std::optional<Pose2>& robot_motion,
+                                 MapUse use,
+                                 LineSlamJournal* journal) {
+  if (!step_is_due(robot_motion)) return carry(*robot_motion);
+  const Pose2 before = filter_.world_from_robot();
+  if (robot_motion) {
+    filter_.predict(*robot_motion);
+  } else {
+    filter_.predict(last_motion_, diagonal_noise(options_.guess_sigma_m, options_.guess_sigma_rad));
+  }
+  const LineSlamUpdate update = take(scan, use, journal);
+  last_motion_ = between(before, filter_.world_from_robot());
+  return update;
+}
+
+bool LineSlam::step_is_due(const std::optional<Pose2>& robot_motion) {
+  if (robot_motion && scans_since_step_ > 0) {
+    step_from_robot_ = step_from_robot_ * *robot_motion;
+    const bool near = step_from_robot_.translation_m().norm() < options_.step_m &&
+                      std::abs(step_from_robot_.theta_rad) < deg_to_rad(options_.step_deg);
+    if (near && scans_since_step_ < options_.step_scans) {
+      ++scans_since_step_;
+      return false;
+    }
+  }
+  step_from_robot_ = {};
+  scans_since_step_ = 1;
+  return true;
+}
+
+LineSlamUpdate LineSlam::process_known(const ScanInRobot& scan,
+                                       const Pose2& robot_motion,
+                                       const Eigen::Matrix3d& noise) {
+  filter_.predict(robot_motion, noise);
+  last_motion_ = {};
+  return take(scan, MapUse::draw, nullptr);
+}
+
+LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal) {
+  filter_.focus();
+  const std::vector<ObservedWall>& observed = extractor_.extract(scan);
+  bool slipped = false;
+  std::vector<WallMatch> matches = associate(observed, slipped);
+  if (journal != nullptr) note(*journal, observed, matches);
+
+  LineSlamUpdate changes;
+  const PointCounts points = count_points(observed, matches);
+  for (const WallMatch& match : matches) {
+    changes.matched += match.wall >= 0 ? 1 : 0;
+    changes.unclear += match.wall == WallMatch::kUnclear ? 1 : 0;
+  }
+  filter_.correct(observed, matches);
+  if (use == MapUse::draw) {
+    filter_.extend(observed, matches);
+    changes.added = filter_.add_new(observed, matches);
+    changes.joined = filter_.join_similar(matches);
+    changes.removed = filter_.judge(scan);
+  }
+
+  LineSlamUpdate result = report();
+  result.looked = true;
+  result.observed = static_cast<int>(observed.size());
+  result.matched = changes.matched;
+  result.unclear = changes.unclear;
+  result.added = changes.added;
+  result.joined = changes.joined;
+  result.removed = changes.removed;
+  result.slipped = slipped;
+  result.overlap = points.all == 0 ? 0.0 : static_cast<double>(points.matched) / points.all;
+  if (journal != nullptr) {
+    journal->robot_corrected = result.world_from_robot.vector();
+    journal->covariance_corrected = result.covariance;
+  }
+  return result;
+}
+
+// Where the scan shows known walls, but not where they should be, the wheels slipped: the move's
+// error grows until they fit. What does not help is taken back by nothing: an error admitted in
+// vain only makes the next scan's gates wider.
+std::vector<WallMatch> LineSlam::associate(const std::vector<ObservedWall>& observed,
+                                           bool& slipped) {
+  std::vector<WallMatch> matches = filter_.associate(observed);
+  if (count_points(observed, matches).mostly_matched(options_.slip_overlap)) return matches;
+  slipped = true;
+  filter_.predict({}, diagonal_noise(options_.slip_sigma_m, options_.slip_sigma_rad));
+  return filter_.associate(observed);
+}
+
+LineSlamUpdate LineSlam::carry(const Pose2& robot_motion) {
+  filter_.predict(robot_motion);
+  last_motion_ = robot_motion;
+  return report();
+}
+
+Walls LineSlam::plan() {
+  return filter_.plan(options_.plan_min_times_seen, options_.plan_min_length_m);
+}
+
+LineSlamUpdate LineSlam::report() const {
+  LineSlamUpdate update;
+  update.world_from_robot = filter_.world_from_robot();
+  update.covariance = filter_.robot_covariance();
+  update.walls = static_cast<int>(filter_.num_walls());
+  update.active_walls = static_cast<int>(filter_.state().active().size()) - 1;
+  return update;
+}
+
+LineSlam::Stored LineSlam::store() {
+  return {filter_.store(), last_motion_, step_from_robot_, scans_since_step_};
+}
+
+void LineSlam::restore(const Stored& stored) {
+  filter_.restore(stored.filter);
+  last_motion_ = stored.last_motion;
+  step_from_robot_ = stored.step_from_robot;
+  scans_since_step_ = stored.scans_since_step;
+}
+
+void LineSlam::note(LineSlamJournal& journal,
+                    const std::vector<ObservedWall>& observed,
+                    const std::vector<WallMatch>& matches) const {
+  journal.robot_predicted = filter_.world_from_robot().vector();
+  journal.covariance_predicted = filter_.robot_covariance();
+  journal.observed = observed;
+  journal.matches = matches;
+  journal.wall_ids.assign(observed.size(), 0);
+  journal.innovations.assign(observed.size(), Eigen::Vector2d::Zero());
+  journal.innovation_covariances.assign(observed.size(), Eigen::Matrix2d::Zero());
+  journal.robot_gains.assign(observed.size(), Eigen::Matrix<double, 3, 2>::Zero());
+  for (std::size_t i = 0; i < observed.size(); ++i) {
+    if (matches[i].wall < 0) continue;
+    const auto index = static_cast<std::size_t>(matches[i].wall);
+    journal.wall_ids[i] = filter_.wall(index).id;
+    const SparseRows rows = filter_.line_innovation(observed[i], index);
+    journal.innovations[i] = rows.innovation;
+    const Eigen::Matrix2d s = filter_.state().innovation_covariance(rows);
+    journal.innovation_covariances[i] = s;
+    journal.robot_gains[i] = filter_.state().covariance_with(rows).topRows<3>() * s.inverse();
+  }
+}
+
+}  // namespace marco::slam

@@ -1,0 +1,142 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "common/wall.hpp"
+#include "slam/line_slam/ekf/wall_filter.hpp"
+#include "slam/line_slam/lines/line_extractor.hpp"
+#include "slam/line_slam/lines/scan_in_robot.hpp"
+
+namespace marco::slam {
+
+struct LineSlamOptions {
+  LineExtractorOptions lines;
+  WallFilterOptions filter;
+  /// Scans taken near together share their errors (edges between two beams, quantized ranges), and
+  /// the filter would take them for independent: it looks at the next one after this way, this turn
+  /// or this many scans, and carries the pose on by odometry for those between.
+  double step_m = 0.05;
+  double step_deg = 2.0;
+  int step_scans = 20;
+  double guess_sigma_m = 0.10;  ///< of a move that no odometry told, guessed from the last one
+  double guess_sigma_rad = 0.10;
+  double slip_overlap = 0.5;   ///< fewer of the known walls' points matched: a slip is suspected
+  double slip_sigma_m = 0.10;  ///< error of a move whose wheels slipped
+  double slip_sigma_rad = 0.10;
+  int plan_min_times_seen = 3;      ///< walls seen in fewer scans are not in the plan
+  double plan_min_length_m = 0.30;  ///< nor shorter pieces
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("lines", lines);
+    v("filter", filter);
+    v("step_m", step_m, kNotNegative);
+    v("step_deg", step_deg, kNotNegative);
+    v("step_scans", step_scans, Limits{1, 1e6});
+    v("guess_sigma_m", guess_sigma_m, kPositive);
+    v("guess_sigma_rad", guess_sigma_rad, kPositive);
+    v("slip_overlap", slip_overlap, Limits{0.0, 1.0});
+    v("slip_sigma_m", slip_sigma_m, kNotNegative);
+    v("slip_sigma_rad", slip_sigma_rad, kNotNegative);
+    v("plan_min_times_seen", plan_min_times_seen, Limits{1, 1e6});
+    v("plan_min_length_m", plan_min_length_m, kPositive);
+  }
+};
+
+/// Whether a scan may add to the map, or only gets a pose.
+enum class MapUse { draw, pose_only };
+
+/// What one scan did.
+struct LineSlamUpdate {
+  Pose2 world_from_robot;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of x, y, theta [m^2, m rad, rad^2]
+  bool looked = false;  ///< false: the scan was too near the last one, or not to be looked at
+  int observed = 0;     ///< walls in the scan
+  int matched = 0;
+  int unclear = 0;  ///< like a wall of the map, but not fitting: not used
+  int added = 0;
+  int joined = 0;
+  bool slipped = false;             ///< the move was far worse than odometry's error model says
+  int removed = 0;                  ///< walls that are no longer believed in
+  int walls = 0;                    ///< in the map now
+  int active_walls = 0;             ///< of these in the filter's active part
+  double overlap = 0.0;             ///< 0..1 of the walls' points, those on matched walls
+  bool trajectory_changed = false;  ///< older poses moved: a loop was closed (LineMapper)
+};
+
+/// For inspection, where the thesis dumped its matrices.
+struct LineSlamJournal {
+  Eigen::Vector3d robot_predicted, robot_corrected;
+  Eigen::Matrix3d covariance_predicted, covariance_corrected;
+  std::vector<ObservedWall> observed;  ///< z, robot frame
+  std::vector<WallMatch> matches;      ///< one per observed wall; `wall` before the map changed
+  std::vector<int64_t> wall_ids;       ///< of the matches, 0 = none
+  std::vector<Eigen::Matrix2d> innovation_covariances;  ///< S of each match's two offsets, else 0
+  std::vector<Eigen::Vector2d> innovations;
+  std::vector<Eigen::Matrix<double, 3, 2>> robot_gains;  ///< K's rows for x, y, theta
+};
+
+/// Thesis A, whole: walls out of the scan, pose and map by the filter. Lines -> predict ->
+/// associate
+/// -> correct -> extend, add, join -> judge. Deterministic; not thread-safe.
+class LineSlam {
+ public:
+  /// @throws std::invalid_argument naming an option outside its limits.
+  explicit LineSlam(const LineSlamOptions& options, const Pose2& world_from_robot = {});
+
+  /// Takes one scan.
+  /// @param robot_motion  by odometry since the call before, seen from the robot's pose then;
+  ///                      nothing: it is guessed that the robot goes on as before.
+  /// @param journal       filled when given.
+  LineSlamUpdate process(const ScanInRobot& scan,
+                         const std::optional<Pose2>& robot_motion,
+                         MapUse use = MapUse::draw,
+                         LineSlamJournal* journal = nullptr);
+
+  /// The same for a move known otherwise than by odometry. @param noise  of (x, y, theta), world
+  /// frame.
+  LineSlamUpdate process_known(const ScanInRobot& scan,
+                               const Pose2& robot_motion,
+                               const Eigen::Matrix3d& noise);
+
+  /// Carries the pose on without a scan (a tilted sweep, a gap).
+  LineSlamUpdate carry(const Pose2& robot_motion);
+
+  Pose2 world_from_robot() const { return filter_.world_from_robot(); }
+  /// The walls that stand now, world frame.
+  Walls plan();
+
+  const WallFilter& filter() const { return filter_; }
+  /// See WallFilter::mark_pose.
+  void mark_pose() { filter_.mark_pose(); }
+
+  struct Stored {
+    WallFilter::Stored filter;
+    Pose2 last_motion;
+    Pose2 step_from_robot;
+    int32_t scans_since_step = 0;
+  };
+  Stored store();
+  /// @throws std::invalid_argument as WallFilter::restore.
+  void restore(const Stored& stored);
+
+ private:
+  bool step_is_due(const std::optional<Pose2>& robot_motion);
+  LineSlamUpdate take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal);
+  LineSlamUpdate report() const;
+  std::vector<WallMatch> associate(const std::vector<ObservedWall>& observed, bool& slipped);
+  void note(LineSlamJournal& journal,
+            const std::vector<ObservedWall>& observed,
+            const std::vector<WallMatch>& matches) const;
+
+  LineSlamOptions options_;
+  LineExtractor extractor_;
+  WallFilter filter_;
+  Pose2 last_motion_;
+  Pose2 step_from_robot_;     ///< by odometry, since the last scan that was looked at
+  int scans_since_step_ = 0;  ///< 0 = none was yet
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,65 @@
+#include "slam/input/deskew.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/support/matchers.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::marco::testing::IsNear;
+
+TEST(Velocity2, FollowsTheArcOfManySmallSteps) {
+  const Velocity2 velocity{1.0, -0.3, 0.7};
+  Pose2 stepped;
+  constexpr int kSteps = 200000;
+  const double dt = 2.0 / kSteps;
+  for (int i = 0; i < kSteps; ++i) stepped = stepped * Pose2{1.0 * dt, -0.3 * dt, 0.7 * dt};
+  // Each small step is wrong by half its turn: 1e-5 m in all.
+  EXPECT_THAT(velocity.after(2.0), IsNear(stepped, 2e-5, 1e-9));
+  EXPECT_THAT((Velocity2{1.0, 0.5, 0.0}.after(2.0)), IsNear(Pose2{2.0, 1.0, 0.0}, 1e-12, 0.0));
+}
+
+TEST(PrepareScan, KeepsReturnsWithinLimitsOnly) {
+  LaserScan scan;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  scan.ranges_m = {1.0F, 0.0F, nan, inf, -1.0F, 81.83F, 0.05F, 2.0F};
+  scan.first_bearing_rad = 0.0;
+  scan.bearing_step_rad = 0.1;
+  SensorInfo info;
+  info.range_min_m = 0.1;
+  info.range_max_m = 80.0;
+  const DeskewedScan prepared = deskew_and_project(scan, info, make_pose3({0.2, 0.1, 0.5}), {});
+  EXPECT_EQ(prepared.beams, 8);
+  EXPECT_EQ(prepared.no_return, 6);
+  ASSERT_EQ(prepared.hits_in_robot.cols(), 2);
+  EXPECT_NEAR((prepared.hits_in_robot.col(0) - Eigen::Vector2d(1.2, 0.1)).norm(), 0.0, 1e-7);
+  EXPECT_NEAR((prepared.hits_in_robot.col(1) -
+               Eigen::Vector2d(0.2 + 2.0 * std::cos(0.7), 0.1 + 2.0 * std::sin(0.7)))
+                  .norm(),
+              0.0, 1e-7);
+}
+
+TEST(PrepareScan, MovesEachBeamToTheFirstBeamsTime) {
+  // The robot drives ahead at 1 m/s while three beams, 0.1 s apart, look ahead at a wall 3 m away.
+  LaserScan scan;
+  scan.ranges_m = {3.0F, 2.9F, 2.8F};
+  SensorInfo info;
+  info.scan_duration_s = 0.2;
+  const DeskewedScan prepared = deskew_and_project(scan, info, Pose3::Identity(), {1.0, 0.0, 0.0});
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(prepared.hits_in_robot(0, i), 3.0, 1e-6);
+  scan.time_offsets_s = {0.0F, 0.2F, 0.4F};
+  const DeskewedScan slower = deskew_and_project(scan, info, Pose3::Identity(), {1.0, 0.0, 0.0});
+  EXPECT_NEAR(slower.hits_in_robot(0, 2), 3.2, 1e-6);
+}
+
+TEST(PrepareScan, AnEmptyScanStaysEmpty) {
+  const DeskewedScan prepared = deskew_and_project({}, {}, Pose3::Identity(), {});
+  EXPECT_EQ(prepared.hits_in_robot.cols(), 0);
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -29,6 +29,7 @@ set_property(GLOBAL PROPERTY MARCO_LIBRARIES "")
 add_custom_target(programs)
 add_custom_target(unit_tests)
 add_custom_target(long_tests)
+add_custom_target(generated)
 
 # marco_precompiled(TARGET KIND): with MARCO_PRECOMPILED, TARGET's files find the headers most of them begin with
 # already parsed, once for all targets of a KIND (library, program, test: those have flags of their own).
@@ -181,6 +182,7 @@ function(marco_lcm_types name)
     COMMENT "lcm-gen ${arg_PACKAGE}"
     VERBATIM)
   add_custom_target(marco_${name}_headers DEPENDS ${headers})
+  add_dependencies(generated marco_${name}_headers)
   add_library(marco_${name} INTERFACE)
   add_library(marco::${name} ALIAS marco_${name})
   add_dependencies(marco_${name} marco_${name}_headers)

@@ -21,6 +21,8 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco log COMMAND ...              info, cut, filter, merge, export, import, repair, play
   ./marco test [--long]                build with warnings as errors, run every test
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
+                                       (--asan: unit tests under address and undefined behaviour sanitizers)
+  ./marco lint [FILE...]               clang-format and clang-tidy (--format, --tidy: one of them; --since REV: the change)
   ./marco bench                        speed figures of this machine
   ./marco fuzz [--minutes N] [TARGET]  hostile bytes into every decoder (clang; --ci: 20 s for three targets;
                                        --quick: fast decoders without AddressSanitizer, many times as often;
@@ -48,6 +50,14 @@ A tour of config/worlds/lab.toml, mapped, rendered, and checked against the trut
   --live     (default, 5 minutes) the robot in real time: config/sim.procman starts simulator, drivers, SLAM and
              lcm-logger, the tour is driven by SLAM's pose, lcm-logplayer plays the recording to a new SLAM
   --batch    (20 seconds) the tour is simulated as fast as the machine can, without processes
+TEXT
+      ;;
+    lint) cat <<'TEXT'
+./marco lint [--format | --tidy] [--since REV] [FILE...]
+Whether the code is laid out by .clang-format, and what .clang-tidy says of it; the whole tree without FILEs.
+  --format     only the layout (seconds)
+  --tidy       only clang-tidy (an hour of one core for the whole tree)
+  --since REV  only files that differ from where this branch left REV
 TEXT
       ;;
     figures) cat <<'TEXT'

@@ -13,6 +13,7 @@ declare -A packages_for=(
   [test]="libgtest-dev libgmock-dev libassimp-dev libegl-dev libgl1-mesa-dri python3 tmux ccache"
   [bench]="libbenchmark-dev python3"
   [fuzz]="clang libclang-rt-dev"
+  [lint]="clang-format clang-tidy clang git"
   [coverage]="llvm"
   [soak]="python3"
   [faults]="libfaketime"

@@ -1,0 +1,51 @@
+#!/bin/bash
+# Is the code laid out by .clang-format, and what does .clang-tidy say of it? `./marco lint` calls this.
+#   lint.sh format [FILE...]           names the files that clang-format would change
+#   lint.sh tidy BUILD [FILE...]       runs clang-tidy over the sources that BUILD compiles
+# Without FILEs: the whole tree. Exit code 1: something was found.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+what=${1:?usage: lint.sh format|tidy BUILD [FILE...]}
+shift
+
+# The layout differs between clang-format's versions: Debian 12's is the one that counts.
+tool() {
+  local name=$1 found
+  for found in "$name-14" "$name"; do
+    command -v "$found" >/dev/null || continue
+    "$found" --version | grep -q 'version 14' && { echo "$found"; return; }
+  done
+  echo "marco lint: needs $name 14 (Debian 12's)" >&2
+  exit 2
+}
+
+case $what in
+  format)
+    [ $# -gt 0 ] || mapfile -t files < <(git ls-files '*.cpp' '*.hpp')
+    format=$(tool clang-format)
+    printf '%s\0' "${@:-${files[@]}}" | xargs -0 -n 50 -P "$(nproc)" "$format" --dry-run --Werror
+    ;;
+  tidy)
+    build=${1:?lint.sh tidy BUILD}
+    shift
+    tidy=$(tool clang-tidy)
+    if [ $# -eq 0 ]; then
+      mapfile -t files < <(git ls-files '*.cpp')
+      set -- "${files[@]}"
+    fi
+    # Only what this build compiles: a header is judged through the sources that include it.
+    compiled=()
+    for file; do
+      if [[ $file == *.cpp ]] && grep -qF "\"file\": \"$PWD/$file\"" "$build/compile_commands.json"; then
+        compiled+=("$file")
+      fi
+    done
+    [ ${#compiled[@]} -gt 0 ] || { echo "clang-tidy: nothing to look at"; exit 0; }
+    echo "clang-tidy: ${#compiled[@]} files"
+    printf '%s\0' "${compiled[@]}" | xargs -0 -n 1 -P "$(nproc)" "$tidy" -p "$build" --quiet
+    ;;
+  *)
+    echo "lint.sh: format or tidy, not '$what'" >&2
+    exit 2
+    ;;
+esac

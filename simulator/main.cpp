@@ -29,7 +29,7 @@ sim::SimulationOptions options_of(const Arguments& arguments) {
   sim::SimulationOptions options =
       arguments.preset == "harsh" ? sim::harsh_options() : sim::SimulationOptions{};
   if (!arguments.config.empty()) {
-    process::read_options(process::read_toml(arguments.config), options, arguments.config);
+    process::read_options(arguments.config, options);
   }
   return options;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "lcm_tools/base/check.hpp"
@@ -31,54 +32,88 @@ inline constexpr Limits kNotNegative{0.0, std::numeric_limits<double>::infinity(
 ///       }
 ///     };
 ///
-/// From that one list come reading TOML, refusing unknown keys, `--print-config`
-/// (lcm_tools/process/config) and the range check below. Fields: double, int, bool, std::string,
-/// std::vector of double or string, nested options, std::vector of nested options. The visitor that
-/// checks limits.
-class LimitsChecker {
+/// Everything else derives from that list: reading TOML, refusing unknown keys, `--print-config`
+/// (lcm_tools/process/config) and validate() below. Fields: double, int, bool, std::string,
+/// std::vector of double or string, nested options, std::vector of nested options.
+///
+/// This is what visits: `visit` is compiled for this one type, whoever derives from it.
+class OptionVisitor {
  public:
-  explicit LimitsChecker(std::string path) : path_(std::move(path)) {}
+  using Field = std::
+      variant<double*, int*, bool*, std::string*, std::vector<double>*, std::vector<std::string>*>;
+
+  virtual ~OptionVisitor() = default;
 
   template <class T>
   void operator()(std::string_view name, T& value, Limits limits = {}) {
-    if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, std::string>) {
-      return;
-    } else if constexpr (std::is_arithmetic_v<T>) {
-      check(name, static_cast<double>(value), limits);
-    } else if constexpr (std::is_same_v<T, std::vector<double>>) {
-      for (const double item : value) check(name, item, limits);
-    } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
-      return;
+    if constexpr (std::is_constructible_v<Field, T*>) {
+      field(name, &value, limits);
     } else {
       nested(name, value);
     }
   }
 
+ protected:
+  static constexpr int kNoItem = -1;
+
+  virtual void field(std::string_view name, Field value, Limits limits) = 0;
+  /// Before nested options, or one item of a list of them. @returns whether they are visited.
+  virtual bool enter(std::string_view name, int item) = 0;
+  virtual void leave() = 0;
+  /// Before a list of nested options. @returns how many items it is to have.
+  virtual std::size_t enter_list(std::string_view name, std::size_t size) = 0;
+
  private:
-  template <class T>
-  void nested(std::string_view name, T& value) {
-    LimitsChecker checker(path_ + std::string(name) + ".");
-    value.visit(checker);
+  template <class Options>
+  void nested(std::string_view name, Options& options, int item = kNoItem) {
+    if (!enter(name, item)) return;
+    options.visit(*this);
+    leave();
   }
-  template <class T>
-  void nested(std::string_view name, std::vector<T>& values) {
-    for (T& value : values) nested(name, value);
+  template <class Options>
+  void nested(std::string_view name, std::vector<Options>& list) {
+    list.resize(enter_list(name, list.size()));
+    for (std::size_t i = 0; i < list.size(); ++i) nested(name, list[i], static_cast<int>(i));
   }
+};
+
+/// The visitor that checks limits.
+class LimitsChecker final : public OptionVisitor {
+ public:
+  explicit LimitsChecker(const std::string& name) : path_{name + "."} {}
+
+ protected:
+  void field(std::string_view name, Field value, Limits limits) override {
+    if (const auto* number = std::get_if<double*>(&value)) check(name, **number, limits);
+    if (const auto* number = std::get_if<int*>(&value)) check(name, **number, limits);
+    if (const auto* numbers = std::get_if<std::vector<double>*>(&value)) {
+      for (const double number : **numbers) check(name, number, limits);
+    }
+  }
+  bool enter(std::string_view name, int) override {
+    path_.push_back(path_.back() + std::string(name) + ".");
+    return true;
+  }
+  void leave() override { path_.pop_back(); }
+  std::size_t enter_list(std::string_view, std::size_t size) override { return size; }
+
+ private:
   void check(std::string_view name, double value, Limits limits) const {
     require(value >= limits.min && value <= limits.max,
-            "option " + path_ + std::string(name) + " = " + std::to_string(value) +
+            "option " + path_.back() + std::string(name) + " = " + std::to_string(value) +
                 " lies outside [" + std::to_string(limits.min) + ", " + std::to_string(limits.max) +
                 "]");
   }
-  std::string path_;
+  std::vector<std::string> path_;
 };
 
 /// Called by the constructor of each algorithm. @throws std::invalid_argument naming option and
 /// limits.
 template <class Options>
 void validate(Options options, const std::string& name) {
-  LimitsChecker checker(name + ".");
-  options.visit(checker);
+  LimitsChecker checker(name);
+  OptionVisitor& visitor = checker;
+  options.visit(visitor);
 }
 
 }  // namespace marco

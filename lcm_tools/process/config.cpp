@@ -1,15 +1,16 @@
 #include "lcm_tools/process/config.hpp"
 
 #include <spdlog/spdlog.h>
+#include <toml++/toml.h>
 
 #include <charconv>
 #include <cstdlib>
 #include <regex>
+#include <set>
 #include <sstream>
 
-#include "lcm_tools/files/folder_journal.hpp"
 #include "lcm_tools/files/inside_folder.hpp"
-#include "lcm_tools/files/readable.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/suggest.hpp"
 
 namespace marco::process {
@@ -36,103 +37,178 @@ std::string with_short_numbers(const std::string& text) {
   return result.append(at, text.cend());
 }
 
-}  // namespace
-
-toml::table read_toml(const std::string& path) {
-  files::finish_interrupted(std::filesystem::path(path).parent_path());
-  files::require_readable(path);
+toml::table parse(const std::string& text, const std::string& name) {
   try {
-    return toml::parse_file(path);
+    return toml::parse(text);
   } catch (const toml::parse_error& error) {
     const toml::source_position& at = error.source().begin;
-    throw std::invalid_argument(path + ":" + std::to_string(at.line) + ":" +
+    throw std::invalid_argument(name + ":" + std::to_string(at.line) + ":" +
                                 std::to_string(at.column) + ": " +
                                 std::string(error.description()));
   }
 }
 
-namespace detail {
-
-void TomlReader::refuse_unknown() const {
-  for (const auto& [key, node] : table_) {
-    if (used_.contains(std::string(key.str()))) continue;
-    const std::vector<std::string> names(used_.begin(), used_.end());
-    std::string known;
-    for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
-    throw std::invalid_argument(path_ + "unknown key '" + std::string(key.str()) + "' (" +
-                                place_of(node) + ")" + did_you_mean(key.str(), names) +
-                                "\n  known here: " + known);
+/// Fills options from a table and refuses keys that none of them has.
+class TomlReader final : public OptionVisitor {
+ public:
+  TomlReader(const toml::table& table, const std::string& name) {
+    levels_.push_back({&table, name + ": ", {}});
   }
-}
-
-void TomlReader::fail(const std::string& name,
-                      const toml::node& node,
-                      const std::string& expected) const {
-  throw std::invalid_argument(path_ + name + " (" + place_of(node) + "): expected " + expected);
-}
-
-void TomlReader::check(const std::string& name,
-                       const toml::node& node,
-                       double value,
-                       Limits limits) const {
-  if (value >= limits.min && value <= limits.max) return;
-  std::ostringstream text;
-  text << "a value within [" << limits.min << ", " << limits.max << "], got " << value;
-  fail(name, node, text.str());
-}
-
-void TomlReader::read(const std::string& name,
-                      const toml::node& node,
-                      double& value,
-                      Limits limits) {
-  if (!node.is_number()) fail(name, node, "a number");
-  value = node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point();
-  check(name, node, value, limits);
-}
-
-void TomlReader::read(const std::string& name, const toml::node& node, int& value, Limits limits) {
-  if (!node.is_integer()) fail(name, node, "a whole number");
-  const int64_t number = **node.as_integer();
-  check(name, node, static_cast<double>(number),
-        {std::max(limits.min, -2147483648.0), std::min(limits.max, 2147483647.0)});
-  value = static_cast<int>(number);
-}
-
-void TomlReader::read(const std::string& name, const toml::node& node, bool& value, Limits) {
-  if (!node.is_boolean()) fail(name, node, "true or false");
-  value = **node.as_boolean();
-}
-
-void TomlReader::read(const std::string& name, const toml::node& node, std::string& value, Limits) {
-  if (!node.is_string()) fail(name, node, "a text in quotes");
-  value = **node.as_string();
-  // A config may come from elsewhere: what it makes us write is not hidden.
-  const bool is_file = name.ends_with("_path") || name.ends_with("_folder");
-  if (is_file && !files::stays_inside(value)) {
-    spdlog::warn("{}{} = \"{}\" lies outside of the working folder", path_, name, value);
+  void refuse_unknown() const {
+    const Level& level = levels_.back();
+    for (const auto& [key, node] : *level.table) {
+      if (level.used.contains(std::string(key.str()))) continue;
+      const std::vector<std::string> names(level.used.begin(), level.used.end());
+      std::string known;
+      for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
+      throw std::invalid_argument(level.path + "unknown key '" + std::string(key.str()) + "' (" +
+                                  place_of(node) + ")" + did_you_mean(key.str(), names) +
+                                  "\n  known here: " + known);
+    }
   }
-}
 
-void TomlReader::read(const std::string& name,
-                      const toml::node& node,
-                      std::vector<double>& value,
-                      Limits limits) {
-  const toml::array* array = node.as_array();
-  if (array == nullptr) fail(name, node, "a list of numbers");
-  value.clear();
-  for (const toml::node& item : *array) read(name, item, value.emplace_back(), limits);
-}
+ protected:
+  void field(std::string_view name, Field value, Limits limits) override {
+    const toml::node* node = use(name);
+    if (node == nullptr) return;
+    std::visit([&](auto* target) { read(name, *node, *target, limits); }, value);
+  }
+  bool enter(std::string_view name, int item) override {
+    const toml::node* node = use(name);
+    if (node == nullptr) return false;
+    if (item != kNoItem) node = node->as_array()->get(static_cast<std::size_t>(item));
+    if (!node->is_table()) fail(name, *node, "a table");
+    levels_.push_back({node->as_table(), levels_.back().path + std::string(name) + ".", {}});
+    return true;
+  }
+  void leave() override {
+    refuse_unknown();
+    levels_.pop_back();
+  }
+  std::size_t enter_list(std::string_view name, std::size_t size) override {
+    const toml::node* node = use(name);
+    if (node == nullptr) return size;
+    if (!node->is_array()) fail(name, *node, "a list of tables");
+    return node->as_array()->size();
+  }
 
-void TomlReader::read(const std::string& name,
-                      const toml::node& node,
-                      std::vector<std::string>& value,
-                      Limits limits) {
-  const toml::array* array = node.as_array();
-  if (array == nullptr) fail(name, node, "a list of texts");
-  value.clear();
-  for (const toml::node& item : *array) read(name, item, value.emplace_back(), limits);
-}
+ private:
+  struct Level {
+    const toml::table* table;
+    std::string path;
+    std::set<std::string> used;
+  };
 
+  const toml::node* use(std::string_view name) {
+    levels_.back().used.insert(std::string(name));
+    return levels_.back().table->get(name);
+  }
+  [[noreturn]] void fail(std::string_view name,
+                         const toml::node& node,
+                         const std::string& expected) const {
+    throw std::invalid_argument(levels_.back().path + std::string(name) + " (" + place_of(node) +
+                                "): expected " + expected);
+  }
+  void check(std::string_view name, const toml::node& node, double value, Limits limits) const {
+    if (value >= limits.min && value <= limits.max) return;
+    std::ostringstream text;
+    text << "a value within [" << limits.min << ", " << limits.max << "], got " << value;
+    fail(name, node, text.str());
+  }
+
+  void read(std::string_view name, const toml::node& node, double& value, Limits limits) const {
+    if (!node.is_number()) fail(name, node, "a number");
+    value =
+        node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point();
+    check(name, node, value, limits);
+  }
+  void read(std::string_view name, const toml::node& node, int& value, Limits limits) const {
+    if (!node.is_integer()) fail(name, node, "a whole number");
+    const int64_t number = **node.as_integer();
+    check(name, node, static_cast<double>(number),
+          {std::max(limits.min, -2147483648.0), std::min(limits.max, 2147483647.0)});
+    value = static_cast<int>(number);
+  }
+  void read(std::string_view name, const toml::node& node, bool& value, Limits) const {
+    if (!node.is_boolean()) fail(name, node, "true or false");
+    value = **node.as_boolean();
+  }
+  void read(std::string_view name, const toml::node& node, std::string& value, Limits) const {
+    if (!node.is_string()) fail(name, node, "a text in quotes");
+    value = **node.as_string();
+    // A config may come from elsewhere: files it makes us write elsewhere are worth a warning.
+    const bool is_file = name.ends_with("_path") || name.ends_with("_folder");
+    if (is_file && !files::stays_inside(value)) {
+      spdlog::warn("{}{} = \"{}\" lies outside of the working folder", levels_.back().path, name,
+                   value);
+    }
+  }
+  template <class T>
+  void read(std::string_view name,
+            const toml::node& node,
+            std::vector<T>& values,
+            Limits limits) const {
+    const toml::array* array = node.as_array();
+    if (array == nullptr) {
+      fail(name, node, std::is_same_v<T, double> ? "a list of numbers" : "a list of texts");
+    }
+    values.clear();
+    for (const toml::node& item : *array) read(name, item, values.emplace_back(), limits);
+  }
+
+  std::vector<Level> levels_;
+};
+
+/// Makes a table of the options' values.
+class TomlWriter final : public OptionVisitor {
+ public:
+  toml::table take() { return std::move(levels_.front().table); }
+
+ protected:
+  void field(std::string_view name, Field value, Limits) override {
+    std::visit([&](auto* target) { insert(name, *target); }, value);
+  }
+  bool enter(std::string_view name, int item) override {
+    levels_.push_back({std::string(name), item, {}});
+    return true;
+  }
+  void leave() override {
+    Level done = std::move(levels_.back());
+    levels_.pop_back();
+    toml::table& table = levels_.back().table;
+    if (done.item == kNoItem) {
+      table.insert(done.name, std::move(done.table));
+    } else {
+      table.get(done.name)->as_array()->push_back(std::move(done.table));
+    }
+  }
+  std::size_t enter_list(std::string_view name, std::size_t size) override {
+    levels_.back().table.insert(name, toml::array{});
+    return size;
+  }
+
+ private:
+  struct Level {
+    std::string name;
+    int item = kNoItem;
+    toml::table table;
+  };
+
+  template <class T>
+  void insert(std::string_view name, const T& value) {
+    levels_.back().table.insert(name, value);
+  }
+  template <class T>
+  void insert(std::string_view name, const std::vector<T>& values) {
+    toml::array array;
+    for (const T& value : values) array.push_back(value);
+    levels_.back().table.insert(name, std::move(array));
+  }
+
+  std::vector<Level> levels_ = std::vector<Level>(1);
+};
+
+/// What of `table` is not in `other` with the same value.
 toml::table difference(const toml::table& table, const toml::table& other) {
   toml::table result;
   for (const auto& [key, node] : table) {
@@ -156,6 +232,36 @@ std::string to_text(const toml::table& table) {
   std::ostringstream text;
   text << table << "\n";
   return with_short_numbers(text.str());
+}
+
+toml::table table_of(const detail::Fields& fields) {
+  TomlWriter writer;
+  fields(writer);
+  return writer.take();
+}
+
+void fill(const toml::table& table, const std::string& name, const detail::Fields& fields) {
+  TomlReader reader(table, name);
+  fields(reader);
+  reader.refuse_unknown();
+}
+
+}  // namespace
+
+namespace detail {
+
+void read_file(const std::string& path, const Fields& fields) {
+  fill(parse(files::read_whole_file(path), path), path, fields);
+}
+
+void read_text(const std::string& toml, const std::string& name, const Fields& fields) {
+  fill(parse(toml, name), name, fields);
+}
+
+std::string print(const Fields& fields) { return to_text(table_of(fields)); }
+
+std::string print_difference(const Fields& fields, const Fields& defaults) {
+  return to_text(difference(table_of(fields), table_of(defaults)));
 }
 
 }  // namespace detail

@@ -36,8 +36,7 @@ struct Sample {
 
 Sample read(const std::string& text) {
   Sample options;
-  const toml::table table = toml::parse(text);
-  read_options(table, options, "test.toml");
+  parse_options(text, options, "test.toml");
   return options;
 }
 
@@ -88,9 +87,8 @@ struct Writes {
 TEST(Config, SaysWhenAFileLiesOutsideTheWorkingFolder) {
   const auto said = [](const std::string& path) {
     Writes options;
-    const toml::table table = toml::parse("journal_path = '" + path + "'");
     ::testing::internal::CaptureStdout();
-    read_options(table, options, "stranger.toml");
+    parse_options("journal_path = '" + path + "'", options, "stranger.toml");
     return ::testing::internal::GetCapturedStdout();
   };
   for (const char* path : {"/home/me/.profile", "../above", "a/../../above"}) {

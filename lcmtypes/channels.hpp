@@ -52,15 +52,21 @@ inline bool is_raw_lidar(std::string_view channel) {
   return channel == raw || channel.starts_with(raw + "_");
 }
 
-/// The laser whose scans come on a channel: LIDAR_RAW_FRONT and LIDAR_FRONT are both LIDAR_FRONT's.
+/// The planar channel of the laser whose scans a channel carries, which its SENSOR_INFO names:
+/// LIDAR_FRONT for both LIDAR_RAW_FRONT and LIDAR_FRONT.
 inline std::string lidar_of(std::string_view channel) {
   if (!is_raw_lidar(channel)) return std::string(channel);
   return kLidar + std::string(channel.substr(std::string_view(kLidarRaw).size()));
 }
 
-/// Where a laser's scans come with the time of every beam: LIDAR_RAW_FRONT for LIDAR_FRONT.
+/// The channel that carries a laser's scans with the time of every beam: LIDAR_RAW_FRONT for
+/// LIDAR_FRONT, FRONT_RAW for a laser called FRONT.
 inline std::string raw_channel_of(std::string_view lidar) {
-  return kLidarRaw + std::string(lidar.substr(std::string_view(kLidar).size()));
+  const std::string_view planar = kLidar;
+  if (lidar != planar && !lidar.starts_with(std::string(planar) + "_")) {
+    return std::string(lidar) + "_RAW";
+  }
+  return kLidarRaw + std::string(lidar.substr(planar.size()));
 }
 
 }  // namespace marco::channels

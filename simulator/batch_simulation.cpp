@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lcmtypes/channels.hpp"
+
 namespace marco::sim {
 namespace {
 
-// A smooth floor that is nowhere quite level: roll and pitch in -1..1 of their limit.
+// A smooth floor that is level almost nowhere: roll and pitch as -1..1 of their limit.
 Eigen::Vector2d floor_slope(const Eigen::Vector2d& at) {
   return {
       0.6 * std::sin(1.7 * at.x() + 0.4 * at.y()) + 0.4 * std::sin(0.9 * at.y() - 2.3 * at.x()),
@@ -25,16 +27,17 @@ BatchSimulation::BatchSimulation(const RayCaster& rays,
       random_(seed),
       odometry_(options.odometry, plan_.at(0.0).world_from_robot, random_) {
   validate(options, "simulation");
-  base_info_.channel = "PANTILT_STATE";
+  base_info_.channel = channels::kPanTiltState;
   base_info_.parent_from_sensor =
       make_pose3({options.robot.pantilt_ahead_m, 0.0, options.robot.tilt_axis_height_m});
-  laser_info_.channel = "LIDAR";
+  laser_info_.channel = channels::kLidar;
   laser_info_.mount = SensorInfo::Mount::pantilt;
   laser_info_.parent_from_sensor =
       make_pose3({options.robot.laser_ahead_m, 0.0, options.robot.laser_above_m});
   laser_info_.scan_duration_s = options.laser.scan_duration_s;
-  laser_info_.range_min_m = 0.05;
-  laser_info_.range_max_m = options.laser.range_max_m;
+  laser_info_.range_min_m = options.laser.range_min_m;
+  // Rounded as the ranges are: a "no return" must not lie a rounding error below the limit.
+  laser_info_.range_max_m = static_cast<double>(static_cast<float>(options.laser.range_max_m));
   laser_info_.range_sigma_m = options.laser.range_sigma_m;
 }
 
@@ -78,6 +81,12 @@ void BatchSimulation::send_scan(double first_beam_s) {
   scan.bearing_step_rad = deg_to_rad(options_.laser.step_deg);
   const double sent_s = first_beam_s + options_.laser.scan_duration_s;
   send(TruePose{scan.utime, plan_.at(first_beam_s).world_from_robot}, sent_s);
+  LaserScan raw = scan;
+  raw.channel = channels::kLidarRaw;
+  for (int beam = 0; beam < options_.laser.beams; ++beam) {
+    raw.time_offsets_s.push_back(static_cast<float>(options_.laser.time_of_beam_s(beam)));
+  }
+  send(raw, sent_s);
   send(scan, sent_s);
 }
 
@@ -85,8 +94,7 @@ void BatchSimulation::run(const std::function<void(const Sample&, Utime)>& sent,
                           const std::function<void(double)>& progress) {
   sent_ = sent;
   last_stamp_ = kStart;
-  // Each source sends at its own period; the one that is due first is next, a scan when it has
-  // ended.
+  // Each source sends at its own period, a scan after its last beam. The source due first is next.
   enum Source { info, odometry, pantilt, scan, sources };
   const double periods_s[sources] = {1.0, 1.0 / options_.odometry.rate_hz,
                                      1.0 / options_.robot.pantilt_state_hz,

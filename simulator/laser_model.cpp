@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 
+#include "lcm_tools/base/check.hpp"
+
 namespace marco::sim {
 
 LaserModel::LaserModel(const RayCaster& rays, const LaserOptions& options)
     : rays_(rays), options_(options) {
   validate(options, "laser");
+  require(options.step_deg != 0.0, "laser.step_deg: expected other than 0");
 }
 
 std::optional<float> LaserModel::first_return(Eigen::Vector3f origin_m,
@@ -75,11 +78,9 @@ std::vector<float> LaserModel::scan(const std::function<Pose3(double)>& world_fr
   std::normal_distribution<double> noise(0.0, 1.0);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   std::vector<float> ranges_m(static_cast<std::size_t>(options_.beams));
-  const double period_s =
-      options_.beams > 1 ? options_.scan_duration_s / (options_.beams - 1) : 0.0;
   for (int i = 0; i < options_.beams; ++i) {
     const double bearing_rad = deg_to_rad(options_.first_bearing_deg + i * options_.step_deg);
-    const auto true_range = beam(world_from_sensor(i * period_s), bearing_rad, random);
+    const auto true_range = beam(world_from_sensor(options_.time_of_beam_s(i)), bearing_rad, random);
     const bool missing = uniform(random) < options_.missing_part;
     double range_m = options_.no_return_m;
     if (true_range && !missing) {

@@ -10,14 +10,16 @@
 
 namespace marco::sim {
 
-/// What a time-of-flight laser makes of the world, its faults included (thesis B ch. 3.2.1): edges
-/// mix, black at a slant does not return, glass is seen, seen through, or a mirror, by the angle.
+/// The ranges that a time-of-flight laser measures, with its faults (thesis B ch. 3.2.1): an edge
+/// mixes two ranges, black returns nothing at a slant, and glass is opaque, transparent or a mirror
+/// depending on the angle.
 class LaserModel {
  public:
   /// @param rays outlives the model.
   LaserModel(const RayCaster& rays, const LaserOptions& options);
 
-  /// @param world_from_sensor  at a beam's time, seconds after the first beam
+  /// @param world_from_sensor  at a time in seconds after the first beam. Asked in the order of the
+  /// beams, each at its own time (LaserOptions::time_of_beam_s).
   /// @returns the ranges as a device would send them; options.no_return_m where nothing came back.
   std::vector<float> scan(const std::function<Pose3(double)>& world_from_sensor,
                           std::mt19937_64& random) const;

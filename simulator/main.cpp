@@ -9,6 +9,7 @@
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/convert.hpp"
 #include "simulator/batch_simulation.hpp"
+#include "simulator/device_lasers.hpp"
 #include "simulator/live/live_cameras.hpp"
 
 namespace marco {
@@ -18,6 +19,7 @@ struct Arguments {
   std::string world;
   std::string tour;
   std::string preset = "default";
+  std::string laser;
   std::string config;
   std::string out;
   std::string cameras;
@@ -28,6 +30,7 @@ struct Arguments {
 sim::SimulationOptions options_of(const Arguments& arguments) {
   sim::SimulationOptions options =
       arguments.preset == "harsh" ? sim::harsh_options() : sim::SimulationOptions{};
+  if (!arguments.laser.empty()) options.laser = sim::device_laser(arguments.laser);
   if (!arguments.config.empty()) {
     process::read_options(arguments.config, options);
   }
@@ -119,6 +122,9 @@ int main(int argc, char** argv) {
     app.add_option("--preset", arguments.preset, "default, or harsh as real logs are")
         ->check(CLI::IsMember({"default", "harsh"}))
         ->capture_default_str();
+    app.add_option("--laser", arguments.laser,
+                   "the device whose beams are simulated; without it the preset's SICK")
+        ->check(CLI::IsMember({"sick", "hokuyo", "rplidar", "leuze"}));
     app.add_option("--config", arguments.config, "TOML over the preset; unknown keys are refused")
         ->check(CLI::ExistingFile);
     app.add_option("--cameras", arguments.cameras,

@@ -1,38 +1,43 @@
 #pragma once
 
+#include <cmath>
+
+#include "drivers/laser/beam_order.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::sim {
 
-/// The laser: a SICK LMS in its millimetre mode. Bounds of tests and issues refer to these
-/// defaults.
+/// The laser, by default a SICK LMS in its millimetre mode; other devices: device_laser(). Bounds of
+/// tests refer to these defaults.
 struct LaserOptions {
   int beams = 361;
   double first_bearing_deg = -90.0;
-  double step_deg = 0.5;
+  double step_deg = 0.5;  ///< negative for a mirror that turns clockwise
   double scans_per_s = 37.5;
-  /// First beam to last. A LMS measures half degrees in two interlaced turns; planar_lidar_t
-  /// carries sweep order only, so the beams here follow each other over the whole period.
-  double scan_duration_s = 0.02667;
-  double range_max_m = 32.0;
-  double no_return_m = 32.767;  ///< what is sent when nothing came back
+  int interlaced_turns = 2;       ///< of the mirror that make up a scan, beam after beam
+  double scan_duration_s = 0.02;  ///< first beam to last beam
+  double range_min_m = 0.05;      ///< told in SENSOR_INFO
+  double range_max_m = 32.759;
+  double no_return_m = 32.759;  ///< the range sent when nothing came back
   double range_sigma_m = 0.010;
   double quantum_m = 0.001;
   double footprint_deg = 0.5;             ///< of one beam: at an edge it sees both surfaces
-  double mixing_depth_m = 1.0;            ///< surfaces nearer together than this mix into one range
-  double missing_part = 0.0005;           ///< of the beams that see nothing for no reason
+  double mixing_depth_m = 1.0;            ///< surfaces closer together than this mix into one range
+  double missing_part = 0.0005;           ///< share of the beams that are lost without a cause
   double black_max_incidence_deg = 55.0;  ///< beyond it black returns nothing (thesis B ch. 3.2.1)
-  double glass_mirror_incidence_deg = 8.0;  ///< glass seen that straight on returns by itself
+  double glass_mirror_incidence_deg = 8.0;  ///< below it glass itself returns the beam
   double glass_reflects_beyond_deg =
-      70.0;  ///< and beyond this it is a mirror; between, it is not there
+      70.0;  ///< beyond it glass is a mirror; between the two it is transparent
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("beams", beams, Limits{2, 10000});
     v("first_bearing_deg", first_bearing_deg);
-    v("step_deg", step_deg, kPositive);
+    v("step_deg", step_deg, Limits{-180.0, 180.0});
     v("scans_per_s", scans_per_s, Limits{0.1, 1000.0});
+    v("interlaced_turns", interlaced_turns, Limits{1, 8});
     v("scan_duration_s", scan_duration_s, kNotNegative);
+    v("range_min_m", range_min_m, kNotNegative);
     v("range_max_m", range_max_m, kPositive);
     v("no_return_m", no_return_m, kNotNegative);
     v("range_sigma_m", range_sigma_m, kNotNegative);
@@ -43,6 +48,14 @@ struct LaserOptions {
     v("black_max_incidence_deg", black_max_incidence_deg, Limits{0.0, 90.0});
     v("glass_mirror_incidence_deg", glass_mirror_incidence_deg, Limits{0.0, 90.0});
     v("glass_reflects_beyond_deg", glass_reflects_beyond_deg, Limits{0.0, 90.0});
+  }
+
+  /// When a beam is measured [s after the first one]: the mirror turns evenly, and the last turn
+  /// ends with the fan.
+  double time_of_beam_s(int beam) const {
+    const double fan_turns = (beams - 1) * std::abs(step_deg) / 360.0;
+    const double turn_s = scan_duration_s / (interlaced_turns - 1 + fan_turns);
+    return drivers::beam_time_s(beam, step_deg, interlaced_turns, turn_s);
   }
 };
 

@@ -2,15 +2,17 @@
 
 #include <string>
 
-#include "drivers/hokuyo/codec.hpp"
-#include "drivers/laser/laser_driver.hpp"
+#include "drivers/hokuyo/scan_assembler.hpp"
+#include "drivers/laser/baud_search.hpp"
 #include "drivers/transport/byte_stream.hpp"
-#include "drivers/transport/clock_filter.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::hokuyo {
 
 struct HokuyoOptions {
+  static constexpr const char* kName = "hokuyo";
+  static constexpr const char* kDefaultDevice = "/dev/ttyACM0";
+
   int baud = 0;     ///< to measure at, on RS-232; 0 = USB or TCP, which have none
   int cluster = 1;  ///< steps merged to one beam
   int skip = 0;     ///< turns left out between two scans
@@ -25,20 +27,19 @@ struct HokuyoOptions {
   }
 };
 
-/// Stops what the laser does, brings it to SCIP 2.0 and to its speed, asks its parameters and lets
-/// it stream. Starts over when it falls silent. Times come from the laser's own clock
-/// (milliseconds) brought to ours; ranges that are error codes become 0.
+/// Stops the laser, switches it to SCIP 2.0 and to its speed, asks its parameters and starts the
+/// stream. Starts over when the laser falls silent.
 class HokuyoDriver final : public LaserDriver {
  public:
   /// @param stream  outlives the driver.
   HokuyoDriver(ByteStream& stream, const HokuyoOptions& options, Clock clock);
 
   std::vector<ArrivedScan> step() override;
-  void on_line_emptied() override;
+  void on_input_flushed() override;
   std::string state() const override;
   bool answers() const override { return phase_ != Phase::finding; }
-  LaserSight sight() const override;
-  const LaserCounts& counts() const override { return counts_; }
+  LaserProperties properties() const override;
+  const LaserCounts& counts() const override { return assembler_.counts(); }
   void stop() override { send("QT"); }
 
   bool measuring() const { return phase_ == Phase::measuring; }
@@ -51,35 +52,24 @@ class HokuyoDriver final : public LaserDriver {
   std::string request_of(Phase phase) const;
   void send(const std::string& line);
   void set_baud(int baud);
-  void look_elsewhere();
+  void try_next_baud_rate();
   void start_over(const std::string& why);
   void on_reply(const Reply& reply, Utime arrival);
   void on_answer(const Reply& reply);
-  void on_measurement(const Reply& reply, Utime arrival);
   void on_timeout();
-  double turn_s() const { return 60.0 / parameters_.rpm; }
-  double from_rear_s(int step) const;
+  Duration silence_allowed() const;
 
   ByteStream& stream_;
   HokuyoOptions options_;
   Clock clock_;
   ReplyParser parser_;
+  BaudSearch search_;
+  ScanAssembler assembler_;
   Phase phase_ = Phase::finding;
-  std::vector<int> rates_;
-  std::size_t rate_ = 0;
-  bool looked_ = false;
-  int baud_ = 0;  ///< 0 = none
+  int baud_ = 0;  ///< 0 = the line has none
   int tries_ = 0;
-  Utime deadline_;
-  Utime last_scan_;
-  Parameters parameters_;
-  ScanRequest request_;
+  Utime deadline_;  ///< of the phase; while measuring, of the next scan
   std::string trouble_;
-  ClockFilter filter_;
-  int64_t device_ms_ = 0;  ///< unwrapped
-  uint32_t last_stamp_ms_ = 0;
-  LaserCounts counts_;
-  std::vector<ArrivedScan> ready_;
 };
 
 }  // namespace marco::drivers::hokuyo

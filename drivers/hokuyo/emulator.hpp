@@ -3,8 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "drivers/hokuyo/codec.hpp"
-#include "drivers/laser/laser_world.hpp"
+#include "drivers/hokuyo/mirror.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
 #include "lcm_tools/base/options.hpp"
@@ -30,10 +29,10 @@ struct HokuyoEmulatorOptions {
 
 Parameters parameters_of_model(const std::string& model);
 
-/// The laser as the line shows it: version, parameters, state, speed, time, one scan or streams,
-/// with intensities and in the form for several echoes (of which its world has one) on a UTM-30LX;
-/// SCIP 1.1 (V, L, S, G) where the firmware is old.
-/// Its time stamps are milliseconds since power-on, of the rear passing before a scan.
+/// The laser as seen through its line: version, parameters, state, speed, time, single scans and
+/// streams. A UTM-30LX has intensities and the replies for several echoes (its world has one). Old
+/// firmware speaks SCIP 1.1 (V, L, S, G). Time stamps are milliseconds since power-on, of the
+/// mirror's passing the rear before a scan.
 class HokuyoEmulator final : public Emulator {
  public:
   HokuyoEmulator(LaserWorld world, const HokuyoEmulatorOptions& options);
@@ -46,46 +45,47 @@ class HokuyoEmulator final : public Emulator {
   void power_cycle(Utime now);
   bool streaming() const { return stream_.has_value(); }
   int64_t scans_sent() const { return scans_sent_; }
-  Utime last_first_beam() const { return last_first_beam_; }
-  const Measurement& last_measurement() const { return last_measurement_; }
+  Utime last_first_beam() const { return mirror_.last_first_beam(); }
 
  private:
+  struct Speed {
+    int baud;
+    int after_reply = 0;  ///< 0 = no change
+  };
+  struct Reboot {
+    bool asked = false;  ///< one RB was received; the second one is obeyed
+    std::optional<Utime> at;
+  };
+  /// Scans that are being sent, one or many.
+  struct Stream {
+    ScanRequest request;
+    std::string tag;
+    int remaining;
+    int64_t turn;  ///< of the next scan
+  };
+
   void handle(const std::string& line, Utime now);
   void answer(Reply reply, const std::string& tag, Utime now);
   void handle_scip1(const std::string& line, Utime now);
-  std::string scip1_scan(int first_step, int last_step, int cluster, Utime now) const;
   std::string handle_time(const std::string& line);
-  uint32_t clock_ms(Utime now) const;
   std::string handle_state(const std::string& line, Utime now);
   void handle_scan(const std::string& line, const std::string& tag, Utime now);
   void handle_speed(const std::string& line, const std::string& tag, Utime now);
-  void schedule(Utime not_before);
   void finish_scan();
-  double turn_s() const { return 60.0 / parameters_.rpm; }
-  Utime turn_start(int64_t turn) const;
-  double from_rear_s(int step) const;
+  Utime scan_end() const;
 
-  LaserWorld world_;
   HokuyoEmulatorOptions options_;
-  Parameters parameters_;
+  HokuyoMirror mirror_;
   PacedOutput output_;
-  int baud_;
-  int baud_after_reply_ = 0;
+  Speed speed_;
   std::string line_;
-  Utime power_on_;
   Utime ready_;
   bool laser_on_ = false;
-  bool scip1_ = false;         ///< speaks it now
-  bool timing_ = false;        ///< between TM0 and TM2
-  bool reboot_asked_ = false;  ///< one RB was heard; the second obeys
-  std::optional<Utime> reboot_;
-  std::optional<ScanRequest> stream_;
-  std::string stream_tag_;
-  int remaining_ = 0;
-  int64_t turn_ = 0;  ///< of the next scan
+  bool scip1_ = false;   ///< speaks it now
+  bool timing_ = false;  ///< between TM0 and TM2
+  Reboot reboot_;
+  std::optional<Stream> stream_;
   int64_t scans_sent_ = 0;
-  Utime last_first_beam_;
-  Measurement last_measurement_;
 };
 
 }  // namespace marco::drivers::hokuyo

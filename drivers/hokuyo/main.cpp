@@ -1,38 +1,21 @@
 #include "drivers/hokuyo/driver.hpp"
-#include "drivers/process/laser_process.hpp"
+#include "drivers/laser/laser_process.hpp"
 #include "drivers/transport/wall_clock.hpp"
 
+namespace marco::drivers {
 namespace {
 
-struct Options {
-  std::string device = "/dev/ttyACM0";  ///< a path or tcp:HOST:10940
-  marco::drivers::LaserPlace place;
-  marco::drivers::hokuyo::HokuyoOptions hokuyo;
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("device", device);
-    v("place", place);
-    v("hokuyo", hokuyo);
-  }
-};
-
-marco::drivers::LaserProcess process_of(const Options& options) {
-  using namespace marco::drivers;  // NOLINT(google-build-using-namespace)
-  return {"marco-hokuyo",
-          options.device,
-          {},  // the driver sets it
-          options.place,
-          false,
-          [hokuyo = options.hokuyo](ByteStream& stream) {
-            return std::make_unique<hokuyo::HokuyoDriver>(stream, hokuyo, wall_now);
-          },
-          {}};
+void prepare(const hokuyo::HokuyoOptions& options, LaserProcess& laser) {
+  // The driver sets the line.
+  laser.start = [options](ByteStream& stream) {
+    return std::make_unique<hokuyo::HokuyoDriver>(stream, options, wall_now);
+  };
 }
 
 }  // namespace
+}  // namespace marco::drivers
 
 int main(int argc, char** argv) {
-  return marco::drivers::laser_main<Options>(
-      argc, argv, "marco-hokuyo", "Driver of Hokuyo lasers that speak SCIP 2.0", process_of);
+  return marco::drivers::laser_main(argc, argv, "Driver of Hokuyo lasers that speak SCIP 2.0",
+                                    marco::drivers::prepare);
 }

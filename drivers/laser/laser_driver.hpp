@@ -10,49 +10,56 @@
 
 namespace marco::drivers {
 
-/// The time a driver lives in: wall_now, or a SimulatedLine's.
+/// The clock of a driver: wall_now, or that of a SimulatedLine.
 using Clock = std::function<Utime()>;
 
+/// A scan with the time of every beam, and when it came.
 struct ArrivedScan {
-  LaserScan scan;  ///< utime: of its first beam
+  LaserScan scan;  ///< utime: of its first beam; time_offsets_s: one a beam
   Utime arrival;   ///< of its last byte
 };
 
-/// What a laser sees, for SENSOR_INFO.
-struct LaserSight {
+/// What a laser can see, for SENSOR_INFO.
+struct LaserProperties {
   double scan_duration_s = 0.0;  ///< first beam to last beam
   double range_min_m = 0.0;
-  double range_max_m = 0.0;  ///< at or beyond it there was no return
+  double range_max_m = 0.0;  ///< a range from here on is no return
   double range_sigma_m = 0.0;
 };
 
-/// Good and bad of a laser's line since its opening.
+/// Telegrams used and dropped since the line was opened.
 struct LaserCounts {
   int64_t scans = 0;
   int64_t garbage_bytes = 0;             ///< outside any telegram
   std::map<std::string, int64_t> drops;  ///< telegrams not used, by cause ("bad_checksum")
+
+  int64_t dropped() const {
+    int64_t sum = 0;
+    for (const auto& [cause, count] : drops) sum += count;
+    return sum;
+  }
 };
 
-/// A laser on an open line: made anew for each opening. One thread.
+/// A laser on an open line. Constructed at each opening. One thread.
 class LaserDriver {
  public:
   virtual ~LaserDriver() = default;
 
-  /// Works for at most 100 ms: finds the device, sets it up, reads. Never blocks longer, whatever
-  /// the device does. @returns the scans that became complete. @throws StreamLost.
+  /// Finds the device, sets it up, reads it. Returns within 100 ms, whatever the device does.
+  /// @returns the scans that became complete. @throws StreamLost.
   virtual std::vector<ArrivedScan> step() = 0;
 
-  /// What waited in the line was read and thrown away by another: telegrams begun, and the count of
-  /// turns, go with it. What step() returned last is to be thrown away, too.
-  virtual void on_line_emptied() = 0;
+  /// The caller has read and discarded the input that had queued up. Drops telegrams received in
+  /// part and restarts the time stamps. The caller discards what step() returned last.
+  virtual void on_input_flushed() = 0;
 
   virtual std::string state() const = 0;
-  /// Whether the laser answers: what it sends is understood.
+  /// Whether the laser answers: its telegrams are understood.
   virtual bool answers() const = 0;
-  virtual LaserSight sight() const = 0;
+  virtual LaserProperties properties() const = 0;
   virtual const LaserCounts& counts() const = 0;
 
-  /// Ends the measuring in good order. @throws StreamLost.
+  /// Ends the measurement in an orderly way. @throws StreamLost.
   virtual void stop() {}
 };
 

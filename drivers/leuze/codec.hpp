@@ -73,6 +73,7 @@ class TelegramParser {
 // ---- thesis A's service: a connection a scan ----------------------------------------------------
 
 inline constexpr int kServiceBeams = 133;
+inline constexpr int kServiceStep = 4;  ///< index of a beam to the next
 
 /// What the client sends: the number 1.
 std::array<uint8_t, 4> service_request();

@@ -8,8 +8,9 @@
 namespace marco::drivers::leuze {
 namespace {
 
-constexpr int kLastIndex = 529;
-constexpr double kRangeMax_m = 65.0;
+constexpr double kRangeMaxM = 65.0;
+
+}  // namespace
 
 LaserSweep sweep_of(const LeuzeGeometry& geometry, Utime first_beam, int step) {
   LaserSweep sweep;
@@ -21,11 +22,9 @@ LaserSweep sweep_of(const LeuzeGeometry& geometry, Utime first_beam, int step) {
   return sweep;
 }
 
-double seen_m(double range_m) {
-  return std::isfinite(range_m) ? std::clamp(range_m, 0.0, kRangeMax_m) : kRangeMax_m;
+double measured_m(double range_m) {
+  return std::isfinite(range_m) ? std::clamp(range_m, 0.0, kRangeMaxM) : kRangeMaxM;
 }
-
-}  // namespace
 
 LeuzeEmulator::LeuzeEmulator(LaserWorld world, const LeuzeEmulatorOptions& options)
     : world_(std::move(world)), options_(options), output_(options.baud) {
@@ -56,7 +55,7 @@ void LeuzeEmulator::advance(Utime now, std::vector<uint8_t>& out) {
       telegram.scan_number = static_cast<uint32_t>(sweep_);
       telegram.step = options_.step;
       for (const double range_m : world_(sweep_of(options_.geometry, first_beam, options_.step))) {
-        const double value_mm = seen_m(range_m) / options_.geometry.scale * 1000.0;
+        const double value_mm = measured_m(range_m) / options_.geometry.scale * 1000.0;
         telegram.values_mm.push_back(
             static_cast<uint16_t>(std::min(65'534L, std::lround(value_mm / 2.0) * 2)));
       }
@@ -76,38 +75,5 @@ void LeuzeEmulator::advance(Utime now, std::vector<uint8_t>& out) {
 Utime LeuzeEmulator::next_event() const {
   return connected_ ? std::min(output_.next_event(), sweep_end()) : kFarFuture;
 }
-
-LeuzeServiceEmulator::LeuzeServiceEmulator(LaserWorld world, const LeuzeGeometry& geometry)
-    : world_(std::move(world)), geometry_(geometry) {
-  validate(geometry, "leuze_service_emulator");
-}
-
-void LeuzeServiceEmulator::on_connection(bool /*connected*/, Utime /*now*/) {
-  asked_.clear();
-  output_.clear();
-}
-
-void LeuzeServiceEmulator::receive(std::span<const uint8_t> bytes, int /*baud*/, Utime now) {
-  asked_.insert(asked_.end(), bytes.begin(), bytes.end());
-  const auto request = service_request();
-  if (asked_.size() != request.size() ||
-      !std::equal(asked_.begin(), asked_.end(), request.begin())) {
-    return;
-  }
-  const int64_t sweep_us = Duration::from_seconds(kSweepS).us;
-  last_first_beam_ = Utime::from_us((now.us / sweep_us - 1) * sweep_us);
-  std::vector<float> ranges;
-  for (const double range_m : world_(sweep_of(geometry_, last_first_beam_, 4))) {
-    ranges.push_back(static_cast<float>(seen_m(range_m) / geometry_.scale));
-  }
-  output_.send(encode_service_answer(ranges), now);
-  ++scans_sent_;
-}
-
-void LeuzeServiceEmulator::advance(Utime now, std::vector<uint8_t>& out) {
-  output_.advance(now, out);
-}
-
-Utime LeuzeServiceEmulator::next_event() const { return output_.next_event(); }
 
 }  // namespace marco::drivers::leuze

@@ -22,7 +22,12 @@ struct LeuzeEmulatorOptions {
   }
 };
 
-/// Streams without being asked, one telegram a sweep, but for those the line has no time for.
+/// Which beams a sweep of the laser measures. @param step  index of a beam to the next
+LaserSweep sweep_of(const LeuzeGeometry& geometry, Utime first_beam, int step);
+/// A range as the laser measures it: no echo is its largest range.
+double measured_m(double range_m);
+
+/// Streams without being asked, one telegram a sweep. Drops those for which the line has no time.
 class LeuzeEmulator final : public Emulator {
  public:
   LeuzeEmulator(LaserWorld world, const LeuzeEmulatorOptions& options);
@@ -45,29 +50,6 @@ class LeuzeEmulator final : public Emulator {
   bool connected_ = false;
   Utime start_;
   int64_t sweep_ = 0;  ///< the one under way
-  int64_t scans_sent_ = 0;
-  Utime last_first_beam_;
-};
-
-/// Thesis A's service in front of the laser: a client connects, sends 1, gets the ranges of the
-/// sweep that ended last and closes. Anything else is not answered.
-class LeuzeServiceEmulator final : public Emulator {
- public:
-  LeuzeServiceEmulator(LaserWorld world, const LeuzeGeometry& geometry);
-
-  void receive(std::span<const uint8_t> bytes, int baud, Utime now) override;
-  void advance(Utime now, std::vector<uint8_t>& out) override;
-  Utime next_event() const override;
-  void on_connection(bool connected, Utime now) override;
-
-  int64_t scans_sent() const { return scans_sent_; }
-  Utime last_first_beam() const { return last_first_beam_; }
-
- private:
-  LaserWorld world_;
-  LeuzeGeometry geometry_;
-  Bytes asked_;
-  PacedOutput output_;
   int64_t scans_sent_ = 0;
   Utime last_first_beam_;
 };

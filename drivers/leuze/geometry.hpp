@@ -6,7 +6,8 @@
 
 namespace marco::drivers::leuze {
 
-inline constexpr int kMiddleIndex = 265;  ///< straight ahead, of 1..529
+inline constexpr int kLastIndex = 529;    ///< of a beam; the first is 1
+inline constexpr int kMiddleIndex = 265;  ///< straight ahead
 inline constexpr double kSweepS = 0.040;  ///< a turn of the mirror
 
 /// Which way the beams lie, and by how much the laser measures wrong.

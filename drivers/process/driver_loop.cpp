@@ -12,8 +12,8 @@ namespace {
 using std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kReopenAfter{1000};
 constexpr std::chrono::milliseconds kNap{50};
-// The host's clock was set when it steps by more; deadlines and clock filters of a session do not
-// outlive that.
+// A larger step means that the host's clock was set. It invalidates a session's deadlines and clock
+// filters.
 constexpr double kClockStepS = 0.5;
 
 double clock_ahead_s() {
@@ -50,7 +50,7 @@ void DriverLoop::run(const std::function<bool()>& stop) {
       const std::unique_ptr<ByteStream> stream =
           options_.open ? options_.open() : open_stream(options_.address, options_.line);
       spdlog::info("{} is open", options_.address);
-      told_loss_.clear();
+      logged_loss_.clear();
       run_session(*stream, stop);
     } catch (const StreamLost& loss) {
       wait_to_reopen(loss.what(), stop);
@@ -62,33 +62,34 @@ void DriverLoop::run_session(ByteStream& stream, const std::function<bool()>& st
   LineWatch line(options_.address);
   WatchedStream watched(stream, line);
   line.on_line(options_.line);
-  told_trouble_ = LineWatch::Trouble::none;
+  logged_trouble_ = LineWatch::Trouble::none;
   const std::unique_ptr<DeviceSession> session = start_session_(watched);
-  std::string told;
+  std::string logged;
   double ahead_s = clock_ahead_s();
   while (!stop()) {
     session->step();
+    for (const double latency_s : session->take_latencies_s()) status_.add_latency(latency_s);
     const double now_ahead_s = clock_ahead_s();
     const double step_s = now_ahead_s - std::exchange(ahead_s, now_ahead_s);
     if (std::abs(step_s) > kClockStepS) {
-      spdlog::warn("this host's clock was set by {:.1f} s: the device is started again", step_s);
+      spdlog::warn("this host's clock was set by {:.1f} s: the device is restarted", step_s);
       return;
     }
     std::string state = session->state();
     const LineWatch::Trouble trouble = line.judge(session->answers(), steady_now_s());
-    tell_trouble(line, trouble);
-    const bool well = trouble == LineWatch::Trouble::none;
-    tick(well ? state : process::kNoDevice + (" answers: " + line.text()) + "; " + state);
-    if (state.substr(0, state.find(',')) != told.substr(0, told.find(','))) {
+    log_trouble(line, trouble);
+    const bool healthy = trouble == LineWatch::Trouble::none;
+    tick(healthy ? state : process::kNoDevice + (" answers: " + line.text()) + "; " + state);
+    if (state.substr(0, state.find(',')) != logged.substr(0, logged.find(','))) {
       spdlog::info("{}", state);
-      told = std::move(state);
+      logged = std::move(state);
     }
   }
   session->stop();
 }
 
-void DriverLoop::tell_trouble(const LineWatch& line, LineWatch::Trouble trouble) {
-  if (trouble == std::exchange(told_trouble_, trouble)) return;
+void DriverLoop::log_trouble(const LineWatch& line, LineWatch::Trouble trouble) {
+  if (trouble == std::exchange(logged_trouble_, trouble)) return;
   if (trouble == LineWatch::Trouble::none) {
     spdlog::info("the device answers");
   } else {
@@ -97,8 +98,8 @@ void DriverLoop::tell_trouble(const LineWatch& line, LineWatch::Trouble trouble)
 }
 
 void DriverLoop::wait_to_reopen(const std::string& why, const std::function<bool()>& stop) {
-  if (std::exchange(told_loss_, why) != why) {
-    spdlog::warn("{}: {}. Tried again every second", process::kNoDevice, why);
+  if (std::exchange(logged_loss_, why) != why) {
+    spdlog::warn("{}: {}. Retrying every second", process::kNoDevice, why);
   }
   const auto until = steady_clock::now() + kReopenAfter;
   while (!stop() && steady_clock::now() < until) {

@@ -1,17 +1,17 @@
 #pragma once
 
-#include <optional>
 #include <string>
 
-#include "drivers/laser/laser_driver.hpp"
-#include "drivers/rplidar/codec.hpp"
+#include "drivers/rplidar/turn_assembler.hpp"
 #include "drivers/transport/byte_stream.hpp"
-#include "drivers/transport/clock_filter.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::rplidar {
 
 struct RplidarOptions {
+  static constexpr const char* kName = "rplidar";
+  static constexpr const char* kDefaultDevice = "/dev/ttyUSB0";
+
   int baud = 115'200;            ///< 256000 for A2M12 and A3
   std::string mode = "express";  ///< or "standard": half the samples
   int motor_pwm = 660;           ///< of an A2's accessory board
@@ -30,23 +30,20 @@ struct RplidarOptions {
   }
 };
 
-/// Starts motor and scan and gathers the samples of each turn into one scan of irregular bearings
-/// and times (LIDAR_RAW). The samples, equally far apart in time, are the clock: their count
-/// against the arrivals gives each its time. An express capsule whose successor was lost has no
-/// angles and is dropped.
+/// Starts motor and scan. Each turn of the head is a scan with irregular bearings.
 class RplidarDriver final : public LaserDriver {
  public:
-  /// @param stream  outlives the driver. @throws std::invalid_argument for a mode it does not know.
+  /// @param stream  outlives the driver. @throws std::invalid_argument for an unknown mode or baud.
   RplidarDriver(ByteStream& stream, const RplidarOptions& options, Clock clock);
 
   std::vector<ArrivedScan> step() override;
-  void on_line_emptied() override;
+  void on_input_flushed() override;
   std::string state() const override;
   bool answers() const override {
     return phase_ > Phase::asking_info && phase_ != Phase::resetting;
   }
-  LaserSight sight() const override;
-  const LaserCounts& counts() const override { return counts_; }
+  LaserProperties properties() const override;
+  const LaserCounts& counts() const override { return turns_.counts(); }
   void stop() override;
 
   bool measuring() const { return phase_ == Phase::measuring; }
@@ -61,49 +58,30 @@ class RplidarDriver final : public LaserDriver {
     measuring,
     resetting
   };
+  struct SamplePeriods {
+    double standard_s = 508e-6;
+    double express_s = 254e-6;
+  };
 
   void enter(Phase phase);
+  void start_scan();
   void start_over(const std::string& why);
   void on_timeout();
   void on_block(const Block& block, Utime arrival);
   void on_answer(const Block& block);
-  void on_node(const Block& block, Utime arrival);
-  void on_capsule(const Block& block, Utime arrival);
-  bool spans_one(const Capsule& next);
-  void note_arrival(Utime arrival);
-  void lose_count();
-  void add_sample(double angle_deg, double range_m, bool new_turn);
-  void finish_turn();
-  double sample_s() const { return express_ ? express_s_ : standard_s_; }
 
   ByteStream& stream_;
   RplidarOptions options_;
   Clock clock_;
   AnswerParser parser_;
+  TurnAssembler turns_;
   Phase phase_ = Phase::stopping;
-  bool express_ = true;
+  bool express_;
   int tries_ = 0;
-  Utime deadline_;
-  Utime last_block_;
+  Utime deadline_;  ///< of the phase; while measuring, of the next samples
   int model_ = 0;
-  double standard_s_ = 508e-6;
-  double express_s_ = 254e-6;
+  SamplePeriods periods_;
   std::string trouble_;
-
-  ClockFilter filter_{0.02};
-  int64_t sample_ = 0;       ///< number of the next
-  double noted_s_ = 0.0;     ///< device time of the last arrival given to the filter
-  Utime last_sample_utime_;  ///< of the sample noted last
-  int64_t last_noted_sample_ = 0;
-  Utime last_arrival_;
-  std::optional<Capsule> capsule_;  ///< waits for its successor
-  double usual_span_deg_ = 0.0;
-  double last_angle_deg_ = 0.0;
-  std::optional<LaserScan> turn_;  ///< being gathered; none before the first turn's beginning
-  std::vector<int64_t> turn_samples_;
-  double turn_s_ = 0.18;
-  LaserCounts counts_;
-  std::vector<ArrivedScan> ready_;
 };
 
 }  // namespace marco::drivers::rplidar

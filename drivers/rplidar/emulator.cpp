@@ -195,7 +195,6 @@ void RplidarEmulator::send_batch() {
     output_.send(encode_node(node), sample_time(sample + 1));
   }
   next_sample_ += count;
-  samples_sent_ += count;
   if (scan_kind_ == kCapsules) output_.send(encode_capsule(capsule), sample_time(next_sample_));
   first_capsule_ = false;
 }

@@ -35,9 +35,10 @@ struct RplidarEmulatorOptions {
   }
 };
 
-/// The laser as the line shows it: information, health, configuration questions of newer tools,
-/// standard scans (nodes) and legacy express scans (capsules). An A1's motor always turns (its USB
-/// bridge's DTR line does not reach us), an A2's when the host sets its PWM.
+/// The laser as seen through its line: information, health, the configuration queries of newer
+/// tools, standard scans (nodes) and legacy express scans (capsules). The motor of an A1 always
+/// turns (the DTR line of its USB bridge does not reach us), that of an A2 when the host sets its
+/// PWM.
 class RplidarEmulator final : public Emulator {
  public:
   RplidarEmulator(LaserWorld world, const RplidarEmulatorOptions& options);
@@ -48,8 +49,6 @@ class RplidarEmulator final : public Emulator {
   void on_connection(bool connected, Utime now) override;
 
   void power_cycle(Utime now);
-  bool scanning() const { return scan_kind_ != 0; }
-  int64_t samples_sent() const { return samples_sent_; }
 
  private:
   void handle(const Request& request, Utime now);
@@ -74,7 +73,6 @@ class RplidarEmulator final : public Emulator {
   bool first_capsule_ = false;
   Utime scan_start_;
   int64_t next_sample_ = 0;
-  int64_t samples_sent_ = 0;
 };
 
 }  // namespace marco::drivers::rplidar

@@ -1,5 +1,5 @@
-// What the driver asks in each phase, how it reads the answers, and which phase comes next.
-#include "drivers/sick/driver.hpp"
+#include "drivers/sick/dialogue.hpp"
+
 #include "drivers/transport/paced_output.hpp"
 
 namespace marco::drivers::sick {
@@ -11,17 +11,17 @@ constexpr Duration kConfigurePatience = Duration::from_us(15'000'000);
 
 }  // namespace
 
-Bytes SickDriver::request_of(Phase phase) const {
+Bytes Dialogue::request(Phase phase, int goal_baud) const {
   switch (phase) {
     case Phase::changing_baud:
-      return set_mode_request(*mode_of_baud(goal_baud_));
+      return set_mode_request(*mode_of_baud(goal_baud));
     case Phase::asking_type:
       return encode_request(Bytes{kGetType});
     case Phase::checking_baud:
     case Phase::asking_status:
       return encode_request(Bytes{kGetStatus});
     case Phase::setting_variant:
-      return set_variant_request(options_.angle_deg, resolution_cdeg());
+      return set_variant_request(options_.angle_deg, options_.resolution_cdeg());
     case Phase::reading_configuration:
       return encode_request(Bytes{kGetConfiguration});
     case Phase::entering_installation:
@@ -35,57 +35,76 @@ Bytes SickDriver::request_of(Phase phase) const {
   }
 }
 
-uint8_t SickDriver::reply_code_of(Phase phase) const {
-  return static_cast<uint8_t>(request_of(phase)[4] | 0x80);
-}
-
-Duration SickDriver::patience_of(Phase phase) const {
-  if (phase == Phase::finding) return kAckPatience + line_time(20, baud_);
-  if (phase == Phase::configuring) return kConfigurePatience;
-  const bool mode_change = reply_code_of(phase) == (kSetMode | 0x80);
-  return (mode_change ? kModePatience : kReplyPatience) + line_time(200, baud_);
-}
-
-SickDriver::Answer SickDriver::read_reply(const Event& event) {
-  const std::span<const uint8_t> data = event.data();
-  const auto answer = [](bool good) { return good ? Answer::good : Answer::refused; };
-  switch (event.code()) {
-    case kSetMode | 0x80:
-      return answer(!data.empty() && data[0] == 0);
-    case kSetVariant | 0x80:
-      return answer(!data.empty() && data[0] == 1);
-    case kGetType | 0x80:
-      type_.assign(data.begin(), data.end());
-      return Answer::good;
-    case kGetStatus | 0x80: {
-      const auto report = decode_status(event);
-      if (report && report->defect) trouble_ = "the laser reports a defect";
-      return Answer::good;
-    }
-    case kGetConfiguration | 0x80: {
-      const auto read = decode_configuration(event);
-      if (!read) return Answer::refused;
-      wanted_ = *read;
-      wanted_.set_measuring(measuring_mode_, unit_);
-      configured_ = wanted_ == *read;
-      return Answer::good;
-    }
-    case kSetConfiguration | 0x80: {
-      const bool echoed =
-          data.size() >= 8 && data[1 + 5] == wanted_.bytes[5] && data[1 + 6] == wanted_.bytes[6];
-      return answer(!data.empty() && data[0] == 1 && echoed);
-    }
+uint8_t Dialogue::reply_code(Phase phase) {
+  switch (phase) {
+    case Phase::asking_type:
+      return kGetType | 0x80;
+    case Phase::checking_baud:
+    case Phase::asking_status:
+      return kGetStatus | 0x80;
+    case Phase::setting_variant:
+      return kSetVariant | 0x80;
+    case Phase::reading_configuration:
+      return kGetConfiguration | 0x80;
+    case Phase::configuring:
+      return kSetConfiguration | 0x80;
     default:
-      return Answer::good;
+      return kSetMode | 0x80;
   }
 }
 
-SickDriver::Phase SickDriver::phase_after(Phase phase) const {
+Duration Dialogue::patience(Phase phase, int baud) const {
+  if (phase == Phase::finding) return kAckPatience + line_time(20, baud);
+  if (phase == Phase::configuring) return kConfigurePatience;
+  const bool mode_change = reply_code(phase) == (kSetMode | 0x80);
+  return (mode_change ? kModePatience : kReplyPatience) + line_time(200, baud);
+}
+
+Dialogue::Answer Dialogue::read(Phase phase, const Event& event) {
+  if (event.code() == kRejectedReply) return Answer::refused;
+  if (event.code() != reply_code(phase)) return Answer::other;
+  return accept(event) ? Answer::accepted : Answer::refused;
+}
+
+bool Dialogue::accept(const Event& event) {
+  const std::span<const uint8_t> data = event.data();
+  switch (event.code()) {
+    case kSetMode | 0x80:
+      return !data.empty() && data[0] == 0;
+    case kSetVariant | 0x80:
+      return !data.empty() && data[0] == 1;
+    case kGetType | 0x80:
+      note_type(data);
+      return true;
+    case kGetStatus | 0x80: {
+      const auto report = decode_status(event);
+      defect_ = report && report->defect;
+      return true;
+    }
+    case kGetConfiguration | 0x80: {
+      const auto read = decode_configuration(event);
+      if (!read) return false;
+      wanted_ = *read;
+      wanted_.set_measuring(options_.measuring_mode(), options_.value_unit());
+      configured_ = wanted_ == *read;
+      return true;
+    }
+    default: {  // kSetConfiguration
+      const bool echoed =
+          data.size() >= 8 && data[1 + 5] == wanted_.bytes[5] && data[1 + 6] == wanted_.bytes[6];
+      return !data.empty() && data[0] == 1 && echoed;
+    }
+  }
+}
+
+Phase Dialogue::next(Phase phase, bool at_goal_baud) const {
   switch (phase) {
     case Phase::finding:
-      return baud_ == goal_baud_ ? Phase::asking_type : Phase::changing_baud;
+      return at_goal_baud ? Phase::asking_type : Phase::changing_baud;
     case Phase::changing_baud:
       return Phase::settling;
+    case Phase::settling:
+      return Phase::checking_baud;
     case Phase::checking_baud:
       return Phase::asking_type;
     case Phase::asking_type:

@@ -7,15 +7,18 @@
 namespace marco::drivers::sick {
 namespace {
 
-// Silence inside a request after which its beginning is forgotten: far above the 6 ms a host may
-// take, so that a busy machine's pauses do no harm.
+// A request interrupted for longer is forgotten. Far above the 6 ms that a host may take, so that
+// the pauses of a busy machine do no harm.
 constexpr Duration kRequestGap = Duration::from_us(200'000);
 constexpr uint16_t kCleanWindow = 600, kDirtyWindow = 200;  // light that comes through
 
 }  // namespace
 
 SickEmulator::SickEmulator(LaserWorld world, const SickEmulatorOptions& options)
-    : world_(std::move(world)), options_(options), output_(options.baud), baud_(options.baud) {
+    : options_(options),
+      output_(options.baud),
+      mirror_(std::move(world), options.turn_s),
+      speed_{options.baud} {
   validate(options, "sick_emulator");
   require(mode_of_baud(options.baud).has_value(), "the laser has no such baud rate");
   configuration_.bytes[3] = 2;
@@ -23,28 +26,27 @@ SickEmulator::SickEmulator(LaserWorld world, const SickEmulatorOptions& options)
 
 void SickEmulator::on_connection(bool connected, Utime now) {
   if (!connected) parser_.clear();
-  if (mirror_start_.us == 0) mirror_start_ = now;
+  if (!mirror_.turning()) mirror_.start(now);
 }
 
 void SickEmulator::power_cycle(Utime now) {
   output_.clear();
   parser_.clear();
-  baud_after_reply_ = 0;
+  speed_.after_reply = 0;
   boot(now);
 }
 
 void SickEmulator::boot(Utime now) {
-  booting_ = true;
   boot_end_ = now + Duration::from_seconds(options_.power_on_s);
   mode_ = kOnRequest;
-  installation_ = one_scan_asked_ = false;
+  one_scan_asked_ = false;
 }
 
 void SickEmulator::finish_boot(Utime now) {
-  booting_ = false;
-  if (!options_.permanent_baud) baud_ = options_.baud;
-  output_.set_baud(baud_);
-  mirror_start_ = boot_end_;
+  boot_end_.reset();
+  if (!options_.permanent_baud) speed_.baud = options_.baud;
+  output_.set_baud(speed_.baud);
+  mirror_.start(now);
   Bytes hello{kPowerOnReply};
   hello.insert(hello.end(), options_.type.begin(), options_.type.end());
   hello.push_back(' ');
@@ -52,12 +54,12 @@ void SickEmulator::finish_boot(Utime now) {
 }
 
 bool SickEmulator::streaming() const {
-  return !booting_ && mode_ != kOnRequest && mode_ != kDiagnosis;
+  return !boot_end_ && mode_ != kOnRequest && mode_ != kDiagnosis && mode_ != kInstallation;
 }
 
 void SickEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now) {
-  client_baud_ = baud;
-  if (booting_ || (baud != 0 && baud != baud_)) return;
+  speed_.client = baud;
+  if (boot_end_ || (baud != 0 && baud != speed_.baud)) return;
   if (now - last_byte_ > kRequestGap) parser_.clear();
   if (!bytes.empty()) last_byte_ = now;
   parser_.push(bytes);
@@ -69,13 +71,12 @@ void SickEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now) 
       output_.send(Bytes{kAck}, answer);
       handle(*event, now);
     }
-    if (booting_) return;
+    if (boot_end_) return;
   }
 }
 
 void SickEmulator::reply(const Bytes& payload, Utime now, double after_s) {
-  const auto status = static_cast<uint8_t>(kHealthy | (options_.polluted ? 0x80 : 0));
-  output_.send(encode_reply(payload, status, static_cast<uint8_t>(options_.address)),
+  output_.send(encode_reply(payload, status_byte(), static_cast<uint8_t>(options_.address)),
                now + Duration::from_seconds(options_.reply_s + after_s));
 }
 
@@ -126,34 +127,35 @@ void SickEmulator::handle(const Event& request, Utime now) {
   reply({kRejectedReply}, now, 0.0);
 }
 
-bool SickEmulator::take_arguments(uint8_t form, std::span<const uint8_t> data) {
-  const bool mean = form == kMean || form == kMeanSubRange;
-  const bool part = form == kSubRange || form == kMeanSubRange || form == kReflectivity;
-  if (data.size() != (mean ? 1u : 0u) + (part ? 4u : 0u)) return false;
-  if (mean && (data[0] < 2 || data[0] > 250)) return false;
+std::optional<SickMirror::Form> SickEmulator::form_of(uint8_t mode,
+                                                      std::span<const uint8_t> data) const {
+  const bool mean = mode == kMean || mode == kMeanSubRange;
+  const bool part = mode == kSubRange || mode == kMeanSubRange || mode == kReflectivity;
+  if (data.size() != (mean ? 1u : 0u) + (part ? 4u : 0u)) return std::nullopt;
+  if (mean && (data[0] < 2 || data[0] > 250)) return std::nullopt;
+  SickMirror::Form form{mode, mean ? data[0] : uint8_t{0}};
+  if (!part) return form;
   const std::span<const uint8_t> range = data.subspan(mean ? 1 : 0);
-  if (part) {
-    const auto first = static_cast<uint16_t>(range[0] | range[1] << 8);
-    const auto last = static_cast<uint16_t>(range[2] | range[3] << 8);
-    if (first < 1 || first > last || last > beams_of_variant(angle_deg_, resolution_cdeg_)) {
-      return false;
-    }
-    sub_range_ = {first, last};
+  form.sub_range = {static_cast<uint16_t>(range[0] | range[1] << 8),
+                    static_cast<uint16_t>(range[2] | range[3] << 8)};
+  const SickMirror::Variant& variant = mirror_.variant();
+  const auto& [first, last] = form.sub_range;
+  if (first < 1 || first > last ||
+      last > beams_of_variant(variant.angle_deg, variant.resolution_cdeg)) {
+    return std::nullopt;
   }
-  samples_ = mean ? data[0] : 0;
-  return true;
+  return form;
 }
 
-bool SickEmulator::ask_one(uint8_t form, std::span<const uint8_t> arguments, Utime now) {
-  if (mode_ != kOnRequest || !take_arguments(form, arguments)) return false;
-  form_ = form;
-  summed_.clear();
+bool SickEmulator::ask_one(uint8_t mode, std::span<const uint8_t> arguments, Utime now) {
+  const auto form = form_of(mode, arguments);
+  if (!form || (mode_ != kOnRequest && mode_ != kInstallation)) return false;
   one_scan_asked_ = true;
-  schedule_turn(now);
+  mirror_.begin(*form, now);
   return true;
 }
 
-bool SickEmulator::accepts_mode(std::span<const uint8_t> data) {
+bool SickEmulator::accepts_mode(std::span<const uint8_t> data) const {
   const uint8_t mode = data[0];
   switch (mode) {
     case kInstallation:
@@ -169,9 +171,9 @@ bool SickEmulator::accepts_mode(std::span<const uint8_t> data) {
     case kSubRange:
     case kMeanSubRange:
     case kPartialScans:
-      return take_arguments(mode, data.subspan(1));
+      return form_of(mode, data.subspan(1)).has_value();
     default:
-      // Segments, fields and navigation: no source says what such streams look like.
+      // Segments, fields and navigation: no source documents such streams.
       return baud_of_mode(mode).has_value();
   }
 }
@@ -183,18 +185,12 @@ void SickEmulator::set_mode(std::span<const uint8_t> data, Utime now) {
   reply({kSetMode | 0x80, static_cast<uint8_t>(accepted ? 0 : 1)}, now, options_.mode_change_s);
   if (!accepted) return;
   if (const auto new_baud = baud_of_mode(mode)) {
-    baud_after_reply_ = *new_baud;
+    speed_.after_reply = *new_baud;
     return;
   }
-  installation_ = mode == kInstallation;
-  start_measuring(installation_ ? static_cast<uint8_t>(kOnRequest) : mode, output_.free_at());
-}
-
-void SickEmulator::start_measuring(uint8_t mode, Utime now) {
-  mode_ = form_ = mode;
+  mode_ = mode;
   one_scan_asked_ = false;
-  summed_.clear();
-  if (streaming()) schedule_turn(now);
+  if (streaming()) mirror_.begin(*form_of(mode, data.subspan(1)), output_.free_at());
 }
 
 void SickEmulator::set_variant(std::span<const uint8_t> data, Utime now) {
@@ -206,13 +202,12 @@ void SickEmulator::set_variant(std::span<const uint8_t> data, Utime now) {
   payload.insert(payload.end(), data.begin(), data.end());
   reply(payload, now, options_.mode_change_s);
   if (!accepted) return;
-  angle_deg_ = angle_deg;
-  resolution_cdeg_ = resolution_cdeg;
-  mode_ = kOnRequest;
+  mirror_.set_variant({angle_deg, resolution_cdeg});
+  if (mode_ != kInstallation) mode_ = kOnRequest;
 }
 
 void SickEmulator::set_configuration(std::span<const uint8_t> data, Utime now) {
-  if (!installation_ || data.size() < 7) return reply({kRejectedReply}, now, 0.0);
+  if (mode_ != kInstallation || data.size() < 7) return reply({kRejectedReply}, now, 0.0);
   Configuration wanted = configuration_;
   std::copy_n(data.begin(), std::min(data.size(), wanted.bytes.size()), wanted.bytes.begin());
   bool accepted = data[6] <= 1;
@@ -231,7 +226,7 @@ void SickEmulator::reply_status(Utime now) {
   StatusReport report;
   report.firmware = options_.type.substr(options_.type.rfind(';') + 1);
   report.boot_firmware = "V01.10";
-  report.mode = installation_ ? static_cast<uint8_t>(kInstallation) : mode_;
+  report.mode = mode_;
   report.variant_type = 1;
   report.pollution_calibration.fill(kCleanWindow);
   report.reference_calibration.fill(kCleanWindow);
@@ -242,9 +237,9 @@ void SickEmulator::reply_status(Utime now) {
   report.laser_on = true;
   report.motor_revolutions = static_cast<int>(std::lround(60.0 / options_.turn_s));
   report.measuring_mode = configuration_.measuring_mode();
-  report.angle_deg = angle_deg_;
-  report.resolution_cdeg = resolution_cdeg_;
-  report.baud = baud_;
+  report.angle_deg = mirror_.variant().angle_deg;
+  report.resolution_cdeg = mirror_.variant().resolution_cdeg;
+  report.baud = speed_.baud;
   report.permanent_baud = options_.permanent_baud;
   report.address = static_cast<uint8_t>(options_.address & 0x7F);
   report.unit = configuration_.unit();
@@ -257,25 +252,42 @@ void SickEmulator::garble(std::vector<uint8_t>& out, std::size_t from) const {
   }
 }
 
+uint8_t SickEmulator::status_byte() const {
+  return static_cast<uint8_t>(kHealthy | (options_.polluted ? 0x80 : 0));
+}
+
+void SickEmulator::finish_scan() {
+  const Utime end = mirror_.scan_end();
+  auto values = mirror_.finish_scan(configuration_);
+  if (!values) return;
+  if ((configuration_.availability() & 2) != 0) {
+    values->indices = {mirror_.turn_index(), static_cast<uint8_t>(scans_sent_)};
+  }
+  output_.send(encode_reply(encode_values(*values), status_byte(),
+                            static_cast<uint8_t>(options_.address)),
+               end);
+  ++scans_sent_;
+  one_scan_asked_ = false;
+  scans_dropped_ += mirror_.skip_until(output_.free_at());
+}
+
 void SickEmulator::advance(Utime now, std::vector<uint8_t>& out) {
-  if (booting_ && now >= boot_end_ && output_.empty()) finish_boot(boot_end_);
-  // All that are over: a busy machine's emulator must not fall behind its mirror.
-  while ((streaming() || one_scan_asked_) && turn_end_time() <= now) finish_turn();
+  if (boot_end_ && now >= *boot_end_ && output_.empty()) finish_boot(*boot_end_);
+  // More than one scan: on a busy machine the emulator must catch up with its mirror.
+  while (measuring() && mirror_.scan_end() <= now) finish_scan();
   const std::size_t from = out.size();
   output_.advance(now, out);
-  if (client_baud_ != 0 && client_baud_ != baud_) garble(out, from);
-  if (baud_after_reply_ != 0 && output_.empty()) {
-    baud_ = std::exchange(baud_after_reply_, 0);
-    output_.set_baud(baud_);
+  if (speed_.client != 0 && speed_.client != speed_.baud) garble(out, from);
+  if (speed_.after_reply != 0 && output_.empty()) {
+    speed_.baud = std::exchange(speed_.after_reply, 0);
+    output_.set_baud(speed_.baud);
   }
 }
 
 Utime SickEmulator::next_event() const {
   Utime next = output_.next_event();
-  if (booting_ && output_.empty()) next = std::min(next, boot_end_);
-  if (streaming() || one_scan_asked_) {
-    next = std::min(next, turn_end_time());
-  }
+  if (boot_end_ && output_.empty()) next = std::min(next, *boot_end_);
+  if (measuring()) next = std::min(next, mirror_.scan_end());
   return next;
 }
 

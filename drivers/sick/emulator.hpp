@@ -1,9 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
-#include "drivers/laser/laser_world.hpp"
-#include "drivers/sick/codec.hpp"
+#include "drivers/sick/mirror.hpp"
+#include "drivers/sick/options.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
 #include "lcm_tools/base/options.hpp"
@@ -20,7 +21,7 @@ struct SickEmulatorOptions {
   double reply_s = 0.010;        ///< to ACK; the reply follows it
   double mode_change_s = 0.030;  ///< up to 3 on the device
   double configure_s = 0.3;      ///< writing its EEPROM; up to 7 on the device
-  double turn_s = 1.0 / 75.0;    ///< of the mirror
+  double turn_s = kTurnS;        ///< of the mirror
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -37,11 +38,10 @@ struct SickEmulatorOptions {
   }
 };
 
-/// The laser as the line shows it: deaf and unreadable at a wrong speed, ACK and NAK, its modes,
-/// variants, configuration and resets, scans in step with its mirror, of which it drops those the
-/// line has no time for, means, parts and reflectivities. Modes of which no source shows the
-/// replies (segments, fields, navigation) are refused. A scan of 0.5 or 0.25 degrees is made of two
-/// or four turns of whole degrees, each asked of the world at its own time.
+/// The laser as seen through its line. Deaf and unreadable at a wrong baud rate. Has ACK and NAK,
+/// modes, variants, configuration and resets; means, sub-ranges and reflectivities. Scans are in
+/// step with its mirror; those for which the line has no time are dropped. Refuses the modes whose
+/// replies no source documents (segments, fields, navigation).
 class SickEmulator final : public Emulator {
  public:
   SickEmulator(LaserWorld world, const SickEmulatorOptions& options);
@@ -54,65 +54,49 @@ class SickEmulator final : public Emulator {
   /// The power failed and came back at `now`.
   void power_cycle(Utime now);
 
-  int baud() const { return baud_; }
+  int baud() const { return speed_.baud; }
   bool streaming() const;
   int64_t scans_sent() const { return scans_sent_; }
   int64_t scans_dropped() const { return scans_dropped_; }
   const Configuration& configuration() const { return configuration_; }
-
-  /// What it sent last, for tests that compare value by value.
-  const MeasuredValues& last_values() const { return last_values_; }
-  Utime last_first_beam() const { return last_first_beam_; }
+  Utime last_first_beam() const { return mirror_.last_first_beam(); }
 
  private:
+  /// Baud rates; of the client 0 = the line has none.
+  struct Speed {
+    int baud;
+    int after_reply = 0;  ///< 0 = no change
+    int client = 0;
+  };
+
   void boot(Utime now);
   void finish_boot(Utime now);
+  bool measuring() const { return streaming() || one_scan_asked_; }
   void handle(const Event& request, Utime now);
-  bool take_arguments(uint8_t form, std::span<const uint8_t> data);
+  std::optional<SickMirror::Form> form_of(uint8_t mode, std::span<const uint8_t> data) const;
   bool ask_one(uint8_t form, std::span<const uint8_t> arguments, Utime now);
-  bool accepts_mode(std::span<const uint8_t> data);
+  bool accepts_mode(std::span<const uint8_t> data) const;
   void set_mode(std::span<const uint8_t> data, Utime now);
   void set_variant(std::span<const uint8_t> data, Utime now);
   void set_configuration(std::span<const uint8_t> data, Utime now);
   void reply(const Bytes& payload, Utime now, double after_s);
   void reply_status(Utime now);
-  void start_measuring(uint8_t mode, Utime now);
-  int turns_per_scan() const;
-  bool partial_mode() const { return form_ == kPartialScans; }
-  void finish_turn();
-  Utime turn_end_time() const;
-  void schedule_turn(Utime not_before);
-  uint8_t reflectivity_of(uint16_t word) const;
-  uint16_t word_of_range(double range_m) const;
-  MeasuredValues measure(Utime first_beam) const;
+  uint8_t status_byte() const;
+  void finish_scan();
   void garble(std::vector<uint8_t>& out, std::size_t from) const;
 
-  LaserWorld world_;
   SickEmulatorOptions options_;
   TelegramParser parser_{TelegramParser::Side::host};
   PacedOutput output_;
-  int baud_;
-  int baud_after_reply_ = 0;
-  int client_baud_ = 0;
-  Utime boot_end_;
-  bool booting_ = false;
-  Utime mirror_start_;
+  SickMirror mirror_;
+  Speed speed_;
+  std::optional<Utime> boot_end_;  ///< while it boots
   uint8_t mode_ = kOnRequest;
-  uint8_t form_ = kOnRequest;                  ///< of the replies that are measured now, as a mode
-  uint8_t samples_ = 0;                        ///< scans in a mean
-  std::vector<std::vector<uint16_t>> summed_;  ///< of the mean that is coming
-  bool installation_ = false;
   bool one_scan_asked_ = false;
-  std::array<uint16_t, 2> sub_range_{1, 1};
-  int angle_deg_ = 180;
-  int resolution_cdeg_ = 50;
   Configuration configuration_;
-  int64_t turn_end_ = 0;  ///< the number of the mirror's turn whose end is the next scan's end
   Utime last_byte_;
   int64_t scans_sent_ = 0;
   int64_t scans_dropped_ = 0;
-  MeasuredValues last_values_;
-  Utime last_first_beam_;
 };
 
 }  // namespace marco::drivers::sick

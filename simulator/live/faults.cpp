@@ -9,10 +9,7 @@
 namespace marco::sim {
 namespace {
 
-constexpr Duration kLate = Duration::from_us(500'000);
-constexpr int64_t kPeriodUs = 1'000'000, kSilentUs = 400'000;
-constexpr unsigned kGarbagePercent = 30;
-constexpr double kLongest_s = 1e6;  // longer makes no sense, and times must not overflow
+constexpr double kLongestS = 1e6;  // times must not overflow
 
 struct Named {
   const char* name;
@@ -20,11 +17,11 @@ struct Named {
   const char* meaning;
 };
 constexpr std::array<Named, 7> kKinds{{
-    {"off", FaultKind::off, "its cable is cut: it neither hears nor speaks"},
+    {"off", FaultKind::off, "its cable is cut: no bytes pass either way"},
     {"stuck", FaultKind::stuck,
-     "tells the same again and again; wheels and pan-tilt count but do not move"},
-    {"garbage", FaultKind::garbage, "three of ten bytes that it sends are others"},
-    {"slow", FaultKind::slow, "what it sends comes 0.5 s late"},
+     "repeats its last values; wheels and pan-tilt count but do not move"},
+    {"garbage", FaultKind::garbage, "three of ten bytes that it sends are random"},
+    {"slow", FaultKind::slow, "its bytes arrive 0.5 s late"},
     {"wrong", FaultKind::wrong,
      "a constant offset: laser 0.2 m, IMU 3 deg/s, left wheel 10 %, tilt 2 deg"},
     {"intermittent", FaultKind::intermittent, "off for 0.4 s of each second"},
@@ -71,8 +68,8 @@ void FaultBoard::add(const FaultSpec& spec, Utime now) {
     return;
   }
   // Written so that NaN fails too.
-  require(spec.start_s >= 0.0 && spec.start_s <= kLongest_s && spec.duration_s > 0.0 &&
-              spec.duration_s <= kLongest_s,
+  require(spec.start_s >= 0.0 && spec.start_s <= kLongestS && spec.duration_s > 0.0 &&
+              spec.duration_s <= kLongestS,
           "fault of '" + spec.device + "': start_s from 0 and duration_s above 0, to 1e6 s");
   constexpr std::size_t kMost = 1000;
   require(faults_.size() < kMost, "there are 1000 faults already");
@@ -94,49 +91,6 @@ std::string FaultBoard::state(Utime now) const {
     text += (text.empty() ? "" : ", ") + fault.device + " " + name_of(fault.kind);
   }
   return text;
-}
-
-bool FaultyEmulator::silent(Utime now) const {
-  if (board_.has(device_, FaultKind::off, now)) return true;
-  return board_.has(device_, FaultKind::intermittent, now) && now.us % kPeriodUs < kSilentUs;
-}
-
-void FaultyEmulator::spoil(std::vector<uint8_t>& bytes) {
-  for (uint8_t& byte : bytes) {
-    if (random_() % 100 < kGarbagePercent) byte = static_cast<uint8_t>(random_());
-  }
-}
-
-void FaultyEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now) {
-  inner_.receive(silent(now) ? std::span<const uint8_t>{} : bytes, baud, now);
-}
-
-void FaultyEmulator::advance(Utime now, std::vector<uint8_t>& out) {
-  std::vector<uint8_t> said;
-  inner_.advance(now, said);
-  if (silent(now)) said.clear();
-  if (board_.has(device_, FaultKind::garbage, now)) spoil(said);
-  // What is under way comes late also when the fault is over: in order.
-  const bool is_slow = board_.has(device_, FaultKind::slow, now);
-  if (is_slow || !late_.empty()) {
-    if (!said.empty()) late_.emplace_back(is_slow ? now + kLate : now, std::move(said));
-    said.clear();
-  }
-  while (!late_.empty() && late_.front().first <= now) {
-    out.insert(out.end(), late_.front().second.begin(), late_.front().second.end());
-    late_.pop_front();
-  }
-  out.insert(out.end(), said.begin(), said.end());
-}
-
-Utime FaultyEmulator::next_event() const {
-  const Utime next = inner_.next_event();
-  return late_.empty() ? next : std::min(next, late_.front().first);
-}
-
-void FaultyEmulator::on_connection(bool connected, Utime now) {
-  late_.clear();
-  inner_.on_connection(connected, now);
 }
 
 }  // namespace marco::sim

@@ -1,13 +1,9 @@
 #pragma once
 
-#include <deque>
-#include <memory>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "drivers/transport/emulator.hpp"
 #include "lcm_tools/base/options.hpp"
 #include "lcm_tools/base/utime.hpp"
 
@@ -15,11 +11,11 @@ namespace marco::sim {
 
 /// What can go wrong with a device of the simulated robot.
 enum class FaultKind {
-  off,           ///< its cable is cut: it neither hears nor speaks
-  stuck,         ///< it goes on telling the same: a laser's ranges, an IMU's rates; wheels and
+  off,           ///< its cable is cut: no bytes pass either way
+  stuck,         ///< it repeats its last values: a laser's ranges, an IMU's rates; wheels and
                  ///< pan-tilt count but do not move
-  garbage,       ///< three of ten bytes that it sends are others
-  slow,          ///< what it sends comes half a second late
+  garbage,       ///< three of ten bytes that it sends are random
+  slow,          ///< its bytes arrive half a second late
   wrong,         ///< a constant offset: laser 0.2 m, IMU 3 deg/s, left wheel 10 %, tilt 2 deg
   intermittent,  ///< off for 0.4 s of each second
   unplugged,     ///< its port is gone
@@ -55,19 +51,18 @@ struct FaultScript {
   }
 };
 
-/// Which device suffers from what, and when. One thread.
+/// Which device has which fault, and when. One thread.
 class FaultBoard {
  public:
   explicit FaultBoard(std::vector<std::string> devices = {}) : devices_(std::move(devices)) {}
   void add_device(const std::string& device) { devices_.push_back(device); }
 
-  /// @param now when start_s counts from. Kind "none" ends all faults of the device.
-  /// @throws std::invalid_argument for a device or kind that is not known, or times that make no
-  /// sense.
+  /// @param now  start_s counts from here. Kind "none" ends all faults of the device.
+  /// @throws std::invalid_argument for an unknown device or kind, or invalid times.
   void add(const FaultSpec& spec, Utime now);
 
   bool has(const std::string& device, FaultKind kind, Utime now) const;
-  /// "laser off, imu wrong"; "" when all is well.
+  /// "laser off, imu wrong"; "" without faults.
   std::string state(Utime now) const;
 
  private:
@@ -78,30 +73,6 @@ class FaultBoard {
   };
   std::vector<std::string> devices_;
   std::vector<Fault> faults_;
-};
-
-/// A device whose line suffers: off, garbage, slow, intermittent. What it measures (stuck, wrong)
-/// is the robot's to falsify.
-class FaultyEmulator final : public drivers::Emulator {
- public:
-  /// @param inner, board  outlive it.
-  FaultyEmulator(drivers::Emulator& inner, const FaultBoard& board, std::string device)
-      : inner_(inner), board_(board), device_(std::move(device)) {}
-
-  void receive(std::span<const uint8_t> bytes, int baud, Utime now) override;
-  void advance(Utime now, std::vector<uint8_t>& out) override;
-  Utime next_event() const override;
-  void on_connection(bool connected, Utime now) override;
-
- private:
-  bool silent(Utime now) const;
-  void spoil(std::vector<uint8_t>& bytes);
-
-  drivers::Emulator& inner_;
-  const FaultBoard& board_;
-  std::string device_;
-  std::mt19937 random_{1};
-  std::deque<std::pair<Utime, std::vector<uint8_t>>> late_;
 };
 
 }  // namespace marco::sim

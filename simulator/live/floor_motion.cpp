@@ -9,7 +9,6 @@ namespace {
 
 constexpr double kTouchM = 0.01;
 constexpr double kLookM = 0.10;
-constexpr int64_t kKeepUs = 1'000'000;
 
 double sign_of(std::mt19937_64& random) { return random() % 2 == 0 ? 1.0 : -1.0; }
 
@@ -93,26 +92,6 @@ void FloorMotion::roll(double left_m, double right_m, double track_m) {
   contact_.blocked = false;
   if (room > 2.0 * kTouchM) contact_ = {};
   world_from_robot_ = next;
-}
-
-void MotionHistory::add(const Moment& moment) {
-  if (!moments_.empty() && moment.when <= moments_.back().when) return;
-  moments_.push_back(moment);
-  while (moments_.front().when < moment.when - Duration::from_us(kKeepUs)) moments_.pop_front();
-}
-
-MotionHistory::Moment MotionHistory::at(Utime when) const {
-  if (moments_.empty()) return {};
-  const auto after = std::lower_bound(moments_.begin(), moments_.end(), when,
-                                      [](const Moment& m, Utime t) { return m.when < t; });
-  if (after == moments_.begin()) return moments_.front();
-  if (after == moments_.end()) return moments_.back();
-  const Moment& a = *(after - 1);
-  const Moment& b = *after;
-  const double part = (when - a.when).seconds() / (b.when - a.when).seconds();
-  return {when, interpolate(a.world_from_robot, b.world_from_robot, part),
-          a.pan_rad + part * (b.pan_rad - a.pan_rad),
-          a.tilt_rad + part * (b.tilt_rad - a.tilt_rad)};
 }
 
 }  // namespace marco::sim

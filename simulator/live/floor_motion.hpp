@@ -1,11 +1,9 @@
 #pragma once
 
-#include <deque>
 #include <random>
 
 #include "common/pose3.hpp"
 #include "drivers/base/robot_spec.hpp"
-#include "lcm_tools/base/utime.hpp"
 #include "simulator/ray_caster.hpp"
 
 namespace marco::sim {
@@ -19,8 +17,8 @@ struct Contact {
   bool any() const { return front || rear; }
 };
 
-/// Where the wheels really bring the robot: floor, slip and walls are not what the wheels say. The
-/// other side of OdometryModel.
+/// Where the wheels really take the robot, given the floor, slip and walls. The counterpart of
+/// OdometryModel.
 class FloorMotion {
  public:
   /// @param rays outlives the motion.
@@ -30,7 +28,7 @@ class FloorMotion {
               const Pose2& start,
               uint64_t seed);
 
-  /// The wheels turned so far on.
+  /// The wheels have turned by this much more.
   void roll(double left_m, double right_m, double track_m);
 
   const Pose2& world_from_robot() const { return world_from_robot_; }
@@ -51,23 +49,6 @@ class FloorMotion {
   double slip_left_m_ = 0.0;
   Pose2 world_from_robot_;
   Contact contact_;
-};
-
-/// What was where, for the last second.
-class MotionHistory {
- public:
-  struct Moment {
-    Utime when;
-    Pose2 world_from_robot;
-    double pan_rad = 0.0;
-    double tilt_rad = 0.0;
-  };
-  void add(const Moment& moment);
-  /// Interpolated; the nearest end outside of what is known.
-  Moment at(Utime when) const;
-
- private:
-  std::deque<Moment> moments_;
 };
 
 }  // namespace marco::sim

@@ -12,6 +12,8 @@
 #include "drivers/imu/emulator.hpp"
 #include "drivers/leuze/driver.hpp"
 #include "drivers/leuze/emulator.hpp"
+#include "drivers/leuze/service_driver.hpp"
+#include "drivers/leuze/service_emulator.hpp"
 #include "drivers/p2os/driver.hpp"
 #include "drivers/p2os/emulator.hpp"
 #include "drivers/rplidar/driver.hpp"
@@ -62,14 +64,13 @@ void run_laser(Input input, const Options& options) {
     const Utime before = stream.now();
     for (const ArrivedScan& arrived : driver.step()) {
       promise(!arrived.scan.ranges_m.empty() && arrived.scan.size() <= 20000, "a scan has beams");
-      promise(arrived.scan.time_offsets_s.empty() ||
-                  arrived.scan.time_offsets_s.size() == arrived.scan.size(),
+      promise(arrived.scan.time_offsets_s.size() == arrived.scan.size(),
               "a scan's times are one a beam");
     }
     promise(stream.now() - before < Duration::from_seconds(2.0), "a step ends soon");
     promise(!driver.state().empty(), "a driver says how it is");
   }
-  driver.sight();
+  driver.properties();
   driver.stop();
 }
 

@@ -18,6 +18,7 @@
 
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/leuze/emulator.hpp"
+#include "drivers/leuze/service_emulator.hpp"
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/emulator.hpp"
 #include "drivers/transport/emulator_port.hpp"
@@ -101,7 +102,8 @@ class Stage {
     }
     return condition();
   }
-  std::vector<LaserScan> scans;
+  std::vector<LaserScan> scans;  // lidar_raw_t
+  std::vector<LaserScan> planar_scans;
   std::vector<double> arrival_after_stamp_s;
   std::optional<SensorInfo> info;
   std::string state;
@@ -109,19 +111,35 @@ class Stage {
   double stood_still_s = 0.0;  // this machine, and with it the emulator
 
  private:
-  void take(const process::RawMessage& raw) {
-    const std::string channel(raw.channel);
+  // lidar_raw_t comes first, then the same scan as planar_lidar_t.
+  void expect_the_scan_before() const {
+    ASSERT_FALSE(scans.empty());
+    const LaserScan& raw = scans.back();
+    const LaserScan& planar = planar_scans.back();
+    EXPECT_EQ(planar.utime, raw.utime);
+    EXPECT_EQ(channels::raw_channel_of(planar.channel), raw.channel);
+    ASSERT_EQ(planar.size(), raw.size());
+    EXPECT_NEAR(planar.bearing_rad(0), raw.bearing_rad(0), 1e-6);
+    EXPECT_TRUE(planar.time_offsets_s.empty());
+    EXPECT_EQ(raw.time_offsets_s.size(), raw.size());
+  }
+  void take(const process::RawMessage& message) {
+    const std::string channel(message.channel);
     if (channel == channels::kProcessStatus) {
       process_status_t status;
-      status.decode(raw.bytes.data(), 0, static_cast<int>(raw.bytes.size()));
+      status.decode(message.bytes.data(), 0, static_cast<int>(message.bytes.size()));
       state = status.state;
       latency_max_s = std::max(latency_max_s, status.latency_max_s);
       return;
     }
-    auto sample = decode_sample(channel, raw.bytes);
+    auto sample = decode_sample(channel, message.bytes);
     if (!sample) return;
     if (auto* found = std::get_if<SensorInfo>(&*sample)) info = *found;
-    if (auto* scan = std::get_if<LaserScan>(&*sample)) scans.push_back(std::move(*scan));
+    auto* scan = std::get_if<LaserScan>(&*sample);
+    if (scan == nullptr) return;
+    const bool raw = channels::is_raw_lidar(channel);
+    (raw ? scans : planar_scans).push_back(std::move(*scan));
+    if (!raw) expect_the_scan_before();
   }
 
   EmulatorPort& port_;
@@ -150,9 +168,8 @@ class NumberedTurns {
   /// What the scan's stamp is later than its first beam was measured.
   double stamp_error_s(const LaserScan& scan) const {
     const auto turn = std::lround((static_cast<double>(scan.ranges_m[0]) - kFirstM) * 1000.0);
-    const double offset_s =
-        scan.time_offsets_s.empty() ? 0.0 : static_cast<double>(scan.time_offsets_s[0]);
-    return (scan.utime - first_beams_.at(static_cast<std::size_t>(turn))).seconds() + offset_s;
+    return (scan.utime - first_beams_.at(static_cast<std::size_t>(turn))).seconds() +
+           static_cast<double>(scan.time_offsets_s.at(0));
   }
 
  private:
@@ -203,6 +220,7 @@ TEST(LaserProcess, SickLivesThroughItsLasersTroubles) {
   })) << stage.state;
   EXPECT_EQ(stage.scans.back().size(), 361u);
   EXPECT_NEAR(ahead_m(stage.scans.back()), 2.0, 0.001);
+  EXPECT_EQ(stage.info->channel, "LIDAR");
   EXPECT_NEAR(stage.info->parent_from_sensor.translation().x(), 0.1, 1e-12);
   EXPECT_NEAR(stage.info->range_max_m, 32.759, 1e-5);  // sent as the float its ranges are
   expect_right_stamps(stage, turns, 0);
@@ -270,7 +288,7 @@ TEST(LaserProcess, TheOthersPublishToo) {
   hokuyo::HokuyoEmulator hokuyo(flat_wall, {});
   EmulatorPort hokuyo_port = EmulatorPort::pty(hokuyo);
   LaserScan scan = one_scan(hokuyo_port, "marco-hokuyo", "[place]\nchannel = \"LIDAR_REAR\"\n");
-  EXPECT_EQ(scan.channel, "LIDAR_REAR");
+  EXPECT_EQ(scan.channel, "LIDAR_RAW_REAR");
   EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
 
   rplidar::RplidarEmulator rplidar(flat_wall, {});

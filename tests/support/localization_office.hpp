@@ -39,7 +39,8 @@ class Office {
       if (const auto* odometry = std::get_if<OdometrySample>(&sample)) {
         odom_from_robot = odometry->odom_from_robot;
       }
-      if (const auto* scan = std::get_if<LaserScan>(&sample)) {
+      const auto* scan = std::get_if<LaserScan>(&sample);
+      if (scan != nullptr && scan->time_offsets_s.empty()) {  // each comes twice
         mapper.process(input_of(*scan, odom_from_robot, mapper.velocity()));
       }
     });
@@ -95,7 +96,7 @@ class Office {
                                   const slam::Velocity2& velocity) {
     SensorInfo info;
     info.range_min_m = 0.05;
-    info.range_max_m = options().range_max_m;
+    info.range_max_m = static_cast<double>(static_cast<float>(options().range_max_m));
     slam::SlamInput input;
     input.scan = slam::deskew_and_project(scan, info,
                                           make_pose3({kLaserAheadM, 0.0, kLaserHeightM}), velocity);

@@ -1,7 +1,10 @@
 #include <gmock/gmock.h>
 
+#include "drivers/leuze/connection_per_request.hpp"
 #include "drivers/leuze/driver.hpp"
 #include "drivers/leuze/emulator.hpp"
+#include "drivers/leuze/service_driver.hpp"
+#include "drivers/leuze/service_emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::leuze {
@@ -40,6 +43,34 @@ TEST(LeuzeCodec, VectorsBothWays) {
   EXPECT_EQ(full.size(), 287u);
   EXPECT_EQ(full[full.size() - 4], 0xEA);
   EXPECT_EQ(Bytes(full.begin() + 12, full.begin() + 19), hex("04 00 01 02 11 07 D0"));
+}
+
+// Two indices of a beam and the step give the number of beams once, the length of the telegram gives
+// it again, and the last index must be a beam's.
+TEST(LeuzeCodec, RefusesIndicesThatFitNoBeams) {
+  const auto body_of = [](int step, int first, int last, std::size_t beams) {
+    Bytes body = hex("23 09 00 FE 00 FE 00 FE 01 FE");
+    body.push_back(static_cast<uint8_t>(step));
+    for (const int index : {first, last}) {
+      body.push_back(static_cast<uint8_t>(index >> 8));
+      body.push_back(static_cast<uint8_t>(index));
+    }
+    for (std::size_t i = 0; i < 2 * beams; ++i) body.push_back(0x10);
+    return body;
+  };
+  const auto good = decode_body(body_of(4, 1, 9, 3));
+  ASSERT_TRUE(good.has_value());
+  EXPECT_EQ(good->last(), 9);
+  for (const int last : {10, 11, 12}) {
+    EXPECT_FALSE(decode_body(body_of(4, 1, last, 3)).has_value()) << last;  // between two beams
+  }
+  EXPECT_FALSE(decode_body(body_of(4, 1, 9, 2)).has_value());
+  EXPECT_FALSE(decode_body(body_of(4, 1, 9, 4)).has_value());
+  EXPECT_FALSE(decode_body(body_of(0, 1, 9, 3)).has_value());
+  EXPECT_FALSE(decode_body(body_of(4, 0, 8, 3)).has_value());
+  EXPECT_FALSE(decode_body(body_of(4, 9, 5, 0)).has_value());
+  EXPECT_TRUE(decode_body(body_of(4, 521, 529, 3)).has_value());
+  EXPECT_FALSE(decode_body(body_of(4, 522, 530, 3)).has_value());  // beyond the last
 }
 
 TEST(LeuzeCodec, OptionsPasswordAndFlags) {
@@ -130,14 +161,6 @@ TEST(LeuzeGeometry, AsInTheTheses) {
 // Two millimetres are the unit (bit 0 is a flag): half of it, and the test world's 3.5 m/s.
 constexpr double kTolerance_m = 0.001 + 0.0005;
 
-double worst_error_m(const ArrivedScan& arrived, double beam_s) {
-  LaserScan scan = arrived.scan;
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    scan.time_offsets_s.push_back(static_cast<float>(beam_s * static_cast<double>(i)));
-  }
-  return worst_range_error_m(scan);
-}
-
 TEST(LeuzeDriver, MeasuresAtAnySpeedAndDropsWhatTheLineCannotCarry) {
   struct Case {
     int baud, wanted, step;
@@ -162,7 +185,7 @@ TEST(LeuzeDriver, MeasuresAtAnySpeedAndDropsWhatTheLineCannotCarry) {
     EXPECT_NEAR((scans[9].scan.utime - scans[8].scan.utime).seconds(), one.period_s, 1e-4);
     for (const ArrivedScan& arrived : scans) {
       EXPECT_EQ(arrived.scan.size(), one.step == 4 ? 133u : 265u);
-      EXPECT_LT(worst_error_m(arrived, one.step * device.geometry.beam_interval_s()), kTolerance_m);
+      EXPECT_LT(worst_range_error_m(arrived.scan), kTolerance_m);
     }
   }
 }
@@ -213,7 +236,7 @@ TEST(LeuzeService, OneConnectionAScan) {
     EXPECT_NEAR((scans[0].scan.utime - emulator.last_first_beam()).seconds(), 0.0, 0.0201);
     LaserScan scan = scans[0].scan;
     scan.utime = emulator.last_first_beam();
-    EXPECT_LT(worst_error_m({scan, {}}, 4 * options.geometry.beam_interval_s()), kTolerance_m);
+    EXPECT_LT(worst_range_error_m(scan), kTolerance_m);
   }
   EXPECT_EQ(connections, 5);
   line.unplug();

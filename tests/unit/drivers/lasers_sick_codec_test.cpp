@@ -320,5 +320,26 @@ TEST(SickParser, CountsWhatItPassesOver) {
   EXPECT_EQ(parser.garbage_bytes(), 3 + 9);
 }
 
+// The highest bit of an address says who speaks. A host that hears its own request (RS-422 with an
+// echo) must not take it for a reply, nor the laser a reply for a request.
+TEST(SickParser, TakesTelegramsOfTheOtherSideOnly) {
+  for (const bool from_laser : {true, false}) {
+    TelegramParser parser(from_laser ? TelegramParser::Side::laser : TelegramParser::Side::host);
+    for (int address = 0; address < 256; ++address) {
+      const Bytes telegram =
+          encode_telegram(static_cast<uint8_t>(address), Bytes{kGetType | 0x80, 'L', kHealthy});
+      parser.push(telegram);
+      int telegrams = 0;
+      while (const auto event = parser.next()) {
+        if (event->kind != Event::Kind::telegram) continue;
+        ++telegrams;
+        EXPECT_EQ(event->address, address);
+      }
+      EXPECT_EQ(telegrams, (address >= 0x80) == from_laser ? 1 : 0) << address;
+      parser.clear();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace marco::drivers::sick

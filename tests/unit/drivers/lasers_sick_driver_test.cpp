@@ -165,9 +165,9 @@ TEST(SickDriver, NoEchoAndDazzleAreNoRanges) {
   const auto scans = step_until(driver, line, 5.0, have(1));
   ASSERT_EQ(scans.size(), 1u);
   const std::vector<float>& ranges_m = scans[0].scan.ranges_m;
-  EXPECT_GE(static_cast<double>(ranges_m[0]), driver.sight().range_max_m - 1e-5);
+  EXPECT_GE(static_cast<double>(ranges_m[0]), driver.properties().range_max_m - 1e-5);
   EXPECT_EQ(ranges_m[1], 0.0f);
-  EXPECT_GE(static_cast<double>(ranges_m[2]), driver.sight().range_max_m - 1e-5);
+  EXPECT_GE(static_cast<double>(ranges_m[2]), driver.properties().range_max_m - 1e-5);
   EXPECT_FLOAT_EQ(ranges_m[3], 2.0f);
 }
 

@@ -129,8 +129,7 @@ inline std::function<bool(const std::vector<ArrivedScan>&)> have(std::size_t cou
 inline double worst_range_error_m(const LaserScan& scan) {
   double worst_m = 0.0;
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    const double offset_s =
-        scan.time_offsets_s.empty() ? 0.0 : static_cast<double>(scan.time_offsets_s[i]);
+    const auto offset_s = static_cast<double>(scan.time_offsets_s.at(i));
     const double expected_m = test_range_m(scan.bearing_rad(i), scan.utime.seconds() + offset_s);
     worst_m = std::max(worst_m, std::abs(static_cast<double>(scan.ranges_m[i]) - expected_m));
   }

@@ -302,6 +302,23 @@ TEST(ClockFilter, FindsDriftAndRemovesJitter) {
   EXPECT_GT(filter.jitter_s(), 0.001);
 }
 
+// A clock is off by a part in a thousand. A line that grows slower and slower looks like a clock that
+// is off by far more: the stamps must not follow it.
+TEST(ClockFilter, BelievesNoDriftBeyondItsBound) {
+  for (const double rate : {1.05, 0.95}) {  // device seconds per host second
+    ClockFilter filter(0.01);
+    double worst_s = 0.0;
+    for (int i = 0; i < 300; ++i) {
+      const double true_s = 0.0267 * i;
+      const Utime arrival = Utime::from_seconds(1000.0 + true_s);
+      worst_s = std::max(worst_s, (arrival - filter.update(true_s * rate, arrival)).seconds());
+    }
+    // 1 % is 1/1.01 - 1 or 1/0.99 - 1 in the other direction.
+    EXPECT_NEAR(filter.drift(), rate > 1.0 ? 0.01 : -0.01, 2e-4);
+    EXPECT_GT(worst_s, 0.1) << "8 s of 4 % that is not believed";
+  }
+}
+
 TEST(ClockFilter, RefusesAClockThatGoesBack) {
   ClockFilter filter;
   filter.update(2.0, Utime::from_seconds(10.0));

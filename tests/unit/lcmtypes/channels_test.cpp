@@ -17,5 +17,20 @@ TEST(Orders, AreWhatALiveRobotObeys) {
   }
 }
 
+TEST(LidarChannels, ALaserHasAPlanarAndARawChannel) {
+  const std::pair<const char*, const char*> lasers[] = {
+      {"LIDAR", "LIDAR_RAW"}, {"LIDAR_FRONT", "LIDAR_RAW_FRONT"}, {"LIDAR_RAWHIDE", "LIDAR_RAW_RAWHIDE"}};
+  for (const auto& [planar, raw] : lasers) {
+    EXPECT_EQ(channels::raw_channel_of(planar), raw);
+    EXPECT_EQ(channels::lidar_of(raw), planar);
+    EXPECT_EQ(channels::lidar_of(planar), planar);
+    EXPECT_TRUE(channels::is_raw_lidar(raw));
+    EXPECT_FALSE(channels::is_raw_lidar(planar)) << planar;
+  }
+  // A name of the user's own: whoever set it listens for it.
+  EXPECT_EQ(channels::raw_channel_of("RPLIDAR_LASER"), "RPLIDAR_LASER_RAW");
+  EXPECT_EQ(channels::raw_channel_of("LID"), "LID_RAW");
+}
+
 }  // namespace
 }  // namespace marco

@@ -30,7 +30,7 @@ Recorded record(const sim::RayCaster& world) {
   simulation.run([&](const Sample& sample, Utime) {
     if (const auto* now = std::get_if<PanTiltState>(&sample)) state = *now;
     const auto* scan = std::get_if<LaserScan>(&sample);
-    if (scan == nullptr) return;
+    if (scan == nullptr || !scan->time_offsets_s.empty()) return;  // each comes twice
     const double first_s = (scan->utime - sim::BatchSimulation::kStart).seconds();
     mapping3d::SceneRow row;
     row.utime = scan->utime;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "lcmtypes/channels.hpp"
 #include "simulator/batch_simulation.hpp"
 #include "simulator/odometry_model.hpp"
 #include "simulator/tour.hpp"
@@ -127,18 +128,22 @@ TEST(BatchSimulation, SendsInOrderOfTimeAtTheRatesItSays) {
   const RayCaster rays(room());
   BatchSimulation simulation(rays, two_legs(), SimulationOptions{}, 1);
   std::array<int, 6> counts{};
+  int raw = 0;
   int64_t last_us = 0;
   simulation.run(
       [&](const Sample& sample, Utime sent) {
         EXPECT_GE(sent.us, last_us);
         last_us = sent.us;
+        const auto* scan = std::get_if<LaserScan>(&sample);
+        if (scan != nullptr && scan->channel == channels::kLidarRaw) ++raw;
         ++counts.at(sample.index());
       },
       {});
   const double seconds = simulation.duration_s();
-  EXPECT_NEAR(counts[1], 37.5 * seconds, 2);  // scans
+  EXPECT_NEAR(raw, 37.5 * seconds, 2);
+  EXPECT_EQ(counts[1], 2 * raw);              // each scan twice
   EXPECT_NEAR(counts[2], 50.0 * seconds, 2);  // odometry
-  EXPECT_EQ(counts[5], counts[1]);            // a true pose each
+  EXPECT_EQ(counts[5], raw);                   // a true pose each
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "simulator/live/faults.hpp"
+#include "simulator/live/faulty_emulator.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

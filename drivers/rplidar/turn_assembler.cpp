@@ -1,0 +1,106 @@
+#include "drivers/rplidar/turn_assembler.hpp"
+
+#include "common/pose2.hpp"
+#include "drivers/transport/paced_output.hpp"
+
+namespace marco::drivers::rplidar {
+namespace {
+
+constexpr std::size_t kMaxSamples = 20'000;
+
+}  // namespace
+
+void TurnAssembler::start(double sample_s) {
+  clock_.start(sample_s);
+  capsule_.reset();
+  turn_.reset();
+  usual_span_deg_ = 0.0;
+}
+
+void TurnAssembler::note_arrival(Utime arrival) {
+  last_arrival_ = arrival;
+  clock_.note_arrival(arrival);
+}
+
+void TurnAssembler::lose_count() {
+  clock_.lose_count();
+  usual_span_deg_ = 0.0;
+  turn_.reset();
+}
+
+void TurnAssembler::add_node(const Block& block, Utime arrival) {
+  if (!block.continuous) {
+    ++counts_.drops["lost_samples"];
+    lose_count();
+  }
+  const int64_t sample = clock_.count();
+  // Of nodes that came together the last one waited least.
+  const bool last = block.bytes_after < 2 * kNodeSize;
+  if (last) note_arrival(arrival - line_time(kNodeSize, baud_));
+  const Node& node = block.node;
+  const double range_m = node.quality > 0 ? node.distance_q2 * 0.25e-3 : 0.0;
+  add_sample(sample, node.angle_q6 / 64.0, range_m, node.first);
+}
+
+// A capsule lost without a trace doubles the step of the start angles.
+bool TurnAssembler::follows_directly(const Capsule& next) {
+  double span_deg = (next.start_q6 - capsule_->start_q6) / 64.0;
+  if (span_deg < 0.0) span_deg += 360.0;
+  if (usual_span_deg_ == 0.0) usual_span_deg_ = span_deg;
+  if (span_deg > 1.6 * usual_span_deg_ || span_deg < 0.4 * usual_span_deg_) return false;
+  usual_span_deg_ += 0.1 * (span_deg - usual_span_deg_);
+  return true;
+}
+
+void TurnAssembler::add_capsule(const Block& block, Utime arrival) {
+  const std::optional<Capsule> previous = capsule_;
+  const bool whole =
+      !previous || (block.continuous && !block.capsule.first && follows_directly(block.capsule));
+  if (!whole) {
+    ++counts_.drops["lost_capsule"];
+    lose_count();
+  }
+  if (previous && whole) {
+    for (int k = 0; k < kCapsuleSamples; ++k) {
+      const double angle_deg = sample_angle_deg(*previous, block.capsule, k);
+      // Offsets shift a sample back by a few degrees. A new turn is a long way back.
+      const bool new_turn = angle_deg < last_angle_deg_ - 180.0;
+      add_sample(clock_.count(), angle_deg,
+                 previous->distance_mm[static_cast<std::size_t>(k)] * 1e-3, new_turn);
+    }
+  }
+  capsule_ = block.capsule;
+  // It leaves the laser after its own last sample, 32 behind the one counted.
+  note_arrival(arrival - line_time(kCapsuleSize, baud_) -
+               Duration::from_seconds(kCapsuleSamples * clock_.sample_s()));
+}
+
+void TurnAssembler::add_sample(int64_t sample, double angle_deg, double range_m, bool new_turn) {
+  last_angle_deg_ = angle_deg;
+  if (new_turn) {
+    finish_turn();
+    turn_.emplace();
+    turn_samples_.clear();
+  }
+  if (!turn_ || turn_->size() >= kMaxSamples) return;
+  turn_->ranges_m.push_back(static_cast<float>(range_m));
+  turn_->bearings_rad.push_back(static_cast<float>(normalize_angle(-deg_to_rad(angle_deg))));
+  turn_samples_.push_back(sample);
+}
+
+void TurnAssembler::finish_turn() {
+  if (!turn_ || turn_->size() < 2) return;
+  LaserScan scan = std::move(*turn_);
+  turn_.reset();
+  scan.utime = clock_.time_of(turn_samples_.front());
+  const double sample_s = clock_.host_sample_s();
+  for (const int64_t sample : turn_samples_) {
+    scan.time_offsets_s.push_back(
+        static_cast<float>(static_cast<double>(sample - turn_samples_.front()) * sample_s));
+  }
+  turn_s_ = static_cast<double>(scan.time_offsets_s.back());
+  ++counts_.scans;
+  ready_.push_back({std::move(scan), last_arrival_});
+}
+
+}  // namespace marco::drivers::rplidar

@@ -10,9 +10,9 @@
 
 namespace marco::sim {
 
-/// Drives a tour through a world in simulated time and gives what the robot's sensors would send, in
-/// the order of sending. A scan comes after its last beam, on LIDAR_RAW with the time of every beam,
-/// then on LIDAR with the same utime. Deterministic from its seed.
+/// Drives a tour through a world in simulated time and gives what the robot's sensors would send,
+/// in the order of sending. A scan comes after its last beam, on LIDAR_RAW with the time of every
+/// beam, then on LIDAR with the same utime. Deterministic from its seed.
 class BatchSimulation {
  public:
   /// The first scan's time: a literal, so that two runs are equal byte for byte.

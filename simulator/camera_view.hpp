@@ -10,8 +10,7 @@
 
 namespace marco::sim {
 
-/// A camera without a lens's faults: pixels are square, the optical axis (x ahead) meets the
-/// picture's centre.
+/// An ideal pinhole camera: square pixels, the optical axis (x ahead) in the picture's centre.
 struct CameraView {
   int width_px = 240;
   int height_px = 180;
@@ -26,8 +25,8 @@ struct CameraView {
   double focal_length_px() const;
 };
 
-/// What it sees: one ray a pixel, each surface in the colour of its material and the way it faces,
-/// lit from above and from the camera; through glass with a tint, in mirrors what they show.
+/// Renders a picture with one ray a pixel. The colour of a surface follows from its material and
+/// its normal, the light comes from above and from the camera; glass tints, mirrors reflect.
 /// @returns rows from the top, three bytes (red, green, blue) a pixel.
 std::vector<uint8_t> picture_of(const RayCaster& rays,
                                 const Pose3& world_from_camera,

@@ -80,7 +80,8 @@ std::vector<float> LaserModel::scan(const std::function<Pose3(double)>& world_fr
   std::vector<float> ranges_m(static_cast<std::size_t>(options_.beams));
   for (int i = 0; i < options_.beams; ++i) {
     const double bearing_rad = deg_to_rad(options_.first_bearing_deg + i * options_.step_deg);
-    const auto true_range = beam(world_from_sensor(options_.time_of_beam_s(i)), bearing_rad, random);
+    const auto true_range =
+        beam(world_from_sensor(options_.time_of_beam_s(i)), bearing_rad, random);
     const bool missing = uniform(random) < options_.missing_part;
     double range_m = options_.no_return_m;
     if (true_range && !missing) {

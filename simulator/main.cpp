@@ -37,7 +37,7 @@ sim::SimulationOptions options_of(const Arguments& arguments) {
   return options;
 }
 
-// What the cameras of a robot file would send meanwhile.
+// The pictures that the cameras of a robot file take during the tour.
 class Cameras {
  public:
   Cameras(const sim::RayCaster& rays, const Arguments& arguments)
@@ -110,8 +110,7 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-simulate", [&] {
-    CLI::App app(
-        "Drives a simulated robot through a world and writes an LCM log of what it senses");
+    CLI::App app("Drives a simulated robot through a world and writes an LCM log of its sensors");
     marco::Arguments arguments;
     bool print_config = false;
     app.add_option("--world", arguments.world, "e.g. config/worlds/lab.toml")
@@ -119,7 +118,7 @@ int main(int argc, char** argv) {
     app.add_option("--tour", arguments.tour, "e.g. config/tours/lab.toml")
         ->check(CLI::ExistingFile);
     app.add_option("--seed", arguments.seed)->capture_default_str();
-    app.add_option("--preset", arguments.preset, "default, or harsh as real logs are")
+    app.add_option("--preset", arguments.preset, "default, or harsh: the noise of real logs")
         ->check(CLI::IsMember({"default", "harsh"}))
         ->capture_default_str();
     app.add_option("--laser", arguments.laser,

@@ -7,8 +7,7 @@
 
 namespace marco::sim {
 
-/// Wheels that lie: fed with the true pose at a steady rate, it keeps the odometry a robot would
-/// have.
+/// Odometry with systematic errors, drift and slip, from the true pose at a steady rate.
 class OdometryModel {
  public:
   /// Draws this run's signs from `random`.

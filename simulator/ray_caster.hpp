@@ -22,8 +22,8 @@ struct NearestSurface {
   uint32_t triangle = 0;  ///< of the world
 };
 
-/// What rays and points meet in a world, by Embree. Const members are safe from several threads;
-/// the answer does not depend on them.
+/// Ray casting and nearest-surface search in a world, by Embree. Const members are safe from
+/// several threads and deterministic.
 class RayCaster {
  public:
   explicit RayCaster(const World& world);
@@ -38,7 +38,7 @@ class RayCaster {
   /// Distance from a point to the nearest surface; `max_m` when it is farther.
   float distance_to_surface_m(const Eigen::Vector3f& point_m, float max_m) const;
 
-  /// The nearest place of a surface. @returns nothing when it is farther than `max_m`.
+  /// The nearest point on a surface. @returns nothing when it is farther than `max_m`.
   std::optional<NearestSurface> nearest(const Eigen::Vector3f& point_m, float max_m) const;
 
   const World& world() const;

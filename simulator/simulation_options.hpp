@@ -7,8 +7,8 @@
 
 namespace marco::sim {
 
-/// The laser, by default a SICK LMS in its millimetre mode; other devices: device_laser(). Bounds of
-/// tests refer to these defaults.
+/// The laser, by default a SICK LMS in its millimetre mode; other devices: device_laser(). Bounds
+/// of tests refer to these defaults.
 struct LaserOptions {
   int beams = 361;
   double first_bearing_deg = -90.0;
@@ -16,7 +16,7 @@ struct LaserOptions {
   double scans_per_s = 37.5;
   int interlaced_turns = 2;       ///< of the mirror that make up a scan, beam after beam
   double scan_duration_s = 0.02;  ///< first beam to last beam
-  double range_min_m = 0.05;      ///< told in SENSOR_INFO
+  double range_min_m = 0.05;      ///< for SENSOR_INFO
   double range_max_m = 32.759;
   double no_return_m = 32.759;  ///< the range sent when nothing came back
   double range_sigma_m = 0.010;
@@ -59,14 +59,14 @@ struct LaserOptions {
   }
 };
 
-/// Wheels and floor: how far odometry is off. Signs are drawn once a run.
+/// Errors of the odometry, by wheels and floor. Signs are drawn once a run.
 struct OdometryOptions {
   double rate_hz = 50.0;
-  double distance_error = 0.05;  ///< part of the distance
-  double turn_error = 0.02;      ///< part of each turn
+  double distance_error = 0.05;  ///< share of the distance
+  double turn_error = 0.02;      ///< share of each turn
   double drift_deg_per_m = 1.0;
   double slip_every_m = 20.0;  ///< on average; 0 = never
-  double slip_m = 0.15;        ///< the wheels turn so far while the robot stands
+  double slip_m = 0.15;        ///< distance that the wheels turn while the robot stands
   double slip_turn_deg = 2.0;
   double floor_tilt_deg = 0.2;  ///< largest roll and pitch of the uneven floor
 
@@ -83,11 +83,11 @@ struct OdometryOptions {
   }
 };
 
-/// What a logger does to a log.
+/// Faults of a logger.
 struct LoggerOptions {
   double stamp_jitter_s = 0.0;  ///< standard deviation of a scan's stamp
-  double dropped_scans = 0.0;   ///< part
-  double burst_part = 0.0;      ///< of the scans, logged with the stamp of the one before
+  double dropped_scans = 0.0;   ///< share
+  double burst_part = 0.0;      ///< share logged with the stamp of the scan before
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -141,9 +141,9 @@ struct SimulationOptions {
   }
 };
 
-/// The second preset, after what intel.log and fr101.log show: ranges in whole centimetres with a
-/// spread of 7-12 mm about fitted walls beside that, about 5 scans a second, stamps that come two
-/// at a time, wheels that lose a tenth of a turn.
+/// The second preset, modelled on intel.log and fr101.log: ranges in whole centimetres with another
+/// 7-12 mm of noise about fitted walls, about 5 scans a second, stamps in pairs, wheels that lose a
+/// tenth of a turn.
 inline SimulationOptions harsh_options() {
   SimulationOptions options;
   options.laser.range_sigma_m = 0.015;

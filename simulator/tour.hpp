@@ -9,7 +9,7 @@
 
 namespace marco::sim {
 
-/// One order of a tour.
+/// One step of a tour.
 struct TourStep {
   std::string kind = "go";   ///< go (to x, y), face (a heading), sweep (the pan-tilt), wait
   std::vector<double> to_m;  ///< go
@@ -47,18 +47,18 @@ struct Tour {
   }
 };
 
-/// Where everything is at a moment.
+/// The pose of the robot and the angles of its pan-tilt at one moment.
 struct RobotState {
   Pose2 world_from_robot;
   double pan_rad = 0.0;
   double tilt_rad = 0.0;
 };
 
-/// A tour as a function of time: straight lines and turns on the spot with trapezoids of speed, the
-/// pan-tilt at constant rates. Exact at any moment, so nothing depends on a step size.
+/// A tour as a function of time: straight lines and turns on the spot with trapezoidal speed
+/// profiles, the pan-tilt at constant rates. In closed form, independent of any step size.
 class MotionPlan {
  public:
-  /// @throws std::invalid_argument naming the step that makes no sense.
+  /// @throws std::invalid_argument naming the invalid step.
   MotionPlan(const Tour& tour, const RobotOptions& robot, double scans_per_s);
 
   double duration_s() const { return phases_.empty() ? 0.0 : phases_.back().end_s; }

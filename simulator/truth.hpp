@@ -16,18 +16,16 @@ struct SurfaceError {
   double p99_m = 0.0;
 };
 
-/// How far a map's occupied cells (>= 60 %) lie from the nearest true surface, at the laser's
-/// height.
-/// @param world_from_map  e.g. of the best fit of the path; half a cell's diagonal is the map's own
-/// grain
+/// The distance of a map's occupied cells (>= 60 %) to the nearest true surface at the laser's
+/// height. Half a cell's diagonal of it is the map's resolution.
+/// @param world_from_map  e.g. from the best fit of the path
 SurfaceError map_error(const GridMap& map,
                        const RayCaster& world,
                        const Pose2& world_from_map,
                        double laser_height_m);
 
-/// How far a model's surface lies from the nearest true surface: all triangles, points spread
-/// evenly over their area (one each 4 cm2, at least one a triangle), nothing cut off but the search
-/// at 1 m.
+/// The distance of a model's surface to the nearest true surface, at points spread evenly over all
+/// triangles (one each 4 cm2, at least one a triangle). The search ends at 1 m.
 SurfaceError model_error(const TriangleMesh& model,
                          const RayCaster& world,
                          const Pose3& world_from_model);

@@ -11,10 +11,11 @@ namespace marco::sim {
 
 enum class Material : uint8_t { plain, black, glass, mirror };
 
-/// @param name plain, black, glass or mirror. @throws std::invalid_argument naming what is known.
+/// @param name plain, black, glass or mirror. @throws std::invalid_argument listing the known ones.
 Material material_named(const std::string& name);
 
-/// What the robot drives in: triangles with a material each. World frame: floor at z = 0, z up.
+/// The geometry around the robot: triangles with a material each. World frame: floor at z = 0, z
+/// up.
 struct World {
   std::vector<Eigen::Vector3f> vertices_m;
   std::vector<std::array<uint32_t, 3>> triangles;
@@ -117,7 +118,7 @@ struct ColumnSpec {
   }
 };
 
-/// A world file (config/worlds/*.toml): what stands where.
+/// A world file (config/worlds/*.toml).
 struct WorldSpec {
   std::vector<double> floor_m = {0, 0, 10, 10};  ///< x0 y0 x1 y1 of floor and ceiling
   double ceiling_m = 2.6;

@@ -25,7 +25,7 @@ std::string encode_number(uint32_t value, int characters);
 /// @returns nothing when a character lies outside 30h..6Fh.
 std::optional<uint32_t> decode_number(std::string_view text);
 
-/// One reply, its checksums found right and taken off.
+/// One reply, checksums verified and removed.
 struct Reply {
   std::string echo;                ///< the request, without its tag
   std::string status;              ///< "00" done, "99" a scan of a stream, else refused
@@ -38,7 +38,7 @@ struct Reply {
 /// @param tag  a request's ";text", sent back with the echo; may be empty.
 Bytes encode_reply(const Reply& reply, const std::string& tag = "");
 
-/// Cuts a stream into replies, however it is split. A reply with one bad checksum is dropped whole.
+/// Parses a stream into replies, however it is split. Drops a reply with any bad checksum.
 class ReplyParser {
  public:
   void push(std::span<const uint8_t> bytes);
@@ -46,7 +46,7 @@ class ReplyParser {
   std::size_t bytes_after() const { return buffer_.size() - head_; }  ///< behind the last reply
   void clear();
 
-  int64_t garbage_bytes() const { return garbage_bytes_; }  ///< of replies dropped, too
+  int64_t garbage_bytes() const { return garbage_bytes_; }  ///< including dropped replies
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
@@ -54,7 +54,7 @@ class ReplyParser {
 
   std::string buffer_;
   std::size_t head_ = 0;
-  std::vector<std::string> lines_;  ///< of the reply that is coming
+  std::vector<std::string> lines_;  ///< of the reply under way
   std::size_t bytes_ = 0;           ///< in them
   int64_t garbage_bytes_ = 0;
   int64_t bad_checksums_ = 0;
@@ -78,18 +78,18 @@ struct ScanRequest {
 };
 std::optional<ScanRequest> parse_scan_request(std::string_view line);
 
-/// A scan as a reply tells it.
+/// The content of a scan.
 struct Measurement {
   uint32_t timestamp_ms = 0;  ///< of the laser's clock, 24 bits
   std::vector<uint32_t> values_mm;
   std::vector<uint32_t> intensities;  ///< one a value where asked for, else empty
 };
 Reply encode_measurement(const ScanRequest& request, int remaining, const Measurement& scan);
-/// @returns nothing when the reply is no scan of this request, to the last character, or has more
-/// than one echo of a step.
+/// @returns nothing when the reply does not match the request exactly, or has more than one echo of
+/// a step.
 std::optional<Measurement> decode_measurement(const Reply& reply, const ScanRequest& request);
 
-/// What PP tells of a laser.
+/// A laser's reply to PP.
 struct Parameters {
   std::string model = "URG-04LX(Hokuyo Automatic Co.,Ltd.)";
   int range_min_mm = 20;    ///< DMIN; smaller values are error codes

@@ -23,8 +23,8 @@ HokuyoDriver::HokuyoDriver(ByteStream& stream, const HokuyoOptions& options, Clo
     : stream_(stream),
       options_(options),
       clock_(std::move(clock)),
-      search_(options.baud, options.baud == 0
-                                ? std::vector<int>{}
+      search_(options.baud,
+              options.baud == 0 ? std::vector<int>{}
                                 : std::vector<int>{19'200, 115'200, 38'400, 57'600}) {
   validate(options, "hokuyo");
   try_next_baud_rate();
@@ -113,7 +113,7 @@ std::vector<ArrivedScan> HokuyoDriver::step() {
   parser_.push({buffer, count});
   while (const auto reply = parser_.next()) on_reply(*reply, arrival);
   if (phase_ == Phase::measuring) {
-    if (clock_() > deadline_) start_over("no scans came any more");
+    if (clock_() > deadline_) start_over("the scans stopped");
   } else if (clock_() >= deadline_) {
     on_timeout();
   }

@@ -87,7 +87,8 @@ void HokuyoEmulator::handle(const std::string& line_with_tag, Utime now) {
         {line,
          "00",
          {key_line("VEND", "Hokuyo Automatic Co.,Ltd."),
-          key_line("PROD", mirror_.parameters().model.substr(0, mirror_.parameters().model.find('('))),
+          key_line("PROD",
+                   mirror_.parameters().model.substr(0, mirror_.parameters().model.find('('))),
           key_line("FIRM", "3.3.00"), key_line("PROT", "SCIP 2.0"), key_line("SERI", "H0000001")}},
         tag, now);
   } else if (command == "PP") {
@@ -100,7 +101,8 @@ void HokuyoEmulator::handle(const std::string& line_with_tag, Utime now) {
           key_line("SCSP", std::to_string(mirror_.parameters().rpm)),
           key_line("MESM", stream_ ? "000" : "Idle"),
           key_line("SBPS", std::to_string(speed_.baud == 0 ? 115'200 : speed_.baud)),
-          key_line("TIME", std::to_string(mirror_.clock_ms(now))), key_line("STAT", "Sensor works well.")}},
+          key_line("TIME", std::to_string(mirror_.clock_ms(now))),
+          key_line("STAT", "Sensor works well.")}},
         tag, now);
   } else if (command == "SS") {
     handle_speed(line, tag, now);
@@ -154,8 +156,9 @@ void HokuyoEmulator::handle_speed(const std::string& line, const std::string& ta
 
 void HokuyoEmulator::handle_scan(const std::string& line, const std::string& tag, Utime now) {
   const ScanRequest request = *parse_scan_request(line);
-  const bool able = mirror_.parameters().range_max_mm > 5600 ||  // the URG tells first distances only
-                    (!request.intensities && !request.all_echoes);
+  const bool able =
+      mirror_.parameters().range_max_mm > 5600 ||  // the URG tells first distances only
+      (!request.intensities && !request.all_echoes);
   if (!able) return answer({line, "0E", {}}, tag, now);
   const bool in_view = request.last_step <= mirror_.parameters().last_step &&
                        (request.characters == 3 || mirror_.parameters().range_max_mm <= 5600);

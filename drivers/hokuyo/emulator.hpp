@@ -15,7 +15,7 @@ struct HokuyoEmulatorOptions {
   int baud = 0;                    ///< after power-on: 19200 on RS-232; 0 = USB or TCP, no speed
   double reply_s = 0.002;
   double start_s = 0.3;  ///< from a reset until it answers
-  bool scip1 = false;    ///< old firmware: speaks SCIP 1.1 until it hears "SCIP2.0"
+  bool scip1 = false;    ///< old firmware: speaks SCIP 1.1 until it receives "SCIP2.0"
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -37,10 +37,10 @@ SensorInfo sensor_info(const LaserPlace& place, const LaserProperties& propertie
   info.utime = now;
   info.channel = channels::lidar_of(place.channel);
   info.mount = place.mount == "robot" ? SensorInfo::Mount::robot : SensorInfo::Mount::pantilt;
-  info.parent_from_sensor = make_pose3(
-      {place.position_m[0], place.position_m[1], place.position_m[2]},
-      deg_to_rad(place.roll_pitch_yaw_deg[0]), deg_to_rad(place.roll_pitch_yaw_deg[1]),
-      deg_to_rad(place.roll_pitch_yaw_deg[2]));
+  info.parent_from_sensor =
+      make_pose3({place.position_m[0], place.position_m[1], place.position_m[2]},
+                 deg_to_rad(place.roll_pitch_yaw_deg[0]), deg_to_rad(place.roll_pitch_yaw_deg[1]),
+                 deg_to_rad(place.roll_pitch_yaw_deg[2]));
   info.scan_duration_s = properties.scan_duration_s;
   info.range_min_m = properties.range_min_m;
   // Rounded as the ranges are: a "no return" must not lie a rounding error below the limit.

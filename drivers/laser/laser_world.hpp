@@ -8,7 +8,7 @@
 
 namespace marco::drivers {
 
-/// One turn of an emulated laser's mirror, as it asks the world for its ranges.
+/// One turn of an emulated laser's mirror: the beams whose ranges it asks for.
 struct LaserSweep {
   Utime first_beam;                ///< when beam 0 is measured
   double beam_interval_s = 0.0;    ///< from a beam to the next
@@ -17,9 +17,8 @@ struct LaserSweep {
   int beams = 0;
 };
 
-/// Answers with one range a beam [m]: infinity = nothing came back, NaN = the laser was dazzled. It
-/// is asked after the sweep, so that a simulator must know some 0.1 s of its past (a first_beam may
-/// lie that far back, never in the future).
+/// @returns one range a beam [m]: infinity = nothing came back, NaN = the laser was dazzled. Called
+/// after the sweep: first_beam lies up to some 0.1 s in the past, never in the future.
 using LaserWorld = std::function<std::vector<double>(const LaserSweep&)>;
 
 }  // namespace marco::drivers

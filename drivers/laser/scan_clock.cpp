@@ -6,8 +6,7 @@ namespace marco::drivers {
 
 Utime ScanClock::update(Utime end, int64_t dropped) {
   const bool lost = std::exchange(dropped_before_, dropped) != dropped;
-  const double device_s =
-      turns_.update(end, lost ? TurnCounter::Gap::any : TurnCounter::Gap::none);
+  const double device_s = turns_.update(end, lost ? TurnCounter::Gap::any : TurnCounter::Gap::none);
   return filter_.update(device_s, end);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "drivers/transport/clock_filter.hpp"
+#include "drivers/transport/turn_counter.hpp"
 
 namespace marco::drivers {
 

@@ -24,7 +24,6 @@ inline constexpr uint8_t kError = 0x53;
 inline constexpr uint8_t kWarning = 0x54;
 
 /// Bits of the first option byte beside the count of option bytes (bits 0-1).
-inline constexpr uint8_t kMeasuring = 0x08;
 inline constexpr uint8_t kErrorBit = 0x10;
 inline constexpr uint8_t kPasswordFollows = 0x20;
 
@@ -42,10 +41,10 @@ struct Telegram {
 
 Bytes encode_telegram(const Telegram& telegram);
 
-/// From op to the last value, stuffing removed. @returns nothing when it contradicts itself.
+/// From op to the last value, stuffing removed. @returns nothing when it is inconsistent.
 std::optional<Telegram> decode_body(std::span<const uint8_t> body);
 
-/// Cuts a stream into telegrams, however it is split; wrong checksums are dropped and counted.
+/// Parses a stream into telegrams, however it is split. Drops and counts wrong checksums.
 class TelegramParser {
  public:
   void push(std::span<const uint8_t> bytes);

@@ -68,8 +68,7 @@ void LeuzeDriver::on_telegram(const Telegram& telegram, Utime arrival) {
   if (telegram.operation != kMeasurement) return;
   ++counts_.scans;
   const std::size_t bytes = encode_telegram(telegram).size() + parser_.bytes_after();
-  const Utime end =
-      scan_clock_.update(arrival - line_time(bytes, baud), parser_.bad_checksums());
+  const Utime end = scan_clock_.update(arrival - line_time(bytes, baud), parser_.bad_checksums());
   const double first_beam_s = (telegram.first - 1) * options_.geometry.beam_interval_s();
   std::vector<double> ranges_m;
   for (const uint16_t value_mm : telegram.values_mm) ranges_m.push_back(value_mm * 0.001);

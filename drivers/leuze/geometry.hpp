@@ -10,7 +10,7 @@ inline constexpr int kLastIndex = 529;    ///< of a beam; the first is 1
 inline constexpr int kMiddleIndex = 265;  ///< straight ahead
 inline constexpr double kSweepS = 0.040;  ///< a turn of the mirror
 
-/// Which way the beams lie, and by how much the laser measures wrong.
+/// The bearings of the beams, and the calibration of the ranges.
 struct LeuzeGeometry {
   double beam_step_deg = 0.36;  ///< of neighbouring indices; thesis A's code has 190/528
   bool clockwise = true;        ///< index 1 is left (other drivers) or right (thesis A)

@@ -36,7 +36,8 @@ std::vector<ArrivedScan> LeuzeServiceDriver::step() {
     deadline_ = clock_() + kServicePatience;
   }
   const Utime until = waiting_ ? deadline_ : next_request_;
-  const microseconds wait = std::clamp(microseconds((until - clock_()).us), microseconds(0), kReadTimeout);
+  const microseconds wait =
+      std::clamp(microseconds((until - clock_()).us), microseconds(0), kReadTimeout);
   uint8_t buffer[1024];
   const std::size_t count = stream_.read(buffer, wait);
   const Utime arrival = clock_();
@@ -55,9 +56,9 @@ std::vector<ArrivedScan> LeuzeServiceDriver::step() {
     return {};
   }
   ++counts_.scans;
-  return {{options_.scan_of(*ranges, 1, kServiceStep,
-                            arrival - Duration::from_seconds(1.5 * kSweepS)),
-           arrival}};
+  return {
+      {options_.scan_of(*ranges, 1, kServiceStep, arrival - Duration::from_seconds(1.5 * kSweepS)),
+       arrival}};
 }
 
 std::string LeuzeServiceDriver::state() const {

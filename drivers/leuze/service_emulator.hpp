@@ -4,8 +4,8 @@
 
 namespace marco::drivers::leuze {
 
-/// Thesis A's service in front of the laser. A client connects, sends 1, gets the ranges of the last
-/// complete sweep and closes. Other requests are not answered.
+/// Thesis A's service in front of the laser. A client connects, sends 1, gets the ranges of the
+/// last complete sweep and closes. Other requests are not answered.
 class LeuzeServiceEmulator final : public Emulator {
  public:
   LeuzeServiceEmulator(LaserWorld world, const LeuzeGeometry& geometry);

@@ -9,7 +9,7 @@
 
 namespace marco::drivers {
 
-/// A switch of one driver's command line, over what its config says.
+/// A switch of one driver's command line; overrides its config.
 template <class Options>
 struct DriverSwitch {
   std::string name;  ///< "--no-guard"

@@ -76,7 +76,7 @@ std::string LineWatch::guess() const {
 std::string LineWatch::text() const {
   if (trouble_ == Trouble::none) return {};
   if (trouble_ == Trouble::silent) {
-    return (count_ == 0 ? "no bytes at all from " : "no bytes any more from ") + where() + ": is " +
+    return (count_ == 0 ? "no bytes at all from " : "no more bytes from ") + where() + ": is " +
            (address_.starts_with("tcp:")
                 ? "the device behind it on, and its cable in?"
                 : "the device powered, the cable in, TX and RX not crossed, the baud rate right?");
@@ -87,7 +87,7 @@ std::string LineWatch::text() const {
     std::snprintf(hex, sizeof hex, " %02x", first_[i]);
     sample += hex;
   }
-  return std::to_string(count_) + " bytes came from " + where() + ", none is understood:" + sample +
+  return std::to_string(count_) + " bytes from " + where() + " make no telegram:" + sample +
          " ... " + guess();
 }
 

@@ -13,12 +13,12 @@
 
 namespace marco::drivers {
 
-/// Judges what comes over an open line whose device does not answer: nothing, or bytes that nobody
-/// understands. Told of bytes and of time; without clock.
+/// Diagnoses an open line whose device does not answer: silence, or bytes that make no telegrams.
+/// Has no clock of its own.
 class LineWatch {
  public:
   static constexpr double kSilentS = 3.0;
-  static constexpr double kGarbledS = 10.0;  ///< a driver may look for the baud rate meanwhile
+  static constexpr double kGarbledS = 10.0;  ///< long enough to search for the baud rate
   static constexpr int64_t kGarbledBytes = 32;
 
   enum class Trouble { none, silent, garbled };
@@ -27,7 +27,7 @@ class LineWatch {
 
   void on_line(const LineSettings& line) { bauds_.insert(line.baud); }
   void on_bytes(std::span<const uint8_t> bytes);
-  /// Call at each step. @param answers  whether the device is understood now.
+  /// Call at each step. @param answers  whether the device's telegrams are understood now.
   /// @param now_s  any clock; time between two steps counts up to half a second.
   Trouble judge(bool answers, double now_s);
   /// What is wrong and what to do, in one line; "" without trouble.
@@ -48,7 +48,7 @@ class LineWatch {
   Trouble trouble_ = Trouble::none;
 };
 
-/// Passes everything on, and tells a watch of it.
+/// Forwards everything, and reports it to a watch.
 class WatchedStream final : public ByteStream {
  public:
   /// Both outlive it.

@@ -26,7 +26,7 @@ inline constexpr uint8_t kGetConfiguration = 0x84;
 inline constexpr uint8_t kSetMotorPwm = 0xF0;
 inline constexpr uint8_t kGetAccessoryFlag = 0xFF;
 
-/// Kinds of data, as a descriptor names them.
+/// Kinds of data in a descriptor.
 inline constexpr uint8_t kInfo = 0x04;
 inline constexpr uint8_t kHealth = 0x06;
 inline constexpr uint8_t kSampleRate = 0x15;
@@ -48,7 +48,7 @@ struct Request {
   Bytes data;
 };
 
-/// The laser's ear: cuts requests out of what a host sends.
+/// Parses a host's requests, for the emulator.
 class RequestParser {
  public:
   void push(std::span<const uint8_t> bytes);
@@ -87,21 +87,20 @@ double sample_angle_deg(const Capsule& capsule, const Capsule& next, int k);
 /// One block of an answer.
 struct Block {
   uint8_t kind = 0;
-  bool continuous = true;       ///< nothing was passed over between the last block and this one
+  bool continuous = true;       ///< no bytes were skipped since the last block
   Bytes data;                   ///< of one answer
   Node node;                    ///< kind kNodes
   Capsule capsule;              ///< kind kCapsules
   std::size_t bytes_after = 0;  ///< pushed already, behind it
 };
 
-/// Cuts what a laser sends into blocks, however it is split. In a stream it finds its place again
-/// by the checksum of a capsule; nodes have none, so that one counts only if the next is one, too,
-/// at an angle that follows.
+/// Parses a laser's answers into blocks, however they are split. Resynchronizes by the checksum of
+/// a capsule. Nodes have none: a node counts only if another one follows at a plausible angle.
 class AnswerParser {
  public:
   void push(std::span<const uint8_t> bytes);
   std::optional<Block> next();
-  /// A new request was sent: what comes next begins with a descriptor.
+  /// A new request was sent: its answer begins with a descriptor.
   void expect_descriptor();
   bool streaming() const { return streaming_; }
 

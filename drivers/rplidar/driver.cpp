@@ -108,7 +108,7 @@ std::vector<ArrivedScan> RplidarDriver::step() {
     }
   }
   if (phase_ == Phase::measuring) {
-    if (clock_() > deadline_) start_over("no samples came any more");
+    if (clock_() > deadline_) start_over("the samples stopped");
   } else if (clock_() >= deadline_) {
     on_timeout();
   }
@@ -119,7 +119,6 @@ std::vector<ArrivedScan> RplidarDriver::step() {
 }
 
 void RplidarDriver::on_input_flushed() {
-  turns_.forget_capsule();
   turns_.lose_count();
   if (phase_ == Phase::measuring) deadline_ = clock_() + kSilence;
 }
@@ -175,7 +174,8 @@ void RplidarDriver::stop() {
 }
 
 std::string RplidarDriver::state() const {
-  std::string state = phase_ <= Phase::asking_info ? "looking for the laser" : "setting the laser up";
+  std::string state =
+      phase_ <= Phase::asking_info ? "looking for the laser" : "setting the laser up";
   if (phase_ == Phase::measuring) {
     char rate[32];
     std::snprintf(rate, sizeof(rate), "%.1f a second",

@@ -28,8 +28,8 @@ class SampleClock {
  private:
   ClockFilter filter_{0.02};
   double sample_s_ = 0.0;
-  int64_t sample_ = 0;      ///< number of the next
-  double noted_s_ = -1.0;   ///< device time of the last arrival given to the filter
+  int64_t sample_ = 0;     ///< number of the next
+  double noted_s_ = -1.0;  ///< device time of the last arrival given to the filter
   int64_t noted_sample_ = 0;
   Utime noted_utime_;
 };

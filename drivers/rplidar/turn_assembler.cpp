@@ -24,6 +24,7 @@ void TurnAssembler::note_arrival(Utime arrival) {
 
 void TurnAssembler::lose_count() {
   clock_.lose_count();
+  capsule_.reset();
   usual_span_deg_ = 0.0;
   turn_.reset();
 }

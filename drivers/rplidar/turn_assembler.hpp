@@ -21,9 +21,8 @@ class TurnAssembler {
   /// @param arrival  of the block's last byte
   void add_node(const Block& block, Utime arrival);
   void add_capsule(const Block& block, Utime arrival);
-  /// The count of samples is lost, and with it the turn under way.
+  /// The count of samples is lost, and with it the turn and the capsule under way.
   void lose_count();
-  void forget_capsule() { capsule_.reset(); }
 
   std::vector<ArrivedScan> take_scans() { return std::exchange(ready_, {}); }
   double turn_s() const { return turn_s_; }

@@ -43,7 +43,7 @@ inline constexpr uint8_t kMeanReply = 0xB6;
 inline constexpr uint8_t kSubRangeReply = 0xB7;
 inline constexpr uint8_t kMeanSubRangeReply = 0xBF;
 inline constexpr uint8_t kReflectivityReply = 0xC4;
-/// Whether decode_values reads replies of this code.
+/// Whether decode_values can read replies of this code.
 bool carries_values(uint8_t code);
 
 /// Arguments of kSetMode.
@@ -64,8 +64,8 @@ inline constexpr uint8_t kBaud500000 = 0x48;
 std::optional<Mode> mode_of_baud(int baud);
 std::optional<int> baud_of_mode(uint8_t mode);
 
-/// The laser's own cyclic code: shift by one bit a byte, polynomial 8005, the last two bytes mixed
-/// in. No CRC of the catalogues.
+/// The laser's own cyclic code: one shift a byte, polynomial 8005, mixed with the last two bytes.
+/// Not a standard CRC.
 uint16_t crc(std::span<const uint8_t> bytes);
 
 /// A whole telegram. @param payload  code, data and (from the laser) status; at least one byte.
@@ -83,7 +83,7 @@ Bytes installation_request(const std::string& password = "SICK_LMS");
 /// @param resolution_cdeg  of a degree's hundredths: 100, 50 or 25.
 Bytes set_variant_request(int angle_deg, int resolution_cdeg);
 
-/// One telegram or one byte between telegrams, as a parser met it.
+/// One telegram, or one byte between telegrams.
 struct Event {
   enum class Kind { telegram, ack, nak, bad_checksum };
   Kind kind = Kind::telegram;
@@ -98,19 +98,19 @@ struct Event {
   std::span<const uint8_t> data() const { return payload.subspan(1, payload.size() - 2); }
 };
 
-/// Cuts a stream into telegrams, however it is split. What fits no telegram is passed over byte by
-/// byte and counted, so that after damage the next whole telegram is found, even one inside a false
-/// one. Never delivers a telegram whose CRC does not fit.
+/// Parses a stream into telegrams, however it is split. Bytes that fit no telegram are skipped and
+/// counted one by one, so that the next whole telegram after damage is found, even inside a false
+/// one. Never delivers a telegram with a wrong CRC.
 class TelegramParser {
  public:
-  enum class Side { laser, host };  ///< whose telegrams are read
+  enum class Side { laser, host };  ///< the sender of the telegrams
 
   explicit TelegramParser(Side side) : side_(side) {}
 
   void push(std::span<const uint8_t> bytes);
   /// The next event within what was pushed.
   std::optional<Event> next();
-  /// Tells that the line fell silent: what waits for its rest waits in vain and is passed over.
+  /// The line fell silent: gives up the incomplete telegram.
   void give_up_waiting();
   bool waiting() const { return head_ < buffer_.size(); }
   void clear();
@@ -133,7 +133,7 @@ class TelegramParser {
 enum class Unit : uint8_t { cm = 0, mm = 1, dm = 2 };
 double metres(Unit unit);
 
-/// How a value word is to be read in a measuring mode (byte 5 of the configuration).
+/// How to read a value word in a measuring mode (byte 5 of the configuration).
 struct RangeRule {
   uint16_t distance_mask;  ///< the other bits are fields or a reflector's level
   uint16_t first_special;  ///< from here on the distance is a code: see Special
@@ -179,7 +179,7 @@ Bytes set_configuration_request(const Configuration& configuration);
 /// Of the reply F4. @returns nothing when it is too short.
 std::optional<Configuration> decode_configuration(const Event& reply);
 
-/// What of the status block (reply B1) concerns us.
+/// The fields of the status block (reply B1) that we use.
 struct StatusReport {
   std::string firmware;
   std::string boot_firmware;
@@ -210,7 +210,7 @@ std::optional<StatusReport> decode_status(const Event& reply);
 /// For a person: "error, pollution".
 std::string describe_status_byte(uint8_t status);
 
-/// How many values a scan of this variant has; 0 when the laser has no such variant.
+/// The number of values in a scan of this variant; 0 when the laser has no such variant.
 int beams_of_variant(int angle_deg, int resolution_cdeg);
 
 }  // namespace marco::drivers::sick

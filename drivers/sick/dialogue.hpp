@@ -24,8 +24,8 @@ enum class Phase {
   measuring,
 };
 
-/// The setup as requests and replies: what to ask in each phase, how to read the answer, which phase
-/// comes next. Writes the laser's EEPROM only where its configuration differs.
+/// The setup as requests and replies: what to ask in each phase, how to read the answer, which
+/// phase comes next. Writes the laser's EEPROM only where its configuration differs.
 class Dialogue {
  public:
   static constexpr Duration kModePatience = Duration::from_us(3'200'000);

@@ -78,15 +78,15 @@ void SickDriver::start_over(const std::string& why) {
 }
 
 Duration SickDriver::silence_allowed() const {
-  const double scan_s = std::max(assembler_.period_s(),
-                                 line_time(kLongestScanBytes, link_.baud()).seconds());
+  const double scan_s =
+      std::max(assembler_.period_s(), line_time(kLongestScanBytes, link_.baud()).seconds());
   return Duration::from_seconds(0.3 + 3.0 * scan_s);
 }
 
 std::vector<ArrivedScan> SickDriver::step() {
   receive();
   if (phase_ == Phase::measuring) {
-    if (clock_() > deadline_) start_over("no scans came any more");
+    if (clock_() > deadline_) start_over("the scans stopped");
   } else if (clock_() >= deadline_) {
     on_timeout();
   }
@@ -141,7 +141,7 @@ void SickDriver::on_event(const Event& event, Utime arrival) {
 
 void SickDriver::on_reply(const Event& event) {
   if (phase_ == Phase::finding && event.code() == kValuesReply) {
-    // It streams at this speed. "Stop" is repeated if it was not heard.
+    // It streams at this speed. The request to stop is repeated if it was lost.
     if (!std::exchange(streams_here_, true)) deadline_ = clock_() + kStopPatience;
     return;
   }

@@ -14,8 +14,8 @@ namespace marco::drivers::sick {
 /// Ranges: 0 for dazzled or faulty beams, properties().range_max_m where nothing came back.
 class SickDriver final : public LaserDriver {
  public:
-  /// @param stream  outlives the driver. @throws std::invalid_argument for options the laser has
-  /// not.
+  /// @param stream  outlives the driver. @throws std::invalid_argument for options that the laser
+  /// does not have.
   SickDriver(ByteStream& stream, const SickOptions& options, Clock clock);
 
   std::vector<ArrivedScan> step() override;

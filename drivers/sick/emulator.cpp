@@ -263,9 +263,9 @@ void SickEmulator::finish_scan() {
   if ((configuration_.availability() & 2) != 0) {
     values->indices = {mirror_.turn_index(), static_cast<uint8_t>(scans_sent_)};
   }
-  output_.send(encode_reply(encode_values(*values), status_byte(),
-                            static_cast<uint8_t>(options_.address)),
-               end);
+  output_.send(
+      encode_reply(encode_values(*values), status_byte(), static_cast<uint8_t>(options_.address)),
+      end);
   ++scans_sent_;
   one_scan_asked_ = false;
   scans_dropped_ += mirror_.skip_until(output_.free_at());

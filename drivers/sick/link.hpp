@@ -22,7 +22,7 @@ class SickLink {
   void restart_search() { search_.restart(); }
   /// Changes to the rate to measure at: the laser has changed, too.
   void use_goal_baud();
-  /// The laser was not heard at the goal. @returns whether that was once too often: the goal is
+  /// The laser did not answer at the goal. @returns whether this was once too often: the goal is
   /// 9600 from now on.
   bool fall_back();
 

@@ -16,7 +16,7 @@ void prepare(const sick::SickOptions& options, LaserProcess& laser) {
 }  // namespace marco::drivers
 
 int main(int argc, char** argv) {
-  return marco::drivers::laser_main(
-      argc, argv, "Driver of the SICK LMS 200, 211, 220, 221, 291 and 209 lasers",
-      marco::drivers::prepare);
+  return marco::drivers::laser_main(argc, argv,
+                                    "Driver of the SICK LMS 200, 211, 220, 221, 291 and 209 lasers",
+                                    marco::drivers::prepare);
 }

@@ -67,21 +67,19 @@ MeasuredValues SickMirror::measure(Utime first_beam, const Configuration& config
   values.unit = configuration.unit();
   int first_offset = 0;
   if (form_.mode == kPartialScans) {
-    const auto turn =
-        static_cast<int64_t>(std::llround((first_beam - start_).seconds() / turn_s_));
+    const auto turn = static_cast<int64_t>(std::llround((first_beam - start_).seconds() / turn_s_));
     first_offset = static_cast<int>(turn % (100 / resolution_cdeg));
     values.partial = true;
     values.partial_offset_quarters = first_offset * resolution_cdeg / 25;
   }
   const int whole = angle_deg + (turns > 1 || first_offset == 0 ? 1 : 0);
-  values.words.resize(
-      static_cast<std::size_t>(turns > 1 ? angle_deg * turns + 1 : whole));
+  values.words.resize(static_cast<std::size_t>(turns > 1 ? angle_deg * turns + 1 : whole));
   for (int turn = 0; turn < turns; ++turn) {
     const int offset = first_offset + turn;
     LaserSweep sweep;
     sweep.first_beam =
-        first_beam + Duration::from_seconds(turn * turn_s_ +
-                                            offset * resolution_cdeg / 36000.0 * turn_s_);
+        first_beam +
+        Duration::from_seconds(turn * turn_s_ + offset * resolution_cdeg / 36000.0 * turn_s_);
     sweep.beam_interval_s = turn_s_ / 360.0;
     sweep.first_bearing_rad = deg_to_rad(-0.5 * angle_deg + offset * resolution_cdeg * 0.01);
     sweep.bearing_step_rad = deg_to_rad(1.0);

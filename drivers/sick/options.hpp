@@ -42,7 +42,7 @@ struct SickOptions {
   int turns_per_scan() const { return interlaced ? 1 : 100 / resolution_cdeg(); }
   double scan_period_s() const { return turns_per_scan() * kTurnS; }
   Unit value_unit() const { return unit == "mm" ? Unit::mm : Unit::cm; }
-  /// Byte 5 of the configuration. @throws std::invalid_argument for a unit or range it has not.
+  /// Byte 5 of the configuration. @throws std::invalid_argument for an unknown unit or range.
   int measuring_mode() const {
     require(unit == "mm" || unit == "cm", "SICK unit is 'mm' or 'cm', not '" + unit + "'");
     const int scaled_m = unit == "mm" ? range_m : range_m / 10;

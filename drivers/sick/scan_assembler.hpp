@@ -15,7 +15,7 @@ namespace marco::drivers::sick {
 /// other, so that neighbouring beams lie a turn apart in time.
 class ScanAssembler {
  public:
-  /// @throws std::invalid_argument for options the laser has not.
+  /// @throws std::invalid_argument for options that the laser does not have.
   explicit ScanAssembler(const SickOptions& options);
 
   /// Takes a telegram of measured values, or counts why not.

@@ -9,8 +9,8 @@
 
 namespace marco::drivers {
 
-/// The device is gone: unplugged, closed by its peer, or its port vanished. A driver catches it,
-/// says so in its status, and opens the stream again.
+/// The device is gone: unplugged, closed by its peer, or its port has vanished. A driver catches
+/// it, reports it in its status, and reopens the stream.
 class StreamLost : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -30,8 +30,8 @@ class ByteStream {
  public:
   virtual ~ByteStream() = default;
 
-  /// Waits until something has come or the time is over.
-  /// @returns how many bytes were put at the head of `into`; 0 after the timeout.
+  /// Waits for bytes or the timeout.
+  /// @returns the number of bytes written to the head of `into`; 0 after the timeout.
   /// @throws StreamLost when the device is gone.
   virtual std::size_t read(std::span<uint8_t> into, std::chrono::microseconds timeout) = 0;
 
@@ -41,11 +41,11 @@ class ByteStream {
   /// Changes the line after everything written has left. @throws StreamLost.
   virtual void set_line(const LineSettings& line) = 0;
 
-  /// Throws away what came and was not read.
+  /// Discards the bytes received and not read.
   virtual void discard_input() = 0;
 
-  /// Raises or lowers the modem line DTR, by which some devices switch their motor. A stream
-  /// without modem lines (TCP, pseudo-terminal) ignores it.
+  /// Raises or lowers the modem line DTR, which switches the motor of some devices. Ignored without
+  /// modem lines (TCP, pseudo-terminal).
   virtual void set_dtr(bool /*raised*/) {}
 };
 

@@ -8,9 +8,9 @@
 
 namespace marco::drivers {
 
-/// A device made of software, as its client sees it through the line: bytes in, bytes out, in
-/// simulated time. It has no clock, no thread and no port of its own, so a test steps it by hand
-/// and the live simulator runs it behind a pseudo-terminal or a TCP port (EmulatorPort).
+/// A simulated device as seen through its line: bytes in, bytes out, in simulated time. It has no
+/// clock, thread or port of its own: a test steps it by hand, the live simulator runs it behind a
+/// pseudo-terminal or a TCP port (EmulatorPort).
 class Emulator {
  public:
   virtual ~Emulator() = default;
@@ -23,7 +23,7 @@ class Emulator {
   /// A device on a serial line paces its bytes at its own baud rate.
   virtual void advance(Utime now, std::vector<uint8_t>& out) = 0;
 
-  /// When advance() next has something to do; the far future when only receive() can bring it.
+  /// When advance() next has work; the far future when only receive() can cause some.
   virtual Utime next_event() const = 0;
 
   /// The client opened (true) or closed the line.

@@ -22,10 +22,10 @@
 namespace marco::drivers {
 namespace {
 
-// A terminal tells neither that a client came nor that none is there yet: it is asked.
+// The master of a terminal gives no event when a client comes. It is polled.
 constexpr Duration kLookForClient = Duration::from_us(10'000);
-// Besides the system's own buffer of 64 KiB, which a device's line has, too; what a client leaves
-// beyond it is lost.
+// In addition to the kernel's buffer of 64 KiB, which a device's line has, too. What a slow client
+// leaves beyond it is lost.
 constexpr std::size_t kMaxPending = 4096;
 
 [[noreturn]] void fail(const std::string& what) {
@@ -83,8 +83,8 @@ void EmulatorPort::open_pty() {
   char name[128];
   if (ptsname_r(master_.get(), name, sizeof(name)) != 0) fail("no pseudo-terminal");
   {
-    // Opened once: raw before a client comes, and from now on the master shows "hung up" until one
-    // does.
+    // Opening it once makes it raw before a client comes, and makes the master report a hang-up
+    // until then.
     const FileHandle slave(::open(name, O_RDWR | O_NOCTTY | O_CLOEXEC));
     if (!slave.valid() || !set_terminal(slave.get(), {})) fail(name);
   }
@@ -168,10 +168,7 @@ void EmulatorPort::write_client() {
     sent += static_cast<std::size_t>(count);
   }
   pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(sent));
-  if (pending_.size() > kMaxPending) {
-    bytes_overrun_ += static_cast<int64_t>(pending_.size() - kMaxPending);
-    pending_.resize(kMaxPending);
-  }
+  pending_.resize(std::min(pending_.size(), kMaxPending));
 }
 
 void EmulatorPort::add_waits(std::vector<pollfd>& waits) const {

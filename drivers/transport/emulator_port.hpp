@@ -12,15 +12,15 @@ struct pollfd;
 namespace marco::drivers {
 
 /// Runs an emulator in real time behind a pseudo-terminal or a TCP server, one client at a time. A
-/// client of the pseudo-terminal sees a serial port; the speed it sets is told to the emulator.
-/// Not thread-safe: the ports of a simulator are served by one thread (serve_ports).
+/// client of the pseudo-terminal sees a serial port; the emulator is told the baud rate it sets.
+/// Not thread-safe: one thread serves the ports of a simulator (serve_ports).
 class EmulatorPort {
  public:
   /// @param emulator outlives the port.
-  /// @param link_path  a symbolic link made to the terminal, so that its name stays the same; "" =
-  /// none. An old link there is replaced, a file that is no link is refused.
-  /// @throws std::runtime_error when the system gives no pseudo-terminal, or another simulator that
-  /// runs has made the link.
+  /// @param link_path  a symbolic link to the terminal, so that its name stays the same; "" = none.
+  /// Replaces an old link; refuses to replace any other file.
+  /// @throws std::runtime_error when there is no pseudo-terminal, or another running simulator has
+  /// made the link.
   static EmulatorPort pty(Emulator& emulator, const std::string& link_path = "");
 
   /// @param port on this host only (127.0.0.1); 0 = any free one, see address().
@@ -31,18 +31,16 @@ class EmulatorPort {
   EmulatorPort& operator=(EmulatorPort&&) = delete;
   ~EmulatorPort();
 
-  /// What a driver gives open_stream: the link or the terminal, or tcp:127.0.0.1:PORT.
+  /// For open_stream: the link, the terminal, or tcp:127.0.0.1:PORT.
   const std::string& address() const { return address_; }
   bool connected() const { return connected_; }
-  /// Bytes the emulator sent that the client did not fetch in time.
-  int64_t bytes_overrun() const { return bytes_overrun_; }
 
-  /// Pulls the plug: the client loses its line and the port's name is gone.
+  /// Pulls the plug: the client loses its line, the port's name disappears.
   void unplug();
   /// Puts it back under the same link or TCP port (without a link a terminal may change its name).
   void plug_in();
 
-  /// For serve_ports: what to wait for, until when, and what to do then.
+  /// The steps of serve_ports: what to wait for, until when, and the work then.
   void add_waits(std::vector<pollfd>& waits) const;
   Utime next_event(Utime now) const;
   void service(Utime now);
@@ -68,10 +66,9 @@ class EmulatorPort {
   bool connected_ = false;
   int client_baud_ = 0;
   std::vector<uint8_t> pending_;
-  int64_t bytes_overrun_ = 0;
 };
 
-/// Waits until something is due at one of the ports, at most `longest`, and does it.
+/// Waits for the next event of any port, `longest` at most, and handles it.
 void serve_ports(std::span<EmulatorPort*> ports, Duration longest);
 
 }  // namespace marco::drivers

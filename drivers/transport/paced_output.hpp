@@ -9,8 +9,8 @@
 
 namespace marco::drivers {
 
-/// The sending side of an emulated serial line: a byte leaves when its last bit has, at 8N1 (ten
-/// bits a byte). Baud 0 = no line (TCP): everything leaves at once.
+/// The transmitter of an emulated serial line at 8N1: ten bits a byte. Baud 0 = no serial line
+/// (TCP): everything leaves at once.
 class PacedOutput {
  public:
   explicit PacedOutput(int baud = 0) : baud_(baud) {}
@@ -19,14 +19,14 @@ class PacedOutput {
   void set_baud(int baud) { baud_ = baud; }
   int baud() const { return baud_; }
 
-  /// Queues `bytes`, the first of them not before `earliest` nor before what is queued has left.
+  /// Queues `bytes`. The first leaves at `earliest`, or when all queued before it have left.
   void send(std::span<const uint8_t> bytes, Utime earliest);
 
   /// Appends what has left the line by `now`.
   void advance(Utime now, std::vector<uint8_t>& out);
 
-  /// When advance() is worth calling again: the end of the telegram on the line, or two
-  /// milliseconds from the last call inside a long one; the far future when nothing waits.
+  /// When to call advance() next: at the end of the telegram on the line, or in two milliseconds
+  /// inside a long one; the far future when nothing is queued.
   Utime next_event() const;
 
   /// When the line will be free.

@@ -54,7 +54,7 @@ std::string seen_text(const OpenFailure& failure) {
   const std::string plural = names_of(failure.kind).plural;
   if (failure.seen.empty()) {
     return "no such device, and no " + plural +
-           " are plugged in: are cable and power right? `dmesg` tells what was plugged in";
+           " are plugged in: are cable and power right? `dmesg` shows what was plugged in";
   }
   std::string text = "no such device; " + plural + " here: ";
   for (const DeviceSeen& device : failure.seen) {
@@ -104,7 +104,7 @@ std::string open_failure_text(const OpenFailure& failure) {
     // Outside of /dev are the emulators' links.
     why = failure.path.starts_with("/dev/")
               ? seen_text(failure)
-              : "no such device: does the program run that makes it (marco-sim)?";
+              : "no such device: is the program that creates it (marco-sim) running?";
   }
   return failure.path + ": " + why;
 }

@@ -32,7 +32,7 @@ class FileHandle {
   int fd_;
 };
 
-/// What a serial port and a TCP connection share: a non-blocking descriptor, waited for by poll.
+/// The common part of a serial port and a TCP connection: a non-blocking descriptor and poll().
 class DescriptorStream : public ByteStream {
  public:
   std::size_t read(std::span<uint8_t> into, std::chrono::microseconds timeout) override;
@@ -55,8 +55,8 @@ class DescriptorStream : public ByteStream {
 };
 
 /// A serial device or the slave of a pseudo-terminal: raw, 8 bits, no flow control, any baud rate
-/// (termios2), exclusive (TIOCEXCL, and a file lock that also stops a second driver run by root). A
-/// pseudo-terminal that is no device's is left as it is (drivers/transport/port_claim.hpp).
+/// (termios2), exclusive (TIOCEXCL, and a file lock that also stops a second driver run by root).
+/// Refuses a pseudo-terminal that is not a device (drivers/transport/port_claim.hpp).
 class SerialStream final : public DescriptorStream {
  public:
   /// @throws as open_stream.
@@ -71,16 +71,16 @@ class SerialStream final : public DescriptorStream {
 /// @throws StreamLost when nobody answers within two seconds.
 std::unique_ptr<ByteStream> open_tcp(const std::string& host, const std::string& port);
 
-/// The speed a terminal is set to; asked at the master of a pseudo-terminal, its slave's.
-/// @returns 0 when `fd` is no terminal.
+/// The baud rate of a terminal; at the master of a pseudo-terminal, that of its slave.
+/// @returns 0 when `fd` is not a terminal.
 int baud_of_terminal(int fd);
 
-/// A terminal in which keys make signals (ISIG): a person's. Devices' and simulators' are raw.
+/// Whether keys cause signals (ISIG): a person's terminal. Those of devices are raw.
 bool takes_keys(int fd);
 
 bool is_pseudo_terminal(int fd);
 
-/// Sets a terminal raw at this speed, parity and DTR aside. @returns whether the driver took it.
+/// Makes a terminal raw at this speed and parity; leaves DTR. @returns whether its driver can.
 bool set_terminal(int fd, const LineSettings& line);
 
 }  // namespace marco::drivers

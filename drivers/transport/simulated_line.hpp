@@ -11,9 +11,8 @@
 
 namespace marco::drivers {
 
-/// An emulator and the client's end of its line in one thread and in simulated time, for tests:
-/// time passes only while a client reads (or in wait()). The plug can be pulled, bytes tampered
-/// with.
+/// An emulator and the client's end of its line in one thread and in simulated time, for tests.
+/// Time passes only in read() and wait(). The plug can be pulled and bytes tampered with.
 class SimulatedLine {
  public:
   using Tamper = std::function<void(std::vector<uint8_t>&)>;
@@ -33,7 +32,7 @@ class SimulatedLine {
   /// Runs `action` when simulated time reaches `when`.
   void at(Utime when, std::function<void()> action);
   void forget_actions() { actions_.clear(); }
-  /// The machine of the device stands still: what it would send until then comes at that time.
+  /// The device stalls: what it would send until then comes at that time.
   void hold_up(Utime until) { held_until_ = until; }
   void unplug();
   void plug_in() { plugged_ = true; }
@@ -51,7 +50,7 @@ class SimulatedLine {
   Utime held_until_;
   bool plugged_ = true;
   bool connected_ = false;
-  int session_ = 0;  ///< tells a stream opened before an unplugging from one opened after
+  int session_ = 0;  ///< of the open stream: one from before an unplugging is dead
   std::vector<uint8_t> to_client_;
   std::vector<std::pair<Utime, std::function<void()>>> actions_;
   Tamper tamper_to_client_;

@@ -30,7 +30,7 @@ int run(const process::CommonArguments& arguments, const std::string& world_path
   process::LcmBus bus(arguments.lcm_url);
   process::DropCounter drops;
   process::StatusPublisher status(bus, "marco-sim-camera", drops);
-  std::optional<TruePose> newest;  // poses that came meanwhile are passed by
+  std::optional<TruePose> newest;  // older poses are skipped
   bus.subscribe<pose2_t>(
       channels::kTruePose, drops,
       [&](const pose2_t& message, const process::RawMessage&) { newest = from_message(message); });

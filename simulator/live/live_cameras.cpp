@@ -3,7 +3,6 @@
 #include "simulator/camera_view.hpp"
 
 namespace marco::sim {
-namespace {}  // namespace
 
 LiveCameras::LiveCameras(const RayCaster& rays, const RobotSpec& spec)
     : rays_(rays), specs_(spec.cameras), next_(spec.cameras.size()) {

@@ -9,12 +9,12 @@
 
 namespace marco::sim {
 
-/// The cameras of a robot in the simulated world. Told where the robot is, and what its pan-tilt
-/// says, it takes the pictures that are due. In a process of its own: a picture takes longer than
-/// the devices' lines may wait.
+/// The cameras of a robot in the simulated world. Takes the pictures that are due, given the
+/// robot's pose and its pan-tilt's state. Runs in its own process: a picture takes longer than the
+/// devices' lines may wait.
 class LiveCameras {
  public:
-  /// @param rays outlives it. @throws std::invalid_argument for a spec that makes no sense.
+  /// @param rays outlives it. @throws std::invalid_argument for an invalid spec.
   LiveCameras(const RayCaster& rays, const RobotSpec& spec);
 
   struct Shot {
@@ -24,10 +24,10 @@ class LiveCameras {
   };
 
   void on_pantilt(const PanTiltState& state) { pantilt_ = state; }
-  /// @returns what is due. A camera on a pan-tilt that has not been heard of takes none.
+  /// @returns the pictures due. A camera on a pan-tilt takes none before the first state.
   std::vector<Shot> on_pose(const TruePose& pose);
 
-  /// As the driver of a real one would tell: place and focal length.
+  /// As the driver of a real camera publishes it: pose and focal length.
   const SensorInfo& info(std::size_t camera) const { return infos_[camera]; }
   const std::vector<LiveCameraSpec>& specs() const { return specs_; }
 

@@ -120,8 +120,8 @@ void LiveRobot::add_laser(const LiveLaserSpec& spec, uint64_t seed) {
 drivers::imu::Motion LiveRobot::motion_felt(Utime when) {
   constexpr double kOverS = 0.04;
   const Duration half = Duration::from_seconds(kOverS / 2.0);
-  const Pose2 step = between(history_.at(when - half).world_from_robot,
-                             history_.at(when + half).world_from_robot);
+  const Pose2 step =
+      between(history_.at(when - half).world_from_robot, history_.at(when + half).world_from_robot);
   drivers::imu::Motion felt;
   felt.rates_rad_per_s.z() = step.theta_rad / kOverS;
   if (faults_.has("imu", FaultKind::wrong, when)) {
@@ -159,8 +159,7 @@ Pose3 LiveRobot::world_from_laser(const SensorInfo& laser, Utime when) const {
   SensorInfo base;
   base.parent_from_sensor = make_pose3(three(spec_.pantilt.position_m, "pantilt.position_m"));
   base.tilt_axis_m = three(spec_.pantilt.tilt_axis_m, "pantilt.tilt_axis_m");
-  return world_from_robot *
-         robot_from_pantilt_sensor(base, laser, moment.pan_rad, moment.tilt_rad);
+  return world_from_robot * robot_from_pantilt_sensor(base, laser, moment.pan_rad, moment.tilt_rad);
 }
 
 double LiveRobot::sonar_range_m(const Pose2& robot_from_sonar) const {

@@ -52,7 +52,7 @@ std::vector<drivers::EmulatorPort> open_ports(const sim::LiveRobot& robot,
     std::printf("%-10s %s\n", device.port.c_str(), ports.back().address().c_str());
   }
   if (spec.gamepad) {
-    // Whoever writes joystick records into it has a gamepad in hand.
+    // Joystick records written into it act as a gamepad.
     const std::string fifo = folder + "/gamepad";
     require(mkfifo(fifo.c_str(), 0666) == 0 || std::filesystem::is_fifo(fifo),
             fifo + ": could not be made a FIFO");
@@ -62,7 +62,7 @@ std::vector<drivers::EmulatorPort> open_ports(const sim::LiveRobot& robot,
   return ports;
 }
 
-/// Pulls and puts back the plugs of devices that are or were `unplugged`.
+/// Plugs and unplugs devices according to the fault `unplugged`.
 void move_plugs(const sim::LiveRobot& robot,
                 const sim::FaultBoard& faults,
                 std::vector<drivers::EmulatorPort>& ports,
@@ -132,7 +132,7 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-sim", [&] {
-    CLI::App app("A simulated robot in real time: every device behind a port of its own");
+    CLI::App app("A simulated robot in real time; each device has its own port");
     Arguments arguments;
     process::add_common_arguments(app, arguments.common);
     app.get_option("--config")->description("the robot, e.g. config/robots/michoacan.toml");
@@ -146,7 +146,7 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_option("--seed", arguments.seed)->capture_default_str();
     app.add_option("--fault-script", arguments.fault_script,
-                   "[[faults]] device, kind, start_s, duration_s; SIM_FAULT takes them, too")
+                   "[[faults]] device, kind, start_s, duration_s; also accepted on SIM_FAULT")
         ->check(CLI::ExistingFile);
     app.add_flag_callback(
         "--faults",
@@ -154,7 +154,7 @@ int main(int argc, char** argv) {
           std::fputs(sim::describe_faults().c_str(), stdout);
           throw CLI::Success();
         },
-        "list what can go wrong with a device");
+        "list the faults that a device can have");
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     return run(arguments);
   });

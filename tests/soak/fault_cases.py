@@ -140,7 +140,7 @@ CASES.update({
     "reordered 30 %": Case(losing(0.0, 0.3), options={"relay": True}),
     "laser unplugged": Case(fault("laser", "unplugged", 5.0), "marco-sick: no device"),
     "laser garbage": Case(fault("laser", "garbage", 5.0), "marco-sick: .*garbage|bad_checksum"),
-    "laser off": Case(fault("laser", "off", 5.0), "marco-sick: .*no scans came any more"),
+    "laser off": Case(fault("laser", "off", 5.0), "marco-sick: .*the scans stopped"),
     "base off": Case(fault("base", "off", 3.0), "marco-base: .*(does not answer|silent)"),
     "base unplugged": Case(fault("base", "unplugged", 3.0), "marco-base: no device"),
     "pantilt unplugged": Case(fault("pantilt", "unplugged", 3.0), "marco-pantilt: no device"),

@@ -81,7 +81,7 @@ TEST_F(Faults, TheDriverSaysSoAndScansComeBack) {
   const Case cases[] = {
       {"garbage", [&] { return drops_["marco-sick"] > drops_before; }, 2.5},
       {"stuck", [&] { return says("marco-sick", "stuck"); }, 3.0},
-      {"off", [&] { return says("marco-sick", "no scans came any more"); }, 2.5},
+      {"off", [&] { return says("marco-sick", "the scans stopped"); }, 2.5},
       {"unplugged", [&] { return says("marco-sick", "no device"); }, 3.0},
       {"intermittent",
        [&] {

@@ -154,7 +154,7 @@ TEST_F(Silence, OfDevices) {
   EXPECT_TRUE(prints("marco-camera", "no device: /dev/video77: no such device"));
   EXPECT_TRUE(prints("marco-rplidar", "no bytes at all from " + mute_port.address()));
   EXPECT_TRUE(says("marco-rplidar", "no device answers: no bytes at all"));
-  EXPECT_TRUE(prints("marco-imu", "none is understood: 24 47 50 47 47 41"));
+  EXPECT_TRUE(prints("marco-imu", "make no telegram: 24 47 50 47 47 41"));
   EXPECT_TRUE(says("marco-imu", "a GPS receiver?"));
   // Who waits for the laser passes on what its driver says.
   EXPECT_TRUE(prints("marco-slam", "marco-sick: no device: /dev/ttyUSB77"));

@@ -45,8 +45,8 @@ TEST(LeuzeCodec, VectorsBothWays) {
   EXPECT_EQ(Bytes(full.begin() + 12, full.begin() + 19), hex("04 00 01 02 11 07 D0"));
 }
 
-// Two indices of a beam and the step give the number of beams once, the length of the telegram gives
-// it again, and the last index must be a beam's.
+// Two indices of a beam and the step give the number of beams once, the length of the telegram
+// gives it again, and the last index must be a beam's.
 TEST(LeuzeCodec, RefusesIndicesThatFitNoBeams) {
   const auto body_of = [](int step, int first, int last, std::size_t beams) {
     Bytes body = hex("23 09 00 FE 00 FE 00 FE 01 FE");

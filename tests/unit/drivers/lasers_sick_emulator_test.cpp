@@ -40,13 +40,13 @@ TEST(SickEmulator, AnswersItsOwnAddressAndTheOneOfAll) {
   SickEmulator emulator(test_world, options);
   Utime now = Utime::from_us(1'000'000'000);
   emulator.on_connection(true, now);
-  for (const uint8_t address : {0, 3}) {
+  for (const uint8_t address : Bytes{0, 3}) {
     const Bytes answer = answer_to(emulator, now, encode_telegram(address, Bytes{kGetType}));
     ASSERT_GT(answer.size(), 3U) << int{address};
     EXPECT_EQ(answer[0], kAck);
     EXPECT_EQ(answer[2], 0x83);  // behind the STX
   }
-  for (const uint8_t address : {1, 2, 4, 0x7F}) {
+  for (const uint8_t address : Bytes{1, 2, 4, 0x7F}) {
     EXPECT_TRUE(answer_to(emulator, now, encode_telegram(address, Bytes{kGetType})).empty())
         << int{address};
   }

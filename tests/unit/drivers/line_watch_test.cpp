@@ -55,8 +55,8 @@ TEST_F(Line, TextOfAGpsReceiverIsNamed) {
   const auto line = ascii("\r\n$GPGGA,123519,4807.038,N,01131.000,E*47\r\n");
   EXPECT_EQ(run(9.5, line), Trouble::none) << "a driver looks for the rate meanwhile";
   EXPECT_EQ(run(1.0, line), Trouble::garbled);
-  EXPECT_THAT(watch_.text(), HasSubstr("bytes came from /dev/ttyUSB0 at 9600 baud, none is "
-                                       "understood: 0d 0a 24 47 50 47 47 41"));
+  EXPECT_THAT(watch_.text(), HasSubstr("bytes from /dev/ttyUSB0 at 9600 baud make no telegram: "
+                                       "0d 0a 24 47 50 47 47 41"));
   EXPECT_THAT(watch_.text(), HasSubstr("text, `$GPGGA,123519,4807.038,N,01131.000,E*47`: a GPS"));
   EXPECT_EQ(run(0.1, line, true), Trouble::none);
 }

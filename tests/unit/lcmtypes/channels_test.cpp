@@ -18,8 +18,9 @@ TEST(Orders, AreWhatALiveRobotObeys) {
 }
 
 TEST(LidarChannels, ALaserHasAPlanarAndARawChannel) {
-  const std::pair<const char*, const char*> lasers[] = {
-      {"LIDAR", "LIDAR_RAW"}, {"LIDAR_FRONT", "LIDAR_RAW_FRONT"}, {"LIDAR_RAWHIDE", "LIDAR_RAW_RAWHIDE"}};
+  const std::pair<const char*, const char*> lasers[] = {{"LIDAR", "LIDAR_RAW"},
+                                                        {"LIDAR_FRONT", "LIDAR_RAW_FRONT"},
+                                                        {"LIDAR_RAWHIDE", "LIDAR_RAW_RAWHIDE"}};
   for (const auto& [planar, raw] : lasers) {
     EXPECT_EQ(channels::raw_channel_of(planar), raw);
     EXPECT_EQ(channels::lidar_of(raw), planar);

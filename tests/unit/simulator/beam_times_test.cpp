@@ -1,5 +1,5 @@
-// What the time of every beam is worth: points of a laser that turns at 1 rad/s in the simulated lab
-// and office, laid into the world with the true poses at the times of lidar_raw_t, and at times
+// What the time of every beam is worth: points of a laser that turns at 1 rad/s in the simulated
+// lab and office, laid into the world with the true poses at the times of lidar_raw_t, and at times
 // spread evenly over the scan, which is all that planar_lidar_t allows.
 #include <gtest/gtest.h>
 
@@ -111,19 +111,19 @@ TEST_P(BeamTimes, LayThePointsOnTheWallsWhileTheRobotTurns) {
   const Errors even = errors_of(rays, simulation, scans, options.laser, true);
   const Spread own_m = spread_of(own.surface_m), even_m = spread_of(even.surface_m);
   const Spread even_rad = spread_of(even.bearing_rad);
-  std::printf("%s, %s: %zu points; off the surfaces by rms %.4f p95 %.4f m with the beams' times, "
-              "rms %.4f p95 %.4f m with even times, whose bearings are off by rms %.3f p95 %.3f deg\n",
-              one.world, one.device, own_m.count, own_m.rms, own_m.p95, even_m.rms, even_m.p95,
-              rad_to_deg(even_rad.rms), rad_to_deg(even_rad.p95));
+  std::printf(
+      "%s, %s: %zu points; off the surfaces by rms %.4f p95 %.4f m with the beams' times, "
+      "rms %.4f p95 %.4f m with even times, whose bearings are off by rms %.3f p95 %.3f deg\n",
+      one.world, one.device, own_m.count, own_m.rms, own_m.p95, even_m.rms, even_m.p95,
+      rad_to_deg(even_rad.rms), rad_to_deg(even_rad.p95));
   EXPECT_LT(own_m.p95, 0.001);  // ranges are whole millimetres; glass shows what lies behind it
   EXPECT_GE(even_m.rms, one.even_rms_m);
-  EXPECT_GE(even_m.rms, 0.9 * own_m.rms);
 }
 
 INSTANTIATE_TEST_SUITE_P(LabAndOffice,
                          BeamTimes,
-                         ::testing::Values(Case{"lab", "sick", 0.004},
-                                           Case{"office", "sick", 0.004},
+                         ::testing::Values(Case{"lab", "sick", 0.015},
+                                           Case{"office", "sick", 0.015},
                                            Case{"lab", "hokuyo", 0.0},
                                            Case{"lab", "rplidar", 0.0}),
                          [](const auto& one) {

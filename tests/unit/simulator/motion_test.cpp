@@ -143,7 +143,7 @@ TEST(BatchSimulation, SendsInOrderOfTimeAtTheRatesItSays) {
   EXPECT_NEAR(raw, 37.5 * seconds, 2);
   EXPECT_EQ(counts[1], 2 * raw);              // each scan twice
   EXPECT_NEAR(counts[2], 50.0 * seconds, 2);  // odometry
-  EXPECT_EQ(counts[5], raw);                   // a true pose each
+  EXPECT_EQ(counts[5], raw);                  // a true pose each
 }
 
 }  // namespace

@@ -24,6 +24,16 @@ inline Pose3 make_pose3(const Eigen::Vector3d& translation_m,
   return pose;
 }
 
+/// A turn by a rotation vector [rad] about an axis through `pivot_m`.
+inline Pose3 turn_about(const Eigen::Vector3d& pivot_m, const Eigen::Vector3d& rotation_rad) {
+  Pose3 turn = Pose3::Identity();
+  const double angle_rad = rotation_rad.norm();
+  if (angle_rad == 0.0) return turn;
+  turn.linear() = Eigen::AngleAxisd(angle_rad, rotation_rad / angle_rad).toRotationMatrix();
+  turn.translation() = pivot_m - turn.linear() * pivot_m;
+  return turn;
+}
+
 /// The floor pose, lifted to z = 0.
 inline Pose3 lift(const Pose2& pose) {
   return make_pose3({pose.x_m, pose.y_m, 0.0}, 0.0, 0.0, pose.theta_rad);

@@ -28,11 +28,6 @@ struct Sweep {
   std::vector<Derivatives> derivatives;
 };
 
-struct MatchScales {
-  double search_m;
-  double lorentz_m;
-};
-
 struct System {
   Information information = Information::Zero();
   Parameters gradient = Parameters::Zero();
@@ -46,7 +41,7 @@ class Calibrator {
       : scenes_(scenes),
         geometry_(geometry),
         options_(options),
-        min_cosine_(std::cos(deg_to_rad(options.max_normal_deg))) {
+        association_(options.matching) {
     validate(options, "calibration");
     find_pairs();
   }
@@ -54,12 +49,11 @@ class Calibrator {
   CalibrationResult run() {
     CalibrationResult result;
     Parameters parameters = Parameters::Zero();
-    MatchScales scales{options_.search_start_m, options_.lorentz_start_m};
+    MatchingScales scales = MatchingScales::first(options_.matching);
     result.before_m = median_residual(parameters);
     System system;
     for (int i = 0; i < options_.max_iterations; ++i) {
-      const bool narrowest =
-          scales.search_m <= options_.search_end_m && scales.lorentz_m <= options_.lorentz_end_m;
+      const bool narrowest = scales.narrowest(options_.matching);
       system = compare(parameters, scales);
       result.pairs = residuals_m_.size();
       if (result.pairs < kMinPairs) return result;
@@ -70,8 +64,7 @@ class Calibrator {
         break;
       }
       result.status = CalibrationResult::Status::not_converged;
-      scales.search_m = std::max(options_.search_end_m, options_.shrink * scales.search_m);
-      scales.lorentz_m = std::max(options_.lorentz_end_m, options_.shrink * scales.lorentz_m);
+      scales.shrink(options_.matching);
     }
     result.after_m = median_residual(parameters);
     result.correction = to_correction(parameters);
@@ -123,24 +116,15 @@ class Calibrator {
   }
 
   Eigen::Vector3d center(const ScenePoints& scene, const Surfel& surfel) const {
-    const auto block = static_cast<std::size_t>(options_.surfels.block_cells);
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    double count = 0.0;
-    for (std::size_t row = surfel.row; row < surfel.row + block; ++row) {
-      for (std::size_t column = surfel.column; column < surfel.column + block; ++column) {
-        if (scene.valid[scene.index(row, column)] == 0) continue;
-        sum += scene.points_m[scene.index(row, column)].cast<double>();
-        count += 1.0;
-      }
-    }
-    return sum / count;
+    const auto block = static_cast<std::size_t>(options_.matching.surfels.block_cells);
+    return *block_mean(scene, {surfel.row, surfel.column, block, block});
   }
 
   Sweep sweep(const Scene& scene, const Parameters& parameters) const {
     constexpr double kStep = 0.005;  // of metres and radians; floats are good to a micrometre
     Sweep result;
     result.index = std::make_unique<SurfelIndex>(
-        find_surfels(place_with(scene, parameters), options_.surfels));
+        find_surfels(place_with(scene, parameters), options_.matching.surfels));
     const std::vector<Surfel>& surfels = result.index->surfels;
     result.derivatives.resize(surfels.size());
     for (Eigen::Index k = 0; k < kParameters; ++k) {
@@ -155,7 +139,7 @@ class Calibrator {
     return result;
   }
 
-  System compare(const Parameters& parameters, const MatchScales& scales) {
+  System compare(const Parameters& parameters, const MatchingScales& scales) {
     std::vector<Sweep> sweeps;
     for (const Scene& scene : scenes_) sweeps.push_back(sweep(scene, parameters));
     residuals_m_.clear();
@@ -164,23 +148,22 @@ class Calibrator {
     return system;
   }
 
-  void add_pair(const Sweep& a, const Sweep& b, const MatchScales& scales, System& system) {
+  void add_pair(const Sweep& a, const Sweep& b, const MatchingScales& scales, System& system) {
     for (std::size_t i = 0; i < b.index->surfels.size(); ++i) {
       const Surfel& moved = b.index->surfels[i];
-      const auto nearest = a.index->centers.nearest(moved.center_m.cast<float>(),
-                                                    static_cast<float>(scales.search_m));
-      if (!nearest) continue;
-      const Surfel& partner = a.index->surfels[*nearest];
-      if (moved.normal.dot(partner.normal) < min_cosine_) continue;
-      const Eigen::Vector3d normal = (moved.normal + partner.normal).normalized();
-      const double residual_m = normal.dot(moved.center_m - partner.center_m);
-      residuals_m_.push_back(std::abs(residual_m));
+      const auto found =
+          association_.find(*a.index, moved.center_m, moved.normal, scales.search_m);
+      if (!found) continue;
+      residuals_m_.push_back(std::abs(found->residual_m));
       if (a.derivatives.empty()) continue;
-      const Parameters jacobian = (b.derivatives[i] - a.derivatives[*nearest]).transpose() * normal;
+      const Parameters jacobian =
+          (b.derivatives[i] - a.derivatives[found->partner]).transpose() * found->normal;
+      const double thickness2_m2 =
+          moved.thickness2_m2() + a.index->surfels[found->partner].thickness2_m2();
       const double weight =
-          pair_weight(moved, partner, residual_m / scales.lorentz_m, options_.thin_m);
+          association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2);
       system.information.noalias() += weight * jacobian * jacobian.transpose();
-      system.gradient += weight * residual_m * jacobian;
+      system.gradient += weight * found->residual_m * jacobian;
     }
   }
 
@@ -188,12 +171,12 @@ class Calibrator {
     std::vector<Sweep> sweeps(scenes_.size());
     for (std::size_t i = 0; i < scenes_.size(); ++i) {
       sweeps[i].index = std::make_unique<SurfelIndex>(
-          find_surfels(place_with(scenes_[i], parameters), options_.surfels));
+          find_surfels(place_with(scenes_[i], parameters), options_.matching.surfels));
     }
     residuals_m_.clear();
     System unused;
     for (const auto& [a, b] : pairs_) {
-      add_pair(sweeps[a], sweeps[b], {options_.search_end_m, options_.lorentz_end_m}, unused);
+      add_pair(sweeps[a], sweeps[b], MatchingScales::last(options_.matching), unused);
     }
     return quantile(residuals_m_, 0.5);
   }
@@ -201,7 +184,7 @@ class Calibrator {
   const std::vector<Scene>& scenes_;
   PanTiltGeometry geometry_;
   CalibrationOptions options_;
-  double min_cosine_;
+  SurfelAssociation association_;
   std::vector<std::pair<std::size_t, std::size_t>> pairs_;
   std::vector<double> residuals_m_;
 };

@@ -7,20 +7,20 @@
 #include "common/samples.hpp"
 #include "lcm_tools/base/options.hpp"
 #include "mapping3d/scene.hpp"
-#include "mapping3d/surfels.hpp"
+#include "mapping3d/surfel_matching.hpp"
 
 namespace marco::mapping3d {
 
-/// What a calibration adds to a pan-tilt's and its laser's SENSOR_INFO. Height and pan zero are not
-/// in it: no scan can tell them.
+/// What a calibration adds to the SENSOR_INFO of a pan-tilt and its laser. Height and pan zero are
+/// not included: scans cannot observe them.
 struct PanTiltCorrection {
   double axis_x_m = 0.0;   ///< tilt axis ahead of the pan axis
   double axis_y_m = 0.0;   ///< laser left of the pan axis
   double lever_x_m = 0.0;  ///< laser ahead of the tilt axis, at tilt 0
   double lever_z_m = 0.0;  ///< laser above the tilt axis, at tilt 0
   double roll_deg = 0.0;   ///< of the laser on the tilted plate
-  double pitch_deg = 0.0;  ///< the same, > 0 looks down: the tilt's zero
-  double yaw_deg = 0.0;    ///< the same: the bearings' zero
+  double pitch_deg = 0.0;  ///< of the laser, > 0 looks down: the tilt's zero
+  double yaw_deg = 0.0;    ///< of the laser: the bearings' zero
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -43,30 +43,22 @@ struct PanTiltGeometry {
 };
 
 struct CalibrationOptions {
-  SurfelOptions surfels;
-  double search_start_m = 0.6;
-  double search_end_m = 0.15;
-  double lorentz_start_m = 0.1;
-  double lorentz_end_m = 0.015;
-  double shrink = 0.6;
-  double max_normal_deg = 30.0;
-  double thin_m = 0.003;
-  double prior_m = 0.1;    ///< how wrong lengths may be ...
-  double prior_deg = 5.0;  ///< ... and angles; a parameter no scan tells keeps its value
-  double same_stop_m =
-      0.1;  ///< scenes from places farther apart are not compared: the path's error
+  SurfelMatchingOptions matching{.surfels = {},
+                                 .search_start_m = 0.6,
+                                 .search_end_m = 0.15,
+                                 .lorentz_start_m = 0.1,
+                                 .lorentz_end_m = 0.015,
+                                 .shrink = 0.6,
+                                 .max_normal_deg = 30.0,
+                                 .thin_m = 0.003};
+  double prior_m = 0.1;      ///< prior standard deviation of lengths ...
+  double prior_deg = 5.0;    ///< ... and angles; an unobservable parameter keeps its value
+  double same_stop_m = 0.1;  ///< scenes farther apart are not compared: they have the path's error
   int max_iterations = 30;
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("surfels", surfels);
-    v("search_start_m", search_start_m, kPositive);
-    v("search_end_m", search_end_m, kPositive);
-    v("lorentz_start_m", lorentz_start_m, kPositive);
-    v("lorentz_end_m", lorentz_end_m, kPositive);
-    v("shrink", shrink, Limits{0.1, 0.99});
-    v("max_normal_deg", max_normal_deg, Limits{1.0, 90.0});
-    v("thin_m", thin_m, kPositive);
+    matching.visit(v);
     v("prior_m", prior_m, kPositive);
     v("prior_deg", prior_deg, kPositive);
     v("same_stop_m", same_stop_m, kPositive);
@@ -77,21 +69,21 @@ struct CalibrationOptions {
 struct CalibrationResult {
   enum class Status { converged, not_converged, nothing_seen_twice };
   Status status = Status::nothing_seen_twice;
-  PanTiltCorrection correction;  ///< of the geometry that was given
-  PanTiltCorrection sigma;       ///< standard deviation of each; near the prior where no scan tells
-  std::size_t pairs = 0;         ///< patches seen twice
-  double before_m = 0.0;         ///< median distance of such patches with the geometry as given
+  PanTiltCorrection correction;  ///< of the given geometry
+  PanTiltCorrection sigma;       ///< standard deviations; near the prior where unobservable
+  std::size_t pairs = 0;         ///< correspondences
+  double before_m = 0.0;         ///< median residual with the given geometry
   double after_m = 0.0;
 };
 
 /// e.g. "nothing seen twice"
 std::string to_string(CalibrationResult::Status status);
 
-/// Estimates lever arms, axis offsets and zero angles of a laser on a pan-tilt: planes that sweeps
-/// from one stop saw twice (at several pans, or by tilt and by pan) must coincide. Gauss-Newton as
-/// in register_scenes(), but what moves the patches is the geometry, by central differences.
-/// Good from about 5 deg and 5 cm off.
-/// @param scenes  rows with their pan and tilt angles; each with the robot at rest
+/// Extrinsic calibration of a laser on a pan-tilt: estimates lever arms, axis offsets and zero
+/// angles by letting planes that sweeps of one stop saw twice (at several pans, or by tilt and by
+/// pan) coincide. Gauss-Newton as in register_scenes(), with the geometry as the unknown and
+/// derivatives by central differences. Converges from about 5 deg and 5 cm.
+/// @param scenes  rows with their pan and tilt angles; the robot stands still in each
 CalibrationResult calibrate(const std::vector<Scene>& scenes,
                             const PanTiltGeometry& geometry,
                             const CalibrationOptions& options = {});

@@ -7,8 +7,8 @@
 namespace marco::mapping3d {
 namespace {
 
-/// The rigid motion that lays the joined scenes best on where the path put them, all together: one
-/// scene alone, held fixed, would hand its own error on to the whole model.
+/// The rigid motion that best fits the registered scenes, as a whole, to the path. Holding one scene
+/// fixed instead would give its error to the whole model.
 Pose3 path_from_joined(const std::vector<ScenePoints>& by_path, const RegistrationResult& joined) {
   constexpr std::size_t kEach = 97;  // a sample
   Eigen::Vector3d path_sum = Eigen::Vector3d::Zero(), joined_sum = Eigen::Vector3d::Zero();
@@ -46,8 +46,13 @@ Mapper3d::Mapper3d(const Mapper3dOptions& options) : options_(options), builder_
 bool Mapper3d::keep(std::optional<Scene> scene) {
   if (!scene) return false;
   scenes_.push_back(std::move(*scene));
-  changed_ = true;
+  set_changed();
   return true;
+}
+
+void Mapper3d::set_changed() {
+  changed_ = true;
+  model_.reset();
 }
 
 bool Mapper3d::add(const SceneRow& row, double pan_rad, double tilt_rad) {
@@ -73,19 +78,19 @@ void Mapper3d::follow(const Trajectory& keys, const std::map<Utime, Pose2>& know
   };
   for (Scene& scene : scenes_) move(scene.rows);
   move(builder_.rows());
-  changed_ = true;
+  set_changed();
 }
 
 void Mapper3d::refine() {
   if (!changed_ || !options_.refine) return;
   changed_ = false;
+  model_.reset();
   std::vector<ScenePoints> by_path;
   by_path.reserve(scenes_.size());
   for (const Scene& scene : scenes_) by_path.push_back(place(scene, options_.robot));
   const std::vector<std::size_t> stops = stop_of_each();
   registration_ = register_scenes(by_path, options_.registration, stops);
-  // Bodies of several sweeps hold each other by thousands of patches: noise does not bring them
-  // nearer.
+  // Bodies of several sweeps share thousands of patches, so that noise cannot lower the residual.
   const bool several = !stops.empty() && stops.back() + 1 < stops.size();
   const PatchResiduals &before = registration_.before, &after = registration_.after;
   refined_ = registration_.overlaps > 0 && after.p90_m <= before.p90_m &&
@@ -146,12 +151,17 @@ std::vector<ScenePoints> Mapper3d::placed() const {
   return all;
 }
 
-TriangleMesh Mapper3d::model() const {
-  TriangleMesh model;
+const TriangleMesh& Mapper3d::model() const {
+  if (!model_) model_ = fuse(placed(), options_.surface);
+  return *model_;
+}
+
+TriangleMesh Mapper3d::scene_meshes() const {
+  TriangleMesh meshes;
   for (std::size_t i = 0; i < scenes_.size(); ++i) {
-    append_mesh(model, mesh_scene(placed(i), options_.mesh));
+    append_mesh(meshes, mesh_scene(placed(i), options_.mesh));
   }
-  return model;
+  return meshes;
 }
 
 }  // namespace marco::mapping3d

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "common/trajectory.hpp"
@@ -8,6 +9,7 @@
 #include "mapping3d/scene.hpp"
 #include "mapping3d/scene_mesh.hpp"
 #include "mapping3d/straightening.hpp"
+#include "mapping3d/surface/surface_model.hpp"
 
 namespace marco::mapping3d {
 
@@ -15,14 +17,15 @@ struct Mapper3dOptions {
   SceneBuilderOptions builder;
   RobotBox robot;
   SceneMeshOptions mesh;
-  bool refine = true;  ///< join scenes in 3D; otherwise they stay where the robot's path puts them
-  double min_gain =
-      0.75;               ///< unless it brings patches so much nearer (median), the path is trusted
-  double stop_m = 0.05;   ///< sweeps from places nearer to each other than this ...
-  double stop_deg = 1.0;  ///< ... and than this are of one stop, and are moved as one
+  bool refine = true;  ///< register scenes in 3D; otherwise they stay where the path puts them
+  double min_gain = 0.75;  ///< a registration is used when the median residual shrinks to this part
+  double stop_m = 0.05;    ///< sweeps taken within this distance ...
+  double stop_deg = 1.0;   ///< ... and this turn belong to one stop and move as one body
   RegistrationOptions registration;
-  bool straighten = true;  ///< rows that were not at the angles they say are turned where they were
+  bool straighten = true;  ///< correct the angles of rows that the pan-tilt reported wrongly
   StraighteningOptions straightening;
+  /// Of the model. Whoever reads a configuration visits it by a name of its own, so not in visit().
+  SurfaceOptions surface;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -39,37 +42,40 @@ struct Mapper3dOptions {
   }
 };
 
-/// The pipeline: rows become scenes, placed by the robot's poses, moved with them when a loop
-/// closes, and joined in 3D. Not thread-safe.
+/// The 3D mapping pipeline: rows become scenes, scenes follow the robot's path when a loop closes,
+/// registration (ICP) aligns them, and their fusion is the model. Not thread-safe.
 class Mapper3d {
  public:
   explicit Mapper3d(const Mapper3dOptions& options = {});
 
-  /// @returns whether a scene was finished by this row.
+  /// @returns whether this row completed a scene.
   bool add(const SceneRow& row, double pan_rad, double tilt_rad);
-  /// Ends the sweep under way. @returns whether it became a scene.
+  /// Ends the current sweep. @returns whether it became a scene.
   bool finish();
 
-  /// The robot's path changed: each row moves with the keyframe before it.
-  /// @param keys   where the keyframes lie today
-  /// @param known  where all scans lay until now, as the rows added so far know them
+  /// Applies a new path: each row moves with the last keyframe before it.
+  /// @param keys   the keyframes' poses after the optimization
+  /// @param known  the poses of all scans before it, which the stored rows use
   void follow(const Trajectory& keys, const std::map<Utime, Pose2>& known);
 
-  /// Joins all scenes in 3D, from where the path puts them; as a whole they stay there. What the
-  /// robot swept standing still moves as one: one short sweep alone tells too little. Where joining
-  /// brings them hardly nearer to each other, what it found is noise and they stay one by one.
-  /// Sweeps whose rows then turn out to be bent are straightened, all together. Does nothing when
-  /// nothing changed since the last time. Seconds for a hundred scenes.
+  /// Registers all scenes, starting from the path; their mean pose does not change. Sweeps of one
+  /// stop move as one body, since a single short sweep has too little overlap. The result is
+  /// dropped when it lowers the residuals by too little (`min_gain`): it is then noise. Rows with
+  /// wrong angles are straightened afterwards. Does nothing when nothing changed since the last
+  /// call. Takes seconds for a hundred scenes.
   void refine();
 
-  /// Rows by the robot's path of today, not refined.
+  /// Rows on today's path, not refined.
   const std::vector<Scene>& scenes() const { return scenes_; }
-  /// Each scene's points, world frame, as refined last.
+  /// Each scene's points, world frame, as of the last refine().
   std::vector<ScenePoints> placed() const;
-  /// All scenes' meshes in one, world frame, as refined last.
-  TriangleMesh model() const;
+  /// The fused surface of all scenes, world frame, as of the last refine(). Computed on the first
+  /// call after a change, about 0.1 s a scene; empty without scenes.
+  const TriangleMesh& model() const;
+  /// Each scene meshed by itself, all in one mesh (thesis B's model), world frame.
+  TriangleMesh scene_meshes() const;
 
-  /// Of the last refine(), and whether scenes were moved by it.
+  /// Of the last refine(), and whether its poses are used.
   const RegistrationResult& registration() const { return registration_; }
   bool refined() const { return refined_; }
   const Straightening& straightening() const { return straightening_; }
@@ -80,6 +86,7 @@ class Mapper3d {
   ScenePoints placed(std::size_t scene) const;
   std::vector<std::size_t> stop_of_each() const;
   void straighten_sweeps(const std::vector<std::size_t>& stops);
+  void set_changed();
 
   Mapper3dOptions options_;
   SceneBuilder builder_;
@@ -88,6 +95,7 @@ class Mapper3d {
   Straightening straightening_;
   bool changed_ = false;  ///< since the last refine()
   bool refined_ = false;
+  mutable std::optional<TriangleMesh> model_;  ///< of the scenes as they are placed now
 };
 
 }  // namespace marco::mapping3d

@@ -16,15 +16,13 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-// While the search is wide, every so manieth patch tells enough.
+// One surfel in four is enough while the search is wide.
 constexpr std::size_t kCoarseStride = 4;
 
-// After so many steps at the narrowest search what still moves are partners that change to and fro.
+// After this many steps with the narrowest search only alternating correspondences still move.
 constexpr int kSettling = 10;
 
-struct Scales {
-  double search_m;
-  double lorentz_m;
+struct Scales : MatchingScales {
   std::size_t stride;
 };
 
@@ -46,27 +44,17 @@ PatchResiduals summary(std::vector<double>& residuals_m) {
   return {residuals_m.size(), quantile(residuals_m, 0.5), quantile(residuals_m, 0.9)};
 }
 
-Pose3 exponential(const Vector6d& twist) {
-  const double angle_rad = twist.head<3>().norm();
-  Pose3 moved = Pose3::Identity();
-  if (angle_rad > 0.0) {
-    moved.linear() = Eigen::AngleAxisd(angle_rad, twist.head<3>() / angle_rad).toRotationMatrix();
-  }
-  moved.translation() = twist.tail<3>();
-  return moved;
-}
-
 class Registrar {
  public:
   Registrar(const std::vector<ScenePoints>& placed,
             const std::vector<std::size_t>& body_of,
             const RegistrationOptions& options)
-      : options_(options), min_cosine_(std::cos(deg_to_rad(options.max_normal_deg))) {
+      : options_(options), association_(options.matching) {
     validate(options, "registration");
     require(body_of.empty() || body_of.size() == placed.size(),
             "register_scenes: expected one body a scene");
     for (std::size_t i = 0; i < placed.size(); ++i) {
-      scenes_.push_back(std::make_unique<SurfelIndex>(find_surfels(placed[i], options.surfels)));
+      scenes_.push_back(std::make_unique<SurfelIndex>(find_surfels(placed[i], options.matching.surfels)));
       const std::size_t body = body_of.empty() ? i : body_of[i];
       require(body <= bodies_.size(), "register_scenes: bodies are numbered as they first appear");
       if (body == bodies_.size()) bodies_.emplace_back();
@@ -79,23 +67,22 @@ class Registrar {
 
   RegistrationResult run() {
     result_.before = measure();
-    Scales scales{options_.search_start_m, options_.lorentz_start_m, kCoarseStride};
+    const SurfelMatchingOptions& matching = options_.matching;
+    Scales scales{MatchingScales::first(matching), kCoarseStride};
     bool converged = false;
     int narrow_iterations = 0;
     while (result_.iterations < options_.max_iterations && !converged) {
-      const bool narrowest =
-          scales.search_m <= options_.search_end_m && scales.lorentz_m <= options_.lorentz_end_m;
+      const bool narrowest = scales.narrowest(matching);
       if (narrowest) scales.stride = 1;
       const double step = iterate(scales);
       ++result_.iterations;
       narrow_iterations += narrowest ? 1 : 0;
       converged = narrowest && step < (narrow_iterations > kSettling ? options_.settled_m
                                                                      : options_.converged_m);
-      scales.search_m = std::max(options_.search_end_m, options_.shrink * scales.search_m);
-      scales.lorentz_m = std::max(options_.lorentz_end_m, options_.shrink * scales.lorentz_m);
+      scales.shrink(matching);
       if (narrowest) {
         scales.lorentz_m =
-            std::clamp(2.0 * quantile(residuals_m_, 0.5), 1e-4, options_.lorentz_end_m);
+            std::clamp(2.0 * quantile(residuals_m_, 0.5), 1e-4, matching.lorentz_end_m);
       }
       if (result_.overlaps == 0) break;
     }
@@ -118,7 +105,7 @@ class Registrar {
  private:
   PatchResiduals measure() {
     residuals_m_.clear();
-    const Scales scales{options_.search_end_m, options_.lorentz_end_m, kCoarseStride};
+    const Scales scales{MatchingScales::last(options_.matching), kCoarseStride};
     for (std::size_t a = 0; a < bodies_.size(); ++a) {
       for (std::size_t b = a + 1; b < bodies_.size(); ++b) compare_bodies(a, b, scales);
     }
@@ -169,7 +156,7 @@ class Registrar {
   double move(Eigen::MatrixXd& information, Eigen::VectorXd& gradient) {
     for (std::size_t body = 0; body < bodies_.size(); ++body) {
       const auto at = 6 * static_cast<Eigen::Index>(body);
-      // A breath of stiffness: what no patch holds stays where it is.
+      // A little regularization, so that an unobservable body stays where it is.
       const double stiffness = 1e-6 * information.block<6, 6>(at, at).trace() + 1e-9;
       information.block<6, 6>(at, at).diagonal().array() += stiffness;
       if (body > 0 && joined_[body]) continue;
@@ -181,13 +168,15 @@ class Registrar {
     const Eigen::VectorXd step = information.ldlt().solve(-gradient);
     for (std::size_t body = 0; body < bodies_.size(); ++body) {
       Pose3& pose = world_from_body_[body];
-      pose = exponential(step.segment<6>(6 * static_cast<Eigen::Index>(body))) * pose;
+      const Vector6d twist = step.segment<6>(6 * static_cast<Eigen::Index>(body));
+      pose = turn_about(Eigen::Vector3d::Zero(), twist.head<3>()) * pose;
+      pose.translation() += twist.tail<3>();
       pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
     }
     return step.size() > 0 ? step.cwiseAbs().maxCoeff() : 0.0;
   }
 
-  /// @returns nothing when too few patches of the two have a partner.
+  /// @returns nothing when the two have too few correspondences.
   std::optional<PairSystem> compare_bodies(std::size_t a, std::size_t b, const Scales& scales) {
     const std::size_t residuals_before = residuals_m_.size(), overlaps_before = result_.overlaps;
     PairSystem system;
@@ -226,29 +215,26 @@ class Registrar {
     for (std::size_t i = 0; i < source.surfels.size(); i += scales.stride) {
       const Surfel& moved = source.surfels[i];
       const Eigen::Vector3d in_a = a_from_b * moved.center_m;
-      const std::optional<uint32_t> nearest =
-          target.centers.nearest(in_a.cast<float>(), static_cast<float>(scales.search_m));
-      if (!nearest) continue;
-      const Surfel& partner = target.surfels[*nearest];
-      const Eigen::Vector3d turned = a_from_b.linear() * moved.normal;
-      if (turned.dot(partner.normal) < min_cosine_) continue;
-      const Eigen::Vector3d normal_in_a = (turned + partner.normal).normalized();
-      const double residual_m = normal_in_a.dot(in_a - partner.center_m);
-      residuals_m_.push_back(std::abs(residual_m));
+      const auto found = association_.find(target, in_a, a_from_b.linear() * moved.normal,
+                                           scales.search_m);
+      if (!found) continue;
+      residuals_m_.push_back(std::abs(found->residual_m));
+      const double thickness2_m2 =
+          moved.thickness2_m2() + target.surfels[found->partner].thickness2_m2();
       const double weight =
-          pair_weight(moved, partner, residual_m / scales.lorentz_m, options_.thin_m);
+          association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2);
       const Eigen::Vector3d point_m = poses.world_from_a * in_a;
-      const Eigen::Vector3d normal = poses.world_from_a.linear() * normal_in_a;
+      const Eigen::Vector3d normal = poses.world_from_a.linear() * found->normal;
       Vector6d jacobian;
       jacobian << point_m.cross(normal), normal;
-      add(jacobian, residual_m, weight, system);
+      add(jacobian, found->residual_m, weight, system);
       system.weight += weight;
       ++system.patches;
       system.center_m += weight * moved.center_m;
     }
   }
 
-  /// Ties the pair's relative shift to the guess along directions that hardly any normal has.
+  /// Constrains the relative shift to the initial guess along directions with hardly any normals.
   void hold_loose_shifts(std::size_t a, std::size_t b, PairSystem& system) const {
     if (!(system.weight > 0.0)) return;
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
@@ -266,7 +252,7 @@ class Registrar {
   }
 
   RegistrationOptions options_;
-  double min_cosine_;
+  SurfelAssociation association_;
   std::vector<std::unique_ptr<SurfelIndex>> scenes_;
   std::vector<std::vector<std::size_t>> bodies_;  ///< the scenes of each
   std::vector<Pose3> world_from_body_;

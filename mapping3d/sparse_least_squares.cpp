@@ -1,41 +1,32 @@
 #include "mapping3d/sparse_least_squares.hpp"
 
+#include <Eigen/IterativeLinearSolvers>
 #include <cmath>
 
 namespace marco::mapping3d {
 
 Eigen::VectorXd solve(const std::vector<Equation>& equations, Eigen::Index unknowns) {
-  constexpr int kMostSteps = 400;
-  constexpr double kEnough = 1e-3;  // of the first gradient; the next linearization does the rest
-  Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(unknowns, 1e-9);
-  Eigen::VectorXd rest = Eigen::VectorXd::Zero(unknowns);
-  for (const Equation& equation : equations) {
-    const auto weight = static_cast<double>(equation.weight);
-    equation.spread(-weight * static_cast<double>(equation.residual), rest);
+  constexpr int kMaxIterations = 400;
+  constexpr double kTolerance = 1e-3;  // Gauss-Newton relinearizes anyway
+  const auto count = static_cast<Eigen::Index>(equations.size());
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(equations.size() * Equation::kMost);
+  Eigen::VectorXd right(count);
+  for (Eigen::Index row = 0; row < count; ++row) {
+    const Equation& equation = equations[static_cast<std::size_t>(row)];
+    const double weight = std::sqrt(static_cast<double>(equation.weight));
+    right[row] = -weight * static_cast<double>(equation.residual);
     for (uint32_t i = 0; i < equation.count; ++i) {
-      const auto factor = static_cast<double>(equation.factors[i]);
-      diagonal[equation.unknowns[i]] += weight * factor * factor;
+      entries.emplace_back(row, equation.unknowns[i],
+                           weight * static_cast<double>(equation.factors[i]));
     }
   }
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(unknowns);
-  Eigen::VectorXd scaled = rest.cwiseQuotient(diagonal);
-  Eigen::VectorXd direction = scaled, image(unknowns);
-  double energy = rest.dot(scaled);
-  const double enough = kEnough * kEnough * energy;
-  for (int step = 0; step < kMostSteps && energy > enough; ++step) {
-    image = 1e-9 * direction;
-    for (const Equation& equation : equations) {
-      equation.spread(static_cast<double>(equation.weight) * equation.change(direction), image);
-    }
-    const double length = energy / direction.dot(image);
-    x += length * direction;
-    rest -= length * image;
-    scaled = rest.cwiseQuotient(diagonal);
-    const double next = rest.dot(scaled);
-    direction = scaled + (next / energy) * direction;
-    energy = next;
-  }
-  return x;
+  Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian(count, unknowns);
+  jacobian.setFromTriplets(entries.begin(), entries.end());
+  Eigen::LeastSquaresConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>> solver;
+  solver.setMaxIterations(kMaxIterations);
+  solver.setTolerance(kTolerance);
+  return solver.compute(jacobian).solve(right);
 }
 
 double explained(const std::vector<Equation>& equations, const Eigen::VectorXd& step) {

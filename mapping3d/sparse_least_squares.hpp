@@ -2,11 +2,12 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <vector>
 
 namespace marco::mapping3d {
 
-/// One residual, linear in a few of many unknowns: residual + sum of factors times changes.
+/// One linearized residual in a few of many unknowns: residual + sum of factors times changes.
 struct Equation {
   static constexpr std::size_t kMost = 18;
   std::array<uint32_t, kMost> unknowns;
@@ -26,19 +27,14 @@ struct Equation {
     for (uint32_t i = 0; i < count; ++i) sum += static_cast<double>(factors[i]) * step[unknowns[i]];
     return sum;
   }
-  /// Adds `value` times the factors.
-  void spread(double value, Eigen::VectorXd& to) const {
-    for (uint32_t i = 0; i < count; ++i) to[unknowns[i]] += static_cast<double>(factors[i]) * value;
-  }
 };
 
-/// The step that makes the weighted sum of squares least, by conjugate gradients on the normal
-/// equations, scaled by their diagonal (Hestenes and Stiefel 1952; Jacobi's preconditioner), to
-/// 1e-3 of the first gradient or 400 steps. Unknowns that nothing depends on stay at zero.
-/// Cost a step O(equations).
+/// The step that minimizes the weighted sum of squares: Eigen's conjugate gradients for least
+/// squares (Jacobi preconditioner) to 1e-3 of the first gradient or 400 iterations. Unknowns without
+/// equations stay at zero. Cost per iteration O(equations).
 Eigen::VectorXd solve(const std::vector<Equation>& equations, Eigen::Index unknowns);
 
-/// Part of the weighted sum of squares that a step takes away.
+/// Part of the weighted sum of squares that a step removes.
 double explained(const std::vector<Equation>& equations, const Eigen::VectorXd& step);
 
 }  // namespace marco::mapping3d

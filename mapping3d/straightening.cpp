@@ -10,16 +10,44 @@
 namespace marco::mapping3d {
 namespace {
 
-struct Reach {
-  double search_m;
-  double lorentz_m;
-};
-
-/// A scene as it is thought to be, in the joined frame.
+/// A scene by the current estimate, registered frame.
 struct Swept {
   ScenePoints points;
   std::unique_ptr<SurfelIndex> patches;
   std::vector<SweepAxis> axes;  ///< one a row
+};
+
+/// Where each parameter stands in the vector of unknowns: rows of all scenes, six of each body, the
+/// range offset.
+class Unknowns {
+ public:
+  Unknowns(const std::vector<Scene>& scenes, const std::vector<std::size_t>& body_of) {
+    for (const Scene& scene : scenes) {
+      first_row_.push_back(count_);
+      count_ += scene.rows.size();
+    }
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      body_of_.push_back(body_of.empty() ? i : body_of[i]);
+      bodies_ = std::max(bodies_, body_of_[i] + 1);
+    }
+    first_body_ = count_;
+    count_ += 6 * bodies_ + 1;
+  }
+
+  std::size_t row(std::size_t scene, std::size_t row) const { return first_row_[scene] + row; }
+  std::size_t body_of(std::size_t scene) const { return body_of_[scene]; }
+  std::size_t bodies() const { return bodies_; }
+  /// Three turns, then three shifts.
+  std::size_t body(std::size_t body) const { return first_body_ + 6 * body; }
+  std::size_t range() const { return count_ - 1; }
+  std::size_t count() const { return count_; }
+
+ private:
+  std::vector<std::size_t> first_row_;  ///< of each scene
+  std::vector<std::size_t> body_of_;
+  std::size_t bodies_ = 0;
+  std::size_t first_body_ = 0;
+  std::size_t count_ = 0;
 };
 
 class Straightener {
@@ -30,21 +58,11 @@ class Straightener {
                const StraighteningOptions& options)
       : scenes_(scenes),
         robot_(robot),
-        body_of_(body_of),
         options_(options),
-        min_cosine_(std::cos(deg_to_rad(options.max_normal_deg))) {
+        association_(options.matching),
+        block_(static_cast<std::size_t>(options.matching.surfels.block_cells)),
+        unknowns_(scenes, body_of) {
     validate(options, "straightening");
-    for (const Scene& scene : scenes) {
-      first_row_.push_back(unknowns_);
-      unknowns_ += scene.rows.size();
-    }
-    for (std::size_t i = 0; i < scenes.size(); ++i) {
-      if (body_of_.size() <= i) body_of_.push_back(i);
-      bodies_ = std::max(bodies_, body_of_[i] + 1);
-    }
-    first_body_ = unknowns_;
-    unknowns_ += 6 * bodies_;
-    range_ = unknowns_++;
   }
 
   Straightening run(const std::vector<Pose3>& world_from_placed) {
@@ -52,13 +70,13 @@ class Straightener {
     for (const Scene& scene : scenes_) now.turns_rad.emplace_back(scene.rows.size(), 0.0);
     now.world_from_placed = world_from_placed;
     given = now;
-    Reach reach{options_.search_start_m, options_.lorentz_start_m};
+    MatchingScales scales = MatchingScales::first(options_.matching);
     for (int i = 0; i < options_.iterations; ++i) {
-      std::vector<Equation> equations = distances(now, reach);
+      std::vector<Equation> equations = residuals(now, scales);
       const std::size_t seen = equations.size();
       if (seen == 0) return given;
       add_priors(now, equations);
-      const Eigen::VectorXd step = solve(equations, static_cast<Eigen::Index>(unknowns_));
+      const Eigen::VectorXd step = solve(equations, static_cast<Eigen::Index>(unknowns_.count()));
       if (i == 0) {
         equations.resize(seen);
         now.explained = given.explained = explained(equations, step);
@@ -66,13 +84,12 @@ class Straightener {
         if (now.explained < options_.min_explained) return given;
       }
       take(step, now);
-      reach.search_m = std::max(options_.search_end_m, options_.shrink * reach.search_m);
-      reach.lorentz_m = std::max(options_.lorentz_end_m, options_.shrink * reach.lorentz_m);
+      scales.shrink(options_.matching);
     }
-    distances(now, {options_.search_start_m, options_.lorentz_end_m});
+    residuals(now, {options_.matching.search_start_m, options_.matching.lorentz_end_m});
     now.after_m = quantile(residuals_m_, 0.5);
     now.turn_rms_rad = rms_rad(now.turns_rad);
-    // Turns far beyond what rows are wrong by have laid surfaces on each other that are not one.
+    // Turns far beyond the prior come from wrong correspondences.
     now.bent = now.after_m <= options_.max_left * now.before_m &&
                now.turn_rms_rad <= 1.5 * deg_to_rad(options_.row_error_deg);
     return now.bent ? now : given;
@@ -81,21 +98,22 @@ class Straightener {
  private:
   Swept swept(std::size_t scene, const Straightening& now) const {
     Swept result;
-    const Scene mended = straightened(scenes_[scene], now.turns_rad[scene], now.range_m);
-    result.points = place(mended, robot_);
+    const Scene corrected = straightened(scenes_[scene], now.turns_rad[scene], now.range_m);
+    result.points = place(corrected, robot_);
     move(result.points, now.world_from_placed[scene]);
-    result.patches = std::make_unique<SurfelIndex>(find_surfels(result.points, options_.surfels));
-    for (std::size_t row = 0; row < mended.rows.size(); ++row) {
+    result.patches =
+        std::make_unique<SurfelIndex>(find_surfels(result.points, options_.matching.surfels));
+    for (std::size_t row = 0; row < corrected.rows.size(); ++row) {
       const SweepAxis in_robot = sweep_axis(scenes_[scene], row);
       const Pose3 from_robot =
-          now.world_from_placed[scene] * lift(mended.rows[row].world_from_robot);
+          now.world_from_placed[scene] * lift(corrected.rows[row].world_from_robot);
       result.axes.push_back(
           {from_robot.linear() * in_robot.direction, from_robot * in_robot.point_m});
     }
     return result;
   }
 
-  /// Of a point of a row, along `normal`, when the row turns.
+  /// Derivative of a point's position along `normal` by the turn of its row.
   static double by_turn(const Swept& scene,
                         std::size_t row,
                         const Eigen::Vector3d& at_m,
@@ -103,6 +121,7 @@ class Straightener {
     const SweepAxis& axis = scene.axes[row];
     return normal.dot(axis.direction.cross(at_m - axis.point_m));
   }
+  /// The same by the range offset.
   static double by_range(const Swept& scene,
                          std::size_t row,
                          const Eigen::Vector3d& at_m,
@@ -110,25 +129,26 @@ class Straightener {
     return normal.dot((at_m - scene.points.origins_m[row].cast<double>()).normalized());
   }
 
-  std::vector<Equation> distances(const Straightening& now, const Reach& reach) {
+  std::vector<Equation> residuals(const Straightening& now, const MatchingScales& scales) {
     std::vector<Swept> all;
-    pivots_m_.assign(bodies_, Eigen::Vector3d::Zero());
-    std::vector<double> counts(bodies_, 0.0);
+    pivots_m_.assign(unknowns_.bodies(), Eigen::Vector3d::Zero());
+    std::vector<double> counts(unknowns_.bodies(), 0.0);
     for (std::size_t i = 0; i < scenes_.size(); ++i) {
       all.push_back(swept(i, now));
-      for (const Surfel& patch : all[i].patches->surfels) pivots_m_[body_of_[i]] += patch.center_m;
-      counts[body_of_[i]] += static_cast<double>(all[i].patches->surfels.size());
+      const std::size_t body = unknowns_.body_of(i);
+      for (const Surfel& patch : all[i].patches->surfels) pivots_m_[body] += patch.center_m;
+      counts[body] += static_cast<double>(all[i].patches->surfels.size());
     }
-    for (std::size_t i = 0; i < bodies_; ++i) pivots_m_[i] /= std::max(1.0, counts[i]);
+    for (std::size_t i = 0; i < counts.size(); ++i) pivots_m_[i] /= std::max(1.0, counts[i]);
     std::vector<Equation> equations;
     residuals_m_.clear();
     for (std::size_t a = 0; a < all.size(); ++a) {
       for (std::size_t b = 0; b < all.size(); ++b) {
         Eigen::AlignedBox3d box = all[b].patches->box;
         if (a == b || box.isEmpty() || all[a].patches->box.isEmpty()) continue;
-        box.min().array() -= reach.search_m;
-        box.max().array() += reach.search_m;
-        if (box.intersects(all[a].patches->box)) compare({all, a, b}, reach, equations);
+        box.min().array() -= scales.search_m;
+        box.max().array() += scales.search_m;
+        if (box.intersects(all[a].patches->box)) compare({all, a, b}, scales, equations);
       }
     }
     return equations;
@@ -140,32 +160,19 @@ class Straightener {
     std::size_t source;
   };
 
-  /// Each row of each patch of the source against the nearest patch of the target.
-  void compare(const Pair& pair, const Reach& reach, std::vector<Equation>& equations) {
-    const Swept& target = pair.all[pair.target];
+  /// Each row of each surfel of the source against the nearest surfel of the target.
+  void compare(const Pair& pair, const MatchingScales& scales, std::vector<Equation>& equations) {
+    const SurfelIndex& target = *pair.all[pair.target].patches;
     const Swept& source = pair.all[pair.source];
-    const auto block = static_cast<std::size_t>(options_.surfels.block_cells);
-    // With many scenes each patch has many partners.
+    // With many scenes each surfel has many correspondences.
     const std::size_t stride = 1 + pair.all.size() / 8;
     for (std::size_t i = 0; i < source.patches->surfels.size(); i += stride) {
       const Surfel& patch = source.patches->surfels[i];
-      for (std::size_t row = patch.row; row < patch.row + block; ++row) {
-        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        double count = 0.0;
-        for (std::size_t column = patch.column; column < patch.column + block; ++column) {
-          const std::size_t at = source.points.index(row, column);
-          if (source.points.valid[at] == 0) continue;
-          sum += source.points.points_m[at].cast<double>();
-          count += 1.0;
-        }
-        if (count == 0.0) continue;
-        const Eigen::Vector3d at_m = sum / count;
-        const auto nearest =
-            target.patches->centers.nearest(at_m.cast<float>(), static_cast<float>(reach.search_m));
-        if (!nearest) continue;
-        const Surfel& partner = target.patches->surfels[*nearest];
-        if (patch.normal.dot(partner.normal) < min_cosine_) continue;
-        equations.push_back(equation(pair, {at_m, row, patch.normal}, partner, reach));
+      for (std::size_t row = patch.row; row < patch.row + block_; ++row) {
+        const auto at_m = block_mean(source.points, {row, patch.column, 1, block_});
+        if (!at_m) continue;
+        const auto found = association_.find(target, *at_m, patch.normal, scales.search_m);
+        if (found) equations.push_back(equation(pair, {*at_m, row, *found}, scales.lorentz_m));
       }
     }
   }
@@ -173,45 +180,46 @@ class Straightener {
   struct Piece {
     Eigen::Vector3d at_m;
     std::size_t row;
-    Eigen::Vector3d normal;
+    SurfelCorrespondence found;
   };
 
-  Equation equation(const Pair& pair,
-                    const Piece& piece,
-                    const Surfel& partner,
-                    const Reach& reach) {
-    const Eigen::Vector3d normal = (piece.normal + partner.normal).normalized();
-    const double residual_m = normal.dot(piece.at_m - partner.center_m);
-    residuals_m_.push_back(std::abs(residual_m));
-    Equation result;
-    result.residual = static_cast<float>(residual_m);
-    const double scaled = residual_m / reach.lorentz_m,
-                 thick = partner.thickness_m / options_.thin_m;
-    result.weight =
-        static_cast<float>(1.0 / ((1.0 + 0.5 * scaled * scaled) * (1.0 + thick * thick)));
+  Equation equation(const Pair& pair, const Piece& piece, double lorentz_m) {
     const Swept& target = pair.all[pair.target];
     const Swept& source = pair.all[pair.source];
-    result.add(first_row_[pair.source] + piece.row, by_turn(source, piece.row, piece.at_m, normal));
-    const auto block = static_cast<std::size_t>(options_.surfels.block_cells);
-    for (std::size_t row = partner.row; row < partner.row + block; ++row) {
+    const Surfel& partner = target.patches->surfels[piece.found.partner];
+    const Eigen::Vector3d& normal = piece.found.normal;
+    residuals_m_.push_back(std::abs(piece.found.residual_m));
+    Equation result;
+    result.residual = static_cast<float>(piece.found.residual_m);
+    result.weight = static_cast<float>(
+        association_.weight(piece.found.residual_m, lorentz_m, partner.thickness2_m2()));
+    result.add(unknowns_.row(pair.source, piece.row),
+               by_turn(source, piece.row, piece.at_m, normal));
+    for (std::size_t row = partner.row; row < partner.row + block_; ++row) {
       if (result.count + 13 >= Equation::kMost) break;
-      result.add(first_row_[pair.target] + row,
-                 -by_turn(target, row, partner.center_m, normal) / static_cast<double>(block));
+      result.add(unknowns_.row(pair.target, row),
+                 -by_turn(target, row, partner.center_m, normal) / static_cast<double>(block_));
     }
-    result.add(range_, by_range(source, piece.row, piece.at_m, normal) -
-                           by_range(target, partner.row, partner.center_m, normal));
-    const std::size_t a = body_of_[pair.target], b = body_of_[pair.source];
+    result.add(unknowns_.range(), by_range(source, piece.row, piece.at_m, normal) -
+                                      by_range(target, partner.row, partner.center_m, normal));
+    const std::size_t a = unknowns_.body_of(pair.target), b = unknowns_.body_of(pair.source);
     if (a == b) return result;
-    const Eigen::Vector3d turn_b = (piece.at_m - pivots_m_[b]).cross(normal);
-    const Eigen::Vector3d turn_a = (piece.at_m - pivots_m_[a]).cross(normal);
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      const auto at = static_cast<std::size_t>(k);
-      if (b > 0) result.add(first_body_ + 6 * b + at, turn_b[k]);
-      if (b > 0) result.add(first_body_ + 6 * b + 3 + at, normal[k]);
-      if (a > 0) result.add(first_body_ + 6 * a + at, -turn_a[k]);
-      if (a > 0) result.add(first_body_ + 6 * a + 3 + at, -normal[k]);
-    }
+    add_body(b, piece.at_m, normal, result);
+    add_body(a, piece.at_m, -normal, result);
     return result;
+  }
+
+  void add_body(std::size_t body,
+                const Eigen::Vector3d& at_m,
+                const Eigen::Vector3d& normal,
+                Equation& equation) const {
+    if (body == 0) return;  // fixed
+    const Eigen::Vector3d turn = (at_m - pivots_m_[body]).cross(normal);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto axis = static_cast<Eigen::Index>(k);
+      equation.add(unknowns_.body(body) + k, turn[axis]);
+      equation.add(unknowns_.body(body) + 3 + k, normal[axis]);
+    }
   }
 
   void add_priors(const Straightening& now, std::vector<Equation>& equations) const {
@@ -228,19 +236,19 @@ class Straightener {
       const RowTurns& turns = now.turns_rad[i];
       for (std::size_t row = 0; row < turns.size(); ++row) {
         Equation small = prior(turns[row], row_rad);
-        small.add(first_row_[i] + row, 1.0);
+        small.add(unknowns_.row(i, row), 1.0);
         equations.push_back(small);
         if (row + 1 == turns.size()) continue;
         const double jump = turns[row + 1] - turns[row];
         Equation smooth =
             prior(jump, step_rad * std::sqrt(1.0 + 0.5 * jump * jump / (step_rad * step_rad)));
-        smooth.add(first_row_[i] + row, -1.0);
-        smooth.add(first_row_[i] + row + 1, 1.0);
+        smooth.add(unknowns_.row(i, row), -1.0);
+        smooth.add(unknowns_.row(i, row + 1), 1.0);
         equations.push_back(smooth);
       }
     }
     Equation zero = prior(now.range_m, options_.range_error_m);
-    zero.add(range_, 1.0);
+    zero.add(unknowns_.range(), 1.0);
     equations.push_back(zero);
   }
 
@@ -250,31 +258,23 @@ class Straightener {
     };
     for (std::size_t i = 0; i < scenes_.size(); ++i) {
       RowTurns& turns = now.turns_rad[i];
-      for (std::size_t row = 0; row < turns.size(); ++row) turns[row] += at(first_row_[i] + row);
-      const auto body = static_cast<Eigen::Index>(first_body_ + 6 * body_of_[i]);
-      const Eigen::Vector3d turn = step.segment<3>(body);
-      const Eigen::Vector3d pivot_m = pivots_m_[body_of_[i]];
-      Pose3 moved = Pose3::Identity();
-      if (turn.norm() > 0.0) {
-        moved.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
-      }
-      moved.translation() = pivot_m - moved.linear() * pivot_m + step.segment<3>(body + 3);
+      for (std::size_t row = 0; row < turns.size(); ++row) turns[row] += at(unknowns_.row(i, row));
+      const std::size_t body = unknowns_.body_of(i);
+      const auto first = static_cast<Eigen::Index>(unknowns_.body(body));
+      Pose3 moved = turn_about(pivots_m_[body], step.segment<3>(first));
+      moved.translation() += step.segment<3>(first + 3);
       now.world_from_placed[i] = moved * now.world_from_placed[i];
     }
-    now.range_m += at(range_);
+    now.range_m += at(unknowns_.range());
   }
 
   const std::vector<Scene>& scenes_;
   RobotBox robot_;
-  std::vector<std::size_t> body_of_;
   StraighteningOptions options_;
-  double min_cosine_;
-  std::vector<std::size_t> first_row_;  ///< of each scene among the unknowns
-  std::size_t bodies_ = 0;
-  std::size_t first_body_ = 0;  ///< of the turns and shifts of bodies
-  std::size_t range_ = 0;
-  std::size_t unknowns_ = 0;
-  std::vector<Eigen::Vector3d> pivots_m_;  ///< about which bodies turn
+  SurfelAssociation association_;
+  std::size_t block_;  ///< cells of a surfel
+  Unknowns unknowns_;
+  std::vector<Eigen::Vector3d> pivots_m_;  ///< one a body, about which it turns
   std::vector<double> residuals_m_;
 };
 

@@ -68,10 +68,19 @@ SurfelIndex::SurfelIndex(std::vector<Surfel> of_scene)
   for (const Surfel& surfel : surfels) box.extend(surfel.center_m);
 }
 
-double pair_weight(const Surfel& a, const Surfel& b, double scaled_residual, double thin_m) {
-  const double thickness2 = a.thickness_m * a.thickness_m + b.thickness_m * b.thickness_m;
-  return 1.0 /
-         ((1.0 + 0.5 * scaled_residual * scaled_residual) * (1.0 + thickness2 / (thin_m * thin_m)));
+std::optional<Eigen::Vector3d> block_mean(const ScenePoints& scene, const GridBlock& block) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0.0;
+  for (std::size_t row = block.row; row < block.row + block.rows; ++row) {
+    for (std::size_t column = block.column; column < block.column + block.columns; ++column) {
+      const std::size_t at = scene.index(row, column);
+      if (scene.valid[at] == 0) continue;
+      sum += scene.points_m[at].cast<double>();
+      count += 1.0;
+    }
+  }
+  if (count == 0.0) return std::nullopt;
+  return Eigen::Vector3d(sum / count);
 }
 
 double quantile(std::vector<double>& values, double part) {

@@ -9,20 +9,22 @@
 
 namespace marco::mapping3d {
 
-/// A flat patch of a scene: some neighbouring beams and the plane through them.
+/// A surfel: a flat patch of neighbouring beams and the plane through them.
 struct Surfel {
   Eigen::Vector3d center_m;  ///< mean of its points
   Eigen::Vector3d normal;    ///< unit, towards the sensor
   double thickness_m;        ///< rms distance of its points from the plane
-  std::size_t row;           ///< of the first of its cells in the scene's grid
+  std::size_t row;           ///< of its first beam in the scene's grid
   std::size_t column;
+
+  double thickness2_m2() const { return thickness_m * thickness_m; }
 };
 
 struct SurfelOptions {
-  int block_cells = 4;              ///< a patch is so many rows by so many columns
+  int block_cells = 4;              ///< rows and columns of beams in a surfel
   double min_filled = 0.7;          ///< part of its beams that must have returned
   double max_thickness_m = 0.03;    ///< rms distance from the plane; more is an edge or clutter
-  double max_half_length_m = 0.35;  ///< rms length along the plane; more is too oblique to be sure
+  double max_half_length_m = 0.35;  ///< rms extent along the plane; more is seen too obliquely
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -33,11 +35,19 @@ struct SurfelOptions {
   }
 };
 
-/// The patches of a scene by its own grid, frame of `scene`. One pass, O(points).
+/// The surfels of a scene by its own grid, frame of `scene`. One pass, O(points).
 std::vector<Surfel> find_surfels(const ScenePoints& scene, const SurfelOptions& options = {});
 
-/// The patches of a scene, to be asked for the one nearest to a point. Const: safe from several
-/// threads.
+/// A rectangle of a scene's grid.
+struct GridBlock {
+  std::size_t row, column;  ///< of its first beam
+  std::size_t rows, columns;
+};
+
+/// Mean of a block's returns; nothing when no beam returned.
+std::optional<Eigen::Vector3d> block_mean(const ScenePoints& scene, const GridBlock& block);
+
+/// The surfels of a scene with a search tree. Const: safe from several threads.
 struct SurfelIndex {
   explicit SurfelIndex(std::vector<Surfel> of_scene);
 
@@ -46,11 +56,7 @@ struct SurfelIndex {
   Eigen::AlignedBox3d box;  ///< of the centres
 };
 
-/// Weight of the distance between two patches: the Lorentzian's 1 / (1 + r^2 / (2 s^2)), halved
-/// where the patches are `thin_m` thick together.
-double pair_weight(const Surfel& a, const Surfel& b, double scaled_residual, double thin_m);
-
-/// The value below which `part` of them lie; reorders them. 0 of none.
+/// The value below which `part` of them lie, 0 without values. Reorders them.
 double quantile(std::vector<double>& values, double part);
 
 }  // namespace marco::mapping3d

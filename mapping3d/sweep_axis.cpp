@@ -1,9 +1,10 @@
+#include "mapping3d/sweep_axis.hpp"
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "lcm_tools/base/check.hpp"
-#include "mapping3d/straightening.hpp"
 
 namespace marco::mapping3d {
 
@@ -18,8 +19,8 @@ SweepAxis sweep_axis(const Scene& scene, std::size_t row) {
   SweepAxis axis;
   if (std::abs(turn.angle()) < kLeastTurnRad) return axis;
   axis.direction = turn.axis() * (turn.angle() < 0.0 ? -1.0 : 1.0);
-  // The point nearest to the origin that the turn leaves in place: (I - R) p = t across the axis,
-  // made regular along it.
+  // The fixed point of the turn nearest to the origin: (I - R) p = t across the axis, regularized
+  // along it.
   const Eigen::Matrix3d along = axis.direction * axis.direction.transpose();
   const Eigen::Vector3d across = moved.translation() - along * moved.translation();
   axis.point_m =
@@ -38,14 +39,12 @@ double rms_rad(const std::vector<RowTurns>& turns_rad) {
 
 Scene straightened(const Scene& scene, const RowTurns& turns_rad, double range_m) {
   require(turns_rad.size() == scene.rows.size(), "straightened: expected one turn a row");
-  Scene mended = scene;
+  Scene corrected = scene;
   for (std::size_t row = 0; row < scene.rows.size(); ++row) {
-    SceneRow& to = mended.rows[row];
+    SceneRow& to = corrected.rows[row];
     const SweepAxis axis = sweep_axis(scene, row);
     if (turns_rad[row] != 0.0 && axis.direction != Eigen::Vector3d::Zero()) {
-      Pose3 turn = Pose3::Identity();
-      turn.linear() = Eigen::AngleAxisd(turns_rad[row], axis.direction).toRotationMatrix();
-      turn.translation() = axis.point_m - turn.linear() * axis.point_m;
+      const Pose3 turn = turn_about(axis.point_m, turns_rad[row] * axis.direction);
       to.robot_from_sensor_first = turn * to.robot_from_sensor_first;
       to.robot_from_sensor_last = turn * to.robot_from_sensor_last;
     }
@@ -53,7 +52,7 @@ Scene straightened(const Scene& scene, const RowTurns& turns_rad, double range_m
       if (range > 0.0F) range = std::max(0.0F, range + static_cast<float>(range_m));
     }
   }
-  return mended;
+  return corrected;
 }
 
 }  // namespace marco::mapping3d

@@ -12,6 +12,18 @@
 
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
 
+namespace {
+
+struct ProcessOptions : mapping3d::Mapping3dAdapterOptions {
+  template <class Visitor>
+  void visit(Visitor& v) {
+    Mapping3dAdapterOptions::visit(v);
+    v("surface", mapper.surface);
+  }
+};
+
+}  // namespace
+
 int main(int argc, char** argv) {
   return process::run_main("marco-mapping3d", [&] {
     CLI::App app("3D models: LIDAR on a pan-tilt and SLAM_POSE in, SCENE and MESH out");
@@ -20,8 +32,7 @@ int main(int argc, char** argv) {
     process::add_common_arguments(app, arguments);
     app.add_option("--out", out, "PLY file that the model is written to in the end");
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    const auto options =
-        process::load_options<mapping3d::Mapping3dAdapterOptions>(arguments.config_path);
+    const auto options = process::load_options<ProcessOptions>(arguments.config_path);
     if (arguments.print_config) {
       std::fputs(process::print_options(options).c_str(), stdout);
       return 0;

@@ -8,13 +8,12 @@
 
 namespace marco::slam {
 
-/// How well a map tells what scans that are not part of it saw.
+/// How well a map predicts held-out scans.
 struct PredictionQuality {
-  int64_t beams = 0;            ///< judged: those whose way the map knows up to a wall
+  int64_t beams = 0;            ///< judged: those that the map knows up to a wall
   double median_error_m = 0.0;  ///< of |range the map predicts - range measured|
-  double through_walls =
-      0.0;  ///< part of the beams that were measured > 0.3 m behind a wall of the map
-  double short_of_walls = 0.0;  ///< part measured > 0.3 m before it (people, things moved)
+  double through_walls = 0.0;   ///< part that ended > 0.3 m behind a wall of the map
+  double short_of_walls = 0.0;  ///< part that ended > 0.3 m before it (people, moved objects)
 };
 
 /// A scan and where it was taken.
@@ -24,8 +23,8 @@ struct PlacedScan {
   Eigen::Vector2d sensor_in_robot = {0, 0};
 };
 
-/// Follows each beam through the map to the first occupied cell (>= 50 %). Beams that meet unknown
-/// space first, or no wall within a metre behind what they measured, are not judged.
+/// Follows each beam through the map to the first occupied cell (>= 50 %). Not judged: beams that
+/// meet unknown space first, or no wall within a metre behind their measured end.
 PredictionQuality judge_prediction(const GridMap& map, const std::vector<PlacedScan>& scans);
 
 }  // namespace marco::slam

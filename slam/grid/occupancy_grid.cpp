@@ -101,14 +101,14 @@ void OccupancyGrid::insert_in(const Tiles& tiles,
 void OccupancyGrid::replace(const Tiles& tiles, OccupancyGrid other) {
   last_key_.reset();
   for (const uint64_t key : tiles) {
-    const auto anew = other.tiles_.find(key);
-    if (anew == other.tiles_.end()) {
+    const auto drawn = other.tiles_.find(key);
+    if (drawn == other.tiles_.end()) {
       tiles_.erase(key);
       continue;
     }
-    // Its scans were counted anew: none of them is the next one here.
-    for (Cell& cell : anew->second->cells) cell.last_scan = cell.last_scan == 0 ? 0 : 1;
-    tiles_[key] = std::move(anew->second);
+    // Scan numbers of `other` mean nothing here.
+    for (Cell& cell : drawn->second->cells) cell.last_scan = cell.last_scan == 0 ? 0 : 1;
+    tiles_[key] = std::move(drawn->second);
   }
   scan_ = std::max(scan_, 1U);
   cells_ = other.cells_;

@@ -17,10 +17,10 @@ namespace marco::slam {
 
 struct OccupancyGridOptions {
   double resolution_m = 0.05;
-  /// One scan's evidence for a cell it hits and for a cell it sees through, as probabilities.
+  /// One scan's evidence for a cell that it hits or passes through, as probabilities.
   double hit_probability = 0.70;
   double miss_probability = 0.40;
-  /// Evidence is bounded, so that a door that opens is seen to open.
+  /// Evidence is bounded, so that the map can change (a door opens).
   double max_probability = 0.98;
   double min_probability = 0.02;
   double max_free_range_m = 30.0;  ///< beyond it a beam no longer clears cells
@@ -36,11 +36,10 @@ struct OccupancyGridOptions {
   }
 };
 
-/// Occupied, free and unknown space, cell by cell, as log-odds (Moravec & Elfes; Thrun, Burgard,
-/// Fox, Probabilistic Robotics, table 9.1). What differs: each scan counts at most once a cell, and
-/// where a scan both hits a cell and passes through it, it is a hit. Grows in tiles as it is fed.
-/// A part of it can be redrawn: tiles. Not thread-safe. Limit: kMostCells in the box about all it
-/// knows, and its sides; what would make that larger is left out.
+/// Occupancy grid of log-odds (Moravec & Elfes; Thrun, Burgard, Fox, Probabilistic Robotics, table
+/// 9.1). What differs: a scan updates a cell at most once, and a cell that it both hits and passes
+/// through counts as hit. Grows in tiles, which can be redrawn one by one. Not thread-safe. Limits:
+/// kMostCells in the bounding box, and kLongestSide of it; beams that would exceed them are dropped.
 class OccupancyGrid {
  public:
   static constexpr int64_t kMostCells = 64'000'000;  ///< 400 x 400 m of 5 cm
@@ -62,28 +61,28 @@ class OccupancyGrid {
     Eigen::Array2i min = {0, 0};
     Eigen::Array2i max = {0, 0};
   };
-  /// Round all cells that insert() of the same would touch.
+  /// Contains all cells that insert() of the same scan would touch.
   TileBox box_of(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world) const;
   static void add(const TileBox& box, Tiles& tiles);
   static bool touches(const TileBox& box, const Tiles& tiles);
-  /// Before insert_in(): this grid is for tiles of `whole`, whose limits hold.
+  /// Before insert_in(): this grid will hold tiles of `whole` and shares its limits.
   void be_part_of(const OccupancyGrid& whole) { cells_ = whole.cells_; }
-  /// As insert(), in these tiles alone.
+  /// As insert(), but changes these tiles only.
   void insert_in(const Tiles& tiles,
                  const Points2& hits_in_world,
                  const Eigen::Vector2d& sensor_in_world);
-  /// What `other` holds in these tiles takes the place of what is there.
+  /// Replaces these tiles by those of `other`.
   void replace(const Tiles& tiles, OccupancyGrid other);
 
   void clear();
   bool empty() const { return tiles_.empty(); }
-  /// How large the map would be with what was left out [m]; nothing when all of it is in the map.
+  /// Size that the map would need for the dropped beams [m]; nothing when none was dropped.
   std::optional<Eigen::Vector2d> too_large_m() const { return too_large_m_; }
 
-  /// 0.5 where nothing is known.
+  /// 0.5 in unknown space.
   double probability(const Eigen::Vector2d& point_in_world) const;
 
-  /// The part that is known, as a value; an empty map when nothing is.
+  /// The known part as a value; an empty map without scans.
   GridMap to_map() const;
 
  private:
@@ -97,7 +96,7 @@ class OccupancyGrid {
     std::array<Cell, static_cast<std::size_t>(kTileCells) * kTileCells> cells;
   };
 
-  /// nullptr where nothing is to be drawn now.
+  /// nullptr in tiles that insert_in() must not change.
   Cell* cell_at(int x_cell, int y_cell);
   void draw(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world);
   /// Whether the point is within the box, or the box could be made larger.
@@ -112,12 +111,12 @@ class OccupancyGrid {
   float min_log_odds_;
   float max_log_odds_;
   uint32_t scan_ = 0;
-  std::optional<TileBox> cells_;  ///< the box about all that was drawn, in cells
+  std::optional<TileBox> cells_;  ///< bounding box of all scans, in cells
   std::optional<Eigen::Vector2d> too_large_m_;
   std::unordered_map<uint64_t, std::unique_ptr<Tile>> tiles_;
   std::optional<uint64_t> last_key_;  ///< of `last_tile_`
   Tile* last_tile_ = nullptr;         ///< beams stay in a tile for many cells
-  const Tiles* only_ = nullptr;       ///< draws in these alone
+  const Tiles* only_ = nullptr;       ///< of insert_in()
 };
 
 }  // namespace marco::slam

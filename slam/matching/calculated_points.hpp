@@ -11,13 +11,12 @@ namespace marco::slam {
 
 struct CalculatedPointsOptions {
   int max_neighbours = 40;    ///< points that may join the three, both sides together (n)
-  double near_line_m = 0.05;  ///< a neighbour farther from the line than this is passed over
+  double near_line_m = 0.05;  ///< a neighbour farther from the line is skipped
   double good_fit_m = 0.02;   ///< a line with a larger rms error is not used
-  double max_gap_m = 0.5;     ///< the three points a line starts from lie no farther apart
+  double max_gap_m = 0.5;     ///< largest gap between the three points that seed a line
   double course_m = 0.3;      ///< half length of the piece of wall whose direction counts
-  double error_growth_m =
-      0.002;  ///< growth of the rms error that still counts as none: noise makes
-              ///< any three points look straighter than the wall they lie on
+  double error_growth_m = 0.002;  ///< tolerated growth of the rms error: by chance three points look
+                                  ///< straighter than the wall they lie on
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -39,25 +38,25 @@ class CalculatedPoints {
  public:
   struct Partner {
     Eigen::Vector2d point;  ///< what to match against [m]
-    const Line* line;       ///< null when it is the raw point; lives as long as this object
+    const Line* line;       ///< null for the raw point; lives as long as this object
   };
 
   /// @param points 2×N [m] in the order of the sweep, finite.
   explicit CalculatedPoints(const Points2& points, CalculatedPointsOptions options = {});
 
-  /// Where to pull `query`, whose nearest scan point is `nearest` (0 <= nearest < N): to its
+  /// The correspondence of `query`, whose nearest scan point is `nearest` (0 <= nearest < N): its
   /// projection on the line there if that line is good and the projection nearer, else the point.
   Partner partner(const Eigen::Vector2d& query, int nearest) const;
 
   /// The line about a point, or null where none fits well (fewer than 3 points, a corner, a gap).
   const Line* line(int index) const { return good_[index] ? &lines_[index] : nullptr; }
 
-  /// The direction the points within `course_m`, three at least, run in: what a covariance must
-  /// take for unseen. Wider than `line`, since the direction of a few noisy points close together
-  /// is chance and would feign knowledge along a wall. Null at corners and below 3 points.
+  /// The direction of the points within `course_m` (at least three): unobservable for a covariance.
+  /// Wider than `line`, since the direction of a few noisy points close together is chance and would
+  /// add false information along a wall. Null at corners and below 3 points.
   const Line* course(int index) const { return straight_[index] ? &courses_[index] : nullptr; }
 
-  /// Whether both neighbours lie within `max_gap_m`: beside a jump nothing is known of the shape.
+  /// Whether both neighbours lie within `max_gap_m`: beside a jump the shape is not known.
   bool embedded(int index) const { return embedded_[index]; }
 
  private:

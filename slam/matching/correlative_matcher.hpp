@@ -11,8 +11,8 @@ namespace marco::slam {
 struct CorrelativeMatcherOptions {
   double resolution_m = 0.05;  ///< of the finest level and of the result
   double blur_m = 0.05;        ///< standard deviation of a wall's likelihood
-  int levels = 5;              ///< each halves the resolution of the one before
-  int max_points = 120;        ///< of the scan that are scored; evenly chosen
+  int levels = 5;              ///< each at half the resolution of the one before
+  int max_points = 120;        ///< scored points of the scan, evenly chosen
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -23,13 +23,13 @@ struct CorrelativeMatcherOptions {
   }
 };
 
-/// What is searched: all poses within these half-widths about a centre.
+/// All poses within these half-widths about a centre.
 struct SearchWindow {
   Pose2 map_from_robot_centre;
   double half_width_m = 1.0;
   double half_turn_rad = 0.35;
-  /// Taken from the score at the window's edge, in between by the square of the distance: the
-  /// logarithm of a Gaussian. Of poses that look alike the one nearest to the centre is found.
+  /// Subtracted from the score at the window's edge, less towards the centre by the square of the
+  /// distance (the logarithm of a Gaussian): of similar poses the one nearest to the centre wins.
   double penalty_at_edge = 0.0;
 };
 
@@ -38,8 +38,8 @@ struct CorrelativeMatch {
   double score = 0.0;  ///< mean likelihood of the points, 0..1, without the penalty
 };
 
-/// Those of the points that lie within `reach_m` of a place along both axes, in their order. Far
-/// points make a table large and tell little: a step of the search's turn moves them by cells.
+/// The points within `reach_m` of a place along both axes, in their order. Far points need a large
+/// table and help little, since one step of the search's turn moves them by cells.
 Points2 points_within(double reach_m, const Eigen::Vector2d& centre_m, const Points2& points);
 
 /// The map's likelihood at one resolution and, above it, the largest likelihood of each block of
@@ -59,7 +59,7 @@ class LikelihoodPyramid {
   }
   Eigen::Vector2d origin_m() const { return origin_m_; }
   double resolution_m() const { return resolution_m_; }
-  /// Of the table from the origin; beyond it there is nothing.
+  /// Size of the table from the origin; the likelihood beyond it is 0.
   int width_cells() const { return static_cast<int>(width_); }
   int height_cells() const { return static_cast<int>(height_); }
 
@@ -72,16 +72,16 @@ class LikelihoodPyramid {
   std::vector<std::vector<uint8_t>> levels_;
 };
 
-/// Exhaustive search of a window by branch and bound (Hess et al., ICRA 2016, algorithm 3; the
-/// score is Olson's, ICRA 2009, as a mean of likelihoods): finds the best pose of the window's
-/// lattice, surely. Lattice: resolution_m along x and y, and turns that move the farthest point by
-/// one cell. Const: safe from several threads.
+/// Correlative scan matching by branch and bound (Hess et al., ICRA 2016, algorithm 3; the score is
+/// Olson's, ICRA 2009, as a mean of likelihoods): finds the best pose of the window's lattice, a
+/// guaranteed optimum. Lattice: resolution_m along x and y, and turns that move the farthest point
+/// by one cell. Const: safe from several threads.
 class CorrelativeMatcher {
  public:
   explicit CorrelativeMatcher(const CorrelativeMatcherOptions& options = {});
 
-  /// @param min_score  poses below it, the penalty taken, are of no interest
-  /// @returns nothing found: score 0 and the window's centre.
+  /// @param min_score  least score after the penalty
+  /// @returns score 0 and the window's centre when nothing was found.
   CorrelativeMatch search(const LikelihoodPyramid& map,
                           const Points2& points_in_robot,
                           const SearchWindow& window,

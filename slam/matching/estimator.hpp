@@ -7,8 +7,8 @@
 
 namespace marco::slam {
 
-/// How strongly a residual counts. The thesis (Cortes, 2007, ch. 3.4, fig. 3.5) sets the Lorentzian
-/// beside least squares; Geman-McClure, which forgets outliers faster still, is ours.
+/// Robust kernels. The thesis (Cortes, 2007, ch. 3.4, fig. 3.5) compares the Lorentzian with least
+/// squares; Geman-McClure, which downweights outliers even more, is ours.
 enum class EstimatorKind { least_squares, lorentzian, geman_mcclure };
 
 /// @param name `least_squares`, `lorentzian` or `geman_mcclure`. @throws std::invalid_argument.
@@ -21,8 +21,8 @@ inline EstimatorKind estimator_kind(const std::string& name) {
   return EstimatorKind::geman_mcclure;
 }
 
-/// An M-estimator of residuals e [m]:
-///   least squares    ρ = e²                            (σ means nothing)
+/// A robust kernel (M-estimator) of residuals e [m]:
+///   least squares    ρ = e²                            (σ is not used)
 ///   Lorentzian       ρ = log(1 + (e/σ)²/2)             (ch. 3.4)
 ///   Geman-McClure    ρ = e² / (σ² + e²)
 struct Estimator {

@@ -22,11 +22,11 @@ struct Line {
   }
 };
 
-/// The three fits of thesis B, appendix E, side by side. All: `points` 2×N [m], N >= 2, in any
+/// The three line fits of thesis B, appendix E. All: `points` 2×N [m], N >= 2, in any
 /// order. @throws std::invalid_argument for N < 2 or a coordinate that is not finite; the two
 /// y-on-x fits also when all x are equal.
 
-/// y = ax + b by least squares (E.7, E.8): errors along y, so of no use for steep lines.
+/// y = ax + b by least squares (E.7, E.8): errors along y, so not for steep lines.
 Line fit_least_squares(const Points2& points);
 
 /// y = ax + b by the Lorentzian (E.10-E.19), from the least-squares line, by Newton with

@@ -7,7 +7,7 @@ namespace marco::slam {
 void set_uncertainty(const Eigen::Matrix3d& normal_matrix,
                      double variance_m2,
                      MatchResult& result) {
-  // What an indoor pose is always known to before anything is seen.
+  // Indoor poses are always known this well.
   const Eigen::Vector3d floor(1.0 / 100.0, 1.0 / 100.0, 1.0 / 9.8696);
   result.information = 0.5 * (normal_matrix + normal_matrix.transpose()) / variance_m2;
   result.information.diagonal() += floor;

@@ -46,7 +46,7 @@ struct NlmMatcher::Run {
   int iterations = 0;
   MatchStatus status = MatchStatus::iteration_limit;
 
-  /// Partners at `pose` (3.4.1), on lines where the option says so.
+  /// Data association at `pose` (3.4.1), with lines if the option is set.
   void associate(const NlmOptions& options) {
     pairs.clear();
     partners.clear();
@@ -76,7 +76,7 @@ double total_error(const NlmSystem& system,
                    int unmatched,
                    const NlmOptions& options,
                    const Estimator& estimator) {
-  // A lost point costs as much as one at the limit, half of the square along each axis.
+  // A point without a correspondence costs as much as one at the limit, split over both axes.
   return system.error + 2.0 * unmatched * estimator.rho(options.max_pair_m / std::sqrt(2.0));
 }
 

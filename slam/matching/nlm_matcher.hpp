@@ -15,20 +15,20 @@ namespace marco::slam {
 
 struct NlmOptions {
   std::string estimator = "lorentzian";  ///< or least_squares, geman_mcclure
-  /// One run a value [m], each from the end of the one before (ch. 5.2: 2, then 5, then 0.5, whose
-  /// unit is not printed). With 4 cm as the unit they work for odometry off by 10 cm and 5 deg;
-  /// with 10 cm outliers pull more.
+  /// One run per value [m], each started where the one before ended (ch. 5.2: 2, 5, 0.5 without a
+  /// unit). With a unit of 4 cm they work for odometry errors of 10 cm and 5 deg; with 10 cm
+  /// outliers have more influence.
   std::vector<double> sigma_schedule_m = {0.08, 0.2, 0.02};
   bool calculated_points = true;  ///< match against lines where they fit (ch. 3.4.3)
   CalculatedPointsOptions lines;
-  double max_pair_m = 2.0;          ///< points farther from any other have no partner
-  double overlap_distance_m = 0.2;  ///< a partner nearer than this counts as overlap
-  double min_overlap = 0.2;         ///< below it the result is no_overlap
-  double noise_m = 0.005;           ///< least error of one residual believed, for the covariance
+  double max_pair_m = 2.0;          ///< largest distance of a correspondence
+  double overlap_distance_m = 0.2;  ///< a correspondence within this counts as overlap
+  double min_overlap = 0.2;         ///< with less the result is no_overlap
+  double noise_m = 0.005;           ///< least standard deviation of a residual, for the covariance
   double lambda_start = 1e-3;       ///< of the damping (3.4.2)
-  double lambda_max = 1e8;          ///< beyond it no better pose exists
-  double relative_gain = 1e-7;      ///< a step that lowers the error by less ends a run
-  int max_iterations = 50;          ///< accepted steps of one run
+  double lambda_max = 1e8;          ///< a run converges when no step below it lowers the error
+  double relative_gain = 1e-7;      ///< a run also converges when a step gains less
+  int max_iterations = 50;          ///< accepted steps per run
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -47,7 +47,7 @@ struct NlmOptions {
   }
 };
 
-/// Two points that should meet [m].
+/// A correspondence [m].
 struct PointPair {
   Eigen::Vector2d source;
   Eigen::Vector2d target;
@@ -57,7 +57,7 @@ struct PointPair {
 struct NlmSystem {
   double error = 0.0;                                  ///< (3.5)
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< in (theta, tx, ty)
-  Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();   ///< whole, second derivatives included
+  Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();   ///< full, with second derivatives
   Eigen::Vector3d damping = Eigen::Vector3d::Zero();   ///< diagonal of the reweighted normal
                                                        ///< matrix: positive where H's may not be
 };
@@ -67,7 +67,7 @@ NlmSystem nlm_system(const std::vector<PointPair>& pairs,
                      const Pose2& target_from_source,
                      const Estimator& estimator);
 
-/// A scan to match others against, prepared once: nearest points and lines.
+/// A scan prepared as the target of matches: search index and lines.
 class NlmTarget {
  public:
   /// @param points 2×N [m] in sweep order (several scans one after the other are fine), finite.
@@ -81,20 +81,20 @@ class NlmTarget {
   CalculatedPoints lines_;
 };
 
-/// Thesis B's scan match by Newton-Levenberg-Marquardt (ch. 3.4, app. F), complete: full Hessian,
-/// partners found anew at each trial pose, runs over a schedule of sigmas. What differs: the
-/// minus sign of step 3 is there; lambda damps diag, not I, since radians and metres mix; lambda
-/// also grows while A + lambda diag is not positive definite, as it is not far from the optimum;
-/// points without a partner within `max_pair_m` count as if it were there, so that losing points
-/// never pays. Const, safe from several threads.
+/// Scan matching (ICP) by thesis B's Newton-Levenberg-Marquardt (ch. 3.4, app. F): full Hessian, data
+/// association at each trial pose, runs over a schedule of sigmas. What differs: the minus sign of
+/// step 3 is there; lambda damps diag, not I, since radians and metres mix; lambda also grows while
+/// A + lambda diag is not positive definite, as happens far from the optimum; a point without a
+/// correspondence costs as much as one at `max_pair_m`, so that losing points never lowers the
+/// error. Const, safe from several threads.
 class NlmMatcher {
  public:
   /// @throws std::invalid_argument for options outside their limits or an empty schedule.
   explicit NlmMatcher(NlmOptions options = {});
 
   /// @param source_points 2×N [m], any N, any order, finite. @returns `no_overlap` for 0 or 1
-  /// points and for too few partners. The covariance counts a partner on a line across the line
-  /// only, so it grows along a corridor.
+  /// points and for too few correspondences. A correspondence on a line adds information only
+  /// across the line, so the covariance grows along a corridor.
   MatchResult match(const NlmTarget& target,
                     const Points2& source_points,
                     const Pose2& target_from_source_guess) const;

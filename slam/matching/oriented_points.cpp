@@ -55,7 +55,7 @@ OrientedPoints orient(const Points2& points,
     Moments moments;
     const Eigen::Index first = std::max<Eigen::Index>(0, at - options.neighbours);
     const Eigen::Index last = std::min<Eigen::Index>(count - 1, at + options.neighbours);
-    // What lies off the wall between its points, as outliers do, is stepped over.
+    // Outliers between the points of a wall are skipped.
     bool is_first = true;
     const auto take = [&](Eigen::Index next) {
       const double dx = points(0, next) - x, dy = points(1, next) - y;

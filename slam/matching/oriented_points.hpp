@@ -5,21 +5,19 @@
 
 namespace marco::slam {
 
-/// Points with the way their surface faces.
+/// Points with surface normals.
 struct OrientedPoints {
   Points2 points;  ///< 2xN [m]
-  Points2
-      normals;  ///< 2xN unit length, towards the sensor; (0, 0) where the neighbours make no line
+  Points2 normals;  ///< 2xN unit, towards the sensor; (0, 0) where the neighbours form no line
 
   bool has_normal(Eigen::Index i) const { return normals(0, i) != 0.0 || normals(1, i) != 0.0; }
 };
 
 struct NormalOptions {
-  int neighbours = 5;      ///< taken in on each side at most
-  double radius_m = 0.25;  ///< a neighbour lies within this, or is the next beam's
-  double gap_m =
-      0.30;  ///< a larger step between neighbours is an edge, unless beams lie wider apart
-  double gap_per_range = 0.10;  ///< the same as a part of the range, for far walls
+  int neighbours = 5;      ///< at most, on each side
+  double radius_m = 0.25;  ///< of the neighbourhood; the next beam may lie farther
+  double gap_m = 0.30;     ///< the next beam belongs to it up to this distance ...
+  double gap_per_range = 0.10;  ///< ... or this part of the range, for far walls
   double max_rms_m = 0.03;      ///< of the neighbours about their line
 
   template <class Visitor>
@@ -32,9 +30,8 @@ struct NormalOptions {
   }
 };
 
-/// Finds each point's normal from its neighbours in the sweep: principal components, as thesis B's
-/// calculated points (app. E.20-30), with neighbours chosen by distance instead of by growing
-/// error.
+/// Estimates each point's normal from its neighbours in the scan by principal components, as thesis
+/// B's calculated points (app. E.20-30), but with neighbours chosen by distance.
 /// @param points  2xN [m] in the order of the beams
 /// @param sensor  [m] where the beams came from, same frame
 /// Cost O(N · neighbours).

@@ -18,9 +18,8 @@ class PointIndex {
     explicit operator bool() const { return index >= 0; }
   };
 
-  /// @param points 2×N [m], any N; a point with a coordinate that is not finite is never found.
-  /// @param cell_m bucket size > 0; grown where the points are so spread that buckets would
-  /// outnumber points by far.
+  /// @param points 2×N [m], any N; a point that is not finite is never found.
+  /// @param cell_m bucket size > 0; larger when spread points would need far too many buckets.
   explicit PointIndex(const Points2& points, double cell_m = 0.25);
 
   /// The exact nearest point no farther than `radius_m`; of equally near ones the lowest index.

@@ -9,11 +9,11 @@
 namespace marco::slam {
 namespace {
 
-// Faces of one wall piece differ by less; the two faces of a thin wall and the walls of a corner by
-// more.
+// Least cosine between the normals of one surfel: noise of one wall stays above it, the two faces of
+// a thin wall and the walls of a corner below.
 constexpr float kSameFacing = 0.80F;
 
-// Where the surfels of an empty slot lie: never the nearest, and its square is still a number.
+// Position of an empty slot: never the nearest, and its square is finite.
 constexpr float kNowhereM = 1e9F;
 
 using Float4 = float __attribute__((vector_size(16)));
@@ -93,7 +93,7 @@ int32_t SurfelMap::cell_at(int x, int y) {
   cells_.push_back(cells_.front());
   weights_.push_back(weights_.front());
   block_at(block_x, block_y)[at(in_x, in_y)] = cell;
-  // Cells of the first column or row end the blocks before, too; x and y are 1 at least.
+  // Cells of the first column or row also belong to the blocks before; x and y are at least 1.
   if (in_x == 0) block_at(block_x - 1, block_y)[at(kBlockCells, in_y)] = cell;
   if (in_y == 0) block_at(block_x, block_y - 1)[at(in_x, kBlockCells)] = cell;
   if (in_x == 0 && in_y == 0) {
@@ -154,7 +154,7 @@ SurfelMap::Place SurfelMap::nearest(const Eigen::Vector2f& point_m,
   const auto reach2 = static_cast<float>(cell_m_ * cell_m_);
   Float4 best = {reach2, reach2, reach2, reach2};
   Int4 best_cell = {-1, -1, -1, -1};
-  // No branches: which of the surfels wins is as good as random.
+  // No branches: they could not be predicted.
   for (int32_t i = 0; i < 4; ++i) {
     const Cell& cell = *around[static_cast<std::size_t>(i)];
     const Float4 dx = load(cell.mean_x_m) - point_m.x(), dy = load(cell.mean_y_m) - point_m.y();

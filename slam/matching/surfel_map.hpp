@@ -10,8 +10,8 @@
 
 namespace marco::slam {
 
-/// A small piece of wall: what thesis B calls the line of calculated points, shared by all points
-/// of several scans that fall into one cell and face the same way.
+/// A surfel: a small piece of wall. All points of several scans in one cell with similar normals
+/// share it; thesis B calls it the line of calculated points.
 struct Surfel {
   Eigen::Vector2f mean_m = Eigen::Vector2f::Zero();  ///< relative to the map's centre
   Eigen::Vector2f normal = Eigen::Vector2f::Zero();  ///< unit length, towards free space
@@ -19,35 +19,35 @@ struct Surfel {
 
 /// The line through a surfel: distance across the wall = nx x + ny y - offset.
 struct WallLine {
-  float nx = 0.0F, ny = 0.0F;  ///< both 0: no wall was found
+  float nx = 0.0F, ny = 0.0F;  ///< both 0: no surfel was found
   float offset_m = 0.0F;
 };
 
-/// A local map of surfels at one resolution: O(1) look-up, made anew when its scans move.
-/// Positions are kept relative to `centre_m`, so that floats stay exact far from the origin.
+/// A local map of surfels at one resolution, with O(1) look-up; rebuilt when its scans move.
+/// Positions are relative to `centre_m`, so that floats stay exact far from the origin.
 ///
-/// A cell is one cache line with up to four surfels, side by side for the vector unit; a fifth way
-/// to face in one cell is left out. Blocks of 8 x 8 cells are made where points come; each knows
-/// the first row and column of the next blocks too, so that the four cells around a point always
-/// stand in one block. Memory: O(length of walls). Const members are safe from several threads.
+/// A cell is one cache line with up to four surfels, laid out for the vector unit; a fifth normal in
+/// a cell is dropped. Blocks of 8 x 8 cells are allocated on demand; each repeats the first row and
+/// column of the next blocks, so that the four cells around a point are always in one block.
+/// Memory: O(length of walls). Const members are safe from several threads.
 class SurfelMap {
  public:
-  /// @param centre_m  middle of the square covered, map frame
-  /// @param half_width_m  points outside the square are left out
+  /// @param centre_m  centre of the square that the map covers, map frame
+  /// @param half_width_m  points outside the square are dropped
   SurfelMap(const Eigen::Vector2d& centre_m, double half_width_m, double cell_m);
 
-  /// Empty again, about another centre; memory is kept.
+  /// Clears the map and moves its centre; memory is kept.
   void restart(const Eigen::Vector2d& centre_m);
 
-  /// @param map_from_points  places the points; those without a normal are left out.
+  /// @param map_from_points  pose of the points' frame. Points without a normal are dropped.
   void add(const OrientedPoints& points, const Pose2& map_from_points);
 
-  /// The line of the surfel that find() gives.
+  /// The line through the surfel that find() returns.
   WallLine line_near(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal) const;
 
-  /// The nearest surfel no farther than a cell's width, among those of the four cells around it.
+  /// The nearest surfel within a cell's width, among those of the four cells around the point.
   /// @param point_m, normal  relative to the centre; normal (0, 0) fits any surfel.
-  /// @returns nothing when none faces the same way.
+  /// @returns nothing when none has a similar normal.
   std::optional<Surfel> find(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal) const;
 
   const Eigen::Vector2d& centre_m() const { return centre_m_; }

@@ -7,10 +7,10 @@
 namespace marco::slam {
 namespace {
 
-// 1 - w at e = 3 sigma: leaving the map must not look like an improvement.
+// 1 - w at e = 3 sigma: losing a correspondence must not lower the cost.
 constexpr double kUnmatchedCost = 1.0 - 1.0 / 5.5;
 
-// Steps with the same partners before they are searched anew.
+// Steps with the same correspondences before they are searched again.
 constexpr int kInnerSteps = 2;
 
 Pose2 seen_from(const Eigen::Vector2d& centre_m, const Pose2& pose) {
@@ -21,7 +21,7 @@ Pose2 moved(const Pose2& pose, const Eigen::Vector3d& step) {
   return {pose.x_m + step.x(), pose.y_m + step.y(), normalize_angle(pose.theta_rad + step.z())};
 }
 
-// Of a symmetric positive 3x3 system, by Cholesky; only the upper triangle is read.
+// Solves a symmetric positive definite 3x3 system by Cholesky; reads the upper triangle only.
 Eigen::Vector3d solved(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) {
   const double l00 = std::sqrt(a(0, 0)), l10 = a(0, 1) / l00, l20 = a(0, 2) / l00;
   const double l11 = std::sqrt(a(1, 1) - l10 * l10), l21 = (a(1, 2) - l20 * l10) / l11;
@@ -32,44 +32,50 @@ Eigen::Vector3d solved(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) {
   return {(y0 - l10 * x1 - l20 * x2) / l00, x1, x2};
 }
 
-// Walls' normals err by so much [rad], and a bare corridor seems to tell the way along itself.
+// Standard deviation of surfels' normals [rad]. Their noise makes a bare corridor look constrained
+// along itself.
 constexpr double kNormalSigma = 0.05;
 
-// The direction a place is least seen in, of a sum over walls of w n n^T, and what noise alone
-// makes of it: kNormalSigma^2 sum w (t . way)^2, t along the wall.
-struct LeastSeen {
-  Eigen::Vector2d way;
-  double seen, chance;
+// The direction of translation that a sum over surfels of w n n^T constrains least, its information,
+// and the part of that which the noise of normals explains: kNormalSigma^2 sum w (t . direction)^2,
+// t along the surfel.
+struct WeakestDirection {
+  Eigen::Vector2d direction;
+  double information, by_noise;
 
-  explicit LeastSeen(const Eigen::Matrix3d& sum) {
-    // The heading is not known.
+  explicit WeakestDirection(const Eigen::Matrix3d& sum) {
+    // The heading is marginalized.
     const double turn = sum(2, 2) > 0.0 ? 1.0 / sum(2, 2) : 0.0;
     const double xx = sum(0, 0) - turn * sum(0, 2) * sum(0, 2);
     const double xy = sum(0, 1) - turn * sum(0, 2) * sum(1, 2);
     const double yy = sum(1, 1) - turn * sum(1, 2) * sum(1, 2);
-    seen = std::max(0.0, 0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy));
+    information = std::max(0.0, 0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy));
     const double angle = 0.5 * std::atan2(-2.0 * xy, yy - xx);
-    way = {std::cos(angle), std::sin(angle)};
-    const double along = way.x() * way.x() * sum(1, 1) - 2.0 * way.x() * way.y() * sum(0, 1) +
-                         way.y() * way.y() * sum(0, 0);
-    chance = std::min(seen, kNormalSigma * kNormalSigma * along);
+    direction = {std::cos(angle), std::sin(angle)};
+    const double x = direction.x(), y = direction.y();
+    const double along = x * x * sum(1, 1) - 2.0 * x * y * sum(0, 1) + y * y * sum(0, 0);
+    by_noise = std::min(information, kNormalSigma * kNormalSigma * along);
   }
 };
 
-// Where most of what seems to hold the pose is chance, the prior alone counts. Not where walls do
-// hold it, if only a little: wheels that err a few centimetres a scan would win.
-Pose2 held_by_prior(const Pose2& pose,
-                    const PosePrior& prior,
-                    const LeastSeen& least,
-                    double sigma2) {
-  const double expected =
-      sigma2 * least.way.dot(prior.information.topLeftCorner<2, 2>() * least.way);
-  const double honest = least.seen - least.chance;
-  if (!(expected > 0.0 && least.seen > 0.0) || honest > least.chance) return pose;
-  const double kept = honest / (honest + expected) * (least.seen + expected) / least.seen;
+// Solution remapping (Zhang, Kaess, Singh, "On degeneracy of optimization-based state estimation
+// problems", ICRA 2016): along a degenerate direction the prior replaces the match. What differs:
+// degenerate means that most of its information is noise, and the rest still counts, by its weight
+// against the prior's. A direction that walls constrain only weakly is not degenerate, or wheels
+// that err by centimetres a scan would win.
+Pose2 remap_degenerate_direction(const Pose2& pose,
+                                 const PosePrior& prior,
+                                 const WeakestDirection& weakest,
+                                 double sigma2) {
+  const Eigen::Vector2d& along = weakest.direction;
+  const double expected = sigma2 * along.dot(prior.information.topLeftCorner<2, 2>() * along);
+  const double honest = weakest.information - weakest.by_noise;
+  if (!(expected > 0.0 && weakest.information > 0.0) || honest > weakest.by_noise) return pose;
+  const double kept =
+      honest / (honest + expected) * (weakest.information + expected) / weakest.information;
   const Eigen::Vector2d off(pose.x_m - prior.map_from_robot.x_m,
                             pose.y_m - prior.map_from_robot.y_m);
-  const Eigen::Vector2d back = (1.0 - kept) * least.way.dot(off) * least.way;
+  const Eigen::Vector2d back = (1.0 - kept) * along.dot(off) * along;
   return {pose.x_m - back.x(), pose.y_m - back.y(), pose.theta_rad};
 }
 
@@ -98,15 +104,15 @@ struct SurfelMatcher::Level {
       matrix += scale * prior->information;
       right += scale * (prior->information * off_prior(pose));
     }
-    // What is not seen at all stays: also the rounding of floats must not make it move.
+    // An unobservable direction must not move, not even by the rounding of floats.
     matrix.diagonal() += lambda * matrix.diagonal();
     matrix.diagonal().array() += 1e-6;
     const Eigen::Vector3d result = -solved(matrix, right);
     return result.allFinite() ? result : Eigen::Vector3d::Zero();
   }
-  double cost(const TiedPoints& points, const NormalSums& sums, const Pose2& pose) const {
+  double cost(const Correspondences& points, const NormalSums& sums, const Pose2& pose) const {
     const double matched = points.count() - sums.weights;
-    const double unmatched = kUnmatchedCost * (points.count() - points.tied());
+    const double unmatched = kUnmatchedCost * (points.count() - points.matched());
     if (prior == nullptr) return matched + unmatched;
     const Eigen::Vector3d off = off_prior(pose);
     return matched + unmatched + 0.5 * off.dot(prior->information * off);
@@ -135,13 +141,13 @@ SurfelMatcher::SurfelMatcher(const SurfelMatcherOptions& options) : options_(opt
           "surfel_matcher: cells_m, sigmas_m and every_nth_point need one value a level each");
 }
 
-void SurfelMatcher::run_level(const Level& level, TiedPoints& points, SurfelMatch& match) const {
+void SurfelMatcher::run_level(const Level& level, Correspondences& points, SurfelMatch& match) const {
   Pose2& pose = match.map_from_robot;
-  points.tie(level.map, pose);
+  points.associate(level.map, pose);
   NormalSums sums = points.sum(pose, level.sigma_m);
   double cost = level.cost(points, sums, pose);
   double lambda = 1e-4;
-  bool keep_walls = false;
+  bool keep_matches = false;
   match.status = SurfelMatch::Status::iteration_limit;
   for (int i = 0; i < options_.max_iterations; ++i) {
     ++match.iterations;
@@ -157,11 +163,11 @@ void SurfelMatcher::run_level(const Level& level, TiedPoints& points, SurfelMatc
       match.status = SurfelMatch::Status::converged;
       return;
     }
-    keep_walls = keep_walls || level.within(whole, level.keep_below_m, level.keep_below_rad);
-    if (!keep_walls) points.tie(level.map, next);
+    keep_matches = keep_matches || level.within(whole, level.keep_below_m, level.keep_below_rad);
+    if (!keep_matches) points.associate(level.map, next);
     const NormalSums next_sums = points.sum(next, level.sigma_m);
     const double next_cost = level.cost(points, next_sums, next);
-    if (keep_walls || next_cost <= cost) {
+    if (keep_matches || next_cost <= cost) {
       pose = next;
       sums = next_sums;
       cost = next_cost;
@@ -169,7 +175,7 @@ void SurfelMatcher::run_level(const Level& level, TiedPoints& points, SurfelMatc
       continue;
     }
     if (lambda > 1e3) return;
-    points.tie(level.map, pose);
+    points.associate(level.map, pose);
     lambda = std::max(lambda * 10.0, 1e-2);
   }
 }
@@ -201,18 +207,19 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
                       last ? options_.keep_walls_below_m : 0.0,
                       last ? deg_to_rad(options_.keep_walls_below_deg) : 0.0,
                       prior != nullptr ? &seen_prior : nullptr};
-    TiedPoints points(points_in_robot, static_cast<Eigen::Index>(options_.every_nth_point[at]));
+    Correspondences points(points_in_robot, static_cast<Eigen::Index>(options_.every_nth_point[at]));
     run_level(level, points, match);
     if (!last) continue;
     Pose2 centre_from_robot = match.map_from_robot;
     match.map_from_robot = map_from_robot_guess;
     if (options_.every_nth_point[at] > 1.0) {
-      points = TiedPoints(points_in_robot, 1);
-      points.tie(level.map, centre_from_robot);
+      points = Correspondences(points_in_robot, 1);
+      points.associate(level.map, centre_from_robot);
     }
     if (prior != nullptr) {
-      const LeastSeen least(points.sum(centre_from_robot, sigma_m).matrix());
-      centre_from_robot = held_by_prior(centre_from_robot, seen_prior, least, sigma_m * sigma_m);
+      const WeakestDirection weakest(points.sum(centre_from_robot, sigma_m).matrix());
+      centre_from_robot =
+          remap_degenerate_direction(centre_from_robot, seen_prior, weakest, sigma_m * sigma_m);
     }
     if (judge(points, centre_from_robot, match, fates)) {
       match.map_from_robot = centre_from_robot;
@@ -225,7 +232,7 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
   return match;
 }
 
-bool SurfelMatcher::judge(const TiedPoints& points,
+bool SurfelMatcher::judge(const Correspondences& points,
                           const Pose2& centre_from_robot,
                           SurfelMatch& match,
                           std::vector<PointFate>* fates) const {
@@ -252,8 +259,9 @@ bool SurfelMatcher::judge(const TiedPoints& points,
   match.rms_m = std::sqrt(squares / near);
   const double noise_m = std::max(match.rms_m, options_.noise_floor_m);
   Eigen::Matrix3d sum = points.sum(centre_from_robot, sigma_m).matrix();
-  const LeastSeen least(sum);
-  sum.topLeftCorner<2, 2>() -= least.chance * least.way * least.way.transpose();
+  const WeakestDirection weakest(sum);
+  sum.topLeftCorner<2, 2>() -=
+      weakest.by_noise * weakest.direction * weakest.direction.transpose();
   match.information = sum / (noise_m * noise_m * options_.correlated_points);
   return true;
 }

@@ -6,30 +6,29 @@
 
 #include "lcm_tools/base/options.hpp"
 #include "slam/matching/surfel_map.hpp"
-#include "slam/matching/tied_points.hpp"
+#include "slam/matching/correspondences.hpp"
 
 namespace marco::slam {
 
 struct SurfelMatcherOptions {
-  /// Cells of the pyramid of local maps, coarse first: how far a point may find its wall.
+  /// Cell sizes of the pyramid of local maps, coarse first: the search radius of a correspondence.
   std::vector<double> cells_m = {0.6, 0.2, 0.1};
-  /// Lorentzian's sigma at each level: the thesis' schedule of runs.
+  /// Sigma of the robust kernel (Lorentzian) at each level: the thesis' schedule.
   std::vector<double> sigmas_m = {0.20, 0.06, 0.02};
-  /// Only every nth point is used while the match is still coarse.
+  /// Every nth point is used at each level.
   std::vector<double> every_nth_point = {4, 2, 1};
-  int max_iterations = 12;     ///< a level
-  double stop_below_m = 2e-4;  ///< step at which the finest level has converged
+  int max_iterations = 12;     ///< per level
+  double stop_below_m = 2e-4;  ///< the finest level has converged when a step is shorter
   double stop_below_deg = 0.005;
-  /// Each point keeps its wall when a step of the finest level is smaller: partners that change to
-  /// and fro would keep the pose from settling.
+  /// Below this step the finest level keeps its correspondences: alternating ones would keep the
+  /// pose from settling.
   double keep_walls_below_m = 2e-3;
   double keep_walls_below_deg = 0.1;
-  /// A coarser level ends at a step of this part of its sigma, and as many radians: the next one
-  /// goes on from there.
+  /// A coarser level ends when a step is shorter than this part of its sigma (and as many radians).
   double coarse_stop_sigmas = 0.05;
   double half_width_m = 40.0;      ///< of the local map about its centre
-  double noise_floor_m = 0.01;     ///< of a point about a surfel, for the covariance
-  double correlated_points = 4.0;  ///< neighbouring points err alike: so many count as one
+  double noise_floor_m = 0.01;     ///< least standard deviation of a residual, for the covariance
+  double correlated_points = 4.0;  ///< neighbouring points with correlated errors count as one
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -48,7 +47,7 @@ struct SurfelMatcherOptions {
   }
 };
 
-/// What is known of the pose without the scan.
+/// The pose predicted without the scan.
 struct PosePrior {
   Pose2 map_from_robot;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of (x, y, theta), map frame
@@ -57,25 +56,24 @@ struct PosePrior {
 struct SurfelMatch {
   enum class Status {
     converged,
-    iteration_limit,  ///< the pose is usable, but had not settled
-    no_overlap        ///< too few points found a wall; the pose is the guess
+    iteration_limit,  ///< the pose is usable, but had not converged
+    no_overlap        ///< too few correspondences; the pose is the guess
   };
 
   Status status = Status::no_overlap;
   Pose2 map_from_robot;
-  Eigen::Matrix3d information =
-      Eigen::Matrix3d::Zero();  ///< of the scan alone, (x, y, theta), map frame
-  double overlap =
-      0.0;             ///< part of the points that lie within 3 sigma of a wall at the finest level
-  double rms_m = 0.0;  ///< of these across their walls
-  int iterations = 0;  ///< in all
+  /// Information matrix of (x, y, theta) without the prior, map frame.
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  double overlap = 0.0;  ///< part of the points that are inliers: within 3 sigma of a surfel's line
+  double rms_m = 0.0;    ///< of the inliers' residuals
+  int iterations = 0;    ///< of all levels
 };
 
-/// The pyramid of one local map.
+/// A local map at several resolutions.
 class SurfelPyramid {
  public:
   SurfelPyramid(const SurfelMatcherOptions& options, const Eigen::Vector2d& centre_m);
-  /// Empty again, about another centre; memory is kept.
+  /// Clears the map and moves its centre; memory is kept.
   void restart(const Eigen::Vector2d& centre_m);
   void add(const OrientedPoints& points, const Pose2& map_from_points);
   const std::vector<SurfelMap>& levels() const { return levels_; }
@@ -84,27 +82,28 @@ class SurfelPyramid {
   std::vector<SurfelMap> levels_;
 };
 
-/// What became of a point in a match.
+/// Classification of a point by a match.
 enum class PointFate : uint8_t {
-  on_wall,   ///< within 3 sigma of a wall of the map
-  off_wall,  ///< beside a wall: an outlier
-  no_wall    ///< nothing of the map is near: new ground, or an outlier
+  on_wall,   ///< inlier: within 3 sigma of a surfel's line
+  off_wall,  ///< outlier: farther from its surfel's line
+  no_wall    ///< no surfel near: new ground, or an outlier
 };
 
-/// Thesis B's match with calculated points (ch. 3.4) made fast: the Lorentzian of the distance
-/// across the wall a point belongs to, from coarse to fine. What differs: the walls are those of a
-/// local map of many scans instead of one scan's; the sum is minimized by Gauss-Newton on the
-/// reweighted squares (1/(1 + e^2/2 sigma^2) is the Lorentzian's weight, method of Holland &
-/// Welsch) instead of its exact Hessian, which is not positive far from the optimum; twice for each
-/// search of partners, with Levenberg's damping where that made it worse; a prior from odometry is
-/// one more term. Const: safe from several threads.
+/// Scan matching against a local map of surfels: point-to-line ICP with a robust kernel, coarse to
+/// fine. A fast version of thesis B's match with calculated points (ch. 3.4), which minimizes the
+/// Lorentzian of each point's distance from its line. What differs: the lines are those of a local
+/// map of many scans instead of one scan's; the minimizer is Gauss-Newton on iteratively reweighted
+/// least squares (weight 1/(1 + e^2/2 sigma^2); Holland and Welsch) instead of the exact Hessian,
+/// which is not positive definite far from the optimum. Two steps follow each search of
+/// correspondences; Levenberg's damping is used after a step that raised the cost. The prior is one
+/// more term. Const: safe from several threads.
 class SurfelMatcher {
  public:
-  /// @throws std::invalid_argument unless each level has a cell size, a sigma and an nth point.
+  /// @throws std::invalid_argument unless the three lists by level have the same length.
   explicit SurfelMatcher(const SurfelMatcherOptions& options = {});
 
   /// @param prior may be null.
-  /// @param fates if not null: one a point. Costs nothing when not asked for.
+  /// @param fates receives one a point; may be null.
   SurfelMatch match(const SurfelPyramid& map,
                     const OrientedPoints& points_in_robot,
                     const Pose2& map_from_robot_guess,
@@ -115,8 +114,8 @@ class SurfelMatcher {
 
  private:
   struct Level;
-  void run_level(const Level& level, TiedPoints& points, SurfelMatch& match) const;
-  bool judge(const TiedPoints& points,
+  void run_level(const Level& level, Correspondences& points, SurfelMatch& match) const;
+  bool judge(const Correspondences& points,
              const Pose2& centre_from_robot,
              SurfelMatch& match,
              std::vector<PointFate>* fates) const;

@@ -1,5 +1,7 @@
 #include "tools/map/joined_surface.hpp"
 
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "common/files/glb.hpp"
@@ -14,21 +16,8 @@ namespace {
 using mapping3d::SurfacePlane;
 using nlohmann::json;
 
-const char* name_of(SurfacePlane::Kind kind) {
-  switch (kind) {
-    case SurfacePlane::Kind::floor:
-      return "floor";
-    case SurfacePlane::Kind::ceiling:
-      return "ceiling";
-    case SurfacePlane::Kind::wall:
-      return "wall";
-    case SurfacePlane::Kind::level:
-      return "level";
-    case SurfacePlane::Kind::other:
-      return "other";
-  }
-  return "other";
-}
+constexpr std::array kKindNames = {"floor", "ceiling", "wall", "level", "other"};
+static_assert(kKindNames.size() == static_cast<std::size_t>(SurfacePlane::Kind::other) + 1);
 
 json list(const Eigen::VectorXd& values) {
   return std::vector<double>(values.data(), values.data() + values.size());
@@ -39,7 +28,7 @@ std::string planes_json(const std::vector<SurfacePlane>& planes) {
   for (const SurfacePlane& plane : planes) {
     json covariance = json::array();
     for (int row = 0; row < 3; ++row) covariance.push_back(list(plane.covariance.row(row)));
-    all.push_back({{"kind", name_of(plane.kind)},
+    all.push_back({{"kind", kKindNames.at(static_cast<std::size_t>(plane.kind))},
                    {"normal", list(plane.normal)},
                    {"offset_m", plane.offset_m},
                    {"centre_m", list(plane.centre_m)},
@@ -56,30 +45,27 @@ std::string planes_json(const std::vector<SurfacePlane>& planes) {
 
 }  // namespace
 
-JoinedSurface write_joined_surface(const std::filesystem::path& folder,
-                                   const std::vector<mapping3d::ScenePoints>& scenes,
-                                   const JoinedSurfaceOptions& options) {
-  JoinedSurface joined;
-  joined.mesh = mapping3d::fuse(scenes, options.surface);
-  if (joined.mesh.triangles.empty()) return joined;
-  const auto planes = mapping3d::find_planes(joined.mesh, options.planes);
-  mapping3d::Simplified fewer = mapping3d::simplify(joined.mesh, planes, options.simplify);
-  const auto plan = mapping3d::cut_at(joined.mesh, options.plan_height_m);
+void write_joined_surface(const std::filesystem::path& folder,
+                          const mapping3d::JoinedSurface& joined) {
+  if (joined.mesh.triangles.empty()) return;
   files::write_ply(folder / "model.ply", joined.mesh);
-  files::write_glb(folder / "model.glb", fewer.mesh);
-  files::write_obj(folder / "model.obj", fewer.mesh);
-  files::write_whole_file(folder / "planes.json", planes_json(planes));
-  files::write_whole_file(folder / "floor_plan.svg", files::plan_svg(plan));
-  joined.figures = {
-      {"scenes", static_cast<double>(scenes.size())},
-      {"triangles", static_cast<double>(joined.mesh.triangles.size())},
-      {"simplified triangles", static_cast<double>(fewer.mesh.triangles.size())},
-      {"simplified, farthest sample_m", std::max(fewer.there_m, fewer.back_m)},
-      {"simplified, part beyond the bound", fewer.beyond},
-      {"simplified, triangles left as they were", static_cast<double>(fewer.as_it_was)},
-      {"planes", static_cast<double>(planes.size())}};
-  joined.simplified = std::move(fewer.mesh);
-  return joined;
+  files::write_glb(folder / "model.glb", joined.simplified.mesh);
+  files::write_obj(folder / "model.obj", joined.simplified.mesh);
+  files::write_whole_file(folder / "planes.json", planes_json(joined.planes));
+  files::write_whole_file(folder / "floor_plan.svg", files::plan_svg(joined.floor_plan));
+}
+
+std::map<std::string, double> figures_of(const mapping3d::JoinedSurface& joined,
+                                         std::size_t scenes) {
+  if (joined.mesh.triangles.empty()) return {};
+  const mapping3d::Simplified& fewer = joined.simplified;
+  return {{"scenes", static_cast<double>(scenes)},
+          {"triangles", static_cast<double>(joined.mesh.triangles.size())},
+          {"simplified triangles", static_cast<double>(fewer.mesh.triangles.size())},
+          {"simplified, farthest sample_m", std::max(fewer.there_m, fewer.back_m)},
+          {"simplified, part beyond the bound", fewer.beyond},
+          {"simplified, triangles left as they were", static_cast<double>(fewer.as_it_was)},
+          {"planes", static_cast<double>(joined.planes.size())}};
 }
 
 }  // namespace marco

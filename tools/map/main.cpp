@@ -212,14 +212,16 @@ int run(const Arguments& arguments) {
   }
   const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);
-  const TriangleMesh scenes = job.mapping3d().mapper().model();
+  const TriangleMesh scenes = job.mapping3d().mapper().scene_meshes();
   if (!scenes.triangles.empty()) files::write_ply(out / "model_scenes.ply", scenes);
   const Walls walls = job.lines() != nullptr ? job.lines()->mapper().plan() : Walls{};
   if (job.lines() != nullptr) write_lines(out, walls, job);
   const bool calibrated = !arguments.calibrate || write_calibration(out / "calibration.toml", job);
   job.clock().end_stage("write");
-  const JoinedSurface joined =
-      write_joined_surface(out, job.mapping3d().mapper().placed(), options.joined_surface);
+  const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
+  const mapping3d::JoinedSurface joined =
+      mapping3d::derive_from_surface(mapper.model(), options.joined_surface);
+  write_joined_surface(out, joined);
   const TriangleMesh& model = joined.mesh;
   job.clock().end_stage("surface");
   std::vector<PictureOrder> pictures;
@@ -233,8 +235,8 @@ int run(const Arguments& arguments) {
   if (arguments.loop_pictures) order_loop_pictures(pictures, out / "loops", job);
   draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
   job.clock().end_stage("pictures");
-  ReportExtras extras{judge_path(job), joined.figures,
-                      paint(out, joined.simplified, job, options.photographs),
+  ReportExtras extras{judge_path(job), figures_of(joined, mapper.scenes().size()),
+                      paint(out, joined.simplified.mesh, job, options.photographs),
                       arguments.command_line, configuration};
   extras.errors.merge(judge_held_out(job, map));
   if (!arguments.world.empty()) {

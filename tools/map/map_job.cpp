@@ -11,6 +11,15 @@
 #include "slam/process/map_folder.hpp"
 
 namespace marco {
+namespace {
+
+mapping3d::Mapping3dAdapterOptions with_surface(mapping3d::Mapping3dAdapterOptions options,
+                                                const mapping3d::SurfaceOptions& surface) {
+  options.mapper.surface = surface;
+  return options;
+}
+
+}  // namespace
 
 MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder)
     : log_file_(folder / "slam.lcm", files::Appears::when_renamed),
@@ -22,7 +31,7 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
       lines_(maker == PathMaker::lines
                  ? std::optional<slam::LineLcmAdapter>(std::in_place, options.lines, bus_)
                  : std::optional<slam::LineLcmAdapter>()),
-      mapping3d_(bus_, options.mapping3d),
+      mapping3d_(bus_, with_surface(options.mapping3d, options.joined_surface.surface)),
       slam_options_(options.slam.slam),
       localizer_options_(options.slam.localizer) {
   if (slam_) slam_->keep_scans();

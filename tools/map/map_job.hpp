@@ -31,7 +31,7 @@ struct MapOptions {
   slam::SlamAdapterOptions slam;
   slam::LineProcessOptions lines;
   mapping3d::Mapping3dAdapterOptions mapping3d;
-  JoinedSurfaceOptions joined_surface;
+  mapping3d::SurfacePipelineOptions joined_surface;
   PhotographOptions photographs;
 
   template <class Visitor>

@@ -87,6 +87,33 @@ TEST(MeshScene, ADepthEdgeIsNotSkinnedOver) {
   }
 }
 
+// Two rows of two beams; the far column lies so much deeper that the edges to it are this long.
+TEST(MeshScene, AnEdgeIsAllowedUpToItsLimitAndNoLonger) {
+  SceneMeshOptions options;
+  options.edge_factor = 0.001;  // only the floor counts
+  options.edge_floor_m = 0.2;
+  const auto triangles = [&](float edge_m) {
+    ScenePoints scene;
+    scene.rows = scene.columns = 2;
+    for (int row = 0; row < 2; ++row) {
+      scene.origins_m.emplace_back(0.0F, 0.0F, 0.0F);
+      scene.points_m.emplace_back(2.0F, 0.0F, 0.01F * static_cast<float>(row));
+      scene.points_m.emplace_back(2.0F + edge_m, 0.0F, 0.01F * static_cast<float>(row));
+    }
+    scene.valid.assign(4, 1);
+    return mesh_scene(scene, options).triangles.size();
+  };
+  EXPECT_EQ(triangles(0.19F), 2U);
+  EXPECT_EQ(triangles(0.21F), 0U);
+  EXPECT_EQ(triangles(0.30F), 0U);
+  options.edge_floor_m = 0.0;
+  options.edge_factor = 1e6;
+  options.max_edge_m = 0.2;
+  EXPECT_EQ(triangles(0.19F), 2U);
+  EXPECT_EQ(triangles(0.21F), 0U);
+  EXPECT_EQ(triangles(0.30F), 0U);
+}
+
 TEST(MeshScene, AMissingBeamLeavesAHoleNoLargerThanItself) {
   ScenePoints scene = wall(10, 12);
   scene.valid[scene.index(5, 5)] = 0;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <numeric>
+
 #include "tests/support/analytic_room.hpp"
 
 namespace marco::mapping3d {
@@ -57,6 +60,43 @@ TEST(Straighten, FindsWhereRowsWereAndTheZeroOfTheRanges) {
     EXPECT_LT(AnalyticRoom::p90_off_m(mended), 0.015) << i;
   }
   EXPECT_NEAR(found.range_m, 0.03, 0.005);
+}
+
+TEST(Straighten, DropsWhatLeavesTheResidualsTooLarge) {
+  const std::vector<Scene> bent = sweeps(deg_to_rad(2.0), 0.03);
+  StraighteningOptions options;
+  options.iterations = 4;
+  options.max_left = 0.1;  // noise alone is more
+  const Straightening found = straighten(bent, {}, unmoved(bent), {}, options);
+  EXPECT_GT(found.explained, options.min_explained);
+  EXPECT_FALSE(found.bent);
+  EXPECT_EQ(found.turns_rad[0], RowTurns(kRows, 0.0));
+  EXPECT_EQ(found.range_m, 0.0);
+}
+
+// One step of Gauss-Newton moves the rows of both scenes: half as far each as one alone would go.
+TEST(Straighten, TheRowsOfBothScenesMoveInOneStep) {
+  std::vector<Scene> two = sweeps(0.0, 0.0);
+  two.resize(2);
+  const double turn_rad = deg_to_rad(0.8);
+  for (SceneRow& row : two[0].rows) {
+    row.robot_from_sensor_first =
+        row.robot_from_sensor_first * make_pose3(Eigen::Vector3d::Zero(), 0.0, turn_rad);
+    row.robot_from_sensor_last = row.robot_from_sensor_first;
+  }
+  StraighteningOptions options;
+  options.iterations = 1;
+  options.min_explained = 0.0;
+  options.max_left = 1.0;
+  const Straightening found = straighten(two, {}, unmoved(two), {0, 0}, options);
+  ASSERT_TRUE(found.bent);
+  const auto mean_rad = [](const RowTurns& turns) {
+    return std::accumulate(turns.begin(), turns.end(), 0.0) / static_cast<double>(turns.size());
+  };
+  std::printf("turns %.4f and %.4f deg\n", rad_to_deg(mean_rad(found.turns_rad[0])),
+              rad_to_deg(mean_rad(found.turns_rad[1])));
+  EXPECT_NEAR(mean_rad(found.turns_rad[0]) - mean_rad(found.turns_rad[1]), turn_rad,
+              0.25 * turn_rad);
 }
 
 TEST(Straighten, LeavesStraightSweepsAlone) {

@@ -143,6 +143,31 @@ TEST(Simplify, KeepsTheBoundWhereTheLibraryAloneDoesNot) {
   EXPECT_EQ(simplify(TriangleMesh{}).status, Simplified::Status::nothing);
 }
 
+// Two planes one after the other: each lies within reach of where the vertex is then, but both
+// together would move it farther than the share of the bound that snapping has.
+TEST(Simplify, SnappingMovesNoVertexFartherThanItsShare) {
+  TriangleMesh mesh;
+  for (uint32_t j = 0; j <= 20; ++j) {
+    for (uint32_t i = 0; i <= 20; ++i) {
+      mesh.vertices_m.emplace_back(0.05F * static_cast<float>(i), 0.05F * static_cast<float>(j), 0);
+      mesh.normals.emplace_back(0, 0, 1);
+      const uint32_t at = 21 * j + i;
+      if (i == 20 || j == 20) continue;
+      mesh.triangles.push_back({at, at + 1, at + 22});
+      mesh.triangles.push_back({at, at + 22, at + 21});
+    }
+  }
+  std::vector<SurfacePlane> planes(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    planes[i].low_m = {-2, -2};
+    planes[i].high_m = {2, 2};
+    planes[i].offset_m = i == 0 ? 0.004 : 0.008;
+  }
+  const Simplified fewer = simplify(mesh, planes);
+  ASSERT_FALSE(fewer.mesh.vertices_m.empty());
+  for (const Eigen::Vector3f& vertex : fewer.mesh.vertices_m) EXPECT_NEAR(vertex.z(), 0.004F, 1e-6);
+}
+
 TEST(Planes, OfARoomAreItsSixWithHonestUncertainty) {
   int inside = 0;
   for (unsigned seed = 1; seed <= 4; ++seed) {

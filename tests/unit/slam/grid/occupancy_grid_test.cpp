@@ -27,6 +27,19 @@ TEST(OccupancyGrid, ABeamClearsItsWayAndMarksItsEnd) {
   EXPECT_EQ(grid.probability({2.5, 1.5}), 0.5);
 }
 
+TEST(OccupancyGrid, ABeamClearsCellsOnlyWithinItsFreeRange) {
+  OccupancyGridOptions options = coarse();
+  options.max_free_range_m = 3.0;
+  OccupancyGrid grid(options);
+  grid.insert(point(8.5, 0.5), {0.5, 0.5});
+  // From 0.5 m the range ends at 3.5 m, in the fourth cell, which a beam's last cell is not part of.
+  for (const double x_m : {0.5, 1.5, 2.5}) EXPECT_NEAR(grid.probability({x_m, 0.5}), 0.4, 1e-6);
+  for (const double x_m : {3.5, 4.5, 5.5, 6.5, 7.5}) {
+    EXPECT_EQ(grid.probability({x_m, 0.5}), 0.5) << x_m;
+  }
+  EXPECT_NEAR(grid.probability({8.5, 0.5}), 0.7, 1e-6);
+}
+
 // A hit a hundred kilometres away must not cost a map of that size.
 TEST(OccupancyGrid, WhatWouldMakeTheMapTooLargeIsLeftOutAndSaid) {
   OccupancyGrid grid;

@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
 #include <random>
 
+#include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/matching_world.hpp"
 
@@ -144,6 +147,42 @@ TEST(NlmMatcher, CovarianceGrowsAlongACorridor) {
   EXPECT_TRUE(result.covariance.allFinite());
   EXPECT_GT(result.covariance(0, 0), 100.0 * result.covariance(1, 1));
   EXPECT_LT(std::sqrt(result.covariance(1, 1)), 0.005);
+}
+
+// Identical scans without noise: each point measures its position across its wall with `noise_m`.
+TEST(NlmMatcher, CovarianceIsThatOfTheIndependentPointsAcrossEachWall) {
+  testing::FlatWorld box;
+  box.add_box(-4, -3, 4, 3);
+  const Points2 hits = box.hits({0, 0, 0});
+  const auto result = NlmMatcher().match(NlmTarget(hits), hits, Pose2{});
+  double across_x = 0.0, across_y = 0.0;
+  for (const auto& hit : hits.colwise()) {
+    across_x += std::abs(std::abs(hit.x()) - 4.0) < 1e-3 ? 1.0 : 0.0;
+    across_y += std::abs(std::abs(hit.y()) - 3.0) < 1e-3 ? 1.0 : 0.0;
+  }
+  const double noise_m = NlmOptions{}.noise_m;
+  ASSERT_GT(std::min(across_x, across_y), 50.0);
+  // Points at corners have no clear direction.
+  EXPECT_NEAR(result.information(0, 0) * noise_m * noise_m, across_x, 0.1 * across_x);
+  EXPECT_NEAR(result.information(1, 1) * noise_m * noise_m, across_y, 0.1 * across_y);
+  EXPECT_NEAR(result.covariance(0, 0) * across_x, noise_m * noise_m, 0.2 * noise_m * noise_m);
+}
+
+TEST(NlmMatcher, LosingCorrespondencesIsNoImprovement) {
+  NlmOptions options;
+  options.max_pair_m = 0.3;
+  const Pair pair = scans(0.1);
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> offset(-0.25, 0.25);
+  int found = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Pose2 start = kMove * Pose2{offset(random), offset(random), 1.2 * offset(random)};
+    const auto result = NlmMatcher(options).match(NlmTarget(pair.target), pair.source, start);
+    const Pose2 off = between(kMove, result.target_from_source);
+    found += off.translation_m().norm() < 0.02 ? 1 : 0;
+  }
+  std::printf("found %d of 60\n", found);
+  EXPECT_GE(found, 50);
 }
 
 TEST(NlmMatcher, RefusesImpossibleOptions) {

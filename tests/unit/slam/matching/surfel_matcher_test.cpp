@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <optional>
 
 #include "tests/support/flat_world.hpp"
@@ -59,6 +61,49 @@ TEST(SurfelMatcher, KnowsThatACorridorSaysNothingAlongItself) {
       SurfelMatcher().match(map, oriented(corridor.hits({0.1, 0.1, 0.02})), {0.1, 0, 0}, nullptr);
   EXPECT_NEAR(match.map_from_robot.y_m, 0.1, 0.003);
   EXPECT_GT(match.information(1, 1), 1000.0 * std::max(1e-9, match.information(0, 0)));
+}
+
+// Each point on a wall across x is a measurement of x; the options say how many of them are
+// independent, and how exact one is at least.
+TEST(SurfelMatcher, InformationIsThatOfTheIndependentPointsAcrossEachWall) {
+  testing::FlatWorld box;
+  box.add_box(-4, -3, 4, 3);
+  const Points2 hits = box.hits({0, 0, 0});
+  const SurfelMatch match = SurfelMatcher().match(map_of(box, {{0, 0, 0}}), oriented(hits), {}, nullptr);
+  double across_x = 0.0, across_y = 0.0;
+  for (const auto& hit : hits.colwise()) {
+    across_x += std::abs(std::abs(hit.x()) - 4.0) < 1e-3 ? 1.0 : 0.0;
+    across_y += std::abs(std::abs(hit.y()) - 3.0) < 1e-3 ? 1.0 : 0.0;
+  }
+  const SurfelMatcherOptions options;
+  const double each = 1.0 / (std::pow(options.noise_floor_m, 2) * options.correlated_points);
+  ASSERT_GT(std::min(across_x, across_y), 50.0);
+  // Points at corners have no clear normal.
+  EXPECT_NEAR(match.information(0, 0), across_x * each, 0.1 * across_x * each);
+  EXPECT_NEAR(match.information(1, 1), across_y * each, 0.1 * across_y * each);
+}
+
+// A step that loses correspondences must not look better for that: the walls at the map's border end
+// beside the scan's.
+TEST(SurfelMatcher, LosingCorrespondencesIsNoImprovement) {
+  testing::FlatWorld seen, wide;
+  for (testing::FlatWorld* world : {&seen, &wide}) {
+    world->add_chain({{2, -2}, {2, 2}});
+    world->add_chain({{-2, 3}, {1, 3}});
+  }
+  wide.add_chain({{-3, -3}, {3, -3}});  // not in the map
+  const SurfelPyramid map = map_of(seen, {{0, 0, 0}});
+  std::mt19937 random(21);
+  std::uniform_real_distribution<double> offset(-0.5, 0.5);
+  int found = 0;
+  for (int i = 0; i < 100; ++i) {
+    const Pose2 start{offset(random), offset(random), 0.6 * offset(random)};
+    const SurfelMatch match = SurfelMatcher().match(map, oriented(wide.hits({0, 0, 0})), start, nullptr);
+    const Pose2 off = match.map_from_robot;
+    found += std::abs(off.x_m) < 0.02 && std::abs(off.y_m) < 0.02 ? 1 : 0;
+  }
+  std::printf("found %d of 100\n", found);
+  EXPECT_GE(found, 95);
 }
 
 TEST(SurfelMatcher, APriorDecidesWhereTheScanIsSilent) {

@@ -1,4 +1,4 @@
-#include "slam/matching/tied_points.hpp"
+#include "slam/matching/correspondences.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -34,7 +34,7 @@ struct Placement {
 
 }  // namespace
 
-TiedPoints::TiedPoints(const OrientedPoints& points, Eigen::Index every_nth)
+Correspondences::Correspondences(const OrientedPoints& points, Eigen::Index every_nth)
     : count_(static_cast<int>((points.points.cols() + every_nth - 1) / every_nth)) {
   const std::size_t padded = (static_cast<std::size_t>(count_) + kLanes - 1) / kLanes * kLanes;
   for (std::vector<float>* values :
@@ -50,9 +50,9 @@ TiedPoints::TiedPoints(const OrientedPoints& points, Eigen::Index every_nth)
   }
 }
 
-void TiedPoints::tie(const SurfelMap& map, const Pose2& centre_from_robot) {
+void Correspondences::associate(const SurfelMap& map, const Pose2& centre_from_robot) {
   const Placement at(centre_from_robot);
-  tied_ = 0;
+  matched_ = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count_); ++i) {
     const Eigen::Vector2f point(at.c * x_m_[i] - at.s * y_m_[i] + at.x,
                                 at.s * x_m_[i] + at.c * y_m_[i] + at.y);
@@ -62,11 +62,11 @@ void TiedPoints::tie(const SurfelMap& map, const Pose2& centre_from_robot) {
     wall_x_[i] = line.nx;
     wall_y_[i] = line.ny;
     wall_offset_m_[i] = line.offset_m;
-    tied_ += line.nx != 0.0F || line.ny != 0.0F ? 1 : 0;
+    matched_ += line.nx != 0.0F || line.ny != 0.0F ? 1 : 0;
   }
 }
 
-NormalSums TiedPoints::sum(const Pose2& centre_from_robot, double sigma_m) const {
+NormalSums Correspondences::sum(const Pose2& centre_from_robot, double sigma_m) const {
   const Placement at(centre_from_robot);
   const auto half_per_sigma2 = static_cast<float>(0.5 / (sigma_m * sigma_m));
   Float4 xx = {}, xy = {}, xt = {}, yy = {}, yt = {}, tt = {}, bx = {}, by = {}, bt = {};
@@ -105,13 +105,13 @@ NormalSums TiedPoints::sum(const Pose2& centre_from_robot, double sigma_m) const
   return sums;
 }
 
-void TiedPoints::distances_m(const Pose2& centre_from_robot, std::vector<float>& result) const {
+void Correspondences::distances_m(const Pose2& centre_from_robot, std::vector<float>& result) const {
   const Placement at(centre_from_robot);
   result.resize(static_cast<std::size_t>(count_));
   for (std::size_t i = 0; i < result.size(); ++i) {
     const float arm_x = at.c * x_m_[i] - at.s * y_m_[i], arm_y = at.s * x_m_[i] + at.c * y_m_[i];
-    const bool tied = wall_x_[i] != 0.0F || wall_y_[i] != 0.0F;
-    result[i] = tied ? wall_x_[i] * (arm_x + at.x) + wall_y_[i] * (arm_y + at.y) - wall_offset_m_[i]
+    const bool matched = wall_x_[i] != 0.0F || wall_y_[i] != 0.0F;
+    result[i] = matched ? wall_x_[i] * (arm_x + at.x) + wall_y_[i] * (arm_y + at.y) - wall_offset_m_[i]
                      : std::numeric_limits<float>::quiet_NaN();
   }
 }

@@ -1,0 +1,21 @@
+#include "mapping3d/surface_pipeline.hpp"
+
+namespace marco::mapping3d {
+
+JoinedSurface derive_from_surface(TriangleMesh mesh, const SurfacePipelineOptions& options) {
+  validate(options, "joined_surface");
+  JoinedSurface joined;
+  joined.mesh = std::move(mesh);
+  if (joined.mesh.triangles.empty()) return joined;
+  joined.planes = find_planes(joined.mesh, options.planes);
+  joined.simplified = simplify(joined.mesh, joined.planes, options.simplify);
+  joined.floor_plan = cut_at(joined.mesh, options.plan_height_m);
+  return joined;
+}
+
+JoinedSurface join_surface(const std::vector<ScenePoints>& scenes,
+                           const SurfacePipelineOptions& options) {
+  return derive_from_surface(fuse(scenes, options.surface), options);
+}
+
+}  // namespace marco::mapping3d

@@ -5,9 +5,9 @@
 #include <cstring>
 #include <limits>
 
-/// Four or eight numbers at once, for the meshing of scenes. These are vectors of the compiler (g++
-/// and clang): the optimizer does not find them by itself in a loop with so many choices. A lane's
-/// result does not depend on how many there are.
+/// SIMD vectors of four or eight numbers for the meshing of scenes, as compiler extensions of g++ and
+/// clang: the optimizer does not vectorize a loop with so many branches by itself. A lane's result
+/// does not depend on the number of lanes.
 namespace marco::mapping3d::lanes {
 
 template <std::size_t N>
@@ -25,8 +25,8 @@ struct Of<8> {
 using Floats = Of<4>::Floats;
 using Ints = Of<4>::Ints;
 
-// Lanes in an array of their numbers, at any place. Unlike memcpy's bytes they are known to be no
-// pointers, so that those of the arrays are read once.
+// Lanes at any place in an array of their numbers. Unlike memcpy's bytes they cannot alias pointers,
+// so that the arrays' own pointers are read once.
 template <class Lanes>
 struct InArray;
 template <>
@@ -46,7 +46,7 @@ struct InArray<Of<8>::Ints> {
   using Type = int32_t __attribute__((vector_size(32), aligned(4)));
 };
 
-// Eight lanes pass between functions only where one is drawn into the other.
+// Functions that pass eight lanes are always inlined.
 #pragma GCC diagnostic ignored "-Wpsabi"
 template <class Lanes, class Number>
 inline Lanes read(const Number* from) {
@@ -83,7 +83,7 @@ template <class F>
 inline Vectors<F> cross(const Vectors<F>& a, const Vectors<F>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-// Choices by bits: a lane's flag is 0 or -1.
+// Selection by bits: a lane's flag is 0 or -1.
 template <class I, class F>
 inline F masked(const I& mask, const F& v) {
   return reinterpret_cast<F>(mask & reinterpret_cast<I>(v));

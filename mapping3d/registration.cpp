@@ -105,10 +105,12 @@ class Registrar {
  private:
   PatchResiduals measure() {
     residuals_m_.clear();
+    const std::size_t overlaps = result_.overlaps;
     const Scales scales{MatchingScales::last(options_.matching), kCoarseStride};
     for (std::size_t a = 0; a < bodies_.size(); ++a) {
       for (std::size_t b = a + 1; b < bodies_.size(); ++b) compare_bodies(a, b, scales);
     }
+    result_.overlaps = overlaps;
     return summary(residuals_m_);
   }
 

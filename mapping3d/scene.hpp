@@ -9,18 +9,17 @@
 
 namespace marco::mapping3d {
 
-/// One scan of a sweep and where the laser was meanwhile.
+/// One scan of a sweep with the motion of the laser during it.
 struct SceneRow {
   Utime utime;                     ///< of the first beam
   std::vector<float> ranges_m;     ///< 0 = no return
   double first_bearing_rad = 0.0;  ///< of column 0, counter-clockwise from ahead
   double bearing_step_rad = 0.0;
   Pose3 robot_from_sensor_first = Pose3::Identity();  ///< at the first beam
-  Pose3 robot_from_sensor_last =
-      Pose3::Identity();              ///< at the last beam: the pan-tilt may be moving
-  Pose2 world_from_robot;             ///< at the first beam
-  Pose2 first_robot_from_last_robot;  ///< how far the robot drove until the last beam
-  double pan_first_rad = 0.0;         ///< what the poses above were made from, for the calibration
+  Pose3 robot_from_sensor_last = Pose3::Identity();  ///< at the last beam; the pan-tilt may move
+  Pose2 world_from_robot;                            ///< at the first beam
+  Pose2 first_robot_from_last_robot;                 ///< the robot's motion until the last beam
+  double pan_first_rad = 0.0;  ///< the angles behind the sensor poses, for the calibration
   double pan_last_rad = 0.0;
   double tilt_first_rad = 0.0;
   double tilt_last_rad = 0.0;
@@ -35,7 +34,7 @@ struct Scene {
   std::size_t columns() const { return rows.empty() ? 0 : rows.front().ranges_m.size(); }
 };
 
-/// A scene's points in the world, row by row; where nothing came back `valid` is false.
+/// A scene's points in the world, row by row; beams without a return are not `valid`.
 struct ScenePoints {
   std::size_t rows = 0;
   std::size_t columns = 0;
@@ -46,8 +45,8 @@ struct ScenePoints {
   std::size_t index(std::size_t row, std::size_t column) const { return row * columns + column; }
 };
 
-/// What of the robot its own laser may see: a box about the robot's origin on the floor. Returns
-/// from inside it are no surroundings. Off while the height is zero.
+/// A box about the robot's origin on the floor. Returns from inside it come from the robot itself
+/// and are dropped. Off while the height is zero.
 struct RobotBox {
   double ahead_m = 0.0;
   double behind_m = 0.0;
@@ -63,21 +62,20 @@ struct RobotBox {
   }
 };
 
-/// Places each beam by the pose between its row's first and last beam (thesis B eq. 4.1, in our
-/// axes: common/samples.hpp): pan-tilt and robot may both be moving. Ranges that are not finite and
-/// positive are no returns; a row shorter than the first ends early.
+/// Deskews a sweep (row motion): places each beam by the pose interpolated between its row's first
+/// and last beam (thesis B eq. 4.1, in our axes: common/samples.hpp), while pan-tilt and robot move.
+/// Ranges that are not finite and positive are no returns; a row shorter than the first ends early.
 ScenePoints place(const Scene& scene, const RobotBox& robot = {});
 
-/// The same points elsewhere.
+/// Transforms the points.
 void move(ScenePoints& scene, const Pose3& to_from_world);
 
 struct SceneBuilderOptions {
-  double min_step_deg = 0.05;  ///< less is the same row again
-  double max_step_deg = 6.0;   ///< more is no neighbour: another sweep begins
-  double pause_s = 1.5;        ///< the pan-tilt stood still for longer: the sweep is over
-  double max_drive_m =
-      0.5;            ///< the robot moved farther while the pan-tilt stood: the sweep is over
-  int min_rows = 10;  ///< fewer are no scene
+  double min_step_deg = 0.05;  ///< a smaller step repeats the row
+  double max_step_deg = 6.0;   ///< a larger step begins another sweep
+  double pause_s = 1.5;        ///< a longer pause of the pan-tilt ends the sweep
+  double max_drive_m = 0.5;    ///< a longer drive during a pause ends the sweep
+  int min_rows = 10;           ///< of a scene
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -89,25 +87,24 @@ struct SceneBuilderOptions {
   }
 };
 
-/// Finds the sweeps in a stream of scans: a sweep goes on while tilt (or pan) moves on in one
-/// direction, in steps or continuously, while the robot stands or drives; it ends when the
-/// direction turns, the pan-tilt pauses, or jumps. A single row of another width is passed over.
-/// Not thread-safe.
+/// Finds the sweeps in a stream of scans. A sweep lasts while tilt (or pan) moves in one direction,
+/// in steps or continuously, whether the robot stands or drives; it ends when the direction changes
+/// or the pan-tilt pauses or jumps. A single row of another width is skipped. Not thread-safe.
 class SceneBuilder {
  public:
   explicit SceneBuilder(const SceneBuilderOptions& options = {});
 
   /// @param pan_rad, tilt_rad  at the row's middle beam.
-  /// @returns the sweep that this row shows to have ended.
+  /// @returns the sweep that this row has ended.
   std::optional<Scene> add(SceneRow row, double pan_rad, double tilt_rad);
 
-  /// The sweep that was under way.
+  /// Ends the current sweep.
   std::optional<Scene> finish();
 
-  /// Rows that belonged to no sweep of min_rows.
+  /// Rows of sweeps shorter than min_rows.
   int64_t rows_without_scene() const { return rows_without_scene_; }
 
-  /// The rows of the sweep under way, to be moved when the robot's path changes.
+  /// The rows of the current sweep, to be moved when the robot's path changes.
   std::vector<SceneRow>& rows() { return rows_; }
 
  private:
@@ -125,7 +122,7 @@ class SceneBuilder {
   double pan_rad_ = 0.0;  ///< of the last row
   double tilt_rad_ = 0.0;
   Step direction_;
-  bool last_was_odd_ = false;  ///< the last row had another width and was passed over
+  bool last_was_odd_ = false;  ///< the last row had another width and was skipped
   int scenes_ = 0;
   int64_t rows_without_scene_ = 0;
 };

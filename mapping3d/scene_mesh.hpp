@@ -32,10 +32,10 @@ std::vector<std::array<uint32_t, 3>> thesis_triangles(const ScenePoints& scene,
                                                       const ThesisMeshOptions& options = {});
 
 struct SceneMeshOptions {
-  double edge_factor = 6.0;    ///< an edge may be this many times the beams' distance at its range:
-                               ///< about 80 deg of incidence
-  double edge_floor_m = 0.03;  ///< or this long, so that noise tears no hole
-  double max_edge_m = 0.6;     ///< never longer
+  double edge_factor = 6.0;    ///< longest edge as a multiple of the beams' distance at its range,
+                               ///< which is about 80 deg of incidence ...
+  double edge_floor_m = 0.03;  ///< ... but at least this, so that noise tears no hole ...
+  double max_edge_m = 0.6;     ///< ... and at most this
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -49,15 +49,15 @@ struct SceneMeshOptions {
 /// hundred [rad]; 0 where no two returned.
 float beam_spacing_rad(const ScenePoints& scene);
 
-/// Beams that are looked at together: eight where the processor has AVX2. The mesh is the same, bit
-/// for bit; `four` is there to be compared.
+/// Beams processed at once: eight where the processor has AVX2. The mesh is the same bit for bit;
+/// `four` exists for comparison.
 enum class Lanes { as_many_as_there_are, four };
 
-/// The scene as triangles with shared vertices: no skin across depth edges (an edge is allowed by
-/// its range and incidence, so near and far walls are treated alike), none across missing beams, of
-/// a quad's two diagonals the shorter one, normals weighted by area and turned to the sensor,
-/// triangles counter-clockwise seen from it. Vertices in the order of the scene's points, triangles
-/// in that of its quads. One pass over the rows, O(points).
+/// Meshes one scene: triangles with shared vertices between neighbouring beams, not across depth
+/// edges (an edge's limit depends on range and incidence, the same for near and far walls) nor
+/// missing beams. A quad is divided by its shorter diagonal; normals are weighted by area and point
+/// to the sensor, from which triangles are counter-clockwise. Vertices are in the order of the
+/// scene's points, triangles in that of its quads. One pass over the rows, O(points).
 TriangleMesh mesh_scene(const ScenePoints& scene,
                         const SceneMeshOptions& options = {},
                         Lanes lanes = Lanes::as_many_as_there_are);

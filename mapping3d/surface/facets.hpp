@@ -9,14 +9,14 @@
 namespace marco::mapping3d {
 
 struct FacetOptions {
-  double plane_gap_m = 0.015;  ///< beams lie on one plane when each is so near to the other's ...
-  double plane_gap_share = 0.04;  ///< ... plus this share of their distance,
-  double max_edge_m = 0.8;        ///< and are then joined up to here
-  double corner_factor = 1.5;     ///< across a corner: so many times the beams' distance (50 deg)
-  double corner_floor_m = 0.02;   ///< and this much more,
-  double max_corner_m = 0.2;      ///< but up to here: the cut across a corner is a third of it off
-  double loose_factor = 1.5;      ///< or so many times where one of them is on no plane (50 deg)
-  double loose_floor_m = 0.01;    ///< and this much more
+  double plane_gap_m = 0.015;     ///< beams share a plane when each lies this near the other's ...
+  double plane_gap_share = 0.04;  ///< ... plus this part of their distance
+  double max_edge_m = 0.8;        ///< longest edge between beams of one plane
+  double corner_factor = 1.5;     ///< longest edge across a corner, times the beams' distance (50 deg)
+  double corner_floor_m = 0.02;   ///< added to it
+  double max_corner_m = 0.2;      ///< its limit: the edge cuts a corner by a third of its length
+  double loose_factor = 1.5;      ///< the same where a beam is on no plane (50 deg)
+  double loose_floor_m = 0.01;    ///< added to it
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -31,9 +31,9 @@ struct FacetOptions {
   }
 };
 
-/// The triangles between neighbouring beams that see one surface, as indices row * columns +
-/// column, counter-clockwise seen from the sensor. Long ones only where both ends agree on the
-/// plane: a floor far away is whole, and no skin hangs from an edge in front.
+/// Triangles between neighbouring beams of one surface, as indices row * columns + column,
+/// counter-clockwise seen from the sensor. Long edges need the same plane at both ends, so that a
+/// distant floor is closed but a depth edge is not bridged.
 std::vector<std::array<uint32_t, 3>> facets(const SmoothScene& scene,
                                             const FacetOptions& options = {});
 

@@ -12,7 +12,7 @@ namespace marco::mapping3d {
 /// a query looks into one. Const members are safe from several threads.
 class MeshDistance {
  public:
-  /// @param mesh outlives this. @param max_m farther is not told apart
+  /// @param mesh outlives this. @param max_m largest distance
   MeshDistance(const TriangleMesh& mesh, float max_m);
 
   /// @returns the distance, or `max_m` when it is farther.
@@ -35,8 +35,8 @@ struct MeshGap {
   double beyond = 0.0;  ///< part of the samples that lie farther than `limit_m`
 };
 
-/// How far the surface of `from` lies from another, a sample each `area_each_m2`, and where
-/// triangles are smaller one for so much area of them; beyond its limit a sample counts as that.
+/// Distance of the surface of `from` to another mesh, sampled once per `area_each_m2` (small
+/// triangles share samples). Distances are limited to the largest of `to`.
 MeshGap gap(const TriangleMesh& from,
             const MeshDistance& to,
             float area_each_m2,

@@ -8,11 +8,11 @@
 namespace marco::mapping3d {
 
 struct PlaneOptions {
-  double cell_m = 0.10;      ///< patches of the surface that are sorted into planes
-  double max_turn_deg = 12;  ///< of a patch's normal from its plane's
-  double max_gap_m = 0.04;   ///< of a patch from its plane
-  double min_area_m2 = 0.3;  ///< less is no plane
-  double level_deg = 10.0;   ///< what leans less from level or upright is floor, ceiling or wall
+  double cell_m = 0.10;      ///< size of the surface patches that form planes
+  double max_turn_deg = 12;  ///< largest angle between a patch's normal and its plane's
+  double max_gap_m = 0.04;   ///< largest distance of a patch from its plane
+  double min_area_m2 = 0.3;  ///< of a plane
+  double level_deg = 10.0;   ///< tolerance of floor, ceiling and wall from level or upright
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -24,9 +24,9 @@ struct PlaneOptions {
   }
 };
 
-/// A flat part of the surface: n . x = offset, n towards where it was seen from.
+/// A flat part of the surface: n . x = offset, n towards the free side.
 struct SurfacePlane {
-  enum class Kind { floor, ceiling, wall, level, other };  ///< level: table tops and their like
+  enum class Kind { floor, ceiling, wall, level, other };  ///< level: table tops
 
   Kind kind = Kind::other;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
@@ -39,13 +39,13 @@ struct SurfacePlane {
   double area_m2 = 0.0;  ///< of the surface that lies on it
   double rms_m = 0.0;    ///< of its patches
   /// Of (shift along the normal at the centre [m], slope along `along`, slope along `across`
-  /// [rad]): each patch one measurement, with the spread that the patches show.
+  /// [rad]), with each patch as one measurement of the variance that the patches show.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-/// Flat parts of a surface, largest first: patches grow together while normal and distance agree,
-/// and parts of one plane that gaps divide (a wall left and right of a door) are one. The largest
-/// level plane that looks up and has at least half of the others above it is the floor.
+/// Plane segmentation by region growing, largest first: patches join while normal and distance agree,
+/// and coplanar parts (a wall left and right of a door) are merged. The floor is the largest level
+/// plane that faces up and has at least half of the others above it.
 /// @param mesh z up
 std::vector<SurfacePlane> find_planes(const TriangleMesh& mesh, const PlaneOptions& options = {});
 

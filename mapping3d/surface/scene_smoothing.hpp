@@ -8,10 +8,10 @@
 namespace marco::mapping3d {
 
 struct SmoothingOptions {
-  double min_sigma_m = 0.003;   ///< the laser is never trusted to be better
-  double max_sigma_m = 0.03;    ///< nor believed to be worse
-  double plane_residual = 1.4;  ///< a window is a plane below so many sigmas rms
-  double own_residual = 3.5;    ///< and a beam belongs to it below so many
+  double min_sigma_m = 0.003;   ///< bounds of the estimated range noise
+  double max_sigma_m = 0.03;
+  double plane_residual = 1.4;  ///< largest rms residual of a planar window, in sigmas
+  double own_residual = 3.5;    ///< largest residual of a beam on it, in sigmas
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -28,7 +28,7 @@ struct SmoothScene {
 
   std::size_t rows = 0;
   std::size_t columns = 0;
-  double sigma_m = 0.0;                    ///< of one range, found in the scene itself
+  double sigma_m = 0.0;                    ///< of one range, estimated from the scene
   std::vector<Eigen::Vector3f> points_m;   ///< on its own beam; loose ones as they were measured
   std::vector<Eigen::Vector3f> normals;    ///< towards the sensor; of loose ones against the beam
   std::vector<float> sigmas_m;             ///< of a point, along its normal
@@ -36,11 +36,11 @@ struct SmoothScene {
   std::vector<Eigen::Vector3f> origins_m;  ///< one a row
 };
 
-/// Fits planes to windows of 7 x 7, 5 x 5 and 3 x 3 beams, linear in the inverse range (m q = 1/r
-/// for unit directions q and the plane m x = 1 about the mean sensor), and moves each beam's end
-/// along the beam to the plane of the largest window that holds it and fits; off-centre windows
-/// let a plane reach up to its edge (after Kuwahara 1976), so that corners stay sharp. A beam that
-/// no plane holds stays where it was (`loose`): thin things, and ranges mixed at an edge.
+/// Edge-preserving smoothing with normals: fits planes to windows of 7 x 7, 5 x 5 and 3 x 3 beams,
+/// linear in the inverse range (m q = 1/r for unit directions q and the plane m x = 1 about the mean
+/// sensor), and moves each beam's end along the beam to the plane of the largest window that contains
+/// it and fits. Off-centre windows let a plane reach its edge (after Kuwahara 1976), so that corners
+/// stay sharp. A beam on no plane keeps its range (`loose`): thin objects, mixed ranges at an edge.
 SmoothScene smooth(const ScenePoints& scene, const SmoothingOptions& options = {});
 
 }  // namespace marco::mapping3d

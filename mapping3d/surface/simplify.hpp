@@ -7,10 +7,10 @@
 namespace marco::mapping3d {
 
 struct SimplifyOptions {
-  double max_error_m = 0.01;  ///< of either mesh from the other, sampled
-  double snap_share = 0.5;    ///< part of it by which vertices may move onto a plane
-  double sample_m2 = 2e-4;    ///< area of a sample when that is checked; edges are, too
-  int rounds = 4;             ///< attempts, each half as bold, of what is not yet within
+  double max_error_m = 0.01;  ///< largest sampled distance between both meshes, either way
+  double snap_share = 0.5;    ///< part of it by which a vertex may move onto a plane
+  double sample_m2 = 2e-4;    ///< area per sample of the check
+  int rounds = 4;             ///< attempts on what is beyond the bound, each with half the error
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -26,21 +26,20 @@ struct Simplified {
 
   Status status = Status::nothing;
   TriangleMesh mesh;
-  double there_m = 0.0;       ///< largest sampled distance, the original from the simplified
-  double back_m = 0.0;        ///< and the simplified from the original
-  double beyond = 0.0;        ///< part of the samples beyond `max_error_m`, of the worse way
-  std::size_t as_it_was = 0;  ///< triangles that no round could spare
+  double there_m = 0.0;       ///< largest sampled distance from the original to the simplified ...
+  double back_m = 0.0;        ///< ... and back
+  double beyond = 0.0;        ///< part of the samples beyond `max_error_m`, the larger of both ways
+  std::size_t as_it_was = 0;  ///< triangles that no round could simplify
 };
 
-/// Fewer triangles: what lies on one of `planes` but for its noise is laid on it, then edges
-/// collapse by quadrics (Garland and Heckbert, SIGGRAPH 1997; libmeshoptimizer), so that flat walls
-/// become large triangles. The library's error is a mean, so both meshes are sampled against each
-/// other: triangles of the simplified that lie farther than `max_error_m` from the original are
-/// taken back, and those of the original that are left uncovered are simplified by themselves with
-/// half the error, with the triangles about them, so that no seam gapes; what the last round leaves
-/// stays as it was. So all samples lie within the bound: `beyond_bound` is said only of a mesh
-/// whose triangles are so large that samples of them miss each other.
-/// @param planes of this mesh; none: nothing is moved
+/// Mesh simplification with a bound: snaps vertices to `planes`, then collapses edges by quadric
+/// errors (Garland and Heckbert, SIGGRAPH 1997; libmeshoptimizer), so that flat walls become large
+/// triangles. The library bounds a mean error only, so both meshes are sampled against each other:
+/// simplified triangles beyond `max_error_m` are removed, and the uncovered part of the original is
+/// simplified again, together with its neighbours, with half the error; what remains after the last
+/// round is kept. All samples then lie within the bound; `beyond_bound` can only occur for triangles
+/// so large that the samples of both meshes miss each other.
+/// @param planes of this mesh; without planes nothing is snapped
 Simplified simplify(const TriangleMesh& mesh,
                     const std::vector<SurfacePlane>& planes = {},
                     const SimplifyOptions& options = {});

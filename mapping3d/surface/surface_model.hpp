@@ -12,14 +12,14 @@
 namespace marco::mapping3d {
 
 struct SurfaceOptions {
-  double voxel_m = 0.025;           ///< thinner plates seen from both sides are lost
-  double band_voxels = 2.0;         ///< samples so near to a surface learn their distance to it
-  double pose_sigma_deg = 0.10;     ///< of a scene: far surfaces count less,
-  double pose_sigma_m = 0.002;      ///< and none is better than this
-  double carve_margin_m = 0.05;     ///< a beam says `free` up to here before the plane it ends on
-  int carve_every = 2;              ///< rows and columns of beams that vote
-  double carve_ratio = 0.25;        ///< votes for each facet that was seen there: solid is gone
-  double min_component_m2 = 0.025;  ///< smaller islands are mixed ranges
+  double voxel_m = 0.025;           ///< edge of a voxel; thinner plates seen from both sides are lost
+  double band_voxels = 2.0;         ///< truncation distance
+  double pose_sigma_deg = 0.10;     ///< of a scene's pose: distant surfaces weigh less
+  double pose_sigma_m = 0.002;      ///< of a scene's pose: a floor of every weight
+  double carve_margin_m = 0.05;     ///< a beam votes for free space up to here before its end
+  int carve_every = 2;              ///< every nth row and column of beams votes
+  double carve_ratio = 0.25;        ///< votes per observed facet that remove a solid voxel
+  double min_component_m2 = 0.025;  ///< smaller components are mixed ranges
   SmoothingOptions smoothing;
   FacetOptions facets;
 
@@ -38,25 +38,25 @@ struct SurfaceOptions {
   }
 };
 
-/// One surface from many scenes: a signed distance in a sparse lattice (Curless and Levoy,
-/// SIGGRAPH 1996), with four differences. A scene enters smoothed, as facets scan-converted along
-/// the axis they face, with point-to-plane distances weighted by the noise across the surface
-/// (incidence and range), so that gaps between beams are no holes. Surfaces that face each other's
-/// backs keep distances of their own, so that a thin plate seen from both sides stays. Beams carve
-/// by vote, at the end, so that the order of scenes does not matter. What no beam met stays
-/// unknown, and the surface open there.
+/// Fusion of scenes into a truncated signed distance field (TSDF) of sparse voxels (Curless and Levoy,
+/// SIGGRAPH 1996), with four differences. A scene is smoothed first and enters as facets, scan
+/// converted along their main axis, with point-to-plane distances weighted by the noise across the
+/// surface (incidence and range), so that gaps between beams do not become holes. A voxel keeps a
+/// second distance for surfaces facing the other way, so that a thin plate seen from both sides is
+/// preserved. Free space is carved by votes of the beams, after all scenes, so that their order does
+/// not matter. Unseen space stays unknown, and the surface open there.
 /// Deterministic; not thread-safe. Limits: +-2^23 voxels from the origin.
 class SurfaceModel {
  public:
   explicit SurfaceModel(const SurfaceOptions& options = {});
 
-  /// Merges a scene's surfaces, in the frame of its points.
+  /// Adds a scene, in the frame of its points.
   void add(const SmoothScene& scene);
 
-  /// Counts where the scene's beams saw through what is claimed to be solid; after every `add`.
+  /// Counts the scene's beams through solid voxels; to be called after every `add`.
   void carve(const SmoothScene& scene);
 
-  /// The surface: triangles counter-clockwise seen from where it was seen, with normals.
+  /// The surface with normals; triangles are counter-clockwise from the free side.
   TriangleMesh mesh() const;
 
   /// @returns how many blocks of 8 x 8 x 8 samples there are.
@@ -68,14 +68,14 @@ class SurfaceModel {
     float weight = 0.0F;
   };
   struct Voxel {
-    Side front;  ///< surfaces that face as the first seen, within 120 deg
+    Side front;  ///< surfaces within 120 deg of the first one's normal
     Side back;
-    std::array<int8_t, 3> facing{};  ///< of the first seen, times 127
-    uint8_t seen = 0;                ///< scenes' facets
-    uint8_t through = 0;             ///< beams
+    std::array<int8_t, 3> facing{};  ///< normal of the first one, times 127
+    uint8_t seen = 0;                ///< number of facets
+    uint8_t through = 0;             ///< number of beams through it
   };
   using Blocks = VoxelBlocks<Voxel>;
-  /// In voxels: deeper than a beam may pass a surface by.
+  /// In voxels; a beam that passes a surface closely does not get deeper.
   static constexpr float kSolid = -0.5F;
   struct Corner {
     Eigen::Vector3f at;  ///< in voxels
@@ -98,7 +98,7 @@ class SurfaceModel {
   Blocks voxels_;
 };
 
-/// All scenes' surface in one go: add, carve, mesh.
+/// The fused surface of all scenes: smooth, add, carve, mesh.
 TriangleMesh fuse(const std::vector<ScenePoints>& scenes, const SurfaceOptions& options = {});
 
 }  // namespace marco::mapping3d

@@ -6,13 +6,13 @@
 
 namespace marco::mapping3d {
 
-/// Draws the surface where the distance is zero: surface nets (Gibson, MICCAI 1998), a vertex in
-/// each cell that the surface crosses, at the mean of its crossings, and a quad for each lattice
-/// edge that it crosses. Unlike marching cubes a cell needs no eight known samples, so that a band
-/// of one voxel is enough and the surface ends where the knowledge does.
+/// Extracts the zero surface by surface nets (Gibson, MICCAI 1998): a vertex in each cell that the
+/// surface crosses, at the mean of its crossings, and a quad for each lattice edge that it crosses.
+/// Unlike marching cubes a cell does not need all eight samples, so that a band of one voxel is
+/// enough and the surface ends at unknown space.
 class SurfaceNets {
  public:
-  /// @param model outlives this.
+  /// @param model must outlive this object.
   explicit SurfaceNets(const SurfaceModel& model) : model_(model) {}
   TriangleMesh run();
 

@@ -30,11 +30,11 @@ struct CameraPicture {
 
 struct TextureOptions {
   double texel_m = 0.02;
-  int max_atlas_px = 8192;          ///< of a side; texels grow until all fit
-  double hidden_m = 0.04;           ///< what lies so much behind the nearest surface is not seen
+  int max_atlas_px = 8192;          ///< of a side; texels grow until all charts fit
+  double hidden_m = 0.04;           ///< depth tolerance of the occlusion test
   double max_incidence_deg = 84.0;  ///< flatter views are not used
-  double best_view_power = 4.0;     ///< how much the best view outweighs the next
-  double border_part = 0.15;        ///< of the picture's width: towards its edge a view fades out
+  double best_view_power = 4.0;     ///< exponent of the blending weights
+  double border_part = 0.15;        ///< part of the picture's width over which a view fades out
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -52,16 +52,16 @@ struct TexturedSurface {
   std::vector<Eigen::Vector2f> uvs;  ///< one a vertex, (0, 0) the atlas' upper left corner
   int width_px = 0;
   int height_px = 0;
-  std::vector<uint8_t> rgb;  ///< the atlas, row by row from the top; grey where no picture saw
-  double painted = 0.0;      ///< part of the texels that a picture saw
+  std::vector<uint8_t> rgb;  ///< the atlas, row by row from the top; grey where no picture sees
+  double painted = 0.0;      ///< part of the texels that a picture sees
   int pictures_used = 0;
-  int pictures_refused = 0;  ///< no picture: size and pixels disagree, no focal length, no pose
+  int pictures_refused = 0;  ///< wrong number of pixels, no focal length or no finite pose
 };
 
-/// Paints a surface with photographs. Charts are connected triangles that face one axis, laid flat
-/// along it; each texel looks at every picture that sees it (a depth buffer of the mesh tells) and
-/// mixes them by (cos^2 / distance^2, fading to the picture's edge) to the power `best_view_power`:
-/// mostly the best view, with soft seams. @param mesh best simplified before
+/// Texture mapping from photographs. Charts are connected triangles with one main axis, projected
+/// along it. Each texel blends all pictures that see it (by a depth buffer of the mesh) with weights
+/// (cos^2 / distance^2, fading to the picture's edge) to the power `best_view_power`: mostly the best
+/// view, with soft seams. @param mesh best simplified before
 TexturedSurface paint(const TriangleMesh& mesh,
                       const std::vector<CameraPicture>& pictures,
                       const TextureOptions& options = {});

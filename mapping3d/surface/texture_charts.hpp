@@ -11,13 +11,13 @@ namespace marco::mapping3d {
 struct TextureCharts {
   int width_px = 0;
   int height_px = 0;
-  double texel_m = 0.0;                    ///< in force
+  double texel_m = 0.0;                    ///< the size in use
   TriangleMesh mesh;                       ///< vertices doubled where charts meet
   std::vector<Eigen::Vector2f> places_px;  ///< of each vertex
 };
 
-/// Connected triangles that face one axis make a chart, as long as none covers another; charts are
-/// packed on shelves, two texels apart.
+/// Divides a mesh into charts (connected triangles with one main axis and no overlap) and packs them
+/// on shelves, two texels apart.
 TextureCharts lay_out(const TriangleMesh& mesh, double texel_m, int max_px);
 
 }  // namespace marco::mapping3d

@@ -8,10 +8,10 @@
 
 namespace marco::mapping3d {
 
-using Cell = Eigen::Vector3i;  ///< of an endless lattice; sample (i, j, k) lies at i, j, k voxels
+using Cell = Eigen::Vector3i;  ///< of an unbounded lattice; sample (i, j, k) lies at i, j, k voxels
 
-/// Blocks of 8 x 8 x 8 `Voxel` samples found by hashing (open addressing), made when asked for.
-/// Cells within +-2^23. Addresses of blocks do not move. Not thread-safe.
+/// Sparse voxels: blocks of 8 x 8 x 8 samples in a hash table (open addressing), allocated on demand.
+/// Cells within +-2^23. Blocks keep their addresses. Not thread-safe.
 template <class Voxel>
 class VoxelBlocks {
  public:
@@ -27,7 +27,7 @@ class VoxelBlocks {
     return static_cast<std::size_t>((cell.x() & 7) | ((cell.y() & 7) << 3) | ((cell.z() & 7) << 6));
   }
 
-  /// @returns nullptr where there is none.
+  /// @returns nullptr without a block.
   Block* find(const Cell& cell) const {
     const uint64_t key = key_of(cell);
     for (std::size_t slot = hash(key);; slot = next(slot)) {

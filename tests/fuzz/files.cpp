@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/files/glb.hpp"
 #include "common/files/lines_json.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
@@ -83,6 +84,18 @@ MARCO_FUZZ(result_files) {
   if (kind % 3 == 2) {
     quietly([&] { files::parse_lines_json(std::string(rest.begin(), rest.end())); });
   }
+}
+
+MARCO_FUZZ(glb) {
+  const MemoryFile file(bytes);
+  quietly([&] {
+    const TexturedMesh read = files::read_glb(file.path());
+    for (const auto& triangle : read.mesh.triangles) {
+      for (const uint32_t corner : triangle) {
+        promise(corner < read.mesh.vertices_m.size(), "a triangle's vertices are there");
+      }
+    }
+  });
 }
 
 MARCO_FUZZ(map_yaml) {

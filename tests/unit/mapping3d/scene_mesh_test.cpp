@@ -87,7 +87,7 @@ TEST(MeshScene, ADepthEdgeIsNotSkinnedOver) {
   }
 }
 
-// Two rows of two beams; the far column lies so much deeper that the edges to it are this long.
+// Two rows of two beams, one column this much deeper than the other.
 TEST(MeshScene, AnEdgeIsAllowedUpToItsLimitAndNoLonger) {
   SceneMeshOptions options;
   options.edge_factor = 0.001;  // only the floor counts
@@ -98,7 +98,7 @@ TEST(MeshScene, AnEdgeIsAllowedUpToItsLimitAndNoLonger) {
     for (int row = 0; row < 2; ++row) {
       scene.origins_m.emplace_back(0.0F, 0.0F, 0.0F);
       scene.points_m.emplace_back(2.0F, 0.0F, 0.01F * static_cast<float>(row));
-      scene.points_m.emplace_back(2.0F + edge_m, 0.0F, 0.01F * static_cast<float>(row));
+      scene.points_m.emplace_back(2.0F + edge_m, -0.02F, 0.01F * static_cast<float>(row));
     }
     scene.valid.assign(4, 1);
     return mesh_scene(scene, options).triangles.size();

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <numeric>
 
 #include "tests/support/analytic_room.hpp"
@@ -93,8 +92,6 @@ TEST(Straighten, TheRowsOfBothScenesMoveInOneStep) {
   const auto mean_rad = [](const RowTurns& turns) {
     return std::accumulate(turns.begin(), turns.end(), 0.0) / static_cast<double>(turns.size());
   };
-  std::printf("turns %.4f and %.4f deg\n", rad_to_deg(mean_rad(found.turns_rad[0])),
-              rad_to_deg(mean_rad(found.turns_rad[1])));
   EXPECT_NEAR(mean_rad(found.turns_rad[0]) - mean_rad(found.turns_rad[1]), turn_rad,
               0.25 * turn_rad);
 }

@@ -160,6 +160,51 @@ TEST(ModelFiles, GlbIsReadBackAsItWasAndTornOnesAreRefused) {
   EXPECT_GT(refused, whole.size() / 4);
 }
 
+std::string glb_of(const std::string& description) {
+  std::string text = description;
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  const auto number = [](std::size_t value) {
+    std::string bytes;
+    for (unsigned shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(value >> shift);
+    return bytes;
+  };
+  return "glTF" + number(2) + number(20 + text.size() + 8 + 12) + number(text.size()) + "JSON" +
+         text + number(12) + std::string("BIN\0", 4) + std::string(12, '\0');
+}
+
+// Each names what it does not hold: another file, bytes behind its end, numbers of another kind.
+TEST(ModelFiles, HostileGlbIsRefusedWithAWord) {
+  const TemporaryFolder folder;
+  folder.write("secret.bin", std::string(12, 's'));
+  const std::string mesh =
+      R"("meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)"
+      R"("accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3"},)"
+      R"({"bufferView":1,"componentType":5125,"type":"SCALAR"}],)";
+  const auto views = [](const std::string& first) {
+    return R"("bufferViews":[)" + first + R"(,{"byteLength":0}],)";
+  };
+  const auto complaint = [&](const std::string& description) -> std::string {
+    try {
+      read_glb(folder.write("hostile.glb", glb_of("{" + description + R"("asset":{}})")));
+    } catch (const std::invalid_argument& refused) {
+      return refused.what();
+    }
+    return "read";
+  };
+  EXPECT_EQ(complaint(mesh + views(R"({"byteLength":12})")), "read");
+  EXPECT_THAT(complaint(mesh + views(R"({"byteLength":400000000,"byteOffset":300000000})")),
+              HasSubstr("ends within its numbers"));
+  EXPECT_THAT(complaint(mesh + views(R"({"byteLength":12,"byteOffset":18446744073709551610})")),
+              HasSubstr("ends within its numbers"));
+  EXPECT_THAT(complaint(mesh + views(R"({"byteLength":11})")), HasSubstr("cut in two"));
+  EXPECT_THAT(complaint(mesh + views(R"({"uri":"secret.bin"})")), HasSubstr("lacks"));
+  EXPECT_THAT(complaint(views(R"({"byteLength":12})") + R"("meshes":[{"primitives":[{}]}],)"),
+              HasSubstr("lacks"));
+  EXPECT_THAT(complaint(mesh + views(R"({"byteLength":12})") + R"("images":[{"bufferView":7}],)"),
+              HasSubstr("lacks"));
+  EXPECT_THAT(complaint(std::string(100000, '[')), HasSubstr("no JSON"));
+}
+
 TEST(ModelFiles, WhatCannotBeWrittenIsSaid) {
   const TemporaryFolder folder;
   TriangleMesh torn = tent();

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdio>
 #include <random>
 
 #include "tests/support/flat_world.hpp"
@@ -181,8 +180,7 @@ TEST(NlmMatcher, LosingCorrespondencesIsNoImprovement) {
     const Pose2 off = between(kMove, result.target_from_source);
     found += off.translation_m().norm() < 0.02 ? 1 : 0;
   }
-  std::printf("found %d of 60\n", found);
-  EXPECT_GE(found, 50);
+  EXPECT_EQ(found, 60);
 }
 
 TEST(NlmMatcher, RefusesImpossibleOptions) {

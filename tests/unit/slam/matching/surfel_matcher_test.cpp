@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "tests/support/flat_world.hpp"
@@ -102,7 +101,6 @@ TEST(SurfelMatcher, LosingCorrespondencesIsNoImprovement) {
     const Pose2 off = match.map_from_robot;
     found += std::abs(off.x_m) < 0.02 && std::abs(off.y_m) < 0.02 ? 1 : 0;
   }
-  std::printf("found %d of 100\n", found);
   EXPECT_GE(found, 95);
 }
 

@@ -1,7 +1,7 @@
 // What we write, opened by a reader that is not ours (Assimp).
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <assimp/Importer.hpp>
 
 #include "common/files/glb.hpp"
@@ -193,16 +193,16 @@ TEST(ModelFiles, HostileGlbIsRefusedWithAWord) {
   };
   EXPECT_EQ(complaint(mesh + views(R"({"byteLength":12})")), "read");
   EXPECT_THAT(complaint(mesh + views(R"({"byteLength":400000000,"byteOffset":300000000})")),
-              HasSubstr("ends within its numbers"));
+              ::testing::HasSubstr("ends within its numbers"));
   EXPECT_THAT(complaint(mesh + views(R"({"byteLength":12,"byteOffset":18446744073709551610})")),
-              HasSubstr("ends within its numbers"));
-  EXPECT_THAT(complaint(mesh + views(R"({"byteLength":11})")), HasSubstr("cut in two"));
-  EXPECT_THAT(complaint(mesh + views(R"({"uri":"secret.bin"})")), HasSubstr("lacks"));
+              ::testing::HasSubstr("ends within its numbers"));
+  EXPECT_THAT(complaint(mesh + views(R"({"byteLength":11})")), ::testing::HasSubstr("cut in two"));
+  EXPECT_THAT(complaint(mesh + views(R"({"uri":"secret.bin"})")), ::testing::HasSubstr("lacks"));
   EXPECT_THAT(complaint(views(R"({"byteLength":12})") + R"("meshes":[{"primitives":[{}]}],)"),
-              HasSubstr("lacks"));
+              ::testing::HasSubstr("lacks"));
   EXPECT_THAT(complaint(mesh + views(R"({"byteLength":12})") + R"("images":[{"bufferView":7}],)"),
-              HasSubstr("lacks"));
-  EXPECT_THAT(complaint(std::string(100000, '[')), HasSubstr("no JSON"));
+              ::testing::HasSubstr("lacks"));
+  EXPECT_THAT(complaint(std::string(100000, '[')), ::testing::HasSubstr("no JSON"));
 }
 
 TEST(ModelFiles, WhatCannotBeWrittenIsSaid) {

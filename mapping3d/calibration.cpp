@@ -38,10 +38,7 @@ class Calibrator {
   Calibrator(const std::vector<Scene>& scenes,
              const PanTiltGeometry& geometry,
              const CalibrationOptions& options)
-      : scenes_(scenes),
-        geometry_(geometry),
-        options_(options),
-        association_(options.matching) {
+      : scenes_(scenes), geometry_(geometry), options_(options), association_(options.matching) {
     validate(options, "calibration");
     find_pairs();
   }
@@ -151,8 +148,7 @@ class Calibrator {
   void add_pair(const Sweep& a, const Sweep& b, const MatchingScales& scales, System& system) {
     for (std::size_t i = 0; i < b.index->surfels.size(); ++i) {
       const Surfel& moved = b.index->surfels[i];
-      const auto found =
-          association_.find(*a.index, moved.center_m, moved.normal, scales.search_m);
+      const auto found = association_.find(*a.index, moved.center_m, moved.normal, scales.search_m);
       if (!found) continue;
       residuals_m_.push_back(std::abs(found->residual_m));
       if (a.derivatives.empty()) continue;
@@ -160,8 +156,7 @@ class Calibrator {
           (b.derivatives[i] - a.derivatives[found->partner]).transpose() * found->normal;
       const double thickness2_m2 =
           moved.thickness2_m2() + a.index->surfels[found->partner].thickness2_m2();
-      const double weight =
-          association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2);
+      const double weight = association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2);
       system.information.noalias() += weight * jacobian * jacobian.transpose();
       system.gradient += weight * found->residual_m * jacobian;
     }

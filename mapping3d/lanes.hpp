@@ -5,9 +5,9 @@
 #include <cstring>
 #include <limits>
 
-/// SIMD vectors of four or eight numbers for the meshing of scenes, as compiler extensions of g++ and
-/// clang: the optimizer does not vectorize a loop with so many branches by itself. A lane's result
-/// does not depend on the number of lanes.
+/// SIMD vectors of four or eight numbers for the meshing of scenes, as compiler extensions of g++
+/// and clang: the optimizer does not vectorize a loop with so many branches by itself. A lane's
+/// result does not depend on the number of lanes.
 namespace marco::mapping3d::lanes {
 
 template <std::size_t N>
@@ -25,8 +25,8 @@ struct Of<8> {
 using Floats = Of<4>::Floats;
 using Ints = Of<4>::Ints;
 
-// Lanes at any place in an array of their numbers. Unlike memcpy's bytes they cannot alias pointers,
-// so that the arrays' own pointers are read once.
+// Lanes at any place in an array of their numbers. Unlike memcpy's bytes they cannot alias
+// pointers, so that the arrays' own pointers are read once.
 template <class Lanes>
 struct InArray;
 template <>

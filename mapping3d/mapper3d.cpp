@@ -7,8 +7,8 @@
 namespace marco::mapping3d {
 namespace {
 
-/// The rigid motion that best fits the registered scenes, as a whole, to the path. Holding one scene
-/// fixed instead would give its error to the whole model.
+/// The rigid motion that best fits the registered scenes, as a whole, to the path. Holding one
+/// scene fixed instead would give its error to the whole model.
 Pose3 path_from_joined(const std::vector<ScenePoints>& by_path, const RegistrationResult& joined) {
   constexpr std::size_t kEach = 97;  // a sample
   Eigen::Vector3d path_sum = Eigen::Vector3d::Zero(), joined_sum = Eigen::Vector3d::Zero();

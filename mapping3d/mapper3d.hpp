@@ -17,7 +17,7 @@ struct Mapper3dOptions {
   SceneBuilderOptions builder;
   RobotBox robot;
   SceneMeshOptions mesh;
-  bool refine = true;  ///< register scenes in 3D; otherwise they stay where the path puts them
+  bool refine = true;      ///< register scenes in 3D; otherwise they stay where the path puts them
   double min_gain = 0.75;  ///< a registration is used when the median residual shrinks to this part
   double stop_m = 0.05;    ///< sweeps taken within this distance ...
   double stop_deg = 1.0;   ///< ... and this turn belong to one stop and move as one body

@@ -5,7 +5,8 @@
 namespace marco::mapping3d {
 
 struct PointTree::Index {
-  explicit Index(std::vector<Eigen::Vector3f> points) : points_m(std::move(points)), tree(3, *this) {}
+  explicit Index(std::vector<Eigen::Vector3f> points)
+      : points_m(std::move(points)), tree(3, *this) {}
 
   // What nanoflann asks of a set of points.
   std::size_t kdtree_get_point_count() const { return points_m.size(); }

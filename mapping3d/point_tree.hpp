@@ -18,7 +18,8 @@ class PointTree {
   PointTree(PointTree&&) noexcept;
   PointTree& operator=(PointTree&&) noexcept;
 
-  /// Index of the point nearest to `query_m` and nearer than `radius_m`; nothing when there is none.
+  /// Index of the point nearest to `query_m` and nearer than `radius_m`; nothing when there is
+  /// none.
   std::optional<uint32_t> nearest(const Eigen::Vector3f& query_m, float radius_m) const;
 
  private:

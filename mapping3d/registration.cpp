@@ -54,7 +54,8 @@ class Registrar {
     require(body_of.empty() || body_of.size() == placed.size(),
             "register_scenes: expected one body a scene");
     for (std::size_t i = 0; i < placed.size(); ++i) {
-      scenes_.push_back(std::make_unique<SurfelIndex>(find_surfels(placed[i], options.matching.surfels)));
+      scenes_.push_back(
+          std::make_unique<SurfelIndex>(find_surfels(placed[i], options.matching.surfels)));
       const std::size_t body = body_of.empty() ? i : body_of[i];
       require(body <= bodies_.size(), "register_scenes: bodies are numbered as they first appear");
       if (body == bodies_.size()) bodies_.emplace_back();
@@ -217,14 +218,13 @@ class Registrar {
     for (std::size_t i = 0; i < source.surfels.size(); i += scales.stride) {
       const Surfel& moved = source.surfels[i];
       const Eigen::Vector3d in_a = a_from_b * moved.center_m;
-      const auto found = association_.find(target, in_a, a_from_b.linear() * moved.normal,
-                                           scales.search_m);
+      const auto found =
+          association_.find(target, in_a, a_from_b.linear() * moved.normal, scales.search_m);
       if (!found) continue;
       residuals_m_.push_back(std::abs(found->residual_m));
       const double thickness2_m2 =
           moved.thickness2_m2() + target.surfels[found->partner].thickness2_m2();
-      const double weight =
-          association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2);
+      const double weight = association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2);
       const Eigen::Vector3d point_m = poses.world_from_a * in_a;
       const Eigen::Vector3d normal = poses.world_from_a.linear() * found->normal;
       Vector6d jacobian;

@@ -19,8 +19,8 @@ struct RegistrationOptions {
                                  .shrink = 0.6,
                                  .max_normal_deg = 45.0,
                                  .thin_m = 0.003};
-  double min_hold = 0.005;    ///< a shift is observable when the mean square of the normals along it
-                              ///< reaches this
+  double min_hold = 0.005;  ///< a shift is observable when the mean square of the normals along it
+                            ///< reaches this
   double converged_m = 2e-5;  ///< length of the last step (turns at 1 m)
   double settled_m = 3e-4;    ///< the same after ten steps with the narrowest search
   int max_iterations = 40;
@@ -67,9 +67,9 @@ std::string to_string(RegistrationResult::Status status);
 /// Multi-view registration (point-to-plane ICP) of scenes: all overlapping pairs at once by
 /// Gauss-Newton on the distances of surfel centres from their correspondences' planes (the mean of
 /// both normals, as in Rusinkiewicz, "A symmetric objective function for ICP", 2019, eq. 9 without
-/// his split rotation). Residuals are weighted by flatness and by a robust kernel, the Lorentzian of
-/// thesis B eq. 3.8. The search radius and the kernel's scale shrink, the scale finally to twice the
-/// median residual. Converges from about 0.3 m and 3 deg. A shift that a pair's normals do not
+/// his split rotation). Residuals are weighted by flatness and by a robust kernel, the Lorentzian
+/// of thesis B eq. 3.8. The search radius and the kernel's scale shrink, the scale finally to twice
+/// the median residual. Converges from about 0.3 m and 3 deg. A shift that a pair's normals do not
 /// constrain (along a bare corridor) keeps its initial value.
 /// @param placed   each scene by the initial guess, one common frame
 /// @param body_of  scenes of one body move together, such as the sweeps of a robot standing still:

@@ -27,7 +27,7 @@ bool inside(const RobotBox& robot, const Eigen::Vector3d& in_robot) {
          std::abs(in_robot.y()) <= robot.half_width_m && in_robot.z() <= robot.height_m;
 }
 
-/// The sensor's pose at any part of a row, in the robot's frame at its first beam.
+/// Deskew: the sensor's pose at any part of a row, in the robot's frame at the first beam.
 class RowMotion {
  public:
   explicit RowMotion(const SceneRow& row)

@@ -16,9 +16,9 @@ struct SceneRow {
   double first_bearing_rad = 0.0;  ///< of column 0, counter-clockwise from ahead
   double bearing_step_rad = 0.0;
   Pose3 robot_from_sensor_first = Pose3::Identity();  ///< at the first beam
-  Pose3 robot_from_sensor_last = Pose3::Identity();  ///< at the last beam; the pan-tilt may move
-  Pose2 world_from_robot;                            ///< at the first beam
-  Pose2 first_robot_from_last_robot;                 ///< the robot's motion until the last beam
+  Pose3 robot_from_sensor_last = Pose3::Identity();   ///< at the last beam; the pan-tilt may move
+  Pose2 world_from_robot;                             ///< at the first beam
+  Pose2 first_robot_from_last_robot;                  ///< the robot's motion until the last beam
   double pan_first_rad = 0.0;  ///< the angles behind the sensor poses, for the calibration
   double pan_last_rad = 0.0;
   double tilt_first_rad = 0.0;
@@ -63,8 +63,9 @@ struct RobotBox {
 };
 
 /// Deskews a sweep (row motion): places each beam by the pose interpolated between its row's first
-/// and last beam (thesis B eq. 4.1, in our axes: common/samples.hpp), while pan-tilt and robot move.
-/// Ranges that are not finite and positive are no returns; a row shorter than the first ends early.
+/// and last beam (thesis B eq. 4.1, in our axes: common/samples.hpp), while pan-tilt and robot
+/// move. Ranges that are not finite and positive are no returns; a row shorter than the first ends
+/// early.
 ScenePoints place(const Scene& scene, const RobotBox& robot = {});
 
 /// Transforms the points.

@@ -20,8 +20,8 @@ class Mesher {
                static_cast<float>(by_range * by_range)};
   }
 
-  // A row's vertices are known when the quads above and below it are, so numbers and triangles
-  // follow the quads by one row.
+  // The vertices of a row depend on the quads above and below it, so that numbering and triangles
+  // are one row behind the quads.
   template <std::size_t N>
   TriangleMesh run() {
     mesh_.vertices_m.resize(scene_.points_m.size());
@@ -88,8 +88,8 @@ class Mesher {
     ++vertices_;
   }
 
-  // Which diagonal is shorter is a matter of noise, and no branch foresees it: corners are chosen
-  // by bits, and of four quads' triangles all are written before those not kept are closed up.
+  // The shorter diagonal is random and branches on it cannot be predicted: corners are selected by
+  // bits, and the triangles of four quads are all written before the dropped ones are closed up.
   void emit(const Row& above, const Row& below, const Quads& quads) {
     uint32_t* end = triangles_.data()->data();
     for (std::size_t at = 0; at + 1 < scene_.columns; at += 4) {
@@ -144,8 +144,8 @@ class Mesher {
 };
 
 #if defined(__x86_64__)
-// Everything is drawn into this one function, so that nothing made for newer processors is called
-// by what runs on all. The arithmetic is the same: no product is fused with a sum.
+// Everything is inlined into this one function, so that code for newer processors is not called on
+// older ones. The arithmetic is the same: no fused multiply-add.
 __attribute__((target("avx2"), flatten)) TriangleMesh run_wide(Mesher& mesher) {
   return mesher.run<8>();
 }

@@ -9,17 +9,16 @@
 #include "mapping3d/lanes.hpp"
 #include "mapping3d/scene.hpp"
 
-/// The quads between two rows of a scene, so many at a time: which triangles are kept, and their
-/// normals. Only for scene_mesh.cpp, where it is inlined.
+/// The quads between two rows of a scene, four or eight at a time: which triangles are kept, and
+/// their normals. Only for scene_mesh.cpp, where it is inlined.
 namespace marco::mapping3d::lanes {
 
-// Rows are laid out for it, however many lanes are used.
+// Rows are padded for it, whatever the number of lanes.
 inline constexpr std::size_t kMostLanes = 8;
-// Where a beam brought nothing its point is put out of every edge's reach.
+// Coordinates of a missing beam: too far for any edge.
 inline constexpr float kFar_m = 1e15F;
 
-/// One row of the scene in arrays, with columns that returned nothing up to whole lanes and one
-/// more.
+/// One row of the scene in arrays, padded by missing beams to whole lanes and one more.
 struct Row {
   explicit Row(std::size_t size)
       : x(size, kFar_m),
@@ -33,7 +32,7 @@ struct Row {
 
   Eigen::Vector3f origin_m = Eigen::Vector3f::Zero();
   std::vector<float> x, y, z;
-  std::vector<float> limit2;                 ///< of an edge that ends here [m^2]; < 0: none may
+  std::vector<float> limit2;                 ///< of an edge that ends here [m^2]; < 0: none
   std::vector<int32_t> joined;               ///< the edge to the next column is allowed
   std::array<std::vector<float>, 3> normal;  ///< sums, twice the area long
   std::vector<int32_t> used;                 ///< a triangle stands on it
@@ -152,7 +151,7 @@ inline void judge(const Row& above, const Row& below, std::size_t at, Quads& qua
   const Vectors<F> third = choose(falls, p2, p3), start = choose(falls, p0, p1);
   const Vectors<F> first = cross(p1 - p0, third - p0), second = cross(p2 - start, p3 - start);
   const Vectors<F> origin = above.origin<F>();
-  // Exactly edge-on: a triangle of nothing.
+  // An exactly edge-on triangle is dropped.
   const F away_first = dot(first, p0 - origin), away_second = dot(second, start - origin);
   const I keep_first =
       read<I>(&above.joined[at]) & choose(falls, right, left) & diagonal & (away_first != 0.0F);

@@ -30,8 +30,8 @@ struct Equation {
 };
 
 /// The step that minimizes the weighted sum of squares: Eigen's conjugate gradients for least
-/// squares (Jacobi preconditioner) to 1e-3 of the first gradient or 400 iterations. Unknowns without
-/// equations stay at zero. Cost per iteration O(equations).
+/// squares (Jacobi preconditioner) to 1e-3 of the first gradient or 400 iterations. Unknowns
+/// without equations stay at zero. Cost per iteration O(equations).
 Eigen::VectorXd solve(const std::vector<Equation>& equations, Eigen::Index unknowns);
 
 /// Part of the weighted sum of squares that a step removes.

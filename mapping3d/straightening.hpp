@@ -40,24 +40,24 @@ struct StraighteningOptions {
 };
 
 struct Straightening {
-  bool bent = false;       ///< false: everything below is as it was given
-  double explained = 0.0;  ///< part of the squared residuals that wrong row angles explain
-  std::vector<RowTurns> turns_rad;       ///< one a row, of each scene
-  double turn_rms_rad = 0.0;             ///< over all rows
-  double range_m = 0.0;                  ///< to be added to every range
+  bool bent = false;                ///< false: everything below is as it was given
+  double explained = 0.0;           ///< part of the squared residuals that wrong row angles explain
+  std::vector<RowTurns> turns_rad;  ///< one a row, of each scene
+  double turn_rms_rad = 0.0;        ///< over all rows
+  double range_m = 0.0;             ///< to be added to every range
   std::vector<Pose3> world_from_placed;  ///< one a scene
   double before_m = 0.0;                 ///< median residual
   double after_m = 0.0;
 };
 
 /// Deskews sweeps of a pan-tilt that does not follow its command (a servo that sticks and jumps,
-/// jittering stamps) and of a laser with a range offset. Estimates each row's turn, one range offset
-/// and the bodies' poses together, from scenes that saw the same surfaces: the beams of a row are
-/// matched to the surfels of other scenes (point to plane) by Gauss-Newton with a robust kernel, as
-/// in register_scenes(). Neighbouring rows share their error except where it jumps (a Lorentzian on
-/// their difference); rows without overlap follow their neighbours. Each step is solved by conjugate
-/// gradients. An error that all scenes have at the same angles can be observed only where a surface
-/// was seen from different places.
+/// jittering stamps) and of a laser with a range offset. Estimates each row's turn, one range
+/// offset and the bodies' poses together, from scenes that saw the same surfaces: the beams of a
+/// row are matched to the surfels of other scenes (point to plane) by Gauss-Newton with a robust
+/// kernel, as in register_scenes(). Neighbouring rows share their error except where it jumps (a
+/// Lorentzian on their difference); rows without overlap follow their neighbours. Each step is
+/// solved by conjugate gradients. An error that all scenes have at the same angles can be observed
+/// only where a surface was seen from different places.
 /// @param scenes             on the path
 /// @param world_from_placed  one a scene, as registered: good to a few centimetres
 /// @param body_of            see register_scenes(); the first body is fixed

@@ -1,5 +1,7 @@
 #include "mapping3d/surface_pipeline.hpp"
 
+#include "mapping3d/surface/floor_plan.hpp"
+
 namespace marco::mapping3d {
 
 JoinedSurface derive_from_surface(TriangleMesh mesh, const SurfacePipelineOptions& options) {

@@ -28,9 +28,9 @@ struct SurfacePipelineOptions {
 
 /// What a set of scenes becomes, in the world frame.
 struct JoinedSurface {
-  TriangleMesh mesh;                                      ///< the fused surface, whole
-  std::vector<SurfacePlane> planes;                       ///< its flat parts, largest first
-  Simplified simplified;                                  ///< the same surface in fewer triangles
+  TriangleMesh mesh;                                     ///< the fused surface, whole
+  std::vector<SurfacePlane> planes;                      ///< its flat parts, largest first
+  Simplified simplified;                                 ///< the same surface in fewer triangles
   std::vector<std::vector<Eigen::Vector2d>> floor_plan;  ///< its cut at `plan_height_m`
 };
 

@@ -24,8 +24,7 @@ std::optional<SurfelCorrespondence> SurfelAssociation::find(const SurfelIndex& t
                                                             const Eigen::Vector3d& center_m,
                                                             const Eigen::Vector3d& normal,
                                                             double search_m) const {
-  const auto nearest =
-      target.centers.nearest(center_m.cast<float>(), static_cast<float>(search_m));
+  const auto nearest = target.centers.nearest(center_m.cast<float>(), static_cast<float>(search_m));
   if (!nearest) return std::nullopt;
   const Surfel& partner = target.surfels[*nearest];
   if (normal.dot(partner.normal) < min_cosine_) return std::nullopt;
@@ -33,9 +32,7 @@ std::optional<SurfelCorrespondence> SurfelAssociation::find(const SurfelIndex& t
   return SurfelCorrespondence{*nearest, mean, mean.dot(center_m - partner.center_m)};
 }
 
-double SurfelAssociation::weight(double residual_m,
-                                 double lorentz_m,
-                                 double thickness2_m2) const {
+double SurfelAssociation::weight(double residual_m, double lorentz_m, double thickness2_m2) const {
   const double scaled = residual_m / lorentz_m;
   return 1.0 / ((1.0 + 0.5 * scaled * scaled) * (1.0 + thickness2_m2 / thin2_m2_));
 }

@@ -57,8 +57,8 @@ struct SurfelCorrespondence {
   double residual_m;       ///< point to plane along `normal`
 };
 
-/// Data association: finds correspondences of surfels, frame of the target. Const: safe from several
-/// threads.
+/// Data association: finds correspondences of surfels, frame of the target. Const: safe from
+/// several threads.
 class SurfelAssociation {
  public:
   explicit SurfelAssociation(const SurfelMatchingOptions& options);

@@ -13,8 +13,8 @@ struct SweepAxis {
   Eigen::Vector3d point_m = Eigen::Vector3d::Zero();
 };
 
-/// The axis at a row, robot frame, right-handed in the direction of the sweep: from the poses of the
-/// rows around it.
+/// The axis at a row, robot frame, right-handed in the direction of the sweep: from the poses of
+/// the rows around it.
 SweepAxis sweep_axis(const Scene& scene, std::size_t row);
 
 /// Corrections of a scene's row angles: about the sweep's axis, positive in the direction of the

@@ -1,4 +1,4 @@
-#include "mapping3d/scene_mesh.hpp"
+#include "mapping3d/thesis_mesh.hpp"
 
 namespace marco::mapping3d {
 namespace {

@@ -12,11 +12,11 @@ struct FacetOptions {
   double plane_gap_m = 0.015;     ///< beams share a plane when each lies this near the other's ...
   double plane_gap_share = 0.04;  ///< ... plus this part of their distance
   double max_edge_m = 0.8;        ///< longest edge between beams of one plane
-  double corner_factor = 1.5;     ///< longest edge across a corner, times the beams' distance (50 deg)
-  double corner_floor_m = 0.02;   ///< added to it
-  double max_corner_m = 0.2;      ///< its limit: the edge cuts a corner by a third of its length
-  double loose_factor = 1.5;      ///< the same where a beam is on no plane (50 deg)
-  double loose_floor_m = 0.01;    ///< added to it
+  double corner_factor = 1.5;  ///< longest edge across a corner, times the beams' distance (50 deg)
+  double corner_floor_m = 0.02;  ///< added to it
+  double max_corner_m = 0.2;     ///< its limit: the edge cuts a corner by a third of its length
+  double loose_factor = 1.5;     ///< the same where a beam is on no plane (50 deg)
+  double loose_floor_m = 0.01;   ///< added to it
 
   template <class Visitor>
   void visit(Visitor& v) {

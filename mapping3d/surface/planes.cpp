@@ -11,7 +11,7 @@
 namespace marco::mapping3d {
 namespace {
 
-// The surface within one cell that faces one way.
+// The surface within one cell with one main direction.
 struct Patch {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< sums while it is gathered
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -45,7 +45,7 @@ struct Region {
       moments += patch->area_m2 * d * d.transpose();
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(moments);
-    // A strip says nothing about its tilt; the patches' own normals do.
+    // The tilt of a strip is not observable from its centres; the patches' normals are used.
     if (axes.eigenvalues()(1) < 4.0 * axes.eigenvalues()(0)) return;
     normal = axes.eigenvectors().col(0);
     if (normal.dot(facing) < 0.0) normal = -normal;
@@ -89,7 +89,7 @@ class PlaneFinder {
     }
   }
 
-  // Triangles larger than a cell are halved until they are not.
+  // Halves triangles until they fit into a cell.
   void split(const Eigen::Vector3d& a,
              const Eigen::Vector3d& b,
              const Eigen::Vector3d& c,
@@ -165,7 +165,7 @@ class PlaneFinder {
            std::abs(region.normal.dot(patch.centre - region.centre)) < options_.max_gap_m;
   }
 
-  // Parts of one plane: each one's patches lie on the other's plane.
+  // Coplanar: the patches of each lie on the plane of the other.
   void merge() {
     std::sort(regions_.begin(), regions_.end(),
               [](const Region& a, const Region& b) { return a.area_m2 > b.area_m2; });
@@ -250,56 +250,10 @@ class PlaneFinder {
   std::vector<Region> regions_;
 };
 
-// Corners of the cut are named by the mesh's edges, so that chains meet exactly.
-using EdgeKey = std::pair<uint32_t, uint32_t>;
-
 }  // namespace
 
 std::vector<SurfacePlane> find_planes(const TriangleMesh& mesh, const PlaneOptions& options) {
   return PlaneFinder(mesh, options).run();
-}
-
-std::vector<std::vector<Eigen::Vector2d>> cut_at(const TriangleMesh& mesh, double height_m) {
-  const auto above = [&](uint32_t v) {
-    return static_cast<double>(mesh.vertices_m[v].z()) >= height_m;
-  };
-  std::map<EdgeKey, std::vector<EdgeKey>> neighbours;
-  for (const auto& t : mesh.triangles) {
-    std::vector<EdgeKey> ends;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const uint32_t a = t[i], b = t[(i + 1) % 3];
-      if (above(a) != above(b)) ends.emplace_back(std::min(a, b), std::max(a, b));
-    }
-    if (ends.size() != 2) continue;
-    neighbours[ends[0]].push_back(ends[1]);
-    neighbours[ends[1]].push_back(ends[0]);
-  }
-  const auto place = [&](const EdgeKey& edge) -> Eigen::Vector2d {
-    const Eigen::Vector3d a = mesh.vertices_m[edge.first].cast<double>();
-    const Eigen::Vector3d b = mesh.vertices_m[edge.second].cast<double>();
-    return (a + (height_m - a.z()) / (b.z() - a.z()) * (b - a)).head<2>();
-  };
-  std::vector<std::vector<Eigen::Vector2d>> chains;
-  const auto follow = [&](EdgeKey at) {
-    std::vector<Eigen::Vector2d> chain{place(at)};
-    while (!neighbours[at].empty()) {
-      const EdgeKey next = neighbours[at].back();
-      neighbours[at].pop_back();
-      auto& back = neighbours[next];
-      back.erase(std::find(back.begin(), back.end(), at));
-      chain.push_back(place(next));
-      at = next;
-    }
-    if (chain.size() > 1) chains.push_back(std::move(chain));
-  };
-  // Open chains from their ends first, then the rings.
-  for (const auto& [edge, others] : neighbours) {
-    if (others.size() == 1) follow(edge);
-  }
-  for (const auto& [edge, others] : neighbours) {
-    if (!others.empty()) follow(edge);
-  }
-  return chains;
 }
 
 }  // namespace marco::mapping3d

@@ -43,13 +43,10 @@ struct SurfacePlane {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
-/// Plane segmentation by region growing, largest first: patches join while normal and distance agree,
-/// and coplanar parts (a wall left and right of a door) are merged. The floor is the largest level
-/// plane that faces up and has at least half of the others above it.
+/// Plane segmentation by region growing, largest first: patches join while normal and distance
+/// agree, and coplanar parts (a wall left and right of a door) are merged. The floor is the largest
+/// level plane that faces up and has at least half of the others above it.
 /// @param mesh z up
 std::vector<SurfacePlane> find_planes(const TriangleMesh& mesh, const PlaneOptions& options = {});
-
-/// The cut of a mesh at a height, as chains of points [m]; closed ones end where they begin.
-std::vector<std::vector<Eigen::Vector2d>> cut_at(const TriangleMesh& mesh, double height_m);
 
 }  // namespace marco::mapping3d

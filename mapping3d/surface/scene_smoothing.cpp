@@ -173,7 +173,7 @@ class Smoother {
         const Plane plane = half == kLargest ? largest_[at(y, x)] : fit(y, x, half);
         if (!(plane.residual < limit)) continue;
         if (std::abs(plane.m.dot(q) - 1.0 / r) * r * r > options_.own_residual * sigma_m_) continue;
-        // What an off-centre window costs in variance, the fit must give.
+        // The fit must be better by as much as an off-centre window costs in variance.
         const int off = dx * dx + dy * dy;
         const double score = plane.residual * (1.0 + 0.15 * off);
         if (score >= best_score) continue;

@@ -8,7 +8,7 @@
 namespace marco::mapping3d {
 
 struct SmoothingOptions {
-  double min_sigma_m = 0.003;   ///< bounds of the estimated range noise
+  double min_sigma_m = 0.003;  ///< bounds of the estimated range noise
   double max_sigma_m = 0.03;
   double plane_residual = 1.4;  ///< largest rms residual of a planar window, in sigmas
   double own_residual = 3.5;    ///< largest residual of a beam on it, in sigmas
@@ -37,10 +37,11 @@ struct SmoothScene {
 };
 
 /// Edge-preserving smoothing with normals: fits planes to windows of 7 x 7, 5 x 5 and 3 x 3 beams,
-/// linear in the inverse range (m q = 1/r for unit directions q and the plane m x = 1 about the mean
-/// sensor), and moves each beam's end along the beam to the plane of the largest window that contains
-/// it and fits. Off-centre windows let a plane reach its edge (after Kuwahara 1976), so that corners
-/// stay sharp. A beam on no plane keeps its range (`loose`): thin objects, mixed ranges at an edge.
+/// linear in the inverse range (m q = 1/r for unit directions q and the plane m x = 1 about the
+/// mean sensor), and moves each beam's end along the beam to the plane of the largest window that
+/// contains it and fits. Off-centre windows let a plane reach its edge (after Kuwahara 1976), so
+/// that corners stay sharp. A beam on no plane keeps its range (`loose`): thin objects, mixed
+/// ranges at an edge.
 SmoothScene smooth(const ScenePoints& scene, const SmoothingOptions& options = {});
 
 }  // namespace marco::mapping3d

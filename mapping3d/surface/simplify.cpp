@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/mesh_samples.hpp"
+#include "mapping3d/scene_mesh.hpp"
 #include "mapping3d/surface/mesh_distance.hpp"
 
 namespace marco::mapping3d {
@@ -21,7 +22,7 @@ std::vector<unsigned int> flat_indices(const TriangleMesh& mesh) {
   return indices;
 }
 
-// The triangles that are left, with the vertices they use.
+// The given triangles with the vertices that they use.
 TriangleMesh compact(const TriangleMesh& mesh, const std::vector<unsigned int>& indices) {
   constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max();
   TriangleMesh result;
@@ -43,7 +44,7 @@ TriangleMesh compact(const TriangleMesh& mesh, const std::vector<unsigned int>& 
   return result;
 }
 
-// Of a vertex near the corner of two planes, onto both.
+// Snaps vertices to planes; near the corner of two planes to both.
 TriangleMesh laid_on_planes(const TriangleMesh& mesh,
                             const std::vector<SurfacePlane>& planes,
                             double snap_m) {
@@ -80,7 +81,7 @@ TriangleMesh collapsed(const TriangleMesh& mesh, float bound_m) {
   return compact(mesh, left);
 }
 
-// A flag a triangle: one of its samples or corners lies beyond.
+// Flags the triangles with a sample or corner beyond the limit.
 std::vector<uint8_t> beyond(const TriangleMesh& mesh,
                             const MeshDistance& to,
                             float sample_m2,
@@ -92,7 +93,7 @@ std::vector<uint8_t> beyond(const TriangleMesh& mesh,
   for (std::size_t t = 0; t < flags.size(); ++t) {
     for (const uint32_t corner : mesh.triangles[t]) flags[t] |= corners[corner];
   }
-  // A sliver has no area to be sampled, but edges.
+  // Slivers have hardly any area to sample, but edges.
   const float step_m = std::sqrt(sample_m2);
   for (std::size_t t = 0; t < flags.size(); ++t) {
     for (std::size_t side = 0; side < 3 && flags[t] == 0; ++side) {
@@ -120,7 +121,7 @@ TriangleMesh taken(const TriangleMesh& mesh, const std::vector<uint8_t>& flags, 
   return compact(mesh, indices);
 }
 
-// With every triangle that shares a corner with one that is flagged.
+// Flags also the triangles that share a corner with a flagged one.
 std::vector<uint8_t> grown(const TriangleMesh& mesh, const std::vector<uint8_t>& flags) {
   std::vector<uint8_t> touched(mesh.vertices_m.size()), all(flags);
   for (std::size_t t = 0; t < flags.size(); ++t) {
@@ -133,19 +134,6 @@ std::vector<uint8_t> grown(const TriangleMesh& mesh, const std::vector<uint8_t>&
   return all;
 }
 
-void append(TriangleMesh& whole, const TriangleMesh& part) {
-  const auto first = static_cast<uint32_t>(whole.vertices_m.size());
-  const auto add = [](auto& to, const auto& from) {
-    to.insert(to.end(), from.begin(), from.end());
-  };
-  add(whole.vertices_m, part.vertices_m);
-  add(whole.normals, part.normals);
-  add(whole.colors_rgb, part.colors_rgb);
-  for (const auto& [a, b, c] : part.triangles) {
-    whole.triangles.push_back({a + first, b + first, c + first});
-  }
-}
-
 }  // namespace
 
 Simplified simplify(const TriangleMesh& mesh,
@@ -154,7 +142,7 @@ Simplified simplify(const TriangleMesh& mesh,
   validate(options, "simplify");
   Simplified result;
   if (mesh.triangles.empty()) return result;
-  // Between samples a place may lie a little farther than they do.
+  // The distance may be a little larger between samples.
   constexpr double kBetweenSamples = 0.9;
   const double snap_m = options.snap_share * options.max_error_m;
   const auto limit_m = static_cast<float>(kBetweenSamples * options.max_error_m);
@@ -166,14 +154,14 @@ Simplified simplify(const TriangleMesh& mesh,
   for (int round = 0; round < options.rounds && !open.triangles.empty(); ++round) {
     const TriangleMesh fewer =
         collapsed(laid_on_planes(open, planes, round == 0 ? snap_m : 0.0), bound_m);
-    append(result.mesh, taken(fewer, beyond(fewer, to_mesh, area_m2, limit_m), 0));
+    append_mesh(result.mesh, taken(fewer, beyond(fewer, to_mesh, area_m2, limit_m), 0));
     const MeshDistance to_result(result.mesh, reach_m);
     const std::vector<uint8_t> uncovered = beyond(open, to_result, area_m2, limit_m);
     open = taken(open, grown(open, uncovered), 1);
     bound_m *= 0.5F;
   }
   result.as_it_was = open.triangles.size();
-  append(result.mesh, open);
+  append_mesh(result.mesh, open);
   const MeshGap there = gap(mesh, MeshDistance(result.mesh, reach_m), area_m2, options.max_error_m);
   const MeshGap back = gap(result.mesh, to_mesh, area_m2, options.max_error_m);
   result.there_m = there.max_m;

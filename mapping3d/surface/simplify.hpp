@@ -37,8 +37,8 @@ struct Simplified {
 /// triangles. The library bounds a mean error only, so both meshes are sampled against each other:
 /// simplified triangles beyond `max_error_m` are removed, and the uncovered part of the original is
 /// simplified again, together with its neighbours, with half the error; what remains after the last
-/// round is kept. All samples then lie within the bound; `beyond_bound` can only occur for triangles
-/// so large that the samples of both meshes miss each other.
+/// round is kept. All samples then lie within the bound; `beyond_bound` can only occur for
+/// triangles so large that the samples of both meshes miss each other.
 /// @param planes of this mesh; without planes nothing is snapped
 Simplified simplify(const TriangleMesh& mesh,
                     const std::vector<SurfacePlane>& planes = {},

@@ -28,7 +28,7 @@ void SurfaceModel::add(const SmoothScene& scene) {
     const Eigen::Vector3f& p = scene.points_m[i];
     const Eigen::Vector3f beam = p - scene.origins_m[i / scene.columns];
     const Eigen::Vector3f& normal = scene.normals[i];
-    // Across the surface: the laser's own noise, and what a turn of the whole scene does there.
+    // Noise across the surface: of the range, and of the scene's orientation.
     const auto own = static_cast<double>(scene.sigmas_m[i]);
     const auto lever_m = static_cast<double>((beam - normal * beam.dot(normal)).norm());
     const double turn = deg_to_rad(options_.pose_sigma_deg) * lever_m;
@@ -48,8 +48,8 @@ void SurfaceModel::add(const SmoothScene& scene) {
   }
 }
 
-// Scan conversion: each lattice line along the axis that the facet faces most meets it at most
-// once, and neighbouring facets share no line and leave none out.
+// Scan conversion along the facet's main axis: each lattice line meets the facet at most once, and
+// neighbouring facets neither share nor miss a line.
 void SurfaceModel::rasterize(const std::array<Corner, 3>& corners) {
   const Eigen::Vector3f normal = corners[0].normal + corners[1].normal + corners[2].normal;
   int axis = 0;
@@ -106,7 +106,7 @@ void SurfaceModel::observe(Voxel& voxel, float distance, const Corner& from) con
     }
   }
   Side& side = first || facing.dot(from.normal) > -0.5F * 127.0F ? voxel.front : voxel.back;
-  // Behind the surface nothing was seen: trust falls off from half the band on.
+  // The weight falls off from half the band on behind the surface, where nothing was seen.
   const float depth = -distance / static_cast<float>(options_.band_voxels);
   const float trust = depth < 0.5F ? 1.0F : std::max(0.02F, 2.0F * (1.0F - depth));
   side.sum += trust * from.weight * distance;

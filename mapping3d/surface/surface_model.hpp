@@ -12,13 +12,13 @@
 namespace marco::mapping3d {
 
 struct SurfaceOptions {
-  double voxel_m = 0.025;           ///< edge of a voxel; thinner plates seen from both sides are lost
-  double band_voxels = 2.0;         ///< truncation distance
-  double pose_sigma_deg = 0.10;     ///< of a scene's pose: distant surfaces weigh less
-  double pose_sigma_m = 0.002;      ///< of a scene's pose: a floor of every weight
-  double carve_margin_m = 0.05;     ///< a beam votes for free space up to here before its end
-  int carve_every = 2;              ///< every nth row and column of beams votes
-  double carve_ratio = 0.25;        ///< votes per observed facet that remove a solid voxel
+  double voxel_m = 0.025;        ///< edge of a voxel; thinner plates seen from both sides are lost
+  double band_voxels = 2.0;      ///< truncation distance
+  double pose_sigma_deg = 0.10;  ///< of a scene's pose: distant surfaces weigh less
+  double pose_sigma_m = 0.002;   ///< of a scene's pose: a floor of every weight
+  double carve_margin_m = 0.05;  ///< a beam votes for free space up to here before its end
+  int carve_every = 2;           ///< every nth row and column of beams votes
+  double carve_ratio = 0.25;     ///< votes per observed facet that remove a solid voxel
   double min_component_m2 = 0.025;  ///< smaller components are mixed ranges
   SmoothingOptions smoothing;
   FacetOptions facets;
@@ -38,14 +38,14 @@ struct SurfaceOptions {
   }
 };
 
-/// Fusion of scenes into a truncated signed distance field (TSDF) of sparse voxels (Curless and Levoy,
-/// SIGGRAPH 1996), with four differences. A scene is smoothed first and enters as facets, scan
-/// converted along their main axis, with point-to-plane distances weighted by the noise across the
-/// surface (incidence and range), so that gaps between beams do not become holes. A voxel keeps a
-/// second distance for surfaces facing the other way, so that a thin plate seen from both sides is
-/// preserved. Free space is carved by votes of the beams, after all scenes, so that their order does
-/// not matter. Unseen space stays unknown, and the surface open there.
-/// Deterministic; not thread-safe. Limits: +-2^23 voxels from the origin.
+/// Fusion of scenes into a truncated signed distance field (TSDF) of sparse voxels (Curless and
+/// Levoy, SIGGRAPH 1996), with four differences. A scene is smoothed first and enters as facets,
+/// scan converted along their main axis, with point-to-plane distances weighted by the noise across
+/// the surface (incidence and range), so that gaps between beams do not become holes. A voxel keeps
+/// a second distance for surfaces facing the other way, so that a thin plate seen from both sides
+/// is preserved. Free space is carved by votes of the beams, after all scenes, so that their order
+/// does not matter. Unseen space stays unknown, and the surface open there. Deterministic; not
+/// thread-safe. Limits: +-2^23 voxels from the origin.
 class SurfaceModel {
  public:
   explicit SurfaceModel(const SurfaceOptions& options = {});

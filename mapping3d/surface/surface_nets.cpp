@@ -87,8 +87,8 @@ void SurfaceNets::cross_block(const Samples::Block& block) {
   }
 }
 
-// Was the surface seen from this side? Behind a wall's band its distance jumps back to that of
-// another surface, and nobody saw that step.
+// Whether the surface was seen from this side. Behind a wall's band the distance jumps to that of
+// another surface; this step is no surface.
 bool SurfaceNets::seen_from(const Cell& cell, int axis, bool outwards) const {
   const SurfaceModel::Voxel* voxel = model_.voxels_.find_voxel(cell);
   if (voxel == nullptr) return true;

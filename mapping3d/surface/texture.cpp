@@ -58,7 +58,7 @@ void for_each_pixel(const std::array<Eigen::Vector2f, 3>& p,
   }
 }
 
-// A picture that can tell what it sees of a mesh.
+// A picture with the depth buffer of a mesh.
 class View {
  public:
   View(const CameraPicture& picture, const TriangleMesh& mesh, const TextureOptions& options)
@@ -66,7 +66,7 @@ class View {
         options_(options),
         camera_from_world_(picture.world_from_camera.inverse().cast<float>()),
         centre_m_(picture.world_from_camera.translation().cast<float>()) {
-    // The depth buffer leaves distortion out: it has a pinhole's pixels, and room around them.
+    // The depth buffer is that of an undistorted pinhole, with a margin.
     depths_m_.assign(
         static_cast<std::size_t>(buffer_width()) * static_cast<std::size_t>(buffer_height()),
         kFarM);
@@ -123,7 +123,7 @@ class View {
                                camera.centre_y_px)};
   }
 
-  // Triangles that reach behind the camera are halved until their parts do not, or are small.
+  // Divides triangles that reach behind the camera until their parts do not, or are small.
   void draw(const TriangleMesh& mesh, const std::array<uint32_t, 3>& triangle) {
     std::array<Eigen::Vector3f, 3> corners;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -159,12 +159,12 @@ class View {
                    });
   }
 
-  // Something in front at the pixel or at one beside it: an edge's own colour bleeds no farther.
+  // Occluded at the pixel or at a neighbour, so that the colour of an edge does not bleed.
   bool hidden(const Eigen::Vector2f& ideal, float depth_m, float cosine) const {
     const Eigen::Vector2f place = buffer_place(ideal);
     const int x = static_cast<int>(std::lround(place.x()));
     const int y = static_cast<int>(std::lround(place.y()));
-    // Within a pixel a slanted surface's own depth changes too.
+    // The depth of a slanted surface changes within a pixel.
     const float slack_m = static_cast<float>(options_.hidden_m) +
                           2.0F * depth_m / static_cast<float>(picture_.camera.focal_x_px) / cosine;
     for (int dy = -1; dy <= 1; ++dy) {
@@ -216,7 +216,7 @@ class Painter {
     const std::array<Eigen::Vector2f, 3> places{charts_.places_px[triangle[0]],
                                                 charts_.places_px[triangle[1]],
                                                 charts_.places_px[triangle[2]]};
-    // Twice: what lies inside, and a rim that filtering may touch.
+    // First the inside, then a rim for texture filtering.
     for (const bool inside : {true, false}) {
       for_each_pixel(places, charts_.width_px, charts_.height_px, inside ? 0.0F : 1.5F,
                      [&](int x, int y, const Eigen::Vector3f& w) {

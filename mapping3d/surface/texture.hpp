@@ -59,9 +59,9 @@ struct TexturedSurface {
 };
 
 /// Texture mapping from photographs. Charts are connected triangles with one main axis, projected
-/// along it. Each texel blends all pictures that see it (by a depth buffer of the mesh) with weights
-/// (cos^2 / distance^2, fading to the picture's edge) to the power `best_view_power`: mostly the best
-/// view, with soft seams. @param mesh best simplified before
+/// along it. Each texel blends all pictures that see it (by a depth buffer of the mesh) with
+/// weights (cos^2 / distance^2, fading to the picture's edge) to the power `best_view_power`:
+/// mostly the best view, with soft seams. @param mesh best simplified before
 TexturedSurface paint(const TriangleMesh& mesh,
                       const std::vector<CameraPicture>& pictures,
                       const TextureOptions& options = {});

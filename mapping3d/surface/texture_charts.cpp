@@ -69,7 +69,7 @@ class Charts {
     }
   }
 
-  // The middles of a triangle's cells in its chart's plane; a small one counts by its centre.
+  // The centres of the cells that a triangle covers in its chart's plane.
   template <class Visit>
   void for_each_cell(uint32_t t, int axis, const Visit& visit) const {
     const auto& corners = mesh_.triangles[t];
@@ -141,7 +141,7 @@ void measure(std::vector<Chart>& charts, const TriangleMesh& mesh, double texel_
   }
 }
 
-// On shelves, tallest first. @returns the height, or more than `max_px` when they do not fit.
+// Shelf packing, tallest first. @returns the height, or more than `max_px` if they do not fit.
 int pack(std::vector<Chart*>& charts, int width_px, int max_px) {
   int x = 0, y = 0, shelf = 0;
   for (Chart* chart : charts) {

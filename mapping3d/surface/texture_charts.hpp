@@ -16,8 +16,8 @@ struct TextureCharts {
   std::vector<Eigen::Vector2f> places_px;  ///< of each vertex
 };
 
-/// Divides a mesh into charts (connected triangles with one main axis and no overlap) and packs them
-/// on shelves, two texels apart.
+/// Divides a mesh into charts (connected triangles with one main axis and no overlap) and packs
+/// them on shelves, two texels apart.
 TextureCharts lay_out(const TriangleMesh& mesh, double texel_m, int max_px);
 
 }  // namespace marco::mapping3d

@@ -10,8 +10,8 @@ namespace marco::mapping3d {
 
 using Cell = Eigen::Vector3i;  ///< of an unbounded lattice; sample (i, j, k) lies at i, j, k voxels
 
-/// Sparse voxels: blocks of 8 x 8 x 8 samples in a hash table (open addressing), allocated on demand.
-/// Cells within +-2^23. Blocks keep their addresses. Not thread-safe.
+/// Sparse voxels: blocks of 8 x 8 x 8 samples in a hash table (open addressing), allocated on
+/// demand. Cells within +-2^23. Blocks keep their addresses. Not thread-safe.
 template <class Voxel>
 class VoxelBlocks {
  public:

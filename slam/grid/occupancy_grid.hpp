@@ -39,7 +39,8 @@ struct OccupancyGridOptions {
 /// Occupancy grid of log-odds (Moravec & Elfes; Thrun, Burgard, Fox, Probabilistic Robotics, table
 /// 9.1). What differs: a scan updates a cell at most once, and a cell that it both hits and passes
 /// through counts as hit. Grows in tiles, which can be redrawn one by one. Not thread-safe. Limits:
-/// kMostCells in the bounding box, and kLongestSide of it; beams that would exceed them are dropped.
+/// kMostCells in the bounding box, and kLongestSide of it; beams that would exceed them are
+/// dropped.
 class OccupancyGrid {
  public:
   static constexpr int64_t kMostCells = 64'000'000;  ///< 400 x 400 m of 5 cm

@@ -5,7 +5,7 @@
 namespace marco::slam {
 namespace {
 
-// Width over length of points that still run in a direction.
+// Largest width over length of points that have a direction.
 constexpr double kStraight = 0.1;
 
 }  // namespace

@@ -10,13 +10,13 @@
 namespace marco::slam {
 
 struct CalculatedPointsOptions {
-  int max_neighbours = 40;    ///< points that may join the three, both sides together (n)
-  double near_line_m = 0.05;  ///< a neighbour farther from the line is skipped
-  double good_fit_m = 0.02;   ///< a line with a larger rms error is not used
-  double max_gap_m = 0.5;     ///< largest gap between the three points that seed a line
-  double course_m = 0.3;      ///< half length of the piece of wall whose direction counts
-  double error_growth_m = 0.002;  ///< tolerated growth of the rms error: by chance three points look
-                                  ///< straighter than the wall they lie on
+  int max_neighbours = 40;        ///< points that may join the three, both sides together (n)
+  double near_line_m = 0.05;      ///< a neighbour farther from the line is skipped
+  double good_fit_m = 0.02;       ///< a line with a larger rms error is not used
+  double max_gap_m = 0.5;         ///< largest gap between the three points that seed a line
+  double course_m = 0.3;          ///< half length of the piece of wall whose direction counts
+  double error_growth_m = 0.002;  ///< tolerated growth of the rms error: by chance three points
+                                  ///< look straighter than the wall they lie on
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -52,8 +52,8 @@ class CalculatedPoints {
   const Line* line(int index) const { return good_[index] ? &lines_[index] : nullptr; }
 
   /// The direction of the points within `course_m` (at least three): unobservable for a covariance.
-  /// Wider than `line`, since the direction of a few noisy points close together is chance and would
-  /// add false information along a wall. Null at corners and below 3 points.
+  /// Wider than `line`, since the direction of a few noisy points close together is chance and
+  /// would add false information along a wall. Null at corners and below 3 points.
   const Line* course(int index) const { return straight_[index] ? &courses_[index] : nullptr; }
 
   /// Whether both neighbours lie within `max_gap_m`: beside a jump the shape is not known.

@@ -6,7 +6,7 @@
 namespace marco::slam {
 namespace {
 
-// A farther point would only add empty cells to the table.
+// Farther points would only add empty cells to the table.
 constexpr double kMaxTableCells = 16e6;
 
 // Separable running maximum over `reach` cells to the right, in place: row by row, then column by

@@ -105,14 +105,16 @@ NormalSums Correspondences::sum(const Pose2& centre_from_robot, double sigma_m) 
   return sums;
 }
 
-void Correspondences::distances_m(const Pose2& centre_from_robot, std::vector<float>& result) const {
+void Correspondences::distances_m(const Pose2& centre_from_robot,
+                                  std::vector<float>& result) const {
   const Placement at(centre_from_robot);
   result.resize(static_cast<std::size_t>(count_));
   for (std::size_t i = 0; i < result.size(); ++i) {
     const float arm_x = at.c * x_m_[i] - at.s * y_m_[i], arm_y = at.s * x_m_[i] + at.c * y_m_[i];
     const bool matched = wall_x_[i] != 0.0F || wall_y_[i] != 0.0F;
-    result[i] = matched ? wall_x_[i] * (arm_x + at.x) + wall_y_[i] * (arm_y + at.y) - wall_offset_m_[i]
-                     : std::numeric_limits<float>::quiet_NaN();
+    result[i] = matched
+                    ? wall_x_[i] * (arm_x + at.x) + wall_y_[i] * (arm_y + at.y) - wall_offset_m_[i]
+                    : std::numeric_limits<float>::quiet_NaN();
   }
 }
 

@@ -21,8 +21,8 @@ struct NormalSums {
 };
 
 /// Data association of one level of SurfelMatcher: a scan's points and the surfel each corresponds
-/// to. associate() searches them; the sums over correspondences use the vector unit. Coordinates are
-/// floats in the robot's frame. Not thread-safe.
+/// to. associate() searches them; the sums over correspondences use the vector unit. Coordinates
+/// are floats in the robot's frame. Not thread-safe.
 class Correspondences {
  public:
   /// @param every_nth  takes every nth point, beginning with the first
@@ -35,8 +35,8 @@ class Correspondences {
   /// Finds each point's surfel. @param centre_from_robot  relative to the map's centre.
   void associate(const SurfelMap& map, const Pose2& centre_from_robot);
 
-  /// Sum over the correspondences of w n n^T and w n e, with the robust kernel's weight (Lorentzian)
-  /// w = 1 / (1 + e^2 / 2 sigma^2); the turn is about the robot's own origin.
+  /// Sum over the correspondences of w n n^T and w n e, with the robust kernel's weight
+  /// (Lorentzian) w = 1 / (1 + e^2 / 2 sigma^2); the turn is about the robot's own origin.
   NormalSums sum(const Pose2& centre_from_robot, double sigma_m) const;
 
   /// Distance of each point from its surfel's line at a pose; NaN without a correspondence.

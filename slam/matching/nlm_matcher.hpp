@@ -81,12 +81,12 @@ class NlmTarget {
   CalculatedPoints lines_;
 };
 
-/// Scan matching (ICP) by thesis B's Newton-Levenberg-Marquardt (ch. 3.4, app. F): full Hessian, data
-/// association at each trial pose, runs over a schedule of sigmas. What differs: the minus sign of
-/// step 3 is there; lambda damps diag, not I, since radians and metres mix; lambda also grows while
-/// A + lambda diag is not positive definite, as happens far from the optimum; a point without a
-/// correspondence costs as much as one at `max_pair_m`, so that losing points never lowers the
-/// error. Const, safe from several threads.
+/// Scan matching (ICP) by thesis B's Newton-Levenberg-Marquardt (ch. 3.4, app. F): full Hessian,
+/// data association at each trial pose, runs over a schedule of sigmas. What differs: the minus
+/// sign of step 3 is there; lambda damps diag, not I, since radians and metres mix; lambda also
+/// grows while A + lambda diag is not positive definite, as happens far from the optimum; a point
+/// without a correspondence costs as much as one at `max_pair_m`, so that losing points never
+/// lowers the error. Const, safe from several threads.
 class NlmMatcher {
  public:
   /// @throws std::invalid_argument for options outside their limits or an empty schedule.

@@ -21,7 +21,7 @@ struct Moments {
   }
 };
 
-// Unit vector along the smallest principal component; zero where that is none, or too large.
+// Unit vector along the smallest principal component; zero if undefined or too large.
 Eigen::Vector2d normal_of(const Moments& m, double max_rms_m) {
   const double n = m.count;
   const double xx = m.xx - m.x * m.x / n, xy = m.xy - m.x * m.y / n, yy = m.yy - m.y * m.y / n;

@@ -7,16 +7,16 @@ namespace marco::slam {
 
 /// Points with surface normals.
 struct OrientedPoints {
-  Points2 points;  ///< 2xN [m]
+  Points2 points;   ///< 2xN [m]
   Points2 normals;  ///< 2xN unit, towards the sensor; (0, 0) where the neighbours form no line
 
   bool has_normal(Eigen::Index i) const { return normals(0, i) != 0.0 || normals(1, i) != 0.0; }
 };
 
 struct NormalOptions {
-  int neighbours = 5;      ///< at most, on each side
-  double radius_m = 0.25;  ///< of the neighbourhood; the next beam may lie farther
-  double gap_m = 0.30;     ///< the next beam belongs to it up to this distance ...
+  int neighbours = 5;           ///< at most, on each side
+  double radius_m = 0.25;       ///< of the neighbourhood; the next beam may lie farther
+  double gap_m = 0.30;          ///< the next beam belongs to it up to this distance ...
   double gap_per_range = 0.10;  ///< ... or this part of the range, for far walls
   double max_rms_m = 0.03;      ///< of the neighbours about their line
 

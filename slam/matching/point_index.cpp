@@ -8,7 +8,7 @@
 namespace marco::slam {
 namespace {
 
-// Buckets a point may cost before cells are grown: an outlier at 1 km must not cost a gigabyte.
+// Limit of buckets per point: an outlier at 1 km must not cost a gigabyte.
 constexpr double kCellsPerPoint = 64.0;
 constexpr double kMinCells = 65536.0;
 

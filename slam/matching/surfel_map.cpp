@@ -9,8 +9,8 @@
 namespace marco::slam {
 namespace {
 
-// Least cosine between the normals of one surfel: noise of one wall stays above it, the two faces of
-// a thin wall and the walls of a corner below.
+// Least cosine between the normals of one surfel: noise of one wall stays above it, the two faces
+// of a thin wall and the walls of a corner below.
 constexpr float kSameFacing = 0.80F;
 
 // Position of an empty slot: never the nearest, and its square is finite.

@@ -26,9 +26,9 @@ struct WallLine {
 /// A local map of surfels at one resolution, with O(1) look-up; rebuilt when its scans move.
 /// Positions are relative to `centre_m`, so that floats stay exact far from the origin.
 ///
-/// A cell is one cache line with up to four surfels, laid out for the vector unit; a fifth normal in
-/// a cell is dropped. Blocks of 8 x 8 cells are allocated on demand; each repeats the first row and
-/// column of the next blocks, so that the four cells around a point are always in one block.
+/// A cell is one cache line with up to four surfels, laid out for the vector unit; a fifth normal
+/// in a cell is dropped. Blocks of 8 x 8 cells are allocated on demand; each repeats the first row
+/// and column of the next blocks, so that the four cells around a point are always in one block.
 /// Memory: O(length of walls). Const members are safe from several threads.
 class SurfelMap {
  public:

@@ -36,9 +36,9 @@ Eigen::Vector3d solved(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) {
 // along itself.
 constexpr double kNormalSigma = 0.05;
 
-// The direction of translation that a sum over surfels of w n n^T constrains least, its information,
-// and the part of that which the noise of normals explains: kNormalSigma^2 sum w (t . direction)^2,
-// t along the surfel.
+// The direction of translation that a sum over surfels of w n n^T constrains least, its
+// information, and the part of that which the noise of normals explains: kNormalSigma^2 sum w (t .
+// direction)^2, t along the surfel.
 struct WeakestDirection {
   Eigen::Vector2d direction;
   double information, by_noise;
@@ -141,7 +141,9 @@ SurfelMatcher::SurfelMatcher(const SurfelMatcherOptions& options) : options_(opt
           "surfel_matcher: cells_m, sigmas_m and every_nth_point need one value a level each");
 }
 
-void SurfelMatcher::run_level(const Level& level, Correspondences& points, SurfelMatch& match) const {
+void SurfelMatcher::run_level(const Level& level,
+                              Correspondences& points,
+                              SurfelMatch& match) const {
   Pose2& pose = match.map_from_robot;
   points.associate(level.map, pose);
   NormalSums sums = points.sum(pose, level.sigma_m);
@@ -207,7 +209,8 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
                       last ? options_.keep_walls_below_m : 0.0,
                       last ? deg_to_rad(options_.keep_walls_below_deg) : 0.0,
                       prior != nullptr ? &seen_prior : nullptr};
-    Correspondences points(points_in_robot, static_cast<Eigen::Index>(options_.every_nth_point[at]));
+    Correspondences points(points_in_robot,
+                           static_cast<Eigen::Index>(options_.every_nth_point[at]));
     run_level(level, points, match);
     if (!last) continue;
     Pose2 centre_from_robot = match.map_from_robot;
@@ -260,8 +263,7 @@ bool SurfelMatcher::judge(const Correspondences& points,
   const double noise_m = std::max(match.rms_m, options_.noise_floor_m);
   Eigen::Matrix3d sum = points.sum(centre_from_robot, sigma_m).matrix();
   const WeakestDirection weakest(sum);
-  sum.topLeftCorner<2, 2>() -=
-      weakest.by_noise * weakest.direction * weakest.direction.transpose();
+  sum.topLeftCorner<2, 2>() -= weakest.by_noise * weakest.direction * weakest.direction.transpose();
   match.information = sum / (noise_m * noise_m * options_.correlated_points);
   return true;
 }

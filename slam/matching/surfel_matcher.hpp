@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "lcm_tools/base/options.hpp"
-#include "slam/matching/surfel_map.hpp"
 #include "slam/matching/correspondences.hpp"
+#include "slam/matching/surfel_map.hpp"
 
 namespace marco::slam {
 

@@ -7,6 +7,7 @@
 
 #include "mapping3d/registration.hpp"
 #include "mapping3d/scene_mesh.hpp"
+#include "mapping3d/thesis_mesh.hpp"
 #include "tests/support/analytic_room.hpp"
 #include "tests/support/slow_scene_mesh.hpp"
 

@@ -2,15 +2,18 @@
 #include <gmock/gmock.h>
 #include <sys/mount.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "common/files/glb.hpp"
+#include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
 #include "common/trajectory_fit.hpp"
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
+#include "marco/mesh_t.hpp"
 #include "marco/process_status_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "tests/support/program.hpp"
@@ -108,6 +111,27 @@ class MapProcess : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+/// The corners of each triangle, in order.
+using Corners = std::vector<std::array<Eigen::Vector3f, 3>>;
+
+Corners sent_as_mesh(const std::string& log) {
+  Corners corners;
+  files::EventLogReader reader(log);
+  while (const auto event = reader.next()) {
+    if (event->channel != channels::kMesh) continue;
+    mesh_t tile;
+    EXPECT_GE(tile.decode(event->bytes.data(), 0, static_cast<int>(event->bytes.size())), 0);
+    for (const auto& triangle : tile.triangles) {
+      auto& three = corners.emplace_back();
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto& at = tile.vertices_m[static_cast<std::size_t>(triangle[i])];
+        three[i] = {at[0], at[1], at[2]};
+      }
+    }
+  }
+  return corners;
+}
+
 TEST_F(MapProcess, MakesEverythingAndMeasuresItAgainstTheTruth) {
   const Result result =
       run("marco-map", {simulate(), "--out", at("out"), "--world", "config/worlds/lab.toml"});
@@ -118,6 +142,14 @@ TEST_F(MapProcess, MakesEverythingAndMeasuresItAgainstTheTruth) {
         "floor_plan.svg", "model.png", "slam.lcm", "report.json"}) {
     EXPECT_TRUE(std::filesystem::exists(at("out") + "/" + name)) << name;
   }
+  // The model that was sent is the one that was written.
+  const TriangleMesh model = files::read_ply(at("out") + "/model.ply");
+  Corners written;
+  for (const auto& [a, b, c] : model.triangles) {
+    written.push_back({model.vertices_m[a], model.vertices_m[b], model.vertices_m[c]});
+  }
+  EXPECT_GT(written.size(), 10000U);
+  EXPECT_TRUE(sent_as_mesh(at("out") + "/slam.lcm") == written);
   const nlohmann::json errors = report(at("out")).at("errors");
   // The range noise is 10 mm; a path off by more is no measurement of 361 beams.
   EXPECT_LT(errors.at("path error rms_m"), 0.01);

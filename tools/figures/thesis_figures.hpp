@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "mapping3d/scene.hpp"
-#include "mapping3d/scene_mesh.hpp"
+#include "mapping3d/thesis_mesh.hpp"
 #include "viewer/renderer.hpp"
 
 namespace marco {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "mapping3d/thesis_mesh.hpp"
 #include "tests/support/slow_scene_mesh.hpp"
 
 namespace marco::mapping3d {

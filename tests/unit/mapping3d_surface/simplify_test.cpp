@@ -6,6 +6,7 @@
 #include <random>
 
 #include "common/mesh_samples.hpp"
+#include "mapping3d/surface/floor_plan.hpp"
 #include "mapping3d/surface/mesh_distance.hpp"
 #include "mapping3d/surface/planes.hpp"
 #include "mapping3d/surface/simplify.hpp"

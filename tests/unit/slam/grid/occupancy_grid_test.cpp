@@ -32,7 +32,8 @@ TEST(OccupancyGrid, ABeamClearsCellsOnlyWithinItsFreeRange) {
   options.max_free_range_m = 3.0;
   OccupancyGrid grid(options);
   grid.insert(point(8.5, 0.5), {0.5, 0.5});
-  // From 0.5 m the range ends at 3.5 m, in the fourth cell, which a beam's last cell is not part of.
+  // From 0.5 m the range ends at 3.5 m, in the fourth cell, which a beam's last cell is not part
+  // of.
   for (const double x_m : {0.5, 1.5, 2.5}) EXPECT_NEAR(grid.probability({x_m, 0.5}), 0.4, 1e-6);
   for (const double x_m : {3.5, 4.5, 5.5, 6.5, 7.5}) {
     EXPECT_EQ(grid.probability({x_m, 0.5}), 0.5) << x_m;

@@ -68,7 +68,8 @@ TEST(SurfelMatcher, InformationIsThatOfTheIndependentPointsAcrossEachWall) {
   testing::FlatWorld box;
   box.add_box(-4, -3, 4, 3);
   const Points2 hits = box.hits({0, 0, 0});
-  const SurfelMatch match = SurfelMatcher().match(map_of(box, {{0, 0, 0}}), oriented(hits), {}, nullptr);
+  const SurfelMatch match =
+      SurfelMatcher().match(map_of(box, {{0, 0, 0}}), oriented(hits), {}, nullptr);
   double across_x = 0.0, across_y = 0.0;
   for (const auto& hit : hits.colwise()) {
     across_x += std::abs(std::abs(hit.x()) - 4.0) < 1e-3 ? 1.0 : 0.0;
@@ -82,8 +83,8 @@ TEST(SurfelMatcher, InformationIsThatOfTheIndependentPointsAcrossEachWall) {
   EXPECT_NEAR(match.information(1, 1), across_y * each, 0.1 * across_y * each);
 }
 
-// A step that loses correspondences must not look better for that: the walls at the map's border end
-// beside the scan's.
+// A step that loses correspondences must not look better for that: the walls at the map's border
+// end beside the scan's.
 TEST(SurfelMatcher, LosingCorrespondencesIsNoImprovement) {
   testing::FlatWorld seen, wide;
   for (testing::FlatWorld* world : {&seen, &wide}) {
@@ -97,7 +98,8 @@ TEST(SurfelMatcher, LosingCorrespondencesIsNoImprovement) {
   int found = 0;
   for (int i = 0; i < 100; ++i) {
     const Pose2 start{offset(random), offset(random), 0.6 * offset(random)};
-    const SurfelMatch match = SurfelMatcher().match(map, oriented(wide.hits({0, 0, 0})), start, nullptr);
+    const SurfelMatch match =
+        SurfelMatcher().match(map, oriented(wide.hits({0, 0, 0})), start, nullptr);
     const Pose2 off = match.map_from_robot;
     found += std::abs(off.x_m) < 0.02 && std::abs(off.y_m) < 0.02 ? 1 : 0;
   }

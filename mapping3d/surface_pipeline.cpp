@@ -4,7 +4,7 @@
 
 namespace marco::mapping3d {
 
-JoinedSurface derive_from_surface(TriangleMesh mesh, const SurfacePipelineOptions& options) {
+JoinedSurface join_surface(TriangleMesh mesh, const SurfacePipelineOptions& options) {
   validate(options, "joined_surface");
   JoinedSurface joined;
   joined.mesh = std::move(mesh);
@@ -13,11 +13,6 @@ JoinedSurface derive_from_surface(TriangleMesh mesh, const SurfacePipelineOption
   joined.simplified = simplify(joined.mesh, joined.planes, options.simplify);
   joined.floor_plan = cut_at(joined.mesh, options.plan_height_m);
   return joined;
-}
-
-JoinedSurface join_surface(const std::vector<ScenePoints>& scenes,
-                           const SurfacePipelineOptions& options) {
-  return derive_from_surface(fuse(scenes, options.surface), options);
 }
 
 }  // namespace marco::mapping3d

@@ -4,7 +4,6 @@
 
 #include "common/triangle_mesh.hpp"
 #include "lcm_tools/base/options.hpp"
-#include "mapping3d/scene.hpp"
 #include "mapping3d/surface/planes.hpp"
 #include "mapping3d/surface/simplify.hpp"
 #include "mapping3d/surface/surface_model.hpp"
@@ -34,12 +33,9 @@ struct JoinedSurface {
   std::vector<std::vector<Eigen::Vector2d>> floor_plan;  ///< its cut at `plan_height_m`
 };
 
-/// The steps after fuse(): planes, then the simplification along them, then the floor plan.
-/// @param mesh  as Mapper3d::model() gives it; an empty mesh has no planes and no plan
-JoinedSurface derive_from_surface(TriangleMesh mesh, const SurfacePipelineOptions& options = {});
-
-/// The whole pipeline: fuse -> find planes -> simplify -> cut the plan.
-JoinedSurface join_surface(const std::vector<ScenePoints>& scenes,
-                           const SurfacePipelineOptions& options = {});
+/// The surface pipeline: fuse() -> find planes -> simplify along them -> cut the floor plan. Its
+/// first step is Mapper3d::model(), which live and offline share.
+/// @param mesh  the fused surface; an empty one has no planes and no plan
+JoinedSurface join_surface(TriangleMesh mesh, const SurfacePipelineOptions& options = {});
 
 }  // namespace marco::mapping3d

@@ -220,7 +220,7 @@ int run(const Arguments& arguments) {
   job.clock().end_stage("write");
   const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
   const mapping3d::JoinedSurface joined =
-      mapping3d::derive_from_surface(mapper.model(), options.joined_surface);
+      mapping3d::join_surface(mapper.model(), options.joined_surface);
   write_joined_surface(out, joined);
   const TriangleMesh& model = joined.mesh;
   job.clock().end_stage("surface");

@@ -9,7 +9,6 @@
 #include "lcmtypes/convert.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"
 #include "mapping3d/process/model_messages.hpp"
-#include "mapping3d/surface_pipeline.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "marco/trajectory_t.hpp"
@@ -137,7 +136,7 @@ TEST_F(Mapping3dOverABus, TheLiveModelIsTheSurfaceOfThePipeline) {
     return corners_of(tiles_);
   };
   const Corners first = ask();
-  EXPECT_EQ(first, corners_of(join_surface(adapter_.mapper().placed()).mesh));
+  EXPECT_EQ(first, corners_of(fuse(adapter_.mapper().placed())));
   EXPECT_GT(first.size(), 1000U);
   EXPECT_EQ(ask(), first);
   tiles_.clear();
@@ -145,12 +144,12 @@ TEST_F(Mapping3dOverABus, TheLiveModelIsTheSurfaceOfThePipeline) {
   bus_.deliver_published();
   ASSERT_EQ(adapter_.mapper().scenes().size(), 2U);
   const Corners last = corners_of(tiles_);
-  EXPECT_EQ(last, corners_of(join_surface(adapter_.mapper().placed()).mesh));
+  EXPECT_EQ(last, corners_of(fuse(adapter_.mapper().placed())));
   EXPECT_NE(last, first);
   // After the path has moved, so has the model.
   path_until(60, 0.5);
   const Corners moved = ask();
-  EXPECT_EQ(moved, corners_of(join_surface(adapter_.mapper().placed()).mesh));
+  EXPECT_EQ(moved, corners_of(fuse(adapter_.mapper().placed())));
   EXPECT_NE(moved, last);
 }
 

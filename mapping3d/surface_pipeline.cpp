@@ -4,14 +4,13 @@
 
 namespace marco::mapping3d {
 
-JoinedSurface join_surface(TriangleMesh mesh, const SurfacePipelineOptions& options) {
+JoinedSurface join_surface(const TriangleMesh& mesh, const SurfacePipelineOptions& options) {
   validate(options, "joined_surface");
   JoinedSurface joined;
-  joined.mesh = std::move(mesh);
-  if (joined.mesh.triangles.empty()) return joined;
-  joined.planes = find_planes(joined.mesh, options.planes);
-  joined.simplified = simplify(joined.mesh, joined.planes, options.simplify);
-  joined.floor_plan = cut_at(joined.mesh, options.plan_height_m);
+  if (mesh.triangles.empty()) return joined;
+  joined.planes = find_planes(mesh, options.planes);
+  joined.simplified = simplify(mesh, joined.planes, options.simplify);
+  joined.floor_plan = cut_at(mesh, options.plan_height_m);
   return joined;
 }
 

@@ -25,9 +25,8 @@ struct SurfacePipelineOptions {
   }
 };
 
-/// What a set of scenes becomes, in the world frame.
+/// What is derived from the fused surface of all scenes, world frame.
 struct JoinedSurface {
-  TriangleMesh mesh;                                     ///< the fused surface, whole
   std::vector<SurfacePlane> planes;                      ///< its flat parts, largest first
   Simplified simplified;                                 ///< the same surface in fewer triangles
   std::vector<std::vector<Eigen::Vector2d>> floor_plan;  ///< its cut at `plan_height_m`
@@ -36,6 +35,6 @@ struct JoinedSurface {
 /// The surface pipeline: fuse() -> find planes -> simplify along them -> cut the floor plan. Its
 /// first step is Mapper3d::model(), which live and offline share.
 /// @param mesh  the fused surface; an empty one has no planes and no plan
-JoinedSurface join_surface(TriangleMesh mesh, const SurfacePipelineOptions& options = {});
+JoinedSurface join_surface(const TriangleMesh& mesh, const SurfacePipelineOptions& options = {});
 
 }  // namespace marco::mapping3d

@@ -46,21 +46,23 @@ std::string planes_json(const std::vector<SurfacePlane>& planes) {
 }  // namespace
 
 void write_joined_surface(const std::filesystem::path& folder,
+                          const TriangleMesh& model,
                           const mapping3d::JoinedSurface& joined) {
-  if (joined.mesh.triangles.empty()) return;
-  files::write_ply(folder / "model.ply", joined.mesh);
+  if (model.triangles.empty()) return;
+  files::write_ply(folder / "model.ply", model);
   files::write_glb(folder / "model.glb", joined.simplified.mesh);
   files::write_obj(folder / "model.obj", joined.simplified.mesh);
   files::write_whole_file(folder / "planes.json", planes_json(joined.planes));
   files::write_whole_file(folder / "floor_plan.svg", files::plan_svg(joined.floor_plan));
 }
 
-std::map<std::string, double> figures_of(const mapping3d::JoinedSurface& joined,
+std::map<std::string, double> figures_of(const TriangleMesh& model,
+                                         const mapping3d::JoinedSurface& joined,
                                          std::size_t scenes) {
-  if (joined.mesh.triangles.empty()) return {};
+  if (model.triangles.empty()) return {};
   const mapping3d::Simplified& fewer = joined.simplified;
   return {{"scenes", static_cast<double>(scenes)},
-          {"triangles", static_cast<double>(joined.mesh.triangles.size())},
+          {"triangles", static_cast<double>(model.triangles.size())},
           {"simplified triangles", static_cast<double>(fewer.mesh.triangles.size())},
           {"simplified, farthest sample_m", std::max(fewer.there_m, fewer.back_m)},
           {"simplified, part beyond the bound", fewer.beyond},

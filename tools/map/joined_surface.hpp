@@ -11,10 +11,12 @@ namespace marco {
 /// Writes into `folder`: model.ply (the whole surface), model.glb and model.obj (simplified),
 /// planes.json, floor_plan.svg. An empty surface writes nothing.
 void write_joined_surface(const std::filesystem::path& folder,
+                          const TriangleMesh& model,
                           const mapping3d::JoinedSurface& joined);
 
 /// For the report, by name with unit; none of an empty surface.
-std::map<std::string, double> figures_of(const mapping3d::JoinedSurface& joined,
+std::map<std::string, double> figures_of(const TriangleMesh& model,
+                                         const mapping3d::JoinedSurface& joined,
                                          std::size_t scenes);
 
 }  // namespace marco

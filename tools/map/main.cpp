@@ -219,10 +219,9 @@ int run(const Arguments& arguments) {
   const bool calibrated = !arguments.calibrate || write_calibration(out / "calibration.toml", job);
   job.clock().end_stage("write");
   const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
-  const mapping3d::JoinedSurface joined =
-      mapping3d::join_surface(mapper.model(), options.joined_surface);
-  write_joined_surface(out, joined);
-  const TriangleMesh& model = joined.mesh;
+  const TriangleMesh& model = mapper.model();
+  const mapping3d::JoinedSurface joined = mapping3d::join_surface(model, options.joined_surface);
+  write_joined_surface(out, model, joined);
   job.clock().end_stage("surface");
   std::vector<PictureOrder> pictures;
   if (map.width_cells > 0) pictures.push_back(map_picture(out / "map.png", map, job));
@@ -235,7 +234,7 @@ int run(const Arguments& arguments) {
   if (arguments.loop_pictures) order_loop_pictures(pictures, out / "loops", job);
   draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
   job.clock().end_stage("pictures");
-  ReportExtras extras{judge_path(job), figures_of(joined, mapper.scenes().size()),
+  ReportExtras extras{judge_path(job), figures_of(model, joined, mapper.scenes().size()),
                       paint(out, joined.simplified.mesh, job, options.photographs),
                       arguments.command_line, configuration};
   extras.errors.merge(judge_held_out(job, map));

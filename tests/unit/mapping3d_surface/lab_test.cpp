@@ -2,6 +2,9 @@
 // default noise, the laser's true poses (how well scenes are registered is another test's matter).
 #include <gtest/gtest.h>
 
+#include <cstdio>
+#include <ctime>
+
 #include "lcm_tools/process/config.hpp"
 #include "mapping3d/scene_mesh.hpp"
 #include "mapping3d/surface/simplify.hpp"
@@ -62,7 +65,10 @@ TEST(LabSurface, LiesOnTheTrueSurfaces) {
       sim::build_world(process::load_options<sim::WorldSpec>("config/worlds/lab.toml")));
   const Recorded recorded = record(world);
   ASSERT_GE(recorded.scenes.size(), 12U);
+  const std::clock_t begin = std::clock();
   const TriangleMesh mesh = mapping3d::fuse(recorded.scenes);
+  std::printf("%zu scenes fused in %.2f s of CPU\n", recorded.scenes.size(),
+              static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
   const ModelJudgement found = judge_model(mesh, world, recorded.ends);
   std::printf("surface: rms %.4f p99 %.4f max %.4f m, covered %.4f, sheets > 20 mm at %zu of %zu\n",
               found.error.rms_m, found.error.p99_m, found.error.max_m, found.coverage->covered,

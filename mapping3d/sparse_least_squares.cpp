@@ -8,22 +8,24 @@ namespace marco::mapping3d {
 Eigen::VectorXd solve(const std::vector<Equation>& equations, Eigen::Index unknowns) {
   constexpr int kMaxIterations = 400;
   constexpr double kTolerance = 1e-3;  // Gauss-Newton relinearizes anyway
+  using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   const auto count = static_cast<Eigen::Index>(equations.size());
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(equations.size() * Equation::kMost);
+  std::vector<int> starts{0}, columns;
+  std::vector<double> values;
   Eigen::VectorXd right(count);
-  for (Eigen::Index row = 0; row < count; ++row) {
-    const Equation& equation = equations[static_cast<std::size_t>(row)];
+  for (const Equation& equation : equations) {
     const double weight = std::sqrt(static_cast<double>(equation.weight));
-    right[row] = -weight * static_cast<double>(equation.residual);
+    right[static_cast<Eigen::Index>(starts.size()) - 1] =
+        -weight * static_cast<double>(equation.residual);
     for (uint32_t i = 0; i < equation.count; ++i) {
-      entries.emplace_back(row, equation.unknowns[i],
-                           weight * static_cast<double>(equation.factors[i]));
+      columns.push_back(static_cast<int>(equation.unknowns[i]));
+      values.push_back(weight * static_cast<double>(equation.factors[i]));
     }
+    starts.push_back(static_cast<int>(columns.size()));
   }
-  Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian(count, unknowns);
-  jacobian.setFromTriplets(entries.begin(), entries.end());
-  Eigen::LeastSquaresConjugateGradient<Eigen::SparseMatrix<double, Eigen::RowMajor>> solver;
+  const Eigen::Map<const Matrix> jacobian(count, unknowns, static_cast<Eigen::Index>(values.size()),
+                                          starts.data(), columns.data(), values.data());
+  Eigen::LeastSquaresConjugateGradient<Matrix> solver;
   solver.setMaxIterations(kMaxIterations);
   solver.setTolerance(kTolerance);
   return solver.compute(jacobian).solve(right);

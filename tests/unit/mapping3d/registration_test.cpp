@@ -240,7 +240,16 @@ TEST(Mapper3d, DropsARegistrationThatGainsNothing) {
   Mapper3d mapper;
   add_sweep(mapper, kFirstSensor, {});
   const Pose2 elsewhere{0.4, -0.7, 0.3};
-  add_sweep(mapper, lift(elsewhere).inverse() * kSecondSensor, elsewhere);
+  std::mt19937 random(5);
+  const Scene second = AnalyticRoom::sweep(kSecondSensor, 60, 0.005, random);
+  for (std::size_t i = 0; i < second.rows.size(); ++i) {
+    SceneRow row = second.rows[i];
+    row.world_from_robot = elsewhere;
+    row.robot_from_sensor_first = lift(elsewhere).inverse() * row.robot_from_sensor_first;
+    row.robot_from_sensor_last = row.robot_from_sensor_first;
+    mapper.add(row, 0.0, deg_to_rad(static_cast<double>(i)));
+  }
+  ASSERT_TRUE(mapper.finish());
   mapper.refine();
   ASSERT_EQ(mapper.registration().overlaps, 1U);
   EXPECT_FALSE(mapper.refined());

@@ -235,6 +235,20 @@ TEST(Mapper3d, JoinsItsScenesAndLeavesThemAsAWholeOnThePath) {
               1e-5);
 }
 
+TEST(Mapper3d, TheModelFollowsTheScenesAlsoWithoutRegistration) {
+  Mapper3dOptions options;
+  options.refine = false;
+  Mapper3d mapper(options);
+  EXPECT_TRUE(mapper.model().triangles.empty());
+  add_sweep(mapper, kFirstSensor, {});
+  const TriangleMesh one = mapper.model();
+  add_sweep(mapper, kSecondSensor, {});
+  mapper.refine();
+  EXPECT_FALSE(one.triangles.empty());
+  EXPECT_NE(mapper.model().vertices_m, one.vertices_m);
+  EXPECT_EQ(mapper.model().vertices_m, fuse(mapper.placed()).vertices_m);
+}
+
 // The path was right: what registration finds is the noise of one sweep against another.
 TEST(Mapper3d, DropsARegistrationThatGainsNothing) {
   Mapper3d mapper;

@@ -1,253 +1,206 @@
 #include "recordings/carmen.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <deque>
-#include <fstream>
 #include <limits>
+#include <set>
 
-#include "common/files/text_fields.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "recordings/text_reader.hpp"
 
 namespace marco::files {
 namespace {
 
-constexpr double kCodeMargin = 0.99;  // codes of one device lie close together: 81.83, 81.91
-constexpr int64_t kCodeRepeats = 20;
+struct LaserKeyword {
+  std::string_view word;
+  bool rear;
+  bool says_geometry;  // its own first bearing, step and maximum range
+};
+constexpr std::array<LaserKeyword, 4> kLaserKeywords{{{"FLASER", false, false},
+                                                      {"RLASER", true, false},
+                                                      {"ROBOTLASER1", false, true},
+                                                      {"ROBOTLASER2", true, true}}};
 
-// One laser line of either kind.
+const LaserKeyword* laser_keyword(std::string_view word) {
+  const auto found = std::find_if(kLaserKeywords.begin(), kLaserKeywords.end(),
+                                  [&](const LaserKeyword& known) { return known.word == word; });
+  return found == kLaserKeywords.end() ? nullptr : &*found;
+}
+
 struct LaserLine {
-  bool rear = false;
-  bool has_geometry = false;  // ROBOTLASER: says its own start, resolution and maximum
   double first_bearing_rad = 0.0;
   double step_rad = 0.0;
-  double range_max_m = 0.0;
+  double range_max_m = 0.0;  // 0: not said
   std::vector<float> ranges_m;
-  Pose2 laser;
+  Pose2 laser;  // may be nan
   Pose2 robot;
   double ipc_time_s = 0.0;
 };
 
-std::optional<Pose2> read_pose(TextFields& fields) {
-  const auto x = fields.number<double>(), y = fields.number<double>(),
-             theta = fields.number<double>();
-  if (!x || !y || !theta) return std::nullopt;
-  return Pose2{*x, *y, *theta};
+void skip(TextFields& fields, int count) {
+  for (int i = 0; i < count; ++i) fields.next();
 }
 
-bool read_ranges(TextFields& fields, std::vector<float>& ranges_m) {
-  const auto count = fields.number<int>();
-  if (!count || *count < 0 || static_cast<std::size_t>(*count) > kMaxBeams) return false;
-  ranges_m.resize(static_cast<std::size_t>(*count));
-  for (float& range_m : ranges_m) {
-    const auto value = fields.number<float>();
-    if (!value) return false;
-    range_m = *value;
-  }
+bool read_geometry(TextFields& fields, LaserLine& line) {
+  skip(fields, 1);  // the laser's type
+  const auto start = fields.number<double>();
+  skip(fields, 1);  // field of view
+  const auto step = fields.number<double>(), range_max = fields.number<double>();
+  skip(fields, 2);  // accuracy, remission mode
+  if (!start || !step || !range_max) return false;
+  line.first_bearing_rad = *start;
+  line.step_rad = *step;
+  line.range_max_m = *range_max;
   return true;
 }
 
-bool read_poses_and_time(TextFields& fields, LaserLine& line, int fields_between) {
-  const auto laser = read_pose(fields), robot = read_pose(fields);
-  for (int i = 0; i < fields_between; ++i) fields.next();
-  const auto time_s = fields.number<double>();
-  if (!laser || !robot || !time_s || !is_finite(*robot) || !std::isfinite(*time_s)) return false;
-  line.laser = *laser;
-  line.robot = *robot;
-  line.ipc_time_s = *time_s;
-  return true;
-}
-
-// nothing: no laser line; a line with empty ranges and `broken`: one that cannot be read.
-struct Parsed {
-  bool is_laser = false;
-  bool whole = false;
-  LaserLine line;
-};
-
-Parsed parse(const std::string& text) {
-  Parsed parsed;
-  TextFields fields(text);
-  const std::string_view keyword = fields.next();
-  LaserLine& line = parsed.line;
-  line.rear = keyword == "RLASER" || keyword == "ROBOTLASER2";
-  if (keyword == "FLASER" || keyword == "RLASER") {
-    parsed.is_laser = true;
-    parsed.whole = read_ranges(fields, line.ranges_m) && read_poses_and_time(fields, line, 0);
-  } else if (keyword == "ROBOTLASER1" || keyword == "ROBOTLASER2") {
-    parsed.is_laser = true;
-    line.has_geometry = true;
-    fields.next();  // the laser's type
-    const auto start = fields.number<double>();
-    fields.next();  // field of view
-    const auto step = fields.number<double>(), range_max = fields.number<double>();
-    fields.next();  // accuracy
-    fields.next();  // remission mode
-    if (!start || !step || !range_max || !read_ranges(fields, line.ranges_m)) return parsed;
-    line.first_bearing_rad = *start;
-    line.step_rad = *step;
-    line.range_max_m = *range_max;
-    std::vector<float> remissions;
-    constexpr int kVelocitiesAndSafety = 5;
-    parsed.whole =
-        read_ranges(fields, remissions) && read_poses_and_time(fields, line, kVelocitiesAndSafety);
-  }
-  return parsed;
-}
-
-void set_old_geometry(LaserLine& line) {
+// An even number of beams leaves out the last beam of the half circle.
+void assume_geometry(LaserLine& line) {
   const std::size_t count = line.ranges_m.size();
-  // An even count leaves the last beam of the half circle out.
   const double fov_deg = count == 401 ? 100.0 : 180.0;
   const std::size_t intervals = count % 2 == 0 ? count : count - 1;
   line.first_bearing_rad = deg_to_rad(-0.5 * fov_deg);
   line.step_rad = intervals > 0 ? deg_to_rad(fov_deg) / static_cast<double>(intervals) : 0.0;
 }
 
-class CarmenReader : public SampleReader {
- public:
-  explicit CarmenReader(const std::filesystem::path& path) : file_(path), path_(path.string()) {
-    std::error_code ignored;
-    size_ = static_cast<double>(std::filesystem::file_size(path, ignored));
-    report_.format = "CARMEN log";
-    report_.paths = {path_};
-    survey();
-    file_.clear();
-    file_.seekg(0);
-    read_bytes_ = 0.0;
+/// @param fields  behind the keyword. @returns nothing for a line that cannot be read.
+std::optional<LaserLine> parse(const LaserKeyword& keyword, TextFields fields) {
+  LaserLine line;
+  if (keyword.says_geometry && !read_geometry(fields, line)) return std::nullopt;
+  if (!read_ranges(fields, line.ranges_m)) return std::nullopt;
+  if (!keyword.says_geometry) assume_geometry(line);
+  std::vector<float> remissions;
+  if (keyword.says_geometry && !read_ranges(fields, remissions)) return std::nullopt;
+  const auto laser = read_pose(fields), robot = read_pose(fields);
+  constexpr int kVelocitiesAndSafety = 5;
+  if (keyword.says_geometry) skip(fields, kVelocitiesAndSafety);
+  const auto time_s = fields.number<double>();
+  if (!laser || !robot || !time_s || !is_finite(*robot) || !std::isfinite(*time_s)) {
+    return std::nullopt;
   }
+  line.laser = *laser;
+  line.robot = *robot;
+  line.ipc_time_s = *time_s;
+  return line;
+}
 
-  std::optional<Sample> next() override {
-    while (pending_.empty() && read_line()) {
+// Finds the range that a laser reports when nothing came back: the largest one that is repeated.
+class NoReturnRange {
+ public:
+  void add(const std::vector<float>& ranges_m) {
+    constexpr std::size_t kKept = 8;
+    for (const float range_m : ranges_m) {
+      if (range_m < least_m_ || !std::isfinite(range_m)) continue;
+      ++largest_[range_m];
+      if (largest_.size() > kKept) largest_.erase(largest_.begin());
+      if (largest_.size() == kKept) least_m_ = largest_.begin()->first;
     }
-    if (pending_.empty()) {
-      finish_report();
-      return std::nullopt;
-    }
-    Sample sample = std::move(pending_.front());
-    pending_.pop_front();
-    return sample;
   }
-  const InputReport& report() const override { return report_; }
-  double progress() const override { return size_ > 0 ? std::min(1.0, read_bytes_ / size_) : 1.0; }
+  double range_m() const {
+    constexpr double kMargin = 0.99;  // a device has several codes close together: 81.83, 81.91
+    constexpr int64_t kRepeats = 20;
+    constexpr double kFarthestLaserM = 80.0;
+    double no_return_m = 0.0;
+    for (const auto& [range_m, count] : largest_) {
+      if (count >= kRepeats) no_return_m = kMargin * static_cast<double>(range_m);
+    }
+    return no_return_m > 0.0 ? no_return_m : kFarthestLaserM;
+  }
 
  private:
-  // Reads the whole file once: how many laser lines, and which range means that nothing came back.
-  void survey() {
+  std::map<float, int64_t> largest_;  // the largest ranges and how often each was met
+  float least_m_ = -std::numeric_limits<float>::infinity();
+};
+
+class CarmenReader : public TextReader {
+ public:
+  explicit CarmenReader(const std::filesystem::path& path) : TextReader(path, "CARMEN log") {
     int64_t lines = 0;
-    std::map<float, int64_t> largest;  // the largest few values and how often each was met
-    constexpr std::size_t kLargest = 8;
-    float least = -std::numeric_limits<float>::infinity();
-    while (files::read_line(file_, text_)) {
-      const Parsed parsed = parse(text_);
-      if (!parsed.is_laser || !parsed.whole) continue;
+    NoReturnRange no_return;
+    survey([&](TextFields fields) {
+      const LaserKeyword* keyword = laser_keyword(fields.next());
+      const auto line = keyword == nullptr ? std::nullopt : parse(*keyword, fields);
+      if (!line) return;
       ++lines;
-      for (const float range_m : parsed.line.ranges_m) {
-        if (range_m < least || !std::isfinite(range_m)) continue;
-        ++largest[range_m];
-        if (largest.size() > kLargest) largest.erase(largest.begin());
-        if (largest.size() == kLargest) least = largest.begin()->first;
-      }
-    }
-    require(lines > 0, path_ + ": no laser line (FLASER, RLASER or ROBOTLASER1) that can be read");
-    for (const auto& [range_m, count] : largest) {
-      if (count >= kCodeRepeats) no_return_m_ = kCodeMargin * static_cast<double>(range_m);
-    }
-    constexpr double kFarthestLaserM = 80.0;
-    if (!(no_return_m_ > 0.0)) no_return_m_ = kFarthestLaserM;
-    char note[120];
-    std::snprintf(note, sizeof note, "ranges of %.2f m and more are taken for no return",
-                  no_return_m_);
-    report_.notes.emplace_back(note);
+      no_return.add(line->ranges_m);
+    });
+    require(lines > 0,
+            path.string() + ": no laser line (FLASER, RLASER or ROBOTLASER1) that can be read");
+    no_return_m_ = no_return.range_m();
+    note_no_return(no_return_m_);
   }
 
-  bool read_line() {
-    if (!files::read_line(file_, text_)) return false;
-    ++line_number_;
-    read_bytes_ += static_cast<double>(text_.size()) + 1.0;
-    if (text_.rfind("ODOM ", 0) == 0) ++odometry_lines_;
-    Parsed parsed = parse(text_);
-    if (!parsed.is_laser) return true;
-    const std::string place = "line " + std::to_string(line_number_);
-    if (!parsed.whole) {
-      report_.drop("laser line that cannot be read", place);
-    } else if (parsed.line.ranges_m.size() < 2) {
-      report_.drop("scan of fewer than 2 beams", place);
+ private:
+  void read_line(TextFields fields) override {
+    const std::string_view word = fields.next();
+    if (word == "ODOM") ++odometry_lines_;
+    const LaserKeyword* keyword = laser_keyword(word);
+    if (keyword == nullptr) return;
+    std::optional<LaserLine> line = parse(*keyword, fields);
+    if (!line) {
+      drop_line("laser line that cannot be read");
+    } else if (line->ranges_m.size() < 2) {
+      drop_line("scan of fewer than 2 beams");
     } else {
-      emit(parsed.line);
+      queue_scan(*keyword, *line);
     }
-    return true;
   }
 
-  void emit(LaserLine& line) {
-    if (!line.has_geometry) set_old_geometry(line);
+  void queue_scan(const LaserKeyword& keyword, LaserLine& line) {
     LaserScan scan;
     scan.utime = Utime::from_seconds(line.ipc_time_s);
-    scan.channel = line.rear ? "LIDAR_REAR" : "LIDAR";
+    scan.channel = keyword.rear ? "LIDAR_REAR" : "LIDAR";
     scan.first_bearing_rad = line.first_bearing_rad;
     scan.bearing_step_rad = line.step_rad;
-    if (!infos_.contains(scan.channel)) announce(line, scan);
+    if (announced_.insert(scan.channel).second) queue(sensor_info(keyword, line, scan));
     if (scan.utime < last_utime_) ++backward_stamps_;
     last_utime_ = scan.utime;
     scan.ranges_m = std::move(line.ranges_m);
-    OdometrySample odometry;
-    odometry.utime = scan.utime;
-    odometry.odom_from_robot = line.robot;
-    odometry.odom_from_robot.theta_rad = normalize_angle(line.robot.theta_rad);
-    pending_.emplace_back(odometry);
-    pending_.emplace_back(std::move(scan));
+    const Pose2& robot = line.robot;
+    queue_odometry(scan.utime, {robot.x_m, robot.y_m, normalize_angle(robot.theta_rad)});
+    queue(std::move(scan));
     ++report_.given["scans"];
     ++report_.given["odometry"];
   }
 
-  void announce(const LaserLine& line, const LaserScan& scan) {
+  SensorInfo sensor_info(const LaserKeyword& keyword,
+                         const LaserLine& line,
+                         const LaserScan& scan) const {
     SensorInfo info;
     info.utime = scan.utime;
     info.channel = scan.channel;
     info.range_min_m = 0.02;
-    info.range_max_m = line.has_geometry && line.range_max_m > 0.0
-                           ? std::min(no_return_m_, line.range_max_m)
-                           : no_return_m_;
+    info.range_max_m =
+        line.range_max_m > 0.0 ? std::min(no_return_m_, line.range_max_m) : no_return_m_;
     // A SICK's mirror turns 75 times a second, half a turn a scan of whole degrees.
     info.scan_duration_s = std::abs(line.step_rad) > deg_to_rad(0.75) ? 0.00667 : 0.02;
-    const Pose2 offset = between(line.robot, line.laser);
     constexpr double kLargestRobotM = 1.5;
-    if (line.has_geometry && offset.translation_m().norm() < kLargestRobotM) {
+    const Pose2 offset = between(line.robot, line.laser);
+    if (keyword.says_geometry && offset.translation_m().norm() < kLargestRobotM) {
       info.parent_from_sensor = lift(offset);
-    } else if (line.rear) {
+    } else if (keyword.rear) {
       info.parent_from_sensor = lift({0.0, 0.0, deg_to_rad(180)});
     }
-    infos_[scan.channel] = info;
-    pending_.emplace_back(info);
+    return info;
   }
 
-  void finish_report() {
-    if (finished_) return;
-    finished_ = true;
+  void finish_report() override {
     if (backward_stamps_ > 0) {
-      report_.notes.push_back(std::to_string(backward_stamps_) +
-                              " stamps step backwards: scans are used in the order of the file");
+      note("%lld stamps step backwards: scans are used in the order of the file",
+           static_cast<long long>(backward_stamps_));
     }
     if (odometry_lines_ > 0) {
-      report_.notes.push_back(std::to_string(odometry_lines_) +
-                              " ODOM lines passed by: each laser line has its own odometry");
+      note("%lld ODOM lines skipped: each laser line has its own odometry",
+           static_cast<long long>(odometry_lines_));
     }
   }
 
-  std::ifstream file_;
-  std::string path_;
-  std::string text_;
-  double size_ = 0.0;
-  double read_bytes_ = 0.0;
-  int64_t line_number_ = 0;
+  double no_return_m_ = 0.0;
+  std::set<std::string> announced_;  // channels whose SensorInfo is queued
+  Utime last_utime_;
   int64_t backward_stamps_ = 0;
   int64_t odometry_lines_ = 0;
-  double no_return_m_ = 0.0;
-  Utime last_utime_;
-  bool finished_ = false;
-  std::map<std::string, SensorInfo> infos_;
-  std::deque<Sample> pending_;
-  InputReport report_;
 };
 
 }  // namespace

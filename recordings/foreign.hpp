@@ -7,14 +7,14 @@
 
 namespace marco {
 
-/// What a channel of somebody else's log means to us.
+/// The meaning of a channel in another system's log.
 struct ForeignChannel {
   std::string channel;      ///< POSIX extended regular expression, the whole name
   std::string fingerprint;  ///< of the message type, 16 hex digits
   std::string meaning;      ///< lidar, odometry, encoders, true_pose or ignore
   bool clockwise = false;   ///< lidar: bearings run clockwise
   double range_min_m = 0.05;
-  double range_max_m = 30.0;     ///< lidar: at or beyond it there was no return
+  double range_max_m = 30.0;     ///< lidar: this range and more is no return
   double metres_per_tick = 0.0;  ///< encoders
   double track_m = 0.0;          ///< encoders: between the wheels
 
@@ -31,8 +31,8 @@ struct ForeignChannel {
   }
 };
 
-/// The first entry that fits channel and fingerprint holds. config/foreign.toml has the same table,
-/// to be extended for other robots (`./marco map --foreign FILE`).
+/// The first entry that fits channel and fingerprint applies. config/foreign.toml has the same
+/// table, to be extended for other robots (`./marco map --foreign FILE`).
 struct ForeignTable {
   std::vector<ForeignChannel> channels = {
       {"RPLIDAR_LASER|LIDAR.*", "89dc5b879a5056cf", "lidar", true, 0.05, 30.0},

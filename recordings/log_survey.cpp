@@ -34,6 +34,12 @@ bool is_own_channel(const std::string& name) {
          name.rfind(channels::kLidar, 0) == 0;
 }
 
+const std::map<std::string, LoggedChannel::Meaning> kMeanings = {
+    {"lidar", LoggedChannel::Meaning::lidar},
+    {"odometry", LoggedChannel::Meaning::odometry},
+    {"encoders", LoggedChannel::Meaning::encoders},
+    {"true_pose", LoggedChannel::Meaning::true_pose}};
+
 LoggedChannel::Meaning classify(const LogEvent& event,
                                 const ForeignTable& table,
                                 bool has_sensor_info,
@@ -53,11 +59,8 @@ LoggedChannel::Meaning classify(const LogEvent& event,
     if (decodes && (has_sensor_info || entry.meaning != "lidar"))
       return LoggedChannel::Meaning::ours;
     foreign = entry;
-    if (entry.meaning == "lidar") return LoggedChannel::Meaning::lidar;
-    if (entry.meaning == "odometry") return LoggedChannel::Meaning::odometry;
-    if (entry.meaning == "encoders") return LoggedChannel::Meaning::encoders;
-    if (entry.meaning == "true_pose") return LoggedChannel::Meaning::true_pose;
-    return LoggedChannel::Meaning::passed_by;
+    const auto meaning = kMeanings.find(entry.meaning);
+    return meaning == kMeanings.end() ? LoggedChannel::Meaning::passed_by : meaning->second;
   }
   return decodes ? LoggedChannel::Meaning::ours : LoggedChannel::Meaning::passed_by;
 }
@@ -82,7 +85,7 @@ void compare_clocks(LogSurvey& survey, Offsets& offsets) {
     channel.shift_us = difference_us;
     char note[200];
     std::snprintf(note, sizeof note,
-                  "the clocks of %s and %s differ by %.1f s: taken by event time", name.c_str(),
+                  "the clocks of %s and %s differ by %.1f s: matched by event time", name.c_str(),
                   survey.lidar_channel.c_str(), static_cast<double>(difference_us) * 1e-6);
     survey.notes.emplace_back(note);
   }
@@ -91,32 +94,33 @@ void compare_clocks(LogSurvey& survey, Offsets& offsets) {
 }  // namespace
 
 bool EventTimes::take(const LogEvent& event, std::optional<int64_t> utime) {
-  constexpr int64_t kBackUs = 10'000'000, kAheadUs = 3'600'000'000, kStandsUs = 2'000'000;
+  constexpr double kBackUs = 1e7, kAheadUs = 3.6e9, kStandsUs = 2e6;
   constexpr std::size_t kMostStops = 100'000;
   const int64_t time_us = event.event_time.us;
-  const double step_us = now_us_ ? static_cast<double>(time_us) - static_cast<double>(*now_us_) : 0;
   if (now_us_ != time_us) {
-    leapt_ = step_us < -static_cast<double>(kBackUs) || step_us > kAheadUs;
+    const double step_us =
+        now_us_ ? static_cast<double>(time_us) - static_cast<double>(*now_us_) : 0.0;
+    jumped_ = step_us < -kBackUs || step_us > kAheadUs;
     now_us_ = time_us;
     events_now_ = 0;
-    stamp_then_.clear();
+    first_stamp_.clear();
   }
   ++events_now_;
   if (stopped_us_.contains(time_us)) {
-    ++silent_;
+    ++invalid_;
     return false;
   }
   if (utime) {
-    const auto [then, is_first] = stamp_then_.try_emplace(event.channel, *utime);
-    const double went_us = static_cast<double>(*utime) - static_cast<double>(then->second);
-    if (std::abs(went_us) > kStandsUs && stopped_us_.size() < kMostStops) {
+    const auto [first, is_first] = first_stamp_.try_emplace(event.channel, *utime);
+    const double advanced_us = static_cast<double>(*utime) - static_cast<double>(first->second);
+    if (std::abs(advanced_us) > kStandsUs && stopped_us_.size() < kMostStops) {
       stopped_us_.insert(time_us);
-      silent_ += events_now_;
+      invalid_ += events_now_;
       return false;
     }
   }
-  silent_ += leapt_ ? 1 : 0;
-  return !leapt_;
+  invalid_ += jumped_ ? 1 : 0;
+  return !jumped_;
 }
 
 std::string fingerprint_of(const LogEvent& event) {
@@ -126,7 +130,6 @@ std::string fingerprint_of(const LogEvent& event) {
   return text;
 }
 
-// `utime` is the first field of every type we read.
 std::optional<int64_t> utime_of(const LogEvent& event) {
   if (event.bytes.size() < 16) return std::nullopt;
   uint64_t value = 0;
@@ -152,9 +155,9 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
     }
     const bool is_used = channel.meaning != LoggedChannel::Meaning::passed_by;
     const auto utime = is_used ? utime_of(*event) : std::nullopt;
-    const bool says_something = times.take(*event, utime);
+    const bool time_is_valid = times.take(*event, utime);
     std::vector<Offset>& known = offsets[event->channel];
-    if (utime && says_something && known.size() < kEnoughOffsets) {
+    if (utime && time_is_valid && known.size() < kEnoughOffsets) {
       known.push_back({event->event_time.us, difference(event->event_time.us, *utime)});
     }
     const bool laser = channel.meaning == LoggedChannel::Meaning::lidar ||
@@ -169,13 +172,13 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
       seen += (seen.empty() ? "" : ", ") + name + " (" + channel.fingerprint + ")";
     }
     throw std::invalid_argument(path + ": no laser among its channels: " + seen +
-                                ". Say what they mean in a copy of config/foreign.toml and give it "
-                                "with --foreign");
+                                ". Describe them in a copy of config/foreign.toml and pass it with "
+                                "--foreign");
   }
   survey.stopped_us = times.stopped_us();
-  constexpr int64_t kWorthSaying = 10;
-  if (times.silent() >= kWorthSaying) {
-    survey.notes.push_back("the event times of " + std::to_string(times.silent()) + " of " +
+  constexpr int64_t kWorthANote = 10;
+  if (times.invalid() >= kWorthANote) {
+    survey.notes.push_back("the event times of " + std::to_string(times.invalid()) + " of " +
                            std::to_string(events) +
                            " events stand still or jump: only the messages' own stamps are used "
                            "there");

@@ -18,48 +18,48 @@ struct LoggedChannel {
   ForeignChannel foreign;
   std::string fingerprint;  ///< of its first event, 16 hexadecimal digits
   int64_t count = 0;
-  int64_t shift_us = 0;              ///< to be added to its stamps, for the laser's clock
-  std::optional<int64_t> offset_us;  ///< event time less utime, median of those that say something
+  int64_t shift_us = 0;              ///< added to its stamps it gives the laser's clock
+  std::optional<int64_t> offset_us;  ///< median of event time - utime, where the times are valid
 };
 
-/// What a first reading of an LCM log tells, before any of it is used.
+/// What a first pass over an LCM log tells.
 struct LogSurvey {
   std::map<std::string, LoggedChannel> channels;
   std::string lidar_channel;  ///< the first laser's: its clock is the log's
   bool has_sensor_info = false;
-  std::set<int64_t> stopped_us;    ///< event times that stood still while the stamps went on
-  std::vector<std::string> notes;  ///< clocks that disagree, for a person
+  std::set<int64_t> stopped_us;    ///< event times that stood still while the stamps advanced
+  std::vector<std::string> notes;  ///< clocks that disagree, for the report
 };
 
-/// Tells event times that say nothing: those that stand still while the stamps of the messages go
-/// on (a log that was written without a clock), and those that leap back by more than ten seconds
-/// or ahead by more than an hour.
+/// Finds invalid event times: those that stand still while the messages' stamps advance (a logger
+/// without a clock), and those that jump back by more than ten seconds or ahead by more than an
+/// hour.
 class EventTimes {
  public:
   /// In the order of the log. @param utime  of the event's message, where it has one
-  /// @returns false: its time says nothing, as far as is known by now.
+  /// @returns false: as far as is known by now, its time is invalid.
   bool take(const files::LogEvent& event, std::optional<int64_t> utime);
   const std::set<int64_t>& stopped_us() const { return stopped_us_; }
-  /// Events whose times say nothing.
-  int64_t silent() const { return silent_; }
+  /// Events with an invalid time.
+  int64_t invalid() const { return invalid_; }
 
  private:
   std::optional<int64_t> now_us_;
-  bool leapt_ = false;                         ///< to this time
-  int64_t events_now_ = 0;                     ///< in a row, of the same time
-  std::map<std::string, int64_t> stamp_then_;  ///< of each channel's first of these
+  bool jumped_ = false;                         ///< to this time
+  int64_t events_now_ = 0;                      ///< in a row, of the same time
+  std::map<std::string, int64_t> first_stamp_;  ///< of each channel among these
   std::set<int64_t> stopped_us_;
-  int64_t silent_ = 0;
+  int64_t invalid_ = 0;
 };
 
 /// Reads the whole log once. @throws std::invalid_argument naming file and remedy when it holds no
 /// event, or no laser.
 LogSurvey survey_log(const std::string& path, const ForeignTable& table);
 
-/// 16 hexadecimal digits; "" when the event is too short to have one.
+/// 16 hexadecimal digits; "" of an event too short to have one.
 std::string fingerprint_of(const files::LogEvent& event);
 
-/// The first field of every type that is read; nothing when the event is too short to have one.
+/// The stamp, which is the first field of every type we read; nothing of a shorter event.
 std::optional<int64_t> utime_of(const files::LogEvent& event);
 
 }  // namespace marco

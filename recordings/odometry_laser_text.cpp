@@ -2,134 +2,74 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
-#include <fstream>
 
-#include "common/files/text_fields.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "recordings/text_reader.hpp"
 
 namespace marco::files {
 namespace {
 
-class OdometryLaserReader : public SampleReader {
+class OdometryLaserReader : public TextReader {
  public:
   explicit OdometryLaserReader(const std::filesystem::path& path)
-      : file_(path), path_(path.string()) {
-    std::error_code ignored;
-    size_ = static_cast<double>(std::filesystem::file_size(path, ignored));
-    report_.format = "text log of Odometry and Laser lines";
-    report_.paths = {path_};
-    survey();
-    file_.clear();
-    file_.seekg(0);
-    read_bytes_ = 0.0;
-  }
-
-  std::optional<Sample> next() override {
-    while (pending_.empty() && read_line()) {
-    }
-    if (pending_.empty()) return std::nullopt;
-    Sample sample = std::move(pending_.front());
-    pending_.pop_front();
-    return sample;
-  }
-  const InputReport& report() const override { return report_; }
-  double progress() const override { return size_ > 0 ? std::min(1.0, read_bytes_ / size_) : 1.0; }
-
- private:
-  static bool read_ranges(TextFields& fields, std::vector<float>& ranges_m) {
-    const auto count = fields.number<int>();
-    if (!count || *count < 0 || static_cast<std::size_t>(*count) > kMaxBeams) return false;
-    ranges_m.resize(static_cast<std::size_t>(*count));
-    for (float& range_m : ranges_m) {
-      const auto value = fields.number<float>();
-      if (!value) return false;
-      range_m = *value;
-    }
-    return true;
-  }
-
-  void survey() {
+      : TextReader(path, "text log of Odometry and Laser lines") {
     float largest_m = 0.0F;
     int64_t scans = 0;
-    while (files::read_line(file_, text_)) {
-      TextFields fields(text_);
+    survey([&](TextFields fields) {
       std::vector<float> ranges_m;
-      if (fields.next() != "Laser" || !read_ranges(fields, ranges_m)) continue;
+      if (fields.next() != "Laser" || !read_ranges(fields, ranges_m)) return;
       ++scans;
       for (const float range_m : ranges_m) {
         if (std::isfinite(range_m)) largest_m = std::max(largest_m, range_m);
       }
-    }
-    require(scans > 0, path_ + ": no line 'Laser n r1 .. rn' that can be read");
+    });
+    require(scans > 0, path.string() + ": no line 'Laser n r1 .. rn' that can be read");
     constexpr double kMargin = 0.999;
     info_.range_max_m = std::max(0.1, kMargin * static_cast<double>(largest_m));
     info_.range_min_m = 0.02;
     info_.scan_duration_s = 0.00667;  // half a turn of a mirror at 75 Hz
-    char note[120];
-    std::snprintf(note, sizeof note, "ranges of %.3f m and more are taken for no return",
-                  info_.range_max_m);
-    report_.notes.emplace_back(note);
-    report_.notes.emplace_back("no stamps: 0.1 s a scan is assumed");
+    note_no_return(info_.range_max_m);
+    note("no stamps: 0.1 s per scan is assumed");
   }
 
-  bool read_line() {
-    if (!files::read_line(file_, text_)) return false;
-    ++line_number_;
-    read_bytes_ += static_cast<double>(text_.size()) + 1.0;
-    TextFields fields(text_);
+ private:
+  void read_line(TextFields fields) override {
     const std::string_view keyword = fields.next();
-    const std::string place = "line " + std::to_string(line_number_);
     if (keyword == "Odometry") {
-      const auto x = fields.number<double>(), y = fields.number<double>(),
-                 theta = fields.number<double>();
-      if (!x || !y || !theta || !is_finite(Pose2{*x, *y, *theta})) {
-        report_.drop("odometry line that cannot be read", place);
+      const auto pose = read_pose(fields);
+      if (pose && is_finite(*pose)) {
+        odometry_ = {pose->x_m, pose->y_m, normalize_angle(pose->theta_rad)};
       } else {
-        odometry_ = Pose2{*x, *y, normalize_angle(*theta)};
+        drop_line("odometry line that cannot be read");
       }
     } else if (keyword == "Laser") {
       LaserScan scan;
       if (!read_ranges(fields, scan.ranges_m)) {
-        report_.drop("laser line that cannot be read", place);
-      } else if (scan.ranges_m.size() < 2) {
-        report_.drop("scan of fewer than 2 beams", place);
+        drop_line("laser line that cannot be read");
+      } else if (scan.size() < 2) {
+        drop_line("scan of fewer than 2 beams");
       } else {
-        emit(std::move(scan));
+        queue_scan(std::move(scan));
       }
     }
-    return true;
   }
 
-  void emit(LaserScan scan) {
-    scan.utime = Utime::from_seconds(kUntimedScanPeriodS * static_cast<double>(scans_++));
-    const double intervals = static_cast<double>(scan.size() - 1);
+  void queue_scan(LaserScan scan) {
+    int64_t& scans = report_.given["scans"];
+    scan.utime = Utime::from_seconds(kUntimedScanPeriodS * static_cast<double>(scans));
     scan.first_bearing_rad = deg_to_rad(-90.0);
-    scan.bearing_step_rad = deg_to_rad(180.0) / intervals;
+    scan.bearing_step_rad = deg_to_rad(180.0) / static_cast<double>(scan.size() - 1);
     info_.utime = scan.utime;
-    if (scans_ == 1) pending_.emplace_back(info_);
+    if (++scans == 1) queue(info_);
     if (odometry_) {
-      OdometrySample sample;
-      sample.utime = scan.utime;
-      sample.odom_from_robot = *odometry_;
-      pending_.emplace_back(sample);
+      queue_odometry(scan.utime, *odometry_);
       ++report_.given["odometry"];
     }
-    pending_.emplace_back(std::move(scan));
-    ++report_.given["scans"];
+    queue(std::move(scan));
   }
 
-  std::ifstream file_;
-  std::string path_;
-  std::string text_;
-  double size_ = 0.0;
-  double read_bytes_ = 0.0;
-  int64_t line_number_ = 0;
-  int64_t scans_ = 0;
   SensorInfo info_;
   std::optional<Pose2> odometry_;
-  std::deque<Sample> pending_;
-  InputReport report_;
 };
 
 }  // namespace

@@ -1,9 +1,12 @@
 #include "recordings/recording.hpp"
 
+#include <algorithm>
 #include <array>
-#include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/readable.hpp"
@@ -18,10 +21,60 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kKnown =
-    "known inputs: LCM logs, CARMEN logs, text logs of 'Odometry' and 'Laser' lines, folders of 3D "
-    "scans "
-    "(*_tilt_ranges_mm.csv, *.3d, scan_polar.csv), the theses' scan files";
+struct Input {
+  const fs::path& path;
+  std::string head;  // its first bytes; "" of a folder
+  const ForeignTable& foreign;
+
+  bool is_text() const { return head.find('\0') == std::string::npos; }
+  bool has_line_with(std::initializer_list<std::string> keywords) const {
+    return std::any_of(keywords.begin(), keywords.end(), [this](const std::string& keyword) {
+      return head.rfind(keyword + " ", 0) == 0 ||
+             head.find("\n" + keyword + " ") != std::string::npos;
+    });
+  }
+};
+
+struct Format {
+  const char* name;  // as known_formats() lists it
+  bool (*recognises)(const Input&);
+  std::unique_ptr<files::SampleReader> (*open)(const Input&);
+};
+
+// The first that recognises an input reads it.
+constexpr std::array<Format, 6> kFormats{{
+    {"folders of 3D scans (*_tilt_ranges_mm.csv, *.3d, scan_polar.csv)",
+     [](const Input& input) { return fs::is_directory(input.path); },
+     [](const Input& input) { return files::open_tilted_scans({input.path}); }},
+    // A damaged log may have lost its first sync word: any in the first block will do.
+    {"LCM logs",
+     [](const Input& input) { return input.head.find("\xED\xA1\xDA\x01") != std::string::npos; },
+     [](const Input& input) { return open_lcm_log(input.path, input.foreign); }},
+    {"CARMEN logs",
+     [](const Input& input) {
+       return input.has_line_with(
+           {"FLASER", "RLASER", "ROBOTLASER1", "ROBOTLASER2", "ODOM", "PARAM"});
+     },
+     [](const Input& input) { return files::open_carmen(input.path); }},
+    {"text logs of 'Odometry' and 'Laser' lines",
+     [](const Input& input) {
+       return input.has_line_with({"Laser", "Odometry"});
+     },
+     [](const Input& input) { return files::open_odometry_laser_text(input.path); }},
+    {"files of 3D scans",
+     [](const Input& input) { return input.is_text() && files::is_tilted_scan(input.path); },
+     [](const Input& input) { return files::open_tilted_scans({input.path}); }},
+    {"the theses' scan files",
+     [](const Input& input) { return input.is_text() && files::is_thesis_file(input.path); },
+     [](const Input& input) { return files::open_thesis_file(input.path); }},
+}};
+
+std::string known_formats() {
+  std::string names;
+  for (const Format& format : kFormats)
+    names += (names.empty() ? "" : ", ") + std::string(format.name);
+  return "known inputs: " + names;
+}
 
 std::string head_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -31,48 +84,36 @@ std::string head_of(const fs::path& path) {
   return head;
 }
 
-bool has_line_starting_with(const std::string& text, const char* keyword) {
-  const std::string at_start = keyword, inside = std::string("\n") + keyword;
-  return text.rfind(at_start, 0) == 0 || text.find(inside) != std::string::npos;
-}
-
 std::string looks_like(const std::string& head) {
-  const auto starts = [&head](std::string_view magic) { return head.rfind(magic, 0) == 0; };
-  if (starts("\x89PNG")) return "a PNG picture";
-  if (starts("\xFF\xD8\xFF")) return "a JPEG picture";
-  if (starts("GIF8") || starts("BM")) return "a picture";
-  if (starts("\x1F\x8B")) return "a gzip file: unpack it first";
-  if (starts("PK\x03\x04")) return "a zip file: unpack it first";
-  if (starts("#ROSBAG")) return "a ROS bag: export its scans to a CARMEN or LCM log first";
-  if (starts("ply")) return "a model: `./marco render` draws it";
-  if (head.find('\0') != std::string::npos) return "binary data of no known kind";
-  return "text of no known kind";
+  constexpr std::array<std::pair<std::string_view, const char*>, 8> kMagics{
+      {{"\x89PNG", "a PNG picture"},
+       {"\xFF\xD8\xFF", "a JPEG picture"},
+       {"GIF8", "a picture"},
+       {"BM", "a picture"},
+       {"\x1F\x8B", "a gzip file: unpack it first"},
+       {"PK\x03\x04", "a zip file: unpack it first"},
+       {"#ROSBAG", "a ROS bag: export its scans to a CARMEN or LCM log first"},
+       {"ply", "a model: `./marco render` draws it"}}};
+  for (const auto& [magic, kind] : kMagics) {
+    if (head.rfind(magic, 0) == 0) return kind;
+  }
+  const bool binary = head.find('\0') != std::string::npos;
+  return binary ? "binary data of an unknown format" : "text of an unknown format";
 }
 
 }  // namespace
 
 std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
                                                     const ForeignTable& table) {
-  const std::string name = path.string();
   files::require_readable(path);
-  if (fs::is_directory(path)) return files::open_tilted_scans({path});
-  const std::string head = head_of(path);
-  require(!head.empty(), name + ": is empty; " + kKnown);
-  // A damaged log may have lost its first sync word: any in the first block will do.
-  if (head.find("\xED\xA1\xDA\x01") != std::string::npos) return open_lcm_log(path, table);
-  for (const char* keyword :
-       {"FLASER ", "RLASER ", "ROBOTLASER1 ", "ROBOTLASER2 ", "ODOM ", "PARAM "}) {
-    if (has_line_starting_with(head, keyword)) return files::open_carmen(path);
+  const bool is_folder = fs::is_directory(path);
+  const Input input{path, is_folder ? "" : head_of(path), table};
+  require(is_folder || !input.head.empty(), path.string() + ": is empty; " + known_formats());
+  for (const Format& format : kFormats) {
+    if (format.recognises(input)) return format.open(input);
   }
-  if (has_line_starting_with(head, "Laser ") || has_line_starting_with(head, "Odometry ")) {
-    return files::open_odometry_laser_text(path);
-  }
-  // Not every reader behind this line would notice soon that it reads no text.
-  require(head.find('\0') == std::string::npos,
-          name + ": looks like " + looks_like(head) + "; " + kKnown);
-  if (files::is_tilted_scan(path)) return files::open_tilted_scans({path});
-  if (files::is_thesis_file(path)) return files::open_thesis_file(path);
-  throw std::invalid_argument(name + ": looks like " + looks_like(head) + "; " + kKnown);
+  throw std::invalid_argument(path.string() + ": looks like " + looks_like(input.head) + "; " +
+                              known_formats());
 }
 
 std::string why_no_log(const fs::path& path) {
@@ -83,9 +124,9 @@ std::string why_no_log(const fs::path& path) {
   try {
     const std::string format = open_recording(path)->report().format;
     if (format == "LCM log") return nothing;
-    return name + ": is no LCM log but a " + format + "; `marco log import " + name +
-           " OUT.lcm` makes an LCM log of it";
-  } catch (const std::exception&) {  // nor any other recording
+    return name + ": is not an LCM log but a " + format + "; `marco log import " + name +
+           " OUT.lcm` converts it";
+  } catch (const std::exception&) {  // no other recording either
     return nothing + "; it looks like " + looks_like(head);
   }
 }

@@ -10,15 +10,15 @@
 
 namespace marco {
 
-/// Opens whatever somebody recorded, recognised by its content, not its name: LCM logs, CARMEN
-/// logs, text logs of Odometry and Laser lines, folders or files of tilted 3D scans, the theses'
-/// own files. It lives here, above common/files, because an LCM log needs the message types.
-/// @throws std::invalid_argument naming the file, what it looks like and what could be done.
+/// Opens a recording of any known format: LCM logs, CARMEN logs, text logs of Odometry and Laser
+/// lines, folders or files of tilted 3D scans, the theses' own files. The format is recognised by
+/// the content, not the name. One table in recording.cpp lists the formats; a new one is a row
+/// there and a QueuedReader.
+/// @throws std::invalid_argument naming the file, what it looks like and what to do.
 std::unique_ptr<files::SampleReader> open_recording(const std::filesystem::path& path,
                                                     const ForeignTable& table = {});
 
-/// For a file in which no LCM event was found: what it is instead, and how an LCM log is made of
-/// it. A message for a person.
+/// Explains a file in which no LCM event was found: what it is instead, and how to convert it.
 std::string why_no_log(const std::filesystem::path& path);
 
 }  // namespace marco

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -10,15 +11,14 @@
 
 namespace marco::files {
 
-/// What a reader made of its input, for report.json and for a person.
+/// What a reader found in its input: for report.json and the summary of `marco map`.
 struct InputReport {
   std::string format;  ///< "CARMEN log", "LCM log", ...
   std::vector<std::string> paths;
-  std::map<std::string, int64_t> given;    ///< samples by kind
-  std::map<std::string, int64_t> dropped;  ///< by cause
-  std::map<std::string, std::string>
-      places;                      ///< where each cause was met first: "line 12", "byte 4711"
-  std::vector<std::string> notes;  ///< assumptions made, oddities seen
+  std::map<std::string, int64_t> given;       ///< samples by kind
+  std::map<std::string, int64_t> dropped;     ///< by cause
+  std::map<std::string, std::string> places;  ///< first place of each cause: "line 12", "byte 4711"
+  std::vector<std::string> notes;             ///< assumptions and oddities
 
   void drop(const std::string& cause, const std::string& place) {
     if (++dropped[cause] == 1) places[cause] = place;
@@ -38,6 +38,31 @@ class SampleReader {
 
   /// Part of the input that was read, 0..1.
   virtual double progress() const = 0;
+};
+
+/// Base of all our readers. A subclass reads one piece of its recording at a time (a line, an
+/// event, a file) and queues the samples in it.
+class QueuedReader : public SampleReader {
+ public:
+  std::optional<Sample> next() final;
+  const InputReport& report() const final { return report_; }
+
+ protected:
+  /// Reads one piece, which may hold no sample. @returns false at the end of the recording.
+  virtual bool read_piece() = 0;
+  /// Called once, at the end.
+  virtual void finish_report() {}
+
+  void queue(Sample sample) { queue_.push_back(std::move(sample)); }
+  void queue_odometry(Utime utime, const Pose2& odom_from_robot);
+  /// Adds a note in the style of printf.
+  [[gnu::format(printf, 2, 3)]] void note(const char* format, ...);
+
+  InputReport report_;
+
+ private:
+  std::deque<Sample> queue_;
+  bool ended_ = false;
 };
 
 }  // namespace marco::files

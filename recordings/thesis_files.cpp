@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <optional>
 
 #include "common/files/text_fields.hpp"
@@ -18,7 +17,16 @@ constexpr std::size_t kBeamsB = 361;
 constexpr std::size_t kNumbersB = 2 * kBeamsB + 4;
 constexpr std::uintmax_t kMaxFileBytes = 512U << 20U;
 
-// All numbers of the file; nothing when there is anything else in it.
+// B's pairs begin with bearings that grow by half a degree.
+bool fits_b(const std::vector<double>& numbers) {
+  return numbers.size() >= kNumbersB && std::abs(numbers[2] - numbers[0] - 0.5) < 0.01 &&
+         std::abs(numbers[4] - numbers[2] - 0.5) < 0.01;
+}
+bool fits_a(const std::vector<double>& numbers) {
+  return numbers.size() >= kNumbersA && numbers.size() % kNumbersA == 0;
+}
+
+// All numbers of the file; nothing where there is anything else in it, or they fit neither thesis.
 std::optional<std::vector<double>> read_numbers(const std::filesystem::path& path) {
   std::error_code ignored;
   if (std::filesystem::file_size(path, ignored) > kMaxFileBytes || ignored) return std::nullopt;
@@ -30,76 +38,64 @@ std::optional<std::vector<double>> read_numbers(const std::filesystem::path& pat
   while (true) {
     TextFields here = fields;
     const auto number = fields.number<double>();
-    if (!number) return here.next().empty() ? std::optional(numbers) : std::nullopt;
-    numbers.push_back(*number);
+    if (number) {
+      numbers.push_back(*number);
+      continue;
+    }
+    const bool fits = here.next().empty() && (fits_a(numbers) || fits_b(numbers));
+    return fits ? std::optional(numbers) : std::nullopt;
   }
 }
 
-// B's pairs begin with bearings that grow by half a degree.
-bool fits_b(const std::vector<double>& numbers) {
-  return numbers.size() >= kNumbersB && std::abs(numbers[2] - numbers[0] - 0.5) < 0.01 &&
-         std::abs(numbers[4] - numbers[2] - 0.5) < 0.01;
-}
-bool fits_a(const std::vector<double>& numbers) {
-  return numbers.size() >= kNumbersA && numbers.size() % kNumbersA == 0;
-}
-
-class ThesisReader : public SampleReader {
+class ThesisReader : public QueuedReader {
  public:
   explicit ThesisReader(const std::filesystem::path& path) {
-    const auto numbers = read_numbers(path);
+    auto numbers = read_numbers(path);
     require(
-        numbers && (fits_a(*numbers) || fits_b(*numbers)),
+        numbers.has_value(),
         path.string() + ": its numbers are neither scans of 133 points nor sweeps of 361 beams");
-    numbers_ = *numbers;
+    numbers_ = std::move(*numbers);
+    is_b_ = fits_b(numbers_);
     report_.paths = {path.string()};
-    report_.notes.emplace_back("no stamps: 0.1 s a scan is assumed");
+    report_.format = is_b_ ? "thesis B sweeps" : "thesis A scans";
+    note("no stamps: 0.1 s per scan is assumed");
     SensorInfo info;
     info.range_min_m = 0.02;
-    if (fits_b(numbers_)) {
-      report_.format = "thesis B sweeps";
+    info.range_max_m = is_b_ ? 32.0 : 50.0;
+    if (is_b_) {
       drop_repeated_end();
       SensorInfo base;
       base.channel = "PANTILT_STATE";
+      queue(base);
       info.mount = SensorInfo::Mount::pantilt;
       info.parent_from_sensor = make_pose3({0.045, 0.0, 0.008});  // thesis B, app. D
-      info.range_max_m = 32.0;
-      pending_.emplace_back(base);
-    } else {
-      report_.format = "thesis A scans";
-      info.range_max_m = 50.0;
     }
-    pending_.emplace_back(info);
+    queue(info);
   }
 
-  std::optional<Sample> next() override {
-    if (pending_.empty()) {
-      const bool is_b = fits_b(numbers_);
-      const std::size_t size = is_b ? kNumbersB : kNumbersA;
-      if (at_ + size > numbers_.size()) {
-        if (at_ < numbers_.size()) report_.drop("sweep that is not whole", "its end");
-        at_ = numbers_.size();
-        return std::nullopt;
-      }
-      if (is_b) {
-        read_sweep(&numbers_[at_]);
-      } else {
-        read_points(&numbers_[at_]);
-      }
-      at_ += size;
-      ++report_.given["scans"];
-      time_s_ += kUntimedScanPeriodS;
-    }
-    Sample sample = std::move(pending_.front());
-    pending_.pop_front();
-    return sample;
-  }
-  const InputReport& report() const override { return report_; }
   double progress() const override {
     return static_cast<double>(at_) / static_cast<double>(numbers_.size());
   }
 
  private:
+  bool read_piece() override {
+    const std::size_t size = is_b_ ? kNumbersB : kNumbersA;
+    if (at_ + size > numbers_.size()) {
+      if (at_ < numbers_.size()) report_.drop("sweep that is not whole", "its end");
+      at_ = numbers_.size();
+      return false;
+    }
+    LaserScan scan = is_b_ ? read_sweep(&numbers_[at_]) : read_points(&numbers_[at_]);
+    scan.utime = now();
+    queue(std::move(scan));
+    at_ += size;
+    ++report_.given["scans"];
+    time_s_ += kUntimedScanPeriodS;
+    return true;
+  }
+
+  Utime now() const { return Utime::from_seconds(time_s_); }
+
   void drop_repeated_end() {
     const std::size_t size = numbers_.size();
     if (size < 2 * kNumbersB || size % kNumbersB != 0) return;
@@ -109,16 +105,8 @@ class ThesisReader : public SampleReader {
     report_.drop("last sweep written twice", "its end");
   }
 
-  void add_odometry() {
-    OdometrySample sample;
-    sample.utime = Utime::from_seconds(time_s_);
-    sample.odom_from_robot = pose_;
-    pending_.emplace_back(sample);
-  }
-
-  void read_points(const double* values) {
+  LaserScan read_points(const double* values) {
     LaserScan scan;
-    scan.utime = Utime::from_seconds(time_s_);
     for (std::size_t i = 0; i < kPointsA; ++i) {
       const double x = values[2 * i], y = values[2 * i + 1];
       scan.ranges_m.push_back(static_cast<float>(std::hypot(x, y)));
@@ -126,36 +114,33 @@ class ThesisReader : public SampleReader {
       scan.time_offsets_s.push_back(0.0F);
     }
     const double* pose = values + 2 * kPointsA;
-    pose_ = {0.01 * pose[0], 0.01 * pose[1], normalize_angle(pose[2])};
-    add_odometry();
-    pending_.emplace_back(std::move(scan));
+    queue_odometry(now(), {0.01 * pose[0], 0.01 * pose[1], normalize_angle(pose[2])});
+    return scan;
   }
 
-  void read_sweep(const double* values) {
+  LaserScan read_sweep(const double* values) {
     const double* moves = values + 2 * kBeamsB;
     pose_ = pose_ * Pose2{0.001 * moves[0], 0.0, 0.0} * Pose2{0.0, 0.0, deg_to_rad(moves[1])};
+    queue_odometry(now(), pose_);
     PanTiltState state;
-    state.utime = Utime::from_seconds(time_s_);
+    state.utime = now();
     state.tilt_rad = deg_to_rad(moves[2]);
     state.pan_rad = deg_to_rad(moves[3]);
+    queue(state);
     LaserScan scan;
-    scan.utime = state.utime;
     scan.first_bearing_rad = deg_to_rad(values[0]);
     scan.bearing_step_rad = deg_to_rad(0.5);
     for (std::size_t i = 0; i < kBeamsB; ++i) {
       scan.ranges_m.push_back(static_cast<float>(0.001 * values[2 * i + 1]));
     }
-    add_odometry();
-    pending_.emplace_back(state);
-    pending_.emplace_back(std::move(scan));
+    return scan;
   }
 
   std::vector<double> numbers_;
-  std::size_t at_ = 0;
+  bool is_b_ = false;
+  std::size_t at_ = 0;  // the next number
   double time_s_ = 0.0;
-  Pose2 pose_;
-  std::deque<Sample> pending_;
-  InputReport report_;
+  Pose2 pose_;  // of B
 };
 
 }  // namespace
@@ -164,9 +149,6 @@ std::unique_ptr<SampleReader> open_thesis_file(const std::filesystem::path& path
   return std::make_unique<ThesisReader>(path);
 }
 
-bool is_thesis_file(const std::filesystem::path& path) {
-  const auto numbers = read_numbers(path);
-  return numbers && (fits_a(*numbers) || fits_b(*numbers));
-}
+bool is_thesis_file(const std::filesystem::path& path) { return read_numbers(path).has_value(); }
 
 }  // namespace marco::files

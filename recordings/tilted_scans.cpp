@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -16,9 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kRowPeriodS = 0.1;
 constexpr double kPauseS = 5.0;  // between two scans, while the robot is moved
-constexpr std::size_t kMaxColumns = 20000;
+constexpr const char* kUnreadablePoint = "point that cannot be read";
 
 enum class Kind { ranges_mm, uos_points, polar, unknown };
 
@@ -60,112 +58,97 @@ std::string stem_of(const fs::path& path) {
   return (path.parent_path() / stem.substr(0, stem.find("_tilt_ranges"))).string();
 }
 
-std::vector<Row> read_ranges_mm(const fs::path& path, InputReport& report) {
-  std::vector<Row> rows;
+// Calls `read_line` with each line that is no comment; it returns why the line cannot be used, or
+// nullptr.
+template <class ReadLine>
+void for_each_line(const fs::path& path, InputReport& report, const ReadLine& read_line_fields) {
   std::ifstream file(path);
   std::string line;
   for (int number = 1; read_line(file, line); ++number) {
     if (line.rfind('#', 0) == 0) continue;
     TextFields fields(line);
+    const char* fault = read_line_fields(fields);
+    if (fault != nullptr) report.drop(fault, path.string() + ":" + std::to_string(number));
+  }
+}
+
+std::vector<Row> read_ranges_mm(const fs::path& path, InputReport& report) {
+  std::vector<Row> rows;
+  for_each_line(path, report, [&rows](TextFields& fields) -> const char* {
     const auto tilt_deg = fields.number<double>();
-    Row row;
-    row.first_bearing_rad = deg_to_rad(-90.0);
-    row.step_rad = deg_to_rad(0.5);
+    Row row{0.0, deg_to_rad(-90.0), deg_to_rad(0.5), {}};
     while (const auto range_mm = fields.number<double>()) {
       row.ranges_m.push_back(static_cast<float>(*range_mm * 1e-3));
     }
-    if (!tilt_deg || row.ranges_m.size() < 2) {
-      report.drop("row that cannot be read", path.string() + ":" + std::to_string(number));
-      continue;
-    }
+    if (!tilt_deg || row.ranges_m.size() < 2) return "row that cannot be read";
     row.tilt_rad = deg_to_rad(*tilt_deg);
     rows.push_back(std::move(row));
-  }
+    return nullptr;
+  });
   return rows;
 }
 
 std::vector<Row> read_uos_points(const fs::path& path, InputReport& report) {
-  struct Beam {
-    double bearing_rad;
-    double range_m;
-  };
   std::vector<Row> rows;
-  std::vector<Beam> beams;
-  double up = 0.0, ahead = 0.0;
+  Row row;
+  double last_bearing_rad = 0.0, up = 0.0, ahead = 0.0;
   const auto finish_row = [&] {
-    if (beams.size() >= 2) {
-      Row row;
+    if (row.ranges_m.size() >= 2) {
       row.tilt_rad = std::atan2(up, ahead);
-      row.first_bearing_rad = beams.front().bearing_rad;
-      row.step_rad = (beams.back().bearing_rad - beams.front().bearing_rad) /
-                     static_cast<double>(beams.size() - 1);
-      for (const Beam& beam : beams) row.ranges_m.push_back(static_cast<float>(beam.range_m));
+      row.step_rad =
+          (last_bearing_rad - row.first_bearing_rad) / static_cast<double>(row.ranges_m.size() - 1);
       rows.push_back(std::move(row));
     }
-    beams.clear();
+    row = {};
     up = ahead = 0.0;
   };
-  std::ifstream file(path);
-  std::string line;
-  for (int number = 1; read_line(file, line); ++number) {
-    TextFields fields(line);
+  for_each_line(path, report, [&](TextFields& fields) -> const char* {
     const auto x = fields.number<double>(), y = fields.number<double>(),
                z = fields.number<double>();
-    if (!x || !y || !z) {
-      report.drop("point that cannot be read", path.string() + ":" + std::to_string(number));
-      continue;
-    }
+    if (!x || !y || !z) return kUnreadablePoint;
     const double bearing_rad = std::atan2(-*x, std::hypot(*y, *z));
     const bool back_to_the_right =
-        !beams.empty() && bearing_rad < beams.back().bearing_rad - deg_to_rad(90);
-    if (back_to_the_right || beams.size() >= kMaxColumns) finish_row();
-    beams.push_back({bearing_rad, 0.01 * std::hypot(*x, *y, *z)});
+        !row.ranges_m.empty() && bearing_rad < last_bearing_rad - deg_to_rad(90);
+    if (back_to_the_right || row.ranges_m.size() >= kMaxBeams) finish_row();
+    if (row.ranges_m.empty()) row.first_bearing_rad = bearing_rad;
+    last_bearing_rad = bearing_rad;
+    row.ranges_m.push_back(static_cast<float>(0.01 * std::hypot(*x, *y, *z)));
     up += *y;
     ahead += *z;
-  }
+    return nullptr;
+  });
   finish_row();
   return rows;
 }
 
+// Beams lie on a grid of whole degrees, which shifts from line to line. A missing beam had no
+// return.
 std::vector<Row> read_polar(const fs::path& path, InputReport& report) {
-  // Beams lie on a grid of whole degrees, shifted from line to line; what is missing had no return.
   std::vector<Row> rows;
-  std::ifstream file(path);
-  std::string line;
   double last_line = -1.0;
-  for (int number = 1; read_line(file, line); ++number) {
-    if (line.rfind('#', 0) == 0) continue;
-    TextFields fields(line);
+  std::size_t width = 0;
+  for_each_line(path, report, [&](TextFields& fields) -> const char* {
     const auto index = fields.number<double>(), tilt_deg = fields.number<double>(),
                bearing_deg = fields.number<double>(), range_m = fields.number<double>();
     if (!index || !tilt_deg || !bearing_deg || !range_m || std::abs(*bearing_deg) > 180.0) {
-      report.drop("point that cannot be read", path.string() + ":" + std::to_string(number));
-      continue;
+      return kUnreadablePoint;
     }
     if (*index != last_line) {
       last_line = *index;
-      Row row;
-      row.tilt_rad = deg_to_rad(*tilt_deg);
       const double shift_deg = *bearing_deg - std::floor(*bearing_deg);
-      row.first_bearing_rad = deg_to_rad(-90.0 + shift_deg);
-      row.step_rad = deg_to_rad(1.0);
-      rows.push_back(std::move(row));
+      rows.push_back({deg_to_rad(*tilt_deg), deg_to_rad(-90.0 + shift_deg), deg_to_rad(1.0), {}});
     }
     Row& row = rows.back();
     const double column =
         std::round((deg_to_rad(*bearing_deg) - row.first_bearing_rad) / row.step_rad);
-    if (column < 0.0 || column > 360.0) {
-      report.drop("point outside the half circle", path.string() + ":" + std::to_string(number));
-      continue;
-    }
+    if (column < 0.0 || column > 360.0) return "point outside the half circle";
     const auto at = static_cast<std::size_t>(column);
+    width = std::max(width, at + 1);
     if (row.ranges_m.size() <= at) row.ranges_m.resize(at + 1, 0.0F);
     row.ranges_m[at] = static_cast<float>(*range_m);
-  }
-  // One width for all rows: the organized grid of a scene.
-  std::size_t width = 0;
-  for (const Row& row : rows) width = std::max(width, row.ranges_m.size());
-  for (Row& row : rows) row.ranges_m.resize(width, 0.0F);
+    return nullptr;
+  });
+  for (Row& row : rows) row.ranges_m.resize(width, 0.0F);  // a scene is a grid of rows and columns
   return rows;
 }
 
@@ -189,7 +172,13 @@ Pose2 read_pose(const fs::path& path, InputReport& report) {
   return {0.01 * values[2], -0.01 * values[0], normalize_angle(-deg_to_rad(values[4]))};
 }
 
-class TiltedScanReader : public SampleReader {
+using ReadRows = std::vector<Row> (*)(const fs::path&, InputReport&);
+ReadRows reader_of(Kind kind) {
+  if (kind == Kind::ranges_mm) return read_ranges_mm;
+  return kind == Kind::uos_points ? read_uos_points : read_polar;
+}
+
+class TiltedScanReader : public QueuedReader {
  public:
   explicit TiltedScanReader(const std::vector<fs::path>& paths) {
     std::map<std::string, fs::path> files;  // by stem: a .csv before a .3d
@@ -202,25 +191,16 @@ class TiltedScanReader : public SampleReader {
         if (entry.is_regular_file()) add_file(entry.path(), files);
       }
     }
-    for (const auto& [stem, path] : files) files_.push_back(path);
-    require(!files_.empty(),
-            paths.front().string() +
-                ": no 3D scan in it (*_tilt_ranges_mm.csv, *.3d or scan_polar.csv)");
+    for (const auto& [stem, path] : files) report_.paths.push_back(path.string());
+    require(!files.empty(), paths.front().string() +
+                                ": no 3D scan in it (*_tilt_ranges_mm.csv, *.3d or "
+                                "scan_polar.csv)");
     report_.format = "3D scans of a tilted laser";
-    for (const fs::path& path : files_) report_.paths.push_back(path.string());
-    report_.notes.emplace_back("no stamps: 0.1 s a row is assumed");
+    note("no stamps: 0.1 s per row is assumed");
   }
 
-  std::optional<Sample> next() override {
-    while (pending_.empty() && file_ < files_.size()) read_scan(files_[file_++]);
-    if (pending_.empty()) return std::nullopt;
-    Sample sample = std::move(pending_.front());
-    pending_.pop_front();
-    return sample;
-  }
-  const InputReport& report() const override { return report_; }
   double progress() const override {
-    return static_cast<double>(file_) / static_cast<double>(files_.size());
+    return static_cast<double>(file_) / static_cast<double>(report_.paths.size());
   }
 
  private:
@@ -231,41 +211,36 @@ class TiltedScanReader : public SampleReader {
     if (!is_new && kind == Kind::ranges_mm) entry->second = path;
   }
 
-  void read_scan(const fs::path& path) {
+  bool read_piece() override {
+    if (file_ == report_.paths.size()) return false;
+    const fs::path path = report_.paths[file_++];
     const Kind kind = kind_of(path);
-    const std::vector<Row> rows = kind == Kind::ranges_mm    ? read_ranges_mm(path, report_)
-                                  : kind == Kind::uos_points ? read_uos_points(path, report_)
-                                                             : read_polar(path, report_);
+    std::vector<Row> rows = reader_of(kind)(path, report_);
     if (rows.empty()) {
       report_.drop("scan without a row", path.string());
-      return;
+      return true;
     }
     if (!announced_) announce(kind);
     const Pose2 pose = read_pose(stem_of(path) + ".pose", report_);
-    for (const Row& row : rows) {
-      add_odometry(pose);
+    for (Row& row : rows) {
+      const Utime now = Utime::from_seconds(time_s_);
+      queue_odometry(now, pose);
       PanTiltState state;
-      state.utime = now();
+      state.utime = now;
       state.tilt_rad = row.tilt_rad;
+      queue(state);
       LaserScan scan;
-      scan.utime = now();
+      scan.utime = now;
       scan.first_bearing_rad = row.first_bearing_rad;
       scan.bearing_step_rad = row.step_rad;
-      scan.ranges_m = row.ranges_m;
-      pending_.emplace_back(state);
-      pending_.emplace_back(std::move(scan));
-      time_s_ += kRowPeriodS;
+      scan.ranges_m = std::move(row.ranges_m);
+      queue(std::move(scan));
+      time_s_ += kUntimedScanPeriodS;
       ++report_.given["scans"];
     }
     ++report_.given["3D scans"];
     time_s_ += kPauseS;
-  }
-
-  void add_odometry(const Pose2& pose) {
-    OdometrySample sample;
-    sample.utime = now();
-    sample.odom_from_robot = pose;
-    pending_.emplace_back(sample);
+    return true;
   }
 
   void announce(Kind kind) {
@@ -281,20 +256,15 @@ class TiltedScanReader : public SampleReader {
       base.parent_from_sensor.translation().z() = 0.340;
       laser.parent_from_sensor.translation().z() = 0.160;
     } else {
-      report_.notes.emplace_back("the height of the laser is not known: z = 0 is the tilt axis");
+      note("the height of the laser is not known: z = 0 is the tilt axis");
     }
-    pending_.emplace_back(base);
-    pending_.emplace_back(laser);
+    queue(base);
+    queue(laser);
   }
 
-  Utime now() const { return Utime::from_seconds(time_s_); }
-
-  std::vector<fs::path> files_;
-  std::size_t file_ = 0;
+  std::size_t file_ = 0;  // the next of report_.paths
   double time_s_ = 0.0;
   bool announced_ = false;
-  std::deque<Sample> pending_;
-  InputReport report_;
 };
 
 }  // namespace

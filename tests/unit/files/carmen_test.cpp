@@ -57,6 +57,43 @@ TEST(Carmen, NewLaserLineSaysItsOwnGeometryAndMounting) {
   EXPECT_NEAR(recorded.infos[0].parent_from_sensor.translation().x(), 0.1, 1e-12);
 }
 
+TEST(Carmen, TheRearLaserHasItsOwnChannelAndLooksBack) {
+  const Recorded recorded = read(
+      "FLASER 3 1 2 3 0 0 0 0 0 0 1.0 h 1\n"
+      "RLASER 3 4 5 6 0 0 0 0 0 0 1.1 h 1\n"
+      "ROBOTLASER2 0 -1.0 2.0 0.5 20.0 0.01 0 3 7 8 9 0 "
+      "0.9 2.0 3.0 1.0 2.0 0.0 0 0 0 0 0 1.2 host 1\n");
+  ASSERT_EQ(recorded.scans.size(), 3U);
+  EXPECT_EQ(recorded.scans[0].channel, "LIDAR");
+  EXPECT_EQ(recorded.scans[1].channel, "LIDAR_REAR");
+  EXPECT_EQ(recorded.scans[2].channel, "LIDAR_REAR");
+  ASSERT_EQ(recorded.infos.size(), 2U);
+  EXPECT_EQ(recorded.infos[0].channel, "LIDAR");
+  EXPECT_TRUE(recorded.infos[0].parent_from_sensor.isApprox(Pose3::Identity()));
+  EXPECT_EQ(recorded.infos[1].channel, "LIDAR_REAR");
+  EXPECT_THAT(flatten(recorded.infos[1].parent_from_sensor),
+              IsNear(Pose2{0, 0, deg_to_rad(180)}, 1e-12, 1e-12));
+}
+
+TEST(Carmen, TheScanDurationFollowsTheBeamSpacing) {
+  const auto duration_s = [](int beams) {
+    std::string text = "FLASER " + std::to_string(beams);
+    for (int i = 0; i < beams; ++i) text += " 1.5";
+    return read(text + " 0 0 0 0 0 0 1.0 h 1\n").infos.at(0).scan_duration_s;
+  };
+  EXPECT_DOUBLE_EQ(duration_s(180), 0.00667);  // whole degrees: half a turn of the mirror
+  EXPECT_DOUBLE_EQ(duration_s(361), 0.02);     // half degrees
+  EXPECT_DOUBLE_EQ(duration_s(401), 0.02);     // quarter degrees over 100
+}
+
+TEST(Carmen, The401BeamsOfALongRangeLaserCover100Degrees) {
+  std::string text = "FLASER 401";
+  for (int i = 0; i < 401; ++i) text += " 1.5";
+  const Recorded recorded = read(text + " 0 0 0 0 0 0 1.0 h 1\n");
+  EXPECT_NEAR(recorded.scans.at(0).bearing_rad(0), deg_to_rad(-50), 1e-12);
+  EXPECT_NEAR(recorded.scans.at(0).bearing_rad(400), deg_to_rad(50), 1e-12);
+}
+
 TEST(Carmen, TheRangeThatComesAgainAndAgainMeansNoReturn) {
   std::string text;
   for (int i = 0; i < 30; ++i)

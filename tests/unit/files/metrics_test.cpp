@@ -49,6 +49,23 @@ TEST(RelationsMetric, ErrorsAreMeasuredInTheFirstPosesFrame) {
   EXPECT_NEAR(report.all.rotation_deg.mean, 10.0, 1e-9);
 }
 
+TEST(RelationsMetric, SpreadsAreAboutTheMeanAndFarApartIsAMinute) {
+  const Trajectory still = {
+      {Utime::from_seconds(0), {}}, {Utime::from_seconds(59), {}}, {Utime::from_seconds(61), {}}};
+  const std::vector<PoseRelation> relations = {
+      {0, 59, {0.1, 0, 0}}, {59, 0, {0.3, 0, deg_to_rad(2)}}, {61, 0, {0, 0.8, deg_to_rad(-4)}}};
+  const RelationsReport report = compare_with_relations(still, relations);
+  EXPECT_EQ(report.all.count, 3U);
+  EXPECT_NEAR(report.all.translation_m.mean, 0.4, 1e-12);
+  EXPECT_NEAR(report.all.translation_m.std, std::sqrt((0.09 + 0.01 + 0.16) / 3.0), 1e-12);
+  EXPECT_NEAR(report.all.translation_m.p95, 0.3, 1e-12);  // the second of three
+  EXPECT_NEAR(report.all.translation_m.max, 0.8, 1e-12);
+  EXPECT_NEAR(report.all.rotation_deg.mean, 2.0, 1e-9);
+  EXPECT_EQ(report.far_apart.count, 1U);
+  EXPECT_NEAR(report.far_apart.translation_m.mean, 0.8, 1e-12);
+  EXPECT_NEAR(report.far_apart.translation_m.std, 0.0, 1e-12);
+}
+
 TEST(RelationsMetric, AFileOfRelationsIsReadLineByLine) {
   const testing::TemporaryFolder folder;
   const std::string path = (folder.path() / "a.relations").string();

@@ -34,7 +34,22 @@ TEST(OdometryLaserText, LinesBecomeScansATenthOfASecondApart) {
   EXPECT_NEAR((recorded.scans[1].utime - recorded.scans[0].utime).seconds(), 0.1, 1e-9);
   EXPECT_NEAR(recorded.scans[0].bearing_rad(1), 0.0, 1e-12);
   EXPECT_THAT(recorded.odometry.at(1).odom_from_robot, IsNear(Pose2{1.5, 2, 0.5}, 1e-12, 1e-12));
-  EXPECT_FALSE(recorded.report.notes.empty());
+  EXPECT_THAT(recorded.report.notes,
+              ::testing::ElementsAre(HasSubstr("3.996 m"), HasSubstr("0.1 s")));
+}
+
+TEST(OdometryLaserText, LinesThatCannotBeReadAreCountedWithTheirPlace) {
+  const TemporaryFolder folder;
+  const auto path = folder.write(
+      "log", "Odometry 1 2 0.5\nOdometry 1 nan 0\nLaser 3 1 2\nLaser 1 1\nLaser 2 1 2\n");
+  const Recorded recorded = read_all(*open_odometry_laser_text(path));
+  EXPECT_EQ(recorded.scans.size(), 1U);
+  EXPECT_THAT(recorded.odometry.at(0).odom_from_robot, IsNear(Pose2{1, 2, 0.5}, 1e-12, 1e-12));
+  using ::testing::Pair;
+  EXPECT_THAT(recorded.report.places,
+              ::testing::UnorderedElementsAre(Pair("odometry line that cannot be read", "line 2"),
+                                              Pair("laser line that cannot be read", "line 3"),
+                                              Pair("scan of fewer than 2 beams", "line 4")));
 }
 
 std::string thesis_a_scan(double x_cm) {
@@ -100,6 +115,63 @@ TEST(TiltedScans, RowsOfMillimetresBecomeATiltAndAScanEach) {
   EXPECT_TRUE(code == 0.0F || static_cast<double>(code) >= recorded.infos.back().range_max_m);
 }
 
+// The count of samples that a report gives is the count that a reader hands out, and progress ends
+// at 1; of every format.
+TEST(Readers, ReportsAndProgressAreTrueOfEveryFormat) {
+  const TemporaryFolder folder;
+  std::string row = "10.0";
+  for (int i = 0; i < 60; ++i) row += ",1000";
+  for (const auto& path : {folder.write("carmen", "FLASER 2 1 2 0 0 0 0 0 0 5.0 h 1\nODOM 1\n"),
+                           folder.write("text", "Odometry 1 2 0.5\nLaser 3 1 2 3\n"),
+                           folder.write("thesis", thesis_a_scan(0)),
+                           folder.write("a_tilt_ranges_mm.csv", row + "\n")}) {
+    const auto reader = open_recording(path);
+    EXPECT_LT(reader->progress(), 1.0) << path;
+    Recorded recorded = read_all(*reader);
+    EXPECT_EQ(recorded.report.given.at("scans"), 1) << path;
+    EXPECT_EQ(recorded.scans.size(), 1U) << path;
+    EXPECT_EQ(recorded.odometry.size(), 1U) << path;
+    EXPECT_EQ(recorded.report.paths, std::vector<std::string>{path.string()});
+    EXPECT_EQ(reader->progress(), 1.0) << path;
+    const std::size_t notes = recorded.report.notes.size();
+    EXPECT_FALSE(reader->next());  // the end stays the end, and is reported once
+    EXPECT_EQ(reader->report().notes.size(), notes) << path;
+  }
+}
+
+TEST(TiltedScans, PointsOfUosBecomeRowsFromTheRightOn) {
+  const TemporaryFolder folder;
+  // Left-handed, x to the right, y up, z ahead [cm]: two rows of three beams, level and 45 deg up.
+  const auto path = folder.write(
+      "scan000.3d", "100 0 0\n0 0 200\n-300 0 0\n100 0 0.001\n0 100 100\n-100 0 0.001\nrubbish\n");
+  folder.write("scan000.pose", "100 0 300\n0 -90 0\n");
+  const Recorded recorded = read_all(*open_tilted_scans({path}));
+  ASSERT_EQ(recorded.scans.size(), 2U);
+  EXPECT_THAT(recorded.scans[0].ranges_m, ::testing::ElementsAre(1.0F, 2.0F, 3.0F));
+  EXPECT_NEAR(recorded.scans[0].bearing_rad(0), deg_to_rad(-90), 1e-6);
+  EXPECT_NEAR(recorded.scans[0].bearing_rad(2), deg_to_rad(90), 1e-6);
+  EXPECT_NEAR(recorded.pantilt.at(0).tilt_rad, 0.0, 1e-6);
+  EXPECT_NEAR(recorded.pantilt.at(1).tilt_rad, deg_to_rad(45), 1e-4);
+  EXPECT_THAT(recorded.odometry.at(0).odom_from_robot,
+              IsNear(Pose2{3.0, -1.0, deg_to_rad(90)}, 1e-9, 1e-9));
+  EXPECT_EQ(recorded.report.places.at("point that cannot be read"), path.string() + ":7");
+}
+
+TEST(TiltedScans, PolarLinesLieOnOneGridAndAMissingBeamHasNoReturn) {
+  const TemporaryFolder folder;
+  const auto path = folder.write("scan_polar.csv",
+                                 "# line,tilt_deg,bearing_deg,range_m\n"
+                                 "0,-5,-89.75,1.5\n0,-5,-87.75,2.5\n1,0,-89.5,3.5\n1,0,200,9\n");
+  const Recorded recorded = read_all(*open_tilted_scans({path}));
+  ASSERT_EQ(recorded.scans.size(), 2U);
+  EXPECT_THAT(recorded.scans[0].ranges_m, ::testing::ElementsAre(1.5F, 0.0F, 2.5F));
+  EXPECT_THAT(recorded.scans[1].ranges_m, ::testing::ElementsAre(3.5F, 0.0F, 0.0F));
+  EXPECT_NEAR(recorded.scans[0].bearing_rad(0), deg_to_rad(-89.75), 1e-9);
+  EXPECT_NEAR(recorded.scans[1].bearing_rad(0), deg_to_rad(-89.5), 1e-9);
+  EXPECT_NEAR(recorded.infos.at(0).parent_from_sensor.translation().z(), 0.340, 1e-12);
+  EXPECT_EQ(recorded.report.places.at("point that cannot be read"), path.string() + ":5");
+}
+
 TEST(OpenRecording, TellsKindsApartByContentWhateverTheName) {
   const TemporaryFolder folder;
   const auto carmen = folder.write("a.lcm", "FLASER 2 1 2 0 0 0 0 0 0 5.0 h 1\n");
@@ -108,6 +180,11 @@ TEST(OpenRecording, TellsKindsApartByContentWhateverTheName) {
   EXPECT_THAT(open_recording(text)->report().format, HasSubstr("Odometry"));
   const auto thesis = folder.write("c.log", thesis_a_scan(0));
   EXPECT_EQ(open_recording(thesis)->report().format, "thesis A scans");
+  const auto points = folder.write("d.3d", "0 0 100\n-100 0 0\n");
+  EXPECT_EQ(open_recording(points)->report().format, "3D scans of a tilted laser");
+  // What is not text is not given to the readers of numbers.
+  const auto binary = folder.write("e.3d", std::string("0 0 100\n\0\n", 10));
+  EXPECT_THAT(complaint([&] { open_recording(binary); }), HasSubstr("binary data"));
 }
 
 // Nobody's rights: root's may read everything.

@@ -32,9 +32,7 @@ class LcmLog : public ::testing::Test {
   }
   template <class Message>
   void add_message(const std::string& channel, const Message& message, int64_t event_us) {
-    std::vector<uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
-    message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-    log_.write(channel, bytes, Utime::from_us(event_us));
+    log_.write(channel, encode_message(message), Utime::from_us(event_us));
   }
   static LaserScan scan(int64_t us) {
     LaserScan scan;

@@ -5,6 +5,7 @@
 
 #include "lcm_tools/base/check.hpp"
 #include "lcmtypes/channels.hpp"
+#include "lcmtypes/field_copy.hpp"
 #include "lcmtypes/finite_pose.hpp"
 #include "lcmtypes/stamp.hpp"
 
@@ -29,20 +30,52 @@ Pose3 pose_from(const double (&translation)[3], const double (&quaternion)[4]) {
   return pose;
 }
 
-template <class Message>
-std::optional<Sample> decode_as(std::span<const uint8_t> bytes) {
-  Message message{};
-  const int size = static_cast<int>(bytes.size());
-  if (message.decode(bytes.data(), 0, size) != size) return std::nullopt;
-  return from_message(message);
-}
+constexpr auto kSensorInfoFields = [](auto copy, auto& info, auto& message) {
+  copy(info.channel, message.channel);
+  for (int i = 0; i < 3; ++i) copy(info.tilt_axis_m(i), message.tilt_axis_m[i]);
+  copy(info.scan_duration_s, message.scan_duration_s);
+  copy(info.range_min_m, message.range_min_m);
+  copy(info.range_max_m, message.range_max_m);
+  copy(info.range_sigma_m, message.range_sigma_m);
+  copy(info.focal_length_px, message.focal_length_px);
+};
 
-template <class Message>
-std::optional<Sample> decode_scan_as(std::span<const uint8_t> bytes, const std::string& channel) {
-  Message message{};
-  const int size = static_cast<int>(bytes.size());
-  if (message.decode(bytes.data(), 0, size) != size) return std::nullopt;
-  return from_message(message, channel);
+constexpr auto kOdometryFields = [](auto copy, auto& sample, auto& message) {
+  copy(sample.odom_from_robot.x_m, message.x_m);
+  copy(sample.odom_from_robot.y_m, message.y_m);
+  copy(sample.odom_from_robot.theta_rad, message.theta_rad);
+  copy(sample.velocity_m_per_s, message.velocity_m_per_s);
+  copy(sample.yaw_rate_rad_per_s, message.yaw_rate_rad_per_s);
+  copy(sample.left_clicks, message.left_clicks);
+  copy(sample.right_clicks, message.right_clicks);
+};
+
+constexpr auto kImuFields = [](auto copy, auto& sample, auto& message) {
+  for (int i = 0; i < 3; ++i) {
+    copy(sample.angular_velocity_rad_per_s(i), message.angular_velocity_rad_per_s[i]);
+    copy(sample.acceleration_m_per_s2(i), message.acceleration_m_per_s2[i]);
+  }
+};
+
+constexpr auto kPanTiltFields = [](auto copy, auto& state, auto& message) {
+  copy(state.pan_rad, message.pan_rad);
+  copy(state.tilt_rad, message.tilt_rad);
+  copy(state.pan_rate_rad_per_s, message.pan_rate_rad_per_s);
+  copy(state.tilt_rate_rad_per_s, message.tilt_rate_rad_per_s);
+};
+
+constexpr auto kPose2Fields = [](auto copy, auto& pose, auto& message) {
+  copy(pose.world_from_robot.x_m, message.x_m);
+  copy(pose.world_from_robot.y_m, message.y_m);
+  copy(pose.world_from_robot.theta_rad, message.theta_rad);
+};
+
+// @param channel  of a scan, whose message does not name it
+template <class Message, class... Channel>
+std::optional<Sample> decode_as(std::span<const uint8_t> bytes, const Channel&... channel) {
+  const auto message = decode_message<Message>(bytes);
+  if (!message) return std::nullopt;
+  return from_message(*message, channel...);
 }
 
 }  // namespace
@@ -109,39 +142,21 @@ LaserScan from_message(const lidar_raw_t& message, const std::string& channel) {
 }
 
 sensor_info_t to_message(const SensorInfo& info) {
-  sensor_info_t message;
-  message.utime = info.utime.us;
-  message.channel = info.channel;
+  auto message = message_of<sensor_info_t>(info, kSensorInfoFields);
   message.mount = info.mount == SensorInfo::Mount::robot ? sensor_info_t::MOUNT_ROBOT
                                                          : sensor_info_t::MOUNT_PANTILT;
   copy(info.parent_from_sensor, message.parent_from_sensor_m, message.parent_from_sensor_quat);
-  for (int i = 0; i < 3; ++i) message.tilt_axis_m[i] = info.tilt_axis_m(i);
-  message.scan_duration_s = info.scan_duration_s;
-  message.range_min_m = info.range_min_m;
-  message.range_max_m = info.range_max_m;
-  message.range_sigma_m = info.range_sigma_m;
-  message.focal_length_px = info.focal_length_px;
   return message;
 }
 
 SensorInfo from_message(const sensor_info_t& message) {
-  SensorInfo info;
-  info.utime = stamp_of(message.utime);
-  info.channel = message.channel;
-  require(
-      message.mount == sensor_info_t::MOUNT_ROBOT || message.mount == sensor_info_t::MOUNT_PANTILT,
-      "sensor_info_t: unknown mount");
-  info.mount = message.mount == sensor_info_t::MOUNT_ROBOT ? SensorInfo::Mount::robot
-                                                           : SensorInfo::Mount::pantilt;
+  auto info = value_of<SensorInfo>(message, kSensorInfoFields);
+  const bool on_robot = message.mount == sensor_info_t::MOUNT_ROBOT;
+  require(on_robot || message.mount == sensor_info_t::MOUNT_PANTILT,
+          "sensor_info_t: unknown mount");
+  info.mount = on_robot ? SensorInfo::Mount::robot : SensorInfo::Mount::pantilt;
   info.parent_from_sensor =
       pose_from(message.parent_from_sensor_m, message.parent_from_sensor_quat);
-  info.tilt_axis_m =
-      Eigen::Vector3d(message.tilt_axis_m[0], message.tilt_axis_m[1], message.tilt_axis_m[2]);
-  info.scan_duration_s = message.scan_duration_s;
-  info.range_min_m = message.range_min_m;
-  info.range_max_m = message.range_max_m;
-  info.range_sigma_m = message.range_sigma_m;
-  info.focal_length_px = message.focal_length_px;
   // The longest arm of an excavator; no robot that maps a building is larger.
   constexpr double kFarthestMountM = 20.0;
   require(info.parent_from_sensor.translation().norm() <= kFarthestMountM,
@@ -156,109 +171,54 @@ SensorInfo from_message(const sensor_info_t& message) {
 }
 
 odometry_t to_message(const OdometrySample& sample) {
-  odometry_t message;
-  message.utime = sample.utime.us;
-  message.x_m = sample.odom_from_robot.x_m;
-  message.y_m = sample.odom_from_robot.y_m;
-  message.theta_rad = sample.odom_from_robot.theta_rad;
-  message.velocity_m_per_s = sample.velocity_m_per_s;
-  message.yaw_rate_rad_per_s = sample.yaw_rate_rad_per_s;
-  message.left_clicks = sample.left_clicks;
-  message.right_clicks = sample.right_clicks;
-  return message;
+  return message_of<odometry_t>(sample, kOdometryFields);
 }
-
 OdometrySample from_message(const odometry_t& message) {
-  OdometrySample sample;
-  sample.utime = stamp_of(message.utime);
-  sample.odom_from_robot =
-      finite_pose(message.x_m, message.y_m, message.theta_rad, "odometry_t: pose is no place");
-  sample.velocity_m_per_s = message.velocity_m_per_s;
-  sample.yaw_rate_rad_per_s = message.yaw_rate_rad_per_s;
-  sample.left_clicks = message.left_clicks;
-  sample.right_clicks = message.right_clicks;
+  auto sample = value_of<OdometrySample>(message, kOdometryFields);
+  sample.odom_from_robot = finite_pose(message.x_m, message.y_m, message.theta_rad,
+                                       "odometry_t: the pose is not finite or too far away");
   return sample;
 }
 
-imu_t to_message(const ImuSample& sample) {
-  imu_t message;
-  message.utime = sample.utime.us;
-  for (int i = 0; i < 3; ++i) {
-    message.angular_velocity_rad_per_s[i] = sample.angular_velocity_rad_per_s(i);
-    message.acceleration_m_per_s2[i] = sample.acceleration_m_per_s2(i);
-  }
-  return message;
-}
-
+imu_t to_message(const ImuSample& sample) { return message_of<imu_t>(sample, kImuFields); }
 ImuSample from_message(const imu_t& message) {
-  ImuSample sample;
-  sample.utime = stamp_of(message.utime);
-  sample.angular_velocity_rad_per_s = Eigen::Vector3d(message.angular_velocity_rad_per_s);
-  sample.acceleration_m_per_s2 = Eigen::Vector3d(message.acceleration_m_per_s2);
+  auto sample = value_of<ImuSample>(message, kImuFields);
   require(sample.angular_velocity_rad_per_s.allFinite(), "imu_t: a rate is not finite");
   return sample;
 }
 
 pantilt_state_t to_message(const PanTiltState& state) {
-  pantilt_state_t message;
-  message.utime = state.utime.us;
-  message.pan_rad = state.pan_rad;
-  message.tilt_rad = state.tilt_rad;
-  message.pan_rate_rad_per_s = state.pan_rate_rad_per_s;
-  message.tilt_rate_rad_per_s = state.tilt_rate_rad_per_s;
-  return message;
+  return message_of<pantilt_state_t>(state, kPanTiltFields);
 }
-
 PanTiltState from_message(const pantilt_state_t& message) {
-  PanTiltState state;
-  state.utime = stamp_of(message.utime);
-  state.pan_rad = message.pan_rad;
-  state.tilt_rad = message.tilt_rad;
-  state.pan_rate_rad_per_s = message.pan_rate_rad_per_s;
-  state.tilt_rate_rad_per_s = message.tilt_rate_rad_per_s;
+  auto state = value_of<PanTiltState>(message, kPanTiltFields);
   require(std::isfinite(state.pan_rad) && std::isfinite(state.tilt_rad),
           "pantilt_state_t: an angle is not finite");
   return state;
 }
 
-pose2_t to_message(const TruePose& pose) {
-  pose2_t message;
-  message.utime = pose.utime.us;
-  message.x_m = pose.world_from_robot.x_m;
-  message.y_m = pose.world_from_robot.y_m;
-  message.theta_rad = pose.world_from_robot.theta_rad;
-  return message;
-}
-
+pose2_t to_message(const TruePose& pose) { return message_of<pose2_t>(pose, kPose2Fields); }
 TruePose from_message(const pose2_t& message) {
-  return {stamp_of(message.utime),
-          finite_pose(message.x_m, message.y_m, message.theta_rad, "pose2_t: pose is no place")};
+  return {stamp_of(message.utime), finite_pose(message.x_m, message.y_m, message.theta_rad,
+                                               "pose2_t: the pose is not finite or too far away")};
 }
 
 EncodedMessage encode_sample(const Sample& sample) {
-  struct Encoder {
-    EncodedMessage operator()(const SensorInfo& info) const {
-      return {channels::kSensorInfo, info.utime, encode_message(to_message(info))};
-    }
-    EncodedMessage operator()(const LaserScan& scan) const {
-      const bool regular = scan.bearings_rad.empty() && scan.time_offsets_s.empty();
-      return {scan.channel, scan.utime,
-              regular ? encode_message(to_message(scan)) : encode_message(to_raw_message(scan))};
-    }
-    EncodedMessage operator()(const OdometrySample& odometry) const {
-      return {channels::kOdometry, odometry.utime, encode_message(to_message(odometry))};
-    }
-    EncodedMessage operator()(const ImuSample& imu) const {
-      return {channels::kImu, imu.utime, encode_message(to_message(imu))};
-    }
-    EncodedMessage operator()(const PanTiltState& state) const {
-      return {channels::kPanTiltState, state.utime, encode_message(to_message(state))};
-    }
-    EncodedMessage operator()(const TruePose& pose) const {
-      return {channels::kTruePose, pose.utime, encode_message(to_message(pose))};
-    }
-  };
-  return std::visit(Encoder{}, sample);
+  // In the order of the Sample's types; a scan names its channel itself.
+  static constexpr const char* kChannels[] = {channels::kSensorInfo,   nullptr,
+                                              channels::kOdometry,     channels::kImu,
+                                              channels::kPanTiltState, channels::kTruePose};
+  if (const auto* scan = std::get_if<LaserScan>(&sample)) {
+    const bool regular = scan->bearings_rad.empty() && scan->time_offsets_s.empty();
+    return {scan->channel, scan->utime,
+            regular ? encode_message(to_message(*scan)) : encode_message(to_raw_message(*scan))};
+  }
+  const char* const channel = kChannels[sample.index()];
+  return std::visit(
+      [channel](const auto& value) -> EncodedMessage {
+        return {channel, value.utime, encode_message(to_message(value))};
+      },
+      sample);
 }
 
 std::optional<Sample> decode_sample(const std::string& channel, std::span<const uint8_t> bytes) {
@@ -268,8 +228,8 @@ std::optional<Sample> decode_sample(const std::string& channel, std::span<const 
   if (channel == channels::kPanTiltState) return decode_as<pantilt_state_t>(bytes);
   if (channel == channels::kTruePose) return decode_as<pose2_t>(bytes);
   if (channel.rfind(channels::kLidar, 0) == 0) {
-    if (auto scan = decode_scan_as<bot_core::planar_lidar_t>(bytes, channel)) return scan;
-    return decode_scan_as<lidar_raw_t>(bytes, channel);
+    if (auto scan = decode_as<bot_core::planar_lidar_t>(bytes, channel)) return scan;
+    return decode_as<lidar_raw_t>(bytes, channel);
   }
   return std::nullopt;
 }

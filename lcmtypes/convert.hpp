@@ -20,10 +20,10 @@
 #include "marco/sensor_info_t.hpp"
 #include "marco/trajectory_t.hpp"
 
-/// Message <-> value, one pair of functions a type, nowhere else.
+/// Message <-> value: one pair of functions per type, nowhere else.
 /// from_message throws std::invalid_argument, naming the cause, when a message contradicts itself:
-/// counts below zero, a stamp or a pose that is not finite, a quaternion that is none. Ranges are
-/// passed on as they are: what is no return is the reader's SensorInfo to say.
+/// a count below zero, a stamp or pose that is not finite, a quaternion not of unit length. Ranges
+/// are passed on unchanged: SensorInfo tells which of them are returns.
 namespace marco {
 
 bot_core::planar_lidar_t to_message(const LaserScan& regular_scan);
@@ -56,7 +56,7 @@ Walls from_message(const line_map_t& message);
 std::vector<grid_map_t> to_messages(const GridMap& map, Utime utime, int64_t revision);
 GridMap from_message(const grid_map_t& message);
 
-/// An encoded message and the channel it belongs on.
+/// An encoded message with its channel.
 struct EncodedMessage {
   std::string channel;
   Utime utime;
@@ -70,10 +70,19 @@ std::vector<uint8_t> encode_message(const Message& message) {
   return bytes;
 }
 
-/// A value as the message that Marco's processes expect, on its channel.
+/// Nothing unless `bytes` are one message of this type, to the last byte.
+template <class Message>
+std::optional<Message> decode_message(std::span<const uint8_t> bytes) {
+  Message message{};
+  const int size = static_cast<int>(bytes.size());
+  if (message.decode(bytes.data(), 0, size) != size) return std::nullopt;
+  return message;
+}
+
+/// A value as the message, and on the channel, that Marco's processes expect.
 EncodedMessage encode_sample(const Sample& sample);
 
-/// The reverse; nothing for a channel or type that carries no Sample, or bytes that do not decode.
+/// The reverse; nothing for a channel or type without a Sample, or bytes that do not decode.
 /// @throws std::invalid_argument as from_message.
 std::optional<Sample> decode_sample(const std::string& channel, std::span<const uint8_t> bytes);
 

@@ -1,4 +1,4 @@
-// What SLAM publishes: paths, walls, grids.
+// The maps of convert.hpp: trajectories, walls, grids.
 #include <algorithm>
 #include <cmath>
 
@@ -29,7 +29,7 @@ Trajectory from_message(const trajectory_t& message) {
   for (std::size_t i = 0; i < message.utimes.size(); ++i) {
     trajectory.push_back({stamp_of(message.utimes[i]),
                           finite_pose(message.x_m[i], message.y_m[i], message.theta_rad[i],
-                                      "trajectory_t: pose is no place")});
+                                      "trajectory_t: a pose is not finite or too far away")});
   }
   return trajectory;
 }

@@ -2,9 +2,10 @@
 
 #include <cmath>
 #include <initializer_list>
+#include <type_traits>
 
 #include "lcm_tools/base/check.hpp"
-#include "lcmtypes/stamp.hpp"
+#include "lcmtypes/field_copy.hpp"
 
 namespace marco {
 namespace {
@@ -17,6 +18,15 @@ static_assert(base_status_t::COMMAND_ABORTED == static_cast<int>(BaseStatus::Com
 static_assert(base_status_t::COMMAND_DONE == static_cast<int>(BaseStatus::Command::done));
 static_assert(pantilt_command_t::KIND_GO_TO == static_cast<int>(PanTiltCommand::Kind::go_to));
 
+// A visitor of the lists of fields below.
+struct RequireFinite {
+  const char* what;
+  template <class Value, class Field>
+  void operator()(const Value& value, const Field& /*field*/) const {
+    if constexpr (std::is_floating_point_v<Value>) require(std::isfinite(value), what);
+  }
+};
+
 void require_finite(std::initializer_list<double> values, const char* what) {
   for (const double value : values) require(std::isfinite(value), what);
 }
@@ -27,78 +37,79 @@ Enum checked(int8_t value, Enum last, const char* what) {
   return static_cast<Enum>(value);
 }
 
+constexpr auto kBaseCommandFields = [](auto copy, auto& command, auto& message) {
+  copy(command.id, message.id);
+  copy(command.distance_m, message.distance_m);
+  copy(command.angle_rad, message.angle_rad);
+  copy(command.velocity_m_per_s, message.velocity_m_per_s);
+  copy(command.yaw_rate_rad_per_s, message.yaw_rate_rad_per_s);
+  copy(command.point_m.x(), message.x_m);
+  copy(command.point_m.y(), message.y_m);
+  copy(command.max_velocity_m_per_s, message.max_velocity_m_per_s);
+  copy(command.max_yaw_rate_rad_per_s, message.max_yaw_rate_rad_per_s);
+  copy(command.acceleration_m_per_s2, message.acceleration_m_per_s2);
+};
+
+constexpr auto kBaseStatusFields = [](auto copy, auto& status, auto& message) {
+  copy(status.base, message.base);
+  copy(status.command_id, message.command_id);
+  copy(status.battery_v, message.battery_v);
+  copy(status.note, message.note);
+};
+
+constexpr auto kPanTiltCommandFields = [](auto copy, auto& command, auto& message) {
+  copy(command.pan_rad, message.pan_rad);
+  copy(command.tilt_rad, message.tilt_rad);
+  copy(command.pan_rate_rad_per_s, message.pan_rate_rad_per_s);
+  copy(command.tilt_rate_rad_per_s, message.tilt_rate_rad_per_s);
+};
+
+std::vector<int8_t> bytes_of(const std::vector<bool>& flags) {
+  return {flags.begin(), flags.end()};
+}
+std::vector<bool> flags_of(const std::vector<int8_t>& bytes) {
+  std::vector<bool> flags;
+  for (const int8_t byte : bytes) flags.push_back(byte != 0);
+  return flags;
+}
+
 }  // namespace
 
 base_command_t to_message(const BaseCommand& command) {
-  base_command_t message{};
-  message.utime = command.utime.us;
-  message.id = command.id;
+  auto message = message_of<base_command_t>(command, kBaseCommandFields);
   message.kind = static_cast<int8_t>(command.kind);
-  message.distance_m = command.distance_m;
-  message.angle_rad = command.angle_rad;
-  message.velocity_m_per_s = command.velocity_m_per_s;
-  message.yaw_rate_rad_per_s = command.yaw_rate_rad_per_s;
-  message.x_m = command.point_m.x();
-  message.y_m = command.point_m.y();
-  message.max_velocity_m_per_s = command.max_velocity_m_per_s;
-  message.max_yaw_rate_rad_per_s = command.max_yaw_rate_rad_per_s;
-  message.acceleration_m_per_s2 = command.acceleration_m_per_s2;
   return message;
 }
 
 BaseCommand from_message(const base_command_t& message) {
-  require_finite(
-      {message.distance_m, message.angle_rad, message.velocity_m_per_s, message.yaw_rate_rad_per_s,
-       message.x_m, message.y_m, message.max_velocity_m_per_s, message.max_yaw_rate_rad_per_s,
-       message.acceleration_m_per_s2},
-      "base_command_t: a number is not finite");
+  auto command = value_of<BaseCommand>(message, kBaseCommandFields);
+  command.kind =
+      checked(message.kind, BaseCommand::Kind::set_speed, "base_command_t: unknown kind");
+  kBaseCommandFields(RequireFinite{"base_command_t: a number is not finite"}, command, message);
   require(message.max_velocity_m_per_s >= 0.0 && message.max_yaw_rate_rad_per_s >= 0.0 &&
               message.acceleration_m_per_s2 >= 0.0,
           "base_command_t: a limit is below 0");
-  BaseCommand command;
-  command.utime = stamp_of(message.utime);
-  command.id = message.id;
-  command.kind =
-      checked(message.kind, BaseCommand::Kind::set_speed, "base_command_t: unknown kind");
-  command.distance_m = message.distance_m;
-  command.angle_rad = message.angle_rad;
-  command.velocity_m_per_s = message.velocity_m_per_s;
-  command.yaw_rate_rad_per_s = message.yaw_rate_rad_per_s;
-  command.point_m = {message.x_m, message.y_m};
-  command.max_velocity_m_per_s = message.max_velocity_m_per_s;
-  command.max_yaw_rate_rad_per_s = message.max_yaw_rate_rad_per_s;
-  command.acceleration_m_per_s2 = message.acceleration_m_per_s2;
   return command;
 }
 
 base_status_t to_message(const BaseStatus& status) {
-  base_status_t message{};
-  message.utime = status.utime.us;
-  message.base = status.base;
+  auto message = message_of<base_status_t>(status, kBaseStatusFields);
   message.link = static_cast<int8_t>(status.link);
-  message.command_id = status.command_id;
   message.command = static_cast<int8_t>(status.command);
   message.motors_on = status.motors_on ? 1 : 0;
-  message.battery_v = status.battery_v;
   message.num_batteries = static_cast<int32_t>(status.battery_v.size());
-  for (const bool pressed : status.bumpers) message.bumpers.push_back(pressed ? 1 : 0);
+  message.bumpers = bytes_of(status.bumpers);
   message.num_bumpers = static_cast<int32_t>(status.bumpers.size());
-  message.note = status.note;
   return message;
 }
 
 BaseStatus from_message(const base_status_t& message) {
-  BaseStatus status;
-  status.utime = stamp_of(message.utime);
-  status.base = message.base;
+  auto status = value_of<BaseStatus>(message, kBaseStatusFields);
   status.link = checked(message.link, BaseStatus::Link::up, "base_status_t: unknown link");
-  status.command_id = message.command_id;
   status.command =
       checked(message.command, BaseStatus::Command::aborted, "base_status_t: unknown command");
   status.motors_on = message.motors_on != 0;
-  status.battery_v = message.battery_v;
-  for (const int8_t pressed : message.bumpers) status.bumpers.push_back(pressed != 0);
-  status.note = message.note;
+  status.bumpers = flags_of(message.bumpers);
   return status;
 }
 
@@ -112,7 +123,7 @@ emergency_stop_t to_message(const EmergencyStop& stop) {
 }
 
 EmergencyStop from_message(const emergency_stop_t& message) {
-  // A stop is a stop, whatever its stamp; only a release is weighed by it.
+  // A stop holds whatever its stamp says; only a release needs a valid one.
   const Utime stamp =
       message.engaged != 0 ? Utime::from_us(message.utime) : stamp_of(message.utime);
   return {stamp, message.engaged != 0, message.sender, message.reason};
@@ -147,30 +158,19 @@ SonarRing from_message(const sonar_t& message) {
 }
 
 pantilt_command_t to_message(const PanTiltCommand& command) {
-  pantilt_command_t message{};
-  message.utime = command.utime.us;
+  auto message = message_of<pantilt_command_t>(command, kPanTiltCommandFields);
   message.kind = static_cast<int8_t>(command.kind);
-  message.pan_rad = command.pan_rad;
-  message.tilt_rad = command.tilt_rad;
-  message.pan_rate_rad_per_s = command.pan_rate_rad_per_s;
-  message.tilt_rate_rad_per_s = command.tilt_rate_rad_per_s;
   return message;
 }
 
 PanTiltCommand from_message(const pantilt_command_t& message) {
-  require_finite(
-      {message.pan_rad, message.tilt_rad, message.pan_rate_rad_per_s, message.tilt_rate_rad_per_s},
-      "pantilt_command_t: a number is not finite");
-  require(message.pan_rate_rad_per_s >= 0.0 && message.tilt_rate_rad_per_s >= 0.0,
-          "pantilt_command_t: a rate is below 0");
-  PanTiltCommand command;
-  command.utime = stamp_of(message.utime);
+  auto command = value_of<PanTiltCommand>(message, kPanTiltCommandFields);
   command.kind =
       checked(message.kind, PanTiltCommand::Kind::go_to, "pantilt_command_t: unknown kind");
-  command.pan_rad = message.pan_rad;
-  command.tilt_rad = message.tilt_rad;
-  command.pan_rate_rad_per_s = message.pan_rate_rad_per_s;
-  command.tilt_rate_rad_per_s = message.tilt_rate_rad_per_s;
+  kPanTiltCommandFields(RequireFinite{"pantilt_command_t: a number is not finite"}, command,
+                        message);
+  require(message.pan_rate_rad_per_s >= 0.0 && message.tilt_rate_rad_per_s >= 0.0,
+          "pantilt_command_t: a rate is below 0");
   return command;
 }
 
@@ -181,20 +181,15 @@ gamepad_t to_message(const GamepadState& state) {
   message.num_axes = static_cast<int32_t>(state.axes.size());
   message.axes = state.axes;
   message.num_buttons = static_cast<int32_t>(state.buttons.size());
-  for (const bool pressed : state.buttons) message.buttons.push_back(pressed ? 1 : 0);
+  message.buttons = bytes_of(state.buttons);
   return message;
 }
 
 GamepadState from_message(const gamepad_t& message) {
-  GamepadState state;
-  state.utime = stamp_of(message.utime);
-  state.connected = message.connected != 0;
   for (const float axis : message.axes) {
     require(std::isfinite(axis), "gamepad_t: an axis is not finite");
   }
-  state.axes = message.axes;
-  for (const int8_t pressed : message.buttons) state.buttons.push_back(pressed != 0);
-  return state;
+  return {stamp_of(message.utime), message.connected != 0, message.axes, flags_of(message.buttons)};
 }
 
 }  // namespace marco

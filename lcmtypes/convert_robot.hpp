@@ -8,9 +8,9 @@
 #include "marco/pantilt_command_t.hpp"
 #include "marco/sonar_t.hpp"
 
-/// Message <-> value of what a robot is ordered and reports; the rest is in convert.hpp.
+/// Message <-> value: orders to a robot and its reports; the rest is in convert.hpp.
 /// from_message throws std::invalid_argument, naming the cause, when a message holds a number that
-/// is not finite or a kind that nobody knows.
+/// is not finite or an unknown kind.
 namespace marco {
 
 base_command_t to_message(const BaseCommand& command);

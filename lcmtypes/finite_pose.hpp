@@ -7,8 +7,8 @@
 
 namespace marco {
 
-/// A pose of a message that anybody may have sent. @throws std::invalid_argument saying `what` when
-/// it is not finite, or farther away than any building is wide.
+/// The pose in a received message. @throws std::invalid_argument with `what` when it is not finite,
+/// or farther away than any building is wide.
 inline Pose2 finite_pose(double x_m, double y_m, double theta_rad, const char* what) {
   const Pose2 pose{x_m, y_m, normalize_angle(theta_rad)};
   // Farther than any building is wide: a flipped bit, not a place.

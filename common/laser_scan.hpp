@@ -8,7 +8,7 @@
 
 namespace marco {
 
-/// A range from here on is no return, whatever SENSOR_INFO says: no laser that maps sees so far.
+/// Ranges from here on are no returns, whatever SENSOR_INFO says: no mapping laser sees so far.
 inline constexpr double kFarthestReturnM = 300.0;
 
 /// One sweep of a planar laser, as measured: nothing filtered, nothing moved.
@@ -18,8 +18,8 @@ struct LaserScan {
   std::vector<float> ranges_m;        ///< may hold 0, NaN, infinite or over-range values: no return
   double first_bearing_rad = 0.0;     ///< sensor frame, counter-clockwise from ahead
   double bearing_step_rad = 0.0;      ///< negative for a clockwise sweep
-  std::vector<float> bearings_rad;    ///< empty, or one a beam (then first and step mean nothing)
-  std::vector<float> time_offsets_s;  ///< empty, or one a beam: after `utime`
+  std::vector<float> bearings_rad;    ///< empty, or one per beam (then first and step are unused)
+  std::vector<float> time_offsets_s;  ///< empty, or one per beam: time after `utime`
 
   std::size_t size() const { return ranges_m.size(); }
   double bearing_rad(std::size_t beam) const {

@@ -6,13 +6,13 @@
 
 namespace marco {
 
-/// Why an order that was given at `given` must not be obeyed at `now`: older than kOrderHoldsS, or
-/// stamped that far ahead of this computer's clock (then nobody knows how old it is). One line for
-/// a person; "" = it may be obeyed.
+/// Why an order with stamp `given` must not be executed at `now`: it is older than kOrderHoldsS, or
+/// stamped that far ahead of this computer's clock, so that its age is unknown. One line for the
+/// log; "" = it is valid.
 std::string why_stale(Utime given, Utime now);
 
-/// A pan-tilt tells nothing of refused orders: who hears one counts it. STOP is always obeyed.
-/// @throws std::invalid_argument, always with the same text, for an order that is stale.
+/// A pan-tilt does not report refused orders; its driver counts them. STOP is always executed.
+/// @throws std::invalid_argument, always with the same text, for a stale order.
 void require_fresh(const PanTiltCommand& command, Utime now);
 
 }  // namespace marco

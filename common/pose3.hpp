@@ -9,8 +9,8 @@ namespace marco {
 /// A rigid pose in space; `a_from_b` maps b-coordinates into a. x forward, y left, z up.
 using Pose3 = Eigen::Isometry3d;
 
-/// Rz(yaw) · Ry(pitch) · Rx(roll), then the translation. Pitch > 0 looks DOWN (right-handed about
-/// y).
+/// Rz(yaw) · Ry(pitch) · Rx(roll), then the translation. Right-handed about y: pitch > 0 looks
+/// DOWN.
 inline Pose3 make_pose3(const Eigen::Vector3d& translation_m,
                         double roll_rad = 0.0,
                         double pitch_rad = 0.0,
@@ -43,6 +43,11 @@ inline Pose3 lift(const Pose2& pose) {
 inline Pose2 flatten(const Pose3& pose) {
   return {pose.translation().x(), pose.translation().y(),
           std::atan2(pose.linear()(1, 0), pose.linear()(0, 0))};
+}
+
+/// The heading of a unit quaternion's x axis.
+inline double yaw_of_quaternion(double w, double x, double y, double z) {
+  return std::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
 }
 
 }  // namespace marco

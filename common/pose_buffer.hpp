@@ -9,11 +9,11 @@
 
 namespace marco {
 
-/// The last poses of one source, to be asked for any moment between them.
+/// The last poses of one source, interpolated at any time between them.
 ///
-/// A stamp that steps backwards is taken as the truth: samples at or after it are forgotten, so
-/// that a log with a bursty clock still answers exactly at each sample's own stamp right after it
-/// was added. Keeps `capacity` samples. Not thread-safe.
+/// After a stamp that steps backwards, samples at or after it are dropped: a log with a bursty
+/// clock still answers exactly at the stamp of the sample that was just added. Keeps `capacity`
+/// samples. Not thread-safe.
 class PoseBuffer {
  public:
   PoseBuffer() : PoseBuffer(4000) {}
@@ -30,12 +30,12 @@ class PoseBuffer {
   /// velocity up to `reach` beyond the newest sample. Nothing before the oldest or beyond reach.
   std::optional<Pose2> at(Utime utime, Duration reach = {}) const;
 
-  /// The motion in `length` from `begin` on, in the frame at its begin. Samples that do not reach
-  /// its end yet answer for as long a time up to the newest one. Nothing when they do not reach
-  /// `begin` at all, or do not go back as far.
+  /// The motion from `begin` for `length`, in the frame at its begin. Where the samples end
+  /// earlier, the motion of the last `length` up to the newest one. Nothing when they end before
+  /// `begin`, or start too late.
   std::optional<Pose2> motion_during(Utime begin, Duration length) const;
 
-  /// All it holds, oldest first; adding them to an empty buffer makes the same again.
+  /// All samples, oldest first; adding them to an empty buffer gives an equal one.
   Trajectory samples() const;
 
  private:

@@ -8,7 +8,7 @@
 
 namespace marco {
 
-/// A relative pose somebody checked by hand: `second` seen from `first`.
+/// A hand-checked relative pose of a benchmark: `second` seen from `first`.
 struct PoseRelation {
   double first_time_s = 0.0;
   double second_time_s = 0.0;

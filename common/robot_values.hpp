@@ -8,8 +8,8 @@
 
 namespace marco {
 
-/// How long an order to move holds: a velocity is driven for this long unless a newer one comes, an
-/// older order is refused, and who steers by a gamepad or a key says so again within it.
+/// How long an order to move is valid: a velocity is driven for this long unless a newer one
+/// arrives, an older order is refused, and a gamepad or keyboard repeats its order within it.
 inline constexpr double kOrderHoldsS = 0.5;
 
 /// An order to a base (lcmtypes/marco/base_command_t.lcm); only the fields of its kind count.
@@ -24,7 +24,7 @@ struct BaseCommand {
   double velocity_m_per_s = 0.0;
   double yaw_rate_rad_per_s = 0.0;
   Eigen::Vector2d point_m = Eigen::Vector2d::Zero();  ///< odom frame
-  double max_velocity_m_per_s = 0.0;                  ///< 0 = as it was
+  double max_velocity_m_per_s = 0.0;                  ///< 0 = unchanged
   double max_yaw_rate_rad_per_s = 0.0;
   double acceleration_m_per_s2 = 0.0;
 };
@@ -42,7 +42,7 @@ struct BaseStatus {
   bool motors_on = false;
   std::vector<double> battery_v;
   std::vector<bool> bumpers;
-  std::string note;  ///< one line for a person
+  std::string note;  ///< one line of text
 };
 
 /// Stops every base until it is released (lcmtypes/marco/emergency_stop_t.lcm).

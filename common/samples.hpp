@@ -14,7 +14,7 @@
 
 namespace marco {
 
-/// Where a sensor sits and what it can see (lcmtypes/marco/sensor_info_t.lcm).
+/// Pose and limits of a sensor (lcmtypes/marco/sensor_info_t.lcm).
 struct SensorInfo {
   enum class Mount { robot, pantilt };
 
@@ -24,14 +24,14 @@ struct SensorInfo {
   Pose3 parent_from_sensor = Pose3::Identity();
   Eigen::Vector3d tilt_axis_m = Eigen::Vector3d::Zero();  ///< of a pan-tilt, in its panned frame
   double scan_duration_s = 0.0;                           ///< first beam to last beam
-  double range_min_m = 0.0;                               ///< nearer returns do not count
-  double range_max_m = 80.0;                              ///< at or beyond it there was no return
+  double range_min_m = 0.0;                               ///< nearer returns are ignored
+  double range_max_m = 80.0;                              ///< this range and more: no return
   double range_sigma_m = 0.0;                             ///< 0 = not known
   double focal_length_px = 0.0;                           ///< of a camera
 };
 
-/// Takes note of the newest of a channel. @returns false, and leaves it, when too many others are
-/// known: anybody on the network may announce channels.
+/// Remembers the newest of each channel. @returns false, and changes nothing, when there are too
+/// many channels: any program on the network may announce some.
 inline bool note_sensor(std::map<std::string, SensorInfo>& by_channel, const SensorInfo& info) {
   constexpr std::size_t kMostChannels = 64;
   if (by_channel.size() >= kMostChannels && !by_channel.contains(info.channel)) return false;
@@ -70,7 +70,7 @@ struct TruePose {
   Pose2 world_from_robot;
 };
 
-/// Anything a log or a robot tells, as a value.
+/// Any measurement of a log or a robot, as a value.
 using Sample =
     std::variant<SensorInfo, LaserScan, OdometrySample, ImuSample, PanTiltState, TruePose>;
 

@@ -11,7 +11,7 @@ namespace marco {
 /// A mesh with a picture on it.
 struct TexturedMesh {
   TriangleMesh mesh;
-  std::vector<Eigen::Vector2f> uvs;  ///< one a vertex; (0, 0) is the picture's upper left corner
+  std::vector<Eigen::Vector2f> uvs;  ///< one per vertex; (0, 0) is the picture's upper left corner
   std::string image;                 ///< an encoded PNG or JPEG
 };
 

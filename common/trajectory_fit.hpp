@@ -6,9 +6,9 @@
 
 namespace marco {
 
-/// How far a path lies from the truth after the best rigid motion of it.
+/// The error of a path after its best rigid alignment with the truth.
 struct TrajectoryFit {
-  std::size_t count = 0;      ///< poses that had truth on both sides of them
+  std::size_t count = 0;      ///< poses with truth before and after them
   Pose2 truth_from_estimate;  ///< frame of the truth from frame of the estimate
   double rms_m = 0.0;
   double max_m = 0.0;
@@ -16,7 +16,7 @@ struct TrajectoryFit {
 
 /// Least squares of the positions over rotation and translation, no scale (Umeyama 1991). The truth
 /// is interpolated at each estimate's stamp; estimates outside its span, or in a gap above
-/// `max_gap`, do not count. @returns count < 2 when there is nothing to fit.
+/// `max_gap`, are left out. @returns count < 2 when there is nothing to fit.
 TrajectoryFit fit_to_truth(const Trajectory& estimate,
                            const Trajectory& truth,
                            Duration max_gap = Duration::from_seconds(1.0));

@@ -6,8 +6,8 @@
 
 namespace marco::files {
 
-/// A plan for drawing programs: DXF R12, one LINE a wall on layer WALLS, metres, start to end (free
-/// space on the left).
+/// The walls for CAD programs: DXF R12, one LINE per wall on layer WALLS, in metres, from start to
+/// end (free space on the left).
 std::string lines_dxf(const Walls& walls);
 
 }  // namespace marco::files

@@ -6,12 +6,12 @@
 
 namespace marco::files {
 
-/// A plan with all that is known of it: {"unit": "m", "walls": [{"id", "start_m": [x, y], "end_m",
+/// The walls with every field: {"unit": "m", "walls": [{"id", "start_m": [x, y], "end_m",
 /// "covariance_m2": 4 x 4 of (start x, y, end x, y), "existence", "times_seen", "start_seen",
 /// "end_seen"}]}.
 std::string lines_json(const Walls& walls);
 
-/// The reverse. @throws std::invalid_argument saying what is wrong with the text.
+/// The reverse. @throws std::invalid_argument naming what is wrong with the text.
 Walls parse_lines_json(const std::string& text);
 
 }  // namespace marco::files

@@ -7,8 +7,8 @@
 
 namespace marco::files {
 
-/// A plan as an SVG picture: walls green, those not sure to stand paler, the path red, 1 m grid.
-/// One unit is a metre, y up. Nothing to draw gives an empty picture of 1 m.
+/// The walls and the path as a drawing (MetreSvg): walls green, paler the less likely they exist,
+/// the path red.
 std::string lines_svg(const Walls& walls, const Trajectory& path);
 
 }  // namespace marco::files

@@ -20,8 +20,7 @@ constexpr int kFreeGrey = 254;
 
 uint8_t grey_of(uint8_t occupancy) {
   if (occupancy == GridMap::kUnknown) return kUnknownGrey;
-  const auto grey = static_cast<uint8_t>(kFreeGrey - (occupancy * kFreeGrey + 50) / 100);
-  return grey == kUnknownGrey ? kUnknownGrey + 1 : grey;
+  return static_cast<uint8_t>(kFreeGrey - (occupancy * kFreeGrey + 50) / 100);  // never 205
 }
 
 uint8_t occupancy_of(uint8_t grey) {
@@ -90,7 +89,7 @@ std::string picture_of_map(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(path)) return "";
   try {
     return parse_yaml(read_whole_file(path), path.string()).image;
-  } catch (const std::invalid_argument&) {  // somebody else's, or broken: it names no picture
+  } catch (const std::invalid_argument&) {  // not ours, or broken: it names no picture
     return "";
   }
 }

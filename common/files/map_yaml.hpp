@@ -10,16 +10,16 @@ namespace marco::files {
 /// Writes `folder`/map.pgm and `folder`/map.yaml in the convention of ROS map_server: the picture's
 /// first row is the largest y; 0 = occupied, 254 = free, 205 = unknown, probabilities in between.
 /// @throws std::runtime_error naming the path when it cannot be written.
-/// @param picture  name of the picture, which the yaml gives
+/// @param picture  its file name, written to the yaml
 void write_map(const std::filesystem::path& folder,
                const GridMap& map,
                const std::string& picture = "map.pgm");
 
-/// The picture that `folder`/map.yaml names; "" where there is none.
+/// The name of the picture in `folder`/map.yaml; "" without such a file.
 std::string picture_of_map(const std::filesystem::path& folder);
 
-/// A name for the next picture of a map that is written again and again while others read it:
-/// map_1.pgm, map_2.pgm ... A reader of the old yaml never finds the new picture under its name.
+/// A new name for each picture of a map that is rewritten while others read it: map_1.pgm,
+/// map_2.pgm ... A reader of the old yaml never finds a newer picture under its name.
 std::string next_picture_name(const std::string& picture_before);
 
 /// Reads a map.yaml and the picture it names (binary PGM), of ours or of map_server.

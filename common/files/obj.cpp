@@ -12,7 +12,7 @@ void write_obj(const std::filesystem::path& path, const TriangleMesh& mesh) {
   const bool normals = !mesh.normals.empty(), colors = !mesh.colors_rgb.empty();
   require((!normals || mesh.normals.size() == mesh.vertices_m.size()) &&
               (!colors || mesh.colors_rgb.size() == mesh.vertices_m.size()),
-          "write_obj: normals and colours need one a vertex");
+          "write_obj: expected one normal and colour per vertex, or none");
   std::string text = "# metres, x forward, y left, z up\n";
   std::array<char, 160> line{};
   const auto add = [&](int length) { text.append(line.data(), static_cast<std::size_t>(length)); };

@@ -78,7 +78,7 @@ void write_ply(const std::filesystem::path& path, const TriangleMesh& mesh) {
   const bool normals = !mesh.normals.empty(), colors = !mesh.colors_rgb.empty();
   require((!normals || mesh.normals.size() == mesh.vertices_m.size()) &&
               (!colors || mesh.colors_rgb.size() == mesh.vertices_m.size()),
-          "write_ply: normals and colours need one a vertex");
+          "write_ply: expected one normal and colour per vertex, or none");
   std::string bytes =
       "ply\nformat binary_little_endian 1.0\ncomment metres, x forward, y left, z up\n";
   bytes += "element vertex " + std::to_string(mesh.vertices_m.size()) +
@@ -102,10 +102,10 @@ void write_ply(const std::filesystem::path& path, const TriangleMesh& mesh) {
 TriangleMesh read_ply(const std::filesystem::path& path) {
   const std::string content = read_whole_file(path);
   const PlyHeader header = parse_header(content, path.string());
-  // Before any memory is asked for: can the file hold what its header says?
+  // Checked before memory is allocated.
   const std::size_t vertex_bytes = 12U + (header.normals ? 12U : 0U) + (header.colors ? 3U : 0U);
   require(header.vertices <= content.size() / vertex_bytes && header.faces <= content.size() / 13,
-          path.string() + ": its header promises more than the file holds");
+          path.string() + ": its header declares more elements than the file holds");
   Bytes bytes(content, header.bytes, path.string());
   TriangleMesh mesh;
   for (std::size_t i = 0; i < header.vertices; ++i) {
@@ -118,7 +118,7 @@ TriangleMesh read_ply(const std::filesystem::path& path) {
     mesh.triangles.push_back(bytes.take<std::array<uint32_t, 3>>());
     for (const uint32_t vertex : mesh.triangles.back()) {
       require(vertex < header.vertices,
-              path.string() + ": a face names a vertex that is not there");
+              path.string() + ": a face refers to a vertex that does not exist");
     }
   }
   return mesh;

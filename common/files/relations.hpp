@@ -7,11 +7,9 @@
 
 namespace marco::files {
 
-/// The relations of a public benchmark log: a line each, `time1 time2 x y z roll pitch yaw`
-/// (seconds, metres, radians), the second pose seen from the first. What follows a `#` and empty
-/// lines are passed over.
-/// @throws std::runtime_error when it cannot be read, std::invalid_argument with file and line when
-/// a line holds fewer numbers, or something else than finite numbers.
+/// The relations of a public benchmark log, one per line: `time1 time2 x y z roll pitch yaw`
+/// (seconds, metres, radians), the second pose seen from the first.
+/// @throws as read_numeric_rows(), and where a line holds fewer numbers.
 std::vector<PoseRelation> read_relations(const std::string& path);
 
 }  // namespace marco::files

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <istream>
 #include <limits>
@@ -10,12 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "lcm_tools/base/check.hpp"
-
 namespace marco::files {
 
-/// As std::getline, but keeps no more than 4 MB of a line (a scan of 100 000 beams is 1 MB): a file
-/// that is no text may be one line of gigabytes. @returns false at the end of the file.
+/// As std::getline, but keeps at most 4 MB of a line (a scan of 100 000 beams is 1 MB): a binary
+/// file may be one line of gigabytes. @returns false at the end of the file.
 inline bool read_line(std::istream& in, std::string& line) {
   constexpr std::size_t kLongest = 4 << 20;
   constexpr int kEnd = std::char_traits<char>::eof();
@@ -35,8 +32,8 @@ inline bool read_line(std::istream& in, std::string& line) {
   return true;
 }
 
-constexpr std::size_t kMaxBeams = 20000;     ///< of a scan in a text; more is damage
-constexpr double kUntimedScanPeriodS = 0.1;  ///< between scans of a text without times
+constexpr std::size_t kMaxBeams = 20000;     ///< of a scan in a text file; more is damage
+constexpr double kUntimedScanPeriodS = 0.1;  ///< between the scans of a file without times
 
 /// Reads a line's fields, separated by spaces, tabs or commas, from left to right.
 class TextFields {
@@ -53,7 +50,7 @@ class TextFields {
     rest_ = {at, static_cast<std::size_t>(end - at)};
     return {first, static_cast<std::size_t>(at - first)};
   }
-  /// The next field as a number (also nan and inf); nothing when it is none.
+  /// The next field as a number (also nan and inf); nothing where it is not a number.
   template <class Number>
   std::optional<Number> number() {
     const std::string_view field = next();
@@ -73,19 +70,15 @@ class TextFields {
   std::string_view rest_;
 };
 
-/// All fields of a line as numbers; what follows a `#` is passed over.
-/// @param place  names the line in messages, "path:3".
-/// @throws std::invalid_argument where a field is no finite number.
-inline std::vector<double> finite_numbers(std::string_view line, const std::string& place) {
+/// A line of a file of numbers.
+struct NumericRow {
+  std::string place;  ///< "path:3", for messages
   std::vector<double> numbers;
-  TextFields fields(line.substr(0, line.find('#')));
-  for (std::string_view field = fields.next(); !field.empty(); field = fields.next()) {
-    const auto number = TextFields(field).number<double>();
-    require(number && std::isfinite(*number),
-            place + ": '" + std::string(field.substr(0, 40)) + "' is not a finite number");
-    numbers.push_back(*number);
-  }
-  return numbers;
-}
+};
+
+/// The lines of a file of numbers; what follows a `#` and empty lines are skipped.
+/// @throws std::invalid_argument naming file and line where a field is no finite number, and as
+/// read_whole_file().
+std::vector<NumericRow> read_numeric_rows(const std::string& path);
 
 }  // namespace marco::files

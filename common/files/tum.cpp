@@ -2,11 +2,10 @@
 
 #include <cmath>
 #include <cstdio>
-#include <sstream>
 #include <string>
-#include <vector>
 
 #include "common/files/text_fields.hpp"
+#include "common/pose3.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 
@@ -28,20 +27,12 @@ void write_tum(const std::filesystem::path& path, const Trajectory& trajectory) 
 }
 
 Trajectory read_tum(const std::filesystem::path& path) {
-  std::istringstream file(read_whole_file(path));
   Trajectory trajectory;
-  std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
-    const std::string place = path.string() + ":" + std::to_string(number);
-    const std::vector<double> row = finite_numbers(line, place);
-    if (row.empty()) continue;
+  for (const auto& [place, row] : read_numeric_rows(path)) {
     require(row.size() == 4 || row.size() >= 8,
             place + ": expected 'time x y z qx qy qz qw' or 'time x y theta'");
     Pose2 pose{row[1], row[2], row[3]};
-    if (row.size() >= 8) {
-      pose.theta_rad = std::atan2(2.0 * (row[7] * row[6] + row[4] * row[5]),
-                                  1.0 - 2.0 * (row[5] * row[5] + row[6] * row[6]));
-    }
+    if (row.size() >= 8) pose.theta_rad = yaw_of_quaternion(row[7], row[4], row[5], row[6]);
     trajectory.push_back({Utime::from_seconds(row[0]), pose});
   }
   return trajectory;

@@ -15,18 +15,18 @@
 
 namespace marco::diagnosis {
 
-/// A channel on the bus, and what its last message was.
+/// A channel on the bus, with its last message.
 struct HeardChannel {
   std::string name;
   uint64_t fingerprint = 0;  ///< 0: the message was shorter than one
   int64_t messages = 0;
   double hz = 0.0;
-  /// How far a stamp in the message's first field lies behind this host's clock [s]. Nothing where
-  /// the field is no stamp of this century.
+  /// This host's clock less the stamp in the message's first field [s]. Nothing where the field is
+  /// not a stamp of this century.
   std::optional<double> stamp_age_s;
 };
 
-/// What others said on a bus within some seconds.
+/// The traffic of other programs on a bus within some seconds.
 struct BusSurvey {
   std::vector<HeardChannel> channels;  ///< by name
   /// By process: its state on PROCESS_STATUS, where that begins with process::kNoDevice.
@@ -37,8 +37,7 @@ struct BusSurvey {
 /// Counts datagrams: a name, eight bytes and a stamp each.
 class SurveyCounter {
  public:
-  /// @param program  who asks. What its own socket sends, which its PROCESS_STATUS tells, is left
-  /// out.
+  /// @param program  that asks. Its own traffic, known by its PROCESS_STATUS, is left out.
   explicit SurveyCounter(std::string program) : program_(std::move(program)) {}
 
   void add(int64_t time_us, const Address& sender, std::span<const uint8_t> datagram);
@@ -55,20 +54,20 @@ class SurveyCounter {
 };
 
 /// Listens to all channels of `url` for `seconds` (less when `stop` becomes true), on a socket of
-/// its own. Where nothing comes it looks for the reason, for up to a second more.
-/// @param program  who asks, for the commands that help.
+/// its own. Where nothing is received it looks for the reason, for up to a second more.
+/// @param program  that asks, for the commands in the remedy.
 BusSurvey survey_bus(const UdpUrl& url,
                      const std::string& program,
                      double seconds,
                      const std::atomic<bool>& stop);
 
-/// "bot_core.planar_lidar_t", or "" for a fingerprint that no built-in type has.
+/// "bot_core.planar_lidar_t", or "" for the fingerprint of an unknown type.
 std::string type_name(uint64_t fingerprint);
 
 /// The fingerprint at the head of a message; 0 when it is shorter.
 uint64_t fingerprint_at_head(std::span<const uint8_t> message);
 
-/// The stamp [us] that most types begin with; nothing when the message is too short.
+/// The stamp [us], the first field of most types; nothing when the message is too short.
 std::optional<int64_t> stamp_at_head(std::span<const uint8_t> message);
 
 }  // namespace marco::diagnosis

@@ -12,11 +12,11 @@
 namespace marco::diagnosis {
 namespace {
 
-constexpr double kBusyS = 0.5;   // longer between two steps: the program did not listen
-constexpr double kComesS = 3.0;  // what was heard within comes
+constexpr double kBusyS = 0.5;   // longer between two steps: the program was not listening
+constexpr double kComesS = 3.0;  // a message within it: the channel is alive
 constexpr int kDisagreements = 5;
-constexpr int kReturns = 3;  // a restarted driver may tell another pose once
-constexpr std::size_t kSensors = 100, kChannels = 100;  // that are remembered
+constexpr int kReturns = 3;  // a restarted driver may announce another pose once
+constexpr std::size_t kSensors = 100, kChannels = 100;  // remembered
 
 std::string pose_of(const sensor_info_t& info) {
   char text[160];
@@ -38,13 +38,13 @@ SilenceJudge::SilenceJudge(std::vector<Expectation> expectations, const process:
   }
 }
 
-// What became of the message that was told of last.
+// Sees whether the program used or dropped the last message.
 void SilenceJudge::settle() {
   Track* const handled = std::exchange(handled_, nullptr);
   if (drops_ == nullptr) return;
   const int64_t dropped = drops_->dropped();
   if (dropped == dropped_before_) {
-    if (handled != nullptr) handled->dropped = 0;
+    if (handled != nullptr) handled->dropped.count = 0;
     return;
   }
   dropped_before_ = dropped;
@@ -52,15 +52,15 @@ void SilenceJudge::settle() {
   for (const auto& [name, count] : drops_->by_cause()) {
     if (std::exchange(drops_before_[name], count) < count) cause = name;
   }
-  // Handlers of the others use, and drop, scans that waited for them.
+  // Handlers of other channels use, and drop, scans that waited for them.
   if (handled != &tracks_.front()) return;
-  // As it was ordered to; a laser that nods.
+  // Not faults: the program was paused, or the laser nods.
   if (cause == "paused" || cause == "tilted") {
-    handled->dropped = 0;
+    handled->dropped.count = 0;
     return;
   }
-  if (handled->dropped++ == 0) handled->dropped_first_s = time_s_;
-  handled->cause = cause;
+  if (handled->dropped.count++ == 0) handled->dropped.first_s = time_s_;
+  handled->dropped.cause = cause;
 }
 
 void SilenceJudge::heard(const process::RawMessage& raw) {
@@ -86,19 +86,20 @@ const std::vector<std::size_t>& SilenceJudge::expecting_tracks(const std::string
 void SilenceJudge::count(Track& track, const process::RawMessage& raw, const std::string& type) {
   const auto& types = track.expected.types;
   if (std::find(types.begin(), types.end(), type) == types.end()) {
-    if (track.wrong++ == 0) track.wrong_first_s = time_s_;
-    track.wrong_last_s = time_s_;
-    track.wrong_channel = raw.channel;
-    track.wrong_fingerprint = fingerprint_at_head(raw.bytes);
+    if (track.wrong.count++ == 0) track.wrong.first_s = time_s_;
+    track.wrong.last_s = time_s_;
+    track.wrong.channel = raw.channel;
+    track.wrong.fingerprint = fingerprint_at_head(raw.bytes);
     return;
   }
   if (track.expected.counts && !track.expected.counts(raw)) return;
-  if (time_s_ - track.last_s > kEndedS) track.fitting = 0;  // a new stretch, with a rate of its own
-  if (track.fitting++ == 0) track.first_s = time_s_;
-  track.last_s = time_s_;
-  track.wrong = 0;
-  track.channel = raw.channel;
-  track.stamp_us = stamp_at_head(raw.bytes);
+  if (time_s_ - track.coming.last_s > kEndedS)
+    track.coming.count = 0;  // a new stretch, with a rate of its own
+  if (track.coming.count++ == 0) track.coming.first_s = time_s_;
+  track.coming.last_s = time_s_;
+  track.wrong.count = 0;
+  track.coming.channel = raw.channel;
+  track.coming.stamp_us = stamp_at_head(raw.bytes);
   if (&track == &tracks_.front()) compare_clocks();
   handled_ = &track;
 }
@@ -115,20 +116,21 @@ void SilenceJudge::watch_pose(const process::RawMessage& raw) {
 }
 
 bool SilenceJudge::comes(const Track& track) const {
-  const double period_s = track.fitting < 2 ? 0.0 : 1.0 / std::max(1e-3, track.hz());
-  return track.fitting > 0 && time_s_ - track.last_s < std::max(kComesS, kEndedPeriods * period_s);
+  const Coming& coming = track.coming;
+  return coming.count > 0 &&
+         time_s_ - coming.last_s < std::max(kComesS, kEndedPeriods * coming.period_s());
 }
 
-// When the first expectation comes: SLAM puts messages of the same time together.
+// Called when a message of the first expectation comes: SLAM pairs messages of the same time.
 void SilenceJudge::compare_clocks() {
   const Track& first = tracks_.front();
   for (Track& track : tracks_) {
-    const bool both = comes(track) && first.stamp_us && track.stamp_us;
-    track.clock_ahead_s =
-        both ? static_cast<double>(*track.stamp_us - *first.stamp_us) * 1e-6 : 0.0;
-    const bool agree = std::abs(track.clock_ahead_s) < kClockS;
-    track.disagreements = agree ? 0 : track.disagreements + 1;
-    if (agree) track.clock_agreed_s = time_s_;
+    const bool both = comes(track) && first.coming.stamp_us && track.coming.stamp_us;
+    track.clock.ahead_s =
+        both ? static_cast<double>(*track.coming.stamp_us - *first.coming.stamp_us) * 1e-6 : 0.0;
+    const bool agree = std::abs(track.clock.ahead_s) < kClockS;
+    track.clock.disagreements = agree ? 0 : track.clock.disagreements + 1;
+    if (agree) track.clock.agreed_s = time_s_;
   }
 }
 
@@ -142,38 +144,37 @@ void SilenceJudge::advance(double now_s) {
 std::optional<Lack> SilenceJudge::lack_of(const Track& track, double ahead_s) const {
   Lack lack;
   lack.expected = track.expected;
-  lack.channel = track.channel;
-  lack.hz = track.hz();
+  lack.channel = track.coming.channel;
+  lack.hz = track.coming.hz();
   const bool needed = track.expected.without.empty();
   const double now_s = time_s_ + ahead_s;
-  lack.silent_s = now_s - (track.fitting > 0 ? track.last_s : track.since_s);
-  if (track.wrong > 1 && track.wrong_last_s - track.wrong_first_s >= kNeverS - ahead_s &&
-      time_s_ - track.wrong_last_s < kComesS) {
+  lack.silent_s = now_s - (track.coming.count > 0 ? track.coming.last_s : 0.0);
+  if (track.wrong.count > 1 && track.wrong.last_s - track.wrong.first_s >= kNeverS - ahead_s &&
+      time_s_ - track.wrong.last_s < kComesS) {
     lack.kind = Lack::Kind::wrong_type;
-    lack.channel = track.wrong_channel;
-    lack.fingerprint = track.wrong_fingerprint;
-    lack.hz =
-        static_cast<double>(track.wrong - 1) / (track.wrong_last_s - track.wrong_first_s + 1e-3);
+    lack.channel = track.wrong.channel;
+    lack.fingerprint = track.wrong.fingerprint;
+    lack.hz = static_cast<double>(track.wrong.count - 1) /
+              (track.wrong.last_s - track.wrong.first_s + 1e-3);
     return lack;
   }
-  if (track.fitting == 0) {
+  if (track.coming.count == 0) {
     lack.kind = Lack::Kind::never;
     return lack.silent_s >= (needed ? kNeverS : kWithoutS) ? std::optional(lack) : std::nullopt;
   }
-  const double period_s = track.fitting < 2 ? 0.0 : 1.0 / std::max(1e-3, lack.hz);
-  if (lack.silent_s >= std::max(kEndedS, kEndedPeriods * period_s)) {
+  if (lack.silent_s >= std::max(kEndedS, kEndedPeriods * track.coming.period_s())) {
     lack.kind = Lack::Kind::ended;
     return lack;
   }
-  if (track.dropped > 2 && now_s - track.dropped_first_s >= kNeverS) {
+  if (track.dropped.count > 2 && now_s - track.dropped.first_s >= kNeverS) {
     lack.kind = Lack::Kind::unused;
-    lack.cause = track.cause;
-    lack.dropped = track.dropped;
+    lack.cause = track.dropped.cause;
+    lack.dropped = track.dropped.count;
     return lack;
   }
-  if (now_s - track.clock_agreed_s >= kNeverS && track.disagreements >= kDisagreements) {
+  if (now_s - track.clock.agreed_s >= kNeverS && track.clock.disagreements >= kDisagreements) {
     lack.kind = Lack::Kind::clock;
-    lack.ahead_s = track.clock_ahead_s;
+    lack.ahead_s = track.clock.ahead_s;
     return lack;
   }
   return std::nullopt;
@@ -203,8 +204,9 @@ std::string SilenceJudge::what_comes() const {
   for (const Track& track : tracks_) {
     if (!comes(track)) continue;
     char rate[40];
-    std::snprintf(rate, sizeof rate, " %.3g Hz", track.hz());
-    text += (text.empty() ? "" : ", ") + track.channel + (track.fitting > 1 ? rate : "");
+    std::snprintf(rate, sizeof rate, " %.3g Hz", track.coming.hz());
+    text +=
+        (text.empty() ? "" : ", ") + track.coming.channel + (track.coming.count > 1 ? rate : "");
   }
   return text;
 }

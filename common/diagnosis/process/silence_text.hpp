@@ -6,14 +6,14 @@
 #include "common/diagnosis/process/bus_survey.hpp"
 #include "common/diagnosis/process/silence_judge.hpp"
 
-/// What a person is told of silence. Pure.
+/// Explains missing messages to a person. Pure functions.
 namespace marco::diagnosis {
 
-/// One line a lack, then what is on the bus instead and what to do about it; no LF at the end.
-/// @param lacks  one at least.
+/// One line per lack, then the channels on the bus and the remedy; no LF at the end.
+/// @param lacks  at least one.
 std::string silence_text(const std::vector<Lack>& lacks, const BusSurvey& survey);
 
-/// Equal for situations that need not be told apart: rates and counts are left out.
+/// A key of the situation: equal where only rates or counts differ.
 std::string situation(const std::vector<Lack>& lacks, const BusSurvey& survey);
 
 /// "waiting for scans", "no more messages on LIDAR", for PROCESS_STATUS.

@@ -15,17 +15,17 @@ class LcmBus;
 
 namespace marco::diagnosis {
 
-/// What is to be said to a person.
+/// A message for a person.
 struct Note {
-  bool trouble = true;  ///< false: it is over
+  bool trouble = true;  ///< false: all is well again
   std::string text;     ///< lines without an LF at the end
 };
 
-/// Tells why a live program hears nothing: what it waits for, what is on the bus instead, and what
-/// to do. Costs next to nothing while all is well; while something is missed, a thread listens to
-/// the whole bus.
+/// Explains why a live program receives nothing: what it waits for, what is on the bus instead, and
+/// the remedy. Costs next to nothing while messages arrive; while some are missing, a thread
+/// listens to the whole bus.
 ///
-/// Said once three seconds after the start, or ten after the last message; again when the situation
+/// Reports three seconds after the start, or ten after the last message; again when the situation
 /// changes, and after one minute, two, four...
 class SilenceWatch {
  public:
@@ -36,7 +36,7 @@ class SilenceWatch {
     const process::DropCounter* drops = nullptr;
   };
 
-  /// @param bus  hears the expected channels already, or will. Outlives the watch, as the drops do.
+  /// @param bus  subscribes to the expected channels. Outlives the watch, as the drops do.
   SilenceWatch(process::LcmBus& bus, Options options);
   ~SilenceWatch();
   SilenceWatch(const SilenceWatch&) = delete;
@@ -45,10 +45,10 @@ class SilenceWatch {
   /// Call after each message or timeout, on the bus's thread.
   std::optional<Note> step();
 
-  /// Before a program gives up: what it missed, unless that was told. Takes up to three seconds.
+  /// For a program that gives up: what it missed, unless reported. Takes up to three seconds.
   std::optional<Note> last_word();
 
-  /// One line for PROCESS_STATUS: what is missed, before `otherwise`.
+  /// One line for PROCESS_STATUS: what is missing, else `otherwise`.
   std::string state(const std::string& otherwise) const;
 
  private:
@@ -57,13 +57,13 @@ class SilenceWatch {
 
   Options options_;
   SilenceJudge judge_;
-  std::optional<UdpUrl> url_;  ///< nothing: another transport, which nobody can listen to
+  std::optional<UdpUrl> url_;  ///< nothing: a transport that cannot be surveyed
   std::atomic<bool> stop_ = false;
   std::future<BusSurvey> looking_;
   std::optional<BusSurvey> survey_;
   double surveyed_s_ = 0.0;
   std::vector<Lack> lacks_;
-  std::set<std::string> told_;  ///< situations of this silence
+  std::set<std::string> told_;  ///< situations reported of this silence
   double told_s_ = 0.0;
   double tell_again_s_ = 0.0;
 };
@@ -71,7 +71,7 @@ class SilenceWatch {
 /// Logs a note: trouble as a warning.
 void log_note(const std::optional<Note>& note);
 
-// What Marco's programs wait for.
+// The expectations of Marco's programs.
 Expectation expect_scans(const std::string& pattern, const std::string& channels);
 Expectation expect_odometry();
 Expectation expect_slam_poses();

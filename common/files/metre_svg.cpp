@@ -1,0 +1,55 @@
+#include "common/files/metre_svg.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+namespace marco::files {
+
+MetreSvg::MetreSvg(const Points& in_view, const std::string& style) {
+  Eigen::Vector2d low(0, 0), high(0, 0);
+  if (!in_view.empty()) low = high = in_view.front();
+  for (const Eigen::Vector2d& point : in_view) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  }
+  low = low.array().floor() - 0.5;
+  high = high.array().ceil() + 0.5;
+  const Eigen::Vector2d size = high - low;
+  std::array<char, 400> head{};
+  std::snprintf(head.data(), head.size(),
+                "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"%.3f %.3f %.3f %.3f\" "
+                "width=\"%.0f\" height=\"%.0f\">\n"
+                "<rect x=\"%.3f\" y=\"%.3f\" width=\"%.3f\" height=\"%.3f\" fill=\"white\"/>\n",
+                low.x(), -high.y(), size.x(), size.y(), 40.0 * size.x(), 40.0 * size.y(), low.x(),
+                -high.y(), size.x(), size.y());
+  svg_ = head.data();
+  svg_ += "<style>.grid{stroke:#ddd;stroke-width:0.01}" + style + "</style>\n";
+  for (double x = std::ceil(low.x()); x <= high.x(); x += 1.0) {
+    line("class=\"grid\"", {x, low.y()}, {x, high.y()});
+  }
+  for (double y = std::ceil(low.y()); y <= high.y(); y += 1.0) {
+    line("class=\"grid\"", {low.x(), y}, {high.x(), y});
+  }
+}
+
+void MetreSvg::line(const std::string& attributes,
+                    const Eigen::Vector2d& from,
+                    const Eigen::Vector2d& to) {
+  std::array<char, 200> text{};
+  std::snprintf(text.data(), text.size(), " x1=\"%.4f\" y1=\"%.4f\" x2=\"%.4f\" y2=\"%.4f\"/>\n",
+                from.x(), -from.y(), to.x(), -to.y());
+  svg_ += "<line " + attributes + text.data();
+}
+
+void MetreSvg::polyline(const Points& points) {
+  svg_ += "<polyline points=\"";
+  for (const Eigen::Vector2d& point : points) {
+    std::array<char, 60> text{};
+    std::snprintf(text.data(), text.size(), "%.4f,%.4f ", point.x(), -point.y());
+    svg_ += text.data();
+  }
+  svg_ += "\"/>\n";
+}
+
+}  // namespace marco::files

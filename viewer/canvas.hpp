@@ -9,8 +9,8 @@
 namespace marco::viewer {
 
 /// Antialiased lines, shapes and words on a picture. Coordinates are pixels of the finished
-/// picture, x right, y down, (0, 0) the outer corner of the first pixel; fractions count. Inside,
-/// everything is drawn at twice the size and averaged by finish(). Not thread-safe.
+/// picture, x right, y down, (0, 0) the outer corner of the first pixel; fractions are allowed.
+/// Drawn internally at twice the size; finish() averages. Not thread-safe.
 class Canvas {
  public:
   Canvas(int width_px, int height_px, Rgb background);
@@ -30,8 +30,8 @@ class Canvas {
                  double thickness_px);
   void draw_polyline(std::span<const Eigen::Vector2d> points_px, Rgb color, double thickness_px);
 
-  /// Lays a picture over the rectangle; enlarged without smoothing, so that map cells keep their
-  /// edges, shrunk by averaging.
+  /// Draws a picture into the rectangle: enlarged without smoothing, so that map cells keep their
+  /// edges, or shrunk by averaging.
   void paste(const Picture& image, const Eigen::Vector2d& min_px, const Eigen::Vector2d& max_px);
 
   /// Words (ASCII only). @param anchor_px left end of the line, at half the height of a capital.

@@ -1,22 +1,23 @@
 #include "viewer/cell_areas.hpp"
 
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
 namespace marco::viewer {
 namespace {
 
-CellArea take_area(CellMask& mask, const Eigen::Vector2i& start) {
-  CellArea area{start};
-  mask.set(start.x(), start.y(), false);
-  for (std::size_t next = 0; next < area.size(); ++next) {
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const Eigen::Vector2i cell = area[next] + Eigen::Vector2i(dx, dy);
-        if (!mask.at(cell.x(), cell.y())) continue;
-        mask.set(cell.x(), cell.y(), false);
-        area.push_back(cell);
-      }
-    }
-  }
-  return area;
+cv::Mat view_of(CellMask& mask) {
+  return {mask.height(), mask.width(), CV_8U, mask.cells().data()};
+}
+
+// Cells beyond the mask count as not set.
+CellMask changed_by(CellMask mask, cv::MorphTypes operation) {
+  if (mask.cells().empty()) return mask;
+  cv::Mat view = view_of(mask);
+  cv::morphologyEx(view, view, operation, cv::Mat::ones(3, 3, CV_8U), {-1, -1}, 1,
+                   cv::BORDER_CONSTANT, cv::Scalar(0));
+  return mask;
 }
 
 bool whole_run(const CellMask& mask, int from_x, int end_x, int y) {
@@ -28,11 +29,26 @@ bool whole_run(const CellMask& mask, int from_x, int end_x, int y) {
 }  // namespace
 
 std::vector<CellArea> connected_areas(CellMask mask) {
-  std::vector<CellArea> areas;
-  for (int y = 0; y < mask.height(); ++y)
-    for (int x = 0; x < mask.width(); ++x)
-      if (mask.at(x, y)) areas.push_back(take_area(mask, {x, y}));
+  if (mask.cells().empty()) return {};
+  cv::Mat labels;
+  constexpr int kCornersToo = 8;
+  const int count = cv::connectedComponents(view_of(mask), labels, kCornersToo, CV_32S);
+  std::vector<CellArea> areas(static_cast<std::size_t>(count - 1));  // label 0: the rest
+  for (int y = 0; y < labels.rows; ++y)
+    for (int x = 0; x < labels.cols; ++x)
+      if (const int label = labels.at<int>(y, x); label > 0)
+        areas[static_cast<std::size_t>(label - 1)].emplace_back(x, y);
   return areas;
+}
+
+CellMask opened(CellMask mask) { return changed_by(std::move(mask), cv::MORPH_OPEN); }
+
+CellMask closed(CellMask mask) {
+  std::vector<uint8_t> before = mask.cells();
+  CellMask result = changed_by(std::move(mask), cv::MORPH_CLOSE);
+  std::transform(before.begin(), before.end(), result.cells().begin(), result.cells().begin(),
+                 [](uint8_t a, uint8_t b) { return std::max(a, b); });
+  return result;
 }
 
 std::vector<CellRectangle> cover_by_rectangles(CellMask mask) {

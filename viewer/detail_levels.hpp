@@ -7,9 +7,9 @@
 
 namespace marco::viewer {
 
-/// Surfaces as a tree of parts, each with coarser and coarser triangles of the same vertices
-/// (quadric collapse; libmeshoptimizer). Parts keep their rims, so that neighbours of different
-/// levels meet; the larger part that two make together is spared the rim between them.
+/// Level of detail: surfaces as a tree of parts, each with several triangulations of the same
+/// vertices (quadric collapse; libmeshoptimizer). Parts keep their borders, so that neighbours of
+/// different levels meet; a parent need not keep the border between its two children.
 class DetailLevels {
  public:
   explicit DetailLevels(const Geometry& surfaces);
@@ -21,19 +21,19 @@ class DetailLevels {
     std::size_t first = 0;  ///< of `indices()`
     std::size_t count = 0;
   };
-  /// The same triangles with vertices of each level's own, in the order they are used: a software
-  /// driver that keeps the last few hundred of them shades each of them hardly more than once.
+  /// The same triangles, with separate vertices per level in the order of their use: a software
+  /// driver that caches the last few hundred shades each of them about once.
   /// @param surfaces  what the levels were made of
   Geometry packed(const Geometry& surfaces) const;
   struct View {
     Eigen::Matrix4d clip_from_world;
     Eigen::Vector3d eye_m;
-    double px_per_m = 1.0;    ///< of what lies at 1 m in front of the eye, or anywhere
-    bool perspective = true;  ///< else anywhere
+    double px_per_m = 1.0;  ///< at 1 m in front of the eye; orthographic: anywhere
+    bool perspective = true;
     double allowed_px = 1.0;
   };
-  /// What to draw, from front to back: of the parts that may lie in the picture those, and at those
-  /// levels, that take the fewest triangles while no error looks larger than `allowed_px`.
+  /// What to draw, from front to back: the visible parts, at the levels with the fewest triangles
+  /// whose error in the picture is at most `allowed_px`.
   std::vector<Range> choose(const View& view) const;
 
  private:

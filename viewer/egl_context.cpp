@@ -22,7 +22,7 @@ bool has(const char* extensions, const char* name) {
   return extensions != nullptr && std::strstr(extensions, name) != nullptr;
 }
 
-// The device that draws with the processor: a graphics card would draw other pictures.
+// The software device: a graphics card would draw slightly different pictures.
 EGLDisplay software_display() {
   const auto query_devices =
       reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
@@ -56,7 +56,7 @@ class EglContext : public GlContext {
                                       EGL_CONTEXT_OPENGL_PROFILE_MASK,
                                       EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                       EGL_NONE};
-    // No config: nothing is drawn but framebuffer objects, so no multisampling comes with it.
+    // No config: only framebuffer objects are drawn to, without multisampling.
     context_ = eglCreateContext(display_, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, kAttributes);
     if (context_ == EGL_NO_CONTEXT) fail("EGL gives no OpenGL 3.3 core context");
     try {
@@ -68,7 +68,7 @@ class EglContext : public GlContext {
     }
   }
 
-  // The display is the process's, shared by all its contexts: it stays open.
+  // All contexts of the process share the display: it stays open.
   ~EglContext() override { release(); }
 
   void activate() override {

@@ -25,7 +25,7 @@ FilmWriter::FilmWriter(const std::string& path, int width_px, int height_px, dou
   require(width_px > 0 && height_px > 0 && width_px % 2 == 0 && height_px % 2 == 0,
           "a film needs even sides above 0 px, not " + std::to_string(width_px) + "x" +
               std::to_string(height_px));
-  require(frames_per_s > 0.0, "a film needs more than 0 frames a second");
+  require(frames_per_s > 0.0, "a film needs more than 0 frames per second");
   implementation_ = std::make_unique<Implementation>(path);
   implementation_->writer.open(implementation_->file.unfinished_path(), cv::CAP_FFMPEG,
                                cv::VideoWriter::fourcc('m', 'p', '4', 'v'), frames_per_s,

@@ -9,9 +9,8 @@
 
 namespace marco::viewer {
 
-/// Writes pictures one after another as an MP4 (MPEG-4 part 2, which OpenCV's own FFmpeg knows
-/// everywhere). The film appears under its name when it is whole (files::OutputFile). Not
-/// thread-safe.
+/// Writes pictures as an MP4 (MPEG-4 part 2, which every FFmpeg of OpenCV has). The file appears
+/// under its name when it is complete (files::OutputFile). Not thread-safe.
 class FilmWriter {
  public:
   /// @throws std::runtime_error naming the path when no film can be written there;
@@ -37,8 +36,8 @@ class FilmWriter {
   int frames_ = 0;
 };
 
-/// Cameras of a robot's own drive: eyes at the path's poses, an even distance apart, headings
-/// smoothed so that the film does not shake.
+/// Cameras along a path: at an even distance, with smoothed headings so that the film does not
+/// shake.
 /// @param eye_height_m above z = 0. @returns at least one camera.
 /// @throws std::invalid_argument when the path has no finite pose or step_m is not above 0.
 std::vector<Camera> drive_cameras(const Trajectory& path, double step_m, double eye_height_m);

@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -38,7 +39,6 @@ void GlContext::load(AnyFunction (*find)(const char* name)) {
   MARCO_GL_FUNCTIONS(MARCO_GL_LOAD)
 #undef MARCO_GL_LOAD
   gl_.get_integer_v(GL_MAX_RENDERBUFFER_SIZE, &max_size_px_);
-  renderer_name_ = reinterpret_cast<const char*>(gl_.get_string(GL_RENDERER));
 }
 
 std::unique_ptr<GlContext> make_gl_context() {
@@ -54,8 +54,8 @@ std::unique_ptr<GlContext> make_gl_context() {
     }
   }
   require(!failures.empty(), "MARCO_OPENGL=" + std::string(wanted == nullptr ? "" : wanted) +
-                                 ": this build draws through " + names);
-  throw std::runtime_error("no pictures can be drawn: " + failures);
+                                 ": this build has " + names);
+  throw std::runtime_error("cannot draw: " + failures);
 }
 
 }  // namespace marco::viewer

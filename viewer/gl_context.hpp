@@ -1,16 +1,14 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "viewer/gl_functions.hpp"
 
 namespace marco::viewer {
 
-/// OpenGL 3.3 core in memory, drawn by the processor: no display, no graphics card. Pictures of any
-/// size up to max_size_px() are drawn into framebuffer objects; the context has no surface of its
-/// own to speak of. Belongs to the thread that made it; one context is current a thread, the last
-/// one activated.
+/// OpenGL 3.3 core on the CPU, without display or graphics card. Draws into framebuffer objects of
+/// up to max_size_px(); the context has no surface of its own. To be used on the thread that
+/// constructed it; the last activated context is the current one of a thread.
 class GlContext {
  public:
   GlContext() = default;
@@ -22,10 +20,8 @@ class GlContext {
   virtual void activate() = 0;
 
   const GlFunctions& gl() const { return gl_; }
-  /// Of a picture's side.
+  /// Largest side of a picture.
   int max_size_px() const { return max_size_px_; }
-  /// The driver's name of itself, for reports.
-  const std::string& renderer_name() const { return renderer_name_; }
 
  protected:
   using AnyFunction = void (*)();
@@ -36,15 +32,14 @@ class GlContext {
  private:
   GlFunctions gl_;
   int max_size_px_ = 0;
-  std::string renderer_name_;
 };
 
-/// Through OSMesa, or, where that is missing, through EGL without a surface, as this build found
-/// them. The environment variable MARCO_OPENGL=osmesa or =egl allows only that one.
-/// @throws std::runtime_error saying what to install when there is no OpenGL 3.3.
+/// By OSMesa, or else by EGL without a surface, whichever this build found. The environment
+/// variable MARCO_OPENGL=osmesa or =egl selects one.
+/// @throws std::runtime_error naming what to install when there is no OpenGL 3.3.
 std::unique_ptr<GlContext> make_gl_context();
 
-/// Each exists where its library was found. @throws std::runtime_error saying what to install.
+/// Defined where its library was found. @throws std::runtime_error naming what to install.
 std::unique_ptr<GlContext> make_osmesa_context();
 std::unique_ptr<GlContext> make_egl_context();
 

@@ -42,7 +42,6 @@
   F(PFNGLGETPROGRAMIVPROC, get_program_iv, "glGetProgramiv")                                   \
   F(PFNGLGETSHADERINFOLOGPROC, get_shader_info_log, "glGetShaderInfoLog")                      \
   F(PFNGLGETSHADERIVPROC, get_shader_iv, "glGetShaderiv")                                      \
-  F(PFNGLGETSTRINGPROC, get_string, "glGetString")                                             \
   F(PFNGLGETUNIFORMLOCATIONPROC, get_uniform_location, "glGetUniformLocation")                 \
   F(PFNGLLINEWIDTHPROC, line_width, "glLineWidth")                                             \
   F(PFNGLLINKPROGRAMPROC, link_program, "glLinkProgram")                                       \

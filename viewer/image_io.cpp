@@ -53,7 +53,8 @@ Picture read_picture(const std::string& path) {
   const cv::Mat bgr = readable ? cv::imread(path, cv::IMREAD_COLOR) : cv::Mat();
   if (bgr.empty()) {
     const std::string why = files::why_not_readable(path);
-    throw std::runtime_error(path + ": " + (why.empty() ? "no picture that OpenCV can read" : why));
+    throw std::runtime_error(path + ": " +
+                             (why.empty() ? "not a picture that OpenCV can read" : why));
   }
   return rgb_of(bgr);
 }
@@ -63,7 +64,7 @@ Picture decode_picture(std::string_view bytes) {
   const cv::Mat encoded(1, static_cast<int>(std::min<std::size_t>(bytes.size(), INT_MAX)), CV_8UC1,
                         const_cast<char*>(bytes.data()));
   const cv::Mat bgr = bytes.empty() ? cv::Mat() : cv::imdecode(encoded, cv::IMREAD_COLOR);
-  require(!bgr.empty(), "a picture that is none");
+  require(!bgr.empty(), "not a picture");
   return rgb_of(bgr);
 }
 

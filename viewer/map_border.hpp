@@ -7,7 +7,7 @@
 
 namespace marco::viewer {
 
-/// Where a world point lies in a map picture: north (y) up, east (x) right.
+/// Maps the world into a map picture: north (y) up, east (x) right.
 struct MapFrame {
   Eigen::Vector2d min_m = Eigen::Vector2d::Zero();  ///< world at the drawn area's lower left
   Eigen::Vector2d max_m = Eigen::Vector2d::Zero();
@@ -25,8 +25,8 @@ struct LegendEntry {
   Rgb color;
 };
 
-/// What stands around a map's drawn area: axes in metres, a scale bar and a legend, whose entries
-/// flow over as many lines as they need.
+/// The border of a map picture: axes in metres, a scale bar and a legend on as many lines as it
+/// needs.
 class MapBorder {
  public:
   static constexpr double kAxisMarginPx = 58.0;   ///< left of the drawn area
@@ -39,8 +39,8 @@ class MapBorder {
   int picture_width_px() const;
   int picture_height_px() const;
 
-  /// Covers what was drawn beyond the area (a path of bad odometry), then paints. @param canvas of
-  /// the picture's size.
+  /// Clears everything drawn outside the area (a path of bad odometry), then paints. @param canvas
+  /// of the picture's size.
   void paint(Canvas& canvas) const;
 
  private:

@@ -14,13 +14,6 @@ bool known(const GridMap& grid, int x, int y) {
   return grid.contains(x, y) && grid.at(x, y) != GridMap::kUnknown;
 }
 
-bool known_all_round(const GridMap& grid, int x, int y) {
-  for (int dy = -1; dy <= 1; ++dy)
-    for (int dx = -1; dx <= 1; ++dx)
-      if (!known(grid, x + dx, y + dy)) return false;
-  return true;
-}
-
 class CellBox {
  public:
   void add(const Eigen::Vector2i& cell) {
@@ -57,13 +50,10 @@ Eigen::Vector2d MapExtent::max_m(const GridMap& grid) const {
 }
 
 CellMask well_seen(const GridMap& grid) {
-  CellMask seen(grid.width_cells, grid.height_cells);
+  CellMask known_cells(grid.width_cells, grid.height_cells);
   for (int y = 0; y < grid.height_cells; ++y)
-    for (int x = 0; x < grid.width_cells; ++x)
-      if (known_all_round(grid, x, y))
-        for (int dy = -1; dy <= 1; ++dy)
-          for (int dx = -1; dx <= 1; ++dx) seen.set(x + dx, y + dy, true);
-  return seen;
+    for (int x = 0; x < grid.width_cells; ++x) known_cells.set(x, y, known(grid, x, y));
+  return opened(std::move(known_cells));
 }
 
 std::optional<MapExtent> find_extent(const GridMap& grid) {

@@ -20,8 +20,8 @@ Rgb blend(Rgb from, Rgb to, double part) {
   return {mix(from.red, to.red), mix(from.green, to.green), mix(from.blue, to.blue)};
 }
 
-// Unknown lies in the middle: the freer the lighter, the more occupied the darker. What was seen
-// once is told from the unknown at a glance, on both sides.
+// From white (free) over grey (unknown) to black (occupied). The bends set cells that were seen
+// only once clearly apart from unknown ones.
 Rgb cell_color(uint8_t percent) {
   constexpr double kFreeBend = 3.0, kOccupiedBend = 0.6;
   if (percent == GridMap::kUnknown) return palette::kUnknown;
@@ -31,7 +31,7 @@ Rgb cell_color(uint8_t percent) {
   return blend(palette::kUnknown, palette::kOccupied, std::pow(off_middle, kOccupiedBend));
 }
 
-// The cells of the drawn area, one a pixel, north up; beyond the grid nothing is known.
+// The cells of the drawn area, one per pixel, north up; unknown beyond the grid.
 Picture cells_picture(const GridMap& grid,
                       const Eigen::Vector2i& min_cell,
                       const Eigen::Vector2i& size) {
@@ -90,8 +90,7 @@ class MapPainter {
   }
 
  private:
-  // Points are hits, and lie where cells are known. Odometry can run far off the map; it is
-  // followed for a fifth of the map's size, so that the map itself stays readable.
+  // Odometry may leave the map: the picture grows by at most a fifth of the map's size for it.
   Box box_to_draw() const {
     if (!extent_) return bounding_box(scene_);
     Box known;

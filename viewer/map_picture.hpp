@@ -9,7 +9,7 @@ namespace marco::viewer {
 
 struct MapPictureOptions {
   double long_side_px = 1500.0;  ///< of the drawn map without its margins
-  double margin_m = 0.5;         ///< of world around what is known
+  double margin_m = 0.5;         ///< around the known cells
   double path_width_px = 2.5;    ///< of trajectories
   double point_radius_px = 0.9;  ///< of scan points
   double text_height_px = 13.0;  ///< of a capital
@@ -29,11 +29,10 @@ struct MapPicture {
   MapFrame frame;
 };
 
-/// The 2D map as seen from above: the grid in grey (free white, unknown grey, walls black; the
-/// likelier a wall the darker, with the unknown in the middle), points, walls, rays, ellipses,
-/// paths and robots of the scene; meshes are left out. Beside it axes in metres, a scale bar and a
-/// legend. The size follows from the well seen part of the map (find_extent); the legend says how
-/// many cells lie beyond it.
+/// The 2D map from above: the grid (white = free, grey = unknown, black = occupied), with the
+/// points, walls, rays, ellipses, paths and robots of the scene, but without meshes. Axes in
+/// metres, a scale bar and a legend are added. The picture shows the well seen part of the map
+/// (find_extent); the legend counts the known cells beyond it.
 /// @throws std::invalid_argument when there is nothing to draw, or an option is out of its limits.
 MapPicture draw_map(const Scene& scene, const MapPictureOptions& options = {});
 

@@ -15,7 +15,7 @@ namespace {
 constexpr double kMapEyeHeightM = 1.4;
 constexpr int kBearings = 72;
 constexpr int kSideBearings = 9;     // on each side of the heading: 45 deg
-constexpr double kFarthestM = 12.0;  // what lies farther looks the same
+constexpr double kFarthestM = 12.0;  // farther makes no difference
 constexpr double kClearanceM = 0.5;
 constexpr std::size_t kMostPlaces = 400;
 
@@ -47,7 +47,7 @@ struct Outlook {
   double worth = -1.0;
 };
 
-// Where a look meets nothing known, the picture has a hole.
+// A view that ends in unknown cells shows a hole there.
 Outlook outlook_from(const GridMap& grid, const Eigen::Vector2d& place_m) {
   std::array<Sight, kBearings> sights;
   double nearest_m = kFarthestM;

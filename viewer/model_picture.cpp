@@ -15,18 +15,18 @@ using Eigen::Vector3d;
 
 constexpr double kEyeHeightM = 1.25;
 
-// Across the longer side, a little from the corner: depth shows and the picture is filled.
+// Across the longer side, slightly from a corner: shows depth and fills the picture.
 double slanted_azimuth_rad(const Box& box) {
   const bool long_in_x = box.size_m().x() >= box.size_m().y();
   return deg_to_rad(long_in_x ? -90.0 + 24.0 : 24.0);
 }
 
-// Where outsides of walls are faint, the side is taken from which most of the walls are seen.
+// Where the outsides of walls are faint: from the side with the largest visible wall area.
 double azimuth_towards_walls_rad(const Scene& scene, const Box& box) {
   double best = slanted_azimuth_rad(box), most_m2 = -1.0;
   for (const double turn_deg : {0.0, 180.0, -48.0, 132.0}) {
     const double azimuth = slanted_azimuth_rad(box) + deg_to_rad(turn_deg);
-    // What differs by a hundredth looks alike; then the first is as good.
+    // A difference of 1 % is not visible: the first one is kept.
     const double area_m2 = facing_wall_area_m2(scene, {std::cos(azimuth), std::sin(azimuth), 0.0});
     if (area_m2 <= 1.01 * most_m2) continue;
     most_m2 = area_m2;

@@ -5,8 +5,8 @@
 
 namespace marco::viewer {
 
-/// above: at a slant into the rooms, ceiling taken off. front: from a side, as a doll's house. eye:
-/// from the middle of the driven path, or of the model, where there is most to see. Of a map: see
+/// above: obliquely from above, without the ceiling. front: from a side, like a doll's house. eye:
+/// from the middle of the driven path, or of the model, towards the best view. For maps see
 /// plan_map_view().
 enum class View { above, front, eye };
 
@@ -15,8 +15,8 @@ struct ViewPlan {
   Look look;
 };
 
-/// Chooses camera, cut and back faces so that a room reads as a room. A scene with neither meshes
-/// nor a map is seen from above whatever `view` says.
+/// Chooses camera, cut and back faces so that rooms are recognizable. A scene with neither meshes
+/// nor a map is always seen from above.
 /// @param look its mode, colouring, light and quality are kept.
 /// @throws std::invalid_argument when the scene is empty.
 ViewPlan plan_view(
@@ -26,12 +26,12 @@ ViewPlan plan_view(
 /// when the scene has no path with a pose.
 const PathItem* driven_path(const Scene& scene);
 
-/// The heading from `eye_m` with the most to see, tried in steps of 22.5 deg on small pictures.
+/// The heading with the best view from `eye_m`, tried in steps of 22.5 deg on small pictures.
 /// @param renderer has the scene loaded.
 double best_heading_rad(Renderer& renderer, const Eigen::Vector3d& eye_m);
 
-/// Lays a bar of round length with its label along the box's floor edge nearest to the eye. Left
-/// out where it would leave the picture.
+/// Draws a scale bar with its label along the box's floor edge nearest to the eye, unless it would
+/// leave the picture.
 Picture add_scale_bar(const Picture& picture, const Camera& camera, const Box& box);
 
 }  // namespace marco::viewer

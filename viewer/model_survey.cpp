@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 constexpr double kCellM = 0.4;
 constexpr double kLevelBinM = 0.05;
 constexpr double kLeastRoomHeightM = 1.6;
-// A survey looks at every Nth triangle, so that it costs the same for any model.
+// A survey samples every Nth triangle: its cost does not depend on the model.
 constexpr std::size_t kSurveyedTriangles = 100000;
 
 struct Patch {

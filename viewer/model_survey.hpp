@@ -6,12 +6,13 @@
 
 namespace marco::viewer {
 
-/// What a model's triangles tell about the rooms in it.
+/// The rooms of a model, estimated from its triangles.
 struct ModelSurvey {
-  Box box;  ///< of the largest part that hangs together; 0.5 % may lie outside on each side
+  Box box;  ///< of the largest connected part, less 0.5 % on each side
   double floor_m = 0.0;
-  std::optional<double> ceiling_m;   ///< the highest large level surface well above the floor
-  bool visible_from_inside = false;  ///< floors' triangles face up: back faces are walls' outsides
+  std::optional<double> ceiling_m;  ///< the highest large level surface well above the floor
+  bool visible_from_inside =
+      false;  ///< the floor's triangles face up: back faces are the outsides of walls
 };
 
 /// @throws std::invalid_argument when the scene's meshes hold no triangle with an area.

@@ -8,19 +8,18 @@
 
 namespace marco::viewer {
 
-/// Darkens corners: after the surfaces are drawn, looks at their depths and lets what lies close
-/// before a pixel take light from it (shaders.hpp, kOcclusion). Lives no longer than the context
-/// its functions belong to.
+/// Screen-space ambient occlusion: darkens pixels behind nearby surfaces, by the depths that were
+/// drawn (shaders.hpp, kOcclusion). Must not outlive the context of its functions.
 class OcclusionPass {
  public:
   explicit OcclusionPass(const GlFunctions& gl);
 
   struct View {
-    Eigen::Matrix4d camera_from_clip;  ///< of what the target shows
-    double radius_m;                   ///< how far apart two surfaces still darken each other
+    Eigen::Matrix4d camera_from_clip;  ///< of the target
+    double radius_m;                   ///< largest distance of surfaces that darken each other
     double px_per_m_at_1m;             ///< of the target; orthographic: at any distance
     bool perspective;
-    int supersampling;  ///< shadows are soft: they are sampled once a finished pixel
+    int supersampling;  ///< shadows are soft: one sample per finished pixel suffices
   };
 
   /// @param surfaces colours and depths. @returns the same colours, darkened; good until the next

@@ -43,7 +43,7 @@ class OsmesaContext : public GlContext {
     void operator()(OSMesaContext context) const { OSMesaDestroyContext(context); }
   };
   std::unique_ptr<osmesa_context, Destroyer> context_;
-  std::array<uint8_t, 4> surface_{};  // OSMesa wants one: a pixel
+  std::array<uint8_t, 4> surface_{};  // OSMesa requires one: a pixel
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 namespace marco::viewer {
 
-/// A texture one draws into. Lives no longer than the context its functions belong to.
+/// A texture to draw into. Lives no longer than the context its functions belong to.
 class RenderTarget {
  public:
   enum class Kind { color, color_with_depth, openness };
@@ -17,7 +17,7 @@ class RenderTarget {
   RenderTarget(const RenderTarget&) = delete;
   RenderTarget& operator=(const RenderTarget&) = delete;
 
-  /// Draws go here from now on, over the whole of it.
+  /// Subsequent draws go to the whole of it.
   void bind() const;
   GLuint framebuffer() const { return framebuffer_; }
   GLuint color_texture() const { return color_; }
@@ -35,7 +35,7 @@ class RenderTarget {
   GLuint depth_ = 0;
 };
 
-/// The slot's target, made anew when it is empty or has another size.
+/// The slot's target; replaced when it is empty or has another size.
 const RenderTarget& fitting_target(const GlFunctions& gl,
                                    std::unique_ptr<RenderTarget>& slot,
                                    RenderTarget::Kind kind,

@@ -15,22 +15,22 @@ namespace marco::viewer {
 enum class Mode { points, wire, filled };
 enum class Coloring { height, normal, scene, grey };
 enum class Light { room, thesis };
-/// What is seen of a triangle from behind. faint: a quarter of its colour, when supersampled by 2
-/// or 4, over what lies behind it.
+/// How triangles look from behind. faint: a quarter of their colour over the background, when
+/// supersampled by 2 or 4.
 enum class BackFaces { show, faint, hide };
 
 /// How a scene is drawn.
 struct Look {
-  Mode mode = Mode::filled;  ///< of meshes; all else is always filled
+  Mode mode = Mode::filled;  ///< of meshes; all else is filled
   Coloring coloring = Coloring::height;
   Light light = Light::room;
   BackFaces back_faces = BackFaces::show;                         ///< of meshes
   double cut_height_m = std::numeric_limits<double>::infinity();  ///< meshes end here: no ceiling
   double point_size_px = 2.0;
-  double occlusion_radius_m = 0.45;  ///< corners within it darken each other; 0 = no such shadow
-  double detail_px = 0.0;  ///< filled surfaces may be off by so much in the picture, to be drawn
-                           ///< with fewer triangles; 0 = every triangle
-  int supersampling = 2;   ///< side of the square of samples a pixel, 1..4
+  double occlusion_radius_m = 0.45;  ///< of the shadows in corners; 0 = none
+  double detail_px = 0.0;  ///< largest error of simplified surfaces in the picture; 0 = draw every
+                           ///< triangle
+  int supersampling = 2;   ///< 1..4; a pixel is the average of its square samples
   Rgb background{247, 248, 250};
   Eigen::Vector3d lamp_m = Eigen::Vector3d(0.0, 0.0, 0.5);  ///< Light::thesis
   std::optional<std::array<double, 2>> height_range_m;      ///< of the colours; else the scene's
@@ -48,8 +48,8 @@ struct PictureSize {
   double aspect() const { return static_cast<double>(width_px) / height_px; }
 };
 
-/// Draws one scene from many places. The scene is taken over to the driver once, by load(); a
-/// draw() then costs what the driver needs. Belongs to the thread that made it.
+/// Draws one scene from many cameras. load() copies the scene to the driver once. To be used on the
+/// thread that constructed it.
 class Renderer {
  public:
   /// @throws std::runtime_error as make_gl_context().
@@ -58,7 +58,7 @@ class Renderer {
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
 
-  /// Takes the place of what was loaded before.
+  /// Replaces the scene that was loaded before.
   void load(const Scene& scene);
 
   /// Pictures beyond the driver's limit are drawn in tiles.

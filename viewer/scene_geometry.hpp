@@ -16,7 +16,7 @@ struct Vertex {
 };
 static_assert(sizeof(Vertex) == 24, "the renderer describes this layout to OpenGL");
 
-/// Vertices and how they are joined: three indices a triangle, two a line, one a point.
+/// Vertices, and their indices: three per triangle, two per line, one per point.
 struct Geometry {
   std::vector<Vertex> vertices;
   std::vector<uint32_t> indices;

@@ -64,7 +64,7 @@ void main() {
   // the shadows look at, see what lies behind.
   if (!gl_FrontFacing && (int(gl_FragCoord.x) & int(gl_FragCoord.y) & 1) == 0) discard;
 #endif
-  // A point or a line has no normal: it faces the eye.
+  // Points and lines have no normal: they face the eye.
   float square = dot(surface_normal, surface_normal);
   bool loose = square == 0.0;
   float turned = dot(surface_normal, towards_eye) < 0.0 ? -1.0 : 1.0;

@@ -29,36 +29,12 @@ double reach_cells(const CellArea& area) {
   return (high - low + Vector2i::Ones()).cast<double>().norm();
 }
 
-// Whether any (all) of a cell and its eight neighbours are set.
-bool any_near(const CellMask& mask, int x, int y) {
-  for (int dy = -1; dy <= 1; ++dy)
-    for (int dx = -1; dx <= 1; ++dx)
-      if (mask.at(x + dx, y + dy)) return true;
-  return false;
-}
-bool all_near(const CellMask& mask, int x, int y) {
-  for (int dy = -1; dy <= 1; ++dy)
-    for (int dx = -1; dx <= 1; ++dx)
-      if (!mask.at(x + dx, y + dy)) return false;
-  return true;
-}
-
-// A beam that grazes a wall clears a cell of it here and there: gaps of two cells are closed.
-CellMask without_gaps(const CellMask& occupied) {
-  CellMask wide(occupied.width(), occupied.height()), closed = occupied;
-  for (int y = 0; y < wide.height(); ++y)
-    for (int x = 0; x < wide.width(); ++x) wide.set(x, y, any_near(occupied, x, y));
-  for (int y = 0; y < wide.height(); ++y)
-    for (int x = 0; x < wide.width(); ++x)
-      if (all_near(wide, x, y)) closed.set(x, y, true);
-  return closed;
-}
-
+// Grazing beams clear single cells of a wall: gaps of up to two cells are closed.
 CellMask walls_of(const GridMap& grid) {
   CellMask occupied(grid.width_cells, grid.height_cells), walls = occupied;
   for (int y = 0; y < grid.height_cells; ++y)
     for (int x = 0; x < grid.width_cells; ++x) occupied.set(x, y, is_occupied(grid, x, y));
-  for (const CellArea& area : connected_areas(without_gaps(occupied)))
+  for (const CellArea& area : connected_areas(closed(std::move(occupied))))
     if (reach_cells(area) * grid.resolution_m >= kLeastWallM)
       for (const Vector2i& cell : area) walls.set(cell.x(), cell.y(), true);
   return walls;
@@ -71,7 +47,7 @@ class MapBuilder {
 
   TriangleMesh build() {
     const CellMask walls = walls_of(grid_);
-    // The floor goes on under the walls: their smoothed outlines leave no gap.
+    // The floor extends under the walls, so that their smoothed outlines leave no gap.
     add_level(well_seen(grid_), 0.0F, kFloorColor);
     add_level(walls, top_m_, kTopColor);
     if (top_m_ > 0.0F)

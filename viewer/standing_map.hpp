@@ -5,14 +5,13 @@
 
 namespace marco::viewer {
 
-/// How high a map's walls stand where nobody says otherwise [m].
+/// Default height of a map's walls [m].
 inline constexpr double kWallHeightM = 2.5;
 
-/// A floor plan as rooms: floor (z = 0) where the map is known and well seen (well_seen), the
-/// outlines of occupied cells standing up to `wall_height_m`, nothing where nothing is known.
-/// Straight stretches of an outline are one face (smooth_outlines); gaps of up to two cells are
-/// closed. Occupied cells that together
-/// reach less than 30 cm are no wall: a chair's leg or a stray hit.
+/// A floor plan as rooms: floor (z = 0) where the map is well seen (well_seen), walls of height
+/// `wall_height_m` along the outlines of occupied cells, nothing where the map is unknown. Straight
+/// stretches of an outline are one face (smooth_outlines); gaps of up to two cells are closed.
+/// Areas of occupied cells smaller than 30 cm are left out: a chair's leg or a stray hit.
 /// @param wall_height_m 0: only the tops of the walls, on the floor.
 /// @returns vertices in the map's frame, with normals and with colours: light floor, dark tops.
 TriangleMesh standing_map(const GridMap& grid, double wall_height_m);

@@ -28,7 +28,7 @@ class SurfacePass {
  public:
   explicit SurfacePass(const GlFunctions& gl) : gl_(gl) {}
 
-  /// Takes the place of what was loaded before.
+  /// Replaces the scene that was loaded before.
   void load(const Scene& scene);
   /// Into the bound target, which is cleared.
   void draw(const Camera& camera, const Look& look, PictureSize size, const Tile& tile);

@@ -17,8 +17,8 @@ struct VectorReport {
 /// context (with a core profile gl2ps writes an empty file). Triangles are lit flat, sorted from
 /// far to near and not cut at one another: what passes through another may show through. Occlusion
 /// shadow and supersampling of the look mean nothing here; faint back faces are hidden. Mode points
-/// draws one dot a vertex. One call at a time in a process: gl2ps keeps its state in a global.
-/// @param size of the page, one unit a pixel.
+/// draws one dot per vertex. One call at a time in a process: gl2ps keeps its state in a global.
+/// @param size of the page, one unit per pixel.
 /// @throws std::runtime_error naming the path when it cannot be written or the disk is full.
 VectorReport write_vector(const Scene& scene,
                           const ViewPlan& plan,

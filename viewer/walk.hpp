@@ -8,7 +8,7 @@
 
 namespace marco::viewer {
 
-/// What one unit of the robot's commands moves it (thesis B, ch. 2.4, 2.5 and app. C).
+/// The motion per unit of the robot's commands (thesis B, ch. 2.4, 2.5 and app. C).
 struct WalkOptions {
   double forward_unit_m = 0.057;
   double turn_unit_deg = 2.35;
@@ -37,12 +37,12 @@ struct WalkCommand {
   int units = 1;
 };
 
-/// "a10 i5 g2" or one a line; words after # are a remark.
-/// @throws std::invalid_argument naming the first word that is no command.
+/// Commands separated by spaces or newlines, "a10 i5 g2"; # starts a comment.
+/// @throws std::invalid_argument naming the first word that is not a command.
 std::vector<WalkCommand> parse_walk(const std::string& script);
 
-/// A virtual robot that moves by the very steps of the real one, so that a model shows what the
-/// robot would see. It walks through walls.
+/// A virtual robot with the motion units of the real one, to show the robot's view of a model.
+/// Walls do not stop it.
 class Walk {
  public:
   /// @throws std::invalid_argument when an option is out of its limits.
@@ -56,7 +56,7 @@ class Walk {
   const Pose2& world_from_robot() const { return world_from_robot_; }
   double tilt_rad() const { return tilt_rad_; }
   double pan_rad() const { return pan_rad_; }
-  /// What the robot's camera sees, 80 deg high.
+  /// The robot's camera, with a vertical field of view of 80 deg.
   Camera camera() const;
 
  private:

@@ -46,7 +46,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--size", arguments.size, "WIDTHxHEIGHT [px]")->capture_default_str();
   app.add_option(
       "--camera", request.camera,
-      "above, eye, front, sheet (all of them), robot (what it sees now), or x,y,z,yaw,pitch [m, "
+      "above, eye, front, sheet (all of them), robot (its current view), or x,y,z,yaw,pitch [m, "
       "deg]");
   app.add_option("--mode", request.look.mode, "points, wire or filled")
       ->transform(CLI::CheckedTransformer(kModes));
@@ -56,17 +56,17 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--light", arguments.light, "room, or thesis: grey under one lamp")
       ->check(CLI::IsMember({"room", "thesis"}))
       ->capture_default_str();
-  app.add_flag("--ortho", arguments.orthographic, "parallel lines stay parallel");
-  app.add_option("--cut", request.cut_height_m, "leave out what lies higher [m]");
-  app.add_option("--walls", request.wall_height_m, "how high the walls of a map stand [m]");
+  app.add_flag("--ortho", arguments.orthographic, "orthographic projection");
+  app.add_option("--cut", request.cut_height_m, "leave out everything above this height [m]");
+  app.add_option("--walls", request.wall_height_m, "height of a map's walls [m]");
   app.add_option("--detail", request.look.detail_px,
-                 "surfaces may be off by so many pixels, to be drawn faster; 0: every triangle")
+                 "largest error of simplified surfaces [px], to draw faster; 0: every triangle")
       ->check(CLI::Range(0.0, 100.0));
   app.add_option("--walk", arguments.walk,
                  "the robot's commands (\"a10 i19 e4\"), or a file of them; a picture after each");
 }
 
-// A script may be typed or lie in a file.
+// The script itself, or the file that holds it.
 std::string walk_script(const std::string& text) {
   std::ifstream file(text);
   if (!file.good()) return text;

@@ -25,10 +25,11 @@ double floor_of(const Scene& scene) {
   return scene.meshes.empty() ? 0.0 : survey_model(scene).floor_m;
 }
 
-// From the newest place of the path the robot drove.
+// At the newest pose of the driven path.
 Camera robot_camera(const Scene& scene) {
   const PathItem* path = driven_path(scene);
-  require(path != nullptr, "--camera robot: there is no trajectory to say where the robot is");
+  require(path != nullptr,
+          "--camera robot: there is no trajectory, so the pose of the robot is unknown");
   return Walk(path->poses.back().world_from_robot, floor_of(scene)).camera();
 }
 
@@ -53,14 +54,14 @@ Box box_to_frame(const Scene& scene) {
   return scene.grid ? map_box(*scene.grid, scene.grid_wall_height_m) : bounding_box(scene);
 }
 
-// Once round, as one turns a doll's house in the hand.
+// An orbit around the box.
 std::vector<Camera> orbit_cameras(const Scene& scene, const RenderRequest& request) {
   constexpr int kPictures = 180;
   const Box box = box_to_frame(scene);
   Camera camera;
   camera.projection = request.projection;
   camera.field_of_view_rad = deg_to_rad(35.0);
-  // One distance for all, that of the widest view: the model does not breathe.
+  // One distance for all views, so that the size of the model does not change.
   Box round = box;
   const double reach_m = 0.5 * box.size_m().head<2>().norm();
   round.min_m.head<2>() = box.center_m().head<2>() - Eigen::Vector2d::Constant(0.8 * reach_m);
@@ -78,7 +79,7 @@ std::vector<Camera> orbit_cameras(const Scene& scene, const RenderRequest& reque
   return cameras;
 }
 
-// Through rooms there is a drive to film, round loose lines there is none.
+// Loose lines have no rooms to drive through.
 bool can_drive(const Scene& scene) {
   return driven_path(scene) != nullptr && (!scene.meshes.empty() || scene.grid);
 }
@@ -103,9 +104,9 @@ PictureSize parse_size(const std::string& text) {
 
 Scene scene_in_space(Scene scene, const RenderRequest& request) {
   scene.grid_wall_height_m = request.wall_height_m > 0.0 ? request.wall_height_m : kWallHeightM;
-  // The model has its own floor and walls; a map would only flicker through them.
+  // The model has its own floor and walls; a map would flicker through them.
   if (!scene.meshes.empty() && request.wall_height_m <= 0.0) scene.grid.reset();
-  // Odometry leaves the building, and truth hides the path.
+  // Odometry leaves the building, and the truth hides the path.
   if (scene.grid && scene.meshes.empty())
     std::erase_if(scene.paths, [](const PathItem& path) {
       return path.label == "odometry" || path.label == "truth";
@@ -115,7 +116,7 @@ Scene scene_in_space(Scene scene, const RenderRequest& request) {
 
 namespace {
 
-// Inside a map its path would lie like a pipe before the eye.
+// From inside a map its path would look like a pipe.
 void load_from_inside(Renderer& renderer, const Scene& scene) {
   if (!scene.meshes.empty() || !scene.grid) return renderer.load(scene);
   Scene rooms = scene;
@@ -187,11 +188,20 @@ int render_film(Scene scene, const RenderRequest& request, const std::string& pa
 
 namespace {
 
-Walk walk_from_start(const Scene& scene, const ViewPlan& eye) {
+struct StartedWalk {
+  Look look;
+  Walk robot;
+};
+
+// At the start of the driven path, or at the viewpoint of "eye".
+StartedWalk start_walk(Renderer& renderer, Scene scene, const RenderRequest& request) {
+  scene = scene_in_space(std::move(scene), request);
+  load_from_inside(renderer, scene);
+  const ViewPlan eye = plan_named_view(scene, View::eye, request);
   const PathItem* path = driven_path(scene);
   Pose2 world_from_robot{eye.camera.eye_m.x(), eye.camera.eye_m.y(), 0.0};
   if (path != nullptr) world_from_robot = path->poses.front().world_from_robot;
-  return Walk(world_from_robot, floor_of(scene));
+  return {eye.look, Walk(world_from_robot, floor_of(scene))};
 }
 
 }  // namespace
@@ -201,22 +211,19 @@ int render_walk(Scene scene,
                 const std::string& script,
                 const std::string& folder) {
   const std::vector<WalkCommand> commands = parse_walk(script);
-  scene = scene_in_space(std::move(scene), request);
   Renderer renderer;
-  load_from_inside(renderer, scene);
-  const ViewPlan start = plan_named_view(scene, View::eye, request);
-  Walk walk = walk_from_start(scene, start);
+  StartedWalk walk = start_walk(renderer, std::move(scene), request);
   files::OutputFolder pictures(folder, "walk");
   int count = 0;
   const auto look_around = [&] {
     char name[32];
     std::snprintf(name, sizeof name, "%03d.png", count++);
-    write_png(renderer.draw(walk.camera(), start.look, request.size),
+    write_png(renderer.draw(walk.robot.camera(), walk.look, request.size),
               (pictures.path() / name).string());
   };
   look_around();
   for (const WalkCommand& command : commands) {
-    walk.apply(command);
+    walk.robot.apply(command);
     look_around();
   }
   pictures.commit();
@@ -228,17 +235,14 @@ int render_walk_by_keys(Scene scene,
                         const std::function<char()>& next_key,
                         const std::function<void(const Picture&)>& show) {
   constexpr double kDetailPx = 1.5;
-  scene = scene_in_space(std::move(scene), request);
   Renderer renderer;
-  load_from_inside(renderer, scene);
-  ViewPlan start = plan_named_view(scene, View::eye, request);
-  start.look.detail_px = kDetailPx;
-  Walk walk = walk_from_start(scene, start);
+  StartedWalk walk = start_walk(renderer, std::move(scene), request);
+  walk.look.detail_px = kDetailPx;
   int count = 1;
-  show(renderer.draw(walk.camera(), start.look, request.size));
+  show(renderer.draw(walk.robot.camera(), walk.look, request.size));
   for (char key = next_key(); key != 0; key = next_key()) {
-    if (!walk.press(key)) continue;
-    show(renderer.draw(walk.camera(), start.look, request.size));
+    if (!walk.robot.press(key)) continue;
+    show(renderer.draw(walk.robot.camera(), walk.look, request.size));
     ++count;
   }
   return count;

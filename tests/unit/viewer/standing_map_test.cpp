@@ -23,12 +23,52 @@ TEST(CellAreas, CellsThatTouchAreOneArea) {
   EXPECT_EQ(areas[1].size(), 1U);
 }
 
+CellMask random_mask(std::mt19937& random, unsigned one_of) {
+  CellMask mask(17, 11);
+  for (int y = 0; y < 11; ++y)
+    for (int x = 0; x < 17; ++x) mask.set(x, y, random() % one_of != 0);
+  return mask;
+}
+
+// How many of a cell and its eight neighbours are set.
+int set_near(const CellMask& mask, int x, int y) {
+  int count = 0;
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) count += mask.at(x + dx, y + dy) ? 1 : 0;
+  return count;
+}
+
+// By the definitions: a cell is set where its neighbourhood is, first all of it and then any.
+TEST(CellAreas, OpeningKeepsBlocksAndClosingFillsGaps) {
+  std::mt19937 random(6);
+  int kept = 0, filled = 0;
+  for (int round = 0; round < 20; ++round) {
+    const CellMask mask = random_mask(random, round % 2 == 0 ? 12 : 2);
+    CellMask all(17, 11), any(17, 11);
+    for (int y = 0; y < 11; ++y)
+      for (int x = 0; x < 17; ++x) {
+        all.set(x, y, set_near(mask, x, y) == 9);
+        any.set(x, y, set_near(mask, x, y) > 0);
+      }
+    const CellMask open = opened(mask), whole = closed(mask);
+    for (int y = 0; y < 11; ++y)
+      for (int x = 0; x < 17; ++x) {
+        EXPECT_EQ(open.at(x, y), set_near(all, x, y) > 0) << x << ' ' << y;
+        EXPECT_EQ(whole.at(x, y), mask.at(x, y) || set_near(any, x, y) == 9) << x << ' ' << y;
+        kept += open.at(x, y) ? 1 : 0;
+        filled += whole.at(x, y) && !mask.at(x, y) ? 1 : 0;
+      }
+  }
+  EXPECT_GT(kept, 100);
+  EXPECT_GT(filled, 100);
+  EXPECT_EQ(opened(CellMask(0, 0)).width(), 0);
+  EXPECT_TRUE(connected_areas(CellMask(0, 0)).empty());
+}
+
 TEST(CellAreas, RectanglesCoverEachCellOnce) {
   std::mt19937 random(4);
   for (int round = 0; round < 20; ++round) {
-    CellMask mask(17, 11);
-    for (int y = 0; y < 11; ++y)
-      for (int x = 0; x < 17; ++x) mask.set(x, y, random() % 4 != 0);
+    const CellMask mask = random_mask(random, 4);
     std::vector<int> covered(17 * 11, 0);
     for (const CellRectangle& part : cover_by_rectangles(mask))
       for (int y = part.min_cell.y(); y < part.end_cell.y(); ++y)

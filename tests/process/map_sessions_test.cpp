@@ -5,35 +5,19 @@
 #include <sstream>
 
 #include "common/files/tum.hpp"
-#include "lcm_tools/files/whole_file.hpp"
+#include "tests/support/command_test.hpp"
 #include "tests/support/flat_world.hpp"
-#include "tests/support/program.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {
 
-using ::marco::testing::Program;
-using ::marco::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 
-class MapSessions : public ::testing::Test {
+class MapSessions : public testing::CommandTest {
  protected:
-  struct Result {
-    int code = 0;
-    std::string output;
-  };
-  Result run(const std::string& name, const std::vector<std::string>& arguments) {
-    Program program(name, arguments, at("output"));
-    const int code = program.wait(600);
-    return {code, files::read_whole_file(at("output"))};
-  }
-  std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
   nlohmann::json report(const std::string& out) const {
     return nlohmann::json::parse(files::read_whole_file(out + "/report.json"));
   }
-
-  TemporaryFolder folder_;
 };
 
 // A CARMEN log of a drive round: 160 steps of 0.1 m are a square of 4.2 m with round corners.
@@ -72,7 +56,7 @@ TEST_F(MapSessions, TwoBuildingsAreKeptApartAndThatIsSaid) {
   ASSERT_EQ(run("marco-map", {b.string(), "--out", at("b")}).code, 0);
   const Result both = run("marco-map", {a.string(), b.string(), "--out", at("both")});
   EXPECT_EQ(both.code, 1) << both.output;
-  EXPECT_THAT(both.output, HasSubstr("session 2 (" + b.string() + "): found nowhere"));
+  EXPECT_THAT(both.output, HasSubstr("session 2 (" + b.string() + "): not found"));
   const auto same = [&](const std::string& one, const std::string& other) {
     return files::read_whole_file(at(one)) == files::read_whole_file(at(other));
   };
@@ -85,7 +69,7 @@ TEST_F(MapSessions, TwoBuildingsAreKeptApartAndThatIsSaid) {
   const std::string before = files::read_whole_file(at("a/map.marco"));
   const Result extended = run("marco-map", {b.string(), "--extend", at("a"), "--out", at("new")});
   EXPECT_EQ(extended.code, 1) << extended.output;
-  EXPECT_THAT(extended.output, HasSubstr("found nowhere in this map, which stays as it is"));
+  EXPECT_THAT(extended.output, HasSubstr("not found in this map, which stays unchanged"));
   EXPECT_EQ(files::read_whole_file(at("a/map.marco")), before);
   EXPECT_FALSE(std::filesystem::exists(at("new/map.pgm")));
 

@@ -15,15 +15,13 @@
 #include "marco/process_status_t.hpp"
 #include "marco/slam_command_t.hpp"
 #include "marco/slam_pose_t.hpp"
-#include "tests/support/program.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "tests/support/command_test.hpp"
 
 namespace marco {
 namespace {
 
 namespace fs = std::filesystem;
 using ::marco::testing::Program;
-using ::marco::testing::TemporaryFolder;
 using Files = std::map<std::string, std::size_t>;
 using Clock = std::chrono::steady_clock;
 
@@ -70,12 +68,10 @@ std::string difference(const Files& found, const Files& other) {
   return names;
 }
 
-class WholeResults : public ::testing::Test {
+class WholeResults : public testing::CommandTest {
  protected:
-  std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
-  int run(const std::string& program, const std::vector<std::string>& arguments) {
-    Program started(program, arguments, at("output"));
-    return started.wait(600);
+  int run(const std::string& program, const std::vector<std::string>& arguments) const {
+    return CommandTest::run(program, arguments).code;
   }
   void must(const std::string& program, const std::vector<std::string>& arguments) {
     ASSERT_EQ(run(program, arguments), 0) << files::read_whole_file(at("output"));
@@ -195,7 +191,6 @@ class WholeResults : public ::testing::Test {
     EXPECT_LT(fresh, disks());
   }
 
-  TemporaryFolder folder_;
   Files before_, after_;
   int mixed_ = 0;
 };

@@ -52,7 +52,7 @@ Trajectory true_path(const std::string& path) {
   return truth;
 }
 
-// What a SLAM that ran live said, in the order of its stamps.
+// The poses that a live SLAM published, in the order of their stamps.
 Trajectory recorded_path(const std::string& path) {
   files::EventLogReader log(path);
   Trajectory poses;
@@ -72,7 +72,7 @@ Trajectory recorded_path(const std::string& path) {
 int evaluate_path(const Trajectory& trajectory, const Trajectory& truth, const std::string& path) {
   const TrajectoryFit fit = fit_to_truth(trajectory, truth);
   if (fit.count < 2) {
-    std::printf("n=%zu: no pose of the trajectory has another at its time in %s\n", fit.count,
+    std::printf("n=%zu: no pose of the trajectory has a counterpart in %s\n", fit.count,
                 path.c_str());
     return 1;
   }
@@ -86,19 +86,19 @@ int evaluate_path(const Trajectory& trajectory, const Trajectory& truth, const s
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-evaluate", [&] {
     CLI::App app(
-        "Error of a trajectory: against RELATIONS (hand-checked relative poses), against the "
-        "true poses of a log, or against what SLAM said when the log was recorded.\n"
+        "Error of a trajectory against RELATIONS (hand-checked relative poses), against the true "
+        "poses of a log, or against the SLAM poses in a log.\n"
         "  marco evaluate out/trajectory.tum intel.relations\n"
         "  marco evaluate out/trajectory.tum --truth simulated.lcm\n"
         "  marco evaluate out/trajectory_live.tum --recorded replayed.lcm");
     std::string trajectory_path, relations_path, truth_path, recorded_path;
     double tolerance_s = 2e-6;
     app.add_option("TRAJECTORY", trajectory_path,
-                   "'time x y z qx qy qz qw' (TUM) or 'time x y theta' a line")
+                   "'time x y z qx qy qz qw' (TUM) or 'time x y theta' per line")
         ->required();
     auto* relations =
         app.add_option("RELATIONS", relations_path,
-                       "'time1 time2 x y z roll pitch yaw' a line: pose 2 seen from pose 1");
+                       "'time1 time2 x y z roll pitch yaw' per line: pose 2 seen from pose 1");
     auto* truth =
         app.add_option("--truth", truth_path, "a log with TRUE_POSE")->excludes(relations);
     app.add_option("--recorded", recorded_path, "a log with SLAM_POSE")

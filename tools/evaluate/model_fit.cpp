@@ -1,3 +1,5 @@
+#include "tools/evaluate/model_fit.hpp"
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>

@@ -10,7 +10,7 @@
 
 namespace marco {
 
-/// Of lengths, over everything: nothing is cut off but the search, at a metre.
+/// Statistics of distances, which are searched up to a metre; nothing else is cut off.
 struct Spread {
   std::size_t count = 0;
   double rms_m = 0.0;
@@ -22,26 +22,12 @@ struct Spread {
 };
 Spread spread_of(std::vector<float> lengths_m);
 
-/// Where a true beam ends in the world.
+/// Where a simulated beam hits the world.
 struct BeamEnd {
   Eigen::Vector3f point_m = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< of the true surface, towards the beam
   uint32_t triangle = 0;                             ///< of the world
 };
-
-struct ModelFit {
-  Pose3 world_from_model = Pose3::Identity();
-  std::size_t samples = 0;  ///< that found a surface within 0.3 m
-  double rms_m = 0.0;       ///< of those
-};
-
-/// The rigid motion that lays a model best on a world: point to plane, Lorentzian, from a guess.
-ModelFit fit_model(const TriangleMesh& model, const sim::RayCaster& world, const Pose3& guess);
-
-/// The same without a guess, for a model whose z is up: tries headings and places on a coarse
-/// field of distances, refines the best few. A world that looks alike from two sides can mislead
-/// it.
-ModelFit find_model(const TriangleMesh& model, const sim::RayCaster& world);
 
 struct SurfaceCoverage {
   std::size_t places = 0;  ///< 2 cm cells of true surface that a beam hit
@@ -78,11 +64,11 @@ ModelJudgement judge_model(const TriangleMesh& model,
                            const sim::RayCaster& world,
                            const std::vector<BeamEnd>& beams);
 
-/// Unit, counter-clockwise; of no length where the face has no area.
+/// Unit length, counter-clockwise; zero where the face has no area.
 Eigen::Vector3f face_normal(const std::vector<Eigen::Vector3f>& vertices_m,
                             const std::array<uint32_t, 3>& triangle);
 
-/// A mesh moved.
+/// The mesh, transformed.
 TriangleMesh moved(TriangleMesh mesh, const Pose3& by);
 
 }  // namespace marco

@@ -6,6 +6,7 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "tools/evaluate/model_fit.hpp"
 #include "tools/evaluate/model_judge.hpp"
 #include "tools/evaluate/true_beams.hpp"
 
@@ -91,29 +92,30 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-evaluate-model", [&] {
     CLI::App app(
-        "How far a model lies from the world it shows: reads the written model and the world "
-        "only.\n"
+        "Errors of a surface model against the simulated world: reads only the model and the "
+        "world.\n"
         "  marco evaluate-model out/model.ply config/worlds/lab.toml --beams lab.lcm\n"
-        "Every triangle counts, a sample each 4 cm2. The model is laid on the world by the best "
-        "rigid motion.");
+        "Every triangle is sampled, a point per 4 cm2. The model is aligned with the world by the "
+        "best rigid motion.");
     marco::Arguments arguments;
     app.add_option("MODEL", arguments.model, "PLY")->required()->check(CLI::ExistingFile);
     app.add_option("WORLD", arguments.world, "TOML, as config/worlds/lab.toml")
         ->required()
         ->check(CLI::ExistingFile);
     auto* beams = app.add_option("--beams", arguments.beams,
-                                 "the simulated recording: what part of the surface that its 3D "
-                                 "sweeps hit is there, and how far sheets of one face lie apart")
+                                 "the simulated recording: reports the part of the surface seen by "
+                                 "its 3D sweeps that the model covers, and double sheets")
                       ->check(CLI::ExistingFile);
     app.add_option("--trajectory", arguments.trajectory,
-                   "the map's trajectory.tum: its fit to the truth says where to start; else the "
-                   "place is searched for")
+                   "the map's trajectory.tum: start from its fit to the truth; else search for the "
+                   "pose of the model")
         ->needs(beams)
         ->check(CLI::ExistingFile);
     app.add_flag("--list", arguments.list,
-                 "where two sheets of one face lie more than 20 mm apart, each place a line")
+                 "list the places where two sheets of one face are more than 20 mm apart")
         ->needs(beams);
-    app.add_flag("--as-it-lies", arguments.as_it_lies, "the model is in the world's frame");
+    app.add_flag("--as-it-lies", arguments.as_it_lies,
+                 "do not align: the model is in the world's frame");
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
     return marco::run(arguments);
   });

@@ -63,7 +63,7 @@ int run(const std::string& log,
         const std::filesystem::path& out,
         const FigureOptions& figures) {
   auto options = process::load_options<MapOptions>(config);
-  process::catch_interrupts(out.string() + " is as it was");
+  process::catch_interrupts(out.string() + " is unchanged");
   files::OutputFolder results(out, "figures");
   results.keep(log);
   results.keep(config);
@@ -96,7 +96,8 @@ int main(int argc, char** argv) {
     app.add_option("--out", out, "folder for the pictures")->capture_default_str();
     app.add_option("--config", config, "TOML, as for marco map")->check(CLI::ExistingFile);
     app.add_option("--size", size, "WIDTHxHEIGHT [px]")->capture_default_str();
-    app.add_option("--cut-ends", figures.cut_ends, "leave out so many beams at each end of a scan")
+    app.add_option("--cut-ends", figures.cut_ends,
+                   "number of beams to leave out at each end of a scan")
         ->check(CLI::Range(0, 100000))
         ->capture_default_str();
     app.add_option("--mode", figures.mode, "points, wire or filled")

@@ -10,16 +10,16 @@
 
 namespace marco {
 
-/// Errors by name with unit, for the report; what cannot be known is left out.
+/// Errors by name with unit, for the report; unknown ones are left out.
 using Errors = std::map<std::string, double>;
 
-/// Of the path, against the recording's own TRUE_POSE (rms after the best rigid fit).
+/// Errors of the path against TRUE_POSE of the recording (after the best rigid fit).
 Errors judge_path(const MapJob& job);
 
-/// How well the map predicts the scans that were held out.
+/// How well the map predicts the ranges of the scans that were held out.
 Errors judge_held_out(const MapJob& job, const GridMap& map);
 
-/// Of map and model, against the world of the simulator. Laid on it by the fit of the path.
+/// Errors of map and model against the simulator's world, aligned by the fit of the path.
 /// @param world_file  see simulator/world.hpp
 /// @throws std::runtime_error where this build has no simulator.
 Errors judge_against_world(const MapJob& job,

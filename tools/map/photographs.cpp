@@ -32,7 +32,7 @@ Pose3 sensor_from_camera() {
   return pose;
 }
 
-// A file that pictures can be read from. @returns nothing of what is no picture.
+// The content of a picture file; nothing where the message holds no picture.
 std::optional<std::string> as_picture_file(const image_t& image, std::string& ending) {
   if (image.pixelformat == image_t::PIXEL_FORMAT_MJPEG) {
     const bool jpeg = image.data.size() > 4 && image.data[0] == 0xFF && image.data[1] == 0xD8 &&
@@ -80,7 +80,7 @@ class Chooser {
   void read(const std::string& recording) {
     files::EventLogReader log(recording);
     mapping3d::PanTiltTrack pantilt(Duration::from_seconds(1.0), Duration::from_seconds(0.1));
-    std::deque<image_t> waiting;  // for the pan-tilt's angles at their moment
+    std::deque<image_t> waiting;  // for the pan-tilt angles at their stamps
     std::deque<std::string> channels;
     const auto use_waiting = [&](bool all) {
       while (!waiting.empty() && (all || pantilt.reaches(Utime{waiting.front().utime}))) {
@@ -89,7 +89,7 @@ class Chooser {
         channels.pop_front();
       }
     };
-    constexpr std::size_t kMostWaiting = 64;  // a pan-tilt that fell silent holds nobody up
+    constexpr std::size_t kMostWaiting = 64;  // a pan-tilt that stopped sending delays nothing
     while (const auto head = log.next_head()) {
       const std::string channel(head->channel);
       const bool state = channel == channels::kPanTiltState;
@@ -103,7 +103,7 @@ class Chooser {
       image_t image{};
       ++counts_.recorded;
       if (image.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) {
-        ++counts_.dropped["message that ends too soon"];
+        ++counts_.dropped["message that ends too early"];
         continue;
       }
       waiting.push_back(std::move(image));
@@ -116,7 +116,7 @@ class Chooser {
     use_waiting(true);
   }
 
-  // Pictures near others go until no more than the most are left.
+  // Drops pictures close to others until at most `most` are left.
   std::vector<Taken> chosen() {
     double grow = 1.0;
     while (taken_.size() > static_cast<std::size_t>(options_.most)) {
@@ -155,16 +155,16 @@ class Chooser {
       const auto sample = decode_sample(channel, bytes);
       if (sample) pantilt.add(std::get<PanTiltState>(*sample));
     } catch (const std::invalid_argument&) {
-      return;  // counted where the sweeps are made
+      return;  // counted by the sweeps
     }
   }
 
-  // Between the poses of two scans, unless they lie apart or the robot turns fast.
+  // Interpolated between two scans, unless they are far apart or the robot turns fast.
   std::optional<Pose2> pose_at(Utime utime, const char*& why) const {
     const auto after =
         std::lower_bound(path_.begin(), path_.end(), utime,
                          [](const StampedPose2& pose, Utime at) { return pose.utime < at; });
-    why = "taken where the path is not known";
+    why = "taken where the path is unknown";
     if (after == path_.end() || (after == path_.begin() && after->utime != utime)) {
       return std::nullopt;
     }
@@ -173,8 +173,8 @@ class Chooser {
     const double gap_s = (after->utime - before->utime).seconds();
     if (gap_s > options_.max_gap_s) return std::nullopt;
     const Pose2 step = between(before->world_from_robot, after->world_from_robot);
-    why = "taken while turning fast";
-    // A match's own noise looks like turning where scans follow each other closely.
+    why = "taken during a fast turn";
+    // Between scans in quick succession, matching noise looks like a turn.
     constexpr double kNoiseRad = 0.003;
     if (std::abs(step.theta_rad) > kNoiseRad + gap_s * deg_to_rad(options_.max_turn_deg_per_s)) {
       return std::nullopt;
@@ -219,7 +219,7 @@ class Chooser {
     std::string ending;
     auto bytes = as_picture_file(image, ending);
     if (!bytes) {
-      ++counts_.dropped["no picture"];
+      ++counts_.dropped["unknown picture format"];
       return;
     }
     taken_.push_back({world_from_camera, channel, info.focal_length_px, std::move(*bytes), ending});
@@ -279,7 +279,8 @@ std::map<std::string, double> paint_elsewhere(const std::filesystem::path& folde
         nlohmann::json::parse(files::read_whole_file(report)).get<std::map<std::string, double>>();
     std::filesystem::remove(report);
   }
-  if (code != 0) std::fprintf(stderr, "marco-texture painted no model (exit code %d)\n", code);
+  if (code != 0)
+    std::fprintf(stderr, "marco-texture failed (exit code %d): the model has no texture\n", code);
   return counted;
 }
 

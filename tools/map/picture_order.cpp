@@ -13,7 +13,7 @@ namespace {
 constexpr std::string_view kName = "MARCOPIC";
 constexpr uint32_t kVersion = 1;
 
-// Numbers as they are in memory: the reader is of the same build.
+// Numbers as they are in memory: reader and writer are of one build.
 template <class Archive, class T>
 void archive_plain(Archive& bytes, std::vector<T>& values) {
   values.resize(bytes.length(values.size(), sizeof(T)));
@@ -99,16 +99,15 @@ std::vector<PictureOrder> decode_picture_orders(std::string_view bytes) {
   ByteReader reader(unseal(kName, kVersion, bytes));
   std::vector<PictureOrder> orders;
   archive_orders(reader, orders);
-  require(reader.left() == 0, "has bytes left over");
+  require(reader.left() == 0, "has trailing bytes");
   return orders;
 }
 
 void draw_elsewhere(std::vector<PictureOrder> orders, const std::string& orders_path) {
   if (orders.empty()) return;
   if (!has_sibling("marco-map-pictures")) {
-    std::fputs(
-        "pictures are not drawn: the viewer is not built (it needs EGL or OSMesa, and GL2PS)\n",
-        stderr);
+    std::fputs("no pictures: the viewer was not built (it needs EGL or OSMesa, and GL2PS)\n",
+               stderr);
     return;
   }
   files::write_whole_file(orders_path, encode_picture_orders(std::move(orders)));

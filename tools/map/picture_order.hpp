@@ -8,11 +8,11 @@
 
 namespace marco {
 
-/// A picture to be drawn by marco-map-pictures: the renderer and what it stands on take a hundred
-/// megabytes, which a map does not need.
+/// A picture to be drawn by marco-map-pictures: the renderer and its libraries take a hundred
+/// megabytes, which marco-map itself does not need.
 struct PictureOrder {
   std::string path;
-  bool flat = true;    ///< the map from above, drawn without the renderer
+  bool flat = true;    ///< a 2D map, drawn without the renderer
   std::string camera;  ///< as viewer::RenderRequest::camera
   viewer::Scene scene;
 };
@@ -22,9 +22,9 @@ std::string encode_picture_orders(std::vector<PictureOrder> orders);
 /// @throws std::invalid_argument as unseal() and ByteReader.
 std::vector<PictureOrder> decode_picture_orders(std::string_view bytes);
 
-/// Writes the orders beside their pictures, has them drawn by marco-map-pictures, which lies where
-/// this program lies, and waits. Where the viewer is not built, says so on stderr. @throws
-/// std::runtime_error when it could not be started or failed.
+/// Writes the orders to `orders_path`, runs marco-map-pictures from this program's folder on them,
+/// and waits. Prints a note on stderr where the viewer was not built.
+/// @throws std::runtime_error when it cannot be started or fails.
 void draw_elsewhere(std::vector<PictureOrder> orders, const std::string& orders_path);
 
 }  // namespace marco

@@ -11,9 +11,9 @@ namespace marco {
 namespace {
 
 constexpr viewer::Rgb kWallGreen{36, 150, 62};
-constexpr viewer::Rgb kTruthGrey{120, 120, 120};  // where green are the walls
+constexpr viewer::Rgb kTruthGrey{120, 120, 120};  // the walls are green
 
-// Odometry that has drifted out of the map would only make the picture small.
+// Odometry that drifts out of the map would only shrink the picture.
 Trajectory within(const Trajectory& trajectory, const GridMap& map) {
   constexpr double kMarginM = 5.0;
   const Eigen::Vector2d top =
@@ -56,28 +56,13 @@ std::string camera_behind(const mapping3d::Scene& scene) {
   return camera;
 }
 
-viewer::PointsItem scan_points(const MapJob& job) {
-  viewer::PointsItem points;
-  points.label = "scan points";
-  for (const slam::Keyframe& key : job.keyframes()) {
-    const Points2 hits = key.world_from_robot * key.points_in_robot.points;
-    for (Eigen::Index i = 0; i < hits.cols(); ++i) {
-      const Eigen::Vector2f hit = hits.col(i).cast<float>();
-      points.points_m.emplace_back(hit.x(), hit.y(), 0.0F);
-    }
-  }
-  return points;
-}
-
 constexpr double kLoopRobotM = 0.15;
 
-viewer::PointsItem points_item(const Points2& hits, const viewer::Rgb& color, const char* label) {
-  viewer::PointsItem points{{}, color, label};
+void add_points(const Points2& hits, viewer::PointsItem& item) {
   for (Eigen::Index i = 0; i < hits.cols(); ++i) {
     const Eigen::Vector2f hit = hits.col(i).cast<float>();
-    points.points_m.emplace_back(hit.x(), hit.y(), 0.0F);
+    item.points_m.emplace_back(hit.x(), hit.y(), 0.0F);
   }
-  return points;
 }
 
 void add_paths(const GridMap& map, const MapJob& job, viewer::Scene& scene) {
@@ -91,7 +76,7 @@ void add_paths(const GridMap& map, const MapJob& job, viewer::Scene& scene) {
   scene.paths.push_back({estimate, viewer::palette::kEstimate, "estimate"});
 }
 
-// A dot is lost in a picture of a whole corridor: a cross of dots is not.
+// A single dot is invisible in a picture of a whole corridor; a cross of dots is not.
 Points2 thick(const Points2& points) {
   constexpr double kArmM = 0.02;
   const Eigen::Vector2d arms[] = {{0, 0}, {kArmM, 0}, {-kArmM, 0}, {0, kArmM}, {0, -kArmM}};
@@ -137,7 +122,12 @@ std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
 PictureOrder map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job) {
   PictureOrder order{path, true, "", {}};
   order.scene.grid = map;
-  if (!job.keyframes().empty()) order.scene.points.push_back(scan_points(job));
+  viewer::PointsItem scans;
+  scans.label = "scan points";
+  for (const slam::Keyframe& key : job.keyframes()) {
+    add_points(key.world_from_robot * key.points_in_robot.points, scans);
+  }
+  if (!scans.points_m.empty()) order.scene.points.push_back(std::move(scans));
   add_paths(map, job, order.scene);
   return order;
 }
@@ -161,13 +151,14 @@ std::vector<PictureOrder> loop_pictures(const std::filesystem::path& folder, con
     std::snprintf(name, sizeof name, "%03zu.png", orders.size());
     std::snprintf(evidence, sizeof evidence, "after: moved %.2f m, %.1f deg; %.0f %% on walls%s",
                   loop.shift_m, loop.turn_deg, 100.0 * loop.overlap,
-                  loop.in_force ? "" : "; NOT believed");
+                  loop.in_force ? "" : "; REJECTED");
     PictureOrder order{folder / name, true, "", {}};
     const Points2& older = keys[static_cast<std::size_t>(loop.from)].points_in_robot.points;
     const Points2& newer = keys[static_cast<std::size_t>(loop.to)].points_in_robot.points;
     const auto add = [&](const Pose2& from_scan, const Points2& hits, const viewer::Rgb& color,
                          const char* label) {
-      order.scene.points.push_back(points_item(from_scan * thick(hits), color, label));
+      add_points(from_scan * thick(hits),
+                 order.scene.points.emplace_back(viewer::PointsItem{{}, color, label}));
       order.scene.robots.push_back({from_scan, kLoopRobotM, kLoopRobotM, color});
     };
     add({}, older, viewer::palette::kTruth, "older scan");

@@ -13,7 +13,7 @@
 namespace marco {
 
 /// map.png: the grid with the paths: odometry blue, estimate red, truth green where known. Odometry
-/// and truth are laid on the estimate's frame (odometry by its first pose, truth by the best fit).
+/// is aligned with the estimate by its first pose, truth by the best fit.
 PictureOrder map_picture(const std::filesystem::path& path, const GridMap& map, const MapJob& job);
 
 /// Pictures as thesis A's figures 6.1-6.4: lines.png, the plan in green with the covariance
@@ -24,15 +24,15 @@ std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
                                         const Walls& walls,
                                         const MapJob& job);
 
-/// model.png. A laser that panned saw its rooms from all sides: they are shown from above, ceiling
-/// taken off. One that only nodded saw the sides that face the robot: they are shown from behind
-/// it.
+/// model.png. A laser that panned saw all walls of a room: the view is from above, without the
+/// ceiling. One that only nodded saw the sides that face the robot: the view is from behind the
+/// robot.
 PictureOrder model_picture(const std::filesystem::path& path,
                            TriangleMesh model,
                            const MapJob& job);
 
-/// A picture a loop, 000.png, 001.png ... in the report's order: the older keyframe's points, and
-/// the newer one's where it was believed to be before and where it was found to be.
+/// One picture per loop closure, 000.png, 001.png ... in the report's order: the points of the
+/// older keyframe, and those of the newer one before and after the closure.
 std::vector<PictureOrder> loop_pictures(const std::filesystem::path& folder, const MapJob& job);
 
 }  // namespace marco

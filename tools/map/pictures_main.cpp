@@ -13,7 +13,7 @@
 int main(int argc, char** argv) {
   using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
   return process::run_main("marco-map-pictures", [&] {
-    // A marco-map that is killed wants no pictures any more; its folder may soon be another run's.
+    // When marco-map is killed, another run may soon use its folder.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     CLI::App app("Draws the pictures that marco-map orders");
     std::string orders;

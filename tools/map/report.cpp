@@ -111,26 +111,10 @@ json json_of_toml(const std::string& text) {
   return read.is_discarded() ? json(text) : read;  // JSON knows no infinite number
 }
 
-struct ScanCounts {
-  int64_t level = 0;
-  int64_t matched = 0;
-  int64_t held_out = 0;
-};
-
-ScanCounts count_scans(const MapJob& job) {
-  ScanCounts counts;
-  for (const slam::UsedScan& scan : job.scans()) {
-    counts.level += scan.level ? 1 : 0;
-    counts.matched += scan.matched ? 1 : 0;
-    counts.held_out += scan.held_out ? 1 : 0;
-  }
-  return counts;
-}
-
-std::size_t loops_in_force(const std::vector<slam::Loop>& loops) {
-  std::size_t count = 0;
-  for (const slam::Loop& loop : loops) count += loop.in_force ? 1 : 0;
-  return count;
+int64_t count_scans(const MapJob& job, bool slam::UsedScan::*flag) {
+  const auto& scans = job.scans();
+  return std::count_if(scans.begin(), scans.end(),
+                       [flag](const slam::UsedScan& scan) { return scan.*flag; });
 }
 
 json apart_json(const MapJob& job) {
@@ -174,16 +158,18 @@ double path_length_m(const Trajectory& trajectory) {
 void write_report(const std::filesystem::path& path,
                   const MapJob& job,
                   const ReportExtras& extras) {
-  const ScanCounts counts = count_scans(job);
   json report;
   report["marco"] = process::version();
   report["command_line"] = extras.command_line;
   report["configuration"] = json_of_toml(extras.configuration);
   for (const files::InputReport& input : job.inputs())
     report["inputs"].push_back(input_json(input));
-  report["scans"] = {{"posed", job.scans().size()},  {"level", counts.level},
-                     {"matched", counts.matched},    {"held_out", counts.held_out},
-                     {"keyframes", job.key_count()}, {"dropped", job.drops().by_cause()}};
+  report["scans"] = {{"posed", job.scans().size()},
+                     {"level", count_scans(job, &slam::UsedScan::level)},
+                     {"matched", count_scans(job, &slam::UsedScan::matched)},
+                     {"held_out", count_scans(job, &slam::UsedScan::held_out)},
+                     {"keyframes", job.key_count()},
+                     {"dropped", job.drops().by_cause()}};
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
   report["loops"] = loops_json(job.loops(), job.keyframes());
@@ -218,10 +204,9 @@ void write_report(const std::filesystem::path& path,
   files::write_whole_file(path, report.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
-void print_summary(const MapJob& job,
-                   const ReportExtras& extras,
-                   const std::filesystem::path& folder) {
-  const ScanCounts counts = count_scans(job);
+namespace {
+
+void print_inputs(const MapJob& job) {
   for (const files::InputReport& input : job.inputs()) {
     std::printf("%s: %s\n", input.paths.front().c_str(), input.format.c_str());
     for (const auto& [cause, count] : input.dropped) {
@@ -230,42 +215,56 @@ void print_summary(const MapJob& job,
     }
     for (const std::string& note : input.notes) std::printf("  note: %s\n", note.c_str());
   }
-  for (const auto& [cause, count] : job.drops().by_cause()) {
-    std::printf("  dropped: %s %lld\n", cause.c_str(), static_cast<long long>(count));
+}
+
+void print_counts(const char* what, const std::map<std::string, int64_t>& counts) {
+  for (const auto& [name, count] : counts) {
+    std::printf("  %s: %s %lld\n", what, name.c_str(), static_cast<long long>(count));
   }
+}
+
+void print_scenes(const mapping3d::Mapper3d& mapper) {
+  if (mapper.scenes().empty()) return;
+  const mapping3d::RegistrationResult& joined = mapper.registration();
   std::printf(
-      "%zu scans posed, %lld of them matched, %zu kept; %.1f m driven in %.0f s; %zu loops "
-      "closed\n",
-      job.scans().size(), static_cast<long long>(counts.matched), job.key_count(),
-      path_length_m(job.trajectory()), job.recorded_s(), loops_in_force(job.loops()));
+      "%zu scenes, registered in 3D: %s, %zu overlapping pairs, patches %.1f -> %.1f mm apart%s\n",
+      mapper.scenes().size(), to_string(joined.status).c_str(), joined.overlaps,
+      1e3 * joined.before.median_m, 1e3 * joined.after.median_m,
+      mapper.refined() ? "" : "; the path is unchanged");
+  const mapping3d::Straightening& straight = mapper.straightening();
+  if (!straight.bent) return;
+  std::printf(
+      "sweeps straightened: rows turned by %.2f deg rms, ranges longer by %.1f mm, patches %.1f "
+      "-> %.1f mm apart\n",
+      rad_to_deg(straight.turn_rms_rad), 1e3 * straight.range_m, 1e3 * straight.before_m,
+      1e3 * straight.after_m);
+}
+
+}  // namespace
+
+void print_summary(const MapJob& job,
+                   const ReportExtras& extras,
+                   const std::filesystem::path& folder) {
+  print_inputs(job);
+  print_counts("dropped", job.drops().by_cause());
+  const auto loops = std::count_if(job.loops().begin(), job.loops().end(),
+                                   [](const slam::Loop& loop) { return loop.in_force; });
+  std::printf(
+      "%zu scans with a pose, %lld of them matched, %zu keyframes; %.1f m driven in %.0f s; %zu "
+      "loops closed\n",
+      job.scans().size(), static_cast<long long>(count_scans(job, &slam::UsedScan::matched)),
+      job.key_count(), path_length_m(job.trajectory()), job.recorded_s(),
+      static_cast<std::size_t>(loops));
   for (const auto& [name, value] : extras.surface) std::printf("%s: %.6g\n", name.c_str(), value);
-  if (!job.mapping3d().mapper().scenes().empty()) {
-    const mapping3d::RegistrationResult& joined = job.mapping3d().mapper().registration();
-    std::printf(
-        "%zu scenes, joined in 3D: %s, %zu pairs overlap, patches %.1f -> %.1f mm apart%s\n",
-        job.mapping3d().mapper().scenes().size(), to_string(joined.status).c_str(), joined.overlaps,
-        1e3 * joined.before.median_m, 1e3 * joined.after.median_m,
-        job.mapping3d().mapper().refined() ? "" : "; the path stays as it was");
-    const mapping3d::Straightening& straight = job.mapping3d().mapper().straightening();
-    if (straight.bent) {
-      std::printf(
-          "its sweeps were bent: rows turned by %.2f deg rms, ranges longer by %.1f mm, patches "
-          "%.1f "
-          "-> %.1f mm apart\n",
-          rad_to_deg(straight.turn_rms_rad), 1e3 * straight.range_m, 1e3 * straight.before_m,
-          1e3 * straight.after_m);
-    }
-  }
+  print_scenes(job.mapping3d().mapper());
   if (extras.photographs.recorded > 0) {
     std::printf("%lld pictures recorded, %lld chosen\n",
                 static_cast<long long>(extras.photographs.recorded),
                 static_cast<long long>(extras.photographs.chosen));
   }
-  for (const auto& [cause, count] : extras.photographs.dropped) {
-    std::printf("  pictures dropped: %s %lld\n", cause.c_str(), static_cast<long long>(count));
-  }
+  print_counts("pictures dropped", extras.photographs.dropped);
   for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
-  std::printf("%.2f s (%.0f times real time), %.0f MB at most; everything is in %s\n",
+  std::printf("%.2f s (%.0f times real time), peak memory %.0f MB; the results are in %s\n",
               job.clock().total_wall_s(),
               job.recorded_s() / std::max(1e-9, job.clock().total_wall_s()),
               StageClock::peak_memory_mb(), folder.c_str());

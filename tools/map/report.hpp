@@ -6,7 +6,7 @@
 
 namespace marco {
 
-/// What is known beside the job itself when the report is written.
+/// What the report needs beside the job.
 struct ReportExtras {
   std::map<std::string, double> errors;   ///< against truth, by name with unit
   std::map<std::string, double> surface;  ///< of the joined surface, by name with unit
@@ -15,7 +15,7 @@ struct ReportExtras {
   std::string configuration;  ///< TOML of the options that differ from the defaults
 };
 
-/// Sessions that were found nowhere in the map of the others: each has a map of its own.
+/// Sessions that were not found in the map of the others: each has its own map.
 struct KeptApart {
   std::string inputs;  ///< "session 2 (b.log), session 4 (d.log)"
   std::string folder;  ///< within that of the results
@@ -23,12 +23,12 @@ struct KeptApart {
 };
 std::vector<KeptApart> kept_apart(const MapJob& job);
 
-/// Writes report.json: who made it of what and how, what was read, used and dropped and why, loops,
-/// times, memory, errors. Each field is explained in docs/report.md. Bytes of names that are no
+/// Writes report.json: version, command line and inputs; what was read, used and dropped, and why;
+/// loops, times, memory, errors. docs/report.md explains each field. Bytes of names that are not
 /// UTF-8 are replaced.
 void write_report(const std::filesystem::path& path, const MapJob& job, const ReportExtras& extras);
 
-/// The lines a person reads after the job.
+/// Prints the result of the job for a person.
 void print_summary(const MapJob& job,
                    const ReportExtras& extras,
                    const std::filesystem::path& folder);

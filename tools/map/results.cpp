@@ -1,5 +1,6 @@
 #include "tools/map/results.hpp"
 
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "common/files/lines_dxf.hpp"
@@ -8,6 +9,7 @@
 #include "common/files/tum.hpp"
 #include "lcm_tools/files/result_list.hpp"
 #include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "slam/localization/saved_map.hpp"
 
 namespace marco {
@@ -15,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The report of a version that left no list of its results.
+// The report of a version that wrote no list of its results.
 bool is_old_report(const fs::path& path) {
   if (!fs::is_regular_file(path)) return false;
   const auto report = nlohmann::json::parse(files::read_whole_file(path), nullptr, false);
@@ -23,33 +25,14 @@ bool is_old_report(const fs::path& path) {
 }
 
 std::vector<std::string> results_of_old_versions(const fs::path& folder) {
-  std::vector<std::string> names{"calibration.toml",
-                                 "floor_plan.svg",
-                                 "lines.dxf",
-                                 "lines.json",
-                                 "lines.svg",
-                                 "lines.png",
-                                 "lines_3d.png",
-                                 "lines_scan.png",
-                                 "map.marco",
-                                 "map.pgm",
-                                 "map.png",
-                                 "map.yaml",
-                                 "model.glb",
-                                 "model.obj",
-                                 "model.ply",
-                                 "model.png",
-                                 "model_scenes.ply",
-                                 "model_textured.glb",
-                                 "model_textured.png",
-                                 "odometry.tum",
-                                 "photographs.toml",
-                                 "planes.json",
-                                 "report.json",
-                                 "slam.lcm",
-                                 "trajectory.tum",
-                                 "trajectory_live.tum",
-                                 "truth.tum"};
+  // clang-format off
+  std::vector<std::string> names{
+      "calibration.toml", "floor_plan.svg", "lines.dxf", "lines.json", "lines.svg", "lines.png",
+      "lines_3d.png", "lines_scan.png", "map.marco", "map.pgm", "map.png", "map.yaml", "model.glb",
+      "model.obj", "model.ply", "model.png", "model_scenes.ply", "model_textured.glb",
+      "model_textured.png", "odometry.tum", "photographs.toml", "planes.json", "report.json",
+      "slam.lcm", "trajectory.tum", "trajectory_live.tum", "truth.tum"};
+  // clang-format on
   for (const char* part : {"loops", "photographs"}) {
     if (!fs::is_directory(folder / part)) continue;
     for (const std::string& name : files::files_below(folder / part)) {
@@ -83,6 +66,36 @@ void write_paths(const std::filesystem::path& out, const MapJob& job) {
     files::write_tum(out / "odometry.tum", job.odometry_trajectory());
   }
   if (!job.truth().empty()) files::write_tum(out / "truth.tum", job.truth());
+}
+
+void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map) {
+  slam::Slam slam;
+  slam.restore(map.slam);
+  const Trajectory all = slam.trajectory();
+  for (std::size_t session = 0; session < map.session_starts.size(); ++session) {
+    const auto first = all.begin() + map.session_starts[session];
+    const auto last = session + 1 < map.session_starts.size()
+                          ? all.begin() + map.session_starts[session + 1]
+                          : all.end();
+    files::write_tum(out / ("trajectory_session_" + std::to_string(session + 1) + ".tum"),
+                     Trajectory(first, last));
+  }
+}
+
+bool write_calibration(const std::filesystem::path& path, const MapJob& job) {
+  const auto found = job.mapping3d().calibrate();
+  if (!found) return false;
+  using Status = mapping3d::CalibrationResult::Status;
+  std::printf(
+      "calibration: %s, %zu patches seen twice, %.1f -> %.1f mm apart; standard deviations:\n",
+      to_string(found->status).c_str(), found->pairs, 1e3 * found->before_m, 1e3 * found->after_m);
+  std::fputs(process::print_options(found->sigma).c_str(), stdout);
+  if (found->status == Status::nothing_seen_twice) return false;
+  files::write_whole_file(path,
+                          "# Read by ./marco map --config, added to what SENSOR_INFO says.\n"
+                          "[mapping3d_process.correction]\n" +
+                              process::print_options(found->correction));
+  return true;
 }
 
 void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job) {

@@ -11,8 +11,8 @@
 
 namespace marco {
 
-/// The folder that `marco map` writes. Results of an earlier run go when the new ones are
-/// committed, also those of versions that left no list of them; whatever the command reads stays.
+/// The folder that `marco map` writes. Committing it removes the results of an earlier run, also of
+/// versions that wrote no list of them; whatever the command reads stays.
 /// @param inputs  every file and folder that the command line names; of a folder with a map, the
 /// map
 std::unique_ptr<files::OutputFolder> open_results(const std::filesystem::path& out,
@@ -21,10 +21,17 @@ std::unique_ptr<files::OutputFolder> open_results(const std::filesystem::path& o
 /// trajectory.tum and its companions.
 void write_paths(const std::filesystem::path& out, const MapJob& job);
 
+/// trajectory_session_N.tum: one per session, those of the saved map first.
+void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map);
+
+/// The corrections of SENSOR_INFO that the sweeps suggest, for --config; prints them too.
+/// @returns false, and writes nothing, where no two sweeps saw the same.
+bool write_calibration(const std::filesystem::path& path, const MapJob& job);
+
 /// lines.svg, lines.dxf and lines.json.
 void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job);
 
-/// Whether two names mean the same folder.
+/// Whether two names are one folder.
 bool same_folder(const std::filesystem::path& a, const std::filesystem::path& b);
 
 }  // namespace marco

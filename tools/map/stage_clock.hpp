@@ -6,7 +6,7 @@
 
 namespace marco {
 
-/// Wall and processor time of each stage of a job, and the largest memory it had.
+/// Wall and CPU time of each stage of a job, and its peak memory.
 class StageClock {
  public:
   struct Stage {
@@ -16,7 +16,7 @@ class StageClock {
   };
   StageClock() { reset(); }
 
-  /// What ran since the last call, or the construction, was this stage.
+  /// Ends a stage, which began at the last call or at the construction.
   void end_stage(const std::string& name);
   const std::vector<Stage>& stages() const { return stages_; }
   double total_wall_s() const;

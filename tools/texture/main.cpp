@@ -22,7 +22,7 @@ Pose3 pose_of(const PhotographSpec& spec) {
   require(p.size() == 3 && q.size() == 4,
           spec.file + ": expected position_m of 3 and quaternion_xyzw of 4 numbers");
   const Eigen::Quaterniond turn(q[3], q[0], q[1], q[2]);
-  require(turn.norm() > 0.5, spec.file + ": quaternion_xyzw is no rotation");
+  require(turn.norm() > 0.5, spec.file + ": quaternion_xyzw is not a rotation");
   Pose3 pose = Pose3::Identity();
   pose.linear() = turn.normalized().toRotationMatrix();
   pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
@@ -36,9 +36,9 @@ mapping3d::CameraPicture load(const PhotographSpec& spec, const std::filesystem:
   loaded.camera.height_px = picture.height_px;
   loaded.camera.focal_x_px = spec.focal_px.front();
   loaded.camera.focal_y_px = spec.focal_px.back();
-  const bool said = spec.centre_px.size() == 2;
-  loaded.camera.centre_x_px = said ? spec.centre_px[0] : 0.5 * (picture.width_px - 1);
-  loaded.camera.centre_y_px = said ? spec.centre_px[1] : 0.5 * (picture.height_px - 1);
+  const bool has_centre = spec.centre_px.size() == 2;
+  loaded.camera.centre_x_px = has_centre ? spec.centre_px[0] : 0.5 * (picture.width_px - 1);
+  loaded.camera.centre_y_px = has_centre ? spec.centre_px[1] : 0.5 * (picture.height_px - 1);
   loaded.camera.k1 = spec.k1;
   loaded.camera.k2 = spec.k2;
   loaded.world_from_camera = pose_of(spec);
@@ -111,11 +111,11 @@ int run(const Arguments& arguments) {
 }  // namespace marco
 
 int main(int argc, char** argv) {
-  // A recording may hold any picture: 100 megapixels are more than cameras send.
+  // A recording may hold any picture: cameras have fewer than 100 megapixels.
   setenv("OPENCV_IO_MAX_IMAGE_PIXELS", "100000000", 0);
   return marco::process::run_main("marco-texture", [&] {
     CLI::App app(
-        "Paints a model with photographs whose cameras and places are known.\n"
+        "Textures a model with photographs of known camera poses.\n"
         "PHOTOGRAPHS lists them:\n"
         "  [[photographs]]\n"
         "  file = \"a.jpg\"\n"
@@ -128,8 +128,8 @@ int main(int argc, char** argv) {
     app.add_option("PHOTOGRAPHS", arguments.list, "TOML")->required()->check(CLI::ExistingFile);
     app.add_option("--out", arguments.out, "GLB; the atlas is written beside it")
         ->capture_default_str();
-    app.add_flag("--as-it-is", arguments.as_it_is, "paint all triangles, simplify nothing");
-    app.add_option("--report", arguments.report, "JSON of what was used, skipped and painted");
+    app.add_flag("--as-it-is", arguments.as_it_is, "texture the model without simplifying it");
+    app.add_option("--report", arguments.report, "write the counts as JSON");
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
     return marco::run(arguments);
   });

@@ -8,13 +8,13 @@
 
 namespace marco {
 
-/// A photograph of `marco texture`, and where its camera was.
+/// A photograph for `marco texture`, with the pose of its camera.
 struct PhotographSpec {
   std::string file;                                    ///< beside the list, or absolute
   std::vector<double> position_m = {0, 0, 0};          ///< of the camera, in the model's frame
   std::vector<double> quaternion_xyzw = {0, 0, 0, 1};  ///< model from camera: z ahead, y down
   std::vector<double> focal_px = {0};                  ///< one, or x and y
-  std::vector<double> centre_px;                       ///< the picture's middle when left out
+  std::vector<double> centre_px;                       ///< default: the middle of the picture
   double k1 = 0.0;
   double k2 = 0.0;
 
@@ -30,7 +30,7 @@ struct PhotographSpec {
   }
 };
 
-/// What `marco texture` reads, and `marco map` writes of a recording with pictures.
+/// Read by `marco texture`; `marco map` writes it for a recording with pictures.
 struct PhotographList {
   std::vector<PhotographSpec> photographs;
   mapping3d::TextureOptions texture;

@@ -52,7 +52,7 @@ std::optional<viewer::Scene> LiveMap::scene() const {
   scene.grid = join_tiles(view_.map_tiles);
   if (!scene.grid && way_.size() < 2) return std::nullopt;
   if (!way_.empty()) {
-    // Of what is long past SLAM keeps few poses: no line is drawn through walls between them.
+    // SLAM keeps few poses of old parts: lines between them would cross walls.
     constexpr double kLongestStepM = 1.0;
     scene.paths.push_back({way_, viewer::palette::kEstimate, "way", kLongestStepM});
     viewer::RobotItem robot;

@@ -8,17 +8,17 @@
 
 namespace marco::watch {
 
-/// The map as it grows: tiles, the way so far, the robot. Without clock, network and files.
+/// A growing map: tiles, path, robot. Has no clock, network or files.
 class LiveMap {
  public:
   /// @throws std::invalid_argument as RobotView::add_tile.
   void add_tile(GridMap tile, int64_t revision) { view_.add_tile(std::move(tile), revision); }
-  /// SLAM's pose of the robot; the way is made of those.
+  /// The newest SLAM pose; the path consists of these.
   void add_pose(Utime utime, const Pose2& world_from_robot);
-  /// SLAM set all its key poses anew: they replace the way up to the newest of them.
+  /// After an optimization: the keyframe poses replace the path up to the newest of them.
   void set_trajectory(const Trajectory& key_poses);
 
-  /// @returns nothing before there is anything to see.
+  /// @returns nothing before the first tile or path.
   std::optional<viewer::Scene> scene() const;
   std::size_t poses() const { return way_.size(); }
 

@@ -47,12 +47,12 @@ void listen(process::LcmBus& bus, process::DropCounter& drops, watch::LiveMap& m
                             [&map](const grid_map_t& message, const auto&) {
                               map.add_tile(from_message(message), message.revision);
                             });
-  bus.subscribe<slam_pose_t>(channels::kSlamPose, drops,
-                             [&map](const slam_pose_t& message, const auto&) {
-                               map.add_pose(Utime::from_us(message.utime),
-                                            finite_pose(message.x_m, message.y_m, message.theta_rad,
-                                                        "slam_pose_t: pose is no place"));
-                             });
+  bus.subscribe<slam_pose_t>(
+      channels::kSlamPose, drops, [&map](const slam_pose_t& message, const auto&) {
+        map.add_pose(Utime::from_us(message.utime),
+                     finite_pose(message.x_m, message.y_m, message.theta_rad,
+                                 "slam_pose_t: the pose is not finite or too far away"));
+      });
   bus.subscribe<trajectory_t>(channels::kTrajectory, drops,
                               [&map](const trajectory_t& message, const auto&) {
                                 map.set_trajectory(from_message(message));
@@ -70,7 +70,7 @@ int run(const Arguments& arguments) {
   std::unique_ptr<viewer::Window> window;
   if (!arguments.no_window) window = viewer::open_window("Marco");
   if (!window && arguments.picture.empty()) {
-    std::fputs("marco-watch: there is no display and no --picture: nothing to show on\n", stderr);
+    std::fputs("marco-watch: neither a display nor --picture: nothing to do\n", stderr);
     return process::kExitFailed;
   }
   spdlog::info("{}", window ? "a window is open" : "no window: no display, or built without SDL2");
@@ -83,7 +83,7 @@ int run(const Arguments& arguments) {
       bus, {"marco-watch", arguments.common.lcm_url, {diagnosis::expect_map()}, &drops});
   map_request_t request;
   request.utime = drivers::wall_now().us;
-  bus.publish(channels::kMapRequest, request);  // what was sent before we came
+  bus.publish(channels::kMapRequest, request);  // the map so far
   int64_t pictures = 0;
   Utime next = drivers::wall_now();
   while (!process::stop_requested() && (!window || window->pump())) {
@@ -111,12 +111,12 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   return process::run_main("marco-watch", [&] {
     CLI::App app(
-        "The map as it grows: a picture rewritten every second, and a window where there is a "
-        "display");
+        "Shows the map as it grows: in a picture file that is rewritten every second, and in a "
+        "window where there is a display");
     Arguments arguments;
     process::add_common_arguments(app, arguments.common);
-    app.add_option("--picture", arguments.picture, "PNG to rewrite, never half written");
-    app.add_flag("--no-window", arguments.no_window, "only the picture");
+    app.add_option("--picture", arguments.picture, "PNG to rewrite (atomically)");
+    app.add_flag("--no-window", arguments.no_window, "write only the picture");
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     return run(arguments);
   });

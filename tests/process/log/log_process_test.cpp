@@ -288,8 +288,8 @@ TEST(Cli, ALogOfAnotherKindIsPointedToImport) {
         "export " + log + " " + out + " --format jsonl", "play " + log}) {
     const Outcome outcome = run_log(arguments);
     EXPECT_EQ(outcome.exit_code, 1) << arguments;
-    EXPECT_THAT(outcome.output, HasSubstr("is no LCM log but a CARMEN log; `marco log import " +
-                                          log + " OUT.lcm` makes"))
+    EXPECT_THAT(outcome.output, HasSubstr("is not an LCM log but a CARMEN log; `marco log import " +
+                                          log + " OUT.lcm` converts it"))
         << arguments;
     EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
   }

@@ -1,4 +1,5 @@
 #include "tools/evaluate/model_judge.hpp"
+#include "tools/evaluate/model_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,81 @@
+#include "tools/map/map_arguments.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "tools/map/map_job.hpp"
+
+namespace marco {
+namespace {
+
+constexpr const char* kHelp =
+    R"(Builds a map, a trajectory and, from 3D sweeps, a surface model from recordings.
+
+The format of each INPUT is recognised by its content:
+  an LCM log of Marco's channels (LIDAR, ODOMETRY, SENSOR_INFO, ...), as lcm-logger writes it;
+  an LCM log of another system: bot_core planar_lidar_t on any channel, mbot's lidar_t, RPLIDAR_LASER, encoders, ...
+    (config/foreign.toml lists what each channel means; copy and extend it for your robot: --foreign FILE);
+  a CARMEN log (FLASER, ROBOTLASER1); a text log of 'Odometry x y theta' and 'Laser n r1 .. rn' lines;
+  3D scans, as files or in a folder (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv).
+Several INPUTs are sessions of one map: each is localized in the map of the sessions before it. A session that is not
+found there, such as one of another building, gets its own map in OUT/session_N, and the exit code is 1. Files of 3D
+scans that follow each other are one session.
+
+To record your own robot: publish bot_core.planar_lidar_t on LIDAR, marco.odometry_t on ODOMETRY and, once a second,
+marco.sensor_info_t on SENSOR_INFO with the pose of the laser, and run lcm-logger. Pictures (bot_core.image_t on any
+channel, with the camera's pose and focal length in SENSOR_INFO) become the texture of the 3D model.)";
+
+}  // namespace
+
+std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& arguments) {
+  CLI::App app(kHelp);
+  arguments.command_line.assign(argv, argv + argc);
+  auto* inputs = app.add_option("INPUT", arguments.inputs, "recordings");
+  app.add_option("--out", arguments.out, "folder for the results")->capture_default_str();
+  app.add_option("--config", arguments.config, "TOML file; unknown keys are refused")
+      ->check(CLI::ExistingFile);
+  app.add_option("--foreign", arguments.foreign,
+                 "TOML file with the meaning of foreign channels: see config/foreign.toml")
+      ->check(CLI::ExistingFile);
+  app.add_option("--hold-out", arguments.hold_out_every,
+                 "keep every Nth scan out of the map; the report tells how well the map predicts "
+                 "it")
+      ->check(CLI::Range(2, 1000000));
+  app.add_option("--world", arguments.world,
+                 "the world of a simulated recording; map and model are compared with it")
+      ->check(CLI::ExistingFile);
+  app.add_flag("--lines", arguments.lines,
+               "use the line SLAM of thesis A; also writes lines.svg, lines.dxf and lines.json");
+  auto* extend = app.add_option("--extend", arguments.extend,
+                                "a folder that `marco map` wrote: localize in that map and extend "
+                                "it");
+  auto* localize = app.add_option("--localize", arguments.localize,
+                                  "a folder that `marco map` wrote: write the trajectory in that "
+                                  "map's frame; the map stays unchanged");
+  extend->excludes(localize)->excludes("--lines")->check(CLI::ExistingDirectory);
+  localize->excludes("--lines")->excludes("--hold-out")->check(CLI::ExistingDirectory);
+  app.add_flag("--merge", arguments.merge,
+               "INPUTs are folders that `marco map` wrote of one building: merge their maps")
+      ->excludes(extend)
+      ->excludes(localize);
+  app.add_flag("--calibrate", arguments.calibrate,
+               "estimate lever arms and zero angles of the pan-tilt from sweeps of one stop at "
+               "several pan angles; writes calibration.toml for --config");
+  app.add_flag("--loop-pictures", arguments.loop_pictures,
+               "write a picture of each loop closure to loops/: both scans, before and after")
+      ->excludes("--lines")
+      ->excludes(localize);
+  bool print_config = false;
+  app.add_flag("--print-config", print_config, "print the effective configuration and exit");
+  inputs->required(std::none_of(
+      argv, argv + argc, [](const char* word) { return std::string(word) == "--print-config"; }));
+  if (const auto code = process::parse_arguments(app, argc, argv)) return code;
+  if (!print_config) return std::nullopt;
+  const auto options = process::load_options<MapOptions>(arguments.config);
+  std::fputs(process::print_options(options).c_str(), stdout);
+  return 0;
+}
+
+}  // namespace marco

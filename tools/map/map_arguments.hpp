@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace marco {
+
+/// The command line of `marco map`.
+struct MapArguments {
+  std::vector<std::string> command_line;
+  std::vector<std::string> inputs;
+  std::string out = "out";
+  std::string config;
+  std::string foreign;
+  std::string world;
+  std::string extend;
+  std::string localize;
+  int hold_out_every = 0;
+  bool lines = false;
+  bool merge = false;
+  bool calibrate = false;
+  bool loop_pictures = false;
+};
+
+/// @returns the exit code when there is nothing left to do: --help, --print-config, a mistake.
+std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& arguments);
+
+}  // namespace marco

@@ -1,4 +1,4 @@
-// What Marco's programs wait for, and where it comes from.
+// The expectations of Marco's programs.
 #include "common/diagnosis/process/silence_watch.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/sensor_info_t.hpp"
@@ -6,7 +6,7 @@
 namespace marco::diagnosis {
 namespace {
 
-constexpr const char* kRunSlam = "SLAM sends it: start marco-slam, or see what it says.";
+constexpr const char* kRunSlam = "SLAM sends it: start marco-slam, or read its output.";
 
 }  // namespace
 
@@ -18,7 +18,7 @@ Expectation expect_scans(const std::string& pattern, const std::string& channels
   scans.types = {"bot_core.planar_lidar_t", "marco.lidar_raw_t"};
   scans.meaning = "lidar";
   scans.remedy =
-      "Start a laser's driver (marco-sick, marco-hokuyo, marco-rplidar, marco-leuze), or play a "
+      "Start a laser driver (marco-sick, marco-hokuyo, marco-rplidar, marco-leuze), or play a "
       "log "
       "(`marco replay`).";
   return scans;

@@ -57,7 +57,7 @@ std::string unused_text(const Lack& lack) {
                      short_number(lack.hz) + " Hz, but all are dropped: " + lack.cause + ".";
   if (lack.cause.starts_with("no SENSOR_INFO")) {
     text +=
-        " SENSOR_INFO says where the sensor sits; its driver must send it once a second, as "
+        " SENSOR_INFO holds the pose of the sensor; its driver must send it once a second, as "
         "Marco's drivers do.";
   }
   return text;
@@ -86,9 +86,9 @@ std::string lack_text(const Lack& lack) {
       return "messages on " + lack.channel + " (" + expected.what +
              ") are not used: their stamps are " + span_text(lack.ahead_s) +
              (lack.ahead_s > 0 ? " ahead of" : " behind") + " the scans'." + instead +
-             " Are their hosts' clocks set by the same time server?";
+             " Do their hosts use the same time server?";
     case Lack::Kind::two_poses:
-      return "SENSOR_INFO tells two poses of " + lack.channel + " in turn: " + lack.cause +
+      return "SENSOR_INFO alternates between two poses of " + lack.channel + ": " + lack.cause +
              " (mount: position, quaternion). Two drivers run, or two robots share this bus.";
   }
   return {};
@@ -125,7 +125,7 @@ std::string bus_text(const BusSurvey& survey) {
   return text + ".";
 }
 
-// As a robot elsewhere calls it.
+// A channel of another system, as ForeignTable knows it.
 bool is_foreign(const Lack& lack, const HeardChannel& heard) {
   static const ForeignTable table;
   if (lack.expected.meaning.empty()) return false;
@@ -151,7 +151,7 @@ std::string near_text(const Lack& lack, const HeardChannel& heard) {
   if (fits || is_foreign(lack, heard)) {
     std::string advice = expected.elsewhere;
     if (advice.empty()) {
-      advice = "let its sender call it " + expected.channels;
+      advice = "rename it to " + expected.channels + " in its sender";
       if (!fits) {
         advice += " and send " + joined(expected.types, " or ") +
                   ", or record it with lcm-logger and give the log to `marco map`";
@@ -160,7 +160,7 @@ std::string near_text(const Lack& lack, const HeardChannel& heard) {
     return heard.name + " carries " + expected.what + " under another name: " + advice + ".";
   }
   if (is_near(heard.name, expected.channels)) {
-    return heard.name + " is nearly the name, but carries " + type_text(heard.fingerprint) + ".";
+    return heard.name + " has a similar name, but carries " + type_text(heard.fingerprint) + ".";
   }
   return {};
 }
@@ -213,7 +213,7 @@ std::string short_state(const Lack& lack) {
     case Lack::Kind::clock:
       return "the stamps on " + lack.channel + " do not fit the scans'";
     case Lack::Kind::two_poses:
-      return "SENSOR_INFO tells two poses of " + lack.channel;
+      return "SENSOR_INFO has two poses of " + lack.channel;
   }
   return {};
 }

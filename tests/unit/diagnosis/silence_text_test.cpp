@@ -51,7 +51,7 @@ TEST(SilenceText, AnotherRobotsChannelIsNamedWithItsType) {
   const std::string text = silence_text({lack_of(Kind::never)},
                                         bus_with("RPLIDAR_LASER", fingerprint_of<lidar_raw_t>()));
   EXPECT_THAT(text, HasSubstr("On this bus: RPLIDAR_LASER 10 Hz (marco.lidar_raw_t)."));
-  EXPECT_THAT(text, HasSubstr("RPLIDAR_LASER carries scans under another name: let its sender"));
+  EXPECT_THAT(text, HasSubstr("RPLIDAR_LASER carries scans under another name: rename it to"));
 }
 
 TEST(SilenceText, AForeignTypeIsRecognised) {
@@ -75,7 +75,7 @@ TEST(SilenceText, ASettingIsNamedWhereOneHelps) {
 
 TEST(SilenceText, ANearNameOfAnotherTypeAndATypeNobodyKnows) {
   EXPECT_THAT(silence_text({lack_of(Kind::never)}, bus_with("Lidar", fingerprint_of<odometry_t>())),
-              HasSubstr("Lidar is nearly the name, but carries marco.odometry_t."));
+              HasSubstr("Lidar has a similar name, but carries marco.odometry_t."));
   EXPECT_THAT(silence_text({lack_of(Kind::never)}, bus_with("CHATTER", 0x1234)),
               HasSubstr("CHATTER 10 Hz (fingerprint 0000000000001234)"));
 }
@@ -103,7 +103,7 @@ TEST(SilenceText, DroppedForOneCause) {
   lack.cause = "no SENSOR_INFO for LIDAR yet";
   EXPECT_THAT(silence_text({lack}, {}),
               HasSubstr("messages come on LIDAR (scans) at 10 Hz, but all are dropped: no "
-                        "SENSOR_INFO for LIDAR yet. SENSOR_INFO says where the sensor sits"));
+                        "SENSOR_INFO for LIDAR yet. SENSOR_INFO holds the pose of the sensor"));
 }
 
 TEST(SilenceText, ClocksAndPoses) {
@@ -113,7 +113,7 @@ TEST(SilenceText, ClocksAndPoses) {
               HasSubstr("messages on LIDAR (scans) are not used: their stamps are 2.03 h behind"));
   lack = lack_of(Kind::two_poses);
   lack.cause = "0: 0.1 and 0: 0.2";
-  EXPECT_THAT(silence_text({lack}, {}), HasSubstr("SENSOR_INFO tells two poses of LIDAR in turn"));
+  EXPECT_THAT(silence_text({lack}, {}), HasSubstr("SENSOR_INFO alternates between two poses of LIDAR"));
 }
 
 TEST(SilenceText, ADriversTroubleAndTheNetworks) {
@@ -158,7 +158,7 @@ TEST(ShortState, IsOneLineForEachKind) {
   EXPECT_EQ(short_state(lack_of(Kind::never)), "waiting for scans");
   EXPECT_EQ(short_state(lack_of(Kind::wrong_type)), "waiting for scans");
   EXPECT_EQ(short_state(lack_of(Kind::ended)), "no more messages on LIDAR");
-  EXPECT_EQ(short_state(lack_of(Kind::two_poses)), "SENSOR_INFO tells two poses of LIDAR");
+  EXPECT_EQ(short_state(lack_of(Kind::two_poses)), "SENSOR_INFO has two poses of LIDAR");
   EXPECT_EQ(short_state(lack_of(Kind::clock)), "the stamps on LIDAR do not fit the scans'");
   EXPECT_THAT(short_state(lack_of(Kind::unused)), HasSubstr("all messages on LIDAR are dropped"));
 }

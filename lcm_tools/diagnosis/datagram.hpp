@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
-/// The udpm wire as it is seen from outside: headers, sequence numbers, fragments. liblcm reads
-/// these too but tells nobody who sent a message and which numbers are missing. Pure.
+/// LCM's udpm wire format: headers, sequence numbers, fragments. liblcm parses these too, but hides
+/// who sent a message and which numbers are missing. Pure.
 namespace marco::diagnosis {
 
 /// A sender's socket, host byte order.
@@ -28,7 +28,7 @@ std::string to_string(const Address& address);  ///< "10.0.0.7:41712"
 /// channel NUL before its data, and offsets do not count those. Big endian.
 struct Datagram {
   uint32_t sequence = 0;
-  std::string_view channel;          ///< empty in fragments behind the first
+  std::string_view channel;          ///< empty in fragments after the first
   std::span<const uint8_t> payload;  ///< the data in this datagram
   bool fragmented = false;
   uint32_t message_bytes = 0;  ///< of a fragment: the whole message's
@@ -37,20 +37,20 @@ struct Datagram {
   uint16_t fragments = 1;
 };
 
-/// Nothing when the bytes are no LCM datagram: wrong magic, channel not ended within 63 characters,
-/// a fragment outside its message, a message above 256 MB.
+/// @returns nothing for bytes that are not an LCM datagram: wrong magic, channel longer than 63
+/// characters, a fragment outside its message, a message above 256 MB.
 std::optional<Datagram> parse_datagram(std::span<const uint8_t> bytes);
 
-/// Counts a sender's missing numbers. Late and doubled datagrams within the last 1024 numbers are
-/// recognised; a jump backwards beyond them, or forwards beyond 2^24, is a sender that was
-/// restarted.
+/// Counts a sender's missing sequence numbers. Late and duplicate datagrams within the last 1024
+/// numbers are recognised. A jump backwards beyond them, or forwards beyond 2^24, is a restart of
+/// the sender.
 class SequenceTracker {
  public:
   /// @returns false for a number seen before.
   bool add(uint32_t sequence);
-  /// As above for one of several fragments that bear the same number: seen before is no duplicate.
+  /// For fragments, several of which share a number: a known number is not a duplicate.
   bool add_fragment(uint32_t sequence);
-  /// Counts from 0 again; the numbers go on.
+  /// Resets the counts, not the sequence numbers.
   void forget_losses();
 
   int64_t lost() const { return lost_; }
@@ -69,8 +69,8 @@ class SequenceTracker {
   std::array<bool, kWindow> seen_ = {};  ///< of the numbers next_ - kWindow .. next_ - 1
 };
 
-/// Puts one sender's fragments together, in any order. Keeps at most 4 unfinished messages and
-/// 256 MB; what has to give way is reported as incomplete.
+/// Reassembles one sender's fragments, in any order. Keeps at most 4 unfinished messages and 256 MB;
+/// evicted messages are reported as incomplete.
 class Reassembler {
  public:
   struct Message {
@@ -79,12 +79,12 @@ class Reassembler {
     std::size_t size = 0;
     std::span<const uint8_t> bytes() const { return {data.get(), size}; }
   };
-  /// @returns the message that `datagram` (a fragment) completes. Channels of messages given up are
-  /// appended to `incomplete` (an empty name: not known).
+  /// @returns the message that `datagram` (a fragment) completes. Channels of evicted messages are
+  /// appended to `incomplete` (an empty name: unknown).
   std::optional<Message> add(const Datagram& datagram,
                              int64_t time_us,
                              std::vector<std::string>& incomplete);
-  /// Gives up messages whose last fragment came before `before_us`.
+  /// Evicts messages whose last fragment came before `before_us`.
   void give_up(int64_t before_us, std::vector<std::string>& incomplete);
   bool holds(uint32_t sequence) const;
   bool empty() const { return partials_.empty(); }
@@ -94,7 +94,7 @@ class Reassembler {
     int64_t time_us = 0;
     uint32_t sequence = 0;
     std::string channel;
-    // Pages of a large one are touched only as its fragments come: a forged length costs nothing.
+    // Pages are touched only as fragments arrive: a forged length costs nothing.
     std::shared_ptr<uint8_t[]> data;
     std::size_t size = 0;
     std::vector<bool> have;

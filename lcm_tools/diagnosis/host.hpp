@@ -20,7 +20,7 @@ std::string command_name(int pid);
 /// root's rights. One walk over /proc for all of them.
 std::map<uint64_t, Process> owners_of(const std::set<uint64_t>& inodes);
 
-/// Who owns the sending sockets: the port looked up among this host's, remote ones by address.
+/// The owners of the sending sockets: by port on this host, by address for remote ones.
 std::map<Address, Process> find_publishers(const std::vector<Address>& senders);
 
 /// Sockets bound to `port`, with their owners.
@@ -35,9 +35,9 @@ class Prober {
   Prober(const Prober&) = delete;
   Prober& operator=(const Prober&) = delete;
 
-  uint16_t port() const { return port_; }  ///< the receiver leaves its messages out
+  uint16_t port() const { return port_; }  ///< the receiver ignores its messages
   /// Whether a message to `url` comes back to a listener of this process within 200 ms.
-  /// @param error what the system said when it could not even be sent.
+  /// @param error the system's message when it could not be sent
   bool comes_back(const UdpUrl& url, std::string& error);
 
  private:
@@ -46,7 +46,7 @@ class Prober {
   uint32_t sequence_ = 0;
 };
 
-/// Everything diagnose() wants to know; takes up to a second when nothing is heard.
+/// The input of diagnose(). Takes up to a second when nothing is heard.
 NetworkState look_at_network(const UdpUrl& url, Prober& prober, int64_t heard_messages);
 
 }  // namespace marco::diagnosis

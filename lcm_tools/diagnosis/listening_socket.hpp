@@ -17,7 +17,7 @@ class ListeningSocket {
   ListeningSocket(const ListeningSocket&) = delete;
   ListeningSocket& operator=(const ListeningSocket&) = delete;
 
-  /// Joins the group. @returns false and what the system said when there is no route to it yet.
+  /// Joins the group. @returns false, with the system's message, while there is no route to it.
   bool join(std::string& error) const;
   int descriptor() const { return socket_; }
   uint64_t inode() const;

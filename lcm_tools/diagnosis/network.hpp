@@ -9,15 +9,15 @@
 
 #include "lcm_tools/diagnosis/datagram.hpp"
 
-/// What the system's own tables say about who speaks and listens, and why nothing is heard. Pure:
-/// texts of /proc in, findings out; system.hpp reads them.
+/// Diagnoses from the system's own tables who sends and listens, and why nothing is heard. Pure:
+/// texts of /proc in, findings out; host.hpp reads them.
 namespace marco::diagnosis {
 
 struct UdpUrl {
   uint32_t group = 0xEFFF4C43;  ///< 239.255.76.67, host byte order
   uint16_t port = 7667;
   int ttl = 0;
-  int recv_buf_bytes = 0;  ///< 0: not said
+  int recv_buf_bytes = 0;  ///< 0: not given
 
   std::string text() const;  ///< "udpm://239.255.76.67:7667"
 };
@@ -31,7 +31,7 @@ std::string ip_text(uint32_t ip);
 struct UdpSocket {
   Address local;
   uint64_t inode = 0;
-  int64_t drops = 0;  ///< datagrams its full buffer refused
+  int64_t drops = 0;  ///< datagrams dropped because its buffer was full
 };
 std::vector<UdpSocket> parse_udp_sockets(std::string_view proc_net_udp);
 
@@ -44,7 +44,7 @@ struct Route {
 };
 std::vector<Route> parse_routes(std::string_view proc_net_route);
 
-/// Groups somebody on this host joined, from /proc/net/igmp.
+/// Groups joined on this host, from /proc/net/igmp.
 std::vector<uint32_t> parse_joined_groups(std::string_view proc_net_igmp);
 
 struct Interface {
@@ -54,8 +54,8 @@ struct Interface {
 };
 
 struct Process {
-  int pid = -1;      ///< -1: not known (another user's, another host's, or gone)
-  std::string name;  ///< its command; "" when not known
+  int pid = -1;      ///< -1: unknown (another user's, another host's, or gone)
+  std::string name;  ///< its command; "" = unknown
 };
 /// "marco-slam (4711)", "?" when not known.
 std::string to_string(const Process& process);
@@ -67,15 +67,15 @@ struct Listener {
   bool self = false;  ///< this process's own
 };
 
-/// Everything the diagnosis looks at.
+/// The input of the diagnosis.
 struct NetworkState {
-  std::string program = "marco-spy";  ///< who asks: commands name it
+  std::string program = "marco-spy";  ///< named in the commands for the user
   UdpUrl url;
   std::vector<Route> routes;
   std::vector<Interface> interfaces;
   std::optional<bool> self_test;        ///< whether our own probe came back; nothing: not tried
   bool port_taken = false;              ///< by a process that does not share it
-  std::string self_test_error;          ///< what the system said when it could not be sent
+  std::string self_test_error;          ///< the system's message when it could not be sent
   std::vector<std::string> heard_urls;  ///< other URLs on which LCM messages were heard just now
   /// Processes that have another URL in their LCM_DEFAULT_URL, and that URL.
   std::vector<std::pair<Process, std::string>> other_urls;
@@ -85,17 +85,17 @@ struct NetworkState {
   int64_t heard_messages = 0;
 };
 
-/// Something that keeps messages away, and the command that mends it ("" when there is none).
+/// A cause of lost messages, and the command that fixes it ("" = none).
 struct Finding {
   std::string text;
   std::string command;
 };
 
-/// Most certain cause first. With messages heard: only what is lost and why. Without: at least one
-/// finding, always.
+/// Most certain cause first. While messages are heard: only losses and their causes. Otherwise: at
+/// least one finding.
 std::vector<Finding> diagnose(const NetworkState& state);
 
-/// What is broken on a message's way through this host; nothing when it is whole.
+/// The first fault on a message's way through this host; nothing when there is none.
 std::optional<Finding> broken_path(const NetworkState& state);
 
 /// The route multicast to `group` takes: longest mask, then lowest metric; nullptr: none.

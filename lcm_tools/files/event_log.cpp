@@ -99,14 +99,14 @@ bool EventLogReader::read_at(int64_t offset, std::span<uint8_t> bytes) const {
   return true;
 }
 
-// Bytes of the file in memory, or null where it does not have so many.
+// Bytes of the file in memory; null beyond its end.
 const uint8_t* EventLogReader::view(int64_t offset, int64_t count) {
   if (offset < 0 || count > size_ - offset) return nullptr;
   if (offset >= window_start_ && offset + count <= window_start_ + window_bytes_) {
     return window_.data() + (offset - window_start_);
   }
-  // Behind a jump over the data of a large event only as much is read as the next header needs;
-  // whoever goes on without jumps soon reads in large steps again.
+  // After a jump over the data of a large event, read only what the next header needs. Without
+  // jumps the steps soon grow again.
   const int64_t gap = offset - (window_start_ + window_bytes_);
   const bool jump = gap > kJumpBytes || offset < window_start_;
   step_bytes_ = jump ? kSmallestStepBytes : std::min(kLargestStepBytes, 2 * step_bytes_);
@@ -150,13 +150,13 @@ bool EventLogReader::followed_by_event(int64_t end) {
   if (end >= window_start_ && end + 4 <= window_start_ + window_bytes_) {
     return read_big_endian<uint32_t>(window_.data() + (end - window_start_)) == kSync;
   }
-  // Read beside the window, which stays where the event's data are.
+  // Bypasses the window, which keeps the event's data.
   std::array<uint8_t, 4> sync{};
   return read_at(end, sync) && sync == kSyncBytes;
 }
 
 bool EventLogReader::contains_head(int64_t from, int64_t end) {
-  // A damaged length that still points inside the file swallows the heads of other events.
+  // A damaged length that still points inside the file swallows the headers of other events.
   for (auto sync = find_sync(from, end); sync; sync = find_sync(*sync + 1, end)) {
     const uint8_t* bytes = view(*sync, kHeaderBytes);
     if (bytes != nullptr && Header(bytes).plausible()) return true;

@@ -17,20 +17,20 @@ namespace marco::files {
 /// One event of an LCM log file.
 struct LogEvent {
   int64_t number = 0;
-  Utime event_time;  ///< when the logger had it
+  Utime event_time;  ///< when the logger received it
   std::string channel;
   std::vector<uint8_t> bytes;
 };
 
-/// What a reader met that was no whole event.
+/// Bytes that belong to no whole event.
 struct LogDamage {
-  int64_t places = 0;         ///< how often it had to look for the next event
+  int64_t places = 0;         ///< how often the reader searched for the next event
   int64_t bytes_skipped = 0;  ///< not part of any event
   int64_t first_offset = -1;  ///< [byte] of the first damage, -1 = none
 };
 
-/// An event without its data, for those who only look or copy bytes. The views hold until the
-/// reader's next call.
+/// An event without its data, for callers that inspect headers or copy bytes. The views are valid
+/// until the reader's next call.
 struct LogEventHead {
   int64_t offset = 0;  ///< [byte] of its header in the file
   int64_t number = 0;
@@ -38,7 +38,7 @@ struct LogEventHead {
   std::string_view channel;
   int64_t data_bytes = 0;
   std::span<const uint8_t> first_bytes;  ///< of the data: at most kFirstBytes
-  int64_t skipped_bytes = 0;             ///< damage directly before it
+  int64_t skipped_bytes = 0;             ///< damage directly before this event
 
   static constexpr std::size_t kFirstBytes = 16;  ///< fingerprint and utime
   int64_t data_offset() const { return offset + 28 + static_cast<int64_t>(channel.size()); }
@@ -46,10 +46,10 @@ struct LogEventHead {
 };
 
 /// Reads LCM event logs (28-byte header: sync 0xEDA1DA01, number, time, two lengths; big endian).
-/// Unlike liblcm 1.3.1, whose reader ends at the first damaged event, it goes on at the next event
-/// that is whole: a sync word, lengths within bounds, a printable channel, and then either the next
-/// sync word or the end, or at least no other event's head inside it. Memory: a window of 256 kB or
-/// the largest event. Not thread-safe.
+/// liblcm 1.3.1 stops at the first damaged event; this reader continues with the next whole one. An
+/// event is whole if it has a sync word, lengths within bounds and a printable channel, and if it
+/// is followed by a sync word or the end of the file, or at least contains no other event's header.
+/// Memory: a window of 256 kB or the largest event. Not thread-safe.
 class EventLogReader {
  public:
   /// @throws std::invalid_argument naming the path when it cannot be read.
@@ -58,17 +58,17 @@ class EventLogReader {
   /// The next whole event; nothing at the end.
   std::optional<LogEvent> next();
 
-  /// The next whole event without its data (those of large events are not even read).
+  /// The next whole event without its data, which is not even read for large events.
   std::optional<LogEventHead> next_head();
 
-  /// The data of the event that next_head gave last; holds until the next call. Empty also when the
-  /// file shrank meanwhile.
+  /// The data of the event that next_head returned last; valid until the next call. Empty also when
+  /// the file has shrunk.
   std::span<const uint8_t> data();
 
-  /// Goes on with the first whole event at or behind `offset`; what lies before it is not damage.
+  /// Continues with the first whole event at or after `offset`. Skipped bytes are not damage.
   void seek(int64_t offset);
 
-  /// Bytes of the file as they are. @returns whether all of them could be read.
+  /// Raw bytes of the file. @returns whether all of them could be read
   bool read_at(int64_t offset, std::span<uint8_t> bytes) const;
 
   const LogDamage& damage() const { return damage_; }
@@ -117,16 +117,16 @@ std::array<uint8_t, 28> event_header(int64_t number,
 /// Writes LCM event logs that lcm-logplayer plays.
 class EventLogWriter {
  public:
-  /// A recording: stands under its name from the first event, for a crash to leave what there was.
+  /// A recording: visible under its name from the first event, so that a crash loses little.
   /// @throws std::runtime_error naming the path when it cannot be created.
   explicit EventLogWriter(const std::string& path);
-  /// A result: `out` outlives the writer, and its finish() gives the log its name.
+  /// A result: the log appears under its name with out.finish(). `out` outlives the writer.
   explicit EventLogWriter(OutputFile& out) : out_(&out) {}
 
   /// @throws std::runtime_error naming the path when the disk is full.
   void write(std::string_view channel, std::span<const uint8_t> bytes, Utime event_time);
 
-  /// Flushes and reports what only a flush tells. @throws std::runtime_error as write.
+  /// Flushes, and reports errors that only a flush reveals. @throws std::runtime_error as write.
   void flush() { out_->flush(); }
 
   int64_t events_written() const { return next_number_; }

@@ -12,11 +12,11 @@ inline constexpr const char* kWorkFolder = ".marco-part";      ///< unfinished r
 inline constexpr const char* kWorkMark = ".marco-unfinished";  ///< in unfinished results; locked
 inline constexpr const char* kJournal = ".marco-journal";      ///< of FolderMove, in the folder
 
-/// Called before each step that changes the disk, with its name; a test ends the program there.
+/// Called with the name of each step before it changes the disk; a test may end the program there.
 using AtStep = std::function<void(const char* step)>;
 
-/// What still is to be done so that FOLDER holds the new results: for places where two folders
-/// cannot change names in one step. Once it is on the disk it can only be finished.
+/// The remaining moves that put new results into FOLDER, where two folders cannot exchange names.
+/// Once it is on the disk it can only be completed.
 struct FolderMove {
   std::vector<std::string> put;   ///< files to move from FOLDER/.marco-part, relative
   std::vector<std::string> drop;  ///< files of FOLDER to remove, relative
@@ -27,13 +27,13 @@ struct FolderMove {
 /// finish_interrupted carries out the rest.
 void move_results(const std::filesystem::path& folder, const FolderMove& move, const AtStep& at);
 
-/// Carries out what a killed program left of a FolderMove in `folder`. Every reader of results
-/// calls it first (read_whole_file and EventLogReader do); without a journal it costs one look.
+/// Completes a FolderMove that a killed program left in `folder`. Every reader of results calls it
+/// first (read_whole_file and EventLogReader do). Without a journal it costs one system call.
 /// @throws std::runtime_error when it cannot (no right to write, another program holds it).
 void finish_interrupted(const std::filesystem::path& folder, const AtStep& at = {});
 
-/// The lock of a folder of unfinished results: of its file .marco-unfinished. Ends with the object,
-/// or with the process and those it started.
+/// The lock of a folder of unfinished results, on its file .marco-unfinished. Released with the
+/// object, or when the process and its children have ended.
 class FolderLock {
  public:
   FolderLock() = default;

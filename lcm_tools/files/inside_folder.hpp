@@ -12,7 +12,7 @@ inline bool stays_inside(const std::filesystem::path& name) {
   return !normal.is_absolute() && (normal.empty() || *normal.begin() != "..");
 }
 
-/// `name`, which somebody else chose, as a path within `folder`. Links are not looked into.
+/// An untrusted `name` as a path within `folder`. Links are not resolved.
 /// @throws std::invalid_argument when it would lie outside: absolute, or up by "..".
 inline std::filesystem::path inside_folder(const std::filesystem::path& folder,
                                            const std::filesystem::path& name) {

@@ -9,20 +9,20 @@
 
 namespace marco::files {
 
-/// How an OutputFile comes to its name.
+/// When an OutputFile appears under its name.
 enum class Appears {
   when_whole,    ///< at finish(), on the disk (fsync)
   when_renamed,  ///< at finish(), without fsync: for the files of an OutputFolder, which does that
-  at_once,       ///< from the first byte: a recording of which a crash must leave what there was
+  at_once,       ///< from the first byte: a recording, of which a crash should lose little
 };
 
-/// A file that one of our programs writes. Until finish(), and after a failure, PATH is as it was:
-/// the bytes go to PATH.part beside it. PATH.part is made exclusively and locked; one that a killed
-/// program left is removed, one that is in use (or a link that somebody planted) is passed by.
+/// A file that is written atomically. Until finish(), and after a failure, PATH is unchanged: the
+/// bytes go to PATH.part beside it, which is created exclusively and locked. A PATH.part left by a
+/// killed program is removed; one in use, or a link, is left alone and another name is used.
 ///
-/// PATH may be a link: its target is replaced, and keeps its permissions. What is no regular file
-/// (a terminal, a pipe, /dev/null) is never replaced but written into. Folders and block devices
-/// are refused. Not thread-safe.
+/// PATH may be a link: its target is replaced and keeps its permissions. A terminal, a pipe or
+/// /dev/null is written into, never replaced. Folders and block devices are refused. Not
+/// thread-safe.
 class OutputFile {
  public:
   /// @param part_ending  of the unfinished file's name, for libraries that look at it
@@ -42,16 +42,16 @@ class OutputFile {
   /// Appends bytes of another file, in the kernel where it can.
   void copy_from(int descriptor, int64_t offset, int64_t count);
 
-  /// Hands the bytes written so far to the system. @throws as write.
+  /// Flushes the buffer to the system. @throws as write.
   void flush();
 
   /// All bytes written so far, buffered ones included.
   int64_t size_bytes() const { return written_ + static_cast<int64_t>(buffer_.size()); }
 
-  /// Gives the file its name. @throws as write; then PATH is as it was.
+  /// Renames the file to PATH. @throws as write; PATH is then unchanged.
   void finish();
 
-  /// Where the bytes stand until finish(), for a library that opens files by their names.
+  /// The path of the bytes until finish(), for libraries that open files by name.
   const std::filesystem::path& unfinished_path() const { return part_path_; }
 
  private:
@@ -62,14 +62,14 @@ class OutputFile {
 
   std::filesystem::path path_;       ///< as the caller named it
   std::filesystem::path target_;     ///< behind links
-  std::filesystem::path part_path_;  ///< target_ itself where the bytes go straight there
+  std::filesystem::path part_path_;  ///< equals target_ when written in place
   Appears appears_;
   int descriptor_ = -1;
   int64_t written_ = 0;
   std::vector<uint8_t> buffer_;
 };
 
-/// Waits until a file or a folder is on the disk. What knows no such thing (a pipe) is left alone.
+/// Waits until a file or folder is on the disk. Ignores pipes and the like.
 /// @throws std::runtime_error naming the path when the disk failed.
 void sync_to_disk(const std::filesystem::path& path);
 

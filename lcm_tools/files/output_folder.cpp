@@ -121,41 +121,42 @@ OutputFolder::OutputFolder(const fs::path& folder, std::string owner, FolderSeam
   if (exists) finish_interrupted(folder_);
   if (!exists) fs::create_directories(folder_.parent_path());
   if (!exists || can_be_replaced(folder_)) settle_beside();
-  if (!settled_ && exists) settle_inside();
-  if (!settled_) refuse(part_, "cannot be used for unfinished results: " + why_not_);
+  if (state_ == State::unusable && exists) settle_inside();
+  if (state_ == State::unusable)
+    refuse(part_, "cannot be used for unfinished results: " + why_not_);
 }
 
 void OutputFolder::settle_beside() {
   part_ = folder_;
   part_ += ".part";
-  settled_ = take_part();
+  state_ = take_part();
 }
 
 void OutputFolder::settle_inside() {
   part_ = folder_ / kWorkFolder;
   inside_ = true;
-  settled_ = take_part();
+  state_ = take_part();
 }
 
-// @returns false when it cannot be made, or is somebody's own.
-bool OutputFolder::take_part() {
+// @returns unusable when it cannot be made, or is somebody's own.
+OutputFolder::State OutputFolder::take_part() {
   if (mkdir(part_.c_str(), 0777) != 0) {
     why_not_ = std::strerror(errno);
-    if (errno != EEXIST) return false;
+    if (errno != EEXIST) return State::unusable;
     why_not_ = "it is not of Marco's making; move it away";
-    if (!is_work_of_ours(part_)) return false;
+    if (!is_work_of_ours(part_)) return State::unusable;
   }
   if (!take_patiently(lock_, part_)) {
     refuse(folder_,
            "another program is writing its results there; wait for it, or give another folder");
   }
   remove_all_but(part_, kWorkMark);
-  return true;
+  return State::open;
 }
 
 OutputFolder::~OutputFolder() {
   std::error_code none;
-  if (settled_ && !done_) fs::remove_all(part_, none);
+  if (state_ == State::open) fs::remove_all(part_, none);
 }
 
 void OutputFolder::step(const char* name) const {
@@ -211,7 +212,7 @@ bool OutputFolder::exchange() {
     unlink(mark.c_str());
     return false;
   }
-  done_ = true;
+  state_ = State::done;
   step("sync the parent folder");
   sync_to_disk(folder_.parent_path());
   bring_late_files();
@@ -254,15 +255,15 @@ void OutputFolder::move_in(const std::set<std::string>& results,
   }
   try {
     move_results(folder_, move, seams_.at_step);
-    done_ = true;
+    state_ = State::done;
   } catch (...) {
-    done_ = access((folder_ / kJournal).c_str(), F_OK) == 0;
+    if (access((folder_ / kJournal).c_str(), F_OK) == 0) state_ = State::done;
     throw;
   }
 }
 
 void OutputFolder::commit() {
-  require(!done_, "OutputFolder: committed twice");
+  require(state_ == State::open, "OutputFolder: committed twice");
   std::set<std::string> results, stale = dropped_;
   for (std::string& name : files_below(part_)) results.insert(std::move(name));
   std::vector<std::string> kept;  // earlier results that stay stay results
@@ -284,7 +285,7 @@ void OutputFolder::commit() {
     if (rename(part_.c_str(), folder_.c_str()) != 0) {
       refuse(folder_, std::string("cannot be created: ") + std::strerror(errno));
     }
-    done_ = true;
+    state_ = State::done;
     sync_to_disk(folder_.parent_path());
     step("unmark the new folder");
     unlink((folder_ / kWorkMark).c_str());

@@ -5,8 +5,8 @@
 
 namespace marco::files {
 
-/// What keeps a file or folder from being read: "there is no such file or folder", "permission
-/// denied: ..."; "" when nothing does.
+/// Why a file or folder cannot be read: "there is no such file or folder", "permission denied: ...";
+/// "" when it can.
 std::string why_not_readable(const std::filesystem::path& path);
 
 /// @throws std::invalid_argument "PATH: why" unless it can be opened for reading.

@@ -16,17 +16,16 @@ std::vector<std::string> files_below(const std::filesystem::path& folder,
 /// Of the list: ".marco-OWNER".
 std::string list_name(const std::string& owner);
 
-/// Notes in FOLDER/.marco-OWNER which files a command wrote, with their sizes and times: later a
-/// file of this list that still is as it was written is known for a result, and any other for
-/// somebody's own. @param owner  the command, e.g. "map"
-/// @param kept  results of an earlier run, relative to `earlier`, that are to stay in the list
+/// Lists in FOLDER/.marco-OWNER the files that a command wrote, with sizes and times. A listed file
+/// that is unchanged is a result; any other belongs to the user.
+/// @param owner  the command, e.g. "map"
+/// @param kept   results of an earlier run, relative to `earlier`, that stay in the list
 void write_result_list(const std::filesystem::path& folder,
                        const std::string& owner,
                        const std::filesystem::path& earlier = {},
                        const std::vector<std::string>& kept = {});
 
-/// The files that the list names and that were not changed since, and the list itself; empty
-/// without a list.
+/// The listed files that are unchanged, and the list itself; empty without a list.
 std::vector<std::string> unchanged_results(const std::filesystem::path& folder,
                                            const std::string& owner);
 

@@ -42,7 +42,7 @@ std::vector<std::string> command_names(const CLI::App& app) {
   return names;
 }
 
-// What CLI11 says, unless a word was given that nobody knows: then that is the mistake.
+// CLI11's message, unless a word is unknown: then that is the mistake.
 std::string mistake_of(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = innermost(app);
   for (const std::string& word : app.remaining(true)) {
@@ -91,7 +91,7 @@ void start_logging(const std::string& process, const std::string& level) {
 }
 
 void finish_stdout() {
-  // A program that was started without a standard output has nobody to print for.
+  // A program started without a standard output has no reader.
   if (fcntl(STDOUT_FILENO, F_GETFD) < 0) return;
   errno = 0;
   const bool flushed = std::fflush(stdout) == 0;
@@ -114,7 +114,7 @@ int run_main(const std::string& process, const std::function<int()>& body) {
     return told(mistake, kExitUsage);
   } catch (const std::exception& failure) {
     if (interrupted_by() == 0) return told(failure, kExitFailed);
-    // What a program of ours that the same Ctrl-C ended complains about is no news.
+    // The same Ctrl-C ended the programs that this one started: their complaints are no news.
     fprintf(stderr, "%s: interrupted; %s\n", process.c_str(), interrupted_outcome().c_str());
     return kExitSignal + interrupted_by();
   }

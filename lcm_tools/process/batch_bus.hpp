@@ -11,12 +11,12 @@
 
 namespace marco::process {
 
-/// A log being read as fast as the machine can: the same adapters, no network, no clock. What
-/// handlers publish is delivered to the other adapters after the running handler returned, and
-/// recorded, stamped with the message's own utime, so that two runs write identical bytes.
+/// Replays a log as fast as the machine can: the same adapters, no network, no clock. Messages that
+/// handlers publish are delivered after the running handler returns, and recorded with the
+/// message's own utime, so that two runs write identical bytes.
 class BatchBus : public Bus {
  public:
-  /// @param record receives every message, delivered or published; may be null. Outlives the bus.
+  /// @param record receives every message, delivered or published; may be null; outlives the bus
   explicit BatchBus(files::EventLogWriter* record = nullptr) : record_(record) {}
 
   void subscribe_raw(const std::string& channel_regex, RawHandler handler) override;
@@ -24,11 +24,11 @@ class BatchBus : public Bus {
                    std::span<const uint8_t> bytes,
                    Utime utime) override;
 
-  /// Hands one message of the log to its subscribers, then all they publish in turn.
+  /// Delivers one message of the log, then everything its handlers published in turn.
   /// @throws what a handler throws.
   void deliver(const std::string& channel, std::span<const uint8_t> bytes, Utime event_time);
 
-  /// Delivers what was published outside of any handler.
+  /// Delivers messages that were published outside of handlers.
   void deliver_published();
 
  private:

@@ -13,16 +13,15 @@
 
 namespace marco::process {
 
-/// A message as bytes, and when this host's bus had it: arrival (live) or the log's event time
-/// (batch).
+/// The bytes of a message and its time on this bus: arrival (live) or the log's event time (batch).
 struct RawMessage {
   std::string_view channel;
   std::span<const uint8_t> bytes;
   Utime event_time;
 };
 
-/// Where an adapter meets messages: the LCM network (LcmBus) or a log being read (BatchBus), so
-/// that one adapter serves live, tests and batch (Drake's interface / network / log trio). Handlers
+/// Messages in and out: the LCM network (LcmBus) or a log being read (BatchBus), so that one
+/// adapter serves live use, tests and batch (as Drake's interface / network / log trio). Handlers
 /// run on the thread that runs the bus, one at a time, in the order of subscription.
 class Bus {
  public:
@@ -38,13 +37,12 @@ class Bus {
                            std::span<const uint8_t> bytes,
                            Utime utime) = 0;
 
-  /// By channel: how many messages were given up because more came than were handled; the oldest
-  /// go first. Nothing is ever lost in batch.
+  /// Messages dropped for each channel, oldest first, because they came faster than they were
+  /// handled. Always empty in batch.
   virtual std::map<std::string, int64_t> lost() const { return {}; }
 
-  /// Bytes that do not decode as Message, to the last byte, are counted in `drops` as
-  /// "undecodable". An exception std::invalid_argument from `handler` is a bad message: counted
-  /// under its text.
+  /// Messages that do not decode to the last byte are counted in `drops` as "undecodable". If
+  /// `handler` throws std::invalid_argument, the message is counted under that text.
   template <class Message>
   void subscribe(const std::string& channel_regex,
                  DropCounter& drops,

@@ -208,7 +208,7 @@ class TomlWriter final : public OptionVisitor {
   std::vector<Level> levels_ = std::vector<Level>(1);
 };
 
-/// What of `table` is not in `other` with the same value.
+/// The entries of `table` that `other` lacks or has with another value.
 toml::table difference(const toml::table& table, const toml::table& other) {
   toml::table result;
   for (const auto& [key, node] : table) {

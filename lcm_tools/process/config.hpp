@@ -52,7 +52,7 @@ std::string print_options(Options options) {
   return detail::print(detail::fields_of(options));
 }
 
-/// Those of the options that differ from the program's defaults.
+/// The options that differ from their defaults.
 template <class Options>
 std::string print_changed_options(Options options) {
   Options defaults;

@@ -7,17 +7,17 @@
 
 namespace marco::process {
 
-/// What arrived, and what of it was not used, by cause. Not thread-safe: one per bus thread.
+/// Counts messages received and dropped, by cause. Not thread-safe: one per bus thread.
 class DropCounter {
  public:
-  /// @param warn called with a line for a person at most once a second per cause; may be empty.
+  /// @param warn called with a line for the user, at most once a second per cause; may be empty
   explicit DropCounter(std::function<void(const std::string&)> warn = {})
       : warn_(std::move(warn)) {}
 
   void count_received() { ++received_; }
   void count(const std::string& cause);
 
-  /// Goes on counting from what was counted before.
+  /// Continues from earlier counts.
   void restore(int64_t received, std::map<std::string, int64_t> by_cause) {
     received_ = received;
     by_cause_ = std::move(by_cause);

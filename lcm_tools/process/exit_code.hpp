@@ -4,16 +4,15 @@
 
 namespace marco::process {
 
-/// How every program of Marco ends, and the front door and its scripts likewise. A program that a
-/// signal ended shows in a shell as 128 + the signal's number.
+/// Exit codes of every program, of the front door and of its scripts. A shell shows a program that
+/// a signal ended as 128 + the signal's number.
 inline constexpr int kExitDone = 0;      ///< the job was done
-inline constexpr int kExitFailed = 1;    ///< refused or failed, with a word on stderr
-inline constexpr int kExitUsage = 2;     ///< the command line makes no sense; --help says how
+inline constexpr int kExitFailed = 1;    ///< refused or failed, with a message on stderr
+inline constexpr int kExitUsage = 2;     ///< invalid command line
 inline constexpr int kExitWrongMap = 3;  ///< reserved: a map was made, and it is wrong
 inline constexpr int kExitSignal = 128;  ///< and the signal's number above it
 
-/// A command line that makes no sense for a reason that CLI11 does not see; run_main ends with
-/// kExitUsage.
+/// A mistake in the command line that CLI11 cannot detect; run_main returns kExitUsage.
 class UsageError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

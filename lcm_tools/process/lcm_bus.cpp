@@ -16,10 +16,10 @@
 namespace marco::process {
 namespace {
 
-// Of LCM's own queues, emptied before each message: what comes while one is handled must fit.
+// Of LCM's own queues, drained before each message: what arrives while one is handled must fit.
 constexpr int kLcmCapacity = 4000;
-// So many at once, then one is handled: a flood must not keep us from working.
-constexpr int kTakenAtOnce = 1000;
+// Drained in a row before one message is handled, so that a flood cannot starve the handlers.
+constexpr int kDrainedAtOnce = 1000;
 
 bool port_is_taken(const std::string& url) {
   if (!url.starts_with("udpm:")) return false;
@@ -40,9 +40,9 @@ std::string why_not_open(const std::string& url) {
     diagnosis::NetworkState state = diagnosis::look_at_network(udp, prober, 0);
     state.listeners = diagnosis::find_listeners(udp.port, 0);
     if (const auto broken = diagnosis::broken_path(state)) {
-      return broken->text + ". To mend it:\n  " + broken->command;
+      return broken->text + ". To fix it:\n  " + broken->command;
     }
-    return "LCM says why above";
+    return "see LCM's message above";
   } catch (const std::invalid_argument& not_udp) {
     return not_udp.what();
   }
@@ -74,8 +74,8 @@ struct LcmBus::Subscription {
     while (overflows()) {
       const int64_t number = queue.front().number;
       const Size size = size_of_oldest();
-      give_up_oldest();
-      bus->give_up_until(number, size);
+      drop_oldest();
+      bus->drop_oldest_until(number, size);
     }
   }
 
@@ -89,7 +89,7 @@ struct LcmBus::Subscription {
     return queue.front().bytes.size() <= kSmallBytes ? Size::small : Size::large;
   }
 
-  void give_up_oldest() { ++bus->lost_[take().channel]; }
+  void drop_oldest() { ++bus->lost_[take().channel]; }
 
   Waiting take() {
     Waiting first = std::move(queue.front());
@@ -125,17 +125,17 @@ void LcmBus::publish_raw(const std::string& channel,
   }
 }
 
-void LcmBus::give_up_until(int64_t number, Size given_up) {
+void LcmBus::drop_oldest_until(int64_t number, Size dropped) {
   for (const auto& one : subscriptions_) {
     while (one->queue.size() > kFewMessages && one->queue.front().number <= number &&
-           (given_up == Size::small || one->size_of_oldest() == Size::large)) {
-      one->give_up_oldest();
+           (dropped == Size::small || one->size_of_oldest() == Size::large)) {
+      one->drop_oldest();
     }
   }
 }
 
-void LcmBus::take_what_came(int timeout_ms) {
-  for (int i = 0; i < kTakenAtOnce; ++i) {
+void LcmBus::drain_lcm(int timeout_ms) {
+  for (int i = 0; i < kDrainedAtOnce; ++i) {
     // Not handleTimeout(): it takes a signal for a failure.
     pollfd ready{lcm_.getFileno(), POLLIN, 0};
     const int count = poll(&ready, 1, i == 0 ? timeout_ms : 0);
@@ -169,7 +169,7 @@ void LcmBus::handle_oldest() {
 }
 
 bool LcmBus::handle_once(int timeout_ms) {
-  take_what_came(queued_ > 0 ? 0 : timeout_ms);
+  drain_lcm(queued_ > 0 ? 0 : timeout_ms);
   if (queued_ == 0) return false;
   handle_oldest();
   return true;

@@ -12,19 +12,19 @@ namespace marco::process {
 
 /// The network: udpm:// live, memq:// in tests.
 ///
-/// LCM's own queues refuse the newest message when they are full. So they are emptied into queues
-/// of ours before each message that is handled. When one of these has more than kQueueCapacity
-/// messages that are not small (kSmallBytes on average), kSmallCapacity of any or kQueueBytes, its
-/// oldest is given up: scans, meshes. Small ones on other channels stay, for a scan is worth
-/// nothing without the odometry of its time, nor the next scan without that between. The others
-/// that came before it go, too, and where small ones must be given up all that came before them;
-/// only where kFewMessages or less wait (orders, what a sensor says of itself) they stay. Counted
-/// in lost(), once a subscription. A process that is too slow thus falls behind by so much at most,
-/// and works on what is now.
+/// LCM's own queues refuse the newest message when they are full. They are therefore drained into
+/// our queues before each message is handled. A queue is full above kQueueCapacity messages that
+/// are larger than kSmallBytes on average, above kSmallCapacity messages of any size, and above
+/// kQueueBytes. It then drops its oldest message, and every queue drops its large messages that
+/// arrived before that one. Small messages such as odometry stay, because a scan is useless without
+/// the odometry of its time. If the dropped message was itself small, all older messages go. A
+/// queue of kFewMessages or fewer (orders, sensor infos) keeps them all. Drops are counted in
+/// lost(), once a subscription. A process that is too slow thus lags by a bounded time and works on
+/// recent messages.
 ///
-/// An exception leaving an LCM handler would make the next handle() abort the process: ours run
-/// after LCM has returned. The first exception is thrown by handle_once() when all handlers of the
-/// message have run.
+/// An exception that leaves an LCM handler would make the next handle() abort the process, so our
+/// handlers run after LCM has returned. handle_once() throws the first exception once all handlers
+/// of the message have run.
 class LcmBus : public Bus {
  public:
   /// @param url "" = LCM_DEFAULT_URL, or multicast that stays on this host (ttl 0).
@@ -48,20 +48,21 @@ class LcmBus : public Bus {
   /// @throws what a handler threw; std::runtime_error when the bus broke.
   bool handle_once(int timeout_ms);
 
-  /// Messages wait that lcm()'s file descriptor no longer tells of: for who polls it.
+  /// Whether messages wait in our queues. A caller that polls lcm()'s file descriptor must ask: LCM
+  /// no longer reports these.
   bool waiting() const { return queued_ > 0; }
 
   lcm::LCM& lcm() { return lcm_; }
 
-  /// Called with each message once, before its handlers; the last one set holds.
+  /// Called once for each message, before its handlers. A new tap replaces the old one.
   void set_tap(RawHandler tap) { tap_ = std::move(tap); }
 
  private:
   struct Subscription;
-  void take_what_came(int timeout_ms);
+  void drain_lcm(int timeout_ms);
   void handle_oldest();
   enum class Size { small, large };
-  void give_up_until(int64_t number, Size given_up);
+  void drop_oldest_until(int64_t number, Size dropped);
 
   lcm::LCM lcm_;
   int64_t taken_ = 0;  ///< messages so far: the order of arrival over all subscriptions

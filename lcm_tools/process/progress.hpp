@@ -5,8 +5,7 @@
 
 namespace marco::process {
 
-/// One line on stderr, rewritten at most ten times a second; nothing at all when stderr is no
-/// terminal.
+/// One line on stderr, rewritten at most ten times a second. Silent when stderr is not a terminal.
 class Progress {
  public:
   /// @param what "reading intel.log"

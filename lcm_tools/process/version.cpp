@@ -1,6 +1,6 @@
 #include "lcm_tools/process/version.hpp"
 
-// In revision.o (cmake/revision.cmake), which an installed Marco does not have.
+// In revision.o (lcm_tools/cmake/revision.cmake), absent from an installed package.
 extern "C" __attribute__((weak)) const char marco_revision[];
 
 namespace marco::process {

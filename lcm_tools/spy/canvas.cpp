@@ -8,7 +8,7 @@
 namespace marco::spy {
 namespace {
 
-// Takes one character from the front; '?' for what is none or cannot be shown.
+// Takes one character from the front; '?' for invalid or unprintable bytes.
 char32_t take_character(std::string_view& text) {
   const auto lead = static_cast<unsigned char>(text.front());
   std::size_t length = lead < 0x80   ? 1

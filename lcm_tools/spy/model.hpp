@@ -101,7 +101,7 @@ class Model {
 
   /// Shows `channel` as the next of its candidate types.
   void choose_next_type(int channel);
-  /// Forgets everything heard; senders' sequence numbers go on from here.
+  /// Forgets all messages. Sequence numbers of the senders are kept.
   void clear();
   /// Decodes the last message of a channel. @returns false when it cannot be.
   bool decode_last(int channel, lcm_schema::Tree& tree) const;

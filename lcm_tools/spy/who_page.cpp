@@ -25,7 +25,7 @@ void add_sender(const Model& model,
   if (sender.sequence.duplicates() > 0)
     head += ", doubled " + std::to_string(sender.sequence.duplicates());
   if (sender.sequence.restarts() > 0)
-    head += ", began anew " + std::to_string(sender.sequence.restarts());
+    head += ", restarted " + std::to_string(sender.sequence.restarts());
   lines.push_back({head, sender.lost() > 0 ? Style::bad : Style::bold});
   for (const Sender::Use& use : sender.uses) {
     const Channel& channel = model.channels()[static_cast<std::size_t>(use.channel)];

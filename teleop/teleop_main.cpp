@@ -98,7 +98,8 @@ int run(const process::CommonArguments& arguments, Hands driven_by) {
   listen(bus, drops, view, hands);
   teleop::Keyboard keyboard;
   diagnosis::SilenceWatch silence(
-      bus, {"marco-teleop", arguments.lcm_url, {diagnosis::expect_base()}, nullptr});
+      bus,
+      {"marco-teleop", arguments.lcm_url, {diagnosis::expect(diagnosis::Awaited::base)}, nullptr});
   const bool screen = isatty(STDOUT_FILENO) == 1;
   if (screen) std::fputs("\x1b[2J\x1b[?25l", stdout);
   Utime next_screen;

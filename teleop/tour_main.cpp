@@ -89,8 +89,8 @@ class TourAdapter {
 
 // A tour waits for the pose it goes by, not for less.
 diagnosis::Expectation pose_expected(const std::string& pose) {
-  if (pose == "slam") return diagnosis::expect_slam_poses();
-  diagnosis::Expectation expected = diagnosis::expect_odometry();
+  if (pose == "slam") return diagnosis::expect(diagnosis::Awaited::slam_poses);
+  diagnosis::Expectation expected = diagnosis::expect(diagnosis::Awaited::odometry);
   expected.without.clear();
   if (pose == "odometry") return expected;
   expected.what = "the true pose";
@@ -118,10 +118,11 @@ int run(const Arguments& arguments) {
                       {tour.start_m[0], tour.start_m[1], deg_to_rad(tour.start_heading_deg)},
                       arguments.pose);
   process::StatusPublisher status(bus, "marco-tour", drops);
-  diagnosis::SilenceWatch silence(bus, {"marco-tour",
-                                        arguments.common.lcm_url,
-                                        {diagnosis::expect_base(), pose_expected(arguments.pose)},
-                                        &drops});
+  diagnosis::SilenceWatch silence(
+      bus, {"marco-tour",
+            arguments.common.lcm_url,
+            {diagnosis::expect(diagnosis::Awaited::base), pose_expected(arguments.pose)},
+            &drops});
   process::Progress progress("touring");
   teleop::Keyboard keyboard;
   std::string told;

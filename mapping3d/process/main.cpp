@@ -43,13 +43,14 @@ int main(int argc, char** argv) {
     mapping3d::Mapping3dAdapter adapter(bus, options,
                                         [](const std::string& line) { spdlog::warn(line); });
     process::StatusPublisher status(bus, "marco-mapping3d", adapter.drops());
-    diagnosis::SilenceWatch silence(
-        bus, {"marco-mapping3d",
-              arguments.lcm_url,
-              {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR"),
-               diagnosis::expect_laser_on_pantilt(), diagnosis::expect_slam_poses(),
-               diagnosis::expect_pantilt()},
-              &adapter.drops()});
+    diagnosis::SilenceWatch silence(bus,
+                                    {"marco-mapping3d",
+                                     arguments.lcm_url,
+                                     {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR"),
+                                      diagnosis::expect(diagnosis::Awaited::laser_on_pantilt),
+                                      diagnosis::expect(diagnosis::Awaited::slam_poses),
+                                      diagnosis::expect(diagnosis::Awaited::pantilt)},
+                                     &adapter.drops()});
     spdlog::info("listening on {}", process::effective_lcm_url(arguments.lcm_url));
     while (!process::stop_requested()) {
       bus.handle_once(100);

@@ -34,10 +34,11 @@ int run(int argc, char** argv) {
   scans.types = {options.lidar_channel == marco::channels::kLidarRaw ? "marco.lidar_raw_t"
                                                                      : "bot_core.planar_lidar_t"};
   scans.elsewhere = "set lidar_channel in the config (LIDAR_RAW for lidar_raw_t)";
-  marco::diagnosis::SilenceWatch silence(bus, {"marco-line-slam",
-                                               arguments.lcm_url,
-                                               {scans, marco::diagnosis::expect_odometry()},
-                                               &adapter.drops()});
+  marco::diagnosis::SilenceWatch silence(
+      bus, {"marco-line-slam",
+            arguments.lcm_url,
+            {scans, marco::diagnosis::expect(marco::diagnosis::Awaited::odometry)},
+            &adapter.drops()});
   spdlog::info("listening on {}{}", marco::process::effective_lcm_url(arguments.lcm_url),
                adapter.resumed() ? ", goes on from " + options.checkpoint_path : "");
   const auto answer = [&] {

@@ -59,7 +59,7 @@ int main(int argc, char** argv) {
         bus, {"marco-slam",
               arguments.lcm_url,
               {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
-               diagnosis::expect_odometry()},
+               diagnosis::expect(diagnosis::Awaited::odometry)},
               &slam.drops()});
     spdlog::info("listening on {}{}", process::effective_lcm_url(arguments.lcm_url),
                  slam.resumed() ? ", goes on from " + options.checkpoint_path : "");

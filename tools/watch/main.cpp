@@ -79,8 +79,10 @@ int run(const Arguments& arguments) {
   process::StatusPublisher status(bus, "marco-watch", drops);
   watch::LiveMap map;
   listen(bus, drops, map);
-  diagnosis::SilenceWatch silence(
-      bus, {"marco-watch", arguments.common.lcm_url, {diagnosis::expect_map()}, &drops});
+  diagnosis::SilenceWatch silence(bus, {"marco-watch",
+                                        arguments.common.lcm_url,
+                                        {diagnosis::expect(diagnosis::Awaited::map)},
+                                        &drops});
   map_request_t request;
   request.utime = drivers::wall_now().us;
   bus.publish(channels::kMapRequest, request);  // the map so far

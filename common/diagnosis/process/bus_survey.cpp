@@ -15,9 +15,9 @@
 #include "lcm_tools/diagnosis/host.hpp"
 #include "lcm_tools/diagnosis/listening_socket.hpp"
 #include "lcm_tools/process/status_publisher.hpp"
+#include "lcm_tools/schema/built_in_sources.hpp"
 #include "lcm_tools/schema/schema.hpp"
 #include "lcmtypes/channels.hpp"
-#include "lcmtypes/sources.hpp"
 #include "marco/process_status_t.hpp"
 
 namespace marco::diagnosis {

@@ -20,16 +20,12 @@ std::string short_number(double value) {
   return text;
 }
 
-std::string hex(uint64_t fingerprint) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(fingerprint));
-  return text;
-}
-
 std::string type_text(uint64_t fingerprint) {
   if (fingerprint == 0) return "no LCM type";
   const std::string name = type_name(fingerprint);
-  return name.empty() ? "a type Marco does not know, fingerprint " + hex(fingerprint) : name;
+  return name.empty() ? "a type Marco does not know, fingerprint " +
+                            lcm_schema::fingerprint_text(fingerprint)
+                      : name;
 }
 
 std::string span_text(double seconds) {
@@ -106,8 +102,10 @@ std::string bus_text(const BusSurvey& survey) {
   for (const HeardChannel& channel : survey.channels) {
     if (named.size() == kNamed) break;
     const std::string type = type_name(channel.fingerprint);
-    named.push_back(channel.name + " " + short_number(channel.hz) + " Hz (" +
-                    (type.empty() ? "fingerprint " + hex(channel.fingerprint) : type) + ")");
+    named.push_back(
+        channel.name + " " + short_number(channel.hz) + " Hz (" +
+        (type.empty() ? "fingerprint " + lcm_schema::fingerprint_text(channel.fingerprint) : type) +
+        ")");
   }
   if (named.empty()) return {};
   std::string text = "On this bus: " + joined(named, ", ");
@@ -130,7 +128,8 @@ bool is_foreign(const Lack& lack, const HeardChannel& heard) {
   static const ForeignTable table;
   if (lack.expected.meaning.empty()) return false;
   return std::any_of(table.channels.begin(), table.channels.end(), [&](const auto& entry) {
-    return entry.meaning == lack.expected.meaning && entry.fingerprint == hex(heard.fingerprint) &&
+    return entry.meaning == lack.expected.meaning &&
+           entry.fingerprint == lcm_schema::fingerprint_text(heard.fingerprint) &&
            std::regex_match(heard.name, std::regex(entry.channel, std::regex::extended));
   });
 }
@@ -191,10 +190,10 @@ std::string situation(const std::vector<Lack>& lacks, const BusSurvey& survey) {
   std::string text;
   for (const Lack& lack : lacks) {
     text += lack.expected.what + "/" + std::to_string(static_cast<int>(lack.kind)) + "/" +
-            lack.cause + "/" + hex(lack.fingerprint) + "\n";
+            lack.cause + "/" + lcm_schema::fingerprint_text(lack.fingerprint) + "\n";
   }
   for (const HeardChannel& heard : survey.channels) {
-    text += heard.name + " " + hex(heard.fingerprint) + "\n";
+    text += heard.name + " " + lcm_schema::fingerprint_text(heard.fingerprint) + "\n";
   }
   for (const auto& [process, state] : survey.troubles) text += process + ": " + state + "\n";
   for (const Finding& finding : survey.network) text += finding.text + "\n";

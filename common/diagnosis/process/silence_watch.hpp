@@ -15,15 +15,15 @@ class LcmBus;
 
 namespace marco::diagnosis {
 
-/// A message for a person.
+/// A message for the user.
 struct Note {
-  bool trouble = true;  ///< false: all is well again
+  bool trouble = true;  ///< false: it is over
   std::string text;     ///< lines without an LF at the end
 };
 
 /// Explains why a live program receives nothing: what it waits for, what is on the bus instead, and
-/// the remedy. Costs next to nothing while messages arrive; while some are missing, a thread
-/// listens to the whole bus.
+/// what to do. Costs next to nothing while all is well; while an input is missing, a thread listens
+/// to the whole bus.
 ///
 /// Reports three seconds after the start, or ten after the last message; again when the situation
 /// changes, and after one minute, two, four...
@@ -36,7 +36,7 @@ class SilenceWatch {
     const process::DropCounter* drops = nullptr;
   };
 
-  /// @param bus  subscribes to the expected channels. Outlives the watch, as the drops do.
+  /// @param bus  hears the expected channels already, or will. Outlives the watch, as the drops do.
   SilenceWatch(process::LcmBus& bus, Options options);
   ~SilenceWatch();
   SilenceWatch(const SilenceWatch&) = delete;
@@ -45,10 +45,10 @@ class SilenceWatch {
   /// Call after each message or timeout, on the bus's thread.
   std::optional<Note> step();
 
-  /// For a program that gives up: what it missed, unless reported. Takes up to three seconds.
+  /// Before a program gives up: what it missed, unless already reported. Takes up to 3 s.
   std::optional<Note> last_word();
 
-  /// One line for PROCESS_STATUS: what is missing, else `otherwise`.
+  /// One line for PROCESS_STATUS: what is missing, then `otherwise`.
   std::string state(const std::string& otherwise) const;
 
  private:
@@ -57,13 +57,13 @@ class SilenceWatch {
 
   Options options_;
   SilenceJudge judge_;
-  std::optional<UdpUrl> url_;  ///< nothing: a transport that cannot be surveyed
+  std::optional<UdpUrl> url_;  ///< nothing: another transport, which nobody can listen to
   std::atomic<bool> stop_ = false;
   std::future<BusSurvey> looking_;
   std::optional<BusSurvey> survey_;
   double surveyed_s_ = 0.0;
   std::vector<Lack> lacks_;
-  std::set<std::string> told_;  ///< situations reported of this silence
+  std::set<std::string> told_;  ///< situations of this silence
   double told_s_ = 0.0;
   double tell_again_s_ = 0.0;
 };
@@ -71,13 +71,10 @@ class SilenceWatch {
 /// Logs a note: trouble as a warning.
 void log_note(const std::optional<Note>& note);
 
-// The expectations of Marco's programs.
+/// What Marco's programs wait for.
+enum class Awaited { odometry, slam_poses, pantilt, laser_on_pantilt, map, base };
+Expectation expect(Awaited what);
+/// Scans on the channels of `pattern`. @param channels  the same for the user
 Expectation expect_scans(const std::string& pattern, const std::string& channels);
-Expectation expect_odometry();
-Expectation expect_slam_poses();
-Expectation expect_pantilt();
-Expectation expect_laser_on_pantilt();
-Expectation expect_map();
-Expectation expect_base();
 
 }  // namespace marco::diagnosis

@@ -19,7 +19,8 @@ using ::marco::testing::encoded;
 class Silence : public ::testing::Test {
  protected:
   Silence()
-      : judge_({expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"), expect_odometry()},
+      : judge_({expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
+                expect(Awaited::odometry)},
                &drops_) {
     judge_.advance(now_s_);
   }
@@ -206,7 +207,7 @@ TEST_F(Silence, TwoPosesOfOneSensorInTurnAreToldOneChangeIsNot) {
 }
 
 TEST_F(Silence, ALaserOnThePanTiltIsSeenInItsSensorInfo) {
-  SilenceJudge judge({expect_laser_on_pantilt()}, nullptr);
+  SilenceJudge judge({expect(Awaited::laser_on_pantilt)}, nullptr);
   sensor_info_t info = {};
   info.channel = "LIDAR";
   for (int i = 0; i < 40; ++i) {

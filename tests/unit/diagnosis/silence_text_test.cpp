@@ -56,7 +56,7 @@ TEST(SilenceText, AnotherRobotsChannelIsNamedWithItsType) {
 
 TEST(SilenceText, AForeignTypeIsRecognised) {
   Lack lack = lack_of(Kind::never);
-  lack.expected = expect_odometry();
+  lack.expected = expect(Awaited::odometry);
   const std::string text = silence_text({lack}, bus_with("MBOT_ODOMETRY", 0x1f317af1246276acULL));
   EXPECT_THAT(text, HasSubstr("MBOT_ODOMETRY carries odometry under another name"));
   EXPECT_THAT(text, HasSubstr("lcm-logger"));

@@ -1,30 +1,12 @@
 #include "common/byte_archive.hpp"
 
-#include <array>
+#include <zlib.h>
 
 namespace marco {
 namespace {
 
 constexpr std::size_t kNameBytes = 8;
 constexpr std::size_t kHeadBytes = kNameBytes + sizeof(uint32_t) + sizeof(uint64_t);
-
-// Four bytes at a step: tables of what a byte still does 0, 1, 2, 3 bytes later.
-using Tables = std::array<std::array<uint32_t, 256>, 4>;
-Tables make_tables() {
-  Tables tables{};
-  for (uint32_t byte = 0; byte < 256; ++byte) {
-    uint32_t crc = byte;
-    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1U) ^ (0xEDB88320U & (0U - (crc & 1U)));
-    tables[0][byte] = crc;
-  }
-  for (std::size_t later = 1; later < 4; ++later) {
-    for (uint32_t byte = 0; byte < 256; ++byte) {
-      const uint32_t before = tables[later - 1][byte];
-      tables[later][byte] = (before >> 8U) ^ tables[0][before & 0xFFU];
-    }
-  }
-  return tables;
-}
 
 template <class T>
 T number_at(std::string_view bytes, std::size_t offset) {
@@ -49,18 +31,8 @@ std::size_t ByteReader::length(std::size_t, std::size_t element_bytes) {
 }
 
 uint32_t crc32(std::string_view bytes) {
-  static const Tables kTables = make_tables();
-  uint32_t crc = 0xFFFFFFFFU;
-  while (bytes.size() >= 4) {
-    crc ^= number_at<uint32_t>(bytes, 0);
-    crc = kTables[3][crc & 0xFFU] ^ kTables[2][(crc >> 8U) & 0xFFU] ^
-          kTables[1][(crc >> 16U) & 0xFFU] ^ kTables[0][crc >> 24U];
-    bytes.remove_prefix(4);
-  }
-  for (const char byte : bytes) {
-    crc = (crc >> 8U) ^ kTables[0][(crc ^ static_cast<uint8_t>(byte)) & 0xFFU];
-  }
-  return ~crc;
+  return static_cast<uint32_t>(
+      ::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 std::string seal(std::string_view name, uint32_t version, std::string_view payload) {

@@ -1,37 +1,10 @@
 #include "tools/watch/live_map.hpp"
 
-#include <algorithm>
+#include <limits>
+
+#include "common/map_tiles.hpp"
 
 namespace marco::watch {
-
-std::optional<GridMap> join_tiles(const std::map<std::pair<double, double>, GridMap>& tiles) {
-  if (tiles.empty()) return std::nullopt;
-  GridMap all;
-  all.resolution_m = tiles.begin()->second.resolution_m;
-  Eigen::Vector2d min_m = Eigen::Vector2d::Constant(HUGE_VAL), max_m = -min_m;
-  for (const auto& [origin, tile] : tiles) {
-    const Eigen::Vector2d size(tile.width_cells, tile.height_cells);
-    min_m = min_m.cwiseMin(tile.origin_m);
-    max_m = max_m.cwiseMax(tile.origin_m + all.resolution_m * size);
-  }
-  const Eigen::Vector2d cells = ((max_m - min_m) / all.resolution_m).array().round();
-  all.origin_m = min_m;
-  all.width_cells = static_cast<int>(cells.x());
-  all.height_cells = static_cast<int>(cells.y());
-  all.occupancy.assign(static_cast<std::size_t>(all.width_cells) * all.height_cells,
-                       GridMap::kUnknown);
-  for (const auto& [origin, tile] : tiles) {
-    const Eigen::Vector2d at = ((tile.origin_m - min_m) / all.resolution_m).array().round();
-    for (int y = 0; y < tile.height_cells; ++y) {
-      const auto row = tile.occupancy.begin() + std::ptrdiff_t{y} * tile.width_cells;
-      std::copy(row, row + tile.width_cells,
-                all.occupancy.begin() +
-                    (static_cast<std::ptrdiff_t>(at.y()) + y) * all.width_cells +
-                    static_cast<std::ptrdiff_t>(at.x()));
-    }
-  }
-  return all;
-}
 
 void LiveMap::add_pose(Utime utime, const Pose2& world_from_robot) {
   if (!way_.empty() && utime <= way_.back().utime) return;
@@ -49,7 +22,9 @@ void LiveMap::set_trajectory(const Trajectory& key_poses) {
 
 std::optional<viewer::Scene> LiveMap::scene() const {
   viewer::Scene scene;
-  scene.grid = join_tiles(view_.map_tiles);
+  std::vector<const GridMap*> tiles;
+  for (const auto& [origin, tile] : view_.map_tiles) tiles.push_back(&tile);
+  scene.grid = join_tiles(tiles, std::numeric_limits<double>::infinity());
   if (!scene.grid && way_.size() < 2) return std::nullopt;
   if (!way_.empty()) {
     // SLAM keeps few poses of old parts: lines between them would cross walls.

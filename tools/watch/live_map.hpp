@@ -27,7 +27,4 @@ class LiveMap {
   Trajectory way_;
 };
 
-/// All tiles, of one resolution, in one grid. @returns nothing for none.
-std::optional<GridMap> join_tiles(const std::map<std::pair<double, double>, GridMap>& tiles);
-
 }  // namespace marco::watch

@@ -15,24 +15,6 @@ GridMap tile(double x_m, double y_m, int width, int height, uint8_t value) {
   return grid;
 }
 
-TEST(LiveMap, JoinsTilesWhereTheyLie) {
-  std::map<std::pair<double, double>, GridMap> tiles;
-  EXPECT_FALSE(join_tiles(tiles).has_value());
-  tiles[{0.0, 0.0}] = tile(0.0, 0.0, 4, 2, 10);
-  tiles[{2.0, 0.0}] = tile(2.0, 0.0, 2, 2, 90);
-  tiles[{-1.0, 1.0}] = tile(-1.0, 1.0, 2, 1, 50);
-  const GridMap all = join_tiles(tiles).value();
-  EXPECT_EQ(all.width_cells, 8);
-  EXPECT_EQ(all.height_cells, 3);
-  EXPECT_EQ(all.origin_m, Eigen::Vector2d(-1.0, 0.0));
-  EXPECT_EQ(all.at(2, 0), 10);
-  EXPECT_EQ(all.at(5, 1), 10);
-  EXPECT_EQ(all.at(6, 1), 90);
-  EXPECT_EQ(all.at(1, 2), 50);
-  EXPECT_EQ(all.at(0, 0), GridMap::kUnknown);
-  EXPECT_EQ(all.at(2, 2), GridMap::kUnknown);
-}
-
 TEST(LiveMap, TheWayIsSlamsAndFollowsItsCorrections) {
   LiveMap map;
   EXPECT_FALSE(map.scene().has_value());

@@ -45,7 +45,7 @@ struct BaseStatus {
   std::string note;  ///< one line of text
 };
 
-/// Stops every base until it is released (lcmtypes/marco/emergency_stop_t.lcm).
+/// Stops every base until it is released (lcm_tools/lcmtypes/marco/emergency_stop_t.lcm).
 struct EmergencyStop {
   Utime utime;
   bool engaged = true;

@@ -1,11 +1,13 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <string>
 #include <string_view>
 
-/// All channel names of Marco, once. What travels on them: the .lcm files beside this header.
+#include "lcm_tools/lcmtypes/channels.hpp"
+
+/// All channel names of Marco, with those of lcm_tools. The .lcm files beside this header define
+/// the messages.
 namespace marco::channels {
 
 inline constexpr const char* kLidar =
@@ -17,7 +19,6 @@ inline constexpr const char* kImu = "IMU";
 inline constexpr const char* kOdometry = "ODOMETRY";
 inline constexpr const char* kBaseCommand = "BASE_COMMAND";
 inline constexpr const char* kBaseStatus = "BASE_STATUS";
-inline constexpr const char* kEmergencyStop = "EMERGENCY_STOP";  ///< emergency_stop_t: all bases
 inline constexpr const char* kSonar = "SONAR";
 inline constexpr const char* kGamepad = "GAMEPAD";
 inline constexpr const char* kPanTiltCommand = "PANTILT_COMMAND";
@@ -32,19 +33,12 @@ inline constexpr const char* kScene = "SCENE";
 inline constexpr const char* kMesh = "MESH";
 inline constexpr const char* kSlamCommand = "SLAM_COMMAND";
 inline constexpr const char* kMapRequest = "MAP_REQUEST";
-inline constexpr const char* kProcessStatus = "PROCESS_STATUS";
 inline constexpr const char* kSimFault = "SIM_FAULT";  ///< sim_fault_t: orders to marco-sim
 
-/// Channels on which something is ordered: whoever plays a recording must leave these out, or a
-/// live robot obeys what was ordered then. GAMEPAD is among them since teleop turns it into orders;
-/// of procman its own and libbot2's orders, and the call that makes deputies answer.
-inline constexpr std::array<std::string_view, 10> kOrders = {
-    kBaseCommand, kPanTiltCommand, kSlamCommand,  kEmergencyStop, kSimFault,
-    kGamepad,     "PM_ORDERS",     "PM_DISCOVER", "PMD_ORDERS",   "PMD_ORDERS2"};
-
-constexpr bool is_order(std::string_view channel) {
-  return std::find(kOrders.begin(), kOrders.end(), channel) != kOrders.end();
-}
+/// Orders to a robot. A player of recordings leaves these channels and kToolOrders out, or running
+/// robots obey the recorded orders. GAMEPAD is among them since teleop turns it into orders.
+inline constexpr std::array<std::string_view, 5> kRobotOrders = {kBaseCommand, kPanTiltCommand,
+                                                                 kSlamCommand, kSimFault, kGamepad};
 
 /// Whether scans on it are lidar_raw_t: LIDAR_RAW or LIDAR_RAW_<NAME>.
 inline bool is_raw_lidar(std::string_view channel) {

@@ -9,8 +9,6 @@
 #include "lcm_tools/log/repair.hpp"
 #include "lcm_tools/log/types.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
-#include "recordings/recording.hpp"
-#include "tools/log/import_recording.hpp"
 
 namespace marco::logs {
 namespace {
@@ -19,18 +17,18 @@ std::string name_of(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-void tell_damage(const std::string& path, const files::LogDamage& damage) {
+void print_damage(const std::string& path, const files::LogDamage& damage) {
   if (damage.places == 0) return;
-  std::printf("%s: left out %lld bytes at %lld damaged places, the first at byte %lld\n",
+  std::printf("%s: skipped %lld bytes at %lld damaged places, the first at byte %lld\n",
               path.c_str(), static_cast<long long>(damage.bytes_skipped),
               static_cast<long long>(damage.places), static_cast<long long>(damage.first_offset));
 }
 
 }  // namespace
 
-int run_info(const InfoArguments& arguments) {
+void run_info(const InfoArguments& arguments) {
   const Types types(arguments.types);
-  tell_problems(types);
+  print_problems(types);
   const TypeNames type_name = [&types](uint64_t fingerprint) { return types.name_of(fingerprint); };
   for (const std::string& path : arguments.logs) {
     LogInfo info;
@@ -38,16 +36,15 @@ int run_info(const InfoArguments& arguments) {
       LateProgress progress("reading " + name_of(path));
       info = inspect_log(path, progress.callback());
     }
-    if (info.events == 0) throw std::invalid_argument(why_no_log(path));
+    if (info.events == 0) throw NoLogError(path);
     const std::string text = arguments.format == Format::json ? to_json(info, path, type_name)
                                                               : to_text(info, path, type_name);
     std::fputs(text.c_str(), stdout);
   }
-  return 0;
 }
 
-int run_select(const SelectArguments& arguments) {
-  process::catch_interrupts(arguments.out + " is as it was");
+void run_select(const SelectArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is unchanged");
   const TimeRange range = parse_range(arguments.from, arguments.to, span_of_log(arguments.in));
   ChannelChoice channels(arguments.channels,
                          arguments.drop ? ChannelChoice::Sense::drop : ChannelChoice::Sense::keep);
@@ -58,17 +55,16 @@ int run_select(const SelectArguments& arguments) {
     result = select_events(arguments.in, out, range, channels, progress.callback());
   }
   require(result.kept > 0, arguments.in + ": none of its " + std::to_string(result.events) +
-                               " events fits; nothing was written");
+                               " events matches; nothing was written");
   out.finish();
-  tell_damage(arguments.in, result.damage);
+  print_damage(arguments.in, result.damage);
   std::printf("%s: %lld of %lld events, %lld bytes\n", arguments.out.c_str(),
               static_cast<long long>(result.kept), static_cast<long long>(result.events),
               static_cast<long long>(result.kept_bytes));
-  return 0;
 }
 
-int run_merge(const MergeArguments& arguments) {
-  process::catch_interrupts(arguments.out + " is as it was");
+void run_merge(const MergeArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is unchanged");
   const std::size_t count = arguments.ins.size();
   require(arguments.shifts_s.empty() || arguments.shifts_s.size() == count,
           "--shift: give one for each log");
@@ -88,25 +84,24 @@ int run_merge(const MergeArguments& arguments) {
     result = merge_logs(inputs, out, progress.callback());
   }
   for (std::size_t i = 0; i < count; ++i) {
-    const bool foreign = result.events[i] == 0 && std::filesystem::file_size(arguments.ins[i]) > 0;
-    if (foreign) throw std::invalid_argument(why_no_log(arguments.ins[i]));
+    const bool no_log = result.events[i] == 0 && std::filesystem::file_size(arguments.ins[i]) > 0;
+    if (no_log) throw NoLogError(arguments.ins[i]);
   }
   out.finish();
   int64_t total = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    tell_damage(arguments.ins[i], result.damage[i]);
+    print_damage(arguments.ins[i], result.damage[i]);
     std::printf("%s: %lld events\n", arguments.ins[i].c_str(),
                 static_cast<long long>(result.events[i]));
     total += result.events[i];
   }
   std::printf("%s: %lld events\n", arguments.out.c_str(), static_cast<long long>(total));
-  return 0;
 }
 
-int run_repair(const RepairArguments& arguments) {
-  process::catch_interrupts(arguments.out + " is as it was");
+void run_repair(const RepairArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is unchanged");
   const Types types(arguments.types);
-  tell_problems(types);
+  print_problems(types);
   OutputFile out(arguments.out, arguments.existing, {arguments.in});
   RepairReport report;
   {
@@ -116,36 +111,10 @@ int run_repair(const RepairArguments& arguments) {
         [&types](std::span<const uint8_t> message) { return types.decodes(message); },
         progress.callback());
   }
-  if (report.events == 0) {
-    throw std::invalid_argument(why_no_log(arguments.in) + "; nothing was written");
-  }
+  if (report.events == 0) throw NoLogError(arguments.in, "; nothing was written");
   out.finish();
   const std::string text = arguments.format == Format::json ? to_json(report) : to_text(report);
   std::fputs(text.c_str(), stdout);
-  return 0;
-}
-
-int run_import(const ImportArguments& arguments) {
-  process::catch_interrupts(arguments.out + " is as it was");
-  OutputFile out(arguments.out, arguments.existing, {arguments.in});
-  ImportResult result;
-  {
-    LateProgress progress("importing " + name_of(arguments.in));
-    result = import_recording(arguments.in, out, progress.callback());
-  }
-  require(result.events > 0, arguments.in + ": nothing in it can be written as events");
-  out.finish();
-  std::printf("%s: %s, %lld events\n", arguments.out.c_str(), result.report.format.c_str(),
-              static_cast<long long>(result.events));
-  for (const auto& [kind, count] : result.report.given) {
-    std::printf("  %lld %s\n", static_cast<long long>(count), kind.c_str());
-  }
-  for (const auto& [cause, count] : result.report.dropped) {
-    std::printf("  left out %lld: %s (first: %s)\n", static_cast<long long>(count), cause.c_str(),
-                result.report.places.at(cause).c_str());
-  }
-  for (const std::string& note : result.report.notes) std::printf("  %s\n", note.c_str());
-  return 0;
 }
 
 }  // namespace marco::logs

@@ -1,33 +1,38 @@
 #pragma once
 
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "lcm_tools/log/output_file.hpp"
 
-/// The subcommands of marco-log as functions: each does its work with a progress line on stderr,
-/// prints what it did on stdout and returns the exit code. All throw std::invalid_argument or
-/// std::runtime_error with a message for a person.
+/// The subcommands of marco-log as functions. Each shows its progress on stderr and prints its
+/// result on stdout. All throw std::invalid_argument or std::runtime_error with a message for the
+/// user, and NoLogError where an input holds no event.
 namespace marco::logs {
+
+struct ExportFormat;
+struct Extensions;
 
 enum class Format { text, json };
 
 struct InfoArguments {
   std::vector<std::string> logs;
-  std::vector<std::string> types;  ///< further .lcm sources
+  std::vector<std::string> types;  ///< additional .lcm sources
   Format format = Format::text;
 };
-int run_info(const InfoArguments& arguments);
+void run_info(const InfoArguments& arguments);
 
 struct SelectArguments {
   std::string in, out;
   std::string from, to;  ///< as parse_moment; "" = open
   std::vector<std::string> channels;
-  bool drop = false;  ///< the channels instead of keeping them
+  bool drop = false;  ///< drop the channels instead of keeping them
   Existing existing = Existing::refuse;
 };
 /// cut and filter.
-int run_select(const SelectArguments& arguments);
+void run_select(const SelectArguments& arguments);
 
 struct MergeArguments {
   std::vector<std::string> ins;
@@ -36,48 +41,44 @@ struct MergeArguments {
   std::vector<std::string> prefixes;
   Existing existing = Existing::refuse;
 };
-int run_merge(const MergeArguments& arguments);
+void run_merge(const MergeArguments& arguments);
 
 struct RepairArguments {
   std::string in, out;
   std::vector<std::string> types;
-  bool as_is = false;  ///< mend nothing
+  bool as_is = false;  ///< repair nothing
   Format format = Format::text;
   Existing existing = Existing::refuse;
 };
-int run_repair(const RepairArguments& arguments);
-
-struct ImportArguments {
-  std::string in, out;
-  Existing existing = Existing::refuse;
-};
-int run_import(const ImportArguments& arguments);
+void run_repair(const RepairArguments& arguments);
 
 struct ExportArguments {
   std::string in, out;
-  std::string format;  ///< csv, jsonl, carmen, mcap or images; "" = by OUT's ending
+  std::string format;  ///< name of an ExportFormat; "" = by the ending of OUT
   std::vector<std::string> types;
   std::string from, to;
   std::vector<std::string> channels;
-  std::string foreign;  ///< carmen: what foreign channels mean
   Existing existing = Existing::refuse;
 };
-int run_export(const ExportArguments& arguments);
+/// csv, jsonl, mcap and images, then the formats of the extensions.
+std::vector<ExportFormat> export_formats(const Extensions& extensions);
+void run_export(const ExportArguments& arguments, std::span<const ExportFormat> formats);
 
 struct PlayArguments {
   std::string in;
   std::string lcm_url;
   std::string from, to;
   double speed = 1.0;
-  double longest_wait_s = 0.0;  ///< 0 = as long as it was
+  double longest_wait_s = 0.0;  ///< 0 = gaps keep their length
   bool loop = false;
   bool paused = false;
   bool keys = true;
   std::vector<std::string> channels;
   bool drop = false;
   std::vector<std::string> renames;
-  bool orders = false;  ///< publish what was ordered then (channels::kOrders), too
+  bool orders = false;                           ///< publish orders, too
+  std::vector<std::string_view> order_channels;  ///< what counts as an order
 };
-int run_play(const PlayArguments& arguments);
+void run_play(const PlayArguments& arguments);
 
 }  // namespace marco::logs

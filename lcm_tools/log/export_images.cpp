@@ -5,8 +5,8 @@
 #include "lcm_tools/files/output_folder.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/log/export_csv.hpp"
+#include "lcm_tools/log/image_pixels.hpp"
 #include "lcm_tools/log/png.hpp"
-#include "lcmtypes/image_pixels.hpp"
 
 namespace marco::logs {
 

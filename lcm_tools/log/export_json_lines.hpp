@@ -14,6 +14,6 @@ WalkResult export_json_lines(WalkInput& input,
                              OutputFile& out,
                              const OnProgress& on_progress);
 
-std::string to_base64(std::span<const uint8_t> bytes);
+using lcm_schema::to_base64;
 
 }  // namespace marco::logs

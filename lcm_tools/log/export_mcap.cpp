@@ -4,89 +4,84 @@
 #include <map>
 
 #include "lcm_tools/log/mcap_writer.hpp"
-#include "tools/log/foxglove.hpp"
 
 namespace marco::logs {
 namespace {
 
+// Event times before 1970 are damage; those after 2554 do not fit nanoseconds.
+uint64_t time_ns(Utime time) {
+  return static_cast<uint64_t>(std::clamp<int64_t>(time.us, 0, INT64_MAX / 1000)) * 1000;
+}
+
 class McapExport {
  public:
-  McapExport(const Types& types, OutputFile& out, const LogInfo& log)
-      : types_(types), writer_(out), translator_(log) {
+  McapExport(const Types& types, OutputFile& out) : types_(types), writer_(out) {
     options_.bytes_as_base64 = true;
   }
 
-  void add(const DecodedEvent& event) {
-    number_ = event.head.number;
-    time_ = event.head.event_time;
-    if (event.structure >= 0) {
-      json_.clear();
-      lcm_schema::append_json(event.tree, json_, options_);
-      write(own_topic(event), time_, json_);
+  void add_original(const DecodedEvent& event) {
+    if (event.structure < 0) return;
+    json_.clear();
+    lcm_schema::append_json(event.tree, json_, options_);
+    write(original_topic(event), event.head, event.head.event_time, json_);
+  }
+  void add(const std::vector<AddedMessage>& messages,
+           const McapTranslator& translator,
+           const files::LogEventHead& head) {
+    for (const AddedMessage& message : messages) {
+      write(added_topic(message, translator), head, message.event_time.value_or(head.event_time),
+            message.json);
     }
-    write_all(translator_.translate(event));
   }
-  void finish() {
-    write_all(translator_.finish());
+  void finish(McapResult& result) {
     writer_.finish();
+    result.messages = writer_.messages();
+    result.topics = topics_.size();
   }
-  int64_t grids_left_out() const { return translator_.grids_left_out(); }
-  uint64_t messages() const { return writer_.messages(); }
-  std::size_t topics() const { return own_topics_.size() + foxglove_topics_.size(); }
 
  private:
-  void write(uint16_t topic, Utime event_time, std::string_view json) {
-    // Times before 1970 are damage; those after 2554 do not fit nanoseconds.
-    const int64_t us = std::clamp<int64_t>(event_time.us, 0, INT64_MAX / 1000);
-    writer_.write(topic, static_cast<uint32_t>(number_), static_cast<uint64_t>(us) * 1000, json);
+  void write(uint16_t topic,
+             const files::LogEventHead& head,
+             Utime event_time,
+             std::string_view json) {
+    writer_.write(topic, static_cast<uint32_t>(head.number), time_ns(event_time), json);
   }
-  void write_all(const std::vector<FoxgloveMessage>& messages) {
-    for (const FoxgloveMessage& message : messages) {
-      write(foxglove_topic(message), message.event_time.value_or(time_), message.json);
-    }
-  }
-  uint16_t own_topic(const DecodedEvent& event) {
-    const auto [entry, is_new] =
-        own_topics_.try_emplace({std::string(event.head.channel), event.structure});
-    if (!is_new) return entry->second;
-    const auto index = static_cast<std::size_t>(event.structure);
-    const lcm_schema::Structure& structure = types_.schema().structures()[index];
-    const auto [schema, schema_is_new] = own_schemas_.try_emplace(event.structure);
+  uint16_t original_topic(const DecodedEvent& event) {
+    const auto [topic, is_new] = topics_.try_emplace(Key(event.head.channel, event.structure));
+    if (!is_new) return topic->second;
+    const lcm_schema::Structure& type =
+        types_.schema().structures()[static_cast<std::size_t>(event.structure)];
+    const auto [schema, schema_is_new] = schemas_.try_emplace(Key(type.name, event.structure));
     if (schema_is_new) {
       schema->second =
-          writer_.add_schema(structure.name, "jsonschema",
+          writer_.add_schema(type.name, "jsonschema",
                              lcm_schema::json_schema(types_.schema(), event.structure, options_));
     }
-    char hex[17];
-    std::snprintf(hex, sizeof hex, "%016llx",
-                  static_cast<unsigned long long>(structure.fingerprint));
-    entry->second = writer_.add_channel(schema->second, entry->first.first, "json",
-                                        {{"lcm_type", structure.name}, {"lcm_fingerprint", hex}});
-    return entry->second;
+    return topic->second = writer_.add_channel(
+               schema->second, topic->first.first, "json",
+               {{"lcm_type", type.name},
+                {"lcm_fingerprint", lcm_schema::fingerprint_text(type.fingerprint)}});
   }
-  uint16_t foxglove_topic(const FoxgloveMessage& message) {
-    const auto [entry, is_new] = foxglove_topics_.try_emplace(message.topic);
-    if (!is_new) return entry->second;
-    const auto [schema, schema_is_new] = foxglove_schemas_.try_emplace(message.schema);
+  uint16_t added_topic(const AddedMessage& message, const McapTranslator& translator) {
+    const auto [topic, is_new] = topics_.try_emplace(Key(message.topic, kAdded));
+    if (!is_new) return topic->second;
+    const auto [schema, schema_is_new] = schemas_.try_emplace(Key(message.schema, kAdded));
     if (schema_is_new) {
       schema->second =
-          writer_.add_schema(message.schema, "jsonschema", foxglove_schema(message.schema));
+          writer_.add_schema(message.schema, "jsonschema", translator.json_schema(message.schema));
     }
-    entry->second = writer_.add_channel(schema->second, message.topic, "json", {});
-    return entry->second;
+    return topic->second = writer_.add_channel(schema->second, message.topic, "json", {});
   }
+
+  static constexpr int kAdded = -1;  // in place of a structure's index
+  using Key = std::pair<std::string, int>;
 
   const Types& types_;
   McapWriter writer_;
-  FoxgloveTranslator translator_;
   lcm_schema::JsonOptions options_;
   std::string json_;
-  int64_t number_ = 0;  // of the event in hand
-  Utime time_;
-  std::map<int, uint16_t> own_schemas_;
-  std::map<std::string, uint16_t> foxglove_schemas_;
-  std::map<std::pair<std::string, int>, uint16_t> own_topics_;
-  std::map<std::string, uint16_t> foxglove_topics_;
+  std::map<Key, uint16_t> schemas_;
+  std::map<Key, uint16_t> topics_;
 };
 
 }  // namespace
@@ -94,21 +89,34 @@ class McapExport {
 McapResult export_mcap(WalkInput& input,
                        const Types& types,
                        OutputFile& out,
+                       const MakeMcapTranslator& make_translator,
                        const OnProgress& on_progress) {
-  const auto part = [&on_progress](double from, double share) -> OnProgress {
-    return [&on_progress, from, share](double done) { on_progress(from + share * done); };
-  };
-  LogInfo log = inspect_log(input.path, part(0.0, 0.1));
-  std::erase_if(log.channels,
-                [&](const ChannelInfo& channel) { return !input.channels.keeps(channel.name); });
-  McapExport target(types, out, log);
+  std::unique_ptr<McapTranslator> translator;
+  double surveyed = 0.0;  // part of the progress
+  if (make_translator) {
+    surveyed = 0.1;
+    LogInfo log = inspect_log(input.path, [&](double done) { on_progress(surveyed * done); });
+    std::erase_if(log.channels,
+                  [&](const ChannelInfo& channel) { return !input.channels.keeps(channel.name); });
+    translator = make_translator(log);
+  }
+  McapExport target(types, out);
   McapResult result;
+  files::LogEventHead last;
   result.walk = walk_log(
-      input, types, [&](const DecodedEvent& event) { target.add(event); }, part(0.1, 0.9));
-  target.finish();
-  result.messages = target.messages();
-  result.topics = target.topics();
-  result.grids_left_out = target.grids_left_out();
+      input, types,
+      [&](const DecodedEvent& event) {
+        last.number = event.head.number;
+        last.event_time = event.head.event_time;
+        target.add_original(event);
+        if (translator) target.add(translator->translate(event), *translator, last);
+      },
+      [&](double done) { on_progress(surveyed + (1.0 - surveyed) * done); });
+  if (translator) {
+    target.add(translator->finish(), *translator, last);
+    result.remark = translator->remark();
+  }
+  target.finish(result);
   return result;
 }
 

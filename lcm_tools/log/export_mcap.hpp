@@ -1,6 +1,6 @@
 #pragma once
 
-#include "lcm_tools/log/log_walk.hpp"
+#include "lcm_tools/log/mcap_translator.hpp"
 
 namespace marco::logs {
 
@@ -8,15 +8,17 @@ struct McapResult {
   WalkResult walk;
   uint64_t messages = 0;
   std::size_t topics = 0;
-  int64_t grids_left_out = 0;  ///< maps too large to be drawn; their tiles are there
+  std::string remark;  ///< McapTranslator::remark
 };
 
-/// Writes an MCAP file: every message that decodes as JSON with its type's JSON Schema, on a topic
-/// with the channel's name, at the event's time; and beside it, on CHANNEL/NAME, what Foxglove can
-/// draw of it (FoxgloveTranslator). Messages of types that are not known are left out and counted.
+/// Writes an MCAP file: every message that decodes as JSON with the JSON Schema of its type, on a
+/// topic named like its channel, at the event time. A translator adds topics beside these.
+/// Messages of unknown types are left out and counted.
+/// @param make_translator may be empty
 McapResult export_mcap(WalkInput& input,
                        const Types& types,
                        OutputFile& out,
+                       const MakeMcapTranslator& make_translator,
                        const OnProgress& on_progress);
 
 }  // namespace marco::logs

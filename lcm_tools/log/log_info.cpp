@@ -161,7 +161,7 @@ std::vector<ClockGroup> group_clocks(std::vector<ChannelInfo>& channels) {
       groups.push_back({channel->clock->offset, {}});
     }
     groups.back().channels.push_back(channel->name);
-    channel->clock_group = static_cast<int>(groups.size()) - 1;
+    channel->clock->group = static_cast<int>(groups.size()) - 1;
     previous = channel;
   }
   return groups;

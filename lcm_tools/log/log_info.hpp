@@ -24,6 +24,7 @@ struct ClockReading {
   Duration offset;            ///< event time - utime, the median
   double drift_us_per_s = 0;  ///< change of the offset: > 0 = its clock is slow
   Duration drifted;           ///< over the whole log
+  int group = -1;             ///< index of LogInfo::clock_groups
 };
 
 struct ChannelInfo {
@@ -39,7 +40,6 @@ struct ChannelInfo {
   std::vector<Silence> silences;  ///< at most 5, the longest first
   int64_t utime_steps_back = 0;
   std::optional<ClockReading> clock;  ///< when the messages begin with a running utime
-  int clock_group = -1;               ///< index of LogInfo::clock_groups
 };
 
 /// Channels whose clocks agree within half a second.
@@ -78,7 +78,7 @@ bool drifts(const ClockReading& clock);
 /// Name of a message type by its fingerprint, or "" when it is not known.
 using TypeNames = std::function<std::string(uint64_t fingerprint)>;
 
-/// For a person: a table and, under it, what deserves attention.
+/// For the user: a table, and remarks below it.
 std::string to_text(const LogInfo& info, const std::string& name, const TypeNames& type_names);
 
 /// The same as JSON.

@@ -1,20 +1,12 @@
 #include <cmath>
-#include <cstdarg>
 #include <nlohmann/json.hpp>
 
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/log/log_info.hpp"
+#include "lcm_tools/schema/schema.hpp"
 
 namespace marco::logs {
 namespace {
-
-[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list values;
-  va_start(values, pattern);
-  std::vsnprintf(text, sizeof text, pattern, values);
-  va_end(values);
-  return text;
-}
 
 std::string size_text(double bytes) {
   if (bytes < 1e3) return format("%.0f B", bytes);
@@ -32,14 +24,10 @@ std::string span_text(double seconds) {
   return format("%.1f days", seconds / 86400.0);
 }
 
-std::string hex(uint64_t fingerprint) {
-  return format("%016llx", static_cast<unsigned long long>(fingerprint));
-}
-
 std::string type_text(uint64_t fingerprint, const TypeNames& type_names) {
   if (fingerprint == 0) return "(text)";
   const std::string name = type_names(fingerprint);
-  return name.empty() ? "? " + hex(fingerprint) : name;
+  return name.empty() ? "? " + lcm_schema::fingerprint_text(fingerprint) : name;
 }
 
 std::string table_row(const ChannelInfo& channel, const TypeNames& type_names) {
@@ -84,7 +72,8 @@ void add_channel_remarks(std::string& text, const LogInfo& info, const ChannelIn
     int shown = 0;
     for (const auto& [type, count] : channel.types) {
       if (++shown > 4) break;
-      text += format(" %s x%lld", hex(type).c_str(), static_cast<long long>(count));
+      text += format(" %s x%lld", lcm_schema::fingerprint_text(type).c_str(),
+                     static_cast<long long>(count));
     }
     text += "\n";
   }
@@ -150,7 +139,7 @@ std::string to_json(const LogInfo& info, const std::string& name, const TypeName
   for (const ChannelInfo& channel : info.channels) {
     Json types = Json::array();
     for (const auto& [type, count] : channel.types) {
-      types.push_back({{"fingerprint", type == 0 ? "" : hex(type)},
+      types.push_back({{"fingerprint", type == 0 ? "" : lcm_schema::fingerprint_text(type)},
                        {"type", type == 0 ? "" : type_names(type)},
                        {"events", count}});
     }
@@ -173,7 +162,7 @@ std::string to_json(const LogInfo& info, const std::string& name, const TypeName
       json["clock"] = {{"event_time_minus_utime_s", channel.clock->offset.seconds()},
                        {"drift_ppm", channel.clock->drift_us_per_s},
                        {"steps_back", channel.utime_steps_back},
-                       {"group", channel.clock_group}};
+                       {"group", channel.clock->group}};
     }
     channels.push_back(std::move(json));
   }

@@ -1,7 +1,8 @@
 #include "lcm_tools/log/mcap_writer.hpp"
 
+#include <zlib.h>
+
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 
 namespace marco::logs {
@@ -45,43 +46,17 @@ std::string record(Opcode opcode, std::string_view content) {
   return bytes;
 }
 
-// Eight tables, so that eight bytes are taken a step ("slicing by 8").
-using CrcTables = std::array<std::array<uint32_t, 256>, 8>;
-
-CrcTables make_crc_tables() {
-  CrcTables tables{};
-  for (uint32_t i = 0; i < 256; ++i) {
-    uint32_t value = i;
-    for (int bit = 0; bit < 8; ++bit) {
-      value = (value & 1U) != 0 ? (value >> 1U) ^ 0xEDB88320U : value >> 1U;
-    }
-    tables[0][i] = value;
-  }
-  for (uint32_t i = 0; i < 256; ++i) {
-    for (std::size_t t = 1; t < 8; ++t) {
-      tables[t][i] = (tables[t - 1][i] >> 8U) ^ tables[0][tables[t - 1][i] & 0xFFU];
-    }
-  }
-  return tables;
+uint32_t checksum(std::string_view bytes, uint32_t before = 0) {
+  return static_cast<uint32_t>(
+      crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 }  // namespace
 
-uint32_t crc32(std::string_view bytes, uint32_t before) {
-  static const CrcTables tables = make_crc_tables();
-  uint32_t crc = ~before;
-  const auto* at = reinterpret_cast<const uint8_t*>(bytes.data());
-  std::size_t left = bytes.size();
-  for (; left >= 8; left -= 8, at += 8) {
-    const uint32_t low =
-        crc ^ (static_cast<uint32_t>(at[0]) | static_cast<uint32_t>(at[1]) << 8U |
-               static_cast<uint32_t>(at[2]) << 16U | static_cast<uint32_t>(at[3]) << 24U);
-    crc = tables[7][low & 0xFFU] ^ tables[6][(low >> 8U) & 0xFFU] ^
-          tables[5][(low >> 16U) & 0xFFU] ^ tables[4][low >> 24U] ^ tables[3][at[4]] ^
-          tables[2][at[5]] ^ tables[1][at[6]] ^ tables[0][at[7]];
-  }
-  for (; left > 0; --left, ++at) crc = (crc >> 8U) ^ tables[0][(crc ^ *at) & 0xFFU];
-  return ~crc;
+void McapWriter::Span::add(uint64_t time_ns) {
+  start_ns = messages == 0 ? time_ns : std::min(start_ns, time_ns);
+  end_ns = messages == 0 ? time_ns : std::max(end_ns, time_ns);
+  ++messages;
 }
 
 McapWriter::McapWriter(OutputFile& out) : out_(out) {
@@ -93,7 +68,7 @@ McapWriter::McapWriter(OutputFile& out) : out_(out) {
 }
 
 void McapWriter::emit(std::string_view bytes) {
-  written_crc_ = crc32(bytes, written_crc_);
+  written_crc_ = checksum(bytes, written_crc_);
   out_.write(bytes);
 }
 
@@ -108,7 +83,7 @@ uint16_t McapWriter::add_schema(std::string_view name,
   put_text(content, encoding);
   put_text(content, data);
   schemas_.push_back(record(kSchema, content));
-  chunk_ += schemas_.back();
+  chunk_.bytes += schemas_.back();
   return id;
 }
 
@@ -129,7 +104,7 @@ uint16_t McapWriter::add_channel(uint16_t schema,
   }
   put_text(content, pairs);
   channels_.push_back(record(kChannel, content));
-  chunk_ += channels_.back();
+  chunk_.bytes += channels_.back();
   return id;
 }
 
@@ -138,45 +113,41 @@ void McapWriter::write(uint16_t channel,
                        uint64_t time_ns,
                        std::string_view data) {
   constexpr uint64_t kFixedBytes = 2 + 4 + 8 + 8;
-  chunk_index_[channel].emplace_back(time_ns, chunk_.size());
-  put(chunk_, static_cast<uint8_t>(kMessage));
-  put(chunk_, kFixedBytes + data.size());
-  put(chunk_, channel);
-  put(chunk_, sequence);
-  put(chunk_, time_ns);
-  put(chunk_, time_ns);
-  chunk_ += data;
-  chunk_start_ns_ = chunk_messages_ == 0 ? time_ns : std::min(chunk_start_ns_, time_ns);
-  chunk_end_ns_ = chunk_messages_ == 0 ? time_ns : std::max(chunk_end_ns_, time_ns);
-  start_ns_ = message_count_ == 0 ? time_ns : std::min(start_ns_, time_ns);
-  end_ns_ = message_count_ == 0 ? time_ns : std::max(end_ns_, time_ns);
-  ++chunk_messages_;
-  ++message_count_;
+  chunk_.index[channel].emplace_back(time_ns, chunk_.bytes.size());
+  put(chunk_.bytes, static_cast<uint8_t>(kMessage));
+  put(chunk_.bytes, kFixedBytes + data.size());
+  put(chunk_.bytes, channel);
+  put(chunk_.bytes, sequence);
+  put(chunk_.bytes, time_ns);
+  put(chunk_.bytes, time_ns);
+  chunk_.bytes += data;
+  chunk_.span.add(time_ns);
+  written_.add(time_ns);
   ++counts_[channel];
-  if (chunk_.size() >= kChunkBytes) flush_chunk();
+  if (chunk_.bytes.size() >= kChunkBytes) flush_chunk();
 }
 
 void McapWriter::flush_chunk() {
-  if (chunk_.empty()) return;
+  if (chunk_.bytes.empty()) return;
   ChunkIndex index;
-  index.start_ns = chunk_messages_ == 0 ? 0 : chunk_start_ns_;
-  index.end_ns = chunk_messages_ == 0 ? 0 : chunk_end_ns_;
+  index.start_ns = chunk_.span.start_ns;
+  index.end_ns = chunk_.span.end_ns;
   index.offset = static_cast<uint64_t>(out_.size_bytes());
-  index.records_bytes = chunk_.size();
+  index.records_bytes = chunk_.bytes.size();
   std::string head;
   constexpr uint64_t kFixedBytes = 8 + 8 + 8 + 4 + 4 + 8;
   put(head, static_cast<uint8_t>(kChunk));
-  put(head, kFixedBytes + chunk_.size());
+  put(head, kFixedBytes + chunk_.bytes.size());
   put(head, index.start_ns);
   put(head, index.end_ns);
-  put(head, static_cast<uint64_t>(chunk_.size()));
-  put(head, crc32(chunk_));
+  put(head, static_cast<uint64_t>(chunk_.bytes.size()));
+  put(head, checksum(chunk_.bytes));
   put_text(head, "");  // not compressed
-  put(head, static_cast<uint64_t>(chunk_.size()));
+  put(head, static_cast<uint64_t>(chunk_.bytes.size()));
   emit(head);
-  emit(chunk_);
-  index.bytes = head.size() + chunk_.size();
-  for (const auto& [channel, messages] : chunk_index_) {
+  emit(chunk_.bytes);
+  index.bytes = head.size() + chunk_.bytes.size();
+  for (const auto& [channel, messages] : chunk_.index) {
     index.indexes.emplace_back(channel, static_cast<uint64_t>(out_.size_bytes()));
     std::string content, entries;
     for (const auto& [time_ns, offset] : messages) {
@@ -190,9 +161,7 @@ void McapWriter::flush_chunk() {
     index.index_bytes += bytes.size();
   }
   chunks_.push_back(std::move(index));
-  chunk_.clear();
-  chunk_index_.clear();
-  chunk_messages_ = 0;
+  chunk_ = {};
 }
 
 // The summary section that begins at byte `start`; `offsets` gets the section behind it.
@@ -213,14 +182,14 @@ std::string McapWriter::summary(uint64_t start, std::string& offsets) const {
   end_group(kChannel, group);
   group = bytes.size();
   std::string statistics, counts;
-  put(statistics, message_count_);
+  put(statistics, written_.messages);
   put(statistics, static_cast<uint16_t>(schemas_.size()));
   put(statistics, static_cast<uint32_t>(channels_.size()));
   put(statistics, uint32_t{0});  // attachments
   put(statistics, uint32_t{0});  // metadata
   put(statistics, static_cast<uint32_t>(chunks_.size()));
-  put(statistics, start_ns_);
-  put(statistics, end_ns_);
+  put(statistics, written_.start_ns);
+  put(statistics, written_.end_ns);
   for (const auto& [channel, count] : counts_) {
     put(counts, channel);
     put(counts, count);
@@ -252,9 +221,9 @@ std::string McapWriter::summary(uint64_t start, std::string& offsets) const {
 
 void McapWriter::finish() {
   flush_chunk();
-  std::string checksum;
-  put(checksum, written_crc_);
-  emit(record(kDataEnd, checksum));
+  std::string data_end;
+  put(data_end, written_crc_);
+  emit(record(kDataEnd, data_end));
   const auto start = static_cast<uint64_t>(out_.size_bytes());
   std::string offsets;
   std::string tail = summary(start, offsets);
@@ -265,7 +234,7 @@ void McapWriter::finish() {
   put(tail, kFooterBytes);
   put(tail, start);
   put(tail, offsets_start);
-  put(tail, crc32(tail));
+  put(tail, checksum(tail));
   emit(tail);
   emit(kMagic);
 }

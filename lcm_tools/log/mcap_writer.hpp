@@ -12,8 +12,8 @@
 namespace marco::logs {
 
 /// Writes an MCAP file (version 0 of the format): messages in chunks of about 1 MB with their
-/// message indexes, then schemas, channels, statistics and chunk indexes again as the summary, with
-/// checksums. Not compressed. Memory: one chunk, and some 100 bytes a chunk written.
+/// message indexes, then the summary (schemas, channels, statistics, chunk indexes), with
+/// checksums. Not compressed. Memory: one chunk, and about 100 bytes for each chunk written.
 class McapWriter {
  public:
   /// @param out must outlive it; finish() it after finish().
@@ -31,12 +31,22 @@ class McapWriter {
 
   void write(uint16_t channel, uint32_t sequence, uint64_t time_ns, std::string_view data);
 
-  /// Writes what is left and the summary. Nothing may be written after it.
+  /// Writes the last chunk and the summary. Nothing may be written after it.
   void finish();
 
-  uint64_t messages() const { return message_count_; }
+  uint64_t messages() const { return written_.messages; }
 
  private:
+  struct Span {
+    uint64_t messages = 0;
+    uint64_t start_ns = 0, end_ns = 0;
+    void add(uint64_t time_ns);
+  };
+  struct Chunk {
+    std::string bytes;
+    Span span;
+    std::map<uint16_t, std::vector<std::pair<uint64_t, uint64_t>>> index;  // time, offset
+  };
   struct ChunkIndex {
     uint64_t start_ns = 0, end_ns = 0;
     uint64_t offset = 0, bytes = 0;
@@ -52,17 +62,10 @@ class McapWriter {
   uint32_t written_crc_ = 0;
   std::vector<std::string> schemas_;   // whole records
   std::vector<std::string> channels_;  // whole records
-  std::string chunk_;
-  uint64_t chunk_start_ns_ = 0, chunk_end_ns_ = 0;
-  uint64_t chunk_messages_ = 0;
-  std::map<uint16_t, std::vector<std::pair<uint64_t, uint64_t>>> chunk_index_;
+  Chunk chunk_;
+  Span written_;
   std::vector<ChunkIndex> chunks_;
-  std::map<uint16_t, uint64_t> counts_;
-  uint64_t message_count_ = 0;
-  uint64_t start_ns_ = 0, end_ns_ = 0;
+  std::map<uint16_t, uint64_t> counts_;  // messages by channel
 };
-
-/// The checksum of zip and MCAP (polynomial 0xEDB88320). @param before that of the bytes before
-uint32_t crc32(std::string_view bytes, uint32_t before = 0);
 
 }  // namespace marco::logs

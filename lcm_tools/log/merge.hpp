@@ -18,9 +18,9 @@ struct MergeResult {
   std::vector<files::LogDamage> damage;  ///< of each input
 };
 
-/// One log of several, by event time, numbered anew; of equal times the earlier input comes first.
-/// Events that stand out of order inside one input stay so. Reads all inputs at once, each through
-/// its window.
+/// Merges logs by event time and renumbers the events. At equal times the earlier input comes
+/// first. Events that stand out of order inside one input stay so. Reads all inputs at once, each
+/// through its window.
 /// @throws std::invalid_argument when a prefix makes a channel longer than 63 bytes; as
 /// EventLogReader and OutputFile.
 MergeResult merge_logs(const std::vector<MergeInput>& inputs,

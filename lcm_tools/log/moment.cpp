@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "lcm_tools/base/check.hpp"
-#include "recordings/recording.hpp"
 
 namespace marco::logs {
 namespace {
@@ -79,7 +78,7 @@ LogSpan find_span(files::EventLogReader& reader) {
 
 LogSpan span_of_log(const std::string& path) {
   files::EventLogReader reader(path);
-  if (!reader.next_head()) throw std::invalid_argument(why_no_log(path));
+  if (!reader.next_head()) throw NoLogError(path);
   return find_span(reader);
 }
 

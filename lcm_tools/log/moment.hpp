@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 
@@ -26,8 +27,23 @@ struct LogSpan {
 /// @throws std::invalid_argument when there is no whole event.
 LogSpan find_span(files::EventLogReader& reader);
 
-/// The same of a file. @throws std::invalid_argument also when it is no LCM log: then it says what
-/// the file is instead, and how to make a log of it.
+/// A file in which no LCM event was found.
+class NoLogError : public std::invalid_argument {
+ public:
+  /// @param outcome  what became of the command, "; nothing was written"
+  explicit NoLogError(const std::string& path, const std::string& outcome = "")
+      : std::invalid_argument(path + ": holds no whole LCM event" + outcome),
+        path_(path),
+        outcome_(outcome) {}
+  const std::string& path() const { return path_; }
+  const std::string& outcome() const { return outcome_; }
+
+ private:
+  std::string path_;
+  std::string outcome_;
+};
+
+/// As find_span, of a file. @throws NoLogError
 LogSpan span_of_log(const std::string& path);
 
 /// A moment of a log as people say it.

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdio>
 #include <map>
+#include <set>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/log/commands.hpp"
@@ -10,7 +11,6 @@
 #include "lcm_tools/log/player.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
-#include "lcmtypes/channels.hpp"
 
 namespace marco::logs {
 namespace {
@@ -29,7 +29,7 @@ std::string clock_text(Duration duration) {
   return text;
 }
 
-// One line on the terminal: where in the log, how fast, and how long a silence still lasts.
+// One line on the terminal: position in the log, speed, and the time to the next event.
 class StatusLine {
  public:
   StatusLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -87,8 +87,8 @@ void mark_loop(Player& player, Key key) {
   player.set_loop(key != Key::loop_clear || player.looping());
 }
 
-// @returns whether to go on.
-bool obey(Player& player, Key key, StatusLine& status, int64_t now) {
+// @returns false to quit.
+bool handle_key(Player& player, Key key, StatusLine& status, int64_t now) {
   constexpr double kNearS = 5.0, kFarS = 60.0;
   constexpr double kSlowest = 1.0 / 1024, kFastest = 1024.0;
   const double speed = player.speed() > 0.0 ? player.speed() : kFastest;
@@ -149,40 +149,44 @@ void play(Player& player, bool keys) {
   Keyboard keyboard(keys ? Keyboard::Use::keys : Keyboard::Use::only_wait);
   const bool has_keys = keyboard.is_there();
   if (has_keys) status.say(kKeysHelp);
-  require(has_keys || !player.paused(), "--pause needs a terminal: nobody could go on");
-  constexpr int64_t kLongestWaitUs = 100000;  // the status line, a signal
+  require(has_keys || !player.paused(), "--pause needs a terminal: nobody could resume");
+  constexpr int64_t kLongestWaitUs = 100000;  // for the status line and signals
   std::string typed;
   while (!process::stop_requested()) {
     const auto due = player.advance(now_us());
     if (player.finished()) {
       if (!keyboard.is_there()) break;
-      player.set_paused(true, now_us());  // at the end a person may still go back
+      player.set_paused(true, now_us());  // at the end the user may still seek back
     }
     const int64_t now = now_us();
     status.draw(player, due, now);
     typed += keyboard.wait(std::min(kLongestWaitUs, due ? *due - now : kLongestWaitUs));
     for (Key key = take_key(typed); key != Key::none; key = take_key(typed)) {
-      if (!obey(player, key, status, now_us())) return;
+      if (!handle_key(player, key, status, now_us())) return;
     }
   }
 }
 
-// Publishes what a log holds, but no orders unless asked: a live robot would obey them.
+// Publishes the events of a log, but no orders unless asked: a live robot would obey them.
 class Publisher {
  public:
   Publisher(const PlayArguments& arguments, process::Bus& bus)
-      : renames_(arguments.renames), orders_(arguments.orders), bus_(bus) {}
+      : renames_(arguments.renames), bus_(bus) {
+    if (!arguments.orders) {
+      withheld_.insert(arguments.order_channels.begin(), arguments.order_channels.end());
+    }
+  }
 
   bool publish(const std::string& recorded, std::span<const uint8_t> bytes, Utime event_time) {
     const std::string channel = renames_(recorded);
-    if (!orders_ && channels::is_order(channel)) {
+    if (withheld_.contains(channel)) {
       ++left_out_[channel];
       return false;
     }
     bus_.publish_raw(channel, bytes, event_time);
     return true;
   }
-  void tell_left_out() const {
+  void print_left_out() const {
     if (left_out_.empty()) return;
     int64_t total = 0;
     std::string each;
@@ -196,14 +200,14 @@ class Publisher {
 
  private:
   ChannelRenames renames_;
-  bool orders_;
+  std::set<std::string, std::less<>> withheld_;  // channels
   process::Bus& bus_;
   std::map<std::string, int64_t> left_out_;
 };
 
 }  // namespace
 
-int run_play(const PlayArguments& arguments) {
+void run_play(const PlayArguments& arguments) {
   PlayerOptions options;
   options.range = parse_range(arguments.from, arguments.to, span_of_log(arguments.in));
   options.speed = arguments.speed;
@@ -227,12 +231,11 @@ int run_play(const PlayArguments& arguments) {
   std::printf("%s: %lld events in %.2f s\n", arguments.in.c_str(),
               static_cast<long long>(player.published()),
               Duration::from_us(now_us() - start_us).seconds());
-  publisher.tell_left_out();
+  publisher.print_left_out();
   if (player.damage().places > 0) {
-    std::printf("  passed over %lld damaged bytes\n",
+    std::printf("  skipped %lld damaged bytes\n",
                 static_cast<long long>(player.damage().bytes_skipped));
   }
-  return 0;
 }
 
 }  // namespace marco::logs

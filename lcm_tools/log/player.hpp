@@ -35,16 +35,16 @@ struct PlayerOptions {
   Duration longest_wait = Duration::from_us(INT64_MAX);  ///< longer silences are shortened
 };
 
-/// Plays a log against a clock it is told. Knows no LCM, no terminal and no clock of its own:
-/// `now_us` is any clock that only grows, in microseconds.
+/// Plays a log against a clock that the caller passes in. Knows neither LCM nor terminal:
+/// `now_us` is any monotonic clock in microseconds.
 ///
-/// Events come in the order of the file. One whose time lies more than a second before the one
-/// before it, and every event later than half a second, starts the count anew there: after a pause
-/// of the machine the log goes on where it was instead of bursting.
-/// Seeking halves the file by event times and takes some 30 reads, whatever its length.
+/// Events are played in the order of the file. An event more than a second earlier than its
+/// predecessor, or due more than half a second ago, resets the mapping from log time to clock:
+/// after a pause of the machine the log resumes without a burst. Seeking is a binary search over
+/// event times: about 30 reads, whatever the length of the file.
 class Player {
  public:
-  /// @returns whether the event went out; one that did not is not counted in published().
+  /// @returns whether the event was published and counts in published()
   using Publish = std::function<bool(
       const std::string& channel, std::span<const uint8_t> bytes, Utime event_time)>;
 
@@ -54,7 +54,7 @@ class Player {
          const PlayerOptions& options,
          Publish publish);
 
-  /// Publishes what is due, at most some hundred events a call.
+  /// Publishes what is due, at most 256 events a call.
   /// @returns when to call again; nothing while paused or finished.
   std::optional<int64_t> advance(int64_t now_us);
 
@@ -65,13 +65,13 @@ class Player {
   /// Publishes the next event at once and pauses.
   void step(int64_t now_us);
 
-  /// Goes on at the first event at or behind `time`.
+  /// Continues at the first event at or after `time`.
   void seek(Utime time, int64_t now_us);
 
-  /// Goes on where the range begins: without one at the first event of the file, whatever its time.
+  /// Continues at the start of the range; without a range, at the first event of the file.
   void rewind(int64_t now_us);
 
-  /// What is looped over; also bounds playing without a loop.
+  /// Bounds playing, with and without a loop.
   void set_range(const TimeRange& range) { options_.range = range; }
 
   bool paused() const { return options_.paused; }
@@ -80,9 +80,9 @@ class Player {
   double speed() const { return options_.speed; }
   const TimeRange& range() const { return options_.range; }
   const LogSpan& span() const { return span_; }
-  /// Event time of what was published last, or sought.
+  /// Event time of the last published event, or of the last seek.
   Utime position() const { return position_; }
-  /// Event time of what comes next.
+  /// Event time of the next event.
   std::optional<Utime> next_time() const;
   int64_t published() const { return published_; }
   const files::LogDamage& damage() const { return reader_.damage(); }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "lcm_tools/log/event_sequence.hpp"
 #include "lcm_tools/log/piece_copier.hpp"
 #include "lcm_tools/log/restore.hpp"
 
@@ -52,7 +53,7 @@ class Repair {
     if (behind < reader_.size_bytes()) damaged_stretch(behind, reader_.size_bytes());
     if (pending_) write(*pending_, nullptr);
     copier_.copy();
-    finish_numbers();
+    report_.missing_numbers = sequence_.missing_numbers();
     return report_;
   }
 
@@ -131,14 +132,8 @@ class Repair {
     pending_ = std::move(event);
   }
   void mend(Event& event, const Event* next);
-  std::optional<int64_t> mend_number(int64_t number, const Event* next) const;
   void write(Event& event, const Event* next);
   void check_message(const Event& event);
-  void finish_numbers() {
-    int64_t span = 0;
-    if (__builtin_sub_overflow(last_number_, first_number_, &span)) return;
-    report_.missing_numbers = std::max<int64_t>(0, span - report_.events + 1);
-  }
 
   std::filesystem::path in_;
   OutputFile& out_;
@@ -148,9 +143,7 @@ class Repair {
   PieceCopier copier_;
   KnownChannels known_;
   std::optional<Event> pending_;
-  std::optional<Utime> last_time_;
-  int64_t first_number_ = 0;
-  int64_t last_number_ = -1;
+  EventSequence sequence_;
   std::vector<uint8_t> message_;
   RepairReport report_;
 };
@@ -187,8 +180,8 @@ int64_t Repair::next_begin(int64_t from, int64_t to) const {
   std::array<uint8_t, kHeaderBytes> bytes{};
   if (to - from < kHeaderBytes || !reader_.read_at(from, bytes)) return to;
   const HeaderBytes header(bytes.data());
-  const int64_t said = from + kHeaderBytes + header.channel_bytes + header.data_bytes;
-  if (said == to || (said < to && looks_like_sync(said))) return said;
+  const int64_t announced = from + kHeaderBytes + header.channel_bytes + header.data_bytes;
+  if (announced == to || (announced < to && looks_like_sync(announced))) return announced;
   constexpr int64_t kBlock = 64 << 10;
   std::vector<uint8_t> block;
   for (int64_t start = from + 1; start + 4 <= to; start += kBlock - 3) {
@@ -216,15 +209,15 @@ bool Repair::read_damaged(Event& event) {
                                    wanted - kHeaderBytes);
   const auto layout = lay_out(header, following, body_bytes, known_);
   if (!layout) return false;
-  const int64_t said = static_cast<int64_t>(header.channel_bytes) + header.data_bytes;
+  const int64_t announced = static_cast<int64_t>(header.channel_bytes) + header.data_bytes;
   event.number = header.number;
   event.event_time = header.event_time;
   event.channel = layout->channel;
   event.data_bytes = layout->data_bytes;
   event.fingerprint = read_fingerprint(following.substr(layout->channel_bytes));
   event.mended.push_back(layout->mended);
-  const bool is_cut_off = said > body_bytes && event.end == reader_.size_bytes();
-  return said == body_bytes || is_length_believable(event, is_cut_off);
+  const bool is_cut_off = announced > body_bytes && event.end == reader_.size_bytes();
+  return announced == body_bytes || is_length_believable(event, is_cut_off);
 }
 
 // Whether a message may have the length that was worked out for it.
@@ -247,36 +240,17 @@ void Repair::mend(Event& event, const Event* next) {
     event.fingerprint = *usual;
     event.mended.push_back("fingerprint");
   }
-  if (last_time_ || next != nullptr) {
-    const Utime before = last_time_.value_or(next != nullptr ? next->event_time : Utime{});
-    const Utime after = next != nullptr ? next->event_time : before;
-    if (const auto time = mend_time(event.event_time, before, after)) {
-      event.event_time = *time;
-      event.mended.push_back("time");
-    }
+  EventPlace place;
+  if (next != nullptr) place = {next->number, next->event_time};
+  const EventPlace* behind = next != nullptr ? &place : nullptr;
+  if (const auto time = sequence_.repaired_time(event.event_time, behind)) {
+    event.event_time = *time;
+    event.mended.push_back("time");
   }
-  if (const auto number = mend_number(event.number, next)) {
+  if (const auto number = sequence_.repaired_number(event.number, behind)) {
     event.number = *number;
     event.mended.push_back("number");
   }
-}
-
-// Numbers grow; one that does not, or that is far beyond its neighbours, is damaged.
-std::optional<int64_t> Repair::mend_number(int64_t number, const Event* next) const {
-  constexpr int64_t kFar = 1 << 24;
-  const bool is_first = report_.events == 0;
-  if (next == nullptr) {
-    const bool fits = is_first || (number > last_number_ && number - kFar < last_number_);
-    return fits ? std::nullopt : std::optional(last_number_ + 1);
-  }
-  if (is_first) {
-    const bool fits =
-        number < next->number && (number >= 0 || next->number < 0) && next->number - number < kFar;
-    return fits || next->number <= 0 ? std::nullopt : std::optional(next->number - 1);
-  }
-  const bool fits = number > last_number_ && number < next->number;
-  const bool room = last_number_ + 1 < next->number && next->number - last_number_ < kFar;
-  return fits || !room ? std::nullopt : std::optional(last_number_ + 1);
 }
 
 void Repair::check_message(const Event& event) {
@@ -307,9 +281,8 @@ void Repair::write(Event& event, const Event* next) {
       }
     }
   }
-  if (report_.events++ == 0) first_number_ = event.number;
-  last_number_ = event.number;
-  last_time_ = event.event_time;
+  ++report_.events;
+  sequence_.add({event.number, event.event_time});
 }
 
 }  // namespace

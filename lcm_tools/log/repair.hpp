@@ -12,9 +12,9 @@ namespace marco::logs {
 
 struct RepairReport {
   struct Mended {
-    int64_t number = 0;   ///< of the event, after mending
+    int64_t number = 0;   ///< of the event, after repair
     int64_t offset = 0;   ///< [byte] in the damaged log
-    std::string channel;  ///< after mending
+    std::string channel;  ///< after repair
     std::string what;     ///< "sync word", "time" ...
   };
   struct Lost {
@@ -22,13 +22,13 @@ struct RepairReport {
     int64_t bytes = 0;
   };
   int64_t events = 0;                     ///< written
-  int64_t untouched = 0;                  ///< of these, copied as they were
-  std::map<std::string, int64_t> mended;  ///< fields mended, by kind
+  int64_t untouched = 0;                  ///< of these, copied unchanged
+  std::map<std::string, int64_t> mended;  ///< repaired fields, by kind
   std::vector<Mended> mended_events;      ///< the first 1000
   int64_t lost_places = 0;
   int64_t lost_bytes = 0;
   std::vector<Lost> lost;       ///< the first 1000
-  int64_t missing_numbers = 0;  ///< event numbers between first and last not there
+  int64_t missing_numbers = 0;  ///< numbers between the first and the last that no event has
   std::map<std::string, int64_t>
       undecodable;  ///< whole events whose message does not decode, by channel
 };
@@ -38,10 +38,10 @@ enum class Mending { headers, nothing };
 /// Whether a message of this type decodes; true for types that are not known.
 using Decodes = std::function<bool(std::span<const uint8_t> message)>;
 
-/// Writes every whole event of a damaged log, and, unless `mending` is nothing, those whose header
-/// is damaged in one field that what lies around it still tells: sync word, a length, a byte of the
-/// channel or of the fingerprint, an event number, an event time. Damage inside a message cannot be
-/// seen but where the message no longer decodes: such are kept and counted. Reads the log twice.
+/// Writes every whole event of a damaged log and, unless `mending` is nothing, events with one
+/// damaged header field that the surroundings determine: sync word, a length, a byte of the channel
+/// or of the fingerprint, event number, event time. Damage inside a message is detected only if the
+/// message no longer decodes: such events are kept and counted. Reads the log twice.
 /// @throws std::invalid_argument or std::runtime_error as EventLogReader and OutputFile.
 RepairReport repair_log(const std::filesystem::path& in,
                         OutputFile& out,
@@ -49,7 +49,7 @@ RepairReport repair_log(const std::filesystem::path& in,
                         const Decodes& decodes,
                         const OnProgress& on_progress);
 
-/// For a person.
+/// For the user.
 std::string to_text(const RepairReport& report);
 std::string to_json(const RepairReport& report);
 

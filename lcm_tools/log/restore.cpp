@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "lcm_tools/log/moment.hpp"
-
 namespace marco::logs {
 namespace {
 
@@ -88,25 +86,6 @@ std::optional<uint64_t> KnownChannels::mend_fingerprint(std::string_view channel
   return usual->first;
 }
 
-std::optional<Utime> mend_time(Utime time, Utime before, Utime after) {
-  constexpr int64_t kTogetherUs = 60000000;
-  constexpr int64_t kToleranceUs = 2000000;
-  const auto [low, high] = std::minmax({bounded(before).us, bounded(after).us});
-  const int64_t us = bounded(time).us;
-  if (high - low > kTogetherUs) return std::nullopt;
-  if (us >= low - kToleranceUs && us <= high + kToleranceUs) return std::nullopt;
-  const auto value = static_cast<uint64_t>(time.us);
-  for (const int64_t neighbour : {low, high}) {
-    for (unsigned shift = 0; shift < 64; shift += 8) {
-      const uint64_t mask = uint64_t{0xFF} << shift;
-      const auto mended =
-          static_cast<int64_t>((value & ~mask) | (static_cast<uint64_t>(neighbour) & mask));
-      if (mended >= low && mended <= high) return Utime::from_us(mended);
-    }
-  }
-  return Utime::from_us(low + (high - low) / 2);
-}
-
 HeaderBytes::HeaderBytes(const uint8_t* bytes)
     : number(static_cast<int64_t>(big_endian(bytes + 4, 8))),
       event_time(Utime::from_us(static_cast<int64_t>(big_endian(bytes + 12, 8)))),
@@ -134,8 +113,8 @@ std::optional<Layout> lay_out(const HeaderBytes& header,
     result.mended = "channel";
     return result;
   };
-  const int64_t said = static_cast<int64_t>(header.channel_bytes) + header.data_bytes;
-  if (said == body_bytes) return layout(header.channel_bytes, "sync word");
+  const int64_t announced = static_cast<int64_t>(header.channel_bytes) + header.data_bytes;
+  if (announced == body_bytes) return layout(header.channel_bytes, "sync word");
   const auto by_channel = layout(header.channel_bytes, "data length");
   const auto by_data =
       layout(body_bytes - static_cast<int64_t>(header.data_bytes), "channel length");

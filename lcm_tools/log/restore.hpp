@@ -9,7 +9,7 @@
 #include "lcm_tools/base/utime.hpp"
 #include "lcm_tools/files/event_log.hpp"
 
-/// What can be said about a damaged header from what is whole around it. No files here.
+/// Reconstructs damaged headers from the undamaged parts of a log. No file access.
 namespace marco::logs {
 
 /// The channels of a log and the types on them, as learned from its whole events.
@@ -40,11 +40,6 @@ class KnownChannels {
   };
   std::map<std::string, Types, std::less<>> channels_;
 };
-
-/// A time that lies more than 2 s outside its neighbours', which are themselves within a minute:
-/// the time with one byte taken from a neighbour, where that puts it between them, else their
-/// middle. Nothing when the time is believable.
-std::optional<Utime> mend_time(Utime time, Utime before, Utime after);
 
 /// The four numbers of a header and whether its sync word stands, perhaps with one byte damaged.
 struct HeaderBytes {

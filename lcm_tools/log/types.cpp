@@ -5,25 +5,17 @@
 #include <filesystem>
 
 #include "lcm_tools/base/check.hpp"
-#include "lcmtypes/sources.hpp"
+#include "lcm_tools/schema/built_in_sources.hpp"
 
 namespace marco::logs {
 namespace {
 
 lcm_schema::Schema read_schema(const std::vector<std::string>& paths,
-                               std::vector<std::string>& messages) {
-  std::vector<lcm_schema::Source> sources = built_in_sources();
-  std::vector<lcm_schema::Problem> problems;
+                               std::vector<std::string>& problems) {
   for (const std::string& path : paths) {
     require(std::filesystem::exists(path), "--types " + path + ": there is no such file or folder");
-    for (lcm_schema::Source& source : lcm_schema::read_sources(path, problems)) {
-      sources.push_back(std::move(source));
-    }
   }
-  lcm_schema::Schema schema(sources);
-  problems.insert(problems.end(), schema.problems().begin(), schema.problems().end());
-  for (const lcm_schema::Problem& problem : problems) messages.push_back(problem.message);
-  return schema;
+  return lcm_schema::load_schema(built_in_sources(), paths, problems);
 }
 
 // Where the last field ends.
@@ -43,7 +35,7 @@ std::size_t end_of(const lcm_schema::Tree& tree) {
 Types::Types(const std::vector<std::string>& paths)
     : schema_(read_schema(paths, problems_)), decoder_(schema_) {}
 
-void tell_problems(const Types& types) {
+void print_problems(const Types& types) {
   for (const std::string& problem : types.problems()) {
     std::fprintf(stderr, "marco-log: not used: %s\n", problem.c_str());
   }

@@ -43,7 +43,7 @@ class Types {
   lcm_schema::Decoder decoder_;
 };
 
-/// Says types.problems() on stderr.
-void tell_problems(const Types& types);
+/// Prints types.problems() on stderr.
+void print_problems(const Types& types);
 
 }  // namespace marco::logs

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "lcm_tools/lcmtypes/channels.hpp"
+#include "lcm_tools/process/wall_clock.hpp"
 #include "marco/process_status_t.hpp"
 
 namespace marco::process {
@@ -24,9 +26,7 @@ void StatusPublisher::tick(const std::string& state) {
 void StatusPublisher::send(const std::string& state) {
   last_ = std::chrono::steady_clock::now();
   process_status_t status;
-  status.utime = std::chrono::duration_cast<std::chrono::microseconds>(
-                     std::chrono::system_clock::now().time_since_epoch())
-                     .count();
+  status.utime = wall_clock_us();
   status.process = process_;
   status.received = drops_.received();
   status.used = drops_.received() - drops_.dropped();
@@ -43,7 +43,7 @@ void StatusPublisher::send(const std::string& state) {
   status.latency_mean_s = latencies_ > 0 ? latency_sum_s_ / latencies_ : 0.0;
   status.latency_max_s = latency_max_s_;
   status.state = state;
-  bus_.publish("PROCESS_STATUS", status);
+  bus_.publish(channels::kProcessStatus, status);
   latency_sum_s_ = latency_max_s_ = 0.0;
   latencies_ = 0;
 }

@@ -8,24 +8,24 @@
 
 namespace marco::process {
 
-/// With these words begins the state of a driver whose device is not there, or does not answer:
-/// others tell their users.
+/// The state of a driver begins with this when its device is missing or does not answer. Other
+/// programs report it to the user.
 inline constexpr const char* kNoDevice = "no device";
 
-/// Tells the others once a second what a live process did so far, on PROCESS_STATUS.
+/// Publishes the counts and the state of a live process on PROCESS_STATUS, once a second.
 class StatusPublisher {
  public:
   /// @param bus, drops  outlive the publisher.
   StatusPublisher(Bus& bus, std::string process, const DropCounter& drops);
 
   /// Call after each message or timeout; sends at most once a second.
-  /// @param state one line for a person
+  /// @param state one line for the user
   void tick(const std::string& state);
 
-  /// Sends at once: an answer to a command should not wait.
+  /// Sends at once, for the reply to a command.
   void send(const std::string& state);
 
-  /// Notes how long a message took from its arrival to its result.
+  /// Records the time from a message's arrival to its result.
   void add_latency(double seconds);
 
  private:

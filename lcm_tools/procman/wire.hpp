@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-/// What sheriffs and deputies tell each other, as values (the messages: lcmtypes/procman).
+/// What sheriffs and deputies tell each other, as values (the messages:
+/// lcm_tools/lcmtypes/procman).
 namespace marco::procman {
 
 struct CommandSpec {

@@ -35,21 +35,6 @@ void append_value(const Tree& tree, const Node& node, std::size_t i, std::string
   }
 }
 
-void append_base64(const Tree& tree, std::size_t offset, std::size_t count, std::string& out) {
-  static constexpr char kDigits[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const uint8_t* bytes = tree.message.data() + offset;
-  out += '"';
-  for (std::size_t i = 0; i < count; i += 3) {
-    uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) group = group << 8U | (i + k < count ? bytes[i + k] : 0U);
-    for (std::size_t k = 0; k < 4; ++k) {
-      out += i + k > count ? '=' : kDigits[group >> (18 - 6 * k) & 63U];
-    }
-  }
-  out += '"';
-}
-
 class Writer {
  public:
   Writer(const Tree& tree, std::string& out, const JsonOptions& options)
@@ -115,7 +100,7 @@ class Writer {
     const std::size_t count = length(node, dimension);
     const bool last = dimension + 1 == node.member->dimensions.size();
     if (last && node.primitive == Primitive::byte && options_.bytes_as_base64) {
-      append_base64(tree_, node.offset + element, count, out_);
+      out_ += '"' + to_base64(tree_.message.subspan(node.offset + element, count)) + '"';
       element += count;
       return;
     }
@@ -271,6 +256,22 @@ void append_json(const Tree& tree, std::string& out, const JsonOptions& options)
 
 std::string json_schema(const Schema& schema, int structure, const JsonOptions& options) {
   return SchemaWriter(schema, options).structure(structure);
+}
+
+std::string to_base64(std::span<const uint8_t> bytes) {
+  static constexpr char kDigits[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) group = group << 8U | (k < count ? bytes[i + k] : 0U);
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += k <= count ? kDigits[(group >> (18 - 6 * k)) & 63U] : '=';
+    }
+  }
+  return text;
 }
 
 }  // namespace marco::lcm_schema

@@ -16,6 +16,8 @@ struct JsonOptions {
 /// U+FFFD. Arrays of several dimensions nest row by row.
 void append_json(const Tree& tree, std::string& out, const JsonOptions& options = {});
 
+std::string to_base64(std::span<const uint8_t> bytes);
+
 /// `text` in quotes with JSON's escapes, as above.
 void append_json_string(std::string_view text, std::string& out);
 

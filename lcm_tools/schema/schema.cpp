@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -251,6 +252,25 @@ std::optional<uint64_t> fingerprint_of(std::span<const uint8_t> message) {
   uint64_t big_endian = 0;
   std::memcpy(&big_endian, message.data(), sizeof big_endian);
   return __builtin_bswap64(big_endian);
+}
+
+Schema load_schema(std::vector<Source> sources,
+                   const std::vector<std::string>& paths,
+                   std::vector<std::string>& problems) {
+  std::vector<Problem> found;
+  for (const std::string& path : paths) {
+    for (Source& source : read_sources(path, found)) sources.push_back(std::move(source));
+  }
+  Schema schema(sources);
+  found.insert(found.end(), schema.problems().begin(), schema.problems().end());
+  for (Problem& problem : found) problems.push_back(std::move(problem.message));
+  return schema;
+}
+
+std::string fingerprint_text(uint64_t fingerprint) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(fingerprint));
+  return text;
 }
 
 }  // namespace marco::lcm_schema

@@ -63,13 +63,14 @@ struct Structure {
   uint64_t fingerprint = 0;  ///< what lcm-gen's getHash() returns
 };
 
-/// A text to parse: `name` is said in problems and is the folder rule's input (see Schema).
+/// A text to parse. `name` appears in problems and decides which folder the source is in (see
+/// Schema).
 struct Source {
   std::string name;
   std::string text;
 };
 
-/// Where a source is wrong, ready for a person: "mine/foo_t.lcm:7:12: expected ';' after the
+/// A mistake in a source, as a message for the user: "mine/foo_t.lcm:7:12: expected ';' after the
 /// field".
 struct Problem {
   std::string message;
@@ -116,7 +117,16 @@ class Schema {
   std::unordered_map<uint64_t, std::vector<int>> by_fingerprint_;
 };
 
+/// The types of `sources` and of the files and folders in `paths`, which come later.
+/// @param problems  gets a line for the user for each mistake
+Schema load_schema(std::vector<Source> sources,
+                   const std::vector<std::string>& paths,
+                   std::vector<std::string>& problems);
+
 /// The first 8 bytes of a message; nothing when it is shorter.
 std::optional<uint64_t> fingerprint_of(std::span<const uint8_t> message);
+
+/// 16 hexadecimal digits.
+std::string fingerprint_text(uint64_t fingerprint);
 
 }  // namespace marco::lcm_schema

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 
+#include "lcm_tools/spy/jpeg.hpp"
 #include "lcm_tools/spy/picture_fields.hpp"
 
 namespace marco::spy {
@@ -42,12 +43,12 @@ std::optional<PixelLayout> pixel_layout(int64_t format) {
   }
 }
 
-std::optional<GrayImage> gray_image(const Tree& tree, const JpegDecoder& jpeg, std::string& why) {
+std::optional<GrayImage> gray_image(const Tree& tree, std::string& why) {
   constexpr int64_t kMjpeg = 1196444237;
   const Node& data = *array(tree, "data");
   const auto format = static_cast<int64_t>(number(tree, "pixelformat", 0));
   if (format == kMjpeg) {
-    auto image = jpeg ? jpeg(tree.message.subspan(data.offset, data.count)) : std::nullopt;
+    auto image = decode_jpeg(tree.message.subspan(data.offset, data.count));
     if (!image) why = "its JPEG cannot be decoded";
     return image;
   }
@@ -77,11 +78,11 @@ std::optional<GrayImage> gray_image(const Tree& tree, const JpegDecoder& jpeg, s
 
 }  // namespace
 
-void draw_image(Canvas& canvas, const Tree& tree, double zoom, const JpegDecoder& jpeg) {
+void draw_image(Canvas& canvas, const Tree& tree, double zoom) {
   static constexpr int kBayer[4][4] = {
       {0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}};
   std::string why;
-  const auto image = gray_image(tree, jpeg, why);
+  const auto image = gray_image(tree, why);
   if (!image || image->width < 1 || image->height < 1) {
     canvas.text(2, 2, "the image cannot be drawn: " + why, Style::warn);
     return;

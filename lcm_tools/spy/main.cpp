@@ -1,34 +1,3 @@
-#include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/spy/session.hpp"
 
-int main(int argc, char** argv) {
-  return marco::process::run_main("marco-spy", [&] {
-    CLI::App app(
-        "Shows what travels on LCM: channels, types, rates, losses, fields, plots, scans, maps, "
-        "who sends.\n"
-        "  marco-spy                          live, on the screen\n"
-        "  marco-spy LOG --speed 4            a log\n"
-        "  marco-spy --once --json            listens 2 s, then one JSON object\n"
-        "  marco-spy LOG --once --types DIR   the whole log as a table, types read from DIR/*.lcm");
-    marco::spy::SessionOptions options;
-    app.add_option("LOG", options.log, "an LCM event log; without it: live");
-    app.add_option("--lcm-url", options.lcm_url,
-                   "udpm://GROUP:PORT; default: LCM_DEFAULT_URL, else LCM's own");
-    app.add_option(
-        "--types", options.types,
-        "file or folder of .lcm sources, may be repeated; Marco's and bot_core's are built in");
-    app.add_flag("--once", options.once, "no screen: one report on stdout, then the end");
-    app.add_flag("--json", options.json, "no screen: JSON; without --once an object a second");
-    app.add_option("--duration", options.duration_s,
-                   "[s] to listen (--once: 2), or of the log from its first event (all)");
-    app.add_option("--speed", options.speed, "of a log on the screen; 0 = at once");
-    app.add_option("--channel", options.channel, "opens this channel");
-    app.add_option("--page", options.page,
-                   "opens a page: who, or with --channel: picture, plot:FIELD");
-    app.add_option("--width", options.width, "[cells] of the report of --once")
-        ->check(CLI::Range(0, 1000));
-    app.add_option("--height", options.height, "[cells]")->check(CLI::Range(0, 1000));
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
-    return marco::spy::run_session(options);
-  });
-}
+int main(int argc, char** argv) { return marco::spy::run_spy_program(argc, argv, {}); }

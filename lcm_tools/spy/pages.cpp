@@ -132,7 +132,7 @@ Canvas draw(const Model& model, View& view, const Surroundings& around, int widt
       const int channel = model.find(view.selected);
       const std::vector<lcm_schema::Tree> messages = picture_messages(model, channel);
       if (messages.empty()) canvas.text(2, 2, "the last message cannot be decoded", Style::warn);
-      draw_picture(canvas, messages, view.zoom, around.decode_jpeg);
+      draw_picture(canvas, messages, view.zoom);
       break;
     }
   }

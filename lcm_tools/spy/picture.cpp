@@ -84,10 +84,7 @@ PictureKind picture_kind(const Tree& tree) {
   return PictureKind::none;
 }
 
-void draw_picture(Canvas& canvas,
-                  std::span<const Tree> messages,
-                  double zoom,
-                  const JpegDecoder& jpeg) {
+void draw_picture(Canvas& canvas, std::span<const Tree> messages, double zoom) {
   if (canvas.height() < 5 || messages.empty()) return;
   switch (picture_kind(messages[0])) {
     case PictureKind::scan:
@@ -95,7 +92,7 @@ void draw_picture(Canvas& canvas,
     case PictureKind::grid:
       return draw_grid(canvas, messages, zoom);
     case PictureKind::image:
-      return draw_image(canvas, messages[0], zoom, jpeg);
+      return draw_image(canvas, messages[0], zoom);
     case PictureKind::none:
       canvas.text(2, 2, "no scan, grid or image: nothing to draw", Style::warn);
   }

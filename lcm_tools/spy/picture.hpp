@@ -19,8 +19,6 @@ struct GrayImage {
   int height = 0;
   std::vector<uint8_t> pixels;  ///< row by row from the top, 0 = black
 };
-/// Decodes the bytes of a JPEG; nothing when they are none. May be empty: JPEG cannot be shown.
-using JpegDecoder = std::function<std::optional<GrayImage>(std::span<const uint8_t>)>;
 
 enum class PictureKind : uint8_t { none, scan, grid, image };
 
@@ -31,10 +29,7 @@ PictureKind picture_kind(const lcm_schema::Tree& tree);
 /// Draws into rows 1 .. height - 2 of the canvas. Says in words why when it cannot.
 /// @param messages the message; of a map that is sent in tiles (marco grid_map_t), all tiles.
 /// @param zoom 1 = everything fits; of scans and grids: larger comes nearer to the middle.
-void draw_picture(Canvas& canvas,
-                  std::span<const lcm_schema::Tree> messages,
-                  double zoom,
-                  const JpegDecoder& jpeg);
+void draw_picture(Canvas& canvas, std::span<const lcm_schema::Tree> messages, double zoom);
 
 /// Whether `other` is a tile of the same revision as `tile`, and another place than it.
 bool same_map_other_tile(const lcm_schema::Tree& tile, const lcm_schema::Tree& other);

@@ -28,6 +28,6 @@ Size size_of(const lcm_schema::Tree& tree);
 void draw_scale(Canvas& canvas, double dots_per_m);
 
 void draw_grid(Canvas& canvas, std::span<const lcm_schema::Tree> messages, double zoom);
-void draw_image(Canvas& canvas, const lcm_schema::Tree& tree, double zoom, const JpegDecoder& jpeg);
+void draw_image(Canvas& canvas, const lcm_schema::Tree& tree, double zoom);
 
 }  // namespace marco::spy

@@ -9,6 +9,8 @@
 #include <cstring>
 #include <vector>
 
+#include "lcm_tools/process/wall_clock.hpp"
+
 namespace marco::spy {
 namespace {
 
@@ -54,9 +56,7 @@ class Batch {
       std::memcpy(&time, CMSG_DATA(part), sizeof time);
       return int64_t{time.tv_sec} * 1000000 + time.tv_nsec / 1000;
     }
-    return std::chrono::duration_cast<std::chrono::microseconds>(
-               std::chrono::system_clock::now().time_since_epoch())
-        .count();
+    return process::wall_clock_us();
   }
 
  private:

@@ -50,11 +50,7 @@ class Json {
   bool fresh_ = true;
 };
 
-std::string hex(uint64_t value) {
-  char text[24];
-  std::snprintf(text, sizeof text, "0x%016llx", static_cast<unsigned long long>(value));
-  return text;
-}
+std::string hex(uint64_t value) { return "0x" + lcm_schema::fingerprint_text(value); }
 
 void add_types(Json& json, const Model& model, const Channel& channel) {
   const auto& types = model.decoder().schema().structures();

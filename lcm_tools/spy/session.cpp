@@ -10,14 +10,13 @@
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/process/progress.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
+#include "lcm_tools/process/wall_clock.hpp"
+#include "lcm_tools/schema/built_in_sources.hpp"
 #include "lcm_tools/spy/log_player.hpp"
 #include "lcm_tools/spy/page_text.hpp"
 #include "lcm_tools/spy/painter.hpp"
 #include "lcm_tools/spy/report.hpp"
-#include "lcm_tools/spy/system.hpp"
 #include "lcm_tools/spy/watcher.hpp"
-#include "lcmtypes/sources.hpp"
-#include "recordings/recording.hpp"
 
 namespace marco::spy {
 namespace {
@@ -28,30 +27,17 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-lcm_schema::Schema load_types(const SessionOptions& options, std::vector<std::string>& problems) {
-  std::vector<lcm_schema::Source> sources = built_in_sources();
-  std::vector<lcm_schema::Problem> found;
-  for (const std::string& path : options.types) {
-    for (lcm_schema::Source& source : lcm_schema::read_sources(path, found))
-      sources.push_back(std::move(source));
-  }
-  lcm_schema::Schema schema(sources);
-  for (const auto& problem : found) problems.push_back(problem.message);
-  for (const auto& problem : schema.problems()) problems.push_back(problem.message);
-  return schema;
-}
-
 class Session {
  public:
   explicit Session(const SessionOptions& options)
       : options_(options),
-        schema_(load_types(options, around_.problems)),
+        schema_(lcm_schema::load_schema(built_in_sources(), options.types, around_.problems)),
         decoder_(schema_),
         shared_(decoder_) {
     require(options.duration_s >= 0 && options.duration_s < 1e8,
             "--duration must be 0 to 1e8 seconds");
     require(options.speed >= 0 && options.speed <= 1e6, "--speed must be 0 to 1e6");
-    around_.decode_jpeg = decode_jpeg;
+    if (!options.extensions.hints.empty()) around_.hints = options.extensions.hints;
     around_.is_log = !options.log.empty();
     around_.speed = options.speed;
     view_.selected = options.channel;
@@ -83,6 +69,11 @@ class Session {
   }
 
  private:
+  std::string why_no_log() const {
+    return options_.extensions.explain_no_log ? options_.extensions.explain_no_log(options_.log)
+                                              : options_.log + ": holds no whole LCM event";
+  }
+
   int read_log() {
     files::EventLogReader reader(options_.log);
     around_.source = options_.log;
@@ -101,7 +92,7 @@ class Session {
                         static_cast<double>(reader.size_bytes()));
     }
     if (reader.damage().places > 0) around_.problems.push_back(damage_text(reader.damage()));
-    if (events == 0) around_.problems.push_back(why_no_log(options_.log));
+    if (events == 0) around_.problems.push_back(why_no_log());
     around_.log_ended = true;
     around_.now_us = shared_.model.last_us();
     print_report();
@@ -117,7 +108,7 @@ class Session {
     watcher_->look(Watcher::Depth::silence_too);
     watcher_->copy_to(around_);
     around_.overall_rates = true;
-    around_.now_us = wall_clock_us();
+    around_.now_us = process::wall_clock_us();
     const SharedModel::Look look(shared_);
     shared_.model.settle(around_.now_us);
     print_report();
@@ -155,12 +146,12 @@ class Session {
       const SharedModel::Look look(shared_);
       if (auto heard = emergency_stop(shared_.model)) around_.emergency = std::move(heard);
     }
-    around_.now_us = player_ ? player_->now_us() : wall_clock_us();
+    around_.now_us = player_ ? player_->now_us() : process::wall_clock_us();
     if (player_ && player_->ended() && !around_.log_ended) {
       around_.log_ended = true;
       if (player_->damage().places > 0) around_.problems.push_back(damage_text(player_->damage()));
       const SharedModel::Look look(shared_);
-      if (shared_.model.messages() == 0) around_.problems.push_back(why_no_log(options_.log));
+      if (shared_.model.messages() == 0) around_.problems.push_back(why_no_log());
     }
   }
 

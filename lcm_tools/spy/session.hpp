@@ -1,14 +1,19 @@
 #pragma once
 
-#include <optional>
+#include <functional>
 #include <string>
 #include <vector>
 
-#include "lcm_tools/spy/view.hpp"
-
 namespace marco::spy {
 
-/// What the command line asks for.
+/// What a program adds to the spy of lcm_tools.
+struct SpyExtensions {
+  /// Explains a file without any LCM event. Empty: "PATH: holds no whole LCM event".
+  std::function<std::string(const std::string& path)> explain_no_log = {};
+  std::vector<std::string> hints = {};  ///< Surroundings::hints; none = the spy's own
+};
+
+/// The command line.
 struct SessionOptions {
   std::string log;                 ///< "" = live
   std::string lcm_url;             ///< "" = the one all processes use
@@ -21,10 +26,14 @@ struct SessionOptions {
   std::string page;       ///< channel | plot:FIELD | picture | who
   int width = 0;          ///< of the picture of --once; 0 = 120 x 30
   int height = 0;
+  SpyExtensions extensions;
 };
 
-/// Runs until the job is done or the person quits. @returns the exit code: 0, or 1 when --once
-/// heard nothing at all.
+/// Runs until the job is done or the user quits. @returns the exit code: 0, or 1 when --once
+/// received nothing.
 int run_session(const SessionOptions& options);
+
+/// The body of main: parses the command line and runs the session. @returns the exit code.
+int run_spy_program(int argc, char** argv, const SpyExtensions& extensions);
 
 }  // namespace marco::spy

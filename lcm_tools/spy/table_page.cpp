@@ -21,13 +21,6 @@ constexpr std::array<ColumnPlace, 7> kNumberColumns = {{{Column::count, "COUNT",
                                                         {Column::undecodable, "UNDEC", 6},
                                                         {Column::lost, "LOST", 6}}};
 
-// What a person can do who hears nothing.
-constexpr std::array<const char*, 4> kNothingHeard = {
-    "To hear something, in another terminal:",
-    "  ./marco run config/sim.procman drive   a simulated robot (./marco drive)",
-    "  ./marco replay LOG                     a recording, as it was",
-    "or look into a recording: ./marco spy LOG"};
-
 // As wide as the longest name, but so that a type's own name has room.
 int name_column(const Model& model, const std::vector<int>& rows, int left) {
   constexpr int kTypeWidth = 15;
@@ -89,7 +82,7 @@ int draw_emptiness(Canvas& canvas, const Model& model, const Surroundings& aroun
   }
   canvas.text(1, 2, "nothing heard yet", Style::dim);
   int y = 4;
-  for (const char* line : kNothingHeard) canvas.text(1, y++, line);
+  for (const std::string& line : around.hints) canvas.text(1, y++, line);
   return y + 1;
 }
 

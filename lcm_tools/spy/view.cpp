@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "lcm_tools/lcmtypes/channels.hpp"
+
 namespace marco::spy {
 namespace {
 
@@ -180,7 +182,7 @@ Action handle_key(View& view, KeyPress press, const Model& model, const Surround
 }
 
 std::optional<EmergencyStop> emergency_stop(const Model& model) {
-  const int channel = model.find("EMERGENCY_STOP");
+  const int channel = model.find(channels::kEmergencyStop);
   Tree tree;
   if (channel < 0 || !model.decode_last(channel, tree)) return std::nullopt;
   const auto node = [&tree](std::string_view name) -> const lcm_schema::Node* {

@@ -47,7 +47,7 @@ struct EmergencyStop {
   std::string sender;
   std::string reason;
 };
-/// Nothing when none was heard, or when it cannot be decoded.
+/// @returns nothing when none was heard or it cannot be decoded
 std::optional<EmergencyStop> emergency_stop(const Model& model);
 
 /// What is known besides the messages.
@@ -62,9 +62,11 @@ struct Surroundings {
   std::map<Address, Process> publishers;
   std::vector<Listener> listeners;
   std::vector<Finding> findings;
-  std::vector<std::string>
-      problems;  ///< sources of types that could not be read, damage of the log
-  JpegDecoder decode_jpeg;
+  std::vector<std::string> problems;  ///< unreadable type sources, damage of the log
+  /// Advice while nothing is heard.
+  std::vector<std::string> hints = {
+      "To hear something, in another terminal:", "  marco-log play LOG   a recording, in real time",
+      "or look into a recording: marco-spy LOG"};
 };
 
 enum class Key : uint8_t { character, up, down, page_up, page_down, home, end, enter, back, erase };
@@ -73,10 +75,10 @@ struct KeyPress {
   char character = 0;
 };
 
-/// What a key asks of others than the view.
+/// What the session must do for a key.
 enum class Action : uint8_t { none, quit, clear, next_type, pause, stop, release };
 
-/// Changes the view as the key says.
+/// Applies the key to the view.
 Action handle_key(View& view, KeyPress press, const Model& model, const Surroundings& around);
 
 /// Channels in the order and selection of the table.

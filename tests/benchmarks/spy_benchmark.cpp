@@ -7,9 +7,9 @@
 
 #include "bot_core/planar_lidar_t.hpp"
 #include "bot_core/pose_t.hpp"
+#include "lcm_tools/schema/built_in_sources.hpp"
 #include "lcm_tools/schema/json.hpp"
 #include "lcm_tools/spy/model.hpp"
-#include "lcmtypes/sources.hpp"
 #include "marco/process_status_t.hpp"
 #include "marco/sensor_info_t.hpp"
 

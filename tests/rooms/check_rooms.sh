@@ -26,6 +26,10 @@ refuse 'viewer includes another room' "slam/|mapping3d/|recordings/|$programs" v
 refuse 'common includes a room' "slam/|mapping3d/|viewer/|recordings/|$programs" common
 refuse 'an algorithm includes threads or clocks' 'thread>|chrono>|mutex>|future>|atomic>' slam mapping3d
 refuse 'recordings includes a room' "slam/|mapping3d/|viewer/|$programs" recordings
+# lcm_tools is a project of its own, below */process/ too.
+found=$(grep -rnE '#include [<"](common/|lcmtypes/|recordings/|drivers/|simulator/|teleop/|slam/|mapping3d/|viewer/|tools/|tests/|Eigen/|opencv2/)' \
+  lcm_tools --include='*.hpp' --include='*.cpp')
+[ -z "$found" ] || { echo "lcm_tools includes what is not its own:"; echo "$found"; failed=1; }
 refuse 'drivers include a room' 'slam/|mapping3d/|viewer/|tools/' drivers
 
 names=$(find . -path ./build -prune -o \( -name '*utils*' -o -name '*helpers*' -o -name '*misc*' \) -print | grep -v '^./.git/')

@@ -67,8 +67,7 @@ std::string FoxgloveTranslator::in_frame(std::string_view channel,
 // As lcmtypes/lcm_log_reader: a laser that SENSOR_INFO describes is one of ours.
 bool FoxgloveTranslator::is_clockwise(const std::string& channel, uint64_t fingerprint) const {
   if (infos_.contains(channel)) return false;
-  char hex[17];
-  std::snprintf(hex, sizeof hex, "%016llx", static_cast<unsigned long long>(fingerprint));
+  const std::string hex = lcm_schema::fingerprint_text(fingerprint);
   for (const ForeignChannel& entry : foreign_.channels) {
     if (entry.fingerprint == hex &&
         std::regex_match(channel, std::regex(entry.channel, std::regex::extended))) {
@@ -84,17 +83,17 @@ std::string FoxgloveTranslator::frame_of(const std::string& channel,
   return infos_.contains(channel) ? channel : otherwise;
 }
 
-FoxgloveMessage FoxgloveTranslator::pose_message(const std::string& channel,
-                                                 int64_t utime_us,
-                                                 const std::string& frame,
-                                                 const Pose3& pose) const {
+AddedMessage FoxgloveTranslator::pose_message(const std::string& channel,
+                                              int64_t utime_us,
+                                              const std::string& frame,
+                                              const Pose3& pose) const {
   return {channel + "/PoseInFrame", "foxglove.PoseInFrame",
           in_frame(channel, utime_us, frame) + R"(,"pose":)" + pose_json(pose) + "}"};
 }
 
-FoxgloveMessage FoxgloveTranslator::transform_message(const std::string& channel,
-                                                      int64_t utime_us,
-                                                      const FrameTransform& transform) const {
+AddedMessage FoxgloveTranslator::transform_message(const std::string& channel,
+                                                   int64_t utime_us,
+                                                   const FrameTransform& transform) const {
   const Eigen::Vector3d& at = transform.parent_from_child.translation();
   const Eigen::Quaterniond turn(transform.parent_from_child.linear());
   return {channel + "/FrameTransform", "foxglove.FrameTransform",
@@ -104,13 +103,20 @@ FoxgloveMessage FoxgloveTranslator::transform_message(const std::string& channel
               "}"};
 }
 
-std::vector<FoxgloveMessage> FoxgloveTranslator::translate(const DecodedEvent& event) {
-  std::vector<FoxgloveMessage> messages = grids_.finished(bounded(event.head.event_time));
-  for (FoxgloveMessage& message : translate_message(event)) messages.push_back(std::move(message));
+std::string FoxgloveTranslator::remark() const {
+  const int64_t count = grids_.left_out();
+  return count == 0 ? ""
+                    : std::to_string(count) +
+                          " maps are too large to be drawn: only their tiles were written";
+}
+
+std::vector<AddedMessage> FoxgloveTranslator::translate(const DecodedEvent& event) {
+  std::vector<AddedMessage> messages = grids_.finished(bounded(event.head.event_time));
+  for (AddedMessage& message : translate_message(event)) messages.push_back(std::move(message));
   return messages;
 }
 
-std::vector<FoxgloveMessage> FoxgloveTranslator::translate_message(const DecodedEvent& event) {
+std::vector<AddedMessage> FoxgloveTranslator::translate_message(const DecodedEvent& event) {
   // lcm-gen's decoders make room for whatever length a message claims: only whole ones get there.
   if (event.structure < 0) return {};
   const std::string channel(event.head.channel);
@@ -135,14 +141,14 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_message(const Decoded
 }
 
 // Where sensors sit, and how the pan-tilt stands.
-std::vector<FoxgloveMessage> FoxgloveTranslator::translate_info(const DecodedEvent& event,
-                                                                const std::string& channel) {
+std::vector<AddedMessage> FoxgloveTranslator::translate_info(const DecodedEvent& event,
+                                                             const std::string& channel) {
   if (const auto message = decode_as<sensor_info_t>(event.bytes)) {
     const SensorInfo info = from_message(*message);
     infos_[info.channel] = info;
     if (info.channel == channels::kPanTiltState) return {};  // its plate moves
     if (!is_channel_name(info.channel)) return {};
-    FoxgloveMessage transform =
+    AddedMessage transform =
         transform_message(channel, message->utime, RobotFrames::of_sensor(info));
     transform.topic = info.channel + "/FrameTransform";
     return {transform};
@@ -156,8 +162,8 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_info(const DecodedEve
   return {};
 }
 
-std::vector<FoxgloveMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
-                                                                uint64_t fingerprint) const {
+std::vector<AddedMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
+                                                             uint64_t fingerprint) const {
   if (is_clockwise(scan.channel, fingerprint)) {
     for (float& bearing : scan.bearings_rad) bearing = -bearing;
     scan.first_bearing_rad = -scan.first_bearing_rad;
@@ -178,12 +184,11 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
   return {{scan.channel + "/LaserScan", "foxglove.LaserScan", std::move(json)}};
 }
 
-std::vector<FoxgloveMessage> FoxgloveTranslator::translate_grid(const DecodedEvent& event,
-                                                                const std::string& channel) {
+std::vector<AddedMessage> FoxgloveTranslator::translate_grid(const DecodedEvent& event,
+                                                             const std::string& channel) {
   if (auto tile = decode_as<grid_map_t>(event.bytes)) {
-    from_message(*tile);  // refuses what contradicts itself
     const std::string head = in_frame(channel, tile->utime, "world");
-    return grids_.add(channel, std::move(*tile), head, bounded(event.head.event_time));
+    return grids_.add(channel, *tile, head, bounded(event.head.event_time));
   }
   if (lcm_schema::fingerprint_of(event.bytes) != kMbotGrid) return {};
   const int utime = event.tree.child(0, "utime");
@@ -194,8 +199,8 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_grid(const DecodedEve
   return {{channel + "/Grid", "foxglove.Grid", in_frame(channel, utime_us, "world") + json}};
 }
 
-std::vector<FoxgloveMessage> FoxgloveTranslator::translate_path(const DecodedEvent& event,
-                                                                const std::string& channel) const {
+std::vector<AddedMessage> FoxgloveTranslator::translate_path(const DecodedEvent& event,
+                                                             const std::string& channel) const {
   const auto message = decode_as<trajectory_t>(event.bytes);
   if (!message) return {};
   std::string json = in_frame(channel, message->utime, "world") + R"(,"poses":[)";
@@ -207,11 +212,11 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_path(const DecodedEve
   return {{channel + "/PosesInFrame", "foxglove.PosesInFrame", json + "]}"}};
 }
 
-std::vector<FoxgloveMessage> FoxgloveTranslator::translate_pose(const DecodedEvent& event,
-                                                                const std::string& channel) {
+std::vector<AddedMessage> FoxgloveTranslator::translate_pose(const DecodedEvent& event,
+                                                             const std::string& channel) {
   // The pose itself, and what it says of the robot's frames.
   const auto answer = [&](int64_t utime_us, const std::string& frame, const Pose2& pose) {
-    std::vector<FoxgloveMessage> messages = {pose_message(channel, utime_us, frame, lift(pose))};
+    std::vector<AddedMessage> messages = {pose_message(channel, utime_us, frame, lift(pose))};
     const Utime utime = stamp_of(utime_us);
     const bool slam = is_a<slam_pose_t>(event.bytes) || channel == channels::kSlamPose;
     const auto transform = frame == "odom" ? frames_.add_odometry(channel, utime, pose)
@@ -248,7 +253,7 @@ std::vector<FoxgloveMessage> FoxgloveTranslator::translate_pose(const DecodedEve
   return {};
 }
 
-std::vector<FoxgloveMessage> FoxgloveTranslator::translate_image(const DecodedEvent& event) const {
+std::vector<AddedMessage> FoxgloveTranslator::translate_image(const DecodedEvent& event) const {
   const auto image = decode_as<bot_core::image_t>(event.bytes);
   if (!image) return {};
   const std::string channel(event.head.channel);

@@ -3,26 +3,16 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 
 #include "common/pose3.hpp"
-#include "lcm_tools/base/utime.hpp"
 #include "lcm_tools/schema/json.hpp"
 
-/// What all of Foxglove's messages are written with.
+/// Parts that Foxglove's messages have in common.
 namespace marco::logs {
 
-/// A message of one of the schemas that Foxglove draws.
-struct FoxgloveMessage {
-  std::string topic;   ///< "LIDAR/LaserScan"
-  std::string schema;  ///< "foxglove.LaserScan"
-  std::string json;
-  std::optional<Utime> event_time = {};  ///< when that is not the translated event's
-};
-
-/// JSON knows neither infinity nor NaN: they become 0.
+/// Infinity and NaN, which JSON lacks, become 0.
 template <class Number>
 std::string number(Number value) {
   if (!std::isfinite(value)) return "0";

@@ -1,6 +1,6 @@
 #include "tools/log/foxglove.hpp"
 
-// Field names and meanings as Foxglove publishes them; said here in the fewest words.
+// Field names and meanings as Foxglove publishes them, in their shortest form.
 namespace marco::logs {
 namespace {
 
@@ -30,7 +30,7 @@ std::string object(const std::string& title, const std::string& properties) {
 
 }  // namespace
 
-std::string foxglove_schema(const std::string& name) {
+std::string FoxgloveTranslator::json_schema(const std::string& name) const {
   const std::string integer = R"({"type":"integer","minimum":0})";
   const std::string number_list = R"({"type":"array","items":{"type":"number"}})";
   const std::string text = R"({"type":"string"})";

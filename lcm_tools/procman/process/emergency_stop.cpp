@@ -4,9 +4,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "lcm_tools/lcmtypes/channels.hpp"
 #include "lcm_tools/procman/process/descriptor.hpp"
 #include "lcm_tools/procman/process/message_check.hpp"
-#include "lcmtypes/channels.hpp"
 #include "marco/emergency_stop_t.hpp"
 
 namespace marco::procman {

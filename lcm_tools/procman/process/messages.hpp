@@ -1,5 +1,6 @@
 #pragma once
 
+#include "lcm_tools/lcmtypes/channels.hpp"
 #include "lcm_tools/procman/wire.hpp"
 #include "procman_lcm/deputy_info_t.hpp"
 #include "procman_lcm/orders_t.hpp"
@@ -8,9 +9,9 @@ namespace marco::procman {
 
 namespace channels {
 inline constexpr const char* kInfo = "PM_INFO";
-inline constexpr const char* kOrders = "PM_ORDERS";
+inline constexpr const char* kOrders = marco::channels::kProcmanOrders;
 inline constexpr const char* kOutput = "PM_OUTPUT";
-inline constexpr const char* kDiscover = "PM_DISCOVER";
+inline constexpr const char* kDiscover = marco::channels::kProcmanDiscover;
 inline constexpr const char* kOutputSpan = "PROCMAN_OUTPUT_SPAN";
 }  // namespace channels
 

@@ -5,7 +5,6 @@
 #include <curses.h>
 
 #include <algorithm>
-#include <cstdarg>
 #include <cstdio>
 #include <cwchar>
 
@@ -70,15 +69,6 @@ std::vector<std::string> wrapped(const std::string& text, int columns) {
 
 void put(int row, int column, const std::string& text, int columns) {
   if (columns > 0) mvaddwstr(row, column, fit(text, columns).c_str());
-}
-
-std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list values;
-  va_start(values, pattern);
-  std::vsnprintf(text, sizeof text, pattern, values);
-  va_end(values);
-  return text;
 }
 
 }  // namespace marco::procman

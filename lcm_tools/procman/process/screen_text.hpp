@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "lcm_tools/base/format.hpp"
+
 /// Texts as columns of a terminal, in the locale's multi-byte characters.
 namespace marco::procman {
 
@@ -18,8 +20,5 @@ std::vector<std::string> wrapped(const std::string& text, int columns);
 
 /// Writes `text` at a place of the screen, in exactly `columns` columns; nothing when that is < 1.
 void put(int row, int column, const std::string& text, int columns);
-
-/// As std::printf, at most 511 bytes.
-__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...);
 
 }  // namespace marco::procman

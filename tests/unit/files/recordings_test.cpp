@@ -4,7 +4,9 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <sstream>
 
+#include "common/files/text_fields.hpp"
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "recordings/odometry_laser_text.hpp"
@@ -244,6 +246,20 @@ TEST(OpenRecording, SaysWhatIsWrongWithWhatItCannotRead) {
   EXPECT_THAT(says(folder.write("prose", "Dear robot, how are you today?")),
               HasSubstr("known inputs"));
   EXPECT_THAT(says(folder.path()), HasSubstr("no 3D scan"));
+}
+
+TEST(ReadLine, LinesHaveABound) {
+  std::istringstream text("a\n\n" + std::string(5 << 20, 'x') + "\nlast");
+  std::string line;
+  ASSERT_TRUE(read_line(text, line));
+  EXPECT_EQ(line, "a");
+  ASSERT_TRUE(read_line(text, line));
+  EXPECT_EQ(line, "");
+  ASSERT_TRUE(read_line(text, line));
+  EXPECT_EQ(line.size(), 4U << 20U);
+  ASSERT_TRUE(read_line(text, line));
+  EXPECT_EQ(line, "last");
+  EXPECT_FALSE(read_line(text, line));
 }
 
 }  // namespace

@@ -13,8 +13,8 @@
 
 #include "lcm_tools/procman/process/descriptor.hpp"
 #include "lcm_tools/procman/utf8.hpp"
+#include "lcm_tools/tests/process/procman/procman_bench.hpp"
 #include "procman_lcm/orders_t.hpp"
-#include "tests/process/procman/procman_bench.hpp"
 
 namespace marco::procman {
 namespace {

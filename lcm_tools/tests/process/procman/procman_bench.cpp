@@ -1,4 +1,4 @@
-#include "tests/process/procman/procman_bench.hpp"
+#include "lcm_tools/tests/process/procman/procman_bench.hpp"
 
 #include <fcntl.h>
 #include <sys/prctl.h>

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <fstream>
 
+#include "lcm_tools/tests/process/procman/procman_bench.hpp"
 #include "marco/emergency_stop_t.hpp"
-#include "tests/process/procman/procman_bench.hpp"
 
 namespace marco::procman {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "lcm_tools/procman/process/descriptor.hpp"
 #include "lcm_tools/procman/process/messages.hpp"
+#include "lcm_tools/tests/process/procman/procman_bench.hpp"
 #include "procman_lcm/output_t.hpp"
-#include "tests/process/procman/procman_bench.hpp"
 
 namespace marco::procman {
 namespace {

@@ -21,7 +21,7 @@
 #include <thread>
 
 #include "bot_core/planar_lidar_t.hpp"
-#include "marco/pose2_t.hpp"
+#include "robot/pose2_t.hpp"
 
 /// What the tests of the spy share: how it is started, and who it hears.
 namespace marco::testing {
@@ -78,7 +78,7 @@ class Publisher {
     lidar.radstep = 0.0174533F;
     lidar.ranges.assign(360, 2.5F);
     for (int i = 0; !stop_; ++i) {
-      pose2_t pose = {};
+      robot::pose2_t pose = {};
       pose.x_m = i % 100;
       lcm_.publish("POSE", &pose);
       if (i % 10 == 0) lcm_.publish("LIDAR", &lidar);
@@ -103,7 +103,7 @@ class Flood {
     inet_pton(AF_INET, "239.255.76.67", &group_.sin_addr);
     const unsigned char stay = 0;
     ::setsockopt(socket_, IPPROTO_IP, IP_MULTICAST_TTL, &stay, sizeof stay);
-    const pose2_t pose = {};
+    const robot::pose2_t pose = {};
     std::memcpy(bytes_.data(), "LC02", 4);
     std::memcpy(bytes_.data() + 8, "POSE", 5);
     size_ = 13 + static_cast<std::size_t>(pose.encode(bytes_.data() + 13, 0, 100));

@@ -1,7 +1,7 @@
 // The spy's screen, driven through tmux.
 #include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/tests/process/spy/spy_rig.hpp"
 #include "marco/emergency_stop_t.hpp"
-#include "tests/process/spy/spy_rig.hpp"
 
 namespace marco {
 namespace {
@@ -50,8 +50,8 @@ bool have_tmux() {
 TEST(SpyScreen, IsDrivenByKeys) {
   if (!have_tmux()) return;
   const Publisher publisher;
-  Terminal terminal("");
-  EXPECT_SHOWS(terminal, "POSE +pose2_t .marco. +[0-9]+ +[0-9.]+ ");
+  Terminal terminal("--types tests/types");
+  EXPECT_SHOWS(terminal, "POSE +pose2_t .robot. +[0-9]+ +[0-9.]+ ");
   EXPECT_SHOWS(terminal, "LCM_SELF_TEST +no type");
   terminal.press("/ lidar Enter");
   EXPECT_SHOWS(terminal, "filter: lidar");
@@ -96,7 +96,7 @@ TEST(SpyScreen, StopsEveryRobotAndReleasesThemWhenAsked) {
   };
   Terminal terminal("");
   EXPECT_SHOWS(terminal, "nothing heard yet");
-  EXPECT_SHOWS(terminal, "marco run config/sim.procman drive");
+  EXPECT_SHOWS(terminal, "To hear something");
   terminal.press("x");
   ASSERT_TRUE(hear(2));  // more than one: a datagram may be lost
   EXPECT_EQ(heard.back().engaged, 1);
@@ -158,8 +158,8 @@ TEST(SpyScreen, PlaysALogAndStopsItsClock) {
   }
   // However long the path is, the screen's title still says what the log does.
   Terminal terminal(std::string(data) + "/../" + fs::path(data).filename().string() +
-                    "/mbot/mbot_convex.lcmlog --speed 20");
-  EXPECT_SHOWS(terminal, "RPLIDAR_LASER +lidar_raw_t .marco");
+                    "/mbot/mbot_convex.lcmlog --speed 20 --types tests/types");
+  EXPECT_SHOWS(terminal, "RPLIDAR_LASER +lidar_raw_t .robot");
   terminal.press("p");
   const std::string paused = terminal.shows("PAUSED");
   std::this_thread::sleep_for(milliseconds(400));

@@ -93,6 +93,35 @@ TEST_F(EventLog, ASyncWordInsideTheDataIsNotAnEvent) {
   EXPECT_THAT(numbers(), ::testing::ElementsAre(1, 2));
 }
 
+// No logger writes control characters or spaces into a channel's name: the event is damaged.
+TEST_F(EventLog, AnEventOnAnUnprintableChannelIsDamage) {
+  for (const char wrong : {'\x07', ' ', '\x7F', '\xE4'}) {
+    write(3, 100);
+    overwrite(1 * kEventBytes + 28 + 2, wrong);
+    LogDamage damage;
+    EXPECT_THAT(numbers(&damage), ::testing::ElementsAre(0, 2)) << static_cast<int>(wrong);
+    EXPECT_EQ(damage.bytes_skipped, kEventBytes);
+  }
+}
+
+// The search for the next event reads blocks of 128 kB; its sync word may lie across two of them.
+TEST_F(EventLog, ASyncWordAcrossTwoBlocksOfTheSearchIsFound) {
+  constexpr int64_t kSearchBytes = 128 << 10;
+  for (int64_t shift = -5; shift <= 5; ++shift) {
+    const int64_t second = 1 + kSearchBytes + shift;  // the search begins at byte 1
+    {
+      EventLogWriter writer(path_);
+      const auto size = static_cast<std::size_t>(second - 28 - 1);
+      writer.write("A", std::vector<uint8_t>(size, 0), {});
+      writer.write("B", std::vector<uint8_t>(10, 0), {});
+    }
+    overwrite(0, 'x');
+    LogDamage damage;
+    EXPECT_THAT(numbers(&damage), ::testing::ElementsAre(1)) << shift;
+    EXPECT_EQ(damage.bytes_skipped, second) << shift;
+  }
+}
+
 TEST_F(EventLog, HeadsTellTheSameAsEventsAlsoOverLargeData) {
   {
     EventLogWriter writer(path_);

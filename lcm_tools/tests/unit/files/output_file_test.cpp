@@ -7,12 +7,10 @@
 #include <unistd.h>
 
 #include <fstream>
-#include <sstream>
 #include <thread>
 
-#include "common/files/text_fields.hpp"
 #include "lcm_tools/files/whole_file.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 
 namespace marco::files {
 namespace {
@@ -106,20 +104,6 @@ TEST_F(OutputFileTest, ARecordingStandsUnderItsNameFromTheFirstByte) {
   file.write("event");
   file.flush();
   EXPECT_EQ(read_whole_file(at("log")), "event");
-}
-
-TEST(ReadLine, LinesHaveABound) {
-  std::istringstream text("a\n\n" + std::string(5 << 20, 'x') + "\nlast");
-  std::string line;
-  ASSERT_TRUE(read_line(text, line));
-  EXPECT_EQ(line, "a");
-  ASSERT_TRUE(read_line(text, line));
-  EXPECT_EQ(line, "");
-  ASSERT_TRUE(read_line(text, line));
-  EXPECT_EQ(line.size(), 4U << 20U);
-  ASSERT_TRUE(read_line(text, line));
-  EXPECT_EQ(line, "last");
-  EXPECT_FALSE(read_line(text, line));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/files/whole_file.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 
 namespace marco::files {
 namespace {

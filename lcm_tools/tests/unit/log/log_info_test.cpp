@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "tests/unit/log/tiny_log.hpp"
+#include "lcm_tools/tests/unit/log/tiny_log.hpp"
 
 namespace marco::logs {
 namespace {
@@ -31,7 +31,7 @@ TEST(LogInfo, CountsRatesAndTypes) {
   EXPECT_DOUBLE_EQ(poses.rate_hz, 5.0);
   EXPECT_EQ(poses.usual_interval.us, 200000);
   ASSERT_EQ(poses.types.size(), 1U);
-  EXPECT_EQ(poses.types.begin()->first, static_cast<uint64_t>(pose2_t::getHash()));
+  EXPECT_EQ(poses.types.begin()->first, static_cast<uint64_t>(robot::pose2_t::getHash()));
   EXPECT_TRUE(poses.silences.empty());
   EXPECT_EQ(info.damage.places, 0);
 }

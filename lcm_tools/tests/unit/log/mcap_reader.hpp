@@ -1,13 +1,13 @@
 #pragma once
 
+#include <zlib.h>
+
 #include <cstdint>
 #include <map>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "lcm_tools/log/mcap_writer.hpp"
 
 /// A slow reader of MCAP that believes nothing: every length, checksum and index is checked.
 namespace marco::logs::test {
@@ -27,6 +27,11 @@ struct McapFile {
   std::size_t indexed_messages = 0;  // found through the summary's chunk indexes
   uint64_t statistics_messages = 0;
 };
+
+inline uint32_t crc_of(std::string_view bytes) {
+  return static_cast<uint32_t>(
+      crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+}
 
 inline void check(bool holds, const char* what) {
   if (!holds) throw std::runtime_error(what);
@@ -94,7 +99,7 @@ inline McapFile read_mcap(const std::string& bytes) {
       const auto checksum = content.take<uint32_t>();
       check(content.text().empty(), "compression");
       const std::string_view records = content.take(content.take<uint64_t>());
-      check(records.size() == size && crc32(records) == checksum, "chunk size or checksum");
+      check(records.size() == size && crc_of(records) == checksum, "chunk size or checksum");
       chunks[offset] = records;
       ++file.chunks;
       Bytes inside(records);
@@ -120,7 +125,7 @@ inline McapFile read_mcap(const std::string& bytes) {
       indexes[offset] = {channel, content.text()};
     } else if (opcode == 0x0F) {
       in_summary = true;
-      check(content.take<uint32_t>() == crc32(std::string_view(bytes).substr(0, offset)),
+      check(content.take<uint32_t>() == crc_of(std::string_view(bytes).substr(0, offset)),
             "checksum of the data");
       summary_start = position();
     } else if (opcode == 0x03 || opcode == 0x04) {
@@ -156,7 +161,7 @@ inline McapFile read_mcap(const std::string& bytes) {
       check(bytes[offsets_start] == 0x0E, "summary offset start");
       const std::string_view summed(bytes.data() + summary_start,
                                     bytes.size() - 8 - 4 - summary_start);
-      check(crc32(summed) == content.take<uint32_t>(), "summary checksum");
+      check(crc_of(summed) == content.take<uint32_t>(), "summary checksum");
       check(rest.empty(), "something behind the footer");
     }
   }

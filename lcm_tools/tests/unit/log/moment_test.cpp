@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/log/tiny_log.hpp"
+#include "lcm_tools/tests/unit/log/tiny_log.hpp"
 
 namespace marco::logs {
 namespace {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "lcm_tools/log/keys.hpp"
-#include "tests/unit/log/tiny_log.hpp"
+#include "lcm_tools/tests/unit/log/tiny_log.hpp"
 
 namespace marco::logs {
 namespace {

@@ -6,9 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "lcm_tools/log/event_sequence.hpp"
 #include "lcm_tools/log/restore.hpp"
 #include "lcm_tools/log/types.hpp"
-#include "tests/unit/log/tiny_log.hpp"
+#include "lcm_tools/tests/unit/log/tiny_log.hpp"
 
 namespace marco::logs {
 namespace {
@@ -42,7 +43,7 @@ class Repair : public ::testing::Test {
   bool is_as_it_was() { return read_text(folder_ / "out") == read_text(folder_ / "good"); }
 
   ScratchFolder folder_;
-  Types types_{{}};
+  Types types_{{"tests/types"}};
   std::string bytes_;
 };
 
@@ -136,7 +137,7 @@ TEST_F(Repair, OneMessageOfItsOwnChannelIsNotTakenForDamage) {
       // Differs from TRUE_POSE by two bytes; and another type than the channel it resembles.
       if (i == 7) writer.write("TRUE_P0S3", pose_bytes(us, i), Utime::from_us(us));
       if (i == 9) {
-        writer.write("TRUE_POSF", encode_message(to_message(ImuSample{})), Utime::from_us(us));
+        writer.write("TRUE_POSF", testing::encoded(robot::slam_pose_t{}), Utime::from_us(us));
       }
       writer.write("TRUE_POSE", pose_bytes(us, i), Utime::from_us(us));
     }
@@ -223,17 +224,17 @@ TEST_F(Repair, AnyBytesAreRepairedWithoutACrashAndIntoAWholeLog) {
 TEST(MendTime, TakesOneByteFromANeighbour) {
   const Utime before = Utime::from_us(kStartUs), after = Utime::from_us(kStartUs + 50000);
   const Utime time = Utime::from_us(kStartUs + 20000);
-  EXPECT_FALSE(mend_time(time, before, after));
+  EXPECT_FALSE(repaired_time(time, before, after));
   for (unsigned byte = 3; byte < 8; ++byte) {
     const Utime damaged =
         Utime::from_us(time.us ^ static_cast<int64_t>(uint64_t{0x41} << (8 * byte)));
-    EXPECT_EQ(mend_time(damaged, before, after), time) << byte;
+    EXPECT_EQ(repaired_time(damaged, before, after), time) << byte;
   }
   // Two bytes: only their middle is known.
   const Utime twice = Utime::from_us(time.us ^ 0x4100410000000000);
-  EXPECT_EQ(mend_time(twice, before, after)->us, kStartUs + 25000);
+  EXPECT_EQ(repaired_time(twice, before, after)->us, kStartUs + 25000);
   // Neighbours far apart know nothing.
-  EXPECT_FALSE(mend_time(twice, before, before + Duration::from_seconds(3600)));
+  EXPECT_FALSE(repaired_time(twice, before, before + Duration::from_seconds(3600)));
 }
 
 }  // namespace

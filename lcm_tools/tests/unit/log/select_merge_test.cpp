@@ -5,7 +5,7 @@
 
 #include "lcm_tools/log/merge.hpp"
 #include "lcm_tools/log/select.hpp"
-#include "tests/unit/log/tiny_log.hpp"
+#include "lcm_tools/tests/unit/log/tiny_log.hpp"
 
 namespace marco::logs {
 namespace {

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "lcm_tools/files/event_log.hpp"
-#include "lcmtypes/convert.hpp"
+#include "lcm_tools/tests/support/encoded.hpp"
+#include "robot/pose2_t.hpp"
 
 namespace marco::logs {
 
@@ -34,10 +35,10 @@ class ScratchFolder {
 inline constexpr int64_t kStartUs = 1'454'600'000'000'000;  // 2016-02-04T15:33:20Z
 
 inline std::vector<uint8_t> pose_bytes(int64_t utime_us, double x_m) {
-  TruePose pose;
-  pose.utime = Utime::from_us(utime_us);
-  pose.world_from_robot.x_m = x_m;
-  return encode_message(to_message(pose));
+  robot::pose2_t pose{};
+  pose.utime = utime_us;
+  pose.x_m = x_m;
+  return testing::encoded(pose);
 }
 
 /// `count` poses each 100 ms, on TRUE_POSE and OTHER in turn; their x counts the events.

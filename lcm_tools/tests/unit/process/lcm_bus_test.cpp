@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "lcmtypes/convert.hpp"
+#include "robot/pose2_t.hpp"
 
 namespace marco::process {
 namespace {
@@ -13,11 +13,11 @@ TEST(LcmBus, DeliversAndSurvivesAHandlerThatThrows) {
   LcmBus bus("memq://");
   DropCounter drops;
   int handled = 0;
-  bus.subscribe<pose2_t>("P", drops, [&](const pose2_t& pose, const RawMessage&) {
+  bus.subscribe<robot::pose2_t>("P", drops, [&](const robot::pose2_t& pose, const RawMessage&) {
     if (pose.x_m > 1.0) throw std::runtime_error("too far");
     ++handled;
   });
-  pose2_t pose{};
+  robot::pose2_t pose{};
   for (const double x_m : {0.0, 2.0, 1.0}) {
     pose.x_m = x_m;
     bus.publish("P", pose);

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "sheriff_world.hpp"
+#include "lcm_tools/tests/unit/procman/sheriff_world.hpp"
 
 namespace marco::procman {
 namespace {

@@ -2,12 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "lcm_tools/lcmtypes/channels.hpp"
 #include "lcm_tools/procman/process/deputy_watch.hpp"
 #include "lcm_tools/procman/process/descriptor.hpp"
 #include "lcm_tools/procman/process/emergency_stop.hpp"
-#include "lcmtypes/channels.hpp"
+#include "lcm_tools/tests/unit/procman/sheriff_world.hpp"
 #include "marco/emergency_stop_t.hpp"
-#include "sheriff_world.hpp"
 
 namespace marco::procman {
 namespace {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "lcm_tools/procman/command_table.hpp"
-#include "sheriff_world.hpp"
+#include "lcm_tools/tests/unit/procman/sheriff_world.hpp"
 
 namespace marco::procman {
 namespace {

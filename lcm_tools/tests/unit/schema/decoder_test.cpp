@@ -9,9 +9,9 @@
 
 #include "bot_core/planar_lidar_t.hpp"
 #include "bot_core/pose_t.hpp"
+#include "lcm_tools/schema/built_in_sources.hpp"
 #include "lcm_tools/schema/json.hpp"
-#include "lcmtypes/sources.hpp"
-#include "marco/sensor_info_t.hpp"
+#include "marco/process_status_t.hpp"
 #include "schema_test/inner/all_t.hpp"
 #include "schema_test/inner/tree_t.hpp"
 
@@ -33,7 +33,7 @@ std::vector<uint8_t> encoded(const Message& message) {
 const Schema& test_schema() {
   static const Schema schema = [] {
     std::vector<Problem> problems;
-    std::vector<Source> sources = read_sources(TEST_TYPES, problems);
+    std::vector<Source> sources = read_sources("tests/unit/schema/test_types.lcm", problems);
     for (Source& source : built_in_sources()) sources.push_back(std::move(source));
     return Schema(sources);
   }();
@@ -233,9 +233,9 @@ void compare_with_compiled(const Message& message, const char* type, unsigned se
 
 TEST(Decoder, AgreesWithLcmGensDecodersOnDamagedMessages) {
   compare_with_compiled(bot_core::pose_t{}, "pose_t", 1);
-  sensor_info_t info = {};
-  info.channel = "A_CHANNEL_WITH_A_NAME_LONG_ENOUGH_TO_BE_DAMAGED";
-  compare_with_compiled(info, "sensor_info_t", 2);
+  process_status_t info = {};
+  info.process = "A_CHANNEL_WITH_A_NAME_LONG_ENOUGH_TO_BE_DAMAGED";
+  compare_with_compiled(info, "process_status_t", 2);
 }
 
 // Any bytes behind the fingerprint: nothing but a status may come of it (run under ASan in CI).

@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "tests/unit/spy/spy_fixture.hpp"
+#include "lcm_tools/tests/unit/spy/spy_fixture.hpp"
 
 namespace marco::spy {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "bot_core/planar_lidar_t.hpp"
 #include "lcm_tools/spy/report.hpp"
-#include "marco/grid_map_t.hpp"
-#include "marco/pose2_t.hpp"
-#include "tests/unit/spy/spy_fixture.hpp"
+#include "lcm_tools/tests/unit/spy/spy_fixture.hpp"
+#include "robot/grid_map_t.hpp"
+#include "robot/pose2_t.hpp"
 
 namespace marco::spy {
 namespace {
@@ -18,7 +18,7 @@ const Address kSlam{0x7F000001, 40000};
 const Address kDriver{0x7F000001, 40001};
 
 std::vector<uint8_t> pose(double x_m) {
-  pose2_t message = {};
+  robot::pose2_t message = {};
   message.x_m = x_m;
   return encoded(message);
 }
@@ -144,7 +144,7 @@ TEST(Model, ChannelsAndSendersAreBounded) {
 
 TEST(Model, AllTilesOfAMapAreKept) {
   Model model(test_decoder());
-  grid_map_t tile = {};
+  robot::grid_map_t tile = {};
   tile.size = 100000;
   tile.occupancy.resize(100000);
   for (int i = 0; i < 300; ++i) model.add_message(i, "GRID_MAP", encoded(tile));
@@ -181,7 +181,7 @@ TEST(Report, IsJsonWithTheNumbersOfTheModel) {
   EXPECT_EQ(json["foreign_datagrams"], 1);
   const auto& channel = json["channels"][1];
   EXPECT_EQ(channel["channel"], "POSE");
-  EXPECT_EQ(channel["type"], "marco.pose2_t");
+  EXPECT_EQ(channel["type"], "robot.pose2_t");
   EXPECT_EQ(channel["count"], 2);
   EXPECT_EQ(channel["hz"], 1);
   EXPECT_EQ(channel["lost"], 1);

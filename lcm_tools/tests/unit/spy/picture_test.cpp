@@ -4,26 +4,63 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <random>
+// libjpeg's header needs <cstdio> before it.
+#include <jpeglib.h>
 
 #include "bot_core/image_t.hpp"
 #include "bot_core/planar_lidar_t.hpp"
-#include "marco/grid_map_t.hpp"
-#include "marco/lidar_raw_t.hpp"
-#include "tests/unit/spy/spy_fixture.hpp"
+#include "lcm_tools/spy/jpeg.hpp"
+#include "lcm_tools/tests/unit/spy/spy_fixture.hpp"
+#include "robot/grid_map_t.hpp"
+#include "robot/lidar_raw_t.hpp"
 
 namespace marco::spy {
 namespace {
 
 using ::testing::HasSubstr;
 
+// Gray rows: the left half black, the right half white.
+std::vector<uint8_t> half_white(std::size_t width, std::size_t height) {
+  std::vector<uint8_t> pixels(width * height);
+  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = i % width < width / 2 ? 0 : 255;
+  return pixels;
+}
+
+std::vector<uint8_t> jpeg_of(std::vector<uint8_t> gray, unsigned width) {
+  jpeg_compress_struct encoder{};
+  jpeg_error_mgr errors{};
+  encoder.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&encoder);
+  unsigned char* out = nullptr;
+  unsigned long bytes = 0;  // NOLINT(google-runtime-int): libjpeg's type
+  jpeg_mem_dest(&encoder, &out, &bytes);
+  encoder.image_width = width;
+  encoder.image_height = static_cast<JDIMENSION>(gray.size()) / width;
+  encoder.input_components = 1;
+  encoder.in_color_space = JCS_GRAYSCALE;
+  jpeg_set_defaults(&encoder);
+  jpeg_start_compress(&encoder, TRUE);
+  for (std::size_t at = 0; at < gray.size(); at += width) {
+    JSAMPROW row = gray.data() + at;
+    jpeg_write_scanlines(&encoder, &row, 1);
+  }
+  jpeg_finish_compress(&encoder);
+  jpeg_destroy_compress(&encoder);
+  std::vector<uint8_t> jpeg(out, out + bytes);
+  std::free(out);
+  return jpeg;
+}
+
 template <class Message>
 struct Drawn {
-  Drawn(const Message& message, const char* type, double zoom = 1, const JpegDecoder& jpeg = {})
+  Drawn(const Message& message, const char* type, double zoom = 1)
       : bytes(encoded(message)), canvas(40, 23) {
     EXPECT_EQ(test_decoder().decode(*test_decoder().schema().find(type), bytes, tree),
               lcm_schema::DecodeStatus::ok);
-    draw_picture(canvas, {&tree, 1}, zoom, jpeg);
+    draw_picture(canvas, {&tree, 1}, zoom);
   }
   // Whether the cell has dots.
   bool dots(int x, int y) const {
@@ -53,7 +90,7 @@ TEST(Picture, AScanIsDrawnAheadUp) {
 }
 
 TEST(Picture, AScanWithItsOwnBearingsHasLeftOnTheLeft) {
-  lidar_raw_t lidar = {};
+  robot::lidar_raw_t lidar = {};
   lidar.num_ranges = 3;
   lidar.ranges = {1.0F, 0.0F, NAN};
   lidar.thetas = {1.5707963F, 0, 0};
@@ -70,8 +107,8 @@ TEST(Picture, AScanWithItsOwnBearingsHasLeftOnTheLeft) {
   EXPECT_THAT(drawn.canvas.to_text(), HasSubstr("1 of 3 beams"));
 }
 
-grid_map_t grid() {
-  grid_map_t message = {};
+robot::grid_map_t grid() {
+  robot::grid_map_t message = {};
   message.resolution_m = 0.05;
   message.width_cells = 80;
   message.height_cells = 80;
@@ -96,9 +133,9 @@ TEST(Picture, AGridIsDrawnWithYUp) {
 
 // Two tiles side by side: the wall of the right one lies in the right half.
 TEST(Picture, TilesOfOneRevisionAreJoined) {
-  grid_map_t left = grid();
+  robot::grid_map_t left = grid();
   left.occupancy.assign(6400, 0);
-  grid_map_t right = grid();
+  robot::grid_map_t right = grid();
   right.origin_x_m = 4;
   std::vector<lcm_schema::Tree> tiles(2);
   const auto left_bytes = encoded(left);
@@ -110,7 +147,7 @@ TEST(Picture, TilesOfOneRevisionAreJoined) {
   EXPECT_FALSE(same_map_other_tile(tiles[0], tiles[0]));
   for (const double zoom : {1.0, 3.0}) {
     Canvas canvas(40, 23);
-    draw_picture(canvas, tiles, zoom, {});
+    draw_picture(canvas, tiles, zoom);
     EXPECT_THAT(canvas.to_text(), HasSubstr("160 x 80 cells in 2 tiles"));
     int left_dots = 0;
     int right_dots = 0;
@@ -129,7 +166,7 @@ TEST(Picture, TilesOfOneRevisionAreJoined) {
 }
 
 TEST(Picture, AGridWhoseSizesLieIsRefusedInWords) {
-  grid_map_t message = grid();
+  robot::grid_map_t message = grid();
   message.width_cells = 90000;
   EXPECT_THAT(Drawn(message, "grid_map_t").canvas.to_text(), HasSubstr("do not fit"));
 }
@@ -165,8 +202,40 @@ TEST(Picture, AnImageThatCannotBeDrawnSaysWhy) {
   EXPECT_THAT(Drawn(message, "image_t").canvas.to_text(), HasSubstr("pixelforma"));
   message.pixelformat = bot_core::image_t::PIXEL_FORMAT_MJPEG;
   EXPECT_THAT(Drawn(message, "image_t").canvas.to_text(), HasSubstr("JPEG"));
-  const JpegDecoder white = [](std::span<const uint8_t>) { return GrayImage{2, 1, {0, 255}}; };
-  EXPECT_THAT(Drawn(message, "image_t", 1, white).canvas.to_text(), HasSubstr("2 x 1 px"));
+  message.data = jpeg_of(half_white(64, 48), 64);
+  message.size = static_cast<int32_t>(message.data.size());
+  EXPECT_THAT(Drawn(message, "image_t").canvas.to_text(), HasSubstr("32 x 24 px"));
+}
+
+TEST(Jpeg, IsDecodedGrayAtHalfItsSize) {
+  const auto image = decode_jpeg(jpeg_of(half_white(64, 48), 64));
+  ASSERT_TRUE(image);
+  ASSERT_EQ(image->width, 32);
+  ASSERT_EQ(image->height, 24);
+  ASSERT_EQ(image->pixels.size(), 32U * 24U);
+  for (std::size_t i = 0; i < image->pixels.size(); ++i) {
+    EXPECT_NEAR(image->pixels[i], i % 32 < 16 ? 0 : 255, 4) << i;
+  }
+}
+
+TEST(Jpeg, SurvivesAnyBytes) {
+  EXPECT_FALSE(decode_jpeg({}));
+  const std::vector<uint8_t> good = jpeg_of(half_white(64, 48), 64);
+  std::mt19937 random(5);
+  int refused = 0;
+  for (int round = 0; round < 500; ++round) {
+    std::vector<uint8_t> bytes = good;
+    for (int flip = 0; flip < 5; ++flip) {
+      bytes[random() % bytes.size()] = static_cast<uint8_t>(random());
+    }
+    bytes.resize(1 + random() % bytes.size());
+    const auto image = decode_jpeg(bytes);
+    refused += image ? 0 : 1;
+    if (!image) continue;
+    EXPECT_EQ(image->pixels.size(), static_cast<std::size_t>(image->width * image->height));
+  }
+  EXPECT_GT(refused, 50);
+  EXPECT_LT(refused, 500);
 }
 
 // Lengths and sizes of a picture come from outside: any bytes, any zoom.
@@ -188,7 +257,7 @@ TEST(Picture, SurvivesAnyBytes) {
         lcm_schema::DecodeStatus::ok)
       continue;
     Canvas canvas(30, 12);
-    draw_picture(canvas, {&tree, 1}, std::pow(2.0, static_cast<double>(random() % 9) - 3), {});
+    draw_picture(canvas, {&tree, 1}, std::pow(2.0, static_cast<double>(random() % 9) - 3));
     // A picture, or why there is none; and the row of the keys is left alone.
     const std::string text = canvas.to_text();
     EXPECT_NE(text.find_first_not_of(" \n"), std::string::npos) << type << ", round " << round;

@@ -4,14 +4,21 @@
 #include <string>
 #include <vector>
 
+#include "lcm_tools/schema/built_in_sources.hpp"
 #include "lcm_tools/schema/decoder.hpp"
-#include "lcmtypes/sources.hpp"
 
 namespace marco::spy {
 
-/// Marco's own types, compiled once for all tests.
+/// The built-in types and those of tests/types, compiled once for all tests.
 inline const lcm_schema::Decoder& test_decoder() {
-  static const lcm_schema::Schema schema(built_in_sources());
+  static const lcm_schema::Schema schema([] {
+    std::vector<lcm_schema::Problem> problems;
+    std::vector<lcm_schema::Source> sources = lcm_schema::read_sources("tests/types", problems);
+    // In Marco the built-in types hold some with the same names: those are looked for first.
+    std::vector<lcm_schema::Source> all = built_in_sources();
+    all.insert(all.end(), sources.begin(), sources.end());
+    return all;
+  }());
   static const lcm_schema::Decoder decoder(schema);
   return decoder;
 }

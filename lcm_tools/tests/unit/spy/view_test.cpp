@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "bot_core/pose_t.hpp"
+#include "lcm_tools/tests/unit/spy/spy_fixture.hpp"
 #include "marco/emergency_stop_t.hpp"
 #include "marco/process_status_t.hpp"
-#include "marco/slam_pose_t.hpp"
-#include "tests/unit/spy/spy_fixture.hpp"
+#include "robot/slam_pose_t.hpp"
 
 namespace marco::spy {
 namespace {
@@ -24,7 +24,7 @@ class Screen : public ::testing::Test {
     around_.source = "udpm://239.255.76.67:7667";
     around_.now_us = 10'000'000;
     for (int i = 0; i < 100; ++i) {
-      slam_pose_t pose = {};
+      robot::slam_pose_t pose = {};
       pose.x_m = i;
       pose.covariance[1][2] = 0.25;
       model_.add_datagram(100000 * i, {1, 1},
@@ -64,10 +64,10 @@ class Screen : public ::testing::Test {
 TEST_F(Screen, TheTableShowsEveryColumn) {
   const std::string text = screen();
   EXPECT_THAT(text, HasSubstr("SLAM_POSE"));
-  EXPECT_THAT(text, HasSubstr("slam_pose_t (marco)"));
+  EXPECT_THAT(text, HasSubstr("slam_pose_t (robot)"));
   EXPECT_THAT(text, HasSubstr("?? 0707070707070707"));
   EXPECT_THAT(text, ::testing::ContainsRegex(
-                        "SLAM_POSE +slam_pose_t \\(marco\\) +100 +10 +0 ms +1210 +0.1 s +0 +0"));
+                        "SLAM_POSE +slam_pose_t \\(robot\\) +100 +10 +0 ms +1210 +0.1 s +0 +0"));
   EXPECT_THAT(text, ::testing::ContainsRegex("LIDAR .* 50 +5 +0 ms +80 +0.2 s +50 +49"));
 }
 
@@ -150,8 +150,7 @@ TEST_F(Screen, WhoHearsNothingIsToldWhatToDo) {
        "sudo ip route add 224.0.0.0/4 dev lo"});
   const std::string text = screen(80, 24);
   EXPECT_THAT(text, HasSubstr("nothing heard yet\n"));
-  EXPECT_THAT(text, HasSubstr("./marco run config/sim.procman drive "));
-  EXPECT_THAT(text, HasSubstr("./marco replay LOG"));
+  EXPECT_THAT(text, HasSubstr("marco-log play LOG"));
   EXPECT_THAT(
       text,
       HasSubstr("publish, and\n   none can hear, as long as that is so\n"));  // wrapped, not cut
@@ -159,7 +158,10 @@ TEST_F(Screen, WhoHearsNothingIsToldWhatToDo) {
   EXPECT_THAT(text, Not(HasSubstr("~\n")));
   around_.findings.clear();
   around_.is_log = true;
-  EXPECT_THAT(screen(80, 24), Not(HasSubstr("replay")));
+  EXPECT_THAT(screen(80, 24), Not(HasSubstr("marco-log play")));
+  around_.is_log = false;
+  around_.hints = {"ask the robot"};
+  EXPECT_THAT(screen(80, 24), HasSubstr("ask the robot\n"));
 }
 
 TEST_F(Screen, RobotsAreStoppedAtOnceAndReleasedOnlyAfterAQuestion) {
@@ -202,7 +204,7 @@ TEST_F(Screen, AnEngagedStopIsShownWithItsSender) {
   EXPECT_FALSE(around_.emergency->engaged);
   EXPECT_THAT(screen(80, 24), Not(HasSubstr("EMERGENCY STOP by")));
   // Something else on the channel says nothing.
-  model_.add_message(3, "EMERGENCY_STOP", encoded(slam_pose_t{}));
+  model_.add_message(3, "EMERGENCY_STOP", encoded(robot::slam_pose_t{}));
   EXPECT_FALSE(emergency_stop(model_));
 }
 

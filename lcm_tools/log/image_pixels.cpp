@@ -1,4 +1,4 @@
-#include "lcmtypes/image_pixels.hpp"
+#include "lcm_tools/log/image_pixels.hpp"
 
 #include <cstddef>
 #include <utility>

@@ -1,0 +1,3 @@
+#include "lcm_tools/log/extensions.hpp"
+
+int main(int argc, char** argv) { return marco::logs::run_log_program(argc, argv, {}); }

@@ -1,0 +1,112 @@
+// marco-log and marco-spy with what Marco adds to them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+
+#include "lcm_tools/tests/unit/log/tiny_log.hpp"
+
+namespace marco::logs {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string program() {
+  const char* folder = std::getenv("MARCO_BIN");
+  return std::string(folder == nullptr ? "build/dev/bin" : folder) + "/marco-log";
+}
+
+struct Outcome {
+  int exit_code = 0;
+  std::string output;  // stdout and stderr
+};
+
+Outcome run(const std::string& command) {
+  Outcome outcome;
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  char block[4096];
+  for (std::size_t got = 0; (got = std::fread(block, 1, sizeof block, pipe)) > 0;) {
+    outcome.output.append(block, got);
+  }
+  outcome.exit_code = WEXITSTATUS(pclose(pipe));
+  return outcome;
+}
+
+Outcome run_log(const std::string& arguments) { return run(program() + " " + arguments); }
+
+TEST(Cli, ALogOfAnotherKindIsPointedToImport) {
+  const ScratchFolder folder;
+  write_text(folder / "a.log",
+             "FLASER 3 1.0 2.0 3.0 0 0 0 0 0 0 1.5 host 1.5\n"
+             "FLASER 3 1.0 2.0 3.0 0 0 0 0 0 0 1.6 host 1.6\n");
+  write_poses(folder / "log", 5);
+  const std::string log = folder / "a.log", out = folder / "out";
+  for (const std::string& arguments :
+       {"info " + log, "cut " + log + " " + out, "filter " + log + " " + out + " -c LIDAR",
+        "merge " + (folder / "log") + " " + log + " -o " + out, "repair " + log + " " + out,
+        "export " + log + " " + out + " --format jsonl", "play " + log}) {
+    const Outcome outcome = run_log(arguments);
+    EXPECT_EQ(outcome.exit_code, 1) << arguments;
+    EXPECT_THAT(outcome.output, HasSubstr("is no LCM log but a CARMEN log; `marco log import " +
+                                          log + " OUT.lcm` makes"))
+        << arguments;
+    EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
+  }
+  EXPECT_EQ(run_log("import " + log + " " + out).exit_code, 0);
+  write_text(folder / "text", "no log");
+  const Outcome refused = run_log("import " + (folder / "text") + " " + (folder / "none"));
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.output, HasSubstr("known inputs"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "none"));
+  EXPECT_THAT(run(std::string(std::getenv("MARCO_BIN")) + "/marco-spy --once " + log).output,
+              HasSubstr("is no LCM log but a CARMEN log"));
+}
+
+TEST(Cli, MarcosTypesFormatsAndOrdersAreKnown) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 50);
+  {
+    files::EventLogWriter writer(folder / "orders");
+    writer.write("BASE_COMMAND", pose_bytes(kStartUs, 0), Utime::from_us(kStartUs));
+    writer.write("EMERGENCY_STOP", pose_bytes(kStartUs, 0), Utime::from_us(kStartUs));
+  }
+  const auto works = [&](const std::string& arguments, const std::string& says) {
+    const Outcome outcome = run_log(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments << "\n" << outcome.output;
+    EXPECT_THAT(outcome.output, HasSubstr(says)) << arguments;
+  };
+  works("info " + (folder / "log"), "marco.pose2_t");
+  works("export " + (folder / "log") + " " + (folder / "out.mcap"), "100 messages on 4 topics");
+  works("export " + (folder / "log") + " " + (folder / "out.carmen"), "0 scans");
+  works("play --speed 0 " + (folder / "orders"),
+        "left out 2 orders, which a live robot would obey: 1 on BASE_COMMAND, 1 on EMERGENCY_STOP");
+}
+
+TEST(Spy, TellsHowToStartARobotWhenNothingIsHeard) {
+  const Outcome silent =
+      run(std::string(std::getenv("MARCO_BIN")) + "/marco-spy --once --duration 0.1");
+  EXPECT_THAT(silent.output, HasSubstr("./marco run config/sim.procman drive"));
+}
+
+TEST(Mcap, IsReadByTheFormatsOwnLibrary) {
+  const ScratchFolder folder;
+  write_poses(folder / "log", 9000);
+  const std::string check =
+      "node " + std::filesystem::absolute("lcm_tools/tests/process/log/mcap_check.cjs").string() +
+      " ";
+  if (run("node --version").exit_code != 0 || run(check + "/dev/null").exit_code == 77) {
+    std::puts("SKIPPED: no node, or no @mcap/core where NODE_PATH says");
+    return;
+  }
+  ASSERT_EQ(run_log("export " + (folder / "log") + " " + (folder / "out.mcap")).exit_code, 0);
+  const Outcome outcome = run(check + (folder / "out.mcap"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("\"TRUE_POSE\":4500"));
+  EXPECT_THAT(outcome.output, HasSubstr("\"OTHER/PoseInFrame\":4500"));
+  EXPECT_THAT(outcome.output, HasSubstr("\"streamed\":18000,\"whole\":true"));
+  EXPECT_THAT(outcome.output, HasSubstr("foxglove.PoseInFrame"));
+}
+
+}  // namespace
+}  // namespace marco::logs

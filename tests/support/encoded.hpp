@@ -1,0 +1,3 @@
+#pragma once
+
+#include "lcm_tools/tests/support/encoded.hpp"

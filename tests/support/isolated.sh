@@ -1,0 +1,1 @@
+../../lcm_tools/tests/support/isolated.sh

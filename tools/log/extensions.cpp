@@ -1,0 +1,114 @@
+#include "tools/log/extensions.hpp"
+
+#include <cstdio>
+
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/log/late_progress.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
+#include "lcmtypes/channels.hpp"
+#include "recordings/lcm_log_reader.hpp"
+#include "recordings/recording.hpp"
+#include "tools/log/export_carmen.hpp"
+#include "tools/log/foxglove.hpp"
+#include "tools/log/import_recording.hpp"
+
+namespace marco::logs {
+namespace {
+
+void print_count(int64_t count, const char* what) {
+  if (count > 0) std::printf("  %lld %s\n", static_cast<long long>(count), what);
+}
+
+void write_carmen(const ExportArguments& arguments, const std::string& foreign_table) {
+  require(arguments.channels.empty() && arguments.from.empty() && arguments.to.empty(),
+          "carmen: choose channels and times with `filter` and `cut` first");
+  const auto recording =
+      open_lcm_log(arguments.in, process::load_options<ForeignTable>(foreign_table));
+  const std::string truth_path =
+      std::filesystem::path(arguments.out).replace_extension(".truth").string();
+  OutputFile out(arguments.out, arguments.existing, {arguments.in});
+  OutputFile truth(truth_path, arguments.existing, {arguments.in, arguments.out});
+  CarmenResult result;
+  {
+    LateProgress progress("writing " + arguments.out);
+    result = export_carmen(*recording, out, &truth, progress.callback());
+  }
+  out.finish();
+  if (result.true_poses > 0) truth.finish();
+  std::printf("%s: %lld scans, %lld odometry lines\n", arguments.out.c_str(),
+              static_cast<long long>(result.scans), static_cast<long long>(result.odometry));
+  if (result.true_poses > 0) {
+    std::printf("%s: %lld true poses (time x y z qx qy qz qw)\n", truth_path.c_str(),
+                static_cast<long long>(result.true_poses));
+  }
+  print_count(result.resampled, "scans resampled to regular bearings; CARMEN has no others");
+  print_count(result.without_odometry, "scans had no odometry at their time");
+  print_count(result.of_more_lasers, "scans of a third laser left out; CARMEN has two");
+  const files::InputReport report = recording->report();
+  for (const auto& [cause, count] : report.dropped) print_count(count, cause.c_str());
+  for (const std::string& text : report.notes) std::printf("  %s\n", text.c_str());
+}
+
+ExportFormat carmen_format() {
+  auto foreign_table = std::make_shared<std::string>();
+  return {"carmen",
+          {".carmen", ".log"},
+          [foreign_table](const ExportArguments& arguments) {
+            write_carmen(arguments, *foreign_table);
+          },
+          [foreign_table](CLI::App& command) {
+            command
+                .add_option("--foreign", *foreign_table,
+                            "carmen: meaning of foreign channels, see config/foreign.toml")
+                ->check(CLI::ExistingFile);
+          }};
+}
+
+struct ImportArguments {
+  std::string in, out;
+  Existing existing = Existing::refuse;
+};
+
+void run_import(const ImportArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is unchanged");
+  OutputFile out(arguments.out, arguments.existing, {arguments.in});
+  ImportResult result;
+  {
+    LateProgress progress("importing " + std::filesystem::path(arguments.in).filename().string());
+    result = import_recording(arguments.in, out, progress.callback());
+  }
+  require(result.events > 0, arguments.in + ": nothing in it can be written as events");
+  out.finish();
+  std::printf("%s: %s, %lld events\n", arguments.out.c_str(), result.report.format.c_str(),
+              static_cast<long long>(result.events));
+  for (const auto& [kind, count] : result.report.given) print_count(count, kind.c_str());
+  for (const auto& [cause, count] : result.report.dropped) {
+    std::printf("  left out %lld: %s (first: %s)\n", static_cast<long long>(count), cause.c_str(),
+                result.report.places.at(cause).c_str());
+  }
+  for (const std::string& note : result.report.notes) std::printf("  %s\n", note.c_str());
+}
+
+void add_import(CLI::App& program) {
+  CLI::App* command = program.add_subcommand(
+      "import",
+      "make an LCM log (LIDAR, ODOMETRY, SENSOR_INFO) of a CARMEN log or another recording");
+  auto arguments = std::make_shared<ImportArguments>();
+  command->add_option("IN", arguments->in, "recording")->required();
+  command->add_option("OUT", arguments->out, "log to write")->required();
+  add_force(*command, arguments->existing);
+  command->callback([arguments] { run_import(*arguments); });
+}
+
+}  // namespace
+
+Extensions marco_extensions() {
+  return {{carmen_format()},
+          [](const LogInfo& log) { return std::make_unique<FoxgloveTranslator>(log); },
+          {add_import},
+          {channels::kRobotOrders.begin(), channels::kRobotOrders.end()},
+          [](const std::string& path) { return why_no_log(path); }};
+}
+
+}  // namespace marco::logs

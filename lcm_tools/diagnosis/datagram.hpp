@@ -69,8 +69,8 @@ class SequenceTracker {
   std::array<bool, kWindow> seen_ = {};  ///< of the numbers next_ - kWindow .. next_ - 1
 };
 
-/// Reassembles one sender's fragments, in any order. Keeps at most 4 unfinished messages and 256 MB;
-/// evicted messages are reported as incomplete.
+/// Reassembles one sender's fragments, in any order. Keeps at most 4 unfinished messages and 256
+/// MB; evicted messages are reported as incomplete.
 class Reassembler {
  public:
   struct Message {

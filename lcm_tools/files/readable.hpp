@@ -5,7 +5,8 @@
 
 namespace marco::files {
 
-/// Why a file or folder cannot be read: "there is no such file or folder", "permission denied: ...";
+/// Why a file or folder cannot be read: "there is no such file or folder", "permission denied:
+/// ...";
 /// "" when it can.
 std::string why_not_readable(const std::filesystem::path& path);
 

@@ -8,8 +8,8 @@
 namespace marco::process {
 
 /// The name that the user most likely meant by `word`: the one with the smallest edit distance (a
-/// letter missing, added, wrong, or two swapped), at most one error in three letters, ignoring case;
-/// else the only name that begins with `word` (three letters or more). Ties: the first.
+/// letter missing, added, wrong, or two swapped), at most one error in three letters, ignoring
+/// case; else the only name that begins with `word` (three letters or more). Ties: the first.
 /// @returns nothing when no name is close, or when `word` is itself one of `names`
 /// Pure; safe from several threads.
 std::optional<std::string> closest_name(std::string_view word,

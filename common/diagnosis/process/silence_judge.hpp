@@ -13,45 +13,46 @@
 
 namespace marco::diagnosis {
 
-/// An input that a live program waits for.
+/// A message that a live program waits for.
 struct Expectation {
   std::string what = {};                ///< "scans"
-  std::string channels = {};            ///< for a person: "LIDAR or LIDAR_RAW"
+  std::string channels = {};            ///< as printed: "LIDAR or LIDAR_RAW"
   std::string pattern = {};             ///< of the channels' names: POSIX extended, the whole name
   std::vector<std::string> types = {};  ///< of their messages: "bot_core.planar_lidar_t"
   std::string meaning = {};             ///< in ForeignTable: "lidar"; "" = none
   std::string remedy = {};              ///< a sentence: which program sends it, how to start it
-  std::string elsewhere = {};           ///< advice when another channel carries it; "" = rename it
-  std::string without = {};             ///< what the program does without it; "" = it needs it
+  std::string elsewhere = {};           ///< remedy when another channel carries it; "" = rename it
+  std::string without = {};             ///< what the program does without it; "" = nothing
   /// Whether a message counts; empty: all of these types do.
   std::function<bool(const process::RawMessage&)> counts = {};
 };
 
-/// How one expectation is not met.
+/// What one expectation lacks now.
 struct Lack {
   enum class Kind {
-    never,       ///< nothing has come
-    ended,       ///< nothing comes any more
+    never,       ///< nothing was received
+    ended,       ///< nothing is received any more
     wrong_type,  ///< the channel carries another type
-    unused,      ///< of the first expectation: all that comes is dropped
-    clock,       ///< its stamps are not of the time of the first expectation's
-    two_poses    ///< SENSOR_INFO tells two poses in turn
+    unused,      ///< of the first expectation: all messages are dropped
+    clock,       ///< its stamps differ from those of the first expectation
+    two_poses    ///< SENSOR_INFO alternates between two poses
   };
   Kind kind = Kind::never;
   Expectation expected;
   double silent_s = 0.0;     ///< never, ended
-  double hz = 0.0;           ///< ended: before; else: of what comes
-  std::string channel;       ///< what came last
+  double hz = 0.0;           ///< ended: before; else: now
+  std::string channel;       ///< of the last message
   uint64_t fingerprint = 0;  ///< wrong_type
   std::string cause;         ///< unused
   int64_t dropped = 0;       ///< unused: in a row
   double ahead_s = 0.0;      ///< clock: of the first expectation's stamps
 };
 
-/// Tracks the expected messages. Knows neither clock nor network: messages and time are passed in.
-/// Time in which the program was busy and did not poll does not count as silence.
+/// Compares the messages that come with those that are expected. Has neither clock nor network: the
+/// caller passes messages and time. Time in which the program was busy does not count as silence.
 ///
-/// Expectations with `without` are reported only while the needed ones are met. Not thread-safe.
+/// Expectations with `without` are optional: they are missed only while the required ones, which
+/// come first in the list, arrive. Not thread-safe.
 class SilenceJudge {
  public:
   static constexpr double kNeverS = 3.0;   ///< of silence from the start
@@ -69,35 +70,50 @@ class SilenceJudge {
   /// @param now_s  any clock that never steps back.
   void advance(double now_s);
 
-  /// What is missed now, or would be `ahead_s` from now if nothing came.
+  /// What is missing now, or would be `ahead_s` from now if nothing came.
   std::vector<Lack> lacks(double ahead_s = 0.0) const;
   /// "LIDAR 10 Hz, ODOMETRY 20 Hz" of what is expected and comes.
   std::string what_comes() const;
 
  private:
+  /// Messages of the right type, since the last pause.
+  struct Coming {
+    int64_t count = 0;
+    double first_s = 0.0, last_s = 0.0;
+    std::string channel;
+    std::optional<int64_t> stamp_us;
+
+    double hz() const {
+      return count < 2 ? 0.0 : static_cast<double>(count - 1) / std::max(1e-3, last_s - first_s);
+    }
+    double period_s() const { return count < 2 ? 0.0 : 1.0 / std::max(1e-3, hz()); }
+  };
+  /// Messages of another type, since the last of the right one.
+  struct WrongType {
+    int64_t count = 0;
+    double first_s = 0.0, last_s = 0.0;
+    std::string channel;
+    uint64_t fingerprint = 0;
+  };
+  /// Messages that the program dropped, in a row.
+  struct Dropped {
+    int64_t count = 0;
+    double first_s = 0.0;
+    std::string cause;
+  };
+  /// Its stamps against those of the first expectation.
+  struct Clock {
+    double ahead_s = 0.0;
+    double agreed_s = 0.0;  ///< when they last agreed
+    int disagreements = 0;  ///< since
+  };
   struct Track {
     Expectation expected;
     std::regex pattern;
-    int64_t fitting = 0;  ///< of the right type
-    double first_s = 0.0, last_s = 0.0;
-    double since_s = 0.0;  ///< when waiting for the first began
-    std::string channel;
-    std::optional<int64_t> stamp_us;
-    int64_t wrong = 0;  ///< since the last that fitted
-    double wrong_first_s = 0.0, wrong_last_s = 0.0;
-    std::string wrong_channel;
-    uint64_t wrong_fingerprint = 0;
-    int64_t dropped = 0;  ///< in a row
-    double dropped_first_s = 0.0;
-    std::string cause;
-    double clock_ahead_s = 0.0;
-    double clock_agreed_s = 0.0;  ///< when it last did
-    int disagreements = 0;        ///< since
-
-    double hz() const {
-      return fitting < 2 ? 0.0
-                         : static_cast<double>(fitting - 1) / std::max(1e-3, last_s - first_s);
-    }
+    Coming coming;
+    WrongType wrong;
+    Dropped dropped;
+    Clock clock;
   };
   struct Place {
     std::string pose, before;
@@ -116,7 +132,7 @@ class SilenceJudge {
   const process::DropCounter* drops_;
   std::map<std::string, int64_t> drops_before_;
   int64_t dropped_before_ = 0;
-  Track* handled_ = nullptr;             ///< the message that was told of last
+  Track* handled_ = nullptr;             ///< track of the last message
   std::map<std::string, Place> places_;  ///< by sensor
   std::optional<double> clock_s_;
   double time_s_ = 0.0;

@@ -200,9 +200,10 @@ TEST(Play, LeavesOrdersOutUnlessAskedAndSaysSo) {
   using Channels = std::map<std::string, int>;
   EXPECT_EQ(channels_of(""), (Channels{{"TRUE_POSE", 4}, {"OLD", 4}}));
   EXPECT_THAT(read_text(folder / "said"), HasSubstr("8 events in "));
-  EXPECT_THAT(read_text(folder / "said"),
-              HasSubstr("left out 8 orders, which a live robot would obey: 4 on EMERGENCY_STOP, 4 on "
-                        "PM_ORDERS (--orders plays them)"));
+  EXPECT_THAT(
+      read_text(folder / "said"),
+      HasSubstr("left out 8 orders, which a live robot would obey: 4 on EMERGENCY_STOP, 4 on "
+                "PM_ORDERS (--orders plays them)"));
   // What counts is the name under which it goes out.
   EXPECT_EQ(channels_of("--rename EMERGENCY_STOP=RECORDED --rename OLD=PMD_ORDERS"),
             (Channels{{"TRUE_POSE", 4}, {"RECORDED", 4}}));
@@ -356,7 +357,8 @@ TEST(Cli, EverySubcommandWorksOnALogOnceThrough) {
   works("repair " + log + " " + (folder / "repaired"), "as they were   50");
   works("export " + log + " " + (folder / "out.jsonl"), "50 events");
   works("export " + log + " " + (folder / "out.mcap") + " --types tests/types", " topics\n");
-  works("export " + log + " " + (folder / "csv") + " --format csv --types tests/types", "TRUE_POSE.csv");
+  works("export " + log + " " + (folder / "csv") + " --format csv --types tests/types",
+        "TRUE_POSE.csv");
 }
 
 TEST(Repair, OfARealLogWithTwoHundredFlippedBytes) {
@@ -407,8 +409,7 @@ TEST(Mcap, IsReadByTheFormatsOwnLibrary) {
   const ScratchFolder folder;
   write_poses(folder / "log", 9000);
   const std::string check =
-      "node " + std::filesystem::absolute("tests/process/log/mcap_check.cjs").string() +
-      " ";
+      "node " + std::filesystem::absolute("tests/process/log/mcap_check.cjs").string() + " ";
   if (run("node --version").exit_code != 0 || run(check + "/dev/null").exit_code == 77) {
     std::puts("SKIPPED: no node, or no @mcap/core where NODE_PATH says");
     return;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <stdexcept>
+#include <type_traits>
 
 #include "lcm_tools/files/whole_file.hpp"
 #include "slam/localization/slam_archive.hpp"
@@ -10,20 +11,14 @@ namespace marco::slam {
 
 template <class Archive>
 void archive(Archive& bytes, MapWall& wall) {
-  double bin_m = wall.evidence.bin_m(), offset_m = wall.evidence.offset_m();
-  double length_m = wall.evidence.length_m();
-  std::vector<float> log_odds = wall.evidence.log_odds();
-  archive(bytes, wall.id);
-  archive(bytes, wall.times_seen);
-  archive(bytes, wall.start_seen);
-  archive(bytes, wall.end_seen);
-  archive(bytes, bin_m);
-  archive(bytes, offset_m);
-  archive(bytes, length_m);
-  archive_list(bytes, log_odds, sizeof(float));
-  if constexpr (Archive::kReads) {
-    wall.evidence = WallEvidence::restore(bin_m, offset_m, length_m, std::move(log_odds));
-  }
+  auto visitor = [&bytes](const char* /*name*/, auto& value) {
+    if constexpr (std::is_same_v<decltype(value), std::vector<float>&>) {
+      archive_list(bytes, value, sizeof(float));
+    } else {
+      archive(bytes, value);
+    }
+  };
+  wall.visit(visitor);
 }
 
 // Columns of a size that was read before: believed only when so many bytes are left.

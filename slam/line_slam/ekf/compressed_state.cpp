@@ -1,8 +1,9 @@
 #include "slam/line_slam/ekf/compressed_state.hpp"
 
 #include <algorithm>
+#include <vector>
 
-#include "slam/line_slam/ekf/add_product.hpp"
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::slam {
 namespace {
@@ -27,24 +28,48 @@ void mirror_lower(Eigen::MatrixXd& p, Index size) {
 }  // namespace
 
 CompressedState::CompressedState(const Eigen::Vector3d& robot, const Eigen::Matrix3d& covariance) {
-  take_block();
+  add_block();
   mean_.head<3>() = robot;
   first_.head<3>() = robot;
-  active_.push_back(0);
-  local_[0] = 0;
-  num_walls_ = 0;
-  reserve_local(4);
+  reserve(4);
   p_.topLeftCorner<3, 3>() = covariance;
 }
 
+// Room in the whole for the block that was taken last.
+void CompressedState::add_block() {
+  if (mean_.size() == 4 * blocks_.size()) return;
+  mean_.conservativeResize(4 * blocks_.size());
+  first_.conservativeResize(4 * blocks_.size());
+  mean_.tail<4>().setZero();
+  first_.tail<4>().setZero();
+  whole_.grow_to(blocks_.size());
+}
+
+void CompressedState::reserve(Index rows) {
+  const Index old = p_.rows();
+  if (old >= rows) return;
+  const Index room = std::max<Index>(2 * old, std::max<Index>(rows, 64));
+  p_.conservativeResize(room, room);
+  p_.rightCols(room - old).setZero();
+  p_.bottomRows(room - old).setZero();
+  u_.conservativeResize(room, std::max<Index>(u_.cols(), 64));
+  if (deferred_.in_use()) deferred_.reserve(room);
+}
+
+Eigen::Vector4d CompressedState::mean(int block) const {
+  Eigen::Vector4d value = mean_.segment<4>(4 * block);
+  if (deferred_.in_use() && !is_active(block)) deferred_.add_mean_change(block, value);
+  return value;
+}
+
 Eigen::Matrix4d CompressedState::covariance(int block_a, int block_b) const {
-  return p_.block<4, 4>(at(block_a), at(block_b));
+  return p_.block<4, 4>(blocks_.row_of(block_a), blocks_.row_of(block_b));
 }
 
 void CompressedState::predict(const Eigen::Vector3d& robot,
                               const Eigen::Matrix3d& jacobian,
                               const Eigen::Matrix3d& noise) {
-  const Index n = local_size();
+  const Index n = blocks_.active_rows();
   mean_.head<3>() = robot;
   first_.head<3>() = robot;
   const Eigen::MatrixXd columns = p_.block(0, 0, n, 3) * jacobian.transpose();
@@ -52,26 +77,13 @@ void CompressedState::predict(const Eigen::Vector3d& robot,
   p_.block(0, 0, n, 3) = columns;
   p_.block(0, 0, 3, n) = columns.transpose();
   p_.topLeftCorner<3, 3>() = 0.5 * (own + own.transpose());
-  if (has_passive_) {
-    const Eigen::MatrixXd phi = phi_t_.leftCols<3>() * jacobian.transpose();
-    phi_t_.leftCols<3>() = phi;
-  }
+  if (deferred_.in_use()) deferred_.predict(jacobian);
 }
 
 Eigen::MatrixXd CompressedState::covariance_with(const SparseRows& rows) const {
-  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(local_size(), rows.rows());
-  add_times_rows(p_.topRows(local_size()), rows, product);
+  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(blocks_.active_rows(), rows.rows());
+  blocks_.add_times_rows(p_.topRows(blocks_.active_rows()), rows, product);
   return product;
-}
-
-// product += columns H^T, of the columns that belong to the rows' blocks.
-void CompressedState::add_times_rows(const ConstMatrixPart& columns,
-                                     const SparseRows& rows,
-                                     Eigen::MatrixXd& product) const {
-  for (int k = 0; k < rows.num_blocks; ++k) {
-    add_product(1.0, columns.middleCols(at(rows.blocks[static_cast<std::size_t>(k)]), 4),
-                rows.jacobian.middleCols(4 * k, 4), product);
-  }
 }
 
 SparseRows::Square CompressedState::covariance_between(const SparseRows& a,
@@ -80,8 +92,8 @@ SparseRows::Square CompressedState::covariance_between(const SparseRows& a,
   for (int i = 0; i < a.num_blocks; ++i) {
     for (int j = 0; j < b.num_blocks; ++j) {
       product.noalias() += a.jacobian.middleCols(4 * i, 4) *
-                           p_.block<4, 4>(at(a.blocks[static_cast<std::size_t>(i)]),
-                                          at(b.blocks[static_cast<std::size_t>(j)])) *
+                           p_.block<4, 4>(blocks_.row_of(a.blocks[static_cast<std::size_t>(i)]),
+                                          blocks_.row_of(b.blocks[static_cast<std::size_t>(j)])) *
                            b.jacobian.middleCols(4 * j, 4).transpose();
     }
   }
@@ -94,20 +106,20 @@ SparseRows::Square CompressedState::innovation_covariance(const SparseRows& rows
 }
 
 void CompressedState::correct(const SparseRows& rows) {
-  const Index n = local_size(), m = rows.rows();
+  const Index n = blocks_.active_rows(), m = rows.rows();
   if (u_.cols() < num_u_ + m) u_.conservativeResize(u_.rows(), 2 * (num_u_ + m));
   Eigen::MatrixXd product = covariance_with(rows);
   // H U of the corrections before, which P does not hold yet.
   Eigen::MatrixXd h_u = Eigen::MatrixXd::Zero(m, num_u_);
   for (int k = 0; k < rows.num_blocks; ++k) {
-    const Index from = at(rows.blocks[static_cast<std::size_t>(k)]);
+    const Index from = blocks_.row_of(rows.blocks[static_cast<std::size_t>(k)]);
     h_u += rows.jacobian.middleCols(4 * k, 4).lazyProduct(u_.block(from, 0, 4, num_u_));
   }
   add_product(-1.0, u_.topLeftCorner(n, num_u_), h_u, product);
   SparseRows::Square s = rows.noise;  // (5.36)
   for (int k = 0; k < rows.num_blocks; ++k) {
     s += rows.jacobian.middleCols(4 * k, 4).lazyProduct(
-        product.middleRows(at(rows.blocks[static_cast<std::size_t>(k)]), 4));
+        product.middleRows(blocks_.row_of(rows.blocks[static_cast<std::size_t>(k)]), 4));
   }
   const SparseRows::Square root = inverse_root(s);
   const SparseRows::Vector y = root.lazyProduct(rows.innovation);
@@ -115,42 +127,172 @@ void CompressedState::correct(const SparseRows& rows) {
   u.setZero();
   add_product(1.0, product, root, u);
   const Eigen::VectorXd change = u.lazyProduct(y);  // K nu, (5.34)
-  for (std::size_t k = 0; k < active_.size(); ++k) {
-    mean_.segment<4>(4 * active_[k]) += change.segment<4>(4 * static_cast<Index>(k));
+  for (const int block : active()) {
+    mean_.segment<4>(4 * block) += change.segment<4>(blocks_.row_of(block));
   }
-  if (has_passive_) {
-    if (weights_t_.cols() < num_weights_ + m) {
-      weights_t_.conservativeResize(weights_t_.rows(), 2 * (num_weights_ + m));
-    }
-    Eigen::MatrixXd w_t = Eigen::MatrixXd::Zero(phi_t_.rows(), m);
-    add_product(-1.0, weights_t_.middleCols(first_new_weight_, num_u_), h_u, w_t);
-    add_times_rows(phi_t_, rows, w_t);
-    auto weights = weights_t_.middleCols(num_weights_, m);
-    weights.setZero();
-    add_product(1.0, w_t, root, weights);
-    theta_ += weights.lazyProduct(y);
-    num_weights_ += m;
-  }
+  if (deferred_.in_use()) deferred_.correct(rows, blocks_, h_u, root, y);
   num_u_ += m;
 }
 
 void CompressedState::finish_corrections() {
   if (num_u_ == 0) return;
-  const Index n = local_size();
+  const Index n = blocks_.active_rows();
   auto p = p_.topLeftCorner(n, n);
   const auto u = u_.topLeftCorner(n, num_u_);
   add_square_to_lower(-1.0, u, p);
   mirror_lower(p_, n);
-  if (has_passive_) {
-    add_product(-1.0, weights_t_.middleCols(first_new_weight_, num_u_), u, phi_t_.leftCols(n));
-    if (num_weights_ > kMaxWeights) {
-      add_square_to_lower(1.0, weights_t_.leftCols(num_weights_), psi_);
-      has_psi_ = true;
-      num_weights_ = 0;
-    }
-    first_new_weight_ = num_weights_;
-  }
+  if (deferred_.in_use()) deferred_.finish_corrections(u);
   num_u_ = 0;
+}
+
+int CompressedState::append(const Eigen::Vector4d& mean,
+                            const Eigen::Vector4d& first_estimate,
+                            const Eigen::Matrix<double, 4, 3>& jacobian_robot,
+                            const Eigen::Matrix4d& noise) {
+  const Index n = blocks_.active_rows();
+  const int block = blocks_.take();
+  add_block();
+  reserve(n + 4);
+  mean_.segment<4>(4 * block) = mean;
+  first_.segment<4>(4 * block) = first_estimate;
+  const Eigen::MatrixXd column = p_.block(0, 0, n, 3) * jacobian_robot.transpose();
+  const Eigen::Matrix4d own = jacobian_robot * column.topRows<3>() + noise;
+  p_.block(0, n, n, 4) = column;
+  p_.block(n, 0, 4, n) = column.transpose();
+  p_.block<4, 4>(n, n) = 0.5 * (own + own.transpose());
+  if (deferred_.in_use()) deferred_.append(n, jacobian_robot, whole_.size());
+  return block;
+}
+
+void CompressedState::replace(int block,
+                              const SparseRows& change,
+                              const Eigen::Vector4d& mean,
+                              const Eigen::Vector4d& first_estimate) {
+  const Index n = blocks_.active_rows(), to = blocks_.row_of(block);
+  const Eigen::MatrixXd column = covariance_with(change);
+  Eigen::Matrix4d own = change.noise;
+  for (int k = 0; k < change.num_blocks; ++k) {
+    own += change.jacobian.middleCols(4 * k, 4) *
+           column.middleRows<4>(blocks_.row_of(change.blocks[static_cast<std::size_t>(k)]));
+  }
+  if (deferred_.in_use()) deferred_.replace(to, change, blocks_);
+  p_.block(0, to, n, 4) = column;
+  p_.block(to, 0, 4, n) = column.transpose();
+  p_.block<4, 4>(to, to) = 0.5 * (own + own.transpose());
+  mean_.segment<4>(4 * block) = mean;
+  first_.segment<4>(4 * block) = first_estimate;
+}
+
+void CompressedState::remove(int block) {
+  require(block > 0 && is_active(block), "compressed_state: only an active wall can be removed");
+  const Index n = blocks_.active_rows(), hole = blocks_.row_of(block), last = n - 4;
+  if (hole != last) {
+    p_.block(0, hole, n, 4) = p_.block(0, last, n, 4).eval();
+    p_.block(hole, 0, 4, n) = p_.block(last, 0, 4, n).eval();
+  }
+  blocks_.free(block);
+  if (deferred_.in_use()) deferred_.remove(block, hole, last);
+}
+
+Eigen::Matrix4d CompressedState::marginal(int block) {
+  if (is_active(block)) return covariance(block, block);
+  Eigen::Matrix4d value = whole_.read(block, block);
+  deferred_.correct_marginal(block, value);
+  return value;
+}
+
+void CompressedState::store() {
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(whole_.size(), blocks_.active_rows());
+  if (deferred_.in_use()) {
+    deferred_.add_columns(columns);
+    refresh_means();
+    const Eigen::MatrixXd factor = deferred_.outer_factor();
+    if (factor.cols() > 0) whole_.subtract_outer(factor);
+  }
+  for (const int block : active()) {
+    columns.middleRows<4>(4 * block) = p_.block(blocks_.row_of(block), 0, 4, columns.cols());
+  }
+  whole_.write(active(), columns);
+}
+
+void CompressedState::refresh_means() {
+  if (deferred_.in_use()) deferred_.take_mean_changes(mean_);
+}
+
+void CompressedState::load(std::span<const int> blocks) {
+  blocks_.activate(blocks);
+  deferred_.end();
+  const Index rows = blocks_.active_rows();
+  reserve(rows);
+  Eigen::MatrixXd columns = deferred_.release_columns();
+  whole_.read(active(), columns);
+  for (const int block : active()) {
+    p_.block(blocks_.row_of(block), 0, 4, rows) = columns.middleRows<4>(4 * block);
+  }
+  if (num_passive() > 0) deferred_.begin(std::move(columns), blocks_, p_.cols());
+}
+
+void CompressedState::activate(std::span<const int> blocks) {
+  for (const int block : blocks) {
+    require(block > 0 && block < num_blocks() && blocks_.is_live(block),
+            "compressed_state: no such wall to activate");
+  }
+  store();
+  load(blocks);
+}
+
+void CompressedState::settle() {
+  const std::vector<int> walls(active().begin() + 1, active().end());
+  activate(walls);
+}
+
+Eigen::VectorXd CompressedState::dense_mean(std::span<const int> walls) const {
+  Eigen::VectorXd packed(3 + 4 * static_cast<Index>(walls.size()));
+  packed.head<3>() = mean_.head<3>();
+  for (std::size_t k = 0; k < walls.size(); ++k) {
+    packed.segment<4>(3 + 4 * static_cast<Index>(k)) = mean(walls[k]);
+  }
+  return packed;
+}
+
+Eigen::MatrixXd CompressedState::dense_covariance(std::span<const int> walls) {
+  settle();
+  std::vector<int> blocks(1, 0);
+  blocks.insert(blocks.end(), walls.begin(), walls.end());
+  Eigen::MatrixXd columns;
+  whole_.read(blocks, columns);
+  std::vector<Index> rows{0, 1, 2};
+  std::vector<Index> places{0, 1, 2};
+  for (std::size_t k = 0; k < walls.size(); ++k) {
+    for (Index i = 0; i < 4; ++i) {
+      rows.push_back(4 * walls[k] + i);
+      places.push_back(4 * static_cast<Index>(k + 1) + i);
+    }
+  }
+  return columns(rows, places);
+}
+
+void CompressedState::restore(std::span<const int> walls,
+                              const Eigen::VectorXd& mean,
+                              const Eigen::VectorXd& first_estimate,
+                              const Eigen::MatrixXd& covariance) {
+  activate(walls);
+  const auto n = static_cast<Index>(walls.size());
+  require(mean.size() == 3 + 4 * n && first_estimate.size() == mean.size() &&
+              covariance.rows() == mean.size() && covariance.cols() == mean.size(),
+          "compressed_state: stored sizes do not agree");
+  p_.topLeftCorner(4 + 4 * n, 4 + 4 * n).setZero();
+  p_.topLeftCorner<3, 3>() = covariance.topLeftCorner<3, 3>();
+  p_.block(4, 0, 4 * n, 3) = covariance.bottomLeftCorner(4 * n, 3);
+  p_.block(0, 4, 3, 4 * n) = covariance.topRightCorner(3, 4 * n);
+  p_.block(4, 4, 4 * n, 4 * n) = covariance.bottomRightCorner(4 * n, 4 * n);
+  mean_.head<3>() = mean.head<3>();
+  first_.head<3>() = first_estimate.head<3>();
+  for (Index k = 0; k < n; ++k) {
+    const int block = walls[static_cast<std::size_t>(k)];
+    mean_.segment<4>(4 * block) = mean.segment<4>(3 + 4 * k);
+    first_.segment<4>(4 * block) = first_estimate.segment<4>(3 + 4 * k);
+  }
 }
 
 }  // namespace marco::slam

@@ -4,7 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "slam/line_slam/ekf/add_product.hpp"
+#include "slam/line_slam/ekf/block_table.hpp"
+#include "slam/line_slam/ekf/deferred_updates.hpp"
 #include "slam/line_slam/ekf/sparse_rows.hpp"
 #include "slam/line_slam/ekf/tiled_covariance.hpp"
 
@@ -13,22 +14,22 @@ namespace marco::slam {
 /// Mean and covariance of robot and walls, in blocks of four numbers: block 0 is the robot (x, y,
 /// theta, unused), each other one a wall (x1, y1, x2, y2), world frame [m, rad].
 ///
-/// Compressed (Guivant and Nebot 2001): every step touches the covariance P_AA of the active blocks
-/// only. What it does to the others is collected as P_AB <- Phi P_AB, P_BB -= P_BA W^T W P_AB and
-/// x_B += P_BA theta, and carried out by settle(); the part of it that touches all of P_BB is
-/// spread over later steps (TiledCovariance). The result is the dense filter's to rounding.
+/// Compressed EKF (Guivant and Nebot 2001): every step touches only the covariance P_AA of the
+/// active blocks. Its effect on the passive ones is collected (DeferredUpdates) and carried out by
+/// settle(); the part that touches all of P_BB is spread over later steps (TiledCovariance). The
+/// result equals the dense filter's up to rounding.
 ///
-/// Beside each estimate stands the point where Jacobians are taken (first-estimates Jacobians,
-/// Huang, Mourikis and Roumeliotis 2008). Not thread-safe.
+/// Each estimate has a linearization point beside it, where Jacobians are taken (first-estimates
+/// Jacobian, Huang, Mourikis and Roumeliotis 2008). Not thread-safe.
 class CompressedState {
  public:
   /// The robot alone.
   CompressedState(const Eigen::Vector3d& robot, const Eigen::Matrix3d& covariance);
 
-  int num_blocks() const { return static_cast<int>(local_.size()); }
-  bool is_active(int block) const { return local_[static_cast<std::size_t>(block)] >= 0; }
-  std::span<const int> active() const { return active_; }
-  int num_passive() const { return num_walls_ + 1 - static_cast<int>(active_.size()); }
+  int num_blocks() const { return blocks_.size(); }
+  bool is_active(int block) const { return blocks_.is_active(block); }
+  std::span<const int> active() const { return blocks_.active(); }
+  int num_passive() const { return blocks_.num_passive(); }
 
   /// Up-to-date mean of any block. O(active) for a passive one.
   Eigen::Vector4d mean(int block) const;
@@ -105,45 +106,19 @@ class CompressedState {
                const Eigen::MatrixXd& covariance);
 
  private:
-  /// So many columns of W^T are kept before their sum of squares is taken: large enough for a
-  /// product of matrices to pay, small enough to stay in cache.
-  static constexpr Eigen::Index kMaxWeights = 192;
-
-  Eigen::Index local_size() const { return 4 * static_cast<Eigen::Index>(active_.size()); }
-  Eigen::Index at(int block) const { return 4 * local_[static_cast<std::size_t>(block)]; }
+  void add_block();
   void load(std::span<const int> blocks);
   void store();
-  void reserve_local(Eigen::Index size);
-  Eigen::MatrixXd taken_from_passive() const;
-  void drop_local(int place);
-  int take_block();
-  void add_times_rows(const ConstMatrixPart& columns,
-                      const SparseRows& rows,
-                      Eigen::MatrixXd& product) const;
+  void reserve(Eigen::Index rows);
 
+  BlockTable blocks_;
   Eigen::VectorXd mean_;  ///< 4 a block; passive ones as of the last settle()
   Eigen::VectorXd first_;
-  std::vector<int> local_;  ///< per block: place among the active ones, or -1
-  std::vector<char> live_;  ///< per block
-  std::vector<int> free_;   ///< blocks of removed walls
-  int num_walls_ = 0;
   TiledCovariance whole_;
-
-  std::vector<int> active_;  ///< blocks; [0] = robot
-  Eigen::MatrixXd p_;        ///< P_AA in the upper left local_size() square
-  Eigen::MatrixXd u_;        ///< corrections of this step, local_size() x num_u_
+  Eigen::MatrixXd p_;  ///< P_AA in the upper left square of blocks_.active_rows()
+  Eigen::MatrixXd u_;  ///< corrections of this step, a column each of num_u_
   Eigen::Index num_u_ = 0;
-
-  // Kept only while there are passive blocks. A0 = active set at the last settle().
-  bool has_passive_ = false;
-  Eigen::MatrixXd passive_with_active_;  ///< P_BA0, a row a number of the whole state
-  Eigen::MatrixXd phi_t_;                ///< Phi^T, A0 x A (and room)
-  Eigen::MatrixXd weights_t_;            ///< W^T, A0 x num_weights_ (and room)
-  Eigen::Index num_weights_ = 0;
-  Eigen::Index first_new_weight_ = 0;  ///< those of the corrections not yet finished
-  Eigen::MatrixXd psi_;                ///< lower half of the W^T W that no longer fits weights_t_
-  bool has_psi_ = false;
-  Eigen::VectorXd theta_;  ///< A0
+  DeferredUpdates deferred_;
 };
 
 }  // namespace marco::slam

@@ -30,13 +30,65 @@ double limit_of(int degrees_of_freedom, double quantile) {
   return k * root * root * root;
 }
 
+/// The joint innovation of a growing set of pairings: the Cholesky factor of its covariance S and
+/// the whitened innovation, two rows per pairing.
+class JointInnovation {
+ public:
+  JointInnovation(const CompressedState& state,
+                  const std::vector<Candidate>& candidates,
+                  int most_pairings)
+      : state_(state), candidates_(candidates) {
+    factor_.setZero(2 * most_pairings, 2 * most_pairings);
+    whitened_.setZero(2 * most_pairings);
+  }
+
+  int count() const { return static_cast<int>(pairings_.size()); }
+  void pop() { pairings_.pop_back(); }
+
+  /// Adds a pairing. @returns what it adds to the squared Mahalanobis distance of the set.
+  double push(int candidate) {
+    const SparseRows& rows = candidates_[static_cast<std::size_t>(candidate)].rows;
+    const Index size = 2 * static_cast<Index>(pairings_.size());
+    Eigen::Matrix<double, Eigen::Dynamic, 2> cross(size, 2);
+    for (std::size_t k = 0; k < pairings_.size(); ++k) {
+      cross.middleRows<2>(2 * static_cast<Index>(k)) =
+          state_.covariance_between(candidates_[static_cast<std::size_t>(pairings_[k])].rows, rows);
+    }
+    const Eigen::Matrix2d own = state_.covariance_between(rows, rows) + rows.noise;
+    for (Index i = 0; i < size; ++i) {  // L^-1 cross
+      for (Index k = 0; k < i; ++k) cross.row(i) -= factor_(i, k) * cross.row(k);
+      cross.row(i) /= factor_(i, i);
+    }
+    const Eigen::Matrix2d rest = own - cross.transpose().lazyProduct(cross);
+    const double first = std::sqrt(rest(0, 0)), below = rest(1, 0) / first;
+    const double second = std::sqrt(rest(1, 1) - below * below);
+    factor_.block(size, 0, 2, size) = cross.transpose();
+    factor_.block<2, 2>(size, size) << first, 0.0, below, second;
+    const Eigen::Vector2d left =
+        rows.innovation.head<2>() - cross.transpose().lazyProduct(whitened_.head(size));
+    const double y = left.x() / first;
+    const Eigen::Vector2d white(y, (left.y() - below * y) / second);
+    whitened_.segment<2>(size) = white;
+    pairings_.push_back(candidate);
+    const double added = white.squaredNorm();
+    return std::isfinite(added) ? added : std::numeric_limits<double>::infinity();
+  }
+
+ private:
+  const CompressedState& state_;
+  const std::vector<Candidate>& candidates_;
+  std::vector<int> pairings_;
+  Eigen::MatrixXd factor_;
+  Eigen::VectorXd whitened_;
+};
+
 class BranchAndBound {
  public:
   BranchAndBound(const CompressedState& state,
                  const std::vector<Candidate>& candidates,
                  int num_observations,
                  double probability)
-      : state_(state), candidates_(candidates), of_observation_(num_observations) {
+      : joint_(state, candidates, num_observations), of_observation_(num_observations) {
     std::vector<double> distance2;
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       distance2.push_back(individual_distance2(state, candidates[i]));
@@ -56,8 +108,6 @@ class BranchAndBound {
     for (std::size_t i = of_observation_.size(); i-- > 0;) {
       possible_after_[i] = possible_after_[i + 1] + (of_observation_[i].empty() ? 0 : 1);
     }
-    factor_.setZero(2 * num_observations, 2 * num_observations);
-    whitened_.setZero(2 * num_observations);
     chosen_.assign(of_observation_.size(), -1);
     best_ = chosen_;
   }
@@ -69,10 +119,10 @@ class BranchAndBound {
 
  private:
   void descend(std::size_t observation, double distance2) {
-    const int count = static_cast<int>(path_.size());
+    const int count = joint_.count();
     if (++nodes_ > kMaxNodes && best_count_ > 0) return;
     if (observation == of_observation_.size()) {
-      if (count > best_count_ || (count == best_count_ && distance2 < best_distance2_)) {
+      if (may_win(count, distance2)) {
         best_count_ = count;
         best_distance2_ = distance2;
         best_ = chosen_;
@@ -81,13 +131,13 @@ class BranchAndBound {
     }
     for (const int candidate : of_observation_[observation]) {
       if (!may_win(count + 1 + possible_after_[observation + 1], distance2)) break;
-      const double with = distance2 + push(candidate);
+      const double with = distance2 + joint_.push(candidate);
       if (with <= limits_[static_cast<std::size_t>(count + 1)]) {
         chosen_[observation] = candidate;
         descend(observation + 1, with);
         chosen_[observation] = -1;
       }
-      path_.pop_back();
+      joint_.pop();
     }
     if (may_win(count + possible_after_[observation + 1], distance2)) {
       descend(observation + 1, distance2);
@@ -98,45 +148,12 @@ class BranchAndBound {
     return reachable > best_count_ || (reachable == best_count_ && distance2 < best_distance2_);
   }
 
-  // Adds two rows to the Cholesky factor of the joint S; returns what they add to the distance.
-  double push(int candidate) {
-    const auto c = static_cast<std::size_t>(candidate);
-    const SparseRows& rows = candidates_[c].rows;
-    const Index size = 2 * static_cast<Index>(path_.size());
-    Eigen::Matrix<double, Eigen::Dynamic, 2> cross(size, 2);
-    for (std::size_t k = 0; k < path_.size(); ++k) {
-      cross.middleRows<2>(2 * static_cast<Index>(k)) =
-          state_.covariance_between(candidates_[static_cast<std::size_t>(path_[k])].rows, rows);
-    }
-    const Eigen::Matrix2d own = state_.covariance_between(rows, rows) + rows.noise;
-    for (Index i = 0; i < size; ++i) {  // L^-1 cross
-      for (Index k = 0; k < i; ++k) cross.row(i) -= factor_(i, k) * cross.row(k);
-      cross.row(i) /= factor_(i, i);
-    }
-    const Eigen::Matrix2d rest = own - cross.transpose().lazyProduct(cross);
-    const double first = std::sqrt(rest(0, 0)), below = rest(1, 0) / first;
-    const double second = std::sqrt(rest(1, 1) - below * below);
-    factor_.block(size, 0, 2, size) = cross.transpose();
-    factor_.block<2, 2>(size, size) << first, 0.0, below, second;
-    const Eigen::Vector2d left =
-        rows.innovation.head<2>() - cross.transpose().lazyProduct(whitened_.head(size));
-    const double y = left.x() / first;
-    const Eigen::Vector2d white(y, (left.y() - below * y) / second);
-    whitened_.segment<2>(size) = white;
-    path_.push_back(candidate);
-    const double added = white.squaredNorm();
-    return std::isfinite(added) ? added : std::numeric_limits<double>::infinity();
-  }
-
   static constexpr int kMaxNodes = 2000;
-  const CompressedState& state_;
-  const std::vector<Candidate>& candidates_;
-  std::vector<std::vector<int>> of_observation_;
-  std::vector<double> limits_;
-  std::vector<int> possible_after_;
-  Eigen::MatrixXd factor_;
-  Eigen::VectorXd whitened_;
-  std::vector<int> path_, chosen_, best_;
+  JointInnovation joint_;
+  std::vector<std::vector<int>> of_observation_;  ///< candidates, nearest first
+  std::vector<double> limits_;                    ///< of the joint distance, by count of pairings
+  std::vector<int> possible_after_;  ///< later observations that have candidates
+  std::vector<int> chosen_, best_;
   int best_count_ = 0;
   double best_distance2_ = 0.0;
   int nodes_ = 0;

@@ -8,7 +8,7 @@
 
 namespace marco::slam {
 
-/// A pairing that might be: an observation with a wall of the map.
+/// A possible pairing of data association: an observation with a wall of the map.
 struct Candidate {
   int observation = 0;
   int wall = 0;     ///< the caller's number for it
@@ -19,12 +19,13 @@ struct Candidate {
 /// 1 % for 2 degrees of freedom and more).
 double chi_square_limit(int degrees_of_freedom, double probability);
 
-/// Squared Mahalanobis distance of one pairing.
+/// Squared Mahalanobis distance of one pairing (individual compatibility).
 double individual_distance2(const CompressedState& state, const Candidate& candidate);
 
-/// Joint compatibility branch and bound (Neira and Tardos 2001): the largest set of pairings, one
-/// at most an observation, whose innovations fit together under the joint covariance; of equal ones
-/// the nearest. Walls may be paired more than once: occlusion cuts one wall into several.
+/// Joint compatibility branch and bound (JCBB; Neira and Tardos, IEEE T-RA 2001, fig. 3): the
+/// largest set of pairings, at most one per observation, whose joint innovation passes the gate;
+/// among sets of one size the nearest. What differs: a wall may be paired more than once, because
+/// occlusion cuts one wall into several.
 /// @param probability  of keeping a true set, for each number of pairings.
 /// @returns per observation the index of its candidate, or -1.
 /// Cost O(pairings^2) where first choices agree; stops branching after 2000 nodes.

@@ -14,20 +14,6 @@ WallEvidence::WallEvidence(const WallEvidenceOptions& options, double length_m)
     : bin_m_(options.bin_m), length_m_(length_m) {
   const auto bins = static_cast<std::size_t>(std::max(1.0, std::ceil(length_m / bin_m_)));
   log_odds_.assign(bins, static_cast<float>(options.hit_log_odds));
-  votes_.assign(bins, 0);
-}
-
-WallEvidence WallEvidence::restore(double bin_m,
-                                   double offset_m,
-                                   double length_m,
-                                   std::vector<float> log_odds) {
-  WallEvidence evidence;
-  evidence.bin_m_ = bin_m;
-  evidence.offset_m_ = offset_m;
-  evidence.length_m_ = length_m;
-  evidence.votes_.assign(log_odds.size(), 0);
-  evidence.log_odds_ = std::move(log_odds);
-  return evidence;
 }
 
 void WallEvidence::set_extent(double before_start_m, double length_m) {
@@ -36,20 +22,17 @@ void WallEvidence::set_extent(double before_start_m, double length_m) {
   if (offset_m_ < 0.0) {
     const auto more = static_cast<std::size_t>(std::ceil(-offset_m_ / bin_m_));
     log_odds_.insert(log_odds_.begin(), more, 0.0F);
-    votes_.insert(votes_.begin(), more, 0);
     offset_m_ += static_cast<double>(more) * bin_m_;
   }
   const auto bins =
       static_cast<std::size_t>(std::max(1.0, std::ceil((offset_m_ + length_m_) / bin_m_)));
-  if (bins > log_odds_.size()) {
-    log_odds_.resize(bins, 0.0F);
-    votes_.resize(bins, 0);
-  }
+  if (bins > log_odds_.size()) log_odds_.resize(bins, 0.0F);
 }
 
 void WallEvidence::vote(double at_m, int value) {
   const double bin = std::floor((at_m + offset_m_) / bin_m_);
-  if (bin < 0.0 || bin >= static_cast<double>(votes_.size())) return;
+  if (bin < 0.0 || bin >= static_cast<double>(log_odds_.size())) return;
+  votes_.resize(log_odds_.size(), 0);
   votes_[static_cast<std::size_t>(bin)] += value;
 }
 
@@ -59,8 +42,8 @@ void WallEvidence::count_votes(const WallEvidenceOptions& options) {
     const double change = votes_[i] > 0 ? options.hit_log_odds : -options.passed_log_odds;
     log_odds_[i] = static_cast<float>(std::clamp(static_cast<double>(log_odds_[i]) + change,
                                                  -options.limit_log_odds, options.limit_log_odds));
-    votes_[i] = 0;
   }
+  votes_.clear();
 }
 
 void WallEvidence::merge(const WallEvidence& other, double offset_m) {

@@ -33,5 +33,29 @@ TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {
   }
 }
 
+TEST(LineCheckpoint, VersionTwoIsLaidOutAsItEverWas) {
+  LineCheckpoint checkpoint;
+  checkpoint.utime = Utime::from_us(5);
+  WallFilter::Stored& filter = checkpoint.mapper.slam.filter;
+  filter.next_id = 3;
+  filter.has_mark = true;
+  filter.moved_since_focus_m = 0.25;
+  filter.active = {1, 0};
+  filter.walls.resize(1);
+  filter.walls[0].id = 2;
+  filter.walls[0].times_seen = 7;
+  filter.walls[0].start_seen = true;
+  filter.walls[0].evidence = WallEvidence(WallEvidenceOptions{}, 0.35);
+  filter.walls[0].evidence.set_extent(0.05, 0.4);
+  filter.mean = Eigen::VectorXd::LinSpaced(11, 0.0, 1.0);
+  filter.first_estimate = 2.0 * filter.mean;
+  filter.covariance = filter.mean * filter.mean.transpose();
+  const std::vector<uint8_t> bytes = encode_checkpoint(checkpoint);
+  uint32_t hash = 2166136261U;  // FNV-1a
+  for (const uint8_t byte : bytes) hash = (hash ^ byte) * 16777619U;
+  EXPECT_EQ(hash, 2877589693U);
+  EXPECT_EQ(bytes.size(), 1416U);
+}
+
 }  // namespace
 }  // namespace marco::slam

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <string>
+
+#include "lcm_tools/base/options.hpp"
+#include "slam/line_slam/ekf/motion.hpp"
+#include "slam/line_slam/ekf/similar.hpp"
+#include "slam/line_slam/ekf/wall_evidence.hpp"
+
+namespace marco::slam {
+
+struct WallFilterOptions {
+  MotionNoiseOptions motion;
+  SimilarOptions similar;             ///< limits of `similar`; widened by the pose's uncertainty
+  std::string association = "joint";  ///< "joint" (innovation gates, JCBB) or "similar"
+  double gate_probability = 0.99;     ///< of accepting a true pairing
+  double end_distance_m = 0.10;       ///< d_l: closer ends are the same end
+  double max_end_distance_m = 0.5;    ///< ... whatever the pose's uncertainty
+  double across_floor_m = 0.01;       ///< lower bound of a wall's error: no wall is quite straight
+  double direction_floor_rad = 0.003;
+  double join_sigma_m = 0.01;   ///< how well the parts of one wall lie on one line
+  double start_sigma_m = 1e-3;  ///< of the first pose (5.40); not 0
+  double start_sigma_rad = 1e-3;
+  int new_wall_points = 8;          ///< walls with fewer points are not added to the map
+  double new_wall_length_m = 0.80;  ///< nor shorter ones
+  double active_radius_m = 24.0;    ///< closer walls are in the active part
+  double active_behind_m = 1.0;     ///< ... unless the robot is this far behind their line
+  double active_margin_m = 2.0;     ///< added to both when the active part is chosen again
+  int max_dense_walls = 24;         ///< with fewer walls all are active
+  int catch_up_tiles = 12;          ///< of the deferred covariance per scan, or ...
+  double catch_up_part = 0.1;       ///< ... this part of all, whichever is more
+  WallEvidenceOptions evidence;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("motion", motion);
+    v("similar", similar);
+    v("association", association);
+    v("gate_probability", gate_probability, Limits{0.5, 0.999999});
+    v("end_distance_m", end_distance_m, kPositive);
+    v("max_end_distance_m", max_end_distance_m, kPositive);
+    v("across_floor_m", across_floor_m, kNotNegative);
+    v("direction_floor_rad", direction_floor_rad, kNotNegative);
+    v("join_sigma_m", join_sigma_m, kPositive);
+    v("start_sigma_m", start_sigma_m, kPositive);
+    v("start_sigma_rad", start_sigma_rad, kPositive);
+    v("new_wall_points", new_wall_points, Limits{3, 1000});
+    v("new_wall_length_m", new_wall_length_m, kNotNegative);
+    v("active_radius_m", active_radius_m, kPositive);
+    v("active_behind_m", active_behind_m, kNotNegative);
+    v("active_margin_m", active_margin_m, kNotNegative);
+    v("max_dense_walls", max_dense_walls, Limits{0, 1e6});
+    v("catch_up_tiles", catch_up_tiles, Limits{1, 1e6});
+    v("catch_up_part", catch_up_part, Limits{0.0, 1.0});
+    v("evidence", evidence);
+  }
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,41 @@
+#pragma once
+
+#include "lcm_tools/base/options.hpp"
+
+namespace marco::slam {
+
+/// Defaults of thesis A, chapter 4.
+struct LineExtractorOptions {
+  double split_distance_m = 0.05;  ///< d_s: largest distance of a point from its line
+  double max_gap_m = 0.35;         ///< a wider gap between neighbouring points cuts a wall ...
+  double max_grazing_gap_m = 1.2;  ///< ... or this one, where the beams graze the wall
+  int min_points = 5;
+  double min_length_m = 0.40;
+  double max_range_m = 20.0;       ///< farther points are not used (thesis: 8, its laser's limit)
+  int max_outliers_in_a_row = 4;   ///< more consecutive outliers end a wall
+  double touch_m = 0.12;           ///< closer hits belong to one surface
+  double trim_sigmas = 3.0;        ///< points farther from the fitted line are left out of the fit
+  double surface_sigma_m = 0.002;  ///< roughness of real walls: lower bound of a point's error
+  double least_step_m = 0.025;     ///< smallest offset across at which one wall becomes two
+  double max_roughness_sigmas = 2.0;  ///< walls whose points scatter more are clutter ...
+  double rough_length_m = 2.0;        ///< ... unless they are at least this long
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("split_distance_m", split_distance_m, Limits{1e-4, 1.0});
+    v("max_gap_m", max_gap_m, Limits{1e-3, 10.0});
+    v("max_grazing_gap_m", max_grazing_gap_m, Limits{1e-3, 10.0});
+    v("min_points", min_points, Limits{3, 1000});
+    v("min_length_m", min_length_m, kPositive);
+    v("max_range_m", max_range_m, kPositive);
+    v("max_outliers_in_a_row", max_outliers_in_a_row, Limits{0, 100});
+    v("touch_m", touch_m, kPositive);
+    v("trim_sigmas", trim_sigmas, Limits{1.0, 100.0});
+    v("surface_sigma_m", surface_sigma_m, kPositive);
+    v("least_step_m", least_step_m, kPositive);
+    v("max_roughness_sigmas", max_roughness_sigmas, Limits{1.0, 1000.0});
+    v("rough_length_m", rough_length_m, kNotNegative);
+  }
+};
+
+}  // namespace marco::slam

@@ -59,9 +59,9 @@ class CompressedState {
   /// H_a P H_b^T.
   SparseRows::Square covariance_between(const SparseRows& a, const SparseRows& b) const;
 
-  /// One wall's measurement: sequential innovation (5.34-5.36), S at most 4 x 4. The means are new
-  /// at once; the covariance when finish_corrections() is called, which must be before anything
-  /// but correct(). Blocks must be active.
+  /// EKF update by one wall's measurement: sequential innovation (5.34-5.36), S at most 4 x 4. The
+  /// means change at once; the covariance in finish_corrections(), which must be called before
+  /// anything but correct(). Blocks must be active.
   void correct(const SparseRows& rows);
 
   /// P <- P - U U^T for all corrections since the last call, U = P H^T S^(-1/2): equal to the
@@ -81,16 +81,15 @@ class CompressedState {
                const Eigen::Vector4d& mean,
                const Eigen::Vector4d& first_estimate);
 
-  /// Drops an active wall: what is known of the rest stays as it is. Its block may be given out
-  /// again.
+  /// Marginalizes an active wall out: the rest of the state is unchanged. Its block may be reused.
   void remove(int block);
 
   /// Brings the means of passive walls up to date. O(passive * active).
   void refresh_means();
 
-  /// Moves collected changes into the whole. Active blocks stay active.
+  /// Applies the deferred changes to the whole. Active blocks stay active.
   void settle();
-  /// Does up to `max_tiles` of what settle() put off.
+  /// Updates up to `max_tiles` tiles that settle() deferred.
   void catch_up(int max_tiles) { whole_.catch_up(max_tiles); }
   int pending() const { return whole_.pending(); }
   int num_tiles() const { return whole_.num_tiles(); }

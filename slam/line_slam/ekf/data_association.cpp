@@ -33,7 +33,10 @@ struct PoseSpread {
   double angle_rad, position_m;
 };
 
-Candidate candidate_of(const WallMap& map, const ObservedWalls& observed, std::size_t i, std::size_t j) {
+Candidate candidate_of(const WallMap& map,
+                       const ObservedWalls& observed,
+                       std::size_t i,
+                       std::size_t j) {
   return {static_cast<int>(i), static_cast<int>(j), map.measurement(observed[i], j, {})};
 }
 
@@ -49,9 +52,8 @@ std::vector<Candidate> find_candidates(const WallMap& map,
     const Segment seen = map.seen_in_world(observed[i]);
     SimilarOptions wide = limits;
     wide.max_angle_rad = std::min(0.5, std::max(limits.max_angle_rad, spread.angle_rad));
-    wide.max_distance_m =
-        std::max(limits.max_distance_m,
-                 spread.position_m + spread.angle_rad * observed[i].center_m.norm());
+    wide.max_distance_m = std::max(
+        limits.max_distance_m, spread.position_m + spread.angle_rad * observed[i].center_m.norm());
     for (std::size_t j = 0; j < map.size(); ++j) {
       if (!map.is_active(j)) continue;
       const Segment mapped = map.segment(j);
@@ -73,7 +75,9 @@ struct ImpliedPose {
   Eigen::Matrix3d covariance;
 };
 
-ImpliedPose implied_pose(const WallMap& map, const ObservedWalls& observed, const Matches& matches) {
+ImpliedPose implied_pose(const WallMap& map,
+                         const ObservedWalls& observed,
+                         const Matches& matches) {
   Eigen::Matrix3d information = map.robot_covariance().inverse();
   Eigen::Vector3d pull = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < observed.size(); ++i) {
@@ -141,9 +145,8 @@ std::vector<WallMatch> associate_walls(const WallMap& map, const ObservedWalls& 
   if (map.options().association == "similar") return associate_similar(map, observed);
   Matches matches(observed.size());
   const std::vector<Candidate> candidates = find_candidates(map, observed, matches);
-  const std::vector<int> chosen =
-      joint_compatibility(map.state(), candidates, static_cast<int>(observed.size()),
-                          map.options().gate_probability);
+  const std::vector<int> chosen = joint_compatibility(
+      map.state(), candidates, static_cast<int>(observed.size()), map.options().gate_probability);
   for (const Candidate& candidate : candidates) {
     matches[static_cast<std::size_t>(candidate.observation)].wall = WallMatch::kUnclear;
   }

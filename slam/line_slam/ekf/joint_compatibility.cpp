@@ -152,7 +152,7 @@ class BranchAndBound {
   JointInnovation joint_;
   std::vector<std::vector<int>> of_observation_;  ///< candidates, nearest first
   std::vector<double> limits_;                    ///< of the joint distance, by count of pairings
-  std::vector<int> possible_after_;  ///< later observations that have candidates
+  std::vector<int> possible_after_;               ///< later observations that have candidates
   std::vector<int> chosen_, best_;
   int best_count_ = 0;
   double best_distance2_ = 0.0;

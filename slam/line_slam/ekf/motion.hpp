@@ -7,14 +7,14 @@
 
 namespace marco::slam {
 
-/// How far odometry may be trusted (thesis A, 5.10-5.14). Defaults for wheels one knows nothing of:
-/// a wall paired wrongly costs more than a wall that pulls a little less.
+/// Error model of odometry (thesis A, 5.10-5.14). The defaults are for unknown wheels: a wrong data
+/// association costs more than walls that correct a little less.
 struct MotionNoiseOptions {
   double distance_sigma_part = 0.10;      ///< alpha_d: along the move, of its length
   double direction_sigma_part = 0.05;     ///< alpha_psi: of the angle between heading and move
   double heading_sigma_part = 0.20;       ///< alpha_theta: of the turn
   double heading_sigma_rad_per_m = 0.10;  ///< drift of the heading on the way
-  double floor_m = 0.01;                  ///< of any move at all, along and across
+  double floor_m = 0.01;                  ///< of any move, along and across
   double floor_rad = 0.01;
 
   template <class Visitor>

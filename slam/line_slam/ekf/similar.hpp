@@ -33,8 +33,8 @@ struct Segment {
 /// be overlapped by its own length. Segments of no length are similar to nothing.
 bool similar(const Segment& a, const Segment& b, const SimilarOptions& options);
 
-/// Length that the projection of `a` onto the line of `b` has in common with `b`; below 0 = the gap
-/// between them [m].
+/// Length of the overlap of `b` and the projection of `a` onto its line; negative = the gap between
+/// them [m].
 double overlap_m(const Segment& a, const Segment& b);
 
 }  // namespace marco::slam

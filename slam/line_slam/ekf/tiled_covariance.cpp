@@ -32,8 +32,7 @@ void TiledCovariance::bring_up_to_date(int row, int column) {
   tile.taken = pending_;
 }
 
-// The tiles stay as they are: to bring a whole one up to date for a few of its columns is
-// catch_up()'s work.
+// The tiles are not updated: a whole tile for a few of its columns is work for catch_up().
 void TiledCovariance::read(std::span<const int> blocks, Eigen::MatrixXd& columns) {
   columns.resize(size(), kBlock * static_cast<Eigen::Index>(blocks.size()));
   for (std::size_t k = 0; k < blocks.size(); ++k) {
@@ -84,7 +83,7 @@ void TiledCovariance::write(std::span<const int> blocks, const Eigen::MatrixXd& 
         tile(tile_column, t).values->block(within, 0, kBlock, rows) = values.transpose();
       }
     }
-    // What is written is up to date: nothing that waits may touch it.
+    // The written rows are up to date: no deferred change may apply to them.
     v_[static_cast<std::size_t>(tile_column)].middleRows(within, kBlock).setZero();
   }
 }

@@ -7,10 +7,10 @@
 
 namespace marco::slam {
 
-/// A large symmetric matrix that is changed in two ways: a few rows and columns rewritten, or
-/// P -= V V^T over all of it. The second is put off: the lower triangle lies in tiles of 64 x 64,
-/// each of which knows how many columns of the collected V it has already taken, and takes the rest
-/// when it is read or when catch_up() has time for it. Growing copies nothing.
+/// A large symmetric matrix that is changed in two ways: a few rows and columns are rewritten, or
+/// P -= V V^T over all of it. The second is deferred: the lower triangle is stored in tiles of
+/// 64 x 64. Each tile knows how many columns of the collected V it has subtracted, and subtracts
+/// the rest when it is read or in catch_up(). Growing copies nothing.
 ///
 /// Rows come in blocks of four (a wall's two end points; the robot's three and one unused).
 /// Not thread-safe.
@@ -34,10 +34,10 @@ class TiledCovariance {
   /// Overwrites the columns of the given blocks and, the matrix being symmetric, their rows.
   void write(std::span<const int> blocks, const Eigen::MatrixXd& columns);
 
-  /// P -= v v^T, later. @param v size() rows; rows of blocks to be left alone are zero.
+  /// P -= v v^T, deferred. @param v size() rows, zero in blocks that do not change.
   void subtract_outer(const Eigen::MatrixXd& v);
 
-  /// Brings up to `max_tiles` tiles up to date. @returns how many there were to do.
+  /// Updates up to `max_tiles` tiles. @returns how many were updated.
   int catch_up(int max_tiles);
 
   /// Columns of V waiting; 0 = everything is up to date.

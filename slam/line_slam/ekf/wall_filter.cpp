@@ -48,14 +48,14 @@ std::vector<int> WallFilter::blocks_within(double radius_m, double behind_m) con
 
 void WallFilter::focus() {
   state().catch_up(std::max(options().catch_up_tiles,
-                           static_cast<int>(options().catch_up_part * state().num_tiles())));
+                            static_cast<int>(options().catch_up_part * state().num_tiles())));
   const bool all = static_cast<int>(num_walls()) <= options().max_dense_walls;
   if (all && state().num_passive() == 0) return;
   const std::vector<int> needed =
       all ? blocks() : blocks_within(options().active_radius_m, options().active_behind_m);
   const bool missing = std::any_of(needed.begin(), needed.end(),
                                    [this](int block) { return !state().is_active(block); });
-  // A corrected pose has moved the walls that wait, too, and they are looked for where they were.
+  // A corrected pose moves passive walls too, but they are searched at their old places.
   const bool moved =
       state().num_passive() > 0 && moved_since_focus_m_ > 0.5 * options().active_margin_m;
   const auto wanted = [&] {
@@ -216,7 +216,7 @@ void WallFilter::restore(const Stored& stored) {
   mark_ = 0;
   if (stored.has_mark) {
     mark_ = state().append(Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero(),
-                          Eigen::Matrix<double, 4, 3>::Zero(), Eigen::Matrix4d::Zero());
+                           Eigen::Matrix<double, 4, 3>::Zero(), Eigen::Matrix4d::Zero());
     all.push_back(mark_);
   }
   state().restore(all, stored.mean, stored.first_estimate, stored.covariance);

@@ -45,9 +45,9 @@ SparseRows wall_rows(const ObservedWall& observed, const WallContext& at, Matche
   Eigen::Matrix4d by_wall;
   seen_from_robot_jacobians(at.robot_first, at.wall_first, by_robot, by_wall);
 
-  // Rows point along and across the map's wall, never the observed one: its direction's error would
-  // be in H and in the innovation at once, and their product, always of one sign, drags the robot
-  // along the wall.
+  // Rows point along and across the map's wall, not the observed one: the observed direction's
+  // error would enter both H and the innovation, and their product, always of one sign, would drag
+  // the robot along the wall.
   const Eigen::Vector2d along = along_of(seen), across = turned_left(along);
   const Eigen::Vector2d along_first = along_of(seen_from_robot(at.robot_first, at.wall_first));
   const Eigen::Vector2d across_first = turned_left(along_first);

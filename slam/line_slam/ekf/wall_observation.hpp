@@ -32,11 +32,12 @@ void seen_from_robot_jacobians(const Eigen::Vector3d& robot,
                                Eigen::Matrix<double, 4, 3>& by_robot,
                                Eigen::Matrix4d& by_wall);
 
-/// What an observed wall says of a map wall, as rows of a correction (5.2.5 put right).
+/// The measurement of a map wall by an observed wall (5.2.5, corrected): Jacobian, innovation,
+/// noise.
 ///
-/// Rows 0 and 1: the offset of the map wall's two ends across the observed line, which is 0 plus
-/// the line's own error, carried out to where the ends lie. It says nothing along the wall, so
-/// occlusion brings no false certainty. Then one row per matched end: its place along the wall.
+/// Rows 0 and 1: the offsets of the map wall's two ends across the observed line; their noise is
+/// the line's, extrapolated to the ends. They say nothing along the wall, so occlusion causes no
+/// false certainty. Then one row per matched end: its position along the wall.
 SparseRows wall_rows(const ObservedWall& observed, const WallContext& at, MatchedEnds ends);
 
 }  // namespace marco::slam

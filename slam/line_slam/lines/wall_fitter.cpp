@@ -74,8 +74,8 @@ bool WallFitter::is_gap_between(int before, int after, const FittedLine& line) c
 void WallFitter::cut_members_at_gaps(const FittedLine& line) {
   std::size_t best_first = 0, best_count = 0, first = 0;
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    const bool ends = i + 1 == members_.size() ||
-                      is_gap_between(members_[i].point, members_[i + 1].point, line);
+    const bool ends =
+        i + 1 == members_.size() || is_gap_between(members_[i].point, members_[i + 1].point, line);
     if (!ends) continue;
     if (i + 1 - first > best_count) {
       best_first = first;

@@ -104,7 +104,7 @@ TEST(LyingOdometry, AHeadingThatLeapsIsNotDrawn) {
   EXPECT_LT(worst_error_m(drive_with(lie)), kBoundM);
 }
 
-// Its scans fit as well as ours, where it is: up to a second of nothing else is not believed.
+// Its scans fit as well as ours, where it is: up to a second of nothing else is ignored.
 TEST(LyingOdometry, AnotherRobotsScansAmongOursMoveNothing) {
   const testing::FlatWorld world = hall();
   std::mt19937 random(32);

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "slam/line_slam/ekf/joint_compatibility.hpp"
 #include "slam/line_slam/ekf/wall_filter.hpp"
 #include "tests/support/lines_information_state.hpp"
 
@@ -125,6 +126,102 @@ TEST(Joining, EqualsAFilterRebuiltFromTheInformation) {
           .cwiseAbs()
           .maxCoeff(),
       1e-8);
+}
+
+// Cupboards before and beside each other, both along the one wall of the map.
+TEST(Association, ParallelWallsOfOneScanAreNotBothTheSameWall) {
+  const auto matches = after_a_turn().associate(
+      {observed({13.0, -3.0}, {13.0, -1.6}, 25), observed({13.05, -1.4}, {13.05, 0.0}, 24), kSide});
+  EXPECT_EQ(matches[0].wall, 0);
+  EXPECT_EQ(matches[1].wall, WallMatch::kUnclear);
+}
+
+// In line with the wall and within the pose's uncertainty of it; the side wall fixes the heading.
+TEST(Association, APairingMustHoldFromThePoseThatAllPairingsImply) {
+  const auto matches = after_a_turn().associate({kSide, observed({13.0, 0.3}, {13.0, 0.9}, 6)});
+  EXPECT_EQ(matches[0].wall, 1);
+  EXPECT_EQ(matches[1].wall, WallMatch::kUnclear);
+}
+
+// One pairing says that the robot turned left, the other one that it turned right: each passes its
+// own gate, since the heading is known to 0.1 rad, but both errors are one.
+TEST(JointCompatibility, CountsTheCorrelationOfTheInnovations) {
+  const CompressedState state(Eigen::Vector3d::Zero(),
+                              Eigen::Vector3d(1e-6, 1e-6, 1e-2).asDiagonal());
+  const auto candidate = [](int observation, double turn_rad) {
+    Candidate made{observation, observation, {}};
+    made.rows.resize(2);
+    made.rows.num_blocks = 1;
+    made.rows.jacobian(0, 2) = 1.0;
+    made.rows.innovation(0) = turn_rad;
+    made.rows.noise.diagonal().setConstant(1e-4);
+    return made;
+  };
+  const auto chosen = [&](double first_rad, double second_rad) {
+    const auto found =
+        joint_compatibility(state, {candidate(0, first_rad), candidate(1, second_rad)}, 2, 0.99);
+    return (found[0] >= 0 ? 1 : 0) + (found[1] >= 0 ? 1 : 0);
+  };
+  EXPECT_NEAR(individual_distance2(state, candidate(0, 0.15)), 0.15 * 0.15 / 0.0101, 1e-9);
+  EXPECT_EQ(chosen(0.15, -0.15), 1);
+  EXPECT_EQ(chosen(0.15, 0.15), 2);
+  // Together they are as likely as one of them: 0.3 rad is three sigma, above the gate of each.
+  EXPECT_EQ(chosen(0.33, 0.33), 2);
+}
+
+// Quantiles of the chi-square distribution as tables print them.
+TEST(JointCompatibility, GatesAreTheTablesOfTheChiSquareDistribution) {
+  struct Row {
+    int degrees;
+    double probability, quantile;
+  };
+  for (const Row& row : {Row{2, 0.95, 5.991}, Row{2, 0.99, 9.210}, Row{4, 0.99, 13.277},
+                         Row{10, 0.95, 18.307}, Row{10, 0.99, 23.209}, Row{30, 0.025, 16.791},
+                         Row{40, 0.99, 63.691}, Row{100, 0.95, 124.342}}) {
+    EXPECT_NEAR(chi_square_limit(row.degrees, row.probability), row.quantile, 0.01 * row.quantile)
+        << row.degrees;
+  }
+}
+
+TEST(Joining, KeepsTheEvidenceOfBothWalls) {
+  WallFilter filter(WallFilterOptions{}, Pose2{});
+  filter.add(observed({2.0, -3.0}, {5.0, -3.0}, 40));
+  filter.add(observed({5.5, -3.0}, {7.0, -3.0}, 20));
+  filter.join(0, 1);
+  const Walls plan = filter.plan(1, 0.1);
+  ASSERT_EQ(plan.size(), 2U) << "nobody has seen what lies between them";
+  EXPECT_NEAR(plan[0].end_m.x(), 5.0, 0.11) << "a bin";
+  EXPECT_NEAR(plan[1].end_m.x(), 7.0, 0.01);
+}
+
+TEST(Joining, SimilarWallsMustPassTheGateToo) {
+  const auto joined = [](double apart_m) {
+    WallFilter filter(WallFilterOptions{}, Pose2{});
+    filter.add(observed({2.0, -3.0}, {6.0, -3.0}, 40));
+    filter.add(observed({3.0, -3.0 - apart_m}, {7.0, -3.0 - apart_m}, 40));
+    return filter.join_similar({WallMatch{0, 0.0}});
+  };
+  EXPECT_EQ(joined(0.01), 1);
+  EXPECT_EQ(joined(0.15), 0) << "similar, but ten sigma apart";
+}
+
+// The part that was seen, of a wall made longer afterwards, has the errors of its own ends.
+TEST(Plan, APieceHasTheCovarianceOfThePiece) {
+  WallFilter filter(WallFilterOptions{}, Pose2{});
+  filter.add(observed({2.0, -3.0}, {6.0, -3.0}, 40));
+  ObservedWall farther = observed({2.0, -3.0}, {10.0, -3.0}, 80);
+  farther.end_sigma_m = 0.5;
+  filter.extend({farther}, {WallMatch{0, 0.0}});
+  const Walls plan = filter.plan(1, 0.1);
+  ASSERT_EQ(plan.size(), 1U);
+  ASSERT_NEAR(plan[0].end_m.x(), 6.0, 0.11);
+  const double part = (plan[0].end_m.x() - 2.0) / 8.0;
+  const Eigen::Matrix4d whole = filter.state().marginal(filter.wall(0).block);
+  ASSERT_GT(whole(2, 2), 0.25) << "the far end along the wall";
+  const double expected = (1.0 - part) * (1.0 - part) * whole(0, 0) + part * part * whole(2, 2) +
+                          2.0 * part * (1.0 - part) * whole(0, 2);
+  EXPECT_NEAR(plan[0].covariance(2, 2), expected, 1e-12);
+  EXPECT_LT(plan[0].covariance(2, 2), 0.5 * whole(2, 2));
 }
 
 }  // namespace

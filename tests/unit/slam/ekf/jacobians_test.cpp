@@ -223,5 +223,49 @@ TEST(MotionNoise, HasFloorsAndIsTheSameForwardsAndBackwards) {
   EXPECT_EQ(motion_noise(options, 0.3, {}), Eigen::Matrix3d::Zero());
 }
 
+// A wall is added where the corrected robot sees it, but linearized where the robot was predicted:
+// else the filter would believe that it had measured its heading.
+TEST(Jacobians, ANewWallIsLinearizedAtTheFirstEstimate) {
+  WallFilterOptions options;
+  options.start_sigma_m = 0.2;
+  options.start_sigma_rad = 0.1;
+  WallFilter filter(options, Pose2::from_vector(kRobot));
+  ObservedWall seen = observed_wall();
+  filter.add(seen);
+  filter.predict(Pose2{1.0, 0.0, 0.1}, Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal());
+  seen.center_m += 0.3 * seen.across();
+  filter.correct({seen}, {WallMatch{0, 0.0}});
+  const Eigen::Vector2d first_m = filter.state().first_estimate(0).head<2>();
+  ASSERT_GT((filter.world_from_robot().translation_m() - first_m).norm(), 0.05);
+  const std::size_t index = filter.add(observed_wall());
+  const Eigen::Vector4d mean = filter.wall_mean(index);
+  Eigen::Matrix<double, 4, 3> by_robot;
+  by_robot << 1, 0, -(mean(1) - first_m.y()), 0, 1, mean(0) - first_m.x(),  //
+      1, 0, -(mean(3) - first_m.y()), 0, 1, mean(2) - first_m.x();
+  const Eigen::Matrix<double, 4, 3> with_robot =
+      filter.state().covariance(filter.wall(index).block, 0).leftCols<3>();
+  EXPECT_LT((with_robot - by_robot * filter.robot_covariance()).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+// Both offsets come from one line: its error across moves them together, its direction's apart.
+TEST(Jacobians, TheTwoOffsetsOfALineAreCorrelated) {
+  const ObservedWall seen = observed_where_it_is();
+  const SparseRows rows = wall_rows(seen, {kRobot, kRobot, kWall, kWall, 1}, {});
+  const Eigen::Vector4d ends = seen_from_robot(kRobot, kWall);
+  const double s = seen.along().dot(ends.head<2>() - seen.center_m);
+  const double e = seen.along().dot(ends.tail<2>() - seen.center_m);
+  const double across2 = std::pow(seen.across_sigma_m, 2);
+  const double direction2 = std::pow(seen.direction_sigma_rad, 2);
+  EXPECT_NEAR(rows.noise(0, 0), across2 + s * s * direction2, 1e-15);
+  EXPECT_NEAR(rows.noise(0, 1), across2 + s * e * direction2, 1e-15);
+  EXPECT_NE(rows.noise(0, 1), 0.0);
+}
+
+TEST(MotionNoise, TheHeadingDriftsWithTheWay) {
+  const MotionNoiseOptions options{0.0, 0.0, 0.0, 0.1, 0.0, 0.0};
+  EXPECT_NEAR(motion_noise(options, 0.7, {2.0, 0.0, 0.0})(2, 2), 0.2 * 0.2, 1e-15);
+  EXPECT_NEAR(motion_noise(options, 0.7, {-4.0, 0.0, 0.0})(2, 2), 0.4 * 0.4, 1e-15);
+}
+
 }  // namespace
 }  // namespace marco::slam

@@ -166,5 +166,94 @@ TEST(LineExtractor, ADoorThatFewBeamsPassCutsAWall) {
   EXPECT_GE(on_line, 1);
 }
 
+// The wall in front ends there, and hides where the other one begins or ends.
+TEST(LineExtractor, OfTwoSteppedWallsTheOneBehindHasAHiddenEnd) {
+  LinesWorld world;
+  world.edges = {{{5.0, -3.0}, {5.0, 0.5}}, {{5.05, 0.5}, {5.05, 2.5}}};
+  auto walls = walls_of(world);
+  ASSERT_EQ(walls.size(), 2U);
+  EXPECT_TRUE(walls[0].end_seen);
+  EXPECT_FALSE(walls[1].start_seen);
+  world.edges = {{{5.05, -3.0}, {5.05, 0.5}}, {{5.0, 0.5}, {5.0, 2.5}}};
+  walls = walls_of(world);
+  ASSERT_EQ(walls.size(), 2U);
+  EXPECT_FALSE(walls[0].end_seen);
+  EXPECT_TRUE(walls[1].start_seen);
+}
+
+LinesScan exact_scan(const LinesWorld& world) {
+  std::mt19937 random(1);
+  LinesLaser laser;
+  laser.range_sigma_m = 0.0;
+  return testing::take_scan(world, laser, Pose2{}, random);
+}
+
+// A true end lies anywhere up to the next beam: half a beam farther on average.
+TEST(LineExtractor, ASeenEndLiesHalfABeamBeyondTheLastPoint) {
+  LinesWorld world;
+  world.edges = {{{3.0, -2.0}, {3.0, 1.5}}, {{3.0, 1.5}, {1.5, 1.5}}};  // a corner
+  LinesScan taken = exact_scan(world);
+  LineExtractor extractor{LineExtractorOptions{}};
+  const auto walls = extractor.extract(taken.scan);
+  ASSERT_EQ(walls.size(), 2U);
+  ASSERT_TRUE(walls[0].end_seen);
+  const auto hit_m = [&](int beam) {
+    return taken.scan.beams[static_cast<std::size_t>(beam)].hit_m;
+  };
+  const int last = walls[0].last_beam;
+  const double spacing_m = (hit_m(last) - hit_m(last - 1)).norm();
+  EXPECT_NEAR(walls[0].along().dot(walls[0].end_m - hit_m(last)), 0.5 * spacing_m, 1e-3);
+}
+
+// The edge of something in front gives one echo between the two surfaces.
+TEST(LineExtractor, ASingleEchoBesideAnEndIsNoCorner) {
+  LinesWorld world;
+  world.edges = {{{5.0, -3.0}, {5.0, 1.0}}, {{3.0, 0.61}, {3.0, 2.0}}};
+  LinesScan taken = exact_scan(world);
+  LineExtractor extractor{LineExtractorOptions{}};
+  const int last = extractor.extract(taken.scan)[0].last_beam;
+  Beam& echo = taken.scan.beams[static_cast<std::size_t>(last) + 1];
+  ASSERT_LT(echo.hit_m.x(), 3.01) << "the surface in front";
+  const double scale = (5.0 - 0.105) / echo.hit_m.x();
+  echo.hit_m *= scale;
+  echo.range_m *= scale;
+  const auto walls = extractor.extract(taken.scan);
+  ASSERT_GE(walls.size(), 1U);
+  ASSERT_EQ(walls[0].last_beam, last);
+  EXPECT_FALSE(walls[0].end_seen);
+}
+
+// A wall beside the robot, seen at a grazing angle: across it the bearings' error counts most.
+TEST(LineExtractor, BearingNoiseMakesAGrazedWallLessCertain) {
+  LinesWorld world;
+  world.edges = {{{1.0, -1.0}, {9.0, -1.0}}};
+  LinesScan taken = exact_scan(world);
+  const auto sigma_m = [&](double bearing_sigma_rad) {
+    taken.scan.bearing_sigma_rad = bearing_sigma_rad;
+    LineExtractor extractor{LineExtractorOptions{}};
+    return extractor.extract(taken.scan)[0].across_sigma_m;
+  };
+  EXPECT_GT(sigma_m(0.01), 3.0 * sigma_m(1e-6));
+}
+
+// Its bearings run clockwise seen from above: what it calls left is on the robot's right.
+TEST(ScanInRobot, ALaserUpsideDownSeesLeftAndRightExchanged) {
+  LaserScan scan;
+  scan.bearing_step_rad = 0.5;
+  scan.ranges_m = {1.0F, 2.0F, 3.0F};  // at 0, 0.5 and 1 rad
+  SensorInfo info;
+  info.range_max_m = 10.0;
+  info.parent_from_sensor.linear() = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
+  ScanInRobot in_robot;
+  to_robot_frame(scan, info, {}, 0.01, in_robot);
+  ASSERT_EQ(in_robot.beams.size(), 3U);
+  EXPECT_NEAR(in_robot.first_bearing_rad, -1.0, 1e-6) << "counter-clockwise: the last one first";
+  EXPECT_NEAR(in_robot.bearing_step_rad, 0.5, 1e-6);
+  EXPECT_NEAR(
+      (in_robot.beams[0].hit_m - 3.0 * Eigen::Vector2d(std::cos(1.0), -std::sin(1.0))).norm(), 0.0,
+      1e-6);
+  EXPECT_NEAR(in_robot.beams[2].hit_m.x(), 1.0, 1e-6);
+}
+
 }  // namespace
 }  // namespace marco::slam

@@ -7,7 +7,7 @@
 
 namespace marco::procman {
 
-/// A command as lines to fill in: what the screen edits. Knows neither screen nor keyboard.
+/// A command as a form of text fields. Independent of screen and keyboard.
 class CommandForm {
  public:
   struct Field {
@@ -17,7 +17,7 @@ class CommandForm {
 
   /// A new command. @param deputy, group  proposed.
   CommandForm(const std::string& deputy, const std::string& group);
-  /// The one that is there; its id stays.
+  /// An existing command; its id cannot be changed.
   explicit CommandForm(const PlacedCommand& placed);
 
   const std::vector<Field>& fields() const { return fields_; }

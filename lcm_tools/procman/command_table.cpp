@@ -16,15 +16,7 @@ Node build_tree(const SheriffState& sheriff) {
   Node root;
   for (const auto& [id, command] : sheriff.commands()) {
     Node* node = &root;
-    std::string part;
-    for (const char c : command.spec.group + "/") {
-      if (c != '/') {
-        part += c;
-      } else if (!part.empty()) {
-        node = &node->groups[part];
-        part.clear();
-      }
-    }
+    for (const std::string& part : path_parts(command.spec.group)) node = &node->groups[part];
     node->commands.push_back(&command);
   }
   return root;
@@ -54,7 +46,7 @@ class TableBuilder {
   TableBuilder(const SheriffState& sheriff, const std::set<std::string>& folded, int64_t now_us)
       : sheriff_(sheriff), folded_(folded), now_us_(now_us) {}
 
-  /// Appends the members' rows; `sum`, the row of the group itself, gets what they have in common.
+  /// Appends the members' rows; `sum`, the group's own row, summarizes them.
   void add_members(const Node& node, int depth, TableRow& sum) {
     for (const SheriffCommand* command : node.commands) {
       rows.push_back(command_row(*command, depth, is_silent(command->deputy)));

@@ -9,15 +9,6 @@
 namespace marco::procman {
 namespace {
 
-std::vector<std::string> path_parts(const std::string& path) {
-  std::vector<std::string> parts;
-  std::istringstream text(path);
-  for (std::string part; std::getline(text, part, '/');) {
-    if (!part.empty()) parts.push_back(part);
-  }
-  return parts;
-}
-
 void collect(const GroupConfig& group, const std::string& path, std::vector<PlacedCommand>& all) {
   for (const CommandConfig& command : group.commands) all.push_back({path, command});
   for (const GroupConfig& inner : group.groups) {
@@ -48,6 +39,15 @@ std::vector<PlacedCommand> all_commands(const Config& config) {
   std::vector<PlacedCommand> all;
   collect(config.root, "", all);
   return all;
+}
+
+std::vector<std::string> path_parts(const std::string& path) {
+  std::vector<std::string> parts;
+  std::istringstream text(path);
+  for (std::string part; std::getline(text, part, '/');) {
+    if (!part.empty()) parts.push_back(part);
+  }
+  return parts;
 }
 
 bool group_is_within(const std::string& group, const std::string& wanted) {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-/// What a procman file (.procman, .cfg) says, as values. The grammar is the public procman's, both
+/// The contents of a procman file (.procman, .cfg). The grammar is the public procman's, both
 /// dialects (`deputy = "..."` and libbot2's `host = "..."`), with additions marked (+):
 ///
 ///     file    := { cmd | group | script | (+) "include" STRING ";" }
@@ -149,7 +149,7 @@ std::string print_config(const Config& config);
 /// Reads a file by its path. @throws std::runtime_error when it cannot.
 using FileReader = std::function<std::string(const std::string& path)>;
 
-/// What one procman file and all that it includes may be at most.
+/// Limits of a procman file with all that it includes.
 inline constexpr std::size_t kMaxConfigBytes = std::size_t{16} << 20;
 inline constexpr int kMaxConfigFiles = 256;
 inline constexpr int kMaxIncludeDepth = 32;
@@ -170,20 +170,23 @@ std::vector<PlacedCommand> all_commands(const Config& config);
 /// @returns a warning for each, with its place.
 std::vector<std::string> make_ids_unique(Config& config);
 
-/// Why a file cannot be used at all: a command without id or deputy, or with another's id; two
-/// scripts of one name. One line each, with its place; empty = good.
+/// Why a file cannot be used at all: a command without id or deputy, a duplicate id, a duplicate
+/// script name. One line each, with its place; empty = good.
 std::vector<std::string> find_mistakes(const Config& config);
 
-/// By the name of the script, why it cannot be run: it names a command, group or script that is
-/// missing, runs one that cannot be run, or goes in a circle. The others can be run.
+/// By script name, why it cannot be run: it names a missing command, group or script, runs itself,
+/// or runs a script that cannot be run. All other scripts can be run.
 std::map<std::string, std::vector<std::string>> find_script_mistakes(const Config& config);
 
-/// Puts a command in, or in the place of the one with its id, which may stand in another group.
+/// Adds a command, or replaces the one with its id, which may be in another group.
 void put_command(Config& config, const PlacedCommand& placed);
 /// @returns whether there was one.
 bool remove_command(Config& config, const std::string& id);
 
-/// Whether `group` is `wanted` or within it; both as paths, needless slashes ignored.
+/// The names in a group's path; needless slashes are ignored.
+std::vector<std::string> path_parts(const std::string& path);
+
+/// Whether `group` is `wanted` or within it; both as paths.
 bool group_is_within(const std::string& group, const std::string& wanted);
 
 const ScriptConfig* find_script(const Config& config, const std::string& name);

@@ -1,6 +1,5 @@
 // What is wrong with a file that parses: with all of it, or with some of its scripts.
 #include <set>
-#include <sstream>
 
 #include "lcm_tools/procman/config.hpp"
 #include "lcm_tools/procman/group_index.hpp"
@@ -15,7 +14,7 @@ void take_ids(const GroupConfig& group, IdsTaken& taken) {
   for (const GroupConfig& inner : group.groups) take_ids(inner, taken);
 }
 
-/// Gives later commands of one id ids of their own, in the order of all_commands().
+/// Gives duplicate ids a number, in the order of all_commands().
 class IdMaker {
  public:
   explicit IdMaker(const Config& config) { take_ids(config.root, taken_); }
@@ -59,14 +58,11 @@ void collect_paths(const GroupConfig& group, const std::string& path, std::set<s
 
 std::string without_needless_slashes(const std::string& path) {
   std::string out;
-  std::istringstream text(path);
-  for (std::string part; std::getline(text, part, '/');) {
-    if (!part.empty()) out = group_path(out, part);
-  }
+  for (const std::string& part : path_parts(path)) out = group_path(out, part);
   return out;
 }
 
-/// Looks at each script, and at each run_script, a fixed number of times.
+/// Linear in the number of scripts and run_script actions.
 class ScriptChecker {
  public:
   explicit ScriptChecker(const Config& config) : config_(config) {
@@ -118,8 +114,8 @@ class ScriptChecker {
     }
   }
 
-  /// Scripts that run in a circle or come into one: what is left when those are taken away that run
-  /// no others, again and again.
+  /// Scripts in a cycle or leading into one: those left after removing, again and again, scripts
+  /// that run no other (Kahn's topological sort).
   std::set<std::string> find_endless() const {
     std::map<std::string, std::size_t> open_calls;
     for (const auto& [name, calls] : callers_) {
@@ -144,7 +140,7 @@ class ScriptChecker {
     return endless;
   }
 
-  /// Who runs a script that cannot be run cannot be run.
+  /// A script that runs one that cannot be run cannot be run itself.
   void blame_callers() {
     std::vector<std::string> broken;
     for (const auto& [name, mistakes] : mistakes_) broken.push_back(name);

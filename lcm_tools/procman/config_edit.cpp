@@ -5,7 +5,7 @@
 namespace marco::procman {
 namespace {
 
-// Recursive as the groups are; groups that are empty then go, too.
+// Groups that become empty are removed, too.
 bool take_out(GroupConfig& group, const std::string& id) {
   const auto gone =
       std::erase_if(group.commands, [&](const CommandConfig& command) { return command.id == id; });
@@ -19,11 +19,7 @@ bool take_out(GroupConfig& group, const std::string& id) {
 
 GroupConfig& group_at(GroupConfig& root, const std::string& path) {
   GroupConfig* group = &root;
-  for (std::size_t at = 0; at < path.size();) {
-    const std::size_t end = std::min(path.find('/', at), path.size());
-    const std::string name = path.substr(at, end - at);
-    at = end + 1;
-    if (name.empty()) continue;
+  for (const std::string& name : path_parts(path)) {
     const auto inner = std::find_if(group->groups.begin(), group->groups.end(),
                                     [&](const GroupConfig& one) { return one.name == name; });
     if (inner != group->groups.end()) {

@@ -36,7 +36,7 @@ DeputyState::DeputyState(DeputyOptions options) : options_(std::move(options)) {
 
 void DeputyState::on_orders(const Orders& orders, int64_t now_utime_us, int64_t now_us) {
   if (orders.deputy_id != options_.deputy_id || shutting_down_) return;
-  // As doubles: a stranger's stamp may be any number.
+  // In doubles: a foreign stamp may be any number.
   const double age_s =
       1e-6 * (static_cast<double>(now_utime_us) - static_cast<double>(orders.utime_us));
   if (age_s > options_.max_orders_age_s) {
@@ -100,7 +100,8 @@ bool DeputyState::refuse_change(Entry& entry, const CommandOrder& order, int64_t
   if (!entry.refused_us || now_us - *entry.refused_us > kTellAgainUs) {
     entry.refused_us = now_us;
     tell(entry.spec.id,
-         "goes on as it is; refused: none of this deputy's scripts contains: " + order.spec.exec);
+         "keeps running unchanged; refused: none of this deputy's scripts contains: " +
+             order.spec.exec);
   }
   return true;
 }
@@ -132,12 +133,12 @@ void DeputyState::on_left_out(const std::set<std::string>& ordered) {
       stop(entry, entry.spec.stop_time_allowed_s);
       ++at;
     } else {
-      // Ours stay; what was refused goes, or the table would fill with other people's commands.
+      // Allowed commands stay; refused ones go, or anybody could fill the table.
       const bool refused = entry.life == Entry::Life::stopped && !is_allowed(entry.spec.exec);
       if (entry.life != Entry::Life::stopped && !entry.told_left_out) {
         ++refusals_.left_out;
         entry.told_left_out = true;
-        tell(id, "kept running, although a sheriff leaves it out of its orders");
+        tell(id, "kept running, although a sheriff left it out of its orders");
       }
       changed_ = changed_ || refused;
       at = refused ? entries_.erase(at) : std::next(at);
@@ -224,7 +225,7 @@ void DeputyState::plan_respawn(Entry& entry, int64_t now_us) {
     tell(entry.spec.id,
          "gave up: " + std::to_string(entry.crashes) + " starts in a row lasted less than " +
              std::to_string(std::llround(options_.healthy_run_s)) + " s each (last: " +
-             describe_exit(entry.exit_code) + "). Start it again when its cause is mended.");
+             describe_exit(entry.exit_code) + "). Start it again when the cause is fixed.");
     return;
   }
   entry.delay_ms = std::clamp(entry.delay_ms * 2, kFirstDelayMs, kLongestDelayMs);

@@ -14,16 +14,16 @@ namespace marco::procman {
 
 struct DeputyOptions {
   std::string deputy_id;
-  /// The only exec strings that are started, and nothing ends because a sheriff leaves it out.
-  /// None = any sheriff may have anything run (--accept-any-orders).
+  /// Only these exec strings are started, and a command left out of orders keeps running.
+  /// None = any sheriff may run anything (--accept-any-orders).
   std::optional<std::set<std::string>> allowed_execs = std::set<std::string>{};
-  int max_crashes = 20;         ///< starts in a row that ended early, then no more respawns
-  double healthy_run_s = 10.0;  ///< a run this long ends such a row
+  int max_crashes = 20;         ///< consecutive short runs before respawning stops
+  double healthy_run_s = 10.0;  ///< a run this long resets the count
   double max_orders_age_s = 60.0;
   std::size_t max_commands = 1000;
 };
 
-/// Wishes of the deputy's mind to its hands. Times are monotonic microseconds.
+/// Actions that the process must perform. Times are monotonic microseconds.
 struct StartCommand {
   CommandSpec spec;
   int32_t runid = 0;
@@ -31,9 +31,9 @@ struct StartCommand {
 struct StopCommand {
   std::string id;
   int signal = 2;
-  double allowed_s = 7.0;  ///< then SIGKILL, by a timer
+  double allowed_s = 7.0;  ///< until SIGKILL
 };
-/// A line of the deputy's own, shown with the command's output. id "" = of no command.
+/// A message of the deputy, shown with the command's output. id "" = about no command.
 struct TellSheriffs {
   std::string id;
   std::string text;
@@ -41,15 +41,15 @@ struct TellSheriffs {
 };
 using DeputyAction = std::variant<StartCommand, StopCommand, TellSheriffs>;
 
-/// What a deputy does when: the rules of the public procman's protocol, without processes, clock or
-/// network. Differences, each to the better: a restart takes one order (the start follows the end),
-/// crash loops end, refused orders are visible, nothing is left to a second order.
+/// The state machine of a deputy: the rules of the public procman's protocol, without processes,
+/// clock or network. What differs: a restart takes one order (the start follows the end), crash
+/// loops end, refused orders are visible.
 class DeputyState {
  public:
   explicit DeputyState(DeputyOptions options);
 
-  /// An order for an exec string that is not allowed alters nothing of a command that runs or is
-  /// about to run again; a stop is obeyed whatever exec it names.
+  /// An order with an exec string that is not allowed does not change a command that runs or waits
+  /// for its respawn; a stop is obeyed whatever its exec string.
   /// @param now_utime_us the wall clock, for the age of the orders.
   void on_orders(const Orders& orders, int64_t now_utime_us, int64_t now_us);
 
@@ -59,21 +59,21 @@ class DeputyState {
   /// The command and all its descendants are gone. Also after a start that failed.
   void on_ended(const std::string& id, int raw_status, int64_t now_us);
 
-  /// A command that runs since before this deputy was started.
+  /// Takes over a command that was running before this deputy started.
   void adopt(const CommandSpec& spec, int32_t runid, int32_t pid, int64_t now_us);
 
-  /// Does what has become due. Call at next_due_us().
+  /// Starts the respawns that are due. Call at next_due_us().
   void on_time(int64_t now_us);
   std::optional<int64_t> next_due_us() const;
 
-  /// Stops everything; orders are ignored from now on. Again: SIGKILL at once.
+  /// Stops all commands and ignores further orders. A second call sends SIGKILL at once.
   void shut_down();
   bool all_ended() const;
 
   /// What to do now, in order; each is given once.
   std::vector<DeputyAction> take_actions();
 
-  /// Whether a PM_INFO is worth sending; asking resets it.
+  /// Whether something to publish has changed since the last call.
   bool take_changed();
 
   /// pid, run ids and exit codes; loads are 0.
@@ -81,7 +81,7 @@ class DeputyState {
 
   struct Refusals {
     int64_t stale = 0;     ///< orders older than max_orders_age_s
-    int64_t exec = 0;      ///< starts of what is not in the scripts
+    int64_t exec = 0;      ///< starts of commands that are not in the scripts
     int64_t too_many = 0;  ///< commands beyond max_commands
     int64_t left_out = 0;  ///< running commands that a sheriff left out of its orders
   };

@@ -18,11 +18,10 @@ struct OutputSpan {
   std::string file;
 };
 
-/// The last lines of each command, as a sheriff heard them; bounded, whatever the network says:
-/// kMaxCommandBytes of a command, kMaxBytes of all, a longer line than kMaxLineBytes is cut into
-/// several. Where a message was lost on the way, a
-/// line says how much is missing and where it is, if the deputy is one that says which bytes it
-/// sends (ours).
+/// The last lines of each command's output, as a sheriff heard them. Bounded, whatever comes: to
+/// kMaxCommandBytes per command and kMaxBytes in all; lines longer than kMaxLineBytes are cut.
+/// Where a message was lost, a line says how much is missing and where to find it, if the deputy
+/// announces the bytes it sends (as ours do).
 class OutputLog {
  public:
   /// @param max_lines kept of each command.
@@ -31,7 +30,7 @@ class OutputLog {
   static constexpr std::size_t kMaxCommandBytes = std::size_t{4} << 20;
   static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
-  /// What the message of this deputy and time will carry; comes before it.
+  /// Announces what the message of this deputy and time will carry.
   void on_span(const std::string& deputy, int64_t utime_us, std::vector<OutputSpan> spans);
 
   /// One message. `texts` in the order of `ids`.
@@ -74,7 +73,7 @@ class OutputLog {
   int64_t lost_bytes_ = 0;
 };
 
-/// `line` without terminal control sequences and other characters that would not stay on a line.
+/// `line` without terminal control sequences and other unprintable characters.
 std::string printable(const std::string& line);
 
 }  // namespace marco::procman

@@ -9,7 +9,7 @@
 namespace marco::procman {
 namespace {
 
-// The public procman's pause after a wait: what the next action asks is then known.
+// The public procman's pause after a wait, in which reports of the change arrive.
 constexpr int64_t kPauseUs = 100'000;
 
 bool has_stopped(Status status) {
@@ -161,9 +161,9 @@ ScriptRunner::Progress ScriptRunner::check_wait(const ScriptAction& action,
 }
 
 ScriptRunner::Progress ScriptRunner::give_up(const WaitCondition& wait, const std::string& event) {
-  waited_in_vain_ = true;
+  wait_failed_ = true;
   if (wait.continue_after_timeout) {
-    events_.push_back(event + "; going on");
+    events_.push_back(event + "; continuing");
     return Progress::done;
   }
   finish(State::aborted, event + "; script " + name_ + " is aborted");
@@ -176,7 +176,7 @@ bool ScriptRunner::is_satisfied(const ScriptAction& action, const SheriffState& 
   const bool statuses = std::all_of(ids.begin(), ids.end(), [&](const std::string& id) {
     const Status status = sheriff.commands().at(id).status();
     if (wait.what == WaitFor::publishing) return status == Status::running;
-    // A command that is over so soon that nobody saw it run must not hang a script.
+    // A command that ended before anybody saw it run must not hang the script.
     return has_stopped(status) || (wait.what == WaitFor::running && status == Status::running);
   });
   if (!statuses || wait.what != WaitFor::publishing) return statuses;

@@ -23,8 +23,8 @@ class ScriptRunner {
   ScriptRunner(const ScriptRunner&) = delete;
   ScriptRunner& operator=(const ScriptRunner&) = delete;
 
-  /// Does what can be done now, at most kMostActionsAStep actions: scripts that run scripts can be
-  /// long, and keys and signals must not wait for them.
+  /// Runs the script as far as it can go now, at most kMostActionsAStep actions: long scripts must
+  /// not delay keys and signals.
   State step(SheriffState& sheriff, int64_t now_us);
 
   /// A message came on a channel that some action waits for.
@@ -39,17 +39,17 @@ class ScriptRunner {
   State state() const { return state_; }
   const std::string& name() const { return name_; }
 
-  /// What it waits for now; "" when for nothing.
+  /// What it waits for now; "" = nothing.
   std::string waiting_for() const;
 
-  /// When the wait that goes on now began; none when it waits for nothing.
+  /// When the present wait began; none when it does not wait.
   std::optional<int64_t> waiting_since_us() const;
 
-  /// The commands that the last wait, which may have been in vain, was for.
+  /// The commands that the last wait was for.
   const std::vector<std::string>& waited_for() const { return waited_for_; }
 
-  /// Whether a wait was given up since the last call.
-  bool take_waited_in_vain() { return std::exchange(waited_in_vain_, false); }
+  /// Whether a wait has failed since the last call.
+  bool take_wait_failed() { return std::exchange(wait_failed_, false); }
 
   static constexpr int kMostActionsAStep = 1000;
 
@@ -80,7 +80,7 @@ class ScriptRunner {
   std::map<std::string, int64_t> heard_us_;
   std::vector<std::string> events_;
   std::vector<std::string> waited_for_;
-  bool waited_in_vain_ = false;
+  bool wait_failed_ = false;
 };
 
 /// "start cmd "lidar"", for logs and screens.

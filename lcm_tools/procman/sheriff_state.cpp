@@ -49,7 +49,7 @@ std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
   if (!observer_ && info.utime_us < now_utime_us - kMaxInfoAgeUs) {
     return tell_stale(info, now_utime_us, now_us);
   }
-  // Anybody on the network can make up deputies and commands: no more than a house may have.
+  // Anybody on the network can make up deputies and commands: their numbers are limited.
   const bool is_known = deputies_.contains(info.deputy_id);
   if (!is_known && deputies_.size() >= kMostDeputies) return {};
   std::vector<std::string> events;
@@ -82,8 +82,8 @@ std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
     command.reported = status;
     if (first && !adopted) settle_first_report(command);
     if (status.actual_runid > command.desired_runid) {
-      // Another sheriff has started it: two that insist on their own run ids would restart it in
-      // turns.
+      // Another sheriff has started it: two sheriffs with run ids of their own would keep
+      // restarting it.
       command.desired_runid = status.actual_runid;
       command.force_quit = status.pid == 0;
     }
@@ -112,10 +112,10 @@ std::vector<std::string> SheriffState::tell_stale(const DeputyInfo& info,
   const auto [told, is_new] = stale_told_us_.try_emplace(info.deputy_id, now_us);
   if (!is_new && now_us - told->second < kTellStaleAgainUs) return {};
   told->second = now_us;
-  // As doubles: a stranger's stamp may be any number.
+  // In doubles: a foreign stamp may be any number.
   const double age_s =
       1e-6 * (static_cast<double>(now_utime_us) - static_cast<double>(info.utime_us));
-  return {"deputy " + info.deputy_id + " is not believed: its clock is " +
+  return {"deputy " + info.deputy_id + " is ignored: its clock is " +
           std::to_string(std::llround(std::min(age_s, 1e12))) +
           " s behind ours. Set both clocks (chrony, ntp)"};
 }
@@ -124,7 +124,7 @@ void SheriffState::note_missing(const std::string& deputy, const std::set<std::s
   for (auto& [id, command] : commands_) {
     if (command.deputy != deputy || listed.contains(id)) continue;
     const bool first = !command.reported;
-    // A deputy started anew has forgotten everything; orders start its commands again.
+    // A restarted deputy has forgotten everything; orders start its commands again.
     if (!first && command.reported->actual_runid == 0) continue;
     command.reported = CommandStatus{command.spec, 0, 0, 0, 0.0, 0, 0};
     if (first) settle_first_report(command);

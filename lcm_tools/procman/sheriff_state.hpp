@@ -27,7 +27,7 @@ const char* status_text(Status status);
 /// A command as the sheriff knows it.
 struct SheriffCommand {
   CommandSpec spec;
-  std::string label;  ///< what scripts may call it too, see CommandConfig; "" = only by its id
+  std::string label;  ///< another name for scripts, see CommandConfig; "" = none
   std::string deputy;
   int32_t desired_runid = 0;
   bool force_quit = false;
@@ -36,7 +36,7 @@ struct SheriffCommand {
 
   Status status() const;
 
-  /// Whether its deputy has done, as far as is known, what was last asked of it.
+  /// Whether its deputy is known to have done what was last asked.
   bool settled() const;
 
  private:
@@ -49,8 +49,8 @@ struct SheriffDeputy {
   int64_t heard_us = 0;  ///< monotonic
 };
 
-/// What a sheriff wants and knows: the public procman's protocol, without clock or network. An
-/// order given before a deputy was heard waits for it, so that nothing that runs is started twice.
+/// The state machine of a sheriff: the public procman's protocol, without clock or network. An
+/// order given before its deputy was heard waits, so that no running command is started twice.
 class SheriffState {
  public:
   explicit SheriffState(std::string sheriff_id, bool observer = false);
@@ -59,7 +59,7 @@ class SheriffState {
   void load(const Config& config);
 
   /// @param now_utime_us the wall clock: information older than 30 s is ignored (not by observers).
-  /// @returns lines for the event log: what changed.
+  /// @returns events for the log: what changed.
   std::vector<std::string> on_info(const DeputyInfo& info, int64_t now_utime_us, int64_t now_us);
 
   /// Orders on the bus. An observer learns from them what is wanted.
@@ -72,20 +72,20 @@ class SheriffState {
   void stop(const std::string& id);
   void restart(const std::string& id);
 
-  /// Adds a command, or changes the one of its id: at once, but a running one goes on as it is
-  /// until it is restarted. One that moves to another deputy is removed at the old one.
+  /// Adds a command, or changes the one with its id; a running one keeps running unchanged until it
+  /// is restarted. One that moves to another deputy is removed from the old one.
   void put(const PlacedCommand& placed);
-  /// Stops it, and when it has stopped leaves it out of the orders, so that its deputy forgets it.
+  /// Stops it, then leaves it out of the orders, so that its deputy forgets it.
   void remove(const std::string& id);
 
   bool observer() const { return observer_; }
   void set_observer(bool observer) { observer_ = observer; }
 
-  /// Orders to be sent now: to deputies heard from, after a change or when the last were sent a
-  /// second ago. None as observer.
+  /// Orders to send now, to deputies that were heard: after a change, and once a second. None for
+  /// an observer.
   std::vector<Orders> take_due_orders(int64_t now_utime_us, int64_t now_us);
 
-  /// Ids of the commands that run, as far as was heard.
+  /// Ids of the commands that are known to run.
   std::vector<std::string> running() const;
 
   const std::map<std::string, SheriffCommand>& commands() const { return commands_; }
@@ -110,7 +110,7 @@ class SheriffState {
   std::map<std::string, int64_t> orders_sent_us_;
   std::map<std::string, int64_t> stale_told_us_;  ///< by deputy
   std::set<std::string> changed_deputies_;
-  /// Of each deputy what it may still list after its removal.
+  /// Per deputy: removed commands that it may still list.
   std::map<std::string, std::set<std::string>> removed_;
 };
 

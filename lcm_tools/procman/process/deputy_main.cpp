@@ -8,6 +8,7 @@
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/procman/config.hpp"
 #include "lcm_tools/procman/process/deputy_process.hpp"
+#include "lcm_tools/procman/process/folders.hpp"
 
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
 
@@ -43,7 +44,7 @@ int main(int argc, char** argv) {
   return process::run_main("marco-procman-deputy", [&] {
     CLI::App app(
         "Runs and watches commands for procman sheriffs. By default only what its own --script "
-        "files contain, and nothing ends because a sheriff does not mention it.");
+        "files contain, and no command is stopped because a sheriff leaves it out.");
     procman::DeputyProcessOptions options;
     options.state.deputy_id = host_name();
     std::string log;
@@ -54,7 +55,7 @@ int main(int argc, char** argv) {
     std::string output_folder = procman::default_output_folder();
     app.add_option("-i,--id", options.state.deputy_id, "name of this deputy")
         ->capture_default_str();
-    app.add_option("-l,--log", log, "append own messages to this file");
+    app.add_option("-l,--log", log, "append the deputy's own messages to this file");
     app.add_option("-u,--lcmurl,--lcm-url", options.lcm_url,
                    "default: LCM_DEFAULT_URL, or this host only");
     app.add_option("--script", scripts,
@@ -64,19 +65,21 @@ int main(int argc, char** argv) {
     app.add_flag("--accept-any-orders", accept_any,
                  "obey every sheriff: anyone who can send to this LCM network can then run any "
                  "program as you");
-    app.add_option("--runtime-folder", runtime_folder, "where running commands are found again")
+    app.add_option("--runtime-folder", runtime_folder,
+                   "for sockets by which a restarted deputy finds running commands")
         ->capture_default_str();
-    app.add_option("--output-folder", output_folder, "a file of its whole output per command")
+    app.add_option("--output-folder", output_folder, "for a file per command with all its output")
         ->capture_default_str();
-    app.add_option("--output-bytes", options.max_file_bytes,
-                   "a longer file of output becomes COMMAND.log.1, over the one before")
+    app.add_option("--output-bytes", options.runs.max_file_bytes,
+                   "a longer output file becomes COMMAND.log.1, replacing the one before")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
-    app.add_option("--output-rate", options.output_bytes_per_s, "bytes/s of PM_OUTPUT, at most")
+    app.add_option("--output-rate", options.runs.output_bytes_per_s,
+                   "bytes/s of PM_OUTPUT, at most")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     app.add_option("--max-crashes", options.state.max_crashes,
-                   "auto_respawn gives up after so many short runs in a row")
+                   "consecutive short runs after which auto_respawn gives up")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     app.add_flag("-v,--verbose", verbose, "say more");
@@ -87,11 +90,11 @@ int main(int argc, char** argv) {
       options.state.allowed_execs = execs_of(scripts);
     }
     const std::string name = procman::file_name_of(options.state.deputy_id);
-    options.runtime_folder = std::filesystem::absolute(runtime_folder) / name;
-    options.output_folder = std::filesystem::absolute(output_folder) / name;
+    options.runs.runtime_folder = std::filesystem::absolute(runtime_folder) / name;
+    options.runs.output_folder = std::filesystem::absolute(output_folder) / name;
     const std::filesystem::path home =
         std::filesystem::read_symlink("/proc/self/exe").parent_path();
-    options.keeper_program = home / "marco-procman-keeper";
+    options.runs.keeper_program = home / "marco-procman-keeper";
     const char* path = std::getenv("PATH");
     setenv("PATH", (home.string() + ":" + (path != nullptr ? path : "")).c_str(), 1);
     if (!log.empty()) append_to(log);

@@ -52,7 +52,7 @@ void DeputyWatch::look_for_missing(const SheriffState& sheriff) {
     if (sheriff.deputies().contains(command.deputy)) continue;
     if (!missing_.insert(command.deputy).second) continue;
     std::string event = "deputy " + command.deputy + " was not heard for 3 s (" +
-                        (heard.empty() ? "nor any other" : "heard: " + heard) +
+                        (heard.empty() ? "nor was any other" : "heard: " + heard) +
                         "). Start it on its host: marco-procman-deputy -i " + command.deputy +
                         " --script FILE";
     if (command.deputy == kLoneDeputyId) event += "; or give this sheriff one with -l";
@@ -64,7 +64,7 @@ void DeputyWatch::look_for_silent(int64_t now_us, const SheriffState& sheriff) {
   for (const auto& [id, deputy] : sheriff.deputies()) {
     const bool is_silent = now_us - deputy.heard_us > kSilentUs;
     if (is_silent && silent_.insert(id).second) {
-      events_.push_back("deputy " + id + " is silent for 5 s; what it runs goes on without it");
+      events_.push_back("deputy " + id + " has been silent for 5 s; its commands keep running");
     } else if (!is_silent && silent_.erase(id) > 0) {
       events_.push_back("deputy " + id + " is heard again");
     }

@@ -1,12 +1,10 @@
 #include "lcm_tools/procman/process/descriptor.hpp"
 
-#include <pthread.h>
-#include <sys/signalfd.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <cstring>
 #include <stdexcept>
 
@@ -31,21 +29,19 @@ int64_t wall_clock_us() {
       .count();
 }
 
-Descriptor open_stop_signals() {
-  std::signal(SIGPIPE, SIG_IGN);
-  sigset_t stops;
-  sigemptyset(&stops);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) sigaddset(&stops, number);
-  pthread_sigmask(SIG_BLOCK, &stops, nullptr);
-  Descriptor signals(signalfd(-1, &stops, SFD_CLOEXEC | SFD_NONBLOCK));
-  if (!signals.is_open()) throw_errno("signalfd");
-  return signals;
+void poll_for(std::span<pollfd> sources, int64_t wait_us) {
+  const timespec wait = {wait_us / 1'000'000, (wait_us % 1'000'000) * 1000};
+  if (ppoll(sources.data(), sources.size(), &wait, nullptr) < 0 && errno != EINTR) {
+    throw_errno("ppoll");
+  }
 }
 
-int take_stop_signal(const Descriptor& signals) {
-  signalfd_siginfo info = {};
-  return read(signals.get(), &info, sizeof info) == sizeof info ? static_cast<int>(info.ssi_signo)
-                                                                : 0;
+std::optional<sockaddr_un> socket_address(const std::string& path) {
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  if (path.size() >= sizeof address.sun_path) return std::nullopt;
+  std::copy(path.begin(), path.end(), address.sun_path);
+  return address;
 }
 
 void throw_errno(const std::string& what) {

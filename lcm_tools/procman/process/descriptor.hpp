@@ -1,10 +1,13 @@
 #pragma once
 
+#include <poll.h>
 #include <sys/types.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -32,7 +35,7 @@ class Descriptor {
   int fd_;
 };
 
-/// The user at the other end of a local socket; none when that cannot be told.
+/// The user at the other end of a local socket; none when that is not known.
 std::optional<uid_t> peer_of(const Descriptor& socket);
 
 /// Microseconds of the monotonic clock.
@@ -41,12 +44,11 @@ int64_t monotonic_us();
 /// Microseconds since 1970.
 int64_t wall_clock_us();
 
-/// A descriptor that becomes readable when one of SIGINT, SIGTERM, SIGHUP, SIGQUIT comes; they are
-/// blocked in this thread and those it makes, so call it first. Also ignores SIGPIPE.
-Descriptor open_stop_signals();
+/// Waits until one of the sources is ready, at most `wait_us` (>= 0). @throws std::runtime_error.
+void poll_for(std::span<pollfd> sources, int64_t wait_us);
 
-/// Reads one such signal. @returns its number, 0 if none has come.
-int take_stop_signal(const Descriptor& signals);
+/// The address of a socket file; none when the path is too long for one.
+std::optional<sockaddr_un> socket_address(const std::string& path);
 
 /// Throws std::runtime_error "WHAT: the system's reason".
 [[noreturn]] void throw_errno(const std::string& what);

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "lcm_tools/procman/process/descriptor.hpp"
+
 namespace marco::procman {
 
 /// `name` as a file name: other characters than letters, digits, '.', '_', '-' as %XX.
@@ -13,10 +15,11 @@ std::string default_runtime_folder();
 /// Where deputies write the commands' output: in XDG_STATE_HOME, else in ~/.local/state.
 std::string default_output_folder();
 
-/// Locked by the deputy that uses this runtime folder of its own.
-std::string lock_path(const std::string& runtime_folder);
+/// Makes the runtime folder, for this user only, and locks it for as long as the result lives.
+/// @throws std::runtime_error when it is another user's, or another deputy's.
+Descriptor lock_runtime_folder(const std::string& runtime_folder);
 
-/// Whether a deputy of this user and id is at work on this host, with the default runtime folder.
+/// Whether a deputy with this id of this user runs on this host, in the default runtime folder.
 bool deputy_is_at_work(const std::string& deputy_id);
 
 }  // namespace marco::procman

@@ -2,9 +2,7 @@
 
 #include <spawn.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <stdexcept>
@@ -47,13 +45,11 @@ KeeperLink KeeperLink::spawn(const std::string& program,
 }
 
 std::optional<KeeperLink> KeeperLink::connect(const std::string& socket_path) {
-  sockaddr_un address = {};
-  address.sun_family = AF_UNIX;
-  if (socket_path.size() >= sizeof address.sun_path) return std::nullopt;
-  std::copy(socket_path.begin(), socket_path.end(), address.sun_path);
+  const auto address = socket_address(socket_path);
+  if (!address) return std::nullopt;
   Descriptor socket(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
   if (!socket.is_open() ||
-      ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+      ::connect(socket.get(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0) {
     return std::nullopt;
   }
   if (peer_of(socket) != getuid()) return std::nullopt;

@@ -19,6 +19,7 @@ namespace {
 constexpr int64_t kHealthyUs = 10'000'000;
 constexpr int64_t kLongestDelayUs = 30'000'000;
 constexpr std::uintmax_t kMaxLogBytes = 1U << 20;
+const std::string kName = std::string("deputy ") + kLoneDeputyId;
 
 Descriptor open_log(const std::string& path) {
   if (path.empty()) return Descriptor(dup(STDERR_FILENO));
@@ -93,12 +94,12 @@ std::string LoneDeputy::keep_alive(int64_t now_us) {
     const bool was_healthy = now_us - started_us_ > kHealthyUs;
     delay_us_ = was_healthy ? 0 : std::clamp<int64_t>(2 * delay_us_, 500'000, kLongestDelayUs);
     start_again_us_ = now_us + delay_us_;
-    return std::string("deputy ") + kLoneDeputyId + " has ended: " + describe_exit(raw_status_) +
-           "; its commands run on, and it is started again" + messages_are_in();
+    return kName + " has ended: " + describe_exit(raw_status_) +
+           "; its commands keep running, and it is started again" + messages_are_in();
   }
   if (now_us < start_again_us_) return "";
   start(now_us);
-  return std::string("deputy ") + kLoneDeputyId + " is started again: it takes up what still runs";
+  return kName + " is started again and takes over what still runs";
 }
 
 void LoneDeputy::ask_to_end() {

@@ -14,13 +14,12 @@ inline constexpr const char* kLoneDeputyId = "localhost";
 struct LoneDeputyOptions {
   std::string config_path;
   std::string lcm_url;             ///< "" = LCM_DEFAULT_URL, or the common default
-  std::string log_path;            ///< gets its messages; "" = this process's own stderr
-  bool accept_any_orders = false;  ///< it runs what is not in the file, too
+  std::string log_path;            ///< of its messages; "" = this process's stderr
+  bool accept_any_orders = false;  ///< also commands that are not in the file
 };
 
-/// A deputy "localhost" inside a sheriff (-l): a child process, which ends with it. One that ends
-/// without being asked is started again, and finds the commands that still run. The thread that
-/// makes it must outlive it.
+/// The deputy "localhost" of a sheriff (-l): a child process that ends with it. If it dies, it is
+/// started again and finds the commands that still run. The thread that makes it must outlive it.
 class LoneDeputy {
  public:
   /// Looks for marco-procman-deputy beside this program.
@@ -31,12 +30,12 @@ class LoneDeputy {
   LoneDeputy(const LoneDeputy&) = delete;
   LoneDeputy& operator=(const LoneDeputy&) = delete;
 
-  /// Starts it again where it has ended; later each time while it does not live 10 s.
+  /// Starts it again when it has ended, with growing delays while its lives are shorter than 10 s.
   /// @param now_us monotonic. @returns a line for the event log; "" when nothing happened.
   std::string keep_alive(int64_t now_us);
 
-  /// Asks it to end with all its commands; again: at once. One that dies before that is done is
-  /// started once more, a few times, for its commands run on without it.
+  /// Asks it to end with all its commands; a second time: at once. If it dies before that is done
+  /// it is started again, a few times, because its commands would keep running.
   void ask_to_end();
   bool has_ended();
 
@@ -52,7 +51,7 @@ class LoneDeputy {
   pid_t pid_ = 0;
   int raw_status_ = 0;
   bool asked_to_end_ = false;
-  int last_starts_ = 3;  ///< that are left for stopping the commands
+  int last_starts_ = 3;  ///< left, for stopping the commands
   bool end_is_told_ = false;
   int64_t started_us_ = 0;
   int64_t delay_us_ = 0;

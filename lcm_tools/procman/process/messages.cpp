@@ -1,5 +1,7 @@
 #include "lcm_tools/procman/process/messages.hpp"
 
+#include "lcm_tools/procman/process/descriptor.hpp"
+
 namespace marco::procman {
 namespace {
 
@@ -57,6 +59,14 @@ DeputyInfo from_message(const procman_lcm::deputy_info_t& message) {
                              command.mem_vsize_bytes, command.mem_rss_bytes});
   }
   return info;
+}
+
+procman_lcm::discovery_t discovery_message(const std::string& transmitter_id, int64_t nonce) {
+  procman_lcm::discovery_t message;
+  message.utime = wall_clock_us();
+  message.transmitter_id = transmitter_id;
+  message.nonce = nonce;
+  return message;
 }
 
 procman_lcm::orders_t to_message(const Orders& orders) {

@@ -3,6 +3,7 @@
 #include "lcm_tools/lcmtypes/channels.hpp"
 #include "lcm_tools/procman/wire.hpp"
 #include "procman_lcm/deputy_info_t.hpp"
+#include "procman_lcm/discovery_t.hpp"
 #include "procman_lcm/orders_t.hpp"
 
 namespace marco::procman {
@@ -17,6 +18,9 @@ inline constexpr const char* kOutputSpan = "PROCMAN_OUTPUT_SPAN";
 
 procman_lcm::deputy_info_t to_message(const DeputyInfo& info);
 DeputyInfo from_message(const procman_lcm::deputy_info_t& message);
+
+/// PM_DISCOVER: asks all deputies who is there.
+procman_lcm::discovery_t discovery_message(const std::string& transmitter_id, int64_t nonce);
 
 procman_lcm::orders_t to_message(const Orders& orders);
 Orders from_message(const procman_lcm::orders_t& message);

@@ -15,32 +15,31 @@ namespace marco::procman {
 struct OutputPiece {
   std::string id;
   std::string text;         ///< UTF-8
-  int64_t first_byte = -1;  ///< in the file; -1 = a line of the deputy's own
+  int64_t first_byte = -1;  ///< in the file; -1 = a message of the deputy
   int64_t end_byte = -1;
   std::string file;
 };
 
-/// Reads the commands' files, which their keepers write, and hands their new bytes out at a pace
-/// that receivers keep up with. A command far ahead of the pace has its oldest bytes left out,
-/// which is said in its text.
+/// Reads the files that keepers write, and hands out new bytes at a rate that receivers can follow.
+/// When a command is far ahead, its oldest bytes are left out; the text says so.
 class OutputPump {
  public:
   /// @param bytes_per_s > 0, of all commands together.
   explicit OutputPump(double bytes_per_s);
 
-  /// A run of `id` writes to `file`; bytes before `shown` are known already.
+  /// A run of `id` writes to `file`; bytes before `shown` were handed out already.
   void open_run(const std::string& id, const std::string& file, int64_t shown);
 
-  /// The run has begun a new `file`, whose inode is given; the rest of the one before still comes,
-  /// older ones are left out, so that no deleted file is held for long.
-  /// @returns false when that is not the file of this name (any more): ask again with newer news.
+  /// The run has begun a new `file`, with this inode. The rest of the file before is still handed
+  /// out, older ones are left out, so that no deleted file stays open for long.
+  /// @returns false when the file of this name is another one: call again with newer information.
   bool open_next_file(const std::string& id, const std::string& file, int64_t inode);
   void on_growth(const std::string& id, int64_t end_byte);
 
-  /// A line of the deputy's own, after what the command wrote so far. id "" = of no command.
+  /// A message of the deputy, after the command's output so far. id "" = about no command.
   void tell(const std::string& id, const std::string& line);
 
-  /// What may go now: the pieces of one message, commands in turns. Empty when nothing is due.
+  /// The pieces of the next message, commands in turns. Empty when nothing is due.
   std::vector<OutputPiece> take(int64_t now_us);
 
   /// When there is something to take.

@@ -3,7 +3,6 @@
 #include <dirent.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -63,8 +62,8 @@ std::vector<pid_t> descendants_of(pid_t ancestor, const std::map<pid_t, ProcessS
   return found;
 }
 
-// The children of each thread are listed by kernels with CONFIG_PROC_CHILDREN: some files instead
-// of one of every process of the machine, which take longer than a SIGKILL should be late.
+// Kernels with CONFIG_PROC_CHILDREN list the children of each thread: a few files instead of one
+// for every process of the machine, which would delay a SIGKILL.
 std::vector<pid_t> descendants_of(pid_t ancestor) {
   std::vector<pid_t> found = {ancestor};
   for (std::size_t at = 0; at < found.size(); ++at) {
@@ -84,59 +83,6 @@ std::vector<pid_t> descendants_of(pid_t ancestor) {
   }
   found.erase(found.begin());
   return found;
-}
-
-MachineLoad LoadMeter::measure_machine() {
-  MachineLoad load;
-  std::ifstream memory("/proc/meminfo");
-  std::string key;
-  std::string unit;
-  for (int64_t kilobytes = 0; memory >> key >> kilobytes && std::getline(memory, unit);) {
-    if (key == "MemTotal:") load.phys_mem_total_bytes = kilobytes * 1024;
-    if (key == "MemFree:") load.phys_mem_free_bytes = kilobytes * 1024;
-    if (key == "SwapTotal:") load.swap_total_bytes = kilobytes * 1024;
-    if (key == "SwapFree:") load.swap_free_bytes = kilobytes * 1024;
-  }
-  std::ifstream file("/proc/stat");
-  int64_t user = 0;
-  int64_t nice = 0;
-  int64_t system = 0;
-  int64_t idle = 0;
-  file >> key >> user >> nice >> system >> idle;
-  const int64_t busy = user + nice + system;
-  const int64_t total = busy + idle;
-  elapsed_ticks_ = total_ticks_ > 0 ? total - total_ticks_ : 0;
-  if (elapsed_ticks_ > 0) {
-    load.cpu_load = std::clamp(
-        static_cast<double>(busy - busy_ticks_) / static_cast<double>(elapsed_ticks_), 0.0, 1.0);
-  }
-  busy_ticks_ = busy;
-  total_ticks_ = total;
-  return load;
-}
-
-void LoadMeter::measure_commands(std::vector<CommandStatus>& commands) {
-  const std::map<pid_t, ProcessStat> processes = read_processes();
-  std::map<pid_t, int64_t> ticks_now;
-  for (CommandStatus& command : commands) {
-    if (command.pid == 0 || !processes.contains(command.pid)) continue;
-    std::vector<pid_t> members = descendants_of(command.pid, processes);
-    members.push_back(command.pid);
-    int64_t ticks = 0;
-    for (const pid_t pid : members) {
-      const ProcessStat& stat = processes.at(pid);
-      ticks_now[pid] = stat.cpu_ticks;
-      command.mem_vsize_bytes += stat.vsize_bytes;
-      command.mem_rss_bytes += stat.rss_bytes;
-      const auto before = command_ticks_.find(pid);
-      if (before != command_ticks_.end()) ticks += stat.cpu_ticks - before->second;
-    }
-    if (elapsed_ticks_ > 0) {
-      command.cpu_usage =
-          std::clamp(static_cast<double>(ticks) / static_cast<double>(elapsed_ticks_), 0.0, 1.0);
-    }
-  }
-  command_ticks_ = std::move(ticks_now);
 }
 
 }  // namespace marco::procman

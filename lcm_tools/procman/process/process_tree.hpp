@@ -6,8 +6,6 @@
 #include <map>
 #include <vector>
 
-#include "lcm_tools/procman/wire.hpp"
-
 namespace marco::procman {
 
 /// One line of /proc/PID/stat.
@@ -25,23 +23,7 @@ std::map<pid_t, ProcessStat> read_processes();
 /// The descendants of `ancestor`, without itself, parents before children.
 std::vector<pid_t> descendants_of(pid_t ancestor, const std::map<pid_t, ProcessStat>& processes);
 
-/// As above, of now; reads no more of /proc than it must.
+/// As above, of now; reads only the part of /proc that it needs.
 std::vector<pid_t> descendants_of(pid_t ancestor);
-
-/// Measures loads as changes between calls, which should be about a second apart.
-class LoadMeter {
- public:
-  /// Memory, and the processor's load since the last call.
-  MachineLoad measure_machine();
-
-  /// Fills cpu and memory of each command that runs: of its process and all descendants.
-  void measure_commands(std::vector<CommandStatus>& commands);
-
- private:
-  int64_t busy_ticks_ = 0;
-  int64_t total_ticks_ = 0;
-  int64_t elapsed_ticks_ = 0;  ///< of all cores, between the last two calls
-  std::map<pid_t, int64_t> command_ticks_;
-};
 
 }  // namespace marco::procman

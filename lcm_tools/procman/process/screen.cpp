@@ -1,8 +1,5 @@
 #include "lcm_tools/procman/process/screen.hpp"
 
-// Else its macros rename our members.
-#define NCURSES_NOMACROS
-#include <curses.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +7,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
+#include <utility>
+
+#include "lcm_tools/procman/process/curses.hpp"
+#include "lcm_tools/procman/process/screen_text.hpp"
 
 namespace marco::procman {
 namespace {
@@ -32,8 +33,13 @@ void define_colours() {
 
 }  // namespace
 
-Screen::Screen(SheriffProcess& sheriff, ScreenOptions options)
-    : sheriff_(sheriff), options_(std::move(options)), path_(options_.config_path) {
+void ScreenContext::say(const std::string& text) {
+  notice = text;
+  notice_until_us = monotonic_us() + kNoticeUs;
+}
+
+Screen::Screen(SheriffProcess& sheriff, const ScreenOptions& options)
+    : context_{sheriff, options.is_lone, options.config_path}, output_(sheriff) {
   if (isatty(STDIN_FILENO) == 0 || isatty(STDOUT_FILENO) == 0) {
     throw std::runtime_error("this is no terminal; without a screen: -n SCRIPT");
   }
@@ -50,11 +56,12 @@ Screen::Screen(SheriffProcess& sheriff, ScreenOptions options)
   set_escdelay(25);
   curs_set(0);
   define_colours();
-  const auto warns = [](const std::string& event) {
+  const auto& events = sheriff.log().events();
+  const auto warnings = std::count_if(events.begin(), events.end(), [](const std::string& event) {
     return event.find("warning: ") != std::string::npos;
-  };
-  const auto warnings = std::count_if(sheriff_.events().begin(), sheriff_.events().end(), warns);
-  if (warnings > 0) say(std::to_string(warnings) + " warnings about the file: e shows them");
+  });
+  if (warnings > 0)
+    context_.say(std::to_string(warnings) + " warnings about the file: e shows them");
   draw();
 }
 
@@ -69,169 +76,200 @@ void Screen::step() {
     keys = true;
     on_key(key);
   }
-  if (sheriff_.take_other_sheriff_seen()) {
-    sheriff_.state().set_observer(true);
-    say("another sheriff is at work: now only watching; o = give orders again");
+  if (context_.sheriff.take_other_sheriff_seen()) {
+    context_.sheriff.state().set_observer(true);
+    context_.say("another sheriff is at work: now only watching; o = give orders again");
   }
-  end_when_stopped();
+  if (dialog_) dialog_->on_time();
   if (keys || monotonic_us() - drawn_us_ >= kDrawPeriodUs) draw();
 }
 
 void Screen::on_key(int key) {
-  const bool types = mode_ == Mode::form || mode_ == Mode::path;
+  const bool types = dialog_ && dialog_->takes_text();
   if (!types && on_emergency_key(key)) return;
-  if (mode_ == Mode::quit) {
-    on_quit_key(key);
-  } else if (key == control('q') || key == control('c')) {
-    ask_to_quit();
-  } else if (mode_ == Mode::scripts) {
-    on_scripts_key(key);
-  } else if (mode_ == Mode::form) {
-    on_form_key(key);
-  } else if (mode_ == Mode::path) {
-    on_path_key(key);
-  } else if (mode_ == Mode::help || mode_ == Mode::deputies) {
-    mode_ = Mode::table;
+  const bool quits = key == control('q') || key == control('c');
+  if (quits && !(dialog_ && dialog_->takes_quit_keys())) return ask_to_quit();
+  if (dialog_) {
+    if (dialog_->on_key(key) == Dialog::After::closes) dialog_.reset();
+    if (!context_.chosen_command.empty()) list_.choose(std::exchange(context_.chosen_command, {}));
+    return;
+  }
+  const auto at = table_keys().find(key);
+  if (at != table_keys().end()) at->second(*this);
+}
+
+const Screen::Keys& Screen::table_keys() {
+  static const Keys keys = [] {
+    Keys all;
+    const auto bind = [&all](std::initializer_list<int> codes, const Keys::mapped_type& action) {
+      for (const int code : codes) all[code] = action;
+    };
+    bind({'q'}, [](Screen& s) { s.ask_to_quit(); });
+    bind({KEY_UP, 'k'}, [](Screen& s) { s.move(-1); });
+    bind({KEY_DOWN, 'j'}, [](Screen& s) { s.move(1); });
+    bind({KEY_LEFT, 'h'}, [](Screen& s) { s.list_.fold(); });
+    bind({KEY_RIGHT, 'l'}, [](Screen& s) { s.list_.unfold(); });
+    bind({KEY_PPAGE}, [](Screen& s) { s.output_.scroll(1); });
+    bind({KEY_NPAGE}, [](Screen& s) { s.output_.scroll(-1); });
+    bind({KEY_END}, [](Screen& s) { s.output_.scroll_to_end(); });
+    bind({'e'}, [](Screen& s) { s.output_.toggle_events(); });
+    bind({'s', control('s')}, [](Screen& s) { s.order(Order::start); });
+    bind({'t', control('t')}, [](Screen& s) { s.order(Order::stop); });
+    bind({'r', control('r')}, [](Screen& s) { s.order(Order::restart); });
+    bind({'a'}, [](Screen& s) { s.context_.sheriff.script().abort(); });
+    bind({'o'}, [](Screen& s) {
+      SheriffState& state = s.context_.sheriff.state();
+      state.set_observer(!state.observer());
+    });
+    bind({'n'}, [](Screen& s) { s.open_new_form(); });
+    bind({control('e')}, [](Screen& s) { s.open_edit_form(); });
+    bind({KEY_DC}, [](Screen& s) { s.remove_chosen(); });
+    bind({'R'}, [](Screen& s) { s.dialog_ = script_dialog(s.context_); });
+    bind({'w'}, [](Screen& s) { s.dialog_ = save_dialog(s.context_); });
+    bind({'d'}, [](Screen& s) { s.dialog_ = deputies_dialog(s.context_.sheriff); });
+    bind({'?'}, [](Screen& s) { s.dialog_ = help_dialog(); });
+    return all;
+  }();
+  return keys;
+}
+
+bool Screen::on_emergency_key(int key) {
+  if (key != ' ' && key != 'U') return false;
+  const bool engage = key == ' ';
+  try {
+    context_.sheriff.emergency_stop().order(
+        engage ? EmergencyStop::Order::engage : EmergencyStop::Order::release, monotonic_us());
+    context_.sheriff.log().note(engage ? "EMERGENCY STOP sent: all bases stop; U releases them"
+                                       : "the emergency stop is released");
+    if (!engage) context_.say("the emergency stop is released");
+  } catch (const std::runtime_error& failure) {
+    context_.say(std::string("EMERGENCY STOP is not sent yet, trying again: ") + failure.what());
+  }
+  return true;
+}
+
+void Screen::ask_to_quit() {
+  // An observer does not decide what runs.
+  const SheriffState& state = context_.sheriff.state();
+  if (state.running().empty() || (state.observer() && !context_.is_lone)) {
+    context_.wants_to_end = true;
   } else {
-    on_table_key(key);
+    dialog_ = quit_dialog(context_);
   }
 }
 
-void Screen::on_table_key(int key) {
-  switch (key) {
-    case 'q':
-      ask_to_quit();
-      break;
-    case 'd':
-      mode_ = Mode::deputies;
-      break;
-    case KEY_UP:
-    case 'k':
-      move(-1);
-      break;
-    case KEY_DOWN:
-    case 'j':
-      move(1);
-      break;
-    case KEY_LEFT:
-    case 'h':
-      fold(true);
-      break;
-    case KEY_RIGHT:
-    case 'l':
-      fold(false);
-      break;
-    case KEY_PPAGE:
-      scroll(1);
-      break;
-    case KEY_NPAGE:
-      scroll(-1);
-      break;
-    case KEY_END:
-      scrolled_lines_ = 0;
-      break;
-    case 'e':
-      shows_events_ = !shows_events_;
-      scrolled_lines_ = 0;
-      break;
-    case 'R':
-      mode_ = Mode::scripts;
-      break;
-    case 'a':
-      sheriff_.abort_script();
-      break;
-    case 'o':
-      sheriff_.state().set_observer(!sheriff_.state().observer());
-      break;
-    case '?':
-      mode_ = Mode::help;
-      break;
-    case 'n':
-      open_form(false);
-      break;
-    case control('e'):
-      open_form(true);
-      break;
-    case KEY_DC:
-      remove_chosen();
-      break;
-    case 'w':
-      mode_ = Mode::path;
-      break;
-    default:
-      order(key);
-  }
-}
-
-void Screen::order(int key) {
-  const bool start = key == 's' || key == control('s');
-  const bool stop = key == 't' || key == control('t');
-  const bool restart = key == 'r' || key == control('r');
-  if (!start && !stop && !restart) return;
-  const ScriptRunner* script = sheriff_.script();
-  const bool script_runs = script != nullptr && script->state() == ScriptRunner::State::running;
-  if (sheriff_.state().observer()) return say("only watching; o = give orders");
+void Screen::order(Order order) {
+  SheriffState& state = context_.sheriff.state();
+  if (state.observer()) return context_.say("only watching; o = give orders");
   // A stop is never refused; the script's own waits notice it.
-  if (script_runs && !stop) return say("a script is running: a = abort it; t stops the command");
-  if (chosen_ >= static_cast<int>(rows_.size())) return;
-  const TableRow& row = rows_[static_cast<std::size_t>(chosen_)];
-  const Target target = {row.is_group ? TargetKind::group : TargetKind::command, row.target};
+  if (context_.sheriff.script().is_running() && order != Order::stop) {
+    return context_.say("a script is running: a = abort it; t stops the command");
+  }
+  const TableRow* row = list_.chosen();
+  if (row == nullptr) return;
+  const Target target = {row->is_group ? TargetKind::group : TargetKind::command, row->target};
   // A row is one command, though others may bear its label.
   const auto ids =
-      row.is_group ? sheriff_.state().commands_of(target) : std::vector<std::string>{row.target};
+      row->is_group ? state.commands_of(target) : std::vector<std::string>{row->target};
   for (const std::string& id : ids) {
-    if (start) sheriff_.state().start(id);
-    if (stop) sheriff_.state().stop(id);
-    if (restart) sheriff_.state().restart(id);
+    if (order == Order::start) state.start(id);
+    if (order == Order::stop) state.stop(id);
+    if (order == Order::restart) state.restart(id);
   }
-  sheriff_.note(std::string(start ? "start " : stop ? "stop " : "restart ") + target.text());
+  constexpr const char* kWords[] = {"start ", "stop ", "restart "};
+  context_.sheriff.log().note(kWords[static_cast<int>(order)] + target.text());
 }
 
-void Screen::on_scripts_key(int key) {
-  const auto& scripts = sheriff_.config().scripts;
-  const int last = static_cast<int>(scripts.size()) - 1;
-  if (key == KEY_UP || key == 'k') chosen_script_ = std::max(chosen_script_ - 1, 0);
-  if (key == KEY_DOWN || key == 'j') chosen_script_ = std::min(chosen_script_ + 1, last);
-  if (key == 27 || key == 'q') mode_ = Mode::table;
-  if (key != '\n' && key != '\r' && key != KEY_ENTER) return;
-  mode_ = Mode::table;
-  if (sheriff_.state().observer()) {
-    say("only watching; o = give orders");
-  } else if (chosen_script_ <= last) {
-    try {
-      sheriff_.run_script(scripts[static_cast<std::size_t>(chosen_script_)].name);
-    } catch (const std::invalid_argument& refused) {
-      sheriff_.note(refused.what());
-      say("script \"" + scripts[static_cast<std::size_t>(chosen_script_)].name +
-          "\" cannot be run: e shows why");
-    }
-  }
+void Screen::open_new_form() {
+  const auto& deputies = context_.sheriff.state().deputies();
+  const TableRow* row = list_.chosen();
+  const std::string group = row != nullptr && row->is_group ? row->target : "";
+  dialog_ = form_dialog(
+      context_, CommandForm(deputies.empty() ? "localhost" : deputies.begin()->first, group));
 }
 
-void Screen::say(const std::string& notice) {
-  notice_ = notice;
-  notice_until_us_ = monotonic_us() + kNoticeUs;
+void Screen::open_edit_form() {
+  const TableRow* row = list_.chosen();
+  if (row == nullptr || row->is_group) return context_.say("choose a command to edit");
+  for (const PlacedCommand& placed : all_commands(context_.sheriff.config())) {
+    if (placed.command.id != row->target) continue;
+    dialog_ = form_dialog(context_, CommandForm(placed));
+    return;
+  }
+  context_.say(row->target + " is not in our file: it was found at its deputy");
+}
+
+void Screen::remove_chosen() {
+  const TableRow* row = list_.chosen();
+  if (row == nullptr) return;
+  if (row->is_group) return context_.say("choose a command to remove");
+  const std::string id = row->target;
+  if (std::exchange(removing_, id) != id) return context_.say("Del again removes " + id);
+  removing_.clear();
+  try {
+    context_.sheriff.remove_command(id);
+    context_.say("removed " + id);
+  } catch (const std::exception& refused) {
+    context_.say(refused.what());
+  }
 }
 
 void Screen::move(int rows) {
-  chosen_ = std::clamp(chosen_ + rows, 0, std::max(static_cast<int>(rows_.size()) - 1, 0));
-  if (!rows_.empty()) chosen_target_ = rows_[static_cast<std::size_t>(chosen_)].target;
-  scrolled_lines_ = 0;
+  list_.move(rows);
+  output_.scroll_to_end();
 }
 
-void Screen::fold(bool folded) {
-  if (chosen_ >= static_cast<int>(rows_.size())) return;
-  const TableRow& row = rows_[static_cast<std::size_t>(chosen_)];
-  if (!row.is_group) return;
-  if (folded) {
-    folded_.insert(row.target);
-  } else {
-    folded_.erase(row.target);
+void Screen::draw() {
+  drawn_us_ = monotonic_us();
+  list_.refresh(context_.sheriff.state(), drawn_us_);
+  erase();
+  const int body = std::max(LINES - 4, 2);
+  const int table_height = std::clamp(list_.size(), 1, std::max(body * 2 / 3, 1));
+  draw_title();
+  list_.draw(1, table_height);
+  output_.draw(list_.chosen(), list_.rows_below(), table_height + 2, body - table_height);
+  draw_bottom();
+  if (dialog_ && !dialog_->lines().empty()) draw_box(dialog_->lines(), dialog_->chosen_line());
+  refresh();
+}
+
+void Screen::draw_title() const {
+  const std::string& stop = context_.sheriff.emergency_stop().engaged();
+  if (!stop.empty()) {
+    const int red = COLOR_PAIR(static_cast<int>(StatusColour::red)) | A_BOLD;
+    attron(red);
+    put(0, 0, " EMERGENCY STOP, U releases it; " + printable(stop), COLS);
+    attroff(red);
+    return;
   }
+  const SheriffState& state = context_.sheriff.state();
+  const std::string name = state.observer() ? " Procman Observer " : " Procman Sheriff ";
+  std::string line = name, brief = name;
+  for (const auto& [id, deputy] : state.deputies()) {
+    line += "| " + deputy_text(id, deputy) + " ";
+    brief += "| " + short_deputy_text(id, deputy) + " ";
+  }
+  if (width_of(line) > COLS) line = brief;
+  if (width_of(line) > COLS) {
+    line = name + format("| %zu deputies, d shows them", state.deputies().size());
+  }
+  if (state.deputies().empty()) line += "| no deputy was heard yet ";
+  attron(A_REVERSE);
+  put(0, 0, printable(line), COLS);
+  attroff(A_REVERSE);
 }
 
-void Screen::scroll(int pages) {
-  scrolled_lines_ = std::max(scrolled_lines_ + pages * std::max(output_height_ - 1, 1), 0);
+void Screen::draw_bottom() const {
+  std::string line = "R scripts  s start  t stop  r restart  Space EMERGENCY STOP  ? help  q quit";
+  const std::string script = context_.sheriff.script().progress_text();
+  if (!script.empty()) line = script + " (a = abort)";
+  const std::string hint = dialog_ ? dialog_->hint() : "";
+  if (!hint.empty()) line = hint;
+  const bool types_here = dialog_ && dialog_->lines().empty();
+  const bool notice = monotonic_us() < context_.notice_until_us && !types_here;
+  if (notice) attron(A_BOLD | A_REVERSE);
+  put(LINES - 1, 0, notice ? context_.notice : line, COLS - 1);
+  if (notice) attroff(A_BOLD | A_REVERSE);
 }
 
 }  // namespace marco::procman

@@ -1,12 +1,10 @@
 #include "lcm_tools/procman/process/screen_text.hpp"
 
-// Else its macros rename our members.
-#define NCURSES_NOMACROS
-#include <curses.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <cwchar>
+
+#include "lcm_tools/procman/process/curses.hpp"
 
 namespace marco::procman {
 namespace {
@@ -69,6 +67,26 @@ std::vector<std::string> wrapped(const std::string& text, int columns) {
 
 void put(int row, int column, const std::string& text, int columns) {
   if (columns > 0) mvaddwstr(row, column, fit(text, columns).c_str());
+}
+
+void draw_box(const std::vector<std::string>& lines, int chosen) {
+  std::size_t longest = 20;
+  for (const std::string& line : lines) longest = std::max(longest, line.size());
+  const int width = std::min(static_cast<int>(longest) + 4, COLS);
+  const int height = std::min(static_cast<int>(lines.size()), std::max(LINES - 4, 1));
+  const int first = std::clamp(chosen - height + 1, 0, static_cast<int>(lines.size()));
+  const int left = std::max((COLS - width) / 2, 0);
+  const int top = std::max((LINES - height - 2) / 2, 0);
+  attron(A_REVERSE);
+  put(top, left, "", width);
+  put(top + height + 1, left, "", width);
+  for (int i = 0; i < height; ++i) {
+    const int at = first + i;
+    if (at == chosen) attroff(A_REVERSE);
+    put(top + 1 + i, left, "  " + lines[static_cast<std::size_t>(at)], width);
+    attron(A_REVERSE);
+  }
+  attroff(A_REVERSE);
 }
 
 }  // namespace marco::procman

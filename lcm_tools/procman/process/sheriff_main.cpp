@@ -39,13 +39,14 @@ void add_arguments(CLI::App& app, SheriffArguments& arguments) {
   app.add_flag("-l,--lone-ranger", arguments.lone, "with a deputy 'localhost' of its own inside")
       ->excludes("--observer");
   app.add_option("--on-script-complete", arguments.on_script_complete,
-                 "what then: exit, or observer. The default without a screen: exit, but with -l "
-                 "only when nothing that the script has started runs")
+                 "exit or observer. Default without a screen: exit; with -l only when no command "
+                 "runs any more")
       ->check(CLI::IsMember({"exit", "observer", "observe"}));
   app.add_flag("--accept-any-orders", arguments.accept_any_orders,
-               "the deputy of -l runs what is not in the file, too: commands made on the screen");
+               "the deputy of -l also runs commands that are not in the file, such as those made "
+               "on the screen");
   app.add_flag("--check-free", arguments.check_free,
-               "only look whether -l is possible: 0, or 1 and why not");
+               "only check whether -l is possible: exit 0, or 1 with the reason");
   app.add_flag("--output", arguments.show_output, "without a screen: print the commands' output");
   app.add_option("-u,--lcmurl,--lcm-url", arguments.lcm_url,
                  "default: LCM_DEFAULT_URL, or this host only");
@@ -81,7 +82,7 @@ int check(const SheriffArguments& arguments, const procman::Config& config) {
   return mistakes.empty() ? 0 : 1;
 }
 
-/// What of the file works less than it says.
+/// Problems of the file that do not keep it from being used.
 std::vector<std::string> warnings_about(procman::Config& config) {
   std::vector<std::string> warnings = procman::make_ids_unique(config);
   for (const auto& [script, mistakes] : procman::find_script_mistakes(config)) {
@@ -92,37 +93,37 @@ std::vector<std::string> warnings_about(procman::Config& config) {
   return warnings;
 }
 
-/// Until what the script asked for last is done. @returns whether it is.
+/// Waits until the script's last orders are done. @returns whether they are.
 bool settle(SheriffProcess& sheriff, SheriffSession& session) {
   const int64_t end_us = procman::monotonic_us() + kMaxSettlingUs;
   while (!sheriff.unsettled().empty() && procman::monotonic_us() < end_us) {
     if (sheriff.stop_signals() > 0) return false;
     session.step(100'000, -1);
   }
-  for (const std::string& line : sheriff.unsettled()) sheriff.note("not done: " + line);
+  for (const std::string& line : sheriff.unsettled()) sheriff.log().note("not done: " + line);
   return sheriff.unsettled().empty();
 }
 
 void print_events(SheriffProcess& sheriff, const SheriffArguments& arguments) {
-  sheriff.on_event = [](const std::string& line) {
+  sheriff.log().on_event = [](const std::string& line) {
     std::puts(procman::printable(line).c_str());
     std::fflush(stdout);
   };
   if (!arguments.show_output) return;
-  sheriff.on_output_line = [](const std::string& id, const std::string& line) {
+  sheriff.log().on_output_line = [](const std::string& id, const std::string& line) {
     std::printf("%s| %s\n", id.c_str(), line.c_str());
     std::fflush(stdout);
   };
 }
 
-/// With a deputy of its own, which would take the commands along: until they have ended, or a stop
-/// signal.
+/// A sheriff with its own deputy stays until its commands have ended, or a stop signal: they would
+/// end with it.
 void stay_with_what_runs(SheriffProcess& sheriff, SheriffSession& session) {
   const std::string running = sheriff.running_text();
   if (running.empty()) return;
-  sheriff.note("the script is done; these go on: " + running + ". ^C, or kill " +
-               std::to_string(getpid()) +
-               ", stops them; with --on-script-complete exit they end with the script");
+  sheriff.log().note("the script is done; these keep running: " + running + ". ^C, or kill " +
+                     std::to_string(getpid()) +
+                     ", stops them; with --on-script-complete exit they end with the script");
   while (sheriff.stop_signals() == 0 && !sheriff.running_text().empty()) {
     session.step(200'000, -1);
   }
@@ -131,12 +132,12 @@ void stay_with_what_runs(SheriffProcess& sheriff, SheriffSession& session) {
 int run_headless(SheriffProcess& sheriff,
                  SheriffSession& session,
                  const SheriffArguments& arguments) {
-  sheriff.run_script(arguments.script);
-  while (sheriff.script()->state() == ScriptRunner::State::running) {
+  sheriff.script().run(arguments.script);
+  while (sheriff.script().is_running()) {
     if (sheriff.stop_signals() > 0) return 1;
     session.step(100'000, -1);
   }
-  const bool aborted = sheriff.script()->state() == ScriptRunner::State::aborted;
+  const bool aborted = sheriff.script().state() == ScriptRunner::State::aborted;
   if (aborted || !settle(sheriff, session)) return 1;
   if (arguments.on_script_complete.starts_with("observe")) {
     sheriff.state().set_observer(true);
@@ -151,13 +152,13 @@ int run_screen(SheriffProcess& sheriff,
                SheriffSession& session,
                const SheriffArguments& arguments) {
   procman::Screen screen(sheriff, {arguments.config, session.is_lone()});
-  if (!arguments.script.empty()) sheriff.run_script(arguments.script);
+  if (!arguments.script.empty()) sheriff.script().run(arguments.script);
   bool script_over = arguments.script.empty();
   while (sheriff.stop_signals() == 0 && !screen.wants_to_end()) {
     session.step(100'000, STDIN_FILENO);
     screen.step();
-    if (script_over || sheriff.script() == nullptr) continue;
-    script_over = sheriff.script()->state() != ScriptRunner::State::running;
+    if (script_over || !sheriff.script().is_loaded()) continue;
+    script_over = !sheriff.script().is_running();
     if (!script_over) continue;
     if (arguments.on_script_complete == "exit") break;
     if (!arguments.on_script_complete.empty()) sheriff.state().set_observer(true);
@@ -187,11 +188,11 @@ int run(const SheriffArguments& arguments) {
     if (arguments.check_free || sheriff.stop_signals() > 0) return 0;
   }
   if (arguments.no_screen) print_events(sheriff, arguments);
-  for (const std::string& warning : warnings) sheriff.note("warning: " + warning);
+  for (const std::string& warning : warnings) sheriff.log().note("warning: " + warning);
   SheriffSession session(sheriff, lone_options(arguments));
   if (session.is_lone() && !arguments.no_screen) {
-    sheriff.note(std::string("messages of deputy ") + procman::kLoneDeputyId + ": " +
-                 procman::lone_deputy_log());
+    sheriff.log().note(std::string("messages of deputy ") + procman::kLoneDeputyId + ": " +
+                       procman::lone_deputy_log());
   }
   const int code = arguments.no_screen ? run_headless(sheriff, session, arguments)
                                        : run_screen(sheriff, session, arguments);

@@ -1,43 +1,46 @@
 #pragma once
 
-#include <deque>
-#include <functional>
-#include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "lcm_tools/process/drop_counter.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
-#include "lcm_tools/procman/output_log.hpp"
 #include "lcm_tools/procman/process/deputy_watch.hpp"
-#include "lcm_tools/procman/process/descriptor.hpp"
 #include "lcm_tools/procman/process/emergency_stop.hpp"
-#include "lcm_tools/procman/script_runner.hpp"
+#include "lcm_tools/procman/process/patient_publisher.hpp"
+#include "lcm_tools/procman/process/sheriff_log.hpp"
+#include "lcm_tools/procman/process/sheriff_script.hpp"
+#include "lcm_tools/procman/process/stop_signals.hpp"
 #include "lcm_tools/procman/sheriff_state.hpp"
 
 namespace marco::procman {
 
-/// A sheriff on the network: SheriffState, a script, and what was heard. Neither screen nor
-/// process of its own: headless and ncurses sheriffs drive it. One thread.
+/// A sheriff on the network: SheriffState, a script, and a log. It has no main loop and no screen:
+/// the headless and the ncurses sheriff drive it. One thread.
 class SheriffProcess {
  public:
   /// @param observer publishes nothing but its first question.
   SheriffProcess(const std::string& lcm_url, Config config, bool observer);
 
   /// Waits up to `max_wait_us` for messages, input on `extra_fd` (-1 = none) or a stop signal;
-  /// handles messages, runs the script on, sends orders.
+  /// handles messages, continues the script, sends orders.
   void step(int64_t max_wait_us, int extra_fd);
 
-  /// How many stop signals have come.
-  int stop_signals() const { return stop_signals_; }
+  /// Stop signals so far.
+  int stop_signals() const { return signals_.count(); }
 
-  /// Starts a script; one that runs is dropped, what it has started stays.
-  /// @throws std::invalid_argument when there is none of this name, or it cannot be run.
-  void run_script(const std::string& name);
-  void abort_script();
-  const ScriptRunner* script() const { return script_ ? &*script_ : nullptr; }
+  SheriffScript& script() { return script_; }
+  const SheriffScript& script() const { return script_; }
+  SheriffLog& log() { return log_; }
+  const SheriffLog& log() const { return log_; }
+  EmergencyStop& emergency_stop() { return emergency_stop_; }
+  const EmergencyStop& emergency_stop() const { return emergency_stop_; }
+  SheriffState& state() { return state_; }
+  const SheriffState& state() const { return state_; }
+  const Config& config() const { return config_; }
 
-  /// Commands that have not done what was asked: "lidar: Starting"; empty = all have.
+  /// Commands that have not done yet what was asked: "lidar: Starting"; empty = all have.
   std::vector<std::string> unsettled() const;
 
   /// While held, no orders are sent.
@@ -49,56 +52,37 @@ class SheriffProcess {
   /// "camera, lidar", "" when nothing runs.
   std::string running_text() const;
 
-  EmergencyStop& emergency_stop() { return emergency_stop_; }
-
   /// Whether orders of a sheriff not seen before came since the last call.
-  bool take_other_sheriff_seen();
+  bool take_other_sheriff_seen() { return std::exchange(others_.is_new, false); }
 
-  /// Changes what the sheriff knows and its config alike; see SheriffState.
+  /// Changes state and config alike; see SheriffState.
   /// @throws std::invalid_argument for an observer, or while a script runs.
   void put_command(const PlacedCommand& placed);
   void remove_command(const std::string& id);
 
-  SheriffState& state() { return state_; }
-  const SheriffState& state() const { return state_; }
-  const Config& config() const { return config_; }
-  const OutputLog& output() const { return output_; }
-  const std::deque<std::string>& events() const { return events_; }
-
-  /// Called with each event, and with each whole line of output (id "" = of a deputy itself).
-  std::function<void(const std::string& line)> on_event;
-  std::function<void(const std::string& id, const std::string& line)> on_output_line;
-
-  /// Notes a line in the event log.
-  void note(const std::string& event);
-
  private:
+  struct OtherSheriffs {
+    std::set<std::string> ids;
+    bool is_new = false;  ///< one was seen that nobody was told of
+  };
+
   void subscribe();
+  void on_other_sheriff(const std::string& id);
   void require_editable() const;
-  void hear_channels_of_script();
   void send_due_orders();
-  void step_script();
-  void note_last_output(const std::vector<std::string>& ids);
-  template <class Message>
-  void publish(const char* channel, const Message& message);
 
   Config config_;
-  Descriptor signals_;
+  StopSignals signals_;
   process::DropCounter drops_;
   process::LcmBus bus_;
+  SheriffLog log_;
+  PatientPublisher publisher_;
   SheriffState state_;
   DeputyWatch watch_;
   EmergencyStop emergency_stop_;
-  std::optional<ScriptRunner> script_;
-  std::optional<int64_t> told_wait_us_;  ///< beginning of the wait that is said to last
-  OutputLog output_;
-  std::deque<std::string> events_;
-  std::set<std::string> heard_channels_;
-  std::set<std::string> other_sheriffs_;
-  bool other_sheriff_seen_ = false;
-  int stop_signals_ = 0;
+  SheriffScript script_;
+  OtherSheriffs others_;
   bool orders_held_ = false;
-  bool network_down_ = false;
 };
 
 }  // namespace marco::procman

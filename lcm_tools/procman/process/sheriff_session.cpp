@@ -52,7 +52,7 @@ void SheriffSession::step(int64_t max_wait_us, int extra_fd) {
   if (!lone_) return;
   const std::string event = lone_->keep_alive(monotonic_us());
   if (event.empty()) return;
-  sheriff_.note(event);
+  sheriff_.log().note(event);
   sheriff_.ask_who_is_there();
 }
 

@@ -10,14 +10,14 @@
 
 namespace marco::procman {
 
-/// Why a sheriff must not bring its own deputy here: one "localhost" is at work already. Listens
-/// for up to 0.6 s and orders nothing meanwhile. @returns "" when the place is free.
+/// Why a sheriff cannot bring its own deputy: another "localhost" is running already. Listens for
+/// up to 0.6 s and orders nothing meanwhile. @returns "" when there is none.
 std::string find_lone_rival(SheriffProcess& sheriff);
 
-/// Where the deputy of -l writes its messages while there is a screen.
+/// Where the deputy of -l logs while there is a screen.
 std::string lone_deputy_log();
 
-/// A sheriff from its start to its end, with the deputy it may bring along. One thread.
+/// A sheriff from start to end, with the deputy of -l if there is one. One thread.
 class SheriffSession {
  public:
   /// @param sheriff outlives it.
@@ -26,11 +26,11 @@ class SheriffSession {
   /// SheriffProcess::step; also keeps the deputy alive.
   void step(int64_t max_wait_us, int extra_fd);
 
-  /// With a deputy of its own, which ends with it together with all commands.
+  /// Whether it has a deputy of its own, which ends with it, as all its commands do.
   bool is_lone() const { return lone_.has_value(); }
 
-  /// Says on stderr what still runs and what becomes of it, ends the deputy of its own, and says
-  /// where recordings of this session lie. A stop signal meanwhile ends the commands at once.
+  /// Reports on stderr what still runs and what happens to it, ends its own deputy, and lists the
+  /// recordings of this session. A stop signal meanwhile ends the commands at once.
   void end();
 
  private:

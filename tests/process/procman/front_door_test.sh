@@ -22,8 +22,8 @@ touch "$MARCO_RUN/slam.checkpoint"
 (run_script "$folder/robot.procman" drive) >"$folder/first.log" 2>&1 </dev/null &
 first=$!
 started+=("$first")
-for _ in $(seq 400); do grep -q 'these go on: base' "$folder/first.log" && break; sleep 0.1; done
-grep -q 'these go on: base' "$folder/first.log" || fail 'the first run did not start'
+for _ in $(seq 400); do grep -q 'these keep running: base' "$folder/first.log" && break; sleep 0.1; done
+grep -q 'these keep running: base' "$folder/first.log" || fail 'the first run did not start'
 [ ! -e "$MARCO_RUN/slam.checkpoint" ] || fail 'a new run begins with the old map'
 base=$(cat "$folder/base.pid")
 

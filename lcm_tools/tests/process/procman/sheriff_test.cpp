@@ -126,7 +126,7 @@ TEST_F(SheriffTest, TheLoneSheriffStaysWithWhatItsScriptHasStarted) {
   auto sheriff = start_sheriff({"-n", "-l", "drive"});
   ASSERT_TRUE(wait_until([&] {
     return status("base").pid > 0 &&
-           programs_output().find("these go on: base") != std::string::npos;
+           programs_output().find("these keep running: base") != std::string::npos;
   }));
   const pid_t pid = status("base").pid;
   EXPECT_EQ(sheriff->wait_s(0.5), -1);
@@ -150,7 +150,7 @@ TEST_F(SheriffTest, ADeadLoneDeputyIsStartedAgainAndFindsItsCommands) {
   auto sheriff = start_sheriff({"-n", "-l", "drive"});
   ASSERT_TRUE(wait_until([&] {
     return status("base").pid > 0 &&
-           programs_output().find("these go on: base") != std::string::npos;
+           programs_output().find("these keep running: base") != std::string::npos;
   }));
   const pid_t pid = status("base").pid;
   const auto deputy = [&] {
@@ -187,7 +187,7 @@ TEST_F(SheriffTest, ASecondLoneSheriffTouchesNothing) {
   auto sheriff = start_sheriff({"-n", "-l", "drive"});
   ASSERT_TRUE(wait_until([&] {
     return status("base").pid > 0 &&
-           programs_output().find("these go on: base") != std::string::npos;
+           programs_output().find("these keep running: base") != std::string::npos;
   }));
   const pid_t pid = status("base").pid;
   config_ = write_file("other.procman",

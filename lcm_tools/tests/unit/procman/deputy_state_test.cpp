@@ -243,7 +243,7 @@ TEST(DeputyState, ARefusedOrderAltersNothing) {
   EXPECT_EQ(world.lidar().actual_runid, 1);
   EXPECT_EQ(world.deputy.refusals().exec, 30);
   ASSERT_THAT(world.told, SizeIs(2)) << "said, but not with every order";
-  EXPECT_THAT(world.told[0], HasSubstr("goes on as it is; refused: none of this"));
+  EXPECT_THAT(world.told[0], HasSubstr("keeps running unchanged; refused: none of this"));
   world.end("lidar", 3 << 8);
   world.order(foreign, 78);  // during the respawn delay
   world.pass_due_times();

@@ -2,13 +2,16 @@
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 
 #include <filesystem>
 #include <fstream>
 #include <random>
 
 #include "lcm_tools/procman/output_log.hpp"
+#include "lcm_tools/procman/process/deputy_line.hpp"
 #include "lcm_tools/procman/process/deputy_process.hpp"
+#include "lcm_tools/procman/process/folders.hpp"
 #include "lcm_tools/procman/process/keeper_message.hpp"
 #include "lcm_tools/procman/process/message_check.hpp"
 #include "lcm_tools/procman/process/messages.hpp"
@@ -150,6 +153,38 @@ TEST(PeerOf, TellsTheUserAtTheOtherEnd) {
   const Descriptor other(ends[1]);
   EXPECT_EQ(peer_of(one), getuid());
   EXPECT_EQ(peer_of(Descriptor()), std::nullopt);
+}
+
+// Whoever can reach the socket could otherwise stop the command and take its output.
+TEST(DeputyLine, ACallOfAnotherUserIsIgnored) {
+  if (getuid() != 0) GTEST_SKIP() << "only root can become another user";
+  char folder[] = "/tmp/marco-deputy-line-XXXXXX";
+  ASSERT_NE(mkdtemp(folder), nullptr);
+  const std::string path = std::string(folder) + "/keeper.sock";
+  int ends[2] = {-1, -1};
+  ASSERT_EQ(socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends), 0);
+  const Descriptor deputy(ends[1]);
+  DeputyLine line{Descriptor(ends[0]), path};
+  line.listen();
+  chmod(folder, 0755);
+  chmod(path.c_str(), 0777);
+  const auto call = [&path] {
+    const auto address = socket_address(path);
+    Descriptor caller(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+    return connect(caller.get(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address);
+  };
+  const pid_t stranger = fork();
+  if (stranger == 0) _exit(setuid(65534) == 0 && call() == 0 ? 0 : 1);
+  int status = -1;
+  ASSERT_EQ(waitpid(stranger, &status, 0), stranger);
+  ASSERT_EQ(status, 0) << "the stranger's call went through";
+  const int before = line.fd();
+  EXPECT_FALSE(line.accept());
+  EXPECT_EQ(line.fd(), before);
+  ASSERT_EQ(call(), 0);
+  EXPECT_TRUE(line.accept());
+  EXPECT_NE(line.fd(), before);
+  std::filesystem::remove_all(folder);
 }
 
 // Anybody on the network can send output: nothing of it may fill the memory.

@@ -89,11 +89,11 @@ TEST(ScriptRunner, TellsForWhomItWaitsSinceWhenAndThatItWasInVain) {
   script.step(world.sheriff, world.now_us);
   EXPECT_EQ(script.waiting_since_us(), world.now_us);
   EXPECT_THAT(script.waited_for(), ElementsAre("logger"));
-  EXPECT_FALSE(script.take_waited_in_vain());
+  EXPECT_FALSE(script.take_wait_failed());
   world.pass(2 * kSecondUs);
   script.step(world.sheriff, world.now_us);
-  EXPECT_TRUE(script.take_waited_in_vain());
-  EXPECT_FALSE(script.take_waited_in_vain());
+  EXPECT_TRUE(script.take_wait_failed());
+  EXPECT_FALSE(script.take_wait_failed());
 }
 
 // Else no key and no signal would be heard until a long script without waits is over.

@@ -107,7 +107,7 @@ TEST_F(DeputyWatchTest, SaysOnceWhichDeputyIsMissingAndWhatToDo) {
   EXPECT_THAT(watch_.step_to(2'900'000, world.sheriff), IsEmpty());
   const auto events = watch_.step_to(3'000'000, world.sheriff);
   ASSERT_THAT(events, SizeIs(1));
-  EXPECT_THAT(events[0], HasSubstr("deputy base was not heard for 3 s (nor any other)"));
+  EXPECT_THAT(events[0], HasSubstr("deputy base was not heard for 3 s (nor was any other)"));
   EXPECT_THAT(events[0], HasSubstr("marco-procman-deputy -i base --script FILE"));
   EXPECT_THAT(watch_.step_to(9'000'000, world.sheriff), IsEmpty());
 }
@@ -116,7 +116,7 @@ TEST_F(DeputyWatchTest, SaysWhoFellSilentAndCameBack) {
   SheriffWorld world;  // heard at 100 s
   EXPECT_THAT(watch_.step_to(world.now_us + 4 * kSecondUs, world.sheriff), IsEmpty());
   EXPECT_THAT(watch_.step_to(world.now_us + 6 * kSecondUs, world.sheriff),
-              ElementsAre(HasSubstr("deputy base is silent for 5 s")));
+              ElementsAre(HasSubstr("deputy base has been silent for 5 s")));
   EXPECT_THAT(watch_.step_to(world.now_us + 7 * kSecondUs, world.sheriff), IsEmpty());
   world.now_us += 7 * kSecondUs;
   world.info();

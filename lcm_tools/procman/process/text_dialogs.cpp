@@ -8,7 +8,7 @@
 namespace marco::procman {
 namespace {
 
-constexpr int64_t kSilentUs = 3'000'000;
+constexpr int64_t kSilentTitleUs = 3'000'000;
 
 class HelpDialog : public Dialog {
  public:
@@ -54,12 +54,12 @@ std::string deputy_text(const std::string& id, const SheriffDeputy& deputy) {
   const int64_t age_us = monotonic_us() - deputy.heard_us;
   const double free_gb = static_cast<double>(deputy.machine.phys_mem_free_bytes) / 1e9;
   return id + format(": load %.0f %%, %.1f GB free, ", deputy.machine.cpu_load * 100.0, free_gb) +
-         format(age_us > kSilentUs ? "SILENT for %.0f s" : "%.1f s ago",
+         format(age_us > kSilentTitleUs ? "SILENT for %.0f s" : "%.1f s ago",
                 static_cast<double>(age_us) * 1e-6);
 }
 
 std::string short_deputy_text(const std::string& id, const SheriffDeputy& deputy) {
-  const bool is_silent = monotonic_us() - deputy.heard_us > kSilentUs;
+  const bool is_silent = monotonic_us() - deputy.heard_us > kSilentTitleUs;
   return id + (is_silent ? " SILENT" : format(" %.0f %%", deputy.machine.cpu_load * 100.0));
 }
 

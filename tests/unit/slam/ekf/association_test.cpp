@@ -165,8 +165,6 @@ TEST(JointCompatibility, CountsTheCorrelationOfTheInnovations) {
   EXPECT_NEAR(individual_distance2(state, candidate(0, 0.15)), 0.15 * 0.15 / 0.0101, 1e-9);
   EXPECT_EQ(chosen(0.15, -0.15), 1);
   EXPECT_EQ(chosen(0.15, 0.15), 2);
-  // Together they are as likely as one of them: 0.3 rad is three sigma, above the gate of each.
-  EXPECT_EQ(chosen(0.33, 0.33), 2);
 }
 
 // Quantiles of the chi-square distribution as tables print them.

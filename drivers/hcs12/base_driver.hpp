@@ -5,6 +5,7 @@
 #include "drivers/base/base_driver.hpp"
 #include "drivers/hcs12/codec.hpp"
 #include "drivers/hcs12/line_exchange.hpp"
+#include "drivers/hcs12/ramp.hpp"
 
 namespace marco::drivers::hcs12 {
 

@@ -2,9 +2,10 @@
 
 #include <array>
 #include <functional>
-#include <vector>
 
 #include "drivers/hcs12/firmware.hpp"
+#include "drivers/hcs12/ramp.hpp"
+#include "drivers/hcs12/sonar_sequencer.hpp"
 
 namespace marco::drivers::hcs12 {
 
@@ -18,11 +19,9 @@ struct BaseWorld {
 
 struct BaseEmulatorOptions {
   SonarForm sonar_form = SonarForm::line_each;  ///< the listing's
-  bool ideal_wheels = false;  ///< exactly the desired speed, as in the timelines of the tests
-  double left_gain = 0.400;   ///< clicks a tick per step of PWM, settled
+  bool ideal_wheels = false;                    ///< see MotorModel
+  double left_gain = 0.400;
   double right_gain = 0.388;
-  double wheel_time_constant_ticks = 12.0;
-  double speed_of_sound_m_per_s = 343.0;
 };
 
 /// The base board as its listing behaves: PI loop, ramps, stop rule, sonar timing, counters that
@@ -45,63 +44,28 @@ class BaseEmulator : public FirmwareBoard {
   void firmware_tick() override;
   void main_loop() override;
   void execute(const Command& command) override;
+  std::vector<bool> wait_conditions() const override {
+    return {!left_.on, !right_.on, sonar_.shots_left() <= 0};
+  }
 
  private:
-  struct Wheel {
-    double gain = 0.0;
-    double position = 0.0;  ///< true, signed
-    double speed = 0.0;     ///< true, clicks a tick, signed
-    int64_t counted = 0;    ///< magnitude of travel already taken by the accumulator
-    double travel = 0.0;    ///< magnitude
-    bool on = false;
-    bool ahead = true;
-    int desired = 0;
-    int pwm = 0;
-    int speed_read = 0;
-    int64_t total = 0;
-  };
-  struct Wait {
-    bool armed = false;
-    int64_t ticks = 0;
-    bool flags = false, left = false, right = false, sonar = false;
-  };
-
-  void set_params(uint32_t tenths, int left_sign, int right_sign);
+  void start_run(int64_t clicks, const WheelSigns& signs);
   void set_velocity(int left, int right);
   void stop_motors();
   void speed_control();
-  void ac_control();
-  void sonar_tick();
-  void read_shot();
-  void sonar_command(const Command& command);
-  void arm_wait(const Command& command);
-  void print_help();
-  void turn_wheel(Wheel& wheel) const;
-  static int read_counter(Wheel& wheel);
+  void follow_ramp();
+  std::string wheel_status() const;
+  std::string batteries() const;
 
-  BaseWorld world_;
-  BaseEmulatorOptions options_;
-  Wheel left_, right_;
+  std::function<std::array<double, 4>()> battery_v_;
+  Motor left_, right_;
   int64_t ticks_ = 0;
-  Ramp ramp_;
-  int64_t target_ = 0;
-  int64_t brake_point_ = 0;
+  RampControl ramp_;
+  int64_t target_ = 0;  ///< clicks of each wheel, 0 = none
   int64_t integral_ = 0;
   int bias_ = 0;
-  uint32_t ramp_timer_ = 0;
-  bool accelerating_ = false;
-  bool braking_ = false;
   bool buzzer_ = false;
-  Wait wait_;
-  std::vector<uint32_t> order_;
-  std::array<uint32_t, 16> readings_{};
-  bool sonar_on_ = false;
-  std::size_t shot_ = 0;
-  uint32_t shot_tick_ = 0;
-  uint32_t listen_ms_ = 50;
-  uint32_t rest_ms_ = 20;
-  int64_t rounds_ = 0;
-  int64_t shots_left_ = 0;  ///< of the countdown that `w` looks at
+  SonarSequencer sonar_;
 };
 
 }  // namespace marco::drivers::hcs12

@@ -83,6 +83,21 @@ std::optional<Command> parse_command(std::string_view line) {
   return command;
 }
 
+std::optional<WheelSigns> wheel_signs(char letter) {
+  switch (letter) {
+    case 'a':
+      return WheelSigns{1, 1};
+    case 'r':
+      return WheelSigns{-1, -1};
+    case 'i':
+      return WheelSigns{-1, 1};
+    case 'd':
+      return WheelSigns{1, -1};
+    default:
+      return std::nullopt;
+  }
+}
+
 std::optional<std::string> LineCutter::push(uint8_t byte) {
   if (byte == '\r') return std::nullopt;
   if (byte == '\n') {
@@ -234,50 +249,6 @@ std::optional<PanTiltStatus> parse_pantilt_status(std::string_view line) {
   status.pan_on = n[n.size() - 2] == 1;
   status.tilt_on = n[n.size() - 1] == 1;
   return status;
-}
-
-RampWalk::RampWalk(const Ramp& ramp, uint32_t target_clicks, Brake brake, Wheel wheel)
-    : ramp_(ramp),
-      target_(target_clicks),
-      brake_point_(target_clicks / 2),
-      dead_zone_(wheel == Wheel::real ? 1 : 0),
-      floor_(brake == Brake::to_start ? ramp.start : 0),
-      speed_(ramp.start),
-      wheel_speed_(wheel == Wheel::real ? 0 : ramp.start),
-      timer_(ramp.step_ticks),
-      done_(target_clicks == 0) {}
-
-void RampWalk::tick() {
-  if (done_) return;
-  ++ticks_;
-  if (dead_zone_ == 0) {
-    wheel_speed_ = speed_;
-  } else if (speed_ > wheel_speed_ + dead_zone_) {
-    ++wheel_speed_;
-  } else if (speed_ < wheel_speed_ - dead_zone_) {
-    --wheel_speed_;
-  }
-  clicks_ += wheel_speed_;
-  if (timer_ > 0) {
-    --timer_;
-  } else {
-    if (accelerating_) {
-      if (wheel_speed_ + 3 >= ramp_.top) {
-        brake_point_ = target_ - clicks_;
-        accelerating_ = false;
-      }
-      if (speed_ < ramp_.top) ++speed_;
-    } else if (braking_ && speed_ > floor_) {
-      --speed_;
-    }
-    timer_ = ramp_.step_ticks;
-  }
-  if (clicks_ >= target_) done_ = true;
-  if (!braking_ && clicks_ >= brake_point_) {
-    accelerating_ = false;
-    braking_ = true;
-  }
-  if (speed_ == 0 && wheel_speed_ <= dead_zone_) done_ = true;
 }
 
 }  // namespace marco::drivers::hcs12

@@ -52,6 +52,14 @@ class LineCutter {
   int64_t overlong_ = 0;
 };
 
+/// The directions in which a motion command of the base turns its wheels.
+struct WheelSigns {
+  int left = 1;
+  int right = 1;
+};
+/// Of a (ahead), r (back), i (left) and d (right); nothing for another letter.
+std::optional<WheelSigns> wheel_signs(char letter);
+
 /// Reply of the base's `l`.
 struct WheelStatus {
   uint32_t left_clicks = 0;  ///< since the last a, r, i, d; never signed
@@ -110,46 +118,5 @@ struct PanTiltStatus {
 };
 std::string encode_pantilt_status(const PanTiltStatus& status);
 std::optional<PanTiltStatus> parse_pantilt_status(std::string_view line);
-
-/// The firmware's ramp, by which the driver knows where a wheel should be between two readings.
-struct Ramp {
-  uint32_t start = 5;        ///< clicks a tick
-  uint32_t top = 30;         ///< clicks a tick
-  uint32_t step_ticks = 50;  ///< one click a tick more each step_ticks + 1 ticks
-  bool operator==(const Ramp&) const = default;
-};
-
-/// Steps a ramp tick by tick. The firmware's controller drops errors of one click a tick (it
-/// divides integers), so a real wheel stays that much behind its order; an ideal one does what it
-/// is told.
-class RampWalk {
- public:
-  enum class Brake { to_zero, to_start };  ///< the base's and the pan-tilt's
-
-  RampWalk() = default;
-  enum class Wheel { ideal, real };
-  RampWalk(const Ramp& ramp, uint32_t target_clicks, Brake brake, Wheel wheel = Wheel::ideal);
-
-  void tick();
-  bool done() const { return done_; }
-  int64_t clicks() const { return clicks_; }
-  int64_t speed() const { return done_ ? 0 : wheel_speed_; }  ///< clicks a tick
-  int64_t ticks() const { return ticks_; }
-
- private:
-  Ramp ramp_;
-  int64_t target_ = 0;
-  int64_t brake_point_ = 0;
-  int64_t dead_zone_ = 0;
-  int64_t floor_ = 0;
-  int64_t speed_ = 0;  ///< ordered
-  int64_t wheel_speed_ = 0;
-  uint32_t timer_ = 0;
-  bool accelerating_ = true;
-  bool braking_ = false;
-  bool done_ = true;
-  int64_t clicks_ = 0;
-  int64_t ticks_ = 0;
-};
 
 }  // namespace marco::drivers::hcs12

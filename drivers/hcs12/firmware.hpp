@@ -11,11 +11,53 @@
 
 namespace marco::drivers::hcs12 {
 
-inline constexpr int kAccumulatorMax = 255;  ///< of the PI loops
 inline constexpr int kPwmMax = 255;
 
-/// What both boards do alike: a line buffer of one line, replies sent by busy waiting (no tick is
-/// worked off meanwhile), and a tick of 1.024 ms.
+struct MotorModel {
+  double gain = 0.4;  ///< clicks a tick per step of PWM, settled
+  double time_constant_ticks = 12.0;
+  bool ideal = false;  ///< turns at exactly the desired speed, as in the timelines of the tests
+};
+
+/// A motor with its encoder, as both boards drive it.
+struct Motor {
+  MotorModel model;
+  double position = 0.0;  ///< true, clicks, signed
+  double speed = 0.0;     ///< true, clicks a tick, signed
+  double travel = 0.0;    ///< magnitude
+  int64_t counted = 0;    ///< travel already taken by the accumulator
+  bool on = false;
+  int direction = 1;
+  int desired = 0;
+  int pwm = 0;
+  int speed_read = 0;
+  int64_t total = 0;  ///< clicks counted since the start
+
+  void turn();          ///< one tick of physics
+  void read_counter();  ///< sets speed_read; the accumulator saturates at 255
+  void start(int new_direction, int new_desired);
+  void stop(int idle_pwm);
+};
+
+/// `w`: the board answers when its timer has run out or when all conditions it was told to look at
+/// hold.
+class WaitCommand {
+ public:
+  /// Flags count only when there is one for each condition: the manual's example gives too few.
+  void arm(const Command& command, std::size_t conditions);
+  void clear() { armed_ = false; }
+  bool armed() const { return armed_; }
+  void tick() { ticks_ -= armed_ ? 1 : 0; }
+  bool over(const std::vector<bool>& conditions) const;
+
+ private:
+  bool armed_ = false;
+  int64_t ticks_ = 0;
+  std::vector<bool> flags_;
+};
+
+/// What both boards do alike: a line buffer of one line, replies sent by busy waiting (the firmware
+/// misses the ticks meanwhile), a tick of 1.024 ms, and the command `w`.
 class FirmwareBoard : public Emulator {
  public:
   void receive(std::span<const uint8_t> bytes, int baud, Utime now) override;
@@ -37,8 +79,12 @@ class FirmwareBoard : public Emulator {
   virtual void main_loop() = 0;      ///< what it checks after each tick
   virtual void execute(const Command& command) = 0;
   virtual bool takes_commands() const { return true; }
+  /// What `w` can wait for, in the order of its flags.
+  virtual std::vector<bool> wait_conditions() const = 0;
 
-  void print(std::string_view text);
+  void print(const std::string& text);
+  void echo(const Command& command) { print({command.letter, '\n'}); }
+  void arm_wait(const Command& command) { wait_.arm(command, wait_conditions().size()); }
   Utime time() const { return time_; }
 
  private:
@@ -54,6 +100,7 @@ class FirmwareBoard : public Emulator {
   Utime printing_until_;
   LineCutter cutter_;
   std::optional<Command> pending_;
+  WaitCommand wait_;
   struct SentByte {
     Utime leaves;
     uint8_t byte;

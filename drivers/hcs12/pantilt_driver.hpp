@@ -8,6 +8,7 @@
 #include "common/samples.hpp"
 #include "drivers/hcs12/codec.hpp"
 #include "drivers/hcs12/line_exchange.hpp"
+#include "drivers/hcs12/ramp.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::hcs12 {

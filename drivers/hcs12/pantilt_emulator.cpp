@@ -15,128 +15,109 @@ constexpr int kLeaveSpeed = 2;
 PanTiltEmulator::PanTiltEmulator(const PanTiltEmulatorOptions& options) : options_(options) {
   pan_.position = options.pan_at_power_on_units * kClicksPerUnit;
   tilt_.position = options.tilt_at_power_on_units * kClicksPerUnit;
+  pan_.model.ideal = tilt_.model.ideal = options.ideal_wheels;
   tilt_.min_gap = 251;
-}
-
-double PanTiltEmulator::rate(const Axis& axis) {
-  return axis.speed / kClicksPerUnit / (kTickUs * 1e-6);
 }
 
 void PanTiltEmulator::restart() {
   for (Axis* axis : {&pan_, &tilt_}) {
-    stop(*axis);
-    axis->ramp = Ramp{3, 50, 30};
+    axis->stop();
+    axis->control_ramp.ramp = Ramp{3, 50, 30};
     axis->units = 0;
     axis->since_index = 0;
   }
-  wait_armed_ = false;
   homing_ = Homing::right;
-  run(pan_, -1, kSeekSpeed);
+  pan_.seek(-1, kSeekSpeed);
   print("Sistema ROCA-PANT-TILT v1.0\nGirando a la derecha\n");
 }
 
-void PanTiltEmulator::turn(Axis& axis) const {
-  if (!axis.on) {
-    axis.speed = 0.0;
+void PanTiltEmulator::Axis::turn() {
+  // A pulse sits on each multiple; coming up it is met on reaching it, going down on leaving it.
+  const double before = std::floor(position / kClicksPerUnit);
+  Motor::turn();
+  if (std::floor(position / kClicksPerUnit) != before) index_passed = true;
+}
+
+void PanTiltEmulator::Axis::stop() {
+  Motor::stop(0);
+  turns_left = 0;
+}
+
+void PanTiltEmulator::Axis::count() {
+  read_counter();
+  indexed = false;
+  if (!on) {
+    index_passed = false;
     return;
   }
-  const double wanted =
-      axis.direction * (options_.ideal_wheels ? axis.desired : options_.gain * axis.pwm);
-  const double follow =
-      options_.ideal_wheels ? 1.0 : 1.0 - std::exp(-1.0 / options_.time_constant_ticks);
-  axis.speed += follow * (wanted - axis.speed);
-  const double before = std::floor(axis.position / kClicksPerUnit);
-  axis.position += axis.speed;
-  axis.travel += std::abs(axis.speed);
-  // A pulse sits on each multiple; coming up it is met on reaching it, going down on leaving it.
-  const double after = std::floor(axis.position / kClicksPerUnit);
-  if (after != before) axis.index_passed = true;
+  total += speed_read;
+  since_index += direction * speed_read;
+  if (!std::exchange(index_passed, false)) return;
+  if (std::abs(since_index) < min_gap) return;  // the same pulse again
+  units += direction;
+  since_index = 0;
+  indexed = true;
+  if (turns_left > 0 && --turns_left == 0) stop();
+}
+
+void PanTiltEmulator::Axis::control() {
+  if (on) pwm = std::clamp(pwm + (desired - speed_read), 0, kPwmMax);
+}
+
+void PanTiltEmulator::Axis::follow_ramp() {
+  if (!on || turns_left == 0) return;
+  control_ramp.brake_if_due(total);
+  const int change = control_ramp.step(speed_read, total);
+  const Ramp& ramp = control_ramp.ramp;
+  if (change > 0 && desired < static_cast<int>(ramp.top)) ++desired;
+  if (change < 0 && desired > static_cast<int>(ramp.start)) --desired;
+}
+
+void PanTiltEmulator::Axis::seek(int new_direction, int new_desired) {
+  Motor::start(new_direction, new_desired);
+  turns_left = 0;
+  index_passed = false;
+}
+
+void PanTiltEmulator::Axis::go_to(int unit, bool lower_stop, bool upper_stop) {
+  const int turns = unit - units;
+  if (turns == 0) return stop();
+  if (turns > 0 ? upper_stop : lower_stop) return;
+  Motor::start(turns < 0 ? -1 : 1, static_cast<int>(control_ramp.ramp.start));
+  total = 0;
+  turns_left = std::abs(turns);
+  control_ramp.start(turns_left * static_cast<int64_t>(kClicksPerUnit));
 }
 
 void PanTiltEmulator::physics_tick() {
-  turn(pan_);
-  turn(tilt_);
-}
-
-void PanTiltEmulator::count(Axis& axis) {
-  const auto passed = static_cast<int64_t>(std::floor(axis.travel + 1e-9)) - axis.counted;
-  axis.counted += passed;
-  axis.speed_read = static_cast<int>(std::min<int64_t>(passed, kAccumulatorMax));
-  axis.indexed = false;
-  if (!axis.on) {
-    axis.index_passed = false;
-    return;
-  }
-  axis.total += axis.speed_read;
-  axis.since_index += axis.direction * axis.speed_read;
-  if (!std::exchange(axis.index_passed, false)) return;
-  if (std::abs(axis.since_index) < axis.min_gap) return;  // the same pulse again
-  axis.units += axis.direction;
-  axis.since_index = 0;
-  axis.indexed = true;
-  if (axis.turns_left > 0 && --axis.turns_left == 0) stop(axis);
-}
-
-void PanTiltEmulator::control(Axis& axis) const {
-  if (!axis.on) return;
-  axis.pwm = std::clamp(axis.pwm + (axis.desired - axis.speed_read), 0, kPwmMax);
-}
-
-void PanTiltEmulator::ramp_control(Axis& axis) {
-  if (!axis.on || axis.turns_left == 0) return;
-  if (!axis.braking && axis.total >= axis.brake_point) {
-    axis.accelerating = false;
-    axis.braking = true;
-  }
-  if (axis.timer > 0) {
-    --axis.timer;
-    return;
-  }
-  if (axis.accelerating) {
-    if (axis.speed_read + 3 >= static_cast<int>(axis.ramp.top)) {
-      axis.brake_point = axis.target - axis.total;
-      axis.accelerating = false;
-    }
-    if (axis.desired < static_cast<int>(axis.ramp.top)) ++axis.desired;
-  } else if (axis.braking && axis.desired > static_cast<int>(axis.ramp.start)) {
-    --axis.desired;
-  }
-  axis.timer = axis.ramp.step_ticks;
+  pan_.turn();
+  tilt_.turn();
 }
 
 void PanTiltEmulator::firmware_tick() {
   for (Axis* axis : {&pan_, &tilt_}) {
-    count(*axis);
-    control(*axis);
-    ramp_control(*axis);
+    axis->count();
+    axis->control();
+    axis->follow_ramp();
   }
-  if (homed()) {
-    if (pan_.direction > 0 ? left_stop() : right_stop()) stop(pan_);
-    if (tilt_.direction < 0 && low_stop()) stop(tilt_);
-  }
-  if (wait_armed_) --wait_ticks_;
+  if (!homed()) return;
+  if (pan_.direction > 0 ? left_stop() : right_stop()) pan_.stop();
+  if (tilt_.direction < 0 && low_stop()) tilt_.stop();
 }
 
 void PanTiltEmulator::main_loop() {
   if (!homed()) homing_step();
-  if (!wait_armed_) return;
-  const bool flagged = wait_pan_ || wait_tilt_;
-  const bool still = (!wait_pan_ || !pan_.on) && (!wait_tilt_ || !tilt_.on);
-  if (wait_ticks_ <= 0 || (flagged && still)) {
-    wait_armed_ = false;
-    print("w\n");
-  }
 }
 
 void PanTiltEmulator::homing_step() {
-  const auto next = [this](Homing homing, std::string_view text) {
+  const auto next = [this](Homing homing, const char* text) {
     homing_ = homing;
     print(text);
   };
   switch (homing_) {
     case Homing::right:
       if (!right_stop()) return;
-      run(pan_, 1, kLeaveSpeed);
+      pan_.seek(1, kLeaveSpeed);
       return next(Homing::leave_right, "Se alcanz\xF3 el tope derecho\nGirando a la izquierda\n");
     case Homing::leave_right:
       if (right_stop()) return;
@@ -144,13 +125,13 @@ void PanTiltEmulator::homing_step() {
       return next(Homing::pan_index, "Se liber\xF3 el tope derecho\nGiro de 1 unidad\n");
     case Homing::pan_index:
       if (!pan_.indexed) return;
-      stop(pan_);
+      pan_.stop();
       pan_.units = 0;
-      run(tilt_, -1, kSeekSpeed);
+      tilt_.seek(-1, kSeekSpeed);
       return next(Homing::down, "Motor de giro apagado\nHacia abajo\n");
     case Homing::down:
       if (!low_stop()) return;
-      run(tilt_, 1, kLeaveSpeed);
+      tilt_.seek(1, kLeaveSpeed);
       return next(Homing::leave_low, "Se alcanz\xF3 el tope inferior\nHacia arriba\n");
     case Homing::leave_low:
       if (low_stop()) return;
@@ -158,7 +139,7 @@ void PanTiltEmulator::homing_step() {
       return next(Homing::tilt_index, "Se liber\xF3 el tope inferior\nHacia arriba 1 unidad\n");
     case Homing::tilt_index:
       if (!tilt_.indexed) return;
-      stop(tilt_);
+      tilt_.stop();
       tilt_.units = 0;
       return next(Homing::done, "Motor de inclinaci\xF3n apagado\nListo\n");
     case Homing::done:
@@ -166,87 +147,47 @@ void PanTiltEmulator::homing_step() {
   }
 }
 
-void PanTiltEmulator::stop(Axis& axis) {
-  axis.on = false;
-  axis.pwm = 0;
-  axis.speed = 0.0;
-  axis.turns_left = 0;
-}
-
-void PanTiltEmulator::run(Axis& axis, int direction, int speed) {
-  axis.on = true;
-  axis.direction = direction;
-  axis.desired = speed;
-  axis.pwm = 0;
-  axis.turns_left = 0;
-  axis.index_passed = false;
-}
-
-void PanTiltEmulator::go_to(Axis& axis, int unit, bool lower_stop, bool upper_stop) {
-  const int turns = unit - axis.units;
-  const int direction = turns < 0 ? -1 : 1;
-  if (turns == 0) {
-    stop(axis);
-    return;
-  }
-  if (direction > 0 ? upper_stop : lower_stop) return;
-  axis.on = true;
-  axis.direction = direction;
-  axis.desired = static_cast<int>(axis.ramp.start);
-  axis.pwm = 0;
-  axis.total = 0;
-  axis.turns_left = std::abs(turns);
-  axis.target = axis.turns_left * static_cast<int64_t>(kClicksPerUnit);
-  axis.brake_point = axis.target / 2;
-  axis.timer = axis.ramp.step_ticks;
-  axis.accelerating = true;
-  axis.braking = false;
+std::string PanTiltEmulator::status() const {
+  PanTiltStatus status;
+  status.full = options_.listing_status;
+  status.pan_units = pan_.units;
+  status.pan_clicks = static_cast<int>(pan_.since_index);
+  status.tilt_units = tilt_.units;
+  status.tilt_clicks = static_cast<int>(tilt_.since_index);
+  status.left_stop = left_stop();
+  status.right_stop = right_stop();
+  status.low_stop = low_stop();
+  status.pan_on = pan_.on;
+  status.tilt_on = tilt_.on;
+  return encode_pantilt_status(status);
 }
 
 void PanTiltEmulator::execute(const Command& command) {
-  const int first = command.values[0];
-  const auto echo = [&] { print(std::string(1, command.letter) + '\n'); };
+  const auto& values = command.values;
   switch (command.letter) {
     case 'g':
-      echo();
-      return go_to(pan_, std::min(first, options_.pan_limit_units), right_stop(), left_stop());
+      echo(command);
+      return pan_.go_to(std::min<int>(values[0], options_.pan_limit_units), right_stop(),
+                        left_stop());
     case 'e':
-      echo();
-      return go_to(tilt_, std::min(first, options_.tilt_limit_units), low_stop(), false);
+      echo(command);
+      return tilt_.go_to(std::min<int>(values[0], options_.tilt_limit_units), low_stop(), false);
     case 'k':
-      pan_.ramp = {command.values[0], command.values[1], command.values[2]};
-      return echo();
     case 'K':
-      tilt_.ramp = {command.values[0], command.values[1], command.values[2]};
-      return echo();
-    case 'l': {
-      PanTiltStatus status;
-      status.full = options_.listing_status;
-      status.pan_units = pan_.units;
-      status.pan_clicks = static_cast<int>(pan_.since_index);
-      status.tilt_units = tilt_.units;
-      status.tilt_clicks = static_cast<int>(tilt_.since_index);
-      status.left_stop = left_stop();
-      status.right_stop = right_stop();
-      status.low_stop = low_stop();
-      status.pan_on = pan_.on;
-      status.tilt_on = tilt_.on;
-      return print(encode_pantilt_status(status));
-    }
+      (command.letter == 'k' ? pan_ : tilt_).control_ramp.ramp = {values[0], values[1], values[2]};
+      return echo(command);
+    case 'l':
+      return print(status());
     case 'p':
     case 'P':
       if (options_.listing_stop) return;
-      stop(pan_);
-      stop(tilt_);
-      return echo();
+      pan_.stop();
+      tilt_.stop();
+      return echo(command);
     case 'w':
-      wait_armed_ = true;
-      wait_ticks_ = first;
-      wait_pan_ = command.count == 3 && command.values[1] != 0;
-      wait_tilt_ = command.count == 3 && command.values[2] != 0;
-      return;
+      return arm_wait(command);
     case '*':
-      return echo();
+      return echo(command);
     default:
       return;
   }

@@ -3,6 +3,7 @@
 
 #include "drivers/gamepad/codec.hpp"
 #include "drivers/hcs12/codec.hpp"
+#include "drivers/hcs12/ramp.hpp"
 #include "drivers/imu/codec.hpp"
 #include "drivers/p2os/accessories.hpp"
 #include "drivers/p2os/codec.hpp"

@@ -1,4 +1,5 @@
 #include "drivers/hcs12/codec.hpp"
+#include "drivers/hcs12/ramp.hpp"
 
 #include <gtest/gtest.h>
 

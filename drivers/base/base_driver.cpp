@@ -10,6 +10,7 @@ using Kind = BaseCommand::Kind;
 using Fate = BaseStatus::Command;
 
 constexpr double kTellEveryS = 0.5;
+constexpr const char* kObstacle = "an obstacle is in the way";
 constexpr double kLeastMoveM = 0.005;
 constexpr double kLeastTurnRad = deg_to_rad(0.3);
 
@@ -73,19 +74,19 @@ void BaseDriver::command(const BaseCommand& command, Utime now) {
     take(command.max_yaw_rate_rad_per_s, speeds_.yaw_rate_rad_per_s);
     take(command.acceleration_m_per_s2, speeds_.acceleration_m_per_s2);
     speeds_changed();
-    if (mode_ != Mode::idle) return;  // the running order keeps its place in the status
-    order_ = command;
+    if (mode_ != Mode::idle) return;  // the status remains that of the running order
+    order_.command = command;
     finish(Fate::done, "", now);
     return;
   }
   if (status_.link != BaseStatus::Link::up) {
     return refuse(command, "the base does not answer", now);
   }
-  order_came_ = now;
+  order_.newest_came = now;
   if (mode_ == Mode::idle) {
     begin(command, now);
   } else if (mode_ == Mode::velocity && command.kind == Kind::velocity) {
-    order_ = command;
+    order_.command = command;
     status_.command_id = command.id;
   } else {
     next_order_ = command;
@@ -95,10 +96,10 @@ void BaseDriver::command(const BaseCommand& command, Utime now) {
 
 void BaseDriver::refuse(const BaseCommand& command, const std::string& why, Utime now) {
   if (mode_ == Mode::idle) {
-    order_ = command;
+    order_.command = command;
     return finish(Fate::refused, why, now);
   }
-  // Said once: the status goes on to tell of the order that runs.
+  // Reported once; after that the status is again that of the running order.
   BaseStatus running = status_;
   status_.command_id = command.id;
   status_.command = Fate::refused;
@@ -113,10 +114,9 @@ void BaseDriver::emergency_stop(const EmergencyStop& message, Utime now) {
   if (gate_.stopped() && !was_stopped) {
     next_order_.reset();
     status_.note.clear();
-    // Also where nothing was ordered: what else makes the wheels turn, nobody knows.
+    // Even when nothing was ordered: something else may turn the wheels.
     if (status_.link == BaseStatus::Link::up) {
-      fate_after_stop_ = mode_ == Mode::idle ? status_.command : Fate::aborted;
-      note_after_stop_.clear();
+      after_stop_ = {mode_ == Mode::idle ? status_.command : Fate::aborted, ""};
       mode_ = Mode::stopping;
       emergency_brake(now);
     }
@@ -127,26 +127,24 @@ void BaseDriver::emergency_stop(const EmergencyStop& message, Utime now) {
 }
 
 void BaseDriver::begin(const BaseCommand& command, Utime now) {
-  order_ = command;
+  order_.command = command;
   status_.command_id = command.id;
   status_.command = Fate::running;
   status_.note.clear();
-  first_leg_ = true;
-  leg_limited_ = false;
-  point_to_reach_ = false;
+  journey_ = {};
   mode_ = Mode::leg_due;
   if (command.kind == Kind::stop) {
     request_stop(Fate::done, "", now);
   } else if (command.kind == Kind::velocity) {
     mode_ = Mode::velocity;
   } else if (command.kind == Kind::move) {
-    leg_ = {Leg::Kind::move, command.distance_m};
+    journey_.leg = {Leg::Kind::move, command.distance_m};
   } else if (command.kind == Kind::turn) {
-    leg_ = {Leg::Kind::turn, command.angle_rad};
+    journey_.leg = {Leg::Kind::turn, command.angle_rad};
   } else {
     const Eigen::Vector2d way = odom_from_robot_.inverse() * command.point_m;
-    leg_ = {Leg::Kind::turn, way.norm() > kLeastMoveM ? std::atan2(way.y(), way.x()) : 0.0};
-    point_to_reach_ = true;
+    journey_.leg = {Leg::Kind::turn, way.norm() > kLeastMoveM ? std::atan2(way.y(), way.x()) : 0.0};
+    journey_.then_to_point = true;
   }
   tell(now);
 }
@@ -156,42 +154,42 @@ double BaseDriver::free_part(const Leg& leg, Utime now) const {
                                      : guard_.free_turn_rad(leg.amount, odom_from_robot_, now);
 }
 
-std::string BaseDriver::what_is_in_the_way() const {
-  const bool moves = leg_.kind == Leg::Kind::move;
-  const std::string bumpers = moves ? guard_.pressed_bumpers(leg_.amount) : "";
-  return bumpers.empty() ? "an obstacle is in the way" : bumpers;
+std::string BaseDriver::pressed_bumpers_or(const char* otherwise) const {
+  const bool moves = journey_.leg.kind == Leg::Kind::move;
+  const std::string bumpers = moves ? guard_.pressed_bumpers(journey_.leg.amount) : "";
+  return bumpers.empty() ? otherwise : bumpers;
 }
 
 void BaseDriver::begin_leg(Utime now) {
-  const double least = leg_.kind == Leg::Kind::move ? kLeastMoveM : kLeastTurnRad;
+  const double least = journey_.leg.kind == Leg::Kind::move ? kLeastMoveM : kLeastTurnRad;
   mode_ = Mode::leg;
-  if (std::abs(leg_.amount) < least) {
+  if (std::abs(journey_.leg.amount) < least) {
     leg_ended(true, "", now);
     return;
   }
-  const double free = free_part(leg_, now);
-  if (std::abs(free) < std::abs(leg_.amount)) {
-    leg_limited_ = true;
-    leg_.amount = std::copysign(free, leg_.amount);
+  const double free = free_part(journey_.leg, now);
+  if (std::abs(free) < std::abs(journey_.leg.amount)) {
+    journey_.limited = true;
+    journey_.leg.amount = std::copysign(free, journey_.leg.amount);
     if (std::abs(free) < 4.0 * least) {
-      finish(first_leg_ ? Fate::refused : Fate::shortened, what_is_in_the_way(), now);
+      finish(journey_.on_first_leg ? Fate::refused : Fate::shortened, pressed_bumpers_or(kObstacle), now);
       return;
     }
   }
-  start_leg(leg_, now);
+  start_leg(journey_.leg, now);
 }
 
 void BaseDriver::leg_ended(bool reached, const std::string& note, Utime now) {
   if (mode_ != Mode::leg) return;
-  first_leg_ = false;
+  journey_.on_first_leg = false;
   if (!reached) {
     finish(Fate::aborted, note, now);
-  } else if (leg_limited_) {
-    finish(Fate::shortened, what_is_in_the_way(), now);
-  } else if (point_to_reach_) {
-    point_to_reach_ = false;
-    const Eigen::Vector2d way = odom_from_robot_.inverse() * order_.point_m;
-    leg_ = {Leg::Kind::move, way.x()};
+  } else if (journey_.limited) {
+    finish(Fate::shortened, pressed_bumpers_or(kObstacle), now);
+  } else if (journey_.then_to_point) {
+    journey_.then_to_point = false;
+    const Eigen::Vector2d way = odom_from_robot_.inverse() * order_.command.point_m;
+    journey_.leg = {Leg::Kind::move, way.x()};
     mode_ = Mode::leg_due;
   } else {
     finish(Fate::done, note, now);
@@ -200,23 +198,21 @@ void BaseDriver::leg_ended(bool reached, const std::string& note, Utime now) {
 
 void BaseDriver::watch_leg(Utime now) {
   const double remaining = leg_remaining();
-  const double free = free_part({leg_.kind, remaining}, now);
-  if (std::abs(free) >= std::abs(remaining) - (leg_.kind == Leg::Kind::move ? 0.02 : 0.03)) return;
-  // There is less room than way: stop when braking any later would be too late.
-  const double to_stop = leg_.kind == Leg::Kind::move ? stop_distance_m() : 0.05;
+  const double free = free_part({journey_.leg.kind, remaining}, now);
+  if (std::abs(free) >= std::abs(remaining) - (journey_.leg.kind == Leg::Kind::move ? 0.02 : 0.03)) return;
+  // The way is blocked before the leg's end: brake at the last moment that is early enough.
+  const double to_stop = journey_.leg.kind == Leg::Kind::move ? stop_distance_m() : 0.05;
   if (std::abs(free) <= to_stop) {
-    const std::string bumpers =
-        leg_.kind == Leg::Kind::move ? guard_.pressed_bumpers(leg_.amount) : "";
-    request_stop(Fate::shortened, bumpers.empty() ? "an obstacle came into the way" : bumpers, now);
+    request_stop(Fate::shortened, pressed_bumpers_or("an obstacle came into the way"), now);
   }
 }
 
 void BaseDriver::watch_velocity(Utime now) {
-  if ((now - order_came_).seconds() > kOrderHoldsS) {
+  if ((now - order_.newest_came).seconds() > kOrderHoldsS) {
     request_stop(Fate::done, "no velocity came for 0.5 s", now);
     return;
   }
-  double v = order_.velocity_m_per_s, w = order_.yaw_rate_rad_per_s;
+  double v = order_.command.velocity_m_per_s, w = order_.command.yaw_rate_rad_per_s;
   std::string note;
   if (v != 0.0) {
     // No faster than can be braked in the room there is.
@@ -251,8 +247,7 @@ void BaseDriver::advance_motion(Utime now) {
 }
 
 void BaseDriver::request_stop(BaseStatus::Command fate, const std::string& note, Utime now) {
-  fate_after_stop_ = fate;
-  note_after_stop_ = note;
+  after_stop_ = {fate, note};
   if (mode_ == Mode::stopping) return;
   mode_ = Mode::stopping;
   stop_wheels(now);
@@ -260,13 +255,13 @@ void BaseDriver::request_stop(BaseStatus::Command fate, const std::string& note,
 
 void BaseDriver::stopped(Utime now) {
   if (mode_ != Mode::stopping) return;
-  finish(fate_after_stop_, note_after_stop_, now);
+  finish(after_stop_.fate, after_stop_.note, now);
   if (const auto next = std::exchange(next_order_, std::nullopt)) begin(*next, now);
 }
 
 void BaseDriver::finish(BaseStatus::Command fate, const std::string& note, Utime now) {
   mode_ = Mode::idle;
-  status_.command_id = order_.id;
+  status_.command_id = order_.command.id;
   status_.command = fate;
   status_.note = note;
   tell(now);

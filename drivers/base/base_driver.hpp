@@ -12,7 +12,7 @@
 
 namespace marco::drivers {
 
-/// What a base driver has to tell since it was last asked.
+/// What a base driver has produced since it was last asked.
 struct BaseOutput {
   std::vector<OdometrySample> odometry;
   std::vector<BaseStatus> status;
@@ -20,7 +20,7 @@ struct BaseOutput {
   std::vector<PanTiltState> head;
 };
 
-/// How fast moves and turns go unless ordered otherwise.
+/// Speeds of moves and turns, unless an order sets others.
 struct BaseSpeeds {
   double velocity_m_per_s = 0.4;
   double yaw_rate_rad_per_s = 0.8;
@@ -34,30 +34,37 @@ struct BaseSpeeds {
   }
 };
 
-/// A base as its driver process sees it, without port or clock: bytes in, bytes out, stepped by
-/// whoever has both. Here is what all bases do alike: the fate of orders, the emergency stop, the
-/// guard, the end of a velocity that nobody repeats (kOrderHoldsS). What a base does in its own way
-/// is in the private virtuals.
+/// Driver of a base without port or clock: bytes in, bytes out, stepped by its process or a test.
+/// This class holds what all bases share: the life of an order, the emergency stop, the obstacle
+/// guard, and the timeout of a velocity that nobody repeats (kOrderHoldsS). A derived class
+/// implements the private virtuals for its protocol.
 class BaseDriver {
  public:
+  /// A straight move or a turn on the spot.
+  struct Leg {
+    enum class Kind { move, turn };
+    Kind kind = Kind::move;
+    double amount = 0.0;  ///< m or rad, signed
+  };
+
   BaseDriver(std::string name, const BaseSpeeds& speeds, const GuardOptions& guard);
   virtual ~BaseDriver() = default;
 
-  /// The line was opened or lost. A lost one ends the running order; nothing is taken up again.
+  /// The line was opened or lost. A lost line aborts the running order; nothing resumes later.
   virtual void on_connection(bool connected, Utime now) = 0;
   virtual void receive(std::span<const uint8_t> bytes, Utime now) = 0;
   /// Call every few milliseconds. Appends what is to be sent.
   virtual void advance(Utime now, std::vector<uint8_t>& out) = 0;
-  /// Appends what leaves the motors off, whatever else was going on.
+  /// Appends the commands that switch the motors off.
   virtual void shut_down(std::vector<uint8_t>& out) = 0;
-  /// Bytes or lines that were not understood or believed.
+  /// Bytes or lines that could not be decoded or were implausible.
   virtual int64_t bad_input() const = 0;
 
-  /// An order that is refused changes nothing of what the base does.
+  /// A refused order does not affect the running one.
   void command(const BaseCommand& command, Utime now);
   /// Stops at once and refuses to move until a release comes.
   void emergency_stop(const EmergencyStop& message, Utime now);
-  /// For a camera's pan-tilt on the base's own line; a base that carries none passes it over.
+  /// For a camera's pan-tilt on the base's own line; a base without one ignores it.
   virtual void look(const PanTiltCommand& /*command*/, Utime /*now*/) {}
   ObstacleGuard& guard() { return guard_; }
   BaseOutput take_output();
@@ -65,16 +72,10 @@ class BaseDriver {
   const Pose2& odom_from_robot() const { return odom_from_robot_; }
   /// One line for a person.
   std::string state() const;
-  /// As told to the others: the note begins with the emergency stop's while one is latched.
+  /// As published: while an emergency stop is latched, the note begins with it.
   BaseStatus status() const;
 
  protected:
-  struct Leg {
-    enum class Kind { move, turn };
-    Kind kind = Kind::move;
-    double amount = 0.0;  ///< m or rad, signed
-  };
-
   /// The derived class calls these.
   void set_link(BaseStatus::Link link, const std::string& note, Utime now);
   void advance_motion(Utime now);
@@ -90,19 +91,35 @@ class BaseDriver {
  private:
   enum class Mode { idle, leg_due, leg, velocity, stopping };
 
-  /// Sets off. The base is at rest.
+  /// Starts a leg. The base is at rest.
   virtual void start_leg(const Leg& leg, Utime now) = 0;
-  /// What is left of the leg, signed.
+  /// The rest of the leg, signed.
   virtual double leg_remaining() const = 0;
-  /// Keeps this velocity until told otherwise; called at each step.
+  /// Drives at this velocity until the next call; called at each step.
   virtual void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) = 0;
   /// Stops the wheels, then calls stopped().
   virtual void stop_wheels(Utime now) = 0;
   /// The same, as hard as the base can.
   virtual void emergency_brake(Utime now) { stop_wheels(now); }
   virtual void speeds_changed() {}
-  /// What a move needs to come to rest from its top speed when it is stopped now.
+  /// Stopping distance of a move at its top speed.
   virtual double stop_distance_m() const = 0;
+
+  struct RunningOrder {
+    BaseCommand command;
+    Utime newest_came;  ///< the last order that was accepted
+  };
+  /// The running order as legs.
+  struct Journey {
+    Leg leg;
+    bool on_first_leg = true;
+    bool limited = false;        ///< the leg was shortened before it began
+    bool then_to_point = false;  ///< it turns towards a point; the move follows
+  };
+  struct Ending {
+    BaseStatus::Command fate = BaseStatus::Command::none;
+    std::string note;
+  };
 
   void begin(const BaseCommand& command, Utime now);
   void begin_leg(Utime now);
@@ -112,7 +129,7 @@ class BaseDriver {
   void refuse(const BaseCommand& command, const std::string& why, Utime now);
   void finish(BaseStatus::Command fate, const std::string& note, Utime now);
   double free_part(const Leg& leg, Utime now) const;
-  std::string what_is_in_the_way() const;
+  std::string pressed_bumpers_or(const char* otherwise) const;
 
   BaseSpeeds speeds_;
   ObstacleGuard guard_;
@@ -121,15 +138,10 @@ class BaseDriver {
   BaseOutput output_;
   Pose2 odom_from_robot_;
   Mode mode_ = Mode::idle;
-  BaseCommand order_;
+  RunningOrder order_;
   std::optional<BaseCommand> next_order_;
-  Leg leg_;
-  bool first_leg_ = true;
-  bool leg_limited_ = false;
-  bool point_to_reach_ = false;
-  Utime order_came_;  ///< the newest that was taken
-  BaseStatus::Command fate_after_stop_ = BaseStatus::Command::none;
-  std::string note_after_stop_;
+  Journey journey_;
+  Ending after_stop_;
   Utime last_told_;
 };
 

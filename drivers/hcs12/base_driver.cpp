@@ -1,6 +1,5 @@
 #include "drivers/hcs12/base_driver.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace marco::drivers::hcs12 {
@@ -10,27 +9,22 @@ using Link = BaseStatus::Link;
 
 constexpr double kIdleStatusS = 0.1;
 constexpr double kBatteryS = 10.0;
-constexpr double kSonarS = 1.3;        // a round takes 1.2 s
-constexpr double kSlowestPace = 1.25;  // of the board's ticks, as learn_pace believes
-constexpr double kStallS = 0.1;        // between two calls: this process stood still
+constexpr double kSonarS = 1.3;  // a round takes 1.2 s
 
 }  // namespace
 
 Hcs12Base::Hcs12Base(const Hcs12BaseOptions& options)
-    : BaseDriver("hcs12", options.speeds, options.guard), options_(options) {
+    : BaseDriver("hcs12", options.speeds, options.guard),
+      options_(options),
+      runs_(options_, exchange_,
+            [this](const OdometrySample& sample) { publish_odometry(sample); }) {
   validate(options, "hcs12");
 }
 
 void Hcs12Base::on_connection(bool connected, Utime now) {
-  connected_ = connected;
-  exchange_.clear();
-  if (run_ && run_->started) lost_run_ = run_;
-  run_.reset();
-  renewal_.reset();
-  last_stamp_ = next_prediction_ = {};  // the host's clock may have been set back
-  stop_asked_ = wait_armed_ = false;
-  silent_ = 0;
-  next_ping_ = now;
+  exchange_.on_connection(connected, now);
+  runs_.abandon();
+  runs_.forget_stamps();
   set_link(Link::down, connected ? "waiting for the board" : "the line is gone", now);
 }
 
@@ -42,7 +36,7 @@ void Hcs12Base::set_up(Utime now) {
     exchange_.ask({encode_command('s', {1}), 's'});
   }
   next_battery_ = now;
-  next_status_ = now;
+  runs_.commands().poll_at(now);
   next_sonar_ = now + Duration::from_seconds(kSonarS);
   set_link(Link::up, "", now);
 }
@@ -50,61 +44,47 @@ void Hcs12Base::set_up(Utime now) {
 void Hcs12Base::on_reset(Utime now) {
   ++resets_;
   exchange_.clear();
-  run_.reset();
-  renewal_.reset();
-  lost_run_.reset();
-  stop_asked_ = wait_armed_ = false;
+  runs_.forget();
   set_link(Link::starting, "the board was reset", now);
-  next_ping_ = now;
-}
-
-void Hcs12Base::note_time(Utime now) {
-  if (run_ && std::abs((now - last_step_).seconds()) > kStallS) run_->stood_still = true;
-  last_step_ = now;
+  exchange_.ping_at(now);
 }
 
 void Hcs12Base::receive(std::span<const uint8_t> bytes, Utime now) {
-  note_time(now);
+  runs_.note_time(now);
   for (const std::string& line : exchange_.receive(bytes)) on_line(line, now);
 }
 
 void Hcs12Base::on_line(const std::string& line, Utime now) {
-  if (sonar_.collecting() && exchange_.awaited() == 's') {
-    const auto times = sonar_.push(line);
-    if (times) {
-      exchange_.answered();
-      silent_ = 0;
-      on_sonar(*times, now);
-    } else if (!sonar_.collecting()) {
-      ++bad_lines_;
-      exchange_.answered();
-    } else {
-      exchange_.extend(now);
-    }
-    return;
-  }
+  if (sonar_.collecting() && exchange_.awaited() == 's') return on_sonar_line(line, now);
   if (line.rfind("Robot ", 0) == 0) return on_reset(now);
-  if (line == "w" && wait_armed_) {
-    wait_armed_ = false;
-    silent_ = 0;
-    if (run_) run_->rested_at = line_begun(line.size(), now);
-    ask_status();
-    return;
-  }
+  if (line == "w" && runs_.on_wait_answer(line_begun(line.size(), now))) return exchange_.accept();
   const char letter = line.empty() ? '\0' : line.front();
   if (letter == '\0' || letter != exchange_.awaited() || !on_reply(letter, line, now)) {
-    ++bad_lines_;
-    return;
+    return exchange_.reject();
   }
-  silent_ = 0;
+  exchange_.accept();
+}
+
+void Hcs12Base::on_sonar_line(const std::string& line, Utime now) {
+  if (const auto times = sonar_.push(line)) {
+    exchange_.answered();
+    exchange_.accept();
+    on_sonar(*times, now);
+  } else if (!sonar_.collecting()) {
+    exchange_.reject();
+    exchange_.answered();
+  } else {
+    exchange_.extend(now);
+  }
 }
 
 bool Hcs12Base::on_reply(char letter, const std::string& line, Utime now) {
+  const Utime begun = line_begun(line.size(), now);
   if (letter == 'l') {
     const auto status = parse_wheel_status(line);
     if (!status) return false;
     exchange_.answered();
-    on_wheel_status(*status, line_begun(line.size(), now), now);
+    on_wheel_status(*status, begun, now);
     return true;
   }
   if (letter == 't') {
@@ -119,31 +99,23 @@ bool Hcs12Base::on_reply(char letter, const std::string& line, Utime now) {
   }
   if (line.size() != 1) return false;
   exchange_.answered();
-  if (run_ && renewal_ && letter == renewal_->letter) {
-    take_over(line_begun(line.size(), now));
-    return true;
-  }
-  if (run_ && letter == run_->letter && !run_->started) {
-    run_->started = true;
-    // The wheels have turned since the echo began to be printed.
-    run_->started_at = run_->read_at = line_begun(line.size(), now);
-    run_->progress_at = now;
-    edit_status().motors_on = true;
-    next_status_ = now + Duration::from_seconds(options_.poll_period_s);
-    if (!run_->polled && !stop_asked_) ask_wait(now);
-  }
+  if (runs_.on_echo(letter, begun, now)) edit_status().motors_on = true;
   return true;
 }
 
-void Hcs12Base::ask_wait(Utime now) {
-  // Four numbers: with the manual's three the firmware looks at no flags.
-  wait_armed_ = true;
-  RampWalk rest = run_->walk;
-  while (!rest.done()) rest.tick();
-  const int64_t ticks = rest.ticks() - run_->walk.ticks() + 600;
-  const auto timer = static_cast<uint32_t>(std::min<int64_t>(ticks, 65000));
-  exchange_.ask({encode_command('w', {timer, 1, 1, 0}), '\0'});
-  wait_until_ = now + Duration::from_seconds(kSlowestPace * timer * kTickS + 1.0);
+void Hcs12Base::on_wheel_status(const WheelStatus& status, Utime measured, Utime now) {
+  using Event = RunControl::Event;
+  if (edit_status().link != Link::up) {
+    set_up(now);
+    return runs_.take_up_lost_run(now);
+  }
+  const Event event = runs_.on_wheel_status(status, measured, now);
+  if (event == Event::implausible) return exchange_.reject();
+  if (event == Event::counters_restarted) return on_reset(now);
+  edit_status().motors_on = status.left_on || status.right_on;
+  if (event == Event::stopped) stopped(now);
+  if (event == Event::leg_reached) leg_ended(true, "", now);
+  if (event == Event::leg_missed) leg_ended(false, "the wheels did not get there", now);
 }
 
 void Hcs12Base::on_sonar(const std::vector<uint32_t>& times, Utime now) {
@@ -165,63 +137,30 @@ void Hcs12Base::on_sonar(const std::vector<uint32_t>& times, Utime now) {
 void Hcs12Base::on_timeout(const LineExchange::Request& request, Utime now) {
   ++timeouts_;
   sonar_ = SonarCollector{};
-  if (run_ && request.reply == run_->letter && !run_->started) {
-    // Whether it set off nobody knows: stop, and let the counters tell what they can.
-    run_->started = true;
-    run_->started_at = run_->read_at = now - Duration::from_seconds(1.0);
-    stop_wheels(now);
-  }
-  if (renewal_ && request.reply == renewal_->letter) {
-    renewal_unanswered_ = true;
-    stop_wheels(now);
-  }
-  if (++silent_ < 3) {
-    // What can be said twice is; readings of the sonars come again by themselves.
+  runs_.on_timeout(request, now);
+  if (!exchange_.is_silent_after_timeout()) {
+    // Motion commands must not be sent twice. The sonars are read again by themselves.
     const bool repeatable = std::string("ltpks").find(request.reply) != std::string::npos &&
                             request.line != encode_command('s');
     if (repeatable) exchange_.ask_first(request);
     return;
   }
   exchange_.clear();
-  if (run_ && run_->started) lost_run_ = run_;
-  run_.reset();
-  renewal_.reset();
-  stop_asked_ = wait_armed_ = false;
-  next_ping_ = now + Duration::from_seconds(kPingS);
+  runs_.abandon();
+  exchange_.ping_later(now);
   set_link(Link::down, "the board is silent", now);
 }
 
 void Hcs12Base::schedule(Utime now) {
   if (edit_status().link != Link::up) {
-    if (now >= next_ping_ && exchange_.quiet()) {
-      next_ping_ = now + Duration::from_seconds(kPingS);
-      // Printing costs a board whose wheels turn fast some of its clicks.
-      if (lost_run_) exchange_.ask({encode_command('p'), 'p'});
-      exchange_.ask({encode_command('l'), 'l'});
-    }
-    return;
+    if (!exchange_.ping_due(now)) return;
+    // Printing costs a board whose wheels turn fast some of its clicks: it is stopped first.
+    if (runs_.has_lost_run()) exchange_.ask({encode_command('p'), 'p'});
+    return runs_.commands().status();
   }
-  if (run_) {
-    if (!run_->started || stop_asked_) return;
-    if (wait_armed_ && now >= wait_until_) {  // its answer was lost, or the board is
-      wait_armed_ = false;
-      ++timeouts_;
-      return ask_status();
-    }
-    if (run_->polled && now >= next_status_ && exchange_.quiet()) {
-      next_status_ = now + Duration::from_seconds(options_.poll_period_s);
-      ask_status();
-    }
-    const bool stuck = run_->polled && (now - run_->progress_at).seconds() > kStuckS;
-    const bool overdue = !run_->polled && !wait_armed_ && exchange_.quiet();
-    if ((stuck || overdue) && exchange_.quiet()) ask_stop();  // ends as a run that is over
-    return;
-  }
-  if (!exchange_.quiet()) return;
-  if (now >= next_status_) {
-    next_status_ = now + Duration::from_seconds(kIdleStatusS);
-    ask_status();
-  } else if (now >= next_battery_) {
+  if (runs_.schedule(now) || !exchange_.quiet()) return;
+  if (runs_.commands().poll(now, kIdleStatusS)) return;
+  if (now >= next_battery_) {
     next_battery_ = now + Duration::from_seconds(kBatteryS);
     exchange_.ask({encode_command('t'), 't'});
   } else if (options_.sonar && now >= next_sonar_ && idle()) {
@@ -232,14 +171,26 @@ void Hcs12Base::schedule(Utime now) {
 }
 
 void Hcs12Base::advance(Utime now, std::vector<uint8_t>& out) {
-  note_time(now);
-  if (connected_) {
-    follow_ramp(now);
+  runs_.note_time(now);
+  if (exchange_.connected()) {
+    runs_.follow_ramp(now);
     schedule(now);
   }
   advance_motion(now);
-  if (!connected_) return;
+  if (!exchange_.connected()) return;
   if (const auto late = exchange_.advance(now, out)) on_timeout(*late, now);
+}
+
+void Hcs12Base::start_leg(const Leg& leg, Utime now) {
+  if (!runs_.start_leg(leg, speeds(), now)) leg_ended(true, "", now);
+}
+
+void Hcs12Base::drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) {
+  runs_.drive(velocity_m_per_s, yaw_rate_rad_per_s, speeds(), now);
+}
+
+double Hcs12Base::stop_distance_m() const {
+  return 0.03 + 0.2 * speeds().velocity_m_per_s;  // `p` brakes at once; the way is that of the line
 }
 
 void Hcs12Base::shut_down(std::vector<uint8_t>& out) {

@@ -4,6 +4,24 @@
 
 namespace marco::drivers::hcs12 {
 
+void LineExchange::on_connection(bool connected, Utime now) {
+  connected_ = connected;
+  clear();
+  timeouts_in_a_row_ = 0;
+  next_ping_ = now;
+}
+
+void LineExchange::ping_later(Utime now) {
+  constexpr double kPingS = 0.5;
+  next_ping_ = now + Duration::from_seconds(kPingS);
+}
+
+bool LineExchange::ping_due(Utime now) {
+  if (now < next_ping_ || !quiet()) return false;
+  ping_later(now);
+  return true;
+}
+
 void LineExchange::clear() {
   queue_.clear();
   outstanding_.reset();

@@ -11,11 +11,8 @@
 
 namespace marco::drivers::hcs12 {
 
-inline constexpr double kPingS =
-    0.5;  ///< between questions that only ask whether the board is there
-
-/// The host's side of a board that keeps one line: sends a command, waits for its reply, then the
-/// next.
+/// The host's side of a board that keeps one line: sends a command, waits for its reply, then sends
+/// the next. While the board does not answer it is asked every half second.
 class LineExchange {
  public:
   struct Request {
@@ -23,6 +20,10 @@ class LineExchange {
     char reply = '\0';         ///< letter the reply begins with; 0 = none is expected
     double patience_s = 0.25;  ///< beyond the time of the line itself
   };
+
+  /// The serial line was opened or lost.
+  void on_connection(bool connected, Utime now);
+  bool connected() const { return connected_; }
 
   void ask(Request request) { queue_.push_back(std::move(request)); }
   void ask_first(Request request) { queue_.push_front(std::move(request)); }
@@ -34,21 +35,35 @@ class LineExchange {
   std::vector<std::string> receive(std::span<const uint8_t> bytes);
   /// The letter that is waited for, 0 = none.
   char awaited() const { return outstanding_ ? outstanding_->reply : '\0'; }
-  /// The reply came, or more of it: waits on.
   void answered() { outstanding_.reset(); }
+  /// A part of the reply came.
   void extend(Utime now) { sent_ = now; }
 
   /// Sends the next command when none is outstanding.
   /// @returns the request that has waited too long, if one has.
   std::optional<Request> advance(Utime now, std::vector<uint8_t>& out);
 
-  int64_t overlong() const { return cutter_.overlong(); }
+  /// A line was understood, or not.
+  void accept() { timeouts_in_a_row_ = 0; }
+  void reject() { ++bad_lines_; }
+  int64_t bad_lines() const { return bad_lines_ + cutter_.overlong(); }
+  /// Counts a request that was not answered. @returns whether the board is silent.
+  bool is_silent_after_timeout() { return ++timeouts_in_a_row_ >= 3; }
+
+  /// Whether the board is to be asked if it is there.
+  bool ping_due(Utime now);
+  void ping_at(Utime when) { next_ping_ = when; }
+  void ping_later(Utime now);
 
  private:
   LineCutter cutter_;
   std::deque<Request> queue_;
   std::optional<Request> outstanding_;
   Utime sent_;
+  Utime next_ping_;
+  bool connected_ = false;
+  int timeouts_in_a_row_ = 0;
+  int64_t bad_lines_ = 0;
 };
 
 /// When the board began to print a line whose end has just come: that is when it was measured.

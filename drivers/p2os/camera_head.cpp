@@ -9,17 +9,7 @@ namespace marco::drivers::p2os {
 namespace {
 
 constexpr std::size_t kLongest = 16;
-constexpr double kPanDegPerS = 80.0, kTiltDegPerS = 50.0;  // at the top speeds, 24 and 20
 constexpr int kTopZoom = 1023;
-
-// Four nibbles, two's complement.
-int word_at(std::span<const uint8_t> message, std::size_t at) {
-  int value = 0;
-  for (std::size_t i = 0; i < 4; ++i) value = value << 4 | (message[at + i] & 0x0F);
-  return static_cast<int16_t>(value);
-}
-
-int nibble(int value, int index) { return value >> (4 * (3 - index)) & 0x0F; }
 
 }  // namespace
 
@@ -28,6 +18,12 @@ double CameraHead::tilt_rad() const { return deg_to_rad(tilt_ / kUnitsPerTiltDeg
 
 void CameraHead::say(std::initializer_list<int> bytes) {
   for (const int byte : bytes) answers_.push_back(static_cast<uint8_t>(byte));
+}
+
+void CameraHead::say_words(std::initializer_list<int> words) {
+  say({0x90, 0x50});
+  for (const int word : words) put_visca_word(answers_, word);
+  answers_.push_back(kViscaEnd);
 }
 
 void CameraHead::receive(std::span<const uint8_t> bytes, Utime now) {
@@ -54,22 +50,16 @@ void CameraHead::handle(std::span<const uint8_t> message) {
   if (is({0x30}, 4)) return say({0x88, 0x30, 0x02, 0xFF});                    // address
   if (is({0x01, 0x00, 0x01}, 5)) return say({0x88, 0x01, 0x00, 0x01, 0xFF});  // clear
   if (is({0x09, 0x06, 0x12}, 5)) {
-    const int pan = static_cast<int>(std::lround(pan_)),
-              tilt = static_cast<int>(std::lround(tilt_));
-    return say({0x90, 0x50, nibble(pan, 0), nibble(pan, 1), nibble(pan, 2), nibble(pan, 3),
-                nibble(tilt, 0), nibble(tilt, 1), nibble(tilt, 2), nibble(tilt, 3), 0xFF});
+    return say_words({static_cast<int>(std::lround(pan_)), static_cast<int>(std::lround(tilt_))});
   }
-  if (is({0x09, 0x04, 0x47}, 5)) {
-    return say(
-        {0x90, 0x50, nibble(zoom_, 0), nibble(zoom_, 1), nibble(zoom_, 2), nibble(zoom_, 3), 0xFF});
-  }
+  if (is({0x09, 0x04, 0x47}, 5)) return say_words({zoom_});
   if (is({0x09, 0x04, 0x00}, 5)) return say({0x90, 0x50, on_ ? 2 : 3, 0xFF});
   if (is({0x01, 0x04, 0x00}, 6)) {
     on_ = message[4] == 2;
     return done();
   }
   if (is({0x01, 0x04, 0x47}, 9)) {
-    zoom_ = std::clamp(word_at(message, 4), 0, kTopZoom);
+    zoom_ = std::clamp(visca_word(message, 4), 0, kTopZoom);
     return done();
   }
   if (message.size() >= 5 && message[1] == 0x01 && message[2] == 0x06) return pan_tilt(message);
@@ -92,8 +82,8 @@ void CameraHead::pan_tilt(std::span<const uint8_t> message) {
   }
   if (move) {
     const bool relative = kind == 0x03;
-    pan = word_at(message, 6) + (relative ? static_cast<int>(std::lround(pan_)) : 0);
-    tilt = word_at(message, 10) + (relative ? static_cast<int>(std::lround(tilt_)) : 0);
+    pan = visca_word(message, 6) + (relative ? static_cast<int>(std::lround(pan_)) : 0);
+    tilt = visca_word(message, 10) + (relative ? static_cast<int>(std::lround(tilt_)) : 0);
   } else if (drive) {
     // 1 left or up, 2 right or down, 3 stop: until the end of its way.
     const auto way = [](uint8_t code, double now, int most) {
@@ -104,8 +94,8 @@ void CameraHead::pan_tilt(std::span<const uint8_t> message) {
   }
   pan_goal_ = std::clamp(pan, -kMostPan, kMostPan);
   tilt_goal_ = std::clamp(tilt, -kMostTilt, kMostTilt);
-  pan_rate_ = kPanDegPerS * kUnitsPerPanDeg * pan_speed / kTopPan;
-  tilt_rate_ = kTiltDegPerS * kUnitsPerTiltDeg * tilt_speed / kTopTilt;
+  pan_rate_ = kTopPanDegPerS * kUnitsPerPanDeg * pan_speed / kTopPan;
+  tilt_rate_ = kTopTiltDegPerS * kUnitsPerTiltDeg * tilt_speed / kTopTilt;
   say({0x90, 0x41, 0xFF});
   tell_arrival_ = true;
 }

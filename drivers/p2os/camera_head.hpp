@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <vector>
 
+#include "drivers/p2os/visca.hpp"
 #include "lcm_tools/base/utime.hpp"
 
 namespace marco::drivers::p2os {
@@ -19,11 +21,6 @@ inline double approach(double value, double goal, double step) {
 /// does not name its own; this choice is ours. Pan +-95 deg (left positive here), tilt +-20 deg.
 class CameraHead {
  public:
-  static constexpr double kUnitsPerPanDeg = 860.0 / 95.0;
-  static constexpr double kUnitsPerTiltDeg = 281.0 / 20.0;
-  static constexpr int kMostPan = 860, kMostTilt = 281;
-  static constexpr int kTopPan = 24, kTopTilt = 20;  ///< speed codes
-
   /// Bytes from the robot's port.
   void receive(std::span<const uint8_t> bytes, Utime now);
   void advance(Utime now);
@@ -41,6 +38,7 @@ class CameraHead {
   void pan_tilt(std::span<const uint8_t> message);
   void done();
   void say(std::initializer_list<int> bytes);
+  void say_words(std::initializer_list<int> words);
 
   std::vector<uint8_t> message_;
   std::vector<uint8_t> answers_;

@@ -8,23 +8,19 @@ namespace {
 
 using Link = BaseStatus::Link;
 
-constexpr double kSyncS = 0.5;
-constexpr double kPulseS = 0.4;
-constexpr double kSilentS = 1.5;
 constexpr double kRepeatVelocityS = 0.3;
 constexpr double kLegDeadS = 1.0;  // without motion: it is over, or never began
 
-Duration seconds(double s) { return Duration::from_seconds(s); }
+int whole(double value) { return static_cast<int>(std::lround(value)); }
 
 }  // namespace
 
 P2osBase::P2osBase(const P2osOptions& options)
-    : BaseDriver("p2os", options.speeds, options.guard), options_(options) {
+    : BaseDriver("p2os", options.speeds, options.guard),
+      options_(options),
+      outfit_(options.bumpers_each_end),
+      sonars_(deg_to_rad(options.sonar_cone_deg)) {
   validate(options, "p2os");
-  ring_.cone_rad = deg_to_rad(options.sonar_cone_deg);
-  for (const Pose2& robot_from_sonar : p2dx_sonars()) {
-    ring_.readings.push_back({0.0, robot_from_sonar});
-  }
 }
 
 double P2osBase::stop_distance_m() const {
@@ -32,127 +28,111 @@ double P2osBase::stop_distance_m() const {
   return 0.5 * v * v / speeds().acceleration_m_per_s2 + 0.25 * v;
 }
 
-void P2osBase::say(CommandId id, std::optional<int> value) {
-  const Bytes packet = encode_command({id, value, ""});
-  to_send_.insert(to_send_.end(), packet.begin(), packet.end());
-}
-
 void P2osBase::on_connection(bool connected, Utime now) {
-  connected_ = connected;
-  parser_.clear();
-  to_send_.clear();
-  restart_sync(now);
+  session_.on_connection(connected, now);
+  restart_session(now);
   set_link(Link::down, connected ? "waiting for the robot" : "the line is gone", now);
 }
 
-void P2osBase::restart_sync(Utime now) {
-  sync_ = 0;
-  config_.reset();
-  config_asked_ = 0;
-  next_sync_ = now;
-  last_packet_ = now;
-  velocity_sent_ = ring_told_ = {};  // the host's clock may have been set back
-  last_sip_.reset();
+void P2osBase::restart_session(Utime now) {
+  session_.restart(now);
+  outfit_.restart();
+  odometry_.restart();
+  sonars_.forget_stamps();
   leg_.reset();
-  stop_asked_ = false;
-  velocity_mm_per_s_ = rate_deg_per_s_ = 0;
+  stopping_.reset();
+  sent_velocity_ = {};  // the host's clock may have been set back
 }
 
 void P2osBase::receive(std::span<const uint8_t> bytes, Utime now) {
-  parser_.push(bytes);
-  while (const auto payload = parser_.next()) on_packet(*payload, now);
+  for (const Bytes& payload : session_.receive(bytes, now)) on_packet(payload, now);
 }
 
 void P2osBase::on_packet(const Bytes& payload, Utime arrival) {
-  last_packet_ = arrival;
+  if (!session_.is_open()) {
+    if (session_.on_sync(payload, arrival)) set_up(arrival);
+    return;
+  }
   const auto sip = decode_sip(payload);
-  if (sync_ < 3) {
-    if (sip) {
-      // Still open from an earlier client: close it and begin anew.
-      say(kClose);
-      next_sync_ = arrival + seconds(0.2);
-      sync_ = 0;
-    } else {
-      on_sync(payload, arrival);
-    }
-    return;
-  }
-  if (!sip) {
-    if (payload[0] == kAuxPacket) {
-      on_head(payload, arrival);
-    } else if (payload[0] == kConfigPacket) {
-      config_ = decode_config(payload);
-      if (!config_) ++bad_packets_;
-    } else if (payload[0] == 0xFF || payload[0] <= 2) {  // it was reset and does not know us
-      set_link(Link::starting, "the robot was reset", arrival);
-      restart_sync(arrival);
-    } else {
-      ++bad_packets_;
-    }
-    return;
-  }
+  if (!sip) return on_other_packet(payload, arrival);
   const double line_s = (static_cast<double>(payload.size()) + 5.0) * 10.0 / kBaud;
-  on_sip(*sip, arrival - seconds(line_s), arrival);
+  on_sip(*sip, arrival - Duration::from_seconds(line_s), arrival);
 }
 
-void P2osBase::on_sync(const Bytes& payload, Utime now) {
-  if (payload[0] != sync_) {
-    restart_sync(now);
-    next_sync_ = now + seconds(kSyncS);
-    return;
+void P2osBase::on_other_packet(const Bytes& payload, Utime arrival) {
+  if (payload[0] == kAuxPacket) {
+    if (const auto state = HeadClient::decode(payload, arrival)) output().head.push_back(*state);
+  } else if (payload[0] == kConfigPacket) {
+    if (!outfit_.on_config(payload)) session_.reject();
+  } else if (payload[0] == 0xFF || payload[0] <= 2) {  // it was reset and does not know us
+    set_link(Link::starting, "the robot was reset", arrival);
+    restart_session(arrival);
+  } else {
+    session_.reject();
   }
-  if (sync_ < 2) {
-    ++sync_;
-    next_sync_ = now;
-    return;
-  }
-  const auto name = decode_name(payload);
-  if (!name) {
-    ++bad_packets_;
-    return;
-  }
-  name_ = *name;
-  sync_ = 3;
-  say(kOpen, 1);
-  say(kStop);
-  say(kSonar, options_.sonar ? 1 : 0);
+}
+
+void P2osBase::set_up(Utime now) {
+  session_.say(kOpen, 1);
+  session_.say(kStop);
+  session_.say(kSonar, options_.sonar ? 1 : 0);
   speeds_changed();
-  say(kEnable, 1);
+  session_.say(kEnable, 1);
   ask_outfit(now);
-  next_head_ = now;
-  if (options_.camera_head) say_to_head({0x81, 0x01, 0x04, 0x00, 0x02, 0xFF});  // power on
-  set_link(Link::starting, name_.type + " " + name_.subtype + " '" + name_.name + "'", now);
+  if (options_.camera_head) session_.send(head_.power_on(now));
+  const RobotName& robot = session_.name();
+  set_link(Link::starting, robot.type + " " + robot.subtype + " '" + robot.name + "'", now);
+}
+
+void P2osBase::ask_outfit(Utime now) {
+  session_.say(kConfig, 1);
+  outfit_.on_asked(now);
 }
 
 void P2osBase::speeds_changed() {
-  if (sync_ < 3) return;
-  const auto whole = [](double value) { return std::max(1, static_cast<int>(std::lround(value))); };
-  say(kSetV, whole(speeds().velocity_m_per_s * 1e3));
-  say(kSetA, whole(speeds().acceleration_m_per_s2 * 1e3));
-  say(kSetRv, whole(rad_to_deg(speeds().yaw_rate_rad_per_s)));
-  say(kSetRa, 100);
+  if (!session_.is_open()) return;
+  session_.say(kSetV, std::max(1, whole(speeds().velocity_m_per_s * 1e3)));
+  session_.say(kSetA, std::max(1, whole(speeds().acceleration_m_per_s2 * 1e3)));
+  session_.say(kSetRv, std::max(1, whole(rad_to_deg(speeds().yaw_rate_rad_per_s))));
+  session_.say(kSetRa, 100);
+}
+
+void P2osBase::on_sip(const Sip& sip, Utime measured, Utime now) {
+  const Model& model = model_of(session_.name().subtype);
+  publish_odometry(odometry_.add(sip, model, measured));
+  edit_status().motors_on = (sip.flags & 1) != 0;
+  edit_status().battery_v = {sip.battery / 10.0};
+  if (options_.sonar) {
+    if (const auto ring = sonars_.add(sip, model, now)) {
+      guard().on_sonar(*ring, odom_from_robot(), now);
+      output().sonar.push_back(*ring);
+    }
+  }
+  if (outfit_.must_ask(now)) ask_outfit(now);
+  if (outfit_.known(now)) {
+    read_bumpers(sip, now);
+    if (edit_status().link != Link::up) set_link(Link::up, outfit_.note(), now);
+  }
+  watch_motion(sip, now);
+}
+
+void P2osBase::read_bumpers(const Sip& sip, Utime now) {
+  Outfit::Bumpers bumpers = outfit_.bumpers(sip);
+  guard().on_bumpers(std::move(bumpers.front_pressed), std::move(bumpers.rear_pressed));
+  if (bumpers.all == edit_status().bumpers) return;
+  edit_status().bumpers = std::move(bumpers.all);
+  tell(now);
 }
 
 void P2osBase::watch_motion(const Sip& sip, Utime now) {
   const bool still = !sip.moving && sip.left_speed == 0 && sip.right_speed == 0;
   still_ = still ? still_ + 1 : 0;
-  if (stop_asked_) {
-    if (still_ >= 2) {
-      stop_asked_ = false;
-      leg_.reset();
-      velocity_mm_per_s_ = rate_deg_per_s_ = 0;
-      stopped(now);
-    } else if ((now - stop_since_).seconds() > 0.3) {
-      stop_wheels(now);
-    }
-    return;
-  }
+  if (stopping_) return watch_stop(now);
   if (!leg_) return;
   const bool stalled = ((sip.left_stall | sip.right_stall) & 1) != 0;
   if (stalled) {
     leg_.reset();
-    leg_ended(false, "the wheels are stalled", now);
-    return;
+    return leg_ended(false, "the wheels are stalled", now);
   }
   const double since_s = (now - leg_since_).seconds();
   if (still_ < 3 || since_s < 0.6) return;
@@ -170,88 +150,77 @@ void P2osBase::watch_motion(const Sip& sip, Utime now) {
   }
 }
 
+void P2osBase::watch_stop(Utime now) {
+  if (still_ >= 2) {
+    stopping_.reset();
+    leg_.reset();
+    sent_velocity_.mm_per_s = sent_velocity_.deg_per_s = 0;
+    stopped(now);
+  } else if ((now - *stopping_).seconds() > 0.3) {
+    stop_wheels(now);
+  }
+}
+
 void P2osBase::start_leg(const Leg& leg, Utime now) {
   leg_ = leg;
-  leg_start_ = pose_;
-  leg_turned_rad_ = 0.0;
+  odometry_.begin_leg();
   leg_since_ = now;
   still_ = 0;
   retries_ = 0;
   if (leg.kind == Leg::Kind::move) {
-    say(kMove, std::clamp(static_cast<int>(std::lround(leg.amount * 1e3)), -32000, 32000));
+    session_.say(kMove, std::clamp(whole(leg.amount * 1e3), -32000, 32000));
   } else {
     // DHEAD takes the shorter way: beyond half a turn the rest follows as a retry would.
     const double most = deg_to_rad(170.0);
-    const int degrees =
-        static_cast<int>(std::lround(rad_to_deg(std::clamp(leg.amount, -most, most))));
+    const int degrees = whole(rad_to_deg(std::clamp(leg.amount, -most, most)));
     if (degrees == 0) {
       leg_.reset();
       leg_ended(true, "", now);
       return;
     }
-    say(kDHead, degrees);
+    session_.say(kDHead, degrees);
   }
 }
 
 double P2osBase::leg_remaining() const {
   if (!leg_) return 0.0;
-  if (leg_->kind == Leg::Kind::turn) return leg_->amount - leg_turned_rad_;
-  return leg_->amount - between(leg_start_, pose_).x_m;
+  return leg_->amount -
+         (leg_->kind == Leg::Kind::turn ? odometry_.turned_rad() : odometry_.moved_m());
 }
 
 void P2osBase::drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) {
-  const int velocity = static_cast<int>(std::lround(velocity_m_per_s * 1e3));
-  const int rate = static_cast<int>(std::lround(rad_to_deg(yaw_rate_rad_per_s)));
-  const bool due = (now - velocity_sent_).seconds() > kRepeatVelocityS;
-  if (velocity == velocity_mm_per_s_ && rate == rate_deg_per_s_ && !due) return;
-  velocity_mm_per_s_ = velocity;
-  rate_deg_per_s_ = rate;
-  velocity_sent_ = now;
-  say(kVel, velocity);
-  say(kRVel, rate);
+  const SentVelocity wanted{whole(velocity_m_per_s * 1e3), whole(rad_to_deg(yaw_rate_rad_per_s)),
+                            now};
+  const bool due = (now - sent_velocity_.when).seconds() > kRepeatVelocityS;
+  if (wanted.mm_per_s == sent_velocity_.mm_per_s && wanted.deg_per_s == sent_velocity_.deg_per_s &&
+      !due) {
+    return;
+  }
+  sent_velocity_ = wanted;
+  session_.say(kVel, wanted.mm_per_s);
+  session_.say(kRVel, wanted.deg_per_s);
 }
 
 void P2osBase::halt(CommandId how, Utime now) {
-  stop_asked_ = true;
-  stop_since_ = now;
+  stopping_ = now;
   still_ = 0;
-  say(how);
+  session_.say(how);
 }
 
-void P2osBase::stop_wheels(Utime now) { halt(kStop, now); }
-
-void P2osBase::emergency_brake(Utime now) { halt(kEStop, now); }
+void P2osBase::look(const PanTiltCommand& command, Utime now) {
+  if (options_.camera_head && session_.is_open()) session_.send(head_.look(command, now));
+}
 
 void P2osBase::advance(Utime now, std::vector<uint8_t>& out) {
-  if (connected_ && sync_ < 3 && now >= next_sync_) {
-    next_sync_ = now + seconds(kSyncS);
-    say(static_cast<CommandId>(sync_));
-  }
-  if (connected_ && (now - last_packet_).seconds() > kSilentS) {
+  if (!session_.advance(now)) {
     set_link(Link::down, "the robot is silent", now);
-    restart_sync(now);
+    restart_session(now);
   }
-  if (connected_ && sync_ == 3 && to_send_.empty() && (now - last_sent_).seconds() > kPulseS) {
-    say(kPulse);
-  }
-  if (options_.camera_head && sync_ == 3 && now >= next_head_) ask_head(now);
+  if (options_.camera_head && session_.is_open()) session_.send(head_.ask(now));
   advance_motion(now);
-  if (!connected_ || to_send_.empty()) {
-    to_send_.clear();
-    return;
-  }
-  out.insert(out.end(), to_send_.begin(), to_send_.end());
-  to_send_.clear();
-  last_sent_ = now;
+  session_.flush(now, out);
 }
 
-void P2osBase::shut_down(std::vector<uint8_t>& out) {
-  to_send_.clear();
-  say(kStop);
-  say(kEnable, 0);
-  say(kClose);
-  out.insert(out.end(), to_send_.begin(), to_send_.end());
-  to_send_.clear();
-}
+void P2osBase::shut_down(std::vector<uint8_t>& out) { session_.shut_down(out); }
 
 }  // namespace marco::drivers::p2os

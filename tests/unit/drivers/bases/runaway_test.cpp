@@ -226,7 +226,7 @@ TEST(Hcs12Runaway, TheWheelsStopByThemselvesWhenTheDriverDies) {
     }
     ASSERT_TRUE(base.moves());
     base.bench.frozen = true;
-    EXPECT_LT(stops_after_s(base, 5.0), hcs12::Hcs12Base::kVelocityRunS + 0.3) << when_s;
+    EXPECT_LT(stops_after_s(base, 5.0), hcs12::kVelocityRunS + 0.3) << when_s;
     const double way_m = base.way_m();
     base.bench.run(5.0);
     EXPECT_EQ(base.way_m(), way_m);
@@ -245,7 +245,7 @@ TEST(Hcs12Runaway, ACutCableStopsAVelocityAndWhatWasDrivenIsCounted) {
   }
   const double before_m = base.driver.odom_from_robot().x_m;
   base.bench.plug(false);
-  EXPECT_LT(stops_after_s(base, 5.0), hcs12::Hcs12Base::kVelocityRunS + 0.3);
+  EXPECT_LT(stops_after_s(base, 5.0), hcs12::kVelocityRunS + 0.3);
   base.bench.plug(true);
   EXPECT_TRUE(base.comes_up(2.0));
   base.bench.run(1.0);
@@ -280,7 +280,7 @@ TEST(Hcs12Runaway, NoLegOutlivesItsDriverForLong) {
   ASSERT_TRUE(base.moves());
   base.bench.frozen = true;
   // A piece of kLegRunS at top speed, and its ramps.
-  EXPECT_LT(stops_after_s(base, 20.0), hcs12::Hcs12Base::kLegRunS + 1.5);
+  EXPECT_LT(stops_after_s(base, 20.0), hcs12::kLegRunS + 1.5);
   EXPECT_LT(base.way_m(), 5.0);
 }
 
@@ -391,7 +391,7 @@ TEST(PioneerRunaway, WhatItsOldFirmwareDoesNotTellIsSaid) {
   p2os::P2osEmulatorOptions old;
   old.tells_config = false;
   Pioneer base(old);
-  EXPECT_THAT(base.driver.status().note, HasSubstr("5 at each end are taken for fitted"));
+  EXPECT_THAT(base.driver.status().note, HasSubstr("assuming 5 at each end"));
   EXPECT_EQ(base.driver.status().bumpers.size(), 10U);
   EXPECT_EQ(base.move(0.3), Fate::done);
   old.bumpers_each_end = 0;

@@ -11,7 +11,6 @@ namespace {
 
 constexpr double kHeadEveryS = 0.5;  // of the gamepad's stick: the board wants its moves one by one
 constexpr double kAheadRad = 0.02;
-constexpr double kEngageEveryS = 0.5;  // for a base that was started meanwhile
 
 }  // namespace
 
@@ -42,26 +41,14 @@ void Operator::turn_head(double pan_deg, double tilt_deg, Utime now) {
 }
 
 void Operator::drive(double velocity, double rate, Hand hand, Utime until) {
-  const bool goes_on = driving_ && velocity == velocity_ && rate == rate_;
-  velocity_ = velocity;
-  rate_ = rate;
-  driving_ = true;
-  hand_ = hand;
-  drive_until_ = until;
-  if (!goes_on) last_sent_ = {};  // at once
+  const bool unchanged = drive_.active && velocity == drive_.velocity && rate == drive_.rate;
+  // A change is sent at once.
+  drive_ = {velocity, rate, true, hand, until, unchanged ? drive_.last_sent : Utime{}};
 }
 
-void Operator::emergency(char key, Utime now) {
-  EmergencyStop message{now, key == 'e', "marco drive", ""};
-  engaged_.reset();
-  if (message.engaged) engaged_ = message;
-  last_engaged_ = now;
-  // A datagram may be lost; the same message again changes nothing.
-  orders_.emergency.assign(3, message);
-}
-
-void Operator::on_emergency_stop(const EmergencyStop& stop) {
-  if (!stop.engaged) engaged_.reset();
+void Operator::order_emergency(char key, Utime now) {
+  const auto what = key == 'e' ? process::EmergencyStop::engage : process::EmergencyStop::release;
+  orders_.emergency.assign(3, emergency_.order(what, "", now.us, now.us));
 }
 
 bool Operator::step_key(char key, Utime now) {
@@ -70,7 +57,7 @@ bool Operator::step_key(char key, Utime now) {
   command.distance_m = key == 'k' ? -options_.step_m : options_.step_m;
   command.angle_rad = deg_to_rad(key == 'l' ? -options_.step_deg : options_.step_deg);
   if (std::string("ikjl").find(key) == std::string::npos) return false;
-  driving_ = false;
+  drive_.active = false;
   order(command, now);
   return true;
 }
@@ -117,7 +104,7 @@ void Operator::on_key(char key, Utime now) {
       return;
     case 'e':
     case 'c':
-      emergency(key, now);
+      order_emergency(key, now);
       break;
     case 'q':
       quit_ = true;
@@ -125,11 +112,7 @@ void Operator::on_key(char key, Utime now) {
     default:
       if (step_key(key, now) || head_key(key, now)) return;
   }
-  // Space, q, the emergency's keys and whatever was hit in fright.
-  const Orders halt = stop(now);
-  orders_.base.insert(orders_.base.end(), halt.base.begin(), halt.base.end());
-  orders_.pantilt.insert(orders_.pantilt.end(), halt.pantilt.begin(), halt.pantilt.end());
-  orders_.emergency.insert(orders_.emergency.end(), halt.emergency.begin(), halt.emergency.end());
+  orders_ = stop(now);  // space, q, the emergency stop's keys, and any key hit in a panic
 }
 
 double Operator::axis(const GamepadState& state, std::size_t number) const {
@@ -141,9 +124,8 @@ double Operator::axis(const GamepadState& state, std::size_t number) const {
 void Operator::on_gamepad(const GamepadState& state, Utime now) {
   const bool stop_button = state.buttons.size() > 1 && state.buttons[1];
   if (!state.connected || stop_button) {
-    const Orders halt = stop(now);
-    orders_.base.insert(orders_.base.end(), halt.base.begin(), halt.base.end());
-    orders_.emergency.insert(orders_.emergency.end(), halt.emergency.begin(), halt.emergency.end());
+    orders_ = stop(now);
+    orders_.pantilt.clear();
     return;
   }
   gamepad_trouble_ = why_stale(state.utime, now);
@@ -152,17 +134,17 @@ void Operator::on_gamepad(const GamepadState& state, Utime now) {
   const double velocity = -axis(state, 1), rate = -axis(state, 0);  // up and left are negative
   if (velocity != 0.0 || rate != 0.0) {
     drive(velocity, rate, Hand::gamepad, until);
-  } else if (driving_ && hand_ == Hand::gamepad) {
-    drive_until_ = now;
+  } else if (drive_.active && drive_.hand == Hand::gamepad) {
+    drive_.until = now;
   }
-  head_pan_ = -axis(state, 2);
-  head_tilt_ = -axis(state, 3);
-  head_until_ = until;
+  stick_.pan = -axis(state, 2);
+  stick_.tilt = -axis(state, 3);
+  stick_.until = until;
 }
 
 Operator::Orders Operator::stop(Utime now) {
-  driving_ = false;
-  head_pan_ = head_tilt_ = 0.0;
+  drive_.active = false;
+  stick_.pan = stick_.tilt = 0.0;
   Orders halt;
   halt.emergency = std::exchange(orders_, {}).emergency;
   order(BaseCommand{}, now);
@@ -174,26 +156,23 @@ Operator::Orders Operator::stop(Utime now) {
 }
 
 Operator::Orders Operator::step(Utime now) {
-  if (driving_ && now >= drive_until_) {
-    driving_ = false;
+  if (drive_.active && now >= drive_.until) {
+    drive_.active = false;
     order(BaseCommand{}, now);
   }
-  if (driving_ && (now - last_sent_).seconds() >= 1.0 / options_.send_hz) {
-    last_sent_ = now;
+  if (drive_.active && (now - drive_.last_sent).seconds() >= 1.0 / options_.send_hz) {
+    drive_.last_sent = now;
     BaseCommand command;
     command.kind = BaseCommand::Kind::velocity;
-    command.velocity_m_per_s = velocity_ * factor_ * options_.velocity_m_per_s;
-    command.yaw_rate_rad_per_s = rate_ * factor_ * deg_to_rad(options_.yaw_rate_deg_per_s);
+    command.velocity_m_per_s = drive_.velocity * factor_ * options_.velocity_m_per_s;
+    command.yaw_rate_rad_per_s = drive_.rate * factor_ * deg_to_rad(options_.yaw_rate_deg_per_s);
     order(command, now);
   }
-  if (now >= head_until_) head_pan_ = head_tilt_ = 0.0;
-  if (engaged_ && (now - last_engaged_).seconds() >= kEngageEveryS) {
-    last_engaged_ = now;
-    orders_.emergency.push_back(*engaged_);
-  }
-  if ((head_pan_ != 0.0 || head_tilt_ != 0.0) && (now - last_head_).seconds() >= kHeadEveryS) {
-    last_head_ = now;
-    turn_head(head_pan_ * options_.gaze_step_deg, head_tilt_ * options_.gaze_step_deg, now);
+  if (now >= stick_.until) stick_.pan = stick_.tilt = 0.0;
+  if (const auto stop = emergency_.due(now.us)) orders_.emergency.push_back(*stop);
+  if ((stick_.pan != 0.0 || stick_.tilt != 0.0) && (now - stick_.last_sent).seconds() >= kHeadEveryS) {
+    stick_.last_sent = now;
+    turn_head(stick_.pan * options_.gaze_step_deg, stick_.tilt * options_.gaze_step_deg, now);
   }
   if (head_ && !std::exchange(looked_, true) && options_.look_ahead_at_start) {
     const bool ahead =

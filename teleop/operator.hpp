@@ -7,6 +7,7 @@
 #include "common/robot_values.hpp"
 #include "common/samples.hpp"
 #include "lcm_tools/base/options.hpp"
+#include "lcm_tools/process/emergency_stop_sender.hpp"
 #include "teleop/terminal.hpp"
 
 namespace marco::teleop {
@@ -37,7 +38,7 @@ struct OperatorOptions {
   }
 };
 
-/// What hands do to keys and gamepad, as orders to the robot. Without clock and network.
+/// Turns keys and gamepad into orders to the robot. Without clock and network.
 ///
 /// Keys: arrows drive while held (or until another key), i k j l go by steps, t g f h turn the
 /// pan-tilt, r looks ahead, + and - change the speed, space stops everything, e engages the
@@ -52,12 +53,14 @@ class Operator {
   void on_gamepad(const GamepadState& state, Utime now);
   void on_pantilt(const PanTiltState& state) { head_ = state; }
   /// Anybody's: what was released is not engaged again from here.
-  void on_emergency_stop(const EmergencyStop& stop);
+  void on_emergency_stop(const process::EmergencyStopSender::Message& stop) {
+    emergency_.hear(stop);
+  }
 
   struct Orders {
     std::vector<BaseCommand> base;
     std::vector<PanTiltCommand> pantilt;
-    std::vector<EmergencyStop> emergency;
+    std::vector<process::EmergencyStopSender::Message> emergency;
   };
   /// Call often. @returns what is to be sent now.
   Orders step(Utime now);
@@ -75,27 +78,33 @@ class Operator {
   void turn_head(double pan_deg, double tilt_deg, Utime now);
   enum class Hand { key, gamepad };
   void drive(double velocity, double rate, Hand hand, Utime until);
-  void emergency(char key, Utime now);
+  void order_emergency(char key, Utime now);
   bool step_key(char key, Utime now);
   bool head_key(char key, Utime now);
   double axis(const GamepadState& state, std::size_t number) const;
 
   OperatorOptions options_;
+  struct Drive {
+    double velocity = 0.0;  ///< parts of the full speed, -1..1
+    double rate = 0.0;
+    bool active = false;
+    Hand hand = Hand::key;
+    Utime until;
+    Utime last_sent;
+  };
+  struct HeadStick {  ///< the gamepad's second stick
+    double pan = 0.0;
+    double tilt = 0.0;
+    Utime until;
+    Utime last_sent;
+  };
   double factor_ = 1.0;
-  double velocity_ = 0.0;  ///< parts of the full speed, -1..1
-  double rate_ = 0.0;
-  bool driving_ = false;
-  Hand hand_ = Hand::key;  ///< that drives
-  Utime drive_until_;
-  Utime last_sent_;
-  Utime last_head_;
+  Drive drive_;
+  HeadStick stick_;
   std::optional<PanTiltState> head_;
-  bool looked_ = false;                      ///< ahead, at the start
-  double head_pan_ = 0.0, head_tilt_ = 0.0;  ///< of the gamepad's second stick
-  Utime head_until_;
+  bool looked_ = false;  ///< ahead, at the start
   std::string gamepad_trouble_;
-  std::optional<EmergencyStop> engaged_;  ///< from here; said again and again
-  Utime last_engaged_;
+  process::EmergencyStopSender emergency_{"marco drive"};
   Orders orders_;
   int64_t id_ = 0;
   bool quit_ = false;

@@ -7,6 +7,7 @@
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/emergency_stop.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
@@ -48,7 +49,9 @@ void listen(process::LcmBus& bus, process::DropCounter& drops, RobotView& view, 
   });
   bus.subscribe<emergency_stop_t>(channels::kEmergencyStop, drops,
                                   [&hands](const auto& message, const auto&) {
-                                    hands.on_emergency_stop(from_message(message));
+                                    const EmergencyStop stop = from_message(message);
+                                    hands.on_emergency_stop(
+                                        {stop.utime.us, stop.engaged, stop.sender, stop.reason});
                                   });
 }
 
@@ -73,9 +76,7 @@ void send(process::LcmBus& bus, const Operator::Orders& orders) {
   for (const PanTiltCommand& command : orders.pantilt) {
     bus.publish(channels::kPanTiltCommand, to_message(command));
   }
-  for (const EmergencyStop& stop : orders.emergency) {
-    bus.publish(channels::kEmergencyStop, to_message(stop));
-  }
+  for (const auto& stop : orders.emergency) process::publish(bus, stop);
 }
 
 enum class Hands { keys_and_gamepad, gamepad };

@@ -7,19 +7,20 @@
 #include "common/robot_values.hpp"
 #include "common/samples.hpp"
 #include "simulator/tour.hpp"
+#include "teleop/tour_links.hpp"
 
 namespace marco::teleop {
 
 struct TourOptions {
-  double longest_move_m = 1.0;       ///< then the heading is corrected anew
-  double arrive_m = 0.12;            ///< near enough to a point
-  double turn_first_deg = 3.0;       ///< off by more: turns before it moves
-  double sweep_max_deg_per_s = 5.5;  ///< up to which the pan-tilt tells its angles well
+  double longest_move_m = 1.0;       ///< then the heading is corrected again
+  double arrive_m = 0.12;            ///< a point counts as reached
+  double turn_first_deg = 3.0;       ///< turns before a move when the heading is off by more
+  double sweep_max_deg_per_s = 5.5;  ///< faster, the pan-tilt's angles are not accurate
   double scans_per_s = 37.5;         ///< until the laser's own rate is known
   double settle_s = 0.3;             ///< before and after a sweep
   double pose_patience_s = 3.0;      ///< for a pose newer than the last move
-  double link_patience_s = 3.0;      ///< without a word from base or pan-tilt
-  int retries = 3;                   ///< before an obstacle, 2 s apart
+  double link_patience_s = 3.0;      ///< for a message from base or pan-tilt
+  int retries = 3;                   ///< at an obstacle, 2 s apart
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -35,8 +36,8 @@ struct TourOptions {
   }
 };
 
-/// Drives a tour (config/tours/*.toml) by orders to base and pan-tilt, step by step, each when the
-/// one before is done. It has no clock and no network: told what comes, it says what to send.
+/// Drives a tour (config/tours/*.toml): sends orders to base and pan-tilt, each when the one before
+/// is done. Without clock and network: it takes what was received and returns what to send.
 class TourRunner {
  public:
   enum class Outcome { running, done, blocked, lost };
@@ -47,9 +48,9 @@ class TourRunner {
   void on_pose(const Pose2& world_from_robot, Utime measured) {
     pose_ = {measured, world_from_robot};
   }
-  void on_base_status(const BaseStatus& status, Utime now);
-  void on_pantilt(const PanTiltState& state, Utime now);
-  void on_scan(Utime now);
+  void on_base_status(const BaseStatus& status, Utime now) { links_.on_base(status, now); }
+  void on_pantilt(const PanTiltState& state, Utime now) { links_.on_head(state, now); }
+  void on_scan(Utime now) { scan_rate_.on_scan(now); }
 
   struct Orders {
     std::vector<BaseCommand> base;
@@ -84,38 +85,43 @@ class TourRunner {
     Pose2 world_from_robot;
   };
 
-  const sim::TourStep& current() const { return tour_.steps[step_]; }
+  struct Place {
+    std::size_t step = 0;
+    std::size_t pan = 0;  ///< of a sweep
+    int tries = 0;        ///< before an obstacle
+  };
+  struct Gaze {
+    PanTiltCommand command;
+    Utime since;
+  };
+
+  const sim::TourStep& current() const { return tour_.steps[place_.step]; }
   void enter(Phase phase, Utime now);
   void begin_step(Utime now);
   void end_step(Utime now);
+  void act(Orders& orders, Utime now);
   void aim(Orders& orders, Utime now);
+  void watch_leg(double since_s, Utime now);
+  void sweep(Orders& orders, Utime now);
   void next_pan(Orders& orders, Utime now);
   void look(Orders& orders, double pan_deg, double tilt_deg, double rate_deg_per_s, Utime now);
   void order_base(Orders& orders, BaseCommand command, Utime now);
   std::optional<BaseStatus::Command> base_fate() const;
   bool looked() const;
-  bool links_alive(Utime now);
   void fail(Outcome outcome, const std::string& why);
 
   sim::Tour tour_;
   TourOptions options_;
   Outcome outcome_ = Outcome::running;
   std::string why_;
-  std::size_t step_ = 0;
-  std::size_t pan_ = 0;
-  int tries_ = 0;
+  Place place_;
   Phase phase_ = Phase::next;
   Utime phase_since_;
   std::optional<StampedPose> pose_;
-  std::optional<BaseStatus> base_;
-  std::optional<PanTiltState> head_;
-  Utime base_heard_, head_heard_, began_;
-  bool needs_head_ = false;
+  TourLinks links_;
+  ScanRate scan_rate_;
   int64_t id_ = 0;
-  PanTiltCommand gaze_;
-  Utime gaze_since_;
-  Utime last_scan_;
-  double scan_period_s_ = 0.0;
+  Gaze gaze_;
 };
 
 }  // namespace marco::teleop

@@ -1,6 +1,5 @@
 #include "lcm_tools/procman/process/emergency_stop.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -10,59 +9,34 @@
 #include "marco/emergency_stop_t.hpp"
 
 namespace marco::procman {
-namespace {
-
-constexpr int kQuickSends = 10;
-constexpr int64_t kQuickPeriodUs = 50'000;
-constexpr int64_t kSlowPeriodUs = 1'000'000;
-constexpr const char* kLayout = "lbss";
-
-}  // namespace
 
 EmergencyStop::EmergencyStop(process::Bus& bus, process::DropCounter& drops, std::string sender)
-    : bus_(bus), sender_(std::move(sender)) {
+    : bus_(bus), stop_(std::move(sender)) {
+  constexpr const char* kLayout = "lbss";
   subscribe_checked<marco::emergency_stop_t>(
       bus_, marco::channels::kEmergencyStop, kLayout, drops, [this](const auto& message) {
-        if (message.utime <= utime_us_) return;  // ours again, or one that is over
-        utime_us_ = message.utime;
-        is_ours_ = false;
-        note(message.engaged != 0, message.sender, message.reason);
+        stop_.hear({message.utime, message.engaged != 0, message.sender, message.reason});
       });
 }
 
-void EmergencyStop::note(bool engaged, const std::string& sender, const std::string& reason) {
-  engages_ = engaged;
-  engaged_ = engaged ? "by " + sender.substr(0, 40) + ": " + reason.substr(0, 200) : "";
-}
-
 void EmergencyStop::order(Order order, int64_t now_us) {
-  utime_us_ = std::max(wall_clock_us(), utime_us_ + 1);
-  is_ours_ = true;
-  sent_ = 0;
-  next_send_us_ = now_us + kQuickPeriodUs;
-  note(order == Order::engage, sender_, "the operator's key");
-  send();
+  process::publish(bus_, stop_.order(order, "the operator's key", wall_clock_us(), now_us));
 }
 
 void EmergencyStop::step_to(int64_t now_us) {
-  if (!is_ours_ || now_us < next_send_us_) return;
-  if (sent_ >= kQuickSends && !engages_) return;
-  next_send_us_ = now_us + (sent_ < kQuickSends ? kQuickPeriodUs : kSlowPeriodUs);
+  const auto message = stop_.due(now_us);
+  if (!message) return;
   try {
-    send();
+    process::publish(bus_, *message);
   } catch (const std::runtime_error&) {
-    sent_ = 0;  // the network is away: as new when it is back
+    stop_.on_refused();
   }
 }
 
-void EmergencyStop::send() {
-  marco::emergency_stop_t message;
-  message.utime = utime_us_;
-  message.engaged = engages_ ? 1 : 0;
-  message.sender = sender_;
-  message.reason = "the operator's key";
-  bus_.publish(marco::channels::kEmergencyStop, message);
-  ++sent_;
+std::string EmergencyStop::engaged() const {
+  const process::EmergencyStopSender::Message& latest = stop_.latest();
+  if (!latest.engaged) return "";
+  return "by " + latest.sender.substr(0, 40) + ": " + latest.reason.substr(0, 200);
 }
 
 }  // namespace marco::procman

@@ -1,9 +1,10 @@
 #include "drivers/hcs12/codec.hpp"
-#include "drivers/hcs12/ramp.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
+
+#include "drivers/hcs12/ramp.hpp"
 
 namespace marco::drivers::hcs12 {
 namespace {
@@ -185,6 +186,20 @@ TEST(Hcs12Codec, TheRampIsTheFirmwaresTimeline) {
   EXPECT_NEAR(static_cast<double>(ticks_of(100)), 987, 3);
   EXPECT_NEAR(static_cast<double>(ticks_of(655)), 3259, 5);
   EXPECT_NEAR(static_cast<double>(ticks_of(1000)), 4521, 5);
+}
+
+TEST(Hcs12Ramp, EveryWalkEnds) {
+  for (const auto wheel : {RampWalk::Wheel::ideal, RampWalk::Wheel::real}) {
+    for (const auto brake : {RampWalk::Brake::to_zero, RampWalk::Brake::to_start}) {
+      for (uint32_t top = 1; top <= 50; ++top) {
+        for (const uint32_t start : {1U, 3U}) {
+          RampWalk walk({std::min(start, top), top, 30}, 3000, brake, wheel);
+          walk.advance_to(1'000'000);
+          EXPECT_TRUE(walk.done()) << top << " clicks a tick, from " << start;
+        }
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -157,5 +157,13 @@ TEST(PanTiltDriver, SilenceIsToldAndEnds) {
       head.bench.run_until(2.0, [&] { return head.driver.link() == PanTiltDriver::Link::up; }));
 }
 
+TEST(PanTiltDriver, ASlowOrderArrives) {
+  Head head;
+  head.order(3.0, -20.0, 1.0);  // less than a click a tick
+  EXPECT_TRUE(head.driver.moving());
+  EXPECT_TRUE(head.arrive(10.0));
+  EXPECT_NEAR(head.pan_deg(), 3.0, 0.5);
+}
+
 }  // namespace
 }  // namespace marco::drivers::hcs12

@@ -136,28 +136,68 @@ TEST(Operator, ARecordedGamepadDrivesNothing) {
   EXPECT_EQ(hands.step(at(1.05)).base.at(0).kind, Kind::velocity);
 }
 
-TEST(Operator, TheEmergencyStopIsSaidAgainUntilSomebodyReleasesIt) {
+TEST(Operator, TheEmergencyStopIsRepeatedUntilSomebodyReleasesIt) {
   Operator hands({});
   hands.on_key('e', at(0.0));
   auto orders = hands.step(at(0.0));
   ASSERT_EQ(orders.emergency.size(), 3U);
   EXPECT_TRUE(orders.emergency[0].engaged);
+  EXPECT_EQ(orders.emergency[0].sender, "marco drive");
   EXPECT_EQ(orders.base.at(0).kind, Kind::stop);
-  orders = hands.step(at(0.6));  // a driver that was started meanwhile must hear of it
-  ASSERT_EQ(orders.emergency.size(), 1U);
-  EXPECT_EQ(orders.emergency[0].utime, at(0.0));  // the same message
-  hands.on_key(' ', at(0.7));
-  EXPECT_TRUE(hands.step(at(0.7)).emergency.empty());  // a plain stop leaves it
-  EXPECT_EQ(hands.step(at(1.2)).emergency.size(), 1U);
-  hands.on_key('c', at(1.3));
-  orders = hands.step(at(1.3));
+  // A driver that was started meanwhile must hear of it.
+  int repeated = 0;
+  for (double t = 0.02; t < 10.0; t += 0.02) {
+    for (const auto& message : hands.step(at(t)).emergency) {
+      ++repeated;
+      EXPECT_EQ(message.utime_us, at(0.0).us);  // the same message
+    }
+  }
+  EXPECT_GE(repeated, 15);
+  EXPECT_LE(repeated, 25);
+  hands.on_key(' ', at(10.1));
+  hands.step(at(10.1));
+  EXPECT_EQ(hands.step(at(11.2)).emergency.size(), 1U);  // a plain stop leaves it
+  hands.on_key('c', at(11.3));
+  orders = hands.step(at(11.3));
   ASSERT_EQ(orders.emergency.size(), 3U);
   EXPECT_FALSE(orders.emergency[0].engaged);
-  EXPECT_TRUE(hands.step(at(3.0)).emergency.empty());
-  hands.on_key('e', at(4.0));
-  hands.step(at(4.0));
-  hands.on_emergency_stop({at(5.0), false, "sheriff", ""});
-  EXPECT_TRUE(hands.step(at(6.0)).emergency.empty());
+  for (double t = 11.32; t < 12.0; t += 0.02) hands.step(at(t));
+  EXPECT_TRUE(hands.step(at(13.0)).emergency.empty());
+  hands.on_key('e', at(14.0));
+  hands.step(at(14.0));
+  hands.on_emergency_stop({at(15.0).us, false, "sheriff", ""});
+  EXPECT_TRUE(hands.step(at(16.0)).emergency.empty());
+}
+
+using process::EmergencyStopSender;
+
+TEST(EmergencyStopSender, KeepsRepeatingWhenAnotherStopsTooUntilALaterRelease) {
+  EmergencyStopSender stop("drive");
+  EXPECT_FALSE(stop.due(0));
+  stop.order(process::EmergencyStop::engage, "key", 100, 0);
+  stop.hear({200, true, "marco stop", "a child"});
+  const auto repeated = stop.due(60'000);
+  ASSERT_TRUE(repeated);
+  EXPECT_EQ(repeated->utime_us, 200);  // theirs is the latest: a release must be later than it
+  stop.hear({150, false, "spy", ""});  // overtaken on its way
+  EXPECT_TRUE(stop.is_engaged());
+  EXPECT_TRUE(stop.due(2'000'000));
+  stop.hear({300, false, "spy", ""});
+  EXPECT_FALSE(stop.is_engaged());
+  EXPECT_FALSE(stop.due(9'000'000));
+}
+
+TEST(EmergencyStopSender, DoesNotRepeatWhatOthersOrderAndIsLaterThanTheirStamps) {
+  EmergencyStopSender stop("drive");
+  stop.hear({INT64_MAX, true, "a broken clock", ""});
+  EXPECT_FALSE(stop.due(9'000'000));
+  const int64_t theirs_us = stop.latest().utime_us;
+  EXPECT_GT(stop.order(process::EmergencyStop::release, "key", 100, 0).utime_us, theirs_us);
+  stop.hear({INT64_MAX, true, "a broken clock", ""});  // not later than our release
+  EXPECT_FALSE(stop.is_engaged());
+  int sent = 1;
+  for (int64_t now_us = 0; now_us < 20'000'000; now_us += 10'000) sent += stop.due(now_us) ? 1 : 0;
+  EXPECT_EQ(sent, 10);  // a release is repeated for a moment only
 }
 
 TEST(Screen, SaysWhyNothingIsHeardInWholeWords) {

@@ -170,7 +170,8 @@ Operator::Orders Operator::step(Utime now) {
   }
   if (now >= stick_.until) stick_.pan = stick_.tilt = 0.0;
   if (const auto stop = emergency_.due(now.us)) orders_.emergency.push_back(*stop);
-  if ((stick_.pan != 0.0 || stick_.tilt != 0.0) && (now - stick_.last_sent).seconds() >= kHeadEveryS) {
+  if ((stick_.pan != 0.0 || stick_.tilt != 0.0) &&
+      (now - stick_.last_sent).seconds() >= kHeadEveryS) {
     stick_.last_sent = now;
     turn_head(stick_.pan * options_.gaze_step_deg, stick_.tilt * options_.gaze_step_deg, now);
   }

@@ -47,12 +47,11 @@ void listen(process::LcmBus& bus, process::DropCounter& drops, RobotView& view, 
   bus.subscribe<gamepad_t>(channels::kGamepad, drops, [&hands](const auto& message, const auto&) {
     hands.on_gamepad(from_message(message), drivers::wall_now());
   });
-  bus.subscribe<emergency_stop_t>(channels::kEmergencyStop, drops,
-                                  [&hands](const auto& message, const auto&) {
-                                    const EmergencyStop stop = from_message(message);
-                                    hands.on_emergency_stop(
-                                        {stop.utime.us, stop.engaged, stop.sender, stop.reason});
-                                  });
+  bus.subscribe<emergency_stop_t>(
+      channels::kEmergencyStop, drops, [&hands](const auto& message, const auto&) {
+        const EmergencyStop stop = from_message(message);
+        hands.on_emergency_stop({stop.utime.us, stop.engaged, stop.sender, stop.reason});
+      });
 }
 
 void show(const RobotView& view) {

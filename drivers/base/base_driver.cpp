@@ -172,7 +172,8 @@ void BaseDriver::begin_leg(Utime now) {
     journey_.limited = true;
     journey_.leg.amount = std::copysign(free, journey_.leg.amount);
     if (std::abs(free) < 4.0 * least) {
-      finish(journey_.on_first_leg ? Fate::refused : Fate::shortened, pressed_bumpers_or(kObstacle), now);
+      finish(journey_.on_first_leg ? Fate::refused : Fate::shortened, pressed_bumpers_or(kObstacle),
+             now);
       return;
     }
   }
@@ -199,7 +200,8 @@ void BaseDriver::leg_ended(bool reached, const std::string& note, Utime now) {
 void BaseDriver::watch_leg(Utime now) {
   const double remaining = leg_remaining();
   const double free = free_part({journey_.leg.kind, remaining}, now);
-  if (std::abs(free) >= std::abs(remaining) - (journey_.leg.kind == Leg::Kind::move ? 0.02 : 0.03)) return;
+  if (std::abs(free) >= std::abs(remaining) - (journey_.leg.kind == Leg::Kind::move ? 0.02 : 0.03))
+    return;
   // The way is blocked before the leg's end: brake at the last moment that is early enough.
   const double to_stop = journey_.leg.kind == Leg::Kind::move ? stop_distance_m() : 0.05;
   if (std::abs(free) <= to_stop) {

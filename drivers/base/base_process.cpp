@@ -89,7 +89,7 @@ class BaseAdapter {
 class BaseSession : public DeviceSession {
  public:
   BaseSession(BaseAdapter& adapter, ByteStream& stream) : adapter_(adapter), stream_(stream) {
-    adapter_.handle_messages();  // orders from before the device was there are refused
+    adapter_.handle_messages();  // refuses the orders from before the device was there
     adapter_.driver().on_connection(true, wall_now());
   }
   /// Also when something went wrong: the motors must not stay on.
@@ -97,7 +97,7 @@ class BaseSession : public DeviceSession {
     try {
       if (!stopped_) leave_motors_off();
     } catch (const std::exception&) {
-      // The line is gone; the board's own watchdog, or a person, is what is left.
+      // The line is gone; only the board's own watchdog or a person can stop it now.
     }
     adapter_.driver().on_connection(false, wall_now());
   }
@@ -158,8 +158,8 @@ int run_base_until_stopped(const process::CommonArguments& arguments, BaseProces
   options.address = base.address;
   options.line = base.line;
   options.every_second = [&adapter] {
-    // Without a device this is the only step: orders are refused at once and the status goes on
-    // being told.
+    // Without a device this is the only step: it refuses orders at once and keeps publishing the
+    // status.
     adapter.handle_messages();
     std::vector<uint8_t> nowhere;
     if (adapter.driver().status().link == BaseStatus::Link::down) {

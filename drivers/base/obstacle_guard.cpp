@@ -122,7 +122,7 @@ double ObstacleGuard::free_turn_rad(double wanted_rad,
       options_.side_margin_m;
   std::vector<Eigen::Vector2d> near;
   for (const Eigen::Vector2d& point : fresh_points(odom_from_robot, now)) {
-    // What touches already cannot be turned into; the body itself is what must not go there.
+    // A point inside the body already cannot be hit by turning.
     if (point.norm() < reach_m && !in_body(point, options_.side_margin_m, options_.side_margin_m)) {
       near.push_back(point);
     }

@@ -20,7 +20,7 @@ struct GuardOptions {
   double side_margin_m = 0.03;  ///< kept free beside the body
   double min_height_m = 0.08;   ///< lower things are floor
   double max_height_m = 1.20;   ///< higher ones are passed under
-  double max_age_s = 60.0;      ///< of what a sensor saw that sees no more
+  double max_age_s = 60.0;      ///< of the last reading of a sensor that has failed
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -36,17 +36,17 @@ struct GuardOptions {
   }
 };
 
-/// How far a robot may go before it meets what its laser, sonars and bumpers saw. A thing is kept
-/// where it was seen, in the odom frame, until its sensor looks again: when a laser fails before a
-/// wall the wall stays, for max_age_s. Without any sight the way counts as free: a robot without a
-/// laser must be drivable; blind() tells.
+/// Collision guard: how far a robot may go before it meets what its laser, sonars and bumpers saw.
+/// Each sensor's points stay in the odom frame until its next reading, at most max_age_s: a wall
+/// remains when the laser fails in front of it. Without any readings the way counts as free,
+/// because a robot without a laser must be drivable; see blind().
 class ObstacleGuard {
  public:
   explicit ObstacleGuard(const GuardOptions& options);
 
   void on_sensor_info(const SensorInfo& info) { infos_[info.channel] = info; }
   void on_pantilt(const PanTiltState& state) { pantilt_ = state; }
-  /// A laser whose SensorInfo has not come is passed by.
+  /// Ignored until the laser's SensorInfo has come.
   void on_scan(const LaserScan& scan, const Pose2& odom_from_robot, Utime now);
   void on_sonar(const SonarRing& ring, const Pose2& odom_from_robot, Utime now);
   /// Numbers of those that are pressed, 1 = the leftmost as seen from within.

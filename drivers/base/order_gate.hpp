@@ -8,19 +8,19 @@
 
 namespace marco::drivers {
 
-/// Which orders a base may obey at all: none to move while an emergency stop is latched, none that
-/// is stale (common/order_age.hpp), none that no robot can drive. A plain STOP is always obeyed.
+/// Decides which orders a base may obey. Refused are: motion while an emergency stop is latched,
+/// stale orders (common/order_age.hpp), and values beyond any robot. A plain STOP always passes.
 ///
-/// The latch lives in this process. A driver that is started again is not latched: it moves only on
-/// new orders, and who keeps a stop engaged says so again (marco-teleop does).
+/// The latch lives in this process. A restarted driver is not latched: it moves only on new orders,
+/// and whoever keeps a stop engaged repeats it (marco-teleop does).
 class OrderGate {
  public:
   /// @returns why the order is refused, "" = it may be obeyed.
   std::string why_refused(const BaseCommand& order, Utime now) const;
 
-  /// Engages whatever the stamp. A stop that was engaged and released stays released when the same
-  /// message comes again, and a release that is older than the stop is passed over: datagrams may
-  /// overtake each other.
+  /// A stop engages whatever its stamp, but one that was released stays released when the same
+  /// message comes again. A release older than the stop is ignored. Datagrams may overtake each
+  /// other.
   /// @returns whether anything changed, the note at least.
   bool on_emergency_stop(const EmergencyStop& message, Utime now);
 

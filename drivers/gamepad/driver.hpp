@@ -9,18 +9,16 @@
 
 namespace marco::drivers::gamepad {
 
-/// Reads a joystick device, or a FIFO that stands for one. A device that is not there or goes away
-/// is looked for again every second. A FIFO whose writer goes is a gamepad that was pulled; the
-/// next writer brings it back.
+/// Reads a joystick device, or a FIFO in its place. A missing or lost device is opened again every
+/// second. A FIFO whose writer closes is an unplugged gamepad; the next writer plugs it in again.
 class GamepadDriver {
  public:
   explicit GamepadDriver(std::string path) : path_(std::move(path)) {}
 
   static constexpr double kRepeatS = 0.1;
 
-  /// Waits up to `timeout_ms`. @returns the states that came, the last the newest; the last one
-  /// again each kRepeatS while the device is there; one that says connected = false when it was
-  /// lost.
+  /// Waits up to `timeout_ms`. @returns the new states, oldest first; without any, the last one
+  /// each kRepeatS while the device is there; a state with connected = false when it was lost.
   std::vector<GamepadState> step(int timeout_ms, Utime now);
   /// At the end: what tells the others that it is gone; nothing when no state was ever told.
   std::optional<GamepadState> leave(Utime now);

@@ -16,8 +16,8 @@ constexpr double kSonarS = 1.3;  // a round takes 1.2 s
 Hcs12Base::Hcs12Base(const Hcs12BaseOptions& options)
     : BaseDriver("hcs12", options.speeds, options.guard),
       options_(options),
-      runs_(options_, exchange_,
-            [this](const OdometrySample& sample) { publish_odometry(sample); }) {
+      runs_(
+          options_, exchange_, [this](const OdometrySample& sample) { publish_odometry(sample); }) {
   validate(options, "hcs12");
 }
 

@@ -132,8 +132,8 @@ DriveRun::Clicks DriveRun::walked() const {
 }
 
 double DriveRun::remaining_clicks() const {
-  const auto passed = static_cast<double>(polled ? reading.left_clicks
-                                                 : static_cast<uint32_t>(walk.clicks()));
+  const auto passed =
+      static_cast<double>(polled ? reading.left_clicks : static_cast<uint32_t>(walk.clicks()));
   return std::max(0.0, (order.tenths + order.tenths_behind) * 100.0 - passed);
 }
 
@@ -151,14 +151,14 @@ RunOrder DriveRun::rest() const {
 }
 
 RunOrder DriveRun::next_piece() const {
-  const int64_t too_far = (int64_t{reading.left_clicks} + reading.right_clicks) / 2 -
-                          order.tenths * int64_t{100};
+  const int64_t too_far =
+      (int64_t{reading.left_clicks} + reading.right_clicks) / 2 - order.tenths * int64_t{100};
   const int64_t tenths = std::max<int64_t>(
-      0, order.tenths_behind -
-             static_cast<int64_t>(std::lround(static_cast<double>(too_far) / 100)));
+      0,
+      order.tenths_behind - static_cast<int64_t>(std::lround(static_cast<double>(too_far) / 100)));
   RunOrder next = order;
-  next.tenths = static_cast<uint32_t>(
-      std::min(static_cast<double>(tenths), tenths_in(kLegRunS, order.ramp)));
+  next.tenths =
+      static_cast<uint32_t>(std::min(static_cast<double>(tenths), tenths_in(kLegRunS, order.ramp)));
   next.tenths_behind = static_cast<uint32_t>(tenths) - next.tenths;
   return next;
 }

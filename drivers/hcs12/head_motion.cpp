@@ -102,8 +102,8 @@ std::vector<const HeadAxis*> HeadMotion::shorten() {
   for (HeadAxis* axis : {&pan_, &tilt_}) {
     if (!axis->moves() || !axis->started) continue;
     // Past the unit it will be at when the line has arrived, ending on an index as it must.
-    const double ahead = axis->place.units +
-                         axis->direction() * (1.0 + std::abs(axis->place.units_per_s) * 0.1);
+    const double ahead =
+        axis->place.units + axis->direction() * (1.0 + std::abs(axis->place.units_per_s) * 0.1);
     const double unit = axis->direction() > 0 ? std::ceil(ahead) : std::floor(ahead);
     const int last = std::max(axis->from, axis->to), first = std::min(axis->from, axis->to);
     axis->to = std::clamp(static_cast<int>(unit), first, last);

@@ -19,8 +19,7 @@ bool is_message(const std::string& line) {
 
 }  // namespace
 
-PanTiltDriver::PanTiltDriver(const PanTiltOptions& options)
-    : options_(options), head_(options_) {
+PanTiltDriver::PanTiltDriver(const PanTiltOptions& options) : options_(options), head_(options_) {
   validate(options, "pantilt");
   require(options.pan.deg_per_unit != 0.0 && options.tilt.deg_per_unit != 0.0,
           "pantilt: deg_per_unit must not be 0");

@@ -10,7 +10,7 @@ struct PanTiltEmulatorOptions {
   bool listing_stop = true;    ///< `p` is not dispatched: no reply, no stop
   int pan_limit_units = 248;   ///< of the build: 250, 248 (ROBOT1) or 244
   int tilt_limit_units = 100;
-  bool ideal_wheels = false;   ///< see MotorModel
+  bool ideal_wheels = false;           ///< see MotorModel
   double pan_at_power_on_units = 3.4;  ///< where it was left
   double tilt_at_power_on_units = 2.6;
 };

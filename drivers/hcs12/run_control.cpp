@@ -13,7 +13,7 @@ constexpr double kAcceleratedS = 0.3;  // of a run's beginning
 // wheel no top.
 constexpr uint32_t kNoStepTicks = 5000;
 constexpr double kPredictionS = 0.05;
-constexpr double kStallS = 0.1;       // between two calls: this process stood still
+constexpr double kStallS = 0.1;         // between two calls: this process stood still
 constexpr int64_t kMissedClicks = 200;  // a run that ends this far from its goal has missed it
 
 }  // namespace

@@ -21,7 +21,10 @@ class RunControl {
   /// Sends a leg's first piece. @returns false when it is too short to drive.
   bool start_leg(const BaseDriver::Leg& leg, const BaseSpeeds& speeds, Utime now);
   /// Call at each step while the velocity is wanted.
-  void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, const BaseSpeeds& speeds, Utime now);
+  void drive(double velocity_m_per_s,
+             double yaw_rate_rad_per_s,
+             const BaseSpeeds& speeds,
+             Utime now);
   void stop();
   /// [m] or [rad], signed.
   double leg_remaining() const;

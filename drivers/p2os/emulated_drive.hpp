@@ -65,10 +65,10 @@ class EmulatedDrive {
   double to_heading() const;
 
   P2osEmulatorOptions options_;
-  SpeedProfile velocity_;              ///< [m/s]
-  SpeedProfile rate_;                  ///< [rad/s]
-  std::optional<double> way_left_m_;   ///< of MOVE, signed
-  std::optional<double> heading_goal_; ///< of HEAD and DHEAD
+  SpeedProfile velocity_;               ///< [m/s]
+  SpeedProfile rate_;                   ///< [rad/s]
+  std::optional<double> way_left_m_;    ///< of MOVE, signed
+  std::optional<double> heading_goal_;  ///< of HEAD and DHEAD
   double left_m_ = 0.0;
   double right_m_ = 0.0;
   Pose2 reckoned_;  ///< since SETO

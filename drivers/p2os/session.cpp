@@ -59,9 +59,7 @@ bool Session::on_sync(const Bytes& payload, Utime now) {
   return true;
 }
 
-void Session::say(CommandId id, std::optional<int> value) {
-  send(encode_command({id, value, ""}));
-}
+void Session::say(CommandId id, std::optional<int> value) { send(encode_command({id, value, ""})); }
 
 bool Session::advance(Utime now) {
   if (!connected_) return true;

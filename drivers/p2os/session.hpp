@@ -22,7 +22,9 @@ class Session {
   bool on_sync(const Bytes& payload, Utime now);
 
   void say(CommandId id, std::optional<int> value = std::nullopt);
-  void send(const Bytes& packets) { to_send_.insert(to_send_.end(), packets.begin(), packets.end()); }
+  void send(const Bytes& packets) {
+    to_send_.insert(to_send_.end(), packets.begin(), packets.end());
+  }
   /// Says what is due. @returns false when the robot has fallen silent.
   bool advance(Utime now);
   /// Appends what was said; drops it when the line is gone.

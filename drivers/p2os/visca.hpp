@@ -13,7 +13,7 @@ inline constexpr uint8_t kViscaEnd = 0xFF;
 inline constexpr double kUnitsPerPanDeg = 860.0 / 95.0;
 inline constexpr double kUnitsPerTiltDeg = 281.0 / 20.0;
 inline constexpr int kMostPan = 860, kMostTilt = 281;
-inline constexpr int kTopPan = 24, kTopTilt = 20;                        ///< speed codes
+inline constexpr int kTopPan = 24, kTopTilt = 20;                       ///< speed codes
 inline constexpr double kTopPanDegPerS = 80.0, kTopTiltDegPerS = 50.0;  ///< at these codes
 
 inline int visca_word(std::span<const uint8_t> message, std::size_t at) {

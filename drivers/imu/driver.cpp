@@ -17,7 +17,8 @@ Eigen::Vector3d vector_of(const Frame& frame, double scale) {
 
 }  // namespace
 
-ImuDriver::ImuDriver(const ImuOptions& options) : options_(options) {
+ImuDriver::ImuDriver(const ImuOptions& options)
+    : options_(options), bias_(deg_to_rad(options.still_deg_per_s), options.still_s) {
   validate(options, "imu");
   require(rate_code(options.rate_hz).has_value(),
           "imu.rate_hz: the sensor knows 1, 2, 5, 10, 20, 50, 100 and 200");
@@ -36,7 +37,7 @@ std::vector<ImuSample> ImuDriver::take_samples() { return std::exchange(samples_
 
 std::string ImuDriver::state() const {
   if (!alive_) return "nothing comes from the sensor: is the baud rate right?";
-  return "measuring, bias " + std::to_string(rad_to_deg(bias_.z())) + " deg/s";
+  return "measuring, bias " + std::to_string(rad_to_deg(bias_.rad_per_s().z())) + " deg/s";
 }
 
 void ImuDriver::on_connection(bool connected, Utime now) {
@@ -45,7 +46,7 @@ void ImuDriver::on_connection(bool connected, Utime now) {
   parser_.clear();
   last_frame_ = now;
   next_setting_ = now;
-  still_count_ = 0;
+  bias_.restart();
   acceleration_.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
@@ -67,29 +68,12 @@ void ImuDriver::receive(std::span<const uint8_t> bytes, Utime now) {
 }
 
 void ImuDriver::on_rates(const Eigen::Vector3d& rates, Utime measured) {
-  learn_bias(rates, measured);
+  bias_.add(rates, measured);
   ImuSample sample;
   sample.utime = measured;
-  sample.angular_velocity_rad_per_s = rates - bias_;
+  sample.angular_velocity_rad_per_s = rates - bias_.rad_per_s();
   sample.acceleration_m_per_s2 = acceleration_;
   samples_.push_back(sample);
-}
-
-void ImuDriver::learn_bias(const Eigen::Vector3d& rates, Utime measured) {
-  const double limit = deg_to_rad(options_.still_deg_per_s);
-  constexpr double kMostBias = deg_to_rad(5.0);
-  if (still_count_ == 0 || (rates - still_first_).norm() > limit || rates.norm() > kMostBias) {
-    still_first_ = rates;
-    still_sum_ = rates;
-    still_count_ = 1;
-    still_since_ = measured;
-    return;
-  }
-  still_sum_ += rates;
-  ++still_count_;
-  if ((measured - still_since_).seconds() < options_.still_s) return;
-  bias_ = still_sum_ / still_count_;
-  still_count_ = 0;
 }
 
 void ImuDriver::advance(Utime now, std::vector<uint8_t>& out) {

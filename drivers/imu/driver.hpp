@@ -5,6 +5,7 @@
 
 #include "common/samples.hpp"
 #include "drivers/imu/codec.hpp"
+#include "drivers/imu/gyro_bias.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::imu {
@@ -26,9 +27,9 @@ struct ImuOptions {
   }
 };
 
-/// Driver of a WitMotion sensor without port or clock. Sets content and rate, says so again while
-/// nothing comes, learns the gyroscope's bias whenever the robot stands. Samples are stamped at the
-/// beginning of their first frame on the line.
+/// Driver of a WitMotion sensor without port or clock. Sets content and rate, again while nothing
+/// comes, and estimates the gyroscope's bias whenever the robot stands. A sample's stamp is the
+/// beginning of its first frame on the line.
 class ImuDriver {
  public:
   explicit ImuDriver(const ImuOptions& options);
@@ -40,12 +41,11 @@ class ImuDriver {
   std::vector<ImuSample> take_samples();
   std::string state() const;
   bool alive() const { return alive_; }
-  const Eigen::Vector3d& bias_rad_per_s() const { return bias_; }
+  const Eigen::Vector3d& bias_rad_per_s() const { return bias_.rad_per_s(); }
   int64_t garbage_bytes() const { return parser_.garbage_bytes(); }
 
  private:
   void on_rates(const Eigen::Vector3d& rates, Utime measured);
-  void learn_bias(const Eigen::Vector3d& rates, Utime measured);
 
   ImuOptions options_;
   Eigen::Matrix3d robot_from_sensor_;
@@ -53,12 +53,9 @@ class ImuDriver {
   std::vector<ImuSample> samples_;
   bool connected_ = false;
   bool alive_ = false;
-  Utime last_frame_, next_setting_, still_since_;
+  Utime last_frame_, next_setting_;
   Eigen::Vector3d acceleration_;
-  Eigen::Vector3d bias_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d still_sum_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d still_first_ = Eigen::Vector3d::Zero();
-  int still_count_ = 0;
+  GyroBias bias_;
 };
 
 }  // namespace marco::drivers::imu

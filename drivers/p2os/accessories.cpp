@@ -1,6 +1,6 @@
 #include "drivers/p2os/accessories.hpp"
 
-#include <algorithm>
+#include "drivers/p2os/packet_fields.hpp"
 
 namespace marco::drivers::p2os {
 namespace {
@@ -11,63 +11,60 @@ constexpr int kJoyVelocity = 750, kJoyRotation = 70;
 constexpr int kRotationGains[] = {40, 20, 0}, kVelocityGains[] = {40, 20, 0};
 constexpr int kSonarCycleMs = 40;
 
-class Writer {
- public:
-  explicit Writer(uint8_t id) { bytes_.push_back(id); }
-  void u8(int value) { bytes_.push_back(static_cast<uint8_t>(value)); }
-  void u16(int value) {
-    u8(value & 0xFF);
-    u8(value >> 8 & 0xFF);
-  }
-  void u32(uint32_t value) {
-    u16(static_cast<int>(value & 0xFFFF));
-    u16(static_cast<int>(value >> 16));
-  }
-  void text(const std::string& text) {
-    bytes_.insert(bytes_.end(), text.begin(), text.end());
-    bytes_.push_back(0);
-  }
-  Bytes packet() const { return encode_packet(bytes_); }
+template <class Io, class Config>
+void config_fields(Io& io, Config& config) {
+  io.text(config.name.type);
+  io.text(config.name.subtype);
+  io.text(config.serial_number);
+  io.constant8(0);
+  io.u16(config.rotation_top);
+  io.u16(config.velocity_top);
+  io.u16(config.rotation_acceleration_top);
+  io.u16(config.acceleration_top);
+  io.constant16(kPwmMax);
+  io.text(config.name.name);
+  io.u8(config.cycle_ms);
+  io.u8(config.host_baud);
+  io.constant8(0);   // second port: 9600
+  io.constant16(0);  // no gripper
+  io.constant16(1);  // sonars in front
+  io.constant8(1);   // and behind
+  io.u16(config.low_battery);
+  io.constant16(kTurnCount);
+  io.u16(config.watchdog_ms);
+  io.constant8(0);
+  io.constant16(kStallPwm);
+  io.constant16(kStallCount);
+  io.constant16(kJoyVelocity);
+  io.constant16(kJoyRotation);
+  io.u16(config.rotation_max);
+  io.u16(config.velocity_max);
+  io.u16(config.rotation_acceleration);
+  io.u16(config.rotation_deceleration);
+  for (const int gain : kRotationGains) io.constant16(gain);
+  io.u16(config.acceleration);
+  io.u16(config.deceleration);
+  for (const int gain : kVelocityGains) io.constant16(gain);
+  io.u8(config.front_bumpers);
+  io.u8(config.rear_bumpers);
+  io.constant8(0);  // no charger
+  io.constant8(kSonarCycleMs);
+  io.constant8(0);   // keeps its baud rate
+  io.constant8(0);   // no gyro
+  io.constant16(0);  // no drift known
+  io.constant8(0);
+  io.constant8(0);
+  io.u16(config.ticks_per_mm);
+  io.constant16(0);
+  io.text(config.firmware);
+}
 
- private:
-  Bytes bytes_;
-};
-
-/// Gives zeros behind the end, and says so.
-class Reader {
- public:
-  explicit Reader(std::span<const uint8_t> bytes) : rest_(bytes.subspan(1)) {}
-  int u8() {
-    if (rest_.empty()) {
-      good_ = false;
-      return 0;
-    }
-    const int value = rest_[0];
-    rest_ = rest_.subspan(1);
-    return value;
-  }
-  int u16() {
-    const int low = u8();
-    return low | u8() << 8;
-  }
-  int32_t s32() {
-    const int low = u16();
-    return static_cast<int32_t>(static_cast<uint32_t>(low) | static_cast<uint32_t>(u16()) << 16);
-  }
-  std::string text() {
-    std::string text;
-    for (int c = u8(); c != 0; c = u8()) text += static_cast<char>(c);
-    return text;
-  }
-  void skip(int bytes) {
-    for (int i = 0; i < bytes; ++i) u8();
-  }
-  bool good() const { return good_; }
-
- private:
-  std::span<const uint8_t> rest_;
-  bool good_ = true;
-};
+template <class Io, class Ports>
+void io_fields(Io& io, Ports& ports) {
+  io.list(ports.digital_in, [&io](auto& byte) { io.u8(byte); });
+  io.list(ports.digital_out, [&io](auto& byte) { io.u8(byte); });
+  io.list(ports.analog, [&io](auto& value) { io.u16(value); });
+}
 
 bool is(std::span<const uint8_t> payload, uint8_t id) {
   return !payload.empty() && payload[0] == id;
@@ -76,132 +73,47 @@ bool is(std::span<const uint8_t> payload, uint8_t id) {
 }  // namespace
 
 Bytes encode_config(const RobotConfig& config) {
-  Writer out(kConfigPacket);
-  out.text(config.name.type);
-  out.text(config.name.subtype);
-  out.text(config.serial_number);
-  out.u8(0);
-  out.u16(config.rotation_top);
-  out.u16(config.velocity_top);
-  out.u16(config.rotation_acceleration_top);
-  out.u16(config.acceleration_top);
-  out.u16(kPwmMax);
-  out.text(config.name.name);
-  out.u8(config.cycle_ms);
-  out.u8(config.host_baud);
-  out.u8(0);   // second port: 9600
-  out.u16(0);  // no gripper
-  out.u16(1);  // sonars in front
-  out.u8(1);   // and behind
-  out.u16(config.low_battery);
-  out.u16(kTurnCount);
-  out.u16(config.watchdog_ms);
-  out.u8(0);
-  out.u16(kStallPwm);
-  out.u16(kStallCount);
-  out.u16(kJoyVelocity);
-  out.u16(kJoyRotation);
-  out.u16(config.rotation_max);
-  out.u16(config.velocity_max);
-  out.u16(config.rotation_acceleration);
-  out.u16(config.rotation_deceleration);
-  for (const int gain : kRotationGains) out.u16(gain);
-  out.u16(config.acceleration);
-  out.u16(config.deceleration);
-  for (const int gain : kVelocityGains) out.u16(gain);
-  out.u8(config.front_bumpers);
-  out.u8(config.rear_bumpers);
-  out.u8(0);  // no charger
-  out.u8(kSonarCycleMs);
-  out.u8(0);   // keeps its baud rate
-  out.u8(0);   // no gyro
-  out.u16(0);  // no drift known
-  out.u8(0);
-  out.u8(0);
-  out.u16(config.ticks_per_mm);
-  out.u16(0);
-  out.text(config.firmware);
+  FieldWriter out(kConfigPacket);
+  config_fields(out, config);
   return out.packet();
 }
 
 std::optional<RobotConfig> decode_config(std::span<const uint8_t> payload) {
   if (!is(payload, kConfigPacket)) return std::nullopt;
-  Reader in(payload);
+  FieldReader in(payload);
   RobotConfig config;
-  config.name.type = in.text();
-  config.name.subtype = in.text();
-  config.serial_number = in.text();
-  in.skip(1);
-  config.rotation_top = in.u16();
-  config.velocity_top = in.u16();
-  config.rotation_acceleration_top = in.u16();
-  config.acceleration_top = in.u16();
-  in.skip(2);
-  config.name.name = in.text();
-  config.cycle_ms = in.u8();
-  config.host_baud = in.u8();
-  in.skip(6);
-  config.low_battery = in.u16();
-  in.skip(2);
-  config.watchdog_ms = in.u16();
-  in.skip(9);
-  config.rotation_max = in.u16();
-  config.velocity_max = in.u16();
-  config.rotation_acceleration = in.u16();
-  config.rotation_deceleration = in.u16();
-  in.skip(6);
-  config.acceleration = in.u16();
-  config.deceleration = in.u16();
-  in.skip(6);
-  config.front_bumpers = in.u8();
-  config.rear_bumpers = in.u8();
-  in.skip(8);
-  config.ticks_per_mm = in.u16();
-  in.skip(2);
-  config.firmware = in.text();
-  if (!in.good()) return std::nullopt;
-  return config;
+  config_fields(in, config);
+  return in.good() ? std::optional(config) : std::nullopt;
 }
 
 Bytes encode_encoders(const Encoders& encoders) {
-  Writer out(kEncoderPacket);
-  out.u32(static_cast<uint32_t>(encoders.left));
-  out.u32(static_cast<uint32_t>(encoders.right));
+  FieldWriter out(kEncoderPacket);
+  out.s32(encoders.left);
+  out.s32(encoders.right);
   return out.packet();
 }
 
 std::optional<Encoders> decode_encoders(std::span<const uint8_t> payload) {
   if (!is(payload, kEncoderPacket)) return std::nullopt;
-  Reader in(payload);
+  FieldReader in(payload);
   Encoders encoders;
-  encoders.left = in.s32();
-  encoders.right = in.s32();
-  if (!in.good()) return std::nullopt;
-  return encoders;
+  in.s32(encoders.left);
+  in.s32(encoders.right);
+  return in.good() ? std::optional(encoders) : std::nullopt;
 }
 
 Bytes encode_io(const IoPorts& ports) {
-  Writer out(kIoPacket);
-  for (const Bytes* bytes : {&ports.digital_in, &ports.digital_out}) {
-    out.u8(static_cast<int>(bytes->size()));
-    for (const uint8_t byte : *bytes) out.u8(byte);
-  }
-  out.u8(static_cast<int>(ports.analog.size()));
-  for (const uint16_t value : ports.analog) out.u16(value);
+  FieldWriter out(kIoPacket);
+  io_fields(out, ports);
   return out.packet();
 }
 
 std::optional<IoPorts> decode_io(std::span<const uint8_t> payload) {
   if (!is(payload, kIoPacket)) return std::nullopt;
-  Reader in(payload);
+  FieldReader in(payload);
   IoPorts ports;
-  for (Bytes* bytes : {&ports.digital_in, &ports.digital_out}) {
-    for (int left = in.u8(); left > 0; --left) bytes->push_back(static_cast<uint8_t>(in.u8()));
-  }
-  for (int left = in.u8(); left > 0; --left)
-    ports.analog.push_back(static_cast<uint16_t>(in.u16()));
-  if (!in.good()) return std::nullopt;
-  return ports;
+  io_fields(in, ports);
+  return in.good() ? std::optional(ports) : std::nullopt;
 }
 
 Bytes encode_aux(std::span<const uint8_t> bytes) {

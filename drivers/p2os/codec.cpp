@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "drivers/p2os/packet_fields.hpp"
 #include "drivers/transport/little_endian.hpp"
 #include "lcm_tools/base/check.hpp"
 
@@ -13,7 +14,30 @@ namespace {
 constexpr uint8_t kHead1 = 0xFA, kHead2 = 0xFB;
 constexpr uint8_t kPositiveArgument = 0x3B, kNegativeArgument = 0x1B, kText = 0x2B;
 constexpr uint8_t kStanding = 0x32, kMoving = 0x33;
-constexpr std::size_t kSipHead = 20;  // through the sonar count
+constexpr uint8_t kNamePacket = 2;
+
+template <class Io, class Packet>
+void sip_fields(Io& io, Packet& sip) {
+  io.u15(sip.x);
+  io.u15(sip.y);
+  io.u16(sip.heading);
+  io.u16(sip.left_speed);
+  io.u16(sip.right_speed);
+  io.u8(sip.battery);
+  io.u8(sip.left_stall);
+  io.u8(sip.right_stall);
+  io.u16(sip.control);
+  io.u16(sip.flags);
+  io.u8(sip.compass);
+  io.list(sip.sonars, [&io](auto& sonar) {
+    io.u8(sonar.number);
+    io.u16(sonar.range);
+  });
+  io.u16(sip.analog_port);
+  io.u8(sip.analog);
+  io.u8(sip.digital_in);
+  io.u8(sip.digital_out);
+}
 
 }  // namespace
 
@@ -110,81 +134,32 @@ std::optional<Command> decode_command(std::span<const uint8_t> payload) {
 }
 
 Bytes encode_name(const RobotName& name) {
-  Bytes payload{2};
-  for (const std::string* text : {&name.name, &name.type, &name.subtype}) {
-    payload.insert(payload.end(), text->begin(), text->end());
-    payload.push_back(0);
-  }
-  return encode_packet(payload);
+  FieldWriter out(kNamePacket);
+  for (const std::string* text : {&name.name, &name.type, &name.subtype}) out.text(*text);
+  return out.packet();
 }
 
 std::optional<RobotName> decode_name(std::span<const uint8_t> payload) {
-  if (payload.empty() || payload[0] != 2) return std::nullopt;
+  if (payload.empty() || payload[0] != kNamePacket) return std::nullopt;
+  FieldReader in(payload);
   RobotName name;
-  auto at = payload.begin() + 1;
-  for (std::string* text : {&name.name, &name.type, &name.subtype}) {
-    const auto end = std::find(at, payload.end(), uint8_t{0});
-    if (end == payload.end()) return std::nullopt;
-    text->assign(at, end);
-    at = end + 1;
-  }
-  return name;
+  for (std::string* text : {&name.name, &name.type, &name.subtype}) in.text(*text);
+  return in.good() ? std::optional(name) : std::nullopt;
 }
 
 Bytes encode_sip(const Sip& sip) {
-  Bytes payload{sip.moving ? kMoving : kStanding};
-  put_u16(payload, sip.x & 0x7FFFU);
-  put_u16(payload, sip.y & 0x7FFFU);
-  put_u16(payload, static_cast<uint16_t>(sip.heading));
-  put_u16(payload, static_cast<uint16_t>(sip.left_speed));
-  put_u16(payload, static_cast<uint16_t>(sip.right_speed));
-  payload.push_back(sip.battery);
-  payload.push_back(sip.left_stall);
-  payload.push_back(sip.right_stall);
-  put_u16(payload, static_cast<uint16_t>(sip.control));
-  put_u16(payload, sip.flags);
-  payload.push_back(sip.compass);
-  payload.push_back(static_cast<uint8_t>(sip.sonars.size()));
-  for (const Sip::Sonar& sonar : sip.sonars) {
-    payload.push_back(sonar.number);
-    put_u16(payload, sonar.range);
-  }
-  put_u16(payload, sip.analog_port);
-  payload.push_back(sip.analog);
-  payload.push_back(sip.digital_in);
-  payload.push_back(sip.digital_out);
-  return encode_packet(payload);
+  FieldWriter out(sip.moving ? kMoving : kStanding);
+  sip_fields(out, sip);
+  return out.packet();
 }
 
 std::optional<Sip> decode_sip(std::span<const uint8_t> payload) {
-  if (payload.size() < kSipHead || (payload[0] != kStanding && payload[0] != kMoving)) {
-    return std::nullopt;
-  }
+  if (payload.empty() || (payload[0] != kStanding && payload[0] != kMoving)) return std::nullopt;
+  FieldReader in(payload);
   Sip sip;
   sip.moving = payload[0] == kMoving;
-  sip.x = get_u16(payload, 1) & 0x7FFF;
-  sip.y = get_u16(payload, 3) & 0x7FFF;
-  sip.heading = get_s16(payload, 5);
-  sip.left_speed = get_s16(payload, 7);
-  sip.right_speed = get_s16(payload, 9);
-  sip.battery = payload[11];
-  sip.left_stall = payload[12];
-  sip.right_stall = payload[13];
-  sip.control = get_s16(payload, 14);
-  sip.flags = get_u16(payload, 16);
-  sip.compass = payload[18];
-  const std::size_t count = payload[19];
-  if (payload.size() < kSipHead + 3 * count + 5) return std::nullopt;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t at = kSipHead + 3 * i;
-    sip.sonars.push_back({payload[at], get_u16(payload, at + 1)});
-  }
-  const std::size_t tail = kSipHead + 3 * count;
-  sip.analog_port = get_u16(payload, tail);
-  sip.analog = payload[tail + 2];
-  sip.digital_in = payload[tail + 3];
-  sip.digital_out = payload[tail + 4];
-  return sip;
+  sip_fields(in, sip);
+  return in.good() ? std::optional(sip) : std::nullopt;
 }
 
 const Model& model_of(const std::string& subtype) {

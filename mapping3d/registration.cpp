@@ -61,12 +61,6 @@ class Registrar {
       if (body == bodies_.size()) bodies_.emplace_back();
       bodies_[body].push_back(i);
     }
-    double count = 0.0;
-    for (const auto& scene : scenes_) {
-      for (const Surfel& surfel : scene->surfels) pivot_m_ += surfel.center_m;
-      count += static_cast<double>(scene->surfels.size());
-    }
-    pivot_m_ /= std::max(1.0, count);
     world_from_body_.assign(bodies_.size(), Pose3::Identity());
     joined_.assign(bodies_.size(), false);
     if (!joined_.empty()) joined_[0] = true;
@@ -135,7 +129,7 @@ class Registrar {
         if (!pair) continue;
         hold_loose_shifts(a, b, *pair);
         overlaps.emplace_back(a, b);
-        // A twist of a is the opposite twist of b: both are about the same pivot.
+        // A twist of a is the opposite twist of b: both are about the world's origin.
         const auto at_a = 6 * static_cast<Eigen::Index>(a), at_b = 6 * static_cast<Eigen::Index>(b);
         information.block<6, 6>(at_a, at_a) += pair->information;
         information.block<6, 6>(at_b, at_b) += pair->information;
@@ -178,7 +172,7 @@ class Registrar {
     for (std::size_t body = 0; body < bodies_.size(); ++body) {
       Pose3& pose = world_from_body_[body];
       const Vector6d twist = step.segment<6>(6 * static_cast<Eigen::Index>(body));
-      pose = turn_about(pivot_m_, twist.head<3>()) * pose;
+      pose = turn_about(Eigen::Vector3d::Zero(), twist.head<3>()) * pose;
       pose.translation() += twist.tail<3>();
       pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
     }
@@ -234,7 +228,7 @@ class Registrar {
       const Eigen::Vector3d point_m = poses.world_from_a * in_a;
       const Eigen::Vector3d normal = poses.world_from_a.linear() * found->normal;
       Vector6d jacobian;
-      jacobian << (point_m - pivot_m_).cross(normal), normal;
+      jacobian << point_m.cross(normal), normal;
       add(jacobian, found->residual_m, weight, system);
       system.weight += weight;
       ++system.patches;
@@ -254,7 +248,7 @@ class Registrar {
       if (solver.eigenvalues()[i] >= options_.min_hold * system.weight) continue;
       const Eigen::Vector3d loose = solver.eigenvectors().col(i);
       Vector6d jacobian;
-      jacobian << (by_b - pivot_m_).cross(loose), loose;
+      jacobian << by_b.cross(loose), loose;
       add(jacobian, loose.dot(by_b - by_a), system.weight, system);
     }
   }
@@ -262,8 +256,7 @@ class Registrar {
   RegistrationOptions options_;
   SurfelAssociation association_;
   std::vector<std::unique_ptr<SurfelIndex>> scenes_;
-  std::vector<std::vector<std::size_t>> bodies_;       ///< the scenes of each
-  Eigen::Vector3d pivot_m_ = Eigen::Vector3d::Zero();  ///< of all turns: the middle of all scenes
+  std::vector<std::vector<std::size_t>> bodies_;  ///< the scenes of each
   std::vector<Pose3> world_from_body_;
   std::vector<bool> joined_;
   std::vector<double> residuals_m_;

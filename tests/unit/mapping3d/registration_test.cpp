@@ -187,24 +187,6 @@ TEST(RegisterScenes, WhatNoChainJoinsToTheFirstStaysWhereItIs) {
   for (const Pose3& pose : result.world_from_placed) EXPECT_TRUE(pose.isApprox(Pose3::Identity()));
 }
 
-// Turns have long levers there: derivatives about the wrong point would not converge.
-TEST(RegisterScenes, FarFromTheOriginItIsAsGood) {
-  std::mt19937 random(11);
-  const Pose3 far_away = make_pose3({60.0, -40.0, 0.0}, 0.0, 0.0, 0.7);
-  const Pose3 error_b = make_pose3({0.1, -0.08, 0.04}, 0.015, 0.0, 0.03);
-  const Pose3 error_c = make_pose3({-0.04, 0.05, 0.0}, 0.0, -0.01, -0.015);
-  const ScenePoints first = place(AnalyticRoom::sweep(kFirstSensor, 60, 0.005, random));
-  const ScenePoints second = place(AnalyticRoom::sweep(kSecondSensor, 60, 0.005, random));
-  const ScenePoints third =
-      place(AnalyticRoom::sweep(make_pose3({0.3, 1.0, 0.8}, 0.0, 0.0, -1.0), 60, 0.005, random));
-  const RegistrationResult result =
-      register_scenes({moved(first, far_away), moved(second, far_away * error_b),
-                       moved(third, far_away * error_c)});
-  const Pose3 back = far_away.inverse();
-  EXPECT_LT(worst_shift_m(back * result.world_from_placed[1] * far_away * error_b), 0.003);
-  EXPECT_LT(worst_shift_m(back * result.world_from_placed[2] * far_away * error_c), 0.003);
-}
-
 void add_sweep(Mapper3d& mapper, const Pose3& sensor, const Pose2& path_error) {
   std::mt19937 random(4);
   Scene sweep = AnalyticRoom::sweep(sensor, 60, 0.005, random);

@@ -96,7 +96,7 @@ TEST(Picture, AScanWithItsOwnBearingsHasLeftOnTheLeft) {
   lidar.thetas = {1.5707963F, 0, 0};
   lidar.times.resize(3);
   lidar.intensities.resize(3);
-  const Drawn drawn(lidar, "lidar_raw_t");
+  const Drawn drawn(lidar, "robot.lidar_raw_t");
   int left = 0;
   int right = 0;
   for (int y = 1; y < 21; ++y) {
@@ -121,7 +121,7 @@ robot::grid_map_t grid() {
 }
 
 TEST(Picture, AGridIsDrawnWithYUp) {
-  const Drawn drawn(grid(), "grid_map_t");
+  const Drawn drawn(grid(), "robot.grid_map_t");
   EXPECT_EQ(picture_kind(drawn.tree), PictureKind::grid);
   for (int x = 0; x < 40; ++x) {
     EXPECT_TRUE(drawn.dots(x, 1)) << x;
@@ -140,7 +140,7 @@ TEST(Picture, TilesOfOneRevisionAreJoined) {
   std::vector<lcm_schema::Tree> tiles(2);
   const auto left_bytes = encoded(left);
   const auto right_bytes = encoded(right);
-  const int type = *test_decoder().schema().find("grid_map_t");
+  const int type = *test_decoder().schema().find("robot.grid_map_t");
   test_decoder().decode(type, left_bytes, tiles[0]);
   test_decoder().decode(type, right_bytes, tiles[1]);
   EXPECT_TRUE(same_map_other_tile(tiles[0], tiles[1]));
@@ -168,7 +168,7 @@ TEST(Picture, TilesOfOneRevisionAreJoined) {
 TEST(Picture, AGridWhoseSizesLieIsRefusedInWords) {
   robot::grid_map_t message = grid();
   message.width_cells = 90000;
-  EXPECT_THAT(Drawn(message, "grid_map_t").canvas.to_text(), HasSubstr("do not fit"));
+  EXPECT_THAT(Drawn(message, "robot.grid_map_t").canvas.to_text(), HasSubstr("do not fit"));
 }
 
 bot_core::image_t image(int format, int pixel_bytes) {
@@ -245,7 +245,7 @@ TEST(Picture, SurvivesAnyBytes) {
   lidar.nranges = 20;
   lidar.ranges.resize(20, 1.0F);
   const std::vector<std::pair<const char*, std::vector<uint8_t>>> messages = {
-      {"grid_map_t", encoded(grid())},
+      {"robot.grid_map_t", encoded(grid())},
       {"image_t", encoded(image(859981650, 3))},
       {"planar_lidar_t", encoded(lidar)}};
   lcm_schema::Tree tree;

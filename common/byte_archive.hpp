@@ -18,9 +18,11 @@
 
 namespace marco {
 
-/// Values as bytes and back, for files that only we write: one function `archive(Archive&, Value&)`
-/// lists the fields once, for both directions. Numbers are little-endian, as the machines we run on
-/// have them; lists carry their length as 8 bytes. Not thread-safe.
+/// Values as bytes and back, for files that only we write. `archive(bytes, value)` does both
+/// directions. A struct lists its fields once, in a member
+/// `template <class Visitor> void visit(Visitor& v) { v("name", field); ... }`; their order is the
+/// file's format, the names are for people. Numbers are little-endian, lists carry their length as
+/// 8 bytes. Not thread-safe.
 class ByteWriter {
  public:
   static constexpr bool kReads = false;
@@ -54,6 +56,22 @@ class ByteReader {
 
  private:
   std::string_view bytes_;
+};
+
+/// Counts the bytes that a ByteWriter would append.
+class ByteCounter {
+ public:
+  static constexpr bool kReads = false;
+
+  void raw(const void*, std::size_t count) { count_ += count; }
+  std::size_t length(std::size_t count, std::size_t) {
+    count_ += sizeof(uint64_t);
+    return count;
+  }
+  std::size_t count() const { return count_; }
+
+ private:
+  std::size_t count_ = 0;
 };
 
 template <class Archive, class T>
@@ -110,11 +128,51 @@ void archive(Archive& bytes, std::optional<T>& value) {
   if (known) archive(bytes, *value);
 }
 
+/// Passes each field that a visit() lists to archive().
+template <class Archive>
+class ArchiveVisitor {
+ public:
+  explicit ArchiveVisitor(Archive& bytes) : bytes_(&bytes) {}
+  template <class Field>
+  void operator()(const char*, Field& field) {
+    archive(*bytes_, field);
+  }
+
+ private:
+  Archive* bytes_;
+};
+
+template <class Archive, class T>
+requires requires(T& value, ArchiveVisitor<Archive>& visitor) { value.visit(visitor); }
+void archive(Archive& bytes, T& value) {
+  ArchiveVisitor<Archive> visitor(bytes);
+  value.visit(visitor);
+}
+
+/// Bytes that a T takes whose lists and optional values are empty.
+template <class T>
+std::size_t fewest_bytes() {
+  T value{};
+  ByteCounter counter;
+  archive(counter, value);
+  return counter.count();
+}
+
 /// @param element_bytes  the fewest bytes an element takes
 template <class Archive, class List>
 void archive_list(Archive& bytes, List& list, std::size_t element_bytes) {
   list.resize(bytes.length(list.size(), element_bytes));
   for (auto& element : list) archive(bytes, element);
+}
+
+template <class Archive, class T>
+void archive(Archive& bytes, std::vector<T>& list) {
+  archive_list(bytes, list, fewest_bytes<T>());
+}
+
+template <class Archive, class T>
+void archive(Archive& bytes, std::deque<T>& list) {
+  archive_list(bytes, list, fewest_bytes<T>());
 }
 
 uint32_t crc32(std::string_view bytes);

@@ -24,6 +24,16 @@ struct Keyframe {
   double sensor_heading_rad = 0.0;
   Pose2 world_from_robot;
   double path_m = 0.0;  ///< driven until here
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("utime", utime);
+    v("points_in_robot", points_in_robot);
+    v("sensor_in_robot", sensor_in_robot);
+    v("sensor_heading_rad", sensor_heading_rad);
+    v("world_from_robot", world_from_robot);
+    v("path_m", path_m);
+  }
 };
 
 struct LoopCloserOptions {
@@ -81,6 +91,20 @@ struct Loop {
   double shift_m = 0.0;  ///< how far it would move the newer scan
   double turn_deg = 0.0;
   bool in_force = true;  ///< false: the pose graph found it to contradict the rest
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("from", from);
+    v("to", to);
+    v("from_from_to", from_from_to);
+    v("believed", believed);
+    v("information", information);
+    v("score", score);
+    v("overlap", overlap);
+    v("shift_m", shift_m);
+    v("turn_deg", turn_deg);
+    v("in_force", in_force);
+  }
 };
 
 /// Whether two places may be one: all that the answer depends on, by value.

@@ -61,6 +61,13 @@ struct MotionInput {
   Utime utime;
   std::optional<Pose2> odom_from_robot;
   std::optional<double> gyro_heading_rad;  ///< integrated yaw rate, from any start
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("utime", utime);
+    v("odom_from_robot", odom_from_robot);
+    v("gyro_heading_rad", gyro_heading_rad);
+  }
 };
 
 /// A move since the scan before, in the robot's frame there.
@@ -79,6 +86,12 @@ struct MotionState {
   struct Step {
     Utime utime;
     Pose2 then_from_now;
+
+    template <class Visitor>
+    void visit(Visitor& v) {
+      v("utime", utime);
+      v("then_from_now", then_from_now);
+    }
   };
   std::optional<MotionInput> before;
   std::deque<Step> history;
@@ -94,6 +107,21 @@ struct MotionState {
   Pose2 last_step;  ///< a scan's, by odometry between the last two that kept the rhythm
   /// Scans whose odometry went with them whatever their stamp said, less those where it did not.
   int32_t came_with_scan = 0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("before", before);
+    v("history", history);
+    v("period_s", period_s);
+    v("before_lag_s", before_lag_s);
+    v("move_m", move_m);
+    v("turn_rad", turn_rad);
+    v("anchor", anchor);
+    v("anchor_from_before", anchor_from_before);
+    v("lagging", lagging);
+    v("last_step", last_step);
+    v("came_with_scan", came_with_scan);
+  }
 };
 
 /// Remembers the last scan's odometry and the last estimated velocity. Not thread-safe.

@@ -13,6 +13,12 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 struct StandingState {
   Eigen::Vector3d map_error = Eigen::Vector3d::Zero();
   Matrix6 covariance = Matrix6::Zero();  ///< of the pose and the map's error
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("map_error", map_error);
+    v("covariance", covariance);
+  }
 };
 
 /// Where a robot is that stands, by many looks from one place: a Kalman filter over the pose, which

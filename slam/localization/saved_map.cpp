@@ -1,6 +1,6 @@
 #include "slam/localization/saved_map.hpp"
 
-#include "slam/localization/slam_archive.hpp"
+#include "common/byte_archive.hpp"
 
 namespace marco::slam {
 namespace {

@@ -16,6 +16,13 @@ struct SavedMap {
   std::string options;  ///< those it was made with, as TOML: for people, and to see a difference
   std::vector<int64_t> session_starts;  ///< index of each session's first scan in `slam.scans`
   SlamState slam;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("options", options);
+    v("session_starts", session_starts);
+    v("slam", slam);
+  }
 };
 
 /// @throws std::invalid_argument as check(SlamState), or for sessions that start at no scan.

@@ -18,6 +18,13 @@ struct ScanPose {
   Utime utime;
   int32_t key = -1;  ///< -1: before the first keyframe; then the pose is the world's
   Pose2 key_from_robot;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("utime", utime);
+    v("key", key);
+    v("key_from_robot", key_from_robot);
+  }
 };
 
 /// All that Slam knows: what it has to be given back to go on as if it had never stopped.
@@ -42,6 +49,30 @@ struct SlamState {
   int32_t merged_keys = 0;           ///< so many have become one with an older
   std::optional<Utime> leaps_since;  ///< since then each match put the robot where it cannot be
   int32_t unmatched = 0;  ///< scans of late that fitted nothing, one after the other; counted to 3
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("keys", keys);
+    v("edges", edges);
+    v("loops", loops);
+    v("scans", scans);
+    v("trail", trail);
+    v("motion", motion);
+    v("standing", standing);
+    v("world_from_robot", world_from_robot);
+    v("covariance", covariance);
+    v("local_map_centre_m", local_map_centre_m);
+    v("last_search_path_m", last_search_path_m);
+    v("closed_path_m", closed_path_m);
+    v("closings_m", closings_m);
+    v("revision", revision);
+    v("looked_at", looked_at);
+    v("thin_until", thin_until);
+    v("kept_keys", kept_keys);
+    v("merged_keys", merged_keys);
+    v("leaps_since", leaps_since);
+    v("unmatched", unmatched);
+  }
 };
 
 /// The poses of keyframes, and of the scans that hang on them.

@@ -11,6 +11,12 @@ struct OrientedPoints {
   Points2 normals;  ///< 2xN unit, towards the sensor; (0, 0) where the neighbours form no line
 
   bool has_normal(Eigen::Index i) const { return normals(0, i) != 0.0 || normals(1, i) != 0.0; }
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("points", points);
+    v("normals", normals);
+  }
 };
 
 struct NormalOptions {

@@ -1,7 +1,7 @@
 #include "slam/process/checkpoint.hpp"
 
 #include "lcm_tools/files/whole_file.hpp"
-#include "slam/localization/slam_archive.hpp"
+#include "common/byte_archive.hpp"
 
 namespace marco {
 

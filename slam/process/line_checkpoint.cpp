@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "lcm_tools/files/whole_file.hpp"
-#include "slam/localization/slam_archive.hpp"
+#include "common/byte_archive.hpp"
 
 namespace marco::slam {
 

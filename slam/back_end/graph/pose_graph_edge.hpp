@@ -15,6 +15,15 @@ struct PoseGraphEdge {
       Eigen::Matrix3d::Identity();  ///< of (x, y, theta) in `from_from_to`'s frame
   bool is_loop =
       false;  ///< may be wrong: such edges are weighed by how well they agree with the rest
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("from", from);
+    v("to", to);
+    v("from_from_to", from_from_to);
+    v("information", information);
+    v("is_loop", is_loop);
+  }
 };
 
 /// e = (R_z^T (R_i^T (t_j - t_i) - t_z), theta_j - theta_i - theta_z), in the measurement's frame.

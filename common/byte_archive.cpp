@@ -31,8 +31,13 @@ std::size_t ByteReader::length(std::size_t, std::size_t element_bytes) {
 }
 
 uint32_t crc32(std::string_view bytes) {
-  return static_cast<uint32_t>(
-      ::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+  const auto crc = ::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+  return static_cast<uint32_t>(crc);
+}
+
+uint32_t sealed_version(std::string_view name, std::string_view sealed) {
+  if (sealed.size() < kHeadBytes || sealed.substr(0, kNameBytes) != name) return 0;
+  return number_at<uint32_t>(sealed, kNameBytes);
 }
 
 std::string seal(std::string_view name, uint32_t version, std::string_view payload) {

@@ -1,9 +1,7 @@
 #include "slam/slam.hpp"
 
-#include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
-
+#include "lcm_tools/base/check.hpp"
+#include "slam/back_end/session_loop_search.hpp"
 #include "slam/map/keyframe_grid.hpp"
 
 namespace marco::slam {
@@ -14,258 +12,238 @@ namespace {
 constexpr double kEdgeSigmaM = 0.008;
 constexpr double kEdgeSigmaDeg = 0.10;
 
-// By how much more of the points another match must explain to be taken instead.
-constexpr double kClearlyBetter = 0.05;
-
-// The same where odometry must have lied for it.
-constexpr double kProvesLie = 0.10;
-
-// What is left of the information of odometry that the scan contradicts.
-constexpr double kDoubtedPrior = 0.01;
-
-// A scan that fits nothing is drawn only after so many: odometry that leapt has placed it, and what
-// is drawn there makes the next ones fit.
-constexpr int kUnmatchedUntilDrawn = 3;
-
-// A match that leaps from where odometry says, as no robot can, is believed when all do for so
-// long: another robot's scans may come between ours, and they fit where that one is.
-constexpr double kLeapsUntilBelievedS = 1.0;
-
-// What the scan alone is looked for within, where odometry is contradicted.
-constexpr double kWidestM = 1.5, kWidestDeg = 45.0;
-
-// Squared deviations (of 3 degrees of freedom; 1 of 900 honest ones is beyond) from which on one
-// measurement contradicts another.
-constexpr double kContradiction = 16.0;
-
-Eigen::Vector3d off(const Pose2& pose, const Pose2& from) {
-  return {pose.x_m - from.x_m, pose.y_m - from.y_m,
-          normalize_angle(pose.theta_rad - from.theta_rad)};
-}
-
-// Jacobian of a pose a*b by b: b's covariance is given in the frame of a.
-Eigen::Matrix3d turned_into(const Eigen::Matrix3d& covariance, double theta_rad) {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = Pose2{0, 0, theta_rad}.rotation();
-  return turn * covariance * turn.transpose();
-}
-
-Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& information) {
-  return (information + 1e-6 * Eigen::Matrix3d::Identity()).inverse();
-}
-
-SearchWindow window_of(const PosePrior& prior) {
-  const Eigen::Matrix3d covariance = inverse_of(prior.information);
-  const double sigma_m = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
-  const double sigma_rad = std::sqrt(covariance(2, 2));
-  return {prior.map_from_robot, std::clamp(3.0 * sigma_m, 0.3, kWidestM),
-          std::clamp(3.0 * sigma_rad, deg_to_rad(5.0), deg_to_rad(kWidestDeg))};
-}
+// Keyframes examined for each new one, so that no scan waits for many.
+constexpr int kCulledAtOnce = 3;
 
 }  // namespace
 
 Slam::Slam(const SlamOptions& options)
     : options_(options),
-      matcher_(options.fine),
-      coarse_(options.coarse),
-      loop_closer_(options.loops, coarse_, matcher_),
+      matcher_(options.gates, options.fine, options.coarse),
       motion_(options.motion),
-      graph_(options.graph) {
+      local_map_(options.local_map, options.fine, options.coarse),
+      culling_(options.culling),
+      back_end_({options.loops, matcher_.coarse(), matcher_.fine()},
+                options.graph,
+                options.refinement) {
   validate(options, "slam");
 }
 
 SlamUpdate Slam::process(const SlamInput& input) {
+  const bool use = input.level && input.scan.hits_in_robot.cols() >= options_.gates.min_points;
   const MotionGuess guess = motion_.guess(input.motion);
-  const bool enough = input.scan.hits_in_robot.cols() >= options_.min_points;
-  const bool use = input.level && enough;
-  const OrientedPoints points =
-      use ? orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, options_.normals)
-          : OrientedPoints{};
-  const PosePrior prior = prior_of(guess);
-  // Odometry is asked anew for the whole way since the last scan that was looked at: its
-  // uncertainty does not add up over the scans of a sweep.
+  const PoseEstimate predicted = dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
+  const PosePrior prior{predicted.world_from_robot, inverted(predicted.covariance)};
+  // Odometry will give the whole way since the last scan that was matched: its uncertainty does not
+  // add up over the scans of a sweep.
   if (!use && guess.source == MotionGuess::Source::odometry) {
-    return note_scan(input.scan.utime, prior.map_from_robot, inverse_of(prior.information));
+    return note_scan(input.scan.utime, {prior.map_from_robot, inverted(prior.information)});
   }
-  Match found;
-  found.world_from_robot = prior.map_from_robot;
-  if (use && local_map_) found = match(points, guess, prior);
-  const bool doubted = found.usable && doubt_leap(found, prior, input.scan.utime);
-  // Until there is a map, the place is where the map begins.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  if (!keys_.empty()) covariance = inverse_of(prior.information + found.information);
-  if (found.usable && motion_.stands_still(input.motion)) {
-    look_again(found, covariance);
-  } else {
-    standing_.reset();
+  OrientedPoints points;
+  ScanMatch match{prior.map_from_robot};
+  if (use) points = orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, options_.normals);
+  if (use && !local_map_.empty()) {
+    match = matcher_.match(points, prior, guess.source, keyframes_, local_map_);
   }
-  motion_.update(input.motion, between(world_from_robot_, found.world_from_robot));
-  covariance_ = covariance;
-  world_from_robot_ = found.world_from_robot;
-  bool became_key = false, trajectory_changed = false;
-  if (use && !doubted) {
-    unmatched_ = found.usable || keys_.empty() ? 0 : std::min(unmatched_ + 1, kUnmatchedUntilDrawn);
+  const Pose2 before = estimate_.world_from_robot;
+  const bool refused =
+      gate_.refuses(match, before, prior.map_from_robot, motion_, input.scan.utime);
+  if (refused) match = {prior.map_from_robot, Eigen::Matrix3d::Zero(), match.overlap, false};
+  if (use && !refused) gate_.note_match(match.usable || keyframes_.keys.empty());
+  estimate_ = estimate_from(match, prior, motion_.stands_still(input.motion));
+  motion_.update(input.motion, between(before, estimate_.world_from_robot));
+
+  bool trajectory_changed = false;
+  const bool becomes_keyframe =
+      use && !refused && gate_.may_draw() && input.may_draw &&
+      keyframes_.is_due(estimate_.world_from_robot, input.scan.sensor_heading_rad,
+                        options_.keyframes);
+  if (becomes_keyframe) {
+    add_keyframe(input, points);
+    trajectory_changed = search_loops();
+    cull_keyframes();
   }
-  const bool fits = unmatched_ == 0 || unmatched_ >= kUnmatchedUntilDrawn;
-  if (use && fits && !doubted && input.may_draw && key_is_due(input.scan, world_from_robot_)) {
-    add_key(input, points, found);
-    became_key = true;
-    trajectory_changed = look_for_loops();
-    thin_keys();
-  }
-  SlamUpdate update = note_scan(input.scan.utime, world_from_robot_, covariance_);
-  if (found.usable) update.status = SlamUpdate::Status::matched;
-  update.overlap = found.overlap;
-  update.became_key = became_key;
+  SlamUpdate update = note_scan(input.scan.utime, estimate_);
+  if (match.usable) update.status = SlamUpdate::Status::matched;
+  update.overlap = match.overlap;
+  update.became_key = becomes_keyframe;
   update.trajectory_changed = trajectory_changed;
   return update;
 }
 
-bool Slam::doubt_leap(Match& found, const PosePrior& prior, Utime utime) {
-  const bool leaps =
-      motion_.leaps(between(world_from_robot_, found.world_from_robot), utime) &&
-      motion_.leaps(between(prior.map_from_robot, found.world_from_robot), motion_.newest());
-  if (leaps && !leaps_since_) leaps_since_ = utime;
-  if (!leaps || std::abs((utime - *leaps_since_).seconds()) >= kLeapsUntilBelievedS) {
-    leaps_since_.reset();
-    return false;
-  }
-  found = {prior.map_from_robot, Eigen::Matrix3d::Zero(), found.overlap, false};
-  return true;
-}
-
-SlamUpdate Slam::note_scan(Utime utime,
-                           const Pose2& world_from_robot,
-                           const Eigen::Matrix3d& covariance) {
-  const int key = static_cast<int>(keys_.size()) - 1;
-  const Pose2 key_from_robot =
-      keys_.empty() ? world_from_robot : between(keys_.back().world_from_robot, world_from_robot);
-  const ScanPose scan{utime, key, key_from_robot};
-  if (is_worth_keeping(scan)) scans_.push_back(scan);
+SlamUpdate Slam::note_scan(Utime utime, const PoseEstimate& estimate) {
+  path_.add_scan(utime, estimate.world_from_robot, keyframes_.keys);
   SlamUpdate update;
-  update.world_from_robot = world_from_robot;
-  update.covariance = covariance;
+  update.world_from_robot = estimate.world_from_robot;
+  update.covariance = estimate.covariance;
   return update;
 }
 
-PosePrior Slam::prior_of(const MotionGuess& guess) const {
-  // What is not known of the pose before, the move's own uncertainty, and how a wrong heading there
-  // carries the move aside.
-  const Pose2 prediction = world_from_robot_ * guess.before_from_now;
-  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
-  carry(0, 2) = -(prediction.y_m - world_from_robot_.y_m);
-  carry(1, 2) = prediction.x_m - world_from_robot_.x_m;
-  const Eigen::Matrix3d covariance = carry * covariance_ * carry.transpose() +
-                                     turned_into(guess.covariance, world_from_robot_.theta_rad);
-  return {prediction, inverse_of(covariance)};
-}
-
-Slam::Match Slam::match(const OrientedPoints& points,
-                        const MotionGuess& guess,
-                        const PosePrior& prior) {
-  SurfelMatch fine = matcher_.match(*local_map_, points, prior.map_from_robot, &prior);
-  if (fine.overlap < options_.sure_overlap && guess.source == MotionGuess::Source::odometry) {
-    // Wheels may have slipped: the scan alone, hardly held by odometry.
-    const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
-    const SurfelMatch free = matcher_.match(*local_map_, points, prior.map_from_robot, &weak);
-    const Eigen::Vector3d denied = off(free.map_from_robot, prior.map_from_robot);
-    if (free.overlap > fine.overlap + kProvesLie &&
-        denied.dot(prior.information * denied) > kContradiction) {
-      fine = free;
-    }
+PoseEstimate Slam::estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands) {
+  PoseEstimate estimate{match.world_from_robot};
+  // Until there is a map, the place is where the map begins.
+  if (!keyframes_.keys.empty()) {
+    estimate.covariance = inverted(prior.information + match.information);
   }
-  Match result{
-      fine.map_from_robot, fine.information, fine.overlap,
-      fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
-  if (fine.overlap >= options_.good_overlap && guess.source == MotionGuess::Source::odometry) {
-    return result;
+  if (!match.usable || !stands) {
+    standing_.reset();
+    return estimate;
   }
-  const Match wide = match_widely(points, window_of(prior), prior);
-  if (wide.usable && wide.overlap > result.overlap + kClearlyBetter) return wide;
-  if (result.usable) return result;
-  const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
-  const SearchWindow widest{prior.map_from_robot, kWidestM, deg_to_rad(kWidestDeg)};
-  const Match alone = match_widely(points, widest, weak);
-  if (alone.usable && alone.overlap >= options_.good_overlap) return alone;
-  result.world_from_robot = prior.map_from_robot;
-  result.information.setZero();
-  return result;
-}
-
-void Slam::look_again(Match& match, Eigen::Matrix3d& covariance) {
-  if (!standing_) standing_.emplace(covariance_);
-  const auto look = standing_->look(off(match.world_from_robot, world_from_robot_),
-                                    inverse_of(match.information));
-  // Wheels may be still while the robot is pushed.
-  if (!look) return standing_.reset();
-  match.world_from_robot = {world_from_robot_.x_m + look->step.x(),
-                            world_from_robot_.y_m + look->step.y(),
-                            normalize_angle(world_from_robot_.theta_rad + look->step.z())};
-  covariance = look->covariance;
-}
-
-Slam::Match Slam::match_widely(const OrientedPoints& points,
-                               const SearchWindow& window,
-                               const PosePrior& prior) {
-  Match result;
-  const CorrelativeMatch coarse = coarse_.search(likelihood_here(), points.points, window, 0.2);
-  if (coarse.score <= 0.0) return result;
-  const SurfelMatch fine = matcher_.match(*local_map_, points, coarse.map_from_robot, &prior);
-  return {fine.map_from_robot, fine.information, fine.overlap,
-          fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= options_.poor_overlap};
-}
-
-const LikelihoodPyramid& Slam::likelihood_here() {
-  if (likelihood_) return *likelihood_;
-  const int last = static_cast<int>(keys_.size()) - 1;
-  const int first = std::max(0, last - options_.window_keyframes + 1);
-  const OrientedPoints map = join_points(keys_, first, last, Pose2{});
-  const Eigen::Vector2d centre_m = keys_.back().world_from_robot.translation_m();
-  return likelihood_.emplace(points_within(kSearchReachM, centre_m, map.points), coarse_.options());
-}
-
-bool Slam::key_is_due(const DeskewedScan& scan, const Pose2& world_from_robot) const {
-  const double turn_rad = deg_to_rad(options_.key_turn_deg);
-  // Several lasers, or one that pans, look several ways from one place.
-  for (auto key = keys_.rbegin(); key != keys_.rend(); ++key) {
-    const Pose2 moved = between(key->world_from_robot, world_from_robot);
-    if (moved.translation_m().norm() >= options_.key_distance_m ||
-        std::abs(moved.theta_rad) >= turn_rad) {
-      return true;
-    }
-    const double panned_rad = normalize_angle(scan.sensor_heading_rad - key->sensor_heading_rad);
-    if (std::abs(panned_rad) < turn_rad) return false;
+  if (!standing_) standing_.emplace(estimate_.covariance);
+  const Pose2& before = estimate_.world_from_robot;
+  const auto correction = standing_->update(difference(match.world_from_robot, before),
+                                            inverted(match.information));
+  if (!correction) {  // wheels may stand still while the robot is pushed
+    standing_.reset();
+    return estimate;
   }
+  const Eigen::Vector3d& step = correction->step;
+  return {{before.x_m + step.x(), before.y_m + step.y(),
+           normalize_angle(before.theta_rad + step.z())},
+          correction->covariance};
+}
+
+void Slam::add_keyframe(const SlamInput& input, const OrientedPoints& points) {
+  Keyframe key{input.scan.utime,           points,
+               input.scan.sensor_in_robot, input.scan.sensor_heading_rad,
+               estimate_.world_from_robot, 0.0};
+  const auto node = static_cast<int>(keyframes_.keys.size());
+  if (node > 0) {
+    const Keyframe& before = keyframes_.keys.back();
+    const Pose2 measured = between(before.world_from_robot, key.world_from_robot);
+    key.path_m = before.path_m + measured.translation_m().norm();
+    const Eigen::Matrix3d covariance =
+        rotated(estimate_.covariance, -before.world_from_robot.theta_rad) +
+        diagonal_covariance(kEdgeSigmaM, deg_to_rad(kEdgeSigmaDeg));
+    // The graph's error lives in the frame of the newer keyframe.
+    back_end_.add_edge({node - 1, node, measured,
+                        rotated(covariance, -measured.theta_rad).inverse(), false});
+  }
+  path_.add_keyframe(key.utime, node);
+  keyframes_.keys.push_back(std::move(key));
+  local_map_.extend(keyframes_);
+}
+
+bool Slam::search_loops() {
+  if (!back_end_.prepare_work(keyframes_.keys, culling_.is_due(keyframes_.keys.size())) ||
+      back_end_.is_deferred()) {
+    return false;
+  }
+  std::optional<LoopWork> work = back_end_.take_work();
+  work->run();
+  return accept(*work);
+}
+
+bool Slam::accept(const LoopWork& work) {
+  const std::optional<std::vector<Pose2>> moved = back_end_.accept(work, keyframes_.keys);
+  if (!moved) return false;
+  if (work.robust) culling_.begin_round(static_cast<int>(work.graph.node_count()));
+  move_keyframes(*moved);
   return true;
 }
 
-void Slam::add_key(const SlamInput& input, const OrientedPoints& points, const Match& match) {
-  Keyframe key{input.scan.utime,           points,
-               input.scan.sensor_in_robot, input.scan.sensor_heading_rad,
-               match.world_from_robot,     0.0};
-  const int node = graph_.add_node(key.world_from_robot);
-  if (!keys_.empty()) {
-    const Keyframe& before = keys_.back();
-    const Pose2 measured = between(before.world_from_robot, key.world_from_robot);
-    key.path_m = before.path_m + measured.translation_m().norm();
-    // In the frame of the keyframe before; the match's own floor is what it cannot know of itself.
-    Eigen::Matrix3d covariance = turned_into(covariance_, -before.world_from_robot.theta_rad);
-    covariance(0, 0) += kEdgeSigmaM * kEdgeSigmaM;
-    covariance(1, 1) += kEdgeSigmaM * kEdgeSigmaM;
-    covariance(2, 2) += std::pow(deg_to_rad(kEdgeSigmaDeg), 2);
-    // The graph's error lives in the frame of the newer keyframe.
-    const Eigen::Matrix3d in_key = turned_into(covariance, -measured.theta_rad);
-    graph_.add_edge({node - 1, node, measured, in_key.inverse(), false});
+void Slam::cull_keyframes() {
+  if (back_end_.is_busy()) return;
+  for (int i = 0; i < kCulledAtOnce && culling_.is_pending(); ++i) {
+    const int key = culling_.next();
+    const bool loop_closed =
+        back_end_.has_loops_around(keyframes_.keys[static_cast<std::size_t>(key)].path_m);
+    const auto merged = culling_.step(keyframes_.keys, loop_closed, matcher_.fine());
+    if (merged) merge_keyframe(key, *merged);
   }
-  trail_.push_back({key.utime, node, Pose2{}});
-  keys_.push_back(std::move(key));
-  extend_local_map();
 }
 
-Trajectory Slam::trajectory() const { return trajectory_of(scans_, keys_); }
+void Slam::merge_keyframe(int key, const MergedKeyframe& merged) {
+  back_end_.merge_node(key, merged);
+  path_.reattach_to_keyframe(key, merged, keyframes_.keys);
+  keyframes_.keys.erase(keyframes_.keys.begin() + key);
+  ++keyframes_.merged;
+  local_map_.drop_likelihood();
+  path_.shorten(keyframes_.keys);
+}
 
-Trajectory Slam::key_trajectory() const { return trajectory_of(trail_, keys_); }
+void Slam::move_keyframes(const std::vector<Pose2>& world_from_keys) {
+  std::vector<Keyframe>& keys = keyframes_.keys;
+  const Pose2 key_from_robot = between(keys.back().world_from_robot, estimate_.world_from_robot);
+  for (std::size_t key = 0; key < keys.size(); ++key) {
+    keys[key].world_from_robot = world_from_keys[key];
+  }
+  estimate_.world_from_robot = keys.back().world_from_robot * key_from_robot;
+  ++revision_;
+  standing_.reset();
+  local_map_.rebuild(keyframes_);
+}
 
-OccupancyGrid Slam::grid() const { return draw_grid(keys_, options_.grid); }
+JointRefinementResult Slam::finish() {
+  JointRefinementResult result;
+  if (keyframes_.keys.size() >= 2) move_keyframes(back_end_.finish(keyframes_.keys, result));
+  return result;
+}
+
+OccupancyGrid Slam::grid() const { return draw_grid(keyframes_.keys, options_.grid); }
+
+SlamState Slam::state() const {
+  SlamState state{keyframes_,       path_.state(), back_end_.state(), culling_.state(),
+                  motion_.state(), estimate_,     {},                gate_.state(),
+                  local_map_.centre_m(), revision_};
+  if (standing_) state.zero_velocity = standing_->state();
+  return state;
+}
+
+void Slam::restore(const SlamState& state) {
+  check(state);
+  keyframes_ = state.keyframes;
+  path_.restore(state.path);
+  back_end_.restore(state.back_end);
+  culling_.restore(state.culling);
+  motion_.restore(state.motion);
+  estimate_ = state.estimate;
+  standing_.reset();
+  if (state.zero_velocity) standing_.emplace(*state.zero_velocity);
+  gate_.restore(state.gate);
+  local_map_.restore(keyframes_, state.local_map_centre_m);
+  revision_ = state.revision;
+}
+
+void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
+  check(session);
+  std::vector<Keyframe>& keys = keyframes_.keys;
+  require(is_index(tie.from, keys.size()) && is_index(tie.to, session.keyframes.keys.size()),
+          "join: the tie ends at no keyframe");
+  const int first_key = static_cast<int>(keys.size());
+  const Keyframe& tied = session.keyframes.keys[static_cast<std::size_t>(tie.to)];
+  const Pose2 world_from_session = keys[static_cast<std::size_t>(tie.from)].world_from_robot *
+                                   tie.from_from_to * tied.world_from_robot.inverse();
+  // A session starts far from the end of the one before: places of both are worth comparing.
+  const double path_m = keys.back().path_m + options_.loops.min_path_m;
+  for (Keyframe key : session.keyframes.keys) {
+    key.world_from_robot = world_from_session * key.world_from_robot;
+    key.path_m += path_m;
+    keys.push_back(std::move(key));
+  }
+  keyframes_.merged += session.keyframes.merged;
+  back_end_.append(session.back_end, first_key);
+  back_end_.add_edge({tie.from, tie.to + first_key, tie.from_from_to, tie.information, false});
+  path_.append(session.path, first_key, world_from_session);
+  culling_.skip_to(static_cast<int>(keys.size()));
+  estimate_ = {world_from_session * session.estimate.world_from_robot,
+               session.estimate.covariance};
+  motion_.restore(session.motion);
+  standing_.reset();
+  gate_.restore(session.gate);
+  SessionLoopSearch search(back_end_.loop_closer(), keys, first_key,
+                           back_end_.state().last_search_path_m);
+  for (int key = first_key; key < static_cast<int>(keys.size()); ++key) {
+    const std::vector<Loop> loops = search.search(keys, key);
+    if (loops.empty()) continue;
+    for (const Loop& loop : loops) back_end_.add_loop(loop);
+    move_keyframes(back_end_.optimized(keys));
+    search.update_poses(keys, key);
+  }
+  back_end_.note_search(keys.back().path_m);
+  back_end_.note_closing(keys.back().path_m);
+  ++revision_;
+  local_map_.rebuild(keyframes_);
+}
 
 }  // namespace marco::slam

@@ -1,8 +1,9 @@
 #include "slam/back_end/loop_closer.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "common/covariance.hpp"
 
 namespace marco::slam {
 namespace {
@@ -14,44 +15,15 @@ double distance_m(const Pose2& a, const Pose2& b) {
   return (a.translation_m() - b.translation_m()).norm();
 }
 
-// Information of (x, y, theta) given in the world, as seen from a frame turned by theta.
-Eigen::Matrix3d turned(const Eigen::Matrix3d& information, double theta_rad) {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = Pose2{0, 0, theta_rad}.rotation();
-  return turn.transpose() * information * turn;
-}
-
 // What is believed of the newest keyframe's pose: so little that it counts only where the walls say
 // nothing, as along a bare hall, and a match would be slid along by noise.
-Eigen::Matrix3d information_of(const LoopQuestion& question) {
+Eigen::Matrix3d information_of(const LoopCandidate& candidate) {
   constexpr double kSigmas = 3.0;  // the window reaches so far
-  const double per_m = kSigmas / question.shift_m, per_rad = kSigmas / question.turn_rad;
+  const double per_m = kSigmas / candidate.shift_m, per_rad = kSigmas / candidate.turn_rad;
   return Eigen::Vector3d(per_m * per_m, per_m * per_m, per_rad * per_rad).asDiagonal();
 }
 
 }  // namespace
-
-OrientedPoints join_points(const std::vector<Keyframe>& keys,
-                           int first,
-                           int last,
-                           const Pose2& frame_from_world) {
-  Eigen::Index count = 0;
-  for (int key = first; key <= last; ++key) {
-    count += keys[static_cast<std::size_t>(key)].points_in_robot.points.cols();
-  }
-  OrientedPoints joined{Points2(2, count), Points2(2, count)};
-  Eigen::Index at = 0;
-  for (int key = first; key <= last; ++key) {
-    const Keyframe& scan = keys[static_cast<std::size_t>(key)];
-    const Pose2 frame_from_robot = frame_from_world * scan.world_from_robot;
-    const Eigen::Index part = scan.points_in_robot.points.cols();
-    joined.points.middleCols(at, part) = frame_from_robot * scan.points_in_robot.points;
-    joined.normals.middleCols(at, part) =
-        frame_from_robot.rotation() * scan.points_in_robot.normals;
-    at += part;
-  }
-  return joined;
-}
 
 LoopCloser::LoopCloser(const LoopCloserOptions& options,
                        const CorrelativeMatcher& coarse,
@@ -71,8 +43,8 @@ LoopCloser::Drift LoopCloser::drift(double way_m, double since_closed_m) const {
           deg_to_rad(std::min(options_.max_drift_deg, turn_deg))};
 }
 
-std::vector<int> LoopCloser::candidates(const std::vector<Keyframe>& keys,
-                                        const std::vector<double>& ways_m,
+std::vector<int> LoopCloser::nearby_places(const std::vector<Keyframe>& keys,
+                                        const std::vector<double>& shortest_path_lengths_m,
                                         double since_closed_m) const {
   const Keyframe& newest = keys.back();
   struct Place {
@@ -85,7 +57,7 @@ std::vector<int> LoopCloser::candidates(const std::vector<Keyframe>& keys,
   for (std::size_t key = 0; key < keys.size(); ++key) {
     if (newest.path_m - keys[key].path_m < options_.min_path_m) break;
     const double distance = distance_m(keys[key].world_from_robot, newest.world_from_robot);
-    if (distance > options_.radius_m + drift(ways_m[key], since_closed_m).shift_m) {
+    if (distance > options_.radius_m + drift(shortest_path_lengths_m[key], since_closed_m).shift_m) {
       in_stretch = false;
     } else if (!in_stretch) {
       places.push_back({static_cast<int>(key), distance});
@@ -103,18 +75,19 @@ std::vector<int> LoopCloser::candidates(const std::vector<Keyframe>& keys,
   return result;
 }
 
-std::vector<LoopQuestion> LoopCloser::questions(const std::vector<Keyframe>& keys,
-                                                double closed_path_m,
-                                                const std::vector<double>& ways_m) const {
+std::vector<LoopCandidate> LoopCloser::candidates(
+    const std::vector<Keyframe>& keys,
+    double closed_path_m,
+    const std::vector<double>& shortest_path_lengths_m) const {
   const Keyframe& newest = keys.back();
   const int to = static_cast<int>(keys.size()) - 1;
   const double since_closed_m = newest.path_m - closed_path_m;
-  std::vector<double> drifting_m = ways_m;
-  if (ways_m.empty()) {
+  std::vector<double> drifting_m = shortest_path_lengths_m;
+  if (shortest_path_lengths_m.empty()) {
     for (const Keyframe& key : keys) drifting_m.push_back(newest.path_m - key.path_m);
   }
-  std::vector<LoopQuestion> questions;
-  for (const int from : candidates(keys, drifting_m, since_closed_m)) {
+  std::vector<LoopCandidate> found;
+  for (const int from : nearby_places(keys, drifting_m, since_closed_m)) {
     const Keyframe& old = keys[static_cast<std::size_t>(from)];
     // Neighbours in the list are neighbours in the building, unless what lay between them has
     // become one with older keyframes.
@@ -127,41 +100,41 @@ std::vector<LoopQuestion> LoopCloser::questions(const std::vector<Keyframe>& key
     while (last < to && last - from < options_.around && belongs(last + 1)) ++last;
     const int since = std::min(std::max(last + 1, to - options_.around), to);
     const Drift drift = this->drift(drifting_m[static_cast<std::size_t>(from)], since_closed_m);
-    questions.push_back({from, to, old.world_from_robot, newest.world_from_robot,
+    found.push_back({from, to, old.world_from_robot, newest.world_from_robot,
                          join_points(keys, first, last, Pose2{}),
                          join_points(keys, since, to, newest.world_from_robot.inverse()),
                          drift.shift_m, drift.turn_rad});
   }
-  return questions;
+  return found;
 }
 
-std::optional<Loop> LoopCloser::answer(const LoopQuestion& question) const {
-  const SearchWindow window{question.world_from_newest, question.shift_m, question.turn_rad,
+std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
+  const SearchWindow window{candidate.world_from_newest, candidate.shift_m, candidate.turn_rad,
                             options_.unlikely_penalty};
-  const Eigen::Vector2d centre_m = question.world_from_newest.translation_m();
-  const LikelihoodPyramid likelihood(points_within(kSearchReachM, centre_m, question.place.points),
+  const Eigen::Vector2d centre_m = candidate.world_from_newest.translation_m();
+  const LikelihoodPyramid likelihood(points_within(kSearchReachM, centre_m, candidate.place.points),
                                      coarse_.options());
   const CorrelativeMatch coarse =
-      coarse_.search(likelihood, question.seen.points, window, options_.min_score);
+      coarse_.search(likelihood, candidate.seen.points, window, options_.min_score);
   if (coarse.score < options_.min_score) return std::nullopt;
-  SurfelPyramid surfels(fine_.options(), question.world_from_old.translation_m());
-  surfels.add(question.place, Pose2{});
-  const PosePrior believed{question.world_from_newest, information_of(question)};
-  const SurfelMatch fine = fine_.match(surfels, question.seen, coarse.map_from_robot, &believed);
+  SurfelPyramid surfels(fine_.options(), candidate.world_from_old.translation_m());
+  surfels.add(candidate.place, Pose2{});
+  const PosePrior believed{candidate.world_from_newest, information_of(candidate)};
+  const SurfelMatch fine = fine_.match(surfels, candidate.seen, coarse.map_from_robot, &believed);
   if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
     return std::nullopt;
   }
-  Eigen::Matrix3d covariance = (fine.information + 1e-6 * Eigen::Matrix3d::Identity()).inverse();
+  Eigen::Matrix3d covariance = inverted(fine.information);
   covariance(0, 0) += options_.sigma_m * options_.sigma_m;
   covariance(1, 1) += options_.sigma_m * options_.sigma_m;
   covariance(2, 2) += std::pow(deg_to_rad(options_.sigma_deg), 2);
-  const Pose2 change = between(question.world_from_newest, fine.map_from_robot);
+  const Pose2 change = between(candidate.world_from_newest, fine.map_from_robot);
   Loop loop;
-  loop.from = question.from;
-  loop.to = question.to;
-  loop.information = turned(covariance.inverse(), fine.map_from_robot.theta_rad);
-  loop.from_from_to = between(question.world_from_old, fine.map_from_robot);
-  loop.believed = between(question.world_from_old, question.world_from_newest);
+  loop.from = candidate.from;
+  loop.to = candidate.to;
+  loop.information = rotated(covariance.inverse(), -fine.map_from_robot.theta_rad);
+  loop.from_from_to = between(candidate.world_from_old, fine.map_from_robot);
+  loop.believed = between(candidate.world_from_old, candidate.world_from_newest);
   loop.score = coarse.score;
   loop.overlap = fine.overlap;
   loop.shift_m = change.translation_m().norm();
@@ -171,8 +144,8 @@ std::optional<Loop> LoopCloser::answer(const LoopQuestion& question) const {
 
 std::vector<Loop> LoopCloser::find(const std::vector<Keyframe>& keys, double closed_path_m) const {
   std::vector<Loop> loops;
-  for (const LoopQuestion& question : questions(keys, closed_path_m)) {
-    if (const auto loop = answer(question)) loops.push_back(*loop);
+  for (const LoopCandidate& candidate : candidates(keys, closed_path_m)) {
+    if (const auto loop = verify(candidate)) loops.push_back(*loop);
   }
   return loops;
 }

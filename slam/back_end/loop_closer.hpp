@@ -6,35 +6,13 @@
 
 #include "common/pose2.hpp"
 #include "lcm_tools/base/options.hpp"
-#include "lcm_tools/base/utime.hpp"
+#include "slam/back_end/graph/pose_graph_edge.hpp"
+#include "slam/map/keyframe.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/oriented_points.hpp"
 #include "slam/matching/surfel_matcher.hpp"
 
 namespace marco::slam {
-
-/// What lies farther off than this along an axis is not searched for a place.
-inline constexpr double kSearchReachM = 40.0;
-
-/// A scan that is kept: the map is made of these.
-struct Keyframe {
-  Utime utime;
-  OrientedPoints points_in_robot;
-  Eigen::Vector2d sensor_in_robot = {0, 0};
-  double sensor_heading_rad = 0.0;
-  Pose2 world_from_robot;
-  double path_m = 0.0;  ///< driven until here
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("utime", utime);
-    v("points_in_robot", points_in_robot);
-    v("sensor_in_robot", sensor_in_robot);
-    v("sensor_heading_rad", sensor_heading_rad);
-    v("world_from_robot", world_from_robot);
-    v("path_m", path_m);
-  }
-};
 
 struct LoopCloserOptions {
   double attempt_every_m = 0.5;  ///< of path between two searches
@@ -79,7 +57,7 @@ struct LoopCloserOptions {
   }
 };
 
-/// Two keyframes of one place, and what speaks for it.
+/// A loop closure: two keyframes of one place, and the evidence for it.
 struct Loop {
   int from = 0;  ///< the older keyframe
   int to = 0;
@@ -90,7 +68,9 @@ struct Loop {
   double overlap = 0.0;                                       ///< of the fine match, 0..1
   double shift_m = 0.0;  ///< how far it would move the newer scan
   double turn_deg = 0.0;
-  bool in_force = true;  ///< false: the pose graph found it to contradict the rest
+  bool is_inlier = true;  ///< false: the pose graph found that it contradicts the rest
+
+  PoseGraphEdge edge() const { return {from, to, from_from_to, information, true}; }
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -103,12 +83,12 @@ struct Loop {
     v("overlap", overlap);
     v("shift_m", shift_m);
     v("turn_deg", turn_deg);
-    v("in_force", in_force);
+    v("is_inlier", is_inlier);
   }
 };
 
-/// Whether two places may be one: all that the answer depends on, by value.
-struct LoopQuestion {
+/// Two places that may be one: all that verify() depends on, by value.
+struct LoopCandidate {
   int from = 0;
   int to = 0;
   Pose2 world_from_old;
@@ -119,9 +99,10 @@ struct LoopQuestion {
   double turn_rad = 0.0;
 };
 
-/// Looks whether the newest keyframe sees a place again: candidates by distance and drift, an
-/// exhaustive search in the window that the drift allows, a fine match; both of the last keyframes
-/// together, since one scan of a corridor looks like another. Const: safe from several threads.
+/// Loop closure: finds out whether the newest keyframe shows a place seen before. Candidates by
+/// distance and drift, an exhaustive search in the window that the drift allows, a fine match; the
+/// last keyframes are matched together, since one scan of a corridor looks like another. Const: safe
+/// from several threads.
 class LoopCloser {
  public:
   LoopCloser(const LoopCloserOptions& options,
@@ -132,13 +113,14 @@ class LoopCloser {
   /// @param closed_path_m  path driven when a loop was last closed; 0 = never
   std::vector<Loop> find(const std::vector<Keyframe>& keys, double closed_path_m) const;
 
-  /// find() in two steps: questions() copies what answer() needs, and answer() takes its time.
-  /// @param ways_m  along the graph from the newest keyframe to each (ways.hpp): they drift, not
-  /// the path; empty = the path
-  std::vector<LoopQuestion> questions(const std::vector<Keyframe>& keys,
-                                      double closed_path_m,
-                                      const std::vector<double>& ways_m = {}) const;
-  std::optional<Loop> answer(const LoopQuestion& question) const;
+  /// find() in two steps: candidates() is quick and copies what verify() needs; verify() takes long.
+  /// @param shortest_path_lengths_m  along the graph from the newest keyframe to each
+  /// (shortest_paths.hpp): drift grows with these; empty = with the path driven
+  std::vector<LoopCandidate> candidates(
+      const std::vector<Keyframe>& keys,
+      double closed_path_m,
+      const std::vector<double>& shortest_path_lengths_m = {}) const;
+  std::optional<Loop> verify(const LoopCandidate& candidate) const;
 
   const LoopCloserOptions& options() const { return options_; }
 
@@ -148,19 +130,14 @@ class LoopCloser {
     double turn_rad;
   };
   Drift drift(double way_m, double since_closed_m) const;
-  std::vector<int> candidates(const std::vector<Keyframe>& keys,
-                              const std::vector<double>& ways_m,
-                              double since_closed_m) const;
+  /// The nearest keyframes of the stretches of path that pass near the newest one.
+  std::vector<int> nearby_places(const std::vector<Keyframe>& keys,
+                                 const std::vector<double>& shortest_path_lengths_m,
+                                 double since_closed_m) const;
 
   LoopCloserOptions options_;
   CorrelativeMatcher coarse_;
   SurfelMatcher fine_;
 };
-
-/// Points of several keyframes in one frame. @param frame_from_world  of that frame.
-OrientedPoints join_points(const std::vector<Keyframe>& keys,
-                           int first,
-                           int last,
-                           const Pose2& frame_from_world);
 
 }  // namespace marco::slam

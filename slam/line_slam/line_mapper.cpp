@@ -22,12 +22,12 @@ void check(const LineMapper::Stored& stored) {
           "line_mapper: the last keyframe's pose is lost");
   // What holds for the scan SLAM's graph holds for this one.
   SlamState graph;
-  graph.keys = stored.keys;
-  graph.edges = stored.edges;
-  graph.loops = stored.loops;
-  graph.scans = stored.scans;
-  graph.trail.resize(stored.keys.size(), ScanPose{{}, 0, {}});
-  graph.world_from_robot = Pose2::from_vector(stored.slam.filter.mean.head<3>());
+  graph.keyframes.keys = stored.keys;
+  graph.back_end.edges = stored.edges;
+  graph.back_end.loops = stored.loops;
+  graph.path.scans = stored.scans;
+  graph.path.keyframe_poses.resize(stored.keys.size(), ScanPose{{}, 0, {}});
+  graph.estimate.world_from_robot = Pose2::from_vector(stored.slam.filter.mean.head<3>());
   check(graph);
 }
 
@@ -115,7 +115,7 @@ bool LineMapper::close_loops() {
   if (!contradicts) return false;
   PoseGraph trial = graph_;
   const PoseGraphResult result = trial.optimize_robustly();
-  if (!result.edge_in_force.back()) return false;
+  if (!result.edge_is_inlier.back()) return false;
   graph_ = std::move(trial);
   ++replays_;
   replay();
@@ -144,7 +144,7 @@ void LineMapper::finish() {
   const auto since = slam_.filter().since_mark();
   const PoseGraphResult result = graph_.optimize_robustly();
   for (std::size_t edge = 0, loop = 0; edge < graph_.edges().size(); ++edge) {
-    if (graph_.edges()[edge].is_loop) loops_[loop++].in_force = result.edge_in_force[edge];
+    if (graph_.edges()[edge].is_loop) loops_[loop++].is_inlier = result.edge_is_inlier[edge];
   }
   replay();
   if (since) slam_.carry(since->mark_from_robot);

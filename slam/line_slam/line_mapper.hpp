@@ -10,7 +10,7 @@
 #include "slam/back_end/loop_closer.hpp"
 #include "slam/grid/occupancy_grid.hpp"
 #include "slam/line_slam/line_slam.hpp"
-#include "slam/map/slam_state.hpp"
+#include "slam/slam_state.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/oriented_points.hpp"
 #include "slam/matching/surfel_matcher.hpp"

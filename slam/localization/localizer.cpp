@@ -82,7 +82,7 @@ void Localizer::begin_tracking(const Pose2& map_from_robot, const Eigen::Matrix3
 
 void Localizer::note_confirmed() {
   contradicted_m_ = unknown_m_ = 0.0;
-  torn_ = false;
+  tracking_broken_ = false;
 }
 
 SlamUpdate Localizer::process(const SlamInput& input) {
@@ -121,7 +121,7 @@ Localizer::Move Localizer::move_to(const SlamInput& input) {
   session_from_robot_ = own.world_from_robot;
   if (is_first) return move;
   move.seen =
-      own.status == SlamUpdate::Status::matched && own.overlap >= slam_options_.good_overlap;
+      own.status == SlamUpdate::Status::matched && own.overlap >= slam_options_.gates.good_overlap;
   if (move.seen) {
     move.before_from_now = between(before, own.world_from_robot);
     const double sigma_m = kSeenPart * move.before_from_now.translation_m().norm() + kSeenSigmaM;
@@ -162,7 +162,7 @@ SurfelMatch Localizer::match(const OrientedPoints& points,
                              const PosePrior& prior,
                              bool seen) {
   const SurfelMatch fine = map_->match(points, prior.map_from_robot, &prior);
-  if (fine.overlap >= slam_options_.good_overlap) return fine;
+  if (fine.overlap >= slam_options_.gates.good_overlap) return fine;
   // In a place that the map does not know there is nothing to search for.
   if (seen && !contradicts(beams, prior.map_from_robot)) return fine;
   const SearchWindow window{prior.map_from_robot, kSearchHalfWidthM,
@@ -201,7 +201,7 @@ SlamUpdate Localizer::track(const SlamInput& input) {
   SlamUpdate update;
   const PosePrior prior = prior_of(move, update.covariance);
   update.world_from_robot = prior.map_from_robot;
-  const bool usable = input.level && input.scan.hits_in_robot.cols() >= slam_options_.min_points;
+  const bool usable = input.level && input.scan.hits_in_robot.cols() >= slam_options_.gates.min_points;
   Verdict verdict = Verdict::says_nothing;
   if (usable) {
     const OrientedPoints points =
@@ -209,7 +209,7 @@ SlamUpdate Localizer::track(const SlamInput& input) {
     const Beams beams = beams_of(points, input.scan.sensor_in_robot);
     correct(points, beams, prior, move.seen, update);
     verdict = judge(beams, update);
-    torn_ = torn_ || !move.seen;
+    tracking_broken_ = tracking_broken_ || !move.seen;
   }
   const Pose2 moved = between(map_from_robot_, update.world_from_robot);
   motion_.update(input.motion, moved);
@@ -236,7 +236,7 @@ Localizer::Verdict Localizer::judge(const Beams& beams, const SlamUpdate& update
 void Localizer::note_whether_lost(Utime utime, Verdict verdict, double moved_m) {
   if (verdict == Verdict::confirmed) note_confirmed();
   // Scans that do not fit each other may have been taken anywhere.
-  const bool doubt = verdict == Verdict::contradicted || (verdict != Verdict::confirmed && torn_);
+  const bool doubt = verdict == Verdict::contradicted || (verdict != Verdict::confirmed && tracking_broken_);
   if (!doubt || !last_match_) last_match_ = utime;
   unknown_m_ += moved_m;
   contradicted_m_ = doubt ? contradicted_m_ + moved_m : 0.0;

@@ -188,7 +188,7 @@ class Localizer {
   std::optional<Utime> last_match_;
   double contradicted_m_ = 0.0;  ///< driven since the map last said yes, or nothing
   double unknown_m_ = 0.0;       ///< driven since it last said yes
-  bool torn_ = false;            ///< since it last said yes, scans did not fit each other
+  bool tracking_broken_ = false;            ///< since it last said yes, scans did not fit each other
   Pose2 session_from_robot_;
   int times_lost_ = 0;
   std::vector<Finding> findings_;

@@ -15,7 +15,7 @@ MappingSession::MappingSession(const SlamOptions& slam, const LocalizerOptions& 
 
 void MappingSession::reset(const Pose2& world_from_robot) {
   SlamState start;
-  start.world_from_robot = world_from_robot;
+  start.estimate.world_from_robot = world_from_robot;
   check(start);
   mode_ = Mode::mapping;
   joined_ = false;
@@ -52,9 +52,9 @@ void MappingSession::keep_short_path(double every_m) {
 }
 
 void MappingSession::extend(SavedMap map) {
-  auto frozen = std::make_unique<FrozenMap>(map.slam.keys, localizer_options_, slam_options_);
+  auto frozen = std::make_unique<FrozenMap>(map.slam.keyframes.keys, localizer_options_, slam_options_);
   reset();
-  first_own_scan_ = map.slam.scans.size();
+  first_own_scan_ = map.slam.path.scans.size();
   mode_ = Mode::extending;
   frozen_ = std::move(frozen);
   finder_.emplace(*frozen_, localizer_options_);
@@ -62,7 +62,7 @@ void MappingSession::extend(SavedMap map) {
 }
 
 Localizer MappingSession::localizer_in(SavedMap map) const {
-  return {std::move(map.slam.keys), localizer_options_, slam_options_};
+  return {std::move(map.slam.keyframes.keys), localizer_options_, slam_options_};
 }
 
 void MappingSession::localize(Localizer localizer) {
@@ -82,7 +82,7 @@ void MappingSession::start_session() {
     mode_ = Mode::extending;
     joined_ = false;
     if (!frozen_) {
-      frozen_ = std::make_unique<FrozenMap>(base_.slam.keys, localizer_options_, slam_options_);
+      frozen_ = std::make_unique<FrozenMap>(base_.slam.keyframes.keys, localizer_options_, slam_options_);
     }
     finder_.emplace(*frozen_, localizer_options_);
     map_from({});
@@ -147,7 +147,7 @@ void MappingSession::join(const FoundPlace& place) {
   const PoseGraphEdge tie = tie_to(*frozen_, place, static_cast<int>(slam_.keys().size()) - 1);
   const SlamState session = slam_.state();
   session_starts_ = base_.session_starts;
-  session_starts_.push_back(static_cast<int64_t>(base_.slam.scans.size()));
+  session_starts_.push_back(static_cast<int64_t>(base_.slam.path.scans.size()));
   revisions_before_ += slam_.revision() + 1;
   slam_.restore(base_.slam);
   slam_.join(session, tie);
@@ -218,7 +218,7 @@ std::vector<std::optional<Pose2>> MappingSession::trajectory() const {
   if (localizer_) return localizer_->trajectory();
   std::vector<std::optional<Pose2>> result;
   const Trajectory map =
-      is_alone() ? trajectory_of(base_.slam.scans, base_.slam.keys) : slam_.trajectory();
+      is_alone() ? trajectory_of(base_.slam.path.scans, base_.slam.keyframes.keys) : slam_.trajectory();
   std::size_t next = first_own_scan_;
   for (const Part& part : parts_) {
     for (std::size_t i = 0; i < part.scans; ++i) {
@@ -279,12 +279,12 @@ SavedMap merge_maps(std::vector<SavedMap> maps,
   SavedMap merged = {maps.front().options, maps.front().session_starts, {}};
   for (std::size_t i = 1; i < maps.size(); ++i) {
     FrozenMap frozen(slam.keys(), localizer_options, slam_options);
-    const auto found = find_session(frozen, maps[i].slam.keys, localizer_options);
+    const auto found = find_session(frozen, maps[i].slam.keyframes.keys, localizer_options);
     if (!found) {
       not_found.push_back(i);
       continue;
     }
-    const auto scans_before = static_cast<int64_t>(slam.state().scans.size());
+    const auto scans_before = static_cast<int64_t>(slam.state().path.scans.size());
     slam.join(maps[i].slam, tie_to(frozen, found->place, found->newest_key));
     for (const int64_t start : maps[i].session_starts) {
       merged.session_starts.push_back(scans_before + start);

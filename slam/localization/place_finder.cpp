@@ -143,7 +143,7 @@ bool PlaceFinder::stands_out(const std::vector<PlaceCandidate>& found) const {
                                 best.contradicted() <= options_.known_contradicted;
   if (!fits && !fits_where_known) return false;
   const double margin =
-      options_.sure_margin + options_.sure_margin_per_doubt * (1.0 - best.evidence());
+      options_.sure_margin + options_.margin_scale_with_unexplained * (1.0 - best.evidence());
   return found.size() == 1 || best.evidence() - found[1].evidence() >= margin;
 }
 

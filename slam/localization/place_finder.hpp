@@ -28,7 +28,7 @@ struct PlaceFinderOptions {
   /// Evidence above that of any other candidate: this, and this part of what the best lacks. Where
   /// the world has changed since, what is the right place explains less.
   double sure_margin = 0.05;
-  double sure_margin_per_doubt = 0.3;
+  double margin_scale_with_unexplained = 0.3;
   double sure_path_m = 1.0;  ///< driven since the first keyframe
   int sure_times = 3;        ///< keyframes in a row that say the same
 
@@ -48,7 +48,7 @@ struct PlaceFinderOptions {
     v("known_explained", known_explained, Limits{0.0, 1.0});
     v("known_contradicted", known_contradicted, Limits{0.0, 1.0});
     v("sure_margin", sure_margin, Limits{0.0, 1.0});
-    v("sure_margin_per_doubt", sure_margin_per_doubt, Limits{0.0, 1.0});
+    v("margin_scale_with_unexplained", margin_scale_with_unexplained, Limits{0.0, 1.0});
     v("sure_path_m", sure_path_m, kNotNegative);
     v("sure_times", sure_times, Limits{1, 1000});
   }

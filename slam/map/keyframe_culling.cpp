@@ -1,21 +1,17 @@
 #include "slam/map/keyframe_culling.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <tuple>
+
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::slam {
 namespace {
 
 // Of path: keyframes less apart follow each other.
 constexpr double kPassM = 8.0;
-constexpr int kAtMost = 3;  // times keys_a_place
+constexpr int kAtMost = 3;  // times keyframes_per_place
 constexpr std::size_t kMatched = 8;
-
-// A node takes over no more loops than make it so many: those of every visit would not end.
-constexpr int kLoopsANode = 2;
 
 // What a match cannot know of itself; and of a pose that no match confirms.
 constexpr double kSigmaM = 0.01, kSigmaDeg = 0.15;
@@ -29,7 +25,7 @@ struct Older {
 std::vector<Older> of_one_place(const std::vector<Keyframe>& keys,
                                 int key,
                                 bool loop_closed,
-                                const ThinningOptions& options) {
+                                const CullingOptions& options) {
   const Keyframe& newer = keys[static_cast<std::size_t>(key)];
   const double turn_rad = deg_to_rad(options.near_turn_deg);
   std::vector<Older> found;
@@ -49,45 +45,15 @@ std::vector<Older> of_one_place(const std::vector<Keyframe>& keys,
   return found;
 }
 
-Eigen::Matrix3d diagonal_covariance(double sigma_m, double sigma_deg) {
-  const double sigma_rad = deg_to_rad(sigma_deg);
-  return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
-}
-
-// What an error of (x, y, theta) in frame b is in frame a.
-Eigen::Matrix3d carried(const Eigen::Matrix3d& covariance, const Pose2& a_from_b) {
-  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
-  carry.topLeftCorner<2, 2>() = a_from_b.rotation();
-  carry(0, 2) = a_from_b.y_m;
-  carry(1, 2) = -a_from_b.x_m;
-  return carry * covariance * carry.transpose();
-}
-
-// The edge seen from where the merged node is now; its error lives in the frame of `to`.
-PoseGraphEdge moved_edge(PoseGraphEdge edge, int key, const MergedKeyframe& merged) {
-  Eigen::Matrix3d covariance = edge.information.inverse();
-  if (edge.from == key) {
-    covariance += carried(merged.covariance, edge.from_from_to.inverse());
-    edge.from_from_to = merged.into_from_key * edge.from_from_to;
-    edge.from = merged.into;
-  } else {
-    covariance = carried(covariance + merged.covariance, merged.into_from_key);
-    edge.from_from_to = edge.from_from_to * merged.into_from_key.inverse();
-    edge.to = merged.into;
-  }
-  edge.information = covariance.inverse();
-  return edge;
-}
-
 }  // namespace
 
-std::optional<MergedKeyframe> seen_before(const std::vector<Keyframe>& keys,
-                                          int key,
-                                          bool loop_closed,
-                                          const SurfelMatcher& matcher,
-                                          const ThinningOptions& options) {
+std::optional<MergedKeyframe> find_redundant_keyframe(const std::vector<Keyframe>& keys,
+                                                      int key,
+                                                      bool loop_closed,
+                                                      const SurfelMatcher& matcher,
+                                                      const CullingOptions& options) {
   const std::vector<Older> older = of_one_place(keys, key, loop_closed, options);
-  if (static_cast<int>(older.size()) < options.keys_a_place) return std::nullopt;
+  if (static_cast<int>(older.size()) < options.keyframes_per_place) return std::nullopt;
   const Keyframe& newer = keys[static_cast<std::size_t>(key)];
   const Keyframe& nearest = keys[static_cast<std::size_t>(older.front().key)];
   SurfelPyramid place(matcher.options(), nearest.world_from_robot.translation_m());
@@ -101,61 +67,43 @@ std::optional<MergedKeyframe> seen_before(const std::vector<Keyframe>& keys,
   if (match.status != SurfelMatch::Status::no_overlap && match.overlap >= options.min_overlap &&
       moved.translation_m().norm() <= options.max_shift_m &&
       std::abs(moved.theta_rad) <= deg_to_rad(options.max_turn_deg)) {
-    const Eigen::Matrix3d world =
-        (match.information + 1e-6 * Eigen::Matrix3d::Identity()).inverse();
     return MergedKeyframe{older.front().key,
                           between(nearest.world_from_robot, match.map_from_robot),
-                          carried(world, Pose2{0, 0, -match.map_from_robot.theta_rad}) +
-                              diagonal_covariance(kSigmaM, kSigmaDeg)};
+                          rotated(inverted(match.information), -match.map_from_robot.theta_rad) +
+                              diagonal_covariance(kSigmaM, deg_to_rad(kSigmaDeg))};
   }
-  if (static_cast<int>(older.size()) < kAtMost * options.keys_a_place) return std::nullopt;
+  if (static_cast<int>(older.size()) < kAtMost * options.keyframes_per_place) return std::nullopt;
   return MergedKeyframe{older.front().key,
                         between(nearest.world_from_robot, newer.world_from_robot),
-                        diagonal_covariance(kLooseSigmaM, kLooseSigmaDeg)};
+                        diagonal_covariance(kLooseSigmaM, deg_to_rad(kLooseSigmaDeg))};
 }
 
-void merge_nodes(int key,
-                 const MergedKeyframe& merged,
-                 std::vector<PoseGraphEdge>& edges,
-                 std::vector<Loop>& loops) {
-  using Pair = std::tuple<int, int, bool>;
-  const auto pair_of = [](const PoseGraphEdge& edge) {
-    return Pair{std::min(edge.from, edge.to), std::max(edge.from, edge.to), edge.is_loop};
-  };
-  // Only pairs with the node that stays can come twice.
-  std::set<Pair> known;
-  int loops_there = 0;
-  for (const PoseGraphEdge& edge : edges) {
-    if (edge.from != merged.into && edge.to != merged.into) continue;
-    known.insert(pair_of(edge));
-    loops_there += edge.is_loop ? 1 : 0;
+void check(const CullingState& state, const KeyframeSet& keyframes) {
+  const auto count = static_cast<int32_t>(keyframes.keys.size());
+  require(state.next >= 0 && state.next <= count && state.until <= count && state.kept >= 0 &&
+              state.kept <= count,
+          "more keyframes were culled than there are");
+}
+
+bool KeyframeCulling::is_due(std::size_t keyframes) const {
+  return !is_pending() && static_cast<int>(keyframes) >= state_.kept + options_.after_keyframes;
+}
+
+void KeyframeCulling::begin_round(int examined) {
+  state_.until = std::max(state_.next, examined - options_.recent_keyframes);
+}
+
+std::optional<MergedKeyframe> KeyframeCulling::step(const std::vector<Keyframe>& keys,
+                                                    bool loop_closed,
+                                                    const SurfelMatcher& matcher) {
+  const auto merged = find_redundant_keyframe(keys, state_.next, loop_closed, matcher, options_);
+  if (merged) {
+    --state_.until;
+  } else {
+    ++state_.next;
   }
-  const auto renumbered = [key](int node) { return node > key ? node - 1 : node; };
-  std::vector<PoseGraphEdge> kept_edges;
-  std::vector<Loop> kept_loops;
-  kept_edges.reserve(edges.size());
-  std::size_t next_loop = 0;
-  for (PoseGraphEdge edge : edges) {
-    const std::size_t loop_at = edge.is_loop ? next_loop++ : 0;
-    if (edge.from == key || edge.to == key) {
-      edge = moved_edge(edge, key, merged);
-      if (edge.from == edge.to || !known.insert(pair_of(edge)).second) continue;
-      if (edge.is_loop && ++loops_there > kLoopsANode) continue;
-    }
-    edge.from = renumbered(edge.from);
-    edge.to = renumbered(edge.to);
-    if (edge.is_loop) {
-      Loop loop = loops[loop_at];
-      loop.from = edge.from;
-      loop.to = edge.to;
-      loop.from_from_to = edge.from_from_to;
-      loop.information = edge.information;
-      kept_loops.push_back(loop);
-    }
-    kept_edges.push_back(edge);
-  }
-  edges = std::move(kept_edges);
-  loops = std::move(kept_loops);
+  if (!is_pending()) state_.kept = state_.next;
+  return merged;
 }
 
 }  // namespace marco::slam

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "slam/back_end/loop_closer.hpp"
+#include "slam/map/keyframe.hpp"
 #include "slam/grid/occupancy_grid.hpp"
 
 namespace marco::slam {

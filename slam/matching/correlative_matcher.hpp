@@ -38,6 +38,9 @@ struct CorrelativeMatch {
   double score = 0.0;  ///< mean likelihood of the points, 0..1, without the penalty
 };
 
+/// Points farther off than this along an axis are left out of a search.
+inline constexpr double kSearchReachM = 40.0;
+
 /// The points within `reach_m` of a place along both axes, in their order. Far points need a large
 /// table and help little, since one step of the search's turn moves them by cells.
 Points2 points_within(double reach_m, const Eigen::Vector2d& centre_m, const Points2& points);

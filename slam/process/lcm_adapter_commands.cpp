@@ -27,7 +27,7 @@ std::string SlamAdapter::save(const std::filesystem::path& folder) {
   return orders_.write([folder, map = session_.saved(process::print_options(options_.slam)),
                         drawing = options_.slam.grid] {
     save_map_folder(folder, map, drawing);
-    return "SAVE " + folder.string() + ": saved " + std::to_string(map.slam.keys.size()) +
+    return "SAVE " + folder.string() + ": saved " + std::to_string(map.slam.keyframes.keys.size()) +
            " keyframes";
   });
 }

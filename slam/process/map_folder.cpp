@@ -27,9 +27,9 @@ void write_map_files(const std::filesystem::path& folder,
                      const OccupancyGridOptions& drawing,
                      const std::string& picture) {
   save_map_file(folder, map);
-  const GridMap grid = draw_grid(map.slam.keys, drawing).to_map();
+  const GridMap grid = draw_grid(map.slam.keyframes.keys, drawing).to_map();
   if (grid.width_cells > 0) files::write_map(folder, grid, picture);
-  files::write_tum(folder / "trajectory.tum", trajectory_of(map.slam.scans, map.slam.keys));
+  files::write_tum(folder / "trajectory.tum", trajectory_of(map.slam.path.scans, map.slam.keyframes.keys));
 }
 
 void save_map_folder(const std::filesystem::path& folder,

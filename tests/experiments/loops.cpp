@@ -101,17 +101,17 @@ LoopErrors judge_loops(const MapJob& job, const std::vector<Key>& keys) {
     const Eigen::Vector3d error(off.x_m, off.y_m, off.theta_rad);
     const double sigmas = std::sqrt(error.dot(loop.information * error));
     const bool untrue = off_m > kTrueM || off_deg > kTrueDeg;
-    if (untrue && loop.in_force && sigmas <= kAdmittedSigmas) ++errors.admitted;
-    (loop.in_force ? errors.in_force : errors.left_out) += 1;
+    if (untrue && loop.is_inlier && sigmas <= kAdmittedSigmas) ++errors.admitted;
+    (loop.is_inlier ? errors.in_force : errors.left_out) += 1;
     if (untrue) {
-      (loop.in_force ? errors.untrue : errors.untrue_left_out) += 1;
+      (loop.is_inlier ? errors.untrue : errors.untrue_left_out) += 1;
       std::printf(
           "  untrue%s: key %d to %d, off by %.2f m %.1f deg (%.1f of its own sigmas), score %.2f, "
           "overlap %.2f\n",
-          loop.in_force ? "" : " (left out)", loop.from, loop.to, off_m, off_deg, sigmas,
+          loop.is_inlier ? "" : " (left out)", loop.from, loop.to, off_m, off_deg, sigmas,
           loop.score, loop.overlap);
     }
-    if (!loop.in_force) continue;
+    if (!loop.is_inlier) continue;
     errors.worst_m = std::max(errors.worst_m, off_m);
     errors.worst_deg = std::max(errors.worst_deg, off_deg);
   }
@@ -132,7 +132,7 @@ bool run(const std::filesystem::path& log) {
     const bool found =
         std::any_of(job.loops().begin(), job.loops().end(), [&](const slam::Loop& loop) {
           const double to_path_m = keys[static_cast<std::size_t>(loop.to)].path_m;
-          return loop.in_force && std::abs(to_path_m - path_m) <= kSearchEveryM;
+          return loop.is_inlier && std::abs(to_path_m - path_m) <= kSearchEveryM;
         });
     recalled += found ? 1 : 0;
     if (!found) std::printf("  missed: key %d at %.1f m\n", key, path_m);

@@ -61,8 +61,8 @@ void run(const std::string& path, int seeds) {
       int wrong_kept = 0, right_lost = 0;
       for (std::size_t i = 0; i < graph.edges().size(); ++i) {
         const bool is_wrong = i >= clean.edges().size();
-        wrong_kept += is_wrong && result.edge_in_force[i] ? 1 : 0;
-        right_lost += !is_wrong && !result.edge_in_force[i] ? 1 : 0;
+        wrong_kept += is_wrong && result.edge_is_inlier[i] ? 1 : 0;
+        right_lost += !is_wrong && !result.edge_is_inlier[i] ? 1 : 0;
       }
       std::printf(
           "  %2d %% wrong (%4d), seed %d: rms %.4f m, wrong kept %d, right lost %d, %.2f s\n",

@@ -203,7 +203,7 @@ std::string sealed_like(const std::string& sample, std::span<const uint8_t> byte
 void restore(const slam::SlamState& state) {
   slam::Slam slam;
   slam.restore(state);
-  promise(slam.trajectory().size() == state.scans.size(), "each scan has a pose");
+  promise(slam.trajectory().size() == state.path.scans.size(), "each scan has a pose");
 }
 
 MARCO_FUZZ(saved_map) {

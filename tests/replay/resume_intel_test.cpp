@@ -24,7 +24,7 @@ SlamAdapterOptions options() {
   SlamAdapterOptions options;
   options.map_period_s = 0.0;
   // Thins while it is killed, too.
-  options.slam.thinning.after_keys = 300;
+  options.slam.culling.after_keyframes = 300;
   return options;
 }
 

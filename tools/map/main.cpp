@@ -45,8 +45,8 @@ int merge(const MapArguments& arguments) {
   }
   results->commit();
   std::printf("%zu maps, %zu keyframes, %zu loops; the results are in %s\n",
-              arguments.inputs.size() - not_found.size(), merged.slam.keys.size(),
-              merged.slam.loops.size(), arguments.out.c_str());
+              arguments.inputs.size() - not_found.size(), merged.slam.keyframes.keys.size(),
+              merged.slam.back_end.loops.size(), arguments.out.c_str());
   return not_found.empty() ? 0 : 1;
 }
 

@@ -24,8 +24,8 @@ struct MapOptions {
   /// place are enough of a long one (ten rounds of the office cost 57 s in place of 97, and hold a
   /// third; the path is as good).
   MapOptions() {
-    slam.slam.thinning.after_keys = 2000;
-    slam.slam.thinning.keys_a_place = 4;
+    slam.slam.culling.after_keyframes = 2000;
+    slam.slam.culling.keyframes_per_place = 4;
   }
 
   slam::SlamAdapterOptions slam;

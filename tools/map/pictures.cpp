@@ -151,7 +151,7 @@ std::vector<PictureOrder> loop_pictures(const std::filesystem::path& folder, con
     std::snprintf(name, sizeof name, "%03zu.png", orders.size());
     std::snprintf(evidence, sizeof evidence, "after: moved %.2f m, %.1f deg; %.0f %% on walls%s",
                   loop.shift_m, loop.turn_deg, 100.0 * loop.overlap,
-                  loop.in_force ? "" : "; REJECTED");
+                  loop.is_inlier ? "" : "; REJECTED");
     PictureOrder order{folder / name, true, "", {}};
     const Points2& older = keys[static_cast<std::size_t>(loop.from)].points_in_robot.points;
     const Points2& newer = keys[static_cast<std::size_t>(loop.to)].points_in_robot.points;

@@ -43,7 +43,7 @@ json loops_json(const std::vector<slam::Loop>& loops, const std::vector<slam::Ke
                 {"sigma_x_m", std::sqrt(variance.x())},
                 {"sigma_y_m", std::sqrt(variance.y())},
                 {"sigma_theta_rad", std::sqrt(variance.z())},
-                {"in_force", loop.in_force}};
+                {"in_force", loop.is_inlier}};
     if (!keys.empty()) {
       const slam::Keyframe& from = keys[static_cast<std::size_t>(loop.from)];
       const slam::Keyframe& to = keys[static_cast<std::size_t>(loop.to)];
@@ -122,7 +122,7 @@ json apart_json(const MapJob& job) {
   for (const KeptApart& apart : kept_apart(job)) {
     all.push_back({{"sessions", apart.inputs},
                    {"folder", apart.folder},
-                   {"keyframes", apart.map->slam.keys.size()}});
+                   {"keyframes", apart.map->slam.keyframes.keys.size()}});
   }
   return all;
 }
@@ -248,7 +248,7 @@ void print_summary(const MapJob& job,
   print_inputs(job);
   print_counts("dropped", job.drops().by_cause());
   const auto loops = std::count_if(job.loops().begin(), job.loops().end(),
-                                   [](const slam::Loop& loop) { return loop.in_force; });
+                                   [](const slam::Loop& loop) { return loop.is_inlier; });
   std::printf(
       "%zu scans with a pose, %lld of them matched, %zu keyframes; %.1f m driven in %.0f s; %zu "
       "loops closed\n",

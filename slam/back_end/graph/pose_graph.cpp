@@ -98,7 +98,7 @@ void PoseGraph::fill(SparseNormalEquations& equations,
 PoseGraphResult PoseGraph::optimize_weighted(const std::vector<double>& weights,
                                              double min_relative_decrease) {
   PoseGraphResult result;
-  result.edge_in_force.assign(edges_.size(), true);
+  result.edge_is_inlier.assign(edges_.size(), true);
   if (poses_.size() < 2 || edges_.empty()) {
     result.converged = true;
     return result;

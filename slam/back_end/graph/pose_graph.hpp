@@ -30,7 +30,7 @@ struct PoseGraphResult {
   bool converged = false;
   int iterations = 0;
   double chi2 = 0.0;                ///< sum of e^T Omega e over the edges in force, no 1/2
-  std::vector<bool> edge_in_force;  ///< one an edge: false = a loop edge taken for wrong
+  std::vector<bool> edge_is_inlier;  ///< one an edge: false = a loop edge taken for wrong
 };
 
 /// Key poses and the measurements between them; node 0 stays where it is.
@@ -103,7 +103,7 @@ class PoseGraph {
   /// with which the truncated cost is lower, until there are none.
   PoseGraphResult choose_loops(PoseGraphResult chosen, double limit);
   /// The loops after the next step of that; @param one_at_a_time  only the best one changes.
-  std::vector<bool> better_choice(std::vector<bool> in_force,
+  std::vector<bool> better_choice(std::vector<bool> is_inlier,
                                   double limit,
                                   bool one_at_a_time) const;
   /// Starts without any loop and takes in one after the other.
@@ -117,7 +117,7 @@ class PoseGraph {
   double limit_by_noise(const PoseGraphResult& result) const;
   /// Of each loop, by how much the error of all others grows when it is in force (to first order):
   /// its squared distance, in standard deviations, from what the others say. 3 degrees of freedom.
-  std::vector<double> surprises(const std::vector<bool>& in_force) const;
+  std::vector<double> squared_mahalanobis_distances(const std::vector<bool>& is_inlier) const;
   PoseGraphResult optimize_trimmed(std::vector<double> weights, double slack);
   /// Weight 0 for loop edges that are off by more than `slack` times the limit, else 1.
   std::vector<double> fitting_edges(double slack) const;

@@ -18,7 +18,7 @@ constexpr double kFirstSlack = 64.0, kStartSlack = 16.0;
 constexpr std::ptrdiff_t kFewLoops = 64;
 
 // Of an edge that is left out: so many limits off, it needs no closer look.
-constexpr double kHopeless = 1000.0;
+constexpr double kSkipFactor = 1000.0;
 
 // Covariance of an edge's error by what all edges in force say of its two nodes; node 0 is known.
 // Where the edge itself is in force the inverse has all that is needed ...
@@ -87,9 +87,9 @@ PoseGraphResult PoseGraph::optimize_robustly() {
 }
 
 bool PoseGraph::all_agree(const PoseGraphResult& result) const {
-  const std::vector<bool>& in_force = result.edge_in_force;
-  if (std::find(in_force.begin(), in_force.end(), false) != in_force.end()) return false;
-  const std::vector<double> surprise = surprises(in_force);
+  const std::vector<bool>& is_inlier = result.edge_is_inlier;
+  if (std::find(is_inlier.begin(), is_inlier.end(), false) != is_inlier.end()) return false;
+  const std::vector<double> surprise = squared_mahalanobis_distances(is_inlier);
   return std::all_of(surprise.begin(), surprise.end(),
                      [this](double of_one) { return of_one <= options_.loop_rejection_chi2; });
 }
@@ -98,10 +98,10 @@ double PoseGraph::limit_by_noise(const PoseGraphResult& result) const {
   // Three quarters of honest ones lie below (chi2 of 3 degrees of freedom); twice as many standard
   // deviations are let pass, since the tails of real noise are longer.
   constexpr double kUpperQuartile = 4.11, kSlack = 4.0, kLeast = 0.05;
-  const std::vector<double> surprise = surprises(result.edge_in_force);
+  const std::vector<double> surprise = squared_mahalanobis_distances(result.edge_is_inlier);
   std::vector<double> of_loops;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
-    if (edges_[i].is_loop && result.edge_in_force[i]) of_loops.push_back(surprise[i]);
+    if (edges_[i].is_loop && result.edge_is_inlier[i]) of_loops.push_back(surprise[i]);
   }
   if (of_loops.empty()) return options_.loop_rejection_chi2;
   const auto quartile = of_loops.begin() + 3 * static_cast<std::ptrdiff_t>(of_loops.size()) / 4;
@@ -111,7 +111,7 @@ double PoseGraph::limit_by_noise(const PoseGraphResult& result) const {
 }
 
 double PoseGraph::choice_cost(const PoseGraphResult& result, double limit) {
-  const auto out = std::count(result.edge_in_force.begin(), result.edge_in_force.end(), false);
+  const auto out = std::count(result.edge_is_inlier.begin(), result.edge_is_inlier.end(), false);
   return result.chi2 + limit * static_cast<double>(out);
 }
 
@@ -140,7 +140,7 @@ PoseGraphResult PoseGraph::try_one_by_one() {
       poses_ = without;
     }
   }
-  for (std::size_t i = 0; i < edges_.size(); ++i) result.edge_in_force[i] = is_in(weights, i);
+  for (std::size_t i = 0; i < edges_.size(); ++i) result.edge_is_inlier[i] = is_in(weights, i);
   return result;
 }
 
@@ -148,12 +148,12 @@ PoseGraphResult PoseGraph::choose_loops(PoseGraphResult chosen, double limit) {
   constexpr int kMaxRounds = 40;
   bool one_at_a_time = false;
   for (int round = 0; round < kMaxRounds; ++round) {
-    std::vector<bool> in_force = better_choice(chosen.edge_in_force, limit, one_at_a_time);
-    if (in_force == chosen.edge_in_force) break;
+    std::vector<bool> is_inlier = better_choice(chosen.edge_is_inlier, limit, one_at_a_time);
+    if (is_inlier == chosen.edge_is_inlier) break;
     const std::vector<Pose2> before = poses_;
-    PoseGraphResult other = optimize_weighted(std::vector<double>(in_force.begin(), in_force.end()),
+    PoseGraphResult other = optimize_weighted(std::vector<double>(is_inlier.begin(), is_inlier.end()),
                                               options_.min_relative_decrease);
-    other.edge_in_force = std::move(in_force);
+    other.edge_is_inlier = std::move(is_inlier);
     if (choice_cost(other, limit) < choice_cost(chosen, limit)) {
       chosen = std::move(other);
       continue;
@@ -165,36 +165,36 @@ PoseGraphResult PoseGraph::choose_loops(PoseGraphResult chosen, double limit) {
   return chosen;
 }
 
-std::vector<bool> PoseGraph::better_choice(std::vector<bool> in_force,
+std::vector<bool> PoseGraph::better_choice(std::vector<bool> is_inlier,
                                            double limit,
                                            bool one_at_a_time) const {
   // Of what exceeds the limit, the worst go at once; others may be right without them.
   constexpr double kWorst = 0.25;
-  const std::vector<double> surprise = surprises(in_force);
+  const std::vector<double> surprise = squared_mahalanobis_distances(is_inlier);
   // By how much the truncated cost falls when a loop goes in or out.
   const auto gain = [&](std::size_t i) {
     if (!edges_[i].is_loop) return 0.0;
-    return in_force[i] ? surprise[i] - limit : limit - surprise[i];
+    return is_inlier[i] ? surprise[i] - limit : limit - surprise[i];
   };
   double most = 0.0, worst = 0.0;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     most = std::max(most, gain(i));
-    if (in_force[i]) worst = std::max(worst, surprise[i]);
+    if (is_inlier[i]) worst = std::max(worst, surprise[i]);
   }
-  std::vector<bool> better = in_force;
+  std::vector<bool> better = is_inlier;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     if (gain(i) <= 0.0) continue;
     const bool now =
-        one_at_a_time ? gain(i) == most : !in_force[i] || surprise[i] >= kWorst * worst;
-    if (now) better[i] = !in_force[i];
+        one_at_a_time ? gain(i) == most : !is_inlier[i] || surprise[i] >= kWorst * worst;
+    if (now) better[i] = !is_inlier[i];
   }
   return better;
 }
 
-std::vector<double> PoseGraph::surprises(const std::vector<bool>& in_force) const {
+std::vector<double> PoseGraph::squared_mahalanobis_distances(const std::vector<bool>& is_inlier) const {
   std::vector<double> result(edges_.size(), 0.0);
   SparseNormalEquations equations(poses_.size());
-  fill(equations, std::vector<double>(in_force.begin(), in_force.end()), Moves::poses);
+  fill(equations, std::vector<double>(is_inlier.begin(), is_inlier.end()), Moves::poses);
   Eigen::SparseMatrix<double> hessian = equations.hessian();
   hessian.diagonal() = hessian.diagonal().cwiseMax(1e-9).eval();
   const SparseSolver solver(hessian);
@@ -203,18 +203,18 @@ std::vector<double> PoseGraph::surprises(const std::vector<bool>& in_force) cons
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const PoseGraphEdge& edge = edges_[i];
     if (!edge.is_loop) continue;
-    if (!in_force[i] && edge_chi2(edge) > kHopeless * options_.loop_rejection_chi2) {
-      result[i] = kHopeless * options_.loop_rejection_chi2;
+    if (!is_inlier[i] && edge_chi2(edge) > kSkipFactor * options_.loop_rejection_chi2) {
+      result[i] = kSkipFactor * options_.loop_rejection_chi2;
       continue;
     }
     const Pose2& from = poses_[static_cast<std::size_t>(edge.from)];
     const Pose2& to = poses_[static_cast<std::size_t>(edge.to)];
     const EdgeJacobians jacobians = edge_jacobians(edge, from, to);
-    const Eigen::Matrix3d predicted = in_force[i] ? predicted_covariance(inverse, edge, jacobians)
+    const Eigen::Matrix3d predicted = is_inlier[i] ? predicted_covariance(inverse, edge, jacobians)
                                                   : predicted_covariance(solver, edge, jacobians);
     const Eigen::Matrix3d measured = edge.information.inverse();
     const Eigen::Matrix3d covariance =
-        in_force[i] ? Eigen::Matrix3d(measured - predicted) : Eigen::Matrix3d(measured + predicted);
+        is_inlier[i] ? Eigen::Matrix3d(measured - predicted) : Eigen::Matrix3d(measured + predicted);
     const Eigen::Vector3d error = edge_error(edge, from, to);
     result[i] = std::max(0.0, error.dot(covariance.inverse() * error));
   }
@@ -244,7 +244,7 @@ PoseGraphResult PoseGraph::optimize_trimmed(std::vector<double> weights, double 
     if (slack <= 1.0 && weights == before) break;
     slack = std::max(1.0, slack * kShrink);
   }
-  for (std::size_t i = 0; i < edges_.size(); ++i) result.edge_in_force[i] = weights[i] > 0.0;
+  for (std::size_t i = 0; i < edges_.size(); ++i) result.edge_is_inlier[i] = weights[i] > 0.0;
   return result;
 }
 

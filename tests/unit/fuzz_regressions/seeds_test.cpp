@@ -59,7 +59,7 @@ AdapterState five_scans() {
     bus.deliver(message.channel, message.bytes, utime);
   }
   AdapterState state = adapter.state();
-  for (Keyframe& key : state.map.slam.keys) {
+  for (Keyframe& key : state.map.slam.keyframes.keys) {
     key.points_in_robot.points.conservativeResize(2, kPointsKept);
     key.points_in_robot.normals.conservativeResize(2, kPointsKept);
   }
@@ -91,8 +91,8 @@ uint32_t version_of(const std::string& sealed) {
 TEST(Seeds, OfSavedMapsAndCheckpointsAreOfTodaysLayout) {
   const fs::path corpus = "tests/fuzz/corpus";
   const AdapterState five = five_scans();
-  ASSERT_GE(five.map.slam.keys.size(), 3U);
-  ASSERT_GE(five.map.slam.edges.size(), 2U);
+  ASSERT_GE(five.map.slam.keyframes.keys.size(), 3U);
+  ASSERT_GE(five.map.slam.back_end.edges.size(), 2U);
   for (const auto& [name, map] :
        {std::pair{"none", SavedMap{"", {0}, {}}}, std::pair{"five_scans", five.map}}) {
     const std::string sealed = encode_saved_map(map);

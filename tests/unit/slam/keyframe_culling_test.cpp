@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 
+#include "slam/back_end/marginalization.hpp"
 #include "slam/slam.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
@@ -34,7 +35,7 @@ struct Twice {
   }
 };
 
-TEST(KeyThinning, AMergedNodesMeasurementsStayTrueFromTheOtherNode) {
+TEST(KeyframeCulling, AMergedNodesMeasurementsStayTrueFromTheOtherNode) {
   Twice graph;
   MergedKeyframe merged{1, between(graph.places[1], graph.places[4]), {}};
   merged.covariance = 1e-4 * Eigen::Matrix3d::Identity();
@@ -61,7 +62,7 @@ TEST(KeyThinning, AMergedNodesMeasurementsStayTrueFromTheOtherNode) {
   EXPECT_EQ(graph.loops.size(), 1U);
 }
 
-TEST(KeyThinning, WhatIsNotKnownOfTheMergeIsLostAtTheEdgesFarEnd) {
+TEST(KeyframeCulling, WhatIsNotKnownOfTheMergeIsLostAtTheEdgesFarEnd) {
   // An edge of 10 m from the merged node; the merge is unsure of 0.01 rad: 0.1 m there.
   std::vector<PoseGraphEdge> edges{{1, 2, {10, 0, 0}, 1e8 * Eigen::Matrix3d::Identity(), false}};
   std::vector<Loop> loops;
@@ -88,8 +89,8 @@ class RoundAndRound : public ::testing::Test {
   }
   static SlamOptions options() {
     SlamOptions options;
-    options.thinning.after_keys = 60;
-    options.thinning.recent_keys = 30;
+    options.culling.after_keyframes = 60;
+    options.culling.recent_keyframes = 30;
     return options;
   }
   void drive_round(Slam& slam) {
@@ -138,7 +139,7 @@ TEST_F(RoundAndRound, WhatIsKeptFollowsThePlaceAndNotTheTime) {
   EXPECT_LT(2 * slam.key_count(), slam.key_trajectory().size());
   EXPECT_EQ(slam.trajectory().size(), truths_.size());
   slam.finish();
-  // The bound of SLAM on such a ring without thinning.
+  // The bound of SLAM on such a ring without culling.
   EXPECT_LT(worst_error_m(slam), 0.05);
 }
 

@@ -33,16 +33,16 @@ TEST(LoopCloser, WhereLoopsLeadNearPosesAreNotOffByThePathDriven) {
   const LoopCloser closer(options, CorrelativeMatcher{}, SurfelMatcher{});
   const std::vector<Keyframe> keys = rounds();
   const double closed_path_m = 798.0;
-  for (const LoopQuestion& question : closer.questions(keys, closed_path_m)) {
-    const double path_m = keys.back().path_m - keys[static_cast<std::size_t>(question.from)].path_m;
-    EXPECT_NEAR(question.shift_m,
+  for (const LoopCandidate& candidate : closer.candidates(keys, closed_path_m)) {
+    const double path_m = keys.back().path_m - keys[static_cast<std::size_t>(candidate.from)].path_m;
+    EXPECT_NEAR(candidate.shift_m,
                 std::min(options.max_drift_m, 0.3 + 2.0 * 0.03 + (path_m - 2.0) * 0.005), 1e-9);
   }
-  const auto near = closer.questions(keys, closed_path_m, std::vector<double>(keys.size(), 5.0));
+  const auto near = closer.candidates(keys, closed_path_m, std::vector<double>(keys.size(), 5.0));
   ASSERT_EQ(near.size(), 2U);
   // 2 m since the last loop and 3 m over it.
-  for (const LoopQuestion& question : near) {
-    EXPECT_NEAR(question.shift_m, 0.3 + 2.0 * 0.03 + 3.0 * 0.005, 1e-9);
+  for (const LoopCandidate& candidate : near) {
+    EXPECT_NEAR(candidate.shift_m, 0.3 + 2.0 * 0.03 + 3.0 * 0.005, 1e-9);
   }
 }
 
@@ -53,18 +53,18 @@ TEST(LoopCloser, AlongABareHallWhatIsBelievedStays) {
   hall.add_chain({{-60, -1.5}, {60, -1.5}});
   hall.add_chain({{-60, 1.5}, {60, 1.5}});
   std::mt19937 random(4);
-  LoopQuestion question;
-  question.from = 0;
-  question.to = 1;
-  question.world_from_newest = {0.6, 0.05, 0.01};
-  question.place = orient(hall.hits({}, 0.01, &random), {0, 0}, {});
-  question.seen = orient(hall.hits({}, 0.01, &random), {0, 0}, {});
-  question.shift_m = 1.0;
-  question.turn_rad = 0.1;
+  LoopCandidate candidate;
+  candidate.from = 0;
+  candidate.to = 1;
+  candidate.world_from_newest = {0.6, 0.05, 0.01};
+  candidate.place = orient(hall.hits({}, 0.01, &random), {0, 0}, {});
+  candidate.seen = orient(hall.hits({}, 0.01, &random), {0, 0}, {});
+  candidate.shift_m = 1.0;
+  candidate.turn_rad = 0.1;
   LoopCloserOptions options;
   options.unlikely_penalty = 0.0;  // the search alone is drawn to where noise fits best
   const LoopCloser closer(options, CorrelativeMatcher(), SurfelMatcher());
-  const std::optional<Loop> loop = closer.answer(question);
+  const std::optional<Loop> loop = closer.verify(candidate);
   ASSERT_TRUE(loop.has_value());
   EXPECT_NEAR(loop->from_from_to.x_m, 0.6, 0.05);
   EXPECT_NEAR(loop->from_from_to.y_m, 0.0, 0.01);

@@ -182,12 +182,12 @@ void stand(int scans, double period_s, unsigned seed) {
   EXPECT_EQ(slam.key_count(), 1U);
 }
 
-TEST(Standing, ThePoseStaysForAnHourOfScansEverySixSeconds) { stand(600, 6.0, 5); }
+TEST(ZeroVelocityUpdate, ThePoseStaysForAnHourOfScansEverySixSeconds) { stand(600, 6.0, 5); }
 
-TEST(Standing, ThePoseStaysForAMinuteOfTenScansASecond) { stand(600, 0.1, 6); }
+TEST(ZeroVelocityUpdate, ThePoseStaysForAMinuteOfTenScansASecond) { stand(600, 0.1, 6); }
 
 // A robot that stood for a while, pushed aside by 1 cm a scan with its wheels still.
-TEST(Standing, ARobotThatIsPushedSlowlyIsFollowed) {
+TEST(ZeroVelocityUpdate, ARobotThatIsPushedSlowlyIsFollowed) {
   const testing::FlatWorld world = hall();
   std::mt19937 random(6);
   Slam slam;

@@ -87,9 +87,9 @@ TEST(PoseGraph, SwitchesWrongLoopsOffAndKeepsTheRightOne) {
   disturb(graph, 0.05, 5);
   const PoseGraphResult result = graph.optimize_robustly();
   const std::size_t first_loop = 39;
-  EXPECT_TRUE(result.edge_in_force[first_loop]);
-  EXPECT_FALSE(result.edge_in_force[first_loop + 1]);
-  EXPECT_FALSE(result.edge_in_force[first_loop + 2]);
+  EXPECT_TRUE(result.edge_is_inlier[first_loop]);
+  EXPECT_FALSE(result.edge_is_inlier[first_loop + 1]);
+  EXPECT_FALSE(result.edge_is_inlier[first_loop + 2]);
   EXPECT_THAT(graph.poses()[20], IsNear(truth[20], 1e-6, 1e-6));
 }
 
@@ -114,7 +114,7 @@ TEST(PoseGraph, AWrongLoopThatTheWayGivesInToIsOut) {
   EXPECT_LT(bent.optimize().chi2, 45.0);
   EXPECT_LT(bent.edge_chi2(graph.edges().back()), 16.3);
   const PoseGraphResult result = graph.optimize_robustly();
-  EXPECT_FALSE(result.edge_in_force.back());
+  EXPECT_FALSE(result.edge_is_inlier.back());
   EXPECT_THAT(graph.poses()[50], IsNear(Pose2{50.0, 0.0, 0.0}, 1e-6, 1e-6));
 }
 
@@ -170,7 +170,7 @@ TEST(PoseGraph, FindsTheLoopsOfAPublicGraphWhoseOdometryIsNoStart) {
   testing::place_along_odometry(graph);
   const PoseGraphResult result = graph.optimize_robustly();
   for (std::size_t i = 0; i < graph.edges().size(); ++i) {
-    EXPECT_EQ(result.edge_in_force[i], i < right) << i;
+    EXPECT_EQ(result.edge_is_inlier[i], i < right) << i;
   }
   for (std::size_t i = 0; i < graph.node_count(); ++i) {
     EXPECT_THAT(graph.poses()[i], IsNear(optimum.poses()[i], 0.1, 0.01)) << i;

@@ -124,14 +124,14 @@ TEST_F(MappingSessionTest, ExtendingASessionInAStrangeBuildingIsSetApartAndTheNe
 TEST_F(MappingSessionTest, ASessionThatComesIntoTheMapAfterALongWayIsFound) {
   const SavedMap map = map_of(one_building(), here_);
   std::vector<Keyframe> keys =
-      map_of(another_building(), round_from({-2.0, -2.5, 0.0}, 300)).slam.keys;
+      map_of(another_building(), round_from({-2.0, -2.5, 0.0}, 300)).slam.keyframes.keys;
   const double way_m = keys.back().path_m;
   ASSERT_GT(way_m, 25.0);
-  for (Keyframe key : map_of(one_building(), here_too_).slam.keys) {
+  for (Keyframe key : map_of(one_building(), here_too_).slam.keyframes.keys) {
     key.path_m += way_m + 9.0;  // beyond what is looked at together
     keys.push_back(key);
   }
-  FrozenMap frozen(map.slam.keys, {}, {});
+  FrozenMap frozen(map.slam.keyframes.keys, {}, {});
   const auto found = find_session(frozen, keys, {});
   ASSERT_TRUE(found.has_value());
   EXPECT_THAT(found->place.map_from_robot,
@@ -157,14 +157,14 @@ TEST_F(MappingSessionTest, WhatIsRefusedChangesNothing) {
   expect_refused("no point", [&] { session_.extend({}); });
   expect_refused("no session", [&] { session_.restore({}); });
   SavedMap far = session_.saved("");
-  far.slam.world_from_robot.x_m = 1e12;
+  far.slam.estimate.world_from_robot.x_m = 1e12;
   expect_refused("farther away", [&] { session_.restore(far); });
 }
 
 // Of a place that is unsure along the map's x, whatever way the robot looks there.
 TEST_F(MappingSessionTest, TheTieOfTwoSessionsIsAsSureAsThePlaceSeenFromTheRobot) {
   const SavedMap map = map_of(one_building(), here_);
-  const FrozenMap frozen(map.slam.keys, {}, {});
+  const FrozenMap frozen(map.slam.keyframes.keys, {}, {});
   FoundPlace place;
   place.nearest_key = 3;
   place.map_from_robot = {2.0, 1.0, 0.5};
@@ -173,7 +173,7 @@ TEST_F(MappingSessionTest, TheTieOfTwoSessionsIsAsSureAsThePlaceSeenFromTheRobot
   const PoseGraphEdge tie = tie_to(frozen, place, 7);
   EXPECT_EQ(tie.from, 3);
   EXPECT_EQ(tie.to, 7);
-  EXPECT_THAT(map.slam.keys[3].world_from_robot * tie.from_from_to,
+  EXPECT_THAT(map.slam.keyframes.keys[3].world_from_robot * tie.from_from_to,
               IsNear(place.map_from_robot, 1e-9, 1e-9));
   // The robot looks to the left of x: what is unsure lies ahead and to its right.
   const double c = std::cos(0.5), s = std::sin(0.5);
@@ -193,10 +193,10 @@ TEST_F(MappingSessionTest, MergedMapsKeepTheirSessionsAndAreOptimized) {
   EXPECT_EQ(merged.session_starts, (std::vector<int64_t>{0, 130}));
   // A keyframe that lies where its edges deny it.
   SavedMap bent = first;
-  bent.slam.keys[5].world_from_robot.x_m += 0.2;
+  bent.slam.keyframes.keys[5].world_from_robot.x_m += 0.2;
   const SavedMap straight = merge_maps({bent}, {}, {}, not_found);
-  EXPECT_THAT(straight.slam.keys[5].world_from_robot,
-              IsNear(first.slam.keys[5].world_from_robot, 0.02, 0.01));
+  EXPECT_THAT(straight.slam.keyframes.keys[5].world_from_robot,
+              IsNear(first.slam.keyframes.keys[5].world_from_robot, 0.02, 0.01));
 }
 
 }  // namespace

@@ -78,22 +78,22 @@ TEST_F(SavedMapTest, WhatLiesFartherAwayThanAnyBuildingIsRefused) {
     return complaint([&] { decode_saved_map(encode_saved_map(map)); });
   };
   EXPECT_EQ(said([](SlamState&) {}), "");
-  EXPECT_THAT(said([](SlamState& s) { s.keys[1].world_from_robot.x_m = 1e300; }),
+  EXPECT_THAT(said([](SlamState& s) { s.keyframes.keys[1].world_from_robot.x_m = 1e300; }),
               HasSubstr("farther away"));
-  EXPECT_THAT(said([](SlamState& s) { s.keys[1].points_in_robot.points(1, 5) = -1e9; }),
+  EXPECT_THAT(said([](SlamState& s) { s.keyframes.keys[1].points_in_robot.points(1, 5) = -1e9; }),
               HasSubstr("farther away"));
-  EXPECT_THAT(said([](SlamState& s) { s.scans[3].key_from_robot.y_m = 1e12; }),
+  EXPECT_THAT(said([](SlamState& s) { s.path.scans[3].key_from_robot.y_m = 1e12; }),
               HasSubstr("farther away"));
-  EXPECT_THAT(said([](SlamState& s) { s.edges[0].from_from_to.x_m = 1e12; }),
+  EXPECT_THAT(said([](SlamState& s) { s.back_end.edges[0].from_from_to.x_m = 1e12; }),
               HasSubstr("longer than"));
-  EXPECT_THAT(said([](SlamState& s) { s.world_from_robot.x_m = 1e12; }), HasSubstr("farther away"));
-  EXPECT_THAT(said([](SlamState& s) { s.trail.pop_back(); }), HasSubstr("than ever were"));
-  EXPECT_THAT(said([](SlamState& s) { s.trail.push_back(s.trail[0]); }),
-              HasSubstr("than ever were"));
-  EXPECT_THAT(said([](SlamState& s) { s.trail[0].key = -1; }), HasSubstr("hangs on no keyframe"));
-  EXPECT_THAT(said([](SlamState& s) { s.merged_keys = -1; }), HasSubstr("no such number"));
-  EXPECT_THAT(said([](SlamState& s) { s.merged_keys = 2'000'000'000; }),
-              HasSubstr("no such number"));
+  EXPECT_THAT(said([](SlamState& s) { s.estimate.world_from_robot.x_m = 1e12; }), HasSubstr("farther away"));
+  EXPECT_THAT(said([](SlamState& s) { s.path.keyframe_poses.pop_back(); }), HasSubstr("more keyframe poses"));
+  EXPECT_THAT(said([](SlamState& s) { s.path.keyframe_poses.push_back(s.path.keyframe_poses[0]); }),
+              HasSubstr("more keyframe poses"));
+  EXPECT_THAT(said([](SlamState& s) { s.path.keyframe_poses[0].key = -1; }), HasSubstr("relative to no keyframe"));
+  EXPECT_THAT(said([](SlamState& s) { s.keyframes.merged = -1; }), HasSubstr("impossible"));
+  EXPECT_THAT(said([](SlamState& s) { s.keyframes.merged = 2'000'000'000; }),
+              HasSubstr("impossible"));
 }
 
 // The local map begins at its first keyframe then, not before it.
@@ -102,7 +102,7 @@ TEST_F(SavedMapTest, AMapOfFewKeyScansOfManyThatWereIsGoneOnFrom) {
   Slam slam, other;
   for (std::size_t i = 0; i + 1 < inputs.size(); ++i) slam.process(inputs[i]);
   SlamState state = slam.state();
-  state.merged_keys = 1000;
+  state.keyframes.merged = 1000;
   other.restore(state);
   const Pose2 there = other.process(inputs.back()).world_from_robot;
   EXPECT_EQ(there.vector(), slam.process(inputs.back()).world_from_robot.vector());
@@ -132,7 +132,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
     slam.process(input);
   }
   const std::string sealed = encode_saved_map({"", {0}, slam.state()});
-  const std::string payload(unseal("MARCOMAP", 5, sealed));
+  const std::string payload(unseal("MARCOMAP", 6, sealed));
   std::mt19937 random(11);
   int refused = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -142,11 +142,11 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
         trial < 200 ? static_cast<std::size_t>(trial) % 100 : random() % payload.size();
     lying[at] = static_cast<char>(random());
     if (trial % 3 == 0) lying.resize(random() % lying.size());
-    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 5, lying)); }).empty() ? 0 : 1;
+    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 6, lying)); }).empty() ? 0 : 1;
   }
   EXPECT_GT(refused, 150);
   SlamState state = slam.state();
-  state.edges.front().to = 1000;
+  state.back_end.edges.front().to = 1000;
   EXPECT_THAT(complaint([&] {
                 decode_saved_map(encode_saved_map({"", {0}, state}));
               }),

@@ -115,7 +115,7 @@ LoopWork thousands_of_keyframes() {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0.0, 1.0);
   LoopWork work{LoopCloser({}, CorrelativeMatcher{}, SurfelMatcher{}), {}, PoseGraph{}};
-  work.doubt_loops = true;
+  work.robust = true;
   Pose2 believed, step;
   const Eigen::Matrix3d information = 1e4 * Eigen::Matrix3d::Identity();
   for (int i = 0; i < 2000; ++i) {
@@ -290,7 +290,7 @@ TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
   for (const char* name : {"map.marco", "map_1.pgm", "map.yaml", "trajectory.tum"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.path() / "hall" / name)) << name;
   }
-  EXPECT_EQ(load_map_folder(folder_.path() / "hall").slam.scans.size(), 30U);
+  EXPECT_EQ(load_map_folder(folder_.path() / "hall").slam.path.scans.size(), 30U);
 
   order(bus, slam_command_t::PAUSE);
   for (std::size_t i = 61; i < 63; ++i) send(bus, samples_[i]);

@@ -1,4 +1,4 @@
-#include "slam/back_end/graph/ways.hpp"
+#include "slam/back_end/graph/shortest_paths.hpp"
 
 #include <cmath>
 #include <limits>
@@ -7,7 +7,7 @@
 
 namespace marco::slam {
 
-std::vector<double> ways_m(int from, int node_count, const std::vector<PoseGraphEdge>& edges) {
+std::vector<double> shortest_path_lengths_m(int from, int node_count, const std::vector<PoseGraphEdge>& edges) {
   struct Step {
     int to;
     double length_m;
@@ -19,23 +19,23 @@ std::vector<double> ways_m(int from, int node_count, const std::vector<PoseGraph
     steps.at(static_cast<std::size_t>(edge.from)).push_back({edge.to, length_m});
     steps.at(static_cast<std::size_t>(edge.to)).push_back({edge.from, length_m});
   }
-  std::vector<double> ways_m(count, std::numeric_limits<double>::infinity());
+  std::vector<double> shortest_path_lengths_m(count, std::numeric_limits<double>::infinity());
   using Reached = std::pair<double, int>;
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> reached;
-  ways_m.at(static_cast<std::size_t>(from)) = 0.0;
+  shortest_path_lengths_m.at(static_cast<std::size_t>(from)) = 0.0;
   reached.push({0.0, from});
   while (!reached.empty()) {
     const auto [way_m, node] = reached.top();
     reached.pop();
-    if (way_m > ways_m[static_cast<std::size_t>(node)]) continue;
+    if (way_m > shortest_path_lengths_m[static_cast<std::size_t>(node)]) continue;
     for (const Step& step : steps[static_cast<std::size_t>(node)]) {
-      double& known_m = ways_m[static_cast<std::size_t>(step.to)];
+      double& known_m = shortest_path_lengths_m[static_cast<std::size_t>(step.to)];
       if (way_m + step.length_m >= known_m) continue;
       known_m = way_m + step.length_m;
       reached.push({known_m, step.to});
     }
   }
-  return ways_m;
+  return shortest_path_lengths_m;
 }
 
 }  // namespace marco::slam

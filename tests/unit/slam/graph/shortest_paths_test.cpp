@@ -1,4 +1,4 @@
-#include "slam/back_end/graph/ways.hpp"
+#include "slam/back_end/graph/shortest_paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,14 +23,14 @@ PoseGraphEdge edge(int from, int to, double length_m) {
 TEST(Ways, ALoopIsAShortCut) {
   std::vector<PoseGraphEdge> edges;
   for (int i = 0; i < 9; ++i) edges.push_back(edge(i, i + 1, 1.0));
-  EXPECT_NEAR(ways_m(9, 11, edges)[0], 9.0, 1e-12);
+  EXPECT_NEAR(shortest_path_lengths_m(9, 11, edges)[0], 9.0, 1e-12);
   edges.push_back(edge(1, 9, 0.5));
-  const std::vector<double> ways = ways_m(9, 11, edges);
+  const std::vector<double> ways = shortest_path_lengths_m(9, 11, edges);
   EXPECT_NEAR(ways[0], 1.5, 1e-12);
   EXPECT_NEAR(ways[4], 3.5, 1e-12);
   EXPECT_NEAR(ways[6], 3.0, 1e-12);
   EXPECT_EQ(ways[10], kNone);
-  EXPECT_THROW(ways_m(0, 9, edges), std::out_of_range);
+  EXPECT_THROW(shortest_path_lengths_m(0, 9, edges), std::out_of_range);
 }
 
 // The oracle: every edge is tried as often as there are nodes (Bellman and Ford).
@@ -55,7 +55,7 @@ TEST(Ways, AreThoseThatTryingEverythingFinds) {
         to = std::min(to, from + step_m);
       }
     }
-    const std::vector<double> ways = ways_m(7, kNodes, edges);
+    const std::vector<double> ways = shortest_path_lengths_m(7, kNodes, edges);
     for (std::size_t node = 0; node < kNodes; ++node) {
       if (expected[node] == kNone) {
         EXPECT_EQ(ways[node], kNone);

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+#include "common/pose2.hpp"
+
+/// Covariances and information matrices (their inverses) of a pose (x, y, theta).
+namespace marco {
+
+/// Quantiles of the chi-square distribution with 3 degrees of freedom, that of the squared
+/// Mahalanobis distance of a pose: 1 of 1000 correct measurements lies beyond the first.
+inline constexpr double kChi2Dof3Quantile999 = 16.0;
+inline constexpr double kChi2Dof3Quantile75 = 4.11;
+
+/// Standard deviations along x and y [m], and of the heading.
+inline Eigen::Matrix3d diagonal_covariance(double sigma_m, double sigma_rad) {
+  return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+}
+
+/// Inverts an information matrix. A direction it knows nothing of gets a standard deviation of
+/// 1000 m, or radians; likewise the other way round.
+inline Eigen::Matrix3d inverted(const Eigen::Matrix3d& matrix) {
+  return (matrix + 1e-6 * Eigen::Matrix3d::Identity()).inverse();
+}
+
+/// A covariance or information matrix given along the axes of frame b, along those of frame a.
+/// @param a_from_b_rad  heading of b in a
+inline Eigen::Matrix3d rotated(const Eigen::Matrix3d& matrix, double a_from_b_rad) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Pose2{0, 0, a_from_b_rad}.rotation();
+  return turn * matrix * turn.transpose();
+}
+
+/// The covariance of world_from_b that follows from that of world_from_a, a_from_b known exactly:
+/// an error of the heading at a moves b sideways.
+inline Eigen::Matrix3d carried_along(const Eigen::Matrix3d& covariance,
+                                     const Pose2& world_from_a,
+                                     const Pose2& world_from_b) {
+  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
+  carry(0, 2) = -(world_from_b.y_m - world_from_a.y_m);
+  carry(1, 2) = world_from_b.x_m - world_from_a.x_m;
+  return carry * covariance * carry.transpose();
+}
+
+/// The covariance in frame a of a pose error given in frame b (the adjoint of a_from_b).
+inline Eigen::Matrix3d transformed(const Eigen::Matrix3d& covariance, const Pose2& a_from_b) {
+  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
+  carry.topLeftCorner<2, 2>() = a_from_b.rotation();
+  carry(0, 2) = a_from_b.y_m;
+  carry(1, 2) = -a_from_b.x_m;
+  return carry * covariance * carry.transpose();
+}
+
+/// (x, y, theta) of a pose less another's, both in one frame.
+inline Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
+  return {pose.x_m - from.x_m, pose.y_m - from.y_m,
+          normalize_angle(pose.theta_rad - from.theta_rad)};
+}
+
+inline double squared_mahalanobis_distance(const Eigen::Vector3d& error,
+                                           const Eigen::Matrix3d& information) {
+  return error.dot(information * error);
+}
+
+}  // namespace marco

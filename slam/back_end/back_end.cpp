@@ -1,0 +1,173 @@
+#include "slam/back_end/back_end.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "lcm_tools/base/check.hpp"
+#include "slam/back_end/graph/shortest_paths.hpp"
+
+namespace marco::slam {
+namespace {
+
+// Of path, to the loop closings before and after a keyframe.
+constexpr double kClosedWithinM = 1.5;
+
+OrientedScan only_oriented(const OrientedPoints& points) {
+  OrientedScan scan{Points2(2, points.points.cols()), Points2(2, points.points.cols())};
+  Eigen::Index used = 0;
+  for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
+    if (!points.has_normal(i)) continue;
+    scan.points_in_robot.col(used) = points.points.col(i);
+    scan.normals_in_robot.col(used++) = points.normals.col(i);
+  }
+  scan.points_in_robot.conservativeResize(2, used);
+  scan.normals_in_robot.conservativeResize(2, used);
+  return scan;
+}
+
+}  // namespace
+
+void check(const BackEndState& state, const KeyframeSet& keyframes) {
+  const std::size_t count = keyframes.keys.size();
+  std::size_t loop_edges = 0;
+  for (const PoseGraphEdge& edge : state.edges) {
+    require(is_index(edge.from, count) && is_index(edge.to, count) && edge.from != edge.to,
+            "an edge of the graph ends at no keyframe");
+    require(is_near(edge.from_from_to), "an edge of the graph is longer than 1000 km");
+    loop_edges += edge.is_loop ? 1 : 0;
+  }
+  require(state.loops.size() == loop_edges, "the number of loops is not that of loop edges");
+  for (const Loop& loop : state.loops) {
+    require(is_index(loop.from, count) && is_index(loop.to, count), "a loop ends at no keyframe");
+    require(is_near(loop.from_from_to) && is_near(loop.believed), "a loop is longer than 1000 km");
+  }
+}
+
+BackEnd::BackEnd(const LoopCloser& loop_closer,
+                 const PoseGraphOptions& graph,
+                 const JointRefinementOptions& refinement)
+    : loop_closer_(loop_closer), graph_options_(graph), refinement_options_(refinement) {}
+
+void BackEnd::restore(const BackEndState& state) {
+  state_ = state;
+  work_.reset();
+  work_is_out_ = false;
+}
+
+void BackEnd::add_loop(const Loop& loop) {
+  state_.loops.push_back(loop);
+  state_.edges.push_back(loop.edge());
+}
+
+void BackEnd::append(const BackEndState& session, int first_key) {
+  for (PoseGraphEdge edge : session.edges) {
+    edge.from += first_key;
+    edge.to += first_key;
+    state_.edges.push_back(edge);
+  }
+  for (Loop loop : session.loops) {
+    loop.from += first_key;
+    loop.to += first_key;
+    state_.loops.push_back(loop);
+  }
+}
+
+PoseGraph BackEnd::graph_of(const std::vector<Keyframe>& keys) const {
+  PoseGraph graph(graph_options_);
+  for (const Keyframe& key : keys) graph.add_node(key.world_from_robot);
+  for (const PoseGraphEdge& edge : state_.edges) graph.add_edge(edge);
+  return graph;
+}
+
+bool BackEnd::prepare_work(const std::vector<Keyframe>& keys, bool robust) {
+  const double path_m = keys.back().path_m;
+  const double since_m = path_m - state_.last_search_path_m;
+  if (work_is_out_ || since_m < loop_closer_.options().attempt_every_m) return false;
+  state_.last_search_path_m = path_m;
+  const int count = static_cast<int>(keys.size());
+  std::vector<LoopCandidate> candidates = loop_closer_.candidates(
+      keys, state_.closed_path_m, shortest_path_lengths_m(count - 1, count, state_.edges));
+  if (candidates.empty() && !robust) return false;
+  work_ = LoopWork{loop_closer_, std::move(candidates), graph_of(keys), path_m, robust};
+  work_is_out_ = true;
+  return true;
+}
+
+std::optional<LoopWork> BackEnd::take_work() { return std::exchange(work_, std::nullopt); }
+
+std::optional<std::vector<Pose2>> BackEnd::accept(const LoopWork& work,
+                                                  const std::vector<Keyframe>& keys) {
+  std::vector<Pose2> poses = work.graph.poses();
+  const std::size_t known = poses.size();
+  if (!work_is_out_ || work_ || known > keys.size()) return std::nullopt;
+  work_is_out_ = false;
+  if (!work.found.empty()) {
+    state_.closed_path_m = work.path_m;
+    state_.loop_closings_m.push_back(work.path_m);
+  }
+  for (const Loop& loop : work.found) add_loop(loop);
+  if (!work.moved) return std::nullopt;
+  const Pose2 new_from_old = poses.back() * keys[known - 1].world_from_robot.inverse();
+  for (std::size_t key = known; key < keys.size(); ++key) {
+    poses.push_back(new_from_old * keys[key].world_from_robot);
+  }
+  if (work.robust) remove_outliers(work);
+  return poses;
+}
+
+void BackEnd::remove_outliers(const LoopWork& work) {
+  // Edges that came meanwhile stand between those that were examined and the loops found.
+  const std::size_t examined = work.edge_is_inlier.size() - work.found.size();
+  const std::size_t first_found = state_.edges.size() - work.found.size();
+  std::vector<PoseGraphEdge> kept_edges;
+  std::vector<Loop> kept_loops;
+  for (std::size_t edge = 0, loop = 0; edge < state_.edges.size(); ++edge) {
+    bool inlier = true;
+    if (edge < examined) inlier = work.edge_is_inlier[edge];
+    if (edge >= first_found) inlier = work.edge_is_inlier[examined + edge - first_found];
+    const bool is_loop = state_.edges[edge].is_loop;
+    if (inlier) kept_edges.push_back(state_.edges[edge]);
+    if (inlier && is_loop) kept_loops.push_back(state_.loops[loop]);
+    if (is_loop) ++loop;
+  }
+  state_.loops = std::move(kept_loops);
+  state_.edges = std::move(kept_edges);
+}
+
+bool BackEnd::has_loops_around(double path_m) {
+  std::vector<double>& closings_m = state_.loop_closings_m;
+  std::erase_if(closings_m, [path_m](double at_m) { return at_m < path_m - kClosedWithinM; });
+  const auto within = [path_m](double from_m, double to_m) {
+    return [=](double at_m) { return at_m >= path_m + from_m && at_m <= path_m + to_m; };
+  };
+  return std::any_of(closings_m.begin(), closings_m.end(), within(-kClosedWithinM, 0.0)) &&
+         std::any_of(closings_m.begin(), closings_m.end(), within(0.0, kClosedWithinM));
+}
+
+void BackEnd::merge_node(int key, const MergedKeyframe& merged) {
+  merge_nodes(key, merged, state_.edges, state_.loops);
+}
+
+std::vector<Pose2> BackEnd::optimized(const std::vector<Keyframe>& keys) const {
+  PoseGraph graph = graph_of(keys);
+  graph.optimize();
+  return graph.poses();
+}
+
+std::vector<Pose2> BackEnd::finish(const std::vector<Keyframe>& keys,
+                                   JointRefinementResult& refined) {
+  PoseGraph graph = graph_of(keys);
+  const PoseGraphResult result = graph.optimize_robustly();
+  std::vector<PoseGraphEdge> inliers;
+  for (std::size_t edge = 0, loop = 0; edge < state_.edges.size(); ++edge) {
+    if (state_.edges[edge].is_loop) state_.loops[loop++].is_inlier = result.edge_is_inlier[edge];
+    if (result.edge_is_inlier[edge]) inliers.push_back(state_.edges[edge]);
+  }
+  std::vector<OrientedScan> scans;
+  for (const Keyframe& key : keys) scans.push_back(only_oriented(key.points_in_robot));
+  std::vector<Pose2> poses = graph.poses();
+  refined = refine_jointly(scans, inliers, refinement_options_, poses);
+  return poses;
+}
+
+}  // namespace marco::slam

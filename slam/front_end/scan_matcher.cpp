@@ -1,0 +1,80 @@
+#include "slam/front_end/scan_matcher.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace marco::slam {
+namespace {
+
+using namespace match_gates;
+
+SearchWindow window_of(const PosePrior& prior) {
+  const Eigen::Matrix3d covariance = inverted(prior.information);
+  const double sigma_m = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+  const double sigma_rad = std::sqrt(covariance(2, 2));
+  return {prior.map_from_robot, std::clamp(kSigmas * sigma_m, kNarrowestM, kWidestM),
+          std::clamp(kSigmas * sigma_rad, deg_to_rad(kNarrowestDeg), deg_to_rad(kWidestDeg))};
+}
+
+}  // namespace
+
+ScanMatcher::ScanMatcher(const MatchGateOptions& gates,
+                         const SurfelMatcherOptions& fine,
+                         const CorrelativeMatcherOptions& coarse)
+    : gates_(gates), fine_(fine), coarse_(coarse) {}
+
+ScanMatch ScanMatcher::judged(const SurfelMatch& fine) const {
+  return {fine.map_from_robot, fine.information, fine.overlap,
+          fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= gates_.poor_overlap};
+}
+
+ScanMatch ScanMatcher::match(const OrientedPoints& points,
+                             const PosePrior& prior,
+                             MotionGuess::Source source,
+                             const KeyframeSet& keyframes,
+                             LocalMap& map) const {
+  ScanMatch near = match_near(points, prior, source, map);
+  if (near.overlap >= gates_.good_overlap && source == MotionGuess::Source::odometry) return near;
+  const LikelihoodPyramid& likelihood = map.likelihood(keyframes);
+  const ScanMatch wide = match_widely(points, window_of(prior), prior, likelihood, map);
+  if (wide.usable && wide.overlap > near.overlap + kClearlyBetter) return wide;
+  if (near.usable) return near;
+  const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
+  const SearchWindow widest{prior.map_from_robot, kWidestM, deg_to_rad(kWidestDeg)};
+  const ScanMatch alone = match_widely(points, widest, weak, likelihood, map);
+  if (alone.usable && alone.overlap >= gates_.good_overlap) return alone;
+  near.world_from_robot = prior.map_from_robot;
+  near.information.setZero();
+  return near;
+}
+
+ScanMatch ScanMatcher::match_near(const OrientedPoints& points,
+                                  const PosePrior& prior,
+                                  MotionGuess::Source source,
+                                  const LocalMap& map) const {
+  const SurfelMatch fine = fine_.match(map.surfels(), points, prior.map_from_robot, &prior);
+  if (fine.overlap >= gates_.sure_overlap || source != MotionGuess::Source::odometry) {
+    return judged(fine);
+  }
+  // Wheels may have slipped: the scan alone, hardly held by odometry.
+  const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
+  const SurfelMatch free = fine_.match(map.surfels(), points, prior.map_from_robot, &weak);
+  const Eigen::Vector3d denied = difference(free.map_from_robot, prior.map_from_robot);
+  const bool proves_lie =
+      free.overlap > fine.overlap + kProvesLie &&
+      squared_mahalanobis_distance(denied, prior.information) > kContradiction;
+  return judged(proves_lie ? free : fine);
+}
+
+ScanMatch ScanMatcher::match_widely(const OrientedPoints& points,
+                                    const SearchWindow& window,
+                                    const PosePrior& prior,
+                                    const LikelihoodPyramid& likelihood,
+                                    const LocalMap& map) const {
+  const CorrelativeMatch coarse =
+      coarse_.search(likelihood, points.points, window, kMinSearchScore);
+  if (coarse.score <= 0.0) return {};
+  return judged(fine_.match(map.surfels(), points, coarse.map_from_robot, &prior));
+}
+
+}  // namespace marco::slam

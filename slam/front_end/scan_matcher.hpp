@@ -1,0 +1,55 @@
+#pragma once
+
+#include "slam/front_end/match_gates.hpp"
+#include "slam/front_end/motion_model.hpp"
+#include "slam/map/local_map.hpp"
+#include "slam/matching/correlative_matcher.hpp"
+#include "slam/matching/surfel_matcher.hpp"
+
+namespace marco::slam {
+
+struct ScanMatch {
+  Pose2 world_from_robot;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of the scan alone, world frame
+  double overlap = 0.0;                                   ///< part of the points that lie on a wall
+  bool usable = false;
+};
+
+/// Matches a scan against the local map: about the prediction; without odometry where that fits
+/// badly; by an exhaustive search where it still does; by a wider one that leaves odometry aside.
+/// The rules are those of match_gates.hpp. Const: safe from several threads.
+class ScanMatcher {
+ public:
+  ScanMatcher(const MatchGateOptions& gates,
+              const SurfelMatcherOptions& fine,
+              const CorrelativeMatcherOptions& coarse);
+
+  /// @param keyframes  that the local map is made of
+  /// @returns the prediction, not usable, where nothing fits.
+  ScanMatch match(const OrientedPoints& points,
+                  const PosePrior& prior,
+                  MotionGuess::Source source,
+                  const KeyframeSet& keyframes,
+                  LocalMap& map) const;
+
+  const SurfelMatcher& fine() const { return fine_; }
+  const CorrelativeMatcher& coarse() const { return coarse_; }
+
+ private:
+  ScanMatch match_near(const OrientedPoints& points,
+                       const PosePrior& prior,
+                       MotionGuess::Source source,
+                       const LocalMap& map) const;
+  ScanMatch match_widely(const OrientedPoints& points,
+                         const SearchWindow& window,
+                         const PosePrior& prior,
+                         const LikelihoodPyramid& likelihood,
+                         const LocalMap& map) const;
+  ScanMatch judged(const SurfelMatch& fine) const;
+
+  MatchGateOptions gates_;
+  SurfelMatcher fine_;
+  CorrelativeMatcher coarse_;
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,97 @@
+#pragma once
+
+#include "common/byte_archive.hpp"
+#include "slam/localization/saved_map.hpp"
+
+/// Map files of version 5, as programs wrote them before the state of Slam was divided: the layout
+/// never changes again.
+namespace marco::slam::version_5 {
+
+struct MotionInput {
+  Utime utime;
+  std::optional<Pose2> odom_from_robot;
+  std::optional<double> gyro_heading_rad;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("utime", utime);
+    v("odom_from_robot", odom_from_robot);
+    v("gyro_heading_rad", gyro_heading_rad);
+  }
+};
+
+/// The rhythm of the scans, which comes after `history`, is read and learned again.
+struct Motion {
+  std::optional<MotionInput> before;
+  std::deque<MotionState::Step> history;
+  double period_s = 0.0, before_lag_s = 0.0, move_m = 0.0, turn_rad = 0.0;
+  std::optional<MotionInput> anchor;
+  Pose2 anchor_from_before;
+  int32_t lagging = 0;
+  Pose2 last_step;
+  int32_t came_with_scan = 0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("before", before);
+    v("history", history);
+    v("period_s", period_s);
+    v("before_lag_s", before_lag_s);
+    v("move_m", move_m);
+    v("turn_rad", turn_rad);
+    v("anchor", anchor);
+    v("anchor_from_before", anchor_from_before);
+    v("lagging", lagging);
+    v("last_step", last_step);
+    v("came_with_scan", came_with_scan);
+  }
+};
+
+struct File {
+  SavedMap map;
+  Motion motion;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    SlamState& slam = map.slam;
+    v("options", map.options);
+    v("session_starts", map.session_starts);
+    v("keys", slam.keyframes.keys);
+    v("edges", slam.back_end.edges);
+    v("loops", slam.back_end.loops);
+    v("scans", slam.path.scans);
+    v("trail", slam.path.keyframe_poses);
+    v("motion", motion);
+    v("standing", slam.zero_velocity);
+    v("world_from_robot", slam.estimate.world_from_robot);
+    v("covariance", slam.estimate.covariance);
+    v("local_map_centre_m", slam.local_map_centre_m);
+    v("last_search_path_m", slam.back_end.last_search_path_m);
+    v("closed_path_m", slam.back_end.closed_path_m);
+    v("closings_m", slam.back_end.loop_closings_m);
+    v("revision", slam.revision);
+    v("looked_at", slam.culling.next);
+    v("thin_until", slam.culling.until);
+    v("kept_keys", slam.culling.kept);
+    v("merged_keys", slam.keyframes.merged);
+    v("leaps_since", slam.gate.jumps_since);
+    v("unmatched", slam.gate.unmatched);
+  }
+};
+
+/// @throws std::invalid_argument as archive().
+inline SavedMap read(ByteReader& bytes) {
+  File file;
+  archive(bytes, file);
+  if (file.motion.before) {
+    MotionInput& before = *file.motion.before;
+    auto& now = file.map.slam.motion.before.emplace();
+    now.utime = before.utime;
+    now.odom_from_robot = before.odom_from_robot;
+    now.gyro_heading_rad = before.gyro_heading_rad;
+  }
+  file.map.slam.motion.history = file.motion.history;
+  return std::move(file.map);
+}
+
+}  // namespace marco::slam::version_5

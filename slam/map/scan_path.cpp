@@ -1,0 +1,126 @@
+#include "slam/map/scan_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lcm_tools/base/check.hpp"
+
+namespace marco::slam {
+namespace {
+
+// Keyframe poses of a short path for each keyframe of the map.
+constexpr std::size_t kPosesPerKeyframe = 4;
+
+}  // namespace
+
+void check(const ScanPathState& path, const KeyframeSet& keyframes) {
+  const std::size_t count = keyframes.keys.size();
+  require(path.keyframe_poses.size() >= count &&
+              path.keyframe_poses.size() - count <= static_cast<std::size_t>(keyframes.merged),
+          "there are more keyframe poses than keyframes ever made");
+  for (const std::vector<ScanPose>* scans : {&path.scans, &path.keyframe_poses}) {
+    for (const ScanPose& scan : *scans) {
+      require(scan.key == -1 || is_index(scan.key, count),
+              "a scan's pose is relative to no keyframe");
+      require(is_near(scan.key_from_robot), "a scan lies farther away than 1000 km");
+    }
+  }
+  require(std::all_of(path.keyframe_poses.begin(), path.keyframe_poses.end(),
+                      [](const ScanPose& pose) { return pose.key >= 0; }),
+          "a keyframe's pose is relative to no keyframe");
+}
+
+Trajectory trajectory_of(const std::vector<ScanPose>& scans, const std::vector<Keyframe>& keys) {
+  Trajectory trajectory;
+  trajectory.reserve(scans.size());
+  for (const ScanPose& scan : scans) {
+    const Pose2 world_from_key =
+        scan.key < 0 ? Pose2{} : keys[static_cast<std::size_t>(scan.key)].world_from_robot;
+    trajectory.push_back({scan.utime, world_from_key * scan.key_from_robot});
+  }
+  return trajectory;
+}
+
+void ScanPath::keep_short(double every_m, std::size_t first) {
+  require(every_m >= 0.0, "a path of less than no distance between poses");
+  every_m_ = every_m;
+  short_from_ = first;
+}
+
+void ScanPath::add_scan(Utime utime,
+                        const Pose2& world_from_robot,
+                        const std::vector<Keyframe>& keys) {
+  const int key = static_cast<int>(keys.size()) - 1;
+  const Pose2 key_from_robot =
+      keys.empty() ? world_from_robot : between(keys.back().world_from_robot, world_from_robot);
+  const ScanPose scan{utime, key, key_from_robot};
+  if (is_worth_keeping(scan)) state_.scans.push_back(scan);
+}
+
+bool ScanPath::is_worth_keeping(const ScanPose& scan) const {
+  if (!every_m_ || state_.scans.size() <= short_from_) return true;
+  const ScanPose& last = state_.scans.back();
+  if (last.key != scan.key) return true;  // each keyframe's own is
+  const Pose2 moved = between(last.key_from_robot, scan.key_from_robot);
+  return moved.translation_m().norm() >= *every_m_ || std::abs(moved.theta_rad) >= *every_m_;
+}
+
+void ScanPath::append(const ScanPathState& session,
+                      int first_key,
+                      const Pose2& world_from_session) {
+  for (ScanPose scan : session.scans) {
+    if (scan.key < 0) {
+      scan.key_from_robot = world_from_session * scan.key_from_robot;
+    } else {
+      scan.key += first_key;
+    }
+    state_.scans.push_back(scan);
+  }
+  for (ScanPose scan : session.keyframe_poses) {
+    scan.key += first_key;
+    state_.keyframe_poses.push_back(scan);
+  }
+}
+
+void ScanPath::remove_scans_of(int key) {
+  if (!every_m_) return;
+  std::vector<ScanPose>& scans = state_.scans;
+  const auto first =
+      scans.begin() + static_cast<std::ptrdiff_t>(std::min(short_from_, scans.size()));
+  const auto is_of_key = [key](const ScanPose& scan) { return scan.key == key; };
+  scans.erase(std::remove_if(first, scans.end(), is_of_key), scans.end());
+}
+
+void ScanPath::reattach_to_keyframe(int key,
+                                    const MergedKeyframe& merged,
+                                    const std::vector<Keyframe>& keys) {
+  remove_scans_of(key);
+  // No scan before the keyframe's own is relative to it, or to a newer one.
+  const Utime utime = keys[static_cast<std::size_t>(key)].utime;
+  for (std::vector<ScanPose>* scans : {&state_.scans, &state_.keyframe_poses}) {
+    for (auto scan = scans->rbegin(); scan != scans->rend(); ++scan) {
+      const bool is_first = scan->key == key && scan->utime == utime;
+      if (scan->key > key) {
+        --scan->key;
+      } else if (scan->key == key) {
+        *scan = {scan->utime, merged.into, merged.into_from_key * scan->key_from_robot};
+      }
+      if (is_first) break;
+    }
+  }
+}
+
+void ScanPath::shorten(const std::vector<Keyframe>& keys) {
+  std::vector<ScanPose>& poses = state_.keyframe_poses;
+  if (!every_m_ || poses.size() <= kPosesPerKeyframe * keys.size()) return;
+  // Every second one of the older half: the steps of what is long past grow ever larger.
+  const auto middle = poses.begin() + static_cast<std::ptrdiff_t>(poses.size() / 2);
+  bool drop = false;
+  const auto kept_until = std::remove_if(poses.begin(), middle, [&](const ScanPose& pose) {
+    if (keys[static_cast<std::size_t>(pose.key)].utime == pose.utime) return false;
+    return drop = !drop;
+  });
+  poses.erase(kept_until, middle);
+}
+
+}  // namespace marco::slam

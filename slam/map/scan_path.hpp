@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "slam/map/keyframe.hpp"
+#include "slam/map/keyframe_culling.hpp"
+
+namespace marco::slam {
+
+/// The pose of a scan relative to a keyframe: it moves with that keyframe.
+struct ScanPose {
+  Utime utime;
+  int32_t key = -1;  ///< -1: before the first keyframe; the pose is then the world's
+  Pose2 key_from_robot;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("utime", utime);
+    v("key", key);
+    v("key_from_robot", key_from_robot);
+  }
+};
+
+struct ScanPathState {
+  std::vector<ScanPose> scans;           ///< processed
+  std::vector<ScanPose> keyframe_poses;  ///< of every keyframe ever made, the merged ones included
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("scans", scans);
+    v("keyframe_poses", keyframe_poses);
+  }
+};
+
+/// @throws std::invalid_argument for a pose relative to no keyframe or farther away than any
+/// building, or more keyframe poses than there were keyframes.
+void check(const ScanPathState& path, const KeyframeSet& keyframes);
+
+Trajectory trajectory_of(const std::vector<ScanPose>& scans, const std::vector<Keyframe>& keys);
+
+/// The path driven: the pose of each scan, relative to a keyframe. Not thread-safe.
+class ScanPath {
+ public:
+  const ScanPathState& state() const { return state_; }
+  void restore(const ScanPathState& state) { state_ = state; }
+
+  /// See Slam::keep_short_path.
+  void keep_short(double every_m, std::size_t first);
+
+  /// @param estimate  of the newest scan; relative to the newest keyframe, if there is any
+  void add_scan(Utime utime, const Pose2& world_from_robot, const std::vector<Keyframe>& keys);
+  void add_keyframe(Utime utime, int key) { state_.keyframe_poses.push_back({utime, key, {}}); }
+  /// Another session's path: its keyframes follow those that are there.
+  void append(const ScanPathState& session, int first_key, const Pose2& world_from_session);
+
+  /// Keyframe `key` is about to be merged into another one, and removed.
+  /// @param keys  before that
+  void reattach_to_keyframe(int key, const MergedKeyframe& merged, const std::vector<Keyframe>& keys);
+  /// Of a short path: drops keyframe poses when there are too many for the map's size.
+  void shorten(const std::vector<Keyframe>& keys);
+
+  Trajectory scans(const std::vector<Keyframe>& keys) const {
+    return trajectory_of(state_.scans, keys);
+  }
+  Trajectory keyframes(const std::vector<Keyframe>& keys) const {
+    return trajectory_of(state_.keyframe_poses, keys);
+  }
+
+ private:
+  bool is_worth_keeping(const ScanPose& scan) const;
+  void remove_scans_of(int key);
+
+  ScanPathState state_;
+  std::optional<double> every_m_;  ///< of a short path
+  std::size_t short_from_ = 0;     ///< scans before this one are kept
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "slam/back_end/back_end.hpp"
+#include "slam/front_end/match_gate.hpp"
+#include "slam/front_end/motion_model.hpp"
+#include "slam/front_end/pose_estimate.hpp"
+#include "slam/front_end/zero_velocity_update.hpp"
+#include "slam/map/keyframe.hpp"
+#include "slam/map/keyframe_culling.hpp"
+#include "slam/map/scan_path.hpp"
+
+namespace marco::slam {
+
+/// All that Slam knows, as the states of its parts: restored from it, Slam goes on as if it had
+/// never stopped.
+struct SlamState {
+  KeyframeSet keyframes;
+  ScanPathState path;
+  BackEndState back_end;
+  CullingState culling;
+  MotionState motion;
+  PoseEstimate estimate;
+  std::optional<ZeroVelocityState> zero_velocity;  ///< while the robot stands
+  MatchGateState gate;
+  Eigen::Vector2d local_map_centre_m = Eigen::Vector2d::Zero();
+  int64_t revision = 0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("keyframes", keyframes);
+    v("path", path);
+    v("back_end", back_end);
+    v("culling", culling);
+    v("motion", motion);
+    v("estimate", estimate);
+    v("zero_velocity", zero_velocity);
+    v("gate", gate);
+    v("local_map_centre_m", local_map_centre_m);
+    v("revision", revision);
+  }
+};
+
+/// @throws std::invalid_argument naming what contradicts itself, see check() of each part.
+void check(const SlamState& state);
+
+}  // namespace marco::slam

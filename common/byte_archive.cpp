@@ -61,8 +61,11 @@ std::string_view unseal(std::string_view name, uint32_t version, std::string_vie
   require(length == sealed.size() - kHeadBytes - sizeof(uint32_t), "is cut short");
   const std::size_t end = sealed.size() - sizeof(uint32_t);
   require(number_at<uint32_t>(sealed, end) == crc32(sealed.substr(0, end)), "is damaged");
-  require(found == version, "is of version " + std::to_string(found) + "; this program reads " +
-                                std::to_string(version));
+  require(found == version,
+          "is of version " + std::to_string(found) + "; this program reads version " +
+              std::to_string(version) +
+              (found < version ? ": open it with the release that wrote it, or start without it"
+                               : ": a newer release wrote it"));
   return sealed.substr(kHeadBytes, length);
 }
 

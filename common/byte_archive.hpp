@@ -39,7 +39,7 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// Trusts nothing: a length is believed only when so many bytes are left, before anything is
+/// Trusts nothing: a length is believed only when that many bytes are left, before anything is
 /// allocated. @throws std::invalid_argument "is cut short".
 class ByteReader {
  public:

@@ -10,7 +10,7 @@ namespace marco {
 
 /// Quantiles of the chi-square distribution with 3 degrees of freedom, that of the squared
 /// Mahalanobis distance of a pose: 1 of 1000 correct measurements lies beyond the first.
-inline constexpr double kChi2Dof3Quantile999 = 16.0;
+inline constexpr double kChi2Dof3Quantile999 = 16.266;
 inline constexpr double kChi2Dof3Quantile75 = 4.11;
 
 /// Standard deviations along x and y [m], and of the heading.
@@ -18,10 +18,16 @@ inline Eigen::Matrix3d diagonal_covariance(double sigma_m, double sigma_rad) {
   return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
 }
 
-/// Inverts an information matrix. A direction it knows nothing of gets a standard deviation of
-/// 1000 m, or radians; likewise the other way round.
-inline Eigen::Matrix3d inverted(const Eigen::Matrix3d& matrix) {
-  return (matrix + 1e-6 * Eigen::Matrix3d::Identity()).inverse();
+/// Inverts an information matrix or a covariance in closed form.
+/// @param floor  added to the diagonal: a direction of which nothing is known gets a standard
+/// deviation of 1000 m, or radians
+inline Eigen::Matrix3d inverted(const Eigen::Matrix3d& matrix, double floor = 1e-6) {
+  return (matrix + floor * Eigen::Matrix3d::Identity()).inverse();
+}
+
+/// The information matrix of a covariance that may be singular.
+inline Eigen::Matrix3d information_of(const Eigen::Matrix3d& covariance) {
+  return inverted(covariance, 1e-9);
 }
 
 /// A covariance or information matrix given along the axes of frame b, along those of frame a.

@@ -23,9 +23,8 @@ Slam::Slam(const SlamOptions& options)
       motion_(options.motion),
       local_map_(options.local_map, options.fine, options.coarse),
       culling_(options.culling),
-      back_end_({options.loops, matcher_.coarse(), matcher_.fine()},
-                options.graph,
-                options.refinement) {
+      back_end_(
+          {options.loops, matcher_.coarse(), matcher_.fine()}, options.graph, options.refinement) {
   validate(options, "slam");
 }
 
@@ -46,8 +45,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
     match = matcher_.match(points, prior, guess.source, keyframes_, local_map_);
   }
   const Pose2 before = estimate_.world_from_robot;
-  const bool refused =
-      gate_.refuses(match, before, prior.map_from_robot, motion_, input.scan.utime);
+  const bool refused = gate_.refuses(match, before, motion_, input.scan.utime);
   if (refused) match = {prior.map_from_robot, Eigen::Matrix3d::Zero(), match.overlap, false};
   if (use && !refused) gate_.note_match(match.usable || keyframes_.keys.empty());
   estimate_ = estimate_from(match, prior, motion_.stands_still(input.motion));
@@ -91,16 +89,16 @@ PoseEstimate Slam::estimate_from(const ScanMatch& match, const PosePrior& prior,
   }
   if (!standing_) standing_.emplace(estimate_.covariance);
   const Pose2& before = estimate_.world_from_robot;
-  const auto correction = standing_->update(difference(match.world_from_robot, before),
-                                            inverted(match.information));
+  const auto correction =
+      standing_->update(difference(match.world_from_robot, before), inverted(match.information));
   if (!correction) {  // wheels may stand still while the robot is pushed
     standing_.reset();
     return estimate;
   }
   const Eigen::Vector3d& step = correction->step;
-  return {{before.x_m + step.x(), before.y_m + step.y(),
-           normalize_angle(before.theta_rad + step.z())},
-          correction->covariance};
+  return {
+      {before.x_m + step.x(), before.y_m + step.y(), normalize_angle(before.theta_rad + step.z())},
+      correction->covariance};
 }
 
 void Slam::add_keyframe(const SlamInput& input, const OrientedPoints& points) {
@@ -116,8 +114,8 @@ void Slam::add_keyframe(const SlamInput& input, const OrientedPoints& points) {
         rotated(estimate_.covariance, -before.world_from_robot.theta_rad) +
         diagonal_covariance(kEdgeSigmaM, deg_to_rad(kEdgeSigmaDeg));
     // The graph's error lives in the frame of the newer keyframe.
-    back_end_.add_edge({node - 1, node, measured,
-                        rotated(covariance, -measured.theta_rad).inverse(), false});
+    back_end_.add_edge(
+        {node - 1, node, measured, inverted(rotated(covariance, -measured.theta_rad), 0.0), false});
   }
   path_.add_keyframe(key.utime, node);
   keyframes_.keys.push_back(std::move(key));
@@ -183,9 +181,16 @@ JointRefinementResult Slam::finish() {
 OccupancyGrid Slam::grid() const { return draw_grid(keyframes_.keys, options_.grid); }
 
 SlamState Slam::state() const {
-  SlamState state{keyframes_,       path_.state(), back_end_.state(), culling_.state(),
-                  motion_.state(), estimate_,     {},                gate_.state(),
-                  local_map_.centre_m(), revision_};
+  SlamState state{keyframes_,
+                  path_.state(),
+                  back_end_.state(),
+                  culling_.state(),
+                  motion_.state(),
+                  estimate_,
+                  {},
+                  gate_.state(),
+                  local_map_.centre_m(),
+                  revision_};
   if (standing_) state.zero_velocity = standing_->state();
   return state;
 }
@@ -226,8 +231,7 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
   back_end_.add_edge({tie.from, tie.to + first_key, tie.from_from_to, tie.information, false});
   path_.append(session.path, first_key, world_from_session);
   culling_.skip_to(static_cast<int>(keys.size()));
-  estimate_ = {world_from_session * session.estimate.world_from_robot,
-               session.estimate.covariance};
+  estimate_ = {world_from_session * session.estimate.world_from_robot, session.estimate.covariance};
   motion_.restore(session.motion);
   standing_.reset();
   gate_.restore(session.gate);

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
+#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/back_end/back_end.hpp"
 #include "slam/front_end/match_gate.hpp"
 #include "slam/front_end/motion_model.hpp"
@@ -35,6 +37,10 @@ struct SlamOptions {
   PoseGraphOptions graph;
   JointRefinementOptions refinement;
   OccupancyGridOptions grid;
+
+  static constexpr std::array kRenamed{RenamedKey{"key_distance_m", "keyframe_distance_m"},
+                                       RenamedKey{"key_turn_deg", "keyframe_turn_deg"},
+                                       RenamedKey{"thinning", "culling"}};
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -115,8 +121,8 @@ class Slam {
   void defer_loop_work() { back_end_.defer_work(); }
   /// One at a time: nothing until the last one was accepted.
   std::optional<LoopWork> take_loop_work() { return back_end_.take_work(); }
-  /// Keyframes that came meanwhile follow the newest one that was there. Ignores work taken before a
-  /// restore or reset. @returns whether older poses moved.
+  /// Keyframes that came meanwhile follow the newest one that was there. Ignores work taken before
+  /// a restore or reset. @returns whether older poses moved.
   bool accept(const LoopWork& work);
 
   /// From here on the path follows the map, not the time: of scans taken nearer to the last kept
@@ -130,8 +136,8 @@ class Slam {
   SlamState state() const;
   /// @throws std::invalid_argument as check().
   void restore(const SlamState& state);
-  /// Appends another session, recorded in the same building, and goes on from its end: its keyframes
-  /// join this map, loops between both are searched, and the graph is optimized.
+  /// Appends another session, recorded in the same building, and goes on from its end: its
+  /// keyframes join this map, loops between both are searched, and the graph is optimized.
   /// @param tie  a measured pose of its keyframe `to` (counted in `session`) seen from this map's
   /// keyframe `from`. @throws std::invalid_argument as check(), or for keyframes that are not
   /// there.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/renamed_key.hpp"
 
 namespace marco {
 
@@ -44,6 +45,15 @@ class OptionVisitor {
 
   virtual ~OptionVisitor() = default;
 
+  /// The fields of `options`, and what they were called before.
+  template <class Options>
+  void walk(Options& options) {
+    if constexpr (requires { Options::kRenamed; }) {
+      for (const RenamedKey& key : Options::kRenamed) renamed(key);
+    }
+    options.visit(*this);
+  }
+
   template <class T>
   void operator()(std::string_view name, T& value, Limits limits = {}) {
     if constexpr (std::is_constructible_v<Field, T*>) {
@@ -57,6 +67,7 @@ class OptionVisitor {
   static constexpr int kNoItem = -1;
 
   virtual void field(std::string_view name, Field value, Limits limits) = 0;
+  virtual void renamed(const RenamedKey&) {}
   /// Before nested options, or one item of a list of them. @returns whether they are visited.
   virtual bool enter(std::string_view name, int item) = 0;
   virtual void leave() = 0;
@@ -67,7 +78,7 @@ class OptionVisitor {
   template <class Options>
   void nested(std::string_view name, Options& options, int item = kNoItem) {
     if (!enter(name, item)) return;
-    options.visit(*this);
+    walk(options);
     leave();
   }
   template <class Options>
@@ -112,8 +123,7 @@ class LimitsChecker final : public OptionVisitor {
 template <class Options>
 void validate(Options options, const std::string& name) {
   LimitsChecker checker(name);
-  OptionVisitor& visitor = checker;
-  options.visit(visitor);
+  checker.walk(options);
 }
 
 }  // namespace marco

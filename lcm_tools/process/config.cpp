@@ -52,12 +52,18 @@ toml::table parse(const std::string& text, const std::string& name) {
 class TomlReader final : public OptionVisitor {
  public:
   TomlReader(const toml::table& table, const std::string& name) {
-    levels_.push_back({&table, name + ": ", {}});
+    levels_.push_back({&table, name + ": "});
   }
   void refuse_unknown() const {
     const Level& level = levels_.back();
     for (const auto& [key, node] : *level.table) {
       if (level.used.contains(std::string(key.str()))) continue;
+      for (const RenamedKey& renamed : level.renamed) {
+        if (renamed.before != key.str()) continue;
+        throw std::invalid_argument(level.path + "key '" + std::string(key.str()) + "' (" +
+                                    place_of(node) + ") was renamed: write '" +
+                                    std::string(renamed.now) + "'");
+      }
       const std::vector<std::string> names(level.used.begin(), level.used.end());
       std::string known;
       for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
@@ -73,12 +79,13 @@ class TomlReader final : public OptionVisitor {
     if (node == nullptr) return;
     std::visit([&](auto* target) { read(name, *node, *target, limits); }, value);
   }
+  void renamed(const RenamedKey& key) override { levels_.back().renamed.push_back(key); }
   bool enter(std::string_view name, int item) override {
     const toml::node* node = use(name);
     if (node == nullptr) return false;
     if (item != kNoItem) node = node->as_array()->get(static_cast<std::size_t>(item));
     if (!node->is_table()) fail(name, *node, "a table");
-    levels_.push_back({node->as_table(), levels_.back().path + std::string(name) + ".", {}});
+    levels_.push_back({node->as_table(), levels_.back().path + std::string(name) + "."});
     return true;
   }
   void leave() override {
@@ -96,7 +103,8 @@ class TomlReader final : public OptionVisitor {
   struct Level {
     const toml::table* table;
     std::string path;
-    std::set<std::string> used;
+    std::set<std::string> used = {};
+    std::vector<RenamedKey> renamed = {};
   };
 
   const toml::node* use(std::string_view name) {

@@ -14,7 +14,7 @@ using Fields = std::function<void(OptionVisitor&)>;
 
 template <class Options>
 Fields fields_of(Options& options) {
-  return [&options](OptionVisitor& visitor) { options.visit(visitor); };
+  return [&options](OptionVisitor& visitor) { visitor.walk(options); };
 }
 
 void read_file(const std::string& path, const Fields& fields);

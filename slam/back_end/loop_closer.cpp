@@ -44,8 +44,8 @@ LoopCloser::Drift LoopCloser::drift(double way_m, double since_closed_m) const {
 }
 
 std::vector<int> LoopCloser::nearby_places(const std::vector<Keyframe>& keys,
-                                        const std::vector<double>& shortest_path_lengths_m,
-                                        double since_closed_m) const {
+                                           const std::vector<double>& shortest_path_lengths_m,
+                                           double since_closed_m) const {
   const Keyframe& newest = keys.back();
   struct Place {
     int key;
@@ -57,7 +57,8 @@ std::vector<int> LoopCloser::nearby_places(const std::vector<Keyframe>& keys,
   for (std::size_t key = 0; key < keys.size(); ++key) {
     if (newest.path_m - keys[key].path_m < options_.min_path_m) break;
     const double distance = distance_m(keys[key].world_from_robot, newest.world_from_robot);
-    if (distance > options_.radius_m + drift(shortest_path_lengths_m[key], since_closed_m).shift_m) {
+    if (distance >
+        options_.radius_m + drift(shortest_path_lengths_m[key], since_closed_m).shift_m) {
       in_stretch = false;
     } else if (!in_stretch) {
       places.push_back({static_cast<int>(key), distance});
@@ -101,9 +102,9 @@ std::vector<LoopCandidate> LoopCloser::candidates(
     const int since = std::min(std::max(last + 1, to - options_.around), to);
     const Drift drift = this->drift(drifting_m[static_cast<std::size_t>(from)], since_closed_m);
     found.push_back({from, to, old.world_from_robot, newest.world_from_robot,
-                         join_points(keys, first, last, Pose2{}),
-                         join_points(keys, since, to, newest.world_from_robot.inverse()),
-                         drift.shift_m, drift.turn_rad});
+                     join_points(keys, first, last, Pose2{}),
+                     join_points(keys, since, to, newest.world_from_robot.inverse()), drift.shift_m,
+                     drift.turn_rad});
   }
   return found;
 }
@@ -124,15 +125,14 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
   if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
     return std::nullopt;
   }
-  Eigen::Matrix3d covariance = inverted(fine.information);
-  covariance(0, 0) += options_.sigma_m * options_.sigma_m;
-  covariance(1, 1) += options_.sigma_m * options_.sigma_m;
-  covariance(2, 2) += std::pow(deg_to_rad(options_.sigma_deg), 2);
+  const Eigen::Matrix3d covariance =
+      inverted(fine.information) +
+      diagonal_covariance(options_.sigma_m, deg_to_rad(options_.sigma_deg));
   const Pose2 change = between(candidate.world_from_newest, fine.map_from_robot);
   Loop loop;
   loop.from = candidate.from;
   loop.to = candidate.to;
-  loop.information = rotated(covariance.inverse(), -fine.map_from_robot.theta_rad);
+  loop.information = rotated(inverted(covariance, 0.0), -fine.map_from_robot.theta_rad);
   loop.from_from_to = between(candidate.world_from_old, fine.map_from_robot);
   loop.believed = between(candidate.world_from_old, candidate.world_from_newest);
   loop.score = coarse.score;

@@ -16,12 +16,10 @@ void check(const MatchGateState& state) {
 
 bool MatchGate::refuses(const ScanMatch& match,
                         const Pose2& before,
-                        const Pose2& predicted,
                         const MotionModel& motion,
                         Utime utime) {
   if (!match.usable) return false;
-  const bool jumps = motion.leaps(between(before, match.world_from_robot), utime) &&
-                     motion.leaps(between(predicted, match.world_from_robot), motion.newest());
+  const bool jumps = motion.leaps(between(before, match.world_from_robot), utime);
   if (jumps && !state_.jumps_since) state_.jumps_since = utime;
   const bool refused =
       jumps && std::abs((utime - *state_.jumps_since).seconds()) < kJumpsUntilBelievedS;

@@ -30,12 +30,7 @@ class MatchGate {
   void restore(const MatchGateState& state) { state_ = state; }
 
   /// Refuses a match that puts the robot where it cannot have driven from the scan before.
-  /// @param predicted  by dead reckoning
-  bool refuses(const ScanMatch& match,
-               const Pose2& before,
-               const Pose2& predicted,
-               const MotionModel& motion,
-               Utime utime);
+  bool refuses(const ScanMatch& match, const Pose2& before, const MotionModel& motion, Utime utime);
   /// Call for each scan that was matched and not refused. @param fits  or is the first of a map
   void note_match(bool fits);
   /// Scans that fit nothing are not drawn, unless nothing fits any more.

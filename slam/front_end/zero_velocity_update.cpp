@@ -1,7 +1,5 @@
 #include "slam/front_end/zero_velocity_update.hpp"
 
-#include <Eigen/LU>
-
 #include "slam/front_end/match_gates.hpp"
 
 namespace marco::slam {
@@ -19,7 +17,8 @@ constexpr double kMapSigmaDeg = 0.05;
 
 ZeroVelocityUpdate::ZeroVelocityUpdate(const Eigen::Matrix3d& covariance) {
   state_.covariance.topLeftCorner<3, 3>() = covariance;
-  state_.covariance.bottomRightCorner<3, 3>() = diagonal_covariance(kMapSigmaM, deg_to_rad(kMapSigmaDeg));
+  state_.covariance.bottomRightCorner<3, 3>() =
+      diagonal_covariance(kMapSigmaM, deg_to_rad(kMapSigmaDeg));
 }
 
 std::optional<ZeroVelocityUpdate::Correction> ZeroVelocityUpdate::update(
@@ -29,8 +28,9 @@ std::optional<ZeroVelocityUpdate::Correction> ZeroVelocityUpdate::update(
   const Eigen::Matrix<double, 6, 3> with_sum = p.leftCols<3>() + p.rightCols<3>();
   const Eigen::Matrix3d expected = with_sum.topRows<3>() + with_sum.bottomRows<3>() + covariance;
   const Eigen::Vector3d unexplained = innovation - state_.map_error;
-  const Eigen::Matrix3d information = expected.inverse();
-  if (squared_mahalanobis_distance(unexplained, information) > match_gates::kContradiction) return std::nullopt;
+  const Eigen::Matrix3d information = inverted(expected, 0.0);
+  if (squared_mahalanobis_distance(unexplained, information) > match_gates::kContradiction)
+    return std::nullopt;
   const Eigen::Matrix<double, 6, 3> gain = with_sum * information;
   p -= gain * with_sum.transpose();
   p = 0.5 * (p + p.transpose()).eval();

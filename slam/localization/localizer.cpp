@@ -1,36 +1,17 @@
 #include "slam/localization/localizer.hpp"
 
-#include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::slam {
 namespace {
 
-constexpr double kSearchHalfWidthM = 0.6;
-constexpr double kSearchHalfTurnDeg = 20.0;
-constexpr double kSearchMinScore = 0.3;
-
-// Of a move that scans saw, beside its own length and turn.
-constexpr double kSeenPart = 0.02;
-constexpr double kSeenSigmaM = 5e-4;
-constexpr double kSeenSigmaDeg = 0.01;
-
-// Keyframes of a session that only says how the robot moves, before it begins anew.
-constexpr std::size_t kSessionKeys = 150;
-
-// Part of the points on walls of the map from which on a match says something, as long as it goes
-// where the robot's own path does: squared deviations of 3 degrees of freedom.
+// Part of the points on walls of the map from which on a match says something, as long as it agrees
+// with the robot's own path.
 constexpr double kSomeOverlap = 0.15;
-constexpr double kSurprise = 16.0;
 
-// A scan confirms its place by so many of its beams, when hardly any of the others contradicts.
+// A scan confirms its place by this part of its beams, when hardly any of the others contradicts.
 constexpr double kExplained = 0.3;
 constexpr double kHardly = 0.1;
-
-Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& matrix) {
-  return (matrix + 1e-9 * Eigen::Matrix3d::Identity()).inverse();
-}
 
 Beams beams_of(const OrientedPoints& points, const Eigen::Vector2d& sensor_in_robot) {
   Beams beams{points.points, sensor_in_robot.replicate(1, points.points.cols()), {}};
@@ -43,67 +24,84 @@ Beams beams_of(const OrientedPoints& points, const Eigen::Vector2d& sensor_in_ro
 
 }  // namespace
 
+void LocalizedPath::keep_nothing() {
+  is_kept_ = false;
+  scans_ = {};
+}
+
+void LocalizedPath::add_unplaced(const Pose2& session_from_robot) {
+  const int session = static_cast<int>(map_from_sessions_.size()) - 1;
+  if (is_kept_) scans_.push_back({session, session_from_robot});
+}
+
+void LocalizedPath::add(const Pose2& map_from_robot) {
+  if (is_kept_) scans_.push_back({-1, map_from_robot});
+}
+
+std::vector<std::optional<Pose2>> LocalizedPath::poses() const {
+  std::vector<std::optional<Pose2>> poses;
+  for (const ScanPose& scan : scans_) {
+    std::optional<Pose2> map_from_frame = Pose2{};
+    if (scan.session >= 0)
+      map_from_frame = map_from_sessions_[static_cast<std::size_t>(scan.session)];
+    poses.push_back(map_from_frame ? std::optional(*map_from_frame * scan.frame_from_robot)
+                                   : std::nullopt);
+  }
+  return poses;
+}
+
 Localizer::Localizer(std::vector<Keyframe> map,
                      const LocalizerOptions& options,
                      const SlamOptions& slam)
     : options_(options),
-      slam_options_(slam),
+      gates_(slam.gates),
+      normals_(slam.normals),
       map_(std::make_unique<FrozenMap>(std::move(map), options, slam)),
-      coarse_(slam.coarse),
       finder_(*map_, options),
-      session_(slam),
-      motion_(slam.motion),
-      map_from_sessions_(1) {}
+      odometry_(slam),
+      motion_(slam.motion) {}
 
 void Localizer::forget_place() {
   tracking_ = false;
-  session_ = Slam(slam_options_);
+  odometry_.reset();
   finder_.restart();
-  map_from_sessions_.emplace_back();
+  path_.begin_session();
 }
 
 void Localizer::set_pose(const Pose2& map_from_robot) {
   require(is_finite(map_from_robot), "localizer: the pose is not finite");
+  constexpr double kSigmaM = 0.2, kSigmaRad = 0.1;
   forget_place();
-  motion_ = MotionModel(slam_options_.motion);
-  begin_tracking(map_from_robot, Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal());
+  motion_.restore({});
+  odometry_.begin({});
+  begin_tracking({map_from_robot, diagonal_covariance(kSigmaM, kSigmaRad)});
+  tracking_state_.begin(std::nullopt);
 }
 
-void Localizer::begin_tracking(const Pose2& map_from_robot, const Eigen::Matrix3d& covariance) {
+void Localizer::begin_tracking(const PoseEstimate& estimate) {
   tracking_ = true;
-  map_from_robot_ = map_from_robot;
-  covariance_ = covariance;
-  // What is not asked for is not done: no loops, no jumps.
-  session_.defer_loop_work();
-  session_from_robot_ = {};
-  last_match_.reset();
-  note_confirmed();
-}
-
-void Localizer::note_confirmed() {
-  contradicted_m_ = unknown_m_ = 0.0;
-  tracking_broken_ = false;
+  estimate_ = estimate;
 }
 
 SlamUpdate Localizer::process(const SlamInput& input) {
-  return tracking_ ? track(input) : look(input);
+  return tracking_ ? track(input) : search(input);
 }
 
-SlamUpdate Localizer::look(const SlamInput& input) {
-  SlamUpdate update = session_.process(input);
+SlamUpdate Localizer::search(const SlamInput& input) {
+  Slam& session = odometry_.session();
+  SlamUpdate update = session.process(input);
   update.status = SlamUpdate::Status::lost;
-  const int session = static_cast<int>(map_from_sessions_.size()) - 1;
-  if (path_is_kept_) scans_.push_back({session, update.world_from_robot});
+  path_.add_unplaced(update.world_from_robot);
   if (!update.became_key) return update;
-  const std::optional<FoundPlace> found = finder_.look(session_.keys());
+  const std::optional<FoundPlace> found = finder_.look(session.keys());
   if (!found) return update;
-  const Keyframe& newest = session_.keys().back();
-  map_from_sessions_.back() = found->map_from_robot * newest.world_from_robot.inverse();
+  const Keyframe& newest = session.keys().back();
+  path_.place_session(found->map_from_robot * newest.world_from_robot.inverse());
   findings_.push_back({input.scan.utime, newest.path_m, *found});
-  motion_.restore(session_.state().motion);
-  begin_tracking(found->map_from_robot, found->covariance);
-  session_from_robot_ = update.world_from_robot;
-  last_match_ = input.scan.utime;
+  motion_.restore(session.state().motion);
+  odometry_.begin(update.world_from_robot);
+  begin_tracking({found->map_from_robot, found->covariance});
+  tracking_state_.begin(input.scan.utime);
   update.world_from_robot = found->map_from_robot;
   update.covariance = found->covariance;
   update.overlap = found->overlap;
@@ -112,117 +110,70 @@ SlamUpdate Localizer::look(const SlamInput& input) {
   return update;
 }
 
-Localizer::Move Localizer::move_to(const SlamInput& input) {
-  const MotionGuess guess = motion_.guess(input.motion);
-  Move move{guess.before_from_now, guess.covariance, false};
-  const bool is_first = session_.key_count() == 0;
-  const Pose2 before = session_from_robot_;
-  const SlamUpdate own = session_.process(input);
-  session_from_robot_ = own.world_from_robot;
-  if (is_first) return move;
-  move.seen =
-      own.status == SlamUpdate::Status::matched && own.overlap >= slam_options_.gates.good_overlap;
-  if (move.seen) {
-    move.before_from_now = between(before, own.world_from_robot);
-    const double sigma_m = kSeenPart * move.before_from_now.translation_m().norm() + kSeenSigmaM;
-    const double sigma_rad =
-        kSeenPart * std::abs(move.before_from_now.theta_rad) + deg_to_rad(kSeenSigmaDeg);
-    move.covariance =
-        Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+SlamUpdate Localizer::track(const SlamInput& input) {
+  const ScanOdometry::Move move = odometry_.move(input, motion_.guess(input.motion));
+  const PoseEstimate predicted = dead_reckoned(estimate_, move.before_from_now, move.covariance);
+  const PosePrior prior{predicted.world_from_robot, information_of(predicted.covariance)};
+  SlamUpdate update;
+  update.world_from_robot = predicted.world_from_robot;
+  update.covariance = predicted.covariance;
+  const bool usable = input.level && input.scan.hits_in_robot.cols() >= gates_.min_points;
+  TrackingState::Verdict verdict = TrackingState::Verdict::says_nothing;
+  if (usable) {
+    View view{orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, normals_), {}};
+    view.beams = beams_of(view.points, input.scan.sensor_in_robot);
+    correct(view, prior, move.by_scans, update);
+    verdict = judge(view.beams, update);
   }
-  if (session_.key_count() > kSessionKeys) {
-    const MotionState motion = session_.state().motion;
-    session_ = Slam(slam_options_);
-    session_.defer_loop_work();
-    SlamState start;
-    start.motion = motion;
-    session_.restore(start);
-    session_from_robot_ = session_.process(input).world_from_robot;
+  const Pose2 moved = between(estimate_.world_from_robot, update.world_from_robot);
+  motion_.update(input.motion, moved);
+  estimate_ = {update.world_from_robot, update.covariance};
+  path_.add(update.world_from_robot);
+  const TrackingLimits limits{options_.lost_after_m, options_.lost_after_s, options_.unknown_for_m};
+  if (usable && tracking_state_.is_lost_after(input.scan.utime, verdict, move.by_scans,
+                                              moved.translation_m().norm(), limits)) {
+    forget_place();
+    update.status = SlamUpdate::Status::lost;
   }
-  return move;
-}
-
-PosePrior Localizer::prior_of(const Move& move, Eigen::Matrix3d& covariance) const {
-  const Pose2 prediction = map_from_robot_ * move.before_from_now;
-  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
-  carry(0, 2) = -(prediction.y_m - map_from_robot_.y_m);
-  carry(1, 2) = prediction.x_m - map_from_robot_.x_m;
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = map_from_robot_.rotation();
-  covariance = carry * covariance_ * carry.transpose() + turn * move.covariance * turn.transpose();
-  return {prediction, inverse_of(covariance)};
+  return update;
 }
 
 bool Localizer::contradicts(const Beams& beams, const Pose2& map_from_robot) const {
   return map_->places().agreement(beams, map_from_robot).in_free > options_.max_contradicted;
 }
 
-SurfelMatch Localizer::match(const OrientedPoints& points,
-                             const Beams& beams,
-                             const PosePrior& prior,
-                             bool seen) {
-  const SurfelMatch fine = map_->match(points, prior.map_from_robot, &prior);
-  if (fine.overlap >= slam_options_.gates.good_overlap) return fine;
+SurfelMatch Localizer::match(const View& view, const PosePrior& prior, bool by_scans) {
+  const SurfelMatch fine = map_->match(view.points, prior.map_from_robot, &prior);
+  if (fine.overlap >= gates_.good_overlap) return fine;
   // In a place that the map does not know there is nothing to search for.
-  if (seen && !contradicts(beams, prior.map_from_robot)) return fine;
-  const SearchWindow window{prior.map_from_robot, kSearchHalfWidthM,
-                            deg_to_rad(kSearchHalfTurnDeg)};
-  const CorrelativeMatch wide =
-      coarse_.search(map_->places().walls(), points.points, window, kSearchMinScore);
-  if (wide.score <= 0.0) return fine;
-  const SurfelMatch again = map_->match(points, wide.map_from_robot, nullptr);
-  const bool better =
-      again.overlap > fine.overlap + 0.05 && !contradicts(beams, again.map_from_robot);
-  return better ? again : fine;
+  if (by_scans && !contradicts(view.beams, prior.map_from_robot)) return fine;
+  const auto wide = map_->match_widely(view.points, prior.map_from_robot);
+  const bool better = wide && wide->overlap > fine.overlap + match_gates::kClearlyBetter &&
+                      !contradicts(view.beams, wide->map_from_robot);
+  return better ? *wide : fine;
 }
 
-void Localizer::correct(const OrientedPoints& points,
-                        const Beams& beams,
+void Localizer::correct(const View& view,
                         const PosePrior& prior,
-                        bool seen,
+                        bool by_scans,
                         SlamUpdate& update) {
-  const SurfelMatch found = match(points, beams, prior, seen);
+  const SurfelMatch found = match(view, prior, by_scans);
   update.overlap = found.overlap;
   if (found.status == SurfelMatch::Status::no_overlap) return;
-  if (found.overlap < options_.good_overlap && seen) {
-    const Pose2 off = between(prior.map_from_robot, found.map_from_robot);
-    const Eigen::Vector3d moved(found.map_from_robot.x_m - prior.map_from_robot.x_m,
-                                found.map_from_robot.y_m - prior.map_from_robot.y_m, off.theta_rad);
-    if (moved.dot(prior.information * moved) > kSurprise) return;
+  if (found.overlap < options_.good_overlap && by_scans) {
+    const Eigen::Vector3d innovation = difference(found.map_from_robot, prior.map_from_robot);
+    if (squared_mahalanobis_distance(innovation, prior.information) > match_gates::kContradiction) {
+      return;
+    }
   }
-  if (found.overlap < (seen ? kSomeOverlap : options_.poor_overlap)) return;
+  if (found.overlap < (by_scans ? kSomeOverlap : options_.poor_overlap)) return;
   update.status = SlamUpdate::Status::matched;
   update.world_from_robot = found.map_from_robot;
   update.covariance = map_->covariance_of(found.information + prior.information);
 }
 
-SlamUpdate Localizer::track(const SlamInput& input) {
-  const Move move = move_to(input);
-  SlamUpdate update;
-  const PosePrior prior = prior_of(move, update.covariance);
-  update.world_from_robot = prior.map_from_robot;
-  const bool usable = input.level && input.scan.hits_in_robot.cols() >= slam_options_.gates.min_points;
-  Verdict verdict = Verdict::says_nothing;
-  if (usable) {
-    const OrientedPoints points =
-        orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, slam_options_.normals);
-    const Beams beams = beams_of(points, input.scan.sensor_in_robot);
-    correct(points, beams, prior, move.seen, update);
-    verdict = judge(beams, update);
-    tracking_broken_ = tracking_broken_ || !move.seen;
-  }
-  const Pose2 moved = between(map_from_robot_, update.world_from_robot);
-  motion_.update(input.motion, moved);
-  map_from_robot_ = update.world_from_robot;
-  covariance_ = update.covariance;
-  if (path_is_kept_) scans_.push_back({-1, map_from_robot_});
-  if (!usable) return update;
-  note_whether_lost(input.scan.utime, verdict, moved.translation_m().norm());
-  if (!tracking_) update.status = SlamUpdate::Status::lost;
-  return update;
-}
-
-Localizer::Verdict Localizer::judge(const Beams& beams, const SlamUpdate& update) const {
+TrackingState::Verdict Localizer::judge(const Beams& beams, const SlamUpdate& update) const {
+  using Verdict = TrackingState::Verdict;
   // A room that resembles the right one has walls where this one is known to be free.
   const Agreement says = map_->places().agreement(beams, update.world_from_robot);
   if (says.in_free > options_.max_contradicted) return Verdict::contradicted;
@@ -231,41 +182,6 @@ Localizer::Verdict Localizer::judge(const Beams& beams, const SlamUpdate& update
   const bool fits_where_known =
       says.explained >= kExplained && says.in_free <= kHardly * says.explained;
   return fits || fits_where_known ? Verdict::confirmed : Verdict::says_nothing;
-}
-
-void Localizer::note_whether_lost(Utime utime, Verdict verdict, double moved_m) {
-  if (verdict == Verdict::confirmed) note_confirmed();
-  // Scans that do not fit each other may have been taken anywhere.
-  const bool doubt = verdict == Verdict::contradicted || (verdict != Verdict::confirmed && tracking_broken_);
-  if (!doubt || !last_match_) last_match_ = utime;
-  unknown_m_ += moved_m;
-  contradicted_m_ = doubt ? contradicted_m_ + moved_m : 0.0;
-  const double waited_s = std::abs((utime - *last_match_).seconds());
-  if (contradicted_m_ <= options_.lost_after_m && waited_s <= options_.lost_after_s &&
-      unknown_m_ <= options_.unknown_for_m) {
-    return;
-  }
-  ++times_lost_;
-  forget_place();
-}
-
-void Localizer::keep_no_path() {
-  path_is_kept_ = false;
-  scans_ = {};
-}
-
-std::vector<std::optional<Pose2>> Localizer::trajectory() const {
-  std::vector<std::optional<Pose2>> trajectory;
-  for (const ScanPose& scan : scans_) {
-    if (scan.session < 0) {
-      trajectory.emplace_back(scan.frame_from_robot);
-      continue;
-    }
-    const std::optional<Pose2>& found = map_from_sessions_[static_cast<std::size_t>(scan.session)];
-    trajectory.push_back(found ? std::optional<Pose2>(*found * scan.frame_from_robot)
-                               : std::nullopt);
-  }
-  return trajectory;
 }
 
 }  // namespace marco::slam

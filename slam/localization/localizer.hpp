@@ -4,114 +4,44 @@
 #include <optional>
 #include <vector>
 
-#include "slam/localization/place_finder.hpp"
-#include "slam/localization/saved_map.hpp"
-#include "slam/slam.hpp"
+#include "slam/localization/scan_odometry.hpp"
+#include "slam/localization/session_finder.hpp"
+#include "slam/localization/tracking_state.hpp"
 
 namespace marco::slam {
 
-struct LocalizerOptions {
-  PlaceMapOptions map;
-  PlaceFinderOptions finder;
-  double local_radius_m = 10.0;    ///< the map about the robot is made of the keyframes within this
-  int local_keyframes = 60;        ///< the nearest so many
-  double renew_after_m = 1.5;      ///< of driving
-  double good_overlap = 0.60;      ///< a place found is taken when the fine match reaches it
-  double poor_overlap = 0.35;      ///< a match below it is not used
-  double max_contradicted = 0.15;  ///< of a scan's beams, that may end in known free space
-  double lost_after_m = 1.0;       ///< so far with scans that contradict the map, or ...
-  double lost_after_s = 5.0;       ///< ... so long: carried away, look anew
-  double unknown_for_m = 30.0;     ///< so far where the map is silent its own path is believed
-  double map_sigma_m = 0.02;       ///< the map's own error, in every covariance
-  double map_sigma_deg = 0.2;
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("map", map);
-    v("finder", finder);
-    v("local_radius_m", local_radius_m, kPositive);
-    v("local_keyframes", local_keyframes, Limits{1, 10000});
-    v("renew_after_m", renew_after_m, kNotNegative);
-    v("good_overlap", good_overlap, Limits{0.0, 1.0});
-    v("poor_overlap", poor_overlap, Limits{0.0, 1.0});
-    v("max_contradicted", max_contradicted, Limits{0.0, 1.0});
-    v("lost_after_m", lost_after_m, kPositive);
-    v("lost_after_s", lost_after_s, kPositive);
-    v("unknown_for_m", unknown_for_m, kPositive);
-    v("map_sigma_m", map_sigma_m, kPositive);
-    v("map_sigma_deg", map_sigma_deg, kPositive);
+/// The path of a robot that is localized in pieces: parts driven before a place was found have
+/// their poses from the path that led there.
+class LocalizedPath {
+ public:
+  /// From here on nothing is kept.
+  void keep_nothing();
+  /// Of the session that looks for its place.
+  void add_unplaced(const Pose2& session_from_robot);
+  void add(const Pose2& map_from_robot);
+  void place_session(const Pose2& map_from_session) {
+    map_from_sessions_.back() = map_from_session;
   }
-};
-
-/// A pose in a saved map, searched anywhere in it.
-struct FoundPlace {
-  Pose2 map_from_robot;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  double overlap = 0.0;
-  int nearest_key = 0;  ///< of the map
-};
-
-/// A saved map that does not change, and fine matches against it about a place.
-class FrozenMap {
- public:
-  /// @throws std::invalid_argument as PlaceMap.
-  FrozenMap(std::vector<Keyframe> keys, const LocalizerOptions& options, const SlamOptions& slam);
-
-  const PlaceMap& places() const { return places_; }
-  const std::vector<Keyframe>& keys() const { return keys_; }
-
-  /// The fine match of a scan about a guess. Makes the local map anew when the guess has moved on.
-  SurfelMatch match(const OrientedPoints& points_in_robot,
-                    const Pose2& map_from_robot_guess,
-                    const PosePrior* prior);
-  Eigen::Matrix3d covariance_of(const Eigen::Matrix3d& information) const;
-  int nearest_key(const Pose2& map_from_robot) const;
+  void begin_session() { map_from_sessions_.emplace_back(); }
+  /// One pose a scan; nothing where the place was never found.
+  std::vector<std::optional<Pose2>> poses() const;
 
  private:
-  void renew(const Eigen::Vector2d& centre_m);
-
-  std::vector<Keyframe> keys_;
-  LocalizerOptions options_;
-  SurfelMatcher matcher_;
-  PlaceMap places_;
-  std::optional<SurfelPyramid> local_;
-  Eigen::Vector2d local_centre_m_ = Eigen::Vector2d::Zero();
+  struct ScanPose {
+    int session = -1;  ///< -1 = the pose is the map's
+    Pose2 frame_from_robot;
+  };
+  std::vector<std::optional<Pose2>> map_from_sessions_ = {std::nullopt};
+  std::vector<ScanPose> scans_;
+  bool is_kept_ = true;
 };
 
-/// A session that has not yet been found in a map: looks at each of its keyframes.
-class SessionFinder {
- public:
-  /// @param map  outlives the finder
-  SessionFinder(FrozenMap& map, const LocalizerOptions& options);
-
-  /// Call after each new keyframe of the session. Where nothing was found over a long way it looks
-  /// seldom. @returns the newest keyframe's place, once.
-  std::optional<FoundPlace> look(const std::vector<Keyframe>& session);
-  /// What the last look said.
-  const PlaceEstimate& estimate() const { return estimate_; }
-  void restart();
-
- private:
-  FrozenMap* map_;
-  LocalizerOptions options_;
-  PlaceFinder finder_;
-  PlaceEstimate estimate_;
-  std::optional<double> began_m_;  ///< path when it looked first
-  double looked_m_ = 0.0;          ///< and last
-};
-
-/// When a place was found.
-struct Finding {
-  Utime utime;          ///< of the scan that made it sure
-  double path_m = 0.0;  ///< driven since it began to look
-  FoundPlace place;
-};
-
-/// Where a robot is in a map that somebody saved. Looks anywhere until it is sure, tracks from then
-/// on, and looks again when the scans contradict the map. The map stays as it is: where it knows
-/// nothing (a room whose door was closed), the robot goes on by a map of its own last metres.
+/// Localization in a saved map, which stays as it is. Searches everywhere until it is sure, then
+/// tracks, and relocalizes when the scans contradict the map. Where the map knows nothing (a room
+/// whose door was closed), the robot is tracked by its scans alone.
 ///
-/// While it looks, poses are given in the session's own frame, with status `lost`. Not thread-safe.
+/// While it searches, poses are given in the session's own frame, with status `lost`. Not
+/// thread-safe.
 class Localizer {
  public:
   /// @throws std::invalid_argument for a map without points, or options outside their limits.
@@ -122,7 +52,7 @@ class Localizer {
   SlamUpdate process(const SlamInput& input);
   /// The robot is here: tracks from this pose.
   void set_pose(const Pose2& map_from_robot);
-  /// As if switched on anew.
+  /// As if just switched on.
   void forget_place();
 
   bool is_localized() const { return tracking_; }
@@ -130,71 +60,47 @@ class Localizer {
   const std::vector<Keyframe>& keys() const { return map_->keys(); }
   /// Of the last look.
   const PlaceEstimate& estimate() const { return finder_.estimate(); }
+  int times_lost() const { return tracking_state_.times_lost(); }
   /// Each time it became sure.
   const std::vector<Finding>& findings() const { return findings_; }
-  int times_lost() const { return times_lost_; }
-  Velocity2 velocity() const { return tracking_ ? motion_.velocity() : session_.velocity(); }
+  Velocity2 velocity() const {
+    return tracking_ ? motion_.velocity() : odometry_.session().velocity();
+  }
 
   /// One pose a scan, in the map's frame; scans before a place was found have it from the path that
   /// led there. Nothing where the place was never found.
-  std::vector<std::optional<Pose2>> trajectory() const;
+  std::vector<std::optional<Pose2>> trajectory() const { return path_.poses(); }
   /// From here on trajectory() ends.
-  void keep_no_path();
+  void keep_no_path() { path_.keep_nothing(); }
 
  private:
-  struct ScanPose {
-    int session = -1;  ///< -1 = the pose is the map's
-    Pose2 frame_from_robot;
+  /// A scan as the map is asked about it.
+  struct View {
+    OrientedPoints points;
+    Beams beams;
   };
-  /// How the robot moved since the scan before.
-  struct Move {
-    Pose2 before_from_now;
-    Eigen::Matrix3d covariance;
-    bool seen = false;  ///< by scans that fit each other, not by odometry alone
-  };
-  enum class Verdict { confirmed, says_nothing, contradicted };
 
-  SlamUpdate look(const SlamInput& input);
+  SlamUpdate search(const SlamInput& input);
   SlamUpdate track(const SlamInput& input);
-  /// From here on the session only says how the robot moves.
-  void begin_tracking(const Pose2& map_from_robot, const Eigen::Matrix3d& covariance);
-  Move move_to(const SlamInput& input);
-  PosePrior prior_of(const Move& move, Eigen::Matrix3d& covariance) const;
+  void begin_tracking(const PoseEstimate& estimate);
   /// By the map, where it knows something.
-  void correct(const OrientedPoints& points,
-               const Beams& beams,
-               const PosePrior& prior,
-               bool seen,
-               SlamUpdate& update);
+  void correct(const View& view, const PosePrior& prior, bool by_scans, SlamUpdate& update);
   bool contradicts(const Beams& beams, const Pose2& map_from_robot) const;
-  SurfelMatch match(const OrientedPoints& points,
-                    const Beams& beams,
-                    const PosePrior& prior,
-                    bool seen);
-  Verdict judge(const Beams& beams, const SlamUpdate& update) const;
-  void note_confirmed();
-  void note_whether_lost(Utime utime, Verdict verdict, double moved_m);
+  SurfelMatch match(const View& view, const PosePrior& prior, bool by_scans);
+  TrackingState::Verdict judge(const Beams& beams, const SlamUpdate& update) const;
 
   LocalizerOptions options_;
-  SlamOptions slam_options_;
+  MatchGateOptions gates_;
+  NormalOptions normals_;
   std::unique_ptr<FrozenMap> map_;  ///< stays where it is when the localizer moves
-  CorrelativeMatcher coarse_;
   SessionFinder finder_;
-  Slam session_;
+  ScanOdometry odometry_;
   MotionModel motion_;
+  PoseEstimate estimate_;  ///< of the map, while tracking
   bool tracking_ = false;
-  Pose2 map_from_robot_;
-  Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
-  std::optional<Utime> last_match_;
-  double contradicted_m_ = 0.0;  ///< driven since the map last said yes, or nothing
-  double unknown_m_ = 0.0;       ///< driven since it last said yes
-  bool tracking_broken_ = false;            ///< since it last said yes, scans did not fit each other
-  Pose2 session_from_robot_;
-  int times_lost_ = 0;
+  TrackingState tracking_state_;
+  LocalizedPath path_;
   std::vector<Finding> findings_;
-  std::vector<std::optional<Pose2>> map_from_sessions_;
-  std::vector<ScanPose> scans_;
-  bool path_is_kept_ = true;
 };
 
 }  // namespace marco::slam

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
 #include "lcm_tools/base/options.hpp"
+#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/localization/place_map.hpp"
 #include "slam/localization/place_search.hpp"
 
@@ -15,14 +17,14 @@ struct PlaceFinderOptions {
   int search_points = 80;     ///< of these are scored in the exhaustive search
   double min_score = 0.50;    ///< mean likelihood below which a place is of no interest
   double keep_within = 0.12;  ///< of the best score: other places that stay in the race
-  int max_candidates = 24;    ///< with so many none is believed: others were cut off
+  int max_candidates = 24;    ///< with this many none is believed: others were cut off
   double apart_m = 0.5;       ///< candidates nearer than this, and turned less than ...
   double apart_deg = 10.0;    ///< ... this, are one
   // When one candidate is believed:
   double sure_explained = 0.70;     ///< part of the points that lie on walls of the map
   double sure_evidence = 0.50;      ///< that, less the part that contradicts the map
   double sure_contradicted = 0.08;  ///< no more than so much, whatever else is explained
-  /// Or, where much of what is seen is not in the map: so much is, and hardly anything contradicts.
+  /// Or, where much of the scan is not in the map: this part is, and hardly anything contradicts.
   double known_explained = 0.45;
   double known_contradicted = 0.05;
   /// Evidence above that of any other candidate: this, and this part of what the best lacks. Where
@@ -31,6 +33,9 @@ struct PlaceFinderOptions {
   double margin_scale_with_unexplained = 0.3;
   double sure_path_m = 1.0;  ///< driven since the first keyframe
   int sure_times = 3;        ///< keyframes in a row that say the same
+
+  static constexpr std::array kRenamed{
+      RenamedKey{"sure_margin_per_doubt", "margin_scale_with_unexplained"}};
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -24,7 +24,7 @@ class BlockTable {
   int rows() const { return rows_; }
   /// Of a row of sums: columns() and some more, so that 16 can be added at once.
   int stride() const { return columns_ + kLanes; }
-  /// Adds the likelihood's bound for a point that lies so many cells from the pose, to each block.
+  /// Adds the likelihood's bound for a point this many cells from the pose, to each block.
   void add(int x_cells, int y_cells, uint16_t* sums) const;
 
  private:

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "common/covariance.hpp"
 #include "lcm_tools/base/options.hpp"
+#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/map/keyframe.hpp"
 #include "slam/matching/surfel_matcher.hpp"
 
@@ -18,8 +20,12 @@ struct CullingOptions {
   double near_m = 0.5;          ///< keyframes of one place are this near ...
   double near_turn_deg = 25;    ///< ... and turned by no more than this; neighbours: half of both
   double min_overlap = 0.80;    ///< of the match with the older ones: else it saw something new
-  double max_shift_m = 0.10;    ///< by which that match may move it: else its loop is not closed yet
+  double max_shift_m = 0.10;  ///< by which that match may move it: else its loop is not closed yet
   double max_turn_deg = 1.5;
+
+  static constexpr std::array kRenamed{RenamedKey{"after_keys", "after_keyframes"},
+                                       RenamedKey{"recent_keys", "recent_keyframes"},
+                                       RenamedKey{"keys_a_place", "keyframes_per_place"}};
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -42,8 +48,8 @@ struct MergedKeyframe {
 };
 
 /// Keyframe culling: finds a keyframe that adds nothing to older ones of its place, so that what is
-/// kept grows with the area and not with the time. Enough of them stand there and look the same way,
-/// and it matches them where the pose graph says that it is. One that matches them badly saw
+/// kept grows with the area and not with the time. Enough of them stand there and look the same
+/// way, and it matches them where the pose graph says that it is. One that matches them badly saw
 /// something new and is kept beside them, up to three times as many.
 /// @param key  index; only keyframes before it are compared. Cost: their number, and a match.
 /// @param loop_closed  loops were found on both sides of it; until then only those of the same

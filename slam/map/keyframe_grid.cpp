@@ -34,17 +34,17 @@ const OccupancyGrid& KeyframeGrid::update(const std::vector<Keyframe>& keys) {
 
 bool KeyframeGrid::advance(const std::vector<Keyframe>& keys, int at_most) {
   int budget = kDrawing * at_most;
-  if (!anew_ || !same(compare(anew_->keys, keys))) {
+  if (!redraw_ || !same(compare(redraw_->keys, keys))) {
     Change change = compare(drawn_, keys);
     if (change.all || change.some) {
-      begin_anew(keys, std::move(change));
+      begin_redraw(keys, std::move(change));
     } else {
       drawn_ = std::move(change.remaining);
       left_.insert(left_.end(), change.left.begin(), change.left.end());
-      anew_.reset();
+      redraw_.reset();
     }
   }
-  if (anew_ && !draw_anew(keys, budget)) return false;
+  if (redraw_ && !advance_redraw(keys, budget)) return false;
   while (drawn_.size() < keys.size() && budget >= kDrawing) {
     const Keyframe& key = keys[drawn_.size()];
     insert(key, grid_);
@@ -90,44 +90,44 @@ KeyframeGrid::Change KeyframeGrid::compare(const std::vector<Drawn>& drawn,
   return change;
 }
 
-void KeyframeGrid::begin_anew(const std::vector<Keyframe>& keys, Change change) {
-  anew_.emplace(Anew{OccupancyGrid(options_), {}, std::move(change.remaining), 0});
+void KeyframeGrid::begin_redraw(const std::vector<Keyframe>& keys, Change change) {
+  redraw_.emplace(Redraw{OccupancyGrid(options_), {}, std::move(change.remaining), 0});
   if (change.all) {
-    anew_->keys.clear();
-    for (const Keyframe& key : keys) anew_->keys.push_back(place(key));
+    redraw_->keys.clear();
+    for (const Keyframe& key : keys) redraw_->keys.push_back(place(key));
     return;
   }
-  anew_->grid.be_part_of(grid_);
+  redraw_->grid.be_part_of(grid_);
   for (const auto* boxes : {&change.touched, &change.left, &left_}) {
-    for (const OccupancyGrid::TileBox& box : *boxes) OccupancyGrid::add(box, anew_->tiles);
+    for (const OccupancyGrid::TileBox& box : *boxes) OccupancyGrid::add(box, redraw_->tiles);
   }
 }
 
-bool KeyframeGrid::draw_anew(const std::vector<Keyframe>& keys, int& budget) {
-  for (; anew_->next < anew_->keys.size(); ++anew_->next) {
+bool KeyframeGrid::advance_redraw(const std::vector<Keyframe>& keys, int& budget) {
+  for (; redraw_->next < redraw_->keys.size(); ++redraw_->next) {
     if (budget < kDrawing) return false;
-    const Drawn& drawn = anew_->keys[anew_->next];
+    const Drawn& drawn = redraw_->keys[redraw_->next];
     --budget;
-    if (!anew_->tiles.empty() && !OccupancyGrid::touches(drawn.box, anew_->tiles)) continue;
-    const Keyframe& key = keys[anew_->next];
+    if (!redraw_->tiles.empty() && !OccupancyGrid::touches(drawn.box, redraw_->tiles)) continue;
+    const Keyframe& key = keys[redraw_->next];
     const Points2 hits = drawn.world_from_robot * key.points_in_robot.points;
     const Eigen::Vector2d sensor = drawn.world_from_robot * key.sensor_in_robot;
-    if (anew_->tiles.empty()) {
-      anew_->grid.insert(hits, sensor);
+    if (redraw_->tiles.empty()) {
+      redraw_->grid.insert(hits, sensor);
     } else {
-      anew_->grid.insert_in(anew_->tiles, hits, sensor);
+      redraw_->grid.insert_in(redraw_->tiles, hits, sensor);
     }
     ++drawn_count_;
     budget -= kDrawing - 1;
   }
-  if (anew_->tiles.empty()) {
-    grid_ = std::move(anew_->grid);
+  if (redraw_->tiles.empty()) {
+    grid_ = std::move(redraw_->grid);
   } else {
-    grid_.replace(anew_->tiles, std::move(anew_->grid));
+    grid_.replace(redraw_->tiles, std::move(redraw_->grid));
   }
-  drawn_ = std::move(anew_->keys);
+  drawn_ = std::move(redraw_->keys);
   left_.clear();
-  anew_.reset();
+  redraw_.reset();
   ++times_redrawn_;
   return true;
 }

@@ -16,7 +16,7 @@ OccupancyGrid draw_grid(const std::vector<Keyframe>& keys,
 
 /// The same for keyframes that grow in number and move now and then: new ones are added to what is
 /// drawn. Where some have moved by more than half a cell, seen ten metres away, the tiles that they
-/// touch, or touched, are made anew of all keyframes there; what most are others, everything. Of a
+/// touch, or touched, are redrawn from all keyframes there; where most are new, everything is. Of a
 /// keyframe in their midst that has gone, what it drew stays until then. Not thread-safe.
 class KeyframeGrid {
  public:
@@ -25,12 +25,12 @@ class KeyframeGrid {
   /// Cost: the new keyframes', mostly. Valid until the next call.
   const OccupancyGrid& update(const std::vector<Keyframe>& keys);
 
-  /// A part of what update() would do: draws this many keyframes at most. Until a drawing anew is
+  /// A part of what update() would do: draws this many keyframes at most. Until a redraw is
   /// complete, grid() shows the old one. For who must not wait. @returns whether nothing is left.
   bool advance(const std::vector<Keyframe>& keys, int at_most);
   const OccupancyGrid& grid() const { return grid_; }
 
-  /// How often something was drawn anew.
+  /// How often something was redrawn.
   int times_redrawn() const { return times_redrawn_; }
   /// Keyframes drawn in all, some of them again and again.
   int64_t drawn() const { return drawn_count_; }
@@ -49,8 +49,8 @@ class KeyframeGrid {
     std::vector<OccupancyGrid::TileBox> touched;  ///< by those that moved: before and now
     std::vector<OccupancyGrid::TileBox> left;     ///< by those that have gone
   };
-  /// Tiles that are being made anew.
-  struct Anew {
+  /// Tiles that are being redrawn.
+  struct Redraw {
     OccupancyGrid grid;
     OccupancyGrid::Tiles tiles;  ///< none: all
     std::vector<Drawn> keys;
@@ -60,15 +60,15 @@ class KeyframeGrid {
   Change compare(const std::vector<Drawn>& drawn, const std::vector<Keyframe>& keys) const;
   static bool same(const Change& change);
   Drawn place(const Keyframe& key) const;
-  void begin_anew(const std::vector<Keyframe>& keys, Change change);
+  void begin_redraw(const std::vector<Keyframe>& keys, Change change);
   /// @returns whether it is complete; takes from `budget`.
-  bool draw_anew(const std::vector<Keyframe>& keys, int& budget);
+  bool advance_redraw(const std::vector<Keyframe>& keys, int& budget);
 
   OccupancyGridOptions options_;
   OccupancyGrid grid_;
   std::vector<Drawn> drawn_;                  ///< the keyframes in the grid
   std::vector<OccupancyGrid::TileBox> left_;  ///< drawn by keyframes that have gone
-  std::optional<Anew> anew_;
+  std::optional<Redraw> redraw_;
   int times_redrawn_ = 0;
   int64_t drawn_count_ = 0;
 };

@@ -1,7 +1,7 @@
 #include "slam/process/checkpoint.hpp"
 
-#include "lcm_tools/files/whole_file.hpp"
 #include "common/byte_archive.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 
 namespace marco {
 
@@ -94,7 +94,7 @@ void archive(Archive& bytes, UsedScan& scan) {
 namespace {
 
 constexpr std::string_view kName = "MARCOCHK";
-constexpr uint32_t kVersion = 5;
+constexpr uint32_t kVersion = 6;
 
 template <class Archive>
 void archive(Archive& bytes, AdapterState& state) {

@@ -16,7 +16,6 @@
 #include "marco/map_request_t.hpp"
 #include "marco/slam_command_t.hpp"
 #include "slam/input/range_units.hpp"
-#include "slam/localization/mapping_session.hpp"
 #include "slam/map/keyframe_grid.hpp"
 #include "slam/process/background_job.hpp"
 #include "slam/process/checkpoint.hpp"
@@ -24,6 +23,7 @@
 #include "slam/process/one_source.hpp"
 #include "slam/process/slam_order.hpp"
 #include "slam/process/used_scan.hpp"
+#include "slam/session/mapping_session.hpp"
 
 namespace marco::slam {
 

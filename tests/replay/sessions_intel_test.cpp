@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "slam/localization/mapping_session.hpp"
+#include "slam/session/mapping_session.hpp"
 #include "tests/support/localization_recorded.hpp"
 #include "tests/support/real_data.hpp"
 

@@ -133,7 +133,8 @@ class Soak {
     std::printf("%8.2f %9lld %12.1f %10.1f %10.1f %8zu %8zu %8zu %8zu %9.3f %9.3f\n", at_s / 3600.0,
                 static_cast<long long>(now_.scans),
                 1e6 * now_.cpu_s / static_cast<double>(now_.scans), memory_mb_.back(),
-                used_mb_.back(), state.keyframes.keys.size(), state.back_end.edges.size(), state.back_end.loops.size(),
+                used_mb_.back(), state.keyframes.keys.size(), state.back_end.edges.size(),
+                state.back_end.loops.size(),
                 state.path.scans.size() + state.path.keyframe_poses.size(), error_m_, worst_m_);
     forget_truths(adapter.slam());
     worst_m_ = 0.0;

@@ -12,6 +12,7 @@
 #include "lcm_tools/process/stop_signal.hpp"
 #include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
+#include "slam/session/merge_maps.hpp"
 #include "tools/map/judge.hpp"
 #include "tools/map/map_arguments.hpp"
 #include "tools/map/map_job.hpp"

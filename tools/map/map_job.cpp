@@ -9,6 +9,7 @@
 #include "recordings/recording.hpp"
 #include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
+#include "slam/session/merge_maps.hpp"
 
 namespace marco {
 namespace {

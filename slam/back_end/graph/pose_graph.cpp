@@ -14,7 +14,7 @@ namespace {
 // [chi2] far below what any measurement can tell: the error of an exact graph.
 constexpr double kNoError = 1e-12;
 
-// A step whose gain is off by more than this part of what the linear equations promised went along
+// A step whose gain differs from the linear prediction by more than this part of it went along
 // a bend.
 constexpr double kAsPredicted = 0.1;
 

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "common/pose2.hpp"
+#include "common/covariance.hpp"
 #include "lcm_tools/base/options.hpp"
 #include "slam/back_end/graph/pose_graph_edge.hpp"
 
@@ -13,8 +13,7 @@ struct PoseGraphOptions {
   int max_iterations = 100;
   double min_relative_decrease = 1e-9;    ///< of the error, at which it has converged
   double rough_relative_decrease = 1e-3;  ///< the same for optimize_roughly
-  /// A loop edge whose e^T Omega e ends above this is taken for wrong; 3 degrees of freedom, 99.9
-  /// %.
+  /// A loop edge whose e^T Omega e ends above this is an outlier.
   double loop_rejection_chi2 = 16.3;
 
   template <class Visitor>
@@ -29,16 +28,17 @@ struct PoseGraphOptions {
 struct PoseGraphResult {
   bool converged = false;
   int iterations = 0;
-  double chi2 = 0.0;                ///< sum of e^T Omega e over the edges in force, no 1/2
+  double chi2 = 0.0;                 ///< sum of e^T Omega e over the edges in force, no 1/2
   std::vector<bool> edge_is_inlier;  ///< one an edge: false = a loop edge taken for wrong
 };
 
-/// Key poses and the measurements between them; node 0 stays where it is.
+/// The pose graph: keyframe poses and measurements between them with their information matrices;
+/// node 0 stays where it is.
 ///
 /// Error of an edge, in the measurement's frame: e = (R_z^T (R_i^T (t_j - t_i) - t_z), theta_j -
 /// theta_i - theta_z) (Kuemmerle et al., g2o, ICRA 2011, SE2 edges). Solved by Gauss-Newton with
 /// Levenberg's damping on the sparse normal equations (Eigen's LDL^T); after a step that turned
-/// much, the translations are solved anew given the headings, which is linear (variable projection,
+/// much, the translations are solved given the headings, a linear problem (variable projection,
 /// Golub & Pereyra 1973). Wrong loops: the truncated least squares cost on loop edges, started by
 /// graduated non-convexity (robust_start.hpp). Not thread-safe; a copy may be optimized on another
 /// thread.

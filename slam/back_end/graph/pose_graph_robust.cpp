@@ -17,7 +17,7 @@ constexpr double kFirstSlack = 64.0, kStartSlack = 16.0;
 // So few loops can be tried one by one.
 constexpr std::ptrdiff_t kFewLoops = 64;
 
-// Of an edge that is left out: so many limits off, it needs no closer look.
+// An edge left out that exceeds its limit by this factor is skipped.
 constexpr double kSkipFactor = 1000.0;
 
 // Covariance of an edge's error by what all edges in force say of its two nodes; node 0 is known.
@@ -97,7 +97,7 @@ bool PoseGraph::all_agree(const PoseGraphResult& result) const {
 double PoseGraph::limit_by_noise(const PoseGraphResult& result) const {
   // Three quarters of honest ones lie below (chi2 of 3 degrees of freedom); twice as many standard
   // deviations are let pass, since the tails of real noise are longer.
-  constexpr double kUpperQuartile = 4.11, kSlack = 4.0, kLeast = 0.05;
+  constexpr double kSlack = 4.0, kLeast = 0.05;
   const std::vector<double> surprise = squared_mahalanobis_distances(result.edge_is_inlier);
   std::vector<double> of_loops;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
@@ -107,7 +107,7 @@ double PoseGraph::limit_by_noise(const PoseGraphResult& result) const {
   const auto quartile = of_loops.begin() + 3 * static_cast<std::ptrdiff_t>(of_loops.size()) / 4;
   std::nth_element(of_loops.begin(), quartile, of_loops.end());
   return options_.loop_rejection_chi2 *
-         std::clamp(kSlack * *quartile / kUpperQuartile, kLeast, 1.0);
+         std::clamp(kSlack * *quartile / kChi2Dof3Quantile75, kLeast, 1.0);
 }
 
 double PoseGraph::choice_cost(const PoseGraphResult& result, double limit) {
@@ -151,8 +151,8 @@ PoseGraphResult PoseGraph::choose_loops(PoseGraphResult chosen, double limit) {
     std::vector<bool> is_inlier = better_choice(chosen.edge_is_inlier, limit, one_at_a_time);
     if (is_inlier == chosen.edge_is_inlier) break;
     const std::vector<Pose2> before = poses_;
-    PoseGraphResult other = optimize_weighted(std::vector<double>(is_inlier.begin(), is_inlier.end()),
-                                              options_.min_relative_decrease);
+    PoseGraphResult other = optimize_weighted(
+        std::vector<double>(is_inlier.begin(), is_inlier.end()), options_.min_relative_decrease);
     other.edge_is_inlier = std::move(is_inlier);
     if (choice_cost(other, limit) < choice_cost(chosen, limit)) {
       chosen = std::move(other);
@@ -191,7 +191,8 @@ std::vector<bool> PoseGraph::better_choice(std::vector<bool> is_inlier,
   return better;
 }
 
-std::vector<double> PoseGraph::squared_mahalanobis_distances(const std::vector<bool>& is_inlier) const {
+std::vector<double> PoseGraph::squared_mahalanobis_distances(
+    const std::vector<bool>& is_inlier) const {
   std::vector<double> result(edges_.size(), 0.0);
   SparseNormalEquations equations(poses_.size());
   fill(equations, std::vector<double>(is_inlier.begin(), is_inlier.end()), Moves::poses);
@@ -211,10 +212,10 @@ std::vector<double> PoseGraph::squared_mahalanobis_distances(const std::vector<b
     const Pose2& to = poses_[static_cast<std::size_t>(edge.to)];
     const EdgeJacobians jacobians = edge_jacobians(edge, from, to);
     const Eigen::Matrix3d predicted = is_inlier[i] ? predicted_covariance(inverse, edge, jacobians)
-                                                  : predicted_covariance(solver, edge, jacobians);
+                                                   : predicted_covariance(solver, edge, jacobians);
     const Eigen::Matrix3d measured = edge.information.inverse();
-    const Eigen::Matrix3d covariance =
-        is_inlier[i] ? Eigen::Matrix3d(measured - predicted) : Eigen::Matrix3d(measured + predicted);
+    const Eigen::Matrix3d covariance = is_inlier[i] ? Eigen::Matrix3d(measured - predicted)
+                                                    : Eigen::Matrix3d(measured + predicted);
     const Eigen::Vector3d error = edge_error(edge, from, to);
     result[i] = std::max(0.0, error.dot(covariance.inverse() * error));
   }

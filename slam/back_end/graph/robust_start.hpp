@@ -13,7 +13,8 @@ struct RobustStart {
   std::vector<double> weights;  ///< one an edge: 0 = a loop edge taken for wrong, else 1
 };
 
-/// Poses computed from the edges alone although many loop edges are wrong: rotations first, then
+/// A start for robust optimization, whose kernel is the truncated least squares cost: poses
+/// computed from the edges alone although many loop edges are wrong: rotations first, then
 /// translations given these, each a linear problem (Carlone et al., ICRA 2015) made robust by
 /// graduated non-convexity with the truncated least squares cost (Yang et al., RA-L 2020). Linear
 /// problems have no local minima, so that no start is needed and odometry may be as bad as it

@@ -8,10 +8,10 @@ namespace marco::slam {
 
 using SparseSolver = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower>;
 
-/// The entries of a sparse symmetric positive matrix's inverse where the matrix itself, or its
-/// factor, has entries: all that covariances of measured pairs need, at about the cost of the
-/// factorization (Takahashi, Fagan & Chin 1973: Z = D^-1 L^-1 + (1 - L^T) Z, from the last column
-/// on).
+/// Marginal covariances: the entries of a sparse symmetric positive matrix's inverse where the
+/// matrix itself, or its factor, has entries: all that covariances of measured pairs need, at about
+/// the cost of the factorization (Takahashi, Fagan & Chin 1973: Z = D^-1 L^-1 + (1 - L^T) Z, from
+/// the last column on).
 class SelectedInverse {
  public:
   /// @param solver  factorized, info() == Success; not needed afterwards.

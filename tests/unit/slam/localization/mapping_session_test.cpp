@@ -1,5 +1,6 @@
 // Sessions of one building and of two, and what a refused order leaves alone.
-#include "slam/localization/mapping_session.hpp"
+#include "slam/session/mapping_session.hpp"
+#include "slam/session/merge_maps.hpp"
 
 #include <gmock/gmock.h>
 

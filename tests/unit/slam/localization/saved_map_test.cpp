@@ -2,9 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <fstream>
+#include <iterator>
+
 #include "common/byte_archive.hpp"
 #include "recorded_drive.hpp"
-#include "slam/localization/mapping_session.hpp"
+#include "slam/session/mapping_session.hpp"
+#include "slam/session/merge_maps.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -86,11 +90,14 @@ TEST_F(SavedMapTest, WhatLiesFartherAwayThanAnyBuildingIsRefused) {
               HasSubstr("farther away"));
   EXPECT_THAT(said([](SlamState& s) { s.back_end.edges[0].from_from_to.x_m = 1e12; }),
               HasSubstr("longer than"));
-  EXPECT_THAT(said([](SlamState& s) { s.estimate.world_from_robot.x_m = 1e12; }), HasSubstr("farther away"));
-  EXPECT_THAT(said([](SlamState& s) { s.path.keyframe_poses.pop_back(); }), HasSubstr("more keyframe poses"));
+  EXPECT_THAT(said([](SlamState& s) { s.estimate.world_from_robot.x_m = 1e12; }),
+              HasSubstr("farther away"));
+  EXPECT_THAT(said([](SlamState& s) { s.path.keyframe_poses.pop_back(); }),
+              HasSubstr("more keyframe poses"));
   EXPECT_THAT(said([](SlamState& s) { s.path.keyframe_poses.push_back(s.path.keyframe_poses[0]); }),
               HasSubstr("more keyframe poses"));
-  EXPECT_THAT(said([](SlamState& s) { s.path.keyframe_poses[0].key = -1; }), HasSubstr("relative to no keyframe"));
+  EXPECT_THAT(said([](SlamState& s) { s.path.keyframe_poses[0].key = -1; }),
+              HasSubstr("relative to no keyframe"));
   EXPECT_THAT(said([](SlamState& s) { s.keyframes.merged = -1; }), HasSubstr("impossible"));
   EXPECT_THAT(said([](SlamState& s) { s.keyframes.merged = 2'000'000'000; }),
               HasSubstr("impossible"));
@@ -124,6 +131,30 @@ TEST_F(SavedMapTest, DamagedForeignAndCutFilesAreRefusedAndSaidSo) {
   flipped[bytes.size() / 2] = static_cast<char>(flipped[bytes.size() / 2] ^ 4);
   EXPECT_THAT(said(flipped), HasSubstr("is damaged"));
   EXPECT_THAT(said(seal("MARCOMAP", 9, "")), HasSubstr("version 9"));
+}
+
+// Written by the last release that wrote version 5: five scans of a room, half a metre apart.
+TEST_F(SavedMapTest, AMapFileOfVersion5IsRead) {
+  std::ifstream file("tests/unit/slam/localization/map_version_5.marco", std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const SlamState slam = decode_saved_map(bytes).slam;
+  ASSERT_EQ(slam.keyframes.keys.size(), 3U);
+  EXPECT_EQ(slam.keyframes.merged, 0);
+  EXPECT_EQ(slam.back_end.edges.size(), 2U);
+  EXPECT_TRUE(slam.back_end.loops.empty());
+  EXPECT_EQ(slam.path.scans.size(), 5U);
+  EXPECT_EQ(slam.path.keyframe_poses.size(), 3U);
+  EXPECT_THAT(slam.keyframes.keys[2].world_from_robot, IsNear(Pose2{2, 0, 0}, 0.05, 0.02));
+  EXPECT_EQ(slam.estimate.world_from_robot.vector(),
+            slam.keyframes.keys[2].world_from_robot.vector());
+  EXPECT_NEAR(slam.keyframes.keys[2].path_m, 2.0, 0.05);
+  ASSERT_TRUE(slam.motion.before.has_value());
+  EXPECT_EQ(slam.motion.before->utime.us, 5'000'000);
+  EXPECT_THAT(slam.motion.before->odom_from_robot.value(), IsNear(Pose2{2, 0, 0}, 1e-12, 1e-12));
+  // Written again it is of today's version, and the same.
+  const std::string today = encode_saved_map({"", {0}, slam});
+  EXPECT_EQ(sealed_version("MARCOMAP", today), 6U);
+  EXPECT_EQ(decode_saved_map(today).slam.keyframes.keys[2].path_m, slam.keyframes.keys[2].path_m);
 }
 
 TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {

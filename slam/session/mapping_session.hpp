@@ -5,11 +5,12 @@
 #include <vector>
 
 #include "slam/localization/localizer.hpp"
+#include "slam/session/session_history.hpp"
 
 namespace marco::slam {
 
-/// What SLAM does with its scans: makes a map, goes on with a saved one as soon as it has found
-/// itself in it, or localizes in one that stays as it is. Not thread-safe.
+/// A mapping session: makes a map, extends a saved one as soon as it has found itself in it, or
+/// localizes in one that stays as it is. Not thread-safe.
 class MappingSession {
  public:
   enum class Mode { mapping, extending, localizing };
@@ -18,7 +19,7 @@ class MappingSession {
 
   /// Forgets everything and maps from here. @param world_from_robot  where the robot is now
   void reset(const Pose2& world_from_robot = {});
-  /// Forgets everything, maps anew, and joins `map` when it has found itself in it.
+  /// Forgets everything, starts a new map, and joins `map` when it has found itself in it.
   /// @throws std::invalid_argument for a map that holds nothing to find a place by.
   void extend(SavedMap map);
   /// What looks for itself in `map`; changes nothing. @throws as extend.
@@ -37,14 +38,14 @@ class MappingSession {
   void keep_short_path(double every_m);
   std::optional<LoopWork> take_loop_work() { return slam_.take_loop_work(); }
   bool accept(const LoopWork& work) { return slam_.accept(work); }
-  /// The robot is here: tracks from this pose when localizing, else maps anew from it.
+  /// The robot is here: tracks from this pose when localizing, else starts a new map from it.
   void set_pose(const Pose2& world_from_robot);
   /// See Slam::finish, and start_session(); nothing when localizing.
   void finish();
 
   Mode mode() const { return mode_; }
   /// extending: it has been found in the map that it extends.
-  bool joined() const { return joined_; }
+  bool joined() const { return to_extend_.joined; }
   const Slam& slam() const { return slam_; }
   /// nullptr unless localizing
   const Localizer* localizer() const { return localizer_ ? &*localizer_ : nullptr; }
@@ -53,13 +54,8 @@ class MappingSession {
   /// extending: what the last look for the place said
   const PlaceEstimate* estimate() const;
   Velocity2 velocity() const;
-  /// Sessions since the last reset or extend that were found nowhere, as maps of their own: those
-  /// found in one another are one.
-  struct Apart {
-    std::vector<int> sessions;  ///< counted from 1 on
-    SavedMap map;
-  };
-  const std::vector<Apart>& apart() const { return apart_; }
+  using Apart = SessionHistory::Apart;
+  const std::vector<Apart>& apart() const { return history_.apart(); }
   /// A pose a scan since the last reset or extend; scans of sessions set apart, and when localizing
   /// those that no place was found for, have none.
   std::vector<std::optional<Pose2>> trajectory() const;
@@ -78,13 +74,20 @@ class MappingSession {
   const std::vector<int64_t>& session_starts() const { return session_starts_; }
 
  private:
+  /// What is extended, until the session has joined it.
+  struct MapToExtend {
+    std::unique_ptr<FrozenMap> frozen;
+    std::optional<SessionFinder> finder;
+    SavedMap map;
+    bool joined = false;
+  };
+
   void join(const FoundPlace& place);
   /// Whether the scans are not, or not yet, part of the map that they are to extend.
-  bool is_alone() const { return mode_ == Mode::extending && !joined_; }
+  bool is_alone() const { return mode_ == Mode::extending && !to_extend_.joined; }
   void map_from(const SlamState& start);
   /// The session is part of the map, or set apart.
   void end_session();
-  void group_apart();
 
   SlamOptions slam_options_;
   LocalizerOptions localizer_options_;
@@ -92,45 +95,12 @@ class MappingSession {
   Slam slam_;
   std::vector<int64_t> session_starts_ = {0};
   int64_t revisions_before_ = 0;
-  // Extending, until it has joined:
-  std::unique_ptr<FrozenMap> frozen_;
-  std::optional<SessionFinder> finder_;
-  SavedMap base_;
-  bool joined_ = false;
   std::vector<Finding> findings_;
-  // Of sessions before this one:
-  struct Part {
-    std::size_t scans;
-    bool is_apart;
-  };
-  std::vector<Part> parts_;
-  std::vector<Apart> apart_;
-  int session_ = 1;
-  std::size_t first_own_scan_ = 0;  ///< of slam_, or of base_: those before were extended
+  MapToExtend to_extend_;
+  SessionHistory history_;
   std::optional<Localizer> localizer_;
   bool deferred_ = false;
   std::optional<double> path_every_m_;
 };
-
-/// Where a recorded session is in a map.
-struct FoundSession {
-  FoundPlace place;
-  int newest_key = 0;  ///< of the session, when it was found
-};
-/// @param keys  of the session. @returns nothing where it was found nowhere.
-std::optional<FoundSession> find_session(FrozenMap& map,
-                                         const std::vector<Keyframe>& keys,
-                                         const LocalizerOptions& options);
-
-/// The tie of a session to a map: its newest keyframe at the place where it was found.
-PoseGraphEdge tie_to(const FrozenMap& map, const FoundPlace& place, int newest_key);
-
-/// Joins saved maps of one building into the first. Each next one is searched in what is joined so
-/// far, by its own path. @returns the merged map; @param not_found  gets the indices of those that
-/// were found nowhere and left out.
-SavedMap merge_maps(std::vector<SavedMap> maps,
-                    const SlamOptions& slam,
-                    const LocalizerOptions& localizer,
-                    std::vector<std::size_t>& not_found);
 
 }  // namespace marco::slam

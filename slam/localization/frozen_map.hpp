@@ -1,0 +1,76 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "slam/localization/place_finder.hpp"
+#include "slam/slam.hpp"
+
+namespace marco::slam {
+
+struct LocalizerOptions {
+  PlaceMapOptions map;
+  PlaceFinderOptions finder;
+  double local_radius_m = 10.0;    ///< the map about the robot is made of the keyframes within this
+  int local_keyframes = 60;        ///< at most, the nearest ones
+  double renew_after_m = 1.5;      ///< of driving, the local map is rebuilt
+  double good_overlap = 0.60;      ///< a place found is taken when the fine match reaches it
+  double poor_overlap = 0.35;      ///< a match below it is not used
+  double max_contradicted = 0.15;  ///< of a scan's beams, that may end in known free space
+  double lost_after_m = 1.0;       ///< so far with scans that contradict the map, or ...
+  double lost_after_s = 5.0;       ///< ... so long: carried away, search again
+  double unknown_for_m = 30.0;     ///< so far where the map is silent its own path is believed
+  double map_sigma_m = 0.02;       ///< the map's own error, in every covariance
+  double map_sigma_deg = 0.2;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("map", map);
+    v("finder", finder);
+    v("local_radius_m", local_radius_m, kPositive);
+    v("local_keyframes", local_keyframes, Limits{1, 10000});
+    v("renew_after_m", renew_after_m, kNotNegative);
+    v("good_overlap", good_overlap, Limits{0.0, 1.0});
+    v("poor_overlap", poor_overlap, Limits{0.0, 1.0});
+    v("max_contradicted", max_contradicted, Limits{0.0, 1.0});
+    v("lost_after_m", lost_after_m, kPositive);
+    v("lost_after_s", lost_after_s, kPositive);
+    v("unknown_for_m", unknown_for_m, kPositive);
+    v("map_sigma_m", map_sigma_m, kPositive);
+    v("map_sigma_deg", map_sigma_deg, kPositive);
+  }
+};
+
+/// A saved map that does not change, and fine matches against it about a place.
+class FrozenMap {
+ public:
+  /// @throws std::invalid_argument as PlaceMap.
+  FrozenMap(std::vector<Keyframe> keys, const LocalizerOptions& options, const SlamOptions& slam);
+
+  const PlaceMap& places() const { return places_; }
+  const std::vector<Keyframe>& keys() const { return keys_; }
+
+  /// The fine match of a scan about a guess. Rebuilds the local map when the guess has moved far.
+  SurfelMatch match(const OrientedPoints& points_in_robot,
+                    const Pose2& map_from_robot_guess,
+                    const PosePrior* prior);
+  /// The same after an exhaustive search about the guess; nothing where the search finds nothing.
+  std::optional<SurfelMatch> match_widely(const OrientedPoints& points_in_robot,
+                                          const Pose2& map_from_robot_guess);
+  /// With the map's own error. @param information  of a match
+  Eigen::Matrix3d covariance_of(const Eigen::Matrix3d& information) const;
+  int nearest_key(const Pose2& map_from_robot) const;
+
+ private:
+  void rebuild_local_map(const Eigen::Vector2d& centre_m);
+
+  std::vector<Keyframe> keys_;
+  LocalizerOptions options_;
+  SurfelMatcher matcher_;
+  CorrelativeMatcher coarse_;
+  PlaceMap places_;
+  std::optional<SurfelPyramid> local_;
+  Eigen::Vector2d local_centre_m_ = Eigen::Vector2d::Zero();
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "slam/localization/frozen_map.hpp"
+
+namespace marco::slam {
+
+/// A pose in a saved map, searched anywhere in it.
+struct FoundPlace {
+  Pose2 map_from_robot;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double overlap = 0.0;
+  int nearest_key = 0;  ///< of the map
+};
+
+/// Relocalization: finds a session in a saved map, from its keyframes.
+class SessionFinder {
+ public:
+  /// @param map  outlives the finder
+  SessionFinder(FrozenMap& map, const LocalizerOptions& options);
+
+  /// Call after each new keyframe of the session. Where nothing was found over a long way it
+  /// searches seldom. @returns the newest keyframe's place, once.
+  std::optional<FoundPlace> look(const std::vector<Keyframe>& session);
+  /// What the last look said.
+  const PlaceEstimate& estimate() const { return estimate_; }
+  void restart();
+
+ private:
+  FrozenMap* map_;
+  LocalizerOptions options_;
+  PlaceFinder finder_;
+  PlaceEstimate estimate_;
+  std::optional<double> began_m_;  ///< path when it looked first
+  double looked_m_ = 0.0;          ///< and last
+};
+
+/// When a place was found.
+struct Finding {
+  Utime utime;          ///< of the scan that made it sure
+  double path_m = 0.0;  ///< driven since it began to look
+  FoundPlace place;
+};
+
+}  // namespace marco::slam

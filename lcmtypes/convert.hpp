@@ -7,6 +7,7 @@
 
 #include "bot_core/planar_lidar_t.hpp"
 #include "common/grid_map.hpp"
+#include "common/pose_estimate.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
 #include "common/wall.hpp"
@@ -18,6 +19,7 @@
 #include "marco/pantilt_state_t.hpp"
 #include "marco/pose2_t.hpp"
 #include "marco/sensor_info_t.hpp"
+#include "marco/slam_pose_t.hpp"
 #include "marco/trajectory_t.hpp"
 
 /// Message <-> value: one pair of functions per type, nowhere else.
@@ -45,6 +47,9 @@ PanTiltState from_message(const pantilt_state_t& message);
 
 pose2_t to_message(const TruePose& pose);
 TruePose from_message(const pose2_t& message);
+
+slam_pose_t to_message(const PoseEstimate& estimate);
+PoseEstimate from_message(const slam_pose_t& message);
 
 trajectory_t to_message(const Trajectory& trajectory, Utime utime, int64_t revision);
 Trajectory from_message(const trajectory_t& message);

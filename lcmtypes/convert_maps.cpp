@@ -9,6 +9,44 @@
 
 namespace marco {
 
+static_assert(slam_pose_t::STATUS_MATCHED == static_cast<int>(PoseEstimate::Status::matched));
+static_assert(slam_pose_t::STATUS_PREDICTED == static_cast<int>(PoseEstimate::Status::predicted));
+static_assert(slam_pose_t::STATUS_LOST == static_cast<int>(PoseEstimate::Status::lost));
+
+slam_pose_t to_message(const PoseEstimate& estimate) {
+  slam_pose_t message;
+  message.utime = estimate.utime.us;
+  message.x_m = estimate.world_from_robot.x_m;
+  message.y_m = estimate.world_from_robot.y_m;
+  message.theta_rad = estimate.world_from_robot.theta_rad;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      message.covariance[row][column] = estimate.covariance(row, column);
+    }
+  }
+  message.status = static_cast<int8_t>(estimate.status);
+  message.overlap = estimate.overlap;
+  return message;
+}
+
+PoseEstimate from_message(const slam_pose_t& message) {
+  PoseEstimate estimate;
+  estimate.utime = stamp_of(message.utime);
+  estimate.world_from_robot = {message.x_m, message.y_m, normalize_angle(message.theta_rad)};
+  require(is_finite(estimate.world_from_robot), "slam_pose_t: pose is not finite");
+  require(
+      message.status >= slam_pose_t::STATUS_MATCHED && message.status <= slam_pose_t::STATUS_LOST,
+      "slam_pose_t: unknown status");
+  estimate.status = static_cast<PoseEstimate::Status>(message.status);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      estimate.covariance(row, column) = message.covariance[row][column];
+    }
+  }
+  estimate.overlap = message.overlap;
+  return estimate;
+}
+
 trajectory_t to_message(const Trajectory& trajectory, Utime utime, int64_t revision) {
   trajectory_t message;
   message.utime = utime.us;

@@ -61,19 +61,10 @@ bool Mapper3d::add(const SceneRow& row, double pan_rad, double tilt_rad) {
 
 bool Mapper3d::finish() { return keep(builder_.finish()); }
 
-void Mapper3d::follow(const Trajectory& keys, const std::map<Utime, Pose2>& known) {
-  std::map<Utime, Pose2> corrections;  // world today from world until now, by key
-  for (const StampedPose2& key : keys) {
-    const auto before = known.find(key.utime);
-    if (before != known.end()) {
-      corrections[key.utime] = key.world_from_robot * before->second.inverse();
-    }
-  }
-  const auto move = [&corrections](std::vector<SceneRow>& rows) {
+void Mapper3d::follow(const PathCorrection& correction) {
+  const auto move = [&correction](std::vector<SceneRow>& rows) {
     for (SceneRow& row : rows) {
-      const auto after = corrections.upper_bound(row.utime);
-      if (after == corrections.begin()) continue;
-      row.world_from_robot = std::prev(after)->second * row.world_from_robot;
+      row.world_from_robot = correction.corrected(row.utime, row.world_from_robot);
     }
   };
   for (Scene& scene : scenes_) move(scene.rows);

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <map>
 #include <optional>
 #include <vector>
 
-#include "common/trajectory.hpp"
+#include "mapping3d/path_correction.hpp"
 #include "mapping3d/registration.hpp"
 #include "mapping3d/scene.hpp"
 #include "mapping3d/scene_mesh.hpp"
@@ -54,9 +53,7 @@ class Mapper3d {
   bool finish();
 
   /// Applies a new path: each row moves with the last keyframe before it.
-  /// @param keys   the keyframes' poses after the optimization
-  /// @param known  the poses of all scans before it, which the stored rows use
-  void follow(const Trajectory& keys, const std::map<Utime, Pose2>& known);
+  void follow(const PathCorrection& correction);
 
   /// Registers all scenes, starting from the path; their mean pose does not change. Sweeps of one
   /// stop move as one body, since a single short sweep has too little overlap. The result is

@@ -72,13 +72,15 @@ ScenePoints place(const Scene& scene, const RobotBox& robot) {
     }
     const Pose3 world_from_robot = lift(from.world_from_robot);
     const RowMotion motion(from);
+    const bool timed = from.beam_parts.size() == from.ranges_m.size();
     const double per_column = columns > 1 ? 1.0 / static_cast<double>(columns - 1) : 0.0;
     for (std::size_t column = 0; column < columns; ++column) {
       const auto range_m = static_cast<double>(from.ranges_m[column]);
       if (!(range_m > 0.0) || !std::isfinite(range_m)) continue;
+      const double part = timed ? static_cast<double>(from.beam_parts[column])
+                                : static_cast<double>(column) * per_column;
       const Eigen::Vector3d in_robot =
-          motion.place({range_m * beams[column].cosine, range_m * beams[column].sine, 0.0},
-                       static_cast<double>(column) * per_column);
+          motion.place({range_m * beams[column].cosine, range_m * beams[column].sine, 0.0}, part);
       if (robot.height_m > 0.0 && inside(robot, in_robot)) continue;
       placed.points_m[placed.index(row, column)] = (world_from_robot * in_robot).cast<float>();
       placed.valid[placed.index(row, column)] = 1;

@@ -11,8 +11,10 @@ namespace marco::mapping3d {
 
 /// One scan of a sweep with the motion of the laser during it.
 struct SceneRow {
-  Utime utime;                     ///< of the first beam
-  std::vector<float> ranges_m;     ///< 0 = no return
+  Utime utime;                  ///< of the first beam
+  std::vector<float> ranges_m;  ///< 0 = no return
+  /// Empty, or when each column was measured: 0 = at the first beam's time, 1 = at the last one's.
+  std::vector<float> beam_parts;
   double first_bearing_rad = 0.0;  ///< of column 0, counter-clockwise from ahead
   double bearing_step_rad = 0.0;
   Pose3 robot_from_sensor_first = Pose3::Identity();  ///< at the first beam

@@ -45,7 +45,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
     match = matcher_.match(points, prior, guess.source, keyframes_, local_map_);
   }
   const Pose2 before = estimate_.world_from_robot;
-  const bool refused = gate_.refuses(match, before, motion_, input.scan.utime);
+  const bool refused = gate_.refuses(match, before, motion_, input.motion.utime);
   if (refused) match = {prior.map_from_robot, Eigen::Matrix3d::Zero(), match.overlap, false};
   if (use && !refused) gate_.note_match(match.usable || keyframes_.keys.empty());
   estimate_ = estimate_from(match, prior, motion_.stands_still(input.motion));

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/input/deskew.hpp"
 #include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
 #include "lcm_tools/base/renamed_key.hpp"
@@ -15,7 +16,6 @@
 #include "slam/front_end/scan_matcher.hpp"
 #include "slam/front_end/zero_velocity_update.hpp"
 #include "slam/grid/occupancy_grid.hpp"
-#include "slam/input/deskew.hpp"
 #include "slam/map/keyframe.hpp"
 #include "slam/map/keyframe_culling.hpp"
 #include "slam/map/local_map.hpp"
@@ -70,13 +70,13 @@ struct SlamInput {
 struct SlamUpdate {
   enum class Status {
     matched,
-    carried,  ///< predicted by dead reckoning: no usable match
-    lost      ///< no pose in the map is known
+    predicted,  ///< by dead reckoning: no usable match
+    lost        ///< no pose in the map is known
   };
 
   Pose2 world_from_robot;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, theta), world frame
-  Status status = Status::carried;
+  Status status = Status::predicted;
   double overlap = 0.0;  ///< part of the points that found a wall
   bool became_key = false;
   bool trajectory_changed = false;  ///< older poses moved: a loop was closed

@@ -6,6 +6,7 @@
 #include "lcm_tools/process/emergency_stop.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
+#include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert_robot.hpp"
 
 namespace {

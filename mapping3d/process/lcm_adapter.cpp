@@ -3,18 +3,37 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/input/process/sensor_feed.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
-#include "lcmtypes/stamp.hpp"
 #include "mapping3d/process/model_messages.hpp"
 #include "marco/map_request_t.hpp"
-#include "marco/slam_pose_t.hpp"
 
 namespace marco::mapping3d {
 namespace {
 
-// By which a scan may come later than the newest pose, and still find its own.
+// How much later than the newest pose a scan may come and still find its own.
 constexpr double kLateS = 10.0;
+
+struct Bearings {
+  double first_rad, step_rad;
+};
+
+// Nothing where a row of a scene cannot hold the scan.
+std::optional<Bearings> regular_bearings(const LaserScan& scan) {
+  if (scan.bearings_rad.empty()) return Bearings{scan.first_bearing_rad, scan.bearing_step_rad};
+  constexpr double kOfAStep = 0.1;
+  if (scan.size() < 2 || scan.bearings_rad.size() != scan.size()) return std::nullopt;
+  const double first_rad = scan.bearing_rad(0);
+  const double step_rad =
+      (scan.bearing_rad(scan.size() - 1) - first_rad) / static_cast<double>(scan.size() - 1);
+  for (std::size_t beam = 0; beam < scan.size(); ++beam) {
+    const double off_rad =
+        scan.bearing_rad(beam) - first_rad - static_cast<double>(beam) * step_rad;
+    if (!(std::abs(off_rad) <= kOfAStep * std::abs(step_rad))) return std::nullopt;
+  }
+  return Bearings{first_rad, step_rad};
+}
 
 }  // namespace
 
@@ -25,44 +44,22 @@ Mapping3dAdapter::Mapping3dAdapter(process::Bus& bus,
       options_(options),
       drops_(std::move(warn)),
       mapper_(options.mapper),
-      pantilt_(Duration::from_seconds(options.pantilt_gap_s),
-               Duration::from_seconds(options.pantilt_reach_s)) {
+      input_(
+          options.input, lcm_channel_names(), [this](const auto& cause) { drops_.count(cause); }) {
   validate(options, "mapping3d_process");
   subscribe();
 }
 
 void Mapping3dAdapter::subscribe() {
-  bus_.subscribe_raw(channels::kLidarPattern, [this](const process::RawMessage& raw) {
-    drops_.count_received();
-    try {
-      const auto sample = decode_sample(std::string(raw.channel), raw.bytes);
-      if (sample) {
-        on_scan(std::get<LaserScan>(*sample));
-      } else {
-        drops_.count("undecodable");
-      }
-    } catch (const std::invalid_argument& bad_message) {
-      drops_.count(bad_message.what());
-    }
-  });
-  bus_.subscribe<sensor_info_t>(channels::kSensorInfo, drops_, [this](const auto& message, auto&) {
-    const SensorInfo info = from_message(message);
-    require(note_sensor(sensors_, info), kTooManySensors);
-  });
-  bus_.subscribe<pantilt_state_t>(channels::kPanTiltState, drops_,
-                                  [this](const auto& message, auto&) {
-                                    if (!pantilt_.add(from_message(message))) {
-                                      drops_.count("pan-tilt stamp that steps back");
-                                    }
-                                    use_waiting();
-                                  });
-  bus_.subscribe<slam_pose_t>(channels::kSlamPose, drops_, [this](const auto& pose, auto&) {
-    const Pose2 world_from_robot{pose.x_m, pose.y_m, normalize_angle(pose.theta_rad)};
-    require(is_finite(world_from_robot), "slam_pose_t: pose is not finite");
-    // A pose in no map: what is seen from there would be laid over what is.
-    require(pose.status != slam_pose_t::STATUS_LOST, "slam_pose_t: SLAM does not know its place");
-    poses_[stamp_of(pose.utime)] = world_from_robot;
-    use_waiting();
+  feed(
+      bus_, drops_, input_, FedSensors::pantilt_only, [this] { use_complete_scans(); },
+      [this](const LaserScan& scan) { return is_wanted(scan); });
+  bus_.subscribe<slam_pose_t>(channels::kSlamPose, drops_, [this](const auto& message, auto&) {
+    const PoseEstimate pose = from_message(message);
+    // What is seen from a pose in no map would be laid over the map.
+    require(pose.status != PoseEstimate::Status::lost, "slam_pose_t: SLAM does not know its place");
+    poses_[pose.utime] = pose.world_from_robot;
+    use_complete_scans();
   });
   bus_.subscribe<trajectory_t>(channels::kTrajectory, drops_, [this](const auto& message, auto&) {
     follow(from_message(message));
@@ -75,25 +72,20 @@ void Mapping3dAdapter::subscribe() {
   });
 }
 
-void Mapping3dAdapter::on_scan(LaserScan scan) {
-  const auto info = sensors_.find(scan.channel);
-  if (info == sensors_.end() || info->second.mount != SensorInfo::Mount::pantilt) return;
-  if (!scan.bearings_rad.empty()) {
-    drops_.count("scan with bearings of its own: no row of a scene");
-    return;
-  }
-  newest_ = scan.utime;
-  waiting_.push_back(std::move(scan));
-  use_waiting();
+bool Mapping3dAdapter::is_wanted(const LaserScan& scan) {
+  const SensorInfo* info = input_.sensor_of(scan.channel);
+  if (info == nullptr || info->mount != SensorInfo::Mount::pantilt) return false;
+  if (regular_bearings(scan)) return true;
+  drops_.count("scan of irregular bearings: no row of a scene");
+  return false;
 }
 
-bool Mapping3dAdapter::ready(const LaserScan& scan) const {
-  if (std::abs((newest_ - scan.utime).seconds()) > options_.patience_s) return true;
-  const Utime last_beam =
-      scan.utime + Duration::from_seconds(sensors_.at(scan.channel).scan_duration_s);
+bool Mapping3dAdapter::has_pose(const SynchronizedScan& scan) const {
+  const Utime utime = scan.scan.utime;
+  if (std::abs((newest_ - utime).seconds()) > options_.input.patience_s) return true;
   // The next pose tells how far the robot drove during the scan.
-  return poses_.contains(scan.utime) && poses_.rbegin()->first >= last_beam &&
-         pantilt_.reaches(last_beam);
+  return poses_.contains(utime) &&
+         poses_.rbegin()->first >= utime + Duration::from_seconds(scan.duration_s);
 }
 
 /// Between the poses of two scans; beyond the newest as if the robot drove on. Asked for a moment
@@ -109,77 +101,75 @@ Pose2 Mapping3dAdapter::pose_at(Utime utime) const {
 }
 
 void Mapping3dAdapter::follow(const Trajectory& keys) {
-  mapper_.follow(keys, poses_);
+  const PathCorrection correction(keys, poses_);
+  mapper_.follow(correction);
   // From now on poses come in the new frame, so those of scans still waiting must be in it too.
-  std::map<Utime, Pose2> corrections;
-  for (const StampedPose2& key : keys) {
-    const auto known = poses_.find(key.utime);
-    if (known != poses_.end()) {
-      corrections[key.utime] = key.world_from_robot * known->second.inverse();
-    }
-  }
   for (auto& [utime, world_from_robot] : poses_) {
-    const auto after = corrections.upper_bound(utime);
-    if (after != corrections.begin())
-      world_from_robot = std::prev(after)->second * world_from_robot;
+    world_from_robot = correction.corrected(utime, world_from_robot);
   }
-  forget_poses_between(corrections);
+  forget_poses_between(correction);
 }
 
-void Mapping3dAdapter::forget_poses_between(const std::map<Utime, Pose2>& keys) {
+void Mapping3dAdapter::forget_poses_between(const PathCorrection& keys) {
   if (poses_.empty()) return;
   Utime needed = poses_.rbegin()->first - Duration::from_seconds(kLateS);
-  if (!waiting_.empty()) needed = std::min(needed, waiting_.front().utime);
+  if (!waiting_.empty()) needed = std::min(needed, waiting_.front().scan.utime);
   // pose_at() looks at the pose before, too.
   const auto first_needed = poses_.lower_bound(needed);
   const auto kept = first_needed == poses_.begin() ? first_needed : std::prev(first_needed);
   for (auto pose = poses_.begin(); pose != kept;) {
-    pose = keys.contains(pose->first) ? std::next(pose) : poses_.erase(pose);
+    pose = keys.has_key(pose->first) ? std::next(pose) : poses_.erase(pose);
   }
 }
 
-void Mapping3dAdapter::use_waiting() {
-  while (!waiting_.empty() && ready(waiting_.front())) {
-    const LaserScan scan = std::move(waiting_.front());
+void Mapping3dAdapter::use_complete_scans() {
+  while (std::optional<SynchronizedScan> scan = input_.next()) {
+    newest_ = scan->scan.utime;
+    waiting_.push_back(std::move(*scan));
+  }
+  while (!waiting_.empty() && has_pose(waiting_.front())) {
+    use(waiting_.front());
     waiting_.pop_front();
-    use(scan);
   }
 }
 
-void Mapping3dAdapter::use(const LaserScan& scan) {
-  const SensorInfo& info = sensors_.at(scan.channel);
-  const auto base = sensors_.find(channels::kPanTiltState);
+void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
+  const LaserScan& scan = synchronized.scan;
+  const SensorInfo& info = synchronized.info;
+  const PanTiltAngles &first = synchronized.first_angles, &last = synchronized.last_angles;
   const auto pose = poses_.find(scan.utime);
-  const Utime last_beam = scan.utime + Duration::from_seconds(info.scan_duration_s);
-  const auto first = pantilt_.at(scan.utime), last = pantilt_.at(last_beam);
-  if (pose == poses_.end() || base == sensors_.end() || !first || !last) {
-    drops_.count(pose == poses_.end() ? "scan without SLAM_POSE" : "scan without pan-tilt angles");
-    return;
-  }
+  if (pose == poses_.end()) return drops_.count("scan without SLAM_POSE");
+  if (!synchronized.angles_known) return drops_.count("scan without pan-tilt angles");
   const auto robot_from_sensor = [&](const PanTiltAngles& angles) {
-    return robot_from_pantilt_sensor(options_.correction.base(base->second),
+    return robot_from_pantilt_sensor(options_.correction.base(*input_.pantilt_base()),
                                      options_.correction.sensor(info), angles.pan_rad,
                                      angles.tilt_rad);
   };
+  const Utime last_beam = scan.utime + Duration::from_seconds(synchronized.duration_s);
   SceneRow row;
   row.utime = scan.utime;
-  row.first_bearing_rad = scan.first_bearing_rad;
-  row.bearing_step_rad = scan.bearing_step_rad;
-  row.robot_from_sensor_first = robot_from_sensor(*first);
-  row.robot_from_sensor_last = robot_from_sensor(*last);
+  const auto bearings = regular_bearings(scan);
+  row.first_bearing_rad = bearings->first_rad;
+  row.bearing_step_rad = bearings->step_rad;
+  for (const float offset_s : scan.time_offsets_s) {
+    row.beam_parts.push_back(offset_s /
+                             static_cast<float>(std::max(synchronized.duration_s, 1e-6)));
+  }
+  row.robot_from_sensor_first = robot_from_sensor(first);
+  row.robot_from_sensor_last = robot_from_sensor(last);
   row.world_from_robot = pose->second;
   row.first_robot_from_last_robot = marco::between(pose->second, pose_at(last_beam));
-  row.pan_first_rad = first->pan_rad;
-  row.pan_last_rad = last->pan_rad;
-  row.tilt_first_rad = first->tilt_rad;
-  row.tilt_last_rad = last->tilt_rad;
+  row.pan_first_rad = first.pan_rad;
+  row.pan_last_rad = last.pan_rad;
+  row.tilt_first_rad = first.tilt_rad;
+  row.tilt_last_rad = last.tilt_rad;
   row.ranges_m.reserve(scan.size());
   for (const float range_m : scan.ranges_m) {
     const auto range = static_cast<double>(range_m);
     row.ranges_m.push_back(range >= info.range_min_m && range < info.range_max_m ? range_m : 0.0F);
   }
-  const double pan_rad = first->pan_rad + 0.5 * normalize_angle(last->pan_rad - first->pan_rad);
-  const double tilt_rad = 0.5 * (first->tilt_rad + last->tilt_rad);
+  const double pan_rad = first.pan_rad + 0.5 * normalize_angle(last.pan_rad - first.pan_rad);
+  const double tilt_rad = 0.5 * (first.tilt_rad + last.tilt_rad);
   if (mapper_.add(row, pan_rad, tilt_rad)) publish_scene(mapper_.scenes().back());
 }
 
@@ -193,11 +183,9 @@ void Mapping3dAdapter::publish_model(Utime utime) {
 }
 
 void Mapping3dAdapter::finish() {
-  while (!waiting_.empty()) {
-    const LaserScan scan = std::move(waiting_.front());
-    waiting_.pop_front();
-    use(scan);
-  }
+  input_.complete_all();
+  use_complete_scans();
+  for (const SynchronizedScan& scan : std::exchange(waiting_, {})) use(scan);
   if (mapper_.finish()) publish_scene(mapper_.scenes().back());
   mapper_.refine();
   if (!mapper_.scenes().empty()) publish_model(newest_);
@@ -205,11 +193,11 @@ void Mapping3dAdapter::finish() {
 
 std::optional<CalibrationResult> Mapping3dAdapter::calibrate(
     const CalibrationOptions& options) const {
-  const auto base = sensors_.find(channels::kPanTiltState);
-  for (const auto& [channel, info] : sensors_) {
-    if (info.mount != SensorInfo::Mount::pantilt || mapper_.scenes().empty()) continue;
-    if (base != sensors_.end()) {
-      return marco::mapping3d::calibrate(mapper_.scenes(), {base->second, info}, options);
+  const SensorInfo* base = input_.pantilt_base();
+  if (base == nullptr || mapper_.scenes().empty()) return std::nullopt;
+  for (const auto& [channel, info] : input_.sensors()) {
+    if (info.mount == SensorInfo::Mount::pantilt) {
+      return marco::mapping3d::calibrate(mapper_.scenes(), {*base, info}, options);
     }
   }
   return std::nullopt;

@@ -1,11 +1,9 @@
 #include <spdlog/spdlog.h>
 
-#include "common/diagnosis/process/silence_watch.hpp"
+#include "common/diagnosis/process/live_loop.hpp"
 #include "common/files/ply.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "lcm_tools/process/lcm_bus.hpp"
-#include "lcm_tools/process/status_publisher.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "mapping3d/process/lcm_adapter.hpp"
@@ -42,21 +40,16 @@ int main(int argc, char** argv) {
     process::LcmBus bus(arguments.lcm_url);
     mapping3d::Mapping3dAdapter adapter(bus, options,
                                         [](const std::string& line) { spdlog::warn(line); });
-    process::StatusPublisher status(bus, "marco-mapping3d", adapter.drops());
-    diagnosis::SilenceWatch silence(bus,
-                                    {"marco-mapping3d",
-                                     arguments.lcm_url,
-                                     {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR"),
-                                      diagnosis::expect(diagnosis::Awaited::laser_on_pantilt),
-                                      diagnosis::expect(diagnosis::Awaited::slam_poses),
-                                      diagnosis::expect(diagnosis::Awaited::pantilt)},
-                                     &adapter.drops()});
-    spdlog::info("listening on {}", process::effective_lcm_url(arguments.lcm_url));
-    while (!process::stop_requested()) {
-      bus.handle_once(100);
-      diagnosis::log_note(silence.step());
-      status.tick(silence.state(std::to_string(adapter.mapper().scenes().size()) + " scenes"));
-    }
+    diagnosis::LiveLoop loop(
+        bus,
+        {"marco-mapping3d",
+         arguments.lcm_url,
+         {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
+          diagnosis::expect(diagnosis::Awaited::laser_on_pantilt), diagnosis::expect(diagnosis::Awaited::slam_poses),
+          diagnosis::expect(diagnosis::Awaited::pantilt)},
+         &adapter.drops()},
+        {[&adapter] { return std::to_string(adapter.mapper().scenes().size()) + " scenes"; }});
+    loop.run_until_stopped();
     adapter.finish();
     if (!out.empty()) files::write_ply(out, adapter.mapper().model());
     spdlog::info("{}", adapter.drops().summary());

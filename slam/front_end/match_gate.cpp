@@ -19,7 +19,7 @@ bool MatchGate::refuses(const ScanMatch& match,
                         const MotionModel& motion,
                         Utime utime) {
   if (!match.usable) return false;
-  const bool jumps = motion.leaps(between(before, match.world_from_robot), utime);
+  const bool jumps = motion.exceeds_motion_limits(between(before, match.world_from_robot), utime);
   if (jumps && !state_.jumps_since) state_.jumps_since = utime;
   const bool refused =
       jumps && std::abs((utime - *state_.jumps_since).seconds()) < kJumpsUntilBelievedS;

@@ -122,9 +122,8 @@ bool LineMapper::close_loops() {
   return true;
 }
 
-// The kept scans once more, each from where the graph says it was taken: what the filter had
-// believed of the way is forgotten, the walls are found anew. O(keyframes), only when a loop
-// contradicts the filter.
+// The keyframes' scans once more, each from where the graph says it was taken: the filter starts
+// again, and so do the walls. O(keyframes), only when a loop contradicts the filter.
 void LineMapper::replay() {
   LineSlam again(options_.lines, graph_.poses().front());
   const Eigen::Matrix3d noise =
@@ -151,6 +150,12 @@ void LineMapper::finish() {
 }
 
 Trajectory LineMapper::trajectory() const { return trajectory_of(scans_, keys_); }
+
+std::vector<std::optional<Pose2>> LineMapper::scan_poses() const {
+  std::vector<std::optional<Pose2>> poses;
+  for (const StampedPose2& pose : trajectory()) poses.emplace_back(pose.world_from_robot);
+  return poses;
+}
 
 Trajectory LineMapper::key_trajectory() const { return trajectory_of(keys_); }
 

@@ -10,6 +10,7 @@
 #include "slam/back_end/loop_closer.hpp"
 #include "slam/grid/occupancy_grid.hpp"
 #include "slam/line_slam/line_slam.hpp"
+#include "slam/mapper2d.hpp"
 #include "slam/slam_state.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/oriented_points.hpp"
@@ -33,7 +34,7 @@ struct LineMapperOptions {
   double trusted_turn_deg = 3.0;  ///< ... the filter is too sure, and the graph is asked
   double edge_sigma_m = 0.008;    ///< added to what the filter says of the way between keyframes
   double edge_sigma_deg = 0.10;
-  double replay_sigma_m = 0.02;  ///< of the graph's path when the walls are laid along it anew
+  double replay_sigma_m = 0.02;  ///< of the graph's path when the filter is replayed along it
   double replay_sigma_deg = 0.5;
   NormalOptions normals;
   CorrelativeMatcherOptions coarse;
@@ -63,14 +64,14 @@ struct LineMapperOptions {
   }
 };
 
-/// The line SLAM with a memory: keyframes hang in a pose graph by the ways the filter measured
-/// between them. A revisit is closed by the filter's own joint test where its uncertainty allows
-/// that. Where it does not, that is, where a loop found by scan matching contradicts a filter that
-/// is too sure to see the old walls again, the graph is asked, and the walls are laid along its
-/// path anew; a loop that the graph finds to contradict the rest changes nothing.
+/// The line SLAM with loop closure: keyframes form a pose graph, whose edges are the motions that
+/// the filter measured between them. A revisit is closed by the filter's own joint data association
+/// where its covariance allows that. Where it does not (a loop found by scan matching contradicts
+/// an overconfident filter) the graph is optimized and the filter replayed along its path. A loop
+/// that contradicts the rest of the graph changes nothing.
 ///
 /// Deterministic; not thread-safe. Grows by about 30 kB a keyframe.
-class LineMapper {
+class LineMapper : public Mapper2d {
  public:
   /// @throws std::invalid_argument naming an option outside its limits.
   explicit LineMapper(const LineMapperOptions& options, const Pose2& world_from_robot = {});
@@ -94,15 +95,14 @@ class LineMapper {
 
   /// One pose a scan processed or carried, in order, by the newest optimization.
   Trajectory trajectory() const;
-  /// Of the keyframes.
-  Trajectory key_trajectory() const;
-  /// Of the keyframes at their newest poses.
-  OccupancyGrid grid() const;
-  const std::vector<Loop>& loops() const { return loops_; }
-  const std::vector<Keyframe>& keys() const { return keys_; }
+  std::vector<std::optional<Pose2>> scan_poses() const override;
+  Trajectory key_trajectory() const override;
+  OccupancyGrid grid() const override;
+  const std::vector<Loop>& loops() const override { return loops_; }
+  const std::vector<Keyframe>& keys() const override { return keys_; }
   std::size_t key_count() const { return keys_.size(); }
   int replays() const { return replays_; }  ///< how often the filter was too sure
-  int64_t revision() const { return revision_; }
+  int64_t revision() const override { return revision_; }
 
   /// Everything: what goes on from it makes the map that would have been made.
   struct Stored {

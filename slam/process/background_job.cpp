@@ -27,7 +27,7 @@ void BackgroundJob::start(std::function<std::string()> job) {
   });
 }
 
-std::string BackgroundJob::take_answer() { return busy() ? std::string() : wait(); }
+std::string BackgroundJob::take_reply() { return busy() ? std::string() : wait(); }
 
 std::string BackgroundJob::wait() { return answer_.valid() ? answer_.get() : std::string(); }
 

@@ -16,7 +16,7 @@ class BackgroundJob {
   /// taken.
   void start(std::function<std::string()> job);
   /// What the job said, once; "" while it is at work, or when there is none. @throws what it threw.
-  std::string take_answer();
+  std::string take_reply();
   /// The same, waiting for it.
   std::string wait();
 

@@ -17,6 +17,13 @@ void archive(Archive& bytes, Pose3& pose) {
 }
 
 template <class Archive>
+void archive(Archive& bytes, PanTiltState& state) {
+  archive(bytes, state.utime);
+  archive(bytes, state.pan_rad);
+  archive(bytes, state.tilt_rad);
+}
+
+template <class Archive>
 void archive(Archive& bytes, SensorInfo& info) {
   archive(bytes, info.utime);
   archive(bytes, info.channel);
@@ -77,43 +84,10 @@ void archive(Archive& bytes, std::map<std::string, Value>& values) {
 }  // namespace marco
 
 namespace marco::slam {
-
-template <class Archive>
-void archive(Archive& bytes, UsedScan& scan) {
-  archive(bytes, scan.prepared.utime);
-  archive(bytes, scan.prepared.hits_in_robot);
-  archive(bytes, scan.prepared.sensor_in_robot);
-  archive(bytes, scan.prepared.sensor_heading_rad);
-  archive(bytes, scan.prepared.beams);
-  archive(bytes, scan.prepared.no_return);
-  archive(bytes, scan.level);
-  archive(bytes, scan.held_out);
-  archive(bytes, scan.matched);
-}
-
 namespace {
 
 constexpr std::string_view kName = "MARCOCHK";
 constexpr uint32_t kVersion = 6;
-
-template <class Archive>
-void archive(Archive& bytes, AdapterState& state) {
-  using marco::archive;
-  archive(bytes, state.map);
-  archive(bytes, state.motion.odometry);
-  archive(bytes, state.motion.gyro_heading);
-  archive(bytes, state.motion.pantilt);
-  archive(bytes, state.sensors);
-  archive_list(bytes, state.waiting, 48);
-  archive(bytes, state.newest_scan);
-  archive(bytes, state.last_grid);
-  archive(bytes, state.scan_count);
-  archive_list(bytes, state.live, 32);
-  archive_list(bytes, state.odometry_at_scans, 32);
-  archive_list(bytes, state.scans, 51);
-  archive(bytes, state.received);
-  archive(bytes, state.drops);
-}
 
 std::filesystem::path before(const std::filesystem::path& path) {
   return path.string() + ".before";

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -8,35 +7,27 @@
 #include <string>
 #include <vector>
 
-#include "common/pose_buffer.hpp"
-#include "common/samples.hpp"
-#include "lcm_tools/process/drop_counter.hpp"
 #include "slam/localization/saved_map.hpp"
-#include "slam/process/used_scan.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
 
 namespace marco::slam {
 
-/// The last poses of the robot's own sensors.
-struct MotionBuffers {
-  PoseBuffer odometry;
-  PoseBuffer gyro_heading;  ///< integrated yaw rate as a pose's heading
-  PoseBuffer pantilt;       ///< pan as x_m, tilt as y_m [rad]
-};
-
-/// What a SlamAdapter must know to go on after it died, as if nothing had been.
+/// What a SlamAdapter knows: resumed from it, it goes on as if it had never died.
 struct AdapterState {
   SavedMap map;
-  MotionBuffers motion;
-  std::map<std::string, SensorInfo> sensors;
-  std::deque<LaserScan> waiting;
-  Utime newest_scan;
-  Utime last_grid;
-  int64_t scan_count = 0;
-  Trajectory live;
-  Trajectory odometry_at_scans;
-  std::vector<UsedScan> scans;
+  SynchronizerState input;
+  MappingProgress progress;
   int64_t received = 0;
   std::map<std::string, int64_t> drops;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("map", map);
+    v("input", input);
+    v("progress", progress);
+    v("received", received);
+    v("drops", drops);
+  }
 };
 
 std::string encode_adapter_state(const AdapterState& state);

@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "lcm_tools/files/whole_file.hpp"
 #include "common/byte_archive.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 
 namespace marco::slam {
 

@@ -1,10 +1,8 @@
 #include <spdlog/spdlog.h>
 
-#include "common/diagnosis/process/silence_watch.hpp"
+#include "common/diagnosis/process/live_loop.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "lcm_tools/process/lcm_bus.hpp"
-#include "lcm_tools/process/status_publisher.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "slam/process/line_lcm_adapter.hpp"
@@ -27,35 +25,19 @@ int run(int argc, char** argv) {
   marco::process::LcmBus bus(arguments.lcm_url);
   marco::slam::LineLcmAdapter adapter(options, bus,
                                       [](const std::string& line) { spdlog::warn(line); });
-  adapter.keep_to_one_laser();
   adapter.save_in_background();
-  marco::process::StatusPublisher status(bus, "marco-line-slam", adapter.drops());
-  auto scans = marco::diagnosis::expect_scans(options.lidar_channel, options.lidar_channel);
-  scans.types = {options.lidar_channel == marco::channels::kLidarRaw ? "marco.lidar_raw_t"
-                                                                     : "bot_core.planar_lidar_t"};
-  scans.elsewhere = "set lidar_channel in the config (LIDAR_RAW for lidar_raw_t)";
-  marco::diagnosis::SilenceWatch silence(
-      bus, {"marco-line-slam",
-            arguments.lcm_url,
-            {scans, marco::diagnosis::expect(marco::diagnosis::Awaited::odometry)},
-            &adapter.drops()});
-  spdlog::info("listening on {}{}", marco::process::effective_lcm_url(arguments.lcm_url),
-               adapter.resumed() ? ", goes on from " + options.checkpoint_path : "");
-  const auto answer = [&] {
-    for (std::string said = adapter.take_answer(); !said.empty(); said = adapter.take_answer()) {
-      spdlog::info("{}", said);
-      status.send(said);
-    }
-  };
-  while (!marco::process::stop_requested()) {
-    bus.handle_once(100);
-    marco::diagnosis::log_note(silence.step());
-    status.tick(silence.state(std::to_string(adapter.live_trajectory().size()) + " scans, " +
-                              std::to_string(adapter.mapper().filter().num_walls()) + " walls"));
-    answer();
-  }
+  marco::diagnosis::LiveLoop loop(
+      bus,
+      {"marco-line-slam",
+       arguments.lcm_url,
+       {marco::diagnosis::expect_scans(marco::channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
+        marco::diagnosis::expect(marco::diagnosis::Awaited::odometry)},
+       &adapter.drops()},
+      {[&adapter] { return adapter.state_line(); }, [&adapter] { return adapter.take_reply(); }},
+      adapter.resumed() ? ", resumed from " + options.checkpoint_path : "");
+  loop.run_until_stopped();
   adapter.finish();
-  answer();
+  loop.say_replies();
   spdlog::info("{} scans used, {} of them without odometry; {}", adapter.scans_used(),
                adapter.scans_guessed(), adapter.drops().summary());
   return 0;

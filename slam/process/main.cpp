@@ -2,11 +2,9 @@
 
 #include <chrono>
 
-#include "common/diagnosis/process/silence_watch.hpp"
+#include "common/diagnosis/process/live_loop.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "lcm_tools/process/lcm_bus.hpp"
-#include "lcm_tools/process/status_publisher.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/process_status_t.hpp"
@@ -14,7 +12,7 @@
 
 namespace {
 
-/// Two would write over each other's poses and maps. What `bus` hears meanwhile waits in its queue.
+/// Two would publish contradicting poses and maps. Messages for the other bus wait in its queue.
 void require_alone(const std::string& url) {
   constexpr std::chrono::seconds kListen{2};  // PROCESS_STATUS comes once a second
   marco::process::LcmBus ear(url);
@@ -25,7 +23,7 @@ void require_alone(const std::string& url) {
       [&alone](const auto& status, auto&) { alone = alone && status.process != "marco-slam"; });
   const auto end = std::chrono::steady_clock::now() + kListen;
   while (alone && std::chrono::steady_clock::now() < end) ear.handle_once(50);
-  if (!alone) throw std::runtime_error("another marco-slam is at work on this network");
+  if (!alone) throw std::runtime_error("another marco-slam is running on this network");
 }
 
 }  // namespace
@@ -53,30 +51,18 @@ int main(int argc, char** argv) {
     slam::SlamAdapter slam(bus, options, [](const std::string& line) { spdlog::warn(line); });
     require_alone(arguments.lcm_url);
     slam.close_loops_in_background();
-    slam.keep_to_one_laser();
-    process::StatusPublisher status(bus, "marco-slam", slam.drops());
-    diagnosis::SilenceWatch silence(
-        bus, {"marco-slam",
-              arguments.lcm_url,
-              {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
-               diagnosis::expect(diagnosis::Awaited::odometry)},
-              &slam.drops()});
-    spdlog::info("listening on {}{}", process::effective_lcm_url(arguments.lcm_url),
-                 slam.resumed() ? ", goes on from " + options.checkpoint_path : "");
-    const auto answer = [&] {
-      for (std::string said = slam.take_answer(); !said.empty(); said = slam.take_answer()) {
-        spdlog::info("{}", said);
-        status.send(said);
-      }
-    };
-    while (!process::stop_requested()) {
-      bus.handle_once(100);
-      diagnosis::log_note(silence.step());
-      status.tick(silence.state(slam.state_line()));
-      answer();
-    }
+    diagnosis::LiveLoop loop(
+        bus,
+        {"marco-slam",
+         arguments.lcm_url,
+         {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
+          diagnosis::expect(diagnosis::Awaited::odometry)},
+         &slam.drops()},
+        {[&slam] { return slam.state_line(); }, [&slam] { return slam.take_reply(); }},
+        slam.resumed() ? ", resumed from " + options.checkpoint_path : "");
+    loop.run_until_stopped();
     slam.finish();
-    answer();
+    loop.say_replies();
     spdlog::info("{}; loops taken over late: {}", slam.drops().summary(), slam.late_loop_work());
     return 0;
   });

@@ -46,20 +46,20 @@ SlamOrder check_order(const slam_command_t& command, const std::filesystem::path
 
 void SlamOrders::take(const slam_command_t& command,
                       const std::filesystem::path& maps_folder,
-                      const std::function<std::string(const SlamOrder&)>& obey) {
-  answer([&] { return obey(check_order(command, maps_folder)); });
+                      const std::function<std::string(const SlamOrder&)>& execute) {
+  answer([&] { return execute(check_order(command, maps_folder)); });
 }
 
 std::string SlamOrders::write(std::function<std::string()> job) {
   require(!writing_.busy(), "SAVE: the map before is still being written");
   if (!in_background_) return job();
-  answer([this] { return writing_.take_answer(); });
+  answer([this] { return writing_.take_reply(); });
   writing_.start(std::move(job));
   return "";
 }
 
-std::string SlamOrders::take_answer() {
-  answer([this] { return writing_.take_answer(); });
+std::string SlamOrders::take_reply() {
+  answer([this] { return writing_.take_reply(); });
   if (answers_.empty()) return "";
   std::string oldest = std::move(answers_.front());
   answers_.pop_front();

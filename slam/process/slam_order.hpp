@@ -32,16 +32,16 @@ class SlamOrders {
   /// From here on no scan waits for a map to be written.
   void write_in_background() { in_background_ = true; }
 
-  /// Checks the command, has `obey` do it, and keeps what that says, or why it was refused or
-  /// failed. @param obey  throws std::invalid_argument to refuse, before it changes anything
+  /// Checks the command, has `execute` do it, and keeps what that says, or why it was refused or
+  /// failed. @param execute  throws std::invalid_argument to refuse, before it changes anything
   void take(const slam_command_t& command,
             const std::filesystem::path& maps_folder,
-            const std::function<std::string(const SlamOrder&)>& obey);
+            const std::function<std::string(const SlamOrder&)>& execute);
   /// For SAVE. @param job  writes, and says what it wrote. @returns that, or in the background "".
   /// @throws std::invalid_argument while the map before is still being written.
   std::string write(std::function<std::string()> job);
   /// What became of the oldest order not told of yet; "" = nothing new.
-  std::string take_answer();
+  std::string take_reply();
   /// Until nothing is being written.
   void wait();
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "slam/input/deskew.hpp"
+#include "common/input/deskew.hpp"
 
 namespace marco::slam {
 
@@ -10,6 +10,14 @@ struct UsedScan {
   bool level = true;
   bool held_out = false;
   bool matched = false;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("prepared", prepared);
+    v("level", level);
+    v("held_out", held_out);
+    v("matched", matched);
+  }
 };
 
 }  // namespace marco::slam

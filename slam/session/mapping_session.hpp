@@ -5,13 +5,14 @@
 #include <vector>
 
 #include "slam/localization/localizer.hpp"
+#include "slam/mapper2d.hpp"
 #include "slam/session/session_history.hpp"
 
 namespace marco::slam {
 
 /// A mapping session: makes a map, extends a saved one as soon as it has found itself in it, or
 /// localizes in one that stays as it is. Not thread-safe.
-class MappingSession {
+class MappingSession : public Mapper2d {
  public:
   enum class Mode { mapping, extending, localizing };
 
@@ -59,11 +60,13 @@ class MappingSession {
   /// A pose a scan since the last reset or extend; scans of sessions set apart, and when localizing
   /// those that no place was found for, have none.
   std::vector<std::optional<Pose2>> trajectory() const;
+  std::vector<std::optional<Pose2>> scan_poses() const override { return trajectory(); }
+  const std::vector<Loop>& loops() const override { return slam_.loops(); }
   /// The keyframes of what is mapped, or localized in.
-  const std::vector<Keyframe>& keys() const;
-  Trajectory key_trajectory() const;
-  OccupancyGrid grid() const;
-  int64_t revision() const { return slam_.revision() + revisions_before_; }
+  const std::vector<Keyframe>& keys() const override;
+  Trajectory key_trajectory() const override;
+  OccupancyGrid grid() const override;
+  int64_t revision() const override { return slam_.revision() + revisions_before_; }
 
   /// To be saved. @param options  as SavedMap::options
   SavedMap saved(const std::string& options) const;

@@ -122,7 +122,7 @@ TEST_F(SlamOrders, KilledItGoesOnFromItsCheckpointThoughScansPassedMeanwhile) {
   slam->signal(SIGKILL);
   slam->wait(5);
   slam = start();
-  EXPECT_THAT(files::read_whole_file(at("slam.out")), HasSubstr("goes on from"));
+  EXPECT_THAT(files::read_whole_file(at("slam.out")), HasSubstr("resumed from"));
   drive(48, 60);
   EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
   EXPECT_THAT((Pose2{last_.x_m, last_.y_m, last_.theta_rad}),

@@ -93,13 +93,13 @@ class Office {
   }
   static slam::SlamInput input_of(const LaserScan& scan,
                                   const Pose2& odom,
-                                  const slam::Velocity2& velocity) {
+                                  const Velocity2& velocity) {
     SensorInfo info;
     info.range_min_m = 0.05;
     info.range_max_m = static_cast<double>(static_cast<float>(options().range_max_m));
     slam::SlamInput input;
-    input.scan = slam::deskew_and_project(scan, info,
-                                          make_pose3({kLaserAheadM, 0.0, kLaserHeightM}), velocity);
+    input.scan =
+        deskew_and_project(scan, info, make_pose3({kLaserAheadM, 0.0, kLaserHeightM}), velocity);
     input.motion = {scan.utime, odom, {}};
     return input;
   }

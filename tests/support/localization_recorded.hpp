@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/files/relations.hpp"
+#include "common/input/stamp_repair.hpp"
 #include "common/relations_metric.hpp"
 #include "recordings/carmen.hpp"
 #include "tests/support/localization_trials.hpp"
@@ -21,6 +22,7 @@ inline std::vector<slam::SlamInput> read_carmen_scans(const std::string& path) {
   const auto reader = files::open_carmen(path);
   Pose2 odom_from_robot;
   SensorInfo info;
+  StampRepair stamps;
   while (const std::optional<Sample> sample = reader->next()) {
     if (const auto* told = std::get_if<SensorInfo>(&*sample)) info = *told;
     if (const auto* odometry = std::get_if<OdometrySample>(&*sample)) {
@@ -29,8 +31,9 @@ inline std::vector<slam::SlamInput> read_carmen_scans(const std::string& path) {
     const auto* scan = std::get_if<LaserScan>(&*sample);
     if (scan == nullptr) continue;
     slam::SlamInput input;
-    input.scan = slam::deskew_and_project(*scan, info, info.parent_from_sensor, {});
-    input.motion = {scan->utime, odom_from_robot, {}};
+    input.scan = deskew_and_project(*scan, info, info.parent_from_sensor, {});
+    input.motion = {
+        stamps.repair(scan->utime), odom_from_robot, {}, stamps.period_s(), stamps.off_beat()};
     inputs.push_back(std::move(input));
   }
   return inputs;

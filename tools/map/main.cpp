@@ -127,8 +127,8 @@ int run(const MapArguments& arguments) {
   process::catch_interrupts(arguments.out + " is unchanged");
   MapOptions options = process::load_options<MapOptions>(arguments.config);
   const std::string configuration = process::print_changed_options(options);
-  options.slam.map_period_s = 0.0;  // a batch run sends its maps once, at the end
-  options.lines.map_every_s = std::numeric_limits<double>::infinity();
+  // A batch run publishes its map once, at the end.
+  options.slam.map_period_s = options.lines.map_period_s = 0.0;
   options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
   const auto results = open_results(arguments.out, named_inputs(arguments));

@@ -20,30 +20,26 @@ mapping3d::Mapping3dAdapterOptions with_surface(mapping3d::Mapping3dAdapterOptio
   return options;
 }
 
+std::unique_ptr<slam::Mapper2dAdapter> adapter_of(PathMaker maker,
+                                                  const MapOptions& options,
+                                                  process::Bus& bus) {
+  if (maker == PathMaker::lines) return std::make_unique<slam::LineLcmAdapter>(options.lines, bus);
+  return std::make_unique<slam::SlamAdapter>(bus, options.slam);
+}
+
 }  // namespace
 
 MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder)
     : log_file_(folder / "slam.lcm", files::Appears::when_renamed),
       log_(log_file_),
       bus_(&log_),
-      slam_(maker == PathMaker::scans
-                ? std::optional<slam::SlamAdapter>(std::in_place, bus_, options.slam)
-                : std::optional<slam::SlamAdapter>()),
-      lines_(maker == PathMaker::lines
-                 ? std::optional<slam::LineLcmAdapter>(std::in_place, options.lines, bus_)
-                 : std::optional<slam::LineLcmAdapter>()),
+      mapper2d_(adapter_of(maker, options, bus_)),
+      slam_(dynamic_cast<slam::SlamAdapter*>(mapper2d_.get())),
+      lines_(dynamic_cast<slam::LineLcmAdapter*>(mapper2d_.get())),
       mapping3d_(bus_, with_surface(options.mapping3d, options.joined_surface.surface)),
       slam_options_(options.slam.slam),
       localizer_options_(options.slam.localizer) {
-  if (slam_) slam_->keep_scans();
-  if (lines_) lines_->keep_scans();
-}
-
-std::vector<std::optional<Pose2>> MapJob::poses() const {
-  if (slam_) return slam_->session().trajectory();
-  std::vector<std::optional<Pose2>> poses;
-  for (const auto& pose : lines_->mapper().trajectory()) poses.emplace_back(pose.world_from_robot);
-  return poses;
+  mapper2d_->keep_scans();
 }
 
 Trajectory MapJob::trajectory() const {
@@ -55,37 +51,9 @@ Trajectory MapJob::trajectory() const {
   return trajectory;
 }
 
-const Trajectory& MapJob::live_trajectory() const {
-  return slam_ ? slam_->live_trajectory() : lines_->live_trajectory();
-}
-
-const Trajectory& MapJob::odometry_trajectory() const {
-  return slam_ ? slam_->odometry_trajectory() : lines_->odometry_trajectory();
-}
-
-const std::vector<slam::UsedScan>& MapJob::scans() const {
-  return slam_ ? slam_->scans() : lines_->scans();
-}
-
-GridMap MapJob::grid() const {
-  return (slam_ ? slam_->session().grid() : lines_->mapper().grid()).to_map();
-}
-
 const std::vector<slam::Keyframe>& MapJob::keyframes() const {
   static const std::vector<slam::Keyframe> kNone;
-  return slam_ ? slam_->session().keys() : kNone;
-}
-
-std::size_t MapJob::key_count() const {
-  return slam_ ? slam_->session().keys().size() : lines_->mapper().key_count();
-}
-
-const std::vector<slam::Loop>& MapJob::loops() const {
-  return slam_ ? slam_->slam().loops() : lines_->mapper().loops();
-}
-
-const process::DropCounter& MapJob::drops() const {
-  return slam_ ? slam_->drops() : lines_->drops();
+  return slam_ != nullptr ? slam_->session().keys() : kNone;
 }
 
 void MapJob::extend(const std::filesystem::path& map_folder) {
@@ -107,11 +75,8 @@ void MapJob::read_scans(const std::vector<std::filesystem::path>& scans) {
 }
 
 void MapJob::read(files::SampleReader& recording, const std::filesystem::path& input) {
-  if (!inputs_.empty()) {
-    if (slam_) slam_->start_session();
-    if (lines_) lines_->start_session();
-  }
-  const std::size_t first_key = lines_ ? lines_->mapper().key_count() : 0;
+  if (!inputs_.empty()) mapper2d_->start_session();
+  const std::size_t first_key = key_count();
   clock_.end_stage("recognise " + input.filename().string());
   process::Progress progress("mapping " + input.filename().string());
   while (const std::optional<Sample> sample = recording.next()) {
@@ -123,7 +88,7 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
     take(*sample);
     progress.update(recording.progress());
   }
-  if (lines_ && first_key > 0) check_that_lines_go_on(first_key, input);
+  if (lines_ != nullptr && first_key > 0) check_that_lines_go_on(first_key, input);
   inputs_.push_back(recording.report());
   clock_.end_stage("read and match " + input.filename().string());
 }
@@ -158,8 +123,7 @@ void MapJob::take(const Sample& sample) {
 }
 
 void MapJob::finish() {
-  if (slam_) slam_->finish();
-  if (lines_) lines_->finish();
+  mapper2d_->finish();
   bus_.deliver_published();
   clock_.end_stage("optimize");
   mapping3d_.finish();

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,26 +75,28 @@ class MapJob {
   /// place was found.
   Trajectory trajectory() const;
   /// The same, one a scan: nothing of scans that are in no map, or in another one.
-  std::vector<std::optional<Pose2>> poses() const;
+  std::vector<std::optional<Pose2>> poses() const { return mapper().scan_poses(); }
   /// The same, each pose as it was first published.
-  const Trajectory& live_trajectory() const;
+  const Trajectory& live_trajectory() const { return mapper2d_->live_trajectory(); }
   /// Raw odometry at the scans, where there was any.
-  const Trajectory& odometry_trajectory() const;
+  const Trajectory& odometry_trajectory() const { return mapper2d_->odometry_trajectory(); }
   /// One a scan.
-  const std::vector<slam::UsedScan>& scans() const;
-  GridMap grid() const;
+  const std::vector<slam::UsedScan>& scans() const { return mapper2d_->scans(); }
+  GridMap grid() const { return mapper().grid().to_map(); }
   /// What the scan SLAM's map is made of; empty where the line SLAM made the path.
   const std::vector<slam::Keyframe>& keyframes() const;
   /// The newest SENSOR_INFO of each channel.
   const std::map<std::string, SensorInfo>& sensors() const { return sensors_; }
-  std::size_t key_count() const;
-  const std::vector<slam::Loop>& loops() const;
-  const process::DropCounter& drops() const;
+  std::size_t key_count() const { return mapper().keys().size(); }
+  const std::vector<slam::Loop>& loops() const { return mapper().loops(); }
+  const process::DropCounter& drops() const { return mapper2d_->drops(); }
   /// Nothing where the line SLAM makes the path.
-  const slam::MappingSession* session() const { return slam_ ? &slam_->session() : nullptr; }
+  const slam::MappingSession* session() const {
+    return slam_ != nullptr ? &slam_->session() : nullptr;
+  }
   /// Nothing unless the line SLAM made the path.
-  slam::LineLcmAdapter* lines() { return lines_ ? &*lines_ : nullptr; }
-  const slam::LineLcmAdapter* lines() const { return lines_ ? &*lines_ : nullptr; }
+  slam::LineLcmAdapter* lines() { return lines_; }
+  const slam::LineLcmAdapter* lines() const { return lines_; }
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
   const std::vector<files::InputReport>& inputs() const { return inputs_; }
   const Trajectory& truth() const { return truth_; }
@@ -103,6 +106,7 @@ class MapJob {
   double recorded_s() const;
 
  private:
+  const slam::Mapper2d& mapper() const { return mapper2d_->mapper2d(); }
   void read(files::SampleReader& recording, const std::filesystem::path& input);
   void take(const Sample& sample);
   /// The line SLAM cannot look for itself. @throws std::invalid_argument where the keyframes from
@@ -112,14 +116,15 @@ class MapJob {
   files::OutputFile log_file_;
   files::EventLogWriter log_;
   process::BatchBus bus_;
-  std::optional<slam::SlamAdapter> slam_;  ///< one of the two
-  std::optional<slam::LineLcmAdapter> lines_;
+  std::unique_ptr<slam::Mapper2dAdapter> mapper2d_;
+  slam::SlamAdapter* slam_;      ///< mapper2d_, or nullptr
+  slam::LineLcmAdapter* lines_;  ///< likewise
   mapping3d::Mapping3dAdapter mapping3d_;
   slam::SlamOptions slam_options_;
   slam::LocalizerOptions localizer_options_;
   std::vector<files::InputReport> inputs_;
   std::map<std::string, SensorInfo> sensors_;
-  slam::RangeUnits range_units_;
+  RangeUnits range_units_;
   Trajectory truth_;
   StageClock clock_;
 };

@@ -16,7 +16,7 @@
 #include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
-#include "mapping3d/pantilt_track.hpp"
+#include "common/input/pantilt_track.hpp"
 #include "tools/map/sibling_program.hpp"
 #include "tools/texture/photograph_list.hpp"
 
@@ -79,7 +79,7 @@ class Chooser {
 
   void read(const std::string& recording) {
     files::EventLogReader log(recording);
-    mapping3d::PanTiltTrack pantilt(Duration::from_seconds(1.0), Duration::from_seconds(0.1));
+    PanTiltTrack pantilt(Duration::from_seconds(1.0), Duration::from_seconds(0.1));
     std::deque<image_t> waiting;  // for the pan-tilt angles at their stamps
     std::deque<std::string> channels;
     const auto use_waiting = [&](bool all) {
@@ -148,7 +148,7 @@ class Chooser {
     return fingerprint == static_cast<uint64_t>(image_t::getHash());
   }
 
-  static void note_pantilt(mapping3d::PanTiltTrack& pantilt,
+  static void note_pantilt(PanTiltTrack& pantilt,
                            const std::string& channel,
                            std::span<const uint8_t> bytes) {
     try {
@@ -185,7 +185,7 @@ class Chooser {
 
   void take(const image_t& image,
             const std::string& channel,
-            const std::optional<mapping3d::PanTiltAngles>& angles) {
+            const std::optional<PanTiltAngles>& angles) {
     const auto camera = sensors_.find(channel);
     if (camera == sensors_.end() || !(camera->second.focal_length_px > 0.0)) {
       ++counts_.dropped["camera without SENSOR_INFO or focal length"];

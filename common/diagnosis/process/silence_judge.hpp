@@ -21,7 +21,6 @@ struct Expectation {
   std::vector<std::string> types = {};  ///< of their messages: "bot_core.planar_lidar_t"
   std::string meaning = {};             ///< in ForeignTable: "lidar"; "" = none
   std::string remedy = {};              ///< a sentence: which program sends it, how to start it
-  std::string elsewhere = {};           ///< remedy when another channel carries it; "" = rename it
   std::string without = {};             ///< what the program does without it; "" = nothing
   /// Whether a message counts; empty: all of these types do.
   std::function<bool(const process::RawMessage&)> counts = {};

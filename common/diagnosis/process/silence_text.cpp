@@ -148,13 +148,10 @@ std::string near_text(const Lack& lack, const HeardChannel& heard) {
   const bool fits =
       std::find(expected.types.begin(), expected.types.end(), type) != expected.types.end();
   if (fits || is_foreign(lack, heard)) {
-    std::string advice = expected.elsewhere;
-    if (advice.empty()) {
-      advice = "rename it to " + expected.channels + " in its sender";
-      if (!fits) {
-        advice += " and send " + joined(expected.types, " or ") +
-                  ", or record it with lcm-logger and give the log to `marco map`";
-      }
+    std::string advice = "rename it to " + expected.channels + " in its sender";
+    if (!fits) {
+      advice += " and send " + joined(expected.types, " or ") +
+                ", or record it with lcm-logger and give the log to `marco map`";
     }
     return heard.name + " carries " + expected.what + " under another name: " + advice + ".";
   }

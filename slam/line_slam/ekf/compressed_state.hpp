@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "slam/line_slam/ekf/block_table.hpp"
+#include "slam/line_slam/ekf/state_blocks.hpp"
 #include "slam/line_slam/ekf/deferred_updates.hpp"
 #include "slam/line_slam/ekf/sparse_rows.hpp"
 #include "slam/line_slam/ekf/tiled_covariance.hpp"
@@ -110,7 +110,7 @@ class CompressedState {
   void store();
   void reserve(Eigen::Index rows);
 
-  BlockTable blocks_;
+  StateBlocks blocks_;
   Eigen::VectorXd mean_;  ///< 4 a block; passive ones as of the last settle()
   Eigen::VectorXd first_;
   TiledCovariance whole_;

@@ -52,7 +52,7 @@ PivotedRoot pivoted_root(const Eigen::MatrixXd& psi) {
 
 }  // namespace
 
-void DeferredUpdates::begin(Eigen::MatrixXd columns, const BlockTable& blocks, Index room) {
+void DeferredUpdates::begin(Eigen::MatrixXd columns, const StateBlocks& blocks, Index room) {
   in_use_ = true;
   p_ba0_ = std::move(columns);
   for (int block = 0; block < blocks.size(); ++block) {
@@ -85,7 +85,7 @@ void DeferredUpdates::append(Index row,
   p_ba0_.bottomRows(whole_size - rows).setZero();
 }
 
-void DeferredUpdates::replace(Index row, const SparseRows& change, const BlockTable& blocks) {
+void DeferredUpdates::replace(Index row, const SparseRows& change, const StateBlocks& blocks) {
   Eigen::MatrixXd phi = Eigen::MatrixXd::Zero(phi_t_.rows(), 4);
   for (int k = 0; k < change.num_blocks; ++k) {
     phi += phi_t_.middleCols(blocks.row_of(change.blocks[static_cast<std::size_t>(k)]), 4) *
@@ -100,7 +100,7 @@ void DeferredUpdates::remove(int block, Index hole, Index last) {
 }
 
 void DeferredUpdates::correct(const SparseRows& rows,
-                              const BlockTable& blocks,
+                              const StateBlocks& blocks,
                               const Eigen::MatrixXd& h_u,
                               const SparseRows::Square& root,
                               const SparseRows::Vector& y) {

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "slam/line_slam/ekf/block_table.hpp"
+#include "slam/line_slam/ekf/state_blocks.hpp"
 #include "slam/line_slam/ekf/sparse_rows.hpp"
 
 namespace marco::slam {
@@ -20,7 +20,7 @@ class DeferredUpdates {
   Eigen::MatrixXd release_columns() { return std::move(p_ba0_); }
   /// @param columns  those of the active blocks, a row per number of the whole state.
   /// @param room     columns to reserve for active rows.
-  void begin(Eigen::MatrixXd columns, const BlockTable& blocks, Eigen::Index room);
+  void begin(Eigen::MatrixXd columns, const StateBlocks& blocks, Eigen::Index room);
   void reserve(Eigen::Index room) { phi_t_.conservativeResize(phi_t_.rows(), room); }
 
   // The steps of CompressedState.
@@ -28,13 +28,13 @@ class DeferredUpdates {
   void append(Eigen::Index row,
               const Eigen::Matrix<double, 4, 3>& jacobian_robot,
               Eigen::Index whole_size);
-  void replace(Eigen::Index row, const SparseRows& change, const BlockTable& blocks);
+  void replace(Eigen::Index row, const SparseRows& change, const StateBlocks& blocks);
   /// The last active block, at row `last`, takes the place of the one at row `hole`.
   void remove(int block, Eigen::Index hole, Eigen::Index last);
   /// @param h_u   H U of the corrections since the last finish_corrections().
   /// @param root  S^(-1/2). @param y  whitened innovation.
   void correct(const SparseRows& rows,
-               const BlockTable& blocks,
+               const StateBlocks& blocks,
                const Eigen::MatrixXd& h_u,
                const SparseRows::Square& root,
                const SparseRows::Vector& y);

@@ -2,67 +2,84 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <numeric>
 
 #include "lcm_tools/base/check.hpp"
 
 namespace marco::slam {
 namespace {
 
-bool is_return(double range_m, const SensorInfo& info) {
-  return std::isfinite(range_m) && range_m > 0.0 && range_m > info.range_min_m &&
-         range_m < std::min(info.range_max_m, kFarthestReturnM);
-}
+// One sweep of a full circle turns by no more than that.
+constexpr double kFullSweepRad = 1.05 * 2.0 * std::numbers::pi;
 
-double mean_step_rad(const LaserScan& scan) {
-  if (scan.bearings_rad.empty()) return scan.bearing_step_rad;
-  if (scan.size() < 2) return 0.0;
-  // Neighbour by neighbour: bearings may pass from pi to -pi within the sweep.
-  double sum = 0.0;
-  for (std::size_t i = 1; i < scan.size(); ++i) {
-    sum += normalize_angle(scan.bearing_rad(i) - scan.bearing_rad(i - 1));
+struct BeamOrder {
+  std::vector<std::size_t> source;  ///< indices of beams in order of growing bearing
+  double mean_step_rad = 0.0;
+};
+
+// Neighbour by neighbour: bearings may pass from pi to -pi within the sweep.
+BeamOrder order_of(const std::vector<double>& bearings_rad) {
+  BeamOrder order;
+  order.source.resize(bearings_rad.size());
+  std::iota(order.source.begin(), order.source.end(), std::size_t{0});
+  const auto step_rad = [&](std::size_t i) {
+    return normalize_angle(bearings_rad[order.source[i]] - bearings_rad[order.source[i - 1]]);
+  };
+  double swept_rad = 0.0, sum_rad = 0.0;
+  for (std::size_t i = 1; i < bearings_rad.size(); ++i) {
+    swept_rad += std::abs(step_rad(i));
+    sum_rad += step_rad(i);
   }
-  return sum / static_cast<double>(scan.size() - 1);
+  if (swept_rad > kFullSweepRad) {  // interlaced
+    std::stable_sort(order.source.begin(), order.source.end(), [&](std::size_t a, std::size_t b) {
+      return normalize_angle(bearings_rad[a]) < normalize_angle(bearings_rad[b]);
+    });
+    sum_rad = 0.0;
+    for (std::size_t i = 1; i < bearings_rad.size(); ++i) sum_rad += step_rad(i);
+  } else if (sum_rad < 0.0) {
+    std::reverse(order.source.begin(), order.source.end());
+  }
+  order.mean_step_rad = std::abs(sum_rad) / static_cast<double>(bearings_rad.size() - 1);
+  return order;
 }
 
 }  // namespace
 
-void to_robot_frame(const LaserScan& scan,
-                    const SensorInfo& info,
-                    const Pose2& robot_motion,
-                    double fallback_range_sigma_m,
-                    ScanInRobot& scan_in_robot) {
-  require(scan.bearings_rad.empty() || scan.bearings_rad.size() == scan.size(),
-          "scan: bearings are not one a beam");
-  const Pose2 robot_from_sensor = flatten(info.parent_from_sensor);
-  // A laser mounted upside down sweeps the other way round seen from above.
-  const double handed = info.parent_from_sensor.linear()(2, 2) < 0.0 ? -1.0 : 1.0;
-  const double step_rad = handed * mean_step_rad(scan);
+ScanInRobot to_robot_frame(const LaserScan& scan,
+                           const SensorInfo& info,
+                           const Pose3& robot_from_sensor,
+                           const DeskewedScan& deskewed,
+                           double fallback_range_sigma_m) {
   const std::size_t count = scan.size();
-  const bool moves =
-      robot_motion.x_m != 0.0 || robot_motion.y_m != 0.0 || robot_motion.theta_rad != 0.0;
-  scan_in_robot.beams.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t source = step_rad < 0.0 ? count - 1 - i : i;
-    const double range_m = static_cast<double>(scan.ranges_m[source]);
-    const double bearing_rad = handed * scan.bearing_rad(source);
-    Beam& beam = scan_in_robot.beams[i];
-    beam.range_m = range_m;
-    beam.returned = is_return(range_m, info);
-    if (!beam.returned) continue;
-    beam.hit_m = robot_from_sensor *
-                 Eigen::Vector2d(range_m * std::cos(bearing_rad), range_m * std::sin(bearing_rad));
-    if (moves) {
-      const double part = static_cast<double>(source) / static_cast<double>(count);
-      beam.hit_m = interpolate(Pose2{}, robot_motion, part) * beam.hit_m;
-    }
+  require(count >= 2, "scan has fewer than two beams");
+  require(scan.bearings_rad.empty() || scan.bearings_rad.size() == count,
+          "scan: bearings are not one a beam");
+  // A laser mounted upside down sweeps the other way round seen from above.
+  const double handed = robot_from_sensor.linear()(2, 2) < 0.0 ? -1.0 : 1.0;
+  std::vector<double> bearings_rad(count);
+  for (std::size_t i = 0; i < count; ++i) bearings_rad[i] = handed * scan.bearing_rad(i);
+  const BeamOrder order = order_of(bearings_rad);
+  std::vector<Eigen::Index> hit_of_beam(count, -1);
+  for (std::size_t hit = 0; hit < deskewed.beam_of_hit.size(); ++hit) {
+    hit_of_beam[static_cast<std::size_t>(deskewed.beam_of_hit[hit])] =
+        static_cast<Eigen::Index>(hit);
   }
-  scan_in_robot.sensor_m = robot_from_sensor.translation_m();
-  const double first_rad =
-      count == 0 ? 0.0 : handed * scan.bearing_rad(step_rad < 0.0 ? count - 1 : 0);
-  scan_in_robot.first_bearing_rad = normalize_angle(robot_from_sensor.theta_rad + first_rad);
-  scan_in_robot.bearing_step_rad = std::abs(step_rad);
-  scan_in_robot.range_sigma_m =
-      info.range_sigma_m > 0.0 ? info.range_sigma_m : fallback_range_sigma_m;
+  ScanInRobot result;
+  result.beams.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t source = order.source[i];
+    Beam& beam = result.beams[i];
+    beam.range_m = static_cast<double>(scan.ranges_m[source]);
+    beam.returned = hit_of_beam[source] >= 0;
+    if (beam.returned) beam.hit_m = deskewed.hits_in_robot.col(hit_of_beam[source]);
+  }
+  result.sensor_m = deskewed.sensor_in_robot;
+  result.first_bearing_rad =
+      normalize_angle(deskewed.sensor_heading_rad + bearings_rad[order.source.front()]);
+  result.bearing_step_rad = order.mean_step_rad;
+  result.range_sigma_m = info.range_sigma_m > 0.0 ? info.range_sigma_m : fallback_range_sigma_m;
+  return result;
 }
 
 Points2 hits_of(const ScanInRobot& scan) {

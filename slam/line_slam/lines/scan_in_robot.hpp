@@ -3,8 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "common/laser_scan.hpp"
-#include "common/samples.hpp"
+#include "common/input/deskew.hpp"
 
 namespace marco::slam {
 
@@ -25,19 +24,16 @@ struct ScanInRobot {
   double bearing_sigma_rad = 0.001;  ///< standard deviation of one bearing
 };
 
-/// A measured scan brought into the robot's frame at the moment of its first beam.
-/// A clockwise sweep is turned round; ranges outside (info.range_min_m, info.range_max_m), not
-/// finite or 0 are no returns.
-/// @param robot_motion  pose of the robot at the last beam seen from the robot at the first; each
-///                      hit is moved by its share of it (straight blend).
-/// @param fallback_range_sigma_m  used where info.range_sigma_m is 0 (not known).
-/// @param scan_in_robot  overwritten; keeps its memory, so that a second call allocates nothing.
-/// @throws std::invalid_argument when the scan holds bearings but not one a beam.
-void to_robot_frame(const LaserScan& scan,
-                    const SensorInfo& info,
-                    const Pose2& robot_motion,
-                    double fallback_range_sigma_m,
-                    ScanInRobot& scan_in_robot);
+/// All beams of a scan, returned or not, in order of growing bearing, with the hits of its deskewed
+/// returns. A clockwise sweep is reversed, one in any other order is sorted.
+/// @param robot_from_sensor  at the first beam
+/// @param fallback_range_sigma_m  used where info.range_sigma_m is 0 (not known)
+/// @throws std::invalid_argument for fewer than two beams, or bearings that are not one a beam.
+ScanInRobot to_robot_frame(const LaserScan& scan,
+                           const SensorInfo& info,
+                           const Pose3& robot_from_sensor,
+                           const DeskewedScan& deskewed,
+                           double fallback_range_sigma_m);
 
 /// Where beams ended, in their order: 2xN [m], robot frame; returns only.
 Points2 hits_of(const ScanInRobot& scan);

@@ -85,8 +85,8 @@ TEST_F(Silence, OnAnEmptyBusAndTheEndOfIt) {
   start("marco-mapping3d");
   start("marco-watch", {"--no-window", "--picture", file("map.png")});
   EXPECT_TRUE(prints("marco-slam", "waiting for scans: nothing on LIDAR or LIDAR_RAW for"));
-  EXPECT_TRUE(prints("marco-slam", "Start a laser driver"));
-  EXPECT_TRUE(prints("marco-line-slam", "waiting for scans: nothing on LIDAR for"));
+  EXPECT_TRUE(prints("marco-slam", "Start a laser"));
+  EXPECT_TRUE(prints("marco-line-slam", "waiting for scans: nothing on LIDAR or LIDAR_RAW for"));
   EXPECT_TRUE(prints("marco-mapping3d", "waiting for a laser on a pan-tilt: nothing on"));
   EXPECT_TRUE(prints("marco-watch", "waiting for a map: nothing on GRID_MAP"));
   EXPECT_TRUE(says("marco-slam", "waiting for scans; "));

@@ -64,15 +64,6 @@ TEST(SilenceText, AForeignTypeIsRecognised) {
   EXPECT_THAT(text, HasSubstr("from scans alone"));
 }
 
-TEST(SilenceText, ASettingIsNamedWhereOneHelps) {
-  Lack lack = lack_of(Kind::never);
-  lack.expected.pattern = lack.expected.channels = "LIDAR";
-  lack.expected.types = {"bot_core.planar_lidar_t"};
-  lack.expected.elsewhere = "set lidar_channel";
-  EXPECT_THAT(silence_text({lack}, bus_with("LIDAR_RAW", fingerprint_of<lidar_raw_t>())),
-              HasSubstr("LIDAR_RAW carries scans under another name: set lidar_channel."));
-}
-
 TEST(SilenceText, ANearNameOfAnotherTypeAndATypeNobodyKnows) {
   EXPECT_THAT(silence_text({lack_of(Kind::never)}, bus_with("Lidar", fingerprint_of<odometry_t>())),
               HasSubstr("Lidar has a similar name, but carries marco.odometry_t."));

@@ -72,6 +72,32 @@ TEST(Convert, AGridTravelsInTilesAndKeepsItsPlace) {
   EXPECT_EQ(top.height_cells, 1);
 }
 
+TEST(Convert, ASlamPoseSaysWhatItsMessageSays) {
+  PoseEstimate estimate;
+  estimate.utime = Utime::from_us(17);
+  estimate.world_from_robot = {1.5, -2.5, 0.25};
+  estimate.covariance << 1, 2, 3, 4, 5, 6, 7, 8, 9;
+  estimate.status = PoseEstimate::Status::predicted;
+  estimate.overlap = 0.75;
+  const slam_pose_t message = to_message(estimate);
+  EXPECT_EQ(message.utime, 17);
+  EXPECT_EQ(message.x_m, 1.5);
+  EXPECT_EQ(message.y_m, -2.5);
+  EXPECT_EQ(message.theta_rad, 0.25);
+  EXPECT_EQ(message.covariance[0][2], 3.0);
+  EXPECT_EQ(message.covariance[2][0], 7.0);
+  EXPECT_EQ(message.status, 1);
+  EXPECT_EQ(message.overlap, 0.75);
+  EXPECT_EQ(from_message(message).covariance, estimate.covariance);
+  EXPECT_EQ(from_message(message).status, PoseEstimate::Status::predicted);
+  slam_pose_t unknown = message;
+  unknown.status = 3;
+  EXPECT_THROW(from_message(unknown), std::invalid_argument);
+  unknown = message;
+  unknown.y_m = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(from_message(unknown), std::invalid_argument);
+}
+
 TEST(Convert, UndecodableBytesAndForeignChannelsGiveNothing) {
   const std::vector<uint8_t> junk{1, 2, 3};
   EXPECT_FALSE(decode_sample("LIDAR", junk));

@@ -140,7 +140,7 @@ TEST_F(SlamOnRing, ATiltedScanIsCarriedByOdometryAndDrawsNothing) {
   tilted.motion = {tilted.scan.utime, Pose2{0.204, 0, 0.0005}, {}};
   tilted.level = false;
   const SlamUpdate update = slam.process(tilted);
-  EXPECT_EQ(update.status, SlamUpdate::Status::carried);
+  EXPECT_EQ(update.status, SlamUpdate::Status::predicted);
   EXPECT_THAT(update.world_from_robot, IsNear(Pose2{0.2, 0, 0}, 0.02, 0.01));
   EXPECT_GT(update.covariance(0, 0), updates_.back().covariance(0, 0));
   EXPECT_EQ(slam.key_count(), 1U);

@@ -63,16 +63,6 @@ class Drive {
   void send_scan(BatchBus& bus, std::size_t i) const {
     bus.deliver(channels::kLidar, encode_message(to_message(scans_[i])), {});
   }
-  /// Twenty scans a second.
-  void send_fast(BatchBus& bus, std::size_t i) const {
-    send(bus, scans_[i], 1000000 + 50000 * static_cast<int64_t>(i));
-  }
-  /// Another robot's laser, 20 ms after ours.
-  void send_foreign(BatchBus& bus, std::size_t i) const {
-    LaserScan scan = scans_[i];
-    std::reverse(scan.ranges_m.begin(), scan.ranges_m.end());
-    send(bus, scan, 1020000 + 50000 * static_cast<int64_t>(i));
-  }
   void send_odometry(BatchBus& bus, std::size_t i, const Pose2& begun = {}) const {
     OdometrySample sample;
     sample.utime = stamp(i);
@@ -81,10 +71,6 @@ class Drive {
   }
 
  private:
-  static void send(BatchBus& bus, LaserScan scan, int64_t us) {
-    scan.utime = Utime::from_us(us);
-    bus.deliver(channels::kLidar, encode_message(to_message(scan)), {});
-  }
   std::mt19937 random_;
   testing::LinesWorld world_ = testing::make_loop_world();
   testing::LinesLaser laser_;
@@ -139,7 +125,8 @@ TEST_F(LineLcmAdapterTest, PublishesAPoseAScanAndAMap) {
   EXPECT_EQ(published.poses.back().status, int8_t{slam_pose_t::STATUS_MATCHED});
   EXPECT_GT(published.poses.back().covariance[0][0], 0.0);
   ASSERT_FALSE(published.maps.empty());
-  EXPECT_EQ(adapter.scans_guessed(), 0);
+  // The first scan comes before any odometry: the way to the second is not known.
+  EXPECT_LE(adapter.scans_guessed(), 1);
   EXPECT_EQ(adapter.drops().dropped(), 0);
   bus.deliver(channels::kMapRequest, encode_message(map_request_t{}), {});
   EXPECT_GE(from_message(published.maps.back()).size(), 5U);
@@ -149,7 +136,7 @@ TEST_F(LineLcmAdapterTest, DropsScansUntilTheSensorIsKnown) {
   drive.send_odometry(bus, 0);
   drive.send_scan(bus, 0);
   EXPECT_TRUE(published.poses.empty());
-  EXPECT_EQ(adapter.drops().by_cause().at("no SENSOR_INFO for LIDAR"), 1);
+  EXPECT_EQ(adapter.drops().by_cause().at("no SENSOR_INFO for LIDAR yet"), 1);
 }
 
 TEST_F(LineLcmAdapterTest, FollowsWithoutAnyOdometry) {
@@ -158,21 +145,6 @@ TEST_F(LineLcmAdapterTest, FollowsWithoutAnyOdometry) {
   finish();
   ASSERT_EQ(published.poses.size(), drive.size());
   EXPECT_EQ(adapter.scans_guessed(), static_cast<int64_t>(drive.size()) - 1);
-  EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(drive.size() - 1), 0.03, 0.01));
-}
-
-TEST_F(LineLcmAdapterTest, ScansOfAnotherRobotOnOurChannelAreLeftOutAndCounted) {
-  adapter.keep_to_one_laser();
-  drive.send_info(bus);
-  const std::size_t other_comes = drive.size() / 2;
-  for (std::size_t i = 0; i < drive.size(); ++i) {
-    drive.send_fast(bus, i);
-    if (i >= other_comes && i + 1 < drive.size()) drive.send_foreign(bus, i);
-  }
-  finish();
-  EXPECT_EQ(adapter.drops().by_cause().at("a scan of another laser on LIDAR"),
-            static_cast<int64_t>(drive.size() - other_comes) - 1);
-  ASSERT_EQ(published.poses.size(), drive.size());
   EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(drive.size() - 1), 0.03, 0.01));
 }
 
@@ -187,7 +159,7 @@ TEST_F(LineLcmAdapterTest, OdometryThatBeginsAnewMovesNothing) {
   }
   finish();
   ASSERT_EQ(published.poses.size(), drive.size());
-  EXPECT_EQ(adapter.drops().by_cause().at("odometry began anew: none for a scan"), 1);
+  EXPECT_EQ(adapter.drops().by_cause().at("odometry restarted: not used for one scan"), 1);
   for (std::size_t i = 0; i < drive.size(); ++i) {
     const Pose2 pose{published.poses[i].x_m, published.poses[i].y_m, published.poses[i].theta_rad};
     // As without any odometry.
@@ -217,7 +189,7 @@ TEST_F(LineLcmAdapterTest, PassesTiltedScansByAndCarriesThePoseOn) {
   EXPECT_EQ(adapter.drops().by_cause().at("tilted"), 5);
   EXPECT_EQ(adapter.scans_used(), 15);
   ASSERT_EQ(published.poses.size(), 20U);
-  EXPECT_EQ(published.poses[12].status, int8_t{slam_pose_t::STATUS_CARRIED});
+  EXPECT_EQ(published.poses[12].status, int8_t{slam_pose_t::STATUS_PREDICTED});
   EXPECT_GT(published.poses[14].covariance[0][0], published.poses[9].covariance[0][0]);
   EXPECT_EQ(published.poses[19].status, int8_t{slam_pose_t::STATUS_MATCHED});
   EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(19), 0.02, 0.01));
@@ -307,12 +279,12 @@ TEST_F(LineLcmAdapterTest, WhatIsRefusedLeavesTheMapAsItIs) {
   for (const double far : {1e300, -1e9, std::nan("")}) {
     command.x_m = far;
     bus.deliver(channels::kSlamCommand, encode_message(command), {});
-    EXPECT_THAT(adapter.take_answer(), ::testing::HasSubstr("refused: SET_POSE"));
+    EXPECT_THAT(adapter.take_reply(), ::testing::HasSubstr("refused: SET_POSE"));
   }
   command.command = slam_command_t::LOCALIZE;
   command.folder = "hall";
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
-  EXPECT_THAT(adapter.take_answer(), ::testing::HasSubstr("refused: LOCALIZE"));
+  EXPECT_THAT(adapter.take_reply(), ::testing::HasSubstr("refused: LOCALIZE"));
   EXPECT_EQ(adapter.mapper().filter().num_walls(), walls);
   EXPECT_EQ(adapter.mapper().world_from_robot().vector(), before.vector());
 }
@@ -320,8 +292,8 @@ TEST_F(LineLcmAdapterTest, WhatIsRefusedLeavesTheMapAsItIs) {
 TEST(LineLcmAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
   const TemporaryFolder folder;
   LineProcessOptions options;
-  options.save_folder = folder.path() / "maps";
-  std::filesystem::create_directories(options.save_folder + "/mine");
+  options.maps_folder = folder.path() / "maps";
+  std::filesystem::create_directories(options.maps_folder + "/mine");
   BatchBus bus;
   LineLcmAdapter adapter(options, bus);
   slam_command_t command{};
@@ -333,15 +305,17 @@ TEST(LineLcmAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
     bus.deliver(channels::kSlamCommand, encode_message(command), {});
     EXPECT_EQ(adapter.drops().dropped(), before + 1) << name;
   }
-  EXPECT_TRUE(std::filesystem::is_empty(options.save_folder + "/mine"));
+  EXPECT_TRUE(std::filesystem::is_empty(options.maps_folder + "/mine"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "line_slam.checkpoint"));
   command.folder = "mine";
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
-  EXPECT_TRUE(std::filesystem::exists(options.save_folder + "/mine/line_slam.checkpoint"));
+  EXPECT_TRUE(std::filesystem::exists(options.maps_folder + "/mine/line_slam.checkpoint"));
 
-  LineLcmAdapter nowhere({}, bus);
+  LineProcessOptions none;
+  none.maps_folder = "";
+  LineLcmAdapter nowhere(none, bus);
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
-  EXPECT_EQ(nowhere.take_answer(), "refused: SAVE: no folder for maps is configured");
+  EXPECT_EQ(nowhere.take_reply(), "refused: SAVE: no folder for maps is configured");
 }
 
 }  // namespace

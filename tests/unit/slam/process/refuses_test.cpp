@@ -45,7 +45,6 @@ TEST_F(SlamAdapterRefuses, ALaserIsNotMountedFarFromItsRobot) {
 
 TEST_F(SlamAdapterRefuses, OfThousandsOfAnnouncedLasersAFewAreKept) {
   SlamAdapter slam(bus_, {});
-  slam.keep_to_one_laser();
   send(SensorInfo{});
   for (int i = 0; i < 2000; ++i) {
     SensorInfo info;
@@ -55,7 +54,7 @@ TEST_F(SlamAdapterRefuses, OfThousandsOfAnnouncedLasersAFewAreKept) {
     scan.channel = info.channel;
     send(scan);
   }
-  EXPECT_LE(slam.state().sensors.size(), 64U);
+  EXPECT_LE(slam.state().input.sensors.size(), 64U);
   EXPECT_GT(slam.drops().by_cause().at(kTooManySensors), 1900);
   const auto before = slam.live_trajectory().size();
   send(scan_at(3.0, {}));

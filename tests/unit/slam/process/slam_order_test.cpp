@@ -22,20 +22,20 @@ TEST(SlamOrders, AMapIsWrittenBehindTheScansAndOneAtATime) {
     });
   };
   orders.take(save, "/maps", slow);
-  EXPECT_EQ(orders.take_answer(), "");
+  EXPECT_EQ(orders.take_reply(), "");
   for (int i = 0; i < 3; ++i) {
     orders.take(save, "/maps", slow);
-    EXPECT_EQ(orders.take_answer(), "refused: SAVE: the map before is still being written");
+    EXPECT_EQ(orders.take_reply(), "refused: SAVE: the map before is still being written");
   }
   disk.set_value();
   orders.wait();
-  EXPECT_EQ(orders.take_answer(), "saved");
+  EXPECT_EQ(orders.take_reply(), "saved");
   orders.take(save, "/maps", [&](const SlamOrder&) {
     return orders.write([]() -> std::string { throw std::runtime_error("disk full"); });
   });
   orders.wait();
-  EXPECT_EQ(orders.take_answer(), "failed: disk full");
-  EXPECT_EQ(orders.take_answer(), "");
+  EXPECT_EQ(orders.take_reply(), "failed: disk full");
+  EXPECT_EQ(orders.take_reply(), "");
 }
 
 }  // namespace

@@ -237,12 +237,12 @@ TEST_F(SlamSurvival, OfATornCheckpointTheOneBeforeIsUsed) {
   save_adapter_state(path, slam.state());
   for (std::size_t i = 21; i < 41; ++i) send(bus, samples_[i]);
   save_adapter_state(path, slam.state());
-  EXPECT_EQ(load_adapter_state(path, warn)->live.size(), 20U);
+  EXPECT_EQ(load_adapter_state(path, warn)->progress.live.size(), 20U);
   const std::string bytes = files::read_whole_file(path);
   for (const std::size_t left : {bytes.size() - 1, bytes.size() / 2, std::size_t{0}}) {
     folder_.write("checkpoint", bytes.substr(0, left));
     warnings.clear();
-    EXPECT_EQ(load_adapter_state(path, warn)->live.size(), 10U);
+    EXPECT_EQ(load_adapter_state(path, warn)->progress.live.size(), 10U);
     ASSERT_EQ(warnings.size(), 1U);
     EXPECT_THAT(warnings.front(), HasSubstr("not used"));
   }
@@ -258,7 +258,7 @@ TEST_F(SlamSurvival, LiveItWritesCheckpointsByItself) {
   const auto state = load_adapter_state(options.checkpoint_path, {});
   ASSERT_TRUE(state.has_value());
   // 40 scans over 7.8 s: the last checkpoint is less than 2 s old.
-  EXPECT_GE(state->live.size(), 30U);
+  EXPECT_GE(state->progress.live.size(), 30U);
 }
 
 TEST_F(SlamSurvival, LiveCheckpointsAreWrittenBehindTheScans) {
@@ -274,8 +274,8 @@ TEST_F(SlamSurvival, LiveCheckpointsAreWrittenBehindTheScans) {
   }
   const auto state = load_adapter_state(options.checkpoint_path, {});
   ASSERT_TRUE(state.has_value());
-  EXPECT_GE(state->scan_count, 20);
-  EXPECT_TRUE(state->live.empty());
+  EXPECT_GE(state->progress.scan_count, 20);
+  EXPECT_TRUE(state->progress.live.empty());
 }
 
 TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
@@ -285,8 +285,8 @@ TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
   SlamAdapter slam(bus, options);
   for (std::size_t i = 0; i < 61; ++i) send(bus, samples_[i]);
   order(bus, slam_command_t::SAVE, "hall");
-  EXPECT_THAT(slam.take_answer(), HasSubstr("saved"));
-  EXPECT_EQ(slam.take_answer(), "");
+  EXPECT_THAT(slam.take_reply(), HasSubstr("saved"));
+  EXPECT_EQ(slam.take_reply(), "");
   for (const char* name : {"map.marco", "map_1.pgm", "map.yaml", "trajectory.tum"}) {
     EXPECT_TRUE(std::filesystem::exists(folder_.path() / "hall" / name)) << name;
   }
@@ -297,16 +297,16 @@ TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
   EXPECT_EQ(slam.live_trajectory().size(), 30U);
   EXPECT_EQ(slam.drops().by_cause().at("paused"), 1);
   order(bus, slam_command_t::RESUME);
-  EXPECT_THAT(slam.take_answer(), HasSubstr("PAUSE"));
-  EXPECT_THAT(slam.take_answer(), HasSubstr("RESUME"));
+  EXPECT_THAT(slam.take_reply(), HasSubstr("PAUSE"));
+  EXPECT_THAT(slam.take_reply(), HasSubstr("RESUME"));
 
   order(bus, slam_command_t::LOCALIZE, "hall");
-  EXPECT_THAT(slam.take_answer(), HasSubstr("looks for itself"));
+  EXPECT_THAT(slam.take_reply(), HasSubstr("relocalizing"));
   EXPECT_THAT(slam.state_line(), HasSubstr("not found in the map yet"));
   for (std::size_t i = 1; i < samples_.size(); ++i) send(bus, samples_[i]);
   EXPECT_THAT(slam.state_line(), HasSubstr("localized"));
   order(bus, slam_command_t::SAVE, "hall");
-  EXPECT_THAT(slam.take_answer(), HasSubstr("refused"));
+  EXPECT_THAT(slam.take_reply(), HasSubstr("refused"));
 
   order(bus, slam_command_t::RESET);
   EXPECT_EQ(slam.slam().key_count(), 0U);
@@ -326,15 +326,15 @@ TEST_F(SlamSurvival, WhatIsRefusedLeavesTheMapAsItIs) {
   for (const Pose2& pose :
        {Pose2{1e9, 0, 0}, Pose2{0, -1e300, 0}, Pose2{nan, 0, 0}, Pose2{0, 0, nan}}) {
     set_pose(bus, pose);
-    EXPECT_THAT(slam.take_answer(), HasSubstr("refused: SET_POSE: the pose must be finite"));
+    EXPECT_THAT(slam.take_reply(), HasSubstr("refused: SET_POSE: the pose must be finite"));
   }
   for (const char* folder : {"hall", "nowhere", "../hall", ""}) {
     order(bus, slam_command_t::LOCALIZE, folder);
-    EXPECT_NE(slam.take_answer(), "");
+    EXPECT_NE(slam.take_reply(), "");
   }
   folder_.write("file", "");
   order(bus, slam_command_t::SAVE, "file");
-  EXPECT_THAT(slam.take_answer(), HasSubstr("failed: "));
+  EXPECT_THAT(slam.take_reply(), HasSubstr("failed: "));
   order(bus, 77);
   // Only that they were refused is known of them.
   AdapterState state = slam.state();
@@ -357,12 +357,12 @@ TEST_F(SlamSurvival, OrdersThatLeadOutOfTheMapsFolderOrNowhereAreRefused) {
   SlamAdapter slam(bus, options);
   for (const char* folder : {"/etc", "../elsewhere", "a/../../b", ""}) {
     order(bus, slam_command_t::SAVE, folder);
-    EXPECT_THAT(slam.take_answer(), HasSubstr("refused")) << folder;
+    EXPECT_THAT(slam.take_reply(), HasSubstr("refused")) << folder;
   }
   order(bus, slam_command_t::LOCALIZE, "no such map");
-  EXPECT_THAT(slam.take_answer(), HasSubstr("cannot be read"));
+  EXPECT_THAT(slam.take_reply(), HasSubstr("cannot be read"));
   order(bus, 77);
-  EXPECT_THAT(slam.take_answer(), HasSubstr("not a command"));
+  EXPECT_THAT(slam.take_reply(), HasSubstr("not a command"));
   folder_.write("map.marco", "something else");
   EXPECT_THAT(complaint([&] { load_map_folder(folder_.path()); }),
               HasSubstr("map.marco: is no MARCOMAP file"));

@@ -1,11 +1,11 @@
-#include "slam/input/range_units.hpp"
+#include "common/input/range_units.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
 
-namespace marco::slam {
+namespace marco {
 namespace {
 
 constexpr int kScans = 20;
@@ -59,4 +59,4 @@ std::optional<std::string> RangeUnits::look(const LaserScan& scan) {
   return channel.verdict;
 }
 
-}  // namespace marco::slam
+}  // namespace marco

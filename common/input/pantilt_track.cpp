@@ -1,12 +1,12 @@
-#include "mapping3d/pantilt_track.hpp"
+#include "common/input/pantilt_track.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace marco::mapping3d {
+namespace marco {
 namespace {
 
-constexpr std::size_t kCapacity = 20000;
+constexpr std::size_t kCapacity = 5000;
 constexpr double kSameAngleRad = 0.002;
 
 PanTiltAngles between(const PanTiltState& a, const PanTiltState& b, double part) {
@@ -47,4 +47,4 @@ std::optional<PanTiltAngles> PanTiltTrack::at(Utime utime) const {
   return between(earlier, before, 1.0 + beyond_s / step_s);
 }
 
-}  // namespace marco::mapping3d
+}  // namespace marco

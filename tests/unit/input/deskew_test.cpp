@@ -1,4 +1,4 @@
-#include "slam/input/deskew.hpp"
+#include "common/input/deskew.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "tests/support/matchers.hpp"
 
-namespace marco::slam {
+namespace marco {
 namespace {
 
 using ::marco::testing::IsNear;
@@ -62,4 +62,4 @@ TEST(PrepareScan, AnEmptyScanStaysEmpty) {
 }
 
 }  // namespace
-}  // namespace marco::slam
+}  // namespace marco

@@ -1,8 +1,8 @@
-#include "slam/line_slam/ekf/block_table.hpp"
+#include "slam/line_slam/ekf/state_blocks.hpp"
 
 namespace marco::slam {
 
-int BlockTable::take() {
+int StateBlocks::take() {
   int block = size();
   if (free_.empty()) {
     place_.push_back(-1);
@@ -18,7 +18,7 @@ int BlockTable::take() {
   return block;
 }
 
-void BlockTable::activate(std::span<const int> blocks) {
+void StateBlocks::activate(std::span<const int> blocks) {
   for (const int block : active_) place_[static_cast<std::size_t>(block)] = -1;
   active_.assign(1, 0);
   active_.insert(active_.end(), blocks.begin(), blocks.end());
@@ -27,7 +27,7 @@ void BlockTable::activate(std::span<const int> blocks) {
   }
 }
 
-void BlockTable::free(int block) {
+void StateBlocks::free(int block) {
   const int hole = place_[static_cast<std::size_t>(block)], last = active_.back();
   active_[static_cast<std::size_t>(hole)] = last;
   place_[static_cast<std::size_t>(last)] = hole;
@@ -38,7 +38,7 @@ void BlockTable::free(int block) {
   --num_live_;
 }
 
-void BlockTable::add_times_rows(const ConstMatrixPart& columns,
+void StateBlocks::add_times_rows(const ConstMatrixPart& columns,
                                 const SparseRows& rows,
                                 Eigen::MatrixXd& product) const {
   for (int k = 0; k < rows.num_blocks; ++k) {

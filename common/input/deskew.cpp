@@ -1,9 +1,9 @@
-#include "slam/input/deskew.hpp"
+#include "common/input/deskew.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace marco::slam {
+namespace marco {
 
 Pose2 Velocity2::after(double seconds) const {
   const double turn = yaw_rad_per_s * seconds;
@@ -21,17 +21,17 @@ Velocity2 velocity_of(const Pose2& moved, double seconds) {
 
 namespace {
 
-// The directions of beams, one after another. Equal steps are turned, not computed anew: the sine
-// and cosine of each beam would take longer than its match.
+// The directions of beams, one after another. Equal steps are rotated: a sine and a cosine per beam
+// would take longer than its match.
 class Directions {
  public:
   explicit Directions(const LaserScan& scan)
       : scan_(scan), step_(std::cos(scan.bearing_step_rad), std::sin(scan.bearing_step_rad)) {}
 
-  // To be asked for each beam from the first on.
+  // To be called for each beam in turn.
   Eigen::Vector2d of(std::size_t beam) {
-    constexpr std::size_t kAnew = 64;  // what rounding adds up to in so many is 1e-14
-    if (!scan_.bearings_rad.empty() || beam % kAnew == 0) {
+    constexpr std::size_t kRestart = 64;  // rounding adds up to 1e-14 over these
+    if (!scan_.bearings_rad.empty() || beam % kRestart == 0) {
       const double bearing_rad = scan_.bearing_rad(beam);
       now_ = {std::cos(bearing_rad), std::sin(bearing_rad)};
     } else {
@@ -59,6 +59,7 @@ DeskewedScan deskew_and_project(const LaserScan& scan,
       std::atan2(robot_from_sensor.linear()(1, 0), robot_from_sensor.linear()(0, 0));
   prepared.beams = static_cast<int>(scan.size());
   prepared.hits_in_robot.resize(2, prepared.beams);
+  prepared.beam_of_hit.reserve(scan.size());
   const double beam_period_s =
       prepared.beams > 1 ? info.scan_duration_s / (prepared.beams - 1) : 0.0;
   const Eigen::Matrix2d turn = robot_from_sensor.linear().topLeftCorner<2, 2>();
@@ -74,6 +75,7 @@ DeskewedScan deskew_and_project(const LaserScan& scan,
     const double time_s = scan.time_offsets_s.empty()
                               ? beam_period_s * static_cast<double>(beam)
                               : static_cast<double>(scan.time_offsets_s[beam]);
+    prepared.beam_of_hit.push_back(static_cast<int32_t>(beam));
     prepared.hits_in_robot.col(used++) =
         time_s == 0.0 ? hit_in_robot : velocity.after(time_s) * hit_in_robot;
   }
@@ -82,4 +84,4 @@ DeskewedScan deskew_and_project(const LaserScan& scan,
   return prepared;
 }
 
-}  // namespace marco::slam
+}  // namespace marco

@@ -7,7 +7,7 @@
 
 #include "common/laser_scan.hpp"
 
-namespace marco::slam {
+namespace marco {
 
 /// Tells ranges that were given in millimetres or centimetres: of the first scans of a channel half
 /// the returns lie farther away than any laser that maps a building sees, whatever the unit. Ranges
@@ -26,4 +26,4 @@ class RangeUnits {
   std::map<std::string, Channel> channels_;
 };
 
-}  // namespace marco::slam
+}  // namespace marco

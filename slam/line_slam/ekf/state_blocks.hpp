@@ -11,7 +11,7 @@ namespace marco::slam {
 
 /// Which blocks of four numbers the state has, and the order of the active ones in matrices of the
 /// active part. Block 0 is the robot: always live and always the first active one.
-class BlockTable {
+class StateBlocks {
  public:
   int size() const { return static_cast<int>(place_.size()); }
   bool is_live(int block) const { return live_[static_cast<std::size_t>(block)] != 0; }

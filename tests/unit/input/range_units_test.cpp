@@ -1,4 +1,4 @@
-#include "slam/input/range_units.hpp"
+#include "common/input/range_units.hpp"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,7 @@
 
 #include "tests/support/flat_world.hpp"
 
-namespace marco::slam {
+namespace marco {
 namespace {
 
 using ::testing::HasSubstr;
@@ -57,4 +57,4 @@ TEST(RangeUnits, CodesAreNoRanges) {
 }
 
 }  // namespace
-}  // namespace marco::slam
+}  // namespace marco

@@ -1,0 +1,147 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/input/lidar_selection.hpp"
+#include "common/input/odometry_track.hpp"
+#include "common/input/range_units.hpp"
+#include "common/input/rate_watch.hpp"
+#include "common/input/stamp_repair.hpp"
+#include "common/input/synchronized_scan.hpp"
+#include "lcm_tools/base/options.hpp"
+
+namespace marco {
+
+struct SynchronizerOptions {
+  double patience_s = 0.5;  ///< how long a scan waits for odometry and pan-tilt, in message time
+  double level_tilt_limit_deg = 1.0;   ///< a scan tilted more is not level
+  double pan_in_scan_limit_deg = 0.1;  ///< nor is one during which the laser panned more
+  double pantilt_gap_s = 1.0;          ///< longest gap between angles that is interpolated
+  double pantilt_reach_s = 0.1;        ///< how far angles are extrapolated beyond the newest
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("patience_s", patience_s, Limits{0.0, 10.0});
+    v("level_tilt_limit_deg", level_tilt_limit_deg, Limits{0.0, 90.0});
+    v("pan_in_scan_limit_deg", pan_in_scan_limit_deg, kNotNegative);
+    v("pantilt_gap_s", pantilt_gap_s, Limits{0.0, 60.0});
+    v("pantilt_reach_s", pantilt_reach_s, Limits{0.0, 10.0});
+  }
+};
+
+/// A scan that waits for odometry and pan-tilt.
+struct WaitingScan {
+  LaserScan scan;
+  Utime repaired;
+  double period_s = 0.0;
+  double off_beat = 0.0;
+  std::optional<Pose2> own_odometry;  ///< see OdometryTrack
+
+  OdometryTrack::AtScan at() const { return {scan.utime, repaired, period_s, own_odometry}; }
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("scan", scan);
+    v("repaired", repaired);
+    v("period_s", period_s);
+    v("off_beat", off_beat);
+    v("own_odometry", own_odometry);
+  }
+};
+
+/// What a SensorSynchronizer knows: resumed from it, it goes on as if it had never stopped.
+struct SynchronizerState {
+  std::map<std::string, SensorInfo> sensors;  ///< by channel
+  OdometryTrack odometry;
+  PoseBuffer gyro_heading;  ///< integrated yaw rate as a pose's heading
+  PanTiltTrack pantilt;
+  std::map<std::string, StampRepair> stamps;  ///< by channel
+  std::deque<WaitingScan> waiting;
+  Utime newest;                     ///< the last scan's repaired stamp
+  bool odometry_restarted = false;  ///< and no scan has come since
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("sensors", sensors);
+    v("odometry", odometry);
+    v("gyro_heading", gyro_heading);
+    v("pantilt", pantilt);
+    v("stamps", stamps);
+    v("waiting", waiting);
+    v("newest", newest);
+    v("odometry_restarted", odometry_restarted);
+  }
+};
+
+/// Names of channels, so that this room needs no message types.
+struct ChannelNames {
+  std::string pantilt;  ///< whose SENSOR_INFO is that of the pan-tilt itself
+  LidarSelection::LidarOf lidar_of;
+};
+
+/// Brings a robot's sensors together: samples in, in any order; scans out, in order of arrival,
+/// each with odometry, gyro and pan-tilt at its time. A scan waits until these are known, if they
+/// come at all, for `patience_s` at most. Stamps are repaired once, here (StampRepair); scans keep
+/// their own.
+///
+/// Depends on the samples' order and stamps alone, never on a clock. Memory is bounded: 64
+/// channels, 200 waiting scans, some thousand samples of each other sensor. Not thread-safe.
+class SensorSynchronizer {
+ public:
+  /// Told of each scan or sample that is not used, with the cause, and once of a second sender on a
+  /// laser's channel; may be empty.
+  using CountDrop = std::function<void(const std::string& cause)>;
+
+  SensorSynchronizer(const SynchronizerOptions& options, ChannelNames names, CountDrop drop);
+
+  /// @throws std::invalid_argument when more than 64 channels are announced.
+  void add(const SensorInfo& info);
+  void add(const OdometrySample& sample);
+  void add(const ImuSample& sample);
+  void add(const PanTiltState& state);
+  void add(LaserScan scan);
+
+  /// The oldest complete scan that was not taken yet.
+  std::optional<SynchronizedScan> next();
+  /// No more samples will come: what still waits is completed by what is known.
+  void complete_all();
+  /// What follows was recorded at another time, and perhaps with other sensors.
+  void start_session();
+
+  /// The SENSOR_INFO that holds for a channel: its own, or its laser's. nullptr: none yet.
+  const SensorInfo* sensor_of(const std::string& channel) const;
+  const SensorInfo* pantilt_base() const { return sensor_of(names_.pantilt); }
+  const std::map<std::string, SensorInfo>& sensors() const { return state_.sensors; }
+  /// For a person: what is wrong with a sensor now, "" = nothing.
+  std::string notice() const { return rates_.notice(); }
+  /// All but scans that are complete and were not taken.
+  const SynchronizerState& state() const { return state_; }
+  void restore(SynchronizerState state);
+
+ private:
+  void advance();
+  bool is_complete(const WaitingScan& scan) const;
+  void complete_first();
+  SynchronizedScan synchronized(WaitingScan waiting);
+  void look_up_pantilt(SynchronizedScan& scan) const;
+
+  SynchronizerOptions options_;
+  ChannelNames names_;
+  CountDrop drop_;
+  SynchronizerState state_;
+  LidarSelection lidars_;
+  RangeUnits range_units_;
+  RateWatch rates_;
+  std::deque<SynchronizedScan> complete_;
+};
+
+/// Time from the first beam to the last, by the scan's own beam times or by `info`.
+double duration_of(const LaserScan& scan, const SensorInfo& info);
+
+}  // namespace marco

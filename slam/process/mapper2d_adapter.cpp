@@ -1,0 +1,127 @@
+#include "slam/process/mapper2d_adapter.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "common/input/process/sensor_feed.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "marco/map_request_t.hpp"
+
+namespace marco::slam {
+
+Mapper2dAdapter::Mapper2dAdapter(process::Bus& bus,
+                                 const Mapper2dAdapterOptions& options,
+                                 const char* map_channel,
+                                 std::function<void(const std::string&)> warn)
+    : bus_(bus),
+      drops_(std::move(warn)),
+      input_(options.input,
+             lcm_channel_names(),
+             [this](const std::string& cause) { drops_.count(cause); }),
+      options_(options),
+      checkpoints_(options.checkpoint_every_s, drops_) {
+  subscribe(map_channel);
+}
+
+void Mapper2dAdapter::subscribe(const char* map_channel) {
+  feed(
+      bus_, drops_, input_, FedSensors::all, [this] { use_complete_scans(); },
+      [this](const LaserScan&) {
+        if (paused_) drops_.count("paused");
+        return !paused_;
+      });
+  bus_.subscribe<map_request_t>(channels::kMapRequest, drops_,
+                                [this, map_channel](const auto& request, auto&) {
+                                  const bool all = request.channel.empty();
+                                  if (all || request.channel == channels::kTrajectory) {
+                                    publish_trajectory(progress_.newest_scan);
+                                  }
+                                  if (all || request.channel == map_channel)
+                                    publish_map(progress_.newest_scan);
+                                });
+  bus_.subscribe<slam_command_t>(
+      channels::kSlamCommand, drops_, [this](const auto& command, auto&) {
+        orders_.take(command, options_.maps_folder,
+                     [this](const SlamOrder& order) { return execute_command(order); });
+      });
+}
+
+void Mapper2dAdapter::use_complete_scans() {
+  while (const std::optional<SynchronizedScan> scan = input_.next()) use(*scan);
+}
+
+void Mapper2dAdapter::use(const SynchronizedScan& scan) {
+  const Utime utime = scan.scan.utime;
+  progress_.newest_scan = utime;
+  ++progress_.scan_count;
+  const int every = options_.hold_out_every;
+  MappedScan mapped = map_scan(scan, every == 0 || progress_.scan_count % every != 0);
+  if (path_is_kept_) {
+    progress_.live.push_back({utime, mapped.estimate.world_from_robot});
+    if (scan.motion.odom_from_robot) {
+      progress_.odometry_at_scans.push_back({utime, *scan.motion.odom_from_robot});
+    }
+  }
+  if (keep_scans_) progress_.scans.push_back(std::move(mapped.used));
+  bus_.publish(channels::kSlamPose, to_message(mapped.estimate));
+  if (mapped.trajectory_changed) publish_trajectory(utime);
+  // A clock that steps back must not end what is published at intervals.
+  const double since_map_s = std::abs((utime - progress_.last_map).seconds());
+  if (options_.map_period_s > 0.0 && since_map_s >= options_.map_period_s) {
+    progress_.last_map = utime;
+    publish_trajectory(utime);
+    publish_map(utime);
+  }
+  if (options_.checkpoint_path.empty() || !checkpoints_.is_due(utime)) return;
+  if (auto job = checkpoint_job()) checkpoints_.write(std::move(job));
+}
+
+void Mapper2dAdapter::publish_trajectory(Utime utime) {
+  bus_.publish(channels::kTrajectory,
+               to_message(mapper2d().key_trajectory(), utime, mapper2d().revision()));
+}
+
+void Mapper2dAdapter::write_in_background() {
+  orders_.write_in_background();
+  checkpoints_.write_in_background();
+}
+
+void Mapper2dAdapter::keep_no_path() {
+  path_is_kept_ = false;
+  progress_.live = {};
+  progress_.odometry_at_scans = {};
+}
+
+std::string Mapper2dAdapter::execute_command(const SlamOrder& order) {
+  if (order.command == slam_command_t::PAUSE || order.command == slam_command_t::RESUME) {
+    paused_ = order.command == slam_command_t::PAUSE;
+    return paused_ ? "PAUSE: scans are ignored" : "RESUME: mapping continues";
+  }
+  return execute_on_map(order);
+}
+
+std::string Mapper2dAdapter::state_line() const {
+  if (paused_) return "paused";
+  const std::string notice = input_.notice();
+  return (notice.empty() ? "" : notice + "; ") + std::to_string(progress_.scan_count) + " scans, " +
+         mapping_line();
+}
+
+void Mapper2dAdapter::start_session() {
+  input_.start_session();
+  use_complete_scans();
+  start_mapper_session();
+}
+
+void Mapper2dAdapter::finish() {
+  input_.complete_all();
+  use_complete_scans();
+  finish_mapping();
+  orders_.wait();
+  if (progress_.scan_count == 0) return;
+  publish_trajectory(progress_.newest_scan);
+  publish_map(progress_.newest_scan);
+}
+
+}  // namespace marco::slam

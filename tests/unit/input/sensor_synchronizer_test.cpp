@@ -1,0 +1,236 @@
+#include "common/input/sensor_synchronizer.hpp"
+
+#include <gmock/gmock.h>
+
+#include "lcmtypes/channels.hpp"
+#include "tests/support/matchers.hpp"
+
+namespace marco {
+namespace {
+
+using ::marco::testing::IsNear;
+
+class SensorSynchronizerTest : public ::testing::Test {
+ protected:
+  SensorSynchronizerTest() { announce(channels::kLidar); }
+
+  void announce(const std::string& channel,
+                SensorInfo::Mount mount = SensorInfo::Mount::robot,
+                double duration_s = 0.0) {
+    SensorInfo info;
+    info.channel = channel;
+    info.mount = mount;
+    info.scan_duration_s = duration_s;
+    input_.add(info);
+  }
+  void scan(double seconds, const std::string& channel = channels::kLidar) {
+    LaserScan scan;
+    scan.utime = Utime::from_seconds(seconds);
+    scan.channel = channel;
+    scan.ranges_m = {1.0F, 2.0F};
+    input_.add(std::move(scan));
+  }
+  void odometry(double seconds, const Pose2& pose) {
+    OdometrySample sample;
+    sample.utime = Utime::from_seconds(seconds);
+    sample.odom_from_robot = pose;
+    input_.add(sample);
+  }
+  void pantilt(double seconds, double pan_rad, double tilt_rad) {
+    PanTiltState state;
+    state.utime = Utime::from_seconds(seconds);
+    state.pan_rad = pan_rad;
+    state.tilt_rad = tilt_rad;
+    input_.add(state);
+  }
+  std::vector<SynchronizedScan> take() {
+    std::vector<SynchronizedScan> scans;
+    while (auto scan = input_.next()) scans.push_back(std::move(*scan));
+    return scans;
+  }
+
+  std::map<std::string, int> drops_;
+  SensorSynchronizer input_{{},
+                            {channels::kPanTiltState, &channels::lidar_of},
+                            [this](const std::string& cause) { ++drops_[cause]; }};
+};
+
+TEST_F(SensorSynchronizerTest, AScanWaitsForOdometryAtItsLastBeam) {
+  announce(channels::kLidar, SensorInfo::Mount::robot, 0.1);
+  odometry(0.0, {});
+  scan(0.1);
+  odometry(0.15, {0.15, 0, 0});
+  EXPECT_TRUE(take().empty());
+  odometry(0.3, {0.3, 0, 0});
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_THAT(*scans[0].motion.odom_from_robot, IsNear(Pose2{0.1, 0, 0}, 1e-9, 1e-9));
+  EXPECT_THAT(*scans[0].odometry_step, IsNear(Pose2{0.1, 0, 0}, 1e-9, 1e-9));
+}
+
+TEST_F(SensorSynchronizerTest, SilentOdometryIsWaitedForNoLongerThanThePatience) {
+  odometry(0.0, {});
+  scan(0.2);
+  scan(0.6);
+  EXPECT_TRUE(take().empty() || drops_.empty());
+  scan(0.8);
+  EXPECT_EQ(input_.state().waiting.size(), 0U);
+}
+
+TEST_F(SensorSynchronizerTest, WithoutSensorInfoAScanIsDroppedAndCounted) {
+  scan(0.1, "LIDAR_REAR");
+  EXPECT_TRUE(take().empty());
+  EXPECT_EQ(drops_["no SENSOR_INFO for LIDAR_REAR yet"], 1);
+}
+
+// 0.5 m/s; every fourth to sixth scan is stamped like the third, and its line holds the odometry
+// that the logger looked up by that stamp.
+TEST_F(SensorSynchronizerTest, OdometryThatWasLookedUpByAStalledStampIsLookedUpByTheRepairedOne) {
+  std::vector<Pose2> truth;
+  for (int i = 0; i < 90; ++i) {
+    const bool stalled = i % 6 > 2;
+    const int stamped = stalled ? i - i % 6 + 2 : i;
+    truth.push_back({0.1 * i, 0, 0});
+    const double stamp_s = 0.2 * stamped + 0.001 * (i - stamped);
+    odometry(stamp_s, {0.5 * stamp_s, 0, 0});
+    scan(stamp_s);
+  }
+  input_.complete_all();
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 90U);
+  EXPECT_TRUE(input_.state().odometry.is_looked_up());
+  for (std::size_t i = 31; i < 84; ++i) {
+    const Pose2 step =
+        between(*scans[i - 1].motion.odom_from_robot, *scans[i].motion.odom_from_robot);
+    EXPECT_THAT(step, IsNear(Pose2{0.1, 0, 0}, 0.035, 1e-6)) << i;
+  }
+}
+
+TEST_F(SensorSynchronizerTest, OdometryThatCameWithAScanIsUsedWhateverItsStamp) {
+  std::vector<Pose2> truth;
+  Pose2 now;
+  for (int i = 0; i < 60; ++i) {
+    now = now * Pose2{0.05 + 0.05 * (i / 7 % 2), 0, 0.1 * (i / 5 % 2)};  // changes as it likes
+    truth.push_back(now);
+    const double stamp_s = 0.1 * (i - i % 3) + 0.001 * (i % 3);
+    // Beside it: before or after.
+    if (i % 2 == 0) odometry(stamp_s, now);
+    scan(stamp_s);
+    if (i % 2 == 1) odometry(stamp_s, now);
+  }
+  input_.complete_all();
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 60U);
+  EXPECT_FALSE(input_.state().odometry.is_looked_up());
+  for (std::size_t i = 0; i < 60; ++i) {
+    EXPECT_THAT(*scans[i].motion.odom_from_robot, IsNear(truth[i], 1e-9, 1e-9)) << i;
+    EXPECT_EQ(scans[i].scan.utime.us, Utime::from_seconds(0.1 * static_cast<double>(i - i % 3) +
+                                                          0.001 * static_cast<double>(i % 3))
+                                          .us);
+  }
+}
+
+TEST_F(SensorSynchronizerTest, OdometryThatRestartedIsNotComparedWithThatBefore) {
+  odometry(0.0, {5.0, 0, 0});
+  odometry(0.1, {5.1, 0, 0});
+  scan(0.12);  // still waits
+  odometry(0.2, {0.0, 0, 0});
+  odometry(0.3, {0.1, 0, 0});
+  scan(0.25);
+  scan(0.3);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 3U);
+  EXPECT_THAT(*scans[0].motion.odom_from_robot, IsNear(Pose2{5.12, 0, 0}, 1e-9, 1e-9));
+  EXPECT_FALSE(scans[1].motion.odom_from_robot.has_value());
+  EXPECT_THAT(*scans[2].motion.odom_from_robot, IsNear(Pose2{0.1, 0, 0}, 1e-9, 1e-9));
+  EXPECT_EQ(drops_["odometry restarted: not used for one scan"], 1);
+}
+
+TEST_F(SensorSynchronizerTest, OverAGapTheGyroTurnsNothing) {
+  const auto rate = [this](double seconds) {
+    ImuSample sample;
+    sample.utime = Utime::from_seconds(seconds);
+    sample.angular_velocity_rad_per_s = {0, 0, 0.5};
+    input_.add(sample);
+  };
+  const PoseBuffer& heading = input_.state().gyro_heading;
+  for (int i = 0; i <= 10; ++i) rate(0.1 * i);
+  EXPECT_NEAR(heading.newest_pose().theta_rad, 0.5, 1e-9);
+  rate(3.0);
+  EXPECT_EQ(drops_["imu: gap in time"], 1);
+  EXPECT_EQ(heading.samples().size(), 1U);
+  rate(3.1);
+  EXPECT_NEAR(heading.newest_pose().theta_rad, 0.55, 1e-9);
+}
+
+TEST_F(SensorSynchronizerTest, AScanOnThePanTiltHasTheAnglesOfBothBeamsAndIsLevelOnlyWhenBothAre) {
+  announce(channels::kPanTiltState);
+  announce(channels::kLidar, SensorInfo::Mount::pantilt, 0.1);
+  pantilt(0.0, 0.2, 0.0);
+  scan(0.0);
+  pantilt(0.05, 0.2, 0.0);
+  EXPECT_TRUE(take().empty());
+  pantilt(0.1, 0.2, 0.0);
+  auto scans = take();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_TRUE(scans[0].level && scans[0].angles_known);
+  EXPECT_NEAR(scans[0].first_angles.pan_rad, 0.2, 1e-9);
+  EXPECT_NEAR(scans[0].robot_from_sensor.linear()(1, 0), std::sin(0.2), 1e-9);
+  scan(0.15);
+  pantilt(0.2, 0.2, 0.0);
+  pantilt(0.3, 0.2, 0.1);
+  scans = take();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_FALSE(scans[0].level);
+  EXPECT_NEAR(scans[0].last_angles.tilt_rad, 0.05, 1e-9);
+  scan(0.3);
+  pantilt(0.5, 0.4, 0.0);  // panned meanwhile, level again
+  scan(0.5);
+  scans = take();
+  ASSERT_GE(scans.size(), 1U);
+  EXPECT_FALSE(scans[0].level);
+}
+
+TEST_F(SensorSynchronizerTest, OfALaserOnTwoChannelsTheRawScansAreUsedAndEachOnce) {
+  // The planar message comes first; raw ones come until 2 s; planar ones after that.
+  for (int i = 0; i < 60; ++i) {
+    scan(0.1 * i);
+    if (i < 20) scan(0.1 * i, channels::kLidarRaw);
+  }
+  std::vector<std::string> channels_used;
+  std::vector<Utime> stamps;
+  for (const SynchronizedScan& scan : take()) {
+    channels_used.push_back(scan.scan.channel);
+    stamps.push_back(scan.scan.utime);
+  }
+  // Those of the second after the last raw scan are lost.
+  ASSERT_EQ(stamps.size(), 50U);
+  for (std::size_t i = 1; i < stamps.size(); ++i) EXPECT_GT(stamps[i], stamps[i - 1]);
+  EXPECT_EQ(channels_used[0], "LIDAR");
+  for (std::size_t i = 1; i < 20; ++i) EXPECT_EQ(channels_used[i], "LIDAR_RAW") << i;
+  for (std::size_t i = 20; i < 50; ++i) EXPECT_EQ(channels_used[i], "LIDAR") << i;
+}
+
+TEST_F(SensorSynchronizerTest, SensorInfoOfALaserHoldsForItsRawChannelUnlessThatHasItsOwn) {
+  SensorInfo info;
+  info.channel = "LIDAR_FRONT";
+  info.range_max_m = 20.0;
+  input_.add(info);
+  EXPECT_EQ(input_.sensor_of("LIDAR_RAW_FRONT")->range_max_m, 20.0);
+  info.channel = "LIDAR_RAW_FRONT";
+  info.range_max_m = 25.0;
+  input_.add(info);
+  EXPECT_EQ(input_.sensor_of("LIDAR_RAW_FRONT")->range_max_m, 25.0);
+  EXPECT_EQ(input_.sensor_of("LIDAR_FRONT")->range_max_m, 20.0);
+  EXPECT_EQ(input_.sensor_of("LIDAR_RAW_REAR"), nullptr);
+}
+
+TEST_F(SensorSynchronizerTest, NoMoreThanTwoHundredScansWait) {
+  odometry(0.0, {});
+  for (int i = 0; i < 1000; ++i) scan(1e-5 * i);
+  EXPECT_LE(input_.state().waiting.size(), 200U);
+  EXPECT_GE(take().size(), 800U);
+}
+
+}  // namespace
+}  // namespace marco

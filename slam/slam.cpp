@@ -31,7 +31,8 @@ Slam::Slam(const SlamOptions& options)
 SlamUpdate Slam::process(const SlamInput& input) {
   const bool use = input.level && input.scan.hits_in_robot.cols() >= options_.gates.min_points;
   const MotionGuess guess = motion_.guess(input.motion);
-  const PoseEstimate predicted = dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
+  const PoseWithCovariance predicted =
+      dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
   const PosePrior prior{predicted.world_from_robot, inverted(predicted.covariance)};
   // Odometry will give the whole way since the last scan that was matched: its uncertainty does not
   // add up over the scans of a sweep.
@@ -69,7 +70,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
   return update;
 }
 
-SlamUpdate Slam::note_scan(Utime utime, const PoseEstimate& estimate) {
+SlamUpdate Slam::note_scan(Utime utime, const PoseWithCovariance& estimate) {
   path_.add_scan(utime, estimate.world_from_robot, keyframes_.keys);
   SlamUpdate update;
   update.world_from_robot = estimate.world_from_robot;
@@ -77,8 +78,10 @@ SlamUpdate Slam::note_scan(Utime utime, const PoseEstimate& estimate) {
   return update;
 }
 
-PoseEstimate Slam::estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands) {
-  PoseEstimate estimate{match.world_from_robot};
+PoseWithCovariance Slam::estimate_from(const ScanMatch& match,
+                                       const PosePrior& prior,
+                                       bool stands) {
+  PoseWithCovariance estimate{match.world_from_robot};
   // Until there is a map, the place is where the map begins.
   if (!keyframes_.keys.empty()) {
     estimate.covariance = inverted(prior.information + match.information);

@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "common/input/deskew.hpp"
+#include "common/pose_estimate.hpp"
 #include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
 #include "lcm_tools/base/renamed_key.hpp"
 #include "slam/back_end/back_end.hpp"
 #include "slam/front_end/match_gate.hpp"
 #include "slam/front_end/motion_model.hpp"
-#include "slam/front_end/pose_estimate.hpp"
+#include "slam/front_end/pose_with_covariance.hpp"
 #include "slam/front_end/scan_matcher.hpp"
 #include "slam/front_end/zero_velocity_update.hpp"
 #include "slam/grid/occupancy_grid.hpp"
@@ -68,11 +69,7 @@ struct SlamInput {
 };
 
 struct SlamUpdate {
-  enum class Status {
-    matched,
-    predicted,  ///< by dead reckoning: no usable match
-    lost        ///< no pose in the map is known
-  };
+  using Status = PoseEstimate::Status;
 
   Pose2 world_from_robot;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, theta), world frame
@@ -144,9 +141,9 @@ class Slam {
   void join(const SlamState& session, const PoseGraphEdge& tie);
 
  private:
-  SlamUpdate note_scan(Utime utime, const PoseEstimate& estimate);
+  SlamUpdate note_scan(Utime utime, const PoseWithCovariance& estimate);
   /// By the match and the prediction; of a robot that stands, by all matches from its place.
-  PoseEstimate estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands);
+  PoseWithCovariance estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands);
   void add_keyframe(const SlamInput& input, const OrientedPoints& points);
   bool search_loops();
   /// A few keyframes whose loops were examined are merged into older ones.
@@ -157,7 +154,7 @@ class Slam {
   SlamOptions options_;
   ScanMatcher matcher_;
   MotionModel motion_;
-  PoseEstimate estimate_;  ///< at the last scan that was matched, or carried without odometry
+  PoseWithCovariance estimate_;  ///< at the last scan that was matched, or carried without odometry
   std::optional<ZeroVelocityUpdate> standing_;  ///< nothing while the robot moves
   MatchGate gate_;
   KeyframeSet keyframes_;

@@ -6,7 +6,7 @@
 #include "slam/back_end/back_end.hpp"
 #include "slam/front_end/match_gate.hpp"
 #include "slam/front_end/motion_model.hpp"
-#include "slam/front_end/pose_estimate.hpp"
+#include "slam/front_end/pose_with_covariance.hpp"
 #include "slam/front_end/zero_velocity_update.hpp"
 #include "slam/map/keyframe.hpp"
 #include "slam/map/keyframe_culling.hpp"
@@ -22,7 +22,7 @@ struct SlamState {
   BackEndState back_end;
   CullingState culling;
   MotionState motion;
-  PoseEstimate estimate;
+  PoseWithCovariance estimate;
   std::optional<ZeroVelocityState> zero_velocity;  ///< while the robot stands
   MatchGateState gate;
   Eigen::Vector2d local_map_centre_m = Eigen::Vector2d::Zero();

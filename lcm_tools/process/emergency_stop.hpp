@@ -19,8 +19,8 @@ inline void publish(Bus& bus, const EmergencyStopSender::Message& stop) {
   bus.publish(channels::kEmergencyStop, message);
 }
 
-/// Stops every base at once and keeps it stopped, or releases it; for a sender that does not stay to
-/// repeat it. Stamped by this host's clock. Sent three times: a datagram may be lost, and a
+/// Stops every base at once and keeps it stopped, or releases it; for a sender that does not stay
+/// to repeat it. Stamped by this host's clock. Sent three times: a datagram may be lost, and a
 /// repetition has no effect. Each base answers in the note of its BASE_STATUS.
 /// @param sender  e.g. "marco stop"
 /// @param reason  one line for the user

@@ -6,7 +6,7 @@
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
-#include "mapping3d/process/lcm_adapter.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
 
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
 
@@ -45,7 +45,8 @@ int main(int argc, char** argv) {
         {"marco-mapping3d",
          arguments.lcm_url,
          {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
-          diagnosis::expect(diagnosis::Awaited::laser_on_pantilt), diagnosis::expect(diagnosis::Awaited::slam_poses),
+          diagnosis::expect(diagnosis::Awaited::laser_on_pantilt),
+          diagnosis::expect(diagnosis::Awaited::slam_poses),
           diagnosis::expect(diagnosis::Awaited::pantilt)},
          &adapter.drops()},
         {[&adapter] { return std::to_string(adapter.mapper().scenes().size()) + " scenes"; }});

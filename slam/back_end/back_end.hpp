@@ -14,9 +14,9 @@ namespace marco::slam {
 
 struct BackEndState {
   std::vector<PoseGraphEdge> edges;
-  std::vector<Loop> loops;             ///< one for each loop edge, in their order
-  double last_search_path_m = 0.0;     ///< of the last search for loops
-  double closed_path_m = 0.0;          ///< when a loop was last closed
+  std::vector<Loop> loops;              ///< one for each loop edge, in their order
+  double last_search_path_m = 0.0;      ///< of the last search for loops
+  double closed_path_m = 0.0;           ///< when a loop was last closed
   std::vector<double> loop_closings_m;  ///< the same of the last loops
 
   template <class Visitor>

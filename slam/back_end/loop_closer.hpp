@@ -101,8 +101,8 @@ struct LoopCandidate {
 
 /// Loop closure: finds out whether the newest keyframe shows a place seen before. Candidates by
 /// distance and drift, an exhaustive search in the window that the drift allows, a fine match; the
-/// last keyframes are matched together, since one scan of a corridor looks like another. Const: safe
-/// from several threads.
+/// last keyframes are matched together, since one scan of a corridor looks like another. Const:
+/// safe from several threads.
 class LoopCloser {
  public:
   LoopCloser(const LoopCloserOptions& options,
@@ -113,7 +113,8 @@ class LoopCloser {
   /// @param closed_path_m  path driven when a loop was last closed; 0 = never
   std::vector<Loop> find(const std::vector<Keyframe>& keys, double closed_path_m) const;
 
-  /// find() in two steps: candidates() is quick and copies what verify() needs; verify() takes long.
+  /// find() in two steps: candidates() is quick and copies what verify() needs; verify() takes
+  /// long.
   /// @param shortest_path_lengths_m  along the graph from the newest keyframe to each
   /// (shortest_paths.hpp): drift grows with these; empty = with the path driven
   std::vector<LoopCandidate> candidates(

@@ -7,8 +7,8 @@ namespace marco::slam {
 namespace {
 
 // Squared Mahalanobis distance up to which a loop agrees with what is believed: 8 mm, as a loop's
-// own uncertainty is 2 cm. (At 0.5 a building of two equal wings loses loops.) A larger graph, whose
-// optimization costs more, lets more pass: up to 2 cm.
+// own uncertainty is 2 cm. (At 0.5 a building of two equal wings loses loops.) A larger graph,
+// whose optimization costs more, lets more pass: up to 2 cm.
 double agreement_limit_chi2(std::size_t keyframes) {
   constexpr double kAgrees = 0.15, kLarge = 2500.0, kMost = 1.0;
   return std::min(kMost, kAgrees * std::max(1.0, static_cast<double>(keyframes) / kLarge));
@@ -35,8 +35,8 @@ void LoopWork::run() {
   }
   bool exceeds_threshold = false;
   for (const Loop& loop : found) {
-    exceeds_threshold = exceeds_threshold || graph.edge_chi2(loop.edge()) >
-                                                 agreement_limit_chi2(graph.poses().size());
+    exceeds_threshold = exceeds_threshold ||
+                        graph.edge_chi2(loop.edge()) > agreement_limit_chi2(graph.poses().size());
     graph.add_edge(loop.edge());
   }
   moved = robust || exceeds_threshold || grew(known, known + found.size());

@@ -12,9 +12,9 @@ namespace marco::slam {
 struct LoopWork {
   LoopCloser closer;
   std::vector<LoopCandidate> candidates;
-  PoseGraph graph;       ///< as it was at the start; afterwards with the loops found
-  double path_m = 0.0;   ///< driven until then
-  bool robust = false;   ///< robust optimization: all loops are examined, not only the new ones
+  PoseGraph graph;      ///< as it was at the start; afterwards with the loops found
+  double path_m = 0.0;  ///< driven until then
+  bool robust = false;  ///< robust optimization: all loops are examined, not only the new ones
   std::vector<Loop> found = {};
   std::vector<bool> edge_is_inlier = {};  ///< of `graph`; filled by a robust optimization
   bool moved = false;                     ///< `graph` was optimized

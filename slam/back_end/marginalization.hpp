@@ -8,10 +8,10 @@
 
 namespace marco::slam {
 
-/// Marginalization: removes a merged keyframe's node from the graph. Its edges are moved to the node
-/// that it was merged into, with the uncertainty of the merge added, in place of the dense edges
-/// that an exact marginalization would leave. Of two edges of one kind between the same nodes the
-/// older stays, and of loops two a node.
+/// Marginalization: removes a merged keyframe's node from the graph. Its edges are moved to the
+/// node that it was merged into, with the uncertainty of the merge added, in place of the dense
+/// edges that an exact marginalization would leave. Of two edges of one kind between the same nodes
+/// the older stays, and of loops two a node.
 /// @param loops  one for each loop edge, in their order
 void merge_nodes(int key,
                  const MergedKeyframe& merged,

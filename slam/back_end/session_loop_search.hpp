@@ -27,8 +27,8 @@ class SessionLoopSearch {
   const LoopCloser* closer_;
   int first_key_;
   double searched_path_m_;
-  /// The map's keyframes, a gap of empty ones, and the session's last ones: what is matched together
-  /// around a place ends between the sessions.
+  /// The map's keyframes, a gap of empty ones, and the session's last ones: what is matched
+  /// together around a place ends between the sessions.
   std::vector<Keyframe> nearby_;
 };
 

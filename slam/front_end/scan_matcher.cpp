@@ -60,9 +60,8 @@ ScanMatch ScanMatcher::match_near(const OrientedPoints& points,
   const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
   const SurfelMatch free = fine_.match(map.surfels(), points, prior.map_from_robot, &weak);
   const Eigen::Vector3d denied = difference(free.map_from_robot, prior.map_from_robot);
-  const bool proves_lie =
-      free.overlap > fine.overlap + kProvesLie &&
-      squared_mahalanobis_distance(denied, prior.information) > kContradiction;
+  const bool proves_lie = free.overlap > fine.overlap + kProvesLie &&
+                          squared_mahalanobis_distance(denied, prior.information) > kContradiction;
   return judged(proves_lie ? free : fine);
 }
 

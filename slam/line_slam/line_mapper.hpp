@@ -11,10 +11,10 @@
 #include "slam/grid/occupancy_grid.hpp"
 #include "slam/line_slam/line_slam.hpp"
 #include "slam/mapper2d.hpp"
-#include "slam/slam_state.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/oriented_points.hpp"
 #include "slam/matching/surfel_matcher.hpp"
+#include "slam/slam_state.hpp"
 
 namespace marco::slam {
 

@@ -78,7 +78,7 @@ void Localizer::set_pose(const Pose2& map_from_robot) {
   tracking_state_.begin(std::nullopt);
 }
 
-void Localizer::begin_tracking(const PoseEstimate& estimate) {
+void Localizer::begin_tracking(const PoseWithCovariance& estimate) {
   tracking_ = true;
   estimate_ = estimate;
 }
@@ -112,7 +112,8 @@ SlamUpdate Localizer::search(const SlamInput& input) {
 
 SlamUpdate Localizer::track(const SlamInput& input) {
   const ScanOdometry::Move move = odometry_.move(input, motion_.guess(input.motion));
-  const PoseEstimate predicted = dead_reckoned(estimate_, move.before_from_now, move.covariance);
+  const PoseWithCovariance predicted =
+      dead_reckoned(estimate_, move.before_from_now, move.covariance);
   const PosePrior prior{predicted.world_from_robot, information_of(predicted.covariance)};
   SlamUpdate update;
   update.world_from_robot = predicted.world_from_robot;

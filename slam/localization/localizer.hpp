@@ -82,7 +82,7 @@ class Localizer {
 
   SlamUpdate search(const SlamInput& input);
   SlamUpdate track(const SlamInput& input);
-  void begin_tracking(const PoseEstimate& estimate);
+  void begin_tracking(const PoseWithCovariance& estimate);
   /// By the map, where it knows something.
   void correct(const View& view, const PosePrior& prior, bool by_scans, SlamUpdate& update);
   bool contradicts(const Beams& beams, const Pose2& map_from_robot) const;
@@ -96,7 +96,7 @@ class Localizer {
   SessionFinder finder_;
   ScanOdometry odometry_;
   MotionModel motion_;
-  PoseEstimate estimate_;  ///< of the map, while tracking
+  PoseWithCovariance estimate_;  ///< of the map, while tracking
   bool tracking_ = false;
   TrackingState tracking_state_;
   LocalizedPath path_;

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "slam/map/keyframe.hpp"
 #include "slam/grid/occupancy_grid.hpp"
+#include "slam/map/keyframe.hpp"
 
 namespace marco::slam {
 

@@ -30,7 +30,8 @@ void LocalMap::rebuild(const KeyframeSet& keyframes) {
   const int first_key = std::max(0, first_of(keyframes) - keyframes.merged);
   const int middle = std::min(static_cast<int>(keyframes.keys.size()) - 1,
                               first_key + options_.window_keyframes - 1);
-  fill(keyframes, keyframes.keys[static_cast<std::size_t>(middle)].world_from_robot.translation_m());
+  fill(keyframes,
+       keyframes.keys[static_cast<std::size_t>(middle)].world_from_robot.translation_m());
 }
 
 void LocalMap::restore(const KeyframeSet& keyframes, const Eigen::Vector2d& centre_m) {

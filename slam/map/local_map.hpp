@@ -19,8 +19,8 @@ struct LocalMapOptions {
   }
 };
 
-/// The local map, or submap: what scans are matched against, made of the last keyframes. Which these
-/// are depends on how many keyframes were ever made, and on nothing else. Not thread-safe.
+/// The local map, or submap: what scans are matched against, made of the last keyframes. Which
+/// these are depends on how many keyframes were ever made, and on nothing else. Not thread-safe.
 class LocalMap {
  public:
   LocalMap(const LocalMapOptions& options,
@@ -39,7 +39,8 @@ class LocalMap {
 
   /// Only when not empty().
   const SurfelPyramid& surfels() const { return *surfels_; }
-  /// For the exhaustive search; of the last keyframes where they lie now. Made when first asked for.
+  /// For the exhaustive search; of the last keyframes where they lie now. Made when first asked
+  /// for.
   const LikelihoodPyramid& likelihood(const KeyframeSet& keyframes);
   Eigen::Vector2d centre_m() const;
 

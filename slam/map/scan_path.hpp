@@ -57,7 +57,9 @@ class ScanPath {
 
   /// Keyframe `key` is about to be merged into another one, and removed.
   /// @param keys  before that
-  void reattach_to_keyframe(int key, const MergedKeyframe& merged, const std::vector<Keyframe>& keys);
+  void reattach_to_keyframe(int key,
+                            const MergedKeyframe& merged,
+                            const std::vector<Keyframe>& keys);
   /// Of a short path: drops keyframe poses when there are too many for the map's size.
   void shorten(const std::vector<Keyframe>& keys);
 

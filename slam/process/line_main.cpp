@@ -5,7 +5,7 @@
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
-#include "slam/process/line_lcm_adapter.hpp"
+#include "slam/process/line_slam_adapter.hpp"
 
 namespace {
 
@@ -23,8 +23,8 @@ int run(int argc, char** argv) {
   marco::process::start_logging("marco-line-slam", arguments.log_level);
   marco::process::catch_stop_signals();
   marco::process::LcmBus bus(arguments.lcm_url);
-  marco::slam::LineLcmAdapter adapter(options, bus,
-                                      [](const std::string& line) { spdlog::warn(line); });
+  marco::slam::LineSlamAdapter adapter(options, bus,
+                                       [](const std::string& line) { spdlog::warn(line); });
   adapter.save_in_background();
   marco::diagnosis::LiveLoop loop(
       bus,

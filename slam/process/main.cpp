@@ -8,7 +8,7 @@
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/process_status_t.hpp"
-#include "slam/process/lcm_adapter.hpp"
+#include "slam/process/slam_adapter.hpp"
 
 namespace {
 

@@ -29,7 +29,8 @@ void write_map_files(const std::filesystem::path& folder,
   save_map_file(folder, map);
   const GridMap grid = draw_grid(map.slam.keyframes.keys, drawing).to_map();
   if (grid.width_cells > 0) files::write_map(folder, grid, picture);
-  files::write_tum(folder / "trajectory.tum", trajectory_of(map.slam.path.scans, map.slam.keyframes.keys));
+  files::write_tum(folder / "trajectory.tum",
+                   trajectory_of(map.slam.path.scans, map.slam.keyframes.keys));
 }
 
 void save_map_folder(const std::filesystem::path& folder,

@@ -8,13 +8,13 @@
 #include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
-#include "mapping3d/process/lcm_adapter.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
 #include "marco/slam_command_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "slam/process/checkpoint.hpp"
-#include "slam/process/lcm_adapter.hpp"
 #include "slam/process/line_checkpoint.hpp"
-#include "slam/process/line_lcm_adapter.hpp"
+#include "slam/process/line_slam_adapter.hpp"
+#include "slam/process/slam_adapter.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace marco::fuzz {
@@ -184,9 +184,9 @@ MARCO_FUZZ(mapping3d_adapter) {
   run<mapping3d::Mapping3dAdapter>(bytes, mapping3d::Mapping3dAdapterOptions{});
 }
 
-struct LineSlam : slam::LineLcmAdapter {
+struct LineSlam : slam::LineSlamAdapter {
   LineSlam(process::Bus& bus, const slam::LineProcessOptions& options)
-      : LineLcmAdapter(options, bus) {}
+      : LineSlamAdapter(options, bus) {}
 };
 MARCO_FUZZ(line_slam_adapter) { run<LineSlam>(bytes, slam::LineProcessOptions{}); }
 

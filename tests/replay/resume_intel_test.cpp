@@ -8,7 +8,7 @@
 #include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/convert.hpp"
 #include "recordings/recording.hpp"
-#include "slam/process/lcm_adapter.hpp"
+#include "slam/process/slam_adapter.hpp"
 #include "tests/support/real_data.hpp"
 
 namespace marco::slam {

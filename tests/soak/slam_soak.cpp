@@ -22,7 +22,7 @@
 #include "lcmtypes/convert.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "simulator/batch_simulation.hpp"
-#include "slam/process/lcm_adapter.hpp"
+#include "slam/process/slam_adapter.hpp"
 
 namespace marco {
 namespace {

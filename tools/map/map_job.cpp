@@ -23,7 +23,7 @@ mapping3d::Mapping3dAdapterOptions with_surface(mapping3d::Mapping3dAdapterOptio
 std::unique_ptr<slam::Mapper2dAdapter> adapter_of(PathMaker maker,
                                                   const MapOptions& options,
                                                   process::Bus& bus) {
-  if (maker == PathMaker::lines) return std::make_unique<slam::LineLcmAdapter>(options.lines, bus);
+  if (maker == PathMaker::lines) return std::make_unique<slam::LineSlamAdapter>(options.lines, bus);
   return std::make_unique<slam::SlamAdapter>(bus, options.slam);
 }
 
@@ -35,7 +35,7 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
       bus_(&log_),
       mapper2d_(adapter_of(maker, options, bus_)),
       slam_(dynamic_cast<slam::SlamAdapter*>(mapper2d_.get())),
-      lines_(dynamic_cast<slam::LineLcmAdapter*>(mapper2d_.get())),
+      lines_(dynamic_cast<slam::LineSlamAdapter*>(mapper2d_.get())),
       mapping3d_(bus_, with_surface(options.mapping3d, options.joined_surface.surface)),
       slam_options_(options.slam.slam),
       localizer_options_(options.slam.localizer) {

@@ -9,11 +9,11 @@
 
 #include "common/trajectory.hpp"
 #include "lcm_tools/process/batch_bus.hpp"
-#include "mapping3d/process/lcm_adapter.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
 #include "recordings/foreign.hpp"
 #include "recordings/sample_reader.hpp"
-#include "slam/process/lcm_adapter.hpp"
-#include "slam/process/line_lcm_adapter.hpp"
+#include "slam/process/line_slam_adapter.hpp"
+#include "slam/process/slam_adapter.hpp"
 #include "tools/map/joined_surface.hpp"
 #include "tools/map/photographs.hpp"
 #include "tools/map/stage_clock.hpp"
@@ -95,8 +95,8 @@ class MapJob {
     return slam_ != nullptr ? &slam_->session() : nullptr;
   }
   /// Nothing unless the line SLAM made the path.
-  slam::LineLcmAdapter* lines() { return lines_; }
-  const slam::LineLcmAdapter* lines() const { return lines_; }
+  slam::LineSlamAdapter* lines() { return lines_; }
+  const slam::LineSlamAdapter* lines() const { return lines_; }
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
   const std::vector<files::InputReport>& inputs() const { return inputs_; }
   const Trajectory& truth() const { return truth_; }
@@ -117,8 +117,8 @@ class MapJob {
   files::EventLogWriter log_;
   process::BatchBus bus_;
   std::unique_ptr<slam::Mapper2dAdapter> mapper2d_;
-  slam::SlamAdapter* slam_;      ///< mapper2d_, or nullptr
-  slam::LineLcmAdapter* lines_;  ///< likewise
+  slam::SlamAdapter* slam_;       ///< mapper2d_, or nullptr
+  slam::LineSlamAdapter* lines_;  ///< likewise
   mapping3d::Mapping3dAdapter mapping3d_;
   slam::SlamOptions slam_options_;
   slam::LocalizerOptions localizer_options_;

@@ -10,13 +10,13 @@
 
 #include "bot_core/image_t.hpp"
 #include "common/files/ply.hpp"
+#include "common/input/pantilt_track.hpp"
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/log/image_pixels.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
-#include "common/input/pantilt_track.hpp"
 #include "tools/map/sibling_program.hpp"
 #include "tools/texture/photograph_list.hpp"
 

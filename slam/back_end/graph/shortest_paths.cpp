@@ -7,7 +7,9 @@
 
 namespace marco::slam {
 
-std::vector<double> shortest_path_lengths_m(int from, int node_count, const std::vector<PoseGraphEdge>& edges) {
+std::vector<double> shortest_path_lengths_m(int from,
+                                            int node_count,
+                                            const std::vector<PoseGraphEdge>& edges) {
   struct Step {
     int to;
     double length_m;

@@ -12,6 +12,8 @@ namespace marco::slam {
 /// 3: uncertainty along the shortest way through a graph of maps).
 /// @param node_count  nodes are 0 .. node_count - 1. @throws std::out_of_range for a node beyond.
 /// Cost O(edges log nodes).
-std::vector<double> shortest_path_lengths_m(int from, int node_count, const std::vector<PoseGraphEdge>& edges);
+std::vector<double> shortest_path_lengths_m(int from,
+                                            int node_count,
+                                            const std::vector<PoseGraphEdge>& edges);
 
 }  // namespace marco::slam

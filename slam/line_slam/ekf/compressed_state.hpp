@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "slam/line_slam/ekf/state_blocks.hpp"
 #include "slam/line_slam/ekf/deferred_updates.hpp"
 #include "slam/line_slam/ekf/sparse_rows.hpp"
+#include "slam/line_slam/ekf/state_blocks.hpp"
 #include "slam/line_slam/ekf/tiled_covariance.hpp"
 
 namespace marco::slam {

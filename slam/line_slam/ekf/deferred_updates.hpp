@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "slam/line_slam/ekf/state_blocks.hpp"
 #include "slam/line_slam/ekf/sparse_rows.hpp"
+#include "slam/line_slam/ekf/state_blocks.hpp"
 
 namespace marco::slam {
 

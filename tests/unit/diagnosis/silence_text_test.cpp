@@ -104,7 +104,8 @@ TEST(SilenceText, ClocksAndPoses) {
               HasSubstr("messages on LIDAR (scans) are not used: their stamps are 2.03 h behind"));
   lack = lack_of(Kind::two_poses);
   lack.cause = "0: 0.1 and 0: 0.2";
-  EXPECT_THAT(silence_text({lack}, {}), HasSubstr("SENSOR_INFO alternates between two poses of LIDAR"));
+  EXPECT_THAT(silence_text({lack}, {}),
+              HasSubstr("SENSOR_INFO alternates between two poses of LIDAR"));
 }
 
 TEST(SilenceText, ADriversTroubleAndTheNetworks) {

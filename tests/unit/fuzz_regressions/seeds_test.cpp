@@ -15,7 +15,7 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "slam/process/checkpoint.hpp"
-#include "slam/process/lcm_adapter.hpp"
+#include "slam/process/slam_adapter.hpp"
 
 namespace marco::slam {
 namespace {

@@ -7,7 +7,7 @@
 #include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
-#include "mapping3d/process/lcm_adapter.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
 #include "mapping3d/process/model_messages.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/slam_pose_t.hpp"

@@ -6,7 +6,7 @@
 #include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
-#include "mapping3d/process/lcm_adapter.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "marco/trajectory_t.hpp"
 #include "tests/support/analytic_room.hpp"

@@ -286,8 +286,8 @@ TEST_F(DeputyTest, WithoutTheFlagOnlyItsScriptsCommandsRunAndStay) {
   // stopped.
   orders_["own"] = {{"own", "touch " + folder_ + "/evil"}, 77, false};
   publish_orders("a foreign sheriff");
-  ASSERT_TRUE(
-      wait_until([&] { return output_["own"].find("keeps running unchanged") != std::string::npos; }));
+  ASSERT_TRUE(wait_until(
+      [&] { return output_["own"].find("keeps running unchanged") != std::string::npos; }));
   EXPECT_TRUE(is_alive(pid));
   orders_.clear();
   publish_orders("a foreign sheriff");

@@ -17,8 +17,8 @@ inline const lcm_schema::Decoder& test_decoder() {
     // Without Marco's own types, which have the fingerprints of those in tests/types.
     std::vector<lcm_schema::Source> all = built_in_sources();
     std::erase_if(all, [](const lcm_schema::Source& source) {
-      return source.name.starts_with("built-in/marco/") && !source.name.ends_with("_status_t.lcm") &&
-             !source.name.ends_with("_stop_t.lcm");
+      return source.name.starts_with("built-in/marco/") &&
+             !source.name.ends_with("_status_t.lcm") && !source.name.ends_with("_stop_t.lcm");
     });
     all.insert(all.end(), sources.begin(), sources.end());
     return all;

@@ -236,24 +236,5 @@ TEST(LineExtractor, BearingNoiseMakesAGrazedWallLessCertain) {
   EXPECT_GT(sigma_m(0.01), 3.0 * sigma_m(1e-6));
 }
 
-// Its bearings run clockwise seen from above: what it calls left is on the robot's right.
-TEST(ScanInRobot, ALaserUpsideDownSeesLeftAndRightExchanged) {
-  LaserScan scan;
-  scan.bearing_step_rad = 0.5;
-  scan.ranges_m = {1.0F, 2.0F, 3.0F};  // at 0, 0.5 and 1 rad
-  SensorInfo info;
-  info.range_max_m = 10.0;
-  info.parent_from_sensor.linear() = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
-  ScanInRobot in_robot;
-  to_robot_frame(scan, info, {}, 0.01, in_robot);
-  ASSERT_EQ(in_robot.beams.size(), 3U);
-  EXPECT_NEAR(in_robot.first_bearing_rad, -1.0, 1e-6) << "counter-clockwise: the last one first";
-  EXPECT_NEAR(in_robot.bearing_step_rad, 0.5, 1e-6);
-  EXPECT_NEAR(
-      (in_robot.beams[0].hit_m - 3.0 * Eigen::Vector2d(std::cos(1.0), -std::sin(1.0))).norm(), 0.0,
-      1e-6);
-  EXPECT_NEAR(in_robot.beams[2].hit_m.x(), 1.0, 1e-6);
-}
-
 }  // namespace
 }  // namespace marco::slam

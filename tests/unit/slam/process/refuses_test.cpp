@@ -5,7 +5,7 @@
 
 #include "lcm_tools/process/batch_bus.hpp"
 #include "lcmtypes/convert.hpp"
-#include "slam/process/lcm_adapter.hpp"
+#include "slam/process/slam_adapter.hpp"
 #include "tests/support/flat_world.hpp"
 
 namespace marco::slam {

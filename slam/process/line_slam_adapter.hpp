@@ -16,13 +16,13 @@ namespace marco::slam {
 ///
 /// Without odometry a scan's motion is guessed from the last one. Of tilted scans only the pose is
 /// predicted.
-class LineLcmAdapter : public Mapper2dAdapter {
+class LineSlamAdapter : public Mapper2dAdapter {
  public:
   /// @throws std::invalid_argument for a bad option or a damaged checkpoint.
   /// @param bus outlives the adapter. @param warn  see process::DropCounter.
-  LineLcmAdapter(const LineProcessOptions& options,
-                 process::Bus& bus,
-                 std::function<void(const std::string&)> warn = {});
+  LineSlamAdapter(const LineProcessOptions& options,
+                  process::Bus& bus,
+                  std::function<void(const std::string&)> warn = {});
 
   void finish() override;
   /// Live: no scan waits for the disk.

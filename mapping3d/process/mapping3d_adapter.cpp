@@ -1,4 +1,4 @@
-#include "mapping3d/process/lcm_adapter.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
 
 #include <algorithm>
 #include <cmath>

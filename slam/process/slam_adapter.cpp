@@ -1,4 +1,4 @@
-#include "slam/process/lcm_adapter.hpp"
+#include "slam/process/slam_adapter.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,13 +17,6 @@ constexpr int kDrawnAtOnce = 4;  // keyframes
 // A longer scan is deskewed by odometry. The last match's velocity would feed back: a scan deskewed
 // by a wrong velocity is matched as wrong the other way, and worse from scan to scan.
 constexpr double kLongScanS = 0.05;
-
-PoseEstimate estimate_of(Utime utime, const SlamUpdate& update) {
-  auto status = PoseEstimate::Status::predicted;
-  if (update.status == SlamUpdate::Status::matched) status = PoseEstimate::Status::matched;
-  if (update.status == SlamUpdate::Status::lost) status = PoseEstimate::Status::lost;
-  return {utime, update.world_from_robot, update.covariance, status, update.overlap};
-}
 
 }  // namespace
 
@@ -95,7 +88,8 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   // In parts: redrawing all keyframes takes seconds.
   if (loop_worker_ && options_.map_period_s > 0.0) grid_.advance(session_.keys(), kDrawnAtOnce);
   MappedScan mapped;
-  mapped.estimate = estimate_of(utime, update);
+  mapped.estimate = {utime, update.world_from_robot, update.covariance, update.status,
+                     update.overlap};
   mapped.trajectory_changed = update.trajectory_changed || loop_closed;
   // Keyframes hold the points of what is drawn.
   if (may_draw) input.scan.hits_in_robot.resize(2, 0);
@@ -135,7 +129,7 @@ std::string SlamAdapter::save(const std::filesystem::path& folder) {
   return orders_.write([folder, map = session_.saved(process::print_options(options_.slam)),
                         drawing = options_.slam.grid] {
     save_map_folder(folder, map, drawing);
-    return "SAVE " + folder.string() + ": saved " + std::to_string(map.slam.keys.size()) +
+    return "SAVE " + folder.string() + ": saved " + std::to_string(map.slam.keyframes.keys.size()) +
            " keyframes";
   });
 }

@@ -1,4 +1,4 @@
-#include "slam/process/line_lcm_adapter.hpp"
+#include "slam/process/line_slam_adapter.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -101,7 +101,7 @@ std::string temporary(const std::string& name) {
 }
 
 // One adapter with the defaults.
-class LineLcmAdapterTest : public ::testing::Test {
+class LineSlamAdapterTest : public ::testing::Test {
  protected:
   void finish() {
     adapter.finish();
@@ -110,10 +110,10 @@ class LineLcmAdapterTest : public ::testing::Test {
   const Drive drive;
   BatchBus bus;
   Published published{bus};
-  LineLcmAdapter adapter{{}, bus};
+  LineSlamAdapter adapter{{}, bus};
 };
 
-TEST_F(LineLcmAdapterTest, PublishesAPoseAScanAndAMap) {
+TEST_F(LineSlamAdapterTest, PublishesAPoseAScanAndAMap) {
   drive.send_info(bus);
   for (std::size_t i = 0; i < drive.size(); ++i) {
     drive.send_scan(bus, i);  // odometry comes after: the scan must wait for it
@@ -132,14 +132,14 @@ TEST_F(LineLcmAdapterTest, PublishesAPoseAScanAndAMap) {
   EXPECT_GE(from_message(published.maps.back()).size(), 5U);
 }
 
-TEST_F(LineLcmAdapterTest, DropsScansUntilTheSensorIsKnown) {
+TEST_F(LineSlamAdapterTest, DropsScansUntilTheSensorIsKnown) {
   drive.send_odometry(bus, 0);
   drive.send_scan(bus, 0);
   EXPECT_TRUE(published.poses.empty());
   EXPECT_EQ(adapter.drops().by_cause().at("no SENSOR_INFO for LIDAR yet"), 1);
 }
 
-TEST_F(LineLcmAdapterTest, FollowsWithoutAnyOdometry) {
+TEST_F(LineSlamAdapterTest, FollowsWithoutAnyOdometry) {
   drive.send_info(bus);
   for (std::size_t i = 0; i < drive.size(); ++i) drive.send_scan(bus, i);
   finish();
@@ -149,7 +149,7 @@ TEST_F(LineLcmAdapterTest, FollowsWithoutAnyOdometry) {
 }
 
 // A base that was killed counts from zero when it is back.
-TEST_F(LineLcmAdapterTest, OdometryThatBeginsAnewMovesNothing) {
+TEST_F(LineSlamAdapterTest, OdometryThatBeginsAnewMovesNothing) {
   drive.send_info(bus);
   for (std::size_t i = 0; i < drive.size(); ++i) {
     drive.send_scan(bus, i);
@@ -167,7 +167,7 @@ TEST_F(LineLcmAdapterTest, OdometryThatBeginsAnewMovesNothing) {
   }
 }
 
-TEST_F(LineLcmAdapterTest, PassesTiltedScansByAndCarriesThePoseOn) {
+TEST_F(LineSlamAdapterTest, PassesTiltedScansByAndCarriesThePoseOn) {
   SensorInfo base;
   base.channel = channels::kPanTiltState;
   SensorInfo laser;
@@ -195,7 +195,7 @@ TEST_F(LineLcmAdapterTest, PassesTiltedScansByAndCarriesThePoseOn) {
   EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(19), 0.02, 0.01));
 }
 
-TEST(LineLcmAdapter, GoesOnFromItsCheckpointAsIfNothingHadHappened) {
+TEST(LineSlamAdapter, GoesOnFromItsCheckpointAsIfNothingHadHappened) {
   const Drive drive;
   LineProcessOptions options;
   options.checkpoint_path = temporary("line_slam.checkpoint");
@@ -209,32 +209,32 @@ TEST(LineLcmAdapter, GoesOnFromItsCheckpointAsIfNothingHadHappened) {
   };
   BatchBus whole_bus;
   Published whole(whole_bus);
-  LineLcmAdapter never_stopped({}, whole_bus);
+  LineSlamAdapter never_stopped({}, whole_bus);
   feed(whole_bus, 0, drive.size());
   {
     BatchBus bus;
-    LineLcmAdapter first(options, bus);
+    LineSlamAdapter first(options, bus);
     EXPECT_FALSE(first.resumed());
     feed(bus, 0, half);
     first.finish();
   }
   BatchBus bus;
   Published published(bus);
-  LineLcmAdapter second(options, bus);
+  LineSlamAdapter second(options, bus);
   EXPECT_TRUE(second.resumed());
   feed(bus, half, drive.size());
   // The same numbers in another order of storage: rounding only.
   EXPECT_THAT(published.last(), IsNear(whole.last(), 1e-9, 1e-9));
 }
 
-TEST(LineLcmAdapter, TwoRunsWriteTheSameJournal) {
+TEST(LineSlamAdapter, TwoRunsWriteTheSameJournal) {
   const Drive drive;
   std::string texts[2];
   for (std::string& text : texts) {
     LineProcessOptions options;
     options.journal_path = temporary("line_slam.jsonl");
     BatchBus bus;
-    LineLcmAdapter adapter(options, bus);
+    LineSlamAdapter adapter(options, bus);
     drive.send_info(bus);
     for (std::size_t i = 0; i < 5; ++i) {
       drive.send_odometry(bus, i);
@@ -249,7 +249,7 @@ TEST(LineLcmAdapter, TwoRunsWriteTheSameJournal) {
   EXPECT_EQ(texts[0], texts[1]);
 }
 
-TEST_F(LineLcmAdapterTest, ResetStartsAgain) {
+TEST_F(LineSlamAdapterTest, ResetStartsAgain) {
   drive.send_info(bus);
   drive.send_odometry(bus, 0);
   drive.send_scan(bus, 0);
@@ -265,7 +265,7 @@ TEST_F(LineLcmAdapterTest, ResetStartsAgain) {
   EXPECT_EQ(adapter.drops().by_cause().at("paused"), 1);
 }
 
-TEST_F(LineLcmAdapterTest, WhatIsRefusedLeavesTheMapAsItIs) {
+TEST_F(LineSlamAdapterTest, WhatIsRefusedLeavesTheMapAsItIs) {
   drive.send_info(bus);
   for (std::size_t i = 0; i < 5; ++i) {
     drive.send_odometry(bus, i);
@@ -289,13 +289,13 @@ TEST_F(LineLcmAdapterTest, WhatIsRefusedLeavesTheMapAsItIs) {
   EXPECT_EQ(adapter.mapper().world_from_robot().vector(), before.vector());
 }
 
-TEST(LineLcmAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
+TEST(LineSlamAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
   const TemporaryFolder folder;
   LineProcessOptions options;
   options.maps_folder = folder.path() / "maps";
   std::filesystem::create_directories(options.maps_folder + "/mine");
   BatchBus bus;
-  LineLcmAdapter adapter(options, bus);
+  LineSlamAdapter adapter(options, bus);
   slam_command_t command{};
   command.command = slam_command_t::SAVE;
   for (const std::string& name : {std::string("../evil"), folder.path().string(),
@@ -313,7 +313,7 @@ TEST(LineLcmAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
 
   LineProcessOptions none;
   none.maps_folder = "";
-  LineLcmAdapter nowhere(none, bus);
+  LineSlamAdapter nowhere(none, bus);
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
   EXPECT_EQ(nowhere.take_reply(), "refused: SAVE: no folder for maps is configured");
 }

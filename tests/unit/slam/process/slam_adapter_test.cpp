@@ -1,4 +1,4 @@
-#include "slam/process/lcm_adapter.hpp"
+#include "slam/process/slam_adapter.hpp"
 
 #include <gmock/gmock.h>
 

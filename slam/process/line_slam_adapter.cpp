@@ -1,4 +1,4 @@
-#include "slam/process/line_lcm_adapter.hpp"
+#include "slam/process/line_slam_adapter.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,9 +21,9 @@ DeskewedScan deskew(const SynchronizedScan& scan) {
 
 }  // namespace
 
-LineLcmAdapter::LineLcmAdapter(const LineProcessOptions& options,
-                               process::Bus& bus,
-                               std::function<void(const std::string&)> warn)
+LineSlamAdapter::LineSlamAdapter(const LineProcessOptions& options,
+                                 process::Bus& bus,
+                                 std::function<void(const std::string&)> warn)
     : Mapper2dAdapter(bus, options, channels::kLineMap, std::move(warn)),
       options_(options),
       mapper_(options.mapper) {
@@ -43,7 +43,7 @@ LineLcmAdapter::LineLcmAdapter(const LineProcessOptions& options,
   }
 }
 
-std::optional<Pose2> LineLcmAdapter::motion_to(const MotionInput& now) {
+std::optional<Pose2> LineSlamAdapter::motion_to(const MotionInput& now) {
   const std::optional<Pose2> before = std::exchange(odom_at_last_scan_, now.odom_from_robot);
   const std::optional<Utime> last = std::exchange(last_scan_, now.utime);
   if (!last) return Pose2{};
@@ -57,7 +57,7 @@ std::optional<Pose2> LineLcmAdapter::motion_to(const MotionInput& now) {
   return motion;
 }
 
-MappedScan LineLcmAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
+MappedScan LineSlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   const Utime utime = scan.scan.utime;
   const std::optional<Pose2> motion = motion_to(scan.motion);
   MappedScan mapped;
@@ -90,28 +90,28 @@ MappedScan LineLcmAdapter::map_scan(const SynchronizedScan& scan, bool may_draw)
   return mapped;
 }
 
-void LineLcmAdapter::publish_map(Utime utime) {
+void LineSlamAdapter::publish_map(Utime utime) {
   if (!last_scan_) return;
   bus_.publish(channels::kLineMap, to_message(mapper_.plan(), utime, ++map_revision_));
 }
 
-std::string LineLcmAdapter::mapping_line() const {
+std::string LineSlamAdapter::mapping_line() const {
   return std::to_string(mapper_.filter().num_walls()) + " walls";
 }
 
-LineCheckpoint LineLcmAdapter::checkpoint() {
+LineCheckpoint LineSlamAdapter::checkpoint() {
   return {last_scan_.value_or(Utime{}), odom_at_last_scan_, map_revision_, mapper_.store()};
 }
 
-std::function<void()> LineLcmAdapter::checkpoint_job() {
+std::function<void()> LineSlamAdapter::checkpoint_job() {
   return [path = options_.checkpoint_path, now = checkpoint()] { save_checkpoint(path, now); };
 }
 
-void LineLcmAdapter::reset(const Pose2& world_from_robot) {
+void LineSlamAdapter::reset(const Pose2& world_from_robot) {
   mapper_ = LineMapper(options_.mapper, world_from_robot);
 }
 
-std::string LineLcmAdapter::execute_on_map(const SlamOrder& order) {
+std::string LineSlamAdapter::execute_on_map(const SlamOrder& order) {
   const auto path = order.folder / "line_slam.checkpoint";
   switch (order.command) {
     case slam_command_t::SAVE:
@@ -130,7 +130,7 @@ std::string LineLcmAdapter::execute_on_map(const SlamOrder& order) {
   }
 }
 
-void LineLcmAdapter::finish() {
+void LineSlamAdapter::finish() {
   Mapper2dAdapter::finish();
   if (!last_scan_) return;
   if (!options_.checkpoint_path.empty()) save_checkpoint(options_.checkpoint_path, checkpoint());

@@ -269,8 +269,9 @@ RobustStart robust_start(const Pose2& first,
   rotations.chi2 = [&](const Vectors&, const PoseGraphEdge& edge) {
     return off_rad(edge) * off_rad(edge) * edge.information(2, 2);
   };
-  const Vectors headings =
+  Vectors headings =
       solve_robustly(edges, rotations, kRotationSlack * loop_rejection_chi2, start.weights);
+  const std::vector<double> fit_rotations = start.weights;
   // Translations, given these.
   const auto step = [&](const PoseGraphEdge& edge) {
     return Eigen::Vector2d(facing(at(headings, edge.from)).rotation() *
@@ -292,8 +293,13 @@ RobustStart robust_start(const Pose2& first,
     return (at(positions, edge.to) - at(positions, edge.from) - step(edge)).squaredNorm() *
            information(edge);
   };
-  const Vectors positions =
+  Vectors positions =
       solve_robustly(edges, translations, kTranslationSlack * loop_rejection_chi2, start.weights);
+  // A wrong loop that happens to fit the rotations has bent them until now.
+  if (start.weights != fit_rotations) {
+    headings = rotations.solve(start.weights);
+    positions = translations.solve(start.weights);
+  }
   for (std::size_t node = 0; node < nodes; ++node) {
     Pose2 pose = facing(headings[node]);
     pose.x_m = positions[node].x();

@@ -48,8 +48,8 @@ TEST(Cli, ALogOfAnotherKindIsPointedToImport) {
         "export " + log + " " + out + " --format jsonl", "play " + log}) {
     const Outcome outcome = run_log(arguments);
     EXPECT_EQ(outcome.exit_code, 1) << arguments;
-    EXPECT_THAT(outcome.output, HasSubstr("is no LCM log but a CARMEN log; `marco log import " +
-                                          log + " OUT.lcm` makes"))
+    EXPECT_THAT(outcome.output, HasSubstr("is not an LCM log but a CARMEN log; `marco log import " +
+                                          log + " OUT.lcm` converts it"))
         << arguments;
     EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
   }
@@ -60,7 +60,7 @@ TEST(Cli, ALogOfAnotherKindIsPointedToImport) {
   EXPECT_THAT(refused.output, HasSubstr("known inputs"));
   EXPECT_FALSE(std::filesystem::exists(folder / "none"));
   EXPECT_THAT(run(std::string(std::getenv("MARCO_BIN")) + "/marco-spy --once " + log).output,
-              HasSubstr("is no LCM log but a CARMEN log"));
+              HasSubstr("is not an LCM log but a CARMEN log"));
 }
 
 TEST(Cli, MarcosTypesFormatsAndOrdersAreKnown) {
@@ -78,7 +78,9 @@ TEST(Cli, MarcosTypesFormatsAndOrdersAreKnown) {
   };
   works("info " + (folder / "log"), "marco.pose2_t");
   works("export " + (folder / "log") + " " + (folder / "out.mcap"), "100 messages on 4 topics");
-  works("export " + (folder / "log") + " " + (folder / "out.carmen"), "0 scans");
+  const Outcome no_laser = run_log("export " + (folder / "log") + " " + (folder / "out.carmen"));
+  EXPECT_EQ(no_laser.exit_code, 1);
+  EXPECT_THAT(no_laser.output, HasSubstr("no laser among its channels: OTHER"));
   works("play --speed 0 " + (folder / "orders"),
         "left out 2 orders, which a live robot would obey: 1 on BASE_COMMAND, 1 on EMERGENCY_STOP");
 }

@@ -173,7 +173,7 @@ TEST(Spy, ReadsARealLogOfAForeignRobot) {
   }
   const json report =
       spy_json(std::string(data) +
-               "/mbot/mbot_convex.lcmlog --types tests/process/spy/types --types tests/types");
+               "/mbot/mbot_convex.lcmlog --types tests/types --types tests/process/spy/types");
   EXPECT_EQ(channel_named(report, "RPLIDAR_LASER")["type"], "mbot_lcm_msgs.lidar_t");
   EXPECT_GE(channel_named(report, "RPLIDAR_LASER")["candidates"].size(), 2U);
   EXPECT_EQ(channel_named(report, "TRUE_POSE")["undecodable"], 0);

@@ -6,7 +6,7 @@
 #include <limits>
 
 /// SIMD vectors of four or eight numbers for the meshing of scenes, as compiler extensions of g++
-/// and clang: the optimizer does not vectorize a loop with so many branches by itself. A lane's
+/// and clang: the optimizer does not vectorize a loop with this many branches by itself. A lane's
 /// result does not depend on the number of lanes.
 namespace marco::mapping3d::lanes {
 

@@ -31,7 +31,7 @@ const LaserKeyword* laser_keyword(std::string_view word) {
 struct LaserLine {
   double first_bearing_rad = 0.0;
   double step_rad = 0.0;
-  double range_max_m = 0.0;  // 0: not said
+  double range_max_m = 0.0;  // 0: unknown
   std::vector<float> ranges_m;
   Pose2 laser;  // may be nan
   Pose2 robot;

@@ -213,15 +213,15 @@ void Slam::restore(const SlamState& state) {
   revision_ = state.revision;
 }
 
-void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
+void Slam::join(const SlamState& session, const PoseGraphEdge& edge) {
   check(session);
   std::vector<Keyframe>& keys = keyframes_.keys;
-  require(is_index(tie.from, keys.size()) && is_index(tie.to, session.keyframes.keys.size()),
-          "join: the tie ends at no keyframe");
+  require(is_index(edge.from, keys.size()) && is_index(edge.to, session.keyframes.keys.size()),
+          "join: the edge ends at no keyframe");
   const int first_key = static_cast<int>(keys.size());
-  const Keyframe& tied = session.keyframes.keys[static_cast<std::size_t>(tie.to)];
-  const Pose2 world_from_session = keys[static_cast<std::size_t>(tie.from)].world_from_robot *
-                                   tie.from_from_to * tied.world_from_robot.inverse();
+  const Keyframe& tied = session.keyframes.keys[static_cast<std::size_t>(edge.to)];
+  const Pose2 world_from_session = keys[static_cast<std::size_t>(edge.from)].world_from_robot *
+                                   edge.from_from_to * tied.world_from_robot.inverse();
   // A session starts far from the end of the one before: places of both are worth comparing.
   const double path_m = keys.back().path_m + options_.loops.min_path_m;
   for (Keyframe key : session.keyframes.keys) {
@@ -231,7 +231,7 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& tie) {
   }
   keyframes_.merged += session.keyframes.merged;
   back_end_.append(session.back_end, first_key);
-  back_end_.add_edge({tie.from, tie.to + first_key, tie.from_from_to, tie.information, false});
+  back_end_.add_edge({edge.from, edge.to + first_key, edge.from_from_to, edge.information, false});
   path_.append(session.path, first_key, world_from_session);
   culling_.skip_to(static_cast<int>(keys.size()));
   estimate_ = {world_from_session * session.estimate.world_from_robot, session.estimate.covariance};

@@ -129,16 +129,16 @@ class Slam {
   /// @throws std::invalid_argument below 0.
   void keep_short_path(double every_m, std::size_t first = 0) { path_.keep_short(every_m, first); }
 
-  /// Everything it knows, as a value; restored, it goes on as if it had never stopped.
+  /// Everything it knows, as a value; restored, it continues as if it had never stopped.
   SlamState state() const;
   /// @throws std::invalid_argument as check().
   void restore(const SlamState& state);
   /// Appends another session, recorded in the same building, and goes on from its end: its
   /// keyframes join this map, loops between both are searched, and the graph is optimized.
-  /// @param tie  a measured pose of its keyframe `to` (counted in `session`) seen from this map's
+  /// @param edge  a measured pose of its keyframe `to` (counted in `session`) seen from this map's
   /// keyframe `from`. @throws std::invalid_argument as check(), or for keyframes that are not
   /// there.
-  void join(const SlamState& session, const PoseGraphEdge& tie);
+  void join(const SlamState& session, const PoseGraphEdge& edge);
 
  private:
   SlamUpdate note_scan(Utime utime, const PoseWithCovariance& estimate);

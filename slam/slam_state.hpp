@@ -14,7 +14,7 @@
 
 namespace marco::slam {
 
-/// All that Slam knows, as the states of its parts: restored from it, Slam goes on as if it had
+/// All that Slam knows, as the states of its parts: restored from it, Slam continues as if it had
 /// never stopped.
 struct SlamState {
   KeyframeSet keyframes;

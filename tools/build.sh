@@ -1,6 +1,6 @@
 # Configures and builds what a command needs; read by ./marco, whose root, needs, say and fail it uses.
 
-# ninja's lines from stdin, also into the file $2. Where nothing is to be done nothing is said. Else $1 is, and the lines
+# ninja's lines from stdin, also into the file $2. Prints nothing where nothing is to be done. Else $1 is, and the lines
 # follow on a terminal, in one that changes; or, where there is none, only if ninja fails (see build).
 show_progress() {
   local line begun=no width

@@ -67,14 +67,14 @@ The equals of thesis B's figures 5.3-5.21: ways of matching with their errors an
   --out DIR      folder for the pictures (out/figures)
   --config FILE  TOML, as for ./marco map
   --size WxH     of a picture [px] (1000x750)
-  --cut-ends N   leave out so many beams at each end of a scan
+  --cut-ends N   leave out N beams at each end of a scan
   --mode MODE    points, wire or filled
 TEXT
       ;;
     run) cat <<'TEXT'
 ./marco run SCRIPT.procman [NAME] [OPTION...]
 Starts a robot's processes under the sheriff, with a deputy of its own, and runs the script NAME of the file.
-Scripts of ours: config/*.procman. Without a terminal there is no screen: NAME is needed, and what it starts goes on
+Scripts of ours: config/*.procman. Without a terminal there is no screen: NAME is needed, and what it starts keeps running
 until Ctrl-C or SIGTERM.
 Results, recordings and ports are in out/run (MARCO_RUN says otherwise).
 Options go to the sheriff; marco-procman-sheriff --help lists them all. The most useful:

@@ -14,7 +14,7 @@ trap 'ended=yes' INT TERM
 is_full() { [ "$(df -k --output=avail "$(dirname "$file")" | tail -1)" -lt "$least_kb" ]; }
 
 # A signal ends `wait`, not what is waited for. procman tells our children, too, and lcm-logger told twice ends in the
-# midst of an event: it is told here only when it goes on nevertheless.
+# midst of an event: it is reported only when recording continues.
 run() {
   local child told=no
   "$@" &

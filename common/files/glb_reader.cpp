@@ -34,9 +34,9 @@ class Glb {
   const json& document() const { return document_; }
 
   std::string_view view(const json& index) const {
-    const json& said = document_.at("bufferViews").at(index.get<std::size_t>());
-    const auto start = said.value("byteOffset", std::size_t{0});
-    const auto bytes = said.at("byteLength").get<std::size_t>();
+    const json& entry = document_.at("bufferViews").at(index.get<std::size_t>());
+    const auto start = entry.value("byteOffset", std::size_t{0});
+    const auto bytes = entry.at("byteLength").get<std::size_t>();
     require(start <= binary_.size() && bytes <= binary_.size() - start, "ends within its numbers");
     return std::string_view(binary_).substr(start, bytes);
   }
@@ -44,10 +44,10 @@ class Glb {
   // The numbers of an accessor of just this shape, one after another.
   template <class T>
   std::vector<T> values(const json& index, int component, const char* type) const {
-    const json& said = document_.at("accessors").at(index.get<std::size_t>());
-    require(said.at("componentType") == component && said.at("type") == type,
+    const json& entry = document_.at("accessors").at(index.get<std::size_t>());
+    require(entry.at("componentType") == component && entry.at("type") == type,
             "holds other kinds of numbers than write_glb writes");
-    const std::string_view bytes = view(said.at("bufferView"));
+    const std::string_view bytes = view(entry.at("bufferView"));
     std::vector<T> values(bytes.size() / sizeof(T));
     require(bytes.size() % sizeof(T) == 0, "has numbers cut in two");
     if (!values.empty()) std::memcpy(static_cast<void*>(values.data()), bytes.data(), bytes.size());

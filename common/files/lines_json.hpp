@@ -11,7 +11,4 @@ namespace marco::files {
 /// "end_seen"}]}.
 std::string lines_json(const Walls& walls);
 
-/// The reverse. @throws std::invalid_argument naming what is wrong with the text.
-Walls parse_lines_json(const std::string& text);
-
 }  // namespace marco::files

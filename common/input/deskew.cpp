@@ -52,16 +52,16 @@ DeskewedScan deskew_and_project(const LaserScan& scan,
                                 const SensorInfo& info,
                                 const Pose3& robot_from_sensor,
                                 const Velocity2& velocity) {
-  DeskewedScan prepared;
-  prepared.utime = scan.utime;
-  prepared.sensor_in_robot = robot_from_sensor.translation().head<2>();
-  prepared.sensor_heading_rad =
+  DeskewedScan deskewed;
+  deskewed.utime = scan.utime;
+  deskewed.sensor_in_robot = robot_from_sensor.translation().head<2>();
+  deskewed.sensor_heading_rad =
       std::atan2(robot_from_sensor.linear()(1, 0), robot_from_sensor.linear()(0, 0));
-  prepared.beams = static_cast<int>(scan.size());
-  prepared.hits_in_robot.resize(2, prepared.beams);
-  prepared.beam_of_hit.reserve(scan.size());
+  deskewed.beams = static_cast<int>(scan.size());
+  deskewed.hits_in_robot.resize(2, deskewed.beams);
+  deskewed.beam_of_hit.reserve(scan.size());
   const double beam_period_s =
-      prepared.beams > 1 ? info.scan_duration_s / (prepared.beams - 1) : 0.0;
+      deskewed.beams > 1 ? info.scan_duration_s / (deskewed.beams - 1) : 0.0;
   const Eigen::Matrix2d turn = robot_from_sensor.linear().topLeftCorner<2, 2>();
   const double range_max_m = std::min(info.range_max_m, kFarthestReturnM);
   Directions directions(scan);
@@ -71,17 +71,17 @@ DeskewedScan deskew_and_project(const LaserScan& scan,
     const double range_m = static_cast<double>(scan.ranges_m[beam]);
     // Written so that NaN fails too.
     if (!(range_m > 0.0 && range_m >= info.range_min_m && range_m < range_max_m)) continue;
-    const Eigen::Vector2d hit_in_robot = turn * (range_m * direction) + prepared.sensor_in_robot;
+    const Eigen::Vector2d hit_in_robot = turn * (range_m * direction) + deskewed.sensor_in_robot;
     const double time_s = scan.time_offsets_s.empty()
                               ? beam_period_s * static_cast<double>(beam)
                               : static_cast<double>(scan.time_offsets_s[beam]);
-    prepared.beam_of_hit.push_back(static_cast<int32_t>(beam));
-    prepared.hits_in_robot.col(used++) =
+    deskewed.beam_of_hit.push_back(static_cast<int32_t>(beam));
+    deskewed.hits_in_robot.col(used++) =
         time_s == 0.0 ? hit_in_robot : velocity.after(time_s) * hit_in_robot;
   }
-  prepared.hits_in_robot.conservativeResize(2, used);
-  prepared.no_return = prepared.beams - static_cast<int>(used);
-  return prepared;
+  deskewed.hits_in_robot.conservativeResize(2, used);
+  deskewed.no_return = deskewed.beams - static_cast<int>(used);
+  return deskewed;
 }
 
 }  // namespace marco

@@ -55,7 +55,7 @@ struct WaitingScan {
   }
 };
 
-/// What a SensorSynchronizer knows: resumed from it, it goes on as if it had never stopped.
+/// What a SensorSynchronizer knows: resumed from it, it continues as if it had never stopped.
 struct SynchronizerState {
   std::map<std::string, SensorInfo> sensors;  ///< by channel
   OdometryTrack odometry;

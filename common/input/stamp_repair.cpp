@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kJitter = 0.3;        // of a period
 constexpr double kClockWasSet = 10.0;  // periods; no logger stalls for so long
-constexpr int kMostRepaired = 8;       // in a row: a beat that so many scans miss is none
+constexpr int kMostRepaired = 8;       // in a row: more, and the beat itself is wrong
 constexpr int kNewBeat = 2;            // steps of one period in a row
 constexpr double kFollow = 0.2;        // of a deviation within the jitter
 

@@ -29,7 +29,7 @@ struct PanTiltAxisOptions {
 struct PanTiltOptions {
   PanTiltAxisOptions pan{360.0 / 248.0, 0.0, 248, 36.0};
   PanTiltAxisOptions tilt{0.65, -20.0, 100, 20.0};
-  /// As of the base: up to so many clicks a tick the board is asked while it moves.
+  /// As of the base: up to this speed [clicks per tick] the board is asked while it moves.
   double poll_limit_clicks = 9.0;
   double poll_period_s = 0.06;
   double idle_period_s = 0.1;

@@ -36,12 +36,12 @@ void ImuEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime /*now*
     const bool begins = command_[0] == 0xFF && (command_.size() < 2 || command_[1] == 0xAA);
     if (!begins) command_.clear();
     if (command_.size() < 5) continue;
-    obey(command_[2], static_cast<uint16_t>(command_[3] | command_[4] << 8));
+    execute(command_[2], static_cast<uint16_t>(command_[3] | command_[4] << 8));
     command_.clear();
   }
 }
 
-void ImuEmulator::obey(uint8_t which, uint16_t value) {
+void ImuEmulator::execute(uint8_t which, uint16_t value) {
   if (which == kUnlock) {
     unlocked_ = value == 0xB588;
     return;

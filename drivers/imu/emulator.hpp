@@ -41,7 +41,7 @@ class ImuEmulator : public Emulator {
 
  private:
   void measure(Utime when);
-  void obey(uint8_t which, uint16_t value);
+  void execute(uint8_t which, uint16_t value);
 
   std::function<Motion(Utime)> motion_;
   ImuEmulatorOptions options_;

@@ -26,8 +26,9 @@ uint16_t checksum(std::span<const uint8_t> payload);
 /// @throws std::invalid_argument for an empty or too long payload.
 Bytes encode_packet(std::span<const uint8_t> payload);
 
-/// Cuts a stream into packets, however it is split; after damage goes on one byte behind the false
-/// beginning, so that the next whole packet is found. Never delivers one whose sum does not fit.
+/// Cuts a stream into packets, however it is split; after damage it continues one byte behind the
+/// false beginning, so that the next whole packet is found. Never delivers one whose sum does not
+/// fit.
 class PacketParser {
  public:
   void push(std::span<const uint8_t> bytes);
@@ -74,7 +75,7 @@ enum CommandId : uint8_t {
   kGripperRequest = 37,
   kIoRequest = 40,
   kTty2 = 42,    ///< text goes to the second serial port
-  kGetAux = 43,  ///< so many bytes of what came in there
+  kGetAux = 43,  ///< asks for this many bytes of what came in there
   kBumpStall = 44,
   kHostBaud = 50,
   kEStop = 55,

@@ -52,7 +52,7 @@ void EmulatedDrive::drop_goals() {
   heading_goal_.reset();
 }
 
-void EmulatedDrive::obey(const Command& command) {
+void EmulatedDrive::execute(const Command& command) {
   const int value = command.value.value_or(0);
   const bool ends_a_stall = command.id == kMove || command.id == kVel || command.id == kHead ||
                             command.id == kDHead || command.id == kVel2 || command.id == kStop ||

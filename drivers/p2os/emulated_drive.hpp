@@ -44,7 +44,7 @@ class EmulatedDrive {
   /// Power-on state; the travel of the wheels is kept.
   void reset();
   /// Commands of motion; others are ignored.
-  void obey(const Command& command);
+  void execute(const Command& command);
   /// The client has closed: motors off.
   void release();
   /// Ends the running order; the wheels brake. The watchdog does that.

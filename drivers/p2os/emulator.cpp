@@ -62,7 +62,7 @@ void P2osEmulator::handle(std::span<const uint8_t> payload, Utime now) {
     if (!packet->empty()) output_.send(*packet, now);
     return;
   }
-  drive_.obey(*command);
+  drive_.execute(*command);
 }
 
 void P2osEmulator::synchronize(std::span<const uint8_t> payload,

@@ -62,7 +62,7 @@ struct Layout {
 
 /// Reads an event whose header is damaged in one field: sync word, one of the lengths, or one byte
 /// of the channel.
-/// @param following the bytes behind the header, at least 63 + 8 where the event has so many
+/// @param following the bytes behind the header, at least 63 + 8 where the event is that long
 /// @param body_bytes channel and data together, known from where the next event begins
 std::optional<Layout> lay_out(const HeaderBytes& header,
                               std::string_view following,

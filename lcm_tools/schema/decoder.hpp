@@ -51,7 +51,7 @@ class Decoder {
     bool variable = false;        // some dimension is a field
     std::vector<Length> lengths;  // one a dimension
     int slot = -1;                // >= 0: keeps its value there, it is some array's length
-    uint64_t run_bytes = 0;       // check: so many bytes and steps from here are fixed
+    uint64_t run_bytes = 0;       // check: the size in bytes, and steps, of the fixed run from here
     uint32_t run_steps = 0;
   };
   struct Plan {

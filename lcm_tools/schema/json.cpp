@@ -83,7 +83,7 @@ class Writer {
   }
 
   // How many parts the array has in this dimension. Of one that is empty inside, [[],[]], the outer
-  // ones are written too, unless a few bytes claim so many that they would fill the memory.
+  // ones are written too, unless a few bytes claim more than fits into memory.
   std::size_t length(const Node& node, std::size_t dimension) const {
     constexpr std::size_t kMostEmpty = 1000;
     std::size_t outer = node.count == 0 ? 1 : 0;

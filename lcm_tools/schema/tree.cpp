@@ -2,7 +2,6 @@
 
 #include <bit>
 #include <charconv>
-#include <type_traits>
 
 #include "lcm_tools/schema/wire.hpp"
 
@@ -14,19 +13,6 @@ std::string bracketed(std::size_t index) {
   text += std::to_string(index);
   text += ']';
   return text;
-}
-
-template <class Value>
-void append_all(const uint8_t* at, std::size_t count, std::vector<double>& out) {
-  using Bits = std::conditional_t<
-      sizeof(Value) == 8, uint64_t,
-      std::conditional_t<sizeof(Value) == 4, uint32_t,
-                         std::conditional_t<sizeof(Value) == 2, uint16_t, uint8_t>>>;
-  const std::size_t first = out.size();
-  out.resize(first + count);
-  double* to = out.data() + first;
-  for (std::size_t i = 0; i < count; ++i)
-    to[i] = static_cast<double>(std::bit_cast<Value>(load<Bits>(at + i * sizeof(Value))));
 }
 
 }  // namespace
@@ -46,30 +32,6 @@ int64_t Tree::integer(const Node& node, std::size_t i) const {
   }
   return load_integer(node.primitive,
                       message.data() + node.offset + i * wire_bytes(node.primitive));
-}
-
-void Tree::append_numbers(const Node& node, std::vector<double>& out) const {
-  if (node.kind != NodeKind::value && node.kind != NodeKind::values) return;
-  const uint8_t* at = message.data() + node.offset;
-  switch (node.primitive) {
-    case Primitive::int8:
-    case Primitive::boolean:
-      return append_all<int8_t>(at, node.count, out);
-    case Primitive::byte:
-      return append_all<uint8_t>(at, node.count, out);
-    case Primitive::int16:
-      return append_all<int16_t>(at, node.count, out);
-    case Primitive::int32:
-      return append_all<int32_t>(at, node.count, out);
-    case Primitive::int64:
-      return append_all<int64_t>(at, node.count, out);
-    case Primitive::float32:
-      return append_all<float>(at, node.count, out);
-    case Primitive::float64:
-      return append_all<double>(at, node.count, out);
-    case Primitive::string:
-      return;
-  }
 }
 
 std::string_view Tree::text(const Node& node) const {

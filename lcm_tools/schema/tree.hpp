@@ -43,8 +43,6 @@ struct Tree {
   double number(const Node& node, std::size_t i = 0) const;
   /// The same as an integer; of a float, rounded towards 0.
   int64_t integer(const Node& node, std::size_t i = 0) const;
-  /// Appends all elements of a number, boolean or byte node (nothing for others): the fast way.
-  void append_numbers(const Node& node, std::vector<double>& out) const;
   /// Of a string node; may hold any bytes.
   std::string_view text(const Node& node) const;
 

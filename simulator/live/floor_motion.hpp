@@ -3,7 +3,7 @@
 #include <random>
 
 #include "common/pose3.hpp"
-#include "drivers/base/robot_spec.hpp"
+#include "simulator/live/robot_spec.hpp"
 #include "simulator/ray_caster.hpp"
 
 namespace marco::sim {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/samples.hpp"
-#include "drivers/base/robot_spec.hpp"
+#include "simulator/live/robot_spec.hpp"
 #include "simulator/ray_caster.hpp"
 
 namespace marco::sim {

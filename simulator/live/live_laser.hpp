@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "common/pose3.hpp"
-#include "drivers/base/robot_spec.hpp"
 #include "drivers/laser/laser_world.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "simulator/laser_model.hpp"
 #include "simulator/live/faults.hpp"
+#include "simulator/live/robot_spec.hpp"
 
 namespace marco::sim {
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "drivers/base/robot_spec.hpp"
 #include "drivers/hcs12/pantilt_emulator.hpp"
 #include "simulator/live/faults.hpp"
 #include "simulator/live/motion_history.hpp"
+#include "simulator/live/robot_spec.hpp"
 
 namespace marco::sim {
 

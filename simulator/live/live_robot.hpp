@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "drivers/base/robot_spec.hpp"
 #include "drivers/imu/emulator.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "simulator/live/faults.hpp"
@@ -14,6 +13,7 @@
 #include "simulator/live/live_laser.hpp"
 #include "simulator/live/live_pantilt.hpp"
 #include "simulator/live/motion_history.hpp"
+#include "simulator/live/robot_spec.hpp"
 
 namespace marco::sim {
 

@@ -90,8 +90,8 @@ std::vector<LoopCandidate> LoopCloser::candidates(
   std::vector<LoopCandidate> found;
   for (const int from : nearby_places(keys, drifting_m, since_closed_m)) {
     const Keyframe& old = keys[static_cast<std::size_t>(from)];
-    // Neighbours in the list are neighbours in the building, unless what lay between them has
-    // become one with older keyframes.
+    // Neighbours in the list are neighbours in the building, unless what lay between them was
+    // merged into older keyframes.
     const auto belongs = [&](int key) {
       return distance_m(keys[static_cast<std::size_t>(key)].world_from_robot,
                         old.world_from_robot) <= kAroundM;

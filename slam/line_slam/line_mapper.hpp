@@ -1,11 +1,13 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
+#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/back_end/graph/pose_graph.hpp"
 #include "slam/back_end/loop_closer.hpp"
 #include "slam/grid/occupancy_grid.hpp"
@@ -27,8 +29,7 @@ inline LoopCloserOptions wherever_they_fit() {
 
 struct LineMapperOptions {
   LineSlamOptions lines;
-  double key_distance_m = 0.30;   ///< a scan is kept after this move ...
-  double key_turn_deg = 15.0;     ///< ... or this turn
+  KeyframeOptions keyframes;
   bool close_loops = true;        ///< by the pose graph, where the filter alone would not
   double trusted_shift_m = 0.30;  ///< a loop that contradicts the filter by more is not its noise:
   double trusted_turn_deg = 3.0;  ///< ... the filter is too sure, and the graph is asked
@@ -43,11 +44,13 @@ struct LineMapperOptions {
   PoseGraphOptions graph;
   OccupancyGridOptions grid;
 
+  static constexpr std::array kRenamed{RenamedKey{"key_distance_m", "keyframe_distance_m"},
+                                       RenamedKey{"key_turn_deg", "keyframe_turn_deg"}};
+
   template <class Visitor>
   void visit(Visitor& v) {
     v("lines", lines);
-    v("key_distance_m", key_distance_m, kPositive);
-    v("key_turn_deg", key_turn_deg, kPositive);
+    keyframes.visit(v);
     v("close_loops", close_loops);
     v("trusted_shift_m", trusted_shift_m, kPositive);
     v("trusted_turn_deg", trusted_turn_deg, kPositive);
@@ -104,7 +107,7 @@ class LineMapper : public Mapper2d {
   int replays() const { return replays_; }  ///< how often the filter was too sure
   int64_t revision() const override { return revision_; }
 
-  /// Everything: what goes on from it makes the map that would have been made.
+  /// Everything it knows; restored, it continues as if it had never stopped.
   struct Stored {
     LineSlam::Stored slam;
     std::vector<Keyframe> keys;

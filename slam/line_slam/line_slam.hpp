@@ -88,7 +88,7 @@ class LineSlam {
 
   /// Takes one scan.
   /// @param robot_motion  by odometry since the call before, seen from the robot's pose then;
-  ///                      nothing: it is guessed that the robot goes on as before.
+  ///                      nothing: the robot is assumed to move as before.
   /// @param journal       filled when given.
   LineSlamUpdate process(const ScanInRobot& scan,
                          const std::optional<Pose2>& robot_motion,

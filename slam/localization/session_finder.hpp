@@ -24,7 +24,7 @@ class SessionFinder {
   /// Call after each new keyframe of the session. Where nothing was found over a long way it
   /// searches seldom. @returns the newest keyframe's place, once.
   std::optional<FoundPlace> look(const std::vector<Keyframe>& session);
-  /// What the last look said.
+  /// The result of the last look.
   const PlaceEstimate& estimate() const { return estimate_; }
   void restart();
 

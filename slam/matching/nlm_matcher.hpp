@@ -67,7 +67,7 @@ NlmSystem nlm_system(const std::vector<PointPair>& pairs,
                      const Pose2& target_from_source,
                      const Estimator& estimator);
 
-/// A scan prepared as the target of matches: search index and lines.
+/// A scan as the target of matches: search index and lines.
 class NlmTarget {
  public:
   /// @param points 2×N [m] in sweep order (several scans one after the other are fine), finite.

@@ -12,7 +12,7 @@
 
 namespace marco::slam {
 
-/// What a SlamAdapter knows: resumed from it, it goes on as if it had never died.
+/// What a SlamAdapter knows: resumed from it, it continues as if it had never died.
 struct AdapterState {
   SavedMap map;
   SynchronizerState input;

@@ -21,7 +21,7 @@ void archive(Archive& bytes, MapWall& wall) {
   wall.visit(visitor);
 }
 
-// Columns of a size that was read before: believed only when so many bytes are left.
+// Columns of a size that was read before: used only when that many bytes are left.
 template <class Archive, class Matrix>
 void archive_sized(Archive& bytes, Matrix& matrix, Eigen::Index rows, Eigen::Index columns) {
   if constexpr (Archive::kReads) {

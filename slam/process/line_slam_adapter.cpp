@@ -64,12 +64,12 @@ MappedScan LineSlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw
   UsedScan& used = mapped.used;
   used.level = scan.level;
   used.held_out = !may_draw;
-  used.prepared.utime = utime;
+  used.deskewed.utime = utime;
   LineSlamUpdate update;
   if (scan.level) {
-    used.prepared = deskew(scan);
+    used.deskewed = deskew(scan);
     const ScanInRobot beams = to_robot_frame(scan.scan, scan.info, scan.robot_from_sensor,
-                                             used.prepared, options_.range_sigma_m);
+                                             used.deskewed, options_.range_sigma_m);
     LineSlamJournal journal;
     update = mapper_.process(beams, utime, motion, may_draw ? MapUse::draw : MapUse::pose_only,
                              journal_.is_open() ? &journal : nullptr);

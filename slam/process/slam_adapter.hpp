@@ -60,7 +60,7 @@ class SlamAdapter : public Mapper2dAdapter {
   void extend(SavedMap map) { session_.extend(std::move(map)); }
   void localize(SavedMap map) { session_.localize(session_.localizer_in(std::move(map))); }
 
-  /// Everything it knows; what restore() takes goes on as if it had never stopped. Mapping only.
+  /// Everything it knows; what restore() takes continues as if it had never stopped. Mapping only.
   AdapterState state() const;
   void restore(AdapterState state);
   int64_t late_loop_work() const { return late_loop_work_; }

@@ -71,20 +71,20 @@ void SlamOrders::wait() {
 }
 
 void SlamOrders::answer(const std::function<std::string()>& act) {
-  std::string said;
+  std::string reply;
   try {
-    said = act();
+    reply = act();
   } catch (const std::invalid_argument& refused) {
-    said = std::string("refused: ") + refused.what();
+    reply = std::string("refused: ") + refused.what();
     drops_.count("slam_command_t: refused");
   } catch (const std::exception& failed) {  // a full disk must not end the mapping
-    said = std::string("failed: ") + failed.what();
+    reply = std::string("failed: ") + failed.what();
     drops_.count("slam_command_t: failed");
   }
-  if (said.empty()) return;
+  if (reply.empty()) return;
   constexpr std::size_t kMostAnswers = 100;  // nobody may be listening
   if (answers_.size() >= kMostAnswers) answers_.pop_front();
-  answers_.push_back(std::move(said));
+  answers_.push_back(std::move(reply));
 }
 
 }  // namespace marco::slam

@@ -6,14 +6,14 @@ namespace marco::slam {
 
 /// What became of a scan, for those who draw or judge the map afterwards.
 struct UsedScan {
-  DeskewedScan prepared;  ///< its points may have been dropped: see keep_scans()
+  DeskewedScan deskewed;  ///< its points may have been dropped: see keep_scans()
   bool level = true;
   bool held_out = false;
   bool matched = false;
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("prepared", prepared);
+    v("deskewed", deskewed);
     v("level", level);
     v("held_out", held_out);
     v("matched", matched);

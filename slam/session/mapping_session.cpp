@@ -123,14 +123,14 @@ SlamUpdate MappingSession::process(const SlamInput& input) {
 }
 
 void MappingSession::join(const FoundPlace& place) {
-  const PoseGraphEdge tie =
-      tie_to(*to_extend_.frozen, place, static_cast<int>(slam_.keys().size()) - 1);
+  const PoseGraphEdge edge =
+      edge_to(*to_extend_.frozen, place, static_cast<int>(slam_.keys().size()) - 1);
   const SlamState session = slam_.state();
   session_starts_ = to_extend_.map.session_starts;
   session_starts_.push_back(static_cast<int64_t>(to_extend_.map.slam.path.scans.size()));
   revisions_before_ += slam_.revision() + 1;
   slam_.restore(to_extend_.map.slam);
-  slam_.join(session, tie);
+  slam_.join(session, edge);
   if (path_every_m_) slam_.keep_short_path(*path_every_m_, first_scan());
   to_extend_ = {};
   to_extend_.joined = true;

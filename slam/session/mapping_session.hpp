@@ -52,7 +52,7 @@ class MappingSession : public Mapper2d {
   const Localizer* localizer() const { return localizer_ ? &*localizer_ : nullptr; }
   /// Each time it became sure where in the saved map it is.
   const std::vector<Finding>& findings() const;
-  /// extending: what the last look for the place said
+  /// extending: the result of the last look for the place
   const PlaceEstimate* estimate() const;
   Velocity2 velocity() const;
   using Apart = SessionHistory::Apart;

@@ -4,15 +4,15 @@
 
 namespace marco::slam {
 
-PoseGraphEdge tie_to(const FrozenMap& map, const FoundPlace& place, int newest_key) {
-  PoseGraphEdge tie;
-  tie.from = place.nearest_key;
-  tie.to = newest_key;
-  tie.from_from_to =
+PoseGraphEdge edge_to(const FrozenMap& map, const FoundPlace& place, int newest_key) {
+  PoseGraphEdge edge;
+  edge.from = place.nearest_key;
+  edge.to = newest_key;
+  edge.from_from_to =
       between(map.keys()[static_cast<std::size_t>(place.nearest_key)].world_from_robot,
               place.map_from_robot);
-  tie.information = inverted(rotated(place.covariance, -place.map_from_robot.theta_rad), 0.0);
-  return tie;
+  edge.information = inverted(rotated(place.covariance, -place.map_from_robot.theta_rad), 0.0);
+  return edge;
 }
 
 std::optional<FoundSession> find_session(FrozenMap& map,
@@ -45,7 +45,7 @@ SavedMap merge_maps(std::vector<SavedMap> maps,
       continue;
     }
     const auto scans_before = static_cast<int64_t>(slam.state().path.scans.size());
-    slam.join(maps[i].slam, tie_to(frozen, found->place, found->newest_key));
+    slam.join(maps[i].slam, edge_to(frozen, found->place, found->newest_key));
     for (const int64_t start : maps[i].session_starts) {
       merged.session_starts.push_back(scans_before + start);
     }

@@ -18,8 +18,8 @@ std::optional<FoundSession> find_session(FrozenMap& map,
                                          const std::vector<Keyframe>& keys,
                                          const LocalizerOptions& options);
 
-/// The tie of a session to a map: its newest keyframe at the place where it was found.
-PoseGraphEdge tie_to(const FrozenMap& map, const FoundPlace& place, int newest_key);
+/// The edge that ties a session to a map: its newest keyframe at the place where it was found.
+PoseGraphEdge edge_to(const FrozenMap& map, const FoundPlace& place, int newest_key);
 
 /// Joins saved maps of one building into the first. Each next one is searched in what is joined so
 /// far, by its own path. @returns the merged map; @param not_found  gets the indices of those that

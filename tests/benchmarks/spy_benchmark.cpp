@@ -105,7 +105,9 @@ void values(benchmark::State& state) {
   for (auto _ : state) {
     decoder().decode(index, message, result);
     numbers.clear();
-    for (const lcm_schema::Node& node : result.nodes) result.append_numbers(node, numbers);
+    for (const lcm_schema::Node& node : result.nodes) {
+      for (std::size_t i = 0; i < node.count; ++i) numbers.push_back(result.number(node, i));
+    }
     benchmark::DoNotOptimize(numbers.data());
   }
   count(state, message.size());

@@ -1,7 +1,7 @@
 // Configuration that people write: any text is read or refused with its place.
-#include "drivers/base/robot_spec.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "recordings/foreign.hpp"
+#include "simulator/live/robot_spec.hpp"
 #include "simulator/simulation_options.hpp"
 #include "simulator/tour.hpp"
 #include "simulator/world.hpp"

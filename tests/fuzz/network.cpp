@@ -98,7 +98,6 @@ MARCO_FUZZ(fragments) {
 /// What a decoded tree can be asked.
 void ask(const Tree& tree) {
   std::size_t values = 0;
-  std::vector<double> numbers;
   for_each_value(tree, [&](int node, std::size_t element) {
     if (++values >= 50) return;
     value_name(tree, node, element);
@@ -108,8 +107,6 @@ void ask(const Tree& tree) {
     } else {
       tree.integer(at, element);
       tree.number(at, element);
-      numbers.clear();
-      if (element == 0) tree.append_numbers(at, numbers);
     }
     const int found = tree.find(tree.path(node));
     promise(found >= 0, "a path leads somewhere");

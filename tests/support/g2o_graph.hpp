@@ -1,12 +1,14 @@
 #pragma once
 
 #include <fstream>
+#include <limits>
 #include <random>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "slam/back_end/graph/pose_graph.hpp"
+#include "slam/back_end/graph/robust_start.hpp"
 
 namespace marco::slam::testing {
 
@@ -36,6 +38,15 @@ inline PoseGraph read_g2o(const std::string& path) {
     }
   }
   return graph;
+}
+
+/// Poses computed from the edges alone, however wrong they are now.
+inline void initialize_from_edges(PoseGraph& graph) {
+  const RobustStart start = robust_start(graph.poses().front(), graph.node_count(), graph.edges(),
+                                         std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < start.poses.size(); ++i) {
+    graph.set_pose(static_cast<int>(i), start.poses[i]);
+  }
 }
 
 /// Each node where the edges from one to the next lead.

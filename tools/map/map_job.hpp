@@ -56,7 +56,7 @@ class MapJob {
   /// @param folder  where slam.lcm is written; must exist.
   MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder);
 
-  /// Before reading: goes on with a saved map, or localizes in it (PathMaker::scans only).
+  /// Before reading: continues a saved map, or localizes in it (PathMaker::scans only).
   /// @throws std::invalid_argument naming the file and what is wrong with it.
   void extend(const std::filesystem::path& map_folder);
   void localize(const std::filesystem::path& map_folder);

@@ -157,7 +157,7 @@ BusSurvey survey_bus(const UdpUrl& url,
     if (socket.join(error)) listened_s = listen(socket, counter, seconds, stop);
     survey = counter.result(std::max(0.1, listened_s));
   } catch (const std::runtime_error&) {
-    // The port is taken: said below.
+    // The port is taken: reported below.
   }
   int64_t heard = 0;
   for (const HeardChannel& channel : survey.channels) heard += channel.messages;

@@ -13,10 +13,9 @@ namespace {
 
 constexpr int kMaxPartners = 32;
 
-// Of the points in a cell so many can be partners, some of each round of the robot: what a tie
-// costs and what is held do not grow with the time spent at a place. And the nearest of few is a
-// fair sample, where the nearest of hundreds is the one whose noise agrees: scans tied to such hold
-// each other where they are.
+// Points of a cell that can be partners, some of each visit: neither the cost of a correspondence
+// nor memory grows with the time spent at a place. And the nearest of a few is a fair sample; the
+// nearest of hundreds is the one whose noise agrees, which holds both scans where they are.
 constexpr int kMostInCell = 16;
 
 // The next iteration finds new partners anyway: the step need not be exact (an inexact Newton
@@ -183,7 +182,7 @@ class Iteration {
         normal_limit_(static_cast<float>(std::cos(deg_to_rad(options.normal_limit_deg)))),
         equations(poses.size()) {}
 
-  void tie(const PartnerTable& table, const Point& point) {
+  void add_correspondences(const PartnerTable& table, const Point& point) {
     PartnerList partners(options_.partners);
     table.for_each_near(point.position_m, [&](const Point& other) {
       if (other.scan == point.scan) return;
@@ -198,7 +197,7 @@ class Iteration {
 
  private:
   void add(const Point& a, const Point& b, double share) {
-    // Both ends of a tie see it once each: their mean normal makes it the same tie.
+    // Each end finds the pair once: the mean normal makes both the same constraint.
     const Eigen::Vector2d normal = (a.normal + b.normal).cast<double>().normalized();
     const double error_m = normal.dot((a.position_m - b.position_m).cast<double>());
     const double sigma2 = options_.sigma_m * options_.sigma_m;
@@ -269,7 +268,7 @@ JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
           (static_cast<Eigen::Index>(scan) + result.iterations) % options.every_nth_point;
       for (Eigen::Index i = first; i < scans[scan].points_in_robot.cols();
            i += options.every_nth_point) {
-        iteration.tie(table, placement(scan, i));
+        iteration.add_correspondences(table, placement(scan, i));
       }
     }
     for (const PoseGraphEdge& edge : edges) {

@@ -15,7 +15,7 @@ struct JointRefinementOptions {
   double sigma_m =
       0.03;  ///< of the Lorentzian: a larger distance across a wall counts less and less
   int every_nth_point = 6;       ///< looks for partners; another of each n at each iteration
-  int partners = 6;              ///< scans a point may be tied to at once
+  int partners = 6;              ///< scans in which a point may have a correspondence at once
   double normal_limit_deg = 30;  ///< partners' walls face the same way within this
   double stop_below_m = 2e-4;    ///< largest move of an iteration at which it ends
   double edge_weight = 0.05;  ///< of the graph's edges beside the points, for scans that see little

@@ -69,16 +69,6 @@ PoseGraphResult PoseGraph::optimize() {
   return optimize_weighted(std::vector<double>(edges_.size(), 1.0), options_.min_relative_decrease);
 }
 
-PoseGraphResult PoseGraph::optimize_globally() {
-  PoseGraph other = *this;
-  const PoseGraphResult here = optimize();
-  other.initialize_from_edges();
-  const PoseGraphResult there = other.optimize();
-  if (there.chi2 >= here.chi2) return here;
-  poses_ = std::move(other.poses_);
-  return there;
-}
-
 PoseGraphResult PoseGraph::optimize_roughly() {
   return optimize_weighted(std::vector<double>(edges_.size(), 1.0),
                            options_.rough_relative_decrease);

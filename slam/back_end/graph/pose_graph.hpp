@@ -63,20 +63,11 @@ class PoseGraph {
     poses_.at(static_cast<std::size_t>(node)) = world_from_node;
   }
 
-  /// Poses computed from the edges alone: rotations first, as a linear problem in (cos, sin), then
-  /// the translations given these (chordal initialization; Carlone et al., ICRA 2015). Leaves a
-  /// graph that is not connected to node 0 where it is.
-  void initialize_from_edges();
-
   /// Moves the poses to the optimum near where they are; all edges count fully.
   PoseGraphResult optimize();
 
   /// The same, ended earlier: for poses that the next loop will move again.
   PoseGraphResult optimize_roughly();
-
-  /// As optimize, from wherever the poses are: also from rotations first (initialize_from_edges),
-  /// and the better end is kept. For graphs whose odometry is no start.
-  PoseGraphResult optimize_globally();
 
   /// As optimize, but loop edges may be found wrong and switched off: from where the poses are and,
   /// unless all loops agree there, from robust_start() too, and few loops one after the other from

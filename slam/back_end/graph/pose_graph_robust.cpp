@@ -89,8 +89,8 @@ PoseGraphResult PoseGraph::optimize_robustly() {
 bool PoseGraph::all_agree(const PoseGraphResult& result) const {
   const std::vector<bool>& is_inlier = result.edge_is_inlier;
   if (std::find(is_inlier.begin(), is_inlier.end(), false) != is_inlier.end()) return false;
-  const std::vector<double> surprise = squared_mahalanobis_distances(is_inlier);
-  return std::all_of(surprise.begin(), surprise.end(),
+  const std::vector<double> distance2 = squared_mahalanobis_distances(is_inlier);
+  return std::all_of(distance2.begin(), distance2.end(),
                      [this](double of_one) { return of_one <= options_.loop_rejection_chi2; });
 }
 
@@ -98,10 +98,10 @@ double PoseGraph::limit_by_noise(const PoseGraphResult& result) const {
   // Three quarters of honest ones lie below (chi2 of 3 degrees of freedom); twice as many standard
   // deviations are let pass, since the tails of real noise are longer.
   constexpr double kSlack = 4.0, kLeast = 0.05;
-  const std::vector<double> surprise = squared_mahalanobis_distances(result.edge_is_inlier);
+  const std::vector<double> distance2 = squared_mahalanobis_distances(result.edge_is_inlier);
   std::vector<double> of_loops;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
-    if (edges_[i].is_loop && result.edge_is_inlier[i]) of_loops.push_back(surprise[i]);
+    if (edges_[i].is_loop && result.edge_is_inlier[i]) of_loops.push_back(distance2[i]);
   }
   if (of_loops.empty()) return options_.loop_rejection_chi2;
   const auto quartile = of_loops.begin() + 3 * static_cast<std::ptrdiff_t>(of_loops.size()) / 4;
@@ -170,22 +170,22 @@ std::vector<bool> PoseGraph::better_choice(std::vector<bool> is_inlier,
                                            bool one_at_a_time) const {
   // Of what exceeds the limit, the worst go at once; others may be right without them.
   constexpr double kWorst = 0.25;
-  const std::vector<double> surprise = squared_mahalanobis_distances(is_inlier);
+  const std::vector<double> distance2 = squared_mahalanobis_distances(is_inlier);
   // By how much the truncated cost falls when a loop goes in or out.
   const auto gain = [&](std::size_t i) {
     if (!edges_[i].is_loop) return 0.0;
-    return is_inlier[i] ? surprise[i] - limit : limit - surprise[i];
+    return is_inlier[i] ? distance2[i] - limit : limit - distance2[i];
   };
   double most = 0.0, worst = 0.0;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     most = std::max(most, gain(i));
-    if (is_inlier[i]) worst = std::max(worst, surprise[i]);
+    if (is_inlier[i]) worst = std::max(worst, distance2[i]);
   }
   std::vector<bool> better = is_inlier;
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     if (gain(i) <= 0.0) continue;
     const bool now =
-        one_at_a_time ? gain(i) == most : !is_inlier[i] || surprise[i] >= kWorst * worst;
+        one_at_a_time ? gain(i) == most : !is_inlier[i] || distance2[i] >= kWorst * worst;
     if (now) better[i] = !is_inlier[i];
   }
   return better;

@@ -23,7 +23,7 @@ class SparseNormalEquations {
 
   /// The solution x of hessian * x = gradient by conjugate gradients: for systems as dense as a
   /// place seen many times, where a factorization fills up. Preconditioned by the block tridiagonal
-  /// part, which is what consecutive scans tie together: it is positive since each tie is.
+  /// part, the blocks of consecutive scans: it is positive since each constraint is.
   /// @param damping  added to the diagonal, as a part of it
   /// @param tolerance  of the residual, as a part of the gradient's length
   Eigen::VectorXd solve_iteratively(double damping, double tolerance, int max_iterations) const;

@@ -171,14 +171,14 @@ TEST_F(MappingSessionTest, TheTieOfTwoSessionsIsAsSureAsThePlaceSeenFromTheRobot
   place.map_from_robot = {2.0, 1.0, 0.5};
   constexpr double kAlong = 1e-2, kAcross = 1e-4;
   place.covariance = Eigen::Vector3d(kAlong, kAcross, 1e-3).asDiagonal();
-  const PoseGraphEdge tie = tie_to(frozen, place, 7);
-  EXPECT_EQ(tie.from, 3);
-  EXPECT_EQ(tie.to, 7);
-  EXPECT_THAT(map.slam.keyframes.keys[3].world_from_robot * tie.from_from_to,
+  const PoseGraphEdge edge = edge_to(frozen, place, 7);
+  EXPECT_EQ(edge.from, 3);
+  EXPECT_EQ(edge.to, 7);
+  EXPECT_THAT(map.slam.keyframes.keys[3].world_from_robot * edge.from_from_to,
               IsNear(place.map_from_robot, 1e-9, 1e-9));
   // The robot looks to the left of x: what is unsure lies ahead and to its right.
   const double c = std::cos(0.5), s = std::sin(0.5);
-  const Eigen::Matrix3d seen = tie.information.inverse();
+  const Eigen::Matrix3d seen = edge.information.inverse();
   EXPECT_NEAR(seen(0, 0), kAlong * c * c + kAcross * s * s, 1e-9);
   EXPECT_NEAR(seen(1, 1), kAlong * s * s + kAcross * c * c, 1e-9);
   EXPECT_NEAR(seen(0, 1), (kAcross - kAlong) * s * c, 1e-9);

@@ -1,7 +1,6 @@
 #include "mapping3d/calibration.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -18,6 +17,12 @@ constexpr std::size_t kMinPairs = 60;
 
 PanTiltCorrection to_correction(const Parameters& p) {
   return {p[0], p[1], p[2], p[3], rad_to_deg(p[4]), rad_to_deg(p[5]), rad_to_deg(p[6])};
+}
+
+/// @param matrix  symmetric, positive definite
+Information inverse_of(const Information& matrix) {
+  // Of dynamic size, as in registration.cpp: the compiler needs a fifth of the time.
+  return Eigen::MatrixXd(matrix).ldlt().solve(Eigen::MatrixXd::Identity(kParameters, kParameters));
 }
 
 /// Where a patch's centre goes when a parameter grows.
@@ -67,7 +72,7 @@ class Calibrator {
     result.correction = to_correction(parameters);
     const double variance = std::pow(std::max(1e-5, 1.5 * result.after_m), 2);
     const Information information = system.information / variance + prior();
-    result.sigma = to_correction(information.inverse().diagonal().cwiseSqrt());
+    result.sigma = to_correction(inverse_of(information).diagonal().cwiseSqrt());
     return result;
   }
 
@@ -95,7 +100,7 @@ class Calibrator {
   Parameters solve(const System& system, const Parameters& parameters) const {
     constexpr double kResidualVariance_m2 = 0.005 * 0.005;
     const Information by_prior = kResidualVariance_m2 * prior();
-    return (system.information + by_prior).ldlt().solve(-system.gradient - by_prior * parameters);
+    return inverse_of(system.information + by_prior) * (-system.gradient - by_prior * parameters);
   }
 
   ScenePoints place_with(const Scene& scene, const Parameters& parameters) const {

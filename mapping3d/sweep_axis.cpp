@@ -23,8 +23,7 @@ SweepAxis sweep_axis(const Scene& scene, std::size_t row) {
   // along it.
   const Eigen::Matrix3d along = axis.direction * axis.direction.transpose();
   const Eigen::Vector3d across = moved.translation() - along * moved.translation();
-  axis.point_m =
-      (Eigen::Matrix3d::Identity() - moved.linear() + along).partialPivLu().solve(across);
+  axis.point_m = (Eigen::Matrix3d::Identity() - moved.linear() + along).inverse() * across;
   return axis;
 }
 

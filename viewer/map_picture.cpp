@@ -1,6 +1,5 @@
 #include "viewer/map_picture.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -174,15 +173,9 @@ class MapPainter {
   }
 
   void paint_ellipse(const EllipseItem& item) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(item.covariance_m2);
-    const Eigen::Vector2d lengths = item.sigmas * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
     std::vector<Eigen::Vector2d> points;
-    constexpr int kCorners = 48;
-    for (int i = 0; i <= kCorners; ++i) {
-      const double angle = 2.0 * std::numbers::pi * i / kCorners;
-      const Eigen::Vector2d on_circle(std::cos(angle), std::sin(angle));
-      points.push_back(
-          frame_.to_px(item.center_m + axes.eigenvectors() * lengths.cwiseProduct(on_circle)));
+    for (const Eigen::Vector2d& corner_m : item.outline_m()) {
+      points.push_back(frame_.to_px(corner_m));
     }
     canvas_.draw_polyline(points, item.color, 1.5);
   }

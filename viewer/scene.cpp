@@ -1,5 +1,9 @@
 #include "viewer/scene.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 namespace marco::viewer {
 namespace {
 
@@ -19,6 +23,25 @@ void add_flat(const Eigen::Vector2d& point_m, double height_m, Box& box) {
 }
 
 }  // namespace
+
+std::vector<Eigen::Vector2d> EllipseItem::outline_m() const {
+  constexpr int kEdges = 48;
+  // Eigenvalues and the first eigenvector of a symmetric 2x2 matrix, in closed form.
+  const Eigen::Matrix2d& c = covariance_m2;
+  const double mean = 0.5 * (c(0, 0) + c(1, 1)), half = 0.5 * (c(0, 0) - c(1, 1));
+  const double apart = std::hypot(half, c(0, 1));
+  const double turn_rad = 0.5 * std::atan2(c(0, 1), half);
+  const double major_m = sigmas * std::sqrt(std::max(0.0, mean + apart));
+  const double minor_m = sigmas * std::sqrt(std::max(0.0, mean - apart));
+  const Eigen::Vector2d major = major_m * Eigen::Vector2d(std::cos(turn_rad), std::sin(turn_rad));
+  const Eigen::Vector2d minor = minor_m * Eigen::Vector2d(-std::sin(turn_rad), std::cos(turn_rad));
+  std::vector<Eigen::Vector2d> corners_m;
+  for (int i = 0; i <= kEdges; ++i) {
+    const double angle_rad = 2.0 * std::numbers::pi * i / kEdges;
+    corners_m.emplace_back(center_m + std::cos(angle_rad) * major + std::sin(angle_rad) * minor);
+  }
+  return corners_m;
+}
 
 Box bounding_box(const Scene& scene) {
   Box box;

@@ -66,6 +66,9 @@ struct EllipseItem {
   Eigen::Matrix2d covariance_m2 = Eigen::Matrix2d::Zero();
   double sigmas = 3.0;
   Rgb color = palette::kEstimate;
+
+  /// A closed polygon of 48 edges [m]; its first corner is its last.
+  std::vector<Eigen::Vector2d> outline_m() const;
 };
 
 /// All that one picture shows, in one world frame: x, y on the floor, z up. A plain value: the

@@ -1,6 +1,5 @@
 #include "viewer/scene_geometry.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -130,18 +129,12 @@ void add_robot(const RobotItem& robot, Geometry& out) {
 }
 
 void add_ellipse(const EllipseItem& item, double radius_m, Geometry& out) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(item.covariance_m2);
-  const Eigen::Vector2d lengths = item.sigmas * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  constexpr int kCorners = 48;
-  Vector3d last = Vector3d::Zero();
-  for (int i = 0; i <= kCorners; ++i) {
-    const double angle = 2.0 * std::numbers::pi * i / kCorners;
-    const Eigen::Vector2d on_circle(std::cos(angle), std::sin(angle));
-    const Eigen::Vector2d point =
-        item.center_m + axes.eigenvectors() * lengths.cwiseProduct(on_circle);
-    const Vector3d here(point.x(), point.y(), 2.0 * radius_m);
-    if (i > 0) add_bar(last, here, radius_m, item.color, out);
-    last = here;
+  const std::vector<Eigen::Vector2d> outline_m = item.outline_m();
+  for (std::size_t i = 0; i + 1 < outline_m.size(); ++i) {
+    const auto raised = [&](const Eigen::Vector2d& corner) {
+      return Vector3d(corner.x(), corner.y(), 2.0 * radius_m);
+    };
+    add_bar(raised(outline_m[i]), raised(outline_m[i + 1]), radius_m, item.color, out);
   }
 }
 

@@ -75,7 +75,7 @@ void MapJob::read_scans(const std::vector<std::filesystem::path>& scans) {
 }
 
 void MapJob::read(files::SampleReader& recording, const std::filesystem::path& input) {
-  if (!inputs_.empty()) mapper2d_->start_session();
+  if (!recorded_.inputs.empty()) mapper2d_->start_session();
   const std::size_t first_key = key_count();
   clock_.end_stage("recognise " + input.filename().string());
   process::Progress progress("mapping " + input.filename().string());
@@ -89,7 +89,7 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
     progress.update(recording.progress());
   }
   if (lines_ != nullptr && first_key > 0) check_that_lines_go_on(first_key, input);
-  inputs_.push_back(recording.report());
+  recorded_.inputs.push_back(recording.report());
   clock_.end_stage("read and match " + input.filename().string());
 }
 
@@ -115,9 +115,9 @@ void MapJob::check_that_lines_go_on(std::size_t first_key,
 
 void MapJob::take(const Sample& sample) {
   if (const auto* pose = std::get_if<TruePose>(&sample)) {
-    truth_.push_back({pose->utime, pose->world_from_robot});
+    recorded_.truth.push_back({pose->utime, pose->world_from_robot});
   }
-  if (const auto* info = std::get_if<SensorInfo>(&sample)) note_sensor(sensors_, *info);
+  if (const auto* info = std::get_if<SensorInfo>(&sample)) note_sensor(recorded_.sensors, *info);
   const EncodedMessage message = encode_sample(sample);
   bus_.deliver(message.channel, message.bytes, message.utime);
 }

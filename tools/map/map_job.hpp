@@ -86,7 +86,7 @@ class MapJob {
   /// What the scan SLAM's map is made of; empty where the line SLAM made the path.
   const std::vector<slam::Keyframe>& keyframes() const;
   /// The newest SENSOR_INFO of each channel.
-  const std::map<std::string, SensorInfo>& sensors() const { return sensors_; }
+  const std::map<std::string, SensorInfo>& sensors() const { return recorded_.sensors; }
   std::size_t key_count() const { return mapper().keys().size(); }
   const std::vector<slam::Loop>& loops() const { return mapper().loops(); }
   const process::DropCounter& drops() const { return mapper2d_->drops(); }
@@ -98,8 +98,8 @@ class MapJob {
   slam::LineSlamAdapter* lines() { return lines_; }
   const slam::LineSlamAdapter* lines() const { return lines_; }
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
-  const std::vector<files::InputReport>& inputs() const { return inputs_; }
-  const Trajectory& truth() const { return truth_; }
+  const std::vector<files::InputReport>& inputs() const { return recorded_.inputs; }
+  const Trajectory& truth() const { return recorded_.truth; }
   StageClock& clock() { return clock_; }
   const StageClock& clock() const { return clock_; }
   /// Last stamp minus first, of the scans.
@@ -113,6 +113,13 @@ class MapJob {
   /// `first_key` on are not where they are believed to be in the map of those before.
   void check_that_lines_go_on(std::size_t first_key, const std::filesystem::path& input) const;
 
+  /// What the recordings held besides scans.
+  struct Recorded {
+    std::vector<files::InputReport> inputs;
+    std::map<std::string, SensorInfo> sensors;
+    Trajectory truth;
+  };
+
   files::OutputFile log_file_;
   files::EventLogWriter log_;
   process::BatchBus bus_;
@@ -122,10 +129,8 @@ class MapJob {
   mapping3d::Mapping3dAdapter mapping3d_;
   slam::SlamOptions slam_options_;
   slam::LocalizerOptions localizer_options_;
-  std::vector<files::InputReport> inputs_;
-  std::map<std::string, SensorInfo> sensors_;
+  Recorded recorded_;
   RangeUnits range_units_;
-  Trajectory truth_;
   StageClock clock_;
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "lcm_tools/base/check.hpp"
+#include "slam/back_end/graph/loop_choice.hpp"
 #include "slam/back_end/graph/sparse_normal_equations.hpp"
 
 namespace marco::slam {
@@ -73,6 +74,8 @@ PoseGraphResult PoseGraph::optimize_roughly() {
   return optimize_weighted(std::vector<double>(edges_.size(), 1.0),
                            options_.rough_relative_decrease);
 }
+
+PoseGraphResult PoseGraph::optimize_robustly() { return LoopChoice(*this, options_).run(); }
 
 void PoseGraph::fill(SparseNormalEquations& equations,
                      const std::vector<double>& weights,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "common/covariance.hpp"
@@ -62,6 +63,8 @@ class PoseGraph {
   void set_pose(int node, const Pose2& world_from_node) {
     poses_.at(static_cast<std::size_t>(node)) = world_from_node;
   }
+  /// @param world_from_nodes  one a node
+  void set_poses(std::vector<Pose2> world_from_nodes) { poses_ = std::move(world_from_nodes); }
 
   /// Moves the poses to the optimum near where they are; all edges count fully.
   PoseGraphResult optimize();
@@ -69,11 +72,19 @@ class PoseGraph {
   /// The same, ended earlier: for poses that the next loop will move again.
   PoseGraphResult optimize_roughly();
 
+  /// As optimize; the edges count by their weights, one an edge, 0 = not at all.
+  PoseGraphResult optimize_weighted(const std::vector<double>& weights,
+                                    double min_relative_decrease);
+
   /// As optimize, but loop edges may be found wrong and switched off: from where the poses are and,
   /// unless all loops agree there, from robust_start() too, and few loops one after the other from
-  /// none on; the lower truncated cost wins. A loop agrees when it is no farther from what all the
-  /// rest says of its ends than both may be wrong, however far the rest gives in to it.
+  /// none on; the lower truncated cost wins (LoopChoice).
   PoseGraphResult optimize_robustly();
+
+  /// Adds all edges, by their weights, to normal equations at the present poses.
+  void fill(SparseNormalEquations& equations,
+            const std::vector<double>& weights,
+            Moves moves) const;
 
   /// Sum of e^T Omega e of all edges at the present poses.
   double chi2() const;
@@ -81,37 +92,10 @@ class PoseGraph {
   double edge_chi2(const PoseGraphEdge& edge) const;
 
  private:
-  PoseGraphResult optimize_weighted(const std::vector<double>& weights,
-                                    double min_relative_decrease);
-  void fill(SparseNormalEquations& equations,
-            const std::vector<double>& weights,
-            Moves moves) const;
   /// Where the headings put the translations: a linear problem, solved exactly. A turn bends the
   /// way of all nodes behind it, and without this steps along it stay tiny.
   /// @param error  at the present poses. @returns the error afterwards, never a larger one.
   double settle_translations(const std::vector<double>& weights, double error);
-  /// From loops chosen and poses optimized for them: takes out loops without which, and in loops
-  /// with which the truncated cost is lower, until there are none.
-  PoseGraphResult choose_loops(PoseGraphResult chosen, double limit);
-  /// The loops after the next step of that; @param one_at_a_time  only the best one changes.
-  std::vector<bool> better_choice(std::vector<bool> is_inlier,
-                                  double limit,
-                                  bool one_at_a_time) const;
-  /// Starts without any loop and takes in one after the other.
-  PoseGraphResult try_one_by_one();
-  /// The truncated cost of these loops, poses optimized.
-  static double choice_cost(const PoseGraphResult& result, double limit);
-  /// No loop would be better out.
-  bool all_agree(const PoseGraphResult& result) const;
-  /// loop_rejection_chi2, or less where the loops show that the noise is less than their
-  /// information claims.
-  double limit_by_noise(const PoseGraphResult& result) const;
-  /// Of each loop, by how much the error of all others grows when it is in force (to first order):
-  /// its squared distance, in standard deviations, from what the others say. 3 degrees of freedom.
-  std::vector<double> squared_mahalanobis_distances(const std::vector<bool>& is_inlier) const;
-  PoseGraphResult optimize_trimmed(std::vector<double> weights, double slack);
-  /// Weight 0 for loop edges that are off by more than `slack` times the limit, else 1.
-  std::vector<double> fitting_edges(double slack) const;
   double weighted_chi2(const std::vector<double>& weights) const;
 
   PoseGraphOptions options_;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
+
 #include <limits>
 
 #include "tests/unit/viewer/tiny_map.hpp"
@@ -51,6 +53,24 @@ TEST(SceneGeometry, AMapIsPartOfTheSurfacesAndStandsUpWhenAsked) {
   EXPECT_EQ(highest(), 0.0F);
   scene.grid_wall_height_m = 2.0;
   EXPECT_EQ(highest(), 2.0F);
+}
+
+TEST(EllipseItem, EveryCornerIsSigmasFromTheCentre) {
+  EllipseItem item;
+  item.center_m = {2.0, -1.0};
+  item.sigmas = 2.0;
+  for (const double correlation : {-0.9, 0.0, 0.7}) {
+    item.covariance_m2 << 0.04, 0.02 * correlation, 0.02 * correlation, 0.01;
+    const std::vector<Eigen::Vector2d> corners_m = item.outline_m();
+    ASSERT_EQ(corners_m.size(), 49U);
+    double highest_m = -1e9;
+    for (const Eigen::Vector2d& corner_m : corners_m) {
+      const Eigen::Vector2d off_m = corner_m - item.center_m;
+      EXPECT_NEAR(off_m.dot(item.covariance_m2.inverse() * off_m), 4.0, 1e-9) << correlation;
+      highest_m = std::max(highest_m, off_m.y());
+    }
+    EXPECT_NEAR(highest_m, 0.2, 0.002) << "two standard deviations of y";
+  }
 }
 
 }  // namespace

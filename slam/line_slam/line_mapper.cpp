@@ -71,8 +71,10 @@ void LineMapper::note_pose(Utime utime) {
 
 bool LineMapper::key_is_due() const {
   const auto since = slam_.filter().since_mark();
-  return !since || since->mark_from_robot.translation_m().norm() >= options_.keyframes.keyframe_distance_m ||
-         std::abs(since->mark_from_robot.theta_rad) >= deg_to_rad(options_.keyframes.keyframe_turn_deg);
+  return !since ||
+         since->mark_from_robot.translation_m().norm() >= options_.keyframes.keyframe_distance_m ||
+         std::abs(since->mark_from_robot.theta_rad) >=
+             deg_to_rad(options_.keyframes.keyframe_turn_deg);
 }
 
 void LineMapper::add_key(const ScanInRobot& scan, Utime utime) {

@@ -25,10 +25,12 @@ MetreSvg::MetreSvg(const Points& in_view, const std::string& style) {
                 -high.y(), size.x(), size.y());
   svg_ = head.data();
   svg_ += "<style>.grid{stroke:#ddd;stroke-width:0.01}" + style + "</style>\n";
-  for (double x = std::ceil(low.x()); x <= high.x(); x += 1.0) {
+  const Eigen::Vector2i first = low.array().ceil().cast<int>();
+  const Eigen::Vector2i last = high.array().floor().cast<int>();
+  for (int x = first.x(); x <= last.x(); ++x) {
     line("class=\"grid\"", {x, low.y()}, {x, high.y()});
   }
-  for (double y = std::ceil(low.y()); y <= high.y(); y += 1.0) {
+  for (int y = first.y(); y <= last.y(); ++y) {
     line("class=\"grid\"", {low.x(), y}, {high.x(), y});
   }
 }

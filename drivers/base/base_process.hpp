@@ -34,12 +34,13 @@ int base_main(int argc,
               const std::string& description,
               BaseProcess (*process_of)(const Options&)) {
   return driver_main<Options>(
-      argc, argv, name, description,
-      [process_of](const process::CommonArguments& arguments, const Options& options) {
-        return run_base_until_stopped(arguments, process_of(options));
-      },
-      DriverSwitch<Options>{"--no-guard", "drive into obstacles if told to",
-                            [](Options& options) { options.guard().enabled = false; }});
+      argc, argv,
+      {name, description,
+       [process_of](const process::CommonArguments& arguments, const Options& options) {
+         return run_base_until_stopped(arguments, process_of(options));
+       },
+       DriverSwitch<Options>{"--no-guard", "drive into obstacles if told to",
+                             [](Options& options) { options.guard().enabled = false; }}});
 }
 
 }  // namespace marco::drivers

@@ -143,6 +143,7 @@ int run(const process::CommonArguments& arguments, const Options& options) {
 
 int main(int argc, char** argv) {
   return drivers::driver_main<Options>(
-      argc, argv, "marco-camera",
-      "Driver of a camera (V4L2); or a folder of pictures, or a film, in its place", run);
+      argc, argv,
+      {"marco-camera",
+       "Driver of a camera (V4L2); or a folder of pictures, or a film, in its place", run});
 }

@@ -54,8 +54,8 @@ class PictureFolder : public PictureSource {
 
 class Capture : public PictureSource {
  public:
-  Capture(cv::VideoCapture capture, bool film, int quality)
-      : capture_(std::move(capture)), film_(film), quality_(quality) {}
+  Capture(const cv::VideoCapture& capture, bool film, int quality)
+      : capture_(capture), film_(film), quality_(quality) {}
 
   std::optional<Picture> next() override {
     cv::Mat image;

@@ -53,6 +53,7 @@ int run(const process::CommonArguments& arguments, const Options& options) {
 
 int main(int argc, char** argv) {
   return drivers::driver_main<Options>(
-      argc, argv, "marco-gamepad",
-      "Driver of a gamepad: Linux joystick records from a device or a FIFO", run);
+      argc, argv,
+      {"marco-gamepad", "Driver of a gamepad: Linux joystick records from a device or a FIFO",
+       run});
 }

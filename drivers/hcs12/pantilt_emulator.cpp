@@ -51,7 +51,7 @@ void PanTiltEmulator::Axis::count() {
     return;
   }
   total += speed_read;
-  since_index += direction * speed_read;
+  since_index += int64_t{direction} * speed_read;
   if (!std::exchange(index_passed, false)) return;
   if (std::abs(since_index) < min_gap) return;  // the same pulse again
   units += direction;

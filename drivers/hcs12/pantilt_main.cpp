@@ -119,6 +119,6 @@ int run(const process::CommonArguments& arguments, const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return driver_main<Options>(argc, argv, "marco-pantilt",
-                              "Driver of the HCS12 pan-tilt of thesis B", run);
+  return driver_main<Options>(argc, argv,
+                              {"marco-pantilt", "Driver of the HCS12 pan-tilt of thesis B", run});
 }

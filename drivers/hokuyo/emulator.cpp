@@ -62,7 +62,7 @@ void HokuyoEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now
   }
 }
 
-void HokuyoEmulator::answer(Reply reply, const std::string& tag, Utime now) {
+void HokuyoEmulator::answer(const Reply& reply, const std::string& tag, Utime now) {
   output_.send(encode_reply(reply, tag), now + Duration::from_seconds(options_.reply_s));
 }
 

@@ -65,7 +65,7 @@ class HokuyoEmulator final : public Emulator {
   };
 
   void handle(const std::string& line, Utime now);
-  void answer(Reply reply, const std::string& tag, Utime now);
+  void answer(const Reply& reply, const std::string& tag, Utime now);
   void handle_scip1(const std::string& line, Utime now);
   std::string handle_time(const std::string& line);
   std::string handle_state(const std::string& line, Utime now);

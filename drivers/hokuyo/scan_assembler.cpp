@@ -24,7 +24,8 @@ double ScanAssembler::scan_duration_s() const {
 }
 
 double ScanAssembler::from_rear_s(int step) const {
-  return step_s() * (step - parameters_.front_step + parameters_.steps_per_turn / 2);
+  const int rear_step = parameters_.front_step - parameters_.steps_per_turn / 2;
+  return step_s() * (step - rear_step);
 }
 
 void ScanAssembler::add(const Reply& reply, Utime end, Utime arrival) {

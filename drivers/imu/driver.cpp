@@ -23,7 +23,8 @@ ImuDriver::ImuDriver(const ImuOptions& options)
   require(rate_code(options.rate_hz).has_value(),
           "imu.rate_hz: the sensor knows 1, 2, 5, 10, 20, 50, 100 and 200");
   // Two frames of eleven bytes a sample.
-  require(options.rate_hz * 2 * kFrameBytes * 10 <= static_cast<std::size_t>(options.baud),
+  require(static_cast<std::size_t>(options.rate_hz) * 2 * kFrameBytes * 10 <=
+              static_cast<std::size_t>(options.baud),
           "imu.rate_hz: more than the line carries at imu.baud");
   require(options.roll_pitch_yaw_deg.size() == 3, "imu.roll_pitch_yaw_deg: expected three numbers");
   robot_from_sensor_ =

@@ -57,7 +57,7 @@ int run(const process::CommonArguments& arguments, const Options& options) {
   process::catch_stop_signals();
   process::LcmBus bus(arguments.lcm_url);
   process::DropCounter drops;
-  drivers::imu::ImuDriver{options.imu};  // refuses nonsense before the device is opened
+  const drivers::imu::ImuDriver checked(options.imu);  // throws before the device is opened
   drivers::DriverLoopOptions loop_options;
   loop_options.process = "marco-imu";
   loop_options.address = options.device;
@@ -73,5 +73,5 @@ int run(const process::CommonArguments& arguments, const Options& options) {
 
 int main(int argc, char** argv) {
   return drivers::driver_main<Options>(
-      argc, argv, "marco-imu", "Driver of a serial WitMotion IMU (WT61, WT901, JY901)", run);
+      argc, argv, {"marco-imu", "Driver of a serial WitMotion IMU (WT61, WT901, JY901)", run});
 }

@@ -81,12 +81,13 @@ int laser_main(int argc,
                void (*prepare)(const DeviceOptions&, LaserProcess&)) {
   const std::string name = std::string("marco-") + DeviceOptions::kName;
   return driver_main<LaserConfig<DeviceOptions>>(
-      argc, argv, name, description,
-      [&](const process::CommonArguments& arguments, const LaserConfig<DeviceOptions>& config) {
-        LaserProcess laser{name, config.device, config.place, {}, {}, {}};
-        prepare(config.laser, laser);
-        return run_laser_until_stopped(arguments, laser);
-      });
+      argc, argv,
+      {name, description,
+       [&](const process::CommonArguments& arguments, const LaserConfig<DeviceOptions>& config) {
+         LaserProcess laser{name, config.device, config.place, {}, {}, {}};
+         prepare(config.laser, laser);
+         return run_laser_until_stopped(arguments, laser);
+       }});
 }
 
 }  // namespace marco::drivers

@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kStall{500}, kDrain{300};
 LaserSession::LaserSession(ByteStream& stream, std::unique_ptr<LaserDriver> driver, Outlet outlet)
     : stream_(stream),
       driver_(std::move(driver)),
-      outlet_(std::move(outlet)),
+      outlet_(outlet),
       last_step_(steady_clock::now()) {
   outlet_.properties = driver_->properties();
 }

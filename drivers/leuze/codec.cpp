@@ -202,7 +202,7 @@ Bytes encode_service_answer(std::span<const float> ranges) {
 }
 
 std::optional<std::vector<float>> decode_service_answer(std::span<const uint8_t> bytes) {
-  if (bytes.size() != 4 * kServiceBeams) return std::nullopt;
+  if (bytes.size() != kServiceBytes) return std::nullopt;
   std::vector<float> ranges;
   for (std::size_t at = 0; at < bytes.size(); at += 4) {
     const uint32_t word =

@@ -72,6 +72,7 @@ class TelegramParser {
 // ---- thesis A's service: a connection a scan ----------------------------------------------------
 
 inline constexpr int kServiceBeams = 133;
+inline constexpr std::size_t kServiceBytes = std::size_t{4} * kServiceBeams;
 inline constexpr int kServiceStep = 4;  ///< index of a beam to the next
 
 /// What the client sends: the number 1.

@@ -43,7 +43,7 @@ std::vector<ArrivedScan> LeuzeServiceDriver::step() {
   const Utime arrival = clock_();
   answer_.insert(answer_.end(), buffer, buffer + count);
   if (!waiting_) return {};
-  if (answer_.size() < 4 * kServiceBeams) {
+  if (answer_.size() < kServiceBytes) {
     if (arrival < deadline_) return {};
     ++counts_.drops["no_answer"];
     end_request();

@@ -103,7 +103,7 @@ std::optional<Bytes> PacketParser::next() {
 }
 
 Bytes encode_command(const Command& command) {
-  Bytes payload{command.id};
+  Bytes payload{static_cast<uint8_t>(command.id)};
   if (command.value) {
     require(std::abs(*command.value) <= 0xFFFF, "a command's value has sixteen bits and a sign");
     payload.push_back(*command.value >= 0 ? kPositiveArgument : kNegativeArgument);
@@ -119,7 +119,7 @@ Bytes encode_command(const Command& command) {
 std::optional<Command> decode_command(std::span<const uint8_t> payload) {
   if (payload.empty()) return std::nullopt;
   Command command;
-  command.id = payload[0];
+  command.id = static_cast<CommandId>(payload[0]);
   if (payload.size() == 1) return command;
   if ((payload[1] == kPositiveArgument || payload[1] == kNegativeArgument) && payload.size() >= 4) {
     const int size = get_u16(payload, 2);

@@ -46,43 +46,43 @@ class PacketParser {
 };
 
 /// Commands of the host. In the sync phase 0, 1 and 2 mean SYNC.
-enum CommandId : uint8_t {
-  kPulse = 0,
-  kOpen = 1,
-  kClose = 2,
-  kPolling = 3,
-  kEnable = 4,
-  kSetA = 5,
-  kSetV = 6,
-  kSetO = 7,
-  kMove = 8,
-  kRotate = 9,
-  kSetRv = 10,
-  kVel = 11,
-  kHead = 12,
-  kDHead = 13,
-  kSay = 15,
-  kJoyInfo = 17,
-  kConfig = 18,
-  kEncoder = 19,
-  kRVel = 21,
-  kSetRa = 23,
-  kSonar = 28,
-  kStop = 29,
-  kDigOut = 30,
-  kVel2 = 32,
-  kGripper = 33,
-  kGripperRequest = 37,
-  kIoRequest = 40,
-  kTty2 = 42,    ///< text goes to the second serial port
-  kGetAux = 43,  ///< asks for this many bytes of what came in there
-  kBumpStall = 44,
-  kHostBaud = 50,
-  kEStop = 55,
+enum class CommandId : uint8_t {
+  pulse = 0,
+  open = 1,
+  close = 2,
+  polling = 3,
+  enable = 4,
+  set_acceleration = 5,
+  set_max_velocity = 6,
+  set_origin = 7,
+  move = 8,
+  rotate = 9,
+  set_max_rate = 10,
+  velocity = 11,
+  heading = 12,
+  turn_by = 13,
+  say = 15,
+  joystick_info = 17,
+  config = 18,
+  encoder = 19,
+  rotation_velocity = 21,
+  set_rotation_acceleration = 23,
+  sonar = 28,
+  stop = 29,
+  digital_out = 30,
+  wheel_velocities = 32,
+  gripper = 33,
+  gripper_request = 37,
+  io_request = 40,
+  tty2 = 42,     ///< text goes to the second serial port
+  get_aux = 43,  ///< asks for this many bytes of what came in there
+  bump_stall = 44,
+  host_baud = 50,
+  emergency_stop = 55,
 };
 
 struct Command {
-  uint8_t id = 0;
+  CommandId id = CommandId::pulse;
   std::optional<int> value;  ///< -65535..65535: sign and sixteen bits
   std::string text;
   bool operator==(const Command&) const = default;

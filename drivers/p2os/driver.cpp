@@ -73,11 +73,11 @@ void P2osBase::on_other_packet(const Bytes& payload, Utime arrival) {
 }
 
 void P2osBase::set_up(Utime now) {
-  session_.say(kOpen, 1);
-  session_.say(kStop);
-  session_.say(kSonar, options_.sonar ? 1 : 0);
+  session_.say(CommandId::open, 1);
+  session_.say(CommandId::stop);
+  session_.say(CommandId::sonar, options_.sonar ? 1 : 0);
   speeds_changed();
-  session_.say(kEnable, 1);
+  session_.say(CommandId::enable, 1);
   ask_outfit(now);
   if (options_.camera_head) session_.send(head_.power_on(now));
   const RobotName& robot = session_.name();
@@ -85,16 +85,18 @@ void P2osBase::set_up(Utime now) {
 }
 
 void P2osBase::ask_outfit(Utime now) {
-  session_.say(kConfig, 1);
+  session_.say(CommandId::config, 1);
   outfit_.on_asked(now);
 }
 
 void P2osBase::speeds_changed() {
   if (!session_.is_open()) return;
-  session_.say(kSetV, std::max(1, whole(speeds().velocity_m_per_s * 1e3)));
-  session_.say(kSetA, std::max(1, whole(speeds().acceleration_m_per_s2 * 1e3)));
-  session_.say(kSetRv, std::max(1, whole(rad_to_deg(speeds().yaw_rate_rad_per_s))));
-  session_.say(kSetRa, 100);
+  session_.say(CommandId::set_max_velocity, std::max(1, whole(speeds().velocity_m_per_s * 1e3)));
+  session_.say(CommandId::set_acceleration,
+               std::max(1, whole(speeds().acceleration_m_per_s2 * 1e3)));
+  session_.say(CommandId::set_max_rate,
+               std::max(1, whole(rad_to_deg(speeds().yaw_rate_rad_per_s))));
+  session_.say(CommandId::set_rotation_acceleration, 100);
 }
 
 void P2osBase::on_sip(const Sip& sip, Utime measured, Utime now) {
@@ -168,7 +170,7 @@ void P2osBase::start_leg(const Leg& leg, Utime now) {
   still_ = 0;
   retries_ = 0;
   if (leg.kind == Leg::Kind::move) {
-    session_.say(kMove, std::clamp(whole(leg.amount * 1e3), -32000, 32000));
+    session_.say(CommandId::move, std::clamp(whole(leg.amount * 1e3), -32000, 32000));
   } else {
     // DHEAD takes the shorter way: beyond half a turn the rest follows as a retry would.
     const double most = deg_to_rad(170.0);
@@ -178,7 +180,7 @@ void P2osBase::start_leg(const Leg& leg, Utime now) {
       leg_ended(true, "", now);
       return;
     }
-    session_.say(kDHead, degrees);
+    session_.say(CommandId::turn_by, degrees);
   }
 }
 
@@ -197,8 +199,8 @@ void P2osBase::drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime n
     return;
   }
   sent_velocity_ = wanted;
-  session_.say(kVel, wanted.mm_per_s);
-  session_.say(kRVel, wanted.deg_per_s);
+  session_.say(CommandId::velocity, wanted.mm_per_s);
+  session_.say(CommandId::rotation_velocity, wanted.deg_per_s);
 }
 
 void P2osBase::halt(CommandId how, Utime now) {

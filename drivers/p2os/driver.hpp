@@ -51,8 +51,8 @@ class P2osBase : public BaseDriver {
   void start_leg(const Leg& leg, Utime now) override;
   double leg_remaining() const override;
   void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) override;
-  void stop_wheels(Utime now) override { halt(kStop, now); }
-  void emergency_brake(Utime now) override { halt(kEStop, now); }
+  void stop_wheels(Utime now) override { halt(CommandId::stop, now); }
+  void emergency_brake(Utime now) override { halt(CommandId::emergency_stop, now); }
   void speeds_changed() override;
   double stop_distance_m() const override;
 

@@ -7,6 +7,15 @@
 #include "drivers/p2os/camera_head.hpp"
 
 namespace marco::drivers::p2os {
+namespace {
+
+bool ends_stall(CommandId id) {
+  using enum CommandId;
+  return id == move || id == velocity || id == heading || id == turn_by || id == wheel_velocities ||
+         id == stop || id == emergency_stop;
+}
+
+}  // namespace
 
 void SpeedProfile::step(std::optional<double> left, double dt_s) {
   const double wanted =
@@ -54,66 +63,66 @@ void EmulatedDrive::drop_goals() {
 
 void EmulatedDrive::execute(const Command& command) {
   const int value = command.value.value_or(0);
-  const bool ends_a_stall = command.id == kMove || command.id == kVel || command.id == kHead ||
-                            command.id == kDHead || command.id == kVel2 || command.id == kStop ||
-                            command.id == kEStop;
-  if (ends_a_stall) stalled_ = false;
+  if (ends_stall(command.id)) stalled_ = false;
   switch (command.id) {
-    case kEnable:
+    case CommandId::enable:
       motors_on_ = value != 0;
       break;
-    case kSetV:
+    case CommandId::set_max_velocity:
       velocity_.limit = std::min(std::abs(value) * 1e-3, options_.max_velocity_m_per_s);
       break;
-    case kSetRv:
+    case CommandId::set_max_rate:
       rate_.limit = deg_to_rad(std::abs(value));
       break;
-    case kSetA:
+    case CommandId::set_acceleration:
       velocity_.set_acceleration(value * 1e-3);
       break;
-    case kSetRa:
+    case CommandId::set_rotation_acceleration:
       rate_.set_acceleration(value * deg_to_rad(1.0));
       break;
-    case kSetO:
+    case CommandId::set_origin:
       reckoned_ = {};
       heading_goal_.reset();
       break;
-    case kMove:
+    case CommandId::move:
       way_left_m_ = value * 1e-3;
       break;
-    case kVel:
+    case CommandId::velocity:
       drop_goals();
       velocity_.goal = value * 1e-3;
       break;
-    case kRotate:
-    case kRVel:
+    case CommandId::rotate:
+    case CommandId::rotation_velocity:
       heading_goal_.reset();
       rate_.goal = deg_to_rad(value);
       break;
-    case kHead:
+    case CommandId::heading:
       heading_goal_ = deg_to_rad(value);
       break;
-    case kDHead:
+    case CommandId::turn_by:
       heading_goal_ = normalize_angle(reckoned_.theta_rad + deg_to_rad(value));
       break;
-    case kVel2: {
-      drop_goals();
-      const double right = static_cast<int8_t>(value & 0xFF) * 0.020;
-      const double left = static_cast<int8_t>(value >> 8 & 0xFF) * 0.020;
-      velocity_.goal = (left + right) / 2.0;
-      rate_.goal = (right - left) / options_.track_m;
+    case CommandId::wheel_velocities:
+      set_wheel_velocities(value);
       break;
-    }
-    case kStop:
+    case CommandId::stop:
       brake();
       break;
-    case kEStop:
+    case CommandId::emergency_stop:
       drop_goals();
       halt();
       break;
     default:
       break;
   }
+}
+
+void EmulatedDrive::set_wheel_velocities(int bytes) {
+  drop_goals();
+  const double right = static_cast<int8_t>(bytes & 0xFF) * 0.020;
+  const double left = static_cast<int8_t>(bytes >> 8 & 0xFF) * 0.020;
+  velocity_.goal = (left + right) / 2.0;
+  rate_.goal = (right - left) / options_.track_m;
 }
 
 double EmulatedDrive::to_heading() const {

@@ -61,6 +61,7 @@ class EmulatedDrive {
 
  private:
   void drop_goals();
+  void set_wheel_velocities(int bytes);  ///< two int8 of 20 mm/s: left, right
   void halt();
   double to_heading() const;
 

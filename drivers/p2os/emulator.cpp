@@ -49,15 +49,15 @@ void P2osEmulator::handle(std::span<const uint8_t> payload, Utime now) {
   if (!command) return;
   client_.last_packet = now;
   if (client_.sync < 3) return synchronize(payload, *command, now);
-  if (command->id == kOpen) {
+  if (command->id == CommandId::open) {
     client_.open = client_.sonars_on = true;  // SONAR 0 silences them
     next_sip_ = now + Duration::from_seconds(options_.cycle_s);
     return;
   }
-  if (command->id == kClose) return close();
+  if (command->id == CommandId::close) return close();
   if (!client_.open) return;
-  if (command->id == kHostBaud) return set_host_baud(command->value.value_or(1));
-  if (command->id == kSonar) client_.sonars_on = command->value.value_or(0) != 0;
+  if (command->id == CommandId::host_baud) return set_host_baud(command->value.value_or(1));
+  if (command->id == CommandId::sonar) client_.sonars_on = command->value.value_or(0) != 0;
   if (const auto packet = requested_.answer(*command, host_baud_code(), now)) {
     if (!packet->empty()) output_.send(*packet, now);
     return;
@@ -68,7 +68,7 @@ void P2osEmulator::handle(std::span<const uint8_t> payload, Utime now) {
 void P2osEmulator::synchronize(std::span<const uint8_t> payload,
                                const Command& command,
                                Utime now) {
-  if (command.id != client_.sync || command.value) {
+  if (static_cast<int>(command.id) != client_.sync || command.value) {
     output_.send(encode_packet(std::array<uint8_t, 1>{0xFF}), now);
     client_.sync = 0;
     return;

@@ -23,7 +23,8 @@ int units(double angle_rad, double per_deg, int most) {
 }
 
 Bytes to_head(const Bytes& message) {
-  return encode_command({kTty2, std::nullopt, std::string(message.begin(), message.end())});
+  return encode_command(
+      {CommandId::tty2, std::nullopt, std::string(message.begin(), message.end())});
 }
 
 }  // namespace
@@ -50,9 +51,10 @@ Bytes HeadClient::look(const PanTiltCommand& command, Utime now) {
 Bytes HeadClient::ask(Utime now) {
   if (now < next_ask_) return {};
   next_ask_ = now + Duration::from_seconds(kAskEveryS);
-  Bytes packets = encode_command({kGetAux, 0, ""});  // drops its answers to the orders before
+  Bytes packets =
+      encode_command({CommandId::get_aux, 0, ""});  // drops its answers to the orders before
   for (const Bytes& packet : {to_head({0x81, 0x09, 0x06, 0x12, kViscaEnd}),
-                              encode_command({kGetAux, kAnswerBytes, ""})}) {
+                              encode_command({CommandId::get_aux, kAnswerBytes, ""})}) {
     packets.insert(packets.end(), packet.begin(), packet.end());
   }
   return packets;

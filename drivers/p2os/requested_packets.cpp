@@ -23,26 +23,26 @@ std::optional<Bytes> RequestedPackets::answer(const Command& command,
   constexpr std::size_t kMostAux = 190;
   const int value = command.value.value_or(1);
   switch (command.id) {
-    case kConfig:
+    case CommandId::config:
       return options_.tells_config ? encode_config(config(host_baud_code)) : Bytes{};
-    case kEncoder:
+    case CommandId::encoder:
       encoders_asked_ = value > 1;
       return value == 1 ? encode_encoders(encoders()) : Bytes{};
-    case kIoRequest:
+    case CommandId::io_request:
       ports_asked_ = value > 1;
       return value == 1 ? encode_io(ports()) : Bytes{};
-    case kGripperRequest:
+    case CommandId::gripper_request:
       // Kind 0: none is fitted; no state, no time.
       return value != 0 ? encode_packet(Bytes{kGripperPacket, 0, 0, 0}) : Bytes{};
-    case kDigOut: {
+    case CommandId::digital_out: {
       const auto states = static_cast<uint8_t>(value), mask = static_cast<uint8_t>(value >> 8);
       digital_out_ = static_cast<uint8_t>((digital_out_ & ~mask) | (states & mask));
       return Bytes{};
     }
-    case kTty2:
+    case CommandId::tty2:
       head_.receive(Bytes(command.text.begin(), command.text.end()), now);
       return Bytes{};
-    case kGetAux:
+    case CommandId::get_aux:
       if (value == 0) head_.answers().clear();  // empties the port's buffer
       aux_wanted_ = std::min(static_cast<std::size_t>(std::max(0, value)), kMostAux);
       return Bytes{};

@@ -34,7 +34,7 @@ std::vector<Bytes> Session::receive(std::span<const uint8_t> bytes, Utime now) {
 bool Session::on_sync(const Bytes& payload, Utime now) {
   if (decode_sip(payload)) {
     // Still open from an earlier client: close it and begin again.
-    say(kClose);
+    say(CommandId::close);
     next_sync_ = now + Duration::from_seconds(0.2);
     sync_ = 0;
     return false;
@@ -68,7 +68,8 @@ bool Session::advance(Utime now) {
     say(static_cast<CommandId>(sync_));
   }
   if ((now - last_packet_).seconds() > kSilentS) return false;
-  if (is_open() && to_send_.empty() && (now - last_sent_).seconds() > kPulseS) say(kPulse);
+  if (is_open() && to_send_.empty() && (now - last_sent_).seconds() > kPulseS)
+    say(CommandId::pulse);
   return true;
 }
 
@@ -82,9 +83,9 @@ void Session::flush(Utime now, std::vector<uint8_t>& out) {
 
 void Session::shut_down(std::vector<uint8_t>& out) {
   to_send_.clear();
-  say(kStop);
-  say(kEnable, 0);
-  say(kClose);
+  say(CommandId::stop);
+  say(CommandId::enable, 0);
+  say(CommandId::close);
   out.insert(out.end(), to_send_.begin(), to_send_.end());
   to_send_.clear();
 }

@@ -17,24 +17,28 @@ struct DriverSwitch {
   std::function<void(Options&)> apply;
 };
 
+/// What one driver adds to driver_main.
+template <class Options>
+struct DriverProgram {
+  std::string name;  ///< "marco-base"
+  std::string description;
+  /// Drives the device until it is told to stop, with the options as given. @returns the exit code
+  std::function<int(const process::CommonArguments&, const Options&)> run;
+  std::optional<DriverSwitch<Options>> extra = std::nullopt;
+};
+
 /// The body of a driver's main: --config, --device, --print-config and the arguments all processes
 /// have. Options: a struct with `visit` and a member `device`.
-/// @param run  drives the device until it is told to stop, with the options in force
-/// @returns the exit code, run's own if it came to that
+/// @returns the exit code, that of `driver.run` if it came to that
 template <class Options>
-int driver_main(int argc,
-                const char* const* argv,
-                const std::string& name,
-                const std::string& description,
-                const std::function<int(const process::CommonArguments&, const Options&)>& run,
-                const std::optional<DriverSwitch<Options>>& extra = std::nullopt) {
-  return process::run_main(name, [&] {
-    CLI::App app(description);
+int driver_main(int argc, const char* const* argv, const DriverProgram<Options>& driver) {
+  return process::run_main(driver.name, [&] {
+    CLI::App app(driver.description);
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
     std::string device;
     bool switched = false;
-    if (extra) app.add_flag(extra->name, switched, extra->help);
+    if (driver.extra) app.add_flag(driver.extra->name, switched, driver.extra->help);
     app.add_option("--device", device,
                    "over the config's: a path; of a serial line also tcp:HOST:PORT")
         ->check([](const std::string& given) {
@@ -43,12 +47,12 @@ int driver_main(int argc,
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     auto options = process::load_options<Options>(arguments.config_path);
     if (!device.empty()) options.device = device;
-    if (switched) extra->apply(options);
+    if (switched) driver.extra->apply(options);
     if (arguments.print_config) {
       std::fputs(process::print_options(options).c_str(), stdout);
       return 0;
     }
-    return run(arguments, options);
+    return driver.run(arguments, options);
   });
 }
 

@@ -51,9 +51,9 @@ Mapping3dAdapter::Mapping3dAdapter(process::Bus& bus,
 }
 
 void Mapping3dAdapter::subscribe() {
-  feed(
-      bus_, drops_, input_, FedSensors::pantilt_only, [this] { use_complete_scans(); },
-      [this](const LaserScan& scan) { return is_wanted(scan); });
+  feed(bus_, drops_, input_,
+       {FedSensors::pantilt_only, [this](const LaserScan& scan) { return is_wanted(scan); },
+        [this] { use_complete_scans(); }});
   bus_.subscribe<slam_pose_t>(channels::kSlamPose, drops_, [this](const auto& message, auto&) {
     const PoseEstimate pose = from_message(message);
     // What is seen from a pose in no map would be laid over the map.

@@ -25,12 +25,11 @@ Mapper2dAdapter::Mapper2dAdapter(process::Bus& bus,
 }
 
 void Mapper2dAdapter::subscribe(const char* map_channel) {
-  feed(
-      bus_, drops_, input_, FedSensors::all, [this] { use_complete_scans(); },
-      [this](const LaserScan&) {
-        if (paused_) drops_.count("paused");
-        return !paused_;
-      });
+  const auto accept = [this](const LaserScan&) {
+    if (paused_) drops_.count("paused");
+    return !paused_;
+  };
+  feed(bus_, drops_, input_, {FedSensors::all, accept, [this] { use_complete_scans(); }});
   bus_.subscribe<map_request_t>(channels::kMapRequest, drops_,
                                 [this, map_channel](const auto& request, auto&) {
                                   const bool all = request.channel.empty();

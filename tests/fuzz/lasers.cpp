@@ -90,7 +90,7 @@ MARCO_FUZZ(leuze) {
   leuze::decode_body(stream);
   // As many bytes as an answer has, of whatever there is.
   Bytes answer = stream;
-  answer.resize(std::size_t{4} * leuze::kServiceBeams, 0x3F);
+  answer.resize(leuze::kServiceBytes, 0x3F);
   if (const auto ranges = leuze::decode_service_answer(answer)) {
     promise(leuze::encode_service_answer(*ranges) == answer, "an answer reads as it was written");
   }

@@ -9,7 +9,7 @@
 namespace marco::diagnosis {
 
 LiveLoop::LiveLoop(process::LcmBus& bus,
-                   SilenceWatch::Options options,
+                   const SilenceWatch::Options& options,
                    Voice voice,
                    const std::string& started)
     : bus_(bus),

@@ -24,7 +24,7 @@ class LiveLoop {
   /// @param options  with the program's drops; all outlive the loop.
   /// @param started  appended to what is logged when the loop starts
   LiveLoop(process::LcmBus& bus,
-           SilenceWatch::Options options,
+           const SilenceWatch::Options& options,
            Voice voice,
            const std::string& started = "");
 

@@ -10,18 +10,21 @@ namespace marco {
 /// The sensors that a program listens to beside lasers and SENSOR_INFO.
 enum class FedSensors { all, pantilt_only };
 
+struct FeedOptions {
+  FedSensors sensors = FedSensors::all;
+  std::function<bool(const LaserScan&)> accept;  ///< whether a scan is wanted at all; may be empty
+  std::function<void()> after;  ///< called after each scan or sample: scans may be complete now
+};
+
 /// The channel names of lcmtypes/channels.hpp.
 ChannelNames lcm_channel_names();
 
 /// Subscribes to every LIDAR and LIDAR_RAW channel, SENSOR_INFO, PANTILT_STATE, and with
 /// FedSensors::all ODOMETRY and IMU. Messages are decoded into `synchronizer`; bad ones are counted
-/// in `drops`. @param after  called after each scan or sample: scans may have become complete
-/// @param accept  whether a scan is wanted at all; may be empty
+/// in `drops`. The synchronizer and `drops` outlive the bus's subscriptions.
 void feed(process::Bus& bus,
           process::DropCounter& drops,
           SensorSynchronizer& synchronizer,
-          FedSensors sensors,
-          const std::function<void()>& after,
-          const std::function<bool(const LaserScan&)>& accept = {});
+          const FeedOptions& options);
 
 }  // namespace marco

@@ -9,8 +9,9 @@ namespace {
 struct Host {
   explicit Host(P2osWorld world = {}) : robot(std::move(world)) {
     robot.on_connection(true, now);
-    for (const CommandId id : {kPulse, kOpen, kClose}) say({id, std::nullopt, ""});
-    say({kOpen, 1, ""});
+    for (const CommandId id : {CommandId::pulse, CommandId::open, CommandId::close})
+      say({id, std::nullopt, ""});
+    say({CommandId::open, 1, ""});
   }
   void say(const Command& command, int baud = kBaud) {
     robot.receive(encode_command(command), baud, now);
@@ -40,7 +41,7 @@ struct Host {
   void visca(std::initializer_list<int> bytes) {
     std::string text;
     for (const int byte : bytes) text += static_cast<char>(byte);
-    say({kTty2, std::nullopt, text});
+    say({CommandId::tty2, std::nullopt, text});
   }
 
   P2osEmulator robot;
@@ -60,17 +61,17 @@ TEST(P2osAnswers, SonarsAreOnAfterOpen) {
   EXPECT_EQ(heard->flags & 0x1E, 0x1E);
   ASSERT_FALSE(heard->sonars.empty());
   EXPECT_NEAR(heard->sonars[0].range * model_of("p2dx").mm_per_range, 1500.0, 0.3);
-  host.say({kSonar, 0, ""});
+  host.say({CommandId::sonar, 0, ""});
   host.run(0.3);
   EXPECT_TRUE(decode_sip(host.last(0x32))->sonars.empty());
 }
 
 TEST(P2osAnswers, TellsItsSettings) {
   Host host;
-  host.say({kSetV, 700, ""});
-  host.say({kSetA, 250, ""});
-  host.say({kSetA, -400, ""});
-  host.say({kConfig, 1, ""});
+  host.say({CommandId::set_max_velocity, 700, ""});
+  host.say({CommandId::set_acceleration, 250, ""});
+  host.say({CommandId::set_acceleration, -400, ""});
+  host.say({CommandId::config, 1, ""});
   host.run(0.3);  // 140 bytes take 0.15 s
   const auto config = decode_config(host.last(kConfigPacket));
   ASSERT_TRUE(config.has_value());
@@ -99,20 +100,20 @@ TEST(P2osAnswers, CutPacketsAreNone) {
 
 TEST(P2osAnswers, EncodersCountWhatTheWheelsRolled) {
   Host host;
-  host.say({kEncoder, 2, ""});
-  host.say({kEnable, 1, ""});
-  host.say({kMove, 500, ""});
+  host.say({CommandId::encoder, 2, ""});
+  host.say({CommandId::enable, 1, ""});
+  host.say({CommandId::move, 500, ""});
   host.run(1.0);
   EXPECT_GE(host.count(kEncoderPacket), 9);  // one with each information packet
-  host.say({kPulse, std::nullopt, ""});
+  host.say({CommandId::pulse, std::nullopt, ""});
   host.run(1.5);
-  host.say({kPulse, std::nullopt, ""});
+  host.say({CommandId::pulse, std::nullopt, ""});
   host.run(1.0);
   const auto ticks = decode_encoders(host.last(kEncoderPacket));
   ASSERT_TRUE(ticks.has_value());
   EXPECT_NEAR(ticks->left, 500 * 39, 39);
   EXPECT_EQ(ticks->left, ticks->right);
-  host.say({kEncoder, 0, ""});
+  host.say({CommandId::encoder, 0, ""});
   host.run(0.2);
   const long before = host.count(kEncoderPacket);
   host.run(0.5);
@@ -123,29 +124,29 @@ TEST(P2osAnswers, PortsGripperAndSpeedOfTheLine) {
   P2osWorld world;
   world.touch = [] { return Touch{0x04, 0x01, false}; };
   Host host(world);
-  host.say({kDigOut, 0x0F05, ""});
-  host.say({kIoRequest, 1, ""});
+  host.say({CommandId::digital_out, 0x0F05, ""});
+  host.say({CommandId::io_request, 1, ""});
   host.run(0.1);
   const auto ports = decode_io(host.last(kIoPacket));
   ASSERT_TRUE(ports.has_value());
   EXPECT_EQ(ports->digital_in[0], 0xFB);
   EXPECT_EQ(ports->digital_out[0], 0x05);
   EXPECT_EQ(ports->analog.size(), 9U);
-  host.say({kGripperRequest, 1, ""});
+  host.say({CommandId::gripper_request, 1, ""});
   host.run(0.1);
   EXPECT_EQ(host.last(kGripperPacket).at(1), 0);  // none
-  host.say({kHostBaud, 2, ""});
+  host.say({CommandId::host_baud, 2, ""});
   host.run(0.2);
   const long heard = host.count(kConfigPacket);
-  host.say({kConfig, 1, ""}, 9600);
+  host.say({CommandId::config, 1, ""}, 9600);
   host.run(0.2);
   EXPECT_EQ(host.count(kConfigPacket), heard);
-  host.say({kConfig, 1, ""}, 38'400);
+  host.say({CommandId::config, 1, ""}, 38'400);
   host.run(0.2);
   EXPECT_EQ(decode_config(host.last(kConfigPacket)).value().host_baud, 2);
-  host.say({kClose, std::nullopt, ""}, 38'400);
+  host.say({CommandId::close, std::nullopt, ""}, 38'400);
   host.run(0.2);
-  host.say({kPulse, std::nullopt, ""}, 9600);  // SYNC0, at the first speed again
+  host.say({CommandId::pulse, std::nullopt, ""}, 9600);  // SYNC0, at the first speed again
   EXPECT_EQ(host.packets.back(), Bytes{0});
 }
 
@@ -157,9 +158,9 @@ TEST(P2osAnswers, TheCameraHeadHearsWhatIsPassedOn) {
   host.run(1.0);  // 47.5 deg at 80 deg/s
   EXPECT_NEAR(rad_to_deg(host.robot.camera_head().pan_rad()), -47.5, 0.1);
   EXPECT_NEAR(rad_to_deg(host.robot.camera_head().tilt_rad()), 140 / 14.05, 0.1);
-  host.say({kGetAux, 0, ""});  // away with the acknowledgement and the completion
+  host.say({CommandId::get_aux, 0, ""});  // away with the acknowledgement and the completion
   host.visca({0x81, 0x09, 0x06, 0x12, 0xFF});
-  host.say({kGetAux, 11, ""});
+  host.say({CommandId::get_aux, 11, ""});
   host.run(0.2);
   EXPECT_EQ(host.last(kAuxPacket), (Bytes{0xB0, 0x90, 0x50, 0, 1, 0xA, 0xE, 0, 0, 8, 0xC, 0xFF}));
   host.visca({0x81, 0x01, 0x06, 0x02, 0x18, 0x14, 0, 7, 0xF, 0xF, 0, 0, 0, 0, 0xFF});

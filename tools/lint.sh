@@ -1,7 +1,7 @@
 #!/bin/bash
 # Is the code laid out by .clang-format, and what does .clang-tidy say of it? `./marco lint` calls this.
 #   lint.sh format [FILE...]           names the files that clang-format would change
-#   lint.sh tidy BUILD [FILE...]       runs clang-tidy over the sources that BUILD compiles
+#   lint.sh tidy BUILD [FILE...]       runs clang-tidy over the sources that BUILD compiles; in a unity build, joined
 # Without FILEs: the whole tree. Exit code 1: something was found.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -29,12 +29,9 @@ case $what in
     build=${1:?lint.sh tidy BUILD}
     shift
     tidy=$(tool clang-tidy)
-    if [ $# -eq 0 ]; then
-      mapfile -t files < <(git ls-files '*.cpp')
-      set -- "${files[@]}"
-    fi
-    # Only what this build compiles: a header is judged through the sources that include it.
     compiled=()
+    [ $# -gt 0 ] || mapfile -t compiled < <(sed -n 's/^ *"file": "\(.*\)",\?$/\1/p' "$build/compile_commands.json" | sort -u)
+    # Only what this build compiles: a header is judged through the sources that include it.
     for file; do
       if [[ $file == *.cpp ]] && grep -qF "\"file\": \"$PWD/$file\"" "$build/compile_commands.json"; then
         compiled+=("$file")

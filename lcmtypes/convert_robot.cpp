@@ -69,6 +69,7 @@ std::vector<int8_t> bytes_of(const std::vector<bool>& flags) {
 }
 std::vector<bool> flags_of(const std::vector<int8_t>& bytes) {
   std::vector<bool> flags;
+  flags.reserve(bytes.size());
   for (const int8_t byte : bytes) flags.push_back(byte != 0);
   return flags;
 }

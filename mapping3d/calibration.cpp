@@ -98,8 +98,8 @@ class Calibrator {
 
   /// A residual counts as some millimetres wrong beside the prior.
   Parameters solve(const System& system, const Parameters& parameters) const {
-    constexpr double kResidualVariance_m2 = 0.005 * 0.005;
-    const Information by_prior = kResidualVariance_m2 * prior();
+    constexpr double kResidualVarianceM2 = 0.005 * 0.005;
+    const Information by_prior = kResidualVarianceM2 * prior();
     return inverse_of(system.information + by_prior) * (-system.gradient - by_prior * parameters);
   }
 

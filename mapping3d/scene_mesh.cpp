@@ -125,7 +125,7 @@ class Mesher {
 
   static uint32_t* close_up(const Quads& quads, std::size_t quad, uint32_t* triangles) {
     uint32_t* end = triangles;
-    for (std::size_t i = 0; i < 2 * 4; ++i) {
+    for (std::size_t i = 0; i < 8; ++i) {
       const Quads::Flags& keep = i % 2 == 0 ? quads.keep_first : quads.keep_second;
       std::memmove(end, triangles + 3 * i, 3 * sizeof(uint32_t));
       end -= 3 * keep[quad + i / 2];

@@ -16,14 +16,14 @@ namespace marco::mapping3d::lanes {
 // Rows are padded for it, whatever the number of lanes.
 inline constexpr std::size_t kMostLanes = 8;
 // Coordinates of a missing beam: too far for any edge.
-inline constexpr float kFar_m = 1e15F;
+inline constexpr float kFarM = 1e15F;
 
 /// One row of the scene in arrays, padded by missing beams to whole lanes and one more.
 struct Row {
   explicit Row(std::size_t size)
-      : x(size, kFar_m),
-        y(size, kFar_m),
-        z(size, kFar_m),
+      : x(size, kFarM),
+        y(size, kFarM),
+        z(size, kFarM),
         limit2(size, -1.0F),
         joined(size),
         normal{std::vector<float>(size), std::vector<float>(size), std::vector<float>(size)},
@@ -87,7 +87,7 @@ inline void load_four(const Vectors<Floats>& points,
                       const Limits2& limits,
                       std::size_t at,
                       Row& row) {
-  const Floats far = Floats{} + kFar_m, none = Floats{} - 1.0F;
+  const Floats far = Floats{} + kFarM, none = Floats{} - 1.0F;
   const Floats by_range = limits.by_range * squared(points - row.origin<Floats>());
   const Floats floor = Floats{} + limits.floor_m2, longest = Floats{} + limits.max_m2;
   const Floats limit = smaller(longest, choose(by_range > floor, by_range, floor));

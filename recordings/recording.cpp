@@ -118,7 +118,7 @@ std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
 
 std::string why_no_log(const fs::path& path) {
   const std::string name = path.string();
-  const std::string nothing = name + ": holds no whole LCM event";
+  std::string nothing = name + ": holds no whole LCM event";
   const std::string head = head_of(path);
   if (head.empty()) return nothing + "; it is empty";
   try {

@@ -77,7 +77,7 @@ fs::path behind_links(const fs::path& path) {
   constexpr int kMostLinks = 40;
   for (int links = 0; links < kMostLinks; ++links) {
     std::error_code none;
-    const fs::path whole = fs::canonical(target, none);
+    fs::path whole = fs::canonical(target, none);
     if (!none) return whole;
     const fs::path link = fs::read_symlink(target, none);
     if (none) {

@@ -69,7 +69,8 @@ std::vector<std::string> unchanged_results(const fs::path& folder, const std::st
     std::getline(fields, name);
     const bool leads_out = name.empty() || name.front() == '/' || name.find("..") == 0 ||
                            name.find("/..") != std::string::npos;
-    if (!leads_out && state_of(folder / name) == size + " " + time) names.push_back(name);
+    if (!leads_out && state_of(folder / name) == size.append(" ").append(time))
+      names.push_back(name);
   }
   names.push_back(list_name(owner));
   return names;

@@ -35,8 +35,7 @@ class Decimated {
 /// The value of which `part` (0..1) of the others are smaller. @param values not empty
 template <class Value>
 Value quantile(std::vector<Value> values, double part) {
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(
-                                          part * static_cast<double>(values.size() - 1) + 0.5);
+  const auto place = values.begin() + std::lround(part * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), place, values.end());
   return *place;
 }

@@ -15,7 +15,7 @@ bool is_whole(const image_t& image, int pixel_bytes) {
     return false;
   }
   const int64_t needed =
-      static_cast<int64_t>(image.row_stride) * (image.height - 1) + image.width * pixel_bytes;
+      int64_t{image.row_stride} * (image.height - 1) + int64_t{image.width} * pixel_bytes;
   return static_cast<int64_t>(image.data.size()) >= needed;
 }
 
@@ -31,7 +31,8 @@ int bytes_per_pixel(const image_t& image) {
 std::optional<std::vector<uint8_t>> plain_pixels(const image_t& image) {
   const int pixel_bytes = bytes_per_pixel(image);
   if (pixel_bytes == 0 || !is_whole(image, pixel_bytes)) return std::nullopt;
-  const auto row_bytes = static_cast<std::size_t>(image.width * pixel_bytes);
+  const auto row_bytes =
+      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(pixel_bytes);
   std::vector<uint8_t> pixels;
   pixels.reserve(row_bytes * static_cast<std::size_t>(image.height));
   for (int y = 0; y < image.height; ++y) {

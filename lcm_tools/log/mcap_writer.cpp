@@ -11,18 +11,18 @@ namespace {
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kChunkBytes = 1 << 20;
 
-enum Opcode : uint8_t {
-  kHeader = 0x01,
-  kFooter = 0x02,
-  kSchema = 0x03,
-  kChannel = 0x04,
-  kMessage = 0x05,
-  kChunk = 0x06,
-  kMessageIndex = 0x07,
-  kChunkIndex = 0x08,
-  kStatistics = 0x0B,
-  kSummaryOffset = 0x0E,
-  kDataEnd = 0x0F
+enum class Op : uint8_t {
+  header = 0x01,
+  footer = 0x02,
+  schema = 0x03,
+  channel = 0x04,
+  message = 0x05,
+  chunk = 0x06,
+  message_index = 0x07,
+  chunk_index = 0x08,
+  statistics = 0x0B,
+  summary_offset = 0x0E,
+  data_end = 0x0F
 };
 
 template <class Int>
@@ -37,7 +37,7 @@ void put_text(std::string& to, std::string_view text) {
   to += text;
 }
 
-std::string record(Opcode opcode, std::string_view content) {
+std::string record(Op opcode, std::string_view content) {
   std::string bytes;
   bytes.reserve(9 + content.size());
   put(bytes, static_cast<uint8_t>(opcode));
@@ -64,7 +64,7 @@ McapWriter::McapWriter(OutputFile& out) : out_(out) {
   put_text(header, "");
   put_text(header, "marco-log");
   emit(kMagic);
-  emit(record(kHeader, header));
+  emit(record(Op::header, header));
 }
 
 void McapWriter::emit(std::string_view bytes) {
@@ -82,7 +82,7 @@ uint16_t McapWriter::add_schema(std::string_view name,
   put_text(content, name);
   put_text(content, encoding);
   put_text(content, data);
-  schemas_.push_back(record(kSchema, content));
+  schemas_.push_back(record(Op::schema, content));
   chunk_.bytes += schemas_.back();
   return id;
 }
@@ -103,7 +103,7 @@ uint16_t McapWriter::add_channel(uint16_t schema,
     put_text(pairs, value);
   }
   put_text(content, pairs);
-  channels_.push_back(record(kChannel, content));
+  channels_.push_back(record(Op::channel, content));
   chunk_.bytes += channels_.back();
   return id;
 }
@@ -114,7 +114,7 @@ void McapWriter::write(uint16_t channel,
                        std::string_view data) {
   constexpr uint64_t kFixedBytes = 2 + 4 + 8 + 8;
   chunk_.index[channel].emplace_back(time_ns, chunk_.bytes.size());
-  put(chunk_.bytes, static_cast<uint8_t>(kMessage));
+  put(chunk_.bytes, static_cast<uint8_t>(Op::message));
   put(chunk_.bytes, kFixedBytes + data.size());
   put(chunk_.bytes, channel);
   put(chunk_.bytes, sequence);
@@ -136,7 +136,7 @@ void McapWriter::flush_chunk() {
   index.records_bytes = chunk_.bytes.size();
   std::string head;
   constexpr uint64_t kFixedBytes = 8 + 8 + 8 + 4 + 4 + 8;
-  put(head, static_cast<uint8_t>(kChunk));
+  put(head, static_cast<uint8_t>(Op::chunk));
   put(head, kFixedBytes + chunk_.bytes.size());
   put(head, index.start_ns);
   put(head, index.end_ns);
@@ -156,7 +156,7 @@ void McapWriter::flush_chunk() {
     }
     put(content, channel);
     put_text(content, entries);
-    const std::string bytes = record(kMessageIndex, content);
+    const std::string bytes = record(Op::message_index, content);
     emit(bytes);
     index.index_bytes += bytes.size();
   }
@@ -167,19 +167,19 @@ void McapWriter::flush_chunk() {
 // The summary section that begins at byte `start`; `offsets` gets the section behind it.
 std::string McapWriter::summary(uint64_t start, std::string& offsets) const {
   std::string bytes;
-  const auto end_group = [&](Opcode opcode, std::size_t group_start) {
+  const auto end_group = [&](Op opcode, std::size_t group_start) {
     if (bytes.size() == group_start) return;
     std::string content;
     put(content, static_cast<uint8_t>(opcode));
     put(content, start + group_start);
     put(content, static_cast<uint64_t>(bytes.size() - group_start));
-    offsets += record(kSummaryOffset, content);
+    offsets += record(Op::summary_offset, content);
   };
   for (const std::string& schema : schemas_) bytes += schema;
-  end_group(kSchema, 0);
+  end_group(Op::schema, 0);
   std::size_t group = bytes.size();
   for (const std::string& channel : channels_) bytes += channel;
-  end_group(kChannel, group);
+  end_group(Op::channel, group);
   group = bytes.size();
   std::string statistics, counts;
   put(statistics, written_.messages);
@@ -195,8 +195,8 @@ std::string McapWriter::summary(uint64_t start, std::string& offsets) const {
     put(counts, count);
   }
   put_text(statistics, counts);
-  bytes += record(kStatistics, statistics);
-  end_group(kStatistics, group);
+  bytes += record(Op::statistics, statistics);
+  end_group(Op::statistics, group);
   group = bytes.size();
   for (const ChunkIndex& chunk : chunks_) {
     std::string content, indexes;
@@ -213,9 +213,9 @@ std::string McapWriter::summary(uint64_t start, std::string& offsets) const {
     put_text(content, "");
     put(content, chunk.records_bytes);
     put(content, chunk.records_bytes);
-    bytes += record(kChunkIndex, content);
+    bytes += record(Op::chunk_index, content);
   }
-  end_group(kChunkIndex, group);
+  end_group(Op::chunk_index, group);
   return bytes;
 }
 
@@ -223,14 +223,14 @@ void McapWriter::finish() {
   flush_chunk();
   std::string data_end;
   put(data_end, written_crc_);
-  emit(record(kDataEnd, data_end));
+  emit(record(Op::data_end, data_end));
   const auto start = static_cast<uint64_t>(out_.size_bytes());
   std::string offsets;
   std::string tail = summary(start, offsets);
   const uint64_t offsets_start = start + tail.size();
   tail += offsets;
   constexpr uint64_t kFooterBytes = 8 + 8 + 4;
-  put(tail, static_cast<uint8_t>(kFooter));
+  put(tail, static_cast<uint8_t>(Op::footer));
   put(tail, kFooterBytes);
   put(tail, start);
   put(tail, offsets_start);

@@ -110,6 +110,7 @@ void add_repair(CLI::App& program) {
 void add_export(CLI::App& program, const Extensions& extensions) {
   std::vector<std::string> names;
   const std::vector<ExportFormat> formats = export_formats(extensions);
+  names.reserve(formats.size());
   for (const ExportFormat& format : formats) names.push_back(format.name);
   auto [command, request] = add<ExportArguments>(
       program, "export", "convert to another format",

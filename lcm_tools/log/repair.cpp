@@ -99,12 +99,13 @@ class Repair {
       Event event;
       event.offset = from;
       event.end = next_begin(from, to);
+      const int64_t end = event.end;
       if (mending_ == Mending::headers && read_damaged(event)) {
         take(std::move(event));
       } else {
-        lose(from, event.end);
+        lose(from, end);
       }
-      from = event.end;
+      from = end;
     }
   }
   bool looks_like_sync(int64_t offset) const {

@@ -1,7 +1,7 @@
 #include "lcm_tools/process/version.hpp"
 
 // In revision.o (lcm_tools/cmake/revision.cmake), absent from an installed package.
-extern "C" __attribute__((weak)) const char marco_revision[];
+extern "C" __attribute__((weak)) const char marco_revision[];  // NOLINT: as the linker knows it
 
 namespace marco::process {
 

@@ -78,19 +78,7 @@ std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
     }
     if (command.deputy != info.deputy_id) continue;
     const Status before = command.status();
-    const bool first = !command.reported;
-    command.reported = status;
-    if (first && !adopted) settle_first_report(command);
-    if (status.actual_runid > command.desired_runid) {
-      // Another sheriff has started it: two sheriffs with run ids of their own would keep
-      // restarting it.
-      command.desired_runid = status.actual_runid;
-      command.force_quit = status.pid == 0;
-    }
-    if (status.pid == 0 && status.actual_runid == command.desired_runid &&
-        !command.spec.auto_respawn && !command.force_quit) {
-      command.force_quit = true;  // or a restarted deputy would run it again
-    }
+    report(command, status, adopted);
     const Status after = command.status();
     if (before != after) {
       std::string event = status.spec.id + ": " + status_text(after);
@@ -103,6 +91,22 @@ std::vector<std::string> SheriffState::on_info(const DeputyInfo& info,
   note_missing(info.deputy_id, listed);
   forget_removed();
   return events;
+}
+
+void SheriffState::report(SheriffCommand& command, const CommandStatus& status, bool adopted) {
+  const bool first = !command.reported;
+  command.reported = status;
+  if (first && !adopted) settle_first_report(command);
+  if (status.actual_runid > command.desired_runid) {
+    // Another sheriff has started it: two sheriffs with run ids of their own would keep
+    // restarting it.
+    command.desired_runid = status.actual_runid;
+    command.force_quit = status.pid == 0;
+  }
+  if (status.pid == 0 && status.actual_runid == command.desired_runid &&
+      !command.spec.auto_respawn) {
+    command.force_quit = true;  // or a restarted deputy would run it again
+  }
 }
 
 std::vector<std::string> SheriffState::tell_stale(const DeputyInfo& info,

@@ -98,6 +98,7 @@ class SheriffState {
  private:
   SheriffCommand& command(const std::string& id);
   std::vector<std::string> tell_stale(const DeputyInfo& info, int64_t now_utime_us, int64_t now_us);
+  void report(SheriffCommand& command, const CommandStatus& status, bool adopted);
   void note_missing(const std::string& deputy, const std::set<std::string>& listed);
   void settle_first_report(SheriffCommand& command);
   void apply(SheriffCommand& command, SheriffCommand::Intent intent);

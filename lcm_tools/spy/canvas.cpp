@@ -8,15 +8,25 @@
 namespace marco::spy {
 namespace {
 
+// Beyond Latin and the drawing characters a cell's width is not known.
+bool is_drawable(char32_t value) {
+  return (value >= 0x20 && value < 0x7F) || (value >= 0xA0 && value < 0x300) ||
+         (value >= 0x370 && value < 0x483) || (value >= 0x2010 && value < 0x2900);
+}
+
+// Bytes of a UTF-8 character; 0 for what cannot begin one.
+std::size_t length_by(unsigned char lead) {
+  if (lead < 0x80) return 1;
+  if (lead < 0xC2) return 0;
+  if (lead < 0xE0) return 2;
+  if (lead < 0xF0) return 3;
+  return lead < 0xF5 ? 4 : 0;
+}
+
 // Takes one character from the front; '?' for invalid or unprintable bytes.
 char32_t take_character(std::string_view& text) {
   const auto lead = static_cast<unsigned char>(text.front());
-  std::size_t length = lead < 0x80   ? 1
-                       : lead < 0xC2 ? 0
-                       : lead < 0xE0 ? 2
-                       : lead < 0xF0 ? 3
-                       : lead < 0xF5 ? 4
-                                     : 0;
+  std::size_t length = length_by(lead);
   char32_t value = length == 1 ? lead : lead & (0xFFU >> (length + 1));
   bool good = length > 0 && length <= text.size();
   for (std::size_t i = 1; good && i < length; ++i) {
@@ -26,10 +36,7 @@ char32_t take_character(std::string_view& text) {
   }
   if (!good) length = 1;
   text.remove_prefix(length);
-  // Beyond Latin and the drawing characters a cell's width is not known: one '?' each.
-  const bool shown = (value >= 0x20 && value < 0x7F) || (value >= 0xA0 && value < 0x300) ||
-                     (value >= 0x370 && value < 0x483) || (value >= 0x2010 && value < 0x2900);
-  return good && shown ? value : U'?';
+  return good && is_drawable(value) ? value : U'?';
 }
 
 }  // namespace

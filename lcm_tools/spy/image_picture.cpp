@@ -18,9 +18,7 @@ struct PixelLayout {
 
 std::optional<PixelLayout> pixel_layout(int64_t format) {
   switch (format) {
-    case 1497715271:
-      return PixelLayout{1, {0, 0, 0}};  // GRAY
-    case 859981650:                      // RGB
+    case 859981650:  // RGB
     case 861030210:
       return PixelLayout{3, {0, 1, 2}};  // BGR
     case 876758866:                      // RGBA
@@ -30,14 +28,14 @@ std::optional<PixelLayout> pixel_layout(int64_t format) {
       return PixelLayout{2, {0, 0, 0}};  // YUYV
     case 1498831189:
       return PixelLayout{2, {1, 1, 1}};  // UYVY
+    case 1497715271:                     // GRAY
     case 808596553:                      // I420: the grey plane comes first
-    case 842094158:
-      return PixelLayout{1, {0, 0, 0}};  // NV12
-    case 825770306:
+    case 842094158:                      // NV12: here too
+    case 825770306:                      // Bayer mosaics, as grey
     case 844650584:
     case 861427800:
     case 878205016:
-      return PixelLayout{1, {0, 0, 0}};  // Bayer mosaics, as grey
+      return PixelLayout{1, {0, 0, 0}};
     default:
       return {};
   }

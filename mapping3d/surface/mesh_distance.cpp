@@ -64,7 +64,9 @@ Eigen::Vector3i MeshDistance::cell_of(const Eigen::Vector3f& point_m) const {
 }
 
 uint64_t MeshDistance::key(const Eigen::Vector3i& cell) const {
-  const auto part = [&](int axis) { return static_cast<uint64_t>(cell[axis] + (1 << 20)); };
+  const auto part = [&](int axis) {
+    return uint64_t{(1U << 20U) + static_cast<uint32_t>(cell[axis])};
+  };
   return part(0) | (part(1) << 21U) | (part(2) << 42U);
 }
 

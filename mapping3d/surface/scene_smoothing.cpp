@@ -54,7 +54,8 @@ class Smoother {
     return scene_.index(static_cast<std::size_t>(row), static_cast<std::size_t>(column));
   }
   Sums& sums_at(int row, int column) {
-    return sums_[static_cast<std::size_t>(row * (columns() + 1) + column)];
+    return sums_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns() + 1) +
+                 static_cast<std::size_t>(column)];
   }
 
   void find_centre() {

@@ -191,6 +191,7 @@ TriangleMesh SurfaceModel::mesh() const { return SurfaceNets(*this).run(); }
 TriangleMesh fuse(const std::vector<ScenePoints>& scenes, const SurfaceOptions& options) {
   SurfaceModel model(options);
   std::vector<SmoothScene> smoothed;
+  smoothed.reserve(scenes.size());
   for (const ScenePoints& scene : scenes) smoothed.push_back(smooth(scene, options.smoothing));
   for (const SmoothScene& scene : smoothed) model.add(scene);
   for (const SmoothScene& scene : smoothed) model.carve(scene);

@@ -69,18 +69,18 @@ void SurfaceNets::set_free(const Cell& cell) {
 }
 
 void SurfaceNets::cross_block(const Samples::Block& block) {
-  constexpr std::array<int, 3> kStride{1, 8, 64};
+  constexpr std::array<std::size_t, 3> kStride{1, 8, 64};
   for (int axis = 0; axis < 3; ++axis) {
     const Samples::Block* after = samples_.find(block.corner + Samples::kEdge * step(axis));
-    for (int i = 0; i < 512; ++i) {
-      const float from = block.voxels[static_cast<std::size_t>(i)];
+    for (std::size_t i = 0; i < 512; ++i) {
+      const float from = block.voxels[i];
       if (std::isnan(from)) continue;
-      const Cell local(i & 7, (i >> 3) & 7, i >> 6);
-      const int stride = kStride[static_cast<std::size_t>(axis)];
+      const Cell local(static_cast<int>(i & 7U), static_cast<int>(i >> 3U & 7U),
+                       static_cast<int>(i >> 6U));
+      const std::size_t stride = kStride[static_cast<std::size_t>(axis)];
       const bool last = local[axis] == Samples::kEdge - 1;
       if (last && after == nullptr) continue;
-      const float to = last ? after->voxels[static_cast<std::size_t>(i - 7 * stride)]
-                            : block.voxels[static_cast<std::size_t>(i + stride)];
+      const float to = last ? after->voxels[i - 7 * stride] : block.voxels[i + stride];
       if (std::isnan(to) || (from < 0.0F) == (to < 0.0F)) continue;
       cross(block.corner + local, axis, from, to);
     }

@@ -22,6 +22,11 @@ bool usable(const CameraPicture& picture) {
                                    static_cast<std::size_t>(camera.height_px);
 }
 
+std::size_t pixel_at(int x, int y, int width) {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+         static_cast<std::size_t>(x);
+}
+
 // Calls visit(x, y, weights) for each pixel whose centre lies in a triangle grown by `margin_px`.
 template <class Visit>
 void for_each_pixel(const std::array<Eigen::Vector2f, 3>& p,
@@ -154,7 +159,7 @@ class View {
                                   1.0F / corners[2].z());
     for_each_pixel(places, buffer_width(), buffer_height(), 0.0F,
                    [&](int x, int y, const Eigen::Vector3f& weights) {
-                     float& depth_m = depths_m_[static_cast<std::size_t>(y * buffer_width() + x)];
+                     float& depth_m = depths_m_[pixel_at(x, y, buffer_width())];
                      depth_m = std::min(depth_m, 1.0F / weights.dot(inverse));
                    });
   }
@@ -171,7 +176,7 @@ class View {
       for (int dx = -1; dx <= 1; ++dx) {
         const int px = x + dx, py = y + dy;
         if (px < 0 || py < 0 || px >= buffer_width() || py >= buffer_height()) return true;
-        const float nearest_m = depths_m_[static_cast<std::size_t>(py * buffer_width() + px)];
+        const float nearest_m = depths_m_[pixel_at(px, py, buffer_width())];
         if (nearest_m + slack_m < depth_m) return true;
       }
     }
@@ -220,7 +225,7 @@ class Painter {
     for (const bool inside : {true, false}) {
       for_each_pixel(places, charts_.width_px, charts_.height_px, inside ? 0.0F : 1.5F,
                      [&](int x, int y, const Eigen::Vector3f& w) {
-                       const auto texel = static_cast<std::size_t>(y * charts_.width_px + x);
+                       const auto texel = pixel_at(x, y, charts_.width_px);
                        if (state_[texel] != State::empty && !(inside && rim(texel))) return;
                        set(texel, w[0] * a + w[1] * b + w[2] * c, normal, inside);
                      });

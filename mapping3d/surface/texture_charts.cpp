@@ -164,6 +164,7 @@ TextureCharts lay_out(const TriangleMesh& mesh, double texel_m, int max_px) {
   TextureCharts result;
   std::vector<Chart> charts = Charts(mesh, texel_m).run();
   std::vector<Chart*> order;
+  order.reserve(charts.size());
   for (Chart& chart : charts) order.push_back(&chart);
   result.texel_m = texel_m;
   for (;;) {

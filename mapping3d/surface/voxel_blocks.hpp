@@ -63,7 +63,9 @@ class VoxelBlocks {
     uint64_t key = kFree;
     Block* block = nullptr;
   };
-  static uint64_t part(int value) { return static_cast<uint64_t>((value >> 3) + (1 << 20)); }
+  static uint64_t part(int value) {
+    return uint64_t{(1U << 20U) + static_cast<uint32_t>(value >> 3)};
+  }
   static uint64_t key_of(const Cell& cell) {
     return part(cell.x()) | (part(cell.y()) << 21U) | (part(cell.z()) << 42U);
   }

@@ -96,6 +96,7 @@ int run(const Arguments& arguments) {
   sim::LiveRobot robot(rays, spec, start_of(arguments), arguments.seed);
   std::vector<drivers::EmulatorPort> ports = open_ports(robot, spec, arguments.ports);
   std::vector<drivers::EmulatorPort*> served;
+  served.reserve(ports.size());
   for (drivers::EmulatorPort& port : ports) served.push_back(&port);
   process::LcmBus bus(arguments.common.lcm_url);
   process::DropCounter drops;

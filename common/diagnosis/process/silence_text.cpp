@@ -125,9 +125,9 @@ std::string bus_text(const BusSurvey& survey) {
 
 // A channel of another system, as ForeignTable knows it.
 bool is_foreign(const Lack& lack, const HeardChannel& heard) {
-  static const ForeignTable kTable;
+  static const ForeignTable table;
   if (lack.expected.meaning.empty()) return false;
-  return std::any_of(kTable.channels.begin(), kTable.channels.end(), [&](const auto& entry) {
+  return std::any_of(table.channels.begin(), table.channels.end(), [&](const auto& entry) {
     return entry.meaning == lack.expected.meaning &&
            entry.fingerprint == lcm_schema::fingerprint_text(heard.fingerprint) &&
            std::regex_match(heard.name, std::regex(entry.channel, std::regex::extended));

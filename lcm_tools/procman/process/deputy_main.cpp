@@ -38,6 +38,59 @@ std::set<std::string> execs_of(const std::vector<std::string>& scripts) {
   return execs;
 }
 
+/// The command line of a deputy.
+struct Arguments {
+  procman::DeputyProcessOptions options;
+  std::string log;
+  std::vector<std::string> scripts;
+  bool accept_any = false;
+  bool verbose = false;
+  std::string runtime_folder = procman::default_runtime_folder();
+  std::string output_folder = procman::default_output_folder();
+};
+
+void describe(CLI::App& app, Arguments& arguments) {
+  procman::DeputyProcessOptions& options = arguments.options;
+  options.state.deputy_id = host_name();
+  app.add_option("-i,--id", options.state.deputy_id, "name of this deputy")->capture_default_str();
+  app.add_option("-l,--log", arguments.log, "append the deputy's own messages to this file");
+  app.add_option("-u,--lcmurl,--lcm-url", options.lcm_url,
+                 "default: LCM_DEFAULT_URL, or this host only");
+  app.add_option("--script", arguments.scripts,
+                 "procman file whose exec strings may be started; repeatable")
+      ->check(CLI::ExistingFile)
+      ->take_all();
+  app.add_flag("--accept-any-orders", arguments.accept_any,
+               "obey every sheriff: anyone who can send to this LCM network can then run any "
+               "program as you");
+  app.add_option("--runtime-folder", arguments.runtime_folder,
+                 "for sockets by which a restarted deputy finds running commands")
+      ->capture_default_str();
+  app.add_option("--output-folder", arguments.output_folder,
+                 "for a file per command with all its output")
+      ->capture_default_str();
+  app.add_option("--output-bytes", options.runs.max_file_bytes,
+                 "a longer output file becomes COMMAND.log.1, replacing the one before")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--output-rate", options.runs.output_bytes_per_s, "bytes/s of PM_OUTPUT, at most")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--max-crashes", options.state.max_crashes,
+                 "consecutive short runs after which auto_respawn gives up")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_flag("-v,--verbose", arguments.verbose, "say more");
+}
+
+/// The commands' PATH begins with the folder of this program.
+void find_own_programs(procman::DeputyProcessOptions& options) {
+  const std::filesystem::path home = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  options.runs.keeper_program = home / "marco-procman-keeper";
+  const char* path = std::getenv("PATH");
+  setenv("PATH", (home.string() + ":" + (path != nullptr ? path : "")).c_str(), 1);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -45,61 +98,19 @@ int main(int argc, char** argv) {
     CLI::App app(
         "Runs and watches commands for procman sheriffs. By default only what its own --script "
         "files contain, and no command is stopped because a sheriff leaves it out.");
-    procman::DeputyProcessOptions options;
-    options.state.deputy_id = host_name();
-    std::string log;
-    std::vector<std::string> scripts;
-    bool accept_any = false;
-    bool verbose = false;
-    std::string runtime_folder = procman::default_runtime_folder();
-    std::string output_folder = procman::default_output_folder();
-    app.add_option("-i,--id", options.state.deputy_id, "name of this deputy")
-        ->capture_default_str();
-    app.add_option("-l,--log", log, "append the deputy's own messages to this file");
-    app.add_option("-u,--lcmurl,--lcm-url", options.lcm_url,
-                   "default: LCM_DEFAULT_URL, or this host only");
-    app.add_option("--script", scripts,
-                   "procman file whose exec strings may be started; repeatable")
-        ->check(CLI::ExistingFile)
-        ->take_all();
-    app.add_flag("--accept-any-orders", accept_any,
-                 "obey every sheriff: anyone who can send to this LCM network can then run any "
-                 "program as you");
-    app.add_option("--runtime-folder", runtime_folder,
-                   "for sockets by which a restarted deputy finds running commands")
-        ->capture_default_str();
-    app.add_option("--output-folder", output_folder, "for a file per command with all its output")
-        ->capture_default_str();
-    app.add_option("--output-bytes", options.runs.max_file_bytes,
-                   "a longer output file becomes COMMAND.log.1, replacing the one before")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    app.add_option("--output-rate", options.runs.output_bytes_per_s,
-                   "bytes/s of PM_OUTPUT, at most")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    app.add_option("--max-crashes", options.state.max_crashes,
-                   "consecutive short runs after which auto_respawn gives up")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    app.add_flag("-v,--verbose", verbose, "say more");
+    Arguments arguments;
+    describe(app, arguments);
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    if (accept_any) {
-      options.state.allowed_execs.reset();
-    } else {
-      options.state.allowed_execs = execs_of(scripts);
-    }
+    procman::DeputyProcessOptions& options = arguments.options;
+    options.state.allowed_execs.reset();
+    if (!arguments.accept_any) options.state.allowed_execs = execs_of(arguments.scripts);
     const std::string name = procman::file_name_of(options.state.deputy_id);
-    options.runs.runtime_folder = std::filesystem::absolute(runtime_folder) / name;
-    options.runs.output_folder = std::filesystem::absolute(output_folder) / name;
-    const std::filesystem::path home =
-        std::filesystem::read_symlink("/proc/self/exe").parent_path();
-    options.runs.keeper_program = home / "marco-procman-keeper";
-    const char* path = std::getenv("PATH");
-    setenv("PATH", (home.string() + ":" + (path != nullptr ? path : "")).c_str(), 1);
-    if (!log.empty()) append_to(log);
-    process::start_logging("marco-procman-deputy", verbose ? "debug" : "info");
-    if (!accept_any && options.state.allowed_execs->empty()) {
+    options.runs.runtime_folder = std::filesystem::absolute(arguments.runtime_folder) / name;
+    options.runs.output_folder = std::filesystem::absolute(arguments.output_folder) / name;
+    find_own_programs(options);
+    if (!arguments.log.empty()) append_to(arguments.log);
+    process::start_logging("marco-procman-deputy", arguments.verbose ? "debug" : "info");
+    if (!arguments.accept_any && options.state.allowed_execs->empty()) {
       std::fputs(
           "marco-procman-deputy: will start nothing: it has no --script with commands, and "
           "no --accept-any-orders\n",

@@ -61,8 +61,8 @@ class Walker {
 
   bool take_number(std::size_t size, int64_t& value) {
     if (size > bytes_.size()) return false;
-    value = static_cast<int8_t>(bytes_[0]);
-    for (std::size_t i = 1; i < size; ++i) value = value * 256 + bytes_[i];
+    value = bytes_[0] < 0x80 ? 0 : -1;
+    for (std::size_t i = 0; i < size; ++i) value = value * 256 + bytes_[i];
     return skip(size);
   }
 

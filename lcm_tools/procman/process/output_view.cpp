@@ -37,7 +37,7 @@ std::vector<std::string> OutputView::hints() const {
 
 std::vector<std::string> OutputView::window(const std::deque<std::string>& all, int height) {
   // From the end, only as far as needed: there may be megabytes.
-  const auto wanted = static_cast<std::size_t>(height + scrolled_lines_);
+  const auto wanted = static_cast<std::size_t>(height) + static_cast<std::size_t>(scrolled_lines_);
   std::vector<std::string> reversed;
   std::size_t at = all.size();
   if (at > 0 && all.back().empty()) --at;

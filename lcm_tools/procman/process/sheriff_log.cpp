@@ -34,7 +34,8 @@ void SheriffLog::note_last_output(const std::string& id) {
     if (!line->empty()) last.push_front(printable(*line).substr(0, kLastLineBytes));
   }
   if (last.empty()) note("  " + id + " has written nothing yet");
-  for (const std::string& line : last) note("  " + id + "| " + line);
+  const std::string head = "  " + id + "| ";
+  for (const std::string& line : last) note(head + line);
 }
 
 void SheriffLog::on_span(const procman_lcm::output_span_t& message) {

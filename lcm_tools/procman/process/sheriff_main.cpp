@@ -86,8 +86,9 @@ int check(const SheriffArguments& arguments, const procman::Config& config) {
 std::vector<std::string> warnings_about(procman::Config& config) {
   std::vector<std::string> warnings = procman::make_ids_unique(config);
   for (const auto& [script, mistakes] : procman::find_script_mistakes(config)) {
+    const std::string head = "script \"" + script + "\" cannot be run: ";
     for (const std::string& mistake : mistakes) {
-      warnings.push_back("script \"" + script + "\" cannot be run: " + mistake);
+      warnings.push_back(head + mistake);
     }
   }
   return warnings;

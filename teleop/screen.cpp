@@ -25,8 +25,9 @@ std::string pose_text(const char* whose, const Pose2& pose) {
 }
 
 std::vector<std::string> head_lines(const RobotView& view) {
-  static const char* const kLinks[] = {"LINK DOWN", "starting", "ready"};
-  static const char* const kFates[] = {"", "moving", "done", "stopped short", "refused", "aborted"};
+  static constexpr const char* kLinks[] = {"LINK DOWN", "starting", "ready"};
+  static constexpr const char* kFates[] = {"",        "moving", "done", "stopped short",
+                                           "refused", "aborted"};
   std::vector<std::string> lines;
   std::string line = view.world_from_robot ? pose_text("pose", *view.world_from_robot)
                      : view.odometry       ? pose_text("odom", view.odometry->odom_from_robot)

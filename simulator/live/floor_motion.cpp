@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace marco::sim {
 namespace {
@@ -15,6 +16,26 @@ double sign_of(std::mt19937_64& random) { return random() % 2 == 0 ? 1.0 : -1.0;
 double way_to_slip_m(const OdometryOptions& wheels, std::mt19937_64& random) {
   if (wheels.slip_every_m <= 0.0) return std::numeric_limits<double>::infinity();
   return std::exponential_distribution<double>(1.0 / wheels.slip_every_m)(random);
+}
+
+// Points along the four sides of the body, frame of the robot.
+std::vector<Eigen::Vector2d> points_along(const BodySpec& body) {
+  constexpr int kAlong = 5, kAcross = 3;
+  std::vector<Eigen::Vector2d> points;
+  points.reserve(2 * (kAlong + kAcross));
+  for (const double y : {body.half_width_m, -body.half_width_m}) {
+    for (int i = 0; i < kAlong; ++i) {
+      const double part = static_cast<double>(i) / (kAlong - 1);
+      points.emplace_back(-body.back_m + part * (body.front_m + body.back_m), y);
+    }
+  }
+  for (const double x : {body.front_m, -body.back_m}) {
+    for (int i = 0; i < kAcross; ++i) {
+      const double part = static_cast<double>(i) / (kAcross - 1);
+      points.emplace_back(x, (2.0 * part - 1.0) * body.half_width_m);
+    }
+  }
+  return points;
 }
 
 }  // namespace
@@ -39,24 +60,15 @@ FloorMotion::FloorMotion(const RayCaster& rays,
 
 double FloorMotion::clearance_m(const Pose2& world_from_robot, double* bearing_rad) const {
   double nearest = kLookM;
-  constexpr int kAlong = 5, kAcross = 3;
   for (const double z : {0.10, 0.35, 0.60}) {
     if (z > body_.height_m) continue;
-    for (int i = 0; i < 2 * (kAlong + kAcross); ++i) {
-      // Points along the four sides.
-      const int side = i < kAlong ? 0 : i < 2 * kAlong ? 1 : i < 2 * kAlong + kAcross ? 2 : 3;
-      const int step = side < 2 ? i % kAlong : (i - 2 * kAlong) % kAcross;
-      const double part = static_cast<double>(step) / ((side < 2 ? kAlong : kAcross) - 1);
-      const double x = side < 2 ? -body_.back_m + part * (body_.front_m + body_.back_m)
-                                : (side == 2 ? body_.front_m : -body_.back_m);
-      const double y = side < 2 ? (side == 0 ? body_.half_width_m : -body_.half_width_m)
-                                : (2.0 * part - 1.0) * body_.half_width_m;
-      const Eigen::Vector2d point = world_from_robot * Eigen::Vector2d(x, y);
+    for (const Eigen::Vector2d& of_body : points_along(body_)) {
+      const Eigen::Vector2d point = world_from_robot * of_body;
       const auto distance = static_cast<double>(rays_.distance_to_surface_m(
           Eigen::Vector3d(point.x(), point.y(), z).cast<float>(), static_cast<float>(kLookM)));
       if (distance < nearest) {
         nearest = distance;
-        *bearing_rad = std::atan2(y, x);
+        *bearing_rad = std::atan2(of_body.y(), of_body.x());
       }
     }
   }

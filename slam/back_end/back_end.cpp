@@ -164,6 +164,7 @@ std::vector<Pose2> BackEnd::finish(const std::vector<Keyframe>& keys,
     if (result.edge_is_inlier[edge]) inliers.push_back(state_.edges[edge]);
   }
   std::vector<OrientedScan> scans;
+  scans.reserve(keys.size());
   for (const Keyframe& key : keys) scans.push_back(only_oriented(key.points_in_robot));
   std::vector<Pose2> poses = graph.poses();
   refined = refine_jointly(scans, inliers, refinement_options_, poses);

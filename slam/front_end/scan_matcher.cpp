@@ -36,12 +36,12 @@ ScanMatch ScanMatcher::match(const OrientedPoints& points,
   ScanMatch near = match_near(points, prior, source, map);
   if (near.overlap >= gates_.good_overlap && source == MotionGuess::Source::odometry) return near;
   const LikelihoodPyramid& likelihood = map.likelihood(keyframes);
-  const ScanMatch wide = match_widely(points, window_of(prior), prior, likelihood, map);
+  ScanMatch wide = match_widely(points, window_of(prior), prior, likelihood, map);
   if (wide.usable && wide.overlap > near.overlap + kClearlyBetter) return wide;
   if (near.usable) return near;
   const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
   const SearchWindow widest{prior.map_from_robot, kWidestM, deg_to_rad(kWidestDeg)};
-  const ScanMatch alone = match_widely(points, widest, weak, likelihood, map);
+  ScanMatch alone = match_widely(points, widest, weak, likelihood, map);
   if (alone.usable && alone.overlap >= gates_.good_overlap) return alone;
   near.world_from_robot = prior.map_from_robot;
   near.information.setZero();

@@ -18,13 +18,15 @@ std::optional<double> predicted_range_m(const GridMap& map,
                                         const Eigen::Vector2d& ray,
                                         double limit_m) {
   const double step_m = 0.25 * map.resolution_m;
-  for (double range_m = 0.0; range_m < limit_m; range_m += step_m) {
+  double range_m = 0.0;
+  while (range_m < limit_m) {
     const Eigen::Vector2i cell = map.cell_of(from + range_m * ray);
     if (!map.contains(cell.x(), cell.y())) return std::nullopt;
     const int occupied = map.at(cell.x(), cell.y());
     if (occupied == GridMap::kUnknown) return std::nullopt;
     // The wall's middle is half a cell behind its edge.
     if (occupied >= kOccupiedPercent) return range_m + 0.5 * map.resolution_m;
+    range_m += step_m;
   }
   return std::nullopt;
 }

@@ -53,12 +53,16 @@ OccupancyGrid::Cell* OccupancyGrid::cell_at(int x_cell, int y_cell) {
     }
   }
   if (last_tile_ == nullptr) return nullptr;
-  const int x = x_cell & (kTileCells - 1), y = y_cell & (kTileCells - 1);
-  return &last_tile_->cells[static_cast<std::size_t>(y * kTileCells + x)];
+  return &last_tile_->cells[within_tile(x_cell, y_cell)];
 }
 
 int OccupancyGrid::tile_of(double coordinate_m) const {
   return static_cast<int>(std::floor(coordinate_m / options_.resolution_m)) >> kTileBits;
+}
+
+std::size_t OccupancyGrid::within_tile(int x_cell, int y_cell) {
+  const auto x = static_cast<std::size_t>(x_cell & (kTileCells - 1));
+  return static_cast<std::size_t>(y_cell & (kTileCells - 1)) * kTileCells + x;
 }
 
 OccupancyGrid::TileBox OccupancyGrid::box_of(const Points2& hits_in_world,
@@ -117,8 +121,7 @@ void OccupancyGrid::replace(const Tiles& tiles, OccupancyGrid other) {
 const OccupancyGrid::Cell* OccupancyGrid::find_cell(int x_cell, int y_cell) const {
   const auto tile = tiles_.find(tile_key(x_cell >> kTileBits, y_cell >> kTileBits));
   if (tile == tiles_.end()) return nullptr;
-  const int x = x_cell & (kTileCells - 1), y = y_cell & (kTileCells - 1);
-  return &tile->second->cells[static_cast<std::size_t>(y * kTileCells + x)];
+  return &tile->second->cells[within_tile(x_cell, y_cell)];
 }
 
 void OccupancyGrid::insert(const Points2& hits_in_world, const Eigen::Vector2d& sensor_in_world) {

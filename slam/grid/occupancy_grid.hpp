@@ -103,6 +103,7 @@ class OccupancyGrid {
   /// Whether the point is within the box, or the box could be made larger.
   bool make_room(const Eigen::Vector2d& at_cells);
   int tile_of(double coordinate_m) const;
+  static std::size_t within_tile(int x_cell, int y_cell);
   const Cell* find_cell(int x_cell, int y_cell) const;
   void clear_along(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
 

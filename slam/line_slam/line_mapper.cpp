@@ -58,7 +58,7 @@ LineSlamUpdate LineMapper::process(const ScanInRobot& scan,
 }
 
 LineSlamUpdate LineMapper::carry(Utime utime, const Pose2& robot_motion) {
-  const LineSlamUpdate update = slam_.carry(robot_motion);
+  LineSlamUpdate update = slam_.carry(robot_motion);
   note_pose(utime);
   return update;
 }

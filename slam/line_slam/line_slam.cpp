@@ -46,7 +46,7 @@ LineSlamUpdate LineSlam::process(const ScanInRobot& scan,
   } else {
     filter_.predict(last_motion_, diagonal_noise(options_.guess_sigma_m, options_.guess_sigma_rad));
   }
-  const LineSlamUpdate update = take(scan, use, journal);
+  LineSlamUpdate update = take(scan, use, journal);
   last_motion_ = between(before, filter_.world_from_robot());
   return update;
 }

@@ -144,7 +144,7 @@ bool Localizer::contradicts(const Beams& beams, const Pose2& map_from_robot) con
 }
 
 SurfelMatch Localizer::match(const View& view, const PosePrior& prior, bool by_scans) {
-  const SurfelMatch fine = map_->match(view.points, prior.map_from_robot, &prior);
+  SurfelMatch fine = map_->match(view.points, prior.map_from_robot, &prior);
   if (fine.overlap >= gates_.good_overlap) return fine;
   // In a place that the map does not know there is nothing to search for.
   if (by_scans && !contradicts(view.beams, prior.map_from_robot)) return fine;

@@ -88,11 +88,9 @@ Agreement PlaceMap::agreement(const Beams& beams, const Pose2& map_from_beams) c
     if (i % 3 != 0) continue;
     const Eigen::Vector2d beam = (ends.col(i) - sensors.col(i)).normalized();
     const double clear_m = beams.clear_m[static_cast<std::size_t>(i)];
-    for (double at_m = kBeamEndM; at_m < clear_m; at_m += kBeamStepM) {
-      if (!is_wall(sensors.col(i) + at_m * beam)) continue;
-      through_wall += 3;
-      break;
-    }
+    double at_m = kBeamEndM;
+    while (at_m < clear_m && !is_wall(sensors.col(i) + at_m * beam)) at_m += kBeamStepM;
+    if (at_m < clear_m) through_wall += 3;
   }
   const auto part = [&](int beams_so) {
     return static_cast<double>(beams_so) / static_cast<double>(count);

@@ -96,7 +96,7 @@ void KeyframeCulling::begin_round(int examined) {
 std::optional<MergedKeyframe> KeyframeCulling::step(const std::vector<Keyframe>& keys,
                                                     bool loop_closed,
                                                     const SurfelMatcher& matcher) {
-  const auto merged = find_redundant_keyframe(keys, state_.next, loop_closed, matcher, options_);
+  auto merged = find_redundant_keyframe(keys, state_.next, loop_closed, matcher, options_);
   if (merged) {
     --state_.until;
   } else {

@@ -211,6 +211,7 @@ CorrelativeMatch CorrelativeMatcher::search(const LikelihoodPyramid& map,
   }
   const auto points = static_cast<double>(turned.front().cells.size());
   std::vector<double> thetas;
+  thetas.reserve(turned.size());
   for (const Turned& one : turned) thetas.push_back(one.theta_rad);
   const int half_width = static_cast<int>(std::ceil(window.half_width_m / options_.resolution_m));
   const double at_edge = window.penalty_at_edge * 255.0 * points;

@@ -90,9 +90,10 @@ Line fit_least_squares(const Points2& points) {
 Line fit_lorentzian(const Points2& points, double sigma_m) {
   require(sigma_m > 0.0, "fit_lorentzian: sigma_m must be > 0 m");
   Eigen::Vector2d ab = least_squares_slope(points);
-  const double start_m = std::max(sigma_m, line_from_slope(ab[0], ab[1], points).rms_m);
-  for (double s = start_m; s > sigma_m; s *= 0.5) {
-    ab = descend(points, {EstimatorKind::lorentzian, s}, ab);
+  double wide_m = std::max(sigma_m, line_from_slope(ab[0], ab[1], points).rms_m);
+  while (wide_m > sigma_m) {
+    ab = descend(points, {EstimatorKind::lorentzian, wide_m}, ab);
+    wide_m *= 0.5;
   }
   ab = descend(points, {EstimatorKind::lorentzian, sigma_m}, ab);
   return line_from_slope(ab[0], ab[1], points);

@@ -85,7 +85,7 @@ int32_t SurfelMap::cell_at(int x, int y) {
   const int block_x = x >> kBlockBits, block_y = y >> kBlockBits;
   const int in_x = x & (kBlockCells - 1), in_y = y & (kBlockCells - 1);
   const auto at = [](int column, int row) {
-    return static_cast<std::size_t>(row * kBlockStride + column);
+    return static_cast<std::size_t>(row) * kBlockStride + static_cast<std::size_t>(column);
   };
   int32_t cell = block_at(block_x, block_y)[at(in_x, in_y)];
   if (cell != 0) return cell;
@@ -144,7 +144,8 @@ SurfelMap::Place SurfelMap::nearest(const Eigen::Vector2f& point_m,
       table_[static_cast<std::size_t>(y >> kBlockBits) * static_cast<std::size_t>(blocks_wide_) +
              static_cast<std::size_t>(x >> kBlockBits)];
   const int32_t* first = blocks_[static_cast<std::size_t>(block_index)].data() +
-                         (y & (kBlockCells - 1)) * kBlockStride + (x & (kBlockCells - 1));
+                         static_cast<std::ptrdiff_t>(y & (kBlockCells - 1)) * kBlockStride +
+                         (x & (kBlockCells - 1));
   const std::array<const Cell*, 4> around = {
       &cells_[static_cast<std::size_t>(first[0])], &cells_[static_cast<std::size_t>(first[1])],
       &cells_[static_cast<std::size_t>(first[kBlockStride])],

@@ -63,7 +63,8 @@ class SurfelMap {
   struct alignas(64) Cell {
     std::array<float, kSlots> mean_x_m, mean_y_m, normal_x, normal_y;
   };
-  using Block = std::array<int32_t, kBlockStride * kBlockStride>;  // cells, 0 = the empty one
+  using Block =
+      std::array<int32_t, std::size_t{kBlockStride} * kBlockStride>;  // cells, 0 = the empty one
   struct Place {
     const Cell* cell;
     int slot;  // -1 = none

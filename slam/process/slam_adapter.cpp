@@ -22,7 +22,7 @@ constexpr double kLongScanS = 0.05;
 
 SlamAdapter::SlamAdapter(process::Bus& bus,
                          const SlamAdapterOptions& options,
-                         std::function<void(const std::string&)> warn)
+                         const std::function<void(const std::string&)>& warn)
     : Mapper2dAdapter(bus, options, channels::kGridMap, warn),
       options_(options),
       session_(options.slam, options.localizer),

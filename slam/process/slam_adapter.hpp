@@ -47,7 +47,7 @@ class SlamAdapter : public Mapper2dAdapter {
   /// @param warn  see process::DropCounter.
   SlamAdapter(process::Bus& bus,
               const SlamAdapterOptions& options,
-              std::function<void(const std::string&)> warn = {});
+              const std::function<void(const std::string&)>& warn = {});
 
   /// See above. Not to be undone. Keeps a short path from here on.
   void close_loops_in_background();

@@ -23,6 +23,7 @@ void SessionHistory::group_apart(const SlamOptions& slam_options,
   std::vector<Apart> groups;
   for (std::vector<Apart> left = std::move(apart_); !left.empty();) {
     std::vector<SavedMap> maps;
+    maps.reserve(left.size());
     for (const Apart& one : left) maps.push_back(one.map);
     std::vector<std::size_t> not_found;
     Apart group;

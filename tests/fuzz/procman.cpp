@@ -20,7 +20,7 @@ namespace {
 
 using namespace marco::procman;  // NOLINT(google-build-using-namespace): all of it
 
-constexpr int64_t kNow_us = 1'600'000'000'000'000;
+constexpr int64_t kWallUs = 1'600'000'000'000'000;
 
 template <class Message>
 bool checked(std::span<const uint8_t> bytes, const char* layout, Message& message) {
@@ -55,9 +55,9 @@ void as_orders(std::span<const uint8_t> bytes) {
   options.deputy_id = orders.deputy_id = "here";
   options.allowed_execs = std::set<std::string>{"allowed"};
   DeputyState deputy(options);
-  deputy.on_orders(orders, kNow_us, 0);
-  orders.utime_us = kNow_us;
-  deputy.on_orders(orders, kNow_us, 0);
+  deputy.on_orders(orders, kWallUs, 0);
+  orders.utime_us = kWallUs;
+  deputy.on_orders(orders, kWallUs, 0);
   for (const DeputyAction& action : deputy.take_actions()) {
     const auto* start = std::get_if<StartCommand>(&action);
     if (start == nullptr) continue;
@@ -74,13 +74,13 @@ void as_info(std::span<const uint8_t> bytes) {
   if (!checked(bytes, layouts::kInfo, message)) return;
   DeputyInfo info = from_message(message);
   SheriffState sheriff("me");
-  sheriff.on_info(info, kNow_us, 0);
-  info.utime_us = kNow_us;
-  sheriff.on_info(info, kNow_us, 0);
+  sheriff.on_info(info, kWallUs, 0);
+  info.utime_us = kWallUs;
+  sheriff.on_info(info, kWallUs, 0);
   const SheriffState before = sheriff;
   for (const auto& [id, command] : before.commands()) sheriff.start(id);
   for (const auto& [id, command] : sheriff.commands()) describe_exit(command.reported->exit_code);
-  sheriff.take_due_orders(kNow_us, 2'000'000);
+  sheriff.take_due_orders(kWallUs, 2'000'000);
   to_message(info);
 }
 

@@ -67,7 +67,8 @@ class PartnerTable {
   PartnerTable(const Placement& placement, double cell_m, int turn)
       : cell_m_(static_cast<float>(cell_m)) {
     lay_out_cells(placement);
-    const int most = kMostInCell * static_cast<int>(cell_m_ / static_cast<float>(cell_m) + 0.5F);
+    const int most =
+        kMostInCell * static_cast<int>(std::lround(cell_m_ / static_cast<float>(cell_m)));
     std::vector<int> counts(starts_.size(), 0);
     placement.for_each([&](const Point& point) { ++counts[index(point.position_m)]; });
     std::vector<int> steps(starts_.size());
@@ -272,8 +273,7 @@ JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
       }
     }
     for (const PoseGraphEdge& edge : edges) {
-      add_edge_to(iteration.equations, edge, poses[static_cast<std::size_t>(edge.from)],
-                  poses[static_cast<std::size_t>(edge.to)], options.edge_weight);
+      add_edge_to(iteration.equations, edge, poses, options.edge_weight);
     }
     ++result.iterations;
     result.ties = iteration.ties;

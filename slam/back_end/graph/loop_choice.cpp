@@ -47,8 +47,9 @@ Eigen::Matrix3d predicted_covariance(const SparseSolver& solver,
                                      const PoseGraphEdge& edge,
                                      const EdgeJacobians& jacobians) {
   Eigen::MatrixXd turned = Eigen::MatrixXd::Zero(solver.cols(), 3);
-  if (edge.from > 0) turned.middleRows<3>(3 * (edge.from - 1)) = jacobians.from.transpose();
-  if (edge.to > 0) turned.middleRows<3>(3 * (edge.to - 1)) = jacobians.to.transpose();
+  if (edge.from > 0)
+    turned.middleRows<3>(3 * Eigen::Index{edge.from - 1}) = jacobians.from.transpose();
+  if (edge.to > 0) turned.middleRows<3>(3 * Eigen::Index{edge.to - 1}) = jacobians.to.transpose();
   return turned.transpose() * solver.solve(turned);
 }
 

@@ -83,8 +83,7 @@ void PoseGraph::fill(SparseNormalEquations& equations,
   for (std::size_t i = 0; i < edges_.size(); ++i) {
     const PoseGraphEdge& edge = edges_[i];
     if (weights[i] == 0.0) continue;  // or a wrong loop would fill the factorization
-    add_edge_to(equations, edge, poses_[static_cast<std::size_t>(edge.from)],
-                poses_[static_cast<std::size_t>(edge.to)], weights[i], moves);
+    add_edge_to(equations, edge, poses_, weights[i], moves);
   }
 }
 

@@ -25,10 +25,11 @@ EdgeJacobians edge_jacobians(const PoseGraphEdge& edge, const Pose2& from, const
 
 void add_edge_to(SparseNormalEquations& equations,
                  const PoseGraphEdge& edge,
-                 const Pose2& from,
-                 const Pose2& to,
+                 const std::vector<Pose2>& poses,
                  double weight,
                  Moves moves) {
+  const Pose2& from = poses[static_cast<std::size_t>(edge.from)];
+  const Pose2& to = poses[static_cast<std::size_t>(edge.to)];
   const Eigen::Vector3d error = edge_error(edge, from, to);
   EdgeJacobians j = edge_jacobians(edge, from, to);
   if (moves == Moves::translations) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "common/pose2.hpp"
 
@@ -41,11 +42,11 @@ class SparseNormalEquations;
 /// What an optimization may change.
 enum class Moves { poses, translations };
 
-/// J^T (weight * information) J and J^T (weight * information) e of one edge.
+/// Adds J^T (weight * information) J and J^T (weight * information) e of one edge between two of
+/// `poses`.
 void add_edge_to(SparseNormalEquations& equations,
                  const PoseGraphEdge& edge,
-                 const Pose2& from,
-                 const Pose2& to,
+                 const std::vector<Pose2>& poses,
                  double weight,
                  Moves moves = Moves::poses);
 

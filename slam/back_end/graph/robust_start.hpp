@@ -28,17 +28,4 @@ RobustStart robust_start(const Pose2& first,
                          const std::vector<PoseGraphEdge>& edges,
                          double loop_rejection_chi2);
 
-/// Weights of graduated non-convexity (Yang et al., eq. 14) for squared residuals `chi2` of the
-/// loop edges; the others keep 1. @returns whether some are still undecided.
-bool graduate(const std::vector<PoseGraphEdge>& edges,
-              const std::vector<double>& chi2,
-              double limit,
-              double mu,
-              std::vector<double>& weights);
-
-/// The mu to start with, at which the surrogate is convex; 0 when no loop exceeds the limit.
-double first_mu(const std::vector<PoseGraphEdge>& edges,
-                const std::vector<double>& chi2,
-                double limit);
-
 }  // namespace marco::slam

@@ -49,7 +49,7 @@ std::vector<SparseNormalEquations::Below> SparseNormalEquations::sorted_pairs() 
 }
 
 void SparseNormalEquations::add_gradient(int node, const Eigen::Vector3d& part) {
-  if (node != 0) gradient_.segment<3>(3 * (node - 1)) += part;
+  if (node != 0) gradient_.segment<3>(3 * Eigen::Index{node - 1}) += part;
 }
 
 Eigen::SparseMatrix<double> SparseNormalEquations::hessian() const {

@@ -24,13 +24,14 @@ template <int kWide, int kParts>
   Wide sum[kParts][kColumns] = {};
   for (Index k = 0; k < depth; ++k, a += a_step, b += kColumns) {
     for (int part = 0; part < kParts; ++part) {
-      const Wide left = *reinterpret_cast<const Wide*>(a + part * kWide);
+      const Wide left = *reinterpret_cast<const Wide*>(a + Index{part} * kWide);
       for (int column = 0; column < kColumns; ++column) sum[part][column] += left * b[column];
     }
   }
   for (int part = 0; part < kParts; ++part) {
     for (int column = 0; column < kColumns; ++column) {
-      *reinterpret_cast<Wide*>(sums + column * kRows + part * kWide) = sum[part][column];
+      *reinterpret_cast<Wide*>(sums + Index{column} * kRows + Index{part} * kWide) =
+          sum[part][column];
     }
   }
 }
@@ -57,20 +58,27 @@ SumPanels choose() {
   return sum_narrow;
 }
 
-// Rows of a panel beside each other, zeros where the matrix ends.
-void pack(
-    const ConstMatrixPart& from, Index row, Index rows, Index first, Index depth, double* to) {
-  const Index present = std::min(rows, from.rows() - row);
-  for (Index k = 0; k < depth; ++k, to += rows) {
-    const double* column = from.data() + (first + k) * from.outerStride() + row;
-    std::copy(column, column + present, to);
-    std::fill(to + present, to + rows, 0.0);
+// Rows of a panel beside each other, zeros below those that are there.
+void pack(const ConstMatrixPart& from, Index rows, double* to) {
+  for (Index k = 0; k < from.cols(); ++k, to += rows) {
+    const double* column = from.data() + k * from.outerStride();
+    std::copy(column, column + from.rows(), to);
+    std::fill(to + from.rows(), to + rows, 0.0);
+  }
+}
+
+void add_sums(double sign, const Sums& sums, MatrixPart& c, Index row, Index column) {
+  const Index rows = std::min(kRows, c.rows() - row);
+  const Index columns = std::min(kColumns, c.cols() - column);
+  for (Index j = 0; j < columns; ++j) {
+    double* to = c.data() + (column + j) * c.outerStride() + row;
+    for (Index i = 0; i < rows; ++i) to[i] += sign * sums[static_cast<std::size_t>(j * kRows + i)];
   }
 }
 
 void add(
-    double sign, const ConstMatrixPart& a, const ConstMatrixPart& b, bool lower, MatrixPart c) {
-  static const SumPanels sum = choose();
+    double sign, const ConstMatrixPart& a, const ConstMatrixPart& b, bool lower, MatrixPart& c) {
+  static const SumPanels sum_panels_here = choose();
   const Index panels = (c.cols() + kColumns - 1) / kColumns;
   std::vector<double> right(
       static_cast<std::size_t>(panels * kColumns * std::min(kDepth, a.cols())));
@@ -78,8 +86,9 @@ void add(
   alignas(32) Sums sums;
   for (Index first = 0; first < a.cols(); first += kDepth) {
     const Index depth = std::min(kDepth, a.cols() - first);
-    for (Index panel = 0; panel < panels; ++panel) {
-      pack(b, panel * kColumns, kColumns, first, depth, right.data() + panel * kColumns * depth);
+    for (Index column = 0; column < c.cols(); column += kColumns) {
+      const Index columns = std::min(kColumns, b.rows() - column);
+      pack(b.block(column, first, columns, depth), kColumns, right.data() + column * depth);
     }
     for (Index row = 0; row < c.rows(); row += kRows) {
       const Index rows = std::min(kRows, c.rows() - row);
@@ -88,16 +97,10 @@ void add(
       const bool in_place = panels <= kPanelsInPlace && rows == kRows;
       const double* from = in_place ? a.data() + first * a.outerStride() + row : left.data();
       const Index from_step = in_place ? a.outerStride() : kRows;
-      if (!in_place) pack(a, row, kRows, first, depth, left.data());
+      if (!in_place) pack(a.block(row, first, rows, depth), kRows, left.data());
       for (Index column = 0; column < end; column += kColumns) {
-        sum(from, from_step, right.data() + column * depth, depth, sums.data());
-        const Index columns = std::min(kColumns, c.cols() - column);
-        for (Index j = 0; j < columns; ++j) {
-          double* to = c.data() + (column + j) * c.outerStride() + row;
-          for (Index i = 0; i < rows; ++i) {
-            to[i] += sign * sums[static_cast<std::size_t>(j * kRows + i)];
-          }
-        }
+        sum_panels_here(from, from_step, right.data() + column * depth, depth, sums.data());
+        add_sums(sign, sums, c, row, column);
       }
     }
   }

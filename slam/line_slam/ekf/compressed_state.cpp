@@ -37,9 +37,9 @@ CompressedState::CompressedState(const Eigen::Vector3d& robot, const Eigen::Matr
 
 // Room in the whole for the block that was taken last.
 void CompressedState::add_block() {
-  if (mean_.size() == 4 * blocks_.size()) return;
-  mean_.conservativeResize(4 * blocks_.size());
-  first_.conservativeResize(4 * blocks_.size());
+  if (mean_.size() == kBlockSize * blocks_.size()) return;
+  mean_.conservativeResize(kBlockSize * blocks_.size());
+  first_.conservativeResize(kBlockSize * blocks_.size());
   mean_.tail<4>().setZero();
   first_.tail<4>().setZero();
   whole_.grow_to(blocks_.size());
@@ -57,7 +57,7 @@ void CompressedState::reserve(Index rows) {
 }
 
 Eigen::Vector4d CompressedState::mean(int block) const {
-  Eigen::Vector4d value = mean_.segment<4>(4 * block);
+  Eigen::Vector4d value = mean_.segment<4>(kBlockSize * block);
   if (deferred_.in_use() && !is_active(block)) deferred_.add_mean_change(block, value);
   return value;
 }
@@ -91,10 +91,10 @@ SparseRows::Square CompressedState::covariance_between(const SparseRows& a,
   SparseRows::Square product = SparseRows::Square::Zero(a.rows(), b.rows());
   for (int i = 0; i < a.num_blocks; ++i) {
     for (int j = 0; j < b.num_blocks; ++j) {
-      product.noalias() += a.jacobian.middleCols(4 * i, 4) *
+      product.noalias() += a.jacobian.middleCols(kBlockSize * i, 4) *
                            p_.block<4, 4>(blocks_.row_of(a.blocks[static_cast<std::size_t>(i)]),
                                           blocks_.row_of(b.blocks[static_cast<std::size_t>(j)])) *
-                           b.jacobian.middleCols(4 * j, 4).transpose();
+                           b.jacobian.middleCols(kBlockSize * j, 4).transpose();
     }
   }
   return product;
@@ -113,13 +113,14 @@ void CompressedState::correct(const SparseRows& rows) {
   Eigen::MatrixXd h_u = Eigen::MatrixXd::Zero(m, num_u_);
   for (int k = 0; k < rows.num_blocks; ++k) {
     const Index from = blocks_.row_of(rows.blocks[static_cast<std::size_t>(k)]);
-    h_u += rows.jacobian.middleCols(4 * k, 4).lazyProduct(u_.block(from, 0, 4, num_u_));
+    h_u += rows.jacobian.middleCols(kBlockSize * k, 4).lazyProduct(u_.block(from, 0, 4, num_u_));
   }
   add_product(-1.0, u_.topLeftCorner(n, num_u_), h_u, product);
   SparseRows::Square s = rows.noise;  // (5.36)
   for (int k = 0; k < rows.num_blocks; ++k) {
-    s += rows.jacobian.middleCols(4 * k, 4).lazyProduct(
-        product.middleRows(blocks_.row_of(rows.blocks[static_cast<std::size_t>(k)]), 4));
+    s += rows.jacobian.middleCols(kBlockSize * k, 4)
+             .lazyProduct(
+                 product.middleRows(blocks_.row_of(rows.blocks[static_cast<std::size_t>(k)]), 4));
   }
   const SparseRows::Square root = inverse_root(s);
   const SparseRows::Vector y = root.lazyProduct(rows.innovation);
@@ -128,7 +129,7 @@ void CompressedState::correct(const SparseRows& rows) {
   add_product(1.0, product, root, u);
   const Eigen::VectorXd change = u.lazyProduct(y);  // K nu, (5.34)
   for (const int block : active()) {
-    mean_.segment<4>(4 * block) += change.segment<4>(blocks_.row_of(block));
+    mean_.segment<4>(kBlockSize * block) += change.segment<4>(blocks_.row_of(block));
   }
   if (deferred_.in_use()) deferred_.correct(rows, blocks_, h_u, root, y);
   num_u_ += m;
@@ -153,8 +154,8 @@ int CompressedState::append(const Eigen::Vector4d& mean,
   const int block = blocks_.take();
   add_block();
   reserve(n + 4);
-  mean_.segment<4>(4 * block) = mean;
-  first_.segment<4>(4 * block) = first_estimate;
+  mean_.segment<4>(kBlockSize * block) = mean;
+  first_.segment<4>(kBlockSize * block) = first_estimate;
   const Eigen::MatrixXd column = p_.block(0, 0, n, 3) * jacobian_robot.transpose();
   const Eigen::Matrix4d own = jacobian_robot * column.topRows<3>() + noise;
   p_.block(0, n, n, 4) = column;
@@ -172,15 +173,15 @@ void CompressedState::replace(int block,
   const Eigen::MatrixXd column = covariance_with(change);
   Eigen::Matrix4d own = change.noise;
   for (int k = 0; k < change.num_blocks; ++k) {
-    own += change.jacobian.middleCols(4 * k, 4) *
+    own += change.jacobian.middleCols(kBlockSize * k, 4) *
            column.middleRows<4>(blocks_.row_of(change.blocks[static_cast<std::size_t>(k)]));
   }
   if (deferred_.in_use()) deferred_.replace(to, change, blocks_);
   p_.block(0, to, n, 4) = column;
   p_.block(to, 0, 4, n) = column.transpose();
   p_.block<4, 4>(to, to) = 0.5 * (own + own.transpose());
-  mean_.segment<4>(4 * block) = mean;
-  first_.segment<4>(4 * block) = first_estimate;
+  mean_.segment<4>(kBlockSize * block) = mean;
+  first_.segment<4>(kBlockSize * block) = first_estimate;
 }
 
 void CompressedState::remove(int block) {
@@ -210,7 +211,8 @@ void CompressedState::store() {
     if (factor.cols() > 0) whole_.subtract_outer(factor);
   }
   for (const int block : active()) {
-    columns.middleRows<4>(4 * block) = p_.block(blocks_.row_of(block), 0, 4, columns.cols());
+    columns.middleRows<4>(kBlockSize * block) =
+        p_.block(blocks_.row_of(block), 0, 4, columns.cols());
   }
   whole_.write(active(), columns);
 }
@@ -227,7 +229,7 @@ void CompressedState::load(std::span<const int> blocks) {
   Eigen::MatrixXd columns = deferred_.release_columns();
   whole_.read(active(), columns);
   for (const int block : active()) {
-    p_.block(blocks_.row_of(block), 0, 4, rows) = columns.middleRows<4>(4 * block);
+    p_.block(blocks_.row_of(block), 0, 4, rows) = columns.middleRows<4>(kBlockSize * block);
   }
   if (num_passive() > 0) deferred_.begin(std::move(columns), blocks_, p_.cols());
 }
@@ -265,7 +267,7 @@ Eigen::MatrixXd CompressedState::dense_covariance(std::span<const int> walls) {
   std::vector<Index> places{0, 1, 2};
   for (std::size_t k = 0; k < walls.size(); ++k) {
     for (Index i = 0; i < 4; ++i) {
-      rows.push_back(4 * walls[k] + i);
+      rows.push_back(kBlockSize * walls[k] + i);
       places.push_back(4 * static_cast<Index>(k + 1) + i);
     }
   }
@@ -290,8 +292,8 @@ void CompressedState::restore(std::span<const int> walls,
   first_.head<3>() = first_estimate.head<3>();
   for (Index k = 0; k < n; ++k) {
     const int block = walls[static_cast<std::size_t>(k)];
-    mean_.segment<4>(4 * block) = mean.segment<4>(3 + 4 * k);
-    first_.segment<4>(4 * block) = first_estimate.segment<4>(3 + 4 * k);
+    mean_.segment<4>(kBlockSize * block) = mean.segment<4>(3 + kBlockSize * k);
+    first_.segment<4>(kBlockSize * block) = first_estimate.segment<4>(3 + kBlockSize * k);
   }
 }
 

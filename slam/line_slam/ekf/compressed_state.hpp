@@ -34,8 +34,8 @@ class CompressedState {
   /// Up-to-date mean of any block. O(active) for a passive one.
   Eigen::Vector4d mean(int block) const;
   /// As above, a passive one as of the last settle() or refresh_means().
-  Eigen::Vector4d rough_mean(int block) const { return mean_.segment<4>(4 * block); }
-  Eigen::Vector4d first_estimate(int block) const { return first_.segment<4>(4 * block); }
+  Eigen::Vector4d rough_mean(int block) const { return mean_.segment<4>(kBlockSize * block); }
+  Eigen::Vector4d first_estimate(int block) const { return first_.segment<4>(kBlockSize * block); }
   /// Of two active blocks.
   Eigen::Matrix4d covariance(int block_a, int block_b) const;
 

@@ -57,7 +57,7 @@ void DeferredUpdates::begin(Eigen::MatrixXd columns, const StateBlocks& blocks, 
   p_ba0_ = std::move(columns);
   for (int block = 0; block < blocks.size(); ++block) {
     if (blocks.is_active(block) || !blocks.is_live(block)) {
-      p_ba0_.middleRows<4>(4 * block).setZero();
+      p_ba0_.middleRows<4>(kBlockSize * block).setZero();
     }
   }
   const Index size = blocks.active_rows();
@@ -89,14 +89,14 @@ void DeferredUpdates::replace(Index row, const SparseRows& change, const StateBl
   Eigen::MatrixXd phi = Eigen::MatrixXd::Zero(phi_t_.rows(), 4);
   for (int k = 0; k < change.num_blocks; ++k) {
     phi += phi_t_.middleCols(blocks.row_of(change.blocks[static_cast<std::size_t>(k)]), 4) *
-           change.jacobian.middleCols(4 * k, 4).transpose();
+           change.jacobian.middleCols(kBlockSize * k, 4).transpose();
   }
   phi_t_.middleCols<4>(row) = phi;
 }
 
 void DeferredUpdates::remove(int block, Index hole, Index last) {
   if (hole != last) phi_t_.middleCols<4>(hole) = phi_t_.middleCols<4>(last).eval();
-  p_ba0_.middleRows<4>(4 * block).setZero();
+  p_ba0_.middleRows<4>(kBlockSize * block).setZero();
 }
 
 void DeferredUpdates::correct(const SparseRows& rows,
@@ -130,7 +130,7 @@ void DeferredUpdates::finish_corrections(const ConstMatrixPart& u) {
 }
 
 void DeferredUpdates::add_mean_change(int block, Eigen::Vector4d& mean) const {
-  mean += p_ba0_.middleRows<4>(4 * block) * theta_;
+  mean += p_ba0_.middleRows<4>(kBlockSize * block) * theta_;
 }
 
 void DeferredUpdates::take_mean_changes(Eigen::VectorXd& means) {
@@ -139,7 +139,7 @@ void DeferredUpdates::take_mean_changes(Eigen::VectorXd& means) {
 }
 
 void DeferredUpdates::correct_marginal(int block, Eigen::Matrix4d& covariance) const {
-  const auto row = p_ba0_.middleRows<4>(4 * block);
+  const auto row = p_ba0_.middleRows<4>(kBlockSize * block);
   const Eigen::MatrixXd weighted = row.lazyProduct(weights_t_.leftCols(num_weights_));
   covariance -= weighted.lazyProduct(weighted.transpose());
   if (!has_psi_) return;

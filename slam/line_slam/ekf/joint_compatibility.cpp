@@ -38,8 +38,9 @@ class JointInnovation {
                   const std::vector<Candidate>& candidates,
                   int most_pairings)
       : state_(state), candidates_(candidates) {
-    factor_.setZero(2 * most_pairings, 2 * most_pairings);
-    whitened_.setZero(2 * most_pairings);
+    const Eigen::Index most_rows = 2 * Eigen::Index{most_pairings};
+    factor_.setZero(most_rows, most_rows);
+    whitened_.setZero(most_rows);
   }
 
   int count() const { return static_cast<int>(pairings_.size()); }
@@ -132,7 +133,7 @@ class BranchAndBound {
     for (const int candidate : of_observation_[observation]) {
       if (!may_win(count + 1 + possible_after_[observation + 1], distance2)) break;
       const double with = distance2 + joint_.push(candidate);
-      if (with <= limits_[static_cast<std::size_t>(count + 1)]) {
+      if (with <= limits_[static_cast<std::size_t>(count) + 1]) {
         chosen_[observation] = candidate;
         descend(observation + 1, with);
         chosen_[observation] = -1;

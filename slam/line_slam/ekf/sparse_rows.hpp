@@ -5,13 +5,16 @@
 
 namespace marco::slam {
 
-/// Up to four rows of a Jacobian that is zero outside up to three blocks of the state (a block is a
-/// wall's x1 y1 x2 y2 or the robot's x y theta and one unused), with what was measured.
+/// Rows of the state in a block: x1 y1 x2 y2 of a wall, or x y theta of the robot and one unused.
+inline constexpr Eigen::Index kBlockSize = 4;
+
+/// Up to four rows of a Jacobian that is zero outside up to three blocks of the state,
+/// with what was measured.
 struct SparseRows {
   static constexpr int kMaxRows = 4;
   static constexpr int kMaxBlocks = 3;
-  using Jacobian =
-      Eigen::Matrix<double, Eigen::Dynamic, 4 * kMaxBlocks, 0, kMaxRows, 4 * kMaxBlocks>;
+  using Jacobian = Eigen::
+      Matrix<double, Eigen::Dynamic, kBlockSize * kMaxBlocks, 0, kMaxRows, kBlockSize * kMaxBlocks>;
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxRows, 1>;
   using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 
@@ -23,7 +26,7 @@ struct SparseRows {
 
   int rows() const { return static_cast<int>(jacobian.rows()); }
   void resize(int rows) {
-    jacobian.setZero(rows, 4 * kMaxBlocks);
+    jacobian.setZero(rows, kBlockSize * kMaxBlocks);
     innovation.setZero(rows);
     noise.setZero(rows, rows);
   }

@@ -43,7 +43,7 @@ void StateBlocks::add_times_rows(const ConstMatrixPart& columns,
                                  Eigen::MatrixXd& product) const {
   for (int k = 0; k < rows.num_blocks; ++k) {
     add_product(1.0, columns.middleCols(row_of(rows.blocks[static_cast<std::size_t>(k)]), 4),
-                rows.jacobian.middleCols(4 * k, 4), product);
+                rows.jacobian.middleCols(kBlockSize * k, 4), product);
   }
 }
 

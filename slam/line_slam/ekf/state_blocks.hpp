@@ -21,7 +21,9 @@ class StateBlocks {
   /// Rows of the active part.
   Eigen::Index active_rows() const { return 4 * static_cast<Eigen::Index>(active_.size()); }
   /// First row of an active block.
-  Eigen::Index row_of(int block) const { return 4 * place_[static_cast<std::size_t>(block)]; }
+  Eigen::Index row_of(int block) const {
+    return kBlockSize * place_[static_cast<std::size_t>(block)];
+  }
 
   /// A live, active block: a free one, or else a new one at the end.
   int take();

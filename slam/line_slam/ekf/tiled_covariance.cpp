@@ -43,7 +43,7 @@ void TiledCovariance::read(std::span<const int> blocks, Eigen::MatrixXd& columns
     for (int t = 0; t < num_tile_rows_; ++t) {
       const int rows = std::min(kTile, size() - t * kTile);
       const Tile& tile = this->tile(std::max(t, tile_column), std::min(t, tile_column));
-      auto values = columns.block(t * kTile, to, rows, kBlock);
+      auto values = columns.block(Eigen::Index{t} * kTile, to, rows, kBlock);
       if (t >= tile_column) {
         values = tile.values->block(0, within, rows, kBlock);
       } else {
@@ -60,10 +60,10 @@ void TiledCovariance::read(std::span<const int> blocks, Eigen::MatrixXd& columns
 Eigen::Matrix4d TiledCovariance::read(int block_a, int block_b) {
   const int row = std::max(block_a, block_b), column = std::min(block_a, block_b);
   bring_up_to_date(row / kBlocksPerTile, column / kBlocksPerTile);
-  const Eigen::Matrix4d values =
+  Eigen::Matrix4d values =
       tile(row / kBlocksPerTile, column / kBlocksPerTile)
-          .values->block<kBlock, kBlock>(kBlock * (row % kBlocksPerTile),
-                                         kBlock * (column % kBlocksPerTile));
+          .values->block<kBlock, kBlock>(kBlock * Eigen::Index{row % kBlocksPerTile},
+                                         kBlock * Eigen::Index{column % kBlocksPerTile});
   if (block_a < block_b) return values.transpose();
   return values;
 }
@@ -75,7 +75,7 @@ void TiledCovariance::write(std::span<const int> blocks, const Eigen::MatrixXd& 
     const Eigen::Index from = kBlock * static_cast<Eigen::Index>(k);
     for (int t = 0; t < num_tile_rows_; ++t) {
       const int rows = std::min(kTile, size() - t * kTile);
-      const auto values = columns.block(t * kTile, from, rows, kBlock);
+      const auto values = columns.block(Eigen::Index{t} * kTile, from, rows, kBlock);
       if (t >= tile_column) {
         tile(t, tile_column).values->block(0, within, rows, kBlock) = values;
       }
@@ -95,7 +95,7 @@ void TiledCovariance::subtract_outer(const Eigen::MatrixXd& v) {
     Eigen::MatrixXd& mine = v_[static_cast<std::size_t>(t)];
     mine.conservativeResize(kTile, pending_ + v.cols());
     mine.rightCols(v.cols()).setZero();
-    mine.block(0, pending_, rows, v.cols()) = v.middleRows(t * kTile, rows);
+    mine.block(0, pending_, rows, v.cols()) = v.middleRows(Eigen::Index{t} * kTile, rows);
   }
   pending_ += static_cast<int>(v.cols());
   next_tile_ = 0;

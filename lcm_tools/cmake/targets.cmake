@@ -218,6 +218,8 @@ function(marco_lcm_sources)
     COMMAND ${CMAKE_COMMAND} -DOUT=${out} "-DFILES=${joined}" -P ${MARCO_LCM_TOOLS}/cmake/embed_lcm.cmake
     DEPENDS ${files} ${MARCO_LCM_TOOLS}/cmake/embed_lcm.cmake
     VERBATIM)
+  add_custom_target(marco_lcm_sources_text DEPENDS ${out})
+  add_dependencies(generated marco_lcm_sources_text)
   marco_library(lcm_sources SOURCES ${out} DEPENDS marco::lcm_schema)
 endfunction()
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "slam/session/mapping_session.hpp"
+#include "slam/session/merge_maps.hpp"
 #include "tests/support/localization_recorded.hpp"
 #include "tests/support/real_data.hpp"
 

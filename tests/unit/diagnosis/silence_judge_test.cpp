@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "common/diagnosis/process/silence_watch.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -26,7 +28,7 @@ class Silence : public ::testing::Test {
   }
   // Steps of 0.1 s; at each, a scan and odometry if they are to come.
   void run(double seconds) {
-    for (int i = 0; i < static_cast<int>(seconds * 10.0 + 0.5); ++i) {
+    for (long left = std::lround(seconds * 10.0); left > 0; --left) {
       now_s_ += 0.1;
       judge_.advance(now_s_);
       if (scans) hear("LIDAR", scan_at(now_s_), drop_scans);

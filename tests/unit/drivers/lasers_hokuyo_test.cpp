@@ -164,7 +164,7 @@ struct Rig {
 
 // Half a millimetre of rounding and 3.5 m/s of the test world's speed times the millisecond to
 // which the laser's stamps are cut.
-constexpr double kTolerance_m = 0.0005 + 0.0035;
+constexpr double kToleranceM = 0.0005 + 0.0035;
 
 double worst_error_m(const ArrivedScan& arrived, double beam_interval_s) {
   LaserScan scan = arrived.scan;
@@ -186,7 +186,7 @@ TEST(HokuyoDriver, MeasuresWithBothModels) {
               static_cast<std::size_t>(parameters.last_step - parameters.first_step + 1));
     const double beam_s = 60.0 / parameters.rpm / parameters.steps_per_turn;
     for (const ArrivedScan& arrived : scans) {
-      EXPECT_LT(worst_error_m(arrived, beam_s), kTolerance_m);
+      EXPECT_LT(worst_error_m(arrived, beam_s), kToleranceM);
     }
     EXPECT_NEAR((scans[9].scan.utime - rig.emulator.last_first_beam()).seconds(), 0.0, 0.0011);
   }
@@ -249,7 +249,7 @@ TEST(HokuyoDriver, LetsNoDamagedScanThrough) {
   EXPECT_GT(scans.size(), 80u);
   EXPECT_GT(rig.driver->counts().drops.at("bad_checksum"), 20);
   for (const ArrivedScan& arrived : scans) {
-    EXPECT_LT(worst_error_m(arrived, 0.1 / 1024), kTolerance_m);
+    EXPECT_LT(worst_error_m(arrived, 0.1 / 1024), kToleranceM);
   }
 }
 

@@ -159,7 +159,7 @@ TEST(LeuzeGeometry, AsInTheTheses) {
 }
 
 // Two millimetres are the unit (bit 0 is a flag): half of it, and the test world's 3.5 m/s.
-constexpr double kTolerance_m = 0.001 + 0.0005;
+constexpr double kToleranceM = 0.001 + 0.0005;
 
 TEST(LeuzeDriver, MeasuresAtAnySpeedAndDropsWhatTheLineCannotCarry) {
   struct Case {
@@ -185,7 +185,7 @@ TEST(LeuzeDriver, MeasuresAtAnySpeedAndDropsWhatTheLineCannotCarry) {
     EXPECT_NEAR((scans[9].scan.utime - scans[8].scan.utime).seconds(), one.period_s, 1e-4);
     for (const ArrivedScan& arrived : scans) {
       EXPECT_EQ(arrived.scan.size(), one.step == 4 ? 133u : 265u);
-      EXPECT_LT(worst_range_error_m(arrived.scan), kTolerance_m);
+      EXPECT_LT(worst_range_error_m(arrived.scan), kToleranceM);
     }
   }
 }
@@ -236,7 +236,7 @@ TEST(LeuzeService, OneConnectionAScan) {
     EXPECT_NEAR((scans[0].scan.utime - emulator.last_first_beam()).seconds(), 0.0, 0.0201);
     LaserScan scan = scans[0].scan;
     scan.utime = emulator.last_first_beam();
-    EXPECT_LT(worst_range_error_m(scan), kTolerance_m);
+    EXPECT_LT(worst_range_error_m(scan), kToleranceM);
   }
   EXPECT_EQ(connections, 5);
   line.unplug();

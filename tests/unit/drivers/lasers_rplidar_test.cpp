@@ -189,7 +189,7 @@ struct Rig {
 
 // Angles are cut to 1/64 deg (3 m/rad of the test world: 0.8 mm), ranges to 1 mm, and the world
 // moves by 3.5 m/s, so that 0.3 ms of timing make 1 mm.
-constexpr double kTolerance_m = 0.0008 + 0.0005 + 0.001;
+constexpr double kToleranceM = 0.0008 + 0.0005 + 0.001;
 
 TEST(RplidarDriver, GathersTurnsInBothModes) {
   for (const char* mode : {"standard", "express"}) {
@@ -201,7 +201,7 @@ TEST(RplidarDriver, GathersTurnsInBothModes) {
     const double samples = 1.0 / 5.5 / (std::string(mode) == "standard" ? 508e-6 : 254e-6);
     for (const ArrivedScan& arrived : scans) {
       EXPECT_NEAR(static_cast<double>(arrived.scan.size()), samples, 1.0);
-      EXPECT_LT(worst_range_error_m(arrived.scan), kTolerance_m) << mode;
+      EXPECT_LT(worst_range_error_m(arrived.scan), kToleranceM) << mode;
       EXPECT_EQ(arrived.scan.bearings_rad.size(), arrived.scan.size());
       EXPECT_EQ(arrived.scan.time_offsets_s.size(), arrived.scan.size());
     }
@@ -214,7 +214,7 @@ TEST(RplidarDriver, FollowsALaserWhoseClockIsOff) {
   Rig rig({}, device);
   const auto scans = rig.run(20.0, 80);
   ASSERT_EQ(scans.size(), 80u);
-  EXPECT_LT(worst_range_error_m(scans.back().scan), kTolerance_m);
+  EXPECT_LT(worst_range_error_m(scans.back().scan), kToleranceM);
 }
 
 TEST(RplidarDriver, NothingIsZeroAndErrorsAreReported) {
@@ -269,7 +269,7 @@ TEST(RplidarDriver, LetsNoDamagedCapsuleThrough) {
   EXPECT_GT(scans.size(), 15u);
   EXPECT_GT(rig.driver->counts().drops.at("lost_capsule"), 10);
   for (const ArrivedScan& arrived : scans) {
-    EXPECT_LT(worst_range_error_m(arrived.scan), kTolerance_m);
+    EXPECT_LT(worst_range_error_m(arrived.scan), kToleranceM);
   }
 }
 
@@ -288,7 +288,7 @@ TEST(RplidarDriver, NoticesACapsuleThatVanishedWhole) {
     ASSERT_GE(rig.run(2.0, 3).size(), 3u);
     to_lose = static_cast<int>(kCapsuleSize);
     for (const ArrivedScan& arrived : rig.run(1.0, 4)) {
-      EXPECT_LT(worst_range_error_m(arrived.scan), kTolerance_m);
+      EXPECT_LT(worst_range_error_m(arrived.scan), kToleranceM);
     }
   }
   EXPECT_EQ(rig.driver->counts().drops.at("lost_capsule"), 5);

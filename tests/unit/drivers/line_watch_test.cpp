@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 namespace marco::drivers {
 namespace {
 
@@ -17,7 +19,7 @@ class Line : public ::testing::Test {
   // Steps of 0.1 s; at each, `bytes` come.
   Trouble run(double seconds, const std::vector<uint8_t>& bytes = {}, bool answers = false) {
     Trouble trouble = Trouble::none;
-    for (int i = 0; i < static_cast<int>(seconds * 10.0 + 0.5); ++i) {
+    for (long left = std::lround(seconds * 10.0); left > 0; --left) {
       watch_.on_bytes(bytes);
       trouble = watch_.judge(answers, now_s_ += 0.1);
     }

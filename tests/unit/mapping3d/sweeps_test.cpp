@@ -17,10 +17,10 @@ namespace {
 using ::marco::testing::AnalyticRoom;
 
 constexpr int kBeams = 91;
-constexpr double kScanEvery_s = 0.1;
-constexpr double kScanDuration_s = 0.05;
-constexpr double kStateEvery_s = 0.05;
-constexpr double kStep_rad = 2.0 / 180.0 * M_PI;
+constexpr double kScanEveryS = 0.1;
+constexpr double kScanDurationS = 0.05;
+constexpr double kStateEveryS = 0.05;
+constexpr double kStepRad = 2.0 / 180.0 * M_PI;
 
 /// How robot and pan-tilt move.
 struct Motion {
@@ -46,7 +46,7 @@ class Sweeps : public ::testing::Test {
     laser_.channel = channels::kLidar;
     laser_.mount = SensorInfo::Mount::pantilt;
     laser_.parent_from_sensor = make_pose3({0.045, 0.0, 0.008});
-    laser_.scan_duration_s = kScanDuration_s;
+    laser_.scan_duration_s = kScanDurationS;
     laser_.range_max_m = 30.0;
     give(base_);
     give(laser_);
@@ -77,10 +77,10 @@ class Sweeps : public ::testing::Test {
                                      deg_to_rad(motion.tilt_deg(at_s)));
   }
   static double beam_s(double scan_s, int beam) {
-    return scan_s + kScanDuration_s * beam / (kBeams - 1);
+    return scan_s + kScanDurationS * beam / (kBeams - 1);
   }
   static Eigen::Vector3d ray(int beam) {
-    const double bearing_rad = -0.5 * M_PI + kStep_rad * beam;
+    const double bearing_rad = -0.5 * M_PI + kStepRad * beam;
     return {std::cos(bearing_rad), std::sin(bearing_rad), 0.0};
   }
   LaserScan scan(double at_s, const Motion& motion) const {
@@ -88,7 +88,7 @@ class Sweeps : public ::testing::Test {
     scan.utime = Utime::from_seconds(at_s);
     scan.channel = channels::kLidar;
     scan.first_bearing_rad = -0.5 * M_PI;
-    scan.bearing_step_rad = kStep_rad;
+    scan.bearing_step_rad = kStepRad;
     for (int beam = 0; beam < kBeams; ++beam) {
       const Pose3 laser = world_from_laser(beam_s(at_s, beam), motion);
       scan.ranges_m.push_back(static_cast<float>(
@@ -97,9 +97,9 @@ class Sweeps : public ::testing::Test {
     return scan;
   }
   void drive(const Motion& motion, double seconds) {
-    for (int i = 0; kScanEvery_s * i < seconds; ++i) {
-      const double now_s = 10.0 + kScanEvery_s * i;
-      for (int k = 0; k < 2; ++k) give_state(now_s + kStateEvery_s * k, motion);
+    for (int i = 0; kScanEveryS * i < seconds; ++i) {
+      const double now_s = 10.0 + kScanEveryS * i;
+      for (int k = 0; k < 2; ++k) give_state(now_s + kStateEveryS * k, motion);
       give(scan(now_s, motion));
       give_pose(now_s, motion.world_from_robot(now_s));
     }
@@ -137,7 +137,7 @@ class Sweeps : public ::testing::Test {
 };
 
 // Beams are placed at stamps of whole microseconds between poses 0.1 s apart: well below this.
-constexpr double kTolerance_m = 5e-4;
+constexpr double kToleranceM = 5e-4;
 
 TEST_F(Sweeps, StopAndTilt) {
   Motion motion;
@@ -145,7 +145,7 @@ TEST_F(Sweeps, StopAndTilt) {
   drive(motion, 20.0);
   ASSERT_EQ(rows().size(), 1U);
   EXPECT_GT(rows()[0], 39U);
-  EXPECT_LT(worst_point_m(motion), kTolerance_m);
+  EXPECT_LT(worst_point_m(motion), kToleranceM);
 }
 
 TEST_F(Sweeps, StopAndPan) {
@@ -154,7 +154,7 @@ TEST_F(Sweeps, StopAndPan) {
   motion.tilt_deg = [](double) { return 25.0; };
   drive(motion, 20.0);
   ASSERT_EQ(rows().size(), 1U);
-  EXPECT_LT(worst_point_m(motion), kTolerance_m);
+  EXPECT_LT(worst_point_m(motion), kToleranceM);
 }
 
 TEST_F(Sweeps, FourPansOfATiltSweepEach) {
@@ -163,7 +163,7 @@ TEST_F(Sweeps, FourPansOfATiltSweepEach) {
   motion.tilt_deg = [](double s) { return -20.0 + stepwise(std::fmod(s - 10.0, 12.0), 2.0); };
   drive(motion, 48.0);
   EXPECT_EQ(rows().size(), 4U);
-  EXPECT_LT(worst_point_m(motion), kTolerance_m);
+  EXPECT_LT(worst_point_m(motion), kToleranceM);
 }
 
 TEST_F(Sweeps, NoddingWhileStanding) {
@@ -171,7 +171,7 @@ TEST_F(Sweeps, NoddingWhileStanding) {
   motion.tilt_deg = [](double s) { return 20.0 - std::abs(s - 14.0) * 10.0; };
   drive(motion, 8.0);
   EXPECT_EQ(rows().size(), 2U);
-  EXPECT_LT(worst_point_m(motion), kTolerance_m);
+  EXPECT_LT(worst_point_m(motion), kToleranceM);
 }
 
 TEST_F(Sweeps, NoddingWhileDrivingAnArc) {
@@ -185,15 +185,15 @@ TEST_F(Sweeps, NoddingWhileDrivingAnArc) {
   drive(motion, 5.0);
   ASSERT_EQ(rows().size(), 1U);
   // 0.3 m/s turning at 9 deg/s: a chord of 0.1 s leaves 0.06 mm; without the poses between, 15 mm.
-  EXPECT_LT(worst_point_m(motion), kTolerance_m);
+  EXPECT_LT(worst_point_m(motion), kToleranceM);
 }
 
 TEST_F(Sweeps, AJumpingPanTiltClockSpoilsOnlyTheRowsAboutIt) {
   Motion motion;
   motion.tilt_deg = [](double s) { return -20.0 + 5.0 * (s - 10.0); };
   for (int i = 0; i < 80; ++i) {
-    const double now_s = 10.0 + kScanEvery_s * i;
-    for (int k = 0; k < 2; ++k) give_state(now_s + kStateEvery_s * k, motion);
+    const double now_s = 10.0 + kScanEveryS * i;
+    for (int k = 0; k < 2; ++k) give_state(now_s + kStateEveryS * k, motion);
     if (i == 40) {  // an hour ahead, then an hour back
       PanTiltState far;
       far.utime = Utime::from_seconds(now_s + 3600.0);
@@ -209,7 +209,7 @@ TEST_F(Sweeps, AJumpingPanTiltClockSpoilsOnlyTheRowsAboutIt) {
   std::size_t used = 0;
   for (const std::size_t count : rows()) used += count;
   EXPECT_GE(used, 75U);
-  EXPECT_LT(worst_point_m(motion), kTolerance_m);
+  EXPECT_LT(worst_point_m(motion), kToleranceM);
 }
 
 TEST_F(Sweeps, FollowTheirKeyScansThroughTwoCorrections) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 
@@ -30,7 +31,7 @@ std::vector<Pose2> drive_round(int sides) {
   std::vector<Pose2> path{{-5.5, -3.5, 0.0}};
   const double lengths_m[] = {11.0, 7.0, 11.0, 7.0};
   for (int side = 0; side < sides; ++side) {
-    const int steps = static_cast<int>(lengths_m[side % 4] / 0.1 + 0.5);
+    const auto steps = std::lround(lengths_m[side % 4] / 0.1);
     for (int i = 0; i < steps; ++i) path.push_back(path.back() * Pose2{0.1, 0, 0});
     for (int i = 0; i < 10; ++i) path.push_back(path.back() * Pose2{0, 0, deg_to_rad(9)});
   }

@@ -20,9 +20,9 @@ enum class Twin { none, dense, information };
 // Drives the fast and the slow filter through the same random life of a map.
 class TwinLife {
  public:
-  TwinLife(unsigned seed, Twin twin) : random_(seed), fast_(kStart, kStartCovariance) {
-    if (twin == Twin::dense) dense_.emplace(kStart, kStartCovariance);
-    if (twin == Twin::information) information_.emplace(kStart, kStartCovariance);
+  TwinLife(unsigned seed, Twin twin) : random_(seed), fast_(start_, start_covariance_) {
+    if (twin == Twin::dense) dense_.emplace(start_, start_covariance_);
+    if (twin == Twin::information) information_.emplace(start_, start_covariance_);
   }
 
   void step(int max_walls) {
@@ -222,8 +222,8 @@ class TwinLife {
     fast_.finish_corrections();
   }
 
-  const Eigen::Vector3d kStart{1.0, 2.0, 0.5};
-  const Eigen::Matrix3d kStartCovariance = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();
+  const Eigen::Vector3d start_{1.0, 2.0, 0.5};
+  const Eigen::Matrix3d start_covariance_ = Eigen::Vector3d(1e-4, 1e-4, 1e-5).asDiagonal();
   std::mt19937 random_;
   CompressedState fast_;
   std::optional<LinesDenseState> dense_;

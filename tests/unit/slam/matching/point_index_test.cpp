@@ -39,7 +39,7 @@ TEST(PointIndex, EqualsBruteForceOnClustersLinesTiesAndFarCoordinates) {
   Points2 cloud(2, 400), line(2, 100), lattice(2, 49), few(2, 2), far_spread(2, 20);
   for (auto p : cloud.colwise()) p << uniform(random), 0.3 * gauss(random);
   for (int i = 0; i < 100; ++i) line.col(i) << 0.01 * i, 500.0;
-  for (int i = 0; i < 49; ++i) lattice.col(i) << 500.0 + i % 7, -500.0 + i / 7;
+  for (int i = 0; i < 49; ++i) lattice.col(i) << 500 + i % 7, -500 + i / 7;
   few << 0.0, 3.0, 0.0, 0.0;
   for (int i = 0; i < 20; ++i) far_spread.col(i) << 1e4 * gauss(random), 1e4 * gauss(random);
   for (const Points2& points : {cloud, line, few, far_spread}) {

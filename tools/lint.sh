@@ -29,20 +29,18 @@ case $what in
     build=${1:?lint.sh tidy BUILD}
     shift
     tidy=$(tool clang-tidy)
-    compiled=()
-    [ $# -gt 0 ] || mapfile -t compiled < <(sed -n 's/^ *"file": "\(.*\)",\?$/\1/p' "$build/compile_commands.json" | sort -u)
     # Only what this build compiles: a header is judged through the sources that include it.
-    for file; do
-      if [[ $file == *.cpp ]] && grep -qF "\"file\": \"$PWD/$file\"" "$build/compile_commands.json"; then
-        compiled+=("$file")
-      fi
-    done
+    mapfile -t compiled < <(grep -o '"file": "[^"]*"' "$build/compile_commands.json" | cut -d'"' -f4 |
+      sed "s|^$PWD/||" | sort -u)
+    if [ $# -gt 0 ]; then
+      mapfile -t compiled < <(printf '%s\n' "${compiled[@]}" | awk 'NR == FNR { wanted[$0]; next } $0 in wanted' <(printf '%s\n' "$@") -)
+    fi
     [ ${#compiled[@]} -gt 0 ] || { echo "clang-tidy: nothing to look at"; exit 0; }
     echo "clang-tidy: ${#compiled[@]} files"
     judge() { xargs -r -d '\n' -n 1 -P "$(nproc)" "$tidy" -p "$build" --quiet "$@"; }
     found=0
-    printf '%s\n' "${compiled[@]}" | grep -v /tests/ | judge || found=1
-    printf '%s\n' "${compiled[@]}" | grep /tests/ | judge --config-file=tests/.clang-tidy || found=1
+    printf '%s\n' "${compiled[@]}" | awk '!/(^|\/)tests\//' | judge || found=1
+    printf '%s\n' "${compiled[@]}" | awk '/(^|\/)tests\//' | judge --config-file=tests/.clang-tidy || found=1
     exit $found
     ;;
   *)

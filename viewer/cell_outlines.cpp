@@ -82,6 +82,7 @@ Outline smoothed(const Outline& outline) {
   const int count = static_cast<int>(outline.size());
   const int most = std::min(kSmoothedEdges, count / 8);
   std::vector<bool> corners;
+  corners.reserve(outline.size());
   for (int i = 0; i < count; ++i) corners.push_back(is_corner(outline, i));
   Outline smooth;
   for (int i = 0; i < count; ++i) {

@@ -10,10 +10,10 @@
 namespace marco::viewer {
 namespace {
 
-constexpr float kSmallestPart_m = 0.3F;
+constexpr float kSmallestPartM = 0.3F;
 constexpr std::size_t kFewest = 200;  // triangles that are worth two parts
-constexpr std::array<float, 9> kErrors_m{0.004F, 0.006F, 0.009F, 0.013F, 0.018F,
-                                         0.026F, 0.037F, 0.055F, 0.1F};
+constexpr std::array<float, 9> kErrorsM{0.004F, 0.006F, 0.009F, 0.013F, 0.018F,
+                                        0.026F, 0.037F, 0.055F, 0.1F};
 // A level that spares less is not worth its place.
 constexpr double kWorthwhile = 0.9;
 // What joining two parts may add to the error of their triangles.
@@ -92,7 +92,7 @@ class DetailLevels::Builder {
   std::size_t split(const Part& part, std::size_t begin, std::size_t end) {
     Eigen::Index axis = 0;
     const auto length_m = static_cast<float>((part.high_m - part.low_m).maxCoeff(&axis));
-    if (length_m < 2.0F * kSmallestPart_m || end - begin < 2 * kFewest) return begin;
+    if (length_m < 2.0F * kSmallestPartM || end - begin < 2 * kFewest) return begin;
     constexpr int kSlices = 64;
     std::array<std::size_t, kSlices> slices{};
     const auto low_m = static_cast<float>(part.low_m[axis]);
@@ -126,20 +126,20 @@ class DetailLevels::Builder {
       all.insert(all.end(), triangles_[i].begin(), triangles_[i].end());
     }
     keep(part, all, 0, 0.0);
-    for (std::size_t step = 1; step <= kErrors_m.size(); ++step) {
-      const std::vector<uint32_t> fewer = simplified(all, kErrors_m[step - 1]);
+    for (std::size_t step = 1; step <= kErrorsM.size(); ++step) {
+      const std::vector<uint32_t> fewer = simplified(all, kErrorsM[step - 1]);
       if (fewer.size() < worthwhile(part.levels.back().range.count)) {
-        keep(part, fewer, step, static_cast<double>(kErrors_m[step - 1]));
+        keep(part, fewer, step, static_cast<double>(kErrorsM[step - 1]));
       }
     }
   }
 
   void join_levels(Part& part) {
-    for (std::size_t step = 1; step <= kErrors_m.size(); ++step) {
+    for (std::size_t step = 1; step <= kErrorsM.size(); ++step) {
       std::vector<uint32_t> both;
       const double error_m =
           std::max(gather(part.first, step, both), gather(part.second, step, both));
-      const float more_m = kMoreByJoining * kErrors_m[step - 1];
+      const float more_m = kMoreByJoining * kErrorsM[step - 1];
       const std::vector<uint32_t> fewer = simplified(both, more_m);
       const std::size_t last = part.levels.empty() ? both.size() : part.levels.back().range.count;
       if (fewer.size() < worthwhile(std::min(last, both.size()))) {

@@ -108,8 +108,8 @@ class DistanceField {
         (cell.array() >= size_.array()).any()) {
       return kMostM;
     }
-    return distances_m_[static_cast<std::size_t>((cell.z() * size_.y() + cell.y()) * size_.x() +
-                                                 cell.x())];
+    const Eigen::Index row = Eigen::Index{cell.z()} * size_.y() + cell.y();
+    return distances_m_[static_cast<std::size_t>(row * size_.x() + cell.x())];
   }
   Eigen::Vector3f min_m() const { return min_m_; }
   Eigen::Vector3f max_m() const { return max_m_; }
@@ -139,14 +139,17 @@ std::vector<Guess> coarse_guesses(const std::vector<Eigen::Vector3f>& points,
     const Eigen::Matrix3f turn =
         make_pose3(Eigen::Vector3d::Zero(), 0, 0, yaw).linear().cast<float>();
     std::vector<Eigen::Vector3f> turned;
+    turned.reserve(points.size());
     for (const Eigen::Vector3f& point : points) {
       Eigen::Vector3f p = turn * (point - middle);
       p.z() = point.z();
       turned.push_back(p);
     }
-    for (float x = field.min_m().x(); x <= field.max_m().x(); x += kPlaceM) {
-      for (float y = field.min_m().y(); y <= field.max_m().y(); y += kPlaceM) {
-        const Eigen::Vector3f shift(x, y, 0.0F);
+    const Eigen::Vector3i steps = ((field.max_m() - field.min_m()) / kPlaceM).cast<int>();
+    for (int column = 0; column <= steps.x(); ++column) {
+      for (int row = 0; row <= steps.y(); ++row) {
+        const Eigen::Vector3f shift(field.min_m().x() + kPlaceM * static_cast<float>(column),
+                                    field.min_m().y() + kPlaceM * static_cast<float>(row), 0.0F);
         double cost = 0.0;
         for (const Eigen::Vector3f& point : turned) {
           cost += static_cast<double>(field.at(point + shift));

@@ -28,7 +28,9 @@ std::vector<BeamEnd> one_a_cell(const std::vector<BeamEnd>& beams) {
   std::vector<BeamEnd> places;
   for (const BeamEnd& beam : beams) {
     const Eigen::Vector3i cell = (beam.point_m / 0.02F).array().floor().matrix().cast<int>();
-    const auto part = [&](int axis) { return static_cast<uint64_t>(cell[axis] + (1 << 20)); };
+    const auto part = [&](int axis) {
+      return uint64_t{(1U << 20U) + static_cast<uint32_t>(cell[axis])};
+    };
     const uint64_t key = part(0) | (part(1) << 21U) | (part(2) << 42U);
     if (cells.insert(key).second) places.push_back(beam);
   }

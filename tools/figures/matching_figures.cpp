@@ -181,8 +181,8 @@ std::vector<viewer::Picture> of_one_size(std::vector<viewer::Picture> pictures) 
   for (viewer::Picture& picture : pictures) {
     viewer::Picture larger(width_px, height_px, viewer::palette::kPaper);
     for (int row = 0; row < picture.height_px; ++row) {
-      std::copy_n(picture.pixels.begin() + row * picture.width_px, picture.width_px,
-                  larger.pixels.begin() + row * width_px);
+      std::copy_n(picture.pixels.begin() + std::ptrdiff_t{row} * picture.width_px, picture.width_px,
+                  larger.pixels.begin() + std::ptrdiff_t{row} * width_px);
     }
     picture = std::move(larger);
   }

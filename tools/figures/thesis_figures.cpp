@@ -55,9 +55,8 @@ class Drawer {
       count += mesh.triangles.size() / (quads ? 2 : 1);
       scene.meshes.push_back({std::make_shared<const TriangleMesh>(std::move(mesh))});
     }
-    draw(file,
-         what + ": " + std::to_string(count) +
-             (polygons == Polygons::quads ? " quads" : " triangles"),
+    draw({file, what + ": " + std::to_string(count) +
+                    (polygons == Polygons::quads ? " quads" : " triangles")},
          scene, camera, options_.mode, sweeps.front());
   }
 
@@ -69,9 +68,8 @@ class Drawer {
     }
     const std::string count = std::to_string(points.points_m.size());
     scene.points.push_back(std::move(points));
-    draw("5_13_vertices.png",
-         "5.13, one sweep, vertices: " + count + " of " + std::to_string(sweep.points_m.size()) +
-             " beams",
+    draw({"5_13_vertices.png", "5.13, one sweep, vertices: " + count + " of " +
+                                   std::to_string(sweep.points_m.size()) + " beams"},
          scene, camera, viewer::Mode::points, sweep);
   }
 
@@ -81,8 +79,7 @@ class Drawer {
   }
 
  private:
-  void draw(const std::string& file,
-            const std::string& what,
+  void draw(const Figure& figure,
             const viewer::Scene& scene,
             const viewer::Camera& camera,
             viewer::Mode mode,
@@ -91,9 +88,9 @@ class Drawer {
     look.lamp_m = lit_by.origins_m.front().cast<double>();
     renderer_.load(scene);
     const viewer::Picture picture = renderer_.draw(camera, look, options_.size);
-    viewer::write_png(picture, (folder_ / file).string());
+    viewer::write_png(picture, (folder_ / figure.file).string());
     pictures_.push_back(picture);
-    figures_.push_back({file, what});
+    figures_.push_back(figure);
   }
 
   std::filesystem::path folder_;

@@ -123,6 +123,36 @@ void order_loop_pictures(std::vector<PictureOrder>& pictures,
   for (PictureOrder& order : loop_pictures(folder, job)) pictures.push_back(std::move(order));
 }
 
+// The map that the session continues, and those of inputs that were not found in it.
+void write_session(const std::filesystem::path& out,
+                   const MapJob& job,
+                   const slam::SlamOptions& options) {
+  if (job.session() == nullptr || job.session()->localizer() != nullptr) return;
+  save(out, job.session()->saved(process::print_options(options)));
+  for (const KeptApart& apart : kept_apart(job)) {
+    std::filesystem::create_directories(out / apart.folder);
+    slam::write_map_files(out / apart.folder, *apart.map, options.grid);
+  }
+}
+
+void draw(const std::filesystem::path& out,
+          const GridMap& map,
+          const Walls& walls,
+          const MapJob& job,
+          bool with_loops) {
+  const TriangleMesh& model = job.mapping3d().mapper().model();
+  std::vector<PictureOrder> pictures;
+  if (map.width_cells > 0) pictures.push_back(map_picture(out / "map.png", map, job));
+  if (!model.triangles.empty()) pictures.push_back(model_picture(out / "model.png", model, job));
+  if (job.lines() != nullptr) {
+    for (PictureOrder& order : line_pictures(out, map, walls, job)) {
+      pictures.push_back(std::move(order));
+    }
+  }
+  if (with_loops) order_loop_pictures(pictures, out / "loops", job);
+  draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
+}
+
 int run(const MapArguments& arguments) {
   process::catch_interrupts(arguments.out + " is unchanged");
   MapOptions options = process::load_options<MapOptions>(arguments.config);
@@ -142,13 +172,7 @@ int run(const MapArguments& arguments) {
   require(!job.live_trajectory().empty(),
           arguments.inputs.front() + ": holds no usable laser scan");
   write_paths(out, job);
-  if (job.session() != nullptr && job.session()->localizer() == nullptr) {
-    save(out, job.session()->saved(process::print_options(options.slam.slam)));
-    for (const KeptApart& apart : kept_apart(job)) {
-      std::filesystem::create_directories(out / apart.folder);
-      slam::write_map_files(out / apart.folder, *apart.map, options.slam.slam.grid);
-    }
-  }
+  write_session(out, job, options.slam.slam);
   const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);
   const TriangleMesh scenes = job.mapping3d().mapper().scene_meshes();
@@ -162,16 +186,7 @@ int run(const MapArguments& arguments) {
   const mapping3d::JoinedSurface joined = mapping3d::join_surface(model, options.joined_surface);
   write_joined_surface(out, model, joined);
   job.clock().end_stage("surface");
-  std::vector<PictureOrder> pictures;
-  if (map.width_cells > 0) pictures.push_back(map_picture(out / "map.png", map, job));
-  if (!model.triangles.empty()) pictures.push_back(model_picture(out / "model.png", model, job));
-  if (job.lines() != nullptr) {
-    for (PictureOrder& order : line_pictures(out, map, walls, job)) {
-      pictures.push_back(std::move(order));
-    }
-  }
-  if (arguments.loop_pictures) order_loop_pictures(pictures, out / "loops", job);
-  draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
+  draw(out, map, walls, job, arguments.loop_pictures);
   job.clock().end_stage("pictures");
   ReportExtras extras{judge_path(job), figures_of(model, joined, mapper.scenes().size()),
                       paint(out, joined.simplified.mesh, job, options.photographs),

@@ -142,7 +142,7 @@ Picture render_scene(Scene scene, const RenderRequest& request) {
   Renderer renderer;
   stands_inside(request) ? load_from_inside(renderer, scene) : renderer.load(scene);
   const ViewPlan plan = plan_request(scene, request, renderer);
-  const Picture picture = renderer.draw(plan.camera, plan.look, request.size);
+  Picture picture = renderer.draw(plan.camera, plan.look, request.size);
   const bool outside =
       request.camera.empty() || request.camera == "above" || request.camera == "front";
   if (!outside) return picture;

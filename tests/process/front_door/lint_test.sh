@@ -7,9 +7,10 @@ for tool in clang-format clang-tidy clang++ git; do
 done
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-mkdir "$folder/tools" "$folder/build"
+mkdir "$folder/tools" "$folder/build" "$folder/tests"
 cp "$root/tools/lint.sh" "$folder/tools/"
 cp "$root/.clang-format" "$root/.clang-tidy" "$folder/"
+cp "$root/tests/.clang-tidy" "$folder/tests/"
 cd "$folder"
 git init -q .
 fail() { echo "FAILED: $*" >&2; exit 1; }
@@ -34,5 +35,12 @@ tools/lint.sh format good.cpp || fail "a file that was not asked for is judged"
 source_file named.cpp 'int BadName(int value) { return value; }'
 ! tools/lint.sh tidy build >said 2>&1 || fail "a bad name passes"
 grep -q BadName said || fail "the badly named function is not named"
+long='int %s(int value) {'$(printf '\n  if (value > %d) ++value;' $(seq 30))$'\n  return value;\n}'
+source_file tests/branches.cpp "${long/\%s/many_branches}"
+tools/lint.sh tidy build tests/branches.cpp || fail "a test with many branches is refused"
+source_file branches.cpp "${long/\%s/many_branches}"
+! tools/lint.sh tidy build branches.cpp >said 2>&1 || fail "a function with many branches passes"
+source_file tests/named.cpp 'int BadName(int value) { return value; }'
+! tools/lint.sh tidy build tests/named.cpp >said 2>&1 || fail "a bad name passes in a test"
 tools/lint.sh tidy build good.cpp || fail "a file that was not asked for is judged by clang-tidy"
 echo "lint finds what it should"

@@ -116,16 +116,24 @@ TEST_F(PlaceFinderTest, InASymmetricRoomBothPlacesStayCandidates) {
   }
 }
 
-// With as many candidates as are kept, the right one may be among those cut off.
+// With as many candidates as are kept, the right one may be among those cut off. A cupboard tells
+// the two ends of this room apart: the better of the two candidates stands out.
 TEST_F(PlaceFinderTest, WithAsManyCandidatesAsAreKeptNoneIsBelieved) {
-  const PlaceMap map = map_of(room_);
+  testing::FlatWorld room;
+  room.add_box(-4, -3, 4, 3);
+  room.add_box(2.4, 1.6, 3.2, 2.4);
+  const PlaceMap map = map_of(room);
+  const std::vector<Keyframe> keys = keyframes_along(room, path_, session_from_world_);
+  PlaceFinder finder(map, {});
+  const PlaceEstimate believed = looks(finder, keys).back();
+  ASSERT_THAT(believed.candidates, SizeIs(2));
+  EXPECT_EQ(believed.status, PlaceEstimate::Status::localized);
   PlaceFinderOptions options;
-  options.max_candidates = 1;
-  PlaceFinder finder(map, options);
-  for (const auto& look : looks(finder, keyframes_along(room_, path_, session_from_world_))) {
-    EXPECT_THAT(look.candidates, SizeIs(1));
-    EXPECT_EQ(look.status, PlaceEstimate::Status::candidates);
-  }
+  options.max_candidates = 2;
+  PlaceFinder full(map, options);
+  const PlaceEstimate doubted = looks(full, keys).back();
+  ASSERT_THAT(doubted.candidates, SizeIs(2));
+  EXPECT_EQ(doubted.status, PlaceEstimate::Status::candidates);
 }
 
 TEST_F(PlaceFinderTest, ARoomThatIsNotInTheMapIsNotFoundInIt) {

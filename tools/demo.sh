@@ -54,7 +54,7 @@ run_demo() {
 # $1 folder, $2 a script of config/, $3 its name. The processes talk in a network namespace of their own where there
 # is such a thing: no other robot on this network is disturbed, or disturbs.
 demo_script() {
-  MARCO_RUN="$1" "$root/tests/support/isolated.sh" "$self" run "$root/config/$2" "$3" -n --on-script-complete exit || {
+  MARCO_RUN="$1" "$root/lcm_tools/tests/support/isolated.sh" "$self" run "$root/config/$2" "$3" -n --on-script-complete exit || {
     echo "marco demo: the live run ended with an error; see ~/.local/state/marco-procman/localhost" >&2
     exit 1
   }

@@ -148,11 +148,7 @@ CsvResult export_csv(WalkInput& input,
                      const std::filesystem::path& folder,
                      Existing existing,
                      const OnProgress& on_progress) {
-  require(existing == Existing::replace || !std::filesystem::exists(folder) ||
-              std::filesystem::is_empty(folder),
-          folder.string() + ": is not empty; --force writes into it");
-  files::OutputFolder results(folder, "export-csv");
-  results.keep(input.path);
+  OutputFolder results(folder, existing, "export-csv", input.path);
   struct Table {
     std::string name;
     std::unique_ptr<files::OutputFile> file;

@@ -17,11 +17,7 @@ ImagesResult export_images(WalkInput& input,
                            const std::filesystem::path& folder,
                            Existing existing,
                            const OnProgress& on_progress) {
-  require(existing == Existing::replace || !std::filesystem::exists(folder) ||
-              std::filesystem::is_empty(folder),
-          folder.string() + ": is not empty; --force writes into it");
-  files::OutputFolder results(folder, "export-images");
-  results.keep(input.path);
+  OutputFolder results(folder, existing, "export-images", input.path);
   ImagesResult result;
   result.walk = walk_log(
       input, types,

@@ -19,4 +19,23 @@ void check_output_path(const std::filesystem::path& path,
           path.string() + ": exists already; --force replaces it");
 }
 
+namespace {
+
+const std::filesystem::path& checked_folder(const std::filesystem::path& path, Existing existing) {
+  require(existing == Existing::replace || !std::filesystem::exists(path) ||
+              std::filesystem::is_empty(path),
+          path.string() + ": is not empty; --force writes into it");
+  return path;
+}
+
+}  // namespace
+
+OutputFolder::OutputFolder(const std::filesystem::path& path,
+                           Existing existing,
+                           const std::string& owner,
+                           const std::filesystem::path& input)
+    : files::OutputFolder(checked_folder(path, existing), owner) {
+  keep(input);
+}
+
 }  // namespace marco::logs

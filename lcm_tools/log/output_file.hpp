@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "lcm_tools/files/output_file.hpp"
+#include "lcm_tools/files/output_folder.hpp"
 
 namespace marco::logs {
 
@@ -24,6 +26,16 @@ class OutputFile : public files::OutputFile {
              Existing existing,
              const std::vector<std::filesystem::path>& inputs)
       : files::OutputFile((check_output_path(path, existing, inputs), path)) {}
+};
+
+/// A folder of results that a user asked for.
+/// @throws std::invalid_argument when it holds anything and shall be kept.
+class OutputFolder : public files::OutputFolder {
+ public:
+  OutputFolder(const std::filesystem::path& path,
+               Existing existing,
+               const std::string& owner,
+               const std::filesystem::path& input);
 };
 
 }  // namespace marco::logs

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """marco-slam live, with its second thread, over LCM. Run in a network of its own:
 
-  tests/support/isolated.sh tests/experiments/live.py FOLDER_OF_PROGRAMS repeat LOG [--runs 10] [--speed 4]
+  lcm_tools/tests/support/isolated.sh tests/experiments/live.py FOLDER_OF_PROGRAMS repeat LOG [--runs 10] [--speed 4]
       one log played so often: are the maps equal? Its keyframes' poses in the end, run against the first run.
       Exit code 1 when one is more than 2 cm off.
-  tests/support/isolated.sh tests/experiments/live.py FOLDER_OF_PROGRAMS latency [--log LOG] [--core 0] [--scans-per-s 75]
+  lcm_tools/tests/support/isolated.sh tests/experiments/live.py FOLDER_OF_PROGRAMS latency [--log LOG] [--core 0] [--scans-per-s 75]
       scan -> pose on one core while loops are closed and checkpoints written behind it: the time between the datagram of a scan and that of its
       pose, both stamped by the kernel. Without a log three rounds of the lab are simulated, 361 beams.
       Also since the message that let the scan go: it waits for odometry and pan-tilt of its own time.

@@ -3,6 +3,8 @@
 
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/tests/support/program.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/process_status_t.hpp"
@@ -10,8 +12,6 @@
 #include "marco/slam_pose_t.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
-#include "tests/support/program.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {

@@ -8,9 +8,9 @@
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
 #include "lcm_tools/files/whole_file.hpp"
-#include "tests/support/program.hpp"
+#include "lcm_tools/tests/support/program.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "tests/support/real_data.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "lcm_tools/files/whole_file.hpp"
-#include "tests/support/program.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "lcm_tools/tests/support/program.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 
 namespace marco::testing {
 

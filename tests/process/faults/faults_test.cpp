@@ -5,12 +5,12 @@
 #include <map>
 
 #include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/tests/support/program.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/process_status_t.hpp"
 #include "marco/sim_fault_t.hpp"
-#include "tests/support/program.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {

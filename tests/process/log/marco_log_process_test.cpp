@@ -5,35 +5,17 @@
 
 #include <cstdlib>
 
+#include "lcm_tools/tests/support/log_command.hpp"
 #include "lcm_tools/tests/unit/log/tiny_log.hpp"
 
 namespace marco::logs {
 namespace {
 
 using ::testing::HasSubstr;
-
-std::string program() {
-  const char* folder = std::getenv("MARCO_BIN");
-  return std::string(folder == nullptr ? "build/dev/bin" : folder) + "/marco-log";
-}
-
-struct Outcome {
-  int exit_code = 0;
-  std::string output;  // stdout and stderr
-};
-
-Outcome run(const std::string& command) {
-  Outcome outcome;
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  char block[4096];
-  for (std::size_t got = 0; (got = std::fread(block, 1, sizeof block, pipe)) > 0;) {
-    outcome.output.append(block, got);
-  }
-  outcome.exit_code = WEXITSTATUS(pclose(pipe));
-  return outcome;
-}
-
-Outcome run_log(const std::string& arguments) { return run(program() + " " + arguments); }
+using testing::log_program;
+using testing::Outcome;
+using testing::run;
+using testing::run_log;
 
 TEST(Cli, ALogOfAnotherKindIsPointedToImport) {
   const ScratchFolder folder;

@@ -1,6 +1,6 @@
 #!/bin/bash
 # ./marco run while another run is open: the second one says so and touches nothing, its checkpoint least of all.
-#   front_door_test.sh BIN-FOLDER SOURCE-FOLDER      (within tests/support/isolated.sh)
+#   front_door_test.sh BIN-FOLDER SOURCE-FOLDER      (within lcm_tools/tests/support/isolated.sh)
 set -u
 folder=$(mktemp -d)
 started=()

@@ -16,12 +16,12 @@
 #include "drivers/gamepad/codec.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/tests/support/program.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/convert_robot.hpp"
 #include "marco/sim_fault_t.hpp"
-#include "tests/support/program.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco::testing {
 

@@ -16,11 +16,11 @@
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/tests/support/program.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/odometry_t.hpp"
 #include "marco/process_status_t.hpp"
-#include "tests/support/program.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {

@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "common/diagnosis/process/silence_watch.hpp"
+#include "lcm_tools/tests/support/encoded.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/sensor_info_t.hpp"
-#include "tests/support/encoded.hpp"
 
 namespace marco::diagnosis {
 namespace {

@@ -5,11 +5,11 @@
 
 #include "bot_core/planar_lidar_t.hpp"
 #include "common/diagnosis/process/silence_watch.hpp"
+#include "lcm_tools/tests/support/encoded.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/lidar_raw_t.hpp"
 #include "marco/odometry_t.hpp"
 #include "marco/process_status_t.hpp"
-#include "tests/support/encoded.hpp"
 
 namespace marco::diagnosis {
 namespace {

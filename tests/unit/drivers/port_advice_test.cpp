@@ -10,7 +10,7 @@
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/serial_stream.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 
 namespace marco::drivers {
 namespace {

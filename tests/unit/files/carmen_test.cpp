@@ -2,9 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/recorded.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco::files {
 namespace {

@@ -6,8 +6,8 @@
 #include "common/files/relations.hpp"
 #include "common/relations_metric.hpp"
 #include "common/trajectory_fit.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "tests/support/matchers.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {

@@ -9,13 +9,13 @@
 #include "common/files/text_fields.hpp"
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "recordings/odometry_laser_text.hpp"
 #include "recordings/recording.hpp"
 #include "recordings/thesis_files.hpp"
 #include "recordings/tilted_scans.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/recorded.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco::files {
 namespace {

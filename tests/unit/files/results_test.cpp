@@ -5,8 +5,8 @@
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
 #include "lcm_tools/files/whole_file.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "tests/support/matchers.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco::files {
 namespace {

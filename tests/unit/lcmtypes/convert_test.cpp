@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "tests/support/temporary_folder.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {

@@ -3,13 +3,13 @@
 
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/mbot_pose2d_t.hpp"
 #include "recordings/recording.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/recorded.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {

@@ -8,7 +8,7 @@
 #include "common/files/obj.hpp"
 #include "common/files/ply.hpp"
 #include "lcm_tools/files/whole_file.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 
 namespace marco::files {
 namespace {

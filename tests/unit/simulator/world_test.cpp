@@ -5,9 +5,9 @@
 #include <random>
 
 #include "lcm_tools/process/config.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "simulator/ray_caster.hpp"
 #include "simulator/tour.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco::sim {
 namespace {

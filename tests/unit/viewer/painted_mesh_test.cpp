@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "tests/support/temporary_folder.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco::viewer {

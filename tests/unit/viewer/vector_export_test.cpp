@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/support/temporary_folder.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "tests/unit/viewer/tiny_room.hpp"
 
 namespace marco::viewer {

@@ -13,36 +13,18 @@
 #include <random>
 
 #include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/tests/support/log_command.hpp"
 #include "lcm_tools/tests/unit/log/tiny_log.hpp"
 
 namespace marco::logs {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::log_program;
+using testing::Outcome;
+using testing::run;
+using testing::run_log;
 using Clock = std::chrono::steady_clock;
-
-std::string program() {
-  const char* folder = std::getenv("MARCO_BIN");
-  return std::string(folder == nullptr ? "build/dev/bin" : folder) + "/marco-log";
-}
-
-struct Outcome {
-  int exit_code = 0;
-  std::string output;  // stdout and stderr
-};
-
-Outcome run(const std::string& command) {
-  Outcome outcome;
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  char block[4096];
-  for (std::size_t got = 0; (got = std::fread(block, 1, sizeof block, pipe)) > 0;) {
-    outcome.output.append(block, got);
-  }
-  outcome.exit_code = WEXITSTATUS(pclose(pipe));
-  return outcome;
-}
-
-Outcome run_log(const std::string& arguments) { return run(program() + " " + arguments); }
 
 // A program on a terminal of its own, driven by keys.
 class Terminal {
@@ -156,7 +138,7 @@ TEST(Output, ForceNeverReplacesADevice) {
 TEST(Play, ASubscriberHearsEveryMessageAtTheLogsPace) {
   const ScratchFolder folder;
   write_poses(folder / "log", 21);  // 2 s
-  const auto heard = listen_while(program() + " play --speed 2 " + folder / "log");
+  const auto heard = listen_while(log_program() + " play --speed 2 " + folder / "log");
   ASSERT_EQ(heard.size(), 21U);
   const auto events = read_events(folder / "log");
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -172,7 +154,7 @@ TEST(Play, ASubscriberHearsEveryMessageAtTheLogsPace) {
 TEST(Play, ChoosesRenamesAndBeginsWhereItIsTold) {
   const ScratchFolder folder;
   write_poses(folder / "log", 21);
-  const auto heard = listen_while(program() + " play --speed 0 --from 1.0 --to 1.5 -c OTHER " +
+  const auto heard = listen_while(log_program() + " play --speed 0 --from 1.0 --to 1.5 -c OTHER " +
                                   "--rename 'OTH(.*)=REPLAY_$1' " + folder / "log");
   ASSERT_EQ(heard.size(), 2U);  // 1.1 and 1.3 s
   EXPECT_EQ(heard[0].channel, "REPLAY_ER");
@@ -192,8 +174,8 @@ TEST(Play, LeavesOrdersOutUnlessAskedAndSaysSo) {
   }
   const auto channels_of = [&](const std::string& options) {
     std::map<std::string, int> channels;
-    const std::string command = program() + " play --speed 0 " + (folder / "log") + " " + options +
-                                " > " + (folder / "said");
+    const std::string command = log_program() + " play --speed 0 " + (folder / "log") + " " +
+                                options + " > " + (folder / "said");
     for (const auto& event : listen_while(command)) ++channels[event.channel];
     return channels;
   };
@@ -214,7 +196,7 @@ TEST(Play, LeavesOrdersOutUnlessAskedAndSaysSo) {
 TEST(Play, IsDrivenByKeysAtATerminal) {
   const ScratchFolder folder;
   write_poses(folder / "log", 600);  // 60 s
-  Terminal terminal({program(), "play", "--pause", folder / "log"});
+  Terminal terminal({log_program(), "play", "--pause", folder / "log"});
   ASSERT_TRUE(terminal.wait_for("paused ")) << terminal.shown();
   terminal.type("s");
   ASSERT_TRUE(terminal.wait_for("1 events")) << terminal.shown();
@@ -237,8 +219,9 @@ TEST(Play, LeavesTheTerminalAsItWasWhenInterrupted) {
   write_poses(folder / "log", 600);
   // The shell ignores Ctrl-C, the player does not; afterwards both must see the same terminal.
   Terminal terminal({"/bin/sh", "-c",
-                     "trap : INT; stty -a > " + (folder / "before") + "; " + program() + " play " +
-                         (folder / "log") + "; stty -a > " + (folder / "after") + "; echo over"});
+                     "trap : INT; stty -a > " + (folder / "before") + "; " + log_program() +
+                         " play " + (folder / "log") + "; stty -a > " + (folder / "after") +
+                         "; echo over"});
   ASSERT_TRUE(terminal.wait_for("playing ")) << terminal.shown();
   terminal.type("\x03");
   ASSERT_TRUE(terminal.wait_for("events in ")) << terminal.shown();
@@ -285,7 +268,7 @@ TEST(Cli, WhatCannotBePrintedIsAFailure) {
         "merge " + log + " -o " + (folder / "merged"),
         "repair " + log + " " + (folder / "repaired"),
         "export " + log + " " + (folder / "out.jsonl"), "play --speed 0 " + log}) {
-    const Outcome outcome = run("(" + program() + " " + arguments + " 2>&1 > /dev/full)");
+    const Outcome outcome = run("(" + log_program() + " " + arguments + " 2>&1 > /dev/full)");
     EXPECT_EQ(outcome.exit_code, 1) << arguments;
     EXPECT_THAT(outcome.output, HasSubstr("No space left on device")) << arguments;
   }

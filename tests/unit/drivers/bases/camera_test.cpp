@@ -3,8 +3,8 @@
 #include <fstream>
 
 #include "drivers/camera/source.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "simulator/live/live_cameras.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco {
 namespace {

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "lcm_tools/process/batch_bus.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/line_map_t.hpp"
@@ -17,7 +18,6 @@
 #include "tests/support/lines_drive.hpp"
 #include "tests/support/lines_world.hpp"
 #include "tests/support/matchers.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco::slam {
 namespace {

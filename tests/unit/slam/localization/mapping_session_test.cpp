@@ -8,10 +8,10 @@
 #include <cmath>
 #include <functional>
 
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "recorded_drive.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco::slam {
 namespace {

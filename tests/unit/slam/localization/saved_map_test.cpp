@@ -6,12 +6,12 @@
 #include <iterator>
 
 #include "common/byte_archive.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "recorded_drive.hpp"
 #include "slam/session/mapping_session.hpp"
 #include "slam/session/merge_maps.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco::slam {
 namespace {

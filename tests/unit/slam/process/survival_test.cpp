@@ -8,13 +8,13 @@
 
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/batch_bus.hpp"
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "slam/process/map_folder.hpp"
 #include "slam/process/slam_adapter.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace marco::slam {
 namespace {

@@ -1,1 +1,0 @@
-../../lcm_tools/tests/support/isolated.sh

@@ -1,3 +1,0 @@
-#pragma once
-
-#include "lcm_tools/tests/support/program.hpp"

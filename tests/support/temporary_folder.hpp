@@ -1,3 +1,0 @@
-#pragma once
-
-#include "lcm_tools/tests/support/temporary_folder.hpp"

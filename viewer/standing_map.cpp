@@ -102,8 +102,8 @@ class MapBuilder {
 
   // Where two faces meet; at a corner, the first one's own.
   static Vector3f between(const Vector3f& own, const Vector3f& neighbour) {
-    static const float smooth = static_cast<float>(std::cos(kSmoothEdgeDeg * EIGEN_PI / 180.0));
-    return own.dot(neighbour) > smooth ? (own + neighbour).normalized() : own;
+    static const float kSmooth = static_cast<float>(std::cos(kSmoothEdgeDeg * EIGEN_PI / 180.0));
+    return own.dot(neighbour) > kSmooth ? (own + neighbour).normalized() : own;
   }
 
   const GridMap& grid_;

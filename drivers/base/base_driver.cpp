@@ -32,9 +32,9 @@ BaseStatus BaseDriver::status() const {
 }
 
 std::string BaseDriver::state() const {
-  static const char* const kLinks[] = {"does not answer", "is being set up", "ready"};
-  static const char* const kFates[] = {"",          ", moving", ", done", ", stopped short",
-                                       ", refused", ", aborted"};
+  static constexpr const char* kLinks[] = {"does not answer", "is being set up", "ready"};
+  static constexpr const char* kFates[] = {"",          ", moving", ", done", ", stopped short",
+                                           ", refused", ", aborted"};
   std::string text = status_.base + std::string(" ") + kLinks[static_cast<int>(status_.link)] +
                      kFates[static_cast<int>(status_.command)];
   if (const std::string note = status().note; !note.empty()) text += ": " + note;

@@ -26,8 +26,8 @@ PanTiltDriver::PanTiltDriver(const PanTiltOptions& options) : options_(options),
 }
 
 std::string PanTiltDriver::state() const {
-  static const char* const kLinks[] = {"the pan-tilt does not answer",
-                                       "the pan-tilt looks for its home", "the pan-tilt is ready"};
+  static constexpr const char* kLinks[] = {
+      "the pan-tilt does not answer", "the pan-tilt looks for its home", "the pan-tilt is ready"};
   return kLinks[static_cast<int>(link_)] + std::string(moving() ? ", moving" : "");
 }
 

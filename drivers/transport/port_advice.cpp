@@ -24,12 +24,12 @@ struct KindNames {
 };
 
 const KindNames& names_of(DeviceKind kind) {
-  static const std::map<DeviceKind, KindNames> names{
+  static const std::map<DeviceKind, KindNames> kNames{
       {DeviceKind::serial,
        {"serial ports", "serial/by-id", {"ttyUSB", "ttyACM", "ttyAMA", "rfcomm"}}},
       {DeviceKind::gamepad, {"gamepads", "input/by-id", {"input/js"}}},
       {DeviceKind::camera, {"cameras", "v4l/by-id", {"video"}}}};
-  return names.at(kind);
+  return kNames.at(kind);
 }
 
 std::vector<fs::path> entries_of(const fs::path& folder) {

@@ -108,9 +108,9 @@ void OutputLog::drop_of_longest() {
 }
 
 const std::deque<std::string>& OutputLog::lines(const std::string& id) const {
-  static const std::deque<std::string> nothing;
+  static const std::deque<std::string> kNothing;
   const auto at = buffers_.find(id);
-  return at != buffers_.end() ? at->second.lines : nothing;
+  return at != buffers_.end() ? at->second.lines : kNothing;
 }
 
 std::string printable(const std::string& line) {

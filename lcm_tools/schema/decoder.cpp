@@ -135,13 +135,13 @@ class Decoder::Walk {
     at_ = 8;
     DecodeStatus status = DecodeStatus::ok;
     if constexpr (Build) {
-      static const Node message_node = [] {
+      static const Node kMessageNode = [] {
         Node node;
         node.kind = NodeKind::structure;
         return node;
       }();
       // Nodes of the message before are overwritten in place: nothing is initialised twice.
-      open(message_node);
+      open(kMessageNode);
       status = fields(structure, 0);
       close(0);
       tree_->nodes.resize(used_);

@@ -20,9 +20,9 @@ using lcm_schema::Decoder;
 using lcm_schema::Tree;
 
 const Decoder& decoder() {
-  static const lcm_schema::Schema schema(built_in_sources());
-  static const Decoder result(schema);
-  return result;
+  static const lcm_schema::Schema kSchema(built_in_sources());
+  static const Decoder kResult(kSchema);
+  return kResult;
 }
 
 template <class Message>

@@ -62,13 +62,13 @@ MARCO_FUZZ(recording) {
 MARCO_FUZZ(tilted_scans) {
   Input input(bytes);
   const uint8_t kind = input.byte();
-  static const TemporaryFolder folder;
+  static const TemporaryFolder kFolder;
   constexpr const char* kNames[] = {"scan000_tilt_ranges_mm.csv", "scan000.3d", "scan_polar.csv"};
-  const fs::path scan = folder.path() / kNames[kind % 3];
-  const fs::path pose = folder.path() / "scan000.pose";
+  const fs::path scan = kFolder.path() / kNames[kind % 3];
+  const fs::path pose = kFolder.path() / "scan000.pose";
   write_file(pose, input.take(input.byte()));
   write_file(scan, input.rest());
-  quietly([&] { read_all(*files::open_tilted_scans({folder.path()}), 400 * bytes.size()); });
+  quietly([&] { read_all(*files::open_tilted_scans({kFolder.path()}), 400 * bytes.size()); });
   fs::remove(scan);
   fs::remove(pose);
 }
@@ -96,24 +96,24 @@ MARCO_FUZZ(glb) {
 
 MARCO_FUZZ(map_yaml) {
   Input input(bytes);
-  static const TemporaryFolder folder;
-  write_file(folder.path() / "map.yaml", input.piece());
-  write_file(folder.path() / "map.pgm", input.rest());
-  quietly([&] { files::read_map(folder.path() / "map.yaml"); });
+  static const TemporaryFolder kFolder;
+  write_file(kFolder.path() / "map.yaml", input.piece());
+  write_file(kFolder.path() / "map.pgm", input.rest());
+  quietly([&] { files::read_map(kFolder.path() / "map.yaml"); });
 }
 
 MARCO_FUZZ(log_repair) {
   const MemoryFile file(bytes);
-  static const TemporaryFolder folder;
+  static const TemporaryFolder kFolder;
   quietly([&] {
-    logs::OutputFile out(folder.path() / "out.lcm", logs::Existing::replace, {});
+    logs::OutputFile out(kFolder.path() / "out.lcm", logs::Existing::replace, {});
     const logs::RepairReport report = logs::repair_log(
         file.path(), out, logs::Mending::headers,
         [](std::span<const uint8_t> message) { return message.size() % 2 == 0; }, [](double) {});
     out.finish();
     logs::to_text(report);
     logs::to_json(report);
-    files::EventLogReader reader(folder.path() / "out.lcm");
+    files::EventLogReader reader(kFolder.path() / "out.lcm");
     int64_t events = 0;
     while (reader.next_head()) ++events;
     promise(events == report.events, "a repaired log has the events it says");

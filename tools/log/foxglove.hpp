@@ -8,6 +8,7 @@
 #include "lcm_tools/log/mcap_translator.hpp"
 #include "recordings/foreign.hpp"
 #include "tools/log/foxglove_grid.hpp"
+#include "tools/log/foxglove_schemas.hpp"
 #include "tools/log/robot_frames.hpp"
 
 namespace marco::logs {
@@ -31,7 +32,7 @@ class FoxgloveTranslator : public McapTranslator {
   /// Nothing for a message that Foxglove cannot draw or that contradicts itself.
   std::vector<AddedMessage> translate(const DecodedEvent& event) override;
   std::vector<AddedMessage> finish() override { return grids_.finish(); }
-  std::string json_schema(const std::string& schema) const override;
+  std::string json_schema(const std::string& name) const override { return foxglove_schema(name); }
   /// Counts the maps that are too large to be drawn.
   std::string remark() const override;
 

@@ -1,4 +1,4 @@
-#include "tools/log/foxglove.hpp"
+#include "tools/log/foxglove_schemas.hpp"
 
 // Field names and meanings as Foxglove publishes them, in their shortest form.
 namespace marco::logs {
@@ -30,7 +30,7 @@ std::string object(const std::string& title, const std::string& properties) {
 
 }  // namespace
 
-std::string FoxgloveTranslator::json_schema(const std::string& name) const {
+std::string foxglove_schema(const std::string& name) {
   const std::string integer = R"({"type":"integer","minimum":0})";
   const std::string number_list = R"({"type":"array","items":{"type":"number"}})";
   const std::string text = R"({"type":"string"})";

@@ -52,8 +52,8 @@ Trajectory MapJob::trajectory() const {
 }
 
 const std::vector<slam::Keyframe>& MapJob::keyframes() const {
-  static const std::vector<slam::Keyframe> none;
-  return slam_ != nullptr ? slam_->session().keys() : none;
+  static const std::vector<slam::Keyframe> kNone;
+  return slam_ != nullptr ? slam_->session().keys() : kNone;
 }
 
 void MapJob::extend(const std::filesystem::path& map_folder) {

@@ -89,9 +89,9 @@ std::optional<int64_t> stamp_at_head(std::span<const uint8_t> message) {
 }
 
 std::string type_name(uint64_t fingerprint) {
-  static const lcm_schema::Schema schema(built_in_sources());
-  const auto found = schema.with_fingerprint(fingerprint);
-  return found.empty() ? "" : schema.structures()[static_cast<std::size_t>(found[0])].name;
+  static const lcm_schema::Schema kSchema(built_in_sources());
+  const auto found = kSchema.with_fingerprint(fingerprint);
+  return found.empty() ? "" : kSchema.structures()[static_cast<std::size_t>(found[0])].name;
 }
 
 void SurveyCounter::add(int64_t time_us, const Address& sender, std::span<const uint8_t> bytes) {

@@ -125,9 +125,9 @@ std::string bus_text(const BusSurvey& survey) {
 
 // A channel of another system, as ForeignTable knows it.
 bool is_foreign(const Lack& lack, const HeardChannel& heard) {
-  static const ForeignTable table;
+  static const ForeignTable kTable;
   if (lack.expected.meaning.empty()) return false;
-  return std::any_of(table.channels.begin(), table.channels.end(), [&](const auto& entry) {
+  return std::any_of(kTable.channels.begin(), kTable.channels.end(), [&](const auto& entry) {
     return entry.meaning == lack.expected.meaning &&
            entry.fingerprint == lcm_schema::fingerprint_text(heard.fingerprint) &&
            std::regex_match(heard.name, std::regex(entry.channel, std::regex::extended));
@@ -170,7 +170,9 @@ std::string silence_text(const std::vector<Lack>& lacks, const BusSurvey& survey
   if (const std::string bus = bus_text(survey); !bus.empty()) lines.push_back(bus);
   std::vector<std::string> hints;
   hints.reserve(survey.troubles.size());
-  for (const auto& [process, state] : survey.troubles) hints.push_back(process + ": " + state);
+  for (const auto& [process, state] : survey.troubles) {
+    hints.emplace_back(process).append(": ").append(state);
+  }
   for (const Lack& lack : lacks) {
     if (lack.kind != Lack::Kind::never) continue;
     for (const HeardChannel& heard : survey.channels) {

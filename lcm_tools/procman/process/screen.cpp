@@ -99,7 +99,7 @@ void Screen::on_key(int key) {
 }
 
 const Screen::Keys& Screen::table_keys() {
-  static const Keys keys = [] {
+  static const Keys kKeys = [] {
     Keys all;
     const auto bind = [&all](std::initializer_list<int> codes, const Keys::mapped_type& action) {
       for (const int code : codes) all[code] = action;
@@ -130,7 +130,7 @@ const Screen::Keys& Screen::table_keys() {
     bind({'?'}, [](Screen& s) { s.dialog_ = help_dialog(); });
     return all;
   }();
-  return keys;
+  return kKeys;
 }
 
 bool Screen::on_emergency_key(int key) {

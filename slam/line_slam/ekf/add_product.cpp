@@ -78,7 +78,7 @@ void add_sums(double sign, const Sums& sums, MatrixPart& c, Index row, Index col
 
 void add(
     double sign, const ConstMatrixPart& a, const ConstMatrixPart& b, bool lower, MatrixPart& c) {
-  static const SumPanels sum_panels_here = choose();
+  static const SumPanels kSumPanels = choose();
   const Index panels = (c.cols() + kColumns - 1) / kColumns;
   std::vector<double> right(
       static_cast<std::size_t>(panels * kColumns * std::min(kDepth, a.cols())));
@@ -99,7 +99,7 @@ void add(
       const Index from_step = in_place ? a.outerStride() : kRows;
       if (!in_place) pack(a.block(row, first, rows, depth), kRows, left.data());
       for (Index column = 0; column < end; column += kColumns) {
-        sum_panels_here(from, from_step, right.data() + column * depth, depth, sums.data());
+        kSumPanels(from, from_step, right.data() + column * depth, depth, sums.data());
         add_sums(sign, sums, c, row, column);
       }
     }

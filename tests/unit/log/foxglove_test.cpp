@@ -20,8 +20,8 @@ using ::testing::ElementsAre;
 using Json = nlohmann::json;
 
 const Types& types() {
-  static const Types all({});
-  return all;
+  static const Types kAll({});
+  return kAll;
 }
 
 std::unique_ptr<McapTranslator> make_translator(const LogInfo& log) {
@@ -49,14 +49,14 @@ bot_core::planar_lidar_t small_scan() {
 }
 
 std::string from_base64(const std::string& text) {
-  static const std::string digits =
+  static const std::string kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string bytes;
   uint32_t bits = 0;
   int count = 0;
   for (const char c : text) {
     if (c == '=') break;
-    bits = bits << 6U | static_cast<uint32_t>(digits.find(c));
+    bits = bits << 6U | static_cast<uint32_t>(kDigits.find(c));
     count += 6;
     if (count < 8) continue;
     count -= 8;

@@ -46,13 +46,13 @@ TEST(DetailLevels, ZeroIsEveryTriangleInViewAndMoreIsFewer) {
 }
 
 const Geometry& noisy_room() {
-  static const Geometry surfaces = build_geometry(testing::room_scene(0.08F, 0.003F)).surfaces;
-  return surfaces;
+  static const Geometry kSurfaces = build_geometry(testing::room_scene(0.08F, 0.003F)).surfaces;
+  return kSurfaces;
 }
 
 const DetailLevels& levels_of_noisy_room() {
-  static const DetailLevels levels(noisy_room());
-  return levels;
+  static const DetailLevels kLevels(noisy_room());
+  return kLevels;
 }
 
 // Edges that one triangle only stands on.

@@ -28,8 +28,8 @@ using ::testing::HasSubstr;
 using Json = nlohmann::json;
 
 const Types& types() {
-  static const Types all({"tests/types"});
-  return all;
+  static const Types kAll({"tests/types"});
+  return kAll;
 }
 
 WalkInput walk_of(const std::string& path) {

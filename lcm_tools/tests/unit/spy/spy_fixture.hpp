@@ -11,7 +11,7 @@ namespace marco::spy {
 
 /// The built-in types and those of tests/types, compiled once for all tests.
 inline const lcm_schema::Decoder& test_decoder() {
-  static const lcm_schema::Schema schema([] {
+  static const lcm_schema::Schema kSchema([] {
     std::vector<lcm_schema::Problem> problems;
     std::vector<lcm_schema::Source> sources = lcm_schema::read_sources("tests/types", problems);
     // Without Marco's own types, which have the fingerprints of those in tests/types.
@@ -23,8 +23,8 @@ inline const lcm_schema::Decoder& test_decoder() {
     all.insert(all.end(), sources.begin(), sources.end());
     return all;
   }());
-  static const lcm_schema::Decoder decoder(schema);
-  return decoder;
+  static const lcm_schema::Decoder kDecoder(kSchema);
+  return kDecoder;
 }
 
 template <class Message>

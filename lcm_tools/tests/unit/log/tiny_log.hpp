@@ -45,7 +45,7 @@ inline std::vector<uint8_t> pose_bytes(int64_t utime_us, double x_m) {
 inline void write_poses(const std::string& path, int count, int64_t start_us = kStartUs) {
   files::EventLogWriter writer(path);
   for (int i = 0; i < count; ++i) {
-    const int64_t us = start_us + 100000 * i;
+    const int64_t us = start_us + int64_t{100'000} * i;
     writer.write(i % 2 == 0 ? "TRUE_POSE" : "OTHER", pose_bytes(us, i), Utime::from_us(us));
   }
   writer.flush();

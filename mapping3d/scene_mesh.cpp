@@ -128,7 +128,7 @@ class Mesher {
     for (std::size_t i = 0; i < 8; ++i) {
       const Quads::Flags& keep = i % 2 == 0 ? quads.keep_first : quads.keep_second;
       std::memmove(end, triangles + 3 * i, 3 * sizeof(uint32_t));
-      end -= 3 * keep[quad + i / 2];
+      end -= std::ptrdiff_t{3} * keep[quad + i / 2];
     }
     return end;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/input/process/sensor_feed.hpp"
 #include "lcmtypes/channels.hpp"

@@ -14,7 +14,7 @@ std::vector<float> to_vector(const Eigen::Vector3f& v) { return {v.x(), v.y(), v
 
 std::vector<scene_t> scene_messages(const Scene& scene) {
   std::vector<scene_t> messages;
-  const std::size_t row_bytes = std::size_t{4} * scene.columns() + 8 * 7;
+  const std::size_t row_bytes = std::size_t{4} * scene.columns() + std::size_t{8} * 7;
   const std::size_t rows_each = std::max<std::size_t>(1, kMaxMessageBytes / row_bytes);
   for (std::size_t first = 0; first < scene.rows.size(); first += rows_each) {
     scene_t message;

@@ -20,17 +20,17 @@ double way_to_slip_m(const OdometryOptions& wheels, std::mt19937_64& random) {
 
 // Points along the four sides of the body, frame of the robot.
 std::vector<Eigen::Vector2d> points_along(const BodySpec& body) {
-  constexpr int kAlong = 5, kAcross = 3;
+  constexpr std::size_t kAlong = 5, kAcross = 3;
   std::vector<Eigen::Vector2d> points;
   points.reserve(2 * (kAlong + kAcross));
   for (const double y : {body.half_width_m, -body.half_width_m}) {
-    for (int i = 0; i < kAlong; ++i) {
+    for (std::size_t i = 0; i < kAlong; ++i) {
       const double part = static_cast<double>(i) / (kAlong - 1);
       points.emplace_back(-body.back_m + part * (body.front_m + body.back_m), y);
     }
   }
   for (const double x : {body.front_m, -body.back_m}) {
-    for (int i = 0; i < kAcross; ++i) {
+    for (std::size_t i = 0; i < kAcross; ++i) {
       const double part = static_cast<double>(i) / (kAcross - 1);
       points.emplace_back(x, (2.0 * part - 1.0) * body.half_width_m);
     }

@@ -33,7 +33,7 @@ std::vector<uint8_t> encoded(const Message& message) {
 const Schema& test_schema() {
   static const Schema kSchema = [] {
     std::vector<Problem> problems;
-    std::vector<Source> sources = read_sources("tests/unit/kSchema/test_types.lcm", problems);
+    std::vector<Source> sources = read_sources("tests/unit/schema/test_types.lcm", problems);
     for (Source& source : built_in_sources()) sources.push_back(std::move(source));
     return Schema(sources);
   }();

@@ -174,9 +174,11 @@ TEST(DeputyLine, ACallOfAnotherUserIsIgnored) {
     return connect(caller.get(), reinterpret_cast<const sockaddr*>(&*address), sizeof *address);
   };
   const pid_t stranger = fork();
-  if (stranger == 0) _exit(setuid(65534) == 0 && call() == 0 ? 0 : 1);
+  constexpr int kNoOtherUser = 77;
+  if (stranger == 0) _exit(setuid(65534) != 0 ? kNoOtherUser : call() == 0 ? 0 : 1);
   int status = -1;
   ASSERT_EQ(waitpid(stranger, &status, 0), stranger);
+  if (WEXITSTATUS(status) == kNoOtherUser) GTEST_SKIP() << "this namespace has no other user";
   ASSERT_EQ(status, 0) << "the stranger's call went through";
   const int before = line.fd();
   EXPECT_FALSE(line.accept());

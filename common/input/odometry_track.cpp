@@ -49,24 +49,27 @@ std::optional<Pose2> OdometryTrack::own_of(Utime stamp) const {
 
 void OdometryTrack::note(const AtScan& scan) {
   constexpr double kClearM = 0.02;
-  // Of a step longer than that the stamps may be right, and the laser irregular.
-  constexpr double kStalledPeriods = 0.15;
+  // Of a step longer than that the stamps may be right, and scans are missing.
+  constexpr double kStalledPeriods = 0.15, kStalledS = 0.005;
+  // What was looked up by a stamp is explained by it, to this part of what the beat leaves.
+  constexpr double kExplained = 0.1;
   if (scan.own && own_before_ && scan.period_s > 0.0) {
     const Pose2 step = between(*own_before_, *scan.own);
-    const double periods = (scan.stamp - stamp_before_).seconds() / scan.period_s;
+    const double step_s = (scan.stamp - stamp_before_).seconds();
+    const double periods = step_s / scan.period_s;
     if (scan.repaired == scan.stamp) {
       const double part = 1.0 / std::max(1.0, std::round(periods));
       beat_step_ = {part * step.x_m, part * step.y_m, part * step.theta_rad};
-    } else if (periods < kStalledPeriods) {
+    } else if (periods < kStalledPeriods && step_s < kStalledS) {
       const double part = std::clamp(periods, -1.0, 1.0);
       const Pose2& beat = beat_step_;
       const double off_beat = distance(step, beat);
       const double off_stamp =
           distance(step, {part * beat.x_m, part * beat.y_m, part * beat.theta_rad});
-      if (std::abs(off_beat - off_stamp) >= kClearM) {
-        looked_up_ = std::clamp(looked_up_ + (off_stamp < off_beat ? 1 : -1), -3 * kSureVotes,
-                                3 * kSureVotes);
-      }
+      int vote = 0;
+      if (off_beat - off_stamp >= kClearM && off_stamp < kExplained * off_beat) vote = 1;
+      if (off_stamp - off_beat >= kClearM) vote = -1;
+      looked_up_ = std::clamp(looked_up_ + vote, -3 * kSureVotes, 3 * kSureVotes);
     }
   }
   own_before_ = scan.own;

@@ -7,7 +7,9 @@
 namespace marco {
 namespace {
 
-constexpr double kJitter = 0.3;        // of a period
+constexpr double kJitter = 0.3;  // of a period
+// Of two stamps of a stalled logger at most: of a period, and what no laser can do.
+constexpr double kStalled = 0.15, kStalledS = 0.005;
 constexpr double kClockWasSet = 10.0;  // periods; no logger stalls for so long
 constexpr int kMostRepaired = 8;       // in a row: more, and the beat itself is wrong
 constexpr int kNewBeat = 2;            // steps of one period in a row
@@ -26,7 +28,9 @@ Utime StampRepair::repair(Utime stamp) {
   const double lag_s = std::clamp(-late_s, 0.0, kClockWasSet * period_s);
   off_beat_ = period_s > 0.0 ? std::abs(lag_s - std::exchange(lag_s_, lag_s)) / period_s : 0.0;
   const bool early = late_s < -kJitter * period_s && late_s > -kClockWasSet * period_s;
-  if (period_s > 0.0 && early && repaired_ < kMostRepaired && regular_ < kNewBeat) {
+  // Where scans are missing one may come long before the next is expected, but not at once.
+  const bool stalls = repaired_ > 0 || step_s < std::min(kStalled * period_s, kStalledS);
+  if (period_s > 0.0 && early && stalls && repaired_ < kMostRepaired && regular_ < kNewBeat) {
     ++repaired_;
     return beat_ = predicted;
   }

@@ -2,8 +2,11 @@
 // says where they lie.
 #include <gmock/gmock.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <regex>
+#include <sstream>
 
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
@@ -65,6 +68,22 @@ TEST_F(RealLogs, IntelIsMappedToTheReferencesOwnNoise) {
   for (const char* key : {"translation_m mean", "std", "p95", "max", "rotation_deg mean"}) {
     EXPECT_EQ(number(error, key), number(reference, key)) << key;
   }
+}
+
+// Its stamps jitter by more than the laser's period; four of five scans are left out.
+TEST_F(RealLogs, IntelIsMappedByAFifthOfItsScans) {
+  std::mt19937 random(1);
+  std::istringstream all(files::read_whole_file(data_ + "/intel/intel.log"));
+  std::ofstream thinned(folder_.path() / "thinned.log");
+  for (std::string line; std::getline(all, line);) {
+    if (!line.starts_with("FLASER") || random() % 5 == 0) thinned << line << '\n';
+  }
+  thinned.close();
+  run("marco-map", {(folder_.path() / "thinned.log").string(), "--out", out()});
+  const std::string error =
+      run("marco-evaluate", {out() + "/trajectory.tum", data_ + "/intel/intel.relations"});
+  EXPECT_GT(number(error, "n"), 20);
+  EXPECT_LT(number(error, "translation_m mean"), 0.04);
 }
 
 TEST_F(RealLogs, IntelsWallsAreMappedToTenCentimetres) {

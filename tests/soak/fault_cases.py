@@ -84,15 +84,33 @@ def wrong_type(stack):
         time.sleep(0.02)
 
 
-def other_robot(channel):
-    """Scans that a robot elsewhere measured (the undisturbed run's, of its whole way), stamped as of now."""
+def restamped(data, utime, has_beam_times):
+    """A scan as if measured at another time; lidar_raw_t has its beams' times after ranges and bearings."""
+    before, = struct.unpack(">q", data[8:16])
+    whole = data[:8] + struct.pack(">q", utime) + data[16:]
+    if not has_beam_times:
+        return whole
+    count, = struct.unpack(">i", data[16:20])
+    at, form = 20 + 8 * count, f">{count}q"
+    times = struct.pack(form, *(t - before + utime for t in struct.unpack(form, data[at:at + 8 * count])))
+    return whole[:at] + times + whole[at + 8 * count:]
+
+
+def other_robot(*channels):
+    """Scans that a robot elsewhere measured (the undisturbed run's, of its whole way), stamped as of now: 10 s long."""
     def act(stack):
-        scans = [data for name, data in events_of(stack.reference) if name == "LIDAR"]
+        scans = {"LIDAR": [], "LIDAR_RAW": []}
+        for name, data in events_of(stack.reference):
+            if name in scans:
+                scans[name].append(data)
         out = sender()
-        for i in range(150):
-            data = scans[(i * 97) % len(scans)]
-            data = data[:8] + struct.pack(">q", int(time.time() * 1e6)) + data[16:]
-            out.sendto(datagrams(channel, data, i)[0], (GROUP, stack.far_port))
+        for i in range(250):
+            now = int(time.time() * 1e6)
+            for channel in channels:
+                raw = "RAW" in channel
+                measured = scans["LIDAR_RAW" if raw else "LIDAR"]
+                data = restamped(measured[(i * 97) % len(measured)], now, raw)
+                out.sendto(datagrams(channel, data, i)[0], (GROUP, stack.far_port))
             time.sleep(0.04)
     return act
 
@@ -130,7 +148,7 @@ for _name, _program in PROCESSES.items():
 CASES.update({
     "kill -9 deputy": Case(kill_deputy),
     "stop 5 s slam": Case(pause("marco-slam")),
-    "stop 5 s laser": Case(pause("marco-sick"), "marco-sick: dropped .*stood still"),
+    "stop 5 s laser": Case(pause("marco-sick"), "marco-sick: dropped .*stalled"),
     "stop 5 s base": Case(pause("marco-base")),
     "stop 5 s pantilt": Case(pause("marco-pantilt")),
     "stop 5 s mapping3d": Case(pause("marco-mapping3d")),
@@ -146,10 +164,11 @@ CASES.update({
     "pantilt unplugged": Case(fault("pantilt", "unplugged", 3.0), "marco-pantilt: no device"),
     "wrong type": Case(wrong_type, "marco-slam: .*undecodable"),
     "other robot's channel": Case(other_robot("LIDAR_OTHER"), "no SENSOR_INFO for LIDAR_OTHER"),
-    "other robot's scans": Case(other_robot("LIDAR"), "marco-slam: .*LIDAR: scans at .* is there a second sender"),
+    "other robot's scans": Case(other_robot("LIDAR", "LIDAR_RAW"),
+                                "marco-slam: .*LIDAR: scans at .* is there a second sender"),
     "flood 1 MB": Case(lambda stack: flood(stack.far_port, "LIDAR", os.urandom(1 << 20), 20, 8),
                        "marco-slam: .*undecodable"),
-    "two SLAMs": Case(second_slam, "another marco-slam is at work"),
+    "two SLAMs": Case(second_slam, "another marco-slam is running"),
     "disk full": Case(full_disk, "record: less than 256 kB left", {"disk_mb": 1}),
     "clock +1 h": Case(clock(3600), "clock was set by 3[56]", {"clock": True}),
     "clock -1 h": Case(clock(-3600), "clock was set by -3[56]", {"clock": True}),

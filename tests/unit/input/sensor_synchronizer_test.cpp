@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <random>
+
 #include "lcmtypes/channels.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -127,6 +129,30 @@ TEST_F(SensorSynchronizerTest, OdometryThatCameWithAScanIsUsedWhateverItsStamp) 
     EXPECT_EQ(scans[i].scan.utime.us, Utime::from_seconds(0.1 * static_cast<double>(i - i % 3) +
                                                           0.001 * static_cast<double>(i % 3))
                                           .us);
+  }
+}
+
+// Stamps of a logger that jitters by more than the laser's period, and four of five scans missing.
+TEST_F(SensorSynchronizerTest, OdometryThatCameWithOneOfFiveScansIsUsedWhateverItsStamp) {
+  std::mt19937 random(2);
+  std::bernoulli_distribution missing(0.8);
+  std::exponential_distribution<double> late(1.0 / 0.1);
+  std::vector<Pose2> truth;
+  Pose2 now;
+  double written_s = 0.0;
+  for (int i = 0; i < 3000; ++i) {
+    now = now * Pose2{0.1, 0, i / 40 % 2 == 0 ? 0.0 : 0.1};
+    written_s = std::max(written_s + 0.001, 0.2 * i + late(random));  // in the order of measurement
+    if (missing(random)) continue;
+    truth.push_back(now);
+    odometry(written_s, now);
+    scan(written_s);
+  }
+  input_.complete_all();
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), truth.size());
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    ASSERT_THAT(*scans[i].motion.odom_from_robot, IsNear(truth[i], 1e-9, 1e-9)) << i;
   }
 }
 

@@ -46,6 +46,17 @@ TEST(StampRepair, AStampThatStepsBackASecondIsRepaired) {
   EXPECT_NEAR(repaired_s(stamps, 4.2), 4.2, 1e-6);
 }
 
+// Four of five scans at random: the next may come long before the mean interval is over.
+TEST(StampRepair, WhereScansAreMissingStampsStayAsTheyAre) {
+  StampRepair stamps;
+  std::mt19937 random(4);
+  std::bernoulli_distribution missing(0.8);
+  for (int i = 0; i < 2000; ++i) {
+    if (missing(random)) continue;
+    EXPECT_NEAR(repaired_s(stamps, 0.2 * i), 0.2 * i, 1e-6) << i;
+  }
+}
+
 TEST(StampRepair, AGapIsBelieved) {
   StampRepair stamps;
   for (int i = 0; i < 20; ++i) repaired_s(stamps, 0.1 * i);

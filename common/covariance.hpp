@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 
 #include "common/pose2.hpp"
 
@@ -18,17 +17,29 @@ inline Eigen::Matrix3d diagonal_covariance(double sigma_m, double sigma_rad) {
   return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
 }
 
-/// Inverts an information matrix or a covariance in closed form.
-/// @param floor  added to the diagonal: a direction of which nothing is known gets a standard
-/// deviation of 1000 m, or radians
-inline Eigen::Matrix3d inverted(const Eigen::Matrix3d& matrix, double floor = 1e-6) {
-  return (matrix + floor * Eigen::Matrix3d::Identity()).inverse();
-}
+/// The covariance of an information matrix that may be singular, by its eigenvalues: always
+/// positive definite. Eigenvalues below zero, which rounding leaves, count as zero; a direction of
+/// which nothing is known gets a standard deviation of 1000 m, or radians.
+Eigen::Matrix3d covariance_of(const Eigen::Matrix3d& information);
 
-/// The information matrix of a covariance that may be singular.
-inline Eigen::Matrix3d information_of(const Eigen::Matrix3d& covariance) {
-  return inverted(covariance, 1e-9);
-}
+/// The information matrix of a covariance that may be singular, the same way; no direction is known
+/// better than to 0.03 mm, or mrad.
+Eigen::Matrix3d information_of(const Eigen::Matrix3d& covariance);
+
+/// What is left of an information matrix when independent noise is added to the measurement:
+/// (information^-1 + noise)^-1, found without inverting `information`, which may be singular or,
+/// by rounding, indefinite. Positive semidefinite, and never more than noise^-1: a direction of
+/// which nothing is known stays unknown. With L L^T = noise and L^T information L = V diag(m) V^T
+/// it is L^-T V diag(m / (1 + m)) V^T L^-1; m below zero counts as zero.
+/// @param noise  a covariance, positive definite
+Eigen::Matrix3d with_noise(const Eigen::Matrix3d& information, const Eigen::Matrix3d& noise);
+
+/// A symmetric matrix without its eigenvalues below zero; a semidefinite one as it is.
+Eigen::Matrix3d semidefinite_part(const Eigen::Matrix3d& matrix);
+
+/// Whether a matrix can be a pose's information or covariance: finite, symmetric, and no eigenvalue
+/// below zero but for rounding.
+bool is_semidefinite(const Eigen::Matrix3d& matrix);
 
 /// A covariance or information matrix given along the axes of frame b, along those of frame a.
 /// @param a_from_b_rad  heading of b in a

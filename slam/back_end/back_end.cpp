@@ -25,6 +25,12 @@ OrientedScan only_oriented(const OrientedPoints& points) {
   return scan;
 }
 
+// Maps of earlier versions may hold information matrices with a negative eigenvalue: what is
+// claimed of that direction is forgotten.
+void repair(BackEndState& state) {
+  for (PoseGraphEdge& edge : state.edges) edge.information = semidefinite_part(edge.information);
+}
+
 }  // namespace
 
 void check(const BackEndState& state, const KeyframeSet& keyframes) {
@@ -50,6 +56,7 @@ BackEnd::BackEnd(const LoopCloser& loop_closer,
 
 void BackEnd::restore(const BackEndState& state) {
   state_ = state;
+  repair(state_);
   work_.reset();
   work_is_out_ = false;
 }
@@ -65,6 +72,7 @@ void BackEnd::append(const BackEndState& session, int first_key) {
     edge.to += first_key;
     state_.edges.push_back(edge);
   }
+  repair(state_);
   for (Loop loop : session.loops) {
     loop.from += first_key;
     loop.to += first_key;

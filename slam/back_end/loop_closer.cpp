@@ -17,7 +17,7 @@ double distance_m(const Pose2& a, const Pose2& b) {
 
 // What is believed of the newest keyframe's pose: so little that it counts only where the walls say
 // nothing, as along a bare hall, and a match would be slid along by noise.
-Eigen::Matrix3d information_of(const LoopCandidate& candidate) {
+Eigen::Matrix3d believed_information(const LoopCandidate& candidate) {
   constexpr double kSigmas = 3.0;  // the window reaches so far
   const double per_m = kSigmas / candidate.shift_m, per_rad = kSigmas / candidate.turn_rad;
   return Eigen::Vector3d(per_m * per_m, per_m * per_m, per_rad * per_rad).asDiagonal();
@@ -120,19 +120,18 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
   if (coarse.score < options_.min_score) return std::nullopt;
   SurfelPyramid surfels(fine_.options(), candidate.world_from_old.translation_m());
   surfels.add(candidate.place, Pose2{});
-  const PosePrior believed{candidate.world_from_newest, information_of(candidate)};
+  const PosePrior believed{candidate.world_from_newest, believed_information(candidate)};
   const SurfelMatch fine = fine_.match(surfels, candidate.seen, coarse.map_from_robot, &believed);
   if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
     return std::nullopt;
   }
-  const Eigen::Matrix3d covariance =
-      inverted(fine.information) +
+  const Eigen::Matrix3d noise =
       diagonal_covariance(options_.sigma_m, deg_to_rad(options_.sigma_deg));
   const Pose2 change = between(candidate.world_from_newest, fine.map_from_robot);
   Loop loop;
   loop.from = candidate.from;
   loop.to = candidate.to;
-  loop.information = rotated(inverted(covariance, 0.0), -fine.map_from_robot.theta_rad);
+  loop.information = rotated(with_noise(fine.information, noise), -fine.map_from_robot.theta_rad);
   loop.from_from_to = between(candidate.world_from_old, fine.map_from_robot);
   loop.believed = between(candidate.world_from_old, candidate.world_from_newest);
   loop.score = coarse.score;

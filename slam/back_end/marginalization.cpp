@@ -12,7 +12,7 @@ constexpr int kLoopsPerNode = 2;
 
 // The edge seen from where the merged node is now; its error lives in the frame of `to`.
 PoseGraphEdge moved_edge(PoseGraphEdge edge, int key, const MergedKeyframe& merged) {
-  Eigen::Matrix3d covariance = inverted(edge.information, 0.0);
+  Eigen::Matrix3d covariance = covariance_of(edge.information);
   if (edge.from == key) {
     covariance += transformed(merged.covariance, edge.from_from_to.inverse());
     edge.from_from_to = merged.into_from_key * edge.from_from_to;
@@ -22,7 +22,7 @@ PoseGraphEdge moved_edge(PoseGraphEdge edge, int key, const MergedKeyframe& merg
     edge.from_from_to = edge.from_from_to * merged.into_from_key.inverse();
     edge.to = merged.into;
   }
-  edge.information = inverted(covariance, 0.0);
+  edge.information = information_of(covariance);
   return edge;
 }
 

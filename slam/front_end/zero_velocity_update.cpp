@@ -28,7 +28,7 @@ std::optional<ZeroVelocityUpdate::Correction> ZeroVelocityUpdate::update(
   const Eigen::Matrix<double, 6, 3> with_sum = p.leftCols<3>() + p.rightCols<3>();
   const Eigen::Matrix3d expected = with_sum.topRows<3>() + with_sum.bottomRows<3>() + covariance;
   const Eigen::Vector3d unexplained = innovation - state_.map_error;
-  const Eigen::Matrix3d information = inverted(expected, 0.0);
+  const Eigen::Matrix3d information = information_of(expected);
   if (squared_mahalanobis_distance(unexplained, information) > match_gates::kContradiction)
     return std::nullopt;
   const Eigen::Matrix<double, 6, 3> gain = with_sum * information;

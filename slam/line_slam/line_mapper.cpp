@@ -88,12 +88,11 @@ void LineMapper::add_key(const ScanInRobot& scan, Utime utime) {
   if (const auto since = slam_.filter().since_mark(); since && !keys_.empty()) {
     key.path_m = keys_.back().path_m + since->mark_from_robot.translation_m().norm();
     const Eigen::Matrix3d covariance =
-        since->covariance + diagonal_covariance(options_.edge_sigma_m, options_.edge_sigma_deg);
+        since->covariance +
+        diagonal_covariance(options_.edge_sigma_m, deg_to_rad(options_.edge_sigma_deg));
     // The graph's error lives in the frame of the newer keyframe.
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    turn.topLeftCorner<2, 2>() = since->mark_from_robot.rotation().transpose();
-    const Eigen::Matrix3d in_key = turn * covariance * turn.transpose();
-    graph_.add_edge({node - 1, node, since->mark_from_robot, in_key.inverse(), false});
+    const Eigen::Matrix3d in_key = rotated(covariance, -since->mark_from_robot.theta_rad);
+    graph_.add_edge({node - 1, node, since->mark_from_robot, information_of(in_key), false});
   }
   keys_.push_back(std::move(key));
   key_beams_.push_back(scan);

@@ -54,7 +54,7 @@ SurfelMatch FrozenMap::match(const OrientedPoints& points_in_robot,
 }
 
 Eigen::Matrix3d FrozenMap::covariance_of(const Eigen::Matrix3d& information) const {
-  return inverted(information) +
+  return marco::covariance_of(information) +
          diagonal_covariance(options_.map_sigma_m, deg_to_rad(options_.map_sigma_deg));
 }
 

@@ -67,10 +67,10 @@ std::optional<MergedKeyframe> find_redundant_keyframe(const std::vector<Keyframe
   if (match.status != SurfelMatch::Status::no_overlap && match.overlap >= options.min_overlap &&
       moved.translation_m().norm() <= options.max_shift_m &&
       std::abs(moved.theta_rad) <= deg_to_rad(options.max_turn_deg)) {
-    return MergedKeyframe{older.front().key,
-                          between(nearest.world_from_robot, match.map_from_robot),
-                          rotated(inverted(match.information), -match.map_from_robot.theta_rad) +
-                              diagonal_covariance(kSigmaM, deg_to_rad(kSigmaDeg))};
+    return MergedKeyframe{
+        older.front().key, between(nearest.world_from_robot, match.map_from_robot),
+        rotated(covariance_of(match.information), -match.map_from_robot.theta_rad) +
+            diagonal_covariance(kSigmaM, deg_to_rad(kSigmaDeg))};
   }
   if (static_cast<int>(older.size()) < kAtMost * options.keyframes_per_place) return std::nullopt;
   return MergedKeyframe{older.front().key,

@@ -11,7 +11,7 @@ PoseGraphEdge edge_to(const FrozenMap& map, const FoundPlace& place, int newest_
   edge.from_from_to =
       between(map.keys()[static_cast<std::size_t>(place.nearest_key)].world_from_robot,
               place.map_from_robot);
-  edge.information = inverted(rotated(place.covariance, -place.map_from_robot.theta_rad), 0.0);
+  edge.information = information_of(rotated(place.covariance, -place.map_from_robot.theta_rad));
   return edge;
 }
 

@@ -165,6 +165,21 @@ const char* true_class(const Eigen::Vector3f& at, const Eigen::Vector3f& normal)
   return at.z() > 2.75F && normal.z() < -0.95F ? "white" : nullptr;
 }
 
+// Barycentric coordinates of points all over a triangle, 5 cm apart.
+std::vector<Eigen::Vector3f> samples_of_triangle(float area_m2) {
+  constexpr float kApartM = 0.05F;
+  const int parts = std::max(1, static_cast<int>(std::ceil(std::sqrt(2.0F * area_m2) / kApartM)));
+  std::vector<Eigen::Vector3f> samples;
+  for (int i = 0; i < parts; ++i) {
+    for (int j = 0; i + j < parts; ++j) {
+      const float a = (static_cast<float>(i) + 1.0F / 3.0F) / static_cast<float>(parts);
+      const float b = (static_cast<float>(j) + 1.0F / 3.0F) / static_cast<float>(parts);
+      samples.emplace_back(a, b, 1.0F - a - b);
+    }
+  }
+  return samples;
+}
+
 TEST_F(MapProcess, ARecordingWithPicturesMakesAModelWithTheWorldsColours) {
   const Result result = run("marco-map", {simulate_with_cameras(), "--out", at("out")});
   ASSERT_EQ(result.code, 0) << result.output;
@@ -175,31 +190,35 @@ TEST_F(MapProcess, ARecordingWithPicturesMakesAModelWithTheWorldsColours) {
   EXPECT_GT(told.at("painted").at("used"), 8);
   const TexturedMesh model = files::read_glb(at("out") + "/model_textured.glb");
   const viewer::Picture atlas = viewer::decode_picture(model.image);
-  std::map<std::string, std::pair<int, int>> right_of_all;
+  std::map<std::string, std::pair<float, float>> right_of_all_m2;
   for (const auto& t : model.mesh.triangles) {
     const auto& v = model.mesh.vertices_m;
     const Eigen::Vector3f across = (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]);
-    if (across.norm() < 2 * 0.002F) continue;  // smaller ones are the edges between colours
     const char* truth = true_class((v[t[0]] + v[t[1]] + v[t[2]]) / 3.0F, across.normalized());
     if (truth == nullptr) continue;
-    const Eigen::Vector2f uv = (model.uvs[t[0]] + model.uvs[t[1]] + model.uvs[t[2]]) / 3.0F;
-    const viewer::Rgb pixel =
-        atlas.pixels[static_cast<std::size_t>(uv.y() * static_cast<float>(atlas.height_px)) *
-                         static_cast<std::size_t>(atlas.width_px) +
-                     static_cast<std::size_t>(uv.x() * static_cast<float>(atlas.width_px))];
-    if (pixel.red == 128 && pixel.green == 128 && pixel.blue == 128) continue;  // not seen
-    auto& [right, all] = right_of_all[truth];
-    const std::string seen =
-        colour_class({static_cast<float>(pixel.red), static_cast<float>(pixel.green),
-                      static_cast<float>(pixel.blue)});
-    right += seen == truth ? 1 : 0;
-    ++all;
+    auto& [right_m2, all_m2] = right_of_all_m2[truth];
+    const std::vector<Eigen::Vector3f> samples = samples_of_triangle(0.5F * across.norm());
+    const float area_m2 = 0.5F * across.norm() / static_cast<float>(samples.size());
+    for (const Eigen::Vector3f& at : samples) {
+      const Eigen::Vector2f uv =
+          at.x() * model.uvs[t[0]] + at.y() * model.uvs[t[1]] + at.z() * model.uvs[t[2]];
+      const viewer::Rgb pixel =
+          atlas.pixels[static_cast<std::size_t>(uv.y() * static_cast<float>(atlas.height_px)) *
+                           static_cast<std::size_t>(atlas.width_px) +
+                       static_cast<std::size_t>(uv.x() * static_cast<float>(atlas.width_px))];
+      if (pixel.red == 128 && pixel.green == 128 && pixel.blue == 128) continue;  // not seen
+      const std::string seen =
+          colour_class({static_cast<float>(pixel.red), static_cast<float>(pixel.green),
+                        static_cast<float>(pixel.blue)});
+      if (seen == truth) right_m2 += area_m2;
+      all_m2 += area_m2;
+    }
   }
   for (const char* name : {"warm", "white"}) {
-    const auto [right, all] = right_of_all[name];
+    const auto [right_m2, all_m2] = right_of_all_m2[name];
     // A leg's or an edge's own colour bleeds over a texel or two beside it.
-    EXPECT_GT(right, 0.95 * all) << name << ": " << right << " of " << all;
-    EXPECT_GT(all, 10) << name;
+    EXPECT_GT(right_m2, 0.95F * all_m2) << name << ": " << right_m2 << " of " << all_m2;
+    EXPECT_GT(all_m2, 1.0F) << name;
   }
 }
 

@@ -1,6 +1,6 @@
 #include "slam/back_end/graph/loop_choice.hpp"
 
-#include <Eigen/LU>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -51,6 +51,30 @@ Eigen::Matrix3d predicted_covariance(const SparseSolver& solver,
     turned.middleRows<3>(3 * Eigen::Index{edge.from - 1}) = jacobians.from.transpose();
   if (edge.to > 0) turned.middleRows<3>(3 * Eigen::Index{edge.to - 1}) = jacobians.to.transpose();
   return turned.transpose() * solver.solve(turned);
+}
+
+// Squared Mahalanobis distance of an edge's error from what all others say: of an edge in force
+// exactly what leaving it out would give. With W^T W = Omega and L = W P W^T it is
+// (W e)^T (I -+ L)^-1 (W e): Omega may be singular, as where a loop knows only one direction.
+double surprise(const Eigen::Matrix3d& information,
+                const Eigen::Matrix3d& predicted,
+                const Eigen::Vector3d& error,
+                bool in_force) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> roots(information);
+  const Eigen::Matrix3d root =
+      roots.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * roots.eigenvectors().transpose();
+  const Eigen::Matrix3d leverage = root * predicted * root.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(leverage);
+  const Eigen::Vector3d whitened = solver.eigenvectors().transpose() * (root * error);
+  // A direction that only this edge knows cannot contradict it.
+  constexpr double kAlone = 1e-6;
+  double sum = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double part = std::max(0.0, solver.eigenvalues()[i]);
+    if (in_force && part > 1.0 - kAlone) continue;
+    sum += whitened[i] * whitened[i] / (in_force ? 1.0 - part : 1.0 + part);
+  }
+  return sum;
 }
 
 bool is_in(const std::vector<double>& weights, std::size_t edge) { return weights[edge] > 0.0; }
@@ -219,11 +243,7 @@ std::vector<double> LoopChoice::squared_mahalanobis_distances(
     const EdgeJacobians jacobians = edge_jacobians(edge, from, to);
     const Eigen::Matrix3d predicted = is_inlier[i] ? predicted_covariance(inverse, edge, jacobians)
                                                    : predicted_covariance(solver, edge, jacobians);
-    const Eigen::Matrix3d measured = edge.information.inverse();
-    const Eigen::Matrix3d covariance = is_inlier[i] ? Eigen::Matrix3d(measured - predicted)
-                                                    : Eigen::Matrix3d(measured + predicted);
-    const Eigen::Vector3d error = edge_error(edge, from, to);
-    result[i] = std::max(0.0, error.dot(covariance.inverse() * error));
+    result[i] = surprise(edge.information, predicted, edge_error(edge, from, to), is_inlier[i]);
   }
   return result;
 }

@@ -40,8 +40,9 @@ void PoseGraph::add_edge(const PoseGraphEdge& edge) {
   };
   require(exists(edge.from) && exists(edge.to) && edge.from != edge.to,
           "PoseGraph: an edge needs two different nodes that exist");
-  require(is_finite(edge.from_from_to) && edge.information.allFinite(),
-          "PoseGraph: an edge's measurement is not finite");
+  require(is_finite(edge.from_from_to), "PoseGraph: an edge's measurement is not finite");
+  require(is_semidefinite(edge.information),
+          "PoseGraph: an edge's information matrix has a negative eigenvalue");
   edges_.push_back(edge);
 }
 

@@ -51,7 +51,7 @@ class PoseGraph {
   int add_node(const Pose2& world_from_node);
 
   /// @throws std::invalid_argument for a node that does not exist, an edge from a node to itself,
-  /// a measurement that is not finite.
+  /// a measurement that is not finite, information that is not positive semidefinite.
   void add_edge(const PoseGraphEdge& edge);
 
   /// Without a node, those after it move up; all edges are forgotten.

@@ -136,6 +136,26 @@ TEST(PoseGraph, RefusesEdgesThatMakeNoSense) {
   EXPECT_THROW(graph.add_edge({1, 1, {}}), std::invalid_argument);
   EXPECT_THROW(graph.add_edge({0, 1, {std::nan(""), 0, 0}}), std::invalid_argument);
   EXPECT_THROW(graph.add_node({0, std::nan(""), 0}), std::invalid_argument);
+  const Eigen::Matrix3d indefinite = Eigen::Vector3d(100.0, 100.0, -1.0).asDiagonal();
+  EXPECT_THROW(graph.add_edge({0, 1, {}, indefinite}), std::invalid_argument);
+}
+
+// Along a bare corridor a match knows where the walls are and nothing of the way along: its
+// information is singular. Such a loop counts across the corridor, where a wrong one is found out,
+// and moves nothing along it.
+TEST(PoseGraph, ALoopThatKnowsOneDirectionOnlyIsJudgedAndBelievedInThatOne) {
+  const Eigen::Matrix3d across = Eigen::Vector3d(0.0, 1e4, 0.0).asDiagonal();
+  for (const double aside_m : {0.0, 15.0}) {
+    PoseGraph graph = chain(60);
+    graph.add_edge({10, 50, {70.0, aside_m, 0.0}, across, true});
+    const PoseGraphResult result = graph.optimize_robustly();
+    EXPECT_EQ(result.edge_is_inlier.back(), aside_m == 0.0) << aside_m;
+    for (int i = 0; i < 60; ++i) {
+      EXPECT_THAT(graph.poses()[static_cast<std::size_t>(i)],
+                  IsNear(Pose2{1.0 * i, 0, 0}, 1e-6, 1e-6))
+          << aside_m;
+    }
+  }
 }
 
 TEST(PoseGraph, ReachesThePublishedOptimaOfPublicGraphs) {

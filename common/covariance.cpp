@@ -1,0 +1,60 @@
+#include "common/covariance.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace marco {
+namespace {
+
+using Eigen::Matrix3d;
+
+// f of a symmetric matrix: of each eigenvalue, those below zero taken for zero.
+template <class Function>
+Matrix3d by_eigenvalues(const Matrix3d& matrix, const Function& f) {
+  const Matrix3d symmetric = 0.5 * (matrix + matrix.transpose());
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(symmetric);
+  const Eigen::Vector3d values =
+      solver.eigenvalues().unaryExpr([&f](double value) { return f(std::max(0.0, value)); });
+  const Matrix3d& vectors = solver.eigenvectors();
+  const Matrix3d result = vectors * values.asDiagonal() * vectors.transpose();
+  return 0.5 * (result + result.transpose());
+}
+
+}  // namespace
+
+Matrix3d covariance_of(const Matrix3d& information) {
+  constexpr double kFloor = 1e-6;
+  return by_eigenvalues(information, [](double value) { return 1.0 / (value + kFloor); });
+}
+
+Matrix3d information_of(const Matrix3d& covariance) {
+  constexpr double kFloor = 1e-9;
+  return by_eigenvalues(covariance, [](double value) { return 1.0 / (value + kFloor); });
+}
+
+Matrix3d with_noise(const Matrix3d& information, const Matrix3d& noise) {
+  const Matrix3d root = noise.llt().matrixL();
+  const Matrix3d whitened = root.transpose() * information * root;
+  const Matrix3d softened =
+      by_eigenvalues(whitened, [](double value) { return value / (1.0 + value); });
+  const Matrix3d half = root.triangularView<Eigen::Lower>().transpose().solve(softened);
+  const Matrix3d result = root.triangularView<Eigen::Lower>().transpose().solve(half.transpose());
+  return 0.5 * (result + result.transpose());
+}
+
+Matrix3d semidefinite_part(const Matrix3d& matrix) {
+  if (is_semidefinite(matrix)) return matrix;
+  return by_eigenvalues(matrix, [](double value) { return value; });
+}
+
+bool is_semidefinite(const Matrix3d& matrix) {
+  constexpr double kRounding = 1e-9;
+  if (!matrix.allFinite()) return false;
+  const double largest = matrix.cwiseAbs().maxCoeff();
+  if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > kRounding * largest) return false;
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(matrix, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues()[0] >= -kRounding * solver.eigenvalues()[2];
+}
+
+}  // namespace marco

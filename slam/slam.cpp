@@ -11,6 +11,8 @@ namespace {
 // cannot know of itself (motion in the scan, a moving crowd, the local map's own error).
 constexpr double kEdgeSigmaM = 0.008;
 constexpr double kEdgeSigmaDeg = 0.10;
+// No prediction is believed better than this.
+constexpr double kPredictionSigmaM = 0.001, kPredictionSigmaRad = 0.001;
 
 // Keyframes examined for each new one, so that no scan waits for many.
 constexpr int kCulledAtOnce = 3;
@@ -33,11 +35,13 @@ SlamUpdate Slam::process(const SlamInput& input) {
   const MotionGuess guess = motion_.guess(input.motion);
   const PoseWithCovariance predicted =
       dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
-  const PosePrior prior{predicted.world_from_robot, inverted(predicted.covariance)};
+  const Eigen::Matrix3d covariance =
+      predicted.covariance + diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
+  const PosePrior prior{predicted.world_from_robot, information_of(covariance)};
   // Odometry will give the whole way since the last scan that was matched: its uncertainty does not
   // add up over the scans of a sweep.
   if (!use && guess.source == MotionGuess::Source::odometry) {
-    return note_scan(input.scan.utime, {prior.map_from_robot, inverted(prior.information)});
+    return note_scan(input.scan.utime, {prior.map_from_robot, covariance});
   }
   OrientedPoints points;
   ScanMatch match{prior.map_from_robot};
@@ -50,7 +54,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
   if (refused) match = {prior.map_from_robot, Eigen::Matrix3d::Zero(), match.overlap, false};
   if (use && !refused) gate_.note_match(match.usable || keyframes_.keys.empty());
   estimate_ = estimate_from(match, prior, motion_.stands_still(input.motion));
-  motion_.update(input.motion, between(before, estimate_.world_from_robot));
+  motion_.update(input.motion, between(before, estimate_.world_from_robot), match.usable);
 
   bool trajectory_changed = false;
   const bool becomes_keyframe =
@@ -84,7 +88,7 @@ PoseWithCovariance Slam::estimate_from(const ScanMatch& match,
   PoseWithCovariance estimate{match.world_from_robot};
   // Until there is a map, the place is where the map begins.
   if (!keyframes_.keys.empty()) {
-    estimate.covariance = inverted(prior.information + match.information);
+    estimate.covariance = covariance_of(prior.information + match.information);
   }
   if (!match.usable || !stands) {
     standing_.reset();
@@ -92,8 +96,8 @@ PoseWithCovariance Slam::estimate_from(const ScanMatch& match,
   }
   if (!standing_) standing_.emplace(estimate_.covariance);
   const Pose2& before = estimate_.world_from_robot;
-  const auto correction =
-      standing_->update(difference(match.world_from_robot, before), inverted(match.information));
+  const auto correction = standing_->update(difference(match.world_from_robot, before),
+                                            covariance_of(match.information));
   if (!correction) {  // wheels may stand still while the robot is pushed
     standing_.reset();
     return estimate;
@@ -117,8 +121,8 @@ void Slam::add_keyframe(const SlamInput& input, const OrientedPoints& points) {
         rotated(estimate_.covariance, -before.world_from_robot.theta_rad) +
         diagonal_covariance(kEdgeSigmaM, deg_to_rad(kEdgeSigmaDeg));
     // The graph's error lives in the frame of the newer keyframe.
-    back_end_.add_edge(
-        {node - 1, node, measured, inverted(rotated(covariance, -measured.theta_rad), 0.0), false});
+    back_end_.add_edge({node - 1, node, measured,
+                        information_of(rotated(covariance, -measured.theta_rad)), false});
   }
   path_.add_keyframe(key.utime, node);
   keyframes_.keys.push_back(std::move(key));

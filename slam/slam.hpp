@@ -107,7 +107,10 @@ class Slam {
   std::size_t key_count() const { return keyframes_.keys.size(); }
   /// The next scan's motion input has nothing to do with the last one's.
   void forget_motion() { motion_ = MotionModel(options_.motion); }
-  Velocity2 velocity() const { return motion_.velocity(); }
+  /// See MotionModel.
+  Velocity2 velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const {
+    return motion_.velocity_during(odometry_step, duration_s);
+  }
 
   /// The occupancy grid of all keyframes at their newest poses.
   OccupancyGrid grid() const;

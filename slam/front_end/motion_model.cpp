@@ -3,110 +3,111 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/covariance.hpp"
+
 namespace marco::slam {
 namespace {
 
-constexpr double kSigmaFloorM = 0.01, kSigmaFloorDeg = 0.5, kSigmaDegPerM = 2.0;
+constexpr double kSigmaDegPerM = 2.0;
 
 // Odometry that claims more between two scans is not believed.
 constexpr double kMaxStepM = 8.0;
 
-// Beyond it the last velocity says nothing; and over less a stamp's error makes nonsense of it.
-constexpr double kMaxGapS = 1.0, kVelocitySpanS = 0.15;
-
-// Over a single scan period, a velocity that deskews scans which take as long feeds back.
-constexpr double kSmoothedPeriods = 1.8;
-
 double square(double value) { return value * value; }
 
-Eigen::Matrix3d diagonal(double sigma_m, double sigma_deg) {
-  return Eigen::Vector3d(square(sigma_m), square(sigma_m), square(deg_to_rad(sigma_deg)))
-      .asDiagonal();
+void take_translation(const MotionGuess& from, MotionGuess& guess) {
+  guess.before_from_now.x_m = from.before_from_now.x_m;
+  guess.before_from_now.y_m = from.before_from_now.y_m;
+  guess.covariance.topLeftCorner<2, 2>() = from.covariance.topLeftCorner<2, 2>();
+}
+
+void take_rotation(const MotionGuess& from, MotionGuess& guess) {
+  guess.before_from_now.theta_rad = from.before_from_now.theta_rad;
+  guess.covariance(2, 2) = from.covariance(2, 2);
 }
 
 }  // namespace
 
-std::optional<Velocity2> believed_velocity(const Pose2& moved,
-                                           double dt_s,
-                                           const MotionOptions& options) {
-  const double limit_rad_per_s = deg_to_rad(options.max_turn_rate_deg_per_s);
-  if (dt_s < 1e-3 || moved.translation_m().norm() > options.max_speed_m_per_s * dt_s ||
-      std::abs(moved.theta_rad) > limit_rad_per_s * dt_s) {
-    return std::nullopt;
-  }
-  return velocity_of(moved, dt_s);
-}
-
-MotionModel::MotionModel(const MotionOptions& options) : options_(options) {
+MotionModel::MotionModel(const MotionOptions& options) : options_(options), reckoning_(options) {
   validate(options, "motion");
 }
 
-MotionGuess MotionModel::from_odometry(const Pose2& step, double passed_s, double off_beat) const {
+std::optional<MotionGuess> MotionModel::from_odometry(const MotionInput& now) const {
+  const MotionInput& before = *state_.before;
+  if (!now.odom_from_robot || !before.odom_from_robot) return std::nullopt;
+  const Pose2 step = between(*before.odom_from_robot, *now.odom_from_robot);
+  const double dt_s = (now.utime - before.utime).seconds();
   const double distance_m = step.translation_m().norm();
-  const double turn_deg = std::abs(rad_to_deg(step.theta_rad));
-  MotionGuess guess;
-  guess.source = MotionGuess::Source::odometry;
-  guess.before_from_now = step;
-  guess.covariance =
-      diagonal(std::hypot(kSigmaFloorM, options_.sigma_per_m * distance_m),
-               kSigmaFloorDeg + kSigmaDegPerM * distance_m + options_.sigma_deg_per_deg * turn_deg);
+  if (distance_m > std::max(kMaxStepM, options_.max_speed_m_per_s * dt_s)) return std::nullopt;
+  const double sigma_m = std::hypot(kMoveSigmaM, options_.sigma_per_m * distance_m);
+  const double sigma_deg = kMoveSigmaDeg + kSigmaDegPerM * distance_m +
+                           options_.sigma_deg_per_deg * std::abs(rad_to_deg(step.theta_rad));
+  Eigen::Vector3d variance = diagonal_covariance(sigma_m, deg_to_rad(sigma_deg)).diagonal();
   // A stamp off the beat may belong to another moment than the step, unless the step is a usual
   // one.
-  const double off_m = std::min(off_beat * state_.move_m, std::abs(distance_m - state_.move_m));
-  const double off_rad =
-      std::min(off_beat * state_.turn_rad, std::abs(std::abs(step.theta_rad) - state_.turn_rad));
-  guess.covariance.diagonal() += Eigen::Vector3d(square(off_m), square(off_m), square(off_rad));
+  const double off_m = std::min(now.off_beat * state_.move_m, std::abs(distance_m - state_.move_m));
+  const double off_rad = std::min(now.off_beat * state_.turn_rad,
+                                  std::abs(std::abs(step.theta_rad) - state_.turn_rad));
+  variance += Eigen::Vector3d(square(off_m), square(off_m), square(off_rad));
   // Of odometry that exceeds the limits the last velocity knows as much.
+  const double passed_s = std::max(dt_s, now.scan_period_s);
   if (passed_s > 1e-3 && !believed_velocity(step, passed_s, options_)) {
-    const Pose2 off = between(velocity_.value_or(Velocity2{}).after(passed_s), step);
-    guess.covariance.diagonal() += off.vector().cwiseAbs2();
+    const Velocity2 velocity = reckoning_.velocity().value_or(Velocity2{});
+    variance += between(velocity.after(passed_s), step).vector().cwiseAbs2();
   }
-  return guess;
+  // Late odometry says "no turn" where one begins.
+  const PredictionError& error = state_.odometry_error;
+  variance = variance.cwiseMax(Eigen::Vector3d(0.5 * error.m2, 0.5 * error.m2, error.rad2));
+  return MotionGuess{step, variance.asDiagonal(), MotionGuess::Source::odometry};
 }
 
-MotionGuess MotionModel::from_velocity(double dt_s) const {
-  const double dt = std::clamp(dt_s, 0.0, kMaxGapS);
-  MotionGuess guess;
-  if (velocity_ && dt == dt_s) {
-    guess.source = MotionGuess::Source::velocity;
-    guess.before_from_now = velocity_->after(dt);
-  }
-  // The velocity may change at once and then stay: a step of acceleration * dt over dt.
-  guess.covariance = diagonal(kSigmaFloorM + options_.acceleration_m_per_s2 * dt * dt,
-                              kSigmaFloorDeg + options_.turn_acceleration_deg_per_s2 * dt * dt);
-  return guess;
-}
-
-void MotionModel::fuse_gyro(const MotionInput& now, MotionGuess& guess) const {
+std::optional<MotionGuess> MotionModel::from_gyro(const MotionInput& now) const {
   const MotionInput& before = *state_.before;
-  if (!now.gyro_heading_rad || !before.gyro_heading_rad) return;
+  if (!now.gyro_heading_rad || !before.gyro_heading_rad) return std::nullopt;
   const double dt_s = std::abs((now.utime - before.utime).seconds());
-  const double sigma_rad = deg_to_rad(0.1 + options_.gyro_sigma_deg_per_s * dt_s);
-  if (square(sigma_rad) >= guess.covariance(2, 2)) return;
+  MotionGuess guess;
   guess.before_from_now.theta_rad =
       normalize_angle(*now.gyro_heading_rad - *before.gyro_heading_rad);
-  guess.covariance(2, 2) = square(sigma_rad);
+  guess.covariance(2, 2) = std::max(square(deg_to_rad(0.1 + options_.gyro_sigma_deg_per_s * dt_s)),
+                                    state_.gyro_error.rad2);
+  return guess;
 }
 
 MotionGuess MotionModel::guess(const MotionInput& now) const {
   if (!state_.before) return {};
-  const MotionInput& before = *state_.before;
-  const double dt_s = (now.utime - before.utime).seconds();
-  MotionGuess guess = from_velocity(dt_s);
-  if (now.odom_from_robot && before.odom_from_robot) {
-    const Pose2 step = between(*before.odom_from_robot, *now.odom_from_robot);
-    if (step.translation_m().norm() <= std::max(kMaxStepM, options_.max_speed_m_per_s * dt_s)) {
-      guess = from_odometry(step, std::max(dt_s, now.scan_period_s), now.off_beat);
+  MotionGuess guess = reckoning_.guess(now.utime);
+  double error_rad2 = state_.reckoning_error.rad2;
+  if (const auto odometry = from_odometry(now)) {
+    const PredictionError &error = state_.odometry_error, &other = state_.reckoning_error;
+    const bool moves = state_.explained_by_odometry.explains_translation();
+    const bool turns = state_.explained_by_odometry.explains_rotation();
+    // Where one half is doubted, the other has to be better than dead reckoning.
+    const bool sure = moves && turns;
+    if (sure) guess.source = MotionGuess::Source::odometry;
+    if (moves && (sure || error.m2 <= other.m2)) take_translation(*odometry, guess);
+    if (turns && (sure || error.rad2 <= other.rad2)) {
+      take_rotation(*odometry, guess);
+      error_rad2 = error.rad2;
     }
   }
-  fuse_gyro(now, guess);
+  const auto gyro = from_gyro(now);
+  if (gyro && state_.explained_by_gyro.explains_rotation() &&
+      state_.gyro_error.rad2 <= error_rad2 && gyro->covariance(2, 2) < guess.covariance(2, 2)) {
+    take_rotation(*gyro, guess);
+  }
   return guess;
+}
+
+bool MotionModel::trusts_odometry() const {
+  return state_.explained_by_odometry.explains_translation() &&
+         state_.explained_by_odometry.explains_rotation();
 }
 
 bool MotionModel::stands_still(const MotionInput& now) const {
   // Less than wheels can tell; and what matches of a standing robot differ by.
   constexpr double kNoStepM = 5e-4, kNoTurnDeg = 0.03, kCalmM = 5e-3, kCalmDeg = 0.3;
   if (!state_.before || !state_.before->odom_from_robot || !now.odom_from_robot) return false;
+  if (!trusts_odometry()) return false;
   const Pose2 step = between(*state_.before->odom_from_robot, *now.odom_from_robot);
   return step.translation_m().norm() <= kNoStepM &&
          std::abs(step.theta_rad) <= deg_to_rad(kNoTurnDeg) && state_.move_m <= kCalmM &&
@@ -121,52 +122,72 @@ bool MotionModel::exceeds_motion_limits(const Pose2& moved, Utime now) const {
          std::abs(moved.theta_rad) > deg_to_rad(kDeg + since_s * options_.max_turn_rate_deg_per_s);
 }
 
-void MotionModel::update(const MotionInput& now, const Pose2& before_from_now) {
+Velocity2 MotionModel::velocity_during(const std::optional<Pose2>& odometry_step,
+                                       double duration_s) const {
+  // The last match's velocity feeds back: a long scan deskewed by a wrong velocity is matched as
+  // wrong the other way, and worse from scan to scan.
+  constexpr double kLongScanS = 0.05;
+  const Velocity2 velocity = reckoning_.smoothed_velocity();
+  if (duration_s < kLongScanS || !odometry_step || !trusts_odometry()) return velocity;
+  return believed_velocity(*odometry_step, duration_s, options_).value_or(velocity);
+}
+
+void MotionModel::update(const MotionInput& now, const Pose2& before_from_now, bool matched) {
   constexpr double kFresh = 0.3;
   if (state_.before) {
+    if (matched) judge_predictions(now, before_from_now);
+    judge_sensors(now, before_from_now, matched);
     state_.move_m += kFresh * (before_from_now.translation_m().norm() - state_.move_m);
     state_.turn_rad += kFresh * (std::abs(before_from_now.theta_rad) - state_.turn_rad);
-    state_.history.push_back({state_.before->utime, Pose2{}});
-    for (MotionState::Step& step : state_.history) {
-      step.then_from_now = step.then_from_now * before_from_now;
-    }
   }
   state_.before = now;
-  state_.scan_period_s = now.scan_period_s;
-  measure_velocity();
+  reckoning_.update(now.utime, now.scan_period_s, before_from_now, matched);
+}
+
+void MotionModel::judge_predictions(const MotionInput& now, const Pose2& before_from_now) {
+  const auto error_of = [&](const MotionGuess& guess) {
+    return difference(before_from_now, guess.before_from_now);
+  };
+  state_.reckoning_error.update(error_of(reckoning_.guess(now.utime)));
+  if (const auto odometry = from_odometry(now)) state_.odometry_error.update(error_of(*odometry));
+  if (const auto gyro = from_gyro(now)) state_.gyro_error.update(error_of(*gyro));
+}
+
+void MotionModel::judge_sensors(const MotionInput& now,
+                                const Pose2& before_from_now,
+                                bool matched) {
+  constexpr double kStepS = 1.0;
+  state_.start_from_now = state_.start_from_now * before_from_now;
+  if (!matched || !state_.step_start) {
+    state_.step_start = matched ? std::optional(now) : std::nullopt;
+    state_.start_from_now = {};
+    return;
+  }
+  const MotionInput& start = *state_.step_start;
+  if (std::abs((now.utime - start.utime).seconds()) < kStepS) return;
+  const Pose2& found = state_.start_from_now;
+  if (start.odom_from_robot && now.odom_from_robot) {
+    const Pose2 measured = between(*start.odom_from_robot, *now.odom_from_robot);
+    state_.explained_by_odometry.update(found, measured);
+  }
+  if (start.gyro_heading_rad && now.gyro_heading_rad) {
+    Pose2 measured = found;
+    measured.theta_rad = normalize_angle(*now.gyro_heading_rad - *start.gyro_heading_rad);
+    state_.explained_by_gyro.update(found, measured);
+  }
+  state_.step_start = now;
+  state_.start_from_now = {};
+}
+
+MotionState MotionModel::state() const {
+  MotionState state = state_;
+  state.reckoning = reckoning_.state();
+  return state;
 }
 
 void MotionModel::restore(const MotionState& state) {
   state_ = state;
-  velocity_.reset();
-  smoothed_velocity_ = {};
-  if (state_.before) measure_velocity();
-}
-
-void MotionModel::measure_velocity() {
-  std::deque<MotionState::Step>& history = state_.history;
-  const auto age_s = [this](const MotionState::Step& step) {
-    return (state_.before->utime - step.utime).seconds();
-  };
-  // A clock that was set back makes steps of the future.
-  while (!history.empty() && (age_s(history.front()) > kMaxGapS || age_s(history.front()) < 0.0)) {
-    history.pop_front();
-  }
-  const double span_s = std::max(kVelocitySpanS, kSmoothedPeriods * state_.scan_period_s);
-  while (history.size() > 1 && age_s(history[1]) >= span_s) history.pop_front();
-  velocity_.reset();
-  smoothed_velocity_ = {};
-  if (history.empty()) return;
-  const auto youngest = std::find_if(history.rbegin(), history.rend(), [&](const auto& step) {
-    return age_s(step) >= kVelocitySpanS;
-  });
-  velocity_ = velocity_since(youngest == history.rend() ? history.front() : *youngest);
-  smoothed_velocity_ = velocity_since(history.front()).value_or(Velocity2{});
-}
-
-std::optional<Velocity2> MotionModel::velocity_since(const MotionState::Step& step) const {
-  return believed_velocity(step.then_from_now, (state_.before->utime - step.utime).seconds(),
-                           options_);
+  reckoning_.restore(state.reckoning);
 }
 
 }  // namespace marco::slam

@@ -9,7 +9,7 @@ namespace {
 using namespace match_gates;
 
 SearchWindow window_of(const PosePrior& prior) {
-  const Eigen::Matrix3d covariance = inverted(prior.information);
+  const Eigen::Matrix3d covariance = covariance_of(prior.information);
   const double sigma_m = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
   const double sigma_rad = std::sqrt(covariance(2, 2));
   return {prior.map_from_robot, std::clamp(kSigmas * sigma_m, kNarrowestM, kWidestM),

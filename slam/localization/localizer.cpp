@@ -127,7 +127,7 @@ SlamUpdate Localizer::track(const SlamInput& input) {
     verdict = judge(view.beams, update);
   }
   const Pose2 moved = between(estimate_.world_from_robot, update.world_from_robot);
-  motion_.update(input.motion, moved);
+  motion_.update(input.motion, moved, move.by_scans);
   estimate_ = {update.world_from_robot, update.covariance};
   path_.add(update.world_from_robot);
   const TrackingLimits limits{options_.lost_after_m, options_.lost_after_s, options_.unknown_for_m};

@@ -63,8 +63,10 @@ class Localizer {
   int times_lost() const { return tracking_state_.times_lost(); }
   /// Each time it became sure.
   const std::vector<Finding>& findings() const { return findings_; }
-  Velocity2 velocity() const {
-    return tracking_ ? motion_.velocity() : odometry_.session().velocity();
+  /// See MotionModel.
+  Velocity2 velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const {
+    return tracking_ ? motion_.velocity_during(odometry_step, duration_s)
+                     : odometry_.session().velocity_during(odometry_step, duration_s);
   }
 
   /// One pose a scan, in the map's frame; scans before a place was found have it from the path that

@@ -23,7 +23,7 @@ struct MotionInput {
 /// The rhythm of the scans, which comes after `history`, is read and learned again.
 struct Motion {
   std::optional<MotionInput> before;
-  std::deque<MotionState::Step> history;
+  std::deque<DeadReckoningState::Step> history;
   double period_s = 0.0, before_lag_s = 0.0, move_m = 0.0, turn_rad = 0.0;
   std::optional<MotionInput> anchor;
   Pose2 anchor_from_before;
@@ -83,14 +83,16 @@ struct File {
 inline SavedMap read(ByteReader& bytes) {
   File file;
   archive(bytes, file);
+  MotionState& motion = file.map.slam.motion;
   if (file.motion.before) {
     MotionInput& before = *file.motion.before;
-    auto& now = file.map.slam.motion.before.emplace();
+    auto& now = motion.before.emplace();
     now.utime = before.utime;
     now.odom_from_robot = before.odom_from_robot;
     now.gyro_heading_rad = before.gyro_heading_rad;
+    motion.reckoning.newest = before.utime;
   }
-  file.map.slam.motion.history = file.motion.history;
+  motion.reckoning.history = file.motion.history;
   return std::move(file.map);
 }
 

@@ -14,10 +14,6 @@ namespace {
 
 constexpr int kDrawnAtOnce = 4;  // keyframes
 
-// A longer scan is deskewed by odometry. The last match's velocity would feed back: a scan deskewed
-// by a wrong velocity is matched as wrong the other way, and worse from scan to scan.
-constexpr double kLongScanS = 0.05;
-
 }  // namespace
 
 SlamAdapter::SlamAdapter(process::Bus& bus,
@@ -69,17 +65,11 @@ bool SlamAdapter::exchange_loop_work(Utime utime) {
   return changed;
 }
 
-Velocity2 SlamAdapter::velocity_during(const SynchronizedScan& scan) const {
-  if (scan.duration_s < kLongScanS || !scan.odometry_step) return session_.velocity();
-  return believed_velocity(*scan.odometry_step, scan.duration_s, options_.slam.motion)
-      .value_or(session_.velocity());
-}
-
 MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   const Utime utime = scan.scan.utime;
   SlamInput input;
-  input.scan =
-      deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor, velocity_during(scan));
+  input.scan = deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor,
+                                  session_.velocity_during(scan.odometry_step, scan.duration_s));
   input.motion = scan.motion;
   input.level = scan.level;
   input.may_draw = may_draw;

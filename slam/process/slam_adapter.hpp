@@ -80,7 +80,6 @@ class SlamAdapter : public Mapper2dAdapter {
 
   /// @returns whether older poses moved.
   bool exchange_loop_work(Utime utime);
-  Velocity2 velocity_during(const SynchronizedScan& scan) const;
   /// Says once that a part of the map is left out.
   void note_size(const OccupancyGrid& grid);
   std::string save(const std::filesystem::path& folder);

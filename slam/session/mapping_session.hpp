@@ -54,7 +54,8 @@ class MappingSession : public Mapper2d {
   const std::vector<Finding>& findings() const;
   /// extending: the result of the last look for the place
   const PlaceEstimate* estimate() const;
-  Velocity2 velocity() const;
+  /// See MotionModel.
+  Velocity2 velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const;
   using Apart = SessionHistory::Apart;
   const std::vector<Apart>& apart() const { return history_.apart(); }
   /// A pose a scan since the last reset or extend; scans of sessions set apart, and when localizing

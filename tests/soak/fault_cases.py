@@ -165,7 +165,7 @@ CASES.update({
     "wrong type": Case(wrong_type, "marco-slam: .*undecodable"),
     "other robot's channel": Case(other_robot("LIDAR_OTHER"), "no SENSOR_INFO for LIDAR_OTHER"),
     "other robot's scans": Case(other_robot("LIDAR", "LIDAR_RAW"),
-                                "marco-slam: .*LIDAR_RAW: scans at .* is there a second sender"),
+                                "marco-slam: .*LIDAR: scans at .* is there a second sender"),
     "flood 1 MB": Case(lambda stack: flood(stack.far_port, "LIDAR", os.urandom(1 << 20), 20, 8),
                        "marco-slam: .*undecodable"),
     "two SLAMs": Case(second_slam, "another marco-slam is running"),

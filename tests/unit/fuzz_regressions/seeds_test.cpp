@@ -32,7 +32,7 @@ std::string payload_of(const std::string& sealed) {
 /// Five scans of a room, half a metre apart: keyframes (cut, so that the seed is short), edges, a
 /// path.
 AdapterState five_scans() {
-  constexpr int kBeams = 24, kPointsKept = 2;
+  constexpr int kBeams = 24, kPointsKept = 1;
   process::BatchBus bus;
   SlamAdapter adapter(bus, {});
   SensorInfo info;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <utility>
+
 #include "tests/support/matchers.hpp"
 
 namespace marco::slam {
@@ -54,7 +57,7 @@ TEST(MotionModel, WithoutOdometryTheLastVelocityGoesOn) {
 TEST(MotionModel, WhatSwingsFromScanToScanDoesNotStraightenScans) {
   MotionModel model;
   for (int i = 0; i < 11; ++i) model.update(at(0.15 * i), {0.0, 0.0, i % 2 == 0 ? 0.3 : -0.3});
-  EXPECT_NEAR(model.velocity().yaw_rad_per_s, 0.0, 1e-9);
+  EXPECT_NEAR(model.velocity_during({}, 0.0).yaw_rad_per_s, 0.0, 1e-9);
   EXPECT_NEAR(model.guess(at(1.65)).before_from_now.theta_rad, 0.3, 1e-9);
 }
 
@@ -71,7 +74,7 @@ TEST(MotionModel, TwoScansOfNearlyOneStampTellNoVelocity) {
   MotionModel model;
   model.update(at(0.0), {});
   model.update(at(0.001), {0.06, 0, 0});
-  EXPECT_EQ(model.velocity().ahead_m_per_s, 0.0);
+  EXPECT_EQ(model.velocity_during({}, 0.0).ahead_m_per_s, 0.0);
 }
 
 TEST(MotionModel, OdometryAboveTheLimitsIsNotTrustedMoreThanTheLastVelocity) {
@@ -127,6 +130,76 @@ TEST(MotionModel, ARobotStandsWhenOdometryAndTheScansSaySo) {
   EXPECT_FALSE(model.stands_still(at(1.2)));
   model.update(at(1.2, Pose2{}), {0.1, 0, 0});  // pushed
   EXPECT_FALSE(model.stands_still(at(1.4, Pose2{})));
+}
+
+// A robot that drives and turns at changing speeds, seen by scans ten times a second; `sensor` says
+// what odometry and gyro make of a true step.
+template <class Sensor>
+MotionModel driven(const Sensor& sensor, int scans = 100) {
+  MotionModel model;
+  Pose2 odom;
+  double gyro_rad = 0.0;
+  for (int i = 0; i < scans; ++i) {
+    const double speed = 0.5 + 0.4 * std::sin(0.3 * i);
+    const Pose2 step{0.1 * speed, 0.0, i % 30 < 10 ? 0.1 * speed : 0.0};
+    const auto [measured, turned_rad] = sensor(step);
+    odom = odom * measured;
+    gyro_rad += turned_rad;
+    model.update(at(0.1 * i, odom, gyro_rad), i == 0 ? Pose2{} : step);
+  }
+  return model;
+}
+
+TEST(MotionModel, OdometryThatExplainsTheMotionIsTrustedThoughItErrs) {
+  const auto of = [](double scale, double drift_rad) {
+    return driven([=](const Pose2& step) {
+      const Pose2 measured{scale * step.x_m, 0, step.theta_rad + drift_rad};
+      return std::pair(measured, step.theta_rad);
+    });
+  };
+  EXPECT_TRUE(of(1.0, 0.0).trusts_odometry());
+  EXPECT_TRUE(of(0.6, 0.001).trusts_odometry());
+  EXPECT_TRUE(of(1.4, -0.001).trusts_odometry());
+}
+
+TEST(MotionModel, OdometryThatExplainsNothingIsAsGoodAsNone) {
+  const auto of = [](double forward, double turn) {
+    return driven([=](const Pose2& step) {
+      const Pose2 measured{forward * step.x_m, 0, turn * step.theta_rad};
+      return std::pair(measured, step.theta_rad);
+    });
+  };
+  for (const MotionModel& model : {of(0.0, 0.0), of(-1.0, 1.0), of(1.0, -1.0)}) {
+    EXPECT_FALSE(model.trusts_odometry());
+    const MotionState state = model.state();
+    if (state.explained_by_odometry.explains_translation()) continue;  // only turns are wrong
+    MotionInput now = *model.state().before;
+    now.utime = now.utime + Duration::from_seconds(0.1);
+    EXPECT_EQ(model.guess(now).source, MotionGuess::Source::velocity);
+    EXPECT_GT(model.guess(now).before_from_now.x_m, 0.005) << "it drives on";
+    EXPECT_FALSE(model.stands_still(now)) << "constant odometry is no sign of standing";
+  }
+}
+
+TEST(MotionModel, AGyroOfTheWrongSignOrUnitIsLeftOut) {
+  for (const double scale : {-1.0, 57.3, 0.0175}) {
+    const MotionModel model =
+        driven([=](const Pose2& step) { return std::pair(step, scale * step.theta_rad); });
+    MotionInput now = *model.state().before;
+    now.utime = now.utime + Duration::from_seconds(0.1);
+    *now.gyro_heading_rad += 0.5;
+    EXPECT_EQ(model.guess(now).before_from_now.theta_rad, 0.0) << scale;
+  }
+}
+
+TEST(MotionModel, LateOdometryIsLessSureThatNoTurnBegins) {
+  Pose2 late;
+  const MotionModel model =
+      driven([&](const Pose2& step) { return std::pair(std::exchange(late, step), 0.0); });
+  MotionInput now = *model.state().before;
+  now.utime = now.utime + Duration::from_seconds(0.1);
+  EXPECT_TRUE(model.trusts_odometry());
+  EXPECT_GT(model.guess(now).covariance(2, 2), 1.5 * std::pow(deg_to_rad(kMoveSigmaDeg), 2.0));
 }
 
 }  // namespace

@@ -179,10 +179,11 @@ TEST_F(MappingSessionTest, TheTieOfTwoSessionsIsAsSureAsThePlaceSeenFromTheRobot
   // The robot looks to the left of x: what is unsure lies ahead and to its right.
   const double c = std::cos(0.5), s = std::sin(0.5);
   const Eigen::Matrix3d seen = edge.information.inverse();
-  EXPECT_NEAR(seen(0, 0), kAlong * c * c + kAcross * s * s, 1e-9);
-  EXPECT_NEAR(seen(1, 1), kAlong * s * s + kAcross * c * c, 1e-9);
-  EXPECT_NEAR(seen(0, 1), (kAcross - kAlong) * s * c, 1e-9);
-  EXPECT_NEAR(seen(2, 2), 1e-3, 1e-9);
+  constexpr double kFloor = 1e-9;  // of information_of()
+  EXPECT_NEAR(seen(0, 0), kAlong * c * c + kAcross * s * s + kFloor, 1e-12);
+  EXPECT_NEAR(seen(1, 1), kAlong * s * s + kAcross * c * c + kFloor, 1e-12);
+  EXPECT_NEAR(seen(0, 1), (kAcross - kAlong) * s * c, 1e-12);
+  EXPECT_NEAR(seen(2, 2), 1e-3 + kFloor, 1e-12);
 }
 
 TEST_F(MappingSessionTest, MergedMapsKeepTheirSessionsAndAreOptimized) {

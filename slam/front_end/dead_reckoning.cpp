@@ -1,0 +1,113 @@
+#include "slam/front_end/dead_reckoning.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/covariance.hpp"
+
+namespace marco::slam {
+namespace {
+
+// Beyond it the last velocity says nothing; and over less a stamp's error makes nonsense of it.
+constexpr double kMaxGapS = 1.0, kVelocitySpanS = 0.15;
+
+// Over a single scan period, a velocity that deskews scans which take as long feeds back.
+constexpr double kSmoothedPeriods = 1.8;
+
+// No logger stalls for longer: scans are missing.
+constexpr double kLongestStallPeriods = 10.0;
+
+// The velocity may change at once and then stay: a step of acceleration * dt over dt.
+Eigen::Matrix3d covariance_after(double dt_s, const MotionOptions& options) {
+  const double sigma_m = kMoveSigmaM + options.acceleration_m_per_s2 * dt_s * dt_s;
+  const double sigma_deg = kMoveSigmaDeg + options.turn_acceleration_deg_per_s2 * dt_s * dt_s;
+  return diagonal_covariance(sigma_m, deg_to_rad(sigma_deg));
+}
+
+}  // namespace
+
+MotionGuess DeadReckoning::by_time(Utime now) const {
+  const double dt_s = (now - *state_.newest).seconds();
+  const double dt = std::clamp(dt_s, 0.0, kMaxGapS);
+  MotionGuess guess{{}, covariance_after(dt, options_), MotionGuess::Source::nothing};
+  if (velocity_ && dt == dt_s) {
+    guess.source = MotionGuess::Source::velocity;
+    guess.before_from_now = velocity_->after(dt);
+  }
+  return guess;
+}
+
+MotionGuess DeadReckoning::by_scans() const {
+  const double dt_s = std::min(state_.scan_period_s, kMaxGapS);
+  return {state_.last_step, covariance_after(dt_s, options_), MotionGuess::Source::velocity};
+}
+
+MotionGuess DeadReckoning::guess(Utime now) const {
+  if (!state_.newest) return {};
+  const double dt_s = (now - *state_.newest).seconds();
+  const bool scans_are_the_clock = state_.clock_contest > 0.0 && state_.scan_period_s > 0.0 &&
+                                   dt_s <= kLongestStallPeriods * state_.scan_period_s;
+  return scans_are_the_clock ? by_scans() : by_time(now);
+}
+
+void DeadReckoning::update(Utime now,
+                           double scan_period_s,
+                           const Pose2& before_from_now,
+                           bool matched) {
+  if (state_.newest) {
+    if (matched) judge_clocks(now, before_from_now);
+    state_.history.push_back({*state_.newest, Pose2{}});
+    for (DeadReckoningState::Step& step : state_.history) {
+      step.then_from_now = step.then_from_now * before_from_now;
+    }
+    state_.last_step = before_from_now;
+  }
+  state_.newest = now;
+  state_.scan_period_s = scan_period_s;
+  measure_velocity();
+}
+
+void DeadReckoning::judge_clocks(Utime now, const Pose2& before_from_now) {
+  constexpr double kFresh = 0.05, kMostPerScan = 2.0;
+  constexpr double kAlikeM = 0.05, kAlikeDeg = 2.0;  // smaller errors count alike
+  const auto error2 = [&](const MotionGuess& guess) {
+    const Eigen::Vector3d off = difference(before_from_now, guess.before_from_now);
+    const double turns = off.z() / deg_to_rad(kAlikeDeg);
+    return 1.0 + off.head<2>().squaredNorm() / (kAlikeM * kAlikeM) + turns * turns;
+  };
+  const double log_ratio = std::log(error2(by_time(now)) / error2(by_scans()));
+  state_.clock_contest +=
+      kFresh * (std::clamp(log_ratio, -kMostPerScan, kMostPerScan) - state_.clock_contest);
+}
+
+void DeadReckoning::restore(const DeadReckoningState& state) {
+  state_ = state;
+  measure_velocity();
+}
+
+void DeadReckoning::measure_velocity() {
+  std::deque<DeadReckoningState::Step>& history = state_.history;
+  velocity_.reset();
+  smoothed_velocity_ = {};
+  if (!state_.newest) return;
+  const auto age_s = [this](const DeadReckoningState::Step& step) {
+    return (*state_.newest - step.utime).seconds();
+  };
+  // A clock that was set back makes steps of the future.
+  while (!history.empty() && (age_s(history.front()) > kMaxGapS || age_s(history.front()) < 0.0)) {
+    history.pop_front();
+  }
+  const double span_s = std::max(kVelocitySpanS, kSmoothedPeriods * state_.scan_period_s);
+  while (history.size() > 1 && age_s(history[1]) >= span_s) history.pop_front();
+  if (history.empty()) return;
+  const auto velocity_since = [&](const DeadReckoningState::Step& step) {
+    return believed_velocity(step.then_from_now, age_s(step), options_);
+  };
+  const auto youngest = std::find_if(history.rbegin(), history.rend(), [&](const auto& step) {
+    return age_s(step) >= kVelocitySpanS;
+  });
+  velocity_ = velocity_since(youngest == history.rend() ? history.front() : *youngest);
+  smoothed_velocity_ = velocity_since(history.front()).value_or(Velocity2{});
+}
+
+}  // namespace marco::slam

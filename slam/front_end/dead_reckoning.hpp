@@ -1,0 +1,76 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "lcm_tools/base/utime.hpp"
+#include "slam/front_end/motion_guess.hpp"
+
+namespace marco::slam {
+
+/// What DeadReckoning remembers.
+struct DeadReckoningState {
+  /// A scan of the last second, and the way from there to the newest.
+  struct Step {
+    Utime utime;
+    Pose2 then_from_now;
+
+    template <class Visitor>
+    void visit(Visitor& v) {
+      v("utime", utime);
+      v("then_from_now", then_from_now);
+    }
+  };
+  std::optional<Utime> newest;
+  std::deque<Step> history;
+  double scan_period_s = 0.0;  ///< of the newest scan's laser; 0 = not known
+  Pose2 last_step;             ///< to the newest scan from the one before
+  /// Running mean of log(squared error by time / squared error by scans): above 0 where stamps are
+  /// so irregular that scans are the better clock.
+  double clock_contest = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("newest", newest);
+    v("history", history);
+    v("scan_period_s", scan_period_s);
+    v("last_step", last_step);
+    v("clock_contest", clock_contest);
+  }
+};
+
+/// Dead reckoning: the move to the next scan by those before. Either the velocity of the last scans
+/// goes on for the time that has passed, or the last step is made again, whatever the stamps say: a
+/// logger that stalls stamps scans of a steady laser a millisecond and half a second apart. Which
+/// of both, the moves found so far decide. Not thread-safe.
+class DeadReckoning {
+ public:
+  explicit DeadReckoning(const MotionOptions& options) : options_(options) {}
+
+  /// The move from the newest scan to one at `now`; `nothing`, and where the robot may be by then,
+  /// before the second scan and after a gap.
+  MotionGuess guess(Utime now) const;
+  /// Takes note of a move. @param matched  it was found by a scan: it judges the guesses
+  void update(Utime now, double scan_period_s, const Pose2& before_from_now, bool matched);
+
+  /// Of the last scans; nothing where their stamps make no sense.
+  std::optional<Velocity2> velocity() const { return velocity_; }
+  /// The same over two scans at least.
+  Velocity2 smoothed_velocity() const { return smoothed_velocity_; }
+
+  const DeadReckoningState& state() const { return state_; }
+  void restore(const DeadReckoningState& state);
+
+ private:
+  MotionGuess by_time(Utime now) const;
+  MotionGuess by_scans() const;
+  void judge_clocks(Utime now, const Pose2& before_from_now);
+  void measure_velocity();
+
+  MotionOptions options_;
+  DeadReckoningState state_;
+  std::optional<Velocity2> velocity_;
+  Velocity2 smoothed_velocity_;
+};
+
+}  // namespace marco::slam

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "common/input/deskew.hpp"
+#include "common/pose2.hpp"
+#include "lcm_tools/base/options.hpp"
+
+namespace marco::slam {
+
+/// Standard deviations of a move before its scan is matched. Odometry is weighted far below its
+/// own accuracy: as a prior it must help where the scan is silent (a bare corridor) and give way
+/// everywhere else.
+struct MotionOptions {
+  double sigma_per_m = 0.15;
+  double sigma_deg_per_deg = 0.15;
+  double gyro_sigma_deg_per_s = 0.3;
+  /// Without odometry: how much the velocity may change.
+  double acceleration_m_per_s2 = 1.5;
+  double turn_acceleration_deg_per_s2 = 400.0;
+  double max_speed_m_per_s = 3.0;  ///< of the robot: what claims more is not believed
+  double max_turn_rate_deg_per_s = 400.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("sigma_per_m", sigma_per_m, kNotNegative);
+    v("sigma_deg_per_deg", sigma_deg_per_deg, kNotNegative);
+    v("gyro_sigma_deg_per_s", gyro_sigma_deg_per_s, kPositive);
+    v("acceleration_m_per_s2", acceleration_m_per_s2, kPositive);
+    v("turn_acceleration_deg_per_s2", turn_acceleration_deg_per_s2, kPositive);
+    v("max_speed_m_per_s", max_speed_m_per_s, kPositive);
+    v("max_turn_rate_deg_per_s", max_turn_rate_deg_per_s, kPositive);
+  }
+};
+
+/// A move since the scan before, in the robot's frame there.
+struct MotionGuess {
+  enum class Source { odometry, velocity, nothing };
+
+  Pose2 before_from_now;
+  /// Of (x, y, theta) in the frame before; diagonal.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  Source source = Source::nothing;
+};
+
+/// The velocity of a robot that moved by `moved` in `dt_s`; nothing when the time is too short to
+/// tell, or the velocity is above the limits: the stamp or the odometry is wrong then.
+std::optional<Velocity2> believed_velocity(const Pose2& moved,
+                                           double dt_s,
+                                           const MotionOptions& options);
+
+/// The floor under any guess of a move: what a stamp's jitter does to it.
+inline constexpr double kMoveSigmaM = 0.01, kMoveSigmaDeg = 0.5;
+
+}  // namespace marco::slam

@@ -45,7 +45,11 @@ SlamUpdate Slam::process(const SlamInput& input) {
   }
   OrientedPoints points;
   ScanMatch match{prior.map_from_robot};
-  if (use) points = orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, options_.normals);
+  if (use) {
+    noise_.add(input.scan.hits_in_robot, input.scan.sensor_in_robot);
+    points = orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, options_.normals,
+                    noise_.sigma_m());
+  }
   if (use && !local_map_.empty()) {
     match = matcher_.match(points, prior, guess.source, keyframes_, local_map_);
   }
@@ -188,16 +192,9 @@ JointRefinementResult Slam::finish() {
 OccupancyGrid Slam::grid() const { return draw_grid(keyframes_.keys, options_.grid); }
 
 SlamState Slam::state() const {
-  SlamState state{keyframes_,
-                  path_.state(),
-                  back_end_.state(),
-                  culling_.state(),
-                  motion_.state(),
-                  estimate_,
-                  {},
-                  gate_.state(),
-                  local_map_.centre_m(),
-                  revision_};
+  SlamState state{keyframes_,    path_.state(),         back_end_.state(), culling_.state(),
+                  noise_,        motion_.state(),       estimate_,         {},
+                  gate_.state(), local_map_.centre_m(), revision_};
   if (standing_) state.zero_velocity = standing_->state();
   return state;
 }
@@ -208,6 +205,7 @@ void Slam::restore(const SlamState& state) {
   path_.restore(state.path);
   back_end_.restore(state.back_end);
   culling_.restore(state.culling);
+  noise_ = state.noise;
   motion_.restore(state.motion);
   estimate_ = state.estimate;
   standing_.reset();

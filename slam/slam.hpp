@@ -14,6 +14,7 @@
 #include "slam/front_end/match_gate.hpp"
 #include "slam/front_end/motion_model.hpp"
 #include "slam/front_end/pose_with_covariance.hpp"
+#include "slam/front_end/range_noise.hpp"
 #include "slam/front_end/scan_matcher.hpp"
 #include "slam/front_end/zero_velocity_update.hpp"
 #include "slam/grid/occupancy_grid.hpp"
@@ -156,6 +157,7 @@ class Slam {
 
   SlamOptions options_;
   ScanMatcher matcher_;
+  RangeNoise noise_;
   MotionModel motion_;
   PoseWithCovariance estimate_;  ///< at the last scan that was matched, or carried without odometry
   std::optional<ZeroVelocityUpdate> standing_;  ///< nothing while the robot moves

@@ -7,6 +7,7 @@
 #include "slam/front_end/match_gate.hpp"
 #include "slam/front_end/motion_model.hpp"
 #include "slam/front_end/pose_with_covariance.hpp"
+#include "slam/front_end/range_noise.hpp"
 #include "slam/front_end/zero_velocity_update.hpp"
 #include "slam/map/keyframe.hpp"
 #include "slam/map/keyframe_culling.hpp"
@@ -21,6 +22,7 @@ struct SlamState {
   ScanPathState path;
   BackEndState back_end;
   CullingState culling;
+  RangeNoise noise;
   MotionState motion;
   PoseWithCovariance estimate;
   std::optional<ZeroVelocityState> zero_velocity;  ///< while the robot stands
@@ -34,6 +36,7 @@ struct SlamState {
     v("path", path);
     v("back_end", back_end);
     v("culling", culling);
+    v("noise", noise);
     v("motion", motion);
     v("estimate", estimate);
     v("zero_velocity", zero_velocity);

@@ -175,7 +175,9 @@ std::vector<Pose2> BackEnd::finish(const std::vector<Keyframe>& keys,
   scans.reserve(keys.size());
   for (const Keyframe& key : keys) scans.push_back(only_oriented(key.points_in_robot));
   std::vector<Pose2> poses = graph.poses();
-  refined = refine_jointly(scans, inliers, refinement_options_, poses);
+  refined = refine_jointly(scans, inliers,
+                           adapted(refinement_options_, keys.back().points_in_robot.range_sigma_m),
+                           poses);
   return poses;
 }
 

@@ -114,7 +114,7 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
                             options_.unlikely_penalty};
   const Eigen::Vector2d centre_m = candidate.world_from_newest.translation_m();
   const LikelihoodPyramid likelihood(points_within(kSearchReachM, centre_m, candidate.place.points),
-                                     coarse_.options());
+                                     adapted(coarse_.options(), candidate.place.range_sigma_m));
   const CorrelativeMatch coarse =
       coarse_.search(likelihood, candidate.seen.points, window, options_.min_score);
   if (coarse.score < options_.min_score) return std::nullopt;

@@ -79,7 +79,8 @@ bool LineMapper::key_is_due() const {
 
 void LineMapper::add_key(const ScanInRobot& scan, Utime utime) {
   Keyframe key{utime,
-               orient(hits_of(scan), scan.sensor_m, options_.normals),
+               orient(hits_of(scan), scan.sensor_m, options_.normals,
+                      range_sigma_of(hits_of(scan), scan.sensor_m).value_or(0.0)),
                scan.sensor_m,
                0.0,
                slam_.world_from_robot(),

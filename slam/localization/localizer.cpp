@@ -121,7 +121,10 @@ SlamUpdate Localizer::track(const SlamInput& input) {
   const bool usable = input.level && input.scan.hits_in_robot.cols() >= gates_.min_points;
   TrackingState::Verdict verdict = TrackingState::Verdict::says_nothing;
   if (usable) {
-    View view{orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, normals_), {}};
+    noise_.add(input.scan.hits_in_robot, input.scan.sensor_in_robot);
+    View view{
+        orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, normals_, noise_.sigma_m()),
+        {}};
     view.beams = beams_of(view.points, input.scan.sensor_in_robot);
     correct(view, prior, move.by_scans, update);
     verdict = judge(view.beams, update);

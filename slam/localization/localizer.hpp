@@ -94,6 +94,7 @@ class Localizer {
   LocalizerOptions options_;
   MatchGateOptions gates_;
   NormalOptions normals_;
+  RangeNoise noise_;
   std::unique_ptr<FrozenMap> map_;  ///< stays where it is when the localizer moves
   SessionFinder finder_;
   ScanOdometry odometry_;

@@ -47,8 +47,29 @@ struct Motion {
   }
 };
 
+struct Keyframe {
+  Utime utime;
+  Points2 points, normals;
+  Eigen::Vector2d sensor_in_robot = {0, 0};
+  double sensor_heading_rad = 0.0;
+  Pose2 world_from_robot;
+  double path_m = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("utime", utime);
+    v("points", points);
+    v("normals", normals);
+    v("sensor_in_robot", sensor_in_robot);
+    v("sensor_heading_rad", sensor_heading_rad);
+    v("world_from_robot", world_from_robot);
+    v("path_m", path_m);
+  }
+};
+
 struct File {
   SavedMap map;
+  std::vector<Keyframe> keys;
   Motion motion;
 
   template <class Visitor>
@@ -56,7 +77,7 @@ struct File {
     SlamState& slam = map.slam;
     v("options", map.options);
     v("session_starts", map.session_starts);
-    v("keys", slam.keyframes.keys);
+    v("keys", keys);
     v("edges", slam.back_end.edges);
     v("loops", slam.back_end.loops);
     v("scans", slam.path.scans);
@@ -93,6 +114,16 @@ inline SavedMap read(ByteReader& bytes) {
     motion.reckoning.newest = before.utime;
   }
   motion.reckoning.history = file.motion.history;
+  for (Keyframe& key : file.keys) {
+    const double sigma_m = range_sigma_of(key.points, key.sensor_in_robot).value_or(0.0);
+    file.map.slam.keyframes.keys.push_back(
+        {key.utime,
+         {std::move(key.points), std::move(key.normals), sigma_m},
+         key.sensor_in_robot,
+         key.sensor_heading_rad,
+         key.world_from_robot,
+         key.path_m});
+  }
   return std::move(file.map);
 }
 

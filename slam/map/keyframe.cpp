@@ -1,5 +1,6 @@
 #include "slam/map/keyframe.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "lcm_tools/base/check.hpp"
@@ -77,6 +78,7 @@ OrientedPoints join_points(const std::vector<Keyframe>& keys,
     joined.points.middleCols(at, part) = frame_from_robot * scan.points_in_robot.points;
     joined.normals.middleCols(at, part) =
         frame_from_robot.rotation() * scan.points_in_robot.normals;
+    joined.range_sigma_m = std::max(joined.range_sigma_m, scan.points_in_robot.range_sigma_m);
     at += part;
   }
   return joined;

@@ -58,7 +58,7 @@ const LikelihoodPyramid& LocalMap::likelihood(const KeyframeSet& keyframes) {
   const OrientedPoints map = join_points(keyframes.keys, first, last, Pose2{});
   const Eigen::Vector2d centre_m = keyframes.keys.back().world_from_robot.translation_m();
   return likelihood_.emplace(points_within(kSearchReachM, centre_m, map.points),
-                             likelihood_options_);
+                             adapted(likelihood_options_, map.range_sigma_m));
 }
 
 Eigen::Vector2d LocalMap::centre_m() const {

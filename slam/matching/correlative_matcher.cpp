@@ -126,6 +126,12 @@ class Search {
 
 }  // namespace
 
+CorrelativeMatcherOptions adapted(CorrelativeMatcherOptions options, double range_sigma_m) {
+  constexpr double kBlurSigmas = 1.6;  // of a range against a wall of the same noise
+  options.blur_m = std::max(options.blur_m, kBlurSigmas * range_sigma_m);
+  return options;
+}
+
 Points2 points_within(double reach_m, const Eigen::Vector2d& centre_m, const Points2& points) {
   Points2 near(2, points.cols());
   Eigen::Index count = 0;

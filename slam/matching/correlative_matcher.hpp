@@ -23,6 +23,9 @@ struct CorrelativeMatcherOptions {
   }
 };
 
+/// Walls are blurred more where ranges are noisier than 3 cm.
+CorrelativeMatcherOptions adapted(CorrelativeMatcherOptions options, double range_sigma_m);
+
 /// All poses within these half-widths about a centre.
 struct SearchWindow {
   Pose2 map_from_robot_centre;

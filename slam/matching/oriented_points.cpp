@@ -37,14 +37,28 @@ Eigen::Vector2d normal_of(const Moments& m, double max_rms_m) {
                                 : Eigen::Vector2d(-larger, smaller);
 }
 
+// Sizes that grow with the noise of the ranges, in its standard deviations: a neighbourhood of 20
+// leaves a normal's direction within some degrees.
+constexpr double kRadiusSigmas = 20.0, kRmsSigmas = 2.4;
+
+NormalOptions adapted(NormalOptions options, double range_sigma_m) {
+  const double growth = std::max(1.0, kRadiusSigmas * range_sigma_m / options.radius_m);
+  options.radius_m *= growth;
+  options.neighbours = static_cast<int>(std::lround(options.neighbours * growth));
+  options.max_rms_m = std::max(options.max_rms_m, kRmsSigmas * range_sigma_m);
+  return options;
+}
+
 }  // namespace
 
 OrientedPoints orient(const Points2& points,
                       const Eigen::Vector2d& sensor,
-                      const NormalOptions& options) {
-  validate(options, "normals");
+                      const NormalOptions& where_precise,
+                      double range_sigma_m) {
+  validate(where_precise, "normals");
+  const NormalOptions options = adapted(where_precise, range_sigma_m);
   const Eigen::Index count = points.cols();
-  OrientedPoints oriented{points, Points2::Zero(2, count)};
+  OrientedPoints oriented{points, Points2::Zero(2, count), range_sigma_m};
   const double radius2 = options.radius_m * options.radius_m;
   for (Eigen::Index at = 0; at < count; ++at) {
     const double x = points(0, at), y = points(1, at);

@@ -141,6 +141,14 @@ SurfelMatcher::SurfelMatcher(const SurfelMatcherOptions& options) : options_(opt
           "surfel_matcher: cells_m, sigmas_m and every_nth_point need one value a level each");
 }
 
+double SurfelMatcher::kernel_sigma_m(std::size_t level, double range_sigma_m) const {
+  // Residuals hold the noise of the range and of the surfel's line; coarser levels a guess's error.
+  constexpr double kFinestSigmas = 1.2, kCoarserSigmas = 2.0;
+  const bool finest = level + 1 == options_.sigmas_m.size();
+  return std::max(options_.sigmas_m[level],
+                  (finest ? kFinestSigmas : kCoarserSigmas) * range_sigma_m);
+}
+
 void SurfelMatcher::run_level(const Level& level,
                               Correspondences& points,
                               SurfelMatch& match) const {
@@ -199,7 +207,7 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
   match.map_from_robot = seen_from(centre_m, map_from_robot_guess);
   const std::size_t finest = map.levels().size() - 1;
   for (std::size_t at = 0; at <= finest; ++at) {
-    const double sigma_m = options_.sigmas_m[at];
+    const double sigma_m = kernel_sigma_m(at, points_in_robot.range_sigma_m);
     const double coarse_stop = options_.coarse_stop_sigmas * sigma_m;
     const bool last = at == finest;
     const Level level{map.levels()[at],
@@ -224,7 +232,7 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
       centre_from_robot =
           remap_degenerate_direction(centre_from_robot, seen_prior, weakest, sigma_m * sigma_m);
     }
-    if (judge(points, centre_from_robot, match, fates)) {
+    if (judge(points, centre_from_robot, sigma_m, match, fates)) {
       match.map_from_robot = centre_from_robot;
       match.map_from_robot.x_m += centre_m.x();
       match.map_from_robot.y_m += centre_m.y();
@@ -237,9 +245,9 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
 
 bool SurfelMatcher::judge(const Correspondences& points,
                           const Pose2& centre_from_robot,
+                          double sigma_m,
                           SurfelMatch& match,
                           std::vector<PointFate>* fates) const {
-  const double sigma_m = options_.sigmas_m.back();
   const auto limit_m = static_cast<float>(3.0 * sigma_m);
   std::vector<float> distances_m;
   points.distances_m(centre_from_robot, distances_m);

@@ -13,7 +13,8 @@ namespace marco::slam {
 struct SurfelMatcherOptions {
   /// Cell sizes of the pyramid of local maps, coarse first: the search radius of a correspondence.
   std::vector<double> cells_m = {0.6, 0.2, 0.1};
-  /// Sigma of the robust kernel (Lorentzian) at each level: the thesis' schedule.
+  /// Sigma of the robust kernel (Lorentzian) at each level: the thesis' schedule. From about 2 cm
+  /// of range noise on the finer levels' grow with it.
   std::vector<double> sigmas_m = {0.20, 0.06, 0.02};
   /// Every nth point is used at each level.
   std::vector<double> every_nth_point = {4, 2, 1};
@@ -114,9 +115,11 @@ class SurfelMatcher {
 
  private:
   struct Level;
+  double kernel_sigma_m(std::size_t level, double range_sigma_m) const;
   void run_level(const Level& level, Correspondences& points, SurfelMatch& match) const;
   bool judge(const Correspondences& points,
              const Pose2& centre_from_robot,
+             double sigma_m,
              SurfelMatch& match,
              std::vector<PointFate>* fates) const;
 

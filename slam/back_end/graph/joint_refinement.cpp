@@ -242,6 +242,15 @@ double largest_move_m(const std::vector<Pose2>& before, const std::vector<Pose2>
 
 }  // namespace
 
+JointRefinementOptions adapted(JointRefinementOptions options, double range_sigma_m) {
+  // Between two points, each with its noise; the Lorentzian's sigma and the reach in those.
+  constexpr double kSigmas = 1.2, kReachSigmas = 3.2;
+  options.sigma_m = std::max(options.sigma_m, kSigmas * range_sigma_m);
+  options.last_reach_m = std::max(options.last_reach_m, kReachSigmas * range_sigma_m);
+  options.first_reach_m = std::max(options.first_reach_m, options.last_reach_m);
+  return options;
+}
+
 JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
                                      const std::vector<PoseGraphEdge>& edges,
                                      const JointRefinementOptions& options,

@@ -34,6 +34,10 @@ struct JointRefinementOptions {
   }
 };
 
+/// The same where ranges are as noisy as this: partners are sought farther off, and errors count
+/// longer.
+JointRefinementOptions adapted(JointRefinementOptions options, double range_sigma_m);
+
 /// A keyframe's points that lie on something smooth, with the way it faces.
 struct OrientedScan {
   Points2 points_in_robot;   ///< 2xN [m]

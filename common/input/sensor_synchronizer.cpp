@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/input/beam_times.hpp"
 #include "lcm_tools/base/check.hpp"
 
 namespace marco {
@@ -45,6 +46,7 @@ void SensorSynchronizer::start_session() {
   restore({});
   lidars_.clear();
   rates_.clear();
+  said_of_beams_.clear();
 }
 
 const SensorInfo* SensorSynchronizer::sensor_of(const std::string& channel) const {
@@ -107,10 +109,16 @@ void SensorSynchronizer::add(LaserScan scan) {
   waiting.period_s = stamps.period_s();
   waiting.off_beat = stamps.off_beat();
   waiting.own_odometry = state_.odometry.own_of(scan.utime);
+  repair_beams(scan, waiting.period_s);
   waiting.scan = std::move(scan);
   state_.newest = waiting.repaired;
   state_.waiting.push_back(std::move(waiting));
   advance();
+}
+
+void SensorSynchronizer::repair_beams(LaserScan& scan, double period_s) {
+  const auto wrong = repair_beam_times(scan, period_s);
+  if (wrong && said_of_beams_.insert(scan.channel).second) drop_(scan.channel + ": " + *wrong);
 }
 
 void SensorSynchronizer::advance() {

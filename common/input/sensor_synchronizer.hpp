@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -88,14 +89,14 @@ struct ChannelNames {
 /// Brings a robot's sensors together: samples in, in any order; scans out, in order of arrival,
 /// each with odometry, gyro and pan-tilt at its time. A scan waits until these are known, if they
 /// come at all, for `patience_s` at most. Stamps are repaired once, here (StampRepair); scans keep
-/// their own.
+/// their own. So are beam times (beam_times.hpp).
 ///
 /// Depends on the samples' order and stamps alone, never on a clock. Memory is bounded: 64
 /// channels, 200 waiting scans, some thousand samples of each other sensor. Not thread-safe.
 class SensorSynchronizer {
  public:
-  /// Told of each scan or sample that is not used, with the cause, and once of a second sender on a
-  /// laser's channel; may be empty.
+  /// Told of each scan or sample that is not used, with the cause, and once of what is wrong with a
+  /// laser's channel: a second sender, beam times that were repaired. May be empty.
   using CountDrop = std::function<void(const std::string& cause)>;
 
   SensorSynchronizer(const SynchronizerOptions& options, ChannelNames names, CountDrop drop);
@@ -125,6 +126,7 @@ class SensorSynchronizer {
   void restore(SynchronizerState state);
 
  private:
+  void repair_beams(LaserScan& scan, double period_s);
   void advance();
   bool is_complete(const WaitingScan& scan) const;
   void complete_first();
@@ -138,6 +140,7 @@ class SensorSynchronizer {
   LidarSelection lidars_;
   RangeUnits range_units_;
   RateWatch rates_;
+  std::set<std::string> said_of_beams_;  ///< channels whose beam times were repaired
   std::deque<SynchronizedScan> complete_;
 };
 

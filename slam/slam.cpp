@@ -57,6 +57,12 @@ SlamUpdate Slam::process(const SlamInput& input) {
   const bool refused = gate_.refuses(match, before, motion_, input.motion.utime);
   if (refused) match = {prior.map_from_robot, Eigen::Matrix3d::Zero(), match.overlap, false};
   if (use && !refused) gate_.note_match(match.usable || keyframes_.keys.empty());
+  const Eigen::Matrix3d since_keyframe =
+      dead_reckoned({estimate_.world_from_robot, since_keyframe_}, guess.before_from_now,
+                    guess.covariance)
+          .covariance +
+      diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
+  since_keyframe_ = covariance_of(information_of(since_keyframe) + match.information);
   estimate_ = estimate_from(match, prior, motion_.stands_still(input.motion));
   motion_.update(input.motion, between(before, estimate_.world_from_robot), match.usable);
 
@@ -66,7 +72,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
       keyframes_.is_due(estimate_.world_from_robot, input.scan.sensor_heading_rad,
                         options_.keyframes);
   if (becomes_keyframe) {
-    add_keyframe(input, points);
+    add_keyframe(input, points, guess.source);
     trajectory_changed = search_loops();
     cull_keyframes();
   }
@@ -112,7 +118,9 @@ PoseWithCovariance Slam::estimate_from(const ScanMatch& match,
       correction->covariance};
 }
 
-void Slam::add_keyframe(const SlamInput& input, const OrientedPoints& points) {
+void Slam::add_keyframe(const SlamInput& input,
+                        const OrientedPoints& points,
+                        MotionGuess::Source source) {
   Keyframe key{input.scan.utime,           points,
                input.scan.sensor_in_robot, input.scan.sensor_heading_rad,
                estimate_.world_from_robot, 0.0};
@@ -122,12 +130,15 @@ void Slam::add_keyframe(const SlamInput& input, const OrientedPoints& points) {
     const Pose2 measured = between(before.world_from_robot, key.world_from_robot);
     key.path_m = before.path_m + measured.translation_m().norm();
     const Eigen::Matrix3d covariance =
-        rotated(estimate_.covariance, -before.world_from_robot.theta_rad) +
+        rotated(since_keyframe_, -before.world_from_robot.theta_rad) +
         diagonal_covariance(kEdgeSigmaM, deg_to_rad(kEdgeSigmaDeg));
     // The graph's error lives in the frame of the newer keyframe.
     back_end_.add_edge({node - 1, node, measured,
                         information_of(rotated(covariance, -measured.theta_rad)), false});
   }
+  // Odometry's errors are new at each step; those of a velocity that is carried on are not, and add
+  // up.
+  if (source == MotionGuess::Source::odometry) since_keyframe_.setZero();
   path_.add_keyframe(key.utime, node);
   keyframes_.keys.push_back(std::move(key));
   local_map_.extend(keyframes_);
@@ -192,9 +203,18 @@ JointRefinementResult Slam::finish() {
 OccupancyGrid Slam::grid() const { return draw_grid(keyframes_.keys, options_.grid); }
 
 SlamState Slam::state() const {
-  SlamState state{keyframes_,    path_.state(),         back_end_.state(), culling_.state(),
-                  noise_,        motion_.state(),       estimate_,         {},
-                  gate_.state(), local_map_.centre_m(), revision_};
+  SlamState state{keyframes_,
+                  path_.state(),
+                  back_end_.state(),
+                  culling_.state(),
+                  noise_,
+                  motion_.state(),
+                  estimate_,
+                  since_keyframe_,
+                  {},
+                  gate_.state(),
+                  local_map_.centre_m(),
+                  revision_};
   if (standing_) state.zero_velocity = standing_->state();
   return state;
 }
@@ -208,6 +228,7 @@ void Slam::restore(const SlamState& state) {
   noise_ = state.noise;
   motion_.restore(state.motion);
   estimate_ = state.estimate;
+  since_keyframe_ = state.since_keyframe;
   standing_.reset();
   if (state.zero_velocity) standing_.emplace(*state.zero_velocity);
   gate_.restore(state.gate);
@@ -237,11 +258,12 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& edge) {
   path_.append(session.path, first_key, world_from_session);
   culling_.skip_to(static_cast<int>(keys.size()));
   estimate_ = {world_from_session * session.estimate.world_from_robot, session.estimate.covariance};
+  since_keyframe_ = session.since_keyframe;
   motion_.restore(session.motion);
   standing_.reset();
   gate_.restore(session.gate);
   SessionLoopSearch search(back_end_.loop_closer(), keys, first_key,
-                           back_end_.state().last_search_path_m);
+                           back_end_.state().next_search_path_m - options_.loops.attempt_every_m);
   for (int key = first_key; key < static_cast<int>(keys.size()); ++key) {
     const std::vector<Loop> loops = search.search(keys, key);
     if (loops.empty()) continue;

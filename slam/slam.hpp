@@ -148,7 +148,9 @@ class Slam {
   SlamUpdate note_scan(Utime utime, const PoseWithCovariance& estimate);
   /// By the match and the prediction; of a robot that stands, by all matches from its place.
   PoseWithCovariance estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands);
-  void add_keyframe(const SlamInput& input, const OrientedPoints& points);
+  void add_keyframe(const SlamInput& input,
+                    const OrientedPoints& points,
+                    MotionGuess::Source source);
   bool search_loops();
   /// A few keyframes whose loops were examined are merged into older ones.
   void cull_keyframes();
@@ -160,6 +162,8 @@ class Slam {
   RangeNoise noise_;
   MotionModel motion_;
   PoseWithCovariance estimate_;  ///< at the last scan that was matched, or carried without odometry
+  /// Of the pose seen from the newest keyframe, world axes: what an edge of the graph is worth.
+  Eigen::Matrix3d since_keyframe_ = Eigen::Matrix3d::Zero();
   std::optional<ZeroVelocityUpdate> standing_;  ///< nothing while the robot moves
   MatchGate gate_;
   KeyframeSet keyframes_;

@@ -25,6 +25,7 @@ struct SlamState {
   RangeNoise noise;
   MotionState motion;
   PoseWithCovariance estimate;
+  Eigen::Matrix3d since_keyframe = Eigen::Matrix3d::Zero();
   std::optional<ZeroVelocityState> zero_velocity;  ///< while the robot stands
   MatchGateState gate;
   Eigen::Vector2d local_map_centre_m = Eigen::Vector2d::Zero();
@@ -39,6 +40,7 @@ struct SlamState {
     v("noise", noise);
     v("motion", motion);
     v("estimate", estimate);
+    v("since_keyframe", since_keyframe);
     v("zero_velocity", zero_velocity);
     v("gate", gate);
     v("local_map_centre_m", local_map_centre_m);

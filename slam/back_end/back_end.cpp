@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
-#include "slam/back_end/graph/shortest_paths.hpp"
+#include "slam/back_end/graph/relative_covariance.hpp"
 
 namespace marco::slam {
 namespace {
@@ -89,16 +89,32 @@ PoseGraph BackEnd::graph_of(const std::vector<Keyframe>& keys) const {
 
 bool BackEnd::prepare_work(const std::vector<Keyframe>& keys, bool robust) {
   const double path_m = keys.back().path_m;
-  const double since_m = path_m - state_.last_search_path_m;
-  if (work_is_out_ || since_m < loop_closer_.options().attempt_every_m) return false;
-  state_.last_search_path_m = path_m;
-  const int count = static_cast<int>(keys.size());
-  std::vector<LoopCandidate> candidates = loop_closer_.candidates(
-      keys, state_.closed_path_m, shortest_path_lengths_m(count - 1, count, state_.edges));
+  if (work_is_out_ || path_m < state_.next_search_path_m) return false;
+  state_.next_search_path_m = path_m + loop_closer_.options().attempt_every_m;
+  std::vector<LoopCandidate> candidates;
+  if (loop_closer_.may_have_candidates(keys)) {
+    candidates = loop_closer_.candidates(keys, uncertainties_of_newest(keys), state_.closed_path_m);
+    // A wide search takes long, and there is time for it: the revisit will last.
+    constexpr double kEveryPart = 0.25;
+    for (const LoopCandidate& candidate : candidates) {
+      state_.next_search_path_m =
+          std::max(state_.next_search_path_m,
+                   path_m + kEveryPart * loop_closer_.shift_m(candidate.covariance));
+    }
+  }
   if (candidates.empty() && !robust) return false;
   work_ = LoopWork{loop_closer_, std::move(candidates), graph_of(keys), path_m, robust};
   work_is_out_ = true;
   return true;
+}
+
+std::vector<RelativeUncertainty> BackEnd::uncertainties_of_newest(
+    const std::vector<Keyframe>& keys) const {
+  std::vector<Pose2> poses;
+  poses.reserve(keys.size());
+  for (const Keyframe& key : keys) poses.push_back(key.world_from_robot);
+  return relative_uncertainties(static_cast<int>(keys.size()) - 1, poses, state_.edges,
+                                loop_closer_.max_variance_m2());
 }
 
 std::optional<LoopWork> BackEnd::take_work() { return std::exchange(work_, std::nullopt); }

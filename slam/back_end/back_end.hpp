@@ -15,7 +15,7 @@ namespace marco::slam {
 struct BackEndState {
   std::vector<PoseGraphEdge> edges;
   std::vector<Loop> loops;              ///< one for each loop edge, in their order
-  double last_search_path_m = 0.0;      ///< of the last search for loops
+  double next_search_path_m = 0.0;      ///< when loops are searched again
   double closed_path_m = 0.0;           ///< when a loop was last closed
   std::vector<double> loop_closings_m;  ///< the same of the last loops
 
@@ -23,7 +23,7 @@ struct BackEndState {
   void visit(Visitor& v) {
     v("edges", edges);
     v("loops", loops);
-    v("last_search_path_m", last_search_path_m);
+    v("next_search_path_m", next_search_path_m);
     v("closed_path_m", closed_path_m);
     v("loop_closings_m", loop_closings_m);
   }
@@ -50,7 +50,9 @@ class BackEnd {
   void add_loop(const Loop& loop);
   /// Another session's edges and loops, whose keyframes follow those that are there.
   void append(const BackEndState& session, int first_key);
-  void note_search(double path_m) { state_.last_search_path_m = path_m; }
+  void note_search(double path_m) {
+    state_.next_search_path_m = path_m + loop_closer_.options().attempt_every_m;
+  }
   void note_closing(double path_m) { state_.closed_path_m = path_m; }
 
   /// See Slam::defer_loop_work.
@@ -77,6 +79,8 @@ class BackEnd {
   std::vector<Pose2> finish(const std::vector<Keyframe>& keys, JointRefinementResult& result);
 
  private:
+  /// See LoopCloser::find.
+  std::vector<RelativeUncertainty> uncertainties_of_newest(const std::vector<Keyframe>& keys) const;
   PoseGraph graph_of(const std::vector<Keyframe>& keys) const;
   void remove_outliers(const LoopWork& work);
 

@@ -15,15 +15,37 @@ double distance_m(const Pose2& a, const Pose2& b) {
   return (a.translation_m() - b.translation_m()).norm();
 }
 
-// What is believed of the newest keyframe's pose: so little that it counts only where the walls say
-// nothing, as along a bare hall, and a match would be slid along by noise.
-Eigen::Matrix3d believed_information(const LoopCandidate& candidate) {
-  constexpr double kSigmas = 3.0;  // the window reaches so far
-  const double per_m = kSigmas / candidate.shift_m, per_rad = kSigmas / candidate.turn_rad;
-  return Eigen::Vector3d(per_m * per_m, per_m * per_m, per_rad * per_rad).asDiagonal();
+// A search reaches so far, in standard deviations of the pose.
+constexpr double kSigmas = 3.0;
+
+// What the graph's edges do not know, as standard deviations: a constant part, and scan matching's
+// bias, which grows with the way: 0.17 deg/m where a laser sees 4 m of a building. Closing a loop
+// takes most of it away.
+constexpr double kUnknownM = 0.1, kUnknownDeg = 1.4;
+constexpr double kBiasMPerM = 0.01, kBiasDegPerM = 0.1;
+constexpr double kClosedBias = 1.0 / 6.0;
+
+Eigen::Matrix3d with_bias(const RelativeUncertainty& known, double since_closed_m) {
+  const double open_m = std::min(known.way_m, since_closed_m);
+  const double biased_m = open_m + kClosedBias * (known.way_m - open_m);
+  return known.covariance + diagonal_covariance(kUnknownM, deg_to_rad(kUnknownDeg)) +
+         diagonal_covariance(kBiasMPerM * biased_m, deg_to_rad(kBiasDegPerM * biased_m));
 }
 
+// Another place is a rival when its score comes this near, it lies this far away, and the match
+// claims to know that it is not there.
+constexpr double kRivalMargin = 0.05;
+constexpr double kRivalM = 0.5, kRivalDeg = 10.0;
+
 }  // namespace
+
+std::vector<RelativeUncertainty> uncertainties_by_path(const std::vector<Keyframe>& keys) {
+  std::vector<RelativeUncertainty> uncertainties(keys.size());
+  for (std::size_t key = 0; key < keys.size(); ++key) {
+    uncertainties[key].way_m = keys.back().path_m - keys[key].path_m;
+  }
+  return uncertainties;
+}
 
 LoopCloser::LoopCloser(const LoopCloserOptions& options,
                        const CorrelativeMatcher& coarse,
@@ -32,20 +54,33 @@ LoopCloser::LoopCloser(const LoopCloserOptions& options,
   validate(options, "loops");
 }
 
-LoopCloser::Drift LoopCloser::drift(double way_m, double since_closed_m) const {
-  const double open_m = std::min(way_m, since_closed_m);
-  const double shift_m = options_.drift_m + options_.drift_m_per_m * open_m +
-                         options_.closed_drift_m_per_m * (way_m - open_m);
-  const double part = options_.closed_drift_m_per_m / options_.drift_m_per_m;
-  const double turn_deg =
-      options_.drift_deg + options_.drift_deg_per_m * (open_m + part * (way_m - open_m));
-  return {std::min(options_.max_drift_m, shift_m),
-          deg_to_rad(std::min(options_.max_drift_deg, turn_deg))};
+double LoopCloser::shift_m(const Eigen::Matrix3d& covariance) const {
+  const double half_trace = 0.5 * (covariance(0, 0) + covariance(1, 1));
+  const double largest =
+      half_trace + std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1));
+  return std::min(kSigmas * std::sqrt(largest), options_.max_drift_m);
+}
+
+double LoopCloser::turn_rad(const Eigen::Matrix3d& covariance) const {
+  return std::min(kSigmas * std::sqrt(covariance(2, 2)), deg_to_rad(options_.max_drift_deg));
+}
+
+double LoopCloser::max_variance_m2() const {
+  const double sigma_m = options_.max_drift_m / kSigmas;
+  return 2.0 * sigma_m * sigma_m;
+}
+
+bool LoopCloser::may_have_candidates(const std::vector<Keyframe>& keys) const {
+  const Keyframe& newest = keys.back();
+  const double reach_m = options_.radius_m + options_.max_drift_m;
+  return std::any_of(keys.begin(), keys.end(), [&](const Keyframe& key) {
+    return newest.path_m - key.path_m >= options_.min_path_m &&
+           distance_m(key.world_from_robot, newest.world_from_robot) <= reach_m;
+  });
 }
 
 std::vector<int> LoopCloser::nearby_places(const std::vector<Keyframe>& keys,
-                                           const std::vector<double>& shortest_path_lengths_m,
-                                           double since_closed_m) const {
+                                           const std::vector<Eigen::Matrix3d>& covariances) const {
   const Keyframe& newest = keys.back();
   struct Place {
     int key;
@@ -57,8 +92,8 @@ std::vector<int> LoopCloser::nearby_places(const std::vector<Keyframe>& keys,
   for (std::size_t key = 0; key < keys.size(); ++key) {
     if (newest.path_m - keys[key].path_m < options_.min_path_m) break;
     const double distance = distance_m(keys[key].world_from_robot, newest.world_from_robot);
-    if (distance >
-        options_.radius_m + drift(shortest_path_lengths_m[key], since_closed_m).shift_m) {
+    const double reach_m = shift_m(covariances[key]);
+    if (distance > options_.radius_m + reach_m || reach_m >= options_.max_drift_m) {
       in_stretch = false;
     } else if (!in_stretch) {
       places.push_back({static_cast<int>(key), distance});
@@ -78,40 +113,43 @@ std::vector<int> LoopCloser::nearby_places(const std::vector<Keyframe>& keys,
 
 std::vector<LoopCandidate> LoopCloser::candidates(
     const std::vector<Keyframe>& keys,
-    double closed_path_m,
-    const std::vector<double>& shortest_path_lengths_m) const {
+    const std::vector<RelativeUncertainty>& uncertainties,
+    double closed_path_m) const {
   const Keyframe& newest = keys.back();
   const int to = static_cast<int>(keys.size()) - 1;
-  const double since_closed_m = newest.path_m - closed_path_m;
-  std::vector<double> drifting_m = shortest_path_lengths_m;
-  if (shortest_path_lengths_m.empty()) {
-    for (const Keyframe& key : keys) drifting_m.push_back(newest.path_m - key.path_m);
+  std::vector<Eigen::Matrix3d> covariances;
+  covariances.reserve(keys.size());
+  for (const RelativeUncertainty& known : uncertainties) {
+    covariances.push_back(with_bias(known, newest.path_m - closed_path_m));
   }
   std::vector<LoopCandidate> found;
-  for (const int from : nearby_places(keys, drifting_m, since_closed_m)) {
+  for (const int from : nearby_places(keys, covariances)) {
     const Keyframe& old = keys[static_cast<std::size_t>(from)];
-    // Neighbours in the list are neighbours in the building, unless what lay between them was
-    // merged into older keyframes.
+    // The place is as large as the search: what lies beside it could be a rival. Neighbours in the
+    // list are neighbours in the building, unless what lay between them was merged into older
+    // keyframes.
+    const Eigen::Matrix3d& covariance = covariances[static_cast<std::size_t>(from)];
+    const double reach_m = shift_m(covariance);
     const auto belongs = [&](int key) {
-      return distance_m(keys[static_cast<std::size_t>(key)].world_from_robot,
-                        old.world_from_robot) <= kAroundM;
+      const Keyframe& other = keys[static_cast<std::size_t>(key)];
+      return distance_m(other.world_from_robot, old.world_from_robot) <= kAroundM + reach_m &&
+             (std::abs(key - from) <= options_.around ||
+              std::abs(other.path_m - old.path_m) <= reach_m);
     };
     int first = from, last = from;
-    while (first > 0 && from - first < options_.around && belongs(first - 1)) --first;
-    while (last < to && last - from < options_.around && belongs(last + 1)) ++last;
+    while (first > 0 && belongs(first - 1)) --first;
+    while (last < to && belongs(last + 1)) ++last;
     const int since = std::min(std::max(last + 1, to - options_.around), to);
-    const Drift drift = this->drift(drifting_m[static_cast<std::size_t>(from)], since_closed_m);
     found.push_back({from, to, old.world_from_robot, newest.world_from_robot,
                      join_points(keys, first, last, Pose2{}),
-                     join_points(keys, since, to, newest.world_from_robot.inverse()), drift.shift_m,
-                     drift.turn_rad});
+                     join_points(keys, since, to, newest.world_from_robot.inverse()), covariance});
   }
   return found;
 }
 
 std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
-  const SearchWindow window{candidate.world_from_newest, candidate.shift_m, candidate.turn_rad,
-                            options_.unlikely_penalty};
+  const SearchWindow window{candidate.world_from_newest, shift_m(candidate.covariance),
+                            turn_rad(candidate.covariance), options_.unlikely_penalty};
   const Eigen::Vector2d centre_m = candidate.world_from_newest.translation_m();
   const LikelihoodPyramid likelihood(points_within(kSearchReachM, centre_m, candidate.place.points),
                                      adapted(coarse_.options(), candidate.place.range_sigma_m));
@@ -120,11 +158,15 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
   if (coarse.score < options_.min_score) return std::nullopt;
   SurfelPyramid surfels(fine_.options(), candidate.world_from_old.translation_m());
   surfels.add(candidate.place, Pose2{});
-  const PosePrior believed{candidate.world_from_newest, believed_information(candidate)};
+  const double heading_rad = candidate.world_from_newest.theta_rad;
+  // So little that it counts only where the walls say nothing, as along a bare hall.
+  const PosePrior believed{candidate.world_from_newest,
+                           information_of(rotated(candidate.covariance, heading_rad))};
   const SurfelMatch fine = fine_.match(surfels, candidate.seen, coarse.map_from_robot, &believed);
   if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
     return std::nullopt;
   }
+  if (has_rival(likelihood, candidate, window, coarse, fine.information)) return std::nullopt;
   const Eigen::Matrix3d noise =
       diagonal_covariance(options_.sigma_m, deg_to_rad(options_.sigma_deg));
   const Pose2 change = between(candidate.world_from_newest, fine.map_from_robot);
@@ -141,9 +183,28 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
   return loop;
 }
 
-std::vector<Loop> LoopCloser::find(const std::vector<Keyframe>& keys, double closed_path_m) const {
+bool LoopCloser::has_rival(const LikelihoodPyramid& likelihood,
+                           const LoopCandidate& candidate,
+                           const SearchWindow& window,
+                           const CorrelativeMatch& best,
+                           const Eigen::Matrix3d& information) const {
+  if (window.half_width_m < 2.0 * kRivalM) return false;
+  SearchWindow elsewhere = window;
+  elsewhere.excluded = {best.map_from_robot, kRivalM, deg_to_rad(kRivalDeg)};
+  const CorrelativeMatch rival = coarse_.search(likelihood, candidate.seen.points, elsewhere,
+                                                best.score - best.penalty - kRivalMargin);
+  if (rival.score <= 0.0) return false;
+  // Along a corridor every place fits: there the match does not claim to know.
+  const Eigen::Vector3d apart = difference(rival.map_from_robot, best.map_from_robot);
+  const Eigen::Matrix3d noise = diagonal_covariance(kRivalM / kSigmas, deg_to_rad(kRivalDeg));
+  return squared_mahalanobis_distance(apart, with_noise(information, noise)) > kChi2Dof3Quantile999;
+}
+
+std::vector<Loop> LoopCloser::find(const std::vector<Keyframe>& keys,
+                                   const std::vector<RelativeUncertainty>& uncertainties,
+                                   double closed_path_m) const {
   std::vector<Loop> loops;
-  for (const LoopCandidate& candidate : candidates(keys, closed_path_m)) {
+  for (const LoopCandidate& candidate : candidates(keys, uncertainties, closed_path_m)) {
     if (const auto loop = verify(candidate)) loops.push_back(*loop);
   }
   return loops;

@@ -7,6 +7,7 @@
 #include "common/pose2.hpp"
 #include "lcm_tools/base/options.hpp"
 #include "slam/back_end/graph/pose_graph_edge.hpp"
+#include "slam/back_end/graph/relative_covariance.hpp"
 #include "slam/map/keyframe.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/oriented_points.hpp"
@@ -18,12 +19,7 @@ struct LoopCloserOptions {
   double attempt_every_m = 0.5;  ///< of path between two searches
   double min_path_m = 8.0;       ///< a revisit lies at least this much path back
   double radius_m = 4.0;         ///< between the two places, beside the drift
-  double drift_m = 0.3;          ///< how far the path may be off: this ...
-  double drift_m_per_m = 0.03;   ///< ... this much of the path since a loop was last closed ...
-  double closed_drift_m_per_m = 0.005;  ///< ... and this much of the way before, over its loops
-  double max_drift_m = 4.0;
-  double drift_deg = 4.0;
-  double drift_deg_per_m = 0.3;
+  double max_drift_m = 8.0;      ///< the widest search; what is less sure is not searched
   double max_drift_deg = 30.0;
   int candidates = 2;       ///< places tried at one search
   int around = 4;           ///< keyframes before and after each place that are matched together
@@ -40,12 +36,7 @@ struct LoopCloserOptions {
     v("attempt_every_m", attempt_every_m, kNotNegative);
     v("min_path_m", min_path_m, kPositive);
     v("radius_m", radius_m, kPositive);
-    v("drift_m", drift_m, kPositive);
-    v("drift_m_per_m", drift_m_per_m, kNotNegative);
-    v("closed_drift_m_per_m", closed_drift_m_per_m, kNotNegative);
     v("max_drift_m", max_drift_m, kPositive);
-    v("drift_deg", drift_deg, kPositive);
-    v("drift_deg_per_m", drift_deg_per_m, kNotNegative);
     v("max_drift_deg", max_drift_deg, Limits{0.0, 180.0});
     v("candidates", candidates, Limits{1, 100});
     v("around", around, Limits{0, 100});
@@ -63,7 +54,7 @@ struct Loop {
   int to = 0;
   Pose2 from_from_to;
   Pose2 believed = {};  ///< where `to` was seen from `from` before
-  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< frame of `from`
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();  ///< frame of `to`
   double score = 0.0;                                         ///< of the exhaustive search, 0..1
   double overlap = 0.0;                                       ///< of the fine match, 0..1
   double shift_m = 0.0;  ///< how far it would move the newer scan
@@ -95,14 +86,19 @@ struct LoopCandidate {
   Pose2 world_from_newest;
   OrientedPoints place;  ///< around the older keyframe, world
   OrientedPoints seen;   ///< around the newest one, in its frame
-  double shift_m = 0.0;  ///< how far the newest may be off
-  double turn_rad = 0.0;
+  /// How well the newest one's pose is known, seen from the older one; frame of the newest.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
 };
 
+/// Of a path whose own uncertainty is not to be trusted: the newest keyframe's pose is as unsure as
+/// the bias over the path driven makes it.
+std::vector<RelativeUncertainty> uncertainties_by_path(const std::vector<Keyframe>& keys);
+
 /// Loop closure: finds out whether the newest keyframe shows a place seen before. Candidates by
-/// distance and drift, an exhaustive search in the window that the drift allows, a fine match; the
-/// last keyframes are matched together, since one scan of a corridor looks like another. Const:
-/// safe from several threads.
+/// distance and by how well the graph knows it, an exhaustive search in that window, a fine match;
+/// the last keyframes are matched together, since one scan of a corridor looks like another. A wide
+/// window may hold a rival that fits as well: then nothing is believed. Const: safe from several
+/// threads.
 class LoopCloser {
  public:
   LoopCloser(const LoopCloserOptions& options,
@@ -110,31 +106,40 @@ class LoopCloser {
              const SurfelMatcher& fine);
 
   /// @param keys  with their present poses; the last one is the newest
+  /// @param uncertainties  of the newest keyframe's pose, seen from each
   /// @param closed_path_m  path driven when a loop was last closed; 0 = never
-  std::vector<Loop> find(const std::vector<Keyframe>& keys, double closed_path_m) const;
+  std::vector<Loop> find(const std::vector<Keyframe>& keys,
+                         const std::vector<RelativeUncertainty>& uncertainties,
+                         double closed_path_m) const;
 
   /// find() in two steps: candidates() is quick and copies what verify() needs; verify() takes
   /// long.
-  /// @param shortest_path_lengths_m  along the graph from the newest keyframe to each
-  /// (shortest_paths.hpp): drift grows with these; empty = with the path driven
-  std::vector<LoopCandidate> candidates(
-      const std::vector<Keyframe>& keys,
-      double closed_path_m,
-      const std::vector<double>& shortest_path_lengths_m = {}) const;
+  std::vector<LoopCandidate> candidates(const std::vector<Keyframe>& keys,
+                                        const std::vector<RelativeUncertainty>& uncertainties,
+                                        double closed_path_m) const;
+  /// Whether any older keyframe is near enough to the newest one for candidates(), however little
+  /// is known of its pose. Quick.
+  bool may_have_candidates(const std::vector<Keyframe>& keys) const;
+  /// Of a position, x and y together: from there on a search is as wide as it may be.
+  double max_variance_m2() const;
   std::optional<Loop> verify(const LoopCandidate& candidate) const;
 
   const LoopCloserOptions& options() const { return options_; }
 
+  /// How far a search reaches, of a pose known so well.
+  double shift_m(const Eigen::Matrix3d& covariance) const;
+
  private:
-  struct Drift {
-    double shift_m;
-    double turn_rad;
-  };
-  Drift drift(double way_m, double since_closed_m) const;
+  double turn_rad(const Eigen::Matrix3d& covariance) const;
   /// The nearest keyframes of the stretches of path that pass near the newest one.
   std::vector<int> nearby_places(const std::vector<Keyframe>& keys,
-                                 const std::vector<double>& shortest_path_lengths_m,
-                                 double since_closed_m) const;
+                                 const std::vector<Eigen::Matrix3d>& covariances) const;
+  /// Whether another place in the window fits as well.
+  bool has_rival(const LikelihoodPyramid& likelihood,
+                 const LoopCandidate& candidate,
+                 const SearchWindow& window,
+                 const CorrelativeMatch& best,
+                 const Eigen::Matrix3d& information) const;
 
   LoopCloserOptions options_;
   CorrelativeMatcher coarse_;

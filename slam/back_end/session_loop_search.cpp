@@ -34,7 +34,8 @@ std::vector<Loop> SessionLoopSearch::search(const std::vector<Keyframe>& keys, i
   const bool is_last = static_cast<std::size_t>(key) + 1 == keys.size();
   if (newest.path_m - searched_path_m_ < closer_->options().attempt_every_m && !is_last) return {};
   searched_path_m_ = newest.path_m;
-  std::vector<Loop> loops = closer_->find(nearby_, newest.path_m - kSinceFoundM);
+  std::vector<Loop> loops =
+      closer_->find(nearby_, uncertainties_by_path(nearby_), newest.path_m - kSinceFoundM);
   std::erase_if(loops, [this](const Loop& loop) { return loop.from >= first_key_; });
   for (Loop& loop : loops) loop.to = key;
   return loops;

@@ -107,7 +107,9 @@ bool LineMapper::close_loops() {
   }
   last_search_path_m_ = path_m;
   bool contradicts = false;
-  for (const Loop& loop : loop_closer_.find(keys_, closed_path_m_)) {
+  const std::vector<Loop> found =
+      loop_closer_.find(keys_, uncertainties_by_path(keys_), closed_path_m_);
+  for (const Loop& loop : found) {
     closed_path_m_ = path_m;
     loops_.push_back(loop);
     graph_.add_edge({loop.from, loop.to, loop.from_from_to, loop.information, true});

@@ -71,6 +71,7 @@ struct File {
   SavedMap map;
   std::vector<Keyframe> keys;
   Motion motion;
+  double last_search_path_m = 0.0;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -87,7 +88,7 @@ struct File {
     v("world_from_robot", slam.estimate.world_from_robot);
     v("covariance", slam.estimate.covariance);
     v("local_map_centre_m", slam.local_map_centre_m);
-    v("last_search_path_m", slam.back_end.last_search_path_m);
+    v("last_search_path_m", last_search_path_m);
     v("closed_path_m", slam.back_end.closed_path_m);
     v("closings_m", slam.back_end.loop_closings_m);
     v("revision", slam.revision);
@@ -105,6 +106,8 @@ inline SavedMap read(ByteReader& bytes) {
   File file;
   archive(bytes, file);
   MotionState& motion = file.map.slam.motion;
+  file.map.slam.back_end.next_search_path_m =
+      file.last_search_path_m + LoopCloserOptions{}.attempt_every_m;
   if (file.motion.before) {
     MotionInput& before = *file.motion.before;
     auto& now = motion.before.emplace();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/covariance.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -57,13 +59,32 @@ struct Penalty {
   }
 };
 
+// A box of poses: its middle, and how far it reaches from there. Empty by default.
+struct Box {
+  int x = 0, y = 0, turn = 0;
+  int reach = -1, turn_reach = -1;
+
+  // Whether it holds the whole block.
+  bool holds(const Candidate& block, int step) const {
+    const auto within = [this, step](int first, int middle) {
+      return first >= middle - reach && first + step - 1 <= middle + reach;
+    };
+    return within(block.x, x) && within(block.y, y) && std::abs(block.turn - turn) <= turn_reach;
+  }
+};
+
 class Search {
  public:
   Search(const LikelihoodPyramid& map,
          std::vector<Turned> turned,
          int half_width_cells,
-         const Penalty& penalty)
-      : map_(map), turned_(std::move(turned)), half_width_(half_width_cells), penalty_(penalty) {}
+         const Penalty& penalty,
+         const Box& excluded)
+      : map_(map),
+        turned_(std::move(turned)),
+        half_width_(half_width_cells),
+        penalty_(penalty),
+        excluded_(excluded) {}
 
   void run(int min_sum) {
     best_.sum = min_sum;
@@ -100,6 +121,7 @@ class Search {
     });
     for (const Candidate& candidate : candidates) {
       if (candidate.sum <= best_.sum) return;
+      if (excluded_.holds(candidate, 1 << level)) continue;
       if (level == 0) {
         best_ = candidate;
         return;
@@ -121,6 +143,7 @@ class Search {
   std::vector<Turned> turned_;
   int half_width_;
   Penalty penalty_;
+  Box excluded_;
   Candidate best_{-1, 0, 0, 0};
 };
 
@@ -223,13 +246,24 @@ CorrelativeMatch CorrelativeMatcher::search(const LikelihoodPyramid& map,
   const double at_edge = window.penalty_at_edge * 255.0 * points;
   const Penalty penalty{at_edge / std::max(1, half_width * half_width),
                         at_edge / std::max(1, half_turns * half_turns)};
-  Search search(map, std::move(turned), half_width, penalty);
+  Box excluded;
+  if (window.excluded) {
+    const Eigen::Vector3d off =
+        difference(window.excluded->map_from_robot, window.map_from_robot_centre);
+    excluded = {static_cast<int>(std::lround(off.x() / options_.resolution_m)),
+                static_cast<int>(std::lround(off.y() / options_.resolution_m)),
+                half_turns + static_cast<int>(std::lround(off.z() / step_rad)),
+                static_cast<int>(window.excluded->half_width_m / options_.resolution_m),
+                static_cast<int>(window.excluded->half_turn_rad / step_rad)};
+  }
+  Search search(map, std::move(turned), half_width, penalty, excluded);
   search.run(static_cast<int>(min_score * 255.0 * points));
   if (!search.found()) return match;
   const Candidate& best = search.best();
   match.map_from_robot = {window.map_from_robot_centre.x_m + best.x * options_.resolution_m,
                           window.map_from_robot_centre.y_m + best.y * options_.resolution_m,
                           thetas[static_cast<std::size_t>(best.turn)]};
+  match.penalty = search.best_penalty() / (255.0 * points);
   match.score = (best.sum + search.best_penalty()) / (255.0 * points);
   return match;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "common/pose2.hpp"
@@ -34,11 +35,19 @@ struct SearchWindow {
   /// Subtracted from the score at the window's edge, less towards the centre by the square of the
   /// distance (the logarithm of a Gaussian): of similar poses the one nearest to the centre wins.
   double penalty_at_edge = 0.0;
+  /// Poses this near, in x, y and heading, are not looked at.
+  struct Excluded {
+    Pose2 map_from_robot;
+    double half_width_m;
+    double half_turn_rad;
+  };
+  std::optional<Excluded> excluded = {};
 };
 
 struct CorrelativeMatch {
   Pose2 map_from_robot;
   double score = 0.0;  ///< mean likelihood of the points, 0..1, without the penalty
+  double penalty = 0.0;
 };
 
 /// Points farther off than this along an axis are left out of a search.

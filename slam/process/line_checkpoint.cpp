@@ -74,7 +74,7 @@ void archive(Archive& bytes, LineMapper::Stored& mapper) {
   archive(bytes, mapper.slam.step_from_robot);
   archive(bytes, mapper.slam.scans_since_step);
   // Fewest bytes of each: without points or beams.
-  archive_list(bytes, mapper.keys, 80);
+  archive_list(bytes, mapper.keys, 88);
   archive_list(bytes, mapper.key_beams, 56);
   archive_list(bytes, mapper.edges, 105);
   archive_list(bytes, mapper.loops, 161);
@@ -88,7 +88,7 @@ void archive(Archive& bytes, LineMapper::Stored& mapper) {
 namespace {
 
 constexpr std::string_view kLineCheckpointName = "MARCOLSL";
-constexpr uint32_t kLineCheckpointVersion = 2;
+constexpr uint32_t kLineCheckpointVersion = 3;
 
 template <class Archive>
 void archive_all(Archive& bytes, LineCheckpoint& checkpoint) {

@@ -26,27 +26,39 @@ std::vector<Keyframe> rounds() {
   return keys;
 }
 
-// After 800 m of path the poses of two keyframes could be off by metres, but not when loops lead
-// from one to the other in a few: then what looks alike three metres along the hall is not meant.
-TEST(LoopCloser, WhereLoopsLeadNearPosesAreNotOffByThePathDriven) {
-  const LoopCloserOptions options;
-  const LoopCloser closer(options, CorrelativeMatcher{}, SurfelMatcher{});
+// The bias of scan matching grows with the way that leads from one keyframe to the other, less
+// where a loop was closed since.
+TEST(LoopCloser, AWayThroughTheGraphLeavesABias) {
+  const LoopCloser closer({}, CorrelativeMatcher{}, SurfelMatcher{});
   const std::vector<Keyframe> keys = rounds();
-  const double closed_path_m = 798.0;
-  const auto by_path = closer.candidates(keys, closed_path_m);
-  ASSERT_FALSE(by_path.empty());
-  for (const LoopCandidate& candidate : by_path) {
-    const double path_m =
-        keys.back().path_m - keys[static_cast<std::size_t>(candidate.from)].path_m;
-    EXPECT_NEAR(candidate.shift_m,
-                std::min(options.max_drift_m, 0.3 + 2.0 * 0.03 + (path_m - 2.0) * 0.005), 1e-9);
-  }
-  const auto near = closer.candidates(keys, closed_path_m, std::vector<double>(keys.size(), 5.0));
-  ASSERT_EQ(near.size(), 2U);
-  // 2 m since the last loop and 3 m over it.
-  for (const LoopCandidate& candidate : near) {
-    EXPECT_NEAR(candidate.shift_m, 0.3 + 2.0 * 0.03 + 3.0 * 0.005, 1e-9);
-  }
+  const auto sigma_m = [&](double way_m, double closed_path_m) {
+    const std::vector<RelativeUncertainty> known(
+        keys.size(), {diagonal_covariance(0.2, deg_to_rad(2.0)), way_m});
+    const auto candidates = closer.candidates(keys, known, closed_path_m);
+    EXPECT_EQ(candidates.size(), 2U);
+    return std::sqrt(candidates.front().covariance(0, 0));
+  };
+  EXPECT_NEAR(sigma_m(0.0, 0.0), std::hypot(0.2, 0.1), 1e-9);
+  EXPECT_NEAR(sigma_m(50.0, 0.0), std::hypot(0.2, 0.1, 0.5), 1e-9);
+  EXPECT_NEAR(sigma_m(50.0, 798.0), std::hypot(0.2, 0.1, 0.02 + 48.0 / 600.0), 1e-9);
+}
+
+// Keyframes farther off than the graph allows are no candidates, and none is asked for its
+// uncertainty where nothing lies near.
+TEST(LoopCloser, CandidatesLieWithinReachOfWhatIsKnown) {
+  const LoopCloser closer({}, CorrelativeMatcher{}, SurfelMatcher{});
+  std::vector<Keyframe> keys = rounds();
+  EXPECT_TRUE(closer.may_have_candidates(keys));
+  keys.back().world_from_robot.x_m += 5.0;
+  const auto count = [&](double sigma_m) {
+    const std::vector<RelativeUncertainty> known(keys.size(),
+                                                 {diagonal_covariance(sigma_m, 0.01), 0.0});
+    return closer.candidates(keys, known, 0.0).size();
+  };
+  EXPECT_EQ(count(0.1), 0U);
+  EXPECT_EQ(count(1.0), 2U);
+  keys.back().world_from_robot.x_m += 100.0;
+  EXPECT_FALSE(closer.may_have_candidates(keys));
 }
 
 // Two bare walls tell nothing of the way along them: a loop there must neither move the robot along
@@ -62,8 +74,7 @@ TEST(LoopCloser, AlongABareHallWhatIsBelievedStays) {
   candidate.world_from_newest = {0.6, 0.05, 0.01};
   candidate.place = orient(hall.hits({}, 0.01, &random), {0, 0}, {});
   candidate.seen = orient(hall.hits({}, 0.01, &random), {0, 0}, {});
-  candidate.shift_m = 1.0;
-  candidate.turn_rad = 0.1;
+  candidate.covariance = diagonal_covariance(0.33, 0.033);
   LoopCloserOptions options;
   options.unlikely_penalty = 0.0;  // the search alone is drawn to where noise fits best
   const LoopCloser closer(options, CorrelativeMatcher(), SurfelMatcher());
@@ -81,7 +92,8 @@ TEST(LoopCloser, AlongABareHallWhatIsBelievedStays) {
 LoopCandidate candidate_of(const testing::FlatWorld& place,
                            const testing::FlatWorld& seen,
                            const Pose2& pose,
-                           const Pose2& drift) {
+                           const Pose2& drift,
+                           double sigma_m = 1.0) {
   std::mt19937 random(4);
   LoopCandidate candidate;
   candidate.from = 3;
@@ -89,8 +101,7 @@ LoopCandidate candidate_of(const testing::FlatWorld& place,
   candidate.world_from_newest = pose * drift;
   candidate.place = orient(place.hits({}, 0.01, &random), {0, 0}, {});
   candidate.seen = orient(seen.hits(pose, 0.01, &random), {0, 0}, {});
-  candidate.shift_m = 3.0;
-  candidate.turn_rad = 0.2;
+  candidate.covariance = diagonal_covariance(sigma_m, 0.067);
   return candidate;
 }
 
@@ -102,6 +113,18 @@ testing::FlatWorld hall_with_doors(double every_m) {
     hall.add_box(x_m + 0.7, 1.0, x_m + 1.0, 1.5);
   }
   return hall;
+}
+
+OrientedPoints seen_from_all_along(const testing::FlatWorld& hall) {
+  std::mt19937 random(9);
+  std::vector<Keyframe> keys;
+  for (double x_m = -6.0; x_m <= 6.0; x_m += 1.0) {
+    Keyframe key;
+    key.world_from_robot = {x_m, 0, 0};
+    key.points_in_robot = orient(hall.hits(key.world_from_robot, 0.01, &random), {0, 0}, {});
+    keys.push_back(std::move(key));
+  }
+  return join_points(keys, 0, static_cast<int>(keys.size()) - 1, {});
 }
 
 TEST(LoopCloser, APlaceSeenAgainIsFoundWhereItIs) {
@@ -124,15 +147,21 @@ TEST(LoopCloser, AnotherRoomIsRefused) {
   EXPECT_FALSE(closer.verify(candidate_of(testing::small_room(), other, {}, {0.3, 0, 0})));
 }
 
-// Doors every 2 m look alike: the loop is the one that drift explains best.
-TEST(LoopCloser, OfPlacesThatLookAlikeTheNearestIsBelieved) {
+// Doors every 2 m look alike: the loop is the one that drift explains best, where it can tell, and
+// none where it cannot.
+TEST(LoopCloser, OfPlacesThatLookAlikeTheOneIsBelievedThatHasNoRival) {
   const testing::FlatWorld hall = hall_with_doors(2.0);
   const LoopCloser closer({}, CorrelativeMatcher(), SurfelMatcher());
-  for (const double drift_m : {-0.5, 0.5}) {
-    const auto loop = closer.verify(candidate_of(hall, hall, {0.1, 0, 0}, {drift_m, 0, 0}));
+  for (const double drift_m : {-0.3, 0.3}) {
+    const auto loop = closer.verify(candidate_of(hall, hall, {0.1, 0, 0}, {drift_m, 0, 0}, 0.6));
     ASSERT_TRUE(loop.has_value());
     EXPECT_NEAR(loop->from_from_to.x_m, 0.1, 0.1);
   }
+  LoopCandidate either = candidate_of(hall, hall, {0.1, 0, 0}, {0.8, 0, 0}, 1.5);
+  either.place = seen_from_all_along(hall);
+  EXPECT_FALSE(closer.verify(either));
+  either.covariance = diagonal_covariance(0.4, 0.067);
+  EXPECT_TRUE(closer.verify(either));
 }
 
 }  // namespace

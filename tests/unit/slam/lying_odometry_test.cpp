@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "common/covariance.hpp"
 #include "slam/slam.hpp"
 #include "tests/support/flat_world.hpp"
 
@@ -236,6 +237,10 @@ TEST(Corridor, ABareCorridorIsAsLongAsOdometrySaysAndKnownNoBetter) {
   // Inside the covariance: two standard deviations along the corridor, and far less across it.
   EXPECT_LT(std::abs(error_m), 2.0 * std::sqrt(update.covariance(0, 0)));
   EXPECT_LT(std::sqrt(update.covariance(1, 1)), 0.02);
+  // An edge of the graph holds what is unknown since the keyframe before, not since the start.
+  const PoseGraphEdge edge = slam.state().back_end.edges.back();
+  EXPECT_LT(std::sqrt(covariance_of(edge.information)(0, 0)),
+            0.5 * edge.from_from_to.translation_m().norm());
 }
 
 }  // namespace

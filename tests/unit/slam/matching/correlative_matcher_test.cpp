@@ -50,6 +50,20 @@ TEST(LikelihoodPyramid, EachLevelHoldsTheLargestValueOfItsBlock) {
   }
 }
 
+// Whether a pose of the lattice, seen from the window's centre, lies in the box left out.
+bool is_excluded(const SearchWindow& window, const Eigen::Vector3d& off) {
+  if (!window.excluded) return false;
+  const Pose2& middle = window.excluded->map_from_robot;
+  const Pose2& centre = window.map_from_robot_centre;
+  constexpr double kRounding = 1e-6;
+  return std::abs(off.x() - (middle.x_m - centre.x_m)) <=
+             window.excluded->half_width_m + kRounding &&
+         std::abs(off.y() - (middle.y_m - centre.y_m)) <=
+             window.excluded->half_width_m + kRounding &&
+         std::abs(off.z() - (middle.theta_rad - centre.theta_rad)) <=
+             window.excluded->half_turn_rad + kRounding;
+}
+
 // The obvious way: every pose of the window's lattice.
 double best_score_by_brute_force(const LikelihoodPyramid& map,
                                  const Points2& points,
@@ -66,6 +80,7 @@ double best_score_by_brute_force(const LikelihoodPyramid& map,
     const Points2 cells = ((pose * points).colwise() - map.origin_m()) / map.resolution_m();
     for (int y = -half; y <= half; ++y) {
       for (int x = -half; x <= half; ++x) {
+        if (is_excluded(window, {x * resolution_m, y * resolution_m, turn * step_rad})) continue;
         int sum = 0;
         for (Eigen::Index i = 0; i < cells.cols(); ++i) {
           sum += map.at(0, static_cast<int>(std::floor(cells(0, i))) + x,
@@ -95,6 +110,28 @@ TEST(CorrelativeMatcher, FindsTheBestPoseOfItsLatticeAsBruteForceDoes) {
     const CorrelativeMatch match = matcher.search(map, few, window, 0.0);
     EXPECT_DOUBLE_EQ(match.score,
                      best_score_by_brute_force(map, few, window, options.resolution_m));
+  }
+}
+
+TEST(CorrelativeMatcher, FindsTheBestPoseOutsideWhatIsExcluded) {
+  const testing::FlatWorld room = testing::small_room();
+  CorrelativeMatcherOptions options = coarse_options();
+  options.max_points = 1000;
+  const CorrelativeMatcher matcher(options);
+  const LikelihoodPyramid map(room.hits({0, 0, 0}), options);
+  Points2 few = room.hits({0.3, -0.2, 0.2});
+  for (Eigen::Index j = 0; j < 36; ++j) few.col(j) = few.col(10 * j).eval();
+  few.conservativeResize(2, 36);
+  SearchWindow window{{0, 0, 0}, 0.5, 0.45};
+  const CorrelativeMatch best = matcher.search(map, few, window, 0.0);
+  for (const double half_width_m : {0.12, 0.32}) {
+    for (const double half_turn_rad : {0.06, 1.0}) {
+      window.excluded = {best.map_from_robot, half_width_m, half_turn_rad};
+      const CorrelativeMatch other = matcher.search(map, few, window, 0.0);
+      EXPECT_LT(other.score, best.score);
+      EXPECT_DOUBLE_EQ(other.score,
+                       best_score_by_brute_force(map, few, window, options.resolution_m));
+    }
   }
 }
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 #include "tests/support/flat_world.hpp"
 
 namespace marco::slam {
@@ -51,6 +54,23 @@ TEST(Orient, ScatteredPointsHaveNoNormal) {
   const OrientedPoints oriented = orient(points, {0, 0}, {});
   for (Eigen::Index i = 0; i < 5; ++i) EXPECT_FALSE(oriented.has_normal(i));
   EXPECT_EQ(orient(Points2(2, 0), {0, 0}, {}).points.cols(), 0);
+}
+
+// At 5 cm of noise a neighbourhood of 25 cm says nothing of a wall's direction.
+TEST(Orient, NormalsOfNoisyRangesComeFromMoreOfTheWall) {
+  testing::FlatWorld world;
+  world.add_chain({{2, -5}, {2, 5}});
+  std::mt19937 random(5);
+  const auto off_by_more_than_20_deg = [&](double range_sigma_m) {
+    const OrientedPoints oriented =
+        orient(world.hits({}, 0.05, &random), {0, 0}, {}, range_sigma_m);
+    EXPECT_EQ(oriented.range_sigma_m, range_sigma_m);
+    const Eigen::Index wrong =
+        (oriented.normals.row(0).array() > -std::cos(deg_to_rad(20.0))).count();
+    return static_cast<double>(wrong) / static_cast<double>(oriented.points.cols());
+  };
+  EXPECT_LT(off_by_more_than_20_deg(0.05), 0.1);
+  EXPECT_GT(off_by_more_than_20_deg(0.0), 0.4);
 }
 
 }  // namespace

@@ -95,6 +95,10 @@ bool BackEnd::prepare_work(const std::vector<Keyframe>& keys, bool robust) {
   const int count = static_cast<int>(keys.size());
   std::vector<LoopCandidate> candidates = loop_closer_.candidates(
       keys, state_.closed_path_m, shortest_path_lengths_m(count - 1, count, state_.edges));
+  std::erase_if(candidates, [&](const LoopCandidate& loop) {
+    return forbids(edits_, keys[static_cast<std::size_t>(loop.from)].utime,
+                   keys[static_cast<std::size_t>(loop.to)].utime);
+  });
   if (candidates.empty() && !robust) return false;
   work_ = LoopWork{loop_closer_, std::move(candidates), graph_of(keys), path_m, robust};
   work_is_out_ = true;

@@ -56,6 +56,14 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                                   "map's frame; the map stays unchanged");
   extend->excludes(localize)->excludes("--lines")->check(CLI::ExistingDirectory);
   localize->excludes("--lines")->excludes("--hold-out")->check(CLI::ExistingDirectory);
+  app.add_option("--edits", arguments.edits,
+                 "lines that mend a map, as the verdict on it prints them: forbid_loop T1 T2, "
+                 "add_loop T1 T2 x y theta, drop_scans T1 T2, distrust_odometry T1 T2")
+      ->excludes(localize)
+      ->excludes("--lines")
+      ->check(CLI::ExistingFile);
+  app.add_flag("--check", arguments.check,
+               "print the verdict on the map, and write nothing (./marco check)");
   app.add_flag("--merge", arguments.merge,
                "INPUTs are folders that `marco map` wrote of one building: merge their maps")
       ->excludes(extend)

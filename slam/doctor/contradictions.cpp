@@ -48,8 +48,7 @@ std::vector<Eigen::Index> solid_points(const OrientedPoints& points, Eigen::Inde
   return solid;
 }
 
-void look(const RangeView& view, const Keyframe& seen_from, const Keyframe& other, Visit& visit) {
-  const Pose2 from_other = between(seen_from.world_from_robot, other.world_from_robot);
+void look(const RangeView& view, const Keyframe& other, const Pose2& from_other, Visit& visit) {
   const Eigen::Matrix2d rotation = from_other.rotation();
   for (const Eigen::Index i : solid_points(other.points_in_robot, kEveryPoint)) {
     const Eigen::Vector2d point = other.points_in_robot.points.col(i);
@@ -60,6 +59,13 @@ void look(const RangeView& view, const Keyframe& seen_from, const Keyframe& othe
 }
 
 }  // namespace
+
+Visit compare(const Keyframe& older, const Keyframe& newer, const Pose2& older_from_newer) {
+  Visit visit;
+  look(RangeView(older), newer, older_from_newer, visit);
+  look(RangeView(newer), older, older_from_newer.inverse(), visit);
+  return visit;
+}
 
 Points2 points_in_free_space(const std::vector<Keyframe>& keys,
                              const std::vector<int>& older,
@@ -114,8 +120,9 @@ std::vector<Visit> find_visits(const std::vector<Keyframe>& keys) {
     for (const Place& place : places) {
       Visit visit{place.key, static_cast<int>(newer)};
       const auto older = static_cast<std::size_t>(place.key);
-      look(views[older], keys[older], now, visit);
-      look(views[newer], now, keys[older], visit);
+      const Pose2 older_from_newer = between(keys[older].world_from_robot, now.world_from_robot);
+      look(views[older], now, older_from_newer, visit);
+      look(views[newer], keys[older], older_from_newer.inverse(), visit);
       visits.push_back(visit);
     }
     squares.add(here, static_cast<int>(newer));

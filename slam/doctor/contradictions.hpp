@@ -21,6 +21,9 @@ struct Visit {
 /// Cost O(keyframes * points).
 std::vector<Visit> find_visits(const std::vector<Keyframe>& keys);
 
+/// Two keyframes as they would see each other. The keys of the result are 0.
+Visit compare(const Keyframe& older, const Keyframe& newer, const Pose2& older_from_newer);
+
 /// Points of the `newer` keyframes where one of the `older` ones saw free space, world frame.
 Points2 points_in_free_space(const std::vector<Keyframe>& keys,
                              const std::vector<int>& older,

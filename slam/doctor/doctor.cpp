@@ -11,7 +11,7 @@
 namespace marco::slam {
 namespace {
 
-constexpr std::size_t kMostBreaks = 3;
+constexpr std::size_t kMostBreaks = 3, kMostAsked = 8;
 // Wheels that go with the map so well are believed where it parts from them.
 constexpr double kBelieved = 0.9;
 
@@ -42,6 +42,14 @@ void add_keyframes_of(const std::vector<Keyframe>& keys, Reason& reason) {
   }
 }
 
+// Loops that know the place better by far than both differ say that the map is right there.
+bool has_slipped(const MapEvidence& map, const OdometryBreak& parted) {
+  constexpr double kSurely = 0.2;
+  const KnownByLoops known = known_by_loops(map, parted.from, parted.to);
+  return known.sigma_m < kSurely * parted.off_m() ||
+         (parted.is_turn && known.sigma_rad < kSurely * parted.off_rad());
+}
+
 void examine_odometry(const MapEvidence& map, Diagnosis& diagnosis) {
   DoctorFigures& figures = diagnosis.figures;
   for (const RecordedPath& recorded : map.paths) {
@@ -56,9 +64,14 @@ void examine_odometry(const MapEvidence& map, Diagnosis& diagnosis) {
     figures.has_odometry = true;
     const bool believed =
         agreement.turn_correlation > kBelieved && agreement.way_correlation > kBelieved;
-    for (std::size_t i = 0; i < agreement.breaks.size() && i < kMostBreaks; ++i) {
-      figures.odometry_sigmas = std::max(figures.odometry_sigmas, agreement.breaks[i].sigmas);
-      diagnosis.reasons.push_back(reason_of(agreement.breaks[i], believed));
+    std::size_t told = 0;
+    for (std::size_t i = 0; i < agreement.breaks.size() && i < kMostAsked; ++i) {
+      const OdometryBreak& parted = agreement.breaks[i];
+      if (told == kMostBreaks) break;
+      if (has_slipped(map, parted)) continue;
+      ++told;
+      figures.odometry_sigmas = std::max(figures.odometry_sigmas, parted.sigmas);
+      diagnosis.reasons.push_back(reason_of(parted, believed));
       add_keyframes_of(map.keys, diagnosis.reasons.back());
     }
   }

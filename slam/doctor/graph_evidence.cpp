@@ -7,13 +7,14 @@
 #include <optional>
 
 #include "slam/back_end/graph/edge_judgement.hpp"
+#include "slam/doctor/contradictions.hpp"
 
 namespace marco::slam {
 namespace {
 
 constexpr double kMovesM = 0.30;
 constexpr int kFewestRefused = 2;  // one alone may be the loop search's mistake
-constexpr double kSurprise = 60.0;
+constexpr double kSurprise = 100.0;
 // A step of a keyframe to the next one.
 constexpr double kWeakM = 0.30, kWeakDeg = 5.0;
 // Without odometry nobody contradicts scans that slide along a hall, and they think themselves
@@ -80,6 +81,17 @@ std::string sentence(const char* format, Values... values) {
   return text;
 }
 
+// Rooms that look alike give loops that are rightly refused: there the map fits as well.
+bool fits_better(const std::vector<Keyframe>& keys, const Loop& loop) {
+  constexpr double kBetter = 1.2, kContradicted = 0.05;
+  const Keyframe& from = keys[static_cast<std::size_t>(loop.from)];
+  const Keyframe& to = keys[static_cast<std::size_t>(loop.to)];
+  const Visit as_is = compare(from, to, between(from.world_from_robot, to.world_from_robot));
+  const Visit as_found = compare(from, to, loop.from_from_to);
+  return as_found.agreeing > kBetter * as_is.agreeing &&
+         as_is.contradicting > kContradicted * as_is.seen();
+}
+
 void add_refused_loops(const MapEvidence& map,
                        const std::vector<JudgedEdge>& edges,
                        Diagnosis& diagnosis) {
@@ -87,6 +99,7 @@ void add_refused_loops(const MapEvidence& map,
   const JudgedEdge* worst = nullptr;
   for (const JudgedEdge& edge : edges) {
     if (edge.loop == nullptr || edge.loop->is_inlier || edge.off_m < kMovesM) continue;
+    if (!fits_better(map.keys, *edge.loop)) continue;
     ++figures.refused_loops;
     figures.refused_loop_m = std::max(figures.refused_loop_m, edge.off_m);
     if (worst == nullptr || edge.loop->overlap > worst->loop->overlap) worst = &edge;
@@ -148,7 +161,41 @@ void add_weak_joint(const MapEvidence& map,
   diagnosis.reasons.push_back(std::move(reason));
 }
 
+int nearest_key(const std::vector<Keyframe>& keys, Utime utime) {
+  const auto off_s = [utime](const Keyframe& key) {
+    return std::abs((key.utime - utime).seconds());
+  };
+  const auto found = std::min_element(
+      keys.begin(), keys.end(), [&](const auto& a, const auto& b) { return off_s(a) < off_s(b); });
+  return static_cast<int>(found - keys.begin());
+}
+
 }  // namespace
+
+KnownByLoops known_by_loops(const MapEvidence& map, Utime from, Utime to) {
+  // Not 0, so that what hangs by these steps alone does not hang in the air.
+  constexpr double kHardlyAtAll = 1e-6;
+  if (map.edges.empty()) return {};
+  int first = nearest_key(map.keys, from), last = nearest_key(map.keys, to);
+  if (first > last) std::swap(first, last);
+  if (first == last) return {};
+  const auto within = [&](int key) { return key >= first && key <= last; };
+  PoseGraph graph;
+  for (const Keyframe& key : map.keys) graph.add_node(key.world_from_robot);
+  std::vector<double> weights;
+  std::size_t loop = 0;
+  for (const PoseGraphEdge& edge : map.edges) {
+    graph.add_edge(edge);
+    const bool refused = edge.is_loop && !map.loops[loop++].is_inlier;
+    weights.push_back(refused ? 0.0 : within(edge.from) && within(edge.to) ? kHardlyAtAll : 1.0);
+  }
+  const Eigen::Matrix3d covariance = relative_covariance(graph, weights, first, last);
+  const double m2 = covariance.topLeftCorner<2, 2>().trace(), rad2 = covariance(2, 2);
+  KnownByLoops known;
+  if (m2 >= 0.0) known.sigma_m = std::sqrt(m2);
+  if (rad2 >= 0.0) known.sigma_rad = std::sqrt(rad2);
+  return known;
+}
 
 void examine_graph(const MapEvidence& map, Diagnosis& diagnosis) {
   if (map.keys.size() < 2 || map.edges.empty()) return;

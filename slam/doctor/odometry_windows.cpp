@@ -17,7 +17,7 @@ constexpr double kFloorRadPerRad = 0.02;
 // A laser that does not sit where the log says moves by so much more while the robot turns: that is
 // no break.
 constexpr double kLeverM = 0.5;
-constexpr double kBreakSigmas = 6.0, kBreakM = 0.25, kBreakRad = 0.2;
+constexpr double kBreakSigmas = 6.0, kBreakM = 0.25, kBreakPerM = 0.05, kBreakRad = 0.2;
 // A longer window says nothing where the odometry's heading is lost on the way.
 constexpr double kLostRad = 0.3;
 
@@ -58,6 +58,19 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+// The way by the map for a metre by the odometry, from windows that go nearly straight on.
+double scale_of(const std::vector<OdometryBreak>& windows) {
+  constexpr double kStraightRad = 0.2, kMost = 2.0;
+  std::vector<double> ratios;
+  for (const OdometryBreak& window : windows) {
+    const double odometry_m = window.odometry.translation_m().norm();
+    if (std::abs(window.map.theta_rad) > kStraightRad || odometry_m < 0.5 * window.length_m)
+      continue;
+    ratios.push_back(window.map.translation_m().norm() / odometry_m);
+  }
+  return ratios.size() < kFewestWindows ? 1.0 : std::clamp(median(ratios), 1.0 / kMost, kMost);
+}
+
 // By how far each window's two paths differ, and by how much they may at least.
 struct Differences {
   std::vector<double> values;
@@ -87,35 +100,45 @@ double correlation(const std::vector<Eigen::Vector2d>& pairs) {
   return xx > 0.0 && yy > 0.0 ? xy / std::sqrt(xx * yy) : 0.0;
 }
 
-std::vector<OdometryBreak> breaks_of(const std::vector<Step>& steps, double window_m) {
+std::vector<OdometryBreak> windows_of(const std::vector<Step>& steps, double window_m) {
   std::vector<OdometryBreak> windows;
-  Differences longer_m, turned_rad;
   for (std::size_t first = 0, last = 0; first < steps.size(); ++first) {
     while (last < steps.size() && steps[last].path_m - steps[first].path_m < window_m) ++last;
     if (last == steps.size()) break;
     const Step &from = steps[first], &to = steps[last];
-    const Pose2 map = between(from.map, to.map);
-    const Pose2 odometry = between(from.odometry, to.odometry);
-    windows.push_back({from.utime, to.utime, window_m, map, odometry, to.map, 0.0});
-    const double off_m = map.translation_m().norm() - odometry.translation_m().norm();
-    const double lever_m = 2.0 * kLeverM * std::abs(std::sin(0.5 * map.theta_rad));
+    windows.push_back({from.utime, to.utime, window_m, between(from.map, to.map),
+                       between(from.odometry, to.odometry), to.map, to.turn_rad - from.turn_rad,
+                       false, 0.0});
+  }
+  return windows;
+}
+
+std::vector<OdometryBreak> breaks_of(const std::vector<Step>& steps, double window_m) {
+  std::vector<OdometryBreak> windows = windows_of(steps, window_m);
+  if (windows.size() < kFewestWindows) return {};
+  const double scale = scale_of(windows);
+  Differences longer_m, turned_rad;
+  for (const OdometryBreak& window : windows) {
+    const double off_m =
+        window.map.translation_m().norm() - scale * window.odometry.translation_m().norm();
+    const double lever_m = 2.0 * kLeverM * std::abs(std::sin(0.5 * window.map.theta_rad));
     longer_m.add(std::copysign(std::max(0.0, std::abs(off_m) - lever_m), off_m),
                  kFloorM + kFloorPerM * window_m);
-    turned_rad.add(
-        normalize_angle(map.theta_rad - odometry.theta_rad),
-        kFloorRad + kFloorRadPerM * window_m + kFloorRadPerRad * (to.turn_rad - from.turn_rad));
+    turned_rad.add(normalize_angle(window.map.theta_rad - window.odometry.theta_rad),
+                   kFloorRad + kFloorRadPerM * window_m + kFloorRadPerRad * window.turned_rad);
   }
-  if (windows.size() < kFewestWindows) return {};
   const double unit_m = longer_m.unit(), unit_rad = turned_rad.unit();
-  const bool is_lost = unit_rad * median(turned_rad.floors) > kLostRad;
+  if (unit_rad * median(turned_rad.floors) > kLostRad) return {};
   std::vector<OdometryBreak> breaks;
-  for (std::size_t i = 0; i < windows.size() && !is_lost; ++i) {
+  for (std::size_t i = 0; i < windows.size(); ++i) {
     const double off_m = std::abs(longer_m.values[i]), off_rad = std::abs(turned_rad.values[i]);
-    if (off_m > kBreakM) windows[i].sigmas = off_m / (unit_m * longer_m.floors[i]);
-    if (off_rad > kBreakRad) {
-      windows[i].sigmas = std::max(windows[i].sigmas, off_rad / (unit_rad * turned_rad.floors[i]));
-    }
-    if (windows[i].sigmas > kBreakSigmas) breaks.push_back(windows[i]);
+    double& sigmas = windows[i].sigmas;
+    if (off_m > kBreakM + kBreakPerM * window_m) sigmas = off_m / (unit_m * longer_m.floors[i]);
+    const double turn_sigmas =
+        off_rad > kBreakRad ? off_rad / (unit_rad * turned_rad.floors[i]) : 0.0;
+    windows[i].is_turn = turn_sigmas > sigmas;
+    sigmas = std::max(sigmas, turn_sigmas);
+    if (sigmas > kBreakSigmas) breaks.push_back(windows[i]);
   }
   return breaks;
 }

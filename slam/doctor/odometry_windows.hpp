@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <cmath>
 #include <vector>
 
 #include "common/trajectory.hpp"
@@ -15,7 +15,13 @@ struct OdometryBreak {
   Pose2 map;              ///< its end seen from its start, by the map
   Pose2 odometry;         ///< and by the odometry
   Pose2 world_from_end;
-  double sigmas = 0.0;  ///< of the noise learned from all windows of this length
+  double turned_rad = 0.0;  ///< by the odometry, turns to either side added up
+  bool is_turn = false;     ///< they part by a turn rather than by the way
+  double sigmas = 0.0;      ///< of the noise learned from all windows of this length
+
+  /// Between the ends of both.
+  double off_m() const { return (map.translation_m() - odometry.translation_m()).norm(); }
+  double off_rad() const { return std::abs(normalize_angle(map.theta_rad - odometry.theta_rad)); }
 };
 
 /// How the odometry goes with the map.

@@ -50,7 +50,8 @@ MapEdit parse_line(const std::string& line, const std::string& place) {
             place + ": x [m], y [m] and theta [rad] follow the times of add_loop");
     pose.theta_rad = normalize_angle(pose.theta_rad);
   }
-  require(!(words >> left_over), place + ": '" + left_over + "' is too much");
+  words >> left_over;
+  require(left_over.empty(), place + ": '" + left_over + "' is too much");
   return edit;
 }
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <limits>
 
 #include "slam/back_end/graph/selected_inverse.hpp"
 #include "slam/back_end/graph/sparse_normal_equations.hpp"
@@ -70,6 +71,22 @@ double surprise(const Eigen::Matrix3d& information,
 }
 
 }  // namespace
+
+Eigen::Matrix3d relative_covariance(const PoseGraph& graph,
+                                    const std::vector<double>& weights,
+                                    int from,
+                                    int to) {
+  SparseNormalEquations equations(graph.node_count());
+  graph.fill(equations, weights, Moves::poses);
+  const SparseSolver solver(equations.hessian());
+  if (solver.info() != Eigen::Success) {
+    return std::numeric_limits<double>::infinity() * Eigen::Matrix3d::Identity();
+  }
+  const Pose2& from_pose = graph.poses()[static_cast<std::size_t>(from)];
+  const Pose2& to_pose = graph.poses()[static_cast<std::size_t>(to)];
+  const PoseGraphEdge ends{from, to, between(from_pose, to_pose), Eigen::Matrix3d::Zero(), false};
+  return predicted_covariance(solver, ends, edge_jacobians(ends, from_pose, to_pose));
+}
 
 std::vector<EdgeJudgement> judge_edges(const PoseGraph& graph,
                                        const std::vector<bool>& in_force,

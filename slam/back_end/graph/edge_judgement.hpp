@@ -26,4 +26,11 @@ std::vector<EdgeJudgement> judge_edges(const PoseGraph& graph,
                                        JudgedEdges judged,
                                        double limit);
 
+/// Covariance of node `to` seen from node `from`, by the edges' weights.
+/// @returns infinite variances where the graph is singular.
+Eigen::Matrix3d relative_covariance(const PoseGraph& graph,
+                                    const std::vector<double>& weights,
+                                    int from,
+                                    int to);
+
 }  // namespace marco::slam

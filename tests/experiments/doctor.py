@@ -51,7 +51,7 @@ SIMULATED = {
     "bad_odometry": "[laser]\nscans_per_s = 2.0\n[odometry]\ndrift_deg_per_m = 15.0\ndistance_error = 0.3\n",
 }
 # As in slam/doctor: where a figure makes a map doubtful.
-LIMITS = {"contradicting": 0.30, "odometry_sigmas": 6.0, "loop_surprise": 60.0}
+LIMITS = {"contradicting": 0.30, "odometry_sigmas": 6.0, "loop_surprise": 100.0}
 
 
 def run(command):

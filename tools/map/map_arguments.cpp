@@ -25,7 +25,10 @@ scans that follow each other are one session.
 
 To record your own robot: publish bot_core.planar_lidar_t on LIDAR, marco.odometry_t on ODOMETRY and, once a second,
 marco.sensor_info_t on SENSOR_INFO with the pose of the laser, and run lcm-logger. Pictures (bot_core.image_t on any
-channel, with the camera's pose and focal length in SENSOR_INFO) become the texture of the 3D model.)";
+channel, with the camera's pose and focal length in SENSOR_INFO) become the texture of the 3D model.
+
+The last line is the verdict on the map: good, doubtful or wrong (exit code 3). Before it stand the reasons, each with its
+place, its picture (doctor_1.png ...) and, where one is known, the line that may mend it: put it into a file for --edits.)";
 
 }  // namespace
 
@@ -63,7 +66,9 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
       ->excludes("--lines")
       ->check(CLI::ExistingFile);
   app.add_flag("--check", arguments.check,
-               "print the verdict on the map, and write nothing (./marco check)");
+               "print the verdict on the map, and write nothing (./marco check)")
+      ->excludes(extend)
+      ->excludes(localize);
   app.add_flag("--merge", arguments.merge,
                "INPUTs are folders that `marco map` wrote of one building: merge their maps")
       ->excludes(extend)

@@ -77,6 +77,10 @@ SlamUpdate Slam::process(const SlamInput& input) {
     cull_keyframes();
   }
   SlamUpdate update = note_scan(input.scan.utime, estimate_);
+  if (add_edited_loops()) {
+    update.world_from_robot = estimate_.world_from_robot;
+    trajectory_changed = true;
+  }
   if (match.usable) update.status = SlamUpdate::Status::matched;
   update.overlap = match.overlap;
   update.became_key = becomes_keyframe;
@@ -152,6 +156,18 @@ bool Slam::search_loops() {
   std::optional<LoopWork> work = back_end_.take_work();
   work->run();
   return accept(*work);
+}
+
+void Slam::set_edits(const MapEdits& edits) {
+  back_end_.set_edits(edits);
+  edited_loops_.set(edits);
+}
+
+bool Slam::add_edited_loops() {
+  const std::vector<PoseGraphEdge> edges = edited_loops_.take_due(path_.state().scans);
+  for (const PoseGraphEdge& edge : edges) back_end_.add_edge(edge);
+  if (!edges.empty()) move_keyframes(back_end_.optimized(keyframes_.keys));
+  return !edges.empty();
 }
 
 bool Slam::accept(const LoopWork& work) {

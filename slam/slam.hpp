@@ -11,6 +11,7 @@
 #include "lcm_tools/base/options.hpp"
 #include "lcm_tools/base/renamed_key.hpp"
 #include "slam/back_end/back_end.hpp"
+#include "slam/back_end/edited_loops.hpp"
 #include "slam/front_end/match_gate.hpp"
 #include "slam/front_end/motion_model.hpp"
 #include "slam/front_end/pose_with_covariance.hpp"
@@ -104,6 +105,8 @@ class Slam {
   /// Grows whenever older poses changed.
   int64_t revision() const { return revision_; }
   const std::vector<Loop>& loops() const { return back_end_.loops(); }
+  /// Of the pose graph, those of loops included.
+  const std::vector<PoseGraphEdge>& edges() const { return back_end_.state().edges; }
   const std::vector<Keyframe>& keys() const { return keyframes_.keys; }
   std::size_t key_count() const { return keyframes_.keys.size(); }
   /// The next scan's motion input has nothing to do with the last one's.
@@ -115,6 +118,10 @@ class Slam {
 
   /// The occupancy grid of all keyframes at their newest poses.
   OccupancyGrid grid() const;
+
+  /// From here on loops are forbidden and added as these say; the rest of them is the caller's.
+  /// Not where loops are searched by the caller.
+  void set_edits(const MapEdits& edits);
 
   /// From here on loops are searched, and the graph is optimized, by the caller: a scan's cost no
   /// longer depends on the map's size. After each scan call take_loop_work(); run what it returns,
@@ -152,6 +159,7 @@ class Slam {
                     const OrientedPoints& points,
                     MotionGuess::Source source);
   bool search_loops();
+  bool add_edited_loops();
   /// A few keyframes whose loops were examined are merged into older ones.
   void cull_keyframes();
   void merge_keyframe(int key, const MergedKeyframe& merged);
@@ -171,6 +179,7 @@ class Slam {
   LocalMap local_map_;
   KeyframeCulling culling_;
   BackEnd back_end_;
+  EditedLoops edited_loops_;
   int64_t revision_ = 0;
 };
 

@@ -94,6 +94,10 @@ bool BackEnd::prepare_work(const std::vector<Keyframe>& keys, bool robust) {
   std::vector<LoopCandidate> candidates;
   if (loop_closer_.may_have_candidates(keys)) {
     candidates = loop_closer_.candidates(keys, uncertainties_of_newest(keys), state_.closed_path_m);
+    std::erase_if(candidates, [&](const LoopCandidate& loop) {
+      return forbids(edits_, keys[static_cast<std::size_t>(loop.from)].utime,
+                     keys[static_cast<std::size_t>(loop.to)].utime);
+    });
     // A wide search takes long, and there is time for it: the revisit will last.
     constexpr double kEveryPart = 0.25;
     for (const LoopCandidate& candidate : candidates) {

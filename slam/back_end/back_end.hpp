@@ -9,6 +9,7 @@
 #include "slam/back_end/loop_work.hpp"
 #include "slam/back_end/marginalization.hpp"
 #include "slam/map/keyframe_culling.hpp"
+#include "slam/map/map_edit.hpp"
 
 namespace marco::slam {
 
@@ -45,6 +46,8 @@ class BackEnd {
   void restore(const BackEndState& state);
   const std::vector<Loop>& loops() const { return state_.loops; }
   const LoopCloser& loop_closer() const { return loop_closer_; }
+  /// From here on no loop is looked for that these forbid.
+  void set_edits(const MapEdits& edits) { edits_ = edits; }
 
   void add_edge(const PoseGraphEdge& edge) { state_.edges.push_back(edge); }
   void add_loop(const Loop& loop);
@@ -91,6 +94,7 @@ class BackEnd {
   bool deferred_ = false;
   bool work_is_out_ = false;
   std::optional<LoopWork> work_;  ///< to be taken
+  MapEdits edits_;
 };
 
 }  // namespace marco::slam

@@ -43,6 +43,11 @@ void SlamAdapter::keep_short_path() {
   keep_no_path();
 }
 
+void SlamAdapter::set_edits(const MapEdits& edits) {
+  edits_ = edits;
+  session_.set_edits(edits);
+}
+
 bool SlamAdapter::exchange_loop_work(Utime utime) {
   if (!loop_worker_) return false;
   bool changed = false;
@@ -68,9 +73,12 @@ bool SlamAdapter::exchange_loop_work(Utime utime) {
 MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   const Utime utime = scan.scan.utime;
   SlamInput input;
+  const bool distrusted = is_covered(edits_, MapEdit::Kind::distrust_odometry, utime);
+  const auto odometry_step = distrusted ? std::nullopt : scan.odometry_step;
   input.scan = deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor,
-                                  session_.velocity_during(scan.odometry_step, scan.duration_s));
+                                  session_.velocity_during(odometry_step, scan.duration_s));
   input.motion = scan.motion;
+  if (distrusted) input.motion.odom_from_robot.reset();
   input.level = scan.level;
   input.may_draw = may_draw;
   const bool loop_closed = exchange_loop_work(utime);

@@ -55,6 +55,10 @@ class SlamAdapter : public Mapper2dAdapter {
   /// and that of Slam follows the map. Poses do not change. Not to be undone.
   void keep_short_path();
 
+  /// From here on scans and loops are used as these say; a batch run's, since live loops are
+  /// searched elsewhere.
+  void set_edits(const MapEdits& edits);
+
   /// Continues a saved map, once it is relocalized in it; or localizes in it, changing nothing.
   /// @throws std::invalid_argument for a map that holds nothing to find a place by.
   void extend(SavedMap map) { session_.extend(std::move(map)); }
@@ -86,6 +90,7 @@ class SlamAdapter : public Mapper2dAdapter {
 
   SlamAdapterOptions options_;
   MappingSession session_;
+  MapEdits edits_;
   KeyframeGrid grid_;                        ///< as last published
   bool too_large_ = false;                   ///< as reported by note_size()
   std::unique_ptr<LoopWorker> loop_worker_;  ///< nullptr: each scan waits for its loops

@@ -28,9 +28,15 @@ void MappingSession::map_from(const SlamState& start) {
   revisions_before_ = revision() + 1;
   session_starts_ = {0};
   slam_ = Slam(slam_options_);
+  slam_.set_edits(edits_);
   if (deferred_) slam_.defer_loop_work();
   if (path_every_m_) slam_.keep_short_path(*path_every_m_);
   slam_.restore(start);
+}
+
+void MappingSession::set_edits(const MapEdits& edits) {
+  edits_ = edits;
+  slam_.set_edits(edits);
 }
 
 void MappingSession::defer_loop_work() {

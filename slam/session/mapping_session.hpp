@@ -33,6 +33,8 @@ class MappingSession : public Mapper2d {
   void start_session();
 
   SlamUpdate process(const SlamInput& input);
+  /// See Slam. Stays so through reset and extend.
+  void set_edits(const MapEdits& edits);
   /// See Slam. Stays so through reset, extend and localize.
   void defer_loop_work();
   /// See Slam; of this session. A localizer then keeps no path. Stays so as the former.
@@ -103,6 +105,7 @@ class MappingSession : public Mapper2d {
   MapToExtend to_extend_;
   SessionHistory history_;
   std::optional<Localizer> localizer_;
+  MapEdits edits_;
   bool deferred_ = false;
   std::optional<double> path_every_m_;
 };

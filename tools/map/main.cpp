@@ -9,6 +9,7 @@
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
@@ -19,6 +20,7 @@
 #include "tools/map/pictures.hpp"
 #include "tools/map/report.hpp"
 #include "tools/map/results.hpp"
+#include "tools/map/verdict.hpp"
 
 namespace marco {
 namespace {
@@ -80,7 +82,7 @@ int report_unfound(const MapArguments& arguments, const MapJob& job) {
 std::vector<std::string> named_inputs(const MapArguments& arguments) {
   std::vector<std::string> named = arguments.inputs;
   named.insert(named.end(), {arguments.config, arguments.foreign, arguments.world, arguments.extend,
-                             arguments.localize});
+                             arguments.localize, arguments.edits});
   std::erase(named, "");
   return named;
 }
@@ -139,13 +141,22 @@ void draw(const std::filesystem::path& out,
           const GridMap& map,
           const Walls& walls,
           const MapJob& job,
+          const std::optional<MapVerdict>& verdict,
           bool with_loops) {
   const TriangleMesh& model = job.mapping3d().mapper().model();
   std::vector<PictureOrder> pictures;
-  if (map.width_cells > 0) pictures.push_back(map_picture(out / "map.png", map, job));
+  if (map.width_cells > 0) {
+    pictures.push_back(map_picture(out / "map.png", map, job));
+    if (verdict) mark_picture(pictures.back(), *verdict);
+  }
   if (!model.triangles.empty()) pictures.push_back(model_picture(out / "model.png", model, job));
   if (job.lines() != nullptr) {
     for (PictureOrder& order : line_pictures(out, map, walls, job)) {
+      pictures.push_back(std::move(order));
+    }
+  }
+  if (verdict) {
+    for (PictureOrder& order : doctor_pictures(out, *verdict)) {
       pictures.push_back(std::move(order));
     }
   }
@@ -153,28 +164,74 @@ void draw(const std::filesystem::path& out,
   draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
 }
 
-int run(const MapArguments& arguments) {
-  process::catch_interrupts(arguments.out + " is unchanged");
+MapOptions load_batch_options(const MapArguments& arguments) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
-  const std::string configuration = process::print_changed_options(options);
   // A batch run publishes its map once, at the end.
   options.slam.map_period_s = options.lines.map_period_s = 0.0;
   options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
+  return options;
+}
+
+void load_edits(const MapArguments& arguments, MapJob& job) {
+  if (arguments.edits.empty()) return;
+  try {
+    job.set_edits(slam::parse_map_edits(files::read_whole_file(arguments.edits)));
+  } catch (const std::invalid_argument& wrong) {
+    throw std::invalid_argument(arguments.edits + ", " + wrong.what());
+  }
+}
+
+void require_scans(const MapArguments& arguments, const MapJob& job) {
+  require(!job.live_trajectory().empty(),
+          arguments.inputs.front() + ": holds no usable laser scan");
+}
+
+int exit_code_of(const std::optional<MapVerdict>& verdict) {
+  return verdict && verdict->is_wrong() ? process::kExitWrongMap : process::kExitDone;
+}
+
+// The verdict alone: what is written on the way goes with a folder of its own.
+int check(const MapArguments& arguments) {
+  std::string folder = (std::filesystem::temp_directory_path() / "marco_check_XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error(folder + ": cannot be made");
+  const std::shared_ptr<void> removed(nullptr, [&folder](void*) {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+  });
+  MapJob job(load_batch_options(arguments), arguments.lines ? PathMaker::lines : PathMaker::scans,
+             folder);
+  load_edits(arguments, job);
+  read_all(job, arguments.inputs, process::load_options<ForeignTable>(arguments.foreign));
+  job.finish();
+  require_scans(arguments, job);
+  const std::optional<MapVerdict> verdict = judge_map(job);
+  print_verdict(*verdict, job, false);
+  return exit_code_of(verdict);
+}
+
+int run(const MapArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is unchanged");
+  const MapOptions options = load_batch_options(arguments);
+  const std::string configuration =
+      process::print_changed_options(process::load_options<MapOptions>(arguments.config));
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
   const auto results = open_results(arguments.out, named_inputs(arguments));
   const std::filesystem::path out = results->path();
   MapJob job(options, arguments.lines ? PathMaker::lines : PathMaker::scans, out);
+  load_edits(arguments, job);
   if (!arguments.extend.empty()) job.extend(arguments.extend);
   if (!arguments.localize.empty()) job.localize(arguments.localize);
   read_all(job, arguments.inputs, foreign);
   require_extended(arguments, job);
   job.finish();
-  require(!job.live_trajectory().empty(),
-          arguments.inputs.front() + ": holds no usable laser scan");
+  require_scans(arguments, job);
+  const std::optional<MapVerdict> verdict = judge_map(job);
+  job.clock().end_stage("verdict");
   write_paths(out, job);
   write_session(out, job, options.slam.slam);
   const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);
+  if (verdict) mark_map(out, *verdict);
   const TriangleMesh scenes = job.mapping3d().mapper().scene_meshes();
   if (!scenes.triangles.empty()) files::write_ply(out / "model_scenes.ply", scenes);
   const Walls walls = job.lines() != nullptr ? job.lines()->mapper().plan() : Walls{};
@@ -186,23 +243,27 @@ int run(const MapArguments& arguments) {
   const mapping3d::JoinedSurface joined = mapping3d::join_surface(model, options.joined_surface);
   write_joined_surface(out, model, joined);
   job.clock().end_stage("surface");
-  draw(out, map, walls, job, arguments.loop_pictures);
+  draw(out, map, walls, job, verdict, arguments.loop_pictures);
   job.clock().end_stage("pictures");
-  ReportExtras extras{judge_path(job), figures_of(model, joined, mapper.scenes().size()),
+  ReportExtras extras{judge_path(job),
+                      figures_of(model, joined, mapper.scenes().size()),
                       paint(out, joined.simplified.mesh, job, options.photographs),
-                      arguments.command_line, configuration};
+                      arguments.command_line,
+                      configuration,
+                      verdict ? &*verdict : nullptr};
   extras.errors.merge(judge_held_out(job, map));
   if (!arguments.world.empty()) {
     extras.errors.merge(judge_against_world(job, map, model, arguments.world));
   }
   job.clock().end_stage("judge");
   write_report(out / "report.json", job, extras);
-  const int code = report_unfound(arguments, job);
+  const int unfound = report_unfound(arguments, job);
   process::end_if_interrupted();
   results->commit();
   print_summary(job, extras, arguments.out);
+  if (verdict) print_verdict(*verdict, job, true);
   require(calibrated, "--calibrate: no two sweeps of one stop saw the same walls");
-  return code;
+  return unfound != 0 ? unfound : exit_code_of(verdict);
 }
 
 }  // namespace
@@ -212,6 +273,7 @@ int main(int argc, char** argv) {
   return marco::process::run_main("marco map", [&] {
     marco::MapArguments arguments;
     if (const auto code = marco::parse_map_arguments(argc, argv, arguments)) return *code;
-    return arguments.merge ? marco::merge(arguments) : marco::run(arguments);
+    if (arguments.merge) return marco::merge(arguments);
+    return arguments.check ? marco::check(arguments) : marco::run(arguments);
   });
 }

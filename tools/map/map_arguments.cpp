@@ -25,7 +25,10 @@ scans that follow each other are one session.
 
 To record your own robot: publish bot_core.planar_lidar_t on LIDAR, marco.odometry_t on ODOMETRY and, once a second,
 marco.sensor_info_t on SENSOR_INFO with the pose of the laser, and run lcm-logger. Pictures (bot_core.image_t on any
-channel, with the camera's pose and focal length in SENSOR_INFO) become the texture of the 3D model.)";
+channel, with the camera's pose and focal length in SENSOR_INFO) become the texture of the 3D model.
+
+The last line is the verdict on the map: good, doubtful or wrong (exit code 3). Before it stand the reasons, each with its
+place, its picture (doctor_1.png ...) and, where one is known, the line that may mend it: put it into a file for --edits.)";
 
 }  // namespace
 
@@ -56,6 +59,16 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                                   "map's frame; the map stays unchanged");
   extend->excludes(localize)->excludes("--lines")->check(CLI::ExistingDirectory);
   localize->excludes("--lines")->excludes("--hold-out")->check(CLI::ExistingDirectory);
+  app.add_option("--edits", arguments.edits,
+                 "lines that mend a map, as the verdict on it prints them: forbid_loop T1 T2, "
+                 "add_loop T1 T2 x y theta, drop_scans T1 T2, distrust_odometry T1 T2")
+      ->excludes(localize)
+      ->excludes("--lines")
+      ->check(CLI::ExistingFile);
+  app.add_flag("--check", arguments.check,
+               "print the verdict on the map, and write nothing (./marco check)")
+      ->excludes(extend)
+      ->excludes(localize);
   app.add_flag("--merge", arguments.merge,
                "INPUTs are folders that `marco map` wrote of one building: merge their maps")
       ->excludes(extend)

@@ -16,11 +16,13 @@ struct MapArguments {
   std::string world;
   std::string extend;
   std::string localize;
+  std::string edits;
   int hold_out_every = 0;
   bool lines = false;
   bool merge = false;
   bool calibrate = false;
   bool loop_pictures = false;
+  bool check = false;
 };
 
 /// @returns the exit code when there is nothing left to do: --help, --print-config, a mistake.

@@ -66,6 +66,11 @@ void MapJob::localize(const std::filesystem::path& map_folder) {
   clock_.end_stage("load map");
 }
 
+void MapJob::set_edits(const slam::MapEdits& edits) {
+  edits_ = edits;
+  slam_->set_edits(edits);
+}
+
 void MapJob::read(const std::filesystem::path& input, const ForeignTable& foreign) {
   read(*open_recording(input, foreign), input);
 }
@@ -76,6 +81,7 @@ void MapJob::read_scans(const std::vector<std::filesystem::path>& scans) {
 
 void MapJob::read(files::SampleReader& recording, const std::filesystem::path& input) {
   if (!recorded_.inputs.empty()) mapper2d_->start_session();
+  recordings_.push_back({live_trajectory().size(), odometry_trajectory().size()});
   const std::size_t first_key = key_count();
   clock_.end_stage("recognise " + input.filename().string());
   process::Progress progress("mapping " + input.filename().string());
@@ -84,6 +90,7 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
     if (const auto* scan = std::get_if<LaserScan>(&*sample)) {
       const auto wrong = range_units_.look(*scan);
       if (wrong) throw std::invalid_argument(input.string() + ": " + *wrong);
+      if (is_covered(edits_, slam::MapEdit::Kind::drop_scans, scan->utime)) continue;
     }
     take(*sample);
     progress.update(recording.progress());
@@ -130,6 +137,28 @@ void MapJob::finish() {
   bus_.deliver_published();
   log_file_.finish();
   clock_.end_stage("model");
+}
+
+std::optional<slam::MapEvidence> MapJob::evidence() const {
+  if (session() != nullptr && session()->localizer() != nullptr) return std::nullopt;
+  slam::MapEvidence evidence;
+  evidence.keys = mapper().keys();
+  evidence.loops = loops();
+  if (session() != nullptr) evidence.edges = session()->slam().edges();
+  const std::vector<std::optional<Pose2>> known = poses();
+  for (std::size_t i = 0; i < recordings_.size(); ++i) {
+    const bool is_last = i + 1 == recordings_.size();
+    const FirstOf end =
+        is_last ? FirstOf{known.size(), odometry_trajectory().size()} : recordings_[i + 1];
+    slam::RecordedPath& recorded = evidence.paths.emplace_back();
+    for (std::size_t scan = recordings_[i].scan; scan < end.scan; ++scan) {
+      if (known[scan]) recorded.path.push_back({live_trajectory()[scan].utime, *known[scan]});
+    }
+    const auto odometry = odometry_trajectory().begin();
+    recorded.odometry.assign(odometry + static_cast<std::ptrdiff_t>(recordings_[i].odometry),
+                             odometry + static_cast<std::ptrdiff_t>(end.odometry));
+  }
+  return evidence;
 }
 
 double MapJob::recorded_s() const {

@@ -12,6 +12,7 @@
 #include "mapping3d/process/mapping3d_adapter.hpp"
 #include "recordings/foreign.hpp"
 #include "recordings/sample_reader.hpp"
+#include "slam/doctor/doctor.hpp"
 #include "slam/process/line_slam_adapter.hpp"
 #include "slam/process/slam_adapter.hpp"
 #include "tools/map/joined_surface.hpp"
@@ -61,6 +62,9 @@ class MapJob {
   void extend(const std::filesystem::path& map_folder);
   void localize(const std::filesystem::path& map_folder);
 
+  /// Before reading: scans, loops and odometry are used as these say (PathMaker::scans only).
+  void set_edits(const slam::MapEdits& edits);
+
   /// Reads a recording to its end; several are sessions, see slam::MappingSession.
   /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
   /// is full.
@@ -104,6 +108,8 @@ class MapJob {
   const StageClock& clock() const { return clock_; }
   /// Last stamp minus first, of the scans.
   double recorded_s() const;
+  /// What the map's doctor judges; nothing when localizing, for then no map is made.
+  std::optional<slam::MapEvidence> evidence() const;
 
  private:
   const slam::Mapper2d& mapper() const { return mapper2d_->mapper2d(); }
@@ -131,6 +137,13 @@ class MapJob {
   slam::LocalizerOptions localizer_options_;
   Recorded recorded_;
   RangeUnits range_units_;
+  slam::MapEdits edits_;
+  /// Of each recording: the scans, and the odometry at them, that came before.
+  struct FirstOf {
+    std::size_t scan;
+    std::size_t odometry;
+  };
+  std::vector<FirstOf> recordings_;
   StageClock clock_;
 };
 

@@ -170,6 +170,7 @@ void write_report(const std::filesystem::path& path,
                      {"held_out", count_scans(job, &slam::UsedScan::held_out)},
                      {"keyframes", job.key_count()},
                      {"dropped", job.drops().by_cause()}};
+  if (extras.verdict != nullptr) add_verdict(report, *extras.verdict, job);
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
   report["loops"] = loops_json(job.loops(), job.keyframes());

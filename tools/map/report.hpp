@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "tools/map/map_job.hpp"
+#include "tools/map/verdict.hpp"
 
 namespace marco {
 
@@ -12,7 +13,8 @@ struct ReportExtras {
   std::map<std::string, double> surface;  ///< of the joined surface, by name with unit
   PhotographCounts photographs;
   std::vector<std::string> command_line;
-  std::string configuration;  ///< TOML of the options that differ from the defaults
+  std::string configuration;            ///< TOML of the options that differ from the defaults
+  const MapVerdict* verdict = nullptr;  ///< none where no map was made
 };
 
 /// Sessions that were not found in the map of the others: each has its own map.

@@ -1,12 +1,10 @@
 #include "slam/back_end/graph/loop_choice.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/back_end/graph/robust_start.hpp"
-#include "slam/back_end/graph/selected_inverse.hpp"
-#include "slam/back_end/graph/sparse_normal_equations.hpp"
 
 namespace marco::slam {
 namespace {
@@ -16,66 +14,6 @@ constexpr double kFirstSlack = 64.0, kStartSlack = 16.0;
 
 // So few loops can be tried one by one.
 constexpr std::ptrdiff_t kFewLoops = 64;
-
-// An edge left out that exceeds its limit by this factor is skipped.
-constexpr double kSkipFactor = 1000.0;
-
-// Covariance of an edge's error by what all edges in force say of its two nodes; node 0 is known.
-// Where the edge itself is in force the inverse has all that is needed ...
-Eigen::Matrix3d predicted_covariance(const SelectedInverse& inverse,
-                                     const PoseGraphEdge& edge,
-                                     const EdgeJacobians& jacobians) {
-  const auto block = [&inverse](int row_node, int column_node) {
-    Eigen::Matrix3d result = Eigen::Matrix3d::Zero();
-    if (row_node == 0 || column_node == 0) return result;
-    for (int r = 0; r < 3; ++r) {
-      for (int c = 0; c < 3; ++c) {
-        result(r, c) = inverse.at(3 * (row_node - 1) + r, 3 * (column_node - 1) + c);
-      }
-    }
-    return result;
-  };
-  const Eigen::Matrix3d across =
-      jacobians.from * block(edge.from, edge.to) * jacobians.to.transpose();
-  return jacobians.from * block(edge.from, edge.from) * jacobians.from.transpose() +
-         jacobians.to * block(edge.to, edge.to) * jacobians.to.transpose() + across +
-         across.transpose();
-}
-
-// ... and else not.
-Eigen::Matrix3d predicted_covariance(const SparseSolver& solver,
-                                     const PoseGraphEdge& edge,
-                                     const EdgeJacobians& jacobians) {
-  Eigen::MatrixXd turned = Eigen::MatrixXd::Zero(solver.cols(), 3);
-  if (edge.from > 0)
-    turned.middleRows<3>(3 * Eigen::Index{edge.from - 1}) = jacobians.from.transpose();
-  if (edge.to > 0) turned.middleRows<3>(3 * Eigen::Index{edge.to - 1}) = jacobians.to.transpose();
-  return turned.transpose() * solver.solve(turned);
-}
-
-// Squared Mahalanobis distance of an edge's error from what all others say: of an edge in force
-// exactly what leaving it out would give. With W^T W = Omega and L = W P W^T it is
-// (W e)^T (I -+ L)^-1 (W e): Omega may be singular, as where a loop knows only one direction.
-double surprise(const Eigen::Matrix3d& information,
-                const Eigen::Matrix3d& predicted,
-                const Eigen::Vector3d& error,
-                bool in_force) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> roots(information);
-  const Eigen::Matrix3d root =
-      roots.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * roots.eigenvectors().transpose();
-  const Eigen::Matrix3d leverage = root * predicted * root.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(leverage);
-  const Eigen::Vector3d whitened = solver.eigenvectors().transpose() * (root * error);
-  // A direction that only this edge knows cannot contradict it.
-  constexpr double kAlone = 1e-6;
-  double sum = 0.0;
-  for (int i = 0; i < 3; ++i) {
-    const double part = std::max(0.0, solver.eigenvalues()[i]);
-    if (in_force && part > 1.0 - kAlone) continue;
-    sum += whitened[i] * whitened[i] / (in_force ? 1.0 - part : 1.0 + part);
-  }
-  return sum;
-}
 
 bool is_in(const std::vector<double>& weights, std::size_t edge) { return weights[edge] > 0.0; }
 
@@ -223,27 +161,10 @@ std::vector<bool> LoopChoice::better_choice(std::vector<bool> is_inlier,
 
 std::vector<double> LoopChoice::squared_mahalanobis_distances(
     const std::vector<bool>& is_inlier) const {
-  std::vector<double> result(graph_.edges().size(), 0.0);
-  SparseNormalEquations equations(graph_.poses().size());
-  graph_.fill(equations, std::vector<double>(is_inlier.begin(), is_inlier.end()), Moves::poses);
-  Eigen::SparseMatrix<double> hessian = equations.hessian();
-  hessian.diagonal() = hessian.diagonal().cwiseMax(1e-9).eval();
-  const SparseSolver solver(hessian);
-  if (solver.info() != Eigen::Success) return result;
-  const SelectedInverse inverse(solver);
-  for (std::size_t i = 0; i < graph_.edges().size(); ++i) {
-    const PoseGraphEdge& edge = graph_.edges()[i];
-    if (!edge.is_loop) continue;
-    if (!is_inlier[i] && graph_.edge_chi2(edge) > kSkipFactor * options_.loop_rejection_chi2) {
-      result[i] = kSkipFactor * options_.loop_rejection_chi2;
-      continue;
-    }
-    const Pose2& from = graph_.poses()[static_cast<std::size_t>(edge.from)];
-    const Pose2& to = graph_.poses()[static_cast<std::size_t>(edge.to)];
-    const EdgeJacobians jacobians = edge_jacobians(edge, from, to);
-    const Eigen::Matrix3d predicted = is_inlier[i] ? predicted_covariance(inverse, edge, jacobians)
-                                                   : predicted_covariance(solver, edge, jacobians);
-    result[i] = surprise(edge.information, predicted, edge_error(edge, from, to), is_inlier[i]);
+  std::vector<double> result;
+  for (const EdgeJudgement& edge :
+       judge_edges(graph_, is_inlier, JudgedEdges::loops, options_.loop_rejection_chi2)) {
+    result.push_back(edge.squared_distance);
   }
   return result;
 }

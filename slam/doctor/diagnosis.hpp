@@ -1,0 +1,72 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "slam/map/map_edit.hpp"
+
+namespace marco::slam {
+
+enum class Verdict { good, doubtful, wrong };
+const char* to_string(Verdict verdict);
+
+/// Something that speaks against a map.
+struct Reason {
+  enum class Cause {
+    contradiction,    ///< one pass saw walls where another saw free space
+    refused_loops,    ///< loops that were found, would move the map, and are not in force
+    surprising_loop,  ///< a loop in force that all the rest contradicts
+    weak_joint,       ///< a step that neither the scans nor the odometry know well
+    odometry_break    ///< a stretch over which map and odometry part
+  };
+
+  Verdict verdict = Verdict::doubtful;
+  Cause cause = Cause::contradiction;
+  Utime from;  ///< the stretch of the path that is meant
+  Utime to;
+  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< world
+  std::string why;                                    ///< for a person, in a sentence without end
+  MapEdits remedies;  ///< what would mend it, the likeliest first; none where nobody knows
+  std::vector<int> older_keys, newer_keys;  ///< keyframes that show it
+};
+const char* to_string(Reason::Cause cause);
+
+/// What the verdict is made of; worst of the map each.
+struct DoctorFigures {
+  double contradicting = 0.0;         ///< part of the points, over a stretch of path
+  double contradicting_in_all = 0.0;  ///< the same of the whole map
+  double confirmed_keyframes = 0.0;   ///< part of the keyframes on whose walls other passes agree
+  int refused_loops = 0;              ///< that would move the map by more than 0.3 m
+  double refused_loop_m = 0.0;        ///< by how much
+  double loop_surprise = 0.0;  ///< squared distance in standard deviations, of loops in force
+  double joint_m = 0.0;        ///< standard deviation of a step
+  double joint_deg = 0.0;
+  bool has_odometry = false;      ///< one that moves
+  double odometry_sigmas = 0.0;   ///< of the worst break
+  double turn_correlation = 0.0;  ///< of scans and odometry
+  double way_correlation = 0.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("contradicting", contradicting);
+    v("contradicting_in_all", contradicting_in_all);
+    v("confirmed_keyframes", confirmed_keyframes);
+    v("refused_loops", refused_loops);
+    v("refused_loop_m", refused_loop_m);
+    v("loop_surprise", loop_surprise);
+    v("joint_m", joint_m);
+    v("joint_deg", joint_deg);
+    v("has_odometry", has_odometry);
+    v("odometry_sigmas", odometry_sigmas);
+    v("turn_correlation", turn_correlation);
+    v("way_correlation", way_correlation);
+  }
+};
+
+struct Diagnosis {
+  Verdict verdict = Verdict::good;
+  std::vector<Reason> reasons;  ///< the worst first
+  DoctorFigures figures;
+};
+
+}  // namespace marco::slam

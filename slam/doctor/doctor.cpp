@@ -1,0 +1,104 @@
+#include "slam/doctor/doctor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "slam/doctor/contradiction_reasons.hpp"
+#include "slam/doctor/graph_evidence.hpp"
+#include "slam/doctor/odometry_windows.hpp"
+
+namespace marco::slam {
+namespace {
+
+constexpr std::size_t kMostBreaks = 3, kMostAsked = 8;
+// Wheels that go with the map so well are believed where it parts from them.
+constexpr double kBelieved = 0.9;
+
+Reason reason_of(const OdometryBreak& parted, bool odometry_is_believed) {
+  Reason reason;
+  reason.cause = Reason::Cause::odometry_break;
+  reason.from = std::min(parted.from, parted.to);
+  reason.to = std::max(parted.from, parted.to);
+  reason.place_m = parted.world_from_end.translation_m();
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "the map goes %.2f m and turns %.1f deg where the odometry goes %.2f m and turns "
+                "%.1f deg",
+                parted.map.translation_m().norm(), rad_to_deg(parted.map.theta_rad),
+                parted.odometry.translation_m().norm(), rad_to_deg(parted.odometry.theta_rad));
+  reason.why = text;
+  const MapEdit bridge{MapEdit::Kind::drop_scans, reason.from, reason.to, {}};
+  const MapEdit distrust{MapEdit::Kind::distrust_odometry, reason.from, reason.to, {}};
+  if (odometry_is_believed) reason.remedies.push_back(bridge);
+  reason.remedies.push_back(distrust);
+  return reason;
+}
+
+void add_keyframes_of(const std::vector<Keyframe>& keys, Reason& reason) {
+  for (std::size_t key = 0; key < keys.size(); ++key) {
+    const bool meant = keys[key].utime >= reason.from && keys[key].utime <= reason.to;
+    if (meant) reason.newer_keys.push_back(static_cast<int>(key));
+  }
+}
+
+// Loops that know the place better by far than both differ say that the map is right there.
+bool has_slipped(const MapEvidence& map, const OdometryBreak& parted) {
+  constexpr double kSurely = 0.2;
+  const KnownByLoops known = known_by_loops(map, parted.from, parted.to);
+  return known.sigma_m < kSurely * parted.off_m() ||
+         (parted.is_turn && known.sigma_rad < kSurely * parted.off_rad());
+}
+
+void examine_odometry(const MapEvidence& map, Diagnosis& diagnosis) {
+  DoctorFigures& figures = diagnosis.figures;
+  for (const RecordedPath& recorded : map.paths) {
+    const OdometryAgreement agreement = compare_with_odometry(recorded.path, recorded.odometry);
+    if (!agreement.present) continue;
+    // Of several recordings the one that agrees least.
+    const auto least = [&figures](double so_far, double now) {
+      return figures.has_odometry ? std::min(so_far, now) : now;
+    };
+    figures.turn_correlation = least(figures.turn_correlation, agreement.turn_correlation);
+    figures.way_correlation = least(figures.way_correlation, agreement.way_correlation);
+    figures.has_odometry = true;
+    const bool believed =
+        agreement.turn_correlation > kBelieved && agreement.way_correlation > kBelieved;
+    std::size_t told = 0;
+    for (std::size_t i = 0; i < agreement.breaks.size() && i < kMostAsked; ++i) {
+      const OdometryBreak& parted = agreement.breaks[i];
+      if (told == kMostBreaks) break;
+      if (has_slipped(map, parted)) continue;
+      ++told;
+      figures.odometry_sigmas = std::max(figures.odometry_sigmas, parted.sigmas);
+      diagnosis.reasons.push_back(reason_of(parted, believed));
+      add_keyframes_of(map.keys, diagnosis.reasons.back());
+    }
+  }
+}
+
+}  // namespace
+
+const char* to_string(Verdict verdict) {
+  constexpr std::array kNames{"good", "doubtful", "wrong"};
+  return kNames.at(static_cast<std::size_t>(verdict));
+}
+
+const char* to_string(Reason::Cause cause) {
+  constexpr std::array kNames{"contradiction", "refused_loops", "surprising_loop", "weak_joint",
+                              "odometry_break"};
+  return kNames.at(static_cast<std::size_t>(cause));
+}
+
+Diagnosis examine(const MapEvidence& map) {
+  Diagnosis diagnosis;
+  examine_visits(map, diagnosis);
+  examine_odometry(map, diagnosis);
+  examine_graph(map, diagnosis);
+  std::stable_sort(diagnosis.reasons.begin(), diagnosis.reasons.end(),
+                   [](const Reason& a, const Reason& b) { return a.verdict > b.verdict; });
+  if (!diagnosis.reasons.empty()) diagnosis.verdict = diagnosis.reasons.front().verdict;
+  return diagnosis;
+}
+
+}  // namespace marco::slam

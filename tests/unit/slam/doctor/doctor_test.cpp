@@ -1,0 +1,59 @@
+#include "slam/doctor/doctor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/support/matchers.hpp"
+#include "tests/support/two_rounds.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::marco::testing::IsNear;
+using ::marco::testing::TwoRounds;
+
+TEST(Doctor, ARightMapIsGood) {
+  const Diagnosis diagnosis = examine(TwoRounds().map);
+  EXPECT_EQ(diagnosis.verdict, Verdict::good);
+  EXPECT_TRUE(diagnosis.reasons.empty());
+  EXPECT_TRUE(diagnosis.figures.has_odometry);
+  EXPECT_GT(diagnosis.figures.confirmed_keyframes, 0.3);
+}
+
+TEST(Doctor, ADoubledRoomIsWrongAndTheLoopThatMendsItIsNamed) {
+  const TwoRounds rounds({0.8, 0.3, 0.1});
+  const Diagnosis diagnosis = examine(rounds.map);
+  ASSERT_EQ(diagnosis.verdict, Verdict::wrong);
+  const Reason& worst = diagnosis.reasons.front();
+  EXPECT_EQ(worst.cause, Reason::Cause::contradiction);
+  EXPECT_GE(worst.from, rounds.map.keys[TwoRounds::kOfRound].utime);
+  ASSERT_FALSE(worst.remedies.empty());
+  const MapEdit& remedy = worst.remedies.front();
+  ASSERT_EQ(remedy.kind, MapEdit::Kind::add_loop);
+  const auto key_at = [](Utime utime) { return static_cast<int>(utime.us / 1'000'000); };
+  EXPECT_THAT(remedy.from_from_to, IsNear(between(TwoRounds::place(key_at(remedy.from)),
+                                                  TwoRounds::place(key_at(remedy.to))),
+                                          0.02, 0.01));
+}
+
+TEST(Doctor, APassOverAMovedBoxIsGood) {
+  testing::FlatWorld moved = testing::small_room();
+  moved.add_box(-3.2, -2.4, -2.6, -1.8);
+  EXPECT_EQ(examine(TwoRounds({}, moved).map).verdict, Verdict::good);
+}
+
+TEST(Doctor, NothingSeenIsNothingAgainstIt) {
+  EXPECT_EQ(examine({}).verdict, Verdict::good);
+  MapEvidence one;
+  one.keys.push_back(TwoRounds().map.keys.front());
+  EXPECT_EQ(examine(one).verdict, Verdict::good);
+}
+
+TEST(Doctor, NamesAreThoseOfTheReport) {
+  EXPECT_STREQ(to_string(Verdict::doubtful), "doubtful");
+  EXPECT_STREQ(to_string(Reason::Cause::odometry_break), "odometry_break");
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -1,0 +1,100 @@
+#include "slam/doctor/graph_evidence.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/two_rounds.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::marco::testing::TwoRounds;
+
+Diagnosis examined(const MapEvidence& map) {
+  Diagnosis diagnosis;
+  diagnosis.figures.has_odometry = true;
+  examine_graph(map, diagnosis);
+  return diagnosis;
+}
+
+Pose2 true_relation(int from, int to) {
+  return between(TwoRounds::place(from), TwoRounds::place(to));
+}
+
+TEST(GraphEvidence, LoopsThatFitAreNoReason) {
+  TwoRounds rounds;
+  for (const int key : {0, 10, 20, 30})
+    rounds.add_loop(key, 40 + key, true_relation(key, 40 + key), true);
+  const Diagnosis diagnosis = examined(rounds.map);
+  EXPECT_TRUE(diagnosis.reasons.empty());
+  EXPECT_NEAR(diagnosis.figures.loop_surprise, 0.0, 1e-9);
+  // No step is known worse than its edge says.
+  EXPECT_LT(diagnosis.figures.joint_m, 0.0101);
+}
+
+TEST(GraphEvidence, RefusedLoopsThatWouldMendTheMapAreAReasonAndTheirOwnRemedy) {
+  TwoRounds rounds({0.8, 0.3, 0.1});
+  rounds.add_loop(5, 45, true_relation(5, 45), false);
+  EXPECT_TRUE(examined(rounds.map).reasons.empty());  // one may be the search's mistake
+  rounds.add_loop(6, 46, true_relation(6, 46), false);
+  rounds.map.loops.back().overlap = 0.7;
+  const Diagnosis diagnosis = examined(rounds.map);
+  ASSERT_EQ(diagnosis.reasons.size(), 1U);
+  const Reason& reason = diagnosis.reasons[0];
+  EXPECT_EQ(reason.cause, Reason::Cause::refused_loops);
+  EXPECT_EQ(diagnosis.figures.refused_loops, 2);
+  EXPECT_GT(diagnosis.figures.refused_loop_m, 0.5);
+  ASSERT_EQ(reason.remedies.size(), 1U);
+  EXPECT_EQ(reason.remedies[0].kind, MapEdit::Kind::add_loop);
+  EXPECT_EQ(reason.remedies[0].from, rounds.map.keys[5].utime);
+  EXPECT_NEAR(reason.remedies[0].from_from_to.x_m, true_relation(5, 45).x_m, 1e-12);
+}
+
+// Rooms that look alike give loops that are rightly refused.
+TEST(GraphEvidence, LoopsThatWouldSpoilTheMapAreRightlyRefused) {
+  TwoRounds rounds;
+  for (const int key : {5, 6, 7}) {
+    rounds.add_loop(key, 40 + key, true_relation(key, 40 + key) * Pose2{0.8, 0.0, 0.0}, false);
+  }
+  EXPECT_TRUE(examined(rounds.map).reasons.empty());
+}
+
+TEST(GraphEvidence, ALoopInForceThatTheRestContradictsIsToBeForbidden) {
+  TwoRounds rounds;
+  for (const int key : {0, 20, 30})
+    rounds.add_loop(key, 40 + key, true_relation(key, 40 + key), true);
+  rounds.add_loop(10, 50, true_relation(10, 50) * Pose2{1.0, 0.0, 0.0}, true);
+  const Diagnosis diagnosis = examined(rounds.map);
+  ASSERT_EQ(diagnosis.reasons.size(), 1U);
+  EXPECT_EQ(diagnosis.reasons[0].cause, Reason::Cause::surprising_loop);
+  ASSERT_EQ(diagnosis.reasons[0].remedies.size(), 1U);
+  EXPECT_EQ(diagnosis.reasons[0].remedies[0].kind, MapEdit::Kind::forbid_loop);
+  EXPECT_EQ(diagnosis.reasons[0].remedies[0].to, rounds.map.keys[50].utime);
+}
+
+TEST(GraphEvidence, AStepThatNothingKnowsIsNamedUnlessALoopBridgesIt) {
+  TwoRounds rounds;
+  rounds.map.edges[59].information =
+      information_of(diagonal_covariance(1.0, deg_to_rad(0.15)));  // 59 to 60
+  Diagnosis diagnosis = examined(rounds.map);
+  ASSERT_EQ(diagnosis.reasons.size(), 1U);
+  EXPECT_EQ(diagnosis.reasons[0].cause, Reason::Cause::weak_joint);
+  EXPECT_EQ(diagnosis.reasons[0].to, rounds.map.keys[60].utime);
+  EXPECT_NEAR(diagnosis.figures.joint_m, 1.0, 1e-3);
+  rounds.add_loop(15, 55, true_relation(15, 55), true);
+  rounds.add_loop(25, 65, true_relation(25, 65), true);
+  EXPECT_TRUE(examined(rounds.map).reasons.empty());
+}
+
+// Where no odometry would contradict scans that slide, they are to be surer.
+TEST(GraphEvidence, WithoutOdometryAStepMustBeKnownBetter) {
+  TwoRounds rounds;
+  rounds.map.edges[59].information = information_of(diagonal_covariance(0.08, deg_to_rad(0.15)));
+  EXPECT_TRUE(examined(rounds.map).reasons.empty());
+  Diagnosis diagnosis;
+  examine_graph(rounds.map, diagnosis);
+  ASSERT_EQ(diagnosis.reasons.size(), 1U);
+  EXPECT_EQ(diagnosis.reasons[0].cause, Reason::Cause::weak_joint);
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -1,0 +1,52 @@
+#include "slam/doctor/range_view.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/flat_world.hpp"
+
+namespace marco::slam {
+namespace {
+
+Keyframe in_small_room(const Pose2& place) {
+  Keyframe key;
+  key.points_in_robot = orient(testing::small_room().hits(place), Eigen::Vector2d::Zero(), {});
+  return key;
+}
+
+// From (0, -2) the laser looks along +x and to both sides: the walls at x = 4 and y = +-3, the box
+// between (1.5, -1.6) and (2.3, -1.0).
+TEST(RangeView, TellsWallsFreeSpaceAndWhatIsBehind) {
+  const Keyframe key = in_small_room({0, -2, 0});
+  const RangeView view(key);
+  const auto at = [&view](double x, double y) { return view.look_at({x, y + 2.0}); };
+  EXPECT_EQ(at(4.0, -2.0), Seen::as_wall);
+  EXPECT_EQ(at(4.1, -2.0), Seen::as_wall);
+  EXPECT_EQ(at(1.5, -1.5), Seen::as_wall);
+  EXPECT_EQ(at(2.0, -2.0), Seen::as_free);
+  EXPECT_EQ(at(3.5, -2.0), Seen::as_free);
+  EXPECT_EQ(at(1.0, 1.0), Seen::as_free);
+  // Too near to the wall to say, behind it, behind the box, and behind the robot's back.
+  EXPECT_EQ(at(3.8, -2.0), Seen::nothing);
+  EXPECT_EQ(at(4.5, -2.0), Seen::nothing);
+  EXPECT_EQ(at(3.0, -0.9), Seen::nothing);
+  EXPECT_EQ(at(-1.0, -2.0), Seen::nothing);
+}
+
+// The wall y = -3 is hit at angles down to 12 degrees, each beam far behind the last one: a wall
+// that is off by 0.2 m lies metres before what the beam hit, and contradicts nothing.
+TEST(RangeView, AWallSeenAtAFlatAngleIsNoContradiction) {
+  const Keyframe key = in_small_room({-3.5, -2.2, 0});
+  const RangeView view(key);
+  for (const double x : {1.0, 3.0, 5.0}) {
+    EXPECT_NE(view.look_at({x, -0.6}), Seen::as_free) << x;
+  }
+}
+
+TEST(RangeView, WithoutPointsNothingIsKnown) {
+  Keyframe key;
+  key.points_in_robot = {Points2(2, 0), Points2(2, 0)};
+  EXPECT_EQ(RangeView(key).look_at({1, 0}), Seen::nothing);
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -1,0 +1,164 @@
+#include "tools/map/verdict.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "lcm_tools/files/whole_file.hpp"
+#include "slam/doctor/contradictions.hpp"
+
+namespace marco {
+namespace {
+
+using nlohmann::json;
+
+constexpr viewer::Rgb kContradictionRed{214, 39, 40};
+constexpr double kPictureRobotM = 0.15;
+
+struct JsonVisitor {
+  json& object;
+  template <class Value>
+  void operator()(const char* name, const Value& value) {
+    object[name] = value;
+  }
+};
+
+std::string picture_name(std::size_t reason) {
+  return "doctor_" + std::to_string(reason + 1) + ".png";
+}
+
+// Since the first scan of the recordings.
+double seconds_into(const MapJob& job, Utime utime) {
+  Utime first = utime;
+  for (const StampedPose2& pose : job.live_trajectory()) first = std::min(first, pose.utime);
+  return (utime - first).seconds();
+}
+
+json reason_json(const slam::Reason& reason, const MapJob& job) {
+  json remedies = json::array();
+  for (const slam::MapEdit& edit : reason.remedies) remedies.push_back(to_line(edit));
+  return {{"verdict", to_string(reason.verdict)},
+          {"cause", to_string(reason.cause)},
+          {"x_m", reason.place_m.x()},
+          {"y_m", reason.place_m.y()},
+          {"from_utime", reason.from.us},
+          {"to_utime", reason.to.us},
+          {"from_s", seconds_into(job, reason.from)},
+          {"to_s", seconds_into(job, reason.to)},
+          {"why", reason.why},
+          {"edits", remedies}};
+}
+
+void add_points(const Points2& points,
+                const viewer::Rgb& color,
+                const char* label,
+                viewer::Scene& scene) {
+  if (points.cols() == 0) return;
+  viewer::PointsItem& item = scene.points.emplace_back(viewer::PointsItem{{}, color, label});
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector2f point = points.col(i).cast<float>();
+    item.points_m.emplace_back(point.x(), point.y(), 0.0F);
+  }
+}
+
+Points2 points_of(const std::vector<slam::Keyframe>& keys, const std::vector<int>& chosen) {
+  Eigen::Index count = 0;
+  for (const int key : chosen) {
+    count += keys[static_cast<std::size_t>(key)].points_in_robot.points.cols();
+  }
+  Points2 points(2, count);
+  Eigen::Index next = 0;
+  for (const int key : chosen) {
+    const slam::Keyframe& one = keys[static_cast<std::size_t>(key)];
+    points.middleCols(next, one.points_in_robot.points.cols()) =
+        one.world_from_robot * one.points_in_robot.points;
+    next += one.points_in_robot.points.cols();
+  }
+  return points;
+}
+
+}  // namespace
+
+std::optional<MapVerdict> judge_map(const MapJob& job) {
+  auto evidence = job.evidence();
+  if (!evidence) return std::nullopt;
+  MapVerdict verdict{std::move(*evidence), {}};
+  verdict.diagnosis = slam::examine(verdict.evidence);
+  return verdict;
+}
+
+void add_verdict(json& report, const MapVerdict& verdict, const MapJob& job) {
+  slam::DoctorFigures figures = verdict.diagnosis.figures;
+  json figures_json, reasons = json::array();
+  JsonVisitor visitor{figures_json};
+  figures.visit(visitor);
+  for (const slam::Reason& reason : verdict.diagnosis.reasons) {
+    reasons.push_back(reason_json(reason, job));
+    reasons.back()["picture"] = picture_name(reasons.size() - 1);
+  }
+  report["verdict"] = to_string(verdict.diagnosis.verdict);
+  report["doctor"] = {{"figures", figures_json}, {"reasons", reasons}};
+}
+
+void mark_map(const std::filesystem::path& folder, const MapVerdict& verdict) {
+  const std::filesystem::path yaml = folder / "map.yaml";
+  if (!verdict.is_wrong() || !std::filesystem::exists(yaml)) return;
+  files::write_whole_file(yaml, "# verdict: wrong. Where and why: report.json, doctor_1.png\n" +
+                                    files::read_whole_file(yaml));
+}
+
+void mark_picture(PictureOrder& map_picture, const MapVerdict& verdict) {
+  if (verdict.diagnosis.verdict == slam::Verdict::good) return;
+  const std::string label = std::string("verdict: ") + to_string(verdict.diagnosis.verdict);
+  constexpr double kCircleM = 1.0;
+  for (const slam::Reason& reason : verdict.diagnosis.reasons) {
+    map_picture.scene.ellipses.push_back(
+        {reason.place_m, kCircleM * Eigen::Matrix2d::Identity(), 1.0, kContradictionRed});
+  }
+  map_picture.scene.paths.push_back({{}, kContradictionRed, label});
+}
+
+std::vector<PictureOrder> doctor_pictures(const std::filesystem::path& folder,
+                                          const MapVerdict& verdict) {
+  std::vector<PictureOrder> orders;
+  const std::vector<slam::Keyframe>& keys = verdict.evidence.keys;
+  for (const slam::Reason& reason : verdict.diagnosis.reasons) {
+    PictureOrder order{folder / picture_name(orders.size()), true, "", {}};
+    add_points(points_of(keys, reason.older_keys), viewer::palette::kTruth, "seen before",
+               order.scene);
+    add_points(points_of(keys, reason.newer_keys), viewer::palette::kOdometry, "seen here",
+               order.scene);
+    add_points(points_in_free_space(keys, reason.older_keys, reason.newer_keys), kContradictionRed,
+               "was free before", order.scene);
+    add_points(points_in_free_space(keys, reason.newer_keys, reason.older_keys), kContradictionRed,
+               "", order.scene);
+    for (const int key : reason.newer_keys) {
+      order.scene.robots.push_back({keys[static_cast<std::size_t>(key)].world_from_robot,
+                                    kPictureRobotM, kPictureRobotM, viewer::palette::kOdometry});
+    }
+    orders.push_back(std::move(order));
+  }
+  return orders;
+}
+
+void print_verdict(const MapVerdict& verdict, const MapJob& job, bool with_pictures) {
+  const std::vector<slam::Reason>& reasons = verdict.diagnosis.reasons;
+  bool told = false;
+  for (std::size_t i = 0; i < reasons.size(); ++i) {
+    const slam::Reason& reason = reasons[i];
+    std::printf("%s at (%.1f, %.1f) m, %.1f to %.1f s: %s\n", to_string(reason.verdict),
+                reason.place_m.x(), reason.place_m.y(), seconds_into(job, reason.from),
+                seconds_into(job, reason.to), reason.why.c_str());
+    if (with_pictures) std::printf("  picture: %s\n", picture_name(i).c_str());
+    if (reason.remedies.empty()) continue;
+    std::printf("  %s%s\n", to_line(reason.remedies.front()).c_str(),
+                told ? "" : "   (in a file for --edits, it may mend this)");
+    told = true;
+    for (std::size_t other = 1; other < reason.remedies.size(); ++other) {
+      std::printf("  or: %s\n", to_line(reason.remedies[other]).c_str());
+    }
+  }
+  std::printf("verdict: %s\n", to_string(verdict.diagnosis.verdict));
+}
+
+}  // namespace marco

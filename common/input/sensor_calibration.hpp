@@ -3,6 +3,7 @@
 #include <string>
 
 #include "common/samples.hpp"
+#include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco {
@@ -16,6 +17,8 @@ struct ArcMotion {
   /// The pose at its end, seen from its begin; and back.
   Pose2 moved() const;
   static ArcMotion of(const Pose2& moved);
+  /// The same motion as a frame fixed to the body makes it.
+  ArcMotion seen_at(const Pose2& body_from_frame) const;
 };
 
 /// Odometry given as poses is taken for that of two wheels so far apart: only `turn` and `ahead`
@@ -29,7 +32,10 @@ struct OdometryCalibration {
   double left_scale = 1.0;    ///< the left wheel's true way over the counted one; < 0: backwards
   double right_scale = 1.0;
   double track_scale = 1.0;  ///< the wheels' true distance over the one that turns are counted by
-  double late_s = 0.0;       ///< a stamp is so much later than the motion it comes with
+  /// Where the poses are not those of the axle's middle, looking ahead: that place, seen from them.
+  double axle_x_m = 0.0;
+  double axle_yaw_deg = 0.0;
+  double late_s = 0.0;  ///< a stamp is so much later than the motion it comes with
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -38,12 +44,15 @@ struct OdometryCalibration {
     v("left_scale", left_scale, Limits{-100.0, 100.0});
     v("right_scale", right_scale, Limits{-100.0, 100.0});
     v("track_scale", track_scale, Limits{0.01, 100.0});
+    v("axle_x_m", axle_x_m, Limits{-100.0, 100.0});
+    v("axle_yaw_deg", axle_yaw_deg, Limits{-360.0, 360.0});
     v("late_s", late_s, Limits{-10.0, 10.0});
   }
+  Pose2 robot_from_axle() const { return {axle_x_m, 0.0, deg_to_rad(axle_yaw_deg)}; }
   bool operator==(const OdometryCalibration&) const = default;
 
   /// What really was driven.
-  ArcMotion corrected(const ArcMotion& counted) const;
+  ArcMotion corrected(const ArcMotion& by_odometry) const;
 };
 
 /// How a gyroscope is to be corrected: true rate = scale (rate - bias).
@@ -58,6 +67,7 @@ struct GyroCalibration {
     v("bias_rad_per_s", bias_rad_per_s);
     v("late_s", late_s, Limits{-10.0, 10.0});
   }
+  ImuSample corrected(ImuSample sample) const;
 };
 
 /// Where a laser really sits, over what SENSOR_INFO says. Height, roll and pitch stay.
@@ -77,6 +87,7 @@ struct LaserCalibration {
     v("upside_down", upside_down);
   }
 
+  /// Of another channel, or a laser on a pan-tilt: as it is.
   SensorInfo corrected(SensorInfo as_said) const;
 };
 
@@ -92,20 +103,13 @@ struct SensorCalibration {
     v("odometry", odometry);
     v("gyro", gyro);
   }
-
-  ImuSample corrected(ImuSample sample) const;
 };
 
 /// Corrects odometry pose by pose. Not thread-safe.
 class OdometryCorrector {
  public:
-  explicit OdometryCorrector(const OdometryCalibration& calibration = {})
-      : calibration_(calibration) {}
-
   /// The next sample, its stamp and velocities corrected too. The first keeps its pose.
-  OdometrySample corrected(OdometrySample sample);
-  /// Odometry starts anew, at another origin: the next sample keeps its pose.
-  void restart() { started_ = false; }
+  OdometrySample corrected(OdometrySample sample, const OdometryCalibration& calibration);
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -115,10 +119,12 @@ class OdometryCorrector {
   }
 
  private:
-  OdometryCalibration calibration_;
   bool started_ = false;
   Pose2 counted_;  ///< the last sample's
   Pose2 corrected_;
 };
+
+/// Odometry as it should have been counted: OdometryCorrector over all of it.
+Trajectory corrected(const Trajectory& odometry, const OdometryCalibration& calibration);
 
 }  // namespace marco

@@ -36,7 +36,7 @@ RobotModel unit_model(const Eigen::Vector2d& turn_by_wheel) {
 
 // The position's error as a linear form (the authors' Q).
 Rows position_rows(const MotionSample& sample, const RobotModel& unit) {
-  const Pose2 moved = robot_motion(sample.wheels, unit);
+  const Pose2 moved = axle_motion(sample.wheels, unit);
   const double c = std::cos(moved.theta_rad), s = std::sin(moved.theta_rad);
   const Pose2& laser = sample.laser_moved;
   return (Rows() << -moved.x_m, 1.0 - c, s, laser.x_m, -laser.y_m,  //

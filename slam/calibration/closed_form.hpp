@@ -18,7 +18,7 @@ struct ClosedFormResult {
 /// and laser: a quadratic form in (track, x, y, cos yaw, sin yaw), least where the last two have
 /// unit length. The authors solve for the multiplier; the smaller eigenvector of the Schur
 /// complement is the same minimum. Four times the worst 1 % in angle or position is dropped.
-/// The track is positive; scales may be negative.
+/// The robot's frame is taken to be the axle's. The track is positive; scales may be negative.
 /// @returns nothing where the motions cannot tell the two wheels apart: straight only, turns on the
 /// spot only, one arc only (the condition number is above 75).
 std::optional<ClosedFormResult> calibrate_in_closed_form(std::vector<MotionSample> samples);

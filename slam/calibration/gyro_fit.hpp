@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "slam/calibration/turn_correlation.hpp"
 
 namespace marco::slam {
@@ -8,6 +10,8 @@ struct GyroFit {
   TurnCorrelation turns;
   GyroCalibration found;
   GyroCalibration sigma;  ///< standard deviations
+  /// Scale, bias, time: whether motions held out are explained better than without it.
+  std::array<bool, 3> better{};
 };
 
 /// What makes a gyroscope's turns those of the laser: robust least squares over scale, bias and

@@ -37,10 +37,21 @@ std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,
   return known;
 }
 
+SplitMotions split(const std::vector<LaserMotion>& motions) {
+  constexpr std::size_t kStretch = 20, kEvery = 5;
+  SplitMotions parts;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const bool is_held_out = i / kStretch % kEvery == kEvery - 1;
+    (is_held_out ? parts.held_out : parts.seen).push_back(motions[i]);
+  }
+  return parts;
+}
+
 std::vector<MotionSample> motion_samples(const std::vector<LaserMotion>& motions,
                                          const OdometryTravel& travel,
                                          const OdometryCalibration& signs) {
   constexpr double kStepS = 0.1;
+  const Pose2 robot_from_axle = signs.robot_from_axle();
   std::vector<MotionSample> samples;
   samples.reserve(motions.size());
   for (const LaserMotion& motion : motions) {
@@ -48,9 +59,11 @@ std::vector<MotionSample> motion_samples(const std::vector<LaserMotion>& motions
     const int count = static_cast<int>(std::ceil(length_s / kStepS));
     MotionSample sample;
     sample.laser_moved = motion.moved;
+    sample.robot_from_axle = robot_from_axle;
     for (int i = 0; i < count; ++i) {
       const double begin_s = motion.begin_s + signs.late_s + i * length_s / count;
-      const ArcMotion counted = travel.between_moments(begin_s, begin_s + length_s / count);
+      const ArcMotion counted =
+          travel.between_moments(begin_s, begin_s + length_s / count).seen_at(robot_from_axle);
       const double ahead_m = signs.forward_sign * counted.ahead_m;
       const double apart_m = 0.5 * kCountedTrackM * signs.turn_sign * counted.turn_rad;
       sample.wheels.push_back(

@@ -25,8 +25,15 @@ std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser);
 std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,
                                        const OdometryTravel& travel);
 
+/// Stretches of 20 motions in turn: four are fitted to, the fifth is held out.
+struct SplitMotions {
+  std::vector<LaserMotion> seen;
+  std::vector<LaserMotion> held_out;
+};
+SplitMotions split(const std::vector<LaserMotion>& motions);
+
 /// The laser's motions, each with what the wheels counted meanwhile.
-/// @param signs  its forward_sign and turn_sign count; late_s: how late the odometry is
+/// @param signs  its signs, axle and late_s count; its scales do not
 std::vector<MotionSample> motion_samples(const std::vector<LaserMotion>& motions,
                                          const OdometryTravel& travel,
                                          const OdometryCalibration& signs);

@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "slam/calibration/closed_form.hpp"
+#include "slam/calibration/motion_errors.hpp"
+#include "slam/calibration/rolling_axle.hpp"
 
 namespace marco::slam {
 namespace {
@@ -50,14 +52,19 @@ std::vector<LaserMotion> moving(const std::vector<LaserMotion>& motions,
 RefinedModel refine_from_scratch(const SamplesAt& samples_at,
                                  const TurnCorrelation& turns,
                                  const ModelPrior& prior) {
-  const std::vector<MotionSample> samples = samples_at(turns.late_s);
-  if (const auto closed = calibrate_in_closed_form(samples)) {
+  std::vector<MotionSample> samples = samples_at(turns.late_s);
+  if (samples.empty()) return {};
+  const Pose2 robot_from_axle = samples.front().robot_from_axle;
+  for (MotionSample& sample : samples) sample.robot_from_axle = {};
+  if (auto closed = calibrate_in_closed_form(samples)) {
+    Pose2& laser = closed->model.robot_from_laser;
+    laser = robot_from_axle * laser;
     return refine(samples_at, to_vector(closed->model, turns.late_s), prior);
   }
   double way_m = 0.0, counted_m = 0.0;
   for (const MotionSample& sample : samples) {
     way_m += sample.laser_moved.translation_m().norm();
-    counted_m += robot_motion(sample.wheels, {1.0, 1.0, kCountedTrackM, {}}).translation_m().norm();
+    counted_m += axle_motion(sample.wheels, {1.0, 1.0, kCountedTrackM, {}}).translation_m().norm();
   }
   constexpr double kLeastWayM = 0.5;
   const double scale = counted_m > kLeastWayM ? std::max(way_m / counted_m, 0.1) : 1.0;
@@ -81,7 +88,7 @@ Missing missing_of(const std::vector<MotionSample>& samples, const RefinedModel&
   }
   double turned_rad = 0.0, driven_m = 0.0;
   for (const MotionSample& sample : samples) {
-    const Pose2 moved = robot_motion(sample.wheels, to_model(found.parameters));
+    const Pose2 moved = axle_motion(sample.wheels, to_model(found.parameters));
     if (std::abs(moved.theta_rad) > 4.0 * found.sigma.z()) {
       turned_rad += std::abs(moved.theta_rad);
     }
@@ -90,16 +97,6 @@ Missing missing_of(const std::vector<MotionSample>& samples, const RefinedModel&
   }
   if (turned_rad < kTurned) return driven_m < kDrivenM ? Missing::motion : Missing::turns;
   return driven_m < kDrivenM ? Missing::ways : Missing::other_arcs;
-}
-
-// Stretches of 20 motions in turn: four are fitted to, the fifth is held out.
-std::vector<LaserMotion> part_of(const std::vector<LaserMotion>& motions, bool held_out) {
-  constexpr std::size_t kStretch = 20, kEvery = 5;
-  std::vector<LaserMotion> part;
-  for (std::size_t i = 0; i < motions.size(); ++i) {
-    if ((i / kStretch % kEvery == kEvery - 1) == held_out) part.push_back(motions[i]);
-  }
-  return part;
 }
 
 class Fitter {
@@ -139,10 +136,11 @@ bool drives_backwards(const std::vector<LaserMotion>& motions,
   return ahead_m < 0.0;
 }
 
-ModelVector turned_round(ModelVector parameters) {
-  parameters[kLaserX] = -parameters[kLaserX];
-  parameters[kLaserY] = -parameters[kLaserY];
-  parameters[kLaserYaw] = normalize_angle(parameters[kLaserYaw] + kPi);
+// The axle the other way round, and the laser with it.
+ModelVector turned_round(ModelVector parameters, const Pose2& robot_from_axle) {
+  const Pose2 turned = robot_from_axle * Pose2{0.0, 0.0, kPi} * robot_from_axle.inverse();
+  const Pose2 laser = turned * to_model(parameters).robot_from_laser;
+  parameters.segment<3>(kLaserX) = laser.vector();
   return parameters;
 }
 
@@ -175,6 +173,7 @@ OdometryFit fit_odometry(const std::vector<LaserMotion>& all,
   constexpr std::size_t kFewest = 20;
   const std::vector<LaserMotion> motions = moving(all, travel, turns.late_s);
   Fitter fitter(travel, turns, robot_from_laser);
+  fitter.signs = axle_of(motions, travel);
   fitter.signs.turn_sign = turn_sign;
   OdometryFit fit;
   fit.robot_from_laser = robot_from_laser;
@@ -189,15 +188,19 @@ OdometryFit fit_odometry(const std::vector<LaserMotion>& all,
   // Robots drive ahead more than back.
   if (fit.ambiguous_front && drives_backwards(motions, travel, turns.late_s)) {
     fitter.signs.forward_sign = -1.0;
-    fit.model = fitter.refit(motions, turned_round(fit.model.parameters));
+    fit.model =
+        fitter.refit(motions, turned_round(fit.model.parameters, fitter.signs.robot_from_axle()));
   }
   fit.missing = missing_of(motion_samples(motions, travel, fitter.signs), fit.model);
   const ModelVector& found = fit.model.parameters;
   fit.robot_from_laser = to_model(found).robot_from_laser;
-  fit.found = {fitter.signs.forward_sign,      turn_sign,   found[kLeftScale], found[kRightScale],
-               found[kTrack] / kCountedTrackM, found[kLate]};
+  fit.found = fitter.signs;
+  fit.found.left_scale = found[kLeftScale];
+  fit.found.right_scale = found[kRightScale];
+  fit.found.track_scale = found[kTrack] / kCountedTrackM;
+  fit.found.late_s = found[kLate];
 
-  const std::vector<LaserMotion> seen = part_of(motions, false), held_out = part_of(motions, true);
+  const auto [seen, held_out] = split(motions);
   const RefinedModel blind = fitter.refit(seen, found);
   fit.error = fitter.error(held_out, blind.parameters, blind.sigma);
   fit.error_before = fitter.error(held_out, fitter.prior().mean, blind.sigma);

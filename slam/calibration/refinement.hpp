@@ -35,15 +35,10 @@ struct RefinedModel {
 };
 
 /// Least squares over all parameters: Gauss-Newton with derivatives by central differences, robust
-/// (dynamic covariance scaling at the 99 % quantile, Agarwal et al. 2013), errors weighed by their
-/// own spread. What the motions do not hold keeps its prior mean, and is not `observed`: there the
-/// posterior's standard deviation is more than half the prior's, turns and ways that noise explains
-/// counting as none. Neighbouring errors that are alike widen the covariance.
+/// (weight_of()), errors weighed by their own spread. What the motions do not hold keeps its prior
+/// mean, and is not `observed`: there the posterior's standard deviation is more than half the
+/// prior's, turns and ways that noise explains counting as none. Neighbouring errors that are alike
+/// widen the covariance.
 RefinedModel refine(const SamplesAt& samples_at, const ModelVector& start, const ModelPrior& prior);
-
-/// Mean robust squared error of motions that the model was not fitted to, in units of `sigma`.
-double squared_error(const std::vector<MotionSample>& samples,
-                     const RobotModel& model,
-                     const Eigen::Vector3d& sigma);
 
 }  // namespace marco::slam

@@ -5,7 +5,7 @@
 
 namespace marco::slam {
 
-Pose2 robot_motion(const std::vector<WheelStep>& wheels, const RobotModel& model) {
+Pose2 axle_motion(const std::vector<WheelStep>& wheels, const RobotModel& model) {
   Pose2 start_from_now;
   for (const WheelStep& step : wheels) {
     const double left_m = model.left_scale * step.left, right_m = model.right_scale * step.right;
@@ -18,8 +18,8 @@ Pose2 robot_motion(const std::vector<WheelStep>& wheels, const RobotModel& model
 }
 
 Eigen::Vector3d error_of(const MotionSample& sample, const RobotModel& model) {
-  const Pose2& laser = model.robot_from_laser;
-  const Pose2 expected = laser.inverse() * robot_motion(sample.wheels, model) * laser;
+  const Pose2 laser = sample.robot_from_axle.inverse() * model.robot_from_laser;
+  const Pose2 expected = laser.inverse() * axle_motion(sample.wheels, model) * laser;
   return difference(sample.laser_moved, expected);
 }
 

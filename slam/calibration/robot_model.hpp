@@ -19,6 +19,7 @@ struct WheelStep {
 struct MotionSample {
   std::vector<WheelStep> wheels;  ///< one after another
   Pose2 laser_moved;              ///< the laser at the end, seen from its own pose at the begin
+  Pose2 robot_from_axle;          ///< of the wheels, where the robot's frame is another
 };
 
 /// A differential drive with a laser on it.
@@ -29,8 +30,8 @@ struct RobotModel {
   Pose2 robot_from_laser;
 };
 
-/// How the robot moves, each step an arc.
-Pose2 robot_motion(const std::vector<WheelStep>& wheels, const RobotModel& model);
+/// How the axle moves, each step an arc.
+Pose2 axle_motion(const std::vector<WheelStep>& wheels, const RobotModel& model);
 
 /// The laser's motion less what the model expects of it: x, y [m] along the laser's axes, angle.
 Eigen::Vector3d error_of(const MotionSample& sample, const RobotModel& model);

@@ -65,7 +65,8 @@ class Calibrator {
 
   SelfCalibration run() {
     result_.calibration.laser = {"", input_.robot_from_laser.x_m, input_.robot_from_laser.y_m,
-                                 rad_to_deg(input_.robot_from_laser.theta_rad), false};
+                                 rad_to_deg(input_.robot_from_laser.theta_rad),
+                                 input_.laser_upside_down};
     result_.odometry =
         check_input(known_motions(motions_, odometry_), odometry_, InputKind::odometry);
     result_.gyro = check_input(known_motions(motions_, gyro_), gyro_, InputKind::gyro);
@@ -101,8 +102,9 @@ class Calibrator {
         normalize_angle(fit.robot_from_laser.theta_rad - input_.robot_from_laser.theta_rad);
     take(fit, kLaserYaw, "laser.yaw_deg", laser.yaw_deg, laser.yaw_deg + rad_to_deg(turned_rad),
          rad_to_deg(1.0));
-    note_sign("laser.upside_down", signs_.laser_upside_down, 0.0, 1.0);
-    laser.upside_down = signs_.laser_upside_down;
+    const double assumed = input_.laser_upside_down ? 1.0 : 0.0;
+    note_sign("laser.upside_down", signs_.laser_upside_down, assumed, 1.0 - assumed);
+    laser.upside_down = signs_.laser_upside_down != input_.laser_upside_down;
     const bool changed =
         std::any_of(result_.parameters.begin(), result_.parameters.end(),
                     [](const CalibratedParameter& p) { return p.verdict == Verdict::applied; });
@@ -115,6 +117,8 @@ class Calibrator {
     note_sign("odometry.turn_sign", fit.found.turn_sign < 0.0, 1.0, -1.0);
     odometry.forward_sign = fit.found.forward_sign;
     odometry.turn_sign = fit.found.turn_sign;
+    odometry.axle_x_m = fit.found.axle_x_m;
+    odometry.axle_yaw_deg = fit.found.axle_yaw_deg;
     take(fit, kLeftScale, "odometry.left_scale", odometry.left_scale, fit.found.left_scale);
     take(fit, kRightScale, "odometry.right_scale", odometry.right_scale, fit.found.right_scale);
     take(fit, kTrack, "odometry.track_scale", odometry.track_scale, fit.found.track_scale,
@@ -173,19 +177,19 @@ class Calibrator {
     const auto motions = signs_.laser_upside_down ? mirrored(check.moving) : check.moving;
     const GyroFit fit = fit_gyro(motions, gyro_);
     GyroCalibration& gyro = result_.calibration.gyro;
-    take_gyro("gyro.scale", gyro.scale, fit.found.scale, fit.sigma.scale);
+    take_gyro("gyro.scale", gyro.scale, fit.found.scale, fit.sigma.scale, fit.better[0]);
     take_gyro("gyro.bias_rad_per_s", gyro.bias_rad_per_s, fit.found.bias_rad_per_s,
-              fit.sigma.bias_rad_per_s);
-    take_gyro("gyro.late_s", gyro.late_s, fit.found.late_s, fit.sigma.late_s);
+              fit.sigma.bias_rad_per_s, fit.better[1]);
+    take_gyro("gyro.late_s", gyro.late_s, fit.found.late_s, fit.sigma.late_s, fit.better[2]);
   }
 
-  void take_gyro(const std::string& name, double& value, double found, double sigma) {
-    CalibratedParameter entry{name, value, found, sigma, Verdict::applied, ""};
+  void take_gyro(const std::string& name, double& value, double found, double sigma, bool better) {
+    CalibratedParameter entry{name, value, found, sigma, Verdict::as_assumed, ""};
     if (name == "gyro.late_s" && sigma > kGyroLateKnownS) {
       entry.verdict = Verdict::not_observed;
       entry.missing = to_string(Missing::changes_of_speed);
-    } else if (std::abs(found - value) <= kSure * sigma) {
-      entry.verdict = Verdict::as_assumed;
+    } else if (std::abs(found - value) > kSure * sigma) {
+      entry.verdict = better ? Verdict::applied : Verdict::no_better;
     }
     if (entry.verdict == Verdict::applied) value = found;
     result_.parameters.push_back(entry);

@@ -11,11 +11,12 @@ namespace marco::slam {
 
 /// What one drive measured.
 struct CalibrationInput {
-  std::string channel = "LIDAR";  ///< the laser's
-  Trajectory world_from_laser;    ///< a pose a scan, by scan matching
-  Pose2 robot_from_laser;         ///< as assumed so far
-  Trajectory odometry;            ///< raw; may be empty
-  Trajectory gyro_heading;        ///< raw rate, integrated, as poses that only turn; may be empty
+  std::string channel = "LIDAR";   ///< the laser's
+  Trajectory world_from_laser;     ///< a pose a scan, by scan matching
+  Pose2 robot_from_laser;          ///< as assumed so far
+  bool laser_upside_down = false;  ///< likewise
+  Trajectory odometry;             ///< raw; may be empty
+  Trajectory gyro_heading;         ///< raw rate, integrated, as poses that only turn; may be empty
 };
 
 /// Why a parameter changes, or does not.

@@ -5,6 +5,7 @@
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
+#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -13,6 +14,7 @@
 #include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
 #include "slam/session/merge_maps.hpp"
+#include "tools/map/calibration.hpp"
 #include "tools/map/judge.hpp"
 #include "tools/map/map_arguments.hpp"
 #include "tools/map/map_job.hpp"
@@ -80,7 +82,7 @@ int report_unfound(const MapArguments& arguments, const MapJob& job) {
 std::vector<std::string> named_inputs(const MapArguments& arguments) {
   std::vector<std::string> named = arguments.inputs;
   named.insert(named.end(), {arguments.config, arguments.foreign, arguments.world, arguments.extend,
-                             arguments.localize});
+                             arguments.localize, arguments.calibration});
   std::erase(named, "");
   return named;
 }
@@ -153,9 +155,19 @@ void draw(const std::filesystem::path& out,
   draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
 }
 
+void apply(const CalibrationFile& calibration, MapOptions& options) {
+  options.slam.input.calibration = calibration;
+  options.lines.input.calibration = calibration;
+  options.mapping3d.input.calibration = calibration;
+  options.mapping3d.correction = calibration.pantilt;
+}
+
 int run(const MapArguments& arguments) {
   process::catch_interrupts(arguments.out + " is unchanged");
   MapOptions options = process::load_options<MapOptions>(arguments.config);
+  if (!arguments.calibration.empty()) {
+    apply(process::load_options<CalibrationFile>(arguments.calibration), options);
+  }
   const std::string configuration = process::print_changed_options(options);
   // A batch run publishes its map once, at the end.
   options.slam.map_period_s = options.lines.map_period_s = 0.0;
@@ -201,7 +213,9 @@ int run(const MapArguments& arguments) {
   process::end_if_interrupted();
   results->commit();
   print_summary(job, extras, arguments.out);
-  require(calibrated, "--calibrate: no two sweeps of one stop saw the same walls");
+  require(calibrated,
+          "--calibrate: the drive has neither odometry nor a gyroscope that moves, and no two "
+          "sweeps of one stop saw the same walls");
   return code;
 }
 

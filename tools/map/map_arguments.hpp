@@ -16,6 +16,7 @@ struct MapArguments {
   std::string world;
   std::string extend;
   std::string localize;
+  std::string calibration;
   int hold_out_every = 0;
   bool lines = false;
   bool merge = false;

@@ -44,7 +44,7 @@ TEST(GyroFit, MeanSquaredErrorOfManyRunsIsAsItSays) {
   robot.laser_sigma_rad = deg_to_rad(0.1);
   double sum = 0.0;
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
-    const GyroFit found = fit(simulate(robot, varied_drive, 100.0, seed));
+    const GyroFit found = fit(simulate(robot, varied_drive, 60.0, seed));
     sum += std::pow((found.found.scale - 1.05) / found.sigma.scale, 2) +
            std::pow((found.found.bias_rad_per_s + 0.01) / found.sigma.bias_rad_per_s, 2) +
            std::pow((found.found.late_s - 0.1) / found.sigma.late_s, 2);

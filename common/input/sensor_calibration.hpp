@@ -70,9 +70,10 @@ struct GyroCalibration {
   ImuSample corrected(ImuSample sample) const;
 };
 
-/// Where a laser really sits, over what SENSOR_INFO says. Height, roll and pitch stay.
+/// Where a laser, or the pan-tilt that bears it, really sits, over what SENSOR_INFO says. The
+/// height stays; it looks level.
 struct LaserCalibration {
-  std::string channel;  ///< "": SENSOR_INFO holds
+  std::string channel;  ///< whose SENSOR_INFO is corrected; "": none
   double x_m = 0.0;     ///< on the robot
   double y_m = 0.0;
   double yaw_deg = 0.0;

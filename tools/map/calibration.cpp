@@ -1,5 +1,6 @@
 #include "tools/map/calibration.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <map>
@@ -8,6 +9,7 @@
 #include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "lcmtypes/channels.hpp"
 
 namespace marco {
 namespace {
@@ -39,11 +41,11 @@ Comments comments_of(const slam::SelfCalibration& found) {
   Comments comments;
   for (const slam::CalibratedParameter& parameter : found.parameters) {
     std::string& comment = comments[parameter.name];
-    if (parameter.verdict != slam::Verdict::not_observed &&
-        parameter.verdict != slam::Verdict::applied) {
-      comment += "found " + number(parameter.found) + ", ";
+    if (parameter.sigma > 0.0) {
+      const bool applied = parameter.verdict == slam::Verdict::applied;
+      if (!applied) comment += "found " + number(parameter.found) + ", ";
+      comment += "sd " + number(parameter.sigma) + ", ";
     }
-    if (parameter.sigma > 0.0) comment += "sd " + number(parameter.sigma) + ", ";
     comment += slam::reason_of(parameter);
   }
   return comments;
@@ -74,12 +76,16 @@ std::string commented(const CalibrationFile& file, const Comments& comments) {
   return text;
 }
 
-// The first laser on the robot.
-const SensorInfo* laser_of(const MapJob& job) {
-  for (const auto& [channel, info] : job.sensors()) {
-    if (info.mount == SensorInfo::Mount::robot && channel.starts_with("LIDAR")) return &info;
-  }
-  return nullptr;
+// What the first laser sits on the robot by: itself, or its pan-tilt.
+const SensorInfo* mount_of(const MapJob& job) {
+  const auto& sensors = job.sensors();
+  const auto laser = std::find_if(sensors.begin(), sensors.end(), [](const auto& sensor) {
+    return sensor.first.starts_with(channels::kLidar);
+  });
+  if (laser == sensors.end()) return nullptr;
+  if (laser->second.mount == SensorInfo::Mount::robot) return &laser->second;
+  const auto pantilt = sensors.find(channels::kPanTiltState);
+  return pantilt == sensors.end() ? nullptr : &pantilt->second;
 }
 
 bool calibrate_pantilt(const MapJob& job, CalibrationFile& file, Comments& comments) {
@@ -99,14 +105,14 @@ bool calibrate_pantilt(const MapJob& job, CalibrationFile& file, Comments& comme
 }  // namespace
 
 std::optional<slam::SelfCalibration> self_calibration_of(const MapJob& job) {
-  const SensorInfo* laser = laser_of(job);
-  if (laser == nullptr || (job.odometry().empty() && job.gyro_heading().empty())) {
+  const SensorInfo* mount = mount_of(job);
+  if (mount == nullptr || (job.odometry().empty() && job.gyro_heading().empty())) {
     return std::nullopt;
   }
   slam::CalibrationInput input;
-  input.channel = laser->channel;
-  input.robot_from_laser = flatten(laser->parent_from_sensor);
-  input.laser_upside_down = laser->parent_from_sensor.linear()(2, 2) < 0.0;
+  input.channel = mount->channel;
+  input.robot_from_laser = flatten(mount->parent_from_sensor);
+  input.laser_upside_down = mount->parent_from_sensor.linear()(2, 2) < 0.0;
   input.odometry = job.odometry();
   input.gyro_heading = job.gyro_heading();
   for (const StampedPose2& pose : job.trajectory()) {

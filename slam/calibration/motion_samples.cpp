@@ -38,10 +38,11 @@ std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,
 }
 
 SplitMotions split(const std::vector<LaserMotion>& motions) {
-  constexpr std::size_t kStretch = 20, kEvery = 5;
+  constexpr std::size_t kLongest = 20, kEvery = 5;
+  const std::size_t stretch = std::clamp<std::size_t>(motions.size() / 10, 1, kLongest);
   SplitMotions parts;
   for (std::size_t i = 0; i < motions.size(); ++i) {
-    const bool is_held_out = i / kStretch % kEvery == kEvery - 1;
+    const bool is_held_out = i / stretch % kEvery == kEvery - 1;
     (is_held_out ? parts.held_out : parts.seen).push_back(motions[i]);
   }
   return parts;

@@ -25,7 +25,7 @@ std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser);
 std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,
                                        const OdometryTravel& travel);
 
-/// Stretches of 20 motions in turn: four are fitted to, the fifth is held out.
+/// Stretches of up to 20 motions, ten at least, in turn: four are fitted to, the fifth is held out.
 struct SplitMotions {
   std::vector<LaserMotion> seen;
   std::vector<LaserMotion> held_out;

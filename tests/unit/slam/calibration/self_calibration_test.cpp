@@ -111,6 +111,12 @@ TEST(SelfCalibration, FindsHalfAndThreeHalvesOfTheWay) {
   }
 }
 
+TEST(SelfCalibration, AShortDriveIsEnough) {
+  SimulatedRobot robot = noisy_robot();
+  robot.odometry.left_scale = robot.odometry.right_scale = 1.3;
+  expect_applied(calibrate(robot, 30.0), "odometry.left_scale", 1.3);
+}
+
 TEST(SelfCalibration, FindsTimeWithinFiveMilliseconds) {
   for (const double late_s : {-0.3, 0.3}) {
     SimulatedRobot robot = noisy_robot();

@@ -1,7 +1,9 @@
 #include "slam/calibration/refinement.hpp"
 
 #include <gtest/gtest.h>
+
 #include <Eigen/LU>
+#include <random>
 
 #include "slam/calibration/motion_samples.hpp"
 #include "tests/unit/slam/calibration/simulated_drive.hpp"
@@ -114,6 +116,21 @@ TEST(Refinement, StraightWaysHoldRadiiAndYaw) {
   EXPECT_NEAR(found.parameters[kLaserYaw], 0.2, 0.01);
   EXPECT_NEAR(found.parameters[kLeftScale], 1.03, 0.01);
   EXPECT_NEAR(found.parameters[kRightScale], 0.97, 0.01);
+}
+
+// Turns of an odometry that only trembles say nothing of the laser's place.
+TEST(Refinement, NoiseIsNoTurn) {
+  const auto straight = [](double seconds) { return DriveSpeed{0.5 * std::sin(0.5 * seconds), 0}; };
+  CalibrationInput input = simulate(uneven_robot(), straight, 200.0);
+  std::mt19937 random(7);
+  std::normal_distribution<double> trembling_rad(0.0, deg_to_rad(1.0));
+  for (StampedPose2& pose : input.odometry) {
+    pose.world_from_robot.theta_rad += trembling_rad(random);
+  }
+  const RefinedModel found = refined(input);
+  EXPECT_FALSE(found.observed[kLaserX]);
+  EXPECT_FALSE(found.observed[kLaserY]);
+  EXPECT_FALSE(found.observed[kTrack]);
 }
 
 TEST(Refinement, SteadySpeedHoldsNoTime) {

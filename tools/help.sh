@@ -8,7 +8,8 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
                                        replay, pictures, errors against the truth (--batch: simulated in 20 seconds)
   ./marco map INPUT... [--out DIR]     map your own log or 3D scans       (./marco map --help)
   ./marco check INPUT...               is its map good, doubtful or wrong, where and why; writes nothing
-  ./marco calibrate LOG [--out DIR]    the pan-tilt's lever arms and zero angles, from sweeps of a room
+  ./marco calibrate LOG [--out DIR]    where the laser sits, how wheels and gyroscope count, from a drive with turns;
+                                       the pan-tilt's lever arms and zero angles, from sweeps of a room
   ./marco render WHAT --out PNG        pictures of a map folder or a model (./marco render --help)
   ./marco figures [--out DIR] [LOG]    thesis B's figures of 3D scenes, from the simulated lab or your own log
   ./marco evaluate TRAJ RELATIONS      error of a trajectory               (./marco evaluate --help)

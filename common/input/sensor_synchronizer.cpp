@@ -56,10 +56,12 @@ const SensorInfo* SensorSynchronizer::sensor_of(const std::string& channel) cons
 }
 
 void SensorSynchronizer::add(const SensorInfo& info) {
-  require(note_sensor(state_.sensors, info), kTooManySensors);
+  require(note_sensor(state_.sensors, options_.calibration.laser.corrected(info)), kTooManySensors);
 }
 
-void SensorSynchronizer::add(const OdometrySample& sample) {
+void SensorSynchronizer::add(const OdometrySample& raw) {
+  const OdometrySample sample =
+      state_.odometry_corrector.corrected(raw, options_.calibration.odometry);
   if (state_.odometry.restarts_at(sample)) {
     drop_("odometry restarted: not used for one scan");
     // What waits was measured before.
@@ -74,7 +76,8 @@ void SensorSynchronizer::add(const OdometrySample& sample) {
   advance();
 }
 
-void SensorSynchronizer::add(const ImuSample& sample) {
+void SensorSynchronizer::add(const ImuSample& raw) {
+  const ImuSample sample = options_.calibration.gyro.corrected(raw);
   PoseBuffer& heading = state_.gyro_heading;
   double heading_rad = 0.0;
   if (!heading.empty()) {

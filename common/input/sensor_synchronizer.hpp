@@ -13,6 +13,7 @@
 #include "common/input/odometry_track.hpp"
 #include "common/input/range_units.hpp"
 #include "common/input/rate_watch.hpp"
+#include "common/input/sensor_calibration.hpp"
 #include "common/input/stamp_repair.hpp"
 #include "common/input/synchronized_scan.hpp"
 #include "lcm_tools/base/options.hpp"
@@ -25,6 +26,7 @@ struct SynchronizerOptions {
   double pan_in_scan_limit_deg = 0.1;  ///< nor is one during which the laser panned more
   double pantilt_gap_s = 1.0;          ///< longest gap between angles that is interpolated
   double pantilt_reach_s = 0.1;        ///< how far angles are extrapolated beyond the newest
+  SensorCalibration calibration;       ///< of lasers on the robot, odometry and gyroscope
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -33,6 +35,7 @@ struct SynchronizerOptions {
     v("pan_in_scan_limit_deg", pan_in_scan_limit_deg, kNotNegative);
     v("pantilt_gap_s", pantilt_gap_s, Limits{0.0, 60.0});
     v("pantilt_reach_s", pantilt_reach_s, Limits{0.0, 10.0});
+    v("calibration", calibration);
   }
 };
 
@@ -59,7 +62,8 @@ struct WaitingScan {
 /// What a SensorSynchronizer knows: resumed from it, it continues as if it had never stopped.
 struct SynchronizerState {
   std::map<std::string, SensorInfo> sensors;  ///< by channel
-  OdometryTrack odometry;
+  OdometryCorrector odometry_corrector;
+  OdometryTrack odometry;   ///< corrected
   PoseBuffer gyro_heading;  ///< integrated yaw rate as a pose's heading
   PanTiltTrack pantilt;
   std::map<std::string, StampRepair> stamps;  ///< by channel
@@ -70,6 +74,7 @@ struct SynchronizerState {
   template <class Visitor>
   void visit(Visitor& v) {
     v("sensors", sensors);
+    v("odometry_corrector", odometry_corrector);
     v("odometry", odometry);
     v("gyro_heading", gyro_heading);
     v("pantilt", pantilt);
@@ -103,8 +108,8 @@ class SensorSynchronizer {
 
   /// @throws std::invalid_argument when more than 64 channels are announced.
   void add(const SensorInfo& info);
-  void add(const OdometrySample& sample);
-  void add(const ImuSample& sample);
+  void add(const OdometrySample& raw);
+  void add(const ImuSample& raw);
   void add(const PanTiltState& state);
   void add(LaserScan scan);
 

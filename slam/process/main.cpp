@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "common/diagnosis/process/live_loop.hpp"
+#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
@@ -38,9 +39,15 @@ int main(int argc, char** argv) {
     process::add_common_arguments(app, arguments);
     std::string checkpoint;
     app.add_option("--checkpoint", checkpoint, "over the config's checkpoint_path");
+    std::string calibration;
+    app.add_option("--calibration", calibration, "calibration.toml of `marco calibrate`")
+        ->check(CLI::ExistingFile);
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     auto options = process::load_options<slam::SlamAdapterOptions>(arguments.config_path);
     if (!checkpoint.empty()) options.checkpoint_path = checkpoint;
+    if (!calibration.empty()) {
+      options.input.calibration = process::load_options<CalibrationFile>(calibration);
+    }
     if (arguments.print_config) {
       std::fputs(process::print_options(options).c_str(), stdout);
       return 0;

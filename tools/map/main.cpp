@@ -5,6 +5,7 @@
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
+#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -14,6 +15,7 @@
 #include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
 #include "slam/session/merge_maps.hpp"
+#include "tools/map/calibration.hpp"
 #include "tools/map/judge.hpp"
 #include "tools/map/map_arguments.hpp"
 #include "tools/map/map_job.hpp"
@@ -82,7 +84,8 @@ int report_unfound(const MapArguments& arguments, const MapJob& job) {
 std::vector<std::string> named_inputs(const MapArguments& arguments) {
   std::vector<std::string> named = arguments.inputs;
   named.insert(named.end(), {arguments.config, arguments.foreign, arguments.world, arguments.extend,
-                             arguments.localize, arguments.edits});
+                             arguments.localize, arguments.edits,
+                             arguments.calibration});
   std::erase(named, "");
   return named;
 }
@@ -164,8 +167,18 @@ void draw(const std::filesystem::path& out,
   draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
 }
 
+void apply(const CalibrationFile& calibration, MapOptions& options) {
+  options.slam.input.calibration = calibration;
+  options.lines.input.calibration = calibration;
+  options.mapping3d.input.calibration = calibration;
+  options.mapping3d.correction = calibration.pantilt;
+}
+
 MapOptions load_batch_options(const MapArguments& arguments) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
+  if (!arguments.calibration.empty()) {
+    apply(process::load_options<CalibrationFile>(arguments.calibration), options);
+  }
   // A batch run publishes its map once, at the end.
   options.slam.map_period_s = options.lines.map_period_s = 0.0;
   options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
@@ -262,7 +275,9 @@ int run(const MapArguments& arguments) {
   results->commit();
   print_summary(job, extras, arguments.out);
   if (verdict) print_verdict(*verdict, job, true);
-  require(calibrated, "--calibrate: no two sweeps of one stop saw the same walls");
+  require(calibrated,
+          "--calibrate: the drive has neither odometry nor a gyroscope that moves, and no two "
+          "sweeps of one stop saw the same walls");
   return unfound != 0 ? unfound : exit_code_of(verdict);
 }
 

@@ -73,9 +73,17 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                "INPUTs are folders that `marco map` wrote of one building: merge their maps")
       ->excludes(extend)
       ->excludes(localize);
+  auto* calibration =
+      app.add_option("--calibration", arguments.calibration,
+                     "calibration.toml of an earlier `marco calibrate`: corrects odometry, "
+                     "gyroscope and the sensors' places")
+          ->check(CLI::ExistingFile);
   app.add_flag("--calibrate", arguments.calibrate,
-               "estimate lever arms and zero angles of the pan-tilt from sweeps of one stop at "
-               "several pan angles; writes calibration.toml for --config");
+               "find where the laser sits, how the wheels and the gyroscope count and how late "
+               "they are, from any drive with turns; and the pan-tilt's lever arms and zero "
+               "angles from sweeps of one stop at several pan angles; writes calibration.toml for "
+               "--calibration")
+      ->excludes(calibration);
   app.add_flag("--loop-pictures", arguments.loop_pictures,
                "write a picture of each loop closure to loops/: both scans, before and after")
       ->excludes("--lines")

@@ -17,6 +17,7 @@ struct MapArguments {
   std::string extend;
   std::string localize;
   std::string edits;
+  std::string calibration;
   int hold_out_every = 0;
   bool lines = false;
   bool merge = false;

@@ -124,9 +124,24 @@ void MapJob::take(const Sample& sample) {
   if (const auto* pose = std::get_if<TruePose>(&sample)) {
     recorded_.truth.push_back({pose->utime, pose->world_from_robot});
   }
+  if (const auto* odometry = std::get_if<OdometrySample>(&sample)) {
+    recorded_.odometry.push_back({odometry->utime, odometry->odom_from_robot});
+  }
+  if (const auto* imu = std::get_if<ImuSample>(&sample)) integrate(*imu);
   if (const auto* info = std::get_if<SensorInfo>(&sample)) note_sensor(recorded_.sensors, *info);
   const EncodedMessage message = encode_sample(sample);
   bus_.deliver(message.channel, message.bytes, message.utime);
+}
+
+void MapJob::integrate(const ImuSample& sample) {
+  double heading_rad = 0.0;
+  if (!recorded_.gyro_heading.empty()) {
+    const StampedPose2& last = recorded_.gyro_heading.back();
+    const double dt_s = (sample.utime - last.utime).seconds();
+    if (dt_s <= 0.0) return;
+    heading_rad = last.world_from_robot.theta_rad + dt_s * sample.angular_velocity_rad_per_s.z();
+  }
+  recorded_.gyro_heading.push_back({sample.utime, {0.0, 0.0, normalize_angle(heading_rad)}});
 }
 
 void MapJob::finish() {

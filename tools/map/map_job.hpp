@@ -104,6 +104,10 @@ class MapJob {
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
   const std::vector<files::InputReport>& inputs() const { return recorded_.inputs; }
   const Trajectory& truth() const { return recorded_.truth; }
+  /// Odometry as recorded, all of it; and the gyroscope's rate, integrated, as poses that only
+  /// turn.
+  const Trajectory& odometry() const { return recorded_.odometry; }
+  const Trajectory& gyro_heading() const { return recorded_.gyro_heading; }
   StageClock& clock() { return clock_; }
   const StageClock& clock() const { return clock_; }
   /// Last stamp minus first, of the scans.
@@ -115,6 +119,7 @@ class MapJob {
   const slam::Mapper2d& mapper() const { return mapper2d_->mapper2d(); }
   void read(files::SampleReader& recording, const std::filesystem::path& input);
   void take(const Sample& sample);
+  void integrate(const ImuSample& sample);
   /// The line SLAM cannot look for itself. @throws std::invalid_argument where the keyframes from
   /// `first_key` on are not where they are believed to be in the map of those before.
   void check_that_lines_go_on(std::size_t first_key, const std::filesystem::path& input) const;
@@ -124,6 +129,8 @@ class MapJob {
     std::vector<files::InputReport> inputs;
     std::map<std::string, SensorInfo> sensors;
     Trajectory truth;
+    Trajectory odometry;
+    Trajectory gyro_heading;
   };
 
   files::OutputFile log_file_;

@@ -9,7 +9,6 @@
 #include "common/files/tum.hpp"
 #include "lcm_tools/files/result_list.hpp"
 #include "lcm_tools/files/whole_file.hpp"
-#include "lcm_tools/process/config.hpp"
 #include "slam/localization/saved_map.hpp"
 
 namespace marco {
@@ -80,22 +79,6 @@ void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map)
     files::write_tum(out / ("trajectory_session_" + std::to_string(session + 1) + ".tum"),
                      Trajectory(first, last));
   }
-}
-
-bool write_calibration(const std::filesystem::path& path, const MapJob& job) {
-  const auto found = job.mapping3d().calibrate();
-  if (!found) return false;
-  using Status = mapping3d::CalibrationResult::Status;
-  std::printf(
-      "calibration: %s, %zu patches seen twice, %.1f -> %.1f mm apart; standard deviations:\n",
-      to_string(found->status).c_str(), found->pairs, 1e3 * found->before_m, 1e3 * found->after_m);
-  std::fputs(process::print_options(found->sigma).c_str(), stdout);
-  if (found->status == Status::nothing_seen_twice) return false;
-  files::write_whole_file(path,
-                          "# Read by ./marco map --config, added to what SENSOR_INFO says.\n"
-                          "[mapping3d_process.correction]\n" +
-                              process::print_options(found->correction));
-  return true;
 }
 
 void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job) {

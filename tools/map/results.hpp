@@ -24,10 +24,6 @@ void write_paths(const std::filesystem::path& out, const MapJob& job);
 /// trajectory_session_N.tum: one per session, those of the saved map first.
 void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map);
 
-/// The corrections of SENSOR_INFO that the sweeps suggest, for --config; prints them too.
-/// @returns false, and writes nothing, where no two sweeps saw the same.
-bool write_calibration(const std::filesystem::path& path, const MapJob& job);
-
 /// lines.svg, lines.dxf and lines.json.
 void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job);
 

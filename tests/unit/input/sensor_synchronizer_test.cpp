@@ -251,6 +251,32 @@ TEST_F(SensorSynchronizerTest, SensorInfoOfALaserHoldsForItsRawChannelUnlessThat
   EXPECT_EQ(input_.sensor_of("LIDAR_RAW_REAR"), nullptr);
 }
 
+// What lies behind the synchronizer knows nothing of calibrations.
+TEST_F(SensorSynchronizerTest, ACalibrationCorrectsWhatComesIn) {
+  SynchronizerOptions options;
+  options.calibration.laser = {channels::kLidar, 0.3, 0.1, 90.0, false};
+  options.calibration.odometry.left_scale = options.calibration.odometry.right_scale = 2.0;
+  options.calibration.odometry.late_s = 0.1;
+  options.calibration.gyro.scale = -1.0;
+  input_ = SensorSynchronizer(options, {channels::kPanTiltState, &channels::lidar_of}, {});
+  announce(channels::kLidar);
+  ImuSample imu;
+  imu.angular_velocity_rad_per_s.z() = 0.5;
+  for (int i = 0; i <= 10; ++i) {
+    imu.utime = Utime::from_seconds(0.1 * i);
+    input_.add(imu);
+    // At 1 m/s, and 100 ms late.
+    odometry(0.1 * i + 0.1, {0.1 * i, 0, 0});
+  }
+  scan(0.45);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_THAT(*scans[0].motion.odom_from_robot, IsNear(Pose2{0.9, 0, 0}, 1e-6, 1e-6));
+  EXPECT_NEAR(*scans[0].motion.gyro_heading_rad, -0.225, 1e-6);
+  EXPECT_THAT(flatten(scans[0].robot_from_sensor),
+              IsNear(Pose2{0.3, 0.1, deg_to_rad(90)}, 1e-9, 1e-9));
+}
+
 TEST_F(SensorSynchronizerTest, NoMoreThanTwoHundredScansWait) {
   odometry(0.0, {});
   for (int i = 0; i < 1000; ++i) scan(1e-5 * i);

@@ -1,0 +1,126 @@
+#include "slam/calibration/gyro_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace marco::slam {
+namespace {
+
+// Scale, scale times bias, lateness: the first two are linear.
+using Parameters = Eigen::Vector3d;
+
+struct Equations {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+};
+
+double counted(const LaserMotion& motion, const OdometryTravel& travel, double late_s) {
+  return travel.between_moments(motion.begin_s + late_s, motion.end_s + late_s).turn_rad;
+}
+
+double error_at(const LaserMotion& motion, const OdometryTravel& travel, const Parameters& at) {
+  return motion.moved.theta_rad - at[0] * counted(motion, travel, at[2]) +
+         at[1] * (motion.end_s - motion.begin_s);
+}
+
+double spread_at(const std::vector<LaserMotion>& motions,
+                 const OdometryTravel& travel,
+                 const Parameters& at) {
+  constexpr double kSigmaByMedian = 1.4826, kLeastRad = 1e-5;
+  std::vector<double> sizes;
+  for (const LaserMotion& motion : motions) {
+    sizes.push_back(std::abs(error_at(motion, travel, at)));
+  }
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return std::max(kSigmaByMedian * *middle, kLeastRad);
+}
+
+Equations equations_at(const std::vector<LaserMotion>& motions,
+                       const OdometryTravel& travel,
+                       const Parameters& at) {
+  constexpr double kStepS = 0.01, kSigmas = 3.0;
+  const double sigma = spread_at(motions, travel, at);
+  Equations sum;
+  for (const LaserMotion& motion : motions) {
+    const double error = error_at(motion, travel, at);
+    const double by_time =
+        (counted(motion, travel, at[2] + kStepS) - counted(motion, travel, at[2] - kStepS)) /
+        (2.0 * kStepS);
+    const Eigen::Vector3d row(-counted(motion, travel, at[2]), motion.end_s - motion.begin_s,
+                              -at[0] * by_time);
+    const double far = std::max(1.0, std::abs(error) / (kSigmas * sigma));
+    const double weight = 1.0 / (sigma * sigma * far * far * far * far);
+    sum.normal += weight * row * row.transpose();
+    sum.gradient += weight * error * row;
+  }
+  return sum;
+}
+
+// Weak knowledge keeps what cannot be observed where it is.
+Eigen::Matrix3d prior_information() { return Eigen::Vector3d(0.0, 1.0, 1.0).asDiagonal(); }
+
+Parameters fitted(const std::vector<LaserMotion>& motions,
+                  const OdometryTravel& travel,
+                  Parameters at) {
+  constexpr int kIterations = 10;
+  constexpr double kFarS = 0.02;  // a step of the lateness: its derivative is local
+  for (int i = 0; i < kIterations; ++i) {
+    const Equations equations = equations_at(motions, travel, at);
+    Parameters step = -(equations.normal + prior_information()).ldlt().solve(equations.gradient);
+    step[2] = std::clamp(step[2], -kFarS, kFarS);
+    at += step;
+  }
+  return at;
+}
+
+// Mean square, none counting for more than 3 standard deviations.
+double squared_error(const std::vector<LaserMotion>& motions,
+                     const OdometryTravel& travel,
+                     const Parameters& at,
+                     double sigma) {
+  double sum = 0.0;
+  for (const LaserMotion& motion : motions) {
+    const double error = error_at(motion, travel, at) / sigma;
+    sum += std::min(error * error, 9.0);
+  }
+  return sum;
+}
+
+std::array<bool, 3> better_by(const std::vector<LaserMotion>& motions,
+                              const OdometryTravel& travel,
+                              const Parameters& start) {
+  const auto [seen, held_out] = split(motions);
+  std::array<bool, 3> better{};
+  if (seen.empty() || held_out.empty()) return better;
+  const Parameters blind = fitted(seen, travel, start);
+  const double sigma = spread_at(seen, travel, blind);
+  const double error = squared_error(held_out, travel, blind, sigma);
+  const std::array<Parameters, 3> without{Parameters(1.0, blind[1], blind[2]),
+                                          Parameters(blind[0], 0.0, blind[2]),
+                                          Parameters(blind[0], blind[1], 0.0)};
+  for (std::size_t i = 0; i < without.size(); ++i) {
+    better[i] = squared_error(held_out, travel, without[i], sigma) > error;
+  }
+  return better;
+}
+
+}  // namespace
+
+GyroFit fit_gyro(const std::vector<LaserMotion>& motions, const OdometryTravel& travel) {
+  GyroFit fit;
+  fit.turns = correlate_turns(motions, travel);
+  if (fit.turns.slope == 0.0) return fit;
+  const Parameters at = fitted(motions, travel, Parameters(fit.turns.slope, 0.0, fit.turns.late_s));
+  const Eigen::Matrix3d normal = equations_at(motions, travel, at).normal + prior_information();
+  const Eigen::Matrix3d covariance = normal.ldlt().solve(Eigen::Matrix3d::Identity());
+  fit.found = {at[0], at[1] / at[0], at[2]};
+  const Eigen::Vector3d bias_row(-fit.found.bias_rad_per_s / at[0], 1.0 / at[0], 0.0);
+  fit.sigma = {std::sqrt(covariance(0, 0)), std::sqrt(bias_row.dot(covariance * bias_row)),
+               std::sqrt(covariance(2, 2))};
+  fit.better = better_by(motions, travel, at);
+  return fit;
+}
+
+}  // namespace marco::slam

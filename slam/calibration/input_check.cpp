@@ -1,0 +1,71 @@
+#include "slam/calibration/input_check.hpp"
+
+#include <cmath>
+
+namespace marco::slam {
+namespace {
+
+constexpr double kClearM = 0.05, kClearDeg = 3.0;
+
+bool laser_moves(const LaserMotion& motion, InputKind kind) {
+  return std::abs(motion.moved.theta_rad) > deg_to_rad(kClearDeg) ||
+         (kind == InputKind::odometry && motion.moved.translation_m().norm() > kClearM);
+}
+
+// However late: nothing moved around the motion.
+bool stands_still(const LaserMotion& motion, const OdometryTravel& travel) {
+  constexpr double kAroundS = 0.5, kStillM = 1e-3, kStillDeg = 0.05;
+  const ArcMotion counted =
+      travel.between_moments(motion.begin_s - kAroundS, motion.end_s + kAroundS);
+  return std::hypot(counted.ahead_m, counted.left_m) < kStillM &&
+         std::abs(counted.turn_rad) < deg_to_rad(kStillDeg);
+}
+
+InputState state_of(const InputCheck& check, int moved, int stalled) {
+  constexpr int kFewestMotions = 10, kFewestTurns = 50;
+  constexpr double kStalledShare = 0.05, kConstantShare = 0.95, kLeastCorrelation = 0.3;
+  if (moved < kFewestMotions) return InputState::none;
+  if (stalled > kConstantShare * moved) return InputState::constant;
+  if (check.turns.turns >= kFewestTurns && std::abs(check.turns.correlation) < kLeastCorrelation) {
+    return InputState::foreign;
+  }
+  return stalled > kStalledShare * moved ? InputState::stalled : InputState::good;
+}
+
+}  // namespace
+
+const char* to_string(InputState state) {
+  switch (state) {
+    case InputState::good:
+      return "moves as the laser does";
+    case InputState::constant:
+      return "never moves";
+    case InputState::stalled:
+      return "stands still at times";
+    case InputState::foreign:
+      return "turns otherwise than the laser";
+    case InputState::none:
+      break;
+  }
+  return "none";
+}
+
+InputCheck check_input(const std::vector<LaserMotion>& motions,
+                       const OdometryTravel& travel,
+                       InputKind kind) {
+  InputCheck check;
+  int moved = 0, stalled = 0;
+  for (const LaserMotion& motion : motions) {
+    const bool moves = laser_moves(motion, kind);
+    const bool still = moves && stands_still(motion, travel);
+    moved += moves;
+    stalled += still;
+    if (!still) check.moving.push_back(motion);
+  }
+  check.stalled_share = moved > 0 ? static_cast<double>(stalled) / moved : 0.0;
+  check.turns = correlate_turns(check.moving, travel);
+  check.state = state_of(check, moved, stalled);
+  return check;
+}
+
+}  // namespace marco::slam

@@ -1,0 +1,78 @@
+#include "slam/calibration/motion_samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace marco::slam {
+
+std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser) {
+  constexpr double kShortestS = 0.5, kLongestS = 1.5;
+  Trajectory ascending;
+  for (const StampedPose2& pose : world_from_laser) {
+    while (!ascending.empty() && ascending.back().utime >= pose.utime) ascending.pop_back();
+    ascending.push_back(pose);
+  }
+  std::vector<LaserMotion> motions;
+  for (std::size_t begin = 0, end = 1; end < ascending.size(); ++end) {
+    const double begin_s = ascending[begin].utime.seconds();
+    const double end_s = ascending[end].utime.seconds();
+    if (end_s - begin_s < kShortestS) continue;
+    if (end_s - begin_s <= kLongestS) {
+      motions.push_back(
+          {begin_s, end_s,
+           between(ascending[begin].world_from_robot, ascending[end].world_from_robot)});
+    }
+    begin = end;
+  }
+  return motions;
+}
+
+std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,
+                                       const OdometryTravel& travel) {
+  std::vector<LaserMotion> known;
+  std::copy_if(motions.begin(), motions.end(), std::back_inserter(known),
+               [&](const LaserMotion& motion) {
+                 return travel.knows(motion.begin_s - kMostLateS, motion.end_s + kMostLateS);
+               });
+  return known;
+}
+
+SplitMotions split(const std::vector<LaserMotion>& motions) {
+  constexpr std::size_t kLongest = 20, kEvery = 5;
+  const std::size_t stretch = std::clamp<std::size_t>(motions.size() / 10, 1, kLongest);
+  SplitMotions parts;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const bool is_held_out = i / stretch % kEvery == kEvery - 1;
+    (is_held_out ? parts.held_out : parts.seen).push_back(motions[i]);
+  }
+  return parts;
+}
+
+std::vector<MotionSample> motion_samples(const std::vector<LaserMotion>& motions,
+                                         const OdometryTravel& travel,
+                                         const OdometryCalibration& signs) {
+  constexpr double kStepS = 0.1;
+  const Pose2 robot_from_axle = signs.robot_from_axle();
+  std::vector<MotionSample> samples;
+  samples.reserve(motions.size());
+  for (const LaserMotion& motion : motions) {
+    const double length_s = motion.end_s - motion.begin_s;
+    const int count = static_cast<int>(std::ceil(length_s / kStepS));
+    MotionSample sample;
+    sample.laser_moved = motion.moved;
+    sample.robot_from_axle = robot_from_axle;
+    for (int i = 0; i < count; ++i) {
+      const double begin_s = motion.begin_s + signs.late_s + i * length_s / count;
+      const ArcMotion counted =
+          travel.between_moments(begin_s, begin_s + length_s / count).seen_at(robot_from_axle);
+      const double ahead_m = signs.forward_sign * counted.ahead_m;
+      const double apart_m = 0.5 * kCountedTrackM * signs.turn_sign * counted.turn_rad;
+      sample.wheels.push_back(
+          {ahead_m - apart_m, ahead_m + apart_m, signs.forward_sign * counted.left_m});
+    }
+    samples.push_back(std::move(sample));
+  }
+  return samples;
+}
+
+}  // namespace marco::slam

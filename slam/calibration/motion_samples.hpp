@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vector>
+
+#include "slam/calibration/odometry_travel.hpp"
+#include "slam/calibration/robot_model.hpp"
+
+namespace marco::slam {
+
+/// The laser's motion between two of its scans, 0.5 to 1.5 s apart.
+struct LaserMotion {
+  double begin_s = 0.0;
+  double end_s = 0.0;
+  Pose2 moved;  ///< the laser at the end, seen from its own pose at the begin
+};
+
+/// How far stamps may be wrong.
+inline constexpr double kMostLateS = 1.0;
+
+/// The laser's path cut into motions, one after another; stamps that step back replace what is
+/// later. @param world_from_laser  a pose a scan, by scan matching
+std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser);
+
+/// Those during which the odometry is known, however late it is.
+std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,
+                                       const OdometryTravel& travel);
+
+/// Stretches of up to 20 motions, ten at least, in turn: four are fitted to, the fifth is held out.
+struct SplitMotions {
+  std::vector<LaserMotion> seen;
+  std::vector<LaserMotion> held_out;
+};
+SplitMotions split(const std::vector<LaserMotion>& motions);
+
+/// The laser's motions, each with what the wheels counted meanwhile.
+/// @param signs  its signs, axle and late_s count; its scales do not
+std::vector<MotionSample> motion_samples(const std::vector<LaserMotion>& motions,
+                                         const OdometryTravel& travel,
+                                         const OdometryCalibration& signs);
+
+}  // namespace marco::slam

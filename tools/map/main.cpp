@@ -84,8 +84,7 @@ int report_unfound(const MapArguments& arguments, const MapJob& job) {
 std::vector<std::string> named_inputs(const MapArguments& arguments) {
   std::vector<std::string> named = arguments.inputs;
   named.insert(named.end(), {arguments.config, arguments.foreign, arguments.world, arguments.extend,
-                             arguments.localize, arguments.edits,
-                             arguments.calibration});
+                             arguments.localize, arguments.edits, arguments.calibration});
   std::erase(named, "");
   return named;
 }

@@ -105,9 +105,9 @@ class Calibrator {
     const double assumed = input_.laser_upside_down ? 1.0 : 0.0;
     note_sign("laser.upside_down", signs_.laser_upside_down, assumed, 1.0 - assumed);
     laser.upside_down = signs_.laser_upside_down != input_.laser_upside_down;
-    const bool changed =
-        std::any_of(result_.parameters.begin(), result_.parameters.end(),
-                    [](const CalibratedParameter& p) { return p.verdict == Verdict::applied; });
+    const bool changed = std::any_of(
+        result_.parameters.begin(), result_.parameters.end(),
+        [](const CalibratedParameter& p) { return p.verdict == ParameterVerdict::applied; });
     if (changed) laser.channel = input_.channel;
   }
 
@@ -134,26 +134,27 @@ class Calibrator {
             double found,
             double unit = 1.0) {
     const auto i = static_cast<std::size_t>(parameter);
-    CalibratedParameter entry{name, value, found, 0.0, Verdict::not_observed, ""};
+    CalibratedParameter entry{name, value, found, 0.0, ParameterVerdict::not_observed, ""};
     if (fit.model.observed[i]) {
       entry.sigma = unit * std::sqrt(fit.model.covariance(parameter, parameter));
       const double least = parameter == kLate ? kLeastLateS : 0.0;
       const bool far = std::abs(found - value) > std::max(kSure * entry.sigma, least);
-      entry.verdict = !far            ? Verdict::as_assumed
-                      : fit.better[i] ? Verdict::applied
-                                      : Verdict::no_better;
+      entry.verdict = !far            ? ParameterVerdict::as_assumed
+                      : fit.better[i] ? ParameterVerdict::applied
+                                      : ParameterVerdict::no_better;
     } else {
       entry.missing =
           to_string(parameter == kLate && fit.missing != Missing::motion ? Missing::changes_of_speed
                                                                          : fit.missing);
     }
-    if (entry.verdict == Verdict::applied) value = found;
+    if (entry.verdict == ParameterVerdict::applied) value = found;
     result_.parameters.push_back(entry);
   }
 
   void note_sign(const std::string& name, bool changed, double before, double other) {
-    result_.parameters.push_back({name, before, changed ? other : before, 0.0,
-                                  changed ? Verdict::applied : Verdict::as_assumed, ""});
+    result_.parameters.push_back(
+        {name, before, changed ? other : before, 0.0,
+         changed ? ParameterVerdict::applied : ParameterVerdict::as_assumed, ""});
   }
 
   void note_front(const OdometryFit& fit) {
@@ -166,8 +167,8 @@ class Calibrator {
     for (CalibratedParameter& parameter : result_.parameters) {
       const bool other =
           parameter.name == (counts_back ? "laser.yaw_deg" : "odometry.forward_sign");
-      if (other && parameter.verdict == Verdict::as_assumed) {
-        parameter.verdict = Verdict::undecidable;
+      if (other && parameter.verdict == ParameterVerdict::as_assumed) {
+        parameter.verdict = ParameterVerdict::undecidable;
       }
     }
   }
@@ -184,14 +185,14 @@ class Calibrator {
   }
 
   void take_gyro(const std::string& name, double& value, double found, double sigma, bool better) {
-    CalibratedParameter entry{name, value, found, sigma, Verdict::as_assumed, ""};
+    CalibratedParameter entry{name, value, found, sigma, ParameterVerdict::as_assumed, ""};
     if (name == "gyro.late_s" && sigma > kGyroLateKnownS) {
-      entry.verdict = Verdict::not_observed;
+      entry.verdict = ParameterVerdict::not_observed;
       entry.missing = to_string(Missing::changes_of_speed);
     } else if (std::abs(found - value) > kSure * sigma) {
-      entry.verdict = better ? Verdict::applied : Verdict::no_better;
+      entry.verdict = better ? ParameterVerdict::applied : ParameterVerdict::no_better;
     }
-    if (entry.verdict == Verdict::applied) value = found;
+    if (entry.verdict == ParameterVerdict::applied) value = found;
     result_.parameters.push_back(entry);
   }
 
@@ -243,15 +244,15 @@ const CalibratedParameter* SelfCalibration::find(const std::string& name) const 
 
 std::string reason_of(const CalibratedParameter& parameter) {
   switch (parameter.verdict) {
-    case Verdict::applied:
+    case ParameterVerdict::applied:
       return "applied";
-    case Verdict::as_assumed:
+    case ParameterVerdict::as_assumed:
       return "as assumed";
-    case Verdict::no_better:
+    case ParameterVerdict::no_better:
       return "no better on motions held out";
-    case Verdict::undecidable:
+    case ParameterVerdict::undecidable:
       return "the drive cannot tell";
-    case Verdict::not_observed:
+    case ParameterVerdict::not_observed:
       break;
   }
   return "not seen: the drive lacks " + parameter.missing;

@@ -20,7 +20,7 @@ struct CalibrationInput {
 };
 
 /// Why a parameter changes, or does not.
-enum class Verdict {
+enum class ParameterVerdict {
   applied,       ///< more than 3 standard deviations off, and better on motions held out
   as_assumed,    ///< within 3 standard deviations of what was assumed
   no_better,     ///< motions held out are explained no better
@@ -33,7 +33,7 @@ struct CalibratedParameter {
   double before = 0.0;
   double found = 0.0;
   double sigma = 0.0;  ///< standard deviation; 0 of a sign
-  Verdict verdict = Verdict::as_assumed;
+  ParameterVerdict verdict = ParameterVerdict::as_assumed;
   std::string missing;  ///< what a drive would need, where it is not observed
 };
 

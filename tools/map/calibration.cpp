@@ -28,7 +28,7 @@ void print_table(const slam::SelfCalibration& found) {
     std::printf("%-24s %10s %10s %10s  %s\n", "parameter", "before", "found", "sd", "");
   }
   for (const slam::CalibratedParameter& parameter : found.parameters) {
-    const bool seen = parameter.verdict != slam::Verdict::not_observed;
+    const bool seen = parameter.verdict != slam::ParameterVerdict::not_observed;
     std::printf("%-24s %10.4f %10s %10s  %s\n", parameter.name.c_str(), parameter.before,
                 seen ? number(parameter.found).c_str() : "-",
                 parameter.sigma > 0.0 ? number(parameter.sigma).c_str() : "-",
@@ -42,7 +42,7 @@ Comments comments_of(const slam::SelfCalibration& found) {
   for (const slam::CalibratedParameter& parameter : found.parameters) {
     std::string& comment = comments[parameter.name];
     if (parameter.sigma > 0.0) {
-      const bool applied = parameter.verdict == slam::Verdict::applied;
+      const bool applied = parameter.verdict == slam::ParameterVerdict::applied;
       if (!applied) comment += "found " + number(parameter.found) + ", ";
       comment += "sd " + number(parameter.sigma) + ", ";
     }

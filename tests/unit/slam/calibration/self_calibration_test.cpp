@@ -37,7 +37,7 @@ const CalibratedParameter& parameter(const SelfCalibration& result, const std::s
 
 void expect_applied(const SelfCalibration& result, const std::string& name, double value) {
   const CalibratedParameter& found = parameter(result, name);
-  EXPECT_EQ(found.verdict, Verdict::applied) << name << ' ' << found.found;
+  EXPECT_EQ(found.verdict, ParameterVerdict::applied) << name << ' ' << found.found;
   EXPECT_NEAR(found.found, value, std::max(3.0 * found.sigma, 1e-12)) << name;
 }
 
@@ -53,7 +53,7 @@ TEST(SelfCalibration, LeavesAGoodRobotAlone) {
   EXPECT_EQ(result.odometry.state, InputState::good);
   ASSERT_EQ(result.parameters.size(), 10U);
   for (const CalibratedParameter& found : result.parameters) {
-    EXPECT_EQ(found.verdict, Verdict::as_assumed) << found.name << ' ' << found.found;
+    EXPECT_EQ(found.verdict, ParameterVerdict::as_assumed) << found.name << ' ' << found.found;
   }
   EXPECT_EQ(result.calibration.odometry, OdometryCalibration{});
   EXPECT_EQ(result.calibration.laser.channel, "");
@@ -93,7 +93,7 @@ TEST(SelfCalibration, FindsTheAxleByItsOdometry) {
   }
   const SelfCalibration result = self_calibrate(input);
   expect_applied(result, "odometry.left_scale", 0.8);
-  EXPECT_EQ(parameter(result, "odometry.right_scale").verdict, Verdict::as_assumed);
+  EXPECT_EQ(parameter(result, "odometry.right_scale").verdict, ParameterVerdict::as_assumed);
   expect_applied(result, "laser.x_m", -0.25);
   expect_applied(result, "laser.yaw_deg", -20.0);
   EXPECT_NEAR(result.calibration.odometry.axle_x_m, -0.25, 0.005);
@@ -107,7 +107,7 @@ TEST(SelfCalibration, FindsHalfAndThreeHalvesOfTheWay) {
     const SelfCalibration result = calibrate(robot);
     expect_applied(result, "odometry.left_scale", scale);
     expect_applied(result, "odometry.right_scale", scale);
-    EXPECT_EQ(parameter(result, "odometry.track_scale").verdict, Verdict::as_assumed);
+    EXPECT_EQ(parameter(result, "odometry.track_scale").verdict, ParameterVerdict::as_assumed);
   }
 }
 
@@ -133,10 +133,10 @@ TEST(SelfCalibration, BelievesThatRobotsDriveAhead) {
   turned.robot_from_laser = {0.1, 0.05, -std::numbers::pi};
   const SelfCalibration one = calibrate(backwards), other = calibrate(turned);
   expect_applied(one, "odometry.forward_sign", -1.0);
-  EXPECT_EQ(parameter(one, "laser.yaw_deg").verdict, Verdict::undecidable);
+  EXPECT_EQ(parameter(one, "laser.yaw_deg").verdict, ParameterVerdict::undecidable);
   EXPECT_NEAR(one.calibration.laser.yaw_deg, 0.0, 1e-12);
   EXPECT_EQ(one.calibration.odometry.forward_sign, -1.0);
-  EXPECT_EQ(parameter(other, "laser.yaw_deg").verdict, Verdict::applied);
+  EXPECT_EQ(parameter(other, "laser.yaw_deg").verdict, ParameterVerdict::applied);
   EXPECT_NEAR(std::abs(other.calibration.laser.yaw_deg), 180.0, 0.5);
   expect_applied(other, "laser.x_m", 0.1);
   expect_applied(other, "laser.y_m", 0.05);
@@ -242,7 +242,7 @@ void expect_missing(const testing::DrivePlan& plan,
   const SelfCalibration result = self_calibrate(input);
   for (const auto& [name, what] : missing) {
     const CalibratedParameter& found = parameter(result, name);
-    EXPECT_EQ(found.verdict, Verdict::not_observed) << name;
+    EXPECT_EQ(found.verdict, ParameterVerdict::not_observed) << name;
     EXPECT_EQ(found.found, found.before) << name;
     EXPECT_EQ(found.missing, what) << name;
   }

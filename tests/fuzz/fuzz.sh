@@ -12,7 +12,7 @@ groups=(lasers procman messages network bases)
 [ "${1:-}" = --todays-group ] && { echo "${groups[$((day % ${#groups[@]}))]}"; exit 0; }
 bin=$1 work=$2
 shift 2
-seconds=60 ci=no jobs=2 longest=4096 targets=()
+seconds=60 ci=no jobs=2 longest=8192 targets=()
 while [ $# -gt 0 ]; do
   [[ $1 != -* || $# -ge 2 ]] || { echo "fuzz: $1 needs a value" >&2; exit 2; }
   case $1 in

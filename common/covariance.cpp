@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 namespace marco {
 namespace {
@@ -55,6 +56,12 @@ bool is_semidefinite(const Matrix3d& matrix) {
   if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > kRounding * largest) return false;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(matrix, Eigen::EigenvaluesOnly);
   return solver.eigenvalues()[0] >= -kRounding * solver.eigenvalues()[2];
+}
+
+double position_sigma_m(const Matrix3d& covariance) {
+  const double half_trace = 0.5 * (covariance(0, 0) + covariance(1, 1));
+  return std::sqrt(half_trace +
+                   std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1)));
 }
 
 }  // namespace marco

@@ -41,6 +41,9 @@ Eigen::Matrix3d semidefinite_part(const Eigen::Matrix3d& matrix);
 /// below zero but for rounding.
 bool is_semidefinite(const Eigen::Matrix3d& matrix);
 
+/// Standard deviation of a pose's position along its least known direction.
+double position_sigma_m(const Eigen::Matrix3d& covariance);
+
 /// A covariance or information matrix given along the axes of frame b, along those of frame a.
 /// @param a_from_b_rad  heading of b in a
 inline Eigen::Matrix3d rotated(const Eigen::Matrix3d& matrix, double a_from_b_rad) {

@@ -64,7 +64,8 @@ SlamUpdate Slam::process(const SlamInput& input) {
       diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
   since_keyframe_ = covariance_of(information_of(since_keyframe) + match.information);
   estimate_ = estimate_from(match, prior, motion_.stands_still(input.motion));
-  motion_.update(input.motion, between(before, estimate_.world_from_robot), match.usable);
+  motion_.update(input.motion, between(before, estimate_.world_from_robot), match.usable,
+                 position_sigma_m(covariance_of(match.information)));
 
   bool trajectory_changed = false;
   const bool becomes_keyframe =

@@ -15,6 +15,9 @@ double distance_m(const Pose2& a, const Pose2& b) {
   return (a.translation_m() - b.translation_m()).norm();
 }
 
+// Keyframes less sure of each other are not matched together: something is missing between them.
+constexpr double kQueryShiftM = 1.0;
+
 // A search reaches so far, in standard deviations of the pose.
 constexpr double kSigmas = 3.0;
 
@@ -55,10 +58,7 @@ LoopCloser::LoopCloser(const LoopCloserOptions& options,
 }
 
 double LoopCloser::shift_m(const Eigen::Matrix3d& covariance) const {
-  const double half_trace = 0.5 * (covariance(0, 0) + covariance(1, 1));
-  const double largest =
-      half_trace + std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1));
-  return std::min(kSigmas * std::sqrt(largest), options_.max_drift_m);
+  return std::min(kSigmas * position_sigma_m(covariance), options_.max_drift_m);
 }
 
 double LoopCloser::turn_rad(const Eigen::Matrix3d& covariance) const {
@@ -93,7 +93,7 @@ std::vector<int> LoopCloser::nearby_places(const std::vector<Keyframe>& keys,
     if (newest.path_m - keys[key].path_m < options_.min_path_m) break;
     const double distance = distance_m(keys[key].world_from_robot, newest.world_from_robot);
     const double reach_m = shift_m(covariances[key]);
-    if (distance > options_.radius_m + reach_m || reach_m >= options_.max_drift_m) {
+    if (distance > options_.radius_m + reach_m) {
       in_stretch = false;
     } else if (!in_stretch) {
       places.push_back({static_cast<int>(key), distance});
@@ -125,21 +125,27 @@ std::vector<LoopCandidate> LoopCloser::candidates(
   std::vector<LoopCandidate> found;
   for (const int from : nearby_places(keys, covariances)) {
     const Keyframe& old = keys[static_cast<std::size_t>(from)];
-    // The place is as large as the search: what lies beside it could be a rival. Neighbours in the
-    // list are neighbours in the building, unless what lay between them was merged into older
-    // keyframes.
+    // The query is as long as the search is wide: a match is worth no more than its extent (Olson,
+    // "Robust and efficient robotic mapping", 2008, ch. 4). The place holds it wherever it may lie,
+    // and what lies beside it: a rival. Neighbours in the list are neighbours in the building,
+    // unless what lay between them was merged into older keyframes.
     const Eigen::Matrix3d& covariance = covariances[static_cast<std::size_t>(from)];
     const double reach_m = shift_m(covariance);
-    const auto belongs = [&](int key) {
+    const auto in_place = [&](int key) {
       const Keyframe& other = keys[static_cast<std::size_t>(key)];
-      return distance_m(other.world_from_robot, old.world_from_robot) <= kAroundM + reach_m &&
+      return distance_m(other.world_from_robot, old.world_from_robot) <= kAroundM + 2.0 * reach_m &&
              (std::abs(key - from) <= options_.around ||
-              std::abs(other.path_m - old.path_m) <= reach_m);
+              std::abs(other.path_m - old.path_m) <= 2.0 * reach_m);
     };
-    int first = from, last = from;
-    while (first > 0 && belongs(first - 1)) --first;
-    while (last < to && belongs(last + 1)) ++last;
-    const int since = std::min(std::max(last + 1, to - options_.around), to);
+    const auto in_query = [&](int key) {
+      const auto at = static_cast<std::size_t>(key);
+      return shift_m(covariances[at]) <= kQueryShiftM &&
+             (to - key <= options_.around || newest.path_m - keys[at].path_m <= reach_m);
+    };
+    int first = from, last = from, since = to;
+    while (first > 0 && in_place(first - 1)) --first;
+    while (last < to && in_place(last + 1)) ++last;
+    while (since > last + 1 && in_query(since - 1)) --since;
     found.push_back({from, to, old.world_from_robot, newest.world_from_robot,
                      join_points(keys, first, last, Pose2{}),
                      join_points(keys, since, to, newest.world_from_robot.inverse()), covariance});

@@ -39,9 +39,12 @@ std::optional<MotionGuess> MotionModel::from_odometry(const MotionInput& now) co
   const double dt_s = (now.utime - before.utime).seconds();
   const double distance_m = step.translation_m().norm();
   if (distance_m > std::max(kMaxStepM, options_.max_speed_m_per_s * dt_s)) return std::nullopt;
-  const double sigma_m = std::hypot(kMoveSigmaM, options_.sigma_per_m * distance_m);
   const double sigma_deg = kMoveSigmaDeg + kSigmaDegPerM * distance_m +
                            options_.sigma_deg_per_deg * std::abs(rad_to_deg(step.theta_rad));
+  // The noise is learned from steps of a second; over a long one the heading errs on the way.
+  const double sigma_m =
+      std::hypot(kMoveSigmaM, state_.odometry_noise.sigma_per_m(options_.sigma_per_m) * distance_m,
+                 0.5 * deg_to_rad(sigma_deg) * distance_m);
   Eigen::Vector3d variance = diagonal_covariance(sigma_m, deg_to_rad(sigma_deg)).diagonal();
   // A stamp off the beat may belong to another moment than the step, unless the step is a usual
   // one.
@@ -132,11 +135,14 @@ Velocity2 MotionModel::velocity_during(const std::optional<Pose2>& odometry_step
   return believed_velocity(*odometry_step, duration_s, options_).value_or(velocity);
 }
 
-void MotionModel::update(const MotionInput& now, const Pose2& before_from_now, bool matched) {
+void MotionModel::update(const MotionInput& now,
+                         const Pose2& before_from_now,
+                         bool matched,
+                         double sigma_m) {
   constexpr double kFresh = 0.3;
   if (state_.before) {
     if (matched) judge_predictions(now, before_from_now);
-    judge_sensors(now, before_from_now, matched);
+    judge_sensors(now, before_from_now, matched, sigma_m);
     state_.move_m += kFresh * (before_from_now.translation_m().norm() - state_.move_m);
     state_.turn_rad += kFresh * (std::abs(before_from_now.theta_rad) - state_.turn_rad);
   }
@@ -155,28 +161,31 @@ void MotionModel::judge_predictions(const MotionInput& now, const Pose2& before_
 
 void MotionModel::judge_sensors(const MotionInput& now,
                                 const Pose2& before_from_now,
-                                bool matched) {
+                                bool matched,
+                                double sigma_m) {
   constexpr double kStepS = 1.0;
   state_.start_from_now = state_.start_from_now * before_from_now;
-  if (!matched || !state_.step_start) {
+  const auto begin_step = [&] {
     state_.step_start = matched ? std::optional(now) : std::nullopt;
     state_.start_from_now = {};
-    return;
-  }
+    state_.step_start_sigma_m = sigma_m;
+  };
+  if (!matched || !state_.step_start) return begin_step();
   const MotionInput& start = *state_.step_start;
   if (std::abs((now.utime - start.utime).seconds()) < kStepS) return;
   const Pose2& found = state_.start_from_now;
   if (start.odom_from_robot && now.odom_from_robot) {
     const Pose2 measured = between(*start.odom_from_robot, *now.odom_from_robot);
     state_.explained_by_odometry.update(found, measured);
+    state_.odometry_noise.update(found, measured, std::hypot(sigma_m, state_.step_start_sigma_m),
+                                 options_.sigma_per_m);
   }
   if (start.gyro_heading_rad && now.gyro_heading_rad) {
     Pose2 measured = found;
     measured.theta_rad = normalize_angle(*now.gyro_heading_rad - *start.gyro_heading_rad);
     state_.explained_by_gyro.update(found, measured);
   }
-  state_.step_start = now;
-  state_.start_from_now = {};
+  begin_step();
 }
 
 MotionState MotionModel::state() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "common/input/synchronized_scan.hpp"
@@ -18,9 +19,11 @@ struct MotionState {
   double turn_rad = 0.0;
   ExplainedMotion explained_by_odometry, explained_by_gyro;
   PredictionError odometry_error, gyro_error, reckoning_error;
+  OdometryNoise odometry_noise;
   /// Where the step began that is to be explained next, and the way from there to the newest scan.
   std::optional<MotionInput> step_start;
   Pose2 start_from_now;
+  double step_start_sigma_m = 0.0;  ///< of the match there
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -33,8 +36,10 @@ struct MotionState {
     v("odometry_error", odometry_error);
     v("gyro_error", gyro_error);
     v("reckoning_error", reckoning_error);
+    v("odometry_noise", odometry_noise);
     v("step_start", step_start);
     v("start_from_now", start_from_now);
+    v("step_start_sigma_m", step_start_sigma_m);
   }
 };
 
@@ -62,7 +67,11 @@ class MotionModel {
 
   /// Takes note of this scan's input and of the move that was found.
   /// @param matched  it was found by a scan: it judges what was predicted
-  void update(const MotionInput& now, const Pose2& before_from_now, bool matched = true);
+  /// @param sigma_m  of that match's position, along its least known direction
+  void update(const MotionInput& now,
+              const Pose2& before_from_now,
+              bool matched = true,
+              double sigma_m = std::numeric_limits<double>::infinity());
 
   /// To deskew the next scan by: odometry's, if the scan is long and odometry is trusted, else that
   /// of the last scans, smoothed over two at least.
@@ -78,7 +87,10 @@ class MotionModel {
   std::optional<MotionGuess> from_gyro(const MotionInput& now) const;
   void judge_predictions(const MotionInput& now, const Pose2& before_from_now);
   /// By the way since the step began, once that is a second ago.
-  void judge_sensors(const MotionInput& now, const Pose2& before_from_now, bool matched);
+  void judge_sensors(const MotionInput& now,
+                     const Pose2& before_from_now,
+                     bool matched,
+                     double sigma_m);
 
   MotionOptions options_;
   MotionState state_;  ///< but for `reckoning`

@@ -44,4 +44,23 @@ struct ExplainedMotion {
   }
 };
 
+/// The error of odometry's way per metre, learned from steps of about a second that scan matching
+/// knows much better: a maximum a posteriori estimate, with ten metres of odometry as it is assumed
+/// to be at first.
+struct OdometryNoise {
+  double way_m2 = 0.0;  ///< sums over the steps
+  double off_m2 = 0.0;  ///< along one axis
+
+  /// Takes note of a step. @param sigma_m  of `found`, along its least known direction
+  void update(const Pose2& found, const Pose2& measured, double sigma_m, double assumed_per_m);
+  /// Standard deviation along one axis, per metre driven: never more than assumed.
+  double sigma_per_m(double assumed_per_m) const;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("way_m2", way_m2);
+    v("off_m2", off_m2);
+  }
+};
+
 }  // namespace marco::slam

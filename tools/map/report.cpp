@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "common/covariance.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/version.hpp"
 
@@ -33,9 +34,12 @@ json input_json(const files::InputReport& input) {
 json loops_json(const std::vector<slam::Loop>& loops, const std::vector<slam::Keyframe>& keys) {
   json result = json::array();
   for (const slam::Loop& loop : loops) {
-    const Eigen::Vector3d variance = loop.information.inverse().diagonal();
+    const Eigen::Vector3d variance = covariance_of(loop.information).diagonal();
     json one = {{"from_key", loop.from},
                 {"to_key", loop.to},
+                {"x_m", loop.from_from_to.x_m},
+                {"y_m", loop.from_from_to.y_m},
+                {"theta_rad", loop.from_from_to.theta_rad},
                 {"score", loop.score},
                 {"overlap", loop.overlap},
                 {"shift_m", loop.shift_m},

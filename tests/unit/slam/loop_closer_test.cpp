@@ -61,6 +61,49 @@ TEST(LoopCloser, CandidatesLieWithinReachOfWhatIsKnown) {
   EXPECT_FALSE(closer.may_have_candidates(keys));
 }
 
+// One point a keyframe, a metre apart.
+std::vector<Keyframe> row_of(int count) {
+  std::vector<Keyframe> keys;
+  for (int i = 0; i < count; ++i) {
+    Keyframe key;
+    key.world_from_robot = {1.0 * i, 0, 0};
+    key.path_m = i;
+    key.points_in_robot = {Points2::Zero(2, 1), Points2::Zero(2, 1)};
+    keys.push_back(std::move(key));
+  }
+  // And back to the first one.
+  keys.back().world_from_robot.x_m = 0.0;
+  return keys;
+}
+
+// What is searched in a wide window must be as long, or it fits anywhere.
+TEST(LoopCloser, AWiderSearchIsMadeWithALongerQuery) {
+  const LoopCloser closer({}, CorrelativeMatcher{}, SurfelMatcher{});
+  const std::vector<Keyframe> keys = row_of(41);
+  const auto query_length = [&](double sigma_m) {
+    std::vector<RelativeUncertainty> known(keys.size(), {diagonal_covariance(0.01, 0.01), 0.0});
+    known.front().covariance = diagonal_covariance(sigma_m, 0.01);
+    const auto candidates = closer.candidates(keys, known, 40.0);
+    EXPECT_EQ(candidates.size(), 1U);
+    return candidates.front().seen.points.cols();
+  };
+  EXPECT_EQ(query_length(0.1), 5) << "4 keyframes before the newest";
+  EXPECT_EQ(query_length(2.0), 7);
+  EXPECT_EQ(query_length(20.0), 9) << "no search is wider than 8 m";
+}
+
+// Scans were lost: what was seen before the gap would find its own place, and take the newest
+// keyframe to where it is not.
+TEST(LoopCloser, NoQueryReachesAcrossAGap) {
+  const LoopCloser closer({}, CorrelativeMatcher{}, SurfelMatcher{});
+  const std::vector<Keyframe> keys = row_of(41);
+  std::vector<RelativeUncertainty> known(keys.size(), {diagonal_covariance(0.6, 0.1), 0.0});
+  for (std::size_t i = 39; i < keys.size(); ++i) known[i].covariance = diagonal_covariance(0, 0);
+  const auto candidates = closer.candidates(keys, known, 40.0);
+  ASSERT_FALSE(candidates.empty());
+  EXPECT_EQ(candidates.front().seen.points.cols(), 2);
+}
+
 // Two bare walls tell nothing of the way along them: a loop there must neither move the robot along
 // nor claim to know.
 TEST(LoopCloser, AlongABareHallWhatIsBelievedStays) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace marco::slam {
 namespace {
 
@@ -43,6 +45,36 @@ TEST(ExplainedMotion, OneWrongMatchCondemnsNoGoodOdometry) {
   for (int i = 0; i < 10; ++i) explained.update({0.5, 0, 0.1}, {0.5, 0, 0.1});
   explained.update({1.2, 0, 0.1}, {0.2, 0, 0.1});
   EXPECT_TRUE(explained.explains_translation());
+}
+
+constexpr double kAssumedPerM = 0.15, kSureM = 0.01;
+
+double learned_per_m(double error_m, int steps, double sigma_m = kSureM) {
+  OdometryNoise noise;
+  for (int i = 0; i < steps; ++i) {
+    noise.update({1.0, 0, 0}, {1.0 + (i % 2 == 0 ? error_m : -error_m), 0, 0}, sigma_m,
+                 kAssumedPerM);
+  }
+  return noise.sigma_per_m(kAssumedPerM);
+}
+
+// Of an error along the way half is taken for one axis.
+TEST(OdometryNoise, IsLearnedFromWhatScansSay) {
+  EXPECT_DOUBLE_EQ(learned_per_m(0.08, 0), kAssumedPerM);
+  EXPECT_NEAR(learned_per_m(0.08, 1000), 0.08 * std::sqrt(0.5), 0.01);
+  EXPECT_DOUBLE_EQ(learned_per_m(1.0, 1000), kAssumedPerM) << "never more than assumed";
+  EXPECT_NEAR(learned_per_m(0.0, 1000), 0.03, 0.005) << "what was assumed still counts";
+}
+
+TEST(OdometryNoise, LearnsNothingFromMatchesThatKnowNoBetter) {
+  EXPECT_DOUBLE_EQ(learned_per_m(0.0, 1000, 0.05), kAssumedPerM);
+}
+
+TEST(OdometryNoise, ForgetsAfterSomeHundredMetres) {
+  OdometryNoise noise;
+  for (int i = 0; i < 300; ++i) noise.update({1, 0, 0}, {1.2, 0, 0}, kSureM, kAssumedPerM);
+  for (int i = 0; i < 1500; ++i) noise.update({1, 0, 0}, {1, 0, 0}, kSureM, kAssumedPerM);
+  EXPECT_LT(noise.sigma_per_m(kAssumedPerM), 0.04);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "lcm_tools/base/check.hpp"
+#include "recordings/no_return_range.hpp"
 #include "recordings/text_reader.hpp"
 
 namespace marco::files {
@@ -85,34 +86,6 @@ std::optional<LaserLine> parse(const LaserKeyword& keyword, TextFields fields) {
   return line;
 }
 
-// Finds the range that a laser reports when nothing came back: the largest one that is repeated.
-class NoReturnRange {
- public:
-  void add(const std::vector<float>& ranges_m) {
-    constexpr std::size_t kKept = 8;
-    for (const float range_m : ranges_m) {
-      if (range_m < least_m_ || !std::isfinite(range_m)) continue;
-      ++largest_[range_m];
-      if (largest_.size() > kKept) largest_.erase(largest_.begin());
-      if (largest_.size() == kKept) least_m_ = largest_.begin()->first;
-    }
-  }
-  double range_m() const {
-    constexpr double kMargin = 0.99;  // a device has several codes close together: 81.83, 81.91
-    constexpr int64_t kRepeats = 20;
-    constexpr double kFarthestLaserM = 80.0;
-    double no_return_m = 0.0;
-    for (const auto& [range_m, count] : largest_) {
-      if (count >= kRepeats) no_return_m = kMargin * static_cast<double>(range_m);
-    }
-    return no_return_m > 0.0 ? no_return_m : kFarthestLaserM;
-  }
-
- private:
-  std::map<float, int64_t> largest_;  // the largest ranges and how often each was met
-  float least_m_ = -std::numeric_limits<float>::infinity();
-};
-
 class CarmenReader : public TextReader {
  public:
   explicit CarmenReader(const std::filesystem::path& path) : TextReader(path, "CARMEN log") {
@@ -127,7 +100,7 @@ class CarmenReader : public TextReader {
     });
     require(lines > 0,
             path.string() + ": no laser line (FLASER, RLASER or ROBOTLASER1) that can be read");
-    no_return_m_ = no_return.range_m();
+    no_return_m_ = no_return.range_m(kFarthestLaserM);
     note_no_return(no_return_m_);
   }
 

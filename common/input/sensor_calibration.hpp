@@ -67,6 +67,8 @@ struct GyroCalibration {
     v("bias_rad_per_s", bias_rad_per_s);
     v("late_s", late_s, Limits{-10.0, 10.0});
   }
+  bool operator==(const GyroCalibration&) const = default;
+
   ImuSample corrected(ImuSample sample) const;
 };
 
@@ -88,6 +90,8 @@ struct LaserCalibration {
     v("upside_down", upside_down);
   }
 
+  bool operator==(const LaserCalibration&) const = default;
+
   /// Of another channel, or a laser on a pan-tilt: as it is.
   SensorInfo corrected(SensorInfo as_said) const;
 };
@@ -104,6 +108,7 @@ struct SensorCalibration {
     v("odometry", odometry);
     v("gyro", gyro);
   }
+  bool operator==(const SensorCalibration&) const = default;
 };
 
 /// Corrects odometry pose by pose. Not thread-safe.

@@ -22,6 +22,7 @@
 #include "tools/map/pictures.hpp"
 #include "tools/map/report.hpp"
 #include "tools/map/results.hpp"
+#include "tools/map/self_correction.hpp"
 #include "tools/map/verdict.hpp"
 
 namespace marco {
@@ -221,6 +222,82 @@ int check(const MapArguments& arguments) {
   return exit_code_of(verdict);
 }
 
+bool can_be_corrected(const MapArguments& arguments) {
+  return !arguments.no_calibration && arguments.calibration.empty() &&
+         arguments.inputs.size() == 1 && arguments.extend.empty() && arguments.localize.empty();
+}
+
+// A map with its verdict.
+struct JudgedMap {
+  std::unique_ptr<MapJob> job;
+  std::optional<MapVerdict> verdict;
+};
+
+JudgedMap make_map(const MapArguments& arguments,
+                   const MapOptions& options,
+                   const ForeignTable& foreign,
+                   const std::filesystem::path& folder,
+                   const StageClock& clock) {
+  JudgedMap map{std::make_unique<MapJob>(
+                    options, arguments.lines ? PathMaker::lines : PathMaker::scans, folder),
+                {}};
+  MapJob& job = *map.job;
+  job.clock() = clock;
+  load_edits(arguments, job);
+  if (!arguments.extend.empty()) job.extend(arguments.extend);
+  if (!arguments.localize.empty()) job.localize(arguments.localize);
+  read_all(job, arguments.inputs, foreign);
+  require_extended(arguments, job);
+  job.finish();
+  require_scans(arguments, job);
+  map.verdict = judge_map(job);
+  job.clock().end_stage("verdict");
+  return map;
+}
+
+// As good at least by its verdict, and by the scans that were matched.
+bool is_as_good(const JudgedMap& again, const JudgedMap& first) {
+  constexpr double kFewer = 0.99;
+  const auto matched = [](const JudgedMap& map) {
+    const auto& scans = map.job->scans();
+    return static_cast<double>(
+        std::count_if(scans.begin(), scans.end(), [](const auto& scan) { return scan.matched; }));
+  };
+  return again.verdict->diagnosis.verdict <= first.verdict->diagnosis.verdict &&
+         matched(again) >= kFewer * matched(first);
+}
+
+// Makes the map again where the recording's own set-up was not as it said.
+std::optional<SelfCorrection> correct(const MapArguments& arguments,
+                                      MapOptions options,
+                                      const ForeignTable& foreign,
+                                      const std::filesystem::path& out,
+                                      JudgedMap& map) {
+  if (!can_be_corrected(arguments)) return std::nullopt;
+  auto found = self_calibration_of(*map.job);
+  if (!found) return std::nullopt;
+  map.job->clock().end_stage("calibration");
+  SelfCorrection correction{std::move(*found)};
+  const SensorCalibration needed = needed_correction(correction.found);
+  if (needed == SensorCalibration{}) return correction;
+  CalibrationFile file;
+  static_cast<SensorCalibration&>(file) = needed;
+  apply(file, options);
+  const std::filesystem::path folder = out / "corrected.part";
+  std::filesystem::create_directory(folder);
+  JudgedMap again = make_map(arguments, options, foreign, folder, map.job->clock());
+  const bool taken = is_as_good(again, map);
+  correction.use = taken ? SelfCorrection::Use::in_force : SelfCorrection::Use::rejected;
+  if (taken) {
+    std::filesystem::rename(folder / "slam.lcm", out / "slam.lcm");
+    map = std::move(again);
+  } else {
+    map.job->clock() = again.job->clock();
+  }
+  std::filesystem::remove_all(folder);
+  return correction;
+}
+
 int run(const MapArguments& arguments) {
   process::catch_interrupts(arguments.out + " is unchanged");
   const MapOptions options = load_batch_options(arguments);
@@ -229,16 +306,10 @@ int run(const MapArguments& arguments) {
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
   const auto results = open_results(arguments.out, named_inputs(arguments));
   const std::filesystem::path out = results->path();
-  MapJob job(options, arguments.lines ? PathMaker::lines : PathMaker::scans, out);
-  load_edits(arguments, job);
-  if (!arguments.extend.empty()) job.extend(arguments.extend);
-  if (!arguments.localize.empty()) job.localize(arguments.localize);
-  read_all(job, arguments.inputs, foreign);
-  require_extended(arguments, job);
-  job.finish();
-  require_scans(arguments, job);
-  const std::optional<MapVerdict> verdict = judge_map(job);
-  job.clock().end_stage("verdict");
+  JudgedMap made = make_map(arguments, options, foreign, out, {});
+  const auto correction = correct(arguments, options, foreign, out, made);
+  MapJob& job = *made.job;
+  const std::optional<MapVerdict>& verdict = made.verdict;
   write_paths(out, job);
   write_session(out, job, options.slam.slam);
   const GridMap map = job.grid();
@@ -262,7 +333,8 @@ int run(const MapArguments& arguments) {
                       paint(out, joined.simplified.mesh, job, options.photographs),
                       arguments.command_line,
                       configuration,
-                      verdict ? &*verdict : nullptr};
+                      verdict ? &*verdict : nullptr,
+                      correction ? &*correction : nullptr};
   extras.errors.merge(judge_held_out(job, map));
   if (!arguments.world.empty()) {
     extras.errors.merge(judge_against_world(job, map, model, arguments.world));
@@ -273,6 +345,7 @@ int run(const MapArguments& arguments) {
   process::end_if_interrupted();
   results->commit();
   print_summary(job, extras, arguments.out);
+  if (correction) print_correction(*correction);
   if (verdict) print_verdict(*verdict, job, true);
   require(calibrated,
           "--calibrate: the drive has neither odometry nor a gyroscope that moves, and no two "

@@ -78,6 +78,10 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                      "calibration.toml of an earlier `marco calibrate`: corrects odometry, "
                      "gyroscope and the sensors' places")
           ->check(CLI::ExistingFile);
+  app.add_flag("--no-calibration", arguments.no_calibration,
+               "take odometry and gyroscope as they were recorded, however wrong they are; else, "
+               "where the drive shows that they are, the map is made again with them corrected")
+      ->excludes(calibration);
   app.add_flag("--calibrate", arguments.calibrate,
                "find where the laser sits, how the wheels and the gyroscope count and how late "
                "they are, from any drive with turns; and the pan-tilt's lever arms and zero "

@@ -22,6 +22,7 @@ struct MapArguments {
   bool lines = false;
   bool merge = false;
   bool calibrate = false;
+  bool no_calibration = false;
   bool loop_pictures = false;
   bool check = false;
 };

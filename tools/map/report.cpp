@@ -175,6 +175,7 @@ void write_report(const std::filesystem::path& path,
                      {"keyframes", job.key_count()},
                      {"dropped", job.drops().by_cause()}};
   if (extras.verdict != nullptr) add_verdict(report, *extras.verdict, job);
+  if (extras.correction != nullptr) add_calibration(report, *extras.correction);
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
   report["loops"] = loops_json(job.loops(), job.keyframes());

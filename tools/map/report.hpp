@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "tools/map/map_job.hpp"
+#include "tools/map/self_correction.hpp"
 #include "tools/map/verdict.hpp"
 
 namespace marco {
@@ -15,6 +16,7 @@ struct ReportExtras {
   std::vector<std::string> command_line;
   std::string configuration;            ///< TOML of the options that differ from the defaults
   const MapVerdict* verdict = nullptr;  ///< none where no map was made
+  const SelfCorrection* correction = nullptr;  ///< none where none was looked for
 };
 
 /// Sessions that were not found in the map of the others: each has its own map.

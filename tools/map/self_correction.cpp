@@ -1,0 +1,119 @@
+#include "tools/map/self_correction.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace marco {
+namespace {
+
+// The front end takes odometry for 15 % and 2 deg/m off, and reads it at a scan's stamp: half of
+// the first, and twice the second, which veering wheels reach in ordinary logs, still go.
+constexpr double kScaleOff = 0.075, kVeerRadPerM = 0.087, kLateS = 0.05;
+constexpr double kGyroBiasRadPerS = 0.01;
+
+bool is_scale_off(double scale) { return std::abs(scale - 1.0) > kScaleOff; }
+
+bool needs_correction(const OdometryCalibration& odometry) {
+  const double ahead = 0.5 * (odometry.left_scale + odometry.right_scale);
+  const double track_m = kCountedTrackM * odometry.track_scale;
+  const double veer = (odometry.right_scale - odometry.left_scale) / track_m;
+  return odometry.forward_sign < 0.0 || odometry.turn_sign < 0.0 || is_scale_off(ahead) ||
+         is_scale_off(ahead / odometry.track_scale) || std::abs(veer) > kVeerRadPerM ||
+         std::abs(odometry.late_s) > kLateS;
+}
+
+bool needs_correction(const GyroCalibration& gyro) {
+  return is_scale_off(gyro.scale) || std::abs(gyro.bias_rad_per_s) > kGyroBiasRadPerS ||
+         std::abs(gyro.late_s) > kLateS;
+}
+
+const char* to_string(slam::ParameterVerdict verdict) {
+  switch (verdict) {
+    case slam::ParameterVerdict::applied:
+      return "off";
+    case slam::ParameterVerdict::as_assumed:
+      return "as_assumed";
+    case slam::ParameterVerdict::no_better:
+      return "no_better";
+    case slam::ParameterVerdict::not_observed:
+      return "not_observed";
+    case slam::ParameterVerdict::undecidable:
+      break;
+  }
+  return "undecidable";
+}
+
+const char* to_string(SelfCorrection::Use use) {
+  switch (use) {
+    case SelfCorrection::Use::in_force:
+      return "in_force";
+    case SelfCorrection::Use::rejected:
+      return "rejected";
+    case SelfCorrection::Use::not_needed:
+      break;
+  }
+  return "not_needed";
+}
+
+}  // namespace
+
+SensorCalibration needed_correction(const slam::SelfCalibration& found) {
+  SensorCalibration needed;
+  const SensorCalibration& calibration = found.calibration;
+  if (needs_correction(calibration.odometry)) needed.odometry = calibration.odometry;
+  if (needs_correction(calibration.gyro)) needed.gyro = calibration.gyro;
+  const slam::CalibratedParameter* upside_down = found.find("laser.upside_down");
+  if (upside_down != nullptr && upside_down->verdict == slam::ParameterVerdict::applied) {
+    const auto assumed = [&](const char* name) { return found.find(name)->before; };
+    needed.laser = {calibration.laser.channel, assumed("laser.x_m"), assumed("laser.y_m"),
+                    assumed("laser.yaw_deg"), calibration.laser.upside_down};
+  }
+  return needed;
+}
+
+std::string describe_errors(const slam::SelfCalibration& found) {
+  std::string text;
+  for (const slam::CalibratedParameter& parameter : found.parameters) {
+    if (parameter.verdict != slam::ParameterVerdict::applied) continue;
+    char line[128];
+    std::snprintf(line, sizeof line, "%s%s %g -> %.4g", text.empty() ? "" : ", ",
+                  parameter.name.c_str(), parameter.before, parameter.found);
+    text += line;
+    if (parameter.sigma <= 0.0) continue;
+    std::snprintf(line, sizeof line, " (sd %.2g)", parameter.sigma);
+    text += line;
+  }
+  return text;
+}
+
+void add_calibration(nlohmann::json& report, const SelfCorrection& correction) {
+  nlohmann::json parameters = nlohmann::json::array();
+  for (const slam::CalibratedParameter& parameter : correction.found.parameters) {
+    nlohmann::json one = {{"name", parameter.name},
+                          {"assumed", parameter.before},
+                          {"state", to_string(parameter.verdict)}};
+    if (parameter.verdict != slam::ParameterVerdict::not_observed) one["found"] = parameter.found;
+    if (parameter.sigma > 0.0) one["sigma"] = parameter.sigma;
+    if (!parameter.missing.empty()) one["missing"] = parameter.missing;
+    parameters.push_back(one);
+  }
+  report["calibration"] = {{"use", to_string(correction.use)},
+                           {"parameters", parameters},
+                           {"remarks", correction.found.remarks}};
+}
+
+void print_correction(const SelfCorrection& correction) {
+  const std::string errors = describe_errors(correction.found);
+  if (!errors.empty()) std::printf("set-up: %s\n", errors.c_str());
+  for (const std::string& remark : correction.found.remarks) {
+    std::printf("  note: %s\n", remark.c_str());
+  }
+  if (correction.use == SelfCorrection::Use::in_force) {
+    std::puts("  the map was made again with odometry, gyroscope and beams corrected");
+  } else if (correction.use == SelfCorrection::Use::rejected) {
+    std::puts("  a map made with these was no better: they are not in force");
+  }
+}
+
+}  // namespace marco

@@ -90,7 +90,7 @@ TEST(World, MistakesInAFileAreNamed) {
 }
 
 TEST(World, EveryShippedWorldAndTourLoads) {
-  for (const char* name : {"lab", "office"}) {
+  for (const char* name : {"lab", "office", "flat"}) {
     const World world = build_world(
         process::load_options<WorldSpec>("config/worlds/" + std::string(name) + ".toml"));
     EXPECT_GT(world.triangles.size(), 100U);

@@ -109,9 +109,11 @@ void BatchSimulation::send_pantilt(double seconds) {
 
 void BatchSimulation::send_scan(double first_beam_s) {
   LaserScan scan;
-  scan.ranges_m = laser_.scan(
-      [&](double said_s) { return world_from_laser(first_beam_s + logger_.measured_s(said_s)); },
-      random_);
+  const auto moment = [&](double said_s) -> LaserMoment {
+    const double seconds = first_beam_s + logger_.measured_s(said_s);
+    return {world_from_laser(seconds), seconds};
+  };
+  scan.ranges_m = laser_.scan(moment, random_);
   const std::optional<Utime> stamp = logger_.stamp(kStart, first_beam_s, random_);
   if (!stamp) return;
   scan.utime = *stamp;

@@ -5,20 +5,23 @@
 
 #include "common/samples.hpp"
 #include "simulator/laser_model.hpp"
+#include "simulator/logger_model.hpp"
 #include "simulator/odometry_model.hpp"
 #include "simulator/tour.hpp"
 
 namespace marco::sim {
 
 /// Drives a tour through a world in simulated time and gives what the robot's sensors would send,
-/// in the order of sending. A scan comes after its last beam, on LIDAR_RAW with the time of every
-/// beam, then on LIDAR with the same utime. Deterministic from its seed.
+/// in the order of sending. A scan comes after its last beam: on LIDAR_RAW with the time of every
+/// beam, then on LIDAR with the same utime, unless the logger's faults tell otherwise.
+/// Deterministic from its seed.
 class BatchSimulation {
  public:
   /// The first scan's time: a literal, so that two runs are equal byte for byte.
   static constexpr Utime kStart{1'700'000'000'000'000};
 
-  /// @param rays outlives the simulation.
+  /// @param rays outlives the simulation. @throws std::invalid_argument for invalid options, or for
+  /// a tour that sweeps without a pan-tilt.
   BatchSimulation(const RayCaster& rays,
                   const Tour& tour,
                   const SimulationOptions& options,
@@ -35,7 +38,10 @@ class BatchSimulation {
   Pose3 world_from_laser(double seconds) const;
 
  private:
+  bool has_pantilt() const { return options_.robot.pantilt_state_hz > 0.0; }
   void send_infos(double seconds);
+  void send_odometry(double seconds);
+  void send_pantilt(double seconds);
   void send_scan(double first_beam_s);
   void send(const Sample& sample, double seconds);
   Utime utime_at(double seconds) const { return kStart + Duration::from_seconds(seconds); }
@@ -47,7 +53,7 @@ class BatchSimulation {
   SensorInfo laser_info_;
   std::mt19937_64 random_;
   OdometryModel odometry_;
-  Utime last_stamp_;
+  LoggerModel logger_;
   std::function<void(const Sample&, Utime)> sent_;
 };
 

@@ -14,13 +14,39 @@ LaserModel::LaserModel(const RayCaster& rays, const LaserOptions& options)
   require(options.step_deg != 0.0, "laser.step_deg: expected other than 0");
 }
 
-std::optional<float> LaserModel::first_return(Eigen::Vector3f origin_m,
+LaserModel::Legs LaserModel::legs_at(double seconds) const {
+  Legs legs;
+  legs.reserve(2 * rays_.world().people.size());
+  for (const Person& person : rays_.world().people) {
+    for (const Leg& leg : person.legs_at(seconds)) legs.push_back(leg);
+  }
+  return legs;
+}
+
+std::optional<RayHit> LaserModel::cast(const Legs& legs,
+                                       const Eigen::Vector3f& origin_m,
+                                       const Eigen::Vector3f& direction,
+                                       float max_range_m) const {
+  std::optional<RayHit> nearest = rays_.cast(origin_m, direction, max_range_m);
+  const Eigen::Vector3d origin = origin_m.cast<double>(), way = direction.cast<double>();
+  for (const Leg& leg : legs) {
+    const auto range_m = range_to_leg(leg, origin, way);
+    if (!range_m || *range_m > static_cast<double>(nearest ? nearest->range_m : max_range_m)) {
+      continue;
+    }
+    nearest = RayHit{.range_m = static_cast<float>(*range_m)};
+  }
+  return nearest;
+}
+
+std::optional<float> LaserModel::first_return(const Legs& legs,
+                                              Eigen::Vector3f origin_m,
                                               Eigen::Vector3f direction) const {
   constexpr int kMaxPanes = 6;
   float travelled_m = 0.0F;
   for (int pane = 0; pane < kMaxPanes; ++pane) {
     const float left_m = static_cast<float>(options_.range_max_m) - travelled_m;
-    const auto hit = left_m > 0.0F ? rays_.cast(origin_m, direction, left_m) : std::nullopt;
+    const auto hit = left_m > 0.0F ? cast(legs, origin_m, direction, left_m) : std::nullopt;
     if (!hit) return std::nullopt;
     travelled_m += hit->range_m;
     const double incidence_deg = rad_to_deg(
@@ -43,13 +69,14 @@ std::optional<float> LaserModel::first_return(Eigen::Vector3f origin_m,
   return std::nullopt;
 }
 
-std::optional<double> LaserModel::beam(const Pose3& world_from_sensor,
+std::optional<double> LaserModel::beam(const LaserMoment& moment,
                                        double bearing_rad,
                                        std::mt19937_64& random) const {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   const double half_rad = 0.5 * deg_to_rad(options_.footprint_deg);
-  const Eigen::Vector3f origin = world_from_sensor.translation().cast<float>();
-  const Eigen::Matrix3d turn = world_from_sensor.linear();
+  const Eigen::Vector3f origin = moment.world_from_sensor.translation().cast<float>();
+  const Eigen::Matrix3d turn = moment.world_from_sensor.linear();
+  const Legs legs = legs_at(moment.seconds);
   // Centre and rim of the spot, across and along the sweep.
   const std::array<std::array<double, 2>, 3> rays{{{0, 0}, {-half_rad, 0}, {half_rad, 0}}};
   double nearest = options_.range_max_m + 1.0, farthest = 0.0;
@@ -57,7 +84,7 @@ std::optional<double> LaserModel::beam(const Pose3& world_from_sensor,
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const double bearing = bearing_rad + rays[i][0];
     const Eigen::Vector3d ray = turn * Eigen::Vector3d(std::cos(bearing), std::sin(bearing), 0.0);
-    const auto range = first_return(origin, ray.cast<float>());
+    const auto range = first_return(legs, origin, ray.cast<float>());
     if (!range) continue;
     if (i == 0) centre = static_cast<double>(*range);
     nearest = std::min(nearest, static_cast<double>(*range));
@@ -73,15 +100,14 @@ std::optional<double> LaserModel::beam(const Pose3& world_from_sensor,
   return uniform(random) < 0.5 ? nearest : *centre;
 }
 
-std::vector<float> LaserModel::scan(const std::function<Pose3(double)>& world_from_sensor,
+std::vector<float> LaserModel::scan(const std::function<LaserMoment(double)>& moment,
                                     std::mt19937_64& random) const {
   std::normal_distribution<double> noise(0.0, 1.0);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   std::vector<float> ranges_m(static_cast<std::size_t>(options_.beams));
   for (int i = 0; i < options_.beams; ++i) {
     const double bearing_rad = deg_to_rad(options_.first_bearing_deg + i * options_.step_deg);
-    const auto true_range =
-        beam(world_from_sensor(options_.time_of_beam_s(i)), bearing_rad, random);
+    const auto true_range = beam(moment(options_.time_of_beam_s(i)), bearing_rad, random);
     const bool missing = uniform(random) < options_.missing_part;
     double range_m = options_.no_return_m;
     if (true_range && !missing) {

@@ -28,8 +28,10 @@ struct Arguments {
 };
 
 sim::SimulationOptions options_of(const Arguments& arguments) {
-  sim::SimulationOptions options =
-      arguments.preset == "harsh" ? sim::harsh_options() : sim::SimulationOptions{};
+  sim::SimulationOptions options;
+  if (arguments.preset == "harsh") options = sim::harsh_options();
+  if (arguments.preset == "rover_5hz") options = sim::rover_options(5.0, 208);
+  if (arguments.preset == "rover_7hz") options = sim::rover_options(7.0, 360);
   if (!arguments.laser.empty()) options.laser = sim::device_laser(arguments.laser);
   if (!arguments.config.empty()) {
     process::read_options(arguments.config, options);
@@ -118,8 +120,10 @@ int main(int argc, char** argv) {
     app.add_option("--tour", arguments.tour, "e.g. config/tours/lab.toml")
         ->check(CLI::ExistingFile);
     app.add_option("--seed", arguments.seed)->capture_default_str();
-    app.add_option("--preset", arguments.preset, "default, or harsh: the noise of real logs")
-        ->check(CLI::IsMember({"default", "harsh"}))
+    app.add_option("--preset", arguments.preset,
+                   "default, harsh: the noise of real logs, or rover_5hz, rover_7hz: a small "
+                   "rover with a rotating lidar of 208 or 360 beams and no odometry")
+        ->check(CLI::IsMember({"default", "harsh", "rover_5hz", "rover_7hz"}))
         ->capture_default_str();
     app.add_option("--laser", arguments.laser,
                    "the device whose beams are simulated; without it the preset's SICK")

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <string>
 
 #include "drivers/laser/beam_order.hpp"
 #include "lcm_tools/base/options.hpp"
@@ -83,17 +84,30 @@ struct OdometryOptions {
   }
 };
 
-/// Faults of a logger.
+/// Faults of a laser's driver and of a logger: what they say of scans that were measured right.
+/// True poses have the stamp of their scan and the robot's place when it truly began.
 struct LoggerOptions {
   double stamp_jitter_s = 0.0;  ///< standard deviation of a scan's stamp
+  double stamp_late_s = 0.0;    ///< a scan's stamp after its first beam, by everybody else's clock
+  double clock_drift = 0.0;     ///< seconds that the laser's clock gains in one
   double dropped_scans = 0.0;   ///< share
   double burst_part = 0.0;      ///< share logged with the stamp of the scan before
+  /// What is said of the times of the beams; but for `right`, SENSOR_INFO tells no duration.
+  ///   right         LIDAR_RAW with the time of every beam, and LIDAR
+  ///   milliseconds  LIDAR_RAW alone, milliseconds added to utime's microseconds
+  ///   reversed      LIDAR_RAW alone: the mirror turns the other way, the last beam comes first
+  ///   equal         LIDAR_RAW alone, every beam at utime
+  ///   missing       LIDAR alone
+  std::string beam_times = "right";
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("stamp_jitter_s", stamp_jitter_s, kNotNegative);
+    v("stamp_late_s", stamp_late_s);
+    v("clock_drift", clock_drift, Limits{-0.1, 0.1});
     v("dropped_scans", dropped_scans, Limits{0.0, 0.9});
     v("burst_part", burst_part, Limits{0.0, 0.9});
+    v("beam_times", beam_times);
   }
 };
 
@@ -109,7 +123,10 @@ struct RobotOptions {
   double laser_ahead_m = 0.045;
   double laser_above_m = 0.008;
   double pantilt_rate_deg_per_s = 45.0;  ///< between sweeps
-  double pantilt_state_hz = 100.0;
+  double pantilt_state_hz = 100.0;  ///< 0 = no pan-tilt: the laser sits where it would be at rest
+  /// What ODOMETRY tells: `wheels`, `gyro` (the turns alone, without drift and slip), `still` (a
+  /// pose that never moves) or `none` (not sent).
+  std::string odometry = "wheels";
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -122,7 +139,8 @@ struct RobotOptions {
     v("laser_ahead_m", laser_ahead_m);
     v("laser_above_m", laser_above_m);
     v("pantilt_rate_deg_per_s", pantilt_rate_deg_per_s, kPositive);
-    v("pantilt_state_hz", pantilt_state_hz, Limits{1.0, 1000.0});
+    v("pantilt_state_hz", pantilt_state_hz, Limits{0.0, 1000.0});
+    v("odometry", odometry);
   }
 };
 
@@ -158,6 +176,38 @@ inline SimulationOptions harsh_options() {
   options.logger.stamp_jitter_s = 0.01;
   options.logger.dropped_scans = 0.02;
   options.logger.burst_part = 0.3;
+  return options;
+}
+
+/// The third preset, modelled on recordings of small rovers: a rotating lidar of few, noisy beams
+/// and nothing else, on wheels that turn by half a right angle between two scans. The first beam
+/// looks ahead, the mirror turns clockwise.
+/// @param beams  of a turn: 208 at 5 turns a second, 360 at 7
+inline SimulationOptions rover_options(double turns_per_s, int beams) {
+  SimulationOptions options;
+  options.laser.beams = beams;
+  options.laser.first_bearing_deg = 0.0;
+  options.laser.step_deg = -360.0 / beams;
+  options.laser.scans_per_s = turns_per_s;
+  options.laser.interlaced_turns = 1;
+  options.laser.scan_duration_s = (beams - 1) / (beams * turns_per_s);
+  options.laser.range_min_m = 0.15;
+  options.laser.range_max_m = 12.0;
+  options.laser.no_return_m = 0.0;
+  options.laser.range_sigma_m = 0.022;
+  options.laser.missing_part = 0.05;
+  options.logger.stamp_jitter_s = 0.02;
+  options.logger.stamp_late_s = 0.08;
+  options.robot.speed_m_per_s = 0.4;
+  options.robot.acceleration_m_per_s2 = 2.0;
+  options.robot.turn_rate_deg_per_s = 230.0;
+  options.robot.turn_acceleration_deg_per_s2 = 2500.0;
+  options.robot.pantilt_ahead_m = 0.0;
+  options.robot.tilt_axis_height_m = 0.15;
+  options.robot.laser_ahead_m = 0.0;
+  options.robot.laser_above_m = 0.0;
+  options.robot.pantilt_state_hz = 0.0;
+  options.robot.odometry = "none";
   return options;
 }
 

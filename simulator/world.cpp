@@ -63,6 +63,16 @@ void add_door(World& world, const DoorSpec& spec) {
                 {spec.width_m, kLeafM, spec.height_m}, yaw, material_named(spec.material));
 }
 
+Person person_of(const PersonSpec& spec) {
+  const std::vector<double>& values = spec.waypoints_m;
+  require(values.size() % 2 == 0, "people.waypoints_m: expected x1, y1, x2, y2, ...");
+  std::vector<Eigen::Vector2d> waypoints_m;
+  for (std::size_t i = 0; i < values.size(); i += 2) {
+    waypoints_m.emplace_back(values[i], values[i + 1]);
+  }
+  return {waypoints_m, spec.speed_m_per_s, spec.ahead_s};
+}
+
 }  // namespace
 
 Material material_named(const std::string& name) {
@@ -138,6 +148,7 @@ World build_world(const WorldSpec& spec) {
     world.add_column(point(column.at_m, "columns.at_m"), column.radius_m, column.height_m,
                      Material::plain);
   }
+  for (const PersonSpec& person : spec.people) world.people.push_back(person_of(person));
   return world;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "lcm_tools/base/options.hpp"
+#include "simulator/people.hpp"
 
 namespace marco::sim {
 
@@ -14,12 +15,14 @@ enum class Material : uint8_t { plain, black, glass, mirror };
 /// @param name plain, black, glass or mirror. @throws std::invalid_argument listing the known ones.
 Material material_named(const std::string& name);
 
-/// The geometry around the robot: triangles with a material each. World frame: floor at z = 0, z
-/// up.
+/// The geometry around the robot: triangles with a material each, and who walks there. World frame:
+/// floor at z = 0, z up. The triangles alone are what stands there: what maps, models, cameras,
+/// sonars and bumpers meet. The lasers see people too (laser_model.hpp).
 struct World {
   std::vector<Eigen::Vector3f> vertices_m;
   std::vector<std::array<uint32_t, 3>> triangles;
   std::vector<Material> materials;  ///< one a triangle
+  std::vector<Person> people;
 
   void add_quad(const std::array<Eigen::Vector3d, 4>& corners, Material material);
   /// An upright box with its six faces, turned by yaw about its centre.
@@ -118,6 +121,21 @@ struct ColumnSpec {
   }
 };
 
+/// Somebody who walks from waypoint to waypoint: around where the last is the first, otherwise to
+/// and fro. Walks through whatever stands in the way, the robot too.
+struct PersonSpec {
+  std::vector<double> waypoints_m;  ///< x1 y1 x2 y2 ...
+  double speed_m_per_s = 1.2;
+  double ahead_s = 0.0;  ///< how long they have walked when a tour begins; sets people apart
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("waypoints_m", waypoints_m);
+    v("speed_m_per_s", speed_m_per_s, kNotNegative);
+    v("ahead_s", ahead_s);
+  }
+};
+
 /// A world file (config/worlds/*.toml).
 struct WorldSpec {
   std::vector<double> floor_m = {0, 0, 10, 10};  ///< x0 y0 x1 y1 of floor and ceiling
@@ -127,6 +145,7 @@ struct WorldSpec {
   std::vector<TableSpec> tables;
   std::vector<DoorSpec> doors;
   std::vector<ColumnSpec> columns;
+  std::vector<PersonSpec> people;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -137,6 +156,7 @@ struct WorldSpec {
     v("tables", tables);
     v("doors", doors);
     v("columns", columns);
+    v("people", people);
   }
 };
 

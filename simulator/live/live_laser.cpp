@@ -67,13 +67,11 @@ std::vector<double> LiveLaser::sweep(const drivers::LaserSweep& sweep) {
   optics.scan_duration_s = sweep.beam_interval_s * (sweep.beams - 1);
   optics.no_return_m = HUGE_VAL;
   optics.quantum_m = 0.0;  // the device rounds
-  const std::vector<float> ranges_m =
-      LaserModel(rays_, optics)
-          .scan(
-              [&](double after_s) {
-                return world_from_sensor_(sweep.first_beam + Duration::from_seconds(after_s));
-              },
-              random_);
+  const auto moment = [&](double after_s) -> LaserMoment {
+    const Utime when = sweep.first_beam + Duration::from_seconds(after_s);
+    return {world_from_sensor_(when), when.seconds()};
+  };
+  const std::vector<float> ranges_m = LaserModel(rays_, optics).scan(moment, random_);
   std::vector<double> answer(ranges_m.begin(), ranges_m.end());
   if (faults_.has(spec_.port, FaultKind::wrong, sweep.first_beam)) {
     for (double& range_m : answer) range_m += kWrongRangeM;

@@ -35,7 +35,7 @@ std::vector<float> scan_of(const World& world, const LaserOptions& options, doub
   const LaserModel laser(rays, options);
   std::mt19937_64 random(5);
   const Pose3 pose = make_pose3({0, 0, 0}, 0, 0, deg_to_rad(yaw_deg));
-  return laser.scan([&](double) { return pose; }, random);
+  return laser.scan([&](double) { return LaserMoment{pose}; }, random);
 }
 
 // The beam at a bearing [deg] of the default fan.
@@ -75,7 +75,7 @@ TEST(LaserModel, NoiseHasTheSigmaItSays) {
   double sum = 0.0, squares = 0.0;
   int count = 0;
   for (int i = 0; i < 40; ++i) {
-    const auto ranges_m = laser.scan([](double) { return Pose3::Identity(); }, random);
+    const auto ranges_m = laser.scan([](double) { return LaserMoment{}; }, random);
     for (double deg = -60; deg <= 60; deg += 0.5) {
       const double error =
           static_cast<double>(at_deg(ranges_m, deg)) - 2.0 / std::cos(deg_to_rad(deg));
@@ -111,7 +111,11 @@ TEST(LaserModel, AScanIsMadeWhileTheRobotMoves) {
   const LaserModel laser(rays, options);
   std::mt19937_64 random(1);
   // Half a metre nearer when the middle beam is measured, at half of the second.
-  const auto ranges_m = laser.scan([](double t) { return make_pose3({t, 0, 0}); }, random);
+  const auto ranges_m = laser.scan(
+      [](double t) {
+        return LaserMoment{make_pose3({t, 0, 0})};
+      },
+      random);
   EXPECT_NEAR(at_deg(ranges_m, 0), 1.5, 1e-3);
 }
 

@@ -225,7 +225,7 @@ TEST_P(LiveRplidar, MeasuresWhatTheWorldShowsAtEachBeamsTime) {
         const Pose3 pose =
             simulation_.world_from_laser(first_s + static_cast<double>(scan.time_offsets_s[i]));
         const float true_m =
-            LaserModel(rays_, one_beam).scan([&](double) { return pose; }, random)[0];
+            LaserModel(rays_, one_beam).scan([&](double) { return LaserMoment{pose}; }, random)[0];
         worst_m = std::max(worst_m, static_cast<double>(std::abs(scan.ranges_m[i] - true_m)));
       }
     }

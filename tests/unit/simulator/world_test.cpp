@@ -90,7 +90,7 @@ TEST(World, MistakesInAFileAreNamed) {
 }
 
 TEST(World, EveryShippedWorldAndTourLoads) {
-  for (const char* name : {"lab", "office"}) {
+  for (const char* name : {"lab", "office", "flat", "foyer"}) {
     const World world = build_world(
         process::load_options<WorldSpec>("config/worlds/" + std::string(name) + ".toml"));
     EXPECT_GT(world.triangles.size(), 100U);
@@ -108,6 +108,8 @@ TEST(World, EveryShippedWorldAndTourLoads) {
           << name << " at " << t << " s";
     }
   }
+  EXPECT_EQ(build_world(process::load_options<WorldSpec>("config/worlds/foyer.toml")).people.size(),
+            6U);
 }
 
 }  // namespace

@@ -75,9 +75,25 @@ RefinedModel refine_from_scratch(const SamplesAt& samples_at,
         Pose2::from_vector(prior.mean.segment<3>(kLaserX)) * Pose2{0.0, 0.0, 0.5 * kPi * quarter};
     const RobotModel start{scale, scale, kCountedTrackM * scale / turn_scale, laser};
     const RefinedModel found = refine(samples_at, to_vector(start, turns.late_s), prior);
-    if (quarter == 0 || found.cost < best.cost) best = found;
+    if (quarter == 0 || found.unlikeliness < best.unlikeliness) best = found;
   }
   return best;
+}
+
+// The axle the other way round, and the laser with it.
+ModelVector turned_round(ModelVector parameters, const Pose2& robot_from_axle) {
+  const Pose2 turned = robot_from_axle * Pose2{0.0, 0.0, kPi} * robot_from_axle.inverse();
+  const Pose2 laser = turned * to_model(parameters).robot_from_laser;
+  parameters.segment<3>(kLaserX) = laser.vector();
+  return parameters;
+}
+
+// Two wheels that count backwards on an axle of negative length, looking back, are two wheels that
+// count forwards on an ordinary one.
+ModelVector with_positive_track(ModelVector parameters, const Pose2& robot_from_axle) {
+  if (parameters[kTrack] >= 0.0) return parameters;
+  for (const ModelParameter one : {kLeftScale, kRightScale, kTrack}) parameters[one] *= -1.0;
+  return turned_round(parameters, robot_from_axle);
 }
 
 Missing missing_of(const std::vector<MotionSample>& samples, const RefinedModel& found) {
@@ -105,7 +121,10 @@ class Fitter {
       : travel_(travel), turns_(turns), prior_(prior_of(laser)) {}
 
   RefinedModel fit(const std::vector<LaserMotion>& motions) const {
-    return refine_from_scratch(samples_of(motions, travel_, signs), turns_, prior_);
+    const RefinedModel found =
+        refine_from_scratch(samples_of(motions, travel_, signs), turns_, prior_);
+    if (found.parameters[kTrack] > 0.0) return found;
+    return refit(motions, with_positive_track(found.parameters, signs.robot_from_axle()));
   }
   RefinedModel refit(const std::vector<LaserMotion>& motions, const ModelVector& start) const {
     return refine(samples_of(motions, travel_, signs), start, prior_);
@@ -134,14 +153,6 @@ bool drives_backwards(const std::vector<LaserMotion>& motions,
     ahead_m += travel.between_moments(motion.begin_s + late_s, motion.end_s + late_s).ahead_m;
   }
   return ahead_m < 0.0;
-}
-
-// The axle the other way round, and the laser with it.
-ModelVector turned_round(ModelVector parameters, const Pose2& robot_from_axle) {
-  const Pose2 turned = robot_from_axle * Pose2{0.0, 0.0, kPi} * robot_from_axle.inverse();
-  const Pose2 laser = turned * to_model(parameters).robot_from_laser;
-  parameters.segment<3>(kLaserX) = laser.vector();
-  return parameters;
 }
 
 }  // namespace

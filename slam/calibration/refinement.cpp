@@ -105,7 +105,12 @@ class Refinement {
 
   const ModelVector& at() const { return at_; }
   const Eigen::Vector3d& sigma() const { return sigma_; }
-  double cost() const { return cost_at(at_); }
+  // The errors' spread is part of the fit: large errors that agree with a large spread are no
+  // better than small ones.
+  double unlikeliness() const {
+    const auto count = static_cast<double>(errors_at(at_).size());
+    return cost_at(at_) + 2.0 * count * sigma_.array().log().sum();
+  }
 
  private:
   Errors errors_at(const ModelVector& at) const {
@@ -231,7 +236,7 @@ RefinedModel refine(const SamplesAt& samples_at,
   }
   result.parameters = refinement.at();
   result.sigma = refinement.sigma();
-  result.cost = refinement.cost();
+  result.unlikeliness = refinement.unlikeliness();
   return result;
 }
 

@@ -31,7 +31,7 @@ struct RefinedModel {
   ModelMatrix covariance = ModelMatrix::Zero();  ///< parameters that cannot be observed included
   std::array<bool, kModelParameters> observed{};
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< of one motion's error_of()
-  double cost = 0.0;
+  double unlikeliness = 0.0;  ///< -2 log of the likelihood, but for a constant
 };
 
 /// Least squares over all parameters: Gauss-Newton with derivatives by central differences, robust

@@ -70,7 +70,8 @@ class Office {
       LaserScan scan;
       scan.utime = Utime::from_us(us);
       const Pose3 world_from_laser = lift(robot) * make_pose3({kLaserAheadM, 0.0, kLaserHeightM});
-      scan.ranges_m = laser_.scan([&](double) { return world_from_laser; }, random);
+      scan.ranges_m =
+          laser_.scan([&](double) { return sim::LaserMoment{world_from_laser}; }, random);
       scan.first_bearing_rad = deg_to_rad(-90.0);
       scan.bearing_step_rad = deg_to_rad(0.5);
       steps.push_back({input_of(scan, odom_from_robot, {}), world_from_map_.inverse() * robot});

@@ -1,0 +1,79 @@
+// marco-map finds out that a recording's set-up is not what it says, and maps it all the same.
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "common/files/tum.hpp"
+#include "tests/support/command_test.hpp"
+#include "tests/support/ring_log.hpp"
+
+namespace marco {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class MapSetUp : public testing::CommandTest {
+ protected:
+  Result map(double way_scale, double turn_scale, const std::vector<std::string>& more = {}) {
+    files::write_whole_file(at("ring.log"), testing::ring_log(way_scale, turn_scale));
+    std::vector<std::string> words{"marco-map", at("ring.log"), "--out", at("out")};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words.front(), {words.begin() + 1, words.end()});
+  }
+  nlohmann::json calibration() const {
+    return nlohmann::json::parse(files::read_whole_file(at("out") + "/report.json"))
+        .value("calibration", nlohmann::json());
+  }
+  double found(const std::string& name) const {
+    const nlohmann::json all = calibration();
+    for (const nlohmann::json& parameter : all["parameters"]) {
+      if (parameter["name"] == name) return parameter.value("found", 0.0);
+    }
+    return 0.0;
+  }
+  // From the first scan to one a round later: the robot was in one place.
+  double round_off_m() const {
+    const Trajectory path = files::read_tum(at("out") + "/trajectory.tum");
+    return between(path.at(50).world_from_robot, path.at(450).world_from_robot)
+        .translation_m()
+        .norm();
+  }
+};
+
+TEST_F(MapSetUp, WheelsThatCountHalfOfTheWayAreFoundAndTheMapIsMadeAgain) {
+  const Result result = map(0.5, 0.5);
+  EXPECT_EQ(result.code, 0) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("set-up: "));
+  EXPECT_THAT(result.output, HasSubstr("odometry.left_scale 1 -> "));
+  EXPECT_THAT(result.output, HasSubstr("the map was made again"));
+  EXPECT_EQ(calibration()["use"], "in_force");
+  EXPECT_NEAR(found("odometry.left_scale"), 2.0, 0.02);
+  EXPECT_NEAR(found("odometry.right_scale"), 2.0, 0.02);
+  EXPECT_LT(round_off_m(), 0.03);
+  EXPECT_FALSE(std::filesystem::exists(at("out") + "/corrected.part"));
+  EXPECT_GT(std::filesystem::file_size(at("out") + "/slam.lcm"), 1000U);
+}
+
+TEST_F(MapSetUp, OdometryThatCountsBackwardsIsFound) {
+  const Result result = map(-1.0, 1.0);
+  EXPECT_EQ(calibration()["use"], "in_force") << result.output;
+  EXPECT_EQ(found("odometry.forward_sign"), -1.0);
+  EXPECT_LT(round_off_m(), 0.03);
+}
+
+TEST_F(MapSetUp, WhatTheFrontEndCopesWithIsSaidAndLeftAlone) {
+  const Result result = map(1.04, 1.0);
+  EXPECT_THAT(result.output, HasSubstr("odometry.left_scale 1 -> 0.96"));
+  EXPECT_THAT(result.output, Not(HasSubstr("made again")));
+  EXPECT_EQ(calibration()["use"], "not_needed");
+}
+
+TEST_F(MapSetUp, NobodyLooksWhereNobodyShall) {
+  const Result result = map(0.5, 0.5, {"--no-calibration"});
+  EXPECT_THAT(result.output, Not(HasSubstr("set-up")));
+  EXPECT_TRUE(calibration().is_null());
+}
+
+}  // namespace
+}  // namespace marco

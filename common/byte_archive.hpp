@@ -89,6 +89,14 @@ void archive(Archive& bytes, T& value) {
   }
 }
 
+template <class Archive, class T>
+requires std::is_enum_v<T>
+void archive(Archive& bytes, T& value) {
+  auto number = static_cast<std::underlying_type_t<T>>(value);
+  archive(bytes, number);
+  value = static_cast<T>(number);
+}
+
 template <class Archive>
 void archive(Archive& bytes, Utime& utime) {
   archive(bytes, utime.us);

@@ -2,6 +2,7 @@
 
 #include "lcm_tools/base/check.hpp"
 #include "slam/back_end/session_loop_search.hpp"
+#include "slam/front_end/straightening.hpp"
 #include "slam/map/keyframe_grid.hpp"
 
 namespace marco::slam {
@@ -32,7 +33,9 @@ Slam::Slam(const SlamOptions& options)
 
 SlamUpdate Slam::process(const SlamInput& input) {
   const bool use = input.level && input.scan.hits_in_robot.cols() >= options_.gates.min_points;
-  const MotionGuess guess = motion_.guess(input.motion);
+  MotionInput motion = input.motion;
+  motion.first_from_middle = first_from_middle(input.scan);
+  const MotionGuess guess = motion_.guess(motion);
   const PoseWithCovariance predicted =
       dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
   const Eigen::Matrix3d covariance =
@@ -43,18 +46,14 @@ SlamUpdate Slam::process(const SlamInput& input) {
   if (!use && guess.source == MotionGuess::Source::odometry) {
     return note_scan(input.scan.utime, {prior.map_from_robot, covariance});
   }
-  OrientedPoints points;
-  ScanMatch match{prior.map_from_robot};
+  MatchedScan matched{{}, {}, {prior.map_from_robot}, {}};
   if (use) {
-    noise_.add(input.scan.hits_in_robot, input.scan.sensor_in_robot);
-    points = orient(input.scan.hits_in_robot, input.scan.sensor_in_robot, options_.normals,
-                    noise_.sigma_m());
+    matched = matched_scan(input, prior, guess.source);
+    motion.first_from_middle = first_from_middle(matched.scan);
   }
-  if (use && !local_map_.empty()) {
-    match = matcher_.match(points, prior, guess.source, keyframes_, local_map_);
-  }
+  ScanMatch& match = matched.match;
   const Pose2 before = estimate_.world_from_robot;
-  const bool refused = gate_.refuses(match, before, motion_, input.motion.utime);
+  const bool refused = gate_.refuses(match, before, motion_, motion.utime);
   if (refused) match = {prior.map_from_robot, Eigen::Matrix3d::Zero(), match.overlap, false};
   if (use && !refused) gate_.note_match(match.usable || keyframes_.keys.empty());
   const Eigen::Matrix3d since_keyframe =
@@ -63,8 +62,8 @@ SlamUpdate Slam::process(const SlamInput& input) {
           .covariance +
       diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
   since_keyframe_ = covariance_of(information_of(since_keyframe) + match.information);
-  estimate_ = estimate_from(match, prior, motion_.stands_still(input.motion));
-  motion_.update(input.motion, between(before, estimate_.world_from_robot), match.usable,
+  estimate_ = estimate_from(match, prior, motion_.stands_still(motion));
+  motion_.update(motion, between(before, estimate_.world_from_robot), match.usable,
                  position_sigma_m(covariance_of(match.information)));
 
   bool trajectory_changed = false;
@@ -73,7 +72,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
       keyframes_.is_due(estimate_.world_from_robot, input.scan.sensor_heading_rad,
                         options_.keyframes);
   if (becomes_keyframe) {
-    add_keyframe(input, points, guess.source);
+    add_keyframe(input, matched.points, guess.source);
     trajectory_changed = search_loops();
     cull_keyframes();
   }
@@ -84,9 +83,30 @@ SlamUpdate Slam::process(const SlamInput& input) {
   }
   if (match.usable) update.status = SlamUpdate::Status::matched;
   update.overlap = match.overlap;
+  update.misfits_m2 = std::move(matched.misfits_m2);
   update.became_key = becomes_keyframe;
   update.trajectory_changed = trajectory_changed;
   return update;
+}
+
+MatchedScan Slam::matched_scan(const SlamInput& input,
+                               const PosePrior& prior,
+                               MotionGuess::Source source) {
+  const DeskewedScan& scan = input.scan;
+  noise_.add(scan.hits_in_robot, scan.sensor_in_robot);
+  MatchedScan matched{
+      scan,
+      orient(scan.hits_in_robot, scan.sensor_in_robot, options_.normals, noise_.sigma_m()),
+      {prior.map_from_robot},
+      {}};
+  if (local_map_.empty()) return matched;
+  matched.match = matcher_.match(matched.points, prior, source, keyframes_, local_map_);
+  const Straightening straightening(
+      {matcher_, options_.normals, local_map_, motion_, estimate_.world_from_robot},
+      input.motion.utime, prior, first_from_middle(scan));
+  if (!input.deskewed_by_odometry) matched = straightening.straightened(std::move(matched));
+  matched.misfits_m2 = straightening.misfits_m2(matched, input.rival_times_s);
+  return matched;
 }
 
 SlamUpdate Slam::note_scan(Utime utime, const PoseWithCovariance& estimate) {

@@ -27,6 +27,8 @@
 
 namespace marco::slam {
 
+struct MatchedScan;  // straightening.hpp
+
 struct SlamOptions {
   KeyframeOptions keyframes;
   LocalMapOptions local_map;
@@ -66,6 +68,10 @@ struct SlamOptions {
 struct SlamInput {
   DeskewedScan scan;
   MotionInput motion;
+  /// The scan was deskewed by odometry; else its match straightens it, see straightening.hpp.
+  bool deskewed_by_odometry = false;
+  /// What the beams' times may be beside those that the scan has, one a beam; mostly none.
+  std::vector<std::vector<float>> rival_times_s;
   bool level = true;     ///< false: taken with the laser tilted; the pose is carried on without it
   bool may_draw = true;  ///< false: gets a pose, but never becomes part of the map
 };
@@ -76,7 +82,8 @@ struct SlamUpdate {
   Pose2 world_from_robot;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, theta), world frame
   Status status = Status::predicted;
-  double overlap = 0.0;  ///< part of the points that found a wall
+  double overlap = 0.0;            ///< part of the points that found a wall
+  std::vector<double> misfits_m2;  ///< see MatchedScan
   bool became_key = false;
   bool trajectory_changed = false;  ///< older poses moved: a loop was closed
 };
@@ -112,7 +119,7 @@ class Slam {
   /// The next scan's motion input has nothing to do with the last one's.
   void forget_motion() { motion_ = MotionModel(options_.motion); }
   /// See MotionModel.
-  Velocity2 velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const {
+  ScanVelocity velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const {
     return motion_.velocity_during(odometry_step, duration_s);
   }
 
@@ -152,6 +159,10 @@ class Slam {
   void join(const SlamState& session, const PoseGraphEdge& edge);
 
  private:
+  /// Matched against the local map, and straightened.
+  MatchedScan matched_scan(const SlamInput& input,
+                           const PosePrior& prior,
+                           MotionGuess::Source source);
   SlamUpdate note_scan(Utime utime, const PoseWithCovariance& estimate);
   /// By the match and the prediction; of a robot that stands, by all matches from its place.
   PoseWithCovariance estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands);

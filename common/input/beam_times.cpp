@@ -43,13 +43,27 @@ bool is_one_turn(double span_s, double period_s) {
 
 }  // namespace
 
-std::optional<std::string> repair_beam_times(LaserScan& scan, double period_s) {
-  if (!(period_s > 0.0) || scan.time_offsets_s.size() < 2) return std::nullopt;
-  if (coverage_rad(scan) < deg_to_rad(kAllRoundDeg)) return std::nullopt;
+bool is_turn_period(double period_s) { return period_s >= kFastestS && period_s <= kSlowestS; }
+
+bool sees_all_round(const LaserScan& scan) {
+  return coverage_rad(scan) >= deg_to_rad(kAllRoundDeg);
+}
+
+std::optional<BeamSpan> span_of_turn(const LaserScan& scan, double period_s) {
+  if (scan.time_offsets_s.size() < 2) return std::nullopt;
   const auto [first, last] =
       std::minmax_element(scan.time_offsets_s.begin(), scan.time_offsets_s.end());
   const double span_s = static_cast<double>(*last) - static_cast<double>(*first);
-  if (is_one_turn(span_s, period_s)) return std::nullopt;
+  if (!is_one_turn(span_s, period_s)) return std::nullopt;
+  return BeamSpan{*first, *last};
+}
+
+std::optional<std::string> repair_beam_times(LaserScan& scan, double period_s) {
+  if (!(period_s > 0.0) || scan.time_offsets_s.size() < 2) return std::nullopt;
+  if (!sees_all_round(scan) || span_of_turn(scan, period_s)) return std::nullopt;
+  const auto [first, last] =
+      std::minmax_element(scan.time_offsets_s.begin(), scan.time_offsets_s.end());
+  const double span_s = static_cast<double>(*last) - static_cast<double>(*first);
   for (const Unit& unit : kUnits) {
     if (!is_one_turn(unit.factor * span_s, period_s)) continue;
     for (float& offset_s : scan.time_offsets_s) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace marco {
 
@@ -59,7 +60,9 @@ DeskewedScan deskew_and_project(const LaserScan& scan,
       std::atan2(robot_from_sensor.linear()(1, 0), robot_from_sensor.linear()(0, 0));
   deskewed.beams = static_cast<int>(scan.size());
   deskewed.hits_in_robot.resize(2, deskewed.beams);
+  deskewed.velocity = velocity;
   deskewed.beam_of_hit.reserve(scan.size());
+  deskewed.time_of_hit_s.reserve(scan.size());
   const double beam_period_s =
       deskewed.beams > 1 ? info.scan_duration_s / (deskewed.beams - 1) : 0.0;
   const Eigen::Matrix2d turn = robot_from_sensor.linear().topLeftCorner<2, 2>();
@@ -76,12 +79,35 @@ DeskewedScan deskew_and_project(const LaserScan& scan,
                               ? beam_period_s * static_cast<double>(beam)
                               : static_cast<double>(scan.time_offsets_s[beam]);
     deskewed.beam_of_hit.push_back(static_cast<int32_t>(beam));
+    deskewed.time_of_hit_s.push_back(static_cast<float>(time_s));
     deskewed.hits_in_robot.col(used++) =
         time_s == 0.0 ? hit_in_robot : velocity.after(time_s) * hit_in_robot;
   }
   deskewed.hits_in_robot.conservativeResize(2, used);
   deskewed.no_return = deskewed.beams - static_cast<int>(used);
   return deskewed;
+}
+
+DeskewedScan deskewed_again(DeskewedScan scan,
+                            std::vector<float> time_of_hit_s,
+                            const Velocity2& velocity) {
+  for (std::size_t hit = 0; hit < time_of_hit_s.size(); ++hit) {
+    const auto column = static_cast<Eigen::Index>(hit);
+    const Eigen::Vector2d at_first_beam = scan.hits_in_robot.col(column);
+    const Pose2 before = scan.velocity.after(static_cast<double>(scan.time_of_hit_s[hit]));
+    const Pose2 now = velocity.after(static_cast<double>(time_of_hit_s[hit]));
+    scan.hits_in_robot.col(column) = now * (before.inverse() * at_first_beam);
+  }
+  scan.time_of_hit_s = std::move(time_of_hit_s);
+  scan.velocity = velocity;
+  return scan;
+}
+
+Pose2 first_from_middle(const DeskewedScan& scan) {
+  if (scan.time_of_hit_s.empty()) return {};
+  double sum_s = 0.0;
+  for (const float time_s : scan.time_of_hit_s) sum_s += static_cast<double>(time_s);
+  return scan.velocity.after(sum_s / static_cast<double>(scan.time_of_hit_s.size()));
 }
 
 }  // namespace marco

@@ -28,6 +28,8 @@ struct DeskewedScan {
   Points2 hits_in_robot;                     ///< 2xN [m], in the order of the beams
   Eigen::Vector2d sensor_in_robot = {0, 0};  ///< [m]
   std::vector<int32_t> beam_of_hit;          ///< one a column: its index in the LaserScan
+  std::vector<float> time_of_hit_s;          ///< one a column: since `utime`
+  Velocity2 velocity;                        ///< it was deskewed by
   double sensor_heading_rad = 0.0;           ///< of the sensor's x axis, seen from the robot
   int beams = 0;                             ///< as measured
   int no_return = 0;  ///< outside the range limits, 0, NaN, infinite or negative
@@ -51,5 +53,15 @@ DeskewedScan deskew_and_project(const LaserScan& scan,
                                 const SensorInfo& info,
                                 const Pose3& robot_from_sensor,
                                 const Velocity2& velocity);
+
+/// The same scan, deskewed by another velocity, or with other times of its hits.
+DeskewedScan deskewed_again(DeskewedScan scan,
+                            std::vector<float> time_of_hit_s,
+                            const Velocity2& velocity);
+
+/// The way from the scan's first beam to the middle of its hits' times. A match, which is rigid,
+/// finds the pose at the middle: that is the same, to first order, whatever velocity the scan was
+/// deskewed by. The pose at the first beam is not.
+Pose2 first_from_middle(const DeskewedScan& scan);
 
 }  // namespace marco

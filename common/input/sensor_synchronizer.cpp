@@ -112,16 +112,29 @@ void SensorSynchronizer::add(LaserScan scan) {
   waiting.period_s = stamps.period_s();
   waiting.off_beat = stamps.off_beat();
   waiting.own_odometry = state_.odometry.own_of(scan.utime);
-  repair_beams(scan, waiting.period_s);
+  waiting.beam_order = repair_beams(scan, waiting.period_s);
   waiting.scan = std::move(scan);
   state_.newest = waiting.repaired;
   state_.waiting.push_back(std::move(waiting));
   advance();
 }
 
-void SensorSynchronizer::repair_beams(LaserScan& scan, double period_s) {
+BeamVerdict SensorSynchronizer::repair_beams(LaserScan& scan, double period_s) {
   const auto wrong = repair_beam_times(scan, period_s);
   if (wrong && said_of_beams_.insert(scan.channel).second) drop_(scan.channel + ": " + *wrong);
+  // A laser that says how long its scan takes has told the times of its beams.
+  if (scan.time_offsets_s.empty() && is_turn_period(sensor_of(scan.channel)->scan_duration_s)) {
+    return {};
+  }
+  return state_.beam_orders[scan.channel].look(scan, period_s);
+}
+
+void SensorSynchronizer::note_misfits(const SynchronizedScan& scan,
+                                      const std::vector<double>& misfits_m2) {
+  if (misfits_m2.empty()) return;
+  const std::string& channel = scan.scan.channel;
+  const auto found = state_.beam_orders[channel].note(scan.beam_order, misfits_m2);
+  if (found) drop_(channel + ": " + *found);
 }
 
 void SensorSynchronizer::advance() {
@@ -179,6 +192,7 @@ SynchronizedScan SensorSynchronizer::synchronized(WaitingScan waiting) {
   }
   result.robot_from_sensor = result.info.parent_from_sensor;
   if (result.info.mount == SensorInfo::Mount::pantilt) look_up_pantilt(result);
+  result.beam_order = std::move(waiting.beam_order);
   result.scan = std::move(waiting.scan);
   return result;
 }

@@ -46,6 +46,7 @@ struct WaitingScan {
   double period_s = 0.0;
   double off_beat = 0.0;
   std::optional<Pose2> own_odometry;  ///< see OdometryTrack
+  BeamVerdict beam_order;
 
   OdometryTrack::AtScan at() const { return {scan.utime, repaired, period_s, own_odometry}; }
 
@@ -56,6 +57,7 @@ struct WaitingScan {
     v("period_s", period_s);
     v("off_beat", off_beat);
     v("own_odometry", own_odometry);
+    v("beam_order", beam_order);
   }
 };
 
@@ -67,6 +69,7 @@ struct SynchronizerState {
   PoseBuffer gyro_heading;  ///< integrated yaw rate as a pose's heading
   PanTiltTrack pantilt;
   std::map<std::string, StampRepair> stamps;  ///< by channel
+  std::map<std::string, BeamOrderJudge> beam_orders;
   std::deque<WaitingScan> waiting;
   Utime newest;                     ///< the last scan's repaired stamp
   bool odometry_restarted = false;  ///< and no scan has come since
@@ -79,6 +82,7 @@ struct SynchronizerState {
     v("gyro_heading", gyro_heading);
     v("pantilt", pantilt);
     v("stamps", stamps);
+    v("beam_orders", beam_orders);
     v("waiting", waiting);
     v("newest", newest);
     v("odometry_restarted", odometry_restarted);
@@ -94,7 +98,7 @@ struct ChannelNames {
 /// Brings a robot's sensors together: samples in, in any order; scans out, in order of arrival,
 /// each with odometry, gyro and pan-tilt at its time. A scan waits until these are known, if they
 /// come at all, for `patience_s` at most. Stamps are repaired once, here (StampRepair); scans keep
-/// their own. So are beam times (beam_times.hpp).
+/// their own. So are beam times (beam_times.hpp, beam_order.hpp).
 ///
 /// Depends on the samples' order and stamps alone, never on a clock. Memory is bounded: 64
 /// channels, 200 waiting scans, some thousand samples of each other sensor. Not thread-safe.
@@ -115,6 +119,8 @@ class SensorSynchronizer {
 
   /// The oldest complete scan that was not taken yet.
   std::optional<SynchronizedScan> next();
+  /// What a scan has shown of the order of its laser's beams, see BeamOrderJudge.
+  void note_misfits(const SynchronizedScan& scan, const std::vector<double>& misfits_m2);
   /// No more samples will come: what still waits is completed by what is known.
   void complete_all();
   /// What follows was recorded at another time, and perhaps with other sensors.
@@ -131,7 +137,8 @@ class SensorSynchronizer {
   void restore(SynchronizerState state);
 
  private:
-  void repair_beams(LaserScan& scan, double period_s);
+  /// In a wrong unit, or order. @returns what is known of the order
+  BeamVerdict repair_beams(LaserScan& scan, double period_s);
   void advance();
   bool is_complete(const WaitingScan& scan) const;
   void complete_first();

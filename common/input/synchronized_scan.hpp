@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "common/input/beam_order.hpp"
 #include "common/input/deskew.hpp"
 #include "common/input/pantilt_track.hpp"
 #include "common/samples.hpp"
@@ -15,6 +16,7 @@ struct MotionInput {
   std::optional<double> gyro_heading_rad;  ///< integrated yaw rate, from any start
   double scan_period_s = 0.0;              ///< of this laser; 0 = not known yet
   double off_beat = 0.0;                   ///< see StampRepair
+  Pose2 first_from_middle;                 ///< see deskew.hpp; as the scan was deskewed
 
   /// What saved maps keep of it.
   template <class Visitor>
@@ -22,6 +24,7 @@ struct MotionInput {
     v("utime", utime);
     v("odom_from_robot", odom_from_robot);
     v("gyro_heading_rad", gyro_heading_rad);
+    v("first_from_middle", first_from_middle);
   }
 };
 
@@ -30,6 +33,7 @@ struct SynchronizedScan {
   LaserScan scan;  ///< as measured, with its own stamp
   SensorInfo info;
   MotionInput motion;
+  BeamVerdict beam_order;              ///< that it was put into, as far as it is judged
   double duration_s = 0.0;             ///< first beam to last beam
   std::optional<Pose2> odometry_step;  ///< odometry's motion from the first beam to the last
   /// Of a laser on a pan-tilt at both beams; 0 of one that is fixed, or where nothing is known.

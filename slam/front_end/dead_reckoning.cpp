@@ -42,36 +42,55 @@ MotionGuess DeadReckoning::by_scans() const {
   return {state_.last_step, covariance_after(dt_s, options_), MotionGuess::Source::velocity};
 }
 
-MotionGuess DeadReckoning::guess(Utime now) const {
-  if (!state_.newest) return {};
+bool DeadReckoning::scans_are_the_clock(Utime now) const {
   const double dt_s = (now - *state_.newest).seconds();
-  const bool scans_are_the_clock = state_.clock_contest > 0.0 && state_.scan_period_s > 0.0 &&
-                                   dt_s <= kLongestStallPeriods * state_.scan_period_s;
-  return scans_are_the_clock ? by_scans() : by_time(now);
+  return state_.clock_contest > 0.0 && state_.scan_period_s > 0.0 &&
+         dt_s <= kLongestStallPeriods * state_.scan_period_s;
+}
+
+MotionGuess DeadReckoning::guess(Utime now, const Pose2& now_from_middle) const {
+  if (!state_.newest) return {};
+  MotionGuess guess = scans_are_the_clock(now) ? by_scans() : by_time(now);
+  guess.before_from_now =
+      state_.newest_from_middle * guess.before_from_now * now_from_middle.inverse();
+  return guess;
+}
+
+std::optional<Velocity2> DeadReckoning::velocity_to(Utime now,
+                                                    const Pose2& before_from_middle) const {
+  if (!state_.newest) return std::nullopt;
+  const double dt_s =
+      scans_are_the_clock(now) ? state_.scan_period_s : (now - *state_.newest).seconds();
+  if (dt_s > kMaxGapS) return std::nullopt;
+  const Pose2 step = state_.newest_from_middle.inverse() * before_from_middle;
+  return believed_velocity(step, dt_s, options_);
 }
 
 void DeadReckoning::update(Utime now,
                            double scan_period_s,
                            const Pose2& before_from_now,
-                           bool matched) {
+                           bool matched,
+                           const Pose2& now_from_middle) {
   if (state_.newest) {
-    if (matched) judge_clocks(now, before_from_now);
+    const Pose2 step = state_.newest_from_middle.inverse() * before_from_now * now_from_middle;
+    if (matched) judge_clocks(now, step);
     state_.history.push_back({*state_.newest, Pose2{}});
-    for (DeadReckoningState::Step& step : state_.history) {
-      step.then_from_now = step.then_from_now * before_from_now;
+    for (DeadReckoningState::Step& then : state_.history) {
+      then.then_from_now = then.then_from_now * step;
     }
-    state_.last_step = before_from_now;
+    state_.last_step = step;
   }
   state_.newest = now;
+  state_.newest_from_middle = now_from_middle;
   state_.scan_period_s = scan_period_s;
   measure_velocity();
 }
 
-void DeadReckoning::judge_clocks(Utime now, const Pose2& before_from_now) {
+void DeadReckoning::judge_clocks(Utime now, const Pose2& step) {
   constexpr double kFresh = 0.05, kMostPerScan = 2.0;
   constexpr double kAlikeM = 0.05, kAlikeDeg = 2.0;  // smaller errors count alike
   const auto error2 = [&](const MotionGuess& guess) {
-    const Eigen::Vector3d off = difference(before_from_now, guess.before_from_now);
+    const Eigen::Vector3d off = difference(step, guess.before_from_now);
     const double turns = off.z() / deg_to_rad(kAlikeDeg);
     return 1.0 + off.head<2>().squaredNorm() / (kAlikeM * kAlikeM) + turns * turns;
   };

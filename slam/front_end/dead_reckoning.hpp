@@ -10,7 +10,7 @@ namespace marco::slam {
 
 /// What DeadReckoning remembers.
 struct DeadReckoningState {
-  /// A scan of the last second, and the way from there to the newest.
+  /// A scan of the last second, and the way from its middle to that of the newest.
   struct Step {
     Utime utime;
     Pose2 then_from_now;
@@ -24,7 +24,8 @@ struct DeadReckoningState {
   std::optional<Utime> newest;
   std::deque<Step> history;
   double scan_period_s = 0.0;  ///< of the newest scan's laser; 0 = not known
-  Pose2 last_step;             ///< to the newest scan from the one before
+  Pose2 last_step;             ///< to the newest scan's middle from that of the one before
+  Pose2 newest_from_middle;    ///< from the newest scan's first beam, see deskew.hpp
   /// Running mean of log(squared error by time / squared error by scans): above 0 where stamps are
   /// so irregular that scans are the better clock.
   double clock_contest = 0.0;
@@ -35,6 +36,7 @@ struct DeadReckoningState {
     v("history", history);
     v("scan_period_s", scan_period_s);
     v("last_step", last_step);
+    v("newest_from_middle", newest_from_middle);
     v("clock_contest", clock_contest);
   }
 };
@@ -42,16 +44,28 @@ struct DeadReckoningState {
 /// Dead reckoning: the move to the next scan by those before. Either the velocity of the last scans
 /// goes on for the time that has passed, or the last step is made again, whatever the stamps say: a
 /// logger that stalls stamps scans of a steady laser a millisecond and half a second apart. Which
-/// of both, the moves found so far decide. Not thread-safe.
+/// of both, the moves found so far decide.
+///
+/// Velocities are measured from the middle of a scan to the middle of the next. From first beam to
+/// first beam they would feed back: the pose there errs with the velocity that the scan was
+/// deskewed by. Not thread-safe.
 class DeadReckoning {
  public:
   explicit DeadReckoning(const MotionOptions& options) : options_(options) {}
 
   /// The move from the newest scan to one at `now`; `nothing`, and where the robot may be by then,
-  /// before the second scan and after a gap.
-  MotionGuess guess(Utime now) const;
+  /// before the second scan and after a gap. @param now_from_middle  see deskew.hpp
+  MotionGuess guess(Utime now, const Pose2& now_from_middle = {}) const;
   /// Takes note of a move. @param matched  it was found by a scan: it judges the guesses
-  void update(Utime now, double scan_period_s, const Pose2& before_from_now, bool matched);
+  void update(Utime now,
+              double scan_period_s,
+              const Pose2& before_from_now,
+              bool matched,
+              const Pose2& now_from_middle = {});
+
+  /// That leads from the newest scan's middle to `before_from_middle`, of a scan at `now`; nothing
+  /// where that makes no sense.
+  std::optional<Velocity2> velocity_to(Utime now, const Pose2& before_from_middle) const;
 
   /// Of the last scans; nothing where their stamps make no sense.
   std::optional<Velocity2> velocity() const { return velocity_; }
@@ -62,9 +76,11 @@ class DeadReckoning {
   void restore(const DeadReckoningState& state);
 
  private:
+  /// From middle to middle.
   MotionGuess by_time(Utime now) const;
   MotionGuess by_scans() const;
-  void judge_clocks(Utime now, const Pose2& before_from_now);
+  bool scans_are_the_clock(Utime now) const;
+  void judge_clocks(Utime now, const Pose2& step);
   void measure_velocity();
 
   MotionOptions options_;

@@ -78,7 +78,7 @@ std::optional<MotionGuess> MotionModel::from_gyro(const MotionInput& now) const 
 
 MotionGuess MotionModel::guess(const MotionInput& now) const {
   if (!state_.before) return {};
-  MotionGuess guess = reckoning_.guess(now.utime);
+  MotionGuess guess = reckoning_.guess(now.utime, now.first_from_middle);
   double error_rad2 = state_.reckoning_error.rad2;
   if (const auto odometry = from_odometry(now)) {
     const PredictionError &error = state_.odometry_error, &other = state_.reckoning_error;
@@ -125,14 +125,14 @@ bool MotionModel::exceeds_motion_limits(const Pose2& moved, Utime now) const {
          std::abs(moved.theta_rad) > deg_to_rad(kDeg + since_s * options_.max_turn_rate_deg_per_s);
 }
 
-Velocity2 MotionModel::velocity_during(const std::optional<Pose2>& odometry_step,
-                                       double duration_s) const {
-  // The last match's velocity feeds back: a long scan deskewed by a wrong velocity is matched as
-  // wrong the other way, and worse from scan to scan.
+ScanVelocity MotionModel::velocity_during(const std::optional<Pose2>& odometry_step,
+                                          double duration_s) const {
+  // Over less, odometry's own steps make nonsense of it.
   constexpr double kLongScanS = 0.05;
-  const Velocity2 velocity = reckoning_.smoothed_velocity();
-  if (duration_s < kLongScanS || !odometry_step || !trusts_odometry()) return velocity;
-  return believed_velocity(*odometry_step, duration_s, options_).value_or(velocity);
+  const ScanVelocity predicted{reckoning_.smoothed_velocity()};
+  if (duration_s < kLongScanS || !odometry_step || !trusts_odometry()) return predicted;
+  const auto measured = believed_velocity(*odometry_step, duration_s, options_);
+  return measured ? ScanVelocity{*measured, true} : predicted;
 }
 
 void MotionModel::update(const MotionInput& now,
@@ -147,14 +147,14 @@ void MotionModel::update(const MotionInput& now,
     state_.turn_rad += kFresh * (std::abs(before_from_now.theta_rad) - state_.turn_rad);
   }
   state_.before = now;
-  reckoning_.update(now.utime, now.scan_period_s, before_from_now, matched);
+  reckoning_.update(now.utime, now.scan_period_s, before_from_now, matched, now.first_from_middle);
 }
 
 void MotionModel::judge_predictions(const MotionInput& now, const Pose2& before_from_now) {
   const auto error_of = [&](const MotionGuess& guess) {
     return difference(before_from_now, guess.before_from_now);
   };
-  state_.reckoning_error.update(error_of(reckoning_.guess(now.utime)));
+  state_.reckoning_error.update(error_of(reckoning_.guess(now.utime, now.first_from_middle)));
   if (const auto odometry = from_odometry(now)) state_.odometry_error.update(error_of(*odometry));
   if (const auto gyro = from_gyro(now)) state_.gyro_error.update(error_of(*gyro));
 }

@@ -11,6 +11,12 @@
 
 namespace marco::slam {
 
+/// A robot's velocity during a scan.
+struct ScanVelocity {
+  Velocity2 velocity;
+  bool by_odometry = false;  ///< else it was predicted: its own match knows better
+};
+
 /// What a MotionModel remembers.
 struct MotionState {
   std::optional<MotionInput> before;
@@ -76,7 +82,11 @@ class MotionModel {
   /// To deskew the next scan by: odometry's, if the scan is long and odometry is trusted, else that
   /// of the last scans, smoothed over two at least.
   /// @param odometry_step  from the scan's first beam to its last, where it is known
-  Velocity2 velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const;
+  ScanVelocity velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const;
+  /// That a match shows: see DeadReckoning.
+  std::optional<Velocity2> velocity_to(Utime now, const Pose2& before_from_middle) const {
+    return reckoning_.velocity_to(now, before_from_middle);
+  }
 
   MotionState state() const;
   void restore(const MotionState& state);

@@ -25,7 +25,15 @@ ScanMatcher::ScanMatcher(const MatchGateOptions& gates,
 
 ScanMatch ScanMatcher::judged(const SurfelMatch& fine) const {
   return {fine.map_from_robot, fine.information, fine.overlap,
-          fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= gates_.poor_overlap};
+          fine.status != SurfelMatch::Status::no_overlap && fine.overlap >= gates_.poor_overlap,
+          fine.misfit_m2};
+}
+
+ScanMatch ScanMatcher::match_again(const OrientedPoints& points,
+                                   const Pose2& world_from_robot,
+                                   const PosePrior& prior,
+                                   const LocalMap& map) const {
+  return judged(fine_.match(map.surfels(), points, world_from_robot, &prior));
 }
 
 ScanMatch ScanMatcher::match(const OrientedPoints& points,

@@ -13,6 +13,7 @@ struct ScanMatch {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of the scan alone, world frame
   double overlap = 0.0;                                   ///< part of the points that lie on a wall
   bool usable = false;
+  double misfit_m2 = 0.0;  ///< see SurfelMatch
 };
 
 /// Matches a scan against the local map: about the prediction; without odometry where that fits
@@ -31,6 +32,12 @@ class ScanMatcher {
                   MotionGuess::Source source,
                   const KeyframeSet& keyframes,
                   LocalMap& map) const;
+
+  /// Once more, from nearby.
+  ScanMatch match_again(const OrientedPoints& points,
+                        const Pose2& world_from_robot,
+                        const PosePrior& prior,
+                        const LocalMap& map) const;
 
   const SurfelMatcher& fine() const { return fine_; }
   const CorrelativeMatcher& coarse() const { return coarse_; }

@@ -64,7 +64,7 @@ class Localizer {
   /// Each time it became sure.
   const std::vector<Finding>& findings() const { return findings_; }
   /// See MotionModel.
-  Velocity2 velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const {
+  ScanVelocity velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const {
     return tracking_ ? motion_.velocity_during(odometry_step, duration_s)
                      : odometry_.session().velocity_during(odometry_step, duration_s);
   }

@@ -266,6 +266,7 @@ bool SurfelMatcher::judge(const Correspondences& points,
     }
   }
   match.overlap = near / points.count();
+  match.misfit_m2 = squares / points.count() + (1.0 - match.overlap) * 9.0 * sigma_m * sigma_m;
   if (near < 3.0) return false;
   match.rms_m = std::sqrt(squares / near);
   const double noise_m = std::max(match.rms_m, options_.noise_floor_m);

@@ -67,7 +67,8 @@ struct SurfelMatch {
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   double overlap = 0.0;  ///< part of the points that are inliers: within 3 sigma of a surfel's line
   double rms_m = 0.0;    ///< of the inliers' residuals
-  int iterations = 0;    ///< of all levels
+  double misfit_m2 = 0.0;  ///< mean squared residual; an outlier's counts as 3 sigma
+  int iterations = 0;      ///< of all levels
 };
 
 /// A local map at several resolutions.

@@ -75,14 +75,20 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   SlamInput input;
   const bool distrusted = is_covered(edits_, MapEdit::Kind::distrust_odometry, utime);
   const auto odometry_step = distrusted ? std::nullopt : scan.odometry_step;
-  input.scan = deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor,
-                                  session_.velocity_during(odometry_step, scan.duration_s));
+  const ScanVelocity velocity = session_.velocity_during(odometry_step, scan.duration_s);
+  input.scan = deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor, velocity.velocity);
+  input.deskewed_by_odometry = velocity.by_odometry;
   input.motion = scan.motion;
   if (distrusted) input.motion.odom_from_robot.reset();
   input.level = scan.level;
   input.may_draw = may_draw;
+  for (const BeamOrder order : scan.beam_order.rivals) {
+    input.rival_times_s.push_back(
+        reordered_times_s(scan.scan, scan.motion.scan_period_s, *scan.beam_order.order, order));
+  }
   const bool loop_closed = exchange_loop_work(utime);
   const SlamUpdate update = session_.process(input);
+  input_.note_misfits(scan, update.misfits_m2);
   // In parts: redrawing all keyframes takes seconds.
   if (loop_worker_ && options_.map_period_s > 0.0) grid_.advance(session_.keys(), kDrawnAtOnce);
   MappedScan mapped;

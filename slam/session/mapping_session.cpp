@@ -166,8 +166,8 @@ const PlaceEstimate* MappingSession::estimate() const {
   return to_extend_.finder ? &to_extend_.finder->estimate() : nullptr;
 }
 
-Velocity2 MappingSession::velocity_during(const std::optional<Pose2>& odometry_step,
-                                          double duration_s) const {
+ScanVelocity MappingSession::velocity_during(const std::optional<Pose2>& odometry_step,
+                                             double duration_s) const {
   return localizer_ ? localizer_->velocity_during(odometry_step, duration_s)
                     : slam_.velocity_during(odometry_step, duration_s);
 }

@@ -57,7 +57,7 @@ class MappingSession : public Mapper2d {
   /// extending: the result of the last look for the place
   const PlaceEstimate* estimate() const;
   /// See MotionModel.
-  Velocity2 velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const;
+  ScanVelocity velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const;
   using Apart = SessionHistory::Apart;
   const std::vector<Apart>& apart() const { return history_.apart(); }
   /// A pose a scan since the last reset or extend; scans of sessions set apart, and when localizing

@@ -41,7 +41,7 @@ class Office {
       }
       const auto* scan = std::get_if<LaserScan>(&sample);
       if (scan != nullptr && scan->time_offsets_s.empty()) {  // each comes twice
-        mapper.process(input_of(*scan, odom_from_robot, mapper.velocity_during({}, 0.0)));
+        mapper.process(input_of(*scan, odom_from_robot, mapper.velocity_during({}, 0.0).velocity));
       }
     });
     mapper.finish();

@@ -56,6 +56,36 @@ TEST(PrepareScan, MovesEachBeamToTheFirstBeamsTime) {
   EXPECT_NEAR(slower.hits_in_robot(0, 2), 3.2, 1e-6);
 }
 
+TEST(DeskewedAgain, EqualsAScanDeskewedSoAtOnce) {
+  LaserScan scan;
+  scan.ranges_m = {3.0F, 2.0F, 0.0F, 1.0F};
+  scan.bearing_step_rad = 1.5;
+  scan.time_offsets_s = {0.0F, 0.05F, 0.1F, 0.15F};
+  const Velocity2 predicted{0.3, 0.1, 1.0}, found{0.5, 0.0, -2.0};
+  const Pose3 laser = make_pose3({0.2, 0.1, 0.3}, 0.0, 0.0, 0.4);
+  const DeskewedScan wanted = deskew_and_project(scan, {}, laser, found);
+  const DeskewedScan before = deskew_and_project(scan, {}, laser, predicted);
+  const DeskewedScan again = deskewed_again(before, before.time_of_hit_s, found);
+  EXPECT_LT((again.hits_in_robot - wanted.hits_in_robot).norm(), 1e-6);
+  EXPECT_GT((again.hits_in_robot - before.hits_in_robot).norm(), 0.3);
+  EXPECT_EQ(again.velocity.yaw_rad_per_s, -2.0);
+  scan.time_offsets_s = {0.15F, 0.1F, 0.05F, 0.0F};
+  const DeskewedScan reversed = deskewed_again(before, {0.15F, 0.1F, 0.0F}, found);
+  EXPECT_LT(
+      (reversed.hits_in_robot - deskew_and_project(scan, {}, laser, found).hits_in_robot).norm(),
+      1e-6);
+}
+
+TEST(FirstFromMiddle, IsTheWayToTheMeanOfTheHitsTimes) {
+  LaserScan scan;
+  scan.ranges_m = {3.0F, 0.0F, 2.0F};
+  scan.time_offsets_s = {0.0F, 0.05F, 0.2F};
+  const Velocity2 velocity{1.0, 0.0, 0.5};
+  const DeskewedScan deskewed = deskew_and_project(scan, {}, Pose3::Identity(), velocity);
+  EXPECT_THAT(first_from_middle(deskewed), IsNear(velocity.after(0.1), 1e-7, 1e-7));
+  EXPECT_THAT(first_from_middle(DeskewedScan{}), IsNear(Pose2{}, 0.0, 0.0));
+}
+
 TEST(PrepareScan, AnEmptyScanStaysEmpty) {
   const DeskewedScan prepared = deskew_and_project({}, {}, Pose3::Identity(), {});
   EXPECT_EQ(prepared.hits_in_robot.cols(), 0);

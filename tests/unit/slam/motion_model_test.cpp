@@ -57,7 +57,7 @@ TEST(MotionModel, WithoutOdometryTheLastVelocityGoesOn) {
 TEST(MotionModel, WhatSwingsFromScanToScanDoesNotStraightenScans) {
   MotionModel model;
   for (int i = 0; i < 11; ++i) model.update(at(0.15 * i), {0.0, 0.0, i % 2 == 0 ? 0.3 : -0.3});
-  EXPECT_NEAR(model.velocity_during({}, 0.0).yaw_rad_per_s, 0.0, 1e-9);
+  EXPECT_NEAR(model.velocity_during({}, 0.0).velocity.yaw_rad_per_s, 0.0, 1e-9);
   EXPECT_NEAR(model.guess(at(1.65)).before_from_now.theta_rad, 0.3, 1e-9);
 }
 
@@ -74,7 +74,7 @@ TEST(MotionModel, TwoScansOfNearlyOneStampTellNoVelocity) {
   MotionModel model;
   model.update(at(0.0), {});
   model.update(at(0.001), {0.06, 0, 0});
-  EXPECT_EQ(model.velocity_during({}, 0.0).ahead_m_per_s, 0.0);
+  EXPECT_EQ(model.velocity_during({}, 0.0).velocity.ahead_m_per_s, 0.0);
 }
 
 TEST(MotionModel, OdometryAboveTheLimitsIsNotTrustedMoreThanTheLastVelocity) {

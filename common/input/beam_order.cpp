@@ -1,0 +1,123 @@
+#include "common/input/beam_order.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/input/beam_times.hpp"
+
+namespace marco {
+namespace {
+
+// Turning scans: before fewer nothing is concluded, and after so many there is nothing to be found.
+constexpr int kFewest = 20, kMost = 300;
+
+// A verdict is asked for after each scan, and neighbouring scans err alike.
+constexpr double kSureSigmas = 3.5;
+
+// Of the loss of the one direction at most, the loss of the other. If beams were measured at once
+// both would lose the same; if in the other direction, it would lose nothing.
+constexpr double kClearlyLess = 0.5;
+
+std::string described(BeamOrder given, BeamOrder order) {
+  if (order == given) return "beam times are right after all: left as they are";
+  if (order == BeamOrder::at_once)
+    return "beams are measured at once, against their times: so used";
+  if (given != BeamOrder::at_once) return "beam times run backwards: reversed";
+  return std::string("beam times missing: spread over the turn, ") +
+         (order == BeamOrder::forwards ? "first to last" : "last to first");
+}
+
+}  // namespace
+
+std::vector<float> reordered_times_s(const LaserScan& scan,
+                                     double period_s,
+                                     BeamOrder now,
+                                     BeamOrder order) {
+  std::vector<float> times_s(scan.size(), 0.0F);
+  if (const auto span = span_of_turn(scan, period_s)) {
+    const float sum_s = span->first_s + span->last_s;
+    for (std::size_t beam = 0; beam < times_s.size(); ++beam) {
+      const float time_s = scan.time_offsets_s[beam];
+      times_s[beam] = order == BeamOrder::at_once ? 0.5F * sum_s
+                      : order == now              ? time_s
+                                                  : sum_s - time_s;
+    }
+    return times_s;
+  }
+  if (order == BeamOrder::at_once || times_s.empty()) return times_s;
+  const auto beams = static_cast<double>(times_s.size());
+  const double step_s = (order == BeamOrder::forwards ? period_s : -period_s) / beams;
+  for (std::size_t beam = 0; beam < times_s.size(); ++beam) {
+    times_s[beam] = static_cast<float>(step_s * (static_cast<double>(beam) - 0.5 * (beams - 1.0)));
+  }
+  return times_s;
+}
+
+std::vector<BeamOrder> BeamOrderJudge::rivals() const {
+  std::vector<BeamOrder> rivals;
+  for (const auto order : {BeamOrder::forwards, BeamOrder::backwards, BeamOrder::at_once}) {
+    if (order != present_) rivals.push_back(order);
+  }
+  return rivals;
+}
+
+BeamVerdict BeamOrderJudge::look(LaserScan& scan, double period_s) {
+  if (!is_turn_period(period_s) || !sees_all_round(scan)) return {};
+  const auto given = span_of_turn(scan, period_s) ? BeamOrder::forwards : BeamOrder::at_once;
+  if (!given_) present_ = *(given_ = given);
+  if (given != *given_) return {};
+  BeamVerdict verdict;
+  verdict.order = present_;
+  if (present_ != given) scan.time_offsets_s = reordered_times_s(scan, period_s, given, present_);
+  if (!decided_) verdict.rivals = rivals();
+  return verdict;
+}
+
+double BeamOrderJudge::sigmas(const Sums& sums) const {
+  const double mean = sums.sum / scans_;
+  const double variance = std::max(0.0, sums.squares / scans_ - mean * mean);
+  return variance > 0.0 ? mean / std::sqrt(variance / scans_) : 0.0;
+}
+
+std::optional<BeamOrder> BeamOrderJudge::better_order() const {
+  const std::vector<BeamOrder> others = rivals();
+  if (present_ == BeamOrder::at_once) {
+    const double lead = sigmas(sums_[2]);
+    if (std::abs(lead) < kSureSigmas) return std::nullopt;
+    const std::size_t winner = lead > 0.0 ? 0 : 1;
+    const double loss = -sums_[winner].sum, other_loss = -sums_[1 - winner].sum;
+    if (loss > kClearlyLess * other_loss) return std::nullopt;
+    return others[winner];
+  }
+  const std::size_t best = sums_[0].sum > sums_[1].sum ? 0 : 1;
+  if (sigmas(sums_[best]) < kSureSigmas) return std::nullopt;
+  return others[best];
+}
+
+std::optional<std::string> BeamOrderJudge::note(const BeamVerdict& scan,
+                                                const std::vector<double>& misfits_m2) {
+  // A scan may have waited while the order changed.
+  if (decided_ || scan.order != present_ || misfits_m2.size() != 3) return std::nullopt;
+  if (!(*std::min_element(misfits_m2.begin(), misfits_m2.end()) > 0.0)) return std::nullopt;
+  const double first = std::log(misfits_m2[0] / misfits_m2[1]);
+  const double second = std::log(misfits_m2[0] / misfits_m2[2]);
+  const double gains[] = {first, second, first - second};
+  for (std::size_t i = 0; i < sums_.size(); ++i) {
+    sums_[i].sum += gains[i];
+    sums_[i].squares += gains[i] * gains[i];
+  }
+  if (++scans_ < kFewest) return std::nullopt;
+  const auto better = better_order();
+  const bool both_worse = sigmas(sums_[0]) < -kSureSigmas && sigmas(sums_[1]) < -kSureSigmas;
+  const bool alike = std::abs(sigmas(sums_[2])) < kSureSigmas;
+  const bool sure = both_worse && (alike || present_ != BeamOrder::at_once);
+  decided_ = !better && (sure || scans_ >= kMost);
+  if (!better) return std::nullopt;
+  present_ = *better;
+  sums_.assign(3, {});
+  scans_ = 0;
+  return described(*given_, present_);
+}
+
+}  // namespace marco

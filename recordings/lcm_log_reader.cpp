@@ -189,13 +189,23 @@ class LcmLogReader : public files::QueuedReader {
     return fits;
   }
 
+  static int64_t drifted_us(int64_t utime_us, const LoggedChannel& channel) {
+    if (channel.drift == 0.0) return 0;
+    constexpr double kMostUs = 1e9;  // of a log that lasts for days
+    const double since_us = static_cast<double>(utime_us) - static_cast<double>(channel.first_us);
+    return static_cast<int64_t>(std::clamp(channel.drift * since_us, -kMostUs, kMostUs));
+  }
+
   // In the laser's clock.
   void give(Sample sample, const LoggedChannel& channel) {
     static constexpr const char* kKinds[] = {"sensor infos", "scans",    "odometry",
                                              "imu",          "pan-tilt", "true poses"};
     ++report_.given[kKinds[sample.index()]];
     std::visit(
-        [&](auto& value) { value.utime = stamp_of(wrapped_sum(value.utime.us, channel.shift_us)); },
+        [&](auto& value) {
+          const int64_t shift_us = channel.shift_us + drifted_us(value.utime.us, channel);
+          value.utime = stamp_of(wrapped_sum(value.utime.us, shift_us));
+        },
         sample);
     const auto* scan = std::get_if<LaserScan>(&sample);
     require(scan == nullptr || scan->size() >= 2, "scan of fewer than 2 beams");

@@ -8,6 +8,7 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "recordings/clock_drift.hpp"
 
 namespace marco {
 namespace {
@@ -91,6 +92,31 @@ void compare_clocks(LogSurvey& survey, Offsets& offsets) {
   }
 }
 
+// The laser's clock against the others': of a robot's parts it alone is not the computer's.
+void compare_rates(LogSurvey& survey, const std::map<std::string, ClockDrift>& drifts) {
+  constexpr double kMattersS = 0.02, kSure = 3.0;
+  const auto laser = drifts.find(survey.lidar_channel);
+  if (laser == drifts.end()) return;
+  const auto lidar_line = laser->second.line();
+  for (auto& [name, channel] : survey.channels) {
+    const auto drift = drifts.find(name);
+    if (channel.meaning == LoggedChannel::Meaning::passed_by || drift == drifts.end()) continue;
+    const auto line = drift->second.line();
+    if (!line || !lidar_line) continue;
+    const double rate = line->seconds_per_s - lidar_line->seconds_per_s;
+    const double apart_s = std::abs(rate) * std::min(line->span_s, lidar_line->span_s);
+    if (apart_s < std::max(kMattersS, kSure * std::hypot(line->doubt_s, lidar_line->doubt_s)))
+      continue;
+    channel.drift = rate;
+    channel.first_us = drift->second.first_us();
+    char note[200];
+    std::snprintf(note, sizeof note,
+                  "the clocks of %s and %s drift apart by %.2f %%: matched by event time",
+                  name.c_str(), survey.lidar_channel.c_str(), 100.0 * std::abs(rate));
+    survey.notes.emplace_back(note);
+  }
+}
+
 }  // namespace
 
 bool EventTimes::take(const LogEvent& event, std::optional<int64_t> utime) {
@@ -140,6 +166,7 @@ std::optional<int64_t> utime_of(const LogEvent& event) {
 LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
   LogSurvey survey;
   Offsets offsets;
+  std::map<std::string, ClockDrift> drifts;
   EventTimes times;
   files::EventLogReader log(path);
   int64_t events = 0;
@@ -160,6 +187,7 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
     if (utime && time_is_valid && known.size() < kEnoughOffsets) {
       known.push_back({event->event_time.us, difference(event->event_time.us, *utime)});
     }
+    if (utime && time_is_valid) drifts[event->channel].add(*utime, event->event_time.us);
     const bool laser = channel.meaning == LoggedChannel::Meaning::lidar ||
                        (channel.meaning == LoggedChannel::Meaning::ours &&
                         event->channel.rfind(channels::kLidar, 0) == 0);
@@ -184,6 +212,7 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
                            "there");
   }
   compare_clocks(survey, offsets);
+  compare_rates(survey, drifts);
   return survey;
 }
 

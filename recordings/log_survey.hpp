@@ -18,7 +18,9 @@ struct LoggedChannel {
   ForeignChannel foreign;
   std::string fingerprint;  ///< of its first event, 16 hexadecimal digits
   int64_t count = 0;
-  int64_t shift_us = 0;              ///< added to its stamps it gives the laser's clock
+  int64_t shift_us = 0;  ///< added to its stamps it gives the laser's clock, at its first stamp
+  double drift = 0.0;    ///< by which that grows, a second
+  int64_t first_us = 0;  ///< its first stamp
   std::optional<int64_t> offset_us;  ///< median of event time - utime, where the times are valid
 };
 

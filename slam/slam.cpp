@@ -1,7 +1,6 @@
 #include "slam/slam.hpp"
 
 #include "lcm_tools/base/check.hpp"
-#include "slam/back_end/session_loop_search.hpp"
 #include "slam/front_end/straightening.hpp"
 #include "slam/map/keyframe_grid.hpp"
 
@@ -62,7 +61,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
           .covariance +
       diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
   since_keyframe_ = covariance_of(information_of(since_keyframe) + match.information);
-  estimate_ = estimate_from(match, prior, motion_.stands_still(motion));
+  estimate_ = estimate_from(match, prior, motion_.stands_still(motion, match.information));
   motion_.update(motion, between(before, estimate_.world_from_robot), match.usable,
                  position_sigma_m(covariance_of(match.information)));
 
@@ -89,24 +88,41 @@ SlamUpdate Slam::process(const SlamInput& input) {
   return update;
 }
 
+MatchedScan Slam::matched_as_is(DeskewedScan scan,
+                                const PosePrior& prior,
+                                MotionGuess::Source source) {
+  MatchedScan matched{std::move(scan), {}, {prior.map_from_robot}, {}};
+  matched.points = orient(matched.scan.hits_in_robot, matched.scan.sensor_in_robot,
+                          options_.normals, noise_.sigma_m());
+  if (!local_map_.empty()) {
+    matched.match = matcher_.match(matched.points, prior, source, keyframes_, local_map_);
+  }
+  return matched;
+}
+
 MatchedScan Slam::matched_scan(const SlamInput& input,
                                const PosePrior& prior,
                                MotionGuess::Source source) {
-  const DeskewedScan& scan = input.scan;
-  noise_.add(scan.hits_in_robot, scan.sensor_in_robot);
-  MatchedScan matched{
-      scan,
-      orient(scan.hits_in_robot, scan.sensor_in_robot, options_.normals, noise_.sigma_m()),
-      {prior.map_from_robot},
-      {}};
-  if (local_map_.empty()) return matched;
-  matched.match = matcher_.match(matched.points, prior, source, keyframes_, local_map_);
+  noise_.add(input.scan.hits_in_robot, input.scan.sensor_in_robot);
+  MatchedScan best = matched_as_is(input.scan, prior, source);
+  if (local_map_.empty()) return best;
   const Straightening straightening(
       {matcher_, options_.normals, local_map_, motion_, estimate_.world_from_robot},
-      input.motion.utime, prior, first_from_middle(scan));
-  if (!input.deskewed_by_odometry) matched = straightening.straightened(std::move(matched));
-  matched.misfits_m2 = straightening.misfits_m2(matched, input.rival_times_s);
-  return matched;
+      input.motion.utime, prior, first_from_middle(input.scan));
+  if (!input.deskewed_by_odometry) {
+    best = straightening.straightened(std::move(best));
+    if (best.match.overlap < options_.gates.sure_overlap) {
+      const double turns = deg_to_rad(options_.motion.turn_acceleration_deg_per_s2);
+      for (DeskewedScan& bent : Straightening::bent(input.scan, turns)) {
+        MatchedScan other =
+            straightening.straightened(matched_as_is(std::move(bent), prior, source));
+        const double gained = other.match.overlap - best.match.overlap;
+        if (other.match.usable && gained > match_gates::kClearlyBetter) best = std::move(other);
+      }
+    }
+  }
+  best.misfits_m2 = straightening.misfits_m2(best, input.rival_times_s);
+  return best;
 }
 
 SlamUpdate Slam::note_scan(Utime utime, const PoseWithCovariance& estimate) {
@@ -271,47 +287,6 @@ void Slam::restore(const SlamState& state) {
   gate_.restore(state.gate);
   local_map_.restore(keyframes_, state.local_map_centre_m);
   revision_ = state.revision;
-}
-
-void Slam::join(const SlamState& session, const PoseGraphEdge& edge) {
-  check(session);
-  std::vector<Keyframe>& keys = keyframes_.keys;
-  require(is_index(edge.from, keys.size()) && is_index(edge.to, session.keyframes.keys.size()),
-          "join: the edge ends at no keyframe");
-  const int first_key = static_cast<int>(keys.size());
-  const Keyframe& tied = session.keyframes.keys[static_cast<std::size_t>(edge.to)];
-  const Pose2 world_from_session = keys[static_cast<std::size_t>(edge.from)].world_from_robot *
-                                   edge.from_from_to * tied.world_from_robot.inverse();
-  // A session starts far from the end of the one before: places of both are worth comparing.
-  const double path_m = keys.back().path_m + options_.loops.min_path_m;
-  for (Keyframe key : session.keyframes.keys) {
-    key.world_from_robot = world_from_session * key.world_from_robot;
-    key.path_m += path_m;
-    keys.push_back(std::move(key));
-  }
-  keyframes_.merged += session.keyframes.merged;
-  back_end_.append(session.back_end, first_key);
-  back_end_.add_edge({edge.from, edge.to + first_key, edge.from_from_to, edge.information, false});
-  path_.append(session.path, first_key, world_from_session);
-  culling_.skip_to(static_cast<int>(keys.size()));
-  estimate_ = {world_from_session * session.estimate.world_from_robot, session.estimate.covariance};
-  since_keyframe_ = session.since_keyframe;
-  motion_.restore(session.motion);
-  standing_.reset();
-  gate_.restore(session.gate);
-  SessionLoopSearch search(back_end_.loop_closer(), keys, first_key,
-                           back_end_.state().next_search_path_m - options_.loops.attempt_every_m);
-  for (int key = first_key; key < static_cast<int>(keys.size()); ++key) {
-    const std::vector<Loop> loops = search.search(keys, key);
-    if (loops.empty()) continue;
-    for (const Loop& loop : loops) back_end_.add_loop(loop);
-    move_keyframes(back_end_.optimized(keys));
-    search.update_poses(keys, key);
-  }
-  back_end_.note_search(keys.back().path_m);
-  back_end_.note_closing(keys.back().path_m);
-  ++revision_;
-  local_map_.rebuild(keyframes_);
 }
 
 }  // namespace marco::slam

@@ -159,6 +159,8 @@ class Slam {
   void join(const SlamState& session, const PoseGraphEdge& edge);
 
  private:
+  /// Oriented and matched as it is.
+  MatchedScan matched_as_is(DeskewedScan scan, const PosePrior& prior, MotionGuess::Source source);
   /// Matched against the local map, and straightened.
   MatchedScan matched_scan(const SlamInput& input,
                            const PosePrior& prior,

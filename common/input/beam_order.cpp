@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <numeric>
 
 #include "common/input/beam_times.hpp"
 
@@ -18,15 +18,6 @@ constexpr double kSureSigmas = 3.5;
 // Of the loss of the one direction at most, the loss of the other. If beams were measured at once
 // both would lose the same; if in the other direction, it would lose nothing.
 constexpr double kClearlyLess = 0.5;
-
-std::string described(BeamOrder given, BeamOrder order) {
-  if (order == given) return "beam times are right after all: left as they are";
-  if (order == BeamOrder::at_once)
-    return "beams are measured at once, against their times: so used";
-  if (given != BeamOrder::at_once) return "beam times run backwards: reversed";
-  return std::string("beam times missing: spread over the turn, ") +
-         (order == BeamOrder::forwards ? "first to last" : "last to first");
-}
 
 }  // namespace
 
@@ -45,11 +36,17 @@ std::vector<float> reordered_times_s(const LaserScan& scan,
     }
     return times_s;
   }
-  if (order == BeamOrder::at_once || times_s.empty()) return times_s;
+  const auto& given_s = scan.time_offsets_s;
+  const double middle_s = given_s.empty() ? 0.0
+                                          : std::accumulate(given_s.begin(), given_s.end(), 0.0) /
+                                                static_cast<double>(given_s.size());
+  times_s.assign(times_s.size(), static_cast<float>(middle_s));
+  if (order == BeamOrder::at_once) return times_s;
   const auto beams = static_cast<double>(times_s.size());
   const double step_s = (order == BeamOrder::forwards ? period_s : -period_s) / beams;
   for (std::size_t beam = 0; beam < times_s.size(); ++beam) {
-    times_s[beam] = static_cast<float>(step_s * (static_cast<double>(beam) - 0.5 * (beams - 1.0)));
+    times_s[beam] =
+        static_cast<float>(middle_s + step_s * (static_cast<double>(beam) - 0.5 * (beams - 1.0)));
   }
   return times_s;
 }
@@ -80,26 +77,24 @@ double BeamOrderJudge::sigmas(const Sums& sums) const {
   return variance > 0.0 ? mean / std::sqrt(variance / scans_) : 0.0;
 }
 
-std::optional<BeamOrder> BeamOrderJudge::better_order() const {
-  const std::vector<BeamOrder> others = rivals();
+std::optional<std::size_t> BeamOrderJudge::better_rival() const {
   if (present_ == BeamOrder::at_once) {
     const double lead = sigmas(sums_[2]);
     if (std::abs(lead) < kSureSigmas) return std::nullopt;
     const std::size_t winner = lead > 0.0 ? 0 : 1;
     const double loss = -sums_[winner].sum, other_loss = -sums_[1 - winner].sum;
     if (loss > kClearlyLess * other_loss) return std::nullopt;
-    return others[winner];
+    return winner;
   }
   const std::size_t best = sums_[0].sum > sums_[1].sum ? 0 : 1;
   if (sigmas(sums_[best]) < kSureSigmas) return std::nullopt;
-  return others[best];
+  return best;
 }
 
-std::optional<std::string> BeamOrderJudge::note(const BeamVerdict& scan,
-                                                const std::vector<double>& misfits_m2) {
+bool BeamOrderJudge::note(const BeamVerdict& scan, const std::vector<double>& misfits_m2) {
   // A scan may have waited while the order changed.
-  if (decided_ || scan.order != present_ || misfits_m2.size() != 3) return std::nullopt;
-  if (!(*std::min_element(misfits_m2.begin(), misfits_m2.end()) > 0.0)) return std::nullopt;
+  if (decided_ || scan.order != present_ || misfits_m2.size() != 3) return false;
+  if (!(*std::min_element(misfits_m2.begin(), misfits_m2.end()) > 0.0)) return false;
   const double first = std::log(misfits_m2[0] / misfits_m2[1]);
   const double second = std::log(misfits_m2[0] / misfits_m2[2]);
   const double gains[] = {first, second, first - second};
@@ -107,17 +102,28 @@ std::optional<std::string> BeamOrderJudge::note(const BeamVerdict& scan,
     sums_[i].sum += gains[i];
     sums_[i].squares += gains[i] * gains[i];
   }
-  if (++scans_ < kFewest) return std::nullopt;
-  const auto better = better_order();
+  if (++scans_ < kFewest) return false;
+  const auto better = better_rival();
   const bool both_worse = sigmas(sums_[0]) < -kSureSigmas && sigmas(sums_[1]) < -kSureSigmas;
   const bool alike = std::abs(sigmas(sums_[2])) < kSureSigmas;
   const bool sure = both_worse && (alike || present_ != BeamOrder::at_once);
   decided_ = !better && (sure || scans_ >= kMost);
-  if (!better) return std::nullopt;
-  present_ = *better;
+  if (!better) return false;
+  present_ = scan.rivals.at(*better);
   sums_.assign(3, {});
   scans_ = 0;
-  return described(*given_, present_);
+  return true;
+}
+
+std::string BeamOrderJudge::description() const {
+  if (present_ == given_) return "beam times are right after all: left as they are";
+  if (given_ == BeamOrder::forwards) {
+    return present_ == BeamOrder::at_once ? "beams are measured at once, against their times"
+                                          : "beam times run backwards: reversed";
+  }
+  return present_ == BeamOrder::forwards
+             ? "beam times missing: spread over the turn, first to last"
+             : "beam times missing: spread over the turn, last to first";
 }
 
 }  // namespace marco

@@ -52,8 +52,13 @@ class BeamOrderJudge {
 
   /// Takes note of a turning scan.
   /// @param misfits_m2  mean squared residuals: of the scan as it is, then of its rivals, as many
-  /// @returns what was found and is done, for a person, when the order changes.
-  std::optional<std::string> note(const BeamVerdict& scan, const std::vector<double>& misfits_m2);
+  /// @returns whether this changes the order that scans are put into.
+  bool note(const BeamVerdict& scan, const std::vector<double>& misfits_m2);
+
+  /// That scans are put into.
+  BeamOrder present() const { return present_; }
+  /// What was found and is done, for a person.
+  std::string description() const;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -78,7 +83,7 @@ class BeamOrderJudge {
 
   /// In standard deviations of the mean.
   double sigmas(const Sums& sums) const;
-  std::optional<BeamOrder> better_order() const;
+  std::optional<std::size_t> better_rival() const;
   std::vector<BeamOrder> rivals() const;
 
   /// Of log(misfit of the present order / misfit of a rival), and of the first rival's less the

@@ -129,12 +129,13 @@ BeamVerdict SensorSynchronizer::repair_beams(LaserScan& scan, double period_s) {
   return state_.beam_orders[scan.channel].look(scan, period_s);
 }
 
-void SensorSynchronizer::note_misfits(const SynchronizedScan& scan,
-                                      const std::vector<double>& misfits_m2) {
-  if (misfits_m2.empty()) return;
-  const std::string& channel = scan.scan.channel;
-  const auto found = state_.beam_orders[channel].note(scan.beam_order, misfits_m2);
-  if (found) drop_(channel + ": " + *found);
+std::optional<BeamOrder> SensorSynchronizer::note_misfits(const SynchronizedScan& scan,
+                                                          const std::vector<double>& misfits_m2) {
+  if (misfits_m2.empty()) return std::nullopt;
+  BeamOrderJudge& judge = state_.beam_orders[scan.scan.channel];
+  if (!judge.note(scan.beam_order, misfits_m2)) return std::nullopt;
+  drop_(scan.scan.channel + ": " + judge.description());
+  return judge.present();
 }
 
 void SensorSynchronizer::advance() {

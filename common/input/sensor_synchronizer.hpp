@@ -120,7 +120,9 @@ class SensorSynchronizer {
   /// The oldest complete scan that was not taken yet.
   std::optional<SynchronizedScan> next();
   /// What a scan has shown of the order of its laser's beams, see BeamOrderJudge.
-  void note_misfits(const SynchronizedScan& scan, const std::vector<double>& misfits_m2);
+  /// @returns the order from now on, when this changes it.
+  std::optional<BeamOrder> note_misfits(const SynchronizedScan& scan,
+                                        const std::vector<double>& misfits_m2);
   /// No more samples will come: what still waits is completed by what is known.
   void complete_all();
   /// What follows was recorded at another time, and perhaps with other sensors.

@@ -106,15 +106,21 @@ bool MotionModel::trusts_odometry() const {
          state_.explained_by_odometry.explains_rotation();
 }
 
-bool MotionModel::stands_still(const MotionInput& now) const {
+bool MotionModel::stands_still(const MotionInput& now, const Eigen::Matrix3d& information) const {
   // Less than wheels can tell; and what matches of a standing robot differ by.
   constexpr double kNoStepM = 5e-4, kNoTurnDeg = 0.03, kCalmM = 5e-3, kCalmDeg = 0.3;
   if (!state_.before || !state_.before->odom_from_robot || !now.odom_from_robot) return false;
   if (!trusts_odometry()) return false;
+  // Two matches of one place differ by 1.8 standard deviations in the mean.
+  constexpr double kSigmas = 3.0;
+  // In the direction that it knows well: along a bare corridor it knows nothing.
+  const double sigma_m = std::sqrt(2.0 / (information(0, 0) + information(1, 1)));
+  const double sigma_rad = 1.0 / std::sqrt(information(2, 2));
   const Pose2 step = between(*state_.before->odom_from_robot, *now.odom_from_robot);
   return step.translation_m().norm() <= kNoStepM &&
-         std::abs(step.theta_rad) <= deg_to_rad(kNoTurnDeg) && state_.move_m <= kCalmM &&
-         state_.turn_rad <= deg_to_rad(kCalmDeg);
+         std::abs(step.theta_rad) <= deg_to_rad(kNoTurnDeg) &&
+         state_.move_m <= std::max(kCalmM, kSigmas * sigma_m) &&
+         state_.turn_rad <= std::max(deg_to_rad(kCalmDeg), kSigmas * sigma_rad);
 }
 
 bool MotionModel::exceeds_motion_limits(const Pose2& moved, Utime now) const {

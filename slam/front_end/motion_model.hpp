@@ -60,8 +60,9 @@ class MotionModel {
   /// The move from the scan before to this one. Changes nothing.
   MotionGuess guess(const MotionInput& now) const;
 
-  /// Whether odometry says that the robot has not moved, and recent scans agree.
-  bool stands_still(const MotionInput& now) const;
+  /// Whether odometry says that the robot has not moved, and recent scans agree, as far as they can
+  /// tell. @param information  of this scan's match
+  bool stands_still(const MotionInput& now, const Eigen::Matrix3d& information) const;
   /// False once scans have shown that odometry explains less than half of the motion.
   bool trusts_odometry() const;
 

@@ -25,6 +25,15 @@ double span_s(const std::vector<float>& times_s) {
   return static_cast<double>(*last) - static_cast<double>(*first);
 }
 
+std::vector<float> times_of_hits_s(const DeskewedScan& scan, const std::vector<float>& times_s) {
+  std::vector<float> of_hits_s;
+  of_hits_s.reserve(scan.beam_of_hit.size());
+  for (const int32_t beam : scan.beam_of_hit) {
+    of_hits_s.push_back(times_s.at(static_cast<std::size_t>(beam)));
+  }
+  return of_hits_s;
+}
+
 // The farthest that a hit moves, about the scan's middle.
 double farthest_move_m(const DeskewedScan& scan, const Velocity2& velocity) {
   if (scan.time_of_hit_s.empty()) return 0.0;
@@ -69,6 +78,20 @@ MatchedScan Straightening::straightened(MatchedScan scan) const {
   return scan;
 }
 
+std::vector<DeskewedScan> Straightening::bent(const DeskewedScan& scan,
+                                              double turn_acceleration_rad_per_s2) {
+  constexpr double kLongScanS = 0.05;
+  const double long_s = span_s(scan.time_of_hit_s);
+  std::vector<DeskewedScan> bent;
+  if (long_s < kLongScanS) return bent;
+  for (const double sign : {-1.0, 1.0}) {
+    Velocity2 velocity = scan.velocity;
+    velocity.yaw_rad_per_s += sign * turn_acceleration_rad_per_s2 * long_s;
+    bent.push_back(deskewed_again(scan, scan.time_of_hit_s, velocity));
+  }
+  return bent;
+}
+
 std::vector<double> Straightening::misfits_m2(
     const MatchedScan& scan, const std::vector<std::vector<float>>& rival_times_s) const {
   const auto velocity = velocity_of(scan);
@@ -81,11 +104,7 @@ std::vector<double> Straightening::misfits_m2(
   // All alike, the scan as it is included.
   std::vector<double> misfits_m2{again(scan, scan.scan.time_of_hit_s, *velocity).match.misfit_m2};
   for (const std::vector<float>& times_s : rival_times_s) {
-    std::vector<float> of_hits_s;
-    of_hits_s.reserve(scan.scan.beam_of_hit.size());
-    for (const int32_t beam : scan.scan.beam_of_hit) {
-      of_hits_s.push_back(times_s[static_cast<std::size_t>(beam)]);
-    }
+    std::vector<float> of_hits_s = times_of_hits_s(scan.scan, times_s);
     const MatchedScan rival = again(scan, std::move(of_hits_s), *velocity);
     misfits_m2.push_back(rival.match.misfit_m2);
   }

@@ -47,6 +47,11 @@ class Straightening {
   /// @returns the scan as it is where straightening does not matter, or its match becomes worse.
   MatchedScan straightened(MatchedScan scan) const;
 
+  /// The scan as it is when the robot turns faster or slower than predicted, by what it may
+  /// accelerate during the scan; nothing of a short one.
+  static std::vector<DeskewedScan> bent(const DeskewedScan& scan,
+                                        double turn_acceleration_rad_per_s2);
+
   /// See MatchedScan. @param rival_times_s  of the beams, one a beam each
   std::vector<double> misfits_m2(const MatchedScan& scan,
                                  const std::vector<std::vector<float>>& rival_times_s) const;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/input/beam_times.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -86,9 +87,11 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
     input.rival_times_s.push_back(
         reordered_times_s(scan.scan, scan.motion.scan_period_s, *scan.beam_order.order, order));
   }
+  note_doubtful(scan, may_draw);
   const bool loop_closed = exchange_loop_work(utime);
   const SlamUpdate update = session_.process(input);
-  input_.note_misfits(scan, update.misfits_m2);
+  const auto order = input_.note_misfits(scan, update.misfits_m2);
+  if (order && !doubtful_.empty()) return map_again(*order);
   // In parts: redrawing all keyframes takes seconds.
   if (loop_worker_ && options_.map_period_s > 0.0) grid_.advance(session_.keys(), kDrawnAtOnce);
   MappedScan mapped;
@@ -99,6 +102,41 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   if (may_draw) input.scan.hits_in_robot.resize(2, 0);
   mapped.used = {std::move(input.scan), input.level, !may_draw,
                  update.status == SlamUpdate::Status::matched};
+  return mapped;
+}
+
+void SlamAdapter::note_doubtful(const SynchronizedScan& scan, bool may_draw) {
+  constexpr int64_t kMost = 3000;
+  const bool sure = scan.beam_order.order && scan.beam_order.rivals.empty();
+  const bool from_the_start = progress_.scan_count == static_cast<int64_t>(doubtful_.size()) + 1 &&
+                              session_.mode() == MappingSession::Mode::mapping;
+  if (!sure && from_the_start && progress_.scan_count < kMost && sees_all_round(scan.scan)) {
+    doubtful_.push_back({scan, may_draw});
+  } else {
+    doubtful_.clear();
+  }
+}
+
+MappedScan SlamAdapter::map_again(BeamOrder order) {
+  std::vector<DoubtfulScan> scans = std::exchange(doubtful_, {});
+  const SynchronizedScan newest = scans.back().scan;
+  session_.reset();
+  MappedScan mapped;
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    SynchronizedScan& scan = scans[i].scan;
+    // The first ones came before the period was known.
+    const BeamOrder now = scan.beam_order.order.value_or(*newest.beam_order.order);
+    scan.scan.time_offsets_s =
+        reordered_times_s(scan.scan, newest.motion.scan_period_s, now, order);
+    scan.duration_s = duration_of(scan.scan, scan.info);
+    scan.odometry_step.reset();
+    scan.beam_order = {};
+    mapped = map_scan(scan, scans[i].may_draw);
+    if (i < progress_.scans.size()) progress_.scans[i] = mapped.used;
+    scan.beam_order.order = order;
+  }
+  doubtful_ = std::move(scans);
+  mapped.trajectory_changed = true;
   return mapped;
 }
 

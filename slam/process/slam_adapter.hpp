@@ -82,6 +82,15 @@ class SlamAdapter : public Mapper2dAdapter {
   std::function<void()> checkpoint_job() override;
   std::string mapping_line() const override;
 
+  /// A scan, and what it was asked to do.
+  struct DoubtfulScan {
+    SynchronizedScan scan;
+    bool may_draw;
+  };
+  void note_doubtful(const SynchronizedScan& scan, bool may_draw);
+  /// From the first scan on, by beams of another order than they were mapped by.
+  MappedScan map_again(BeamOrder order);
+
   /// @returns whether older poses moved.
   bool exchange_loop_work(Utime utime);
   /// Says once that a part of the map is left out.
@@ -91,6 +100,8 @@ class SlamAdapter : public Mapper2dAdapter {
   SlamAdapterOptions options_;
   MappingSession session_;
   MapEdits edits_;
+  /// All scans so far; none once the order of their beams is known, or they are too many.
+  std::vector<DoubtfulScan> doubtful_;
   KeyframeGrid grid_;                        ///< as last published
   bool too_large_ = false;                   ///< as reported by note_size()
   std::unique_ptr<LoopWorker> loop_worker_;  ///< nullptr: each scan waits for its loops

@@ -42,7 +42,7 @@ class Scans {
       if (verdict.rivals.empty()) return found;
       std::vector<double> misfits_m2{misfit_m2(*verdict.order) * std::exp(-home_)};
       for (const BeamOrder rival : verdict.rivals) misfits_m2.push_back(misfit_m2(rival));
-      found = judge.note(verdict, misfits_m2);
+      if (judge.note(verdict, misfits_m2)) found = judge.description();
     }
     return found;
   }

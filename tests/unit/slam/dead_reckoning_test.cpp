@@ -94,5 +94,30 @@ TEST(DeadReckoning, AMoveThatNoScanFoundJudgesNothing) {
   EXPECT_EQ(reckoning.state().clock_contest, 0.0);
 }
 
+// A match finds the pose at the scan's middle; that at its first beam it finds off by what the scan
+// was deskewed wrongly. The velocity must not follow.
+TEST(DeadReckoning, VelocityDoesNotFeedBackThroughTheScansThatItDeskews) {
+  DeadReckoning reckoning({});
+  const Velocity2 truth{0.5, 0.0, 2.0};
+  Pose2 world_from_before;
+  for (int i = 0; i < 20; ++i) {
+    const Pose2 world_from_middle = truth.after(kPeriodS * i + 0.5 * kPeriodS);
+    const Velocity2 wrong{0.5, 0.0, i % 2 == 0 ? 3.0 : 1.0};
+    const Pose2 now_from_middle = wrong.after(0.5 * kPeriodS);
+    const Pose2 world_from_now = world_from_middle * now_from_middle.inverse();
+    const Pose2 before_from_now = between(world_from_before, world_from_now);
+    if (i > 2) {
+      EXPECT_THAT(reckoning.guess(stamp(kPeriodS * i), now_from_middle).before_from_now,
+                  IsNear(before_from_now, 2e-3, 1e-9));
+      const auto shown =
+          reckoning.velocity_to(stamp(kPeriodS * i), between(world_from_before, world_from_middle));
+      EXPECT_NEAR(shown->yaw_rad_per_s, 2.0, 1e-9);
+      EXPECT_NEAR(reckoning.smoothed_velocity().yaw_rad_per_s, 2.0, 1e-9);
+    }
+    reckoning.update(stamp(kPeriodS * i), kPeriodS, before_from_now, true, now_from_middle);
+    world_from_before = world_from_now;
+  }
+}
+
 }  // namespace
 }  // namespace marco::slam

@@ -12,6 +12,9 @@ namespace {
 
 using ::marco::testing::IsNear;
 
+// Of a match to a millimetre and a milliradian.
+const Eigen::Matrix3d kSharp = 1e6 * Eigen::Matrix3d::Identity();
+
 MotionInput at(double seconds, std::optional<Pose2> odom = {}, std::optional<double> gyro = {}) {
   return {Utime::from_seconds(seconds), odom, gyro, 0.15};
 }
@@ -123,13 +126,27 @@ TEST(MotionModel, AGyroReplacesTheHeadingWhereItKnowsBetter) {
 
 TEST(MotionModel, ARobotStandsWhenOdometryAndTheScansSaySo) {
   MotionModel model;
-  EXPECT_FALSE(model.stands_still(at(1.0, Pose2{})));
+  EXPECT_FALSE(model.stands_still(at(1.0, Pose2{}), kSharp));
   model.update(at(1.0, Pose2{}), {});
-  EXPECT_TRUE(model.stands_still(at(1.2, Pose2{})));
-  EXPECT_FALSE(model.stands_still(at(1.2, Pose2{0.01, 0, 0})));
-  EXPECT_FALSE(model.stands_still(at(1.2)));
+  EXPECT_TRUE(model.stands_still(at(1.2, Pose2{}), kSharp));
+  EXPECT_FALSE(model.stands_still(at(1.2, Pose2{0.01, 0, 0}), kSharp));
+  EXPECT_FALSE(model.stands_still(at(1.2), kSharp));
   model.update(at(1.2, Pose2{}), {0.1, 0, 0});  // pushed
-  EXPECT_FALSE(model.stands_still(at(1.4, Pose2{})));
+  EXPECT_FALSE(model.stands_still(at(1.4, Pose2{}), kSharp));
+}
+
+TEST(MotionModel, ARobotStandsWhoseMatchesDifferByTheirNoise) {
+  const Eigen::Matrix3d blurred = Eigen::Vector3d(1e5, 1e5, 1e6).asDiagonal();  // 3.2 mm
+  const auto stands = [&](double move_m, const Eigen::Matrix3d& information) {
+    MotionModel model;
+    for (int i = 0; i < 30; ++i) {
+      model.update(at(0.2 * i, Pose2{}), {i % 2 == 0 ? move_m : -move_m, 0, 0});
+    }
+    return model.stands_still(at(6.0, Pose2{}), information);
+  };
+  EXPECT_TRUE(stands(0.007, blurred));
+  EXPECT_FALSE(stands(0.007, kSharp));
+  EXPECT_FALSE(stands(0.012, blurred));
 }
 
 // A robot that drives and turns at changing speeds, seen by scans ten times a second; `sensor` says
@@ -177,7 +194,7 @@ TEST(MotionModel, OdometryThatExplainsNothingIsAsGoodAsNone) {
     now.utime = now.utime + Duration::from_seconds(0.1);
     EXPECT_EQ(model.guess(now).source, MotionGuess::Source::velocity);
     EXPECT_GT(model.guess(now).before_from_now.x_m, 0.005) << "it drives on";
-    EXPECT_FALSE(model.stands_still(now)) << "constant odometry is no sign of standing";
+    EXPECT_FALSE(model.stands_still(now, kSharp)) << "constant odometry is no sign of standing";
   }
 }
 

@@ -1,0 +1,139 @@
+#include "slam/front_end/straightening.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "slam/slam.hpp"
+#include "tests/support/flat_world.hpp"
+
+namespace marco::slam {
+namespace {
+
+constexpr double kPeriodS = 0.2;
+constexpr int kBeams = 208;
+
+/// A small rover without odometry in a room: a laser that turns five times a second, 2.2 cm of
+/// noise.
+class Rover {
+ public:
+  enum class Drive { stands, turns_to_and_fro };
+
+  explicit Rover(Drive drive) : drive_(drive) {
+    world_.add_box(-2.5, -2.0, 3.0, 2.5);
+    world_.add_box(1.5, 1.0, 2.0, 1.6);
+    world_.add_box(-2.0, -2.0, -1.4, -1.2);
+  }
+
+  Pose2 at(double seconds) const {
+    if (drive_ == Drive::stands) return {};
+    // Up to 190 degrees a second.
+    return {0.3 * std::sin(0.5 * seconds), 0.2 * std::sin(0.3 * seconds),
+            normalize_angle(2.2 * std::sin(1.5 * seconds))};
+  }
+  LaserScan scan(int index) {
+    LaserScan scan;
+    scan.utime = Utime::from_seconds(100.0 + kPeriodS * index);
+    scan.bearing_step_rad = 2.0 * std::numbers::pi / kBeams;
+    for (int beam = 0; beam < kBeams; ++beam) {
+      const double since_s = kPeriodS * beam / kBeams;
+      const Pose2 now = at(kPeriodS * index + since_s);
+      const double range_m =
+          world_.range_m(now.translation_m(), now.theta_rad + scan.bearing_rad(beam));
+      scan.ranges_m.push_back(static_cast<float>(range_m + 0.022 * normal_(random_)));
+      scan.time_offsets_s.push_back(static_cast<float>(since_s));
+    }
+    return scan;
+  }
+
+ private:
+  Drive drive_;
+  testing::FlatWorld world_;
+  std::mt19937 random_{11};
+  std::normal_distribution<double> normal_{0.0, 1.0};
+};
+
+SlamInput input_of(const LaserScan& scan, const Slam& slam) {
+  SlamInput input;
+  input.scan =
+      deskew_and_project(scan, {}, Pose3::Identity(), slam.velocity_during({}, kPeriodS).velocity);
+  input.motion.utime = scan.utime;
+  input.motion.scan_period_s = kPeriodS;
+  return input;
+}
+
+// Root mean square of the heading's error, from a third of the way on.
+double heading_error_rad(bool as_predicted) {
+  Rover rover(Rover::Drive::turns_to_and_fro);
+  Slam slam;
+  constexpr int kScans = 150;
+  double squares = 0.0;
+  for (int i = 0; i < kScans; ++i) {
+    SlamInput input = input_of(rover.scan(i), slam);
+    input.deskewed_by_odometry = as_predicted;
+    const Pose2 found = slam.process(input).world_from_robot;
+    const Pose2 truth = between(rover.at(0.0), rover.at(kPeriodS * i));
+    if (i > kScans / 3) squares += std::pow(normalize_angle(found.theta_rad - truth.theta_rad), 2);
+  }
+  return std::sqrt(squares / (kScans - kScans / 3));
+}
+
+TEST(Straightening, HalvesTheErrorOfScansDeskewedByAPrediction) {
+  const double straightened = heading_error_rad(false), predicted = heading_error_rad(true);
+  EXPECT_LT(straightened, 0.5 * predicted) << predicted;
+}
+
+TEST(Straightening, TheRightTimesOfBeamsFitBestWhileTheRobotTurns) {
+  Rover rover(Rover::Drive::turns_to_and_fro);
+  Slam slam;
+  double right = 0.0, reversed = 0.0, at_once = 0.0;
+  int turning = 0;
+  for (int i = 0; i < 100; ++i) {
+    const LaserScan scan = rover.scan(i);
+    SlamInput input = input_of(scan, slam);
+    input.rival_times_s = {{scan.time_offsets_s.rbegin(), scan.time_offsets_s.rend()},
+                           std::vector<float>(kBeams, 0.1F)};
+    const SlamUpdate update = slam.process(input);
+    if (update.misfits_m2.empty()) continue;
+    ++turning;
+    right += update.misfits_m2[0];
+    reversed += update.misfits_m2[1];
+    at_once += update.misfits_m2[2];
+  }
+  EXPECT_GT(turning, 50);
+  EXPECT_LT(right, 0.9 * at_once);
+  EXPECT_LT(right, 0.7 * reversed);
+}
+
+TEST(Straightening, ScansOfARobotThatStandsTellNoOrderOfBeams) {
+  Rover rover(Rover::Drive::stands);
+  Slam slam;
+  for (int i = 0; i < 30; ++i) {
+    SlamInput input = input_of(rover.scan(i), slam);
+    input.rival_times_s = {std::vector<float>(kBeams, 0.1F), std::vector<float>(kBeams, 0.1F)};
+    EXPECT_TRUE(slam.process(input).misfits_m2.empty());
+  }
+}
+
+TEST(StandingStill, WithNoisyScansGoesNowhere) {
+  Rover rover(Rover::Drive::stands);
+  Slam slam;
+  constexpr int kScans = 120;
+  double way_m = 0.0, squares = 0.0;
+  Pose2 before;
+  for (int i = 0; i < kScans; ++i) {
+    SlamInput input = input_of(rover.scan(i), slam);
+    input.motion.odom_from_robot = Pose2{1.0, 2.0, 0.5};
+    const Pose2 now = slam.process(input).world_from_robot;
+    way_m += between(before, now).translation_m().norm();
+    squares += now.translation_m().squaredNorm();
+    before = now;
+  }
+  EXPECT_LT(std::sqrt(squares / kScans), 0.004);
+  EXPECT_LT(way_m, 0.05);
+}
+
+}  // namespace
+}  // namespace marco::slam

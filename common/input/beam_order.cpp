@@ -109,7 +109,11 @@ bool BeamOrderJudge::note(const BeamVerdict& scan, const std::vector<double>& mi
   const bool sure = both_worse && (alike || present_ != BeamOrder::at_once);
   decided_ = !better && (sure || scans_ >= kMost);
   if (!better) return false;
+  // What fits better against the map's own favour is sure; of the two directions only the better
+  // one was told.
+  const bool against_the_map = present_ != BeamOrder::at_once;
   present_ = scan.rivals.at(*better);
+  decided_ = against_the_map && present_ != BeamOrder::at_once;
   sums_.assign(3, {});
   scans_ = 0;
   return true;

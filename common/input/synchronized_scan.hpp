@@ -16,7 +16,7 @@ struct MotionInput {
   std::optional<double> gyro_heading_rad;  ///< integrated yaw rate, from any start
   double scan_period_s = 0.0;              ///< of this laser; 0 = not known yet
   double off_beat = 0.0;                   ///< see StampRepair
-  Pose2 first_from_middle;                 ///< see deskew.hpp; as the scan was deskewed
+  Pose2 first_from_middle = {};            ///< see deskew.hpp; as the scan was deskewed
 
   /// What saved maps keep of it.
   template <class Visitor>

@@ -15,9 +15,9 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Pointwise;
 
-constexpr double kPeriodS = 0.2;
+constexpr double kTurnPeriodS = 0.2;
 
-LaserScan turn(std::vector<float> times_s) {
+LaserScan four_beams(std::vector<float> times_s) {
   LaserScan scan;
   scan.ranges_m.assign(4, 2.0F);
   scan.bearing_step_rad = 0.5 * std::numbers::pi;
@@ -37,8 +37,8 @@ class Scans {
   std::optional<std::string> show(BeamOrderJudge& judge, int scans) {
     std::optional<std::string> found;
     for (int i = 0; i < scans && !found; ++i) {
-      LaserScan scan = turn(times_s_);
-      const BeamVerdict verdict = judge.look(scan, kPeriodS);
+      LaserScan scan = four_beams(times_s_);
+      const BeamVerdict verdict = judge.look(scan, kTurnPeriodS);
       if (verdict.rivals.empty()) return found;
       std::vector<double> misfits_m2{misfit_m2(*verdict.order) * std::exp(-home_)};
       for (const BeamOrder rival : verdict.rivals) misfits_m2.push_back(misfit_m2(rival));
@@ -66,7 +66,7 @@ class Scans {
 
 TEST(ReorderedTimes, ThatSpanATurnAreTurnedRound) {
   const auto times_s = [](BeamOrder order) {
-    return reordered_times_s(turn(kRight), kPeriodS, BeamOrder::forwards, order);
+    return reordered_times_s(four_beams(kRight), kTurnPeriodS, BeamOrder::forwards, order);
   };
   EXPECT_THAT(times_s(BeamOrder::forwards), Pointwise(FloatNear(1e-6F), kRight));
   EXPECT_THAT(times_s(BeamOrder::backwards),
@@ -77,7 +77,7 @@ TEST(ReorderedTimes, ThatSpanATurnAreTurnedRound) {
 
 TEST(ReorderedTimes, ThatAreMissingAreSpreadAboutTheStamp) {
   const auto times_s = [](BeamOrder order) {
-    return reordered_times_s(turn({}), kPeriodS, BeamOrder::at_once, order);
+    return reordered_times_s(four_beams({}), kTurnPeriodS, BeamOrder::at_once, order);
   };
   EXPECT_THAT(times_s(BeamOrder::forwards),
               Pointwise(FloatNear(1e-6F), {-0.075F, -0.025F, 0.025F, 0.075F}));
@@ -90,8 +90,8 @@ TEST(BeamOrderJudge, FindsTheDirectionOfBeamsWithoutTimes) {
     BeamOrderJudge judge;
     EXPECT_THAT(Scans(BeamOrder::forwards, times_s, 0.15).show(judge, 100).value_or(""),
                 HasSubstr("first to last"));
-    LaserScan scan = turn(times_s);
-    EXPECT_EQ(judge.look(scan, kPeriodS).order, BeamOrder::forwards);
+    LaserScan scan = four_beams(times_s);
+    EXPECT_EQ(judge.look(scan, kTurnPeriodS).order, BeamOrder::forwards);
     EXPECT_NEAR(scan.time_offsets_s.back() - scan.time_offsets_s.front(), 0.15, 1e-6);
     BeamOrderJudge other;
     EXPECT_THAT(Scans(BeamOrder::backwards, times_s, 0.15).show(other, 100).value_or(""),
@@ -103,8 +103,8 @@ TEST(BeamOrderJudge, ReversesTimesThatRunBackwards) {
   BeamOrderJudge judge;
   EXPECT_THAT(Scans(BeamOrder::backwards, kRight, 0.1).show(judge, 100).value_or(""),
               HasSubstr("backwards: reversed"));
-  LaserScan scan = turn(kRight);
-  judge.look(scan, kPeriodS);
+  LaserScan scan = four_beams(kRight);
+  judge.look(scan, kTurnPeriodS);
   EXPECT_THAT(scan.time_offsets_s, Pointwise(FloatNear(1e-6F), {0.15F, 0.10F, 0.05F, 0.0F}));
 }
 
@@ -112,8 +112,8 @@ TEST(BeamOrderJudge, LeavesRightTimesAndStopsJudging) {
   for (const double home : {0.0, 0.1}) {
     BeamOrderJudge judge;
     EXPECT_FALSE(Scans(BeamOrder::forwards, kRight, home).show(judge, 400));
-    LaserScan scan = turn(kRight);
-    EXPECT_THAT(judge.look(scan, kPeriodS).rivals, IsEmpty());
+    LaserScan scan = four_beams(kRight);
+    EXPECT_THAT(judge.look(scan, kTurnPeriodS).rivals, IsEmpty());
     EXPECT_EQ(scan.time_offsets_s, kRight);
   }
 }
@@ -121,8 +121,8 @@ TEST(BeamOrderJudge, LeavesRightTimesAndStopsJudging) {
 TEST(BeamOrderJudge, LeavesBeamsThatAreMeasuredAtOnce) {
   BeamOrderJudge judge;
   EXPECT_FALSE(Scans(BeamOrder::at_once, {}, 0.0).show(judge, 400));
-  LaserScan scan = turn({});
-  EXPECT_THAT(judge.look(scan, kPeriodS).rivals, IsEmpty());
+  LaserScan scan = four_beams({});
+  EXPECT_THAT(judge.look(scan, kTurnPeriodS).rivals, IsEmpty());
   EXPECT_THAT(scan.time_offsets_s, IsEmpty());
 }
 
@@ -140,18 +140,18 @@ TEST(BeamOrderJudge, SaysNothingOfFewScans) {
 
 TEST(BeamOrderJudge, JudgesNoLaserThatSeesOneSideNorAnUnknownPeriod) {
   BeamOrderJudge judge;
-  LaserScan side = turn({}), unknown = turn({});
+  LaserScan side = four_beams({}), unknown = four_beams({});
   side.bearing_step_rad *= 0.7;
-  EXPECT_THAT(judge.look(side, kPeriodS).rivals, IsEmpty());
+  EXPECT_THAT(judge.look(side, kTurnPeriodS).rivals, IsEmpty());
   EXPECT_THAT(judge.look(unknown, 0.0).rivals, IsEmpty());
-  EXPECT_THAT(judge.look(unknown, kPeriodS).rivals,
+  EXPECT_THAT(judge.look(unknown, kTurnPeriodS).rivals,
               ElementsAre(BeamOrder::forwards, BeamOrder::backwards));
 }
 
 TEST(BeamOrderJudge, IgnoresScansOfAnotherOrderThanThePresent) {
   BeamOrderJudge judge;
-  LaserScan scan = turn({});
-  BeamVerdict waited = judge.look(scan, kPeriodS);
+  LaserScan scan = four_beams({});
+  BeamVerdict waited = judge.look(scan, kTurnPeriodS);
   waited.order = BeamOrder::backwards;
   for (int i = 0; i < 100; ++i) EXPECT_FALSE(judge.note(waited, {1e-3, 1e-4 * (1 + i % 3), 1e-2}));
 }

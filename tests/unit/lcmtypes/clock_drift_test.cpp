@@ -16,7 +16,7 @@ namespace {
 using ::marco::testing::read_all;
 using ::marco::testing::TemporaryFolder;
 
-constexpr int64_t kStartUs = 1'700'000'000'000'000;
+constexpr int64_t kDriftStartUs = 1'700'000'000'000'000;
 
 // What a process adds to a message's way: 2 ms and an exponential tail, at times half a second.
 class Queue {
@@ -36,7 +36,7 @@ ClockDrift drifting(double rate, int seconds) {
   Queue queue;
   for (int64_t us = 0; us < seconds * 1'000'000LL; us += 200'000) {
     const auto stamp_us = static_cast<int64_t>((1.0 + rate) * static_cast<double>(us));
-    drift.add(stamp_us, kStartUs + us + queue.delay_us());
+    drift.add(stamp_us, kDriftStartUs + us + queue.delay_us());
   }
   return drift;
 }
@@ -55,9 +55,9 @@ TEST(ClockDrift, OfAFewSecondsIsNotKnown) { EXPECT_FALSE(drifting(0.004, 8).line
 
 TEST(ClockDrift, AStampThatJumpsDoesNotBendTheLine) {
   ClockDrift drift = drifting(0.004, 60);
-  drift.add(-5'000'000, kStartUs);
-  drift.add(30'000'000'000'000, kStartUs);
-  drift.add(61'000'000, kStartUs + 3'600'000'000);
+  drift.add(-5'000'000, kDriftStartUs);
+  drift.add(30'000'000'000'000, kDriftStartUs);
+  drift.add(61'000'000, kDriftStartUs + 3'600'000'000);
   EXPECT_NEAR(drift.line()->seconds_per_s, -0.004 / 1.004, 1e-4);
 }
 
@@ -75,13 +75,13 @@ double behind_laser_s(double rate) {
     };
     for (int64_t us = 0; us < 60'000'000; us += 100'000) {
       OdometrySample odometry;
-      odometry.utime = Utime::from_us(kStartUs + us);
-      add(odometry, kStartUs + us);
+      odometry.utime = Utime::from_us(kDriftStartUs + us);
+      add(odometry, kDriftStartUs + us);
       LaserScan scan;
       const double laser_us = (1.0 + rate) * static_cast<double>(us);
-      scan.utime = Utime::from_us(kStartUs + static_cast<int64_t>(laser_us));
+      scan.utime = Utime::from_us(kDriftStartUs + static_cast<int64_t>(laser_us));
       scan.ranges_m = {1.0F, 2.0F, 3.0F};
-      add(scan, kStartUs + us + 20'000);
+      add(scan, kDriftStartUs + us + 20'000);
     }
   }
   const auto recorded = read_all(*open_recording(path));

@@ -12,8 +12,8 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kPeriodS = 0.2;
-constexpr int kBeams = 208;
+constexpr double kScanPeriodS = 0.2;
+constexpr int kRoverBeams = 208;
 
 /// A small rover without odometry in a room: a laser that turns five times a second, 2.2 cm of
 /// noise.
@@ -29,17 +29,17 @@ class Rover {
 
   Pose2 at(double seconds) const {
     if (drive_ == Drive::stands) return {};
-    // Up to 190 degrees a second.
+    // From rest, up to 172 degrees a second.
     return {0.3 * std::sin(0.5 * seconds), 0.2 * std::sin(0.3 * seconds),
-            normalize_angle(2.2 * std::sin(1.5 * seconds))};
+            normalize_angle(2.0 * (1.0 - std::cos(1.5 * seconds)))};
   }
   LaserScan scan(int index) {
     LaserScan scan;
-    scan.utime = Utime::from_seconds(100.0 + kPeriodS * index);
-    scan.bearing_step_rad = 2.0 * std::numbers::pi / kBeams;
-    for (int beam = 0; beam < kBeams; ++beam) {
-      const double since_s = kPeriodS * beam / kBeams;
-      const Pose2 now = at(kPeriodS * index + since_s);
+    scan.utime = Utime::from_seconds(100.0 + kScanPeriodS * index);
+    scan.bearing_step_rad = 2.0 * std::numbers::pi / kRoverBeams;
+    for (int beam = 0; beam < kRoverBeams; ++beam) {
+      const double since_s = kScanPeriodS * beam / kRoverBeams;
+      const Pose2 now = at(kScanPeriodS * index + since_s);
       const double range_m =
           world_.range_m(now.translation_m(), now.theta_rad + scan.bearing_rad(beam));
       scan.ranges_m.push_back(static_cast<float>(range_m + 0.022 * normal_(random_)));
@@ -57,10 +57,10 @@ class Rover {
 
 SlamInput input_of(const LaserScan& scan, const Slam& slam) {
   SlamInput input;
-  input.scan =
-      deskew_and_project(scan, {}, Pose3::Identity(), slam.velocity_during({}, kPeriodS).velocity);
+  input.scan = deskew_and_project(scan, {}, Pose3::Identity(),
+                                  slam.velocity_during({}, kScanPeriodS).velocity);
   input.motion.utime = scan.utime;
-  input.motion.scan_period_s = kPeriodS;
+  input.motion.scan_period_s = kScanPeriodS;
   return input;
 }
 
@@ -74,7 +74,7 @@ double heading_error_rad(bool as_predicted) {
     SlamInput input = input_of(rover.scan(i), slam);
     input.deskewed_by_odometry = as_predicted;
     const Pose2 found = slam.process(input).world_from_robot;
-    const Pose2 truth = between(rover.at(0.0), rover.at(kPeriodS * i));
+    const Pose2 truth = between(rover.at(0.0), rover.at(kScanPeriodS * i));
     if (i > kScans / 3) squares += std::pow(normalize_angle(found.theta_rad - truth.theta_rad), 2);
   }
   return std::sqrt(squares / (kScans - kScans / 3));
@@ -94,7 +94,7 @@ TEST(Straightening, TheRightTimesOfBeamsFitBestWhileTheRobotTurns) {
     const LaserScan scan = rover.scan(i);
     SlamInput input = input_of(scan, slam);
     input.rival_times_s = {{scan.time_offsets_s.rbegin(), scan.time_offsets_s.rend()},
-                           std::vector<float>(kBeams, 0.1F)};
+                           std::vector<float>(kRoverBeams, 0.1F)};
     const SlamUpdate update = slam.process(input);
     if (update.misfits_m2.empty()) continue;
     ++turning;
@@ -112,7 +112,8 @@ TEST(Straightening, ScansOfARobotThatStandsTellNoOrderOfBeams) {
   Slam slam;
   for (int i = 0; i < 30; ++i) {
     SlamInput input = input_of(rover.scan(i), slam);
-    input.rival_times_s = {std::vector<float>(kBeams, 0.1F), std::vector<float>(kBeams, 0.1F)};
+    input.rival_times_s = {std::vector<float>(kRoverBeams, 0.1F),
+                           std::vector<float>(kRoverBeams, 0.1F)};
     EXPECT_TRUE(slam.process(input).misfits_m2.empty());
   }
 }

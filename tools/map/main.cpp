@@ -5,18 +5,17 @@
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
-#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
-#include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
 #include "slam/session/merge_maps.hpp"
 #include "tools/map/calibration.hpp"
 #include "tools/map/judge.hpp"
+#include "tools/map/judged_map.hpp"
 #include "tools/map/map_arguments.hpp"
 #include "tools/map/map_job.hpp"
 #include "tools/map/pictures.hpp"
@@ -56,13 +55,6 @@ int merge(const MapArguments& arguments) {
   return not_found.empty() ? 0 : 1;
 }
 
-// A recording of another building cannot extend the map: then nothing is written.
-void require_extended(const MapArguments& arguments, const MapJob& job) {
-  if (arguments.extend.empty()) return;
-  require(!job.session()->findings().empty(),
-          arguments.extend + ": the recording was not found in this map, which stays unchanged");
-}
-
 // Reports sessions that were not found in the map. @returns the exit code
 int report_unfound(const MapArguments& arguments, const MapJob& job) {
   if (job.session() == nullptr) return 0;
@@ -88,21 +80,6 @@ std::vector<std::string> named_inputs(const MapArguments& arguments) {
                              arguments.localize, arguments.edits, arguments.calibration});
   std::erase(named, "");
   return named;
-}
-
-// Files of 3D scans in a row are one recording, as in a folder.
-void read_all(MapJob& job, const std::vector<std::string>& inputs, const ForeignTable& foreign) {
-  for (auto input = inputs.begin(); input != inputs.end();) {
-    const auto other = std::find_if_not(input, inputs.end(), [](const std::string& path) {
-      return std::filesystem::is_regular_file(path) && files::is_tilted_scan(path);
-    });
-    if (other - input > 1) {
-      job.read_scans({input, other});
-      input = other;
-    } else {
-      job.read(*input++, foreign);
-    }
-  }
 }
 
 // Nothing to do for a model without triangles, or a recording without pictures.
@@ -167,38 +144,6 @@ void draw(const std::filesystem::path& out,
   draw_elsewhere(std::move(pictures), (out / "pictures.part").string());
 }
 
-void apply(const CalibrationFile& calibration, MapOptions& options) {
-  options.slam.input.calibration = calibration;
-  options.lines.input.calibration = calibration;
-  options.mapping3d.input.calibration = calibration;
-  options.mapping3d.correction = calibration.pantilt;
-}
-
-MapOptions load_batch_options(const MapArguments& arguments) {
-  MapOptions options = process::load_options<MapOptions>(arguments.config);
-  if (!arguments.calibration.empty()) {
-    apply(process::load_options<CalibrationFile>(arguments.calibration), options);
-  }
-  // A batch run publishes its map once, at the end.
-  options.slam.map_period_s = options.lines.map_period_s = 0.0;
-  options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
-  return options;
-}
-
-void load_edits(const MapArguments& arguments, MapJob& job) {
-  if (arguments.edits.empty()) return;
-  try {
-    job.set_edits(slam::parse_map_edits(files::read_whole_file(arguments.edits)));
-  } catch (const std::invalid_argument& wrong) {
-    throw std::invalid_argument(arguments.edits + ", " + wrong.what());
-  }
-}
-
-void require_scans(const MapArguments& arguments, const MapJob& job) {
-  require(!job.live_trajectory().empty(),
-          arguments.inputs.front() + ": holds no usable laser scan");
-}
-
 int exit_code_of(const std::optional<MapVerdict>& verdict) {
   return verdict && verdict->is_wrong() ? process::kExitWrongMap : process::kExitDone;
 }
@@ -211,91 +156,14 @@ int check(const MapArguments& arguments) {
     std::error_code ignored;
     std::filesystem::remove_all(folder, ignored);
   });
-  MapJob job(load_batch_options(arguments), arguments.lines ? PathMaker::lines : PathMaker::scans,
-             folder);
-  load_edits(arguments, job);
-  read_all(job, arguments.inputs, process::load_options<ForeignTable>(arguments.foreign));
-  job.finish();
-  require_scans(arguments, job);
-  const std::optional<MapVerdict> verdict = judge_map(job);
-  print_verdict(*verdict, job, false);
-  return exit_code_of(verdict);
-}
-
-bool can_be_corrected(const MapArguments& arguments) {
-  return !arguments.no_calibration && arguments.calibration.empty() &&
-         arguments.inputs.size() == 1 && arguments.extend.empty() && arguments.localize.empty();
-}
-
-// A map with its verdict.
-struct JudgedMap {
-  std::unique_ptr<MapJob> job;
-  std::optional<MapVerdict> verdict;
-};
-
-JudgedMap make_map(const MapArguments& arguments,
-                   const MapOptions& options,
-                   const ForeignTable& foreign,
-                   const std::filesystem::path& folder,
-                   const StageClock& clock) {
-  JudgedMap map{std::make_unique<MapJob>(
-                    options, arguments.lines ? PathMaker::lines : PathMaker::scans, folder),
-                {}};
-  MapJob& job = *map.job;
-  job.clock() = clock;
-  load_edits(arguments, job);
-  if (!arguments.extend.empty()) job.extend(arguments.extend);
-  if (!arguments.localize.empty()) job.localize(arguments.localize);
-  read_all(job, arguments.inputs, foreign);
-  require_extended(arguments, job);
-  job.finish();
-  require_scans(arguments, job);
-  map.verdict = judge_map(job);
-  job.clock().end_stage("verdict");
-  return map;
-}
-
-// As good at least by its verdict, and by the scans that were matched.
-bool is_as_good(const JudgedMap& again, const JudgedMap& first) {
-  constexpr double kFewer = 0.99;
-  const auto matched = [](const JudgedMap& map) {
-    const auto& scans = map.job->scans();
-    return static_cast<double>(
-        std::count_if(scans.begin(), scans.end(), [](const auto& scan) { return scan.matched; }));
-  };
-  return again.verdict->diagnosis.verdict <= first.verdict->diagnosis.verdict &&
-         matched(again) >= kFewer * matched(first);
-}
-
-// Makes the map again where the recording's own set-up was not as it said.
-std::optional<SelfCorrection> correct(const MapArguments& arguments,
-                                      MapOptions options,
-                                      const ForeignTable& foreign,
-                                      const std::filesystem::path& out,
-                                      JudgedMap& map) {
-  if (!can_be_corrected(arguments)) return std::nullopt;
-  auto found = self_calibration_of(*map.job);
-  if (!found) return std::nullopt;
-  map.job->clock().end_stage("calibration");
-  SelfCorrection correction{std::move(*found)};
-  const SensorCalibration needed = needed_correction(correction.found);
-  if (needed == SensorCalibration{}) return correction;
-  CalibrationFile file;
-  static_cast<SensorCalibration&>(file) = needed;
-  apply(file, options);
-  const std::filesystem::path folder = out / "corrected.part";
-  std::filesystem::create_directory(folder);
-  JudgedMap again = make_map(arguments, options, foreign, folder, map.job->clock());
-  const bool taken = is_as_good(again, map);
-  correction.use = taken ? SelfCorrection::Use::in_force : SelfCorrection::Use::rejected;
-  if (taken) {
-    std::filesystem::rename(folder / "slam.lcm", out / "slam.lcm");
-    map = std::move(again);
-  } else {
-    map.job->clock() = again.job->clock();
+  const MapOptions options = load_batch_options(arguments);
+  const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
+  JudgedMap map = make_map(arguments, options, foreign, folder, {});
+  if (const auto correction = correct(arguments, options, foreign, folder, map)) {
+    print_correction(*correction);
   }
-  std::filesystem::remove_all(folder);
-  return correction;
+  print_verdict(*map.verdict, *map.job, false);
+  return exit_code_of(map.verdict);
 }
 
 int run(const MapArguments& arguments) {

@@ -26,7 +26,7 @@ struct SynchronizerOptions {
   double pan_in_scan_limit_deg = 0.1;  ///< nor is one during which the laser panned more
   double pantilt_gap_s = 1.0;          ///< longest gap between angles that is interpolated
   double pantilt_reach_s = 0.1;        ///< how far angles are extrapolated beyond the newest
-  SensorCalibration calibration;       ///< of lasers on the robot, odometry and gyroscope
+  SensorCalibration calibration;  ///< from `--calibration FILE`, no setting of its own
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -35,7 +35,6 @@ struct SynchronizerOptions {
     v("pan_in_scan_limit_deg", pan_in_scan_limit_deg, kNotNegative);
     v("pantilt_gap_s", pantilt_gap_s, Limits{0.0, 60.0});
     v("pantilt_reach_s", pantilt_reach_s, Limits{0.0, 10.0});
-    v("calibration", calibration);
   }
 };
 

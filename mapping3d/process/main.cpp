@@ -2,6 +2,7 @@
 
 #include "common/diagnosis/process/live_loop.hpp"
 #include "common/files/ply.hpp"
+#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
@@ -27,10 +28,15 @@ int main(int argc, char** argv) {
     CLI::App app("3D models: LIDAR on a pan-tilt and SLAM_POSE in, SCENE and MESH out");
     process::CommonArguments arguments;
     std::string out;
+    std::string calibration_path;
     process::add_common_arguments(app, arguments);
     app.add_option("--out", out, "PLY file that the model is written to in the end");
+    add_calibration_argument(app, calibration_path);
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
-    const auto options = process::load_options<ProcessOptions>(arguments.config_path);
+    auto options = process::load_options<ProcessOptions>(arguments.config_path);
+    const CalibrationFile calibration = load_calibration(calibration_path);
+    options.input.calibration = calibration;
+    options.correction = calibration.pantilt;
     if (arguments.print_config) {
       std::fputs(process::print_options(options).c_str(), stdout);
       return 0;

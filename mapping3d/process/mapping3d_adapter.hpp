@@ -18,13 +18,12 @@ namespace marco::mapping3d {
 struct Mapping3dAdapterOptions {
   Mapper3dOptions mapper;
   SynchronizerOptions input;     ///< a scan waits for its pose by the same patience
-  PanTiltCorrection correction;  ///< of the SENSOR_INFOs, from a calibration
+  PanTiltCorrection correction;  ///< from `--calibration FILE`, no setting of its own
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("mapper", mapper);
     v("input", input);
-    v("correction", correction);
   }
 };
 

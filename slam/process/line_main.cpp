@@ -1,6 +1,7 @@
 #include <spdlog/spdlog.h>
 
 #include "common/diagnosis/process/live_loop.hpp"
+#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
@@ -13,9 +14,12 @@ int run(int argc, char** argv) {
   CLI::App app{"Line SLAM: pose and walls from a laser and odometry."};
   marco::process::CommonArguments arguments;
   marco::process::add_common_arguments(app, arguments);
+  std::string calibration;
+  marco::add_calibration_argument(app, calibration);
   if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
-  const auto options =
+  auto options =
       marco::process::load_options<marco::slam::LineProcessOptions>(arguments.config_path);
+  options.input.calibration = marco::load_calibration(calibration);
   if (arguments.print_config) {
     std::fputs(marco::process::print_options(options).c_str(), stdout);
     return 0;

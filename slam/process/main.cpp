@@ -40,14 +40,11 @@ int main(int argc, char** argv) {
     std::string checkpoint;
     app.add_option("--checkpoint", checkpoint, "over the config's checkpoint_path");
     std::string calibration;
-    app.add_option("--calibration", calibration, "calibration.toml of `marco calibrate`")
-        ->check(CLI::ExistingFile);
+    add_calibration_argument(app, calibration);
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     auto options = process::load_options<slam::SlamAdapterOptions>(arguments.config_path);
     if (!checkpoint.empty()) options.checkpoint_path = checkpoint;
-    if (!calibration.empty()) {
-      options.input.calibration = process::load_options<CalibrationFile>(calibration);
-    }
+    options.input.calibration = load_calibration(calibration);
     if (arguments.print_config) {
       std::fputs(process::print_options(options).c_str(), stdout);
       return 0;

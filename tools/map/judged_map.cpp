@@ -76,9 +76,7 @@ bool is_as_good(const JudgedMap& again, const JudgedMap& first) {
 
 MapOptions load_batch_options(const MapArguments& arguments) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
-  if (!arguments.calibration.empty()) {
-    apply(process::load_options<CalibrationFile>(arguments.calibration), options);
-  }
+  apply(load_calibration(arguments.calibration), options);
   // A batch run publishes its map once, at the end.
   options.slam.map_period_s = options.lines.map_period_s = 0.0;
   options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "tools/map/map_job.hpp"
@@ -73,11 +74,7 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                "INPUTs are folders that `marco map` wrote of one building: merge their maps")
       ->excludes(extend)
       ->excludes(localize);
-  auto* calibration =
-      app.add_option("--calibration", arguments.calibration,
-                     "calibration.toml of an earlier `marco calibrate`: corrects odometry, "
-                     "gyroscope and the sensors' places")
-          ->check(CLI::ExistingFile);
+  auto* calibration = add_calibration_argument(app, arguments.calibration);
   app.add_flag("--no-calibration", arguments.no_calibration,
                "take odometry and gyroscope as they were recorded, however wrong they are; else, "
                "where the drive shows that they are, the map is made again with them corrected")

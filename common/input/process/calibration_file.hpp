@@ -1,7 +1,11 @@
 #pragma once
 
+#include <string>
+
 #include "common/input/pantilt_correction.hpp"
 #include "common/input/sensor_calibration.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/config.hpp"
 
 namespace marco {
 
@@ -15,5 +19,19 @@ struct CalibrationFile : SensorCalibration {
     v("pantilt", pantilt);
   }
 };
+
+/// Adds `--calibration FILE`, which stays in `path`.
+inline CLI::Option* add_calibration_argument(CLI::App& app, std::string& path) {
+  return app
+      .add_option("--calibration", path,
+                  "calibration.toml of an earlier `marco calibrate`: corrects odometry, gyroscope "
+                  "and the sensors' places")
+      ->check(CLI::ExistingFile);
+}
+
+/// @param path "" for a robot that is as its SENSOR_INFO says
+inline CalibrationFile load_calibration(const std::string& path) {
+  return path.empty() ? CalibrationFile{} : process::load_options<CalibrationFile>(path);
+}
 
 }  // namespace marco

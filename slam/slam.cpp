@@ -112,16 +112,26 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
   if (!input.deskewed_by_odometry) {
     best = straightening.straightened(std::move(best));
     if (best.match.overlap < options_.gates.sure_overlap) {
-      const double turns = deg_to_rad(options_.motion.turn_acceleration_deg_per_s2);
-      for (DeskewedScan& bent : Straightening::bent(input.scan, turns)) {
-        MatchedScan other =
-            straightening.straightened(matched_as_is(std::move(bent), prior, source));
-        const double gained = other.match.overlap - best.match.overlap;
-        if (other.match.usable && gained > match_gates::kClearlyBetter) best = std::move(other);
-      }
+      best = best_bent(std::move(best), input.scan, straightening, prior, source);
     }
   }
   best.misfits_m2 = straightening.misfits_m2(best, input.rival_times_s);
+  return best;
+}
+
+// The robot may have begun or ceased to turn, or turn the other way.
+MatchedScan Slam::best_bent(MatchedScan best,
+                            const DeskewedScan& predicted,
+                            const Straightening& straightening,
+                            const PosePrior& prior,
+                            MotionGuess::Source source) {
+  const double limit_rad_per_s = deg_to_rad(options_.motion.max_turn_rate_deg_per_s);
+  for (DeskewedScan& bent : Straightening::bent(predicted, limit_rad_per_s)) {
+    MatchedScan other = straightening.straightened(matched_as_is(std::move(bent), prior, source));
+    const double gained = other.match.overlap - best.match.overlap;
+    if (other.match.usable && gained > match_gates::kClearlyBetter) best = std::move(other);
+    if (best.match.overlap >= options_.gates.sure_overlap) break;
+  }
   return best;
 }
 

@@ -28,6 +28,7 @@
 namespace marco::slam {
 
 struct MatchedScan;  // straightening.hpp
+class Straightening;
 
 struct SlamOptions {
   KeyframeOptions keyframes;
@@ -165,6 +166,11 @@ class Slam {
   MatchedScan matched_scan(const SlamInput& input,
                            const PosePrior& prior,
                            MotionGuess::Source source);
+  MatchedScan best_bent(MatchedScan best,
+                        const DeskewedScan& predicted,
+                        const Straightening& straightening,
+                        const PosePrior& prior,
+                        MotionGuess::Source source);
   SlamUpdate note_scan(Utime utime, const PoseWithCovariance& estimate);
   /// By the match and the prediction; of a robot that stands, by all matches from its place.
   PoseWithCovariance estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands);

@@ -19,6 +19,13 @@ constexpr double kAsManyFit = 0.02;
 // A turn during the scan that moves the walls of a room by more than they are thick.
 const double kTellsRad = deg_to_rad(4.0);
 
+// A scan that is bent by half of this between its first beam and its last is straightened by its
+// own match.
+const double kStraightenedRad = deg_to_rad(16.0);
+
+// Nothing bends a shorter one.
+constexpr double kLongScanS = 0.05;
+
 double span_s(const std::vector<float>& times_s) {
   if (times_s.empty()) return 0.0;
   const auto [first, last] = std::minmax_element(times_s.begin(), times_s.end());
@@ -79,15 +86,19 @@ MatchedScan Straightening::straightened(MatchedScan scan) const {
 }
 
 std::vector<DeskewedScan> Straightening::bent(const DeskewedScan& scan,
-                                              double turn_acceleration_rad_per_s2) {
-  constexpr double kLongScanS = 0.05;
+                                              double max_turn_rate_rad_per_s) {
   const double long_s = span_s(scan.time_of_hit_s);
   std::vector<DeskewedScan> bent;
   if (long_s < kLongScanS) return bent;
-  for (const double sign : {-1.0, 1.0}) {
-    Velocity2 velocity = scan.velocity;
-    velocity.yaw_rad_per_s += sign * turn_acceleration_rad_per_s2 * long_s;
-    bent.push_back(deskewed_again(scan, scan.time_of_hit_s, velocity));
+  const double step_rad_per_s = kStraightenedRad / long_s;
+  const double farthest = max_turn_rate_rad_per_s + std::abs(scan.velocity.yaw_rad_per_s);
+  for (int step = 1; step * step_rad_per_s <= farthest; ++step) {
+    for (const double sign : {-1.0, 1.0}) {
+      Velocity2 velocity = scan.velocity;
+      velocity.yaw_rad_per_s += sign * step * step_rad_per_s;
+      if (std::abs(velocity.yaw_rad_per_s) > max_turn_rate_rad_per_s) continue;
+      bent.push_back(deskewed_again(scan, scan.time_of_hit_s, velocity));
+    }
   }
   return bent;
 }

@@ -47,10 +47,9 @@ class Straightening {
   /// @returns the scan as it is where straightening does not matter, or its match becomes worse.
   MatchedScan straightened(MatchedScan scan) const;
 
-  /// The scan as it is when the robot turns faster or slower than predicted, by what it may
-  /// accelerate during the scan; nothing of a short one.
-  static std::vector<DeskewedScan> bent(const DeskewedScan& scan,
-                                        double turn_acceleration_rad_per_s2);
+  /// The scan as it would be at other turn rates than predicted: in steps that matches can make up
+  /// for, the nearest first, up to the robot's limit; nothing of a short scan.
+  static std::vector<DeskewedScan> bent(const DeskewedScan& scan, double max_turn_rate_rad_per_s);
 
   /// See MatchedScan. @param rival_times_s  of the beams, one a beam each
   std::vector<double> misfits_m2(const MatchedScan& scan,

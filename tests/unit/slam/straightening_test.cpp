@@ -19,9 +19,9 @@ constexpr int kRoverBeams = 208;
 /// noise.
 class Rover {
  public:
-  enum class Drive { stands, turns_to_and_fro };
+  enum class Drive { stands, turns_to_and_fro, turns_back_at_once };
 
-  explicit Rover(Drive drive) : drive_(drive) {
+  explicit Rover(Drive drive, bool clockwise = false) : drive_(drive), clockwise_(clockwise) {
     world_.add_box(-2.5, -2.0, 3.0, 2.5);
     world_.add_box(1.5, 1.0, 2.0, 1.6);
     world_.add_box(-2.0, -2.0, -1.4, -1.2);
@@ -29,6 +29,7 @@ class Rover {
 
   Pose2 at(double seconds) const {
     if (drive_ == Drive::stands) return {};
+    if (drive_ == Drive::turns_back_at_once) return {0.0, 0.0, heading_rad(seconds)};
     // From rest, up to 172 degrees a second.
     return {0.3 * std::sin(0.5 * seconds), 0.2 * std::sin(0.3 * seconds),
             normalize_angle(2.0 * (1.0 - std::cos(1.5 * seconds)))};
@@ -38,7 +39,8 @@ class Rover {
     scan.utime = Utime::from_seconds(100.0 + kScanPeriodS * index);
     scan.bearing_step_rad = 2.0 * std::numbers::pi / kRoverBeams;
     for (int beam = 0; beam < kRoverBeams; ++beam) {
-      const double since_s = kScanPeriodS * beam / kRoverBeams;
+      const int turned = clockwise_ ? kRoverBeams - 1 - beam : beam;
+      const double since_s = kScanPeriodS * turned / kRoverBeams;
       const Pose2 now = at(kScanPeriodS * index + since_s);
       const double range_m =
           world_.range_m(now.translation_m(), now.theta_rad + scan.bearing_rad(beam));
@@ -49,7 +51,15 @@ class Rover {
   }
 
  private:
+  // Stands for 2 s, then turns by 229 degrees a second, and back again every 1.27 s.
+  static double heading_rad(double seconds) {
+    constexpr double kRateRadPerS = 4.0, kHalfPeriodS = 1.27;
+    const double phase = std::fmod(std::max(0.0, seconds - 2.0), 2.0 * kHalfPeriodS);
+    return normalize_angle(kRateRadPerS * std::min(phase, 2.0 * kHalfPeriodS - phase));
+  }
+
   Drive drive_;
+  bool clockwise_;
   testing::FlatWorld world_;
   std::mt19937 random_{11};
   std::normal_distribution<double> normal_{0.0, 1.0};
@@ -83,6 +93,24 @@ double heading_error_rad(bool as_predicted) {
 TEST(Straightening, HalvesTheErrorOfScansDeskewedByAPrediction) {
   const double straightened = heading_error_rad(false), predicted = heading_error_rad(true);
   EXPECT_LT(straightened, 0.5 * predicted) << predicted;
+}
+
+// Scans during which it turns back fit no turn rate, and those behind them nothing that was
+// predicted.
+TEST(Straightening, FindsARobotAgainThatTurnedBackAtOnce) {
+  for (const bool clockwise : {false, true}) {
+    Rover rover(Rover::Drive::turns_back_at_once, clockwise);
+    Slam slam;
+    int lost = 0;
+    constexpr int kScans = 200;
+    for (int i = 0; i < kScans; ++i) {
+      const Pose2 found = slam.process(input_of(rover.scan(i), slam)).world_from_robot;
+      const Pose2 truth = rover.at(kScanPeriodS * i);
+      const double error_rad = normalize_angle(found.theta_rad - truth.theta_rad);
+      if (std::abs(error_rad) > deg_to_rad(15.0)) ++lost;
+    }
+    EXPECT_LT(lost, kScans / 10) << clockwise;
+  }
 }
 
 TEST(Straightening, TheRightTimesOfBeamsFitBestWhileTheRobotTurns) {

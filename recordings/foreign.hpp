@@ -31,6 +31,27 @@ struct ForeignChannel {
   }
 };
 
+/// What a recording of ROS messages does not tell, or tells wrongly. All of it is found out where
+/// it can be; table `ros` of `--foreign FILE`, or of NAME.marco.toml beside the recording NAME.
+struct RosOptions {
+  std::string laser;            ///< a topic; "": all lasers whose places are known
+  std::string odometry;         ///< a topic, "tf" or "none"
+  std::string truth;            ///< a topic of poses to compare with
+  std::string base_frame;       ///< the robot's, between its wheels
+  bool clockwise = false;       ///< the laser is upside down, and its frame does not say so
+  std::string stamp = "first";  ///< the beam that the stamps of scans are of: first, middle or last
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("laser", laser);
+    v("odometry", odometry);
+    v("truth", truth);
+    v("base_frame", base_frame);
+    v("clockwise", clockwise);
+    v("stamp", stamp);
+  }
+};
+
 /// The first entry that fits channel and fingerprint applies. config/foreign.toml has the same
 /// table, to be extended for other robots (`./marco map --foreign FILE`).
 struct ForeignTable {
@@ -43,9 +64,12 @@ struct ForeignTable {
       {"POSE|POSE_BODY", "2e16efb052b0105e", "odometry"},
   };
 
+  RosOptions ros;
+
   template <class Visitor>
   void visit(Visitor& v) {
     v("channels", channels);
+    v("ros", ros);
   }
 };
 

@@ -10,9 +10,12 @@
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/readable.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "recordings/carmen.hpp"
 #include "recordings/lcm_log_reader.hpp"
 #include "recordings/odometry_laser_text.hpp"
+#include "recordings/ros/open_messages.hpp"
+#include "recordings/ros/ros_reader.hpp"
 #include "recordings/thesis_files.hpp"
 #include "recordings/tilted_scans.hpp"
 
@@ -42,7 +45,12 @@ struct Format {
 };
 
 // The first that recognises an input reads it.
-constexpr std::array<Format, 6> kFormats{{
+constexpr std::array<Format, 7> kFormats{{
+    {"ROS recordings (.bag, .mcap, .db3 and folders of them)",
+     [](const Input& input) { return ros::is_message_recording(input.path, input.head); },
+     [](const Input& input) {
+       return ros::open_ros(ros::open_messages(input.path), input.foreign.ros);
+     }},
     {"folders of 3D scans (*_tilt_ranges_mm.csv, *.3d, scan_polar.csv)",
      [](const Input& input) { return fs::is_directory(input.path); },
      [](const Input& input) { return files::open_tilted_scans({input.path}); }},
@@ -85,14 +93,13 @@ std::string head_of(const fs::path& path) {
 }
 
 std::string looks_like(const std::string& head) {
-  constexpr std::array<std::pair<std::string_view, const char*>, 8> kMagics{
+  constexpr std::array<std::pair<std::string_view, const char*>, 7> kMagics{
       {{"\x89PNG", "a PNG picture"},
        {"\xFF\xD8\xFF", "a JPEG picture"},
        {"GIF8", "a picture"},
        {"BM", "a picture"},
        {"\x1F\x8B", "a gzip file: unpack it first"},
        {"PK\x03\x04", "a zip file: unpack it first"},
-       {"#ROSBAG", "a ROS bag: export its scans to a CARMEN or LCM log first"},
        {"ply", "a model: `./marco render` draws it"}}};
   for (const auto& [magic, kind] : kMagics) {
     if (head.rfind(magic, 0) == 0) return kind;
@@ -107,7 +114,11 @@ std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
                                                     const ForeignTable& table) {
   files::require_readable(path);
   const bool is_folder = fs::is_directory(path);
-  const Input input{path, is_folder ? "" : head_of(path), table};
+  // What somebody wrote about this recording counts before what is said of all.
+  const fs::path beside = path.string() + ".marco.toml";
+  const ForeignTable own =
+      fs::is_regular_file(beside) ? process::load_options<ForeignTable>(beside.string()) : table;
+  const Input input{path, is_folder ? "" : head_of(path), own};
   require(is_folder || !input.head.empty(), path.string() + ": is empty; " + known_formats());
   for (const Format& format : kFormats) {
     if (format.recognises(input)) return format.open(input);

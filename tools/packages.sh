@@ -4,7 +4,7 @@
 declare -A packages_for=(
   [core]="g++ cmake ninja-build pkg-config liblcm-dev liblcm-bin libglib2.0-dev libeigen3-dev libspdlog-dev
     libtomlplusplus-dev libcli11-dev nlohmann-json3-dev zlib1g-dev libpng-dev libjpeg-dev libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
-    libopencv-videoio-dev libmeshoptimizer-dev libncurses-dev"
+    libopencv-videoio-dev libmeshoptimizer-dev libncurses-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev"
   [viewer]="libosmesa6-dev|libegl-dev libosmesa6|libgl1-mesa-dri libgl-dev libgl2ps-dev"
   [window]="libsdl2-dev"
   [simulator]="libembree-dev"

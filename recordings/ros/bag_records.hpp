@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace marco::ros {
+
+/// What a record of a bag is (format 2.0).
+enum class BagOp : uint8_t {
+  message = 2,
+  file_header = 3,
+  index = 4,
+  chunk = 5,
+  chunk_info = 6,
+  connection = 7
+};
+
+/// The `name=value` fields before a record's data; they stay where they are in memory.
+class BagHeader {
+ public:
+  /// @returns nothing unless the bytes are fields from the first to the last.
+  static std::optional<BagHeader> parse(std::span<const uint8_t> bytes);
+
+  /// nullopt where the field is missing or of another size.
+  std::optional<uint8_t> u8(std::string_view name) const;
+  std::optional<uint32_t> u32(std::string_view name) const;
+  std::optional<uint64_t> u64(std::string_view name) const;
+  /// Seconds and nanoseconds of 32 bits each, as nanoseconds.
+  std::optional<int64_t> time_ns(std::string_view name) const;
+  /// "" where it is missing.
+  std::string text(std::string_view name) const;
+
+ private:
+  explicit BagHeader(std::span<const uint8_t> bytes) : bytes_(bytes) {}
+  template <class Number>
+  std::optional<Number> number(std::string_view name) const;
+  std::optional<std::string_view> find(std::string_view name) const;
+
+  std::span<const uint8_t> bytes_;
+};
+
+/// A record in memory: its header's fields and its data.
+struct BagRecord {
+  BagOp op;
+  BagHeader header;
+  std::span<const uint8_t> data;
+  std::size_t size;  ///< of all of it
+};
+
+/// The record at the start of `bytes`; nothing where it is not whole, or none.
+std::optional<BagRecord> parse_bag_record(std::span<const uint8_t> bytes);
+
+}  // namespace marco::ros

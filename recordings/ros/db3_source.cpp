@@ -1,0 +1,215 @@
+#include "recordings/ros/db3_source.hpp"
+
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/readable.hpp"
+#include "recordings/ros/compression.hpp"
+
+namespace marco::ros {
+namespace {
+
+struct Closer {
+  void operator()(sqlite3* database) const { sqlite3_close(database); }
+  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+};
+using Database = std::unique_ptr<sqlite3, Closer>;
+
+// A statement whose rows are read one after the other.
+class Rows {
+ public:
+  Rows(sqlite3* database, const std::string& query) {
+    sqlite3_stmt* raw = nullptr;
+    sqlite3_prepare_v2(database, query.c_str(), -1, &raw, nullptr);
+    statement_.reset(raw);
+  }
+  bool is_valid() const { return statement_ != nullptr; }
+  bool next() {
+    if (statement_ == nullptr) return false;
+    status_ = sqlite3_step(statement_.get());
+    return status_ == SQLITE_ROW;
+  }
+  bool is_broken() const { return status_ != SQLITE_ROW && status_ != SQLITE_DONE; }
+  int64_t integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
+  std::span<const uint8_t> blob(int column) const {
+    const auto* data = static_cast<const uint8_t*>(sqlite3_column_blob(statement_.get(), column));
+    return {data, static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column))};
+  }
+  std::string text(int column) const {
+    const auto bytes = blob(column);
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  }
+
+ private:
+  std::unique_ptr<sqlite3_stmt, Closer> statement_;
+  int status_ = SQLITE_ROW;
+};
+
+// As sqlite's URIs want it.
+std::string escaped(const std::string& path) {
+  std::string uri;
+  for (const char letter : path) {
+    if (letter == '%')
+      uri += "%25";
+    else if (letter == '?')
+      uri += "%3f";
+    else if (letter == '#')
+      uri += "%23";
+    else
+      uri += letter;
+  }
+  return uri;
+}
+
+Database opened(const std::filesystem::path& path) {
+  files::require_readable(path);
+  sqlite3* raw = nullptr;
+  const std::string uri =
+      "file:" + escaped(std::filesystem::absolute(path).string()) + "?immutable=1";
+  sqlite3_open_v2(uri.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+  return Database(raw);
+}
+
+class Db3Source : public MessageSource {
+ public:
+  explicit Db3Source(const std::filesystem::path& path)
+      : path_(path.string()), database_(opened(path)) {
+    require(Rows(database_.get(), "SELECT topic_id, timestamp, data FROM messages").is_valid() &&
+                read_topics(),
+            path_ + ": is no recording of rosbag2: the database has no topics and messages");
+    read_definitions();
+    note_wal();
+    rewind();
+  }
+
+  std::string format() const override { return "rosbag2 (sqlite3)"; }
+  std::vector<std::string> paths() const override { return {path_}; }
+
+  void select(std::function<bool(const Topic&)> is_wanted) override {
+    is_wanted_ = std::move(is_wanted);
+    rewind();
+  }
+
+  std::optional<Message> next() override {
+    while (rows_->next()) {
+      ++given_;
+      const auto topic = topics_.find(rows_->integer(0));
+      if (topic == topics_.end()) continue;
+      const int64_t time_ns = rows_->integer(1);
+      std::span<const uint8_t> bytes = rows_->blob(2);
+      if (is_zstd(bytes)) {  // CDR begins with a zero
+        plain_ = decompressed_zstd(bytes);
+        bytes = plain_;
+      }
+      return Message{&topic->second, time_ns, time_ns, bytes};
+    }
+    if (rows_->is_broken() && damage_.places == 0) {
+      damage_.places = 1;
+      damage_.is_cut_off = true;
+      notes_.push_back(std::string("the database is damaged: ") + sqlite3_errmsg(database_.get()));
+    }
+    return std::nullopt;
+  }
+
+  void rewind() override {
+    std::string wanted;
+    for (const auto& [id, topic] : topics_) {
+      if (is_wanted_ && !is_wanted_(topic)) continue;
+      wanted += (wanted.empty() ? "" : ",") + std::to_string(id);
+    }
+    // With its index on timestamps sqlite need not sort.
+    rows_.emplace(database_.get(),
+                  "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN (" + wanted +
+                      ") ORDER BY timestamp, id");
+    given_ = 0;
+    damage_ = {};
+  }
+
+  std::vector<const Topic*> topics() const override {
+    std::vector<const Topic*> topics;
+    for (const auto& [id, topic] : topics_) topics.push_back(&topic);
+    return topics;
+  }
+  const Damage& damage() const override { return damage_; }
+  const std::vector<std::string>& notes() const override { return notes_; }
+  double progress() const override {
+    return messages_ > 0
+               ? std::min(1.0, static_cast<double>(given_) / static_cast<double>(messages_))
+               : 1.0;
+  }
+
+ private:
+  bool read_topics() {
+    Rows topics(database_.get(), "SELECT id, name, type, serialization_format FROM topics");
+    if (!topics.is_valid()) return false;
+    while (topics.next()) {
+      Topic topic;
+      topic.id = static_cast<uint32_t>(topics.integer(0));
+      topic.name = topics.text(1);
+      topic.type = plain_type(topics.text(2));
+      topic.encoding = topics.text(3);
+      topic.messages = 0;
+      topics_.emplace(topics.integer(0), std::move(topic));
+    }
+    Rows profiles(database_.get(), "SELECT id, offered_qos_profiles FROM topics");
+    while (profiles.next()) {
+      const auto topic = topics_.find(profiles.integer(0));
+      if (topic == topics_.end()) continue;
+      std::string& text = topic->second.metadata["offered_qos_profiles"];
+      text = profiles.text(1);
+      topic->second.is_latched = text.find("transient_local") != std::string::npos ||
+                                 text.find("durability: 1") != std::string::npos;
+    }
+    Rows counts(database_.get(), "SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id");
+    while (counts.next()) {
+      messages_ += counts.integer(1);
+      const auto topic = topics_.find(counts.integer(0));
+      if (topic != topics_.end()) topic->second.messages = counts.integer(1);
+    }
+    return true;
+  }
+
+  // Recordings from 2023 on have them.
+  void read_definitions() {
+    Rows rows(database_.get(),
+              "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions");
+    while (rows.next()) {
+      for (auto& [id, topic] : topics_) {
+        if (topic.type != plain_type(rows.text(0))) continue;
+        topic.schema_encoding = rows.text(1);
+        topic.schema = rows.text(2);
+      }
+    }
+  }
+
+  void note_wal() {
+    std::error_code none;
+    const auto bytes = std::filesystem::file_size(path_ + "-wal", none);
+    if (!none && bytes > 0) {
+      notes_.push_back(path_ +
+                       "-wal holds messages that are not in the database yet: open and "
+                       "close it once with sqlite3 to have them, too");
+    }
+  }
+
+  std::string path_;
+  Database database_;
+  std::map<int64_t, Topic> topics_;  // nodes: messages point to them
+  std::function<bool(const Topic&)> is_wanted_;
+  std::optional<Rows> rows_;
+  std::vector<uint8_t> plain_;
+  int64_t messages_ = 0, given_ = 0;
+  Damage damage_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+std::unique_ptr<MessageSource> open_db3(const std::filesystem::path& path) {
+  return std::make_unique<Db3Source>(path);
+}
+
+}  // namespace marco::ros

@@ -1,0 +1,176 @@
+#include "recordings/ros/open_messages.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <string>
+#include <utility>
+
+#include "lcm_tools/base/check.hpp"
+#include "recordings/ros/bag_source.hpp"
+#include "recordings/ros/compression.hpp"
+#include "recordings/ros/db3_source.hpp"
+#include "recordings/ros/mcap_records.hpp"
+#include "recordings/ros/mcap_source.hpp"
+#include "recordings/ros/unpacked_file.hpp"
+
+namespace marco::ros {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kBagMagic = "#ROSBAG V", kDatabaseMagic = "SQLite format 3";
+
+std::string head_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(16, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head;
+}
+
+bool is_packed(std::string_view head) {
+  return is_zstd({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
+}
+
+bool is_container(std::string_view head) {
+  return head.starts_with(kBagMagic) || head.starts_with(kMcapMagic) ||
+         head.starts_with(kDatabaseMagic) || is_packed(head);
+}
+
+/// Parts of one recording, one after the other.
+class Parts : public MessageSource {
+ public:
+  explicit Parts(std::vector<std::unique_ptr<MessageSource>> parts) : parts_(std::move(parts)) {}
+
+  std::string format() const override { return parts_.front()->format(); }
+  std::vector<std::string> paths() const override {
+    std::vector<std::string> paths;
+    for (const auto& part : parts_) {
+      for (std::string& path : part->paths()) paths.push_back(std::move(path));
+    }
+    return paths;
+  }
+  void select(std::function<bool(const Topic&)> is_wanted) override {
+    for (const auto& part : parts_) part->select(is_wanted);
+    now_ = 0;
+  }
+  std::optional<Message> next() override {
+    for (; now_ < parts_.size(); ++now_) {
+      if (auto message = parts_[now_]->next()) return message;
+    }
+    return std::nullopt;
+  }
+  void rewind() override {
+    for (const auto& part : parts_) part->rewind();
+    now_ = 0;
+  }
+  std::vector<const Topic*> topics() const override {
+    std::vector<const Topic*> topics;
+    for (const auto& part : parts_) {
+      for (const Topic* topic : part->topics()) topics.push_back(topic);
+    }
+    return topics;
+  }
+  const Damage& damage() const override {
+    damage_ = {};
+    for (const auto& part : parts_) {
+      const Damage& of_part = part->damage();
+      if (damage_.places == 0) damage_.first_offset = of_part.first_offset;
+      damage_.places += of_part.places;
+      damage_.bytes += of_part.bytes;
+      damage_.is_cut_off = damage_.is_cut_off || of_part.is_cut_off;
+    }
+    return damage_;
+  }
+  const std::vector<std::string>& notes() const override {
+    notes_.clear();
+    for (const auto& part : parts_) {
+      notes_.insert(notes_.end(), part->notes().begin(), part->notes().end());
+    }
+    return notes_;
+  }
+  double progress() const override {
+    const double begun = static_cast<double>(std::min(now_, parts_.size() - 1));
+    const double within = now_ < parts_.size() ? parts_[now_]->progress() : 1.0;
+    return (begun + within) / static_cast<double>(parts_.size());
+  }
+
+ private:
+  std::vector<std::unique_ptr<MessageSource>> parts_;
+  std::size_t now_ = 0;
+  mutable Damage damage_;
+  mutable std::vector<std::string> notes_;
+};
+
+/// A source in a file that is removed with it.
+class Unpacked : public MessageSource {
+ public:
+  explicit Unpacked(const fs::path& packed) : packed_(packed.string()), file_(packed) {
+    require(!is_packed(head_of(file_.path())), packed_ + ": is packed twice");
+    require(is_container(head_of(file_.path())),
+            packed_ + ": holds no ROS recording; `unzstd` unpacks it");
+    source_ = open_messages(file_.path());
+  }
+  std::string format() const override { return source_->format() + " in zstd"; }
+  std::vector<std::string> paths() const override { return {packed_}; }
+  void select(std::function<bool(const Topic&)> is_wanted) override {
+    source_->select(std::move(is_wanted));
+  }
+  std::optional<Message> next() override { return source_->next(); }
+  void rewind() override { source_->rewind(); }
+  std::vector<const Topic*> topics() const override { return source_->topics(); }
+  const Damage& damage() const override { return source_->damage(); }
+  const std::vector<std::string>& notes() const override { return source_->notes(); }
+  double progress() const override { return source_->progress(); }
+
+ private:
+  std::string packed_;
+  UnpackedFile file_;
+  std::unique_ptr<MessageSource> source_;
+};
+
+// "part_2" before "part_10".
+bool in_order(const fs::path& a, const fs::path& b) {
+  const auto key = [](const fs::path& path) {
+    const std::string name = path.filename().string();
+    const std::string stem = name.substr(0, name.find('.'));
+    const std::size_t digits = stem.find_last_not_of("0123456789") + 1;
+    const std::string number = stem.substr(std::min(digits, stem.size()));
+    return std::tuple(stem.substr(0, digits), number.size(), number, name);
+  };
+  return key(a) < key(b);
+}
+
+std::vector<fs::path> parts_of(const fs::path& folder) {
+  std::vector<fs::path> parts;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.is_regular_file() && is_container(head_of(entry.path()))) {
+      parts.push_back(entry.path());
+    }
+  }
+  std::sort(parts.begin(), parts.end(), in_order);
+  return parts;
+}
+
+}  // namespace
+
+bool is_message_recording(const fs::path& path, std::string_view head) {
+  return fs::is_directory(path) ? !parts_of(path).empty() : is_container(head);
+}
+
+std::unique_ptr<MessageSource> open_messages(const fs::path& path) {
+  if (fs::is_directory(path)) {
+    std::vector<std::unique_ptr<MessageSource>> parts;
+    for (const fs::path& part : parts_of(path)) parts.push_back(open_messages(part));
+    require(!parts.empty(), path.string() + ": holds no recording");
+    return std::make_unique<Parts>(std::move(parts));
+  }
+  const std::string head = head_of(path);
+  if (head.starts_with(kBagMagic)) return open_bag(path);
+  if (head.starts_with(kMcapMagic)) return open_mcap(path);
+  if (head.starts_with(kDatabaseMagic)) return open_db3(path);
+  require(is_packed(head), path.string() + ": is no recording of ROS messages");
+  return std::make_unique<Unpacked>(path);
+}
+
+}  // namespace marco::ros

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/samples.hpp"
+#include "recordings/foreign.hpp"
+#include "recordings/ros/ros_survey.hpp"
+
+namespace marco::ros {
+
+/// A joint between the robot and a laser, as a transform that moves.
+struct Joint {
+  std::string parent, child;  ///< frames
+  bool is_pan = false;        ///< about z; else it tilts, about y
+};
+
+/// A laser that is used.
+struct LaserPlan {
+  std::string topic, frame;
+  bool is_cloud = false;
+  bool tells_beam_times = false;  ///< one a beam: the laser sees all round
+  SensorInfo info;
+  std::string scan_channel;  ///< info.channel, or that of scans with beam times
+  double duration_s = 0.0;   ///< first beam to last; 0 = not known
+};
+
+/// What is taken from a recording of ROS messages, and as what.
+struct RosPlan {
+  std::vector<LaserPlan> lasers;  ///< the first one's clock is the recording's
+  std::vector<Joint> joints;      ///< of a pan-tilt
+  std::optional<SensorInfo> pantilt;
+  std::string base_frame;       ///< "" where the laser is the robot
+  std::string odometry_topic;   ///< "" none
+  std::string odometry_parent;  ///< of the transform that is odometry where there is no topic
+  std::string imu_topic;
+  Pose3 base_from_imu = Pose3::Identity();
+  std::string truth_topic;
+  std::map<std::string, int64_t> shift_ns;  ///< added to a topic's stamps: to the laser's clock
+  std::vector<std::string> notes;           ///< what was decided, a sentence each
+};
+
+/// @throws std::invalid_argument "no laser: ..." with what there is instead.
+RosPlan plan_of(const RosSurvey& survey, const RosOptions& options);
+
+}  // namespace marco::ros

@@ -1,0 +1,19 @@
+#pragma once
+
+#include "common/laser_scan.hpp"
+#include "recordings/ros/messages.hpp"
+#include "recordings/ros/ros_plan.hpp"
+
+namespace marco::ros {
+
+/// A message as a scan. Its bearings are those that the number of ranges and the increment give,
+/// which need not end at angle_max.
+/// @param options  turn and shift it
+LaserScan to_scan(const LaserScanMessage& message,
+                  const LaserPlan& laser,
+                  const RosOptions& options);
+
+/// A flat cloud as a scan, one beam a point.
+LaserScan to_scan(const CloudMessage& cloud, const LaserPlan& laser, const RosOptions& options);
+
+}  // namespace marco::ros

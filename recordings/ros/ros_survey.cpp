@@ -1,0 +1,156 @@
+#include "recordings/ros/ros_survey.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "common/pose2.hpp"
+#include "recordings/ros/wire_reader.hpp"
+
+namespace marco::ros {
+namespace {
+
+constexpr std::size_t kMostPeriods = 1000;
+constexpr float kFlatM = 0.02F;
+
+struct Running {
+  std::optional<int64_t> stamp_ns;
+  std::vector<double> periods_s;
+  std::optional<Pose2> pose;
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+class Surveyor {
+ public:
+  explicit Surveyor(MessageSource& source) : source_(source) {}
+
+  RosSurvey run() {
+    source_.select([](const Topic& topic) { return use_of(topic) != Use::none; });
+    while (const auto message = source_.next()) look(*message);
+    for (const Topic* topic : source_.topics()) {
+      SurveyedTopic& seen = topic_of(*topic);
+      if (seen.use == Use::none) seen.count += std::max<int64_t>(0, topic->messages);
+    }
+    for (auto& [name, topic] : survey_.topics) topic.period_s = median(running_[name].periods_s);
+    return std::move(survey_);
+  }
+
+ private:
+  SurveyedTopic& topic_of(const Topic& topic) {
+    SurveyedTopic& seen = survey_.topics[topic.name];
+    seen.name = topic.name;
+    seen.type = topic.type;
+    seen.use = use_of(topic);
+    return seen;
+  }
+
+  void look(const Message& message) {
+    SurveyedTopic& topic = topic_of(*message.topic);
+    try {
+      decode(message, topic);
+      ++topic.count;
+    } catch (const WireError&) {
+      ++topic.undecodable;
+    }
+  }
+
+  void decode(const Message& message, SurveyedTopic& topic) {
+    switch (topic.use) {
+      case Use::scan:
+        return look_at(decode_scan(message), message, topic);
+      case Use::cloud:
+        return look_at(decode_cloud(message), message, topic);
+      case Use::odometry: {
+        const OdometryMessage odometry = decode_odometry(message);
+        topic.child_frame_id = odometry.child_frame_id;
+        follow(odometry.pose, topic);
+        return note_header(odometry.header, message, topic);
+      }
+      case Use::transforms:
+        return look_at(decode_transforms(message), message, topic);
+      case Use::imu:
+        return note_header(decode_imu(message).header, message, topic);
+      case Use::pose: {
+        const PoseMessage pose = decode_pose(message);
+        follow(pose.pose, topic);
+        return note_header(pose.header, message, topic);
+      }
+      case Use::none:
+        return;
+    }
+  }
+
+  void look_at(const LaserScanMessage& scan, const Message& message, SurveyedTopic& topic) {
+    note_header(scan.header, message, topic);
+    topic.beams = std::max(topic.beams, scan.ranges.size());
+    if (topic.first_scan.ranges.empty()) topic.first_scan = scan;
+  }
+
+  void look_at(const CloudMessage& cloud, const Message& message, SurveyedTopic& topic) {
+    note_header(cloud.header, message, topic);
+    topic.beams = std::max(topic.beams, cloud.points.size());
+    for (const Eigen::Vector3f& point : cloud.points) {
+      topic.is_flat = topic.is_flat && std::abs(point.z()) < kFlatM;
+    }
+  }
+
+  void look_at(const std::vector<TransformMessage>& transforms,
+               const Message& message,
+               SurveyedTopic& topic) {
+    const bool is_static = topic.name.ends_with("tf_static");
+    for (const TransformMessage& transform : transforms) {
+      survey_.tree.add(transform, is_static);
+      const std::pair frames(transform.child_frame_id, transform.header.frame_id);
+      const double delay_s =
+          1e-9 * static_cast<double>(message.received_ns - transform.header.stamp_ns);
+      const auto [known, is_new] = survey_.transform_delay_s.try_emplace(frames, delay_s);
+      known->second = std::min(known->second, delay_s);
+    }
+    if (!transforms.empty()) note_header(transforms.front().header, message, topic);
+  }
+
+  void note_header(const Header& header, const Message& message, SurveyedTopic& topic) {
+    Running& running = running_[topic.name];
+    if (header.stamp_ns == 0) {
+      ++topic.zero_stamps;
+      return;
+    }
+    const double delay_s = 1e-9 * static_cast<double>(message.received_ns - header.stamp_ns);
+    const bool is_first = !running.stamp_ns;
+    topic.least_delay_s = is_first ? delay_s : std::min(topic.least_delay_s, delay_s);
+    if (is_first) topic.frame_id = header.frame_id;
+    if (!is_first && running.periods_s.size() < kMostPeriods) {
+      running.periods_s.push_back(1e-9 * static_cast<double>(header.stamp_ns - *running.stamp_ns));
+    }
+    running.stamp_ns = header.stamp_ns;
+  }
+
+  void follow(const Pose3& pose, SurveyedTopic& topic) {
+    if (!pose.translation().allFinite()) throw WireError("a pose that is none");
+    Running& running = running_[topic.name];
+    const Pose2 now = flatten(pose);
+    if (running.pose) {
+      const Pose2 step = between(*running.pose, now);
+      topic.way_m += step.translation_m().norm();
+      topic.turned_rad += std::abs(step.theta_rad);
+    }
+    running.pose = now;
+  }
+
+  MessageSource& source_;
+  RosSurvey survey_;
+  std::map<std::string, Running> running_;  // by topic
+};
+
+}  // namespace
+
+RosSurvey survey(MessageSource& source) { return Surveyor(source).run(); }
+
+}  // namespace marco::ros

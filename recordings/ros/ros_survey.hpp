@@ -1,0 +1,41 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "recordings/ros/message_source.hpp"
+#include "recordings/ros/messages.hpp"
+#include "recordings/ros/transform_tree.hpp"
+
+namespace marco::ros {
+
+/// What a first pass tells of a topic.
+struct SurveyedTopic {
+  std::string name, type;
+  Use use = Use::none;
+  int64_t count = 0;
+  int64_t undecodable = 0;
+  std::string frame_id, child_frame_id;  ///< of the first message
+  int64_t zero_stamps = 0;
+  /// Least time from the stamp to the recorder: the delay that no queue adds to.
+  double least_delay_s = 0.0;
+  double period_s = 0.0;  ///< median of the times between stamps
+  double way_m = 0.0;     ///< of poses
+  double turned_rad = 0.0;
+  LaserScanMessage first_scan;  ///< without ranges but for their number
+  std::size_t beams = 0;
+  bool is_flat = true;  ///< of a cloud: all points in the plane of its frame
+};
+
+struct RosSurvey {
+  std::map<std::string, SurveyedTopic> topics;  ///< by name
+  TransformTree tree;
+  /// As SurveyedTopic::least_delay_s, of each transform by child and parent.
+  std::map<std::pair<std::string, std::string>, double> transform_delay_s;
+};
+
+/// Reads the whole recording once, but for pictures and the like.
+RosSurvey survey(MessageSource& source);
+
+}  // namespace marco::ros

@@ -34,7 +34,7 @@ struct ForeignChannel {
 /// What a recording of ROS messages does not tell, or tells wrongly. All of it is found out where
 /// it can be; table `ros` of `--foreign FILE`, or of NAME.marco.toml beside the recording NAME.
 struct RosOptions {
-  std::string laser;            ///< a topic; "": all lasers whose places are known
+  std::string laser;            ///< a topic; "": the fixed laser that sees most, and one that nods
   std::string odometry;         ///< a topic, "tf" or "none"
   std::string truth;            ///< a topic of poses to compare with
   std::string base_frame;       ///< the robot's, between its wheels

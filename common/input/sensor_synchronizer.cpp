@@ -198,7 +198,16 @@ SynchronizedScan SensorSynchronizer::synchronized(WaitingScan waiting) {
   return result;
 }
 
+// One that gives scans: it is matched, and what nods beside it sees other places of other errors.
+bool SensorSynchronizer::has_fixed_laser() const {
+  return std::any_of(state_.stamps.begin(), state_.stamps.end(), [this](const auto& laser) {
+    const SensorInfo* info = sensor_of(laser.first);
+    return info != nullptr && info->mount == SensorInfo::Mount::robot;
+  });
+}
+
 void SensorSynchronizer::look_up_pantilt(SynchronizedScan& scan) const {
+  scan.level = !has_fixed_laser();
   const SensorInfo* base = pantilt_base();
   if (base == nullptr || state_.pantilt.empty()) return;
   const Utime first_beam = scan.motion.utime;
@@ -213,7 +222,7 @@ void SensorSynchronizer::look_up_pantilt(SynchronizedScan& scan) const {
                                                      scan.first_angles.tilt_rad);
   const double limit_rad = deg_to_rad(options_.level_tilt_limit_deg);
   const double panned_rad = normalize_angle(scan.last_angles.pan_rad - scan.first_angles.pan_rad);
-  scan.level = std::abs(scan.first_angles.tilt_rad) <= limit_rad &&
+  scan.level = scan.level && std::abs(scan.first_angles.tilt_rad) <= limit_rad &&
                std::abs(scan.last_angles.tilt_rad) <= limit_rad &&
                std::abs(panned_rad) <= deg_to_rad(options_.pan_in_scan_limit_deg);
 }

@@ -26,7 +26,7 @@ struct SynchronizerOptions {
   double pan_in_scan_limit_deg = 0.1;  ///< nor is one during which the laser panned more
   double pantilt_gap_s = 1.0;          ///< longest gap between angles that is interpolated
   double pantilt_reach_s = 0.1;        ///< how far angles are extrapolated beyond the newest
-  SensorCalibration calibration;  ///< from `--calibration FILE`, no setting of its own
+  SensorCalibration calibration;       ///< from `--calibration FILE`, no setting of its own
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -144,6 +144,7 @@ class SensorSynchronizer {
   bool is_complete(const WaitingScan& scan) const;
   void complete_first();
   SynchronizedScan synchronized(WaitingScan waiting);
+  bool has_fixed_laser() const;
   void look_up_pantilt(SynchronizedScan& scan) const;
 
   SynchronizerOptions options_;

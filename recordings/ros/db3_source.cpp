@@ -118,7 +118,8 @@ class Db3Source : public MessageSource {
     std::string wanted;
     for (const auto& [id, topic] : topics_) {
       if (is_wanted_ && !is_wanted_(topic)) continue;
-      wanted += (wanted.empty() ? "" : ",") + std::to_string(id);
+      if (!wanted.empty()) wanted += ',';
+      wanted += std::to_string(id);
     }
     // With its index on timestamps sqlite need not sort.
     rows_.emplace(database_.get(),

@@ -230,11 +230,20 @@ class Planner {
     plan_.lasers.push_back(std::move(laser));
   }
 
-  // False: another laser is mapped with, and nobody knows where this one is.
+  // False: another laser is mapped with.
   bool place(LaserPlan& laser) {
     const bool is_first = plan_.lasers.empty();
+    const bool has_fixed = std::any_of(
+        plan_.lasers.begin(), plan_.lasers.end(),
+        [](const LaserPlan& other) { return other.info.mount == SensorInfo::Mount::robot; });
     const auto fixed = plan_.base_frame.empty() ? std::optional<Pose3>()
                                                 : tree_.fixed_pose(plan_.base_frame, laser.frame);
+    if (fixed && has_fixed) {
+      // Transforms are seldom right to the degree that two lasers of one map need.
+      note("laser %s is passed over: one fixed laser is mapped with; ros.laser chooses another",
+           laser.topic.c_str());
+      return false;
+    }
     if (fixed) {
       laser.info.parent_from_sensor = *fixed;
     } else if (!place_on_joint(laser)) {
@@ -321,7 +330,14 @@ class Planner {
                               : tree_.fixed_pose(plan_.base_frame, topic.frame_id);
       plan_.base_from_imu = placed.value_or(Pose3::Identity());
     }
-    if (!plan_.imu_topic.empty()) note("gyroscope %s", plan_.imu_topic.c_str());
+    if (plan_.imu_topic.empty()) return;
+    // Two turns a second: no robot that maps does it.
+    constexpr double kFastestRadPerS = 4.0 * std::numbers::pi;
+    const double fastest = survey_.topics.at(plan_.imu_topic).fastest_turn;
+    const bool in_degrees = fastest > kFastestRadPerS;
+    if (in_degrees) plan_.rad_per_imu_unit = deg_to_rad(1.0);
+    note("gyroscope %s%s", plan_.imu_topic.c_str(),
+         in_degrees ? ": its rates are degrees a second, against the message's definition" : "");
   }
 
   // Computers whose clocks disagree: by the delay from stamp to recorder, which else is alike.

@@ -37,6 +37,7 @@ struct RosPlan {
   std::string odometry_parent;  ///< of the transform that is odometry where there is no topic
   std::string imu_topic;
   Pose3 base_from_imu = Pose3::Identity();
+  double rad_per_imu_unit = 1.0;  ///< of its rates
   std::string truth_topic;
   std::map<std::string, int64_t> shift_ns;  ///< added to a topic's stamps: to the laser's clock
   std::vector<std::string> notes;           ///< what was decided, a sentence each

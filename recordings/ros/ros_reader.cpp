@@ -85,6 +85,8 @@ class RosReader : public files::QueuedReader {
       const Utime begun = scan.utime;  // relative: what the stamped beam makes of 0
       scan.utime = stamp_of(raw.header, message, laser.topic) + (begun - Utime{});
     }
+    // The first laser leads: what it is matched with begins with it.
+    if (!announced_ && &laser != &plan_.lasers.front()) return;
     announce(scan.utime);
     ++report_.given["scans"];
     queue(std::move(scan));
@@ -144,7 +146,8 @@ class RosReader : public files::QueuedReader {
     if (!imu.has_angular_velocity) return;
     ImuSample sample;
     sample.utime = stamp_of(imu.header, message, plan_.imu_topic);
-    sample.angular_velocity_rad_per_s = plan_.base_from_imu.linear() * imu.angular_velocity;
+    sample.angular_velocity_rad_per_s =
+        plan_.rad_per_imu_unit * (plan_.base_from_imu.linear() * imu.angular_velocity);
     if (imu.has_acceleration) {
       sample.acceleration_m_per_s2 = plan_.base_from_imu.linear() * imu.linear_acceleration;
     }

@@ -75,7 +75,12 @@ class Surveyor {
       }
       case Use::transforms:
         return look_at(decode_transforms(message), message, topic);
-      case Use::imu:
+      case Use::imu: {
+        const ImuMessage imu = decode_imu(message);
+        const double turn = imu.angular_velocity.cwiseAbs().maxCoeff();
+        topic.fastest_turn = std::max(topic.fastest_turn, turn);
+        return note_header(imu.header, message, topic);
+      }
         return note_header(decode_imu(message).header, message, topic);
       case Use::pose: {
         const PoseMessage pose = decode_pose(message);

@@ -25,7 +25,8 @@ struct SurveyedTopic {
   double turned_rad = 0.0;
   LaserScanMessage first_scan;  ///< without ranges but for their number
   std::size_t beams = 0;
-  bool is_flat = true;  ///< of a cloud: all points in the plane of its frame
+  double fastest_turn = 0.0;  ///< of a gyroscope, in its unit
+  bool is_flat = true;        ///< of a cloud: all points in the plane of its frame
 };
 
 struct RosSurvey {

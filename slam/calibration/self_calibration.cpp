@@ -224,16 +224,15 @@ class Calibrator {
   }
 
   void remark_on_signs() {
-    if (signs_.laser_upside_down && signs_.is_guess) {
-      result_.remarks.emplace_back(
-          "scans turn the other way than odometry says: the laser is upside down, or odometry "
-          "counts turns the wrong way round. Only a gyroscope tells; odometry is believed");
-    }
-    if (signs_.gyro_upside_down && signs_.is_guess) {
-      result_.remarks.emplace_back(
-          "scans turn the other way than the gyroscope says: one of both is upside down. The "
-          "laser is believed");
-    }
+    if (!signs_.is_guess) return;
+    result_.open_question =
+        signs_.laser_upside_down
+            ? "scans turn the other way than odometry says: the laser is upside down, or odometry "
+              "counts turns the wrong way round. Odometry is believed; if it is wrong the map is a "
+              "mirror image, and odometry.turn_sign = -1 (--calibration) mends it"
+            : "scans turn the other way than the gyroscope says: one of both is upside down. The "
+              "laser is believed; if it is wrong the map is a mirror image, and clockwise = true "
+              "(--foreign) mends it. gyro.scale = -1 (--calibration) says that it is right";
   }
 
   const CalibrationInput& input_;

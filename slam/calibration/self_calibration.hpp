@@ -43,6 +43,7 @@ struct SelfCalibration {
   InputCheck odometry;
   InputCheck gyro;
   std::vector<std::string> remarks;  ///< for a person: what is wrong, or cannot be told
+  std::string open_question;  ///< whether the map is a mirror image, and what settles it; "" sure
 
   /// nullptr: there is no such parameter.
   const CalibratedParameter* find(const std::string& name) const;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "slam/map/map_edit.hpp"
@@ -66,7 +68,14 @@ struct DoctorFigures {
 struct Diagnosis {
   Verdict verdict = Verdict::good;
   std::vector<Reason> reasons;  ///< the worst first
+  /// What the recording leaves open of the whole map, and what settles it: a sentence each.
+  std::vector<std::string> open_questions;
   DoctorFigures figures;
+
+  void ask(std::string question) {
+    open_questions.push_back(std::move(question));
+    verdict = std::max(verdict, Verdict::doubtful);
+  }
 };
 
 }  // namespace marco::slam

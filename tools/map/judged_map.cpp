@@ -116,6 +116,11 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
   if (!found) return std::nullopt;
   map.job->clock().end_stage("calibration");
   SelfCorrection correction{std::move(*found)};
+  const auto ask = [&correction](JudgedMap& judged) {
+    const std::string& question = correction.found.open_question;
+    if (!question.empty() && judged.verdict) judged.verdict->diagnosis.ask(question);
+  };
+  ask(map);
   const SensorCalibration needed = needed_correction(correction.found);
   if (needed == SensorCalibration{}) return correction;
   CalibrationFile file;
@@ -124,6 +129,7 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
   const std::filesystem::path folder = out / "corrected.part";
   std::filesystem::create_directory(folder);
   JudgedMap again = make_map(arguments, options, foreign, folder, map.job->clock());
+  ask(again);
   const bool taken = is_as_good(again, map);
   correction.use = taken ? SelfCorrection::Use::in_force : SelfCorrection::Use::rejected;
   if (taken) {

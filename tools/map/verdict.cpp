@@ -97,7 +97,9 @@ void add_verdict(json& report, const MapVerdict& verdict, const MapJob& job) {
     reasons.back()["picture"] = picture_name(reasons.size() - 1);
   }
   report["verdict"] = to_string(verdict.diagnosis.verdict);
-  report["doctor"] = {{"figures", figures_json}, {"reasons", reasons}};
+  report["doctor"] = {{"figures", figures_json},
+                      {"reasons", reasons},
+                      {"open_questions", verdict.diagnosis.open_questions}};
 }
 
 void mark_map(const std::filesystem::path& folder, const MapVerdict& verdict) {
@@ -157,6 +159,9 @@ void print_verdict(const MapVerdict& verdict, const MapJob& job, bool with_pictu
     for (std::size_t other = 1; other < reason.remedies.size(); ++other) {
       std::printf("  or: %s\n", to_line(reason.remedies[other]).c_str());
     }
+  }
+  for (const std::string& question : verdict.diagnosis.open_questions) {
+    std::printf("doubtful: %s\n", question.c_str());
   }
   std::printf("verdict: %s\n", to_string(verdict.diagnosis.verdict));
 }

@@ -64,6 +64,7 @@ class LayoutReader {
       const BagHeader header = first->header();
       require(header.text("encryptor").empty(), path_ + ": is encrypted");
       index_at = header.u64("index_pos").value_or(0);
+      chunks_told_ = header.u32("chunk_count").value_or(0);
       at = first->end();
     }
     if (index_at > 0 && read_index(static_cast<int64_t>(index_at))) {
@@ -91,7 +92,7 @@ class LayoutReader {
     }
     std::sort(layout_.chunks.begin(), layout_.chunks.end(),
               [](const auto& a, const auto& b) { return a.place.offset < b.place.offset; });
-    return !layout_.chunks.empty() || !layout_.connections.empty();
+    return layout_.chunks.size() == chunks_told_;
   }
 
   bool add_chunk_of(const RecordPlace& info) {
@@ -240,6 +241,7 @@ class LayoutReader {
   ByteFile& file_;
   const std::string& path_;
   BagLayout layout_;
+  std::size_t chunks_told_ = 0;  // by the file's header
 };
 
 }  // namespace

@@ -12,6 +12,7 @@ struct Recorded {
   std::vector<SensorInfo> infos;
   std::vector<LaserScan> scans;
   std::vector<OdometrySample> odometry;
+  std::vector<ImuSample> imu;
   std::vector<PanTiltState> pantilt;
   std::vector<TruePose> truth;
   files::InputReport report;
@@ -24,6 +25,7 @@ inline Recorded read_all(files::SampleReader& reader) {
     if (auto* scan = std::get_if<LaserScan>(&*sample)) recorded.scans.push_back(*scan);
     if (auto* odometry = std::get_if<OdometrySample>(&*sample))
       recorded.odometry.push_back(*odometry);
+    if (auto* imu = std::get_if<ImuSample>(&*sample)) recorded.imu.push_back(*imu);
     if (auto* state = std::get_if<PanTiltState>(&*sample)) recorded.pantilt.push_back(*state);
     if (auto* pose = std::get_if<TruePose>(&*sample)) recorded.truth.push_back(*pose);
   }

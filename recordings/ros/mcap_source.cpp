@@ -80,7 +80,8 @@ class McapSource : public MessageSource {
     return piece.channels.empty() ||
            std::any_of(piece.channels.begin(), piece.channels.end(), [this](const auto& entry) {
              const auto topic = topics_.find(entry.first);
-             return topic == topics_.end() || is_wanted(topic->second);
+             return topic == topics_.end() || topic->second.type.empty() ||
+                    is_wanted(topic->second);
            });
   }
 
@@ -108,7 +109,11 @@ class McapSource : public MessageSource {
     topic.is_latched =
         (latching != channel.metadata.end() && latching->second == "1") ||
         (qos != channel.metadata.end() && qos->second.find("transient_local") != std::string::npos);
-    topics_.try_emplace(channel.id, std::move(topic));
+    // The summary may repeat a channel whose schema stands in a chunk.
+    const auto [known, is_new] = topics_.try_emplace(channel.id, topic);
+    if (is_new || !known->second.type.empty()) return;
+    topic.messages = known->second.messages;
+    known->second = std::move(topic);
   }
 
   LoadedChunk load(std::size_t index) {

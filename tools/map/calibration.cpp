@@ -35,6 +35,7 @@ void print_table(const slam::SelfCalibration& found) {
                 slam::reason_of(parameter).c_str());
   }
   for (const std::string& remark : found.remarks) std::printf("note: %s\n", remark.c_str());
+  if (!found.open_question.empty()) std::printf("open: %s\n", found.open_question.c_str());
 }
 
 Comments comments_of(const slam::SelfCalibration& found) {

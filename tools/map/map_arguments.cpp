@@ -15,6 +15,9 @@ constexpr const char* kHelp =
     R"(Builds a map, a trajectory and, from 3D sweeps, a surface model from recordings.
 
 The format of each INPUT is recognised by its content:
+  a recording of ROS, without ROS: a bag (.bag), an MCAP file, a database (.db3) or folder of rosbag2, each also in zstd.
+    Lasers, their places (tf), odometry and clocks are found out, and the report says how; what it cannot know stands in
+    NAME.marco.toml beside the recording NAME, or in --foreign FILE: table `ros` of config/foreign.toml;
   an LCM log of Marco's channels (LIDAR, ODOMETRY, SENSOR_INFO, ...), as lcm-logger writes it;
   an LCM log of another system: bot_core planar_lidar_t on any channel, mbot's lidar_t, RPLIDAR_LASER, encoders, ...
     (config/foreign.toml lists what each channel means; copy and extend it for your robot: --foreign FILE);

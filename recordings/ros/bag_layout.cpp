@@ -49,9 +49,9 @@ std::optional<RecordPlace> record_at(ByteFile& file, int64_t offset) {
                      u32_at(bytes.subspan(fields.size()))};
 }
 
-class LayoutReader {
+class BagLayoutReader {
  public:
-  LayoutReader(ByteFile& file, const std::string& path) : file_(file), path_(path) {}
+  BagLayoutReader(ByteFile& file, const std::string& path) : file_(file), path_(path) {}
 
   BagLayout read() {
     const auto magic = file_.bytes(0, static_cast<int64_t>(kMagic.size()));
@@ -247,7 +247,7 @@ class LayoutReader {
 }  // namespace
 
 BagLayout read_bag_layout(ByteFile& file, const std::string& path) {
-  return LayoutReader(file, path).read();
+  return BagLayoutReader(file, path).read();
 }
 
 std::optional<Topic> topic_of(uint32_t id, std::string name, std::span<const uint8_t> data) {

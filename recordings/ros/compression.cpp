@@ -93,7 +93,7 @@ Bytes from_zstd(std::span<const uint8_t> bytes, uint64_t plain_size) {
 std::vector<uint8_t> decompressed(std::string_view name,
                                   std::span<const uint8_t> bytes,
                                   uint64_t plain_size) {
-  require(plain_size <= kMostPlainBytes, "a chunk of more than 1 GB");
+  require(plain_size <= kMostPlainBytes, "a chunk of more than 256 MB");
   if (name.empty() || name == "none") {
     const auto size = static_cast<std::size_t>(std::min<uint64_t>(bytes.size(), plain_size));
     return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)};
@@ -109,8 +109,8 @@ std::vector<uint8_t> decompressed_zstd(std::span<const uint8_t> frame) {
 }
 
 bool is_zstd(std::span<const uint8_t> bytes) {
-  constexpr std::array<uint8_t, 4> kMagic{0x28, 0xB5, 0x2F, 0xFD};
-  return bytes.size() >= 4 && std::equal(kMagic.begin(), kMagic.end(), bytes.begin());
+  constexpr std::array<uint8_t, 4> kZstdMagic{0x28, 0xB5, 0x2F, 0xFD};
+  return bytes.size() >= 4 && std::equal(kZstdMagic.begin(), kZstdMagic.end(), bytes.begin());
 }
 
 }  // namespace marco::ros

@@ -8,7 +8,7 @@
 namespace marco::ros {
 
 /// No chunk that a recorder writes is larger when it is unpacked.
-inline constexpr uint64_t kMostPlainBytes = uint64_t{1} << 30;
+inline constexpr uint64_t kMostPlainBytes = uint64_t{1} << 28;
 
 /// The plain bytes of a chunk, as far as its compressed ones go: fewer than `plain_size` where
 /// these are cut off or damaged, never more.

@@ -12,11 +12,11 @@
 namespace marco::ros {
 namespace {
 
-struct Closer {
+struct DatabaseCloser {
   void operator()(sqlite3* database) const { sqlite3_close(database); }
   void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 };
-using Database = std::unique_ptr<sqlite3, Closer>;
+using Database = std::unique_ptr<sqlite3, DatabaseCloser>;
 
 // A statement whose rows are read one after the other.
 class Rows {
@@ -44,7 +44,7 @@ class Rows {
   }
 
  private:
-  std::unique_ptr<sqlite3_stmt, Closer> statement_;
+  std::unique_ptr<sqlite3_stmt, DatabaseCloser> statement_;
   int status_ = SQLITE_ROW;
 };
 

@@ -1,6 +1,7 @@
 #include "recordings/ros/mcap_layout.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
@@ -25,9 +26,9 @@ constexpr int64_t kPieceBytes = 1 << 20;
 // A chunk's fields before its records; a compression's name is short.
 constexpr std::size_t kChunkHeadBytes = 256;
 
-class LayoutReader {
+class McapLayoutReader {
  public:
-  explicit LayoutReader(ByteFile& file) : file_(file) {}
+  explicit McapLayoutReader(ByteFile& file) : file_(file) {}
 
   McapLayout read() {
     int64_t at = static_cast<int64_t>(kMcapMagic.size());
@@ -51,16 +52,31 @@ class LayoutReader {
 
  private:
   std::optional<Record> record_at(int64_t at) {
-    const auto head = file_.peek(at, kMcapRecordHead);
+    return record_of(at, file_.peek(at, kMcapRecordHead));
+  }
+
+  // Nothing where no record begins. A chunk that the file cuts off is shortened to what there is.
+  std::optional<Record> record_of(int64_t at, std::span<const uint8_t> head) {
     if (head.size() < kMcapRecordHead || !is_known(head[0])) return std::nullopt;
     McapFields fields(head.subspan(1));
-    const Record record{static_cast<McapOp>(head[0]), at + static_cast<int64_t>(kMcapRecordHead),
-                        fields.u64()};
+    Record record{static_cast<McapOp>(head[0]), at + static_cast<int64_t>(kMcapRecordHead),
+                  fields.u64()};
     const auto left = static_cast<uint64_t>(file_.size() - record.at);
-    // The last chunk of a file that was cut off is used as far as it goes.
-    const bool fits = record.length <= left || record.op == McapOp::chunk;
-    if (!fits) return std::nullopt;
+    if (record.length <= left) return record;
+    if (record.op != McapOp::chunk || !is_cut_chunk(record)) return std::nullopt;
+    record.length = left;
+    layout_.damage.is_cut_off = true;
     return record;
+  }
+
+  // Whether its own fields say the same length.
+  bool is_cut_chunk(const Record& record) {
+    try {
+      const McapChunk chunk = parse_chunk(file_.peek(record.at, kChunkHeadBytes));
+      return chunk.head <= record.length && chunk.size == record.length - chunk.head;
+    } catch (const WireError&) {
+      return false;
+    }
   }
 
   void take(const Record& record, int64_t from) {
@@ -71,7 +87,7 @@ class LayoutReader {
       if (record.op == McapOp::message_index || record.op == McapOp::attachment) return;
       read_small(record);
     } catch (const WireError&) {
-      lose(from, std::min(record.end(), file_.size()));
+      lose(from, record.end());
     }
   }
 
@@ -117,7 +133,6 @@ class LayoutReader {
     if (size < 0) throw WireError("a chunk of negative size");
     places_[record.at - static_cast<int64_t>(kMcapRecordHead)] = records_at;
     layout_.pieces.push_back({{chunk.start_ns, chunk.end_ns, records_at, size}, chunk, {}});
-    if (record.end() > file_.size()) layout_.damage.is_cut_off = true;
   }
 
   // No mark stands before a record: one is believed when another follows it.
@@ -127,10 +142,11 @@ class LayoutReader {
       if (head.size() < kMcapRecordHead) break;
       if (!is_known(head[0])) continue;
       const auto record = record_at(at);
-      if (!record || record->end() > file_.size() || record->length == 0) continue;
-      const auto next = record_at(record->end());
+      if (!record || record->length == 0) continue;
+      std::array<uint8_t, kMcapRecordHead> behind{};  // far off: not by the window of peek()
+      const std::size_t there = file_.read(record->end(), behind);
       const bool is_end = record->end() == file_.size();
-      if (!is_end && (!next || next->length > static_cast<uint64_t>(file_.size()))) continue;
+      if (!is_end && !record_of(record->end(), std::span(behind).first(there))) continue;
       lose(from, at);
       return at;
     }
@@ -158,7 +174,7 @@ McapLayout read_mcap_layout(ByteFile& file, const std::string& path) {
   require(std::equal(magic.begin(), magic.end(), kMcapMagic.begin(), kMcapMagic.end(),
                      [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); }),
           path + ": is no MCAP file");
-  return LayoutReader(file).read();
+  return McapLayoutReader(file).read();
 }
 
 }  // namespace marco::ros

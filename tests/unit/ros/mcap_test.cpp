@@ -87,6 +87,16 @@ TEST(Mcap, GivesMessagesOfOverlappingChunksByTime) {
   }
 }
 
+// Summaries repeat channels; a schema may stand in a chunk alone.
+TEST(Mcap, KnowsTheTypeOfAChannelWhoseSchemaComesLater) {
+  const TemporaryFolder folder;
+  const auto source = open_mcap(
+      folder.write("a.mcap", kMagic + chunk("lz4", schema() + channel() + message(1, "one"), 1, 1) +
+                                 channel() + footer() + kMagic));
+  source->select([](const Topic& topic) { return topic.type == "std_msgs/String"; });
+  EXPECT_EQ(joined(*source), "one ");
+}
+
 TEST(Mcap, CutAnywhereGivesNoMoreThanWasWhole) {
   const TemporaryFolder folder;
   for (const std::string compression : {"", "lz4", "zstd"}) {

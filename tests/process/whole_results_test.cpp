@@ -3,6 +3,7 @@
 // each.
 #include <gmock/gmock.h>
 #include <sys/mount.h>
+#include <sys/prctl.h>
 
 #include <nlohmann/json.hpp>
 #include <random>
@@ -129,10 +130,20 @@ class WholeResults : public testing::CommandTest {
     if (HasFatalFailure()) return;
     fill_disks(program, command);
   }
+  // What a killed program had started becomes our child, and ends with it. It may have ended by
+  // itself just before, or not have begun (127).
+  void wait_for_orphans(const std::string& when) {
+    int status = 0;
+    while (waitpid(-1, &status, 0) > 0) {
+      killed_orphans_ += WIFSIGNALED(status) ? 1 : 0;
+      EXPECT_TRUE(WIFSIGNALED(status) || WEXITSTATUS(status) == 127) << when << " " << WEXITSTATUS(status);
+    }
+  }
   void kill_at_random(const std::string& program,
                       const Command& command,
                       double lasts_s,
                       uint32_t seed) {
+    prctl(PR_SET_CHILD_SUBREAPER, 1);
     std::mt19937 random(seed);
     int fresh = 0;
     for (int i = 0; i < kills(); ++i) {
@@ -143,6 +154,7 @@ class WholeResults : public testing::CommandTest {
       std::this_thread::sleep_for(std::chrono::duration<double>(part(random) * lasts_s));
       started.signal(SIGKILL);
       started.wait(60);
+      wait_for_orphans("kill " + std::to_string(i));
       const bool is_new = judge(at("work"), "kill " + std::to_string(i));
       fresh += is_new ? 1 : 0;
       if (i % 2 != 0) lasts_s *= is_new ? 0.9 : 1.15;
@@ -193,6 +205,7 @@ class WholeResults : public testing::CommandTest {
 
   Files before_, after_;
   int mixed_ = 0;
+  int killed_orphans_ = 0;
 };
 
 TEST_F(WholeResults, Map) {

@@ -1,7 +1,3 @@
-#include <sys/prctl.h>
-
-#include <csignal>
-
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -13,8 +9,6 @@
 int main(int argc, char** argv) {
   using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
   return process::run_main("marco-map-pictures", [&] {
-    // When marco-map is killed, another run may soon use its folder.
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
     CLI::App app("Draws the pictures that marco-map orders");
     std::string orders;
     app.add_option("ORDERS", orders, "a file that marco-map wrote")->required();

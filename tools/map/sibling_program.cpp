@@ -1,9 +1,10 @@
 #include "tools/map/sibling_program.hpp"
 
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <stdexcept>
 
@@ -24,10 +25,18 @@ int run_sibling(const char* name, std::vector<std::string> arguments) {
   std::vector<char*> argv{program.data()};
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
-  pid_t child = 0;
+  constexpr int kNotStarted = 127;
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child == 0) {
+    // Set before anything runs: a parent that is killed now leaves no child behind, either.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() == parent) execv(program.c_str(), argv.data());
+    _exit(kNotStarted);
+  }
   int status = 0;
-  if (posix_spawn(&child, program.c_str(), nullptr, nullptr, argv.data(), environ) != 0 ||
-      waitpid(child, &status, 0) != child) {
+  if (child < 0 || waitpid(child, &status, 0) != child ||
+      (WIFEXITED(status) && WEXITSTATUS(status) == kNotStarted)) {
     throw std::runtime_error("cannot start " + program);
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "common/input/beam_times.hpp"
 
@@ -30,23 +29,18 @@ std::vector<float> reordered_times_s(const LaserScan& scan,
     const float sum_s = span->first_s + span->last_s;
     for (std::size_t beam = 0; beam < times_s.size(); ++beam) {
       const float time_s = scan.time_offsets_s[beam];
-      times_s[beam] = order == BeamOrder::at_once ? 0.5F * sum_s
+      times_s[beam] = order == BeamOrder::at_once ? span->first_s
                       : order == now              ? time_s
                                                   : sum_s - time_s;
     }
     return times_s;
   }
-  const auto& given_s = scan.time_offsets_s;
-  const double middle_s = given_s.empty() ? 0.0
-                                          : std::accumulate(given_s.begin(), given_s.end(), 0.0) /
-                                                static_cast<double>(given_s.size());
-  times_s.assign(times_s.size(), static_cast<float>(middle_s));
-  if (order == BeamOrder::at_once) return times_s;
-  const auto beams = static_cast<double>(times_s.size());
-  const double step_s = (order == BeamOrder::forwards ? period_s : -period_s) / beams;
+  const float first_s = scan.time_offsets_s.empty() ? 0.0F : scan.time_offsets_s.front();
+  const double turn_s = order == BeamOrder::at_once ? 0.0 : period_s;
   for (std::size_t beam = 0; beam < times_s.size(); ++beam) {
-    times_s[beam] =
-        static_cast<float>(middle_s + step_s * (static_cast<double>(beam) - 0.5 * (beams - 1.0)));
+    const std::size_t turned = order == BeamOrder::forwards ? beam : times_s.size() - 1 - beam;
+    const double part = static_cast<double>(turned) / static_cast<double>(times_s.size());
+    times_s[beam] = first_s + static_cast<float>(turn_s * part);
   }
   return times_s;
 }
@@ -62,8 +56,13 @@ std::vector<BeamOrder> BeamOrderJudge::rivals() const {
 BeamVerdict BeamOrderJudge::look(LaserScan& scan, double period_s) {
   if (!is_turn_period(period_s) || !sees_all_round(scan)) return {};
   const auto given = span_of_turn(scan, period_s) ? BeamOrder::forwards : BeamOrder::at_once;
-  if (!given_) present_ = *(given_ = given);
-  if (given != *given_) return {};
+  const bool found = decided_ || (given_ && present_ != *given_);
+  if (given != given_ && found) return {};
+  // The first scans' stamps may lie so near to each other that no turn fits between them.
+  if (given != given_) {
+    *this = {};
+    present_ = *(given_ = given);
+  }
   BeamVerdict verdict;
   verdict.order = present_;
   if (present_ != given) scan.time_offsets_s = reordered_times_s(scan, period_s, given, present_);

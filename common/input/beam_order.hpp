@@ -29,8 +29,8 @@ struct BeamVerdict {
 };
 
 /// The times of a scan's beams, one a beam, in another order than theirs. Times that span a turn
-/// keep their span. Others are spread evenly over the period, with the stamp in the middle: that is
-/// the moment of the pose that such a scan has been matched at.
+/// keep their span. Others are spread evenly over the period from the time on that they all have:
+/// drivers and ROS (sensor_msgs/LaserScan) stamp a scan with its first beam.
 /// @param now  the order of the scan's times
 std::vector<float> reordered_times_s(const LaserScan& scan,
                                      double period_s,

@@ -71,18 +71,22 @@ TEST(ReorderedTimes, ThatSpanATurnAreTurnedRound) {
   EXPECT_THAT(times_s(BeamOrder::forwards), Pointwise(FloatNear(1e-6F), kRight));
   EXPECT_THAT(times_s(BeamOrder::backwards),
               Pointwise(FloatNear(1e-6F), {0.15F, 0.10F, 0.05F, 0.0F}));
-  EXPECT_THAT(times_s(BeamOrder::at_once),
-              Pointwise(FloatNear(1e-6F), {0.075F, 0.075F, 0.075F, 0.075F}));
+  EXPECT_THAT(times_s(BeamOrder::at_once), Pointwise(FloatNear(1e-6F), {0.0F, 0.0F, 0.0F, 0.0F}));
 }
 
-TEST(ReorderedTimes, ThatAreMissingAreSpreadAboutTheStamp) {
-  const auto times_s = [](BeamOrder order) {
-    return reordered_times_s(four_beams({}), kTurnPeriodS, BeamOrder::at_once, order);
-  };
-  EXPECT_THAT(times_s(BeamOrder::forwards),
-              Pointwise(FloatNear(1e-6F), {-0.075F, -0.025F, 0.025F, 0.075F}));
-  EXPECT_THAT(times_s(BeamOrder::backwards),
-              Pointwise(FloatNear(1e-6F), {0.075F, 0.025F, -0.025F, -0.075F}));
+TEST(ReorderedTimes, ThatAreMissingOrEqualAreSpreadFromTheStampOn) {
+  for (const float stamp_s : {0.0F, 0.1F}) {
+    const auto times_s = [stamp_s](BeamOrder order) {
+      const std::vector<float> told_s(stamp_s > 0.0F ? 4 : 0, stamp_s);
+      return reordered_times_s(four_beams(told_s), kTurnPeriodS, BeamOrder::at_once, order);
+    };
+    EXPECT_THAT(
+        times_s(BeamOrder::forwards),
+        Pointwise(FloatNear(1e-6F), {stamp_s, stamp_s + 0.05F, stamp_s + 0.1F, stamp_s + 0.15F}));
+    EXPECT_THAT(
+        times_s(BeamOrder::backwards),
+        Pointwise(FloatNear(1e-6F), {stamp_s + 0.15F, stamp_s + 0.1F, stamp_s + 0.05F, stamp_s}));
+  }
 }
 
 TEST(BeamOrderJudge, FindsTheDirectionOfBeamsWithoutTimes) {
@@ -106,6 +110,15 @@ TEST(BeamOrderJudge, ReversesTimesThatRunBackwards) {
   LaserScan scan = four_beams(kRight);
   judge.look(scan, kTurnPeriodS);
   EXPECT_THAT(scan.time_offsets_s, Pointwise(FloatNear(1e-6F), {0.15F, 0.10F, 0.05F, 0.0F}));
+}
+
+// Jitter: no turn fits between the first two stamps.
+TEST(BeamOrderJudge, JudgesOnWhenThePeriodWasTooShortAtFirst) {
+  BeamOrderJudge judge;
+  LaserScan first = four_beams(kRight);
+  ASSERT_EQ(judge.look(first, 0.4 * kTurnPeriodS).order, BeamOrder::at_once);
+  EXPECT_THAT(Scans(BeamOrder::backwards, kRight, 0.1).show(judge, 100).value_or(""),
+              HasSubstr("backwards: reversed"));
 }
 
 TEST(BeamOrderJudge, LeavesRightTimesAndStopsJudging) {

@@ -109,11 +109,12 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
   const Straightening straightening(
       {matcher_, options_.normals, local_map_, motion_, estimate_.world_from_robot},
       input.motion.utime, prior, first_from_middle(input.scan));
-  if (!input.deskewed_by_odometry) {
-    best = straightening.straightened(std::move(best));
-    if (best.match.overlap < options_.gates.sure_overlap) {
-      best = best_bent(std::move(best), input.scan, straightening, prior, source);
-    }
+  if (!input.deskewed_by_odometry) best = straightening.straightened(std::move(best));
+  // Odometry that stands still is believed until it has missed a turn.
+  const double sure =
+      input.deskewed_by_odometry ? options_.gates.good_overlap : options_.gates.sure_overlap;
+  if (best.match.overlap < sure) {
+    best = best_bent(std::move(best), input.scan, straightening, prior, source);
   }
   best.misfits_m2 = straightening.misfits_m2(best, input.rival_times_s);
   return best;

@@ -17,6 +17,7 @@ namespace marco::slam {
 /// | - it is better     | overlap gained               | kClearlyBetter         | the search's match is used      | no odometry 2.0 -> 2.7 m               |
 /// | match widest       | no usable match              | good_overlap           | searched without odometry       | no odometry 2.0 -> 7.0 m               |
 /// | turned otherwise   | overlap, long scans          | sure_overlap           | deskewed by other turn rates, too | rovers that turn back at once 0.012 -> 4 m |
+/// | - against odometry | the same                     | good_overlap           | the same                        | odometry that never moves 0.009 -> 0.048 m |
 /// | no match           | overlap                      | poor_overlap           | predicted                       | lost odometry 0.63 -> 1.1 m            |
 /// | innovation         | jump from the pose before    | exceeds_motion_limits, kJumpsUntilBelievedS | predicted, not drawn | lost odometry 0.63 -> 1.4 m  |
 /// | fits nothing       | unmatched scans in a row     | kUnmatchedUntilDrawn   | not drawn                       | 6 m range 0.03 -> 2.6 m                |

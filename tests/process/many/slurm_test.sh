@@ -16,6 +16,11 @@ if [ "${MARCO_SLURM:-}" != inside ]; then
   MARCO_SLURM=inside exec unshare -mnu "$0" "$@"
 fi
 ip link set lo up
+# Slurm looks for an address beside loopback's, and then uses those of its configuration.
+ip link add cable_a type veth peer name cable_b || { echo 'SKIPPED: this system has no virtual cables (veth)'; exit 0; }
+ip address add 10.78.0.1/24 dev cable_a
+ip link set cable_a up
+ip link set cable_b up
 hostname localhost
 folder=$(mktemp -d)
 started=()
@@ -69,10 +74,10 @@ started+=($!)
 timeout 600 slurmd -D -N localhost >"$folder/slurmd.log" 2>&1 &
 started+=($!)
 for _ in $(seq 60); do
-  [ "$(sinfo -h -o %T 2>/dev/null)" = idle ] && break
+  [ "$(timeout 5 sinfo -h -o %T 2>/dev/null)" = idle ] && break
   sleep 0.5
 done
-[ "$(sinfo -h -o %T)" = idle ] || fail 'Slurm does not come up'
+[ "$(timeout 5 sinfo -h -o %T)" = idle ] || fail 'Slurm does not come up'
 
 for i in $(seq "$logs"); do
   printf 'start_m = [2.0, 3.0]\nstart_heading_deg = 0\n[[steps]]\nto_m = [3.%02d, 2.4]\n' "$i" >"$folder/tour.toml"

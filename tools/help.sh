@@ -26,7 +26,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco relay --listen PORT          LCM to hosts that multicast does not reach: Wi-Fi, VPN, cloud (docs/two_hosts.md)
   ./marco test [--long]                build with warnings as errors, run every test
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
-                                       (--peers: our readers against ROS' and MCAP's own)
+                                       (--peers: what we read and write against ROS' and MCAP's own)
                                        (--asan: unit tests under address and undefined behaviour sanitizers)
   ./marco lint [FILE...]               clang-format and clang-tidy (--format, --tidy: one of them; --since REV: the change)
   ./marco bench                        speed figures of this machine

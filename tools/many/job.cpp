@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
@@ -66,6 +67,25 @@ bool is_crash(int signal) {
          signal == SIGILL;
 }
 
+bool was_killed(const ChildEnd& end) {
+  return end.pid < 0 || (end.signal != 0 && !is_crash(end.signal)) ||
+         end.exit_code > process::kExitSignal;
+}
+
+// Maps it once. @returns nothing where the results are there
+std::optional<ChildEnd> try_once(const Store& store,
+                                 const Entry& entry,
+                                 const std::vector<std::string>& arguments) {
+  std::error_code ignored;
+  fs::remove(store.printed(entry), ignored);
+  std::vector<std::string> words = {entry.path.string(), "--out", store.results(entry).string()};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  const ChildEnd end = wait_for_child(
+      start_child(sibling_path("marco-map"), std::move(words), store.printed(entry)));
+  if (fs::exists(store.report(entry))) return std::nullopt;
+  return end;
+}
+
 }  // namespace
 
 bool is_done(const Store& store, const Entry& entry) {
@@ -89,26 +109,21 @@ JobEnd run_job(const Store& store, const Entry& entry, const std::vector<std::st
   if (fs::exists(store.report(entry))) return JobEnd::done;
   if (is_done(store, entry)) return JobEnd::failed;
   note(store, entry, "begun");
-  std::error_code ignored;
-  fs::remove(store.printed(entry), ignored);
-  std::vector<std::string> words = {entry.path.string(), "--out", store.results(entry).string()};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  const ChildEnd end = wait_for_child(
-      start_child(sibling_path("marco-map"), std::move(words), store.printed(entry)));
-  if (fs::exists(store.report(entry))) {
+  auto failed = try_once(store, entry, arguments);
+  // A program that marco-map started may have been killed: what fails twice fails always.
+  if (failed && !was_killed(*failed)) failed = try_once(store, entry, arguments);
+  if (!failed) {
     note(store, entry, "done");
     return JobEnd::done;
   }
-  const bool was_killed = end.pid < 0 || (end.signal != 0 && !is_crash(end.signal)) ||
-                          end.exit_code > process::kExitSignal;
-  if (was_killed) {
+  if (was_killed(*failed)) {
     note(store, entry, "killed");
     return JobEnd::killed;
   }
   record_failure(store, entry,
-                 end.signal != 0 ? "crashed: signal " + std::to_string(end.signal)
-                                 : last_line(store.printed(entry)),
-                 end.cpu_s);
+                 failed->signal != 0 ? "crashed: signal " + std::to_string(failed->signal)
+                                     : last_line(store.printed(entry)),
+                 failed->cpu_s);
   return JobEnd::failed;
 }
 

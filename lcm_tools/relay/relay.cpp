@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "lcm_tools/lcmtypes/channels.hpp"
+
 namespace marco::relay {
 namespace {
 
@@ -31,6 +33,9 @@ Relay::Relay(process::LcmBus& bus, process::DropCounter& drops, RelayOptions opt
       drops_(drops),
       options_(std::move(options)),
       rule_(options_.channels, options_.order_channels, options_.orders) {
+  if (!options_.channels.empty()) {
+    asked_for_ = "(" + options_.channels + ")|" + channels::kEmergencyStop;
+  }
   if (options_.listen) listener_ = TcpSocket::listen(*options_.listen);
   for (const Endpoint& endpoint : options_.connect) outgoing_.push_back({endpoint, 0, {}, ""});
   bus_.subscribe_raw(".*", [this](const process::RawMessage& message) {
@@ -46,10 +51,8 @@ void Relay::connect_again() {
     try {
       TcpSocket socket = TcpSocket::connect(outgoing.endpoint);
       outgoing.side = ++last_side_;
-      peers_.push_back(
-          {outgoing.side, to_string(outgoing.endpoint),
-           TcpLink(std::move(socket), Role::client,
-                   options_.channels.empty() ? ".*" : options_.channels, kMostWaitingBytes)});
+      peers_.push_back({outgoing.side, to_string(outgoing.endpoint),
+                        TcpLink(std::move(socket), Role::client, asked_for_, kMostWaitingBytes)});
     } catch (const std::runtime_error& failure) {
       if (std::exchange(outgoing.last_failure, failure.what()) != failure.what()) {
         spdlog::warn("{}; trying again each second", failure.what());

@@ -67,6 +67,7 @@ class Relay {
   process::DropCounter& drops_;
   RelayOptions options_;
   ChannelRule rule_;
+  std::string asked_for_ = ".*";  // of the servers
   EchoFilter echoes_;
   TcpSocket listener_;
   std::vector<Outgoing> outgoing_;

@@ -127,6 +127,22 @@ std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
                               known_formats());
 }
 
+bool is_recording(const fs::path& path) {
+  if (fs::is_directory(path)) {
+    const fs::directory_iterator inside(path);
+    return ros::is_message_recording(path, "") ||
+           std::any_of(fs::begin(inside), fs::end(inside), [](const fs::directory_entry& entry) {
+             return entry.is_regular_file() && files::is_tilted_scan(entry.path());
+           });
+  }
+  const std::string head = head_of(path);
+  const ForeignTable none;
+  const Input input{path, head, none};
+  return !head.empty() && std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& format) {
+    return format.recognises(input);
+  });
+}
+
 std::string why_no_log(const fs::path& path) {
   const std::string name = path.string();
   std::string nothing = name + ": holds no whole LCM event";

@@ -18,6 +18,9 @@ namespace marco {
 std::unique_ptr<files::SampleReader> open_recording(const std::filesystem::path& path,
                                                     const ForeignTable& table = {});
 
+/// Whether open_recording knows the format: by its first bytes, or what a folder holds.
+bool is_recording(const std::filesystem::path& path);
+
 /// Explains a file in which no LCM event was found: what it is instead, and how to convert it.
 std::string why_no_log(const std::filesystem::path& path);
 

@@ -7,6 +7,8 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco demo [--out DIR]             a simulated robot maps a lab in real time (5 minutes): drivers, procman, lcm-logger,
                                        replay, pictures, errors against the truth (--batch: simulated in 20 seconds)
   ./marco map INPUT... [--out DIR]     map your own log or 3D scans       (./marco map --help)
+  ./marco map --many DIR --out DIR     map every recording in a folder, some at a time or under Slurm; a table of all
+                                       (./marco map --many --help)
   ./marco check INPUT...               is its map good, doubtful or wrong, where and why; writes nothing
   ./marco calibrate LOG [--out DIR]    where the laser sits, how wheels and gyroscope count, from a drive with turns;
                                        the pan-tilt's lever arms and zero angles, from sweeps of a room
@@ -20,10 +22,11 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release
   ./marco replay LOG [--speed X]       a log's input channels into the processes that run
   ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)
-  ./marco log COMMAND ...              info, cut, filter, merge, export, import, repair, play
+  ./marco log COMMAND ...              info, cut, filter, merge, export, import, convert (LCM, ROS bags, MCAP), repair, play
+  ./marco relay --listen PORT          LCM to hosts that multicast does not reach: Wi-Fi, VPN, cloud (docs/two_hosts.md)
   ./marco test [--long]                build with warnings as errors, run every test
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
-                                       (--peers: our readers against ROS' and MCAP's own)
+                                       (--peers: what we read and write against ROS' and MCAP's own)
                                        (--asan: unit tests under address and undefined behaviour sanitizers)
   ./marco lint [FILE...]               clang-format and clang-tidy (--format, --tidy: one of them; --since REV: the change)
   ./marco bench                        speed figures of this machine

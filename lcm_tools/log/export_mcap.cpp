@@ -44,7 +44,8 @@ class McapExport {
              const files::LogEventHead& head,
              Utime event_time,
              std::string_view json) {
-    writer_.write(topic, static_cast<uint32_t>(head.number), time_ns(event_time), json);
+    const uint64_t ns = time_ns(event_time);
+    writer_.write(topic, static_cast<uint32_t>(head.number), {ns, ns}, json);
   }
   uint16_t original_topic(const DecodedEvent& event) {
     const auto [topic, is_new] = topics_.try_emplace(Key(event.head.channel, event.structure));

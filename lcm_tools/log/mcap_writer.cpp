@@ -1,6 +1,7 @@
 #include "lcm_tools/log/mcap_writer.hpp"
 
 #include <zlib.h>
+#include <zstd.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -9,6 +10,7 @@ namespace marco::logs {
 namespace {
 
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
+constexpr std::string_view kCompression = "zstd";
 constexpr std::size_t kChunkBytes = 1 << 20;
 
 enum class Op : uint8_t {
@@ -46,6 +48,15 @@ std::string record(Op opcode, std::string_view content) {
   return bytes;
 }
 
+std::string packed_by_zstd(std::string_view plain) {
+  std::string packed(ZSTD_compressBound(plain.size()), '\0');
+  const std::size_t size =
+      ZSTD_compress(packed.data(), packed.size(), plain.data(), plain.size(), ZSTD_CLEVEL_DEFAULT);
+  if (ZSTD_isError(size) != 0) throw std::runtime_error(ZSTD_getErrorName(size));
+  packed.resize(size);
+  return packed;
+}
+
 uint32_t checksum(std::string_view bytes, uint32_t before = 0) {
   return static_cast<uint32_t>(
       crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
@@ -59,9 +70,9 @@ void McapWriter::Span::add(uint64_t time_ns) {
   ++messages;
 }
 
-McapWriter::McapWriter(OutputFile& out) : out_(out) {
+McapWriter::McapWriter(OutputFile& out, std::string_view profile) : out_(out) {
   std::string header;
-  put_text(header, "");
+  put_text(header, profile);
   put_text(header, "marco-log");
   emit(kMagic);
   emit(record(Op::header, header));
@@ -110,19 +121,19 @@ uint16_t McapWriter::add_channel(uint16_t schema,
 
 void McapWriter::write(uint16_t channel,
                        uint32_t sequence,
-                       uint64_t time_ns,
+                       McapTimes times,
                        std::string_view data) {
   constexpr uint64_t kFixedBytes = 2 + 4 + 8 + 8;
-  chunk_.index[channel].emplace_back(time_ns, chunk_.bytes.size());
+  chunk_.index[channel].emplace_back(times.log_ns, chunk_.bytes.size());
   put(chunk_.bytes, static_cast<uint8_t>(Op::message));
   put(chunk_.bytes, kFixedBytes + data.size());
   put(chunk_.bytes, channel);
   put(chunk_.bytes, sequence);
-  put(chunk_.bytes, time_ns);
-  put(chunk_.bytes, time_ns);
+  put(chunk_.bytes, times.log_ns);
+  put(chunk_.bytes, times.publish_ns);
   chunk_.bytes += data;
-  chunk_.span.add(time_ns);
-  written_.add(time_ns);
+  chunk_.span.add(times.log_ns);
+  written_.add(times.log_ns);
   ++counts_[channel];
   if (chunk_.bytes.size() >= kChunkBytes) flush_chunk();
 }
@@ -134,19 +145,21 @@ void McapWriter::flush_chunk() {
   index.end_ns = chunk_.span.end_ns;
   index.offset = static_cast<uint64_t>(out_.size_bytes());
   index.records_bytes = chunk_.bytes.size();
+  const std::string packed = packed_by_zstd(chunk_.bytes);
+  index.packed_bytes = packed.size();
   std::string head;
-  constexpr uint64_t kFixedBytes = 8 + 8 + 8 + 4 + 4 + 8;
+  constexpr uint64_t kFixedBytes = 8 + 8 + 8 + 4 + 4 + kCompression.size() + 8;
   put(head, static_cast<uint8_t>(Op::chunk));
-  put(head, kFixedBytes + chunk_.bytes.size());
+  put(head, kFixedBytes + packed.size());
   put(head, index.start_ns);
   put(head, index.end_ns);
   put(head, static_cast<uint64_t>(chunk_.bytes.size()));
   put(head, checksum(chunk_.bytes));
-  put_text(head, "");  // not compressed
-  put(head, static_cast<uint64_t>(chunk_.bytes.size()));
+  put_text(head, kCompression);
+  put(head, static_cast<uint64_t>(packed.size()));
   emit(head);
-  emit(chunk_.bytes);
-  index.bytes = head.size() + chunk_.bytes.size();
+  emit(packed);
+  index.bytes = head.size() + packed.size();
   for (const auto& [channel, messages] : chunk_.index) {
     index.indexes.emplace_back(channel, static_cast<uint64_t>(out_.size_bytes()));
     std::string content, entries;
@@ -210,8 +223,8 @@ std::string McapWriter::summary(uint64_t start, std::string& offsets) const {
     }
     put_text(content, indexes);
     put(content, chunk.index_bytes);
-    put_text(content, "");
-    put(content, chunk.records_bytes);
+    put_text(content, kCompression);
+    put(content, chunk.packed_bytes);
     put(content, chunk.records_bytes);
     bytes += record(Op::chunk_index, content);
   }

@@ -11,13 +11,20 @@
 
 namespace marco::logs {
 
-/// Writes an MCAP file (version 0 of the format): messages in chunks of about 1 MB with their
-/// message indexes, then the summary (schemas, channels, statistics, chunk indexes), with
-/// checksums. Not compressed. Memory: one chunk, and about 100 bytes for each chunk written.
+/// When a message was recorded, and when it was sent.
+struct McapTimes {
+  uint64_t log_ns = 0;
+  uint64_t publish_ns = 0;
+};
+
+/// Writes an MCAP file (version 0 of the format): messages in chunks of about 1 MB, compressed by
+/// zstd, with their message indexes, then the summary (schemas, channels, statistics, chunk
+/// indexes), with checksums. Memory: one chunk, and about 100 bytes for each chunk written.
 class McapWriter {
  public:
   /// @param out must outlive it; finish() it after finish().
-  explicit McapWriter(OutputFile& out);
+  /// @param profile  "ros1", "ros2", or "" for none: what readers may rely on
+  explicit McapWriter(OutputFile& out, std::string_view profile = "");
 
   /// @param encoding "jsonschema", ... @returns its id, > 0. @throws std::runtime_error when there
   /// are more than 65535.
@@ -29,7 +36,7 @@ class McapWriter {
                        std::string_view encoding,
                        const std::map<std::string, std::string>& metadata);
 
-  void write(uint16_t channel, uint32_t sequence, uint64_t time_ns, std::string_view data);
+  void write(uint16_t channel, uint32_t sequence, McapTimes times, std::string_view data);
 
   /// Writes the last chunk and the summary. Nothing may be written after it.
   void finish();
@@ -52,7 +59,7 @@ class McapWriter {
     uint64_t offset = 0, bytes = 0;
     std::vector<std::pair<uint16_t, uint64_t>> indexes;  // channel -> offset of its message index
     uint64_t index_bytes = 0;
-    uint64_t records_bytes = 0;
+    uint64_t records_bytes = 0, packed_bytes = 0;
   };
   void emit(std::string_view bytes);
   void flush_chunk();

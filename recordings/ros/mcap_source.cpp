@@ -104,6 +104,9 @@ class McapSource : public MessageSource {
       topic.schema_encoding = schema->second.encoding;
       topic.schema = schema->second.data;
     }
+    if (const auto md5 = channel.metadata.find("md5sum"); md5 != channel.metadata.end()) {
+      topic.md5 = md5->second;
+    }
     const auto latching = channel.metadata.find("latching");
     const auto qos = channel.metadata.find("offered_qos_profiles");
     topic.is_latched =

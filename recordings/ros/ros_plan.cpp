@@ -62,6 +62,7 @@ class Planner {
             "ros.truth: there is no topic " + options_.truth + "; " + contents());
     align_clocks();
     for (const auto& [name, topic] : survey_.topics) note_unused(topic);
+    note_others();
     return std::move(plan_);
   }
 
@@ -370,6 +371,16 @@ class Planner {
     if (topic.name == plan_.truth_topic) return;
     note("%s (%s): %lld messages passed over", topic.name.c_str(), topic.type.c_str(),
          static_cast<long long>(topic.count));
+  }
+
+  // Pictures, joints, commands, ...: of types that make no map.
+  void note_others() {
+    std::string text;
+    for (const auto& [name, topic] : survey_.topics) {
+      if (topic.use != Use::none) continue;
+      text += (text.empty() ? "" : ", ") + name + " (" + topic.type + ")";
+    }
+    if (!text.empty()) plan_.notes.push_back("not used: " + text);
   }
 
   const RosSurvey& survey_;

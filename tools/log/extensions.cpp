@@ -9,6 +9,7 @@
 #include "lcmtypes/channels.hpp"
 #include "recordings/lcm_log_reader.hpp"
 #include "recordings/recording.hpp"
+#include "tools/log/convert.hpp"
 #include "tools/log/export_carmen.hpp"
 #include "tools/log/foxglove.hpp"
 #include "tools/log/import_recording.hpp"
@@ -106,7 +107,7 @@ void add_import(CLI::App& program) {
 Extensions marco_extensions() {
   return {{carmen_format()},
           [](const LogInfo& log) { return std::make_unique<FoxgloveTranslator>(log); },
-          {add_import},
+          {add_import, add_convert},
           {channels::kRobotOrders.begin(), channels::kRobotOrders.end()},
           [](const std::string& path) { return why_no_log(path); }};
 }

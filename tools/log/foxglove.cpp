@@ -13,6 +13,8 @@
 #include "lcmtypes/stamp.hpp"
 #include "marco/mbot_pose2d_t.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "tools/log/foxglove_grid.hpp"
+#include "tools/log/foxglove_json.hpp"
 #include "tools/log/regular_scan.hpp"
 
 namespace marco::logs {
@@ -111,7 +113,8 @@ std::string FoxgloveTranslator::remark() const {
 }
 
 std::vector<AddedMessage> FoxgloveTranslator::translate(const DecodedEvent& event) {
-  std::vector<AddedMessage> messages = grids_.finished(bounded(event.head.event_time));
+  std::vector<AddedMessage> messages =
+      grid_messages(grids_.finished(bounded(event.head.event_time)));
   for (AddedMessage& message : translate_message(event)) messages.push_back(std::move(message));
   return messages;
 }
@@ -130,7 +133,7 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_message(const DecodedEve
     if (is_a<bot_core::image_t>(event.bytes)) return translate_image(event);
     for (const auto translate_as :
          {&FoxgloveTranslator::translate_info, &FoxgloveTranslator::translate_grid,
-          &FoxgloveTranslator::translate_pose}) {
+          &FoxgloveTranslator::translate_pose, &FoxgloveTranslator::translate_model}) {
       auto messages = (this->*translate_as)(event, channel);
       if (!messages.empty()) return messages;
     }
@@ -187,8 +190,7 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
 std::vector<AddedMessage> FoxgloveTranslator::translate_grid(const DecodedEvent& event,
                                                              const std::string& channel) {
   if (auto tile = decode_as<grid_map_t>(event.bytes)) {
-    const std::string head = in_frame(channel, tile->utime, "world");
-    return grids_.add(channel, *tile, head, bounded(event.head.event_time));
+    return grid_messages(grids_.add(channel, *tile, bounded(event.head.event_time)));
   }
   if (lcm_schema::fingerprint_of(event.bytes) != kMbotGrid) return {};
   const int utime = event.tree.child(0, "utime");
@@ -197,6 +199,26 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_grid(const DecodedEvent&
   const std::string json = mbot_grid_json(event.tree);
   if (json.empty()) return {};
   return {{channel + "/Grid", "foxglove.Grid", in_frame(channel, utime_us, "world") + json}};
+}
+
+std::vector<AddedMessage> FoxgloveTranslator::grid_messages(
+    const std::vector<JoinedGrid>& grids) const {
+  std::vector<AddedMessage> messages;
+  for (const JoinedGrid& grid : grids) {
+    messages.push_back({grid.channel + "/Grid", "foxglove.Grid",
+                        in_frame(grid.channel, grid.utime_us, "world") + floor_plan_json(grid.map),
+                        grid.event_time});
+  }
+  return messages;
+}
+
+std::vector<AddedMessage> FoxgloveTranslator::translate_model(const DecodedEvent& event,
+                                                              const std::string& channel) {
+  const auto tile = decode_as<mesh_t>(event.bytes);
+  if (!tile) return {};
+  std::string json = scenes_.json(channel, stamp(channel, tile->utime), "world", *tile);
+  if (json.empty()) return {};
+  return {{channel + "/SceneUpdate", "foxglove.SceneUpdate", std::move(json)}};
 }
 
 std::vector<AddedMessage> FoxgloveTranslator::translate_path(const DecodedEvent& event,

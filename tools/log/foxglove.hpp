@@ -7,8 +7,9 @@
 #include "common/samples.hpp"
 #include "lcm_tools/log/mcap_translator.hpp"
 #include "recordings/foreign.hpp"
-#include "tools/log/foxglove_grid.hpp"
+#include "tools/log/foxglove_model.hpp"
 #include "tools/log/foxglove_schemas.hpp"
+#include "tools/log/grid_joiner.hpp"
 #include "tools/log/robot_frames.hpp"
 
 namespace marco::logs {
@@ -20,7 +21,7 @@ namespace marco::logs {
 /// the tiles of a map joined; mbot's occupancy_grid_t -> Grid. pose2_t, slam_pose_t, odometry_t,
 /// mbot's pose2D_t, bot_core.pose_t -> PoseInFrame; trajectory_t -> PosesInFrame. Odometry, SLAM's
 /// poses, SENSOR_INFO and PANTILT_STATE -> FrameTransform (see RobotFrames). image_t ->
-/// CompressedImage (JPEG) or RawImage. Other messages have no counterpart.
+/// CompressedImage (JPEG) or RawImage; mesh_t -> SceneUpdate. Other messages have no counterpart.
 ///
 /// Foreign lasers whose bearings run clockwise (ForeignTable) are turned. Stamps of channels whose
 /// clocks are more than half a second off the event times are put into the event times' clock.
@@ -31,12 +32,13 @@ class FoxgloveTranslator : public McapTranslator {
 
   /// Nothing for a message that Foxglove cannot draw or that contradicts itself.
   std::vector<AddedMessage> translate(const DecodedEvent& event) override;
-  std::vector<AddedMessage> finish() override { return grids_.finish(); }
+  std::vector<AddedMessage> finish() override { return grid_messages(grids_.finish()); }
   std::string json_schema(const std::string& name) const override { return foxglove_schema(name); }
   /// Counts the maps that are too large to be drawn.
   std::string remark() const override;
 
  private:
+  std::vector<AddedMessage> grid_messages(const std::vector<JoinedGrid>& grids) const;
   std::vector<AddedMessage> translate_message(const DecodedEvent& event);
   std::vector<AddedMessage> translate_info(const DecodedEvent& event, const std::string& channel);
   std::vector<AddedMessage> translate_scan(LaserScan scan, uint64_t fingerprint) const;
@@ -45,6 +47,7 @@ class FoxgloveTranslator : public McapTranslator {
                                            const std::string& channel) const;
   std::vector<AddedMessage> translate_pose(const DecodedEvent& event, const std::string& channel);
   std::vector<AddedMessage> translate_image(const DecodedEvent& event) const;
+  std::vector<AddedMessage> translate_model(const DecodedEvent& event, const std::string& channel);
 
   AddedMessage pose_message(const std::string& channel,
                             int64_t utime_us,
@@ -63,6 +66,7 @@ class FoxgloveTranslator : public McapTranslator {
   std::map<std::string, SensorInfo, std::less<>> infos_;
   ForeignTable foreign_;
   GridJoiner grids_;
+  SceneUpdates scenes_;
   RobotFrames frames_;
 };
 

@@ -3,29 +3,11 @@
 #include <algorithm>
 #include <limits>
 
-#include "common/map_tiles.hpp"
 #include "lcm_tools/log/export_json_lines.hpp"
-#include "lcmtypes/convert.hpp"
+#include "tools/log/foxglove_json.hpp"
 
 namespace marco::logs {
 namespace {
-
-// Tiles cover a map; some may be lost.
-constexpr double kMostPerTileCell = 16;
-constexpr double kMostCells = 1 << 25;  // 290 m x 290 m of 5 cm
-constexpr Duration kPatience = Duration::from_us(50000);
-
-// "" when the tiles lie too far apart.
-std::string joined_json(const std::vector<GridMap>& tiles) {
-  std::vector<const GridMap*> pointers;
-  double tile_cells = 0;
-  for (const GridMap& tile : tiles) {
-    pointers.push_back(&tile);
-    tile_cells += static_cast<double>(tile.occupancy.size());
-  }
-  const auto map = join_tiles(pointers, std::min(kMostCells, kMostPerTileCell * tile_cells));
-  return map ? floor_plan_json(*map) : "";
-}
 
 double field(const lcm_schema::Tree& tree, std::string_view name) {
   const int node = tree.child(0, name);
@@ -73,55 +55,6 @@ std::string mbot_grid_json(const lcm_schema::Tree& tree) {
          R"(},"row_stride":)" + width +
          R"(,"cell_stride":1,"fields":[{"name":"occupancy","offset":0,"type":2}],"data":")" +  // INT8
          to_base64(tree.message.subspan(node.offset, node.bytes)) + "\"}";
-}
-
-std::vector<AddedMessage> GridJoiner::add(const std::string& channel,
-                                          const grid_map_t& message,
-                                          const std::string& head,
-                                          Utime event_time) {
-  GridMap tile = from_message(message);
-  std::vector<AddedMessage> messages;
-  Map& map = maps_[channel];
-  const bool belongs = std::all_of(map.tiles.begin(), map.tiles.end(), [&](const auto& other) {
-    return map.revision == message.revision && other.resolution_m == tile.resolution_m &&
-           other.origin_m != tile.origin_m;
-  });
-  if (!belongs) emit(channel, map, messages);
-  map.revision = message.revision;
-  map.tiles.push_back(std::move(tile));
-  map.head = head;
-  map.event_time = event_time;
-  return messages;
-}
-
-std::vector<AddedMessage> GridJoiner::finished(Utime now) {
-  std::vector<AddedMessage> messages;
-  for (auto& [channel, map] : maps_) {
-    // Event times may step back a little.
-    const bool is_late = now - map.event_time > kPatience || map.event_time - now > kPatience;
-    if (!map.tiles.empty() && is_late) emit(channel, map, messages);
-  }
-  return messages;
-}
-
-std::vector<AddedMessage> GridJoiner::finish() {
-  std::vector<AddedMessage> messages;
-  for (auto& [channel, map] : maps_) {
-    if (!map.tiles.empty()) emit(channel, map, messages);
-  }
-  return messages;
-}
-
-void GridJoiner::emit(const std::string& channel, Map& map, std::vector<AddedMessage>& messages) {
-  std::string json = joined_json(map.tiles);
-  map.tiles.clear();
-  if (json.empty()) {
-    ++left_out_;
-    return;
-  }
-  if (json == map.last) return;
-  messages.push_back({channel + "/Grid", "foxglove.Grid", map.head + json, map.event_time});
-  map.last = std::move(json);
 }
 
 }  // namespace marco::logs

@@ -28,6 +28,34 @@ std::string object(const std::string& title, const std::string& properties) {
   return R"({"title":")" + title + R"(","type":"object","properties":{)" + properties + "}}";
 }
 
+std::string list_of(const std::string& items) {
+  return R"({"type":"array","items":)" + items + "}";
+}
+
+// Its entities are made of triangles here; other primitives are named, as their lists are written.
+std::string scene_update() {
+  const std::string text = R"({"type":"string"})";
+  const std::string triangles =
+      object("foxglove.TriangleListPrimitive",
+             R"("pose":)" + pose() + R"(,"points":)" + list_of(numbers("foxglove.Point3", "xyz")) +
+                 R"(,"color":)" + numbers("foxglove.Color", "rgba") + R"(,"colors":)" +
+                 list_of(numbers("foxglove.Color", "rgba")) + R"(,"indices":)" +
+                 list_of(R"({"type":"integer","minimum":0})"));
+  std::string entity = kTimestamp + "," + kFrame + R"(,"id":)" + text +
+                       R"(,"lifetime":{"type":"object","title":"duration","properties":)"
+                       R"({"sec":{"type":"integer"},"nsec":{"type":"integer"}}})"
+                       R"(,"frame_locked":{"type":"boolean"},"metadata":)" +
+                       list_of(R"({"type":"object"})");
+  for (const char* name : {"arrows", "cubes", "spheres", "cylinders", "lines", "texts", "models"}) {
+    entity += R"(,")" + std::string(name) + R"(":)" + list_of(R"({"type":"object"})");
+  }
+  entity += R"(,"triangles":)" + list_of(triangles);
+  return R"("deletions":)" +
+         list_of(object("foxglove.SceneEntityDeletion",
+                        kTimestamp + R"(,"type":{"type":"integer"},"id":)" + text)) +
+         R"(,"entities":)" + list_of(object("foxglove.SceneEntity", entity));
+}
+
 }  // namespace
 
 std::string foxglove_schema(const std::string& name) {
@@ -57,6 +85,8 @@ std::string foxglove_schema(const std::string& name) {
              numbers("foxglove.Quaternion", "xyzw");
   } else if (name == "foxglove.CompressedImage") {
     fields += R"(,"data":)" + kBytes + R"(,"format":)" + text;
+  } else if (name == "foxglove.SceneUpdate") {
+    fields = scene_update();
   } else if (name == "foxglove.RawImage") {
     fields += R"(,"width":)" + integer + R"(,"height":)" + integer + R"(,"encoding":)" + text +
               R"(,"step":)" + integer + R"(,"data":)" + kBytes;

@@ -26,6 +26,7 @@ The format of each INPUT is recognised by its content:
 Several INPUTs are sessions of one map: each is localized in the map of the sessions before it. A session that is not
 found there, such as one of another building, gets its own map in OUT/session_N, and the exit code is 1. Files of 3D
 scans that follow each other are one session.
+Many recordings with a map each: --many DIR (./marco map --many --help).
 
 To record your own robot: publish bot_core.planar_lidar_t on LIDAR, marco.odometry_t on ODOMETRY and, once a second,
 marco.sensor_info_t on SENSOR_INFO with the pose of the laser, and run lcm-logger. Pictures (bot_core.image_t on any

@@ -1,13 +1,16 @@
 // Reads an MCAP file with the format's own library, through the index and as a stream, and prints
-// what it found as JSON. Exit code 77: the library is not installed (NODE_PATH says where it is).
+// what it found as JSON. Exit code 77: the library, or fzstd, is not installed (NODE_PATH says where they are).
 const fs = require('node:fs');
 
-let mcap;
+let mcap, fzstd;
 try {
   mcap = require('@mcap/core');
+  fzstd = require('fzstd');
 } catch {
   process.exit(77);
 }
+
+const decompressHandlers = { zstd: (bytes) => fzstd.decompress(bytes) };
 
 async function main(path) {
   const bytes = fs.readFileSync(path);
@@ -15,7 +18,7 @@ async function main(path) {
     size: async () => BigInt(bytes.length),
     read: async (offset, size) => new Uint8Array(bytes.subarray(Number(offset), Number(offset + size))),
   };
-  const reader = await mcap.McapIndexedReader.Initialize({ readable });
+  const reader = await mcap.McapIndexedReader.Initialize({ readable, decompressHandlers });
   const text = new TextDecoder();
   const topics = {};
   for await (const message of reader.readMessages({ validateCrcs: true })) {
@@ -27,7 +30,7 @@ async function main(path) {
   for (const schema of reader.schemasById.values()) {
     if (JSON.parse(text.decode(schema.data)).type === 'object') schemas.push(schema.name);
   }
-  const stream = new mcap.McapStreamReader({ validateCrcs: true });
+  const stream = new mcap.McapStreamReader({ validateCrcs: true, decompressHandlers });
   stream.append(new Uint8Array(bytes));
   let streamed = 0;
   for (let record; (record = stream.nextRecord()); ) {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <zlib.h>
+#include <zstd.h>
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -86,6 +88,7 @@ inline McapFile read_mcap(const std::string& bytes) {
   Bytes rest(std::string_view(bytes).substr(8, bytes.size() - 16));
   const auto position = [&] { return bytes.size() - 8 - rest.left(); };
   bool in_summary = false;
+  std::deque<std::string> plain;
   uint64_t summary_start = 0;
   std::map<uint64_t, std::string_view> chunks;                        // offset -> records
   std::map<uint64_t, std::pair<uint16_t, std::string_view>> indexes;  // offset -> channel, entries
@@ -97,8 +100,10 @@ inline McapFile read_mcap(const std::string& bytes) {
       const auto start = content.take<uint64_t>(), end = content.take<uint64_t>();
       const auto size = content.take<uint64_t>();
       const auto checksum = content.take<uint32_t>();
-      check(content.text().empty(), "compression");
-      const std::string_view records = content.take(content.take<uint64_t>());
+      check(content.text() == "zstd", "compression");
+      const std::string_view packed = content.take(content.take<uint64_t>());
+      std::string& records = plain.emplace_back(size, '\0');
+      check(ZSTD_decompress(records.data(), size, packed.data(), packed.size()) == size, "zstd");
       check(records.size() == size && crc_of(records) == checksum, "chunk size or checksum");
       chunks[offset] = records;
       ++file.chunks;

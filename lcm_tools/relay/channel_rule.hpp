@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <regex>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace marco::relay {
+
+/// Which messages a relay passes on, in both directions.
+///
+/// Orders stay where they are unless the user asks for them: a robot that obeys whoever reaches its
+/// port is a danger, procman's orders start any program, and over a link that stalls an order to
+/// move comes late. Orders are the channels that the caller names, and those whose names say so
+/// (CMD, COMMAND, ORDERS). One order passes always: EMERGENCY_STOP while it says stop.
+class ChannelRule {
+ public:
+  enum class Orders { held_back, passed_on };
+
+  /// @param channels  POSIX extended, matched against the whole name; "" = all
+  /// @param orders    names of channels that are orders beside procman's
+  /// @throws std::invalid_argument for an expression that is none
+  ChannelRule(const std::string& channels, std::vector<std::string> order_channels, Orders orders);
+
+  bool passes(const std::string& channel, std::span<const uint8_t> data) const;
+  bool is_order(const std::string& channel) const;
+
+ private:
+  std::regex channels_;
+  std::regex order_names_;
+  std::vector<std::string> order_channels_;
+  Orders orders_;
+};
+
+/// A regular expression of a user. @throws std::invalid_argument saying what is wrong with it.
+std::regex expression_of(const std::string& text);
+
+}  // namespace marco::relay

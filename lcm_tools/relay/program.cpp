@@ -1,0 +1,74 @@
+#include "lcm_tools/relay/program.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/exit_code.hpp"
+#include "lcm_tools/process/status_publisher.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
+#include "lcm_tools/relay/relay.hpp"
+
+namespace marco::relay {
+namespace {
+
+constexpr const char* kHelp =
+    R"(Joins LCM on this host (multicast) with other hosts over TCP, where multicast does not reach: Wi-Fi, VPN, cloud.
+
+  robot:   marco-relay --listen 7700
+  laptop:  ssh -N -L 7700:localhost:7700 robot &  marco-relay --connect 7700
+
+Programs on both sides need no change. A program may also connect without a relay of its own, by LCM's url
+tcpq://localhost:7700; it then ends with the connection, while a relay connects again each second.
+A link that is too slow loses the oldest messages of the channel that fills it, and counts them (PROCESS_STATUS).
+
+Orders are not passed on without --orders: whoever reaches the port could drive the robot or, by procman, start any
+program, and over a bad link orders come late. Orders are BASE_COMMAND and the like, procman's, and channels with CMD,
+COMMAND or ORDERS in their name. EMERGENCY_STOP passes always while it says stop; a release is an order.
+
+There are no passwords: listen on this host only (the default) and let ssh or a VPN bring the others. --listen 0.0.0.0:7700
+is for a network whose every member you trust.)";
+
+}  // namespace
+
+int run_relay_program(int argc, char** argv, std::vector<std::string> order_channels) {
+  return process::run_main("marco-relay", [&] {
+    CLI::App app(kHelp, "marco-relay");
+    RelayOptions options;
+    options.order_channels = std::move(order_channels);
+    std::string listen, lcm_url, log_level = "info";
+    std::vector<std::string> connect;
+    bool orders = false;
+    app.add_option("--listen", listen, "[ADDRESS:]PORT for others to connect to");
+    app.add_option("--connect", connect, "[HOST:]PORT of another relay; repeatable");
+    app.add_option("--channels", options.channels,
+                   "regular expression of the names that pass, in both directions (all)");
+    app.add_flag("--orders", orders, "pass orders, too; on both sides");
+    app.add_option("--lcm-url", lcm_url, "default: LCM_DEFAULT_URL, or this host only");
+    app.add_option("--log-level", log_level, "trace, debug, info, warn, error or off")
+        ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+        ->capture_default_str();
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    process::require_usage(!listen.empty() || !connect.empty(), "give --listen or --connect");
+    if (!listen.empty()) options.listen = parse_endpoint(listen);
+    for (const std::string& one : connect) options.connect.push_back(parse_endpoint(one));
+    if (orders) options.orders = ChannelRule::Orders::passed_on;
+    process::start_logging("marco-relay", log_level);
+    process::catch_stop_signals();
+    process::DropCounter drops([](const std::string& text) { spdlog::warn(text); });
+    process::LcmBus bus(lcm_url);
+    process::StatusPublisher status(bus, "marco-relay", drops);
+    Relay relay(bus, drops, std::move(options));
+    spdlog::info("LCM at {}{}{}", process::effective_lcm_url(lcm_url),
+                 listen.empty() ? "" : ", listening at " + to_string(parse_endpoint(listen)),
+                 orders ? ", with orders" : ", without orders (--orders)");
+    constexpr int kTimeoutMs = 200;
+    while (!process::stop_requested()) {
+      relay.run_once(kTimeoutMs);
+      status.tick(relay.state());
+    }
+    spdlog::info("{}; {}", relay.state(), drops.summary());
+    return process::kExitDone;
+  });
+}
+
+}  // namespace marco::relay

@@ -204,6 +204,12 @@ std::string fingerprint_in(std::span<const uint8_t> message) {
   return text;
 }
 
+std::string fingerprint_text(int64_t hash) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
+
 std::optional<int64_t> utime_in(std::span<const uint8_t> message) {
   const auto number = [message](std::size_t at, std::size_t bytes) {
     uint64_t value = 0;

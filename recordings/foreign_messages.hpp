@@ -62,5 +62,10 @@ std::optional<int64_t> utime_in(std::span<const uint8_t> message);
 
 /// Of a message's type: 16 hexadecimal digits; "" where it is too short to have one.
 std::string fingerprint_in(std::span<const uint8_t> message);
+std::string fingerprint_text(int64_t hash);
+template <class Message>
+std::string fingerprint_of() {
+  return fingerprint_text(Message::getHash());
+}
 
 }  // namespace marco

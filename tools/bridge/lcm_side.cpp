@@ -1,6 +1,5 @@
 #include "tools/bridge/lcm_side.hpp"
 
-#include <cstdio>
 #include <set>
 #include <utility>
 
@@ -24,13 +23,6 @@ constexpr const char* kMbotReset = "MBOT_SYSTEM_RESET";
 constexpr const char* kDimosPose = "/slam_pose#geometry_msgs.PoseStamped";
 constexpr const char* kDimosMap = "/map#nav_msgs.OccupancyGrid";
 constexpr const char* kDimosPath = "/marco/path#nav_msgs.Path";
-
-template <class Message>
-std::string type_text() {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(Message::getHash()));
-  return text;
-}
 
 template <class Message>
 void send(process::Bus& bus, const char* channel, const Message& message, Utime utime) {
@@ -68,10 +60,12 @@ void LcmSide::connect(MarcoSide& marco) {
 }
 
 LcmSide::Stack LcmSide::stack() const {
-  static const std::set<std::string> kMbot = {type_text<lidar_raw_t>(), type_text<mbot_pose2d_t>(),
-                                              type_text<maebot_encoders_t>()};
-  static const std::set<std::string> kDimos = {
-      type_text<ros_laser_scan_t>(), type_text<ros_odometry_t>(), type_text<ros_pose_stamped_t>()};
+  static const std::set<std::string> kMbot = {fingerprint_of<lidar_raw_t>(),
+                                              fingerprint_of<mbot_pose2d_t>(),
+                                              fingerprint_of<maebot_encoders_t>()};
+  static const std::set<std::string> kDimos = {fingerprint_of<ros_laser_scan_t>(),
+                                               fingerprint_of<ros_odometry_t>(),
+                                               fingerprint_of<ros_pose_stamped_t>()};
   const auto used = sensors_.used();
   for (const auto& [channel, type] : used) {
     if (kMbot.contains(type)) return Stack::mbot;

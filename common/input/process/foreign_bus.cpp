@@ -6,8 +6,6 @@
 namespace marco {
 namespace {
 
-// Twice the period of SENSOR_INFO.
-constexpr double kMayBeOursUs = 2e6;
 constexpr Duration kAnnounceEvery = Duration::from_us(1'000'000);
 // A bus may carry channels without end.
 constexpr std::size_t kMostChannels = 1000;
@@ -21,9 +19,12 @@ bool is_sensor(const ForeignChannel& entry) {
   return entry.meaning == "lidar" || role_of(entry) == "odometry";
 }
 
-bool is_own_name(const std::string& channel) {
+// As our drivers fill our channels.
+bool is_own(const std::string& channel, const std::string& type) {
   static const std::regex kOwn(channels::kLidarPattern, std::regex::extended);
-  return std::regex_match(channel, kOwn);
+  if (!std::regex_match(channel, kOwn)) return false;
+  return type == (channels::is_raw_lidar(channel) ? fingerprint_of<lidar_raw_t>()
+                                                  : fingerprint_of<bot_core::planar_lidar_t>());
 }
 
 }  // namespace
@@ -74,33 +75,32 @@ void ForeignBus::take(const process::RawMessage& raw) {
   if (known == channels_.end()) {
     if (channels_.size() >= kMostChannels) return;
     known = channels_.try_emplace(key).first;
-    known->second.entry = entry_of(table_, key.first, key.second);
+    if (!is_own(key.first, key.second)) {
+      known->second.entry = entry_of(table_, key.first, key.second);
+    }
   }
   Foreign& channel = known->second;
-  if (channel.entry == nullptr || !is_sensor(*channel.entry)) return;
-  const auto utime_us = utime_in(raw.bytes);
-  if (utime_us) decide(key, channel, *utime_us);
-  if (!channel.is_used) return;
+  if (channel.entry == nullptr || !may_be_used(channel)) {
+    channel.is_used = false;
+    return;
+  }
   drops_.count_received();
   try {
-    translate(raw, *channel.entry);
+    const Sample sample = messages_.decode(raw.bytes, *channel.entry);
+    if (!channel.is_used) use(key, channel);
+    if (const auto* scan = std::get_if<LaserScan>(&sample)) {
+      announce(*scan, *channel.entry, raw.event_time);
+    }
+    deliver(sample, raw.event_time);
   } catch (const std::invalid_argument& fault) {
     drops_.count(key.first + ": " + fault.what());
   }
 }
 
-void ForeignBus::decide(const Key& key, Foreign& channel, int64_t utime_us) {
-  const bool is_laser = channel.entry->meaning == "lidar";
-  if (is_laser && has_own_laser_) channel.is_used = false;
-  if (channel.is_used || (is_laser && has_own_laser_)) return;
-  if (meanings_.contains(role_of(*channel.entry))) return;
-  if (is_laser && is_own_name(key.first)) {
-    // In doubles: a stamp may be any number.
-    const auto now_us = static_cast<double>(utime_us);
-    if (!channel.first_us || now_us < *channel.first_us) channel.first_us = now_us;
-    if (now_us - *channel.first_us < kMayBeOursUs) return;
-  }
-  use(key, channel);
+bool ForeignBus::may_be_used(const Foreign& channel) const {
+  if (!is_sensor(*channel.entry)) return false;
+  if (channel.entry->meaning == "lidar" && has_own_laser_) return false;
+  return channel.is_used || !meanings_.contains(role_of(*channel.entry));
 }
 
 void ForeignBus::use(const Key& key, Foreign& channel) {
@@ -111,12 +111,6 @@ void ForeignBus::use(const Key& key, Foreign& channel) {
   say_(key.first + " (" + key.second + ") is another system's " + channel.entry->meaning +
        (is_laser ? ": used, at the turning centre, looking ahead (--calibration says otherwise)"
                  : ": used"));
-}
-
-void ForeignBus::translate(const process::RawMessage& raw, const ForeignChannel& entry) {
-  const Sample sample = messages_.decode(raw.bytes, entry);
-  if (const auto* scan = std::get_if<LaserScan>(&sample)) announce(*scan, entry, raw.event_time);
-  deliver(sample, raw.event_time);
 }
 
 void ForeignBus::announce(const LaserScan& scan, const ForeignChannel& entry, Utime now) {

@@ -28,8 +28,8 @@ inline CLI::Option* add_foreign_argument(CLI::App& app, std::string& path) {
 /// foreign channels, and to nobody else. Nothing of it goes out to the network.
 ///
 /// The first foreign laser and the first foreign odometry that are heard are used, and no laser
-/// once SENSOR_INFO tells of one of ours. Scans that could be ours, by channel and type, are taken
-/// for foreign after two seconds without it: our drivers send it once a second.
+/// once SENSOR_INFO tells of one of ours. A type of ours on its own channel is never foreign: a
+/// driver of ours says where its laser sits, and scans are not used before.
 class ForeignBus : public process::Bus {
  public:
   /// @param bus  outlives this one.
@@ -54,16 +54,14 @@ class ForeignBus : public process::Bus {
   using Key = std::pair<std::string, std::string>;
   struct Foreign {
     const ForeignChannel* entry = nullptr;  // nullptr: it means nothing to us
-    std::optional<double> first_us;         // its first stamp, while it may be ours
     bool is_used = false;
   };
 
   bool may_be_foreign(std::span<const uint8_t> bytes) const;
   bool is_used(const process::RawMessage& raw) const;
   void take(const process::RawMessage& raw);
-  void decide(const Key& key, Foreign& channel, int64_t utime_us);
+  bool may_be_used(const Foreign& channel) const;
   void use(const Key& key, Foreign& channel);
-  void translate(const process::RawMessage& raw, const ForeignChannel& entry);
   void announce(const LaserScan& scan, const ForeignChannel& entry, Utime now);
   void deliver(const Sample& sample, Utime now);
 

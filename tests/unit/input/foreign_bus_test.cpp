@@ -81,11 +81,16 @@ TEST_F(ForeignSensors, AnnounceTheLaserOnceASecond) {
   EXPECT_EQ(std::count(heard_.begin(), heard_.end(), "LIDAR_RAW"), 25);
 }
 
-TEST_F(ForeignSensors, OnMarcosOwnNameAreTranslatedOnceNoSensorInfoCame) {
-  hear("LIDAR", scan_at(1'000'000));
-  EXPECT_THAT(heard_, ElementsAre("LIDAR"));  // still taken for ours
-  hear("LIDAR", scan_at(3'100'000));
-  EXPECT_THAT(heard_, ElementsAre("LIDAR", "SENSOR_INFO", "LIDAR_RAW"));
+TEST_F(ForeignSensors, OnMarcosOwnNameAreKnownByTheirType) {
+  hear("LIDAR", scan_at(1'000'000));  // MBot's, since 2023
+  EXPECT_THAT(heard_, ElementsAre("SENSOR_INFO", "LIDAR_RAW"));
+}
+
+TEST_F(ForeignSensors, OfMarcosTypeOnItsOwnChannelAreOurs) {
+  hear("LIDAR_RAW", scan_at(1'000'000));
+  hear("LIDAR_FRONT", planar_at(1'000'000));
+  EXPECT_THAT(heard_, ElementsAre("LIDAR_RAW", "LIDAR_FRONT"));
+  EXPECT_THAT(said_, IsEmpty());
 }
 
 TEST_F(ForeignSensors, AreNotHeardBesideOneOfMarcosLasers) {
@@ -105,7 +110,7 @@ TEST_F(ForeignSensors, OfOneKindDoNotMix) {
   hear("ODOMETRY", pose_at(1'000'000, 2.0F));
   EXPECT_THAT(bus_.used(), ElementsAre(::testing::Pair("MBOT_ODOMETRY", ::testing::_),
                                        ::testing::Pair("SICK_FRONT", ::testing::_)));
-  // Odometry of another type on our channel is for nobody.
+  // The second odometry is left to the handlers of ODOMETRY, which know it by its type.
   EXPECT_THAT(heard_, ElementsAre("SENSOR_INFO", "LIDAR", "ODOMETRY", "ODOMETRY"));
 }
 
@@ -117,6 +122,7 @@ TEST_F(ForeignSensors, ThatDoNotDecodeAreCounted) {
   }
   EXPECT_EQ(bus_.drops().dropped(), 1);
   EXPECT_THAT(heard_, IsEmpty());
+  EXPECT_THAT(bus_.used(), IsEmpty());
 }
 
 }  // namespace

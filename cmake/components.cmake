@@ -32,6 +32,16 @@ if(NOT MARCO_SIMULATOR STREQUAL "OFF")
 endif()
 marco_component(SIMULATOR "The simulator" "${missing}")
 
+# The bridge to ROS speaks WebSocket by Boost.Beast.
+set(missing "")
+if(NOT MARCO_BRIDGE STREQUAL "OFF")
+  find_path(MARCO_INCLUDE_beast boost/beast/websocket.hpp)
+  if(NOT MARCO_INCLUDE_beast)
+    set(missing "Boost.Beast (libboost-dev)")
+  endif()
+endif()
+marco_component(BRIDGE "The bridge to other stacks" "${missing}")
+
 # The viewer draws by OpenGL in memory, and vector pages by GL2PS.
 option(MARCO_OSMESA "Let the viewer draw through OSMesa where it is found" ON)
 option(MARCO_EGL "Let the viewer draw through EGL where it is found" ON)

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <regex>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "recordings/clock_drift.hpp"
+#include "recordings/foreign_messages.hpp"
 
 namespace marco {
 namespace {
@@ -45,7 +45,7 @@ LoggedChannel::Meaning classify(const LogEvent& event,
                                 const ForeignTable& table,
                                 bool has_sensor_info,
                                 ForeignChannel& foreign) {
-  const std::string fingerprint = fingerprint_of(event);
+  const std::string fingerprint = fingerprint_in(event.bytes);
   bool decodes = false;
   try {
     decodes =
@@ -53,14 +53,12 @@ LoggedChannel::Meaning classify(const LogEvent& event,
   } catch (const std::invalid_argument&) {
     decodes = true;  // ours, but a bad one
   }
-  for (const ForeignChannel& entry : table.channels) {
-    if (entry.fingerprint != fingerprint) continue;
-    if (!std::regex_match(event.channel, std::regex(entry.channel, std::regex::extended))) continue;
+  if (const ForeignChannel* entry = entry_of(table, event.channel, fingerprint)) {
     // A laser on our own channel name is ours where the log says how it sits, else by the table.
-    if (decodes && (has_sensor_info || entry.meaning != "lidar"))
+    if (decodes && (has_sensor_info || entry->meaning != "lidar"))
       return LoggedChannel::Meaning::ours;
-    foreign = entry;
-    const auto meaning = kMeanings.find(entry.meaning);
+    foreign = *entry;
+    const auto meaning = kMeanings.find(entry->meaning);
     return meaning == kMeanings.end() ? LoggedChannel::Meaning::passed_by : meaning->second;
   }
   return decodes ? LoggedChannel::Meaning::ours : LoggedChannel::Meaning::passed_by;
@@ -149,20 +147,6 @@ bool EventTimes::take(const LogEvent& event, std::optional<int64_t> utime) {
   return !jumped_;
 }
 
-std::string fingerprint_of(const LogEvent& event) {
-  if (event.bytes.size() < 8) return "";
-  char text[17];
-  for (std::size_t i = 0; i < 8; ++i) std::snprintf(text + 2 * i, 3, "%02x", event.bytes[i]);
-  return text;
-}
-
-std::optional<int64_t> utime_of(const LogEvent& event) {
-  if (event.bytes.size() < 16) return std::nullopt;
-  uint64_t value = 0;
-  for (std::size_t i = 8; i < 16; ++i) value = (value << 8U) | event.bytes[i];
-  return static_cast<int64_t>(value);
-}
-
 LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
   LogSurvey survey;
   Offsets offsets;
@@ -177,11 +161,11 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
     ++channel.count;
     if (event->channel == channels::kSensorInfo) survey.has_sensor_info = true;
     if (is_new || channel.meaning == LoggedChannel::Meaning::passed_by) {
-      channel.fingerprint = fingerprint_of(*event);
+      channel.fingerprint = fingerprint_in(event->bytes);
       channel.meaning = classify(*event, table, survey.has_sensor_info, channel.foreign);
     }
     const bool is_used = channel.meaning != LoggedChannel::Meaning::passed_by;
-    const auto utime = is_used ? utime_of(*event) : std::nullopt;
+    const auto utime = is_used ? utime_in(event->bytes) : std::nullopt;
     const bool time_is_valid = times.take(*event, utime);
     std::vector<Offset>& known = offsets[event->channel];
     if (utime && time_is_valid && known.size() < kEnoughOffsets) {

@@ -58,10 +58,4 @@ class EventTimes {
 /// event, or no laser.
 LogSurvey survey_log(const std::string& path, const ForeignTable& table);
 
-/// 16 hexadecimal digits; "" of an event too short to have one.
-std::string fingerprint_of(const files::LogEvent& event);
-
-/// The stamp, which is the first field of every type we read; nothing of a shorter event.
-std::optional<int64_t> utime_of(const files::LogEvent& event);
-
 }  // namespace marco

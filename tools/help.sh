@@ -21,6 +21,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release
   ./marco replay LOG [--speed X]       a log's input channels into the processes that run
+  ./marco bridge [ws://ROBOT:8765]     maps with a robot of MBot, dimos, ROS 1 or ROS 2   (./marco bridge --help)
   ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)
   ./marco log COMMAND ...              info, cut, filter, merge, export, import, convert (LCM, ROS bags, MCAP), repair, play
   ./marco relay --listen PORT          LCM to hosts that multicast does not reach: Wi-Fi, VPN, cloud (docs/two_hosts.md)
@@ -90,10 +91,11 @@ Options go to the sheriff; marco-procman-sheriff --help lists them all. The most
 TEXT
       ;;
     replay) cat <<'TEXT'
-./marco replay LOG [--speed X]
-Plays the input channels of a recording (lasers, odometry, IMU, pan-tilt, sonar, cameras) into the processes that run.
-What they made of it the last time, and orders to the robot, are left out.
-  --speed X  times real time (1)
+./marco replay LOG [--speed X] [--foreign FILE]
+Plays the input channels of a recording (lasers, odometry, IMU, pan-tilt, sonar, cameras; lasers and odometry of other
+systems, too) into the processes that run. What they made of it the last time, and orders to the robot, are left out.
+  --speed X       times real time (1)
+  --foreign FILE  the meaning of other systems' channels, see config/foreign.toml
 TEXT
       ;;
     test) cat <<'TEXT'

@@ -9,6 +9,7 @@ declare -A packages_for=(
   [window]="libsdl2-dev"
   [simulator]="libembree-dev"
   [network]="iproute2 procps"
+  [bridge]="libboost-dev"
   [replay]="liblcm-bin"
   [test]="libgtest-dev libgmock-dev libassimp-dev libegl-dev libgl1-mesa-dri python3 tmux ccache"
   [peers]="python3-rosbag"

@@ -59,16 +59,16 @@ struct LcmBus::Subscription {
   };
 
   LcmBus* bus;
+  std::function<bool(const RawMessage&)> wanted;  // empty: all are
   RawHandler handler;
   std::deque<Waiting> queue;
   std::size_t bytes = 0;
 
   void handle(const lcm::ReceiveBuffer* buffer, const std::string& channel) {
     const auto* data = static_cast<const uint8_t*>(buffer->data);
-    queue.push_back({bus->taken_,
-                     channel,
-                     {data, data + buffer->data_size},
-                     Utime::from_us(buffer->recv_utime)});
+    const Utime arrival = Utime::from_us(buffer->recv_utime);
+    if (wanted && !wanted({channel, {data, buffer->data_size}, arrival})) return;
+    queue.push_back({bus->taken_, channel, {data, data + buffer->data_size}, arrival});
     bytes += buffer->data_size;
     ++bus->queued_;
     while (overflows()) {
@@ -110,8 +110,14 @@ LcmBus::LcmBus(const std::string& url) : lcm_(effective_lcm_url(url)) {
 LcmBus::~LcmBus() = default;
 
 void LcmBus::subscribe_raw(const std::string& channel_regex, RawHandler handler) {
-  subscriptions_.push_back(
-      std::make_unique<Subscription>(Subscription{this, std::move(handler), {}, 0}));
+  subscribe_some(channel_regex, {}, std::move(handler));
+}
+
+void LcmBus::subscribe_some(const std::string& channel_regex,
+                            std::function<bool(const RawMessage&)> wanted,
+                            RawHandler handler) {
+  subscriptions_.push_back(std::make_unique<Subscription>(
+      Subscription{this, std::move(wanted), std::move(handler), {}, 0}));
   lcm::Subscription* subscription =
       lcm_.subscribe(channel_regex, &Subscription::handle, subscriptions_.back().get());
   subscription->setQueueCapacity(kLcmCapacity);

@@ -38,6 +38,11 @@ class LcmBus : public Bus {
   ~LcmBus() override;
 
   void subscribe_raw(const std::string& channel_regex, RawHandler handler) override;
+  /// The same for those messages that are wanted. `wanted` is asked when they arrive: others are
+  /// neither copied nor queued.
+  void subscribe_some(const std::string& channel_regex,
+                      std::function<bool(const RawMessage&)> wanted,
+                      RawHandler handler);
   void publish_raw(const std::string& channel,
                    std::span<const uint8_t> bytes,
                    Utime utime) override;
@@ -56,6 +61,10 @@ class LcmBus : public Bus {
 
   /// Called once for each message, before its handlers. A new tap replaces the old one.
   void set_tap(RawHandler tap) { tap_ = std::move(tap); }
+  /// Shows the tap a message that comes to handlers by another way.
+  void tell_tap(const RawMessage& message) const {
+    if (tap_) tap_(message);
+  }
 
  private:
   struct Subscription;

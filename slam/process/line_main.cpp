@@ -2,6 +2,7 @@
 
 #include "common/diagnosis/process/live_loop.hpp"
 #include "common/input/process/calibration_file.hpp"
+#include "common/input/process/foreign_bus.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
@@ -16,6 +17,8 @@ int run(int argc, char** argv) {
   marco::process::add_common_arguments(app, arguments);
   std::string calibration;
   marco::add_calibration_argument(app, calibration);
+  std::string foreign_table;
+  marco::add_foreign_argument(app, foreign_table);
   if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
   auto options =
       marco::process::load_options<marco::slam::LineProcessOptions>(arguments.config_path);
@@ -27,7 +30,9 @@ int run(int argc, char** argv) {
   marco::process::start_logging("marco-line-slam", arguments.log_level);
   marco::process::catch_stop_signals();
   marco::process::LcmBus bus(arguments.lcm_url);
-  marco::slam::LineSlamAdapter adapter(options, bus,
+  marco::ForeignBus sensors(bus, marco::process::load_options<marco::ForeignTable>(foreign_table),
+                            [](const std::string& line) { spdlog::info(line); });
+  marco::slam::LineSlamAdapter adapter(options, sensors,
                                        [](const std::string& line) { spdlog::warn(line); });
   adapter.save_in_background();
   marco::diagnosis::LiveLoop loop(

@@ -4,6 +4,7 @@
 
 #include "common/diagnosis/process/live_loop.hpp"
 #include "common/input/process/calibration_file.hpp"
+#include "common/input/process/foreign_bus.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
@@ -41,6 +42,8 @@ int main(int argc, char** argv) {
     app.add_option("--checkpoint", checkpoint, "over the config's checkpoint_path");
     std::string calibration;
     add_calibration_argument(app, calibration);
+    std::string foreign_table;
+    add_foreign_argument(app, foreign_table);
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     auto options = process::load_options<slam::SlamAdapterOptions>(arguments.config_path);
     if (!checkpoint.empty()) options.checkpoint_path = checkpoint;
@@ -52,7 +55,9 @@ int main(int argc, char** argv) {
     process::start_logging("marco-slam", arguments.log_level);
     process::catch_stop_signals();
     process::LcmBus bus(arguments.lcm_url);
-    slam::SlamAdapter slam(bus, options, [](const std::string& line) { spdlog::warn(line); });
+    ForeignBus sensors(bus, process::load_options<ForeignTable>(foreign_table),
+                       [](const std::string& line) { spdlog::info(line); });
+    slam::SlamAdapter slam(sensors, options, [](const std::string& line) { spdlog::warn(line); });
     require_alone(arguments.lcm_url);
     slam.close_loops_in_background();
     diagnosis::LiveLoop loop(

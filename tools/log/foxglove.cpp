@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <regex>
 
 #include "bot_core/image_t.hpp"
 #include "bot_core/pose_t.hpp"
@@ -13,6 +12,7 @@
 #include "lcmtypes/stamp.hpp"
 #include "marco/mbot_pose2d_t.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "recordings/foreign_messages.hpp"
 #include "tools/log/foxglove_grid.hpp"
 #include "tools/log/foxglove_json.hpp"
 #include "tools/log/regular_scan.hpp"
@@ -67,16 +67,10 @@ std::string FoxgloveTranslator::in_frame(std::string_view channel,
 }
 
 // As lcmtypes/lcm_log_reader: a laser that SENSOR_INFO describes is one of ours.
-bool FoxgloveTranslator::is_clockwise(const std::string& channel, uint64_t fingerprint) const {
-  if (infos_.contains(channel)) return false;
-  const std::string hex = lcm_schema::fingerprint_text(fingerprint);
-  for (const ForeignChannel& entry : foreign_.channels) {
-    if (entry.fingerprint == hex &&
-        std::regex_match(channel, std::regex(entry.channel, std::regex::extended))) {
-      return entry.clockwise;
-    }
-  }
-  return false;
+const ForeignChannel* FoxgloveTranslator::foreign_laser(const std::string& channel,
+                                                        uint64_t fingerprint) const {
+  if (infos_.contains(channel)) return nullptr;
+  return entry_of(foreign_, channel, lcm_schema::fingerprint_text(fingerprint));
 }
 
 // A sensor has a frame of its own once it is known where that lies.
@@ -167,11 +161,8 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_info(const DecodedEvent&
 
 std::vector<AddedMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
                                                              uint64_t fingerprint) const {
-  if (is_clockwise(scan.channel, fingerprint)) {
-    for (float& bearing : scan.bearings_rad) bearing = -bearing;
-    scan.first_bearing_rad = -scan.first_bearing_rad;
-    scan.bearing_step_rad = -scan.bearing_step_rad;
-  }
+  const ForeignChannel* foreign = foreign_laser(scan.channel, fingerprint);
+  if (foreign != nullptr) settle_direction(scan, *foreign);
   scan = make_regular(scan, std::numeric_limits<float>::infinity());
   const double last = static_cast<double>(scan.size()) - 1.0;
   std::string json = in_frame(scan.channel, scan.utime.us, frame_of(scan.channel, "robot")) +

@@ -60,7 +60,7 @@ class FoxgloveTranslator : public McapTranslator {
 
   std::string stamp(std::string_view channel, int64_t utime_us) const;
   std::string in_frame(std::string_view channel, int64_t utime_us, const std::string& frame) const;
-  bool is_clockwise(const std::string& channel, uint64_t fingerprint) const;
+  const ForeignChannel* foreign_laser(const std::string& channel, uint64_t fingerprint) const;
 
   std::map<std::string, int64_t, std::less<>> shifts_us_;  // utime + shift = event time
   std::map<std::string, SensorInfo, std::less<>> infos_;

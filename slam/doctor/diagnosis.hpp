@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,9 @@ namespace marco::slam {
 enum class Verdict { good, doubtful, wrong };
 const char* to_string(Verdict verdict);
 
+/// A map with a part that is off by so much is wrong, whatever tells it.
+inline constexpr double kSurelyWrongM = 1.0;
+
 /// Something that speaks against a map.
 struct Reason {
   enum class Cause {
@@ -19,7 +23,9 @@ struct Reason {
     refused_loops,    ///< loops that were found, would move the map, and are not in force
     surprising_loop,  ///< a loop in force that all the rest contradicts
     weak_joint,       ///< a step that neither the scans nor the odometry know well
-    odometry_break    ///< a stretch over which map and odometry part
+    odometry_break,   ///< a stretch over which map and odometry part
+    unmatched_scans,  ///< too few of the scans lie on the map
+    disagreement      ///< scans laid on each other, and steps and loops, give two different maps
   };
 
   Verdict verdict = Verdict::doubtful;
@@ -43,10 +49,18 @@ struct DoctorFigures {
   double loop_surprise = 0.0;  ///< squared distance in standard deviations, of loops in force
   double joint_m = 0.0;        ///< standard deviation of a step
   double joint_deg = 0.0;
+  double unmatched = 0.0;         ///< part of the scans that were not laid on the map
+  double disagreement_m = 0.0;    ///< of the map with its pose graph, at most
   bool has_odometry = false;      ///< one that moves
   double odometry_sigmas = 0.0;   ///< of the worst break
   double turn_correlation = 0.0;  ///< of scans and odometry
-  double way_correlation = 0.0;
+  double way_correlation = 0.0;   ///< wherever the laser looks; negative: it looks back
+
+  /// Wheels that go with the map so well are believed where it parts from them.
+  bool odometry_is_believed() const {
+    constexpr double kBelieved = 0.9;
+    return has_odometry && turn_correlation > kBelieved && std::abs(way_correlation) > kBelieved;
+  }
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -58,6 +72,8 @@ struct DoctorFigures {
     v("loop_surprise", loop_surprise);
     v("joint_m", joint_m);
     v("joint_deg", joint_deg);
+    v("unmatched", unmatched);
+    v("disagreement_m", disagreement_m);
     v("has_odometry", has_odometry);
     v("odometry_sigmas", odometry_sigmas);
     v("turn_correlation", turn_correlation);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 namespace marco::slam {
@@ -100,6 +101,25 @@ double correlation(const std::vector<Eigen::Vector2d>& pairs) {
   return xx > 0.0 && yy > 0.0 ? xy / std::sqrt(xx * yy) : 0.0;
 }
 
+// The same of ways, whichever way the laser looks.
+struct Ways {
+  void add(const Eigen::Vector2d& map, const Eigen::Vector2d& odometry) {
+    const std::complex<double> by_map(map.x(), map.y()), counted(odometry.x(), odometry.y());
+    both += std::conj(counted) * by_map;
+    map2 += std::norm(by_map);
+    odometry2 += std::norm(counted);
+    ++count;
+  }
+  double correlation() const {
+    if (count < kFewestSteps || !(map2 * odometry2 > 0.0)) return 0.0;
+    return std::copysign(std::abs(both) / std::sqrt(map2 * odometry2), both.real());
+  }
+
+  std::complex<double> both;
+  double map2 = 0.0, odometry2 = 0.0;
+  std::size_t count = 0;
+};
+
 std::vector<OdometryBreak> windows_of(const std::vector<Step>& steps, double window_m) {
   std::vector<OdometryBreak> windows;
   for (std::size_t first = 0, last = 0; first < steps.size(); ++first) {
@@ -108,7 +128,7 @@ std::vector<OdometryBreak> windows_of(const std::vector<Step>& steps, double win
     const Step &from = steps[first], &to = steps[last];
     windows.push_back({from.utime, to.utime, window_m, between(from.map, to.map),
                        between(from.odometry, to.odometry), to.map, to.turn_rad - from.turn_rad,
-                       false, 0.0});
+                       0.0, false, 0.0});
   }
   return windows;
 }
@@ -133,6 +153,7 @@ std::vector<OdometryBreak> breaks_of(const std::vector<Step>& steps, double wind
   for (std::size_t i = 0; i < windows.size(); ++i) {
     const double off_m = std::abs(longer_m.values[i]), off_rad = std::abs(turned_rad.values[i]);
     double& sigmas = windows[i].sigmas;
+    windows[i].longer_m = longer_m.values[i];
     if (off_m > kBreakM + kBreakPerM * window_m) sigmas = off_m / (unit_m * longer_m.floors[i]);
     const double turn_sigmas =
         off_rad > kBreakRad ? off_rad / (unit_rad * turned_rad.floors[i]) : 0.0;
@@ -145,19 +166,30 @@ std::vector<OdometryBreak> breaks_of(const std::vector<Step>& steps, double wind
 
 }  // namespace
 
+std::optional<Pose2> way_by_odometry(const Trajectory& odometry, Utime from, Utime to) {
+  const auto at = [&odometry](Utime utime) {
+    return std::find_if(odometry.begin(), odometry.end(),
+                        [utime](const StampedPose2& pose) { return pose.utime == utime; });
+  };
+  const auto first = at(from), last = at(to);
+  if (first == odometry.end() || last == odometry.end()) return std::nullopt;
+  return between(first->world_from_robot, last->world_from_robot);
+}
+
 OdometryAgreement compare_with_odometry(const Trajectory& path, const Trajectory& odometry) {
   OdometryAgreement result;
   const std::vector<Step> steps = steps_of(path, odometry);
-  std::vector<Eigen::Vector2d> turns, ways;
+  std::vector<Eigen::Vector2d> turns;
+  Ways ways;
   for (std::size_t i = 1; i < steps.size(); ++i) {
     const Pose2 map = between(steps[i - 1].map, steps[i].map);
     const Pose2 odometry_step = between(steps[i - 1].odometry, steps[i].odometry);
     turns.emplace_back(map.theta_rad, odometry_step.theta_rad);
-    ways.emplace_back(map.x_m, odometry_step.x_m);
+    ways.add(map.translation_m(), odometry_step.translation_m());
     result.present |= odometry_step.translation_m().norm() > 0.1 * kStepM;
   }
   result.turn_correlation = correlation(turns);
-  result.way_correlation = correlation(ways);
+  result.way_correlation = ways.correlation();
   if (!result.present) return result;
   std::vector<OdometryBreak> all;
   for (const double window_m : kWindowsM) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "common/trajectory.hpp"
@@ -16,6 +17,7 @@ struct OdometryBreak {
   Pose2 odometry;         ///< and by the odometry
   Pose2 world_from_end;
   double turned_rad = 0.0;  ///< by the odometry, turns to either side added up
+  double longer_m = 0.0;    ///< the map's way than the odometry's, scaled as the log teaches
   bool is_turn = false;     ///< they part by a turn rather than by the way
   double sigmas = 0.0;      ///< of the noise learned from all windows of this length
 
@@ -28,9 +30,13 @@ struct OdometryBreak {
 struct OdometryAgreement {
   bool present = false;         ///< the robot moved, and so did the odometry
   double turn_correlation = 0;  ///< of turns in steps of 0.3 m or 10 deg; 0 where there are few
-  double way_correlation = 0;   ///< of the way forward in the same steps
+  /// Of the ways in the same steps, whichever way the laser looks; negative: it looks back.
+  double way_correlation = 0;
   std::vector<OdometryBreak> breaks;  ///< the worst first; of windows that overlap the worst one
 };
+
+/// The way between two stamps by the odometry. @returns nothing where it has none of them
+std::optional<Pose2> way_by_odometry(const Trajectory& odometry, Utime from, Utime to);
 
 /// Compares both over windows of 1, 2, 4 .. 64 m. Noise is learned from the log: the median of all
 /// windows of a length, and their median absolute deviation from it, so that systematic errors and

@@ -8,13 +8,15 @@ usage: doctor.py FOLDER_OF_PROGRAMS [--worlds office:office,...] [--log NAME=LOG
   --log NAME=LOG:POSES     a CARMEN log, and poses by its stamps (TUM) that count as true: those of a map of the
                            undamaged log that was checked
   --alter PROGRAM          what makes damaged copies of CARMEN logs (alter_carmen.py of the test data's tools)
+  --drawn FOLDER           logs that drawn_worlds.py wrote: buildings and damages drawn by a seed, with exact truth
   --damages a,b,...        default: all
   --copies N               of each damage, each with its own seed (default 2)
   --keep FOLDER            logs and maps stay there, and are made only once
 
 Labels: wrong = 2 % of the path or more is off by over 0.3 m after the best robust fit, or a pose by over 1 m; good = no
 pose is, and the median is within 1.5 times that of the undamaged recording's worst copy; the rest is not counted.
-Printed are both kinds by verdict, every mistake, and the ROC of the largest figure in units of its limit.
+Printed are both kinds by verdict, every mistake, the ROC of the largest figure in units of its limit, and the maps that
+are worse than 1.1 times their own odometry (and by over 5 cm rms): !! says that the verdict is no "wrong".
 """
 import argparse
 import bisect
@@ -51,7 +53,7 @@ SIMULATED = {
     "bad_odometry": "[laser]\nscans_per_s = 2.0\n[odometry]\ndrift_deg_per_m = 15.0\ndistance_error = 0.3\n",
 }
 # As in slam/doctor: where a figure makes a map doubtful.
-LIMITS = {"contradicting": 0.30, "odometry_sigmas": 6.0, "loop_surprise": 100.0}
+LIMITS = {"contradicting": 0.30, "odometry_sigmas": 6.0, "loop_surprise": 100.0, "unmatched": 0.2, "disagreement_m": 0.5}
 
 
 def run(command):
@@ -77,24 +79,25 @@ def stamps_of(path):
         return {round(float(a), 4): round(float(b), 4) for a, b in (line.split() for line in file)}
 
 
-def interpolated(truth, at):
-    """Of true poses that are not taken at the scans' stamps."""
-    times = interpolated.times.setdefault(id(truth), sorted(truth))
-    i = bisect.bisect_left(times, at)
-    if i < len(times) and times[i] == at:
-        return truth[at]
-    if i == 0 or i == len(times) or times[i] - times[i - 1] > 0.5:
-        return None
-    part = (at - times[i - 1]) / (times[i] - times[i - 1])
-    return truth[times[i - 1]] * (1 - part) + truth[times[i]] * part
+class Truth:
+    """True poses, which are not taken at the scans' stamps."""
 
+    def __init__(self, poses):
+        self.poses, self.times = poses, sorted(poses)
 
-interpolated.times = {}
+    def at(self, time):
+        i = bisect.bisect_left(self.times, time)
+        if i < len(self.times) and self.times[i] == time:
+            return self.poses[time]
+        if i == 0 or i == len(self.times) or self.times[i] - self.times[i - 1] > 0.5:
+            return None
+        part = (time - self.times[i - 1]) / (self.times[i] - self.times[i - 1])
+        return self.poses[self.times[i - 1]] * (1 - part) + self.poses[self.times[i]] * part
 
 
 def distances(ours, truth):
     """After the rigid motion that fits most poses: weights 1 / (1 + (e / 5 cm)^2)."""
-    pairs = [(pose, interpolated(truth, at)) for at, pose in ours.items()]
+    pairs = [(pose, truth.at(at)) for at, pose in ours.items()]
     pairs = [pair for pair in pairs if pair[1] is not None]
     if len(pairs) < 10:
         return []
@@ -108,6 +111,16 @@ def distances(ours, truth):
         off = [abs(turn * (a - a0) - (b - b0)) for a, b in pairs]
         weights = [1.0 / (1.0 + (e / 0.05) ** 2) for e in off]
     return sorted(off)
+
+
+def rms_m(ours, truth):
+    """After the rigid motion of least squares."""
+    pairs = [(pose, truth.at(at)) for at, pose in ours.items()]
+    pairs = [pair for pair in pairs if pair[1] is not None]
+    a0, b0 = (sum(pair[k] for pair in pairs) / len(pairs) for k in (0, 1))
+    cross = sum((a - a0).conjugate() * (b - b0) for a, b in pairs)
+    turn = cross / abs(cross) if abs(cross) > 0 else 1
+    return math.sqrt(sum(abs(turn * (a - a0) - (b - b0)) ** 2 for a, b in pairs) / len(pairs))
 
 
 def score(figures):
@@ -126,13 +139,23 @@ def judged(options, log, truth, stamps, out):
             return None
     with open(os.path.join(out, "report.json"), encoding="utf-8") as file:
         report = json.load(file)
-    true = poses_of(truth or os.path.join(out, "truth.tum"))
-    off = distances(poses_of(os.path.join(out, "trajectory.tum"), stamps), true)
+    true = Truth(poses_of(truth or os.path.join(out, "truth.tum")))
+    ours = poses_of(os.path.join(out, "trajectory.tum"), stamps)
+    off = distances(ours, true)
     if not off:
         return None
     return {"verdict": report["verdict"], "score": score(report["doctor"]["figures"]),
             "causes": sorted({reason["cause"] for reason in report["doctor"]["reasons"]}),
-            "median": off[len(off) // 2], "max": off[-1], "off": sum(e > 0.3 for e in off) / len(off)}
+            "median": off[len(off) // 2], "max": off[-1], "off": sum(e > 0.3 for e in off) / len(off),
+            "rms": rms_m(ours, true), "odometry": odometry_m(log, out, stamps, true)}
+
+
+def odometry_m(log, out, stamps, true):
+    """The rms of the recording's own odometry; nothing where there is none."""
+    for path in (log[:-4] + ".odometry.tum", os.path.join(out, "odometry.tum")):
+        if os.path.exists(path):
+            return rms_m(poses_of(path, stamps), true)
+    return math.inf
 
 
 def simulated(options, folder, world, damage, seed):
@@ -164,6 +187,18 @@ def altered(options, folder, given, damage, seed):
     return name, damage, seed, judged(options, log, truth, stamps_of(log + ".stamps"), log[:-4])
 
 
+def drawn(options, folder, log):
+    kind, world, copy = os.path.basename(log)[:-4].split(".")
+    out = os.path.join(folder, os.path.basename(log)[:-4])
+    with open(log[:-4] + ".json", encoding="utf-8") as file:
+        damages = "+".join(json.load(file)["damages"]) or "none"
+    return f"{kind}.{world}", damages, copy, judged(options, log, log[:-4] + ".tum", None, out)
+
+
+def is_worse_than_odometry(result):
+    return result["rms"] > max(1.1 * result["odometry"], 0.05)
+
+
 def label(result, undamaged_m):
     if result["off"] >= 0.02 or result["max"] > 1.0:
         return "wrong"
@@ -192,6 +227,7 @@ def main():
     parser.add_argument("--simulator")
     parser.add_argument("--log", action="append", default=[])
     parser.add_argument("--alter")
+    parser.add_argument("--drawn")
     parser.add_argument("--damages", default="")
     parser.add_argument("--copies", type=int, default=2)
     parser.add_argument("--keep")
@@ -210,6 +246,9 @@ def main():
                     if not chosen or damage in chosen:
                         jobs += [pool.submit(make, options, folder, source, damage, seed)
                                  for seed in range(1, options.copies + 1)]
+        if options.drawn:
+            jobs += [pool.submit(drawn, options, folder, os.path.join(options.drawn, name))
+                     for name in sorted(os.listdir(options.drawn)) if name.endswith(".log")]
         results = [job.result() for job in jobs]
     undamaged = {}
     for source, damage, _, result in results:
@@ -221,12 +260,15 @@ def main():
             continue
         rows.append((source, damage, seed, result, label(result, undamaged.get(source, math.inf))))
     for source, damage, seed, result, kind in rows:
-        print(f"{source:24} {damage:15} {seed}  {kind:5} called {result['verdict']:8}  score {result['score']:6.2f}  median "
+        lost = is_worse_than_odometry(result) and result["verdict"] != "wrong"
+        print(f"{'!!' if lost else '  '} {source:24} {damage:15} {seed}  {kind:5} called {result['verdict']:8}  score {result['score']:6.2f}  median "
               f"{result['median']:.3f}  max {result['max']:.2f} m  {100 * result['off']:.1f} % off  {','.join(result['causes'])}")
     for kind in ("good", "wrong", "-"):
         of_kind = [r["verdict"] for _, _, _, r, k in rows if k == kind]
         print(f"{kind:5} {len(of_kind):4}: " + ", ".join(f"{v} {of_kind.count(v)}" for v in ("good", "doubtful", "wrong")))
     print_roc(rows)
+    worse = [r for _, _, _, r, _ in rows if is_worse_than_odometry(r)]
+    print(f"worse than 1.1 times the odometry: {len(worse)}, called wrong {sum(r['verdict'] == 'wrong' for r in worse)}")
 
 
 if __name__ == "__main__":

@@ -37,10 +37,13 @@ struct TwoRounds {
     // Round the middle, the laser looking outwards and ahead.
     return {1.2 * std::cos(angle_rad), 0.6 + 1.0 * std::sin(angle_rad), normalize_angle(angle_rad)};
   }
-  /// An edge from the keyframe before, as the truth has it.
+  /// An edge from the keyframe before, as the map has it.
   void add_step(int to) {
     const Eigen::Matrix3d information = information_of(diagonal_covariance(0.01, deg_to_rad(0.15)));
-    map.edges.push_back({to - 1, to, between(place(to - 1), place(to)), information, false});
+    const auto pose = [this](int key) {
+      return map.keys[static_cast<std::size_t>(key)].world_from_robot;
+    };
+    map.edges.push_back({to - 1, to, between(pose(to - 1), pose(to)), information, false});
   }
   void add_loop(int from, int to, const Pose2& from_from_to, bool in_force) {
     slam::Loop loop;

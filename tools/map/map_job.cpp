@@ -43,6 +43,10 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
 }
 
 Trajectory MapJob::trajectory() const {
+  for (const slam::UsedScan& scan : scans()) {
+    evidence.scans += scan.level ? 1 : 0;
+    evidence.matched_scans += scan.level && scan.matched ? 1 : 0;
+  }
   const std::vector<std::optional<Pose2>> known = poses();
   Trajectory trajectory;
   for (std::size_t i = 0; i < known.size(); ++i) {

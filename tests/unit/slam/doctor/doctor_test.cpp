@@ -43,6 +43,33 @@ TEST(Doctor, APassOverAMovedBoxIsGood) {
   EXPECT_EQ(examine(TwoRounds({}, moved).map).verdict, Verdict::good);
 }
 
+TEST(Doctor, ScansThatAreNotFoundOnTheMapSpeakAgainstIt) {
+  TwoRounds rounds;
+  rounds.map.scans = 100;
+  rounds.map.matched_scans = 85;
+  EXPECT_EQ(examine(rounds.map).verdict, Verdict::good);
+  rounds.map.matched_scans = 75;
+  EXPECT_EQ(examine(rounds.map).verdict, Verdict::doubtful);
+  // A log whose scans see too little makes no map at all.
+  MapEvidence nothing;
+  nothing.paths = rounds.map.paths;
+  nothing.scans = 100;
+  const Diagnosis diagnosis = examine(nothing);
+  EXPECT_EQ(diagnosis.verdict, Verdict::wrong);
+  ASSERT_EQ(diagnosis.reasons.size(), 1U);
+  EXPECT_EQ(diagnosis.reasons[0].cause, Reason::Cause::unmatched_scans);
+  EXPECT_EQ(diagnosis.reasons[0].to, rounds.map.keys.back().utime);
+}
+
+TEST(Doctor, TwoKindsOfReasonsMakeAMapWrong) {
+  TwoRounds rounds;
+  rounds.map.scans = 100;
+  rounds.map.matched_scans = 75;
+  rounds.map.edges[59].information = information_of(diagonal_covariance(0.6, deg_to_rad(0.15)));
+  rounds.map.paths[0].odometry.clear();
+  EXPECT_EQ(examine(rounds.map).verdict, Verdict::wrong);
+}
+
 TEST(Doctor, NothingSeenIsNothingAgainstIt) {
   EXPECT_EQ(examine({}).verdict, Verdict::good);
   MapEvidence one;

@@ -16,6 +16,13 @@ Diagnosis examined(const MapEvidence& map) {
   return diagnosis;
 }
 
+const Reason* find(const Diagnosis& diagnosis, Reason::Cause cause) {
+  for (const Reason& reason : diagnosis.reasons) {
+    if (reason.cause == cause) return &reason;
+  }
+  return nullptr;
+}
+
 Pose2 true_relation(int from, int to) {
   return between(TwoRounds::place(from), TwoRounds::place(to));
 }
@@ -64,11 +71,57 @@ TEST(GraphEvidence, ALoopInForceThatTheRestContradictsIsToBeForbidden) {
     rounds.add_loop(key, 40 + key, true_relation(key, 40 + key), true);
   rounds.add_loop(10, 50, true_relation(10, 50) * Pose2{1.0, 0.0, 0.0}, true);
   const Diagnosis diagnosis = examined(rounds.map);
-  ASSERT_EQ(diagnosis.reasons.size(), 1U);
-  EXPECT_EQ(diagnosis.reasons[0].cause, Reason::Cause::surprising_loop);
-  ASSERT_EQ(diagnosis.reasons[0].remedies.size(), 1U);
-  EXPECT_EQ(diagnosis.reasons[0].remedies[0].kind, MapEdit::Kind::forbid_loop);
-  EXPECT_EQ(diagnosis.reasons[0].remedies[0].to, rounds.map.keys[50].utime);
+  const Reason* surprising = find(diagnosis, Reason::Cause::surprising_loop);
+  ASSERT_NE(surprising, nullptr);
+  ASSERT_EQ(surprising->remedies.size(), 1U);
+  EXPECT_EQ(surprising->remedies[0].kind, MapEdit::Kind::forbid_loop);
+  EXPECT_EQ(surprising->remedies[0].to, rounds.map.keys[50].utime);
+}
+
+// A loop that is sure of itself to a millimetre, and 3 cm off: nobody will see it on the map.
+TEST(GraphEvidence, ALoopThatWouldNotMoveTheMapIsNoReason) {
+  TwoRounds rounds;
+  for (const int key : {0, 20, 30})
+    rounds.add_loop(key, 40 + key, true_relation(key, 40 + key), true);
+  rounds.add_loop(10, 50, true_relation(10, 50) * Pose2{0.03, 0.0, 0.0}, true);
+  rounds.map.edges.back().information =
+      information_of(diagonal_covariance(0.001, deg_to_rad(0.01)));
+  for (PoseGraphEdge& edge : rounds.map.edges) {
+    if (!edge.is_loop) edge.information = information_of(diagonal_covariance(5e-4, 1e-4));
+  }
+  EXPECT_TRUE(examined(rounds.map).reasons.empty());
+}
+
+// Scans moved the map's poses after the graph's last word: stiff edges do not fit them, and are no
+// evidence against each other.
+TEST(GraphEvidence, LoopsAreJudgedWhereTheGraphHasItsOptimum) {
+  TwoRounds rounds;
+  for (const int key : {0, 10, 20, 30})
+    rounds.add_loop(key, 40 + key, true_relation(key, 40 + key), true);
+  for (std::size_t key = 40; key < 80; ++key) {
+    Pose2& pose = rounds.map.keys[key].world_from_robot;
+    pose = Pose2{0.2, 0.0, 0.0} * pose;
+  }
+  const Diagnosis diagnosis = examined(rounds.map);
+  EXPECT_TRUE(diagnosis.reasons.empty());
+  EXPECT_NEAR(diagnosis.figures.loop_surprise, 0.0, 1e-6);
+}
+
+TEST(GraphEvidence, AMapThatItsScansPulledAwayFromStepsAndLoopsIsAReason) {
+  TwoRounds rounds;
+  for (std::size_t key = 40; key < 80; ++key) {
+    Pose2& pose = rounds.map.keys[key].world_from_robot;
+    pose = Pose2{0.01 * static_cast<double>(key), 0.0, 0.0} * pose;
+  }
+  const Diagnosis diagnosis = examined(rounds.map);
+  ASSERT_NE(find(diagnosis, Reason::Cause::disagreement), nullptr);
+  EXPECT_GT(diagnosis.figures.disagreement_m, 0.3);
+  // Moved as a whole it is the same map.
+  TwoRounds whole;
+  for (Keyframe& key : whole.map.keys) {
+    key.world_from_robot = Pose2{5.0, 1.0, 0.7} * key.world_from_robot;
+  }
+  EXPECT_NEAR(examined(whole.map).figures.disagreement_m, 0.0, 1e-6);
 }
 
 TEST(GraphEvidence, AStepThatNothingKnowsIsNamedUnlessALoopBridgesIt) {
@@ -83,6 +136,21 @@ TEST(GraphEvidence, AStepThatNothingKnowsIsNamedUnlessALoopBridgesIt) {
   rounds.add_loop(15, 55, true_relation(15, 55), true);
   rounds.add_loop(25, 65, true_relation(25, 65), true);
   EXPECT_TRUE(examined(rounds.map).reasons.empty());
+}
+
+// The first scans are matched before the odometry is believed.
+TEST(GraphEvidence, AStepThatAGoodOdometryConfirmsIsNoReason) {
+  TwoRounds rounds;
+  rounds.map.edges[0].information = information_of(diagonal_covariance(1.0, deg_to_rad(0.15)));
+  EXPECT_NE(find(examined(rounds.map), Reason::Cause::weak_joint), nullptr);
+  Diagnosis diagnosis;
+  diagnosis.figures.has_odometry = true;
+  diagnosis.figures.turn_correlation = diagnosis.figures.way_correlation = 0.99;
+  examine_graph(rounds.map, diagnosis);
+  EXPECT_TRUE(diagnosis.reasons.empty());
+  rounds.map.paths[0].odometry[0].world_from_robot.x_m += 0.8;
+  examine_graph(rounds.map, diagnosis);
+  EXPECT_NE(find(diagnosis, Reason::Cause::weak_joint), nullptr);
 }
 
 // Where no odometry would contradict scans that slide, they are to be surer.

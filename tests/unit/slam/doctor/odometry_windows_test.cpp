@@ -67,6 +67,23 @@ TEST_F(OdometryWindows, AnOdometryThatStandsSaysNothing) {
   EXPECT_TRUE(agreement.breaks.empty());
 }
 
+// A laser that looks aside, and the log does not say so.
+TEST_F(OdometryWindows, GoesWithAMapThatIsTurnedAgainstIt) {
+  for (StampedPose2& pose : odometry_) {
+    pose.world_from_robot = pose.world_from_robot * Pose2{0.0, 0.0, deg_to_rad(80)};
+  }
+  const OdometryAgreement agreement = compare_with_odometry(path_, odometry_);
+  EXPECT_GT(agreement.way_correlation, 0.99);
+  EXPECT_TRUE(agreement.breaks.empty());
+}
+
+TEST_F(OdometryWindows, GivesTheWayBetweenTwoStamps) {
+  const auto way = way_by_odometry(odometry_, second(10), second(20));
+  ASSERT_TRUE(way.has_value());
+  EXPECT_NEAR(way->x_m, 1.03, 0.05);
+  EXPECT_FALSE(way_by_odometry(odometry_, second(10), second(9000)).has_value());
+}
+
 TEST_F(OdometryWindows, TellsALostSign) {
   for (StampedPose2& pose : odometry_) {
     pose.world_from_robot.x_m *= -1.0;

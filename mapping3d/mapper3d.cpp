@@ -1,44 +1,9 @@
 #include "mapping3d/mapper3d.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 namespace marco::mapping3d {
-namespace {
-
-/// The rigid motion that best fits the registered scenes, as a whole, to the path. Holding one
-/// scene fixed instead would give its error to the whole model.
-Pose3 path_from_joined(const std::vector<ScenePoints>& by_path, const RegistrationResult& joined) {
-  constexpr std::size_t kEach = 97;  // a sample
-  Eigen::Vector3d path_sum = Eigen::Vector3d::Zero(), joined_sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
-  double count = 0.0;
-  for (std::size_t i = 0; i < by_path.size(); ++i) {
-    if (!joined.joined[i]) continue;
-    for (std::size_t at = 0; at < by_path[i].points_m.size(); at += kEach) {
-      if (by_path[i].valid[at] == 0) continue;
-      const Eigen::Vector3d path_m = by_path[i].points_m[at].cast<double>();
-      const Eigen::Vector3d joined_m = joined.world_from_placed[i] * path_m;
-      path_sum += path_m;
-      joined_sum += joined_m;
-      products += path_m * joined_m.transpose();
-      count += 1.0;
-    }
-  }
-  Pose3 fit = Pose3::Identity();
-  if (count < 3.0) return fit;
-  // Kabsch 1976; a reflection cannot be, for the two sets are nearly the same.
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(products - path_sum * joined_sum.transpose() / count,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  fit.linear() = svd.matrixU() * svd.matrixV().transpose();
-  if (fit.linear().determinant() < 0.0) return Pose3::Identity();
-  fit.translation() = path_sum / count - fit.linear() * (joined_sum / count);
-  return fit;
-}
-
-}  // namespace
-
 Mapper3d::Mapper3d(const Mapper3dOptions& options) : options_(options), builder_(options.builder) {
   validate(options, "mapping3d");
 }
@@ -81,17 +46,9 @@ void Mapper3d::refine() {
   for (const Scene& scene : scenes_) by_path.push_back(place(scene, options_.robot));
   const std::vector<std::size_t> stops = stop_of_each();
   registration_ = register_scenes(by_path, options_.registration, stops);
-  // Bodies of several sweeps share thousands of patches, so that noise cannot lower the residual.
-  const bool several = !stops.empty() && stops.back() + 1 < stops.size();
-  const PatchResiduals &before = registration_.before, &after = registration_.after;
-  refined_ = registration_.overlaps > 0 && after.p90_m <= before.p90_m &&
-             after.median_m < (several ? 1.0 : options_.min_gain) * before.median_m;
+  refined_ = std::find(registration_.joined.begin(), registration_.joined.end(), true) !=
+             registration_.joined.end();
   straighten_sweeps(stops);
-  const Pose3 back = path_from_joined(by_path, registration_);
-  for (std::size_t i = 0; i < scenes_.size(); ++i) {
-    Pose3& world_from_placed = registration_.world_from_placed[i];
-    if (registration_.joined[i]) world_from_placed = back * world_from_placed;
-  }
 }
 
 void Mapper3d::straighten_sweeps(const std::vector<std::size_t>& stops) {

@@ -16,10 +16,9 @@ struct Mapper3dOptions {
   SceneBuilderOptions builder;
   RobotBox robot;
   SceneMeshOptions mesh;
-  bool refine = true;      ///< register scenes in 3D; otherwise they stay where the path puts them
-  double min_gain = 0.75;  ///< a registration is used when the median residual shrinks to this part
-  double stop_m = 0.05;    ///< sweeps taken within this distance ...
-  double stop_deg = 1.0;   ///< ... and this turn belong to one stop and move as one body
+  bool refine = true;     ///< register scenes in 3D; otherwise they stay where the path puts them
+  double stop_m = 0.05;   ///< sweeps taken within this distance ...
+  double stop_deg = 1.0;  ///< ... and this turn belong to one stop and move as one body
   RegistrationOptions registration;
   bool straighten = true;  ///< correct the angles of rows that the pan-tilt reported wrongly
   StraighteningOptions straightening;
@@ -32,7 +31,6 @@ struct Mapper3dOptions {
     v("robot", robot);
     v("mesh", mesh);
     v("refine", refine);
-    v("min_gain", min_gain, Limits{0.0, 1.0});
     v("stop_m", stop_m, kNotNegative);
     v("stop_deg", stop_deg, kNotNegative);
     v("registration", registration);
@@ -55,11 +53,10 @@ class Mapper3d {
   /// Applies a new path: each row moves with the last keyframe before it.
   void follow(const PathCorrection& correction);
 
-  /// Registers all scenes, starting from the path; their mean pose does not change. Sweeps of one
-  /// stop move as one body, since a single short sweep has too little overlap. The result is
-  /// dropped when it lowers the residuals by too little (`min_gain`): it is then noise. Rows with
-  /// wrong angles are straightened afterwards. Does nothing when nothing changed since the last
-  /// call. Takes seconds for a hundred scenes.
+  /// Registers all scenes, starting from the path, which holds what surfaces do not constrain.
+  /// Sweeps of one stop move as one body, since a single short sweep has too little overlap. Rows
+  /// with wrong angles are straightened afterwards. Does nothing when nothing changed since the
+  /// last call. Takes seconds for a hundred scenes.
   void refine();
 
   /// Rows on today's path, not refined.
@@ -72,7 +69,7 @@ class Mapper3d {
   /// Each scene meshed by itself, all in one mesh (thesis B's model), world frame.
   TriangleMesh scene_meshes() const;
 
-  /// Of the last refine(), and whether its poses are used.
+  /// Of the last refine(), and whether it moved any scene.
   const RegistrationResult& registration() const { return registration_; }
   bool refined() const { return refined_; }
   const Straightening& straightening() const { return straightening_; }

@@ -1,44 +1,48 @@
 #include "mapping3d/registration.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Sparse>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
+#include "mapping3d/registration_body.hpp"
+#include "mapping3d/scene_overlaps.hpp"
 
 namespace marco::mapping3d {
 namespace {
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
 // One surfel in four is enough while the search is wide.
 constexpr std::size_t kCoarseStride = 4;
 
-// After this many steps with the narrowest search only alternating correspondences still move.
-constexpr int kSettling = 10;
+// The narrowest search is repeated at least so often, while the kernel's scale settles. Then a step
+// of a tenth of a standard deviation moves only correspondences that alternate.
+constexpr int kSettling = 3;
+constexpr double kConverged = 0.1;
+
+// Surfels that share their error: those of a row have its angle, those of a sweep its pose.
+constexpr double kSharedError = 30.0;
+
+// Of six degrees of freedom, 99.9 %: a larger correction contradicts the path.
+constexpr double kChi2Dof6Quantile999 = 22.5;
 
 struct Scales : MatchingScales {
   std::size_t stride;
 };
 
-/// What one pair of bodies says about a turn and shift of the second against the first.
+/// A pair of bodies that overlap.
+struct Pair {
+  std::size_t a, b;
+};
+
+/// What one pair says about a turn and shift of the second body against the first, about the
+/// world's origin.
 struct PairSystem {
   Matrix6d information = Matrix6d::Zero();
   Vector6d gradient = Vector6d::Zero();
-  double weight = 0.0;
-  std::size_t patches = 0;
-  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< weighted sum, as placed
+  std::vector<double> residuals_m;
 };
-
-void add(const Vector6d& jacobian, double residual_m, double weight, PairSystem& system) {
-  system.information.noalias() += weight * jacobian * jacobian.transpose();
-  system.gradient += weight * residual_m * jacobian;
-}
 
 PatchResiduals summary(std::vector<double>& residuals_m) {
   return {residuals_m.size(), quantile(residuals_m, 0.5), quantile(residuals_m, 0.9)};
@@ -49,216 +53,216 @@ class Registrar {
   Registrar(const std::vector<ScenePoints>& placed,
             const std::vector<std::size_t>& body_of,
             const RegistrationOptions& options)
-      : options_(options), association_(options.matching) {
+      : options_(options), association_(options.matching), body_of_(body_of) {
     validate(options, "registration");
     require(body_of.empty() || body_of.size() == placed.size(),
             "register_scenes: expected one body a scene");
-    for (std::size_t i = 0; i < placed.size(); ++i) {
-      scenes_.push_back(
-          std::make_unique<SurfelIndex>(find_surfels(placed[i], options.matching.surfels)));
-      const std::size_t body = body_of.empty() ? i : body_of[i];
-      require(body <= bodies_.size(), "register_scenes: bodies are numbered as they first appear");
-      if (body == bodies_.size()) bodies_.emplace_back();
-      bodies_[body].push_back(i);
+    if (body_of_.empty()) {
+      for (std::size_t i = 0; i < placed.size(); ++i) body_of_.push_back(i);
     }
-    world_from_body_.assign(bodies_.size(), Pose3::Identity());
-    joined_.assign(bodies_.size(), false);
-    if (!joined_.empty()) joined_[0] = true;
+    bodies_ = make_bodies(placed, body_of_, options.matching.surfels);
+    std::vector<const std::vector<Surfel>*> surfels;
+    for (const RegistrationBody& body : bodies_) surfels.push_back(&body.surfels.surfels);
+    for (const auto& [a, b] : find_overlaps(surfels, static_cast<std::size_t>(options.min_pairs))) {
+      pairs_.push_back({a, b});
+    }
+    const double tilt = 1.0 / deg_to_rad(options.floor_sigma_deg),
+                 plane = 1.0 / options.path_sigma_m;
+    weights_ << tilt, tilt, 1.0 / deg_to_rad(options.path_sigma_deg), plane, plane,
+        1.0 / options.floor_sigma_m;
+    weights_ = weights_.cwiseAbs2();
   }
 
   RegistrationResult run() {
-    result_.before = measure();
-    const SurfelMatchingOptions& matching = options_.matching;
-    Scales scales{MatchingScales::first(matching), kCoarseStride};
-    bool converged = false;
-    int narrow_iterations = 0;
-    while (result_.iterations < options_.max_iterations && !converged) {
-      const bool narrowest = scales.narrowest(matching);
-      if (narrowest) scales.stride = 1;
-      const double step = iterate(scales);
-      ++result_.iterations;
-      narrow_iterations += narrowest ? 1 : 0;
-      converged = narrowest && step < (narrow_iterations > kSettling ? options_.settled_m
-                                                                     : options_.converged_m);
-      scales.shrink(matching);
-      if (narrowest) {
-        scales.lorentz_m =
-            std::clamp(2.0 * quantile(residuals_m_, 0.5), 1e-4, matching.lorentz_end_m);
-      }
-      if (result_.overlaps == 0) break;
-    }
-    result_.after = measure();
-    result_.world_from_placed.resize(scenes_.size());
-    result_.joined.resize(scenes_.size());
-    for (std::size_t body = 0; body < bodies_.size(); ++body) {
-      for (const std::size_t scene : bodies_[body]) {
-        result_.world_from_placed[scene] = world_from_body_[body];
-        result_.joined[scene] = joined_[body];
-      }
+    const std::vector<PatchResiduals> each_before = measure(result_.before);
+    bool converged = optimize(MatchingScales::first(options_.matching));
+    while (converged && refuse_misfits(each_before)) {
+      converged = optimize(MatchingScales::last(options_.matching));
     }
     if (result_.overlaps > 0) {
       result_.status = converged ? RegistrationResult::Status::converged
                                  : RegistrationResult::Status::not_converged;
     }
+    if (!converged) {
+      for (RegistrationBody& body : bodies_) body.correction.setZero();
+    }
+    measure(result_.after);
+    for (const std::size_t body : body_of_) {
+      const bool moves = converged && is_tied(body) && !bodies_[body].refused;
+      result_.joined.push_back(moves);
+      result_.world_from_placed.push_back(moves ? bodies_[body].world_from_placed()
+                                                : Pose3::Identity());
+    }
+    for (const RegistrationBody& body : bodies_) result_.refused += body.refused ? 1 : 0;
     return std::move(result_);
   }
 
  private:
-  PatchResiduals measure() {
-    residuals_m_.clear();
-    const std::size_t overlaps = result_.overlaps;
+  /// Gauss-Newton until the steps are small. @returns whether they became so.
+  bool optimize(const MatchingScales& first) {
+    const SurfelMatchingOptions& matching = options_.matching;
+    Scales scales{first, kCoarseStride};
+    int narrow_iterations = 0;
+    for (int iteration = 0; iteration < options_.max_iterations; ++iteration) {
+      const bool narrowest = scales.narrowest(matching);
+      if (narrowest) scales.stride = 1;
+      const double step = iterate(scales);
+      ++result_.iterations;
+      if (result_.overlaps == 0) return true;
+      narrow_iterations += narrowest ? 1 : 0;
+      if (narrow_iterations > kSettling && step < kConverged) return true;
+      scales.shrink(matching);
+      if (narrowest) {
+        scales.lorentz_m =
+            std::clamp(2.0 * quantile(residuals_m_, 0.5), 1e-4, matching.lorentz_end_m);
+      }
+    }
+    return false;
+  }
+
+  /// @returns of each body; `all` of all pairs.
+  std::vector<PatchResiduals> measure(PatchResiduals& all) const {
     const Scales scales{MatchingScales::last(options_.matching), kCoarseStride};
-    for (std::size_t a = 0; a < bodies_.size(); ++a) {
-      for (std::size_t b = a + 1; b < bodies_.size(); ++b) compare_bodies(a, b, scales);
+    std::vector<std::vector<double>> each(bodies_.size());
+    std::vector<double> together;
+    for (const Pair& pair : pairs_) {
+      const std::optional<PairSystem> system = compare(pair, scales);
+      if (!system) continue;
+      const std::vector<double>& found = system->residuals_m;
+      together.insert(together.end(), found.begin(), found.end());
+      for (const std::size_t body : {pair.a, pair.b}) {
+        each[body].insert(each[body].end(), found.begin(), found.end());
+      }
     }
-    result_.overlaps = overlaps;
-    return summary(residuals_m_);
+    all = summary(together);
+    std::vector<PatchResiduals> result;
+    for (std::vector<double>& residuals_m : each) result.push_back(summary(residuals_m));
+    return result;
   }
 
-  /// One step of all bodies. @returns its length [m, rad as m].
+  /// Leaves on the path what contradicts it or fits no better than there. @returns whether any did.
+  bool refuse_misfits(const std::vector<PatchResiduals>& before) {
+    PatchResiduals all;
+    const std::vector<PatchResiduals> after = measure(all);
+    bool any = false;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      RegistrationBody& body = bodies_[i];
+      if (body.refused || !is_tied(i)) continue;
+      const bool contradicts = body.correction.cwiseAbs2().dot(weights_) > kChi2Dof6Quantile999;
+      const bool worse = after[i].median_m > before[i].median_m && after[i].p90_m > before[i].p90_m;
+      if (!contradicts && !worse) continue;
+      body.refused = true;
+      body.correction.setZero();
+      any = true;
+    }
+    return any;
+  }
+
+  bool is_tied(std::size_t body) const {
+    return std::any_of(tied_.begin(), tied_.end(),
+                       [body](const Pair& pair) { return pair.a == body || pair.b == body; });
+  }
+
+  /// One step of all bodies. @returns its length in standard deviations (Newton decrement), as the
+  /// root of the mean square over the pairs.
   double iterate(const Scales& scales) {
-    const auto count = static_cast<Eigen::Index>(bodies_.size());
-    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(6 * count, 6 * count);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(6 * count);
-    residuals_m_.clear();
-    result_.overlaps = 0;
-    std::vector<std::pair<std::size_t, std::size_t>> overlaps;
-    for (std::size_t a = 0; a < bodies_.size(); ++a) {
-      for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
-        std::optional<PairSystem> pair = compare_bodies(a, b, scales);
-        if (!pair) continue;
-        hold_loose_shifts(a, b, *pair);
-        overlaps.emplace_back(a, b);
-        // A twist of a is the opposite twist of b: both are about the world's origin.
-        const auto at_a = 6 * static_cast<Eigen::Index>(a), at_b = 6 * static_cast<Eigen::Index>(b);
-        information.block<6, 6>(at_a, at_a) += pair->information;
-        information.block<6, 6>(at_b, at_b) += pair->information;
-        information.block<6, 6>(at_a, at_b) -= pair->information;
-        information.block<6, 6>(at_b, at_a) -= pair->information;
-        gradient.segment<6>(at_a) -= pair->gradient;
-        gradient.segment<6>(at_b) += pair->gradient;
+    const auto size = 6 * static_cast<Eigen::Index>(bodies_.size());
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+    std::vector<Eigen::Triplet<double>> entries;
+    const auto add_block = [&entries](Eigen::Index row, Eigen::Index column,
+                                      const Matrix6d& block) {
+      for (Eigen::Index i = 0; i < 6; ++i) {
+        for (Eigen::Index j = 0; j < 6; ++j) entries.emplace_back(row + i, column + j, block(i, j));
       }
-    }
-    find_joined(overlaps);
-    return move(information, gradient);
-  }
-
-  void find_joined(const std::vector<std::pair<std::size_t, std::size_t>>& overlaps) {
-    std::fill(joined_.begin(), joined_.end(), false);
-    if (!joined_.empty()) joined_[0] = true;
-    for (std::size_t round = 0; round < bodies_.size(); ++round) {
-      for (const auto& [a, b] : overlaps) {
-        if (joined_[a] || joined_[b]) {
-          joined_[a] = true;
-          joined_[b] = true;
-        }
-      }
-    }
-  }
-
-  double move(Eigen::MatrixXd& information, Eigen::VectorXd& gradient) {
+    };
     for (std::size_t body = 0; body < bodies_.size(); ++body) {
       const auto at = 6 * static_cast<Eigen::Index>(body);
-      // A little regularization, so that an unobservable body stays where it is.
-      const double stiffness = 1e-6 * information.block<6, 6>(at, at).trace() + 1e-9;
-      information.block<6, 6>(at, at).diagonal().array() += stiffness;
-      if (body > 0 && joined_[body]) continue;
-      information.middleRows<6>(at).setZero();
-      information.middleCols<6>(at).setZero();
-      information.block<6, 6>(at, at).setIdentity();
+      add_block(at, at, Matrix6d(weights_.asDiagonal()));
+      gradient.segment<6>(at) += weights_.cwiseProduct(bodies_[body].correction);
+    }
+    residuals_m_.clear();
+    tied_.clear();
+    for (const Pair& pair : pairs_) {
+      const std::optional<PairSystem> system = compare(pair, scales);
+      if (!system) continue;
+      tied_.push_back(pair);
+      residuals_m_.insert(residuals_m_.end(), system->residuals_m.begin(),
+                          system->residuals_m.end());
+      const Matrix6d of_a = -bodies_[pair.a].origin_from_pivot(),
+                     of_b = bodies_[pair.b].origin_from_pivot();
+      const auto at_a = 6 * static_cast<Eigen::Index>(pair.a),
+                 at_b = 6 * static_cast<Eigen::Index>(pair.b);
+      const Matrix6d by_b = system->information * of_b;
+      add_block(at_a, at_a, of_a.transpose() * system->information * of_a);
+      add_block(at_b, at_b, of_b.transpose() * by_b);
+      add_block(at_a, at_b, of_a.transpose() * by_b);
+      add_block(at_b, at_a, by_b.transpose() * of_a);
+      gradient.segment<6>(at_a) += of_a.transpose() * system->gradient;
+      gradient.segment<6>(at_b) += of_b.transpose() * system->gradient;
+    }
+    result_.overlaps = tied_.size();
+    for (std::size_t body = 0; body < bodies_.size(); ++body) {
+      if (!bodies_[body].refused) continue;
+      const auto at = 6 * static_cast<Eigen::Index>(body);
+      constexpr double kFixed = 1e15;
+      add_block(at, at, kFixed * Matrix6d::Identity());
       gradient.segment<6>(at).setZero();
     }
-    const Eigen::VectorXd step = information.ldlt().solve(-gradient);
-    for (std::size_t body = 0; body < bodies_.size(); ++body) {
-      Pose3& pose = world_from_body_[body];
-      const Vector6d twist = step.segment<6>(6 * static_cast<Eigen::Index>(body));
-      pose = turn_about(Eigen::Vector3d::Zero(), twist.head<3>()) * pose;
-      pose.translation() += twist.tail<3>();
-      pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
+    Eigen::SparseMatrix<double> information(size, size);
+    information.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::VectorXd step =
+        Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(information).solve(-gradient);
+    move(step);
+    const auto pairs = static_cast<double>(std::max<std::size_t>(tied_.size(), 1));
+    return std::sqrt(std::abs(step.dot(gradient)) / pairs);
+  }
+
+  void move(const Eigen::VectorXd& step) {
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      RegistrationBody& body = bodies_[i];
+      if (body.refused) continue;
+      body.move(step.segment<6>(6 * static_cast<Eigen::Index>(i)));
     }
-    return step.size() > 0 ? step.cwiseAbs().maxCoeff() : 0.0;
   }
 
   /// @returns nothing when the two have too few correspondences.
-  std::optional<PairSystem> compare_bodies(std::size_t a, std::size_t b, const Scales& scales) {
-    const std::size_t residuals_before = residuals_m_.size(), overlaps_before = result_.overlaps;
+  std::optional<PairSystem> compare(const Pair& pair, const Scales& scales) const {
+    const RegistrationBody &target = bodies_[pair.a], &source = bodies_[pair.b];
+    const Pose3 world_from_a = target.world_from_placed();
+    const Pose3 a_from_b = world_from_a.inverse(Eigen::Isometry) * source.world_from_placed();
+    const double patch_weight =
+        static_cast<double>(scales.stride) / (kSharedError * scales.lorentz_m * scales.lorentz_m);
     PairSystem system;
-    for (const std::size_t target : bodies_[a]) {
-      for (const std::size_t source : bodies_[b]) {
-        const std::size_t patches_before = system.patches;
-        compare(*scenes_[target], *scenes_[source], {world_from_body_[a], world_from_body_[b]},
-                scales, system);
-        if (system.patches > patches_before) ++result_.overlaps;
-      }
-    }
-    if (system.patches * scales.stride >= static_cast<std::size_t>(options_.min_pairs)) {
-      return system;
-    }
-    residuals_m_.resize(residuals_before);
-    result_.overlaps = overlaps_before;
-    return std::nullopt;
-  }
-
-  struct Poses {
-    const Pose3& world_from_a;
-    const Pose3& world_from_b;
-  };
-
-  void compare(const SurfelIndex& target,
-               const SurfelIndex& source,
-               const Poses& poses,
-               const Scales& scales,
-               PairSystem& system) {
-    if (target.box.isEmpty() || source.box.isEmpty()) return;
-    const Pose3 a_from_b = poses.world_from_a.inverse(Eigen::Isometry) * poses.world_from_b;
-    Eigen::AlignedBox3d reach = source.box.transformed(a_from_b);
-    reach.min().array() -= scales.search_m;
-    reach.max().array() += scales.search_m;
-    if (!reach.intersects(target.box)) return;
-    for (std::size_t i = 0; i < source.surfels.size(); i += scales.stride) {
-      const Surfel& moved = source.surfels[i];
+    for (std::size_t i = 0; i < source.surfels.surfels.size(); i += scales.stride) {
+      const Surfel& moved = source.surfels.surfels[i];
       const Eigen::Vector3d in_a = a_from_b * moved.center_m;
-      const auto found =
-          association_.find(target, in_a, a_from_b.linear() * moved.normal, scales.search_m);
+      const auto found = association_.find(target.surfels, in_a, a_from_b.linear() * moved.normal,
+                                           scales.search_m);
       if (!found) continue;
-      residuals_m_.push_back(std::abs(found->residual_m));
+      system.residuals_m.push_back(std::abs(found->residual_m));
       const double thickness2_m2 =
-          moved.thickness2_m2() + target.surfels[found->partner].thickness2_m2();
-      const double weight = association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2);
-      const Eigen::Vector3d point_m = poses.world_from_a * in_a;
-      const Eigen::Vector3d normal = poses.world_from_a.linear() * found->normal;
+          moved.thickness2_m2() + target.surfels.surfels[found->partner].thickness2_m2();
+      const double weight =
+          patch_weight * association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2);
+      const Eigen::Vector3d point_m = world_from_a * in_a;
+      const Eigen::Vector3d normal = world_from_a.linear() * found->normal;
       Vector6d jacobian;
       jacobian << point_m.cross(normal), normal;
-      add(jacobian, found->residual_m, weight, system);
-      system.weight += weight;
-      ++system.patches;
-      system.center_m += weight * moved.center_m;
+      system.information.noalias() += weight * jacobian * jacobian.transpose();
+      system.gradient += weight * found->residual_m * jacobian;
     }
-  }
-
-  /// Constrains the relative shift to the initial guess along directions with hardly any normals.
-  void hold_loose_shifts(std::size_t a, std::size_t b, PairSystem& system) const {
-    if (!(system.weight > 0.0)) return;
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-    solver.computeDirect(system.information.bottomRightCorner<3, 3>());
-    const Eigen::Vector3d center_m = system.center_m / system.weight;
-    const Eigen::Vector3d by_a = world_from_body_[a] * center_m;
-    const Eigen::Vector3d by_b = world_from_body_[b] * center_m;
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      if (solver.eigenvalues()[i] >= options_.min_hold * system.weight) continue;
-      const Eigen::Vector3d loose = solver.eigenvectors().col(i);
-      Vector6d jacobian;
-      jacobian << by_b.cross(loose), loose;
-      add(jacobian, loose.dot(by_b - by_a), system.weight, system);
-    }
+    const bool enough =
+        system.residuals_m.size() * scales.stride >= static_cast<std::size_t>(options_.min_pairs);
+    return enough ? std::optional(std::move(system)) : std::nullopt;
   }
 
   RegistrationOptions options_;
   SurfelAssociation association_;
-  std::vector<std::unique_ptr<SurfelIndex>> scenes_;
-  std::vector<std::vector<std::size_t>> bodies_;  ///< the scenes of each
-  std::vector<Pose3> world_from_body_;
-  std::vector<bool> joined_;
+  std::vector<std::size_t> body_of_;  ///< one a scene
+  std::vector<RegistrationBody> bodies_;
+  std::vector<Pair> pairs_;  ///< that may overlap
+  std::vector<Pair> tied_;   ///< of them, those with correspondences in the last iteration
+  Vector6d weights_;         ///< of the path: 1 / variance of turns and shifts
   std::vector<double> residuals_m_;
   RegistrationResult result_;
 };

@@ -48,6 +48,18 @@ class AnalyticRoom {
     return scene;
   }
 
+  /// Largest shift of a corner of the room by what is left of an error.
+  static double worst_shift_m(const Pose3& left) {
+    double worst = 0.0;
+    for (const double x : {-4.0, 4.0}) {
+      for (const double y : {-3.0, 3.0}) {
+        const Eigen::Vector3d corner(x, y, 1.4);
+        worst = std::max(worst, (left * corner - corner).norm());
+      }
+    }
+    return worst;
+  }
+
   /// 90 % of the points that lie on the room's walls, floor and ceiling are nearer to them.
   static double p90_off_m(const mapping3d::ScenePoints& scene) {
     std::vector<double> off_m;

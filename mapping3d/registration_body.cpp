@@ -1,0 +1,66 @@
+#include "mapping3d/registration_body.hpp"
+
+#include "lcm_tools/base/check.hpp"
+
+namespace marco::mapping3d {
+namespace {
+
+Eigen::Vector3d middle_of(const std::vector<Eigen::Vector3f>& points_m) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3f& point_m : points_m) sum += point_m.cast<double>();
+  return points_m.empty() ? sum : sum / static_cast<double>(points_m.size());
+}
+
+}  // namespace
+
+Pose3 RegistrationBody::world_from_placed() const {
+  Pose3 pose = turn_about(pivot_m, correction.head<3>());
+  pose.translation() += correction.tail<3>();
+  return pose;
+}
+
+Matrix6d RegistrationBody::origin_from_pivot() const {
+  const Eigen::Vector3d at_m = pivot_m + correction.tail<3>();
+  Matrix6d twist = Matrix6d::Identity();
+  twist(3, 1) = -at_m.z();
+  twist(3, 2) = at_m.y();
+  twist(4, 0) = at_m.z();
+  twist(4, 2) = -at_m.x();
+  twist(5, 0) = -at_m.y();
+  twist(5, 1) = at_m.x();
+  return twist;
+}
+
+void RegistrationBody::move(const Vector6d& twist) {
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  const Eigen::AngleAxisd turned(turn_about(origin, twist.head<3>()).linear() *
+                                 turn_about(origin, correction.head<3>()).linear());
+  correction.head<3>() = turned.angle() * turned.axis();
+  correction.tail<3>() += twist.tail<3>();
+}
+
+std::vector<RegistrationBody> make_bodies(const std::vector<ScenePoints>& placed,
+                                          const std::vector<std::size_t>& body_of,
+                                          const SurfelOptions& options) {
+  std::vector<std::vector<Surfel>> surfels;
+  std::vector<std::vector<Eigen::Vector3f>> origins_m;
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const std::size_t body = body_of[i];
+    require(body <= surfels.size(), "register_scenes: bodies are numbered as they first appear");
+    if (body == surfels.size()) {
+      surfels.emplace_back();
+      origins_m.emplace_back();
+    }
+    const std::vector<Surfel> found = find_surfels(placed[i], options);
+    surfels[body].insert(surfels[body].end(), found.begin(), found.end());
+    origins_m[body].insert(origins_m[body].end(), placed[i].origins_m.begin(),
+                           placed[i].origins_m.end());
+  }
+  std::vector<RegistrationBody> bodies;
+  for (std::size_t body = 0; body < surfels.size(); ++body) {
+    bodies.push_back({SurfelIndex(std::move(surfels[body])), middle_of(origins_m[body])});
+  }
+  return bodies;
+}
+
+}  // namespace marco::mapping3d

@@ -43,10 +43,6 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
 }
 
 Trajectory MapJob::trajectory() const {
-  for (const slam::UsedScan& scan : scans()) {
-    evidence.scans += scan.level ? 1 : 0;
-    evidence.matched_scans += scan.level && scan.matched ? 1 : 0;
-  }
   const std::vector<std::optional<Pose2>> known = poses();
   Trajectory trajectory;
   for (std::size_t i = 0; i < known.size(); ++i) {
@@ -164,6 +160,10 @@ std::optional<slam::MapEvidence> MapJob::evidence() const {
   evidence.keys = mapper().keys();
   evidence.loops = loops();
   if (session() != nullptr) evidence.edges = session()->slam().edges();
+  for (const slam::UsedScan& scan : scans()) {
+    evidence.scans += scan.level ? 1 : 0;
+    evidence.matched_scans += scan.level && scan.matched ? 1 : 0;
+  }
   const std::vector<std::optional<Pose2>> known = poses();
   for (std::size_t i = 0; i < recordings_.size(); ++i) {
     const bool is_last = i + 1 == recordings_.size();

@@ -9,8 +9,8 @@ namespace {
 
 using ::marco::testing::AnalyticRoom;
 
-const Pose3 kFirstSensor = make_pose3({-1.0, 0.2, 0.8});
-const Pose3 kSecondSensor = make_pose3({-0.6, -0.5, 0.8}, 0.0, 0.0, 0.3);
+const Pose3 kHere = make_pose3({-1.0, 0.2, 0.8});
+const Pose3 kThere = make_pose3({-0.6, -0.5, 0.8}, 0.0, 0.0, 0.3);
 
 void add_sweep(Mapper3d& mapper, const Pose3& sensor, const Pose2& path_error) {
   std::mt19937 random(4);
@@ -24,9 +24,9 @@ void add_sweep(Mapper3d& mapper, const Pose3& sensor, const Pose2& path_error) {
 
 TEST(Mapper3d, JoinsItsScenesAndLeavesThemAsAWholeOnThePath) {
   Mapper3d mapper;
-  add_sweep(mapper, kFirstSensor, {});
+  add_sweep(mapper, kHere, {});
   const Pose2 path_error{0.06, -0.04, 0.0};
-  add_sweep(mapper, kSecondSensor, path_error);
+  add_sweep(mapper, kThere, path_error);
   mapper.refine();
   const RegistrationResult& joined = mapper.registration();
   ASSERT_EQ(joined.world_from_placed.size(), 2U);
@@ -47,9 +47,9 @@ TEST(Mapper3d, TheModelFollowsTheScenesAlsoWithoutRegistration) {
   options.refine = false;
   Mapper3d mapper(options);
   EXPECT_TRUE(mapper.model().triangles.empty());
-  add_sweep(mapper, kFirstSensor, {});
+  add_sweep(mapper, kHere, {});
   const TriangleMesh one = mapper.model();
-  add_sweep(mapper, kSecondSensor, {});
+  add_sweep(mapper, kThere, {});
   mapper.refine();
   EXPECT_FALSE(one.triangles.empty());
   EXPECT_NE(mapper.model().vertices_m, one.vertices_m);
@@ -59,10 +59,10 @@ TEST(Mapper3d, TheModelFollowsTheScenesAlsoWithoutRegistration) {
 // The path was right: what registration finds is the noise of one sweep against another.
 TEST(Mapper3d, MovesAlmostNothingWhereThePathIsRight) {
   Mapper3d mapper;
-  add_sweep(mapper, kFirstSensor, {});
+  add_sweep(mapper, kHere, {});
   const Pose2 elsewhere{0.4, -0.7, 0.3};
   std::mt19937 random(5);
-  const Scene second = AnalyticRoom::sweep(kSecondSensor, 60, 0.005, random);
+  const Scene second = AnalyticRoom::sweep(kThere, 60, 0.005, random);
   for (std::size_t i = 0; i < second.rows.size(); ++i) {
     SceneRow row = second.rows[i];
     row.world_from_robot = elsewhere;

@@ -5,7 +5,6 @@
 
 #include "lcm_tools/base/check.hpp"
 #include "slam/back_end/graph/relative_covariance.hpp"
-#include "slam/matching/normal_noise.hpp"
 
 namespace marco::slam {
 namespace {
@@ -23,8 +22,6 @@ OrientedScan only_oriented(const OrientedPoints& points) {
   }
   scan.points_in_robot.conservativeResize(2, used);
   scan.normals_in_robot.conservativeResize(2, used);
-  // Or thousands of points would move the keyframes of a bare corridor along it by their noise.
-  scan.normals_in_robot = without_noise(std::move(scan.normals_in_robot));
   return scan;
 }
 

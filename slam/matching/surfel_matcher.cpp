@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "lcm_tools/base/check.hpp"
-#include "slam/matching/normal_noise.hpp"
 
 namespace marco::slam {
 namespace {
@@ -32,6 +31,10 @@ Eigen::Vector3d solved(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) {
   const double x2 = y2 / l22, x1 = (y1 - l21 * x2) / l11;
   return {(y0 - l10 * x1 - l20 * x2) / l00, x1, x2};
 }
+
+// Standard deviation of surfels' normals [rad]. Their noise makes a bare corridor look constrained
+// along itself.
+constexpr double kNormalSigma = 0.05;
 
 // The direction of translation that a sum over surfels of w n n^T constrains least, its
 // information, and the part of that which the noise of normals explains: kNormalSigma^2 sum w (t .

@@ -16,10 +16,10 @@ namespace {
 // One surfel in four is enough while the search is wide.
 constexpr std::size_t kCoarseStride = 4;
 
-// The narrowest search is repeated at least so often, while the kernel's scale settles. Then a step
-// of a tenth of a standard deviation moves only correspondences that alternate.
-constexpr int kSettling = 3;
-constexpr double kConverged = 0.1;
+// A step is small when it is this part of a standard deviation. After ten steps with the narrowest
+// search a tenth will do: then only correspondences that alternate still move.
+constexpr double kConverged = 0.005, kSettled = 0.1;
+constexpr int kSettling = 10;
 
 // Surfels that share their error: those of a row have its angle, those of a sweep its pose.
 constexpr double kSharedError = 30.0;
@@ -34,14 +34,6 @@ struct Scales : MatchingScales {
 /// A pair of bodies that overlap.
 struct Pair {
   std::size_t a, b;
-};
-
-/// What one pair says about a turn and shift of the second body against the first, about the
-/// world's origin.
-struct PairSystem {
-  Matrix6d information = Matrix6d::Zero();
-  Vector6d gradient = Vector6d::Zero();
-  std::vector<double> residuals_m;
 };
 
 PatchResiduals summary(std::vector<double>& residuals_m) {
@@ -74,9 +66,9 @@ class Registrar {
   }
 
   RegistrationResult run() {
-    const std::vector<PatchResiduals> each_before = measure(result_.before);
+    result_.before = measure();
     bool converged = optimize(MatchingScales::first(options_.matching));
-    while (converged && refuse_misfits(each_before)) {
+    while (converged && refuse_worst()) {
       converged = optimize(MatchingScales::last(options_.matching));
     }
     if (result_.overlaps > 0) {
@@ -86,7 +78,7 @@ class Registrar {
     if (!converged) {
       for (RegistrationBody& body : bodies_) body.correction.setZero();
     }
-    measure(result_.after);
+    result_.after = measure();
     for (const std::size_t body : body_of_) {
       const bool moves = converged && is_tied(body) && !bodies_[body].refused;
       result_.joined.push_back(moves);
@@ -110,7 +102,7 @@ class Registrar {
       ++result_.iterations;
       if (result_.overlaps == 0) return true;
       narrow_iterations += narrowest ? 1 : 0;
-      if (narrow_iterations > kSettling && step < kConverged) return true;
+      if (narrowest && step < (narrow_iterations > kSettling ? kSettled : kConverged)) return true;
       scales.shrink(matching);
       if (narrowest) {
         scales.lorentz_m =
@@ -120,42 +112,31 @@ class Registrar {
     return false;
   }
 
-  /// @returns of each body; `all` of all pairs.
-  std::vector<PatchResiduals> measure(PatchResiduals& all) const {
+  PatchResiduals measure() const {
     const Scales scales{MatchingScales::last(options_.matching), kCoarseStride};
-    std::vector<std::vector<double>> each(bodies_.size());
-    std::vector<double> together;
+    std::vector<double> residuals_m;
     for (const Pair& pair : pairs_) {
       const std::optional<PairSystem> system = compare(pair, scales);
       if (!system) continue;
-      const std::vector<double>& found = system->residuals_m;
-      together.insert(together.end(), found.begin(), found.end());
-      for (const std::size_t body : {pair.a, pair.b}) {
-        each[body].insert(each[body].end(), found.begin(), found.end());
-      }
+      residuals_m.insert(residuals_m.end(), system->residuals_m.begin(), system->residuals_m.end());
     }
-    all = summary(together);
-    std::vector<PatchResiduals> result;
-    for (std::vector<double>& residuals_m : each) result.push_back(summary(residuals_m));
-    return result;
+    return summary(residuals_m);
   }
 
-  /// Leaves on the path what contradicts it or fits no better than there. @returns whether any did.
-  bool refuse_misfits(const std::vector<PatchResiduals>& before) {
-    PatchResiduals all;
-    const std::vector<PatchResiduals> after = measure(all);
-    bool any = false;
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      RegistrationBody& body = bodies_[i];
-      if (body.refused || !is_tied(i)) continue;
-      const bool contradicts = body.correction.cwiseAbs2().dot(weights_) > kChi2Dof6Quantile999;
-      const bool worse = after[i].median_m > before[i].median_m && after[i].p90_m > before[i].p90_m;
-      if (!contradicts && !worse) continue;
-      body.refused = true;
-      body.correction.setZero();
-      any = true;
+  /// Leaves the body on the path whose correction contradicts it most. @returns whether any did.
+  bool refuse_worst() {
+    double worst = kChi2Dof6Quantile999;
+    RegistrationBody* refused = nullptr;
+    for (RegistrationBody& body : bodies_) {
+      const double squared_distance = body.correction.cwiseAbs2().dot(weights_);
+      if (squared_distance <= worst) continue;
+      worst = squared_distance;
+      refused = &body;
     }
-    return any;
+    if (refused == nullptr) return false;
+    refused->refused = true;
+    refused->correction.setZero();
+    return true;
   }
 
   bool is_tied(std::size_t body) const {
@@ -201,13 +182,6 @@ class Registrar {
       gradient.segment<6>(at_b) += of_b.transpose() * system->gradient;
     }
     result_.overlaps = tied_.size();
-    for (std::size_t body = 0; body < bodies_.size(); ++body) {
-      if (!bodies_[body].refused) continue;
-      const auto at = 6 * static_cast<Eigen::Index>(body);
-      constexpr double kFixed = 1e15;
-      add_block(at, at, kFixed * Matrix6d::Identity());
-      gradient.segment<6>(at).setZero();
-    }
     Eigen::SparseMatrix<double> information(size, size);
     information.setFromTriplets(entries.begin(), entries.end());
     const Eigen::VectorXd step =
@@ -220,7 +194,6 @@ class Registrar {
   void move(const Eigen::VectorXd& step) {
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       RegistrationBody& body = bodies_[i];
-      if (body.refused) continue;
       body.move(step.segment<6>(6 * static_cast<Eigen::Index>(i)));
     }
   }
@@ -228,6 +201,7 @@ class Registrar {
   /// @returns nothing when the two have too few correspondences.
   std::optional<PairSystem> compare(const Pair& pair, const Scales& scales) const {
     const RegistrationBody &target = bodies_[pair.a], &source = bodies_[pair.b];
+    if (target.refused || source.refused) return std::nullopt;
     const Pose3 world_from_a = target.world_from_placed();
     const Pose3 a_from_b = world_from_a.inverse(Eigen::Isometry) * source.world_from_placed();
     const double patch_weight =
@@ -248,12 +222,15 @@ class Registrar {
       const Eigen::Vector3d normal = world_from_a.linear() * found->normal;
       Vector6d jacobian;
       jacobian << point_m.cross(normal), normal;
-      system.information.noalias() += weight * jacobian * jacobian.transpose();
-      system.gradient += weight * found->residual_m * jacobian;
+      system.add(jacobian, found->residual_m, weight);
+      system.weight += weight;
+      system.center_m += weight * moved.center_m;
     }
     const bool enough =
         system.residuals_m.size() * scales.stride >= static_cast<std::size_t>(options_.min_pairs);
-    return enough ? std::optional(std::move(system)) : std::nullopt;
+    if (!enough) return std::nullopt;
+    system.hold_loose_shifts(world_from_a, source.world_from_placed());
+    return system;
   }
 
   RegistrationOptions options_;

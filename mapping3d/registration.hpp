@@ -73,8 +73,8 @@ std::string to_string(RegistrationResult::Status status);
 /// (along a bare corridor, the height of a room seen through a door) stays as it was. Residuals are
 /// weighted by flatness and by a robust kernel, the Lorentzian of thesis B eq. 3.8. The search
 /// radius and the kernel's scale shrink, the scale finally to twice the median residual. Converges
-/// from about 0.3 m and 3 deg. A body whose correction contradicts the path, or that fits worse
-/// than before, stays on the path; the others are then solved without it.
+/// from about 0.3 m and 3 deg. A body whose correction contradicts the path stays
+/// there; the others are then solved without it.
 /// @param placed   each scene by the initial guess, one common frame
 /// @param body_of  scenes of one body move together, such as the sweeps of a robot standing still:
 /// one index a scene, counted from 0 in order of appearance; empty = each scene is a body

@@ -1,9 +1,15 @@
 #include "mapping3d/registration_body.hpp"
 
+#include <Eigen/Eigenvalues>
+
 #include "lcm_tools/base/check.hpp"
 
 namespace marco::mapping3d {
 namespace {
+
+// A shift is observable when the mean square of the normals along it reaches this: normals err by
+// about 4 deg.
+constexpr double kLoose = 0.005;
 
 Eigen::Vector3d middle_of(const std::vector<Eigen::Vector3f>& points_m) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -37,6 +43,21 @@ void RegistrationBody::move(const Vector6d& twist) {
                                  turn_about(origin, correction.head<3>()).linear());
   correction.head<3>() = turned.angle() * turned.axis();
   correction.tail<3>() += twist.tail<3>();
+}
+
+void PairSystem::hold_loose_shifts(const Pose3& world_from_a, const Pose3& world_from_b) {
+  if (!(weight > 0.0)) return;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(information.bottomRightCorner<3, 3>());
+  const Eigen::Vector3d middle_m = center_m / weight;
+  const Eigen::Vector3d by_a = world_from_a * middle_m, by_b = world_from_b * middle_m;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (solver.eigenvalues()[i] >= kLoose * weight) continue;
+    const Eigen::Vector3d loose = solver.eigenvectors().col(i);
+    Vector6d jacobian;
+    jacobian << by_b.cross(loose), loose;
+    add(jacobian, loose.dot(by_b - by_a), weight);
+  }
 }
 
 std::vector<RegistrationBody> make_bodies(const std::vector<ScenePoints>& placed,

@@ -36,6 +36,9 @@ struct Reason {
   std::string why;                                    ///< for a person, in a sentence without end
   MapEdits remedies;  ///< what would mend it, the likeliest first; none where nobody knows
   std::vector<int> older_keys, newer_keys;  ///< keyframes that show it
+
+  /// False: it is about the whole map.
+  bool has_place() const { return !older_keys.empty() || !newer_keys.empty(); }
 };
 const char* to_string(Reason::Cause cause);
 

@@ -94,7 +94,7 @@ void add_verdict(json& report, const MapVerdict& verdict, const MapJob& job) {
   figures.visit(visitor);
   for (const slam::Reason& reason : verdict.diagnosis.reasons) {
     reasons.push_back(reason_json(reason, job));
-    reasons.back()["picture"] = picture_name(reasons.size() - 1);
+    if (reason.has_place()) reasons.back()["picture"] = picture_name(reasons.size() - 1);
   }
   report["verdict"] = to_string(verdict.diagnosis.verdict);
   report["doctor"] = {{"figures", figures_json},
@@ -105,7 +105,7 @@ void add_verdict(json& report, const MapVerdict& verdict, const MapJob& job) {
 void mark_map(const std::filesystem::path& folder, const MapVerdict& verdict) {
   const std::filesystem::path yaml = folder / "map.yaml";
   if (!verdict.is_wrong() || !std::filesystem::exists(yaml)) return;
-  files::write_whole_file(yaml, "# verdict: wrong. Where and why: report.json, doctor_1.png\n" +
+  files::write_whole_file(yaml, "# verdict: wrong. Where and why: report.json and doctor_*.png\n" +
                                     files::read_whole_file(yaml));
 }
 
@@ -114,6 +114,7 @@ void mark_picture(PictureOrder& map_picture, const MapVerdict& verdict) {
   const std::string label = std::string("verdict: ") + to_string(verdict.diagnosis.verdict);
   constexpr double kCircleM = 1.0;
   for (const slam::Reason& reason : verdict.diagnosis.reasons) {
+    if (!reason.has_place()) continue;
     map_picture.scene.ellipses.push_back(
         {reason.place_m, kCircleM * Eigen::Matrix2d::Identity(), 1.0, kContradictionRed});
   }
@@ -124,8 +125,10 @@ std::vector<PictureOrder> doctor_pictures(const std::filesystem::path& folder,
                                           const MapVerdict& verdict) {
   std::vector<PictureOrder> orders;
   const std::vector<slam::Keyframe>& keys = verdict.evidence.keys;
-  for (const slam::Reason& reason : verdict.diagnosis.reasons) {
-    PictureOrder order{folder / picture_name(orders.size()), true, "", {}};
+  for (std::size_t i = 0; i < verdict.diagnosis.reasons.size(); ++i) {
+    const slam::Reason& reason = verdict.diagnosis.reasons[i];
+    if (!reason.has_place()) continue;
+    PictureOrder order{folder / picture_name(i), true, "", {}};
     add_points(points_of(keys, reason.older_keys), viewer::palette::kTruth, "seen before",
                order.scene);
     add_points(points_of(keys, reason.newer_keys), viewer::palette::kOdometry, "seen here",
@@ -148,10 +151,15 @@ void print_verdict(const MapVerdict& verdict, const MapJob& job, bool with_pictu
   bool told = false;
   for (std::size_t i = 0; i < reasons.size(); ++i) {
     const slam::Reason& reason = reasons[i];
-    std::printf("%s at (%.1f, %.1f) m, %.1f to %.1f s: %s\n", to_string(reason.verdict),
-                reason.place_m.x(), reason.place_m.y(), seconds_into(job, reason.from),
+    std::printf("%s", to_string(reason.verdict));
+    if (reason.has_place()) {
+      std::printf(" at (%.1f, %.1f) m,", reason.place_m.x(), reason.place_m.y());
+    }
+    std::printf(" %.1f to %.1f s: %s\n", seconds_into(job, reason.from),
                 seconds_into(job, reason.to), reason.why.c_str());
-    if (with_pictures) std::printf("  picture: %s\n", picture_name(i).c_str());
+    if (with_pictures && reason.has_place()) {
+      std::printf("  picture: %s\n", picture_name(i).c_str());
+    }
     if (reason.remedies.empty()) continue;
     std::printf("  %s%s\n", to_line(reason.remedies.front()).c_str(),
                 told ? "" : "   (in a file for --edits, it may mend this)");

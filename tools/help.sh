@@ -99,9 +99,11 @@ systems, too) into the processes that run. What they made of it the last time, a
 TEXT
       ;;
     test) cat <<'TEXT'
-./marco test [--long | --tsan | --valgrind [LOG]]
+./marco test [--long | --peers | --asan | --tsan | --valgrind [LOG]]
 Builds with warnings as errors and runs every test.
   --long            also the statistics that take minutes, then unit and process tests under the sanitizers
+  --peers           what we read and write, and the bridge, against other people's programs (from apt and npm)
+  --asan            unit tests under the address and undefined behaviour sanitizers
   --tsan            the rooms with threads under the thread sanitizer
   --valgrind [LOG]  a batch run under valgrind's memcheck (logs/sample.lcm)
 Tests on real logs find them through MARCO_TEST_DATA and say SKIPPED without it.

@@ -159,10 +159,13 @@ std::optional<slam::MapEvidence> MapJob::evidence() const {
   slam::MapEvidence evidence;
   evidence.keys = mapper().keys();
   evidence.loops = loops();
-  if (session() != nullptr) evidence.edges = session()->slam().edges();
-  for (const slam::UsedScan& scan : scans()) {
-    evidence.scans += scan.level ? 1 : 0;
-    evidence.matched_scans += scan.level && scan.matched ? 1 : 0;
+  if (session() != nullptr) {
+    evidence.edges = session()->slam().edges();
+    // The line SLAM matches walls, and rightly none in many a scan.
+    for (const slam::UsedScan& scan : scans()) {
+      evidence.scans += scan.level ? 1 : 0;
+      evidence.matched_scans += scan.level && scan.matched ? 1 : 0;
+    }
   }
   const std::vector<std::optional<Pose2>> known = poses();
   for (std::size_t i = 0; i < recordings_.size(); ++i) {

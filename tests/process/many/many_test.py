@@ -35,15 +35,11 @@ def simulate(program, root, folder, logs, seed):
     (folder / 'broken.lcm').write_bytes((folder / 'run_000.lcm').read_bytes()[:2000])  # no scans
 
 
-def descendants(pid):
-    found = []
+def workers_of(pid):
     try:
-        children = pathlib.Path(f'/proc/{pid}/task/{pid}/children').read_text().split()
+        return [int(child) for child in pathlib.Path(f'/proc/{pid}/task/{pid}/children').read_text().split()]
     except OSError:
-        return found
-    for child in map(int, children):
-        found += [child] + descendants(child)
-    return found
+        return []
 
 
 def run_and_kill(command, chance, kills, whole_kills):
@@ -53,7 +49,7 @@ def run_and_kill(command, chance, kills, whole_kills):
         was_killed = False
         while process.poll() is None:
             time.sleep(chance.uniform(0.0, 1.0))
-            below = descendants(process.pid)
+            below = workers_of(process.pid)
             if kills['workers'] < whole_kills * 4 and below:
                 os.kill(chance.choice(below), signal.SIGKILL)
                 kills['workers'] += 1

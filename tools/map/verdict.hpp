@@ -31,8 +31,8 @@ void mark_map(const std::filesystem::path& folder, const MapVerdict& verdict);
 /// Puts the verdict and its places into map.png. Nothing for a good map.
 void mark_picture(PictureOrder& map_picture, const MapVerdict& verdict);
 
-/// A picture of each reason that has a place: doctor_1.png, doctor_2.png ...: what the older passes saw,
-/// what the newer one saw, and what contradicts.
+/// A picture of each reason that has a place: doctor_1.png, doctor_2.png ...: what the older passes
+/// saw, what the newer one saw, and what contradicts.
 std::vector<PictureOrder> doctor_pictures(const std::filesystem::path& folder,
                                           const MapVerdict& verdict);
 

@@ -300,9 +300,9 @@ def draw_damage(name, r):
         return float(math.exp(r.uniform(math.log(low), math.log(high))))
     return {
         "noise": lambda: between(0.02, 0.10),
-        "thin": lambda: between(2, 20),          # one scan of so many
+        "thin": lambda: between(2, 20),          # keeps one scan in N
         "range": lambda: between(2.0, 6.0),
-        "beams": lambda: int(r.integers(3, 14)),  # every so many
+        "beams": lambda: int(r.integers(3, 14)),  # keeps every Nth beam
         "field": lambda: between(50, 120),
         "bursts": lambda: [int(r.integers(1, 5)), between(5, 40)],
         "scale": lambda: [between(0.7, 1.4), between(0.7, 1.4)],  # way, turn

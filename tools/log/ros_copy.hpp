@@ -14,7 +14,7 @@ struct RosCopyResult {
 };
 
 /// Writes every message of a recording into another container. Bytes stay as they are where source
-/// and sink are of one ROS; between ROS 1 and ROS 2 messages of ros::known_type are written anew,
+/// and sink are of one ROS; between ROS 1 and ROS 2 messages of ros::known_type are re-encoded,
 /// and others left out.
 RosCopyResult copy_messages(ros::MessageSource& source,
                             ros::MessageSink& sink,

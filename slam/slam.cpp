@@ -116,8 +116,25 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
   if (best.match.overlap < sure) {
     best = best_bent(std::move(best), input.scan, straightening, prior, source);
   }
+  if (source == MotionGuess::Source::odometry) {
+    try_where_odometry_says(input.motion, best);
+  }
   best.misfits_m2 = straightening.misfits_m2(best, input.rival_times_s);
   return best;
+}
+
+void Slam::try_where_odometry_says(const MotionInput& input, MatchedScan& best) const {
+  const Pose2& before = estimate_.world_from_robot;
+  const auto missed =
+      motion_.odometry_left_behind(input, between(before, best.match.world_from_robot));
+  if (!missed) return;
+  const PoseWithCovariance predicted =
+      dead_reckoned({before}, missed->before_from_now, missed->covariance);
+  const PosePrior prior{predicted.world_from_robot, information_of(predicted.covariance)};
+  const ScanMatch there =
+      matcher_.match_again(best.points, prior.map_from_robot, prior, local_map_);
+  if (there.usable && there.overlap + match_gates::kProvesLie > best.match.overlap)
+    best.match = there;
 }
 
 // The robot may have begun or ceased to turn, or turn the other way.

@@ -166,6 +166,9 @@ class Slam {
   MatchedScan matched_scan(const SlamInput& input,
                            const PosePrior& prior,
                            MotionGuess::Source source);
+  /// Where matches have fallen behind odometry or run ahead of it, each step by a little: the scan
+  /// decides between both places.
+  void try_where_odometry_says(const MotionInput& input, MatchedScan& best) const;
   MatchedScan best_bent(MatchedScan best,
                         const DeskewedScan& predicted,
                         const Straightening& straightening,

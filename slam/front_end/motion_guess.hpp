@@ -39,7 +39,7 @@ struct MotionGuess {
   enum class Source { odometry, velocity, nothing };
 
   Pose2 before_from_now;
-  /// Of (x, y, theta) in the frame before; diagonal.
+  /// Of (x, y, theta) in the frame before; position and heading are independent.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
   Source source = Source::nothing;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/covariance.hpp"
+#include "slam/front_end/match_gates.hpp"
 
 namespace marco::slam {
 namespace {
@@ -32,6 +33,21 @@ MotionModel::MotionModel(const MotionOptions& options) : options_(options), reck
   validate(options, "motion");
 }
 
+Eigen::Matrix3d MotionModel::covariance_of_odometry(const Pose2& way) const {
+  const double distance_m = way.translation_m().norm();
+  const double sigma_deg = kMoveSigmaDeg + kSigmaDegPerM * distance_m +
+                           options_.sigma_deg_per_deg * std::abs(rad_to_deg(way.theta_rad));
+  const OdometryNoise& noise = state_.odometry_noise;
+  const double ahead_m =
+      std::hypot(kMoveSigmaM, noise.ahead_per_m(options_.sigma_per_m) * distance_m);
+  // The noise is learned from steps of a second; over a long one the heading errs on the way.
+  const double across_m =
+      std::hypot(kMoveSigmaM, noise.sigma_per_m(options_.sigma_per_m) * distance_m,
+                 0.5 * deg_to_rad(sigma_deg) * distance_m);
+  const Eigen::Vector3d variance(square(ahead_m), square(across_m), square(deg_to_rad(sigma_deg)));
+  return rotated(variance.asDiagonal(), std::atan2(way.y_m, way.x_m));
+}
+
 std::optional<MotionGuess> MotionModel::from_odometry(const MotionInput& now) const {
   const MotionInput& before = *state_.before;
   if (!now.odom_from_robot || !before.odom_from_robot) return std::nullopt;
@@ -39,29 +55,24 @@ std::optional<MotionGuess> MotionModel::from_odometry(const MotionInput& now) co
   const double dt_s = (now.utime - before.utime).seconds();
   const double distance_m = step.translation_m().norm();
   if (distance_m > std::max(kMaxStepM, options_.max_speed_m_per_s * dt_s)) return std::nullopt;
-  const double sigma_deg = kMoveSigmaDeg + kSigmaDegPerM * distance_m +
-                           options_.sigma_deg_per_deg * std::abs(rad_to_deg(step.theta_rad));
-  // The noise is learned from steps of a second; over a long one the heading errs on the way.
-  const double sigma_m =
-      std::hypot(kMoveSigmaM, state_.odometry_noise.sigma_per_m(options_.sigma_per_m) * distance_m,
-                 0.5 * deg_to_rad(sigma_deg) * distance_m);
-  Eigen::Vector3d variance = diagonal_covariance(sigma_m, deg_to_rad(sigma_deg)).diagonal();
+  Eigen::Matrix3d covariance = covariance_of_odometry(step);
   // A stamp off the beat may belong to another moment than the step, unless the step is a usual
   // one.
   const double off_m = std::min(now.off_beat * state_.move_m, std::abs(distance_m - state_.move_m));
   const double off_rad = std::min(now.off_beat * state_.turn_rad,
                                   std::abs(std::abs(step.theta_rad) - state_.turn_rad));
-  variance += Eigen::Vector3d(square(off_m), square(off_m), square(off_rad));
+  covariance += diagonal_covariance(off_m, off_rad);
   // Of odometry that exceeds the limits the last velocity knows as much.
   const double passed_s = std::max(dt_s, now.scan_period_s);
   if (passed_s > 1e-3 && !believed_velocity(step, passed_s, options_)) {
     const Velocity2 velocity = reckoning_.velocity().value_or(Velocity2{});
-    variance += between(velocity.after(passed_s), step).vector().cwiseAbs2();
+    covariance.diagonal() += between(velocity.after(passed_s), step).vector().cwiseAbs2();
   }
   // Late odometry says "no turn" where one begins.
   const PredictionError& error = state_.odometry_error;
-  variance = variance.cwiseMax(Eigen::Vector3d(0.5 * error.m2, 0.5 * error.m2, error.rad2));
-  return MotionGuess{step, variance.asDiagonal(), MotionGuess::Source::odometry};
+  covariance.diagonal() =
+      covariance.diagonal().cwiseMax(Eigen::Vector3d(0.5 * error.m2, 0.5 * error.m2, error.rad2));
+  return MotionGuess{step, covariance, MotionGuess::Source::odometry};
 }
 
 std::optional<MotionGuess> MotionModel::from_gyro(const MotionInput& now) const {
@@ -99,6 +110,21 @@ MotionGuess MotionModel::guess(const MotionInput& now) const {
     take_rotation(*gyro, guess);
   }
   return guess;
+}
+
+std::optional<MotionGuess> MotionModel::odometry_left_behind(const MotionInput& now,
+                                                             const Pose2& before_from_now) const {
+  if (!state_.step_start || !state_.step_start->odom_from_robot || !now.odom_from_robot) {
+    return std::nullopt;
+  }
+  const Pose2 way = between(*state_.step_start->odom_from_robot, *now.odom_from_robot);
+  const Eigen::Matrix3d covariance = covariance_of_odometry(way);
+  const Pose2 found = state_.start_from_now * before_from_now;
+  const Eigen::Vector2d off_m = way.translation_m() - found.translation_m();
+  const Eigen::Matrix2d variance = covariance.topLeftCorner<2, 2>();
+  if (off_m.dot(variance.inverse() * off_m) < match_gates::kContradiction) return std::nullopt;
+  return MotionGuess{state_.start_from_now.inverse() * way, covariance,
+                     MotionGuess::Source::odometry};
 }
 
 bool MotionModel::trusts_odometry() const {
@@ -147,7 +173,7 @@ void MotionModel::update(const MotionInput& now,
                          double sigma_m) {
   constexpr double kFresh = 0.3;
   if (state_.before) {
-    if (matched) judge_predictions(now, before_from_now);
+    if (matched) judge_predictions(now, before_from_now, sigma_m);
     judge_sensors(now, before_from_now, matched, sigma_m);
     state_.move_m += kFresh * (before_from_now.translation_m().norm() - state_.move_m);
     state_.turn_rad += kFresh * (std::abs(before_from_now.theta_rad) - state_.turn_rad);
@@ -156,13 +182,17 @@ void MotionModel::update(const MotionInput& now,
   reckoning_.update(now.utime, now.scan_period_s, before_from_now, matched, now.first_from_middle);
 }
 
-void MotionModel::judge_predictions(const MotionInput& now, const Pose2& before_from_now) {
-  const auto error_of = [&](const MotionGuess& guess) {
-    return difference(before_from_now, guess.before_from_now);
+void MotionModel::judge_predictions(const MotionInput& now,
+                                    const Pose2& before_from_now,
+                                    double sigma_m) {
+  const auto judge = [&](PredictionError& error, const MotionGuess& guess) {
+    // Along a bare corridor the match is the guess, or slides.
+    const bool surer = sigma_m < position_sigma_m(guess.covariance);
+    error.update(difference(before_from_now, guess.before_from_now), surer);
   };
-  state_.reckoning_error.update(error_of(reckoning_.guess(now.utime, now.first_from_middle)));
-  if (const auto odometry = from_odometry(now)) state_.odometry_error.update(error_of(*odometry));
-  if (const auto gyro = from_gyro(now)) state_.gyro_error.update(error_of(*gyro));
+  judge(state_.reckoning_error, reckoning_.guess(now.utime, now.first_from_middle));
+  if (const auto odometry = from_odometry(now)) judge(state_.odometry_error, *odometry);
+  if (const auto gyro = from_gyro(now)) judge(state_.gyro_error, *gyro);
 }
 
 void MotionModel::judge_sensors(const MotionInput& now,
@@ -182,14 +212,14 @@ void MotionModel::judge_sensors(const MotionInput& now,
   const Pose2& found = state_.start_from_now;
   if (start.odom_from_robot && now.odom_from_robot) {
     const Pose2 measured = between(*start.odom_from_robot, *now.odom_from_robot);
-    state_.explained_by_odometry.update(found, measured);
-    state_.odometry_noise.update(found, measured, std::hypot(sigma_m, state_.step_start_sigma_m),
-                                 options_.sigma_per_m);
+    const double step_sigma_m = std::hypot(sigma_m, state_.step_start_sigma_m);
+    state_.explained_by_odometry.update(found, measured, step_sigma_m);
+    state_.odometry_noise.update(found, measured, step_sigma_m, options_.sigma_per_m);
   }
   if (start.gyro_heading_rad && now.gyro_heading_rad) {
     Pose2 measured = found;
     measured.theta_rad = normalize_angle(*now.gyro_heading_rad - *start.gyro_heading_rad);
-    state_.explained_by_gyro.update(found, measured);
+    state_.explained_by_gyro.update(found, measured, 0.0);
   }
   begin_step();
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <optional>
 
 #include "common/input/synchronized_scan.hpp"
@@ -60,6 +59,12 @@ class MotionModel {
   /// The move from the scan before to this one. Changes nothing.
   MotionGuess guess(const MotionInput& now) const;
 
+  /// The move by odometry's whole way since up to a second ago, where `before_from_now` and the
+  /// moves before it have left that behind by more than its noise; else nothing. Step by step
+  /// matches could stay behind for ever: a stamp's jitter allows for a centimetre at each.
+  std::optional<MotionGuess> odometry_left_behind(const MotionInput& now,
+                                                  const Pose2& before_from_now) const;
+
   /// Whether odometry says that the robot has not moved, and recent scans agree, as far as they can
   /// tell. @param information  of this scan's match
   bool stands_still(const MotionInput& now, const Eigen::Matrix3d& information) const;
@@ -78,7 +83,7 @@ class MotionModel {
   void update(const MotionInput& now,
               const Pose2& before_from_now,
               bool matched = true,
-              double sigma_m = std::numeric_limits<double>::infinity());
+              double sigma_m = 0.0);
 
   /// To deskew the next scan by: odometry's, if the scan is long and odometry is trusted, else that
   /// of the last scans, smoothed over two at least.
@@ -93,10 +98,12 @@ class MotionModel {
   void restore(const MotionState& state);
 
  private:
+  /// Of a way that odometry tells, in the frame where it begins.
+  Eigen::Matrix3d covariance_of_odometry(const Pose2& way) const;
   /// What each sensor says; nothing where it cannot tell.
   std::optional<MotionGuess> from_odometry(const MotionInput& now) const;
   std::optional<MotionGuess> from_gyro(const MotionInput& now) const;
-  void judge_predictions(const MotionInput& now, const Pose2& before_from_now);
+  void judge_predictions(const MotionInput& now, const Pose2& before_from_now, double sigma_m);
   /// By the way since the step began, once that is a second ago.
   void judge_sensors(const MotionInput& now,
                      const Pose2& before_from_now,

@@ -11,9 +11,8 @@ constexpr double kForgottenM = 5.0, kForgottenRad = 6.0;
 constexpr double kBelievedM = 0.2, kBelievedRad = 0.2;
 constexpr double kEnough = 0.5;
 
-// A step teaches odometry's noise where the match is so much surer than odometry is assumed to be.
+// So much surer than a step, or than odometry is assumed to be, a match is to judge it.
 constexpr double kMuchSurer = 0.25;
-constexpr double kAssumedM2 = 10.0, kRememberedM2 = 200.0;
 
 void note(double found, double missed, double forgotten, double& found2, double& missed2) {
   const double kept = 1.0 - std::min(1.0, std::max(found, missed) / forgotten);
@@ -23,15 +22,18 @@ void note(double found, double missed, double forgotten, double& found2, double&
 
 }  // namespace
 
-void PredictionError::update(const Eigen::Vector3d& error) {
+void PredictionError::update(const Eigen::Vector3d& error, bool position_known) {
   constexpr double kFresh = 0.05;
-  m2 += kFresh * (error.head<2>().squaredNorm() - m2);
+  if (position_known) m2 += kFresh * (error.head<2>().squaredNorm() - m2);
   rad2 += kFresh * (error.z() * error.z() - rad2);
 }
 
-void ExplainedMotion::update(const Pose2& found, const Pose2& measured) {
-  note(found.translation_m().norm(), (found.translation_m() - measured.translation_m()).norm(),
-       kForgottenM, found_m2, missed_m2);
+void ExplainedMotion::update(const Pose2& found, const Pose2& measured, double sigma_m) {
+  const double found_m = found.translation_m().norm(), told_m = measured.translation_m().norm();
+  if (sigma_m < kMuchSurer * std::max(found_m, told_m)) {
+    note(found_m, (found.translation_m() - measured.translation_m()).norm(), kForgottenM, found_m2,
+         missed_m2);
+  }
   note(std::abs(found.theta_rad), std::abs(normalize_angle(found.theta_rad - measured.theta_rad)),
        kForgottenRad, found_rad2, missed_rad2);
 }
@@ -50,14 +52,18 @@ void OdometryNoise::update(const Pose2& found,
                            double assumed_per_m) {
   const double step_m2 = found.translation_m().squaredNorm();
   if (!(sigma_m < kMuchSurer * assumed_per_m * std::sqrt(step_m2))) return;
-  const double kept = std::max(0.0, 1.0 - step_m2 / kRememberedM2);
-  way_m2 = kept * way_m2 + step_m2;
-  off_m2 = kept * off_m2 + 0.5 * (found.translation_m() - measured.translation_m()).squaredNorm();
+  constexpr double kKept = 1.0 - 1.0 / 200.0;
+  const Eigen::Vector2d off_m = found.translation_m() - measured.translation_m();
+  const double ahead_m = off_m.dot(found.translation_m()) / std::sqrt(step_m2);
+  steps = kKept * steps + 1.0;
+  off2 = kKept * off2 + 0.5 * off_m.squaredNorm() / step_m2;
+  off_ahead2 = kKept * off_ahead2 + ahead_m * ahead_m / step_m2;
 }
 
-double OdometryNoise::sigma_per_m(double assumed_per_m) const {
-  const double learned =
-      std::sqrt((assumed_per_m * assumed_per_m * kAssumedM2 + off_m2) / (kAssumedM2 + way_m2));
+double OdometryNoise::learned_per_m(double errors2, double assumed_per_m) const {
+  constexpr double kAssumedSteps = 10.0;
+  const double learned = std::sqrt((assumed_per_m * assumed_per_m * kAssumedSteps + errors2) /
+                                   (kAssumedSteps + steps));
   return std::min(learned, assumed_per_m);
 }
 

@@ -11,7 +11,8 @@ struct PredictionError {
   double rad2 = 0.0;
 
   /// @param error  (x, y, theta) of the move found, less that predicted
-  void update(const Eigen::Vector3d& error);
+  /// @param position_known  false where the scan left the position open: only the turn is judged
+  void update(const Eigen::Vector3d& error, bool position_known);
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -29,8 +30,10 @@ struct ExplainedMotion {
   double found_m2 = 0.0, missed_m2 = 0.0;
   double found_rad2 = 0.0, missed_rad2 = 0.0;
 
-  /// Takes note of a step.
-  void update(const Pose2& found, const Pose2& measured);
+  /// Takes note of a step; of its translation only where scans know it much better than that, or
+  /// a corridor in which matches slide would speak against the wheels.
+  /// @param sigma_m  of `found`, along its least known direction
+  void update(const Pose2& found, const Pose2& measured, double sigma_m);
   /// At least half of it. A sensor is believed until the robot has moved.
   bool explains_translation() const;
   bool explains_rotation() const;
@@ -45,22 +48,31 @@ struct ExplainedMotion {
 };
 
 /// The error of odometry's way per metre, learned from steps of about a second that scan matching
-/// knows much better: a maximum a posteriori estimate, with ten metres of odometry as it is assumed
+/// knows much better: a maximum a posteriori estimate, with ten steps of odometry as it is assumed
 /// to be at first.
 struct OdometryNoise {
-  double way_m2 = 0.0;  ///< sums over the steps
-  double off_m2 = 0.0;  ///< along one axis
+  double steps = 0.0;       ///< those that are remembered
+  double off2 = 0.0;        ///< sum of their squared errors per metre, along one axis
+  double off_ahead2 = 0.0;  ///< along the way: a heading that is counted wrong hardly enters
 
   /// Takes note of a step. @param sigma_m  of `found`, along its least known direction
   void update(const Pose2& found, const Pose2& measured, double sigma_m, double assumed_per_m);
   /// Standard deviation along one axis, per metre driven: never more than assumed.
-  double sigma_per_m(double assumed_per_m) const;
+  double sigma_per_m(double assumed_per_m) const { return learned_per_m(off2, assumed_per_m); }
+  /// Along the way; of a skid-steered robot much less than along any axis.
+  double ahead_per_m(double assumed_per_m) const {
+    return learned_per_m(off_ahead2, assumed_per_m);
+  }
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("way_m2", way_m2);
-    v("off_m2", off_m2);
+    v("steps", steps);
+    v("off2", off2);
+    v("off_ahead2", off_ahead2);
   }
+
+ private:
+  double learned_per_m(double errors2, double assumed_per_m) const;
 };
 
 }  // namespace marco::slam

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "lcm_tools/base/check.hpp"
+#include "slam/matching/weakest_direction.hpp"
 
 namespace marco::slam {
 namespace {
@@ -32,32 +33,6 @@ Eigen::Vector3d solved(const Eigen::Matrix3d& a, const Eigen::Vector3d& b) {
   return {(y0 - l10 * x1 - l20 * x2) / l00, x1, x2};
 }
 
-// Standard deviation of surfels' normals [rad]. Their noise makes a bare corridor look constrained
-// along itself.
-constexpr double kNormalSigma = 0.05;
-
-// The direction of translation that a sum over surfels of w n n^T constrains least, its
-// information, and the part of that which the noise of normals explains: kNormalSigma^2 sum w (t .
-// direction)^2, t along the surfel.
-struct WeakestDirection {
-  Eigen::Vector2d direction;
-  double information, by_noise;
-
-  explicit WeakestDirection(const Eigen::Matrix3d& sum) {
-    // The heading is marginalized.
-    const double turn = sum(2, 2) > 0.0 ? 1.0 / sum(2, 2) : 0.0;
-    const double xx = sum(0, 0) - turn * sum(0, 2) * sum(0, 2);
-    const double xy = sum(0, 1) - turn * sum(0, 2) * sum(1, 2);
-    const double yy = sum(1, 1) - turn * sum(1, 2) * sum(1, 2);
-    information = std::max(0.0, 0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy));
-    const double angle = 0.5 * std::atan2(-2.0 * xy, yy - xx);
-    direction = {std::cos(angle), std::sin(angle)};
-    const double x = direction.x(), y = direction.y();
-    const double along = x * x * sum(1, 1) - 2.0 * x * y * sum(0, 1) + y * y * sum(0, 0);
-    by_noise = std::min(information, kNormalSigma * kNormalSigma * along);
-  }
-};
-
 // Solution remapping (Zhang, Kaess, Singh, "On degeneracy of optimization-based state estimation
 // problems", ICRA 2016): along a degenerate direction the prior replaces the match. What differs:
 // degenerate means that most of its information is noise, and the rest still counts, by its weight
@@ -69,7 +44,7 @@ Pose2 remap_degenerate_direction(const Pose2& pose,
                                  double sigma2) {
   const Eigen::Vector2d& along = weakest.direction;
   const double expected = sigma2 * along.dot(prior.information.topLeftCorner<2, 2>() * along);
-  const double honest = weakest.information - weakest.by_noise;
+  const double honest = weakest.honest();
   if (!(expected > 0.0 && weakest.information > 0.0) || honest > weakest.by_noise) return pose;
   const double kept =
       honest / (honest + expected) * (weakest.information + expected) / weakest.information;
@@ -270,10 +245,9 @@ bool SurfelMatcher::judge(const Correspondences& points,
   if (near < 3.0) return false;
   match.rms_m = std::sqrt(squares / near);
   const double noise_m = std::max(match.rms_m, options_.noise_floor_m);
-  Eigen::Matrix3d sum = points.sum(centre_from_robot, sigma_m).matrix();
-  const WeakestDirection weakest(sum);
-  sum.topLeftCorner<2, 2>() -= weakest.by_noise * weakest.direction * weakest.direction.transpose();
-  match.information = sum / (noise_m * noise_m * options_.correlated_points);
+  const Eigen::Matrix3d sum = points.sum(centre_from_robot, sigma_m).matrix();
+  match.information =
+      WeakestDirection(sum).without_noise(sum) / (noise_m * noise_m * options_.correlated_points);
   return true;
 }
 

@@ -18,7 +18,6 @@ struct JointRefinementOptions {
   int partners = 6;              ///< scans in which a point may have a correspondence at once
   double normal_limit_deg = 30;  ///< partners' walls face the same way within this
   double stop_below_m = 2e-4;    ///< largest move of an iteration at which it ends
-  double edge_weight = 0.05;  ///< of the graph's edges beside the points, for scans that see little
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -30,7 +29,6 @@ struct JointRefinementOptions {
     v("partners", partners, Limits{1, 32});
     v("normal_limit_deg", normal_limit_deg, Limits{0.0, 90.0});
     v("stop_below_m", stop_below_m, kPositive);
-    v("edge_weight", edge_weight, kPositive);
   }
 };
 

@@ -219,5 +219,44 @@ TEST(MotionModel, LateOdometryIsLessSureThatNoTurnBegins) {
   EXPECT_GT(model.guess(now).covariance(2, 2), 1.5 * std::pow(deg_to_rad(kMoveSigmaDeg), 2.0));
 }
 
+// Wheels count 3 cm a scan, matches find `found_m`; what the model says after `scans`.
+std::optional<MotionGuess> left_behind(double found_m, int scans) {
+  MotionModel model;
+  for (int i = 0; i < scans; ++i) {
+    model.update(at(0.1 * i, Pose2{0.03 * i, 0, 0}), {i == 0 ? 0.0 : found_m, 0, 0});
+  }
+  return model.odometry_left_behind(at(0.1 * scans, Pose2{0.03 * scans, 0, 0}), {found_m, 0, 0});
+}
+
+TEST(MotionModel, MatchesThatStayBehindOdometryAreContradicted) {
+  EXPECT_FALSE(left_behind(0.03, 9));
+  EXPECT_FALSE(left_behind(0.025, 9)) << "within the noise of wheels";
+  EXPECT_FALSE(left_behind(0.0, 1)) << "a stamp's jitter allows for one step";
+  const auto missed = left_behind(0.0, 9);
+  ASSERT_TRUE(missed) << "a step begins with the second scan";
+  EXPECT_THAT(missed->before_from_now, IsNear(Pose2{0.24, 0, 0}, 1e-9, 1e-9));
+  EXPECT_LT(missed->covariance(0, 0), 0.05 * 0.05);
+}
+
+// A skid-steered robot counts its turns wrong, its way right.
+TEST(MotionModel, AWrongHeadingDoesNotMakeTheWayUnsure) {
+  const auto model = driven(
+      [](const Pose2& step) {
+        return std::pair(Pose2{step.x_m, 0, 1.3 * step.theta_rad}, step.theta_rad);
+      },
+      4000);
+  const OdometryNoise noise = model.state().odometry_noise;
+  EXPECT_LT(noise.ahead_per_m(0.15), 0.6 * noise.sigma_per_m(0.15));
+}
+
+TEST(MotionModel, MatchesThatDoNotKnowTheWayDoNotJudgeIt) {
+  MotionModel model;
+  for (int i = 0; i < 60; ++i) {
+    model.update(at(0.1 * i, Pose2{0.05 * i, 0, 0}), {i == 0 ? 0.0 : 0.01, 0, 0}, true, 0.2);
+  }
+  EXPECT_TRUE(model.trusts_odometry());
+  EXPECT_EQ(model.state().odometry_error.m2, 0.0);
+}
+
 }  // namespace
 }  // namespace marco::slam

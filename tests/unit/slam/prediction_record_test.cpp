@@ -7,47 +7,47 @@
 namespace marco::slam {
 namespace {
 
+constexpr double kAssumedPerM = 0.15, kSureM = 0.01;
+
 TEST(PredictionError, FollowsTheMeanOfTheLastTwentyScans) {
   PredictionError error;
-  for (int i = 0; i < 200; ++i) error.update({0.3, 0.4, 0.1});
+  for (int i = 0; i < 200; ++i) error.update({0.3, 0.4, 0.1}, true);
   EXPECT_NEAR(error.m2, 0.25, 1e-4);
   EXPECT_NEAR(error.rad2, 0.01, 1e-6);
-  for (int i = 0; i < 60; ++i) error.update({0.0, 0.0, 0.0});
+  for (int i = 0; i < 60; ++i) error.update({0.0, 0.0, 0.0}, true);
   EXPECT_LT(error.m2, 0.1 * 0.25);
 }
 
 TEST(ExplainedMotion, BelievesUntilSomethingHasMoved) {
   ExplainedMotion explained;
-  for (int i = 0; i < 50; ++i) explained.update({0.005, 0, 0.002}, {});
+  for (int i = 0; i < 50; ++i) explained.update({0.005, 0, 0.002}, {}, kSureM);
   EXPECT_TRUE(explained.explains_translation());
   EXPECT_TRUE(explained.explains_rotation());
 }
 
 TEST(ExplainedMotion, DoubtsTheHalfThatIsWrong) {
   ExplainedMotion explained;
-  for (int i = 0; i < 5; ++i) explained.update({0.3, 0, 0.3}, {0.28, 0, -0.3});
+  for (int i = 0; i < 5; ++i) explained.update({0.3, 0, 0.3}, {0.28, 0, -0.3}, kSureM);
   EXPECT_TRUE(explained.explains_translation());
   EXPECT_FALSE(explained.explains_rotation());
   // It comes right again, after some turning.
-  for (int i = 0; i < 60; ++i) explained.update({0.3, 0, 0.3}, {0.28, 0, 0.3});
+  for (int i = 0; i < 60; ++i) explained.update({0.3, 0, 0.3}, {0.28, 0, 0.3}, kSureM);
   EXPECT_TRUE(explained.explains_rotation());
 }
 
 TEST(ExplainedMotion, DoubtsWhatNeverChangesAfterThirtyCentimetres) {
   ExplainedMotion explained;
-  explained.update({0.3, 0, 0.0}, {});
+  explained.update({0.3, 0, 0.0}, {}, kSureM);
   EXPECT_FALSE(explained.explains_translation());
   EXPECT_TRUE(explained.explains_rotation()) << "it has not turned";
 }
 
 TEST(ExplainedMotion, OneWrongMatchCondemnsNoGoodOdometry) {
   ExplainedMotion explained;
-  for (int i = 0; i < 10; ++i) explained.update({0.5, 0, 0.1}, {0.5, 0, 0.1});
-  explained.update({1.2, 0, 0.1}, {0.2, 0, 0.1});
+  for (int i = 0; i < 10; ++i) explained.update({0.5, 0, 0.1}, {0.5, 0, 0.1}, kSureM);
+  explained.update({1.2, 0, 0.1}, {0.2, 0, 0.1}, kSureM);
   EXPECT_TRUE(explained.explains_translation());
 }
-
-constexpr double kAssumedPerM = 0.15, kSureM = 0.01;
 
 double learned_per_m(double error_m, int steps, double sigma_m = kSureM) {
   OdometryNoise noise;
@@ -68,6 +68,13 @@ TEST(OdometryNoise, IsLearnedFromWhatScansSay) {
 
 TEST(OdometryNoise, LearnsNothingFromMatchesThatKnowNoBetter) {
   EXPECT_DOUBLE_EQ(learned_per_m(0.0, 1000, 0.05), kAssumedPerM);
+}
+
+// What is learned of a step does not depend on how long it is.
+TEST(OdometryNoise, IsLearnedOfASlowRobotToo) {
+  OdometryNoise slow;
+  for (int i = 0; i < 100; ++i) slow.update({0.2, 0, 0}, {0.2, 0, 0}, 0.002, kAssumedPerM);
+  EXPECT_LT(slow.ahead_per_m(kAssumedPerM), 0.06);
 }
 
 TEST(OdometryNoise, ForgetsAfterSomeHundredMetres) {

@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "slam/matching/weakest_direction.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace marco::slam {
@@ -101,6 +102,42 @@ TEST(JointRefinement, AFarOutlierDoesNotCostTheWorldInMemory) {
   scans[1].points_in_robot(0, 0) = 1e7;
   refine_jointly(scans, {}, {}, poses);
   EXPECT_LT(std::abs(poses[1].x_m), 1e-3);
+}
+
+// Two walls along x, with ranges and normals as noisy as a cheap laser's.
+OrientedScan look_along_corridor(std::mt19937& random) {
+  std::normal_distribution<double> range_m(0.0, 0.01), normal_rad(0.0, kNormalSigma);
+  std::uniform_real_distribution<double> along_m(-5.0, 5.0);
+  OrientedScan scan;
+  scan.points_in_robot.resize(2, 400);
+  scan.normals_in_robot.resize(2, 400);
+  for (int i = 0; i < 400; ++i) {
+    const double side = i % 2 == 0 ? 1.0 : -1.0, turned_rad = normal_rad(random);
+    scan.points_in_robot.col(i) << along_m(random), side + range_m(random);
+    scan.normals_in_robot.col(i) << side * std::sin(turned_rad), -side * std::cos(turned_rad);
+  }
+  return scan;
+}
+
+// What seems to hold scans along a bare corridor is the noise of normals: the edges decide.
+TEST(JointRefinement, AlongABareCorridorTheEdgesDecide) {
+  std::mt19937 random(3);
+  std::vector<OrientedScan> scans;
+  std::vector<PoseGraphEdge> edges;
+  std::vector<Pose2> poses;
+  constexpr int kScans = 12;
+  constexpr double kStepM = 0.4, kSlippedM = 0.1;
+  for (int i = 0; i < kScans; ++i) {
+    scans.push_back(look_along_corridor(random));
+    poses.push_back({(kStepM - kSlippedM) * i, 0, 0});
+    if (i == 0) continue;
+    const Eigen::Vector3d sigma(0.02, 0.02, 0.01);
+    edges.push_back({i - 1, i, Pose2{kStepM, 0, 0},
+                     Eigen::Matrix3d(sigma.cwiseAbs2().cwiseInverse().asDiagonal()), false});
+  }
+  refine_jointly(scans, edges, {}, poses);
+  EXPECT_NEAR(poses.back().x_m, kStepM * (kScans - 1), 0.05 * kSlippedM * (kScans - 1));
+  EXPECT_NEAR(poses.back().y_m, 0.0, 0.01);
 }
 
 }  // namespace

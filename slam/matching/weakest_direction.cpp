@@ -5,7 +5,7 @@
 
 namespace marco::slam {
 
-WeakestDirection::WeakestDirection(const Eigen::Matrix3d& sum, double normal_sigma) {
+WeakestDirection::WeakestDirection(const Eigen::Matrix3d& sum) {
   const double turn = sum(2, 2) > 0.0 ? 1.0 / sum(2, 2) : 0.0;
   const double xx = sum(0, 0) - turn * sum(0, 2) * sum(0, 2);
   const double xy = sum(0, 1) - turn * sum(0, 2) * sum(1, 2);
@@ -15,7 +15,7 @@ WeakestDirection::WeakestDirection(const Eigen::Matrix3d& sum, double normal_sig
   direction = {std::cos(angle), std::sin(angle)};
   const double x = direction.x(), y = direction.y();
   const double along = x * x * sum(1, 1) - 2.0 * x * y * sum(0, 1) + y * y * sum(0, 0);
-  by_noise = std::min(information, normal_sigma * normal_sigma * along);
+  by_noise = std::min(information, kNormalSigma * kNormalSigma * along);
 }
 
 }  // namespace marco::slam

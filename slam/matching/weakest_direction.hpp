@@ -13,11 +13,11 @@ inline constexpr double kNormalSigma = 0.06;
 struct WeakestDirection {
   Eigen::Vector2d direction;  ///< unit length
   double information;         ///< along it, at least 0
-  /// The part that the noise of normals explains: normal_sigma^2 sum w (t . direction)^2, t along
+  /// The part that the noise of normals explains: kNormalSigma^2 sum w (t . direction)^2, t along
   /// the wall. At most `information`.
   double by_noise;
 
-  explicit WeakestDirection(const Eigen::Matrix3d& sum, double normal_sigma = kNormalSigma);
+  explicit WeakestDirection(const Eigen::Matrix3d& sum);
 
   double honest() const { return information - by_noise; }
   /// The sum without by_noise; positive semidefinite as the sum was.

@@ -1,15 +1,12 @@
 #include "slam/back_end/graph/joint_refinement.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "lcm_tools/base/check.hpp"
 #include "slam/back_end/graph/sparse_normal_equations.hpp"
-#include "slam/matching/weakest_direction.hpp"
 
 namespace marco::slam {
 namespace {
@@ -177,30 +174,6 @@ class PartnerList {
   int count_ = 0;
 };
 
-// The constraints between one scan and another, seen from the first one's robot.
-struct PairSum {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-  int count = 0;
-
-  void add(const Eigen::Vector3d& jacobian, double error_m, double weight) {
-    information.noalias() += weight * jacobian * jacobian.transpose();
-    gradient += weight * error_m * jacobian;
-  }
-
-  // Without what the noise of normals pretends to know along a bare corridor; the minimum stays
-  // where it is.
-  void forget_noise() {
-    // A constraint's normal is the mean of two.
-    const WeakestDirection weakest(information, kNormalSigma * std::numbers::sqrt2 / 2.0);
-    const Eigen::Vector3d minimum = information.ldlt().solve(gradient);
-    if (!minimum.allFinite()) return;
-    information = weakest.without_noise(information);
-    gradient.head<2>() -=
-        weakest.by_noise * weakest.direction.dot(minimum.head<2>()) * weakest.direction;
-  }
-};
-
 class Iteration {
  public:
   Iteration(const JointRefinementOptions& options, const std::vector<Pose2>& poses, double reach_m)
@@ -208,7 +181,6 @@ class Iteration {
         poses_(poses),
         reach2_m2_(static_cast<float>(reach_m * reach_m)),
         normal_limit_(static_cast<float>(std::cos(deg_to_rad(options.normal_limit_deg)))),
-        sums_(poses.size()),
         equations(poses.size()) {}
 
   void add_correspondences(const PartnerTable& table, const Point& point) {
@@ -224,26 +196,6 @@ class Iteration {
     }
   }
 
-  /// All points of this scan have their correspondences.
-  void end_scan(int scan) {
-    for (const int other : partners_) {
-      PairSum& sum = sums_[static_cast<std::size_t>(other)];
-      sum.forget_noise();
-      const Eigen::Vector2d way_m = robot_m(scan) - robot_m(other);
-      Eigen::Matrix3d seen_from_other = Eigen::Matrix3d::Identity();
-      seen_from_other(2, 0) = -way_m.y();
-      seen_from_other(2, 1) = way_m.x();
-      equations.add_block(scan, scan, sum.information);
-      equations.add_block(other, other,
-                          seen_from_other * sum.information * seen_from_other.transpose());
-      equations.add_block(scan, other, -sum.information * seen_from_other.transpose());
-      equations.add_gradient(scan, sum.gradient);
-      equations.add_gradient(other, -seen_from_other * sum.gradient);
-      sum = {};
-    }
-    partners_.clear();
-  }
-
  private:
   void add(const Point& a, const Point& b, double share) {
     // Each end finds the pair once: the mean normal makes both the same constraint.
@@ -251,25 +203,27 @@ class Iteration {
     const double error_m = normal.dot((a.position_m - b.position_m).cast<double>());
     const double sigma2 = options_.sigma_m * options_.sigma_m;
     const double weight = share / (sigma2 * (1.0 + error_m * error_m / (2.0 * sigma2)));
-    const Eigen::Vector2d arm =
-        0.5 * (a.position_m + b.position_m).cast<double>() - robot_m(a.scan);
-    PairSum& sum = sums_[static_cast<std::size_t>(b.scan)];
-    if (sum.count++ == 0) partners_.push_back(b.scan);
-    sum.add({normal.x(), normal.y(), normal.y() * arm.x() - normal.x() * arm.y()}, error_m, weight);
+    const Eigen::Vector3d j_a = jacobian(a, normal), j_b = -jacobian(b, normal);
+    equations.add_block(a.scan, a.scan, weight * j_a * j_a.transpose());
+    equations.add_block(b.scan, b.scan, weight * j_b * j_b.transpose());
+    equations.add_block(a.scan, b.scan, weight * j_a * j_b.transpose());
+    equations.add_gradient(a.scan, weight * error_m * j_a);
+    equations.add_gradient(b.scan, weight * error_m * j_b);
     weight_sum += weight;
     error_sum += weight * error_m * error_m;
     ++ties;
   }
-  Eigen::Vector2d robot_m(int scan) const {
-    return poses_[static_cast<std::size_t>(scan)].translation_m() - poses_.front().translation_m();
+  Eigen::Vector3d jacobian(const Point& point, const Eigen::Vector2d& normal) const {
+    const Eigen::Vector2d robot_m = poses_[static_cast<std::size_t>(point.scan)].translation_m() -
+                                    poses_.front().translation_m();
+    const Eigen::Vector2d arm = point.position_m.cast<double>() - robot_m;
+    return {normal.x(), normal.y(), normal.y() * arm.x() - normal.x() * arm.y()};
   }
 
   const JointRefinementOptions& options_;
   const std::vector<Pose2>& poses_;
   float reach2_m2_;
   float normal_limit_;
-  std::vector<PairSum> sums_;  ///< of the scan at hand with each other one
-  std::vector<int> partners_;  ///< those that have any
 
  public:
   SparseNormalEquations equations;
@@ -326,7 +280,6 @@ JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
            i += options.every_nth_point) {
         iteration.add_correspondences(table, placement(scan, i));
       }
-      iteration.end_scan(static_cast<int>(scan));
     }
     for (const PoseGraphEdge& edge : edges) {
       add_edge_to(iteration.equations, edge, poses, 1.0);

@@ -244,9 +244,10 @@ TEST(MotionModel, AWrongHeadingDoesNotMakeTheWayUnsure) {
       [](const Pose2& step) {
         return std::pair(Pose2{step.x_m, 0, 1.3 * step.theta_rad}, step.theta_rad);
       },
-      4000);
+      600);
   const OdometryNoise noise = model.state().odometry_noise;
-  EXPECT_LT(noise.ahead_per_m(0.15), 0.6 * noise.sigma_per_m(0.15));
+  EXPECT_LT(noise.off_ahead2, 0.1 * noise.off2);
+  EXPECT_LT(noise.ahead_per_m(0.15), noise.sigma_per_m(0.15));
 }
 
 TEST(MotionModel, MatchesThatDoNotKnowTheWayDoNotJudgeIt) {

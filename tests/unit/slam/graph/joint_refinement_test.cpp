@@ -4,7 +4,6 @@
 
 #include <random>
 
-#include "slam/matching/weakest_direction.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace marco::slam {
@@ -106,7 +105,7 @@ TEST(JointRefinement, AFarOutlierDoesNotCostTheWorldInMemory) {
 
 // Two walls along x, with ranges and normals as noisy as a cheap laser's.
 OrientedScan look_along_corridor(std::mt19937& random) {
-  std::normal_distribution<double> range_m(0.0, 0.01), normal_rad(0.0, kNormalSigma);
+  std::normal_distribution<double> range_m(0.0, 0.01), normal_rad(0.0, 0.06);
   std::uniform_real_distribution<double> along_m(-5.0, 5.0);
   OrientedScan scan;
   scan.points_in_robot.resize(2, 400);

@@ -13,6 +13,7 @@ namespace marco::slam {
 /// | too few points     | returns of the scan          | min_points             | not matched                     | a scan of nothing would match          |
 /// | odometry is doubted| overlap                      | sure_overlap           | matched with a weak prior, too  | lost odometry 0.63 -> 2.85 m           |
 /// | - it is wrong      | overlap gained; distance     | kProvesLie; kContradiction | that match is used          | office 0.08 m at worst; 6 m range 0.03 -> 0.07 m |
+/// | - it is left behind| squared distance by odometry over up to a second; overlap lost | kContradiction; kProvesLie | matched where odometry says | 5.6 m range in a corridor: stops at 10.2 of 11.1 m |
 /// | match widely       | overlap, or no odometry      | good_overlap           | searched in the prior's window  | 6 m range 0.03 -> 2.6 m                |
 /// | - it is better     | overlap gained               | kClearlyBetter         | the search's match is used      | no odometry 2.0 -> 2.7 m               |
 /// | match widest       | no usable match              | good_overlap           | searched without odometry       | no odometry 2.0 -> 7.0 m               |

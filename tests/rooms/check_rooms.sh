@@ -1,5 +1,5 @@
 #!/bin/bash
-# The rooms' walls (README, "Where everything lives"): who may include whom. A header of LCM is always reachable, so that
+# The rooms' walls (docs/architecture.md): who may include whom. A header of LCM is always reachable, so that
 # CMake's targets alone do not keep an algorithm from including it.
 set -u
 root=${1:?usage: check_rooms.sh ROOT}

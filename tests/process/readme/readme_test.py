@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""README's command lines: every command, option, file, program and test it names is there, the cheap commands are run
-on a simulated recording, and every file it promises comes of them.
+"""The command lines of README, CONTRIBUTING and docs/: every command, option, file, program and test they name is there,
+the cheap commands are run on a simulated recording, and every file they promise comes of them.
 
 Usage: readme_test.py BIN_FOLDER PROJECT_FOLDER
 """
@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 
-# Started on the simulated recording, in README's order. Of the others the words are checked.
+# Started on the simulated recording, in the pages' order. Of the others the words are checked.
 RUN = ("map", "render", "evaluate", "evaluate-model", "log")
 TOUR = """start_m = [2.0, 3.0]
 [[steps]]
@@ -35,7 +35,7 @@ failures = []
 
 
 def fail(line, what):
-    failures.append(f"README: `{line}`: {what}")
+    failures.append(f"`{line}`: {what}")
 
 
 def command_lines(text):
@@ -174,13 +174,15 @@ def main():
         print(__doc__, file=sys.stderr)
         return 2
     programs, root = (os.path.abspath(path) for path in sys.argv[1:])
-    with open(root + "/README.md") as readme:
-        text = readme.read()
+    text = ""
+    for path in [f"{root}/README.md", f"{root}/CONTRIBUTING.md", *sorted(glob.glob(f"{root}/docs/*.md"))]:
+        with open(path) as page:
+            text += page.read() + "\n"
     with tempfile.TemporaryDirectory() as folder:
         checker = Checker(programs, root, folder)
         lines = command_lines(text)
         if len(lines) < 40:
-            sys.exit(f"FAILED: only {len(lines)} command lines in README")
+            sys.exit(f"FAILED: only {len(lines)} command lines")
         for line in lines:
             checker.check(line)
         for name in re.findall(r"`(\w+_test)`", text):

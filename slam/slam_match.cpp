@@ -1,0 +1,76 @@
+#include "slam/slam.hpp"
+
+#include "common/covariance.hpp"
+#include "slam/front_end/straightening.hpp"
+
+// How a scan is matched: as it was deskewed, bent otherwise, and where odometry says.
+namespace marco::slam {
+
+MatchedScan Slam::matched_as_is(DeskewedScan scan,
+                                const PosePrior& prior,
+                                MotionGuess::Source source) {
+  MatchedScan matched{std::move(scan), {}, {prior.map_from_robot}, {}};
+  matched.points = orient(matched.scan.hits_in_robot, matched.scan.sensor_in_robot,
+                          options_.normals, noise_.sigma_m());
+  if (!local_map_.empty()) {
+    matched.match = matcher_.match(matched.points, prior, source, keyframes_, local_map_);
+  }
+  return matched;
+}
+
+MatchedScan Slam::matched_scan(const SlamInput& input,
+                               const PosePrior& prior,
+                               MotionGuess::Source source) {
+  noise_.add(input.scan.hits_in_robot, input.scan.sensor_in_robot);
+  MatchedScan best = matched_as_is(input.scan, prior, source);
+  if (local_map_.empty()) return best;
+  const Straightening straightening(
+      {matcher_, options_.normals, local_map_, motion_, estimate_.world_from_robot},
+      input.motion.utime, prior, first_from_middle(input.scan));
+  if (!input.deskewed_by_odometry) best = straightening.straightened(std::move(best));
+  // Odometry that stands still is believed until it has missed a turn.
+  const double sure =
+      input.deskewed_by_odometry ? options_.gates.good_overlap : options_.gates.sure_overlap;
+  if (best.match.overlap < sure) {
+    best = best_bent(std::move(best), input.scan, straightening, prior, source);
+  }
+  if (source == MotionGuess::Source::odometry) {
+    try_where_odometry_says(input.motion, best);
+  }
+  best.misfits_m2 = straightening.misfits_m2(best, input.rival_times_s);
+  return best;
+}
+
+// Step by step matches may stay behind: at a wall with junk before it they did for 1.4 m.
+void Slam::try_where_odometry_says(const MotionInput& input, MatchedScan& best) const {
+  const Pose2& before = estimate_.world_from_robot;
+  const auto missed =
+      motion_.odometry_left_behind(input, between(before, best.match.world_from_robot));
+  if (!missed) return;
+  const PoseWithCovariance predicted =
+      dead_reckoned({before}, missed->before_from_now, missed->covariance);
+  const PosePrior prior{predicted.world_from_robot, information_of(predicted.covariance)};
+  const ScanMatch there =
+      matcher_.match_again(best.points, prior.map_from_robot, prior, local_map_);
+  if (there.usable && there.overlap + match_gates::kProvesLie > best.match.overlap) {
+    best.match = there;
+  }
+}
+
+// The robot may have begun or ceased to turn, or turn the other way.
+MatchedScan Slam::best_bent(MatchedScan best,
+                            const DeskewedScan& predicted,
+                            const Straightening& straightening,
+                            const PosePrior& prior,
+                            MotionGuess::Source source) {
+  const double limit_rad_per_s = deg_to_rad(options_.motion.max_turn_rate_deg_per_s);
+  for (DeskewedScan& bent : Straightening::bent(predicted, limit_rad_per_s)) {
+    MatchedScan other = straightening.straightened(matched_as_is(std::move(bent), prior, source));
+    const double gained = other.match.overlap - best.match.overlap;
+    if (other.match.usable && gained > match_gates::kClearlyBetter) best = std::move(other);
+    if (best.match.overlap >= options_.gates.sure_overlap) break;
+  }
+  return best;
+}
+
+}  // namespace marco::slam

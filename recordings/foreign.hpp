@@ -41,6 +41,8 @@ struct RosOptions {
   std::string odometry;         ///< a topic, "tf" or "none"
   std::string truth;            ///< a topic of poses to compare with
   std::string base_frame;       ///< the robot's, between its wheels
+  double wheel_radius_m = 0.0;  ///< of sensor_msgs/JointState, where there is no other odometry
+  double wheel_track_m = 0.0;   ///< between the wheels
   bool clockwise = false;       ///< the laser is upside down, and its frame does not say so
   std::string stamp = "first";  ///< the beam that the stamps of scans are of: first, middle or last
 
@@ -50,6 +52,8 @@ struct RosOptions {
     v("odometry", odometry);
     v("truth", truth);
     v("base_frame", base_frame);
+    v("wheel_radius_m", wheel_radius_m, kNotNegative);
+    v("wheel_track_m", wheel_track_m, kNotNegative);
     v("clockwise", clockwise);
     v("stamp", stamp);
   }

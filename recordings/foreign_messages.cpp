@@ -111,6 +111,11 @@ void settle_by_stamp(LaserScan& scan) {
 
 }  // namespace
 
+Pose2 rolled(double left_m, double right_m, double track_m) {
+  const Pose2 half{0.0, 0.0, 0.5 * ((right_m - left_m) / track_m)};
+  return half * Pose2{0.5 * (left_m + right_m), 0.0, 0.0} * half;
+}
+
 OdometrySample TickOdometry::add(const maebot_encoders_t& ticks, const ForeignChannel& base) {
   if (last_) {
     const auto metres = [&base](auto from, auto to) {
@@ -118,8 +123,7 @@ OdometrySample TickOdometry::add(const maebot_encoders_t& ticks, const ForeignCh
     };
     const double left_m = metres(last_->left_ticks_total, ticks.left_ticks_total);
     const double right_m = metres(last_->right_ticks_total, ticks.right_ticks_total);
-    const Pose2 half{0.0, 0.0, 0.5 * ((right_m - left_m) / base.track_m)};
-    pose_ = pose_ * half * Pose2{0.5 * (left_m + right_m), 0.0, 0.0} * half;
+    pose_ = pose_ * rolled(left_m, right_m, base.track_m);
   }
   last_ = ticks;
   OdometrySample sample;

@@ -11,6 +11,9 @@
 
 namespace marco {
 
+/// The way of a base whose wheels rolled so far: an arc, seen from its begin.
+Pose2 rolled(double left_m, double right_m, double track_m);
+
 /// Odometry of a base that tells only the ticks of its wheels.
 class TickOdometry {
  public:

@@ -153,7 +153,8 @@ bool SensorSynchronizer::is_complete(const WaitingScan& waiting) const {
   if (!state_.odometry.covers(waiting.at(), duration_s, patience_s)) return false;
   if (info->mount != SensorInfo::Mount::pantilt) return true;
   const Utime last_beam = waiting.repaired + Duration::from_seconds(duration_s);
-  return state_.pantilt.empty() || state_.pantilt.reaches(last_beam) ||
+  if (state_.pantilt.empty()) return state_.pantilt_is_silent;
+  return state_.pantilt.reaches(last_beam) ||
          (last_beam - state_.pantilt.newest().utime).seconds() > patience_s;
 }
 
@@ -192,7 +193,10 @@ SynchronizedScan SensorSynchronizer::synchronized(WaitingScan waiting) {
     result.motion.gyro_heading_rad = heading->theta_rad;
   }
   result.robot_from_sensor = result.info.parent_from_sensor;
-  if (result.info.mount == SensorInfo::Mount::pantilt) look_up_pantilt(result);
+  if (result.info.mount == SensorInfo::Mount::pantilt) {
+    state_.pantilt_is_silent = state_.pantilt.empty();
+    look_up_pantilt(result);
+  }
   result.beam_order = std::move(waiting.beam_order);
   result.scan = std::move(waiting.scan);
   return result;
@@ -209,7 +213,11 @@ bool SensorSynchronizer::has_fixed_laser() const {
 void SensorSynchronizer::look_up_pantilt(SynchronizedScan& scan) const {
   scan.level = !has_fixed_laser();
   const SensorInfo* base = pantilt_base();
-  if (base == nullptr || state_.pantilt.empty()) return;
+  if (base == nullptr) return;
+  if (state_.pantilt.empty()) {
+    scan.robot_from_sensor = robot_from_pantilt_sensor(*base, scan.info, 0.0, 0.0);
+    return;
+  }
   const Utime first_beam = scan.motion.utime;
   const auto first = state_.pantilt.at(first_beam);
   const auto last = state_.pantilt.at(first_beam + Duration::from_seconds(scan.duration_s));

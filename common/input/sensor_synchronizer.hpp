@@ -72,6 +72,7 @@ struct SynchronizerState {
   std::deque<WaitingScan> waiting;
   Utime newest;                     ///< the last scan's repaired stamp
   bool odometry_restarted = false;  ///< and no scan has come since
+  bool pantilt_is_silent = false;   ///< it was waited for in vain
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -85,6 +86,7 @@ struct SynchronizerState {
     v("waiting", waiting);
     v("newest", newest);
     v("odometry_restarted", odometry_restarted);
+    v("pantilt_is_silent", pantilt_is_silent);
   }
 };
 

@@ -251,6 +251,21 @@ CloudMessage decode_cloud(const Message& message) {
   return cloud;
 }
 
+JointStateMessage decode_joints(const Message& message) {
+  WireReader in = reader_of(message);
+  JointStateMessage joints;
+  joints.header = read_header(in);
+  joints.names.resize(in.count_of(4));
+  for (std::string& name : joints.names) name = in.string();
+  joints.positions_rad = in.sequence<double>();
+  for (int rest = 0; rest < 2; ++rest) in.sequence<double>();  // velocity, effort
+  in.finish();
+  const std::size_t both = std::min(joints.names.size(), joints.positions_rad.size());
+  joints.names.resize(both);
+  joints.positions_rad.resize(both);
+  return joints;
+}
+
 Use use_of(const Topic& topic) {
   constexpr std::array<std::pair<std::string_view, Use>, 15> kUses{
       {{"sensor_msgs/LaserScan", Use::scan},
@@ -267,7 +282,7 @@ Use use_of(const Topic& topic) {
        {"geometry_msgs/PoseWithCovarianceStamped", Use::pose},
        {"geometry_msgs/TransformStamped", Use::pose},
        {"foxglove.PoseInFrame", Use::pose},
-       {"geometry_msgs/PointStamped", Use::none}}};
+       {"sensor_msgs/JointState", Use::joints}}};
   const bool is_readable = topic.encoding == "ros1" || topic.encoding == "cdr" ||
                            (topic.encoding == "json" && topic.type.starts_with("foxglove."));
   const auto found = std::find_if(kUses.begin(), kUses.end(),

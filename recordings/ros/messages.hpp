@@ -49,6 +49,13 @@ struct PoseMessage {
   Pose3 pose = Pose3::Identity();
 };
 
+/// Positions of joints; those without one are left out.
+struct JointStateMessage {
+  Header header;
+  std::vector<std::string> names;
+  std::vector<double> positions_rad;  ///< one a name; [m] of a joint that slides
+};
+
 /// A cloud's points that are finite, in their order.
 struct CloudMessage {
   Header header;
@@ -64,9 +71,10 @@ std::vector<TransformMessage> decode_transforms(const Message& message);
 ImuMessage decode_imu(const Message& message);
 PoseMessage decode_pose(const Message& message);
 CloudMessage decode_cloud(const Message& message);
+JointStateMessage decode_joints(const Message& message);
 
 /// What a topic's type is good for.
-enum class Use : uint8_t { none, scan, cloud, odometry, transforms, imu, pose };
+enum class Use : uint8_t { none, scan, cloud, odometry, transforms, imu, pose, joints };
 Use use_of(const Topic& topic);
 
 /// A rotation of quaternions that are nearly of unit length, as tf accepts them; false for others.

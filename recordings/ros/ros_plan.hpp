@@ -7,15 +7,11 @@
 
 #include "common/samples.hpp"
 #include "recordings/foreign.hpp"
+#include "recordings/ros/joint_choice.hpp"
 #include "recordings/ros/ros_survey.hpp"
+#include "recordings/ros/sensor_mounts.hpp"
 
 namespace marco::ros {
-
-/// A joint between the robot and a laser, as a transform that moves.
-struct Joint {
-  std::string parent, child;  ///< frames
-  bool is_pan = false;        ///< about z; else it tilts, about y
-};
 
 /// A laser that is used.
 struct LaserPlan {
@@ -29,18 +25,26 @@ struct LaserPlan {
 
 /// What is taken from a recording of ROS messages, and as what.
 struct RosPlan {
-  std::vector<LaserPlan> lasers;  ///< the first one's clock is the recording's
-  std::vector<Joint> joints;      ///< of a pan-tilt
+  std::vector<LaserPlan> lasers;                ///< the first one's clock is the recording's
+  std::vector<Joint> joints;                    ///< of a pan-tilt, by tf
+  std::optional<PanTiltJoints> pantilt_joints;  ///< the same by joint states
   std::optional<SensorInfo> pantilt;
-  std::string base_frame;       ///< "" where the laser is the robot
-  std::string odometry_topic;   ///< "" none
-  std::string odometry_parent;  ///< of the transform that is odometry where there is no topic
+  std::string base_frame;             ///< "" where the laser is the robot
+  std::string odometry_topic;         ///< "" none
+  std::string odometry_parent;        ///< of the transform that is odometry where there is no topic
+  std::optional<WheelJoints> wheels;  ///< that are odometry where there is neither
   std::string imu_topic;
   Pose3 base_from_imu = Pose3::Identity();
   double rad_per_imu_unit = 1.0;  ///< of its rates
   std::string truth_topic;
   std::map<std::string, int64_t> shift_ns;  ///< added to a topic's stamps: to the laser's clock
   std::vector<std::string> notes;           ///< what was decided, a sentence each
+
+  /// Adds to the notes in the style of printf.
+  [[gnu::format(printf, 2, 3)]] void note(const char* format, ...);
+  bool uses_laser(const std::string& topic) const;
+  /// Whether it is a topic of joint states that is read.
+  bool uses_joints(const std::string& topic) const;
 };
 
 /// @throws std::invalid_argument "no laser: ..." with what there is instead.

@@ -6,6 +6,7 @@
 
 #include "common/pose3.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "recordings/foreign_messages.hpp"
 #include "recordings/ros/ros_scan.hpp"
 
 namespace marco::ros {
@@ -24,9 +25,10 @@ bool RosSamples::wants(const Topic& topic) const {
   const bool is_laser =
       std::any_of(plan_.lasers.begin(), plan_.lasers.end(),
                   [&topic](const LaserPlan& laser) { return laser.topic == topic.name; });
-  return is_laser || (!topic.name.empty() &&
-                      (topic.name == plan_.odometry_topic || topic.name == plan_.imu_topic ||
-                       topic.name == plan_.truth_topic));
+  return is_laser || plan_.uses_joints(topic.name) ||
+         (!topic.name.empty() &&
+          (topic.name == plan_.odometry_topic || topic.name == plan_.imu_topic ||
+           topic.name == plan_.truth_topic));
 }
 
 std::vector<Sample> RosSamples::take(const Message& message) {
@@ -40,6 +42,8 @@ std::vector<Sample> RosSamples::take(const Message& message) {
     take_odometry(message);
   } else if (topic == plan_.imu_topic) {
     take_imu(message);
+  } else if (plan_.uses_joints(topic)) {
+    take_joints(message);
   } else if (topic == plan_.truth_topic) {
     take_truth(message);
   } else {
@@ -127,6 +131,46 @@ void RosSamples::take_joint(const TransformMessage& transform, const Message& me
     state.tilt_rad = std::asin(std::clamp(turn(2, 0), -1.0, 1.0));
     samples_.emplace_back(state);
   }
+}
+
+void RosSamples::take_joints(const Message& message) {
+  const JointStateMessage joints = decode_joints(message);
+  const Utime utime = stamp_of(joints.header, message, message.topic->name);
+  if (plan_.pantilt_joints && plan_.pantilt_joints->topic == message.topic->name) {
+    bool is_told = false;
+    for (std::size_t i = 0; i < joints.names.size(); ++i) {
+      const bool pans = joints.names[i] == plan_.pantilt_joints->pan;
+      const bool tilts = joints.names[i] == plan_.pantilt_joints->tilt;
+      // About y, to the left: what tilts by a positive angle looks down.
+      if (pans) pantilt_.pan_rad = joints.positions_rad[i];
+      if (tilts) pantilt_.tilt_rad = -joints.positions_rad[i];
+      is_told = is_told || pans || tilts;
+    }
+    pantilt_.utime = utime;
+    require(std::isfinite(pantilt_.pan_rad + pantilt_.tilt_rad), "angle that is not finite");
+    if (is_told) samples_.emplace_back(pantilt_);
+  }
+  if (plan_.wheels && plan_.wheels->topic == message.topic->name) take_wheels(joints, utime);
+}
+
+void RosSamples::take_wheels(const JointStateMessage& joints, Utime utime) {
+  const auto angle_of = [&joints](const std::string& name) {
+    const auto found = std::find(joints.names.begin(), joints.names.end(), name);
+    return found == joints.names.end()
+               ? std::nan("")
+               : joints.positions_rad[static_cast<std::size_t>(found - joints.names.begin())];
+  };
+  const Eigen::Vector2d wheels_rad(angle_of(plan_.wheels->left), angle_of(plan_.wheels->right));
+  if (wheels_rad.array().isNaN().any()) return;  // other joints of the robot
+  require(wheels_rad.allFinite(), "angle that is not finite");
+  const Eigen::Vector2d turned_rad = wheels_rad - wheels_rad_.value_or(wheels_rad);
+  wheels_rad_ = wheels_rad;
+  const Eigen::Vector2d way_m = options_.wheel_radius_m * turned_rad;
+  odom_from_robot_ = odom_from_robot_ * rolled(way_m.x(), way_m.y(), options_.wheel_track_m);
+  OdometrySample sample;
+  sample.utime = utime;
+  sample.odom_from_robot = odom_from_robot_;
+  samples_.emplace_back(sample);
 }
 
 void RosSamples::take_imu(const Message& message) {

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "recordings/foreign.hpp"
 #include "recordings/ros/message_source.hpp"
+#include "recordings/ros/messages.hpp"
 #include "recordings/ros/ros_plan.hpp"
 
 namespace marco::ros {
@@ -29,6 +31,8 @@ class RosSamples {
   void take_odometry(const Message& message);
   void take_transform(const TransformMessage& transform, const Message& message);
   void take_joint(const TransformMessage& transform, const Message& message);
+  void take_joints(const Message& message);
+  void take_wheels(const JointStateMessage& joints, Utime utime);
   void take_imu(const Message& message);
   void take_truth(const Message& message);
 
@@ -36,6 +40,9 @@ class RosSamples {
   RosOptions options_;
   bool announced_ = false;
   Utime last_transform_, last_joint_;
+  PanTiltState pantilt_;                       // by joint states
+  std::optional<Eigen::Vector2d> wheels_rad_;  // left, right
+  Pose2 odom_from_robot_;                      // by the wheels
   std::vector<Sample> samples_;
 };
 

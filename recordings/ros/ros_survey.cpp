@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/pose2.hpp"
+#include "recordings/no_return_range.hpp"
 #include "recordings/ros/wire_reader.hpp"
 
 namespace marco::ros {
@@ -18,6 +19,7 @@ struct Running {
   std::optional<int64_t> stamp_ns;
   std::vector<double> periods_s;
   std::optional<Pose2> pose;
+  std::optional<NoReturnRange> no_return;
 };
 
 double median(std::vector<double> values) {
@@ -38,7 +40,11 @@ class Surveyor {
       SurveyedTopic& seen = topic_of(*topic);
       if (seen.use == Use::none) seen.count += std::max<int64_t>(0, topic->messages);
     }
-    for (auto& [name, topic] : survey_.topics) topic.period_s = median(running_[name].periods_s);
+    for (auto& [name, topic] : survey_.topics) {
+      const Running& running = running_[name];
+      topic.period_s = median(running.periods_s);
+      if (running.no_return) topic.no_return_m = running.no_return->range_m(0.0);
+    }
     return std::move(survey_);
   }
 
@@ -81,12 +87,13 @@ class Surveyor {
         topic.fastest_turn = std::max(topic.fastest_turn, turn);
         return note_header(imu.header, message, topic);
       }
-        return note_header(decode_imu(message).header, message, topic);
       case Use::pose: {
         const PoseMessage pose = decode_pose(message);
         follow(pose.pose, topic);
         return note_header(pose.header, message, topic);
       }
+      case Use::joints:
+        return look_at(decode_joints(message), message, topic);
       case Use::none:
         return;
     }
@@ -96,6 +103,22 @@ class Surveyor {
     note_header(scan.header, message, topic);
     topic.beams = std::max(topic.beams, scan.ranges.size());
     if (topic.first_scan.ranges.empty()) topic.first_scan = scan;
+    std::optional<NoReturnRange>& no_return = running_[topic.name].no_return;
+    if (!no_return) no_return.emplace();
+    no_return->add(scan.ranges);
+  }
+
+  void look_at(const JointStateMessage& joints, const Message& message, SurveyedTopic& topic) {
+    constexpr std::size_t kMostJoints = 200;
+    note_header(joints.header, message, topic);
+    for (std::size_t i = 0; i < joints.positions_rad.size(); ++i) {
+      const double angle_rad = joints.positions_rad[i];
+      if (!std::isfinite(angle_rad) || topic.joints.size() >= kMostJoints) continue;
+      const auto [joint, is_new] =
+          topic.joints.try_emplace(joints.names[i], SurveyedJoint{angle_rad, angle_rad});
+      joint->second.least_rad = std::min(joint->second.least_rad, angle_rad);
+      joint->second.most_rad = std::max(joint->second.most_rad, angle_rad);
+    }
   }
 
   void look_at(const CloudMessage& cloud, const Message& message, SurveyedTopic& topic) {
@@ -155,6 +178,14 @@ class Surveyor {
 };
 
 }  // namespace
+
+std::string RosSurvey::contents() const {
+  std::string text = "it holds";
+  for (const auto& [name, topic] : topics) {
+    text += (text == "it holds" ? " " : ", ") + name + " (" + topic.type + ")";
+  }
+  return text == "it holds" ? "it holds no messages" : text;
+}
 
 RosSurvey survey(MessageSource& source) { return Surveyor(source).run(); }
 

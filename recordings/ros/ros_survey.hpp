@@ -10,6 +10,11 @@
 
 namespace marco::ros {
 
+/// The angles of a joint over a recording.
+struct SurveyedJoint {
+  double least_rad = 0.0, most_rad = 0.0;
+};
+
 /// What a first pass tells of a topic.
 struct SurveyedTopic {
   std::string name, type;
@@ -25,16 +30,27 @@ struct SurveyedTopic {
   double turned_rad = 0.0;
   LaserScanMessage first_scan;  ///< without ranges but for their number
   std::size_t beams = 0;
-  double fastest_turn = 0.0;  ///< of a gyroscope, in its unit
-  bool is_flat = true;        ///< of a cloud: all points in the plane of its frame
+  /// Of scans: this range [m] and more piles up, so that it is no return; 0: none does.
+  double no_return_m = 0.0;
+  std::map<std::string, SurveyedJoint> joints;  ///< by name
+  double fastest_turn = 0.0;                    ///< of a gyroscope, in its unit
+  bool is_flat = true;  ///< of a cloud: all points in the plane of its frame
 };
 
 struct RosSurvey {
+  /// "it holds /scan (sensor_msgs/LaserScan), ...".
+  std::string contents() const;
+
   std::map<std::string, SurveyedTopic> topics;  ///< by name
   TransformTree tree;
   /// As SurveyedTopic::least_delay_s, of each transform by child and parent.
   std::map<std::pair<std::string, std::string>, double> transform_delay_s;
 };
+
+/// For a note.
+inline const char* name_or_none(const std::string& frame) {
+  return frame.empty() ? "(no frame)" : frame.c_str();
+}
 
 /// Reads the whole recording once, but for pictures and the like.
 RosSurvey survey(MessageSource& source);

@@ -24,7 +24,7 @@ struct Reason {
     surprising_loop,  ///< a loop in force that all the rest contradicts
     weak_joint,       ///< a step that neither the scans nor the odometry know well
     odometry_break,   ///< a stretch over which map and odometry part
-    unmatched_scans,  ///< too few of the scans lie on the map
+    unmatched_scans,  ///< too few of the scans lie on the map, or could
     disagreement      ///< scans laid on each other, and steps and loops, give two different maps
   };
 
@@ -53,6 +53,7 @@ struct DoctorFigures {
   double joint_m = 0.0;        ///< standard deviation of a step
   double joint_deg = 0.0;
   double unmatched = 0.0;         ///< part of the scans that were not laid on the map
+  double blind = 0.0;             ///< part of the scans that saw too little to be matched
   double disagreement_m = 0.0;    ///< of the map with its pose graph, at most
   bool has_odometry = false;      ///< one that moves
   double odometry_sigmas = 0.0;   ///< of the worst break
@@ -76,6 +77,7 @@ struct DoctorFigures {
     v("joint_m", joint_m);
     v("joint_deg", joint_deg);
     v("unmatched", unmatched);
+    v("blind", blind);
     v("disagreement_m", disagreement_m);
     v("has_odometry", has_odometry);
     v("odometry_sigmas", odometry_sigmas);

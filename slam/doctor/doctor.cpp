@@ -76,17 +76,10 @@ void examine_odometry(const MapEvidence& map, Diagnosis& diagnosis) {
   }
 }
 
-// Of 137 good simulated maps two left more than 12 % unmatched, 25 and 30 %; of 75 wrong ones 23
-// left more than 20 %, and 12 more than half.
-void examine_matches(const MapEvidence& map, Diagnosis& diagnosis) {
-  constexpr double kMany = 0.2, kMost = 0.5;
-  if (map.scans == 0) return;
-  double& unmatched = diagnosis.figures.unmatched;
-  unmatched = 1.0 - static_cast<double>(map.matched_scans) / map.scans;
-  if (unmatched < kMany) return;
+Reason reason_of_scans(const MapEvidence& map, Verdict verdict, double part, const char* what) {
   Reason reason;
   reason.cause = Reason::Cause::unmatched_scans;
-  reason.verdict = unmatched < kMost ? Verdict::doubtful : Verdict::wrong;
+  reason.verdict = verdict;
   for (const RecordedPath& recorded : map.paths) {
     if (recorded.path.empty()) continue;
     if (reason.to.us == 0) {
@@ -96,10 +89,34 @@ void examine_matches(const MapEvidence& map, Diagnosis& diagnosis) {
     reason.to = recorded.path.back().utime;
   }
   char text[100];
-  std::snprintf(text, sizeof text, "%.0f %% of the scans were not found on the map",
-                100.0 * unmatched);
+  std::snprintf(text, sizeof text, "%.0f %% of the scans %s", 100.0 * part, what);
   reason.why = text;
-  diagnosis.reasons.push_back(std::move(reason));
+  return reason;
+}
+
+// What sees nothing says nothing against the map; but most of the path does not come from scans.
+void examine_blindness(const MapEvidence& map, Diagnosis& diagnosis) {
+  constexpr double kMost = 0.5;
+  if (map.blind_scans == 0) return;
+  double& blind = diagnosis.figures.blind;
+  blind = static_cast<double>(map.blind_scans) / (map.scans + map.blind_scans);
+  if (blind < kMost) return;
+  diagnosis.reasons.push_back(reason_of_scans(map,
+                                              map.keys.empty() ? Verdict::wrong : Verdict::doubtful,
+                                              blind, "saw too little to be found on the map"));
+}
+
+// Of 137 good simulated maps two left more than 12 % unmatched, 25 and 30 %; of 75 wrong ones 23
+// left more than 20 %, and 12 more than half.
+void examine_matches(const MapEvidence& map, Diagnosis& diagnosis) {
+  constexpr double kMany = 0.2, kMost = 0.5;
+  if (map.scans == 0) return;
+  double& unmatched = diagnosis.figures.unmatched;
+  unmatched = 1.0 - static_cast<double>(map.matched_scans) / map.scans;
+  if (unmatched < kMany) return;
+  diagnosis.reasons.push_back(
+      reason_of_scans(map, unmatched < kMost ? Verdict::doubtful : Verdict::wrong, unmatched,
+                      "were not found on the map"));
 }
 
 // Of 75 good simulated maps none had two kinds of reasons, of 29 wrong ones 16.
@@ -125,6 +142,7 @@ Diagnosis examine(const MapEvidence& map) {
   Diagnosis diagnosis;
   examine_visits(map, diagnosis);
   examine_matches(map, diagnosis);
+  examine_blindness(map, diagnosis);
   examine_odometry(map, diagnosis);
   examine_graph(map, diagnosis);
   std::stable_sort(diagnosis.reasons.begin(), diagnosis.reasons.end(),

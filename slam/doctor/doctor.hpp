@@ -21,8 +21,9 @@ struct MapEvidence {
   std::vector<PoseGraphEdge> edges;  ///< none where the map is made without a pose graph
   std::vector<Loop> loops;           ///< one a loop edge, in their order
   std::vector<RecordedPath> paths;
-  int scans = 0;          ///< level ones that got a pose; 0 of a line SLAM
+  int scans = 0;          ///< level ones that got a pose and could be matched; 0 of a line SLAM
   int matched_scans = 0;  ///< of them, those that were laid on the map
+  int blind_scans = 0;    ///< level ones that got a pose and saw too little to be matched
 };
 
 /// Finds out whether a map is to be believed, without truth: by what its own scans, loops and

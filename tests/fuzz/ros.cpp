@@ -56,6 +56,9 @@ MARCO_FUZZ(ros_messages) {
           case ros::Use::pose:
             ros::decode_pose(*message);
             break;
+          case ros::Use::joints:
+            ros::decode_joints(*message);
+            break;
           case ros::Use::none:
             break;
         }

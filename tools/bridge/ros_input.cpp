@@ -58,6 +58,7 @@ bool RosInput::is_used(const ros::Topic& topic) const {
     case ros::Use::odometry:
     case ros::Use::transforms:
     case ros::Use::imu:
+    case ros::Use::joints:
       return true;
     case ros::Use::cloud:
       return topic.name == options_.laser;

@@ -217,6 +217,33 @@ TEST_F(SensorSynchronizerTest, AScanOnThePanTiltHasTheAnglesOfBothBeamsAndIsLeve
   EXPECT_FALSE(scans[0].level);
 }
 
+// A recorder starts the pan-tilt's driver after the laser's.
+TEST_F(SensorSynchronizerTest, TheFirstScansOnThePanTiltWaitForItsFirstAngles) {
+  announce(channels::kLidar, SensorInfo::Mount::pantilt);
+  announce(channels::kPanTiltState);
+  scan(0.0);
+  scan(0.1);
+  EXPECT_TRUE(take().empty());
+  pantilt(0.15, 0.0, 0.3);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 2U);
+  EXPECT_FALSE(scans[0].level);
+  EXPECT_FALSE(scans[0].angles_known);
+}
+
+TEST_F(SensorSynchronizerTest, OnASilentPanTiltTheLaserIsWhereItIsAtAnglesOfZero) {
+  announce(channels::kLidar, SensorInfo::Mount::pantilt);
+  SensorInfo base;
+  base.channel = channels::kPanTiltState;
+  base.parent_from_sensor.translation().x() = 0.5;
+  input_.add(base);
+  for (const double seconds : {0.0, 0.3, 0.6}) scan(seconds);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 3U);  // and none that comes waits any more
+  EXPECT_TRUE(scans[0].level);
+  EXPECT_NEAR(scans[0].robot_from_sensor.translation().x(), 0.5, 1e-12);
+}
+
 TEST_F(SensorSynchronizerTest, OfALaserOnTwoChannelsTheRawScansAreUsedAndEachOnce) {
   // The planar message comes first; raw ones come until 2 s; planar ones after that.
   for (int i = 0; i < 60; ++i) {

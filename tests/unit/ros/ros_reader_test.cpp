@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <random>
 
 #include "tests/support/recorded.hpp"
 #include "tests/support/ros_wire.hpp"
@@ -63,6 +65,15 @@ class Robot {
     out.number(uint32_t{1}).header(stamp_s, parent).text(child);
     write(out, pose);
     source_->add(topic, "tf2_msgs/TFMessage", stamp_s + late_s, out.bytes());
+  }
+  void joints(double stamp_s, const std::map<std::string, double>& positions_rad) {
+    RosWriter out(kForm);
+    out.header(stamp_s, "").number(static_cast<uint32_t>(positions_rad.size()));
+    for (const auto& [name, position] : positions_rad) out.text(name);
+    out.number(static_cast<uint32_t>(positions_rad.size()));
+    for (const auto& [name, position] : positions_rad) out.number(position);
+    out.number(uint32_t{0}).number(uint32_t{0});
+    source_->add("/joint_states", "sensor_msgs/JointState", stamp_s + late_s, out.bytes());
   }
   void imu(double stamp_s, double yaw_rate) {
     RosWriter out(kForm);
@@ -193,6 +204,88 @@ TEST(RosReader, ANoddingLaserIsOnAPanTiltAndAFixedOneLeads) {
   EXPECT_EQ(recorded.scans.at(0).channel, "LIDAR");
   ASSERT_EQ(recorded.pantilt.size(), 20U);
   EXPECT_NEAR(recorded.pantilt[3].tilt_rad, -0.3 * std::sin(1.5), 1e-9);  // looks up: positive
+}
+
+// Its joint is not in tf.
+TEST(RosReader, ATiltingLaserIsTurnedByItsJointState) {
+  Robot robot;
+  robot.transform(1.0, "base_link", "tilting", make_pose3({0.4, 0, 0.6}));
+  for (int i = 0; i < 20; ++i) {
+    robot.joints(1.0 + 0.1 * i, {{"laser_tilt_joint", 0.02 * i}, {"wheel_left_joint", 1.0 * i}});
+    robot.scan(1.0 + 0.1 * i, {.frame = "tilting"});
+  }
+  const Recorded recorded = robot.recorded();
+  ASSERT_EQ(recorded.infos.size(), 2U);
+  EXPECT_NEAR(recorded.infos[0].parent_from_sensor.translation().z(), 0.6, 1e-9);
+  EXPECT_EQ(recorded.infos[1].mount, SensorInfo::Mount::pantilt);
+  EXPECT_NEAR(recorded.infos[1].parent_from_sensor.translation().norm(), 0.0, 1e-9);
+  ASSERT_EQ(recorded.pantilt.size(), 20U);
+  EXPECT_NEAR(recorded.pantilt[5].tilt_rad, -0.1, 1e-12);  // what looks up is positive
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("its pan-tilt is laser_tilt_joint of")));
+}
+
+// It moves a camera.
+TEST(RosReader, AJointThatIsNotTheLasersIsNotItsPanTilt) {
+  Robot robot;
+  for (int i = 0; i < 20; ++i) {
+    robot.joints(1.0 + 0.1 * i, {{"camera_tilt_joint", 0.02 * i}});
+    robot.scan(1.0 + 0.1 * i);
+  }
+  const Recorded recorded = robot.recorded();
+  ASSERT_EQ(recorded.infos.size(), 1U);
+  EXPECT_TRUE(recorded.pantilt.empty());
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("not used: /joint_states")));
+}
+
+TEST(RosReader, WheelsAreOdometryWhereTheirSizeIsKnown) {
+  const auto drive = [](const RosOptions& options) {
+    Robot robot;
+    for (int i = 0; i <= 20; ++i) {
+      // A quarter of a turn to the left, about a point 0.5 m beside the robot.
+      robot.joints(1.0 + 0.1 * i,
+                   {{"wheel_left_joint", 7.0 + 0.1 * i}, {"wheel_right_joint", 0.15 * i}});
+      robot.scan(1.0 + 0.1 * i);
+    }
+    return robot.recorded(options);
+  };
+  EXPECT_THAT(drive({}).report.notes, Contains(HasSubstr("ros.wheel_radius_m and")));
+  RosOptions options;
+  options.wheel_radius_m = std::numbers::pi / 10.0;
+  options.wheel_track_m = 0.2;
+  const Recorded recorded = drive(options);
+  ASSERT_EQ(recorded.odometry.size(), 21U);
+  const Pose2& end = recorded.odometry.back().odom_from_robot;
+  EXPECT_NEAR(end.theta_rad, std::numbers::pi / 2.0, 1e-9);
+  EXPECT_NEAR(end.x_m, 0.5, 0.02);  // in steps of 4.5 deg
+  EXPECT_NEAR(end.y_m, 0.5, 0.02);
+}
+
+// As simulators do it: noise is added to what returned nothing, and cut off at the limit.
+TEST(RosReader, RangesThatPileUpAtTheLimitAreNoReturn) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> wall_m(1.0F, 6.0F);
+  std::normal_distribution<float> noise_m(0.0F, 0.01F);
+  Robot robot;
+  for (int i = 0; i < 50; ++i) {
+    ScanShape shape;
+    shape.ranges_m.clear();
+    for (int beam = 0; beam < 180; ++beam) {
+      shape.ranges_m.push_back(beam % 3 == 0 ? std::min(10.0F, 10.0F + noise_m(random))
+                                             : wall_m(random));
+    }
+    robot.scan(1.0 + 0.1 * i, shape);
+  }
+  const Recorded recorded = robot.recorded();
+  EXPECT_LT(recorded.infos.at(0).range_max_m, 9.97);
+  EXPECT_GT(recorded.infos.at(0).range_max_m, 9.5);
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("taken for no return")));
+}
+
+// A robot that stands sees the same walls again and again.
+TEST(RosReader, WallsThatPileUpBelowTheLimitStay) {
+  Robot robot;
+  for (int i = 0; i < 50; ++i) robot.scan(1.0 + 0.1 * i);
+  EXPECT_EQ(robot.recorded().infos.at(0).range_max_m, 10.0);
 }
 
 TEST(RosReader, GyroscopesInDegreesAreRecognised) {

@@ -61,6 +61,21 @@ TEST(Doctor, ScansThatAreNotFoundOnTheMapSpeakAgainstIt) {
   EXPECT_EQ(diagnosis.reasons[0].to, rounds.map.keys.back().utime);
 }
 
+// A laser that sees 5 m, in a hall: wheels alone carry the path.
+TEST(Doctor, ScansThatSeeNothingAreNoneThatContradict) {
+  TwoRounds rounds;
+  rounds.map.scans = rounds.map.matched_scans = 60;
+  rounds.map.blind_scans = 40;
+  EXPECT_EQ(examine(rounds.map).verdict, Verdict::good);
+  rounds.map.blind_scans = 140;
+  const Diagnosis diagnosis = examine(rounds.map);
+  EXPECT_EQ(diagnosis.verdict, Verdict::doubtful);
+  EXPECT_NEAR(diagnosis.figures.blind, 0.7, 1e-12);
+  MapEvidence nothing;
+  nothing.blind_scans = 100;
+  EXPECT_EQ(examine(nothing).verdict, Verdict::wrong);
+}
+
 TEST(Doctor, TwoKindsOfReasonsMakeAMapWrong) {
   TwoRounds rounds;
   rounds.map.scans = 100;

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "recordings/ros/ros_plan.hpp"
+
+namespace marco::ros {
+
+/// The lasers of a recording, the one that leads first.
+/// @throws std::invalid_argument "no laser: ..." with what there is instead.
+std::vector<const SurveyedTopic*> lasers_by_merit(const RosSurvey& survey,
+                                                  const RosOptions& options);
+
+/// Places a laser on the robot by its frames and joints, and adds it to the plan, or a note why it
+/// is passed over.
+void add_laser(const RosSurvey& survey, const SurveyedTopic& laser, RosPlan& plan);
+
+}  // namespace marco::ros

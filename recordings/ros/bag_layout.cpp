@@ -141,6 +141,7 @@ class BagLayoutReader {
         at = next_chunk_after(at);
         continue;
       }
+      layout_.damage.is_cut_off = layout_.damage.is_cut_off || record->end() > file_.size();
       switch (record->op) {
         case BagOp::chunk:
           at = take_chunk(*record);

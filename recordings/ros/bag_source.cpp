@@ -19,7 +19,8 @@ class BagSource : public MessageSource {
         file_(path),
         layout_(read_bag_layout(file_, path_)),
         topics_(layout_.connections),
-        damage_(layout_.damage) {
+        damage_(layout_.damage),
+        notes_(layout_.notes) {
     time_chunks();
     count_messages();
     rewind();
@@ -62,7 +63,7 @@ class BagSource : public MessageSource {
     return topics;
   }
   const Damage& damage() const override { return damage_; }
-  const std::vector<std::string>& notes() const override { return layout_.notes; }
+  const std::vector<std::string>& notes() const override { return notes_; }
   double progress() const override { return merge_->progress(); }
 
  private:
@@ -112,8 +113,9 @@ class BagSource : public MessageSource {
       loaded.bytes = chunk.compression == "none"
                          ? std::move(raw)
                          : decompressed(chunk.compression, raw, chunk.plain_size);
-    } catch (const std::invalid_argument&) {
+    } catch (const std::invalid_argument& fault) {
       note_damage(index, chunk.place.size);
+      note_once(notes_, std::string("damaged chunks: ") + fault.what());
       return loaded;
     }
     std::size_t at = 0;
@@ -157,6 +159,7 @@ class BagSource : public MessageSource {
   std::map<uint32_t, Topic> topics_;  // nodes: messages point to them
   std::function<bool(const Topic&)> is_wanted_;
   Damage damage_;
+  std::vector<std::string> notes_;
   std::set<std::size_t> counted_damage_;  // chunks
   std::vector<std::size_t> used_;         // chunks that are read
   std::unique_ptr<ChunkMerge> merge_;

@@ -8,6 +8,7 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/readable.hpp"
 #include "recordings/ros/compression.hpp"
+#include "recordings/ros/db3_pages.hpp"
 
 namespace marco::ros {
 namespace {
@@ -23,7 +24,7 @@ class Rows {
  public:
   Rows(sqlite3* database, const std::string& query) {
     sqlite3_stmt* raw = nullptr;
-    sqlite3_prepare_v2(database, query.c_str(), -1, &raw, nullptr);
+    status_ = sqlite3_prepare_v2(database, query.c_str(), -1, &raw, nullptr);
     statement_.reset(raw);
   }
   bool is_valid() const { return statement_ != nullptr; }
@@ -32,7 +33,9 @@ class Rows {
     status_ = sqlite3_step(statement_.get());
     return status_ == SQLITE_ROW;
   }
-  bool is_broken() const { return status_ != SQLITE_ROW && status_ != SQLITE_DONE; }
+  bool is_broken() const {
+    return status_ != SQLITE_OK && status_ != SQLITE_ROW && status_ != SQLITE_DONE;
+  }
   int64_t integer(int column) const { return sqlite3_column_int64(statement_.get(), column); }
   std::span<const uint8_t> blob(int column) const {
     const auto* data = static_cast<const uint8_t*>(sqlite3_column_blob(statement_.get(), column));
@@ -45,7 +48,7 @@ class Rows {
 
  private:
   std::unique_ptr<sqlite3_stmt, DatabaseCloser> statement_;
-  int status_ = SQLITE_ROW;
+  int status_ = SQLITE_OK;
 };
 
 // As sqlite's URIs want it.
@@ -70,6 +73,8 @@ Database opened(const std::filesystem::path& path) {
   const std::string uri =
       "file:" + escaped(std::filesystem::absolute(path).string()) + "?immutable=1";
   sqlite3_open_v2(uri.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+  // Else it reads nothing of a file that is cut off.
+  sqlite3_exec(raw, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
   return Database(raw);
 }
 
@@ -79,7 +84,10 @@ class Db3Source : public MessageSource {
       : path_(path.string()), database_(opened(path)) {
     require(Rows(database_.get(), "SELECT topic_id, timestamp, data FROM messages").is_valid() &&
                 read_topics(),
-            path_ + ": is no recording of rosbag2: the database has no topics and messages");
+            path_ +
+                ": is no recording of rosbag2, or its beginning is damaged: no topics and "
+                "messages (" +
+                sqlite3_errmsg(database_.get()) + ")");
     read_definitions();
     note_wal();
     rewind();
@@ -94,22 +102,12 @@ class Db3Source : public MessageSource {
   }
 
   std::optional<Message> next() override {
-    while (rows_->next()) {
+    while (next_row()) {
       ++given_;
-      const auto topic = topics_.find(rows_->integer(0));
+      const auto topic = topics_.find(row_.topic);
       if (topic == topics_.end()) continue;
-      const int64_t time_ns = rows_->integer(1);
-      std::span<const uint8_t> bytes = rows_->blob(2);
-      if (is_zstd(bytes)) {  // CDR begins with a zero
-        plain_ = decompressed_zstd(bytes);
-        bytes = plain_;
-      }
-      return Message{&topic->second, time_ns, time_ns, bytes};
-    }
-    if (rows_->is_broken() && damage_.places == 0) {
-      damage_.places = 1;
-      damage_.is_cut_off = true;
-      notes_.push_back(std::string("the database is damaged: ") + sqlite3_errmsg(database_.get()));
+      if (is_zstd(row_.data)) row_.data = decompressed_zstd(row_.data);  // CDR begins with a zero
+      return Message{&topic->second, row_.time_ns, row_.time_ns, row_.data};
     }
     return std::nullopt;
   }
@@ -118,14 +116,14 @@ class Db3Source : public MessageSource {
     std::string wanted;
     for (const auto& [id, topic] : topics_) {
       if (is_wanted_ && !is_wanted_(topic)) continue;
-      if (!wanted.empty()) wanted += ',';
-      wanted += std::to_string(id);
+      wanted += (wanted.empty() ? "" : ",") + std::to_string(id);
     }
     // With its index on timestamps sqlite need not sort.
     rows_.emplace(database_.get(),
-                  "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN (" + wanted +
-                      ") ORDER BY timestamp, id");
+                  "SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN (" +
+                      wanted + ") ORDER BY timestamp, id");
     given_ = 0;
+    pages_.reset();
     damage_ = {};
   }
 
@@ -143,6 +141,37 @@ class Db3Source : public MessageSource {
   }
 
  private:
+  bool next_row() {
+    if (!pages_) {
+      if (rows_->next()) {
+        const auto data = rows_->blob(3);
+        row_ = {
+            rows_->integer(0), rows_->integer(1), rows_->integer(2), {data.begin(), data.end()}};
+        given_until_ = {row_.time_ns, row_.id};
+        return true;
+      }
+      if (!rows_->is_broken()) return false;
+      read_pages();
+    }
+    while (auto row = pages_->next()) {
+      const auto topic = topics_.find(row->topic);
+      const bool is_wanted = topic != topics_.end() && (!is_wanted_ || is_wanted_(topic->second));
+      const bool is_new = std::pair(row->time_ns, row->id) > given_until_;
+      if (!is_wanted || !is_new) continue;
+      row_ = std::move(*row);
+      return true;
+    }
+    return false;
+  }
+
+  // The index or a tree is damaged: from there on what the pages themselves hold.
+  void read_pages() {
+    if (given_ == 0) given_until_ = {INT64_MIN, INT64_MIN};
+    pages_.emplace(path_);
+    damage_ = {1, pages_->missing_bytes(), 0, pages_->missing_bytes() > 0};
+    note_once(notes_, std::string("the database is damaged: ") + sqlite3_errmsg(database_.get()));
+  }
+
   bool read_topics() {
     Rows topics(database_.get(), "SELECT id, name, type, serialization_format FROM topics");
     if (!topics.is_valid()) return false;
@@ -201,7 +230,9 @@ class Db3Source : public MessageSource {
   std::map<int64_t, Topic> topics_;  // nodes: messages point to them
   std::function<bool(const Topic&)> is_wanted_;
   std::optional<Rows> rows_;
-  std::vector<uint8_t> plain_;
+  std::optional<Db3Pages> pages_;  // where sqlite fails
+  Db3Row row_;
+  std::pair<int64_t, int64_t> given_until_;  // time and id, by sqlite
   int64_t messages_ = 0, given_ = 0;
   Damage damage_;
   std::vector<std::string> notes_;

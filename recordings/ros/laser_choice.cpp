@@ -8,6 +8,7 @@
 
 #include "lcm_tools/base/check.hpp"
 #include "lcmtypes/channels.hpp"
+#include "recordings/ros/ros_scan.hpp"
 
 namespace marco::ros {
 namespace {
@@ -24,8 +25,7 @@ std::string channel_of_laser(const std::string& topic, bool is_first) {
 }
 
 double sweep_rad(const SurveyedTopic& laser) {
-  return std::abs(static_cast<double>(laser.first_scan.angle_increment)) *
-         static_cast<double>(laser.beams);
+  return std::abs(beam_step_rad(laser.first_scan, laser.beams)) * static_cast<double>(laser.beams);
 }
 
 bool is_laser(const SurveyedTopic& topic) {
@@ -47,6 +47,7 @@ class LaserPlanner {
     laser_.topic = topic_.name;
     laser_.frame = topic_.frame_id;
     laser_.is_cloud = topic_.use == Use::cloud;
+    laser_.bearings = topic_.bearings;
     laser_.info.channel = channel_of_laser(topic_.name, plan_.lasers.empty());
     if (!place()) return;
     tell_ranges();
@@ -160,8 +161,7 @@ class LaserPlanner {
     // Below the told limit walls may pile up, too, where a robot stands.
     constexpr double kAtLimit = 0.95;
     const double pile_m = topic_.no_return_m;
-    const double limit_m = laser_.info.range_max_m;
-    if (!(pile_m > 0.0) || pile_m >= limit_m || (is_told && pile_m < kAtLimit * told_m)) return;
+    if (!is_told || pile_m < kAtLimit * told_m || pile_m >= told_m) return;
     laser_.info.range_max_m = pile_m;
     plan_.note("%s: ranges pile up from %.2f m on: taken for no return", topic_.name.c_str(),
                pile_m);

@@ -141,8 +141,9 @@ class McapSource : public MessageSource {
     const std::vector<uint8_t> raw = std::exchange(loaded.bytes, {});
     try {
       loaded.bytes = decompressed(chunk.compression, raw, chunk.plain_size);
-    } catch (const std::invalid_argument&) {
+    } catch (const std::invalid_argument& fault) {
       note_damage(index, raw.size());
+      note_once(notes_, std::string("damaged chunks: ") + fault.what());
       return;
     }
     if (loaded.bytes.size() < chunk.plain_size) {

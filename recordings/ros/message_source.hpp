@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -40,6 +41,11 @@ struct Damage {
   int64_t first_offset = -1;  ///< of the first, from the start of the file
   bool is_cut_off = false;    ///< the file ends within a record
 };
+
+/// A second reading says nothing again.
+inline void note_once(std::vector<std::string>& notes, const std::string& note) {
+  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+}
 
 /// The messages of a recording, whatever its container. Memory does not grow with the file.
 /// Not safe for threads.

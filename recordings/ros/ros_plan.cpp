@@ -59,19 +59,34 @@ class Planner {
   // Computers whose clocks disagree: by the delay from stamp to recorder, which else is alike.
   void align_clocks() {
     constexpr double kClocksApartS = 0.5;
-    const double laser_s = survey_.topics.at(plan_.lasers.front().topic).least_delay_s;
-    const auto align = [&](const std::string& key, const std::string& name, double delay_s) {
-      if (std::abs(delay_s - laser_s) < kClocksApartS) return;
-      plan_.shift_ns[key] = static_cast<int64_t>(std::llround(1e9 * (delay_s - laser_s)));
+    const StampDelays& laser = survey_.topics.at(plan_.lasers.front().topic).delays;
+    plan_.received_shift_ns = -std::llround(1e9 * laser.least_s());
+    const auto align = [&](const std::string& key, const std::string& name,
+                           const StampDelays& delays) {
+      if (delays.empty() || laser.empty()) return;
+      const double behind_s = delays.longer_s(laser);
+      if (std::abs(behind_s) < kClocksApartS) return;
+      plan_.shift_ns[key] = std::llround(1e9 * behind_s);
       plan_.note("the clock of %s is %.3f s %s the laser's: its stamps are moved", name.c_str(),
-                 std::abs(delay_s - laser_s), delay_s > laser_s ? "behind" : "ahead of");
+                 std::abs(behind_s), behind_s > 0.0 ? "behind" : "ahead of");
     };
     for (const auto& [name, topic] : survey_.topics) {
-      const bool is_used = is_used_sensor(name) || plan_.uses_laser(name);
-      if (is_used && topic.zero_stamps < topic.count) align(name, name, topic.least_delay_s);
+      if (is_used_sensor(name) || plan_.uses_laser(name)) align(name, name, topic.delays);
+      const bool lacks_stamps = topic.zero_stamps > 0 && topic.use != Use::transforms;
+      if (lacks_stamps && (is_used_sensor(name) || plan_.uses_laser(name))) {
+        plan_.note("%s: %lld of %lld messages are not stamped: by the time of receipt",
+                   name.c_str(), static_cast<long long>(topic.zero_stamps),
+                   static_cast<long long>(topic.count));
+      }
     }
-    const auto odometry = survey_.transform_delay_s.find({plan_.base_frame, plan_.odometry_parent});
-    if (odometry != survey_.transform_delay_s.end()) align("tf", "tf", odometry->second);
+    const auto align_transform = [&](const char* key, const Joint& joint) {
+      const auto found = survey_.transform_delays.find({joint.child, joint.parent});
+      if (found != survey_.transform_delays.end()) {
+        align(key, "tf from " + joint.parent + " to " + joint.child, found->second);
+      }
+    };
+    align_transform(kTfClock, {plan_.odometry_parent, plan_.base_frame});
+    for (const Joint& joint : plan_.joints) align_transform(kJointClock, joint);
   }
 
   bool is_used_sensor(const std::string& topic) const {

@@ -21,7 +21,12 @@ struct LaserPlan {
   SensorInfo info;
   std::string scan_channel;  ///< info.channel, or that of scans with beam times
   double duration_s = 0.0;   ///< first beam to last; 0 = not known
+  BearingGrid bearings;      ///< of a cloud
 };
+
+/// Keys of RosPlan::shift_ns: the transform that is odometry, and that of a joint.
+inline constexpr const char* kTfClock = "tf";
+inline constexpr const char* kJointClock = "joint";
 
 /// What is taken from a recording of ROS messages, and as what.
 struct RosPlan {
@@ -37,8 +42,10 @@ struct RosPlan {
   Pose3 base_from_imu = Pose3::Identity();
   double rad_per_imu_unit = 1.0;  ///< of its rates
   std::string truth_topic;
-  std::map<std::string, int64_t> shift_ns;  ///< added to a topic's stamps: to the laser's clock
-  std::vector<std::string> notes;           ///< what was decided, a sentence each
+  /// Added to the stamps of a topic, or of one of the clocks below: to the laser's clock.
+  std::map<std::string, int64_t> shift_ns;
+  int64_t received_shift_ns = 0;   ///< the same of times of receipt
+  std::vector<std::string> notes;  ///< what was decided, a sentence each
 
   /// Adds to the notes in the style of printf.
   [[gnu::format(printf, 2, 3)]] void note(const char* format, ...);

@@ -12,11 +12,26 @@
 namespace marco::ros {
 namespace {
 
+constexpr const char* kCutOff = "the recording ends within a record: the recorder was stopped hard";
+
+// Where nothing can be mapped, what is wrong with the file may be why.
+RosPlan planned(MessageSource& source, const RosOptions& options) {
+  const RosSurvey seen = survey(source);
+  try {
+    return plan_of(seen, options);
+  } catch (const std::invalid_argument& fault) {
+    std::string text = fault.what();
+    for (const std::string& note : source.notes()) text += "; " + note;
+    if (source.damage().is_cut_off) text += std::string("; ") + kCutOff;
+    throw std::invalid_argument(text);
+  }
+}
+
 class RosReader : public files::QueuedReader {
  public:
   RosReader(std::unique_ptr<MessageSource> source, const RosOptions& options)
       : source_(std::move(source)) {
-    samples_.emplace(plan_of(survey(*source_), options), options);
+    samples_.emplace(planned(*source_, options), options);
     report_.format = source_->format();
     report_.paths = source_->paths();
     report_.notes = samples_->plan().notes;
@@ -45,8 +60,7 @@ class RosReader : public files::QueuedReader {
   void finish_report() override {
     for (const std::string& line : source_->notes()) report_.notes.push_back(line);
     const Damage& damage = source_->damage();
-    if (damage.is_cut_off)
-      note("the recording ends within a record: the recorder was stopped hard");
+    if (damage.is_cut_off) note("%s", kCutOff);
     if (damage.places == 0) return;
     report_.dropped["damaged stretches"] = damage.places;
     report_.places["damaged stretches"] = "byte " + std::to_string(damage.first_offset);

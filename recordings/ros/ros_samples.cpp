@@ -59,7 +59,7 @@ std::vector<Sample> RosSamples::take(const Message& message) {
 Utime RosSamples::stamp_of(const Header& header,
                            const Message& message,
                            const std::string& key) const {
-  if (header.stamp_ns == 0) return utime_of(message.received_ns);
+  if (header.stamp_ns == 0) return utime_of(message.received_ns + plan_.received_shift_ns);
   const auto shift = plan_.shift_ns.find(key);
   return utime_of(header.stamp_ns + (shift == plan_.shift_ns.end() ? 0 : shift->second));
 }
@@ -110,7 +110,7 @@ void RosSamples::take_transform(const TransformMessage& transform, const Message
       transform.child_frame_id != plan_.base_frame) {
     return;
   }
-  const Utime utime = stamp_of(transform.header, message, "tf");
+  const Utime utime = stamp_of(transform.header, message, kTfClock);
   if (utime == last_transform_) return;  // repeated by another publisher
   last_transform_ = utime;
   OdometrySample sample;
@@ -124,7 +124,7 @@ void RosSamples::take_joint(const TransformMessage& transform, const Message& me
     if (transform.child_frame_id != joint.child) continue;
     const Eigen::Matrix3d& turn = transform.parent_from_child.linear();
     PanTiltState state;
-    state.utime = stamp_of(transform.header, message, "tf");
+    state.utime = stamp_of(transform.header, message, kJointClock);
     if (state.utime <= last_joint_) continue;
     last_joint_ = state.utime;
     state.pan_rad = std::atan2(turn(1, 0), turn(0, 0));

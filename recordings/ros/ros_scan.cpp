@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "lcm_tools/base/check.hpp"
 
@@ -22,17 +23,15 @@ void shift(LaserScan& scan, double duration_s, const std::string& stamped_beam) 
   scan.utime = scan.utime - Duration::from_seconds(part * duration_s);
 }
 
-// Some drivers tell an increment that does not fit in a turn: then the angles count.
-double step_of(const LaserScanMessage& message) {
-  const double told = static_cast<double>(message.angle_increment);
-  const auto beams = static_cast<double>(message.ranges.size());
-  const bool fits = told != 0.0 && std::abs(told) * (beams - 1.0) < 2.1 * std::numbers::pi;
-  if (fits || beams < 2.0) return told;
-  return (static_cast<double>(message.angle_max) - static_cast<double>(message.angle_min)) /
-         (beams - 1.0);
-}
-
 }  // namespace
+
+double beam_step_rad(const LaserScanMessage& message, std::size_t beams) {
+  const double told = static_cast<double>(message.angle_increment);
+  const double steps = static_cast<double>(beams) - 1.0;
+  const bool fits = told != 0.0 && std::abs(told) * steps < 2.1 * std::numbers::pi;
+  if (fits || steps < 1.0) return told;
+  return (static_cast<double>(message.angle_max) - static_cast<double>(message.angle_min)) / steps;
+}
 
 LaserScan to_scan(const LaserScanMessage& message,
                   const LaserPlan& laser,
@@ -44,7 +43,9 @@ LaserScan to_scan(const LaserScanMessage& message,
   scan.channel = laser.scan_channel;
   scan.ranges_m = message.ranges;
   scan.first_bearing_rad = static_cast<double>(message.angle_min);
-  scan.bearing_step_rad = step_of(message);
+  scan.bearing_step_rad = beam_step_rad(message, message.ranges.size());
+  require(std::isfinite(scan.bearing_step_rad) && scan.bearing_step_rad != 0.0,
+          "scan of which all beams look one way");
   if (laser.tells_beam_times) {
     scan.time_offsets_s.reserve(message.ranges.size());
     for (std::size_t beam = 0; beam < message.ranges.size(); ++beam) {
@@ -62,9 +63,16 @@ LaserScan to_scan(const LaserScanMessage& message,
 }
 
 LaserScan to_scan(const CloudMessage& cloud, const LaserPlan& laser, const RosOptions& options) {
-  require(cloud.points.size() >= 2, "scan of fewer than 2 beams");
   LaserScan scan;
   scan.channel = laser.scan_channel;
+  if (auto ranges_m = laser.bearings.ranges_m(cloud); !ranges_m.empty()) {
+    scan.ranges_m = std::move(ranges_m);
+    scan.first_bearing_rad = laser.bearings.first_rad();
+    scan.bearing_step_rad = laser.bearings.step_rad();
+    if (options.clockwise) mirror(scan);
+    return scan;
+  }
+  require(cloud.points.size() >= 2, "scan of fewer than 2 beams");
   for (const Eigen::Vector3f& point : cloud.points) {
     scan.ranges_m.push_back(point.head<2>().norm());
     scan.bearings_rad.push_back(std::atan2(point.y(), point.x()));

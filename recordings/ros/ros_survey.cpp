@@ -127,6 +127,7 @@ class Surveyor {
     for (const Eigen::Vector3f& point : cloud.points) {
       topic.is_flat = topic.is_flat && std::abs(point.z()) < kFlatM;
     }
+    if (topic.is_flat) topic.bearings.add(cloud);
   }
 
   void look_at(const std::vector<TransformMessage>& transforms,
@@ -136,10 +137,7 @@ class Surveyor {
     for (const TransformMessage& transform : transforms) {
       survey_.tree.add(transform, is_static);
       const std::pair frames(transform.child_frame_id, transform.header.frame_id);
-      const double delay_s =
-          1e-9 * static_cast<double>(message.received_ns - transform.header.stamp_ns);
-      const auto [known, is_new] = survey_.transform_delay_s.try_emplace(frames, delay_s);
-      known->second = std::min(known->second, delay_s);
+      survey_.transform_delays[frames].add(message.received_ns, transform.header.stamp_ns);
     }
     if (!transforms.empty()) note_header(transforms.front().header, message, topic);
   }
@@ -150,9 +148,8 @@ class Surveyor {
       ++topic.zero_stamps;
       return;
     }
-    const double delay_s = 1e-9 * static_cast<double>(message.received_ns - header.stamp_ns);
     const bool is_first = !running.stamp_ns;
-    topic.least_delay_s = is_first ? delay_s : std::min(topic.least_delay_s, delay_s);
+    topic.delays.add(message.received_ns, header.stamp_ns);
     if (is_first) topic.frame_id = header.frame_id;
     if (!is_first && running.periods_s.size() < kMostPeriods) {
       running.periods_s.push_back(1e-9 * static_cast<double>(header.stamp_ns - *running.stamp_ns));

@@ -4,8 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "recordings/ros/bearing_grid.hpp"
 #include "recordings/ros/message_source.hpp"
 #include "recordings/ros/messages.hpp"
+#include "recordings/ros/stamp_delays.hpp"
 #include "recordings/ros/transform_tree.hpp"
 
 namespace marco::ros {
@@ -23,13 +25,13 @@ struct SurveyedTopic {
   int64_t undecodable = 0;
   std::string frame_id, child_frame_id;  ///< of the first message
   int64_t zero_stamps = 0;
-  /// Least time from the stamp to the recorder: the delay that no queue adds to.
-  double least_delay_s = 0.0;
+  StampDelays delays;     ///< of messages that are stamped
   double period_s = 0.0;  ///< median of the times between stamps
   double way_m = 0.0;     ///< of poses
   double turned_rad = 0.0;
   LaserScanMessage first_scan;  ///< without ranges but for their number
   std::size_t beams = 0;
+  BearingGrid bearings;  ///< of a flat cloud
   /// Of scans: this range [m] and more piles up, so that it is no return; 0: none does.
   double no_return_m = 0.0;
   std::map<std::string, SurveyedJoint> joints;  ///< by name
@@ -43,8 +45,8 @@ struct RosSurvey {
 
   std::map<std::string, SurveyedTopic> topics;  ///< by name
   TransformTree tree;
-  /// As SurveyedTopic::least_delay_s, of each transform by child and parent.
-  std::map<std::pair<std::string, std::string>, double> transform_delay_s;
+  /// Of each transform, by child and parent.
+  std::map<std::pair<std::string, std::string>, StampDelays> transform_delays;
 };
 
 /// For a note.

@@ -4,6 +4,8 @@
 #include <sqlite3.h>
 #include <zstd.h>
 
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +17,7 @@ namespace marco::ros {
 namespace {
 
 using ::marco::testing::TemporaryFolder;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -74,6 +77,61 @@ TEST(Db3, GivesDefinitionsWhereTheDatabaseHasThem) {
   const auto source = open_db3(folder.path() / "a.db3");
   EXPECT_EQ(source->topics()[0]->schema, "string data");
   EXPECT_EQ(source->topics()[0]->schema_encoding, "ros2msg");
+}
+
+// As rosbag2 makes them, with an index on the times.
+void write_many(const std::filesystem::path& path, int messages) {
+  std::string statements = kTables + "CREATE INDEX timestamp_idx ON messages(timestamp ASC);BEGIN;";
+  for (int i = 1; i <= messages; ++i) {
+    statements += insert(i, 1, 10 * i, std::to_string(i) + std::string(500, '.'));
+  }
+  write_database(path, statements + "COMMIT;");
+}
+
+TEST(Db3, OfADatabaseThatIsCutOffTheRestIsRead) {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "a.db3";
+  constexpr int kMessages = 2000;
+  write_many(path, kMessages);
+  for (const double part : {0.98, 0.6, 0.3}) {
+    const auto size = static_cast<double>(std::filesystem::file_size(path));
+    std::filesystem::copy_file(path, folder.path() / "cut.db3",
+                               std::filesystem::copy_options::overwrite_existing);
+    std::filesystem::resize_file(folder.path() / "cut.db3", static_cast<uint64_t>(part * size));
+    const auto source = open_db3(folder.path() / "cut.db3");
+    for (int reading = 0; reading < 2; ++reading) {
+      const auto found = contents(*source);
+      EXPECT_GT(static_cast<double>(found.size()), (part - 0.1) * kMessages);
+      EXPECT_LT(static_cast<double>(found.size()), kMessages);
+      EXPECT_TRUE(found.front().starts_with("1."));
+      EXPECT_TRUE(source->damage().is_cut_off);
+      EXPECT_NEAR(static_cast<double>(source->damage().bytes), (1.0 - part) * size, 5000.0);
+      source->rewind();
+    }
+    EXPECT_THAT(source->notes(), Contains(HasSubstr("the database is damaged")));
+  }
+}
+
+TEST(Db3, PagesThatAreDamagedArePassedOver) {
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "a.db3";
+  constexpr int kMessages = 2000;
+  write_many(path, kMessages);
+  {
+    constexpr std::streamoff kPage = 4096;
+    std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+    for (const std::streamoff page : {100, 101, 150}) {
+      file.seekp(page * kPage);
+      file.write(std::string(kPage, 'x').data(), kPage);
+    }
+  }
+  const auto source = open_db3(path);
+  const auto found = contents(*source);
+  EXPECT_GT(found.size(), kMessages - 100U);
+  EXPECT_LT(found.size(), kMessages);
+  EXPECT_TRUE(found.back().starts_with("2000."));
+  EXPECT_GE(source->damage().places, 1);
+  EXPECT_FALSE(source->damage().is_cut_off);
 }
 
 TEST(Db3, PartsFollowEachOtherByTheirNumbers) {

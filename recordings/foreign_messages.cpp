@@ -111,11 +111,6 @@ void settle_by_stamp(LaserScan& scan) {
 
 }  // namespace
 
-Pose2 rolled(double left_m, double right_m, double track_m) {
-  const Pose2 half{0.0, 0.0, 0.5 * ((right_m - left_m) / track_m)};
-  return half * Pose2{0.5 * (left_m + right_m), 0.0, 0.0} * half;
-}
-
 OdometrySample TickOdometry::add(const maebot_encoders_t& ticks, const ForeignChannel& base) {
   if (last_) {
     const auto metres = [&base](auto from, auto to) {

@@ -8,11 +8,9 @@
 #include "common/samples.hpp"
 #include "marco/maebot_encoders_t.hpp"
 #include "recordings/foreign.hpp"
+#include "recordings/rolled_wheels.hpp"
 
 namespace marco {
-
-/// The way of a base whose wheels rolled so far: an arc, seen from its begin.
-Pose2 rolled(double left_m, double right_m, double track_m);
 
 /// Odometry of a base that tells only the ticks of its wheels.
 class TickOdometry {

@@ -6,7 +6,7 @@
 
 #include "common/pose3.hpp"
 #include "lcm_tools/base/check.hpp"
-#include "recordings/foreign_messages.hpp"
+#include "recordings/rolled_wheels.hpp"
 #include "recordings/ros/ros_scan.hpp"
 
 namespace marco::ros {

@@ -41,7 +41,8 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
   return best;
 }
 
-// Step by step matches may stay behind: at a wall with junk before it they did for 1.4 m.
+// Matches can fall behind odometry by a little each scan: beside clutter at a wall, by 1.4 m in
+// all.
 void Slam::try_where_odometry_says(const MotionInput& input, MatchedScan& best) const {
   const Pose2& before = estimate_.world_from_robot;
   const auto missed =

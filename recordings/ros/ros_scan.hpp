@@ -6,8 +6,8 @@
 
 namespace marco::ros {
 
-/// From beam to beam [rad], of so many. Some drivers tell an increment of zero, or one that does
-/// not fit in a turn: then the first and last angle count.
+/// The angle from beam to beam [rad]. Where the told increment is zero, or `beams` of them do not
+/// fit in a turn, as of some drivers, the first and the last angle decide.
 double beam_step_rad(const LaserScanMessage& message, std::size_t beams);
 
 /// A message as a scan. Its bearings are those that the number of ranges and the increment give,

@@ -59,9 +59,9 @@ class MotionModel {
   /// The move from the scan before to this one. Changes nothing.
   MotionGuess guess(const MotionInput& now) const;
 
-  /// The move by odometry's whole way since up to a second ago, where `before_from_now` and the
-  /// moves before it have left that behind by more than its noise; else nothing. Step by step
-  /// matches could stay behind for ever: a stamp's jitter allows for a centimetre at each.
+  /// The move that odometry over up to the last second asks for, where `before_from_now` and the
+  /// moves before it differ from it by more than its noise; else nothing. Judged one step at a time
+  /// matches could fall behind for ever: a stamp's jitter allows for a centimetre at each.
   std::optional<MotionGuess> odometry_left_behind(const MotionInput& now,
                                                   const Pose2& before_from_now) const;
 

@@ -25,7 +25,8 @@ struct Reason {
     weak_joint,       ///< a step that neither the scans nor the odometry know well
     odometry_break,   ///< a stretch over which map and odometry part
     unmatched_scans,  ///< too few of the scans lie on the map, or could
-    disagreement      ///< scans laid on each other, and steps and loops, give two different maps
+    disagreement,     ///< scans laid on each other, and steps and loops, give two different maps
+    spread            ///< steps and loops leave open where parts of the map lie to each other
   };
 
   Verdict verdict = Verdict::doubtful;
@@ -55,6 +56,7 @@ struct DoctorFigures {
   double unmatched = 0.0;         ///< part of the scans that were not laid on the map
   double blind = 0.0;             ///< part of the scans that saw too little to be matched
   double disagreement_m = 0.0;    ///< of the map with its pose graph, at most
+  double spread_m = 0.0;          ///< by which 2 % of the keyframes may be off, by steps and loops
   bool has_odometry = false;      ///< one that moves
   double odometry_sigmas = 0.0;   ///< of the worst break
   double turn_correlation = 0.0;  ///< of scans and odometry
@@ -79,6 +81,7 @@ struct DoctorFigures {
     v("unmatched", unmatched);
     v("blind", blind);
     v("disagreement_m", disagreement_m);
+    v("spread_m", spread_m);
     v("has_odometry", has_odometry);
     v("odometry_sigmas", odometry_sigmas);
     v("turn_correlation", turn_correlation);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "slam/back_end/graph/edge_judgement.hpp"
+#include "slam/back_end/graph/map_spread.hpp"
 #include "slam/doctor/contradictions.hpp"
 #include "slam/doctor/odometry_windows.hpp"
 
@@ -22,6 +23,8 @@ constexpr double kWeakM = 0.30, kWeakDeg = 5.0;
 // Without odometry nobody contradicts scans that slide along a hall, and they think themselves
 // sure.
 constexpr double kWeakAloneM = 0.045;
+// Of 53 good simulated maps and six real logs none had more than 0.24 m.
+constexpr double kSpreadM = 0.30, kSpreadPart = 0.02;
 
 struct JudgedEdge {
   const PoseGraphEdge* edge;
@@ -53,7 +56,9 @@ Eigen::Vector3d error_without(const EdgeJudgement& judgement,
 
 // What edges say of each other is read at the graph's own optimum: the map's poses were moved by
 // its scans since, and what a stiff edge seems to miss there is no error of its own.
-std::vector<JudgedEdge> judge(const MapEvidence& map, std::vector<Pose2>& world_from_nodes) {
+std::vector<JudgedEdge> judge(const MapEvidence& map,
+                              std::vector<Pose2>& world_from_nodes,
+                              double& spread_m) {
   PoseGraph graph;
   for (const Keyframe& key : map.keys) graph.add_node(key.world_from_robot);
   std::vector<bool> in_force;
@@ -67,6 +72,8 @@ std::vector<JudgedEdge> judge(const MapEvidence& map, std::vector<Pose2>& world_
   }
   graph.optimize_weighted(std::vector<double>(in_force.begin(), in_force.end()),
                           PoseGraphOptions{}.min_relative_decrease);
+  spread_m =
+      map_spread_m(graph, std::vector<double>(in_force.begin(), in_force.end()), kSpreadPart);
   const std::vector<EdgeJudgement> judgements =
       judge_edges(graph, in_force, JudgedEdges::all, PoseGraphOptions{}.loop_rejection_chi2);
   for (std::size_t i = 0; i < judged.size(); ++i) {
@@ -251,6 +258,20 @@ void add_disagreement(const MapEvidence& map,
   diagnosis.reasons.push_back(std::move(reason));
 }
 
+// Nothing contradicts a map that is bent where nothing holds it.
+void add_spread(const MapEvidence& map, Diagnosis& diagnosis) {
+  const double spread_m = diagnosis.figures.spread_m;
+  if (spread_m < kSpreadM) return;
+  Reason reason;
+  reason.cause = Reason::Cause::spread;
+  reason.from = map.keys.front().utime;
+  reason.to = map.keys.back().utime;
+  reason.place_m = map.keys.front().world_from_robot.translation_m();
+  reason.why =
+      sentence("scans and odometry know where parts of the map lie to %.2f m only", spread_m);
+  diagnosis.reasons.push_back(std::move(reason));
+}
+
 int nearest_key(const std::vector<Keyframe>& keys, Utime utime) {
   const auto off_s = [utime](const Keyframe& key) {
     return std::abs((key.utime - utime).seconds());
@@ -290,11 +311,12 @@ KnownByLoops known_by_loops(const MapEvidence& map, Utime from, Utime to) {
 void examine_graph(const MapEvidence& map, Diagnosis& diagnosis) {
   if (map.keys.size() < 2 || map.edges.empty()) return;
   std::vector<Pose2> world_from_nodes;
-  const std::vector<JudgedEdge> edges = judge(map, world_from_nodes);
+  const std::vector<JudgedEdge> edges = judge(map, world_from_nodes, diagnosis.figures.spread_m);
   add_disagreement(map, world_from_nodes, diagnosis);
   add_refused_loops(map, edges, diagnosis);
   add_surprising_loop(map, edges, diagnosis);
   add_weak_joint(map, edges, diagnosis);
+  add_spread(map, diagnosis);
 }
 
 }  // namespace marco::slam

@@ -53,7 +53,8 @@ SIMULATED = {
     "bad_odometry": "[laser]\nscans_per_s = 2.0\n[odometry]\ndrift_deg_per_m = 15.0\ndistance_error = 0.3\n",
 }
 # As in slam/doctor: where a figure makes a map doubtful.
-LIMITS = {"contradicting": 0.30, "odometry_sigmas": 6.0, "loop_surprise": 100.0, "unmatched": 0.2, "disagreement_m": 0.5}
+LIMITS = {"contradicting": 0.30, "odometry_sigmas": 6.0, "loop_surprise": 100.0, "unmatched": 0.2, "disagreement_m": 0.5,
+          "spread_m": 0.3}
 
 
 def run(command):
@@ -124,7 +125,7 @@ def rms_m(ours, truth):
 
 
 def score(figures):
-    parts = [figures[name] / limit for name, limit in LIMITS.items()]
+    parts = [(math.inf if figures[name] is None else figures[name]) / limit for name, limit in LIMITS.items()]
     parts.append(figures["refused_loop_m"] / 0.3 if figures["refused_loops"] >= 2 else 0.0)
     parts.append(figures["joint_m"] / (0.3 if figures["has_odometry"] else 0.045))
     parts.append(figures["joint_deg"] / 5.0)

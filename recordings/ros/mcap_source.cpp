@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "lcm_tools/base/check.hpp"
 #include "recordings/ros/compression.hpp"
 #include "recordings/ros/mcap_layout.hpp"
 #include "recordings/ros/wire_reader.hpp"
@@ -136,11 +137,12 @@ class McapSource : public MessageSource {
   bool unpack(std::size_t index, const McapChunk& chunk, ByteBuffer& plain) {
     auto checksum = Unpacker::Checksum::none_wrong;
     try {
+      require(chunk.plain_size <= kMostPlainBytes, "a chunk of more than 256 MB");
       if (!chunk.compression.empty()) {
         checksum = unpacker_.unpack(chunk.compression, packed_.bytes(), chunk.plain_size, plain);
       }
     } catch (const std::invalid_argument& fault) {
-      note_damage(index, packed_.size());
+      note_damage(index, static_cast<std::size_t>(layout_.pieces[index].place.size));
       note_once(notes_, std::string("damaged chunks: ") + fault.what());
       return false;
     }

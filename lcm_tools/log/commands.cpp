@@ -31,6 +31,11 @@ void run_info(const InfoArguments& arguments) {
   print_problems(types);
   const TypeNames type_name = [&types](uint64_t fingerprint) { return types.name_of(fingerprint); };
   for (const std::string& path : arguments.logs) {
+    if (const auto other =
+            arguments.describe ? arguments.describe(path, arguments.format) : std::nullopt) {
+      std::fputs(other->c_str(), stdout);
+      continue;
+    }
     LogInfo info;
     {
       LateProgress progress("reading " + name_of(path));

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,6 +23,8 @@ struct InfoArguments {
   std::vector<std::string> logs;
   std::vector<std::string> types;  ///< additional .lcm sources
   Format format = Format::text;
+  /// What is in a file of another kind; nothing for LCM logs. May be empty.
+  std::function<std::optional<std::string>(const std::string& path, Format format)> describe = {};
 };
 void run_info(const InfoArguments& arguments);
 

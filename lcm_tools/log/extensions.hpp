@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +29,8 @@ struct Extensions {
   /// Explains a file that holds no LCM event, with its path. Empty: "PATH: holds no whole LCM
   /// event".
   std::function<std::string(const std::string& path)> explain_no_log;
+  /// What `info` says of a file that is no LCM log: see InfoArguments::describe.
+  std::function<std::optional<std::string>(const std::string& path, Format format)> describe = {};
 };
 
 /// The body of main: parses the command line and runs the command. @returns the exit code.

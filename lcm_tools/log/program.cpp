@@ -65,12 +65,13 @@ Added<Arguments> add(CLI::App& program,
   return {{*app}, *arguments};
 }
 
-void add_info(CLI::App& program) {
+void add_info(CLI::App& program, const Extensions& extensions) {
   auto [command, info] = add<InfoArguments>(
       program, "info", "channels, types, rates, gaps, duration, clock offsets, damage", run_info);
   command.in(info.logs);
   command.json(info.format);
   command.types(info.types);
+  info.describe = extensions.describe;
 }
 
 void add_select(CLI::App& program, bool is_cut) {
@@ -162,7 +163,7 @@ void add_play(CLI::App& program, const Extensions& extensions) {
 int parse_and_run(int argc, char** argv, const Extensions& extensions) {
   CLI::App app(kHelp, "marco-log");
   app.require_subcommand(1);
-  add_info(app);
+  add_info(app, extensions);
   add_select(app, true);
   add_select(app, false);
   add_merge(app);

@@ -53,8 +53,9 @@ class BagSource : public MessageSource {
       used_.push_back(i);
       places.push_back(layout_.chunks[i].place);
     }
-    merge_ = std::make_unique<ChunkMerge>(std::move(places),
-                                          [this](std::size_t i) { return load(used_[i]); });
+    merge_ = std::make_unique<ChunkMerge>(
+        std::move(places),
+        [this](std::size_t i, LoadedChunk memory) { return load(used_[i], std::move(memory)); });
   }
 
   std::vector<const Topic*> topics() const override {
@@ -80,13 +81,14 @@ class BagSource : public MessageSource {
 
   // Chunks of which no index tells the times.
   void time_chunks() {
+    if (layout_.is_indexed) return;
+    // Connections stand in chunks: without the index of the bag these are looked through once.
+    LoadedChunk loaded;
     for (std::size_t i = 0; i < layout_.chunks.size(); ++i) {
-      BagLayout::Chunk& chunk = layout_.chunks[i];
-      if (layout_.is_indexed) continue;
-      // Connections stand in chunks: without the index of the bag these are looked through once.
-      for (const LoadedChunk loaded = load(i); const auto& entry : loaded.entries) {
+      loaded = load(i, std::move(loaded));
+      for (const auto& entry : loaded.entries) {
         const bool is_first = &entry == &loaded.entries.front();
-        ChunkPlace& place = chunk.place;
+        ChunkPlace& place = layout_.chunks[i].place;
         place.start_ns = is_first ? entry.received_ns : std::min(place.start_ns, entry.received_ns);
         place.end_ns = is_first ? entry.received_ns : std::max(place.end_ns, entry.received_ns);
       }
@@ -105,22 +107,17 @@ class BagSource : public MessageSource {
     }
   }
 
-  LoadedChunk load(std::size_t index) {
+  LoadedChunk load(std::size_t index, LoadedChunk loaded) {
     const BagLayout::Chunk& chunk = layout_.chunks[index];
-    LoadedChunk loaded;
-    std::vector<uint8_t> raw = file_.bytes(chunk.place.offset, chunk.place.size);
-    try {
-      loaded.bytes = chunk.compression == "none"
-                         ? std::move(raw)
-                         : decompressed(chunk.compression, raw, chunk.plain_size);
-    } catch (const std::invalid_argument& fault) {
-      note_damage(index, chunk.place.size);
-      note_once(notes_, std::string("damaged chunks: ") + fault.what());
+    loaded.entries.clear();
+    if (chunk.compression == "none") {
+      file_.read(chunk.place.offset, chunk.place.size, loaded.bytes);
+    } else if (!unpack(index, loaded.bytes)) {
       return loaded;
     }
     std::size_t at = 0;
     while (at < loaded.bytes.size()) {
-      const auto record = parse_bag_record(std::span<const uint8_t>(loaded.bytes).subspan(at));
+      const auto record = parse_bag_record(loaded.bytes.bytes().subspan(at));
       if (!record) break;
       take(*record, loaded);
       at += record->size;
@@ -129,6 +126,23 @@ class BagSource : public MessageSource {
       note_damage(index, static_cast<int64_t>(std::max<uint64_t>(chunk.plain_size, at) - at));
     }
     return loaded;
+  }
+
+  bool unpack(std::size_t index, ByteBuffer& plain) {
+    const BagLayout::Chunk& chunk = layout_.chunks[index];
+    file_.read(chunk.place.offset, chunk.place.size, packed_);
+    try {
+      const auto checksum =
+          unpacker_.unpack(chunk.compression, packed_.bytes(), chunk.plain_size, plain);
+      if (checksum == Unpacker::Checksum::wrong) {
+        note_once(notes_, note_of_checksum(chunk.place.offset));
+      }
+      return true;
+    } catch (const std::invalid_argument& fault) {
+      note_damage(index, chunk.place.size);
+      note_once(notes_, std::string("damaged chunks: ") + fault.what());
+      return false;
+    }
   }
 
   void take(const BagRecord& record, LoadedChunk& loaded) {
@@ -141,7 +155,8 @@ class BagSource : public MessageSource {
       }
     } else if (const auto time_ns = record.header.time_ns("time");
                record.op == BagOp::message && time_ns) {
-      const auto offset = static_cast<std::size_t>(record.data.data() - loaded.bytes.data());
+      const auto offset =
+          static_cast<std::size_t>(record.data.data() - loaded.bytes.bytes().data());
       loaded.entries.push_back({*time_ns, *time_ns, *id, offset, record.data.size()});
     }
   }
@@ -156,6 +171,8 @@ class BagSource : public MessageSource {
   std::string path_;
   ByteFile file_;
   BagLayout layout_;
+  Unpacker unpacker_;
+  ByteBuffer packed_;
   std::map<uint32_t, Topic> topics_;  // nodes: messages point to them
   std::function<bool(const Topic&)> is_wanted_;
   Damage damage_;

@@ -44,11 +44,15 @@ std::span<const uint8_t> ByteFile::peek(int64_t offset, std::size_t size) {
   return std::span<const uint8_t>(window_).subspan(from, std::min(size, window_.size() - from));
 }
 
-std::vector<uint8_t> ByteFile::bytes(int64_t offset, int64_t size) const {
+void ByteFile::read(int64_t offset, int64_t size, ByteBuffer& into) const {
   const int64_t there = std::clamp<int64_t>(size_ - offset, 0, std::max<int64_t>(0, size));
-  std::vector<uint8_t> bytes(static_cast<std::size_t>(there));
-  bytes.resize(read(offset, bytes));
-  return bytes;
+  into.resize(read(offset, into.resize(static_cast<std::size_t>(there))));
+}
+
+std::vector<uint8_t> ByteFile::bytes(int64_t offset, int64_t size) const {
+  ByteBuffer buffer;
+  read(offset, size, buffer);
+  return {buffer.bytes().begin(), buffer.bytes().end()};
 }
 
 }  // namespace marco::ros

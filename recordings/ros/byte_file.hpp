@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "recordings/ros/byte_buffer.hpp"
+
 namespace marco::ros {
 
 /// A file that is read at any place. Not safe for threads.
@@ -22,6 +24,7 @@ class ByteFile {
   /// At most `size` bytes. Small reads near each other cost one call of the system.
   std::span<const uint8_t> peek(int64_t offset, std::size_t size);
   /// Exactly so many, and fewer at the end of the file.
+  void read(int64_t offset, int64_t size, ByteBuffer& into) const;
   std::vector<uint8_t> bytes(int64_t offset, int64_t size) const;
 
  private:

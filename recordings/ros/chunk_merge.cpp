@@ -11,7 +11,7 @@ constexpr std::size_t kMostOpen = 32;
 
 }  // namespace
 
-ChunkMerge::ChunkMerge(std::vector<ChunkPlace> places, std::function<LoadedChunk(std::size_t)> load)
+ChunkMerge::ChunkMerge(std::vector<ChunkPlace> places, Load load)
     : places_(std::move(places)), by_start_(places_.size()), load_(std::move(load)) {
   std::iota(by_start_.begin(), by_start_.end(), std::size_t{0});
   std::stable_sort(by_start_.begin(), by_start_.end(), [this](std::size_t a, std::size_t b) {
@@ -36,9 +36,16 @@ std::vector<ChunkMerge::Open>::iterator ChunkMerge::earliest() {
   });
 }
 
+void ChunkMerge::close_read() {
+  std::erase_if(open_, [this](Open& open) {
+    if (open.next < open.chunk.entries.size()) return false;
+    spare_.push_back(std::move(open.chunk));
+    return true;
+  });
+}
+
 // All chunks that may hold a message before the earliest one at hand.
 void ChunkMerge::open_due() {
-  std::erase_if(open_, [](const Open& open) { return open.next == open.chunk.entries.size(); });
   while (begun_ < by_start_.size() && open_.size() < kMostOpen) {
     const std::size_t place = by_start_[begun_];
     if (!open_.empty()) {
@@ -46,22 +53,31 @@ void ChunkMerge::open_due() {
       const int64_t at_ns = first->chunk.entries[first->next].received_ns;
       if (places_[place].start_ns > at_ns) break;
     }
-    Open open{place, load_(place)};
+    LoadedChunk memory;
+    if (!spare_.empty()) {
+      memory = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    open_.push_back({place, load_(place, std::move(memory))});
     ++begun_;
-    auto& entries = open.chunk.entries;
-    std::stable_sort(entries.begin(), entries.end(),
-                     [](const auto& a, const auto& b) { return a.received_ns < b.received_ns; });
-    if (!entries.empty()) open_.push_back(std::move(open));
+    auto& entries = open_.back().chunk.entries;
+    const auto is_before = [](const auto& a, const auto& b) {
+      return a.received_ns < b.received_ns;
+    };
+    if (!std::is_sorted(entries.begin(), entries.end(), is_before)) {
+      std::stable_sort(entries.begin(), entries.end(), is_before);
+    }
+    close_read();  // an empty one
   }
 }
 
 std::optional<ChunkMerge::Item> ChunkMerge::next() {
+  close_read();
   open_due();
   if (open_.empty()) return std::nullopt;
   const auto first = earliest();
   const LoadedChunk::Entry& entry = first->chunk.entries[first->next++];
-  return Item{entry,
-              std::span<const uint8_t>(first->chunk.bytes).subspan(entry.offset, entry.size)};
+  return Item{entry, first->chunk.bytes.bytes().subspan(entry.offset, entry.size)};
 }
 
 }  // namespace marco::ros

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "recordings/ros/byte_buffer.hpp"
+
 namespace marco::ros {
 
 /// Where a piece of a recording lies, and the times of its messages.
@@ -22,7 +24,7 @@ struct LoadedChunk {
     uint32_t topic;
     std::size_t offset, size;  ///< of the message in `bytes`
   };
-  std::vector<uint8_t> bytes;
+  ByteBuffer bytes;
   std::vector<Entry> entries;  ///< in the order of the file
 };
 
@@ -36,8 +38,10 @@ class ChunkMerge {
     std::span<const uint8_t> bytes;  ///< valid until the next call
   };
 
-  /// @param load  the chunk of an index into `places`
-  ChunkMerge(std::vector<ChunkPlace> places, std::function<LoadedChunk(std::size_t)> load);
+  /// The chunk of an index into `places`, in the memory of one that was read to its end.
+  using Load = std::function<LoadedChunk(std::size_t, LoadedChunk)>;
+
+  ChunkMerge(std::vector<ChunkPlace> places, Load load);
 
   std::optional<Item> next();
   void rewind();
@@ -50,14 +54,16 @@ class ChunkMerge {
     LoadedChunk chunk;
     std::size_t next = 0;
   };
+  void close_read();
   void open_due();
   std::vector<Open>::iterator earliest();
 
   std::vector<ChunkPlace> places_;
   std::vector<std::size_t> by_start_;  ///< indices of places_
-  std::function<LoadedChunk(std::size_t)> load_;
+  Load load_;
   std::size_t begun_ = 0;  ///< of by_start_
   std::vector<Open> open_;
+  std::vector<LoadedChunk> spare_;  ///< their memory
 };
 
 }  // namespace marco::ros

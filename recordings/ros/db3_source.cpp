@@ -72,7 +72,8 @@ Database opened(const std::filesystem::path& path) {
   sqlite3* raw = nullptr;
   const std::string uri =
       "file:" + escaped(std::filesystem::absolute(path).string()) + "?immutable=1";
-  sqlite3_open_v2(uri.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+  sqlite3_open_v2(uri.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX,
+                  nullptr);
   // Else it reads nothing of a file that is cut off.
   sqlite3_exec(raw, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
   return Database(raw);
@@ -103,11 +104,10 @@ class Db3Source : public MessageSource {
 
   std::optional<Message> next() override {
     while (next_row()) {
-      ++given_;
+      has_given_ = true;
       const auto topic = topics_.find(row_.topic);
       if (topic == topics_.end()) continue;
-      if (is_zstd(row_.data)) row_.data = decompressed_zstd(row_.data);  // CDR begins with a zero
-      return Message{&topic->second, row_.time_ns, row_.time_ns, row_.data};
+      return Message{&topic->second, row_.time_ns, row_.time_ns, unpacker_.message(data_)};
     }
     return std::nullopt;
   }
@@ -122,12 +122,14 @@ class Db3Source : public MessageSource {
     rows_.emplace(database_.get(),
                   "SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN (" +
                       wanted + ") ORDER BY timestamp, id");
-    given_ = 0;
+    has_given_ = false;
+    row_ = {};
     pages_.reset();
     damage_ = {};
   }
 
   std::vector<const Topic*> topics() const override {
+    count_messages();
     std::vector<const Topic*> topics;
     for (const auto& [id, topic] : topics_) topics.push_back(&topic);
     return topics;
@@ -135,8 +137,8 @@ class Db3Source : public MessageSource {
   const Damage& damage() const override { return damage_; }
   const std::vector<std::string>& notes() const override { return notes_; }
   double progress() const override {
-    return messages_ > 0
-               ? std::min(1.0, static_cast<double>(given_) / static_cast<double>(messages_))
+    return last_id_ > 0
+               ? std::clamp(static_cast<double>(row_.id) / static_cast<double>(last_id_), 0.0, 1.0)
                : 1.0;
   }
 
@@ -144,9 +146,10 @@ class Db3Source : public MessageSource {
   bool next_row() {
     if (!pages_) {
       if (rows_->next()) {
-        const auto data = rows_->blob(3);
-        row_ = {
-            rows_->integer(0), rows_->integer(1), rows_->integer(2), {data.begin(), data.end()}};
+        row_.id = rows_->integer(0);
+        row_.topic = rows_->integer(1);
+        row_.time_ns = rows_->integer(2);
+        data_ = rows_->blob(3);
         given_until_ = {row_.time_ns, row_.id};
         return true;
       }
@@ -159,6 +162,7 @@ class Db3Source : public MessageSource {
       const bool is_new = std::pair(row->time_ns, row->id) > given_until_;
       if (!is_wanted || !is_new) continue;
       row_ = std::move(*row);
+      data_ = row_.data;
       return true;
     }
     return false;
@@ -166,7 +170,7 @@ class Db3Source : public MessageSource {
 
   // The index or a tree is damaged: from there on what the pages themselves hold.
   void read_pages() {
-    if (given_ == 0) given_until_ = {INT64_MIN, INT64_MIN};
+    if (!has_given_) given_until_ = {INT64_MIN, INT64_MIN};
     pages_.emplace(path_);
     damage_ = {1, pages_->missing_bytes(), 0, pages_->missing_bytes() > 0};
     note_once(notes_, std::string("the database is damaged: ") + sqlite3_errmsg(database_.get()));
@@ -181,7 +185,6 @@ class Db3Source : public MessageSource {
       topic.name = topics.text(1);
       topic.type = plain_type(topics.text(2));
       topic.encoding = topics.text(3);
-      topic.messages = 0;
       topics_.emplace(topics.integer(0), std::move(topic));
     }
     Rows profiles(database_.get(), "SELECT id, offered_qos_profiles FROM topics");
@@ -193,13 +196,21 @@ class Db3Source : public MessageSource {
       topic->second.is_latched = text.find("transient_local") != std::string::npos ||
                                  text.find("durability: 1") != std::string::npos;
     }
+    Rows last(database_.get(), "SELECT MAX(id) FROM messages");
+    if (last.next()) last_id_ = last.integer(0);
+    return true;
+  }
+
+  // A walk over the whole table: for those who ask.
+  void count_messages() const {
+    if (are_counted_) return;
+    are_counted_ = true;
+    for (auto& [id, topic] : topics_) topic.messages = 0;
     Rows counts(database_.get(), "SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id");
     while (counts.next()) {
-      messages_ += counts.integer(1);
       const auto topic = topics_.find(counts.integer(0));
       if (topic != topics_.end()) topic->second.messages = counts.integer(1);
     }
-    return true;
   }
 
   // Recordings from 2023 on have them.
@@ -227,13 +238,17 @@ class Db3Source : public MessageSource {
 
   std::string path_;
   Database database_;
-  std::map<int64_t, Topic> topics_;  // nodes: messages point to them
+  mutable std::map<int64_t, Topic> topics_;  // nodes: messages point to them
+  mutable bool are_counted_ = false;
   std::function<bool(const Topic&)> is_wanted_;
   std::optional<Rows> rows_;
   std::optional<Db3Pages> pages_;  // where sqlite fails
-  Db3Row row_;
+  Db3Row row_;                     // its bytes where pages are read
+  std::span<const uint8_t> data_;  // of the row
+  Unpacker unpacker_;
   std::pair<int64_t, int64_t> given_until_;  // time and id, by sqlite
-  int64_t messages_ = 0, given_ = 0;
+  bool has_given_ = false;
+  int64_t last_id_ = 0;
   Damage damage_;
   std::vector<std::string> notes_;
 };

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "lcm_tools/base/check.hpp"
 #include "recordings/ros/compression.hpp"
 #include "recordings/ros/mcap_layout.hpp"
 #include "recordings/ros/wire_reader.hpp"
@@ -45,7 +46,7 @@ class McapSource : public MessageSource {
       const auto topic = topics_.find(static_cast<uint16_t>(item->entry.topic));
       if (topic == topics_.end() || !is_wanted(topic->second)) continue;
       return Message{&topic->second, item->entry.received_ns, item->entry.published_ns,
-                     unpacked(item->bytes)};
+                     unpacker_.message(item->bytes)};
     }
     return std::nullopt;
   }
@@ -60,8 +61,9 @@ class McapSource : public MessageSource {
       used_.push_back(i);
       places.push_back(layout_.pieces[i].place);
     }
-    merge_ = std::make_unique<ChunkMerge>(std::move(places),
-                                          [this](std::size_t i) { return load(used_[i]); });
+    merge_ = std::make_unique<ChunkMerge>(
+        std::move(places),
+        [this](std::size_t i, LoadedChunk memory) { return load(used_[i], std::move(memory)); });
   }
 
   std::vector<const Topic*> topics() const override {
@@ -83,13 +85,6 @@ class McapSource : public MessageSource {
              return topic == topics_.end() || topic->second.type.empty() ||
                     is_wanted(topic->second);
            });
-  }
-
-  // rosbag2 may compress each message by itself; CDR begins with a zero.
-  std::span<const uint8_t> unpacked(std::span<const uint8_t> bytes) {
-    if (!is_zstd(bytes)) return bytes;
-    plain_message_ = decompressed_zstd(bytes);
-    return plain_message_;
   }
 
   void add_topic(const McapChannel& channel) {
@@ -119,14 +114,15 @@ class McapSource : public MessageSource {
     known->second = std::move(topic);
   }
 
-  LoadedChunk load(std::size_t index) {
+  LoadedChunk load(std::size_t index, LoadedChunk loaded) {
     const McapLayout::Piece& piece = layout_.pieces[index];
-    LoadedChunk loaded;
-    loaded.bytes = file_.bytes(piece.place.offset, piece.place.size);
-    if (piece.chunk) unpack(index, *piece.chunk, loaded);
+    loaded.entries.clear();
+    const bool is_packed = piece.chunk && !piece.chunk->compression.empty();
+    file_.read(piece.place.offset, piece.place.size, is_packed ? packed_ : loaded.bytes);
+    if (piece.chunk && !unpack(index, *piece.chunk, loaded.bytes)) return loaded;
     std::size_t at = 0;
     while (loaded.bytes.size() - at >= kMcapRecordHead) {
-      const std::span<const uint8_t> rest = std::span<const uint8_t>(loaded.bytes).subspan(at);
+      const std::span<const uint8_t> rest = loaded.bytes.bytes().subspan(at);
       const uint64_t length = McapFields(rest.subspan(1)).u64();
       if (length > rest.size() - kMcapRecordHead) break;
       const auto content = rest.subspan(kMcapRecordHead, static_cast<std::size_t>(length));
@@ -137,22 +133,26 @@ class McapSource : public MessageSource {
     return loaded;
   }
 
-  void unpack(std::size_t index, const McapChunk& chunk, LoadedChunk& loaded) {
-    const std::vector<uint8_t> raw = std::exchange(loaded.bytes, {});
+  // Without compression they are plain already.
+  bool unpack(std::size_t index, const McapChunk& chunk, ByteBuffer& plain) {
+    auto checksum = Unpacker::Checksum::none_wrong;
     try {
-      loaded.bytes = decompressed(chunk.compression, raw, chunk.plain_size);
+      require(chunk.plain_size <= kMostPlainBytes, "a chunk of more than 256 MB");
+      if (!chunk.compression.empty()) {
+        checksum = unpacker_.unpack(chunk.compression, packed_.bytes(), chunk.plain_size, plain);
+      }
     } catch (const std::invalid_argument& fault) {
-      note_damage(index, raw.size());
+      note_damage(index, static_cast<std::size_t>(layout_.pieces[index].place.size));
       note_once(notes_, std::string("damaged chunks: ") + fault.what());
-      return;
+      return false;
     }
-    if (loaded.bytes.size() < chunk.plain_size) {
-      note_damage(index, static_cast<std::size_t>(chunk.plain_size) - loaded.bytes.size());
-    } else if (chunk.crc != 0 && chunk.crc != crc_of(loaded.bytes) &&
-               counted_damage_.insert(index).second) {
-      notes_.push_back("the chunk at byte " + std::to_string(layout_.pieces[index].place.offset) +
-                       " has a wrong checksum: used as it is");
+    if (plain.size() < chunk.plain_size) {
+      note_damage(index, static_cast<std::size_t>(chunk.plain_size) - plain.size());
+    } else if (checksum == Unpacker::Checksum::wrong ||
+               (chunk.crc != 0 && chunk.crc != crc_of(plain.bytes()))) {
+      note_once(notes_, note_of_checksum(layout_.pieces[index].place.offset));
     }
+    return true;
   }
 
   static uint32_t crc_of(std::span<const uint8_t> bytes) {
@@ -163,7 +163,8 @@ class McapSource : public MessageSource {
     try {
       if (op == McapOp::message) {
         const McapMessage message = parse_message(McapFields(content));
-        const auto offset = static_cast<std::size_t>(message.data.data() - loaded.bytes.data());
+        const auto offset =
+            static_cast<std::size_t>(message.data.data() - loaded.bytes.bytes().data());
         loaded.entries.push_back(
             {message.log_ns, message.publish_ns, message.channel, offset, message.data.size()});
       } else if (op == McapOp::schema) {
@@ -193,7 +194,8 @@ class McapSource : public MessageSource {
   std::vector<std::string> notes_;
   std::set<std::size_t> counted_damage_;  // pieces
   std::vector<std::size_t> used_;         // pieces that are read
-  std::vector<uint8_t> plain_message_;
+  Unpacker unpacker_;
+  ByteBuffer packed_;
   std::unique_ptr<ChunkMerge> merge_;
 };
 

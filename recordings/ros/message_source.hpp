@@ -47,6 +47,11 @@ inline void note_once(std::vector<std::string>& notes, const std::string& note) 
   if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
 }
 
+inline std::string note_of_checksum(int64_t chunk_offset) {
+  return "the chunk at byte " + std::to_string(chunk_offset) +
+         " has a wrong checksum: used as it is";
+}
+
 /// The messages of a recording, whatever its container. Memory does not grow with the file.
 /// Not safe for threads.
 class MessageSource {

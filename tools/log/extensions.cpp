@@ -10,6 +10,7 @@
 #include "recordings/lcm_log_reader.hpp"
 #include "recordings/recording.hpp"
 #include "tools/log/convert.hpp"
+#include "tools/log/describe_recording.hpp"
 #include "tools/log/export_carmen.hpp"
 #include "tools/log/foxglove.hpp"
 #include "tools/log/import_recording.hpp"
@@ -109,7 +110,8 @@ Extensions marco_extensions() {
           [](const LogInfo& log) { return std::make_unique<FoxgloveTranslator>(log); },
           {add_import, add_convert},
           {channels::kRobotOrders.begin(), channels::kRobotOrders.end()},
-          [](const std::string& path) { return why_no_log(path); }};
+          [](const std::string& path) { return why_no_log(path); },
+          describe_recording};
 }
 
 }  // namespace marco::logs

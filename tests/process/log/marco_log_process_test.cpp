@@ -25,7 +25,7 @@ TEST(Cli, ALogOfAnotherKindIsPointedToImport) {
   write_poses(folder / "log", 5);
   const std::string log = folder / "a.log", out = folder / "out";
   for (const std::string& arguments :
-       {"info " + log, "cut " + log + " " + out, "filter " + log + " " + out + " -c LIDAR",
+       {"cut " + log + " " + out, "filter " + log + " " + out + " -c LIDAR",
         "merge " + (folder / "log") + " " + log + " -o " + out, "repair " + log + " " + out,
         "export " + log + " " + out + " --format jsonl", "play " + log}) {
     const Outcome outcome = run_log(arguments);
@@ -35,7 +35,20 @@ TEST(Cli, ALogOfAnotherKindIsPointedToImport) {
         << arguments;
     EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
   }
+  const Outcome info = run_log("info " + log);
+  EXPECT_EQ(info.exit_code, 0);
+  EXPECT_THAT(info.output, HasSubstr("CARMEN log"));
+  EXPECT_THAT(info.output, ::testing::ContainsRegex("scan +2 +10\\.00"));
   EXPECT_EQ(run_log("import " + log + " " + out).exit_code, 0);
+  for (const auto& [ending, format] : {std::pair(".bag", "ROS bag"), std::pair(".mcap", "MCAP")}) {
+    const std::string recording = folder / ("ros" + std::string(ending));
+    ASSERT_EQ(run_log("convert " + out + " " + recording).exit_code, 0);
+    const Outcome of_ros = run_log("info " + recording);
+    EXPECT_EQ(of_ros.exit_code, 0) << of_ros.output;
+    EXPECT_THAT(of_ros.output, HasSubstr(format));
+    EXPECT_THAT(of_ros.output,
+                ::testing::ContainsRegex("/scan +sensor_msgs/LaserScan +[a-z0-9]+ +2 "));
+  }
   write_text(folder / "text", "no log");
   const Outcome refused = run_log("import " + (folder / "text") + " " + (folder / "none"));
   EXPECT_EQ(refused.exit_code, 1);

@@ -53,8 +53,10 @@ std::string compressed(const std::string& name, const std::string& plain) {
                              static_cast<unsigned>(plain.size()), 9, 0, 0);
     packed.resize(size);
   } else {
+    LZ4F_preferences_t preferences{};  // as ROS wants it
+    preferences.frameInfo.contentChecksumFlag = LZ4F_contentChecksumEnabled;
     packed.resize(
-        LZ4F_compressFrame(packed.data(), packed.size(), plain.data(), plain.size(), nullptr));
+        LZ4F_compressFrame(packed.data(), packed.size(), plain.data(), plain.size(), &preferences));
   }
   return packed;
 }
@@ -152,6 +154,15 @@ TEST(Bag, GoesOnAtTheNextChunkAfterDamage) {
   const auto source = open_bag(folder.write("a.bag", damaged));
   EXPECT_THAT(texts(*source), ElementsAre("two", "four"));
   EXPECT_EQ(source->damage().places, 1);
+}
+
+TEST(Bag, TellsAWrongChecksumAndUsesTheChunk) {
+  const TemporaryFolder folder;
+  std::string damaged = bag(two_chunks(), "lz4", false);
+  damaged.back() ^= 1;
+  const auto source = open_bag(folder.write("a.bag", damaged));
+  EXPECT_THAT(texts(*source), ElementsAre("one", "two", "three", "four"));
+  EXPECT_THAT(source->notes(), ::testing::Contains(HasSubstr("wrong checksum")));
 }
 
 TEST(Bag, CutAnywhereGivesNoMoreThanWasWhole) {

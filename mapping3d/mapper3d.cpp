@@ -11,8 +11,35 @@ Mapper3d::Mapper3d(const Mapper3dOptions& options) : options_(options), builder_
 bool Mapper3d::keep(std::optional<Scene> scene) {
   if (!scene) return false;
   scenes_.push_back(std::move(*scene));
+  settle(first_scene_of_last_stop());
   set_changed();
   return true;
+}
+
+std::size_t Mapper3d::first_scene_of_last_stop() const {
+  std::size_t first = scenes_.size() - 1;
+  while (first > 0) {
+    const auto& stop = scenes_[first].rows.front().stop;
+    if (!stop || stop != scenes_[first - 1].rows.back().stop) break;
+    --first;
+  }
+  return first;
+}
+
+void Mapper3d::settle(std::size_t first_scene) {
+  const SceneRow* later = nullptr;
+  const auto settle_rows = [&later](std::vector<SceneRow>& rows) {
+    for (auto row = rows.rbegin(); row != rows.rend(); ++row) {
+      if (later != nullptr && row->stop && row->stop == later->stop) {
+        row->world_from_robot = later->world_from_robot;
+      }
+      later = &*row;
+    }
+  };
+  settle_rows(builder_.rows());
+  for (std::size_t scene = scenes_.size(); scene-- > first_scene;) {
+    settle_rows(scenes_[scene].rows);
+  }
 }
 
 void Mapper3d::set_changed() {
@@ -34,6 +61,7 @@ void Mapper3d::follow(const PathCorrection& correction) {
   };
   for (Scene& scene : scenes_) move(scene.rows);
   move(builder_.rows());
+  settle(0);
   set_changed();
 }
 

@@ -50,7 +50,8 @@ class Mapper3d {
   /// Ends the current sweep. @returns whether it became a scene.
   bool finish();
 
-  /// Applies a new path: each row moves with the last keyframe before it.
+  /// Applies a new path: each row moves with the last keyframe before it, and the rows of one stop
+  /// with its last one.
   void follow(const PathCorrection& correction);
 
   /// Registers all scenes, starting from the path, which holds what surfaces do not constrain.
@@ -59,7 +60,7 @@ class Mapper3d {
   /// last call. Takes seconds for a hundred scenes.
   void refine();
 
-  /// Rows on today's path, not refined.
+  /// Rows on today's path, not refined; those of one stop lie where the last of them does.
   const std::vector<Scene>& scenes() const { return scenes_; }
   /// Each scene's points, world frame, as of the last refine().
   std::vector<ScenePoints> placed() const;
@@ -77,6 +78,9 @@ class Mapper3d {
 
  private:
   bool keep(std::optional<Scene> scene);
+  std::size_t first_scene_of_last_stop() const;
+  /// SLAM knows a stop's place best at its end: puts all its rows there, from this scene on.
+  void settle(std::size_t first_scene);
   ScenePoints placed(std::size_t scene) const;
   std::vector<std::size_t> stop_of_each() const;
   void straighten_sweeps(const std::vector<std::size_t>& stops);

@@ -21,6 +21,7 @@ struct SceneRow {
   Pose3 robot_from_sensor_last = Pose3::Identity();   ///< at the last beam; the pan-tilt may move
   Pose2 world_from_robot;                             ///< at the first beam
   Pose2 first_robot_from_last_robot;                  ///< the robot's motion until the last beam
+  std::optional<Utime> stop;   ///< rows of one stop have the same: the robot stood meanwhile
   double pan_first_rad = 0.0;  ///< the angles behind the sensor poses, for the calibration
   double pan_last_rad = 0.0;
   double tilt_first_rad = 0.0;

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "mapping3d/path_correction.hpp"
@@ -45,10 +47,11 @@ class Mapper3d {
  public:
   explicit Mapper3d(const Mapper3dOptions& options = {});
 
+  /// @param laser  whose row it is: each makes scenes of its own
   /// @returns whether this row completed a scene.
-  bool add(const SceneRow& row, double pan_rad, double tilt_rad);
-  /// Ends the current sweep. @returns whether it became a scene.
-  bool finish();
+  bool add(const SceneRow& row, double pan_rad, double tilt_rad, const std::string& laser = {});
+  /// Ends the current sweeps. @returns how many of them became scenes.
+  std::size_t finish();
 
   /// Applies a new path: each row moves with the last keyframe before it, and the rows of one stop
   /// with its last one.
@@ -74,7 +77,7 @@ class Mapper3d {
   const RegistrationResult& registration() const { return registration_; }
   bool refined() const { return refined_; }
   const Straightening& straightening() const { return straightening_; }
-  int64_t rows_without_scene() const { return builder_.rows_without_scene(); }
+  int64_t rows_without_scene() const;
 
  private:
   bool keep(std::optional<Scene> scene);
@@ -87,7 +90,7 @@ class Mapper3d {
   void set_changed();
 
   Mapper3dOptions options_;
-  SceneBuilder builder_;
+  std::map<std::string, SceneBuilder> builders_;  ///< by laser
   std::vector<Scene> scenes_;
   RegistrationResult registration_;
   Straightening straightening_;

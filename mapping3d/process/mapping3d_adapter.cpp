@@ -76,7 +76,8 @@ void Mapping3dAdapter::subscribe() {
 
 bool Mapping3dAdapter::is_wanted(const LaserScan& scan) {
   const SensorInfo* info = input_.sensor_of(scan.channel);
-  if (info == nullptr || info->mount != SensorInfo::Mount::pantilt) return false;
+  if (info == nullptr) return false;
+  if (info->mount == SensorInfo::Mount::robot && !is_steep(info->parent_from_sensor)) return false;
   if (regular_bearings(scan)) return true;
   drops_.count("scan of irregular bearings: no row of a scene");
   return false;
@@ -181,8 +182,12 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
   const PanTiltAngles &first = synchronized.first_angles, &last = synchronized.last_angles;
   const auto pose = poses_.find(scan.utime);
   if (pose == poses_.end()) return drops_.count("scan without SLAM_POSE");
-  if (!synchronized.angles_known) return drops_.count("scan without pan-tilt angles");
+  const bool is_fixed = info.mount == SensorInfo::Mount::robot;
+  if (!is_fixed && !synchronized.angles_known) {
+    return drops_.count("scan without pan-tilt angles");
+  }
   const auto robot_from_sensor = [&](const PanTiltAngles& angles) {
+    if (is_fixed) return info.parent_from_sensor;
     return robot_from_pantilt_sensor(options_.correction.base(*input_.pantilt_base()),
                                      options_.correction.sensor(info), angles.pan_rad,
                                      angles.tilt_rad);
@@ -215,7 +220,7 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
   }
   const double pan_rad = first.pan_rad + 0.5 * normalize_angle(last.pan_rad - first.pan_rad);
   const double tilt_rad = 0.5 * (first.tilt_rad + last.tilt_rad);
-  if (mapper_.add(row, pan_rad, tilt_rad)) publish_scene(mapper_.scenes().back());
+  if (mapper_.add(row, pan_rad, tilt_rad, info.channel)) publish_scene(mapper_.scenes().back());
 }
 
 void Mapping3dAdapter::publish_scene(const Scene& scene) {
@@ -231,7 +236,9 @@ void Mapping3dAdapter::finish() {
   input_.complete_all();
   use_complete_scans();
   for (const SynchronizedScan& scan : std::exchange(waiting_, {})) use(scan);
-  if (mapper_.finish()) publish_scene(mapper_.scenes().back());
+  const std::vector<Scene>& scenes = mapper_.scenes();
+  const std::size_t ended = mapper_.finish();
+  for (std::size_t i = scenes.size() - ended; i < scenes.size(); ++i) publish_scene(scenes[i]);
   mapper_.refine();
   if (!mapper_.scenes().empty()) publish_model(newest_);
 }

@@ -29,11 +29,11 @@ struct Mapping3dAdapterOptions {
   }
 };
 
-/// Messages in, Mapper3d, messages out. Scans of lasers on the pan-tilt come out of a
-/// SensorSynchronizer with the angles at their first and last beam, and wait for their SLAM_POSE
-/// (of the same stamp). Each finished sweep is published as SCENE, and the model, its scenes
-/// registered in 3D, as MESH tiles below 300 kB. TRAJECTORY moves scenes whose keyframes moved.
-/// What it does depends on the order of messages and their stamps alone.
+/// Messages in, Mapper3d, messages out. Scans of lasers on the pan-tilt, and of those fixed steeply
+/// to the robot, come out of a SensorSynchronizer with the angles at their first and last beam, and
+/// wait for their SLAM_POSE (of the same stamp). Each finished sweep is published as SCENE, and the
+/// model, its scenes registered in 3D, as MESH tiles below 300 kB. TRAJECTORY moves scenes whose
+/// keyframes moved. What it does depends on the order of messages and their stamps alone.
 class Mapping3dAdapter {
  public:
   /// @param bus outlives the adapter. @param warn see process::DropCounter.

@@ -30,6 +30,13 @@ struct SensorInfo {
   double focal_length_px = 0.0;                           ///< of a camera
 };
 
+/// Whether a laser's scan plane is so steep that it sees floor and ceiling rather than walls: its
+/// scans are rows of a 3D scene, not a map's.
+inline bool is_steep(const Pose3& robot_from_sensor) {
+  constexpr double kSteepDeg = 30.0;
+  return std::abs(robot_from_sensor.linear()(2, 2)) < std::cos(deg_to_rad(kSteepDeg));
+}
+
 /// Remembers the newest of each channel. @returns false, and changes nothing, when there are too
 /// many channels: any program on the network may announce some.
 inline bool note_sensor(std::map<std::string, SensorInfo>& by_channel, const SensorInfo& info) {

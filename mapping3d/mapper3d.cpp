@@ -4,15 +4,51 @@
 #include <cmath>
 
 namespace marco::mapping3d {
-Mapper3d::Mapper3d(const Mapper3dOptions& options) : options_(options), builder_(options.builder) {
+Mapper3d::Mapper3d(const Mapper3dOptions& options) : options_(options) {
   validate(options, "mapping3d");
 }
 
 bool Mapper3d::keep(std::optional<Scene> scene) {
   if (!scene) return false;
+  scene->number = static_cast<int>(scenes_.size());
   scenes_.push_back(std::move(*scene));
+  settle(first_scene_of_last_stop());
   set_changed();
   return true;
+}
+
+std::size_t Mapper3d::first_scene_of_last_stop() const {
+  std::size_t first = scenes_.size() - 1;
+  const std::optional<Utime> stop = scenes_[first].rows.back().stop;
+  while (stop && first > 0 && scenes_[first - 1].rows.back().stop == stop) --first;
+  return first > 0 ? first - 1 : 0;  // one that began before the stop and ended in it
+}
+
+void Mapper3d::settle(std::size_t first_scene) {
+  std::vector<std::vector<SceneRow>*> all;
+  for (std::size_t scene = first_scene; scene < scenes_.size(); ++scene) {
+    all.push_back(&scenes_[scene].rows);
+  }
+  for (auto& [laser, builder] : builders_) all.push_back(&builder.rows());
+  std::map<Utime, const SceneRow*> newest;
+  for (const std::vector<SceneRow>* rows : all) {
+    for (const SceneRow& row : *rows) {
+      if (!row.stop) continue;
+      const SceneRow*& known = newest[*row.stop];
+      if (known == nullptr || known->utime <= row.utime) known = &row;
+    }
+  }
+  for (std::vector<SceneRow>* rows : all) {
+    for (SceneRow& row : *rows) {
+      if (row.stop) row.world_from_robot = newest.at(*row.stop)->world_from_robot;
+    }
+  }
+}
+
+int64_t Mapper3d::rows_without_scene() const {
+  int64_t rows = 0;
+  for (const auto& [laser, builder] : builders_) rows += builder.rows_without_scene();
+  return rows;
 }
 
 void Mapper3d::set_changed() {
@@ -20,11 +56,16 @@ void Mapper3d::set_changed() {
   model_.reset();
 }
 
-bool Mapper3d::add(const SceneRow& row, double pan_rad, double tilt_rad) {
-  return keep(builder_.add(row, pan_rad, tilt_rad));
+bool Mapper3d::add(const SceneRow& row, double pan_rad, double tilt_rad, const std::string& laser) {
+  SceneBuilder& builder = builders_.try_emplace(laser, options_.builder).first->second;
+  return keep(builder.add(row, pan_rad, tilt_rad));
 }
 
-bool Mapper3d::finish() { return keep(builder_.finish()); }
+std::size_t Mapper3d::finish() {
+  const std::size_t before = scenes_.size();
+  for (auto& [laser, builder] : builders_) keep(builder.finish());
+  return scenes_.size() - before;
+}
 
 void Mapper3d::follow(const PathCorrection& correction) {
   const auto move = [&correction](std::vector<SceneRow>& rows) {
@@ -33,7 +74,8 @@ void Mapper3d::follow(const PathCorrection& correction) {
     }
   };
   for (Scene& scene : scenes_) move(scene.rows);
-  move(builder_.rows());
+  for (auto& [laser, builder] : builders_) move(builder.rows());
+  settle(0);
   set_changed();
 }
 

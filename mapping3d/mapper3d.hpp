@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "mapping3d/path_correction.hpp"
@@ -45,12 +47,14 @@ class Mapper3d {
  public:
   explicit Mapper3d(const Mapper3dOptions& options = {});
 
+  /// @param laser  whose row it is: each makes scenes of its own
   /// @returns whether this row completed a scene.
-  bool add(const SceneRow& row, double pan_rad, double tilt_rad);
-  /// Ends the current sweep. @returns whether it became a scene.
-  bool finish();
+  bool add(const SceneRow& row, double pan_rad, double tilt_rad, const std::string& laser = {});
+  /// Ends the current sweeps. @returns how many of them became scenes.
+  std::size_t finish();
 
-  /// Applies a new path: each row moves with the last keyframe before it.
+  /// Applies a new path: each row moves with the last keyframe before it, and the rows of one stop
+  /// with its last one.
   void follow(const PathCorrection& correction);
 
   /// Registers all scenes, starting from the path, which holds what surfaces do not constrain.
@@ -59,7 +63,7 @@ class Mapper3d {
   /// last call. Takes seconds for a hundred scenes.
   void refine();
 
-  /// Rows on today's path, not refined.
+  /// Rows on today's path, not refined; those of one stop lie where the last of them does.
   const std::vector<Scene>& scenes() const { return scenes_; }
   /// Each scene's points, world frame, as of the last refine().
   std::vector<ScenePoints> placed() const;
@@ -73,17 +77,20 @@ class Mapper3d {
   const RegistrationResult& registration() const { return registration_; }
   bool refined() const { return refined_; }
   const Straightening& straightening() const { return straightening_; }
-  int64_t rows_without_scene() const { return builder_.rows_without_scene(); }
+  int64_t rows_without_scene() const;
 
  private:
   bool keep(std::optional<Scene> scene);
+  std::size_t first_scene_of_last_stop() const;
+  /// SLAM knows a stop's place best at its end: puts all its rows there, from this scene on.
+  void settle(std::size_t first_scene);
   ScenePoints placed(std::size_t scene) const;
   std::vector<std::size_t> stop_of_each() const;
   void straighten_sweeps(const std::vector<std::size_t>& stops);
   void set_changed();
 
   Mapper3dOptions options_;
-  SceneBuilder builder_;
+  std::map<std::string, SceneBuilder> builders_;  ///< by laser
   std::vector<Scene> scenes_;
   RegistrationResult registration_;
   Straightening straightening_;

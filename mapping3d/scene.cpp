@@ -3,9 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/samples.hpp"
+
 namespace marco::mapping3d {
 
 namespace {
+
+// Of a steep laser that the robot sweeps: less repeats the row; and a sweep ends while the path is
+// still sure of its beginning.
+constexpr double kStepM = 0.01, kStepDeg = 0.25, kLongestDriveM = 4.0;
 
 struct Direction {
   double cosine;
@@ -100,17 +106,50 @@ SceneBuilder::SceneBuilder(const SceneBuilderOptions& options) : options_(option
   validate(options, "scene_builder");
 }
 
-SceneBuilder::Step SceneBuilder::step_to(double pan_rad, double tilt_rad) const {
+SceneBuilder::Step SceneBuilder::step_to(const SceneRow& row,
+                                         double pan_rad,
+                                         double tilt_rad) const {
   const double pan_deg = rad_to_deg(normalize_angle(pan_rad - pan_rad_));
   const double tilt_deg = rad_to_deg(tilt_rad - tilt_rad_);
   const bool by_tilt = std::abs(tilt_deg) >= std::abs(pan_deg);
   const double step_deg = by_tilt ? tilt_deg : pan_deg;
   Step step;
-  if (std::abs(step_deg) < options_.min_step_deg) return step;
+  if (std::abs(step_deg) < options_.min_step_deg) return step_by_robot(row);
   step.axis = by_tilt ? Axis::tilt : Axis::pan;
   step.sign = step_deg > 0.0 ? 1 : -1;
   step.jump = std::abs(step_deg) > options_.max_step_deg;
+  step.turned_deg = step_deg;
   return step;
+}
+
+SceneBuilder::Step SceneBuilder::step_by_robot(const SceneRow& row) const {
+  Step step;
+  const SceneRow& last = rows_.back();
+  if (!is_steep(row.robot_from_sensor_first)) return step;
+  const Pose3 before = lift(last.world_from_robot) * last.robot_from_sensor_first;
+  const Pose3 now = lift(row.world_from_robot) * row.robot_from_sensor_first;
+  step.drove_m = before.linear().col(2).dot(now.translation() - before.translation());
+  step.turned_deg =
+      rad_to_deg(normalize_angle(row.world_from_robot.theta_rad - last.world_from_robot.theta_rad));
+  const double drives = std::abs(step.drove_m) / kStepM;
+  const double turns = std::abs(step.turned_deg) / kStepDeg;
+  if (std::max(drives, turns) < 1.0) return {};
+  step.axis = drives >= turns ? Axis::drive : Axis::turn;
+  step.sign = (drives >= turns ? step.drove_m : step.turned_deg) > 0.0 ? 1 : -1;
+  step.jump = std::abs(step.drove_m) > options_.max_drive_m ||
+              std::abs(step.turned_deg) > options_.max_step_deg;
+  return step;
+}
+
+bool SceneBuilder::turns_back(const Step& step) const {
+  if (direction_.axis == Axis::none) return false;
+  if (step.axis == direction_.axis) return step.sign != direction_.sign;
+  const auto by_robot = [](Axis axis) { return axis == Axis::drive || axis == Axis::turn; };
+  return !by_robot(step.axis) || !by_robot(direction_.axis);  // round a bend it does both
+}
+
+bool SceneBuilder::is_whole() const {
+  return std::abs(direction_.turned_deg) >= 360.0 || std::abs(direction_.drove_m) >= kLongestDriveM;
 }
 
 void SceneBuilder::start(SceneRow row, double pan_rad, double tilt_rad) {
@@ -126,7 +165,7 @@ std::optional<Scene> SceneBuilder::add(SceneRow row, double pan_rad, double tilt
     start(std::move(row), pan_rad, tilt_rad);
     return std::nullopt;
   }
-  const Step step = step_to(pan_rad, tilt_rad);
+  Step step = step_to(row, pan_rad, tilt_rad);
   const bool same_columns = row.ranges_m.size() == rows_.back().ranges_m.size();
   if (!same_columns && rows_.size() > 1 && !last_was_odd_) {
     last_was_odd_ = true;
@@ -144,9 +183,8 @@ std::optional<Scene> SceneBuilder::add(SceneRow row, double pan_rad, double tilt
     start(std::move(row), pan_rad, tilt_rad);
     return scene;
   }
-  const bool turns = direction_.axis != Axis::none &&
-                     (step.axis != direction_.axis || step.sign != direction_.sign);
-  if (turns || step.jump || !same_columns || std::abs(since.seconds()) > options_.pause_s) {
+  if (turns_back(step) || step.jump || !same_columns ||
+      std::abs(since.seconds()) > options_.pause_s) {
     std::optional<Scene> scene = finish();
     start(std::move(row), pan_rad, tilt_rad);
     return scene;
@@ -154,8 +192,14 @@ std::optional<Scene> SceneBuilder::add(SceneRow row, double pan_rad, double tilt
   rows_.push_back(std::move(row));
   pan_rad_ = pan_rad;
   tilt_rad_ = tilt_rad;
+  step.turned_deg += direction_.turned_deg;
+  step.drove_m += direction_.drove_m;
   direction_ = step;
-  return std::nullopt;
+  if (!is_whole()) return std::nullopt;
+  SceneRow seam = rows_.back();
+  std::optional<Scene> scene = finish();
+  start(std::move(seam), pan_rad, tilt_rad);
+  return scene;
 }
 
 std::optional<Scene> SceneBuilder::finish() {

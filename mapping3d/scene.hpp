@@ -21,6 +21,7 @@ struct SceneRow {
   Pose3 robot_from_sensor_last = Pose3::Identity();   ///< at the last beam; the pan-tilt may move
   Pose2 world_from_robot;                             ///< at the first beam
   Pose2 first_robot_from_last_robot;                  ///< the robot's motion until the last beam
+  std::optional<Utime> stop;   ///< rows of one stop have the same: the robot stood meanwhile
   double pan_first_rad = 0.0;  ///< the angles behind the sensor poses, for the calibration
   double pan_last_rad = 0.0;
   double tilt_first_rad = 0.0;
@@ -90,9 +91,11 @@ struct SceneBuilderOptions {
   }
 };
 
-/// Finds the sweeps in a stream of scans. A sweep lasts while tilt (or pan) moves in one direction,
-/// in steps or continuously, whether the robot stands or drives; it ends when the direction changes
-/// or the pan-tilt pauses or jumps. A single row of another width is skipped. Not thread-safe.
+/// Finds the sweeps in one laser's stream of scans. A sweep lasts while tilt (or pan) moves in one
+/// direction, in steps or continuously, whether the robot stands or drives; it ends when the
+/// direction changes or the pan-tilt pauses or jumps, and after a full turn. Where neither moves
+/// and the scan plane is steep, the robot sweeps it as it drives or turns (push-broom). A single
+/// row of another width is skipped. Not thread-safe.
 class SceneBuilder {
  public:
   explicit SceneBuilder(const SceneBuilderOptions& options = {});
@@ -111,20 +114,26 @@ class SceneBuilder {
   std::vector<SceneRow>& rows() { return rows_; }
 
  private:
-  enum class Axis { none, pan, tilt };
+  enum class Axis { none, pan, tilt, drive, turn };
   struct Step {
     Axis axis = Axis::none;
     int sign = 0;
     bool jump = false;
+    double turned_deg = 0.0;  ///< about the pan-tilt's axis or the robot's
+    double drove_m = 0.0;     ///< across the scan plane
   };
-  Step step_to(double pan_rad, double tilt_rad) const;
+  Step step_to(const SceneRow& row, double pan_rad, double tilt_rad) const;
+  Step step_by_robot(const SceneRow& row) const;
+  /// Whether `step` goes another way than the sweep did.
+  bool turns_back(const Step& step) const;
+  bool is_whole() const;
   void start(SceneRow row, double pan_rad, double tilt_rad);
 
   SceneBuilderOptions options_;
   std::vector<SceneRow> rows_;
   double pan_rad_ = 0.0;  ///< of the last row
   double tilt_rad_ = 0.0;
-  Step direction_;
+  Step direction_;             ///< of the last step; its amounts are the whole sweep's
   bool last_was_odd_ = false;  ///< the last row had another width and was skipped
   int scenes_ = 0;
   int64_t rows_without_scene_ = 0;

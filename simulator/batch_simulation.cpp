@@ -26,8 +26,9 @@ OdometryOptions errors_of(const SimulationOptions& options) {
 }
 
 bool sweeps(const Tour& tour) {
-  return std::any_of(tour.steps.begin(), tour.steps.end(),
-                     [](const TourStep& step) { return step.kind == "sweep"; });
+  return std::any_of(tour.steps.begin(), tour.steps.end(), [](const TourStep& step) {
+    return step.kind == "sweep" || step.kind == "pan";
+  });
 }
 
 }  // namespace
@@ -50,8 +51,11 @@ BatchSimulation::BatchSimulation(const RayCaster& rays,
       make_pose3({options.robot.pantilt_ahead_m, 0.0, options.robot.tilt_axis_height_m});
   laser_info_.channel = channels::kLidar;
   laser_info_.mount = SensorInfo::Mount::pantilt;
+  const std::vector<double>& rpy_deg = options.robot.laser_roll_pitch_yaw_deg;
+  require(rpy_deg.size() == 3, "robot.laser_roll_pitch_yaw_deg: expected three numbers");
   laser_info_.parent_from_sensor =
-      make_pose3({options.robot.laser_ahead_m, 0.0, options.robot.laser_above_m});
+      make_pose3({options.robot.laser_ahead_m, 0.0, options.robot.laser_above_m},
+                 deg_to_rad(rpy_deg[0]), deg_to_rad(rpy_deg[1]), deg_to_rad(rpy_deg[2]));
   if (!has_pantilt()) {
     laser_info_.mount = SensorInfo::Mount::robot;
     laser_info_.parent_from_sensor = base_info_.parent_from_sensor * laser_info_.parent_from_sensor;
@@ -61,14 +65,26 @@ BatchSimulation::BatchSimulation(const RayCaster& rays,
   // Rounded as the ranges are: a "no return" must not lie a rounding error below the limit.
   laser_info_.range_max_m = static_cast<double>(static_cast<float>(options.laser.range_max_m));
   laser_info_.range_sigma_m = options.laser.range_sigma_m;
+  const std::vector<double>& level_m = options.robot.level_laser_m;
+  if (level_m.empty()) return;
+  require(level_m.size() == 3, "robot.level_laser_m: expected three numbers");
+  level_info_ = laser_info_;
+  level_info_->channel = std::string(channels::kLidar) + "_LEVEL";
+  level_info_->mount = SensorInfo::Mount::robot;
+  level_info_->parent_from_sensor = make_pose3({level_m[0], level_m[1], level_m[2]});
 }
 
-Pose3 BatchSimulation::world_from_laser(double seconds) const {
+Pose3 BatchSimulation::world_from_robot(double seconds) const {
   const RobotState state = plan_.at(seconds);
   const Eigen::Vector2d slope = deg_to_rad(options_.odometry.floor_tilt_deg) *
                                 floor_slope(state.world_from_robot.translation_m());
   return lift(state.world_from_robot) *
-         make_pose3(Eigen::Vector3d::Zero(), slope.x(), slope.y(), 0.0) *
+         make_pose3(Eigen::Vector3d::Zero(), slope.x(), slope.y(), 0.0);
+}
+
+Pose3 BatchSimulation::world_from_laser(double seconds) const {
+  const RobotState state = plan_.at(seconds);
+  return world_from_robot(seconds) *
          (has_pantilt()
               ? robot_from_pantilt_sensor(base_info_, laser_info_, state.pan_rad, state.tilt_rad)
               : laser_info_.parent_from_sensor);
@@ -79,8 +95,8 @@ void BatchSimulation::send(const Sample& sample, double seconds) {
 }
 
 void BatchSimulation::send_infos(double seconds) {
-  for (SensorInfo* info : {&base_info_, &laser_info_}) {
-    if (info == &base_info_ && !has_pantilt()) continue;
+  for (SensorInfo* info : {&base_info_, &laser_info_, level_info_ ? &*level_info_ : nullptr}) {
+    if (info == nullptr || (info == &base_info_ && !has_pantilt())) continue;
     info->utime = utime_at(seconds);
     send(*info, seconds);
   }
@@ -124,15 +140,35 @@ void BatchSimulation::send_scan(double first_beam_s) {
   for (const LaserScan& message : logger_.messages(scan)) send(message, sent_s);
 }
 
+void BatchSimulation::send_level_scan(double first_beam_s) {
+  LaserScan scan;
+  scan.channel = level_info_->channel;
+  scan.utime = utime_at(first_beam_s);
+  scan.first_bearing_rad = deg_to_rad(options_.laser.first_bearing_deg);
+  scan.bearing_step_rad = deg_to_rad(options_.laser.step_deg);
+  scan.ranges_m = laser_.scan(
+      [&](double after_s) -> LaserMoment {
+        const double seconds = first_beam_s + after_s;
+        return {world_from_robot(seconds) * level_info_->parent_from_sensor, seconds};
+      },
+      random_);
+  const double sent_s = first_beam_s + options_.laser.scan_duration_s;
+  send(TruePose{scan.utime, plan_.at(first_beam_s).world_from_robot}, sent_s);
+  send(scan, sent_s);
+}
+
 void BatchSimulation::run(const std::function<void(const Sample&, Utime)>& sent,
                           const std::function<void(double)>& progress) {
   sent_ = sent;
   // Each source sends at its own period, a scan after its last beam. The source due first is next.
-  enum Source { info, odometry, pantilt, scan, sources };
+  // The second laser turns by half a period later.
+  enum Source { info, odometry, pantilt, scan, level_scan, sources };
+  const double scan_period_s = 1.0 / options_.laser.scans_per_s;
   const double periods_s[sources] = {1.0, 1.0 / options_.odometry.rate_hz,
                                      has_pantilt() ? 1.0 / options_.robot.pantilt_state_hz : 1.0,
-                                     1.0 / options_.laser.scans_per_s};
-  const double delays_s[sources] = {0.0, 0.0, 0.0, options_.laser.scan_duration_s};
+                                     scan_period_s, scan_period_s};
+  const double lasts_s = options_.laser.scan_duration_s;
+  const double delays_s[sources] = {0.0, 0.0, 0.0, lasts_s, 0.5 * scan_period_s + lasts_s};
   int64_t counts[sources] = {};
   const auto due_s = [&](int source) {
     return static_cast<double>(counts[source]) * periods_s[source] + delays_s[source];
@@ -152,8 +188,10 @@ void BatchSimulation::run(const std::function<void(const Sample&, Utime)>& sent,
       send_odometry(now_s);
     } else if (next == pantilt) {
       send_pantilt(now_s);
-    } else {
-      send_scan(now_s - delays_s[scan]);
+    } else if (next == scan) {
+      send_scan(now_s - lasts_s);
+    } else if (level_info_) {
+      send_level_scan(now_s - lasts_s);
     }
   }
 }

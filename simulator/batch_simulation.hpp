@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 #include "common/samples.hpp"
 #include "simulator/laser_model.hpp"
@@ -43,6 +44,8 @@ class BatchSimulation {
   void send_odometry(double seconds);
   void send_pantilt(double seconds);
   void send_scan(double first_beam_s);
+  void send_level_scan(double first_beam_s);
+  Pose3 world_from_robot(double seconds) const;
   void send(const Sample& sample, double seconds);
   Utime utime_at(double seconds) const { return kStart + Duration::from_seconds(seconds); }
 
@@ -51,6 +54,7 @@ class BatchSimulation {
   LaserModel laser_;
   SensorInfo base_info_;
   SensorInfo laser_info_;
+  std::optional<SensorInfo> level_info_;  ///< of a second laser
   std::mt19937_64 random_;
   OdometryModel odometry_;
   LoggerModel logger_;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "drivers/laser/beam_order.hpp"
 #include "lcm_tools/base/options.hpp"
@@ -122,7 +123,10 @@ struct RobotOptions {
   double tilt_axis_height_m = 0.60;  ///< ours: the thesis gives none
   double laser_ahead_m = 0.045;
   double laser_above_m = 0.008;
-  double pantilt_rate_deg_per_s = 45.0;  ///< between sweeps
+  std::vector<double> laser_roll_pitch_yaw_deg = {0, 0, 0};
+  std::vector<double> level_laser_m = {};  ///< where a second one is fixed, on LIDAR_LEVEL; or none
+  double spin_deg_per_s = 0.0;             ///< the pan turns all the time
+  double pantilt_rate_deg_per_s = 45.0;    ///< between sweeps
   double pantilt_state_hz = 100.0;  ///< 0 = no pan-tilt: the laser sits where it would be at rest
   /// What ODOMETRY tells: `wheels`, `gyro` (the turns alone, without drift and slip), `still` (a
   /// pose that never moves) or `none` (not sent).
@@ -138,6 +142,9 @@ struct RobotOptions {
     v("tilt_axis_height_m", tilt_axis_height_m, kPositive);
     v("laser_ahead_m", laser_ahead_m);
     v("laser_above_m", laser_above_m);
+    v("laser_roll_pitch_yaw_deg", laser_roll_pitch_yaw_deg);
+    v("level_laser_m", level_laser_m);
+    v("spin_deg_per_s", spin_deg_per_s, Limits{-3600.0, 3600.0});
     v("pantilt_rate_deg_per_s", pantilt_rate_deg_per_s, kPositive);
     v("pantilt_state_hz", pantilt_state_hz, Limits{0.0, 1000.0});
     v("odometry", odometry);

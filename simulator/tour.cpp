@@ -6,6 +6,11 @@
 #include "lcm_tools/base/check.hpp"
 
 namespace marco::sim {
+namespace {
+
+constexpr double kSettleS = 0.3;  // of the pan-tilt
+
+}  // namespace
 
 MotionPlan::MotionPlan(const Tour& tour, const RobotOptions& robot, double scans_per_s)
     : robot_(robot) {
@@ -19,9 +24,11 @@ MotionPlan::MotionPlan(const Tour& tour, const RobotOptions& robot, double scans
       turn_to(deg_to_rad(step.heading_deg));
     } else if (step.kind == "sweep") {
       sweep(step, scans_per_s);
+    } else if (step.kind == "pan") {
+      pan(step, scans_per_s);
     } else {
       require(step.kind == "wait",
-              "steps.kind '" + step.kind + "': expected go, face, sweep or wait");
+              "steps.kind '" + step.kind + "': expected go, face, sweep, pan or wait");
       append(Phase::Kind::wait, step.seconds, 1.0, 0.0);
     }
   }
@@ -90,7 +97,6 @@ void MotionPlan::sweep(const TourStep& step, double scans_per_s) {
   const double between_rad_per_s = deg_to_rad(robot_.pantilt_rate_deg_per_s);
   const double from = deg_to_rad(step.tilt_from_deg), to = deg_to_rad(step.tilt_to_deg);
   require(std::abs(to - from) > 1e-3, "steps: a sweep needs two different tilts");
-  constexpr double kSettleS = 0.3;
   for (const double pan_deg : step.pans_deg) {
     append(Phase::Kind::pan, deg_to_rad(pan_deg) - now_.pan_rad, between_rad_per_s, 0.0);
     append(Phase::Kind::tilt, from - now_.tilt_rad, between_rad_per_s, 0.0);
@@ -103,13 +109,27 @@ void MotionPlan::sweep(const TourStep& step, double scans_per_s) {
   append(Phase::Kind::wait, kSettleS, 1.0, 0.0);
 }
 
+void MotionPlan::pan(const TourStep& step, double scans_per_s) {
+  const double between_rad_per_s = deg_to_rad(robot_.pantilt_rate_deg_per_s);
+  const double from = deg_to_rad(step.pan_from_deg), to = deg_to_rad(step.pan_to_deg);
+  require(std::abs(to - from) > 1e-3, "steps: pan needs two different angles");
+  append(Phase::Kind::pan, from - now_.pan_rad, between_rad_per_s, 0.0);
+  append(Phase::Kind::wait, kSettleS, 1.0, 0.0);
+  append(Phase::Kind::pan, to - from, std::abs(to - from) * scans_per_s / step.rows, 0.0);
+  append(Phase::Kind::wait, kSettleS, 1.0, 0.0);
+  append(Phase::Kind::pan, -now_.pan_rad, between_rad_per_s, 0.0);
+  append(Phase::Kind::wait, kSettleS, 1.0, 0.0);
+}
+
 RobotState MotionPlan::at(double seconds) const {
   if (phases_.empty()) return now_;
   const auto after =
       std::upper_bound(phases_.begin(), phases_.end(), seconds,
                        [](double t, const Phase& phase) { return t < phase.start_s; });
   const Phase& phase = after == phases_.begin() ? phases_.front() : *(after - 1);
-  return advance(phase, seconds - phase.start_s);
+  RobotState state = advance(phase, seconds - phase.start_s);
+  state.pan_rad = normalize_angle(state.pan_rad + deg_to_rad(robot_.spin_deg_per_s) * seconds);
+  return state;
 }
 
 }  // namespace marco::sim

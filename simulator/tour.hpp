@@ -11,13 +11,15 @@ namespace marco::sim {
 
 /// One step of a tour.
 struct TourStep {
-  std::string kind = "go";   ///< go (to x, y), face (a heading), sweep (the pan-tilt), wait
+  std::string kind = "go";   ///< go (to x, y), face (a heading), sweep (the tilt), pan, wait
   std::vector<double> to_m;  ///< go
   double heading_deg = 0.0;  ///< face
   std::vector<double> pans_deg = {0};  ///< sweep: one sweep of the tilt at each
   double tilt_from_deg = -20.0;
   double tilt_to_deg = 45.0;
-  double rows = 100;     ///< sweep: scans from one end to the other
+  double pan_from_deg = -90.0;  ///< pan, at tilt 0
+  double pan_to_deg = 90.0;
+  double rows = 100;     ///< sweep, pan: scans from one end to the other
   double seconds = 1.0;  ///< wait
 
   template <class Visitor>
@@ -28,6 +30,8 @@ struct TourStep {
     v("pans_deg", pans_deg);
     v("tilt_from_deg", tilt_from_deg, Limits{-90.0, 90.0});
     v("tilt_to_deg", tilt_to_deg, Limits{-90.0, 90.0});
+    v("pan_from_deg", pan_from_deg, Limits{-720.0, 720.0});
+    v("pan_to_deg", pan_to_deg, Limits{-720.0, 720.0});
     v("rows", rows, Limits{2.0, 10000.0});
     v("seconds", seconds, kNotNegative);
   }
@@ -79,6 +83,7 @@ class MotionPlan {
   void go(const TourStep& step);
   void turn_to(double heading_rad);
   void sweep(const TourStep& step, double scans_per_s);
+  void pan(const TourStep& step, double scans_per_s);
   static RobotState advance(const Phase& phase, double seconds);
 
   RobotOptions robot_;

@@ -17,6 +17,13 @@ constexpr double kPredictionSigmaM = 0.001, kPredictionSigmaRad = 0.001;
 // Keyframes examined for each new one, so that no scan waits for many.
 constexpr int kCulledAtOnce = 3;
 
+bool contradicts(const ScanMatch& match, const PoseWithCovariance& predicted) {
+  const Eigen::Matrix3d expected = predicted.covariance + covariance_of(match.information);
+  return squared_mahalanobis_distance(
+             difference(match.world_from_robot, predicted.world_from_robot),
+             information_of(expected)) > match_gates::kContradiction;
+}
+
 }  // namespace
 
 Slam::Slam(const SlamOptions& options)
@@ -43,7 +50,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
   // Odometry will give the whole way since the last scan that was matched: its uncertainty does not
   // add up over the scans of a sweep.
   if (!use && guess.source == MotionGuess::Source::odometry) {
-    return note_scan(input.scan.utime, {prior.map_from_robot, covariance});
+    return note_scan(input, {prior.map_from_robot, covariance});
   }
   MatchedScan matched{{}, {}, {prior.map_from_robot}, {}};
   if (use) {
@@ -75,7 +82,8 @@ SlamUpdate Slam::process(const SlamInput& input) {
     trajectory_changed = search_loops();
     cull_keyframes();
   }
-  SlamUpdate update = note_scan(input.scan.utime, estimate_);
+  if (match.usable && contradicts(match, {prior.map_from_robot, covariance})) path_.leave_stop();
+  SlamUpdate update = note_scan(input, estimate_);
   if (add_edited_loops()) {
     update.world_from_robot = estimate_.world_from_robot;
     trajectory_changed = true;
@@ -88,8 +96,10 @@ SlamUpdate Slam::process(const SlamInput& input) {
   return update;
 }
 
-SlamUpdate Slam::note_scan(Utime utime, const PoseWithCovariance& estimate) {
-  path_.add_scan(utime, estimate.world_from_robot, keyframes_.keys);
+SlamUpdate Slam::note_scan(const SlamInput& input, const PoseWithCovariance& estimate) {
+  const auto odom_from_robot =
+      motion_.trusts_odometry() ? input.motion.odom_from_robot : std::nullopt;
+  path_.add_scan({input.scan.utime, estimate.world_from_robot}, odom_from_robot, keyframes_.keys);
   SlamUpdate update;
   update.world_from_robot = estimate.world_from_robot;
   update.covariance = estimate.covariance;

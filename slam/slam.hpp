@@ -174,7 +174,7 @@ class Slam {
                         const Straightening& straightening,
                         const PosePrior& prior,
                         MotionGuess::Source source);
-  SlamUpdate note_scan(Utime utime, const PoseWithCovariance& estimate);
+  SlamUpdate note_scan(const SlamInput& input, const PoseWithCovariance& estimate);
   /// By the match and the prediction; of a robot that stands, by all matches from its place.
   PoseWithCovariance estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands);
   void add_keyframe(const SlamInput& input,

@@ -18,6 +18,13 @@ double distance(const Pose2& a, const Pose2& b) {
 
 }  // namespace
 
+bool stood_still(const Pose2& before, const Pose2& now) {
+  constexpr double kNoStepM = 5e-4, kNoTurnDeg = 0.03;
+  const Pose2 step = between(before, now);
+  return step.translation_m().norm() <= kNoStepM &&
+         std::abs(step.theta_rad) <= deg_to_rad(kNoTurnDeg);
+}
+
 bool OdometryTrack::restarts_at(const OdometrySample& sample) const {
   constexpr double kFarM = 1.0, kFarMPerS = 5.0, kLongestS = 10.0;
   constexpr double kFarRad = 1.0, kFarRadPerS = 7.0;

@@ -8,6 +8,10 @@
 
 namespace marco {
 
+/// Whether odometry says that the robot stood between two of its poses: they differ by less than
+/// wheels can tell.
+bool stood_still(const Pose2& before, const Pose2& now);
+
 /// Odometry, to be asked for the pose at a scan.
 ///
 /// Odometry that has a scan's own stamp and is delivered beside it came with it: it holds for the

@@ -193,6 +193,7 @@ SynchronizedScan SensorSynchronizer::synchronized(WaitingScan waiting) {
     result.motion.gyro_heading_rad = heading->theta_rad;
   }
   result.robot_from_sensor = result.info.parent_from_sensor;
+  result.level = !is_steep(result.robot_from_sensor);
   if (result.info.mount == SensorInfo::Mount::pantilt) {
     state_.pantilt_is_silent = state_.pantilt.empty();
     look_up_pantilt(result);
@@ -203,21 +204,21 @@ SynchronizedScan SensorSynchronizer::synchronized(WaitingScan waiting) {
 }
 
 // One that gives scans: it is matched, and what nods beside it sees other places of other errors.
-bool SensorSynchronizer::has_fixed_laser() const {
+bool SensorSynchronizer::has_level_laser() const {
   return std::any_of(state_.stamps.begin(), state_.stamps.end(), [this](const auto& laser) {
     const SensorInfo* info = sensor_of(laser.first);
-    return info != nullptr && info->mount == SensorInfo::Mount::robot;
+    return info != nullptr && info->mount == SensorInfo::Mount::robot &&
+           !is_steep(info->parent_from_sensor);
   });
 }
 
 void SensorSynchronizer::look_up_pantilt(SynchronizedScan& scan) const {
-  scan.level = !has_fixed_laser();
   const SensorInfo* base = pantilt_base();
-  if (base == nullptr) return;
-  if (state_.pantilt.empty()) {
+  if (base != nullptr) {
     scan.robot_from_sensor = robot_from_pantilt_sensor(*base, scan.info, 0.0, 0.0);
-    return;
   }
+  scan.level = !has_level_laser() && !is_steep(scan.robot_from_sensor);
+  if (base == nullptr || state_.pantilt.empty()) return;
   const Utime first_beam = scan.motion.utime;
   const auto first = state_.pantilt.at(first_beam);
   const auto last = state_.pantilt.at(first_beam + Duration::from_seconds(scan.duration_s));
@@ -226,12 +227,17 @@ void SensorSynchronizer::look_up_pantilt(SynchronizedScan& scan) const {
   const PanTiltState& newest = state_.pantilt.newest();
   scan.first_angles = first.value_or(PanTiltAngles{newest.pan_rad, newest.tilt_rad});
   scan.last_angles = last.value_or(scan.first_angles);
-  scan.robot_from_sensor = robot_from_pantilt_sensor(*base, scan.info, scan.first_angles.pan_rad,
-                                                     scan.first_angles.tilt_rad);
-  const double limit_rad = deg_to_rad(options_.level_tilt_limit_deg);
+  const auto robot_from_sensor = [&](const PanTiltAngles& angles) {
+    return robot_from_pantilt_sensor(*base, scan.info, angles.pan_rad, angles.tilt_rad);
+  };
+  scan.robot_from_sensor = robot_from_sensor(scan.first_angles);
+  const double limit_cosine = std::cos(deg_to_rad(options_.level_tilt_limit_deg));
+  const auto lies_level = [&](const PanTiltAngles& angles) {
+    return std::abs(robot_from_sensor(angles).linear()(2, 2)) >= limit_cosine - 1e-12;
+  };
   const double panned_rad = normalize_angle(scan.last_angles.pan_rad - scan.first_angles.pan_rad);
-  scan.level = scan.level && std::abs(scan.first_angles.tilt_rad) <= limit_rad &&
-               std::abs(scan.last_angles.tilt_rad) <= limit_rad &&
+  scan.level = !has_level_laser() && lies_level(scan.first_angles) &&
+               lies_level(scan.last_angles) &&
                std::abs(panned_rad) <= deg_to_rad(options_.pan_in_scan_limit_deg);
 }
 

@@ -22,7 +22,7 @@ namespace marco {
 
 struct SynchronizerOptions {
   double patience_s = 0.5;  ///< how long a scan waits for odometry and pan-tilt, in message time
-  double level_tilt_limit_deg = 1.0;   ///< a scan tilted more is not level
+  double level_tilt_limit_deg = 1.0;   ///< of a pan-tilt: a scan tilted more is not level
   double pan_in_scan_limit_deg = 0.1;  ///< nor is one during which the laser panned more
   double pantilt_gap_s = 1.0;          ///< longest gap between angles that is interpolated
   double pantilt_reach_s = 0.1;        ///< how far angles are extrapolated beyond the newest
@@ -146,7 +146,7 @@ class SensorSynchronizer {
   bool is_complete(const WaitingScan& scan) const;
   void complete_first();
   SynchronizedScan synchronized(WaitingScan waiting);
-  bool has_fixed_laser() const;
+  bool has_level_laser() const;
   void look_up_pantilt(SynchronizedScan& scan) const;
 
   SynchronizerOptions options_;

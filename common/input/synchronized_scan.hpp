@@ -40,7 +40,8 @@ struct SynchronizedScan {
   PanTiltAngles first_angles, last_angles;
   bool angles_known = false;
   Pose3 robot_from_sensor = Pose3::Identity();  ///< at the first beam
-  /// False: the laser was tilted, panned during the scan, or another one is fixed to the robot.
+  /// False: the laser was tilted, panned during the scan or is mounted steeply, or it is on a
+  /// pan-tilt and another one is fixed to the robot.
   bool level = true;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "common/covariance.hpp"
 #include "common/input/process/sensor_feed.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -53,13 +54,13 @@ Mapping3dAdapter::Mapping3dAdapter(process::Bus& bus,
 
 void Mapping3dAdapter::subscribe() {
   feed(bus_, drops_, input_,
-       {FedSensors::pantilt_only, [this](const LaserScan& scan) { return is_wanted(scan); },
+       {[this](const LaserScan& scan) { return is_wanted(scan); },
         [this] { use_complete_scans(); }});
   bus_.subscribe<slam_pose_t>(channels::kSlamPose, drops_, [this](const auto& message, auto&) {
     const PoseEstimate pose = from_message(message);
     // What is seen from a pose in no map would be laid over the map.
     require(pose.status != PoseEstimate::Status::lost, "slam_pose_t: SLAM does not know its place");
-    poses_[pose.utime] = pose.world_from_robot;
+    note_pose(pose);
     use_complete_scans();
   });
   bus_.subscribe<trajectory_t>(channels::kTrajectory, drops_, [this](const auto& message, auto&) {
@@ -75,10 +76,48 @@ void Mapping3dAdapter::subscribe() {
 
 bool Mapping3dAdapter::is_wanted(const LaserScan& scan) {
   const SensorInfo* info = input_.sensor_of(scan.channel);
-  if (info == nullptr || info->mount != SensorInfo::Mount::pantilt) return false;
+  if (info == nullptr) return false;
+  if (info->mount == SensorInfo::Mount::robot && !is_steep(info->parent_from_sensor)) return false;
   if (regular_bearings(scan)) return true;
   drops_.count("scan of irregular bearings: no row of a scene");
   return false;
+}
+
+void Mapping3dAdapter::note_pose(const PoseEstimate& pose) {
+  if (newest_pose_) {
+    const Eigen::Vector3d moved = difference(pose.world_from_robot, newest_pose_->world_from_robot);
+    const Eigen::Matrix3d information = information_of(newest_pose_->covariance + pose.covariance);
+    if (squared_mahalanobis_distance(moved, information) > kChi2Dof3Quantile999) {
+      moved_at_.insert(pose.utime);
+    }
+  }
+  poses_[pose.utime] = pose.world_from_robot;
+  newest_pose_ = pose;
+}
+
+bool Mapping3dAdapter::moved_between(Utime from, Utime until) const {
+  const auto after = moved_at_.upper_bound(from);
+  return after != moved_at_.end() && *after <= until;
+}
+
+bool Mapping3dAdapter::stands_during(const SynchronizedScan& scan) const {
+  if (!scan.odometry_step || !stood_still({}, *scan.odometry_step)) return false;
+  const auto next = poses_.lower_bound(scan.scan.utime + Duration::from_seconds(scan.duration_s));
+  return next == poses_.end() || !moved_between(scan.scan.utime, next->first);
+}
+
+std::optional<Utime> Mapping3dAdapter::stop_of(const SynchronizedScan& scan) {
+  const auto& odom_from_robot = scan.motion.odom_from_robot;
+  const Utime utime = scan.scan.utime;
+  if (!odom_from_robot) {
+    stop_.reset();
+    return std::nullopt;
+  }
+  const bool stands = stop_ && stood_still(stop_->odom_from_robot, *odom_from_robot) &&
+                      !moved_between(stop_->newest, utime);
+  if (!stands) stop_ = {utime, utime, *odom_from_robot};
+  stop_->newest = utime;
+  return stop_->since;
 }
 
 bool Mapping3dAdapter::has_pose(const SynchronizedScan& scan) const {
@@ -118,6 +157,9 @@ void Mapping3dAdapter::forget_poses_between(const PathCorrection& keys) {
   // pose_at() looks at the pose before, too.
   const auto first_needed = poses_.lower_bound(needed);
   const auto kept = first_needed == poses_.begin() ? first_needed : std::prev(first_needed);
+  if (kept != poses_.end()) {
+    moved_at_.erase(moved_at_.begin(), moved_at_.lower_bound(kept->first));
+  }
   for (auto pose = poses_.begin(); pose != kept;) {
     pose = keys.has_key(pose->first) ? std::next(pose) : poses_.erase(pose);
   }
@@ -140,8 +182,12 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
   const PanTiltAngles &first = synchronized.first_angles, &last = synchronized.last_angles;
   const auto pose = poses_.find(scan.utime);
   if (pose == poses_.end()) return drops_.count("scan without SLAM_POSE");
-  if (!synchronized.angles_known) return drops_.count("scan without pan-tilt angles");
+  const bool is_fixed = info.mount == SensorInfo::Mount::robot;
+  if (!is_fixed && !synchronized.angles_known) {
+    return drops_.count("scan without pan-tilt angles");
+  }
   const auto robot_from_sensor = [&](const PanTiltAngles& angles) {
+    if (is_fixed) return info.parent_from_sensor;
     return robot_from_pantilt_sensor(options_.correction.base(*input_.pantilt_base()),
                                      options_.correction.sensor(info), angles.pan_rad,
                                      angles.tilt_rad);
@@ -159,7 +205,10 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
   row.robot_from_sensor_first = robot_from_sensor(first);
   row.robot_from_sensor_last = robot_from_sensor(last);
   row.world_from_robot = pose->second;
-  row.first_robot_from_last_robot = marco::between(pose->second, pose_at(last_beam));
+  row.stop = stop_of(synchronized);
+  if (!stands_during(synchronized)) {
+    row.first_robot_from_last_robot = marco::between(pose->second, pose_at(last_beam));
+  }
   row.pan_first_rad = first.pan_rad;
   row.pan_last_rad = last.pan_rad;
   row.tilt_first_rad = first.tilt_rad;
@@ -171,7 +220,7 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
   }
   const double pan_rad = first.pan_rad + 0.5 * normalize_angle(last.pan_rad - first.pan_rad);
   const double tilt_rad = 0.5 * (first.tilt_rad + last.tilt_rad);
-  if (mapper_.add(row, pan_rad, tilt_rad)) publish_scene(mapper_.scenes().back());
+  if (mapper_.add(row, pan_rad, tilt_rad, info.channel)) publish_scene(mapper_.scenes().back());
 }
 
 void Mapping3dAdapter::publish_scene(const Scene& scene) {
@@ -187,7 +236,9 @@ void Mapping3dAdapter::finish() {
   input_.complete_all();
   use_complete_scans();
   for (const SynchronizedScan& scan : std::exchange(waiting_, {})) use(scan);
-  if (mapper_.finish()) publish_scene(mapper_.scenes().back());
+  const std::vector<Scene>& scenes = mapper_.scenes();
+  const std::size_t ended = mapper_.finish();
+  for (std::size_t i = scenes.size() - ended; i < scenes.size(); ++i) publish_scene(scenes[i]);
   mapper_.refine();
   if (!mapper_.scenes().empty()) publish_model(newest_);
 }

@@ -4,10 +4,12 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 
 #include "common/input/sensor_synchronizer.hpp"
+#include "common/pose_estimate.hpp"
 #include "lcm_tools/process/bus.hpp"
 #include "lcm_tools/process/drop_counter.hpp"
 #include "mapping3d/calibration.hpp"
@@ -27,11 +29,11 @@ struct Mapping3dAdapterOptions {
   }
 };
 
-/// Messages in, Mapper3d, messages out. Scans of lasers on the pan-tilt come out of a
-/// SensorSynchronizer with the angles at their first and last beam, and wait for their SLAM_POSE
-/// (of the same stamp). Each finished sweep is published as SCENE, and the model, its scenes
-/// registered in 3D, as MESH tiles below 300 kB. TRAJECTORY moves scenes whose keyframes moved.
-/// What it does depends on the order of messages and their stamps alone.
+/// Messages in, Mapper3d, messages out. Scans of lasers on the pan-tilt, and of those fixed steeply
+/// to the robot, come out of a SensorSynchronizer with the angles at their first and last beam, and
+/// wait for their SLAM_POSE (of the same stamp). Each finished sweep is published as SCENE, and the
+/// model, its scenes registered in 3D, as MESH tiles below 300 kB. TRAJECTORY moves scenes whose
+/// keyframes moved. What it does depends on the order of messages and their stamps alone.
 class Mapping3dAdapter {
  public:
   /// @param bus outlives the adapter. @param warn see process::DropCounter.
@@ -51,7 +53,19 @@ class Mapping3dAdapter {
   std::optional<CalibrationResult> calibrate(const CalibrationOptions& options = {}) const;
 
  private:
+  /// Where the robot stands.
+  struct Stop {
+    Utime since, newest;    ///< its first scan and its last one
+    Pose2 odom_from_robot;  ///< at the first
+  };
+
   void subscribe();
+  void note_pose(const PoseEstimate& pose);
+  /// Whether SLAM's poses between these moments contradict odometry that stands.
+  bool moved_between(Utime from, Utime until) const;
+  bool stands_during(const SynchronizedScan& scan) const;
+  /// The first scan of the stop that this one belongs to; nothing without odometry.
+  std::optional<Utime> stop_of(const SynchronizedScan& scan);
   bool is_wanted(const LaserScan& scan);
   void use_complete_scans();
   bool has_pose(const SynchronizedScan& scan) const;
@@ -69,6 +83,9 @@ class Mapping3dAdapter {
   Mapper3d mapper_;
   SensorSynchronizer input_;
   std::map<Utime, Pose2> poses_;  ///< of keyframes and of the last scans, as known today
+  std::optional<PoseEstimate> newest_pose_;
+  std::set<Utime> moved_at_;  ///< poses, of those, that are surely not the one before
+  std::optional<Stop> stop_;
   std::deque<SynchronizedScan> waiting_;
   Utime newest_;
   int64_t revision_ = 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/covariance.hpp"
+#include "common/input/odometry_track.hpp"
 #include "slam/front_end/match_gates.hpp"
 
 namespace marco::slam {
@@ -134,8 +135,8 @@ bool MotionModel::trusts_odometry() const {
 }
 
 bool MotionModel::stands_still(const MotionInput& now, const Eigen::Matrix3d& information) const {
-  // Less than wheels can tell; and what matches of a standing robot differ by.
-  constexpr double kNoStepM = 5e-4, kNoTurnDeg = 0.03, kCalmM = 5e-3, kCalmDeg = 0.3;
+  // What matches of a standing robot differ by.
+  constexpr double kCalmM = 5e-3, kCalmDeg = 0.3;
   if (!state_.before || !state_.before->odom_from_robot || !now.odom_from_robot) return false;
   if (!trusts_odometry()) return false;
   // Two matches of one place differ by 1.8 standard deviations in the mean.
@@ -143,9 +144,7 @@ bool MotionModel::stands_still(const MotionInput& now, const Eigen::Matrix3d& in
   // In the direction that it knows well: along a bare corridor it knows nothing.
   const double sigma_m = std::sqrt(2.0 / (information(0, 0) + information(1, 1)));
   const double sigma_rad = 1.0 / std::sqrt(information(2, 2));
-  const Pose2 step = between(*state_.before->odom_from_robot, *now.odom_from_robot);
-  return step.translation_m().norm() <= kNoStepM &&
-         std::abs(step.theta_rad) <= deg_to_rad(kNoTurnDeg) &&
+  return stood_still(*state_.before->odom_from_robot, *now.odom_from_robot) &&
          state_.move_m <= std::max(kCalmM, kSigmas * sigma_m) &&
          state_.turn_rad <= std::max(deg_to_rad(kCalmDeg), kSigmas * sigma_rad);
 }

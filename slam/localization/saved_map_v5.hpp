@@ -67,8 +67,28 @@ struct Keyframe {
   }
 };
 
+struct ScanPose {
+  Utime utime;
+  int32_t key = -1;
+  Pose2 key_from_robot;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("utime", utime);
+    v("key", key);
+    v("key_from_robot", key_from_robot);
+  }
+};
+
+inline std::vector<slam::ScanPose> read_path(const std::vector<ScanPose>& stored) {
+  std::vector<slam::ScanPose> path;
+  for (const ScanPose& scan : stored) path.push_back({scan.utime, scan.key, scan.key_from_robot});
+  return path;
+}
+
 struct File {
   SavedMap map;
+  std::vector<ScanPose> scans, trail;
   std::vector<Keyframe> keys;
   Motion motion;
   double last_search_path_m = 0.0;
@@ -81,8 +101,8 @@ struct File {
     v("keys", keys);
     v("edges", slam.back_end.edges);
     v("loops", slam.back_end.loops);
-    v("scans", slam.path.scans);
-    v("trail", slam.path.keyframe_poses);
+    v("scans", scans);
+    v("trail", trail);
     v("motion", motion);
     v("standing", slam.zero_velocity);
     v("world_from_robot", slam.estimate.world_from_robot);
@@ -117,6 +137,8 @@ inline SavedMap read(ByteReader& bytes) {
     motion.reckoning.newest = before.utime;
   }
   motion.reckoning.history = file.motion.history;
+  file.map.slam.path.scans = read_path(file.scans);
+  file.map.slam.path.keyframe_poses = read_path(file.trail);
   for (Keyframe& key : file.keys) {
     const double sigma_m = range_sigma_of(key.points, key.sensor_in_robot).value_or(0.0);
     file.map.slam.keyframes.keys.push_back(

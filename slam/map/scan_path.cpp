@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/input/odometry_track.hpp"
 #include "lcm_tools/base/check.hpp"
 
 namespace marco::slam {
@@ -38,6 +39,9 @@ Trajectory trajectory_of(const std::vector<ScanPose>& scans, const std::vector<K
         scan.key < 0 ? Pose2{} : keys[static_cast<std::size_t>(scan.key)].world_from_robot;
     trajectory.push_back({scan.utime, world_from_key * scan.key_from_robot});
   }
+  for (std::size_t i = scans.size(); i-- > 1;) {
+    if (scans[i].stands) trajectory[i - 1].world_from_robot = trajectory[i].world_from_robot;
+  }
   return trajectory;
 }
 
@@ -47,14 +51,19 @@ void ScanPath::keep_short(double every_m, std::size_t first) {
   short_from_ = first;
 }
 
-void ScanPath::add_scan(Utime utime,
-                        const Pose2& world_from_robot,
+void ScanPath::add_scan(const StampedPose2& scan,
+                        const std::optional<Pose2>& odom_from_robot,
                         const std::vector<Keyframe>& keys) {
   const int key = static_cast<int>(keys.size()) - 1;
-  const Pose2 key_from_robot =
-      keys.empty() ? world_from_robot : between(keys.back().world_from_robot, world_from_robot);
-  const ScanPose scan{utime, key, key_from_robot};
-  if (is_worth_keeping(scan)) state_.scans.push_back(scan);
+  ScanPose pose{scan.utime, key, scan.world_from_robot};
+  if (!keys.empty()) {
+    pose.key_from_robot = between(keys.back().world_from_robot, scan.world_from_robot);
+  }
+  std::optional<Pose2>& stop = state_.odom_from_stop;
+  const bool stands = stop && odom_from_robot && stood_still(*stop, *odom_from_robot);
+  if (!stands) stop = odom_from_robot;
+  pose.stands = stands && !every_m_;  // the scan before may be missing from a short path
+  if (is_worth_keeping(pose)) state_.scans.push_back(pose);
 }
 
 bool ScanPath::is_worth_keeping(const ScanPose& scan) const {
@@ -103,7 +112,8 @@ void ScanPath::reattach_to_keyframe(int key,
       if (scan->key > key) {
         --scan->key;
       } else if (scan->key == key) {
-        *scan = {scan->utime, merged.into, merged.into_from_key * scan->key_from_robot};
+        scan->key = merged.into;
+        scan->key_from_robot = merged.into_from_key * scan->key_from_robot;
       }
       if (is_first) break;
     }

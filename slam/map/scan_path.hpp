@@ -14,23 +14,29 @@ struct ScanPose {
   Utime utime;
   int32_t key = -1;  ///< -1: before the first keyframe; the pose is then the world's
   Pose2 key_from_robot;
+  /// The robot has not moved since the scan before: both are where this one says, as that knows of
+  /// all matches of the stop.
+  bool stands = false;
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("utime", utime);
     v("key", key);
     v("key_from_robot", key_from_robot);
+    v("stands", stands);
   }
 };
 
 struct ScanPathState {
   std::vector<ScanPose> scans;           ///< processed
   std::vector<ScanPose> keyframe_poses;  ///< of every keyframe ever made, the merged ones included
+  std::optional<Pose2> odom_from_stop;   ///< where the newest scan's stop began, by odometry
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("scans", scans);
     v("keyframe_poses", keyframe_poses);
+    v("odom_from_stop", odom_from_stop);
   }
 };
 
@@ -49,8 +55,13 @@ class ScanPath {
   /// See Slam::keep_short_path.
   void keep_short(double every_m, std::size_t first);
 
-  /// @param estimate  of the newest scan; relative to the newest keyframe, if there is any
-  void add_scan(Utime utime, const Pose2& world_from_robot, const std::vector<Keyframe>& keys);
+  /// The newest scan; relative to the newest keyframe, if there is any.
+  /// @param odom_from_robot  if it is believed: scans between which it stands still are of one stop
+  void add_scan(const StampedPose2& scan,
+                const std::optional<Pose2>& odom_from_robot,
+                const std::vector<Keyframe>& keys);
+  /// The robot was moved, whatever odometry says.
+  void leave_stop() { state_.odom_from_stop.reset(); }
   void add_keyframe(Utime utime, int key) { state_.keyframe_poses.push_back({utime, key, {}}); }
   /// Another session's path: its keyframes follow those that are there.
   void append(const ScanPathState& session, int first_key, const Pose2& world_from_session);

@@ -67,6 +67,14 @@ void archive(Archive& bytes, ScanInRobot& scan) {
   archive_list(bytes, scan.beams, 1);
 }
 
+// Without `stands`, which the line SLAM does not tell.
+template <class Archive>
+void archive(Archive& bytes, ScanPose& scan) {
+  archive(bytes, scan.utime);
+  archive(bytes, scan.key);
+  archive(bytes, scan.key_from_robot);
+}
+
 template <class Archive>
 void archive(Archive& bytes, LineMapper::Stored& mapper) {
   archive(bytes, mapper.slam.filter);

@@ -29,7 +29,7 @@ void Mapper2dAdapter::subscribe(const char* map_channel) {
     if (paused_) drops_.count("paused");
     return !paused_;
   };
-  feed(bus_, drops_, input_, {FedSensors::all, accept, [this] { use_complete_scans(); }});
+  feed(bus_, drops_, input_, {accept, [this] { use_complete_scans(); }});
   bus_.subscribe<map_request_t>(channels::kMapRequest, drops_,
                                 [this, map_channel](const auto& request, auto&) {
                                   const bool all = request.channel.empty();

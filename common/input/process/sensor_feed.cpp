@@ -32,7 +32,6 @@ void feed(process::Bus& bus,
                     });
   bus.subscribe<sensor_info_t>(channels::kSensorInfo, drops, take);
   bus.subscribe<pantilt_state_t>(channels::kPanTiltState, drops, take);
-  if (options.sensors == FedSensors::pantilt_only) return;
   bus.subscribe<odometry_t>(channels::kOdometry, drops, take);
   bus.subscribe<imu_t>(channels::kImu, drops, take);
 }

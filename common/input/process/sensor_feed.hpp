@@ -7,11 +7,7 @@
 
 namespace marco {
 
-/// The sensors that a program listens to beside lasers and SENSOR_INFO.
-enum class FedSensors { all, pantilt_only };
-
 struct FeedOptions {
-  FedSensors sensors = FedSensors::all;
   std::function<bool(const LaserScan&)> accept;  ///< whether a scan is wanted at all; may be empty
   std::function<void()> after;  ///< called after each scan or sample: scans may be complete now
 };
@@ -19,9 +15,9 @@ struct FeedOptions {
 /// The channel names of lcmtypes/channels.hpp.
 ChannelNames lcm_channel_names();
 
-/// Subscribes to every LIDAR and LIDAR_RAW channel, SENSOR_INFO, PANTILT_STATE, and with
-/// FedSensors::all ODOMETRY and IMU. Messages are decoded into `synchronizer`; bad ones are counted
-/// in `drops`. The synchronizer and `drops` outlive the bus's subscriptions.
+/// Subscribes to every LIDAR and LIDAR_RAW channel, SENSOR_INFO, PANTILT_STATE, ODOMETRY and IMU.
+/// Messages are decoded into `synchronizer`; bad ones are counted in `drops`. The synchronizer and
+/// `drops` outlive the bus's subscriptions.
 void feed(process::Bus& bus,
           process::DropCounter& drops,
           SensorSynchronizer& synchronizer,

@@ -217,6 +217,38 @@ TEST_F(SensorSynchronizerTest, AScanOnThePanTiltHasTheAnglesOfBothBeamsAndIsLeve
   EXPECT_FALSE(scans[0].level);
 }
 
+// Levelness is the whole mounting's: mount, pan and tilt.
+TEST_F(SensorSynchronizerTest, AVerticalLaserIsNotLevelAndLetsANoddingOneBeMatched) {
+  const auto mount = [this](const char* channel, SensorInfo::Mount on, double pitch_deg) {
+    SensorInfo info;
+    info.channel = channel;
+    info.mount = on;
+    info.parent_from_sensor = make_pose3({0, 0, 0.5}, 0.0, deg_to_rad(pitch_deg));
+    input_.add(info);
+  };
+  double seconds = 0.0;
+  const auto levels = [&](double tilt_deg) {
+    seconds += 0.2;
+    pantilt(seconds, 0.3, deg_to_rad(tilt_deg));
+    scan(seconds);
+    scan(seconds + 0.01, "LIDAR_OTHER");
+    pantilt(seconds + 0.1, 0.3, deg_to_rad(tilt_deg));
+    std::vector<bool> found;
+    for (const SynchronizedScan& synchronized : take()) found.push_back(synchronized.level);
+    return found;
+  };
+  announce(channels::kPanTiltState);
+  mount("LIDAR_OTHER", SensorInfo::Mount::robot, -90.0);
+  mount(channels::kLidar, SensorInfo::Mount::pantilt, 0.0);
+  EXPECT_EQ(levels(0.0), (std::vector<bool>{true, false}));
+  EXPECT_EQ(levels(5.0), (std::vector<bool>{false, false}));
+  mount(channels::kLidar, SensorInfo::Mount::pantilt, 5.0);  // looks down; tilt > 0 looks up
+  EXPECT_EQ(levels(0.0), (std::vector<bool>{false, false}));
+  EXPECT_EQ(levels(5.0), (std::vector<bool>{true, false}));
+  mount("LIDAR_OTHER", SensorInfo::Mount::robot, 5.0);
+  EXPECT_EQ(levels(5.0), (std::vector<bool>{false, true})) << "a fixed one is matched alone";
+}
+
 // A recorder starts the pan-tilt's driver after the laser's.
 TEST_F(SensorSynchronizerTest, TheFirstScansOnThePanTiltWaitForItsFirstAngles) {
   announce(channels::kLidar, SensorInfo::Mount::pantilt);

@@ -56,6 +56,48 @@ TEST(Mapper3d, TheModelFollowsTheScenesAlsoWithoutRegistration) {
   EXPECT_EQ(mapper.model().vertices_m, fuse(mapper.placed()).vertices_m);
 }
 
+// SLAM knows a stop's place best at its end.
+TEST(Mapper3d, RowsOfOneStopLieWhereItsLastRowDoes) {
+  Mapper3d mapper;
+  std::mt19937 random(4);
+  const Scene sweep = AnalyticRoom::sweep(kHere, 60, 0.005, random);
+  const auto add = [&](int from, int to, int64_t stop, double x_m) {
+    for (int i = from; i < to; ++i) {
+      SceneRow row = sweep.rows[static_cast<std::size_t>(i)];
+      row.utime = Utime::from_us(i);
+      row.stop = Utime::from_us(stop);
+      row.world_from_robot.x_m = x_m;
+      mapper.add(row, 0.0, deg_to_rad(static_cast<double>(i)));
+    }
+  };
+  const auto x_of = [&](std::size_t scene) {
+    std::vector<double> x_m;
+    for (const SceneRow& row : mapper.scenes()[scene].rows) {
+      x_m.push_back(row.world_from_robot.x_m);
+    }
+    return x_m;
+  };
+  add(0, 20, 0, 0.0);
+  add(20, 30, 20, 1.0);
+  add(30, 40, 20, 1.01);
+  ASSERT_TRUE(mapper.finish());
+  std::vector<double> expected(20, 0.0);
+  expected.resize(40, 1.01);
+  EXPECT_EQ(x_of(0), expected);
+  // Another sweep of this stop, and a keyframe in its middle that moves.
+  add(20, 40, 20, 1.02);
+  ASSERT_TRUE(mapper.finish());
+  std::fill(expected.begin() + 20, expected.end(), 1.02);
+  EXPECT_EQ(x_of(0), expected);
+  const std::map<Utime, Pose2> known{{Utime::from_us(35), {1.01, 0, 0}}};
+  mapper.follow(PathCorrection({{Utime::from_us(35), {1.51, 0, 0}}}, known));
+  std::fill(expected.begin() + 20, expected.end(), 1.52);
+  ASSERT_EQ(x_of(0).size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_NEAR(x_of(0)[i], expected[i], 1e-12) << i;
+  }
+}
+
 // The path was right: what registration finds is the noise of one sweep against another.
 TEST(Mapper3d, MovesAlmostNothingWhereThePathIsRight) {
   Mapper3d mapper;

@@ -58,9 +58,11 @@ class Mapping3dOverABus : public ::testing::Test {
     give(scan);
     if (with_pose) pose(number);
   }
-  void pose(int number) {
+  void pose(int number, double x_m = 0.0) {
     slam_pose_t pose{};
     pose.utime = kStepUs * number;
+    pose.x_m = x_m;
+    for (int i = 0; i < 3; ++i) pose.covariance[i][i] = sigma_ * sigma_;
     pose.status = status_;
     bus_.publish(channels::kSlamPose, pose);
     bus_.deliver_published();
@@ -75,6 +77,7 @@ class Mapping3dOverABus : public ::testing::Test {
   }
 
   int8_t status_ = slam_pose_t::STATUS_MATCHED;
+  double sigma_ = 0.0;  ///< of poses [m], [rad]
   process::BatchBus bus_;
   process::DropCounter drops_;
   std::vector<mesh_t> tiles_;
@@ -151,6 +154,24 @@ TEST_F(Mapping3dOverABus, TheLiveModelIsTheSurfaceOfThePipeline) {
   const Corners moved = ask();
   EXPECT_EQ(moved, corners_of(fuse(adapter_.mapper().placed())));
   EXPECT_NE(moved, last);
+}
+
+// A match corrects by 1 cm what was predicted to 2 cm, and later someone pushes the robot by 20 cm.
+TEST_F(Mapping3dOverABus, ARobotThatStandsByOdometryDoesNotMoveUnlessSlamContradicts) {
+  sigma_ = 0.02;
+  const auto at_m = [](int i) { return i < 12 ? 0.0 : i < 24 ? 0.01 : 0.21; };
+  for (int i = 0; i < 40; ++i) {
+    give(OdometrySample{Utime::from_us(kStepUs * i), {i < 4 ? 0.1 * i : 0.4, 0, 0}});
+    row(i, -15.0 + i, false);
+    pose(i, i < 4 ? 0.1 * i - 0.4 : at_m(i));
+  }
+  adapter_.finish();
+  ASSERT_EQ(adapter_.mapper().scenes().size(), 1U);
+  const std::vector<SceneRow>& rows = adapter_.mapper().scenes()[0].rows;
+  ASSERT_EQ(rows.size(), 40U);
+  EXPECT_NEAR(rows[1].world_from_robot.x_m, -0.3, 1e-12) << "it drove";
+  for (std::size_t i = 4; i < 24; ++i) EXPECT_EQ(rows[i].world_from_robot.x_m, 0.01) << i;
+  for (std::size_t i = 24; i < 40; ++i) EXPECT_EQ(rows[i].world_from_robot.x_m, 0.21) << i;
 }
 
 // Of another session, not found in the map: it would be laid over what is there.

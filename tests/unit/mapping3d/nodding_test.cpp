@@ -11,10 +11,12 @@
 #include <sstream>
 #include <string>
 
+#include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "mapping3d/point_tree.hpp"
 #include "mapping3d/registration.hpp"
 #include "mapping3d/straightening.hpp"
 #include "tests/support/real_data.hpp"
+#include "tools/map/map_job.hpp"
 
 namespace marco::mapping3d {
 namespace {
@@ -173,6 +175,36 @@ TEST(NoddingScans, JoinWithSingleWalls) {
     EXPECT_LE(joined.median_m, 0.010);
     EXPECT_LE(joined.p90_m, 0.060);
     EXPECT_LE(joined.thickness_p95_m, 0.040);
+  }
+}
+
+/// Scans of a robot that stands, by `marco map` itself.
+TEST(NoddingScans, AreAsSharpThroughTheFrontDoorAndTheRobotStands) {
+  const char* data = marco::testing::real_data();
+  if (data == nullptr) return;
+  for (const auto& [set, stops] : {std::pair{"nodding_lms", 3U}, {"nodding_lms_interlaced", 1U}}) {
+    const testing::TemporaryFolder folder;
+    MapJob job({}, PathMaker::scans, folder.path());
+    job.read(std::string(data) + "/" + set, {});
+    job.finish();
+    std::size_t moves = 0;
+    const Trajectory path = job.trajectory();
+    for (std::size_t i = 1; i < path.size(); ++i) {
+      moves += path[i].world_from_robot.vector() != path[i - 1].world_from_robot.vector() ? 1 : 0;
+    }
+    EXPECT_EQ(moves, stops - 1) << set;
+    std::vector<std::vector<Point>> scans;
+    for (const ScenePoints& scene : job.mapping3d().mapper().placed()) {
+      scans.push_back(points_with_normals(scene));
+    }
+    ASSERT_EQ(scans.size(), stops) << set;
+    for (std::size_t i = 0; i + 1 < scans.size(); ++i) {
+      const Residuals joined = compare(scans[i], scans[i + 1]);
+      std::printf("%s %zu-%zu: median %.4f m, p90 %.4f m, walls thick p95 %.4f m\n", set, i, i + 1,
+                  joined.median_m, joined.p90_m, joined.thickness_p95_m);
+      EXPECT_LE(joined.median_m, 0.007);
+      EXPECT_LE(joined.thickness_p95_m, 0.026);
+    }
   }
 }
 

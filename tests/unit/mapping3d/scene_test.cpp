@@ -115,6 +115,38 @@ TEST(SceneBuilder, ARowOfAnotherWidthIsPassedOverAndMissingRowsLeaveAGap) {
   EXPECT_EQ(builder.rows_without_scene(), 1);
 }
 
+// The seam's row belongs to both turns.
+TEST(SceneBuilder, ASpinnersSweepEndsWithEachTurn) {
+  SceneBuilder builder;
+  std::vector<std::size_t> rows;
+  for (int i = 0; i <= 900; ++i) {
+    const double pan_rad = normalize_angle(deg_to_rad(i));
+    if (const auto scene = builder.add(row_at(0.1 * i), pan_rad, 0.0)) {
+      rows.push_back(scene->rows.size());
+    }
+  }
+  EXPECT_EQ(rows, (std::vector<std::size_t>{361, 361}));
+  EXPECT_EQ(builder.finish()->rows.size(), 181U);
+}
+
+// Looks up and to both sides: 2 cm a row ahead, a stand, and back.
+TEST(SceneBuilder, ARobotSweepsASteepLaserByDriving) {
+  const auto rows_of = [](double pitch_deg) {
+    SceneBuilder builder;
+    std::vector<std::size_t> rows;
+    for (int i = 0; i < 72; ++i) {
+      SceneRow row = row_at(0.1 * i);
+      row.robot_from_sensor_first = make_pose3({0, 0, 0.6}, 0, deg_to_rad(pitch_deg));
+      row.world_from_robot.x_m = 0.02 * (i < 30 ? i : i < 42 ? 30 : 72 - i);
+      if (const auto scene = builder.add(row, 0.0, 0.0)) rows.push_back(scene->rows.size());
+    }
+    if (const auto scene = builder.finish()) rows.push_back(scene->rows.size());
+    return rows;
+  };
+  EXPECT_EQ(rows_of(-90.0), (std::vector<std::size_t>{31, 29}));
+  EXPECT_TRUE(rows_of(-10.0).empty()) << "it sees walls, and maps";
+}
+
 TEST(SceneBuilder, AJumpEndsTheSweepAndFewRowsAreNone) {
   std::vector<double> tilts = ramp(-20, 0, 21);
   const std::vector<double> few = ramp(30, 33, 4);

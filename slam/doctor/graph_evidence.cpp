@@ -261,7 +261,10 @@ void add_disagreement(const MapEvidence& map,
 // Nothing contradicts a map that is bent where nothing holds it.
 void add_spread(const MapEvidence& map, Diagnosis& diagnosis) {
   const double spread_m = diagnosis.figures.spread_m;
-  if (spread_m < kSpreadM) return;
+  const bool is_told =
+      std::any_of(diagnosis.reasons.begin(), diagnosis.reasons.end(),
+                  [](const Reason& told) { return told.cause == Reason::Cause::weak_joint; });
+  if (spread_m < kSpreadM || is_told) return;
   Reason reason;
   reason.cause = Reason::Cause::spread;
   reason.from = map.keys.front().utime;

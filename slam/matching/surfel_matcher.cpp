@@ -203,11 +203,11 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
       points.associate(level.map, centre_from_robot);
     }
     if (prior != nullptr) {
-      const WeakestDirection weakest(level.map, points, centre_from_robot, sigma_m);
+      const WeakestDirection weakest(points.sum(centre_from_robot, sigma_m).matrix());
       centre_from_robot =
           remap_degenerate_direction(centre_from_robot, seen_prior, weakest, sigma_m * sigma_m);
     }
-    if (judge(level.map, points, centre_from_robot, sigma_m, match, fates)) {
+    if (judge(points, centre_from_robot, sigma_m, match, fates)) {
       match.map_from_robot = centre_from_robot;
       match.map_from_robot.x_m += centre_m.x();
       match.map_from_robot.y_m += centre_m.y();
@@ -218,8 +218,7 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
   return match;
 }
 
-bool SurfelMatcher::judge(const SurfelMap& map,
-                          const Correspondences& points,
+bool SurfelMatcher::judge(const Correspondences& points,
                           const Pose2& centre_from_robot,
                           double sigma_m,
                           SurfelMatch& match,
@@ -246,8 +245,9 @@ bool SurfelMatcher::judge(const SurfelMap& map,
   if (near < 3.0) return false;
   match.rms_m = std::sqrt(squares / near);
   const double noise_m = std::max(match.rms_m, options_.noise_floor_m);
-  match.information = WeakestDirection(map, points, centre_from_robot, sigma_m).without_noise() /
-                      (noise_m * noise_m * options_.correlated_points);
+  const Eigen::Matrix3d sum = points.sum(centre_from_robot, sigma_m).matrix();
+  match.information =
+      WeakestDirection(sum).without_noise(sum) / (noise_m * noise_m * options_.correlated_points);
   return true;
 }
 

@@ -118,8 +118,7 @@ class SurfelMatcher {
   struct Level;
   double kernel_sigma_m(std::size_t level, double range_sigma_m) const;
   void run_level(const Level& level, Correspondences& points, SurfelMatch& match) const;
-  bool judge(const SurfelMap& map,
-             const Correspondences& points,
+  bool judge(const Correspondences& points,
              const Pose2& centre_from_robot,
              double sigma_m,
              SurfelMatch& match,

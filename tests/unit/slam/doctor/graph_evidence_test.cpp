@@ -124,6 +124,23 @@ TEST(GraphEvidence, AMapThatItsScansPulledAwayFromStepsAndLoopsIsAReason) {
   EXPECT_NEAR(examined(whole.map).figures.disagreement_m, 0.0, 1e-6);
 }
 
+// Each step is known well enough, all of them together are not.
+TEST(GraphEvidence, WhatStepsLeaveOpenIsAReasonUntilLoopsHoldIt) {
+  TwoRounds rounds;
+  for (PoseGraphEdge& edge : rounds.map.edges)
+    edge.information = information_of(diagonal_covariance(0.1, deg_to_rad(3.0)));
+  const Diagnosis diagnosis = examined(rounds.map);
+  ASSERT_EQ(diagnosis.reasons.size(), 1U);
+  EXPECT_EQ(diagnosis.reasons[0].cause, Reason::Cause::spread);
+  EXPECT_EQ(diagnosis.reasons[0].verdict, Verdict::doubtful);
+  EXPECT_GT(diagnosis.figures.spread_m, 0.3);
+  for (int key = 0; key < 40; ++key) {
+    rounds.add_loop(key, 40 + key, true_relation(key, 40 + key), true);
+    if (key >= 10) rounds.add_loop(key - 10, key, true_relation(key - 10, key), true);
+  }
+  EXPECT_TRUE(examined(rounds.map).reasons.empty());
+}
+
 TEST(GraphEvidence, AStepThatNothingKnowsIsNamedUnlessALoopBridgesIt) {
   TwoRounds rounds;
   rounds.map.edges[59].information =

@@ -7,6 +7,7 @@
 
 #include "slam/doctor/contradiction_reasons.hpp"
 #include "slam/doctor/graph_evidence.hpp"
+#include "slam/doctor/known_by_loops.hpp"
 #include "slam/doctor/odometry_windows.hpp"
 
 namespace marco::slam {

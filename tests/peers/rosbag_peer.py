@@ -3,11 +3,12 @@
 usage: rosbag_peer.py ROS_DIGEST BAG...
 """
 import struct
-import subprocess
 import sys
 import zlib
 
 import rosbag
+
+import digests
 
 
 def digest(path):
@@ -27,20 +28,5 @@ def digest(path):
             topics.items()}
 
 
-def main(program, *bags):
-    wrong = 0
-    for bag in bags:
-        ours = set(subprocess.run([program, bag], check=True, capture_output=True, text=True).stdout.splitlines())
-        theirs = digest(bag)
-        print(f'{bag}: {len(theirs)} topics, {len(ours ^ theirs)} differences')
-        for line in sorted(ours ^ theirs):
-            print('  ' + ('ours:   ' if line in ours else 'theirs: ') + line)
-        wrong += len(ours ^ theirs) + (not theirs)
-    return 1 if wrong else 0
-
-
 if __name__ == '__main__':
-    if len(sys.argv) < 3:
-        print('SKIPPED: no bags, MARCO_TEST_DATA is not set')
-        sys.exit(0)
-    sys.exit(main(*sys.argv[1:]))
+    sys.exit(digests.compare(*sys.argv[1:], digest=digest))

@@ -1,61 +1,14 @@
-#include "common/input/sensor_synchronizer.hpp"
-
 #include <gmock/gmock.h>
 
 #include <random>
 
-#include "lcmtypes/channels.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/unit/input/sensor_synchronizer_fixture.hpp"
 
 namespace marco {
 namespace {
 
 using ::marco::testing::IsNear;
-
-class SensorSynchronizerTest : public ::testing::Test {
- protected:
-  SensorSynchronizerTest() { announce(channels::kLidar); }
-
-  void announce(const std::string& channel,
-                SensorInfo::Mount mount = SensorInfo::Mount::robot,
-                double duration_s = 0.0) {
-    SensorInfo info;
-    info.channel = channel;
-    info.mount = mount;
-    info.scan_duration_s = duration_s;
-    input_.add(info);
-  }
-  void scan(double seconds, const std::string& channel = channels::kLidar) {
-    LaserScan scan;
-    scan.utime = Utime::from_seconds(seconds);
-    scan.channel = channel;
-    scan.ranges_m = {1.0F, 2.0F};
-    input_.add(std::move(scan));
-  }
-  void odometry(double seconds, const Pose2& pose) {
-    OdometrySample sample;
-    sample.utime = Utime::from_seconds(seconds);
-    sample.odom_from_robot = pose;
-    input_.add(sample);
-  }
-  void pantilt(double seconds, double pan_rad, double tilt_rad) {
-    PanTiltState state;
-    state.utime = Utime::from_seconds(seconds);
-    state.pan_rad = pan_rad;
-    state.tilt_rad = tilt_rad;
-    input_.add(state);
-  }
-  std::vector<SynchronizedScan> take() {
-    std::vector<SynchronizedScan> scans;
-    while (auto scan = input_.next()) scans.push_back(std::move(*scan));
-    return scans;
-  }
-
-  std::map<std::string, int> drops_;
-  SensorSynchronizer input_{{},
-                            {channels::kPanTiltState, &channels::lidar_of},
-                            [this](const std::string& cause) { ++drops_[cause]; }};
-};
 
 TEST_F(SensorSynchronizerTest, AScanWaitsForOdometryAtItsLastBeam) {
   announce(channels::kLidar, SensorInfo::Mount::robot, 0.1);
@@ -187,93 +140,6 @@ TEST_F(SensorSynchronizerTest, OverAGapTheGyroTurnsNothing) {
   EXPECT_EQ(heading.samples().size(), 1U);
   rate(3.1);
   EXPECT_NEAR(heading.newest_pose().theta_rad, 0.55, 1e-9);
-}
-
-TEST_F(SensorSynchronizerTest, AScanOnThePanTiltHasTheAnglesOfBothBeamsAndIsLevelOnlyWhenBothAre) {
-  announce(channels::kPanTiltState);
-  announce(channels::kLidar, SensorInfo::Mount::pantilt, 0.1);
-  pantilt(0.0, 0.2, 0.0);
-  scan(0.0);
-  pantilt(0.05, 0.2, 0.0);
-  EXPECT_TRUE(take().empty());
-  pantilt(0.1, 0.2, 0.0);
-  auto scans = take();
-  ASSERT_EQ(scans.size(), 1U);
-  EXPECT_TRUE(scans[0].level && scans[0].angles_known);
-  EXPECT_NEAR(scans[0].first_angles.pan_rad, 0.2, 1e-9);
-  EXPECT_NEAR(scans[0].robot_from_sensor.linear()(1, 0), std::sin(0.2), 1e-9);
-  scan(0.15);
-  pantilt(0.2, 0.2, 0.0);
-  pantilt(0.3, 0.2, 0.1);
-  scans = take();
-  ASSERT_EQ(scans.size(), 1U);
-  EXPECT_FALSE(scans[0].level);
-  EXPECT_NEAR(scans[0].last_angles.tilt_rad, 0.05, 1e-9);
-  scan(0.3);
-  pantilt(0.5, 0.4, 0.0);  // panned meanwhile, level again
-  scan(0.5);
-  scans = take();
-  ASSERT_GE(scans.size(), 1U);
-  EXPECT_FALSE(scans[0].level);
-}
-
-// Levelness is the whole mounting's: mount, pan and tilt.
-TEST_F(SensorSynchronizerTest, AVerticalLaserIsNotLevelAndLetsANoddingOneBeMatched) {
-  const auto mount = [this](const char* channel, SensorInfo::Mount on, double pitch_deg) {
-    SensorInfo info;
-    info.channel = channel;
-    info.mount = on;
-    info.parent_from_sensor = make_pose3({0, 0, 0.5}, 0.0, deg_to_rad(pitch_deg));
-    input_.add(info);
-  };
-  double seconds = 0.0;
-  const auto levels = [&](double tilt_deg) {
-    seconds += 0.2;
-    pantilt(seconds, 0.3, deg_to_rad(tilt_deg));
-    scan(seconds);
-    scan(seconds + 0.01, "LIDAR_OTHER");
-    pantilt(seconds + 0.1, 0.3, deg_to_rad(tilt_deg));
-    std::vector<bool> found;
-    for (const SynchronizedScan& synchronized : take()) found.push_back(synchronized.level);
-    return found;
-  };
-  announce(channels::kPanTiltState);
-  mount("LIDAR_OTHER", SensorInfo::Mount::robot, -90.0);
-  mount(channels::kLidar, SensorInfo::Mount::pantilt, 0.0);
-  EXPECT_EQ(levels(0.0), (std::vector<bool>{true, false}));
-  EXPECT_EQ(levels(5.0), (std::vector<bool>{false, false}));
-  mount(channels::kLidar, SensorInfo::Mount::pantilt, 5.0);  // looks down; tilt > 0 looks up
-  EXPECT_EQ(levels(0.0), (std::vector<bool>{false, false}));
-  EXPECT_EQ(levels(5.0), (std::vector<bool>{true, false}));
-  mount("LIDAR_OTHER", SensorInfo::Mount::robot, 5.0);
-  EXPECT_EQ(levels(5.0), (std::vector<bool>{false, true})) << "a fixed one is matched alone";
-}
-
-// A recorder starts the pan-tilt's driver after the laser's.
-TEST_F(SensorSynchronizerTest, TheFirstScansOnThePanTiltWaitForItsFirstAngles) {
-  announce(channels::kLidar, SensorInfo::Mount::pantilt);
-  announce(channels::kPanTiltState);
-  scan(0.0);
-  scan(0.1);
-  EXPECT_TRUE(take().empty());
-  pantilt(0.15, 0.0, 0.3);
-  const auto scans = take();
-  ASSERT_EQ(scans.size(), 2U);
-  EXPECT_FALSE(scans[0].level);
-  EXPECT_FALSE(scans[0].angles_known);
-}
-
-TEST_F(SensorSynchronizerTest, OnASilentPanTiltTheLaserIsWhereItIsAtAnglesOfZero) {
-  announce(channels::kLidar, SensorInfo::Mount::pantilt);
-  SensorInfo base;
-  base.channel = channels::kPanTiltState;
-  base.parent_from_sensor.translation().x() = 0.5;
-  input_.add(base);
-  for (const double seconds : {0.0, 0.3, 0.6}) scan(seconds);
-  const auto scans = take();
-  ASSERT_EQ(scans.size(), 3U);  // and none that comes waits any more
-  EXPECT_TRUE(scans[0].level);
-  EXPECT_NEAR(scans[0].robot_from_sensor.translation().x(), 0.5, 1e-12);
 }
 
 TEST_F(SensorSynchronizerTest, OfALaserOnTwoChannelsTheRawScansAreUsedAndEachOnce) {

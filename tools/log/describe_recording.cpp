@@ -1,6 +1,7 @@
 #include "tools/log/describe_recording.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -55,8 +56,9 @@ void add_clocks(const ros::RosSurvey& survey, Contents& contents) {
                                       topic.type.c_str()));
     }
     if (topic.delays.empty()) continue;
-    contents.notes.push_back(format("clock     %s is recorded %.3f s after its stamps",
-                                    name.c_str(), topic.delays.least_s()));
+    const double late_s = topic.delays.least_s();
+    contents.notes.push_back(format("clock     %s is recorded %.3f s %s its stamps", name.c_str(),
+                                    std::abs(late_s), late_s < 0.0 ? "before" : "after"));
   }
 }
 

@@ -42,6 +42,25 @@ if(NOT MARCO_BRIDGE STREQUAL "OFF")
 endif()
 marco_component(BRIDGE "The bridge to other stacks" "${missing}")
 
+# The Python module.
+set(missing "")
+if(NOT MARCO_PYTHON STREQUAL "OFF")
+  # Debian's own, which has Debian's numpy, rather than another one on the path.
+  if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
+    set(Python3_EXECUTABLE /usr/bin/python3)
+  endif()
+  find_package(Python3 QUIET COMPONENTS Interpreter Development.Module)
+  if(NOT Python3_Development.Module_FOUND)
+    list(APPEND missing "Python 3 (python3-dev)")
+  endif()
+  set(PYBIND11_NOPYTHON ON)
+  find_package(pybind11 QUIET CONFIG)
+  if(NOT pybind11_FOUND)
+    list(APPEND missing "pybind11 (pybind11-dev)")
+  endif()
+endif()
+marco_component(PYTHON "The Python module" "${missing}")
+
 # The viewer draws by OpenGL in memory, and vector pages by GL2PS.
 option(MARCO_OSMESA "Let the viewer draw through OSMesa where it is found" ON)
 option(MARCO_EGL "Let the viewer draw through EGL where it is found" ON)

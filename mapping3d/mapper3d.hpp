@@ -32,12 +32,12 @@ struct Mapper3dOptions {
     v("builder", builder);
     v("robot", robot);
     v("mesh", mesh);
-    v("refine", refine);
-    v("stop_m", stop_m, kNotNegative);
-    v("stop_deg", stop_deg, kNotNegative);
+    v("refine", refine, "Align the stops in 3D. Off to leave them where the 2D path puts them.");
+    v.advanced("stop_m", stop_m, kNotNegative,
+               "Sweeps taken within this distance of each other are of one stop, and move as one.");
     v("registration", registration);
-    v("straighten", straighten);
-    v("straightening", straightening);
+    v("straighten", straighten,
+      "Correct the angles of the pan-tilt from the scans. Off for exact angles.");
   }
 };
 

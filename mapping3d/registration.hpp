@@ -29,12 +29,14 @@ struct RegistrationOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     matching.visit(v);
-    v("path_sigma_m", path_sigma_m, kPositive);
-    v("path_sigma_deg", path_sigma_deg, kPositive);
-    v("floor_sigma_m", floor_sigma_m, kPositive);
-    v("floor_sigma_deg", floor_sigma_deg, kPositive);
-    v("max_iterations", max_iterations, Limits{1, 1000});
-    v("min_pairs", min_pairs, Limits{6, 1000000});
+    v.advanced("path_sigma_m", path_sigma_m, kPositive,
+               "Standard deviation of a stop's place by the 2D path. More for poor odometry.");
+    v.advanced("floor_sigma_m", floor_sigma_m, kPositive,
+               "Standard deviation of the floor's height between stops. More for ramps.");
+    v.advanced("floor_sigma_deg", floor_sigma_deg, kPositive,
+               "Standard deviation of the floor's slope. More for ramps.");
+    v.advanced("min_pairs", min_pairs, Limits{6, 1000000},
+               "Two stops with fewer correspondences are not taken to overlap.");
   }
 };
 

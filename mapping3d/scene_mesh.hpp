@@ -14,9 +14,10 @@ struct SceneMeshOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("edge_factor", edge_factor, kPositive);
-    v("edge_floor_m", edge_floor_m, kNotNegative);
-    v("max_edge_m", max_edge_m, kPositive);
+    v.advanced("edge_factor", edge_factor, kPositive,
+               "Longest edge of a sweep's mesh, times the distance between its beams there. More "
+               "closes gaps, and joins what is apart.");
+    v.advanced("max_edge_m", max_edge_m, kPositive, "Longest edge of a sweep's mesh.");
   }
 };
 

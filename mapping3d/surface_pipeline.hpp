@@ -18,10 +18,10 @@ struct SurfacePipelineOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("surface", surface);
+    surface.visit(v);
     v("simplify", simplify);
     v("planes", planes);
-    v("plan_height_m", plan_height_m);
+    v("plan_height_m", plan_height_m, "The floor plan is cut at this height.");
   }
 };
 

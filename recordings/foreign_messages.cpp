@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <regex>
 #include <vector>
 
 #include "bot_core/pose_t.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/channel_pattern.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/stamp.hpp"
@@ -188,8 +188,7 @@ const ForeignChannel* entry_of(const ForeignTable& table,
                                const std::string& channel,
                                const std::string& fingerprint) {
   for (const ForeignChannel& entry : table.channels) {
-    if (entry.fingerprint == fingerprint &&
-        std::regex_match(channel, std::regex(entry.channel, std::regex::extended))) {
+    if (entry.fingerprint == fingerprint && ChannelPattern(entry.channel).matches(channel)) {
       return &entry;
     }
   }

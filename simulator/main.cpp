@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
   return marco::process::run_main("marco-simulate", [&] {
     CLI::App app("Drives a simulated robot through a world and writes an LCM log of its sensors");
     marco::Arguments arguments;
-    bool print_config = false;
+    marco::process::ConfigArguments config;
     app.add_option("--world", arguments.world, "e.g. config/worlds/lab.toml")
         ->check(CLI::ExistingFile);
     app.add_option("--tour", arguments.tour, "e.g. config/tours/lab.toml")
@@ -137,10 +137,12 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(0.02, 100.0))
         ->capture_default_str();
     app.add_option("--out", arguments.out, "the log to write");
-    app.add_flag("--print-config", print_config, "print the config in force and exit");
+    marco::process::add_print_config(app, config);
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
-    if (print_config) {
-      std::fputs(marco::process::print_options(marco::options_of(arguments)).c_str(), stdout);
+    if (config.print_config) {
+      std::fputs(
+          marco::process::print_options(marco::options_of(arguments), config.printed()).c_str(),
+          stdout);
       return 0;
     }
     marco::process::require_usage(

@@ -60,7 +60,6 @@ struct SlamOptions {
     v("coarse", coarse);
     v("loops", loops);
     v("graph", graph);
-    v("refinement", refinement);
     v("grid", grid);
   }
 };

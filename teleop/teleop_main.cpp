@@ -83,7 +83,7 @@ enum class Hands { keys_and_gamepad, gamepad };
 int run(const process::CommonArguments& arguments, Hands driven_by) {
   const auto options = process::load_options<teleop::OperatorOptions>(arguments.config_path);
   if (arguments.print_config) {
-    std::fputs(process::print_options(options).c_str(), stdout);
+    std::fputs(process::print_options(options, arguments.printed()).c_str(), stdout);
     return 0;
   }
   require(driven_by == Hands::gamepad || isatty(STDIN_FILENO) == 1,

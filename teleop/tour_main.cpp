@@ -104,7 +104,7 @@ diagnosis::Expectation pose_expected(const std::string& pose) {
 int run(const Arguments& arguments) {
   const auto options = process::load_options<teleop::TourOptions>(arguments.common.config_path);
   if (arguments.common.print_config) {
-    std::fputs(process::print_options(options).c_str(), stdout);
+    std::fputs(process::print_options(options, arguments.common.printed()).c_str(), stdout);
     return 0;
   }
   const auto tour = process::load_options<sim::Tour>(arguments.tour);

@@ -25,6 +25,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)
   ./marco log COMMAND ...              info, cut, filter, merge, export, import, convert (LCM, ROS bags, MCAP), repair, play
   ./marco relay --listen PORT          LCM to hosts that multicast does not reach: Wi-Fi, VPN, cloud (docs/two_hosts.md)
+  ./marco python [SCRIPT]              python3 with `import marco`: recordings as numpy arrays, maps, matching, a live robot
   ./marco test [--long]                build with warnings as errors, run every test
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
                                        (--peers: what we read and write against ROS' and MCAP's own)
@@ -65,6 +66,15 @@ Whether the code is laid out by .clang-format, and what .clang-tidy says of it; 
   --format     only the layout (seconds)
   --tidy       only clang-tidy (an hour of one core for the whole tree)
   --since REV  only files that differ from where this branch left REV
+TEXT
+      ;;
+    python) cat <<'TEXT'
+./marco python [SCRIPT | -c CODE | ...]
+python3 with the module `marco` on its path; examples/lesson.py is a lesson, help(marco) in Python says more.
+  import marco
+  recording = marco.read("my.bag")            # scans, odometry, ... as numpy arrays
+  map = marco.map("my.bag")                   # map.grid, map.trajectory, map.verdict
+  robot = marco.Robot()                       # robot.scan(), robot.pose(), robot.drive(0.2)
 TEXT
       ;;
     figures) cat <<'TEXT'

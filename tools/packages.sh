@@ -11,6 +11,7 @@ declare -A packages_for=(
   [network]="iproute2 procps"
   [bridge]="libboost-dev"
   [replay]="liblcm-bin"
+  [python]="python3-dev pybind11-dev python3-numpy"
   [test]="libgtest-dev libgmock-dev libassimp-dev libegl-dev libgl1-mesa-dri python3 tmux ccache"
   [peers]="python3-rosbag"
   [npm]="nodejs npm"

@@ -30,11 +30,15 @@ struct SynchronizerOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("patience_s", patience_s, Limits{0.0, 10.0});
-    v("level_tilt_limit_deg", level_tilt_limit_deg, Limits{0.0, 90.0});
-    v("pan_in_scan_limit_deg", pan_in_scan_limit_deg, kNotNegative);
-    v("pantilt_gap_s", pantilt_gap_s, Limits{0.0, 60.0});
-    v("pantilt_reach_s", pantilt_reach_s, Limits{0.0, 10.0});
+    v.advanced("patience_s", patience_s, Limits{0.0, 10.0},
+               "How long a scan waits for its odometry and pan-tilt angle, in message time. More "
+               "where they arrive late; the pose is as late.");
+    v.advanced("level_tilt_limit_deg", level_tilt_limit_deg, Limits{0.0, 90.0},
+               "A scan tilted more than this is not used for the 2D map. More for a pan-tilt that "
+               "cannot hold its zero.");
+    v.advanced("pantilt_gap_s", pantilt_gap_s, Limits{0.0, 60.0},
+               "Angles of the pan-tilt farther apart than this are not interpolated. More for a "
+               "pan-tilt that reports less often.");
   }
 };
 

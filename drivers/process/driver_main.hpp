@@ -49,7 +49,7 @@ int driver_main(int argc, const char* const* argv, const DriverProgram<Options>&
     if (!device.empty()) options.device = device;
     if (switched) driver.extra->apply(options);
     if (arguments.print_config) {
-      std::fputs(process::print_options(options).c_str(), stdout);
+      std::fputs(process::print_options(options, arguments.printed()).c_str(), stdout);
       return 0;
     }
     return driver.run(arguments, options);

@@ -22,26 +22,38 @@ inline constexpr Limits kPositive{std::numeric_limits<double>::min(),
                                   std::numeric_limits<double>::infinity()};
 inline constexpr Limits kNotNegative{0.0, std::numeric_limits<double>::infinity()};
 
-/// An options struct lists its fields once:
+/// An options struct lists the fields that a user may set, once:
 ///
 ///     struct MatcherOptions {
-///       double search_radius_m = 0.3;  ///< half-width [m]
+///       double search_radius_m = 0.3;
+///       int rounds = 5;
 ///       RefineOptions refine;
 ///       template <class Visitor> void visit(Visitor& v) {
-///         v("search_radius_m", search_radius_m, Limits{0.0, 10.0});
-///         v("refine", refine);
+///         v("search_radius_m", search_radius_m, Limits{0.0, 10.0}, "What it is. When to change
+///         it."); v.advanced("rounds", rounds, Limits{1, 10}, "The same, of a setting for
+///         experts."); v("refine", refine);
 ///       }
 ///     };
 ///
 /// Everything else derives from that list: reading TOML, refusing unknown keys, `--print-config`
 /// (lcm_tools/process/config) and validate() below. Fields: double, int, bool, std::string,
-/// std::vector of double or string, nested options, std::vector of nested options.
+/// std::vector of double or string, nested options, std::vector of nested options. A field that is
+/// not listed is for the caller in C++ alone.
 ///
 /// This is what visits: `visit` is compiled for this one type, whoever derives from it.
 class OptionVisitor {
  public:
   using Field = std::
       variant<double*, int*, bool*, std::string*, std::vector<double>*, std::vector<std::string>*>;
+
+  /// One field, as a visitor gets it.
+  struct Setting {
+    std::string_view name;
+    Field value;
+    Limits limits;
+    std::string_view about;  ///< what it is and when to change it; "" = not told
+    bool advanced;           ///< `--print-config` shows it with `--advanced` only
+  };
 
   virtual ~OptionVisitor() = default;
 
@@ -55,18 +67,33 @@ class OptionVisitor {
   }
 
   template <class T>
-  void operator()(std::string_view name, T& value, Limits limits = {}) {
+  void operator()(std::string_view name,
+                  T& value,
+                  Limits limits = {},
+                  std::string_view about = {}) {
     if constexpr (std::is_constructible_v<Field, T*>) {
-      field(name, &value, limits);
+      field({name, &value, limits, about, false});
     } else {
       nested(name, value);
     }
+  }
+  template <class T>
+  void operator()(std::string_view name, T& value, std::string_view about) {
+    field({name, &value, {}, about, false});
+  }
+  template <class T>
+  void advanced(std::string_view name, T& value, Limits limits, std::string_view about) {
+    field({name, &value, limits, about, true});
+  }
+  template <class T>
+  void advanced(std::string_view name, T& value, std::string_view about) {
+    field({name, &value, {}, about, true});
   }
 
  protected:
   static constexpr int kNoItem = -1;
 
-  virtual void field(std::string_view name, Field value, Limits limits) = 0;
+  virtual void field(const Setting& setting) = 0;
   virtual void renamed(const RenamedKey&) {}
   /// Before nested options, or one item of a list of them. @returns whether they are visited.
   virtual bool enter(std::string_view name, int item) = 0;
@@ -94,11 +121,11 @@ class LimitsChecker final : public OptionVisitor {
   explicit LimitsChecker(const std::string& name) : path_{name + "."} {}
 
  protected:
-  void field(std::string_view name, Field value, Limits limits) override {
-    if (const auto* number = std::get_if<double*>(&value)) check(name, **number, limits);
-    if (const auto* number = std::get_if<int*>(&value)) check(name, **number, limits);
-    if (const auto* numbers = std::get_if<std::vector<double>*>(&value)) {
-      for (const double number : **numbers) check(name, number, limits);
+  void field(const Setting& setting) override {
+    if (const auto* number = std::get_if<double*>(&setting.value)) check(setting, **number);
+    if (const auto* number = std::get_if<int*>(&setting.value)) check(setting, **number);
+    if (const auto* numbers = std::get_if<std::vector<double>*>(&setting.value)) {
+      for (const double number : **numbers) check(setting, number);
     }
   }
   bool enter(std::string_view name, int) override {
@@ -109,11 +136,11 @@ class LimitsChecker final : public OptionVisitor {
   std::size_t enter_list(std::string_view, std::size_t size) override { return size; }
 
  private:
-  void check(std::string_view name, double value, Limits limits) const {
-    require(value >= limits.min && value <= limits.max,
-            "option " + path_.back() + std::string(name) + " = " + std::to_string(value) +
-                " lies outside [" + std::to_string(limits.min) + ", " + std::to_string(limits.max) +
-                "]");
+  void check(const Setting& setting, double value) const {
+    const auto& [min, max] = setting.limits;
+    require(value >= min && value <= max,
+            "option " + path_.back() + std::string(setting.name) + " = " + std::to_string(value) +
+                " lies outside [" + std::to_string(min) + ", " + std::to_string(max) + "]");
   }
   std::vector<std::string> path_;
 };

@@ -9,8 +9,8 @@ ChannelChoice::ChannelChoice(const std::vector<std::string>& patterns, Sense sen
     : sense_(patterns.empty() ? Sense::drop : sense) {
   for (const std::string& pattern : patterns) {
     try {
-      patterns_.emplace_back(pattern, std::regex::extended | std::regex::optimize);
-    } catch (const std::regex_error&) {
+      patterns_.emplace_back(pattern);
+    } catch (const std::invalid_argument&) {
       throw std::invalid_argument("'" + pattern +
                                   "' is neither a channel name nor a regular expression");
     }
@@ -19,7 +19,7 @@ ChannelChoice::ChannelChoice(const std::vector<std::string>& patterns, Sense sen
 
 bool ChannelChoice::fits(const std::string& channel) const {
   return std::any_of(patterns_.begin(), patterns_.end(),
-                     [&](const std::regex& pattern) { return std::regex_match(channel, pattern); });
+                     [&](const ChannelPattern& pattern) { return pattern.matches(channel); });
 }
 
 bool ChannelChoice::keeps(std::string_view channel) {

@@ -2,10 +2,11 @@
 
 #include <functional>
 #include <map>
-#include <regex>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "lcm_tools/files/channel_pattern.hpp"
 
 namespace marco::logs {
 
@@ -28,7 +29,7 @@ class ChannelChoice {
  private:
   bool fits(const std::string& channel) const;
 
-  std::vector<std::regex> patterns_;
+  std::vector<ChannelPattern> patterns_;
   Sense sense_ = Sense::drop;
   std::map<std::string, bool, std::less<>> decided_;
 };

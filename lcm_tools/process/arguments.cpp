@@ -66,7 +66,14 @@ void add_common_arguments(CLI::App& app, CommonArguments& arguments) {
   app.add_option("--log-level", arguments.log_level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
-  app.add_flag("--print-config", arguments.print_config, "print the config in force and exit");
+  add_print_config(app, arguments);
+}
+
+void add_print_config(CLI::App& app, ConfigArguments& arguments) {
+  auto* print = app.add_flag("--print-config", arguments.print_config,
+                             "print the settings in force, with what they are, and exit");
+  app.add_flag("--advanced", arguments.advanced, "with --print-config: the rare settings, too")
+      ->needs(print);
 }
 
 std::optional<int> parse_arguments(CLI::App& app, int argc, const char* const* argv) {

@@ -5,17 +5,29 @@
 #include <optional>
 #include <string>
 
+#include "lcm_tools/process/printed.hpp"
+
 namespace marco::process {
 
+/// `--print-config` and what it shows.
+struct ConfigArguments {
+  bool print_config = false;  ///< print the config in force and exit
+  bool advanced = false;      ///< the advanced settings, too
+
+  Printed printed() const { return advanced ? Printed::all : Printed::common; }
+};
+
 /// Options of every process. Algorithm settings are in the config, not on the command line.
-struct CommonArguments {
+struct CommonArguments : ConfigArguments {
   std::string config_path;         ///< TOML; "" = the defaults
   std::string lcm_url;             ///< "" = effective_lcm_url
   std::string log_level = "info";  ///< trace debug info warn error off
-  bool print_config = false;       ///< print the config in force and exit
 };
 
-/// Adds --config --lcm-url --log-level --print-config to `app`.
+/// Adds --print-config and --advanced to `app`.
+void add_print_config(CLI::App& app, ConfigArguments& arguments);
+
+/// Adds --config --lcm-url --log-level --print-config --advanced to `app`.
 void add_common_arguments(CLI::App& app, CommonArguments& arguments);
 
 /// Parses the command line. Prints help, the version (--version) or the mistake, with a suggestion

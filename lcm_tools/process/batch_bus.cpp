@@ -3,7 +3,7 @@
 namespace marco::process {
 
 void BatchBus::subscribe_raw(const std::string& channel_regex, RawHandler handler) {
-  subscriptions_.push_back({std::regex(channel_regex, std::regex::extended), std::move(handler)});
+  subscriptions_.push_back({ChannelPattern(channel_regex), std::move(handler)});
   subscribers_.clear();
 }
 
@@ -39,7 +39,7 @@ const std::vector<std::size_t>& BatchBus::subscribers_of(const std::string& chan
   const auto [entry, is_new] = subscribers_.try_emplace(channel);
   if (is_new) {
     for (std::size_t i = 0; i < subscriptions_.size(); ++i) {
-      if (std::regex_match(channel, subscriptions_[i].channel)) entry->second.push_back(i);
+      if (subscriptions_[i].channel.matches(channel)) entry->second.push_back(i);
     }
   }
   return entry->second;

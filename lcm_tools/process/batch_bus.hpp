@@ -1,11 +1,11 @@
 #pragma once
 
 #include <deque>
-#include <regex>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "lcm_tools/files/channel_pattern.hpp"
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/process/bus.hpp"
 
@@ -33,7 +33,7 @@ class BatchBus : public Bus {
 
  private:
   struct Subscription {
-    std::regex channel;
+    ChannelPattern channel;
     RawHandler handler;
   };
   struct Pending {

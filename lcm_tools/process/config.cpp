@@ -3,9 +3,6 @@
 #include <spdlog/spdlog.h>
 #include <toml++/toml.h>
 
-#include <charconv>
-#include <cstdlib>
-#include <regex>
 #include <set>
 #include <sstream>
 
@@ -19,22 +16,6 @@ namespace {
 std::string place_of(const toml::node& node) {
   const toml::source_position& at = node.source().begin;
   return "line " + std::to_string(at.line) + ", column " + std::to_string(at.column);
-}
-
-// toml++ prints 17 digits; the shortest text that reads back the same is what a person typed.
-std::string with_short_numbers(const std::string& text) {
-  static const std::regex kLongNumber("-?[0-9]+\\.[0-9]{9,}(e[-+]?[0-9]+)?");
-  std::string result;
-  auto at = text.cbegin();
-  for (std::sregex_iterator found(text.begin(), text.end(), kLongNumber), end; found != end;
-       ++found) {
-    char digits[32];
-    const double value = std::strtod(found->str().c_str(), nullptr);
-    const auto written = std::to_chars(digits, digits + sizeof digits, value);
-    result.append(at, (*found)[0].first).append(digits, written.ptr);
-    at = (*found)[0].second;
-  }
-  return result.append(at, text.cend());
 }
 
 toml::table parse(const std::string& text, const std::string& name) {
@@ -74,10 +55,11 @@ class TomlReader final : public OptionVisitor {
   }
 
  protected:
-  void field(std::string_view name, Field value, Limits limits) override {
-    const toml::node* node = use(name);
+  void field(const Setting& setting) override {
+    const toml::node* node = use(setting.name);
     if (node == nullptr) return;
-    std::visit([&](auto* target) { read(name, *node, *target, limits); }, value);
+    std::visit([&](auto* target) { read(setting.name, *node, *target, setting.limits); },
+               setting.value);
   }
   void renamed(const RenamedKey& key) override { levels_.back().renamed.push_back(key); }
   bool enter(std::string_view name, int item) override {
@@ -167,87 +149,6 @@ class TomlReader final : public OptionVisitor {
   std::vector<Level> levels_;
 };
 
-/// Makes a table of the options' values.
-class TomlWriter final : public OptionVisitor {
- public:
-  toml::table take() { return std::move(levels_.front().table); }
-
- protected:
-  void field(std::string_view name, Field value, Limits) override {
-    std::visit([&](auto* target) { insert(name, *target); }, value);
-  }
-  bool enter(std::string_view name, int item) override {
-    levels_.push_back({std::string(name), item, {}});
-    return true;
-  }
-  void leave() override {
-    Level done = std::move(levels_.back());
-    levels_.pop_back();
-    toml::table& table = levels_.back().table;
-    if (done.item == kNoItem) {
-      table.insert(done.name, std::move(done.table));
-    } else {
-      table.get(done.name)->as_array()->push_back(std::move(done.table));
-    }
-  }
-  std::size_t enter_list(std::string_view name, std::size_t size) override {
-    levels_.back().table.insert(name, toml::array{});
-    return size;
-  }
-
- private:
-  struct Level {
-    std::string name;
-    int item = kNoItem;
-    toml::table table;
-  };
-
-  template <class T>
-  void insert(std::string_view name, const T& value) {
-    levels_.back().table.insert(name, value);
-  }
-  template <class T>
-  void insert(std::string_view name, const std::vector<T>& values) {
-    toml::array array;
-    for (const T& value : values) array.push_back(value);
-    levels_.back().table.insert(name, std::move(array));
-  }
-
-  std::vector<Level> levels_ = std::vector<Level>(1);
-};
-
-/// The entries of `table` that `other` lacks or has with another value.
-toml::table difference(const toml::table& table, const toml::table& other) {
-  toml::table result;
-  for (const auto& [key, node] : table) {
-    const toml::node* before = other.get(key.str());
-    if (node.is_table()) {
-      const bool nested = before != nullptr && before->is_table();
-      toml::table inner =
-          difference(*node.as_table(), nested ? *before->as_table() : toml::table{});
-      if (!inner.empty()) result.insert(key, std::move(inner));
-      continue;
-    }
-    toml::table a, b;
-    a.insert(key, node);
-    if (before != nullptr) b.insert(key, *before);
-    if (a != b) result.insert(key, node);
-  }
-  return result;
-}
-
-std::string to_text(const toml::table& table) {
-  std::ostringstream text;
-  text << table << "\n";
-  return with_short_numbers(text.str());
-}
-
-toml::table table_of(const detail::Fields& fields) {
-  TomlWriter writer;
-  fields(writer);
-  return writer.take();
-}
-
 void fill(const toml::table& table, const std::string& name, const detail::Fields& fields) {
   TomlReader reader(table, name);
   fields(reader);
@@ -264,12 +165,6 @@ void read_file(const std::string& path, const Fields& fields) {
 
 void read_text(const std::string& toml, const std::string& name, const Fields& fields) {
   fill(parse(toml, name), name, fields);
-}
-
-std::string print(const Fields& fields) { return to_text(table_of(fields)); }
-
-std::string print_difference(const Fields& fields, const Fields& defaults) {
-  return to_text(difference(table_of(fields), table_of(defaults)));
 }
 
 }  // namespace detail

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "lcm_tools/base/options.hpp"
+#include "lcm_tools/process/printed.hpp"
 
 namespace marco::process {
 
@@ -19,8 +20,7 @@ Fields fields_of(Options& options) {
 
 void read_file(const std::string& path, const Fields& fields);
 void read_text(const std::string& toml, const std::string& name, const Fields& fields);
-std::string print(const Fields& fields);
-std::string print_difference(const Fields& fields, const Fields& defaults);
+std::string print(const Fields& fields, const Fields& defaults, Printed which);
 
 }  // namespace detail
 
@@ -46,17 +46,11 @@ Options load_options(const std::string& path) {
   return options;
 }
 
-/// The options as a TOML text that parse_options takes back.
+/// The options as a TOML text that parse_options takes back, each with what it is.
 template <class Options>
-std::string print_options(Options options) {
-  return detail::print(detail::fields_of(options));
-}
-
-/// The options that differ from their defaults.
-template <class Options>
-std::string print_changed_options(Options options) {
+std::string print_options(Options options, Printed which = Printed::all) {
   Options defaults;
-  return detail::print_difference(detail::fields_of(options), detail::fields_of(defaults));
+  return detail::print(detail::fields_of(options), detail::fields_of(defaults), which);
 }
 
 }  // namespace marco::process

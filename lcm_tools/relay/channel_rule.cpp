@@ -1,7 +1,6 @@
 #include "lcm_tools/relay/channel_rule.hpp"
 
 #include <algorithm>
-#include <stdexcept>
 #include <utility>
 
 #include "lcm_tools/lcmtypes/channels.hpp"
@@ -18,19 +17,15 @@ bool says_stop(std::span<const uint8_t> data) {
 
 }  // namespace
 
-std::regex expression_of(const std::string& text) {
-  try {
-    return std::regex(text.empty() ? ".*" : text, std::regex::extended | std::regex::optimize);
-  } catch (const std::regex_error& wrong) {
-    throw std::invalid_argument("'" + text + "' is no regular expression: " + wrong.what());
-  }
+ChannelPattern pattern_of(const std::string& expression) {
+  return ChannelPattern(expression.empty() ? ".*" : expression);
 }
 
 ChannelRule::ChannelRule(const std::string& channels,
                          std::vector<std::string> order_channels,
                          Orders orders)
-    : channels_(expression_of(channels)),
-      order_names_(".*(CMD|COMMAND|ORDERS).*", std::regex::extended | std::regex::icase),
+    : channels_(pattern_of(channels)),
+      order_names_(".*(CMD|COMMAND|ORDERS).*", ChannelPattern::Case::ignored),
       order_channels_(std::move(order_channels)),
       orders_(orders) {
   order_channels_.insert(order_channels_.end(), channels::kToolOrders.begin(),
@@ -40,13 +35,13 @@ ChannelRule::ChannelRule(const std::string& channels,
 bool ChannelRule::is_order(const std::string& channel) const {
   return std::find(order_channels_.begin(), order_channels_.end(), channel) !=
              order_channels_.end() ||
-         std::regex_match(channel, order_names_);
+         order_names_.matches(channel);
 }
 
 bool ChannelRule::passes(const std::string& channel, std::span<const uint8_t> data) const {
   if (channel == channels::kEmergencyStop && says_stop(data)) return true;
   if (orders_ == Orders::held_back && is_order(channel)) return false;
-  return std::regex_match(channel, channels_);
+  return channels_.matches(channel);
 }
 
 }  // namespace marco::relay

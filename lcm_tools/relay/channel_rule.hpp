@@ -1,11 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <regex>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "lcm_tools/files/channel_pattern.hpp"
 
 namespace marco::relay {
 
@@ -28,13 +29,13 @@ class ChannelRule {
   bool is_order(const std::string& channel) const;
 
  private:
-  std::regex channels_;
-  std::regex order_names_;
+  ChannelPattern channels_;
+  ChannelPattern order_names_;
   std::vector<std::string> order_channels_;
   Orders orders_;
 };
 
-/// A regular expression of a user. @throws std::invalid_argument saying what is wrong with it.
-std::regex expression_of(const std::string& text);
+/// "" = all channels. @throws std::invalid_argument saying what is wrong with the expression.
+ChannelPattern pattern_of(const std::string& expression);
 
 }  // namespace marco::relay

@@ -45,13 +45,13 @@ void TcpLink::read(const std::function<void(const Frame&)>& on_message) {
 void TcpLink::subscribe(const std::string& expression) {
   constexpr std::size_t kMostExpressions = 256;
   require(wanted_.size() < kMostExpressions, "it subscribes to more than 256 expressions");
-  wanted_.try_emplace(expression, expression_of(expression));
+  wanted_.try_emplace(expression, pattern_of(expression));
 }
 
 bool TcpLink::is_wanted(const std::string& channel) const {
   return own_role_ == Role::client ||
          std::any_of(wanted_.begin(), wanted_.end(),
-                     [&](const auto& wanted) { return std::regex_match(channel, wanted.second); });
+                     [&](const auto& wanted) { return wanted.second.matches(channel); });
 }
 
 void TcpLink::write() {

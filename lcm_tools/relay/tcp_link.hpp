@@ -2,9 +2,9 @@
 
 #include <functional>
 #include <map>
-#include <regex>
 #include <string>
 
+#include "lcm_tools/files/channel_pattern.hpp"
 #include "lcm_tools/relay/outbox.hpp"
 #include "lcm_tools/relay/tcp_socket.hpp"
 #include "lcm_tools/relay/tcpq.hpp"
@@ -45,9 +45,9 @@ class TcpLink {
   Role own_role_;
   FrameReader reader_;
   Outbox outbox_;
-  std::string outgoing_;                      // bytes that are being written
-  std::size_t sent_ = 0;                      // of these
-  std::map<std::string, std::regex> wanted_;  // by their text; a client sends everything
+  std::string outgoing_;                          // bytes that are being written
+  std::size_t sent_ = 0;                          // of these
+  std::map<std::string, ChannelPattern> wanted_;  // by their text; a client sends everything
 };
 
 }  // namespace marco::relay

@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
     options.input.calibration = calibration;
     options.correction = calibration.pantilt;
     if (arguments.print_config) {
-      std::fputs(process::print_options(options).c_str(), stdout);
+      std::fputs(process::print_options(options, arguments.printed()).c_str(), stdout);
       return 0;
     }
     process::start_logging("marco-mapping3d", arguments.log_level);

@@ -24,7 +24,7 @@ struct Mapping3dAdapterOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("mapper", mapper);
+    v("model", mapper);
     v("input", input);
   }
 };

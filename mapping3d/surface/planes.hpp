@@ -16,11 +16,9 @@ struct PlaneOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("cell_m", cell_m, kPositive);
-    v("max_turn_deg", max_turn_deg, Limits{0.1, 45.0});
-    v("max_gap_m", max_gap_m, kPositive);
-    v("min_area_m2", min_area_m2, kPositive);
-    v("level_deg", level_deg, Limits{0.1, 45.0});
+    v.advanced("max_gap_m", max_gap_m, kPositive,
+               "Patches farther from a plane are not on it. More for noisy ranges.");
+    v.advanced("min_area_m2", min_area_m2, kPositive, "Smaller planes are not told.");
   }
 };
 

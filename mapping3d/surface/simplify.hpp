@@ -14,10 +14,8 @@ struct SimplifyOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("max_error_m", max_error_m, kPositive);
-    v("snap_share", snap_share, Limits{0.0, 0.9});
-    v("sample_m2", sample_m2, kPositive);
-    v("rounds", rounds, Limits{1, 20});
+    v("max_error_m", max_error_m, kPositive,
+      "The simplified model differs from the full one by no more. Less for more triangles.");
   }
 };
 

@@ -25,16 +25,15 @@ struct SurfaceOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("voxel_m", voxel_m, Limits{0.005, 1.0});
-    v("band_voxels", band_voxels, Limits{1.1, 8.0});
-    v("pose_sigma_deg", pose_sigma_deg, kNotNegative);
-    v("pose_sigma_m", pose_sigma_m, kPositive);
-    v("carve_margin_m", carve_margin_m, kPositive);
-    v("carve_every", carve_every, Limits{1, 16});
-    v("carve_ratio", carve_ratio, kPositive);
-    v("min_component_m2", min_component_m2, kNotNegative);
-    v("smoothing", smoothing);
-    v("facets", facets);
+    v("voxel_m", voxel_m, Limits{0.005, 1.0},
+      "Edge of a voxel of the fused model. Less for fine detail: memory and time grow with the "
+      "square. Thinner plates seen from both sides are lost.");
+    v.advanced("carve_ratio", carve_ratio, kPositive,
+               "Votes of free space per observed facet that remove a voxel. Less to remove what "
+               "moved while it was scanned.");
+    v.advanced(
+        "min_component_m2", min_component_m2, kNotNegative,
+        "Smaller pieces of surface are left out: they are mixed ranges. Less for thin things.");
   }
 };
 

@@ -38,12 +38,10 @@ struct TextureOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("texel_m", texel_m, Limits{0.001, 1.0});
-    v("max_atlas_px", max_atlas_px, Limits{64, 32768});
-    v("hidden_m", hidden_m, kPositive);
-    v("max_incidence_deg", max_incidence_deg, Limits{1.0, 89.9});
-    v("best_view_power", best_view_power, Limits{1.0, 32.0});
-    v("border_part", border_part, Limits{0.0, 0.5});
+    v("texel_m", texel_m, Limits{0.001, 1.0},
+      "Size of a texel. Less for sharper pictures, at the cost of memory.");
+    v.advanced("max_atlas_px", max_atlas_px, Limits{64, 32768},
+               "Side of the texture atlas, at most: texels grow until all fit.");
   }
 };
 

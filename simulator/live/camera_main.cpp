@@ -19,7 +19,7 @@ using namespace marco;  // NOLINT(google-build-using-namespace): a main has no o
 int run(const process::CommonArguments& arguments, const std::string& world_path) {
   const auto spec = process::load_options<sim::RobotSpec>(arguments.config_path);
   if (arguments.print_config) {
-    std::fputs(process::print_options(spec).c_str(), stdout);
+    std::fputs(process::print_options(spec, arguments.printed()).c_str(), stdout);
     return 0;
   }
   process::start_logging("marco-sim-camera", arguments.log_level);

@@ -33,18 +33,19 @@ struct LoopCloserOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("attempt_every_m", attempt_every_m, kNotNegative);
-    v("min_path_m", min_path_m, kPositive);
-    v("radius_m", radius_m, kPositive);
-    v("max_drift_m", max_drift_m, kPositive);
-    v("max_drift_deg", max_drift_deg, Limits{0.0, 180.0});
-    v("candidates", candidates, Limits{1, 100});
-    v("around", around, Limits{0, 100});
-    v("min_score", min_score, Limits{0.0, 1.0});
-    v("unlikely_penalty", unlikely_penalty, Limits{0.0, 1.0});
-    v("min_overlap", min_overlap, Limits{0.0, 1.0});
-    v("sigma_m", sigma_m, kPositive);
-    v("sigma_deg", sigma_deg, kPositive);
+    v.advanced("attempt_every_m", attempt_every_m, kNotNegative,
+               "A revisit is looked for after each such way. More to save time.");
+    v.advanced("min_path_m", min_path_m, kPositive, "A revisit lies at least this much path back.");
+    v.advanced("radius_m", radius_m, kPositive,
+               "A revisit lies within this distance, beside what the path may have drifted.");
+    v("max_drift_m", max_drift_m, kPositive,
+      "The widest search for a revisit. More for kilometres without one.");
+    v.advanced("max_drift_deg", max_drift_deg, Limits{0.0, 180.0}, "The widest search in heading.");
+    v.advanced("min_score", min_score, Limits{0.0, 1.0},
+               "A place with less of the exhaustive search's score is not looked at further.");
+    v.advanced(
+        "min_overlap", min_overlap, Limits{0.0, 1.0},
+        "Below this overlap of the fine match a loop is refused. Less where furniture has moved.");
   }
 };
 

@@ -24,13 +24,22 @@ struct MotionOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("sigma_per_m", sigma_per_m, kNotNegative);
-    v("sigma_deg_per_deg", sigma_deg_per_deg, kNotNegative);
-    v("gyro_sigma_deg_per_s", gyro_sigma_deg_per_s, kPositive);
-    v("acceleration_m_per_s2", acceleration_m_per_s2, kPositive);
-    v("turn_acceleration_deg_per_s2", turn_acceleration_deg_per_s2, kPositive);
-    v("max_speed_m_per_s", max_speed_m_per_s, kPositive);
-    v("max_turn_rate_deg_per_s", max_turn_rate_deg_per_s, kPositive);
+    v("sigma_per_m", sigma_per_m, kNotNegative,
+      "Standard deviation of odometry per metre driven. More for wheels that slip.");
+    v("sigma_deg_per_deg", sigma_deg_per_deg, kNotNegative,
+      "Standard deviation of odometry's heading per degree turned. More for tracks and skid "
+      "steering.");
+    v("gyro_sigma_deg_per_s", gyro_sigma_deg_per_s, kPositive,
+      "Standard deviation of the gyroscope's rate.");
+    v.advanced("acceleration_m_per_s2", acceleration_m_per_s2, kPositive,
+               "Without odometry: how fast the speed may change. More for agile robots and "
+               "hand-held lasers.");
+    v.advanced("turn_acceleration_deg_per_s2", turn_acceleration_deg_per_s2, kPositive,
+               "Without odometry: how fast the turn rate may change.");
+    v("max_speed_m_per_s", max_speed_m_per_s, kPositive,
+      "The robot's highest speed: a faster step is not believed.");
+    v("max_turn_rate_deg_per_s", max_turn_rate_deg_per_s, kPositive,
+      "The robot's highest turn rate: a faster turn is not believed.");
   }
 };
 

@@ -27,12 +27,14 @@ struct OccupancyGridOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("resolution_m", resolution_m, Limits{0.005, 1.0});
-    v("hit_probability", hit_probability, Limits{0.5, 0.999});
-    v("miss_probability", miss_probability, Limits{0.001, 0.5});
-    v("max_probability", max_probability, Limits{0.5, 0.9999});
-    v("min_probability", min_probability, Limits{0.0001, 0.5});
-    v("max_free_range_m", max_free_range_m, kPositive);
+    v("resolution_m", resolution_m, Limits{0.005, 1.0}, "Size of a cell of the map.");
+    v.advanced("hit_probability", hit_probability, Limits{0.5, 0.999},
+               "Probability that a cell is occupied when one beam ends in it.");
+    v.advanced("miss_probability", miss_probability, Limits{0.001, 0.5},
+               "Probability that a cell is occupied when one beam passes through it. Less to clear "
+               "people's traces sooner.");
+    v("max_free_range_m", max_free_range_m, kPositive,
+      "A beam clears no cells beyond this range. Less where far ranges are not to be trusted.");
   }
 };
 

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
-#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/back_end/graph/pose_graph.hpp"
 #include "slam/back_end/loop_closer.hpp"
 #include "slam/grid/occupancy_grid.hpp"
@@ -44,26 +42,12 @@ struct LineMapperOptions {
   PoseGraphOptions graph;
   OccupancyGridOptions grid;
 
-  static constexpr std::array kRenamed{RenamedKey{"key_distance_m", "keyframe_distance_m"},
-                                       RenamedKey{"key_turn_deg", "keyframe_turn_deg"}};
-
   template <class Visitor>
   void visit(Visitor& v) {
-    v("lines", lines);
-    keyframes.visit(v);
-    v("close_loops", close_loops);
-    v("trusted_shift_m", trusted_shift_m, kPositive);
-    v("trusted_turn_deg", trusted_turn_deg, kPositive);
-    v("edge_sigma_m", edge_sigma_m, kPositive);
-    v("edge_sigma_deg", edge_sigma_deg, kPositive);
-    v("replay_sigma_m", replay_sigma_m, kPositive);
-    v("replay_sigma_deg", replay_sigma_deg, kPositive);
-    v("normals", normals);
-    v("coarse", coarse);
-    v("fine", fine);
-    v("loops", loops);
-    v("graph", graph);
-    v("grid", grid);
+    lines.visit(v);
+    v("close_loops", close_loops,
+      "Close loops by a pose graph where the filter alone would not. Off to see the filter by "
+      "itself.");
   }
 };
 

@@ -30,18 +30,11 @@ struct LineSlamOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("lines", lines);
+    v("extraction", lines);
     v("filter", filter);
-    v("step_m", step_m, kNotNegative);
-    v("step_deg", step_deg, kNotNegative);
-    v("step_scans", step_scans, Limits{1, 1e6});
-    v("guess_sigma_m", guess_sigma_m, kPositive);
-    v("guess_sigma_rad", guess_sigma_rad, kPositive);
-    v("slip_overlap", slip_overlap, Limits{0.0, 1.0});
-    v("slip_sigma_m", slip_sigma_m, kNotNegative);
-    v("slip_sigma_rad", slip_sigma_rad, kNotNegative);
-    v("plan_min_times_seen", plan_min_times_seen, Limits{1, 1e6});
-    v("plan_min_length_m", plan_min_length_m, kPositive);
+    v.advanced("plan_min_times_seen", plan_min_times_seen, Limits{1, 1e6},
+               "Walls seen in fewer scans are not in the plan.");
+    v("plan_min_length_m", plan_min_length_m, kPositive, "Shorter walls are not in the plan.");
   }
 };
 

@@ -25,19 +25,22 @@ struct LocalizerOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("map", map);
     v("finder", finder);
-    v("local_radius_m", local_radius_m, kPositive);
-    v("local_keyframes", local_keyframes, Limits{1, 10000});
-    v("renew_after_m", renew_after_m, kNotNegative);
-    v("good_overlap", good_overlap, Limits{0.0, 1.0});
-    v("poor_overlap", poor_overlap, Limits{0.0, 1.0});
-    v("max_contradicted", max_contradicted, Limits{0.0, 1.0});
-    v("lost_after_m", lost_after_m, kPositive);
-    v("lost_after_s", lost_after_s, kPositive);
-    v("unknown_for_m", unknown_for_m, kPositive);
-    v("map_sigma_m", map_sigma_m, kPositive);
-    v("map_sigma_deg", map_sigma_deg, kPositive);
+    v.advanced("good_overlap", good_overlap, Limits{0.0, 1.0},
+               "A place that was found is taken when the fine match reaches this overlap.");
+    v.advanced("poor_overlap", poor_overlap, Limits{0.0, 1.0},
+               "Below this overlap a match is not used. Less where much has changed since the map "
+               "was made.");
+    v.advanced(
+        "max_contradicted", max_contradicted, Limits{0.0, 1.0},
+        "Part of a scan's beams that may end where the map is free. More among many people.");
+    v("lost_after_m", lost_after_m, kPositive,
+      "The place is searched again after so much driving with scans that contradict the map. More "
+      "among crowds.");
+    v.advanced("lost_after_s", lost_after_s, kPositive,
+               "The place is searched again after so long with scans that contradict the map.");
+    v.advanced("unknown_for_m", unknown_for_m, kPositive,
+               "So far beyond the map the robot's own path is believed. Less for poor odometry.");
   }
 };
 

@@ -39,23 +39,20 @@ struct PlaceFinderOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("memory_m", memory_m, kPositive);
-    v("thin_m", thin_m, Limits{0.01, 1.0});
-    v("search_points", search_points, Limits{10, PlaceSearch::kMaxPoints});
-    v("min_score", min_score, Limits{0.05, 1.0});
-    v("keep_within", keep_within, Limits{0.0, 1.0});
-    v("max_candidates", max_candidates, Limits{2, 1000});
-    v("apart_m", apart_m, kPositive);
-    v("apart_deg", apart_deg, kPositive);
-    v("sure_explained", sure_explained, Limits{0.0, 1.0});
-    v("sure_evidence", sure_evidence, Limits{0.0, 1.0});
-    v("sure_contradicted", sure_contradicted, Limits{0.0, 1.0});
-    v("known_explained", known_explained, Limits{0.0, 1.0});
-    v("known_contradicted", known_contradicted, Limits{0.0, 1.0});
-    v("sure_margin", sure_margin, Limits{0.0, 1.0});
-    v("margin_scale_with_unexplained", margin_scale_with_unexplained, Limits{0.0, 1.0});
-    v("sure_path_m", sure_path_m, kNotNegative);
-    v("sure_times", sure_times, Limits{1, 1000});
+    v.advanced("memory_m", memory_m, kPositive,
+               "The last keyframes within this way are compared with the map together.");
+    v.advanced("max_candidates", max_candidates, Limits{2, 1000},
+               "Places looked at together; with so many none is believed. More for large buildings "
+               "of equal rooms.");
+    v.advanced("sure_explained", sure_explained, Limits{0.0, 1.0},
+               "A place is believed when this part of the points lies on walls of the map. Less "
+               "where much has changed.");
+    v.advanced("sure_margin", sure_margin, Limits{0.0, 1.0},
+               "A place is believed when the evidence for any other is less by this.");
+    v.advanced("sure_path_m", sure_path_m, kNotNegative,
+               "A place is believed after this way at the earliest. More where rooms are alike.");
+    v.advanced("sure_times", sure_times, Limits{1, 1000},
+               "A place is believed when so many keyframes in a row agree on it.");
   }
 };
 

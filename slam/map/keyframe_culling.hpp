@@ -29,14 +29,13 @@ struct CullingOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("after_keyframes", after_keyframes, Limits{1, 1000000});
-    v("recent_keyframes", recent_keyframes, Limits{0, 1000000});
-    v("keyframes_per_place", keyframes_per_place, Limits{1, 1000000});
-    v("near_m", near_m, kPositive);
-    v("near_turn_deg", near_turn_deg, kPositive);
-    v("min_overlap", min_overlap, Limits{0.0, 1.0});
-    v("max_shift_m", max_shift_m, kPositive);
-    v("max_turn_deg", max_turn_deg, kPositive);
+    v("after_keyframes", after_keyframes, Limits{1, 1000000},
+      "Keyframes that show the same again are merged when the map has grown by so many. Less to "
+      "save memory.");
+    v.advanced("recent_keyframes", recent_keyframes, Limits{0, 1000000},
+               "The last ones are not merged yet: a wrong loop may still be found out.");
+    v.advanced("keyframes_per_place", keyframes_per_place, Limits{1, 1000000},
+               "Keyframes that a place keeps. More for places that look different from each side.");
   }
 };
 

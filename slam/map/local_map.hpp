@@ -14,8 +14,8 @@ struct LocalMapOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("window_keyframes", window_keyframes, Limits{1, 1000});
-    v("window_slack", window_slack, Limits{0, 1000});
+    v.advanced("window_keyframes", window_keyframes, Limits{1, 1000},
+               "A scan is matched with so many last keyframes. More for a narrow field of view.");
   }
 };
 

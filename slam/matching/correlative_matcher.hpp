@@ -17,10 +17,12 @@ struct CorrelativeMatcherOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("resolution_m", resolution_m, Limits{0.005, 0.5});
-    v("blur_m", blur_m, Limits{0.005, 1.0});
-    v("levels", levels, Limits{1, 10});
-    v("max_points", max_points, Limits{10, 10000});
+    v.advanced(
+        "resolution_m", resolution_m, Limits{0.005, 0.5},
+        "Cells of the exhaustive search. More for large halls without detail: faster, less exact.");
+    v.advanced(
+        "max_points", max_points, Limits{10, 10000},
+        "Points of a scan that the exhaustive search scores. More for cluttered rooms: slower.");
   }
 };
 

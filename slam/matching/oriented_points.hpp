@@ -33,11 +33,14 @@ struct NormalOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("neighbours", neighbours, Limits{1, 50});
-    v("radius_m", radius_m, kPositive);
-    v("gap_m", gap_m, kPositive);
-    v("gap_per_range", gap_per_range, kNotNegative);
-    v("max_rms_m", max_rms_m, kPositive);
+    v.advanced("neighbours", neighbours, Limits{1, 50},
+               "Points on each side, at most, that a point's wall direction is fitted to. Less for "
+               "lasers with few beams.");
+    v.advanced(
+        "radius_m", radius_m, kPositive,
+        "Points within this distance count. Less where walls are short, more for noisy ranges.");
+    v.advanced("gap_m", gap_m, kPositive,
+               "Neighbouring beams farther apart than this lie on different walls.");
   }
 };
 

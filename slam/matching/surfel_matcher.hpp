@@ -33,18 +33,22 @@ struct SurfelMatcherOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("cells_m", cells_m, Limits{0.02, 5.0});
-    v("sigmas_m", sigmas_m, Limits{0.001, 5.0});
-    v("every_nth_point", every_nth_point, Limits{1, 1000});
-    v("max_iterations", max_iterations, Limits{1, 1000});
-    v("stop_below_m", stop_below_m, kPositive);
-    v("stop_below_deg", stop_below_deg, kPositive);
-    v("keep_walls_below_m", keep_walls_below_m, kPositive);
-    v("keep_walls_below_deg", keep_walls_below_deg, kPositive);
-    v("coarse_stop_sigmas", coarse_stop_sigmas, kPositive);
-    v("half_width_m", half_width_m, Limits{1.0, 200.0});
-    v("noise_floor_m", noise_floor_m, kPositive);
-    v("correlated_points", correlated_points, Limits{1.0, 100.0});
+    v.advanced("cells_m", cells_m, Limits{0.02, 5.0},
+               "Cells of the local map, coarse first: how far a point may lie from its wall. One "
+               "value each level.");
+    v.advanced("sigmas_m", sigmas_m, Limits{0.001, 5.0},
+               "Width of the Lorentzian kernel on each level. Larger for noisy ranges (from 2 cm "
+               "on they grow by themselves).");
+    v.advanced("every_nth_point", every_nth_point, Limits{1, 1000},
+               "Each level uses every Nth point. More to save time.");
+    v.advanced("half_width_m", half_width_m, Limits{1.0, 200.0},
+               "Half-width of the local map. More for lasers that see farther than this.");
+    v.advanced(
+        "noise_floor_m", noise_floor_m, kPositive,
+        "Least standard deviation of a point, in the covariance of a match. More for rough walls.");
+    v.advanced(
+        "correlated_points", correlated_points, Limits{1.0, 100.0},
+        "So many neighbouring points count as one in the covariance, as their errors are alike.");
   }
 };
 

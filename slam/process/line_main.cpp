@@ -24,7 +24,7 @@ int run(int argc, char** argv) {
       marco::process::load_options<marco::slam::LineProcessOptions>(arguments.config_path);
   options.input.calibration = marco::load_calibration(calibration);
   if (arguments.print_config) {
-    std::fputs(marco::process::print_options(options).c_str(), stdout);
+    std::fputs(marco::process::print_options(options, arguments.printed()).c_str(), stdout);
     return 0;
   }
   marco::process::start_logging("marco-line-slam", arguments.log_level);

@@ -10,17 +10,19 @@ namespace marco::slam {
 /// Everything marco-line-slam can be told.
 struct LineProcessOptions : Mapper2dAdapterOptions {
   LineMapperOptions mapper;
-  double range_sigma_m = 0.01;     ///< where SENSOR_INFO gives none
   double max_speed_m_per_s = 5.0;  ///< odometry that jumps faster is not believed
   std::string journal_path;        ///< JSON lines; "" = none
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("mapper", mapper);
+    v("lines", mapper);
+    mapper.keyframes.visit(v);
+    v("grid", mapper.grid);
     Mapper2dAdapterOptions::visit(v);
-    v("range_sigma_m", range_sigma_m, kPositive);
-    v("max_speed_m_per_s", max_speed_m_per_s, kPositive);
-    v("journal_path", journal_path);
+    v.advanced("max_speed_m_per_s", max_speed_m_per_s, kPositive,
+               "Odometry that jumps faster than this is not believed. More for a faster robot.");
+    v.advanced("journal_path", journal_path,
+               "File that gets a line of JSON for each step of the filter; empty: none.");
   }
 };
 

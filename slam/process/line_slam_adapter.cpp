@@ -68,8 +68,9 @@ MappedScan LineSlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw
   LineSlamUpdate update;
   if (scan.level) {
     used.deskewed = deskew(scan);
-    const ScanInRobot beams = to_robot_frame(scan.scan, scan.info, scan.robot_from_sensor,
-                                             used.deskewed, options_.range_sigma_m);
+    const ScanInRobot beams =
+        to_robot_frame(scan.scan, scan.info, scan.robot_from_sensor, used.deskewed,
+                       options_.mapper.lines.lines.range_sigma_m);
     LineSlamJournal journal;
     update = mapper_.process(beams, utime, motion, may_draw ? MapUse::draw : MapUse::pose_only,
                              journal_.is_open() ? &journal : nullptr);

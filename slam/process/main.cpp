@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
     if (!checkpoint.empty()) options.checkpoint_path = checkpoint;
     options.input.calibration = load_calibration(calibration);
     if (arguments.print_config) {
-      std::fputs(process::print_options(options).c_str(), stdout);
+      std::fputs(process::print_options(options, arguments.printed()).c_str(), stdout);
       return 0;
     }
     process::start_logging("marco-slam", arguments.log_level);

@@ -168,12 +168,14 @@ void SlamAdapter::finish_mapping() {
 std::string SlamAdapter::save(const std::filesystem::path& folder) {
   require(session_.mode() != MappingSession::Mode::localizing,
           "SAVE: while localizing, the map is not changed");
-  return orders_.write([folder, map = session_.saved(process::print_options(options_.slam)),
-                        drawing = options_.slam.grid] {
-    save_map_folder(folder, map, drawing);
-    return "SAVE " + folder.string() + ": saved " + std::to_string(map.slam.keyframes.keys.size()) +
-           " keyframes";
-  });
+  return orders_.write(
+      [folder,
+       map = session_.saved(process::print_options(options_.slam, process::Printed::changed)),
+       drawing = options_.slam.grid] {
+        save_map_folder(folder, map, drawing);
+        return "SAVE " + folder.string() + ": saved " +
+               std::to_string(map.slam.keyframes.keys.size()) + " keyframes";
+      });
 }
 
 std::string SlamAdapter::execute_on_map(const SlamOrder& order) {
@@ -204,8 +206,8 @@ std::string SlamAdapter::mapping_line() const {
 }
 
 AdapterState SlamAdapter::state() const {
-  return {session_.saved(process::print_options(options_.slam)), input_.state(), progress_,
-          drops_.received(), drops_.by_cause()};
+  return {session_.saved(process::print_options(options_.slam, process::Printed::changed)),
+          input_.state(), progress_, drops_.received(), drops_.by_cause()};
 }
 
 void SlamAdapter::restore(AdapterState state) {

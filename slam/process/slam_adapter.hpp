@@ -27,8 +27,9 @@ struct SlamAdapterOptions : Mapper2dAdapterOptions {
     v("slam", slam);
     v("localizer", localizer);
     Mapper2dAdapterOptions::visit(v);
-    v("loop_delay_s", loop_delay_s, kNotNegative);
-    v("path_every_m", path_every_m, kNotNegative);
+    v.advanced("path_every_m", path_every_m, kNotNegative,
+               "Poses nearer to each other than this are not kept live. Less for a finer path, at "
+               "the cost of memory.");
   }
 };
 

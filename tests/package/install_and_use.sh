@@ -19,6 +19,29 @@ cmake --build "$folder/build" -- -k 0 >"$folder/log" 2>&1 ||
 [ $each_header = OFF ] || { echo "each header compiles alone"; exit; }
 "$folder/build/use_all"
 
+# The examples are such a project.
+examples="$(cd "$source_folder/../../examples" && pwd)"
+sample="$(cd "$source_folder/../../logs" && pwd)/sample.lcm"
+cmake -G Ninja -S "$examples" -B "$folder/examples" -DCMAKE_PREFIX_PATH="$prefix" >"$folder/log" 2>&1 ||
+  { cat "$folder/log"; fail "the examples' find_package(marco)"; }
+cmake --build "$folder/examples" >"$folder/log" 2>&1 || { grep -E 'error:|undefined' "$folder/log" | head; fail "an example"; }
+mkdir "$folder/of_example"
+"$folder/examples/map_a_log" "$sample" "$folder/of_example" | grep -q 'scans, .* loops' || fail map_a_log
+[ -s "$folder/of_example/map.pgm" ] || fail "map_a_log wrote no map"
+"$folder/examples/match_two_scans" "$sample" 0 20 | grep -Eq '([7-9].|100) % of the points' || fail match_two_scans
+isolated="$source_folder/../../lcm_tools/tests/support/isolated.sh"
+# A laser of one's own is mapped, and a subscriber of one's own hears the pose.
+LASER="$folder/examples/my_laser" FOLLOW="$folder/examples/follow_the_robot" SLAM="$prefix/bin/marco-slam" \
+  "$isolated" bash -c '
+    "$SLAM" & slam=$!
+    "$LASER" 20 & laser=$!
+    timeout 20 "$FOLLOW" 5; told=$?
+    kill $laser $slam; wait
+    exit $told' >"$folder/log" 2>&1 || { cat "$folder/log"; fail "my_laser, marco-slam, follow_the_robot"; }
+[ "$(grep -c '^x 0.00 m, y 0.00 m' "$folder/log")" = 5 ] || { cat "$folder/log"; fail "the laser that stands moved"; }
+! "$isolated" "$folder/examples/go_to" 1 0 >"$folder/log" || fail "go_to without a base"
+grep -q 'no base answers' "$folder/log" || fail "go_to does not say that no base answers"
+
 # A folder in the list ends with a slash: nothing of ours lies in it.
 (cd "$prefix" && find . -type f -o -type l) | sed 's|^\./||; s|/x86_64-linux-gnu/|/|' | sort >"$folder/ours"
 grep -qx bin/marco-robot "$folder/ours" || fail "no front door is installed"

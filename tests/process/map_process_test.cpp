@@ -251,7 +251,7 @@ TEST_F(MapProcess, WhatCannotBeReadIsSaidAndTheExitCodeIsNotZero) {
 TEST_F(MapProcess, TheReportSaysWhoMadeItAndHowAlsoOfStrangeNames) {
   const std::string name = at("a\xff.lcm");
   std::filesystem::copy_file("logs/sample.lcm", name);
-  const auto config = folder_.write("map.toml", "[joined_surface]\nplan_height_m = 1.5\n");
+  const auto config = folder_.write("map.toml", "[surface]\nplan_height_m = 1.5\n");
   const Result result =
       run("marco-map", {name, "--out", at("out"), "--config", config.string(), "--hold-out", "5"});
   ASSERT_EQ(result.code, 0) << result.output;
@@ -260,7 +260,7 @@ TEST_F(MapProcess, TheReportSaysWhoMadeItAndHowAlsoOfStrangeNames) {
               ::testing::MatchesRegex("[0-9]+\\.[0-9]+\\.[0-9]+.*"));
   EXPECT_EQ(found.at("command_line").at(3), at("out"));
   EXPECT_THAT(found.at("command_line").at(1), HasSubstr("a\xEF\xBF\xBD.lcm"));
-  EXPECT_EQ(found.at("configuration").dump(), R"({"joined_surface":{"plan_height_m":1.5}})");
+  EXPECT_EQ(found.at("configuration").dump(), R"({"surface":{"plan_height_m":1.5}})");
 }
 
 // The map is judged by the scans that were kept out of it, and by no others.

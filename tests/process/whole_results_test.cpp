@@ -277,8 +277,7 @@ TEST_F(WholeResults, Model) {
          {"--world", "config/worlds/lab.toml", "--tour", tour.string(), "--out", at(name)});
   };
   // A coarse model: seconds less for each kill.
-  const auto coarse =
-      folder_.write("coarse.toml", "[joined_surface.surface]\nvoxel_m = 0.1\n").string();
+  const auto coarse = folder_.write("coarse.toml", "[surface]\nvoxel_m = 0.1\n").string();
   simulate("old.lcm", "0");
   simulate("new.lcm", "40");
   must("marco-map", {at("old.lcm"), "--config", coarse, "--out", at("good")});

@@ -128,7 +128,7 @@ int main(int argc, char** argv) {
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     const auto table = process::load_options<ForeignTable>(arguments.common.config_path);
     if (arguments.common.print_config) {
-      std::fputs(process::print_options(table).c_str(), stdout);
+      std::fputs(process::print_options(table, arguments.common.printed()).c_str(), stdout);
       return static_cast<int>(process::kExitDone);
     }
     process::start_logging("marco-bridge", arguments.common.log_level);

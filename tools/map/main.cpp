@@ -21,6 +21,7 @@
 #include "tools/map/pictures.hpp"
 #include "tools/map/report.hpp"
 #include "tools/map/results.hpp"
+#include "tools/map/scratch_folder.hpp"
 #include "tools/map/self_correction.hpp"
 #include "tools/map/verdict.hpp"
 
@@ -110,7 +111,7 @@ void write_session(const std::filesystem::path& out,
                    const MapJob& job,
                    const slam::SlamOptions& options) {
   if (job.session() == nullptr || job.session()->localizer() != nullptr) return;
-  save(out, job.session()->saved(process::print_options(options)));
+  save(out, job.session()->saved(process::print_options(options, process::Printed::changed)));
   for (const KeptApart& apart : kept_apart(job)) {
     std::filesystem::create_directories(out / apart.folder);
     slam::write_map_files(out / apart.folder, *apart.map, options.grid);
@@ -150,16 +151,11 @@ int exit_code_of(const std::optional<MapVerdict>& verdict) {
 
 // The verdict alone: what is written on the way goes with a folder of its own.
 int check(const MapArguments& arguments) {
-  std::string folder = (std::filesystem::temp_directory_path() / "marco_check_XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error(folder + ": cannot be made");
-  const std::shared_ptr<void> removed(nullptr, [&folder](void*) {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder, ignored);
-  });
+  const ScratchFolder folder;
   const MapOptions options = load_batch_options(arguments);
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
-  JudgedMap map = make_map(arguments, options, foreign, folder, {});
-  if (const auto correction = correct(arguments, options, foreign, folder, map)) {
+  JudgedMap map = make_map(arguments, options, foreign, folder.path(), {});
+  if (const auto correction = correct(arguments, options, foreign, folder.path(), map)) {
     print_correction(*correction);
   }
   print_verdict(*map.verdict, *map.job, false);
@@ -169,8 +165,8 @@ int check(const MapArguments& arguments) {
 int run(const MapArguments& arguments) {
   process::catch_interrupts(arguments.out + " is unchanged");
   const MapOptions options = load_batch_options(arguments);
-  const std::string configuration =
-      process::print_changed_options(process::load_options<MapOptions>(arguments.config));
+  const std::string configuration = process::print_options(
+      process::load_options<MapOptions>(arguments.config), process::Printed::changed);
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
   const auto results = open_results(arguments.out, named_inputs(arguments));
   const std::filesystem::path out = results->path();

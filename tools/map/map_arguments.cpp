@@ -93,14 +93,14 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                "write a picture of each loop closure to loops/: both scans, before and after")
       ->excludes("--lines")
       ->excludes(localize);
-  bool print_config = false;
-  app.add_flag("--print-config", print_config, "print the effective configuration and exit");
+  process::ConfigArguments config;
+  process::add_print_config(app, config);
   inputs->required(std::none_of(
       argv, argv + argc, [](const char* word) { return std::string(word) == "--print-config"; }));
   if (const auto code = process::parse_arguments(app, argc, argv)) return code;
-  if (!print_config) return std::nullopt;
+  if (!config.print_config) return std::nullopt;
   const auto options = process::load_options<MapOptions>(arguments.config);
-  std::fputs(process::print_options(options).c_str(), stdout);
+  std::fputs(process::print_options(options, config.printed()).c_str(), stdout);
   return 0;
 }
 

@@ -30,18 +30,25 @@ struct MapOptions {
     slam.slam.culling.keyframes_per_place = 4;
   }
 
-  slam::SlamAdapterOptions slam;
+  slam::SlamAdapterOptions slam;  ///< its input, keyframes and grid hold for the others, too
   slam::LineProcessOptions lines;
   mapping3d::Mapping3dAdapterOptions mapping3d;
   mapping3d::SurfacePipelineOptions joined_surface;
   PhotographOptions photographs;
 
+  static constexpr std::array kRenamed{RenamedKey{"slam_process", "slam, localizer or input"},
+                                       RenamedKey{"line_slam_process", "lines"},
+                                       RenamedKey{"mapping3d_process", "model"},
+                                       RenamedKey{"joined_surface", "surface"}};
+
   template <class Visitor>
   void visit(Visitor& v) {
-    v("slam_process", slam);
-    v("line_slam_process", lines);
-    v("mapping3d_process", mapping3d);
-    v("joined_surface", joined_surface);
+    v("input", slam.input);
+    v("slam", slam.slam);
+    v("localizer", slam.localizer);
+    v("lines", lines.mapper);
+    v("model", mapping3d.mapper);
+    v("surface", joined_surface);
     v("photographs", photographs);
   }
 };

@@ -21,11 +21,13 @@ struct PhotographOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("most", most, Limits{0, 10000});
-    v("apart_m", apart_m, kPositive);
-    v("apart_deg", apart_deg, Limits{0.1, 180.0});
-    v("max_turn_deg_per_s", max_turn_deg_per_s, kPositive);
-    v("max_gap_s", max_gap_s, kPositive);
+    v("most", most, Limits{0, 10000}, "Pictures that paint the model, at most. Each costs time.");
+    v.advanced("apart_m", apart_m, kPositive,
+               "A picture is used if no other was taken within this distance (and apart_deg).");
+    v.advanced("apart_deg", apart_deg, Limits{0.1, 180.0},
+               "A picture is used if no other was taken within this angle (and apart_m).");
+    v.advanced("max_turn_deg_per_s", max_turn_deg_per_s, kPositive,
+               "Pictures of faster turns are left out: their stamps are not good enough.");
     v("texture", texture);
   }
 };

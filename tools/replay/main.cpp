@@ -1,9 +1,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <regex>
 #include <set>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/channel_pattern.hpp"
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
@@ -14,8 +14,8 @@ namespace {
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
 
 // What drivers publish. Orders and what was made of them stay out.
-const std::regex kOwn("LIDAR.*|SENSOR_INFO|ODOMETRY|IMU|PANTILT_STATE|SONAR|CAMERA(_.*)?|TRUE_POSE",
-                      std::regex::extended);
+const ChannelPattern kOwn(
+    "LIDAR.*|SENSOR_INFO|ODOMETRY|IMU|PANTILT_STATE|SONAR|CAMERA(_.*)?|TRUE_POSE");
 
 std::set<std::string> inputs_of(const std::string& log, const ForeignTable& table) {
   std::set<std::string> inputs, others;
@@ -23,8 +23,8 @@ std::set<std::string> inputs_of(const std::string& log, const ForeignTable& tabl
   while (const auto event = reader.next()) {
     if (inputs.contains(event->channel) || others.contains(event->channel)) continue;
     const ForeignChannel* foreign = entry_of(table, event->channel, fingerprint_in(event->bytes));
-    const bool is_input = std::regex_match(event->channel, kOwn) ||
-                          (foreign != nullptr && foreign->meaning != "ignore");
+    const bool is_input =
+        kOwn.matches(event->channel) || (foreign != nullptr && foreign->meaning != "ignore");
     (is_input ? inputs : others).insert(event->channel);
   }
   return inputs;

@@ -62,7 +62,7 @@ void listen(process::LcmBus& bus, process::DropCounter& drops, watch::LiveMap& m
 int run(const Arguments& arguments) {
   const auto options = process::load_options<Options>(arguments.common.config_path);
   if (arguments.common.print_config) {
-    std::fputs(process::print_options(options).c_str(), stdout);
+    std::fputs(process::print_options(options, arguments.common.printed()).c_str(), stdout);
     return 0;
   }
   process::start_logging("marco-watch", arguments.common.log_level);

@@ -32,9 +32,8 @@ std::string pose_of(const sensor_info_t& info) {
 SilenceJudge::SilenceJudge(std::vector<Expectation> expectations, const process::DropCounter* drops)
     : drops_(drops) {
   for (Expectation& expected : expectations) {
-    tracks_.emplace_back();
-    tracks_.back().pattern = std::regex(expected.pattern, std::regex::extended);
-    tracks_.back().expected = std::move(expected);
+    ChannelPattern pattern(expected.pattern);
+    tracks_.push_back({std::move(expected), std::move(pattern), {}, {}, {}, {}});
   }
 }
 
@@ -78,7 +77,7 @@ const std::vector<std::size_t>& SilenceJudge::expecting_tracks(const std::string
   if (tracks_of_channel_.size() >= kChannels) tracks_of_channel_.clear();
   std::vector<std::size_t>& expecting = tracks_of_channel_[channel];
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    if (std::regex_match(channel, tracks_[i].pattern)) expecting.push_back(i);
+    if (tracks_[i].pattern.matches(channel)) expecting.push_back(i);
   }
   return expecting;
 }

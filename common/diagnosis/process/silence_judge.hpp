@@ -4,10 +4,10 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <regex>
 #include <string>
 #include <vector>
 
+#include "lcm_tools/files/channel_pattern.hpp"
 #include "lcm_tools/process/bus.hpp"
 #include "lcm_tools/process/drop_counter.hpp"
 
@@ -108,7 +108,7 @@ class SilenceJudge {
   };
   struct Track {
     Expectation expected;
-    std::regex pattern;
+    ChannelPattern pattern;
     Coming coming;
     WrongType wrong;
     Dropped dropped;

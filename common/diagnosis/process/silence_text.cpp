@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <regex>
 
+#include "lcm_tools/files/channel_pattern.hpp"
 #include "recordings/foreign.hpp"
 
 namespace marco::diagnosis {
@@ -92,8 +93,7 @@ std::string lack_text(const Lack& lack) {
 
 bool is_expected(const std::vector<Lack>& lacks, const std::string& channel) {
   return std::any_of(lacks.begin(), lacks.end(), [&](const Lack& lack) {
-    return !lack.expected.pattern.empty() &&
-           std::regex_match(channel, std::regex(lack.expected.pattern, std::regex::extended));
+    return !lack.expected.pattern.empty() && ChannelPattern(lack.expected.pattern).matches(channel);
   });
 }
 
@@ -130,7 +130,7 @@ bool is_foreign(const Lack& lack, const HeardChannel& heard) {
   return std::any_of(kTable.channels.begin(), kTable.channels.end(), [&](const auto& entry) {
     return entry.meaning == lack.expected.meaning &&
            entry.fingerprint == lcm_schema::fingerprint_text(heard.fingerprint) &&
-           std::regex_match(heard.name, std::regex(entry.channel, std::regex::extended));
+           ChannelPattern(entry.channel).matches(heard.name);
   });
 }
 

@@ -21,8 +21,8 @@ bool is_sensor(const ForeignChannel& entry) {
 
 // As our drivers fill our channels.
 bool is_own(const std::string& channel, const std::string& type) {
-  static const std::regex kOwn(channels::kLidarPattern, std::regex::extended);
-  if (!std::regex_match(channel, kOwn)) return false;
+  static const ChannelPattern kOwn(channels::kLidarPattern);
+  if (!kOwn.matches(channel)) return false;
   return type == (channels::is_raw_lidar(channel) ? fingerprint_of<lidar_raw_t>()
                                                   : fingerprint_of<bot_core::planar_lidar_t>());
 }
@@ -44,7 +44,7 @@ ForeignBus::ForeignBus(process::LcmBus& bus,
 }
 
 void ForeignBus::subscribe_raw(const std::string& channel_regex, RawHandler handler) {
-  handlers_.emplace_back(std::regex(channel_regex, std::regex::extended), handler);
+  handlers_.emplace_back(ChannelPattern(channel_regex), handler);
   bus_.subscribe_raw(channel_regex,
                      [this, handler = std::move(handler)](const process::RawMessage& raw) {
                        if (!is_used(raw)) handler(raw);
@@ -126,7 +126,7 @@ void ForeignBus::deliver(const Sample& sample, Utime now) {
   const process::RawMessage raw{message.channel, message.bytes, now};
   bus_.tell_tap(raw);
   for (const auto& [pattern, handler] : handlers_) {
-    if (std::regex_match(message.channel, pattern)) handler(raw);
+    if (pattern.matches(message.channel)) handler(raw);
   }
 }
 

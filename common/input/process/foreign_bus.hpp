@@ -4,12 +4,12 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <regex>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "lcm_tools/files/channel_pattern.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "recordings/foreign_messages.hpp"
 
@@ -75,7 +75,7 @@ class ForeignBus : public process::Bus {
   bool has_own_laser_ = false;
   std::optional<Utime> announced_;
   ForeignMessages messages_;
-  std::vector<std::pair<std::regex, RawHandler>> handlers_;
+  std::vector<std::pair<ChannelPattern, RawHandler>> handlers_;
 };
 
 }  // namespace marco

@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "common/pose2.hpp"
-#include "lcm_tools/base/options.hpp"
 #include "slam/back_end/graph/pose_graph.hpp"
 
 namespace marco::slam {
@@ -18,18 +17,6 @@ struct JointRefinementOptions {
   int partners = 6;              ///< scans in which a point may have a correspondence at once
   double normal_limit_deg = 30;  ///< partners' walls face the same way within this
   double stop_below_m = 2e-4;    ///< largest move of an iteration at which it ends
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("max_iterations", max_iterations, Limits{0, 1000});
-    v("first_reach_m", first_reach_m, kPositive);
-    v("last_reach_m", last_reach_m, kPositive);
-    v("sigma_m", sigma_m, kPositive);
-    v("every_nth_point", every_nth_point, Limits{1, 100});
-    v("partners", partners, Limits{1, 32});
-    v("normal_limit_deg", normal_limit_deg, Limits{0.0, 90.0});
-    v("stop_below_m", stop_below_m, kPositive);
-  }
 };
 
 /// The same where ranges are as noisy as this: partners are sought farther off, and errors count

@@ -19,10 +19,9 @@ struct PoseGraphOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("max_iterations", max_iterations, Limits{1, 10000});
-    v("min_relative_decrease", min_relative_decrease, kPositive);
-    v("rough_relative_decrease", rough_relative_decrease, kPositive);
-    v("loop_rejection_chi2", loop_rejection_chi2, kPositive);
+    v.advanced("loop_rejection_chi2", loop_rejection_chi2, kPositive,
+               "A loop that contradicts the rest of the graph by more is switched off "
+               "(chi-squared, 3 degrees of freedom; 16.3 is 0.1 %).");
   }
 };
 

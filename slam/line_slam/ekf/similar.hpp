@@ -2,8 +2,6 @@
 
 #include <Eigen/Core>
 
-#include "lcm_tools/base/options.hpp"
-
 namespace marco::slam {
 
 /// Limits of `similar`, thesis A's alpha_max, d_err and d_inter.
@@ -11,13 +9,6 @@ struct SimilarOptions {
   double max_angle_rad = 0.0873;  ///< 5 deg
   double max_distance_m = 0.20;
   double min_overlap_m = 0.20;
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("max_angle_rad", max_angle_rad, Limits{0.0, 3.2});
-    v("max_distance_m", max_distance_m, kPositive);
-    v("min_overlap_m", min_overlap_m, kNotNegative);
-  }
 };
 
 /// A directed segment, free space on its left.

@@ -2,8 +2,6 @@
 
 #include <vector>
 
-#include "lcm_tools/base/options.hpp"
-
 namespace marco::slam {
 
 struct WallEvidenceOptions {
@@ -13,16 +11,6 @@ struct WallEvidenceOptions {
   double limit_log_odds = 4.0;       ///< lets a door open that was shut for long
   double seen_probability = 0.5;     ///< likelier pieces belong to the plan
   double forget_probability = 0.12;  ///< a wall with no likelier piece is removed
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("bin_m", bin_m, Limits{0.01, 10.0});
-    v("hit_log_odds", hit_log_odds, kPositive);
-    v("passed_log_odds", passed_log_odds, kPositive);
-    v("limit_log_odds", limit_log_odds, kPositive);
-    v("seen_probability", seen_probability, Limits{0.01, 0.99});
-    v("forget_probability", forget_probability, Limits{0.0, 0.99});
-  }
 };
 
 /// Log odds that a wall still stands, in pieces along it: the time-dependent landmark that thesis A

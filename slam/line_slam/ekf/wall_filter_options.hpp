@@ -34,25 +34,23 @@ struct WallFilterOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("motion", motion);
-    v("similar", similar);
-    v("association", association);
-    v("gate_probability", gate_probability, Limits{0.5, 0.999999});
-    v("end_distance_m", end_distance_m, kPositive);
-    v("max_end_distance_m", max_end_distance_m, kPositive);
-    v("across_floor_m", across_floor_m, kNotNegative);
-    v("direction_floor_rad", direction_floor_rad, kNotNegative);
-    v("join_sigma_m", join_sigma_m, kPositive);
-    v("start_sigma_m", start_sigma_m, kPositive);
-    v("start_sigma_rad", start_sigma_rad, kPositive);
-    v("new_wall_points", new_wall_points, Limits{3, 1000});
-    v("new_wall_length_m", new_wall_length_m, kNotNegative);
-    v("active_radius_m", active_radius_m, kPositive);
-    v("active_behind_m", active_behind_m, kNotNegative);
-    v("active_margin_m", active_margin_m, kNotNegative);
-    v("max_dense_walls", max_dense_walls, Limits{0, 1e6});
-    v("catch_up_tiles", catch_up_tiles, Limits{1, 1e6});
-    v("catch_up_part", catch_up_part, Limits{0.0, 1.0});
-    v("evidence", evidence);
+    v.advanced("association", association,
+               "'joint': joint compatibility of all walls of a scan; 'similar': each wall for "
+               "itself by angle and distance, as in thesis A.");
+    v.advanced("gate_probability", gate_probability, Limits{0.5, 0.999999},
+               "Probability with which a true pairing of walls is accepted.");
+    v.advanced("end_distance_m", end_distance_m, kPositive,
+               "Ends of walls nearer than this are the same end (thesis A: d_l).");
+    v.advanced("across_floor_m", across_floor_m, kNotNegative,
+               "Least standard deviation of a wall's place: no wall is quite straight. More for "
+               "rough walls.");
+    v.advanced("new_wall_points", new_wall_points, Limits{3, 1000},
+               "Walls with fewer points do not enter the map. Less for lasers with few beams.");
+    v("new_wall_length_m", new_wall_length_m, kNotNegative,
+      "Shorter walls do not enter the map. Less for small arenas.");
+    v.advanced("active_radius_m", active_radius_m, kPositive,
+               "Walls within this distance are corrected at once, farther ones later. More for "
+               "lasers that see far: slower.");
   }
 };
 

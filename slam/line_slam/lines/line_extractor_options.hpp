@@ -6,6 +6,7 @@ namespace marco::slam {
 
 /// Defaults of thesis A, chapter 4.
 struct LineExtractorOptions {
+  double range_sigma_m = 0.01;     ///< where the laser's is not known
   double split_distance_m = 0.05;  ///< d_s: largest distance of a point from its line
   double max_gap_m = 0.35;         ///< a wider gap between neighbouring points cuts a wall ...
   double max_grazing_gap_m = 1.2;  ///< ... or this one, where the beams graze the wall
@@ -22,19 +23,23 @@ struct LineExtractorOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("split_distance_m", split_distance_m, Limits{1e-4, 1.0});
-    v("max_gap_m", max_gap_m, Limits{1e-3, 10.0});
-    v("max_grazing_gap_m", max_grazing_gap_m, Limits{1e-3, 10.0});
-    v("min_points", min_points, Limits{3, 1000});
-    v("min_length_m", min_length_m, kPositive);
-    v("max_range_m", max_range_m, kPositive);
-    v("max_outliers_in_a_row", max_outliers_in_a_row, Limits{0, 100});
-    v("touch_m", touch_m, kPositive);
-    v("trim_sigmas", trim_sigmas, Limits{1.0, 100.0});
-    v("surface_sigma_m", surface_sigma_m, kPositive);
-    v("least_step_m", least_step_m, kPositive);
-    v("max_roughness_sigmas", max_roughness_sigmas, Limits{1.0, 1000.0});
-    v("rough_length_m", rough_length_m, kNotNegative);
+    v("range_sigma_m", range_sigma_m, kPositive,
+      "Standard deviation of a range where SENSOR_INFO gives none. Set it to the laser's.");
+    v("split_distance_m", split_distance_m, Limits{1e-4, 1.0},
+      "Points lie at most this far from their line (thesis A: d_s). More for noisy ranges.");
+    v("max_gap_m", max_gap_m, Limits{1e-3, 10.0},
+      "A wider gap between neighbouring points cuts a wall. More for few beams or far walls.");
+    v.advanced("max_grazing_gap_m", max_grazing_gap_m, Limits{1e-3, 10.0},
+               "A wider gap cuts a wall where beams graze it.");
+    v("min_points", min_points, Limits{3, 1000},
+      "Least number of points on a wall. Less for lasers with few beams.");
+    v("min_length_m", min_length_m, kPositive, "Shortest wall. Less for small arenas.");
+    v("max_range_m", max_range_m, kPositive,
+      "Farther points are not used. Less where far ranges are not to be trusted.");
+    v.advanced("surface_sigma_m", surface_sigma_m, kPositive,
+               "Roughness of real walls: least standard deviation of a point.");
+    v.advanced("max_roughness_sigmas", max_roughness_sigmas, Limits{1.0, 1000.0},
+               "Points that scatter more about their line are clutter, not a wall.");
   }
 };
 

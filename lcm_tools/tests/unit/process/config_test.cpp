@@ -9,6 +9,7 @@ namespace marco::process {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 struct Inner {
   double sigma_m = 0.5;
@@ -28,9 +29,9 @@ struct Sample {
   std::vector<Inner> list;
   template <class Visitor>
   void visit(Visitor& v) {
-    v("count", count, Limits{1, 10});
+    v("count", count, Limits{1, 10}, "How many. More for large rooms.");
     v("on", on);
-    v("name", name);
+    v.advanced("name", name, "What it is called.");
     v("schedule", schedule, kPositive);
     v("inner", inner);
     v("list", list);
@@ -112,6 +113,39 @@ TEST(Config, PrintedOptionsAreReadBackTheSame) {
   const Sample again = read(print_options(options));
   EXPECT_EQ(again.count, 9);
   EXPECT_EQ(again.list.at(0).sigma_m, 7.0);
+}
+
+TEST(Config, WhatIsPrintedSaysWhatEachSettingIs) {
+  Sample options;
+  options.name = "a \"b\"";
+  options.schedule = {0.1, 1e-7, 3.0};
+  options.list.resize(1);
+  EXPECT_EQ(print_options(options),
+            "# How many. More for large rooms. [1 to 10]\n"
+            "count = 3\n"
+            "on = true\n"
+            "# What it is called.\n"
+            "name = 'a \"b\"'\n"
+            "schedule = [0.1, 1e-07, 3.0]\n"
+            "\n[inner]\nsigma_m = 0.5\n"
+            "\n[[list]]\nsigma_m = 0.5\n");
+  EXPECT_EQ(read(print_options(options)).name, options.name);
+}
+
+TEST(Config, AdvancedSettingsAreShownWhenAskedForOrChanged) {
+  Sample options;
+  EXPECT_THAT(print_options(options, Printed::all), HasSubstr("name = 'a'"));
+  EXPECT_THAT(print_options(options, Printed::common), Not(HasSubstr("name")));
+  options.name = "b";
+  EXPECT_THAT(print_options(options, Printed::common), HasSubstr("name = 'b'"));
+}
+
+TEST(Config, ChangedSettingsAreThoseThatDifferFromTheirDefault) {
+  Sample options;
+  EXPECT_EQ(print_options(options, Printed::changed), "");
+  options.count = 4;
+  options.inner.sigma_m = 2.0;
+  EXPECT_EQ(print_options(options, Printed::changed), "count = 4\n\n[inner]\nsigma_m = 2.0\n");
 }
 
 TEST(Config, ValidateNamesTheOptionByItsPath) {

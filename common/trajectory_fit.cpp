@@ -27,20 +27,27 @@ Trajectory moved(const Trajectory& trajectory, const Pose2& to_from) {
   return result;
 }
 
-}  // namespace
+constexpr Duration kMaxGap = Duration::from_seconds(1.0);
 
-TrajectoryFit fit_to_truth(const Trajectory& estimate, const Trajectory& truth, Duration max_gap) {
-  Trajectory sorted = truth;
-  std::stable_sort(sorted.begin(), sorted.end(),
+Trajectory by_time(Trajectory truth) {
+  std::stable_sort(truth.begin(), truth.end(),
                    [](const StampedPose2& a, const StampedPose2& b) { return a.utime < b.utime; });
+  return truth;
+}
+
+TrajectoryFit fit_to_sorted(const Trajectory& estimate,
+                            const Trajectory& truth,
+                            Duration max_gap,
+                            Duration truth_late) {
   std::vector<Eigen::Vector2d> from, to;
   for (const StampedPose2& pose : estimate) {
-    const auto position = position_at(sorted, pose.utime, max_gap);
+    const auto position = position_at(truth, pose.utime + truth_late, max_gap);
     if (!position) continue;
     from.push_back(pose.world_from_robot.translation_m());
     to.push_back(*position);
   }
   TrajectoryFit fit;
+  fit.truth_late = truth_late;
   fit.count = from.size();
   if (fit.count < 2) return fit;
   Eigen::Vector2d from_mean = {0, 0}, to_mean = {0, 0};
@@ -65,6 +72,33 @@ TrajectoryFit fit_to_truth(const Trajectory& estimate, const Trajectory& truth, 
   }
   fit.rms_m = std::sqrt(squares / static_cast<double>(fit.count));
   return fit;
+}
+
+}  // namespace
+
+TrajectoryFit fit_to_truth(const Trajectory& estimate, const Trajectory& truth, Duration max_gap) {
+  return fit_to_sorted(estimate, by_time(truth), max_gap, {});
+}
+
+TrajectoryFit fit_to_truth_of_other_clock(const Trajectory& estimate, const Trajectory& truth) {
+  constexpr int64_t kMostUs = 500'000, kFinestUs = 1000;
+  const Trajectory sorted = by_time(truth);
+  TrajectoryFit best = fit_to_sorted(estimate, sorted, kMaxGap, {});
+  // The error is smooth in the delay: steps of half the reach, then halved around the best.
+  for (int64_t step_us = kMostUs / 2; step_us >= kFinestUs; step_us /= 2) {
+    for (bool better = true; better;) {
+      better = false;
+      for (const int64_t late_us : {best.truth_late.us - step_us, best.truth_late.us + step_us}) {
+        if (std::abs(late_us) > kMostUs) continue;
+        const TrajectoryFit fit =
+            fit_to_sorted(estimate, sorted, kMaxGap, Duration::from_us(late_us));
+        if (fit.count < 2 || fit.rms_m >= best.rms_m) continue;
+        best = fit;
+        better = true;
+      }
+    }
+  }
+  return best;
 }
 
 Trajectory truth_on_estimate(const Trajectory& estimate, const Trajectory& truth) {

@@ -4,6 +4,7 @@
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/event_log.hpp"
+#include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/stamp.hpp"
 #include "recordings/foreign_messages.hpp"
@@ -36,6 +37,11 @@ class LcmLogReader : public files::QueuedReader {
     report_.format = "LCM log";
     report_.paths = {path.string()};
     report_.notes = survey_.notes;
+    for (const auto& [name, channel] : survey_.channels) {
+      const bool is_shifted = channel.shift_us != 0 || channel.drift != 0.0;
+      const bool is_truth = name == channels::kTruePose || channel.meaning == Meaning::true_pose;
+      if (is_shifted && is_truth) report_.truth_by_arrival = true;
+    }
   }
 
   double progress() const override {

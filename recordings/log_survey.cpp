@@ -64,6 +64,21 @@ LoggedChannel::Meaning classify(const LogEvent& event,
   return decodes ? LoggedChannel::Meaning::ours : LoggedChannel::Meaning::passed_by;
 }
 
+// A scan is sent when its last beam is measured, whichever instant its stamp is of.
+int64_t complete_us(const LogEvent& event, const ForeignChannel& foreign) {
+  const auto utime = utime_in(event.bytes);
+  if (!utime) return 0;
+  try {
+    const auto scan = std::get<LaserScan>(ForeignMessages().decode(event.bytes, foreign));
+    if (scan.time_offsets_s.empty()) return 0;
+    const double last_s = static_cast<double>(
+        *std::max_element(scan.time_offsets_s.begin(), scan.time_offsets_s.end()));
+    return difference((scan.utime + Duration::from_seconds(last_s)).us, *utime);
+  } catch (const std::invalid_argument&) {
+    return 0;
+  }
+}
+
 void compare_clocks(LogSurvey& survey, Offsets& offsets) {
   for (auto& [name, known] : offsets) {
     std::erase_if(known, [&survey](const Offset& offset) {
@@ -75,11 +90,14 @@ void compare_clocks(LogSurvey& survey, Offsets& offsets) {
                      [](const Offset& a, const Offset& b) { return a.offset_us < b.offset_us; });
     survey.channels.at(name).offset_us = middle->offset_us;
   }
-  const std::optional<int64_t> lidar_offset_us = survey.channels.at(survey.lidar_channel).offset_us;
+  const auto delay_us = [](const LoggedChannel& channel) {
+    return difference(*channel.offset_us, channel.complete_us);
+  };
+  const LoggedChannel& lidar = survey.channels.at(survey.lidar_channel);
   for (auto& [name, channel] : survey.channels) {
     if (channel.meaning == LoggedChannel::Meaning::passed_by) continue;
-    if (!channel.offset_us || !lidar_offset_us) continue;
-    const int64_t difference_us = difference(*channel.offset_us, *lidar_offset_us);
+    if (!channel.offset_us || !lidar.offset_us) continue;
+    const int64_t difference_us = difference(delay_us(channel), delay_us(lidar));
     if (std::abs(static_cast<double>(difference_us)) * 1e-6 < kClocksDisagreeS) continue;
     channel.shift_us = difference_us;
     char note[200];
@@ -163,6 +181,9 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
     if (is_new || channel.meaning == LoggedChannel::Meaning::passed_by) {
       channel.fingerprint = fingerprint_in(event->bytes);
       channel.meaning = classify(*event, table, survey.has_sensor_info, channel.foreign);
+      if (channel.meaning == LoggedChannel::Meaning::lidar) {
+        channel.complete_us = complete_us(*event, channel.foreign);
+      }
     }
     const bool is_used = channel.meaning != LoggedChannel::Meaning::passed_by;
     const auto utime = is_used ? utime_in(event->bytes) : std::nullopt;

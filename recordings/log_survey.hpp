@@ -22,6 +22,7 @@ struct LoggedChannel {
   double drift = 0.0;    ///< by which that grows, a second
   int64_t first_us = 0;  ///< its first stamp
   std::optional<int64_t> offset_us;  ///< median of event time - utime, where the times are valid
+  int64_t complete_us = 0;           ///< from its stamp to when it is measured, of a laser's scan
 };
 
 /// What a first pass over an LCM log tells.

@@ -1,9 +1,7 @@
 #include "recordings/odometry_laser_text.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "lcm_tools/base/check.hpp"
+#include "recordings/no_return_range.hpp"
 #include "recordings/text_reader.hpp"
 
 namespace marco::files {
@@ -13,19 +11,16 @@ class OdometryLaserReader : public TextReader {
  public:
   explicit OdometryLaserReader(const std::filesystem::path& path)
       : TextReader(path, "text log of Odometry and Laser lines") {
-    float largest_m = 0.0F;
     int64_t scans = 0;
+    NoReturnRange no_return;
     survey([&](TextFields fields) {
       std::vector<float> ranges_m;
       if (fields.next() != "Laser" || !read_ranges(fields, ranges_m)) return;
       ++scans;
-      for (const float range_m : ranges_m) {
-        if (std::isfinite(range_m)) largest_m = std::max(largest_m, range_m);
-      }
+      no_return.add(ranges_m);
     });
     require(scans > 0, path.string() + ": no line 'Laser n r1 .. rn' that can be read");
-    constexpr double kMargin = 0.999;
-    info_.range_max_m = std::max(0.1, kMargin * static_cast<double>(largest_m));
+    info_.range_max_m = no_return.range_m(kFarthestLaserM);
     info_.range_min_m = 0.02;
     info_.scan_duration_s = 0.00667;  // half a turn of a mirror at 75 Hz
     note_no_return(info_.range_max_m);

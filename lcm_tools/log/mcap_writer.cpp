@@ -6,8 +6,12 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "lcm_tools/files/little_endian.hpp"
+
 namespace marco::logs {
 namespace {
+
+using files::put;
 
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::string_view kCompression = "zstd";
@@ -26,13 +30,6 @@ enum class Op : uint8_t {
   summary_offset = 0x0E,
   data_end = 0x0F
 };
-
-template <class Int>
-void put(std::string& to, Int value) {
-  for (std::size_t i = 0; i < sizeof(Int); ++i) {
-    to += static_cast<char>(static_cast<uint64_t>(value) >> (8 * i));
-  }
-}
 
 void put_text(std::string& to, std::string_view text) {
   put(to, static_cast<uint32_t>(text.size()));

@@ -10,8 +10,12 @@
 #include <string_view>
 #include <utility>
 
+#include "lcm_tools/files/little_endian.hpp"
+
 namespace marco::ros {
 namespace {
+
+using files::put;
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
 constexpr std::size_t kChunkBytes = std::size_t{768} << 10;
@@ -25,13 +29,6 @@ enum class Op : uint8_t {
   chunk_info = 6,
   connection = 7
 };
-
-template <class Int>
-void put(std::string& to, Int value) {
-  for (std::size_t i = 0; i < sizeof(Int); ++i) {
-    to += static_cast<char>(static_cast<uint64_t>(value) >> (8 * i));
-  }
-}
 
 template <class Int>
 std::string packed(Int value) {

@@ -90,7 +90,11 @@ def main():
         for row in rows:
             broken = row['log'] == 'broken'
             check(f'{row} is what it should be', (row['verdict'] == 'failed') == broken and row['verdict'] != 'not done')
-            check(f'{row} has its picture and scans', broken or (int(row['scans']) > 5 and (out / row['picture']).exists()))
+            check(f'{row} has its picture and scans', broken or (int(row['scans']) > 5 and (out / row['picture']).is_file()))
+        page = (out / 'index.html').read_text()
+        check('the page has a row for each', all(f'>{row["log"]}</a>' in page for row in rows))
+        check('the page shows each map', 
+              all(f'src="{row["picture"]}"' in page for row in rows if row['verdict'] != 'failed'))
         ends = collections.Counter()
         for line in open(out / 'jobs/journal.csv'):
             _, name, what = line.strip().split(',')

@@ -5,7 +5,7 @@
 set -u
 bin=$1
 root=$2
-logs=${3:-8}
+logs=${3:-100}
 for program in munged slurmctld slurmd sbatch; do
   PATH=$PATH:/usr/sbin command -v $program >/dev/null || { echo "SKIPPED: $program is not installed (slurm-wlm)"; exit 0; }
 done
@@ -86,23 +86,29 @@ for i in $(seq "$logs"); do
     --out "$folder/in/run_$i.lcm" >/dev/null || fail 'cannot simulate'
 done
 "$bin/marco-map-many" "$folder/in" --out "$folder/out" --jobs 2 --slurm || fail 'not submitted'
-# Some workers are killed: Slurm calls their tasks failed, and the same command does what is left.
-for _ in $(seq 3); do
-  sleep 2
-  victim=$(pgrep -f "marco-map $folder/in" | head -n 1)
-  [ -z "$victim" ] || kill -KILL "$victim"
-done
-for round in 1 2 3; do
-  for _ in $(seq 300); do
-    [ -z "$(squeue -h)" ] && break
-    sleep 1
+# Tasks and the programs below them are killed at random: Slurm calls them failed, and the same command does what is left.
+RANDOM=5
+kills=0
+wanted=$((logs / 5 + 2))
+victims() { pgrep -f "marco-map $folder/in|marco-map-many --task .*$folder"; }
+for round in $(seq 10); do
+  for _ in $(seq 1200); do
+    [ -n "$(squeue -h)" ] || break
+    sleep "$((RANDOM % 2)).$((RANDOM % 10))"
+    mapfile -t running < <(victims)
+    [ $kills -lt $wanted ] && [ ${#running[@]} -gt 0 ] || continue
+    kill -KILL "${running[RANDOM % ${#running[@]}]}" 2>/dev/null && kills=$((kills + 1))
   done
   grep -q 'not done' "$folder/out/table.csv" || break
-  echo "round $round: $(grep -c 'not done' "$folder/out/table.csv") tasks were killed; again"
+  echo "round $round: $(grep -c 'not done' "$folder/out/table.csv") recordings are left after $kills kills; again"
   "$bin/marco-map-many" --out "$folder/out" --jobs 2 --slurm || fail 'not submitted again'
 done
+[ $kills -gt 0 ] || fail 'nothing was killed'
 rows=$(tail -n +2 "$folder/out/table.csv")
 [ "$(echo "$rows" | wc -l)" = "$logs" ] || fail 'not every log has a row'
 echo "$rows" | grep -q 'failed\|not done' && fail 'not every log was mapped'
-[ "$(grep -c ',done$' "$folder/out/jobs/journal.csv")" = "$logs" ] || fail 'not each was done once'
-echo "$logs recordings under Slurm: each done once, the table is complete"
+again=$(awk -F, '{ if (is_done[$2]) print $2; if ($3 == "done") is_done[$2] = 1 }' "$folder/out/jobs/journal.csv")
+[ -z "$again" ] || fail "begun again though they were done: $again"
+[ "$(find "$folder/out" -name report.json | wc -l)" = "$logs" ] || fail 'not every log has its report'
+[ "$(grep -o 'run_[0-9]*/map.png' "$folder/out/index.html" | sort -u | wc -l)" = "$logs" ] || fail 'not every log has its picture in the page'
+echo "$logs recordings under Slurm, $kills kills: each done once, the table is complete"

@@ -114,6 +114,19 @@ TEST(TrajectoryFit, ReportsWhatNoMotionCanTakeAway) {
   EXPECT_NEAR(fit.max_m, 0.02, 0.001);
 }
 
+TEST(TrajectoryFit, TheDelayOfAnotherClocksTruthIsFoundToAMillisecond) {
+  Trajectory truth, late;
+  for (int i = 0; i < 200; ++i) {
+    const double t_s = 0.1 * i;
+    truth.push_back({Utime::from_seconds(t_s), {std::sin(t_s), std::cos(1.7 * t_s), 0.0}});
+    late.push_back({Utime::from_seconds(t_s + 0.17), truth.back().world_from_robot});
+  }
+  EXPECT_GT(fit_to_truth(truth, late).rms_m, 0.05);
+  const TrajectoryFit fit = fit_to_truth_of_other_clock(truth, late);
+  EXPECT_NEAR(fit.truth_late.seconds(), 0.17, 0.002);
+  EXPECT_LT(fit.rms_m, 0.003);
+}
+
 TEST(TrajectoryFit, PosesInAGapOfTheTruthDoNotCount) {
   const Trajectory truth = {{Utime::from_seconds(0), {}}, {Utime::from_seconds(10), {1, 0, 0}}};
   const Trajectory estimate = {{Utime::from_seconds(5), {}}};

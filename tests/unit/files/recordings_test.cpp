@@ -37,7 +37,21 @@ TEST(OdometryLaserText, LinesBecomeScansATenthOfASecondApart) {
   EXPECT_NEAR(recorded.scans[0].bearing_rad(1), 0.0, 1e-12);
   EXPECT_THAT(recorded.odometry.at(1).odom_from_robot, IsNear(Pose2{1.5, 2, 0.5}, 1e-12, 1e-12));
   EXPECT_THAT(recorded.report.notes,
-              ::testing::ElementsAre(HasSubstr("3.996 m"), HasSubstr("0.1 s")));
+              ::testing::ElementsAre(HasSubstr("80.000 m"), HasSubstr("0.1 s")));
+}
+
+// As a SICK in its range of 8 m gives it, by two codes; walls end before.
+TEST(OdometryLaserText, ThePileAtTheTopIsNoReturn) {
+  const TemporaryFolder folder;
+  std::string lines;
+  for (int scan = 0; scan < 40; ++scan) {
+    lines += "Laser 12 8.18 8.19";
+    for (int beam = 0; beam < 10; ++beam) lines += " " + std::to_string(1.0 + 0.013 * scan * beam);
+    lines += "\n";
+  }
+  const Recorded recorded = read_all(*open_odometry_laser_text(folder.write("log", lines)));
+  EXPECT_GT(recorded.infos.at(0).range_max_m, 7.9);
+  EXPECT_LT(recorded.infos.at(0).range_max_m, 8.18);
 }
 
 TEST(OdometryLaserText, LinesThatCannotBeReadAreCountedWithTheirPlace) {

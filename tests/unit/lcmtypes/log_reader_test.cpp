@@ -1,11 +1,15 @@
 // Our own and other people's LCM logs.
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "marco/lidar_raw_t.hpp"
 #include "marco/mbot_pose2d_t.hpp"
 #include "recordings/recording.hpp"
 #include "tests/support/matchers.hpp"
@@ -98,6 +102,47 @@ TEST_F(LcmLog, ChannelsWhoseClocksDisagreeMeetByEventTime) {
   ASSERT_EQ(recorded.truth.size(), 20U);
   EXPECT_EQ(recorded.truth[7].utime, recorded.scans.at(7).utime);
   EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("differ by")));
+  EXPECT_TRUE(recorded.report.truth_by_arrival);
+}
+
+// MBot's scans are stamped at their first beam by one driver, at their end by the next. Both are
+// sent when they are complete.
+class ClocksOfMBot : public LcmLog {
+ protected:
+  static constexpr int64_t kTurnUs = 90'000;
+  static constexpr int kBeams = 10;
+
+  // @returns how far the truth of the scan's first beam is from that beam [us].
+  double apart_us(int64_t stamp_after_us) {
+    constexpr int64_t kYearUs = 31'536'000'000'000;
+    for (int i = 0; i < 20; ++i) {
+      const int64_t begin_us = 1'000'000 + 100'000 * i;
+      lidar_raw_t message{};
+      message.utime = begin_us + stamp_after_us;
+      message.num_ranges = kBeams;
+      for (int beam = 0; beam < kBeams; ++beam) {
+        message.ranges.push_back(2.0F);
+        message.thetas.push_back(static_cast<float>(2.0 * std::numbers::pi * beam / kBeams));
+        message.times.push_back(begin_us + kTurnUs * beam / kBeams);
+        message.intensities.push_back(0.0F);
+      }
+      mbot_pose2d_t pose{};
+      pose.utime = kYearUs + begin_us;
+      add_message("TRUE_POSE", pose, kYearUs + begin_us);
+      add_message("LIDAR", message, kYearUs + begin_us + kTurnUs);
+    }
+    const Recorded recorded = read();
+    if (recorded.truth.size() != 20U) return NAN;
+    return static_cast<double>((recorded.truth[7].utime - recorded.scans.at(7).utime).us);
+  }
+};
+
+TEST_F(ClocksOfMBot, MeetWhereAScanIsStampedAtItsFirstBeam) {
+  EXPECT_NEAR(apart_us(0), 0.0, kTurnUs / kBeams);
+}
+
+TEST_F(ClocksOfMBot, MeetWhereAScanIsStampedAtItsEnd) {
+  EXPECT_NEAR(apart_us(kTurnUs), 0.0, kTurnUs / kBeams);
 }
 
 // Of a log whose logger had no clock for a while, or none at all: channels of different rates,

@@ -6,12 +6,15 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "recordings/ros/open_messages.hpp"
+#include "tests/fuzz/memory_file.hpp"
 
 namespace marco::ros {
 namespace {
@@ -86,6 +89,41 @@ void write_many(const std::filesystem::path& path, int messages) {
     statements += insert(i, 1, 10 * i, std::to_string(i) + std::string(500, '.'));
   }
   write_database(path, statements + "COMMIT;");
+}
+
+// Of up to five pages, their times in another order than their rows: with the index the reading
+// jumps from page to page, without it sqlite sorts.
+TEST(Db3, MessagesOfAnySizeAreReadWholeInAnyOrder) {
+  constexpr int kMessages = 1500;
+  const TemporaryFolder folder;
+  for (const char* index : {"CREATE INDEX timestamp_idx ON messages(timestamp ASC);", ""}) {
+    std::mt19937 random(4);
+    std::map<int, std::string> by_time;
+    std::string statements = kTables + index + "BEGIN;";
+    for (int i = 1; i <= kMessages; ++i) {
+      const auto at_ns = static_cast<int>(random() >> 1U);
+      const std::string text(random() % 20'000, static_cast<char>('a' + i % 26));
+      by_time[at_ns] = std::to_string(i) + text;
+      statements += insert(i, 1, at_ns, by_time[at_ns]);
+    }
+    const auto path = folder.path() / (*index == 0 ? "sorted.db3" : "indexed.db3");
+    write_database(path, statements + "COMMIT;");
+    const auto source = open_db3(path);
+    const std::vector<std::string> found = contents(*source);
+    ASSERT_EQ(found.size(), by_time.size());
+    auto wanted = by_time.begin();
+    for (const std::string& text : found) ASSERT_TRUE(text == (wanted++)->second) << index;
+  }
+}
+
+// As fuzzers give it: its name leads to no file of a folder.
+TEST(Db3, AFileInMemoryIsRead) {
+  const TemporaryFolder folder;
+  write_database(folder.path() / "a.db3", kTables + insert(1, 1, 10, "one"));
+  std::ifstream in(folder.path() / "a.db3", std::ios::binary);
+  const std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+  const fuzz::MemoryFile file(bytes);
+  EXPECT_THAT(contents(*open_db3(file.path())), ElementsAre("one"));
 }
 
 TEST(Db3, OfADatabaseThatIsCutOffTheRestIsRead) {

@@ -38,7 +38,7 @@ LASER="$folder/examples/my_laser" FOLLOW="$folder/examples/follow_the_robot" SLA
     timeout 20 "$FOLLOW" 5; told=$?
     kill $laser $slam; wait
     exit $told' >"$folder/log" 2>&1 || { cat "$folder/log"; fail "my_laser, marco-slam, follow_the_robot"; }
-[ "$(grep -c '^x 0.00 m, y 0.00 m' "$folder/log")" = 5 ] || { cat "$folder/log"; fail "the laser that stands moved"; }
+[ "$(grep -Ec '^x -?0.00 m, y -?0.00 m' "$folder/log")" = 5 ] || { cat "$folder/log"; fail "the laser that stands moved"; }
 ! "$isolated" "$folder/examples/go_to" 1 0 >"$folder/log" || fail "go_to without a base"
 grep -q 'no base answers' "$folder/log" || fail "go_to does not say that no base answers"
 

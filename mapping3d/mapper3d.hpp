@@ -34,7 +34,7 @@ struct Mapper3dOptions {
     v("mesh", mesh);
     v("refine", refine, "Align the stops in 3D. Off to leave them where the 2D path puts them.");
     v.advanced("stop_m", stop_m, kNotNegative,
-               "Sweeps taken within this distance of each other are of one stop, and move as one.");
+               "Sweeps taken within this distance belong to one stop and move together.");
     v("registration", registration);
     v("straighten", straighten,
       "Correct the angles of the pan-tilt from the scans. Off for exact angles.");

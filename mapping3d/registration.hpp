@@ -36,7 +36,7 @@ struct RegistrationOptions {
     v.advanced("floor_sigma_deg", floor_sigma_deg, kPositive,
                "Standard deviation of the floor's slope. More for ramps.");
     v.advanced("min_pairs", min_pairs, Limits{6, 1000000},
-               "Two stops with fewer correspondences are not taken to overlap.");
+               "Two stops with fewer correspondences do not overlap.");
   }
 };
 

@@ -59,9 +59,9 @@ struct RobotBox {
   template <class Visitor>
   void visit(Visitor& v) {
     v("ahead_m", ahead_m, kNotNegative,
-      "Points on the robot itself are left out: its length ahead of the origin of its frame; 0: "
-      "none are.");
-    v("behind_m", behind_m, kNotNegative, "The robot's length behind the origin of its frame.");
+      "Returns from the robot itself are removed: its length ahead of the robot frame's origin. 0 "
+      "keeps all.");
+    v("behind_m", behind_m, kNotNegative, "The robot's length behind the robot frame's origin.");
     v("half_width_m", half_width_m, kNotNegative, "Half of the robot's width.");
     v("height_m", height_m, kNotNegative, "The robot's height.");
   }
@@ -86,11 +86,11 @@ struct SceneBuilderOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.advanced("max_step_deg", max_step_deg, kPositive,
-               "A larger step of the pan-tilt begins another sweep. More for a fast pan-tilt.");
+               "A larger step of the pan-tilt starts another sweep. More for a fast pan-tilt.");
     v.advanced("pause_s", pause_s, kPositive, "A longer pause of the pan-tilt ends the sweep.");
     v.advanced("max_drive_m", max_drive_m, kPositive,
                "A longer drive during a pause ends the sweep.");
-    v.advanced("min_rows", min_rows, Limits{2, 100000}, "A sweep of fewer rows is not used.");
+    v.advanced("min_rows", min_rows, Limits{2, 100000}, "Sweeps of fewer rows are not used.");
   }
 };
 

@@ -15,8 +15,8 @@ struct SceneMeshOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.advanced("edge_factor", edge_factor, kPositive,
-               "Longest edge of a sweep's mesh, times the distance between its beams there. More "
-               "closes gaps, and joins what is apart.");
+               "Longest edge of a sweep's mesh, as a multiple of the beams' spacing there. More "
+               "closes gaps, and bridges what is apart.");
     v.advanced("max_edge_m", max_edge_m, kPositive, "Longest edge of a sweep's mesh.");
   }
 };

@@ -21,7 +21,7 @@ struct SurfacePipelineOptions {
     surface.visit(v);
     v("simplify", simplify);
     v("planes", planes);
-    v("plan_height_m", plan_height_m, "The floor plan is cut at this height.");
+    v("plan_height_m", plan_height_m, "Height at which the floor plan is cut.");
   }
 };
 

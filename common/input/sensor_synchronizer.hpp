@@ -32,13 +32,13 @@ struct SynchronizerOptions {
   void visit(Visitor& v) {
     v.advanced("patience_s", patience_s, Limits{0.0, 10.0},
                "How long a scan waits for its odometry and pan-tilt angle, in message time. More "
-               "where they arrive late; the pose is as late.");
+               "where they arrive late; poses are delayed as much.");
     v.advanced("level_tilt_limit_deg", level_tilt_limit_deg, Limits{0.0, 90.0},
-               "A scan tilted more than this is not used for the 2D map. More for a pan-tilt that "
-               "cannot hold its zero.");
+               "Scans tilted more are left out of the 2D map. More for a pan-tilt that cannot hold "
+               "its zero.");
     v.advanced("pantilt_gap_s", pantilt_gap_s, Limits{0.0, 60.0},
-               "Angles of the pan-tilt farther apart than this are not interpolated. More for a "
-               "pan-tilt that reports less often.");
+               "Longest gap between two pan-tilt angles that is interpolated. More for a pan-tilt "
+               "that reports less often.");
   }
 };
 

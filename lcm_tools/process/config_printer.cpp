@@ -1,5 +1,6 @@
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <sstream>
@@ -93,7 +94,7 @@ bool has_default(const Entry& entry, const Section* defaults) {
   return false;
 }
 
-/// The section of `defaults` that stands for sections[at] of `section`.
+/// What `defaults` has in place of section.sections[at].
 const Section* counterpart(const Section& section, std::size_t at, const Section* defaults) {
   if (defaults == nullptr) return nullptr;
   const auto is_named = [&](const Section& other) {
@@ -147,7 +148,7 @@ class TextWriter {
       }
       entries += indent + entry.name + " = " + entry.text + "\n";
     }
-    // An item of a list is there even when nothing in it is told.
+    // An item of a list counts even where nothing in it is printed.
     if (!path.empty() && (!entries.empty() || section.is_item)) {
       text_ += text_.empty() ? "" : "\n";
       text_ += indent + (section.is_item ? "[[" + path + "]]\n" : "[" + path + "]\n");

@@ -17,8 +17,8 @@ struct PlaneOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.advanced("max_gap_m", max_gap_m, kPositive,
-               "Patches farther from a plane are not on it. More for noisy ranges.");
-    v.advanced("min_area_m2", min_area_m2, kPositive, "Smaller planes are not told.");
+               "Largest distance of a surface patch from its plane. More for noisy ranges.");
+    v.advanced("min_area_m2", min_area_m2, kPositive, "Smaller planes are left out.");
   }
 };
 

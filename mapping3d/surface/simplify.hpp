@@ -15,7 +15,7 @@ struct SimplifyOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("max_error_m", max_error_m, kPositive,
-      "The simplified model differs from the full one by no more. Less for more triangles.");
+      "Largest distance between the simplified model and the full one. Less for more triangles.");
   }
 };
 

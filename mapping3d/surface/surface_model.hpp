@@ -26,14 +26,13 @@ struct SurfaceOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("voxel_m", voxel_m, Limits{0.005, 1.0},
-      "Edge of a voxel of the fused model. Less for fine detail: memory and time grow with the "
-      "square. Thinner plates seen from both sides are lost.");
+      "Voxel size of the fused model. Less for fine detail: memory and time grow with the square. "
+      "Thinner plates seen from both sides are lost.");
     v.advanced("carve_ratio", carve_ratio, kPositive,
                "Votes of free space per observed facet that remove a voxel. Less to remove what "
                "moved while it was scanned.");
-    v.advanced(
-        "min_component_m2", min_component_m2, kNotNegative,
-        "Smaller pieces of surface are left out: they are mixed ranges. Less for thin things.");
+    v.advanced("min_component_m2", min_component_m2, kNotNegative,
+               "Smaller pieces of surface are removed as mixed ranges. Less for thin things.");
   }
 };
 

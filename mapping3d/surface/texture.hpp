@@ -41,7 +41,7 @@ struct TextureOptions {
     v("texel_m", texel_m, Limits{0.001, 1.0},
       "Size of a texel. Less for sharper pictures, at the cost of memory.");
     v.advanced("max_atlas_px", max_atlas_px, Limits{64, 32768},
-               "Side of the texture atlas, at most: texels grow until all fit.");
+               "Largest side of the texture atlas. Texels grow until all fit.");
   }
 };
 

@@ -72,7 +72,7 @@ class Robot:
     def pose(self, timeout: float = 2.0) -> tuple[float, float, float, float]:
         """The next pose of SLAM."""
     def base(self, timeout: float = 2.0) -> str:
-        """The base's next word about itself."""
+        """The note of the base's next status message."""
     def drive(self, velocity: float, yaw_rate: float = 0.0, seconds: float = 0.0) -> None:
         """m/s and rad/s (counter-clockwise). The base stops 0.5 s after the last order. With seconds: repeats the order
         for so long, then stops."""

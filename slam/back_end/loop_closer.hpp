@@ -34,18 +34,21 @@ struct LoopCloserOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.advanced("attempt_every_m", attempt_every_m, kNotNegative,
-               "A revisit is looked for after each such way. More to save time.");
-    v.advanced("min_path_m", min_path_m, kPositive, "A revisit lies at least this much path back.");
-    v.advanced("radius_m", radius_m, kPositive,
-               "A revisit lies within this distance, beside what the path may have drifted.");
-    v("max_drift_m", max_drift_m, kPositive,
-      "The widest search for a revisit. More for kilometres without one.");
-    v.advanced("max_drift_deg", max_drift_deg, Limits{0.0, 180.0}, "The widest search in heading.");
-    v.advanced("min_score", min_score, Limits{0.0, 1.0},
-               "A place with less of the exhaustive search's score is not looked at further.");
+               "Distance driven between two searches for loop closures. More to save time.");
+    v.advanced("min_path_m", min_path_m, kPositive,
+               "A loop closure needs at least this much path since the earlier visit.");
     v.advanced(
-        "min_overlap", min_overlap, Limits{0.0, 1.0},
-        "Below this overlap of the fine match a loop is refused. Less where furniture has moved.");
+        "radius_m", radius_m, kPositive,
+        "Earlier keyframes within this distance, beyond the expected drift, are candidates.");
+    v("max_drift_m", max_drift_m, kPositive,
+      "Largest drift that the search allows for. More for kilometres without a revisit.");
+    v.advanced("max_drift_deg", max_drift_deg, Limits{0.0, 180.0},
+               "Largest drift in heading that the search allows for.");
+    v.advanced("min_score", min_score, Limits{0.0, 1.0},
+               "Candidates with a lower score in the exhaustive search are rejected.");
+    v.advanced("min_overlap", min_overlap, Limits{0.0, 1.0},
+               "Loop closures whose fine match overlaps less are rejected. Less where furniture "
+               "has moved.");
   }
 };
 

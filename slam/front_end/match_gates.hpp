@@ -37,11 +37,11 @@ struct MatchGateOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("min_points", min_points, Limits{3, 100000},
-      "A scan with fewer returns is not matched. Less for lasers with few beams.");
+      "Scans with fewer returns are not matched. Less for lasers with few beams.");
     v.advanced("good_overlap", good_overlap, Limits{0.0, 1.0},
-               "Below this overlap with the local map the search is widened.");
+               "A match that overlaps the local map less is repeated with a wider search.");
     v.advanced("poor_overlap", poor_overlap, Limits{0.0, 1.0},
-               "Below this overlap a match is not used. Less among many people.");
+               "Matches that overlap less are rejected. Less among many people.");
   }
 };
 

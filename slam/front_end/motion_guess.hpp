@@ -32,14 +32,14 @@ struct MotionOptions {
     v("gyro_sigma_deg_per_s", gyro_sigma_deg_per_s, kPositive,
       "Standard deviation of the gyroscope's rate.");
     v.advanced("acceleration_m_per_s2", acceleration_m_per_s2, kPositive,
-               "Without odometry: how fast the speed may change. More for agile robots and "
+               "Expected acceleration when there is no odometry. More for agile robots and "
                "hand-held lasers.");
     v.advanced("turn_acceleration_deg_per_s2", turn_acceleration_deg_per_s2, kPositive,
-               "Without odometry: how fast the turn rate may change.");
+               "Expected angular acceleration when there is no odometry.");
     v("max_speed_m_per_s", max_speed_m_per_s, kPositive,
-      "The robot's highest speed: a faster step is not believed.");
+      "The robot's top speed. Faster steps are rejected.");
     v("max_turn_rate_deg_per_s", max_turn_rate_deg_per_s, kPositive,
-      "The robot's highest turn rate: a faster turn is not believed.");
+      "The robot's top turn rate. Faster turns are rejected.");
   }
 };
 

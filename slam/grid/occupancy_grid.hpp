@@ -27,14 +27,14 @@ struct OccupancyGridOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("resolution_m", resolution_m, Limits{0.005, 1.0}, "Size of a cell of the map.");
+    v("resolution_m", resolution_m, Limits{0.005, 1.0}, "Cell size of the map.");
     v.advanced("hit_probability", hit_probability, Limits{0.5, 0.999},
                "Probability that a cell is occupied when one beam ends in it.");
     v.advanced("miss_probability", miss_probability, Limits{0.001, 0.5},
-               "Probability that a cell is occupied when one beam passes through it. Less to clear "
-               "people's traces sooner.");
+               "Probability that a cell is occupied when one beam passes through it. Less to erase "
+               "people sooner.");
     v("max_free_range_m", max_free_range_m, kPositive,
-      "A beam clears no cells beyond this range. Less where far ranges are not to be trusted.");
+      "Beams clear cells up to this range. Less where far ranges are unreliable.");
   }
 };
 

@@ -33,8 +33,8 @@ struct LineSlamOptions {
     v("extraction", lines);
     v("filter", filter);
     v.advanced("plan_min_times_seen", plan_min_times_seen, Limits{1, 1e6},
-               "Walls seen in fewer scans are not in the plan.");
-    v("plan_min_length_m", plan_min_length_m, kPositive, "Shorter walls are not in the plan.");
+               "Walls seen in fewer scans are left out of the plan.");
+    v("plan_min_length_m", plan_min_length_m, kPositive, "Shorter walls are left out of the plan.");
   }
 };
 

@@ -27,20 +27,21 @@ struct LocalizerOptions {
   void visit(Visitor& v) {
     v("finder", finder);
     v.advanced("good_overlap", good_overlap, Limits{0.0, 1.0},
-               "A place that was found is taken when the fine match reaches this overlap.");
+               "A place is accepted when the fine match reaches this overlap.");
     v.advanced("poor_overlap", poor_overlap, Limits{0.0, 1.0},
-               "Below this overlap a match is not used. Less where much has changed since the map "
+               "Matches that overlap less are rejected. Less where much has changed since the map "
                "was made.");
     v.advanced(
         "max_contradicted", max_contradicted, Limits{0.0, 1.0},
         "Part of a scan's beams that may end where the map is free. More among many people.");
     v("lost_after_m", lost_after_m, kPositive,
-      "The place is searched again after so much driving with scans that contradict the map. More "
-      "among crowds.");
+      "Relocalization starts after this distance with scans that contradict the map. More among "
+      "crowds.");
     v.advanced("lost_after_s", lost_after_s, kPositive,
-               "The place is searched again after so long with scans that contradict the map.");
-    v.advanced("unknown_for_m", unknown_for_m, kPositive,
-               "So far beyond the map the robot's own path is believed. Less for poor odometry.");
+               "Relocalization starts after this time with scans that contradict the map.");
+    v.advanced(
+        "unknown_for_m", unknown_for_m, kPositive,
+        "Beyond the map, dead reckoning is trusted over this distance. Less for poor odometry.");
   }
 };
 

@@ -40,19 +40,20 @@ struct PlaceFinderOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.advanced("memory_m", memory_m, kPositive,
-               "The last keyframes within this way are compared with the map together.");
+               "Keyframes of the last metres of path that are compared with the map together.");
     v.advanced("max_candidates", max_candidates, Limits{2, 1000},
-               "Places looked at together; with so many none is believed. More for large buildings "
-               "of equal rooms.");
-    v.advanced("sure_explained", sure_explained, Limits{0.0, 1.0},
-               "A place is believed when this part of the points lies on walls of the map. Less "
-               "where much has changed.");
+               "Number of candidate places. If the search finds this many, none is accepted. More "
+               "for large buildings with similar rooms.");
+    v.advanced(
+        "sure_explained", sure_explained, Limits{0.0, 1.0},
+        "Part of the points that must lie on walls of the map. Less where much has changed.");
     v.advanced("sure_margin", sure_margin, Limits{0.0, 1.0},
-               "A place is believed when the evidence for any other is less by this.");
-    v.advanced("sure_path_m", sure_path_m, kNotNegative,
-               "A place is believed after this way at the earliest. More where rooms are alike.");
+               "Evidence that the best place must have above any other.");
+    v.advanced(
+        "sure_path_m", sure_path_m, kNotNegative,
+        "A place is accepted after this distance at the earliest. More where rooms are alike.");
     v.advanced("sure_times", sure_times, Limits{1, 1000},
-               "A place is believed when so many keyframes in a row agree on it.");
+               "Number of keyframes in a row that must agree on the place.");
   }
 };
 

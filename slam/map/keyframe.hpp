@@ -39,9 +39,10 @@ struct KeyframeOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("keyframe_distance_m", keyframe_distance_m, kPositive,
-      "A new keyframe after this way. More for large halls: less memory and time.");
+      "The robot drives this far between two keyframes. More for large halls, to save memory and "
+      "time.");
     v("keyframe_turn_deg", keyframe_turn_deg, kPositive,
-      "A new keyframe after this turn, too. Less for a narrow field of view.");
+      "A turn by this angle starts a new keyframe as well. Less for a narrow field of view.");
   }
 };
 

@@ -30,12 +30,14 @@ struct CullingOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("after_keyframes", after_keyframes, Limits{1, 1000000},
-      "Keyframes that show the same again are merged when the map has grown by so many. Less to "
-      "save memory.");
-    v.advanced("recent_keyframes", recent_keyframes, Limits{0, 1000000},
-               "The last ones are not merged yet: a wrong loop may still be found out.");
+      "Redundant keyframes are merged each time the map has grown by this number. Less to save "
+      "memory.");
+    v.advanced(
+        "recent_keyframes", recent_keyframes, Limits{0, 1000000},
+        "The newest keyframes are never merged, since a wrong loop closure may still be rejected.");
     v.advanced("keyframes_per_place", keyframes_per_place, Limits{1, 1000000},
-               "Keyframes that a place keeps. More for places that look different from each side.");
+               "Number of keyframes that a place keeps. More for places that look different from "
+               "each side.");
   }
 };
 

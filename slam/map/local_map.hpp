@@ -15,7 +15,7 @@ struct LocalMapOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.advanced("window_keyframes", window_keyframes, Limits{1, 1000},
-               "A scan is matched with so many last keyframes. More for a narrow field of view.");
+               "Number of recent keyframes in the local map. More for a narrow field of view.");
   }
 };
 

@@ -19,10 +19,10 @@ struct CorrelativeMatcherOptions {
   void visit(Visitor& v) {
     v.advanced(
         "resolution_m", resolution_m, Limits{0.005, 0.5},
-        "Cells of the exhaustive search. More for large halls without detail: faster, less exact.");
+        "Cell size of the exhaustive search. More for large, plain halls: faster and less exact.");
     v.advanced(
         "max_points", max_points, Limits{10, 10000},
-        "Points of a scan that the exhaustive search scores. More for cluttered rooms: slower.");
+        "Number of points that the exhaustive search scores. More for cluttered rooms: slower.");
   }
 };
 

@@ -34,13 +34,12 @@ struct NormalOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.advanced("neighbours", neighbours, Limits{1, 50},
-               "Points on each side, at most, that a point's wall direction is fitted to. Less for "
-               "lasers with few beams.");
-    v.advanced(
-        "radius_m", radius_m, kPositive,
-        "Points within this distance count. Less where walls are short, more for noisy ranges.");
+               "A normal is fitted to at most this many points on each side. Less for lasers with "
+               "few beams.");
+    v.advanced("radius_m", radius_m, kPositive,
+               "Neighbours lie within this distance. Less for short walls, more for noisy ranges.");
     v.advanced("gap_m", gap_m, kPositive,
-               "Neighbouring beams farther apart than this lie on different walls.");
+               "Neighbouring returns farther apart than this lie on different walls.");
   }
 };
 

@@ -34,21 +34,21 @@ struct SurfelMatcherOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.advanced("cells_m", cells_m, Limits{0.02, 5.0},
-               "Cells of the local map, coarse first: how far a point may lie from its wall. One "
-               "value each level.");
+               "Cell size of the local map on each level, coarse first. It limits how far a point "
+               "may lie from its wall.");
     v.advanced("sigmas_m", sigmas_m, Limits{0.001, 5.0},
-               "Width of the Lorentzian kernel on each level. Larger for noisy ranges (from 2 cm "
-               "on they grow by themselves).");
+               "Width of the Lorentzian kernel on each level. It grows by itself for range noise "
+               "above 2 cm.");
     v.advanced("every_nth_point", every_nth_point, Limits{1, 1000},
                "Each level uses every Nth point. More to save time.");
     v.advanced("half_width_m", half_width_m, Limits{1.0, 200.0},
-               "Half-width of the local map. More for lasers that see farther than this.");
-    v.advanced(
-        "noise_floor_m", noise_floor_m, kPositive,
-        "Least standard deviation of a point, in the covariance of a match. More for rough walls.");
-    v.advanced(
-        "correlated_points", correlated_points, Limits{1.0, 100.0},
-        "So many neighbouring points count as one in the covariance, as their errors are alike.");
+               "Half-width of the local map. More for lasers that see farther.");
+    v.advanced("noise_floor_m", noise_floor_m, kPositive,
+               "Lower bound of the standard deviation of a point in the covariance of a match. "
+               "More for rough walls.");
+    v.advanced("correlated_points", correlated_points, Limits{1.0, 100.0},
+               "Number of neighbouring points that count as one in the covariance, because their "
+               "errors are correlated.");
   }
 };
 

@@ -29,17 +29,17 @@ struct Mapper2dAdapterOptions {
   void visit(Visitor& v) {
     v("input", input);
     v("map_period_s", map_period_s, kNotNegative,
-      "The map is published this often, in message time; 0: only at the end. More on a slow "
+      "The map is published at this interval, in message time; 0: only at the end. More on a slow "
       "network.");
     v.advanced("hold_out_every", hold_out_every, Limits{0, 1000000},
-               "Every Nth scan gets a pose but is not drawn, to see how well the map predicts it; "
-               "0: none.");
+               "Every Nth scan gets a pose but is not drawn, to measure how well the map predicts "
+               "it; 0: none.");
     v("maps_folder", maps_folder,
-      "SAVE and LOCALIZE name folders below this one; empty: they are refused.");
+      "Folder below which SAVE and LOCALIZE name maps; empty: both are refused.");
     v("checkpoint_path", checkpoint_path,
       "File to resume from after a crash; empty: none is written.");
     v.advanced("checkpoint_every_s", checkpoint_every_s, kPositive,
-               "The checkpoint is written this often, in message time.");
+               "The checkpoint is written at this interval, in message time.");
   }
 };
 

@@ -28,7 +28,7 @@ struct SlamAdapterOptions : Mapper2dAdapterOptions {
     v("localizer", localizer);
     Mapper2dAdapterOptions::visit(v);
     v.advanced("path_every_m", path_every_m, kNotNegative,
-               "Poses nearer to each other than this are not kept live. Less for a finer path, at "
+               "Live poses nearer to each other than this are dropped. Less for a finer path, at "
                "the cost of memory.");
   }
 };

@@ -50,8 +50,6 @@ void require_scans(const MapArguments& arguments, const MapJob& job) {
 
 void apply(const CalibrationFile& calibration, MapOptions& options) {
   options.slam.input.calibration = calibration;
-  options.lines.input.calibration = calibration;
-  options.mapping3d.input.calibration = calibration;
   options.mapping3d.correction = calibration.pantilt;
 }
 
@@ -76,9 +74,6 @@ bool is_as_good(const JudgedMap& again, const JudgedMap& first) {
 
 MapOptions load_batch_options(const MapArguments& arguments) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
-  options.lines.input = options.mapping3d.input = options.slam.input;
-  options.lines.mapper.grid = options.slam.slam.grid;
-  options.lines.mapper.keyframes = options.slam.slam.keyframes;
   apply(load_calibration(arguments.calibration), options);
   // A batch run publishes its map once, at the end.
   options.slam.map_period_s = options.lines.map_period_s = 0.0;

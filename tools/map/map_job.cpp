@@ -14,16 +14,27 @@
 namespace marco {
 namespace {
 
-mapping3d::Mapping3dAdapterOptions with_surface(mapping3d::Mapping3dAdapterOptions options,
-                                                const mapping3d::SurfaceOptions& surface) {
-  options.mapper.surface = surface;
-  return options;
+slam::LineProcessOptions lines_of(const MapOptions& options) {
+  slam::LineProcessOptions lines = options.lines;
+  lines.input = options.slam.input;
+  lines.mapper.keyframes = options.slam.slam.keyframes;
+  lines.mapper.grid = options.slam.slam.grid;
+  return lines;
+}
+
+mapping3d::Mapping3dAdapterOptions mapping3d_of(const MapOptions& options) {
+  mapping3d::Mapping3dAdapterOptions mapping3d = options.mapping3d;
+  mapping3d.input = options.slam.input;
+  mapping3d.mapper.surface = options.joined_surface.surface;
+  return mapping3d;
 }
 
 std::unique_ptr<slam::Mapper2dAdapter> adapter_of(PathMaker maker,
                                                   const MapOptions& options,
                                                   process::Bus& bus) {
-  if (maker == PathMaker::lines) return std::make_unique<slam::LineSlamAdapter>(options.lines, bus);
+  if (maker == PathMaker::lines) {
+    return std::make_unique<slam::LineSlamAdapter>(lines_of(options), bus);
+  }
   return std::make_unique<slam::SlamAdapter>(bus, options.slam);
 }
 
@@ -36,7 +47,7 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
       mapper2d_(adapter_of(maker, options, bus_)),
       slam_(dynamic_cast<slam::SlamAdapter*>(mapper2d_.get())),
       lines_(dynamic_cast<slam::LineSlamAdapter*>(mapper2d_.get())),
-      mapping3d_(bus_, with_surface(options.mapping3d, options.joined_surface.surface)),
+      mapping3d_(bus_, mapping3d_of(options)),
       slam_options_(options.slam.slam),
       localizer_options_(options.slam.localizer) {
   mapper2d_->keep_scans();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "common/trajectory.hpp"
+#include "lcm_tools/base/renamed_key.hpp"
 #include "lcm_tools/process/batch_bus.hpp"
 #include "mapping3d/process/mapping3d_adapter.hpp"
 #include "recordings/foreign.hpp"

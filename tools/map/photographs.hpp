@@ -21,13 +21,14 @@ struct PhotographOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("most", most, Limits{0, 10000}, "Pictures that paint the model, at most. Each costs time.");
+    v("most", most, Limits{0, 10000},
+      "Largest number of pictures that texture the model. Each costs time.");
     v.advanced("apart_m", apart_m, kPositive,
-               "A picture is used if no other was taken within this distance (and apart_deg).");
+               "A picture is skipped if another was taken within this distance (and apart_deg).");
     v.advanced("apart_deg", apart_deg, Limits{0.1, 180.0},
-               "A picture is used if no other was taken within this angle (and apart_m).");
+               "A picture is skipped if another was taken within this angle (and apart_m).");
     v.advanced("max_turn_deg_per_s", max_turn_deg_per_s, kPositive,
-               "Pictures of faster turns are left out: their stamps are not good enough.");
+               "Pictures taken in faster turns are skipped: their stamps are not exact enough.");
     v("texture", texture);
   }
 };

@@ -20,8 +20,8 @@ struct PoseGraphOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v.advanced("loop_rejection_chi2", loop_rejection_chi2, kPositive,
-               "A loop that contradicts the rest of the graph by more is switched off "
-               "(chi-squared, 3 degrees of freedom; 16.3 is 0.1 %).");
+               "Loop closures that contradict the rest of the graph by more are rejected "
+               "(chi-squared with 3 degrees of freedom: 16.3 is 0.1 %).");
   }
 };
 

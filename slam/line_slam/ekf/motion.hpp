@@ -20,13 +20,12 @@ struct MotionNoiseOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("distance_sigma_part", distance_sigma_part, Limits{0.0, 10.0},
-      "Standard deviation of odometry along a move, as a part of its length. More for wheels that "
-      "slip.");
+      "Standard deviation of a move, as a fraction of its length. More for wheels that slip.");
     v.advanced("direction_sigma_part", direction_sigma_part, Limits{0.0, 10.0},
-               "Standard deviation of a move's direction, as a part of the angle between heading "
-               "and move.");
+               "Standard deviation of a move's direction, as a fraction of the angle between "
+               "heading and move.");
     v("heading_sigma_part", heading_sigma_part, Limits{0.0, 10.0},
-      "Standard deviation of a turn, as a part of it. More for skid steering.");
+      "Standard deviation of a turn, as a fraction of it. More for skid steering.");
     v.advanced("heading_sigma_rad_per_m", heading_sigma_rad_per_m, kNotNegative,
                "Drift of the heading per metre.");
   }

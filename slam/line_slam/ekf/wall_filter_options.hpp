@@ -38,19 +38,18 @@ struct WallFilterOptions {
                "'joint': joint compatibility of all walls of a scan; 'similar': each wall for "
                "itself by angle and distance, as in thesis A.");
     v.advanced("gate_probability", gate_probability, Limits{0.5, 0.999999},
-               "Probability with which a true pairing of walls is accepted.");
+               "Probability that the gate accepts a true pairing of walls.");
     v.advanced("end_distance_m", end_distance_m, kPositive,
                "Ends of walls nearer than this are the same end (thesis A: d_l).");
     v.advanced("across_floor_m", across_floor_m, kNotNegative,
-               "Least standard deviation of a wall's place: no wall is quite straight. More for "
-               "rough walls.");
+               "Lower bound of the standard deviation of a wall's place. More for rough walls.");
     v.advanced("new_wall_points", new_wall_points, Limits{3, 1000},
-               "Walls with fewer points do not enter the map. Less for lasers with few beams.");
+               "Walls with fewer points are not added to the map. Less for lasers with few beams.");
     v("new_wall_length_m", new_wall_length_m, kNotNegative,
-      "Shorter walls do not enter the map. Less for small arenas.");
+      "Shorter walls are not added to the map. Less for small arenas.");
     v.advanced("active_radius_m", active_radius_m, kPositive,
                "Walls within this distance are corrected at once, farther ones later. More for "
-               "lasers that see far: slower.");
+               "lasers that see far, at a cost.");
   }
 };
 

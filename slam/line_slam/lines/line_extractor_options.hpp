@@ -26,18 +26,19 @@ struct LineExtractorOptions {
     v("range_sigma_m", range_sigma_m, kPositive,
       "Standard deviation of a range where SENSOR_INFO gives none. Set it to the laser's.");
     v("split_distance_m", split_distance_m, Limits{1e-4, 1.0},
-      "Points lie at most this far from their line (thesis A: d_s). More for noisy ranges.");
+      "Largest distance of a point from its line (thesis A: d_s). More for noisy ranges.");
     v("max_gap_m", max_gap_m, Limits{1e-3, 10.0},
-      "A wider gap between neighbouring points cuts a wall. More for few beams or far walls.");
+      "A wider gap between neighbouring points ends a wall. More for few beams or far walls.");
     v.advanced("max_grazing_gap_m", max_grazing_gap_m, Limits{1e-3, 10.0},
-               "A wider gap cuts a wall where beams graze it.");
+               "A wider gap ends a wall that the beams graze.");
     v("min_points", min_points, Limits{3, 1000},
       "Least number of points on a wall. Less for lasers with few beams.");
-    v("min_length_m", min_length_m, kPositive, "Shortest wall. Less for small arenas.");
+    v("min_length_m", min_length_m, kPositive,
+      "Shortest wall that is extracted. Less for small arenas.");
     v("max_range_m", max_range_m, kPositive,
-      "Farther points are not used. Less where far ranges are not to be trusted.");
+      "Farther points are not used. Less where far ranges are unreliable.");
     v.advanced("surface_sigma_m", surface_sigma_m, kPositive,
-               "Roughness of real walls: least standard deviation of a point.");
+               "Roughness of real walls: lower bound of the standard deviation of a point.");
     v.advanced("max_roughness_sigmas", max_roughness_sigmas, Limits{1.0, 1000.0},
                "Points that scatter more about their line are clutter, not a wall.");
   }

@@ -70,7 +70,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
   since_keyframe_ = covariance_of(information_of(since_keyframe) + match.information);
   estimate_ = estimate_from(match, prior, motion_.stands_still(motion, match.information));
   motion_.update(motion, between(before, estimate_.world_from_robot), match.usable,
-                 position_sigma_m(covariance_of(match.information)));
+                 rotated(covariance_of(match.information), -before.theta_rad));
 
   bool trajectory_changed = false;
   const bool becomes_keyframe =

@@ -88,6 +88,21 @@ std::optional<MotionGuess> MotionModel::from_gyro(const MotionInput& now) const 
   return guess;
 }
 
+Pose2 MotionModel::filtered(const MotionInput& now,
+                            const Pose2& before_from_now,
+                            const Eigen::Matrix3d& covariance) const {
+  const MotionGuess predicted = reckoning_.guess(now.utime, now.first_from_middle);
+  if (predicted.source != MotionGuess::Source::velocity) return before_from_now;
+  const Eigen::Matrix2d expected =
+      std::max(square(kMoveSigmaM), 0.5 * state_.reckoning_error.m2) * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d off_m =
+      before_from_now.translation_m() - predicted.before_from_now.translation_m();
+  const Eigen::Vector2d shift_m =
+      predicted.before_from_now.translation_m() +
+      expected * (expected + covariance.topLeftCorner<2, 2>()).inverse() * off_m;
+  return {shift_m.x(), shift_m.y(), before_from_now.theta_rad};
+}
+
 MotionGuess MotionModel::guess(const MotionInput& now) const {
   if (!state_.before) return {};
   MotionGuess guess = reckoning_.guess(now.utime, now.first_from_middle);
@@ -170,16 +185,19 @@ ScanVelocity MotionModel::velocity_during(const std::optional<Pose2>& odometry_s
 void MotionModel::update(const MotionInput& now,
                          const Pose2& before_from_now,
                          bool matched,
-                         double sigma_m) {
+                         const Eigen::Matrix3d& covariance) {
   constexpr double kFresh = 0.3;
+  Pose2 step = before_from_now;
   if (state_.before) {
+    const double sigma_m = position_sigma_m(covariance);
+    if (matched) step = filtered(now, before_from_now, covariance);
     if (matched) judge_predictions(now, before_from_now, sigma_m);
     judge_sensors(now, before_from_now, matched, sigma_m);
     state_.move_m += kFresh * (before_from_now.translation_m().norm() - state_.move_m);
     state_.turn_rad += kFresh * (std::abs(before_from_now.theta_rad) - state_.turn_rad);
   }
   state_.before = now;
-  reckoning_.update(now.utime, now.scan_period_s, before_from_now, matched, now.first_from_middle);
+  reckoning_.update(now.utime, now.scan_period_s, step, matched, now.first_from_middle);
 }
 
 void MotionModel::judge_predictions(const MotionInput& now,

@@ -79,11 +79,11 @@ class MotionModel {
 
   /// Takes note of this scan's input and of the move that was found.
   /// @param matched  it was found by a scan: it judges what was predicted
-  /// @param sigma_m  of that match's position, along its least known direction
+  /// @param covariance  of that match, in the robot's frame before
   void update(const MotionInput& now,
               const Pose2& before_from_now,
               bool matched = true,
-              double sigma_m = 0.0);
+              const Eigen::Matrix3d& covariance = Eigen::Matrix3d::Zero());
 
   /// To deskew the next scan by: odometry's, if the scan is long and odometry is trusted, else that
   /// of the last scans, smoothed over two at least.
@@ -100,6 +100,11 @@ class MotionModel {
  private:
   /// Of a way that odometry tells, in the frame where it begins.
   Eigen::Matrix3d covariance_of_odometry(const Pose2& way) const;
+  /// Kalman update of the predicted move by the one found, which may be known less well: along a
+  /// bare corridor velocities would be made of nothing but the errors of matches.
+  Pose2 filtered(const MotionInput& now,
+                 const Pose2& before_from_now,
+                 const Eigen::Matrix3d& covariance) const;
   /// What each sensor says; nothing where it cannot tell.
   std::optional<MotionGuess> from_odometry(const MotionInput& now) const;
   std::optional<MotionGuess> from_gyro(const MotionInput& now) const;

@@ -253,10 +253,33 @@ TEST(MotionModel, AWrongHeadingDoesNotMakeTheWayUnsure) {
 TEST(MotionModel, MatchesThatDoNotKnowTheWayDoNotJudgeIt) {
   MotionModel model;
   for (int i = 0; i < 60; ++i) {
-    model.update(at(0.1 * i, Pose2{0.05 * i, 0, 0}), {i == 0 ? 0.0 : 0.01, 0, 0}, true, 0.2);
+    model.update(at(0.1 * i, Pose2{0.05 * i, 0, 0}), {i == 0 ? 0.0 : 0.01, 0, 0}, true,
+                 0.04 * Eigen::Matrix3d::Identity());
   }
   EXPECT_TRUE(model.trusts_odometry());
   EXPECT_EQ(model.state().odometry_error.m2, 0.0);
+}
+
+// Along a bare corridor matches stay behind, by as much as they do not know.
+TEST(MotionModel, MatchesThatDoNotKnowTheWayDoNotStopTheRobot) {
+  MotionModel model;
+  const auto drive = [&](int scans, double found_m, const Eigen::Matrix3d& covariance) {
+    for (int i = 0; i < scans; ++i) {
+      const double since_s = model.state().before ? 0.2 : 0.0;
+      const Utime last = since_s > 0.0 ? model.newest() : Utime::from_seconds(0.0);
+      MotionInput now = at(0.0);
+      now.utime = last + Duration::from_seconds(since_s);
+      model.update(now, {found_m, 0.02, 0}, true, covariance);
+    }
+    MotionInput next = at(0.0);
+    next.utime = model.newest() + Duration::from_seconds(0.2);
+    return model.guess(next).before_from_now;
+  };
+  drive(30, 0.10, Eigen::Vector3d(1e-6, 1e-6, 1e-6).asDiagonal());
+  const Pose2 in_corridor = drive(5, 0.02, Eigen::Vector3d(0.04, 1e-6, 1e-6).asDiagonal());
+  EXPECT_THAT(in_corridor, IsNear(Pose2{0.10, 0.02, 0}, 0.01, 1e-6));
+  const Pose2 in_room = drive(5, 0.02, Eigen::Vector3d(1e-6, 1e-6, 1e-6).asDiagonal());
+  EXPECT_THAT(in_room, IsNear(Pose2{0.02, 0.02, 0}, 0.01, 1e-6));
 }
 
 }  // namespace

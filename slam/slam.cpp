@@ -173,6 +173,13 @@ void Slam::set_edits(const MapEdits& edits) {
   edited_loops_.set(edits);
 }
 
+void Slam::apply(const MapEdits& edits) {
+  back_end_.remove_loops(edits, keyframes_.keys);
+  EditedLoops added;
+  added.set(edits);
+  for (const PoseGraphEdge& edge : added.take_due(path_.state().scans)) back_end_.add_edge(edge);
+}
+
 bool Slam::add_edited_loops() {
   const std::vector<PoseGraphEdge> edges = edited_loops_.take_due(path_.state().scans);
   for (const PoseGraphEdge& edge : edges) back_end_.add_edge(edge);

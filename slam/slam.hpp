@@ -129,6 +129,9 @@ class Slam {
   /// From here on loops are forbidden and added as these say; the rest of them is the caller's.
   /// Not where loops are searched by the caller.
   void set_edits(const MapEdits& edits);
+  /// Adds and takes away loops of the map as it is; finish() makes use of it. Other edits are
+  /// ignored.
+  void apply(const MapEdits& edits);
 
   /// From here on loops are searched, and the graph is optimized, by the caller: a scan's cost no
   /// longer depends on the map's size. After each scan call take_loop_work(); run what it returns,

@@ -147,15 +147,29 @@ void BackEnd::remove_outliers(const LoopWork& work) {
   // Edges that came meanwhile stand between those that were examined and the loops found.
   const std::size_t examined = work.edge_is_inlier.size() - work.found.size();
   const std::size_t first_found = state_.edges.size() - work.found.size();
+  keep_edges([&](std::size_t edge) {
+    if (edge < examined) return static_cast<bool>(work.edge_is_inlier[edge]);
+    return edge < first_found || work.edge_is_inlier[examined + edge - first_found];
+  });
+}
+
+void BackEnd::remove_loops(const MapEdits& edits, const std::vector<Keyframe>& keys) {
+  keep_edges([&](std::size_t index) {
+    const PoseGraphEdge& edge = state_.edges[index];
+    return !edge.is_loop || !forbids(edits, keys[static_cast<std::size_t>(edge.from)].utime,
+                                     keys[static_cast<std::size_t>(edge.to)].utime);
+  });
+}
+
+void BackEnd::keep_edges(const std::function<bool(std::size_t)>& is_kept) {
   std::vector<PoseGraphEdge> kept_edges;
   std::vector<Loop> kept_loops;
   for (std::size_t edge = 0, loop = 0; edge < state_.edges.size(); ++edge) {
-    bool inlier = true;
-    if (edge < examined) inlier = work.edge_is_inlier[edge];
-    if (edge >= first_found) inlier = work.edge_is_inlier[examined + edge - first_found];
     const bool is_loop = state_.edges[edge].is_loop;
-    if (inlier) kept_edges.push_back(state_.edges[edge]);
-    if (inlier && is_loop) kept_loops.push_back(state_.loops[loop]);
+    if (is_kept(edge)) {
+      kept_edges.push_back(state_.edges[edge]);
+      if (is_loop) kept_loops.push_back(state_.loops[loop]);
+    }
     if (is_loop) ++loop;
   }
   state_.loops = std::move(kept_loops);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -74,6 +75,8 @@ class BackEnd {
   /// Whether loops were closed shortly before and after this place on the path. Call with ascending
   /// places: closings before them are forgotten.
   bool has_loops_around(double path_m);
+  /// Those that the edits forbid.
+  void remove_loops(const MapEdits& edits, const std::vector<Keyframe>& keys);
   void merge_node(int key, const MergedKeyframe& merged);
 
   /// The poses of all keyframes, optimized from where they lie.
@@ -86,6 +89,7 @@ class BackEnd {
   std::vector<RelativeUncertainty> uncertainties_of_newest(const std::vector<Keyframe>& keys) const;
   PoseGraph graph_of(const std::vector<Keyframe>& keys) const;
   void remove_outliers(const LoopWork& work);
+  void keep_edges(const std::function<bool(std::size_t)>& is_kept);
 
   LoopCloser loop_closer_;
   PoseGraphOptions graph_options_;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "slam/map/keyframe_grid.hpp"
+#include "slam/session/mending.hpp"
 #include "slam/session/merge_maps.hpp"
 
 namespace marco::slam {
@@ -20,6 +21,7 @@ void MappingSession::reset(const Pose2& world_from_robot) {
   to_extend_ = {};
   localizer_.reset();
   findings_.clear();
+  mended_.clear();
   history_ = SessionHistory(0);
   map_from(start);
 }
@@ -91,8 +93,14 @@ void MappingSession::start_session() {
   history_.begin_session();
 }
 
-void MappingSession::end_session() {
+void MappingSession::finish_map() {
   slam_.finish();
+  const MapEdits done = mend(slam_, edits_);
+  mended_.insert(mended_.end(), done.begin(), done.end());
+}
+
+void MappingSession::end_session() {
+  finish_map();
   const std::size_t scans = slam_.trajectory().size();
   if (is_alone()) {
     history_.end_apart(scans, saved(""));
@@ -145,7 +153,7 @@ void MappingSession::join(const FoundPlace& place) {
 void MappingSession::finish() {
   if (localizer_) return;
   if (history_.session() == 1 || !is_alone()) {
-    slam_.finish();
+    finish_map();
   } else {
     end_session();
     // The map is that of the others again.

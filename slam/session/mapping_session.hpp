@@ -43,8 +43,11 @@ class MappingSession : public Mapper2d {
   bool accept(const LoopWork& work) { return slam_.accept(work); }
   /// The robot is here: tracks from this pose when localizing, else starts a new map from it.
   void set_pose(const Pose2& world_from_robot);
-  /// See Slam::finish, and start_session(); nothing when localizing.
+  /// See Slam::finish, mend(), and start_session(); nothing when localizing.
   void finish();
+
+  /// What finish() did to maps that contradicted themselves; see mend().
+  const MapEdits& mended() const { return mended_; }
 
   Mode mode() const { return mode_; }
   /// extending: it has been found in the map that it extends.
@@ -92,6 +95,7 @@ class MappingSession : public Mapper2d {
   /// Whether the scans are not, or not yet, part of the map that they are to extend.
   bool is_alone() const { return mode_ == Mode::extending && !to_extend_.joined; }
   void map_from(const SlamState& start);
+  void finish_map();
   /// The session is part of the map, or set apart.
   void end_session();
 
@@ -105,7 +109,7 @@ class MappingSession : public Mapper2d {
   MapToExtend to_extend_;
   SessionHistory history_;
   std::optional<Localizer> localizer_;
-  MapEdits edits_;
+  MapEdits edits_, mended_;
   bool deferred_ = false;
   std::optional<double> path_every_m_;
 };

@@ -1,6 +1,7 @@
 #include "slam/session/merge_maps.hpp"
 
 #include "lcm_tools/base/check.hpp"
+#include "slam/session/mending.hpp"
 
 namespace marco::slam {
 
@@ -51,6 +52,7 @@ SavedMap merge_maps(std::vector<SavedMap> maps,
     }
   }
   slam.finish();
+  mend(slam, {});
   merged.slam = slam.state();
   return merged;
 }

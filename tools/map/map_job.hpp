@@ -103,6 +103,10 @@ class MapJob {
   std::size_t key_count() const { return mapper().keys().size(); }
   const std::vector<slam::Loop>& loops() const { return mapper().loops(); }
   const process::DropCounter& drops() const { return mapper2d_->drops(); }
+  /// See MappingSession::mended; nothing of a line SLAM.
+  slam::MapEdits mended() const {
+    return session() != nullptr ? session()->mended() : slam::MapEdits{};
+  }
   /// Nothing where the line SLAM makes the path.
   const slam::MappingSession* session() const {
     return slam_ != nullptr ? &slam_->session() : nullptr;

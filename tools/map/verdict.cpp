@@ -97,8 +97,11 @@ void add_verdict(json& report, const MapVerdict& verdict, const MapJob& job) {
     if (reason.has_place()) reasons.back()["picture"] = picture_name(reasons.size() - 1);
   }
   report["verdict"] = to_string(verdict.diagnosis.verdict);
+  json mended = json::array();
+  for (const slam::MapEdit& edit : job.mended()) mended.push_back(to_line(edit));
   report["doctor"] = {{"figures", figures_json},
                       {"reasons", reasons},
+                      {"mended", mended},
                       {"open_questions", verdict.diagnosis.open_questions}};
 }
 
@@ -148,6 +151,11 @@ std::vector<PictureOrder> doctor_pictures(const std::filesystem::path& folder,
 
 void print_verdict(const MapVerdict& verdict, const MapJob& job, bool with_pictures) {
   const std::vector<slam::Reason>& reasons = verdict.diagnosis.reasons;
+  if (!job.mended().empty()) {
+    std::printf(
+        "mended: the map contradicted itself, and %zu loop closures were added or removed\n",
+        job.mended().size());
+  }
   bool told = false;
   for (std::size_t i = 0; i < reasons.size(); ++i) {
     const slam::Reason& reason = reasons[i];

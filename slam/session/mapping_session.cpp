@@ -1,5 +1,6 @@
 #include "slam/session/mapping_session.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "slam/map/keyframe_grid.hpp"
@@ -95,7 +96,12 @@ void MappingSession::start_session() {
 
 void MappingSession::finish_map() {
   slam_.finish();
-  const MapEdits done = mend(slam_, edits_);
+  // Loops that a person gave are that person's word.
+  const bool by_hand = std::any_of(edits_.begin(), edits_.end(), [](const MapEdit& edit) {
+    return edit.kind == MapEdit::Kind::add_loop || edit.kind == MapEdit::Kind::forbid_loop;
+  });
+  if (by_hand) return;
+  const MapEdits done = mend(slam_);
   mended_.insert(mended_.end(), done.begin(), done.end());
 }
 

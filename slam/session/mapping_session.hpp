@@ -46,7 +46,8 @@ class MappingSession : public Mapper2d {
   /// See Slam::finish, mend(), and start_session(); nothing when localizing.
   void finish();
 
-  /// What finish() did to maps that contradicted themselves; see mend().
+  /// What finish() did to maps that contradicted themselves; see mend(). Nothing where edits add or
+  /// forbid loops.
   const MapEdits& mended() const { return mended_; }
 
   Mode mode() const { return mode_; }

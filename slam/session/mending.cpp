@@ -26,7 +26,7 @@ struct Consistency {
   }
 };
 
-MapEdits remedies_of(const Slam& slam, const MapEdits& edits) {
+MapEdits remedies_of(const Slam& slam) {
   MapEvidence evidence;
   evidence.keys = slam.keys();
   evidence.loops = slam.loops();
@@ -36,18 +36,15 @@ MapEdits remedies_of(const Slam& slam, const MapEdits& edits) {
   for (const Reason& reason : diagnosis.reasons) {
     remedies.insert(remedies.end(), reason.remedies.begin(), reason.remedies.end());
   }
-  std::erase_if(remedies, [&edits](const MapEdit& remedy) {
-    return remedy.kind == MapEdit::Kind::add_loop && forbids(edits, remedy.from, remedy.to);
-  });
   return remedies;
 }
 
 }  // namespace
 
-MapEdits mend(Slam& slam, const MapEdits& edits) {
+MapEdits mend(Slam& slam) {
   MapEdits done;
   if (slam.keys().size() < 2) return done;
-  MapEdits remedies = remedies_of(slam, edits);
+  MapEdits remedies = remedies_of(slam);
   for (int i = 0; i < kMostTries && !remedies.empty(); ++i) {
     const Consistency before(slam);
     const SlamState undone = slam.state();
@@ -55,7 +52,7 @@ MapEdits mend(Slam& slam, const MapEdits& edits) {
     slam.finish();
     if (Consistency(slam).is_better_than(before)) {
       done.insert(done.end(), remedies.begin(), remedies.end());
-      remedies = remedies_of(slam, edits);
+      remedies = remedies_of(slam);
       continue;
     }
     slam.restore(undone);

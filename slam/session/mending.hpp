@@ -13,8 +13,7 @@ namespace marco::slam {
 /// It is the second half of loop closing: the search is as wide as the graph believes itself to be
 /// off, and where a prediction was surer than it was good, only the walls themselves show it.
 /// Cost: that of the doctor's look at the map; a try more costs as much, and a Slam::finish().
-/// @param edits  loops that they forbid are not added
 /// @returns what was done, one loop each; nothing for a map that agrees with itself.
-MapEdits mend(Slam& slam, const MapEdits& edits);
+MapEdits mend(Slam& slam);
 
 }  // namespace marco::slam

@@ -52,7 +52,7 @@ SavedMap merge_maps(std::vector<SavedMap> maps,
     }
   }
   slam.finish();
-  mend(slam, {});
+  mend(slam);
   merged.slam = slam.state();
   return merged;
 }

@@ -47,29 +47,16 @@ double largest_error_m(const Slam& slam) {
 TEST(Mending, ClosesTheLoopThatTheSearchMissed) {
   Slam slam = finished(TwoRounds(kOff), 0.05, 1.0);
   EXPECT_GT(largest_error_m(slam), 0.3);
-  const MapEdits done = mend(slam, {});
+  const MapEdits done = mend(slam);
   ASSERT_FALSE(done.empty());
   EXPECT_EQ(done.front().kind, MapEdit::Kind::add_loop);
   EXPECT_LT(largest_error_m(slam), 0.06);
 }
 
-TEST(Mending, AddsNoLoopThatIsForbidden) {
-  Slam slam = finished(TwoRounds(kOff), 0.05, 1.0);
-  MapEdits forbidden;
-  for (int from = 0; from < 2 * TwoRounds::kOfRound; from += 4) {
-    for (int to = 0; to < 2 * TwoRounds::kOfRound; to += 4) {
-      forbidden.push_back(
-          {MapEdit::Kind::forbid_loop, Utime::from_seconds(from), Utime::from_seconds(to), {}});
-    }
-  }
-  EXPECT_TRUE(mend(slam, forbidden).empty());
-  EXPECT_GT(largest_error_m(slam), 0.3);
-}
-
 TEST(Mending, LeavesAMapThatAgreesWithItself) {
   Slam slam = finished(TwoRounds(), 0.05, 1.0);
   const int64_t revision = slam.revision();
-  EXPECT_TRUE(mend(slam, {}).empty());
+  EXPECT_TRUE(mend(slam).empty());
   EXPECT_EQ(slam.revision(), revision);
 }
 
@@ -79,7 +66,7 @@ TEST(Mending, LeavesWhatNoLoopWouldMend) {
   other.add_chain({{2.2, 0.6}, {0, 2.9}, {-2.3, 0.4}, {-0.2, -1.7}, {2.2, 0.6}});
   Slam slam = finished(TwoRounds({}, other), 0.3, 5.0);
   const Trajectory before = slam.key_trajectory();
-  mend(slam, {});
+  mend(slam);
   for (std::size_t key = 0; key < before.size(); ++key) {
     EXPECT_THAT(slam.key_trajectory()[key].world_from_robot,
                 IsNear(before[key].world_from_robot, 0.05, 0.02));
@@ -94,7 +81,7 @@ TEST(Mending, TakesAWrongLoopOutOfTheMap) {
   }
   Slam slam = finished(rounds, 0.3, 5.0);
   const double before_m = largest_error_m(slam);
-  mend(slam, {});
+  mend(slam);
   EXPECT_GT(before_m, 0.3);
   EXPECT_LT(largest_error_m(slam), 0.06);
 }

@@ -52,6 +52,10 @@ Eigen::Matrix3d MotionModel::covariance_of_odometry(const Pose2& way) const {
 std::optional<MotionGuess> MotionModel::from_odometry(const MotionInput& now) const {
   const MotionInput& before = *state_.before;
   if (!now.odom_from_robot || !before.odom_from_robot) return std::nullopt;
+  // A robot that stands, or odometry that is broken: which of both, only a move tells.
+  if (!state_.odometry_has_moved && stood_still(*before.odom_from_robot, *now.odom_from_robot)) {
+    return std::nullopt;
+  }
   const Pose2 step = between(*before.odom_from_robot, *now.odom_from_robot);
   const double dt_s = (now.utime - before.utime).seconds();
   const double distance_m = step.translation_m().norm();
@@ -154,6 +158,11 @@ bool MotionModel::stands_still(const MotionInput& now, const Eigen::Matrix3d& in
   constexpr double kCalmM = 5e-3, kCalmDeg = 0.3;
   if (!state_.before || !state_.before->odom_from_robot || !now.odom_from_robot) return false;
   if (!trusts_odometry()) return false;
+  // Odometry that has never moved has to be confirmed, in every direction.
+  constexpr double kConfirmedM = 0.03;
+  if (!state_.odometry_has_moved && position_sigma_m(covariance_of(information)) > kConfirmedM) {
+    return false;
+  }
   // Two matches of one place differ by 1.8 standard deviations in the mean.
   constexpr double kSigmas = 3.0;
   // In the direction that it knows well: along a bare corridor it knows nothing.
@@ -193,6 +202,11 @@ void MotionModel::update(const MotionInput& now,
     if (matched) step = filtered(now, before_from_now, covariance);
     if (matched) judge_predictions(now, before_from_now, sigma_m);
     judge_sensors(now, before_from_now, matched, sigma_m);
+    if (state_.before->odom_from_robot && now.odom_from_robot) {
+      state_.odometry_has_moved =
+          state_.odometry_has_moved ||
+          !stood_still(*state_.before->odom_from_robot, *now.odom_from_robot);
+    }
     state_.move_m += kFresh * (before_from_now.translation_m().norm() - state_.move_m);
     state_.turn_rad += kFresh * (std::abs(before_from_now.theta_rad) - state_.turn_rad);
   }

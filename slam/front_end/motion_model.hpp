@@ -24,6 +24,7 @@ struct MotionState {
   double turn_rad = 0.0;
   ExplainedMotion explained_by_odometry, explained_by_gyro;
   PredictionError odometry_error, gyro_error, reckoning_error;
+  bool odometry_has_moved = false;  ///< one that never does is as good as none
   OdometryNoise odometry_noise;
   /// Where the step began that is to be explained next, and the way from there to the newest scan.
   std::optional<MotionInput> step_start;
@@ -41,6 +42,7 @@ struct MotionState {
     v("odometry_error", odometry_error);
     v("gyro_error", gyro_error);
     v("reckoning_error", reckoning_error);
+    v("odometry_has_moved", odometry_has_moved);
     v("odometry_noise", odometry_noise);
     v("step_start", step_start);
     v("start_from_now", start_from_now);

@@ -84,6 +84,16 @@ std::optional<MapVerdict> judge_map(const MapJob& job) {
   if (!evidence) return std::nullopt;
   MapVerdict verdict{std::move(*evidence), {}};
   verdict.diagnosis = slam::examine(verdict.evidence);
+  if (const slam::MapEdits mended = job.mended(); !mended.empty()) {
+    // What was mended was wrong, and a break is mended only where it was seen twice.
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the map contradicted itself and was mended by %zu loop closures, the first of "
+                  "%.1f and %.1f s: look at these places",
+                  mended.size(), seconds_into(job, mended.front().from),
+                  seconds_into(job, mended.front().to));
+    verdict.diagnosis.ask(text);
+  }
   return verdict;
 }
 
@@ -151,11 +161,6 @@ std::vector<PictureOrder> doctor_pictures(const std::filesystem::path& folder,
 
 void print_verdict(const MapVerdict& verdict, const MapJob& job, bool with_pictures) {
   const std::vector<slam::Reason>& reasons = verdict.diagnosis.reasons;
-  if (!job.mended().empty()) {
-    std::printf(
-        "mended: the map contradicted itself, and %zu loop closures were added or removed\n",
-        job.mended().size());
-  }
   bool told = false;
   for (std::size_t i = 0; i < reasons.size(); ++i) {
     const slam::Reason& reason = reasons[i];

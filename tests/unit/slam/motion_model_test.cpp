@@ -260,6 +260,19 @@ TEST(MotionModel, MatchesThatDoNotKnowTheWayDoNotJudgeIt) {
   EXPECT_EQ(model.state().odometry_error.m2, 0.0);
 }
 
+// As of a base that is not connected, along a bare wall.
+TEST(MotionModel, OdometryThatHasNeverMovedPredictsNothing) {
+  MotionModel model;
+  for (int i = 0; i < 5; ++i) model.update(at(0.2 * i, Pose2{3, 4, 0}), {i == 0 ? 0.0 : 0.1, 0, 0});
+  const MotionGuess still = model.guess(at(1.0, Pose2{3, 4, 0}));
+  EXPECT_EQ(still.source, MotionGuess::Source::velocity);
+  EXPECT_THAT(still.before_from_now, IsNear(Pose2{0.1, 0, 0}, 0.01, 0.01));
+  const Eigen::Matrix3d along_unknown = Eigen::Vector3d(1e-6, 1e6, 1e6).asDiagonal();
+  EXPECT_FALSE(model.stands_still(at(1.0, Pose2{3, 4, 0}), along_unknown));
+  model.update(at(1.0, Pose2{3.1, 4, 0}), {0.1, 0, 0});
+  EXPECT_EQ(model.guess(at(1.2, Pose2{3.1, 4, 0})).source, MotionGuess::Source::odometry);
+}
+
 // Along a bare corridor matches stay behind, by as much as they do not know.
 TEST(MotionModel, MatchesThatDoNotKnowTheWayDoNotStopTheRobot) {
   MotionModel model;

@@ -2,7 +2,7 @@
 """The command lines of README, CONTRIBUTING and docs/: every command, option, file, program and test they name is there,
 the cheap commands are run on a simulated recording, and every file they promise comes of them.
 
-Usage: readme_test.py BIN_FOLDER PROJECT_FOLDER [--write-settings]
+Usage: readme_test.py BIN_FOLDER PROJECT_FOLDER [--write]     --write: only renews the pages that are printed from the code
 """
 import glob
 import os
@@ -10,6 +10,8 @@ import re
 import subprocess
 import sys
 import tempfile
+
+import generated_pages
 
 # Started on the simulated recording, in the pages' order. Of the others the words are checked.
 RUN = ("map", "render", "evaluate", "evaluate-model", "log")
@@ -169,26 +171,14 @@ def check_outputs(checker, text):
             fail(name, "no run of map writes it")
 
 
-def check_settings(checker):
-    """docs/settings.md shows the settings that there are; run with --write-settings to renew it."""
-    _, printed, _ = checker.run([f"{checker.programs}/marco-map", "--print-config", "--advanced"])
-    block = "".join("    " + line if line.strip() else line for line in printed.splitlines(keepends=True))
-    page = f"{checker.root}/docs/settings.md"
-    with open(page) as file:
-        intro, _, shown = file.read().partition("\n    [input]\n")
-    renewed = f"{intro}\n{block}"
-    if "--write-settings" in sys.argv:
-        with open(page, "w") as file:
-            file.write(renewed)
-    elif "\n    [input]\n" + shown != "\n" + block:
-        fail("docs/settings.md", "is not what marco-map --print-config --advanced prints")
-
-
 def main():
-    if len(sys.argv) != 3 and sys.argv[3:] != ["--write-settings"]:
+    if len(sys.argv) != 3 and sys.argv[3:] != ["--write"]:
         print(__doc__, file=sys.stderr)
         return 2
     programs, root = (os.path.abspath(path) for path in sys.argv[1:3])
+    generated_pages.check(programs, root, len(sys.argv) == 4, fail)
+    if len(sys.argv) == 4:
+        return 0
     text = ""
     for path in [f"{root}/README.md", f"{root}/CONTRIBUTING.md", *sorted(glob.glob(f"{root}/docs/*.md"))]:
         with open(path) as page:
@@ -200,7 +190,6 @@ def main():
             sys.exit(f"FAILED: only {len(lines)} command lines")
         for line in lines:
             checker.check(line)
-        check_settings(checker)
         for name in re.findall(r"`(\w+_test)`", text):
             is_file = glob.glob(f"{root}/tests/**/{name}.cpp", recursive=True)
             if not is_file and not re.search(r"(marco_test\(\s*|NAME )%s\b" % name, checker.cmake):

@@ -123,6 +123,11 @@ TEXT
 ./marco bench [OPTION...]
 Speed figures of this machine: each step's benchmark five times, then the whole job. Options go to Google Benchmark,
 e.g. --benchmark_filter=REGEX.
+./marco bench --accuracy [--only WORD] [--copies N] [--write]
+Errors of the maps of every recording below MARCO_TEST_DATA and of simulated tours, as tables in Markdown (half an hour).
+  --only WORD  recordings whose path holds it
+  --copies N   of each, with 1 mm of range noise (10)
+  --write      into docs/benchmarks.md
 TEXT
       ;;
     fuzz) cat <<'TEXT'

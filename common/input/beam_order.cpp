@@ -9,7 +9,7 @@
 namespace marco {
 namespace {
 
-// Turning scans: before fewer nothing is concluded, and after so many there is nothing to be found.
+// Turning scans: with fewer nothing is concluded, and after the most there is nothing to find.
 constexpr int kFewest = 20, kMost = 300;
 
 using input_gates::kSureSigmas;

@@ -212,7 +212,7 @@ void add_weak_joint(const MapEvidence& map,
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::weak_joint);
   if (figures.joint_m > kSurelyWrongM) reason.verdict = Verdict::wrong;
   reason.why =
-      sentence("what lies before and after hangs together by a step known to %.2f m and %.1f deg%s",
+      sentence("the parts before and after are joined by a step known to %.2f m and %.1f deg%s",
                figures.joint_m, figures.joint_deg,
                figures.has_odometry ? "" : ", and no odometry says how far it was");
   diagnosis.reasons.push_back(std::move(reason));
@@ -265,7 +265,7 @@ void add_spread(const MapEvidence& map, double spread_m, Diagnosis& diagnosis) {
   reason.why =
       std::isfinite(spread_m)
           ? sentence("steps and loops hold the parts of the map together to %.2f m only", spread_m)
-          : "parts of the map hang together by nothing";
+          : "nothing joins the parts of the map";
   diagnosis.reasons.push_back(std::move(reason));
 }
 

@@ -146,8 +146,9 @@ def prepare(checker):
 
 
 def is_run(words):
-    """Whole command lines on files: in a sentence `./marco check` is a name; out/run is of live runs."""
-    return words[0] == "./marco" and words[1] in RUN and len(words) > 2 and not re.search(r"\bLOG\b|out/run/", " ".join(words))
+    """Whole command lines on files: in a sentence `./marco map --many` is a name; out/run is of live runs."""
+    names_file = any(re.search(r"[./]", word) for word in words[2:])
+    return words[0] == "./marco" and words[1] in RUN and names_file and not re.search(r"\bLOG\b|out/run/", " ".join(words))
 
 
 def run_line(checker, line):

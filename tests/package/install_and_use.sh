@@ -78,9 +78,12 @@ for command in $("$door" help | sed -n 's/^  marco-robot \([a-z-]*\).*/\1/p' | s
 done
 if command -v man >/dev/null; then
   for program in robot map procman-sheriff; do
-    complaints=$(man --warnings=all --local-file "$prefix/share/man/man1/marco-$program.1" 2>&1 >page.txt)
+    complaints=$(LC_ALL=C.UTF-8 man --warnings=all --local-file "$prefix/share/man/man1/marco-$program.1" 2>&1 >page.txt)
     [ -z "$complaints" ] || fail "man page of marco-$program: $complaints"
-    [ "$(wc -l <page.txt)" -gt 20 ] || fail "the man page of marco-$program is empty"
+    # Each option as one would type it.
+    for option in $("$prefix/bin/marco-$program" --help | grep -oE -e '--[a-z][a-z-]+' | sort -u); do
+      grep -qF -e "$option" page.txt || fail "the man page of marco-$program does not tell of $option"
+    done
   done
 fi
 
@@ -94,7 +97,7 @@ completed() {
 [ -z "$(completed map no_op)" ] || fail "what is no option is completed"
 
 # pip makes the module of the installed libraries; what the clone holds is not used.
-if /usr/bin/python3 -c 'import venv, pip, setuptools, wheel' 2>/dev/null; then
+if /usr/bin/python3 -c 'import importlib.util as u; exit(not all(map(u.find_spec, ("venv", "ensurepip", "pip", "setuptools", "wheel"))))'; then
   cp -r "$source_folder/../../python" "$folder/python"
   /usr/bin/python3 -m venv --system-site-packages "$folder/venv"
   CMAKE_PREFIX_PATH="$prefix" CMAKE_ARGS=-DCMAKE_BUILD_TYPE= "$folder/venv/bin/pip" install --no-build-isolation --no-index "$folder/python" \

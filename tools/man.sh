@@ -18,7 +18,7 @@ heading() { printf '.SH %s\n' "$1"; }
 # $1 name, $2 its version, $3 its help: a first sentence, what else there is to say, Usage, Positionals and Options.
 page() {
   local name=$1 version=$2 help=$3 sentence
-  sentence=$(sed -n '/^Usage: /d; /[^ ]/ { s/[.:]$//; p; q }' <<<"$help")
+  sentence=$(sed -n '/^Usage: /d; /[^ ]/ { s/\\/\\e/g; s/[.:]$//; p; q }' <<<"$help")
   printf '.TH %s 1 "" "%s" "Marco"\n' "${name^^}" "$version"
   heading NAME
   printf '%s \\- %s\n' "${name//-/\\-}" "${sentence//-/\\-}"

@@ -85,6 +85,23 @@ if command -v man >/dev/null; then
       grep -qF -e "$option" page.txt || fail "the man page of marco-$program does not tell of $option"
     done
   done
+  # What roff would take for its own stays text.
+  mkdir fake
+  cat >fake/marco-fake <<'FAKE'
+#!/bin/bash
+cat <<'TEXT'
+Draws a map.
+.map is its ending,
+'map' its name, and \n a new line.
+Usage: marco-fake [OPTIONS]
+TEXT
+FAKE
+  chmod +x fake/marco-fake
+  "$source_folder/../../tools/man.sh" fake fake/man1 marco-fake
+  LC_ALL=C.UTF-8 man --warnings=all --local-file fake/man1/marco-fake.1 >page.txt 2>&1 || fail "a man page of roff's own characters"
+  for text in '.map is its ending,' "'map' its name, and \\n a new line." 'marco-fake [OPTIONS]'; do
+    grep -qF -e "$text" page.txt || { cat page.txt; fail "the man page lacks: $text"; }
+  done
 fi
 
 # bash completes commands, options and files.

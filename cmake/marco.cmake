@@ -13,8 +13,19 @@ function(marco_install_front_door)
     install(FILES ${PROJECT_SOURCE_DIR}/tools/${script}.sh DESTINATION ${share}/tools)
   endforeach()
   install(PROGRAMS ${PROJECT_SOURCE_DIR}/tools/record.sh DESTINATION ${share}/tools)
+  install(FILES ${PROJECT_SOURCE_DIR}/tools/completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+          RENAME marco-robot)
   # $MARCO_ROOT/marco in procman scripts.
   file(RELATIVE_PATH to_bin /${share} /${CMAKE_INSTALL_BINDIR}/marco-robot)
   file(CREATE_LINK ${to_bin} ${PROJECT_BINARY_DIR}/marco SYMBOLIC)
   install(FILES ${PROJECT_BINARY_DIR}/marco DESTINATION ${share})
+  # All programs are there by now.
+  get_property(programs GLOBAL PROPERTY MARCO_PROGRAMS)
+  if(CMAKE_CROSSCOMPILING)
+    return()
+  endif()
+  list(JOIN programs " " programs)
+  install(CODE "set(prefix \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}\")
+    execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/man.sh \${prefix}/${CMAKE_INSTALL_BINDIR} \${prefix}/${CMAKE_INSTALL_MANDIR}/man1 marco-robot ${programs}
+                    COMMAND_ERROR_IS_FATAL ANY)")
 endfunction()

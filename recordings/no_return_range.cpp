@@ -9,7 +9,7 @@ namespace {
 
 constexpr int64_t kFewest = 20;
 constexpr double kLeastShare = 0.005;
-// A pile holds so many times what walls leave in as many bins farther down.
+// A pile holds this many times what walls leave in as many bins farther down.
 constexpr double kPile = 10.0;
 constexpr int kBinsBelow = 20;
 // How far the pile's lower edge may lie from its peak, and where it ends.

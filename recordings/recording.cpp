@@ -114,7 +114,7 @@ std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
                                                     const ForeignTable& table) {
   files::require_readable(path);
   const bool is_folder = fs::is_directory(path);
-  // What somebody wrote about this recording counts before what is said of all.
+  // What somebody wrote about this recording counts before what holds for all.
   const fs::path beside = path.string() + ".marco.toml";
   const ForeignTable own =
       fs::is_regular_file(beside) ? process::load_options<ForeignTable>(beside.string()) : table;

@@ -93,7 +93,8 @@ struct LoggerOptions {
   double clock_drift = 0.0;     ///< seconds that the laser's clock gains in one
   double dropped_scans = 0.0;   ///< share
   double burst_part = 0.0;      ///< share logged with the stamp of the scan before
-  /// What is said of the times of the beams; but for `right`, SENSOR_INFO tells no duration.
+  /// What the recording says of the times of the beams; but for `right`, SENSOR_INFO tells no
+  /// duration.
   ///   right         LIDAR_RAW with the time of every beam, and LIDAR
   ///   milliseconds  LIDAR_RAW alone, milliseconds added to utime's microseconds
   ///   reversed      LIDAR_RAW alone: the mirror turns the other way, the last beam comes first

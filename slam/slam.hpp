@@ -154,7 +154,7 @@ class Slam {
   SlamState state() const;
   /// @throws std::invalid_argument as check().
   void restore(const SlamState& state);
-  /// Appends another session, recorded in the same building, and goes on from its end: its
+  /// Appends another session, recorded in the same building, and continues from its end: its
   /// keyframes join this map, loops between both are searched, and the graph is optimized.
   /// @param edge  a measured pose of its keyframe `to` (counted in `session`) seen from this map's
   /// keyframe `from`. @throws std::invalid_argument as check(), or for keyframes that are not

@@ -15,7 +15,7 @@ class TourLinks {
   void on_base(const BaseStatus& status, Utime now);
   void on_head(const PanTiltState& state, Utime now);
 
-  /// Why the tour cannot go on; "" = no reason. Patience counts from the first call.
+  /// Why the tour cannot continue; "" = no reason. Patience counts from the first call.
   std::string trouble(double patience_s, Utime now);
   /// Whether base and, if needed, pan-tilt take orders.
   bool ready() const;

@@ -30,8 +30,9 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
                                        (--peers: what we read and write against ROS' and MCAP's own)
                                        (--asan: unit tests under address and undefined behaviour sanitizers)
-  ./marco lint [FILE...]               clang-format and clang-tidy (--format, --tidy: one of them; --since REV: the change)
-  ./marco bench                        speed figures of this machine
+  ./marco lint [FILE...]               clang-format, clang-tidy, spelling and comments (--format, --tidy, --docs: one of
+                                       them; --since REV: the change)
+  ./marco bench                        speed figures of this machine (--accuracy: errors of the maps of all recordings)
   ./marco fuzz [--minutes N] [TARGET]  hostile bytes into every decoder (clang; --ci: 20 s for three targets;
                                        --quick: fast decoders without AddressSanitizer, many times as often;
                                        --coverage: which of their lines the corpora reach)
@@ -61,10 +62,11 @@ A tour of config/worlds/lab.toml, mapped, rendered, and checked against the trut
 TEXT
       ;;
     lint) cat <<'TEXT'
-./marco lint [--format | --tidy] [--since REV] [FILE...]
-Whether the code is laid out by .clang-format, and what .clang-tidy says of it; the whole tree without FILEs.
+./marco lint [--format | --tidy | --docs] [--since REV] [FILE...]
+Whether the code is laid out by .clang-format, what .clang-tidy says of it, and how it reads; the whole tree without FILEs.
   --format     only the layout (seconds)
   --tidy       only clang-tidy (an hour of one core for the whole tree)
+  --docs       only spelling, phrases that nobody in the field uses, and doxygen's warnings (seconds; always the whole tree)
   --since REV  only files that differ from where this branch left REV
 TEXT
       ;;
@@ -91,7 +93,7 @@ TEXT
     run) cat <<'TEXT'
 ./marco run SCRIPT.procman [NAME] [OPTION...]
 Starts a robot's processes under the sheriff, with a deputy of its own, and runs the script NAME of the file.
-Scripts of ours: config/*.procman. Without a terminal there is no screen: NAME is needed, and what it starts keeps running
+Scripts of ours are config/*.procman, from any folder. Without a terminal there is no screen: NAME is needed, and what it starts keeps running
 until Ctrl-C or SIGTERM.
 Results, recordings and ports are in out/run (MARCO_RUN says otherwise).
 Options go to the sheriff; marco-procman-sheriff --help lists them all. The most useful:
@@ -123,6 +125,11 @@ TEXT
 ./marco bench [OPTION...]
 Speed figures of this machine: each step's benchmark five times, then the whole job. Options go to Google Benchmark,
 e.g. --benchmark_filter=REGEX.
+./marco bench --accuracy [--only WORD] [--copies N] [--write]
+Errors of the maps of every recording below MARCO_TEST_DATA and of simulated tours, as tables in Markdown (half an hour).
+  --only WORD  recordings whose path holds it
+  --copies N   of each, with 1 mm of range noise (10)
+  --write      into docs/benchmarks.md
 TEXT
       ;;
     fuzz) cat <<'TEXT'

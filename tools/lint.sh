@@ -1,11 +1,12 @@
 #!/bin/bash
-# Is the code laid out by .clang-format, and what does .clang-tidy say of it? `./marco lint` calls this.
+# Is the code laid out by .clang-format, what does .clang-tidy say of it, and how does it read? `./marco lint` calls this.
 #   lint.sh format [FILE...]           names the files that clang-format would change
 #   lint.sh tidy BUILD [FILE...]       runs clang-tidy over the sources that BUILD compiles; in a unity build, joined
+#   lint.sh docs                       spelling, phrases of tools/phrases.txt, comments of headers that doxygen cannot follow
 # Without FILEs: the whole tree. Exit code 1: something was found.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-what=${1:?usage: lint.sh format|tidy BUILD [FILE...]}
+what=${1:?usage: lint.sh format|tidy BUILD|docs [FILE...]}
 shift
 
 # The layout differs between clang-format's versions: Debian 12's is the one that counts.
@@ -43,8 +44,24 @@ case $what in
     printf '%s\n' "${compiled[@]}" | awk '/(^|\/)tests\//' | judge --config-file=tests/.clang-tidy || found=1
     exit $found
     ;;
+  docs)
+    found=0
+    mapfile -t texts < <(git ls-files | grep -E '\.(md|cpp|hpp|py|pyi|sh|lcm|toml|procman|cmake)$|^marco$|CMakeLists.txt$' | grep -v '^tools/phrases')
+    # Words of the code and the theses that codespell takes for others.
+    codespell --quiet-level 3 -L theses,kown,fro,crate,avance,nd,fo,ond,nees,statics "${texts[@]}" || found=1
+    # Tests and old changes are left alone.
+    mapfile -t read < <(printf '%s\n' "${texts[@]}" | grep -vE '(^|/)tests/|^CHANGELOG')
+    while IFS='|' read -r phrase instead; do
+      case $phrase in '#'*) continue ;; esac
+      ! grep -niwH -e "$phrase" "${read[@]}" || { echo "  '$phrase': write $instead"; found=1; }
+    done <tools/phrases.txt
+    mkdir -p build/doxygen
+    warnings=$(doxygen Doxyfile 2>&1 >/dev/null | sort -u)
+    [ -z "$warnings" ] || { echo "$warnings"; found=1; }
+    exit $found
+    ;;
   *)
-    echo "lint.sh: format or tidy, not '$what'" >&2
+    echo "lint.sh: format, tidy or docs, not '$what'" >&2
     exit 2
     ;;
 esac

@@ -29,7 +29,7 @@ run() {
   done
 }
 
-# lcm-logger would go on in FILE.0, behind an event that was cut off: where lcm-logplayer stops.
+# lcm-logger would continue in FILE.0, behind an event that was cut off: where lcm-logplayer stops.
 begin_new_piece() {
   local i
   [ -e "$file.0" ] || return 0

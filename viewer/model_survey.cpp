@@ -91,7 +91,7 @@ void mark_line(const Vector3d& from, const Vector3d& to, std::set<Cell>& cells) 
     cells.insert(cell_of(from + (to - from) * (static_cast<double>(i) / steps)));
 }
 
-// The part of the ground plan with most cells that hang together.
+// The part of the ground plan with the most connected cells.
 std::set<Cell> largest_part(std::set<Cell> cells) {
   std::set<Cell> largest;
   while (!cells.empty()) {

@@ -2,7 +2,8 @@
 
 namespace marco::viewer {
 
-/// The renderer's GLSL texts, without their #version line. Each .frag says which #defines it takes.
+/// The renderer's GLSL texts, without their `#version` line. Each .frag says which `#define` lines
+/// it takes.
 namespace shaders {
 extern const char* const kSurfaceVertex;    ///< vertices of the world
 extern const char* const kSurfaceFragment;  ///< COLOR_*, LIGHT_*, FAINT_BACKS

@@ -4,15 +4,15 @@
 #include <cmath>
 
 #include "common/input/beam_times.hpp"
+#include "common/input/input_gates.hpp"
 
 namespace marco {
 namespace {
 
-// Turning scans: before fewer nothing is concluded, and after so many there is nothing to be found.
+// Turning scans: with fewer nothing is concluded, and after the most there is nothing to find.
 constexpr int kFewest = 20, kMost = 300;
 
-// A verdict is asked for after each scan, and neighbouring scans err alike.
-constexpr double kSureSigmas = 3.5;
+using input_gates::kSureSigmas;
 
 // Of the loss of the one direction at most, the loss of the other. If beams were measured at once
 // both would lose the same; if in the other direction, it would lose nothing.

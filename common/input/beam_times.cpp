@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "common/input/input_gates.hpp"
 #include "common/pose2.hpp"
 
 namespace marco {
@@ -11,9 +12,10 @@ namespace {
 
 constexpr double kAllRoundDeg = 300.0;
 
-// Lasers turn 3 to 50 times a second. The period between scans may be longer, where some are
-// missing; it is shorter only by the jitter of stamps.
-constexpr double kFastestS = 0.02, kSlowestS = 0.35;
+using input_gates::kFastestS;
+using input_gates::kSlowestS;
+// The period between scans may be longer than a turn, where some are missing; it is shorter only by
+// the jitter of stamps.
 constexpr double kMostPart = 1.2;
 
 struct Unit {

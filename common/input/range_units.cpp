@@ -5,16 +5,15 @@
 #include <cstdio>
 #include <utility>
 
+#include "common/input/input_gates.hpp"
+
 namespace marco {
 namespace {
 
 constexpr int kScans = 20;
 constexpr std::size_t kMostRanges = 100'000;
 constexpr double kCodePart = 0.02;  // of all ranges have one value: a code, not a distance
-// Outdoors a laser of 80 m has a median of 20 m.
-constexpr double kNobodySeesM = 100.0;
-// A room of 3 m is 300 cm or 3000 mm.
-constexpr double kMillimetresFromM = 800.0;
+using namespace input_gates;
 
 // Without those that repeat themselves; 0 when that is nearly all.
 double median_of_returns(std::vector<float> ranges_m) {

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "common/input/input_gates.hpp"
+
 namespace marco {
 namespace {
 
 constexpr double kWindowS = 2.0, kLastsS = 5.0;
 constexpr std::size_t kMostStamps = 1000;
-// A second laser of the same kind makes it 2; one of half the rate 1.5.
-constexpr double kTooFast = 1.4, kUsualAgain = 1.2;
+constexpr double kUsualAgain = 1.2;
+using input_gates::kTooFast;
 
 }  // namespace
 

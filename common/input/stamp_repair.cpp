@@ -4,12 +4,14 @@
 #include <cmath>
 #include <utility>
 
+#include "common/input/input_gates.hpp"
+
 namespace marco {
 namespace {
 
-constexpr double kJitter = 0.3;  // of a period
-// Of two stamps of a stalled logger at most: of a period, and what no laser can do.
-constexpr double kStalled = 0.15, kStalledS = 0.005;
+using input_gates::kJitter;
+using input_gates::kStalled;
+constexpr double kStalledS = 0.005;    // between two stamps: what no laser can do
 constexpr double kClockWasSet = 10.0;  // periods; no logger stalls for so long
 constexpr int kMostRepaired = 8;       // in a row: more, and the beat itself is wrong
 constexpr int kNewBeat = 2;            // steps of one period in a row

@@ -170,7 +170,7 @@ RunControl::Event RunControl::on_wheel_status(const WheelStatus& status,
                                               Utime now) {
   const bool still = !status.left_on && !status.right_on;
   if (!run_ || !run_->started) return on_status_at_rest(still, measured);
-  // What no wheel can have done is not believed, unless it is said three times.
+  // What no wheel can have done is not believed, unless it is reported three times.
   if (!run_->is_plausible(status, measured)) {
     if (++implausible_ >= 3) return Event::counters_restarted;  // without a banner
     commands_.status_first();

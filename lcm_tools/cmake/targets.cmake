@@ -110,6 +110,7 @@ function(marco_executable name)
   target_compile_options(${name} PRIVATE ${MARCO_FLAGS_program})
   marco_precompiled(${name} program)
   add_dependencies(programs ${name})
+  set_property(GLOBAL APPEND PROPERTY MARCO_PROGRAMS ${name})
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
 

@@ -1,6 +1,7 @@
 #pragma once
 
-/// Kinds of characters; <cctype> depends on the locale, the grammar and exec strings do not.
+/// Kinds of characters; `isspace` and its like depend on the locale, the grammar and exec strings
+/// do not.
 namespace marco::procman {
 
 inline bool is_space(char c) {

@@ -27,7 +27,7 @@
 ///     KEY     := exec, deputy or host, auto_respawn, stop_signal, stop_time_allowed, group,
 ///                (+) environment, (+) working_directory
 ///
-/// `#` starts a comment; strings know \n \r \t \" \\ and end on their line, unless a backslash is
+/// `#` starts a comment; strings know `\n \r \t \" \\` and end on their line, unless a backslash is
 /// the last character of it: then the line end belongs to the string.
 namespace marco::procman {
 

@@ -23,7 +23,7 @@ class ByteFile {
   std::size_t read(int64_t offset, std::span<uint8_t> into) const;
   /// At most `size` bytes. Small reads near each other cost one call of the system.
   std::span<const uint8_t> peek(int64_t offset, std::size_t size);
-  /// Exactly so many, and fewer at the end of the file.
+  /// Exactly this many, and fewer at the end of the file.
   void read(int64_t offset, int64_t size, ByteBuffer& into) const;
   std::vector<uint8_t> bytes(int64_t offset, int64_t size) const;
 

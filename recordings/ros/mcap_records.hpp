@@ -42,7 +42,7 @@ class McapFields {
   std::string text();
   std::map<std::string, std::string> text_map();
   std::map<uint16_t, uint64_t> count_map();
-  /// So many bytes as a u32 or a u64 before them says.
+  /// As many bytes as a u32 or a u64 before them says.
   std::span<const uint8_t> short_blob() { return take(u32()); }
   std::span<const uint8_t> long_blob() { return take(u64()); }
   std::span<const uint8_t> rest() const { return bytes_; }
@@ -95,7 +95,7 @@ struct McapStatistics {
 McapSchema parse_schema(McapFields fields);
 McapChannel parse_channel(McapFields fields);
 McapMessage parse_message(McapFields fields);
-/// The fields before the records. @param fields  may end behind them
+/// The fields before the records. @param bytes  may end behind them
 McapChunk parse_chunk(std::span<const uint8_t> bytes);
 McapChunkIndex parse_chunk_index(McapFields fields);
 McapStatistics parse_statistics(McapFields fields);

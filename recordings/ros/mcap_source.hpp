@@ -9,7 +9,7 @@ namespace marco::ros {
 
 /// An MCAP file, with or without chunks (plain, lz4, zstd), index and summary. Files that are cut
 /// off anywhere give what is whole, of the last chunk as far as it can be unpacked; after damage
-/// the reading goes on at the next record. Checksums that are wrong are notes.
+/// reading continues at the next record. Checksums that are wrong are notes.
 /// @throws std::invalid_argument where the file is no MCAP.
 std::unique_ptr<MessageSource> open_mcap(const std::filesystem::path& path);
 

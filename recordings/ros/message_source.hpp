@@ -69,7 +69,7 @@ class MessageSource {
   /// The next message by the time of receipt, those of one instant in the order of the file. Where
   /// pieces of the file overlap in time they are merged.
   virtual std::optional<Message> next() = 0;
-  /// To the first message again; the selection stays, damage counts anew.
+  /// To the first message again; the selection stays, damage counts again.
   virtual void rewind() = 0;
 
   /// Those seen so far; all of them after the last message, or at once where the file has an index.

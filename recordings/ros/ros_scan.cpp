@@ -17,7 +17,7 @@ void mirror(LaserScan& scan) {
   for (float& bearing : scan.bearings_rad) bearing = -bearing;
 }
 
-// The stamp is that of the first beam where nothing else is said.
+// The stamp is that of the first beam unless stated otherwise.
 void shift(LaserScan& scan, double duration_s, const std::string& stamped_beam) {
   const double part = stamped_beam == "last" ? 1.0 : stamped_beam == "middle" ? 0.5 : 0.0;
   scan.utime = scan.utime - Duration::from_seconds(part * duration_s);

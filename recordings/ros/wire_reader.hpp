@@ -46,7 +46,7 @@ class WireReader {
   /// ROS 2: four bytes a character, no end mark. As UTF-8.
   std::string wide_string();
 
-  /// So many numbers one behind the other.
+  /// This many numbers, one behind the other.
   template <class Number>
   std::vector<Number> numbers(uint32_t count) {
     if (count == 0) return {};  // CDR pads before an element only

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/covariance.hpp"
+#include "slam/back_end/loop_gates.hpp"
 
 namespace marco::slam {
 namespace {
@@ -35,10 +36,7 @@ Eigen::Matrix3d with_bias(const RelativeUncertainty& known, double since_closed_
          diagonal_covariance(kBiasMPerM * biased_m, deg_to_rad(kBiasDegPerM * biased_m));
 }
 
-// Another place is a rival when its score comes this near, it lies this far away, and the match
-// claims to know that it is not there.
-constexpr double kRivalMargin = 0.05;
-constexpr double kRivalM = 0.5, kRivalDeg = 10.0;
+using namespace loop_gates;
 
 }  // namespace
 

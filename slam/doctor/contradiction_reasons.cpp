@@ -5,14 +5,12 @@
 #include <cstdio>
 
 #include "slam/doctor/contradictions.hpp"
+#include "slam/doctor/doctor_gates.hpp"
 #include "slam/doctor/rematch.hpp"
 
 namespace marco::slam {
 namespace {
 
-// Doors, chairs and panes of glass contradict, too: up to 0.25 in a kitchen whose map is right.
-// Walls that are drawn twice reach 0.5 to 1.
-constexpr double kDoubtful = 0.30, kWrong = 0.50;
 constexpr std::size_t kStretchKeyframes = 12;
 constexpr int kFewestPoints = 200;
 constexpr std::size_t kMostReasons = 5;
@@ -124,7 +122,8 @@ Reason reason_of(const MapEvidence& map, const Stretch& stretch, const std::vect
     if (visit.contradicting > 0) reason.older_keys.push_back(visit.older);
   }
   const auto better = add_remedy(map, stretch, worst, reason);
-  reason.verdict = stretch.share() >= kWrong ? Verdict::wrong : Verdict::doubtful;
+  reason.verdict =
+      stretch.share() >= doctor_gates::kContradictingWrong ? Verdict::wrong : Verdict::doubtful;
   char text[200];
   std::snprintf(text, sizeof text, "%.0f %% of what was seen here before is not where it was",
                 100.0 * stretch.share());
@@ -165,7 +164,7 @@ void examine_visits(const MapEvidence& map, Diagnosis& diagnosis) {
   if (!stretches.empty()) figures.contradicting = stretches.front().share();
   std::vector<Stretch> told;
   for (const Stretch& stretch : stretches) {
-    if (stretch.share() < kDoubtful || told.size() == kMostReasons) break;
+    if (stretch.share() < doctor_gates::kContradicting || told.size() == kMostReasons) break;
     const bool apart = std::all_of(told.begin(), told.end(), [&](const Stretch& other) {
       return stretch.last() < other.first || other.last() < stretch.first;
     });

@@ -16,7 +16,7 @@ const char* to_string(Verdict verdict);
 /// A map with a part that is off by so much is wrong, whatever tells it.
 inline constexpr double kSurelyWrongM = 1.0;
 
-/// Something that speaks against a map.
+/// Evidence against a map.
 struct Reason {
   enum class Cause {
     contradiction,    ///< one pass saw walls where another saw free space

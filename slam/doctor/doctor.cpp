@@ -6,6 +6,7 @@
 #include <set>
 
 #include "slam/doctor/contradiction_reasons.hpp"
+#include "slam/doctor/doctor_gates.hpp"
 #include "slam/doctor/graph_evidence.hpp"
 #include "slam/doctor/known_by_loops.hpp"
 #include "slam/doctor/odometry_windows.hpp"
@@ -98,27 +99,23 @@ Reason reason_of_scans(const MapEvidence& map, Verdict verdict, double part, con
 
 // What sees nothing says nothing against the map; but most of the path does not come from scans.
 void examine_blindness(const MapEvidence& map, Diagnosis& diagnosis) {
-  constexpr double kMost = 0.5;
   if (map.blind_scans == 0) return;
   double& blind = diagnosis.figures.blind;
   blind = static_cast<double>(map.blind_scans) / (map.scans + map.blind_scans);
-  if (blind < kMost) return;
+  if (blind < doctor_gates::kBlind) return;
   diagnosis.reasons.push_back(reason_of_scans(map,
                                               map.keys.empty() ? Verdict::wrong : Verdict::doubtful,
                                               blind, "saw too little to be found on the map"));
 }
 
-// Of 137 good simulated maps two left more than 12 % unmatched, 25 and 30 %; of 75 wrong ones 23
-// left more than 20 %, and 12 more than half.
 void examine_matches(const MapEvidence& map, Diagnosis& diagnosis) {
-  constexpr double kMany = 0.2, kMost = 0.5;
   if (map.scans == 0) return;
   double& unmatched = diagnosis.figures.unmatched;
   unmatched = 1.0 - static_cast<double>(map.matched_scans) / map.scans;
-  if (unmatched < kMany) return;
-  diagnosis.reasons.push_back(
-      reason_of_scans(map, unmatched < kMost ? Verdict::doubtful : Verdict::wrong, unmatched,
-                      "were not found on the map"));
+  if (unmatched < doctor_gates::kUnmatched) return;
+  diagnosis.reasons.push_back(reason_of_scans(
+      map, unmatched < doctor_gates::kUnmatchedWrong ? Verdict::doubtful : Verdict::wrong,
+      unmatched, "were not found on the map"));
 }
 
 // Of 75 good simulated maps none had two kinds of reasons, of 29 wrong ones 16. A spread says what

@@ -10,21 +10,15 @@
 #include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/back_end/graph/map_spread.hpp"
 #include "slam/doctor/contradictions.hpp"
+#include "slam/doctor/doctor_gates.hpp"
 #include "slam/doctor/odometry_windows.hpp"
 
 namespace marco::slam {
 namespace {
 
-constexpr double kMovesM = 0.30;
-constexpr int kFewestRefused = 2;  // one alone may be the loop search's mistake
-constexpr double kSurprise = 100.0;
-// A step of a keyframe to the next one.
-constexpr double kWeakM = 0.30, kWeakDeg = 5.0;
-// Without odometry nobody contradicts scans that slide along a hall, and they think themselves
-// sure.
-constexpr double kWeakAloneM = 0.045;
-// Of 53 good simulated maps and seven real logs none had more than 0.24 m.
-constexpr double kSpreadM = 0.30, kSpreadPart = 0.02;
+using namespace doctor_gates;
+
+constexpr double kSpreadPart = 0.02;
 
 struct JudgedEdge {
   const PoseGraphEdge* edge;
@@ -138,7 +132,7 @@ void add_refused_loops(const MapEvidence& map,
   DoctorFigures& figures = diagnosis.figures;
   const JudgedEdge* worst = nullptr;
   for (const JudgedEdge& edge : edges) {
-    if (edge.loop == nullptr || edge.loop->is_inlier || edge.off_m < kMovesM) continue;
+    if (edge.loop == nullptr || edge.loop->is_inlier || edge.off_m < kLoopMovesM) continue;
     if (!fits_better(map.keys, *edge.loop)) continue;
     ++figures.refused_loops;
     figures.refused_loop_m = std::max(figures.refused_loop_m, edge.off_m);
@@ -160,7 +154,7 @@ void add_surprising_loop(const MapEvidence& map,
     if (edge.loop == nullptr || !edge.loop->is_inlier) continue;
     const double off_m = edge.if_alone.head<2>().norm();
     const double off_deg = rad_to_deg(std::abs(edge.if_alone.z()));
-    if (off_m < kMovesM && off_deg < kWeakDeg) continue;
+    if (off_m < kLoopMovesM && off_deg < kWeakDeg) continue;
     if (edge.judgement.squared_distance <= diagnosis.figures.loop_surprise) continue;
     diagnosis.figures.loop_surprise = edge.judgement.squared_distance;
     worst = &edge;
@@ -218,7 +212,7 @@ void add_weak_joint(const MapEvidence& map,
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::weak_joint);
   if (figures.joint_m > kSurelyWrongM) reason.verdict = Verdict::wrong;
   reason.why =
-      sentence("what lies before and after hangs together by a step known to %.2f m and %.1f deg%s",
+      sentence("the parts before and after are joined by a step known to %.2f m and %.1f deg%s",
                figures.joint_m, figures.joint_deg,
                figures.has_odometry ? "" : ", and no odometry says how far it was");
   diagnosis.reasons.push_back(std::move(reason));
@@ -241,12 +235,9 @@ double farthest_apart_m(const std::vector<Keyframe>& keys, const std::vector<Pos
 void add_disagreement(const MapEvidence& map,
                       const std::vector<Pose2>& world_from_nodes,
                       Diagnosis& diagnosis) {
-  // Of 75 good simulated maps it was 0.14 m at most, of seven real logs 0.16 m; of 29 wrong ones
-  // more than 0.3 m in 18.
-  constexpr double kDoubtfulM = 0.3;
   double& off_m = diagnosis.figures.disagreement_m;
   off_m = farthest_apart_m(map.keys, world_from_nodes);
-  if (off_m < kDoubtfulM) return;
+  if (off_m < kDisagreementM) return;
   Reason reason;
   reason.cause = Reason::Cause::disagreement;
   if (off_m > kSurelyWrongM) reason.verdict = Verdict::wrong;
@@ -274,7 +265,7 @@ void add_spread(const MapEvidence& map, double spread_m, Diagnosis& diagnosis) {
   reason.why =
       std::isfinite(spread_m)
           ? sentence("steps and loops hold the parts of the map together to %.2f m only", spread_m)
-          : "parts of the map hang together by nothing";
+          : "nothing joins the parts of the map";
   diagnosis.reasons.push_back(std::move(reason));
 }
 

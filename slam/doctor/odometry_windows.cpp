@@ -5,6 +5,8 @@
 #include <complex>
 #include <numbers>
 
+#include "slam/doctor/doctor_gates.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -18,7 +20,7 @@ constexpr double kFloorRadPerRad = 0.02;
 // A laser that does not sit where the log says moves by so much more while the robot turns: that is
 // no break.
 constexpr double kLeverM = 0.5;
-constexpr double kBreakSigmas = 6.0, kBreakM = 0.25, kBreakPerM = 0.05, kBreakRad = 0.2;
+constexpr double kBreakM = 0.25, kBreakPerM = 0.05, kBreakRad = 0.2;
 // A longer window says nothing where the odometry's heading is lost on the way.
 constexpr double kLostRad = 0.3;
 
@@ -159,7 +161,7 @@ std::vector<OdometryBreak> breaks_of(const std::vector<Step>& steps, double wind
         off_rad > kBreakRad ? off_rad / (unit_rad * turned_rad.floors[i]) : 0.0;
     windows[i].is_turn = turn_sigmas > sigmas;
     sigmas = std::max(sigmas, turn_sigmas);
-    if (sigmas > kBreakSigmas) breaks.push_back(windows[i]);
+    if (sigmas > doctor_gates::kBreakSigmas) breaks.push_back(windows[i]);
   }
   return breaks;
 }

@@ -42,7 +42,7 @@ struct DeadReckoningState {
 };
 
 /// Dead reckoning: the move to the next scan by those before. Either the velocity of the last scans
-/// goes on for the time that has passed, or the last step is made again, whatever the stamps say: a
+/// lasts for the time that has passed, or the last step is made again, whatever the stamps say: a
 /// logger that stalls stamps scans of a steady laser a millisecond and half a second apart. Which
 /// of both, the moves found so far decide.
 ///

@@ -1,33 +1,12 @@
 #pragma once
 
 #include "common/covariance.hpp"
+#include "common/gate.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::slam {
 
-// clang-format off
-/// The gate table: every rule that decides whether a match is used, repeated more widely, refused, or drawn.
-///
-/// | gate               | quantity                     | threshold              | then                            | without it                             |
-/// |--------------------|------------------------------|------------------------|---------------------------------|----------------------------------------|
-/// | too few points     | returns of the scan          | min_points             | not matched                     | a scan of nothing would match          |
-/// | odometry is doubted| overlap                      | sure_overlap           | matched with a weak prior, too  | lost odometry 0.63 -> 2.85 m           |
-/// | - it is wrong      | overlap gained; distance     | kProvesLie; kContradiction | that match is used          | office 0.08 m at worst; 6 m range 0.03 -> 0.07 m |
-/// | - it is left behind| squared distance by odometry over up to a second; overlap lost | kContradiction; kProvesLie | matched where odometry says | 5.6 m range in a corridor: stops at 10.2 of 11.1 m |
-/// | match widely       | overlap, or no odometry      | good_overlap           | searched in the prior's window  | 6 m range 0.03 -> 2.6 m                |
-/// | - it is better     | overlap gained               | kClearlyBetter         | the search's match is used      | no odometry 2.0 -> 2.7 m               |
-/// | match widest       | no usable match              | good_overlap           | searched without odometry       | no odometry 2.0 -> 7.0 m               |
-/// | turned otherwise   | overlap, long scans          | sure_overlap           | deskewed by other turn rates, too | rovers that turn back at once 0.012 -> 4 m |
-/// | - against odometry | the same                     | good_overlap           | the same                        | odometry that never moves 0.009 -> 0.048 m |
-/// | no match           | overlap                      | poor_overlap           | predicted                       | lost odometry 0.63 -> 1.1 m            |
-/// | innovation         | jump from the pose before    | exceeds_motion_limits, kJumpsUntilBelievedS | predicted, not drawn | lost odometry 0.63 -> 1.4 m  |
-/// | fits nothing       | unmatched scans in a row     | kUnmatchedUntilDrawn   | not drawn                       | 6 m range 0.03 -> 2.6 m                |
-/// | stands still       | squared Mahalanobis distance | kContradiction         | zero velocity update ends       | no odometry 2.0 -> 2.5 m               |
-///
-/// Source of the last column: our experiment. The mean translation error of intel.log against its relations, where
-/// odometry stands still for 600 s ("lost odometry") or always ("no odometry"), or the laser sees 6 m by a third of its
-/// beams; and the simulated office. On the unaltered logs no gate costs more than 0.1 mm.
-// clang-format on
+/// Gates of a match that a user may set; kMatchGates below has them all.
 struct MatchGateOptions {
   int min_points = 20;         ///< a scan with fewer returns is not matched
   double sure_overlap = 0.8;   ///< below it odometry may lie: the scan is matched without it, too
@@ -76,4 +55,26 @@ inline constexpr double kJumpsUntilBelievedS = 1.0;
 inline constexpr double kContradiction = 16.0;
 
 }  // namespace match_gates
+
+// clang-format off
+/// Every rule that decides whether a match is used, repeated more widely, refused, or drawn. The last column says what a map
+/// loses without it: the mean translation error of intel.log against its relations, where odometry stands still for 600 s
+/// ("lost odometry") or always ("no odometry"), or the laser sees 6 m by a third of its beams; and the simulated office. On
+/// the unaltered logs no gate costs more than 0.1 mm.
+inline constexpr Gate kMatchGates[] = {
+    {"too few points", "returns of the scan, fewer than", static_cast<double>(MatchGateOptions{}.min_points), "not matched", "slam.min_points; a scan of nothing would match"},
+    {"odometry is doubted", "overlap of the match, less than", MatchGateOptions{}.sure_overlap, "matched with a weak prior, too", "our experiment without it: lost odometry 0.63 → 2.85 m"},
+    {"odometry is wrong: gain", "overlap gained without odometry, more than", match_gates::kProvesLie, "with the next row: the match without odometry is used", "without it: office 0.08 m at worst; 6 m range 0.03 → 0.07 m"},
+    {"odometry is wrong: distance", "squared Mahalanobis distance from odometry, more than", match_gates::kContradiction, "with the row before: the match without odometry is used", "about the 99.9 % quantile of chi-squared, 3 degrees of freedom"},
+    {"odometry is left behind", "overlap lost where odometry says, less than", match_gates::kProvesLie, "matched where odometry says", "without it: 5.6 m range in a corridor stops at 10.2 of 11.1 m"},
+    {"match widely", "overlap, less than", MatchGateOptions{}.good_overlap, "searched in the prior's window", "slam.good_overlap; without it: 6 m range 0.03 → 2.6 m"},
+    {"the wide match is better", "overlap gained, more than", match_gates::kClearlyBetter, "the search's match is used", "without it: no odometry 2.0 → 2.7 m"},
+    {"turned otherwise", "overlap of a long scan, less than", MatchGateOptions{}.sure_overlap, "deskewed by other turn rates, too", "without it: rovers that turn back at once 0.012 → 4 m"},
+    {"turned otherwise, against odometry", "the same, less than", MatchGateOptions{}.good_overlap, "the same", "without it: odometry that never moves 0.009 → 0.048 m"},
+    {"no match", "overlap, less than", MatchGateOptions{}.poor_overlap, "the pose is the prediction", "slam.poor_overlap; without it: lost odometry 0.63 → 1.1 m"},
+    {"innovation", "seconds for which every match jumps as no robot can, less than", match_gates::kJumpsUntilBelievedS, "the pose is the prediction, and nothing is drawn", "without it: lost odometry 0.63 → 1.4 m"},
+    {"fits nothing", "unmatched scans in a row, less than", static_cast<double>(match_gates::kUnmatchedUntilDrawn), "not drawn", "without it: 6 m range 0.03 → 2.6 m"},
+    {"stands still", "squared Mahalanobis distance of the match, more than", match_gates::kContradiction, "the zero velocity update ends", "without it: no odometry 2.0 → 2.5 m"},
+};
+// clang-format on
 }  // namespace marco::slam

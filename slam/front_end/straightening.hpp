@@ -22,7 +22,7 @@ struct MatchedScan {
 /// Straightens a scan by the motion that its own match shows. It was deskewed by a predicted
 /// velocity, which errs wherever a robot begins or ceases to turn. The match still finds the pose
 /// at the scan's middle, and that with the scan before's the velocity: the scan is deskewed by it
-/// and matched again. References what it is made of; made anew for each scan.
+/// and matched again. References what it is made of; made again for each scan.
 class Straightening {
  public:
   /// What is common to all scans.

@@ -1,17 +1,12 @@
 #include "slam/localization/localizer.hpp"
 
 #include "lcm_tools/base/check.hpp"
+#include "slam/localization/place_gates.hpp"
 
 namespace marco::slam {
 namespace {
 
-// Part of the points on walls of the map from which on a match says something, as long as it agrees
-// with the robot's own path.
-constexpr double kSomeOverlap = 0.15;
-
-// A scan confirms its place by this part of its beams, when hardly any of the others contradicts.
-constexpr double kExplained = 0.3;
-constexpr double kHardly = 0.1;
+using namespace place_gates;
 
 Beams beams_of(const OrientedPoints& points, const Eigen::Vector2d& sensor_in_robot) {
   Beams beams{points.points, sensor_in_robot.replicate(1, points.points.cols()), {}};

@@ -11,7 +11,7 @@ namespace marco::slam {
 /// The name under which a map is kept in its folder.
 inline constexpr const char* kSavedMapName = "map.marco";
 
-/// A map to localize in and to go on with.
+/// A map to localize in and to extend.
 struct SavedMap {
   std::string options;  ///< those it was made with, as TOML: for people, and to see a difference
   std::vector<int64_t> session_starts;  ///< index of each session's first scan in `slam.path.scans`

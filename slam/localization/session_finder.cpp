@@ -27,7 +27,7 @@ std::optional<FoundPlace> SessionFinder::look(const std::vector<Keyframe>& sessi
   const Keyframe& newest = session.back();
   const Pose2 guess = estimate_.candidates.front().map_from_session * newest.world_from_robot;
   const SurfelMatch fine = map_->match(newest.points_in_robot, guess, nullptr);
-  // The finder is right to some centimetres; a match that goes elsewhere speaks against it.
+  // The finder is right to some centimetres; a match that goes elsewhere contradicts it.
   constexpr double kAgreesM = 0.3;
   const Pose2 moved = between(guess, fine.map_from_robot);
   const double wanted =

@@ -38,7 +38,7 @@ AdapterState decode_adapter_state(std::string_view bytes);
 /// @throws std::runtime_error naming the path.
 void save_adapter_state(const std::filesystem::path& path, const AdapterState& state);
 
-/// The newest whole checkpoint: `path`, or the one before where that is torn or missing; nothing
+/// The newest whole checkpoint: `path`, or the one before where that is damaged or missing; nothing
 /// when there is none. @param warn  told what is wrong with a file that was not used
 std::optional<AdapterState> load_adapter_state(const std::filesystem::path& path,
                                                const std::function<void(const std::string&)>& warn);

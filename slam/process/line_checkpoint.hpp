@@ -10,7 +10,7 @@
 
 namespace marco::slam {
 
-/// What marco-line-slam must know to go on after it died.
+/// What marco-line-slam must know to resume after it died.
 struct LineCheckpoint {
   Utime utime;                           ///< of the last scan taken
   std::optional<Pose2> odom_from_robot;  ///< at that scan

@@ -77,7 +77,7 @@ class MappingSession : public Mapper2d {
 
   /// To be saved. @param options  as SavedMap::options
   SavedMap saved(const std::string& options) const;
-  /// Goes on mapping as if it had never stopped. @throws as Slam::restore.
+  /// Continues mapping as if it had never stopped. @throws as Slam::restore.
   void restore(const SavedMap& map);
   /// Index of the first scan of this session in slam().trajectory().
   std::size_t first_scan() const { return static_cast<std::size_t>(session_starts_.back()); }

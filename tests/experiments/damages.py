@@ -63,9 +63,8 @@ def poses_of(path):
     return poses
 
 
-def distances_after_fit(path, truth):
-    """Of the poses that both have, after the rigid motion in the plane that fits best."""
-    ours, true = poses_of(path), poses_of(truth)
+def distances_after_fit(ours, true):
+    """Of the poses (by stamp) that both have, after the rigid motion in the plane that fits best."""
     pairs = [(complex(*ours[t]), complex(*true[t])) for t in ours if t in true]
     if len(pairs) < 2:
         return []
@@ -82,7 +81,7 @@ def judged(programs, out, truth):
         said = run([f"{programs}/marco-evaluate", path, truth])
         found = re.search(r"n=(\d+) .*?mean=([\d.]+).*?max=([\d.]+).*?mean=([\d.]+)", said.stdout)
         return (int(found[1]), float(found[2]), float(found[3]), float(found[4])) if found else None
-    off = distances_after_fit(path, truth)
+    off = distances_after_fit(poses_of(path), poses_of(truth))
     return (len(off), math.sqrt(sum(d * d for d in off) / len(off)), max(off), 0.0) if off else None
 
 

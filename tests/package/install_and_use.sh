@@ -65,4 +65,63 @@ cd "$folder"
 "$door" bench >/dev/null 2>bench.log && fail "marco-robot bench has no sources and ended with 0"
 grep -q 'in a clone of the project' bench.log || fail "marco-robot bench does not say what it needs"
 [ "$(readlink -f "$prefix/share/marco-robot/marco")" = "$(readlink -f "$door")" ] || fail "procman scripts find no front door"
+said=$("$isolated" "$door" run config/sim.procman nowhere -n 2>&1) && fail "marco-robot run has no script 'nowhere' and ended with 0"
+[[ "$said" == *'no script "nowhere"'* ]] || fail "marco-robot run does not find config/sim.procman: $said"
+
+# Each program has a man page; that of the front door has all its commands.
+for program in "$prefix"/bin/*; do
+  page="$prefix/share/man/man1/${program##*/}.1"
+  grep -q '^.SH SYNOPSIS' "$page" || fail "${program##*/} has no man page"
+done
+for command in $("$door" help | sed -n 's/^  marco-robot \([a-z-]*\).*/\1/p' | sort -u); do
+  grep -qx ".SH ${command^^}" "$prefix/share/man/man1/marco-robot.1" || fail "the man page does not tell of $command"
+done
+if command -v man >/dev/null; then
+  for program in robot map procman-sheriff; do
+    complaints=$(LC_ALL=C.UTF-8 man --warnings=all --local-file "$prefix/share/man/man1/marco-$program.1" 2>&1 >page.txt)
+    [ -z "$complaints" ] || fail "man page of marco-$program: $complaints"
+    # Each option as one would type it.
+    for option in $("$prefix/bin/marco-$program" --help | grep -oE -e '--[a-z][a-z-]+' | sort -u); do
+      grep -qF -e "$option" page.txt || fail "the man page of marco-$program does not tell of $option"
+    done
+  done
+  # What roff would take for its own stays text.
+  mkdir fake
+  cat >fake/marco-fake <<'FAKE'
+#!/bin/bash
+cat <<'TEXT'
+Draws a map.
+.map is its ending,
+'map' its name, and \n a new line.
+Usage: marco-fake [OPTIONS]
+TEXT
+FAKE
+  chmod +x fake/marco-fake
+  "$source_folder/../../tools/man.sh" fake fake/man1 marco-fake
+  LC_ALL=C.UTF-8 man --warnings=all --local-file fake/man1/marco-fake.1 >page.txt 2>&1 || fail "a man page of roff's own characters"
+  for text in '.map is its ending,' "'map' its name, and \\n a new line." 'marco-fake [OPTIONS]'; do
+    grep -qF -e "$text" page.txt || { cat page.txt; fail "the man page lacks: $text"; }
+  done
+fi
+
+# bash completes commands, options and files.
+completed() {
+  PATH="$prefix/bin:$PATH" bash -c '. "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _marco_robot marco-robot; echo "${COMPREPLY[*]}"' \
+    completed "$prefix/share/bash-completion/completions/marco-robot" marco-robot "$@"
+}
+[ "$(completed ren)" = render ] || fail "'ren' is completed to '$(completed ren)'"
+[ "$(completed map --cal)" = "--calibrate --calibration" ] || fail "'map --cal' is completed to '$(completed map --cal)'"
+[ -z "$(completed map no_op)" ] || fail "what is no option is completed"
+
+# pip makes the module of the installed libraries; what the clone holds is not used.
+if /usr/bin/python3 -c 'import importlib.util as u; exit(not all(map(u.find_spec, ("venv", "ensurepip", "pip", "setuptools", "wheel"))))'; then
+  cp -r "$source_folder/../../python" "$folder/python"
+  /usr/bin/python3 -m venv --system-site-packages "$folder/venv"
+  CMAKE_PREFIX_PATH="$prefix" CMAKE_ARGS=-DCMAKE_BUILD_TYPE= "$folder/venv/bin/pip" install --no-build-isolation --no-index "$folder/python" \
+    >"$folder/log" 2>&1 || { tail -20 "$folder/log"; fail "pip install ./python"; }
+  said=$("$folder/venv/bin/python" -c "import marco; print(marco.__file__, marco.map('$sample').verdict)") || fail "import marco, by pip"
+  [[ "$said" == "$folder/venv/"*" good" ]] || fail "import marco, by pip: $said"
+else
+  echo "without venv, pip, setuptools and wheel: pip is not tested"
+fi
 echo "installed: all good"

@@ -61,9 +61,9 @@ inline void place_along_odometry(PoseGraph& graph) {
 /// Loops between random nodes that claim a random pose within 1 m and any turn, as sure of
 /// themselves as some right loop of the graph.
 inline void add_wrong_loops(PoseGraph& graph, int count, std::mt19937& random) {
-  std::vector<Eigen::Matrix3d> informations;
+  std::vector<Eigen::Matrix3d> information_matrices;
   for (const PoseGraphEdge& edge : graph.edges()) {
-    if (edge.is_loop) informations.push_back(edge.information);
+    if (edge.is_loop) information_matrices.push_back(edge.information);
   }
   std::uniform_real_distribution<double> offset_m(-1.0, 1.0), turn_rad(-3.14, 3.14);
   while (count > 0) {
@@ -72,7 +72,7 @@ inline void add_wrong_loops(PoseGraph& graph, int count, std::mt19937& random) {
     edge.to = static_cast<int>(random() % graph.node_count());
     if (std::abs(edge.from - edge.to) < 2) continue;
     edge.from_from_to = {offset_m(random), offset_m(random), turn_rad(random)};
-    edge.information = informations[random() % informations.size()];
+    edge.information = information_matrices[random() % information_matrices.size()];
     edge.is_loop = true;
     graph.add_edge(edge);
     --count;

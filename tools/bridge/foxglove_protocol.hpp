@@ -11,7 +11,7 @@
 #include <vector>
 
 /// Foxglove's WebSocket protocol, `foxglove.websocket.v1` and `foxglove.sdk.v1`, from a client's
-/// side: what a robot's foxglove_bridge says, and what is said to it. Pure.
+/// side: what a robot's foxglove_bridge says, and what it is told. Pure.
 namespace marco::bridge {
 
 /// Both are offered, since each server knows but one of them.

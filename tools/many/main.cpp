@@ -19,7 +19,7 @@ constexpr const char* kHelp =
 
 DIR: every recording in it and in its folders; LIST: a text file with a recording a line. OUT/NAME gets the results of
 each, as `marco map` writes them; OUT/index.html and OUT/table.csv tell of all: log, format, scans, length, loops, verdict,
-CPU, picture. The same command goes on where it was interrupted or killed, and does nothing twice. A recording that cannot
+CPU, picture. The same command continues where it was interrupted or killed, and does nothing twice. A recording that cannot
 be mapped is in the table with the reason; delete OUT/jobs/NAME.json to have it tried again.
 Exit code: 0 all were mapped, 1 some could not be.)";
 
@@ -95,7 +95,7 @@ int run(const Arguments& arguments) {
   const Store store{std::filesystem::absolute(arguments.out)};
   if (arguments.task > 0) return run_task(store, arguments);
   if (arguments.only_table) return print_table(store, read_list(store.list()));
-  process::catch_interrupts("the same command goes on");
+  process::catch_interrupts("the same command continues");
   const std::vector<Entry> entries = entries_of(store, arguments);
   std::filesystem::create_directories(store.jobs());
   keep_options(store, arguments.for_map);

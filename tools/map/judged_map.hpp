@@ -21,7 +21,7 @@ struct JudgedMap {
 MapOptions load_batch_options(const MapArguments& arguments);
 
 /// Reads all inputs, makes the map and judges it. @param folder  of slam.lcm
-/// @param clock  goes on. @throws std::invalid_argument for an input that cannot be used.
+/// @param clock  keeps running. @throws std::invalid_argument for an input that cannot be used.
 JudgedMap make_map(const MapArguments& arguments,
                    const MapOptions& options,
                    const ForeignTable& foreign,

@@ -1,5 +1,5 @@
 #!/bin/bash
-# tools/lint.sh finds a badly laid out file and a badly named function, and lets good ones pass.
+# tools/lint.sh finds a badly laid out file, a badly named function and a badly worded page, and lets good ones pass.
 set -euo pipefail
 root=${1:?usage: lint_test.sh ROOT}
 for tool in clang-format clang-tidy clang++ git; do
@@ -43,4 +43,27 @@ source_file branches.cpp "${long/\%s/many_branches}"
 source_file tests/named.cpp 'int BadName(int value) { return value; }'
 ! tools/lint.sh tidy build tests/named.cpp >said 2>&1 || fail "a bad name passes in a test"
 tools/lint.sh tidy build good.cpp || fail "a file that was not asked for is judged by clang-tidy"
+
+# How it reads.
+if command -v codespell >/dev/null && command -v doxygen >/dev/null; then
+  cp "$root/Doxyfile" .
+  cp "$root/tools/phrases.txt" tools/
+  mkdir -p $(sed -n 's/^INPUT = //p' Doxyfile)
+  # $1 the file, $2 a text without faults, $3 one with a fault, $4 what names it.
+  reads() {
+    printf '%b\n' "$2" >"$1"
+    git add "$1"
+    tools/lint.sh docs >said 2>&1 || { cat said; fail "$1 is refused: $2"; }
+    printf '%b\n' "$3" >"$1"
+    ! tools/lint.sh docs >said 2>&1 || fail "$1 passes: $3"
+    grep -q "$4" said || fail "$4 is not named"
+    git rm -qf "$1"
+  }
+  reads README.md 'The scan is matched again.' 'The scan is matched again and reci''eved.' reci''eved
+  reads README.md 'The scan is matched again.' 'The scan is matched anew.' anew
+  reads common/half.hpp '#pragma once\n/// @param value  is halved\nint half(int value);' \
+    '#pragma once\n/// @param number  is halved\nint half(int value);' number
+else
+  echo "without codespell and doxygen: how it reads is not tested"
+fi
 echo "lint finds what it should"

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The command lines of README, CONTRIBUTING and docs/: every command, option, file, program and test they name is there,
+"""The command lines of README, CONTRIBUTING, CHANGELOG and docs/: every command, option, file, program and test they name is there,
 the cheap commands are run on a simulated recording, and every file they promise comes of them.
 
-Usage: readme_test.py BIN_FOLDER PROJECT_FOLDER [--write-settings]
+Usage: readme_test.py BIN_FOLDER PROJECT_FOLDER [--write]     --write: only renews the pages that are printed from the code
 """
 import glob
 import os
@@ -11,8 +11,10 @@ import subprocess
 import sys
 import tempfile
 
+import generated_pages
+
 # Started on the simulated recording, in the pages' order. Of the others the words are checked.
-RUN = ("map", "render", "evaluate", "evaluate-model", "log")
+RUN = ("map", "check", "calibrate", "render", "evaluate", "evaluate-model", "log", "python")
 TOUR = """start_m = [2.0, 3.0]
 [[steps]]
 kind = "sweep"
@@ -105,7 +107,7 @@ class Checker:
             if f'"name": "{preset}"' not in open(self.root + "/CMakePresets.json").read():
                 fail(line, f"there is no preset {preset}")
         for word in words:
-            if re.match(r"(config|tests|docs|logs|tools|cmake)/", word) and not os.path.exists(f"{self.root}/{word}"):
+            if re.match(r"(config|examples|tests|docs|logs|tools|cmake)/", word) and not os.path.exists(f"{self.root}/{word}"):
                 fail(line, f"there is no {word}")
 
     def check_flags(self, line, words, known):
@@ -121,7 +123,7 @@ def prepare(checker):
     folder, root = checker.folder, checker.root
     with open(folder + "/tour.toml", "w") as tour:
         tour.write(TOUR)
-    for name in ("config", "logs"):
+    for name in ("config", "examples", "logs"):
         os.symlink(f"{root}/{name}", f"{folder}/{name}")
     os.makedirs(folder + "/out/demo")
     with open(folder + "/elsewhere.toml", "w") as tour:
@@ -141,6 +143,12 @@ def prepare(checker):
     rows = [line.split() for line in open(folder + "/out/demo/truth.tum")]
     with open(folder + "/my.relations", "w") as relations:
         relations.write(f"{rows[5][0]} {rows[-5][0]} 0 0 0 0 0 0\n")
+
+
+def is_run(words):
+    """Whole command lines on files: in a sentence `./marco map --many` is a name; out/run is of live runs."""
+    names_file = any(re.search(r"[./]", word) for word in words[2:])
+    return words[0] == "./marco" and words[1] in RUN and names_file and not re.search(r"\bLOG\b|out/run/", " ".join(words))
 
 
 def run_line(checker, line):
@@ -169,28 +177,16 @@ def check_outputs(checker, text):
             fail(name, "no run of map writes it")
 
 
-def check_settings(checker):
-    """docs/settings.md shows the settings that there are; run with --write-settings to renew it."""
-    _, printed, _ = checker.run([f"{checker.programs}/marco-map", "--print-config", "--advanced"])
-    block = "".join("    " + line if line.strip() else line for line in printed.splitlines(keepends=True))
-    page = f"{checker.root}/docs/settings.md"
-    with open(page) as file:
-        intro, _, shown = file.read().partition("\n    [input]\n")
-    renewed = f"{intro}\n{block}"
-    if "--write-settings" in sys.argv:
-        with open(page, "w") as file:
-            file.write(renewed)
-    elif "\n    [input]\n" + shown != "\n" + block:
-        fail("docs/settings.md", "is not what marco-map --print-config --advanced prints")
-
-
 def main():
-    if len(sys.argv) != 3 and sys.argv[3:] != ["--write-settings"]:
+    if len(sys.argv) != 3 and sys.argv[3:] != ["--write"]:
         print(__doc__, file=sys.stderr)
         return 2
     programs, root = (os.path.abspath(path) for path in sys.argv[1:3])
+    generated_pages.check(programs, root, len(sys.argv) == 4, fail)
+    if len(sys.argv) == 4:
+        return 0
     text = ""
-    for path in [f"{root}/README.md", f"{root}/CONTRIBUTING.md", *sorted(glob.glob(f"{root}/docs/*.md"))]:
+    for path in [f"{root}/README.md", f"{root}/CONTRIBUTING.md", f"{root}/CHANGELOG.md", *sorted(glob.glob(f"{root}/docs/*.md"))]:
         with open(path) as page:
             text += page.read() + "\n"
     with tempfile.TemporaryDirectory() as folder:
@@ -200,14 +196,13 @@ def main():
             sys.exit(f"FAILED: only {len(lines)} command lines")
         for line in lines:
             checker.check(line)
-        check_settings(checker)
         for name in re.findall(r"`(\w+_test)`", text):
             is_file = glob.glob(f"{root}/tests/**/{name}.cpp", recursive=True)
             if not is_file and not re.search(r"(marco_test\(\s*|NAME )%s\b" % name, checker.cmake):
                 fail(name, "there is no such test")
         if not failures:
             prepare(checker)
-            ran = [line for line in dict.fromkeys(lines) if line.startswith("./marco ") and line.split()[1] in RUN]
+            ran = [line for line in dict.fromkeys(lines) if is_run(line.split())]
             for line in ran:
                 run_line(checker, line)
             check_outputs(checker, text)

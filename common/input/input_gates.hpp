@@ -1,0 +1,35 @@
+#pragma once
+
+#include "common/gate.hpp"
+
+namespace marco::input_gates {
+
+// Outdoors a laser of 80 m has a median of 20 m.
+inline constexpr double kNobodySeesM = 100.0;
+// A room of 3 m is 300 cm or 3000 mm.
+inline constexpr double kMillimetresFromM = 800.0;
+// A second laser of the same kind makes it 2; one of half the rate 1.5.
+inline constexpr double kTooFast = 1.4;
+// A verdict is asked for after each scan, and neighbouring scans err alike.
+inline constexpr double kSureSigmas = 3.5;
+// Lasers turn 3 to 50 times a second.
+inline constexpr double kFastestS = 0.02, kSlowestS = 0.35;
+inline constexpr double kJitter = 0.3;  // of a period
+// Of two stamps of a stalled logger at most: of a period.
+inline constexpr double kStalled = 0.15;
+
+// clang-format off
+/// Rules that decide what is wrong with a sensor's data before anything is mapped.
+inline constexpr Gate kInputGates[] = {
+    {"unit of the ranges", "median range [m], more than", kNobodySeesM, "refused: ranges are in centimetres", "outdoors a laser of 80 m has a median of 20 m"},
+    {"unit of the ranges", "median range [m], at least", kMillimetresFromM, "refused: ranges are in millimetres", "a room of 3 m is 300 cm or 3000 mm"},
+    {"second sender", "rate of a channel over its usual one, more than", kTooFast, "reported: a second sender seems to publish", "a laser of half the rate makes it 1.5"},
+    {"unit of the beam times", "time of one turn [s], less than", kFastestS, "rescaled, where another unit makes it a turn", "lasers turn 3 to 50 times a second"},
+    {"unit of the beam times", "the same, more than", kSlowestS, "the same", "the same"},
+    {"order of the beams", "standard deviations by which another order fits turning scans better, more than", kSureSigmas, "beam times are corrected", "asked after each scan, and neighbouring scans err alike"},
+    {"bursts of stamps", "how early a stamp is [periods], more than", kJitter, "put on the beat, with the next row", "stamps of loggers of real recordings"},
+    {"bursts of stamps", "periods between two stamps of a stalled logger, less than", kStalled, "put on the beat, with the row before", "no laser is so fast"},
+};
+// clang-format on
+
+}  // namespace marco::input_gates

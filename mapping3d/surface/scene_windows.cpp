@@ -48,9 +48,9 @@ void SceneWindows::add_up() {
       if (ranges_m_[index] > 0.0) {
         const double inverse = 1.0 / ranges_m_[index], square = inverse * inverse;
         const Eigen::Vector3d q = inverse * (scene_.points_m[index].cast<double>() - centre_m_);
-        const Sums own{q.x() * q.x(),   q.x() * q.y(),   q.x() * q.z(),   q.y() * q.y(),
-                       q.y() * q.z(),   q.z() * q.z(),   q.x() * inverse, q.y() * inverse,
-                       q.z() * inverse, square,          square * square, 1.0};
+        const Sums own{q.x() * q.x(),   q.x() * q.y(), q.x() * q.z(),   q.y() * q.y(),
+                       q.y() * q.z(),   q.z() * q.z(), q.x() * inverse, q.y() * inverse,
+                       q.z() * inverse, square,        square * square, 1.0};
         for (std::size_t i = 0; i < kSums; ++i) line[i] += own[i];
       }
       const Sums& above = sums_[row * width + column + 1];

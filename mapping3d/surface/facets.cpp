@@ -17,6 +17,7 @@ class Facets {
         corner_factor_(static_cast<float>(options.corner_factor)),
         corner_floor_m_(static_cast<float>(options.corner_floor_m)),
         max_corner_m_(static_cast<float>(options.max_corner_m)),
+        max_loose_m_(static_cast<float>(options.max_loose_m)),
         loose_factor_(static_cast<float>(options.loose_factor)),
         loose_floor_m_(static_cast<float>(options.loose_floor_m)) {
     validate(options, "facets");
@@ -68,9 +69,12 @@ class Facets {
     const bool planes = on_plane(a) && on_plane(b);
     const float near_m = planes ? corner_floor_m_ + spacing_m * corner_factor_
                                 : loose_floor_m_ + spacing_m * loose_factor_;
-    if (length2 <= std::min(near_m * near_m, max_corner_m_ * max_corner_m_)) return true;
+    const float max_m = planes ? max_corner_m_ : max_loose_m_;
+    if (length2 <= std::min(near_m * near_m, max_m * max_m)) return true;
     if (!planes || length2 > max_edge_m_ * max_edge_m_) return false;
-    const float gap_m = plane_gap_m_ + plane_share_ * std::sqrt(length2);
+    // Twice the noise: two windows of one plane, far away or at a slant, differ by as much.
+    const float noise_m = 2.0F * std::hypot(scene_.sigmas_m[a], scene_.sigmas_m[b]);
+    const float gap_m = plane_gap_m_ + plane_share_ * std::sqrt(length2) + noise_m;
     return std::abs(scene_.normals[a].dot(edge)) <= gap_m &&
            std::abs(scene_.normals[b].dot(edge)) <= gap_m;
   }
@@ -110,7 +114,7 @@ class Facets {
 
   const SmoothScene& scene_;
   float plane_gap_m_, plane_share_, max_edge_m_;
-  float corner_factor_, corner_floor_m_, max_corner_m_, loose_factor_, loose_floor_m_;
+  float corner_factor_, corner_floor_m_, max_corner_m_, max_loose_m_, loose_factor_, loose_floor_m_;
   float spacing_rad_ = 0.0F;
   std::vector<float> ranges_m_;
   std::vector<std::array<uint32_t, 3>> triangles_;

@@ -10,13 +10,14 @@ namespace marco::mapping3d {
 
 struct FacetOptions {
   double plane_gap_m = 0.015;     ///< beams share a plane when each lies this near the other's ...
-  double plane_gap_share = 0.04;  ///< ... plus this part of their distance
+  double plane_gap_share = 0.04;  ///< ... plus this part of their distance and their noise
   double max_edge_m = 0.8;        ///< longest edge between beams of one plane
   double corner_factor = 1.5;  ///< longest edge across a corner, times the beams' distance (50 deg)
   double corner_floor_m = 0.02;  ///< added to it
   double max_corner_m = 0.2;     ///< its limit: the edge cuts a corner by a third of its length
   double loose_factor = 1.5;     ///< the same where a beam is on no plane (50 deg)
   double loose_floor_m = 0.01;   ///< added to it
+  double max_loose_m = 0.4;      ///< its limit; a corner may be missed, but not what is far away
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -28,6 +29,7 @@ struct FacetOptions {
     v("max_corner_m", max_corner_m, kPositive);
     v("loose_factor", loose_factor, kNotNegative);
     v("loose_floor_m", loose_floor_m, kNotNegative);
+    v("max_loose_m", max_loose_m, kPositive);
   }
 };
 

@@ -36,11 +36,16 @@ float squared_distance(const Eigen::Vector3f& p,
 MeshDistance::MeshDistance(const TriangleMesh& mesh, float max_m)
     : mesh_(mesh), max_m_(max_m), cell_m_(std::max(0.1F, 2.0F * max_m)) {
   require(max_m > 0.0F, "MeshDistance: max_m must be above 0");
+  balls_.reserve(mesh.triangles.size());
   const float reach_m = 0.5F * std::sqrt(3.0F) * cell_m_ + max_m_;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& corners = mesh.triangles[t];
     const Eigen::Vector3f &a = mesh.vertices_m[corners[0]], &b = mesh.vertices_m[corners[1]],
                           &c = mesh.vertices_m[corners[2]];
+    const Eigen::Vector3f centre = (a + b + c) / 3.0F;
+    const float radius2 = std::max(
+        {(a - centre).squaredNorm(), (b - centre).squaredNorm(), (c - centre).squaredNorm()});
+    balls_.push_back({centre, std::sqrt(radius2)});
     const Eigen::Vector3f normal = (b - a).cross(c - a).normalized();
     const Eigen::Vector3f grown = Eigen::Vector3f::Constant(max_m_);
     const Eigen::Vector3i low = cell_of(a.cwiseMin(b).cwiseMin(c) - grown);
@@ -73,14 +78,19 @@ uint64_t MeshDistance::key(const Eigen::Vector3i& cell) const {
 float MeshDistance::operator()(const Eigen::Vector3f& point_m) const {
   const auto found = triangles_.find(key(cell_of(point_m)));
   if (found == triangles_.end()) return max_m_;
-  float best = max_m_ * max_m_;
+  float best_m = max_m_, best_m2 = max_m_ * max_m_;
   for (const uint32_t t : found->second) {
+    const float reach_m = balls_[t].radius_m + best_m;
+    if ((point_m - balls_[t].centre_m).squaredNorm() > reach_m * reach_m) continue;
     const auto& corners = mesh_.triangles[t];
-    best = std::min(
-        best, squared_distance(point_m, mesh_.vertices_m[corners[0]], mesh_.vertices_m[corners[1]],
-                               mesh_.vertices_m[corners[2]]));
+    const float own_m2 =
+        squared_distance(point_m, mesh_.vertices_m[corners[0]], mesh_.vertices_m[corners[1]],
+                         mesh_.vertices_m[corners[2]]);
+    if (!(own_m2 < best_m2)) continue;  // of a triangle without area it may be no number
+    best_m2 = own_m2;
+    best_m = std::sqrt(own_m2);
   }
-  return std::sqrt(best);
+  return best_m;
 }
 
 MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2, double limit_m) {

@@ -22,7 +22,13 @@ class MeshDistance {
   uint64_t key(const Eigen::Vector3i& cell) const;
   Eigen::Vector3i cell_of(const Eigen::Vector3f& point_m) const;
 
+  struct Ball {
+    Eigen::Vector3f centre_m;
+    float radius_m;
+  };
+
   const TriangleMesh& mesh_;
+  std::vector<Ball> balls_;  ///< about each triangle: most are too far away to look at their edges
   float max_m_;
   float cell_m_;
   std::unordered_map<uint64_t, std::vector<uint32_t>> triangles_;

@@ -4,6 +4,7 @@
 
 #include "lcm_tools/base/options.hpp"
 #include "mapping3d/scene.hpp"
+#include "mapping3d/surface/beam_noise.hpp"
 
 namespace marco::mapping3d {
 
@@ -28,7 +29,7 @@ struct SmoothScene {
 
   std::size_t rows = 0;
   std::size_t columns = 0;
-  double sigma_m = 0.0;                    ///< of one range, estimated from the scene
+  BeamNoise noise;                         ///< that its beams were taken to have
   std::vector<Eigen::Vector3f> points_m;   ///< on its own beam; loose ones as they were measured
   std::vector<Eigen::Vector3f> normals;    ///< towards the sensor; of loose ones against the beam
   std::vector<float> sigmas_m;             ///< of a point, along its normal
@@ -36,12 +37,17 @@ struct SmoothScene {
   std::vector<Eigen::Vector3f> origins_m;  ///< one a row
 };
 
-/// Edge-preserving smoothing with normals: fits planes to windows of 7 x 7, 5 x 5 and 3 x 3 beams,
-/// linear in the inverse range (m q = 1/r for unit directions q and the plane m x = 1 about the
-/// mean sensor), and moves each beam's end along the beam to the plane of the largest window that
-/// contains it and fits. Off-centre windows let a plane reach its edge (after Kuwahara 1976), so
-/// that corners stay sharp. A beam on no plane keeps its range (`loose`): thin objects, mixed
-/// ranges at an edge.
-SmoothScene smooth(const ScenePoints& scene, const SmoothingOptions& options = {});
+/// The noise of the laser that took these scenes.
+BeamNoise learn_noise(const std::vector<ScenePoints>& scenes, const SmoothingOptions& options = {});
+
+/// Edge-preserving smoothing with normals: fits planes to windows of about 7 x 7, 5 x 5 and 3 x 3
+/// beams, linear in the inverse range (m q = 1/r for unit directions q and the plane m x = 1 about
+/// the mean sensor), and moves each beam's end along the beam to the plane of the largest window
+/// that contains it and fits within the noise. Off-centre windows let a plane reach its edge (after
+/// Kuwahara 1976), so that corners stay sharp. A beam on no plane keeps its range (`loose`): thin
+/// objects, mixed ranges at an edge.
+SmoothScene smooth(const ScenePoints& scene,
+                   const BeamNoise& noise,
+                   const SmoothingOptions& options = {});
 
 }  // namespace marco::mapping3d

@@ -192,7 +192,10 @@ TriangleMesh fuse(const std::vector<ScenePoints>& scenes, const SurfaceOptions& 
   SurfaceModel model(options);
   std::vector<SmoothScene> smoothed;
   smoothed.reserve(scenes.size());
-  for (const ScenePoints& scene : scenes) smoothed.push_back(smooth(scene, options.smoothing));
+  const BeamNoise noise = learn_noise(scenes, options.smoothing);
+  for (const ScenePoints& scene : scenes) {
+    smoothed.push_back(smooth(scene, noise, options.smoothing));
+  }
   for (const SmoothScene& scene : smoothed) model.add(scene);
   for (const SmoothScene& scene : smoothed) model.carve(scene);
   return model.mesh();

@@ -19,7 +19,7 @@ struct SurfaceOptions {
   double carve_margin_m = 0.05;  ///< a beam votes for free space up to here before its end
   int carve_every = 2;           ///< every nth row and column of beams votes
   double carve_ratio = 0.25;     ///< votes per observed facet that remove a solid voxel
-  double min_component_m2 = 0.025;  ///< smaller components are mixed ranges
+  double min_component_m2 = 0.005;  ///< smaller components are mixed ranges
   SmoothingOptions smoothing;
   FacetOptions facets;
 

@@ -35,15 +35,16 @@ SurfaceOptions options() {
 // A second scene into a model that holds the first: smoothing, distances, carving.
 void merge_a_scene(benchmark::State& state) {
   const bool carve = state.range(0) != 0;
-  const SmoothScene first = smooth(room_scene(1));
   const ScenePoints second = room_scene(2);
+  const BeamNoise noise = learn_noise({second});
+  const SmoothScene first = smooth(room_scene(1), noise);
   std::optional<SurfaceModel> model;
   for (auto _ : state) {
     state.PauseTiming();
     model.emplace(options());
     model->add(first);
     state.ResumeTiming();
-    const SmoothScene scene = smooth(second);
+    const SmoothScene scene = smooth(second, noise);
     model->add(scene);
     if (carve) model->carve(scene);
     benchmark::DoNotOptimize(model->block_count());
@@ -53,13 +54,15 @@ BENCHMARK(merge_a_scene)->Arg(0)->Arg(1)->ArgName("carve")->Unit(benchmark::kMil
 
 void smooth_a_scene(benchmark::State& state) {
   const ScenePoints scene = room_scene(1);
-  for (auto _ : state) benchmark::DoNotOptimize(smooth(scene).sigma_m);
+  const BeamNoise noise = learn_noise({scene});
+  for (auto _ : state) benchmark::DoNotOptimize(smooth(scene, noise).points_m.data());
 }
 BENCHMARK(smooth_a_scene)->Unit(benchmark::kMillisecond);
 
 void draw_the_surface(benchmark::State& state) {
   SurfaceModel model(options());
-  for (unsigned seed = 1; seed <= 2; ++seed) model.add(smooth(room_scene(seed)));
+  const BeamNoise noise = learn_noise({room_scene(1)});
+  for (unsigned seed = 1; seed <= 2; ++seed) model.add(smooth(room_scene(seed), noise));
   std::size_t triangles = 0;
   for (auto _ : state) {
     const marco::TriangleMesh mesh = model.mesh();

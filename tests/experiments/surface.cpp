@@ -131,8 +131,9 @@ void print_sheets(const TriangleMesh& model) {
 }
 
 TriangleMesh facet_mesh(const mapping3d::ScenePoints& scene,
+                        const mapping3d::BeamNoise& noise,
                         const mapping3d::SurfaceOptions& options) {
-  const mapping3d::SmoothScene smoothed = mapping3d::smooth(scene, options.smoothing);
+  const mapping3d::SmoothScene smoothed = mapping3d::smooth(scene, noise, options.smoothing);
   TriangleMesh mesh;
   mesh.vertices_m = smoothed.points_m;
   mesh.triangles = mapping3d::facets(smoothed, options.facets);
@@ -147,10 +148,11 @@ void print_stages(const std::vector<mapping3d::ScenePoints>& scenes,
   unbounded.min_component_m2 = uncarved.min_component_m2 = 0.0;
   const TriangleMesh with_islands = fuse(scenes, unbounded), with_all = fuse(scenes, uncarved);
   const mapping3d::MeshDistance to_islands(with_islands, kNearM), to_all(with_all, kNearM);
+  const mapping3d::BeamNoise noise = mapping3d::learn_noise(scenes, options.smoothing);
   Stages stages;
   std::size_t all = 0;
   for (const mapping3d::ScenePoints& scene : scenes) {
-    const TriangleMesh facets = facet_mesh(scene, options);
+    const TriangleMesh facets = facet_mesh(scene, noise, options);
     const mapping3d::MeshDistance to_facets(facets, kNearM);
     for (std::size_t i = 0; i < scene.points_m.size(); ++i) {
       if (scene.valid[i] == 0) continue;

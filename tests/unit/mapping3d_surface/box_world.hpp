@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/pose2.hpp"
-#include "mapping3d/scene.hpp"
+#include "mapping3d/surface/scene_smoothing.hpp"
 
 namespace marco::mapping3d::testing {
 
@@ -14,6 +14,8 @@ namespace marco::mapping3d::testing {
 struct Box {
   Eigen::Vector3d low, high;
 };
+
+inline const Box kRoom{{-3, -2, 0}, {3, 2, 2.6}};
 
 /// Distance along a ray to the first wall: entering an obstacle, or leaving the room.
 inline double cast(const Box& room,
@@ -41,6 +43,7 @@ struct Sweep {
   Eigen::Vector3d from{0, 0, 0.6};
   double heading_rad = 0.0;
   double sigma_m = 0.01;
+  double direction_sigma_rad = 0.0;
   int rows = 60;
   int columns = 121;  ///< over 180 deg
   double tilt_first_deg = -35.0;
@@ -63,15 +66,25 @@ inline ScenePoints sweep(const Box& room, const std::vector<Box>& obstacles, con
       const Eigen::Vector3d flat(std::cos(bearing) * std::cos(tilt), std::sin(bearing),
                                  std::cos(bearing) * std::sin(tilt));
       // A hair off the axes, so that no ray runs along a wall.
-      const Eigen::Vector3d way =
+      const Eigen::Vector3d meant =
           Eigen::AngleAxisd(by.heading_rad + 1e-4, Eigen::Vector3d::UnitZ()) * flat +
           Eigen::Vector3d(1e-7, 2e-7, 3e-7);
+      Eigen::Vector3d way = meant;
+      if (by.direction_sigma_rad > 0.0) {
+        const Eigen::Vector3d error(noise(random), noise(random), noise(random));
+        way = (way + by.direction_sigma_rad / by.sigma_m * error).normalized();
+      }
       const double range = cast(room, obstacles, by.from, way) + noise(random);
-      scene.points_m.push_back((by.from + range * way).cast<float>());
+      scene.points_m.push_back((by.from + range * meant).cast<float>());
       scene.valid.push_back(1);
     }
   }
   return scene;
+}
+
+/// By the noise that it shows itself.
+inline SmoothScene smoothed(const ScenePoints& scene) {
+  return smooth(scene, learn_noise({scene}));
 }
 
 /// Distance from a point to the surfaces of the world.

@@ -97,6 +97,14 @@ TEST(MeshDistance, EqualsTheNearestOfAllTriangles) {
   }
 }
 
+// Its distance is no number, and must not hide that of another triangle.
+TEST(MeshDistance, PassesOverATriangleWithoutArea) {
+  TriangleMesh mesh;
+  mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, -1, 0.05F}, {1, -1, 0.05F}, {0.5F, 1, 0.05F}};
+  mesh.triangles = {{2, 3, 4}, {0, 0, 1}};
+  EXPECT_NEAR(MeshDistance(mesh, 0.1F)({0.5F, 0, 0.06F}), 0.01F, 1e-6F);
+}
+
 TEST(Simplify, FlatWallsBecomeFewTrianglesWithinTheBound) {
   // The noise's largest of 24 000 is four sigma.
   const TriangleMesh mesh = room(0.002, 5);

@@ -10,9 +10,9 @@ namespace marco::mapping3d {
 namespace {
 
 using testing::Box;
+using testing::kRoom;
+using testing::smoothed;
 using testing::Sweep;
-
-const Box kRoom{{-3, -2, 0}, {3, 2, 2.6}};
 
 SurfaceOptions coarse() {
   SurfaceOptions options;
@@ -52,26 +52,9 @@ double area_in(const TriangleMesh& mesh, const Box& box, const Eigen::Vector3f& 
   return area_m2;
 }
 
-TEST(SceneSmoothing, TakesTheNoiseOffWallsAndFindsItsSize) {
-  const SmoothScene scene = smooth(testing::sweep(kRoom, {}, Sweep{}));
-  EXPECT_NEAR(scene.sigma_m, 0.010, 0.001);
-  double squares = 0.0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < scene.points_m.size(); ++i) {
-    if (scene.kinds[i] != SmoothScene::Kind::plane) continue;
-    const double error = testing::distance(kRoom, {}, scene.points_m[i].cast<double>());
-    squares += error * error;
-    ++count;
-    EXPECT_LT(scene.normals[i].dot(scene.points_m[i] - scene.origins_m[0]), 0.0F);
-  }
-  EXPECT_GT(count, scene.points_m.size() * 9 / 10);
-  // A 7 x 7 window leaves a seventh of 10 mm in the middle of a wall, 2.6 times that at its edge.
-  EXPECT_LT(std::sqrt(squares / static_cast<double>(count)), 0.003);
-}
-
 /// Two rows of beams on a wall and one on the floor before it, three beams each, an eightieth of
 /// their range apart.
-SmoothScene foot_of_a_wall(float range_m) {
+SmoothScene foot_of_a_wall(float range_m, SmoothScene::Kind kind = SmoothScene::Kind::plane) {
   SmoothScene scene;
   scene.rows = scene.columns = 3;
   const float step_m = range_m / 80.0F;
@@ -83,7 +66,7 @@ SmoothScene foot_of_a_wall(float range_m) {
                                   step_m * static_cast<float>(1 - column),
                                   step_m * static_cast<float>(2 - row));
       scene.normals.emplace_back(wall ? -1.0F : 0.0F, 0.0F, wall ? 0.0F : 1.0F);
-      scene.kinds.push_back(SmoothScene::Kind::plane);
+      scene.kinds.push_back(kind);
       scene.sigmas_m.push_back(0.01F);
     }
   }
@@ -99,9 +82,25 @@ TEST(Facets, CutACornerOnlyWhereTheCutIsShort) {
   EXPECT_EQ(facets(foot_of_a_wall(20.0F), any).size(), 8U);
 }
 
+// What is on no plane is known at its beams alone: without facets it would be lost.
+TEST(Facets, JoinLooseBeamsFartherThanACorner) {
+  EXPECT_EQ(facets(foot_of_a_wall(20.0F, SmoothScene::Kind::loose)).size(), 8U);
+  EXPECT_EQ(facets(foot_of_a_wall(40.0F, SmoothScene::Kind::loose)).size(), 0U);
+}
+
+// Two windows of one plane differ by their noise; an edge differs by more.
+TEST(Facets, JoinPlanesWithinTheirNoise) {
+  SmoothScene scene = foot_of_a_wall(20.0F);
+  scene.points_m[4].x() += 0.08F;
+  const std::size_t apart = facets(scene).size();
+  for (float& sigma_m : scene.sigmas_m) sigma_m = 0.03F;
+  EXPECT_LT(apart, 4U);
+  EXPECT_EQ(facets(scene).size(), 4U);
+}
+
 TEST(Facets, ReachAlongAFloorButNotAcrossAnEdge) {
   const std::vector<Box> crate{{{1.0, -0.4, 0.0}, {1.4, 0.4, 0.8}}};
-  const SmoothScene scene = smooth(testing::sweep(kRoom, crate, Sweep{}));
+  const SmoothScene scene = smoothed(testing::sweep(kRoom, crate, Sweep{}));
   double longest_m = 0.0, worst_m = 0.0;
   for (const auto& t : facets(scene)) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -124,7 +123,7 @@ TEST(Surface, ManyScenesMakeOneWallWithinTheNoise) {
     by.seed = seed;
     by.heading_rad = 0.4 * seed;
     by.from.x() = -0.3 * seed;
-    model.add(smooth(testing::sweep(kRoom, {}, by)));
+    model.add(smoothed(testing::sweep(kRoom, {}, by)));
   }
   const TriangleMesh mesh = model.mesh();
   const Errors errors = errors_of(mesh, {});

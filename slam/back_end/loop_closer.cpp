@@ -5,6 +5,7 @@
 
 #include "common/covariance.hpp"
 #include "slam/back_end/loop_gates.hpp"
+#include "slam/map/visits.hpp"
 
 namespace marco::slam {
 namespace {
@@ -37,6 +38,35 @@ Eigen::Matrix3d with_bias(const RelativeUncertainty& known, double since_closed_
 }
 
 using namespace loop_gates;
+
+// Of keys[first] to keys[last], evenly.
+std::vector<Keyframe> some_of(const std::vector<Keyframe>& keys, int first, int last) {
+  constexpr int kMost = 6;
+  const int step = (last - first) / kMost + 1;
+  std::vector<Keyframe> some;
+  for (int key = last; key >= first; key -= step) {
+    some.push_back(keys[static_cast<std::size_t>(key)]);
+  }
+  return some;
+}
+
+// Whether free space contradicts that the newest keyframe is at `world_from_newest`.
+bool is_contradicted(const LoopCandidate& candidate, const Pose2& world_from_newest) {
+  constexpr int kFewestPoints = 50;
+  const Pose2 world_from_believed = world_from_newest * candidate.world_from_newest.inverse();
+  Visit sum;
+  for (const Keyframe& newer : candidate.seen_keys) {
+    const Pose2 world_from_newer = world_from_believed * newer.world_from_robot;
+    for (const Keyframe& older : candidate.place_keys) {
+      const Pose2 older_from_newer = between(older.world_from_robot, world_from_newer);
+      if (older_from_newer.translation_m().norm() > kVisitM) continue;
+      const Visit visit = compare(older, newer, older_from_newer);
+      sum.agreeing += visit.agreeing;
+      sum.contradicting += visit.contradicting;
+    }
+  }
+  return sum.seen() >= kFewestPoints && sum.contradicting > kContradicted * sum.seen();
+}
 
 }  // namespace
 
@@ -146,7 +176,8 @@ std::vector<LoopCandidate> LoopCloser::candidates(
     while (since > last + 1 && in_query(since - 1)) --since;
     found.push_back({from, to, old.world_from_robot, newest.world_from_robot,
                      join_points(keys, first, last, Pose2{}),
-                     join_points(keys, since, to, newest.world_from_robot.inverse()), covariance});
+                     join_points(keys, since, to, newest.world_from_robot.inverse()), covariance,
+                     some_of(keys, first, last), some_of(keys, since, to)});
   }
   return found;
 }
@@ -170,6 +201,7 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
   if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
     return std::nullopt;
   }
+  if (is_contradicted(candidate, fine.map_from_robot)) return std::nullopt;
   if (has_rival(likelihood, candidate, window, coarse, fine.information)) return std::nullopt;
   const Eigen::Matrix3d noise =
       diagonal_covariance(options_.sigma_m, deg_to_rad(options_.sigma_deg));
@@ -197,10 +229,12 @@ bool LoopCloser::has_rival(const LikelihoodPyramid& likelihood,
   elsewhere.excluded = {best.map_from_robot, kRivalM, deg_to_rad(kRivalDeg)};
   const CorrelativeMatch rival = coarse_.search(likelihood, candidate.seen.points, elsewhere,
                                                 best.score - best.penalty - kRivalMargin);
-  if (rival.score <= 0.0) return false;
+  if (rival.score <= 0.0 || is_contradicted(candidate, rival.map_from_robot)) return false;
   // Along a corridor every place fits: there the match does not claim to know.
   const Eigen::Vector3d apart = difference(rival.map_from_robot, best.map_from_robot);
-  const Eigen::Matrix3d noise = diagonal_covariance(kRivalM / kSigmas, deg_to_rad(kRivalDeg));
+  // A match that knows its place knows that it is not as near as a rival may be.
+  const Eigen::Matrix3d noise =
+      diagonal_covariance(kRivalM / std::sqrt(kChi2Dof3Quantile999), deg_to_rad(kRivalDeg));
   return squared_mahalanobis_distance(apart, with_noise(information, noise)) > kChi2Dof3Quantile999;
 }
 

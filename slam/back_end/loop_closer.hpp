@@ -92,6 +92,8 @@ struct LoopCandidate {
   OrientedPoints seen;   ///< around the newest one, in its frame
   /// How well the newest one's pose is known, seen from the older one; frame of the newest.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  /// Some keyframes of both: what they saw as free space.
+  std::vector<Keyframe> place_keys, seen_keys;
 };
 
 /// Of a path whose own uncertainty is not to be trusted: the newest keyframe's pose is as unsure as
@@ -138,7 +140,7 @@ class LoopCloser {
   /// The nearest keyframes of the stretches of path that pass near the newest one.
   std::vector<int> nearby_places(const std::vector<Keyframe>& keys,
                                  const std::vector<Eigen::Matrix3d>& covariances) const;
-  /// Whether another place in the window fits as well.
+  /// Whether another place in the window fits as well, and free space does not contradict it.
   bool has_rival(const LikelihoodPyramid& likelihood,
                  const LoopCandidate& candidate,
                  const SearchWindow& window,

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "slam/doctor/contradictions.hpp"
+#include "slam/map/visits.hpp"
 #include "slam/doctor/doctor_gates.hpp"
 #include "slam/doctor/rematch.hpp"
 

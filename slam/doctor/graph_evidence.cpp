@@ -9,7 +9,7 @@
 
 #include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/back_end/graph/map_spread.hpp"
-#include "slam/doctor/contradictions.hpp"
+#include "slam/map/visits.hpp"
 #include "slam/doctor/doctor_gates.hpp"
 #include "slam/doctor/odometry_windows.hpp"
 

@@ -1,7 +1,7 @@
 #include "slam/session/mending.hpp"
 
 #include "slam/doctor/contradiction_reasons.hpp"
-#include "slam/doctor/contradictions.hpp"
+#include "slam/map/visits.hpp"
 
 namespace marco::slam {
 namespace {

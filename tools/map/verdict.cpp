@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "lcm_tools/files/whole_file.hpp"
-#include "slam/doctor/contradictions.hpp"
+#include "slam/map/visits.hpp"
 
 namespace marco {
 namespace {

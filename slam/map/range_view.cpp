@@ -1,4 +1,4 @@
-#include "slam/doctor/range_view.hpp"
+#include "slam/map/range_view.hpp"
 
 #include <algorithm>
 #include <cmath>

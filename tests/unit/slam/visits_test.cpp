@@ -1,4 +1,4 @@
-#include "slam/doctor/contradictions.hpp"
+#include "slam/map/visits.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,15 +1,14 @@
-#include "slam/doctor/contradictions.hpp"
+#include "slam/map/visits.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 
-#include "slam/doctor/range_view.hpp"
+#include "slam/map/range_view.hpp"
 
 namespace marco::slam {
 namespace {
 
-constexpr double kNearM = 3.0;
 constexpr double kRevisitPathM = 8.0;  // a shorter way back is one and the same visit
 constexpr double kStretchM = 3.0;      // of path: one visit
 constexpr std::size_t kVisitsOfOne = 4;
@@ -33,8 +32,8 @@ class Squares {
 
  private:
   static std::pair<int, int> square(const Eigen::Vector2d& place_m) {
-    return {static_cast<int>(std::floor(place_m.x() / kNearM)),
-            static_cast<int>(std::floor(place_m.y() / kNearM))};
+    return {static_cast<int>(std::floor(place_m.x() / kVisitM)),
+            static_cast<int>(std::floor(place_m.y() / kVisitM))};
   }
   std::map<std::pair<int, int>, std::vector<int>> keys_;
 };
@@ -107,7 +106,7 @@ std::vector<Visit> find_visits(const std::vector<Keyframe>& keys) {
     squares.for_each_near(here, [&](int key) {
       const Keyframe& old = keys[static_cast<std::size_t>(key)];
       const double distance_m = (old.world_from_robot.translation_m() - here).norm();
-      if (distance_m > kNearM || now.path_m - old.path_m < kRevisitPathM) return;
+      if (distance_m > kVisitM || now.path_m - old.path_m < kRevisitPathM) return;
       const auto [place, is_new] =
           nearest.try_emplace(static_cast<int>(old.path_m / kStretchM), Place{distance_m, key});
       if (!is_new && distance_m < place->second.distance_m) place->second = {distance_m, key};

@@ -119,7 +119,8 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
     if (!question.empty() && judged.verdict) judged.verdict->diagnosis.ask(question);
   };
   ask(map);
-  const SensorCalibration needed = needed_correction(correction.found);
+  const SensorCalibration needed = needed_correction(
+      correction.found, map.verdict ? distance_by_odometry_m(map.verdict->evidence.edges) : 0.0);
   if (needed == SensorCalibration{}) return correction;
   CalibrationFile file;
   static_cast<SensorCalibration&>(file) = needed;

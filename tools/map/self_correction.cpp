@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "common/covariance.hpp"
+
 namespace marco {
 namespace {
 
@@ -12,15 +14,21 @@ namespace {
 constexpr double kScaleOff = 0.075, kVeerRadPerM = 0.087, kLateS = 0.05;
 constexpr double kGyroBiasRadPerS = 0.01;
 
+// So much a wrong scale may move the map.
+constexpr double kMovesM = 0.1;
+// Standard deviation of a step along its least known direction. Of those that scans know, 95 % are
+// below 11 mm; along bare corridors they are 20 mm and more.
+constexpr double kLeftOpenM = 0.016;
+
 bool is_scale_off(double scale) { return std::abs(scale - 1.0) > kScaleOff; }
 
-bool needs_correction(const OdometryCalibration& odometry) {
+bool needs_correction(const OdometryCalibration& odometry, double by_odometry_m) {
   const double ahead = 0.5 * (odometry.left_scale + odometry.right_scale);
   const double track_m = kCountedTrackM * odometry.track_scale;
   const double veer = (odometry.right_scale - odometry.left_scale) / track_m;
   return odometry.forward_sign < 0.0 || odometry.turn_sign < 0.0 || is_scale_off(ahead) ||
          is_scale_off(ahead / odometry.track_scale) || std::abs(veer) > kVeerRadPerM ||
-         std::abs(odometry.late_s) > kLateS;
+         std::abs(odometry.late_s) > kLateS || by_odometry_m * std::abs(ahead - 1.0) > kMovesM;
 }
 
 bool needs_correction(const GyroCalibration& gyro) {
@@ -58,10 +66,19 @@ const char* to_string(SelfCorrection::Use use) {
 
 }  // namespace
 
-SensorCalibration needed_correction(const slam::SelfCalibration& found) {
+double distance_by_odometry_m(const std::vector<slam::PoseGraphEdge>& edges) {
+  double distance_m = 0.0;
+  for (const slam::PoseGraphEdge& edge : edges) {
+    if (edge.is_loop || position_sigma_m(covariance_of(edge.information)) < kLeftOpenM) continue;
+    distance_m += edge.from_from_to.translation_m().norm();
+  }
+  return distance_m;
+}
+
+SensorCalibration needed_correction(const slam::SelfCalibration& found, double by_odometry_m) {
   SensorCalibration needed;
   const SensorCalibration& calibration = found.calibration;
-  if (needs_correction(calibration.odometry)) needed.odometry = calibration.odometry;
+  if (needs_correction(calibration.odometry, by_odometry_m)) needed.odometry = calibration.odometry;
   if (needs_correction(calibration.gyro)) needed.gyro = calibration.gyro;
   const slam::CalibratedParameter* upside_down = found.find("laser.upside_down");
   if (upside_down != nullptr && upside_down->verdict == slam::ParameterVerdict::applied) {

@@ -2,7 +2,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
+#include "slam/back_end/graph/pose_graph_edge.hpp"
 #include "slam/calibration/self_calibration.hpp"
 
 namespace marco {
@@ -19,9 +21,15 @@ struct SelfCorrection {
 };
 
 /// The corrections of odometry and gyroscope, and of a laser upside down, if any is off by more
-/// than the front end allows for. Where the laser sits is left as the recording says: the path is
-/// that of this place, and keeps its meaning. @returns the calibration as it is where none is.
-SensorCalibration needed_correction(const slam::SelfCalibration& found);
+/// than the front end allows for, or bends the map where only odometry told the way. Where the
+/// laser sits is left as the recording says: the path is that of this place, and keeps its meaning.
+/// @param by_odometry_m  see distance_by_odometry_m()
+/// @returns the calibration as it is where none is.
+SensorCalibration needed_correction(const slam::SelfCalibration& found, double by_odometry_m);
+
+/// Path along which the scans left a direction open, so that odometry told the way: bare corridors
+/// and gaps [m]. @param edges  of the pose graph
+double distance_by_odometry_m(const std::vector<slam::PoseGraphEdge>& edges);
 
 /// `odometry.left_scale 1 -> 1.9 (sd 0.003), ...`: what is clearly off; "" for nothing.
 std::string describe_errors(const slam::SelfCalibration& found);

@@ -207,5 +207,37 @@ TEST(LoopCloser, OfPlacesThatLookAlikeTheOneIsBelievedThatHasNoRival) {
   EXPECT_TRUE(closer.verify(either));
 }
 
+TEST(LoopCloser, ARivalBesideTheBestPlaceIsOne) {
+  const testing::FlatWorld hall = hall_with_doors(0.6);
+  const LoopCloser closer({}, CorrelativeMatcher(), SurfelMatcher());
+  LoopCandidate either = candidate_of(hall, hall, {0.1, 0, 0}, {0.3, 0, 0}, 1.0);
+  either.place = seen_from_all_along(hall);
+  EXPECT_FALSE(closer.verify(either));
+}
+
+// A corridor that ends, where there was a corridor that goes on.
+TEST(LoopCloser, AWallInFreeSpaceRefusesALoop) {
+  testing::FlatWorld corridor, with_end;
+  corridor.add_chain({{-5, -1.5}, {12, -1.5}, {12, 1.5}, {-5, 1.5}});
+  with_end.add_chain({{-5, -1.5}, {1.2, -1.5}, {1.2, 1.5}, {-5, 1.5}});
+  LoopCandidate candidate = candidate_of(corridor, with_end, {}, {0.05, 0, 0}, 0.1);
+  LoopCloserOptions options;
+  options.min_overlap = 0.3;
+  options.min_score = 0.3;
+  const LoopCloser closer(options, CorrelativeMatcher(), SurfelMatcher());
+  ASSERT_TRUE(closer.verify(candidate)) << "nobody says what is free";
+  std::mt19937 random(2);
+  Keyframe older, newer;
+  older.points_in_robot = orient(corridor.hits({}, 0.01, &random), {0, 0}, {});
+  newer.points_in_robot = orient(with_end.hits({}, 0.01, &random), {0, 0}, {});
+  newer.world_from_robot = candidate.world_from_newest;
+  candidate.place_keys = {older};
+  candidate.seen_keys = {newer};
+  EXPECT_FALSE(closer.verify(candidate));
+  newer.points_in_robot = orient(corridor.hits({}, 0.01, &random), {0, 0}, {});
+  candidate.seen_keys = {newer};
+  EXPECT_TRUE(closer.verify(candidate));
+}
+
 }  // namespace
 }  // namespace marco::slam

@@ -1,0 +1,34 @@
+#include "tools/map/self_correction.hpp"
+
+#include <gtest/gtest.h>
+
+#include "common/covariance.hpp"
+
+namespace marco {
+namespace {
+
+slam::PoseGraphEdge step(double length_m, double along_sigma_m, bool is_loop = false) {
+  const Eigen::Vector3d variance(along_sigma_m * along_sigma_m, 1e-4, 1e-6);
+  return {0, 1, Pose2{length_m, 0, 0}, information_of(variance.asDiagonal()), is_loop};
+}
+
+TEST(SelfCorrection, OdometryToldTheWayWhereScansLeftItOpen) {
+  EXPECT_EQ(distance_by_odometry_m({}), 0.0);
+  EXPECT_NEAR(distance_by_odometry_m(
+                  {step(0.4, 0.009), step(0.5, 0.03), step(9.0, 0.5, true), step(0.5, 0.02)}),
+              1.0, 1e-9);
+}
+
+// A scale that is off by 1.5 % is nothing in rooms, and 0.45 m along 30 m of bare corridor.
+TEST(SelfCorrection, ASmallErrorOfScaleIsCorrectedAlongBareCorridors) {
+  slam::SelfCalibration found;
+  found.calibration.odometry.left_scale = found.calibration.odometry.right_scale = 0.985;
+  EXPECT_EQ(needed_correction(found, 0.0), SensorCalibration{});
+  EXPECT_EQ(needed_correction(found, 5.0), SensorCalibration{});
+  EXPECT_EQ(needed_correction(found, 30.0).odometry, found.calibration.odometry);
+  found.calibration.odometry.left_scale = found.calibration.odometry.right_scale = 0.9;
+  EXPECT_EQ(needed_correction(found, 0.0).odometry, found.calibration.odometry);
+}
+
+}  // namespace
+}  // namespace marco

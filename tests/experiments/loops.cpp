@@ -57,7 +57,7 @@ bool lies_near(const Key& a, const Key& b) {
 
 std::vector<Key> keys_of(const MapJob& job) {
   std::map<int64_t, Pose2> truth;
-  for (const StampedPose2& pose : job.truth()) truth[pose.utime.us] = pose.world_from_robot;
+  for (const StampedPose2& pose : job.truth().poses) truth[pose.utime.us] = pose.world_from_robot;
   std::vector<Key> keys;
   for (const slam::Keyframe& key : job.keyframes()) {
     keys.push_back({truth.at(key.utime.us), key.path_m, &key.points_in_robot});

@@ -22,7 +22,7 @@ std::vector<WalkScan> walk_of(const MapJob& job) {
   for (const StampedPose2& pose : job.odometry_trajectory()) {
     odometry[pose.utime.us] = pose.world_from_robot;
   }
-  for (const StampedPose2& pose : job.truth()) truth[pose.utime.us] = pose.world_from_robot;
+  for (const StampedPose2& pose : job.truth().poses) truth[pose.utime.us] = pose.world_from_robot;
   std::vector<WalkScan> scans;
   for (const slam::Keyframe& key : job.keyframes()) {
     const auto odom = odometry.find(key.utime.us);

@@ -133,7 +133,7 @@ void MapJob::check_that_lines_go_on(std::size_t first_key,
 
 void MapJob::take(const Sample& sample) {
   if (const auto* pose = std::get_if<TruePose>(&sample)) {
-    recorded_.truth.push_back({pose->utime, pose->world_from_robot});
+    recorded_.truth.add(*pose);
   }
   if (const auto* odometry = std::get_if<OdometrySample>(&sample)) {
     recorded_.odometry.push_back({odometry->utime, odometry->odom_from_robot});

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/trajectory.hpp"
+#include "common/trajectory_fit.hpp"
 #include "lcm_tools/base/renamed_key.hpp"
 #include "lcm_tools/process/batch_bus.hpp"
 #include "mapping3d/process/mapping3d_adapter.hpp"
@@ -112,7 +113,7 @@ class MapJob {
   const slam::LineSlamAdapter* lines() const { return lines_; }
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
   const std::vector<files::InputReport>& inputs() const { return recorded_.inputs; }
-  const Trajectory& truth() const { return recorded_.truth; }
+  const RecordedTruth& truth() const { return recorded_.truth; }
   /// Odometry as recorded, all of it; and the gyroscope's rate, integrated, as poses that only
   /// turn.
   const Trajectory& odometry() const { return recorded_.odometry; }
@@ -137,7 +138,7 @@ class MapJob {
   struct Recorded {
     std::vector<files::InputReport> inputs;
     std::map<std::string, SensorInfo> sensors;
-    Trajectory truth;
+    RecordedTruth truth;
     Trajectory odometry;
     Trajectory gyro_heading;
   };

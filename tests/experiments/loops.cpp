@@ -122,7 +122,7 @@ bool run(const std::filesystem::path& log) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "marco_loops";
   std::filesystem::create_directories(folder);
   MapJob job(MapOptions{}, PathMaker::scans, folder);
-  job.read(log, ForeignTable{});
+  job.read({log}, ForeignTable{});
   job.finish();
   const std::vector<Key> keys = keys_of(job);
   const std::vector<int> again = revisits(keys);

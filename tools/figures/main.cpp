@@ -68,7 +68,7 @@ int run(const std::string& log,
   results.keep(log);
   results.keep(config);
   MapJob job(options, PathMaker::scans, results.path());
-  job.read(log, process::load_options<ForeignTable>(""));
+  job.read({log}, process::load_options<ForeignTable>(""));
   job.finish();
   const auto stops = by_stop(job.mapping3d().mapper().scenes());
   require(!stops.empty(), log + ": holds no 3D sweep");

@@ -7,7 +7,6 @@
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/convert.hpp"
 #include "recordings/recording.hpp"
-#include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
 #include "slam/session/merge_maps.hpp"
 
@@ -82,12 +81,8 @@ void MapJob::set_edits(const slam::MapEdits& edits) {
   slam_->set_edits(edits);
 }
 
-void MapJob::read(const std::filesystem::path& input, const ForeignTable& foreign) {
-  read(*open_recording(input, foreign), input);
-}
-
-void MapJob::read_scans(const std::vector<std::filesystem::path>& scans) {
-  read(*files::open_tilted_scans(scans), scans.front());
+void MapJob::read(const RecordingParts& parts, const ForeignTable& foreign) {
+  read(*open_recording(parts, foreign), parts.front());
 }
 
 void MapJob::read(files::SampleReader& recording, const std::filesystem::path& input) {

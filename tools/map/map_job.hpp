@@ -14,6 +14,7 @@
 #include "lcm_tools/process/batch_bus.hpp"
 #include "mapping3d/process/mapping3d_adapter.hpp"
 #include "recordings/foreign.hpp"
+#include "recordings/ros/split_recordings.hpp"
 #include "recordings/sample_reader.hpp"
 #include "slam/doctor/doctor.hpp"
 #include "slam/process/line_slam_adapter.hpp"
@@ -78,9 +79,7 @@ class MapJob {
   /// Reads a recording to its end; several are sessions, see slam::MappingSession.
   /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
   /// is full.
-  void read(const std::filesystem::path& input, const ForeignTable& foreign);
-  /// 3D scans that one robot made of one place, a file each, as one recording.
-  void read_scans(const std::vector<std::filesystem::path>& scans);
+  void read(const RecordingParts& parts, const ForeignTable& foreign);
 
   /// Optimizes for the last time, and completes slam.lcm.
   void finish();

@@ -75,6 +75,9 @@ struct PanTiltState {
 struct TruePose {
   Utime utime;
   Pose2 world_from_robot;
+  /// The pose is of another clock than the scans: the stamp is good to the time that messages take
+  /// to arrive.
+  bool is_by_arrival = false;
 };
 
 /// Any measurement of a log or a robot, as a value.

@@ -80,10 +80,16 @@ TrajectoryFit fit_to_truth(const Trajectory& estimate, const Trajectory& truth, 
   return fit_to_sorted(estimate, by_time(truth), max_gap, {});
 }
 
-TrajectoryFit fit_to_truth_of_other_clock(const Trajectory& estimate, const Trajectory& truth) {
+void RecordedTruth::add(const TruePose& pose) {
+  poses.push_back({pose.utime, pose.world_from_robot});
+  is_by_arrival = is_by_arrival || pose.is_by_arrival;
+}
+
+TrajectoryFit fit_to_truth(const Trajectory& estimate, const RecordedTruth& truth) {
   constexpr int64_t kMostUs = 500'000, kFinestUs = 1000;
-  const Trajectory sorted = by_time(truth);
+  const Trajectory sorted = by_time(truth.poses);
   TrajectoryFit best = fit_to_sorted(estimate, sorted, kMaxGap, {});
+  if (!truth.is_by_arrival) return best;
   // The error is smooth in the delay: steps of half the reach, then halved around the best.
   for (int64_t step_us = kMostUs / 2; step_us >= kFinestUs; step_us /= 2) {
     for (bool better = true; better;) {
@@ -101,9 +107,9 @@ TrajectoryFit fit_to_truth_of_other_clock(const Trajectory& estimate, const Traj
   return best;
 }
 
-Trajectory truth_on_estimate(const Trajectory& estimate, const Trajectory& truth) {
+Trajectory truth_on_estimate(const Trajectory& estimate, const RecordedTruth& truth) {
   const TrajectoryFit fit = fit_to_truth(estimate, truth);
-  return fit.count < 2 ? Trajectory{} : moved(truth, fit.truth_from_estimate.inverse());
+  return fit.count < 2 ? Trajectory{} : moved(truth.poses, fit.truth_from_estimate.inverse());
 }
 
 Trajectory odometry_on_estimate(const Trajectory& estimate, const Trajectory& odometry) {

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "common/samples.hpp"
 #include "common/trajectory.hpp"
 
 namespace marco {
@@ -22,12 +23,20 @@ TrajectoryFit fit_to_truth(const Trajectory& estimate,
                            const Trajectory& truth,
                            Duration max_gap = Duration::from_seconds(1.0));
 
-/// The same for a truth of another clock, of which only the times of arrival tell how the clocks
-/// are related: the delay of at most half a second that fits best is found as well.
-TrajectoryFit fit_to_truth_of_other_clock(const Trajectory& estimate, const Trajectory& truth);
+/// The true poses of recordings.
+struct RecordedTruth {
+  Trajectory poses;
+  bool is_by_arrival = false;  ///< one of them at least: see TruePose
+
+  void add(const TruePose& pose);
+};
+
+/// The same for what recordings hold. Where the times of arrival alone tell how its clock and the
+/// scans' are related, the delay of at most half a second that fits best is found as well.
+TrajectoryFit fit_to_truth(const Trajectory& estimate, const RecordedTruth& truth);
 
 /// The truth in the estimate's frame, by the best fit; empty when there is none.
-Trajectory truth_on_estimate(const Trajectory& estimate, const Trajectory& truth);
+Trajectory truth_on_estimate(const Trajectory& estimate, const RecordedTruth& truth);
 
 /// Odometry in the estimate's frame, by their first poses; empty when one of them is.
 Trajectory odometry_on_estimate(const Trajectory& estimate, const Trajectory& odometry);

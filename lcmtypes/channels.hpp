@@ -25,6 +25,8 @@ inline constexpr const char* kPanTiltCommand = "PANTILT_COMMAND";
 inline constexpr const char* kPanTiltState = "PANTILT_STATE";
 inline constexpr const char* kCamera = "CAMERA";       ///< bot_core.image_t
 inline constexpr const char* kTruePose = "TRUE_POSE";  ///< pose2_t
+/// pose2_t whose stamps a reader brought into the laser's clock by the times of arrival
+inline constexpr const char* kTruePoseByArrival = "TRUE_POSE_BY_ARRIVAL";
 inline constexpr const char* kSlamPose = "SLAM_POSE";
 inline constexpr const char* kGridMap = "GRID_MAP";
 inline constexpr const char* kLineMap = "LINE_MAP";

@@ -213,7 +213,10 @@ EncodedMessage encode_sample(const Sample& sample) {
     return {scan->channel, scan->utime,
             regular ? encode_message(to_message(*scan)) : encode_message(to_raw_message(*scan))};
   }
-  const char* const channel = kChannels[sample.index()];
+  const auto* truth = std::get_if<TruePose>(&sample);
+  const char* const channel = truth != nullptr && truth->is_by_arrival
+                                  ? channels::kTruePoseByArrival
+                                  : kChannels[sample.index()];
   return std::visit(
       [channel](const auto& value) -> EncodedMessage {
         return {channel, value.utime, encode_message(to_message(value))};
@@ -227,6 +230,11 @@ std::optional<Sample> decode_sample(const std::string& channel, std::span<const 
   if (channel == channels::kImu) return decode_as<imu_t>(bytes);
   if (channel == channels::kPanTiltState) return decode_as<pantilt_state_t>(bytes);
   if (channel == channels::kTruePose) return decode_as<pose2_t>(bytes);
+  if (channel == channels::kTruePoseByArrival) {
+    std::optional<Sample> truth = decode_as<pose2_t>(bytes);
+    if (truth) std::get<TruePose>(*truth).is_by_arrival = true;
+    return truth;
+  }
   if (channel.rfind(channels::kLidar, 0) == 0) {
     if (auto scan = decode_as<bot_core::planar_lidar_t>(bytes, channel)) return scan;
     return decode_as<lidar_raw_t>(bytes, channel);

@@ -37,11 +37,6 @@ class LcmLogReader : public files::QueuedReader {
     report_.format = "LCM log";
     report_.paths = {path.string()};
     report_.notes = survey_.notes;
-    for (const auto& [name, channel] : survey_.channels) {
-      const bool is_shifted = channel.shift_us != 0 || channel.drift != 0.0;
-      const bool is_truth = name == channels::kTruePose || channel.meaning == Meaning::true_pose;
-      if (is_shifted && is_truth) report_.truth_by_arrival = true;
-    }
   }
 
   double progress() const override {
@@ -124,6 +119,10 @@ class LcmLogReader : public files::QueuedReader {
           value.utime = stamp_of(wrapped_sum(value.utime.us, shift_us));
         },
         sample);
+    if (auto* truth = std::get_if<TruePose>(&sample)) {
+      const bool is_shifted = channel.shift_us != 0 || channel.drift != 0.0;
+      truth->is_by_arrival = truth->is_by_arrival || is_shifted;
+    }
     const auto* scan = std::get_if<LaserScan>(&sample);
     require(scan == nullptr || scan->size() >= 2, "scan of fewer than 2 beams");
     queue(std::move(sample));

@@ -32,7 +32,7 @@ int64_t difference(int64_t a, int64_t b) {
 bool is_own_channel(const std::string& name) {
   return name == channels::kSensorInfo || name == channels::kOdometry || name == channels::kImu ||
          name == channels::kPanTiltState || name == channels::kTruePose ||
-         name.rfind(channels::kLidar, 0) == 0;
+         name == channels::kTruePoseByArrival || name.rfind(channels::kLidar, 0) == 0;
 }
 
 const std::map<std::string, LoggedChannel::Meaning> kMeanings = {

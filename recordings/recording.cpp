@@ -14,6 +14,7 @@
 #include "recordings/carmen.hpp"
 #include "recordings/lcm_log_reader.hpp"
 #include "recordings/odometry_laser_text.hpp"
+#include "recordings/recording_folder.hpp"
 #include "recordings/ros/open_messages.hpp"
 #include "recordings/ros/ros_reader.hpp"
 #include "recordings/thesis_files.hpp"
@@ -25,10 +26,11 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Input {
-  const fs::path& path;
-  std::string head;  // its first bytes; "" of a folder
+  const RecordingParts& parts;
+  std::string head;  // the first bytes of the first; "" of a folder
   const ForeignTable& foreign;
 
+  const fs::path& path() const { return parts.front(); }
   bool is_text() const { return head.find('\0') == std::string::npos; }
   bool has_line_with(std::initializer_list<std::string> keywords) const {
     return std::any_of(keywords.begin(), keywords.end(), [this](const std::string& keyword) {
@@ -47,34 +49,34 @@ struct Format {
 // The first that recognises an input reads it.
 constexpr std::array<Format, 7> kFormats{{
     {"ROS recordings (.bag, .mcap, .db3 and folders of them)",
-     [](const Input& input) { return ros::is_message_recording(input.path, input.head); },
+     [](const Input& input) { return ros::is_message_recording(input.path()); },
      [](const Input& input) {
-       return ros::open_ros(ros::open_messages(input.path), input.foreign.ros);
+       return ros::open_ros(ros::open_messages(input.parts), input.foreign.ros);
      }},
     {"folders of 3D scans (*_tilt_ranges_mm.csv, *.3d, scan_polar.csv)",
-     [](const Input& input) { return fs::is_directory(input.path); },
-     [](const Input& input) { return files::open_tilted_scans({input.path}); }},
+     [](const Input& input) { return fs::is_directory(input.path()); },
+     [](const Input& input) { return files::open_tilted_scans(input.parts); }},
     // A damaged log may have lost its first sync word: any in the first block will do.
     {"LCM logs",
      [](const Input& input) { return input.head.find("\xED\xA1\xDA\x01") != std::string::npos; },
-     [](const Input& input) { return open_lcm_log(input.path, input.foreign); }},
+     [](const Input& input) { return open_lcm_log(input.path(), input.foreign); }},
     {"CARMEN logs",
      [](const Input& input) {
        return input.has_line_with(
            {"FLASER", "RLASER", "ROBOTLASER1", "ROBOTLASER2", "ODOM", "PARAM"});
      },
-     [](const Input& input) { return files::open_carmen(input.path); }},
+     [](const Input& input) { return files::open_carmen(input.path()); }},
     {"text logs of 'Odometry' and 'Laser' lines",
      [](const Input& input) {
        return input.has_line_with({"Laser", "Odometry"});
      },
-     [](const Input& input) { return files::open_odometry_laser_text(input.path); }},
+     [](const Input& input) { return files::open_odometry_laser_text(input.path()); }},
     {"files of 3D scans",
-     [](const Input& input) { return input.is_text() && files::is_tilted_scan(input.path); },
-     [](const Input& input) { return files::open_tilted_scans({input.path}); }},
+     [](const Input& input) { return input.is_text() && files::is_tilted_scan(input.path()); },
+     [](const Input& input) { return files::open_tilted_scans(input.parts); }},
     {"the theses' scan files",
-     [](const Input& input) { return input.is_text() && files::is_thesis_file(input.path); },
-     [](const Input& input) { return files::open_thesis_file(input.path); }},
+     [](const Input& input) { return input.is_text() && files::is_thesis_file(input.path()); },
+     [](const Input& input) { return files::open_thesis_file(input.path()); }},
 }};
 
 std::string known_formats() {
@@ -110,15 +112,21 @@ std::string looks_like(const std::string& head) {
 
 }  // namespace
 
-std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
+std::unique_ptr<files::SampleReader> open_recording(const RecordingParts& parts,
                                                     const ForeignTable& table) {
-  files::require_readable(path);
+  const fs::path& path = parts.front();
+  for (const fs::path& part : parts) files::require_readable(part);
   const bool is_folder = fs::is_directory(path);
+  if (is_folder) {
+    const std::vector<RecordingParts> inside = recordings_in(path);
+    require_one(path, inside);
+    if (!inside.empty() && inside.front() != parts) return open_recording(inside.front(), table);
+  }
   // What somebody wrote about this recording counts before what holds for all.
   const fs::path beside = path.string() + ".marco.toml";
   const ForeignTable own =
       fs::is_regular_file(beside) ? process::load_options<ForeignTable>(beside.string()) : table;
-  const Input input{path, is_folder ? "" : head_of(path), own};
+  const Input input{parts, is_folder ? "" : head_of(path), own};
   require(is_folder || !input.head.empty(), path.string() + ": is empty; " + known_formats());
   for (const Format& format : kFormats) {
     if (format.recognises(input)) return format.open(input);
@@ -127,17 +135,17 @@ std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
                               known_formats());
 }
 
+std::unique_ptr<files::SampleReader> open_recording(const fs::path& path,
+                                                    const ForeignTable& table) {
+  return open_recording(RecordingParts{path}, table);
+}
+
 bool is_recording(const fs::path& path) {
-  if (fs::is_directory(path)) {
-    const fs::directory_iterator inside(path);
-    return ros::is_message_recording(path, "") ||
-           std::any_of(fs::begin(inside), fs::end(inside), [](const fs::directory_entry& entry) {
-             return entry.is_regular_file() && files::is_tilted_scan(entry.path());
-           });
-  }
+  if (fs::is_directory(path)) return !recordings_in(path).empty();
   const std::string head = head_of(path);
   const ForeignTable none;
-  const Input input{path, head, none};
+  const RecordingParts parts{path};
+  const Input input{parts, head, none};
   return !head.empty() && std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& format) {
     return format.recognises(input);
   });

@@ -19,9 +19,6 @@ struct InputReport {
   std::map<std::string, int64_t> dropped;     ///< by cause
   std::map<std::string, std::string> places;  ///< first place of each cause: "line 12", "byte 4711"
   std::vector<std::string> notes;             ///< assumptions and oddities
-  /// The true poses are of another clock than the scans: their stamps are good to the time that
-  /// messages take to arrive.
-  bool truth_by_arrival = false;
 
   void drop(const std::string& cause, const std::string& place) {
     if (++dropped[cause] == 1) places[cause] = place;

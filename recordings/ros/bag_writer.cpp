@@ -17,7 +17,7 @@ namespace {
 
 using files::put;
 
-constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
+constexpr std::string_view kFirstLine = "#ROSBAG V2.0\n";
 constexpr std::size_t kChunkBytes = std::size_t{768} << 10;
 constexpr std::size_t kFileHeaderBytes = 4096;  // of header and data
 
@@ -102,7 +102,7 @@ std::string lz4_frame(std::string_view plain) {
 }  // namespace
 
 BagWriter::BagWriter(files::OutputFile& out) : out_(out) {
-  out_.write(kMagic);
+  out_.write(kFirstLine);
   out_.write(file_header(0, 0, 0));
 }
 
@@ -194,7 +194,7 @@ void BagWriter::finish() {
   const std::string start = file_header(index_pos, connections_.size(), chunks_.size());
   const int file = ::open(out_.unfinished_path().c_str(),
                           O_WRONLY | O_CLOEXEC);  // NOLINT(cppcoreguidelines-pro-type-vararg)
-  const auto wrote = file < 0 ? -1 : ::pwrite(file, start.data(), start.size(), kMagic.size());
+  const auto wrote = file < 0 ? -1 : ::pwrite(file, start.data(), start.size(), kFirstLine.size());
   if (file >= 0) ::close(file);
   if (wrote != static_cast<ssize_t>(start.size())) {
     throw std::runtime_error(out_.unfinished_path().string() +

@@ -129,6 +129,11 @@ class Db3Source : public MessageSource {
     damage_ = {};
   }
 
+  std::optional<TimeSpan> span() const override {
+    Rows ends(database_.get(), "SELECT MIN(timestamp), MAX(timestamp) FROM messages");
+    if (!ends.next() || last_id_ == 0) return std::nullopt;
+    return TimeSpan{ends.integer(0), ends.integer(1)};
+  }
   std::vector<const Topic*> topics() const override {
     count_messages();
     std::vector<const Topic*> topics;

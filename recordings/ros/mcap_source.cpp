@@ -66,6 +66,7 @@ class McapSource : public MessageSource {
         [this](std::size_t i, LoadedChunk memory) { return load(used_[i], std::move(memory)); });
   }
 
+  std::optional<TimeSpan> span() const override { return span_of(layout_.pieces); }
   std::vector<const Topic*> topics() const override {
     std::vector<const Topic*> topics;
     for (const auto& [id, topic] : topics_) topics.push_back(&topic);

@@ -34,6 +34,11 @@ struct Message {
   std::span<const uint8_t> bytes;  ///< valid until the next call of its source
 };
 
+/// When the first message was received, and the last.
+struct TimeSpan {
+  int64_t first_ns = 0, last_ns = 0;
+};
+
 /// What could not be read.
 struct Damage {
   int64_t places = 0;         ///< stretches that were passed over
@@ -71,6 +76,9 @@ class MessageSource {
   virtual std::optional<Message> next() = 0;
   /// To the first message again; the selection stays, damage counts again.
   virtual void rewind() = 0;
+
+  /// Of the whole recording. Nothing where there is no message, or all would have to be read.
+  virtual std::optional<TimeSpan> span() const { return std::nullopt; }
 
   /// Those seen so far; all of them after the last message, or at once where the file has an index.
   virtual std::vector<const Topic*> topics() const = 0;

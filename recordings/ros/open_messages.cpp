@@ -64,6 +64,11 @@ class Parts : public MessageSource {
     for (const auto& part : parts_) part->rewind();
     now_ = 0;
   }
+  std::optional<TimeSpan> span() const override {
+    const auto first = parts_.front()->span(), last = parts_.back()->span();
+    if (!first || !last) return std::nullopt;
+    return TimeSpan{first->first_ns, last->last_ns};
+  }
   std::vector<const Topic*> topics() const override {
     std::vector<const Topic*> topics;
     for (const auto& part : parts_) {
@@ -118,6 +123,7 @@ class Unpacked : public MessageSource {
   }
   std::optional<Message> next() override { return source_->next(); }
   void rewind() override { source_->rewind(); }
+  std::optional<TimeSpan> span() const override { return source_->span(); }
   std::vector<const Topic*> topics() const override { return source_->topics(); }
   const Damage& damage() const override { return source_->damage(); }
   const std::vector<std::string>& notes() const override { return source_->notes(); }
@@ -129,41 +135,26 @@ class Unpacked : public MessageSource {
   std::unique_ptr<MessageSource> source_;
 };
 
-// "part_2" before "part_10".
-bool in_order(const fs::path& a, const fs::path& b) {
-  const auto key = [](const fs::path& path) {
-    const std::string name = path.filename().string();
-    const std::string stem = name.substr(0, name.find('.'));
-    const std::size_t digits = stem.find_last_not_of("0123456789") + 1;
-    const std::string number = stem.substr(std::min(digits, stem.size()));
-    return std::tuple(stem.substr(0, digits), number.size(), number, name);
-  };
-  return key(a) < key(b);
-}
-
-std::vector<fs::path> parts_of(const fs::path& folder) {
-  std::vector<fs::path> parts;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.is_regular_file() && is_container(head_of(entry.path()))) {
-      parts.push_back(entry.path());
-    }
-  }
-  std::sort(parts.begin(), parts.end(), in_order);
-  return parts;
-}
-
 }  // namespace
 
-bool is_message_recording(const fs::path& path, std::string_view head) {
-  return fs::is_directory(path) ? !parts_of(path).empty() : is_container(head);
+bool is_message_file(const fs::path& path) {
+  return fs::is_regular_file(path) && is_container(head_of(path));
+}
+
+bool is_message_recording(const fs::path& path) {
+  if (!fs::is_directory(path)) return is_message_file(path);
+  const fs::directory_iterator inside(path);
+  return std::any_of(fs::begin(inside), fs::end(inside), [](const fs::directory_entry& entry) {
+    return is_message_file(entry.path());
+  });
 }
 
 std::unique_ptr<MessageSource> open_messages(const fs::path& path) {
   if (fs::is_directory(path)) {
-    std::vector<std::unique_ptr<MessageSource>> parts;
-    for (const fs::path& part : parts_of(path)) parts.push_back(open_messages(part));
-    require(!parts.empty(), path.string() + ": holds no recording");
-    return std::make_unique<Parts>(std::move(parts));
+    const std::vector<RecordingParts> recordings = recordings_in(path);
+    require(!recordings.empty(), path.string() + ": holds no recording");
+    require_one(path, recordings);
+    return open_messages(recordings.front());
   }
   const std::string head = head_of(path);
   if (head.starts_with(kBagMagic)) return open_bag(path);
@@ -171,6 +162,13 @@ std::unique_ptr<MessageSource> open_messages(const fs::path& path) {
   if (head.starts_with(kDatabaseMagic)) return open_db3(path);
   require(is_packed(head), path.string() + ": is no recording of ROS messages");
   return std::make_unique<Unpacked>(path);
+}
+
+std::unique_ptr<MessageSource> open_messages(const RecordingParts& parts) {
+  if (parts.size() == 1) return open_messages(parts.front());
+  std::vector<std::unique_ptr<MessageSource>> sources;
+  for (const fs::path& part : parts) sources.push_back(open_messages(part));
+  return std::make_unique<Parts>(std::move(sources));
 }
 
 }  // namespace marco::ros

@@ -68,10 +68,10 @@ void run(const std::filesystem::path& log) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "marco_edges";
   std::filesystem::create_directories(folder);
   MapJob job(MapOptions{}, PathMaker::scans, folder);
-  job.read(log, ForeignTable{});
+  job.read({log}, ForeignTable{});
   job.finish();
   std::map<int64_t, Pose2> truth;
-  for (const StampedPose2& pose : job.truth()) truth[pose.utime.us] = pose.world_from_robot;
+  for (const StampedPose2& pose : job.truth().poses) truth[pose.utime.us] = pose.world_from_robot;
   std::vector<Pose2> keys;
   for (const slam::Keyframe& key : job.keyframes()) keys.push_back(truth.at(key.utime.us));
   Normalised steps, loops;

@@ -57,7 +57,7 @@ bool lies_near(const Key& a, const Key& b) {
 
 std::vector<Key> keys_of(const MapJob& job) {
   std::map<int64_t, Pose2> truth;
-  for (const StampedPose2& pose : job.truth()) truth[pose.utime.us] = pose.world_from_robot;
+  for (const StampedPose2& pose : job.truth().poses) truth[pose.utime.us] = pose.world_from_robot;
   std::vector<Key> keys;
   for (const slam::Keyframe& key : job.keyframes()) {
     keys.push_back({truth.at(key.utime.us), key.path_m, &key.points_in_robot});
@@ -122,7 +122,7 @@ bool run(const std::filesystem::path& log) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "marco_loops";
   std::filesystem::create_directories(folder);
   MapJob job(MapOptions{}, PathMaker::scans, folder);
-  job.read(log, ForeignTable{});
+  job.read({log}, ForeignTable{});
   job.finish();
   const std::vector<Key> keys = keys_of(job);
   const std::vector<int> again = revisits(keys);

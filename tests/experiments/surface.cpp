@@ -185,7 +185,7 @@ void run(const std::filesystem::path& recording,
   std::filesystem::create_directories(folder);
   const auto options = process::load_options<MapOptions>(config);
   MapJob job(options, PathMaker::scans, folder);
-  job.read(recording, ForeignTable{});
+  job.read({recording}, ForeignTable{});
   job.finish();
   const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
   const TriangleMesh& model = mapper.model();

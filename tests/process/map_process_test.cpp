@@ -3,6 +3,8 @@
 #include <sys/mount.h>
 
 #include <array>
+#include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "common/files/glb.hpp"
@@ -13,7 +15,9 @@
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
 #include "marco/mesh_t.hpp"
+#include "marco/pose2_t.hpp"
 #include "marco/process_status_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "tests/support/command_test.hpp"
@@ -298,6 +302,37 @@ TEST_F(MapProcess, ADamagedLogIsUsedAsFarAsItIsGood) {
   const TrajectoryFit fit = fit_to_truth(files::read_tum(at("out/trajectory.tum")),
                                          files::read_tum(at("whole/truth.tum")));
   EXPECT_LT(fit.rms_m, 0.02);
+}
+
+// The truth is of a clock a year ahead, and arrives 170 ms late.
+TEST_F(MapProcess, TheErrorAgainstTruthOfAnotherClockIsTheSameInItsOwnLog) {
+  std::multimap<int64_t, files::LogEvent> events;
+  files::EventLogReader sample("logs/sample.lcm");
+  while (auto event = sample.next()) {
+    if (event->channel == channels::kTruePose) {
+      pose2_t pose{};
+      ASSERT_GT(pose.decode(event->bytes.data(), 0, static_cast<int>(event->bytes.size())), 0);
+      pose.utime += 31'536'000'000'000;
+      event->bytes = encode_message(pose);
+      event->event_time.us += 170'000;
+    }
+    events.emplace(event->event_time.us, *event);
+  }
+  files::EventLogWriter log(at("two_clocks.lcm"));
+  for (const auto& [us, event] : events) log.write(event.channel, event.bytes, event.event_time);
+  log.flush();
+  ASSERT_EQ(run("marco-map", {at("two_clocks.lcm"), "--out", at("out")}).code, 0);
+  const nlohmann::json errors = report(at("out")).at("errors");
+  const double late_s = errors.at("true poses late_s"), rms_m = errors.at("path error rms_m");
+  EXPECT_NEAR(late_s, 0.17, 0.03);
+  std::array<char, 100> expected{};
+  for (const char* truth : {"two_clocks.lcm", "out/slam.lcm"}) {
+    const Result result = run("marco-evaluate", {at("out/trajectory.tum"), "--truth", at(truth)});
+    std::snprintf(expected.data(), expected.size(), "rms=%.4f", rms_m);
+    EXPECT_THAT(result.output, HasSubstr(expected.data())) << truth;
+    std::snprintf(expected.data(), expected.size(), "truth_late_s=%.3f", late_s);
+    EXPECT_THAT(result.output, HasSubstr(expected.data())) << truth;
+  }
 }
 
 TEST_F(MapProcess, AFullDiskIsAFailureThatNamesTheFile) {

@@ -66,7 +66,7 @@ class Mountings : public ::testing::Test {
       file.finish();
     }
     MapJob job({}, PathMaker::scans, folder_.path());
-    job.read(log_path, {});
+    job.read({log_path}, {});
     job.finish();
     const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
     ASSERT_FALSE(mapper.model().triangles.empty())

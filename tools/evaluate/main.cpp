@@ -41,16 +41,13 @@ int evaluate_relations(const Trajectory& trajectory, const std::string& path, do
   return 0;
 }
 
-TrajectoryFit fit_to_recorded(const Trajectory& trajectory, const std::string& path) {
+RecordedTruth recorded_truth(const std::string& path) {
   const auto recording = open_recording(path);
-  Trajectory truth;
+  RecordedTruth truth;
   while (const auto sample = recording->next()) {
-    if (const auto* pose = std::get_if<TruePose>(&*sample)) {
-      truth.push_back({pose->utime, pose->world_from_robot});
-    }
+    if (const auto* pose = std::get_if<TruePose>(&*sample)) truth.add(*pose);
   }
-  return recording->report().truth_by_arrival ? fit_to_truth_of_other_clock(trajectory, truth)
-                                              : fit_to_truth(trajectory, truth);
+  return truth;
 }
 
 // The poses that a live SLAM published, in the order of their stamps.
@@ -70,14 +67,15 @@ Trajectory recorded_path(const std::string& path) {
   return poses;
 }
 
-int print_fit(const TrajectoryFit& fit, const std::string& path) {
+int print_fit(const Trajectory& trajectory, const RecordedTruth& truth, const std::string& path) {
+  const TrajectoryFit fit = fit_to_truth(trajectory, truth);
   if (fit.count < 2) {
     std::printf("n=%zu: no pose of the trajectory has a counterpart in %s\n", fit.count,
                 path.c_str());
     return 1;
   }
   std::printf("n=%zu position_m rms=%.4f max=%.4f", fit.count, fit.rms_m, fit.max_m);
-  if (fit.truth_late.us != 0) std::printf(" truth_late_s=%.3f", fit.truth_late.seconds());
+  if (truth.is_by_arrival) std::printf(" truth_late_s=%.3f", fit.truth_late.seconds());
   std::puts("");
   return 0;
 }
@@ -113,10 +111,9 @@ int main(int argc, char** argv) {
         "give RELATIONS, --truth LOG or --recorded LOG");
     const marco::Trajectory trajectory = marco::files::read_tum(trajectory_path);
     if (!truth_path.empty())
-      return marco::print_fit(marco::fit_to_recorded(trajectory, truth_path), truth_path);
+      return marco::print_fit(trajectory, marco::recorded_truth(truth_path), truth_path);
     if (!recorded_path.empty()) {
-      return marco::print_fit(fit_to_truth(trajectory, marco::recorded_path(recorded_path)),
-                              recorded_path);
+      return marco::print_fit(trajectory, {marco::recorded_path(recorded_path)}, recorded_path);
     }
     return marco::evaluate_relations(trajectory, relations_path, tolerance_s);
   });

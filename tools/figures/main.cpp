@@ -22,7 +22,7 @@ std::vector<WalkScan> walk_of(const MapJob& job) {
   for (const StampedPose2& pose : job.odometry_trajectory()) {
     odometry[pose.utime.us] = pose.world_from_robot;
   }
-  for (const StampedPose2& pose : job.truth()) truth[pose.utime.us] = pose.world_from_robot;
+  for (const StampedPose2& pose : job.truth().poses) truth[pose.utime.us] = pose.world_from_robot;
   std::vector<WalkScan> scans;
   for (const slam::Keyframe& key : job.keyframes()) {
     const auto odom = odometry.find(key.utime.us);
@@ -68,7 +68,7 @@ int run(const std::string& log,
   results.keep(log);
   results.keep(config);
   MapJob job(options, PathMaker::scans, results.path());
-  job.read(log, process::load_options<ForeignTable>(""));
+  job.read({log}, process::load_options<ForeignTable>(""));
   job.finish();
   const auto stops = by_stop(job.mapping3d().mapper().scenes());
   require(!stops.empty(), log + ": holds no 3D sweep");

@@ -58,10 +58,6 @@ bool is_lcm_log(const fs::path& path) {
   return !fs::is_directory(path) && head_of(path).find("\xED\xA1\xDA\x01") != std::string::npos;
 }
 
-bool holds_ros_messages(const fs::path& path) {
-  return ros::is_message_recording(path, fs::is_directory(path) ? "" : head_of(path));
-}
-
 ForeignTable foreign_of(const ConvertArguments& arguments) {
   return process::load_options<ForeignTable>(arguments.foreign);
 }
@@ -152,7 +148,7 @@ template <class Sink, class... More>
 void to_ros(const ConvertArguments& arguments, const More&... more) {
   OutputFile out(arguments.out, arguments.existing, {arguments.in});
   Sink sink(out, more...);
-  const bool copied = holds_ros_messages(arguments.in) && copy_ros(arguments, sink);
+  const bool copied = ros::is_message_recording(arguments.in) && copy_ros(arguments, sink);
   if (!copied) samples_to_ros(arguments, sink);
   out.finish();
 }

@@ -117,10 +117,7 @@ bool is_lcm_log(const std::string& path) {
 }
 
 std::optional<Contents> contents_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string head(64, '\0');
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  if (ros::is_message_recording(path, head)) return contents_of_ros(path);
+  if (ros::is_message_recording(path)) return contents_of_ros(path);
   if (is_lcm_log(path) || !is_recording(path)) return std::nullopt;
   return contents_of_others(path);
 }

@@ -78,7 +78,8 @@ std::optional<ChildEnd> try_once(const Store& store,
                                  const std::vector<std::string>& arguments) {
   std::error_code ignored;
   fs::remove(store.printed(entry), ignored);
-  std::vector<std::string> words = {entry.path.string(), "--out", store.results(entry).string()};
+  std::vector<std::string> words(entry.parts.begin(), entry.parts.end());
+  words.insert(words.end(), {"--out", store.results(entry).string()});
   words.insert(words.end(), arguments.begin(), arguments.end());
   const ChildEnd end = wait_for_child(
       start_child(sibling_path("marco-map"), std::move(words), store.printed(entry)));

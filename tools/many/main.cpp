@@ -17,9 +17,9 @@ namespace {
 constexpr const char* kHelp =
     R"(Maps many recordings, each once: marco map --many DIR|LIST... --out OUT [--jobs N] [-- OPTIONS OF marco map]
 
-DIR: every recording in it and in its folders; LIST: a text file with a recording a line. OUT/NAME gets the results of
-each, as `marco map` writes them; OUT/index.html and OUT/table.csv tell of all: log, format, scans, length, loops, verdict,
-CPU, picture. The same command continues where it was interrupted or killed, and does nothing twice. A recording that cannot
+DIR: every recording in it and in its folders; LIST: a text file with a recording a line. The parts of a split ROS recording
+(NAME_0.bag, NAME_1.bag, ...) are one. OUT/NAME gets the results of each, as `marco map` writes them; OUT/index.html and
+OUT/table.csv tell of all: log, format, scans, length, loops, verdict, CPU, picture. The same command continues where it was interrupted or killed, and does nothing twice. A recording that cannot
 be mapped is in the table with the reason; delete OUT/jobs/NAME.json to have it tried again.
 Exit code: 0 all were mapped, 1 some could not be.)";
 
@@ -59,12 +59,8 @@ void keep_options(const Store& store, const std::vector<std::string>& for_map) {
 }
 
 std::vector<Entry> entries_of(const Store& store, const Arguments& arguments) {
-  std::vector<std::filesystem::path> found;
-  for (const std::string& input : arguments.inputs) {
-    const auto some = find_recordings(input);
-    found.insert(found.end(), some.begin(), some.end());
-  }
-  std::vector<Entry> entries = with_names(read_list(store.list()), found);
+  std::vector<Entry> entries = with_names(
+      read_list(store.list()), find_recordings({arguments.inputs.begin(), arguments.inputs.end()}));
   require(!entries.empty(), "name recordings, a folder of them, or a list");
   return entries;
 }

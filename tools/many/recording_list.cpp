@@ -2,33 +2,20 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <set>
+#include <sstream>
+#include <stdexcept>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "recordings/recording.hpp"
+#include "recordings/recording_folder.hpp"
 
 namespace marco::many {
 namespace {
 
 namespace fs = std::filesystem;
-
-// A folder is one recording or a folder of them; hidden files, and results of ours, are neither.
-void collect(const fs::path& folder, std::vector<fs::path>& found) {
-  if (fs::exists(folder / "report.json")) return;
-  std::vector<fs::path> inside;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    if (!entry.path().filename().string().starts_with('.')) inside.push_back(entry.path());
-  }
-  std::sort(inside.begin(), inside.end());
-  for (const fs::path& path : inside) {
-    if (is_recording(path)) {
-      found.push_back(path);
-    } else if (fs::is_directory(path)) {
-      collect(path, found);
-    }
-  }
-}
 
 std::vector<fs::path> listed(const fs::path& list) {
   std::vector<fs::path> found;
@@ -43,10 +30,18 @@ std::vector<fs::path> listed(const fs::path& list) {
   return found;
 }
 
+[[noreturn]] void throw_nothing_in(const fs::path& argument) {
+  throw std::invalid_argument(argument.string() + ": no recording in it, nor a list of some");
+}
+
 // What can be a folder's name, and a word of a shell.
-std::string plain_name(const fs::path& path) {
-  std::string name = path.stem().string();
-  if (name.ends_with(".mcap") || name.ends_with(".db3")) name.resize(name.rfind('.'));
+std::string plain_name(const RecordingParts& parts) {
+  std::string name = parts.front().stem().string();
+  while (name.ends_with(".bag") || name.ends_with(".mcap") || name.ends_with(".db3")) {
+    name.resize(name.rfind('.'));
+  }
+  const std::size_t letters = name.find_last_not_of("0123456789_");
+  if (parts.size() > 1 && letters != std::string::npos) name.resize(letters + 1);
   for (char& letter : name) {
     const auto byte = static_cast<unsigned char>(letter);
     if (std::isalnum(byte) == 0 && letter != '-' && letter != '.') letter = '_';
@@ -57,34 +52,45 @@ std::string plain_name(const fs::path& path) {
 
 }  // namespace
 
-std::vector<fs::path> find_recordings(const fs::path& argument) {
-  require(fs::exists(argument), argument.string() + ": is not there");
-  std::vector<fs::path> found;
-  if (is_recording(argument)) {
-    found = {argument};
-  } else if (fs::is_directory(argument)) {
-    collect(argument, found);
-  } else {
-    found = listed(argument);
+std::vector<RecordingParts> find_recordings(const std::vector<fs::path>& arguments) {
+  std::vector<fs::path> named;
+  std::vector<RecordingParts> found;
+  for (const fs::path& argument : arguments) {
+    require(fs::exists(argument), argument.string() + ": is not there");
+    std::vector<fs::path> listed_here;
+    if (fs::is_directory(argument)) {
+      std::vector<RecordingParts> inside = recordings_in(fs::canonical(argument));
+      if (inside.empty()) throw_nothing_in(argument);
+      std::move(inside.begin(), inside.end(), std::back_inserter(found));
+    } else if (is_recording(argument)) {
+      named.push_back(fs::canonical(argument));
+    } else {
+      const std::vector<fs::path> lines = listed(argument);
+      if (lines.empty()) throw_nothing_in(argument);
+      for (const fs::path& path : lines) named.push_back(fs::canonical(path));
+    }
   }
-  require(!found.empty(), argument.string() + ": no recording in it, nor a list of some");
-  for (fs::path& path : found) path = fs::canonical(path);
+  for (RecordingParts& parts : recordings_of(named)) found.push_back(std::move(parts));
   return found;
 }
 
-std::vector<Entry> with_names(std::vector<Entry> earlier, const std::vector<fs::path>& recordings) {
+std::vector<Entry> with_names(std::vector<Entry> earlier,
+                              const std::vector<RecordingParts>& recordings) {
   std::set<std::string> names;
-  std::set<fs::path> paths;
+  std::set<fs::path> known;
   for (const Entry& entry : earlier) {
     names.insert(entry.name);
-    paths.insert(entry.path);
+    known.insert(entry.parts.begin(), entry.parts.end());
   }
-  for (const fs::path& path : recordings) {
-    if (!paths.insert(path).second) continue;
-    const std::string plain = plain_name(path);
+  for (const RecordingParts& parts : recordings) {
+    const bool is_known = std::any_of(parts.begin(), parts.end(),
+                                      [&](const fs::path& part) { return known.contains(part); });
+    if (is_known) continue;
+    known.insert(parts.begin(), parts.end());
+    const std::string plain = plain_name(parts);
     std::string name = plain;
     for (int i = 2; !names.insert(name).second; ++i) name = plain + "_" + std::to_string(i);
-    earlier.push_back({name, path});
+    earlier.push_back({name, parts});
   }
   return earlier;
 }
@@ -93,15 +99,22 @@ std::vector<Entry> read_list(const fs::path& file) {
   std::vector<Entry> entries;
   std::ifstream in(file);
   for (std::string line; std::getline(in, line);) {
-    const std::size_t tab = line.find('\t');
-    if (tab != std::string::npos) entries.push_back({line.substr(0, tab), line.substr(tab + 1)});
+    std::istringstream words(line);
+    Entry entry;
+    std::getline(words, entry.name, '\t');
+    for (std::string path; std::getline(words, path, '\t');) entry.parts.emplace_back(path);
+    if (!entry.parts.empty()) entries.push_back(std::move(entry));
   }
   return entries;
 }
 
 void write_list(const fs::path& file, const std::vector<Entry>& entries) {
   std::string text;
-  for (const Entry& entry : entries) text += entry.name + "\t" + entry.path.string() + "\n";
+  for (const Entry& entry : entries) {
+    text += entry.name;
+    for (const fs::path& part : entry.parts) text += "\t" + part.string();
+    text += "\n";
+  }
   files::write_whole_file(file, text);
 }
 

@@ -80,7 +80,7 @@ img { max-width: 200px; max-height: 120px; }
 Row row_of(const Store& store, const Entry& entry) {
   Row row;
   row.name = entry.name;
-  row.path = entry.path.string();
+  for (const auto& part : entry.parts) row.path += (row.path.empty() ? "" : "; ") + part.string();
   row.verdict = "not done";
   if (std::filesystem::exists(store.report(entry))) {
     read_report(read_json(store.report(entry)), row);

@@ -1,7 +1,5 @@
 #include "tools/map/judge.hpp"
 
-#include <algorithm>
-
 #include "common/trajectory_fit.hpp"
 #include "slam/grid/map_prediction.hpp"
 
@@ -9,20 +7,13 @@ namespace marco {
 
 Errors judge_path(const MapJob& job) {
   Errors errors;
-  if (job.truth().empty()) return errors;
-  const bool is_by_arrival =
-      std::any_of(job.inputs().begin(), job.inputs().end(),
-                  [](const files::InputReport& input) { return input.truth_by_arrival; });
-  const auto fit_path = [&](const Trajectory& path) {
-    return is_by_arrival ? fit_to_truth_of_other_clock(path, job.truth())
-                         : fit_to_truth(path, job.truth());
-  };
-  const TrajectoryFit fit = fit_path(job.trajectory());
+  if (job.truth().poses.empty()) return errors;
+  const TrajectoryFit fit = fit_to_truth(job.trajectory(), job.truth());
   if (fit.count < 2) return errors;
   errors["path error rms_m"] = fit.rms_m;
   errors["path error max_m"] = fit.max_m;
-  if (is_by_arrival) errors["true poses late_s"] = fit.truth_late.seconds();
-  const TrajectoryFit odometry = fit_path(job.odometry_trajectory());
+  if (job.truth().is_by_arrival) errors["true poses late_s"] = fit.truth_late.seconds();
+  const TrajectoryFit odometry = fit_to_truth(job.odometry_trajectory(), job.truth());
   if (odometry.count >= 2) errors["odometry error rms_m"] = odometry.rms_m;
   return errors;
 }

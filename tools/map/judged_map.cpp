@@ -6,25 +6,14 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "recordings/tilted_scans.hpp"
+#include "recordings/recording_folder.hpp"
 #include "tools/map/calibration.hpp"
 
 namespace marco {
 namespace {
 
-// Files of 3D scans in a row are one recording, as in a folder.
-void read_all(MapJob& job, const std::vector<std::string>& inputs, const ForeignTable& foreign) {
-  for (auto input = inputs.begin(); input != inputs.end();) {
-    const auto other = std::find_if_not(input, inputs.end(), [](const std::string& path) {
-      return std::filesystem::is_regular_file(path) && files::is_tilted_scan(path);
-    });
-    if (other - input > 1) {
-      job.read_scans({input, other});
-      input = other;
-    } else {
-      job.read(*input++, foreign);
-    }
-  }
+std::vector<RecordingParts> recordings_among(const MapArguments& arguments) {
+  return recordings_of({arguments.inputs.begin(), arguments.inputs.end()});
 }
 
 // A recording of another building cannot extend the map: then nothing is written.
@@ -55,7 +44,8 @@ void apply(const CalibrationFile& calibration, MapOptions& options) {
 
 bool can_be_corrected(const MapArguments& arguments) {
   return !arguments.no_calibration && arguments.calibration.empty() &&
-         arguments.inputs.size() == 1 && arguments.extend.empty() && arguments.localize.empty();
+         recordings_among(arguments).size() == 1 && arguments.extend.empty() &&
+         arguments.localize.empty();
 }
 
 // As good at least by its verdict, and by the scans that were matched.
@@ -94,7 +84,7 @@ JudgedMap make_map(const MapArguments& arguments,
   load_edits(arguments, job);
   if (!arguments.extend.empty()) job.extend(arguments.extend);
   if (!arguments.localize.empty()) job.localize(arguments.localize);
-  read_all(job, arguments.inputs, foreign);
+  for (const RecordingParts& parts : recordings_among(arguments)) job.read(parts, foreign);
   require_extended(arguments, job);
   job.finish();
   require_scans(arguments, job);

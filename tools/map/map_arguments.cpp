@@ -25,7 +25,7 @@ The format of each INPUT is recognised by its content:
   3D scans, as files or in a folder (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv).
 Several INPUTs are sessions of one map: each is localized in the map of the sessions before it. A session that is not
 found there, such as one of another building, gets its own map in OUT/session_N, and the exit code is 1. Files of 3D
-scans that follow each other are one session.
+scans that follow each other are one session, and so are the parts of a split ROS recording (NAME_0.bag, NAME_1.bag, ...).
 Many recordings with a map each: --many DIR (./marco map --many --help).
 
 To record your own robot: publish bot_core.planar_lidar_t on LIDAR, marco.odometry_t on ODOMETRY and, once a second,

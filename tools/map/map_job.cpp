@@ -7,7 +7,6 @@
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/convert.hpp"
 #include "recordings/recording.hpp"
-#include "recordings/tilted_scans.hpp"
 #include "slam/process/map_folder.hpp"
 #include "slam/session/merge_maps.hpp"
 
@@ -82,12 +81,8 @@ void MapJob::set_edits(const slam::MapEdits& edits) {
   slam_->set_edits(edits);
 }
 
-void MapJob::read(const std::filesystem::path& input, const ForeignTable& foreign) {
-  read(*open_recording(input, foreign), input);
-}
-
-void MapJob::read_scans(const std::vector<std::filesystem::path>& scans) {
-  read(*files::open_tilted_scans(scans), scans.front());
+void MapJob::read(const RecordingParts& parts, const ForeignTable& foreign) {
+  read(*open_recording(parts, foreign), parts.front());
 }
 
 void MapJob::read(files::SampleReader& recording, const std::filesystem::path& input) {
@@ -133,7 +128,7 @@ void MapJob::check_that_lines_go_on(std::size_t first_key,
 
 void MapJob::take(const Sample& sample) {
   if (const auto* pose = std::get_if<TruePose>(&sample)) {
-    recorded_.truth.push_back({pose->utime, pose->world_from_robot});
+    recorded_.truth.add(*pose);
   }
   if (const auto* odometry = std::get_if<OdometrySample>(&sample)) {
     recorded_.odometry.push_back({odometry->utime, odometry->odom_from_robot});

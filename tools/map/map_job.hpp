@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "common/trajectory.hpp"
+#include "common/trajectory_fit.hpp"
 #include "lcm_tools/base/renamed_key.hpp"
 #include "lcm_tools/process/batch_bus.hpp"
 #include "mapping3d/process/mapping3d_adapter.hpp"
 #include "recordings/foreign.hpp"
+#include "recordings/ros/split_recordings.hpp"
 #include "recordings/sample_reader.hpp"
 #include "slam/doctor/doctor.hpp"
 #include "slam/process/line_slam_adapter.hpp"
@@ -77,9 +79,7 @@ class MapJob {
   /// Reads a recording to its end; several are sessions, see slam::MappingSession.
   /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
   /// is full.
-  void read(const std::filesystem::path& input, const ForeignTable& foreign);
-  /// 3D scans that one robot made of one place, a file each, as one recording.
-  void read_scans(const std::vector<std::filesystem::path>& scans);
+  void read(const RecordingParts& parts, const ForeignTable& foreign);
 
   /// Optimizes for the last time, and completes slam.lcm.
   void finish();
@@ -116,7 +116,7 @@ class MapJob {
   const slam::LineSlamAdapter* lines() const { return lines_; }
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
   const std::vector<files::InputReport>& inputs() const { return recorded_.inputs; }
-  const Trajectory& truth() const { return recorded_.truth; }
+  const RecordedTruth& truth() const { return recorded_.truth; }
   /// Odometry as recorded, all of it; and the gyroscope's rate, integrated, as poses that only
   /// turn.
   const Trajectory& odometry() const { return recorded_.odometry; }
@@ -141,7 +141,7 @@ class MapJob {
   struct Recorded {
     std::vector<files::InputReport> inputs;
     std::map<std::string, SensorInfo> sensors;
-    Trajectory truth;
+    RecordedTruth truth;
     Trajectory odometry;
     Trajectory gyro_heading;
   };

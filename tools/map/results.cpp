@@ -64,7 +64,7 @@ void write_paths(const std::filesystem::path& out, const MapJob& job) {
   if (!job.odometry_trajectory().empty()) {
     files::write_tum(out / "odometry.tum", job.odometry_trajectory());
   }
-  if (!job.truth().empty()) files::write_tum(out / "truth.tum", job.truth());
+  if (!job.truth().poses.empty()) files::write_tum(out / "truth.tum", job.truth().poses);
 }
 
 void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map) {

@@ -15,7 +15,7 @@ using namespace marco;  // NOLINT(google-build-using-namespace): a main has no o
 
 // What drivers publish. Orders and what was made of them stay out.
 const ChannelPattern kOwn(
-    "LIDAR.*|SENSOR_INFO|ODOMETRY|IMU|PANTILT_STATE|SONAR|CAMERA(_.*)?|TRUE_POSE");
+    "LIDAR.*|SENSOR_INFO|ODOMETRY|IMU|PANTILT_STATE|SONAR|CAMERA(_.*)?|TRUE_POSE(_BY_ARRIVAL)?");
 
 std::set<std::string> inputs_of(const std::string& log, const ForeignTable& table) {
   std::set<std::string> inputs, others;

@@ -61,7 +61,7 @@ class InputReader {
     if (paths.size() <= first_path || paths.back().label != "estimate") return;
     const Trajectory estimate = paths.back().poses;
     for (std::size_t i = first_path; i + 1 < paths.size(); ++i) {
-      paths[i].poses = paths[i].label == "truth" ? truth_on_estimate(estimate, paths[i].poses)
+      paths[i].poses = paths[i].label == "truth" ? truth_on_estimate(estimate, {paths[i].poses})
                                                  : odometry_on_estimate(estimate, paths[i].poses);
     }
     std::erase_if(paths, [](const auto& path) { return path.poses.empty(); });

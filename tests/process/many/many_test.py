@@ -35,6 +35,16 @@ def simulate(program, root, folder, logs, seed):
     (folder / 'broken.lcm').write_bytes((folder / 'run_000.lcm').read_bytes()[:2000])  # no scans
 
 
+def split(program, log, folder):
+    """The log as a bag in three parts, as rosbag splits, and another bag beside them."""
+    for part, times in enumerate((['--to', '2'], ['--from', '2', '--to', '4'], ['--from', '4'])):
+        cut = folder / 'cut.lcm'
+        subprocess.run([program, 'cut', log, cut, '--force'] + times, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run([program, 'convert', cut, folder / f'split_{part}.bag'], check=True, stdout=subprocess.DEVNULL)
+        cut.unlink()
+    subprocess.run([program, 'convert', log, folder / 'whole.bag'], check=True, stdout=subprocess.DEVNULL)
+
+
 def workers_of(pid):
     try:
         return [int(child) for child in pathlib.Path(f'/proc/{pid}/task/{pid}/children').read_text().split()]
@@ -79,6 +89,7 @@ def main():
         logs, out = folder / 'logs', folder / 'out'
         logs.mkdir()
         simulate(arguments.bin / 'marco-simulate', arguments.root, logs, arguments.logs, 1)
+        split(arguments.bin / 'marco-log', logs / 'run_000.lcm', logs)
         kills = collections.Counter()
         command = [arguments.bin / 'marco-map-many', logs, '--out', out, '--jobs', '2']
         code, said = run_and_kill(command, chance, kills, max(1, arguments.logs // 20))
@@ -86,11 +97,13 @@ def main():
         check('the broken log is reported by the exit code', code == 1)
         rows = list(csv.DictReader(open(out / 'table.csv')))
         check('every log has a row', sorted(row['log'] for row in rows) ==
-              sorted(['broken'] + [f'run_{i:03}' for i in range(arguments.logs)]))
+              sorted(['broken', 'split', 'whole'] + [f'run_{i:03}' for i in range(arguments.logs)]))
         for row in rows:
             broken = row['log'] == 'broken'
             check(f'{row} is what it should be', (row['verdict'] == 'failed') == broken and row['verdict'] != 'not done')
             check(f'{row} has its picture and scans', broken or (int(row['scans']) > 5 and (out / row['picture']).is_file()))
+        scans = {row['log']: row['scans'] for row in rows}
+        check(f'a split recording has all scans: {scans}', scans['split'] == scans['whole'])
         page = (out / 'index.html').read_text()
         check('the page has a row for each', all(f'>{row["log"]}</a>' in page for row in rows))
         check('the page shows each map', 

@@ -122,7 +122,7 @@ TEST(TrajectoryFit, TheDelayOfAnotherClocksTruthIsFoundToAMillisecond) {
     late.push_back({Utime::from_seconds(t_s + 0.17), truth.back().world_from_robot});
   }
   EXPECT_GT(fit_to_truth(truth, late).rms_m, 0.05);
-  const TrajectoryFit fit = fit_to_truth_of_other_clock(truth, late);
+  const TrajectoryFit fit = fit_to_truth(truth, RecordedTruth{late, true});
   EXPECT_NEAR(fit.truth_late.seconds(), 0.17, 0.002);
   EXPECT_LT(fit.rms_m, 0.003);
 }

@@ -102,7 +102,20 @@ TEST_F(LcmLog, ChannelsWhoseClocksDisagreeMeetByEventTime) {
   ASSERT_EQ(recorded.truth.size(), 20U);
   EXPECT_EQ(recorded.truth[7].utime, recorded.scans.at(7).utime);
   EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("differ by")));
-  EXPECT_TRUE(recorded.report.truth_by_arrival);
+  EXPECT_TRUE(recorded.truth[7].is_by_arrival);
+}
+
+// What a reader brought into one clock is written without the clocks it came from.
+TEST_F(LcmLog, TruthOfAnotherClockStaysThatWhenItIsWrittenAgain) {
+  for (int i = 0; i < 20; ++i) {
+    const int64_t us = 1'000'000 + 100'000 * i;
+    add(scan(us), us);
+    add(TruePose{Utime::from_us(us), {0.1 * i, 0.0, 0.0}, true}, us);
+  }
+  const Recorded recorded = read();
+  ASSERT_EQ(recorded.truth.size(), 20U);
+  EXPECT_TRUE(recorded.truth[7].is_by_arrival);
+  EXPECT_EQ(recorded.truth[7].utime, recorded.scans.at(7).utime);
 }
 
 // MBot's scans are stamped at their first beam by one driver, at their end by the next. Both are

@@ -115,6 +115,8 @@ TEST(WireFormat, OdometryImuPanTiltStateAndTruePose) {
                 Wire(pantilt_state_t::getHash())(int64_t{13}, 0.5, -0.25, 0.01, 0.02).bytes());
   expect_sample(TruePose{Utime::from_us(14), {4.0, 5.0, -1.0}}, "TRUE_POSE",
                 Wire(pose2_t::getHash())(int64_t{14}, 4.0, 5.0, -1.0).bytes());
+  expect_sample(TruePose{Utime::from_us(14), {4.0, 5.0, -1.0}, true}, "TRUE_POSE_BY_ARRIVAL",
+                Wire(pose2_t::getHash())(int64_t{14}, 4.0, 5.0, -1.0).bytes());
 }
 
 TEST(WireFormat, BaseCommand) {

@@ -41,27 +41,39 @@ class Recordings : public ::testing::Test {
 };
 
 TEST_F(Recordings, AreFoundInAFolderAndInFoldersWithinIt) {
-  const auto entries = with_names({}, find_recordings(folder_.path()));
+  const auto entries = with_names({}, find_recordings({folder_.path()}));
   EXPECT_THAT(names(entries), ElementsAre("a_b", "rosbag", "z", "z_2"));
-  EXPECT_TRUE(entries[0].path.is_absolute());
+  EXPECT_TRUE(entries[0].parts.front().is_absolute());
 }
 
 TEST_F(Recordings, AreListedOneALine) {
   const fs::path list = folder_.write("list.txt", "# ours\nz.log\r\n\nb/z.log\n");
-  EXPECT_THAT(names(with_names({}, find_recordings(list))), ElementsAre("z", "z_2"));
+  EXPECT_THAT(names(with_names({}, find_recordings({list}))), ElementsAre("z", "z_2"));
   folder_.write("list.txt", "gone.log\n");
-  EXPECT_THAT(complaint([&] { find_recordings(list); }), HasSubstr("gone.log"));
-  EXPECT_THAT(complaint([&] { find_recordings(folder_.path() / "none"); }), HasSubstr("not there"));
+  EXPECT_THAT(complaint([&] { find_recordings({list}); }), HasSubstr("gone.log"));
+  EXPECT_THAT(complaint([&] { find_recordings({folder_.path() / "none"}); }),
+              HasSubstr("not there"));
+}
+
+TEST_F(Recordings, OfSeveralPartsAreOneLine) {
+  const auto entries = with_names({}, {{"/logs/run_0.bag", "/logs/run_1.bag"}, {"/logs/z_0.bag"}});
+  EXPECT_THAT(names(entries), ElementsAre("run", "z_0"));
+  write_list(folder_.path() / "list.tsv", entries);
+  const auto again = read_list(folder_.path() / "list.tsv");
+  ASSERT_EQ(again.size(), 2U);
+  EXPECT_EQ(again[0].parts, entries[0].parts);
+  EXPECT_THAT(names(with_names(again, {{"/logs/run_1.bag", "/logs/run_2.bag"}})),
+              ElementsAre("run", "z_0"));
 }
 
 TEST_F(Recordings, KeepTheirNamesWhenOthersCome) {
-  const auto first = with_names({}, find_recordings(folder_.path() / "b"));
+  const auto first = with_names({}, find_recordings({folder_.path() / "b"}));
   EXPECT_THAT(names(first), ElementsAre("rosbag", "z"));
   write_list(folder_.path() / "list.tsv", first);
   const auto more =
-      with_names(read_list(folder_.path() / "list.tsv"), find_recordings(folder_.path()));
+      with_names(read_list(folder_.path() / "list.tsv"), find_recordings({folder_.path()}));
   EXPECT_THAT(names(more), ElementsAre("rosbag", "z", "a_b", "z_2"));
-  EXPECT_EQ(more[1].path, first[1].path);
+  EXPECT_EQ(more[1].parts, first[1].parts);
 }
 
 TEST(Table, TellsOfEachWhatBecameOfIt) {
@@ -74,8 +86,9 @@ TEST(Table, TellsOfEachWhatBecameOfIt) {
                    "loops": [{"in_force": true}, {"in_force": false}], "verdict": "good",
                    "cpu_s": 1.25})");
   folder.write("good/map.png", "");
-  record_failure(store, {"bad", "/bad"}, "no laser: it holds \"a\", <b>", 0.5);
-  const auto rows = write_table(store, {{"good", "/good"}, {"bad", "/bad"}, {"none", "/none"}});
+  record_failure(store, {"bad", {"/bad"}}, "no laser: it holds \"a\", <b>", 0.5);
+  const auto rows =
+      write_table(store, {{"good", {"/good"}}, {"bad", {"/bad"}}, {"none", {"/none"}}});
   EXPECT_EQ(csv_of(rows),
             "log,format,scans,length_m,loops,verdict,cpu_s,picture,reason,path\r\n"
             "good,ROS bag,12,3.46,1,good,1.25,good/map.png,,/good\r\n"

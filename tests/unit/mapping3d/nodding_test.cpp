@@ -185,7 +185,7 @@ TEST(NoddingScans, AreAsSharpThroughTheFrontDoorAndTheRobotStands) {
   for (const auto& [set, stops] : {std::pair{"nodding_lms", 3U}, {"nodding_lms_interlaced", 1U}}) {
     const testing::TemporaryFolder folder;
     MapJob job({}, PathMaker::scans, folder.path());
-    job.read(std::string(data) + "/" + set, {});
+    job.read({std::string(data) + "/" + set}, {});
     job.finish();
     std::size_t moves = 0;
     const Trajectory path = job.trajectory();

@@ -7,7 +7,7 @@
 int main(int argc, char** argv) {
   if (argc != 3) return std::fprintf(stderr, "usage: map_a_log LOG FOLDER (which exists)\n"), 2;
   marco::MapJob job({}, marco::PathMaker::scans, argv[2]);
-  job.read(argv[1], {});
+  job.read({argv[1]}, {});
   job.finish();
   marco::files::write_map(argv[2], job.grid());
   const marco::Trajectory path = job.trajectory();

@@ -41,7 +41,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
   const bool use = input.level && input.scan.hits_in_robot.cols() >= options_.gates.min_points;
   MotionInput motion = input.motion;
   motion.first_from_middle = first_from_middle(input.scan);
-  const MotionGuess guess = motion_.guess(motion);
+  const MotionGuess guess = motion_.guess(motion, use);
   const PoseWithCovariance predicted =
       dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
   const Eigen::Matrix3d covariance =

@@ -49,13 +49,14 @@ Eigen::Matrix3d MotionModel::covariance_of_odometry(const Pose2& way) const {
   return rotated(variance.asDiagonal(), std::atan2(way.y_m, way.x_m));
 }
 
+bool MotionModel::has_stood_still(const MotionInput& now) const {
+  const auto& before = state_.before->odom_from_robot;
+  return before && now.odom_from_robot && stood_still(*before, *now.odom_from_robot);
+}
+
 std::optional<MotionGuess> MotionModel::from_odometry(const MotionInput& now) const {
   const MotionInput& before = *state_.before;
   if (!now.odom_from_robot || !before.odom_from_robot) return std::nullopt;
-  // A robot that stands, or odometry that is broken: which of both, only a move tells.
-  if (!state_.odometry_has_moved && stood_still(*before.odom_from_robot, *now.odom_from_robot)) {
-    return std::nullopt;
-  }
   const Pose2 step = between(*before.odom_from_robot, *now.odom_from_robot);
   const double dt_s = (now.utime - before.utime).seconds();
   const double distance_m = step.translation_m().norm();
@@ -107,11 +108,16 @@ Pose2 MotionModel::filtered(const MotionInput& now,
   return {shift_m.x(), shift_m.y(), before_from_now.theta_rad};
 }
 
-MotionGuess MotionModel::guess(const MotionInput& now) const {
+MotionGuess MotionModel::guess(const MotionInput& now, bool will_match) const {
   if (!state_.before) return {};
   MotionGuess guess = reckoning_.guess(now.utime, now.first_from_middle);
   double error_rad2 = state_.reckoning_error.rad2;
-  if (const auto odometry = from_odometry(now)) {
+  // A robot that stands, or odometry that is broken: which of both, only a move tells. Where
+  // nothing else is known, and after a gap, it is believed.
+  const bool may_be_broken = !state_.odometry_has_moved && will_match &&
+                             guess.source == MotionGuess::Source::velocity && has_stood_still(now);
+  const auto odometry = may_be_broken ? std::nullopt : from_odometry(now);
+  if (odometry) {
     const PredictionError &error = state_.odometry_error, &other = state_.reckoning_error;
     const bool moves = state_.explained_by_odometry.explains_translation();
     const bool turns = state_.explained_by_odometry.explains_rotation();
@@ -202,10 +208,8 @@ void MotionModel::update(const MotionInput& now,
     if (matched) step = filtered(now, before_from_now, covariance);
     if (matched) judge_predictions(now, before_from_now, sigma_m);
     judge_sensors(now, before_from_now, matched, sigma_m);
-    if (state_.before->odom_from_robot && now.odom_from_robot) {
-      state_.odometry_has_moved =
-          state_.odometry_has_moved ||
-          !stood_still(*state_.before->odom_from_robot, *now.odom_from_robot);
+    if (state_.before->odom_from_robot && now.odom_from_robot && !has_stood_still(now)) {
+      state_.odometry_has_moved = true;
     }
     state_.move_m += kFresh * (before_from_now.translation_m().norm() - state_.move_m);
     state_.turn_rad += kFresh * (std::abs(before_from_now.theta_rad) - state_.turn_rad);

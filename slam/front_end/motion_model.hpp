@@ -59,7 +59,8 @@ class MotionModel {
   explicit MotionModel(const MotionOptions& options = {});
 
   /// The move from the scan before to this one. Changes nothing.
-  MotionGuess guess(const MotionInput& now) const;
+  /// @param will_match  a match will judge it: odometry that has never moved is left out
+  MotionGuess guess(const MotionInput& now, bool will_match = true) const;
 
   /// The move that odometry over up to the last second asks for, where `before_from_now` and the
   /// moves before it differ from it by more than its noise; else nothing. Judged one step at a time
@@ -102,6 +103,8 @@ class MotionModel {
  private:
   /// Of a way that odometry tells, in the frame where it begins.
   Eigen::Matrix3d covariance_of_odometry(const Pose2& way) const;
+  /// By odometry, since the scan before.
+  bool has_stood_still(const MotionInput& now) const;
   /// Kalman update of the predicted move by the one found, which may be known less well: along a
   /// bare corridor velocities would be made of nothing but the errors of matches.
   Pose2 filtered(const MotionInput& now,

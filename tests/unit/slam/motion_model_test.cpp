@@ -267,6 +267,10 @@ TEST(MotionModel, OdometryThatHasNeverMovedPredictsNothing) {
   const MotionGuess still = model.guess(at(1.0, Pose2{3, 4, 0}));
   EXPECT_EQ(still.source, MotionGuess::Source::velocity);
   EXPECT_THAT(still.before_from_now, IsNear(Pose2{0.1, 0, 0}, 0.01, 0.01));
+  EXPECT_EQ(model.guess(at(1.0, Pose2{3, 4, 0}), false).source, MotionGuess::Source::odometry)
+      << "no match will judge a tilted scan";
+  EXPECT_EQ(model.guess(at(9.0, Pose2{3, 4, 0})).source, MotionGuess::Source::odometry)
+      << "after a gap nothing else is known";
   const Eigen::Matrix3d along_unknown = Eigen::Vector3d(1e-6, 1e6, 1e6).asDiagonal();
   EXPECT_FALSE(model.stands_still(at(1.0, Pose2{3, 4, 0}), along_unknown));
   model.update(at(1.0, Pose2{3.1, 4, 0}), {0.1, 0, 0});

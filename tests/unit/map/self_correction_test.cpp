@@ -19,13 +19,13 @@ TEST(SelfCorrection, OdometryToldTheWayWhereScansLeftItOpen) {
               1.0, 1e-9);
 }
 
-// A scale that is off by 1.5 % is nothing in rooms, and 0.45 m along 30 m of bare corridor.
+// A scale that is off by 1.5 % is nothing in rooms, and 1.5 m along 100 m of bare corridor.
 TEST(SelfCorrection, ASmallErrorOfScaleIsCorrectedAlongBareCorridors) {
   slam::SelfCalibration found;
   found.calibration.odometry.left_scale = found.calibration.odometry.right_scale = 0.985;
   EXPECT_EQ(needed_correction(found, 0.0), SensorCalibration{});
-  EXPECT_EQ(needed_correction(found, 5.0), SensorCalibration{});
-  EXPECT_EQ(needed_correction(found, 30.0).odometry, found.calibration.odometry);
+  EXPECT_EQ(needed_correction(found, 15.0), SensorCalibration{});
+  EXPECT_EQ(needed_correction(found, 100.0).odometry, found.calibration.odometry);
   found.calibration.odometry.left_scale = found.calibration.odometry.right_scale = 0.9;
   EXPECT_EQ(needed_correction(found, 0.0).odometry, found.calibration.odometry);
 }

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "slam/map/visits.hpp"
 #include "slam/doctor/doctor_gates.hpp"
 #include "slam/doctor/rematch.hpp"
+#include "slam/map/visits.hpp"
 
 namespace marco::slam {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/back_end/graph/map_spread.hpp"
-#include "slam/map/visits.hpp"
 #include "slam/doctor/doctor_gates.hpp"
 #include "slam/doctor/odometry_windows.hpp"
+#include "slam/map/visits.hpp"
 
 namespace marco::slam {
 namespace {

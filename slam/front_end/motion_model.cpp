@@ -112,8 +112,8 @@ MotionGuess MotionModel::guess(const MotionInput& now, bool will_match) const {
   if (!state_.before) return {};
   MotionGuess guess = reckoning_.guess(now.utime, now.first_from_middle);
   double error_rad2 = state_.reckoning_error.rad2;
-  // A robot that stands, or odometry that is broken: which of both, only a move tells. Where
-  // nothing else is known, and after a gap, it is believed.
+  // Odometry that has never moved may be broken, or the robot has stood still: only a move tells.
+  // After a gap, where nothing else is known, it is believed.
   const bool may_be_broken = !state_.odometry_has_moved && will_match &&
                              guess.source == MotionGuess::Source::velocity && has_stood_still(now);
   const auto odometry = may_be_broken ? std::nullopt : from_odometry(now);

@@ -26,6 +26,7 @@ struct Consistency {
   }
 };
 
+// The likeliest of each contradiction: others of its are alternatives.
 MapEdits remedies_of(const Slam& slam) {
   MapEvidence evidence;
   evidence.keys = slam.keys();
@@ -34,7 +35,7 @@ MapEdits remedies_of(const Slam& slam) {
   examine_visits(evidence, diagnosis);
   MapEdits remedies;
   for (const Reason& reason : diagnosis.reasons) {
-    remedies.insert(remedies.end(), reason.remedies.begin(), reason.remedies.end());
+    if (!reason.remedies.empty()) remedies.push_back(reason.remedies.front());
   }
   return remedies;
 }

@@ -14,8 +14,8 @@ namespace {
 constexpr double kScaleOff = 0.075, kVeerRadPerM = 0.087, kLateS = 0.05;
 constexpr double kGyroBiasRadPerS = 0.01;
 
-// By this much, in all, a wrong scale may stretch the path. Three passes of a bare corridor share
-// it; furnished buildings have 0.2 m of it (intel 0.15), and are not made again for that.
+// A scale error that stretches the path by more than this, summed over all passes, is corrected.
+// Furnished buildings stay below it: intel has 0.15 m, loop5 0.32 m.
 constexpr double kStretchM = 0.5;
 // Standard deviation of a step along its least known direction. Of those that scans know, 95 % are
 // below 11 mm; along bare corridors they are 20 mm and more.

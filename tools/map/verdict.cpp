@@ -85,11 +85,11 @@ std::optional<MapVerdict> judge_map(const MapJob& job) {
   MapVerdict verdict{std::move(*evidence), {}};
   verdict.diagnosis = slam::examine(verdict.evidence);
   if (const slam::MapEdits mended = job.mended(); !mended.empty()) {
-    // What was mended was wrong, and a break is mended only where it was seen twice.
-    char text[160];
+    // A break is mended only where both sides were seen again: what lies between may still be off.
+    char text[200];
     std::snprintf(text, sizeof text,
-                  "the map contradicted itself and was mended by %zu loop closures, the first of "
-                  "%.1f and %.1f s: look at these places",
+                  "the map contradicted itself and was mended by adding or removing %zu loop "
+                  "closures, the first between %.1f and %.1f s: look at these places",
                   mended.size(), seconds_into(job, mended.front().from),
                   seconds_into(job, mended.front().to));
     verdict.diagnosis.ask(text);

@@ -280,17 +280,13 @@ TEST(MotionModel, OdometryThatHasNeverMovedPredictsNothing) {
 // Along a bare corridor matches stay behind, by as much as they do not know.
 TEST(MotionModel, MatchesThatDoNotKnowTheWayDoNotStopTheRobot) {
   MotionModel model;
+  double now_s = 0.0;
   const auto drive = [&](int scans, double found_m, const Eigen::Matrix3d& covariance) {
     for (int i = 0; i < scans; ++i) {
-      const double since_s = model.state().before ? 0.2 : 0.0;
-      const Utime last = since_s > 0.0 ? model.newest() : Utime::from_seconds(0.0);
-      MotionInput now = at(0.0);
-      now.utime = last + Duration::from_seconds(since_s);
-      model.update(now, {found_m, 0.02, 0}, true, covariance);
+      model.update(at(now_s), {found_m, 0.02, 0}, true, covariance);
+      now_s += 0.2;
     }
-    MotionInput next = at(0.0);
-    next.utime = model.newest() + Duration::from_seconds(0.2);
-    return model.guess(next).before_from_now;
+    return model.guess(at(now_s)).before_from_now;
   };
   drive(30, 0.10, Eigen::Vector3d(1e-6, 1e-6, 1e-6).asDiagonal());
   const Pose2 in_corridor = drive(5, 0.02, Eigen::Vector3d(0.04, 1e-6, 1e-6).asDiagonal());

@@ -34,6 +34,7 @@ inline constexpr const char* kTrajectory = "TRAJECTORY";
 inline constexpr const char* kScene = "SCENE";
 inline constexpr const char* kMesh = "MESH";
 inline constexpr const char* kSlamCommand = "SLAM_COMMAND";
+inline constexpr const char* kSlamReply = "SLAM_REPLY";  ///< slam_reply_t
 inline constexpr const char* kMapRequest = "MAP_REQUEST";
 inline constexpr const char* kSimFault = "SIM_FAULT";  ///< sim_fault_t: orders to marco-sim
 

@@ -168,6 +168,9 @@ void SlamAdapter::finish_mapping() {
 std::string SlamAdapter::save(const std::filesystem::path& folder) {
   require(session_.mode() != MappingSession::Mode::localizing,
           "SAVE: while localizing, the map is not changed");
+  // Alone, what was driven since would take the place of the map that it is to extend.
+  require(session_.mode() != MappingSession::Mode::extending || session_.joined(),
+          "SAVE: the robot has not been found yet in the map that it extends");
   return orders_.write(
       [folder,
        map = session_.saved(process::print_options(options_.slam, process::Printed::changed)),
@@ -186,6 +189,13 @@ std::string SlamAdapter::execute_on_map(const SlamOrder& order) {
       session_.localize(session_.localizer_in(load_map_folder(order.folder)));
       return "LOCALIZE " + order.folder.string() + ": relocalizing in " +
              std::to_string(session_.keys().size()) + " keyframes";
+    case slam_command_t::EXTEND: {
+      SavedMap map = load_map_folder(order.folder);
+      const std::size_t keyframes = map.slam.keyframes.keys.size();
+      session_.extend(std::move(map));
+      return "EXTEND " + order.folder.string() + ": looking for the robot in " +
+             std::to_string(keyframes) + " keyframes; what it drives is added to them";
+    }
     case slam_command_t::RESET:
       session_.reset();
       return "RESET: a new map is started";

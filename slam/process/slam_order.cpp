@@ -59,7 +59,7 @@ void SlamOrders::take(const slam_command_t& command,
   taking_.command_utime = command.utime;
   answer(taking_, [&] {
     const SlamOrder order = check_order(command, maps_folder);
-    taking_.path = order.folder.string();
+    if (!order.folder.empty()) taking_.path = std::filesystem::absolute(order.folder).string();
     return execute(order);
   });
 }

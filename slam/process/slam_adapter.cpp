@@ -81,7 +81,7 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   input.deskewed_by_odometry = velocity.by_odometry;
   input.motion = scan.motion;
   if (distrusted) input.motion.odom_from_robot.reset();
-  input.level = scan.level;
+  input.level = scan_is_level_ = scan.level;
   input.may_draw = may_draw;
   for (const BeamOrder order : scan.beam_order.rivals) {
     input.rival_times_s.push_back(
@@ -171,6 +171,7 @@ std::string SlamAdapter::save(const std::filesystem::path& folder) {
   // Alone, what was driven since would take the place of the map that it is to extend.
   require(session_.mode() != MappingSession::Mode::extending || session_.joined(),
           "SAVE: the robot has not been found yet in the map that it extends");
+  require(!session_.keys().empty(), "SAVE: there is no map yet: " + mapping_line());
   return orders_.write(
       [folder,
        map = session_.saved(process::print_options(options_.slam, process::Printed::changed)),
@@ -210,7 +211,8 @@ std::string SlamAdapter::mapping_line() const {
   const PlaceEstimate* estimate = session_.estimate();
   const Localizer* localizer = session_.localizer();
   if (localizer != nullptr && localizer->is_localized()) return "localized";
-  if (estimate == nullptr) return std::to_string(slam().key_count()) + " kept";
+  if (session_.keys().empty() && !scan_is_level_) return "no map: the laser is not level";
+  if (estimate == nullptr) return std::to_string(slam().key_count()) + " keyframes";
   return estimate->candidates.empty() ? "not found in the map yet"
                                       : std::to_string(estimate->candidates.size()) + " places fit";
 }

@@ -107,6 +107,20 @@ TEST_F(SlamAdapterOrders, OrdersThatLeadOutOfTheMapsFolderOrNowhereAreRefused) {
               HasSubstr("map.marco: is no MARCOMAP file"));
 }
 
+TEST_F(SlamAdapterOrders, WithoutAMapNothingIsSavedAndTheReasonIsSaid) {
+  SlamAdapterOptions options;
+  options.maps_folder = folder_.path().string();
+  process::BatchBus bus;
+  SlamAdapter slam(bus, options);
+  std::get<SensorInfo>(samples_[0]).parent_from_sensor =
+      make_pose3({0.1, 0.0, 0.3}) * Pose3(Eigen::AngleAxisd(1.2, Eigen::Vector3d::UnitY()));
+  for (std::size_t i = 0; i < 20; ++i) send(bus, samples_[i]);
+  EXPECT_THAT(slam.state_line(), HasSubstr("no map: the laser is not level"));
+  order(bus, slam_command_t::SAVE, "hall");
+  EXPECT_THAT(text_of(slam.take_reply()), HasSubstr("refused: SAVE: there is no map yet"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "hall"));
+}
+
 TEST_F(SlamAdapterOrders, ASavedMapGrowsByWhatIsDrivenAfterExtend) {
   SlamAdapterOptions options;
   options.maps_folder = folder_.path().string();

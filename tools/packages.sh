@@ -6,7 +6,6 @@ declare -A packages_for=(
     libtomlplusplus-dev libcli11-dev nlohmann-json3-dev zlib1g-dev libpng-dev libjpeg-dev libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
     libopencv-videoio-dev libmeshoptimizer-dev libncurses-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev"
   [viewer]="libosmesa6-dev|libegl-dev libosmesa6|libgl1-mesa-dri libgl-dev libgl2ps-dev"
-  [window]="libsdl2-dev"
   [simulator]="libembree-dev"
   [network]="iproute2 procps"
   [bridge]="libboost-dev"

@@ -6,7 +6,6 @@
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/process/status_publisher.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
@@ -19,7 +18,6 @@
 #include "tools/watch/live_map.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/map_picture.hpp"
-#include "viewer/process/window.hpp"
 
 namespace {
 
@@ -39,7 +37,6 @@ struct Options {
 struct Arguments {
   process::CommonArguments common;
   std::string picture;
-  bool no_window = false;
 };
 
 void listen(process::LcmBus& bus, process::DropCounter& drops, watch::LiveMap& map) {
@@ -67,13 +64,6 @@ int run(const Arguments& arguments) {
   }
   process::start_logging("marco-watch", arguments.common.log_level);
   process::catch_stop_signals();
-  std::unique_ptr<viewer::Window> window;
-  if (!arguments.no_window) window = viewer::open_window("Marco");
-  if (!window && arguments.picture.empty()) {
-    std::fputs("marco-watch: neither a display nor --picture: nothing to do\n", stderr);
-    return process::kExitFailed;
-  }
-  spdlog::info("{}", window ? "a window is open" : "no window: no display, or built without SDL2");
   process::LcmBus bus(arguments.common.lcm_url);
   process::DropCounter drops;
   process::StatusPublisher status(bus, "marco-watch", drops);
@@ -88,7 +78,7 @@ int run(const Arguments& arguments) {
   bus.publish(channels::kMapRequest, request);  // the map so far
   int64_t pictures = 0;
   Utime next = drivers::wall_now();
-  while (!process::stop_requested() && (!window || window->pump())) {
+  while (!process::stop_requested()) {
     bus.handle_once(50);
     while (bus.handle_once(0)) {
     }
@@ -101,8 +91,7 @@ int run(const Arguments& arguments) {
     const auto scene = map.scene();
     if (!scene) continue;
     const viewer::MapPicture drawn = viewer::draw_map(*scene, options.drawing);
-    if (!arguments.picture.empty()) viewer::write_png(drawn.picture, arguments.picture);
-    if (window) window->show(drawn.picture);
+    viewer::write_png(drawn.picture, arguments.picture);
     ++pictures;
   }
   return 0;
@@ -112,13 +101,10 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-watch", [&] {
-    CLI::App app(
-        "Shows the map as it grows: in a picture file that is rewritten every second, and in a "
-        "window where there is a display");
+    CLI::App app("Shows the map as it grows, in a picture file that is rewritten every second");
     Arguments arguments;
     process::add_common_arguments(app, arguments.common);
-    app.add_option("--picture", arguments.picture, "PNG to rewrite (atomically)");
-    app.add_flag("--no-window", arguments.no_window, "write only the picture");
+    app.add_option("--picture", arguments.picture, "PNG to rewrite (atomically)")->required();
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     return run(arguments);
   });

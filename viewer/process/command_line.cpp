@@ -112,10 +112,12 @@ Inputs read_and_tell(const Arguments& arguments, const FileReaders& readers) {
   return inputs;
 }
 
-int run_walk(int argc, const char* const* argv, const FileReaders& readers, const WalkDesk& desk) {
+int run_walk(int argc, const char* const* argv, const FileReaders& readers) {
   CLI::App app(
-      "Walks through a model as the robot would: a r i d drive and turn by a unit, e E tilt, g G "
-      "pan; arrow keys or a gamepad in a window, letters on stdin where there is no display.",
+      "Walks through a model as the robot would, and draws what it sees after each step. Letters "
+      "on "
+      "stdin drive it: a r ahead and back, i d turn left and right, each by a unit; e E tilt, g G "
+      "pan.",
       "marco-viewer walk");
   Arguments arguments;
   arguments.out = "walk";
@@ -123,18 +125,13 @@ int run_walk(int argc, const char* const* argv, const FileReaders& readers, cons
       ->required();
   app.add_option("--script", arguments.walk,
                  "instead of keys: the robot's commands (\"a10 i19 e4\"), or a file of them");
-  app.add_option("--out", arguments.out, "folder for the pictures where there is no window")
-      ->capture_default_str();
+  app.add_option("--out", arguments.out, "folder for the pictures")->capture_default_str();
   app.add_option("--size", arguments.size, "WIDTHxHEIGHT [px]")->capture_default_str();
   if (const auto exit_code = process::parse_arguments(app, argc, argv)) return *exit_code;
   arguments.request.size = parse_size(arguments.size);
   const Inputs inputs = read_and_tell(arguments, readers);
   if (!arguments.walk.empty()) {
     std::printf("%s: %s\n", arguments.out.c_str(), write_output(inputs.scene, arguments).c_str());
-    return 0;
-  }
-  if (desk.open && desk.open()) {
-    render_walk_by_keys(inputs.scene, arguments.request, desk.next_key, desk.show);
     return 0;
   }
   files::OutputFolder pictures(arguments.out, "walk");
@@ -151,12 +148,8 @@ int run_walk(int argc, const char* const* argv, const FileReaders& readers, cons
 
 }  // namespace
 
-int run_viewer(int argc,
-               const char* const* argv,
-               const FileReaders& readers,
-               const WalkDesk& desk) {
-  if (argc > 1 && std::string(argv[1]) == "walk")
-    return run_walk(argc - 1, argv + 1, readers, desk);
+int run_viewer(int argc, const char* const* argv, const FileReaders& readers) {
+  if (argc > 1 && std::string(argv[1]) == "walk") return run_walk(argc - 1, argv + 1, readers);
   CLI::App app("Draws models and maps: pictures, films, vector pages, walks.", "marco-viewer");
   Arguments arguments;
   add_options(app, arguments);

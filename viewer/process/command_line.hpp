@@ -5,14 +5,10 @@
 namespace marco::viewer {
 
 /// The program `marco-viewer`, also `./marco render`: reads models and map folders, writes one
-/// picture, film, vector page or walk (`walk MODEL`: by keys in a window or, where there is no
-/// display, by keys read from stdin, with a picture after each), says on stdout what it wrote and
-/// on stderr what it skipped.
+/// picture, film, vector page or walk (`walk MODEL`: by letters read from stdin, with a picture
+/// after each), says on stdout what it wrote and on stderr what it skipped.
 /// @returns the process's exit code: 0 only when the picture was written.
 /// @throws what a main should report by process::run_main.
-int run_viewer(int argc,
-               const char* const* argv,
-               const FileReaders& readers,
-               const WalkDesk& desk = {});
+int run_viewer(int argc, const char* const* argv, const FileReaders& readers);
 
 }  // namespace marco::viewer

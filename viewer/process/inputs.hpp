@@ -15,14 +15,6 @@ struct FileReaders {
   std::function<Trajectory(const std::string& path)> trajectory;  ///< .tum
 };
 
-/// The user interface of a walk, e.g. a window; any function may be empty.
-struct WalkDesk {
-  /// Opens it. @returns false where there is no display.
-  std::function<bool()> open;
-  std::function<void(const Picture&)> show;
-  std::function<char()> next_key;  ///< waits; 0 when it was closed
-};
-
 /// The scene, and the files that could not be used.
 struct Inputs {
   Scene scene;

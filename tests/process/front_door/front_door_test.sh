@@ -97,9 +97,6 @@ expect_in "$calls" "cmake --preset release" map
 for package in libgtest libbenchmark libassimp libembree; do expect_not_in "$calls" $package map; done
 door map a.lcm --world w.toml
 expect_in "$calls" libembree-dev "map --world"
-(unset DISPLAY WAYLAND_DISPLAY; door render walk g; expect_not_in "$calls" libsdl2 "no display"; exit $failed) || failed=1
-DISPLAY=:0 door render walk g
-expect_in "$calls" libsdl2-dev "a window"
 door bench
 expect_in "$calls" libbenchmark-dev bench
 expect_in "$calls" "cmake --preset release -DMARCO_BENCHMARKS=ON" bench

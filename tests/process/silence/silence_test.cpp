@@ -83,7 +83,7 @@ TEST_F(Silence, OnAnEmptyBusAndTheEndOfIt) {
   start("marco-slam");
   start("marco-line-slam");
   start("marco-mapping3d");
-  start("marco-watch", {"--no-window", "--picture", file("map.png")});
+  start("marco-watch", {"--picture", file("map.png")});
   EXPECT_TRUE(prints("marco-slam", "waiting for scans: nothing on LIDAR or LIDAR_RAW for"));
   EXPECT_TRUE(prints("marco-slam", "Start a laser"));
   EXPECT_TRUE(prints("marco-line-slam", "waiting for scans: nothing on LIDAR or LIDAR_RAW for"));

@@ -1,0 +1,110 @@
+// All that is known of robot and map, and who wants to hear of a change.
+export class World {
+  constructor() {
+    this.listeners = new Map();
+    this.reset();
+    this.mode = "live";       // "live", "folder" or "recording"
+    this.name = "";
+    this.readOnly = false;
+    this.connection = "connecting";
+    this.health = null;
+    this.commands = null;
+    this.output = new Map();  // command -> lines
+    this.stop = { engaged: false, by: "" };
+    this.base = null;
+    this.snapshot = null;
+  }
+
+  // The map begins anew.
+  reset() {
+    this.robot = null;        // {x, y, theta, covariance, status, overlap, utime}
+    this.path = [];           // [x, y] of the keyframes, oldest first
+    this.pathUtime = 0;
+    this.trail = [];          // {utime, x, y} since the newest keyframe
+    this.scan = null;         // {x_m, y_m}
+    this.walls = [];          // [x0, y0, x1, y1]
+    this.loops = [];          // [x0, y0, x1, y1, "taken" | "refused"]
+    this.livePath = [];
+    this.odometry = [];
+    this.truth = [];
+    this.places = [];         // the doctor's: {x, y, number, word}
+    this.photographs = [];
+    this.goal = null;         // {x, y, fate}
+    this.mapFromOdom = null;
+  }
+
+  on(what, listener) {
+    if (!this.listeners.has(what)) this.listeners.set(what, []);
+    this.listeners.get(what).push(listener);
+  }
+
+  tell(what) {
+    for (const listener of this.listeners.get(what) ?? []) listener();
+  }
+
+  takePose(message) {
+    const before = this.robot;
+    if (before && message.utime < before.utime - 5e6) this.trail = [];  // a recording that begins again
+    this.robot = { x: message.x_m, y: message.y_m, theta: message.theta_rad, covariance: message.covariance,
+      status: message.status, overlap: message.overlap, utime: message.utime };
+    const last = this.trail[this.trail.length - 1];
+    if (!last || Math.hypot(message.x_m - last.x, message.y_m - last.y) > 0.03) {
+      this.trail.push({ utime: message.utime, x: message.x_m, y: message.y_m });
+      if (this.trail.length > 20000) this.trail.splice(0, 10000);
+    }
+    this.tell("pose");
+  }
+
+  // The keyframes moved: what was driven before the newest one lies along them.
+  takeTrajectory(message) {
+    this.path = message.x_m.map((x, i) => [x, message.y_m[i]]);
+    this.pathUtime = message.utimes.length > 0 ? message.utimes[message.utimes.length - 1] : 0;
+    this.trail = this.trail.filter((step) => step.utime >= this.pathUtime);
+    this.tell("path");
+  }
+
+  takeSnapshot(snapshot) {
+    this.snapshot = snapshot;
+    const places = (path) => (path ?? []).map((pose) => [pose[1], pose[2]]);
+    this.path = places(snapshot.path);
+    this.livePath = places(snapshot.live_path);
+    this.odometry = places(snapshot.odometry);
+    this.truth = places(snapshot.truth);
+    this.loops = snapshot.loops ?? [];
+    this.walls = snapshot.walls ?? [];
+    this.photographs = snapshot.photographs ?? [];
+    this.places = (snapshot.verdict?.reasons ?? []).map((reason, i) => ({ x: reason.x_m, y: reason.y_m, word: reason.word, number: i + 1 }))
+      .filter((place) => Number.isFinite(place.x));
+    for (const what of ["path", "walls", "snapshot"]) this.tell(what);
+  }
+
+  // BASE_COMMAND is in the odometry frame, and so comes back through map_from_odom.
+  takeBaseCommand(message) {
+    const kGoTo = 4;
+    if (message.kind === kGoTo && this.mapFromOdom) {
+      const { x, y, theta } = this.mapFromOdom, c = Math.cos(theta), s = Math.sin(theta);
+      this.goal = { x: x + c * message.x_m - s * message.y_m, y: y + s * message.x_m + c * message.y_m, id: message.id, fate: "running" };
+    } else if (this.goal && this.goal.fate === "running" && this.goal.id !== message.id) {
+      this.goal = null;
+    }
+    this.tell("goal");
+  }
+
+  takeBaseStatus(message) {
+    const kFates = ["none", "running", "done", "shortened", "refused", "aborted"];
+    this.base = message;
+    if (this.goal && this.goal.id === message.command_id) {
+      this.goal.fate = kFates[message.command] ?? "running";
+      if (this.goal.fate === "done") this.goal = null;
+      this.tell("goal");
+    }
+    this.tell("base");
+  }
+
+  takeTransforms({ transforms }) {
+    for (const { parent_frame_id, child_frame_id, translation, rotation } of transforms) {
+      if (parent_frame_id !== "map" || child_frame_id !== "odom") continue;
+      this.mapFromOdom = { x: translation.x, y: translation.y, theta: 2 * Math.atan2(rotation.z, rotation.w) };
+    }
+  }
+}

@@ -5,6 +5,7 @@
 
 #include "bot_core/image_t.hpp"
 #include "bot_core/pose_t.hpp"
+#include "common/regular_scan.hpp"
 #include "lcm_tools/log/export_json_lines.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -13,12 +14,17 @@
 #include "marco/mbot_pose2d_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "recordings/foreign_messages.hpp"
-#include "tools/log/foxglove_grid.hpp"
-#include "tools/log/foxglove_json.hpp"
-#include "tools/log/regular_scan.hpp"
+#include "web/foxglove/grid.hpp"
+#include "web/foxglove/json.hpp"
 
 namespace marco::logs {
 namespace {
+
+using foxglove::number;
+using foxglove::pose_json;
+using foxglove::quaternion_json;
+using foxglove::text_json;
+using foxglove::vector_json;
 
 // Types are known by their fingerprints: other stacks' types of the same fields are the same.
 template <class Message>
@@ -55,9 +61,7 @@ std::string FoxgloveTranslator::stamp(std::string_view channel, int64_t utime_us
   const auto shift = shifts_us_.find(channel);
   int64_t us = utime_us;
   if (shift != shifts_us_.end() && __builtin_add_overflow(us, shift->second, &us)) us = 0;
-  us = std::max<int64_t>(0, us);
-  return R"("timestamp":{"sec":)" + std::to_string(us / 1000000) + R"(,"nsec":)" +
-         std::to_string(us % 1000000 * 1000) + "}";
+  return foxglove::stamp_json(us);
 }
 
 std::string FoxgloveTranslator::in_frame(std::string_view channel,
@@ -183,11 +187,11 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_grid(const DecodedEvent&
   if (auto tile = decode_as<grid_map_t>(event.bytes)) {
     return grid_messages(grids_.add(channel, *tile, bounded(event.head.event_time)));
   }
-  if (lcm_schema::fingerprint_of(event.bytes) != kMbotGrid) return {};
+  if (lcm_schema::fingerprint_of(event.bytes) != foxglove::kMbotGrid) return {};
   const int utime = event.tree.child(0, "utime");
   const int64_t utime_us =
       utime < 0 ? 0 : event.tree.integer(event.tree.nodes[static_cast<std::size_t>(utime)]);
-  const std::string json = mbot_grid_json(event.tree);
+  const std::string json = foxglove::mbot_grid_json(event.tree);
   if (json.empty()) return {};
   return {{channel + "/Grid", "foxglove.Grid", in_frame(channel, utime_us, "world") + json}};
 }
@@ -196,9 +200,10 @@ std::vector<AddedMessage> FoxgloveTranslator::grid_messages(
     const std::vector<JoinedGrid>& grids) const {
   std::vector<AddedMessage> messages;
   for (const JoinedGrid& grid : grids) {
-    messages.push_back({grid.channel + "/Grid", "foxglove.Grid",
-                        in_frame(grid.channel, grid.utime_us, "world") + floor_plan_json(grid.map),
-                        grid.event_time});
+    messages.push_back(
+        {grid.channel + "/Grid", "foxglove.Grid",
+         in_frame(grid.channel, grid.utime_us, "world") + foxglove::floor_plan_json(grid.map),
+         grid.event_time});
   }
   return messages;
 }

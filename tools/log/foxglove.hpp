@@ -6,11 +6,11 @@
 
 #include "common/samples.hpp"
 #include "lcm_tools/log/mcap_translator.hpp"
+#include "lcmtypes/grid_joiner.hpp"
 #include "recordings/foreign.hpp"
-#include "tools/log/foxglove_model.hpp"
-#include "tools/log/foxglove_schemas.hpp"
-#include "tools/log/grid_joiner.hpp"
 #include "tools/log/robot_frames.hpp"
+#include "web/foxglove/scene.hpp"
+#include "web/foxglove/schemas.hpp"
 
 namespace marco::logs {
 
@@ -33,7 +33,9 @@ class FoxgloveTranslator : public McapTranslator {
   /// Nothing for a message that Foxglove cannot draw or that contradicts itself.
   std::vector<AddedMessage> translate(const DecodedEvent& event) override;
   std::vector<AddedMessage> finish() override { return grid_messages(grids_.finish()); }
-  std::string json_schema(const std::string& name) const override { return foxglove_schema(name); }
+  std::string json_schema(const std::string& name) const override {
+    return foxglove::schema_of(name);
+  }
   /// Counts the maps that are too large to be drawn.
   std::string remark() const override;
 
@@ -66,7 +68,7 @@ class FoxgloveTranslator : public McapTranslator {
   std::map<std::string, SensorInfo, std::less<>> infos_;
   ForeignTable foreign_;
   GridJoiner grids_;
-  SceneUpdates scenes_;
+  foxglove::SceneUpdates scenes_;
   RobotFrames frames_;
 };
 

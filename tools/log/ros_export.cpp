@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "common/regular_scan.hpp"
 #include "lcmtypes/channels.hpp"
 #include "recordings/ros/known_types.hpp"
-#include "tools/log/regular_scan.hpp"
 #include "tools/log/robot_frames.hpp"
 
 namespace marco::logs {

@@ -10,7 +10,7 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "web/snapshot/photographs.hpp"
-#include "web/snapshot/tiles.hpp"
+#include "web/tiles.hpp"
 
 namespace marco::web {
 namespace {
@@ -164,17 +164,12 @@ std::string snapshot_json(const std::filesystem::path& folder) {
   } catch (const json::exception& fault) {
     throw std::invalid_argument(folder.string() + ": report.json or lines.json: " + fault.what());
   }
-  drawn["resolution_m"] = map.resolution_m;
+  Tiles tiles;
+  tiles.set(map);
+  // Both are objects: the fields of the tiles' message follow those of the folder.
   std::string text = drawn.dump(-1, ' ', false, json::error_handler_t::replace);
   text.back() = ',';
-  text += "\"tiles\":[";
-  const char* comma = "";
-  for (const GridMap& tile : cut_tiles(map)) {
-    text += comma;
-    append_tile_json(tile, text);
-    comma = ",";
-  }
-  return text + "]}";
+  return text + tiles.json(tiles.places(), false).substr(1);
 }
 
 }  // namespace marco::web

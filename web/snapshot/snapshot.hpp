@@ -5,7 +5,7 @@
 
 namespace marco::web {
 
-/// A map folder as JSON, for the page: {"name", "resolution_m", "tiles" (append_tile_json), "path",
+/// A map folder as JSON, for the page: {"name", "resolution_m", "tiles" (web/tiles.hpp), "path",
 /// "live_path", "odometry" and "truth" ([t_s, x_m, y_m, theta_rad] each, thinned to what can be
 /// seen; t_s since the first pose of the path), "loops" ([x0, y0, x1, y1, "taken" or "refused"]),
 /// "walls" ([x0, y0, x1, y1]), "verdict" {"word", "reasons" [{"text", "remedy", "x_m", "y_m"}]},

@@ -10,7 +10,7 @@
 #include "lcm_tools/schema/json.hpp"
 
 /// Parts that Foxglove's messages have in common.
-namespace marco::logs {
+namespace marco::foxglove {
 
 /// Infinity and NaN, which JSON lacks, become 0.
 template <class Number>
@@ -41,4 +41,4 @@ inline std::string pose_json(const Pose3& pose) {
          quaternion_json(Eigen::Quaterniond(pose.linear())) + "}";
 }
 
-}  // namespace marco::logs
+}  // namespace marco::foxglove

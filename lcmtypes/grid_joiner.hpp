@@ -8,7 +8,7 @@
 #include "lcm_tools/base/utime.hpp"
 #include "marco/grid_map_t.hpp"
 
-namespace marco::logs {
+namespace marco {
 
 struct JoinedGrid {
   std::string channel;
@@ -49,4 +49,4 @@ class GridJoiner {
   int64_t left_out_ = 0;
 };
 
-}  // namespace marco::logs
+}  // namespace marco

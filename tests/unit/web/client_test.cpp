@@ -1,13 +1,11 @@
 // Foxglove's WebSocket protocol: texts, and bytes of another program of the protocol.
-#include "tools/bridge/foxglove_protocol.hpp"
+#include "web/foxglove/client.hpp"
 
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
 
-#include "tools/bridge/websocket.hpp"
-
-namespace marco::bridge {
+namespace marco::foxglove {
 namespace {
 
 using ::testing::ElementsAre;
@@ -75,22 +73,5 @@ TEST(FoxgloveText, SubscribesAndAdvertises) {
                                    R"("encoding":"cdr","schemaName":"nav_msgs/msg/Path"}]})"));
 }
 
-TEST(WebSocketUrl, HasAHostAndPerhapsAPortAndAPath) {
-  const auto is = [](const std::string& url, const char* host, const char* port, const char* path) {
-    const WebSocketUrl parsed = parse_websocket_url(url);
-    EXPECT_EQ(parsed.host, host) << url;
-    EXPECT_EQ(parsed.port, port) << url;
-    EXPECT_EQ(parsed.path, path) << url;
-  };
-  is("ws://robot", "robot", "8765", "/");
-  is("ws://robot:9090/a/b", "robot", "9090", "/a/b");
-  is("ws://[::1]:9090", "::1", "9090", "/");
-  is("ws://[::1]", "::1", "8765", "/");
-  for (const char* url :
-       {"wss://robot", "ws://", "ws://:8765", "ws://robot:", "ws://robot:x", "robot"}) {
-    EXPECT_THROW(parse_websocket_url(url), std::invalid_argument) << url;
-  }
-}
-
 }  // namespace
-}  // namespace marco::bridge
+}  // namespace marco::foxglove

@@ -12,7 +12,7 @@
 
 /// Foxglove's WebSocket protocol, `foxglove.websocket.v1` and `foxglove.sdk.v1`, from a client's
 /// side: what a robot's foxglove_bridge says, and what it is told. Pure.
-namespace marco::bridge {
+namespace marco::foxglove {
 
 /// Both are offered, since each server knows but one of them.
 inline constexpr const char* kSubprotocols = "foxglove.sdk.v1, foxglove.websocket.v1";
@@ -62,4 +62,4 @@ std::string advertise_text(const std::vector<ClientChannel>& channels);
 /// A message on one of our channels.
 std::vector<uint8_t> data_message(uint32_t channel, std::span<const uint8_t> payload);
 
-}  // namespace marco::bridge
+}  // namespace marco::foxglove

@@ -1,11 +1,11 @@
-#include "tools/log/foxglove_model.hpp"
+#include "web/foxglove/scene.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "tools/log/foxglove_json.hpp"
+#include "web/foxglove/json.hpp"
 
-namespace marco::logs {
+namespace marco::foxglove {
 namespace {
 
 // Finer than a laser measures.
@@ -18,7 +18,7 @@ bool is_sound(const mesh_t& tile) {
   });
 }
 
-std::string id_of(const std::string& channel, int32_t tile) {
+std::string entity_id(const std::string& channel, int32_t tile) {
   return text_json(channel + "/" + std::to_string(tile));
 }
 
@@ -49,15 +49,16 @@ std::string SceneUpdates::json(const std::string& channel,
   int32_t& before = tiles_[channel];
   std::string json = R"({"deletions":[)";
   for (int32_t gone = tiles; gone < before; ++gone) {
-    json += (gone > tiles ? ",{" : "{") + stamp + R"(,"type":0,"id":)" + id_of(channel, gone) + "}";
+    json +=
+        (gone > tiles ? ",{" : "{") + stamp + R"(,"type":0,"id":)" + entity_id(channel, gone) + "}";
   }
   before = tiles;
   json += R"(],"entities":[{)" + stamp + R"(,"frame_id":)" + text_json(frame) + R"(,"id":)" +
-          id_of(channel, tile.tile) +
+          entity_id(channel, tile.tile) +
           R"(,"lifetime":{"sec":0,"nsec":0},"frame_locked":false,"metadata":[],"arrows":[],)"
           R"("cubes":[],"spheres":[],"cylinders":[],"lines":[],"triangles":[)" +
           triangles_json(tile) + R"(],"texts":[],"models":[]}]})";
   return json;
 }
 
-}  // namespace marco::logs
+}  // namespace marco::foxglove

@@ -1,9 +1,9 @@
-#include "tools/log/regular_scan.hpp"
+#include "common/regular_scan.hpp"
 
 #include <cmath>
 #include <limits>
 
-namespace marco::logs {
+namespace marco {
 
 LaserScan make_regular(const LaserScan& scan, float no_return_m) {
   if (scan.bearings_rad.empty()) return scan;
@@ -35,4 +35,4 @@ LaserScan make_regular(const LaserScan& scan, float no_return_m) {
   return regular;
 }
 
-}  // namespace marco::logs
+}  // namespace marco

@@ -1,12 +1,11 @@
-#include "tools/log/foxglove_grid.hpp"
+#include "web/foxglove/grid.hpp"
 
 #include <algorithm>
 #include <limits>
 
-#include "lcm_tools/log/export_json_lines.hpp"
-#include "tools/log/foxglove_json.hpp"
+#include "web/foxglove/json.hpp"
 
-namespace marco::logs {
+namespace marco::foxglove {
 namespace {
 
 double field(const lcm_schema::Tree& tree, std::string_view name) {
@@ -39,7 +38,7 @@ std::string floor_plan_json(const GridMap& map) {
             std::to_string(offset) + R"(,"type":1})";  // UINT8
     ++offset;
   }
-  return json + R"(],"data":")" + to_base64(colours) + "\"}";
+  return json + R"(],"data":")" + lcm_schema::to_base64(colours) + "\"}";
 }
 
 std::string mbot_grid_json(const lcm_schema::Tree& tree) {
@@ -54,7 +53,7 @@ std::string mbot_grid_json(const lcm_schema::Tree& tree) {
          R"(,"column_count":)" + width + R"(,"cell_size":{"x":)" + cell + R"(,"y":)" + cell +
          R"(},"row_stride":)" + width +
          R"(,"cell_stride":1,"fields":[{"name":"occupancy","offset":0,"type":2}],"data":")" +  // INT8
-         to_base64(tree.message.subspan(node.offset, node.bytes)) + "\"}";
+         lcm_schema::to_base64(tree.message.subspan(node.offset, node.bytes)) + "\"}";
 }
 
-}  // namespace marco::logs
+}  // namespace marco::foxglove

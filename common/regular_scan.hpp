@@ -2,7 +2,7 @@
 
 #include "common/laser_scan.hpp"
 
-namespace marco::logs {
+namespace marco {
 
 /// A scan whose beams have bearings of their own, on regular bearings: a full turn from -180 deg in
 /// steps of 0.25, 0.5, 1 or 2 deg, whichever its beams fill best. Each beam goes to the nearest
@@ -11,4 +11,4 @@ namespace marco::logs {
 /// are.
 LaserScan make_regular(const LaserScan& scan, float no_return_m);
 
-}  // namespace marco::logs
+}  // namespace marco

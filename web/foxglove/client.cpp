@@ -1,41 +1,11 @@
-#include "tools/bridge/foxglove_protocol.hpp"
+#include "web/foxglove/client.hpp"
 
-#include <limits>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 
-namespace marco::bridge {
+#include "web/foxglove/fields.hpp"
+
+namespace marco::foxglove {
 namespace {
-
-using Json = nlohmann::json;
-
-constexpr uint8_t kData = 1;  // both ways
-
-std::string text_of(const Json& object, const char* key) {
-  const auto field = object.find(key);
-  return field != object.end() && field->is_string() ? field->get<std::string>() : std::string();
-}
-
-const Json& list_of(const Json& object, const char* key) {
-  static const Json kNone = Json::array();
-  const auto field = object.find(key);
-  return field != object.end() && field->is_array() ? *field : kNone;
-}
-
-std::optional<uint32_t> id_of(const Json& value) {
-  if (!value.is_number_unsigned()) return std::nullopt;
-  const auto id = value.get<uint64_t>();
-  if (id > std::numeric_limits<uint32_t>::max()) return std::nullopt;
-  return static_cast<uint32_t>(id);
-}
-
-std::set<std::string> texts_of(const Json& list) {
-  std::set<std::string> texts;
-  for (const Json& item : list) {
-    if (item.is_string()) texts.insert(item.get<std::string>());
-  }
-  return texts;
-}
 
 ServerInfo info_of(const Json& object) {
   return {text_of(object, "name"), text_of(object, "sessionId"),
@@ -69,20 +39,10 @@ Unadvertised unadvertised_of(const Json& object) {
   return gone;
 }
 
-template <class Number>
-Number number_at(std::span<const uint8_t> bytes, std::size_t at) {
-  Number value = 0;
-  for (std::size_t i = sizeof value; i-- > 0;) value = (value << 8U) | bytes[at + i];
-  return value;
-}
-
 }  // namespace
 
 ServerText parse_text(std::string_view json) {
-  const Json object = Json::parse(json, nullptr, false);
-  if (!object.is_object()) throw std::invalid_argument("a text that is no JSON object");
-  const std::string op = text_of(object, "op");
-  if (op.empty()) throw std::invalid_argument("a text without an op");
+  const auto [op, object] = operation_of(json);
   if (op == "serverInfo") return info_of(object);
   if (op == "advertise") return advertised_of(object);
   if (op == "unadvertise") return unadvertised_of(object);
@@ -124,11 +84,9 @@ std::string advertise_text(const std::vector<ClientChannel>& channels) {
 
 std::vector<uint8_t> data_message(uint32_t channel, std::span<const uint8_t> payload) {
   std::vector<uint8_t> message{kData};
-  for (unsigned shift = 0; shift < 32; shift += 8) {
-    message.push_back(static_cast<uint8_t>(channel >> shift));
-  }
+  append_number(message, channel);
   message.insert(message.end(), payload.begin(), payload.end());
   return message;
 }
 
-}  // namespace marco::bridge
+}  // namespace marco::foxglove

@@ -5,7 +5,7 @@
 
 #include "marco/mesh_t.hpp"
 
-namespace marco::logs {
+namespace marco::foxglove {
 
 /// Tiles of a 3D model as foxglove.SceneUpdate: an entity a tile, which replaces its earlier state.
 class SceneUpdates {
@@ -22,4 +22,4 @@ class SceneUpdates {
   std::map<std::string, int32_t> tiles_;  // by channel
 };
 
-}  // namespace marco::logs
+}  // namespace marco::foxglove

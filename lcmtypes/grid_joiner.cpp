@@ -1,11 +1,11 @@
-#include "tools/log/grid_joiner.hpp"
+#include "lcmtypes/grid_joiner.hpp"
 
 #include <algorithm>
 
 #include "common/map_tiles.hpp"
 #include "lcmtypes/convert.hpp"
 
-namespace marco::logs {
+namespace marco {
 namespace {
 
 // Tiles cover a map; some may be lost.
@@ -79,4 +79,4 @@ void GridJoiner::emit(const std::string& channel, Map& map, std::vector<JoinedGr
   grids.push_back({channel, map.utime_us, map.event_time, std::move(*whole)});
 }
 
-}  // namespace marco::logs
+}  // namespace marco

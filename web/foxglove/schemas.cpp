@@ -1,7 +1,7 @@
-#include "tools/log/foxglove_schemas.hpp"
+#include "web/foxglove/schemas.hpp"
 
 // Field names and meanings as Foxglove publishes them, in their shortest form.
-namespace marco::logs {
+namespace marco::foxglove {
 namespace {
 
 const std::string kTimestamp =
@@ -28,37 +28,53 @@ std::string object(const std::string& title, const std::string& properties) {
   return R"({"title":")" + title + R"(","type":"object","properties":{)" + properties + "}}";
 }
 
-std::string list_of(const std::string& items) {
+std::string array_of(const std::string& items) {
   return R"({"type":"array","items":)" + items + "}";
 }
 
-// Its entities are made of triangles here; other primitives are named, as their lists are written.
+std::string transform() {
+  const std::string text = R"({"type":"string"})";
+  return kTimestamp + R"(,"parent_frame_id":)" + text + R"(,"child_frame_id":)" + text +
+         R"(,"translation":)" + numbers("foxglove.Vector3", "xyz") + R"(,"rotation":)" +
+         numbers("foxglove.Quaternion", "xyzw");
+}
+
+// Its entities are made of triangles and lines here; other primitives are named, as their lists are
+// written.
 std::string scene_update() {
   const std::string text = R"({"type":"string"})";
+  const std::string lines = object(
+      "foxglove.LinePrimitive",
+      R"("type":{"type":"integer"},"pose":)" + pose() +
+          R"(,"thickness":{"type":"number"},"scale_invariant":{"type":"boolean"},"points":)" +
+          array_of(numbers("foxglove.Point3", "xyz")) + R"(,"color":)" +
+          numbers("foxglove.Color", "rgba") + R"(,"colors":)" +
+          array_of(numbers("foxglove.Color", "rgba")) + R"(,"indices":)" +
+          array_of(R"({"type":"integer","minimum":0})"));
   const std::string triangles =
       object("foxglove.TriangleListPrimitive",
-             R"("pose":)" + pose() + R"(,"points":)" + list_of(numbers("foxglove.Point3", "xyz")) +
+             R"("pose":)" + pose() + R"(,"points":)" + array_of(numbers("foxglove.Point3", "xyz")) +
                  R"(,"color":)" + numbers("foxglove.Color", "rgba") + R"(,"colors":)" +
-                 list_of(numbers("foxglove.Color", "rgba")) + R"(,"indices":)" +
-                 list_of(R"({"type":"integer","minimum":0})"));
+                 array_of(numbers("foxglove.Color", "rgba")) + R"(,"indices":)" +
+                 array_of(R"({"type":"integer","minimum":0})"));
   std::string entity = kTimestamp + "," + kFrame + R"(,"id":)" + text +
                        R"(,"lifetime":{"type":"object","title":"duration","properties":)"
                        R"({"sec":{"type":"integer"},"nsec":{"type":"integer"}}})"
                        R"(,"frame_locked":{"type":"boolean"},"metadata":)" +
-                       list_of(R"({"type":"object"})");
-  for (const char* name : {"arrows", "cubes", "spheres", "cylinders", "lines", "texts", "models"}) {
-    entity += R"(,")" + std::string(name) + R"(":)" + list_of(R"({"type":"object"})");
+                       array_of(R"({"type":"object"})");
+  for (const char* name : {"arrows", "cubes", "spheres", "cylinders", "texts", "models"}) {
+    entity += R"(,")" + std::string(name) + R"(":)" + array_of(R"({"type":"object"})");
   }
-  entity += R"(,"triangles":)" + list_of(triangles);
+  entity += R"(,"lines":)" + array_of(lines) + R"(,"triangles":)" + array_of(triangles);
   return R"("deletions":)" +
-         list_of(object("foxglove.SceneEntityDeletion",
-                        kTimestamp + R"(,"type":{"type":"integer"},"id":)" + text)) +
-         R"(,"entities":)" + list_of(object("foxglove.SceneEntity", entity));
+         array_of(object("foxglove.SceneEntityDeletion",
+                         kTimestamp + R"(,"type":{"type":"integer"},"id":)" + text)) +
+         R"(,"entities":)" + array_of(object("foxglove.SceneEntity", entity));
 }
 
 }  // namespace
 
-std::string foxglove_schema(const std::string& name) {
+std::string schema_of(const std::string& name) {
   const std::string integer = R"({"type":"integer","minimum":0})";
   const std::string number_list = R"({"type":"array","items":{"type":"number"}})";
   const std::string text = R"({"type":"string"})";
@@ -80,9 +96,12 @@ std::string foxglove_schema(const std::string& name) {
   } else if (name == "foxglove.PoseInFrame") {
     fields += R"(,"pose":)" + pose();
   } else if (name == "foxglove.FrameTransform") {
-    fields = kTimestamp + R"(,"parent_frame_id":)" + text + R"(,"child_frame_id":)" + text +
-             R"(,"translation":)" + numbers("foxglove.Vector3", "xyz") + R"(,"rotation":)" +
-             numbers("foxglove.Quaternion", "xyzw");
+    fields = transform();
+  } else if (name == "foxglove.FrameTransforms") {
+    fields = R"("transforms":)" + array_of(object("foxglove.FrameTransform", transform()));
+  } else if (name == "foxglove.Log") {
+    fields = kTimestamp + R"(,"level":)" + integer + R"(,"message":)" + text + R"(,"name":)" +
+             text + R"(,"file":)" + text + R"(,"line":)" + integer;
   } else if (name == "foxglove.CompressedImage") {
     fields += R"(,"data":)" + kBytes + R"(,"format":)" + text;
   } else if (name == "foxglove.SceneUpdate") {
@@ -94,4 +113,4 @@ std::string foxglove_schema(const std::string& name) {
   return object(name, fields);
 }
 
-}  // namespace marco::logs
+}  // namespace marco::foxglove

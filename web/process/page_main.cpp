@@ -1,0 +1,114 @@
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/status_publisher.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
+#include "lcm_tools/process/version.hpp"
+#include "lcm_tools/process/wall_clock.hpp"
+#include "lcmtypes/channels.hpp"
+#include "marco/map_request_t.hpp"
+#include "web/process/page.hpp"
+#include "web/process/page_arguments.hpp"
+#include "web/snapshot/snapshot.hpp"
+
+namespace {
+
+using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
+
+constexpr int kWaitMs = 20;
+constexpr int kMessagesAtOnce = 200;  // connections have their turn
+
+double steady_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+foxglove::Identity identity(const char* mode, const std::string& name) {
+  return {"marco-page " + name,
+          std::to_string(process::wall_clock_us()) + "-" + std::to_string(getpid()),
+          {"clientPublish", "services", "parameters"},
+          {{"marco", process::version()}, {"mode", mode}, {"name", name}}};
+}
+
+/// The server with what it serves.
+struct Served {
+  Served(const web::PageArguments& arguments, const char* mode, const std::string& name)
+      : options(web::server_options(arguments)),
+        token(web::token_of(arguments, options)),
+        access(web::access_of(arguments, options, token)),
+        site(web::site_of_page()),
+        drops([](const std::string& line) { spdlog::warn("{}", line); }),
+        hub(identity(mode, name), drops, steady_s) {}
+
+  /// From here on connections are taken.
+  void open() {
+    server = std::make_unique<web::Server>(options, access, site, hub, drops);
+    std::printf("%s\n", web::address_to_open(server->url(), options, token).c_str());
+    std::fflush(stdout);
+  }
+
+  std::string state() const {
+    return std::to_string(hub.clients()) + " clients; " + std::to_string(hub.dropped()) +
+           " messages left out for slow ones";
+  }
+
+  web::ServerOptions options;
+  std::string token;
+  web::Access access;
+  web::Site site;
+  process::DropCounter drops;
+  web::Hub hub;
+  std::unique_ptr<web::Server> server;
+};
+
+int show_live(const web::PageArguments& arguments) {
+  const std::string url = process::effective_lcm_url(arguments.common.lcm_url);
+  Served served(arguments, "live", url);
+  process::LcmBus bus(arguments.common.lcm_url);
+  process::StatusPublisher status(bus, "marco-page", served.drops);
+  web::Page page(served.hub, served.drops);
+  bus.subscribe_raw(".*", [&page](const process::RawMessage& message) { page.take(message); });
+  served.open();
+  map_request_t request;
+  request.utime = process::wall_clock_us();
+  bus.publish(channels::kMapRequest, request);  // what is known so far
+  while (!process::stop_requested()) {
+    served.server->step(bus.lcm().getFileno(), bus.waiting() ? 0 : kWaitMs);
+    for (int n = 0; n < kMessagesAtOnce && bus.handle_once(0); ++n) {
+    }
+    page.step(Utime::from_us(process::wall_clock_us()));
+    status.tick(served.state());
+  }
+  spdlog::info("{}; {}", served.state(), served.drops.summary());
+  return 0;
+}
+
+int show_folder(const web::PageArguments& arguments) {
+  Served served(arguments, "folder", std::filesystem::path(arguments.shown).filename().string());
+  served.site.show_folder(arguments.shown, web::snapshot_json(arguments.shown));
+  served.open();
+  while (!process::stop_requested()) served.server->step(-1, 200);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return process::run_main("marco-page", [&] {
+    CLI::App app(
+        "Serves a page for the browser: the map as it grows, the robot, its programs, and what "
+        "steers them; a map folder or a recording as well. Foxglove's app connects to the same "
+        "address (ws://127.0.0.1:8765).");
+    web::PageArguments arguments;
+    web::add_page_arguments(app, arguments);
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    process::start_logging("marco-page", arguments.common.log_level);
+    process::catch_stop_signals();
+    return arguments.shown.empty() ? show_live(arguments) : show_folder(arguments);
+  });
+}

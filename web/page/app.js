@@ -166,7 +166,7 @@ function connect() {
       world.mode = metadata.mode ?? "live";
       world.readOnly = metadata.read_only === "true";
       world.name = metadata.name ?? message.name;
-      document.title = `${world.name} - Marco`;
+      document.title = world.mode === "live" ? "Marco" : `${world.name} - Marco`;
       document.body.dataset.mode = world.mode;
       if (isNew && world.mode !== "live") fetchSnapshot();
       world.tell("info");

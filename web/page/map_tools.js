@@ -10,7 +10,7 @@ function label(context, x, y, text, colors) {
   context.beginPath();
   context.rect(x - width / 2, y - 13, width, 26);
   context.fill();
-  context.fillStyle = colors["--text"];
+  context.fillStyle = colors["--accent"];
   context.fillText(text, x, y + 1);
 }
 

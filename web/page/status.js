@@ -10,7 +10,9 @@ export function makeStatus(bar, banner, halt, world, robot, showHealth) {
   bar.append(el("div", { class: "chip title" }, name, mode), chips);
 
   function showBar() {
-    name.textContent = world.name || "Marco";
+    const address = /^[a-z]+:\/\//.test(world.name);  // of a network: nothing to read
+    name.textContent = address ? "Marco" : world.name || "Marco";
+    name.title = world.name;
     mode.textContent = world.connection === "open" ? kModes[world.mode] ?? world.mode : world.connection === "lost" ? "not connected" : "connecting";
     bar.dataset.connection = world.connection;
     replaceChildren(chips,

@@ -52,7 +52,11 @@ TEST_F(SnapshotTest, AMapAloneIsShown) {
   const json shown = snapshot();
   EXPECT_EQ(shown["name"], folder_.filename().string());
   EXPECT_EQ(shown["resolution_m"], 0.1);
-  ASSERT_EQ(shown["tiles"].size(), 2U);  // y 2.0 is within a tile, x -1.0 .. -0.7 as well: see below
+  ASSERT_EQ(shown["tiles"].size(), 1U);
+  EXPECT_NEAR(shown["tiles"][0]["x_m"].get<double>(), -25.6, 1e-9);  // 256 cells, cut at x = 0
+  EXPECT_NEAR(shown["tiles"][0]["y_m"].get<double>(), 0.0, 1e-9);
+  for (const char* field : {"model", "verdict"}) EXPECT_TRUE(shown[field].is_null());
+  for (const char* field : {"path", "loops", "walls", "photographs"}) EXPECT_TRUE(shown[field].empty());
 }
 
 TEST_F(SnapshotTest, PathIsThinnedAndCountsFromItsFirstPose) {

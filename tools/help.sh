@@ -20,6 +20,8 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
   ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release
+  ./marco go X Y                       drives the robot that runs to a point of the map [m], straight on
+  ./marco slam ORDER [NAME]            the SLAM that runs: save, localize, extend, reset, set-pose, pause, resume
   ./marco replay LOG [--speed X]       a log's input channels into the processes that run
   ./marco bridge [ws://ROBOT:8765]     maps with a robot of MBot, dimos, ROS 1 or ROS 2   (./marco bridge --help)
   ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)

@@ -169,6 +169,7 @@ void Hub::close(ClientId client) {
   for (const auto& [channel, subscription] : at->second.subscription_of) --listeners_[channel];
   dropped_before_ += at->second.outbox.dropped();
   clients_.erase(at);
+  if (on_closed) on_closed(client);
 }
 
 Outbox* Hub::outbox(ClientId client) {

@@ -67,6 +67,7 @@ class Hub {
   /// Somebody subscribed to a channel: what is known of it may be sent by publish_to.
   std::function<void(ClientId, uint32_t channel)> on_subscribed;
   std::function<void(const Published&)> on_published;
+  std::function<void(ClientId)> on_closed;
   std::function<void(ClientId, const foxglove::PlaybackControl&)> on_playback;
 
   /// Whether anybody listens: else a message need not be made.

@@ -42,7 +42,8 @@ int run(int argc, char** argv) {
        {marco::diagnosis::expect_scans(marco::channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
         marco::diagnosis::expect(marco::diagnosis::Awaited::odometry)},
        &adapter.drops()},
-      {[&adapter] { return adapter.state_line(); }, [&adapter] { return adapter.take_reply(); }},
+      {[&adapter] { return adapter.state_line(); },
+       [&] { return marco::slam::publish_reply(bus, "marco-line-slam", adapter.take_reply()); }},
       adapter.resumed() ? ", resumed from " + options.checkpoint_path : "");
   loop.run_until_stopped();
   adapter.finish();

@@ -122,6 +122,8 @@ std::string LineSlamAdapter::execute_on_map(const SlamOrder& order) {
       });
     case slam_command_t::LOCALIZE:
       throw std::invalid_argument("LOCALIZE: the line SLAM cannot relocalize");
+    case slam_command_t::EXTEND:
+      throw std::invalid_argument("EXTEND: the line SLAM cannot relocalize");
     case slam_command_t::RESET:
       reset({});
       return "RESET: a new map is started";

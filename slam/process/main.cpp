@@ -67,7 +67,8 @@ int main(int argc, char** argv) {
          {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
           diagnosis::expect(diagnosis::Awaited::odometry)},
          &slam.drops()},
-        {[&slam] { return slam.state_line(); }, [&slam] { return slam.take_reply(); }},
+        {[&slam] { return slam.state_line(); },
+         [&] { return slam::publish_reply(bus, "marco-slam", slam.take_reply()); }},
         slam.resumed() ? ", resumed from " + options.checkpoint_path : "");
     loop.run_until_stopped();
     slam.finish();

@@ -101,8 +101,8 @@ class Mapper2dAdapter {
   const process::DropCounter& drops() const { return drops_; }
   /// Whether it was resumed from a checkpoint.
   bool resumed() const { return resumed_; }
-  /// The reply to the oldest SLAM_COMMAND that was not taken yet, for a person; "" = none.
-  std::string take_reply() { return orders_.take_reply(); }
+  /// The reply to the oldest SLAM_COMMAND that was not taken yet; see publish_reply.
+  std::optional<slam_reply_t> take_reply() { return orders_.take_reply(); }
   /// One line for PROCESS_STATUS.
   std::string state_line() const;
 

@@ -81,7 +81,7 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   input.deskewed_by_odometry = velocity.by_odometry;
   input.motion = scan.motion;
   if (distrusted) input.motion.odom_from_robot.reset();
-  input.level = scan.level;
+  input.level = scan_is_level_ = scan.level;
   input.may_draw = may_draw;
   for (const BeamOrder order : scan.beam_order.rivals) {
     input.rival_times_s.push_back(
@@ -168,6 +168,10 @@ void SlamAdapter::finish_mapping() {
 std::string SlamAdapter::save(const std::filesystem::path& folder) {
   require(session_.mode() != MappingSession::Mode::localizing,
           "SAVE: while localizing, the map is not changed");
+  // Alone, what was driven since would take the place of the map that it is to extend.
+  require(session_.mode() != MappingSession::Mode::extending || session_.joined(),
+          "SAVE: the robot has not been found yet in the map that it extends");
+  require(!session_.keys().empty(), "SAVE: there is no map yet: " + mapping_line());
   return orders_.write(
       [folder,
        map = session_.saved(process::print_options(options_.slam, process::Printed::changed)),
@@ -186,6 +190,13 @@ std::string SlamAdapter::execute_on_map(const SlamOrder& order) {
       session_.localize(session_.localizer_in(load_map_folder(order.folder)));
       return "LOCALIZE " + order.folder.string() + ": relocalizing in " +
              std::to_string(session_.keys().size()) + " keyframes";
+    case slam_command_t::EXTEND: {
+      SavedMap map = load_map_folder(order.folder);
+      const std::size_t keyframes = map.slam.keyframes.keys.size();
+      session_.extend(std::move(map));
+      return "EXTEND " + order.folder.string() + ": looking for the robot in " +
+             std::to_string(keyframes) + " keyframes; what it drives is added to them";
+    }
     case slam_command_t::RESET:
       session_.reset();
       return "RESET: a new map is started";
@@ -200,7 +211,8 @@ std::string SlamAdapter::mapping_line() const {
   const PlaceEstimate* estimate = session_.estimate();
   const Localizer* localizer = session_.localizer();
   if (localizer != nullptr && localizer->is_localized()) return "localized";
-  if (estimate == nullptr) return std::to_string(slam().key_count()) + " kept";
+  if (session_.keys().empty() && !scan_is_level_) return "no map: the laser is not level";
+  if (estimate == nullptr) return std::to_string(slam().key_count()) + " keyframes";
   return estimate->candidates.empty() ? "not found in the map yet"
                                       : std::to_string(estimate->candidates.size()) + " places fit";
 }

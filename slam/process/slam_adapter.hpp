@@ -106,6 +106,7 @@ class SlamAdapter : public Mapper2dAdapter {
   KeyframeGrid grid_;                        ///< as last published
   bool too_large_ = false;                   ///< as reported by note_size()
   std::unique_ptr<LoopWorker> loop_worker_;  ///< nullptr: each scan waits for its loops
+  bool scan_is_level_ = true;                ///< the newest one
   Utime loop_work_asked_;
   bool loop_work_is_late_ = false;
   int64_t late_loop_work_ = 0;

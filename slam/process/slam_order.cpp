@@ -1,7 +1,11 @@
 #include "slam/process/slam_order.hpp"
 
+#include <utility>
+
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/inside_folder.hpp"
+#include "lcm_tools/process/wall_clock.hpp"
+#include "lcmtypes/channels.hpp"
 #include "lcmtypes/finite_pose.hpp"
 
 namespace marco::slam {
@@ -29,6 +33,9 @@ SlamOrder check_order(const slam_command_t& command, const std::filesystem::path
     case slam_command_t::LOCALIZE:
       order.folder = folder_of(command, maps_folder, "LOCALIZE");
       return order;
+    case slam_command_t::EXTEND:
+      order.folder = folder_of(command, maps_folder, "EXTEND");
+      return order;
     case slam_command_t::SET_POSE:
       order.world_from_robot =
           finite_pose(command.x_m, command.y_m, command.theta_rad,
@@ -47,44 +54,69 @@ SlamOrder check_order(const slam_command_t& command, const std::filesystem::path
 void SlamOrders::take(const slam_command_t& command,
                       const std::filesystem::path& maps_folder,
                       const std::function<std::string(const SlamOrder&)>& execute) {
-  answer([&] { return execute(check_order(command, maps_folder)); });
+  taking_ = {};
+  taking_.command = command.command;
+  taking_.command_utime = command.utime;
+  answer(taking_, [&] {
+    const SlamOrder order = check_order(command, maps_folder);
+    if (!order.folder.empty()) taking_.path = std::filesystem::absolute(order.folder).string();
+    return execute(order);
+  });
 }
 
 std::string SlamOrders::write(std::function<std::string()> job) {
   require(!writing_.busy(), "SAVE: the map before is still being written");
   if (!in_background_) return job();
-  answer([this] { return writing_.take_reply(); });
+  settle_writing(false);
+  written_ = taking_;
   writing_.start(std::move(job));
   return "";
 }
 
-std::string SlamOrders::take_reply() {
-  answer([this] { return writing_.take_reply(); });
-  if (answers_.empty()) return "";
-  std::string oldest = std::move(answers_.front());
+std::optional<slam_reply_t> SlamOrders::take_reply() {
+  settle_writing(false);
+  if (answers_.empty()) return std::nullopt;
+  slam_reply_t oldest = std::move(answers_.front());
   answers_.pop_front();
   return oldest;
 }
 
-void SlamOrders::wait() {
-  answer([this] { return writing_.wait(); });
+void SlamOrders::wait() { settle_writing(true); }
+
+void SlamOrders::settle_writing(bool wait) {
+  answer(written_, [&] { return wait ? writing_.wait() : writing_.take_reply(); });
 }
 
-void SlamOrders::answer(const std::function<std::string()>& act) {
-  std::string reply;
+void SlamOrders::answer(const slam_reply_t& order, const std::function<std::string()>& act) {
+  slam_reply_t reply = {};
   try {
-    reply = act();
+    std::string text = act();
+    reply = order;  // its path is known by now
+    reply.ok = 1;
+    reply.text = std::move(text);
   } catch (const std::invalid_argument& refused) {
-    reply = std::string("refused: ") + refused.what();
+    reply.text = std::string("refused: ") + refused.what();
     drops_.count("slam_command_t: refused");
   } catch (const std::exception& failed) {  // a full disk must not end the mapping
-    reply = std::string("failed: ") + failed.what();
+    reply.text = std::string("failed: ") + failed.what();
     drops_.count("slam_command_t: failed");
   }
-  if (reply.empty()) return;
+  if (reply.text.empty()) return;
+  reply.command = order.command;
+  reply.command_utime = order.command_utime;
   constexpr std::size_t kMostAnswers = 100;  // nobody may be listening
   if (answers_.size() >= kMostAnswers) answers_.pop_front();
   answers_.push_back(std::move(reply));
+}
+
+std::string publish_reply(process::Bus& bus,
+                          const char* process,
+                          std::optional<slam_reply_t> reply) {
+  if (!reply) return "";
+  reply->utime = process::wall_clock_us();
+  reply->process = process;
+  bus.publish(channels::kSlamReply, *reply);
+  return reply->text;
 }
 
 }  // namespace marco::slam

@@ -10,6 +10,7 @@
 #include "marco/process_status_t.hpp"
 #include "marco/slam_command_t.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "marco/slam_reply_t.hpp"
 #include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -31,6 +32,9 @@ class SlamOrders : public ::testing::Test {
       last_ = pose;
       ++poses_;
     });
+    bus_.subscribe<slam_reply_t>(
+        channels::kSlamReply, heard_,
+        [this](const auto& reply, const auto&) { replies_.push_back(reply); });
     folder_.write("slam.toml", "maps_folder = \"" + folder_.path().string() +
                                    "\"\ncheckpoint_path = \"" + at("checkpoint") +
                                    "\"\ncheckpoint_every_s = 1.0\n");
@@ -60,6 +64,7 @@ class SlamOrders : public ::testing::Test {
   void order(int8_t command, const std::string& folder) {
     states_.clear();
     slam_command_t message = {};
+    message.utime = ++orders_;
     message.command = command;
     message.folder = folder;
     bus_.publish(channels::kSlamCommand, message);
@@ -90,6 +95,8 @@ class SlamOrders : public ::testing::Test {
   process::DropCounter heard_;
   TemporaryFolder folder_;
   std::vector<std::string> states_;
+  std::vector<slam_reply_t> replies_;
+  int64_t orders_ = 0;
   slam_pose_t last_ = {};
   int poses_ = 0;
 };
@@ -112,6 +119,40 @@ TEST_F(SlamOrders, AreObeyedWithoutARestartAndAnswered) {
               IsNear(between(true_pose(0), true_pose(59)), 0.05, 0.02));
   order(slam_command_t::RESET, "");
   ASSERT_TRUE(hears("RESET"));
+  ASSERT_EQ(replies_.size(), 4U);
+  const std::vector<bool> done = {true, false, true, true};
+  for (std::size_t i = 0; i < replies_.size(); ++i) {
+    EXPECT_EQ(replies_[i].process, "marco-slam");
+    EXPECT_EQ(replies_[i].command_utime, static_cast<int64_t>(i) + 1);
+    EXPECT_EQ(static_cast<bool>(replies_[i].ok), done[i]) << replies_[i].text;
+  }
+  EXPECT_EQ(replies_[0].path, at("hall"));
+}
+
+TEST_F(SlamOrders, AreGivenByACommandThatSaysWhatBecameOfThem) {
+  const auto slam = start();
+  drive(0, 40);
+  const auto command = [&](std::vector<std::string> words) {
+    Program program("marco-slam-order", std::move(words), at("order.out"));
+    return program.wait(20);
+  };
+  EXPECT_EQ(command({"save", "hall"}), 0);
+  EXPECT_THAT(files::read_whole_file(at("order.out")), HasSubstr("saved"));
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "hall" / "map.marco"));
+  EXPECT_EQ(command({"localize", "nowhere"}), 1);
+  EXPECT_THAT(files::read_whole_file(at("order.out")), HasSubstr("cannot be read"));
+  EXPECT_EQ(command({"localize", "hall", "--at", "0", "0", "0"}), 0);
+  drive(0, 3);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
+  EXPECT_EQ(command({"extend", "hall"}), 0);
+  EXPECT_EQ(command({"pause"}), 0);
+  EXPECT_EQ(command({"resume"}), 0);
+  EXPECT_EQ(command({"reset"}), 0);
+  EXPECT_EQ(command({"dance"}), 2);
+  slam->signal(SIGTERM);
+  slam->wait(5);
+  EXPECT_EQ(command({"pause"}), 1);
+  EXPECT_THAT(files::read_whole_file(at("order.out")), HasSubstr("no SLAM answers"));
 }
 
 TEST_F(SlamOrders, KilledItGoesOnFromItsCheckpointThoughScansPassedMeanwhile) {

@@ -57,10 +57,10 @@ class FoxgloveTranslator : public McapTranslator {
                             const Pose3& pose) const;
   AddedMessage transform_message(const std::string& channel,
                                  int64_t utime_us,
-                                 const FrameTransform& transform) const;
+                                 const foxglove::Transform& transform) const;
   std::string frame_of(const std::string& channel, const std::string& otherwise) const;
 
-  std::string stamp(std::string_view channel, int64_t utime_us) const;
+  int64_t shifted_us(std::string_view channel, int64_t utime_us) const;
   std::string in_frame(std::string_view channel, int64_t utime_us, const std::string& frame) const;
   const ForeignChannel* foreign_laser(const std::string& channel, uint64_t fingerprint) const;
 

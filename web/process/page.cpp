@@ -1,19 +1,46 @@
 #include "web/process/page.hpp"
 
+#include "lcm_tools/procman/process/descriptor.hpp"
+
 namespace marco::web {
 
-Page::Page(Hub& hub, process::DropCounter& drops) : raw_(hub), robot_(hub, drops) {
+Page::Page(Hub& hub,
+           process::DropCounter& drops,
+           const Source& source,
+           const SteeringOptions& steering)
+    : raw_(hub),
+      robot_(hub, drops),
+      procman_(hub, drops, source.in, source.live),
+      orders_(hub, drops, source.in, source.live, procman_, steering),
+      health_(hub, drops, source.in, source.live, source.lcm_url, raw_.decoder()) {
+  orders_.map_from_odom = [this] { return robot_.map_from_odom(); };
   hub.on_subscribed = [this](Hub::ClientId client, uint32_t channel) {
     raw_.send_known(client, channel);
     robot_.send_known(client, channel);
+    procman_.send_known(client, channel);
+    orders_.send_known(client, channel);
   };
+  hub.on_closed = [this](Hub::ClientId client) { orders_.forget(client); };
+  source.in.subscribe_raw(".*", [this](const process::RawMessage& message) {
+    raw_.take(message);
+    robot_.take(message);
+    health_.take(message);
+  });
 }
 
-void Page::take(const process::RawMessage& message) {
-  raw_.take(message);
-  robot_.take(message);
+void Page::step(Utime now) {
+  const int64_t now_us = procman::monotonic_us();
+  robot_.step(now);
+  procman_.step(now_us);
+  orders_.step(now_us);
+  health_.step([this] {
+    std::vector<HealthFinding> failed;
+    for (const auto& [command, text] : procman_.troubles()) {
+      failed.push_back({true, command + " ended: " + text,
+                        "Its last lines of output say why. Start it again when that is mended."});
+    }
+    return failed;
+  });
 }
-
-void Page::step(Utime now) { robot_.step(now); }
 
 }  // namespace marco::web

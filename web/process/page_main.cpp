@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/process/status_publisher.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
@@ -66,13 +67,12 @@ struct Served {
   std::unique_ptr<web::Server> server;
 };
 
-int show_live(const web::PageArguments& arguments) {
+int show_live(const web::PageArguments& arguments, const web::SteeringOptions& steering) {
   const std::string url = process::effective_lcm_url(arguments.common.lcm_url);
   Served served(arguments, "live", url);
   process::LcmBus bus(arguments.common.lcm_url);
   process::StatusPublisher status(bus, "marco-page", served.drops);
-  web::Page page(served.hub, served.drops);
-  bus.subscribe_raw(".*", [&page](const process::RawMessage& message) { page.take(message); });
+  web::Page page(served.hub, served.drops, {bus, &bus, arguments.common.lcm_url}, steering);
   served.open();
   map_request_t request;
   request.utime = process::wall_clock_us();
@@ -82,7 +82,7 @@ int show_live(const web::PageArguments& arguments) {
     for (int n = 0; n < kMessagesAtOnce && bus.handle_once(0); ++n) {
     }
     page.step(Utime::from_us(process::wall_clock_us()));
-    status.tick(served.state());
+    status.tick(page.state(served.state()));
   }
   spdlog::info("{}; {}", served.state(), served.drops.summary());
   return 0;
@@ -107,8 +107,13 @@ int main(int argc, char** argv) {
     web::PageArguments arguments;
     web::add_page_arguments(app, arguments);
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    const auto steering = process::load_options<web::SteeringOptions>(arguments.common.config_path);
+    if (arguments.common.print_config) {
+      std::fputs(process::print_options(steering, arguments.common.printed()).c_str(), stdout);
+      return static_cast<int>(process::kExitDone);
+    }
     process::start_logging("marco-page", arguments.common.log_level);
     process::catch_stop_signals();
-    return arguments.shown.empty() ? show_live(arguments) : show_folder(arguments);
+    return arguments.shown.empty() ? show_live(arguments, steering) : show_folder(arguments);
   });
 }

@@ -44,11 +44,6 @@ bool is_tiled(uint64_t fingerprint) {
 
 RawChannels::RawChannels(Hub& hub) : hub_(hub), schema_(built_in_sources()), decoder_(schema_) {}
 
-std::string RawChannels::type_of(uint64_t fingerprint) const {
-  const auto found = schema_.with_fingerprint(fingerprint);
-  return found.empty() ? "" : schema_.structures()[static_cast<std::size_t>(found[0])].name;
-}
-
 RawChannels::Channel* RawChannels::channel_of(const process::RawMessage& message) {
   const auto fingerprint = lcm_schema::fingerprint_of(message.bytes);
   if (!fingerprint) return nullptr;

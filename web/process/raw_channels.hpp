@@ -27,8 +27,8 @@ class RawChannels {
   /// What is known of a channel, to a new subscriber. Nothing for channels that are not these.
   void send_known(Hub::ClientId client, uint32_t channel);
 
-  /// "marco.slam_pose_t"; "" for types that are not known.
-  std::string type_of(uint64_t fingerprint) const;
+  /// Of all types that are known.
+  const lcm_schema::Decoder& decoder() const { return decoder_; }
 
  private:
   struct Kept {

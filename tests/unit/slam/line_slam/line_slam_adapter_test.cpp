@@ -279,12 +279,12 @@ TEST_F(LineSlamAdapterTest, WhatIsRefusedLeavesTheMapAsItIs) {
   for (const double far : {1e300, -1e9, std::nan("")}) {
     command.x_m = far;
     bus.deliver(channels::kSlamCommand, encode_message(command), {});
-    EXPECT_THAT(adapter.take_reply(), ::testing::HasSubstr("refused: SET_POSE"));
+    EXPECT_THAT(adapter.take_reply().value().text, ::testing::HasSubstr("refused: SET_POSE"));
   }
   command.command = slam_command_t::LOCALIZE;
   command.folder = "hall";
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
-  EXPECT_THAT(adapter.take_reply(), ::testing::HasSubstr("refused: LOCALIZE"));
+  EXPECT_THAT(adapter.take_reply().value().text, ::testing::HasSubstr("refused: LOCALIZE"));
   EXPECT_EQ(adapter.mapper().filter().num_walls(), walls);
   EXPECT_EQ(adapter.mapper().world_from_robot().vector(), before.vector());
 }
@@ -315,7 +315,7 @@ TEST(LineSlamAdapter, SavesOnlyWithinItsFolderAndNeverDiesOfIt) {
   none.maps_folder = "";
   LineSlamAdapter nowhere(none, bus);
   bus.deliver(channels::kSlamCommand, encode_message(command), {});
-  EXPECT_EQ(nowhere.take_reply(), "refused: SAVE: no folder for maps is configured");
+  EXPECT_EQ(nowhere.take_reply().value().text, "refused: SAVE: no folder for maps is configured");
 }
 
 }  // namespace

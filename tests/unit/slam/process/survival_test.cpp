@@ -1,4 +1,4 @@
-// A SlamAdapter that dies and goes on, and one that takes orders.
+// A SlamAdapter that dies and goes on.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -7,78 +7,18 @@
 #include <utility>
 
 #include "lcm_tools/files/whole_file.hpp"
-#include "lcm_tools/process/batch_bus.hpp"
-#include "lcm_tools/tests/support/temporary_folder.hpp"
-#include "lcmtypes/channels.hpp"
-#include "lcmtypes/convert.hpp"
 #include "slam/process/map_folder.hpp"
-#include "slam/process/slam_adapter.hpp"
-#include "tests/support/flat_world.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/unit/slam/process/slam_adapter_fixture.hpp"
 
 namespace marco::slam {
 namespace {
 
 using ::marco::testing::complaint;
 using ::marco::testing::IsNear;
-using ::marco::testing::TemporaryFolder;
 using ::testing::HasSubstr;
 
-class SlamSurvival : public ::testing::Test {
- protected:
-  // 60 scans along a bow.
-  SlamSurvival() { record({0.08, 0, 0.02}, 60); }
-  // So many steps, odometry 3 % long and a little later than each scan.
-  void record(const Pose2& step, int count) {
-    samples_.clear();
-    std::mt19937 random(5);
-    SensorInfo info;
-    info.parent_from_sensor = make_pose3({0.1, 0.0, 0.3});
-    samples_.emplace_back(info);
-    Pose2 truth{-3.0, -2.0, 0.2}, odom;
-    for (int i = 0; i < count; ++i) {
-      truth = truth * step;
-      odom = odom * Pose2{1.03 * step.x_m, 0, step.theta_rad};
-      LaserScan scan = room_.scan(truth * Pose2{0.1, 0, 0}, 0.01, &random);
-      scan.utime = Utime::from_us(1'000'000 + i * 200'000);
-      samples_.emplace_back(scan);
-      OdometrySample odometry;
-      odometry.utime = scan.utime + Duration::from_us(30'000);
-      odometry.odom_from_robot = odom;
-      samples_.emplace_back(odometry);
-    }
-  }
-  static void send(process::BatchBus& bus, const Sample& sample) {
-    const EncodedMessage message = encode_sample(sample);
-    bus.deliver(message.channel, message.bytes, message.utime);
-  }
-  Trajectory run_whole() {
-    process::BatchBus bus;
-    SlamAdapter slam(bus, {});
-    for (const Sample& sample : samples_) send(bus, sample);
-    slam.finish();
-    odometry_ = slam.odometry_trajectory();
-    return slam.slam().trajectory();
-  }
-  static void set_pose(process::BatchBus& bus, const Pose2& pose) {
-    slam_command_t message = {};
-    message.command = slam_command_t::SET_POSE;
-    message.x_m = pose.x_m;
-    message.y_m = pose.y_m;
-    message.theta_rad = pose.theta_rad;
-    bus.deliver(channels::kSlamCommand, encode_message(message), Utime::from_us(1));
-  }
-  static void order(process::BatchBus& bus, int8_t command, const std::string& folder = "") {
-    slam_command_t message = {};
-    message.command = command;
-    message.folder = folder;
-    bus.deliver(channels::kSlamCommand, encode_message(message), Utime::from_us(1));
-  }
-  testing::FlatWorld room_ = testing::small_room();
-  std::vector<Sample> samples_;
-  Trajectory odometry_;  ///< of the whole run
-  TemporaryFolder folder_;
-};
+using SlamSurvival = SlamAdapterFixture;
 
 TEST_F(SlamSurvival, KilledAtAnyMessageAndResumedItEndsWithTheSamePath) {
   const Trajectory whole = run_whole();
@@ -276,96 +216,6 @@ TEST_F(SlamSurvival, LiveCheckpointsAreWrittenBehindTheScans) {
   ASSERT_TRUE(state.has_value());
   EXPECT_GE(state->progress.scan_count, 20);
   EXPECT_TRUE(state->progress.live.empty());
-}
-
-TEST_F(SlamSurvival, ItSavesLocalizesPausesAndForgetsByOrder) {
-  SlamAdapterOptions options;
-  options.maps_folder = folder_.path().string();
-  process::BatchBus bus;
-  SlamAdapter slam(bus, options);
-  for (std::size_t i = 0; i < 61; ++i) send(bus, samples_[i]);
-  order(bus, slam_command_t::SAVE, "hall");
-  EXPECT_THAT(slam.take_reply(), HasSubstr("saved"));
-  EXPECT_EQ(slam.take_reply(), "");
-  for (const char* name : {"map.marco", "map_1.pgm", "map.yaml", "trajectory.tum"}) {
-    EXPECT_TRUE(std::filesystem::exists(folder_.path() / "hall" / name)) << name;
-  }
-  EXPECT_EQ(load_map_folder(folder_.path() / "hall").slam.path.scans.size(), 30U);
-
-  order(bus, slam_command_t::PAUSE);
-  for (std::size_t i = 61; i < 63; ++i) send(bus, samples_[i]);
-  EXPECT_EQ(slam.live_trajectory().size(), 30U);
-  EXPECT_EQ(slam.drops().by_cause().at("paused"), 1);
-  order(bus, slam_command_t::RESUME);
-  EXPECT_THAT(slam.take_reply(), HasSubstr("PAUSE"));
-  EXPECT_THAT(slam.take_reply(), HasSubstr("RESUME"));
-
-  order(bus, slam_command_t::LOCALIZE, "hall");
-  EXPECT_THAT(slam.take_reply(), HasSubstr("relocalizing"));
-  EXPECT_THAT(slam.state_line(), HasSubstr("not found in the map yet"));
-  for (std::size_t i = 1; i < samples_.size(); ++i) send(bus, samples_[i]);
-  EXPECT_THAT(slam.state_line(), HasSubstr("localized"));
-  order(bus, slam_command_t::SAVE, "hall");
-  EXPECT_THAT(slam.take_reply(), HasSubstr("refused"));
-
-  order(bus, slam_command_t::RESET);
-  EXPECT_EQ(slam.slam().key_count(), 0U);
-  EXPECT_EQ(slam.session().mode(), MappingSession::Mode::mapping);
-}
-
-TEST_F(SlamSurvival, WhatIsRefusedLeavesTheMapAsItIs) {
-  SlamAdapterOptions options;
-  options.maps_folder = folder_.path().string();
-  std::filesystem::create_directory(folder_.path() / "hall");
-  folder_.write("hall/map.marco", "something else");
-  const double nan = std::nan("");
-  process::BatchBus bus;
-  SlamAdapter slam(bus, options);
-  for (std::size_t i = 0; i < samples_.size() / 2; ++i) send(bus, samples_[i]);
-  const std::string before = encode_adapter_state(slam.state());
-  for (const Pose2& pose :
-       {Pose2{1e9, 0, 0}, Pose2{0, -1e300, 0}, Pose2{nan, 0, 0}, Pose2{0, 0, nan}}) {
-    set_pose(bus, pose);
-    EXPECT_THAT(slam.take_reply(), HasSubstr("refused: SET_POSE: the pose must be finite"));
-  }
-  for (const char* folder : {"hall", "nowhere", "../hall", ""}) {
-    order(bus, slam_command_t::LOCALIZE, folder);
-    EXPECT_NE(slam.take_reply(), "");
-  }
-  folder_.write("file", "");
-  order(bus, slam_command_t::SAVE, "file");
-  EXPECT_THAT(slam.take_reply(), HasSubstr("failed: "));
-  order(bus, 77);
-  // Only that they were refused is known of them.
-  AdapterState state = slam.state();
-  EXPECT_EQ(state.drops.at("slam_command_t: refused") + state.drops.at("slam_command_t: failed"),
-            10);
-  state.drops = decode_adapter_state(before).drops;
-  state.received = decode_adapter_state(before).received;
-  EXPECT_EQ(encode_adapter_state(state), before);
-  for (std::size_t i = samples_.size() / 2; i < samples_.size(); ++i) send(bus, samples_[i]);
-  slam.finish();
-  const Trajectory path = slam.slam().trajectory(), whole = run_whole();
-  ASSERT_EQ(path.size(), whole.size());
-  EXPECT_EQ(path.back().world_from_robot.vector(), whole.back().world_from_robot.vector());
-}
-
-TEST_F(SlamSurvival, OrdersThatLeadOutOfTheMapsFolderOrNowhereAreRefused) {
-  SlamAdapterOptions options;
-  options.maps_folder = folder_.path().string();
-  process::BatchBus bus;
-  SlamAdapter slam(bus, options);
-  for (const char* folder : {"/etc", "../elsewhere", "a/../../b", ""}) {
-    order(bus, slam_command_t::SAVE, folder);
-    EXPECT_THAT(slam.take_reply(), HasSubstr("refused")) << folder;
-  }
-  order(bus, slam_command_t::LOCALIZE, "no such map");
-  EXPECT_THAT(slam.take_reply(), HasSubstr("cannot be read"));
-  order(bus, 77);
-  EXPECT_THAT(slam.take_reply(), HasSubstr("not a command"));
-  folder_.write("map.marco", "something else");
-  EXPECT_THAT(complaint([&] { load_map_folder(folder_.path()); }),
-              HasSubstr("map.marco: is no MARCOMAP file"));
 }
 
 }  // namespace

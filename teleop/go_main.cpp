@@ -1,0 +1,120 @@
+#include <chrono>
+#include <cstdio>
+
+#include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/exit_code.hpp"
+#include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/stop_signal.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
+#include "lcmtypes/convert_robot.hpp"
+#include "lcmtypes/finite_pose.hpp"
+#include "marco/slam_pose_t.hpp"
+#include "teleop/map_frame.hpp"
+
+namespace {
+
+using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
+using drivers::wall_now;
+using Fate = BaseStatus::Command;
+
+constexpr double kFindPlaceS = 3.0;  ///< for SLAM_POSE and ODOMETRY to be heard
+constexpr double kTakeOrderS = 3.0;  ///< a base says twice a second what it does
+
+/// What the network says: where the robot is, and what the base makes of the order.
+struct Ear {
+  process::DropCounter drops;
+  teleop::MapFrame frame;
+  std::optional<BaseStatus> base;
+
+  explicit Ear(process::LcmBus& bus) {
+    bus.subscribe<odometry_t>(channels::kOdometry, drops, [this](const auto& message, const auto&) {
+      frame.on_odometry(from_message(message));
+    });
+    bus.subscribe<slam_pose_t>(
+        channels::kSlamPose, drops, [this](const slam_pose_t& message, const auto&) {
+          std::optional<Pose2> pose;
+          if (message.status != slam_pose_t::STATUS_LOST) {
+            pose = finite_pose(message.x_m, message.y_m, message.theta_rad,
+                               "slam_pose_t: the pose is not finite or too far away");
+          }
+          frame.on_slam_pose(Utime::from_us(message.utime), pose, wall_now());
+        });
+    bus.subscribe<base_status_t>(
+        channels::kBaseStatus, drops,
+        [this](const auto& message, const auto&) { base = from_message(message); });
+  }
+};
+
+void send(process::LcmBus& bus, BaseCommand command) {
+  command.utime = wall_now();
+  bus.publish(channels::kBaseCommand, to_message(command));
+}
+
+/// @throws std::invalid_argument that says what is missing.
+Pose2 wait_for_frame(process::LcmBus& bus, const Ear& ear) {
+  const Utime begin = wall_now();
+  while (true) {
+    bus.handle_once(50);
+    try {
+      return ear.frame.odom_from_map(wall_now());
+    } catch (const std::invalid_argument&) {
+      if (process::stop_requested() || (wall_now() - begin).seconds() > kFindPlaceS) throw;
+    }
+  }
+}
+
+int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
+  Ear ear(bus);
+  BaseCommand go;
+  go.kind = BaseCommand::Kind::go_to;
+  go.point_m = wait_for_frame(bus, ear) * goal_m;
+  go.id = wall_now().us;
+  send(bus, go);
+  const Utime sent = wall_now();
+  while (!process::stop_requested()) {
+    bus.handle_once(50);
+    const bool ours = ear.base && ear.base->command_id == go.id;
+    const Fate fate = ours ? ear.base->command : Fate::none;
+    if (fate == Fate::done) {
+      std::puts("there");
+      return process::kExitDone;
+    }
+    if (fate == Fate::shortened || fate == Fate::refused || fate == Fate::aborted) {
+      std::fprintf(stderr, "marco go: %s: %s\n",
+                   fate == Fate::refused     ? "refused"
+                   : fate == Fate::shortened ? "stopped short of the goal"
+                                             : "given up",
+                   ear.base->note.c_str());
+      return process::kExitFailed;
+    }
+    if (!ours && (wall_now() - sent).seconds() > kTakeOrderS) {
+      std::fputs("marco go: no base took the order. Is its driver running, and on this network?\n",
+                 stderr);
+      return process::kExitFailed;
+    }
+  }
+  send(bus, {});  // a stop
+  std::fputs("marco go: stopped\n", stderr);
+  return process::kExitSignal + process::interrupted_by();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return process::run_main("marco-go", [&] {
+    CLI::App app(
+        "Drives the robot to a point of the map: it turns, and drives straight on. The base's own "
+        "guard stops it before obstacles, and nothing plans a way round them. Ctrl-C stops it.");
+    std::string lcm_url;
+    Eigen::Vector2d goal_m = Eigen::Vector2d::Zero();
+    app.add_option("X", goal_m.x(), "[m] in the map's frame")->required();
+    app.add_option("Y", goal_m.y(), "[m]")->required();
+    app.add_option("--lcm-url", lcm_url, "default: $LCM_DEFAULT_URL, else this host alone");
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    process::catch_stop_signals();
+    process::LcmBus bus(lcm_url);
+    return drive(bus, goal_m);
+  });
+}

@@ -1,0 +1,38 @@
+#include "teleop/map_frame.hpp"
+
+#include "lcm_tools/base/check.hpp"
+
+namespace marco::teleop {
+namespace {
+
+constexpr double kSilentS = 2.0;
+// A pose is that of a scan, odometry may come a little later than it.
+constexpr double kReachS = 0.2;
+
+}  // namespace
+
+void MapFrame::on_odometry(const OdometrySample& sample) {
+  // From another origin: the pose before belongs to nothing any more.
+  if (odometry_.restarts_at(sample)) {
+    odometry_.clear();
+    world_from_robot_.reset();
+  }
+  odometry_.add(sample);
+}
+
+void MapFrame::on_slam_pose(Utime utime, const std::optional<Pose2>& world_from_robot, Utime now) {
+  pose_utime_ = utime;
+  world_from_robot_ = world_from_robot;
+  heard_ = now;
+}
+
+Pose2 MapFrame::odom_from_map(Utime now) const {
+  require(heard_ != Utime{} && (now - heard_).seconds() <= kSilentS,
+          "the place on the map is not known: no SLAM_POSE is heard");
+  require(world_from_robot_.has_value(), "the place on the map is not known: SLAM is lost");
+  const auto odom_from_robot = odometry_.samples().at(pose_utime_, Duration::from_seconds(kReachS));
+  require(odom_from_robot.has_value(), "no odometry is heard: a base drives by it");
+  return *odom_from_robot * world_from_robot_->inverse();
+}
+
+}  // namespace marco::teleop

@@ -12,7 +12,7 @@ export async function launch() {
     console.log("SKIPPED: no Chromium (Debian: chromium)");
     process.exit(0);
   }
-  return puppeteer.launch({ executablePath, args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--disable-gpu-sandbox"] });
+  return puppeteer.launch({ executablePath, args: ["--no-sandbox", "--enable-unsafe-swiftshader"] });
 }
 
 // A page on which any error of a script is one of the test.

@@ -69,7 +69,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
     const logger = world.commands.commands.find((command) => command.name === "logger");
     const on = logger?.state === "running";
     record.setAttribute("aria-pressed", String(on));
-    record.textContent = on ? "Recording: end it" : "Record";
+    record.textContent = on ? "End recording" : "Record";
   });
   let due = false;  // four times a second are enough to read
   for (const what of ["pose", "base"]) {

@@ -148,7 +148,7 @@ class Space {
     surface.shared.cut_m.value = cut;
     surface.shared.lamp.value.set(-0.5, 0.6, 0.6).normalize().transformDirection(eye.camera.matrixWorld);
     this.cutText.textContent = cut > surface.ceiling_m ? "whole" : `${(cut - surface.floor_m).toFixed(2)} m`;
-    this.robot.visible = world.robot !== null;
+    this.robot.visible = world.robot !== null && !surface.empty;
     if (world.robot) {
       this.robot.position.set(world.robot.x, world.robot.y, surface.floor_m + 0.15);
       this.robot.rotation.set(0, 0, world.robot.theta - Math.PI / 2);

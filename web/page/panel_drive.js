@@ -86,7 +86,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
 
 async function save(robot, world) {
   const answer = await ask({ title: "Save the map", accept: "Save",
-    fields: [{ name: "folder", label: "Folder", value: new Date().toISOString().slice(0, 16).replace("T", "_").replace(":", ""), hint: "A name, or a path on the robot" }] });
+    fields: [{ name: "folder", label: "Folder", value: new Date().toISOString().slice(0, 16).replace("T", "_").replace(":", ""), hint: "A name in the robot's folder for maps" }] });
   if (answer?.folder) robot.slam("save", { folder: answer.folder });
 }
 

@@ -62,8 +62,8 @@ export class Tiles {
   // free, occupied: [red, green, blue]. Unknown cells stay transparent.
   async setColors(free, occupied) {
     for (let percent = 0; percent <= 100; ++percent) {
-      // Nearly free reads as free: cells seen once are no grey fans.
-      const part = Math.min(Math.max((percent - 25) / 40, 0), 1);
+      // Rather free reads as free: cells seen once are no grey fans.
+      const part = Math.min(Math.max((percent - 40) / 30, 0), 1);
       const [r, g, b] = [0, 1, 2].map((i) => Math.round(free[i] + part * (occupied[i] - free[i])));
       this.lut[percent] = (255 << 24 | b << 16 | g << 8 | r) >>> 0;
     }

@@ -86,7 +86,7 @@ try {
   await page.waitForSelector("dialog");
   await page.$eval("dialog input", (input, value) => { input.value = value; }, "saved_by_page");
   await page.keyboard.press("Enter");
-  const saved = await until("where it was saved", async () => (await toasts(page)).match(/\/\S*saved_by_page/)?.[0], 15);
+  const saved = await until("where it was saved", async () => (await toasts(page)).match(/(?<=\s)\/\S*saved_by_page/)?.[0], 15);
   assert.ok(existsSync(`${saved}/map.yaml`), `nothing was saved in ${saved}`);
   await press(page, "Plan and 3D side by side");
   await wait(4000);

@@ -25,6 +25,11 @@ Json schema_json(const std::string& name, const std::string& schema) {
           {"schema", schema}};
 }
 
+Json time_json(int64_t ns) {
+  constexpr int64_t kSecond = 1'000'000'000;
+  return {{"sec", ns / kSecond}, {"nsec", ns % kSecond}};
+}
+
 std::vector<uint32_t> ids_of(const Json& list) {
   std::vector<uint32_t> ids;
   for (const Json& item : list) {
@@ -90,12 +95,17 @@ PlaybackControl playback_control_of(std::span<const uint8_t> message) {
 }  // namespace
 
 std::string server_info_text(const Identity& server) {
-  return text({{"op", "serverInfo"},
+  Json json = {{"op", "serverInfo"},
                {"name", server.name},
                {"capabilities", server.capabilities},
                {"supportedEncodings", {"json"}},
                {"metadata", server.metadata},
-               {"sessionId", server.session_id}});
+               {"sessionId", server.session_id}};
+  if (server.span_ns) {
+    json["dataStartTime"] = time_json(server.span_ns->first);
+    json["dataEndTime"] = time_json(server.span_ns->second);
+  }
+  return text(json);
 }
 
 std::string offer_text(std::span<const OfferedChannel> channels) {

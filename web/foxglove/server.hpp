@@ -20,6 +20,8 @@ struct Identity {
   std::string name, session_id;
   std::vector<std::string> capabilities;
   std::map<std::string, std::string> metadata;
+  /// Of a recording: its first and last moment.
+  std::optional<std::pair<int64_t, int64_t>> span_ns = {};
 };
 /// A channel of JSON messages. `schema` is a JSON schema.
 struct OfferedChannel {

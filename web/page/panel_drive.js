@@ -1,4 +1,4 @@
-import { ask, el, metres, replaceChildren } from "./dom.js";
+import { ask, el, replaceChildren } from "./dom.js";
 import { makeStick } from "./drive.js";
 
 const kFates = ["waits for an order", "drives", "arrived", "stopped short of an obstacle", "refused the order", "ended by another order"];
@@ -43,7 +43,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
     if (pose) {
       rows.push(["Position", `${pose.x.toFixed(2)}, ${pose.y.toFixed(2)} m`], ["Heading", `${(pose.theta * 180 / Math.PI).toFixed(0)}°`],
         ["Localized", ["by the scan", "dead reckoned", "lost"][pose.status] ?? "?", pose.status === 0 ? "" : "warning"]);
-      if (pose.covariance) rows.push(["Known to", metres(Math.sqrt(Math.max(pose.covariance[0][0] + pose.covariance[1][1], 0)))]);
+      if (pose.covariance) rows.push(["Known to", `${(100 * Math.sqrt(Math.max(pose.covariance[0][0] + pose.covariance[1][1], 0))).toFixed(1)} cm`]);
     } else {
       rows.push(["Position", "not known yet"]);
     }

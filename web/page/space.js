@@ -16,7 +16,6 @@ class Space {
   constructor(section, canvas, world, mapView) {
     Object.assign(this, { section, canvas, world, mapView });
     this.active = false;
-    this.waitingTiles = [];  // of MESH, before three.js is there
     this.message = el("p", { class: "empty" });
     this.cut = el("input", { type: "range", min: "0", max: "100", value: "80", "aria-label": "Clip height" });
     this.cutText = el("output", {});
@@ -31,11 +30,9 @@ class Space {
     return this.active && (this.eye?.walking ?? false);
   }
 
+  // Tiles of the model come once somebody looks at it; the server keeps them.
   listen(socket) {
-    socket.subscribe("MESH", (message) => {
-      if (!this.surface) this.waitingTiles.push(message);
-      else this.takeTile(message);
-    });
+    this.socket = socket;
   }
 
   takeTile(message) {
@@ -70,14 +67,13 @@ class Space {
     this.marks = new THREE.Group();
     this.robot = robotMark();
     this.scene.add(this.surface.group, this.marks, this.robot);
-    this.waitingTiles.splice(0).forEach((message) => this.surface.takeTile(message));
     listen(this.canvas, this);
     new ResizeObserver(() => this.resize()).observe(this.section);
     addEventListener("keydown", (event) => this.key(event, true));
     addEventListener("keyup", (event) => this.key(event, false));
     addEventListener("blur", () => this.eye.keys.clear());
     this.readColors();
-    if (!this.surface.empty) this.fit();
+    this.socket?.subscribe("MESH", (message) => this.takeTile(message));
   }
 
   async loadModel() {

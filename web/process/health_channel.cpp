@@ -19,6 +19,8 @@ constexpr std::size_t kMostChannels = 1000;
 std::vector<diagnosis::Expectation> expectations() {
   using diagnosis::Awaited;
   auto map = diagnosis::expect(Awaited::map), base = diagnosis::expect(Awaited::base);
+  map.what = "map";  // after "no"
+  base.what = "base";
   map.without = "No map is drawn";
   base.without = "Nothing can be driven from here";
   return {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),

@@ -53,7 +53,7 @@ try {
   await until("a drive of 2 m", async () => { const [x, y] = await pose(page); return Math.hypot(x - first[0], y - first[1]) > 2; }, 90);
   await page.click("#tab-health");
   await wait(1500);
-  await shot(page, "page_day");
+  await shot(page, "page_health");
   await page.click("#tab-programs");
   await programs("tour", "Stop");
   await until("the tour's end", async () => /tour\s+(stopped|failed)/.test(await text(page, "#panel-programs")), 20);
@@ -68,7 +68,18 @@ try {
   await until("that it drives", async () => (await text(page, ".drive .figures")).includes("drives"), 5);
   await until("the same in the second browser", async () => (await text(second, ".drive .figures")).includes("drives"), 5);
   await until("a metre of way", async () => { const [x, y] = await pose(page); return Math.hypot(x - begin[0], y - begin[1]) > 0.7; }, 60);
-  await shot(second, "page_phone_night");
+  if (pictures) {
+    await shot(page, "page_live");
+    await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "dark" }]);
+    await wait(600);
+    await shot(page, "page_live_night");
+    await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "light" }]);
+    await second.tap("#tab-drive");
+    await wait(600);
+    await shot(second, "page_phone_night");
+    await second.tap("#tab-drive");
+    await wait(300);
+  }
   await second.tap(".stop");
   await until("the stop in both", async () => (await text(page, ".stopped")).includes("Stopped") && (await text(second, ".stopped")).includes("Stopped"), 5);
   await wait(1500);
@@ -88,9 +99,6 @@ try {
   await page.keyboard.press("Enter");
   const saved = await until("where it was saved", async () => (await toasts(page)).match(/(?<=\s)\/\S*saved_by_page/)?.[0], 15);
   assert.ok(existsSync(`${saved}/map.yaml`), `nothing was saved in ${saved}`);
-  await press(page, "Plan and 3D side by side");
-  await wait(4000);
-  await shot(page, "page_model");
   assert.deepEqual([...page.faults, ...second.faults], []);
   console.log(`ok: sent to ${pixel.place}, arrived at ${await pose(page)}; saved where it said`);
   failed = 0;

@@ -20,6 +20,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco texture PLY PHOTOGRAPHS      a model painted with photographs    (./marco texture --help)
   ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
   ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
+  ./marco page [MAP|LOG]               a page in the browser: what runs, a map folder or a recording (./marco page --help)
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release
   ./marco go X Y                       drives the robot that runs to a point of the map [m], straight on
   ./marco slam ORDER [NAME]            the SLAM that runs: save, localize, extend, reset, set-pose, pause, resume

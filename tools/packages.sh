@@ -10,6 +10,7 @@ declare -A packages_for=(
   [simulator]="libembree-dev"
   [network]="iproute2 procps"
   [bridge]="libboost-dev"
+  [page]="libboost-dev libssl-dev libjs-three"
   [replay]="liblcm-bin"
   [python]="python3-dev pybind11-dev python3-numpy"
   [test]="libgtest-dev libgmock-dev libassimp-dev libegl-dev libgl1-mesa-dri python3 python3-venv python3-pip python3-setuptools python3-wheel tmux ccache"

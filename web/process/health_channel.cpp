@@ -18,13 +18,11 @@ constexpr std::size_t kMostChannels = 1000;
 
 std::vector<diagnosis::Expectation> expectations() {
   using diagnosis::Awaited;
-  auto map = diagnosis::expect(Awaited::map), base = diagnosis::expect(Awaited::base);
+  auto map = diagnosis::expect(Awaited::map);
   map.what = "map";  // after "no"
-  base.what = "base";
   map.without = "No map is drawn";
-  base.without = "Nothing can be driven from here";
   return {diagnosis::expect_scans(channels::kLidarPattern, "LIDAR or LIDAR_RAW"),
-          diagnosis::expect(Awaited::odometry), map, base};
+          diagnosis::expect(Awaited::odometry), map};
 }
 
 std::string sentence(std::string text) {

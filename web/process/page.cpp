@@ -12,6 +12,8 @@ Page::Page(Hub& hub,
       robot_(hub, drops),
       procman_(hub, drops, source.in, source.live),
       orders_(hub, drops, source.in, source.live, procman_, steering),
+      model_requests_(source.live),
+      hub_(hub),
       health_(hub, drops, source.in, source.live, source.lcm_url, raw_.decoder()) {
   orders_.map_from_odom = [this] { return robot_.map_from_odom(); };
   hub.on_subscribed = [this](Hub::ClientId client, uint32_t channel) {
@@ -24,6 +26,7 @@ Page::Page(Hub& hub,
   source.in.subscribe_raw(".*", [this](const process::RawMessage& message) {
     raw_.take(message);
     robot_.take(message);
+    model_requests_.take(message);
     health_.take(message);
   });
 }
@@ -33,6 +36,7 @@ void Page::step(Utime now) {
   robot_.step(now);
   procman_.step(now_us);
   orders_.step(now_us);
+  model_requests_.step(now_us, hub_.clients() > 0);
   health_.step([this] {
     std::vector<HealthFinding> failed;
     for (const auto& [command, text] : procman_.troubles()) {

@@ -7,6 +7,7 @@
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "web/hub.hpp"
 #include "web/process/health_channel.hpp"
+#include "web/process/model_requests.hpp"
 #include "web/process/orders.hpp"
 #include "web/process/procman_channels.hpp"
 #include "web/process/raw_channels.hpp"
@@ -39,6 +40,8 @@ class Page {
   RobotChannels robot_;
   ProcmanChannels procman_;
   Orders orders_;
+  ModelRequests model_requests_;
+  Hub& hub_;
   HealthChannel health_;
 };
 

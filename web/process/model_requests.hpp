@@ -20,8 +20,8 @@ class ModelRequests {
 
  private:
   process::LcmBus* live_;
-  bool has_new_rows_ = false;    // of a sweep, since the last step
-  bool is_due_ = false;          // a sweep that the last model does not hold
+  bool has_new_rows_ = false;  // of a sweep, since the last step
+  bool is_due_ = false;        // a sweep that the last model does not hold
   int64_t heard_us_ = 0, asked_us_ = 0;
 };
 

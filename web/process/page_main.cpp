@@ -148,7 +148,8 @@ int main(int argc, char** argv) {
     if (arguments.shown.empty()) return show_live(arguments, steering);
     require(std::filesystem::exists(arguments.shown), arguments.shown + ": there is no such file");
     // A map's folder holds its results; a folder may be a recording as well.
-    const bool is_map = std::filesystem::exists(std::filesystem::path(arguments.shown) / "map.yaml");
+    const bool is_map =
+        std::filesystem::exists(std::filesystem::path(arguments.shown) / "map.yaml");
     const bool is_recording = !is_map && marco::is_recording(arguments.shown);
     return is_recording ? show_recording(arguments, steering) : show_folder(arguments);
   });

@@ -39,8 +39,8 @@ std::string inline_files(const std::string& snapshot, const std::filesystem::pat
   if (content["model"].is_string()) {
     const std::string name = content["model"].get<std::string>().substr(6);  // behind "files/"
     const std::string model = files::read_whole_file(files::inside_folder(folder, name));
-    content["model"] = data_url(
-        "model/gltf-binary", {reinterpret_cast<const uint8_t*>(model.data()), model.size()});
+    content["model"] = data_url("model/gltf-binary",
+                                {reinterpret_cast<const uint8_t*>(model.data()), model.size()});
   }
   json photographs = json::array();
   for (json& photograph : content["photographs"]) {

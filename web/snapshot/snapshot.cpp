@@ -155,8 +155,9 @@ json drawn_json(const fs::path& folder) {
 
 std::string snapshot_json(const std::filesystem::path& folder) {
   require(fs::is_directory(folder), folder.string() + ": no such folder");
-  require(fs::exists(folder / "map.yaml"),
-          folder.string() + ": holds no map.yaml; was it written by `marco map` or `marco slam save`?");
+  require(
+      fs::exists(folder / "map.yaml"),
+      folder.string() + ": holds no map.yaml; was it written by `marco map` or `marco slam save`?");
   const GridMap map = files::read_map(folder / "map.yaml");
   json drawn;
   try {

@@ -22,10 +22,10 @@ std::string bundle(const std::map<std::string, std::string, std::less<>>& module
 }
 
 TEST(Bundle, RunsAModuleBehindThoseItImportsAndOnce) {
-  const std::string script =
-      bundle({{"app.js", "import { a } from \"./a.js\";\nimport { b } from \"./b.js\";\nstart(a, b);\n"},
-              {"b.js", "import { a } from \"./a.js\";\nexport function b() {\n  return a;\n}\n"},
-              {"a.js", "const hidden = 1;\nexport const a = hidden;\n"}});
+  const std::string script = bundle(
+      {{"app.js", "import { a } from \"./a.js\";\nimport { b } from \"./b.js\";\nstart(a, b);\n"},
+       {"b.js", "import { a } from \"./a.js\";\nexport function b() {\n  return a;\n}\n"},
+       {"a.js", "const hidden = 1;\nexport const a = hidden;\n"}});
   const std::size_t a = script.find("const hidden"), b = script.find("function b()");
   EXPECT_LT(a, b);
   EXPECT_LT(b, script.find("start(a, b);"));
@@ -36,12 +36,21 @@ TEST(Bundle, RunsAModuleBehindThoseItImportsAndOnce) {
 }
 
 TEST(Bundle, RefusesWhatItWouldBreak) {
-  EXPECT_THAT([] { bundle({{"app.js", "import { a } from \"./gone.js\";\n"}}); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("gone.js: no such module")));
-  EXPECT_THAT([] { bundle({{"app.js", "import a from \"./a.js\";\n"}, {"a.js", ""}}); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("cannot be joined")));
-  EXPECT_THAT([] { bundle({{"app.js", "export let a = 1;\n"}}); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("cannot be joined")));
+  EXPECT_THAT(
+      [] {
+        bundle({{"app.js", "import { a } from \"./gone.js\";\n"}});
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("gone.js: no such module")));
+  EXPECT_THAT(
+      [] {
+        bundle({{"app.js", "import a from \"./a.js\";\n"}, {"a.js", ""}});
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("cannot be joined")));
+  EXPECT_THAT(
+      [] {
+        bundle({{"app.js", "export let a = 1;\n"}});
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("cannot be joined")));
   EXPECT_THAT(
       [] {
         bundle({{"app.js", "import { b } from \"./b.js\";\n"},

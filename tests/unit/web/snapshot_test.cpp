@@ -37,7 +37,8 @@ class SnapshotTest : public testing::Test {
   void put(const char* name, const std::string& text) { std::ofstream(folder_ / name) << text; }
   void put_path() {
     Trajectory path;
-    for (int i = 0; i < 5; ++i) path.push_back({Utime::from_us(1'000'000 * (i + 1)), {0.5 * i, 0.0, 0.1}});
+    for (int i = 0; i < 5; ++i)
+      path.push_back({Utime::from_us(1'000'000 * (i + 1)), {0.5 * i, 0.0, 0.1}});
     path.insert(path.begin() + 1, {Utime::from_us(1'500'000), {0.01, 0.0, 0.1}});  // nobody sees it
     files::write_tum(folder_ / "trajectory.tum", path);
   }
@@ -56,7 +57,8 @@ TEST_F(SnapshotTest, AMapAloneIsShown) {
   EXPECT_NEAR(shown["tiles"][0]["x_m"].get<double>(), -25.6, 1e-9);  // 256 cells, cut at x = 0
   EXPECT_NEAR(shown["tiles"][0]["y_m"].get<double>(), 0.0, 1e-9);
   for (const char* field : {"model", "verdict"}) EXPECT_TRUE(shown[field].is_null());
-  for (const char* field : {"path", "loops", "walls", "photographs"}) EXPECT_TRUE(shown[field].empty());
+  for (const char* field : {"path", "loops", "walls", "photographs"})
+    EXPECT_TRUE(shown[field].empty());
 }
 
 TEST_F(SnapshotTest, PathIsThinnedAndCountsFromItsFirstPose) {
@@ -88,7 +90,8 @@ TEST_F(SnapshotTest, LoopsJoinThePosesOfTheirStamps) {
 }
 
 TEST_F(SnapshotTest, VerdictSaysWhereAndWhatMends) {
-  put("report.json", R"({"verdict": "doubtful", "doctor": {"open_questions": ["mirrored?"], "reasons": [
+  put("report.json",
+      R"({"verdict": "doubtful", "doctor": {"open_questions": ["mirrored?"], "reasons": [
     {"why": "it is bent", "verdict": "doubtful", "x_m": 1.5, "y_m": -2.0, "picture": "doctor_1.png",
      "edits": ["forbid_loop 1 2", "drop_scans 1 2"]}]}})");
   const json verdict = snapshot()["verdict"];
@@ -139,7 +142,8 @@ TEST_F(SnapshotTest, SaysWhichFileIsBroken) {
 }
 
 TEST_F(SnapshotTest, OneFileHoldsAllAndNoTextBecomesMarkup) {
-  put("report.json", R"({"verdict": "wrong", "doctor": {"reasons": [{"why": "</script><b>bent"}]}})");
+  put("report.json",
+      R"({"verdict": "wrong", "doctor": {"reasons": [{"why": "</script><b>bent"}]}})");
   put("model.glb", "glTF");
   const std::string page = export_html(folder_, folder_ / "no_three.js");
   EXPECT_THAT(page, Not(HasSubstr("page/page.css")));
@@ -149,7 +153,8 @@ TEST_F(SnapshotTest, OneFileHoldsAllAndNoTextBecomesMarkup) {
   // Every script that is opened is closed once: nothing within ends one.
   const auto count = [&page](std::string_view word) {
     int found = 0;
-    for (std::size_t at = page.find(word); at != std::string::npos; at = page.find(word, at + 1)) ++found;
+    for (std::size_t at = page.find(word); at != std::string::npos; at = page.find(word, at + 1))
+      ++found;
     return found;
   };
   EXPECT_EQ(count("<script"), count("</script>"));

@@ -143,6 +143,19 @@ const cases = {
     });
   },
 
+  async "a laser that was left tilted is levelled"() {
+    await withRobot({}, async (robot, url) => {
+      const page = await open(browser, url);
+      await wait(3000);
+      assert.ok(!(await text(page, ".drive")).includes("Level the laser"), "it is level");
+      robot.tilt = -0.4;
+      await until("the button", async () => (await text(page, ".drive")).includes("Level the laser"), 5);
+      await press(page, "Level the laser");
+      await until("the order", () => robot.tilt === 0);
+      await until("the button's end", async () => !(await text(page, ".drive")).includes("Level the laser"), 5);
+    });
+  },
+
   async "a lost connection is said at once, and comes back by itself"() {
     await withRobot({}, async (robot, url) => {
       const page = await open(browser, url);

@@ -21,6 +21,13 @@ export function makeDrivePanel(world, robot, drive, tools) {
   makeStick(stick, drive);
   const wide = (label, what, kind = "") => el("button", { type: "button", class: kind, onclick: what }, label);
   const goButton = wide("Go to a place", () => tools.go(), "primary");
+  // A laser that was left tilted maps nothing; one that sweeps is meant to.
+  const level = el("div", { class: "note", hidden: true }, el("p", {}, "The laser is left tilted or panned: it maps nothing like that."),
+    wide("Level the laser", () => robot.order("head", { pan_rad: 0, tilt_rad: 0 })));
+  world.on("head", () => {
+    const kAheadRad = 0.05, kStillMs = 2000, { pan, tilt, since } = world.head;
+    level.hidden = world.readOnly || Math.max(Math.abs(pan), Math.abs(tilt)) < kAheadRad || performance.now() - since < kStillMs;
+  });
   const record = wide("Record", () => robot.order("record", { on: record.getAttribute("aria-pressed") !== "true" }));
 
   const orders = el("div", { class: "grid" },
@@ -35,7 +42,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
   const steering = [stick, el("label", { class: "slider" }, el("span", {}, "Highest speed"), speed, speedText),
     el("p", { class: "hint" }, "Also by arrow keys or WASD while this tab is open, or by a gamepad with a shoulder button held."),
     goButton, el("h3", {}, "Map and recording"), orders];
-  const content = el("div", { class: "drive" }, note, where, steering);
+  const content = el("div", { class: "drive" }, note, level, where, steering);
 
   function showPose() {
     const pose = world.robot;

@@ -21,6 +21,7 @@ export class Robot {
     });
     socket.subscribe("BASE_COMMAND", (message) => world.takeBaseCommand(message));
     socket.subscribe("BASE_STATUS", (message) => world.takeBaseStatus(message));
+    socket.subscribe("PANTILT_STATE", (message) => world.takeHead(message));
     socket.subscribe("/tf", (message) => world.takeTransforms(message));
     for (const [topic, field] of [["page/health", "health"], ["page/commands", "commands"], ["page/stop", "stop"]]) {
       socket.subscribe(topic, (message) => {

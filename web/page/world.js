@@ -12,6 +12,7 @@ export class World {
     this.output = new Map();  // command -> lines
     this.stop = { engaged: false, by: "" };
     this.base = null;
+    this.head = null;         // {pan, tilt, since}: [rad], and since when it looks there [ms]
     this.snapshot = null;
   }
 
@@ -99,6 +100,13 @@ export class World {
       this.tell("goal");
     }
     this.tell("base");
+  }
+
+  takeHead({ pan_rad, tilt_rad }) {
+    const kStillRad = 0.01, { head } = this;
+    const still = head && Math.abs(pan_rad - head.pan) < kStillRad && Math.abs(tilt_rad - head.tilt) < kStillRad;
+    if (!still) this.head = { pan: pan_rad, tilt: tilt_rad, since: performance.now() };
+    this.tell("head");
   }
 
   takeTransforms({ transforms }) {

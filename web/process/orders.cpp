@@ -150,6 +150,17 @@ void Orders::add_services() {
                        answer(call, false, why.what());
                      }
                    });
+  serve("head", schema(R"("pan_rad":{"type":"number"},"tilt_rad":{"type":"number"})"),
+        [this](std::string_view json) {
+          const Json request = parsed(json);
+          PanTiltCommand command;
+          command.utime = wall_now();
+          command.kind = PanTiltCommand::Kind::go_to;
+          command.pan_rad = number_of(request, "pan_rad");
+          command.tilt_rad = number_of(request, "tilt_rad");
+          bus_->publish(channels::kPanTiltCommand, to_message(command));
+          return std::string("the head turns");
+        });
   serve("procman", schema(R"("command":{"type":"string"},"action":{"type":"string"})"),
         [this](std::string_view json) {
           const Json request = parsed(json);

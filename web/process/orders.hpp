@@ -18,7 +18,7 @@
 
 namespace marco::web {
 
-/// The services slam, go, stop, procman and record, what clients publish (/cmd_vel /goal_pose
+/// The services slam, go, head, stop, procman and record, what clients publish (/cmd_vel /goal_pose
 /// /initialpose), and page/stop. Orders need the right to steer; a stop is anybody's, its release
 /// is not. One thread.
 class Orders {

@@ -16,11 +16,11 @@
 #include "marco/slam_reply_t.hpp"
 #include "web/foxglove/json.hpp"
 #include "web/page_schemas.hpp"
+#include "web/process/order_request.hpp"
 
 namespace marco::web {
 namespace {
 
-using Json = nlohmann::json;
 using foxglove::text_json;
 
 constexpr int64_t kSlamAnswersWithinUs = 10'000'000;
@@ -39,37 +39,6 @@ const std::map<std::string, int8_t>& slam_commands() {
 }
 
 Utime wall_now() { return Utime::from_us(process::wall_clock_us()); }
-
-Json parsed(std::string_view text) {
-  Json json = Json::parse(text, nullptr, false);
-  require(json.is_object(), "a request that is no JSON object");
-  return json;
-}
-
-std::string text_of(const Json& json, const char* name) {
-  const auto at = json.find(name);
-  if (at == json.end() || at->is_null()) return "";
-  require(at->is_string(), std::string(name) + " is no text");
-  const auto text = at->get<std::string>();
-  require(text.size() <= 1000 && text.find('\0') == std::string::npos,
-          std::string(name) + " is too long");
-  return text;
-}
-
-double number_of(const Json& json, const char* name) {
-  const auto at = json.find(name);
-  if (at == json.end() || at->is_null()) return 0.0;
-  constexpr double kFarthest = 1e5;
-  const bool is_sound = at->is_number() && std::abs(at->get<double>()) < kFarthest;
-  require(is_sound, std::string(name) + " is no number, or too large");
-  return at->get<double>();
-}
-
-bool flag_of(const Json& json, const char* name) {
-  const auto at = json.find(name);
-  require(at != json.end() && at->is_boolean(), std::string(name) + " is neither true nor false");
-  return at->get<bool>();
-}
 
 std::string schema(const std::string& properties) {
   return R"({"type":"object","properties":{)" + properties + "}}";
@@ -153,13 +122,11 @@ void Orders::add_services() {
   serve("head", schema(R"("pan_rad":{"type":"number"},"tilt_rad":{"type":"number"})"),
         [this](std::string_view json) {
           const Json request = parsed(json);
-          PanTiltCommand command;
-          command.utime = wall_now();
-          command.kind = PanTiltCommand::Kind::go_to;
-          command.pan_rad = number_of(request, "pan_rad");
-          command.tilt_rad = number_of(request, "tilt_rad");
+          const PanTiltCommand command{wall_now(), PanTiltCommand::Kind::go_to,
+                                       number_of(request, "pan_rad"),
+                                       number_of(request, "tilt_rad")};
           bus_->publish(channels::kPanTiltCommand, to_message(command));
-          return std::string("the head turns");
+          return "the head turns";
         });
   serve("procman", schema(R"("command":{"type":"string"},"action":{"type":"string"})"),
         [this](std::string_view json) {

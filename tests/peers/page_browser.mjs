@@ -43,13 +43,15 @@ const cases = {
       const [page, second] = [await open(browser, url), await open(browser, url)];
       await until("a map", async () => (await findColor(page, "#map", freeDay)).count > 1000);
       await press(page, "Go to a place");
-      await page.mouse.move(700, 560);
+      await page.mouse.move(800, 560);
       const place = (await text(page, ".place")).match(/x (\S+)\s+y (\S+) m/).slice(1).map(Number);
-      await page.mouse.click(700, 560);
+      await page.mouse.click(800, 560);
       const order = await until("the order", () => robot.told.find((one) => one.service === "go"));
       assert.ok(Math.hypot(order.x_m - place[0], order.y_m - place[1]) < 0.01, `${order.x_m}, ${order.y_m} is not ${place}`);
-      await until("the second browser's goal", async () => (await text(second, ".drive .figures")).includes("drives"));
+      const goal = `${order.x_m.toFixed(2)}, ${order.y_m.toFixed(2)} m`;
+      for (const one of [page, second]) await until("the goal in both browsers", async () => (await text(one, ".drive .figures")).includes(goal));
       await until("arrival", () => !robot.goal, 20);
+      await until("the goal's end", async () => !(await text(second, ".drive .figures")).includes(goal));
       assert.ok(Math.hypot(robot.x - order.x_m, robot.y - order.y_m) < 0.15);
       await press(page, "Measure a distance");
       assert.equal(robot.told.filter((one) => one.service === "go").length, 1, "one click is one order");
@@ -161,7 +163,7 @@ const cases = {
       const page = await open(browser, url);
       await until("the banner's end", () => page.$eval("#banner", (banner) => banner.hidden));
       await robot.stop();
-      await until("what is said", async () => (await text(page, "#banner")).includes("Connection lost"), 2);
+      await until("what is said", () => page.$eval("#banner", (banner) => !banner.hidden && banner.innerText.includes("Connection lost")), 2);
       await press(page, "Stop");
       await until("that stop was not sent", async () => (await toasts(page)).includes("not connected"), 2);
       await robot.start();

@@ -54,6 +54,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
     } else {
       rows.push(["Position", "not known yet"]);
     }
+    if (world.goal) rows.push(["Goal", `${world.goal.x.toFixed(2)}, ${world.goal.y.toFixed(2)} m`]);
     if (world.base) {
       const link = kLinks[world.base.link] ?? "";
       rows.push(["Base", link || kFates[world.base.command] || "", link ? "warning" : ""]);
@@ -79,7 +80,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
     record.textContent = on ? "End recording" : "Record";
   });
   let due = false;  // four times a second are enough to read
-  for (const what of ["pose", "base"]) {
+  for (const what of ["pose", "base", "goal"]) {
     world.on(what, () => {
       if (due) return;
       due = true;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
@@ -16,11 +15,11 @@
 #include "marco/slam_reply_t.hpp"
 #include "web/foxglove/json.hpp"
 #include "web/page_schemas.hpp"
+#include "web/process/request_fields.hpp"
 
 namespace marco::web {
 namespace {
 
-using Json = nlohmann::json;
 using foxglove::text_json;
 
 constexpr int64_t kSlamAnswersWithinUs = 10'000'000;
@@ -39,37 +38,6 @@ const std::map<std::string, int8_t>& slam_commands() {
 }
 
 Utime wall_now() { return Utime::from_us(process::wall_clock_us()); }
-
-Json parsed(std::string_view text) {
-  Json json = Json::parse(text, nullptr, false);
-  require(json.is_object(), "a request that is no JSON object");
-  return json;
-}
-
-std::string text_of(const Json& json, const char* name) {
-  const auto at = json.find(name);
-  if (at == json.end() || at->is_null()) return "";
-  require(at->is_string(), std::string(name) + " is no text");
-  const auto text = at->get<std::string>();
-  require(text.size() <= 1000 && text.find('\0') == std::string::npos,
-          std::string(name) + " is too long");
-  return text;
-}
-
-double number_of(const Json& json, const char* name) {
-  const auto at = json.find(name);
-  if (at == json.end() || at->is_null()) return 0.0;
-  constexpr double kFarthest = 1e5;
-  const bool is_sound = at->is_number() && std::abs(at->get<double>()) < kFarthest;
-  require(is_sound, std::string(name) + " is no number, or too large");
-  return at->get<double>();
-}
-
-bool flag_of(const Json& json, const char* name) {
-  const auto at = json.find(name);
-  require(at != json.end() && at->is_boolean(), std::string(name) + " is neither true nor false");
-  return at->get<bool>();
-}
 
 std::string schema(const std::string& properties) {
   return R"({"type":"object","properties":{)" + properties + "}}";

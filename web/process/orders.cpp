@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
@@ -16,7 +15,7 @@
 #include "marco/slam_reply_t.hpp"
 #include "web/foxglove/json.hpp"
 #include "web/page_schemas.hpp"
-#include "web/process/order_request.hpp"
+#include "web/process/request_fields.hpp"
 
 namespace marco::web {
 namespace {

@@ -38,6 +38,8 @@ class RobotChannels {
   std::optional<Pose2> map_from_base() const { return map_from_base_; }
 
  private:
+  static constexpr const char* kMapFrame = "map";
+  static int64_t ns_of(Utime utime) { return utime.us * 1000; }
   struct Laser {
     Utime heard;
     std::string channel;

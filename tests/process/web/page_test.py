@@ -6,6 +6,7 @@ import os
 import re
 import signal
 import socket
+import ssl
 import struct
 import subprocess
 import sys
@@ -434,17 +435,74 @@ class Maps(WithPage):
 
 
 class Folder(unittest.TestCase):
-    def test_a_folder_is_shown_and_nothing_else(self):
+    def test_a_map_is_shown_and_nothing_beside_it(self):
         with tempfile.TemporaryDirectory() as folder:
+            out = os.path.join(folder, "map")
+            subprocess.run([os.path.join(BIN, "marco-map"), os.path.join(ROOT, "logs/sample.lcm"), "--out", out],
+                           check=True, capture_output=True)
             with open(os.path.join(folder, "secret"), "w") as secret:
                 secret.write("secret")
-            page = Page(folder, "--listen", "127.0.0.1:8771")
+            page = Page(out, "--listen", "127.0.0.1:8771")
             client = Client(8771)
             client.wait(lambda: client.info)
             self.assertEqual(client.info["metadata"]["mode"], "folder")
-            self.assertEqual(http_get(8771, "/files/secret")[0], 404)
+            status, fields, body = http_get(8771, "/snapshot.json")
+            self.assertEqual((status, fields["Content-Type"]), (200, "application/json"))
+            snapshot = json.loads(body)
+            self.assertGreater(len(snapshot["tiles"]), 0)
+            if snapshot["model"]:
+                self.assertEqual(http_get(8771, "/" + snapshot["model"])[0], 200)
+            for path in ("/files/report.json", "/files/../secret", "/files/secret"):
+                self.assertEqual(http_get(8771, path)[0], 404)
             client.close()
-            page.close()
+            self.assertEqual(page.close()[0], 0)
+
+    def test_what_is_no_map_is_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            result = subprocess.run([os.path.join(BIN, "marco-page"), folder], capture_output=True, text=True)
+            self.assertEqual(result.returncode, 1)
+            self.assertEqual(result.stdout, "")
+
+
+class Tls(unittest.TestCase):
+    def test_a_certificate_gives_https(self):
+        with tempfile.TemporaryDirectory() as folder:
+            names = [os.path.join(folder, name) for name in ("certificate.pem", "key.pem")]
+            subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost",
+                            "-addext", "subjectAltName=DNS:localhost", "-out", names[0], "-keyout", names[1]],
+                           check=True, capture_output=True)
+            page = Page("--listen", "127.0.0.1:8773", "--certificate", names[0], "--key", names[1])
+            self.assertEqual(page.address, "https://127.0.0.1:8773/")
+            trust = ssl.create_default_context(cafile=names[0])
+            with socket.create_connection(("127.0.0.1", 8773), timeout=5) as plain:
+                with trust.wrap_socket(plain, server_hostname="localhost") as link:
+                    link.sendall(b"GET /page/x HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+                    self.assertIn(b"404", link.recv(4096))
+            with socket.create_connection(("127.0.0.1", 8773), timeout=5) as plain:
+                with trust.wrap_socket(plain, server_hostname="localhost") as link:
+                    link.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                                 b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
+                                 b"Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n")
+                    answer = b""
+                    while b"serverInfo" not in answer:
+                        piece = link.recv(4096)
+                        self.assertTrue(piece, answer)
+                        answer += piece
+                    self.assertTrue(answer.startswith(b"HTTP/1.1 101"))
+            with socket.create_connection(("127.0.0.1", 8773), timeout=8) as plain:
+                plain.sendall(b"GET / HTTP/1.1\r\n\r\n")
+                try:
+                    self.assertNotIn(b"HTTP/1.1 200", plain.recv(1000))
+                except ConnectionError:
+                    pass
+            self.assertEqual(page.close()[0], 0)
+
+    def test_a_certificate_that_is_none_is_refused(self):
+        with tempfile.NamedTemporaryFile() as file:
+            result = subprocess.run([os.path.join(BIN, "marco-page"), "--listen", "127.0.0.1:8774", "--certificate", file.name,
+                                     "--key", file.name], capture_output=True, text=True)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn("cannot be used", result.stderr)
 
 
 class Recording(unittest.TestCase):

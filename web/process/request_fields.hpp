@@ -1,19 +1,25 @@
-#include "web/process/order_request.hpp"
+#pragma once
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
 
 #include "lcm_tools/base/check.hpp"
 
+/// Fields of a service's request, which anybody may have written. All throw std::invalid_argument
+/// that says what is wrong, for the client.
 namespace marco::web {
 
-Json parsed(std::string_view text) {
+using Json = nlohmann::json;
+
+inline Json parsed(std::string_view text) {
   Json json = Json::parse(text, nullptr, false);
   require(json.is_object(), "a request that is no JSON object");
   return json;
 }
 
-std::string text_of(const Json& json, const char* name) {
+inline std::string text_of(const Json& json, const char* name) {
   const auto at = json.find(name);
   if (at == json.end() || at->is_null()) return "";
   require(at->is_string(), std::string(name) + " is no text");
@@ -23,7 +29,7 @@ std::string text_of(const Json& json, const char* name) {
   return text;
 }
 
-double number_of(const Json& json, const char* name) {
+inline double number_of(const Json& json, const char* name) {
   const auto at = json.find(name);
   if (at == json.end() || at->is_null()) return 0.0;
   constexpr double kFarthest = 1e5;
@@ -32,7 +38,7 @@ double number_of(const Json& json, const char* name) {
   return at->get<double>();
 }
 
-bool flag_of(const Json& json, const char* name) {
+inline bool flag_of(const Json& json, const char* name) {
   const auto at = json.find(name);
   require(at != json.end() && at->is_boolean(), std::string(name) + " is neither true nor false");
   return at->get<bool>();

@@ -61,7 +61,8 @@ export class Robot {
 
   async goTo(x_m, y_m) {
     const { world } = this;
-    world.goal = { x: x_m, y: y_m, id: 0, fate: "asked" };
+    world.order = null;
+    world.goal = { x: x_m, y: y_m, fate: "asked" };
     world.tell("goal");
     const response = await this.order("go", { x_m, y_m });
     if (!response?.ok && world.goal?.fate === "asked") {

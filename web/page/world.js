@@ -30,7 +30,8 @@ export class World {
     this.truth = [];
     this.places = [];         // the doctor's: {x, y, number, word}
     this.photographs = [];
-    this.goal = null;         // {x, y, fate}
+    this.goal = null;         // {x, y, fate}, on the map
+    this.order = null;        // the same as the base was told: in the odometry frame, with the order's id
     this.mapFromOdom = null;
   }
 
@@ -79,27 +80,31 @@ export class World {
     for (const what of ["path", "walls", "snapshot"]) this.tell(what);
   }
 
-  // BASE_COMMAND is in the odometry frame, and so comes back through map_from_odom.
+  // BASE_COMMAND is in the odometry frame, and the base keeps to that: on the map the goal moves as the odometry is corrected.
   takeBaseCommand(message) {
     const kGoTo = 4;
-    if (message.kind === kGoTo && this.mapFromOdom) {
-      const { x, y, theta } = this.mapFromOdom, c = Math.cos(theta), s = Math.sin(theta);
-      this.goal = { x: x + c * message.x_m - s * message.y_m, y: y + s * message.x_m + c * message.y_m, id: message.id, fate: "running" };
-    } else if (this.goal && this.goal.fate === "running" && this.goal.id !== message.id) {
-      this.goal = null;
-    }
-    this.tell("goal");
+    if (message.kind === kGoTo) this.order = { x: message.x_m, y: message.y_m, id: message.id, fate: "running" };
+    else if (this.order?.fate === "running" && this.order.id !== message.id) this.order = this.goal = null;
+    this.placeGoal();
   }
 
   takeBaseStatus(message) {
     const kFates = ["none", "running", "done", "shortened", "refused", "aborted"];
     this.base = message;
-    if (this.goal && this.goal.id === message.command_id) {
-      this.goal.fate = kFates[message.command] ?? "running";
-      if (this.goal.fate === "done") this.goal = null;
-      this.tell("goal");
+    if (this.order?.id === message.command_id) {
+      this.order.fate = kFates[message.command] ?? "running";
+      if (this.order.fate === "done") this.order = this.goal = null;
+      this.placeGoal();
     }
     this.tell("base");
+  }
+
+  placeGoal() {
+    if (this.order && this.mapFromOdom) {
+      const { x, y, theta } = this.mapFromOdom, c = Math.cos(theta), s = Math.sin(theta), { order } = this;
+      this.goal = { x: x + c * order.x - s * order.y, y: y + s * order.x + c * order.y, fate: order.fate };
+    }
+    this.tell("goal");
   }
 
   takeHead({ pan_rad, tilt_rad }) {
@@ -113,6 +118,7 @@ export class World {
     for (const { parent_frame_id, child_frame_id, translation, rotation } of transforms) {
       if (parent_frame_id !== "map" || child_frame_id !== "odom") continue;
       this.mapFromOdom = { x: translation.x, y: translation.y, theta: 2 * Math.atan2(rotation.z, rotation.w) };
+      if (this.order) this.placeGoal();
     }
   }
 }

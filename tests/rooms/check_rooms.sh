@@ -34,7 +34,7 @@ refuse 'drivers include a room' 'slam/|mapping3d/|viewer/|tools/|web/' drivers
 refuse 'the page includes a driver or the simulator' 'drivers/|simulator/' web
 refuse 'Foxglove'"'"'s messages know the page' 'web/(process/|[a-z_]*\.hpp)' web/foxglove
 
-names=$(find . -path ./build -prune -o \( -name '*utils*' -o -name '*helpers*' -o -name '*misc*' \) -print | grep -v '^./.git/')
+names=$(find . \( -path ./build -o -name node_modules \) -prune -o \( -name '*utils*' -o -name '*helpers*' -o -name '*misc*' \) -print | grep -v '^./.git/')
 if [ -n "$names" ]; then
   echo "a file's name says nothing: $names"
   failed=1

@@ -74,3 +74,25 @@ export const findColor = (page, selector, rgb, within = null) => page.evaluate((
   }
   return { count, x: box.x + x / count / ratio, y: box.y + y / count / ratio };
 }, selector, rgb, within);
+
+// As findColor; what WebGL drew is kept for a screenshot only.
+export async function findImage(page, rgb) {
+  const png = Buffer.from(await page.screenshot()).toString("base64");
+  return page.evaluate(async (url, rgb) => {
+    const image = new Image();
+    image.src = url;
+    await image.decode();
+    const copy = new OffscreenCanvas(image.width, image.height).getContext("2d");
+    copy.drawImage(image, 0, 0);
+    const { data } = copy.getImageData(372, 72, image.width - 500, image.height - 200), width = image.width - 500;
+    let [count, x, y] = [0, 0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      const strong = [0, 1, 2].every((k) => (rgb[k] === 0 ? data[i + k] < 60 : data[i + k] > 120));
+      if (!strong) continue;
+      ++count;
+      x += (i / 4) % width;
+      y += Math.floor(i / 4 / width);
+    }
+    return { count, x: 372 + x / count, y: 72 + y / count };
+  }, `data:image/png;base64,${png}`, rgb);
+}

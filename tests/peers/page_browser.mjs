@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { existsSync } from "node:fs";
 import { mkdtemp, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
-import { desktop, findColor, launch, open, phone, press, reachable, text, three, toasts, until, wait } from "./browser.mjs";
+import { desktop, findColor, findImage, launch, open, phone, press, reachable, text, three, toasts, until, wait } from "./browser.mjs";
 import { cubesApart_m, postsApart_m, writeFolder } from "./page_folder.mjs";
 import { PageRobot } from "./page_robot.mjs";
 
@@ -276,28 +276,6 @@ async function turnMap(page) {
   await page.mouse.move(800, 700);
   await page.mouse.wheel({ deltaY: 90 });
   await page.keyboard.up("Shift");
-}
-
-// As findColor; what WebGL drew is kept for a screenshot only.
-async function findImage(page, rgb) {
-  const png = Buffer.from(await page.screenshot()).toString("base64");
-  return page.evaluate(async (url, rgb) => {
-    const image = new Image();
-    image.src = url;
-    await image.decode();
-    const copy = new OffscreenCanvas(image.width, image.height).getContext("2d");
-    copy.drawImage(image, 0, 0);
-    const { data } = copy.getImageData(372, 72, image.width - 500, image.height - 200), width = image.width - 500;
-    let [count, x, y] = [0, 0, 0];
-    for (let i = 0; i < data.length; i += 4) {
-      const strong = [0, 1, 2].every((k) => (rgb[k] === 0 ? data[i + k] < 60 : data[i + k] > 120));
-      if (!strong) continue;
-      ++count;
-      x += (i / 4) % width;
-      y += Math.floor(i / 4 / width);
-    }
-    return { count, x: 372 + x / count, y: 72 + y / count };
-  }, `data:image/png;base64,${png}`, rgb);
 }
 
 let failed = 0;

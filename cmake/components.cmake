@@ -34,13 +34,22 @@ marco_component(SIMULATOR "The simulator" "${missing}")
 
 # The bridge to ROS speaks WebSocket by Boost.Beast.
 set(missing "")
-if(NOT MARCO_BRIDGE STREQUAL "OFF")
+if(NOT MARCO_BRIDGE STREQUAL "OFF" OR NOT MARCO_PAGE STREQUAL "OFF")
   find_path(MARCO_INCLUDE_beast boost/beast/websocket.hpp)
   if(NOT MARCO_INCLUDE_beast)
     set(missing "Boost.Beast (libboost-dev)")
   endif()
 endif()
 marco_component(BRIDGE "The bridge to other stacks" "${missing}")
+
+# The page in the browser: the same, and TLS.
+if(NOT MARCO_PAGE STREQUAL "OFF")
+  find_package(OpenSSL QUIET)
+  if(NOT OPENSSL_FOUND)
+    list(APPEND missing "OpenSSL (libssl-dev)")
+  endif()
+endif()
+marco_component(PAGE "The page in the browser" "${missing}")
 
 # The Python module.
 set(missing "")

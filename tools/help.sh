@@ -13,12 +13,14 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco calibrate LOG [--out DIR]    where the laser sits, how wheels and gyroscope count, from a drive with turns;
                                        the pan-tilt's lever arms and zero angles, from sweeps of a room
   ./marco render WHAT --out PNG        pictures of a map folder or a model (./marco render --help)
+  ./marco export OUT --html [FILE]     a map folder as one HTML file: opens in any browser, without network
   ./marco figures [--out DIR] [LOG]    thesis B's figures of 3D scenes, from the simulated lab or your own log
   ./marco evaluate TRAJ RELATIONS      error of a trajectory               (./marco evaluate --help)
   ./marco evaluate-model PLY WORLD     error of a model                    (./marco evaluate-model --help)
   ./marco texture PLY PHOTOGRAPHS      a model painted with photographs    (./marco texture --help)
   ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
   ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
+  ./marco page [MAP|LOG]               a page in the browser: what runs, a map folder or a recording (./marco page --help)
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release
   ./marco go X Y                       drives the robot that runs to a point of the map [m], straight on
   ./marco slam ORDER [NAME]            the SLAM that runs: save, localize, extend, reset, set-pose, pause, resume

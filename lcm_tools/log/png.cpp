@@ -46,7 +46,7 @@ struct Writer {
 
 }  // namespace
 
-std::string to_png(std::span<const uint8_t> pixels, int width_px, int pixel_bytes) {
+std::string to_png(std::span<const uint8_t> pixels, int width_px, int pixel_bytes, PngSize size) {
   constexpr int kMostPixels = 1000000;  // a side, libpng's limit
   require(width_px > 0 && width_px <= kMostPixels && (pixel_bytes == 1 || pixel_bytes == 3),
           "a PNG of 1 or 3 bytes a pixel");
@@ -58,7 +58,7 @@ std::string to_png(std::span<const uint8_t> pixels, int width_px, int pixel_byte
   const Writer writer;
   if (writer.info == nullptr) throw std::bad_alloc();
   png_set_write_fn(writer.png, &bytes, append, nullptr);
-  png_set_compression_level(writer.png, 0);
+  png_set_compression_level(writer.png, size == PngSize::small ? 1 : 0);
   png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(width_px),
                static_cast<png_uint_32>(rows), 8,
                pixel_bytes == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,

@@ -7,8 +7,8 @@
 #include "recordings/ros/wire_reader.hpp"
 #include "tests/fuzz/memory_file.hpp"
 #include "tests/fuzz/target.hpp"
-#include "tools/bridge/foxglove_protocol.hpp"
 #include "tools/bridge/ros_input.hpp"
+#include "web/foxglove/client.hpp"
 
 namespace marco::fuzz {
 namespace {
@@ -98,18 +98,18 @@ MARCO_FUZZ(ros_message) {
 
 /// What a robot's foxglove_bridge, or somebody in its place, says.
 MARCO_FUZZ(foxglove) {
-  if (const auto data = bridge::parse_binary(bytes)) {
+  if (const auto data = foxglove::parse_binary(bytes)) {
     promise(data->payload.size() + 13 == bytes.size(), "a payload is the rest of its message");
   }
   try {
     const auto text =
-        bridge::parse_text({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    const auto* advertised = std::get_if<bridge::Advertised>(&text);
+        foxglove::parse_text({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    const auto* advertised = std::get_if<foxglove::Advertised>(&text);
     if (advertised == nullptr) return;
     bridge::RosInput input({}, [](const Sample&) {});
     input.advertised(advertised->channels);
     double now_s = 0.0;
-    for (const bridge::ServerChannel& channel : advertised->channels) {
+    for (const foxglove::ServerChannel& channel : advertised->channels) {
       // Each channel says its own schema, four seconds after the one before.
       const auto* said = reinterpret_cast<const uint8_t*>(channel.schema.data());
       for (uint32_t id = 1; id <= 3; ++id) {

@@ -18,7 +18,7 @@ refuse() {
 }
 
 rooms=(slam mapping3d viewer)
-programs='drivers/|simulator/|teleop/|tools/|lcm_tools/(log|procman|schema|spy)/'
+programs='drivers/|simulator/|teleop/|tools/|web/|lcm_tools/(log|procman|schema|spy)/'
 refuse 'an algorithm includes LCM, logging or a message' 'lcm/|lcmtypes/|marco/|bot_core/|spdlog/|toml' "${rooms[@]}" common
 refuse 'slam includes another room' "mapping3d/|viewer/|recordings/|$programs" slam
 refuse 'mapping3d includes another room' "slam/|viewer/|recordings/|$programs" mapping3d
@@ -27,12 +27,14 @@ refuse 'common includes a room' "slam/|mapping3d/|viewer/|recordings/|$programs"
 refuse 'an algorithm includes threads or clocks' 'thread>|chrono>|mutex>|future>|atomic>' slam mapping3d
 refuse 'recordings includes a room' "slam/|mapping3d/|viewer/|$programs" recordings
 # lcm_tools is a project of its own, below */process/ too.
-found=$(grep -rnE '#include [<"](common/|lcmtypes/|recordings/|drivers/|simulator/|teleop/|slam/|mapping3d/|viewer/|tools/|tests/|Eigen/|opencv2/)' \
+found=$(grep -rnE '#include [<"](common/|lcmtypes/|recordings/|drivers/|simulator/|teleop/|slam/|mapping3d/|viewer/|web/|tools/|tests/|Eigen/|opencv2/)' \
   lcm_tools --include='*.hpp' --include='*.cpp')
 [ -z "$found" ] || { echo "lcm_tools includes what is not its own:"; echo "$found"; failed=1; }
-refuse 'drivers include a room' 'slam/|mapping3d/|viewer/|tools/' drivers
+refuse 'drivers include a room' 'slam/|mapping3d/|viewer/|tools/|web/' drivers
+refuse 'the page includes a driver or the simulator' 'drivers/|simulator/' web
+refuse 'Foxglove'"'"'s messages know the page' 'web/(process/|[a-z_]*\.hpp)' web/foxglove
 
-names=$(find . -path ./build -prune -o \( -name '*utils*' -o -name '*helpers*' -o -name '*misc*' \) -print | grep -v '^./.git/')
+names=$(find . \( -path ./build -o -name node_modules \) -prune -o \( -name '*utils*' -o -name '*helpers*' -o -name '*misc*' \) -print | grep -v '^./.git/')
 if [ -n "$names" ]; then
   echo "a file's name says nothing: $names"
   failed=1

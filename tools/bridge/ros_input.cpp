@@ -71,9 +71,9 @@ bool RosInput::is_used(const ros::Topic& topic) const {
 }
 
 std::vector<std::pair<uint32_t, uint32_t>> RosInput::advertised(
-    const std::vector<ServerChannel>& channels) {
+    const std::vector<foxglove::ServerChannel>& channels) {
   std::vector<std::pair<uint32_t, uint32_t>> wanted;
-  for (const ServerChannel& channel : channels) {
+  for (const foxglove::ServerChannel& channel : channels) {
     ros::Topic topic;
     topic.id = channel.id;
     topic.name = channel.topic;
@@ -110,7 +110,7 @@ void RosInput::forget() {
   missing_.clear();
 }
 
-void RosInput::take(const ServerData& data, double now_s) {
+void RosInput::take(const foxglove::ServerData& data, double now_s) {
   const auto subscribed = subscribed_.find(data.subscription);
   if (subscribed == subscribed_.end()) return;
   const ros::Topic& topic = subscribed->second.topic;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "recordings/ros/ros_samples.hpp"
-#include "tools/bridge/foxglove_protocol.hpp"
+#include "web/foxglove/client.hpp"
 
 namespace marco::bridge {
 
@@ -57,14 +57,15 @@ class RosInput {
   RosInput(RosOptions options, std::function<void(const Sample&)> give);
 
   /// @returns what is to be subscribed: pairs of our id and the server's channel.
-  std::vector<std::pair<uint32_t, uint32_t>> advertised(const std::vector<ServerChannel>& channels);
+  std::vector<std::pair<uint32_t, uint32_t>> advertised(
+      const std::vector<foxglove::ServerChannel>& channels);
   void unadvertised(const std::vector<uint32_t>& channels);
   /// The connection is gone.
   void forget();
 
   /// @param now_s  of any clock that never steps back
   /// @throws std::invalid_argument saying what is wrong with the message.
-  void take(const ServerData& data, double now_s);
+  void take(const foxglove::ServerData& data, double now_s);
 
   /// Nothing until it has decided.
   const std::optional<Frames>& frames() const { return frames_; }

@@ -20,7 +20,7 @@ int64_t ns_of(Utime utime) { return utime.us * 1000; }
 
 RosOutput::RosOutput(std::function<bool(std::vector<uint8_t>)> send) : send_(std::move(send)) {}
 
-std::optional<std::string> RosOutput::open(const ServerInfo& server) {
+std::optional<std::string> RosOutput::open(const foxglove::ServerInfo& server) {
   encoding_.clear();
   trouble_.clear();
   if (!server.capabilities.contains("clientPublish")) {
@@ -38,14 +38,15 @@ std::optional<std::string> RosOutput::open(const ServerInfo& server) {
   const auto type = [this](const std::string& package, const std::string& name) {
     return package + (encoding_ == "cdr" ? "/msg/" : "/") + name;
   };
-  return advertise_text({{kMap, "/map", encoding_, type("nav_msgs", "OccupancyGrid")},
-                         {kPose, "/slam_pose", encoding_, type("geometry_msgs", "PoseStamped")},
-                         {kPath, "/marco/path", encoding_, type("nav_msgs", "Path")},
-                         {kTransforms, "/tf", encoding_, type("tf2_msgs", "TFMessage")}});
+  return foxglove::advertise_text(
+      {{kMap, "/map", encoding_, type("nav_msgs", "OccupancyGrid")},
+       {kPose, "/slam_pose", encoding_, type("geometry_msgs", "PoseStamped")},
+       {kPath, "/marco/path", encoding_, type("nav_msgs", "Path")},
+       {kTransforms, "/tf", encoding_, type("tf2_msgs", "TFMessage")}});
 }
 
 void RosOutput::send(uint32_t channel, const std::vector<uint8_t>& payload) {
-  send_(data_message(channel, payload));
+  send_(foxglove::data_message(channel, payload));
 }
 
 void RosOutput::note(const OdometrySample& odometry) {

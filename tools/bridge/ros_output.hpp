@@ -10,8 +10,8 @@
 #include "common/pose_estimate.hpp"
 #include "common/samples.hpp"
 #include "recordings/ros/messages.hpp"
-#include "tools/bridge/foxglove_protocol.hpp"
 #include "tools/bridge/ros_input.hpp"
+#include "web/foxglove/client.hpp"
 
 namespace marco::bridge {
 
@@ -25,7 +25,7 @@ class RosOutput {
 
   /// @returns the text that announces its topics; nothing where the server takes none, and
   /// trouble() says why.
-  std::optional<std::string> open(const ServerInfo& server);
+  std::optional<std::string> open(const foxglove::ServerInfo& server);
   void close() { encoding_.clear(); }
   const std::string& trouble() const { return trouble_; }
   /// The map once more, for who came late: what clients publish is not kept.

@@ -32,7 +32,7 @@ RosSide::RosSide(const std::string& url,
         return sent;
       }),
       socket_(parse_websocket_url(url),
-              kSubprotocols,
+              foxglove::kSubprotocols,
               {[this](const std::string& subprotocol) {
                  not_connected_.clear();
                  say_("connected to " + url_ + " (" + subprotocol + ")");
@@ -57,8 +57,8 @@ void RosSide::count(const std::function<void()>& handle) {
 }
 
 void RosSide::take_text(std::string_view text) {
-  const ServerText message = parse_text(text);
-  if (const auto* server = std::get_if<ServerInfo>(&message)) {
+  const foxglove::ServerText message = foxglove::parse_text(text);
+  if (const auto* server = std::get_if<foxglove::ServerInfo>(&message)) {
     input_.forget();  // what a session before this one called its channels
     if (const auto topics = output_.open(*server)) {
       socket_.send_text(*topics);
@@ -66,18 +66,18 @@ void RosSide::take_text(std::string_view text) {
     } else {
       say_("nothing is sent back: " + output_.trouble());
     }
-  } else if (const auto* advertised = std::get_if<Advertised>(&message)) {
+  } else if (const auto* advertised = std::get_if<foxglove::Advertised>(&message)) {
     const auto wanted = input_.advertised(advertised->channels);
-    if (!wanted.empty()) socket_.send_text(subscribe_text(wanted));
-  } else if (const auto* gone = std::get_if<Unadvertised>(&message)) {
+    if (!wanted.empty()) socket_.send_text(foxglove::subscribe_text(wanted));
+  } else if (const auto* gone = std::get_if<foxglove::Unadvertised>(&message)) {
     input_.unadvertised(gone->channels);
-  } else if (const auto* status = std::get_if<ServerStatus>(&message)) {
+  } else if (const auto* status = std::get_if<foxglove::ServerStatus>(&message)) {
     if (status->level > 0) say_("the robot's bridge says: " + status->message);
   }
 }
 
 void RosSide::take_binary(std::span<const uint8_t> message) {
-  const auto data = parse_binary(message);
+  const auto data = foxglove::parse_binary(message);
   if (!data) return;
   input_.take(*data, steady_s());
   for (const std::string& note : input_.take_notes()) say_(note);

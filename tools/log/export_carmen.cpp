@@ -6,7 +6,7 @@
 #include <map>
 
 #include "common/pose_buffer.hpp"
-#include "tools/log/regular_scan.hpp"
+#include "common/regular_scan.hpp"
 
 namespace marco::logs {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "bot_core/image_t.hpp"
 #include "bot_core/pose_t.hpp"
+#include "common/regular_scan.hpp"
 #include "lcm_tools/log/export_json_lines.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -13,9 +14,8 @@
 #include "marco/mbot_pose2d_t.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "recordings/foreign_messages.hpp"
-#include "tools/log/foxglove_grid.hpp"
-#include "tools/log/foxglove_json.hpp"
-#include "tools/log/regular_scan.hpp"
+#include "web/foxglove/grid.hpp"
+#include "web/foxglove/messages.hpp"
 
 namespace marco::logs {
 namespace {
@@ -51,19 +51,17 @@ FoxgloveTranslator::FoxgloveTranslator(const LogInfo& log) : frames_(log) {
   }
 }
 
-std::string FoxgloveTranslator::stamp(std::string_view channel, int64_t utime_us) const {
+int64_t FoxgloveTranslator::shifted_us(std::string_view channel, int64_t utime_us) const {
   const auto shift = shifts_us_.find(channel);
   int64_t us = utime_us;
   if (shift != shifts_us_.end() && __builtin_add_overflow(us, shift->second, &us)) us = 0;
-  us = std::max<int64_t>(0, us);
-  return R"("timestamp":{"sec":)" + std::to_string(us / 1000000) + R"(,"nsec":)" +
-         std::to_string(us % 1000000 * 1000) + "}";
+  return us;
 }
 
 std::string FoxgloveTranslator::in_frame(std::string_view channel,
                                          int64_t utime_us,
                                          const std::string& frame) const {
-  return "{" + stamp(channel, utime_us) + R"(,"frame_id":)" + text_json(frame);
+  return foxglove::in_frame(shifted_us(channel, utime_us), frame);
 }
 
 // As lcmtypes/lcm_log_reader: a laser that SENSOR_INFO describes is one of ours.
@@ -84,19 +82,14 @@ AddedMessage FoxgloveTranslator::pose_message(const std::string& channel,
                                               const std::string& frame,
                                               const Pose3& pose) const {
   return {channel + "/PoseInFrame", "foxglove.PoseInFrame",
-          in_frame(channel, utime_us, frame) + R"(,"pose":)" + pose_json(pose) + "}"};
+          foxglove::pose_in_frame(shifted_us(channel, utime_us), frame, pose)};
 }
 
 AddedMessage FoxgloveTranslator::transform_message(const std::string& channel,
                                                    int64_t utime_us,
-                                                   const FrameTransform& transform) const {
-  const Eigen::Vector3d& at = transform.parent_from_child.translation();
-  const Eigen::Quaterniond turn(transform.parent_from_child.linear());
+                                                   const foxglove::Transform& transform) const {
   return {channel + "/FrameTransform", "foxglove.FrameTransform",
-          "{" + stamp(channel, utime_us) + R"(,"parent_frame_id":)" + text_json(transform.parent) +
-              R"(,"child_frame_id":)" + text_json(transform.child) + R"(,"translation":)" +
-              vector_json(at.x(), at.y(), at.z()) + R"(,"rotation":)" + quaternion_json(turn) +
-              "}"};
+          foxglove::frame_transform(shifted_us(channel, utime_us), transform)};
 }
 
 std::string FoxgloveTranslator::remark() const {
@@ -153,7 +146,7 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_info(const DecodedEvent&
   if (const auto message = decode_as<pantilt_state_t>(event.bytes)) {
     const auto base = infos_.find(channel);
     if (base == infos_.end()) return {};
-    const FrameTransform plate = RobotFrames::of_plate(base->second, from_message(*message));
+    const foxglove::Transform plate = RobotFrames::of_plate(base->second, from_message(*message));
     return {transform_message(channel, message->utime, plate)};
   }
   return {};
@@ -164,18 +157,9 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_scan(LaserScan scan,
   const ForeignChannel* foreign = foreign_laser(scan.channel, fingerprint);
   if (foreign != nullptr) settle_direction(scan, *foreign);
   scan = make_regular(scan, std::numeric_limits<float>::infinity());
-  const double last = static_cast<double>(scan.size()) - 1.0;
-  std::string json = in_frame(scan.channel, scan.utime.us, frame_of(scan.channel, "robot")) +
-                     R"(,"pose":)" + pose_json(Pose3::Identity()) + R"(,"start_angle":)" +
-                     number(scan.first_bearing_rad) + R"(,"end_angle":)" +
-                     number(scan.first_bearing_rad + last * scan.bearing_step_rad) +
-                     R"(,"ranges":[)";
-  for (std::size_t beam = 0; beam < scan.size(); ++beam) {
-    if (beam > 0) json += ',';
-    json += number(scan.ranges_m[beam]);
-  }
-  json += R"(],"intensities":[]})";
-  return {{scan.channel + "/LaserScan", "foxglove.LaserScan", std::move(json)}};
+  scan.utime = Utime::from_us(shifted_us(scan.channel, scan.utime.us));
+  return {{scan.channel + "/LaserScan", "foxglove.LaserScan",
+           foxglove::laser_scan(scan, frame_of(scan.channel, "robot"))}};
 }
 
 std::vector<AddedMessage> FoxgloveTranslator::translate_grid(const DecodedEvent& event,
@@ -183,11 +167,11 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_grid(const DecodedEvent&
   if (auto tile = decode_as<grid_map_t>(event.bytes)) {
     return grid_messages(grids_.add(channel, *tile, bounded(event.head.event_time)));
   }
-  if (lcm_schema::fingerprint_of(event.bytes) != kMbotGrid) return {};
+  if (lcm_schema::fingerprint_of(event.bytes) != foxglove::kMbotGrid) return {};
   const int utime = event.tree.child(0, "utime");
   const int64_t utime_us =
       utime < 0 ? 0 : event.tree.integer(event.tree.nodes[static_cast<std::size_t>(utime)]);
-  const std::string json = mbot_grid_json(event.tree);
+  const std::string json = foxglove::mbot_grid_json(event.tree);
   if (json.empty()) return {};
   return {{channel + "/Grid", "foxglove.Grid", in_frame(channel, utime_us, "world") + json}};
 }
@@ -196,9 +180,10 @@ std::vector<AddedMessage> FoxgloveTranslator::grid_messages(
     const std::vector<JoinedGrid>& grids) const {
   std::vector<AddedMessage> messages;
   for (const JoinedGrid& grid : grids) {
-    messages.push_back({grid.channel + "/Grid", "foxglove.Grid",
-                        in_frame(grid.channel, grid.utime_us, "world") + floor_plan_json(grid.map),
-                        grid.event_time});
+    messages.push_back(
+        {grid.channel + "/Grid", "foxglove.Grid",
+         in_frame(grid.channel, grid.utime_us, "world") + foxglove::floor_plan_json(grid.map),
+         grid.event_time});
   }
   return messages;
 }
@@ -207,7 +192,8 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_model(const DecodedEvent
                                                               const std::string& channel) {
   const auto tile = decode_as<mesh_t>(event.bytes);
   if (!tile) return {};
-  std::string json = scenes_.json(channel, stamp(channel, tile->utime), "world", *tile);
+  std::string json =
+      scenes_.json(channel, foxglove::stamp_json(shifted_us(channel, tile->utime)), "world", *tile);
   if (json.empty()) return {};
   return {{channel + "/SceneUpdate", "foxglove.SceneUpdate", std::move(json)}};
 }
@@ -216,13 +202,9 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_path(const DecodedEvent&
                                                              const std::string& channel) const {
   const auto message = decode_as<trajectory_t>(event.bytes);
   if (!message) return {};
-  std::string json = in_frame(channel, message->utime, "world") + R"(,"poses":[)";
-  const Trajectory path = from_message(*message);
-  for (const StampedPose2& pose : path) {
-    if (&pose != &path.front()) json += ',';
-    json += pose_json(lift(pose.world_from_robot));
-  }
-  return {{channel + "/PosesInFrame", "foxglove.PosesInFrame", json + "]}"}};
+  return {{channel + "/PosesInFrame", "foxglove.PosesInFrame",
+           foxglove::poses_in_frame(shifted_us(channel, message->utime), "world",
+                                    from_message(*message))}};
 }
 
 std::vector<AddedMessage> FoxgloveTranslator::translate_pose(const DecodedEvent& event,
@@ -273,7 +255,8 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_image(const DecodedEvent
   const std::string head = in_frame(channel, image->utime, frame_of(channel, "camera"));
   if (image->pixelformat == bot_core::image_t::PIXEL_FORMAT_MJPEG) {
     return {{channel + "/CompressedImage", "foxglove.CompressedImage",
-             head + R"(,"data":")" + to_base64(image->data) + R"(","format":"jpeg"})"}};
+             foxglove::compressed_image(shifted_us(channel, image->utime),
+                                        frame_of(channel, "camera"), image->data)}};
   }
   const char* encoding = image->pixelformat == bot_core::image_t::PIXEL_FORMAT_GRAY  ? "mono8"
                          : image->pixelformat == bot_core::image_t::PIXEL_FORMAT_RGB ? "rgb8"

@@ -6,11 +6,11 @@
 
 #include "common/samples.hpp"
 #include "lcm_tools/log/mcap_translator.hpp"
+#include "lcmtypes/grid_joiner.hpp"
 #include "recordings/foreign.hpp"
-#include "tools/log/foxglove_model.hpp"
-#include "tools/log/foxglove_schemas.hpp"
-#include "tools/log/grid_joiner.hpp"
 #include "tools/log/robot_frames.hpp"
+#include "web/foxglove/scene.hpp"
+#include "web/foxglove/schemas.hpp"
 
 namespace marco::logs {
 
@@ -33,7 +33,9 @@ class FoxgloveTranslator : public McapTranslator {
   /// Nothing for a message that Foxglove cannot draw or that contradicts itself.
   std::vector<AddedMessage> translate(const DecodedEvent& event) override;
   std::vector<AddedMessage> finish() override { return grid_messages(grids_.finish()); }
-  std::string json_schema(const std::string& name) const override { return foxglove_schema(name); }
+  std::string json_schema(const std::string& name) const override {
+    return foxglove::schema_of(name);
+  }
   /// Counts the maps that are too large to be drawn.
   std::string remark() const override;
 
@@ -55,10 +57,10 @@ class FoxgloveTranslator : public McapTranslator {
                             const Pose3& pose) const;
   AddedMessage transform_message(const std::string& channel,
                                  int64_t utime_us,
-                                 const FrameTransform& transform) const;
+                                 const foxglove::Transform& transform) const;
   std::string frame_of(const std::string& channel, const std::string& otherwise) const;
 
-  std::string stamp(std::string_view channel, int64_t utime_us) const;
+  int64_t shifted_us(std::string_view channel, int64_t utime_us) const;
   std::string in_frame(std::string_view channel, int64_t utime_us, const std::string& frame) const;
   const ForeignChannel* foreign_laser(const std::string& channel, uint64_t fingerprint) const;
 
@@ -66,7 +68,7 @@ class FoxgloveTranslator : public McapTranslator {
   std::map<std::string, SensorInfo, std::less<>> infos_;
   ForeignTable foreign_;
   GridJoiner grids_;
-  SceneUpdates scenes_;
+  foxglove::SceneUpdates scenes_;
   RobotFrames frames_;
 };
 

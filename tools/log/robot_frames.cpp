@@ -17,33 +17,34 @@ RobotFrames::RobotFrames(const LogInfo& log) {
   }
 }
 
-std::optional<FrameTransform> RobotFrames::add_odometry(const std::string& channel,
-                                                        Utime utime,
-                                                        const Pose2& odom_from_robot) {
+std::optional<foxglove::Transform> RobotFrames::add_odometry(const std::string& channel,
+                                                             Utime utime,
+                                                             const Pose2& odom_from_robot) {
   if (channel != odometry_channel_) return std::nullopt;
   odometry_.add(utime, odom_from_robot);
-  return FrameTransform{"odom", "robot", lift(odom_from_robot)};
+  return foxglove::Transform{"odom", "robot", lift(odom_from_robot)};
 }
 
-std::optional<FrameTransform> RobotFrames::add_slam(const std::string& channel,
-                                                    Utime utime,
-                                                    const Pose2& world_from_robot) {
+std::optional<foxglove::Transform> RobotFrames::add_slam(const std::string& channel,
+                                                         Utime utime,
+                                                         const Pose2& world_from_robot) {
   if (slam_channel_.empty()) slam_channel_ = channel;
   if (channel != slam_channel_) return std::nullopt;
-  if (odometry_channel_.empty()) return FrameTransform{"world", "robot", lift(world_from_robot)};
+  if (odometry_channel_.empty())
+    return foxglove::Transform{"world", "robot", lift(world_from_robot)};
   if (odometry_.empty()) return std::nullopt;
   // Of another clock the newest is the best there is.
   constexpr Duration kReach = Duration::from_us(200000);
   const Pose2 odom_from_robot = odometry_.at(utime, kReach).value_or(odometry_.newest_pose());
-  return FrameTransform{"world", "odom", lift(world_from_robot * odom_from_robot.inverse())};
+  return foxglove::Transform{"world", "odom", lift(world_from_robot * odom_from_robot.inverse())};
 }
 
-FrameTransform RobotFrames::of_sensor(const SensorInfo& info) {
+foxglove::Transform RobotFrames::of_sensor(const SensorInfo& info) {
   const bool on_robot = info.mount == SensorInfo::Mount::robot;
   return {on_robot ? "robot" : "plate", info.channel, info.parent_from_sensor};
 }
 
-FrameTransform RobotFrames::of_plate(const SensorInfo& base, const PanTiltState& state) {
+foxglove::Transform RobotFrames::of_plate(const SensorInfo& base, const PanTiltState& state) {
   SensorInfo plate;
   return {"robot", "plate", robot_from_pantilt_sensor(base, plate, state.pan_rad, state.tilt_rad)};
 }

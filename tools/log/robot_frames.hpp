@@ -3,19 +3,12 @@
 #include <optional>
 #include <string>
 
-#include "common/pose3.hpp"
 #include "common/pose_buffer.hpp"
 #include "common/samples.hpp"
 #include "lcm_tools/log/log_info.hpp"
+#include "web/foxglove/messages.hpp"
 
 namespace marco::logs {
-
-/// Where one frame lies in another, at a moment.
-struct FrameTransform {
-  std::string parent;
-  std::string child;
-  Pose3 parent_from_child = Pose3::Identity();
-};
 
 /// The tree of a log's frames: world -> odom -> robot -> each sensor, by the sensors' channels.
 /// A frame has one parent, so with odometry SLAM's pose says where odom lies in the world; without,
@@ -26,17 +19,17 @@ class RobotFrames {
   explicit RobotFrames(const LogInfo& log);
 
   /// odom -> robot.
-  std::optional<FrameTransform> add_odometry(const std::string& channel,
-                                             Utime utime,
-                                             const Pose2& odom_from_robot);
+  std::optional<foxglove::Transform> add_odometry(const std::string& channel,
+                                                  Utime utime,
+                                                  const Pose2& odom_from_robot);
   /// world -> odom, or world -> robot.
-  std::optional<FrameTransform> add_slam(const std::string& channel,
-                                         Utime utime,
-                                         const Pose2& world_from_robot);
+  std::optional<foxglove::Transform> add_slam(const std::string& channel,
+                                              Utime utime,
+                                              const Pose2& world_from_robot);
   /// robot -> the sensor's channel, or "plate" -> it for one on the pan-tilt.
-  static FrameTransform of_sensor(const SensorInfo& info);
+  static foxglove::Transform of_sensor(const SensorInfo& info);
   /// robot -> "plate", the tilted plate. @param base the pan-tilt's own SENSOR_INFO
-  static FrameTransform of_plate(const SensorInfo& base, const PanTiltState& state);
+  static foxglove::Transform of_plate(const SensorInfo& base, const PanTiltState& state);
 
  private:
   std::string odometry_channel_;  // "" = the log has none

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "common/regular_scan.hpp"
 #include "lcmtypes/channels.hpp"
 #include "recordings/ros/known_types.hpp"
-#include "tools/log/regular_scan.hpp"
 #include "tools/log/robot_frames.hpp"
 
 namespace marco::logs {
@@ -96,7 +96,7 @@ void RosExport::add(const Sample& sample) {
   if (const auto* state = std::get_if<PanTiltState>(&sample)) {
     const auto base = infos_.find(channels::kPanTiltState);
     if (base == infos_.end()) return;
-    const FrameTransform plate = RobotFrames::of_plate(base->second, *state);
+    const foxglove::Transform plate = RobotFrames::of_plate(base->second, *state);
     add_transform(state->utime, plate.parent, plate.child, plate.parent_from_child);
   }
 }
@@ -151,7 +151,7 @@ void RosExport::add_info(const SensorInfo& info) {
                        known->second.parent_from_sensor.isApprox(info.parent_from_sensor, 1e-9);
   known->second = info;
   if (is_same || info.channel == channels::kPanTiltState) return;  // a pan-tilt's plate moves
-  const FrameTransform place = RobotFrames::of_sensor(info);
+  const foxglove::Transform place = RobotFrames::of_sensor(info);
   const std::vector<ros::TransformMessage> message{{{ns_of(info.utime), ros_frame(place.parent)},
                                                     ros_frame(place.child),
                                                     place.parent_from_child}};

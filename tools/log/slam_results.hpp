@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "lcm_tools/files/event_log.hpp"
-#include "tools/log/grid_joiner.hpp"
+#include "lcmtypes/grid_joiner.hpp"
 #include "tools/log/ros_export.hpp"
 
 namespace marco::logs {

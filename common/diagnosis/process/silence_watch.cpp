@@ -92,6 +92,10 @@ std::string SilenceWatch::state(const std::string& otherwise) const {
   return lacks_.empty() ? otherwise : short_state(lacks_.front()) + "; " + otherwise;
 }
 
+std::vector<Finding> SilenceWatch::network() const {
+  return survey_ && !lacks_.empty() ? survey_->network : std::vector<Finding>();
+}
+
 void log_note(const std::optional<Note>& note) {
   if (note)
     spdlog::log(note->trouble ? spdlog::level::warn : spdlog::level::info, "{}", note->text);

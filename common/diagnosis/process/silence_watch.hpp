@@ -51,6 +51,11 @@ class SilenceWatch {
   /// One line for PROCESS_STATUS: what is missing, then `otherwise`.
   std::string state(const std::string& otherwise) const;
 
+  /// What is missing, as of the last step.
+  const std::vector<Lack>& lacks() const { return lacks_; }
+  /// What was found on the network meanwhile; empty while nothing is missing.
+  std::vector<Finding> network() const;
+
  private:
   void look(double now_s);
   std::optional<Note> tell(double now_s);

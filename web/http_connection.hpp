@@ -1,0 +1,181 @@
+#pragma once
+
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "web/connection.hpp"
+#include "web/websocket_connection.hpp"
+
+namespace marco::web {
+
+inline constexpr std::chrono::seconds kHeaderWithin{5}, kIdle{10}, kAnswerWithin{60};
+inline constexpr uint32_t kLargestHeader = 16 << 10;
+
+/// Closes a count when the connection's last owner goes.
+class Counted {
+ public:
+  explicit Counted(int& count) : count_(&count) { ++count; }
+  ~Counted() {
+    if (count_ != nullptr) --*count_;
+  }
+  Counted(Counted&& from) noexcept : count_(std::exchange(from.count_, nullptr)) {}
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+ private:
+  int* count_;
+};
+
+/// Answers requests for files, and hands a WebSocket over. @tparam Stream  plain or TLS
+template <class Stream>
+class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream>> {
+ public:
+  HttpConnection(Stream stream, Shared& shared)
+      : stream_(std::move(stream)), shared_(shared), counted_(shared.connections) {}
+
+  void start() {
+    if constexpr (is_tls()) {
+      beast::get_lowest_layer(stream_).expires_after(kHeaderWithin);
+      stream_.async_handshake(Stream::server, [self = this->shared_from_this()](error_code error) {
+        if (error) return self->end(error, "refused: a TLS handshake that failed");
+        self->read(kHeaderWithin);
+      });
+    } else {
+      read(kHeaderWithin);
+    }
+  }
+
+ private:
+  static constexpr bool is_tls() { return !std::is_same_v<Stream, beast::tcp_stream>; }
+
+  void read(std::chrono::seconds within) {
+    parser_.emplace();
+    parser_->header_limit(kLargestHeader);
+    parser_->body_limit(0);
+    beast::get_lowest_layer(stream_).expires_after(within);
+    http::async_read(
+        stream_, buffer_, *parser_,
+        [self = this->shared_from_this()](error_code error, std::size_t) { self->take(error); });
+  }
+
+  void take(error_code error) {
+    if (error == http::error::end_of_stream) return end({}, "");
+    if (error == beast::error::timeout) {
+      return end(
+          {}, buffer_.size() > 0 || answered_ == 0 ? "refused: a request that took too long" : "");
+    }
+    if (error) return end(error, "refused: what is no request");
+    const auto& request = parser_->get();
+    const Access::Request asked{header(http::field::host), header(http::field::origin), ""};
+    if (!shared_.access.is_our_host(asked.host)) {
+      shared_.drops.count("refused: a host name that is not ours");
+      return answer({421, "text/plain", "This host goes by another name.\n", {}});
+    }
+    if (websocket::is_upgrade(request)) return upgrade();
+    if (request.method() != http::verb::get && request.method() != http::verb::head) {
+      shared_.drops.count("refused: a method other than GET");
+      return answer({405, "text/plain", "GET only.\n", {}});
+    }
+    answer(shared_.site.get(view(request.target())));
+  }
+
+  void upgrade() {
+    const auto& request = parser_->get();
+    const std::string token = query_value(view(request.target()), "token");
+    std::string why;
+    const auto right =
+        shared_.access.judge({header(http::field::host), header(http::field::origin), token}, why);
+    if (right == Access::Right::refused) {
+      shared_.drops.count(why);
+      return answer({403, "text/plain", why + "\n", {}});
+    }
+    const auto offered = header(http::field::sec_websocket_protocol);
+    const auto subprotocol = foxglove::choose_subprotocol(offered);
+    if (!subprotocol) {
+      shared_.drops.count("refused: a subprotocol that is not Foxglove's");
+      return answer({400, "text/plain", "foxglove.sdk.v1 or foxglove.websocket.v1\n", {}});
+    }
+    if (shared_.hub.clients() >= Hub::kMostClients) {
+      shared_.drops.count("refused: more than 64 clients");
+      return answer({503, "text/plain", "Too many clients.\n", {}});
+    }
+    std::make_shared<WebSocketConnection<Stream>>(std::move(stream_), shared_, std::move(counted_))
+        ->start(parser_->release(), *subprotocol, right == Access::Right::steer);
+  }
+
+  void answer(const Site::Answer& what) {
+    if (!what.file.empty()) {
+      http::response<http::file_body> response;
+      error_code error;
+      response.body().open(what.file.c_str(), beast::file_mode::scan, error);
+      if (!error) {
+        fill(response, what.status, what.type);
+        return send(std::move(response));
+      }
+    }
+    http::response<http::string_body> response;
+    const bool is_found = what.file.empty() && what.status != 404;
+    fill(response, what.file.empty() ? what.status : 404, is_found ? what.type : "text/plain");
+    response.body() = is_found ? what.body : "There is nothing here.\n";
+    send(std::move(response));
+  }
+
+  template <class Response>
+  void fill(Response& response, int status, const std::string& type) const {
+    const auto& request = parser_->get();
+    response.result(static_cast<unsigned>(status));
+    response.version(request.version());
+    response.keep_alive(request.keep_alive());
+    response.set(http::field::content_type, type);
+    response.set(http::field::cache_control, "no-cache");
+    response.set("X-Content-Type-Options", "nosniff");
+    response.set("Referrer-Policy", "no-referrer");  // the address holds the token
+    response.set("X-Frame-Options", "DENY");
+    response.set("Content-Security-Policy",
+                 "default-src 'self'; connect-src 'self' ws: wss:; img-src 'self' data: blob:; "
+                 "style-src 'self' 'unsafe-inline'; frame-ancestors 'none'");
+  }
+
+  template <class Body>
+  void send(http::response<Body>&& response) {
+    auto kept = std::make_shared<http::response<Body>>(std::move(response));
+    kept->prepare_payload();
+    beast::get_lowest_layer(stream_).expires_after(kAnswerWithin);
+    const auto sent = [self = this->shared_from_this(), kept](error_code error, std::size_t) {
+      if (error || !kept->keep_alive()) return self->end(error, "");
+      ++self->answered_;
+      self->read(kIdle);
+    };
+    if (parser_->get().method() != http::verb::head) return http::async_write(stream_, *kept, sent);
+    auto head = std::make_shared<http::response_serializer<Body>>(*kept);
+    http::async_write_header(stream_, *head,
+                             [head, sent](error_code error, std::size_t n) { sent(error, n); });
+  }
+
+  /// @param cause  counted; "" = nothing to count
+  void end(error_code /*error*/, const std::string& cause) {
+    if (!cause.empty()) shared_.drops.count(cause);
+    error_code ignored;
+    auto& socket = beast::get_lowest_layer(stream_).socket();
+    socket.shutdown(Tcp::socket::shutdown_both, ignored);
+    socket.close(ignored);
+  }
+
+  static std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
+  std::string_view header(http::field field) const { return view(parser_->get()[field]); }
+
+  Stream stream_;
+  Shared& shared_;
+  Counted counted_;
+  beast::flat_buffer buffer_{kLargestHeader + 4096};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  int answered_ = 0;
+};
+
+}  // namespace marco::web

@@ -1,0 +1,146 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcm_tools/process/drop_counter.hpp"
+#include "web/foxglove/server.hpp"
+#include "web/outbox.hpp"
+#include "web/rate_limit.hpp"
+
+namespace marco::web {
+
+/// The protocol's server without its sockets: channels, services, clients with what each of them
+/// subscribed, and what waits for each. A client costs the others nothing: everything is put into
+/// its own bounded outbox. One thread.
+class Hub {
+ public:
+  using ClientId = uint64_t;
+
+  /// What a connection does for its client.
+  struct Link {
+    std::function<void()> wake;                      ///< the outbox is no longer empty
+    std::function<void(const std::string&)> let_go;  ///< with the reason; close() follows
+  };
+  /// A question of a client, answered now or later by answer().
+  struct Call {
+    ClientId client = 0;
+    uint32_t service = 0, call = 0;
+    bool may_steer = false;
+  };
+  using Service = std::function<void(const Call& call, std::string_view request_json)>;
+  /// A message that a client published.
+  struct Published {
+    ClientId client = 0;
+    bool may_steer = false;
+    std::string topic;
+    std::string_view json;
+  };
+
+  static constexpr std::size_t kMostClients = 64;
+  static constexpr double kOrdersPerS = 50.0;        ///< of a client, but for velocities
+  static constexpr double kMessagesPerS = 1000.0;    ///< of a client, of any kind
+  static constexpr double kBytesPerS = 4'000'000.0;  ///< of a client
+
+  /// @param drops  counts what is refused, by cause; outlives the hub
+  /// @param now_s  any clock that never steps back
+  Hub(foxglove::Identity identity, process::DropCounter& drops, std::function<double()> now_s);
+
+  /// Told to all clients. @returns its id, never used before.
+  uint32_t add_channel(const std::string& topic,
+                       const std::string& schema_name,
+                       const std::string& schema);
+  void remove_channel(uint32_t channel);
+  void add_service(const std::string& name,
+                   const std::string& request_schema,
+                   const std::string& response_schema,
+                   Service service);
+  void set_parameters(std::vector<foxglove::Parameter> parameters);
+
+  /// Somebody subscribed to a channel: what is known of it may be sent by publish_to.
+  std::function<void(ClientId, uint32_t channel)> on_subscribed;
+  std::function<void(const Published&)> on_published;
+  std::function<void(ClientId)> on_closed;
+  std::function<void(ClientId, const foxglove::PlaybackControl&)> on_playback;
+
+  /// Whether anybody listens: else a message need not be made.
+  bool wanted(uint32_t channel) const;
+  void publish(uint32_t channel, int64_t time_ns, std::string json, uint64_t slot = 0);
+  void publish_to(
+      ClientId client, uint32_t channel, int64_t time_ns, std::string json, uint64_t slot = 0);
+  /// A message that makes those waiting of its channel needless.
+  void publish_alone(uint32_t channel, int64_t time_ns, std::string json);
+  void answer(const Call& call, std::string_view json);
+  void tell(ClientId client, foxglove::Level level, const std::string& message);
+  /// To all clients.
+  void broadcast(std::string binary);
+  void send_binary(ClientId client, std::string binary);
+
+  /// @returns the new client, or 0 when there are too many.
+  ClientId open(Link link, bool may_steer);
+  void close(ClientId client);
+  void take_text(ClientId client, std::string_view text);
+  void take_binary(ClientId client, std::span<const uint8_t> message);
+  /// Null for one that is gone.
+  Outbox* outbox(ClientId client);
+
+  std::size_t clients() const { return clients_.size(); }
+  /// Messages that clients did not get, those gone included.
+  int64_t dropped() const;
+
+ private:
+  struct Client {
+    Link link;
+    bool may_steer = false;
+    Outbox outbox;
+    std::map<uint32_t, uint32_t> channel_of;       // by the client's subscription
+    std::map<uint32_t, uint32_t> subscription_of;  // by our channel
+    std::map<uint32_t, std::string> publishes;     // topics, by the client's channel
+    RateLimit orders{kOrdersPerS, kOrdersPerS};
+    RateLimit messages{kMessagesPerS, 2 * kMessagesPerS};
+    RateLimit bytes{kBytesPerS, 2 * kBytesPerS};
+    bool is_going = false;
+  };
+  struct ServedService {
+    foxglove::OfferedService offered;
+    Service serve;
+  };
+  void greet(Client& client);
+  void send_text(Client& client, std::string text);
+  void push_control(Client& client, Outgoing message);
+  void push_data(Client& client,
+                 uint32_t channel,
+                 int64_t time_ns,
+                 const std::shared_ptr<const std::string>& body,
+                 uint64_t slot);
+  void let_go(Client& client, const std::string& why);
+  void refuse(Client& client, const std::string& why);
+  bool admits(Client& client, std::size_t bytes);
+  void subscribe(ClientId id, Client& client, const foxglove::Subscribe& wanted);
+  void unsubscribe(Client& client, const foxglove::Unsubscribe& gone);
+  void publish_channels(Client& client, const foxglove::Publish& offered);
+  void send_parameters(Client& client, const foxglove::GetParameters& wanted);
+  void take_published(ClientId id, Client& client, const foxglove::PublishedData& data);
+  void take_call(ClientId id, Client& client, const foxglove::ServiceCall& call);
+
+  foxglove::Identity identity_;
+  process::DropCounter& drops_;
+  std::function<double()> now_s_;
+  std::map<uint32_t, foxglove::OfferedChannel> channels_;
+  std::map<uint32_t, int> listeners_;  // by channel
+  std::map<uint32_t, ServedService> services_;
+  std::vector<foxglove::Parameter> parameters_;
+  std::map<ClientId, Client> clients_;
+  uint32_t last_channel_ = 0;
+  ClientId last_client_ = 0;
+  int64_t dropped_before_ = 0;  // of clients that are gone
+};
+
+}  // namespace marco::web

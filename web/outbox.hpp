@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace marco::web {
+
+/// A WebSocket message on its way out. Clients share its body.
+struct Outgoing {
+  bool is_text = false;
+  std::string head;                         ///< before the body; "" of texts
+  std::shared_ptr<const std::string> body;  ///< never null
+  std::size_t bytes() const { return head.size() + body->size(); }
+};
+
+/// What waits to be sent to one client, bounded whatever the client does. Control messages go first
+/// and in order. Of data, a newer message takes the place of a waiting one of the same channel and
+/// slot; above kMostBytes the oldest goes.
+class Outbox {
+ public:
+  static constexpr std::size_t kMostBytes = std::size_t{24} << 20;
+  static constexpr std::size_t kMostControlBytes = std::size_t{8} << 20;
+
+  /// @returns false when so much waits that the client must be let go.
+  bool push_control(Outgoing message);
+  /// @param slot  part of the channel that the message tells of, e.g. a tile: others stay
+  void push_data(uint32_t channel, uint64_t slot, Outgoing message);
+  /// Forgets what waits of a channel.
+  void drop(uint32_t channel);
+
+  std::optional<Outgoing> take();
+  bool empty() const { return control_.empty() && data_.empty(); }
+  std::size_t bytes() const { return control_bytes_ + data_bytes_; }
+  /// Messages that were never sent, because newer ones came or there was no room.
+  int64_t dropped() const { return dropped_; }
+
+ private:
+  using Key = std::pair<uint32_t, uint64_t>;  // channel, slot
+  struct Waiting {
+    Key key;
+    Outgoing message;
+  };
+  void erase(std::list<Waiting>::iterator at);
+
+  std::deque<Outgoing> control_;
+  std::list<Waiting> data_;
+  std::map<Key, std::list<Waiting>::iterator> places_;
+  std::size_t control_bytes_ = 0, data_bytes_ = 0;
+  int64_t dropped_ = 0;
+};
+
+}  // namespace marco::web

@@ -1,0 +1,88 @@
+// Elements, made without markup: what comes by the network is only ever text.
+
+export function el(tag, properties, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties ?? {})) {
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (name in node && typeof value !== "string") node[name] = value;
+    else if (value !== undefined && value !== null) node.setAttribute(name, value);
+  }
+  node.append(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
+  return node;
+}
+
+const kIcons = {
+  plus: "M12 5v14M5 12h14",
+  minus: "M5 12h14",
+  fit: "M4 9V4h5M20 9V4h-5M4 15v5h5M20 15v5h-5",
+  follow: "M12 3v3M12 18v3M3 12h3M18 12h3M12 17a5 5 0 1 0 0-10 5 5 0 0 0 0 10z",
+  north: "M12 3l5 17-5-4-5 4z",
+  ruler: "M3 16L16 3l5 5L8 21zM7 12l2 2M10 9l2 2M13 6l2 2",
+  cube: "M12 3l8 4.5v9L12 21l-8-4.5v-9zM4 7.5l8 4.5 8-4.5M12 12v9",
+  both: "M3 5h18v14H3zM12 5v14",
+  plan: "M4 4h16v16H4zM4 12h8V4M12 20v-4",
+  sun: "M12 16a4 4 0 1 0 0-8 4 4 0 0 0 0 8zM12 2v2M12 20v2M2 12h2M20 12h2M5 5l1.5 1.5M17.5 17.5L19 19M5 19l1.5-1.5M17.5 6.5L19 5",
+  target: "M12 21c-4-5-7-8-7-11.5a7 7 0 0 1 14 0C19 13 16 16 12 21zM12 12a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5z",
+  pose: "M12 20V5M6 11l6-7 6 7",
+  close: "M6 6l12 12M18 6L6 18",
+  walk: "M13 5a1.6 1.6 0 1 0 0-3.2 1.6 1.6 0 0 0 0 3.2zM10 22l2-7-3-3 1-5 4 1 2 3 3 1M12 15l3 3 1 4M9 8L6 10v3",
+};
+
+export function icon(name) {
+  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  svg.setAttribute("viewBox", "0 0 24 24");
+  svg.setAttribute("aria-hidden", "true");
+  const path = document.createElementNS(svg.namespaceURI, "path");
+  path.setAttribute("d", kIcons[name]);
+  svg.append(path);
+  return svg;
+}
+
+export function iconButton(name, label, onclick) {
+  return el("button", { class: "icon", type: "button", "aria-label": label, title: label, onclick }, icon(name));
+}
+
+// A word to the user that goes by itself; kind "error" stays longer.
+export function toast(text, kind = "info") {
+  const note = el("div", { class: `toast ${kind}` }, text);
+  const toasts = document.getElementById("toasts");
+  while (toasts.children.length > 3) toasts.firstChild.remove();
+  toasts.append(note);
+  setTimeout(() => note.remove(), kind === "error" ? 9000 : 5000);
+}
+
+// Asks for texts. fields: [{name, label, value, hint}]. Gives {name: text}, or null when it was cancelled.
+export function ask({ title, text, fields = [], accept, danger = false }) {
+  const inputs = fields.map((field) => el("input", { name: field.name, type: "text", value: field.value ?? "", autocomplete: "off", spellcheck: "false" }));
+  const form = el("form", { method: "dialog" },
+    el("h2", {}, title),
+    text ? el("p", {}, text) : null,
+    fields.map((field, i) => el("label", {}, field.label, inputs[i], field.hint ? el("small", {}, field.hint) : null)),
+    el("div", { class: "row end" },
+      el("button", { value: "cancel", class: "quiet", formnovalidate: "" }, "Cancel"),
+      el("button", { value: "ok", class: danger ? "danger" : "primary" }, accept)));
+  const dialog = el("dialog", {}, form);
+  document.body.append(dialog);
+  // Enter in a field accepts, though Cancel comes first.
+  form.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" || event.target.tagName !== "INPUT") return;
+    event.preventDefault();
+    dialog.close("ok");
+  });
+  return new Promise((resolve) => {
+    dialog.addEventListener("close", () => {
+      dialog.remove();
+      resolve(dialog.returnValue === "ok" ? Object.fromEntries(inputs.map((input) => [input.name, input.value.trim()])) : null);
+    });
+    dialog.showModal();
+    (inputs[0] ?? form.querySelector("button")).focus();
+  });
+}
+
+export function metres(value) {
+  return `${value.toFixed(2)} m`;
+}
+
+export function replaceChildren(node, ...children) {
+  node.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
+}

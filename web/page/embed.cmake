@@ -1,0 +1,10 @@
+# cmake -DOUT=x.cpp -DFILES=a.js|b.css -P embed.cmake: the page's files as C++.
+string(REPLACE "|" ";" files "${FILES}")
+set(content "#include \"web/page/page_files.hpp\"\n\nnamespace marco::web {\n\n// NOLINTNEXTLINE: as long as the page\nstd::optional<std::string_view> page_file(std::string_view name) {\n")
+foreach(file ${files})
+  file(READ ${file} text)
+  get_filename_component(name ${file} NAME)
+  string(APPEND content "  if (name == \"${name}\") return R\"page(${text})page\";\n")
+endforeach()
+string(APPEND content "  return std::nullopt;\n}\n\n}  // namespace marco::web\n")
+file(WRITE ${OUT} "${content}")

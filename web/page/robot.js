@@ -1,0 +1,82 @@
+import { toast } from "./dom.js";
+
+// What the page orders, and what it hears. One for the page.
+export class Robot {
+  constructor(socket, world, tiles) {
+    this.socket = socket;
+    this.world = world;
+    socket.subscribe("page/tiles", (message) => {
+      if (message.clear) world.reset();
+      tiles.take(message).catch((fault) => console.warn("a tile cannot be drawn:", fault));
+    });
+    socket.subscribe("SLAM_POSE", (message) => world.takePose(message));
+    socket.subscribe("TRAJECTORY", (message) => world.takeTrajectory(message));
+    socket.subscribe("LINE_MAP", (message) => {
+      world.walls = message.ends_m;
+      world.tell("walls");
+    });
+    socket.subscribe("page/scan", (message) => {
+      world.scan = message;
+      world.tell("scan");
+    });
+    socket.subscribe("BASE_COMMAND", (message) => world.takeBaseCommand(message));
+    socket.subscribe("BASE_STATUS", (message) => world.takeBaseStatus(message));
+    socket.subscribe("PANTILT_STATE", (message) => world.takeHead(message));
+    socket.subscribe("/tf", (message) => world.takeTransforms(message));
+    for (const [topic, field] of [["page/health", "health"], ["page/commands", "commands"], ["page/stop", "stop"]]) {
+      socket.subscribe(topic, (message) => {
+        world[field] = message;
+        world.tell(field);
+      });
+    }
+    socket.subscribe("page/output", ({ command, text }) => this.takeOutput(command, text));
+  }
+
+  takeOutput(command, text) {
+    const kMost = 500, { output } = this.world;
+    if (!output.has(command)) output.set(command, []);
+    const lines = output.get(command);
+    lines.push(...text.replace(/\n$/, "").split("\n"));
+    if (lines.length > kMost) lines.splice(0, lines.length - kMost);
+    this.world.tell("output");
+  }
+
+  // The response, or null; what went wrong is said.
+  async order(service, request, told) {
+    try {
+      const response = await this.socket.call(service, request);
+      if (response.ok) toast(told ? told(response) : response.text, "done");
+      else toast(response.text || "refused", "error");
+      return response;
+    } catch (fault) {
+      toast(`${service}: ${fault.message}`, "error");
+      return null;
+    }
+  }
+
+  slam(command, more = {}) {
+    const request = { command, folder: "", x_m: 0, y_m: 0, theta_rad: 0, ...more };
+    return this.order("slam", request, (response) => [response.text, response.path].filter((text) => text).join(": "));
+  }
+
+  async goTo(x_m, y_m) {
+    const { world } = this;
+    world.order = null;
+    world.goal = { x: x_m, y: y_m, fate: "asked" };
+    world.tell("goal");
+    const response = await this.order("go", { x_m, y_m });
+    if (!response?.ok && world.goal?.fate === "asked") {
+      world.goal = null;
+      world.tell("goal");
+    }
+  }
+
+  stop(engaged) {
+    return this.order("stop", { engaged }, () => (engaged ? "Stop was sent" : "Released"));
+  }
+
+  velocity(v, w) {
+    const zero = { x: 0, y: 0, z: 0 };
+    this.socket.publish("/cmd_vel", "geometry_msgs/Twist", { linear: { ...zero, x: v }, angular: { ...zero, z: w } });
+  }
+}

@@ -1,0 +1,274 @@
+#include "web/process/orders.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/inside_folder.hpp"
+#include "lcm_tools/process/emergency_stop.hpp"
+#include "lcm_tools/process/wall_clock.hpp"
+#include "lcm_tools/procman/process/descriptor.hpp"
+#include "lcm_tools/procman/process/message_check.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert_robot.hpp"
+#include "marco/slam_reply_t.hpp"
+#include "web/foxglove/json.hpp"
+#include "web/page_schemas.hpp"
+#include "web/process/request_fields.hpp"
+
+namespace marco::web {
+namespace {
+
+using foxglove::text_json;
+
+constexpr int64_t kSlamAnswersWithinUs = 10'000'000;
+constexpr int64_t kStopAgainUs = 50'000;
+constexpr const char* kReadOnly =
+    "only watching: the address with its token, or a page of this host, may give orders";
+constexpr const char* kRecording = "a recording takes no orders";
+
+const std::map<std::string, int8_t>& slam_commands() {
+  static const std::map<std::string, int8_t> kAll = {
+      {"save", slam_command_t::SAVE},         {"reset", slam_command_t::RESET},
+      {"set_pose", slam_command_t::SET_POSE}, {"localize", slam_command_t::LOCALIZE},
+      {"pause", slam_command_t::PAUSE},       {"resume", slam_command_t::RESUME},
+      {"extend", slam_command_t::EXTEND}};
+  return kAll;
+}
+
+Utime wall_now() { return Utime::from_us(process::wall_clock_us()); }
+
+std::string schema(const std::string& properties) {
+  return R"({"type":"object","properties":{)" + properties + "}}";
+}
+
+const std::string kNumbers =
+    R"("x_m":{"type":"number"},"y_m":{"type":"number"},"theta_rad":{"type":"number"})";
+const std::string kAnswer =
+    schema(R"("ok":{"type":"boolean"},"text":{"type":"string"},"path":{"type":"string"})");
+
+}  // namespace
+
+Orders::Orders(Hub& hub,
+               process::DropCounter& drops,
+               process::Bus& in,
+               process::Bus* bus,
+               ProcmanChannels& procman,
+               const SteeringOptions& options)
+    : hub_(hub),
+      drops_(drops),
+      bus_(bus),
+      procman_(procman),
+      steering_(options),
+      stop_channel_(add_page_channel(hub, "page/stop")) {
+  add_services();
+  hub_.on_published = [this](const Hub::Published& message) { take_published(message); };
+  constexpr const char* kStopLayout = "lbss";
+  procman::subscribe_checked<emergency_stop_t>(
+      in, channels::kEmergencyStop, kStopLayout, drops, [this](const emergency_stop_t& message) {
+        emergency_.hear({message.utime, message.engaged != 0, message.sender, message.reason});
+        tell_stop();
+      });
+  in.subscribe<slam_reply_t>(channels::kSlamReply, drops,
+                             [this](const slam_reply_t& reply, const auto&) {
+                               const auto waiting = slam_.find(reply.command_utime);
+                               if (waiting == slam_.end()) return;
+                               answer(waiting->second.call, reply.ok != 0, reply.text, reply.path);
+                               slam_.erase(waiting);
+                             });
+}
+
+void Orders::answer(const Hub::Call& call,
+                    bool ok,
+                    const std::string& text,
+                    const std::string& path) {
+  std::string json =
+      std::string(R"({"ok":)") + (ok ? "true" : "false") + R"(,"text":)" + text_json(text);
+  if (!path.empty()) json += R"(,"path":)" + text_json(path);
+  hub_.answer(call, json + "}");
+}
+
+// For services that are answered at once.
+void Orders::serve(const std::string& name, const std::string& request_schema, Act act) {
+  hub_.add_service(name, request_schema, kAnswer,
+                   [this, act = std::move(act)](const Hub::Call& call, std::string_view json) {
+                     try {
+                       require(call.may_steer, kReadOnly);
+                       require(bus_ != nullptr, kRecording);
+                       answer(call, true, act(json));
+                     } catch (const std::invalid_argument& why) {
+                       drops_.count(std::string("refused: ") + why.what());
+                       answer(call, false, why.what());
+                     }
+                   });
+}
+
+void Orders::add_services() {
+  hub_.add_service(
+      "slam", schema(R"("command":{"type":"string"},"folder":{"type":"string"},)" + kNumbers),
+      kAnswer, [this](const Hub::Call& call, std::string_view json) { order_slam(call, json); });
+  serve("go", schema(kNumbers), [this](std::string_view json) { return go(json); });
+  hub_.add_service("stop", schema(R"("engaged":{"type":"boolean"})"), kAnswer,
+                   [this](const Hub::Call& call, std::string_view json) {
+                     try {
+                       answer(call, true, stop(call, json));
+                     } catch (const std::invalid_argument& why) {
+                       drops_.count(std::string("refused: ") + why.what());
+                       answer(call, false, why.what());
+                     }
+                   });
+  serve("head", schema(R"("pan_rad":{"type":"number"},"tilt_rad":{"type":"number"})"),
+        [this](std::string_view json) {
+          const Json request = parsed(json);
+          const PanTiltCommand command{wall_now(), PanTiltCommand::Kind::go_to,
+                                       number_of(request, "pan_rad"),
+                                       number_of(request, "tilt_rad")};
+          bus_->publish(channels::kPanTiltCommand, to_message(command));
+          return "the head turns";
+        });
+  serve("procman", schema(R"("command":{"type":"string"},"action":{"type":"string"})"),
+        [this](std::string_view json) {
+          const Json request = parsed(json);
+          return procman_.order(text_of(request, "command"), text_of(request, "action"));
+        });
+  serve("record", schema(R"("on":{"type":"boolean"})"), [this](std::string_view json) {
+    return procman_.order("logger", flag_of(parsed(json), "on") ? "start" : "stop");
+  });
+}
+
+int64_t Orders::send_slam(slam_command_t command) {
+  // Replies name the order by its stamp.
+  command.utime = last_slam_us_ = std::max(process::wall_clock_us(), last_slam_us_ + 1);
+  bus_->publish(channels::kSlamCommand, command);
+  return command.utime;
+}
+
+void Orders::order_slam(const Hub::Call& call, std::string_view json) {
+  try {
+    require(call.may_steer, kReadOnly);
+    require(bus_ != nullptr, kRecording);
+    const Json request = parsed(json);
+    const std::string word = text_of(request, "command");
+    const auto known = slam_commands().find(word);
+    require(known != slam_commands().end(), "SLAM knows no order '" + word.substr(0, 40) + "'");
+    constexpr std::size_t kMostWaiting = 100;
+    require(slam_.size() < kMostWaiting, "too many orders to SLAM wait for their answers");
+    slam_command_t command{};
+    command.command = known->second;
+    command.folder = text_of(request, "folder");
+    require(files::stays_inside(command.folder),
+            "a map's folder is a name below the folder for maps");
+    command.x_m = number_of(request, "x_m");
+    command.y_m = number_of(request, "y_m");
+    command.theta_rad = number_of(request, "theta_rad");
+    slam_[send_slam(command)] = {call, procman::monotonic_us() + kSlamAnswersWithinUs};
+  } catch (const std::invalid_argument& why) {
+    drops_.count(std::string("refused: ") + why.what());
+    answer(call, false, why.what());
+  }
+}
+
+std::string Orders::go(std::string_view json) {
+  const Json request = parsed(json);
+  require(request.contains("x_m") && request.contains("y_m"), "a goal needs x_m and y_m");
+  send_goal({"map", {number_of(request, "x_m"), number_of(request, "y_m"), 0.0}});
+  return "on the way";
+}
+
+void Orders::send_goal(const FramedPose& goal) {
+  require(!emergency_.is_engaged(), "the emergency stop is engaged");
+  const BaseCommand command =
+      steering_.go_to(goal, map_from_odom ? map_from_odom() : std::nullopt, wall_now());
+  bus_->publish(channels::kBaseCommand, to_message(command));
+}
+
+std::string Orders::stop(const Hub::Call& call, std::string_view json) {
+  require(bus_ != nullptr, kRecording);
+  const bool engaged = flag_of(parsed(json), "engaged");
+  require(engaged || call.may_steer, kReadOnly);
+  const int64_t now_us = procman::monotonic_us();
+  // The same again is repeated anyway.
+  const bool is_again = engaged && emergency_.is_engaged() && now_us - stop_sent_us_ < kStopAgainUs;
+  if (!is_again) {
+    stop_sent_us_ = now_us;
+    const auto what = engaged ? process::EmergencyStop::engage : process::EmergencyStop::release;
+    send_stop(emergency_.order(what, "ordered in the browser", process::wall_clock_us(), now_us));
+  }
+  return engaged ? "stopped, until it is released" : "released";
+}
+
+void Orders::send_stop(const process::EmergencyStopSender::Message& stop) {
+  try {
+    process::publish(*bus_, stop);
+  } catch (const std::runtime_error&) {
+    emergency_.on_refused();  // step() tries again
+  }
+  tell_stop();
+}
+
+std::string Orders::stop_json() const {
+  const auto& latest = emergency_.latest();
+  const std::string by = latest.sender.substr(0, 40) +
+                         (latest.reason.empty() ? "" : ": " + latest.reason.substr(0, 200));
+  return std::string(R"({"engaged":)") + (latest.engaged ? "true" : "false") + R"(,"by":)" +
+         text_json(by) + "}";
+}
+
+void Orders::tell_stop() {
+  std::string json = stop_json();
+  if (json == stop_told_) return;
+  stop_told_ = json;
+  hub_.publish(stop_channel_, process::wall_clock_us() * 1000, std::move(json));
+}
+
+void Orders::send_known(Hub::ClientId client, uint32_t channel) {
+  if (channel != stop_channel_) return;
+  hub_.publish_to(client, channel, process::wall_clock_us() * 1000, stop_json());
+}
+
+void Orders::take_published(const Hub::Published& message) {
+  try {
+    require(message.may_steer, kReadOnly);
+    require(bus_ != nullptr, kRecording);
+    if (message.topic == "/cmd_vel") {
+      steering_.drive(message.client, parse_twist(message.json), wall_now());
+    } else if (message.topic == "/goal_pose") {
+      send_goal(parse_pose(message.json));
+    } else if (message.topic == "/initialpose") {
+      const FramedPose pose = parse_pose(message.json);
+      require(pose.frame == "map", "a first pose stands in the map");
+      slam_command_t command{};
+      command.command = slam_command_t::SET_POSE;
+      command.x_m = pose.pose.x_m;
+      command.y_m = pose.pose.y_m;
+      command.theta_rad = pose.pose.theta_rad;
+      send_slam(command);
+    } else {
+      throw std::invalid_argument("only /cmd_vel, /goal_pose and /initialpose are taken");
+    }
+  } catch (const std::invalid_argument& why) {
+    drops_.count(std::string("refused: ") + why.what());
+    hub_.tell(message.client, foxglove::Level::error, why.what());
+  }
+}
+
+void Orders::forget(Hub::ClientId client) { steering_.forget(client, wall_now()); }
+
+void Orders::step(int64_t now_us) {
+  for (auto waiting = slam_.begin(); waiting != slam_.end();) {
+    if (now_us < waiting->second.until_us) {
+      ++waiting;
+      continue;
+    }
+    answer(waiting->second.call, false, "SLAM did not answer within 10 s: does it run?");
+    waiting = slam_.erase(waiting);
+  }
+  if (bus_ == nullptr) return;
+  if (const auto command = steering_.due(wall_now())) {
+    bus_->publish(channels::kBaseCommand, to_message(*command));
+  }
+  if (const auto stop = emergency_.due(now_us)) send_stop(*stop);
+}
+
+}  // namespace marco::web

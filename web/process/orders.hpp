@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/pose2.hpp"
+#include "lcm_tools/process/bus.hpp"
+#include "lcm_tools/process/drop_counter.hpp"
+#include "lcm_tools/process/emergency_stop_sender.hpp"
+#include "marco/slam_command_t.hpp"
+#include "web/hub.hpp"
+#include "web/process/procman_channels.hpp"
+#include "web/steering.hpp"
+
+namespace marco::web {
+
+/// The services slam, go, head, stop, procman and record, what clients publish (/cmd_vel /goal_pose
+/// /initialpose), and page/stop. Orders need the right to steer; a stop is anybody's, its release
+/// is not. One thread.
+class Orders {
+ public:
+  /// All outlive it. @param bus  null: a recording, which takes no orders
+  Orders(Hub& hub,
+         process::DropCounter& drops,
+         process::Bus& in,
+         process::Bus* bus,
+         ProcmanChannels& procman,
+         const SteeringOptions& options);
+
+  /// Where the odometry's frame lies in the map, as far as is known.
+  std::function<std::optional<Pose2>()> map_from_odom;
+
+  /// Call often. @param now_us  monotonic
+  void step(int64_t now_us);
+  void send_known(Hub::ClientId client, uint32_t channel);
+  void forget(Hub::ClientId client);
+
+ private:
+  struct Waiting {
+    Hub::Call call;
+    int64_t until_us = 0;
+  };
+  using Act = std::function<std::string(std::string_view json)>;
+  void serve(const std::string& name, const std::string& request_schema, Act act);
+  void add_services();
+  void order_slam(const Hub::Call& call, std::string_view json);
+  int64_t send_slam(slam_command_t command);
+  std::string go(std::string_view json);
+  std::string stop(const Hub::Call& call, std::string_view json);
+  void take_published(const Hub::Published& message);
+  void send_goal(const FramedPose& goal);
+  void send_stop(const process::EmergencyStopSender::Message& stop);
+  void tell_stop();
+  std::string stop_json() const;
+  void answer(const Hub::Call& call,
+              bool ok,
+              const std::string& text,
+              const std::string& path = "");
+
+  Hub& hub_;
+  process::DropCounter& drops_;
+  process::Bus* bus_;
+  ProcmanChannels& procman_;
+  Steering steering_;
+  uint32_t stop_channel_;
+  process::EmergencyStopSender emergency_{"marco page"};
+  std::string stop_told_;
+  int64_t stop_sent_us_ = 0;
+  std::map<int64_t, Waiting> slam_;  // by the order's utime
+  int64_t last_slam_us_ = 0;
+};
+
+}  // namespace marco::web

@@ -1,0 +1,50 @@
+#include "web/process/page.hpp"
+
+#include "lcm_tools/procman/process/descriptor.hpp"
+
+namespace marco::web {
+
+Page::Page(Hub& hub,
+           process::DropCounter& drops,
+           const Source& source,
+           const SteeringOptions& steering)
+    : raw_(hub),
+      robot_(hub, drops),
+      procman_(hub, drops, source.in, source.live),
+      orders_(hub, drops, source.in, source.live, procman_, steering),
+      model_requests_(source.live),
+      hub_(hub),
+      health_(hub, drops, source.in, source.live, source.lcm_url, raw_.decoder()) {
+  orders_.map_from_odom = [this] { return robot_.map_from_odom(); };
+  hub.on_subscribed = [this](Hub::ClientId client, uint32_t channel) {
+    raw_.send_known(client, channel);
+    robot_.send_known(client, channel);
+    procman_.send_known(client, channel);
+    orders_.send_known(client, channel);
+  };
+  hub.on_closed = [this](Hub::ClientId client) { orders_.forget(client); };
+  source.in.subscribe_raw(".*", [this](const process::RawMessage& message) {
+    raw_.take(message);
+    robot_.take(message);
+    model_requests_.take(message);
+    health_.take(message);
+  });
+}
+
+void Page::step(Utime now) {
+  const int64_t now_us = procman::monotonic_us();
+  robot_.step(now);
+  procman_.step(now_us);
+  orders_.step(now_us);
+  model_requests_.step(now_us, hub_.clients() > 0);
+  health_.step([this] {
+    std::vector<HealthFinding> failed;
+    for (const auto& [command, text] : procman_.troubles()) {
+      failed.push_back({true, command + " ended: " + text,
+                        "Its last lines of output say why. Start it again when that is mended."});
+    }
+    return failed;
+  });
+}
+
+}  // namespace marco::web

@@ -1,0 +1,110 @@
+#include "web/process/page_arguments.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <charconv>
+
+#include "lcm_tools/process/exit_code.hpp"
+
+namespace marco::web {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+fs::path program_folder() {
+  std::error_code error;
+  return fs::read_symlink("/proc/self/exe", error).parent_path();
+}
+
+}  // namespace
+
+void add_page_arguments(CLI::App& app, PageArguments& arguments) {
+  process::add_common_arguments(app, arguments.common);
+  app.add_option("SHOWN", arguments.shown,
+                 "a map folder or a recording; without: what is live on LCM");
+  app.add_option("--listen", arguments.listen,
+                 "ADDRESS[:PORT] to listen on, default 127.0.0.1:8765; others than this host need "
+                 "a token to steer");
+  app.add_option("--token", arguments.token,
+                 "who gives it in the address may steer; default: none on this host, else a new "
+                 "one each time");
+  app.add_option("--origin", arguments.origins,
+                 "another site whose pages may use this server, e.g. https://app.foxglove.dev; "
+                 "again for more");
+  auto* certificate =
+      app.add_option("--certificate", arguments.certificate, "PEM file: https instead of http")
+          ->check(CLI::ExistingFile);
+  auto* key = app.add_option("--key", arguments.key, "PEM file of the certificate's key")
+                  ->check(CLI::ExistingFile)
+                  ->needs(certificate);
+  certificate->needs(key);
+  app.add_option("--speed", arguments.speed, "of a recording; 1 = as it was recorded")
+      ->check(CLI::Range(0.01, 1000.0))
+      ->capture_default_str();
+}
+
+ServerOptions server_options(const PageArguments& arguments) {
+  ServerOptions options;
+  options.certificate = arguments.certificate;
+  options.key = arguments.key;
+  if (arguments.listen.empty()) return options;
+  std::string address = arguments.listen, port;
+  const std::size_t bracket = address.find(']');  // of an IPv6 address
+  const std::size_t colon = address.find(':', bracket == std::string::npos ? 0 : bracket);
+  const bool is_bare_ipv6 = bracket == std::string::npos && address.find(':') != address.rfind(':');
+  if (colon != std::string::npos && !is_bare_ipv6) {
+    port = address.substr(colon + 1);
+    address.resize(colon);
+    const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), options.port);
+    if (error != std::errc() || end != port.data() + port.size()) address.clear();
+  }
+  if (address.starts_with('[')) address = address.substr(1, address.find(']') - 1);
+  if (address == "localhost") address = "127.0.0.1";
+  process::require_usage(!address.empty(), "--listen takes ADDRESS[:PORT], e.g. 0.0.0.0:8765");
+  options.address = address;
+  return options;
+}
+
+std::string token_of(const PageArguments& arguments, const ServerOptions& options) {
+  if (!arguments.token.empty() || is_loopback(options.address)) return arguments.token;
+  return new_token();
+}
+
+Access access_of(const PageArguments& arguments,
+                 const ServerOptions& options,
+                 const std::string& token) {
+  std::vector<std::string> names = {host_name(), host_name() + ".local"};
+  for (const std::string& origin : arguments.origins) {
+    process::require_usage(origin.find("://") != std::string::npos,
+                           "--origin takes a scheme and a host, e.g. https://app.foxglove.dev");
+  }
+  return Access(token, is_loopback(options.address), arguments.origins, std::move(names));
+}
+
+std::string address_to_open(const std::string& url,
+                            const ServerOptions& options,
+                            const std::string& token) {
+  std::string open = url;
+  for (const std::string any : {"0.0.0.0", "[::]"}) {
+    const std::size_t at = open.find("//" + any + ":");
+    if (at != std::string::npos) open.replace(at + 2, any.size(), host_name());
+  }
+  const bool is_needed = !token.empty() && !options.address.empty();
+  return is_needed ? open + "?token=" + token : open;
+}
+
+Site site_of_page() {
+  std::error_code error;
+  fs::path page = program_folder() / MARCO_PAGE_INSTALLED;
+  if (!fs::exists(page / "index.html", error)) page = MARCO_PAGE_SOURCE;
+  return Site(page, "/usr/share/javascript/three/three.min.js");
+}
+
+}  // namespace marco::web

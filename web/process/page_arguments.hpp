@@ -1,0 +1,45 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "lcm_tools/process/arguments.hpp"
+#include "web/access.hpp"
+#include "web/server.hpp"
+#include "web/site.hpp"
+
+namespace marco::web {
+
+struct PageArguments {
+  process::CommonArguments common;
+  std::string shown;  ///< a map folder or a recording; "" = what is live
+  std::string listen;
+  std::string token;
+  std::vector<std::string> origins;
+  std::string certificate, key;
+  double speed = 1.0;  ///< of a recording
+};
+
+void add_page_arguments(CLI::App& app, PageArguments& arguments);
+
+/// ADDRESS[:PORT] of --listen. @throws process::UsageError for another form.
+ServerOptions server_options(const PageArguments& arguments);
+
+/// The token in force: as given, or a new one where others than this host can reach the server.
+std::string token_of(const PageArguments& arguments, const ServerOptions& options);
+
+Access access_of(const PageArguments& arguments,
+                 const ServerOptions& options,
+                 const std::string& token);
+
+/// What to open in a browser. @param url  of the server
+std::string address_to_open(const std::string& url,
+                            const ServerOptions& options,
+                            const std::string& token);
+
+/// The page's files: of the checkout that was built, or installed beside the programs.
+Site site_of_page();
+
+}  // namespace marco::web

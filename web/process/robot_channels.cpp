@@ -1,0 +1,248 @@
+#include "web/process/robot_channels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bot_core/image_t.hpp"
+#include "common/regular_scan.hpp"
+#include "lcm_tools/schema/schema.hpp"
+#include "lcmtypes/convert.hpp"
+#include "lcmtypes/finite_pose.hpp"
+#include "lcmtypes/stamp.hpp"
+#include "marco/mesh_t.hpp"
+#include "web/foxglove/grid.hpp"
+#include "web/foxglove/messages.hpp"
+#include "web/foxglove/schemas.hpp"
+#include "web/page_schemas.hpp"
+
+namespace marco::web {
+namespace {
+
+using foxglove::number;
+
+constexpr const char* kOdomFrame = "odom";
+constexpr const char* kBaseFrame = "base";
+constexpr const char* kLaserFrame = "laser";
+constexpr Duration kPointsEvery = Duration::from_us(50'000);
+constexpr Duration kOtherLaserAfter = Duration::from_us(1'000'000);
+
+template <class Message>
+Message decoded(const process::RawMessage& raw) {
+  auto message = decode_message<Message>(raw.bytes);
+  if (!message) throw std::invalid_argument("undecodable");
+  return std::move(*message);
+}
+
+}  // namespace
+
+RobotChannels::RobotChannels(Hub& hub, process::DropCounter& drops) : hub_(hub), drops_(drops) {
+  const auto add = [&hub](const char* topic, const char* schema) {
+    return hub.add_channel(topic, schema, foxglove::schema_of(schema));
+  };
+  map_ = add("/map", "foxglove.Grid");
+  scan_ = add("/scan", "foxglove.LaserScan");
+  pose_ = add("/pose", "foxglove.PoseInFrame");
+  path_ = add("/path", "foxglove.PosesInFrame");
+  camera_ = add("/camera", "foxglove.CompressedImage");
+  frames_ = add("/tf", "foxglove.FrameTransforms");
+  walls_ = add("/walls", "foxglove.SceneUpdate");
+  model_ = add("/model", "foxglove.SceneUpdate");
+  tiles_ = add_page_channel(hub, "page/tiles");
+  points_ = add_page_channel(hub, "page/scan");
+}
+
+void RobotChannels::take(const process::RawMessage& message) {
+  const auto fingerprint = lcm_schema::fingerprint_of(message.bytes);
+  if (!fingerprint) return;
+  try {
+    if (take_known(message, *fingerprint)) drops_.count_received();
+  } catch (const std::invalid_argument& bad_message) {
+    drops_.count_received();
+    drops_.count(bad_message.what());
+  }
+}
+
+bool RobotChannels::take_known(const process::RawMessage& raw, uint64_t fingerprint) {
+  const auto is = [fingerprint](int64_t hash) {
+    return fingerprint == static_cast<uint64_t>(hash);
+  };
+  const std::string channel(raw.channel);
+  if (is(bot_core::planar_lidar_t::getHash())) {
+    take_scan(from_message(decoded<bot_core::planar_lidar_t>(raw), channel), raw.event_time);
+  } else if (is(lidar_raw_t::getHash())) {
+    take_scan(from_message(decoded<lidar_raw_t>(raw), channel), raw.event_time);
+  } else if (is(sensor_info_t::getHash())) {
+    if (!note_sensor(infos_, from_message(decoded<sensor_info_t>(raw)))) {
+      throw std::invalid_argument(kTooManySensors);
+    }
+  } else if (is(slam_pose_t::getHash())) {
+    const auto message = decoded<slam_pose_t>(raw);
+    take_pose(stamp_of(message.utime),
+              finite_pose(message.x_m, message.y_m, message.theta_rad,
+                          "slam_pose_t: the pose is not finite or too far away"));
+  } else if (is(odometry_t::getHash())) {
+    take_odometry(from_message(decoded<odometry_t>(raw)));
+  } else if (is(pantilt_state_t::getHash())) {
+    head_ = from_message(decoded<pantilt_state_t>(raw));
+  } else if (is(grid_map_t::getHash())) {
+    take_maps(grids_.add(channel, decoded<grid_map_t>(raw), raw.event_time));
+  } else if (is(trajectory_t::getHash())) {
+    const auto message = decoded<trajectory_t>(raw);
+    trajectory_ = from_message(message);
+    path_us_ = message.utime;
+    if (hub_.wanted(path_)) hub_.publish(path_, ns_of(raw.event_time), path_json());
+  } else if (is(line_map_t::getHash())) {
+    const auto message = decoded<line_map_t>(raw);
+    standing_walls_ = from_message(message);
+    walls_us_ = message.utime;
+    if (hub_.wanted(walls_)) {
+      hub_.publish(walls_, ns_of(raw.event_time),
+                   foxglove::walls_scene(walls_us_, kMapFrame, *standing_walls_));
+    }
+  } else if (is(mesh_t::getHash())) {
+    take_model(raw);
+  } else if (is(bot_core::image_t::getHash())) {
+    take_image(raw);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+std::optional<Pose3> RobotChannels::base_from_laser(const std::string& channel) const {
+  // LIDAR_RAW's pose is told for LIDAR.
+  const bool is_raw = channel.starts_with("LIDAR_RAW");
+  const auto info = infos_.find(is_raw ? "LIDAR" + channel.substr(9) : channel);
+  if (info == infos_.end()) return std::nullopt;
+  if (info->second.mount == SensorInfo::Mount::robot) return info->second.parent_from_sensor;
+  const auto base = infos_.find("PANTILT_STATE");
+  if (base == infos_.end() || !head_) return std::nullopt;
+  return robot_from_pantilt_sensor(base->second, info->second, head_->pan_rad, head_->tilt_rad);
+}
+
+void RobotChannels::take_scan(LaserScan scan, Utime heard) {
+  // One laser is drawn: the first one, while it is heard.
+  if (laser_ && laser_->channel != scan.channel && heard - laser_->heard < kOtherLaserAfter &&
+      heard >= laser_->heard) {
+    return;
+  }
+  laser_ = {heard, scan.channel};
+  const auto place = base_from_laser(scan.channel);
+  if (hub_.wanted(points_) && (heard - points_sent_ >= kPointsEvery || heard < points_sent_)) {
+    points_sent_ = heard;
+    publish_points(scan, place.value_or(Pose3::Identity()));
+  }
+  if (hub_.wanted(scan_)) {
+    const auto regular = make_regular(scan, std::numeric_limits<float>::infinity());
+    hub_.publish(scan_, ns_of(heard), foxglove::laser_scan(regular, kLaserFrame));
+  }
+}
+
+Pose2 RobotChannels::drawn_pose() const {
+  if (map_from_base_) return *map_from_base_;
+  return odometry_.empty() ? Pose2{} : odometry_.newest_pose();
+}
+
+void RobotChannels::publish_points(const LaserScan& scan, const Pose3& base_from_laser) {
+  const auto info = infos_.find(scan.channel);
+  const double nearest_m = info == infos_.end() ? 0.02 : info->second.range_min_m;
+  const double farthest_m = info == infos_.end() ? kFarthestReturnM : info->second.range_max_m;
+  const Pose3 map_from_laser = lift(drawn_pose()) * base_from_laser;
+  std::string x = R"(,"x_m":[)", y = R"("y_m":[)";
+  bool is_first = true;
+  for (std::size_t beam = 0; beam < scan.size(); ++beam) {
+    const auto range_m = static_cast<double>(scan.ranges_m[beam]);
+    if (!(range_m > nearest_m && range_m < farthest_m)) continue;
+    const double bearing = scan.bearing_rad(beam);
+    const Eigen::Vector3d point =
+        map_from_laser *
+        Eigen::Vector3d(range_m * std::cos(bearing), range_m * std::sin(bearing), 0.0);
+    if (!std::exchange(is_first, false)) {
+      x += ',';
+      y += ',';
+    }
+    x += number(std::round(1e3 * point.x()) / 1e3);
+    y += number(std::round(1e3 * point.y()) / 1e3);
+  }
+  hub_.publish(points_, ns_of(scan.utime),
+               R"({"utime":)" + std::to_string(scan.utime.us) + x + "]," + y + "]}");
+}
+
+void RobotChannels::take_pose(Utime utime, const Pose2& map_from_base) {
+  map_from_base_ = map_from_base;
+  posed_ = utime;
+  if (hub_.wanted(pose_)) {
+    hub_.publish(pose_, ns_of(utime),
+                 foxglove::pose_in_frame(utime.us, kMapFrame, lift(map_from_base)));
+  }
+  publish_frames(utime);
+}
+
+void RobotChannels::take_odometry(const OdometrySample& sample) {
+  odometry_.add(sample.utime, sample.odom_from_robot);
+  if (!hub_.wanted(frames_)) return;
+  hub_.publish(frames_, ns_of(sample.utime),
+               foxglove::frame_transforms(sample.utime.us,
+                                          {{kOdomFrame, kBaseFrame, lift(sample.odom_from_robot)}}),
+               1);
+}
+
+std::optional<Pose2> RobotChannels::map_from_odom() const {
+  if (!map_from_base_ || odometry_.empty()) return std::nullopt;
+  // Of another clock the newest is the best there is.
+  constexpr Duration kReach = Duration::from_us(200'000);
+  const Pose2 odom_from_base = odometry_.at(posed_, kReach).value_or(odometry_.newest_pose());
+  return *map_from_base_ * odom_from_base.inverse();
+}
+
+void RobotChannels::publish_frames(Utime utime) {
+  if (!hub_.wanted(frames_)) return;
+  std::vector<foxglove::Transform> transforms;
+  if (const auto odom = map_from_odom()) {
+    transforms.push_back({kMapFrame, kOdomFrame, lift(*odom)});
+  } else {
+    transforms.push_back({kMapFrame, kBaseFrame, lift(*map_from_base_)});
+  }
+  if (laser_) {
+    const auto laser = base_from_laser(laser_->channel);
+    transforms.push_back({kBaseFrame, kLaserFrame, laser.value_or(Pose3::Identity())});
+  }
+  hub_.publish(frames_, ns_of(utime), foxglove::frame_transforms(utime.us, transforms), 2);
+}
+
+std::string RobotChannels::path_json() const {
+  return foxglove::poses_in_frame(path_us_, kMapFrame, *trajectory_);
+}
+
+void RobotChannels::take_image(const process::RawMessage& raw) {
+  if (!hub_.wanted(camera_)) return;
+  const auto image = decoded<bot_core::image_t>(raw);
+  if (image.pixelformat != bot_core::image_t::PIXEL_FORMAT_MJPEG) return;
+  hub_.publish(camera_, ns_of(raw.event_time),
+               foxglove::compressed_image(image.utime, "camera", image.data));
+}
+
+void RobotChannels::send_known(Hub::ClientId client, uint32_t channel) {
+  if (channel == tiles_ && !tiled_.empty()) {
+    // Whole, so that a page is not drawn piece by piece; later changes come a tile at a time.
+    hub_.publish_to(client, tiles_, ns_of(grid_->event_time), tiled_.json(tiled_.places(), true));
+  } else if (channel == map_ && grid_) {
+    hub_.publish_to(client, map_, ns_of(grid_->event_time), map_json());
+  } else if (channel == path_ && trajectory_) {
+    hub_.publish_to(client, path_, path_us_ * 1000, path_json());
+  } else if (channel == walls_ && standing_walls_) {
+    hub_.publish_to(client, walls_, walls_us_ * 1000,
+                    foxglove::walls_scene(walls_us_, kMapFrame, *standing_walls_));
+  } else if (channel == pose_ && map_from_base_) {
+    hub_.publish_to(client, pose_, ns_of(posed_),
+                    foxglove::pose_in_frame(posed_.us, kMapFrame, lift(*map_from_base_)));
+  } else if (channel == model_) {
+    for (const auto& [tile, latest] : model_tiles_) {
+      hub_.publish_to(client, model_, latest.utime_us * 1000, latest.json,
+                      static_cast<uint32_t>(tile));
+    }
+  }
+}
+
+}  // namespace marco::web

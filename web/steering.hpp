@@ -1,0 +1,76 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/pose2.hpp"
+#include "common/robot_values.hpp"
+#include "lcm_tools/base/options.hpp"
+
+namespace marco::web {
+
+struct SteeringOptions {
+  double most_velocity_m_per_s = 0.5;
+  double most_yaw_rate_deg_per_s = 60.0;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("most_velocity_m_per_s", most_velocity_m_per_s, kPositive,
+      "A browser's stick drives no faster than this. Less where people walk.");
+    v("most_yaw_rate_deg_per_s", most_yaw_rate_deg_per_s, kPositive,
+      "A browser's stick turns no faster than this.");
+  }
+};
+
+/// A velocity as a client asks for it.
+struct Velocity {
+  double m_per_s = 0.0, rad_per_s = 0.0;
+};
+/// {"linear":{"x"},"angular":{"z"}}, or the same as `twist` of a stamped one.
+/// @throws std::invalid_argument for text that is no such JSON, and numbers that are not finite.
+Velocity parse_twist(std::string_view json);
+
+struct FramedPose {
+  std::string frame;  ///< "map" or "odom"
+  Pose2 pose;
+};
+/// A PoseStamped, or a PoseWithCovarianceStamped. No frame means the map's.
+/// @throws std::invalid_argument as above, and for other frames.
+FramedPose parse_pose(std::string_view json);
+
+/// Turns what clients ask into orders to the base. Whoever drives has the stick until half a second
+/// after the last velocity; others are refused meanwhile. Velocities are passed on 20 times a
+/// second at most, the newest counts. Pure.
+class Steering {
+ public:
+  using Client = uint64_t;
+
+  explicit Steering(const SteeringOptions& options);
+
+  /// @throws std::invalid_argument saying why not, for the client.
+  void drive(Client client, Velocity velocity, Utime now);
+  /// @param map_from_odom  where the odometry's frame lies; needed for a goal in the map
+  /// @throws std::invalid_argument as above.
+  BaseCommand go_to(const FramedPose& goal, const std::optional<Pose2>& map_from_odom, Utime now);
+  /// A client is gone: what it drove stops.
+  void forget(Client client, Utime now);
+
+  /// Call often. @returns what is to be sent now.
+  std::optional<BaseCommand> due(Utime now);
+
+ private:
+  BaseCommand order(BaseCommand command, Utime now);
+
+  SteeringOptions options_;
+  Client driver_ = 0;  // 0 = nobody drives
+  Utime heard_;        // from the driver
+  std::optional<Velocity> waiting_;
+  bool stop_waits_ = false;
+  Utime sent_;
+  int64_t id_ = 0;
+};
+
+}  // namespace marco::web

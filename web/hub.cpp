@@ -50,8 +50,8 @@ void Hub::add_service(const std::string& name,
   services_[id] = {{id, name, request_schema, response_schema}, std::move(service)};
 }
 
-void Hub::set_parameters(std::vector<foxglove::Parameter> parameters) {
-  parameters_ = std::move(parameters);
+void Hub::add_parameter(const std::string& name, const std::string& json) {
+  parameters_.push_back({name, json});
 }
 
 bool Hub::wanted(uint32_t channel) const {

@@ -62,7 +62,8 @@ class Hub {
                    const std::string& request_schema,
                    const std::string& response_schema,
                    Service service);
-  void set_parameters(std::vector<foxglove::Parameter> parameters);
+  /// One that clients read. @param json  its value
+  void add_parameter(const std::string& name, const std::string& json);
 
   /// Somebody subscribed to a channel: what is known of it may be sent by publish_to.
   std::function<void(ClientId, uint32_t channel)> on_subscribed;

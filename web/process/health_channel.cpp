@@ -34,24 +34,23 @@ std::string sentence(std::string text) {
 
 HealthChannel::HealthChannel(Hub& hub,
                              process::DropCounter& drops,
-                             process::Bus& in,
-                             process::LcmBus* live,
-                             const std::string& lcm_url,
+                             const Source& source,
                              const lcm_schema::Decoder& decoder)
     : hub_(hub),
       drops_(drops),
       channel_(add_page_channel(hub, "page/health")),
-      is_live_(live != nullptr),
+      is_live_(source.live != nullptr),
       decoder_(decoder) {
-  subscribe(in);
-  if (live == nullptr) {
+  subscribe(source.in);
+  if (source.live == nullptr) {
     heard_ = std::make_unique<spy::SharedModel>(decoder_);
     return;
   }
   silence_ = std::make_unique<diagnosis::SilenceWatch>(
-      *live, diagnosis::SilenceWatch::Options{"marco-page", lcm_url, expectations(), nullptr});
+      *source.live,
+      diagnosis::SilenceWatch::Options{"marco-page", source.lcm_url, expectations(), nullptr});
   try {
-    url_ = diagnosis::parse_udp_url(process::effective_lcm_url(lcm_url));
+    url_ = diagnosis::parse_udp_url(process::effective_lcm_url(source.lcm_url));
   } catch (const std::invalid_argument&) {
   }
 }

@@ -11,6 +11,7 @@
 #include "lcm_tools/spy/receiver.hpp"
 #include "web/health.hpp"
 #include "web/hub.hpp"
+#include "web/process/source.hpp"
 
 namespace marco::web {
 
@@ -19,12 +20,10 @@ namespace marco::web {
 /// the network is not listened to a second time.
 class HealthChannel {
  public:
-  /// @param live  the network; null for a recording. All outlive it.
+  /// All outlive it.
   HealthChannel(Hub& hub,
                 process::DropCounter& drops,
-                process::Bus& in,
-                process::LcmBus* live,
-                const std::string& lcm_url,
+                const Source& source,
                 const lcm_schema::Decoder& decoder);
 
   /// Of a recording: what the network's datagrams are live.

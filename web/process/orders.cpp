@@ -52,13 +52,12 @@ const std::string kAnswer =
 
 Orders::Orders(Hub& hub,
                process::DropCounter& drops,
-               process::Bus& in,
-               process::Bus* bus,
+               const Source& source,
                ProcmanChannels& procman,
                const SteeringOptions& options)
     : hub_(hub),
       drops_(drops),
-      bus_(bus),
+      bus_(source.live),
       procman_(procman),
       steering_(options),
       stop_channel_(add_page_channel(hub, "page/stop")) {
@@ -66,17 +65,18 @@ Orders::Orders(Hub& hub,
   hub_.on_published = [this](const Hub::Published& message) { take_published(message); };
   constexpr const char* kStopLayout = "lbss";
   procman::subscribe_checked<emergency_stop_t>(
-      in, channels::kEmergencyStop, kStopLayout, drops, [this](const emergency_stop_t& message) {
+      source.in, channels::kEmergencyStop, kStopLayout, drops,
+      [this](const emergency_stop_t& message) {
         emergency_.hear({message.utime, message.engaged != 0, message.sender, message.reason});
         tell_stop();
       });
-  in.subscribe<slam_reply_t>(channels::kSlamReply, drops,
-                             [this](const slam_reply_t& reply, const auto&) {
-                               const auto waiting = slam_.find(reply.command_utime);
-                               if (waiting == slam_.end()) return;
-                               answer(waiting->second.call, reply.ok != 0, reply.text, reply.path);
-                               slam_.erase(waiting);
-                             });
+  source.in.subscribe<slam_reply_t>(
+      channels::kSlamReply, drops, [this](const slam_reply_t& reply, const auto&) {
+        const auto waiting = slam_.find(reply.command_utime);
+        if (waiting == slam_.end()) return;
+        answer(waiting->second.call, reply.ok != 0, reply.text, reply.path);
+        slam_.erase(waiting);
+      });
 }
 
 void Orders::answer(const Hub::Call& call,

@@ -14,6 +14,7 @@
 #include "marco/slam_command_t.hpp"
 #include "web/hub.hpp"
 #include "web/process/procman_channels.hpp"
+#include "web/process/source.hpp"
 #include "web/steering.hpp"
 
 namespace marco::web {
@@ -23,11 +24,10 @@ namespace marco::web {
 /// is not. One thread.
 class Orders {
  public:
-  /// All outlive it. @param bus  null: a recording, which takes no orders
+  /// All outlive it. A recording takes no orders.
   Orders(Hub& hub,
          process::DropCounter& drops,
-         process::Bus& in,
-         process::Bus* bus,
+         const Source& source,
          ProcmanChannels& procman,
          const SteeringOptions& options);
 

@@ -12,6 +12,7 @@
 #include "web/process/procman_channels.hpp"
 #include "web/process/raw_channels.hpp"
 #include "web/process/robot_channels.hpp"
+#include "web/process/source.hpp"
 
 namespace marco::web {
 
@@ -19,12 +20,6 @@ namespace marco::web {
 /// to LCM. One thread.
 class Page {
  public:
-  struct Source {
-    process::Bus& in;
-    process::LcmBus* live = nullptr;  ///< null: a recording; nothing is sent
-    std::string lcm_url;
-  };
-
   /// All outlive it.
   Page(Hub& hub,
        process::DropCounter& drops,

@@ -17,6 +17,7 @@
 #include "lcmtypes/channels.hpp"
 #include "marco/map_request_t.hpp"
 #include "recordings/recording.hpp"
+#include "web/foxglove/json.hpp"
 #include "web/process/page.hpp"
 #include "web/process/page_arguments.hpp"
 #include "web/process/recording.hpp"
@@ -57,7 +58,10 @@ struct Served {
         access(web::access_of(arguments, options, token)),
         site(web::site_of_page()),
         drops([](const std::string& line) { spdlog::warn("{}", line); }),
-        hub(identity(mode, name, span_ns), drops, steady_s) {}
+        hub(identity(mode, name, span_ns), drops, steady_s) {
+    hub.add_parameter("mode", foxglove::text_json(mode));
+    hub.add_parameter("marco", foxglove::text_json(process::version()));
+  }
 
   /// From here on connections are taken.
   void open() {

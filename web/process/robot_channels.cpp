@@ -121,7 +121,7 @@ std::optional<Pose3> RobotChannels::base_from_laser(const std::string& channel) 
   return robot_from_pantilt_sensor(base->second, info->second, head_->pan_rad, head_->tilt_rad);
 }
 
-void RobotChannels::take_scan(LaserScan scan, Utime heard) {
+void RobotChannels::take_scan(const LaserScan& scan, Utime heard) {
   // One laser is drawn: the first one, while it is heard.
   if (laser_ && laser_->channel != scan.channel && heard - laser_->heard < kOtherLaserAfter &&
       heard >= laser_->heard) {

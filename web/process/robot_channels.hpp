@@ -49,7 +49,7 @@ class RobotChannels {
     std::string json;
   };
   bool take_known(const process::RawMessage& message, uint64_t fingerprint);
-  void take_scan(LaserScan scan, Utime heard);
+  void take_scan(const LaserScan& scan, Utime heard);
   void take_pose(Utime utime, const Pose2& map_from_base);
   void take_odometry(const OdometrySample& sample);
   void take_maps(const std::vector<JoinedGrid>& maps);

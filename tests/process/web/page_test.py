@@ -155,6 +155,10 @@ class Protocol(WithPage):
             self.assertTrue(client.wait(lambda: client.info and client.services and client.channels))
             self.assertEqual(client.info["metadata"]["mode"], "live")
             self.assertEqual(client.info["metadata"]["read_only"], "false")
+            client.text({"op": "getParameters", "parameterNames": [], "id": "1"})
+            self.assertTrue(client.wait(lambda: any(text["op"] == "parameterValues" for text in client.texts)))
+            values = {one["name"]: one["value"] for one in client.texts[-1]["parameters"]}
+            self.assertEqual((values["mode"], values["most_velocity_m_per_s"]), ("live", 0.5))
             client.close()
         for offer in ("mqtt", None):
             with self.assertRaises(Refused) as refusal:

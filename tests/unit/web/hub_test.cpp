@@ -269,7 +269,8 @@ TEST_F(HubWithClients, HasRoomFor64) {
 }
 
 TEST_F(HubWithClients, AnswersParametersAndAssets) {
-  hub_.set_parameters({{"mode", R"("live")"}, {"speed", "0.5"}});
+  hub_.add_parameter("mode", R"("live")");
+  hub_.add_parameter("speed", "0.5");
   const auto client = open();
   take(client);
   hub_.take_text(client, R"({"op":"getParameters","parameterNames":["speed"],"id":"1"})");

@@ -3,6 +3,8 @@
 
 #include "drivers/hokuyo/driver.hpp"
 #include "drivers/hokuyo/emulator.hpp"
+#include "drivers/ldlidar/driver.hpp"
+#include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/driver.hpp"
 #include "drivers/leuze/emulator.hpp"
 #include "drivers/rplidar/driver.hpp"
@@ -97,6 +99,25 @@ Device rplidar_laser() {
                                                             clock);
           }};
 }
+
+Device ldlidar_laser(const char* name, const ldlidar::LdlidarEmulatorOptions& options) {
+  auto laser = std::make_unique<ldlidar::LdlidarEmulator>(test_world, options);
+  ldlidar::LdlidarEmulator* pressed = laser.get();
+  // 0.3 s of learning its period, a turn of 0.1 s after the first, which is not whole.
+  return {name,
+          0.5,
+          options.power_on_s,
+          true,
+          std::move(laser),
+          [pressed](Utime now) { pressed->power_cycle(now); },
+          {9600},
+          [](ByteStream& stream, Clock clock) {
+            return std::make_unique<ldlidar::LdlidarDriver>(stream, ldlidar::LdlidarOptions{},
+                                                            clock);
+          }};
+}
+Device ld19_laser() { return ldlidar_laser("LD19", {}); }
+Device stl27l_laser() { return ldlidar_laser("STL27L", ldlidar::stl27l()); }
 
 Device leuze_laser() {
   return {"Leuze",
@@ -272,7 +293,13 @@ TEST_P(LaserRecovery, StampsAreRightAfterTheHostStoodStill) {
 INSTANTIATE_TEST_SUITE_P(
     Lasers,
     LaserRecovery,
-    ::testing::Values(sick_laser, fast_sick_laser, hokuyo_laser, rplidar_laser, leuze_laser),
+    ::testing::Values(sick_laser,
+                      fast_sick_laser,
+                      hokuyo_laser,
+                      rplidar_laser,
+                      ld19_laser,
+                      stl27l_laser,
+                      leuze_laser),
     [](const auto& one) { return std::string(one.param().name); });
 
 }  // namespace

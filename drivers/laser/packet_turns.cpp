@@ -5,21 +5,24 @@
 namespace marco::drivers {
 namespace {
 
-// Angles are rounded and speeds change a little: fewer missing samples are none.
-constexpr double kLostFrom = 2.5;
+// Angles are rounded and speeds change a little: fewer missing samples are none, unless bytes are
+// known to be lost.
+constexpr double kLostFrom = 2.5, kKnownLostFrom = 0.5;
 // From this part of a turn on, a gap may have been a turn longer than the angles show.
 constexpr double kTurnAtMost = 0.8;
 // A turn that misses more is not worth a scan.
 constexpr double kLargestGapDeg = 90.0;
+constexpr std::size_t kSamplesOfAStep = 8;
 
 double turned_deg(double from_deg, double to_deg) {
   const double turned = std::fmod(to_deg - from_deg, 360.0);
   return turned < 0.0 ? turned + 360.0 : turned;
 }
 
+/// 0 of a packet so short that the rounding of its angles shows.
 double step_of(const SamplePacket& packet) {
   const auto& samples = packet.samples;
-  if (samples.size() < 2) return 0.0;
+  if (samples.size() < kSamplesOfAStep) return 0.0;
   return turned_deg(samples.front().angle_deg, samples.back().angle_deg) /
          static_cast<double>(samples.size() - 1);
 }
@@ -32,7 +35,7 @@ int64_t PacketTurns::lost_samples(const SamplePacket& packet, double step_deg) c
   const double lost = gap_deg / step_deg - 1.0;
   // The angle may go back by a hair: by a few steps it is no gap of a whole turn.
   const bool back = 360.0 - gap_deg < kLostFrom * step_deg;
-  return lost < kLostFrom || back ? 0 : std::llround(lost);
+  return lost < (packet.continuous ? kLostFrom : kKnownLostFrom) || back ? 0 : std::llround(lost);
 }
 
 void PacketTurns::Learning::add(double x, double y) {
@@ -55,6 +58,7 @@ void PacketTurns::learn(const SamplePacket& packet, bool gapless) {
     return;
   }
   learning_->samples += static_cast<double>(packet.samples.size());
+  if (packet.samples.size() < 2) return;  // it waited for the packet before it
   const double since_s = packet.clock_s - learning_->since_s;
   learning_->add(learning_->samples, since_s);
   if (since_s < timing_.learn_s || learning_->slope() <= 0.0) return;

@@ -11,6 +11,8 @@
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/driver.hpp"
 #include "drivers/sick/emulator.hpp"
+#include "drivers/ydlidar/driver.hpp"
+#include "drivers/ydlidar/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers {
@@ -118,6 +120,26 @@ Device ldlidar_laser(const char* name, const ldlidar::LdlidarEmulatorOptions& op
 }
 Device ld19_laser() { return ldlidar_laser("LD19", {}); }
 Device stl27l_laser() { return ldlidar_laser("STL27L", ldlidar::stl27l()); }
+
+Device ydlidar_laser(const char* name, double own_s, const ydlidar::YdlidarEmulatorOptions& options) {
+  auto laser = std::make_unique<ydlidar::YdlidarEmulator>(test_world, options);
+  ydlidar::YdlidarEmulator* pressed = laser.get();
+  return {name,
+          own_s,
+          options.power_on_s,
+          true,
+          std::move(laser),
+          [pressed](Utime now) { pressed->power_cycle(now); },
+          {9600},
+          [](ByteStream& stream, Clock clock) {
+            return std::make_unique<ydlidar::YdlidarDriver>(stream, ydlidar::YdlidarOptions{},
+                                                            clock);
+          }};
+}
+// The motor's 0.5 s, 1 s of learning the period, two turns of 0.14 s; an X2 is asked three times.
+Device x4_laser() { return ydlidar_laser("X4", 1.8, {}); }
+Device g4_laser() { return ydlidar_laser("G4", 1.8, ydlidar::g4()); }
+Device x2_laser() { return ydlidar_laser("X2", 2.7, ydlidar::x2()); }
 
 Device leuze_laser() {
   return {"Leuze",
@@ -299,6 +321,9 @@ INSTANTIATE_TEST_SUITE_P(
                       rplidar_laser,
                       ld19_laser,
                       stl27l_laser,
+                      x2_laser,
+                      x4_laser,
+                      g4_laser,
                       leuze_laser),
     [](const auto& one) { return std::string(one.param().name); });
 

@@ -147,11 +147,13 @@ Sample YdlidarEmulator::measure(int64_t sample) {
   for (int i = 0; i < 3; ++i) {
     const double beside_deg =
         form_ == SampleForm::wide_intensity ? 0.0 : angle_correction_deg(range_mm);
-    LaserSweep beam;
+    LaserSweep beam;  // of two: no world takes less
     beam.first_beam = sample_time(sample);
     beam.beam_interval_s = 1.0 / options_.samples_per_s;
     beam.first_bearing_rad = -deg_to_rad(angle_deg(sample) + beside_deg);
-    beam.beams = 1;
+    beam.bearing_step_rad =
+        -deg_to_rad(360.0 * options_.turns_per_s / options_.samples_per_s);
+    beam.beams = 2;
     const std::vector<double> ranges_m = world_(beam);
     const double range_m = ranges_m.empty() ? 0.0 : ranges_m[0];
     if (!std::isfinite(range_m) || range_m <= 0.0 || range_m > options_.range_max_m) return {};

@@ -10,6 +10,8 @@
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/imu/driver.hpp"
 #include "drivers/imu/emulator.hpp"
+#include "drivers/ldlidar/driver.hpp"
+#include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/driver.hpp"
 #include "drivers/leuze/emulator.hpp"
 #include "drivers/leuze/service_driver.hpp"
@@ -20,6 +22,8 @@
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/driver.hpp"
 #include "drivers/sick/emulator.hpp"
+#include "drivers/ydlidar/driver.hpp"
+#include "drivers/ydlidar/emulator.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace marco::fuzz {
@@ -76,7 +80,7 @@ void run_laser(Input input, const Options& options) {
 
 MARCO_FUZZ(laser_driver) {
   Input input(bytes);
-  switch (input.byte() % 5) {
+  switch (input.byte() % 7) {
     case 0:
       return run_laser<sick::SickDriver>(input, sick::SickOptions{});
     case 1:
@@ -85,8 +89,12 @@ MARCO_FUZZ(laser_driver) {
       return run_laser<rplidar::RplidarDriver>(input, rplidar::RplidarOptions{});
     case 3:
       return run_laser<leuze::LeuzeDriver>(input, leuze::LeuzeOptions{});
-    default:
+    case 4:
       return run_laser<leuze::LeuzeServiceDriver>(input, leuze::LeuzeOptions{});
+    case 5:
+      return run_laser<ldlidar::LdlidarDriver>(input, ldlidar::LdlidarOptions{});
+    default:
+      return run_laser<ydlidar::YdlidarDriver>(input, ydlidar::YdlidarOptions{});
   }
 }
 
@@ -164,7 +172,7 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
     promise(sweep.beams >= 0 && sweep.beams < 100000, "a sweep has its laser's beams");
     return std::vector<double>(static_cast<std::size_t>(sweep.beams), 1.0);
   };
-  switch (choice % 8) {
+  switch (choice % 10) {
     case 0:
       return std::make_unique<sick::SickEmulator>(world, sick::SickEmulatorOptions{});
     case 1:
@@ -180,8 +188,12 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
       return std::make_unique<hcs12::PanTiltEmulator>(hcs12::PanTiltEmulatorOptions{});
     case 6:
       return std::make_unique<p2os::P2osEmulator>();
-    default:
+    case 7:
       return std::make_unique<imu::ImuEmulator>([](Utime) { return imu::Motion{}; });
+    case 8:
+      return std::make_unique<ldlidar::LdlidarEmulator>(world, ldlidar::LdlidarEmulatorOptions{});
+    default:
+      return std::make_unique<ydlidar::YdlidarEmulator>(world, ydlidar::YdlidarEmulatorOptions{});
   }
 }
 

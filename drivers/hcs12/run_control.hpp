@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "drivers/hcs12/board_commands.hpp"
-#include "drivers/hcs12/click_odometry.hpp"
+#include "drivers/base/click_odometry.hpp"
 
 namespace marco::drivers::hcs12 {
 

@@ -80,7 +80,7 @@ void sonar_reads(const std::vector<uint32_t>& times) {
     hcs12::SonarCollector collector;
     collector.begin(times.size());
     std::optional<std::vector<uint32_t>> read;
-    hcs12::LineCutter lines;
+    LineCutter lines;
     for (const char c : hcs12::encode_sonar(times, form)) {
       if (const auto line = lines.push(static_cast<uint8_t>(c)); line && !read) {
         read = collector.push(*line);
@@ -133,13 +133,13 @@ void hcs12_line(const std::string& line) {
 }
 
 MARCO_FUZZ(hcs12) {
-  hcs12::LineCutter cutter;
+  LineCutter cutter;
   hcs12::SonarCollector sonar;
   const std::size_t readings = bytes.empty() ? 16 : 1 + bytes.back() % 16;
   for (const uint8_t byte : bytes) {
     const auto line = cutter.push(byte);
     if (!line) continue;
-    promise(line->size() <= hcs12::LineCutter::kMaxLine, "no overlong line");
+    promise(line->size() <= LineCutter::kMaxLine, "no overlong line");
     hcs12_line(*line);
     if (!sonar.collecting()) sonar.begin(readings);
     if (const auto times = sonar.push(*line)) {

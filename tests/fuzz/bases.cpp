@@ -7,6 +7,7 @@
 #include "drivers/imu/codec.hpp"
 #include "drivers/p2os/accessories.hpp"
 #include "drivers/p2os/codec.hpp"
+#include "drivers/textbase/codec.hpp"
 #include "tests/fuzz/telegrams.hpp"
 
 namespace marco::fuzz {
@@ -190,6 +191,35 @@ MARCO_FUZZ(p2os) {
           }
         }
       });
+}
+
+MARCO_FUZZ(textbase) {
+  Input input(bytes);
+  const Way way = way_of(input);
+  // Lines with a sum that fits, or bytes as they are.
+  const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
+    const std::string line = textbase::with_sum({reinterpret_cast<const char*>(piece.data()),
+                                                 piece.size()}) +
+                             "\n";
+    return Bytes(line.begin(), line.end());
+  });
+  LineCutter cutter(textbase::kMaxLine);
+  for (const uint8_t byte : stream) {
+    const auto line = cutter.push(byte);
+    if (!line) continue;
+    promise(line->size() <= textbase::kMaxLine, "no overlong line");
+    const auto body = textbase::without_sum(*line);
+    if (!body) continue;
+    if (const auto said = textbase::parse_board_line(body->text)) {
+      promise(textbase::parse_board_line(textbase::encode(*said)) == said,
+              "what a board says reads as it was written");
+    }
+    if (const auto said = textbase::parse_host_line(body->text)) {
+      const auto again = textbase::without_sum(textbase::with_sum(textbase::encode(*said)));
+      promise(again && textbase::parse_host_line(again->text) == said,
+              "what a host says reads as it was written");
+    }
+  }
 }
 
 }  // namespace

@@ -22,6 +22,8 @@
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/driver.hpp"
 #include "drivers/sick/emulator.hpp"
+#include "drivers/textbase/driver.hpp"
+#include "drivers/textbase/emulator.hpp"
 #include "drivers/ydlidar/driver.hpp"
 #include "drivers/ydlidar/emulator.hpp"
 #include "tests/fuzz/target.hpp"
@@ -138,8 +140,16 @@ void drive(BaseDriver& driver, Input input) {
 
 MARCO_FUZZ(base_driver) {
   Input input(bytes);
-  if (input.byte() % 2 == 0) {
+  const int which = input.byte() % 3;
+  if (which == 0) {
     hcs12::Hcs12Base driver{hcs12::Hcs12BaseOptions{}};
+    drive(driver, input);
+  } else if (which == 2) {
+    textbase::TextBaseOptions options;
+    options.ticks_per_turn = 1440.0;
+    options.wheel_diameter_m = 0.065;
+    options.track_m = 0.16;
+    textbase::TextBase driver(options);
     drive(driver, input);
   } else {
     p2os::P2osBase driver{p2os::P2osOptions{}};
@@ -172,7 +182,7 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
     promise(sweep.beams >= 0 && sweep.beams < 100000, "a sweep has its laser's beams");
     return std::vector<double>(static_cast<std::size_t>(sweep.beams), 1.0);
   };
-  switch (choice % 10) {
+  switch (choice % 11) {
     case 0:
       return std::make_unique<sick::SickEmulator>(world, sick::SickEmulatorOptions{});
     case 1:
@@ -192,6 +202,8 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
       return std::make_unique<imu::ImuEmulator>([](Utime) { return imu::Motion{}; });
     case 8:
       return std::make_unique<ldlidar::LdlidarEmulator>(world, ldlidar::LdlidarEmulatorOptions{});
+    case 9:
+      return std::make_unique<textbase::TextBoard>();
     default:
       return std::make_unique<ydlidar::YdlidarEmulator>(world, ydlidar::YdlidarEmulatorOptions{});
   }

@@ -3,8 +3,8 @@
 #include <functional>
 #include <optional>
 
-#include "drivers/hcs12/board_commands.hpp"
 #include "drivers/base/click_odometry.hpp"
+#include "drivers/hcs12/board_commands.hpp"
 
 namespace marco::drivers::hcs12 {
 

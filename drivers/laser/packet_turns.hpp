@@ -17,9 +17,9 @@ struct SamplePacket {
   };
   std::vector<Sample> samples;
   bool continuous = true;  ///< no bytes were skipped since the packet before
-  double clock_s = 0.0;    ///< when it left: by the laser's clock, or by the host's where it has none
-  Utime left;              ///< when it left the laser, by its arrival
-  Utime arrival;           ///< of its last byte
+  double clock_s = 0.0;  ///< when it left: by the laser's clock, or by the host's where it has none
+  Utime left;            ///< when it left the laser, by its arrival
+  Utime arrival;         ///< of its last byte
 };
 
 /// Gathers the packets of a laser that takes its samples at a fixed period into turns; a turn ends

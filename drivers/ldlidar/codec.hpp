@@ -7,7 +7,8 @@
 #include <vector>
 
 /// LDROBOT LD06, LD19 and STL27L: they only talk. Each packet holds twelve samples. From the
-/// maker's LD06 manual and ldlidar_stl_ros2.
+/// maker's LD06 manual and ldlidar_stl_ros2; no device was at hand. Not said by either: that the
+/// stamp is the last sample's, and that the STL27L turns as the others do.
 namespace marco::drivers::ldlidar {
 
 using Bytes = std::vector<uint8_t>;

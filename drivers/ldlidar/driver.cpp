@@ -75,7 +75,7 @@ void LdlidarDriver::on_input_flushed() {
   deadline_ = clock_() + kSilence;
 }
 
-// A laser that was switched off and on again begins anew: any stamp is later than the last one.
+// A laser that was switched off and on again begins again: any stamp is later than the last one.
 double LdlidarDriver::unwrapped_s(int stamp_ms) {
   const int since_ms = stamp_ms - stamp_ms_.value_or(stamp_ms);
   stamps_s_ += 1e-3 * (since_ms < 0 ? since_ms + kStampWrapMs : since_ms);

@@ -43,8 +43,7 @@ Utime LdlidarEmulator::sample_time(int64_t sample) const {
 }
 
 double LdlidarEmulator::angle_deg(int64_t sample) const {
-  const double turns =
-      static_cast<double>(sample) / options_.samples_per_s * options_.turns_per_s;
+  const double turns = static_cast<double>(sample) / options_.samples_per_s * options_.turns_per_s;
   return (turns - std::floor(turns)) * 360.0;
 }
 
@@ -71,8 +70,8 @@ void LdlidarEmulator::send_packet() {
   }
   next_sample_ += kPacketSamples;
   const double runs_s = (sample_time(next_sample_ - 1) - start_).seconds();
-  packet.stamp_ms = static_cast<int>((kFirstStampMs + static_cast<int64_t>(runs_s * 1e3)) %
-                                     kStampWrapMs);
+  packet.stamp_ms =
+      static_cast<int>((kFirstStampMs + static_cast<int64_t>(runs_s * 1e3)) % kStampWrapMs);
   output_.send(encode_packet(packet), sample_time(next_sample_));
 }
 

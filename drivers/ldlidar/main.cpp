@@ -16,7 +16,6 @@ void prepare(const ldlidar::LdlidarOptions& options, LaserProcess& laser) {
 }  // namespace marco::drivers
 
 int main(int argc, char** argv) {
-  return marco::drivers::laser_main(argc, argv,
-                                    "Driver of the LDROBOT LD06, LD19 and STL27L lasers",
-                                    marco::drivers::prepare);
+  return marco::drivers::laser_main(
+      argc, argv, "Driver of the LDROBOT LD06, LD19 and STL27L lasers", marco::drivers::prepare);
 }

@@ -105,22 +105,21 @@ std::optional<BoardLine> parse_board_line(std::string_view text) {
 
 std::string encode(const BoardLine& line) {
   return std::visit(
-      Overloaded{
-          [](const Hello& hello) {
-            return numbers("V", {hello.protocol}) + ' ' + hello.name + ' ' + hello.firmware +
-                   " wd=" + std::to_string(hello.watchdog_ms);
-          },
-          [](const Done& done) {
-            return std::string("K ") + done.setting + ' ' + std::to_string(done.value_ms);
-          },
-          [](const Report& report) {
-            return numbers(
-                "T", {report.board_ms, report.left_ticks, report.right_ticks, report.flags});
-          },
-          [](const Battery& battery) { return numbers("B", {battery.millivolts}); },
-          [](const Complaint& complaint) {
-            return numbers("E", {complaint.number}) + ' ' + complaint.text;
-          }},
+      Overloaded{[](const Hello& hello) {
+                   return numbers("V", {hello.protocol}) + ' ' + hello.name + ' ' + hello.firmware +
+                          " wd=" + std::to_string(hello.watchdog_ms);
+                 },
+                 [](const Done& done) {
+                   return std::string("K ") + done.setting + ' ' + std::to_string(done.value_ms);
+                 },
+                 [](const Report& report) {
+                   return numbers(
+                       "T", {report.board_ms, report.left_ticks, report.right_ticks, report.flags});
+                 },
+                 [](const Battery& battery) { return numbers("B", {battery.millivolts}); },
+                 [](const Complaint& complaint) {
+                   return numbers("E", {complaint.number}) + ' ' + complaint.text;
+                 }},
       line);
 }
 

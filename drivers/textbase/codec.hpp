@@ -6,8 +6,8 @@
 #include <string_view>
 #include <variant>
 
-/// Marco's plain text protocol for home-made bases (docs/text_base.md): lines of a letter and decimal
-/// numbers, with a checksum where both sides have one.
+/// Marco's plain text protocol for home-made bases (docs/text_base.md): lines of a letter and
+/// decimal numbers, with a checksum where both sides have one.
 namespace marco::drivers::textbase {
 
 inline constexpr int kBaud = 115'200;

@@ -20,8 +20,8 @@ constexpr double kSilentS = 0.5;
 constexpr double kMotionEveryS = 0.05;
 constexpr int kWatchdogMs = 500;
 constexpr int kReportMs = 20;
-constexpr int kStill = 4;            // reports
-constexpr double kNoMotionS = 1.0;   // then the wheels are blocked
+constexpr int kStill = 4;           // reports
+constexpr double kNoMotionS = 1.0;  // then the wheels are blocked
 constexpr double kFastestMPerS = 10.0;
 constexpr double kDelayS = 0.1;  // from an order to the wheels and back
 constexpr double kCloseM = 0.003, kCloseRad = deg_to_rad(0.5);
@@ -153,8 +153,8 @@ void TextBase::on_report(const Report& report, Utime now) {
     return;
   }
   if (refused_) return;
-  const auto since_ms = static_cast<int32_t>(report.board_ms - (last_ ? last_->board_ms
-                                                                      : report.board_ms));
+  const auto since_ms =
+      static_cast<int32_t>(report.board_ms - (last_ ? last_->board_ms : report.board_ms));
   if (since_ms < 0) {
     begin_session(Phase::asking, now);
     return set_link(Link::starting, "the board was reset", now);

@@ -12,7 +12,7 @@ namespace marco::drivers::textbase {
 
 struct TextBoardOptions {
   double boot_s = 1.0;            ///< from power or reset until it says what it is
-  double lag_s = 0.06;            ///< time constant of its wheels
+  double lag_s = 0.03;            ///< time constant of its wheels
   int millivolts = 7400;          ///< of its battery; 0 = it does not measure
   int most_ticks_per_s = 20'000;  ///< beyond it a wheel gets no faster
 };

@@ -54,8 +54,7 @@ std::optional<Answer> AnswerParser::next() {
 AnswerParser::Found AnswerParser::read_reply(Answer& answer) {
   const auto bytes = rest();
   if (bytes.size() < kHeaderSize) return Found::more_needed;
-  const uint32_t word =
-      get_u16(bytes, 2) | static_cast<uint32_t>(get_u16(bytes, 4)) << 16U;
+  const uint32_t word = get_u16(bytes, 2) | static_cast<uint32_t>(get_u16(bytes, 4)) << 16U;
   const std::size_t length = word & 0x3FFFFFFFU;
   const uint8_t kind = bytes[6];
   if (word >> 30U == 1 && kind == kPackets) {  // the packets that follow speak for themselves

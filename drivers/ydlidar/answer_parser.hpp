@@ -8,8 +8,8 @@ namespace marco::drivers::ydlidar {
 
 /// A reply, or a packet with a right checksum.
 struct Answer {
-  uint8_t kind = 0;             ///< kInfo, kHealth: data; kPackets: packet
-  Bytes data;                   ///< of 1, 3, 4 or 20 bytes
+  uint8_t kind = 0;  ///< kInfo, kHealth: data; kPackets: packet
+  Bytes data;        ///< of 1, 3, 4 or 20 bytes
   Packet packet;
   SampleForm form = SampleForm::range;  ///< of the packet's samples
   std::size_t size = 0;                 ///< bytes of the whole packet
@@ -32,9 +32,7 @@ class AnswerParser {
  private:
   enum class Found { answer, skipped, more_needed, nothing };
 
-  std::span<const uint8_t> rest() const {
-    return std::span<const uint8_t>(buffer_).subspan(head_);
-  }
+  std::span<const uint8_t> rest() const { return std::span<const uint8_t>(buffer_).subspan(head_); }
   Found read_reply(Answer& answer);
   Found read_stamp();
   Found read_packet(Answer& answer);
@@ -46,7 +44,7 @@ class AnswerParser {
   bool continuous_ = true;
   std::optional<SampleForm> form_;  ///< once some packets in a row had it
   SampleForm form_before_ = SampleForm::range;
-  int alike_ = 0;   ///< packets in a row of form_before_
+  int alike_ = 0;    ///< packets in a row of form_before_
   int misfits_ = 0;  ///< packets in a row whose checksum was wrong
   int64_t garbage_bytes_ = 0;
   int64_t bad_checksums_ = 0;

@@ -8,7 +8,9 @@
 #include <vector>
 
 /// YDLIDAR's serial protocol (X2, X4, G4): requests A5 command, without a checksum; replies with a
-/// header A5 5A; packets AA 55 of some samples. From the makers' development manuals and YDLidar-SDK.
+/// header A5 5A; packets AA 55 of some samples. From the maker's development manuals and
+/// YDLidar-SDK; no device was at hand. Not read: intensities of ten bits (G4B: their upper two are
+/// lost), and time-of-flight models that send no intensity, whose packets look like an X4's.
 namespace marco::drivers::ydlidar {
 
 using Bytes = std::vector<uint8_t>;
@@ -47,8 +49,8 @@ Bytes encode_header(uint32_t length, bool stream, uint8_t kind);
 
 /// How a sample is written.
 enum class SampleForm {
-  range,         ///< u16: mm * 4
-  intensity,     ///< u8 intensity, then the same; its two low bits are flags
+  range,          ///< u16: mm * 4
+  intensity,      ///< u8 intensity, then the same; its two low bits are flags
   wide_intensity  ///< time of flight: u16 intensity, u16 mm
 };
 std::size_t sample_size(SampleForm form);

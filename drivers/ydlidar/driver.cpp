@@ -171,8 +171,7 @@ void YdlidarDriver::on_packet(const Answer& answer, Utime arrival) {
   samples.arrival = arrival;
   samples.left = arrival - line_time(answer.size, search_.current());
   samples.clock_s = samples.left.seconds();
-  const bool correct =
-      options_.angle_correction && answer.form != SampleForm::wide_intensity;
+  const bool correct = options_.angle_correction && answer.form != SampleForm::wide_intensity;
   for (std::size_t i = 0; i < answer.packet.samples.size(); ++i) {
     const Sample& sample = answer.packet.samples[i];
     const double angle_deg = sample_angle_deg(answer.packet, i);

@@ -69,8 +69,8 @@ class YdlidarDriver final : public LaserDriver {
   PacketTurns turns_;
   Phase phase_ = Phase::stopping;
   int tries_ = 0;
-  Utime deadline_;             ///< of the phase; while measuring, of the next packet
-  int unasked_packets_ = 0;    ///< in a row, although it was told to stop
+  Utime deadline_;           ///< of the phase; while measuring, of the next packet
+  int unasked_packets_ = 0;  ///< in a row, although it was told to stop
   bool only_talks_ = false;
   std::optional<DeviceInfo> info_;
   std::string trouble_;

@@ -106,9 +106,10 @@ void YdlidarEmulator::handle(uint8_t command, Utime now) {
     answer(kInfo, value(static_cast<uint32_t>(std::lround(100.0 * options_.turns_per_s)), 4), now);
   }
   if (command == kGetSampleRate) {  // 0: 4 kHz, 1: 8, 2: 9
-    answer(kInfo, {static_cast<uint8_t>(options_.samples_per_s < 5e3   ? 0
-                                        : options_.samples_per_s < 8.5e3 ? 1
-                                                                         : 2)},
+    answer(kInfo,
+           {static_cast<uint8_t>(options_.samples_per_s < 5e3     ? 0
+                                 : options_.samples_per_s < 8.5e3 ? 1
+                                                                  : 2)},
            now);
   }
 }
@@ -121,8 +122,7 @@ void YdlidarEmulator::start_scan(Utime now) {
 }
 
 Utime YdlidarEmulator::sample_time(int64_t sample) const {
-  return scan_start_ +
-         Duration::from_seconds(static_cast<double>(sample) / options_.samples_per_s);
+  return scan_start_ + Duration::from_seconds(static_cast<double>(sample) / options_.samples_per_s);
 }
 
 double YdlidarEmulator::angle_deg(int64_t sample) const {
@@ -151,8 +151,7 @@ Sample YdlidarEmulator::measure(int64_t sample) {
     beam.first_beam = sample_time(sample);
     beam.beam_interval_s = 1.0 / options_.samples_per_s;
     beam.first_bearing_rad = -deg_to_rad(angle_deg(sample) + beside_deg);
-    beam.bearing_step_rad =
-        -deg_to_rad(360.0 * options_.turns_per_s / options_.samples_per_s);
+    beam.bearing_step_rad = -deg_to_rad(360.0 * options_.turns_per_s / options_.samples_per_s);
     beam.beams = 2;
     const std::vector<double> ranges_m = world_(beam);
     const double range_m = ranges_m.empty() ? 0.0 : ranges_m[0];

@@ -17,12 +17,12 @@ struct YdlidarEmulatorOptions {
   int model = 6;
   double samples_per_s = 5000.0;
   double turns_per_s = 7.0;
-  bool hears = true;           ///< false: an X2 talks from its power-on
-  int health_command = 0x91;   ///< the one it knows
-  int health = 0;              ///< 0 good, 1 warning, 2 error
-  int intensity_bytes = 0;     ///< 1: a B model; 2: time of flight
-  double power_on_s = 0.5;     ///< until it answers
-  double spin_up_s = 0.5;      ///< from the start until samples come
+  bool hears = true;          ///< false: an X2 talks from its power-on
+  int health_command = 0x91;  ///< the one it knows
+  int health = 0;             ///< 0 good, 1 warning, 2 error
+  int intensity_bytes = 0;    ///< 1: a B model; 2: time of flight
+  double power_on_s = 0.5;    ///< until it answers
+  double spin_up_s = 0.5;     ///< from the start until samples come
   double range_max_m = 10.0;
 
   template <class Visitor>

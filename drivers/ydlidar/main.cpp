@@ -16,7 +16,6 @@ void prepare(const ydlidar::YdlidarOptions& options, LaserProcess& laser) {
 }  // namespace marco::drivers
 
 int main(int argc, char** argv) {
-  return marco::drivers::laser_main(argc, argv,
-                                    "Driver of the YDLIDAR X2, X4 and G4 lasers",
+  return marco::drivers::laser_main(argc, argv, "Driver of the YDLIDAR X2, X4 and G4 lasers",
                                     marco::drivers::prepare);
 }

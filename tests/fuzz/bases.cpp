@@ -198,9 +198,8 @@ MARCO_FUZZ(textbase) {
   const Way way = way_of(input);
   // Lines with a sum that fits, or bytes as they are.
   const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
-    const std::string line = textbase::with_sum({reinterpret_cast<const char*>(piece.data()),
-                                                 piece.size()}) +
-                             "\n";
+    const std::string line =
+        textbase::with_sum({reinterpret_cast<const char*>(piece.data()), piece.size()}) + "\n";
     return Bytes(line.begin(), line.end());
   });
   LineCutter cutter(textbase::kMaxLine);

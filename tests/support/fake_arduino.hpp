@@ -91,7 +91,9 @@ inline unsigned long millis() {
   return static_cast<unsigned long>(marco::testing::fake_arduino().now_s * 1000.0);
 }
 inline void pinMode(int, int) {}
-inline void digitalWrite(int pin, int value) { marco::testing::fake_arduino().outputs[pin] = value; }
+inline void digitalWrite(int pin, int value) {
+  marco::testing::fake_arduino().outputs[pin] = value;
+}
 inline void analogWrite(int pin, int value) { marco::testing::fake_arduino().outputs[pin] = value; }
 inline int digitalRead(int pin) { return marco::testing::fake_arduino().read(pin); }
 inline long analogRead(int) { return 512; }

@@ -121,7 +121,9 @@ Device ldlidar_laser(const char* name, const ldlidar::LdlidarEmulatorOptions& op
 Device ld19_laser() { return ldlidar_laser("LD19", {}); }
 Device stl27l_laser() { return ldlidar_laser("STL27L", ldlidar::stl27l()); }
 
-Device ydlidar_laser(const char* name, double own_s, const ydlidar::YdlidarEmulatorOptions& options) {
+Device ydlidar_laser(const char* name,
+                     double own_s,
+                     const ydlidar::YdlidarEmulatorOptions& options) {
   auto laser = std::make_unique<ydlidar::YdlidarEmulator>(test_world, options);
   ydlidar::YdlidarEmulator* pressed = laser.get();
   return {name,
@@ -312,20 +314,19 @@ TEST_P(LaserRecovery, StampsAreRightAfterTheHostStoodStill) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Lasers,
-    LaserRecovery,
-    ::testing::Values(sick_laser,
-                      fast_sick_laser,
-                      hokuyo_laser,
-                      rplidar_laser,
-                      ld19_laser,
-                      stl27l_laser,
-                      x2_laser,
-                      x4_laser,
-                      g4_laser,
-                      leuze_laser),
-    [](const auto& one) { return std::string(one.param().name); });
+INSTANTIATE_TEST_SUITE_P(Lasers,
+                         LaserRecovery,
+                         ::testing::Values(sick_laser,
+                                           fast_sick_laser,
+                                           hokuyo_laser,
+                                           rplidar_laser,
+                                           ld19_laser,
+                                           stl27l_laser,
+                                           x2_laser,
+                                           x4_laser,
+                                           g4_laser,
+                                           leuze_laser),
+                         [](const auto& one) { return std::string(one.param().name); });
 
 }  // namespace
 }  // namespace marco::drivers

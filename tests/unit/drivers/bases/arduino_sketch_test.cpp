@@ -1,5 +1,5 @@
-// The sketch of examples/arduino as C++, on a fake Arduino: a second board beside the emulator, which
-// shares nothing with the driver.
+// The sketch of examples/arduino as C++, on a fake Arduino: a second board beside the emulator,
+// which shares nothing with the driver.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,10 +14,10 @@ namespace arduino {
 namespace marco::drivers::textbase {
 namespace {
 
+using testing::Bench;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
-using testing::Bench;
 
 constexpr double kLoopS = 0.0005;
 

@@ -33,14 +33,31 @@ TEST(TextBaseCodec, ReadsWhatItWrites) {
 }
 
 TEST(TextBaseCodec, WhatDoesNotFitIsNothing) {
-  for (const char* text :
-       {"", " ", "T", "T 1 2 3", "T 1 2 3 4 5", "T 1 2 3 x", "T 1  2 3 4", "T -1 2 3 4",
-        "T 4294967296 0 0 0", "T 1 2147483648 0 0", "t 1 2 3 4", "V 1 name firmware",
-        "V 1 name firmware dog=5", "V x name firmware wd=5", "K X 5", "K W", "B", "B 1.5", "E 4",
-        "E x y", "M 1 2"}) {
+  for (const char* text : {"",
+                           " ",
+                           "T",
+                           "T 1 2 3",
+                           "T 1 2 3 4 5",
+                           "T 1 2 3 x",
+                           "T 1  2 3 4",
+                           "T -1 2 3 4",
+                           "T 4294967296 0 0 0",
+                           "T 1 2147483648 0 0",
+                           "t 1 2 3 4",
+                           "V 1 name firmware",
+                           "V 1 name firmware dog=5",
+                           "V x name firmware wd=5",
+                           "K X 5",
+                           "K W",
+                           "B",
+                           "B 1.5",
+                           "E 4",
+                           "E x y",
+                           "M 1 2"}) {
     EXPECT_FALSE(parse_board_line(text).has_value()) << text;
   }
-  for (const char* text : {"", "V", "V? ", "M 1", "M 1 2 3", "M 1.0 2", "W", "W x", "R 1 2", "Q 1"}) {
+  for (const char* text :
+       {"", "V", "V? ", "M 1", "M 1 2 3", "M 1.0 2", "W", "W x", "R 1 2", "Q 1"}) {
     EXPECT_FALSE(parse_host_line(text).has_value()) << text;
   }
 }

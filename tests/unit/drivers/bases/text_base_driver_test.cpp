@@ -23,7 +23,8 @@ struct Parts {
 };
 
 struct Robot : Parts, testing::DrivenBase<TextBase> {
-  explicit Robot(const TextBaseOptions& options = small_robot(), const TextBoardOptions& device = {})
+  explicit Robot(const TextBaseOptions& options = small_robot(),
+                 const TextBoardOptions& device = {})
       : Parts(options, device), DrivenBase(driver, board, kBaud), options_(options) {}
   double moved_m() const {
     return (board.left_ticks() + board.right_ticks()) / 2.0 / ticks_per_m(options_);
@@ -137,7 +138,7 @@ TEST(TextBaseDriver, AnEmergencyStopBrakesAtOnce) {
   robot.driver.emergency_stop(stop, robot.bench.now());
   robot.bench.run(0.6);
   EXPECT_EQ(robot.board.left_ticks_per_s(), 0.0);
-  EXPECT_LT(robot.moved_m() - since_m, 0.3 * 0.1);  // the wheels' own 60 ms
+  EXPECT_LT(robot.moved_m() - since_m, 0.3 * 0.1);  // the wheels' own 30 ms
   EXPECT_EQ(robot.driver.status().command, Fate::aborted);
   EXPECT_EQ(robot.move(0.1), Fate::refused);
 }
@@ -158,8 +159,8 @@ TEST(TextBaseDriver, BumpersRedButtonAndFault) {
   robot.begin_move(3.0);
   robot.bench.run(1.0);
   robot.touch = kLeftBumper;
-  EXPECT_TRUE(robot.bench.run_until(
-      1.0, [&] { return robot.driver.status().command == Fate::shortened; }));
+  EXPECT_TRUE(
+      robot.bench.run_until(1.0, [&] { return robot.driver.status().command == Fate::shortened; }));
   EXPECT_EQ(robot.driver.status().bumpers, (std::vector<bool>{true, false}));
   EXPECT_EQ(robot.move(0.5), Fate::refused);
   EXPECT_THAT(robot.driver.status().note, HasSubstr("front bumper 1"));

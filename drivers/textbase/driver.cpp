@@ -22,8 +22,7 @@ constexpr int kWatchdogMs = 500;
 constexpr int kReportMs = 20;
 constexpr int kStill = 4;           // reports
 constexpr double kNoMotionS = 1.0;  // then the wheels are blocked
-constexpr double kFastestMPerS = 10.0;
-constexpr double kDelayS = 0.1;  // from an order to the wheels and back
+constexpr double kDelayS = 0.1;     // from an order to the wheels and back
 constexpr double kCloseM = 0.003, kCloseRad = deg_to_rad(0.5);
 
 Duration seconds(double value) { return Duration::from_seconds(value); }
@@ -81,9 +80,11 @@ void TextBase::begin_session(Phase phase, Utime now) {
   next_ask_ = understood_ = now;
   refused_ = has_sums_ = watchdog_set_ = reports_set_ = false;
   complaint_.clear();
-  last_.reset();
-  clock_.reset();
-  odometry_.forget_stamps();
+  odometry_.restart();
+  stand();
+}
+
+void TextBase::stand() {
   course_.reset();
   stopping_ = false;
   halt();
@@ -110,7 +111,10 @@ void TextBase::on_line(const std::string& line, Utime now) {
   has_sums_ = body->had_sum;
   understood_ = now;
   if (const auto* hello = std::get_if<Hello>(&*parsed)) on_hello(*hello, now);
-  if (const auto* done = std::get_if<Done>(&*parsed)) on_done(*done);
+  if (const auto* done = std::get_if<Done>(&*parsed)) {
+    watchdog_set_ = watchdog_set_ || *done == Done{'W', kWatchdogMs};
+    reports_set_ = reports_set_ || *done == Done{'R', kReportMs};
+  }
   if (const auto* battery = std::get_if<Battery>(&*parsed)) {
     edit_status().battery_v = {1e-3 * battery->millivolts};
   }
@@ -125,16 +129,8 @@ void TextBase::on_hello(const Hello& hello, Utime now) {
   board_ = hello.name + " " + hello.firmware;
   begin_session(Phase::setting_up, now);
   refused_ = hello.protocol > kProtocol;
-  set_link(Link::starting,
-           refused_ ? board_ + " speaks protocol " + std::to_string(hello.protocol) +
-                          ", this driver knows " + std::to_string(kProtocol)
-                    : board_,
-           now);
-}
-
-void TextBase::on_done(const Done& done) {
-  if (done.setting == 'W') watchdog_set_ = done.value_ms == kWatchdogMs;
-  if (done.setting == 'R') reports_set_ = done.value_ms == kReportMs;
+  const std::string protocol = " speaks protocol " + std::to_string(hello.protocol);
+  set_link(Link::starting, refused_ ? board_ + protocol + ", newer than this driver" : board_, now);
 }
 
 void TextBase::on_complaint(const Complaint& complaint, Utime now) {
@@ -153,39 +149,19 @@ void TextBase::on_report(const Report& report, Utime now) {
     return;
   }
   if (refused_) return;
-  const auto since_ms =
-      static_cast<int32_t>(report.board_ms - (last_ ? last_->board_ms : report.board_ms));
-  if (since_ms < 0) {
+  const ReportOdometry::Step step = odometry_.add(report, now);
+  if (step.after_reset) {
     begin_session(Phase::asking, now);
     return set_link(Link::starting, "the board was reset", now);
   }
-  ClickOdometry::Step step;
-  bool moved = false;
-  if (last_) {
-    const auto ticks = [](int32_t to, int32_t from) {
-      return static_cast<int32_t>(static_cast<uint32_t>(to) - static_cast<uint32_t>(from));
-    };
-    const int32_t left = ticks(report.left_ticks, last_->left_ticks);
-    const int32_t right = ticks(report.right_ticks, last_->right_ticks);
-    const double step_s = 1e-3 * std::max(since_ms, kLeastReportMs);
-    const double fastest = kFastestMPerS * step_s / tick_m();
-    if (std::abs(left) <= fastest && std::abs(right) <= fastest) {
-      moved = left != 0 || right != 0;
-      step = {static_cast<double>(left), static_cast<double>(right), left * tick_m() / step_s,
-              right * tick_m() / step_s};
-    } else {
-      ++bad_lines_;  // no wheel turns so fast: the next step is counted from here
-    }
-  }
-  last_ = report;
-  board_s_ += 1e-3 * since_ms;
-  still_ = moved ? 0 : still_ + 1;
+  if (!step.plausible) ++bad_lines_;
+  still_ = step.moved ? 0 : still_ + 1;
   const Pose2 before = odom_from_robot();
-  publish_odometry(odometry_.count(step, clock_.update(board_s_, now)));
+  publish_odometry(step.sample);
   judge_link(report.flags, now);
   if (!course_) return;
   course_->turned_rad += between(before, odom_from_robot()).theta_rad;
-  if (moved) course_->moved = now;
+  if (step.moved) course_->moved = now;
   watch_leg_end(now);
 }
 
@@ -210,9 +186,7 @@ void TextBase::judge_link(unsigned flags, Utime now) {
     set_link(Link::starting, complaint_.empty() ? "the board reports a fault" : complaint_, now);
   } else if (watchdog_set_ && reports_set_ && status().link != Link::up) {
     phase_ = Phase::running;
-    halt();
-    course_.reset();
-    stopping_ = false;
+    stand();
     set_link(Link::up, board_, now);
   } else if (news) {
     tell(now);
@@ -220,29 +194,24 @@ void TextBase::judge_link(unsigned flags, Utime now) {
 }
 
 void TextBase::start_leg(const Leg& leg, Utime now) {
-  course_ = Course{leg, odom_from_robot(), 0.0, false, "", now};
+  course_ = Course{leg, odom_from_robot(), now};
   still_ = 0;
 }
 
 double TextBase::leg_remaining() const {
-  if (!course_) return 0.0;
-  return course_->leg.amount - (course_->leg.kind == Leg::Kind::turn
-                                    ? course_->turned_rad
-                                    : between(course_->odom_from_start, odom_from_robot()).x_m);
+  return course_ ? course_->remaining(odom_from_robot()) : 0.0;
 }
 
 // The wheels run on until an order reaches them.
 double TextBase::still_to_go() const {
-  const double speed = course_->leg.kind == Leg::Kind::turn ? rate_.speed : velocity_.speed;
-  return leg_remaining() - kDelayS * speed;
+  return leg_remaining() - kDelayS * (course_->turns() ? rate_.speed : velocity_.speed);
 }
 
 void TextBase::watch_leg_end(Utime now) {
   if (!course_->braking) {
-    const bool turns = course_->leg.kind == Leg::Kind::turn;
     // Half a tick of both wheels, where ticks are coarse.
-    const double close = turns ? std::max(kCloseRad, tick_m() / options_.track_m)
-                               : std::max(kCloseM, tick_m() / 2.0);
+    const double close = course_->turns() ? std::max(kCloseRad, tick_m() / options_.track_m)
+                                          : std::max(kCloseM, tick_m() / 2.0);
     const double left = still_to_go();
     const bool there = std::abs(left) <= close || left * course_->leg.amount < 0.0;
     const bool blocked = (now - course_->moved).seconds() > kNoMotionS;
@@ -298,12 +267,9 @@ void TextBase::send_motion(Utime now, std::vector<uint8_t>& out) {
   next_motion_ = now + seconds(kMotionEveryS);
   if (status().link == Link::up) {
     const bool follows = course_ && !course_->braking;
-    const auto left = [&](Leg::Kind kind) -> std::optional<double> {
-      if (!follows || course_->leg.kind != kind) return std::nullopt;
-      return still_to_go();
-    };
-    velocity_.step(left(Leg::Kind::move), kMotionEveryS);
-    rate_.step(left(Leg::Kind::turn), kMotionEveryS);
+    const std::optional<double> left = follows ? std::optional(still_to_go()) : std::nullopt;
+    velocity_.step(follows && !course_->turns() ? left : std::nullopt, kMotionEveryS);
+    rate_.step(follows && course_->turns() ? left : std::nullopt, kMotionEveryS);
   } else {
     halt();
   }

@@ -4,10 +4,9 @@
 #include <string>
 
 #include "drivers/base/base_driver.hpp"
-#include "drivers/base/click_odometry.hpp"
 #include "drivers/base/speed_profile.hpp"
-#include "drivers/textbase/codec.hpp"
-#include "drivers/transport/clock_filter.hpp"
+#include "drivers/textbase/course.hpp"
+#include "drivers/textbase/report_odometry.hpp"
 #include "drivers/transport/line_cutter.hpp"
 
 namespace marco::drivers::textbase {
@@ -45,16 +44,6 @@ class TextBase : public BaseDriver {
 
  private:
   enum class Phase { booting, asking, setting_up, running };
-  /// A leg under way.
-  struct Course {
-    Leg leg;
-    Pose2 odom_from_start;
-    double turned_rad = 0.0;
-    bool braking = false;  ///< it is there, or the wheels do not get there
-    std::string why_not;   ///< "" = it is there
-    Utime moved;           ///< when the wheels turned last
-  };
-
   void start_leg(const Leg& leg, Utime now) override;
   double leg_remaining() const override;
   void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) override;
@@ -66,7 +55,6 @@ class TextBase : public BaseDriver {
   void begin_session(Phase phase, Utime now);
   void on_line(const std::string& line, Utime now);
   void on_hello(const Hello& hello, Utime now);
-  void on_done(const Done& done);
   void on_report(const Report& report, Utime now);
   void on_complaint(const Complaint& complaint, Utime now);
   void judge_link(unsigned flags, Utime now);
@@ -75,6 +63,7 @@ class TextBase : public BaseDriver {
   void ask(Utime now, std::vector<uint8_t>& out);
   void send_motion(Utime now, std::vector<uint8_t>& out);
   void halt();
+  void stand();
   Motion wheel_speeds() const;
   double tick_m() const;
 
@@ -91,10 +80,7 @@ class TextBase : public BaseDriver {
   std::string board_;  ///< its name and firmware
   std::string complaint_;
 
-  std::optional<Report> last_;
-  double board_s_ = 0.0;  ///< the board's clock without wrapping
-  ClockFilter clock_{0.02};
-  ClickOdometry odometry_;
+  ReportOdometry odometry_;
 
   SpeedProfile velocity_, rate_;
   std::optional<Course> course_;

@@ -133,6 +133,21 @@ TEST_P(YdlidarForms, PacketsResynchronizeInAnySplit) {
   expect_resynchronizes(telegrams, telegrams, parse, 400);
 }
 
+// Another laser on the same line, or a form that was taken by mistake.
+TEST(YdlidarParser, AFormThatFitsNoLongerIsGivenUp) {
+  Packet packet;
+  packet.samples.assign(20, {1000.0, 7});
+  AnswerParser parser;
+  const auto forms_of = [&](SampleForm form, int packets) {
+    for (int i = 0; i < packets; ++i) parser.push(encode_packet(packet, form));
+    int count = 0;
+    while (const auto answer = parser.next()) count += answer->form == form ? 1 : 0;
+    return count;
+  };
+  EXPECT_EQ(forms_of(SampleForm::intensity, 10), 10);
+  EXPECT_GT(forms_of(SampleForm::range, 40), 20);
+}
+
 INSTANTIATE_TEST_SUITE_P(Forms,
                          YdlidarForms,
                          ::testing::Values(SampleForm::range,

@@ -62,7 +62,9 @@ TEST(TextBaseDriver, SaysNothingToABootLoader) {
 }
 
 TEST(TextBaseDriver, MovesTurnsAndReckons) {
-  Robot robot;
+  TextBoardOptions sluggish;
+  sluggish.lag_s = 0.06;
+  Robot robot(small_robot(), sluggish);
   EXPECT_EQ(robot.move(1.0), Fate::done);
   EXPECT_NEAR(robot.moved_m(), 1.0, 0.01);
   EXPECT_EQ(robot.turn(deg_to_rad(90.0)), Fate::done);

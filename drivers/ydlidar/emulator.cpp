@@ -144,7 +144,7 @@ int YdlidarEmulator::next_count() const {
 // The range decides where beside its angle the laser looks, and what is there decides the range.
 Sample YdlidarEmulator::measure(int64_t sample) {
   double range_mm = last_range_mm_;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 2; ++i) {
     const double beside_deg =
         form_ == SampleForm::wide_intensity ? 0.0 : angle_correction_deg(range_mm);
     LaserSweep beam;  // of two: no world takes less

@@ -38,6 +38,38 @@ LaserOptions rplidar() {
   return laser;
 }
 
+// LD19: ten turns a second, clockwise from ahead, 4500 samples a second.
+LaserOptions ld19() {
+  LaserOptions laser;
+  laser.beams = 450;
+  laser.first_bearing_deg = 0.0;
+  laser.step_deg = -0.8;
+  laser.scans_per_s = 10.0;
+  laser.interlaced_turns = 1;
+  laser.scan_duration_s = 449.0 / 4500.0;
+  laser.range_min_m = 0.02;
+  laser.range_max_m = 12.0;
+  laser.no_return_m = 0.0;
+  return laser;
+}
+
+// X4: seven turns a second, clockwise from ahead, 5000 samples a second.
+LaserOptions ydlidar_x4() {
+  constexpr double kTurnsPerS = 7.0, kSamplesPerS = 5000.0;
+  LaserOptions laser;
+  laser.beams = 714;  // the last whole sample of a turn
+  laser.first_bearing_deg = 0.0;
+  laser.step_deg = -360.0 * kTurnsPerS / kSamplesPerS;
+  laser.scans_per_s = kTurnsPerS;
+  laser.interlaced_turns = 1;
+  laser.scan_duration_s = (laser.beams - 1) / kSamplesPerS;
+  laser.range_min_m = 0.12;
+  laser.range_max_m = 10.0;
+  laser.no_return_m = 0.0;
+  laser.range_sigma_m = 0.02;
+  return laser;
+}
+
 // RS4: each fourth of 529 beams, 0.36 deg apart, clockwise; a turn takes 40 ms.
 LaserOptions leuze() {
   LaserOptions laser;
@@ -60,8 +92,11 @@ LaserOptions leuze() {
 LaserOptions device_laser(const std::string& device) {
   if (device == "hokuyo") return hokuyo();
   if (device == "rplidar") return rplidar();
+  if (device == "ld19") return ld19();
+  if (device == "ydlidar_x4") return ydlidar_x4();
   if (device == "leuze") return leuze();
-  require(device == "sick", "laser '" + device + "': expected sick, hokuyo, rplidar or leuze");
+  require(device == "sick",
+          "laser '" + device + "': expected sick, hokuyo, rplidar, ld19, ydlidar_x4 or leuze");
   return {};
 }
 

@@ -98,25 +98,6 @@ std::optional<WheelSigns> wheel_signs(char letter) {
   }
 }
 
-std::optional<std::string> LineCutter::push(uint8_t byte) {
-  if (byte == '\r') return std::nullopt;
-  if (byte == '\n') {
-    std::string line;
-    line.swap(line_);
-    if (std::exchange(skipping_, false)) return std::nullopt;
-    return line;
-  }
-  if (skipping_) return std::nullopt;
-  if (line_.size() >= kMaxLine) {
-    skipping_ = true;
-    ++overlong_;
-    line_.clear();
-    return std::nullopt;
-  }
-  line_ += static_cast<char>(byte);
-  return std::nullopt;
-}
-
 std::string encode_wheel_status(const WheelStatus& status) {
   std::string text = "l";
   append_clicks(text, status.left_clicks);

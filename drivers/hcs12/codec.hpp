@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/transport/line_cutter.hpp"
+
 /// The two boards of thesis B's robot: lines of a letter, decimal numbers and LF at 9600 baud.
 /// There is no checksum: what does not read as its letter's form is nothing, the rest is for the
 /// driver to find plausible.
@@ -37,20 +39,6 @@ struct Command {
 /// space after the letter makes a zero), any other byte is a digit, sixteen bits wrap.
 /// @param line without its LF; more than 20 numbers, which overrun the real board, are left out.
 std::optional<Command> parse_command(std::string_view line);
-
-/// Cuts bytes into lines at LF, drops CR; a line longer than the limit is garbage and dropped.
-class LineCutter {
- public:
-  static constexpr std::size_t kMaxLine = 256;
-  std::optional<std::string> push(uint8_t byte);
-  void clear() { line_.clear(); }
-  int64_t overlong() const { return overlong_; }
-
- private:
-  std::string line_;
-  bool skipping_ = false;
-  int64_t overlong_ = 0;
-};
 
 /// The directions in which a motion command of the base turns its wheels.
 struct WheelSigns {

@@ -3,8 +3,8 @@
 #include <functional>
 #include <optional>
 
+#include "drivers/base/click_odometry.hpp"
 #include "drivers/hcs12/board_commands.hpp"
-#include "drivers/hcs12/click_odometry.hpp"
 
 namespace marco::drivers::hcs12 {
 

@@ -15,8 +15,9 @@ using Clock = std::function<Utime()>;
 
 /// A scan with the time of every beam, and when it came.
 struct ArrivedScan {
-  LaserScan scan;  ///< utime: of its first beam; time_offsets_s: one a beam
-  Utime arrival;   ///< of its last byte
+  LaserScan scan;                       ///< utime: of its first beam; time_offsets_s: one a beam
+  Utime arrival;                        ///< of its last byte
+  std::vector<float> intensities = {};  ///< one a beam, device units; or empty
 };
 
 /// What a laser can see, for SENSOR_INFO.

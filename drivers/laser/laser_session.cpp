@@ -63,7 +63,9 @@ void LaserSession::publish(ArrivedScan& arrived) {
   outlet_.drops.count_received();
   watch(arrived.scan);
   const std::string lidar = channels::lidar_of(outlet_.laser.place.channel);
-  outlet_.bus.publish(channels::raw_channel_of(lidar), to_raw_message(arrived.scan));
+  lidar_raw_t raw = to_raw_message(arrived.scan);
+  if (arrived.intensities.size() == arrived.scan.size()) raw.intensities = arrived.intensities;
+  outlet_.bus.publish(channels::raw_channel_of(lidar), raw);
   outlet_.bus.publish(lidar, to_message(regular_scan(arrived.scan)));
   add_latency((wall_now() - arrived.arrival).seconds());
 }

@@ -17,18 +17,6 @@ bool ends_stall(CommandId id) {
 
 }  // namespace
 
-void SpeedProfile::step(std::optional<double> left, double dt_s) {
-  const double wanted =
-      left ? std::copysign(std::min(std::sqrt(2.0 * deceleration * std::abs(*left)), limit), *left)
-           : std::clamp(goal, -limit, limit);
-  const bool braking = std::abs(wanted) < std::abs(speed) || wanted * speed < 0.0;
-  speed = approach(speed, wanted, (braking ? deceleration : acceleration) * dt_s);
-}
-
-void SpeedProfile::set_acceleration(double value) {
-  if (value != 0.0) (value > 0.0 ? acceleration : deceleration) = std::abs(value);
-}
-
 EmulatedDrive::EmulatedDrive(const P2osEmulatorOptions& options) : options_(options) { reset(); }
 
 void EmulatedDrive::reset() {

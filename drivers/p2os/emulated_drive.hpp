@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "drivers/base/speed_profile.hpp"
 #include "drivers/p2os/codec.hpp"
 
 namespace marco::drivers::p2os {
@@ -19,20 +20,6 @@ struct P2osEmulatorOptions {
   int bumpers_each_end = 5;  ///< 0 = none: then its packets show all of them pressed
   bool tells_config = true;  ///< old firmware does not
   int ticks_per_mm = 39;     ///< of the wheel encoders; ours
-};
-
-/// A speed, along or about, that follows its goal by a trapezoid.
-struct SpeedProfile {
-  double limit = 0.0;
-  double acceleration = 0.0;
-  double deceleration = 0.0;
-  double speed = 0.0;
-  double goal = 0.0;
-
-  /// @param left  distance to a goal; as fast as can still be braked.
-  void step(std::optional<double> left, double dt_s);
-  /// A negative acceleration sets the deceleration.
-  void set_acceleration(double value);
 };
 
 /// The motion of an emulated Pioneer: its wheels do what they are told, its own dead reckoning is

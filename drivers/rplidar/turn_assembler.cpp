@@ -4,16 +4,11 @@
 #include "drivers/transport/paced_output.hpp"
 
 namespace marco::drivers::rplidar {
-namespace {
-
-constexpr std::size_t kMaxSamples = 20'000;
-
-}  // namespace
 
 void TurnAssembler::start(double sample_s) {
   clock_.start(sample_s);
   capsule_.reset();
-  turn_.reset();
+  gatherer_.drop_turn();
   usual_span_deg_ = 0.0;
 }
 
@@ -26,7 +21,7 @@ void TurnAssembler::lose_count() {
   clock_.lose_count();
   capsule_.reset();
   usual_span_deg_ = 0.0;
-  turn_.reset();
+  gatherer_.drop_turn();
 }
 
 void TurnAssembler::add_node(const Block& block, Utime arrival) {
@@ -78,30 +73,8 @@ void TurnAssembler::add_capsule(const Block& block, Utime arrival) {
 
 void TurnAssembler::add_sample(int64_t sample, double angle_deg, double range_m, bool new_turn) {
   last_angle_deg_ = angle_deg;
-  if (new_turn) {
-    finish_turn();
-    turn_.emplace();
-    turn_samples_.clear();
-  }
-  if (!turn_ || turn_->size() >= kMaxSamples) return;
-  turn_->ranges_m.push_back(static_cast<float>(range_m));
-  turn_->bearings_rad.push_back(static_cast<float>(normalize_angle(-deg_to_rad(angle_deg))));
-  turn_samples_.push_back(sample);
-}
-
-void TurnAssembler::finish_turn() {
-  if (!turn_ || turn_->size() < 2) return;
-  LaserScan scan = std::move(*turn_);
-  turn_.reset();
-  scan.utime = clock_.time_of(turn_samples_.front());
-  const double sample_s = clock_.host_sample_s();
-  for (const int64_t sample : turn_samples_) {
-    scan.time_offsets_s.push_back(
-        static_cast<float>(static_cast<double>(sample - turn_samples_.front()) * sample_s));
-  }
-  turn_s_ = static_cast<double>(scan.time_offsets_s.back());
-  ++counts_.scans;
-  ready_.push_back({std::move(scan), last_arrival_});
+  if (new_turn && gatherer_.begin_turn(last_arrival_)) ++counts_.scans;
+  gatherer_.add({sample, -deg_to_rad(angle_deg), range_m});
 }
 
 }  // namespace marco::drivers::rplidar

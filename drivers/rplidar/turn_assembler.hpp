@@ -1,12 +1,10 @@
 #pragma once
 
 #include <optional>
-#include <utility>
 #include <vector>
 
-#include "drivers/laser/laser_driver.hpp"
+#include "drivers/laser/turn_gatherer.hpp"
 #include "drivers/rplidar/codec.hpp"
-#include "drivers/rplidar/sample_clock.hpp"
 
 namespace marco::drivers::rplidar {
 
@@ -24,8 +22,8 @@ class TurnAssembler {
   /// The count of samples is lost, and with it the turn and the capsule under way.
   void lose_count();
 
-  std::vector<ArrivedScan> take_scans() { return std::exchange(ready_, {}); }
-  double turn_s() const { return turn_s_; }
+  std::vector<ArrivedScan> take_scans() { return gatherer_.take_scans(); }
+  double turn_s() const { return gatherer_.turn_s(); }
   LaserCounts& counts() { return counts_; }
   const LaserCounts& counts() const { return counts_; }
   const ClockFilter& filter() const { return clock_.filter(); }
@@ -34,7 +32,6 @@ class TurnAssembler {
   bool follows_directly(const Capsule& next);
   void note_arrival(Utime arrival);
   void add_sample(int64_t sample, double angle_deg, double range_m, bool new_turn);
-  void finish_turn();
 
   int baud_;
   SampleClock clock_;
@@ -42,11 +39,8 @@ class TurnAssembler {
   std::optional<Capsule> capsule_;  ///< waits for its successor
   double usual_span_deg_ = 0.0;     ///< from a capsule to the next
   double last_angle_deg_ = 0.0;
-  std::optional<LaserScan> turn_;  ///< under way; none before the first turn begins
-  std::vector<int64_t> turn_samples_;
-  double turn_s_ = 0.18;
+  TurnGatherer gatherer_{clock_};
   LaserCounts counts_;
-  std::vector<ArrivedScan> ready_;
 };
 
 }  // namespace marco::drivers::rplidar

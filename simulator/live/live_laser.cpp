@@ -4,15 +4,18 @@
 #include <utility>
 
 #include "drivers/hokuyo/emulator.hpp"
+#include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/service_emulator.hpp"
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/emulator.hpp"
+#include "drivers/ydlidar/emulator.hpp"
 #include "lcm_tools/base/check.hpp"
 
 namespace marco::sim {
 namespace {
 
 constexpr double kWrongRangeM = 0.2;  // of the fault `wrong`
+constexpr double kSectorsPerDeg = 10.0;
 
 }  // namespace
 
@@ -34,13 +37,31 @@ std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
     options.baud = own(options.baud);
     return std::make_unique<drivers::rplidar::RplidarEmulator>(std::move(world), options);
   }
+  for (const auto& [device, emulated] :
+       {std::pair{"ld19", drivers::ldlidar::LdlidarEmulatorOptions{}},
+        std::pair{"stl27l", drivers::ldlidar::stl27l()}}) {
+    if (spec.device != device) continue;
+    auto options = emulated;
+    options.baud = own(options.baud);
+    return std::make_unique<drivers::ldlidar::LdlidarEmulator>(std::move(world), options);
+  }
+  for (const auto& [device, emulated] :
+       {std::pair{"ydlidar_x2", drivers::ydlidar::x2()},
+        std::pair{"ydlidar_x4", drivers::ydlidar::YdlidarEmulatorOptions{}},
+        std::pair{"ydlidar_g4", drivers::ydlidar::g4()}}) {
+    if (spec.device != device) continue;
+    auto options = emulated;
+    options.baud = own(options.baud);
+    return std::make_unique<drivers::ydlidar::YdlidarEmulator>(std::move(world), options);
+  }
   // The Rotoscan of thesis A, out of calibration as it was.
   if (spec.device == "leuze_service") {
     return std::make_unique<drivers::leuze::LeuzeServiceEmulator>(
         std::move(world), drivers::leuze::thesis_a_geometry());
   }
   require(spec.device == "leuze", "lasers.device '" + spec.device +
-                                      "': expected sick, leuze, leuze_service, hokuyo or rplidar");
+                                      "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
+                                      "ld19, stl27l, ydlidar_x2, ydlidar_x4 or ydlidar_g4");
   drivers::leuze::LeuzeEmulatorOptions options;
   options.baud = spec.tcp_port >= 0 ? 0 : own(options.baud);
   options.geometry.scale = drivers::leuze::thesis_a_geometry().scale;
@@ -76,7 +97,8 @@ std::vector<double> LiveLaser::sweep(const drivers::LaserSweep& sweep) {
   if (faults_.has(spec_.port, FaultKind::wrong, sweep.first_beam)) {
     for (double& range_m : answer) range_m += kWrongRangeM;
   }
-  std::vector<double>& last = last_answers_[sweep.first_bearing_rad];
+  std::vector<double>& last =
+      last_answers_[std::lround(rad_to_deg(sweep.first_bearing_rad) * kSectorsPerDeg)];
   const bool is_stuck = faults_.has(spec_.port, FaultKind::stuck, sweep.first_beam);
   if (!is_stuck || last.size() != answer.size()) last = answer;
   return last;

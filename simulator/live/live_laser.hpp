@@ -39,7 +39,7 @@ class LiveLaser {
   Trajectory world_from_sensor_;
   const FaultBoard& faults_;
   std::mt19937_64 random_;
-  std::map<double, std::vector<double>> last_answers_;  ///< by first bearing: turns interlace
+  std::map<long, std::vector<double>> last_answers_;  ///< by sector of the first bearing
 };
 
 }  // namespace marco::sim

@@ -8,6 +8,7 @@
 #include "drivers/hcs12/pantilt_emulator.hpp"
 #include "drivers/imu/emulator.hpp"
 #include "drivers/p2os/emulator.hpp"
+#include "drivers/textbase/emulator.hpp"
 #include "simulator/live/faulty_emulator.hpp"
 
 namespace marco::sim {
@@ -17,6 +18,7 @@ using drivers::hcs12::BaseEmulator;
 using drivers::hcs12::PanTiltEmulator;
 
 constexpr double kClicksPerWheelTurn = 65500.0;
+constexpr double kTicksPerWheelTurn = 1440.0;  // of a home-made base
 
 // Faults of the kind `wrong`.
 constexpr double kWrongWheel = 1.1, kWrongRateDegPerS = 3.0;
@@ -46,7 +48,8 @@ void LiveRobot::add_device(const std::string& port,
 
 void LiveRobot::add_base() {
   if (spec_.base == "hcs12") return add_hcs12();
-  require(spec_.base == "p2os", "base '" + spec_.base + "': expected hcs12 or p2os");
+  if (spec_.base == "text") return add_text();
+  require(spec_.base == "p2os", "base '" + spec_.base + "': expected hcs12, p2os or text");
   add_p2os();
 }
 
@@ -90,6 +93,19 @@ void LiveRobot::add_hcs12() {
   const double click_m = std::numbers::pi * spec_.wheel_diameter_m / kClicksPerWheelTurn;
   wheels_.left_m = [base = board.get(), click_m] { return base->left_clicks() * click_m; };
   wheels_.right_m = [base = board.get(), click_m] { return base->right_clicks() * click_m; };
+  add_device("base", std::move(board));
+}
+
+void LiveRobot::add_text() {
+  namespace textbase = drivers::textbase;
+  auto board = std::make_unique<textbase::TextBoard>(textbase::TextBoardOptions{}, [this] {
+    const Contact& contact = floor_.contact();
+    if (!contact.front) return 0U;
+    return contact.bearing_rad >= 0.0 ? textbase::kLeftBumper : textbase::kRightBumper;
+  });
+  const double tick_m = std::numbers::pi * spec_.wheel_diameter_m / kTicksPerWheelTurn;
+  wheels_.left_m = [base = board.get(), tick_m] { return base->left_ticks() * tick_m; };
+  wheels_.right_m = [base = board.get(), tick_m] { return base->right_ticks() * tick_m; };
   add_device("base", std::move(board));
 }
 

@@ -58,6 +58,7 @@ class LiveRobot {
   void add_base();
   void add_hcs12();
   void add_p2os();
+  void add_text();
   void add_pantilt();
   void add_laser(const LiveLaserSpec& spec, uint64_t seed);
   void add_imu();

@@ -7,6 +7,7 @@
 #include "drivers/imu/codec.hpp"
 #include "drivers/p2os/accessories.hpp"
 #include "drivers/p2os/codec.hpp"
+#include "drivers/textbase/codec.hpp"
 #include "tests/fuzz/telegrams.hpp"
 
 namespace marco::fuzz {
@@ -80,7 +81,7 @@ void sonar_reads(const std::vector<uint32_t>& times) {
     hcs12::SonarCollector collector;
     collector.begin(times.size());
     std::optional<std::vector<uint32_t>> read;
-    hcs12::LineCutter lines;
+    LineCutter lines;
     for (const char c : hcs12::encode_sonar(times, form)) {
       if (const auto line = lines.push(static_cast<uint8_t>(c)); line && !read) {
         read = collector.push(*line);
@@ -133,13 +134,13 @@ void hcs12_line(const std::string& line) {
 }
 
 MARCO_FUZZ(hcs12) {
-  hcs12::LineCutter cutter;
+  LineCutter cutter;
   hcs12::SonarCollector sonar;
   const std::size_t readings = bytes.empty() ? 16 : 1 + bytes.back() % 16;
   for (const uint8_t byte : bytes) {
     const auto line = cutter.push(byte);
     if (!line) continue;
-    promise(line->size() <= hcs12::LineCutter::kMaxLine, "no overlong line");
+    promise(line->size() <= LineCutter::kMaxLine, "no overlong line");
     hcs12_line(*line);
     if (!sonar.collecting()) sonar.begin(readings);
     if (const auto times = sonar.push(*line)) {
@@ -190,6 +191,35 @@ MARCO_FUZZ(p2os) {
           }
         }
       });
+}
+
+MARCO_FUZZ(textbase) {
+  Input input(bytes);
+  const Way way = way_of(input);
+  // Lines with a sum that fits, or bytes as they are.
+  const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
+    const std::string line =
+        textbase::with_sum({reinterpret_cast<const char*>(piece.data()), piece.size()}) + "\n";
+    return Bytes(line.begin(), line.end());
+  });
+  LineCutter cutter(textbase::kMaxLine);
+  for (const uint8_t byte : stream) {
+    const auto line = cutter.push(byte);
+    if (!line) continue;
+    promise(line->size() <= textbase::kMaxLine, "no overlong line");
+    const auto body = textbase::without_sum(*line);
+    if (!body) continue;
+    if (const auto said = textbase::parse_board_line(body->text)) {
+      promise(textbase::parse_board_line(textbase::encode(*said)) == said,
+              "what a board says reads as it was written");
+    }
+    if (const auto said = textbase::parse_host_line(body->text)) {
+      const std::string written = textbase::with_sum(textbase::encode(*said));
+      const auto again = textbase::without_sum(written);
+      promise(again && textbase::parse_host_line(again->text) == said,
+              "what a host says reads as it was written");
+    }
+  }
 }
 
 }  // namespace

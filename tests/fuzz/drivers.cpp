@@ -10,6 +10,8 @@
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/imu/driver.hpp"
 #include "drivers/imu/emulator.hpp"
+#include "drivers/ldlidar/driver.hpp"
+#include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/driver.hpp"
 #include "drivers/leuze/emulator.hpp"
 #include "drivers/leuze/service_driver.hpp"
@@ -20,6 +22,10 @@
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/driver.hpp"
 #include "drivers/sick/emulator.hpp"
+#include "drivers/textbase/driver.hpp"
+#include "drivers/textbase/emulator.hpp"
+#include "drivers/ydlidar/driver.hpp"
+#include "drivers/ydlidar/emulator.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace marco::fuzz {
@@ -76,7 +82,7 @@ void run_laser(Input input, const Options& options) {
 
 MARCO_FUZZ(laser_driver) {
   Input input(bytes);
-  switch (input.byte() % 5) {
+  switch (input.byte() % 7) {
     case 0:
       return run_laser<sick::SickDriver>(input, sick::SickOptions{});
     case 1:
@@ -85,8 +91,12 @@ MARCO_FUZZ(laser_driver) {
       return run_laser<rplidar::RplidarDriver>(input, rplidar::RplidarOptions{});
     case 3:
       return run_laser<leuze::LeuzeDriver>(input, leuze::LeuzeOptions{});
-    default:
+    case 4:
       return run_laser<leuze::LeuzeServiceDriver>(input, leuze::LeuzeOptions{});
+    case 5:
+      return run_laser<ldlidar::LdlidarDriver>(input, ldlidar::LdlidarOptions{});
+    default:
+      return run_laser<ydlidar::YdlidarDriver>(input, ydlidar::YdlidarOptions{});
   }
 }
 
@@ -130,8 +140,16 @@ void drive(BaseDriver& driver, Input input) {
 
 MARCO_FUZZ(base_driver) {
   Input input(bytes);
-  if (input.byte() % 2 == 0) {
+  const int which = input.byte() % 3;
+  if (which == 0) {
     hcs12::Hcs12Base driver{hcs12::Hcs12BaseOptions{}};
+    drive(driver, input);
+  } else if (which == 2) {
+    textbase::TextBaseOptions options;
+    options.ticks_per_turn = 1440.0;
+    options.wheel_diameter_m = 0.065;
+    options.track_m = 0.16;
+    textbase::TextBase driver(options);
     drive(driver, input);
   } else {
     p2os::P2osBase driver{p2os::P2osOptions{}};
@@ -164,7 +182,7 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
     promise(sweep.beams >= 0 && sweep.beams < 100000, "a sweep has its laser's beams");
     return std::vector<double>(static_cast<std::size_t>(sweep.beams), 1.0);
   };
-  switch (choice % 8) {
+  switch (choice % 11) {
     case 0:
       return std::make_unique<sick::SickEmulator>(world, sick::SickEmulatorOptions{});
     case 1:
@@ -180,8 +198,14 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
       return std::make_unique<hcs12::PanTiltEmulator>(hcs12::PanTiltEmulatorOptions{});
     case 6:
       return std::make_unique<p2os::P2osEmulator>();
-    default:
+    case 7:
       return std::make_unique<imu::ImuEmulator>([](Utime) { return imu::Motion{}; });
+    case 8:
+      return std::make_unique<ldlidar::LdlidarEmulator>(world, ldlidar::LdlidarEmulatorOptions{});
+    case 9:
+      return std::make_unique<textbase::TextBoard>();
+    default:
+      return std::make_unique<ydlidar::YdlidarEmulator>(world, ydlidar::YdlidarEmulatorOptions{});
   }
 }
 

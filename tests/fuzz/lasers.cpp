@@ -1,8 +1,10 @@
 // Bytes from lasers.
 #include "drivers/hokuyo/codec.hpp"
+#include "drivers/ldlidar/codec.hpp"
 #include "drivers/leuze/codec.hpp"
 #include "drivers/rplidar/codec.hpp"
 #include "drivers/sick/codec.hpp"
+#include "drivers/ydlidar/answer_parser.hpp"
 #include "tests/fuzz/telegrams.hpp"
 
 namespace marco::fuzz {
@@ -193,6 +195,85 @@ MARCO_FUZZ(rplidar) {
         requests.push(part);
       },
       drain);
+}
+
+MARCO_FUZZ(ldlidar) {
+  Input input(bytes);
+  const Way way = way_of(input);
+  const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
+    Input fields(piece);
+    ldlidar::Packet packet;
+    packet.speed_deg_per_s = fields.byte() * 256;
+    packet.start_cdeg = fields.byte() * 145;
+    packet.end_cdeg = fields.byte() * 145;
+    packet.stamp_ms = fields.byte() * 256;
+    for (ldlidar::Sample& sample : packet.samples) sample = {fields.byte() * 256, fields.byte()};
+    Bytes made;
+    append(made, ldlidar::encode_packet(packet));
+    return made;
+  });
+  ldlidar::PacketParser parser;
+  feed(
+      stream, way.step, [&](auto part) { parser.push(part); },
+      [&parser] {
+        while (const auto received = parser.next()) {
+          const auto packet = ldlidar::decode_packet(ldlidar::encode_packet(received->packet));
+          promise(packet == received->packet, "a packet reads as it was written");
+          for (int i = 0; i < ldlidar::kPacketSamples; ++i) {
+            const double angle = ldlidar::sample_angle_deg(*packet, i);
+            promise(angle >= 0.0 && angle < 360.0, "a sample's angle lies within a turn");
+          }
+        }
+      });
+}
+
+MARCO_FUZZ(ydlidar) {
+  Input input(bytes);
+  const Way way = way_of(input);
+  const auto form = static_cast<ydlidar::SampleForm>(input.byte() % 3);
+  const Bytes stream = gather(input, way, [form](std::span<const uint8_t> piece) {
+    Input fields(piece);
+    const uint8_t what = fields.byte();
+    if (what % 8 == 0) {
+      return ydlidar::encode_header(fields.byte(), fields.byte() % 2 != 0, fields.byte());
+    }
+    ydlidar::Packet packet;
+    packet.turn_start = what % 8 == 1;
+    packet.frequency_dhz = fields.byte() / 2;
+    packet.first_q6 = fields.byte() * 90;
+    packet.last_q6 = fields.byte() * 90;
+    do {
+      packet.samples.push_back({fields.byte() * 64.0, fields.byte()});
+    } while (!fields.empty() && packet.samples.size() < ydlidar::kMaxSamples);
+    return ydlidar::encode_packet(packet, form);
+  });
+  ydlidar::AnswerParser parser;
+  const auto drain = [&parser] {
+    while (const auto answer = parser.next()) {
+      if (answer->kind != ydlidar::kPackets) {
+        promise(!answer->data.empty() && answer->data.size() <= ydlidar::kInfoSize,
+                "a reply has its kind's length");
+        if (answer->data.size() == ydlidar::kInfoSize) {
+          promise(!ydlidar::model_name(ydlidar::decode_info(answer->data).model).empty(),
+                  "every model has a name");
+        }
+        continue;
+      }
+      const ydlidar::Packet& packet = answer->packet;
+      const Bytes again = ydlidar::encode_packet(packet, answer->form);
+      const auto twice = ydlidar::decode_packet(again, answer->form);
+      promise(twice && twice->samples == packet.samples, "a packet reads as it was written");
+      for (std::size_t i = 0; i < packet.samples.size(); ++i) {
+        const double angle = ydlidar::sample_angle_deg(packet, i);
+        promise(angle >= 0.0 && angle < 360.0, "a sample's angle lies within a turn");
+        const double correction = ydlidar::angle_correction_deg(packet.samples[i].range_mm);
+        promise(correction > -90.0 && correction < 90.0, "no laser looks behind its light");
+      }
+    }
+  };
+  feed(
+      stream, way.step, [&](auto part) { parser.push(part); }, drain);
+  parser.clear();
 }
 
 }  // namespace

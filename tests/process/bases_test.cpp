@@ -203,5 +203,48 @@ rows = 10
   EXPECT_FALSE(std::filesystem::exists(file("ports/base")));  // its links go with it
 }
 
+// The robot of config/homemade.procman.
+TEST_F(LiveRobotProcesses, AHomeMadeRobotDrives) {
+  Child sim("marco-sim",
+            {"--config", "config/robots/homemade.toml", "--world", "config/worlds/lab.toml",
+             "--start", "2", "3", "0", "--ports", file("ports")},
+            log("sim"));
+  ASSERT_TRUE(wait(kPatienceS, [&] { return counts_[channels::kTruePose] > 0; }));
+  const auto driver_of = [this](const std::string& name, const std::string& port) {
+    return std::vector<std::string>{"--config", "config/robots/homemade/" + name + ".toml",
+                                    "--device", file("ports/" + port)};
+  };
+  Child base("marco-textbase", driver_of("textbase", "base"), log("base"));
+  Child laser("marco-ldlidar", driver_of("ldlidar", "laser"), log("laser"));
+  ASSERT_TRUE(wait(kPatienceS, [&] {
+    return base_ && base_->link == BaseStatus::Link::up && counts_[channels::kLidar] > 5;
+  }));
+  EXPECT_NEAR(static_cast<double>(beams_), 450.0, 1.0);
+  BaseCommand command;
+  command.kind = BaseCommand::Kind::move;
+  command.distance_m = 0.5;
+  ASSERT_TRUE(wait(kPatienceS, [&] {
+    const bool ended = base_->command_id == command.id && command.id != 0;
+    if (!ended || base_->command == BaseStatus::Command::refused) {
+      command.utime = drivers::wall_now();
+      command.id = command.utime.us;
+      bus_.publish(channels::kBaseCommand, to_message(command));
+      wait(1.0, [&] { return base_->command_id == command.id; });
+    }
+    return base_->command_id == command.id && base_->command == BaseStatus::Command::done;
+  })) << base_->note;
+  wait(0.3, [] { return false; });
+  EXPECT_NEAR(truth_->world_from_robot.x_m, 2.5, 0.2);  // wheels slip by 0.15 m
+  EXPECT_NEAR(odometry_->odom_from_robot.x_m, 0.5, 0.03);
+  EXPECT_EQ(base_->battery_v, std::vector<double>{7.4});
+  base.send(SIGTERM);
+  laser.send(SIGTERM);
+  ASSERT_TRUE(wait(kPatienceS, [&] { return base.ended() && laser.ended(); }));
+  EXPECT_EQ(*base.ended(), 0);
+  EXPECT_EQ(*laser.ended(), 0);
+  sim.send(SIGTERM);
+  ASSERT_TRUE(wait(kPatienceS, [&] { return sim.ended().has_value(); }));
+}
+
 }  // namespace
 }  // namespace marco

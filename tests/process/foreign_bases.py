@@ -31,16 +31,16 @@ def check(what, value, wanted, tolerance=None):
 
 
 class Line:
-    """A serial line, raw, 9600 8N1."""
+    """A serial line, raw, 8N1."""
 
-    def __init__(self, path):
+    def __init__(self, path, speed=termios.B9600):
         until = time.monotonic() + PATIENCE_S
         while not os.path.exists(path) and time.monotonic() < until:
             time.sleep(0.05)
         self.fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self.fd)
         settings = termios.tcgetattr(self.fd)
-        settings[4] = settings[5] = termios.B9600
+        settings[4] = settings[5] = speed
         termios.tcsetattr(self.fd, termios.TCSANOW, settings)
 
     def write(self, data):
@@ -317,11 +317,85 @@ def judge_pantilt(port):
     check("tilt", axes()["tilt"], 10)
     board.ask("g10")
     board.ask("e0")
-    board.wait("back", lambda: not axes()["moving"])
-    check("both", (axes()["pan"], axes()["tilt"]), (10, 0))
+    # Asked right behind an order it may say that it does not move yet.
+    board.wait("both at 10 and 0", lambda: (now := axes())["moving"] == 0 and (now["pan"], now["tilt"]) == (10, 0))
     board.ask("g5")
     check("w with flags", board.ask("w20000 1 0"), "w")
     check("arrived", axes()["pan"], 5)
+    board.line.close()
+
+
+# ---- The text protocol of docs/text_base.md, by that page alone -----------------------------------------------
+
+
+def summed(text):
+    total = 0
+    for byte in text.encode():
+        total ^= byte
+    return f"{text}*{total:02X}"
+
+
+class TextBoard(Board):
+    """Lines with sums, once it was sent one."""
+
+    def next_text(self, letter):
+        """The next line of this letter; others are checked and passed over."""
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            line = self.next_line()
+            if line is None:
+                break
+            text = line.rsplit("*", 1)[0]
+            check(f"sum of {line!r}", summed(text), line)
+            if text[0] == letter:
+                return text
+        sys.exit(f"FAILED: no line {letter}")
+
+    def say(self, text):
+        self.line.write((summed(text) + "\n").encode())
+
+    def report(self):
+        found = re.fullmatch(r"T (\d+) (-?\d+) (-?\d+) (\d+)", self.next_text("T"))
+        check("form of a report", found is not None, True)
+        return [int(number) for number in found.groups()]
+
+
+def judge_text_base(port):
+    for text, line in (("M 250 -250", "M 250 -250*60"), ("M 0 0", "M 0 0*4D")):
+        check("this client's sum", summed(text), line)
+    board = TextBoard(Line(port, termios.B115200))
+    found = re.fullmatch(r"V 1 (\S+) (\S+) wd=(\d+)", board.next_line())
+    check("greeting", found is not None and int(found[3]) == 500, True)
+    board.say("V?")
+    check("answer to V?", board.next_text("V"), found[0])
+    for order, answer in (("W 400", "K W 400"), ("R 10", "K R 10")):
+        board.say(order)
+        check(order, board.next_text("K"), answer)
+    for order, number in (("W 99", 3), ("W 2001", 3), ("R 4", 3), ("R 1001", 3), ("Q", 1), ("M 1", 1), ("M 1 2 3", 1)):
+        board.say(order)
+        check(order, int(board.next_text("E").split()[1]), number)
+    board.line.write(b"M 250 -250*61\n")
+    check("a wrong sum", int(board.next_text("E").split()[1]), 2)
+    check("motors off at first", board.report()[3], 0)
+    check("battery [mV]", int(board.next_text("B").split()[1]), 7400, 1000)
+
+    first = board.report()
+    while (now := board.report())[0] - first[0] < 1500:
+        board.say("M 1000 -600")
+    check("reports are 10 ms apart", board.report()[0] - board.report()[0], -10, 11)
+    check("motors on", now[3], 1)
+    seconds = (now[0] - first[0]) / 1000
+    check("left ticks", now[1] - first[1], 1000 * seconds, 150)
+    check("right ticks", now[2] - first[2], -600 * seconds, 100)
+    check("the watchdog is told", int(board.next_text("E").split()[1]), 4)
+    before = board.report()
+    check("flag of the watchdog", before[3], 2)
+    until = time.monotonic() + 1.0
+    while time.monotonic() < until:
+        after = board.report()
+    check("the wheels stand", after[1] - before[1] < 300, True)
+    last = board.report()
+    check("and stay", board.report()[1:3], last[1:3])
     board.line.close()
 
 
@@ -330,7 +404,8 @@ def main():
         sys.exit(__doc__)
     simulator, config = sys.argv[1:]
     for robot, judges in (("marco", (("base", judge_pioneer),)),
-                          ("michoacan", (("pantilt", judge_pantilt), ("base", judge_base)))):
+                          ("michoacan", (("pantilt", judge_pantilt), ("base", judge_base))),
+                          ("homemade", (("base", judge_text_base),))):
         with tempfile.TemporaryDirectory() as folder:
             process = subprocess.Popen(
                 [simulator, "--config", f"{config}/robots/{robot}.toml", "--world", f"{config}/worlds/lab.toml",

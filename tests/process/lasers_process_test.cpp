@@ -17,15 +17,18 @@
 #include <utility>
 
 #include "drivers/hokuyo/emulator.hpp"
+#include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/emulator.hpp"
 #include "drivers/leuze/service_emulator.hpp"
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/emulator.hpp"
 #include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "drivers/ydlidar/emulator.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "marco/lidar_raw_t.hpp"
 #include "marco/process_status_t.hpp"
 
 extern char** environ;
@@ -104,7 +107,7 @@ class Stage {
   }
   std::vector<LaserScan> scans;  // lidar_raw_t
   std::vector<LaserScan> planar_scans;
-  std::vector<double> arrival_after_stamp_s;
+  std::vector<float> intensities;  // of the last one
   std::optional<SensorInfo> info;
   std::string state;
   double latency_max_s = 0.0;
@@ -138,6 +141,11 @@ class Stage {
     auto* scan = std::get_if<LaserScan>(&*sample);
     if (scan == nullptr) return;
     const bool raw = channels::is_raw_lidar(channel);
+    if (raw) {
+      lidar_raw_t whole;
+      whole.decode(message.bytes.data(), 0, static_cast<int>(message.bytes.size()));
+      intensities = whole.intensities;
+    }
     (raw ? scans : planar_scans).push_back(std::move(*scan));
     if (!raw) expect_the_scan_before();
   }
@@ -275,12 +283,18 @@ TEST(LaserProcess, AfterTheDriverStoodStillTheStampsAreRight) {
 }
 
 // Runs a driver against a port until it has published some scans.
-LaserScan one_scan(EmulatorPort& port, const std::string& program, const std::string& config) {
+LaserScan one_scan(EmulatorPort& port,
+                   const std::string& program,
+                   const std::string& config,
+                   float intensity = 0.0F) {
   Stage stage(port);
   Driver driver(program, port.address(), config);
   EXPECT_TRUE(stage.run_until(kPatienceS, [&] { return stage.scans.size() >= 8 && stage.info; }))
       << program << ": " << stage.state;
   EXPECT_EQ(driver.stop(), 0);
+  EXPECT_THAT(stage.intensities, ::testing::Contains(intensity));
+  std::printf("%s: %.3f s of CPU for %zu scans\n", program.c_str(), driver.cpu_s(),
+              stage.scans.size());
   return stage.scans.empty() ? LaserScan{} : stage.scans.back();
 }
 
@@ -296,6 +310,17 @@ TEST(LaserProcess, TheOthersPublishToo) {
   scan = one_scan(rplidar_port, "marco-rplidar", "");
   EXPECT_EQ(scan.channel, "LIDAR_RAW");
   EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
+
+  for (const auto& model : {ldlidar::LdlidarEmulatorOptions{}, ldlidar::stl27l()}) {
+    ldlidar::LdlidarEmulator ldlidar(flat_wall, model);
+    EmulatorPort ldlidar_port = EmulatorPort::pty(ldlidar);
+    EXPECT_NEAR(ahead_m(one_scan(ldlidar_port, "marco-ldlidar", "", 200.0F)), 2.0, 0.001);
+  }
+  for (const auto& model : {ydlidar::x2(), ydlidar::YdlidarEmulatorOptions{}, ydlidar::g4()}) {
+    ydlidar::YdlidarEmulator ydlidar(flat_wall, model);
+    EmulatorPort ydlidar_port = EmulatorPort::pty(ydlidar);
+    EXPECT_NEAR(ahead_m(one_scan(ydlidar_port, "marco-ydlidar", "")), 2.0, 0.001);
+  }
 
   leuze::LeuzeEmulatorOptions over_tcp;
   over_tcp.baud = 0;

@@ -42,6 +42,8 @@ class DrivenRobot {
                                "config/robots/michoacan/base.toml"};
   static constexpr Kind kPioneer{"p2os", "config/robots/marco.toml", "marco-p2os",
                                  "config/robots/marco/p2os.toml"};
+  static constexpr Kind kHomeMade{"textbase", "config/robots/homemade.toml", "marco-textbase",
+                                  "config/robots/homemade/textbase.toml"};
 
   explicit DrivenRobot(const Kind& kind) : kind_(kind), bus_("") {
     bus_.subscribe<pose2_t>(channels::kTruePose, drops_, [this](const auto& message, const auto&) {

@@ -77,7 +77,9 @@ TEST_P(StoppingTimes, OfALegAreItsOwn) {
 
 INSTANTIATE_TEST_SUITE_P(Bases,
                          StoppingTimes,
-                         ::testing::Values(DrivenRobot::kHcs12, DrivenRobot::kPioneer),
+                         ::testing::Values(DrivenRobot::kHcs12,
+                                           DrivenRobot::kPioneer,
+                                           DrivenRobot::kHomeMade),
                          [](const auto& base) { return std::string(base.param.name); });
 
 }  // namespace

@@ -3,12 +3,16 @@
 
 #include "drivers/hokuyo/driver.hpp"
 #include "drivers/hokuyo/emulator.hpp"
+#include "drivers/ldlidar/driver.hpp"
+#include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/driver.hpp"
 #include "drivers/leuze/emulator.hpp"
 #include "drivers/rplidar/driver.hpp"
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/driver.hpp"
 #include "drivers/sick/emulator.hpp"
+#include "drivers/ydlidar/driver.hpp"
+#include "drivers/ydlidar/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers {
@@ -97,6 +101,47 @@ Device rplidar_laser() {
                                                             clock);
           }};
 }
+
+Device ldlidar_laser(const char* name, const ldlidar::LdlidarEmulatorOptions& options) {
+  auto laser = std::make_unique<ldlidar::LdlidarEmulator>(test_world, options);
+  ldlidar::LdlidarEmulator* pressed = laser.get();
+  // 0.3 s of learning its period, a turn of 0.1 s after the first, which is not whole.
+  return {name,
+          0.5,
+          options.power_on_s,
+          true,
+          std::move(laser),
+          [pressed](Utime now) { pressed->power_cycle(now); },
+          {9600},
+          [](ByteStream& stream, Clock clock) {
+            return std::make_unique<ldlidar::LdlidarDriver>(stream, ldlidar::LdlidarOptions{},
+                                                            clock);
+          }};
+}
+Device ld19_laser() { return ldlidar_laser("LD19", {}); }
+Device stl27l_laser() { return ldlidar_laser("STL27L", ldlidar::stl27l()); }
+
+Device ydlidar_laser(const char* name,
+                     double own_s,
+                     const ydlidar::YdlidarEmulatorOptions& options) {
+  auto laser = std::make_unique<ydlidar::YdlidarEmulator>(test_world, options);
+  ydlidar::YdlidarEmulator* pressed = laser.get();
+  return {name,
+          own_s,
+          options.power_on_s,
+          true,
+          std::move(laser),
+          [pressed](Utime now) { pressed->power_cycle(now); },
+          {9600},
+          [](ByteStream& stream, Clock clock) {
+            return std::make_unique<ydlidar::YdlidarDriver>(stream, ydlidar::YdlidarOptions{},
+                                                            clock);
+          }};
+}
+// The motor's 0.5 s, 1 s of learning the period, two turns of 0.14 s; an X2 is asked three times.
+Device x4_laser() { return ydlidar_laser("X4", 1.8, {}); }
+Device g4_laser() { return ydlidar_laser("G4", 1.8, ydlidar::g4()); }
+Device x2_laser() { return ydlidar_laser("X2", 2.7, ydlidar::x2()); }
 
 Device leuze_laser() {
   return {"Leuze",
@@ -269,11 +314,19 @@ TEST_P(LaserRecovery, StampsAreRightAfterTheHostStoodStill) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Lasers,
-    LaserRecovery,
-    ::testing::Values(sick_laser, fast_sick_laser, hokuyo_laser, rplidar_laser, leuze_laser),
-    [](const auto& one) { return std::string(one.param().name); });
+INSTANTIATE_TEST_SUITE_P(Lasers,
+                         LaserRecovery,
+                         ::testing::Values(sick_laser,
+                                           fast_sick_laser,
+                                           hokuyo_laser,
+                                           rplidar_laser,
+                                           ld19_laser,
+                                           stl27l_laser,
+                                           x2_laser,
+                                           x4_laser,
+                                           g4_laser,
+                                           leuze_laser),
+                         [](const auto& one) { return std::string(one.param().name); });
 
 }  // namespace
 }  // namespace marco::drivers

@@ -89,7 +89,8 @@ TEST(LiveRobot, EveryDeviceRunsWithNobodyConnected) {
   spec.base = "p2os";
   spec.track_m = 0.357;
   spec.imu = true;
-  for (const char* device : {"sick", "leuze", "leuze_service", "hokuyo", "rplidar"}) {
+  for (const char* device : {"sick", "leuze", "leuze_service", "hokuyo", "rplidar", "ld19",
+                             "stl27l", "ydlidar_x2", "ydlidar_x4", "ydlidar_g4"}) {
     LiveLaserSpec laser;
     laser.device = device;
     spec.lasers.push_back(laser);
@@ -102,13 +103,13 @@ TEST(LiveRobot, EveryDeviceRunsWithNobodyConnected) {
     for (const LiveRobot::Device& device : robot.devices()) device.emulator->advance(now, out);
     robot.update(now);
   }
-  EXPECT_EQ(robot.devices().size(), 7U);
+  EXPECT_EQ(robot.devices().size(), 12U);
 }
 
 TEST(LiveRobot, TheShippedRobotsCanBeBuilt) {
   const RayCaster rays(square_room());
   const std::pair<const char*, std::size_t> robots[] = {
-      {"marco", 3}, {"michoacan", 3}, {"two_lasers", 3}};
+      {"homemade", 2}, {"marco", 3}, {"michoacan", 3}, {"two_lasers", 3}};
   for (const auto& [name, devices] : robots) {
     const auto spec =
         process::load_options<RobotSpec>(std::string("config/robots/") + name + ".toml");

@@ -14,6 +14,8 @@
 #include "drivers/imu/emulator.hpp"
 #include "drivers/p2os/driver.hpp"
 #include "drivers/p2os/emulator.hpp"
+#include "drivers/textbase/driver.hpp"
+#include "drivers/textbase/emulator.hpp"
 
 namespace marco::drivers {
 namespace {
@@ -89,6 +91,19 @@ TEST(Recovery, Pioneer) {
   expect_returns<p2os::P2osBase>(
       "Pioneer", bench, [&] { return driver.status().link == BaseStatus::Link::up; },
       [&] { robot.reset(); }, 0.5);
+}
+
+TEST(Recovery, TextBase) {
+  textbase::TextBoard board;
+  textbase::TextBaseOptions options;
+  options.ticks_per_turn = 1440.0;
+  options.wheel_diameter_m = 0.065;
+  options.track_m = 0.16;
+  textbase::TextBase driver(options);
+  testing::Bench<textbase::TextBase> bench(driver, board, textbase::kBaud);
+  expect_returns<textbase::TextBase>(
+      "text base", bench, [&] { return driver.status().link == BaseStatus::Link::up; },
+      [&] { board.reset(bench.now()); }, 1.0);
 }
 
 TEST(Recovery, Imu) {

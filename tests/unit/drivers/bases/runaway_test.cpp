@@ -10,7 +10,9 @@
 #include "driven_base.hpp"
 #include "drivers/p2os/driver.hpp"
 #include "drivers/p2os/emulator.hpp"
+#include "drivers/textbase/emulator.hpp"
 #include "hcs12_base.hpp"
+#include "text_base.hpp"
 
 namespace marco::drivers {
 namespace {
@@ -41,6 +43,19 @@ struct Hcs12 : testing::Hcs12OnBench {
   double way_m() const { return board.left_clicks() * std::numbers::pi * 0.3 / 65500.0; }
 };
 
+struct HomeMadeParts {
+  textbase::TextBoard robot;
+  textbase::TextBase driver{textbase::small_robot()};
+};
+
+struct HomeMade : HomeMadeParts, testing::DrivenBase<textbase::TextBase> {
+  HomeMade() : DrivenBase(driver, robot, textbase::kBaud) {}
+  bool moves() const {  // its wheels creep to a stand: 3 mm/s
+    return std::abs(robot.left_ticks_per_s()) > 20.0 || std::abs(robot.right_ticks_per_s()) > 20.0;
+  }
+  double way_m() const { return robot.left_ticks() / ticks_per_m(textbase::small_robot()); }
+};
+
 /// What all bases do alike.
 template <class Base>
 class AnyBase : public ::testing::Test {
@@ -64,7 +79,7 @@ class AnyBase : public ::testing::Test {
   }
   std::string note() const { return base_.driver.status().note; }
 };
-using Bases = ::testing::Types<Hcs12, Pioneer>;
+using Bases = ::testing::Types<Hcs12, Pioneer, HomeMade>;
 TYPED_TEST_SUITE(AnyBase, Bases);
 
 constexpr Kind kMotions[] = {Kind::move, Kind::turn, Kind::velocity, Kind::go_to};

@@ -1,6 +1,6 @@
-#include "drivers/rplidar/sample_clock.hpp"
+#include "drivers/laser/sample_clock.hpp"
 
-namespace marco::drivers::rplidar {
+namespace marco::drivers {
 namespace {
 
 constexpr double kNoteEveryS = 0.015;
@@ -33,4 +33,4 @@ Utime SampleClock::time_of(int64_t sample) const {
          Duration::from_seconds(static_cast<double>(sample - noted_sample_) * host_sample_s());
 }
 
-}  // namespace marco::drivers::rplidar
+}  // namespace marco::drivers

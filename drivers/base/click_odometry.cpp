@@ -1,11 +1,11 @@
-#include "drivers/hcs12/click_odometry.hpp"
+#include "drivers/base/click_odometry.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "drivers/base/arc.hpp"
 
-namespace marco::drivers::hcs12 {
+namespace marco::drivers {
 
 OdometrySample ClickOdometry::count(const Step& step, Utime measured) {
   const OdometrySample sample = predict(step, measured);
@@ -30,4 +30,4 @@ OdometrySample ClickOdometry::predict(const Step& step, Utime now) {
   return sample;
 }
 
-}  // namespace marco::drivers::hcs12
+}  // namespace marco::drivers

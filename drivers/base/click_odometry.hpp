@@ -2,7 +2,7 @@
 
 #include "common/samples.hpp"
 
-namespace marco::drivers::hcs12 {
+namespace marco::drivers {
 
 /// Dead reckoning from the clicks of the two wheels. Stamps never go back: a counted pose is as old
 /// as its line, and predictions may have been published since.
@@ -38,4 +38,4 @@ class ClickOdometry {
   Utime last_stamp_;
 };
 
-}  // namespace marco::drivers::hcs12
+}  // namespace marco::drivers

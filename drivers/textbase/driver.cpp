@@ -1,0 +1,299 @@
+#include "drivers/textbase/driver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "drivers/transport/paced_output.hpp"
+#include "lcm_tools/base/check.hpp"
+
+namespace marco::drivers::textbase {
+namespace {
+
+using Link = BaseStatus::Link;
+
+// A boot loader that the opening of the port started listens so long, and takes what it hears for a
+// program.
+constexpr double kBootS = 2.0;
+constexpr double kAskEveryS = 0.5;
+constexpr double kSilentS = 0.5;
+constexpr double kMotionEveryS = 0.05;
+constexpr int kWatchdogMs = 500;
+constexpr int kReportMs = 20;
+constexpr int kStill = 4;           // reports
+constexpr double kNoMotionS = 1.0;  // then the wheels are blocked
+constexpr double kDelayS = 0.1;     // from an order to the wheels and back
+constexpr double kCloseM = 0.003, kCloseRad = deg_to_rad(0.5);
+
+Duration seconds(double value) { return Duration::from_seconds(value); }
+
+void send(const HostLine& line, std::vector<uint8_t>& out) {
+  const std::string text = with_sum(encode(line)) + "\n";
+  out.insert(out.end(), text.begin(), text.end());
+}
+
+const TextBaseOptions& checked(const TextBaseOptions& options) {
+  validate(options, "textbase");
+  require(options.ticks_per_turn > 0.0 && options.wheel_diameter_m > 0.0 && options.track_m > 0.0,
+          "base.ticks_per_turn, base.wheel_diameter_m and base.track_m have no defaults: count the "
+          "ticks of a wheel's turn, and measure the wheel and the way between the wheels");
+  return options;
+}
+
+}  // namespace
+
+TextBase::TextBase(const TextBaseOptions& options)
+    : BaseDriver("textbase", options.speeds, options.guard),
+      options_(checked(options)),
+      odometry_(tick_m(), options.track_m) {
+  TextBase::speeds_changed();
+}
+
+double TextBase::tick_m() const {
+  return std::numbers::pi * options_.wheel_diameter_m / options_.ticks_per_turn;
+}
+
+void TextBase::speeds_changed() {
+  velocity_.limit = speeds().velocity_m_per_s;
+  velocity_.acceleration = velocity_.deceleration = speeds().acceleration_m_per_s2;
+  rate_.limit = speeds().yaw_rate_rad_per_s;
+  // The wheels' acceleration, at their distance from the middle.
+  rate_.acceleration = rate_.deceleration =
+      speeds().acceleration_m_per_s2 / (options_.track_m / 2.0);
+}
+
+double TextBase::stop_distance_m() const {
+  const double v = std::abs(velocity_.speed);
+  return 0.5 * v * v / velocity_.deceleration + kDelayS * v;
+}
+
+void TextBase::on_connection(bool connected, Utime now) {
+  connected_ = connected;
+  cutter_.clear();
+  begin_session(Phase::booting, now);
+  next_ask_ = now + seconds(kBootS);
+  set_link(Link::down, connected ? "waiting for the board" : "the line is gone", now);
+}
+
+void TextBase::begin_session(Phase phase, Utime now) {
+  phase_ = phase;
+  next_ask_ = understood_ = now;
+  refused_ = has_sums_ = watchdog_set_ = reports_set_ = false;
+  complaint_.clear();
+  odometry_.restart();
+  stand();
+}
+
+void TextBase::stand() {
+  course_.reset();
+  stopping_ = false;
+  halt();
+}
+
+void TextBase::halt() { velocity_.speed = velocity_.goal = rate_.speed = rate_.goal = 0.0; }
+
+void TextBase::receive(std::span<const uint8_t> bytes, Utime now) {
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const auto line = cutter_.push(bytes[i]);
+    if (line && !line->empty()) on_line(*line, now - line_time(bytes.size() - 1 - i, kBaud));
+  }
+}
+
+void TextBase::on_line(const std::string& line, Utime now) {
+  const auto body = without_sum(line);
+  const auto parsed = body ? parse_board_line(body->text) : std::nullopt;
+  // A board that has just started does not know yet that its host has sums.
+  const bool may_lack_sum = parsed && (!has_sums_ || std::holds_alternative<Hello>(*parsed));
+  if (!parsed || (!body->had_sum && !may_lack_sum)) {
+    ++bad_lines_;
+    return;
+  }
+  has_sums_ = body->had_sum;
+  understood_ = now;
+  if (const auto* hello = std::get_if<Hello>(&*parsed)) on_hello(*hello, now);
+  if (const auto* done = std::get_if<Done>(&*parsed)) {
+    watchdog_set_ = watchdog_set_ || *done == Done{'W', kWatchdogMs};
+    reports_set_ = reports_set_ || *done == Done{'R', kReportMs};
+  }
+  if (const auto* battery = std::get_if<Battery>(&*parsed)) {
+    edit_status().battery_v = {1e-3 * battery->millivolts};
+  }
+  if (const auto* complaint = std::get_if<Complaint>(&*parsed)) on_complaint(*complaint, now);
+  if (const auto* report = std::get_if<Report>(&*parsed)) {
+    on_report(*report, now - line_time(line.size() + 1, kBaud));
+  }
+}
+
+// Also unasked, when the board has just started.
+void TextBase::on_hello(const Hello& hello, Utime now) {
+  board_ = hello.name + " " + hello.firmware;
+  begin_session(Phase::setting_up, now);
+  refused_ = hello.protocol > kProtocol;
+  const std::string protocol = " speaks protocol " + std::to_string(hello.protocol);
+  set_link(Link::starting, refused_ ? board_ + protocol + ", newer than this driver" : board_, now);
+}
+
+void TextBase::on_complaint(const Complaint& complaint, Utime now) {
+  if (complaint.number <= kBadValue) {
+    ++bad_lines_;  // the line to the board is bad
+  } else if (complaint.number != kWatchdog) {
+    complaint_ = complaint.text;
+    if (status().link != Link::down) set_link(status().link, complaint_, now);
+  }
+}
+
+void TextBase::on_report(const Report& report, Utime now) {
+  if (phase_ == Phase::booting || phase_ == Phase::asking) {
+    // It speaks, so no boot loader listens.
+    if (phase_ == Phase::booting) begin_session(Phase::asking, now);
+    return;
+  }
+  if (refused_) return;
+  const ReportOdometry::Step step = odometry_.add(report, now);
+  if (step.after_reset) {
+    begin_session(Phase::asking, now);
+    return set_link(Link::starting, "the board was reset", now);
+  }
+  if (!step.plausible) ++bad_lines_;
+  still_ = step.moved ? 0 : still_ + 1;
+  const Pose2 before = odom_from_robot();
+  publish_odometry(step.sample);
+  judge_link(report.flags, now);
+  if (!course_) return;
+  course_->turned_rad += between(before, odom_from_robot()).theta_rad;
+  if (step.moved) course_->moved = now;
+  watch_leg_end(now);
+}
+
+void TextBase::judge_link(unsigned flags, Utime now) {
+  const bool left = (flags & kLeftBumper) != 0, right = (flags & kRightBumper) != 0;
+  std::vector<int> pressed;
+  if (left) pressed.push_back(1);
+  if (right) pressed.push_back(2);
+  guard().on_bumpers(pressed, {});
+  if (!pressed.empty() && velocity_.speed > 0.0) {  // a ramp would push on
+    velocity_.speed = 0.0;
+    next_motion_ = now;
+  }
+  const std::vector<bool> bumpers{left, right};
+  const bool motors_on = (flags & kMotorsOn) != 0;
+  const bool news = bumpers != edit_status().bumpers || motors_on != edit_status().motors_on;
+  edit_status().bumpers = bumpers;
+  edit_status().motors_on = motors_on;
+  if ((flags & kEmergencyStop) != 0) {
+    set_link(Link::starting, "the board's emergency stop is pressed", now);
+  } else if ((flags & kFault) != 0) {
+    set_link(Link::starting, complaint_.empty() ? "the board reports a fault" : complaint_, now);
+  } else if (watchdog_set_ && reports_set_ && status().link != Link::up) {
+    phase_ = Phase::running;
+    stand();
+    set_link(Link::up, board_, now);
+  } else if (news) {
+    tell(now);
+  }
+}
+
+void TextBase::start_leg(const Leg& leg, Utime now) {
+  course_ = Course{leg, odom_from_robot(), now};
+  still_ = 0;
+}
+
+double TextBase::leg_remaining() const {
+  return course_ ? course_->remaining(odom_from_robot()) : 0.0;
+}
+
+// The wheels run on until an order reaches them.
+double TextBase::still_to_go() const {
+  return leg_remaining() - kDelayS * (course_->turns() ? rate_.speed : velocity_.speed);
+}
+
+void TextBase::watch_leg_end(Utime now) {
+  if (!course_->braking) {
+    // Half a tick of both wheels, where ticks are coarse.
+    const double close = course_->turns() ? std::max(kCloseRad, tick_m() / options_.track_m)
+                                          : std::max(kCloseM, tick_m() / 2.0);
+    const double left = still_to_go();
+    const bool there = std::abs(left) <= close || left * course_->leg.amount < 0.0;
+    const bool blocked = (now - course_->moved).seconds() > kNoMotionS;
+    if (!there && !blocked) return;
+    course_->braking = true;
+    if (!there) course_->why_not = "the wheels do not turn";
+    still_ = 0;
+    halt();
+  }
+  if (still_ < kStill) return;
+  const std::string why_not = course_->why_not;
+  course_.reset();
+  leg_ended(why_not.empty(), why_not, now);
+}
+
+void TextBase::drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime /*now*/) {
+  velocity_.goal = velocity_m_per_s;
+  rate_.goal = yaw_rate_rad_per_s;
+}
+
+void TextBase::stop_wheels(Utime /*now*/) {
+  course_.reset();
+  velocity_.goal = rate_.goal = 0.0;
+  stopping_ = true;
+  still_ = 0;
+}
+
+void TextBase::emergency_brake(Utime now) {
+  stop_wheels(now);
+  halt();
+  next_motion_ = now;
+}
+
+Motion TextBase::wheel_speeds() const {
+  const double half_m_per_s = rate_.speed * options_.track_m / 2.0;
+  const auto ticks = [this](double m_per_s) {
+    return static_cast<int>(std::lround(m_per_s / tick_m()));
+  };
+  return {ticks(velocity_.speed - half_m_per_s), ticks(velocity_.speed + half_m_per_s)};
+}
+
+void TextBase::ask(Utime now, std::vector<uint8_t>& out) {
+  if (now < next_ask_ || refused_) return;
+  next_ask_ = now + seconds(kAskEveryS);
+  if (phase_ == Phase::booting) phase_ = Phase::asking;
+  if (phase_ == Phase::asking) return send(WhoAreYou{}, out);
+  if (!watchdog_set_) send(SetWatchdog{kWatchdogMs}, out);
+  if (!reports_set_) send(SetReports{kReportMs}, out);
+}
+
+void TextBase::send_motion(Utime now, std::vector<uint8_t>& out) {
+  if (phase_ != Phase::running || now < next_motion_) return;
+  next_motion_ = now + seconds(kMotionEveryS);
+  if (status().link == Link::up) {
+    const bool follows = course_ && !course_->braking;
+    const std::optional<double> left = follows ? std::optional(still_to_go()) : std::nullopt;
+    velocity_.step(follows && !course_->turns() ? left : std::nullopt, kMotionEveryS);
+    rate_.step(follows && course_->turns() ? left : std::nullopt, kMotionEveryS);
+  } else {
+    halt();
+  }
+  send(wheel_speeds(), out);
+}
+
+void TextBase::advance(Utime now, std::vector<uint8_t>& out) {
+  if (!connected_) return;
+  const bool has_session = phase_ == Phase::setting_up || phase_ == Phase::running;
+  const double patience_s = phase_ == Phase::running ? kSilentS : kSilentS + kAskEveryS;
+  if (has_session && (now - understood_).seconds() > patience_s) {
+    set_link(Link::down, "the board is silent", now);
+    begin_session(Phase::asking, now);
+  }
+  ask(now, out);
+  advance_motion(now);
+  const bool at_rest = velocity_.speed == 0.0 && rate_.speed == 0.0 && still_ >= kStill;
+  if (stopping_ && at_rest) {
+    stopping_ = false;
+    stopped(now);
+  }
+  send_motion(now, out);
+}
+
+void TextBase::shut_down(std::vector<uint8_t>& out) { send(Motion{}, out); }
+
+}  // namespace marco::drivers::textbase

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+
+#include "drivers/base/click_odometry.hpp"
+#include "drivers/textbase/codec.hpp"
+#include "drivers/transport/clock_filter.hpp"
+
+namespace marco::drivers::textbase {
+
+/// Dead reckoning from a board's reports. Its counters and its clock wrap; a clock that goes back
+/// is a reset. The path goes on over resets.
+class ReportOdometry {
+ public:
+  struct Step {
+    bool after_reset = false;  ///< the board was reset: nothing else is given
+    bool plausible = true;     ///< false: more ticks than a wheel makes; they do not count
+    bool moved = false;
+    OdometrySample sample;
+  };
+
+  ReportOdometry(double tick_m, double track_m) : tick_m_(tick_m), odometry_(tick_m, track_m) {}
+
+  /// The next report is the first of a session.
+  void restart();
+  /// @param left  when the report left the board, by its arrival
+  Step add(const Report& report, Utime left);
+
+ private:
+  double tick_m_;
+  ClickOdometry odometry_;
+  ClockFilter clock_{0.02};
+  std::optional<Report> last_;
+  double board_s_ = 0.0;  ///< the board's clock without wrapping
+};
+
+}  // namespace marco::drivers::textbase

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+
+#include "drivers/ydlidar/codec.hpp"
+
+namespace marco::drivers::ydlidar {
+
+/// A reply, or a packet with a right checksum.
+struct Answer {
+  uint8_t kind = 0;  ///< kInfo, kHealth: data; kPackets: packet
+  Bytes data;        ///< of 1, 3, 4 or 20 bytes
+  Packet packet;
+  SampleForm form = SampleForm::range;  ///< of the packet's samples
+  std::size_t size = 0;                 ///< bytes of the whole packet
+  bool continuous = true;               ///< no bytes were skipped since the packet before
+  std::size_t bytes_after = 0;          ///< pushed already, behind it
+};
+
+/// Finds replies and packets however they are split, and again after damage. Nobody says how
+/// samples are written: the form whose checksum fits is taken.
+class AnswerParser {
+ public:
+  void push(std::span<const uint8_t> bytes);
+  std::optional<Answer> next();
+  /// Forgets what waits, and the form.
+  void clear();
+
+  int64_t garbage_bytes() const { return garbage_bytes_; }
+  int64_t bad_checksums() const { return bad_checksums_; }
+
+ private:
+  enum class Found { answer, skipped, more_needed, nothing };
+
+  std::span<const uint8_t> rest() const { return std::span<const uint8_t>(buffer_).subspan(head_); }
+  Found read_reply(Answer& answer);
+  Found read_stamp();
+  Found read_packet(Answer& answer);
+  Found read_packet_as(SampleForm form, Answer& answer);
+  void count_form(const Answer& answer);
+
+  Bytes buffer_;
+  std::size_t head_ = 0;
+  bool continuous_ = true;
+  std::optional<SampleForm> form_;  ///< once some packets in a row had it
+  SampleForm form_before_ = SampleForm::range;
+  int alike_ = 0;    ///< packets in a row of form_before_
+  int misfits_ = 0;  ///< packets in a row whose checksum was wrong
+  int64_t garbage_bytes_ = 0;
+  int64_t bad_checksums_ = 0;
+};
+
+}  // namespace marco::drivers::ydlidar

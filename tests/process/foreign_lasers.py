@@ -1,0 +1,285 @@
+#!/usr/bin/env python3
+"""A judge of the lasers' emulators that shares none of our code: written from the makers' documents alone.
+
+It starts marco-sim with a robot that stands in a plain room and carries every laser below, opens each laser's
+pseudo-terminal as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
+it casts itself. LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4 and G4 development manuals
+(requests, packets, checksum, angle correction); health by 92 is the maker's SDK's.
+
+Usage: foreign_lasers.py MARCO_SIM          exit 0 = every packet and range came true
+"""
+import array
+import fcntl
+import math
+import os
+import select
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import tty
+
+PATIENCE_S = 30.0
+WIDTH_M, DEPTH_M, WALL_M = 6.0, 5.0, 0.1
+X_M, Y_M, HEADING_DEG = 2.2, 1.9, 25.0
+HEIGHT_M = 0.3
+ROOM = f"""floor_m = [0, 0, {WIDTH_M}, {DEPTH_M}]
+ceiling_m = 2.5
+[[walls]]
+corners_m = [0, 0, {WIDTH_M}, 0, {WIDTH_M}, {DEPTH_M}, 0, {DEPTH_M}, 0, 0]
+thickness_m = {WALL_M}
+"""
+OPTICS = """[lasers.optics]
+range_sigma_m = 0.0
+missing_part = 0.0
+footprint_deg = 0.0
+"""
+
+checks = 0
+
+
+def check(what, value, wanted, tolerance=None):
+    global checks
+    good = value == wanted if tolerance is None else abs(value - wanted) <= tolerance
+    if not good:
+        sys.exit(f"FAILED: {what}: got {value!r}, wanted {wanted!r}" + (f" +- {tolerance}" if tolerance else ""))
+    checks += 1
+
+
+def true_range_m(bearing_deg):
+    """From the laser to the wall; bearings clockwise from ahead."""
+    angle = math.radians(HEADING_DEG - bearing_deg)
+    dx, dy = math.cos(angle), math.sin(angle)
+    half = WALL_M / 2
+    to_x = ((WIDTH_M - half if dx > 0 else half) - X_M) / dx if abs(dx) > 1e-12 else math.inf
+    to_y = ((DEPTH_M - half if dy > 0 else half) - Y_M) / dy if abs(dy) > 1e-12 else math.inf
+    return min(to_x, to_y)
+
+
+def check_range(what, bearing_deg, range_m, angle_error_deg):
+    """The angle is rounded: the wall's range changes by so much."""
+    around = [true_range_m(bearing_deg + d) for d in (-angle_error_deg, 0.0, angle_error_deg)]
+    check(what + f" at {bearing_deg:.3f} deg", min(around) - 0.002 <= range_m <= max(around) + 0.002, True)
+
+
+class Line:
+    """A serial line, raw, 8N1, of any speed (termios2)."""
+
+    TCGETS2, TCSETS2, BOTHER, CBAUD = 0x802C542A, 0x402C542B, 0o010000, 0o010017
+
+    def __init__(self, path, baud):
+        until = time.monotonic() + PATIENCE_S
+        while not os.path.exists(path) and time.monotonic() < until:
+            time.sleep(0.05)
+        self.fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.fd)
+        settings = array.array("B", bytes(44))
+        fcntl.ioctl(self.fd, self.TCGETS2, settings, True)
+        fields = list(struct.unpack("<4I20s2I", settings))
+        fields[2] = fields[2] & ~self.CBAUD | self.BOTHER
+        fields[5] = fields[6] = baud
+        fcntl.ioctl(self.fd, self.TCSETS2, struct.pack("<4I20s2I", *fields))
+
+    def write(self, data):
+        os.write(self.fd, data)
+
+    def read(self, wait_s):
+        ready, _, _ = select.select([self.fd], [], [], wait_s)
+        return os.read(self.fd, 4096) if ready else b""
+
+    def drain(self, for_s):
+        until = time.monotonic() + for_s
+        while time.monotonic() < until:
+            self.read(0.02)
+
+    def close(self):
+        os.close(self.fd)
+
+
+class Bytes:
+    """What comes from the line, by the number of bytes wanted."""
+
+    def __init__(self, line):
+        self.line, self.buffer = line, b""
+
+    def need(self, count):
+        until = time.monotonic() + PATIENCE_S
+        while len(self.buffer) < count:
+            if time.monotonic() > until:
+                sys.exit("FAILED: the bytes stopped")
+            self.buffer += self.line.read(0.1)
+
+    def take(self, count):
+        self.need(count)
+        taken, self.buffer = self.buffer[:count], self.buffer[count:]
+        return taken
+
+    def seek(self, mark):
+        while True:
+            self.need(len(mark))
+            if self.buffer.startswith(mark):
+                return
+            self.buffer = self.buffer[1:]
+
+
+# ---- LDROBOT: 54 2C, speed, start, twelve of (range, intensity), end, stamp, CRC-8 of 4D ---------------------
+
+
+def crc8(data):
+    crc = 0
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc << 1 ^ 0x4D) & 0xFF if crc & 0x80 else crc << 1
+    return crc
+
+
+def judge_ldrobot(port, baud, samples_per_s):
+    manual = bytes.fromhex("542C6808AB7EE000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5BE823A1A50")
+    check("this judge's CRC on the manual's packet", crc8(manual[:-1]), manual[-1])
+    line = Line(port, baud)
+    stream = Bytes(line)
+    stream.seek(b"\x54\x2C")
+    stream.take(47)  # may have been cut by the opening
+    stream.seek(b"\x54\x2C")
+    packets = []
+    while len(packets) < int(4 * samples_per_s / 12):
+        data = stream.take(47)
+        check("marks", data[:2], b"\x54\x2C")
+        check("CRC", crc8(data[:-1]), data[-1])
+        speed, start = struct.unpack_from("<HH", data, 2)
+        end, stamp = struct.unpack_from("<HH", data, 42)
+        packets.append((start / 100, end / 100, stamp))
+        check("speed, ten turns a second", speed, 3600)
+        for i in range(12):
+            range_mm, intensity = struct.unpack_from("<HB", data, 6 + 3 * i)
+            bearing = start / 100 + i * ((end - start) / 100 % 360) / 11
+            check_range("LDROBOT range", bearing, range_mm / 1000, 0.02)
+            check("an echo has an intensity", intensity > 0, True)
+    elapsed_ms = 0
+    for (start, end, stamp), (next_start, _, next_stamp) in zip(packets, packets[1:]):
+        check("packets join", (next_start - end) % 360, (end - start) % 360 / 11, 0.03)
+        check("stamps lie below 30000", 0 <= next_stamp < 30000, True)
+        elapsed_ms += (next_stamp - stamp) % 30000
+    check("milliseconds of all samples", elapsed_ms, (len(packets) - 1) * 12e3 / samples_per_s, 2)
+    check("the stamps wrapped", any(b[2] < a[2] for a, b in zip(packets, packets[1:])), True)
+    line.close()
+
+
+# ---- YDLIDAR: AA 55, kind, count, first and last angle, sum, samples of mm * 4 -------------------------------
+
+
+def beside_deg(range_mm):
+    return math.degrees(math.atan(21.8 * (155.3 - range_mm) / (155.3 * range_mm))) if range_mm > 0 else 0.0
+
+
+def read_packet(stream):
+    head = stream.take(10)
+    check("mark of a packet", head[:2], b"\xaa\x55")
+    kind, count = head[2], head[3]
+    first, last, total = struct.unpack_from("<HHH", head, 4)
+    body = struct.unpack(f"<{count}H", stream.take(2 * count))
+    check("count", 1 <= count <= 80, True)
+    check("bit 0 of the angles", (first & 1, last & 1), (1, 1))
+    xor = 0x55AA ^ (kind | count << 8) ^ first ^ last
+    for word in body:
+        xor ^= word
+    check("sum", xor, total)
+    first, last = (first >> 1) / 64, (last >> 1) / 64
+    step = (last - first) % 360 / (count - 1) if count > 1 else 0.0
+    return kind, [((first + i * step) % 360, word / 4) for i, word in enumerate(body)]
+
+
+def judge_packets(stream, samples_per_s, turns_per_s):
+    turns, since_zero, sizes = 0, 0, []
+    while turns < 12:
+        kind, samples = read_packet(stream)
+        if kind & 1:
+            check("a turn begins with one sample", len(samples), 1)
+            check("turns a second", (kind >> 1) / 10, turns_per_s)
+            check("the angle of the first", samples[0][0] < 1.0, True)
+            if turns:
+                sizes.append(since_zero)
+            turns, since_zero = turns + 1, 0
+        since_zero += len(samples)
+        for angle, range_mm in samples:
+            check_range("YDLIDAR range", angle + beside_deg(range_mm), range_mm / 1000, 0.02)
+    check("samples a turn", sum(sizes) / len(sizes), samples_per_s / turns_per_s, 1.0)
+
+
+def reply(stream, header, size):
+    check("header of a reply", stream.take(7), bytes.fromhex(header))
+    return stream.take(size)
+
+
+def judge_ydlidar(port, baud, samples_per_s, model, health_command):
+    # The manual's own sum: 53AE twice, 0101, 55AA.
+    check("this judge's sum on the manual's packet", 0x55AA ^ 0x0101 ^ 0xAE53 ^ 0xAE53, 0x54AB)
+    check("correction at 1 m and 8 m", (round(beside_deg(1000), 4), round(beside_deg(8000), 4)), (-6.7622, -7.8374))
+    line = Line(port, baud)
+    line.write(b"\xa5\x65")
+    line.drain(0.2)
+    stream = Bytes(line)
+    line.write(b"\xa5\x90")
+    info = reply(stream, "A55A1400000004", 20)
+    check("model", info[0], model)
+    line.write(bytes([0xA5, 0x91 + 0x92 - health_command]))  # the other one's: no answer
+    line.write(bytes([0xA5, health_command]))
+    check("health", reply(stream, "A55A0300000006", 3), bytes(3))
+    if model == 5:
+        line.write(b"\xa5\x0d")
+        check("7.00 turns a second", struct.unpack("<I", reply(stream, "A55A0400000004", 4)), (700,))
+        line.write(b"\xa5\xd1")
+        check("9 kHz", reply(stream, "A55A0100000004", 1), b"\x02")
+    line.write(b"\xa5\x60")
+    check("scan", stream.take(7), bytes.fromhex("A55A0500004081"))
+    judge_packets(stream, samples_per_s, 7.0)
+    line.write(b"\xa5\x65")
+    line.drain(0.3)
+    check("silence after a stop", line.read(0.3), b"")
+    line.close()
+
+
+def judge_x2(port):
+    line = Line(port, 115200)
+    line.write(b"\xa5\x65\xa5\x90")  # it hears nothing
+    stream = Bytes(line)
+    stream.seek(b"\xaa\x55")
+    judge_packets(stream, 3000, 7.0)
+    line.close()
+
+
+LASERS = {
+    "ld19": lambda port: judge_ldrobot(port, 230400, 4500),
+    "stl27l": lambda port: judge_ldrobot(port, 921600, 21600),
+    "ydlidar_x2": judge_x2,
+    "ydlidar_x4": lambda port: judge_ydlidar(port, 128000, 5000, 6, 0x91),
+    "ydlidar_g4": lambda port: judge_ydlidar(port, 230400, 9000, 5, 0x92),
+}
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    for device, judge in LASERS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            with open(f"{folder}/room.toml", "w") as file:
+                file.write(ROOM)
+            with open(f"{folder}/robot.toml", "w") as file:
+                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device}"\nposition_m = [0, 0, {HEIGHT_M}]\n{OPTICS}')
+            process = subprocess.Popen(
+                [sys.argv[1], "--config", f"{folder}/robot.toml", "--world", f"{folder}/room.toml", "--start", str(X_M),
+                 str(Y_M), str(HEADING_DEG), "--ports", folder, "--lcm-url", "memq://"], stdout=subprocess.DEVNULL)
+            try:
+                began, before = time.monotonic(), checks
+                judge(f"{folder}/laser")
+                print(f"{device}: {checks - before} checks in {time.monotonic() - began:.1f} s", flush=True)
+            finally:
+                process.terminate()
+                process.wait()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

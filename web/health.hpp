@@ -37,6 +37,8 @@ class Health {
                    const std::string& state,
                    int64_t dropped,
                    int64_t now_us);
+  /// It was stopped, or is done: that it says no more is no fault.
+  void forget(const std::string& program) { programs_.erase(program); }
   void take_base(const std::string& base,
                  bool is_link_up,
                  const std::vector<double>& battery_v,

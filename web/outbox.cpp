@@ -14,7 +14,6 @@ void Outbox::push_data(uint32_t channel, uint64_t slot, Outgoing message) {
   if (const auto place = places_.find(key); place != places_.end()) {
     data_bytes_ -= place->second->message.bytes();
     place->second->message = std::move(message);
-    ++dropped_;
   } else {
     places_[key] = data_.insert(data_.end(), {key, std::move(message)});
   }

@@ -37,7 +37,7 @@ class Outbox {
   std::optional<Outgoing> take();
   bool empty() const { return control_.empty() && data_.empty(); }
   std::size_t bytes() const { return control_bytes_ + data_bytes_; }
-  /// Messages that were never sent, because newer ones came or there was no room.
+  /// Messages for which there was no room. Those that a newer one overtook are not among them.
   int64_t dropped() const { return dropped_; }
 
  private:

@@ -50,14 +50,6 @@ std::string decoded(std::string_view text) {
   return plain;
 }
 
-/// A file's name within one folder: no part of a path, nothing hidden.
-bool is_plain_name(std::string_view name) {
-  return !name.empty() && name.front() != '.' &&
-         std::all_of(name.begin(), name.end(), [](unsigned char c) {
-           return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
-         });
-}
-
 Site::Answer file(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return {};
@@ -90,7 +82,7 @@ std::string query_value(std::string_view target, std::string_view key) {
   return "";
 }
 
-Site::Site(fs::path page, fs::path three) : page_(std::move(page)), three_(std::move(three)) {}
+Site::Site(Page page, fs::path three) : page_(std::move(page)), three_(std::move(three)) {}
 
 void Site::show_folder(fs::path folder, std::string json) {
   folder_ = std::move(folder);
@@ -111,13 +103,14 @@ void Site::show_folder(fs::path folder, std::string json) {
 Site::Answer Site::get(std::string_view target) const {
   constexpr std::string_view kPage = "/page/", kFiles = "/files/";
   const std::string path = decoded(target.substr(0, target.find_first_of("?#")));
-  if (path == "/" || path == "/index.html") return file(page_ / "index.html");
+  const auto of_page = [this](std::string_view name) -> Answer {
+    const auto text = page_(name);
+    return text ? Answer{200, std::string(type_of(name)), std::string(*text), {}} : Answer{};
+  };
+  if (path == "/" || path == "/index.html") return of_page("index.html");
   if (path == "/page/three.js") return file(three_);
   if (path == "/snapshot.json" && snapshot_) return {200, "application/json", *snapshot_, {}};
-  if (path.starts_with(kPage)) {
-    const std::string name = path.substr(kPage.size());
-    return is_plain_name(name) ? file(page_ / name) : Answer{};
-  }
+  if (path.starts_with(kPage)) return of_page(path.substr(kPage.size()));
   if (!path.starts_with(kFiles) || !named_.contains(path.substr(kFiles.size()))) return {};
   // The snapshot's names come from the folder's own files, which may have come from anybody.
   const std::string name = path.substr(kFiles.size());

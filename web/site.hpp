@@ -19,9 +19,11 @@ class Site {
     std::filesystem::path file;  ///< to be sent instead of the body; empty = the body
   };
 
-  /// @param page  folder of index.html and what it loads
+  /// A file of the page by its name; nothing for other names.
+  using Page = std::function<std::optional<std::string_view>(std::string_view name)>;
+
   /// @param three  file of three.js; may be missing
-  Site(std::filesystem::path page, std::filesystem::path three);
+  Site(Page page, std::filesystem::path three);
 
   /// The map folder that is shown. @param json  its snapshot; names its files as "files/NAME"
   void show_folder(std::filesystem::path folder, std::string json);
@@ -30,7 +32,8 @@ class Site {
   Answer get(std::string_view target) const;
 
  private:
-  std::filesystem::path page_, three_, folder_;
+  Page page_;
+  std::filesystem::path three_, folder_;
   std::optional<std::string> snapshot_;
   std::set<std::string> named_;  // files of the folder
 };

@@ -23,7 +23,7 @@ class Tiles {
   };
 
   /// The whole map as it is now. Cells outside of it are unknown. A map of another resolution, or
-  /// one that lies between the cells of the one before, begins anew.
+  /// one that lies between the cells of the one before, replaces it.
   Change set(const GridMap& map);
 
   /// All tiles that hold a known cell.

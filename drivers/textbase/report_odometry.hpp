@@ -9,7 +9,7 @@
 namespace marco::drivers::textbase {
 
 /// Dead reckoning from a board's reports. Its counters and its clock wrap; a clock that goes back
-/// is a reset. The path goes on over resets.
+/// is a reset. The path continues over resets.
 class ReportOdometry {
  public:
   struct Step {

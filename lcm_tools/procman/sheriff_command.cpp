@@ -10,8 +10,10 @@ namespace {
 
 bool ended_well(const CommandStatus& status, bool was_stopped) {
   if (status.exit_code == 0) return true;
-  if (!was_stopped || !WIFSIGNALED(status.exit_code)) return false;
-  const int signal = WTERMSIG(status.exit_code);
+  if (!was_stopped) return false;
+  // A program that catches the signal ends as a shell tells it: 128 + the signal.
+  const int signal = WIFSIGNALED(status.exit_code) ? WTERMSIG(status.exit_code)
+                                                   : WEXITSTATUS(status.exit_code) - 128;
   return signal == SIGINT || signal == SIGTERM || signal == SIGKILL ||
          signal == status.spec.stop_signal;
 }

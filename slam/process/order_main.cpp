@@ -90,7 +90,7 @@ int main(int argc, char** argv) {
         "POSE", "[m, m, degrees]")
         ->required();
     order("pause", slam_command_t::PAUSE, "ignore scans until resume");
-    order("resume", slam_command_t::RESUME, "go on after pause");
+    order("resume", slam_command_t::RESUME, "map again after pause");
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     process::catch_stop_signals();
     process::LcmBus bus(lcm_url);

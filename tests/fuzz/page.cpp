@@ -85,7 +85,8 @@ MARCO_FUZZ(page_request) {
   promise((right == web::Access::Right::refused) == !why.empty(), "a refusal has its cause");
   web::query_value(target, "token");
   foxglove::choose_subprotocol(target);
-  web::Site site("/nowhere/page", "/nowhere/three.js");
+  web::Site site([](std::string_view) { return std::optional<std::string_view>(); },
+                 "/nowhere/three.js");
   site.show_folder("/nowhere/map", target);  // as a snapshot that was written by anybody
   const auto answer = site.get(target);
   promise(answer.status == 404 || target.starts_with("/snapshot.json") || !answer.body.empty(),

@@ -15,7 +15,7 @@ export function makeHealthPanel(world, panelMark) {
         figure("Latency", health.latency_ms === null || health.latency_ms === undefined ? "not known" : `${health.latency_ms.toFixed(0)} ms`),
         figure("Watching", `${health.clients} browser${health.clients === 1 ? "" : "s"}`),
         health.refused > 0 ? figure("Refused", String(health.refused)) : null,
-        health.dropped > 0 ? figure("Left out for slow ones", String(health.dropped)) : null),
+        health.dropped > 0 ? figure("Left out for slow browsers", String(health.dropped)) : null),
       el("h3", {}, "Programs"), programs(health.programs ?? []),
       el("h3", {}, "Channels"), channels(health.channels ?? []));
   });

@@ -28,6 +28,8 @@ class HealthChannel {
 
   /// Of a recording: what the network's datagrams are live.
   void take(const process::RawMessage& message);
+  /// See Health.
+  void forget(const std::string& program) { health_.forget(program); }
   /// Call often. @param more  findings of others, asked for when they are told
   void step(const std::function<std::vector<HealthFinding>()>& more);
   /// One line for PROCESS_STATUS.

@@ -40,6 +40,7 @@ void Page::step(Utime now) {
   procman_.step(now_us);
   orders_.step(now_us);
   model_requests_.step(now_us, hub_.clients() > 0);
+  for (const std::string& program : procman_.ended_programs()) health_.forget(program);
   health_.step([this] {
     std::vector<HealthFinding> failed;
     for (const auto& [command, text] : procman_.troubles()) {

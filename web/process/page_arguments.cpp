@@ -10,17 +10,10 @@
 namespace marco::web {
 namespace {
 
-namespace fs = std::filesystem;
-
 std::string host_name() {
   std::array<char, 256> name{};
   gethostname(name.data(), name.size() - 1);
   return name.data();
-}
-
-fs::path program_folder() {
-  std::error_code error;
-  return fs::read_symlink("/proc/self/exe", error).parent_path();
 }
 
 }  // namespace
@@ -98,13 +91,6 @@ std::string address_to_open(const std::string& url,
   }
   const bool is_needed = !token.empty() && !options.address.empty();
   return is_needed ? open + "?token=" + token : open;
-}
-
-Site site_of_page() {
-  std::error_code error;
-  fs::path page = program_folder() / MARCO_PAGE_INSTALLED;
-  if (!fs::exists(page / "index.html", error)) page = MARCO_PAGE_SOURCE;
-  return Site(page, "/usr/share/javascript/three/three.min.js");
 }
 
 }  // namespace marco::web

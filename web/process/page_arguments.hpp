@@ -39,7 +39,4 @@ std::string address_to_open(const std::string& url,
                             const ServerOptions& options,
                             const std::string& token);
 
-/// The page's files: of the checkout that was built, or installed beside the programs.
-Site site_of_page();
-
 }  // namespace marco::web

@@ -18,6 +18,7 @@
 #include "marco/map_request_t.hpp"
 #include "recordings/recording.hpp"
 #include "web/foxglove/json.hpp"
+#include "web/page/page_files.hpp"
 #include "web/process/page.hpp"
 #include "web/process/page_arguments.hpp"
 #include "web/process/recording.hpp"
@@ -56,7 +57,7 @@ struct Served {
       : options(web::server_options(arguments)),
         token(web::token_of(arguments, options)),
         access(web::access_of(arguments, options, token)),
-        site(web::site_of_page()),
+        site(web::page_file, "/usr/share/javascript/three/three.min.js"),
         drops([](const std::string& line) { spdlog::warn("{}", line); }),
         hub(identity(mode, name, span_ns), drops, steady_s) {
     hub.add_parameter("mode", foxglove::text_json(mode));
@@ -72,7 +73,7 @@ struct Served {
 
   std::string state() const {
     return std::to_string(hub.clients()) + " clients; " + std::to_string(hub.dropped()) +
-           " messages left out for slow ones";
+           " messages left out, for which there was no room";
   }
 
   web::ServerOptions options;

@@ -179,4 +179,14 @@ std::vector<ProcmanChannels::Trouble> ProcmanChannels::troubles() const {
   return troubles;
 }
 
+std::vector<std::string> ProcmanChannels::ended_programs() const {
+  std::vector<std::string> programs;
+  for (const auto& [id, command] : state_.commands()) {
+    if (command.status() != Status::stopped_ok) continue;
+    const std::string program = command.spec.exec.substr(0, command.spec.exec.find(' '));
+    programs.push_back(program.substr(program.rfind('/') + 1));
+  }
+  return programs;
+}
+
 }  // namespace marco::web

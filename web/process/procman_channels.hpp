@@ -37,6 +37,8 @@ class ProcmanChannels {
 
   /// Commands that ended with an error.
   std::vector<Trouble> troubles() const;
+  /// Programs, by the names that they run under, of commands that were stopped or are done.
+  std::vector<std::string> ended_programs() const;
 
  private:
   std::string commands_json(int64_t now_us) const;

@@ -83,12 +83,10 @@ TEST_F(Silence, OnAnEmptyBusAndTheEndOfIt) {
   start("marco-slam");
   start("marco-line-slam");
   start("marco-mapping3d");
-  start("marco-watch", {"--picture", file("map.png")});
   EXPECT_TRUE(prints("marco-slam", "waiting for scans: nothing on LIDAR or LIDAR_RAW for"));
   EXPECT_TRUE(prints("marco-slam", "Start a laser"));
   EXPECT_TRUE(prints("marco-line-slam", "waiting for scans: nothing on LIDAR or LIDAR_RAW for"));
   EXPECT_TRUE(prints("marco-mapping3d", "waiting for a laser on a pan-tilt: nothing on"));
-  EXPECT_TRUE(prints("marco-watch", "waiting for a map: nothing on GRID_MAP"));
   EXPECT_TRUE(says("marco-slam", "waiting for scans; "));
   // Told once: the next time is a minute later.
   const std::string once = printed("marco-slam");

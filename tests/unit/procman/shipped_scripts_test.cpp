@@ -25,8 +25,8 @@ std::string text_of(const std::string& path) {
 
 std::set<std::string> known_programs() {
   std::set<std::string> names{"lcm-logger"};  // and LCM's own
-  for (const char* room :
-       {"drivers", "lcm_tools", "mapping3d", "simulator", "slam", "teleop", "tools", "viewer"}) {
+  for (const char* room : {"drivers", "lcm_tools", "mapping3d", "simulator", "slam", "teleop",
+                           "tools", "viewer", "web"}) {
     for (const auto& entry : fs::recursive_directory_iterator(room)) {
       if (entry.path().filename() != "CMakeLists.txt") continue;
       const std::string text = text_of(entry.path());

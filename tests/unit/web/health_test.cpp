@@ -57,6 +57,15 @@ TEST(HealthOfPrograms, HoldsTextsAsTexts) {
   EXPECT_EQ(now["programs"][0]["name"], "<script>alert(\"1\")</script>");
 }
 
+TEST(HealthOfPrograms, OneThatProcmanStoppedIsNotMissed) {
+  Health health;
+  health.take_status("marco-tour", "driving", 0, kSecond);
+  EXPECT_EQ(told(health, 20 * kSecond)["findings"].size(), 1U);
+  health.forget("marco-tour");
+  EXPECT_THAT(told(health, 20 * kSecond)["findings"], IsEmpty());
+  EXPECT_THAT(told(health, 20 * kSecond)["programs"], IsEmpty());
+}
+
 TEST(HealthOfPrograms, IsBounded) {
   Health health;
   for (int i = 0; i < 5000; ++i) health.take_status(std::to_string(i), "", 0, kSecond);

@@ -78,6 +78,10 @@ TEST(SheriffState, AnotherSignalAfterAStopIsAnError) {
   for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
     EXPECT_EQ(status_after(signal), Status::stopped_ok) << signal;
   }
+  for (const int signal : {SIGINT, SIGTERM}) {  // caught
+    EXPECT_EQ(status_after((128 + signal) << 8), Status::stopped_ok);
+  }
+  EXPECT_EQ(status_after((128 + SIGSEGV) << 8), Status::stopped_error);
   EXPECT_EQ(status_after(SIGSEGV), Status::stopped_error);
   EXPECT_EQ(status_after(SIGABRT), Status::stopped_error);
   EXPECT_EQ(status_after(1 << 8), Status::stopped_error);

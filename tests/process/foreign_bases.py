@@ -225,6 +225,7 @@ class Board:
             result = condition()
             if result:
                 return result
+            time.sleep(0.1)  # a board that prints misses the ticks of its motors meanwhile
         sys.exit(f"FAILED: {what} never came")
 
 

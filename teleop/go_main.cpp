@@ -1,5 +1,6 @@
-#include <chrono>
 #include <cstdio>
+#include <optional>
+#include <utility>
 
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -11,13 +12,14 @@
 #include "lcmtypes/convert_robot.hpp"
 #include "lcmtypes/finite_pose.hpp"
 #include "marco/slam_pose_t.hpp"
+#include "teleop/goal_drive.hpp"
 #include "teleop/map_frame.hpp"
 
 namespace {
 
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
 using drivers::wall_now;
-using Fate = BaseStatus::Command;
+using Next = teleop::GoalDrive::Next;
 
 constexpr double kFindPlaceS = 3.0;  ///< for SLAM_POSE and ODOMETRY to be heard
 constexpr double kTakeOrderS = 3.0;  ///< a base says twice a second what it does
@@ -53,50 +55,66 @@ void send(process::LcmBus& bus, BaseCommand command) {
 }
 
 /// @throws std::invalid_argument that says what is missing.
-Pose2 wait_for_frame(process::LcmBus& bus, const Ear& ear) {
+void wait_for_frame(process::LcmBus& bus, const Ear& ear) {
   const Utime begin = wall_now();
   while (true) {
     bus.handle_once(50);
     try {
-      return ear.frame.odom_from_map(wall_now());
+      ear.frame.odom_from_map(wall_now());
+      return;
     } catch (const std::invalid_argument&) {
       if (process::stop_requested() || (wall_now() - begin).seconds() > kFindPlaceS) throw;
     }
   }
 }
 
-int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
-  Ear ear(bus);
+int64_t order(process::LcmBus& bus, const Ear& ear, const Eigen::Vector2d& goal_m) {
   BaseCommand go;
   go.kind = BaseCommand::Kind::go_to;
-  go.point_m = wait_for_frame(bus, ear) * goal_m;
+  go.point_m = ear.frame.odom_from_map(wall_now()) * goal_m;
   go.id = wall_now().us;
   send(bus, go);
-  const Utime sent = wall_now();
+  return go.id;
+}
+
+int fail(const std::string& why) {
+  std::fprintf(stderr, "marco go: %s\n", why.c_str());
+  return process::kExitFailed;
+}
+
+int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
+  Ear ear(bus);
+  wait_for_frame(bus, ear);
+  teleop::GoalDrive drive(goal_m);
+  drive.on_ordered(order(bus, ear, goal_m));
+  Utime sent = wall_now();
   while (!process::stop_requested()) {
     bus.handle_once(50);
-    const bool ours = ear.base && ear.base->command_id == go.id;
-    const Fate fate = ours ? ear.base->command : Fate::none;
-    if (fate == Fate::done) {
-      std::puts("there");
-      return process::kExitDone;
+    if (!drive.is_taken() && (wall_now() - sent).seconds() > kTakeOrderS) {
+      return fail("no base took the order. Is its driver running, and on this network?");
     }
-    if (fate == Fate::shortened || fate == Fate::refused || fate == Fate::aborted) {
-      std::fprintf(stderr, "marco go: %s: %s\n",
-                   fate == Fate::refused     ? "refused"
-                   : fate == Fate::shortened ? "stopped short of the goal"
-                                             : "given up",
-                   ear.base->note.c_str());
-      return process::kExitFailed;
-    }
-    if (!ours && (wall_now() - sent).seconds() > kTakeOrderS) {
-      std::fputs("marco go: no base took the order. Is its driver running, and on this network?\n",
-                 stderr);
-      return process::kExitFailed;
+    const auto status = std::exchange(ear.base, std::nullopt);
+    if (!status) continue;
+    const double distance_m = ear.frame.distance_m(goal_m, wall_now());
+    switch (drive.on_status(*status, distance_m)) {
+      case Next::wait:
+        break;
+      case Next::again:
+        drive.on_ordered(order(bus, ear, goal_m));
+        sent = wall_now();
+        break;
+      case Next::there:
+        std::printf("there: %.2f m from the goal\n", distance_m);
+        return process::kExitDone;
+      case Next::ended: {
+        char left[64];
+        std::snprintf(left, sizeof left, "ended %.2f m from the goal: ", distance_m);
+        return fail(left + status->note);
+      }
     }
   }
   send(bus, {});  // a stop
-  std::fputs("marco go: stopped\n", stderr);
+  fail("stopped");
   return process::kExitSignal + process::interrupted_by();
 }
 

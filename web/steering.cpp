@@ -104,16 +104,12 @@ void Steering::drive(Client client, Velocity velocity, Utime now) {
 }
 
 BaseCommand Steering::go_to(const FramedPose& goal,
-                            const std::optional<Pose2>& map_from_odom,
+                            const std::function<Pose2(Utime now)>& odom_from_map,
                             Utime now) {
   BaseCommand command;
   command.kind = BaseCommand::Kind::go_to;
   command.point_m = {goal.pose.x_m, goal.pose.y_m};
-  if (goal.frame == "map") {
-    require(map_from_odom.has_value(),
-            "no goal without SLAM_POSE and ODOMETRY: where the map lies is not known");
-    command.point_m = map_from_odom->inverse() * command.point_m;
-  }
+  if (goal.frame == "map") command.point_m = odom_from_map(now) * command.point_m;
   waiting_.reset();
   driver_ = 0;
   return order(command, now);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -52,9 +53,11 @@ class Steering {
 
   /// @throws std::invalid_argument saying why not, for the client.
   void drive(Client client, Velocity velocity, Utime now);
-  /// @param map_from_odom  where the odometry's frame lies; needed for a goal in the map
-  /// @throws std::invalid_argument as above.
-  BaseCommand go_to(const FramedPose& goal, const std::optional<Pose2>& map_from_odom, Utime now);
+  /// @param odom_from_map  where the map lies now; asked for a goal in the map
+  /// @throws std::invalid_argument as above, and what odom_from_map throws.
+  BaseCommand go_to(const FramedPose& goal,
+                    const std::function<Pose2(Utime now)>& odom_from_map,
+                    Utime now);
   /// A client is gone: what it drove stops.
   void forget(Client client, Utime now);
 

@@ -54,11 +54,13 @@ Orders::Orders(Hub& hub,
                process::DropCounter& drops,
                const Source& source,
                ProcmanChannels& procman,
+               const teleop::MapFrame& map,
                const SteeringOptions& options)
     : hub_(hub),
       drops_(drops),
       bus_(source.live),
       procman_(procman),
+      map_(map),
       steering_(options),
       stop_channel_(add_page_channel(hub, "page/stop")) {
   add_services();
@@ -70,6 +72,9 @@ Orders::Orders(Hub& hub,
         emergency_.hear({message.utime, message.engaged != 0, message.sender, message.reason});
         tell_stop();
       });
+  source.in.subscribe<base_status_t>(
+      channels::kBaseStatus, drops,
+      [this](const base_status_t& status, const auto&) { take_base_status(from_message(status)); });
   source.in.subscribe<slam_reply_t>(
       channels::kSlamReply, drops, [this](const slam_reply_t& reply, const auto&) {
         const auto waiting = slam_.find(reply.command_utime);
@@ -178,9 +183,29 @@ std::string Orders::go(std::string_view json) {
 
 void Orders::send_goal(const FramedPose& goal) {
   require(!emergency_.is_engaged(), "the emergency stop is engaged");
-  const BaseCommand command =
-      steering_.go_to(goal, map_from_odom ? map_from_odom() : std::nullopt, wall_now());
+  const BaseCommand command = steering_.go_to(
+      goal, [this](Utime now) { return map_.odom_from_map(now); }, wall_now());
   bus_->publish(channels::kBaseCommand, to_message(command));
+  const Eigen::Vector2d point_m(goal.pose.x_m, goal.pose.y_m);
+  if (goal.frame != "map") {
+    goal_.reset();
+  } else if (!goal_ || goal_->goal_m() != point_m) {
+    goal_.emplace(point_m);
+  }
+  if (goal_) goal_->on_ordered(command.id);
+}
+
+void Orders::take_base_status(const BaseStatus& status) {
+  using Next = teleop::GoalDrive::Next;
+  if (!goal_ || bus_ == nullptr) return;
+  try {
+    const Eigen::Vector2d goal_m = goal_->goal_m();
+    const Next next = goal_->on_status(status, map_.distance_m(goal_m, wall_now()));
+    if (next == Next::again) send_goal({"map", {goal_m.x(), goal_m.y(), 0.0}});
+    if (next == Next::there || next == Next::ended) goal_.reset();
+  } catch (const std::invalid_argument&) {  // SLAM is lost: the base ends what it was told
+    goal_.reset();
+  }
 }
 
 std::string Orders::stop(const Hub::Call& call, std::string_view json) {
@@ -190,6 +215,7 @@ std::string Orders::stop(const Hub::Call& call, std::string_view json) {
   const int64_t now_us = procman::monotonic_us();
   // The same again is repeated anyway.
   const bool is_again = engaged && emergency_.is_engaged() && now_us - stop_sent_us_ < kStopAgainUs;
+  if (engaged) goal_.reset();
   if (!is_again) {
     stop_sent_us_ = now_us;
     const auto what = engaged ? process::EmergencyStop::engage : process::EmergencyStop::release;

@@ -12,6 +12,8 @@
 #include "lcm_tools/process/drop_counter.hpp"
 #include "lcm_tools/process/emergency_stop_sender.hpp"
 #include "marco/slam_command_t.hpp"
+#include "teleop/goal_drive.hpp"
+#include "teleop/map_frame.hpp"
 #include "web/hub.hpp"
 #include "web/process/procman_channels.hpp"
 #include "web/process/source.hpp"
@@ -29,10 +31,8 @@ class Orders {
          process::DropCounter& drops,
          const Source& source,
          ProcmanChannels& procman,
+         const teleop::MapFrame& map,
          const SteeringOptions& options);
-
-  /// Where the odometry's frame lies in the map, as far as is known.
-  std::function<std::optional<Pose2>()> map_from_odom;
 
   /// Call often. @param now_us  monotonic
   void step(int64_t now_us);
@@ -53,6 +53,7 @@ class Orders {
   std::string stop(const Hub::Call& call, std::string_view json);
   void take_published(const Hub::Published& message);
   void send_goal(const FramedPose& goal);
+  void take_base_status(const BaseStatus& status);
   void send_stop(const process::EmergencyStopSender::Message& stop);
   void tell_stop();
   std::string stop_json() const;
@@ -65,7 +66,9 @@ class Orders {
   process::DropCounter& drops_;
   process::Bus* bus_;
   ProcmanChannels& procman_;
+  const teleop::MapFrame& map_;
   Steering steering_;
+  std::optional<teleop::GoalDrive> goal_;  ///< nothing: no goal in the map is under way
   uint32_t stop_channel_;
   process::EmergencyStopSender emergency_{"marco page"};
   std::string stop_told_;

@@ -12,13 +12,12 @@ Page::Page(Hub& hub,
     : raw_(hub),
       robot_(hub, drops),
       procman_(hub, drops, source.in, source.live),
-      orders_(hub, drops, source, procman_, steering),
+      orders_(hub, drops, source, procman_, robot_.map_frame(), steering),
       model_requests_(source.live),
       hub_(hub),
       health_(hub, drops, source, raw_.decoder()) {
   hub.add_parameter("most_velocity_m_per_s", foxglove::number(steering.most_velocity_m_per_s));
   hub.add_parameter("most_yaw_rate_deg_per_s", foxglove::number(steering.most_yaw_rate_deg_per_s));
-  orders_.map_from_odom = [this] { return robot_.map_from_odom(); };
   hub.on_subscribed = [this](Hub::ClientId client, uint32_t channel) {
     raw_.send_known(client, channel);
     robot_.send_known(client, channel);

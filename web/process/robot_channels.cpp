@@ -78,9 +78,12 @@ bool RobotChannels::take_known(const process::RawMessage& raw, uint64_t fingerpr
     }
   } else if (is(slam_pose_t::getHash())) {
     const auto message = decoded<slam_pose_t>(raw);
-    take_pose(stamp_of(message.utime),
-              finite_pose(message.x_m, message.y_m, message.theta_rad,
-                          "slam_pose_t: the pose is not finite or too far away"));
+    const Pose2 pose = finite_pose(message.x_m, message.y_m, message.theta_rad,
+                                   "slam_pose_t: the pose is not finite or too far away");
+    const bool is_lost = message.status == slam_pose_t::STATUS_LOST;
+    frame_.on_slam_pose(stamp_of(message.utime), is_lost ? std::nullopt : std::optional(pose),
+                        raw.event_time);
+    take_pose(stamp_of(message.utime), pose);
   } else if (is(odometry_t::getHash())) {
     take_odometry(from_message(decoded<odometry_t>(raw)));
   } else if (is(pantilt_state_t::getHash())) {
@@ -141,7 +144,7 @@ void RobotChannels::take_scan(const LaserScan& scan, Utime heard) {
 
 Pose2 RobotChannels::drawn_pose() const {
   if (map_from_base_) return *map_from_base_;
-  return odometry_.empty() ? Pose2{} : odometry_.newest_pose();
+  return frame_.odometry().empty() ? Pose2{} : frame_.odometry().newest_pose();
 }
 
 void RobotChannels::publish_points(const LaserScan& scan, const Pose3& base_from_laser) {
@@ -180,7 +183,7 @@ void RobotChannels::take_pose(Utime utime, const Pose2& map_from_base) {
 }
 
 void RobotChannels::take_odometry(const OdometrySample& sample) {
-  odometry_.add(sample.utime, sample.odom_from_robot);
+  frame_.on_odometry(sample);
   if (!hub_.wanted(frames_)) return;
   hub_.publish(frames_, ns_of(sample.utime),
                foxglove::frame_transforms(sample.utime.us,
@@ -189,10 +192,11 @@ void RobotChannels::take_odometry(const OdometrySample& sample) {
 }
 
 std::optional<Pose2> RobotChannels::map_from_odom() const {
-  if (!map_from_base_ || odometry_.empty()) return std::nullopt;
+  const PoseBuffer& odometry = frame_.odometry();
+  if (!map_from_base_ || odometry.empty()) return std::nullopt;
   // Of another clock the newest is the best there is.
   constexpr Duration kReach = Duration::from_us(200'000);
-  const Pose2 odom_from_base = odometry_.at(posed_, kReach).value_or(odometry_.newest_pose());
+  const Pose2 odom_from_base = odometry.at(posed_, kReach).value_or(odometry.newest_pose());
   return *map_from_base_ * odom_from_base.inverse();
 }
 

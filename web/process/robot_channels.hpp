@@ -14,6 +14,7 @@
 #include "lcm_tools/process/bus.hpp"
 #include "lcm_tools/process/drop_counter.hpp"
 #include "lcmtypes/grid_joiner.hpp"
+#include "teleop/map_frame.hpp"
 #include "web/foxglove/scene.hpp"
 #include "web/hub.hpp"
 #include "web/tiles.hpp"
@@ -33,8 +34,7 @@ class RobotChannels {
   void step(Utime now);
   void send_known(Hub::ClientId client, uint32_t channel);
 
-  /// Nothing before both are known.
-  std::optional<Pose2> map_from_odom() const;
+  const teleop::MapFrame& map_frame() const { return frame_; }
   std::optional<Pose2> map_from_base() const { return map_from_base_; }
 
  private:
@@ -57,6 +57,7 @@ class RobotChannels {
   void take_model(const process::RawMessage& message);
   void publish_points(const LaserScan& scan, const Pose3& base_from_laser);
   void publish_frames(Utime utime);
+  std::optional<Pose2> map_from_odom() const;
   std::optional<Pose3> base_from_laser(const std::string& channel) const;
   Pose2 drawn_pose() const;
   std::string map_json() const;
@@ -68,7 +69,7 @@ class RobotChannels {
   std::map<std::string, SensorInfo> infos_;
   std::optional<PanTiltState> head_;
   std::optional<Laser> laser_;
-  PoseBuffer odometry_;
+  teleop::MapFrame frame_;
   std::optional<Pose2> map_from_base_;
   Utime posed_;
   GridJoiner grids_;

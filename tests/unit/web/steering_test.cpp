@@ -72,20 +72,22 @@ TEST_F(SteeringOfTwo, StopsWhenTheDriverIsGone) {
 
 TEST_F(SteeringOfTwo, TurnsAGoalIntoTheOdometrysFrame) {
   const Pose2 map_from_odom{1.0, 2.0, std::numbers::pi / 2};
-  const auto command = steering_.go_to({"map", {1.0, 5.0, 0.0}}, map_from_odom, at(0));
+  const auto command = steering_.go_to(
+      {"map", {1.0, 5.0, 0.0}}, [&](Utime) { return map_from_odom.inverse(); }, at(0));
   EXPECT_EQ(command.kind, Kind::go_to);
   EXPECT_NEAR(command.point_m.x(), 3.0, 1e-9);
   EXPECT_NEAR(command.point_m.y(), 0.0, 1e-9);
   EXPECT_GT(command.id, 0);
-  const auto next = steering_.go_to({"odom", {1.0, 5.0, 0.0}}, std::nullopt, at(0));
+  const auto next = steering_.go_to({"odom", {1.0, 5.0, 0.0}}, nullptr, at(0));
   EXPECT_EQ(next.point_m.y(), 5.0);
   EXPECT_GT(next.id, command.id);
-  EXPECT_THROW(steering_.go_to({"map", {}}, std::nullopt, at(0)), std::invalid_argument);
+  const auto lost = [](Utime) -> Pose2 { throw std::invalid_argument("SLAM is lost"); };
+  EXPECT_THROW(steering_.go_to({"map", {}}, lost, at(0)), std::invalid_argument);
 }
 
 TEST_F(SteeringOfTwo, GivesAGoalPriorityOverAStickThatWaits) {
   steering_.drive(1, {0.1, 0.0}, at(0));
-  steering_.go_to({"odom", {}}, std::nullopt, at(0));
+  steering_.go_to({"odom", {}}, nullptr, at(0));
   EXPECT_FALSE(steering_.due(at(0.1)));
 }
 

@@ -4,10 +4,11 @@
   lcm_tools/tests/support/isolated.sh tests/experiments/live.py FOLDER_OF_PROGRAMS repeat LOG [--runs 10] [--speed 4]
       one log played so often: are the maps equal? Its keyframes' poses in the end, run against the first run.
       Exit code 1 when one is more than 2 cm off.
-  lcm_tools/tests/support/isolated.sh tests/experiments/live.py FOLDER_OF_PROGRAMS latency [--log LOG] [--core 0] [--scans-per-s 75]
+  lcm_tools/tests/support/isolated.sh tests/experiments/live.py FOLDER_OF_PROGRAMS latency [--log LOG] [--core 0] [--scans-per-s 75] [--page CLIENTS]
       scan -> pose on one core while loops are closed and checkpoints written behind it: the time between the datagram of a scan and that of its
       pose, both stamped by the kernel. Without a log three rounds of the lab are simulated, 361 beams.
       Also since the message that let the scan go: it waits for odometry and pan-tilt of its own time.
+      --page: beside it marco-page serves so many clients, which take every channel; the last one never reads.
       Exit code 1 when the 99th of 100 poses comes later than the next scan.
 """
 import argparse
@@ -25,7 +26,9 @@ import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, ROOT + "/tests/soak")
+sys.path.append(ROOT + "/tests/process/web")
 from lcm_wire import listener  # noqa: E402
+from page_client import Client  # noqa: E402
 
 PORT = 7667
 SO_TIMESTAMPNS = 35
@@ -84,13 +87,14 @@ class Listener(threading.Thread):
             self.states += 1
 
 
-def play(options, log, speed, ear, prefix=(), arguments=()):
-    """@returns how often, in the whole run, loops were taken over late: the second thread had no time."""
+def play(options, log, speed, ear, prefix=(), arguments=(), ready=lambda: None):
+    """ready: called when SLAM is heard. @returns how often, in the whole run, loops were taken over late: the second thread had no time."""
     with open(options.folder + "/slam.log", "a", encoding="utf-8") as said:
         slam = subprocess.Popen([*prefix, options.programs + "/marco-slam", *arguments], stderr=said, stdout=said)
     begun = time.time()
     while ear.states == 0 and time.time() < begun + 30.0:
         time.sleep(0.2)
+    ready()
     subprocess.run(["lcm-logplayer", f"--speed={speed:g}", log], check=True, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL)
     poses = -1
@@ -143,11 +147,50 @@ def part(values, p):
     return sorted(values)[int(p * (len(values) - 1))] if values else math.nan
 
 
+class Watchers:
+    """marco-page with clients."""
+
+    process = None
+
+    def start(self, options):
+        if options.page == 0:
+            return
+        self.process = subprocess.Popen([options.programs + "/marco-page", "--listen", "127.0.0.1:0"], stdout=subprocess.PIPE,
+                                        stderr=subprocess.DEVNULL, text=True)
+        port = int(self.process.stdout.readline().rsplit(":", 1)[1].strip("/\n"))
+        for number in range(options.page):
+            threading.Thread(target=self.watch, args=(port, number < options.page - 1), daemon=True).start()
+
+    @staticmethod
+    def watch(port, reads):
+        client = Client(port, reads=reads)
+        known, until = set(), time.time() + 3.0
+        while (reads or time.time() < until) and client.step(0.2):
+            new = set(client.channels) - known
+            if new:
+                client.subscribe(*new)
+                known |= new
+            client.messages.clear()
+        while not reads:
+            time.sleep(1.0)
+
+    def end(self):
+        if self.process is None:
+            return
+        with open(f"/proc/{self.process.pid}/stat") as stat:
+            ticks = stat.read().rsplit(")", 1)[1].split()[11:13]
+        print(f"marco-page: {sum(int(tick) for tick in ticks) / os.sysconf('SC_CLK_TCK'):.1f} s of a core")
+        self.process.terminate()
+        self.process.wait()
+
+
 def latency(options):
     log = options.log or simulate(options)
     ear = Listener()
+    watchers = Watchers()
     late = play(options, log, options.speed, ear, ["taskset", "-c", str(options.core)],
-                ["--checkpoint", options.folder + "/checkpoint"])
+                ["--checkpoint", options.folder + "/checkpoint"], lambda: watchers.start(options))
+    watchers.end()
     scans = ear.came["LIDAR"]
     rate = (len(scans) - 1) / (scans[-1][0] - scans[0][0])
     poses = {utime: seconds for seconds, utime in ear.came["SLAM_POSE"]}
@@ -185,6 +228,7 @@ def main():
     parser.add_argument("--speed", type=float)
     parser.add_argument("--core", type=int, default=0)
     parser.add_argument("--scans-per-s", type=float, default=75.0)
+    parser.add_argument("--page", type=int, default=0)
     options = parser.parse_args()
     options.log = options.log or options.log_option
     options.speed = options.speed or (4.0 if options.what == "repeat" else 1.0)

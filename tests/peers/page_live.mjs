@@ -100,6 +100,24 @@ try {
   const off = async () => { const [x, y] = await pose(page); return Math.hypot(x - pixel.place[0], y - pixel.place[1]); };
   await until("arrival within 10 cm", async () => (await text(page, ".drive .figures")).includes("arrived") && (await off()) < 0.1, 90);
 
+  // From a scan's arrival at the server, which its stamp tells, to the frame that can draw it.
+  const toPixel = await page.evaluate((address) => new Promise((resolve) => {
+    const socket = new WebSocket(address, ["foxglove.sdk.v1"]), late = [];
+    socket.binaryType = "arraybuffer";
+    socket.onmessage = ({ data }) => {
+      if (typeof data === "string") {
+        const scan = (JSON.parse(data).channels ?? []).find((one) => one.topic === "page/scan");
+        if (scan) socket.send(JSON.stringify({ op: "subscribe", subscriptions: [{ id: 1, channelId: scan.id }] }));
+        return;
+      }
+      const came = Number(new DataView(data).getBigUint64(5, true)) / 1e6;
+      requestAnimationFrame(() => late.push(performance.timeOrigin + performance.now() - came));
+    };
+    setTimeout(() => { socket.close(); resolve(late.sort((a, b) => a - b)); }, 8000);
+  }), url.replace(/^http/, "ws"));
+  const part = (share) => Math.round(toPixel[Math.min(toPixel.length - 1, Math.floor(share * toPixel.length))]);
+  assert.ok(toPixel.length > 80 && part(0.99) < 500, `from message to frame: ${toPixel.length} scans, ${part(0.99)} ms`);
+
   await press(page, "Save map");
   await page.waitForSelector("dialog");
   await page.$eval("dialog input", (input, value) => { input.value = value; }, "saved_by_page");
@@ -107,7 +125,7 @@ try {
   const saved = await until("where it was saved", async () => (await toasts(page)).match(/(?<=\s)\/\S*saved_by_page/)?.[0], 15);
   assert.ok(existsSync(`${saved}/map.yaml`), `nothing was saved in ${saved}`);
   assert.deepEqual([...page.faults, ...second.faults], []);
-  console.log(`ok: sent to ${pixel.place}, arrived at ${await pose(page)}; saved where it said; a stop was seen in both browsers after ${stopSeen} ms`);
+  console.log(`ok: sent to ${pixel.place}, arrived at ${await pose(page)}; saved where it said; a stop was seen in both browsers after ${stopSeen} ms; scans drawn after ${part(0.5)} ms, 99 of 100 after ${part(0.99)} ms`);
   failed = 0;
 } catch (fault) {
   console.log(fault.stack);

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """What marco-page costs, and how late a browser sees: on a simulated network of one host, lasers at 75 Hz, and a map of
 100 m x 100 m of which a part changes every five seconds.
-usage: page.py BIN ROOT [--seconds 60] [--clients 1] [--stalled 0] [--hz 75] [--beams 1080]     (inside lcm_tools/tests/support/isolated.sh)
+usage: page.py BIN ROOT [--seconds 60] [--clients 1] [--stalled 0] [--hz 75] [--beams 1080] [--connections 0]     (inside lcm_tools/tests/support/isolated.sh)
+--connections: so many others come at once, say nothing and stay.
 Prints latency from LCM's message to the client's socket, CPU of the server in percent of a core, and its memory over time."""
 import argparse
 import math
 import multiprocessing
 import os
 import re
+import resource
 import socket
 import struct
 import subprocess
@@ -22,6 +24,7 @@ parser.add_argument("--clients", type=int, default=1)
 parser.add_argument("--stalled", type=int, default=0)
 parser.add_argument("--hz", type=float, default=75)
 parser.add_argument("--beams", type=int, default=1080)
+parser.add_argument("--connections", type=int, default=0)
 arguments = parser.parse_args()
 sys.path.insert(0, os.path.join(arguments.root, "tests/process/web"))
 from page_client import Client
@@ -131,6 +134,19 @@ def look(until, results):
     results.put((late, counts, last_tiles, client.is_closed))
 
 
+def flood(until, count):
+    """Connections as fast as they are taken, all at once; what is refused is not tried again."""
+    resource.setrlimit(resource.RLIMIT_NOFILE, (count + 100, count + 100))
+    links, begun, refused = [], time.time(), 0
+    for _ in range(count):
+        try:
+            links.append(socket.create_connection(("127.0.0.1", 8765), timeout=5))
+        except OSError:
+            refused += 1
+    print(f"{count} connections within {time.time() - begun:.1f} s, {refused} refused at once", flush=True)
+    time.sleep(max(0.0, until - time.time()))
+
+
 def memory_kb(process):
     with open(f"/proc/{process.pid}/status") as status:
         return next(int(line.split()[1]) for line in status if line.startswith("VmRSS"))
@@ -161,6 +177,9 @@ for _ in range(arguments.stalled):
     client.subscribe(*TOPICS, "/map", "GRID_MAP")
     stalled.append(client)
 time.sleep(2)
+flooder = multiprocessing.Process(target=flood, args=(until, arguments.connections))
+if arguments.connections:
+    flooder.start()
 begun, before = time.time(), cpu_s(page)
 memory = []
 while time.time() < until - 0.5:
@@ -178,7 +197,7 @@ for number in range(arguments.clients):
           f"{'; let go' if is_closed else ''}")
 print(f"server: {share:.1f} % of a core; memory " +
       ", ".join(f"{kb / 1024:.1f} MB at {at:.0f} s" for at, kb in memory))
-for process in (*lookers, robot):
+for process in (*lookers, robot, *([flooder] if arguments.connections else [])):
     process.join()
 page.terminate()
 page.wait()

@@ -35,7 +35,8 @@ MARCO_FUZZ(page_client) {
         steering.drive(message.client, web::parse_twist(message.json), now);
       } else {
         const auto goal = web::parse_pose(message.json);
-        const auto order = steering.go_to(goal, Pose2{1.0, 2.0, 0.5}, now);
+        const auto odom_from_map = [](Utime) { return Pose2{1.0, 2.0, 0.5}; };
+        const auto order = steering.go_to(goal, odom_from_map, now);
         promise(std::isfinite(order.point_m.x()) && std::isfinite(order.point_m.y()),
                 "a goal is a place");
       }

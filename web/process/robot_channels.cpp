@@ -25,6 +25,8 @@ constexpr const char* kOdomFrame = "odom";
 constexpr const char* kBaseFrame = "base";
 constexpr const char* kLaserFrame = "laser";
 constexpr Duration kPointsEvery = Duration::from_us(50'000);
+// Odometry is asked for so far beyond its newest sample.
+constexpr Duration kReach = Duration::from_us(200'000);
 constexpr Duration kOtherLaserAfter = Duration::from_us(1'000'000);
 
 template <class Message>
@@ -142,16 +144,21 @@ void RobotChannels::take_scan(const LaserScan& scan, Utime heard) {
   }
 }
 
-Pose2 RobotChannels::drawn_pose() const {
-  if (map_from_base_) return *map_from_base_;
-  return frame_.odometry().empty() ? Pose2{} : frame_.odometry().newest_pose();
+Pose2 RobotChannels::drawn_pose(Utime at) const {
+  const PoseBuffer& odometry = frame_.odometry();
+  const Pose2 odom_now = odometry.empty() ? Pose2{} : odometry.newest_pose();
+  if (!map_from_base_) return odom_now;
+  // SLAM's pose is of an earlier scan: odometry knows how the robot moved since.
+  const auto map_from_odom_now = map_from_odom();
+  const auto odom_then = odometry.at(at, kReach);
+  return map_from_odom_now && odom_then ? *map_from_odom_now * *odom_then : *map_from_base_;
 }
 
 void RobotChannels::publish_points(const LaserScan& scan, const Pose3& base_from_laser) {
   const auto info = infos_.find(scan.channel);
   const double nearest_m = info == infos_.end() ? 0.02 : info->second.range_min_m;
   const double farthest_m = info == infos_.end() ? kFarthestReturnM : info->second.range_max_m;
-  const Pose3 map_from_laser = lift(drawn_pose()) * base_from_laser;
+  const Pose3 map_from_laser = lift(drawn_pose(scan.utime)) * base_from_laser;
   std::string x = R"(,"x_m":[)", y = R"("y_m":[)";
   bool is_first = true;
   for (std::size_t beam = 0; beam < scan.size(); ++beam) {
@@ -195,7 +202,6 @@ std::optional<Pose2> RobotChannels::map_from_odom() const {
   const PoseBuffer& odometry = frame_.odometry();
   if (!map_from_base_ || odometry.empty()) return std::nullopt;
   // Of another clock the newest is the best there is.
-  constexpr Duration kReach = Duration::from_us(200'000);
   const Pose2 odom_from_base = odometry.at(posed_, kReach).value_or(odometry.newest_pose());
   return *map_from_base_ * odom_from_base.inverse();
 }

@@ -59,7 +59,8 @@ class RobotChannels {
   void publish_frames(Utime utime);
   std::optional<Pose2> map_from_odom() const;
   std::optional<Pose3> base_from_laser(const std::string& channel) const;
-  Pose2 drawn_pose() const;
+  /// In the map, or in the odometry's frame where there is no map.
+  Pose2 drawn_pose(Utime at) const;
   std::string map_json() const;
   std::string path_json() const;
 

@@ -68,12 +68,16 @@ async function run(subprotocol) {
   client.on("error", (error) => faults.push(String(error)));
   await new Promise((resolve) => client.on("open", resolve));
   const player = spawn("lcm-logplayer", ["--speed=3", sample], { stdio: "ignore" });
-  await new Promise((resolve) => player.on("exit", resolve));
-  await sleep(2500);
+  const played = new Promise((resolve) => player.on("exit", resolve));
   const goal = client.advertise({ topic: "/goal_pose", encoding: "json", schemaName: "geometry_msgs/PoseStamped" });
   const text = JSON.stringify({ header: { stamp: { sec: 0, nsec: 0 }, frame_id: "map" },
     pose: { position: { x: 1, y: 2, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } } });
+  // A goal on the map needs SLAM's pose, which ends with the recording.
+  for (let n = 0; n < 100 && !messages.has("/pose"); ++n) await sleep(100);
+  await sleep(500);
   client.sendMessage(goal, new TextEncoder().encode(text));
+  await played;
+  await sleep(2500);
   const service = services.get("slam");
   client.sendServiceCallRequest({ serviceId: service.id, callId: 7, encoding: "json",
     data: new TextEncoder().encode(JSON.stringify({ command: "pause" })) });

@@ -1,6 +1,7 @@
 #include <chrono>
 #include <cstdio>
 #include <optional>
+#include <utility>
 
 #include "common/pose2.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -19,9 +20,11 @@ using std::chrono::steady_clock;
 
 // A large map takes seconds to be written, and a search in one some, too.
 constexpr std::chrono::seconds kPatience{10};
+// After a refusal, for the other SLAM's reply.
+constexpr std::chrono::milliseconds kOthersReply{500};
 
-/// Sends the order and waits for what becomes of it. The message may meet a network that is just
-/// being joined: what is not answered is not sent again, since it may have been obeyed.
+/// Sends the order and waits for the reply. An order without a reply is not sent again: it may have
+/// been obeyed. Where two SLAMs run, one may refuse what the other does.
 std::optional<slam_reply_t> ask(process::LcmBus& bus, slam_command_t command) {
   command.utime = process::wall_clock_us();
   std::optional<slam_reply_t> answer;
@@ -30,8 +33,13 @@ std::optional<slam_reply_t> ask(process::LcmBus& bus, slam_command_t command) {
     if (reply.command_utime == command.utime && (!answer || reply.ok)) answer = reply;
   });
   bus.publish(channels::kSlamCommand, command);
-  const auto end = steady_clock::now() + kPatience;
-  while (!answer && steady_clock::now() < end && !process::stop_requested()) bus.handle_once(50);
+  auto end = steady_clock::now() + kPatience;
+  bool was_refused = false;
+  while (steady_clock::now() < end && !process::stop_requested()) {
+    bus.handle_once(50);
+    if (answer && answer->ok) break;
+    if (answer && !std::exchange(was_refused, true)) end = steady_clock::now() + kOthersReply;
+  }
   return answer;
 }
 

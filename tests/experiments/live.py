@@ -8,7 +8,7 @@
       scan -> pose on one core while loops are closed and checkpoints written behind it: the time between the datagram of a scan and that of its
       pose, both stamped by the kernel. Without a log three rounds of the lab are simulated, 361 beams.
       Also since the message that let the scan go: it waits for odometry and pan-tilt of its own time.
-      --page: beside it marco-page serves so many clients, which take every channel; the last one never reads.
+      --page: marco-page runs beside it, with that many clients on every channel; the last one never reads.
       Exit code 1 when the 99th of 100 poses comes later than the next scan.
 """
 import argparse

@@ -2,7 +2,7 @@
 """What marco-page costs, and how late a browser sees: on a simulated network of one host, lasers at 75 Hz, and a map of
 100 m x 100 m of which a part changes every five seconds.
 usage: page.py BIN ROOT [--seconds 60] [--clients 1] [--stalled 0] [--hz 75] [--beams 1080] [--connections 0]     (inside lcm_tools/tests/support/isolated.sh)
---connections: so many others come at once, say nothing and stay.
+--connections: that many idle connections are opened at once.
 Prints latency from LCM's message to the client's socket, CPU of the server in percent of a core, and its memory over time."""
 import argparse
 import math

@@ -15,7 +15,7 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import lcm_wire
+import page_bus
 from page_client import Client, Refused, http_get
 
 BIN, ROOT = sys.argv[1], sys.argv[2]
@@ -70,7 +70,7 @@ class WithPage(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.bus = lcm_wire.Bus()
+        cls.bus = page_bus.Bus()
         cls.page = Page(*cls.arguments)
 
     @classmethod
@@ -206,7 +206,7 @@ class Protocol(WithPage):
         fingerprint = self.bus.wait("PROCESS_STATUS")[:8]
         name = "<script>alert('x')</script>\"\\"
         for _ in range(30):
-            self.bus.send("PROCESS_STATUS", lcm_wire.process_status(fingerprint, name, b"no device: \xff\x01</b>"))
+            self.bus.send("PROCESS_STATUS", page_bus.process_status(fingerprint, name, b"no device: \xff\x01</b>"))
             client.wait(lambda: False, 0.1)
         programs = {program["name"]: program for program in client.of("page/health")[-1]["programs"]}
         self.assertEqual(programs[name]["text"], "no device: \ufffd\u0001</b>")
@@ -301,9 +301,9 @@ class Steers(WithPage):
             client.publish(1, {"linear": {"x": 9.0}, "angular": {"z": 0.1}})
             client.wait(lambda: False, 0.06)
         client.publish(1, {"linear": {"x": 0.0}, "angular": {"z": 0.0}})
-        self.assertTrue(eventually(lambda: any(lcm_wire.base_command(order)["kind"] == 0
+        self.assertTrue(eventually(lambda: any(page_bus.base_command(order)["kind"] == 0
                                                for order in self.bus.of("BASE_COMMAND")), 2))
-        orders = [lcm_wire.base_command(order) for order in self.bus.of("BASE_COMMAND")]
+        orders = [page_bus.base_command(order) for order in self.bus.of("BASE_COMMAND")]
         self.assertGreaterEqual(len(orders), 8)
         self.assertEqual((orders[0]["kind"], orders[0]["velocity"]), (3, 0.5))
         # Two hands on one stick.
@@ -318,7 +318,7 @@ class Steers(WithPage):
         client.publish(1, {"linear": {"x": 0.1}, "angular": {"z": 0.0}})
         client.wait(lambda: False, 0.1)
         client.close()  # a browser that is gone drives no more
-        self.assertTrue(eventually(lambda: [lcm_wire.base_command(order)["kind"]
+        self.assertTrue(eventually(lambda: [page_bus.base_command(order)["kind"]
                                             for order in self.bus.of("BASE_COMMAND")] == [3, 0], 2))
         other.close()
 

@@ -5,25 +5,13 @@
 
 #include "lcm_tools/base/check.hpp"
 #include "slam/back_end/graph/relative_covariance.hpp"
+#include "slam/back_end/keyframe_refinement.hpp"
 
 namespace marco::slam {
 namespace {
 
 // Of path, to the loop closings before and after a keyframe.
 constexpr double kClosedWithinM = 1.5;
-
-OrientedScan only_oriented(const OrientedPoints& points) {
-  OrientedScan scan{Points2(2, points.points.cols()), Points2(2, points.points.cols())};
-  Eigen::Index used = 0;
-  for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
-    if (!points.has_normal(i)) continue;
-    scan.points_in_robot.col(used) = points.points.col(i);
-    scan.normals_in_robot.col(used++) = points.normals.col(i);
-  }
-  scan.points_in_robot.conservativeResize(2, used);
-  scan.normals_in_robot.conservativeResize(2, used);
-  return scan;
-}
 
 // Maps of earlier versions may hold information matrices with a negative eigenvalue: what is
 // claimed of that direction is forgotten.
@@ -205,13 +193,8 @@ std::vector<Pose2> BackEnd::finish(const std::vector<Keyframe>& keys,
     if (state_.edges[edge].is_loop) state_.loops[loop++].is_inlier = result.edge_is_inlier[edge];
     if (result.edge_is_inlier[edge]) inliers.push_back(state_.edges[edge]);
   }
-  std::vector<OrientedScan> scans;
-  scans.reserve(keys.size());
-  for (const Keyframe& key : keys) scans.push_back(only_oriented(key.points_in_robot));
   std::vector<Pose2> poses = graph.poses();
-  refined = refine_jointly(scans, inliers,
-                           adapted(refinement_options_, keys.back().points_in_robot.range_sigma_m),
-                           poses);
+  refined = refine_keyframes(keys, inliers, refinement_options_, poses);
   return poses;
 }
 

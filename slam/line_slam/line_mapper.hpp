@@ -4,43 +4,21 @@
 #include <optional>
 #include <vector>
 
-#include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
-#include "slam/back_end/graph/pose_graph.hpp"
-#include "slam/back_end/loop_closer.hpp"
-#include "slam/grid/occupancy_grid.hpp"
 #include "slam/line_slam/line_slam.hpp"
 #include "slam/mapper2d.hpp"
-#include "slam/matching/correlative_matcher.hpp"
-#include "slam/matching/oriented_points.hpp"
-#include "slam/matching/surfel_matcher.hpp"
-#include "slam/slam_state.hpp"
+#include "slam/slam.hpp"
 
 namespace marco::slam {
 
-/// Of the filter's path it is not known how far it drifts: no place is less likely for that.
-inline LoopCloserOptions wherever_they_fit() {
-  LoopCloserOptions options;
-  options.unlikely_penalty = 0.0;
-  return options;
-}
-
 struct LineMapperOptions {
   LineSlamOptions lines;
-  KeyframeOptions keyframes;
+  SlamOptions slam;               ///< its keyframes are never culled
   bool close_loops = true;        ///< by the pose graph, where the filter alone would not
-  double trusted_shift_m = 0.30;  ///< a loop that contradicts the filter by more is not its noise:
-  double trusted_turn_deg = 3.0;  ///< ... the filter is too sure, and the graph is asked
-  double edge_sigma_m = 0.008;    ///< added to what the filter says of the way between keyframes
-  double edge_sigma_deg = 0.10;
-  double replay_sigma_m = 0.02;  ///< of the graph's path when the filter is replayed along it
+  double trusted_shift_m = 0.30;  ///< a filter farther off the pose graph than this is too sure:
+  double trusted_turn_deg = 3.0;  ///< ... it is replayed along the graph's path
+  double replay_sigma_m = 0.02;   ///< of that path
   double replay_sigma_deg = 0.5;
-  NormalOptions normals;
-  CorrelativeMatcherOptions coarse;
-  SurfelMatcherOptions fine;
-  LoopCloserOptions loops = wherever_they_fit();
-  PoseGraphOptions graph;
-  OccupancyGridOptions grid;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -51,11 +29,14 @@ struct LineMapperOptions {
   }
 };
 
-/// The line SLAM with loop closure: keyframes form a pose graph, whose edges are the motions that
-/// the filter measured between them. A revisit is closed by the filter's own joint data association
-/// where its covariance allows that. Where it does not (a loop found by scan matching contradicts
-/// an overconfident filter) the graph is optimized and the filter replayed along its path. A loop
-/// that contradicts the rest of the graph changes nothing.
+/// Line SLAM on the front end of scan SLAM. Scan matching says how the robot moved, in place of
+/// thesis A's wheels: it works without odometry, and where wheels slip. The filter takes that
+/// motion with the error model of wheels, so that walls keep their say, and estimates pose and
+/// walls together.
+///
+/// A revisit is closed by the filter's own joint data association where its covariance allows that.
+/// Where scan SLAM's pose graph contradicts it, the filter is overconfident and is replayed along
+/// the graph's path; in the end always.
 ///
 /// Deterministic; not thread-safe. Grows by about 30 kB a keyframe.
 class LineMapper : public Mapper2d {
@@ -63,70 +44,59 @@ class LineMapper : public Mapper2d {
   /// @throws std::invalid_argument naming an option outside its limits.
   explicit LineMapper(const LineMapperOptions& options, const Pose2& world_from_robot = {});
 
-  /// As LineSlam::process. `trajectory_changed` is set when older poses moved.
-  LineSlamUpdate process(const ScanInRobot& scan,
-                         Utime utime,
-                         const std::optional<Pose2>& robot_motion,
-                         MapUse use = MapUse::draw,
+  /// Takes one scan. `trajectory_changed` is set when older poses moved.
+  /// @param scan  the same scan, deskewed by velocity_during(); not looked at if not `input.level`
+  LineSlamUpdate process(const SlamInput& input,
+                         const ScanInRobot& scan,
                          LineSlamJournal* journal = nullptr);
+  /// See Slam.
+  ScanVelocity velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const {
+    return slam_.velocity_during(odometry_step, duration_s);
+  }
+  /// See Slam.
+  void forget_motion() { slam_.forget_motion(); }
 
-  /// As LineSlam::carry: a pose for a scan that is not looked at.
-  LineSlamUpdate carry(Utime utime, const Pose2& robot_motion);
-
-  /// Optimizes the graph robustly and lays the walls along its path. More scans may follow.
+  /// Optimizes robustly, refines all keyframes jointly, and lays the walls along their path. More
+  /// scans may follow.
   void finish();
 
-  Pose2 world_from_robot() const { return slam_.world_from_robot(); }
-  Walls plan() { return slam_.plan(); }
-  const WallFilter& filter() const { return slam_.filter(); }
+  /// By the filter; trajectory() and the other poses are by the pose graph.
+  Pose2 world_from_robot() const { return lines_.world_from_robot(); }
+  Walls plan() { return lines_.plan(); }
+  const WallFilter& filter() const { return lines_.filter(); }
 
-  /// One pose a scan processed or carried, in order, by the newest optimization.
-  Trajectory trajectory() const;
+  Trajectory trajectory() const { return slam_.trajectory(); }
   std::vector<std::optional<Pose2>> scan_poses() const override;
-  Trajectory key_trajectory() const override;
-  OccupancyGrid grid() const override;
-  const std::vector<Loop>& loops() const override { return loops_; }
-  const std::vector<Keyframe>& keys() const override { return keys_; }
-  std::size_t key_count() const { return keys_.size(); }
+  Trajectory key_trajectory() const override { return slam_.key_trajectory(); }
+  OccupancyGrid grid() const override { return slam_.grid(); }
+  const std::vector<Loop>& loops() const override { return slam_.loops(); }
+  const std::vector<Keyframe>& keys() const override { return slam_.keys(); }
   int replays() const { return replays_; }  ///< how often the filter was too sure
-  int64_t revision() const override { return revision_; }
+  int64_t revision() const override { return slam_.revision(); }
 
   /// Everything it knows; restored, it continues as if it had never stopped.
   struct Stored {
-    LineSlam::Stored slam;
-    std::vector<Keyframe> keys;
+    LineSlam::Stored lines;
+    SlamState slam;
     std::vector<ScanInRobot> key_beams;  ///< one a keyframe
-    std::vector<PoseGraphEdge> edges;
-    std::vector<Loop> loops;  ///< one a loop edge, in their order
-    std::vector<ScanPose> scans;
-    double last_search_path_m = 0.0;
-    double closed_path_m = 0.0;
+    Pose2 slam_pose;
     int32_t replays = 0;
-    int64_t revision = 0;
   };
   Stored store();
   /// @throws std::invalid_argument naming what contradicts itself; nothing has changed then.
   void restore(const Stored& stored);
 
  private:
-  bool key_is_due() const;
-  void add_key(const ScanInRobot& scan, Utime utime);
-  void note_pose(Utime utime);
   bool close_loops();
+  bool is_trusted() const;
   void replay();
 
   LineMapperOptions options_;
-  LineSlam slam_;
-  LoopCloser loop_closer_;
-  PoseGraph graph_;
-  std::vector<Keyframe> keys_;
-  std::vector<ScanInRobot> key_beams_;
-  std::vector<ScanPose> scans_;
-  std::vector<Loop> loops_;
-  double last_search_path_m_ = 0.0;
-  double closed_path_m_ = 0.0;
+  Slam slam_;
+  LineSlam lines_;
+  std::vector<ScanInRobot> key_beams_;  ///< one a keyframe
+  Pose2 slam_pose_;                     ///< of the last scan, by scan matching
   int replays_ = 0;
-  int64_t revision_ = 0;
 };
 
 }  // namespace marco::slam

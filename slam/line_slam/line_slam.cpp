@@ -3,29 +3,20 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "common/covariance.hpp"
+
 namespace marco::slam {
 namespace {
 
-struct PointCounts {
-  int all = 0, matched = 0, unclear = 0;
-  bool mostly_matched(double part) const {
-    return matched >= part * static_cast<double>(matched + unclear);
-  }
-};
-
-PointCounts count_points(const std::vector<ObservedWall>& observed,
-                         const std::vector<WallMatch>& matches) {
-  PointCounts counts;
+// Part of the walls' points that lie on matched walls.
+double overlap_of(const std::vector<ObservedWall>& observed,
+                  const std::vector<WallMatch>& matches) {
+  int all = 0, matched = 0;
   for (std::size_t i = 0; i < observed.size(); ++i) {
-    counts.all += observed[i].num_points;
-    if (matches[i].wall >= 0) counts.matched += observed[i].num_points;
-    if (matches[i].wall == WallMatch::kUnclear) counts.unclear += observed[i].num_points;
+    all += observed[i].num_points;
+    if (matches[i].wall >= 0) matched += observed[i].num_points;
   }
-  return counts;
-}
-
-Eigen::Matrix3d diagonal_noise(double sigma_m, double sigma_rad) {
-  return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+  return all == 0 ? 0.0 : static_cast<double>(matched) / all;
 }
 
 }  // namespace
@@ -36,24 +27,17 @@ LineSlam::LineSlam(const LineSlamOptions& options, const Pose2& world_from_robot
 }
 
 LineSlamUpdate LineSlam::process(const ScanInRobot& scan,
-                                 const std::optional<Pose2>& robot_motion,
+                                 const Pose2& robot_motion,
                                  MapUse use,
                                  LineSlamJournal* journal) {
-  if (!step_is_due(robot_motion)) return carry(*robot_motion);
-  const Pose2 before = filter_.world_from_robot();
-  if (robot_motion) {
-    filter_.predict(*robot_motion);
-  } else {
-    filter_.predict(last_motion_, diagonal_noise(options_.guess_sigma_m, options_.guess_sigma_rad));
-  }
-  LineSlamUpdate update = take(scan, use, journal);
-  last_motion_ = between(before, filter_.world_from_robot());
-  return update;
+  if (!step_is_due(robot_motion)) return carry(robot_motion);
+  filter_.predict(robot_motion);
+  return take(scan, use, journal);
 }
 
-bool LineSlam::step_is_due(const std::optional<Pose2>& robot_motion) {
-  if (robot_motion && scans_since_step_ > 0) {
-    step_from_robot_ = step_from_robot_ * *robot_motion;
+bool LineSlam::step_is_due(const Pose2& robot_motion) {
+  if (scans_since_step_ > 0) {
+    step_from_robot_ = step_from_robot_ * robot_motion;
     const bool near = step_from_robot_.translation_m().norm() < options_.step_m &&
                       std::abs(step_from_robot_.theta_rad) < deg_to_rad(options_.step_deg);
     if (near && scans_since_step_ < options_.step_scans) {
@@ -70,19 +54,17 @@ LineSlamUpdate LineSlam::process_known(const ScanInRobot& scan,
                                        const Pose2& robot_motion,
                                        const Eigen::Matrix3d& noise) {
   filter_.predict(robot_motion, noise);
-  last_motion_ = {};
   return take(scan, MapUse::draw, nullptr);
 }
 
 LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal) {
   filter_.focus();
   const std::vector<ObservedWall>& observed = extractor_.extract(scan);
-  bool slipped = false;
-  std::vector<WallMatch> matches = associate(observed, slipped);
+  std::vector<WallMatch> matches = filter_.associate(observed);
   if (journal != nullptr) note(*journal, observed, matches);
 
   LineSlamUpdate changes;
-  const PointCounts points = count_points(observed, matches);
+  const double overlap = overlap_of(observed, matches);
   for (const WallMatch& match : matches) {
     changes.matched += match.wall >= 0 ? 1 : 0;
     changes.unclear += match.wall == WallMatch::kUnclear ? 1 : 0;
@@ -103,8 +85,7 @@ LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJourn
   result.added = changes.added;
   result.joined = changes.joined;
   result.removed = changes.removed;
-  result.slipped = slipped;
-  result.overlap = points.all == 0 ? 0.0 : static_cast<double>(points.matched) / points.all;
+  result.overlap = overlap;
   if (journal != nullptr) {
     journal->robot_corrected = result.world_from_robot.vector();
     journal->covariance_corrected = result.covariance;
@@ -112,22 +93,13 @@ LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJourn
   return result;
 }
 
-// Where the scan shows known walls, but not where they should be, the wheels slipped: the move's
-// error grows until they fit. What does not help is taken back by nothing: an error admitted in
-// vain only makes the next scan's gates wider.
-std::vector<WallMatch> LineSlam::associate(const std::vector<ObservedWall>& observed,
-                                           bool& slipped) {
-  std::vector<WallMatch> matches = filter_.associate(observed);
-  if (count_points(observed, matches).mostly_matched(options_.slip_overlap)) return matches;
-  slipped = true;
-  filter_.predict({}, diagonal_noise(options_.slip_sigma_m, options_.slip_sigma_rad));
-  return filter_.associate(observed);
-}
-
 LineSlamUpdate LineSlam::carry(const Pose2& robot_motion) {
   filter_.predict(robot_motion);
-  last_motion_ = robot_motion;
   return report();
+}
+
+void LineSlam::doubt() {
+  filter_.predict({}, diagonal_covariance(options_.doubt_sigma_m, options_.doubt_sigma_rad));
 }
 
 Walls LineSlam::plan() {
@@ -144,12 +116,11 @@ LineSlamUpdate LineSlam::report() const {
 }
 
 LineSlam::Stored LineSlam::store() {
-  return {filter_.store(), last_motion_, step_from_robot_, scans_since_step_};
+  return {filter_.store(), step_from_robot_, scans_since_step_};
 }
 
 void LineSlam::restore(const Stored& stored) {
   filter_.restore(stored.filter);
-  last_motion_ = stored.last_motion;
   step_from_robot_ = stored.step_from_robot;
   scans_since_step_ = stored.scans_since_step;
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <vector>
 
 #include "common/wall.hpp"
@@ -20,11 +19,8 @@ struct LineSlamOptions {
   double step_m = 0.05;
   double step_deg = 2.0;
   int step_scans = 20;
-  double guess_sigma_m = 0.10;  ///< of a move that no odometry told, guessed from the last one
-  double guess_sigma_rad = 0.10;
-  double slip_overlap = 0.5;   ///< fewer of the known walls' points matched: a slip is suspected
-  double slip_sigma_m = 0.10;  ///< error of a move whose wheels slipped
-  double slip_sigma_rad = 0.10;
+  double doubt_sigma_m = 0.10;  ///< of a move that neither odometry nor a match tells
+  double doubt_sigma_rad = 0.10;
   int plan_min_times_seen = 3;      ///< walls seen in fewer scans are not in the plan
   double plan_min_length_m = 0.30;  ///< nor shorter pieces
 
@@ -51,7 +47,6 @@ struct LineSlamUpdate {
   int unclear = 0;  ///< like a wall of the map, but not fitting: not used
   int added = 0;
   int joined = 0;
-  bool slipped = false;             ///< the move was far worse than odometry's error model says
   int removed = 0;                  ///< walls that are no longer believed in
   int walls = 0;                    ///< in the map now
   int active_walls = 0;             ///< of these in the filter's active part
@@ -80,11 +75,11 @@ class LineSlam {
   explicit LineSlam(const LineSlamOptions& options, const Pose2& world_from_robot = {});
 
   /// Takes one scan.
-  /// @param robot_motion  by odometry since the call before, seen from the robot's pose then;
-  ///                      nothing: the robot is assumed to move as before.
+  /// @param robot_motion  by odometry or scan matching since the call before, seen from the robot's
+  ///                      pose then
   /// @param journal       filled when given.
   LineSlamUpdate process(const ScanInRobot& scan,
-                         const std::optional<Pose2>& robot_motion,
+                         const Pose2& robot_motion,
                          MapUse use = MapUse::draw,
                          LineSlamJournal* journal = nullptr);
 
@@ -96,18 +91,25 @@ class LineSlam {
 
   /// Carries the pose on without a scan (a tilted sweep, a gap).
   LineSlamUpdate carry(const Pose2& robot_motion);
+  /// The next move is a guess.
+  void doubt();
+
+  /// Judges all walls again, by these scans alone, from where they were taken: what rays went
+  /// through is left out of the plan, and what they met is in it. For poses known better than while
+  /// driving.
+  void judge_again(const std::vector<ScanInRobot>& scans,
+                   const std::vector<Pose2>& world_from_robots) {
+    filter_.judge_again(scans, world_from_robots);
+  }
 
   Pose2 world_from_robot() const { return filter_.world_from_robot(); }
   /// The walls that stand now, world frame.
   Walls plan();
 
   const WallFilter& filter() const { return filter_; }
-  /// See WallFilter::mark_pose.
-  void mark_pose() { filter_.mark_pose(); }
 
   struct Stored {
     WallFilter::Stored filter;
-    Pose2 last_motion;
     Pose2 step_from_robot;
     int32_t scans_since_step = 0;
   };
@@ -116,10 +118,9 @@ class LineSlam {
   void restore(const Stored& stored);
 
  private:
-  bool step_is_due(const std::optional<Pose2>& robot_motion);
+  bool step_is_due(const Pose2& robot_motion);
   LineSlamUpdate take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal);
   LineSlamUpdate report() const;
-  std::vector<WallMatch> associate(const std::vector<ObservedWall>& observed, bool& slipped);
   void note(LineSlamJournal& journal,
             const std::vector<ObservedWall>& observed,
             const std::vector<WallMatch>& matches) const;
@@ -127,8 +128,7 @@ class LineSlam {
   LineSlamOptions options_;
   LineExtractor extractor_;
   WallFilter filter_;
-  Pose2 last_motion_;
-  Pose2 step_from_robot_;     ///< by odometry, since the last scan that was looked at
+  Pose2 step_from_robot_;     ///< since the last scan that was looked at
   int scans_since_step_ = 0;  ///< 0 = none was yet
 };
 

@@ -36,13 +36,11 @@ void archive_sized(Archive& bytes, Matrix& matrix, Eigen::Index rows, Eigen::Ind
 template <class Archive>
 void archive(Archive& bytes, WallFilter::Stored& filter) {
   archive(bytes, filter.next_id);
-  archive(bytes, filter.has_mark);
   archive(bytes, filter.moved_since_focus_m);
   archive_list(bytes, filter.active, sizeof(int32_t));
   archive_list(bytes, filter.walls, 50);  // fewest bytes of one
   require(filter.walls.size() <= 100000, "has too many walls");
-  const std::size_t blocks = filter.walls.size() + (filter.has_mark ? 1 : 0);
-  const auto size = static_cast<Eigen::Index>(3 + 4 * blocks);
+  const auto size = static_cast<Eigen::Index>(3 + 4 * filter.walls.size());
   archive_sized(bytes, filter.mean, size, 1);
   archive_sized(bytes, filter.first_estimate, size, 1);
   archive_sized(bytes, filter.covariance, size, size);
@@ -67,41 +65,25 @@ void archive(Archive& bytes, ScanInRobot& scan) {
   archive_list(bytes, scan.beams, 1);
 }
 
-// Without `stands`, which the line SLAM does not tell.
-template <class Archive>
-void archive(Archive& bytes, ScanPose& scan) {
-  archive(bytes, scan.utime);
-  archive(bytes, scan.key);
-  archive(bytes, scan.key_from_robot);
-}
-
 template <class Archive>
 void archive(Archive& bytes, LineMapper::Stored& mapper) {
-  archive(bytes, mapper.slam.filter);
-  archive(bytes, mapper.slam.last_motion);
-  archive(bytes, mapper.slam.step_from_robot);
-  archive(bytes, mapper.slam.scans_since_step);
-  // Fewest bytes of each: without points or beams.
-  archive_list(bytes, mapper.keys, 88);
-  archive_list(bytes, mapper.key_beams, 56);
-  archive_list(bytes, mapper.edges, 105);
-  archive_list(bytes, mapper.loops, 161);
-  archive_list(bytes, mapper.scans, 36);
-  archive(bytes, mapper.last_search_path_m);
-  archive(bytes, mapper.closed_path_m);
+  archive(bytes, mapper.lines.filter);
+  archive(bytes, mapper.lines.step_from_robot);
+  archive(bytes, mapper.lines.scans_since_step);
+  archive(bytes, mapper.slam);
+  archive_list(bytes, mapper.key_beams, 56);  // fewest bytes of each: without beams
+  archive(bytes, mapper.slam_pose);
   archive(bytes, mapper.replays);
-  archive(bytes, mapper.revision);
 }
 
 namespace {
 
 constexpr std::string_view kLineCheckpointName = "MARCOLSL";
-constexpr uint32_t kLineCheckpointVersion = 3;
+constexpr uint32_t kLineCheckpointVersion = 4;
 
 template <class Archive>
 void archive_all(Archive& bytes, LineCheckpoint& checkpoint) {
   archive(bytes, checkpoint.utime);
-  archive(bytes, checkpoint.odom_from_robot);
   archive(bytes, checkpoint.map_revision);
   archive(bytes, checkpoint.mapper);
 }

@@ -12,8 +12,7 @@ namespace marco::slam {
 
 /// What marco-line-slam must know to resume after it died.
 struct LineCheckpoint {
-  Utime utime;                           ///< of the last scan taken
-  std::optional<Pose2> odom_from_robot;  ///< at that scan
+  Utime utime;  ///< of the last scan taken
   int64_t map_revision = 0;
   LineMapper::Stored mapper;
 };

@@ -12,7 +12,7 @@
 namespace {
 
 int run(int argc, char** argv) {
-  CLI::App app{"Line SLAM: pose and walls from a laser and odometry."};
+  CLI::App app{"Line SLAM: pose and walls from a laser, with odometry or without."};
   marco::process::CommonArguments arguments;
   marco::process::add_common_arguments(app, arguments);
   std::string calibration;
@@ -48,8 +48,7 @@ int run(int argc, char** argv) {
   loop.run_until_stopped();
   adapter.finish();
   loop.say_replies();
-  spdlog::info("{} scans used, {} of them without odometry; {}", adapter.scans_used(),
-               adapter.scans_guessed(), adapter.drops().summary());
+  spdlog::info("{} scans used; {}", adapter.scans_used(), adapter.drops().summary());
   return 0;
 }
 

@@ -9,18 +9,6 @@
 #include "slam/process/line_journal.hpp"
 
 namespace marco::slam {
-namespace {
-
-// The motion that odometry measured during the scan undone.
-DeskewedScan deskew(const SynchronizedScan& scan) {
-  const bool moved = scan.odometry_step && scan.duration_s > 0.0;
-  const Velocity2 velocity =
-      moved ? velocity_of(*scan.odometry_step, scan.duration_s) : Velocity2{};
-  return deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor, velocity);
-}
-
-}  // namespace
-
 LineSlamAdapter::LineSlamAdapter(const LineProcessOptions& options,
                                  process::Bus& bus,
                                  std::function<void(const std::string&)> warn)
@@ -31,7 +19,6 @@ LineSlamAdapter::LineSlamAdapter(const LineProcessOptions& options,
   if (!options_.checkpoint_path.empty()) {
     if (const auto checkpoint = load_checkpoint(options_.checkpoint_path)) {
       mapper_.restore(checkpoint->mapper);
-      odom_at_last_scan_ = checkpoint->odom_from_robot;
       last_scan_ = progress_.newest_scan = checkpoint->utime;
       map_revision_ = checkpoint->map_revision;
       resumed_ = true;
@@ -43,45 +30,29 @@ LineSlamAdapter::LineSlamAdapter(const LineProcessOptions& options,
   }
 }
 
-std::optional<Pose2> LineSlamAdapter::motion_to(const MotionInput& now) {
-  const std::optional<Pose2> before = std::exchange(odom_at_last_scan_, now.odom_from_robot);
-  const std::optional<Utime> last = std::exchange(last_scan_, now.utime);
-  if (!last) return Pose2{};
-  if (!now.odom_from_robot || !before) return std::nullopt;
-  const Pose2 motion = between(*before, *now.odom_from_robot);
-  const double seconds = std::max(0.1, std::abs((now.utime - *last).seconds()));
-  if (motion.translation_m().norm() > options_.max_speed_m_per_s * seconds) {
-    drops_.count("odometry jumps");
-    return std::nullopt;
-  }
-  return motion;
-}
-
 MappedScan LineSlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
-  const Utime utime = scan.scan.utime;
-  const std::optional<Pose2> motion = motion_to(scan.motion);
-  MappedScan mapped;
-  UsedScan& used = mapped.used;
-  used.level = scan.level;
-  used.held_out = !may_draw;
-  used.deskewed.utime = utime;
-  LineSlamUpdate update;
+  const Utime utime = last_scan_.emplace(scan.motion.utime);
+  const ScanVelocity velocity = mapper_.velocity_during(scan.odometry_step, scan.duration_s);
+  SlamInput input;
+  input.scan = deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor, velocity.velocity);
+  input.deskewed_by_odometry = velocity.by_odometry;
+  input.motion = scan.motion;
+  input.level = scan.level;
+  input.may_draw = may_draw;
+  ScanInRobot beams;
   if (scan.level) {
-    used.deskewed = deskew(scan);
-    const ScanInRobot beams =
-        to_robot_frame(scan.scan, scan.info, scan.robot_from_sensor, used.deskewed,
-                       options_.mapper.lines.lines.range_sigma_m);
-    LineSlamJournal journal;
-    update = mapper_.process(beams, utime, motion, may_draw ? MapUse::draw : MapUse::pose_only,
-                             journal_.is_open() ? &journal : nullptr);
-    if (journal_.is_open() && update.looked) journal_ << journal_line(utime, journal) << '\n';
+    beams = to_robot_frame(scan.scan, scan.info, scan.robot_from_sensor, input.scan,
+                           options_.mapper.lines.lines.range_sigma_m);
     ++scans_used_;
-    if (!motion) ++scans_guessed_;
   } else {
     drops_.count("tilted");
-    update = mapper_.carry(utime, motion.value_or(Pose2{}));
   }
-  used.matched = scan.level && update.matched > 0;
+  LineSlamJournal journal;
+  const LineSlamUpdate update =
+      mapper_.process(input, beams, journal_.is_open() ? &journal : nullptr);
+  if (journal_.is_open() && update.looked) journal_ << journal_line(utime, journal) << '\n';
+  MappedScan mapped;
+  mapped.used = {std::move(input.scan), scan.level, !may_draw, scan.level && update.matched > 0};
   // Walls just added are matched by definition: the first scan has a pose, too.
   const bool matched = scan.level && (update.matched > 0 || progress_.scan_count == 1);
   mapped.estimate = {utime, update.world_from_robot, update.covariance,
@@ -101,7 +72,7 @@ std::string LineSlamAdapter::mapping_line() const {
 }
 
 LineCheckpoint LineSlamAdapter::checkpoint() {
-  return {last_scan_.value_or(Utime{}), odom_at_last_scan_, map_revision_, mapper_.store()};
+  return {last_scan_.value_or(Utime{}), map_revision_, mapper_.store()};
 }
 
 std::function<void()> LineSlamAdapter::checkpoint_job() {

@@ -14,8 +14,7 @@ namespace marco::slam {
 /// Line SLAM's adapter: publishes LINE_MAP beside what every Mapper2dAdapter does, and resumes from
 /// options.checkpoint_path when that file exists.
 ///
-/// Without odometry a scan's motion is guessed from the last one. Of tilted scans only the pose is
-/// predicted.
+/// Of tilted scans only the pose is predicted.
 class LineSlamAdapter : public Mapper2dAdapter {
  public:
   /// @throws std::invalid_argument for a bad option or a damaged checkpoint.
@@ -29,7 +28,6 @@ class LineSlamAdapter : public Mapper2dAdapter {
   void save_in_background() { write_in_background(); }
 
   int64_t scans_used() const { return scans_used_; }
-  int64_t scans_guessed() const { return scans_guessed_; }  ///< without odometry
   LineMapper& mapper() { return mapper_; }
   const LineMapper& mapper() const { return mapper_; }
   const Mapper2d& mapper2d() const override { return mapper_; }
@@ -37,23 +35,21 @@ class LineSlamAdapter : public Mapper2dAdapter {
  private:
   MappedScan map_scan(const SynchronizedScan& scan, bool may_draw) override;
   void publish_map(Utime utime) override;
-  void start_mapper_session() override { odom_at_last_scan_.reset(); }
+  void start_mapper_session() override { mapper_.forget_motion(); }
   void finish_mapping() override { mapper_.finish(); }
   std::string execute_on_map(const SlamOrder& order) override;
   std::function<void()> checkpoint_job() override;
   std::string mapping_line() const override;
 
-  std::optional<Pose2> motion_to(const MotionInput& now);
   LineCheckpoint checkpoint();
   void reset(const Pose2& world_from_robot);
 
   LineProcessOptions options_;
   LineMapper mapper_;
-  std::optional<Pose2> odom_at_last_scan_;
   std::optional<Utime> last_scan_;  ///< its repaired stamp
   std::ofstream journal_;
   int64_t map_revision_ = 0;
-  int64_t scans_used_ = 0, scans_guessed_ = 0;
+  int64_t scans_used_ = 0;
 };
 
 }  // namespace marco::slam

@@ -16,8 +16,7 @@ namespace {
 slam::LineProcessOptions lines_of(const MapOptions& options) {
   slam::LineProcessOptions lines = options.lines;
   lines.input = options.slam.input;
-  lines.mapper.keyframes = options.slam.slam.keyframes;
-  lines.mapper.grid = options.slam.slam.grid;
+  lines.mapper.slam = options.slam.slam;
   return lines;
 }
 

@@ -46,6 +46,11 @@ void WallEvidence::count_votes(const WallEvidenceOptions& options) {
   votes_.clear();
 }
 
+void WallEvidence::forget(const WallEvidenceOptions& options) {
+  const auto once = static_cast<float>(options.hit_log_odds);
+  for (float& value : log_odds_) value = std::clamp(value, 0.0F, once);
+}
+
 void WallEvidence::merge(const WallEvidence& other, double offset_m) {
   for (std::size_t i = 0; i < other.log_odds_.size(); ++i) {
     const double at_m = (static_cast<double>(i) + 0.5) * other.bin_m_ - other.offset_m_ + offset_m;

@@ -34,6 +34,8 @@ class WallEvidence {
   void vote_hit(double at_m) { vote(at_m, 1); }
   void vote_passed(double at_m) { vote(at_m, -1); }
   void count_votes(const WallEvidenceOptions& options);
+  /// Of what was seen, that it was seen once.
+  void forget(const WallEvidenceOptions& options);
 
   /// Takes over the evidence of another wall, whose start lies `offset_m` after this one's.
   void merge(const WallEvidence& other, double offset_m);

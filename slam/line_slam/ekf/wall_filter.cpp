@@ -69,7 +69,6 @@ void WallFilter::focus() {
   if (!missing && !moved && !too_many) return;
   state().refresh_means();
   std::vector<int> next = all ? needed : wanted();
-  if (mark_ > 0) next.push_back(mark_);
   state().activate(next);
   moved_since_focus_m_ = 0.0;
 }
@@ -143,39 +142,30 @@ int WallFilter::judge(const ScanInRobot& scan) {
   return removed;
 }
 
-void WallFilter::mark_pose() {
-  if (mark_ > 0) state().remove(mark_);
-  Eigen::Matrix<double, 4, 3> same = Eigen::Matrix<double, 4, 3>::Zero();
-  same.topRows<3>().setIdentity();
-  mark_ = state().append(state().mean(0), state().first_estimate(0), same, Eigen::Matrix4d::Zero());
-}
-
-std::optional<WallFilter::SinceMark> WallFilter::since_mark() const {
-  if (mark_ == 0) return std::nullopt;
-  const Eigen::Vector4d then = state().mean(mark_), now = state().mean(0);
-  const Pose2 world_from_mark{then.x(), then.y(), normalize_angle(then.z())};
-  const Eigen::Matrix2d to_mark = world_from_mark.rotation().transpose();
-  const Eigen::Vector2d way_m = to_mark * (now.head<2>() - then.head<2>());
-  Eigen::Matrix<double, 3, 6> jacobian = Eigen::Matrix<double, 3, 6>::Zero();  // by mark, by robot
-  jacobian.topLeftCorner<2, 2>() = -to_mark;
-  jacobian.block<2, 1>(0, 2) = Eigen::Vector2d(way_m.y(), -way_m.x());
-  jacobian(2, 2) = -1.0;
-  jacobian.block<2, 2>(0, 3) = to_mark;
-  jacobian(2, 5) = 1.0;
-  Eigen::Matrix<double, 6, 6> both;
-  both.topLeftCorner<3, 3>() = state().covariance(mark_, mark_).topLeftCorner<3, 3>();
-  both.topRightCorner<3, 3>() = state().covariance(mark_, 0).topLeftCorner<3, 3>();
-  both.bottomLeftCorner<3, 3>() = both.topRightCorner<3, 3>().transpose();
-  both.bottomRightCorner<3, 3>() = robot_covariance();
-  return SinceMark{between(world_from_mark, world_from_robot()),
-                   jacobian * both * jacobian.transpose()};
+void WallFilter::judge_again(const std::vector<ScanInRobot>& scans,
+                             const std::vector<Pose2>& world_from_robots) {
+  state().refresh_means();
+  for (std::size_t i = 0; i < num_walls(); ++i) map_.wall(i).evidence.forget(options().evidence);
+  std::vector<WallSeen> seen;
+  for (std::size_t k = 0; k < scans.size(); ++k) {
+    const Eigen::Vector2d robot_m = world_from_robots[k].translation_m();
+    seen.clear();
+    for (std::size_t i = 0; i < num_walls(); ++i) {
+      MapWall& wall = map_.wall(i);
+      const Eigen::Vector4d mean = state().rough_mean(wall.block);
+      if (distance_to(robot_m, mean) > options().active_radius_m || left_of(mean, robot_m) < 0.0) {
+        continue;
+      }
+      seen.push_back({seen_from_robot(world_from_robots[k].vector(), mean), &wall.evidence});
+    }
+    vote_for_nearest(scans[k], seen);
+    for (const WallSeen& wall : seen) wall.evidence->count_votes(options().evidence);
+  }
 }
 
 WallFilter::Stored WallFilter::store() {
-  std::vector<int> all = blocks();
+  const std::vector<int> all = blocks();
   Stored stored;
-  stored.has_mark = mark_ > 0;
-  if (stored.has_mark) all.push_back(mark_);
   for (const int block : state().active().subspan(1)) {
     const auto at = std::find(all.begin(), all.end(), block);
     stored.active.push_back(static_cast<int32_t>(at - all.begin()));
@@ -196,7 +186,7 @@ WallFilter::Stored WallFilter::store() {
 }
 
 void WallFilter::restore(const Stored& stored) {
-  const std::size_t count = stored.walls.size() + (stored.has_mark ? 1 : 0);
+  const std::size_t count = stored.walls.size();
   const auto size = static_cast<Eigen::Index>(3 + 4 * count);
   require(stored.mean.size() == size && stored.first_estimate.size() == size &&
               stored.covariance.rows() == size && stored.covariance.cols() == size,
@@ -212,13 +202,7 @@ void WallFilter::restore(const Stored& stored) {
     is_active[static_cast<std::size_t>(index)] = 1;
   }
   map_.restore(stored.walls, stored.next_id);
-  std::vector<int> all = blocks();
-  mark_ = 0;
-  if (stored.has_mark) {
-    mark_ = state().append(Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero(),
-                           Eigen::Matrix<double, 4, 3>::Zero(), Eigen::Matrix4d::Zero());
-    all.push_back(mark_);
-  }
+  const std::vector<int> all = blocks();
   state().restore(all, stored.mean, stored.first_estimate, stored.covariance);
   std::vector<int> active;
   for (const int32_t index : stored.active) active.push_back(all[static_cast<std::size_t>(index)]);

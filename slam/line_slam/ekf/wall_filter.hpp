@@ -68,38 +68,29 @@ class WallFilter {
   /// Raises and lowers the walls' evidence by the rays of a scan; walls that fell below
   /// forget_probability are removed. @returns how many were.
   int judge(const ScanInRobot& scan);
+  /// All evidence again, by these scans alone. @param world_from_robots  one a scan, known to
+  /// centimetres
+  void judge_again(const std::vector<ScanInRobot>& scans,
+                   const std::vector<Pose2>& world_from_robots);
 
   /// See plan_of.
   Walls plan(int64_t min_times_seen, double min_length_m) {
     return plan_of(map_, min_times_seen, min_length_m);
   }
 
-  /// Keeps a copy of the robot's pose in the state, fully correlated with it, in place of the one
-  /// before (stochastic cloning; Roumeliotis and Burdick 2002).
-  void mark_pose();
-  struct SinceMark {
-    Pose2 mark_from_robot;
-    Eigen::Matrix3d covariance;  ///< of (x, y, theta) in the mark's frame
-  };
-  /// The motion from the marked pose to the robot as it is known now; corrections that moved both
-  /// do not change it. @returns nothing before the first mark_pose().
-  std::optional<SinceMark> since_mark() const;
-
   /// The whole state. A filter restored from it continues bit for bit as the stored one.
   struct Stored {
-    /// Robot (3), walls (4 each), and where there is one the marked pose (4, the last unused).
+    /// Robot (3), walls (4 each).
     Eigen::VectorXd mean, first_estimate;
     Eigen::MatrixXd covariance;
     std::vector<MapWall> walls;
-    bool has_mark = false;
-    std::vector<int32_t> active;  ///< indices of walls in the filter's order; walls.size() = mark
+    std::vector<int32_t> active;  ///< indices of walls in the filter's order
     double moved_since_focus_m = 0.0;
     int64_t next_id = 0;
 
     template <class Visitor>
     void visit(Visitor& v) {
       v("next_id", next_id);
-      v("has_mark", has_mark);
       v("moved_since_focus_m", moved_since_focus_m);
       v("active", active);
       v("walls", walls);
@@ -118,7 +109,6 @@ class WallFilter {
   std::vector<int> blocks_within(double radius_m, double behind_m) const;
 
   WallMap map_;
-  int mark_ = 0;                      ///< block of the marked pose; 0 = none
   double moved_since_focus_m_ = 0.0;  ///< by corrections
 };
 

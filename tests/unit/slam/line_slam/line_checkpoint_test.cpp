@@ -8,7 +8,7 @@ namespace {
 TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {
   LineCheckpoint checkpoint;
   checkpoint.utime = Utime::from_us(5);
-  WallFilter::Stored& filter = checkpoint.mapper.slam.filter;
+  WallFilter::Stored& filter = checkpoint.mapper.lines.filter;
   filter.mean = filter.first_estimate = Eigen::VectorXd::Ones(7);
   filter.covariance = Eigen::MatrixXd::Identity(7, 7);
   filter.walls.resize(1);
@@ -17,7 +17,7 @@ TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {
   checkpoint.mapper.key_beams[0].beams[1] = {{1.0, 2.0}, 3.0, true};
   const std::vector<uint8_t> good = encode_checkpoint(checkpoint);
   const LineCheckpoint back = decode_checkpoint(good);
-  EXPECT_EQ(back.mapper.slam.filter.covariance, filter.covariance);
+  EXPECT_EQ(back.mapper.lines.filter.covariance, filter.covariance);
   EXPECT_EQ(back.mapper.key_beams[0].beams[1].hit_m, Eigen::Vector2d(1.0, 2.0));
   EXPECT_THROW(LineMapper(LineMapperOptions{}).restore(back.mapper), std::invalid_argument)
       << "beams without their keyframe";
@@ -33,28 +33,27 @@ TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {
   }
 }
 
-TEST(LineCheckpoint, VersionThreeIsLaidOutAsItEverWas) {
+TEST(LineCheckpoint, VersionFourIsLaidOutAsItEverWas) {
   LineCheckpoint checkpoint;
   checkpoint.utime = Utime::from_us(5);
-  WallFilter::Stored& filter = checkpoint.mapper.slam.filter;
+  WallFilter::Stored& filter = checkpoint.mapper.lines.filter;
   filter.next_id = 3;
-  filter.has_mark = true;
   filter.moved_since_focus_m = 0.25;
-  filter.active = {1, 0};
+  filter.active = {0};
   filter.walls.resize(1);
   filter.walls[0].id = 2;
   filter.walls[0].times_seen = 7;
   filter.walls[0].start_seen = true;
   filter.walls[0].evidence = WallEvidence(WallEvidenceOptions{}, 0.35);
   filter.walls[0].evidence.set_extent(0.05, 0.4);
-  filter.mean = Eigen::VectorXd::LinSpaced(11, 0.0, 1.0);
+  filter.mean = Eigen::VectorXd::LinSpaced(7, 0.0, 1.0);
   filter.first_estimate = 2.0 * filter.mean;
   filter.covariance = filter.mean * filter.mean.transpose();
   const std::vector<uint8_t> bytes = encode_checkpoint(checkpoint);
   uint32_t hash = 2166136261U;  // FNV-1a
   for (const uint8_t byte : bytes) hash = (hash ^ byte) * 16777619U;
-  EXPECT_EQ(hash, 292104967U);
-  EXPECT_EQ(bytes.size(), 1416U);
+  EXPECT_EQ(hash, 1244867697U);
+  EXPECT_EQ(bytes.size(), 1261U);
 }
 
 }  // namespace

@@ -28,6 +28,15 @@ LinesWorld make_ring() {
 const std::vector<Eigen::Vector2d> kRound = {{3.0, 1.0},  {17.0, 1.0}, {17.0, 17.0},
                                              {1.0, 17.0}, {1.0, 1.0},  {6.0, 1.0}};
 
+SlamInput input_of(const ScanInRobot& scan, std::size_t i, const Pose2& odom_from_robot) {
+  SlamInput input;
+  input.scan.utime = input.motion.utime = Utime::from_us(static_cast<int64_t>(i) * 100000);
+  input.scan.hits_in_robot = hits_of(scan);
+  input.scan.sensor_in_robot = scan.sensor_m;
+  input.motion.odom_from_robot = odom_from_robot;
+  return input;
+}
+
 struct Ride {
   Pose2 estimate, truth;
   int replays = 0;
@@ -41,20 +50,22 @@ enum class Life { no_checkpoints, saved, killed };
 // On the third side the wheels slip by a tenth, and the filter believes them to a hundredth.
 Ride ride(bool close_loops, Life life = Life::no_checkpoints) {
   const LinesWorld world = make_ring();
+  testing::LinesLaser laser;
+  laser.max_range_m = 5.0;  // of a corridor it mostly sees the sides alone
   std::mt19937 random(31);
   const LinesDrive tour = testing::drive(kRound, 0.15, 0.2, {}, random);
   LineMapperOptions options;
   options.close_loops = close_loops;
-  options.lines.lines.max_range_m = 3.0;  // of a corridor it sees the sides alone
   options.lines.filter.motion.distance_sigma_part = 0.01;
   options.lines.filter.motion.floor_m = 0.002;
   LineMapper mapper(options, tour.world_from_robot[0]);
+  Pose2 odom_from_robot;
   for (std::size_t i = 0; i < tour.world_from_robot.size(); ++i) {
     Pose2 motion = i == 0 ? Pose2{} : tour.odometry_steps[i - 1];
     if (std::abs(tour.world_from_robot[i].theta_rad) > 3.0) motion.x_m *= 1.10;
-    const auto taken =
-        testing::take_scan(world, testing::LinesLaser{}, tour.world_from_robot[i], random);
-    mapper.process(taken.scan, Utime::from_us(static_cast<int64_t>(i) * 100000), motion);
+    odom_from_robot = odom_from_robot * motion;
+    const auto taken = testing::take_scan(world, laser, tour.world_from_robot[i], random);
+    mapper.process(input_of(taken.scan, i, odom_from_robot), taken.scan);
     if (life == Life::no_checkpoints || i % 130 != 129) continue;
     LineCheckpoint checkpoint;
     checkpoint.mapper = mapper.store();
@@ -99,18 +110,22 @@ TEST(LineMapper, HasAPoseForEveryScanThatMovesWithItsKeyScan) {
   const LinesDrive tour = testing::drive({{3.0, 1.0}, {8.0, 1.0}}, 0.1, 0.2, {}, random);
   LineMapper mapper(LineMapperOptions{}, tour.world_from_robot[0]);
   Trajectory live;
+  Pose2 odom_from_robot;
   for (std::size_t i = 0; i < tour.world_from_robot.size(); ++i) {
     const auto taken =
         testing::take_scan(world, testing::LinesLaser{}, tour.world_from_robot[i], random);
     const Utime utime = Utime::from_us(static_cast<int64_t>(i) * 100000);
     const Pose2 motion = i == 0 ? Pose2{} : tour.odometry_steps[i - 1];
-    live.push_back({utime, mapper.process(taken.scan, utime, motion).world_from_robot});
+    odom_from_robot = odom_from_robot * motion;
+    live.push_back(
+        {utime,
+         mapper.process(input_of(taken.scan, i, odom_from_robot), taken.scan).world_from_robot});
   }
   const Trajectory trajectory = mapper.trajectory();
   ASSERT_EQ(trajectory.size(), live.size());
   for (std::size_t i = 0; i < live.size(); ++i) {
-    // No loop: nothing but what later scans said of the keyframe itself can have moved it.
-    EXPECT_THAT(trajectory[i].world_from_robot, IsNear(live[i].world_from_robot, 0.01, 0.005));
+    // No loop: live it is the filter's pose, here that of scan matching.
+    EXPECT_THAT(trajectory[i].world_from_robot, IsNear(live[i].world_from_robot, 0.02, 0.005));
     EXPECT_EQ(trajectory[i].utime, live[i].utime);
   }
 }
@@ -120,9 +135,11 @@ TEST(LineMapper, AScanThatMayNotDrawLeavesTheMapAlone) {
   std::mt19937 random(33);
   LineMapper mapper(LineMapperOptions{}, {3.0, 1.0, 0.0});
   const auto taken = testing::take_scan(world, testing::LinesLaser{}, Pose2{3.0, 1.0, 0.0}, random);
-  mapper.process(taken.scan, Utime::from_us(1), Pose2{}, MapUse::pose_only);
+  SlamInput input = input_of(taken.scan, 0, {});
+  input.may_draw = false;
+  mapper.process(input, taken.scan);
   EXPECT_EQ(mapper.filter().num_walls(), 0U);
-  EXPECT_EQ(mapper.key_count(), 0U);
+  EXPECT_TRUE(mapper.keys().empty());
 }
 
 }  // namespace

@@ -125,8 +125,6 @@ TEST_F(LineSlamAdapterTest, PublishesAPoseAScanAndAMap) {
   EXPECT_EQ(published.poses.back().status, int8_t{slam_pose_t::STATUS_MATCHED});
   EXPECT_GT(published.poses.back().covariance[0][0], 0.0);
   ASSERT_FALSE(published.maps.empty());
-  // The first scan comes before any odometry: the way to the second is not known.
-  EXPECT_LE(adapter.scans_guessed(), 1);
   EXPECT_EQ(adapter.drops().dropped(), 0);
   bus.deliver(channels::kMapRequest, encode_message(map_request_t{}), {});
   EXPECT_GE(from_message(published.maps.back()).size(), 5U);
@@ -144,7 +142,6 @@ TEST_F(LineSlamAdapterTest, FollowsWithoutAnyOdometry) {
   for (std::size_t i = 0; i < drive.size(); ++i) drive.send_scan(bus, i);
   finish();
   ASSERT_EQ(published.poses.size(), drive.size());
-  EXPECT_EQ(adapter.scans_guessed(), static_cast<int64_t>(drive.size()) - 1);
   EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(drive.size() - 1), 0.03, 0.01));
 }
 
@@ -199,6 +196,7 @@ TEST(LineSlamAdapter, GoesOnFromItsCheckpointAsIfNothingHadHappened) {
   const Drive drive;
   LineProcessOptions options;
   options.checkpoint_path = temporary("line_slam.checkpoint");
+  options.checkpoint_every_s = 0.01;  // after each scan
   const std::size_t half = drive.size() / 2;
   const auto feed = [&](BatchBus& bus, std::size_t from, std::size_t to) {
     drive.send_info(bus);
@@ -215,8 +213,7 @@ TEST(LineSlamAdapter, GoesOnFromItsCheckpointAsIfNothingHadHappened) {
     BatchBus bus;
     LineSlamAdapter first(options, bus);
     EXPECT_FALSE(first.resumed());
-    feed(bus, 0, half);
-    first.finish();
+    feed(bus, 0, half);  // and it is killed
   }
   BatchBus bus;
   Published published(bus);

@@ -1,6 +1,7 @@
 #include "slam/landmarks/point_filter.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -58,11 +58,13 @@ LandmarkUpdate LandmarkSlam::process(const SightingScan& scan) {
   wheels_.carry_to(scan.utime, filter_.set_up(), learner_.noise());
   const WheelMotion motion = wheels_.motion();
   wheels_.restart();
-  filter_.move(motion);
+  WheelMotion believed = motion;
+  if (options_.learn_noise) believed.noise *= correlation_.noise_factor();
+  filter_.move(believed);
 
   LandmarkUpdate update;
   visibility_.add_scan(sightings);
-  const SightingNoise noise = learner_.noise();
+  const SightingNoise noise = independent_noise();
   const std::vector<SightingMatch> matches =
       associate_sightings(filter_, sightings, noise, options_.gate_probability);
   std::vector<SightingOf> seen, known;
@@ -78,7 +80,7 @@ LandmarkUpdate LandmarkSlam::process(const SightingScan& scan) {
     if (record.times_seen > kKnownSightings) known.push_back(seen.back());
   }
   update.paired = static_cast<int>(seen.size());
-  filter_.correct(seen, noise);
+  correct(seen);
   if (options_.learn_noise) learner_.add_scan(motion, known, filter_);
   note_neighbours(seen);
   for (const Sighting& sighting : provisional_.add_scan(unexplained, filter_, visibility_, noise,
@@ -92,8 +94,33 @@ LandmarkUpdate LandmarkSlam::process(const SightingScan& scan) {
   return update;
 }
 
+void LandmarkSlam::correct(const std::vector<SightingOf>& seen) {
+  const SightingNoise& noise = learner_.noise();
+  const Eigen::Array2d own(noise.range_sigma_m, noise.bearing_sigma_rad);
+  ++scan_;
+  for (const SightingOf& one : seen) {
+    const Record& record = records_[static_cast<std::size_t>(one.landmark)];
+    if (record.times_seen <= kKnownSightings) continue;
+    const PointInnovation rows = filter_.innovation(one);
+    const Eigen::Array2d variance =
+        filter_.innovation_covariance(rows, one.landmark, rows, one.landmark).diagonal().array() +
+        own.square();
+    correlation_.add(record.id, rows.innovation.array() / variance.sqrt(), scan_);
+  }
+  filter_.correct(seen, independent_noise());
+}
+
+SightingNoise LandmarkSlam::independent_noise() const {
+  SightingNoise noise = learner_.noise();
+  if (!options_.learn_noise) return noise;
+  const double factor = std::sqrt(correlation_.noise_factor());
+  noise.range_sigma_m *= factor;
+  noise.bearing_sigma_rad *= factor;
+  return noise;
+}
+
 void LandmarkSlam::add(const Sighting& sighting) {
-  filter_.add(sighting, learner_.noise());
+  filter_.add(sighting, independent_noise());
   Record record;
   record.id = next_id_++;
   record.evidence = kEvidenceAtFirst;

@@ -10,6 +10,7 @@
 #include "slam/landmarks/point_filter.hpp"
 #include "slam/landmarks/provisional_landmarks.hpp"
 #include "slam/landmarks/sighting_association.hpp"
+#include "slam/landmarks/sighting_correlation.hpp"
 #include "slam/landmarks/visibility.hpp"
 #include "slam/landmarks/wheel_integral.hpp"
 
@@ -51,6 +52,8 @@ class LandmarkSlam {
   /// Landmarks that probably exist. @param least_existence  probability
   std::vector<MapLandmark> landmarks(double least_existence = 0.9) const;
   const SightingNoise& noise() const { return learner_.noise(); }
+  /// See SightingCorrelation.
+  double noise_factor() const { return correlation_.noise_factor(); }
   const PointFilter& filter() const { return filter_; }
 
  private:
@@ -65,6 +68,9 @@ class LandmarkSlam {
     void count(const Sighting& sighting);
   };
   void add(const Sighting& sighting);
+  void correct(const std::vector<SightingOf>& seen);
+  /// Of sightings that repeat each other's errors, as if they did not.
+  SightingNoise independent_noise() const;
   void forget(int index);
   void note_neighbours(const std::vector<SightingOf>& seen);
   int join_doubled(const std::vector<SightingOf>& seen);
@@ -75,10 +81,12 @@ class LandmarkSlam {
   WheelIntegral wheels_;
   PointFilter filter_;
   NoiseLearner learner_;
+  SightingCorrelation correlation_;
   Visibility visibility_;
   ProvisionalLandmarks provisional_;
   std::vector<Record> records_;  ///< by the filter's index
   int64_t next_id_ = 1;
+  int64_t scan_ = 0;
 };
 
 }  // namespace marco::slam

@@ -9,8 +9,8 @@ namespace marco::slam {
 struct SightingNoise {
   double range_sigma_m = 0.10;
   double bearing_sigma_rad = 0.03;
-  double move_sigma_m = 0.05;    ///< of a metre's way, growing with its square root
-  double turn_sigma_rad = 0.05;  ///< the same, of the heading
+  double move_sigma_m = 0.10;    ///< of a metre's way, growing with its square root
+  double turn_sigma_rad = 0.10;  ///< the same, of the heading
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -44,6 +44,7 @@ PointFilter::PointFilter(const SetUpOptions& options) {
       options.sensor_sigma_m, options.sensor_sigma_m, options.sensor_yaw_sigma_rad;
   p_.setZero(kFirstLandmark, kFirstLandmark);
   p_.diagonal().segment<kSetUpSize>(kSetUp) = sigma.cwiseAbs2();
+  walk_per_s_ = sigma.head<3>().cwiseAbs2() / kForgetS;
 }
 
 Eigen::Matrix3d PointFilter::robot_covariance() const {
@@ -92,6 +93,7 @@ void PointFilter::move(const WheelMotion& motion) {
   const Eigen::MatrixXd half = by_motion * (by_state + 0.5 * own * by_motion.transpose());
   p_ += half;
   p_ += half.transpose();
+  p_.diagonal().segment<3>(kSetUp) += motion.seconds * walk_per_s_;
 }
 
 Eigen::Vector2d PointFilter::in_sensor(int index) const {

@@ -55,6 +55,8 @@ class PointFilter {
   /// Covariance of where landmark b lies as seen from landmark a, up to the map's turn.
   Eigen::Matrix2d relative_covariance(int a, int b) const;
 
+  /// Also forgets the wheels' constants slowly: what they are known to be wrong by at first comes
+  /// again in kForgetS seconds.
   void move(const WheelMotion& motion);
 
   /// Where a landmark is seen from the sensor [m].
@@ -90,6 +92,7 @@ class PointFilter {
   void shift(const Eigen::VectorXd& error);
   Eigen::Matrix<double, 7, 7> block(int landmark_a, int landmark_b) const;
 
+  static constexpr double kForgetS = 1000.0;
   static constexpr Eigen::Index kPosition = 1;
   static constexpr Eigen::Index kSetUp = 3;
   static constexpr Eigen::Index kSensor = kSetUp + sensor_x;
@@ -97,6 +100,7 @@ class PointFilter {
 
   Pose2 world_from_robot_;
   SetUpVector set_up_;
+  Eigen::Vector3d walk_per_s_;  ///< variances, of the wheels' constants
   std::vector<Eigen::Vector2d> landmarks_;
   Eigen::MatrixXd p_;
 };

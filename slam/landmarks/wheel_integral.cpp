@@ -22,11 +22,10 @@ bool WheelIntegral::add(const WheelVelocity& sample,
   if (last_ && sample.utime < last_->utime) return false;
   const Eigen::Vector2d now(sample.speed_m_per_s, sample.turn_rate_rad_per_s);
   if (utime_ && sample.utime > *utime_) {
-    const Eigen::Vector2d before(last_->speed_m_per_s, last_->turn_rate_rad_per_s);
     const double gap_s = (sample.utime - last_->utime).seconds();
     const double seconds = (sample.utime - *utime_).seconds();
     advance(gap_s > 2.0 * kLongestHoldS ? std::min(seconds, kLongestHoldS) : seconds,
-            0.5 * (before + now), set_up, noise);
+            now, set_up, noise);
     utime_ = sample.utime;
   }
   if (!utime_) utime_ = sample.utime;
@@ -85,6 +84,7 @@ void WheelIntegral::advance(double seconds,
                   by * wheels.asDiagonal() * by.transpose();
   motion_.by_set_up = carried * motion_.by_set_up + by * wheels_by_set_up;
   motion_.start_from_end = motion_.start_from_end * step;
+  motion_.seconds += seconds;
   motion_.effort_m += effort_m;
 }
 

@@ -26,11 +26,12 @@ struct WheelMotion {
   Pose2 start_from_end;
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();  ///< of (x, y, theta), start frame
   Eigen::Matrix<double, 3, kSetUpSize> by_set_up = Eigen::Matrix<double, 3, kSetUpSize>::Zero();
+  double seconds = 0.0;
   double effort_m = 0.0;  ///< metres that the wheels ran; noise is proportional to it
 };
 
-/// Sums wheel velocities. Between two samples the velocity is their mean; after the last one it
-/// stays for half a second at most. Not thread-safe.
+/// Sums wheel velocities. A sample's velocity is that of the interval that ends with it, as wheels
+/// that count have it; after the last one it stays for half a second at most. Not thread-safe.
 class WheelIntegral {
  public:
   /// @returns false where the sample is older than the one before, or not finite: it is left out

@@ -51,6 +51,9 @@ std::vector<Case> cases() {
   few.world.width_m = 5.0;
   few.world.height_m = 4.0;
   few.world.reach_m = 3.0;
+  Case& slip = add("wheels slip");
+  slip.world.speed_sigma_m_per_s = 0.05;
+  slip.world.turn_sigma_rad_per_s = 0.15;
   Case& crisp = add("crisp: 5 mm, 3 mrad");
   crisp.world.range_sigma_m = 0.005;
   crisp.world.bearing_sigma_rad = 0.003;
@@ -62,6 +65,7 @@ void run(const Case& one, int seeds, unsigned first) {
   double rms = 0.0, worst = 0.0, nees = 0.0, ms = 0.0, dead = 0.0, post = 0.0;
   int found = 0, landmarks = 0, posts = 0, whole = 0;
   slam::SightingNoise noise;
+  double factor = 0.0;
   for (int seed = 0; seed < seeds; ++seed) {
     const auto drive = testing::PostSimulation(one.world, first + static_cast<unsigned>(seed)).run();
     const testing::PostResult result = testing::run_posts(drive, one.options);
@@ -77,12 +81,13 @@ void run(const Case& one, int seeds, unsigned first) {
     whole += result.found == static_cast<int>(drive.posts.size()) &&
              result.landmarks == static_cast<int>(drive.posts.size());
     noise = result.noise;
+    factor = result.noise_factor;
   }
   std::printf(" path %5.2f cm (worst %6.2f; wheels %4.0f), posts %4d of %4d, landmarks %4d, all and no other "
-              "%2d of %2d, worst %5.1f cm, NEES %5.2f, %.3f ms; noise %.3f m %.4f rad, %.3f m %.4f rad\n",
+              "%2d of %2d, worst %5.1f cm, NEES %5.2f, %.3f ms; noise %.3f m %.4f rad, %.3f m %.4f rad, x %.2f\n",
               100.0 * rms, 100.0 * worst, 100.0 * dead, found, posts, landmarks, whole, seeds,
               100.0 * post, nees, ms, noise.range_sigma_m, noise.bearing_sigma_rad,
-              noise.move_sigma_m, noise.turn_sigma_rad);
+              noise.move_sigma_m, noise.turn_sigma_rad, factor);
   std::fflush(stdout);
 }
 

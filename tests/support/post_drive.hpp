@@ -53,13 +53,14 @@ class PostSimulation {
     const Pose2 first_from_room = robot.inverse();
     Eigen::Vector2d goal = somewhere();
     double speed = 0.0, turn = 0.0, way_m = 0.0;
+    double counted_m = 0.0, counted_rad = 0.0;  // by the wheels since the sample before
     for (int step = 0; way_m < world_.way_m; ++step) {
       const double now_s = step * dt;
       const Utime utime = Utime::from_seconds(1000.0 + now_s);
       drive_.truth.push_back({utime, first_from_room * robot});
       drive_.wheels.push_back(
-          {utime, speed * world_.speed_scale + normal(world_.speed_sigma_m_per_s),
-           turn * world_.turn_scale + world_.turn_bias_rad_per_s +
+          {utime, counted_m / dt * world_.speed_scale + normal(world_.speed_sigma_m_per_s),
+           counted_rad / dt * world_.turn_scale + world_.turn_bias_rad_per_s +
                normal(world_.turn_sigma_rad_per_s)});
       const bool blind = now_s >= world_.blind_from_s && now_s < world_.blind_to_s;
       if (step % world_.scan_every == 0 && !blind) look(utime, robot);
@@ -69,11 +70,13 @@ class PostSimulation {
       const double wanted = std::clamp(1.0 * off, -0.6, 0.6);
       const double before_speed = speed, before_turn = turn;
       turn += std::clamp(wanted - turn, -1.0 * dt, 1.0 * dt);
-      const double wanted_speed = world_.speed_m_per_s * (std::abs(off) > 1.0 ? 0.5 : 1.2);
+      const double wanted_speed = world_.speed_m_per_s * (std::abs(off) > 1.0 ? 0.2 : 1.2);
       speed += std::clamp(wanted_speed - speed, -0.3 * dt, 0.3 * dt);
       const double d = 0.5 * (speed + before_speed) * dt, a = 0.5 * (turn + before_turn) * dt;
       robot = robot * Pose2{d * std::cos(0.5 * a), d * std::sin(0.5 * a), a};
       way_m += d;
+      counted_m = d;
+      counted_rad = a;
     }
     for (Eigen::Vector2d& post : drive_.posts) post = first_from_room * post;
     return drive_;

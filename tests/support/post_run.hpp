@@ -20,6 +20,7 @@ struct PostResult {
   double mean_nees = 0.0;             ///< of the pose; 3 is honest
   double ms_per_scan = 0.0;
   slam::SightingNoise noise;
+  double noise_factor = 1.0;
 };
 
 inline Trajectory dead_reckoning(const PostDrive& drive) {
@@ -61,6 +62,7 @@ inline PostResult run_posts(const PostDrive& drive, const slam::LandmarkSlamOpti
   result.dead_reckoning_rms_m = fit_to_truth(dead_reckoning(drive), drive.truth).rms_m;
   result.mean_nees = nees / static_cast<double>(truths);
   result.noise = slam.noise();
+  result.noise_factor = slam.noise_factor();
   const auto landmarks = slam.landmarks();
   result.landmarks = static_cast<int>(landmarks.size());
   for (const Eigen::Vector2d& post : drive.posts) {

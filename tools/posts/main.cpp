@@ -91,6 +91,7 @@ PostsRun follow(const slam::LandmarkDrive& drive, const slam::LandmarkSlamOption
   run.scans = drive.scans.size();
   run.landmarks = slam.landmarks();
   run.noise = slam.noise();
+  run.noise_factor = slam.noise_factor();
   run.set_up = slam.filter().set_up();
   run.set_up_sigma = slam.filter().set_up_sigma();
   return run;

@@ -90,7 +90,8 @@ std::string report_json(const PostsRun& run, const PostsInput& input) {
   root["noise"] = {{"range_sigma_m", run.noise.range_sigma_m},
                    {"bearing_sigma_rad", run.noise.bearing_sigma_rad},
                    {"move_sigma_m", run.noise.move_sigma_m},
-                   {"turn_sigma_rad", run.noise.turn_sigma_rad}};
+                   {"turn_sigma_rad", run.noise.turn_sigma_rad},
+                   {"sighting_factor", run.noise_factor}};
   const char* const names[slam::kSetUpSize] = {"speed_scale",    "turn_scale",
                                                "turn_bias_rad_per_s", "sensor_ahead_m",
                                                "sensor_left_m",  "sensor_yaw_rad"};

@@ -17,6 +17,7 @@ struct PostsRun {
   Trajectory dead_reckoning;
   std::vector<slam::MapLandmark> landmarks;
   slam::SightingNoise noise;
+  double noise_factor = 1.0;  ///< of sightings: see slam::SightingCorrelation
   slam::SetUpVector set_up, set_up_sigma;
   slam::BearingConvention bearings;
   slam::LandmarkUpdate sums;                ///< over all scans

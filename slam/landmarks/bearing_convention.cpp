@@ -11,27 +11,42 @@ namespace marco::slam {
 namespace {
 
 constexpr double kQuarter = 0.5 * std::numbers::pi;
-constexpr std::size_t kScans = 500;        // with sightings, of a robot that moves
-constexpr double kClearPart = 0.9;         // the next best convention pairs fewer than this
-constexpr double kMovingMPerS = 0.02;
+constexpr std::size_t kScans = 200;
+constexpr double kClearPart = 0.9;  // the next best convention pairs fewer than this
+// Scans this far apart: a wrong convention then moves landmarks by more than their noise.
+constexpr double kApartRad = 0.15;
+constexpr double kApartPart = 0.1;  // of the median range
 
-// The part of the drive that tells most: the first scans while it moves.
+double median_range(const LandmarkDrive& drive) {
+  std::vector<double> ranges;
+  for (const SightingScan& scan : drive.scans) {
+    for (const Sighting& sighting : scan.sightings) ranges.push_back(sighting.range_m);
+  }
+  if (ranges.empty()) return 1.0;
+  const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
+  std::nth_element(ranges.begin(), middle, ranges.end());
+  return *middle;
+}
+
+// The part of the drive that tells most: the first scans that are apart.
 LandmarkDrive beginning_of(const LandmarkDrive& drive) {
   LandmarkDrive part;
-  const auto moves = std::find_if(
-      drive.wheels.begin(), drive.wheels.end(),
-      [](const WheelVelocity& sample) { return std::abs(sample.speed_m_per_s) > kMovingMPerS; });
-  if (moves == drive.wheels.end()) return part;
+  const double apart_m = kApartPart * median_range(drive);
+  WheelIntegral wheels;
+  std::size_t next = 0;
   for (const SightingScan& scan : drive.scans) {
-    if (scan.utime < moves->utime || scan.sightings.empty()) continue;
     if (part.scans.size() == kScans) break;
-    part.scans.push_back(scan);
-  }
-  if (part.scans.empty()) return part;
-  for (const WheelVelocity& sample : drive.wheels) {
-    if (sample.utime >= moves->utime && sample.utime <= part.scans.back().utime) {
-      part.wheels.push_back(sample);
+    for (; next < drive.wheels.size() && drive.wheels[next].utime <= scan.utime; ++next) {
+      wheels.add(drive.wheels[next], SetUpVector::Zero(), {});
+      part.wheels.push_back(drive.wheels[next]);
     }
+    const Pose2& moved = wheels.motion().start_from_end;
+    if (scan.sightings.empty() ||
+        (moved.translation_m().norm() < apart_m && std::abs(moved.theta_rad) < kApartRad)) {
+      continue;
+    }
+    part.scans.push_back(scan);
+    wheels.restart();
   }
   return part;
 }
@@ -70,7 +85,9 @@ std::optional<BearingConvention> find_bearing_convention(const LandmarkDrive& dr
                                                          const LandmarkSlamOptions& options) {
   const LandmarkDrive part = beginning_of(drive);
   LandmarkSlamOptions fixed = options;
-  fixed.learn_noise = false;  // a wrong convention must not be learned as noise
+  // A wrong convention must not be learned as noise or as a turned sensor.
+  fixed.learn_noise = false;
+  fixed.set_up.sensor_yaw_sigma_rad = 0.0;
   std::optional<BearingConvention> best;
   int most = 0, next = 0;
   for (const double zero_rad : {0.0, kQuarter, -kQuarter, 2.0 * kQuarter}) {
@@ -86,7 +103,7 @@ std::optional<BearingConvention> find_bearing_convention(const LandmarkDrive& dr
       }
     }
   }
-  if (next > kClearPart * most) return std::nullopt;
+  if (next >= kClearPart * most) return std::nullopt;
   return best;
 }
 

@@ -13,15 +13,39 @@ struct Case {
   std::string name;
   testing::PostWorld world;
   slam::LandmarkSlamOptions options;
+  bool set_up_is_drawn = false;  ///< from the options' standard deviations, by the seed
 };
+
+// A world whose wheels and sensor are as wrong as the options say they may be.
+testing::PostWorld drawn(testing::PostWorld world, const slam::SetUpOptions& by, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto normal = [&](double sigma) {
+    return sigma * std::normal_distribution<double>()(random);
+  };
+  world.speed_scale = 1.0 / (1.0 + normal(by.speed_scale_sigma));
+  world.turn_scale = 1.0 / (1.0 + normal(by.turn_scale_sigma));
+  world.turn_bias_rad_per_s = normal(by.turn_bias_sigma_rad_per_s);
+  world.sensor_ahead_m = normal(by.sensor_sigma_m);
+  world.sensor_left_m = normal(by.sensor_sigma_m);
+  world.sensor_yaw_rad = normal(by.sensor_yaw_sigma_rad);
+  return world;
+}
 
 std::vector<Case> cases() {
   std::vector<Case> all;
   const auto add = [&](const std::string& name) -> Case& {
-    all.push_back({name, {}, {}});
+    all.push_back({name, {}, {}, false});
     return all.back();
   };
   add("10 Hz");
+  add("set-up drawn").set_up_is_drawn = true;
+  Case& known = add("all known");
+  known.options.set_up = {0, 0, 0, 0, 0, 0, 0, 0};
+  known.options.learn_noise = false;
+  known.options.noise = {0.033, 0.026, 0.0122, 0.0365};
+  Case& drawn05 = add("drawn, start 0.05");
+  drawn05.set_up_is_drawn = true;
+  drawn05.options.noise.move_sigma_m = drawn05.options.noise.turn_sigma_rad = 0.05;
   add("1 Hz").world.scan_every = 10;
   add("5 % clutter").world.clutter_part = 0.05;
   add("30 % missed").world.missed_part = 0.3;
@@ -67,7 +91,10 @@ void run(const Case& one, int seeds, unsigned first) {
   slam::SightingNoise noise;
   double factor = 0.0;
   for (int seed = 0; seed < seeds; ++seed) {
-    const auto drive = testing::PostSimulation(one.world, first + static_cast<unsigned>(seed)).run();
+    const unsigned number = first + static_cast<unsigned>(seed);
+    const auto world =
+        one.set_up_is_drawn ? drawn(one.world, one.options.set_up, number) : one.world;
+    const auto drive = testing::PostSimulation(world, number).run();
     const testing::PostResult result = testing::run_posts(drive, one.options);
     rms += result.path_rms_m / seeds;
     dead += result.dead_reckoning_rms_m / seeds;

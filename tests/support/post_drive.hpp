@@ -29,7 +29,7 @@ struct PostWorld {
   double speed_sigma_m_per_s = 0.02;         ///< white, per sample
   double turn_sigma_rad_per_s = 0.06;
   double speed_scale = 1.0, turn_scale = 1.0, turn_bias_rad_per_s = 0.0;  ///< measured of true
-  double sensor_ahead_m = 0.0;
+  double sensor_ahead_m = 0.0, sensor_left_m = 0.0, sensor_yaw_rad = 0.0;
   double missed_part = 0.0;
   double clutter_part = 0.0;    ///< false sightings, of the true ones
   double blind_from_s = 0.0, blind_to_s = 0.0;  ///< no scans
@@ -109,7 +109,9 @@ class PostSimulation {
 
   void look(Utime utime, const Pose2& robot) {
     slam::SightingScan scan{utime, {}};
-    const Pose2 sensor_from_world = (robot * Pose2{world_.sensor_ahead_m, 0.0, 0.0}).inverse();
+    const Pose2 sensor_from_world =
+        (robot * Pose2{world_.sensor_ahead_m, world_.sensor_left_m, world_.sensor_yaw_rad})
+            .inverse();
     for (const Eigen::Vector2d& post : drive_.posts) {
       const Eigen::Vector2d at = sensor_from_world * post;
       const double bearing = std::atan2(at.y(), at.x());

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "lcm_tools/base/check.hpp"
 
@@ -20,6 +21,9 @@ constexpr double kMissPart = 0.5;        // of what independent misses would say
 constexpr double kNewViewPart = 0.2;     // moved by this part of the range, a view is another one
 constexpr double kLeastProbability = 0.3;  // what is seen more rarely says nothing when missed
 constexpr double kOcclusionRad = 0.06;   // beside a nearer landmark
+
+constexpr int kStepsToBegin = 15;          // of learning, until the beginning is gone through again
+constexpr std::size_t kMostToBegin = 3000; // scans; who learns nothing meanwhile goes on
 
 constexpr double kDoubledGate2 = 7.4;    // chi-square, 2 degrees of freedom, 97.5 %
 constexpr double kNeighboursM = 5.0;
@@ -38,9 +42,11 @@ void LandmarkSlam::Record::count(const Sighting& sighting) {
 LandmarkSlam::LandmarkSlam(const LandmarkSlamOptions& options)
     : options_(options), filter_(options.set_up), learner_(options.noise) {
   validate(options, "landmarks");
+  if (options.learn_noise) beginning_.emplace();
 }
 
 bool LandmarkSlam::process(const WheelVelocity& sample) {
+  if (beginning_) beginning_->wheels.push_back(sample);
   return wheels_.add(sample, filter_.set_up(), learner_.noise());
 }
 
@@ -49,6 +55,35 @@ Pose2 LandmarkSlam::world_from_robot() const {
 }
 
 LandmarkUpdate LandmarkSlam::process(const SightingScan& scan) {
+  const LandmarkUpdate update = take(scan);
+  if (!beginning_) return update;
+  beginning_->scans.push_back(scan);
+  if (learner_.steps() >= kStepsToBegin) begin_again();
+  if (beginning_ && beginning_->scans.size() > kMostToBegin) beginning_.reset();
+  return update;
+}
+
+void LandmarkSlam::begin_again() {
+  LandmarkSlamOptions learned = options_;
+  learned.noise = learner_.noise();
+  LandmarkSlam again(learned);
+  again.beginning_.reset();
+  again.learner_ = learner_;
+  again.learner_.lose_robot();
+  again.correlation_ = correlation_;
+  again.correlation_.renumber();
+  std::size_t next = 0;
+  for (const SightingScan& scan : beginning_->scans) {
+    while (next < beginning_->wheels.size() && beginning_->wheels[next].utime <= scan.utime) {
+      again.process(beginning_->wheels[next++]);
+    }
+    again.take(scan);
+  }
+  again.options_ = options_;
+  *this = std::move(again);
+}
+
+LandmarkUpdate LandmarkSlam::take(const SightingScan& scan) {
   std::vector<Sighting> sightings;
   for (const Sighting& sighting : scan.sightings) {
     const bool usable = std::isfinite(sighting.range_m) && std::isfinite(sighting.bearing_rad) &&

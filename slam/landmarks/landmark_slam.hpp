@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -34,6 +35,8 @@ struct LandmarkUpdate {
 /// SLAM with point landmarks (posts, trees, corners) that are not told apart. Causal: an estimate
 /// rests on what came before it. Steps of one scan: move, associate, correct, confirm new ones,
 /// join doubled ones, judge by what should have been seen, learn the noise.
+/// The first half minute or so is gone through twice: the map's place and turn hang on it, and the
+/// noise is known only at its end. Landmarks then get new ids.
 /// World frame: the robot's place at its first sample. Not thread-safe.
 class LandmarkSlam {
  public:
@@ -67,6 +70,13 @@ class LandmarkSlam {
 
     void count(const Sighting& sighting);
   };
+  /// What there was to go through again, until then.
+  struct Beginning {
+    std::vector<WheelVelocity> wheels;
+    std::vector<SightingScan> scans;
+  };
+  LandmarkUpdate take(const SightingScan& scan);
+  void begin_again();
   void add(const Sighting& sighting);
   void correct(const std::vector<SightingOf>& seen);
   /// Of sightings that repeat each other's errors, as if they did not.
@@ -78,6 +88,7 @@ class LandmarkSlam {
   int judge(const std::vector<SightingMatch>& matches, double moved_m);
 
   LandmarkSlamOptions options_;
+  std::optional<Beginning> beginning_;
   WheelIntegral wheels_;
   PointFilter filter_;
   NoiseLearner learner_;

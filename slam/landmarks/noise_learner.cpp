@@ -120,6 +120,7 @@ void NoiseLearner::add_scan(const WheelMotion& motion,
 }
 
 void NoiseLearner::take_step() {
+  ++steps_;
   std::array<double, kNumbers> step{};
   const double middle = followers_[0].log_likelihood;
   for (int i = 0; i < kNumbers; ++i) {

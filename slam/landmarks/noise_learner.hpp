@@ -19,6 +19,10 @@ class NoiseLearner {
   explicit NoiseLearner(const SightingNoise& start);
 
   const SightingNoise& noise() const { return noise_; }
+  /// Steps taken so far.
+  int steps() const { return steps_; }
+  /// Keeps what was learned, and looks for the robot anew.
+  void lose_robot() { has_started_ = false; }
 
   /// The robot moved, and saw these landmarks, which the map knows well.
   /// @param filter  as corrected by them
@@ -46,6 +50,7 @@ class NoiseLearner {
   bool has_started_ = false;
   int scans_ = 0;
   int sightings_ = 0;
+  int steps_ = 0;
   std::array<double, kNumbers> curvature_{};
 };
 

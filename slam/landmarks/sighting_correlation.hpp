@@ -19,6 +19,9 @@ class SightingCorrelation {
   /// @param scan      number of the scan
   void add(int64_t landmark, const Eigen::Vector2d& innovation, int64_t scan);
 
+  /// Ends all stretches: landmarks get other ids.
+  void renumber() { stretches_.clear(); }
+
   /// At least 1.
   double noise_factor() const;
 

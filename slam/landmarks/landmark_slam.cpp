@@ -17,17 +17,17 @@ constexpr double kEvidenceAtFirst = 1.0;
 constexpr double kEvidenceSeen = 0.7;
 constexpr double kMostEvidence = 8.0;
 constexpr double kLeastEvidence = -2.0;
-constexpr double kMissPart = 0.5;        // of what independent misses would say
-constexpr double kNewViewPart = 0.2;     // moved by this part of the range, a view is another one
+constexpr double kMissPart = 0.5;          // of what independent misses would say
+constexpr double kNewViewPart = 0.2;       // moved by this part of the range, a view is another one
 constexpr double kLeastProbability = 0.3;  // what is seen more rarely says nothing when missed
-constexpr double kOcclusionRad = 0.06;   // beside a nearer landmark
+constexpr double kOcclusionRad = 0.06;     // beside a nearer landmark
 
-constexpr int kStepsToBegin = 15;          // of learning, until the beginning is gone through again
-constexpr std::size_t kMostToBegin = 3000; // scans; who learns nothing meanwhile goes on
+constexpr int kStepsToBegin = 15;  // of learning, until the beginning is gone through again
+constexpr std::size_t kMostToBegin = 3000;  // scans; who learns nothing meanwhile goes on
 
-constexpr double kDoubledGate2 = 7.4;    // chi-square, 2 degrees of freedom, 97.5 %
+constexpr double kDoubledGate2 = 7.4;  // chi-square, 2 degrees of freedom, 97.5 %
 constexpr double kNeighboursM = 5.0;
-constexpr int kKnownSightings = 20;      // a landmark that may teach the noise
+constexpr int kKnownSightings = 20;  // a landmark that may teach the noise
 
 }  // namespace
 

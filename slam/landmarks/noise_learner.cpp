@@ -7,13 +7,13 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kStepLog = 0.25;          // of a standard deviation's logarithm, between filters
+constexpr double kStepLog = 0.25;  // of a standard deviation's logarithm, between filters
 constexpr int kWindowSightings = 150;
 constexpr double kMemoryWindows = 60.0;
-constexpr double kFirstCurvature = 10.0;   // a little trust in the starting values
+constexpr double kFirstCurvature = 10.0;  // a little trust in the starting values
 constexpr double kLargestStepLog = 0.4;
-constexpr double kOutlier2 = 16.0;         // a sighting this far off teaches nothing
-constexpr double kLostM = 0.5;             // a follower this far from the robot starts again
+constexpr double kOutlier2 = 16.0;  // a sighting this far off teaches nothing
+constexpr double kLostM = 0.5;      // a follower this far from the robot starts again
 
 }  // namespace
 
@@ -27,19 +27,29 @@ SightingNoise NoiseLearner::varied(int filter) const {
   if (filter == 0) return noise;
   const double factor = std::exp(filter % 2 == 1 ? kStepLog : -kStepLog);
   switch ((filter - 1) / 2) {
-    case 0: noise.range_sigma_m *= factor; break;
-    case 1: noise.bearing_sigma_rad *= factor; break;
-    case 2: noise.move_sigma_m *= factor; break;
-    default: noise.turn_sigma_rad *= factor; break;
+    case 0:
+      noise.range_sigma_m *= factor;
+      break;
+    case 1:
+      noise.bearing_sigma_rad *= factor;
+      break;
+    case 2:
+      noise.move_sigma_m *= factor;
+      break;
+    default:
+      noise.turn_sigma_rad *= factor;
+      break;
   }
   return noise;
 }
 
 void NoiseLearner::start_again(const PointFilter& filter) {
   // About what a follower of few landmarks knows; a few scans make it right.
-  const Eigen::Matrix3d covariance = Eigen::Vector3d(
-      noise_.range_sigma_m * noise_.range_sigma_m, noise_.range_sigma_m * noise_.range_sigma_m,
-      noise_.bearing_sigma_rad * noise_.bearing_sigma_rad).asDiagonal();
+  const Eigen::Matrix3d covariance =
+      Eigen::Vector3d(noise_.range_sigma_m * noise_.range_sigma_m,
+                      noise_.range_sigma_m * noise_.range_sigma_m,
+                      noise_.bearing_sigma_rad * noise_.bearing_sigma_rad)
+          .asDiagonal();
   followers_.fill({filter.world_from_robot(), covariance, 0.0});
   has_started_ = true;
   scans_ = 0;
@@ -82,8 +92,9 @@ double NoiseLearner::follow(Follower& follower,
 void NoiseLearner::add_scan(const WheelMotion& motion,
                             const std::vector<SightingOf>& seen,
                             const PointFilter& filter) {
-  const Eigen::Vector2d off = filter.world_from_robot().translation_m() -
-                              (followers_[0].world_from_robot * motion.start_from_end).translation_m();
+  const Eigen::Vector2d off =
+      filter.world_from_robot().translation_m() -
+      (followers_[0].world_from_robot * motion.start_from_end).translation_m();
   const double lost_m = kLostM + 5.0 * motion.effort_m * noise_.move_sigma_m;
   if (!has_started_ || off.norm() > lost_m) {
     start_again(filter);
@@ -101,10 +112,10 @@ void NoiseLearner::add_scan(const WheelMotion& motion,
     const Pose2 before = follower.world_from_robot;
     follower.world_from_robot = before * motion.start_from_end;
     Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
-    carry.topRightCorner<2, 1>() = turned_left(follower.world_from_robot.translation_m() -
-                                               before.translation_m());
-    follower.covariance = carry * follower.covariance * carry.transpose() +
-                          by * motion.noise * by.transpose();
+    carry.topRightCorner<2, 1>() =
+        turned_left(follower.world_from_robot.translation_m() - before.translation_m());
+    follower.covariance =
+        carry * follower.covariance * carry.transpose() + by * motion.noise * by.transpose();
     for (std::size_t k = 0; k < seen.size(); ++k) {
       if (is_outlier[k]) continue;
       const Follower kept = follower;

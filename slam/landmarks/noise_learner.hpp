@@ -41,7 +41,9 @@ class NoiseLearner {
   };
   SightingNoise varied(int filter) const;
   void start_again(const PointFilter& filter);
-  double follow(Follower& follower, const SightingOf& seen, const SightingNoise& noise,
+  double follow(Follower& follower,
+                const SightingOf& seen,
+                const SightingNoise& noise,
                 const PointFilter& filter) const;
   void take_step();
 

@@ -70,8 +70,7 @@ Eigen::Matrix2d PointFilter::landmark_covariance(int index) const {
 
 Eigen::Matrix2d PointFilter::relative_covariance(int a, int b) const {
   const Index i = row(a), j = row(b);
-  return p_.block<2, 2>(i, i) + p_.block<2, 2>(j, j) - p_.block<2, 2>(i, j) -
-         p_.block<2, 2>(j, i);
+  return p_.block<2, 2>(i, i) + p_.block<2, 2>(j, j) - p_.block<2, 2>(i, j) - p_.block<2, 2>(j, i);
 }
 
 void PointFilter::move(const WheelMotion& motion) {
@@ -86,10 +85,9 @@ void PointFilter::move(const WheelMotion& motion) {
     by_motion.block<2, 1>(row(i), 2) = -turned_left(landmarks_[i]);
   }
   const Eigen::Matrix3Xd by_state = motion.by_set_up * p_.middleRows<kSetUpSize>(kSetUp);
-  const Eigen::Matrix3d own =
-      motion.noise + motion.by_set_up *
-                         p_.block<kSetUpSize, kSetUpSize>(kSetUp, kSetUp) *
-                         motion.by_set_up.transpose();
+  const Eigen::Matrix3d own = motion.noise + motion.by_set_up *
+                                                 p_.block<kSetUpSize, kSetUpSize>(kSetUp, kSetUp) *
+                                                 motion.by_set_up.transpose();
   const Eigen::MatrixXd half = by_motion * (by_state + 0.5 * own * by_motion.transpose());
   p_ += half;
   p_ += half.transpose();
@@ -114,8 +112,7 @@ Eigen::Matrix2d PointFilter::sighting_covariance(const Sighting& sighting,
 PointInnovation PointFilter::innovation(const SightingOf& seen) const {
   const Eigen::Vector2d at = in_sensor(seen.landmark);
   const Eigen::Matrix2d polar = polar_jacobian(at);
-  const Eigen::Matrix2d sensor_from_robot =
-      Pose2{0, 0, set_up_[sensor_yaw]}.rotation().transpose();
+  const Eigen::Matrix2d sensor_from_robot = Pose2{0, 0, set_up_[sensor_yaw]}.rotation().transpose();
   const Eigen::Matrix2d by_landmark =
       polar * sensor_from_robot * world_from_robot_.rotation().transpose();
   PointInnovation result;
@@ -213,8 +210,7 @@ int PointFilter::add(const Sighting& sighting, const SightingNoise& noise) {
   Eigen::Matrix<double, 2, 3> by_set_up;
   by_set_up << by_robot, by_sensor * turned_left(in_sensor_m);
   const Index at = p_.rows();
-  const Eigen::MatrixXd cross =
-      p_.middleRows<2>(kPosition) + by_set_up * p_.middleRows<3>(kSensor);
+  const Eigen::MatrixXd cross = p_.middleRows<2>(kPosition) + by_set_up * p_.middleRows<3>(kSensor);
   const Eigen::Matrix2d own = cross.middleCols<2>(kPosition) +
                               cross.middleCols<3>(kSensor) * by_set_up.transpose() +
                               sighting_covariance(sighting, noise);

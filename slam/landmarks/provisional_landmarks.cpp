@@ -7,10 +7,10 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kGate2 = 11.8;           // chi-square, 2 degrees of freedom, 99.7 %
-constexpr double kLeastSeenPart = 0.3;    // of the scans that should have seen it
+constexpr double kGate2 = 11.8;         // chi-square, 2 degrees of freedom, 99.7 %
+constexpr double kLeastSeenPart = 0.3;  // of the scans that should have seen it
 constexpr int kMostScansUnseen = 300;
-constexpr double kDriftPart = 0.01;       // the robot's own drift, of the range
+constexpr double kDriftPart = 0.01;  // the robot's own drift, of the range
 
 }  // namespace
 
@@ -55,8 +55,7 @@ std::vector<Sighting> ProvisionalLandmarks::add_scan(const std::vector<Sighting>
     }
     Place& place = places_[static_cast<std::size_t>(found)];
     taken[static_cast<std::size_t>(found)] = true;
-    const Eigen::Matrix2d gain =
-        place.covariance * (place.covariance + covariance).inverse();
+    const Eigen::Matrix2d gain = place.covariance * (place.covariance + covariance).inverse();
     place.mean_m += gain * (at - place.mean_m);
     place.covariance -= (gain * place.covariance).eval();
     place.covariance += drift_m * drift_m * Eigen::Matrix2d::Identity();

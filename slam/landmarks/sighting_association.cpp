@@ -56,8 +56,7 @@ class Possibilities {
           filter_.innovation_covariance(possible.rows, landmark, possible.rows, landmark);
       pairing.covariance(0, 0) += noise_.range_sigma_m * noise_.range_sigma_m;
       pairing.covariance(1, 1) += noise_.bearing_sigma_rad * noise_.bearing_sigma_rad;
-      pairing.distance2 =
-          pairing.innovation.dot(pairing.covariance.inverse() * pairing.innovation);
+      pairing.distance2 = pairing.innovation.dot(pairing.covariance.inverse() * pairing.innovation);
       all_.push_back(possible);
     }
   }
@@ -87,8 +86,7 @@ std::vector<SightingMatch> associate_sightings(const PointFilter& filter,
   const std::vector<int> chosen = joint_compatibility(
       pairings,
       [&](int a, int b) {
-        return filter.innovation_covariance(at(a).rows, at(a).landmark, at(b).rows,
-                                            at(b).landmark);
+        return filter.innovation_covariance(at(a).rows, at(a).landmark, at(b).rows, at(b).landmark);
       },
       static_cast<int>(sightings.size()), gate_probability);
 

@@ -5,11 +5,11 @@
 namespace marco::slam {
 namespace {
 
-constexpr int kLongest = 64;           // sightings of a stretch
-constexpr int kShortest = 8;           // ... that tells anything
-constexpr int64_t kGapScans = 20;      // unseen for so long, it is another view
-constexpr double kPriorStretches = 10; // of independent sightings
-constexpr double kMemory = 400;        // stretches
+constexpr int kLongest = 64;            // sightings of a stretch
+constexpr int kShortest = 8;            // ... that tells anything
+constexpr int64_t kGapScans = 20;       // unseen for so long, it is another view
+constexpr double kPriorStretches = 10;  // of independent sightings
+constexpr double kMemory = 400;         // stretches
 
 }  // namespace
 

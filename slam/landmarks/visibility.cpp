@@ -14,7 +14,8 @@ constexpr double kRangeMargin = 0.95;
 
 std::size_t Visibility::ring(double range_m) {
   const double at = kRingsPerOctave * std::log2(std::max(range_m, kFirstRingM) / kFirstRingM);
-  return std::min<std::size_t>(static_cast<std::size_t>(at), std::tuple_size_v<decltype(rings_)> - 1);
+  return std::min<std::size_t>(static_cast<std::size_t>(at),
+                               std::tuple_size_v<decltype(rings_)> - 1);
 }
 
 void Visibility::add_scan(const std::vector<Sighting>& sightings) {

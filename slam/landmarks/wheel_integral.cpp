@@ -7,9 +7,9 @@ namespace marco::slam {
 namespace {
 
 constexpr double kLongestHoldS = 0.5;
-constexpr double kWheelArmM = 0.3;     // half a track: a turn on the spot runs the wheels, too
-constexpr double kLeastMPerS = 0.01;   // creeping while the wheels count nothing
-constexpr double kAcrossPart = 0.3;    // of the error along: wheels slip sideways less
+constexpr double kWheelArmM = 0.3;    // half a track: a turn on the spot runs the wheels, too
+constexpr double kLeastMPerS = 0.01;  // creeping while the wheels count nothing
+constexpr double kAcrossPart = 0.3;   // of the error along: wheels slip sideways less
 
 }  // namespace
 
@@ -24,8 +24,8 @@ bool WheelIntegral::add(const WheelVelocity& sample,
   if (utime_ && sample.utime > *utime_) {
     const double gap_s = (sample.utime - last_->utime).seconds();
     const double seconds = (sample.utime - *utime_).seconds();
-    advance(gap_s > 2.0 * kLongestHoldS ? std::min(seconds, kLongestHoldS) : seconds,
-            now, set_up, noise);
+    advance(gap_s > 2.0 * kLongestHoldS ? std::min(seconds, kLongestHoldS) : seconds, now, set_up,
+            noise);
     utime_ = sample.utime;
   }
   if (!utime_) utime_ = sample.utime;
@@ -66,8 +66,7 @@ void WheelIntegral::advance(double seconds,
   wheels_by_set_up(2, turn_scale) = raw_rad;
   wheels_by_set_up(2, turn_bias) = seconds;
 
-  const double effort_m =
-      std::abs(raw_m) + kWheelArmM * std::abs(raw_rad) + kLeastMPerS * seconds;
+  const double effort_m = std::abs(raw_m) + kWheelArmM * std::abs(raw_rad) + kLeastMPerS * seconds;
   const double move2 = noise.move_sigma_m * noise.move_sigma_m * effort_m;
   const double turn2 = noise.turn_sigma_rad * noise.turn_sigma_rad * effort_m;
   const Eigen::Vector3d wheels(move2, kAcrossPart * kAcrossPart * move2, turn2);
@@ -80,8 +79,8 @@ void WheelIntegral::advance(double seconds,
       Pose2{0, 0, heading_rad}.rotation() * turned_left(step.translation_m());
   carried.topRightCorner<2, 1>() = lever;
   const Eigen::Matrix3d by = turned * by_wheels;
-  motion_.noise = carried * motion_.noise * carried.transpose() +
-                  by * wheels.asDiagonal() * by.transpose();
+  motion_.noise =
+      carried * motion_.noise * carried.transpose() + by * wheels.asDiagonal() * by.transpose();
   motion_.by_set_up = carried * motion_.by_set_up + by * wheels_by_set_up;
   motion_.start_from_end = motion_.start_from_end * step;
   motion_.seconds += seconds;

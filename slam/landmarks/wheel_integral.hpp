@@ -13,8 +13,8 @@ namespace marco::slam {
 enum SetUp : int {
   speed_scale,  ///< true speed = (1 + this) * measured
   turn_scale,
-  turn_bias,    ///< [rad/s], added to the turn rate
-  sensor_x,     ///< of the sensor in the robot's frame [m]
+  turn_bias,  ///< [rad/s], added to the turn rate
+  sensor_x,   ///< of the sensor in the robot's frame [m]
   sensor_y,
   sensor_yaw,
 };

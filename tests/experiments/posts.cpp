@@ -110,11 +110,14 @@ void run(const Case& one, int seeds, unsigned first) {
     noise = result.noise;
     factor = result.noise_factor;
   }
-  std::printf(" path %5.2f cm (worst %6.2f; wheels %4.0f), posts %4d of %4d, landmarks %4d, all and no other "
-              "%2d of %2d, worst %5.1f cm, NEES %5.2f, %.3f ms; noise %.3f m %.4f rad, %.3f m %.4f rad, x %.2f\n",
-              100.0 * rms, 100.0 * worst, 100.0 * dead, found, posts, landmarks, whole, seeds,
-              100.0 * post, nees, ms, noise.range_sigma_m, noise.bearing_sigma_rad,
-              noise.move_sigma_m, noise.turn_sigma_rad, factor);
+  std::printf(
+      " path %5.2f cm (worst %6.2f; wheels %4.0f), posts %4d of %4d, landmarks %4d, all and no "
+      "other "
+      "%2d of %2d, worst %5.1f cm, NEES %5.2f, %.3f ms; noise %.3f m %.4f rad, %.3f m %.4f rad, x "
+      "%.2f\n",
+      100.0 * rms, 100.0 * worst, 100.0 * dead, found, posts, landmarks, whole, seeds, 100.0 * post,
+      nees, ms, noise.range_sigma_m, noise.bearing_sigma_rad, noise.move_sigma_m,
+      noise.turn_sigma_rad, factor);
   std::fflush(stdout);
 }
 

@@ -15,23 +15,23 @@ namespace marco::testing {
 struct PostWorld {
   int posts = 17;
   double width_m = 12.0, height_m = 9.0;
-  double least_gap_m = 1.0;     ///< between posts
-  int pairs = 0;                ///< of the posts, so many have another one `pair_gap_m` beside
+  double least_gap_m = 1.0;  ///< between posts
+  int pairs = 0;             ///< of the posts, so many have another one `pair_gap_m` beside
   double pair_gap_m = 0.4;
   double way_m = 340.0;
   double speed_m_per_s = 0.27;
   double rate_hz = 10.0;
-  int scan_every = 1;           ///< samples
+  int scan_every = 1;  ///< samples
   double reach_m = 5.0;
   double view_rad = 2.0 * std::numbers::pi;  ///< the sensor's, ahead in the middle
   double range_sigma_m = 0.033;
   double bearing_sigma_rad = 0.026;
-  double speed_sigma_m_per_s = 0.02;         ///< white, per sample
+  double speed_sigma_m_per_s = 0.02;  ///< white, per sample
   double turn_sigma_rad_per_s = 0.06;
   double speed_scale = 1.0, turn_scale = 1.0, turn_bias_rad_per_s = 0.0;  ///< measured of true
   double sensor_ahead_m = 0.0, sensor_left_m = 0.0, sensor_yaw_rad = 0.0;
   double missed_part = 0.0;
-  double clutter_part = 0.0;    ///< false sightings, of the true ones
+  double clutter_part = 0.0;                    ///< false sightings, of the true ones
   double blind_from_s = 0.0, blind_to_s = 0.0;  ///< no scans
 };
 
@@ -102,8 +102,8 @@ class PostSimulation {
       drive_.posts.push_back(post);
       if (!paired) continue;
       const double angle = uniform(-3.1, 3.1);
-      drive_.posts.push_back(post + world_.pair_gap_m *
-                                        Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+      drive_.posts.push_back(post +
+                             world_.pair_gap_m * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
     }
   }
 

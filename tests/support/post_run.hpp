@@ -16,8 +16,8 @@ struct PostResult {
   double dead_reckoning_rms_m = 0.0;  ///< the same of the wheels alone
   int found = 0;                      ///< posts with a landmark within 4 cm, after that fit
   int landmarks = 0;
-  double worst_post_m = 0.0;          ///< distance of a post to the nearest landmark
-  double mean_nees = 0.0;             ///< of the pose; 3 is honest
+  double worst_post_m = 0.0;  ///< distance of a post to the nearest landmark
+  double mean_nees = 0.0;     ///< of the pose; 3 is honest
   double ms_per_scan = 0.0;
   slam::SightingNoise noise;
   double noise_factor = 1.0;
@@ -42,8 +42,7 @@ inline PostResult run_posts(const PostDrive& drive, const slam::LandmarkSlamOpti
   const auto start = std::chrono::steady_clock::now();
   for (std::size_t i = 0; i < drive.wheels.size(); ++i) {
     slam.process(drive.wheels[i]);
-    if (next_scan < drive.scans.size() &&
-        drive.scans[next_scan].utime == drive.wheels[i].utime) {
+    if (next_scan < drive.scans.size() && drive.scans[next_scan].utime == drive.wheels[i].utime) {
       slam.process(drive.scans[next_scan++]);
       if (slam.filter().size() > 0) {
         Eigen::Vector3d error =
@@ -68,8 +67,8 @@ inline PostResult run_posts(const PostDrive& drive, const slam::LandmarkSlamOpti
   for (const Eigen::Vector2d& post : drive.posts) {
     double nearest_m = 1e9;
     for (const slam::MapLandmark& landmark : landmarks) {
-      nearest_m = std::min(nearest_m,
-                           (fit.truth_from_estimate * landmark.in_world_m - post).norm());
+      nearest_m =
+          std::min(nearest_m, (fit.truth_from_estimate * landmark.in_world_m - post).norm());
     }
     result.worst_post_m = std::max(result.worst_post_m, nearest_m);
     result.found += nearest_m < 0.04 ? 1 : 0;

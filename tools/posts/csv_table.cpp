@@ -29,8 +29,7 @@ std::string unpack(const std::filesystem::path& path) {
   int fault = Z_OK;
   gzerror(file.get(), &fault);
   // A packed file that ends early is a fault only when it is read to its end.
-  require(count == 0 && (fault == Z_OK || fault == Z_STREAM_END),
-          path.string() + ": is damaged");
+  require(count == 0 && (fault == Z_OK || fault == Z_STREAM_END), path.string() + ": is damaged");
   return text;
 }
 
@@ -67,9 +66,9 @@ CsvTable read_csv(const std::filesystem::path& path) {
     }
     for (auto field = fields.next(); !field.empty(); field = fields.next()) {
       const auto value = files::TextFields(field).number<double>();
-      require(value && std::isfinite(*value),
-              path.string() + ":" + std::to_string(number) + ": '" +
-                  std::string(field.substr(0, 40)) + "' is not a finite number");
+      require(value && std::isfinite(*value), path.string() + ":" + std::to_string(number) + ": '" +
+                                                  std::string(field.substr(0, 40)) +
+                                                  "' is not a finite number");
       row.push_back(*value);
     }
     if (row.empty()) continue;

@@ -44,9 +44,10 @@ slam::BearingConvention convention_of(const PostsOptions& options, const PostsIn
                  "counter-clockwise\n");
     return {};
   }
-  const std::map<std::string, double> zeros{
-      {"ahead", 0.0}, {"left", deg_to_rad(90)}, {"right", deg_to_rad(-90)},
-      {"behind", deg_to_rad(180)}};
+  const std::map<std::string, double> zeros{{"ahead", 0.0},
+                                            {"left", deg_to_rad(90)},
+                                            {"right", deg_to_rad(-90)},
+                                            {"behind", deg_to_rad(180)}};
   const auto zero = zeros.find(options.bearings);
   require(zero != zeros.end(),
           "bearings = '" + options.bearings + "': expected auto, ahead, left, right or behind");
@@ -86,8 +87,7 @@ PostsRun follow(const slam::LandmarkDrive& drive, const slam::LandmarkSlamOption
     run.path.push_back({scan.utime, slam.world_from_robot()});
   }
   drive_to(drive.wheels.back().utime);
-  run.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   run.scans = drive.scans.size();
   run.landmarks = slam.landmarks();
   run.noise = slam.noise();

@@ -26,8 +26,8 @@ struct CarOptions {
 };
 
 struct PostsInput {
-  slam::LandmarkDrive drive;    ///< bearings as the file counts them
-  Trajectory truth;             ///< positions, headings 0; empty = not known
+  slam::LandmarkDrive drive;  ///< bearings as the file counts them
+  Trajectory truth;           ///< positions, headings 0; empty = not known
   std::string truth_file;
   bool truth_is_gps = false;
 };

@@ -14,10 +14,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kGapS = 1.5;             // between fixes of one stretch
-constexpr std::size_t kShortest = 5;      // fixes of a stretch that counts
-constexpr double kFasterThanWheels = 1.5; // a jump: this much faster than the car ever drove ...
-constexpr double kSlackMPerS = 2.0;       // ... and this
+constexpr double kGapS = 1.5;              // between fixes of one stretch
+constexpr std::size_t kShortest = 5;       // fixes of a stretch that counts
+constexpr double kFasterThanWheels = 1.5;  // a jump: this much faster than the car ever drove ...
+constexpr double kSlackMPerS = 2.0;        // ... and this
 
 double top_speed(const PostsInput& input) {
   double most = 0.0;
@@ -77,12 +77,10 @@ std::string report_json(const PostsRun& run, const PostsInput& input) {
   Json root;
   root["landmarks"] = run.landmarks.size();
   root["scans"] = run.scans;
-  root["sightings"] = {{"all", run.sightings},
-                       {"paired", run.sums.paired},
-                       {"unclear", run.sums.unclear}};
-  root["landmarks_over_time"] = {{"added", run.sums.added},
-                                 {"joined", run.sums.joined},
-                                 {"removed", run.sums.removed}};
+  root["sightings"] = {
+      {"all", run.sightings}, {"paired", run.sums.paired}, {"unclear", run.sums.unclear}};
+  root["landmarks_over_time"] = {
+      {"added", run.sums.added}, {"joined", run.sums.joined}, {"removed", run.sums.removed}};
   root["refused_wheel_samples"] = run.refused_samples;
   root["ms_per_scan"] = run.scans > 0 ? 1e3 * run.seconds / static_cast<double>(run.scans) : 0.0;
   root["bearings"] = {{"zero_rad", run.bearings.zero_rad},
@@ -92,9 +90,9 @@ std::string report_json(const PostsRun& run, const PostsInput& input) {
                    {"move_sigma_m", run.noise.move_sigma_m},
                    {"turn_sigma_rad", run.noise.turn_sigma_rad},
                    {"sighting_factor", run.noise_factor}};
-  const char* const names[slam::kSetUpSize] = {"speed_scale",    "turn_scale",
+  const char* const names[slam::kSetUpSize] = {"speed_scale",         "turn_scale",
                                                "turn_bias_rad_per_s", "sensor_ahead_m",
-                                               "sensor_left_m",  "sensor_yaw_rad"};
+                                               "sensor_left_m",       "sensor_yaw_rad"};
   for (int i = 0; i < slam::kSetUpSize; ++i) {
     root["set_up"][names[i]] = {{"value", run.set_up[i]}, {"sigma", run.set_up_sigma[i]}};
   }
@@ -132,9 +130,8 @@ std::string picture(const PostsRun& run, const PostsInput& input) {
                       ".landmark{fill:#0a7d24}.sigma{fill:none;stroke:#0a7d24;stroke-width:0.02}");
   if (errors) {
     const Pose2 world_from_truth = errors->truth_from_world.inverse();
-    const Trajectory truth = input.truth_is_gps
-                                 ? steady_fixes(input.truth, top_speed(input))
-                                 : input.truth;
+    const Trajectory truth =
+        input.truth_is_gps ? steady_fixes(input.truth, top_speed(input)) : input.truth;
     files::MetreSvg::Points stretch;
     for (std::size_t i = 0; i < truth.size(); ++i) {
       if (i > 0 && (truth[i].utime - truth[i - 1].utime).seconds() > kGapS) {
@@ -147,7 +144,8 @@ std::string picture(const PostsRun& run, const PostsInput& input) {
   }
   svg.polyline(driven, "class=\"path\"");
   for (const auto& landmark : run.landmarks) {
-    svg.circle("class=\"landmark\"", landmark.in_world_m, std::max(0.5 * landmark.diameter_m, 0.05));
+    svg.circle("class=\"landmark\"", landmark.in_world_m,
+               std::max(0.5 * landmark.diameter_m, 0.05));
     svg.circle("class=\"sigma\"", landmark.in_world_m,
                3.0 * std::sqrt(0.5 * landmark.covariance.trace()));
   }

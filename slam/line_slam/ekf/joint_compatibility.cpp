@@ -96,9 +96,8 @@ class BranchAndBound {
           static_cast<int>(i));
     }
     for (auto& list : of_observation_) {
-      std::sort(list.begin(), list.end(), [&](int a, int b) {
-        return of(a).distance2 < of(b).distance2;
-      });
+      std::sort(list.begin(), list.end(),
+                [&](int a, int b) { return of(a).distance2 < of(b).distance2; });
     }
     const double quantile = normal_quantile(probability);
     for (int k = 0; k <= num_observations; ++k) {

@@ -113,8 +113,8 @@ TEST(BearingConvention, IsFoundFromTheDrive) {
   testing::PostWorld world = short_world();
   world.way_m = 15.0;
   const testing::PostDrive drive = testing::PostSimulation(world, 17).run();
-  for (const BearingConvention wanted : {BearingConvention{0.0, 1.0}, {-0.5 * 3.14159265358979, 1.0},
-                                         {3.14159265358979, -1.0}}) {
+  for (const BearingConvention wanted :
+       {BearingConvention{0.0, 1.0}, {-0.5 * 3.14159265358979, 1.0}, {3.14159265358979, -1.0}}) {
     LandmarkDrive told{drive.wheels, drive.scans};
     for (SightingScan& scan : told.scans) {
       for (Sighting& sighting : scan.sightings) {

@@ -19,7 +19,8 @@ PointFilter with_posts(const std::vector<Sighting>& posts) {
 
 TEST(SightingAssociation, PairsOneToOne) {
   const PointFilter filter = with_posts({{2.0, 0.0}, {2.0, 0.2}});
-  const auto matches = associate_sightings(filter, {{2.0, 0.19}, {2.0, 0.01}}, kSightingNoise, 0.99);
+  const auto matches =
+      associate_sightings(filter, {{2.0, 0.19}, {2.0, 0.01}}, kSightingNoise, 0.99);
   EXPECT_EQ(matches[0].landmark, 1);
   EXPECT_EQ(matches[1].landmark, 0);
 }

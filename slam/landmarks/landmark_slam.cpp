@@ -23,7 +23,7 @@ constexpr double kLeastProbability = 0.3;  // what is seen more rarely says noth
 constexpr double kOcclusionRad = 0.06;     // beside a nearer landmark
 
 constexpr int kStepsToBegin = 15;  // of learning, until the beginning is gone through again
-constexpr std::size_t kMostToBegin = 3000;  // scans; who learns nothing meanwhile goes on
+constexpr std::size_t kMostToBegin = 3000;  // scans; without learning it is never done
 
 constexpr double kDoubledGate2 = 7.4;  // chi-square, 2 degrees of freedom, 97.5 %
 constexpr double kNeighboursM = 5.0;

@@ -134,15 +134,14 @@ void NoiseLearner::take_step() {
   ++steps_;
   std::array<double, kNumbers> step{};
   const double middle = followers_[0].log_likelihood;
-  for (int i = 0; i < kNumbers; ++i) {
-    const double more = followers_[static_cast<std::size_t>(2 * i + 1)].log_likelihood;
-    const double less = followers_[static_cast<std::size_t>(2 * i + 2)].log_likelihood;
+  for (std::size_t i = 0; i < kNumbers; ++i) {
+    const double more = followers_[2 * i + 1].log_likelihood;
+    const double less = followers_[2 * i + 2].log_likelihood;
     const double slope = (more - less) / (2.0 * kStepLog);
     const double curvature = std::max(0.0, (2.0 * middle - more - less) / (kStepLog * kStepLog));
-    double& memory = curvature_[static_cast<std::size_t>(i)];
+    double& memory = curvature_[i];
     memory = (1.0 - 1.0 / kMemoryWindows) * memory + curvature;
-    step[static_cast<std::size_t>(i)] =
-        std::clamp(slope / memory, -kLargestStepLog, kLargestStepLog);
+    step[i] = std::clamp(slope / memory, -kLargestStepLog, kLargestStepLog);
   }
   noise_.range_sigma_m *= std::exp(step[0]);
   noise_.bearing_sigma_rad *= std::exp(step[1]);

@@ -21,7 +21,7 @@ class NoiseLearner {
   const SightingNoise& noise() const { return noise_; }
   /// Steps taken so far.
   int steps() const { return steps_; }
-  /// Keeps what was learned, and looks for the robot anew.
+  /// Keeps what was learned, and looks for the robot again.
   void lose_robot() { has_started_ = false; }
 
   /// The robot moved, and saw these landmarks, which the map knows well.

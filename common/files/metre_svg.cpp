@@ -44,8 +44,17 @@ void MetreSvg::line(const std::string& attributes,
   svg_ += "<line " + attributes + text.data();
 }
 
-void MetreSvg::polyline(const Points& points) {
-  svg_ += "<polyline points=\"";
+void MetreSvg::circle(const std::string& attributes,
+                      const Eigen::Vector2d& middle,
+                      double radius_m) {
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), " cx=\"%.4f\" cy=\"%.4f\" r=\"%.4f\"/>\n", middle.x(),
+                -middle.y(), radius_m);
+  svg_ += "<circle " + attributes + text.data();
+}
+
+void MetreSvg::polyline(const Points& points, const std::string& attributes) {
+  svg_ += "<polyline " + attributes + (attributes.empty() ? "" : " ") + "points=\"";
   for (const Eigen::Vector2d& point : points) {
     std::array<char, 60> text{};
     std::snprintf(text.data(), text.size(), "%.4f,%.4f ", point.x(), -point.y());

@@ -18,7 +18,8 @@ class MetreSvg {
 
   /// @param attributes  class="wall" and the like
   void line(const std::string& attributes, const Eigen::Vector2d& from, const Eigen::Vector2d& to);
-  void polyline(const Points& points);
+  void polyline(const Points& points, const std::string& attributes = "");
+  void circle(const std::string& attributes, const Eigen::Vector2d& middle, double radius_m);
   std::string finish() { return svg_ + "</svg>\n"; }
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace marco::slam {
 namespace {
@@ -34,10 +35,10 @@ double limit_of(int degrees_of_freedom, double quantile) {
 /// the whitened innovation, two rows per pairing.
 class JointInnovation {
  public:
-  JointInnovation(const CompressedState& state,
-                  const std::vector<Candidate>& candidates,
+  JointInnovation(const std::vector<Pairing>& candidates,
+                  const CrossCovariance& cross_covariance,
                   int most_pairings)
-      : state_(state), candidates_(candidates) {
+      : candidates_(candidates), cross_covariance_(cross_covariance) {
     const Eigen::Index most_rows = 2 * Eigen::Index{most_pairings};
     factor_.setZero(most_rows, most_rows);
     whitened_.setZero(most_rows);
@@ -48,25 +49,23 @@ class JointInnovation {
 
   /// Adds a pairing. @returns what it adds to the squared Mahalanobis distance of the set.
   double push(int candidate) {
-    const SparseRows& rows = candidates_[static_cast<std::size_t>(candidate)].rows;
+    const Pairing& pairing = candidates_[static_cast<std::size_t>(candidate)];
     const Index size = 2 * static_cast<Index>(pairings_.size());
     Eigen::Matrix<double, Eigen::Dynamic, 2> cross(size, 2);
     for (std::size_t k = 0; k < pairings_.size(); ++k) {
-      cross.middleRows<2>(2 * static_cast<Index>(k)) =
-          state_.covariance_between(candidates_[static_cast<std::size_t>(pairings_[k])].rows, rows);
+      cross.middleRows<2>(2 * static_cast<Index>(k)) = cross_covariance_(pairings_[k], candidate);
     }
-    const Eigen::Matrix2d own = state_.covariance_between(rows, rows) + rows.noise;
     for (Index i = 0; i < size; ++i) {  // L^-1 cross
       for (Index k = 0; k < i; ++k) cross.row(i) -= factor_(i, k) * cross.row(k);
       cross.row(i) /= factor_(i, i);
     }
-    const Eigen::Matrix2d rest = own - cross.transpose().lazyProduct(cross);
+    const Eigen::Matrix2d rest = pairing.covariance - cross.transpose().lazyProduct(cross);
     const double first = std::sqrt(rest(0, 0)), below = rest(1, 0) / first;
     const double second = std::sqrt(rest(1, 1) - below * below);
     factor_.block(size, 0, 2, size) = cross.transpose();
     factor_.block<2, 2>(size, size) << first, 0.0, below, second;
     const Eigen::Vector2d left =
-        rows.innovation.head<2>() - cross.transpose().lazyProduct(whitened_.head(size));
+        pairing.innovation - cross.transpose().lazyProduct(whitened_.head(size));
     const double y = left.x() / first;
     const Eigen::Vector2d white(y, (left.y() - below * y) / second);
     whitened_.segment<2>(size) = white;
@@ -76,8 +75,8 @@ class JointInnovation {
   }
 
  private:
-  const CompressedState& state_;
-  const std::vector<Candidate>& candidates_;
+  const std::vector<Pairing>& candidates_;
+  const CrossCovariance& cross_covariance_;
   std::vector<int> pairings_;
   Eigen::MatrixXd factor_;
   Eigen::VectorXd whitened_;
@@ -85,21 +84,20 @@ class JointInnovation {
 
 class BranchAndBound {
  public:
-  BranchAndBound(const CompressedState& state,
-                 const std::vector<Candidate>& candidates,
+  BranchAndBound(const std::vector<Pairing>& candidates,
+                 const CrossCovariance& cross_covariance,
                  int num_observations,
                  double probability)
-      : joint_(state, candidates, num_observations), of_observation_(num_observations) {
-    std::vector<double> distance2;
+      : candidates_(candidates),
+        joint_(candidates, cross_covariance, num_observations),
+        of_observation_(num_observations) {
     for (std::size_t i = 0; i < candidates.size(); ++i) {
-      distance2.push_back(individual_distance2(state, candidates[i]));
       of_observation_[static_cast<std::size_t>(candidates[i].observation)].push_back(
           static_cast<int>(i));
     }
     for (auto& list : of_observation_) {
-      std::sort(list.begin(), list.end(), [&](int a, int b) {
-        return distance2[static_cast<std::size_t>(a)] < distance2[static_cast<std::size_t>(b)];
-      });
+      std::sort(list.begin(), list.end(),
+                [&](int a, int b) { return of(a).distance2 < of(b).distance2; });
     }
     const double quantile = normal_quantile(probability);
     for (int k = 0; k <= num_observations; ++k) {
@@ -132,10 +130,14 @@ class BranchAndBound {
     }
     for (const int candidate : of_observation_[observation]) {
       if (!may_win(count + 1 + possible_after_[observation + 1], distance2)) break;
+      const int once = of(candidate).only_once;
+      if (once != Pairing::kAnyTimes && taken_.contains(once)) continue;
       const double with = distance2 + joint_.push(candidate);
       if (with <= limits_[static_cast<std::size_t>(count) + 1]) {
         chosen_[observation] = candidate;
+        taken_.insert(once);
         descend(observation + 1, with);
+        taken_.erase(once);
         chosen_[observation] = -1;
       }
       joint_.pop();
@@ -149,7 +151,13 @@ class BranchAndBound {
     return reachable > best_count_ || (reachable == best_count_ && distance2 < best_distance2_);
   }
 
+  const Pairing& of(int candidate) const {
+    return candidates_[static_cast<std::size_t>(candidate)];
+  }
+
   static constexpr int kMaxNodes = 2000;
+  const std::vector<Pairing>& candidates_;
+  std::set<int> taken_;  ///< what may be paired only once, and is
   JointInnovation joint_;
   std::vector<std::vector<int>> of_observation_;  ///< candidates, nearest first
   std::vector<double> limits_;                    ///< of the joint distance, by count of pairings
@@ -173,11 +181,31 @@ double individual_distance2(const CompressedState& state, const Candidate& candi
   return std::isfinite(distance2) ? distance2 : std::numeric_limits<double>::infinity();
 }
 
+std::vector<int> joint_compatibility(const std::vector<Pairing>& candidates,
+                                     const CrossCovariance& cross_covariance,
+                                     int num_observations,
+                                     double probability) {
+  return BranchAndBound(candidates, cross_covariance, num_observations, probability).run();
+}
+
 std::vector<int> joint_compatibility(const CompressedState& state,
                                      const std::vector<Candidate>& candidates,
                                      int num_observations,
                                      double probability) {
-  return BranchAndBound(state, candidates, num_observations, probability).run();
+  std::vector<Pairing> pairings;
+  for (const Candidate& candidate : candidates) {
+    const SparseRows& rows = candidate.rows;
+    pairings.push_back({candidate.observation, Pairing::kAnyTimes, rows.innovation.head<2>(),
+                        state.covariance_between(rows, rows) + rows.noise,
+                        individual_distance2(state, candidate)});
+  }
+  const auto rows = [&](int i) -> const SparseRows& {
+    return candidates[static_cast<std::size_t>(i)].rows;
+  };
+  return joint_compatibility(
+      pairings,
+      [&](int a, int b) -> Eigen::Matrix2d { return state.covariance_between(rows(a), rows(b)); },
+      num_observations, probability);
 }
 
 }  // namespace marco::slam

@@ -17,6 +17,8 @@ struct WallFace {
   double high_m = 0.0;
   double sigma_m = 0.0;        ///< of the offset, at the middle
   double angle_sigma_rad = 0.0;
+  int keyframes = 0;  ///< that saw it, at its middle
+  bool glass = false;  ///< beams went through it as well: glass, or lower than the laser in places
   bool aligned = false;  ///< takes a main direction of the building, which lies within its sigma
 
   Eigen::Vector2d along() const { return {-normal.y(), normal.x()}; }
@@ -33,20 +35,27 @@ enum class EdgeKind {
   opening,  ///< the line on which a door or a wide opening is closed
 };
 
-/// A room's edge, from its corner to the next one.
+/// A room's edge.
 struct RoomEdge {
   Eigen::Vector2d from = {0, 0};
+  Eigen::Vector2d to = {0, 0};  ///< where the next one of its loop begins
   EdgeKind kind = EdgeKind::wall;
   int index = -1;  ///< of the face or of the opening
 };
 
 struct PlanRoom {
   std::string name;
-  std::vector<RoomEdge> edges;  ///< counter-clockwise
+  /// Round the room counter-clockwise; then, clockwise, round each block of other rooms inside it.
+  std::vector<std::vector<RoomEdge>> loops;
   double area_m2 = 0.0;         ///< net, between the faces
   double area_sigma_m2 = 0.0;
   double perimeter_m = 0.0;
   Eigen::Vector2d label_at = {0, 0};  ///< well inside
+  std::vector<RoomEdge> edges() const {
+    std::vector<RoomEdge> all;
+    for (const auto& loop : loops) all.insert(all.end(), loop.begin(), loop.end());
+    return all;
+  }
   Eigen::Vector2d size_m = {0, 0};    ///< clear, through the label: along x, along y
   double seen = 0.0;                  ///< part of the perimeter that is seen wall or opening
 };

@@ -54,6 +54,38 @@ Eigen::Vector2d FreeSpace::centre_of(int cell) const {
   return low_ + kCellM * Eigen::Vector2d(cell % width_ + 0.5, cell / width_ + 0.5);
 }
 
+void FreeSpace::close(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  const double length = (to - from).norm();
+  const Eigen::Vector2d way = (to - from) / std::max(length, 1e-9);
+  const Eigen::Vector2d across(-way.y(), way.x());
+  for (double s = 0; s <= length; s += 0.5 * kCellM) {
+    for (const double t : {-0.5 * kCellM, 0.0, 0.5 * kCellM}) {
+      const int cell = cell_of(from + way * s + across * t);
+      if (cell >= 0) free_[static_cast<std::size_t>(cell)] = 0;
+    }
+  }
+}
+
+// Morphological opening by a square: erosion, then dilation, along x and along y.
+void FreeSpace::smooth() {
+  constexpr int kHalf = 2;
+  const int cells = width_ * height_;
+  const auto pass = [&](int step, uint8_t spreading) {
+    const std::vector<uint8_t> before = free_;
+    for (int cell = 0; cell < cells; ++cell) {
+      for (int k = -kHalf; k <= kHalf; ++k) {
+        const int at = cell + k * step;
+        if (at < 0 || at >= cells) continue;
+        if (before[static_cast<std::size_t>(at)] == spreading) free_[static_cast<std::size_t>(cell)] = spreading;
+      }
+    }
+  };
+  for (const uint8_t spreading : {uint8_t{0}, uint8_t{1}}) {
+    pass(1, spreading);
+    pass(width_, spreading);
+  }
+}
+
 bool FreeSpace::is_hit(int cell) const {
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {

@@ -24,7 +24,10 @@ class FreeSpace {
   bool is_free(const Eigen::Vector2d& point) const { return is_free(cell_of(point)); }
   /// Whether a beam ended within a cell of here.
   bool is_hit(int cell) const;
-  void close(int cell) { free_[static_cast<std::size_t>(cell)] = 0; }
+  /// What a face stands on is not free, though beams went through glass.
+  void close(const Eigen::Vector2d& from, const Eigen::Vector2d& to);
+  /// Takes away what is narrower than 25 cm: single beams' fans.
+  void smooth();
 
  private:
   void look(const Keyframe& key, const Pose2& plan_from_robot, int stamp);

@@ -31,8 +31,8 @@ double sigma_of(const FloorPlan& plan, const RoomEdge& edge) {
 double clear_size(const PlanRoom& room, int axis) {
   double before = -1e9, after = 1e9;
   const int other = 1 - axis;
-  for (std::size_t i = 0; i < room.edges.size(); ++i) {
-    const Vector a = room.edges[i].from, b = room.edges[(i + 1) % room.edges.size()].from;
+  for (const RoomEdge& edge : room.edges()) {
+    const Vector a = edge.from, b = edge.to;
     const Vector& at = room.label_at;
     if ((a[other] > at[other]) == (b[other] > at[other])) continue;
     const double cut = a[axis] + (b[axis] - a[axis]) * (at[other] - a[other]) / (b[other] - a[other]);
@@ -44,18 +44,28 @@ double clear_size(const PlanRoom& room, int axis) {
 
 void measure(const FloorPlan& plan, PlanRoom& room) {
   double twice = 0, known = 0, variance = 0;
-  for (std::size_t i = 0; i < room.edges.size(); ++i) {
-    const Vector a = room.edges[i].from, b = room.edges[(i + 1) % room.edges.size()].from;
+  for (const RoomEdge& edge : room.edges()) {
+    const Vector a = edge.from, b = edge.to;
     const double length = (b - a).norm();
     twice += a.x() * b.y() - a.y() * b.x();
     room.perimeter_m += length;
-    if (room.edges[i].kind != EdgeKind::unseen) known += length;
-    variance += std::pow(length * sigma_of(plan, room.edges[i]), 2);
+    if (edge.kind != EdgeKind::unseen) known += length;
+    variance += std::pow(length * sigma_of(plan, edge), 2);
   }
   room.area_m2 = twice / 2;
   room.area_sigma_m2 = std::sqrt(variance + std::pow(2 * plan.scale_sigma * room.area_m2, 2));
   room.seen = room.perimeter_m > 0 ? known / room.perimeter_m : 0.0;
   room.size_m = {clear_size(room, 0), clear_size(room, 1)};
+}
+
+// People and doors that moved are no faces: beams went through where they stood. Glass stays: long,
+// and seen from many places.
+bool is_passing(WallFace& face, const FreeSpace& space) {
+  int free = 0, all = 0;
+  for (double s = face.low_m; s <= face.high_m; s += 0.05, ++all) free += space.is_free(face.at(s));
+  if (free < 0.3 * all) return false;
+  face.glass = face.length_m() > 0.8 && face.keyframes >= 4;
+  return !face.glass;
 }
 
 }  // namespace
@@ -68,21 +78,28 @@ FloorPlan make_plan(const std::vector<Keyframe>& keys) {
   plan.has_main_direction = std::isfinite(direction);
   if (plan.has_main_direction) plan.map_from_plan.theta_rad = direction;
   const Pose2 plan_from_map = plan.map_from_plan.inverse();
-  const FreeSpace space(keys, plan_from_map);
-  std::vector<PlanSurfel> surfels = gather_surfels(keys, plan_from_map);
-  std::erase_if(surfels, [&](const PlanSurfel& surfel) { return space.is_free(surfel.mean()); });
+  FreeSpace space(keys, plan_from_map);
+  const std::vector<PlanSurfel> surfels = gather_surfels(keys, plan_from_map);
   plan.faces = find_faces(surfels, plan.has_main_direction);
+  std::erase_if(plan.faces, [&](WallFace& face) { return is_passing(face, space); });
+  for (const WallFace& face : plan.faces) {
+    if (face.glass) space.close(face.at(face.low_m), face.at(face.high_m));
+  }
+  space.smooth();
   plan.openings = find_openings(plan.faces, space);
   take_leaves(plan.faces, plan.openings, space);
   const RoomRaster raster = cut_rooms(space, plan.openings);
   for (int i = 0; i < raster.rooms; ++i) {
     PlanRoom room;
-    room.edges = edges_of(outline_of(space, raster, i), plan.faces, plan.openings, raster, space);
+    for (const auto& outline : outlines_of(space, raster, i, kLargestObjectM)) {
+      room.loops.push_back(edges_of(outline, plan.faces, plan.openings, raster, space, plan.objects));
+    }
     room.label_at = inmost_point(space, raster, i);
     measure(plan, room);
     plan.rooms.push_back(std::move(room));
   }
-  std::erase_if(plan.rooms, [](const PlanRoom& room) { return room.area_m2 < 1.0; });
+  // What only shows through a gap or a pane, without a wall, is no room.
+  std::erase_if(plan.rooms, [](const PlanRoom& room) { return room.area_m2 < 1.0 || room.seen < 0.1; });
   std::stable_sort(plan.rooms.begin(), plan.rooms.end(), [](const PlanRoom& a, const PlanRoom& b) {
     const double row_a = std::round(-a.label_at.y() / 3), row_b = std::round(-b.label_at.y() / 3);
     return row_a != row_b ? row_a < row_b : a.label_at.x() < b.label_at.x();
@@ -90,7 +107,7 @@ FloorPlan make_plan(const std::vector<Keyframe>& keys) {
   int number = 0;
   for (PlanRoom& room : plan.rooms) room.name = "Room " + std::to_string(++number);
   plan.walls = walls_of(plan);
-  plan.objects = find_objects(space, raster, surfels);
+  for (PlanObject& object : find_objects(space, raster, surfels)) plan.objects.push_back(std::move(object));
   return plan;
 }
 

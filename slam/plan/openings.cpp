@@ -13,6 +13,8 @@ constexpr double kWidestM = 3.0;
 constexpr double kWidestAtCornerM = 1.3;
 constexpr double kOneLineM = 0.06;     // how far two faces of one wall line may lie apart
 constexpr double kThickestM = 0.65;    // wall
+constexpr double kUnseenM = 0.3;
+constexpr double kJogM = 0.25;         // ... on both sides of a door
 constexpr double kParallel = 0.98;
 
 using Vector = Eigen::Vector2d;
@@ -27,9 +29,13 @@ struct Candidate {
 double free_width(const FreeSpace& space, const Vector& at, const Vector& way) {
   double width = 0;
   for (const double side : {1.0, -1.0}) {
-    for (double s = 0; s < kWidestM + 1 && space.is_free(at + way * (side * s)); s += kStepM) {
+    double s = 0;
+    for (; s < kWidestM + 1 && space.is_free(at + way * (side * s)); s += kStepM) {
       width += kStepM;
     }
+    // Where nothing was hit, it goes on, only nobody looked.
+    const int end = space.cell_of(at + way * (side * (s + 0.05)));
+    if (end >= 0 && !space.is_hit(end)) width += kUnseenM;
   }
   return width;
 }
@@ -70,7 +76,6 @@ class OpeningSearch {
     const double far = far_jamb(face, jamb, way, s, candidate);
     if (far < kNarrowestM || far > kWidestM) return {};
     if (!candidate.two_jambs && far > kWidestAtCornerM) return {};
-    candidate.opening.to = jamb + way * far;
     // How well an end is known: the beams' spacing there, by far most of the error.
     candidate.opening.sigma_m = candidate.two_jambs ? 0.014 : 0.01;
     if (!is_bottleneck(space_, candidate.opening)) return {};
@@ -90,8 +95,13 @@ class OpeningSearch {
         const bool low_first = other.along().dot(way) > 0;
         const Vector end = other.at(low_first ? other.low_m : other.high_m);
         const double at = way.dot(end - jamb);
-        if (std::abs(face.distance_m(end)) > kOneLineM || at < s - 0.15 || at > s + 0.25) continue;
-        if (best < 0 || at < best) best = at;
+        const double off = std::abs(face.distance_m(end));
+        const double most = at < kWidestAtCornerM ? kJogM : kOneLineM;
+        if (off > most || at < s - 0.15 || at > s + 0.25) continue;
+        if (best < 0 || at + off < best) {
+          best = at + off;
+          candidate.opening.to = end;
+        }
       } else if (std::abs(turn) < 0.5 && other.normal.dot(way) < 0) {
         const double at = -other.distance_m(jamb) / other.normal.dot(way);
         const double along = other.along().dot(jamb + way * at);
@@ -103,7 +113,8 @@ class OpeningSearch {
       }
     }
     candidate.two_jambs = best > 0;
-    return best > 0 ? best : corner;
+    if (!candidate.two_jambs && corner > 0) candidate.opening.to = jamb + way * corner;
+    return candidate.two_jambs ? candidate.opening.width_m() : corner;
   }
 
   const std::vector<WallFace>& faces_;

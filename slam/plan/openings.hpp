@@ -9,7 +9,7 @@ namespace marco::slam {
 
 /// Gaps between jambs that beams went through, 0.5 to 3 m wide: both jambs are ends of faces on one
 /// line, or (up to 1.3 m) the second is a crossing wall. The space on both sides is wider than the
-/// gap, so that a corridor's bend is none. Whether it joins two rooms, the rooms decide.
+/// gap, as far as it was seen, so that a corridor's bend is none. Whether it joins two rooms, the rooms decide.
 std::vector<PlanOpening> find_openings(const std::vector<WallFace>& faces, const FreeSpace& space);
 
 /// Takes door leaves out of the faces: as long as an opening is wide, hinged at a jamb, free on both

@@ -13,8 +13,6 @@ namespace {
 using Vector = Eigen::Vector2d;
 using Points = std::vector<Vector>;
 
-constexpr double kLargestObjectM = 3.0;
-
 // Islands: cells that are no room, and that one room alone surrounds. @returns an island of each
 // cell, -1: none
 std::vector<int> islands_of(const FreeSpace& space, const RoomRaster& raster) {

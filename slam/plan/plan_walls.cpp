@@ -22,9 +22,9 @@ struct Stretch {
 std::vector<PlanWall> walls_of(const FloorPlan& plan) {
   std::vector<Stretch> stretches;
   for (const PlanRoom& room : plan.rooms) {
-    for (std::size_t i = 0; i < room.edges.size(); ++i) {
-      if (room.edges[i].kind != EdgeKind::wall) continue;
-      const Vector a = room.edges[i].from, b = room.edges[(i + 1) % room.edges.size()].from;
+    for (const RoomEdge& edge : room.edges()) {
+      if (edge.kind != EdgeKind::wall) continue;
+      const Vector a = edge.from, b = edge.to;
       const Vector way = (b - a).normalized();
       stretches.push_back({a, b, {-way.y(), way.x()}});
     }

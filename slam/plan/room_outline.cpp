@@ -13,6 +13,9 @@ constexpr double kBeforeM = 0.08;   // the outline runs about this far in front 
 constexpr double kFarthestOffM = 0.24; // ... and at most this far
 constexpr double kBeyondEndM = 0.12;
 constexpr int kShortRun = 3;        // steps that are no run of their own
+constexpr double kLongestM = 3.0;   // furniture along a wall
+constexpr double kDeepestM = 1.0;
+constexpr double kDeepestInCornerM = 0.8;
 constexpr double kReachM = 3.0;     // longest stretch that two faces close behind what hides it
 
 // Part of an outline along one line. A line's direction: the room lies on its left.
@@ -20,6 +23,7 @@ struct Run {
   EdgeKind kind = EdgeKind::unseen;
   int index = -1;
   std::vector<Vector> steps;
+  bool furnished = false;  ///< furniture was taken from here
 
   double length_m() const { return FreeSpace::kCellM * static_cast<double>(steps.size()); }
   bool is_line() const { return kind != EdgeKind::unseen; }
@@ -45,10 +49,12 @@ class OutlineFit {
              const std::vector<WallFace>& faces,
              const std::vector<PlanOpening>& openings,
              const RoomRaster& raster,
-             const FreeSpace& space)
+             const FreeSpace& space,
+             std::vector<PlanObject>& furniture)
       : faces_(faces), openings_(openings), raster_(raster), space_(space) {
     for (const OutlineStep& step : outline) add(label(step), step.middle);
     clean();
+    while (take_furniture(furniture)) clean();
   }
 
   std::vector<RoomEdge> run() {
@@ -126,7 +132,10 @@ class OutlineFit {
   void clean() {
     merge_neighbours();
     for (Run& run : runs_) {
-      if (run.kind == EdgeKind::wall && run.steps.size() <= kShortRun) run = {EdgeKind::unseen, -1, run.steps};
+      if (run.kind == EdgeKind::wall && run.steps.size() <= kShortRun) {
+        run.kind = EdgeKind::unseen;
+        run.index = -1;
+      }
     }
     merge_neighbours();
     // Of a face, a door leaf's or a cupboard's bump: the face goes on behind it.
@@ -140,6 +149,58 @@ class OutlineFit {
       }
     }
     merge_neighbours();
+  }
+
+  // What stands at a wall or in a corner, closes as a box, and hides what is behind it: up to 1 m
+  // deep and 3 m long. The wall goes on behind it.
+  bool take_furniture(std::vector<PlanObject>& furniture) {
+    const std::size_t count = runs_.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      std::vector<Vector> steps;
+      for (std::size_t k = 1; k < std::min<std::size_t>(count, 10); ++k) {
+        const Run& next = runs_[(i + k) % count];
+        const bool known = k == 2 && runs_[(i + 1) % count].furnished;
+        if (k > 1 && !known && stands_at(runs_[i], steps, next)) {
+          PlanObject object;
+          object.outline = thinned(steps);
+          furniture.push_back(std::move(object));
+          std::rotate(runs_.begin(), runs_.begin() + static_cast<long>(i), runs_.end());
+          runs_.erase(runs_.begin() + 1, runs_.begin() + static_cast<long>(k));
+          runs_.insert(runs_.begin() + 1, Run{EdgeKind::unseen, -1, std::move(steps), true});
+          return true;
+        }
+        if (next.kind == EdgeKind::opening) break;
+        steps.insert(steps.end(), next.steps.begin(), next.steps.end());
+      }
+    }
+    return false;
+  }
+
+  bool stands_at(const Run& one, const std::vector<Vector>& steps, const Run& next) const {
+    if (one.kind != EdgeKind::wall || next.kind != EdgeKind::wall || steps.size() < 6) return false;
+    const Line a = line_of(one), b = line_of(next);
+    const Vector from = a.foot(one.steps.back()), to = b.foot(next.steps.front());
+    const Vector before(-a.way.y(), a.way.x()), after(-b.way.y(), b.way.x());
+    double depth_a = 0, depth_b = 0;
+    for (const Vector& at : steps) {
+      const double off_a = before.dot(at - a.point), off_b = after.dot(at - b.point);
+      if (off_a < -0.05 || off_b < -0.05) return false;
+      depth_a = std::max(depth_a, off_a);
+      depth_b = std::max(depth_b, off_b);
+    }
+    if (a.way.dot(b.way) > 0.99) {
+      const double gap = a.way.dot(to - from);
+      return std::abs(before.dot(to - from)) < 0.06 && gap > 0.1 && gap < kLongestM && depth_a > kFarthestOffM - 0.05 &&
+             depth_a < kDeepestM && hidden_between(from, to);
+    }
+    const auto meet = crossing(a, b);
+    if (!meet || before.dot(b.way) < 0.5) return false;
+    const double along_a = a.way.dot(*meet - from), along_b = b.way.dot(to - *meet);
+    if (along_a < -0.1 || along_b < -0.1 || std::max(along_a, along_b) > kLongestM ||
+        std::min(along_a, along_b) > kDeepestInCornerM) {
+      return false;
+    }
+    return depth_a < along_b + 0.2 && depth_b < along_a + 0.2 && hidden_between(from, *meet) && hidden_between(*meet, to);
   }
 
   Line line_of(const Run& run) const {
@@ -164,7 +225,7 @@ class OutlineFit {
     return seen_through <= all / 5;
   }
 
-  void put(const Vector& at, EdgeKind kind, int index) { edges_.push_back({at, kind, index}); }
+  void put(const Vector& at, EdgeKind kind, int index) { edges_.push_back({at, at, kind, index}); }
 
   // From the end of one line to the begin of the next; puts the edges that begin there.
   void join(const Run& one, const Run* hidden, const Run& next) {
@@ -254,7 +315,7 @@ class OutlineFit {
     std::vector<Vector> all;
     for (const Run& run : runs_) all.insert(all.end(), run.steps.begin(), run.steps.end());
     std::vector<RoomEdge> edges;
-    for (const Vector& point : thinned(all)) edges.push_back({point, EdgeKind::unseen, -1});
+    for (const Vector& point : thinned(all)) edges.push_back({point, point, EdgeKind::unseen, -1});
     return edges;
   }
 
@@ -281,8 +342,11 @@ std::vector<RoomEdge> edges_of(const std::vector<OutlineStep>& outline,
                                const std::vector<WallFace>& faces,
                                const std::vector<PlanOpening>& openings,
                                const RoomRaster& raster,
-                               const FreeSpace& space) {
-  return OutlineFit(outline, faces, openings, raster, space).run();
+                               const FreeSpace& space,
+                               std::vector<PlanObject>& furniture) {
+  std::vector<RoomEdge> edges = OutlineFit(outline, faces, openings, raster, space, furniture).run();
+  for (std::size_t i = 0; i < edges.size(); ++i) edges[i].to = edges[(i + 1) % edges.size()].from;
+  return edges;
 }
 
 }  // namespace marco::slam

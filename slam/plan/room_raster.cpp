@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <utility>
 
 namespace marco::slam {
 namespace {
@@ -84,50 +85,80 @@ RoomRaster cut_rooms(const FreeSpace& space, std::vector<PlanOpening>& openings)
   }
 }
 
-std::vector<OutlineStep> outline_of(const FreeSpace& space, const RoomRaster& raster, int room) {
-  const int width = space.width();
-  const auto inside = [&](int x, int y) {
-    return x >= 0 && y >= 0 && x < width && y < space.height() &&
-           raster.room[static_cast<std::size_t>(y * width + x)] == room;
-  };
-  const auto first = std::find(raster.room.begin(), raster.room.end(), room);
-  const int start = static_cast<int>(first - raster.room.begin());
-  // A corner of the raster, and a way: the room lies on the left.
-  int x = start % width, y = start / width, dx = 1, dy = 0;
-  const int x0 = x, y0 = y;
-  const Vector origin = space.centre_of(0) - Vector::Constant(FreeSpace::kCellM / 2);
-  std::vector<OutlineStep> steps;
-  do {
-    const int right_x = x + (dx + dy - 1) / 2, right_y = y + (dy - dx - 1) / 2;
-    OutlineStep step;
-    step.middle = origin + FreeSpace::kCellM * Vector(x + 0.5 * dx, y + 0.5 * dy);
-    step.inward = Vector(-dy, dx);
-    step.outside = right_x < 0 || right_y < 0 || right_x >= width || right_y >= space.height()
-                       ? -1
-                       : right_y * width + right_x;
-    steps.push_back(step);
-    x += dx;
-    y += dy;
-    const bool left = inside(x + (dx - dy - 1) / 2, y + (dy + dx - 1) / 2);
-    const bool right = inside(x + (dx + dy - 1) / 2, y + (dy - dx - 1) / 2);
-    if (!left) {
-      const int turned = dx;
-      dx = -dy;
-      dy = turned;
-    } else if (right) {
-      const int turned = dx;
-      dx = dy;
-      dy = -turned;
-    }
-  } while (!(x == x0 && y == y0 && dx == 1 && dy == 0));
+namespace {
+
+class Tracer {
+ public:
+  Tracer(const FreeSpace& space, const RoomRaster& raster, int room)
+      : space_(space), raster_(raster), room_(room), traced_(raster.room.size(), false) {}
+
+  bool inside(int x, int y) const {
+    return x >= 0 && y >= 0 && x < space_.width() && y < space_.height() &&
+           raster_.room[static_cast<std::size_t>(y * space_.width() + x)] == room_;
+  }
+  bool is_new_start(int x, int y) const {
+    return inside(x, y) && !inside(x, y - 1) && !traced_[static_cast<std::size_t>(y * space_.width() + x)];
+  }
+
+  // From the lower side of a cell, the room on the left.
+  std::vector<OutlineStep> trace(const int x0, const int y0) {
+    int x = x0, y = y0, dx = 1, dy = 0;
+    const Vector origin = space_.centre_of(0) - Vector::Constant(FreeSpace::kCellM / 2);
+    std::vector<OutlineStep> steps;
+    do {
+      if (dx == 1) traced_[static_cast<std::size_t>(y * space_.width() + x)] = true;
+      const int right_x = x + (dx + dy - 1) / 2, right_y = y + (dy - dx - 1) / 2;
+      const bool in_raster = right_x >= 0 && right_y >= 0 && right_x < space_.width() && right_y < space_.height();
+      steps.push_back({origin + FreeSpace::kCellM * Vector(x + 0.5 * dx, y + 0.5 * dy), Vector(-dy, dx),
+                       in_raster ? right_y * space_.width() + right_x : -1});
+      x += dx;
+      y += dy;
+      const bool left = inside(x + (dx - dy - 1) / 2, y + (dy + dx - 1) / 2);
+      const bool right = inside(x + (dx + dy - 1) / 2, y + (dy - dx - 1) / 2);
+      if (!left) {
+        dy = std::exchange(dx, -dy);
+      } else if (right) {
+        dy = -std::exchange(dx, dy);
+      }
+    } while (!(x == x0 && y == y0 && dx == 1 && dy == 0));
+    return steps;
+  }
+
+ private:
+  const FreeSpace& space_;
+  const RoomRaster& raster_;
+  int room_;
+  std::vector<bool> traced_;
+};
+
+std::vector<OutlineStep> smoothed(const std::vector<OutlineStep>& steps) {
   std::vector<OutlineStep> smooth = steps;
   const int count = static_cast<int>(steps.size());
   for (int i = 0; i < count; ++i) {
     Vector sum = Vector::Zero();
-    for (int k = -4; k <= 4; ++k) sum += steps[static_cast<std::size_t>(((i + k) % count + count) % count)].inward;
+    for (int k = -4; k <= 4; ++k) {
+      sum += steps[static_cast<std::size_t>(((i + k) % count + count) % count)].inward;
+    }
     if (sum.norm() > 0) smooth[static_cast<std::size_t>(i)].inward = sum.normalized();
   }
   return smooth;
+}
+
+}  // namespace
+
+std::vector<std::vector<OutlineStep>> outlines_of(const FreeSpace& space, const RoomRaster& raster, int room, double least_m) {
+  Tracer tracer(space, raster, room);
+  std::vector<std::vector<OutlineStep>> outlines;
+  for (int y = 0; y < space.height(); ++y) {
+    for (int x = 0; x < space.width(); ++x) {
+      if (!tracer.is_new_start(x, y)) continue;
+      const std::vector<OutlineStep> steps = tracer.trace(x, y);
+      if (outlines.empty() || static_cast<double>(steps.size()) * FreeSpace::kCellM > 2 * least_m) {
+        outlines.push_back(smoothed(steps));
+      }
+    }
+  }
+  return outlines;
 }
 
 Vector inmost_point(const FreeSpace& space, const RoomRaster& raster, int room) {

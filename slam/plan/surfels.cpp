@@ -76,7 +76,7 @@ double main_direction_rad(const std::vector<PlanSurfel>& surfels) {
     within += vote;
     shift += vote * (i + 0.5);
   }
-  if (all == 0 || within < all / 3) return std::numeric_limits<double>::quiet_NaN();
+  if (all == 0 || within < all / 5) return std::numeric_limits<double>::quiet_NaN();
   double angle = (best + shift / within) / kBins * std::numbers::pi / 2;
   if (angle >= std::numbers::pi / 4) angle -= std::numbers::pi / 2;
   return angle;

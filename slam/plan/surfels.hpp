@@ -27,7 +27,7 @@ std::vector<PlanSurfel> gather_surfels(const std::vector<Keyframe>& keys,
                                        const Pose2& plan_from_map);
 
 /// The direction modulo 90 degrees that most of the walls have, in [-45, 45) degrees, or NaN where
-/// less than a third of the surface has it within 3 degrees.
+/// less than a fifth of the surface has it within 3 degrees.
 double main_direction_rad(const std::vector<PlanSurfel>& surfels);
 
 }  // namespace marco::slam

@@ -130,6 +130,7 @@ class FaceSearch {
     for (const std::size_t i : members) seen.push_back(surfels_[i].keyframes);
     std::nth_element(seen.begin(), seen.begin() + seen.size() / 2, seen.end());
     const double independent = std::max(1, seen[seen.size() / 2]);
+    face.keyframes = static_cast<int>(independent);
     face.sigma_m = std::sqrt(rms * rms / independent + kPoseSigmaM * kPoseSigmaM);
     face.low_m = face.along().dot(surfels_[members.front()].mean());
     face.high_m = face.along().dot(surfels_[members.back()].mean());

@@ -39,7 +39,7 @@ std::string layer(const char* name, int colour, const char* pattern) {
 std::string head(const FloorPlan& plan) {
   Vector low(0, 0), high(1, 1);
   for (const PlanRoom& room : plan.rooms) {
-    for (const RoomEdge& edge : room.edges) {
+    for (const RoomEdge& edge : room.edges()) {
       low = low.cwiseMin(edge.from);
       high = high.cwiseMax(edge.from);
     }
@@ -83,9 +83,8 @@ std::string insert(const PlanOpening& opening) {
 std::string plan_dxf(const FloorPlan& plan) {
   std::string out = head(plan) + "0\nSECTION\n2\nENTITIES\n";
   for (const PlanRoom& room : plan.rooms) {
-    for (std::size_t i = 0; i < room.edges.size(); ++i) {
-      const RoomEdge& edge = room.edges[i];
-      const Vector to = room.edges[(i + 1) % room.edges.size()].from;
+    for (const RoomEdge& edge : room.edges()) {
+      const Vector& to = edge.to;
       if (edge.kind == EdgeKind::wall) out += line("WALLS", edge.from, to);
       if (edge.kind == EdgeKind::unseen) out += line("WALLS_UNSEEN", edge.from, to);
     }

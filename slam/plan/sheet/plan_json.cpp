@@ -20,12 +20,16 @@ Json feature(const char* kind, const char* shape, Json coordinates) {
 }
 
 Json room_feature(const PlanRoom& room) {
-  Json ring = Json::array();
-  for (const RoomEdge& edge : room.edges) ring.push_back(at(edge.from));
-  if (!ring.empty()) ring.push_back(ring.front());
-  Json entry = feature("room", "Polygon", Json::array({ring}));
+  Json rings = Json::array();
+  for (const auto& loop : room.loops) {
+    Json ring = Json::array();
+    for (const RoomEdge& edge : loop) ring.push_back(at(edge.from));
+    if (!ring.empty()) ring.push_back(ring.front());
+    rings.push_back(std::move(ring));
+  }
+  Json entry = feature("room", "Polygon", std::move(rings));
   Json edges = Json::array();
-  for (const RoomEdge& edge : room.edges) {
+  for (const RoomEdge& edge : room.edges()) {
     edges.push_back(edge.kind == EdgeKind::wall ? "wall" : edge.kind == EdgeKind::opening ? "opening" : "not seen");
   }
   entry["properties"].update({{"name", room.name},

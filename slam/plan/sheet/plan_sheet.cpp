@@ -36,7 +36,7 @@ struct Extent {
 Extent extent_of(const FloorPlan& plan) {
   Extent extent;
   for (const PlanRoom& room : plan.rooms) {
-    for (const RoomEdge& edge : room.edges) extent.add(edge.from);
+    for (const RoomEdge& edge : room.edges()) extent.add(edge.from);
   }
   require(!plan.rooms.empty(), "the map shows no room: nothing to draw");
   return extent;
@@ -144,9 +144,8 @@ class Drawing {
 
   void edges() {
     for (const PlanRoom& room : plan_.rooms) {
-      for (std::size_t i = 0; i < room.edges.size(); ++i) {
-        const RoomEdge& edge = room.edges[i];
-        const Vector to = room.edges[(i + 1) % room.edges.size()].from;
+      for (const RoomEdge& edge : room.edges()) {
+        const Vector& to = edge.to;
         if (edge.kind == EdgeKind::wall) sheet_.line(on_paper(edge.from), on_paper(to), {0.5, 0, -1, {}});
         if (edge.kind == EdgeKind::unseen) sheet_.line(on_paper(edge.from), on_paper(to), {0.25, 0.35, -1, {1.5, 1.2}});
       }

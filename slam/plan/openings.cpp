@@ -182,19 +182,19 @@ void take_leaves(std::vector<WallFace>& faces,
                  const FreeSpace& space) {
   const auto is_leaf = [&](const WallFace& face) {
     const Vector middle = face.at((face.low_m + face.high_m) / 2);
-    if (!space.is_free(middle + face.normal * 0.2) || !space.is_free(middle - face.normal * 0.2)) {
-      return false;
-    }
+    if (!space.is_free(middle + face.normal * 0.2)) return false;
     for (PlanOpening& opening : openings) {
       const double part = face.length_m() / opening.width_m();
       const Vector way = (opening.to - opening.from).normalized();
-      if (part < 0.75 || part > 1.15 || std::abs(face.along().dot(way)) > 0.985) continue;
+      if (part < 0.75 || part > 1.25 || std::abs(face.along().dot(way)) > 0.985) continue;
       for (const Vector& jamb : {opening.from, opening.to}) {
         for (const bool high : {true, false}) {
-          if ((face.at(high ? face.high_m : face.low_m) - jamb).norm() > 0.2) continue;
+          const Vector foot = face.at(high ? face.high_m : face.low_m);
+          const Vector tip = face.at(high ? face.low_m : face.high_m);
+          if ((foot - jamb).norm() > 0.2 || !space.is_free(tip + (tip - foot).normalized() * 0.2)) continue;
           opening.has_leaf = true;
           opening.hinge = jamb;
-          opening.leaf_end = face.at(high ? face.low_m : face.high_m);
+          opening.leaf_end = tip;
           return true;
         }
       }

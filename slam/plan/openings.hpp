@@ -12,8 +12,8 @@ namespace marco::slam {
 /// gap, as far as it was seen, so that a corridor's bend is none. Whether it joins two rooms, the rooms decide.
 std::vector<PlanOpening> find_openings(const std::vector<WallFace>& faces, const FreeSpace& space);
 
-/// Takes door leaves out of the faces: as long as an opening is wide, hinged at a jamb, free on both
-/// sides. The openings keep them.
+/// Takes door leaves out of the faces: as long as an opening is wide, hinged at a jamb, and free beyond
+/// the tip. The openings keep them.
 void take_leaves(std::vector<WallFace>& faces,
                  std::vector<PlanOpening>& openings,
                  const FreeSpace& space);

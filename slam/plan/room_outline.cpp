@@ -13,9 +13,9 @@ constexpr double kBeforeM = 0.08;   // the outline runs about this far in front 
 constexpr double kFarthestOffM = 0.24; // ... and at most this far
 constexpr double kBeyondEndM = 0.12;
 constexpr int kShortRun = 3;        // steps that are no run of their own
-constexpr double kLongestM = 3.0;   // furniture along a wall
+constexpr double kLongestM = 4.0;   // furniture along a wall
 constexpr double kDeepestM = 1.0;
-constexpr double kDeepestInCornerM = 0.8;
+constexpr double kDeepestInCornerM = 1.0;
 constexpr double kReachM = 3.0;     // longest stretch that two faces close behind what hides it
 
 // Part of an outline along one line. A line's direction: the room lies on its left.
@@ -54,7 +54,10 @@ class OutlineFit {
       : faces_(faces), openings_(openings), raster_(raster), space_(space) {
     for (const OutlineStep& step : outline) add(label(step), step.middle);
     clean();
-    while (take_furniture(furniture)) clean();
+    // At walls first, or a corner's would swallow the wall between two pieces.
+    for (const Place place : {Place::wall, Place::corner}) {
+      while (take_furniture(place, furniture)) clean();
+    }
   }
 
   std::vector<RoomEdge> run() {
@@ -152,15 +155,16 @@ class OutlineFit {
   }
 
   // What stands at a wall or in a corner, closes as a box, and hides what is behind it: up to 1 m
-  // deep and 3 m long. The wall goes on behind it.
-  bool take_furniture(std::vector<PlanObject>& furniture) {
+  // deep and 4 m long, as kitchens are. The wall goes on behind it.
+  enum class Place { wall, corner };
+  bool take_furniture(Place place, std::vector<PlanObject>& furniture) {
     const std::size_t count = runs_.size();
     for (std::size_t i = 0; i < count; ++i) {
       std::vector<Vector> steps;
       for (std::size_t k = 1; k < std::min<std::size_t>(count, 10); ++k) {
         const Run& next = runs_[(i + k) % count];
         const bool known = k == 2 && runs_[(i + 1) % count].furnished;
-        if (k > 1 && !known && stands_at(runs_[i], steps, next)) {
+        if (k > 1 && !known && stands_at(place, runs_[i], steps, next)) {
           PlanObject object;
           object.outline = thinned(steps);
           furniture.push_back(std::move(object));
@@ -169,15 +173,15 @@ class OutlineFit {
           runs_.insert(runs_.begin() + 1, Run{EdgeKind::unseen, -1, std::move(steps), true});
           return true;
         }
-        if (next.kind == EdgeKind::opening) break;
+        if (next.kind == EdgeKind::opening || (place == Place::corner && next.furnished)) break;
         steps.insert(steps.end(), next.steps.begin(), next.steps.end());
       }
     }
     return false;
   }
 
-  bool stands_at(const Run& one, const std::vector<Vector>& steps, const Run& next) const {
-    if (one.kind != EdgeKind::wall || next.kind != EdgeKind::wall || steps.size() < 6) return false;
+  bool stands_at(Place place, const Run& one, const std::vector<Vector>& steps, const Run& next) const {
+    if (!one.is_line() || !next.is_line() || steps.size() < 6) return false;
     const Line a = line_of(one), b = line_of(next);
     const Vector from = a.foot(one.steps.back()), to = b.foot(next.steps.front());
     const Vector before(-a.way.y(), a.way.x()), after(-b.way.y(), b.way.x());
@@ -190,9 +194,10 @@ class OutlineFit {
     }
     if (a.way.dot(b.way) > 0.99) {
       const double gap = a.way.dot(to - from);
-      return std::abs(before.dot(to - from)) < 0.06 && gap > 0.1 && gap < kLongestM && depth_a > kFarthestOffM - 0.05 &&
+      return place == Place::wall && std::abs(before.dot(to - from)) < 0.06 && gap > 0.1 && gap < kLongestM && depth_a > kFarthestOffM - 0.05 &&
              depth_a < kDeepestM && hidden_between(from, to);
     }
+    if (place == Place::wall || one.kind == EdgeKind::opening || next.kind == EdgeKind::opening) return false;
     const auto meet = crossing(a, b);
     if (!meet || before.dot(b.way) < 0.5) return false;
     const double along_a = a.way.dot(*meet - from), along_b = b.way.dot(to - *meet);
@@ -200,7 +205,7 @@ class OutlineFit {
         std::min(along_a, along_b) > kDeepestInCornerM) {
       return false;
     }
-    return depth_a < along_b + 0.2 && depth_b < along_a + 0.2 && hidden_between(from, *meet) && hidden_between(*meet, to);
+    return depth_a < std::max(along_b, kDeepestInCornerM) + 0.2 && depth_b < std::max(along_a, kDeepestInCornerM) + 0.2 && hidden_between(from, *meet) && hidden_between(*meet, to);
   }
 
   Line line_of(const Run& run) const {
@@ -231,13 +236,19 @@ class OutlineFit {
   void join(const Run& one, const Run* hidden, const Run& next) {
     const Line a = line_of(one), b = line_of(next);
     const Vector from = a.foot(one.steps.back()), to = b.foot(next.steps.front());
-    const double reach = hidden != nullptr ? std::min(kReachM, 0.4 + hidden->length_m()) : 0.4;
-    if (next.kind == EdgeKind::opening) return join_at_jamb(one, a, b.point, next);
+    const double reach = hidden != nullptr && hidden->furnished ? kLongestM + 0.3
+                         : hidden != nullptr ? std::min(kReachM, 0.4 + hidden->length_m()) : 0.4;
+    if (next.kind == EdgeKind::opening) return join_at_jamb(one, hidden, a, next, b.point);
     if (one.kind == EdgeKind::opening) {
       const Vector jamb = a.point + a.way * openings_[static_cast<std::size_t>(one.index)].width_m();
       const Vector foot = b.foot(jamb);
       if ((foot - jamb).norm() > 0.02) put(jamb, (foot - jamb).norm() < 0.7 ? EdgeKind::wall : EdgeKind::unseen, -1);
-      put(foot, EdgeKind::wall, next.index);
+      if (hidden != nullptr && hidden->furnished && b.way.dot(to - foot) > 0.35) {
+        put(foot, EdgeKind::unseen, next.index);
+        put(to, EdgeKind::wall, next.index);
+      } else {
+        put(foot, EdgeKind::wall, next.index);
+      }
       return;
     }
     const auto meet = crossing(a, b);
@@ -263,11 +274,13 @@ class OutlineFit {
     put(to, EdgeKind::wall, next.index);
   }
 
-  void join_at_jamb(const Run& one, const Line& a, const Vector& jamb, const Run& next) {
+  void join_at_jamb(const Run& one, const Run* hidden, const Line& a, const Run& next, const Vector& jamb) {
     Vector end = a.foot(jamb);
     if (one.kind == EdgeKind::opening) {
       end = a.point + a.way * openings_[static_cast<std::size_t>(one.index)].width_m();
     }
+    const Vector last = a.foot(one.steps.back());
+    if (hidden != nullptr && hidden->furnished && a.way.dot(end - last) > 0.35) put(last, EdgeKind::unseen, one.index);
     if ((end - jamb).norm() > 0.02) put(end, (end - jamb).norm() < 0.7 ? EdgeKind::wall : EdgeKind::unseen, -1);
     put(jamb, EdgeKind::opening, next.index);
   }

@@ -159,7 +159,9 @@ class FaceSearch {
     }
     if (ends.size() < 8) return false;
     std::sort(ends.begin(), ends.end());
-    const std::size_t cut = std::min<std::size_t>(2, ends.size() / 20);
+    // The noise along the beams reaches beyond an end: about half a centimetre's points lie there.
+    const double a_centimetre = 0.01 * static_cast<double>(ends.size()) / (ends.back() - ends.front() + 0.01);
+    const std::size_t cut = std::min(static_cast<std::size_t>(a_centimetre / 2) + 1, ends.size() / 20);
     face.low_m = ends[cut];
     face.high_m = ends[ends.size() - 1 - cut];
     // Scattered hits are no face.

@@ -68,6 +68,19 @@ bool is_passing(WallFace& face, const FreeSpace& space) {
   return !face.glass;
 }
 
+// Normals of points tell the direction to half a degree; long faces tell it to hundredths.
+double remaining_turn(const std::vector<WallFace>& faces) {
+  double sum = 0, weights = 0;
+  for (const WallFace& face : faces) {
+    const double turn = std::remainder(std::atan2(face.normal.y(), face.normal.x()), std::numbers::pi / 2);
+    if (std::abs(turn) > deg_to_rad(1.5)) continue;
+    const double weight = std::pow(face.angle_sigma_rad + 1e-4, -2);
+    sum += weight * turn;
+    weights += weight;
+  }
+  return weights > 0 ? sum / weights : 0.0;
+}
+
 }  // namespace
 
 FloorPlan make_plan(const std::vector<Keyframe>& keys) {
@@ -76,7 +89,11 @@ FloorPlan make_plan(const std::vector<Keyframe>& keys) {
   plan.scale_sigma = kScaleSigma;
   const double direction = main_direction_rad(gather_surfels(keys, {}));
   plan.has_main_direction = std::isfinite(direction);
-  if (plan.has_main_direction) plan.map_from_plan.theta_rad = direction;
+  if (plan.has_main_direction) {
+    const Pose2 map_from_rough{0, 0, direction};
+    plan.map_from_plan.theta_rad =
+        direction + remaining_turn(find_faces(gather_surfels(keys, map_from_rough.inverse()), false));
+  }
   const Pose2 plan_from_map = plan.map_from_plan.inverse();
   FreeSpace space(keys, plan_from_map);
   const std::vector<PlanSurfel> surfels = gather_surfels(keys, plan_from_map);

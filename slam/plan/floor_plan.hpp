@@ -15,9 +15,9 @@ struct WallFace {
   double offset_m = 0.0;            ///< normal . x = offset
   double low_m = 0.0;               ///< where it begins and ends, measured by along() . x
   double high_m = 0.0;
-  double sigma_m = 0.0;        ///< of the offset, at the middle
+  double sigma_m = 0.0;  ///< of the offset, at the middle
   double angle_sigma_rad = 0.0;
-  int keyframes = 0;  ///< that saw it, at its middle
+  int keyframes = 0;   ///< that saw it, at its middle
   bool glass = false;  ///< beams went through it as well: glass, or lower than the laser in places
   bool aligned = false;  ///< takes a main direction of the building, which lies within its sigma
 
@@ -47,7 +47,7 @@ struct PlanRoom {
   std::string name;
   /// Round the room counter-clockwise; then, clockwise, round each block of other rooms inside it.
   std::vector<std::vector<RoomEdge>> loops;
-  double area_m2 = 0.0;         ///< net, between the faces
+  double area_m2 = 0.0;  ///< net, between the faces
   double area_sigma_m2 = 0.0;
   double perimeter_m = 0.0;
   Eigen::Vector2d label_at = {0, 0};  ///< well inside
@@ -56,8 +56,8 @@ struct PlanRoom {
     for (const auto& loop : loops) all.insert(all.end(), loop.begin(), loop.end());
     return all;
   }
-  Eigen::Vector2d size_m = {0, 0};    ///< clear, through the label: along x, along y
-  double seen = 0.0;                  ///< part of the perimeter that is seen wall or opening
+  Eigen::Vector2d size_m = {0, 0};  ///< clear, through the label: along x, along y
+  double seen = 0.0;                ///< part of the perimeter that is seen wall or opening
 };
 
 /// A gap in a wall that was seen or driven through.
@@ -65,12 +65,14 @@ struct PlanOpening {
   Eigen::Vector2d from = {0, 0};  ///< jambs
   Eigen::Vector2d to = {0, 0};
   double width_m() const { return (to - from).norm(); }
-  double sigma_m = 0.0;  ///< of the width
-  double depth_m = 0.0;  ///< to the wall's other face, on the right of from -> to; 0: none seen
+  double sigma_m = 0.0;   ///< of the width
+  double depth_m = 0.0;   ///< to the wall's other face, on the right of from -> to; 0: none seen
   bool has_leaf = false;  ///< a door leaf was seen, standing open
   Eigen::Vector2d hinge = {0, 0};
   Eigen::Vector2d leaf_end = {0, 0};
-  Eigen::Vector2d right() const { return Eigen::Vector2d(to.y() - from.y(), from.x() - to.x()).normalized(); }
+  Eigen::Vector2d right() const {
+    return Eigen::Vector2d(to.y() - from.y(), from.x() - to.x()).normalized();
+  }
   bool is_door() const { return width_m() <= 2.2; }
 };
 

@@ -76,7 +76,8 @@ void FreeSpace::smooth() {
       for (int k = -kHalf; k <= kHalf; ++k) {
         const int at = cell + k * step;
         if (at < 0 || at >= cells) continue;
-        if (before[static_cast<std::size_t>(at)] == spreading) free_[static_cast<std::size_t>(cell)] = spreading;
+        if (before[static_cast<std::size_t>(at)] == spreading)
+          free_[static_cast<std::size_t>(cell)] = spreading;
       }
     }
   };

@@ -35,7 +35,8 @@ double clear_size(const PlanRoom& room, int axis) {
     const Vector a = edge.from, b = edge.to;
     const Vector& at = room.label_at;
     if ((a[other] > at[other]) == (b[other] > at[other])) continue;
-    const double cut = a[axis] + (b[axis] - a[axis]) * (at[other] - a[other]) / (b[other] - a[other]);
+    const double cut =
+        a[axis] + (b[axis] - a[axis]) * (at[other] - a[other]) / (b[other] - a[other]);
     if (cut < at[axis]) before = std::max(before, cut);
     if (cut > at[axis]) after = std::min(after, cut);
   }
@@ -72,7 +73,8 @@ bool is_passing(WallFace& face, const FreeSpace& space) {
 double remaining_turn(const std::vector<WallFace>& faces) {
   double sum = 0, weights = 0;
   for (const WallFace& face : faces) {
-    const double turn = std::remainder(std::atan2(face.normal.y(), face.normal.x()), std::numbers::pi / 2);
+    const double turn =
+        std::remainder(std::atan2(face.normal.y(), face.normal.x()), std::numbers::pi / 2);
     if (std::abs(turn) > deg_to_rad(1.5)) continue;
     const double weight = std::pow(face.angle_sigma_rad + 1e-4, -2);
     sum += weight * turn;
@@ -92,7 +94,8 @@ FloorPlan make_plan(const std::vector<Keyframe>& keys) {
   if (plan.has_main_direction) {
     const Pose2 map_from_rough{0, 0, direction};
     plan.map_from_plan.theta_rad =
-        direction + remaining_turn(find_faces(gather_surfels(keys, map_from_rough.inverse()), false));
+        direction +
+        remaining_turn(find_faces(gather_surfels(keys, map_from_rough.inverse()), false));
   }
   const Pose2 plan_from_map = plan.map_from_plan.inverse();
   FreeSpace space(keys, plan_from_map);
@@ -109,14 +112,16 @@ FloorPlan make_plan(const std::vector<Keyframe>& keys) {
   for (int i = 0; i < raster.rooms; ++i) {
     PlanRoom room;
     for (const auto& outline : outlines_of(space, raster, i, kLargestObjectM)) {
-      room.loops.push_back(edges_of(outline, plan.faces, plan.openings, raster, space, plan.objects));
+      room.loops.push_back(
+          edges_of(outline, plan.faces, plan.openings, raster, space, plan.objects));
     }
     room.label_at = inmost_point(space, raster, i);
     measure(plan, room);
     plan.rooms.push_back(std::move(room));
   }
   // What only shows through a gap or a pane, without a wall, is no room.
-  std::erase_if(plan.rooms, [](const PlanRoom& room) { return room.area_m2 < 1.0 || room.seen < 0.1; });
+  std::erase_if(plan.rooms,
+                [](const PlanRoom& room) { return room.area_m2 < 1.0 || room.seen < 0.1; });
   std::stable_sort(plan.rooms.begin(), plan.rooms.end(), [](const PlanRoom& a, const PlanRoom& b) {
     const double row_a = std::round(-a.label_at.y() / 3), row_b = std::round(-b.label_at.y() / 3);
     return row_a != row_b ? row_a < row_b : a.label_at.x() < b.label_at.x();
@@ -124,7 +129,8 @@ FloorPlan make_plan(const std::vector<Keyframe>& keys) {
   int number = 0;
   for (PlanRoom& room : plan.rooms) room.name = "Room " + std::to_string(++number);
   plan.walls = walls_of(plan);
-  for (PlanObject& object : find_objects(space, raster, surfels)) plan.objects.push_back(std::move(object));
+  for (PlanObject& object : find_objects(space, raster, surfels))
+    plan.objects.push_back(std::move(object));
   return plan;
 }
 

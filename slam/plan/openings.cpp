@@ -11,10 +11,10 @@ constexpr double kStepM = 0.025;
 constexpr double kNarrowestM = 0.5;
 constexpr double kWidestM = 3.0;
 constexpr double kWidestAtCornerM = 1.3;
-constexpr double kOneLineM = 0.06;     // how far two faces of one wall line may lie apart
-constexpr double kThickestM = 0.65;    // wall
+constexpr double kOneLineM = 0.06;   // how far two faces of one wall line may lie apart
+constexpr double kThickestM = 0.65;  // wall
 constexpr double kUnseenM = 0.3;
-constexpr double kJogM = 0.25;         // ... on both sides of a door
+constexpr double kJogM = 0.25;  // ... on both sides of a door
 constexpr double kParallel = 0.98;
 
 using Vector = Eigen::Vector2d;
@@ -191,7 +191,8 @@ void take_leaves(std::vector<WallFace>& faces,
         for (const bool high : {true, false}) {
           const Vector foot = face.at(high ? face.high_m : face.low_m);
           const Vector tip = face.at(high ? face.low_m : face.high_m);
-          if ((foot - jamb).norm() > 0.2 || !space.is_free(tip + (tip - foot).normalized() * 0.2)) continue;
+          if ((foot - jamb).norm() > 0.2 || !space.is_free(tip + (tip - foot).normalized() * 0.2))
+            continue;
           opening.has_leaf = true;
           opening.hinge = jamb;
           opening.leaf_end = tip;

@@ -52,8 +52,9 @@ std::vector<int> islands_of(const FreeSpace& space, const RoomRaster& raster) {
 }
 
 Points hull_of(Points points) {
-  std::sort(points.begin(), points.end(),
-            [](const Vector& a, const Vector& b) { return std::tie(a.x(), a.y()) < std::tie(b.x(), b.y()); });
+  std::sort(points.begin(), points.end(), [](const Vector& a, const Vector& b) {
+    return std::tie(a.x(), a.y()) < std::tie(b.x(), b.y());
+  });
   Points hull;
   for (int pass = 0; pass < 2; ++pass) {
     const std::size_t base = hull.size();
@@ -92,7 +93,8 @@ void fit_circle(const Points& points, PlanObject& object) {
     turns.insert(static_cast<int>(std::floor(std::atan2(off.y(), off.x()) / deg_to_rad(30))));
   }
   object.round = points.size() >= 12 && turns.size() >= 5 && object.radius_m > 0.04 &&
-                 object.radius_m < 0.7 && std::sqrt(sum / static_cast<double>(points.size())) < 0.02;
+                 object.radius_m < 0.7 &&
+                 std::sqrt(sum / static_cast<double>(points.size())) < 0.02;
 }
 
 }  // namespace

@@ -46,7 +46,8 @@ std::vector<PlanWall> walls_of(const FloorPlan& plan) {
       if (thickness < -0.04 || thickness > kThickestWallM) continue;
       paired.emplace_back(low, high);
       if (i < k) {
-        walls.push_back({one.from + way * low, one.from + way * high, one.normal, std::max(0.0, thickness), false});
+        walls.push_back({one.from + way * low, one.from + way * high, one.normal,
+                         std::max(0.0, thickness), false});
       }
     }
     std::sort(paired.begin(), paired.end());

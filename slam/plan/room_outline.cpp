@@ -9,14 +9,14 @@ namespace {
 
 using Vector = Eigen::Vector2d;
 
-constexpr double kBeforeM = 0.08;   // the outline runs about this far in front of a face
-constexpr double kFarthestOffM = 0.24; // ... and at most this far
+constexpr double kBeforeM = 0.08;       // the outline runs about this far in front of a face
+constexpr double kFarthestOffM = 0.24;  // ... and at most this far
 constexpr double kBeyondEndM = 0.12;
-constexpr int kShortRun = 3;        // steps that are no run of their own
-constexpr double kLongestM = 4.0;   // furniture along a wall
+constexpr int kShortRun = 3;       // steps that are no run of their own
+constexpr double kLongestM = 4.0;  // furniture along a wall
 constexpr double kDeepestM = 1.0;
 constexpr double kDeepestInCornerM = 1.0;
-constexpr double kReachM = 3.0;     // longest stretch that two faces close behind what hides it
+constexpr double kReachM = 3.0;  // longest stretch that two faces close behind what hides it
 
 // Part of an outline along one line. A line's direction: the room lies on its left.
 struct Run {
@@ -63,7 +63,8 @@ class OutlineFit {
   std::vector<RoomEdge> run() {
     if (runs_.size() < 2) return rough();
     // Begin at a line.
-    const auto first = std::find_if(runs_.begin(), runs_.end(), [](auto& r) { return r.is_line(); });
+    const auto first =
+        std::find_if(runs_.begin(), runs_.end(), [](auto& r) { return r.is_line(); });
     if (first == runs_.end()) return rough();
     std::rotate(runs_.begin(), first, runs_.end());
     for (std::size_t i = 0; i < runs_.size();) {
@@ -180,7 +181,10 @@ class OutlineFit {
     return false;
   }
 
-  bool stands_at(Place place, const Run& one, const std::vector<Vector>& steps, const Run& next) const {
+  bool stands_at(Place place,
+                 const Run& one,
+                 const std::vector<Vector>& steps,
+                 const Run& next) const {
     if (!one.is_line() || !next.is_line() || steps.size() < 6) return false;
     const Line a = line_of(one), b = line_of(next);
     const Vector from = a.foot(one.steps.back()), to = b.foot(next.steps.front());
@@ -194,10 +198,12 @@ class OutlineFit {
     }
     if (a.way.dot(b.way) > 0.99) {
       const double gap = a.way.dot(to - from);
-      return place == Place::wall && std::abs(before.dot(to - from)) < 0.06 && gap > 0.1 && gap < kLongestM && depth_a > kFarthestOffM - 0.05 &&
-             depth_a < kDeepestM && hidden_between(from, to);
+      return place == Place::wall && std::abs(before.dot(to - from)) < 0.06 && gap > 0.1 &&
+             gap < kLongestM && depth_a > kFarthestOffM - 0.05 && depth_a < kDeepestM &&
+             hidden_between(from, to);
     }
-    if (place == Place::wall || one.kind == EdgeKind::opening || next.kind == EdgeKind::opening) return false;
+    if (place == Place::wall || one.kind == EdgeKind::opening || next.kind == EdgeKind::opening)
+      return false;
     const auto meet = crossing(a, b);
     if (!meet || before.dot(b.way) < 0.5) return false;
     const double along_a = a.way.dot(*meet - from), along_b = b.way.dot(to - *meet);
@@ -205,7 +211,9 @@ class OutlineFit {
         std::min(along_a, along_b) > kDeepestInCornerM) {
       return false;
     }
-    return depth_a < std::max(along_b, kDeepestInCornerM) + 0.2 && depth_b < std::max(along_a, kDeepestInCornerM) + 0.2 && hidden_between(from, *meet) && hidden_between(*meet, to);
+    return depth_a < std::max(along_b, kDeepestInCornerM) + 0.2 &&
+           depth_b < std::max(along_a, kDeepestInCornerM) + 0.2 && hidden_between(from, *meet) &&
+           hidden_between(*meet, to);
   }
 
   Line line_of(const Run& run) const {
@@ -220,13 +228,15 @@ class OutlineFit {
     const Vector right = opening.right();
     const bool is_right = right.dot(middle - opening.from) > opening.depth_m / 2;
     // The room on the right of from -> to goes along it backwards.
-    if (is_right) return {opening.to + right * opening.depth_m, (opening.from - opening.to).normalized()};
+    if (is_right)
+      return {opening.to + right * opening.depth_m, (opening.from - opening.to).normalized()};
     return {opening.from, (opening.to - opening.from).normalized()};
   }
 
   bool hidden_between(const Vector& from, const Vector& to) const {
     int seen_through = 0, all = 0;
-    for (double s = 0; s <= 1.0; s += 0.05, ++all) seen_through += space_.is_free(from + (to - from) * s);
+    for (double s = 0; s <= 1.0; s += 0.05, ++all)
+      seen_through += space_.is_free(from + (to - from) * s);
     return seen_through <= all / 5;
   }
 
@@ -237,12 +247,15 @@ class OutlineFit {
     const Line a = line_of(one), b = line_of(next);
     const Vector from = a.foot(one.steps.back()), to = b.foot(next.steps.front());
     const double reach = hidden != nullptr && hidden->furnished ? kLongestM + 0.3
-                         : hidden != nullptr ? std::min(kReachM, 0.4 + hidden->length_m()) : 0.4;
+                         : hidden != nullptr ? std::min(kReachM, 0.4 + hidden->length_m())
+                                             : 0.4;
     if (next.kind == EdgeKind::opening) return join_at_jamb(one, hidden, a, next, b.point);
     if (one.kind == EdgeKind::opening) {
-      const Vector jamb = a.point + a.way * openings_[static_cast<std::size_t>(one.index)].width_m();
+      const Vector jamb =
+          a.point + a.way * openings_[static_cast<std::size_t>(one.index)].width_m();
       const Vector foot = b.foot(jamb);
-      if ((foot - jamb).norm() > 0.02) put(jamb, (foot - jamb).norm() < 0.7 ? EdgeKind::wall : EdgeKind::unseen, -1);
+      if ((foot - jamb).norm() > 0.02)
+        put(jamb, (foot - jamb).norm() < 0.7 ? EdgeKind::wall : EdgeKind::unseen, -1);
       if (hidden != nullptr && hidden->furnished && b.way.dot(to - foot) > 0.35) {
         put(foot, EdgeKind::unseen, next.index);
         put(to, EdgeKind::wall, next.index);
@@ -274,14 +287,17 @@ class OutlineFit {
     put(to, EdgeKind::wall, next.index);
   }
 
-  void join_at_jamb(const Run& one, const Run* hidden, const Line& a, const Run& next, const Vector& jamb) {
+  void join_at_jamb(
+      const Run& one, const Run* hidden, const Line& a, const Run& next, const Vector& jamb) {
     Vector end = a.foot(jamb);
     if (one.kind == EdgeKind::opening) {
       end = a.point + a.way * openings_[static_cast<std::size_t>(one.index)].width_m();
     }
     const Vector last = a.foot(one.steps.back());
-    if (hidden != nullptr && hidden->furnished && a.way.dot(end - last) > 0.35) put(last, EdgeKind::unseen, one.index);
-    if ((end - jamb).norm() > 0.02) put(end, (end - jamb).norm() < 0.7 ? EdgeKind::wall : EdgeKind::unseen, -1);
+    if (hidden != nullptr && hidden->furnished && a.way.dot(end - last) > 0.35)
+      put(last, EdgeKind::unseen, one.index);
+    if ((end - jamb).norm() > 0.02)
+      put(end, (end - jamb).norm() < 0.7 ? EdgeKind::wall : EdgeKind::unseen, -1);
     put(jamb, EdgeKind::opening, next.index);
   }
 
@@ -290,7 +306,8 @@ class OutlineFit {
     const WallFace& face = faces_[static_cast<std::size_t>(run.index)];
     const Vector last = is_end ? face.at(line.way.dot(face.along()) > 0 ? face.high_m : face.low_m)
                                : face.at(line.way.dot(face.along()) > 0 ? face.low_m : face.high_m);
-    const double gap = is_end ? line.along(corner) - line.along(last) : line.along(last) - line.along(corner);
+    const double gap =
+        is_end ? line.along(corner) - line.along(last) : line.along(last) - line.along(corner);
     if (is_end) {
       if (gap > 0.35) put(last, EdgeKind::unseen, run.index);
     } else if (gap > 0.35) {
@@ -301,13 +318,18 @@ class OutlineFit {
     }
   }
 
-  static void thin(const std::vector<Vector>& points, std::size_t first, std::size_t last, std::vector<Vector>& out) {
+  static void thin(const std::vector<Vector>& points,
+                   std::size_t first,
+                   std::size_t last,
+                   std::vector<Vector>& out) {
     double most = 0.12;
     std::size_t at = first;
     const Vector way = points[last] - points[first];
     for (std::size_t i = first + 1; i < last; ++i) {
       const Vector off = points[i] - points[first];
-      const double distance = way.norm() < 1e-9 ? off.norm() : std::abs(way.x() * off.y() - way.y() * off.x()) / way.norm();
+      const double distance = way.norm() < 1e-9
+                                  ? off.norm()
+                                  : std::abs(way.x() * off.y() - way.y() * off.x()) / way.norm();
       if (distance > most) most = distance, at = i;
     }
     if (at == first) return;
@@ -336,7 +358,8 @@ class OutlineFit {
   std::vector<RoomEdge> tidy() const {
     std::vector<RoomEdge> edges;
     for (std::size_t i = 0; i < edges_.size(); ++i) {
-      if ((edges_[(i + 1) % edges_.size()].from - edges_[i].from).norm() > 0.005) edges.push_back(edges_[i]);
+      if ((edges_[(i + 1) % edges_.size()].from - edges_[i].from).norm() > 0.005)
+        edges.push_back(edges_[i]);
     }
     return edges;
   }
@@ -357,7 +380,8 @@ std::vector<RoomEdge> edges_of(const std::vector<OutlineStep>& outline,
                                const RoomRaster& raster,
                                const FreeSpace& space,
                                std::vector<PlanObject>& furniture) {
-  std::vector<RoomEdge> edges = OutlineFit(outline, faces, openings, raster, space, furniture).run();
+  std::vector<RoomEdge> edges =
+      OutlineFit(outline, faces, openings, raster, space, furniture).run();
   for (std::size_t i = 0; i < edges.size(); ++i) edges[i].to = edges[(i + 1) % edges.size()].from;
   return edges;
 }

@@ -22,7 +22,8 @@ void mark_openings(const FreeSpace& space,
     for (double s = -0.12; s <= opening.width_m() + 0.12; s += step) {
       for (double t = -0.05; t <= opening.depth_m + 0.05; t += step) {
         const int cell = space.cell_of(opening.from + way * s + opening.right() * t);
-        if (space.is_free(cell)) raster.opening[static_cast<std::size_t>(cell)] = static_cast<int>(i);
+        if (space.is_free(cell))
+          raster.opening[static_cast<std::size_t>(cell)] = static_cast<int>(i);
       }
     }
   }
@@ -47,7 +48,8 @@ void flood(const FreeSpace& space, RoomRaster& raster) {
         members.push_back(cell);
       }
     }
-    if (static_cast<double>(members.size()) * FreeSpace::kCellM * FreeSpace::kCellM < kLeastAreaM2) {
+    if (static_cast<double>(members.size()) * FreeSpace::kCellM * FreeSpace::kCellM <
+        kLeastAreaM2) {
       for (const int cell : members) raster.room[static_cast<std::size_t>(cell)] = -2;
     } else {
       ++raster.rooms;
@@ -73,7 +75,8 @@ std::set<int> joined_by(const FreeSpace& space, const RoomRaster& raster, const 
 }  // namespace
 
 RoomRaster cut_rooms(const FreeSpace& space, std::vector<PlanOpening>& openings) {
-  const auto cells = static_cast<std::size_t>(space.width()) * static_cast<std::size_t>(space.height());
+  const auto cells =
+      static_cast<std::size_t>(space.width()) * static_cast<std::size_t>(space.height());
   while (true) {
     RoomRaster raster{std::vector<int>(cells, -1), std::vector<int>(cells, -1), 0};
     mark_openings(space, openings, raster);
@@ -97,7 +100,8 @@ class Tracer {
            raster_.room[static_cast<std::size_t>(y * space_.width() + x)] == room_;
   }
   bool is_new_start(int x, int y) const {
-    return inside(x, y) && !inside(x, y - 1) && !traced_[static_cast<std::size_t>(y * space_.width() + x)];
+    return inside(x, y) && !inside(x, y - 1) &&
+           !traced_[static_cast<std::size_t>(y * space_.width() + x)];
   }
 
   // From the lower side of a cell, the room on the left.
@@ -108,9 +112,10 @@ class Tracer {
     do {
       if (dx == 1) traced_[static_cast<std::size_t>(y * space_.width() + x)] = true;
       const int right_x = x + (dx + dy - 1) / 2, right_y = y + (dy - dx - 1) / 2;
-      const bool in_raster = right_x >= 0 && right_y >= 0 && right_x < space_.width() && right_y < space_.height();
-      steps.push_back({origin + FreeSpace::kCellM * Vector(x + 0.5 * dx, y + 0.5 * dy), Vector(-dy, dx),
-                       in_raster ? right_y * space_.width() + right_x : -1});
+      const bool in_raster =
+          right_x >= 0 && right_y >= 0 && right_x < space_.width() && right_y < space_.height();
+      steps.push_back({origin + FreeSpace::kCellM * Vector(x + 0.5 * dx, y + 0.5 * dy),
+                       Vector(-dy, dx), in_raster ? right_y * space_.width() + right_x : -1});
       x += dx;
       y += dy;
       const bool left = inside(x + (dx - dy - 1) / 2, y + (dy + dx - 1) / 2);
@@ -146,7 +151,10 @@ std::vector<OutlineStep> smoothed(const std::vector<OutlineStep>& steps) {
 
 }  // namespace
 
-std::vector<std::vector<OutlineStep>> outlines_of(const FreeSpace& space, const RoomRaster& raster, int room, double least_m) {
+std::vector<std::vector<OutlineStep>> outlines_of(const FreeSpace& space,
+                                                  const RoomRaster& raster,
+                                                  int room,
+                                                  double least_m) {
   Tracer tracer(space, raster, room);
   std::vector<std::vector<OutlineStep>> outlines;
   for (int y = 0; y < space.height(); ++y) {
@@ -167,13 +175,14 @@ Vector inmost_point(const FreeSpace& space, const RoomRaster& raster, int room) 
   const auto at = [&](int cell) -> int& { return depth[static_cast<std::size_t>(cell)]; };
   for (int cell = width + 1; cell < cells; ++cell) {
     if (raster.room[static_cast<std::size_t>(cell)] != room) continue;
-    at(cell) = 1 + std::min({at(cell - 1), at(cell - width), at(cell - width - 1), at(cell - width + 1)});
+    at(cell) =
+        1 + std::min({at(cell - 1), at(cell - width), at(cell - width - 1), at(cell - width + 1)});
   }
   int best = 0;
   for (int cell = cells - width - 2; cell > width; --cell) {
     if (at(cell) == 0) continue;
-    at(cell) = std::min(at(cell), 1 + std::min({at(cell + 1), at(cell + width), at(cell + width + 1),
-                                                at(cell + width - 1)}));
+    at(cell) = std::min(at(cell), 1 + std::min({at(cell + 1), at(cell + width),
+                                                at(cell + width + 1), at(cell + width - 1)}));
     if (at(cell) > at(best)) best = cell;
   }
   return space.centre_of(best);

@@ -25,7 +25,10 @@ struct OutlineStep {
 };
 
 /// Around a room, counter-clockwise, then clockwise around each hole that is longer than `least_m`.
-std::vector<std::vector<OutlineStep>> outlines_of(const FreeSpace& space, const RoomRaster& raster, int room, double least_m);
+std::vector<std::vector<OutlineStep>> outlines_of(const FreeSpace& space,
+                                                  const RoomRaster& raster,
+                                                  int room,
+                                                  double least_m);
 
 /// The cell farthest away from what is not the room.
 Eigen::Vector2d inmost_point(const FreeSpace& space, const RoomRaster& raster, int room);

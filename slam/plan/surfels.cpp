@@ -50,7 +50,8 @@ double main_direction_rad(const std::vector<PlanSurfel>& surfels) {
   constexpr int kBins = 360;  // of a quarter of a degree
   std::vector<double> votes(kBins, 0.0);
   const auto bin_of = [](const PlanSurfel& surfel) {
-    const double quarter = std::atan2(surfel.normal.y(), surfel.normal.x()) / (std::numbers::pi / 2);
+    const double quarter =
+        std::atan2(surfel.normal.y(), surfel.normal.x()) / (std::numbers::pi / 2);
     return static_cast<int>((quarter - std::floor(quarter)) * kBins) % kBins;
   };
   double all = 0.0;

@@ -9,12 +9,12 @@
 namespace marco::slam {
 namespace {
 
-constexpr int kAngles = 180;        // bins of 2 degrees
-constexpr double kOffsetM = 0.03;   // bins
-constexpr double kBandM = 0.04;     // half-width of what belongs to a face
-constexpr double kFacing = 0.9;     // cosine
-constexpr double kGapM = 0.35;      // longest stretch of a face without a hit
-constexpr double kLeastM = 0.30;    // length of a face
+constexpr int kAngles = 180;           // bins of 2 degrees
+constexpr double kOffsetM = 0.03;      // bins
+constexpr double kBandM = 0.04;        // half-width of what belongs to a face
+constexpr double kFacing = 0.9;        // cosine
+constexpr double kGapM = 0.35;         // longest stretch of a face without a hit
+constexpr double kLeastM = 0.30;       // length of a face
 constexpr double kPoseSigmaM = 0.003;  // of the keyframes around a place, together
 
 double angle_of(int bin) { return (bin + 0.5) * 2 * std::numbers::pi / kAngles; }
@@ -29,9 +29,8 @@ class FaceSearch {
   std::vector<WallFace> run() {
     std::vector<WallFace> faces;
     while (true) {
-      const auto peak = std::max_element(votes_.begin(), votes_.end(), [](auto& a, auto& b) {
-        return a.second < b.second;
-      });
+      const auto peak = std::max_element(votes_.begin(), votes_.end(),
+                                         [](auto& a, auto& b) { return a.second < b.second; });
       if (peak == votes_.end() || peak->second < kLeastM / 0.05 * 0.6) return faces;
       WallFace face;
       face.normal = {std::cos(angle_of(peak->first.first)), std::sin(angle_of(peak->first.first))};
@@ -160,8 +159,10 @@ class FaceSearch {
     if (ends.size() < 8) return false;
     std::sort(ends.begin(), ends.end());
     // The noise along the beams reaches beyond an end: about half a centimetre's points lie there.
-    const double a_centimetre = 0.01 * static_cast<double>(ends.size()) / (ends.back() - ends.front() + 0.01);
-    const std::size_t cut = std::min(static_cast<std::size_t>(a_centimetre / 2) + 1, ends.size() / 20);
+    const double a_centimetre =
+        0.01 * static_cast<double>(ends.size()) / (ends.back() - ends.front() + 0.01);
+    const std::size_t cut =
+        std::min(static_cast<std::size_t>(a_centimetre / 2) + 1, ends.size() / 20);
     face.low_m = ends[cut];
     face.high_m = ends[ends.size() - 1 - cut];
     // Scattered hits are no face.

@@ -77,11 +77,14 @@ int main(int argc, char** argv) {
     app.add_option("OUT", arguments.folder, "a folder that `marco map` wrote")
         ->required()
         ->check(CLI::ExistingDirectory);
-    app.add_option("--scale", arguments.sheet.scale, "100 for 1:100; without it the largest usual one that fits")
+    app.add_option("--scale", arguments.sheet.scale,
+                   "100 for 1:100; without it the largest usual one that fits")
         ->check(CLI::Range(1, 10000));
-    app.add_option("--paper", arguments.sheet.paper, "A4, A3, A2, A1 or A0; without it the smallest that fits");
+    app.add_option("--paper", arguments.sheet.paper,
+                   "A4, A3, A2, A1 or A0; without it the smallest that fits");
     app.add_option("--title", arguments.sheet.title, "for the title block");
-    app.add_option("--names", arguments.names, "a text file with the rooms' names, one a line: Room 1 first")
+    app.add_option("--names", arguments.names,
+                   "a text file with the rooms' names, one a line: Room 1 first")
         ->check(CLI::ExistingFile);
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
     return marco::run(arguments);

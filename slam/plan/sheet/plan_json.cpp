@@ -30,7 +30,9 @@ Json room_feature(const PlanRoom& room) {
   Json entry = feature("room", "Polygon", std::move(rings));
   Json edges = Json::array();
   for (const RoomEdge& edge : room.edges()) {
-    edges.push_back(edge.kind == EdgeKind::wall ? "wall" : edge.kind == EdgeKind::opening ? "opening" : "not seen");
+    edges.push_back(edge.kind == EdgeKind::wall      ? "wall"
+                    : edge.kind == EdgeKind::opening ? "opening"
+                                                     : "not seen");
   }
   entry["properties"].update({{"name", room.name},
                               {"area_m2", rounded(room.area_m2)},
@@ -45,10 +47,11 @@ Json room_feature(const PlanRoom& room) {
 
 Json opening_feature(const PlanOpening& opening, double scale_sigma) {
   Json entry = feature("opening", "LineString", Json::array({at(opening.from), at(opening.to)}));
-  entry["properties"].update({{"door", opening.is_door()},
-                              {"width_m", rounded(opening.width_m())},
-                              {"width_sigma_m", rounded(std::hypot(opening.sigma_m, scale_sigma * opening.width_m()))},
-                              {"wall_thickness_m", rounded(opening.depth_m)}});
+  entry["properties"].update(
+      {{"door", opening.is_door()},
+       {"width_m", rounded(opening.width_m())},
+       {"width_sigma_m", rounded(std::hypot(opening.sigma_m, scale_sigma * opening.width_m()))},
+       {"wall_thickness_m", rounded(opening.depth_m)}});
   if (opening.has_leaf) {
     entry["properties"]["leaf_m"] = Json::array({at(opening.hinge), at(opening.leaf_end)});
   }
@@ -73,16 +76,21 @@ std::string plan_json(const FloorPlan& plan) {
   Json root;
   root["type"] = "FeatureCollection";
   root["crs"] = "local, metres; x to the right and y up on the sheet";
-  root["map_from_plan"] = {{"x_m", plan.map_from_plan.x_m}, {"y_m", plan.map_from_plan.y_m}, {"theta_rad", plan.map_from_plan.theta_rad}};
+  root["map_from_plan"] = {{"x_m", plan.map_from_plan.x_m},
+                           {"y_m", plan.map_from_plan.y_m},
+                           {"theta_rad", plan.map_from_plan.theta_rad}};
   root["scale_sigma"] = plan.scale_sigma;
   Json features = Json::array();
   for (const PlanRoom& room : plan.rooms) features.push_back(room_feature(room));
   for (const PlanWall& wall : plan.walls) {
     Json entry = feature("wall", "LineString", Json::array({at(wall.from), at(wall.to)}));
-    entry["properties"].update({{"thickness_m", rounded(wall.thickness_m)}, {"thickness_assumed", wall.assumed}, {"seen_from", at(wall.normal)}});
+    entry["properties"].update({{"thickness_m", rounded(wall.thickness_m)},
+                                {"thickness_assumed", wall.assumed},
+                                {"seen_from", at(wall.normal)}});
     features.push_back(entry);
   }
-  for (const PlanOpening& opening : plan.openings) features.push_back(opening_feature(opening, plan.scale_sigma));
+  for (const PlanOpening& opening : plan.openings)
+    features.push_back(opening_feature(opening, plan.scale_sigma));
   for (const PlanObject& object : plan.objects) features.push_back(object_feature(object));
   root["features"] = features;
   return root.dump(1) + "\n";

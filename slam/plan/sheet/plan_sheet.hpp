@@ -15,8 +15,8 @@ struct SheetWish {
 };
 
 /// Draws the plan to scale, with dimensions, areas, title block, scale bar and legend.
-/// @throws std::invalid_argument when the paper is unknown or too small for the scale: it says which
-/// scale fits.
+/// @throws std::invalid_argument when the paper is unknown or too small for the scale: it says
+/// which scale fits.
 Sheet draw_sheet(const FloorPlan& plan, const SheetWish& wish);
 
 }  // namespace marco::slam

@@ -19,7 +19,10 @@ FloorPlan a_room() {
   PlanRoom room;
   room.name = "Hall (a)";
   const Eigen::Vector2d a(0, 0), b(5, 0), c(5, 3), d(0, 3);
-  room.loops = {{{a, b, EdgeKind::wall, -1}, {b, c, EdgeKind::wall, -1}, {c, d, EdgeKind::unseen, -1}, {d, a, EdgeKind::wall, -1}}};
+  room.loops = {{{a, b, EdgeKind::wall, -1},
+                 {b, c, EdgeKind::wall, -1},
+                 {c, d, EdgeKind::unseen, -1},
+                 {d, a, EdgeKind::wall, -1}}};
   room.area_m2 = 15;
   room.label_at = {2.5, 1.5};
   room.size_m = {5, 3};
@@ -48,7 +51,9 @@ TEST(PlanSheet, IsToScale) {
     const std::size_t at = std::stoul(pdf.substr(table + 9 + 20 * i, 10));
     EXPECT_EQ(pdf.substr(at, 7), std::to_string(i) + " 0 obj");
   }
-  EXPECT_THAT(sheet_svg(sheet), HasSubstr("width=\"297.000mm\" height=\"210.000mm\" viewBox=\"0 0 297.000 210.000\""));
+  EXPECT_THAT(
+      sheet_svg(sheet),
+      HasSubstr("width=\"297.000mm\" height=\"210.000mm\" viewBox=\"0 0 297.000 210.000\""));
 }
 
 TEST(PlanSheet, SaysWhatFits) {
@@ -71,10 +76,12 @@ TEST(PlanDxf, HasLayersUnitsAndBlocks) {
   plan.openings[0].leaf_end = {1, -0.9};
   const std::string dxf = plan_dxf(plan);
   EXPECT_THAT(dxf, HasSubstr("9\n$INSUNITS\n70\n6\n"));
-  EXPECT_THAT(dxf, HasSubstr("0\nLINE\n8\nWALLS\n10\n0.000000\n20\n0.000000\n30\n0.0\n11\n5.000000\n"));
+  EXPECT_THAT(dxf,
+              HasSubstr("0\nLINE\n8\nWALLS\n10\n0.000000\n20\n0.000000\n30\n0.0\n11\n5.000000\n"));
   EXPECT_THAT(dxf, HasSubstr("0\nLINE\n8\nWALLS_UNSEEN\n10\n5.000000\n20\n3.000000\n"));
   // Opens downwards: mirrored.
-  EXPECT_THAT(dxf, HasSubstr("0\nINSERT\n8\nDOORS\n2\nDOOR\n10\n1.000000\n20\n0.000000\n30\n0.0\n41\n0.900000\n42\n-0.900000\n"));
+  EXPECT_THAT(dxf, HasSubstr("0\nINSERT\n8\nDOORS\n2\nDOOR\n10\n1.000000\n20\n0.000000\n30\n0."
+                             "0\n41\n0.900000\n42\n-0.900000\n"));
   EXPECT_TRUE(dxf.ends_with("0\nEOF\n"));
 }
 

@@ -11,8 +11,8 @@
 namespace marco::slam::testing {
 
 /// Two rooms of 4 x 3 m and 3 x 3 m (clear), a wall of 0.12 m between them with a door of 0.88 m,
-/// a cupboard of 1 x 0.5 m at the left one's upper wall, a column of 0.15 m radius in the right one.
-/// Keyframes stand on a grid of 0.5 m, with ranges of 5 mm noise.
+/// a cupboard of 1 x 0.5 m at the left one's upper wall, a column of 0.15 m radius in the right
+/// one. Keyframes stand on a grid of 0.5 m, with ranges of 5 mm noise.
 /// @param turn_rad  of the building in the map
 inline std::vector<Keyframe> two_rooms(double turn_rad) {
   using Vector = Eigen::Vector2d;
@@ -57,7 +57,8 @@ inline std::vector<Keyframe> two_rooms(double turn_rad) {
       Points2 points(2, 360);
       for (int i = 0; i < 360; ++i) {
         const double angle = deg_to_rad(i), in_world = angle + 0.7 * x;
-        const double range = range_of({x, y}, {std::cos(in_world), std::sin(in_world)}) + noise(random);
+        const double range =
+            range_of({x, y}, {std::cos(in_world), std::sin(in_world)}) + noise(random);
         points.col(i) = range * Vector(std::cos(angle), std::sin(angle));
       }
       key.points_in_robot = orient(points, Vector::Zero(), {}, 0.005);

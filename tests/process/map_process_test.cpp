@@ -230,9 +230,8 @@ TEST_F(MapProcess, TwoRunsAreTheSameToTheLastByte) {
   const std::string log = simulate();
   ASSERT_EQ(run("marco-map", {log, "--out", at("one")}).code, 0);
   ASSERT_EQ(run("marco-map", {log, "--out", at("two")}).code, 0);
-  for (const char* name :
-       {"slam.lcm", "trajectory.tum", "trajectory_live.tum", "map.pgm", "model.ply", "model.glb",
-        "model.obj", "planes.json"}) {
+  for (const char* name : {"slam.lcm", "trajectory.tum", "trajectory_live.tum", "map.pgm",
+                           "model.ply", "model.glb", "model.obj", "planes.json"}) {
     EXPECT_TRUE(files::read_whole_file(at("one") + "/" + name) ==
                 files::read_whole_file(at("two") + "/" + name))
         << name;

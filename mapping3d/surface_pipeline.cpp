@@ -1,7 +1,5 @@
 #include "mapping3d/surface_pipeline.hpp"
 
-#include "mapping3d/surface/floor_plan.hpp"
-
 namespace marco::mapping3d {
 
 JoinedSurface join_surface(const TriangleMesh& mesh, const SurfacePipelineOptions& options) {
@@ -10,7 +8,6 @@ JoinedSurface join_surface(const TriangleMesh& mesh, const SurfacePipelineOption
   if (mesh.triangles.empty()) return joined;
   joined.planes = find_planes(mesh, options.planes);
   joined.simplified = simplify(mesh, joined.planes, options.simplify);
-  joined.floor_plan = cut_at(mesh, options.plan_height_m);
   return joined;
 }
 

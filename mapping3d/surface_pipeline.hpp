@@ -14,27 +14,24 @@ struct SurfacePipelineOptions {
   SurfaceOptions surface;
   SimplifyOptions simplify;
   PlaneOptions planes;
-  double plan_height_m = 1.2;  ///< where the floor plan is cut
 
   template <class Visitor>
   void visit(Visitor& v) {
     surface.visit(v);
     v("simplify", simplify);
     v("planes", planes);
-    v("plan_height_m", plan_height_m, "Height at which the floor plan is cut.");
   }
 };
 
 /// What is derived from the fused surface of all scenes, world frame.
 struct JoinedSurface {
-  std::vector<SurfacePlane> planes;                      ///< its flat parts, largest first
-  Simplified simplified;                                 ///< the same surface in fewer triangles
-  std::vector<std::vector<Eigen::Vector2d>> floor_plan;  ///< its cut at `plan_height_m`
+  std::vector<SurfacePlane> planes;  ///< its flat parts, largest first
+  Simplified simplified;             ///< the same surface in fewer triangles
 };
 
-/// The surface pipeline: fuse() -> find planes -> simplify along them -> cut the floor plan. Its
-/// first step is Mapper3d::model(), which live and offline share.
-/// @param mesh  the fused surface; an empty one has no planes and no plan
+/// The surface pipeline: fuse() -> find planes -> simplify along them. Its first step is
+/// Mapper3d::model(), which live and offline share.
+/// @param mesh  the fused surface; an empty one has no planes
 JoinedSurface join_surface(const TriangleMesh& mesh, const SurfacePipelineOptions& options = {});
 
 }  // namespace marco::mapping3d

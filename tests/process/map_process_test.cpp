@@ -128,7 +128,7 @@ TEST_F(MapProcess, MakesEverythingAndMeasuresItAgainstTheTruth) {
   for (const char* name :
        {"map.pgm", "map.yaml", "map.png", "trajectory.tum", "trajectory_live.tum", "odometry.tum",
         "truth.tum", "model.ply", "model_scenes.ply", "model.glb", "model.obj", "planes.json",
-        "floor_plan.svg", "model.png", "slam.lcm", "report.json"}) {
+        "model.png", "slam.lcm", "report.json"}) {
     EXPECT_TRUE(std::filesystem::exists(at("out") + "/" + name)) << name;
   }
   // The model that was sent is the one that was written.
@@ -230,9 +230,8 @@ TEST_F(MapProcess, TwoRunsAreTheSameToTheLastByte) {
   const std::string log = simulate();
   ASSERT_EQ(run("marco-map", {log, "--out", at("one")}).code, 0);
   ASSERT_EQ(run("marco-map", {log, "--out", at("two")}).code, 0);
-  for (const char* name :
-       {"slam.lcm", "trajectory.tum", "trajectory_live.tum", "map.pgm", "model.ply", "model.glb",
-        "model.obj", "planes.json", "floor_plan.svg"}) {
+  for (const char* name : {"slam.lcm", "trajectory.tum", "trajectory_live.tum", "map.pgm",
+                           "model.ply", "model.glb", "model.obj", "planes.json"}) {
     EXPECT_TRUE(files::read_whole_file(at("one") + "/" + name) ==
                 files::read_whole_file(at("two") + "/" + name))
         << name;
@@ -255,7 +254,7 @@ TEST_F(MapProcess, WhatCannotBeReadIsSaidAndTheExitCodeIsNotZero) {
 TEST_F(MapProcess, TheReportSaysWhoMadeItAndHowAlsoOfStrangeNames) {
   const std::string name = at("a\xff.lcm");
   std::filesystem::copy_file("logs/sample.lcm", name);
-  const auto config = folder_.write("map.toml", "[surface]\nplan_height_m = 1.5\n");
+  const auto config = folder_.write("map.toml", "[surface]\nvoxel_m = 0.03\n");
   const Result result =
       run("marco-map", {name, "--out", at("out"), "--config", config.string(), "--hold-out", "5"});
   ASSERT_EQ(result.code, 0) << result.output;
@@ -264,7 +263,7 @@ TEST_F(MapProcess, TheReportSaysWhoMadeItAndHowAlsoOfStrangeNames) {
               ::testing::MatchesRegex("[0-9]+\\.[0-9]+\\.[0-9]+.*"));
   EXPECT_EQ(found.at("command_line").at(3), at("out"));
   EXPECT_THAT(found.at("command_line").at(1), HasSubstr("a\xEF\xBF\xBD.lcm"));
-  EXPECT_EQ(found.at("configuration").dump(), R"({"surface":{"plan_height_m":1.5}})");
+  EXPECT_EQ(found.at("configuration").dump(), R"({"surface":{"voxel_m":0.03}})");
 }
 
 // The map is judged by the scans that were kept out of it, and by no others.

@@ -6,7 +6,6 @@
 
 #include "common/files/glb.hpp"
 #include "common/files/obj.hpp"
-#include "common/files/plan_svg.hpp"
 #include "common/files/ply.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 
@@ -53,7 +52,6 @@ void write_joined_surface(const std::filesystem::path& folder,
   files::write_glb(folder / "model.glb", joined.simplified.mesh);
   files::write_obj(folder / "model.obj", joined.simplified.mesh);
   files::write_whole_file(folder / "planes.json", planes_json(joined.planes));
-  files::write_whole_file(folder / "floor_plan.svg", files::plan_svg(joined.floor_plan));
 }
 
 std::map<std::string, double> figures_of(const TriangleMesh& model,

@@ -9,7 +9,7 @@
 namespace marco {
 
 /// Writes into `folder`: model.ply (the whole surface), model.glb and model.obj (simplified),
-/// planes.json, floor_plan.svg. An empty surface writes nothing.
+/// planes.json. An empty surface writes nothing.
 void write_joined_surface(const std::filesystem::path& folder,
                           const TriangleMesh& model,
                           const mapping3d::JoinedSurface& joined);

@@ -29,7 +29,8 @@ std::vector<std::string> results_of_old_versions(const fs::path& folder) {
       "calibration.toml", "floor_plan.svg", "lines.dxf", "lines.json", "lines.svg", "lines.png",
       "lines_3d.png", "lines_scan.png", "map.marco", "map.pgm", "map.png", "map.yaml", "model.glb",
       "model.obj", "model.ply", "model.png", "model_scenes.ply", "model_textured.glb",
-      "model_textured.png", "odometry.tum", "photographs.toml", "planes.json", "report.json",
+      "model_textured.png", "odometry.tum", "photographs.toml", "plan.dxf", "plan.json", "plan.pdf",
+      "plan.svg", "planes.json", "report.json",
       "slam.lcm", "trajectory.tum", "trajectory_live.tum", "truth.tum"};
   // clang-format on
   for (const char* part : {"loops", "photographs"}) {

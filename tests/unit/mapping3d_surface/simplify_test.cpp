@@ -6,7 +6,6 @@
 #include <random>
 
 #include "common/mesh_samples.hpp"
-#include "mapping3d/surface/floor_plan.hpp"
 #include "mapping3d/surface/mesh_distance.hpp"
 #include "mapping3d/surface/planes.hpp"
 #include "mapping3d/surface/simplify.hpp"
@@ -228,25 +227,6 @@ TEST(Planes, AWallWithAGapIsOnePlaneAndATableTopIsLevel) {
   EXPECT_NEAR(planes[1].area_m2, 12.5, 0.01);
   EXPECT_EQ(planes[2].kind, SurfacePlane::Kind::level);
   EXPECT_NEAR(planes[2].offset_m, 0.7, 1e-6);
-}
-
-TEST(FloorPlan, TheCutOfARoomIsItsOutline) {
-  const auto chains = cut_at(room(0.0, 1), 1.23);
-  ASSERT_EQ(chains.size(), 4U);  // its walls share no vertices
-  double length_m = 0.0;
-  for (const auto& chain : chains) {
-    for (std::size_t i = 1; i < chain.size(); ++i) length_m += (chain[i] - chain[i - 1]).norm();
-  }
-  EXPECT_NEAR(length_m, 14.0, 1e-4);
-  EXPECT_TRUE(cut_at(room(0.0, 1), 3.0).empty());
-  // A closed body's cut ends where it begins.
-  TriangleMesh prism;
-  prism.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  prism.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  const auto ring = cut_at(prism, 0.5);
-  ASSERT_EQ(ring.size(), 1U);
-  EXPECT_EQ(ring[0].size(), 4U);
-  EXPECT_EQ(ring[0].front(), ring[0].back());
 }
 
 TEST(Simplify, OfNothingIsNothing) {

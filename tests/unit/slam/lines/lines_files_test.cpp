@@ -6,7 +6,6 @@
 #include "common/files/lines_dxf.hpp"
 #include "common/files/lines_json.hpp"
 #include "common/files/lines_svg.hpp"
-#include "common/files/plan_svg.hpp"
 
 namespace marco::files {
 namespace {
@@ -61,12 +60,12 @@ TEST(LinesSvg, AnEmptyPlanIsAPictureOfAMetre) {
   EXPECT_THAT(lines_svg({}, {}), HasSubstr("viewBox=\"-0.500 -0.500 1.000 1.000\" width=\"40\""));
 }
 
-TEST(PlanSvg, DrawsEachChainOnAGridOfMetres) {
-  const std::string svg = plan_svg({{{0.25, 1.5}, {2.5, 1.5}}, {{2.5, 0.25}, {2.5, 1.5}}});
-  EXPECT_THAT(svg, HasSubstr("viewBox=\"-0.500 -2.500 4.000 3.000\" width=\"160\" height=\"120\""));
-  EXPECT_THAT(svg, HasSubstr("points=\"0.2500,-1.5000 2.5000,-1.5000 \""));
-  EXPECT_THAT(svg, HasSubstr("points=\"2.5000,-0.2500 2.5000,-1.5000 \""));
-  // x = 0 .. 3, from the lower edge to the upper one; y = 0 .. 2.
+TEST(LinesSvg, LiesOnAGridOfMetres) {
+  Walls walls(1);
+  walls[0].start_m = {0.25, 0.25};
+  walls[0].end_m = {2.5, 1.5};
+  const std::string svg = lines_svg(walls, {});
+  // x = 0 .. 3, from the lower edge to the upper one.
   EXPECT_THAT(svg,
               HasSubstr("class=\"grid\" x1=\"3.0000\" y1=\"0.5000\" x2=\"3.0000\" y2=\"-2.5000\""));
   EXPECT_THAT(svg, Not(HasSubstr("x1=\"4.0000\"")));

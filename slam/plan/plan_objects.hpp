@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "slam/plan/floor_plan.hpp"
+#include "slam/plan/room_raster.hpp"
+#include "slam/plan/surfels.hpp"
+
+namespace marco::slam {
+
+/// Beyond this size an island in a room is a block of building.
+inline constexpr double kLargestObjectM = 3.0;
+
+/// What stands free in the rooms, up to 3 m large: round where a circle fits its hits within 2 cm
+/// over at least a third of its turn, else as the hull of its hits.
+std::vector<PlanObject> find_objects(const FreeSpace& space,
+                                     const RoomRaster& raster,
+                                     const std::vector<PlanSurfel>& surfels);
+
+}  // namespace marco::slam

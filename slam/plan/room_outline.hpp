@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "slam/plan/floor_plan.hpp"
+#include "slam/plan/free_space.hpp"
+#include "slam/plan/room_raster.hpp"
+
+namespace marco::slam {
+
+/// The room's edges, exactly: each stretch of its outline is put onto the face or opening that it
+/// runs along, and neighbouring lines are joined where they meet. A stretch without a face between
+/// two that meet behind it, unseen, becomes their corner (a cupboard stands in it).
+/// What stands at a wall goes to `furniture`.
+std::vector<RoomEdge> edges_of(const std::vector<OutlineStep>& outline,
+                               const std::vector<WallFace>& faces,
+                               const std::vector<PlanOpening>& openings,
+                               const RoomRaster& raster,
+                               const FreeSpace& space,
+                               std::vector<PlanObject>& furniture);
+
+}  // namespace marco::slam

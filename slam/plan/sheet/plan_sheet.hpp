@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "slam/plan/floor_plan.hpp"
+#include "slam/plan/sheet/sheet.hpp"
+
+namespace marco::slam {
+
+struct SheetWish {
+  int scale = 0;      ///< 1:scale; 0: the largest of 1:50, 1:100, 1:200, 1:500, 1:1000 that fits
+  std::string paper;  ///< A4 .. A0; "": the smallest that holds 1:100, else A3
+  std::string title;
+  std::string source;  ///< what was mapped, and when
+};
+
+/// Draws the plan to scale, with dimensions, areas, title block, scale bar and legend.
+/// @throws std::invalid_argument when the paper is unknown or too small for the scale: it says
+/// which scale fits.
+Sheet draw_sheet(const FloorPlan& plan, const SheetWish& wish);
+
+}  // namespace marco::slam

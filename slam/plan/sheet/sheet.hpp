@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace marco::slam {
+
+/// A drawing on paper: x to the right and y up from the lower left corner, in millimetres.
+struct Sheet {
+  struct Style {
+    double width_mm = 0.0;  ///< of the stroke; 0: none
+    double grey = 0.0;      ///< of the stroke, 0 black .. 1 white
+    double fill = -1.0;     ///< grey inside; below 0: none
+    std::vector<double> dash_mm;
+  };
+  struct Path {
+    std::vector<Eigen::Vector2d> points;
+    bool closed = false;
+    Style style;
+  };
+  enum class Anchor { start, middle, end };
+  struct Text {
+    Eigen::Vector2d at = {0, 0};  ///< on its base line
+    std::string text;             ///< UTF-8; beyond ASCII: degree, square, plus-minus, multiply
+    double height_mm = 2.5;       ///< of the font
+    double angle_rad = 0.0;
+    Anchor anchor = Anchor::start;
+    bool bold = false;
+  };
+
+  double width_mm = 210.0;
+  double height_mm = 297.0;
+  std::string title;
+  std::vector<Path> paths;  ///< later ones cover earlier ones
+  std::vector<Text> texts;
+
+  void line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Style& style) {
+    paths.push_back({{from, to}, false, style});
+  }
+};
+
+/// Width of a text in Helvetica [mm], about.
+double text_width_mm(const Sheet::Text& text);
+
+/// The sheet as an SVG document whose size is in millimetres.
+std::string sheet_svg(const Sheet& sheet);
+
+/// The sheet as a PDF document (1.4) of one page, with vectors and a font that every reader has.
+std::string sheet_pdf(const Sheet& sheet);
+
+}  // namespace marco::slam

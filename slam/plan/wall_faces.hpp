@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "slam/plan/floor_plan.hpp"
+#include "slam/plan/surfels.hpp"
+
+namespace marco::slam {
+
+/// Finds the faces, largest first: a peak of the Hough transform of the surfels, then least squares
+/// over all their points, grown along the line while it is seen. @param aligned  whether the
+/// frame's axes are main directions: a face that is parallel to one within 3 sigma, takes it.
+std::vector<WallFace> find_faces(const std::vector<PlanSurfel>& surfels, bool aligned);
+
+}  // namespace marco::slam

@@ -1,0 +1,98 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "slam/plan/make_plan.hpp"
+#include "slam/plan/sheet/plan_dxf.hpp"
+#include "slam/plan/sheet/plan_json.hpp"
+#include "slam/plan/sheet/plan_sheet.hpp"
+#include "tests/unit/slam/plan/two_rooms.hpp"
+
+namespace marco::slam {
+namespace {
+
+using ::testing::HasSubstr;
+
+FloorPlan a_room() {
+  FloorPlan plan;
+  PlanRoom room;
+  room.name = "Hall (a)";
+  const Eigen::Vector2d a(0, 0), b(5, 0), c(5, 3), d(0, 3);
+  room.loops = {{{a, b, EdgeKind::wall, -1},
+                 {b, c, EdgeKind::wall, -1},
+                 {c, d, EdgeKind::unseen, -1},
+                 {d, a, EdgeKind::wall, -1}}};
+  room.area_m2 = 15;
+  room.label_at = {2.5, 1.5};
+  room.size_m = {5, 3};
+  plan.rooms.push_back(room);
+  return plan;
+}
+
+// 5 m are 50 mm at 1:100, which are 141.7323 points of the PDF.
+TEST(PlanSheet, IsToScale) {
+  const Sheet sheet = draw_sheet(a_room(), {100, "", "Test", ""});
+  double longest_mm = 0;
+  for (const Sheet::Path& path : sheet.paths) {
+    if (path.style.width_mm == 0.5 && path.points[0].y() > 60) {
+      longest_mm = std::max(longest_mm, (path.points[1] - path.points[0]).norm());
+    }
+  }
+  EXPECT_NEAR(longest_mm, 50.0, 1e-9);
+  EXPECT_EQ(sheet.width_mm, 297);
+  const std::string pdf = sheet_pdf(sheet);
+  EXPECT_THAT(pdf, HasSubstr("/MediaBox [0 0 841.8898 595.2756]"));
+  EXPECT_THAT(pdf, HasSubstr("(Hall \\(a\\)) Tj"));
+  // The table of objects says where each begins.
+  const std::size_t table = std::stoul(pdf.substr(pdf.rfind("startxref") + 10));
+  EXPECT_EQ(pdf.substr(table, 4), "xref");
+  for (std::size_t i = 1; i <= 7; ++i) {
+    const std::size_t at = std::stoul(pdf.substr(table + 9 + 20 * i, 10));
+    EXPECT_EQ(pdf.substr(at, 7), std::to_string(i) + " 0 obj");
+  }
+  EXPECT_THAT(
+      sheet_svg(sheet),
+      HasSubstr("width=\"297.000mm\" height=\"210.000mm\" viewBox=\"0 0 297.000 210.000\""));
+}
+
+TEST(PlanSheet, SaysWhatFits) {
+  EXPECT_THROW(draw_sheet(a_room(), {100, "A9", "", ""}), std::invalid_argument);
+  try {
+    draw_sheet(a_room(), {10, "A4", "", ""});
+    FAIL() << "5 m at 1:10 fit on A4";
+  } catch (const std::invalid_argument& fault) {
+    EXPECT_THAT(fault.what(), HasSubstr("1:50 fits"));
+  }
+}
+
+TEST(PlanDxf, HasLayersUnitsAndBlocks) {
+  FloorPlan plan = a_room();
+  plan.openings.push_back({});
+  plan.openings[0].from = {1, 0};
+  plan.openings[0].to = {1.9, 0};
+  plan.openings[0].has_leaf = true;
+  plan.openings[0].hinge = {1, 0};
+  plan.openings[0].leaf_end = {1, -0.9};
+  const std::string dxf = plan_dxf(plan);
+  EXPECT_THAT(dxf, HasSubstr("9\n$INSUNITS\n70\n6\n"));
+  EXPECT_THAT(dxf,
+              HasSubstr("0\nLINE\n8\nWALLS\n10\n0.000000\n20\n0.000000\n30\n0.0\n11\n5.000000\n"));
+  EXPECT_THAT(dxf, HasSubstr("0\nLINE\n8\nWALLS_UNSEEN\n10\n5.000000\n20\n3.000000\n"));
+  // Opens downwards: mirrored.
+  EXPECT_THAT(dxf, HasSubstr("0\nINSERT\n8\nDOORS\n2\nDOOR\n10\n1.000000\n20\n0.000000\n30\n0."
+                             "0\n41\n0.900000\n42\n-0.900000\n"));
+  EXPECT_TRUE(dxf.ends_with("0\nEOF\n"));
+}
+
+TEST(PlanJson, IsAFeatureCollection) {
+  const auto root = nlohmann::json::parse(plan_json(a_room()));
+  EXPECT_EQ(root["type"], "FeatureCollection");
+  const auto& room = root["features"][0];
+  EXPECT_EQ(room["geometry"]["coordinates"][0].size(), 5U);
+  EXPECT_EQ(room["properties"]["area_m2"], 15.0);
+  EXPECT_EQ(room["properties"]["edges"][2], "not seen");
+}
+
+}  // namespace
+}  // namespace marco::slam

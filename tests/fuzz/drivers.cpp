@@ -2,6 +2,8 @@
 #include <cmath>
 #include <memory>
 
+#include "drivers/devices/listening.hpp"
+#include "drivers/devices/probe.hpp"
 #include "drivers/hcs12/base_driver.hpp"
 #include "drivers/hcs12/base_emulator.hpp"
 #include "drivers/hcs12/pantilt_driver.hpp"
@@ -136,6 +138,18 @@ void drive(BaseDriver& driver, Input input) {
     command.utime = now;
     if (now.us % 7 == 0) driver.command(command, now);
   });
+}
+
+MARCO_FUZZ(probe) {
+  devices::judge(bytes, devices::Kind::silence);
+  Input input(bytes);
+  const auto asked = static_cast<devices::Kind>(input.byte() % 17);
+  devices::judge(input.rest(), asked);
+  FuzzStream stream(input);
+  const auto finding = devices::probe(
+      stream, [&stream] { return stream.now(); }, devices::Manner::ask);
+  promise(!devices::is_device(finding.claim.kind) || finding.baud > 0, "a device has a rate");
+  promise((stream.now() - kStart).seconds() < 60.0, "a probe ends");
 }
 
 MARCO_FUZZ(base_driver) {

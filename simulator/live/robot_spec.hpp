@@ -102,7 +102,7 @@ struct LiveCameraSpec {
 
 /// A robot file (config/robots/*.toml): what marco-sim puts on wheels.
 struct RobotSpec {
-  std::string base = "hcs12";  ///< or p2os or text
+  std::string base = "hcs12";  ///< or p2os, text or create
   bool manual_sonar = false;   ///< hcs12: the manual's reply of `s`
   double wheel_diameter_m = 0.30;
   double track_m = 0.50;

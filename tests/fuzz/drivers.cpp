@@ -2,6 +2,8 @@
 #include <cmath>
 #include <memory>
 
+#include "drivers/create/driver.hpp"
+#include "drivers/create/emulator.hpp"
 #include "drivers/devices/listening.hpp"
 #include "drivers/devices/probe.hpp"
 #include "drivers/hcs12/base_driver.hpp"
@@ -154,8 +156,11 @@ MARCO_FUZZ(probe) {
 
 MARCO_FUZZ(base_driver) {
   Input input(bytes);
-  const int which = input.byte() % 3;
-  if (which == 0) {
+  const int which = input.byte() % 4;
+  if (which == 3) {
+    create::CreateBase driver{create::CreateOptions{}};
+    drive(driver, input);
+  } else if (which == 0) {
     hcs12::Hcs12Base driver{hcs12::Hcs12BaseOptions{}};
     drive(driver, input);
   } else if (which == 2) {
@@ -196,7 +201,7 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
     promise(sweep.beams >= 0 && sweep.beams < 100000, "a sweep has its laser's beams");
     return std::vector<double>(static_cast<std::size_t>(sweep.beams), 1.0);
   };
-  switch (choice % 11) {
+  switch (choice % 12) {
     case 0:
       return std::make_unique<sick::SickEmulator>(world, sick::SickEmulatorOptions{});
     case 1:
@@ -218,6 +223,8 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
       return std::make_unique<ldlidar::LdlidarEmulator>(world, ldlidar::LdlidarEmulatorOptions{});
     case 9:
       return std::make_unique<textbase::TextBoard>();
+    case 10:
+      return std::make_unique<create::CreateEmulator>();
     default:
       return std::make_unique<ydlidar::YdlidarEmulator>(world, ydlidar::YdlidarEmulatorOptions{});
   }

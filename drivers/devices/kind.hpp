@@ -20,6 +20,7 @@ enum class Kind {
   imu,
   p2os,
   textbase,
+  create,
   hcs12_base,
   hcs12_pantilt,
 };

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/create/codec.hpp"
 #include "drivers/devices/said_lines.hpp"
 #include "drivers/hokuyo/codec.hpp"
 #include "drivers/imu/codec.hpp"
@@ -181,8 +182,14 @@ std::optional<Claim> p2os_says(Heard bytes, Kind asked) {
   return Claim{Kind::p2os, "Pioneer base (P2OS, ARCOS)"};
 }
 
-constexpr std::array kJudges{ldlidar_says, sick_says, p2os_says,  rplidar_says,
-                             hokuyo_says,  imu_says,  leuze_says, ydlidar_says};
+std::optional<Claim> create_says(Heard bytes, Kind asked) {
+  create::FrameParser parser;
+  if (count_frames(parser, bytes) < (asked == Kind::create ? 1 : 2)) return std::nullopt;
+  return Claim{Kind::create, "iRobot Create 2 or Roomba"};
+}
+
+constexpr std::array kJudges{create_says, ldlidar_says, sick_says,  p2os_says,   rplidar_says,
+                             hokuyo_says, imu_says,     leuze_says, ydlidar_says};
 
 }  // namespace
 

@@ -38,7 +38,7 @@ class Prober {
 
   Finding run(Manner manner) {
     listen_at_all_rates();
-    if (manner == Manner::ask && best_.claim.kind <= Kind::bytes) ask_all();
+    if (manner != Manner::listen && best_.claim.kind <= Kind::bytes) ask_all(manner);
     return best_;
   }
 
@@ -92,8 +92,9 @@ class Prober {
     return count;
   }
 
-  void ask_all() {
+  void ask_all(Manner manner) {
     for (const Question& question : questions()) {
+      if (question.on_request && manner != Manner::ask_all) continue;
       if (!set_line(question.baud)) continue;
       stream_.write(question.bytes);
       const Bytes answer = listen_to_answer();
@@ -101,6 +102,7 @@ class Prober {
       if (is_device(claim.kind)) {
         best_.claim = claim;
         best_.baud = question.baud;
+        if (claim.kind == question.whom) stream_.write(question.afterwards);
         return;
       }
       best_.echoes = is_binary(question.bytes) && holds(answer, question.bytes);

@@ -10,8 +10,9 @@
 namespace marco::drivers::devices {
 
 enum class Manner {
-  listen,  ///< not a byte is sent
-  ask,     ///< what is silent, or sends bytes that nobody knows, is asked; text is let alone
+  listen,   ///< not a byte is sent
+  ask,      ///< what is silent, or sends bytes that nobody knows, is asked; text is let alone
+  ask_all,  ///< the same with the questions that are asked on request
 };
 
 /// What is at the other end of a line.

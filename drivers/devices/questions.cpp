@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "drivers/create/codec.hpp"
 #include "drivers/p2os/codec.hpp"
 #include "drivers/rplidar/codec.hpp"
 #include "drivers/sick/codec.hpp"
@@ -18,7 +19,7 @@ Bytes line(const std::string& text) { return {text.begin(), text.end()}; }
 std::vector<Question> all_questions() {
   std::vector<Question> all;
   const auto ask = [&all](Kind whom, const std::vector<int>& bauds, const Bytes& bytes) {
-    for (const int baud : bauds) all.push_back({whom, baud, bytes});
+    for (const int baud : bauds) all.push_back({whom, baud, bytes, {}, false});
   };
   ask(Kind::rplidar, {115'200, 460'800, 1'000'000, 256'000},
       rplidar::encode_request(rplidar::kGetInfo));
@@ -33,6 +34,12 @@ std::vector<Question> all_questions() {
   ask(Kind::p2os, {p2os::kBaud}, p2os::encode_command({p2os::CommandId::pulse, std::nullopt, ""}));
   ask(Kind::sick, {9600, 38'400, 19'200, 500'000}, sick::encode_request(Bytes{sick::kGetStatus}));
   ask(Kind::hcs12_base, {9600}, line("\nl\n"));
+  Bytes start = create::encode_request(create::Opcode::start);
+  for (const uint8_t byte : create::stream_request()) start.push_back(byte);
+  const Bytes pause{static_cast<uint8_t>(create::Opcode::pause_stream), 0};
+  for (const int baud : {create::kBaud, 57'600, 19'200}) {
+    all.push_back({Kind::create, baud, start, pause, true});
+  }
   return all;
 }
 

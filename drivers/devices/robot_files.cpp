@@ -60,6 +60,8 @@ std::string settings_of(const Part& part) {
       return "[leuze]\n" + baud;
     case Kind::imu:
       return "[imu]\n" + baud;
+    case Kind::create:
+      return "[base]\n" + baud;
     case Kind::textbase:
       return "# Count and measure these three; the base does not start without them.\n"
              "# [base]\n# ticks_per_turn = 1440        # of a wheel\n"

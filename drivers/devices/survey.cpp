@@ -57,8 +57,13 @@ std::string silence_text(const PortReport& report) {
     return "echoes what is sent to it: a terminal, a modem, or a wire from TX to RX; not asked on";
   }
   if (report.unasked.empty()) {
-    return "silent, and answers none of Marco's questions: does the device have power, is it one "
-           "that Marco knows?";
+    const char* create = report.port.named ? ""
+                                           : " A Create or Roomba answers only if you name the "
+                                             "port.";
+    return std::string(
+               "silent, and answers none of Marco's questions: does the device have power, is "
+               "it one that Marco knows?") +
+           create;
   }
   return "silent; nothing was asked, because " + report.unasked;
 }
@@ -98,7 +103,8 @@ std::vector<Port> ports_here(const std::string& folder, const std::string& class
 void survey_line(ByteStream& stream, const Clock& clock, PortReport& report, bool listen_only) {
   const bool ask = !listen_only && report.unasked.empty();
   Finding& finding = report.finding;
-  finding = probe(stream, clock, ask ? Manner::ask : Manner::listen);
+  const Manner asking = report.port.named ? Manner::ask_all : Manner::ask;
+  finding = probe(stream, clock, ask ? asking : Manner::listen);
   if (listen_only || !may_be_tried(finding.claim.kind)) return;
   report.trial = try_laser(stream, clock, finding.claim.kind, finding.baud);
 }
@@ -136,17 +142,13 @@ std::string describe(const PortReport& report) {
 }
 
 std::string program_of(Kind kind) {
-  static const std::map<Kind, const char*> kPrograms{{Kind::ldlidar, "marco-ldlidar"},
-                                                     {Kind::ydlidar, "marco-ydlidar"},
-                                                     {Kind::rplidar, "marco-rplidar"},
-                                                     {Kind::sick, "marco-sick"},
-                                                     {Kind::hokuyo, "marco-hokuyo"},
-                                                     {Kind::leuze, "marco-leuze"},
-                                                     {Kind::imu, "marco-imu"},
-                                                     {Kind::p2os, "marco-p2os"},
-                                                     {Kind::textbase, "marco-textbase"},
-                                                     {Kind::hcs12_base, "marco-base"},
-                                                     {Kind::hcs12_pantilt, "marco-pantilt"}};
+  static const std::map<Kind, const char*> kPrograms{
+      {Kind::ldlidar, "marco-ldlidar"},   {Kind::ydlidar, "marco-ydlidar"},
+      {Kind::rplidar, "marco-rplidar"},   {Kind::sick, "marco-sick"},
+      {Kind::hokuyo, "marco-hokuyo"},     {Kind::leuze, "marco-leuze"},
+      {Kind::imu, "marco-imu"},           {Kind::p2os, "marco-p2os"},
+      {Kind::textbase, "marco-textbase"}, {Kind::create, "marco-create"},
+      {Kind::hcs12_base, "marco-base"},   {Kind::hcs12_pantilt, "marco-pantilt"}};
   const auto program = kPrograms.find(kind);
   return program == kPrograms.end() ? "" : program->second;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -57,15 +56,6 @@ std::optional<Claim> ydlidar_says(Heard bytes, Kind asked) {
   return Claim{Kind::ydlidar, "YDLIDAR"};
 }
 
-/// @param model  the first byte of the answer to its INFO request.
-std::string rplidar_name(int model) {
-  static const std::map<int, const char*> kFamilies{{1, "A1"}, {2, "A2"}, {3, "A3"}, {4, "C1"},
-                                                    {6, "S1"}, {7, "S2"}, {8, "S3"}};
-  const auto family = kFamilies.find(model >> 4);
-  return family == kFamilies.end() ? "RPLIDAR, model " + std::to_string(model)
-                                   : std::string("RPLIDAR ") + family->second;
-}
-
 /// It was left scanning: nodes of five bytes, each with three check bits.
 bool is_row_of_nodes(Heard bytes) {
   constexpr int kEnough = 40;
@@ -102,7 +92,8 @@ std::optional<Claim> rplidar_says(Heard bytes, Kind asked) {
   const auto found = std::search(bytes.begin(), bytes.end(), head.begin(), head.end());
   const auto behind = static_cast<std::size_t>(bytes.end() - found);
   if (asked == Kind::rplidar && behind >= head.size() + 20) {
-    return Claim{Kind::rplidar, rplidar_name(found[static_cast<std::ptrdiff_t>(head.size())])};
+    return Claim{Kind::rplidar,
+                 rplidar::model_name(found[static_cast<std::ptrdiff_t>(head.size())])};
   }
   if (has_capsules(bytes) || is_row_of_nodes(bytes)) return Claim{Kind::rplidar, "RPLIDAR"};
   return std::nullopt;

@@ -51,8 +51,6 @@ std::string settings_of(const Part& part) {
   const Kind kind = part.report->finding.claim.kind;
   const std::string baud = "baud = " + std::to_string(part.report->finding.baud) + "\n";
   switch (kind) {
-    case Kind::rplidar:
-      return "[rplidar]\n" + baud;
     case Kind::hokuyo:
       return "[hokuyo]\nbaud = " + std::string(is_usb_hokuyo(part.report->port) ? "0" : "115200") +
              "  # 0 = USB, which has none\n";

@@ -37,8 +37,8 @@ struct BodySpec {
 
 struct LiveLaserSpec {
   std::string port = "laser";  ///< name of its link
-  /// sick, leuze, leuze_service, hokuyo, rplidar, ld19, stl27l, ydlidar_x2, ydlidar_x4 or
-  /// ydlidar_g4
+  /// sick, leuze, leuze_service, hokuyo, rplidar (an A1), rplidar_a2, rplidar_c1, rplidar_s2, ld19,
+  /// stl27l, ydlidar_x2, ydlidar_x4 or ydlidar_g4
   std::string device = "sick";
   std::string mount = "robot";  ///< or "pantilt"
   std::vector<double> position_m{0.0, 0.0, 0.3};

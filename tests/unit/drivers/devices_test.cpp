@@ -129,6 +129,10 @@ TEST(Devices, LasersThatAnswerAreFoundAtEachRate) {
       expect_found(laser, std::string("RPLIDAR ") + name + " at " + std::to_string(baud));
     }
   }
+  for (const auto& options : {rplidar::c1(), rplidar::s2()}) {
+    rplidar::RplidarEmulator laser(test_world, options);
+    expect_found(laser, rplidar::model_name(options.model) + " at " + std::to_string(options.baud));
+  }
   for (const auto& options : {ydlidar::YdlidarEmulatorOptions{}, ydlidar::g4()}) {
     ydlidar::YdlidarEmulator laser(test_world, options);
     expect_found(laser, "YDLIDAR " + ydlidar::model_name(options.model) + " at " +

@@ -34,7 +34,7 @@ class WheelPlan {
   void stop();
   /// The speeds are 0 at once.
   void halt() { velocity_.speed = velocity_.goal = rate_.speed = rate_.goal = 0.0; }
-  /// A bumper is pressed: what moves ahead stands at once; a turn goes on.
+  /// A bumper is pressed: what moves ahead stands at once; a turn continues.
   void cut_velocity() { velocity_.speed = 0.0; }
   /// Forgets what was under way.
   void stand();

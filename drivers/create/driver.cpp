@@ -97,7 +97,7 @@ bool CreateBase::count(const Sensors& sensors, Utime left) {
   const double most = kFastestMPerS * step_s / tick_m() + 10.0;
   ClickOdometry::Step step;
   if (std::abs(left_ticks) > most || std::abs(right_ticks) > most) {
-    ++implausible_;  // its counters began anew
+    ++implausible_;  // its counters began at 0 again
   } else {
     step = {static_cast<double>(left_ticks), static_cast<double>(right_ticks),
             left_ticks * tick_m() / step_s, right_ticks * tick_m() / step_s};

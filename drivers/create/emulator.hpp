@@ -40,7 +40,7 @@ class CreateEmulator final : public Emulator {
   Utime next_event() const override;
   void on_connection(bool connected, Utime now) override;
 
-  /// The battery was taken out and put back: it is off, and its counters begin anew.
+  /// The battery was taken out and put back: it is off, and its counters begin at 0.
   void reset(Utime now);
   /// It falls asleep, as after five minutes without a host: hears nothing until CLEAN is pressed.
   void sleep() { asleep_ = true; }

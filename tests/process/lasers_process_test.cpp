@@ -305,7 +305,7 @@ TEST(LaserProcess, TheOthersPublishToo) {
   EXPECT_EQ(scan.channel, "LIDAR_RAW_REAR");
   EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
 
-  for (const auto& model : {rplidar::RplidarEmulatorOptions{}, rplidar::c1(), rplidar::s2()}) {
+  for (const auto& model : {rplidar::RplidarEmulatorOptions{}, rplidar::s2()}) {
     rplidar::RplidarEmulator rplidar(flat_wall, model);
     EmulatorPort rplidar_port = EmulatorPort::pty(rplidar);
     scan = one_scan(rplidar_port, "marco-rplidar", "");

@@ -39,6 +39,7 @@ void print_file(const std::string& path) {
 std::vector<Port> wanted_ports(const Arguments& arguments) {
   if (arguments.ports.empty()) return drivers::devices::ports_here();
   std::vector<Port> ports;
+  ports.reserve(arguments.ports.size());
   for (const std::string& path : arguments.ports) {
     ports.push_back({path, drivers::devices::identify_port(path), true});
   }
@@ -48,6 +49,7 @@ std::vector<Port> wanted_ports(const Arguments& arguments) {
 /// All at once: a silent port takes ten seconds.
 std::vector<PortReport> survey_all(const std::vector<Port>& ports, bool listen_only) {
   std::vector<std::future<PortReport>> running;
+  running.reserve(ports.size());
   for (const Port& port : ports) {
     running.push_back(std::async(std::launch::async, [port, listen_only] {
       return drivers::devices::survey(port, listen_only);

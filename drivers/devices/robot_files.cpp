@@ -35,7 +35,8 @@ std::vector<Part> parts_of(const std::vector<PortReport>& reports) {
     if (!is_device(kind)) continue;
     const std::string role = role_of(kind);
     const std::string number = std::to_string(++count[role]);
-    Part part{number == "1" ? role : role + "_" + number, &report, ""};
+    Part part{role, &report, ""};
+    if (number != "1") part.name.append("_").append(number);
     if (role == "laser") part.publishes = all[role] == 1 ? "LIDAR" : "LIDAR_" + number;
     if (role == "base") part.publishes = "ODOMETRY";
     parts.push_back(std::move(part));

@@ -109,8 +109,8 @@ bool is_nmea_sentence(std::string_view line) {
 
 std::optional<Claim> judge_lines(std::span<const uint8_t> bytes, Kind asked) {
   const Lines lines = cut(bytes);
-  if (const auto board = text_base(lines)) return board;
-  if (const auto board = thesis_board(lines, asked == Kind::hcs12_base)) return board;
+  if (auto board = text_base(lines)) return board;
+  if (auto board = thesis_board(lines, asked == Kind::hcs12_base)) return board;
   if (std::count_if(lines.whole.begin(), lines.whole.end(), is_nmea_sentence) >= 2) {
     return Claim{Kind::nmea, excerpt(lines)};
   }

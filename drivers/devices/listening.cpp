@@ -14,6 +14,7 @@
 #include "drivers/leuze/codec.hpp"
 #include "drivers/p2os/codec.hpp"
 #include "drivers/rplidar/codec.hpp"
+#include "drivers/rplidar/model.hpp"
 #include "drivers/sick/codec.hpp"
 #include "drivers/ydlidar/answer_parser.hpp"
 

@@ -1,7 +1,6 @@
 #include "drivers/rplidar/codec.hpp"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
@@ -77,14 +76,6 @@ Bytes configuration_request(uint8_t key, std::optional<int> mode) {
   if (mode) data.push_back(static_cast<uint8_t>(*mode));
   if (mode) data.push_back(static_cast<uint8_t>(*mode >> 8));
   return encode_request(kGetConfiguration, data);
-}
-
-std::string model_name(int model) {
-  static const std::map<int, const char*> kFamilies{{1, "A1"}, {2, "A2"}, {3, "A3"}, {4, "C1"},
-                                                    {6, "S1"}, {7, "S2"}, {8, "S3"}};
-  const auto family = kFamilies.find(family_of(model));
-  return family == kFamilies.end() ? "RPLIDAR, model " + std::to_string(model)
-                                   : std::string("RPLIDAR ") + family->second;
 }
 
 Bytes encode_descriptor(uint32_t length, bool stream, uint8_t kind) {

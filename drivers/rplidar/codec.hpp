@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 /// Slamtec RPLIDAR A1 and A2, and of A3, C1 and the S family what they share with these and the
@@ -54,10 +53,6 @@ Bytes motor_request(int pwm);
 Bytes motor_speed_request(int turns_per_minute);
 /// @param mode  nothing for a key that is no mode's
 Bytes configuration_request(uint8_t key, std::optional<int> mode);
-/// "RPLIDAR A2"; "RPLIDAR, model 77" when it is not known. @param model  first byte of its INFO.
-std::string model_name(int model);
-/// The generation: 1 to 3 an A, 4 C1, 6 to 8 an S.
-inline int family_of(int model) { return model >> 4; }
 Bytes encode_descriptor(uint32_t length, bool stream, uint8_t kind);
 
 struct Request {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/laser/laser_state.hpp"
+#include "drivers/rplidar/model.hpp"
 #include "drivers/transport/paced_output.hpp"
 #include "lcm_tools/base/check.hpp"
 

@@ -4,6 +4,7 @@
 
 #include "drivers/laser/laser_world.hpp"
 #include "drivers/rplidar/codec.hpp"
+#include "drivers/rplidar/model.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
 #include "lcm_tools/base/options.hpp"

@@ -21,6 +21,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco evaluate-model PLY WORLD     error of a model                    (./marco evaluate-model --help)
   ./marco texture PLY PHOTOGRAPHS      a model painted with photographs    (./marco texture --help)
   ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
+  ./marco devices [PORT...]            what is plugged in, what it is, at which rate; --write DIR: files that start it
   ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
   ./marco page [MAP|LOG]               a page in the browser: what runs, a map folder or a recording (./marco page --help)
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release

@@ -82,7 +82,8 @@ void FirmwareBoard::on_connection(bool connected, Utime now) {
 void FirmwareBoard::receive(std::span<const uint8_t> bytes, int baud, Utime now) {
   if (!started_) start(now);
   run_until(now);
-  if (baud != 0 && baud != kBaud) return;  // noise at another speed
+  readable_ = baud == 0 || baud == kBaud;
+  if (!readable_) return;  // noise at another speed
   for (const uint8_t byte : bytes) {
     const auto line = cutter_.push(byte);
     if (!line) continue;
@@ -135,7 +136,7 @@ void FirmwareBoard::advance(Utime now, std::vector<uint8_t>& out) {
   if (!started_) start(now);
   run_until(now);
   while (!sent_.empty() && sent_.front().leaves <= now) {
-    if (connected_) out.push_back(sent_.front().byte);
+    if (connected_ && readable_) out.push_back(sent_.front().byte);
     sent_.pop_front();
   }
 }

@@ -95,7 +95,8 @@ class FirmwareBoard : public Emulator {
 
   bool started_ = false;
   bool connected_ = false;
-  Utime time_;  ///< up to which everything has happened
+  bool readable_ = true;  ///< the client listens at our speed
+  Utime time_;            ///< up to which everything has happened
   Utime next_tick_;
   Utime printing_until_;
   LineCutter cutter_;

@@ -32,6 +32,18 @@ void put_u16(std::span<uint8_t> bytes, std::size_t at, int value) {
   bytes[at + 1] = static_cast<uint8_t>(value >> 8);
 }
 
+/// The sum, half in each of the two marks of a capsule.
+void mark(std::array<uint8_t, kCapsuleSize>& bytes) {
+  const uint8_t sum = xor_of(std::span(bytes).subspan(2));
+  bytes[0] = static_cast<uint8_t>(0xA0 | (sum & 15));
+  bytes[1] = static_cast<uint8_t>(0x50 | sum >> 4);
+}
+
+bool is_marked(std::span<const uint8_t, kCapsuleSize> bytes) {
+  return bytes[0] >> 4 == 0xA && bytes[1] >> 4 == 0x5 &&
+         xor_of(bytes.subspan(2)) == ((bytes[0] & 15) | (bytes[1] & 15) << 4);
+}
+
 bool follows(const Node& node, const Node& next) {
   const int step_q6 = ((next.angle_q6 - node.angle_q6) % kTurnQ6 + kTurnQ6) % kTurnQ6;
   return step_q6 <= kMaxStepQ6 || step_q6 >= kTurnQ6 - kMaxBackQ6;
@@ -52,6 +64,18 @@ Bytes motor_request(int pwm) {
   require(pwm >= 0 && pwm <= 1023, "the motor's PWM lies within 0..1023");
   return encode_request(kSetMotorPwm,
                         Bytes{static_cast<uint8_t>(pwm), static_cast<uint8_t>(pwm >> 8)});
+}
+
+Bytes motor_speed_request(int turns_per_minute) {
+  return encode_request(kSetMotorSpeed, Bytes{static_cast<uint8_t>(turns_per_minute),
+                                              static_cast<uint8_t>(turns_per_minute >> 8)});
+}
+
+Bytes configuration_request(uint8_t key, std::optional<int> mode) {
+  Bytes data{key, 0, 0, 0};
+  if (mode) data.push_back(static_cast<uint8_t>(*mode));
+  if (mode) data.push_back(static_cast<uint8_t>(*mode >> 8));
+  return encode_request(kGetConfiguration, data);
 }
 
 Bytes encode_descriptor(uint32_t length, bool stream, uint8_t kind) {
@@ -124,15 +148,12 @@ std::array<uint8_t, kCapsuleSize> encode_capsule(const Capsule& capsule) {
     put_u16(bytes, at + 2, capsule.distance_mm[2 * cabin + 1] << 2 | o2 >> 4);
     bytes[at + 4] = static_cast<uint8_t>((o1 & 15) | (o2 & 15) << 4);
   }
-  const uint8_t sum = xor_of(std::span(bytes).subspan(2));
-  bytes[0] = static_cast<uint8_t>(0xA0 | (sum & 15));
-  bytes[1] = static_cast<uint8_t>(0x50 | sum >> 4);
+  mark(bytes);
   return bytes;
 }
 
 std::optional<Capsule> decode_capsule(std::span<const uint8_t, kCapsuleSize> bytes) {
-  if (bytes[0] >> 4 != 0xA || bytes[1] >> 4 != 0x5) return std::nullopt;
-  if (xor_of(bytes.subspan(2)) != ((bytes[0] & 15) | (bytes[1] & 15) << 4)) return std::nullopt;
+  if (!is_marked(bytes)) return std::nullopt;
   Capsule capsule;
   capsule.first = (u16(bytes, 2) & 0x8000) != 0;
   capsule.start_q6 = u16(bytes, 2) & 0x7FFF;
@@ -146,9 +167,27 @@ std::optional<Capsule> decode_capsule(std::span<const uint8_t, kCapsuleSize> byt
   return capsule;
 }
 
+std::array<uint8_t, kCapsuleSize> encode_dense_capsule(const Capsule& capsule) {
+  std::array<uint8_t, kCapsuleSize> bytes{};
+  put_u16(bytes, 2, capsule.start_q6 | (capsule.first ? 0x8000 : 0));
+  for (std::size_t i = 0; i < kDenseSamples; ++i) put_u16(bytes, 4 + 2 * i, capsule.distance_mm[i]);
+  mark(bytes);
+  return bytes;
+}
+
+std::optional<Capsule> decode_dense_capsule(std::span<const uint8_t, kCapsuleSize> bytes) {
+  if (!is_marked(bytes)) return std::nullopt;
+  Capsule capsule;
+  capsule.samples = kDenseSamples;
+  capsule.first = (u16(bytes, 2) & 0x8000) != 0;
+  capsule.start_q6 = u16(bytes, 2) & 0x7FFF;
+  for (std::size_t i = 0; i < kDenseSamples; ++i) capsule.distance_mm[i] = u16(bytes, 4 + 2 * i);
+  return capsule;
+}
+
 double sample_angle_deg(const Capsule& capsule, const Capsule& next, int k) {
   const int span_q6 = ((next.start_q6 - capsule.start_q6) % kTurnQ6 + kTurnQ6) % kTurnQ6;
-  const double angle_deg = capsule.start_q6 / 64.0 + k * span_q6 / 64.0 / kCapsuleSamples -
+  const double angle_deg = capsule.start_q6 / 64.0 + k * span_q6 / 64.0 / capsule.samples -
                            capsule.offset_q3[static_cast<std::size_t>(k)] / 8.0;
   return angle_deg < 0.0 ? angle_deg + 360.0 : angle_deg >= 360.0 ? angle_deg - 360.0 : angle_deg;
 }
@@ -184,7 +223,9 @@ bool AnswerParser::read_descriptor() {
       length_ = word & 0x3FFFFFFF;
       streaming_ = word >> 30 == 1;
       const std::size_t stream_size = kind_ == kNodes ? kNodeSize : kCapsuleSize;
-      const bool known_stream = (kind_ == kNodes || kind_ == kCapsules) && length_ == stream_size;
+      const bool known_stream =
+          (kind_ == kNodes || kind_ == kCapsules || kind_ == kDenseCapsules) &&
+          length_ == stream_size;
       if (streaming_ ? known_stream : length_ > 0 && length_ <= kMaxAnswer) {
         head_ += kDescriptorSize;
         in_answer_ = continuous_ = true;
@@ -237,14 +278,14 @@ std::optional<Block> AnswerParser::next_node() {
 std::optional<Block> AnswerParser::next_capsule() {
   while (rest().size() >= kCapsuleSize) {
     const auto bytes = rest().first<kCapsuleSize>();
-    const auto capsule = decode_capsule(bytes);
+    const auto capsule = kind_ == kCapsules ? decode_capsule(bytes) : decode_dense_capsule(bytes);
     if (!capsule) {
       bad_checksums_ += bytes[0] >> 4 == 0xA && bytes[1] >> 4 == 0x5 ? 1 : 0;
       skip(1);
       continue;
     }
     Block block;
-    block.kind = kCapsules;
+    block.kind = kind_;
     block.continuous = std::exchange(continuous_, true);
     block.capsule = *capsule;
     head_ += kCapsuleSize;

@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
-/// Slamtec RPLIDAR A1 and A2: requests A5 command [length data xor]; answers begin with a
-/// descriptor A5 5A, length and kind, followed by one block of data or by an endless stream of
-/// blocks.
+/// Slamtec RPLIDAR A1 and A2, and of A3, C1 and the S family what they share with these and the
+/// dense capsules (ultra ones are not read; no device of these families was at hand): requests A5
+/// command [length data xor]; answers begin with a descriptor A5 5A, length and kind, followed by
+/// one block of data or by an endless stream of blocks.
 namespace marco::drivers::rplidar {
 
 using Bytes = std::vector<uint8_t>;
@@ -23,6 +23,7 @@ inline constexpr uint8_t kGetHealth = 0x52;
 inline constexpr uint8_t kGetSampleRate = 0x59;
 inline constexpr uint8_t kExpressScan = 0x82;
 inline constexpr uint8_t kGetConfiguration = 0x84;
+inline constexpr uint8_t kSetMotorSpeed = 0xA8;  ///< turns a minute: S1 to S3
 inline constexpr uint8_t kSetMotorPwm = 0xF0;
 inline constexpr uint8_t kGetAccessoryFlag = 0xFF;
 
@@ -33,14 +34,25 @@ inline constexpr uint8_t kSampleRate = 0x15;
 inline constexpr uint8_t kConfiguration = 0x20;
 inline constexpr uint8_t kNodes = 0x81;
 inline constexpr uint8_t kCapsules = 0x82;
+inline constexpr uint8_t kDenseCapsules = 0x85;
 inline constexpr uint8_t kAccessoryFlag = 0xFF;
+
+/// Keys of kGetConfiguration.
+inline constexpr uint8_t kModeSamplePeriod = 0x71;  ///< of a mode: u32, us / 256
+inline constexpr uint8_t kModeMaxRange = 0x74;      ///< of a mode: u32, m / 256
+inline constexpr uint8_t kModeAnswer = 0x75;        ///< of a mode: u8, a kind above
+inline constexpr uint8_t kTypicalMode = 0x7C;       ///< u16
 
 inline constexpr std::size_t kNodeSize = 5;
 inline constexpr std::size_t kCapsuleSize = 84;
 inline constexpr int kCapsuleSamples = 32;
+inline constexpr int kDenseSamples = 40;
 
 Bytes encode_request(uint8_t command, std::span<const uint8_t> data = {});
 Bytes motor_request(int pwm);
+Bytes motor_speed_request(int turns_per_minute);
+/// @param mode  nothing for a key that is no mode's
+Bytes configuration_request(uint8_t key, std::optional<int> mode);
 Bytes encode_descriptor(uint32_t length, bool stream, uint8_t kind);
 
 struct Request {
@@ -71,15 +83,20 @@ std::array<uint8_t, kNodeSize> encode_node(const Node& node);
 std::optional<Node> decode_node(std::span<const uint8_t, kNodeSize> bytes);
 
 struct Capsule {
-  bool first = false;  ///< after the start of the scan
-  int start_q6 = 0;    ///< angle of its first sample, 1/64 deg
-  std::array<int, kCapsuleSamples> distance_mm{};
-  std::array<int, kCapsuleSamples> offset_q3{};  ///< 1/8 deg, 0..63, against the turning
+  bool first = false;             ///< after the start of the scan
+  int start_q6 = 0;               ///< angle of its first sample, 1/64 deg
+  int samples = kCapsuleSamples;  ///< or kDenseSamples
+  std::array<int, kDenseSamples> distance_mm{};
+  std::array<int, kDenseSamples> offset_q3{};  ///< 1/8 deg, 0..63, against the turning
   bool operator==(const Capsule&) const = default;
 };
 std::array<uint8_t, kCapsuleSize> encode_capsule(const Capsule& capsule);
 /// @returns nothing when the marks or the checksum are wrong.
 std::optional<Capsule> decode_capsule(std::span<const uint8_t, kCapsuleSize> bytes);
+
+/// Dense capsules: u16 mm each, up to 65 m, no offsets.
+std::array<uint8_t, kCapsuleSize> encode_dense_capsule(const Capsule& capsule);
+std::optional<Capsule> decode_dense_capsule(std::span<const uint8_t, kCapsuleSize> bytes);
 
 /// Angle of sample k of a capsule [deg, 0..360), known only when the next has come.
 double sample_angle_deg(const Capsule& capsule, const Capsule& next, int k);
@@ -90,7 +107,7 @@ struct Block {
   bool continuous = true;       ///< no bytes were skipped since the last block
   Bytes data;                   ///< of one answer
   Node node;                    ///< kind kNodes
-  Capsule capsule;              ///< kind kCapsules
+  Capsule capsule;              ///< kind kCapsules or kDenseCapsules
   std::size_t bytes_after = 0;  ///< pushed already, behind it
 };
 

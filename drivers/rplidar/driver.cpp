@@ -1,11 +1,11 @@
 #include "drivers/rplidar/driver.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <utility>
 
 #include "drivers/laser/laser_state.hpp"
+#include "drivers/rplidar/model.hpp"
 #include "drivers/transport/paced_output.hpp"
 #include "lcm_tools/base/check.hpp"
 
@@ -20,6 +20,9 @@ constexpr Duration kStartPatience = Duration::from_us(1'000'000);
 constexpr Duration kResetPause = Duration::from_us(1'000'000);
 constexpr Duration kSilence = Duration::from_us(500'000);
 constexpr int kTries = 3;
+constexpr int kSearchTries = 2;  // at each rate
+constexpr int kTurnsPerMinute = 600;
+const std::vector<int> kOtherRates{460'800, 1'000'000, 256'000};
 
 }  // namespace
 
@@ -27,22 +30,31 @@ RplidarDriver::RplidarDriver(ByteStream& stream, const RplidarOptions& options, 
     : stream_(stream),
       options_(options),
       clock_(std::move(clock)),
-      turns_(options.baud),
+      search_(options.baud > 0 ? options.baud : 115'200,
+              options.baud > 0 ? std::vector<int>{} : kOtherRates),
       express_(options.mode == "express") {
   validate(options, "rplidar");
   require(express_ || options.mode == "standard",
           "RPLIDAR mode is 'express' or 'standard', not '" + options.mode + "'");
-  constexpr std::array kRates{115'200, 256'000, 460'800, 1'000'000};
-  require(std::find(kRates.begin(), kRates.end(), options.baud) != kRates.end(),
-          "RPLIDAR baud is 115200 (A1, A2), 256000 (A2M7, A2M12, A3, S1), 460800 (C1) or 1000000 "
-          "(S2, S3), not " +
+  require(options.baud == 0 || options.baud == 115'200 ||
+              std::find(kOtherRates.begin(), kOtherRates.end(), options.baud) != kOtherRates.end(),
+          "RPLIDAR baud is 0 (searched), 115200 (A1, A2), 256000 (A2M7, A2M12, A3, S1), 460800 "
+          "(C1) or 1000000 (S2, S3), not " +
               std::to_string(options.baud));
-  stream_.set_line({options.baud, Parity::none});
+  try_next_speed();
+}
+
+void RplidarDriver::try_next_speed() {
+  stream_.set_line({search_.next(), Parity::none});
+  stream_.discard_input();
+  turns_.set_baud(search_.current());
   enter(Phase::stopping);
 }
 
 LaserProperties RplidarDriver::properties() const {
-  return {turns_.turn_s(), options_.range_min_m, options_.range_max_m, options_.range_sigma_m};
+  return {turns_.turn_s(), options_.range_min_m,
+          options_.range_max_m > 0.0 ? options_.range_max_m : laser_.range_max_m,
+          options_.range_sigma_m};
 }
 
 void RplidarDriver::enter(Phase phase) {
@@ -65,6 +77,12 @@ void RplidarDriver::enter(Phase phase) {
     case Phase::asking_rate:
       stream_.write(encode_request(kGetSampleRate));
       break;
+    case Phase::asking_mode:
+    case Phase::asking_answer:
+    case Phase::asking_period:
+    case Phase::asking_range:
+      ask_configuration(phase);
+      break;
     case Phase::starting:
       start_scan();
       break;
@@ -77,11 +95,24 @@ void RplidarDriver::enter(Phase phase) {
   }
 }
 
+void RplidarDriver::ask_configuration(Phase phase) {
+  const uint8_t key = phase == Phase::asking_mode     ? kTypicalMode
+                      : phase == Phase::asking_answer ? kModeAnswer
+                      : phase == Phase::asking_period ? kModeSamplePeriod
+                                                      : kModeMaxRange;
+  const bool of_a_mode = phase != Phase::asking_mode;
+  stream_.write(configuration_request(key, of_a_mode ? std::optional(laser_.mode) : std::nullopt));
+}
+
 void RplidarDriver::start_scan() {
-  // An A1 turns while DTR is low, an A2 when its board is told to. An A1 ignores that request.
+  // An A1 turns while DTR is low, an A2 when its board is told to, an S by its own speed, a C1 with
+  // its scan. Each ignores what is not for it; newer ones are not sent what is for the older.
   stream_.set_dtr(false);
-  stream_.write(motor_request(options_.motor_pwm));
-  stream_.write(express_ ? encode_request(kExpressScan, Bytes(5, 0)) : encode_request(kScan));
+  const int family = family_of(laser_.model);
+  if (family < 4) stream_.write(motor_request(options_.motor_pwm));
+  if (family >= 6) stream_.write(motor_speed_request(kTurnsPerMinute));
+  const Bytes mode{static_cast<uint8_t>(laser_.mode), 0, 0, 0, 0};
+  stream_.write(express_ ? encode_request(kExpressScan, mode) : encode_request(kScan));
   deadline_ = clock_() + kStartPatience;
   turns_.start(express_ ? periods_.express_s : periods_.standard_s);
 }
@@ -126,7 +157,13 @@ void RplidarDriver::on_input_flushed() {
 void RplidarDriver::on_timeout() {
   if (phase_ == Phase::stopping) return enter(Phase::asking_info);
   if (phase_ == Phase::resetting) return enter(Phase::stopping);
-  if (phase_ == Phase::asking_rate) return enter(Phase::starting);  // old firmware has no answer
+  const bool optional = phase_ >= Phase::asking_rate && phase_ <= Phase::asking_range;
+  if (optional) return enter(Phase::starting);  // old firmware has no answer
+  // A laser has one speed for its life. Before it was understood the others are tried.
+  if (phase_ == Phase::asking_info && laser_.model == 0 && tries_ >= kSearchTries) {
+    trouble_ = "the laser does not answer";
+    return try_next_speed();
+  }
   if (phase_ == Phase::starting && express_ && tries_ >= kTries) {
     express_ = false;
     return start_over("no express scan: standard");
@@ -136,12 +173,12 @@ void RplidarDriver::on_timeout() {
 }
 
 void RplidarDriver::on_block(const Block& block, Utime arrival) {
-  if (block.kind == kNodes || block.kind == kCapsules) {
+  if (block.kind == kNodes || block.kind == kCapsules || block.kind == kDenseCapsules) {
     if (phase_ == Phase::starting) phase_ = Phase::measuring;
     if (phase_ != Phase::measuring) return;
     deadline_ = arrival + kSilence;
     trouble_.clear();
-    const Utime last_byte = arrival - line_time(block.bytes_after, options_.baud);
+    const Utime last_byte = arrival - line_time(block.bytes_after, search_.current());
     return block.kind == kNodes ? turns_.add_node(block, last_byte)
                                 : turns_.add_capsule(block, last_byte);
   }
@@ -150,14 +187,16 @@ void RplidarDriver::on_block(const Block& block, Utime arrival) {
 
 void RplidarDriver::on_answer(const Block& block) {
   if (phase_ == Phase::asking_info && block.kind == kInfo && block.data.size() == 20) {
-    model_ = block.data[0];
+    laser_.model = block.data[0];
     enter(Phase::asking_health);
   } else if (phase_ == Phase::asking_health && block.kind == kHealth && block.data.size() == 3) {
     if (block.data[0] == 2) {
       trouble_ = "the laser reports error " + std::to_string(block.data[1] | block.data[2] << 8);
       return enter(Phase::resetting);
     }
-    enter(Phase::asking_rate);
+    enter(express_ && family_of(laser_.model) >= 4 ? Phase::asking_mode : Phase::asking_rate);
+  } else if (block.kind == kConfiguration) {
+    on_configuration(block);
   } else if (phase_ == Phase::asking_rate && block.kind == kSampleRate && block.data.size() == 4) {
     const int standard_us = block.data[0] | block.data[1] << 8;
     const int express_us = block.data[2] | block.data[3] << 8;
@@ -167,9 +206,33 @@ void RplidarDriver::on_answer(const Block& block) {
   }
 }
 
+void RplidarDriver::on_configuration(const Block& block) {
+  const Bytes& data = block.data;
+  const auto value = [&data](std::size_t size) {
+    uint32_t number = 0;
+    for (std::size_t i = 0; i < size; ++i) number |= static_cast<uint32_t>(data[4 + i]) << 8 * i;
+    return number;
+  };
+  if (phase_ == Phase::asking_mode && data.size() >= 6 && data[0] == kTypicalMode) {
+    laser_.mode = static_cast<int>(value(2) & 0xFF);
+    enter(Phase::asking_answer);
+  } else if (phase_ == Phase::asking_answer && data.size() >= 5 && data[0] == kModeAnswer) {
+    if (data[4] == kCapsules || data[4] == kDenseCapsules) return enter(Phase::asking_period);
+    express_ = false;  // capsules of another kind
+    enter(Phase::asking_rate);
+  } else if (phase_ == Phase::asking_period && data.size() >= 8 && data[0] == kModeSamplePeriod) {
+    if (value(4) > 0) periods_.express_s = value(4) / 256.0 * 1e-6;  // an S3 has said 0
+    enter(Phase::asking_range);
+  } else if (phase_ == Phase::asking_range && data.size() >= 8 && data[0] == kModeMaxRange) {
+    if (value(4) > 0) laser_.range_max_m = value(4) / 256.0;
+    enter(Phase::starting);
+  }
+}
+
 void RplidarDriver::stop() {
   stream_.write(encode_request(kStop));
-  stream_.write(motor_request(0));
+  const bool by_speed = family_of(laser_.model) >= 6;
+  stream_.write(by_speed ? motor_speed_request(0) : motor_request(0));
   stream_.set_dtr(true);
 }
 
@@ -183,7 +246,8 @@ std::string RplidarDriver::state() const {
     state = std::string("measuring, ") + (express_ ? "express" : "standard") + ", " +
             describe_scans(counts(), turns_.filter()) + ", " + rate;
   }
-  if (model_ != 0) state += ", model " + std::to_string(model_);
+  if (laser_.model != 0) state += ", " + model_name(laser_.model);
+  state += (answers() ? ", " : ", at ") + std::to_string(search_.current()) + " baud";
   return with_trouble(state, counts(), trouble_);
 }
 

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "drivers/laser/baud_search.hpp"
 #include "drivers/rplidar/turn_assembler.hpp"
 #include "drivers/transport/byte_stream.hpp"
 #include "lcm_tools/base/options.hpp"
@@ -12,20 +13,20 @@ struct RplidarOptions {
   static constexpr const char* kName = "rplidar";
   static constexpr const char* kDefaultDevice = "/dev/ttyUSB0";
 
-  int baud = 115'200;            ///< 256000 for A2M12 and A3
+  int baud = 0;                  ///< 0 = searched: 115200, 256000, 460800 and 1000000 are tried
   std::string mode = "express";  ///< or "standard": half the samples
   int motor_pwm = 660;           ///< of an A2's accessory board
   double range_min_m = 0.15;
-  double range_max_m = 12.0;
+  double range_max_m = 0.0;  ///< 0 = what the laser says of itself, or 12
   double range_sigma_m = 0.02;
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("baud", baud, Limits{9600, 1'000'000});
+    v("baud", baud, Limits{0, 1'000'000});
     v("mode", mode);
     v("motor_pwm", motor_pwm, Limits{0, 1023});
     v("range_min_m", range_min_m, kNotNegative);
-    v("range_max_m", range_max_m, kPositive);
+    v("range_max_m", range_max_m, kNotNegative);
     v("range_sigma_m", range_sigma_m, kNotNegative);
   }
 };
@@ -53,17 +54,30 @@ class RplidarDriver final : public LaserDriver {
     stopping,
     asking_info,
     asking_health,
-    asking_rate,
+    asking_rate,  ///< A1, A2, A3
+    asking_mode,  ///< C1, S: which one is usual, then its properties
+    asking_answer,
+    asking_period,
+    asking_range,
     starting,
     measuring,
     resetting
+  };
+  /// What its INFO said, and its configuration.
+  struct Laser {
+    int model = 0;  ///< 0 = not known yet
+    int mode = 0;   ///< of an express scan
+    double range_max_m = 12.0;
   };
   struct SamplePeriods {
     double standard_s = 508e-6;
     double express_s = 254e-6;
   };
 
+  void try_next_speed();
   void enter(Phase phase);
+  void ask_configuration(Phase phase);
+  void on_configuration(const Block& block);
   void start_scan();
   void start_over(const std::string& why);
   void on_timeout();
@@ -73,13 +87,14 @@ class RplidarDriver final : public LaserDriver {
   ByteStream& stream_;
   RplidarOptions options_;
   Clock clock_;
+  BaudSearch search_;
   AnswerParser parser_;
   TurnAssembler turns_;
   Phase phase_ = Phase::stopping;
   bool express_;
   int tries_ = 0;
   Utime deadline_;  ///< of the phase; while measuring, of the next samples
-  int model_ = 0;
+  Laser laser_;
   SamplePeriods periods_;
   std::string trouble_;
 };

@@ -20,11 +20,32 @@ void put(Bytes& bytes, uint32_t value, int size) {
 
 }  // namespace
 
+// C1: 5 kHz, S2: 32 kHz.
+RplidarEmulatorOptions c1() {
+  RplidarEmulatorOptions options;
+  options.model = 0x41;
+  options.baud = 460'800;
+  options.turns_per_s = 10.0;
+  options.sample_s = options.express_s = 200e-6;
+  options.dense = true;
+  return options;
+}
+
+RplidarEmulatorOptions s2() {
+  RplidarEmulatorOptions options = c1();
+  options.model = 0x71;
+  options.baud = 1'000'000;
+  options.sample_s = 200e-6;
+  options.express_s = 31.25e-6;
+  options.range_max_m = 30.0;
+  return options;
+}
+
 RplidarEmulator::RplidarEmulator(LaserWorld world, const RplidarEmulatorOptions& options)
     : world_(std::move(world)),
       options_(options),
       output_(options.baud),
-      turning_(options.model < kA2) {
+      turning_(turns_by_itself()) {
   validate(options, "rplidar_emulator");
 }
 
@@ -36,7 +57,7 @@ void RplidarEmulator::power_cycle(Utime now) {
   output_.clear();
   parser_.clear();
   scan_kind_ = 0;
-  turning_ = options_.model < kA2;
+  turning_ = turns_by_itself();
   greeted_ = false;
   ready_ = now + Duration::from_seconds(options_.reset_s);
 }
@@ -54,8 +75,10 @@ void RplidarEmulator::answer(uint8_t kind, const Bytes& data, Utime now) {
 }
 
 void RplidarEmulator::handle(const Request& request, Utime now) {
-  if (request.command == kSetMotorPwm) {
-    if (request.data.size() == 2) turning_ = (request.data[0] | request.data[1] << 8) > 0;
+  const uint8_t motor = family_of(options_.model) >= 6 ? kSetMotorSpeed : kSetMotorPwm;
+  if (request.command == kSetMotorPwm || request.command == kSetMotorSpeed) {
+    if (request.command == motor && !turns_by_itself() && request.data.size() == 2)
+      turning_ = (request.data[0] | request.data[1] << 8) > 0;
     return;
   }
   scan_kind_ = 0;
@@ -69,7 +92,9 @@ void RplidarEmulator::handle(const Request& request, Utime now) {
       start_scan(kNodes, now);
       break;
     case kExpressScan:
-      start_scan(kCapsules, now);
+      start_scan(options_.dense && !request.data.empty() && request.data[0] == 1 ? kDenseCapsules
+                                                                                 : kCapsules,
+                 now);
       break;
     case kGetInfo:
       data = {static_cast<uint8_t>(options_.model), 29, 1, 7};
@@ -114,7 +139,7 @@ Bytes RplidarEmulator::configuration_answer(const Bytes& question) const {
       put(data, static_cast<uint32_t>(options_.range_max_m * 256.0), 4);
       break;
     case 0x75:
-      put(data, express ? kCapsules : kNodes, 1);
+      put(data, !express ? kNodes : options_.dense ? kDenseCapsules : kCapsules, 1);
       break;
     case 0x7C:  // the mode to be used by default
       put(data, static_cast<uint32_t>(options_.typical_mode), 2);
@@ -182,7 +207,7 @@ void RplidarEmulator::send_batch() {
   for (int i = 0; i < count; ++i) {
     const int64_t sample = next_sample_ + i;
     const double range_m = ranges_m[static_cast<std::size_t>(i)];
-    if (scan_kind_ == kCapsules) {
+    if (scan_kind_ != kNodes) {
       capsule.distance_mm[static_cast<std::size_t>(i)] =
           static_cast<int>(std::lround(range_m * 1e3));
       continue;
@@ -196,6 +221,9 @@ void RplidarEmulator::send_batch() {
   }
   next_sample_ += count;
   if (scan_kind_ == kCapsules) output_.send(encode_capsule(capsule), sample_time(next_sample_));
+  if (scan_kind_ == kDenseCapsules) {
+    output_.send(encode_dense_capsule(capsule), sample_time(next_sample_));
+  }
   first_capsule_ = false;
 }
 

@@ -4,6 +4,7 @@
 
 #include "drivers/laser/laser_world.hpp"
 #include "drivers/rplidar/codec.hpp"
+#include "drivers/rplidar/model.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
 #include "lcm_tools/base/options.hpp"
@@ -19,6 +20,7 @@ struct RplidarEmulatorOptions {
   double reset_s = 0.5;       ///< from a reset until it answers
   int health = 0;             ///< 0 good, 1 warning, 2 error
   int typical_mode = 1;       ///< told to newer tools: 0 standard, 1 express
+  bool dense = false;         ///< its express scan sends dense capsules: C1, S2, S3
   double range_max_m = 12.0;
 
   template <class Visitor>
@@ -26,14 +28,18 @@ struct RplidarEmulatorOptions {
     v("model", model, Limits{0, 255});
     v("baud", baud, Limits{9600, 1'000'000});
     v("turns_per_s", turns_per_s, Limits{1.0, 20.0});
-    v("sample_s", sample_s, Limits{1e-4, 1e-2});
-    v("express_s", express_s, Limits{1e-4, 1e-2});
+    v("sample_s", sample_s, Limits{1e-5, 1e-2});
+    v("express_s", express_s, Limits{1e-5, 1e-2});
     v("reset_s", reset_s, kNotNegative);
     v("health", health, Limits{0, 2});
     v("typical_mode", typical_mode, Limits{0, 1});
+    v("dense", dense);
     v("range_max_m", range_max_m, kPositive);
   }
 };
+
+RplidarEmulatorOptions c1();
+RplidarEmulatorOptions s2();
 
 /// The laser as seen through its line: information, health, the configuration queries of newer
 /// tools, standard scans (nodes) and legacy express scans (capsules). The motor of an A1 always
@@ -60,7 +66,13 @@ class RplidarEmulator final : public Emulator {
   Utime sample_time(int64_t sample) const;
   double angle_deg(int64_t sample) const;
   std::vector<double> measure(int count) const;
-  int batch() const { return scan_kind_ == kNodes ? 8 : kCapsuleSamples; }
+  int batch() const {
+    return scan_kind_ == kNodes ? 8 : scan_kind_ == kCapsules ? kCapsuleSamples : kDenseSamples;
+  }
+  /// C1: with the scan; A1: always.
+  bool turns_by_itself() const {
+    return family_of(options_.model) == 1 || family_of(options_.model) == 4;
+  }
 
   LaserWorld world_;
   RplidarEmulatorOptions options_;

@@ -6,7 +6,7 @@ namespace marco::drivers {
 namespace {
 
 void prepare(const rplidar::RplidarOptions& options, LaserProcess& laser) {
-  laser.line.baud = options.baud;
+  laser.line.baud = options.baud > 0 ? options.baud : 115'200;
   laser.start = [options](ByteStream& stream) {
     return std::make_unique<rplidar::RplidarDriver>(stream, options, wall_now);
   };

@@ -34,8 +34,8 @@ void TurnAssembler::add_node(const Block& block, Utime arrival) {
   const bool last = block.bytes_after < 2 * kNodeSize;
   if (last) note_arrival(arrival - line_time(kNodeSize, baud_));
   const Node& node = block.node;
-  const double range_m = node.quality > 0 ? node.distance_q2 * 0.25e-3 : 0.0;
-  add_sample(sample, node.angle_q6 / 64.0, range_m, node.first);
+  // Quality 0 says nothing: some devices send no other.
+  add_sample(sample, node.angle_q6 / 64.0, node.distance_q2 * 0.25e-3, node.first);
 }
 
 // A capsule lost without a trace doubles the step of the start angles.
@@ -57,7 +57,7 @@ void TurnAssembler::add_capsule(const Block& block, Utime arrival) {
     lose_count();
   }
   if (previous && whole) {
-    for (int k = 0; k < kCapsuleSamples; ++k) {
+    for (int k = 0; k < previous->samples; ++k) {
       const double angle_deg = sample_angle_deg(*previous, block.capsule, k);
       // Offsets shift a sample back by a few degrees. A new turn is a long way back.
       const bool new_turn = angle_deg < last_angle_deg_ - 180.0;
@@ -66,9 +66,9 @@ void TurnAssembler::add_capsule(const Block& block, Utime arrival) {
     }
   }
   capsule_ = block.capsule;
-  // It leaves the laser after its own last sample, 32 behind the one counted.
+  // It leaves the laser after its own last sample, a capsule behind the one counted.
   note_arrival(arrival - line_time(kCapsuleSize, baud_) -
-               Duration::from_seconds(kCapsuleSamples * clock_.sample_s()));
+               Duration::from_seconds(block.capsule.samples * clock_.sample_s()));
 }
 
 void TurnAssembler::add_sample(int64_t sample, double angle_deg, double range_m, bool new_turn) {

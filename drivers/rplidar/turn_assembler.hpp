@@ -12,8 +12,8 @@ namespace marco::drivers::rplidar {
 /// Drops an express capsule whose successor was lost: its angles are unknown.
 class TurnAssembler {
  public:
-  explicit TurnAssembler(int baud) : baud_(baud) {}
-
+  /// Of the line; 0 = none.
+  void set_baud(int baud) { baud_ = baud; }
   /// @param sample_s  of the stream that starts now
   void start(double sample_s);
   /// @param arrival  of the block's last byte
@@ -33,7 +33,7 @@ class TurnAssembler {
   void note_arrival(Utime arrival);
   void add_sample(int64_t sample, double angle_deg, double range_m, bool new_turn);
 
-  int baud_;
+  int baud_ = 0;
   SampleClock clock_;
   Utime last_arrival_;
   std::optional<Capsule> capsule_;  ///< waits for its successor

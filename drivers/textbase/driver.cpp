@@ -17,13 +17,8 @@ using Link = BaseStatus::Link;
 constexpr double kBootS = 2.0;
 constexpr double kAskEveryS = 0.5;
 constexpr double kSilentS = 0.5;
-constexpr double kMotionEveryS = 0.05;
 constexpr int kWatchdogMs = 500;
 constexpr int kReportMs = 20;
-constexpr int kStill = 4;           // reports
-constexpr double kNoMotionS = 1.0;  // then the wheels are blocked
-constexpr double kDelayS = 0.1;     // from an order to the wheels and back
-constexpr double kCloseM = 0.003, kCloseRad = deg_to_rad(0.5);
 
 Duration seconds(double value) { return Duration::from_seconds(value); }
 
@@ -45,7 +40,8 @@ const TextBaseOptions& checked(const TextBaseOptions& options) {
 TextBase::TextBase(const TextBaseOptions& options)
     : BaseDriver("textbase", options.speeds, options.guard),
       options_(checked(options)),
-      odometry_(tick_m(), options.track_m) {
+      odometry_(tick_m(), options.track_m),
+      plan_(tick_m(), options.track_m) {
   TextBase::speeds_changed();
 }
 
@@ -53,19 +49,9 @@ double TextBase::tick_m() const {
   return std::numbers::pi * options_.wheel_diameter_m / options_.ticks_per_turn;
 }
 
-void TextBase::speeds_changed() {
-  velocity_.limit = speeds().velocity_m_per_s;
-  velocity_.acceleration = velocity_.deceleration = speeds().acceleration_m_per_s2;
-  rate_.limit = speeds().yaw_rate_rad_per_s;
-  // The wheels' acceleration, at their distance from the middle.
-  rate_.acceleration = rate_.deceleration =
-      speeds().acceleration_m_per_s2 / (options_.track_m / 2.0);
-}
+void TextBase::speeds_changed() { plan_.set_speeds(speeds()); }
 
-double TextBase::stop_distance_m() const {
-  const double v = std::abs(velocity_.speed);
-  return 0.5 * v * v / velocity_.deceleration + kDelayS * v;
-}
+double TextBase::stop_distance_m() const { return plan_.stop_distance_m(); }
 
 void TextBase::on_connection(bool connected, Utime now) {
   connected_ = connected;
@@ -81,16 +67,8 @@ void TextBase::begin_session(Phase phase, Utime now) {
   refused_ = has_sums_ = watchdog_set_ = reports_set_ = false;
   complaint_.clear();
   odometry_.restart();
-  stand();
+  plan_.stand();
 }
-
-void TextBase::stand() {
-  course_.reset();
-  stopping_ = false;
-  halt();
-}
-
-void TextBase::halt() { velocity_.speed = velocity_.goal = rate_.speed = rate_.goal = 0.0; }
 
 void TextBase::receive(std::span<const uint8_t> bytes, Utime now) {
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -155,14 +133,13 @@ void TextBase::on_report(const Report& report, Utime now) {
     return set_link(Link::starting, "the board was reset", now);
   }
   if (!step.plausible) ++bad_lines_;
-  still_ = step.moved ? 0 : still_ + 1;
+  plan_.note_motion(step.moved);
   const Pose2 before = odom_from_robot();
   publish_odometry(step.sample);
   judge_link(report.flags, now);
-  if (!course_) return;
-  course_->turned_rad += between(before, odom_from_robot()).theta_rad;
-  if (step.moved) course_->moved = now;
-  watch_leg_end(now);
+  if (const auto end = plan_.follow(before, odom_from_robot(), step.moved, now)) {
+    leg_ended(end->reached, end->why_not, now);
+  }
 }
 
 void TextBase::judge_link(unsigned flags, Utime now) {
@@ -171,8 +148,8 @@ void TextBase::judge_link(unsigned flags, Utime now) {
   if (left) pressed.push_back(1);
   if (right) pressed.push_back(2);
   guard().on_bumpers(pressed, {});
-  if (!pressed.empty() && velocity_.speed > 0.0) {  // a ramp would push on
-    velocity_.speed = 0.0;
+  if (!pressed.empty() && plan_.velocity_m_per_s() > 0.0) {  // a ramp would push on
+    plan_.cut_velocity();
     next_motion_ = now;
   }
   const std::vector<bool> bumpers{left, right};
@@ -186,7 +163,7 @@ void TextBase::judge_link(unsigned flags, Utime now) {
     set_link(Link::starting, complaint_.empty() ? "the board reports a fault" : complaint_, now);
   } else if (watchdog_set_ && reports_set_ && status().link != Link::up) {
     phase_ = Phase::running;
-    stand();
+    plan_.stand();
     set_link(Link::up, board_, now);
   } else if (news) {
     tell(now);
@@ -194,63 +171,28 @@ void TextBase::judge_link(unsigned flags, Utime now) {
 }
 
 void TextBase::start_leg(const Leg& leg, Utime now) {
-  course_ = Course{leg, odom_from_robot(), now};
-  still_ = 0;
+  plan_.start_leg(leg, odom_from_robot(), now);
 }
 
-double TextBase::leg_remaining() const {
-  return course_ ? course_->remaining(odom_from_robot()) : 0.0;
-}
-
-// The wheels run on until an order reaches them.
-double TextBase::still_to_go() const {
-  return leg_remaining() - kDelayS * (course_->turns() ? rate_.speed : velocity_.speed);
-}
-
-void TextBase::watch_leg_end(Utime now) {
-  if (!course_->braking) {
-    // Half a tick of both wheels, where ticks are coarse.
-    const double close = course_->turns() ? std::max(kCloseRad, tick_m() / options_.track_m)
-                                          : std::max(kCloseM, tick_m() / 2.0);
-    const double left = still_to_go();
-    const bool there = std::abs(left) <= close || left * course_->leg.amount < 0.0;
-    const bool blocked = (now - course_->moved).seconds() > kNoMotionS;
-    if (!there && !blocked) return;
-    course_->braking = true;
-    if (!there) course_->why_not = "the wheels do not turn";
-    still_ = 0;
-    halt();
-  }
-  if (still_ < kStill) return;
-  const std::string why_not = course_->why_not;
-  course_.reset();
-  leg_ended(why_not.empty(), why_not, now);
-}
+double TextBase::leg_remaining() const { return plan_.leg_remaining(odom_from_robot()); }
 
 void TextBase::drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime /*now*/) {
-  velocity_.goal = velocity_m_per_s;
-  rate_.goal = yaw_rate_rad_per_s;
+  plan_.drive(velocity_m_per_s, yaw_rate_rad_per_s);
 }
 
-void TextBase::stop_wheels(Utime /*now*/) {
-  course_.reset();
-  velocity_.goal = rate_.goal = 0.0;
-  stopping_ = true;
-  still_ = 0;
-}
+void TextBase::stop_wheels(Utime /*now*/) { plan_.stop(); }
 
 void TextBase::emergency_brake(Utime now) {
   stop_wheels(now);
-  halt();
+  plan_.halt();
   next_motion_ = now;
 }
 
 Motion TextBase::wheel_speeds() const {
-  const double half_m_per_s = rate_.speed * options_.track_m / 2.0;
   const auto ticks = [this](double m_per_s) {
     return static_cast<int>(std::lround(m_per_s / tick_m()));
   };
-  return {ticks(velocity_.speed - half_m_per_s), ticks(velocity_.speed + half_m_per_s)};
+  return {ticks(plan_.left_m_per_s()), ticks(plan_.right_m_per_s())};
 }
 
 void TextBase::ask(Utime now, std::vector<uint8_t>& out) {
@@ -264,14 +206,11 @@ void TextBase::ask(Utime now, std::vector<uint8_t>& out) {
 
 void TextBase::send_motion(Utime now, std::vector<uint8_t>& out) {
   if (phase_ != Phase::running || now < next_motion_) return;
-  next_motion_ = now + seconds(kMotionEveryS);
+  next_motion_ = now + seconds(WheelPlan::kStepS);
   if (status().link == Link::up) {
-    const bool follows = course_ && !course_->braking;
-    const std::optional<double> left = follows ? std::optional(still_to_go()) : std::nullopt;
-    velocity_.step(follows && !course_->turns() ? left : std::nullopt, kMotionEveryS);
-    rate_.step(follows && course_->turns() ? left : std::nullopt, kMotionEveryS);
+    plan_.step(odom_from_robot());
   } else {
-    halt();
+    plan_.halt();
   }
   send(wheel_speeds(), out);
 }
@@ -286,11 +225,7 @@ void TextBase::advance(Utime now, std::vector<uint8_t>& out) {
   }
   ask(now, out);
   advance_motion(now);
-  const bool at_rest = velocity_.speed == 0.0 && rate_.speed == 0.0 && still_ >= kStill;
-  if (stopping_ && at_rest) {
-    stopping_ = false;
-    stopped(now);
-  }
+  if (plan_.came_to_stand()) stopped(now);
   send_motion(now, out);
 }
 

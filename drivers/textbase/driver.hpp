@@ -1,11 +1,9 @@
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "drivers/base/base_driver.hpp"
-#include "drivers/base/speed_profile.hpp"
-#include "drivers/textbase/course.hpp"
+#include "drivers/base/wheel_plan.hpp"
 #include "drivers/textbase/report_odometry.hpp"
 #include "drivers/transport/line_cutter.hpp"
 
@@ -58,12 +56,8 @@ class TextBase : public BaseDriver {
   void on_report(const Report& report, Utime now);
   void on_complaint(const Complaint& complaint, Utime now);
   void judge_link(unsigned flags, Utime now);
-  double still_to_go() const;
-  void watch_leg_end(Utime now);
   void ask(Utime now, std::vector<uint8_t>& out);
   void send_motion(Utime now, std::vector<uint8_t>& out);
-  void halt();
-  void stand();
   Motion wheel_speeds() const;
   double tick_m() const;
 
@@ -82,10 +76,7 @@ class TextBase : public BaseDriver {
 
   ReportOdometry odometry_;
 
-  SpeedProfile velocity_, rate_;
-  std::optional<Course> course_;
-  bool stopping_ = false;
-  int still_ = 0;  ///< reports in a row without motion
+  WheelPlan plan_;
   int64_t bad_lines_ = 0;
 };
 

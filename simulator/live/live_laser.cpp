@@ -32,8 +32,15 @@ std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
     return std::make_unique<drivers::hokuyo::HokuyoEmulator>(
         std::move(world), drivers::hokuyo::HokuyoEmulatorOptions{});
   }
-  if (spec.device == "rplidar") {
-    drivers::rplidar::RplidarEmulatorOptions options;
+  drivers::rplidar::RplidarEmulatorOptions a2;
+  a2.model = 0x28;
+  a2.turns_per_s = 10.0;
+  for (const auto& [device, emulated] :
+       {std::pair{"rplidar", drivers::rplidar::RplidarEmulatorOptions{}},
+        std::pair{"rplidar_a2", a2}, std::pair{"rplidar_c1", drivers::rplidar::c1()},
+        std::pair{"rplidar_s2", drivers::rplidar::s2()}}) {
+    if (spec.device != device) continue;
+    auto options = emulated;
     options.baud = own(options.baud);
     return std::make_unique<drivers::rplidar::RplidarEmulator>(std::move(world), options);
   }
@@ -59,9 +66,11 @@ std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
     return std::make_unique<drivers::leuze::LeuzeServiceEmulator>(
         std::move(world), drivers::leuze::thesis_a_geometry());
   }
-  require(spec.device == "leuze", "lasers.device '" + spec.device +
-                                      "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
-                                      "ld19, stl27l, ydlidar_x2, ydlidar_x4 or ydlidar_g4");
+  require(
+      spec.device == "leuze",
+      "lasers.device '" + spec.device +
+          "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
+          "rplidar_a2, rplidar_c1, rplidar_s2, ld19, stl27l, ydlidar_x2, ydlidar_x4 or ydlidar_g4");
   drivers::leuze::LeuzeEmulatorOptions options;
   options.baud = spec.tcp_port >= 0 ? 0 : own(options.baud);
   options.geometry.scale = drivers::leuze::thesis_a_geometry().scale;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/samples.hpp"
+#include "drivers/create/emulator.hpp"
 #include "drivers/hcs12/base_emulator.hpp"
 #include "drivers/hcs12/pantilt_emulator.hpp"
 #include "drivers/imu/emulator.hpp"
@@ -49,7 +50,8 @@ void LiveRobot::add_device(const std::string& port,
 void LiveRobot::add_base() {
   if (spec_.base == "hcs12") return add_hcs12();
   if (spec_.base == "text") return add_text();
-  require(spec_.base == "p2os", "base '" + spec_.base + "': expected hcs12, p2os or text");
+  if (spec_.base == "create") return add_create();
+  require(spec_.base == "p2os", "base '" + spec_.base + "': expected hcs12, p2os, text or create");
   add_p2os();
 }
 
@@ -107,6 +109,21 @@ void LiveRobot::add_text() {
   wheels_.left_m = [base = board.get(), tick_m] { return base->left_ticks() * tick_m; };
   wheels_.right_m = [base = board.get(), tick_m] { return base->right_ticks() * tick_m; };
   add_device("base", std::move(board));
+}
+
+// Wheels and track are the maker's.
+void LiveRobot::add_create() {
+  namespace create = drivers::create;
+  auto robot = std::make_unique<create::CreateEmulator>(create::CreateEmulatorOptions{}, [this] {
+    create::CreateWorld world;
+    const Contact& contact = floor_.contact();
+    world.left_bump = contact.front && contact.bearing_rad >= 0.0;
+    world.right_bump = contact.front && contact.bearing_rad < 0.0;
+    return world;
+  });
+  wheels_.left_m = [base = robot.get()] { return base->left_m(); };
+  wheels_.right_m = [base = robot.get()] { return base->right_m(); };
+  add_device("base", std::move(robot));
 }
 
 void LiveRobot::add_pantilt() {

@@ -59,6 +59,7 @@ class LiveRobot {
   void add_hcs12();
   void add_p2os();
   void add_text();
+  void add_create();
   void add_pantilt();
   void add_laser(const LiveLaserSpec& spec, uint64_t seed);
   void add_imu();

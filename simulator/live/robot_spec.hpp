@@ -37,8 +37,8 @@ struct BodySpec {
 
 struct LiveLaserSpec {
   std::string port = "laser";  ///< name of its link
-  /// sick, leuze, leuze_service, hokuyo, rplidar, ld19, stl27l, ydlidar_x2, ydlidar_x4 or
-  /// ydlidar_g4
+  /// sick, leuze, leuze_service, hokuyo, rplidar (an A1), rplidar_a2, rplidar_c1, rplidar_s2, ld19,
+  /// stl27l, ydlidar_x2, ydlidar_x4 or ydlidar_g4
   std::string device = "sick";
   std::string mount = "robot";  ///< or "pantilt"
   std::vector<double> position_m{0.0, 0.0, 0.3};
@@ -102,7 +102,7 @@ struct LiveCameraSpec {
 
 /// A robot file (config/robots/*.toml): what marco-sim puts on wheels.
 struct RobotSpec {
-  std::string base = "hcs12";  ///< or p2os or text
+  std::string base = "hcs12";  ///< or p2os, text or create
   bool manual_sonar = false;   ///< hcs12: the manual's reply of `s`
   double wheel_diameter_m = 0.30;
   double track_m = 0.50;

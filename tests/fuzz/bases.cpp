@@ -1,6 +1,7 @@
 // Bytes from bases, gyroscopes and gamepads.
 #include <algorithm>
 
+#include "drivers/create/codec.hpp"
 #include "drivers/gamepad/codec.hpp"
 #include "drivers/hcs12/codec.hpp"
 #include "drivers/hcs12/ramp.hpp"
@@ -191,6 +192,33 @@ MARCO_FUZZ(p2os) {
           }
         }
       });
+}
+
+MARCO_FUZZ(create) {
+  Input input(bytes);
+  const Way way = way_of(input);
+  // Frames with a sum that fits, or bytes as they are.
+  const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
+    Bytes frame{0x13, static_cast<uint8_t>(piece.size())};
+    frame.insert(frame.end(), piece.begin(), piece.end());
+    uint8_t sum = 0;
+    for (const uint8_t byte : frame) sum = static_cast<uint8_t>(sum - byte);
+    frame.push_back(sum);
+    return frame;
+  });
+  create::FrameParser parser;
+  feed(
+      stream, way.step, [&](auto part) { parser.push(part); },
+      [&parser] {
+        while (const auto received = parser.next()) {
+          const auto again = create::decode_frame(create::encode_frame(received->sensors));
+          promise(again == received->sensors, "a frame reads as it was written");
+        }
+      });
+  create::RequestParser requests;
+  requests.push(stream);
+  while (requests.next()) {
+  }
 }
 
 MARCO_FUZZ(textbase) {

@@ -2,6 +2,10 @@
 #include <cmath>
 #include <memory>
 
+#include "drivers/create/driver.hpp"
+#include "drivers/create/emulator.hpp"
+#include "drivers/devices/listening.hpp"
+#include "drivers/devices/probe.hpp"
 #include "drivers/hcs12/base_driver.hpp"
 #include "drivers/hcs12/base_emulator.hpp"
 #include "drivers/hcs12/pantilt_driver.hpp"
@@ -138,10 +142,25 @@ void drive(BaseDriver& driver, Input input) {
   });
 }
 
+MARCO_FUZZ(probe) {
+  devices::judge(bytes, devices::Kind::silence);
+  Input input(bytes);
+  const auto asked = static_cast<devices::Kind>(input.byte() % 17);
+  devices::judge(input.rest(), asked);
+  FuzzStream stream(input);
+  const auto finding = devices::probe(
+      stream, [&stream] { return stream.now(); }, devices::Manner::ask);
+  promise(!devices::is_device(finding.claim.kind) || finding.baud > 0, "a device has a rate");
+  promise((stream.now() - kStart).seconds() < 60.0, "a probe ends");
+}
+
 MARCO_FUZZ(base_driver) {
   Input input(bytes);
-  const int which = input.byte() % 3;
-  if (which == 0) {
+  const int which = input.byte() % 4;
+  if (which == 3) {
+    create::CreateBase driver{create::CreateOptions{}};
+    drive(driver, input);
+  } else if (which == 0) {
     hcs12::Hcs12Base driver{hcs12::Hcs12BaseOptions{}};
     drive(driver, input);
   } else if (which == 2) {
@@ -182,7 +201,7 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
     promise(sweep.beams >= 0 && sweep.beams < 100000, "a sweep has its laser's beams");
     return std::vector<double>(static_cast<std::size_t>(sweep.beams), 1.0);
   };
-  switch (choice % 11) {
+  switch (choice % 12) {
     case 0:
       return std::make_unique<sick::SickEmulator>(world, sick::SickEmulatorOptions{});
     case 1:
@@ -204,6 +223,8 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
       return std::make_unique<ldlidar::LdlidarEmulator>(world, ldlidar::LdlidarEmulatorOptions{});
     case 9:
       return std::make_unique<textbase::TextBoard>();
+    case 10:
+      return std::make_unique<create::CreateEmulator>();
     default:
       return std::make_unique<ydlidar::YdlidarEmulator>(world, ydlidar::YdlidarEmulatorOptions{});
   }

@@ -143,13 +143,15 @@ MARCO_FUZZ(rplidar) {
   const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
     Input fields(piece);
     const uint8_t what = fields.byte();
-    switch (what % 5) {
+    switch (what % 7) {
       case 0:
         return rplidar::encode_descriptor(fields.byte(), fields.byte() % 2 != 0, fields.byte());
       case 1:
         return rplidar::encode_descriptor(rplidar::kNodeSize, true, rplidar::kNodes);
       case 2:
         return rplidar::encode_descriptor(rplidar::kCapsuleSize, true, rplidar::kCapsules);
+      case 5:
+        return rplidar::encode_descriptor(rplidar::kCapsuleSize, true, rplidar::kDenseCapsules);
       default:
         break;
     }
@@ -157,7 +159,7 @@ MARCO_FUZZ(rplidar) {
     int angle_q6 = fields.byte() * 64;
     while (!fields.empty()) {
       angle_q6 += fields.byte();
-      if (what % 5 == 3) {
+      if (what % 7 == 3) {
         rplidar::Node node;
         node.first = fields.byte() % 2 != 0;
         node.angle_q6 = angle_q6 % (360 * 64);
@@ -168,7 +170,8 @@ MARCO_FUZZ(rplidar) {
         capsule.first = fields.byte() % 2 != 0;
         capsule.start_q6 = angle_q6 % (360 * 64);
         for (int& distance : capsule.distance_mm) distance = fields.byte() * 16;
-        append(made, rplidar::encode_capsule(capsule));
+        append(made, what % 7 == 4 ? rplidar::encode_capsule(capsule)
+                                   : rplidar::encode_dense_capsule(capsule));
       }
     }
     return made;
@@ -178,8 +181,9 @@ MARCO_FUZZ(rplidar) {
   std::optional<rplidar::Capsule> before;
   const auto drain = [&] {
     while (const auto block = answers.next()) {
-      if (block->kind != rplidar::kCapsules) continue;
-      for (int k = 0; before && k < rplidar::kCapsuleSamples; ++k) {
+      const bool dense = block->kind == rplidar::kDenseCapsules;
+      if (block->kind != rplidar::kCapsules && !dense) continue;
+      for (int k = 0; before && k < before->samples; ++k) {
         const double angle = rplidar::sample_angle_deg(*before, block->capsule, k);
         promise(angle >= 0.0 && angle < 360.0, "a sample's angle lies within a turn");
       }

@@ -203,18 +203,33 @@ rows = 10
   EXPECT_FALSE(std::filesystem::exists(file("ports/base")));  // its links go with it
 }
 
-// The robot of config/homemade.procman.
-TEST_F(LiveRobotProcesses, AHomeMadeRobotDrives) {
+/// A robot of config/robots with an LD19, and the driver of its base.
+struct SmallRobot {
+  const char* name;
+  const char* driver;
+  const char* config;
+  double battery_v;
+};
+class SmallRobots : public LiveRobotProcesses, public ::testing::WithParamInterface<SmallRobot> {};
+INSTANTIATE_TEST_SUITE_P(Bases,
+                         SmallRobots,
+                         ::testing::Values(SmallRobot{"homemade", "marco-textbase", "textbase",
+                                                      7.4},
+                                           SmallRobot{"create", "marco-create", "create", 15.0}),
+                         [](const auto& robot) { return std::string(robot.param.name); });
+
+TEST_P(SmallRobots, Drive) {
+  const std::string robots = "config/robots/" + std::string(GetParam().name);
   Child sim("marco-sim",
-            {"--config", "config/robots/homemade.toml", "--world", "config/worlds/lab.toml",
-             "--start", "2", "3", "0", "--ports", file("ports")},
+            {"--config", robots + ".toml", "--world", "config/worlds/lab.toml", "--start", "2", "3",
+             "0", "--ports", file("ports")},
             log("sim"));
   ASSERT_TRUE(wait(kPatienceS, [&] { return counts_[channels::kTruePose] > 0; }));
-  const auto driver_of = [this](const std::string& name, const std::string& port) {
-    return std::vector<std::string>{"--config", "config/robots/homemade/" + name + ".toml",
-                                    "--device", file("ports/" + port)};
+  const auto driver_of = [&](const std::string& name, const std::string& port) {
+    return std::vector<std::string>{"--config", robots + "/" + name + ".toml", "--device",
+                                    file("ports/" + port)};
   };
-  Child base("marco-textbase", driver_of("textbase", "base"), log("base"));
+  Child base(GetParam().driver, driver_of(GetParam().config, "base"), log("base"));
   Child laser("marco-ldlidar", driver_of("ldlidar", "laser"), log("laser"));
   ASSERT_TRUE(wait(kPatienceS, [&] {
     return base_ && base_->link == BaseStatus::Link::up && counts_[channels::kLidar] > 5;
@@ -236,7 +251,7 @@ TEST_F(LiveRobotProcesses, AHomeMadeRobotDrives) {
   wait(0.3, [] { return false; });
   EXPECT_NEAR(truth_->world_from_robot.x_m, 2.5, 0.2);  // wheels slip by 0.15 m
   EXPECT_NEAR(odometry_->odom_from_robot.x_m, 0.5, 0.03);
-  EXPECT_EQ(base_->battery_v, std::vector<double>{7.4});
+  EXPECT_EQ(base_->battery_v, std::vector<double>{GetParam().battery_v});
   base.send(SIGTERM);
   laser.send(SIGTERM);
   ASSERT_TRUE(wait(kPatienceS, [&] { return base.ended() && laser.ended(); }));

@@ -400,13 +400,107 @@ def judge_text_base(port):
     board.line.close()
 
 
+# ---- iRobot's Open Interface: 13 n {id data} sum, big endian, all bytes sum to 0 ------------------------------
+
+
+class Create:
+    SIZES = {7: 1, 9: 1, 10: 1, 11: 1, 12: 1, 14: 1, 21: 1, 22: 2, 23: 2, 35: 1, 43: 2, 44: 2}
+
+    def __init__(self, line):
+        self.line = line
+        self.buffer = b""
+
+    def say(self, *numbers):
+        self.line.write(bytes(numbers))
+
+    def drive(self, left, right):
+        self.line.write(struct.pack(">Bhh", 145, right, left))
+
+    def frame(self):
+        """The next one, as a dictionary of packets."""
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            size = self.buffer[1] + 3 if len(self.buffer) > 1 else 3
+            if len(self.buffer) >= size:
+                whole, self.buffer = self.buffer[:size], self.buffer[size:]
+                check("head of a frame", whole[0], 19)
+                check("sum of a frame", sum(whole) % 256, 0)
+                packets, rest = {}, whole[2:-1]
+                while rest:
+                    length = self.SIZES[rest[0]]
+                    packets[rest[0]] = int.from_bytes(rest[1:1 + length], "big")
+                    check("a whole packet", len(rest) > length, True)
+                    rest = rest[1 + length:]
+                return packets
+            self.buffer += self.line.read(0.1)
+        sys.exit("FAILED: no frame")
+
+    def answer(self, length):
+        until = time.monotonic() + PATIENCE_S
+        while len(self.buffer) < length and time.monotonic() < until:
+            self.buffer += self.line.read(0.1)
+        data, self.buffer = self.buffer[:length], self.buffer[length:]
+        return data
+
+
+def judge_create(port):
+    check("the document's frame", sum(bytes.fromhex("1305 1D0219 0D00 A3")) % 256, 0)
+    robot = Create(Line(port, termios.B115200))
+    robot.say(142, 35)
+    check("off, it answers nothing", robot.line.read(0.3), b"")
+    robot.say(128, 142, 35)
+    check("passive after START", robot.answer(1), b"\x01")
+    robot.say(131, 142, 35)
+    check("safe", robot.answer(1), b"\x02")
+    robot.say(149, 3, 22, 43, 35)
+    data = robot.answer(5)
+    check("battery [mV]", int.from_bytes(data[:2], "big"), 15000, 2000)
+    check("mode behind two others", data[4], 2)
+    robot.say(148, 3, 43, 44, 7)
+    first = robot.frame()
+    check("packets of a frame", list(first), [43, 44, 7])
+    begun, frames = time.monotonic(), 0
+    while frames < 100:
+        now, frames = robot.frame(), frames + 1
+    check("seconds a frame", (time.monotonic() - begun) / 100, 0.015, 0.004)
+    check("stands until it is told", (now[43], now[44]), (first[43], first[44]))
+
+    tick = 3.14159265 * 72 / 508.8  # [mm]
+    robot.drive(100, -60)
+    for _ in range(67):
+        robot.frame()
+    one = robot.frame()
+    for _ in range(133):
+        two = robot.frame()
+    seconds = 133 * 0.015
+    way = [((two[k] - one[k] + 32768) % 65536 - 32768) * tick for k in (43, 44)]
+    check("left wheel [mm]", way[0], 100 * seconds, 8)
+    check("right wheel [mm], backwards below 0", way[1], -60 * seconds, 8)
+    robot.say(128)
+    for _ in range(30):
+        last = robot.frame()
+    after = robot.frame()
+    check("START stops the wheels", (after[43], after[44]), (last[43], last[44]))
+    robot.drive(100, 100)
+    for _ in range(30):
+        after = robot.frame()
+    check("passive, it does not drive", (after[43], after[44]), (last[43], last[44]))
+    robot.say(150, 0)
+    time.sleep(0.1)
+    robot.line.read(0.1)
+    robot.buffer = b""
+    check("a paused stream", robot.line.read(0.3), b"")
+    robot.line.close()
+
+
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     simulator, config = sys.argv[1:]
     for robot, judges in (("marco", (("base", judge_pioneer),)),
                           ("michoacan", (("pantilt", judge_pantilt), ("base", judge_base))),
-                          ("homemade", (("base", judge_text_base),))):
+                          ("homemade", (("base", judge_text_base),)),
+                          ("create", (("base", judge_create),))):
         with tempfile.TemporaryDirectory() as folder:
             process = subprocess.Popen(
                 [simulator, "--config", f"{config}/robots/{robot}.toml", "--world", f"{config}/worlds/lab.toml",

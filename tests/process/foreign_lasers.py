@@ -3,7 +3,8 @@
 
 It starts marco-sim with a robot that stands in a plain room and carries every laser below, opens each laser's
 pseudo-terminal as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
-it casts itself. LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4 and G4 development manuals
+it casts itself. Slamtec: "Interface Protocol and Application Notes" 2.8
+(A, S series: requests, nodes, dense capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4 and G4 development manuals
 (requests, packets, checksum, angle correction); health by 92 is the maker's SDK's.
 
 Usage: foreign_lasers.py MARCO_SIM          exit 0 = every packet and range came true
@@ -250,7 +251,95 @@ def judge_x2(port):
     line.close()
 
 
+# ---- Slamtec: A5 command [n data xor]; A5 5A, length and mode, kind; nodes of 5 bytes, dense capsules of 84 -----
+
+
+def slamtec(command, data=b""):
+    request = bytes([0xA5, command]) + (bytes([len(data)]) + data if data else b"")
+    xor = 0
+    for byte in request:
+        xor ^= byte
+    return request + (bytes([xor]) if data else b"")
+
+
+def configuration(line, stream, key, mode=b""):
+    line.write(slamtec(0x84, struct.pack("<I", key) + mode))
+    head = stream.take(7)
+    check("head of a configuration", (head[:2], head[6]), (b"\xa5\x5a", 0x20))
+    length, = struct.unpack("<I", head[2:6])
+    data = stream.take(length)
+    check("its key", struct.unpack_from("<I", data), (key,))
+    return data[4:]
+
+
+def judge_slamtec(port, baud, model, express_us, turns_per_s, dense):
+    check("this judge's request", slamtec(0x84, bytes.fromhex("710000000000")), bytes.fromhex("A58406710000000000" "56"))
+    line = Line(port, baud)
+    line.write(slamtec(0x25))
+    line.drain(0.1)
+    stream = Bytes(line)
+    line.write(slamtec(0x50))
+    check("model", reply(stream, "A55A1400000004", 20)[0], model)
+    line.write(slamtec(0x52))
+    check("health", reply(stream, "A55A0300000006", 3), bytes(3))
+    mode = configuration(line, stream, 0x7C)
+    check("mode", mode, b"\x01\x00")
+    check("microseconds a sample", struct.unpack("<I", configuration(line, stream, 0x71, mode))[0] / 256, express_us, 0.01)
+    check("kind of answer", configuration(line, stream, 0x75, mode), b"\x85" if dense else b"\x82")
+    if model >> 4 in (6, 7, 8):
+        line.write(slamtec(0xA8, struct.pack("<H", 600)))
+    if model >> 4 in (2, 3):
+        line.write(slamtec(0xF0, struct.pack("<H", 660)))
+    if not dense:
+        return judge_nodes(line, stream, turns_per_s)
+    line.write(slamtec(0x82, b"\x01" + bytes(4)))
+    check("a scan of dense capsules", stream.take(7), bytes.fromhex("A55A5400004085"))
+    before, capsules = None, 0
+    while capsules < 150:
+        data = stream.take(84)
+        xor = 0
+        for byte in data[2:]:
+            xor ^= byte
+        check("marks and sum of a capsule", (data[0], data[1]), (0xA0 | xor & 15, 0x50 | xor >> 4))
+        word, = struct.unpack_from("<H", data, 2)
+        check("only the first is marked as such", word >> 15, int(before is None))
+        start = (word & 0x7FFF) / 64
+        if before is not None:
+            span = (start - before[0]) % 360
+            check("span of a capsule", span, 40 * express_us * 1e-6 * turns_per_s * 360, 0.04)
+            for k, range_mm in enumerate(before[1]):
+                check_range("dense range", before[0] + span * k / 40, range_mm / 1000, 0.04)
+        before = start, struct.unpack_from("<40H", data, 4)
+        capsules += 1
+    line.write(slamtec(0x25))
+    line.drain(0.3)
+    check("silence after a stop", line.read(0.3), b"")
+    line.close()
+
+
+def judge_nodes(line, stream, turns_per_s):
+    line.write(slamtec(0x20))
+    check("a standard scan", stream.take(7), bytes.fromhex("A55A0500004081"))
+    turns, size, sizes = 0, 0, []
+    while turns < 12:
+        head, angle, distance = struct.unpack("<BHH", stream.take(5))
+        check("check bits of a node", (head & 3 in (1, 2), angle & 1), (True, 1))
+        if head & 1:
+            sizes.append(size)
+            turns, size = turns + 1, 0
+        size += 1
+        check_range("node", (angle >> 1) / 64, distance / 4000, 0.03)
+        check("an echo has a quality", head >> 2 > 0, True)
+    check("samples a turn", sum(sizes[1:]) / len(sizes[1:]), 1 / 508e-6 / turns_per_s, 1.0)
+    line.write(slamtec(0x25))
+    line.close()
+
+
 LASERS = {
+    "rplidar": lambda port: judge_slamtec(port, 115200, 0x18, 254, 5.5, False),
+    "rplidar_a2": lambda port: judge_slamtec(port, 115200, 0x28, 254, 10.0, False),
+    "rplidar_c1": lambda port: judge_slamtec(port, 460800, 0x41, 200, 10.0, True),
+    "rplidar_s2": lambda port: judge_slamtec(port, 1000000, 0x71, 31.25, 10.0, True),
     "ld19": lambda port: judge_ldrobot(port, 230400, 4500),
     "stl27l": lambda port: judge_ldrobot(port, 921600, 21600),
     "ydlidar_x2": judge_x2,

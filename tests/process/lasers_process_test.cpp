@@ -305,11 +305,20 @@ TEST(LaserProcess, TheOthersPublishToo) {
   EXPECT_EQ(scan.channel, "LIDAR_RAW_REAR");
   EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
 
-  rplidar::RplidarEmulator rplidar(flat_wall, {});
-  EmulatorPort rplidar_port = EmulatorPort::pty(rplidar);
-  scan = one_scan(rplidar_port, "marco-rplidar", "");
-  EXPECT_EQ(scan.channel, "LIDAR_RAW");
-  EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
+  // As a UST or UTM with Ethernet is reached.
+  hokuyo::HokuyoEmulatorOptions utm;
+  utm.model = "UTM-30LX";
+  hokuyo::HokuyoEmulator ethernet(flat_wall, utm);
+  EmulatorPort ethernet_port = EmulatorPort::tcp(ethernet, 0);
+  EXPECT_NEAR(ahead_m(one_scan(ethernet_port, "marco-hokuyo", "")), 2.0, 0.001);
+
+  for (const auto& model : {rplidar::RplidarEmulatorOptions{}, rplidar::s2()}) {
+    rplidar::RplidarEmulator rplidar(flat_wall, model);
+    EmulatorPort rplidar_port = EmulatorPort::pty(rplidar);
+    scan = one_scan(rplidar_port, "marco-rplidar", "");
+    EXPECT_EQ(scan.channel, "LIDAR_RAW");
+    EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
+  }
 
   for (const auto& model : {ldlidar::LdlidarEmulatorOptions{}, ldlidar::stl27l()}) {
     ldlidar::LdlidarEmulator ldlidar(flat_wall, model);

@@ -84,13 +84,13 @@ Device hokuyo_laser() {
           }};
 }
 
-Device rplidar_laser() {
-  auto laser =
-      std::make_unique<rplidar::RplidarEmulator>(test_world, rplidar::RplidarEmulatorOptions{});
+Device rplidar_laser(const char* name,
+                     double own_s,
+                     const rplidar::RplidarEmulatorOptions& options) {
+  auto laser = std::make_unique<rplidar::RplidarEmulator>(test_world, options);
   rplidar::RplidarEmulator* pressed = laser.get();
-  // A turn takes 0.18 s; the first one is not whole.
-  return {"RPLIDAR",
-          0.6,
+  return {name,
+          own_s,
           0.5,
           true,
           std::move(laser),
@@ -101,6 +101,11 @@ Device rplidar_laser() {
                                                             clock);
           }};
 }
+// A turn takes 0.18 s, or 0.1 s; the first one is not whole. Each rate that is not the laser's
+// costs 0.7 s.
+Device a1_laser() { return rplidar_laser("RPLIDAR", 0.6, {}); }
+Device c1_laser() { return rplidar_laser("C1", 1.1, rplidar::c1()); }
+Device s2_laser() { return rplidar_laser("S2", 1.8, rplidar::s2()); }
 
 Device ldlidar_laser(const char* name, const ldlidar::LdlidarEmulatorOptions& options) {
   auto laser = std::make_unique<ldlidar::LdlidarEmulator>(test_world, options);
@@ -319,7 +324,9 @@ INSTANTIATE_TEST_SUITE_P(Lasers,
                          ::testing::Values(sick_laser,
                                            fast_sick_laser,
                                            hokuyo_laser,
-                                           rplidar_laser,
+                                           a1_laser,
+                                           c1_laser,
+                                           s2_laser,
                                            ld19_laser,
                                            stl27l_laser,
                                            x2_laser,

@@ -208,6 +208,53 @@ TEST(RplidarDriver, GathersTurnsInBothModes) {
   }
 }
 
+// Slamtec's capsule of 40 distances, 1000 to 1039 mm, the first of a scan: frames as their SDK
+// reads them.
+TEST(RplidarCodec, DenseCapsuleVector) {
+  Capsule capsule = ramp(0, true);
+  capsule.samples = kDenseSamples;
+  for (int i = 0; i < kDenseSamples; ++i)
+    capsule.distance_mm[static_cast<std::size_t>(i)] = 1000 + i;
+  const Bytes bytes = bytes_of(encode_dense_capsule(capsule));
+  EXPECT_EQ(Bytes(bytes.begin(), bytes.begin() + 8), hex("A0 58 00 80 E8 03 E9 03"));
+  EXPECT_EQ(Bytes(bytes.end() - 2, bytes.end()), hex("0F 04"));
+  EXPECT_EQ(decode_dense_capsule(encode_dense_capsule(capsule)), capsule);
+  Capsule next;
+  next.samples = kDenseSamples;
+  next.start_q6 = 288;  // 4.5 deg
+  next.distance_mm.fill(2000);
+  const Bytes second = bytes_of(encode_dense_capsule(next));
+  EXPECT_EQ(Bytes(second.begin(), second.begin() + 6), hex("A1 52 20 01 D0 07"));
+  EXPECT_DOUBLE_EQ(sample_angle_deg(capsule, next, 39), 4.3875);
+  EXPECT_EQ(motor_speed_request(600), hex("A5 A8 02 58 02 55"));
+  EXPECT_EQ(motor_speed_request(0), hex("A5 A8 02 00 00 0F"));
+  EXPECT_EQ(configuration_request(kModeSamplePeriod, 0), hex("A5 84 06 71 00 00 00 00 00 56"));
+}
+
+TEST(RplidarDriver, FindsC1AndS2AtTheirSpeedsAndReadsTheirDenseCapsules) {
+  for (const RplidarEmulatorOptions& device : {c1(), s2()}) {
+    Rig rig({}, device);
+    const auto scans = rig.run(12.0, 10);
+    ASSERT_EQ(scans.size(), 10u) << rig.driver->state();
+    EXPECT_NEAR(static_cast<double>(scans.back().scan.size()), 0.1 / device.express_s, 1.0);
+    for (const ArrivedScan& arrived : scans) {
+      EXPECT_LT(worst_range_error_m(arrived.scan), kToleranceM) << rig.driver->state();
+    }
+    EXPECT_NEAR(rig.driver->properties().range_max_m, device.range_max_m, 0.01);
+    EXPECT_THAT(rig.driver->state(), HasSubstr(model_name(device.model)));
+    EXPECT_THAT(rig.driver->state(), HasSubstr(std::to_string(device.baud) + " baud"));
+  }
+}
+
+// Ultra capsules are not read: the standard scan, which all have, is.
+TEST(RplidarDriver, ALaserWhoseUsualModeIsUnknownScansInStandard) {
+  RplidarEmulatorOptions device = s2();
+  device.typical_mode = 0;  // answers with nodes
+  Rig rig({}, device);
+  EXPECT_EQ(rig.run(8.0, 3).size(), 3u) << rig.driver->state();
+  EXPECT_THAT(rig.driver->state(), HasSubstr("standard"));
+}
+
 TEST(RplidarDriver, FollowsALaserWhoseClockIsOff) {
   RplidarEmulatorOptions device;
   device.express_s = 254.9e-6;  // says 255, is 0.04 % faster

@@ -109,7 +109,7 @@ TEST(LiveRobot, EveryDeviceRunsWithNobodyConnected) {
 TEST(LiveRobot, TheShippedRobotsCanBeBuilt) {
   const RayCaster rays(square_room());
   const std::pair<const char*, std::size_t> robots[] = {
-      {"homemade", 2}, {"marco", 3}, {"michoacan", 3}, {"two_lasers", 3}};
+      {"create", 2}, {"homemade", 2}, {"marco", 3}, {"michoacan", 3}, {"two_lasers", 3}};
   for (const auto& [name, devices] : robots) {
     const auto spec =
         process::load_options<RobotSpec>(std::string("config/robots/") + name + ".toml");

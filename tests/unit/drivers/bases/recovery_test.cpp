@@ -6,6 +6,8 @@
 #include <random>
 
 #include "bench.hpp"
+#include "drivers/create/driver.hpp"
+#include "drivers/create/emulator.hpp"
 #include "drivers/hcs12/base_driver.hpp"
 #include "drivers/hcs12/base_emulator.hpp"
 #include "drivers/hcs12/pantilt_driver.hpp"
@@ -91,6 +93,15 @@ TEST(Recovery, Pioneer) {
   expect_returns<p2os::P2osBase>(
       "Pioneer", bench, [&] { return driver.status().link == BaseStatus::Link::up; },
       [&] { robot.reset(); }, 0.5);
+}
+
+TEST(Recovery, Create) {
+  create::CreateEmulator robot;
+  create::CreateBase driver({});
+  testing::Bench<create::CreateBase> bench(driver, robot, create::kBaud);
+  expect_returns<create::CreateBase>(
+      "Create", bench, [&] { return driver.status().link == BaseStatus::Link::up; },
+      [&] { robot.reset(bench.now()); }, 1.0);
 }
 
 TEST(Recovery, TextBase) {

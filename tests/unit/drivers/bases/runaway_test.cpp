@@ -8,6 +8,8 @@
 
 #include "common/order_age.hpp"
 #include "driven_base.hpp"
+#include "drivers/create/driver.hpp"
+#include "drivers/create/emulator.hpp"
 #include "drivers/p2os/driver.hpp"
 #include "drivers/p2os/emulator.hpp"
 #include "drivers/textbase/emulator.hpp"
@@ -56,6 +58,19 @@ struct HomeMade : HomeMadeParts, testing::DrivenBase<textbase::TextBase> {
   double way_m() const { return robot.left_ticks() / ticks_per_m(textbase::small_robot()); }
 };
 
+struct CreateParts {
+  create::CreateEmulator robot;
+  create::CreateBase driver{create::CreateOptions{}};
+};
+
+struct Create : CreateParts, testing::DrivenBase<create::CreateBase> {
+  Create() : DrivenBase(driver, robot, create::kBaud) {}
+  bool moves() const {  // its wheels creep to a stand
+    return std::abs(robot.left_m_per_s()) > 0.003 || std::abs(robot.right_m_per_s()) > 0.003;
+  }
+  double way_m() const { return robot.left_m(); }
+};
+
 /// What all bases do alike.
 template <class Base>
 class AnyBase : public ::testing::Test {
@@ -79,7 +94,7 @@ class AnyBase : public ::testing::Test {
   }
   std::string note() const { return base_.driver.status().note; }
 };
-using Bases = ::testing::Types<Hcs12, Pioneer, HomeMade>;
+using Bases = ::testing::Types<Hcs12, Pioneer, HomeMade, Create>;
 TYPED_TEST_SUITE(AnyBase, Bases);
 
 constexpr Kind kMotions[] = {Kind::move, Kind::turn, Kind::velocity, Kind::go_to};

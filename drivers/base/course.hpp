@@ -4,7 +4,7 @@
 
 #include "drivers/base/base_driver.hpp"
 
-namespace marco::drivers::textbase {
+namespace marco::drivers {
 
 /// A leg under way.
 struct Course {
@@ -22,4 +22,4 @@ struct Course {
   }
 };
 
-}  // namespace marco::drivers::textbase
+}  // namespace marco::drivers

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "drivers/base/base_driver.hpp"
+#include "drivers/base/click_odometry.hpp"
+#include "drivers/base/wheel_plan.hpp"
+#include "drivers/create/codec.hpp"
+
+namespace marco::drivers::create {
+
+struct CreateOptions {
+  int baud = kBaud;  ///< 57600: Roombas before the 500; 19200: after three pulses of its BRC line
+  double wheel_diameter_m = kWheelDiameterM;
+  double track_m = kTrackM;
+  BaseSpeeds speeds{0.25, 1.0, 0.3};
+  GuardOptions guard{true, 0.17, 0.17, 0.17};
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("baud", baud, Limits{19'200, 115'200});
+    v("wheel_diameter_m", wheel_diameter_m, kPositive);
+    v("track_m", track_m, kPositive);
+    v("speeds", speeds);
+    v("guard", guard);
+  }
+};
+
+/// Driver of a Create 2 or Roomba in its mode "safe", in which the robot itself stops at a cliff or
+/// a hanging wheel. The host plans (WheelPlan). THE ROBOT HAS NO WATCHDOG: when this process is
+/// killed or the cable falls out while it drives, it drives on until something stops it.
+class CreateBase : public BaseDriver {
+ public:
+  explicit CreateBase(const CreateOptions& options);
+
+  void on_connection(bool connected, Utime now) override;
+  void receive(std::span<const uint8_t> bytes, Utime now) override;
+  void advance(Utime now, std::vector<uint8_t>& out) override;
+  void shut_down(std::vector<uint8_t>& out) override;
+  int64_t bad_input() const override { return parser_.garbage_bytes() + implausible_; }
+
+ private:
+  void start_leg(const Leg& leg, Utime now) override;
+  double leg_remaining() const override { return plan_.leg_remaining(odom_from_robot()); }
+  void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) override;
+  void stop_wheels(Utime /*now*/) override { plan_.stop(); }
+  void emergency_brake(Utime now) override;
+  void speeds_changed() override { plan_.set_speeds(speeds()); }
+  double stop_distance_m() const override { return plan_.stop_distance_m(); }
+
+  void begin_session(Utime now);
+  void on_sensors(const Sensors& sensors, Utime left);
+  bool count(const Sensors& sensors, Utime left);
+  void judge_bumpers(const Sensors& sensors, Utime now);
+  void judge_link(const Sensors& sensors, Utime now);
+  static std::string why_unsafe(const Sensors& sensors);
+  void ask(Utime now, std::vector<uint8_t>& out);
+  void send_motion(Utime now, std::vector<uint8_t>& out);
+  double tick_m() const;
+
+  CreateOptions options_;
+  FrameParser parser_;
+  ClickOdometry odometry_;
+  WheelPlan plan_;
+  bool connected_ = false;
+  bool streams_ = false;     ///< its frames come
+  bool safe_due_ = true;     ///< its mode "safe" is to be asked for
+  bool may_be_safe_ = true;  ///< nothing is in the way of it
+  Utime asked_since_;        ///< for so long in vain
+  Utime understood_;         ///< when a frame was, last
+  Utime next_ask_, next_motion_;
+  std::optional<Sensors> last_;
+  Utime last_left_;
+  int64_t implausible_ = 0;
+};
+
+}  // namespace marco::drivers::create

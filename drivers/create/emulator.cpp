@@ -1,0 +1,164 @@
+#include "drivers/create/emulator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "drivers/transport/wall_clock.hpp"
+
+namespace marco::drivers::create {
+namespace {
+
+constexpr Duration kStep = Duration::from_us(5000);
+constexpr Duration kFrameEvery = Duration::from_us(15'000);
+constexpr double kTickM = std::numbers::pi * kWheelDiameterM / kTicksPerTurn;
+
+uint16_t counted(double way_m) {
+  return static_cast<uint16_t>(static_cast<int64_t>(std::floor(way_m / kTickM)));
+}
+
+double speed_of(std::span<const uint8_t> data) {
+  return 1e-3 * static_cast<int16_t>(static_cast<uint16_t>(data[0] << 8 | data[1]));
+}
+
+}  // namespace
+
+CreateEmulator::CreateEmulator(const CreateEmulatorOptions& options,
+                               std::function<CreateWorld()> world)
+    : options_(options), world_(std::move(world)), output_(options.baud) {}
+
+void CreateEmulator::on_connection(bool connected, Utime now) {
+  if (!std::exchange(started_, true)) now_ = ready_ = now;
+  if (connected) parser_.clear();
+}
+
+void CreateEmulator::reset(Utime now) {
+  run_until(now);
+  ready_ = now + Duration::from_seconds(options_.boot_s);
+  mode_ = OiMode::off;
+  streams_ = false;
+  stop_wheels();
+  output_.clear();
+  left_.counted_from_m = left_.travelled_m;
+  right_.counted_from_m = right_.travelled_m;
+}
+
+void CreateEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now) {
+  run_until(now);
+  readable_ = baud == 0 || baud == options_.baud;
+  if (!readable_ || asleep_ || now < ready_) return;
+  parser_.push(bytes);
+  while (const auto request = parser_.next()) obey(*request);
+}
+
+void CreateEmulator::obey(const Request& request) {
+  // Off, it listens for START alone.
+  if (mode_ == OiMode::off && request.opcode != Opcode::start) return;
+  const bool may_drive = mode_ == OiMode::safe || mode_ == OiMode::full;
+  switch (request.opcode) {
+    case Opcode::start:
+      mode_ = OiMode::passive;
+      stop_wheels();
+      break;
+    case Opcode::safe:
+      mode_ = OiMode::safe;
+      break;
+    case Opcode::full:
+      mode_ = OiMode::full;
+      break;
+    case Opcode::power_off:
+      mode_ = OiMode::passive;
+      stop_wheels();
+      break;
+    case Opcode::stop:
+    case Opcode::reset:
+      mode_ = OiMode::off;
+      streams_ = false;
+      stop_wheels();
+      break;
+    case Opcode::drive_wheels:
+      if (!may_drive) break;
+      right_.goal_m_per_s = std::clamp(speed_of(request.data), -0.5, 0.5);
+      left_.goal_m_per_s =
+          std::clamp(speed_of(std::span<const uint8_t>(request.data).subspan(2)), -0.5, 0.5);
+      break;
+    case Opcode::stream:
+      streams_ = true;
+      streamed_.assign(request.data.begin() + 1, request.data.end());
+      next_frame_ = now_ + kFrameEvery;
+      break;
+    case Opcode::one_packet:
+      output_.send(encode_packets(sensors(), request.data), now_);
+      break;
+    case Opcode::packets:
+      output_.send(encode_packets(sensors(), std::span<const uint8_t>(request.data).subspan(1)),
+                   now_);
+      break;
+    case Opcode::pause_stream:
+      streams_ = request.data[0] != 0;
+      break;
+    default:
+      break;
+  }
+}
+
+Sensors CreateEmulator::sensors() const {
+  const CreateWorld touch = world();
+  Sensors sensors;
+  sensors.left_bump = touch.left_bump;
+  sensors.right_bump = touch.right_bump;
+  sensors.left_drop = touch.left_drop;
+  sensors.right_drop = touch.right_drop;
+  sensors.cliffs[1] = touch.cliff;
+  sensors.charging = touch.on_charger ? 2 : 0;
+  sensors.millivolts = options_.millivolts;
+  sensors.mode = static_cast<int>(mode_) + options_.mode_offset;
+  sensors.left_ticks = counted(left_.travelled_m - left_.counted_from_m);
+  sensors.right_ticks = counted(right_.travelled_m - right_.counted_from_m);
+  return sensors;
+}
+
+void CreateEmulator::step(double dt_s) {
+  const CreateWorld touch = world();
+  const bool unsafe = touch.cliff || touch.left_drop || touch.right_drop || touch.on_charger;
+  if (unsafe && mode_ == OiMode::safe) {
+    mode_ = OiMode::passive;
+    stop_wheels();
+  }
+  const double part = -std::expm1(-dt_s / options_.lag_s);
+  for (Wheel* wheel : {&left_, &right_}) {
+    wheel->speed_m_per_s += part * (wheel->goal_m_per_s - wheel->speed_m_per_s);
+    if (wheel->goal_m_per_s == 0.0 && std::abs(wheel->speed_m_per_s) < 1e-3) {
+      wheel->speed_m_per_s = 0.0;
+    }
+    wheel->travelled_m += wheel->speed_m_per_s * dt_s;
+  }
+}
+
+void CreateEmulator::run_until(Utime now) {
+  while (started_ && now_ < now) {
+    const Utime next = std::min(now, now_ + kStep);
+    step((next - now_).seconds());
+    now_ = next;
+    if (!streams_ || now_ < next_frame_) continue;
+    next_frame_ = std::max(next_frame_ + kFrameEvery, now_);
+    output_.send(encode_frame(sensors(), streamed_), now_);
+  }
+}
+
+void CreateEmulator::advance(Utime now, std::vector<uint8_t>& out) {
+  run_until(now);
+  std::vector<uint8_t> sent;
+  output_.advance(now, sent);
+  if (!readable_) {
+    for (uint8_t& byte : sent) byte = static_cast<uint8_t>(noise_());
+  }
+  out.insert(out.end(), sent.begin(), sent.end());
+}
+
+Utime CreateEmulator::next_event() const {
+  return started_ ? std::min(now_ + kStep, output_.next_event()) : kFarFuture;
+}
+
+}  // namespace marco::drivers::create

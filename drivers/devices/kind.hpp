@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+
+namespace marco::drivers::devices {
+
+/// Who speaks on a serial line.
+enum class Kind {
+  silence,
+  bytes,  ///< of nobody known
+  text,
+  login,  ///< a terminal that waits for a person
+  nmea,   ///< a satellite receiver
+  ldlidar,
+  ydlidar,
+  rplidar,
+  sick,
+  hokuyo,
+  leuze,
+  imu,
+  p2os,
+  textbase,
+  create,
+  hcs12_base,
+  hcs12_pantilt,
+};
+
+/// Whether Marco has a driver for it.
+inline bool is_device(Kind kind) { return kind >= Kind::ldlidar; }
+inline bool is_laser(Kind kind) { return kind >= Kind::ldlidar && kind <= Kind::leuze; }
+
+/// Who it is, as far as its bytes tell.
+struct Claim {
+  Kind kind = Kind::silence;
+  std::string name;  ///< for a person: "RPLIDAR A2"; of text the newest line
+};
+
+}  // namespace marco::drivers::devices

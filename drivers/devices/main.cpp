@@ -1,0 +1,138 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <future>
+
+#include "drivers/devices/robot_files.hpp"
+#include "drivers/devices/survey.hpp"
+#include "drivers/transport/port_advice.hpp"
+#include "lcm_tools/base/check.hpp"
+#include "lcm_tools/process/arguments.hpp"
+
+namespace {
+
+using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
+using drivers::devices::Port;
+using drivers::devices::PortReport;
+
+struct Arguments {
+  std::vector<std::string> ports;
+  std::string write_to;
+  bool listen_only = false;
+  bool udev = false;
+};
+
+std::string root() {
+  const char* folder = std::getenv("MARCO_ROOT");
+  require(folder != nullptr, "MARCO_ROOT is not set: start it as `marco devices`");
+  return folder;
+}
+
+void print_file(const std::string& path) {
+  std::ifstream file(path);
+  require(file.good(), path + " cannot be read");
+  for (std::string line; std::getline(file, line);) std::puts(line.c_str());
+}
+
+std::vector<Port> wanted_ports(const Arguments& arguments) {
+  if (arguments.ports.empty()) return drivers::devices::ports_here();
+  std::vector<Port> ports;
+  ports.reserve(arguments.ports.size());
+  for (const std::string& path : arguments.ports) {
+    ports.push_back({path, drivers::devices::identify_port(path), true});
+  }
+  return ports;
+}
+
+/// All at once: a silent port takes ten seconds.
+std::vector<PortReport> survey_all(const std::vector<Port>& ports, bool listen_only) {
+  std::vector<std::future<PortReport>> running;
+  running.reserve(ports.size());
+  for (const Port& port : ports) {
+    running.push_back(std::async(std::launch::async, [port, listen_only] {
+      return drivers::devices::survey(port, listen_only);
+    }));
+  }
+  std::vector<PortReport> reports;
+  for (auto& one : running) {
+    reports.push_back(one.get());
+    const std::string identity = describe(reports.back().port.identity);
+    std::printf("%s\n", describe(reports.back()).c_str());
+    if (!identity.empty()) std::printf("    %s\n", identity.c_str());
+    std::fflush(stdout);
+  }
+  return reports;
+}
+
+void list_others(drivers::DeviceKind kind, const char* what) {
+  for (const drivers::DeviceSeen& seen : drivers::devices_seen(kind)) {
+    const std::string by_id = seen.by_id.empty() ? "" : " (" + seen.by_id + ")";
+    std::printf("%s: %s%s\n", seen.path.c_str(), what, by_id.c_str());
+  }
+}
+
+void write_files(const std::vector<PortReport>& reports, const std::string& folder) {
+  const std::filesystem::path there = std::filesystem::absolute(folder).lexically_normal();
+  const auto files =
+      drivers::devices::robot_files(reports, there.string(), root() + "/config/mapping.procman");
+  require(!files.empty(), "no device of Marco's was found: nothing to write");
+  for (const auto& [name, text] : files) {
+    require(!std::filesystem::exists(there / name),
+            (there / name).string() + " exists already: it is not overwritten");
+  }
+  std::filesystem::create_directories(there);
+  for (const auto& [name, text] : files) {
+    std::ofstream file(there / name);
+    require((file << text << std::flush).good(), (there / name).string() + " cannot be written");
+  }
+  for (const PortReport& report : reports) {
+    if (report.finding.claim.kind != drivers::devices::Kind::textbase) continue;
+    std::printf("\n%s/base.toml: count and measure its three numbers first", there.c_str());
+  }
+  std::printf("\nwritten to %s; start it with\n    marco run %s/robot.procman go\n", there.c_str(),
+              there.c_str());
+}
+
+int run(const Arguments& arguments) {
+  if (arguments.udev) {
+    print_file(root() + "/config/60-marco.rules");
+    return 0;
+  }
+  const std::vector<Port> ports = wanted_ports(arguments);
+  if (ports.empty()) {
+    std::puts(
+        "no serial ports are plugged in: `dmesg` shows what the kernel saw. A port of the "
+        "board itself is looked at by name: marco devices /dev/ttyS0");
+  }
+  const std::vector<PortReport> reports = survey_all(ports, arguments.listen_only);
+  if (arguments.ports.empty()) {
+    list_others(drivers::DeviceKind::gamepad, "gamepad (marco-gamepad)");
+    list_others(drivers::DeviceKind::camera, "camera (marco-camera)");
+  }
+  if (!arguments.write_to.empty()) write_files(reports, arguments.write_to);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return process::run_main("marco-devices", [&] {
+    CLI::App app(
+        "What is plugged in: serial ports, what speaks there and at which rate, gamepads, "
+        "cameras.\nListens first, then asks with bytes that change nothing, and never at a port "
+        "that another process holds, or that may be a modem, a satellite receiver or a terminal. "
+        "A laser that was found is run for some scans. Takes 10 s, at most half a minute");
+    Arguments arguments;
+    app.add_option("PORT", arguments.ports,
+                   "look at these only, and ask there whatever they are: a path, or tcp:HOST:PORT");
+    app.add_flag("--listen", arguments.listen_only, "send not a byte");
+    app.add_option("--write", arguments.write_to,
+                   "folder for a configuration of each device, and a procman script");
+    app.add_flag("--udev", arguments.udev,
+                 "print udev rules that let every user at the computer open the devices");
+    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    return run(arguments);
+  });
+}

@@ -11,7 +11,8 @@
 ///
 ///     13 | n | id data, id data ... | sum         all bytes with 13 sum to 0
 ///
-/// From iRobot's Create 2 Open Interface Specification (2015) and libcreate; no robot was at hand.
+/// From notes on iRobot's Create 2 Open Interface Specification (2015) and libcreate; no robot was
+/// at hand.
 /// Not said by the document, and taken from libcreate's users: that a robot which falls silent
 /// keeps its last wheel speeds, and that some firmware reports its mode one too high.
 namespace marco::drivers::create {

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""A judge of the lasers' emulators that shares none of our code: written from the makers' documents alone.
+"""A judge of the lasers' emulators that shares none of our code: written from notes on the makers' documents alone.
 
 It starts marco-sim with a robot that stands in a plain room and carries every laser below, opens each laser's
 pseudo-terminal as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
-it casts itself. Slamtec: "Interface Protocol and Application Notes" 2.8
-(A, S series: requests, nodes, dense capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4 and G4 development manuals
-(requests, packets, checksum, angle correction); health by 92 is the maker's SDK's.
+it casts itself. Slamtec: "Interface Protocol and Application Notes"
+(A, S series: requests, nodes, dense capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4
+and G4 development manuals (requests, packets, checksum, angle correction); health by 92 is the maker's SDK's.
 
 Usage: foreign_lasers.py MARCO_SIM          exit 0 = every packet and range came true
 """

@@ -142,7 +142,7 @@ class OutlineFit {
       }
     }
     merge_neighbours();
-    // Of a face, a door leaf's or a cupboard's bump: the face goes on behind it.
+    // Of a face, a door leaf's or a cupboard's bump: the face continues behind it.
     for (std::size_t i = 0; runs_.size() > 2 && i < runs_.size(); ++i) {
       Run& run = runs_[i];
       const Run& before = runs_[(i + runs_.size() - 1) % runs_.size()];
@@ -156,7 +156,7 @@ class OutlineFit {
   }
 
   // What stands at a wall or in a corner, closes as a box, and hides what is behind it: up to 1 m
-  // deep and 4 m long, as kitchens are. The wall goes on behind it.
+  // deep and 4 m long, as kitchens are. The wall continues behind it.
   enum class Place { wall, corner };
   bool take_furniture(Place place, std::vector<PlanObject>& furniture) {
     const std::size_t count = runs_.size();

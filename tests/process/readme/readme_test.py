@@ -14,7 +14,7 @@ import tempfile
 import generated_pages
 
 # Started on the simulated recording, in the pages' order. Of the others the words are checked.
-RUN = ("map", "check", "calibrate", "render", "evaluate", "evaluate-model", "log", "python")
+RUN = ("map", "check", "calibrate", "render", "evaluate", "evaluate-model", "log", "plan", "python")
 TOUR = """start_m = [2.0, 3.0]
 [[steps]]
 kind = "sweep"

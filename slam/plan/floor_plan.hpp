@@ -91,6 +91,7 @@ struct PlanObject {
   bool round = false;
   Eigen::Vector2d centre = {0, 0};
   double radius_m = 0.0;
+  double radius_sigma_m = 0.0;  ///< 0: not measured
 };
 
 struct FloorPlan {

@@ -129,8 +129,9 @@ FloorPlan make_plan(const std::vector<Keyframe>& keys) {
   int number = 0;
   for (PlanRoom& room : plan.rooms) room.name = "Room " + std::to_string(++number);
   plan.walls = walls_of(plan);
-  for (PlanObject& object : find_objects(space, raster, surfels))
-    plan.objects.push_back(std::move(object));
+  std::vector<PlanObject> free_standing = find_objects(space, raster, surfels);
+  measure_round(keys, plan_from_map, free_standing);
+  std::move(free_standing.begin(), free_standing.end(), std::back_inserter(plan.objects));
   return plan;
 }
 

@@ -21,7 +21,7 @@ using Vector = Eigen::Vector2d;
 
 struct Candidate {
   PlanOpening opening;
-  Vector normal;  // of the face that it goes on
+  Vector normal;  // of the face that it continues
   bool two_jambs = false;
 };
 
@@ -33,7 +33,7 @@ double free_width(const FreeSpace& space, const Vector& at, const Vector& way) {
     for (; s < kWidestM + 1 && space.is_free(at + way * (side * s)); s += kStepM) {
       width += kStepM;
     }
-    // Where nothing was hit, it goes on, only nobody looked.
+    // Where nothing was hit, it continues, only nobody looked.
     const int end = space.cell_of(at + way * (side * (s + 0.05)));
     if (end >= 0 && !space.is_hit(end)) width += kUnseenM;
   }

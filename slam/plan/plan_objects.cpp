@@ -7,6 +7,8 @@
 #include <map>
 #include <set>
 
+#include "slam/plan/circle_fit.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -73,7 +75,7 @@ Points hull_of(Points points) {
 }
 
 // Algebraic (Kasa 1976); small objects are seen over most of their turn.
-void fit_circle(const Points& points, PlanObject& object) {
+void fit_roughly(const Points& points, PlanObject& object) {
   Eigen::MatrixX3d rows(static_cast<Eigen::Index>(points.size()), 3);
   Eigen::VectorXd squares(static_cast<Eigen::Index>(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -99,6 +101,42 @@ void fit_circle(const Points& points, PlanObject& object) {
 
 }  // namespace
 
+void measure_round(const std::vector<Keyframe>& keyframes,
+                   const Pose2& plan_from_map,
+                   std::vector<PlanObject>& objects) {
+  constexpr double kNearM = 0.10;        // of the rough circle: the object's hits
+  constexpr double kPoseSigmaM = 0.005;  // of keyframes
+  constexpr double kBearingSigmaRad = 0.002;
+  for (PlanObject& object : objects) {
+    if (!object.round) continue;
+    std::vector<CircleRay> rays;
+    for (const Keyframe& key : keyframes) {
+      const Pose2 plan_from_robot = plan_from_map * key.world_from_robot;
+      const Vector origin = plan_from_robot * key.sensor_in_robot;
+      const OrientedPoints& points = key.points_in_robot;
+      const double sigma_m = std::hypot(points.range_sigma_m, kPoseSigmaM);
+      for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
+        const Vector hit = plan_from_robot * Vector(points.points.col(i));
+        if (std::abs((hit - object.centre).norm() - object.radius_m) > kNearM) continue;
+        const double range_m = (hit - origin).norm();
+        rays.push_back({origin, (hit - origin) / range_m, range_m, sigma_m, kBearingSigmaRad});
+      }
+    }
+    FittedCircle start;
+    start.centre_m = object.centre;
+    start.radius_m = object.radius_m;
+    const auto circle = fit_circle(rays, start);
+    if (!circle || (circle->centre_m - object.centre).norm() > kNearM ||
+        std::abs(circle->radius_m - object.radius_m) > kNearM) {
+      continue;
+    }
+    const double excess = std::max(1.0, circle->chi2 / std::max(1, circle->hits - 3));
+    object.centre = circle->centre_m;
+    object.radius_m = circle->radius_m;
+    object.radius_sigma_m = std::sqrt(excess * circle->covariance(2, 2));
+  }
+}
+
 std::vector<PlanObject> find_objects(const FreeSpace& space,
                                      const RoomRaster& raster,
                                      const std::vector<PlanSurfel>& surfels) {
@@ -118,7 +156,7 @@ std::vector<PlanObject> find_objects(const FreeSpace& space,
     Vector low = points[0], high = points[0];
     for (const Vector& point : points) low = low.cwiseMin(point), high = high.cwiseMax(point);
     if (object.outline.size() < 3 || (high - low).maxCoeff() > kLargestObjectM) continue;
-    fit_circle(points, object);
+    fit_roughly(points, object);
     objects.push_back(std::move(object));
   }
   return objects;

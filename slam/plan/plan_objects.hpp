@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "slam/map/keyframe.hpp"
 #include "slam/plan/floor_plan.hpp"
 #include "slam/plan/room_raster.hpp"
 #include "slam/plan/surfels.hpp"
@@ -16,5 +17,11 @@ inline constexpr double kLargestObjectM = 3.0;
 std::vector<PlanObject> find_objects(const FreeSpace& space,
                                      const RoomRaster& raster,
                                      const std::vector<PlanSurfel>& surfels);
+
+/// Centre and radius of round objects by all rays that hit them, as ranges: points alone would draw
+/// the circle too large where rays graze it.
+void measure_round(const std::vector<Keyframe>& keyframes,
+                   const Pose2& plan_from_map,
+                   std::vector<PlanObject>& objects);
 
 }  // namespace marco::slam

@@ -62,6 +62,9 @@ Json object_feature(const PlanObject& object) {
   if (object.round) {
     Json entry = feature("column", "Point", at(object.centre));
     entry["properties"]["radius_m"] = rounded(object.radius_m);
+    if (object.radius_sigma_m > 0.0) {
+      entry["properties"]["radius_sigma_m"] = rounded(object.radius_sigma_m);
+    }
     return entry;
   }
   Json ring = Json::array();

@@ -38,7 +38,12 @@ TEST_P(MakePlan, FindsRoomsDoorCupboardAndColumn) {
     if (object.round) columns.push_back(object);
   }
   ASSERT_EQ(columns.size(), 1U);
-  EXPECT_NEAR(columns[0].radius_m, 0.15, 0.01);
+  // By all rays that hit it: the column's place and size to millimetres.
+  const Eigen::Vector2d column_m =
+      Pose2{0.0, 0.0, GetParam()}.inverse() * (plan.map_from_plan * columns[0].centre);
+  EXPECT_LT((column_m - Eigen::Vector2d(5.8, 1.0)).norm(), 0.003);
+  EXPECT_NEAR(columns[0].radius_m, 0.15, 0.003);
+  EXPECT_GT(columns[0].radius_sigma_m, 0.0);
   EXPECT_EQ(plan.objects.size(), 2U);
 }
 

@@ -1,0 +1,121 @@
+#include "slam/plan/circle_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace marco::slam {
+namespace {
+
+constexpr int kMostIterations = 30;
+constexpr double kConvergedM = 1e-6;
+constexpr double kLeastRadiusM = 0.005, kLargestRadiusM = 20.0;
+// Half chord of a ray, in radii, below which its range is taken as linear: at the tangent the range
+// has no derivative.
+constexpr double kLeastHalfChord = 0.2;
+// How sharply a ray that passes beside bounds the circle: edges of beams are as wide as this.
+constexpr double kEdgeSigmaM = 0.003;
+
+struct Sums {
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  // of hits
+  Eigen::Matrix3d bounds = Eigen::Matrix3d::Zero();       // of rays that passed beside
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+  double cost = 0.0;  // of all
+  double chi2 = 0.0;  // of hits
+  int hits = 0;
+};
+
+double left_distance(const CircleRay& ray, const Eigen::Vector2d& centre_m) {
+  const Eigen::Vector2d to = centre_m - ray.origin_m;
+  return ray.direction.x() * to.y() - ray.direction.y() * to.x();
+}
+
+void add_hit(const CircleRay& ray, const FittedCircle& circle, Sums& sums) {
+  const double radius_m = circle.radius_m;
+  const double along_m = ray.direction.dot(circle.centre_m - ray.origin_m);
+  const double across_m = left_distance(ray, circle.centre_m);
+  const double least_m = kLeastHalfChord * radius_m;
+  const double inside = radius_m * radius_m - across_m * across_m;
+  const double half_chord_m = std::max(least_m, std::sqrt(std::max(0.0, inside)));
+  const double slope = across_m / half_chord_m;
+  // Beyond the tangent the range is that of the tangent, and further away the farther it misses.
+  const double missed_m = std::max(0.0, std::abs(across_m) - radius_m);
+  const double predicted_m =
+      along_m - std::sqrt(std::max(0.0, inside)) + missed_m * radius_m / least_m;
+  const double variance =
+      ray.range_sigma_m * ray.range_sigma_m + std::pow(slope * along_m * ray.bearing_sigma_rad, 2);
+  Eigen::Vector3d jacobian;
+  jacobian.head<2>() =
+      ray.direction + slope * Eigen::Vector2d(-ray.direction.y(), ray.direction.x());
+  jacobian[2] = -radius_m / half_chord_m;
+  const double residual = ray.range_m - predicted_m;
+  sums.information += jacobian * jacobian.transpose() / variance;
+  sums.pull += jacobian * residual / variance;
+  sums.cost += residual * residual / variance;
+  sums.chi2 += residual * residual / variance;
+  ++sums.hits;
+}
+
+void add_passed(const CircleRay& ray, const FittedCircle& circle, Sums& sums) {
+  const double across_m = left_distance(ray, circle.centre_m);
+  const double inside_m = circle.radius_m - std::abs(across_m);
+  const double along_m = ray.direction.dot(circle.centre_m - ray.origin_m);
+  if (inside_m <= 0.0 || along_m <= 0.0) return;
+  const double side = across_m < 0.0 ? -1.0 : 1.0;
+  const double variance = kEdgeSigmaM * kEdgeSigmaM + std::pow(along_m * ray.bearing_sigma_rad, 2);
+  Eigen::Vector3d jacobian;  // of |across| - radius, measured to be 0 or more
+  jacobian.head<2>() = side * Eigen::Vector2d(-ray.direction.y(), ray.direction.x());
+  jacobian[2] = -1.0;
+  sums.bounds += jacobian * jacobian.transpose() / variance;
+  sums.pull += jacobian * inside_m / variance;
+  sums.cost += inside_m * inside_m / variance;
+}
+
+Sums sums_of(std::span<const CircleRay> rays, const FittedCircle& circle) {
+  Sums sums;
+  for (const CircleRay& ray : rays) {
+    if (ray.hit) {
+      add_hit(ray, circle, sums);
+    } else {
+      add_passed(ray, circle, sums);
+    }
+  }
+  return sums;
+}
+
+}  // namespace
+
+std::optional<FittedCircle> fit_circle(std::span<const CircleRay> rays, FittedCircle start) {
+  FittedCircle circle = start;
+  Sums sums = sums_of(rays, circle);
+  if (sums.hits < 3) return {};
+  double damping = 1e-3;
+  for (int i = 0; i < kMostIterations; ++i) {
+    Eigen::Matrix3d matrix = sums.information + sums.bounds;
+    matrix.diagonal() *= 1.0 + damping;
+    const Eigen::Vector3d step = matrix.ldlt().solve(sums.pull);
+    if (!step.allFinite()) return {};
+    FittedCircle next = circle;
+    next.centre_m += step.head<2>();
+    next.radius_m = std::clamp(circle.radius_m + step[2], kLeastRadiusM, kLargestRadiusM);
+    const Sums there = sums_of(rays, next);
+    if (there.cost > sums.cost) {
+      damping *= 10.0;
+      if (damping > 1e9) break;
+      continue;
+    }
+    circle = next;
+    sums = there;
+    damping = std::max(1e-9, 0.1 * damping);
+    if (step.norm() < kConvergedM) break;
+  }
+  const Eigen::Matrix3d information = sums.information + sums.bounds;
+  const Eigen::LLT<Eigen::Matrix3d> factor(information);
+  if (factor.info() != Eigen::Success || circle.radius_m >= kLargestRadiusM) return {};
+  circle.covariance = factor.solve(Eigen::Matrix3d::Identity());
+  circle.chi2 = sums.chi2;
+  circle.hits = sums.hits;
+  return circle;
+}
+
+}  // namespace marco::slam

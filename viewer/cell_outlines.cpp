@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
+
+#include "common/simplify_polyline.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -103,28 +106,6 @@ Outline smoothed(const Outline& outline) {
   return smooth;
 }
 
-double distance_to_line(const Vector2d& point, const Vector2d& from, const Vector2d& to) {
-  const Vector2d along = to - from;
-  if (along.norm() < 1e-9) return (point - from).norm();
-  return std::abs(along.x() * (point - from).y() - along.y() * (point - from).x()) / along.norm();
-}
-
-// Ramer, 1972; Douglas and Peucker, 1973. Takes what lies between two points that are kept.
-void keep_far_points(const Outline& points, std::size_t first, std::size_t last, Outline& kept) {
-  std::size_t farthest = first;
-  double distance = kToleranceCells;
-  for (std::size_t i = first + 1; i < last; ++i) {
-    const double found = distance_to_line(points[i], points[first], points[last]);
-    if (found <= distance) continue;
-    distance = found;
-    farthest = i;
-  }
-  if (farthest == first) return;
-  keep_far_points(points, first, farthest, kept);
-  kept.push_back(points[farthest]);
-  keep_far_points(points, farthest, last, kept);
-}
-
 Outline simplified(Outline points) {
   const Vector2d first = points.front();
   const auto opposite = std::max_element(points.begin(), points.end(), [&](auto& a, auto& b) {
@@ -132,10 +113,10 @@ Outline simplified(Outline points) {
   });
   const auto middle = static_cast<std::size_t>(opposite - points.begin());
   points.push_back(first);
-  Outline kept{first};
-  keep_far_points(points, 0, middle, kept);
-  kept.push_back(points[middle]);
-  keep_far_points(points, middle, points.size() - 1, kept);
+  const std::span<const Vector2d> all(points);
+  Outline kept = simplify_polyline(all.first(middle + 1), kToleranceCells);
+  const Outline back = simplify_polyline(all.subspan(middle), kToleranceCells);
+  kept.insert(kept.end(), back.begin() + 1, back.end() - 1);
   return kept;
 }
 

@@ -127,7 +127,7 @@ int main(int argc, char** argv) {
     Arguments arguments;
     app.add_option("PORT", arguments.ports,
                    "look at these only, and ask there whatever they are: a path, or tcp:HOST:PORT");
-    app.add_flag("--listen", arguments.listen_only, "send not a byte");
+    app.add_flag("--listen", arguments.listen_only, "only listen: send nothing");
     app.add_option("--write", arguments.write_to,
                    "folder for a configuration of each device, and a procman script");
     app.add_flag("--udev", arguments.udev,

@@ -54,15 +54,16 @@ std::string device_text(const PortReport& report) {
 
 std::string silence_text(const PortReport& report) {
   if (report.finding.echoes) {
-    return "echoes what is sent to it: a terminal, a modem, or a wire from TX to RX; not asked on";
+    return "echoes what is sent to it: a terminal, a modem, or a wire from TX to RX; nothing more "
+           "was asked";
   }
   if (report.unasked.empty()) {
     const char* create = report.port.named ? ""
                                            : " A Create or Roomba answers only if you name the "
                                              "port.";
     return std::string(
-               "silent, and answers none of Marco's questions: does the device have power, is "
-               "it one that Marco knows?") +
+               "silent, and answers none of Marco's questions: is the device powered, and one that "
+               "Marco knows?") +
            create;
   }
   return "silent; nothing was asked, because " + report.unasked;

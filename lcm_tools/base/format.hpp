@@ -6,12 +6,14 @@
 
 namespace marco {
 
-/// As std::printf, at most 511 bytes.
+/// As std::printf, into a string.
 [[gnu::format(printf, 1, 2)]] inline std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list values;
+  va_list values, again;
   va_start(values, pattern);
-  std::vsnprintf(text, sizeof text, pattern, values);
+  va_copy(again, values);
+  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, pattern, values)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, pattern, again);
+  va_end(again);
   va_end(values);
   return text;
 }

@@ -1,7 +1,6 @@
 #include "slam/line_slam/line_mapper.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "common/covariance.hpp"
 #include "lcm_tools/base/check.hpp"

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/simplify_polyline.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -18,26 +20,6 @@ constexpr double kLongestM = 4.0;  // furniture along a wall
 constexpr double kDeepestM = 1.0;
 constexpr double kDeepestInCornerM = 1.0;
 
-void thin(const std::vector<Vector>& points,
-          std::size_t first,
-          std::size_t last,
-          std::vector<Vector>& out) {
-  double most = 0.12;
-  std::size_t at = first;
-  const Vector way = points[last] - points[first];
-  for (std::size_t i = first + 1; i < last; ++i) {
-    const Vector off = points[i] - points[first];
-    const double distance = way.norm() < 1e-9
-                                ? off.norm()
-                                : std::abs(way.x() * off.y() - way.y() * off.x()) / way.norm();
-    if (distance > most) most = distance, at = i;
-  }
-  if (at == first) return;
-  thin(points, first, at, out);
-  out.push_back(points[at]);
-  thin(points, at, last, out);
-}
-
 }  // namespace
 
 std::optional<Vector> crossing(const Line& a, const Line& b) {
@@ -45,13 +27,6 @@ std::optional<Vector> crossing(const Line& a, const Line& b) {
   if (std::abs(turn) < 0.25) return {};
   const Vector off = b.point - a.point;
   return Vector(a.point + a.way * ((off.x() * b.way.y() - off.y() * b.way.x()) / turn));
-}
-
-std::vector<Vector> thinned(const std::vector<Vector>& points) {
-  std::vector<Vector> out{points.front()};
-  thin(points, 0, points.size() - 1, out);
-  if (points.size() > 1) out.push_back(points.back());
-  return out;
 }
 
 OutlineRuns::OutlineRuns(const std::vector<OutlineStep>& outline,
@@ -154,7 +129,7 @@ bool OutlineRuns::take_one(Place place, std::vector<PlanObject>& furniture) {
       const bool known = k == 2 && runs_[(i + 1) % count].furnished;
       if (k > 1 && !known && stands_at(place, runs_[i], steps, next)) {
         PlanObject object;
-        object.outline = thinned(steps);
+        object.outline = simplify_polyline(steps, kOutlineToleranceM);
         furniture.push_back(std::move(object));
         std::rotate(runs_.begin(), runs_.begin() + static_cast<long>(i), runs_.end());
         runs_.erase(runs_.begin() + 1, runs_.begin() + static_cast<long>(k));

@@ -20,8 +20,8 @@ struct OutlineLine {
 /// Where two lines cross; nothing where they are nearly parallel.
 std::optional<Eigen::Vector2d> crossing(const OutlineLine& a, const OutlineLine& b);
 
-/// Without what lies within 0.12 m of a straight line (Douglas and Peucker).
-std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points);
+/// How far a simplified outline may lie from the steps that it is made of.
+inline constexpr double kOutlineToleranceM = 0.12;
 
 /// Part of a room's outline along one face or opening, or along none.
 struct OutlineRun {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/simplify_polyline.hpp"
 #include "slam/plan/outline_runs.hpp"
 
 namespace marco::slam {
@@ -86,7 +87,8 @@ class OutlineFit {
       return;
     }
     put(from, EdgeKind::unseen, -1);
-    for (const Vector& point : thinned(hidden->steps)) put(point, EdgeKind::unseen, -1);
+    for (const Vector& point : simplify_polyline(hidden->steps, kOutlineToleranceM))
+      put(point, EdgeKind::unseen, -1);
     put(to, EdgeKind::wall, next.index);
   }
 
@@ -126,7 +128,8 @@ class OutlineFit {
     for (const Run& run : outline_.runs())
       all.insert(all.end(), run.steps.begin(), run.steps.end());
     std::vector<RoomEdge> edges;
-    for (const Vector& point : thinned(all)) edges.push_back({point, point, EdgeKind::unseen, -1});
+    for (const Vector& point : simplify_polyline(all, kOutlineToleranceM))
+      edges.push_back({point, point, EdgeKind::unseen, -1});
     return edges;
   }
 

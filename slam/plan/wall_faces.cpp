@@ -144,7 +144,7 @@ class FaceSearch {
       Eigen::Vector2d axis = level ? Eigen::Vector2d(0, 1) : Eigen::Vector2d(1, 0);
       if (axis.dot(face.normal) < 0) axis = -axis;
       const double off = std::acos(std::min(1.0, axis.dot(face.normal)));
-      if (off < std::max(3 * face.angle_sigma_rad, 0.005)) {
+      if (off < 3 * face.angle_sigma_rad) {
         face.normal = axis;
         face.offset_m = axis.dot(middle);
         face.aligned = true;

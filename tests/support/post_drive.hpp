@@ -16,7 +16,7 @@ struct PostWorld {
   int posts = 17;
   double width_m = 12.0, height_m = 9.0;
   double least_gap_m = 1.0;  ///< between posts
-  int pairs = 0;             ///< of the posts, so many have another one `pair_gap_m` beside
+  int pairs = 0;             ///< this many posts have a neighbour at `pair_gap_m`
   double pair_gap_m = 0.4;
   double way_m = 340.0;
   double speed_m_per_s = 0.27;

@@ -40,8 +40,8 @@ slam::BearingConvention convention_of(const PostsOptions& options, const PostsIn
     const auto found = slam::find_bearing_convention(input.drive, options.landmarks);
     if (found) return *found;
     std::fprintf(stderr,
-                 "how bearings count does not follow from the drive: taken as 'ahead', "
-                 "counter-clockwise\n");
+                 "the drive does not show how bearings are counted: counter-clockwise from "
+                 "straight ahead is assumed\n");
     return {};
   }
   const std::map<std::string, double> zeros{{"ahead", 0.0},

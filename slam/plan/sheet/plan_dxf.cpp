@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "slam/plan/sheet/print_text.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::slam {
 namespace {
@@ -14,8 +14,8 @@ using Vector = Eigen::Vector2d;
 double to_deg(double rad) { return rad * 180 / std::numbers::pi; }
 
 std::string line(const char* layer, const Vector& from, const Vector& to) {
-  return print("0\nLINE\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n11\n%.6f\n21\n%.6f\n31\n0.0\n", layer,
-               from.x(), from.y(), to.x(), to.y());
+  return format("0\nLINE\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n11\n%.6f\n21\n%.6f\n31\n0.0\n", layer,
+                from.x(), from.y(), to.x(), to.y());
 }
 
 // Centred at `at`.
@@ -29,13 +29,13 @@ std::string text(const char* layer, const Vector& at, double height_m, const std
       plain += what[i];
     }
   }
-  return print("0\nTEXT\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.3f\n1\n", layer, at.x(), at.y(),
-               height_m) +
-         plain + print("\n72\n1\n11\n%.6f\n21\n%.6f\n31\n0.0\n", at.x(), at.y());
+  return format("0\nTEXT\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.3f\n1\n", layer, at.x(), at.y(),
+                height_m) +
+         plain + format("\n72\n1\n11\n%.6f\n21\n%.6f\n31\n0.0\n", at.x(), at.y());
 }
 
 std::string layer(const char* name, int colour, const char* pattern) {
-  return print("0\nLAYER\n2\n%s\n70\n0\n62\n%d\n6\n%s\n", name, colour, pattern);
+  return format("0\nLAYER\n2\n%s\n70\n0\n62\n%d\n6\n%s\n", name, colour, pattern);
 }
 
 std::string head(const FloorPlan& plan) {
@@ -47,7 +47,7 @@ std::string head(const FloorPlan& plan) {
     }
   }
   std::string out = "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n9\n$INSUNITS\n70\n6\n";
-  out += print(
+  out += format(
       "9\n$EXTMIN\n10\n%.3f\n20\n%.3f\n30\n0.0\n9\n$EXTMAX\n10\n%.3f\n20\n%.3f\n30\n0."
       "0\n0\nENDSEC\n",
       low.x(), low.y(), high.x(), high.y());
@@ -65,8 +65,8 @@ std::string head(const FloorPlan& plan) {
       "0\nENDTAB\n0\nTABLE\n2\nSTYLE\n70\n1\n0\nSTYLE\n2\nSTANDARD\n70\n0\n40\n0.0\n41\n1.0\n50\n0."
       "0\n71\n0\n42\n0.2\n3\ntxt\n4\n\n0\nENDTAB\n0\nENDSEC\n";
   const auto block = [](const char* name, const std::string& inside) {
-    return print("0\nBLOCK\n8\n0\n2\n%s\n70\n0\n10\n0.0\n20\n0.0\n30\n0.0\n3\n%s\n1\n\n", name,
-                 name) +
+    return format("0\nBLOCK\n8\n0\n2\n%s\n70\n0\n10\n0.0\n20\n0.0\n30\n0.0\n3\n%s\n1\n\n", name,
+                  name) +
            inside + "0\nENDBLK\n8\n0\n";
   };
   out += "0\nSECTION\n2\nBLOCKS\n";
@@ -86,7 +86,7 @@ std::string insert(const PlanOpening& opening) {
     if (way.x() * leaf.y() - way.y() * leaf.x() < 0) flip = -1;
   }
   const Vector way = other - origin;
-  return print(
+  return format(
       "0\nINSERT\n8\nDOORS\n2\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n41\n%.6f\n42\n%.6f\n43\n1.0\n50\n%."
       "6f\n",
       opening.has_leaf ? "DOOR" : "OPENING", origin.x(), origin.y(), opening.width_m(),
@@ -104,9 +104,9 @@ std::string plan_dxf(const FloorPlan& plan) {
       if (edge.kind == EdgeKind::unseen) out += line("WALLS_UNSEEN", edge.from, to);
     }
     out += text("ROOMS", room.label_at, 0.25, room.name);
-    out += text("ROOMS", room.label_at - Vector(0, 0.35), 0.2, print("%.2f m2", room.area_m2));
+    out += text("ROOMS", room.label_at - Vector(0, 0.35), 0.2, format("%.2f m2", room.area_m2));
     out += text("DIMENSIONS", room.label_at - Vector(0, 0.65), 0.15,
-                print("%.2f x %.2f m", room.size_m.x(), room.size_m.y()));
+                format("%.2f x %.2f m", room.size_m.x(), room.size_m.y()));
   }
   for (const PlanOpening& opening : plan.openings) {
     out += insert(opening);
@@ -114,13 +114,13 @@ std::string plan_dxf(const FloorPlan& plan) {
       const Vector back = opening.right() * opening.depth_m;
       out += line("DOORS", opening.from + back, opening.to + back);
     }
-    out +=
-        text("DIMENSIONS", (opening.from + opening.to) / 2, 0.12, print("%.2f", opening.width_m()));
+    out += text("DIMENSIONS", (opening.from + opening.to) / 2, 0.12,
+                format("%.2f", opening.width_m()));
   }
   for (const PlanObject& object : plan.objects) {
     if (object.round) {
-      out += print("0\nCIRCLE\n8\nCOLUMNS\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.6f\n",
-                   object.centre.x(), object.centre.y(), object.radius_m);
+      out += format("0\nCIRCLE\n8\nCOLUMNS\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.6f\n",
+                    object.centre.x(), object.centre.y(), object.radius_m);
       continue;
     }
     for (std::size_t i = 0; i < object.outline.size(); ++i) {

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "lcm_tools/base/check.hpp"
-#include "slam/plan/sheet/print_text.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "slam/plan/sheet/sheet_layout.hpp"
 
 namespace marco::slam {
@@ -116,7 +116,7 @@ class Drawing {
         angle += std::numbers::pi;
       const Vector up(-std::sin(angle), std::cos(angle));
       sheet_.texts.push_back({on_paper(middle) + up * (0.6 + std::abs(back.dot(up)) * per_m_ / 2),
-                              print("%.2f", opening.width_m()), 1.8, angle, Sheet::Anchor::middle,
+                              format("%.2f", opening.width_m()), 1.8, angle, Sheet::Anchor::middle,
                               false});
     }
   }
@@ -143,10 +143,10 @@ class Drawing {
       sheet_.texts.push_back(
           {at + Vector(0, 0.9 * height), room.name, height, 0, Sheet::Anchor::middle, true});
       sheet_.texts.push_back({at - Vector(0, 0.4 * height),
-                              print("%.2f \u00b1 %.2f m\u00b2", room.area_m2, room.area_sigma_m2),
+                              format("%.2f \u00b1 %.2f m\u00b2", room.area_m2, room.area_sigma_m2),
                               0.85 * height, 0, Sheet::Anchor::middle, false});
       sheet_.texts.push_back({at - Vector(0, 1.6 * height),
-                              print("%.2f \u00d7 %.2f m", room.size_m.x(), room.size_m.y()),
+                              format("%.2f \u00d7 %.2f m", room.size_m.x(), room.size_m.y()),
                               0.75 * height, 0, Sheet::Anchor::middle, false});
     }
   }
@@ -162,7 +162,7 @@ class Drawing {
     }
     const double sigma = std::hypot(0.005, plan_.scale_sigma * length_m);
     sheet_.texts.push_back({(from + to) / 2 + out * 0.9,
-                            print("%.2f \u00b1 %.2f m", length_m, sigma), 2.5,
+                            format("%.2f \u00b1 %.2f m", length_m, sigma), 2.5,
                             std::atan2(way.y(), way.x()), Sheet::Anchor::middle, false});
   }
 
@@ -193,15 +193,15 @@ class Drawing {
     for (const PlanRoom& room : plan_.rooms) area += room.area_m2;
     text(left + 4, top - 7, wish_.title, 4.5, true);
     text(left + 4, top - 13,
-         print("Scale 1:%d on %s", layout_.scale, layout_.paper.name) + ", lengths in m", 3);
+         format("Scale 1:%d on %s", layout_.scale, layout_.paper.name) + ", lengths in m", 3);
     text(left + 4, top - 18,
-         print("%zu rooms, %.1f m\u00b2 net; %zu doors and openings", plan_.rooms.size(), area,
-               plan_.openings.size()),
+         format("%zu rooms, %.1f m\u00b2 net; %zu doors and openings", plan_.rooms.size(), area,
+                plan_.openings.size()),
          3);
     text(left + 4, top - 23, wish_.source, 2.5);
     text(left + 4, top - 27.5,
-         print("North is not known: up on the sheet is %.1f\u00b0 of the map's frame.",
-               90 + plan_.map_from_plan.theta_rad * 180 / std::numbers::pi),
+         format("North is not known: up on the sheet is %.1f\u00b0 of the map's frame.",
+                90 + plan_.map_from_plan.theta_rad * 180 / std::numbers::pi),
          2.5);
     text(left + 4, top - 32,
          "Measured at the laser's height. \u00b1 is one standard deviation; the map's scale is "
@@ -228,7 +228,7 @@ class Drawing {
     }
     for (int i = 0; i <= 5; ++i) {
       sheet_.texts.push_back({{left + i * step, y + 2.5},
-                              print("%.0f", i * unit_m) + (i == 5 ? " m" : ""),
+                              format("%.0f", i * unit_m) + (i == 5 ? " m" : ""),
                               2.2,
                               0,
                               Sheet::Anchor::middle,

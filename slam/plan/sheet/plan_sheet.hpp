@@ -8,8 +8,8 @@
 namespace marco::slam {
 
 struct SheetWish {
-  int scale = 0;      ///< 1:scale; 0: the largest of 1:50, 1:100, 1:200, 1:500, 1:1000 that fits
-  std::string paper;  ///< A4 .. A0; "": the smallest that holds 1:100, else A3
+  int scale = 0;      ///< 1:scale; 0: chosen, see choose_layout()
+  std::string paper;  ///< A4 .. A0; "": the smallest that fits
   std::string title;
   std::string source;  ///< what was mapped, and when
 };

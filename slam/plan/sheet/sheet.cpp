@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "slam/plan/sheet/print_text.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::slam {
 namespace {
@@ -44,7 +44,7 @@ std::string escaped_pdf(const std::string& text) {
       out += static_cast<char>(byte);
     } else if ((byte == 0xC2 || byte == 0xC3) && i + 1 < text.size()) {
       const auto next = static_cast<unsigned char>(text[++i]);
-      out += print("\\%03o", static_cast<unsigned>(byte == 0xC2 ? next : next + 0x40));
+      out += format("\\%03o", static_cast<unsigned>(byte == 0xC2 ? next : next + 0x40));
     } else if (byte >= 0xC0) {
       out += '?';
     }
@@ -54,24 +54,24 @@ std::string escaped_pdf(const std::string& text) {
 
 std::string svg_colour(double grey) {
   const int level = static_cast<int>(std::lround(255 * grey));
-  return print("rgb(%d,%d,%d)", level, level, level);
+  return format("rgb(%d,%d,%d)", level, level, level);
 }
 
 std::string svg_path(const Sheet::Path& path, double height_mm) {
   std::string out = "<path d=\"";
   for (std::size_t i = 0; i < path.points.size(); ++i) {
-    out += print("%s%.3f %.3f", i == 0 ? "M" : "L", path.points[i].x(),
-                 height_mm - path.points[i].y());
+    out += format("%s%.3f %.3f", i == 0 ? "M" : "L", path.points[i].x(),
+                  height_mm - path.points[i].y());
   }
   if (path.closed) out += "Z";
   out += "\" fill=\"" + (path.style.fill < 0 ? "none" : svg_colour(path.style.fill)) + "\"";
   if (path.style.width_mm > 0) {
     out += " stroke=\"" + svg_colour(path.style.grey) + "\"" +
-           print(" stroke-width=\"%.3f\" stroke-linecap=\"round\" stroke-linejoin=\"round\"",
-                 path.style.width_mm);
+           format(" stroke-width=\"%.3f\" stroke-linecap=\"round\" stroke-linejoin=\"round\"",
+                  path.style.width_mm);
     if (!path.style.dash_mm.empty()) {
       out += " stroke-dasharray=\"";
-      for (const double dash : path.style.dash_mm) out += print("%.2f ", dash);
+      for (const double dash : path.style.dash_mm) out += format("%.2f ", dash);
       out += "\"";
     }
   }
@@ -81,15 +81,15 @@ std::string svg_path(const Sheet::Path& path, double height_mm) {
 std::string pdf_path(const Sheet::Path& path) {
   std::string out;
   const Sheet::Style& style = path.style;
-  if (style.fill >= 0) out += print("%.3f g\n", style.fill);
+  if (style.fill >= 0) out += format("%.3f g\n", style.fill);
   if (style.width_mm > 0) {
-    out += print("%.3f G %.4f w [", style.grey, style.width_mm * kPointsPerMm);
-    for (const double dash : style.dash_mm) out += print("%.3f ", dash * kPointsPerMm);
+    out += format("%.3f G %.4f w [", style.grey, style.width_mm * kPointsPerMm);
+    for (const double dash : style.dash_mm) out += format("%.3f ", dash * kPointsPerMm);
     out += "] 0 d\n";
   }
   for (std::size_t i = 0; i < path.points.size(); ++i) {
-    out += print("%.4f %.4f %s\n", path.points[i].x() * kPointsPerMm,
-                 path.points[i].y() * kPointsPerMm, i == 0 ? "m" : "l");
+    out += format("%.4f %.4f %s\n", path.points[i].x() * kPointsPerMm,
+                  path.points[i].y() * kPointsPerMm, i == 0 ? "m" : "l");
   }
   if (path.closed) out += "h ";
   const bool fills = style.fill >= 0, strokes = style.width_mm > 0;
@@ -122,7 +122,7 @@ double text_width_mm(const Sheet::Text& text) {
 
 std::string sheet_svg(const Sheet& sheet) {
   std::string out = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
-  out += print(
+  out += format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.3fmm\" height=\"%.3fmm\" viewBox=\"0 0 "
       "%.3f %.3f\">\n",
       sheet.width_mm, sheet.height_mm, sheet.width_mm, sheet.height_mm);
@@ -134,13 +134,13 @@ std::string sheet_svg(const Sheet& sheet) {
     const char* anchor = text.anchor == Sheet::Anchor::start    ? "start"
                          : text.anchor == Sheet::Anchor::middle ? "middle"
                                                                 : "end";
-    out += print(
+    out += format(
         "<text x=\"%.3f\" y=\"%.3f\" font-family=\"Helvetica,Arial,sans-serif\" font-size=\"%.2f\" "
         "text-anchor=\"%s\"%s",
         x, y, text.height_mm, anchor, text.bold ? " font-weight=\"bold\"" : "");
     if (text.angle_rad != 0.0)
-      out += print(" transform=\"rotate(%.3f %.3f %.3f)\"",
-                   -text.angle_rad * 180 / std::numbers::pi, x, y);
+      out += format(" transform=\"rotate(%.3f %.3f %.3f)\"",
+                    -text.angle_rad * 180 / std::numbers::pi, x, y);
     out += ">" + escaped_xml(text.text) + "</text>\n";
   }
   return out + "</svg>\n";
@@ -153,30 +153,30 @@ std::string sheet_pdf(const Sheet& sheet) {
   for (const Sheet::Text& text : sheet.texts) {
     const double c = std::cos(text.angle_rad), s = std::sin(text.angle_rad);
     const Eigen::Vector2d at = (text.at + shift_of(text) * Eigen::Vector2d(c, s)) * kPointsPerMm;
-    content += print("BT /F%d %.3f Tf %.5f %.5f %.5f %.5f %.4f %.4f Tm (", text.bold ? 2 : 1,
-                     text.height_mm * kPointsPerMm, c, s, -s, c, at.x(), at.y());
+    content += format("BT /F%d %.3f Tf %.5f %.5f %.5f %.5f %.4f %.4f Tm (", text.bold ? 2 : 1,
+                      text.height_mm * kPointsPerMm, c, s, -s, c, at.x(), at.y());
     content += escaped_pdf(text.text) + ") Tj ET\n";
   }
   const std::array<std::string, 7> objects{
       "<< /Type /Catalog /Pages 2 0 R >>",
       "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-      print("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 %.4f %.4f] /Contents 4 0 R /Resources << "
-            "/Font << /F1 5 0 R /F2 6 0 R >> >> >>",
-            sheet.width_mm * kPointsPerMm, sheet.height_mm * kPointsPerMm),
-      print("<< /Length %zu >>\nstream\n", content.size()) + content + "endstream",
+      format("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 %.4f %.4f] /Contents 4 0 R /Resources << "
+             "/Font << /F1 5 0 R /F2 6 0 R >> >> >>",
+             sheet.width_mm * kPointsPerMm, sheet.height_mm * kPointsPerMm),
+      format("<< /Length %zu >>\nstream\n", content.size()) + content + "endstream",
       "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica /Encoding /WinAnsiEncoding >>",
       "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica-Bold /Encoding /WinAnsiEncoding >>",
       "<< /Title (" + escaped_pdf(sheet.title) + ") /Producer (Marco) >>"};
   std::string pdf = "%PDF-1.4\n";
-  std::string table = print("xref\n0 %zu\n0000000000 65535 f \n", objects.size() + 1);
+  std::string table = format("xref\n0 %zu\n0000000000 65535 f \n", objects.size() + 1);
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    table += print("%010zu 00000 n \n", pdf.size());
-    pdf += print("%zu 0 obj\n", i + 1) + objects[i] + "\nendobj\n";
+    table += format("%010zu 00000 n \n", pdf.size());
+    pdf += format("%zu 0 obj\n", i + 1) + objects[i] + "\nendobj\n";
   }
   const std::size_t start = pdf.size();
   return pdf + table +
-         print("trailer\n<< /Size %zu /Root 1 0 R /Info 7 0 R >>\nstartxref\n%zu\n%%%%EOF\n",
-               objects.size() + 1, start);
+         format("trailer\n<< /Size %zu /Root 1 0 R /Info 7 0 R >>\nstartxref\n%zu\n%%%%EOF\n",
+                objects.size() + 1, start);
 }
 
 }  // namespace marco::slam

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "lcm_tools/base/check.hpp"
-#include "slam/plan/sheet/print_text.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::slam {
 namespace {
@@ -55,7 +55,7 @@ SheetLayout choose_layout(const SheetWish& wish, const Vector& size_m) {
     }
   }
   throw std::invalid_argument(
-      print("a plan of %.1f x %.1f m does not fit on ", size_m.x(), size_m.y()) +
+      format("a plan of %.1f x %.1f m does not fit on ", size_m.x(), size_m.y()) +
       papers.back().name + " at 1:" + std::to_string(wish.scale) + "; " + advice);
 }
 

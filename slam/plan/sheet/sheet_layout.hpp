@@ -26,7 +26,8 @@ struct SheetLayout {
   double free_height() const { return height() - 2 * kMarginMm - 2 * kDimensionsMm - kTitleMm; }
 };
 
-/// 1:100 on up to A2, as a floor plan mostly comes; beyond that the largest scale that A2 takes.
+/// Without a wish 1:100 on up to A2, as a floor plan mostly comes; beyond that the largest of
+/// 1:200, 1:500, 1:1000 and 1:2000 that A2 takes. On a given paper 1:50, too.
 /// @throws std::invalid_argument for paper that is not known, or where nothing fits, with what
 /// would.
 SheetLayout choose_layout(const SheetWish& wish, const Eigen::Vector2d& size_m);

@@ -17,6 +17,13 @@ inline constexpr double kFastestS = 0.02, kSlowestS = 0.35;
 inline constexpr double kJitter = 0.3;  // of a period
 // Of two stamps of a stalled logger at most: of a period.
 inline constexpr double kStalled = 0.15;
+// A robot that is seen from aboard is near, and beside its parts the view is free. A wall that is
+// followed closely goes on.
+inline constexpr double kBodyWithinM = 1.0;
+inline constexpr int kBodyScans = 20;
+inline constexpr double kBodyPart = 0.8;
+inline constexpr double kChangedPart = 0.4;
+inline constexpr double kFreeBeside = 0.6;
 
 // clang-format off
 /// Rules that decide what is wrong with a sensor's data before anything is mapped.
@@ -29,6 +36,11 @@ inline constexpr Gate kInputGates[] = {
     {"order of the beams", "standard deviations by which another order fits turning scans better, more than", kSureSigmas, "beam times are corrected", "asked after each scan, and neighbouring scans err alike"},
     {"bursts of stamps", "how early a stamp is [periods], more than", kJitter, "put on the beat, with the next row", "stamps of loggers of real recordings"},
     {"bursts of stamps", "periods between two stamps of a stalled logger, less than", kStalled, "put on the beat, with the row before", "no laser is so fast"},
+    {"the robot in its own view", "range [m], at most", kBodyWithinM, "its returns under this bearing are left out", "a robot is seen from aboard"},
+    {"the robot in its own view", "scans of changing scenes with the same range under this bearing, at least", kBodyScans, "the same", "posts put into intel are found; recordings without any show none"},
+    {"the robot in its own view", "the same over all of them, at least", kBodyPart, "the same", "the same"},
+    {"the robot in its own view", "part of these scans in which the view is free on both sides, at least", kFreeBeside, "the same", "a wall that is followed continues"},
+    {"the robot in its own view", "part of the bearings whose range changed, at least", kChangedPart, "a scan counts", "a robot that stands shows nothing"},
 };
 // clang-format on
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "common/input/own_body.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
@@ -101,12 +103,14 @@ struct SensorCalibration {
   LaserCalibration laser;
   OdometryCalibration odometry;
   GyroCalibration gyro;
+  std::vector<BodyPart> body;  ///< of the robot, in view of its lasers
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("laser", laser);
     v("odometry", odometry);
     v("gyro", gyro);
+    v("body", body);
   }
   bool operator==(const SensorCalibration&) const = default;
 };

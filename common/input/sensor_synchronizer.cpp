@@ -106,6 +106,7 @@ void SensorSynchronizer::add(LaserScan scan) {
   if (!lidars_.is_used(scan)) return;
   if (rates_.is_new_sender(scan.channel, scan.utime)) drop_(rates_.notice());
   if (const auto wrong = range_units_.look(scan)) return drop_(*wrong);
+  blank_own_body(scan);
   StampRepair& stamps = state_.stamps[scan.channel];
   WaitingScan waiting;
   waiting.repaired = stamps.repair(scan.utime);
@@ -117,6 +118,20 @@ void SensorSynchronizer::add(LaserScan scan) {
   state_.newest = waiting.repaired;
   state_.waiting.push_back(std::move(waiting));
   advance();
+}
+
+// On a pan-tilt the robot is elsewhere in every scan.
+void SensorSynchronizer::blank_own_body(LaserScan& scan) {
+  for (const BodyPart& part : options_.calibration.body) {
+    if (part.channel == scan.channel) blank(scan, part);
+  }
+  if (sensor_of(scan.channel)->mount != SensorInfo::Mount::robot) return;
+  OwnBody& body = state_.own_bodies[scan.channel];
+  const bool was_known = !body.parts().empty();
+  if (body.look(scan) && !was_known && !body.parts().empty()) {
+    drop_(describe(body.parts()) + ": these returns are left out");
+  }
+  for (const BodyPart& part : body.parts()) blank(scan, part);
 }
 
 BeamVerdict SensorSynchronizer::repair_beams(LaserScan& scan, double period_s) {

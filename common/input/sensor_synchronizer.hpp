@@ -11,6 +11,7 @@
 
 #include "common/input/lidar_selection.hpp"
 #include "common/input/odometry_track.hpp"
+#include "common/input/own_body.hpp"
 #include "common/input/range_units.hpp"
 #include "common/input/rate_watch.hpp"
 #include "common/input/sensor_calibration.hpp"
@@ -73,6 +74,7 @@ struct SynchronizerState {
   PanTiltTrack pantilt;
   std::map<std::string, StampRepair> stamps;  ///< by channel
   std::map<std::string, BeamOrderJudge> beam_orders;
+  std::map<std::string, OwnBody> own_bodies;
   std::deque<WaitingScan> waiting;
   Utime newest;                     ///< the last scan's repaired stamp
   bool odometry_restarted = false;  ///< and no scan has come since
@@ -87,6 +89,7 @@ struct SynchronizerState {
     v("pantilt", pantilt);
     v("stamps", stamps);
     v("beam_orders", beam_orders);
+    v("own_bodies", own_bodies);
     v("waiting", waiting);
     v("newest", newest);
     v("odometry_restarted", odometry_restarted);
@@ -144,6 +147,8 @@ class SensorSynchronizer {
   void restore(SynchronizerState state);
 
  private:
+  /// Without what it shows of the robot itself.
+  void blank_own_body(LaserScan& scan);
   /// In a wrong unit, or order. @returns what is known of the order
   BeamVerdict repair_beams(LaserScan& scan, double period_s);
   void advance();

@@ -28,6 +28,9 @@ TYPES = ("lcmtypes/marco/odometry_t.lcm", "lcmtypes/marco/imu_t.lcm", "lcmtypes/
          "lcm_tools/lcmtypes/bot_core/planar_lidar_t.lcm")
 SCANS_PER_S, BEAMS, TRACK_M = 10.0, 241, 0.4
 
+# Of the robot in its laser's view: first beam, last, range. All three are a quarter of the view.
+POSTS = ((40, 52, 0.15), (180, 188, 0.2), (100, 138, 0.3))
+
 # What is wrong, and the parameters that say so: the true value of each.
 ROWS = {
     "right": ({}, {}),
@@ -49,6 +52,11 @@ ROWS = {
     "gyro_scale": ({"gyro": True, "gyro_scale": 1.2}, {"gyro.scale": 1 / 1.2}),
     "gyro_bias": ({"gyro": True, "gyro_bias": 0.03}, {"gyro.bias_rad_per_s": 0.03}),
     "gyro_late": ({"gyro": True, "gyro_late_s": 0.3}, {"gyro.late_s": 0.3}),
+    "posts": ({"posts": POSTS[:2]}, {}),
+    "more_posts": ({"posts": POSTS}, {}),
+    "no_odometry": ({"silent": True}, {}),
+    "posts_without": ({"posts": POSTS[:2], "silent": True}, {}),
+    "more_without": ({"posts": POSTS, "silent": True}, {}),
 }
 GOALS = {"laser.yaw_deg": 0.3, "laser.x_m": 0.01, "laser.y_m": 0.01, "odometry.late_s": 0.005, "gyro.late_s": 0.005,
          "odometry.left_scale": 0.005, "odometry.right_scale": 0.005, "odometry.track_scale": 0.005, "gyro.scale": 0.005,
@@ -147,7 +155,8 @@ def write(lcm, path, set_up, seed):
         message = lcm["marco"].odometry_t()
         message.utime = round(1e6 * (t + set_up.get("late_s", 0.0)))
         message.x_m, message.y_m, message.theta_rad = odom
-        events.append((message.utime, "ODOMETRY", message))
+        if not set_up.get("silent"):
+            events.append((message.utime, "ODOMETRY", message))
         if gyro:
             message = lcm["marco"].imu_t()
             message.utime = round(1e6 * (t + set_up.get("gyro_late_s", 0.0)))
@@ -159,6 +168,8 @@ def write(lcm, path, set_up, seed):
             lx, ly = x + x_m * math.cos(h) - y_m * math.sin(h), y + x_m * math.sin(h) + y_m * math.cos(h)
             ranges = world.ranges(lx, ly, h + yaw + flip * bearings, 12.0)
             ranges = np.where(ranges < 12.0, ranges + r.normal(0, 0.01, BEAMS), 12.0)
+            for first, last, post_m in set_up.get("posts", ()):
+                ranges[first:last + 1] = post_m + r.normal(0, 0.005, last + 1 - first)
             message = lcm["bot_core"].planar_lidar_t()
             message.utime, message.nranges, message.ranges = round(1e6 * t), BEAMS, [float(v) for v in ranges]
             message.rad0, message.radstep = float(bearings[0]), float(bearings[1] - bearings[0])
@@ -222,6 +233,8 @@ def judge(options, lcm, folder, row, seed, right_m):
     found = {p["name"]: p for p in report.get("calibration", {}).get("parameters", [])}
     ratio = rms / right_m if right_m else 1.0
     misses, texts = [], []
+    if len(report.get("own_body", [])) != len(set_up.get("posts", ())):
+        misses.append(f"own body {report.get('own_body')}")
     for name, true in wanted.items():
         entry = found.get(name)
         if entry is None:

@@ -2,7 +2,10 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
 
+#include "common/files/map_yaml.hpp"
 #include "common/files/tum.hpp"
 #include "tests/support/command_test.hpp"
 #include "tests/support/ring_log.hpp"
@@ -67,6 +70,41 @@ TEST_F(MapSetUp, WhatTheFrontEndCopesWithIsSaidAndLeftAlone) {
   EXPECT_THAT(result.output, HasSubstr("odometry.left_scale 1 -> 0.96"));
   EXPECT_THAT(result.output, Not(HasSubstr("made again")));
   EXPECT_EQ(calibration()["use"], "not_needed");
+}
+
+// Of each scan 25 beams: of a mast 0.25 m ahead of the laser on its left.
+std::string with_a_mast(const std::string& log) {
+  std::istringstream lines(log);
+  std::mt19937 random(9);
+  std::normal_distribution<double> noise(0.25, 0.005);
+  std::string text;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string word;
+    for (int i = 0; words >> word; ++i) {
+      const bool mast = i >= 2 + 110 && i < 2 + 135;
+      text += (i == 0 ? "" : " ") + (mast ? std::to_string(noise(random)) : word);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+TEST_F(MapSetUp, TheRobotInItsOwnViewIsLeftOut) {
+  files::write_whole_file(at("ring.log"), with_a_mast(testing::ring_log(1.0, 1.0)));
+  const Result result = run("marco-map", {at("ring.log"), "--calibrate", "--out", at("out")});
+  EXPECT_EQ(result.code, 0) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("set-up: the robot itself is in view of LIDAR"));
+  const auto report = nlohmann::json::parse(files::read_whole_file(at("out") + "/report.json"));
+  ASSERT_EQ(report["own_body"].size(), 1U);
+  EXPECT_NEAR(report["own_body"][0]["first_deg"], 20.0, 1.5);
+  EXPECT_NEAR(report["own_body"][0]["last_deg"], 45.0, 1.5);
+  EXPECT_LT(round_off_m(), 0.03);
+  // Found from the first scan on: no trace of it is in the map.
+  const GridMap map = files::read_map(at("out") + "/map.yaml");
+  const Eigen::Vector2i cell = map.cell_of({0.21, 0.13});
+  EXPECT_LT(map.at(cell.x(), cell.y()), 50);
+  EXPECT_THAT(files::read_whole_file(at("out") + "/calibration.toml"), HasSubstr("[[body]]"));
 }
 
 TEST_F(MapSetUp, NobodyLooksWhereNobodyShall) {

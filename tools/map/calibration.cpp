@@ -131,8 +131,10 @@ bool write_calibration(const std::filesystem::path& path, const MapJob& job) {
     static_cast<SensorCalibration&>(file) = drive->calibration;
     comments = comments_of(*drive);
   }
+  file.body = job.own_body();
   const bool has_pantilt = calibrate_pantilt(job, file, comments);
-  if (!has_pantilt && (!drive || drive->parameters.empty())) return false;
+  const bool has_drive = drive && !drive->parameters.empty();
+  if (!has_pantilt && !has_drive && file.body.empty()) return false;
   files::write_whole_file(path, commented(file, comments));
   return true;
 }

@@ -8,6 +8,7 @@
 #include "lcm_tools/process/config.hpp"
 #include "recordings/recording_folder.hpp"
 #include "tools/map/calibration.hpp"
+#include "tools/map/own_body_search.hpp"
 
 namespace marco {
 namespace {
@@ -62,12 +63,17 @@ bool is_as_good(const JudgedMap& again, const JudgedMap& first) {
 
 }  // namespace
 
-MapOptions load_batch_options(const MapArguments& arguments) {
+MapOptions load_batch_options(const MapArguments& arguments, const ForeignTable& foreign) {
   MapOptions options = process::load_options<MapOptions>(arguments.config);
   apply(load_calibration(arguments.calibration), options);
   // A batch run publishes its map once, at the end.
   options.slam.map_period_s = options.lines.map_period_s = 0.0;
   options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
+  std::vector<BodyPart>& body = options.slam.input.calibration.body;
+  for (const RecordingParts& parts : recordings_among(arguments)) {
+    const std::vector<BodyPart> found = find_own_body(parts, foreign, body);
+    body.insert(body.end(), found.begin(), found.end());
+  }
   return options;
 }
 
@@ -114,6 +120,7 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
   if (needed == SensorCalibration{}) return correction;
   CalibrationFile file;
   static_cast<SensorCalibration&>(file) = needed;
+  file.body = options.slam.input.calibration.body;
   apply(file, options);
   const std::filesystem::path folder = out / "corrected.part";
   std::filesystem::create_directory(folder);

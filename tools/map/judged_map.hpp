@@ -17,8 +17,9 @@ struct JudgedMap {
   std::optional<MapVerdict> verdict;  ///< nothing when localizing
 };
 
-/// The options of a batch run: those of --config, with --calibration and --hold-out.
-MapOptions load_batch_options(const MapArguments& arguments);
+/// The options of a batch run: those of --config, with --calibration and --hold-out, and with what
+/// the lasers of the recordings show of their own robot.
+MapOptions load_batch_options(const MapArguments& arguments, const ForeignTable& foreign);
 
 /// Reads all inputs, makes the map and judges it. @param folder  of slam.lcm
 /// @param clock  keeps running. @throws std::invalid_argument for an input that cannot be used.

@@ -149,12 +149,18 @@ int exit_code_of(const std::optional<MapVerdict>& verdict) {
   return verdict && verdict->is_wrong() ? process::kExitWrongMap : process::kExitDone;
 }
 
+void print_own_body(const MapJob& job) {
+  if (job.own_body().empty()) return;
+  std::printf("set-up: %s: these returns are left out\n", describe(job.own_body()).c_str());
+}
+
 // The verdict alone: what is written on the way goes with a folder of its own.
 int check(const MapArguments& arguments) {
   const ScratchFolder folder;
-  const MapOptions options = load_batch_options(arguments);
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
+  const MapOptions options = load_batch_options(arguments, foreign);
   JudgedMap map = make_map(arguments, options, foreign, folder.path(), {});
+  print_own_body(*map.job);
   if (const auto correction = correct(arguments, options, foreign, folder.path(), map)) {
     print_correction(*correction);
   }
@@ -164,10 +170,10 @@ int check(const MapArguments& arguments) {
 
 int run(const MapArguments& arguments) {
   process::catch_interrupts(arguments.out + " is unchanged");
-  const MapOptions options = load_batch_options(arguments);
+  const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
+  const MapOptions options = load_batch_options(arguments, foreign);
   const std::string configuration = process::print_options(
       process::load_options<MapOptions>(arguments.config), process::Printed::changed);
-  const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
   const auto results = open_results(arguments.out, named_inputs(arguments));
   const std::filesystem::path out = results->path();
   JudgedMap made = make_map(arguments, options, foreign, out, {});
@@ -209,6 +215,7 @@ int run(const MapArguments& arguments) {
   process::end_if_interrupted();
   results->commit();
   print_summary(job, extras, arguments.out);
+  print_own_body(job);
   if (correction) print_correction(*correction);
   if (verdict) print_verdict(*verdict, job, true);
   require(calibrated,

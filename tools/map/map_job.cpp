@@ -47,7 +47,8 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
       lines_(dynamic_cast<slam::LineSlamAdapter*>(mapper2d_.get())),
       mapping3d_(bus_, mapping3d_of(options)),
       slam_options_(options.slam.slam),
-      localizer_options_(options.slam.localizer) {
+      localizer_options_(options.slam.localizer),
+      own_body_(options.slam.input.calibration.body) {
   mapper2d_->keep_scans();
 }
 

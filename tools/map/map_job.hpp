@@ -116,6 +116,8 @@ class MapJob {
   const slam::LineSlamAdapter* lines() const { return lines_; }
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
   const std::vector<files::InputReport>& inputs() const { return recorded_.inputs; }
+  /// What the lasers see of their own robot: left out of all scans.
+  const std::vector<BodyPart>& own_body() const { return own_body_; }
   const RecordedTruth& truth() const { return recorded_.truth; }
   /// Odometry as recorded, all of it; and the gyroscope's rate, integrated, as poses that only
   /// turn.
@@ -155,6 +157,7 @@ class MapJob {
   mapping3d::Mapping3dAdapter mapping3d_;
   slam::SlamOptions slam_options_;
   slam::LocalizerOptions localizer_options_;
+  std::vector<BodyPart> own_body_;
   Recorded recorded_;
   RangeUnits range_units_;
   slam::MapEdits edits_;

@@ -121,6 +121,17 @@ int64_t count_scans(const MapJob& job, bool slam::UsedScan::*flag) {
                        [flag](const slam::UsedScan& scan) { return scan.*flag; });
 }
 
+json own_body_json(const MapJob& job) {
+  json all = json::array();
+  for (const BodyPart& part : job.own_body()) {
+    all.push_back({{"channel", part.channel},
+                   {"first_deg", part.first_deg},
+                   {"last_deg", part.last_deg},
+                   {"within_m", part.within_m}});
+  }
+  return all;
+}
+
 json apart_json(const MapJob& job) {
   json all = json::array();
   for (const KeptApart& apart : kept_apart(job)) {
@@ -176,6 +187,7 @@ void write_report(const std::filesystem::path& path,
                      {"dropped", job.drops().by_cause()}};
   if (extras.verdict != nullptr) add_verdict(report, *extras.verdict, job);
   if (extras.correction != nullptr) add_calibration(report, *extras.correction);
+  if (!job.own_body().empty()) report["own_body"] = own_body_json(job);
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
   report["loops"] = loops_json(job.loops(), job.keyframes());

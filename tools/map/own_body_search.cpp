@@ -1,0 +1,48 @@
+#include "tools/map/own_body_search.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "lcm_tools/process/stop_signal.hpp"
+
+namespace marco {
+namespace {
+
+// Ten times as many as a body needs: a robot that stood by a wall for long has moved on.
+constexpr int kEnough = 200;
+
+bool is_on_pantilt(const std::map<std::string, SensorInfo>& sensors, const std::string& channel) {
+  const auto info = sensors.find(channel);
+  return info != sensors.end() && info->second.mount == SensorInfo::Mount::pantilt;
+}
+
+}  // namespace
+
+std::vector<BodyPart> find_own_body(const RecordingParts& parts,
+                                    const ForeignTable& foreign,
+                                    const std::vector<BodyPart>& known) {
+  std::map<std::string, SensorInfo> sensors;
+  std::map<std::string, OwnBody> bodies;
+  const auto recording = open_recording(parts, foreign);
+  while (std::optional<Sample> sample = recording->next()) {
+    process::end_if_interrupted();
+    if (const auto* info = std::get_if<SensorInfo>(&*sample)) note_sensor(sensors, *info);
+    auto* scan = std::get_if<LaserScan>(&*sample);
+    if (scan == nullptr || is_on_pantilt(sensors, scan->channel)) continue;
+    for (const BodyPart& part : known) {
+      if (part.channel == scan->channel) blank(*scan, part);
+    }
+    bodies[scan->channel].look(*scan);
+    if (std::all_of(bodies.begin(), bodies.end(),
+                    [](const auto& body) { return body.second.samples() >= kEnough; })) {
+      break;
+    }
+  }
+  std::vector<BodyPart> found;
+  for (const auto& [channel, body] : bodies) {
+    found.insert(found.end(), body.parts().begin(), body.parts().end());
+  }
+  return found;
+}
+
+}  // namespace marco

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/pose2.hpp"
+#include "mapping3d/surface/small_pieces.hpp"
 #include "mapping3d/surface/surface_nets.hpp"
 
 namespace marco::mapping3d {
@@ -141,34 +142,11 @@ void SurfaceModel::carve_beam(const Eigen::Vector3f& origin,
   const Eigen::Vector3f way = end * per_m - from;
   const float length = way.norm();
   const Eigen::Vector3f direction = way / std::max(1e-6F, length);
-  const Eigen::Vector3f inverse = direction.cwiseInverse();
   const float last =
       length - static_cast<float>(options_.carve_margin_m) * per_m / std::max(0.05F, cosine);
-  Blocks::Block* block = nullptr;
-  Cell corner = Cell::Constant(1);  // of no block
-  for (float t = 0.0F; t < last;) {
-    const Eigen::Vector3f at = from + t * direction;
-    const Cell cell(floor_int(at.x() + 0.5F), floor_int(at.y() + 0.5F), floor_int(at.z() + 0.5F));
-    const Cell own(cell.x() & ~7, cell.y() & ~7, cell.z() & ~7);
-    if (own != corner) {
-      corner = own;
-      block = voxels_.find(cell);
-    }
-    if (block == nullptr) {
-      // To where the beam leaves this block.
-      float leave = last;
-      for (int axis = 0; axis < 3; ++axis) {
-        const float wall =
-            static_cast<float>(corner[axis]) - 0.5F + (direction[axis] > 0.0F ? 8.0F : 0.0F);
-        if (direction[axis] != 0.0F) leave = std::min(leave, (wall - from[axis]) * inverse[axis]);
-      }
-      t = std::max(leave, t) + 0.01F;
-      continue;
-    }
-    Voxel& voxel = block->voxels[Blocks::index_in_block(cell)];
+  voxels_.walk(from, direction, last, [](Voxel& voxel, float) {
     if (known(voxel) && distance(voxel) < kSolid) count_up(voxel.through);
-    t += 1.0F;
-  }
+  });
 }
 
 bool SurfaceModel::gone(const Cell& cell) const {
@@ -198,7 +176,9 @@ TriangleMesh fuse(const std::vector<ScenePoints>& scenes, const SurfaceOptions& 
   }
   for (const SmoothScene& scene : smoothed) model.add(scene);
   for (const SmoothScene& scene : smoothed) model.carve(scene);
-  return model.mesh();
+  TriangleMesh mesh = model.mesh();
+  add_small_pieces(smoothed, options, mesh);
+  return mesh;
 }
 
 }  // namespace marco::mapping3d

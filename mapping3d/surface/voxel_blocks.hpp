@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -54,6 +55,40 @@ class VoxelBlocks {
     return *block;
   }
   Voxel& voxel(const Cell& cell) { return at(cell).voxels[index_in_block(cell)]; }
+
+  /// Calls visit(voxel, t) for the voxels with a block at from + t * direction, t = 0, 1, ... to
+  /// below `last`, all in voxels; the direction is of unit length. Goes over what has no block at
+  /// once.
+  template <class Visit>
+  void walk(const Eigen::Vector3f& from,
+            const Eigen::Vector3f& direction,
+            float last,
+            const Visit& visit) const {
+    const Eigen::Vector3f inverse = direction.cwiseInverse();
+    Block* block = nullptr;
+    Cell corner = Cell::Constant(1);  // of no block
+    for (float t = 0.0F; t < last;) {
+      const Eigen::Vector3f at = from + t * direction;
+      const Cell cell = (at.array() + 0.5F).floor().template cast<int>();
+      const Cell own(cell.x() & ~7, cell.y() & ~7, cell.z() & ~7);
+      if (own != corner) {
+        corner = own;
+        block = find(cell);
+      }
+      if (block != nullptr) {
+        visit(block->voxels[index_in_block(cell)], t);
+        t += 1.0F;
+        continue;
+      }
+      float leave = last;  // where the ray leaves this block
+      for (int axis = 0; axis < 3; ++axis) {
+        const float wall =
+            static_cast<float>(corner[axis]) - 0.5F + (direction[axis] > 0.0F ? 8.0F : 0.0F);
+        if (direction[axis] != 0.0F) leave = std::min(leave, (wall - from[axis]) * inverse[axis]);
+      }
+      t = std::max(leave, t) + 0.01F;
+    }
+  }
 
   const std::vector<std::unique_ptr<Block>>& blocks() const { return blocks_; }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/pose2.hpp"
-#include "mapping3d/surface/scene_smoothing.hpp"
+#include "mapping3d/surface/surface_model.hpp"
 
 namespace marco::mapping3d::testing {
 
@@ -85,6 +85,12 @@ inline ScenePoints sweep(const Box& room, const std::vector<Box>& obstacles, con
 /// By the noise that it shows itself.
 inline SmoothScene smoothed(const ScenePoints& scene) {
   return smooth(scene, learn_noise({scene}));
+}
+
+inline SurfaceOptions coarse() {
+  SurfaceOptions options;
+  options.voxel_m = 0.05;
+  return options;
 }
 
 /// Distance from a point to the surfaces of the world.

@@ -10,15 +10,10 @@ namespace marco::mapping3d {
 namespace {
 
 using testing::Box;
+using testing::coarse;
 using testing::kRoom;
 using testing::smoothed;
 using testing::Sweep;
-
-SurfaceOptions coarse() {
-  SurfaceOptions options;
-  options.voxel_m = 0.05;
-  return options;
-}
 
 struct Errors {
   double rms_m = 0.0;

@@ -36,8 +36,8 @@ std::string describe(const std::vector<BodyPart>& parts);
 /// Finds the bearings under which one laser sees its own robot: there the range stays the same to
 /// some centimetres while the rest of the scan changes. Only scans count in which much has changed
 /// since the last one that counted, so that a robot that stands shows nothing. Along a wall that is
-/// followed the range stays the same, too, but the wall continues where the same range ends; beside a
-/// part of the robot the view is free. Not thread-safe; its state is some kilobytes.
+/// followed the range stays the same, too, but the wall continues where the same range ends; beside
+/// a part of the robot the view is free. Not thread-safe; its state is some kilobytes.
 class OwnBody {
  public:
   /// Takes note of the scan. @returns whether other bearings than before are the robot's now

@@ -18,7 +18,7 @@ inline constexpr double kJitter = 0.3;  // of a period
 // Of two stamps of a stalled logger at most: of a period.
 inline constexpr double kStalled = 0.15;
 // A robot that is seen from aboard is near, and beside its parts the view is free. A wall that is
-// followed closely goes on.
+// followed closely continues.
 inline constexpr double kBodyWithinM = 1.0;
 inline constexpr int kBodyScans = 20;
 inline constexpr double kBodyPart = 0.8;

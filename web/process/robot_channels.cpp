@@ -49,6 +49,7 @@ RobotChannels::RobotChannels(Hub& hub, process::DropCounter& drops) : hub_(hub),
   camera_ = add("/camera", "foxglove.CompressedImage");
   frames_ = add("/tf", "foxglove.FrameTransforms");
   walls_ = add("/walls", "foxglove.SceneUpdate");
+  loops_ = add("/loops", "foxglove.SceneUpdate");
   model_ = add("/model", "foxglove.SceneUpdate");
   tiles_ = add_page_channel(hub, "page/tiles");
   points_ = add_page_channel(hub, "page/scan");
@@ -101,10 +102,12 @@ bool RobotChannels::take_known(const process::RawMessage& raw, uint64_t fingerpr
     const auto message = decoded<line_map_t>(raw);
     standing_walls_ = from_message(message);
     walls_us_ = message.utime;
-    if (hub_.wanted(walls_)) {
-      hub_.publish(walls_, ns_of(raw.event_time),
-                   foxglove::walls_scene(walls_us_, kMapFrame, *standing_walls_));
-    }
+    if (hub_.wanted(walls_)) hub_.publish(walls_, ns_of(raw.event_time), walls_json());
+  } else if (is(loop_closures_t::getHash())) {
+    const auto message = decoded<loop_closures_t>(raw);
+    closures_ = from_message(message);
+    loops_us_ = message.utime;
+    if (hub_.wanted(loops_)) hub_.publish(loops_, ns_of(raw.event_time), loops_json());
   } else if (is(mesh_t::getHash())) {
     take_model(raw);
   } else if (is(bot_core::image_t::getHash())) {
@@ -225,6 +228,14 @@ std::string RobotChannels::path_json() const {
   return foxglove::poses_in_frame(path_us_, kMapFrame, *trajectory_);
 }
 
+std::string RobotChannels::walls_json() const {
+  return foxglove::walls_scene(walls_us_, kMapFrame, *standing_walls_);
+}
+
+std::string RobotChannels::loops_json() const {
+  return foxglove::loops_scene(loops_us_, kMapFrame, *closures_);
+}
+
 void RobotChannels::take_image(const process::RawMessage& raw) {
   if (!hub_.wanted(camera_)) return;
   const auto image = decoded<bot_core::image_t>(raw);
@@ -242,8 +253,9 @@ void RobotChannels::send_known(Hub::ClientId client, uint32_t channel) {
   } else if (channel == path_ && trajectory_) {
     hub_.publish_to(client, path_, path_us_ * 1000, path_json());
   } else if (channel == walls_ && standing_walls_) {
-    hub_.publish_to(client, walls_, walls_us_ * 1000,
-                    foxglove::walls_scene(walls_us_, kMapFrame, *standing_walls_));
+    hub_.publish_to(client, walls_, walls_us_ * 1000, walls_json());
+  } else if (channel == loops_ && closures_) {
+    hub_.publish_to(client, loops_, loops_us_ * 1000, loops_json());
   } else if (channel == pose_ && map_from_base_) {
     hub_.publish_to(client, pose_, ns_of(posed_),
                     foxglove::pose_in_frame(posed_.us, kMapFrame, lift(*map_from_base_)));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/loop_closure.hpp"
 #include "common/pose_buffer.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
@@ -22,8 +23,8 @@
 namespace marco::web {
 
 /// What is drawn of the robot: Foxglove's well-known messages (/map /scan /pose /path /camera /tf
-/// /walls /model), and page/tiles and page/scan for our page. Frames: map -> odom -> base -> laser.
-/// Messages are known by their types, and made only when somebody listens.
+/// /walls /loops /model), and page/tiles and page/scan for our page. Frames: map -> odom -> base ->
+/// laser. Messages are known by their types, and made only when somebody listens.
 class RobotChannels {
  public:
   /// Both outlive it.
@@ -63,10 +64,12 @@ class RobotChannels {
   Pose2 drawn_pose(Utime at) const;
   std::string map_json() const;
   std::string path_json() const;
+  std::string walls_json() const;
+  std::string loops_json() const;
 
   Hub& hub_;
   process::DropCounter& drops_;
-  uint32_t map_, scan_, pose_, path_, camera_, frames_, walls_, model_, tiles_, points_;
+  uint32_t map_, scan_, pose_, path_, camera_, frames_, walls_, loops_, model_, tiles_, points_;
   std::map<std::string, SensorInfo> infos_;
   std::optional<PanTiltState> head_;
   std::optional<Laser> laser_;
@@ -79,7 +82,8 @@ class RobotChannels {
   std::deque<Tiles::Place> tiles_due_;
   std::optional<Trajectory> trajectory_;
   std::optional<Walls> standing_walls_;
-  int64_t walls_us_ = 0, path_us_ = 0;
+  std::optional<LoopClosures> closures_;
+  int64_t walls_us_ = 0, path_us_ = 0, loops_us_ = 0;
   foxglove::SceneUpdates scenes_;
   int64_t model_revision_ = 0;
   std::map<int32_t, Latest> model_tiles_;

@@ -38,6 +38,86 @@ const cases = {
     });
   },
 
+  async "loop closures are drawn as SLAM tells them, and go with the map"() {
+    await withRobot({}, async (robot, url) => {
+      const page = await open(browser, url), loopDay = [43, 138, 62];
+      await until("a map", async () => (await findColor(page, "#map", freeDay)).count > 1000);
+      await page.click("#tab-map");
+      const layer = () => page.$$eval(".layer", (rows) => rows.some((row) => row.innerText === "Loop closures" && row.offsetParent !== null));
+      assert.ok(!(await layer()), "there are none yet");
+      robot.loops = [[-5, -3, -1, -3], [-5, -2.5, -1, -2.5]];
+      await until("the layer", layer);
+      assert.equal((await findColor(page, "#map", loopDay)).count, 0, "they are drawn when asked for");
+      await page.evaluate(() => [...document.querySelectorAll(".layer")].find((row) => row.innerText === "Loop closures").click());
+      await until("their lines", async () => (await findColor(page, "#map", loopDay)).count > 200);
+      robot.obey("slam", { command: "reset" });
+      await until("their end", async () => !(await layer()) && (await findColor(page, "#map", loopDay)).count === 0);
+      assert.deepEqual(page.faults, []);
+    });
+  },
+
+  async "a gamepad drives while a shoulder button is held and the page has the focus"() {
+    await withRobot({}, async (robot, url) => {
+      const page = await open(browser, url);
+      await page.evaluate(() => {
+        window.pad = { axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false })) };
+        navigator.getGamepads = () => [null, window.pad];  // the first place is free, as after a pad was pulled out
+      });
+      await (await page.createCDPSession()).send("Emulation.setFocusEmulationEnabled", { enabled: true });
+      const pad = (axes, shoulder) => page.evaluate(([axes, shoulder]) => {
+        window.pad.axes = axes;
+        window.pad.buttons[5].pressed = shoulder;
+      }, [axes, shoulder]);
+      await until("a pose", async () => (await text(page, ".drive .figures")).includes("m"));
+      const none = async (what, axes, shoulder) => {
+        await pad(axes, shoulder);
+        await wait(500);
+        assert.deepEqual(robot.velocities, [], what);
+      };
+      await none("without a shoulder button", [0, -1, 0, 0], false);
+      await none("a stick that does not quite come back", [0.05, -0.1, 0.1, 0], true);
+      await pad([0, -1, 0.5, 0], true);
+      await until("half speed left of ahead", () => robot.velocities.some((one) => Math.abs(one.v - 0.3) < 0.01 && Math.abs(one.w + 0.35) < 0.01), 2);
+      await pad([0, -1, 0.5, 0], false);
+      await until("zero at the release", () => robot.velocities.at(-1).v === 0 && robot.velocities.at(-1).w === 0, 2);
+      await pad([0, -1, 0, 0], true);
+      await until("that it drives again", () => robot.velocities.at(-1).v > 0.25, 2);
+      await page.evaluate(() => { document.hasFocus = () => false; });
+      await until("zero without the focus", () => robot.velocities.at(-1).v === 0, 2);
+      await page.evaluate(() => { delete document.hasFocus; });
+      await until("that it drives once more", () => robot.velocities.at(-1).v > 0.25, 2);
+      await page.evaluate(() => { navigator.getGamepads = () => [null, null]; });
+      await until("zero when the pad is pulled out", () => robot.velocities.at(-1).v === 0, 2);
+    });
+  },
+
+  async "two fingers move, zoom and turn the map, and what is under them stays there"() {
+    await withRobot({}, async (robot, url) => {
+      const page = await open(browser, url, { viewport: { ...desktop, hasTouch: true } }), touch = await fingers(page);
+      await until("a map", async () => (await findColor(page, "#map", freeDay)).count > 1000);
+      const place = async ([x, y]) => {
+        await page.mouse.move(x, y);
+        return (await text(page, ".place")).match(/x (\S+)\s+y (\S+) m/).slice(1).map(Number);
+      };
+      const stays = async (what, from, to, steps) => {
+        const before = [await place(from[0]), await place(from[1])];
+        await touch(from, to, steps);
+        for (const finger of [0, 1]) {
+          const now = await place(to[finger]);
+          assert.ok(Math.hypot(now[0] - before[finger][0], now[1] - before[finger][1]) < 0.04, `${what}: under finger ${finger} lies ${now}, not ${before[finger]}`);
+        }
+      };
+      await stays("two fingers move", [[700, 450], [900, 450]], [[820, 390], [1020, 390]], 6);
+      await stays("pinched apart", [[700, 450], [900, 450]], [[560, 480], [1060, 480]], 4);
+      await stays("pinched together in one step", [[600, 400], [1000, 500]], [[740, 430], [880, 465]], 1);
+      await touch([[700, 450], [900, 450]], [[800, 350], [800, 550]], 12);
+      const turned = await page.$eval("[aria-label='Turn north up'] svg", (arrow) => arrow.style.transform);
+      assert.ok(Math.abs(parseFloat(turned.match(/rotate\((.*)rad/)[1])) > 1.2, `turned by a quarter: ${turned}`);
+      assert.equal(robot.told.length, 0);
+      assert.deepEqual(page.faults, []);
+    });
+  },
+
   async "a click sends the robot to the place under the pointer, and every browser sees the goal"() {
     await withRobot({}, async (robot, url) => {
       const [page, second] = [await open(browser, url), await open(browser, url)];
@@ -221,6 +301,30 @@ const cases = {
     });
   },
 
+  async "two fingers move and zoom the model"() {
+    if (!existsSync(three)) return console.log("  SKIPPED: no three.js (Debian: libjs-three)");
+    await withFile(async (url) => {
+      const page = await open(browser, url, { viewport: { ...desktop, hasTouch: true } }), touch = await fingers(page, "#model");
+      await press(page, "3D model");
+      await page.waitForSelector("#space .controls:not([hidden])");
+      const cubes = async () => {
+        const [red, blue] = await until("both cubes", async () => {
+          const found = [await findImage(page, [190, 0, 0]), await findImage(page, [0, 0, 190])];
+          return found.every((one) => one.count > 20) ? found : null;
+        });
+        return { x: (red.x + blue.x) / 2, y: (red.y + blue.y) / 2, apart: Math.hypot(red.x - blue.x, red.y - blue.y) };
+      };
+      const before = await cubes();
+      await touch([[700, 400], [800, 400]], [[700, 400], [750, 400]], 5);
+      const far = await cubes();
+      assert.ok(Math.abs(far.apart / before.apart - 0.5) < 0.08, `pinched to one half: ${far.apart / before.apart}`);
+      await touch([[700, 400], [800, 400]], [[780, 440], [880, 440]], 5);
+      const moved = await cubes();
+      assert.ok(Math.abs(moved.x - far.x - 80) < 16 && Math.abs(moved.y - far.y - 40) < 16, `two fingers moved it by ${moved.x - far.x}, ${moved.y - far.y}, not 80, 40`);
+      assert.deepEqual(page.faults, []);
+    });
+  },
+
   async "one file from disk: the model, measured"() {
     if (!existsSync(three)) return console.log("  SKIPPED: no three.js (Debian: libjs-three)");
     await withFile(async (url) => {
@@ -243,6 +347,19 @@ const cases = {
     });
   },
 };
+
+// Two fingers go from where they are to elsewhere, straight, in so many steps.
+async function fingers(page, selector = "#map") {
+  const client = await page.createCDPSession();
+  return async (from, to, steps) => {
+    const send = (type, touchPoints) => client.send("Input.dispatchTouchEvent", { type, touchPoints });
+    const at = (part) => from.map(([x, y], id) => ({ id, x: x + part * (to[id][0] - x), y: y + part * (to[id][1] - y) }));
+    await send("touchStart", at(0));
+    for (let step = 1; step <= steps; ++step) await send("touchMove", at(step / steps));
+    await send("touchEnd", []);
+    await page.$eval(selector, () => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn))));
+  };
+}
 
 async function withFile(body) {
   const folder = await mkdtemp(`${tmpdir()}/marco_page_`);

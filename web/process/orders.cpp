@@ -12,7 +12,6 @@
 #include "lcm_tools/procman/process/message_check.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert_robot.hpp"
-#include "marco/slam_reply_t.hpp"
 #include "web/foxglove/json.hpp"
 #include "web/page_schemas.hpp"
 #include "web/process/request_fields.hpp"
@@ -22,20 +21,10 @@ namespace {
 
 using foxglove::text_json;
 
-constexpr int64_t kSlamAnswersWithinUs = 10'000'000;
 constexpr int64_t kStopAgainUs = 50'000;
 constexpr const char* kReadOnly =
     "only watching: the address with its token, or a page of this host, may give orders";
 constexpr const char* kRecording = "a recording takes no orders";
-
-const std::map<std::string, int8_t>& slam_commands() {
-  static const std::map<std::string, int8_t> kAll = {
-      {"save", slam_command_t::SAVE},         {"reset", slam_command_t::RESET},
-      {"set_pose", slam_command_t::SET_POSE}, {"localize", slam_command_t::LOCALIZE},
-      {"pause", slam_command_t::PAUSE},       {"resume", slam_command_t::RESUME},
-      {"extend", slam_command_t::EXTEND}};
-  return kAll;
-}
 
 Utime wall_now() { return Utime::from_us(process::wall_clock_us()); }
 
@@ -62,6 +51,14 @@ Orders::Orders(Hub& hub,
       procman_(procman),
       map_(map),
       steering_(options),
+      slam_(source,
+            drops,
+            [this](const Hub::Call& call, const slam::SlamAnswers& answers) {
+              answer(call, answers.are_good(),
+                     answers.is_empty() ? "SLAM did not answer within 10 s: does it run?"
+                                        : answers.text(),
+                     answers.path());
+            }),
       stop_channel_(add_page_channel(hub, "page/stop")) {
   add_services();
   hub_.on_published = [this](const Hub::Published& message) { take_published(message); };
@@ -75,13 +72,6 @@ Orders::Orders(Hub& hub,
   source.in.subscribe<base_status_t>(
       channels::kBaseStatus, drops,
       [this](const base_status_t& status, const auto&) { take_base_status(from_message(status)); });
-  source.in.subscribe<slam_reply_t>(
-      channels::kSlamReply, drops, [this](const slam_reply_t& reply, const auto&) {
-        const auto waiting = slam_.find(reply.command_utime);
-        if (waiting == slam_.end()) return;
-        answer(waiting->second.call, reply.ok != 0, reply.text, reply.path);
-        slam_.erase(waiting);
-      });
 }
 
 void Orders::answer(const Hub::Call& call,
@@ -142,32 +132,11 @@ void Orders::add_services() {
   });
 }
 
-int64_t Orders::send_slam(slam_command_t command) {
-  // Replies name the order by its stamp.
-  command.utime = last_slam_us_ = std::max(process::wall_clock_us(), last_slam_us_ + 1);
-  bus_->publish(channels::kSlamCommand, command);
-  return command.utime;
-}
-
 void Orders::order_slam(const Hub::Call& call, std::string_view json) {
   try {
     require(call.may_steer, kReadOnly);
     require(bus_ != nullptr, kRecording);
-    const Json request = parsed(json);
-    const std::string word = text_of(request, "command");
-    const auto known = slam_commands().find(word);
-    require(known != slam_commands().end(), "SLAM knows no order '" + word.substr(0, 40) + "'");
-    constexpr std::size_t kMostWaiting = 100;
-    require(slam_.size() < kMostWaiting, "too many orders to SLAM wait for their answers");
-    slam_command_t command{};
-    command.command = known->second;
-    command.folder = text_of(request, "folder");
-    require(files::stays_inside(command.folder),
-            "a map's folder is a name below the folder for maps");
-    command.x_m = number_of(request, "x_m");
-    command.y_m = number_of(request, "y_m");
-    command.theta_rad = number_of(request, "theta_rad");
-    slam_[send_slam(command)] = {call, procman::monotonic_us() + kSlamAnswersWithinUs};
+    slam_.order(call, json);
   } catch (const std::invalid_argument& why) {
     drops_.count(std::string("refused: ") + why.what());
     answer(call, false, why.what());
@@ -269,7 +238,7 @@ void Orders::take_published(const Hub::Published& message) {
       command.x_m = pose.pose.x_m;
       command.y_m = pose.pose.y_m;
       command.theta_rad = pose.pose.theta_rad;
-      send_slam(command);
+      slam_.send(command);
     } else {
       throw std::invalid_argument("only /cmd_vel, /goal_pose and /initialpose are taken");
     }
@@ -282,14 +251,7 @@ void Orders::take_published(const Hub::Published& message) {
 void Orders::forget(Hub::ClientId client) { steering_.forget(client, wall_now()); }
 
 void Orders::step(int64_t now_us) {
-  for (auto waiting = slam_.begin(); waiting != slam_.end();) {
-    if (now_us < waiting->second.until_us) {
-      ++waiting;
-      continue;
-    }
-    answer(waiting->second.call, false, "SLAM did not answer within 10 s: does it run?");
-    waiting = slam_.erase(waiting);
-  }
+  slam_.step(now_us);
   if (bus_ == nullptr) return;
   if (const auto command = steering_.due(wall_now())) {
     bus_->publish(channels::kBaseCommand, to_message(*command));

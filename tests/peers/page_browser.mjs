@@ -157,6 +157,46 @@ const cases = {
     });
   },
 
+  async "on no screen does anything lie on a button, and stop stays where it is"() {
+    await withRobot({}, async (robot, url) => {
+      const screens = [desktop, phone, { ...phone, width: 320, height: 568 }, { ...phone, width: 844, height: 390 }, { ...phone, width: 640, height: 360 }];
+      for (const viewport of screens) {
+        const page = await open(browser, url, { viewport }), size = `${viewport.width} x ${viewport.height}`;
+        const buttons = "#tools button, #halt button, #bar button, [role=tab]";
+        const covered = () => page.$$eval(buttons, (nodes) => nodes.filter((node) => node.offsetParent !== null).filter((node) => {
+          const box = node.getBoundingClientRect(), there = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
+          const outside = box.left < 0 || box.top < 0 || box.right > innerWidth || box.bottom > innerHeight;
+          return outside || !(there === node || node.contains(there));
+        }).map((node) => node.getAttribute("aria-label") ?? node.innerText));
+        const place = () => page.$eval(".stop", (stop) => { const { x, y } = stop.getBoundingClientRect(); return [x, y]; });
+        await until("the warning that leads to Health", async () => (await text(page, "#panel-health")).length > 0 || page.$eval("[role=tab]#tab-health", (tab) => tab.dataset.mark));
+        for (const open of [false, true]) {
+          const isOpen = await page.$eval("#panel", (panel) => !panel.classList.contains("closed"));
+          if (isOpen !== open) await page.click("#tab-drive");
+          await until(`no covered button, ${size}, panel ${open ? "open" : "closed"}`, async () => (await covered()).length === 0, 2).catch(async (fault) => { fault.message += `: ${await covered()}`; throw fault; });
+          const before = await place();
+          robot.obey("stop", { engaged: true });
+          await until("the release button", () => page.$eval(".release", (button) => !button.hidden), 5);
+          assert.deepEqual(await covered(), [], `${size}, panel ${open ? "open" : "closed"}, stopped`);
+          assert.deepEqual(await place(), before, `${size}: stop moved away`);
+          robot.obey("stop", { engaged: false });
+          await until("its end", () => page.$eval(".release", (button) => button.hidden), 5);
+        }
+        await page.close();
+      }
+    });
+  },
+
+  async "before anything was heard the map says so"() {
+    await withRobot({}, async (robot, url) => {
+      clearInterval(robot.timer);
+      const page = await open(browser, url);
+      await until("that there is nothing to draw", async () => (await text(page, "#plan .empty")).includes("Nothing to draw yet"));
+      robot.timer = setInterval(() => robot.step(), 50);
+      await until("the map instead", () => page.$eval("#plan .empty", (note) => note.hidden));
+    });
+  },
+
   async "stick and keys drive while held, ten times a second, and end with zero"() {
     await withRobot({}, async (robot, url) => {
       const page = await open(browser, url);

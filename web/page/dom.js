@@ -1,3 +1,6 @@
+// The panel is a sheet from below; as in page.css.
+export const narrow = matchMedia("(max-width: 559px), (max-width: 760px) and (orientation: portrait)");
+
 // Elements, made without markup: what comes by the network is only ever text.
 
 export function el(tag, properties, ...children) {

@@ -84,14 +84,12 @@ void Orders::answer(const Hub::Call& call,
   hub_.answer(call, json + "}");
 }
 
-// For services that are answered at once.
-void Orders::serve(const std::string& name, const std::string& request_schema, Act act) {
+void Orders::serve_anybody(const std::string& name, const std::string& request_schema, Act act) {
   hub_.add_service(name, request_schema, kAnswer,
                    [this, act = std::move(act)](const Hub::Call& call, std::string_view json) {
                      try {
-                       require(call.may_steer, kReadOnly);
                        require(bus_ != nullptr, kRecording);
-                       answer(call, true, act(json));
+                       if (const auto text = act(call, json)) answer(call, true, *text);
                      } catch (const std::invalid_argument& why) {
                        drops_.count(std::string("refused: ") + why.what());
                        answer(call, false, why.what());
@@ -99,22 +97,26 @@ void Orders::serve(const std::string& name, const std::string& request_schema, A
                    });
 }
 
+void Orders::serve(const std::string& name, const std::string& request_schema, Act act) {
+  serve_anybody(name, request_schema,
+                [act = std::move(act)](const Hub::Call& call, std::string_view json) {
+                  require(call.may_steer, kReadOnly);
+                  return act(call, json);
+                });
+}
+
 void Orders::add_services() {
-  hub_.add_service(
-      "slam", schema(R"("command":{"type":"string"},"folder":{"type":"string"},)" + kNumbers),
-      kAnswer, [this](const Hub::Call& call, std::string_view json) { order_slam(call, json); });
-  serve("go", schema(kNumbers), [this](std::string_view json) { return go(json); });
-  hub_.add_service("stop", schema(R"("engaged":{"type":"boolean"})"), kAnswer,
-                   [this](const Hub::Call& call, std::string_view json) {
-                     try {
-                       answer(call, true, stop(call, json));
-                     } catch (const std::invalid_argument& why) {
-                       drops_.count(std::string("refused: ") + why.what());
-                       answer(call, false, why.what());
-                     }
-                   });
+  serve("slam", schema(R"("command":{"type":"string"},"folder":{"type":"string"},)" + kNumbers),
+        [this](const Hub::Call& call, std::string_view json) {
+          slam_.order(call, json);
+          return std::nullopt;
+        });
+  serve("go", schema(kNumbers),
+        [this](const Hub::Call&, std::string_view json) { return go(json); });
+  serve_anybody("stop", schema(R"("engaged":{"type":"boolean"})"),
+                [this](const Hub::Call& call, std::string_view json) { return stop(call, json); });
   serve("head", schema(R"("pan_rad":{"type":"number"},"tilt_rad":{"type":"number"})"),
-        [this](std::string_view json) {
+        [this](const Hub::Call&, std::string_view json) {
           const Json request = parsed(json);
           const PanTiltCommand command{wall_now(), PanTiltCommand::Kind::go_to,
                                        number_of(request, "pan_rad"),
@@ -123,24 +125,14 @@ void Orders::add_services() {
           return "the head turns";
         });
   serve("procman", schema(R"("command":{"type":"string"},"action":{"type":"string"})"),
-        [this](std::string_view json) {
+        [this](const Hub::Call&, std::string_view json) {
           const Json request = parsed(json);
           return procman_.order(text_of(request, "command"), text_of(request, "action"));
         });
-  serve("record", schema(R"("on":{"type":"boolean"})"), [this](std::string_view json) {
-    return procman_.order("logger", flag_of(parsed(json), "on") ? "start" : "stop");
-  });
-}
-
-void Orders::order_slam(const Hub::Call& call, std::string_view json) {
-  try {
-    require(call.may_steer, kReadOnly);
-    require(bus_ != nullptr, kRecording);
-    slam_.order(call, json);
-  } catch (const std::invalid_argument& why) {
-    drops_.count(std::string("refused: ") + why.what());
-    answer(call, false, why.what());
-  }
+  serve("record", schema(R"("on":{"type":"boolean"})"),
+        [this](const Hub::Call&, std::string_view json) {
+          return procman_.order("logger", flag_of(parsed(json), "on") ? "start" : "stop");
+        });
 }
 
 std::string Orders::go(std::string_view json) {
@@ -178,7 +170,6 @@ void Orders::take_base_status(const BaseStatus& status) {
 }
 
 std::string Orders::stop(const Hub::Call& call, std::string_view json) {
-  require(bus_ != nullptr, kRecording);
   const bool engaged = flag_of(parsed(json), "engaged");
   require(engaged || call.may_steer, kReadOnly);
   const int64_t now_us = procman::monotonic_us();

@@ -39,10 +39,13 @@ class Orders {
   void forget(Hub::ClientId client);
 
  private:
-  using Act = std::function<std::string(std::string_view json)>;
+  /// @returns what to answer at once; nothing: it is answered later.
+  /// @throws std::invalid_argument  that is the answer.
+  using Act = std::function<std::optional<std::string>(const Hub::Call&, std::string_view json)>;
+  /// To who may steer.
   void serve(const std::string& name, const std::string& request_schema, Act act);
+  void serve_anybody(const std::string& name, const std::string& request_schema, Act act);
   void add_services();
-  void order_slam(const Hub::Call& call, std::string_view json);
   std::string go(std::string_view json);
   std::string stop(const Hub::Call& call, std::string_view json);
   void take_published(const Hub::Published& message);

@@ -2,16 +2,14 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "common/loop_closure.hpp"
 #include "common/pose_buffer.hpp"
 #include "common/samples.hpp"
-#include "common/trajectory.hpp"
-#include "common/wall.hpp"
 #include "lcm_tools/process/bus.hpp"
 #include "lcm_tools/process/drop_counter.hpp"
 #include "lcmtypes/grid_joiner.hpp"
@@ -49,11 +47,18 @@ class RobotChannels {
     int64_t utime_us = 0;
     std::string json;
   };
+  struct Lasting {
+    int64_t utime_us = 0;
+    std::function<std::string()> json;
+  };
   bool take_known(const process::RawMessage& message, uint64_t fingerprint);
   void take_scan(const LaserScan& scan, Utime heard);
   void take_pose(Utime utime, const Pose2& map_from_base);
   void take_odometry(const OdometrySample& sample);
   void take_maps(const std::vector<JoinedGrid>& maps);
+  /// @param json  (utime, frame, value) -> Foxglove's message
+  template <class Message, class Json>
+  void take_lasting(uint32_t channel, const process::RawMessage& raw, Json json);
   void take_image(const process::RawMessage& message);
   void take_model(const process::RawMessage& message);
   void publish_points(const LaserScan& scan, const Pose3& base_from_laser);
@@ -63,9 +68,9 @@ class RobotChannels {
   /// In the map, or in the odometry's frame where there is no map.
   Pose2 drawn_pose(Utime at) const;
   std::string map_json() const;
-  std::string path_json() const;
-  std::string walls_json() const;
-  std::string loops_json() const;
+  /// Published to who listens, and to who will: of each channel the newest. @param json  is made
+  /// when it is sent
+  void publish_lasting(uint32_t channel, Utime heard, Lasting message);
 
   Hub& hub_;
   process::DropCounter& drops_;
@@ -80,10 +85,7 @@ class RobotChannels {
   std::optional<JoinedGrid> grid_;
   Tiles tiled_;
   std::deque<Tiles::Place> tiles_due_;
-  std::optional<Trajectory> trajectory_;
-  std::optional<Walls> standing_walls_;
-  std::optional<LoopClosures> closures_;
-  int64_t walls_us_ = 0, path_us_ = 0, loops_us_ = 0;
+  std::map<uint32_t, Lasting> lasting_;  // by channel
   foxglove::SceneUpdates scenes_;
   int64_t model_revision_ = 0;
   std::map<int32_t, Latest> model_tiles_;

@@ -32,9 +32,13 @@ class Guest {
         bus_, procman::channels::kInfo, layouts::kInfo, drops_, [this](const auto& message) {
           state_.on_info(from_message(message), process::wall_clock_us(), monotonic_us());
         });
-    subscribe_checked<procman_lcm::orders_t>(
-        bus_, procman::channels::kOrders, layouts::kOrders, drops_,
-        [this](const auto& message) { state_.on_orders(from_message(message)); });
+    subscribe_checked<procman_lcm::orders_t>(bus_, procman::channels::kOrders, layouts::kOrders,
+                                             drops_, [this](const auto& message) {
+                                               // What its sheriff wants meanwhile is not what was
+                                               // ordered here: the deputy's word counts.
+                                               if (!has_ordered_)
+                                                 state_.on_orders(from_message(message));
+                                             });
     bus_.publish(procman::channels::kDiscover, discovery_message(state_.id(), 0));
     const int64_t end_us = monotonic_us() + kListenUs;
     while (monotonic_us() < end_us && !process::stop_requested()) bus_.handle_once(50);
@@ -52,6 +56,7 @@ class Guest {
 
   int give(const std::string& action, const std::string& id) {
     const Orders orders = state_.single_order(id, action, process::wall_clock_us(), monotonic_us());
+    has_ordered_ = true;
     bus_.publish(procman::channels::kOrders, procman::to_message(orders));
     const int64_t end_us = monotonic_us() + kPatienceUs;
     const SheriffCommand& command = state_.commands().at(id);
@@ -69,6 +74,7 @@ class Guest {
   process::LcmBus bus_;
   process::DropCounter drops_;
   SheriffState state_;
+  bool has_ordered_ = false;
 };
 
 }  // namespace

@@ -43,7 +43,7 @@ class Guest {
     const int64_t end_us = monotonic_us() + kListenUs;
     while (monotonic_us() < end_us && !process::stop_requested()) bus_.handle_once(50);
     require(!state_.deputies().empty(),
-            "no procman deputy is heard. Does ./marco run run, and on this network?");
+            "no procman deputy is heard. Does one run, and on this network?");
   }
 
   int list() const {

@@ -40,19 +40,17 @@ const std::string kAnswer =
 }  // namespace
 
 Orders::Orders(Hub& hub,
-               process::DropCounter& drops,
                const Source& source,
                ProcmanChannels& procman,
                const teleop::MapFrame& map,
                const SteeringOptions& options)
     : hub_(hub),
-      drops_(drops),
+      drops_(source.drops),
       bus_(source.live),
       procman_(procman),
       map_(map),
       steering_(options),
       slam_(source,
-            drops,
             [this](const Hub::Call& call, const slam::SlamAnswers& answers) {
               answer(call, answers.are_good(),
                      answers.is_empty() ? "SLAM did not answer within 10 s: does it run?"
@@ -64,13 +62,13 @@ Orders::Orders(Hub& hub,
   hub_.on_published = [this](const Hub::Published& message) { take_published(message); };
   constexpr const char* kStopLayout = "lbss";
   procman::subscribe_checked<emergency_stop_t>(
-      source.in, channels::kEmergencyStop, kStopLayout, drops,
+      source.in, channels::kEmergencyStop, kStopLayout, drops_,
       [this](const emergency_stop_t& message) {
         emergency_.hear({message.utime, message.engaged != 0, message.sender, message.reason});
         tell_stop();
       });
   source.in.subscribe<base_status_t>(
-      channels::kBaseStatus, drops,
+      channels::kBaseStatus, drops_,
       [this](const base_status_t& status, const auto&) { take_base_status(from_message(status)); });
 }
 

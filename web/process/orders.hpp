@@ -27,7 +27,6 @@ class Orders {
  public:
   /// All outlive it. A recording takes no orders.
   Orders(Hub& hub,
-         process::DropCounter& drops,
          const Source& source,
          ProcmanChannels& procman,
          const teleop::MapFrame& map,

@@ -45,9 +45,9 @@ slam_command_t command_of(std::string_view json) {
 
 }  // namespace
 
-SlamCalls::SlamCalls(const Source& source, process::DropCounter& drops, Answer answer)
+SlamCalls::SlamCalls(const Source& source, Answer answer)
     : bus_(source.live), answer_(std::move(answer)) {
-  source.in.subscribe<slam_reply_t>(channels::kSlamReply, drops,
+  source.in.subscribe<slam_reply_t>(channels::kSlamReply, source.drops,
                                     [this](const slam_reply_t& reply, const auto&) {
                                       const auto waiting = waiting_.find(reply.command_utime);
                                       if (waiting == waiting_.end()) return;
@@ -55,7 +55,7 @@ SlamCalls::SlamCalls(const Source& source, process::DropCounter& drops, Answer a
                                       if (waiting->second.answers.are_complete())
                                         waiting->second.until_us = 0;
                                     });
-  source.in.subscribe<process_status_t>(channels::kProcessStatus, drops,
+  source.in.subscribe<process_status_t>(channels::kProcessStatus, source.drops,
                                         [this](const process_status_t& status, const auto&) {
                                           if (!slam::is_slam(status.process)) return;
                                           slams_heard_us_[status.process] = procman::monotonic_us();

@@ -7,7 +7,6 @@
 #include <string_view>
 
 #include "lcm_tools/process/bus.hpp"
-#include "lcm_tools/process/drop_counter.hpp"
 #include "marco/slam_command_t.hpp"
 #include "slam/process/slam_answers.hpp"
 #include "web/hub.hpp"
@@ -21,8 +20,8 @@ class SlamCalls {
  public:
   using Answer = std::function<void(const Hub::Call& call, const slam::SlamAnswers& answers)>;
 
-  /// Source and counter outlive it. @param answer  gets none where no SLAM has answered
-  SlamCalls(const Source& source, process::DropCounter& drops, Answer answer);
+  /// @param source  outlives it. @param answer  gets none where no SLAM has answered
+  SlamCalls(const Source& source, Answer answer);
 
   /// Live only. @throws std::invalid_argument saying what is wrong with the request.
   void order(const Hub::Call& call, std::string_view json);

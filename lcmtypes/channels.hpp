@@ -31,6 +31,7 @@ inline constexpr const char* kSlamPose = "SLAM_POSE";
 inline constexpr const char* kGridMap = "GRID_MAP";
 inline constexpr const char* kLineMap = "LINE_MAP";
 inline constexpr const char* kTrajectory = "TRAJECTORY";
+inline constexpr const char* kLoopClosures = "LOOP_CLOSURES";
 inline constexpr const char* kScene = "SCENE";
 inline constexpr const char* kMesh = "MESH";
 inline constexpr const char* kSlamCommand = "SLAM_COMMAND";

@@ -7,6 +7,7 @@
 
 #include "bot_core/planar_lidar_t.hpp"
 #include "common/grid_map.hpp"
+#include "common/loop_closure.hpp"
 #include "common/pose_estimate.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
@@ -15,6 +16,7 @@
 #include "marco/imu_t.hpp"
 #include "marco/lidar_raw_t.hpp"
 #include "marco/line_map_t.hpp"
+#include "marco/loop_closures_t.hpp"
 #include "marco/odometry_t.hpp"
 #include "marco/pantilt_state_t.hpp"
 #include "marco/pose2_t.hpp"
@@ -53,6 +55,9 @@ PoseEstimate from_message(const slam_pose_t& message);
 
 trajectory_t to_message(const Trajectory& trajectory, Utime utime, int64_t revision);
 Trajectory from_message(const trajectory_t& message);
+
+loop_closures_t to_message(const LoopClosures& loops, Utime utime, int64_t revision);
+LoopClosures from_message(const loop_closures_t& message);
 
 line_map_t to_message(const Walls& walls, Utime utime, int64_t revision);
 Walls from_message(const line_map_t& message);

@@ -72,6 +72,42 @@ Trajectory from_message(const trajectory_t& message) {
   return trajectory;
 }
 
+loop_closures_t to_message(const LoopClosures& loops, Utime utime, int64_t revision) {
+  loop_closures_t message;
+  message.utime = utime.us;
+  message.revision = revision;
+  message.num_loops = static_cast<int32_t>(loops.size());
+  for (const LoopClosure& loop : loops) {
+    message.from_utimes.push_back(loop.from_utime.us);
+    message.to_utimes.push_back(loop.to_utime.us);
+    message.ends_m.push_back({loop.from_m.x(), loop.from_m.y(), loop.to_m.x(), loop.to_m.y()});
+    message.residual_m.push_back(loop.residual_m);
+    message.residual_rad.push_back(loop.residual_rad);
+    message.overlap.push_back(loop.overlap);
+  }
+  return message;
+}
+
+LoopClosures from_message(const loop_closures_t& message) {
+  require(message.num_loops >= 0, "loop_closures_t: num_loops below 0");
+  LoopClosures loops(static_cast<std::size_t>(message.num_loops));
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const auto& ends_m = message.ends_m[i];
+    LoopClosure& loop = loops[i];
+    loop = {stamp_of(message.from_utimes[i]),
+            stamp_of(message.to_utimes[i]),
+            {ends_m[0], ends_m[1]},
+            {ends_m[2], ends_m[3]},
+            message.residual_m[i],
+            message.residual_rad[i],
+            message.overlap[i]};
+    require(loop.from_m.allFinite() && loop.to_m.allFinite() && std::isfinite(loop.residual_m) &&
+                std::isfinite(loop.residual_rad) && std::isfinite(loop.overlap),
+            "loop_closures_t: a loop closure is not finite");
+  }
+  return loops;
+}
+
 line_map_t to_message(const Walls& walls, Utime utime, int64_t revision) {
   line_map_t message;
   message.utime = utime.us;

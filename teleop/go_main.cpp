@@ -115,7 +115,7 @@ int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
   }
   send(bus, {});  // a stop
   fail("stopped");
-  return process::kExitSignal + process::interrupted_by();
+  return process::kExitSignal + process::stopped_by();
 }
 
 }  // namespace

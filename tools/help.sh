@@ -26,6 +26,8 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco page [MAP|LOG]               a page in the browser: what runs, a map folder or a recording (./marco page --help)
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release
   ./marco go X Y                       drives the robot that runs to a point of the map [m], straight on
+  ./marco head PAN TILT                points the pan-tilt of the robot that runs [degrees]; 0 0: ahead and level
+  ./marco program ORDER [NAME]         the programs that ./marco run started: list, start, stop, restart
   ./marco slam ORDER [NAME]            the SLAM that runs: save, localize, extend, reset, set-pose, pause, resume
   ./marco replay LOG [--speed X]       a log's input channels into the processes that run
   ./marco bridge [ws://ROBOT:8765]     maps with a robot of MBot, dimos, ROS 1 or ROS 2   (./marco bridge --help)

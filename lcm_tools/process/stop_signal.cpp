@@ -5,9 +5,9 @@
 namespace marco::process {
 namespace {
 
-volatile std::sig_atomic_t stop_flag = 0;
+volatile std::sig_atomic_t stop_signal = 0;
 
-void on_stop_signal(int /*signal*/) { stop_flag = 1; }
+void on_stop_signal(int signal_number) { stop_signal = signal_number; }
 
 volatile std::sig_atomic_t interrupt_signal = 0;
 std::string outcome_of_interrupt;  // NOLINT: written once, from main
@@ -47,6 +47,8 @@ void catch_stop_signals() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-bool stop_requested() { return stop_flag != 0; }
+bool stop_requested() { return stop_signal != 0; }
+
+int stopped_by() { return stop_signal; }
 
 }  // namespace marco::process

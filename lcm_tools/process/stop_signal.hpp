@@ -10,6 +10,8 @@ void catch_stop_signals();
 
 /// Whether one of them was received.
 bool stop_requested();
+/// Which; 0 = none.
+int stopped_by();
 
 /// The user interrupted a command.
 struct Interrupted : std::runtime_error {

@@ -222,6 +222,31 @@ void SheriffState::forget_removed() {
   }
 }
 
+Orders SheriffState::single_order(const std::string& id,
+                                  const std::string& action,
+                                  int64_t now_utime_us,
+                                  int64_t now_us) {
+  const auto at = commands_.find(id);
+  require(at != commands_.end(), "there is no command \"" + id.substr(0, 100) + "\"");
+  const std::string& deputy = at->second.deputy;
+  require(at->second.reported.has_value(), "deputy '" + deputy + "' of this command was not heard");
+  if (action == "start") {
+    start(id);
+  } else if (action == "stop") {
+    stop(id);
+  } else {
+    require(action == "restart", "procman starts, stops or restarts");
+    restart(id);
+  }
+  observer_ = false;
+  std::vector<Orders> due = take_due_orders(now_utime_us, now_us);
+  observer_ = true;
+  const auto orders = std::find_if(due.begin(), due.end(),
+                                   [&](const Orders& one) { return one.deputy_id == deputy; });
+  require(orders != due.end(), "deputy '" + deputy + "' is not heard any more");
+  return std::move(*orders);
+}
+
 std::vector<Orders> SheriffState::take_due_orders(int64_t now_utime_us, int64_t now_us) {
   std::vector<Orders> due;
   if (observer_) return due;

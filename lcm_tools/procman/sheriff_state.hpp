@@ -85,6 +85,14 @@ class SheriffState {
   /// an observer.
   std::vector<Orders> take_due_orders(int64_t now_utime_us, int64_t now_us);
 
+  /// What an observer orders once of one command: all that is wanted of its deputy, with this one
+  /// change. That deputy's own sheriff repeats it from then on.
+  /// @param action  "start", "stop" or "restart". @throws std::invalid_argument saying why not.
+  Orders single_order(const std::string& id,
+                      const std::string& action,
+                      int64_t now_utime_us,
+                      int64_t now_us);
+
   /// Ids of the commands that are known to run.
   std::vector<std::string> running() const;
 

@@ -35,7 +35,8 @@ using namespace marco;  // NOLINT(google-build-using-namespace): a main has no o
 int main(int argc, char** argv) {
   return process::run_main("marco-slam", [&] {
     CLI::App app(
-        "Scan-matching SLAM: LIDAR and ODOMETRY in, SLAM_POSE, TRAJECTORY and GRID_MAP out");
+        "Scan-matching SLAM: LIDAR and ODOMETRY in, SLAM_POSE, TRAJECTORY, LOOP_CLOSURES and "
+        "GRID_MAP out");
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
     std::string checkpoint;

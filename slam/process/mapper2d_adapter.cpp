@@ -7,6 +7,7 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/map_request_t.hpp"
+#include "slam/back_end/loops_in_force.hpp"
 
 namespace marco::slam {
 
@@ -77,8 +78,11 @@ void Mapper2dAdapter::use(const SynchronizedScan& scan) {
 }
 
 void Mapper2dAdapter::publish_trajectory(Utime utime) {
+  const Mapper2d& mapper = mapper2d();
   bus_.publish(channels::kTrajectory,
-               to_message(mapper2d().key_trajectory(), utime, mapper2d().revision()));
+               to_message(mapper.key_trajectory(), utime, mapper.revision()));
+  bus_.publish(channels::kLoopClosures,
+               to_message(loops_in_force(mapper.loops(), mapper.keys()), utime, mapper.revision()));
 }
 
 void Mapper2dAdapter::write_in_background() {

@@ -72,8 +72,8 @@ struct MappedScan {
 
 /// Messages in, a Mapper2d, messages out; scan SLAM and line SLAM say the rest. Subscribes the
 /// sensors' channels (sensor_feed.hpp), SLAM_COMMAND and MAP_REQUEST; publishes SLAM_POSE for each
-/// scan, TRAJECTORY when older poses moved, TRAJECTORY and the map at intervals, on request and in
-/// the end.
+/// scan, TRAJECTORY and LOOP_CLOSURES when older poses moved, and both with the map at intervals,
+/// on request and in the end.
 ///
 /// Live (LcmBus) and batch (BatchBus) alike. What it does depends on the order of messages and
 /// their stamps alone, never on a clock. Runs on the bus's thread.
@@ -86,7 +86,7 @@ class Mapper2dAdapter {
   /// What follows was recorded at another time: nothing is concluded from the step between both
   /// recordings' odometry or clocks.
   void start_session();
-  /// Uses the scans that still wait, optimizes a last time, publishes TRAJECTORY and the map.
+  /// Uses the scans that still wait, optimizes a last time, publishes trajectory and map.
   virtual void finish();
   /// Keeps what became of every scan. Memory grows with the log.
   void keep_scans() { keep_scans_ = true; }
@@ -124,6 +124,7 @@ class Mapper2dAdapter {
   virtual std::function<void()> checkpoint_job() = 0;
   virtual std::string mapping_line() const = 0;
 
+  /// TRAJECTORY and LOOP_CLOSURES.
   void publish_trajectory(Utime utime);
   /// No scan waits for the disk from here on.
   void write_in_background();

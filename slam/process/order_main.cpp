@@ -1,7 +1,6 @@
 #include <chrono>
 #include <cstdio>
 #include <optional>
-#include <utility>
 
 #include "common/pose2.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -10,8 +9,9 @@
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcm_tools/process/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
+#include "marco/process_status_t.hpp"
 #include "marco/slam_command_t.hpp"
-#include "marco/slam_reply_t.hpp"
+#include "slam/process/slam_answers.hpp"
 
 namespace {
 
@@ -20,40 +20,49 @@ using std::chrono::steady_clock;
 
 // A large map takes seconds to be written, and a search in one some, too.
 constexpr std::chrono::seconds kPatience{10};
-// After a refusal, for the other SLAM's reply.
-constexpr std::chrono::milliseconds kOthersReply{500};
+// Each SLAM that runs says so once a second.
+constexpr std::chrono::milliseconds kAllAreHeard{1300};
 
-/// Sends the order and waits for the reply. An order without a reply is not sent again: it may have
-/// been obeyed. Where two SLAMs run, one may refuse what the other does.
-std::optional<slam_reply_t> ask(process::LcmBus& bus, slam_command_t command) {
-  command.utime = process::wall_clock_us();
-  std::optional<slam_reply_t> answer;
-  process::DropCounter drops;
-  bus.subscribe<slam_reply_t>(channels::kSlamReply, drops, [&](const auto& reply, const auto&) {
-    if (reply.command_utime == command.utime && (!answer || reply.ok)) answer = reply;
-  });
-  bus.publish(channels::kSlamCommand, command);
-  auto end = steady_clock::now() + kPatience;
-  bool was_refused = false;
-  while (steady_clock::now() < end && !process::stop_requested()) {
-    bus.handle_once(50);
-    if (answer && answer->ok) break;
-    if (answer && !std::exchange(was_refused, true)) end = steady_clock::now() + kOthersReply;
+/// Gives orders to all SLAMs that run, and hears their answers.
+class OrderGiver {
+ public:
+  explicit OrderGiver(const std::string& lcm_url) : bus_(lcm_url) {
+    bus_.subscribe<slam_reply_t>(channels::kSlamReply, drops_,
+                                 [this](const slam_reply_t& reply, const auto&) {
+                                   if (answers_) answers_->take(reply);
+                                 });
+    bus_.subscribe<process_status_t>(channels::kProcessStatus, drops_,
+                                     [this](const process_status_t& status, const auto&) {
+                                       if (answers_ && slam::is_slam(status.process))
+                                         answers_->expect(status.process);
+                                     });
   }
-  return answer;
-}
 
-/// Prints the answer. @returns the exit code.
-int give(process::LcmBus& bus, const slam_command_t& command) {
-  const std::optional<slam_reply_t> reply = ask(bus, command);
-  if (!reply) {
-    std::fputs("marco slam: no SLAM answers. Is marco-slam running, and on this network?\n",
-               stderr);
-    return process::kExitFailed;
+  /// Prints the answers. An order without one is not sent again: it may have been obeyed.
+  /// @returns the exit code.
+  int give(slam_command_t command) {
+    command.utime = process::wall_clock_us();
+    answers_.emplace(command);
+    bus_.publish(channels::kSlamCommand, command);
+    const auto begin = steady_clock::now();
+    while (steady_clock::now() < begin + kPatience && !process::stop_requested()) {
+      bus_.handle_once(50);
+      if (answers_->are_complete() && steady_clock::now() > begin + kAllAreHeard) break;
+    }
+    if (answers_->is_empty()) {
+      std::fputs("marco slam: no SLAM answers. Is marco-slam running, and on this network?\n",
+                 stderr);
+      return process::kExitFailed;
+    }
+    std::fprintf(answers_->are_good() ? stdout : stderr, "%s\n", answers_->text().c_str());
+    return answers_->are_good() ? process::kExitDone : process::kExitFailed;
   }
-  std::fprintf(reply->ok ? stdout : stderr, "%s\n", reply->text.c_str());
-  return reply->ok ? process::kExitDone : process::kExitFailed;
-}
+
+ private:
+  process::LcmBus bus_;
+  process::DropCounter drops_;
+  std::optional<slam::SlamAnswers> answers_;  ///< to the newest order
+};
 
 void take_pose(const std::vector<double>& x_y_deg, slam_command_t& command) {
   command.x_m = x_y_deg[0];
@@ -66,7 +75,7 @@ void take_pose(const std::vector<double>& x_y_deg, slam_command_t& command) {
 int main(int argc, char** argv) {
   return process::run_main("marco-slam-order", [&] {
     CLI::App app(
-        "Gives an order to the running SLAM and says what became of it.\n"
+        "Gives an order to every SLAM that runs, and says what became of it.\n"
         "NAME is a folder below the SLAM's own folder for maps (maps_folder in its config).");
     std::string lcm_url, folder;
     std::vector<double> pose;
@@ -101,14 +110,14 @@ int main(int argc, char** argv) {
     order("resume", slam_command_t::RESUME, "map again after pause");
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     process::catch_stop_signals();
-    process::LcmBus bus(lcm_url);
+    OrderGiver giver(lcm_url);
     command.folder = folder;
     if (!pose.empty()) take_pose(pose, command);
-    const int code = give(bus, command);
+    const int code = giver.give(command);
     if (code != process::kExitDone || command.command != slam_command_t::LOCALIZE || pose.empty()) {
       return code;
     }
     command.command = slam_command_t::SET_POSE;
-    return give(bus, command);
+    return giver.give(command);
   });
 }

@@ -128,6 +128,7 @@ constexpr void (*kTypes[])(std::span<const uint8_t>) = {
     only_decode<slam_pose_t>,
     as_sample,
     convert_there_and_back<emergency_stop_t>,
+    only_from<loop_closures_t>,
 };
 
 MARCO_FUZZ(messages) {

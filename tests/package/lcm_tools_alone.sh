@@ -18,7 +18,7 @@ cmake -S "$folder/lcm_tools" -B "$folder/build" -G Ninja -DCMAKE_BUILD_TYPE=Dev 
   >"$folder/log" 2>&1 || { cat "$folder/log"; fail configure; }
 cmake --build "$folder/build" >"$folder/log" 2>&1 || { grep -E 'error|undefined' "$folder/log" | head -50; fail build; }
 cmake --install "$folder/build" --prefix "$folder/usr" >/dev/null
-for program in marco-log marco-relay marco-spy marco-procman-deputy marco-procman-keeper marco-procman-sheriff; do
+for program in marco-log marco-relay marco-spy marco-procman-deputy marco-procman-keeper marco-procman-order marco-procman-sheriff; do
   "$folder/usr/bin/$program" --version | grep -q "^$program 0" || fail "$program --version"
 done
 "$folder/usr/bin/marco-log" info "$source_folder/logs/sample.lcm" | grep -q bot_core.planar_lidar_t || fail 'marco-log info'

@@ -1,12 +1,17 @@
-// Debian's Chromium without a screen, driven by puppeteer-core, and what the page's tests ask of it.
+// Debian's Chromium without a screen (by hand also Firefox: BROWSER=firefox), driven by puppeteer-core, and what the page's tests ask of it.
 import assert from "node:assert/strict";
 import { existsSync } from "node:fs";
 import puppeteer from "puppeteer-core";
 
 export const three = "/usr/share/javascript/three/three.min.js";
+export const freeDay = [255, 255, 255], occupiedDay = [28, 37, 48];
 export const desktop = { width: 1440, height: 900 }, phone = { width: 390, height: 844, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
 
+// It has no touch screen, no wish for day or night, and, without a GPU, no WebGL.
+export const firefox = process.env.BROWSER === "firefox";
+
 export async function launch() {
+  if (firefox) return puppeteer.launch({ browser: "firefox", executablePath: "/usr/bin/firefox-esr" });
   const executablePath = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(existsSync);
   if (!executablePath) {
     console.log("SKIPPED: no Chromium (Debian: chromium)");
@@ -20,13 +25,16 @@ export async function open(browser, url, { viewport = desktop, scheme = "light" 
   const page = await (await browser.createBrowserContext()).newPage();
   page.faults = [];
   page.on("pageerror", (error) => page.faults.push(error.message));
-  await page.setViewport(viewport);
-  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+  await page.setViewport(firefox ? { width: viewport.width, height: viewport.height } : viewport);
+  if (!firefox) await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
   await page.goto(url);
   return page;
 }
 
 export const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+// Until what was told of by now is drawn.
+export const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
 // Until `what` gives something true; says what it waited for.
 export async function until(text, what, seconds = 10) {

@@ -1,17 +1,14 @@
 // The page in a browser: against a robot of its own (page_robot.mjs), and as one file from disk.
 // usage: node page_browser.mjs MARCO_EXPORT PAGE_FOLDER
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
 import { existsSync } from "node:fs";
-import { mkdtemp, rm } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { desktop, findColor, findImage, launch, open, phone, press, reachable, text, three, toasts, until, wait } from "./browser.mjs";
-import { cubesApart_m, postsApart_m, writeFolder } from "./page_folder.mjs";
+import { findColor, freeDay, launch, open, press, text, three, toasts, until, wait } from "./browser.mjs";
+import { fileCases } from "./page_file.mjs";
+import { handCases } from "./page_hands.mjs";
 import { PageRobot } from "./page_robot.mjs";
 
 const [marcoExport, pageFolder] = process.argv.slice(2);
 const browser = await launch();
-const freeDay = [255, 255, 255], occupiedDay = [28, 37, 48];
 
 async function withRobot(options, body) {
   const robot = new PageRobot(pageFolder, { three: existsSync(three) ? three : null, ...options });
@@ -38,6 +35,24 @@ const cases = {
     });
   },
 
+  async "loop closures are drawn as SLAM tells them, and go with the map"() {
+    await withRobot({}, async (robot, url) => {
+      const page = await open(browser, url), loopDay = [43, 138, 62];
+      await until("a map", async () => (await findColor(page, "#map", freeDay)).count > 1000);
+      await page.click("#tab-map");
+      const layer = () => page.$$eval(".layer", (rows) => rows.some((row) => row.innerText === "Loop closures" && row.offsetParent !== null));
+      assert.ok(!(await layer()), "there are none yet");
+      robot.loops = [[-5, -3, -1, -3], [-5, -2.5, -1, -2.5]];
+      await until("the layer", layer);
+      assert.equal((await findColor(page, "#map", loopDay)).count, 0, "they are drawn when asked for");
+      await page.evaluate(() => [...document.querySelectorAll(".layer")].find((row) => row.innerText === "Loop closures").click());
+      await until("their lines", async () => (await findColor(page, "#map", loopDay)).count > 200);
+      robot.obey("slam", { command: "reset" });
+      await until("their end", async () => !(await layer()) && (await findColor(page, "#map", loopDay)).count === 0);
+      assert.deepEqual(page.faults, []);
+    });
+  },
+
   async "a click sends the robot to the place under the pointer, and every browser sees the goal"() {
     await withRobot({}, async (robot, url) => {
       const [page, second] = [await open(browser, url), await open(browser, url)];
@@ -58,55 +73,13 @@ const cases = {
     });
   },
 
-  async "stop is in reach everywhere, stops, is shown to all, and is released"() {
+  async "before anything was heard the map says so"() {
     await withRobot({}, async (robot, url) => {
-      const [page, second] = [await open(browser, url, { viewport: phone }), await open(browser, url)];
-      await until("the button", () => reachable(page, ".stop"));
-      for (const tab of ["drive", "map", "health", "programs"]) {
-        await page.click(`#tab-${tab}`);
-        await wait(350);
-        assert.ok(await reachable(page, ".stop"), `stop is covered while ${tab} is open`);
-      }
-      robot.obey("go", { x_m: 3, y_m: 0 });
-      await page.tap(".stop");
-      await until("the order", () => robot.engaged);
-      assert.equal(robot.goal, null);
-      await until("the second browser", async () => (await text(second, ".stopped")).includes("Stopped by the page"));
-      await second.click(".release");
-      await until("the release", () => !robot.engaged);
-    });
-  },
-
-  async "stick and keys drive while held, ten times a second, and end with zero"() {
-    await withRobot({}, async (robot, url) => {
+      clearInterval(robot.timer);
       const page = await open(browser, url);
-      await until("a pose", async () => (await text(page, ".drive .figures")).includes("m"));
-      const ends = async (what) => {
-        await until(`${what} ends with zero`, () => robot.velocities.length > 0 && robot.velocities.at(-1).v === 0 && robot.velocities.at(-1).w === 0, 1);
-        const { length } = robot.velocities;
-        await wait(800);
-        assert.ok(robot.velocities.length <= length + 3, `${what}: orders after the release`);
-        robot.velocities = [];
-      };
-      const stick = await (await page.$(".stick")).boundingBox(), middle = [stick.x + stick.width / 2, stick.y + stick.height / 2];
-      await page.mouse.move(...middle);
-      await page.mouse.down();
-      await page.mouse.move(middle[0], middle[1] - 80);
-      await wait(1050);
-      const held = robot.velocities.filter((one) => one.v > 0.25);
-      assert.ok(held.length >= 8 && held.length <= 13, `${held.length} orders a second`);
-      await page.mouse.up();
-      await ends("stick");
-      await page.keyboard.down("KeyA");
-      await until("a turn to the left", () => robot.velocities.some((one) => one.w > 0.5 && one.v === 0), 1);
-      await page.evaluate(() => window.dispatchEvent(new Event("blur")));  // another window
-      await ends("a key when the window loses the focus");
-      await page.keyboard.up("KeyA");
-      await page.click("#tab-map");
-      await page.keyboard.down("KeyW");
-      await wait(400);
-      await page.keyboard.up("KeyW");
-      assert.deepEqual(robot.velocities, [], "keys drive while another tab is open");
+      await until("that there is nothing to draw", async () => (await text(page, "#plan .empty")).includes("Nothing to draw yet"));
+      robot.timer = setInterval(() => robot.step(), 50);
+      await until("the map instead", () => page.$eval("#plan .empty", (note) => note.hidden));
     });
   },
 
@@ -163,9 +136,9 @@ const cases = {
       const page = await open(browser, url);
       await until("the banner's end", () => page.$eval("#banner", (banner) => banner.hidden));
       await robot.stop();
-      await until("what is said", () => page.$eval("#banner", (banner) => !banner.hidden && banner.innerText.includes("Connection lost")), 2);
+      await until("what is said", () => page.$eval("#banner", (banner) => !banner.hidden && banner.innerText.includes("Connection lost")), 5);
       await press(page, "Stop");
-      await until("that stop was not sent", async () => (await toasts(page)).includes("not connected"), 2);
+      await until("that stop was not sent", async () => (await toasts(page)).includes("not connected"), 5);
       await robot.start();
       await until("the connection", () => page.$eval("#banner", (banner) => banner.hidden));
       const before = robot.now;
@@ -200,83 +173,9 @@ const cases = {
     });
   },
 
-  async "one file from disk: without network, a distance is the world's within 1 cm"() {
-    await withFile(async (url) => {
-      const page = await open(browser, url, { viewport: desktop });
-      await page.setOfflineMode(true);
-      await page.reload();
-      await until("the plan", async () => (await findColor(page, "#map", freeDay)).count > 1000);
-      assert.match(await text(page, "#panel-map"), /The map is doubtful[^]*<b>bent<\/b> here[^]*forbid_loop 1 2/);
-      await page.keyboard.press("Tab");
-      for (const turned of [false, true]) {
-        if (turned) await turnMap(page);
-        await press(page, "Measure a distance");
-        for (const end of [0, 1]) await clickPost(page, end);
-        const said = Number((await text(page, ".said")).replace(" m", ""));
-        assert.ok(Math.abs(said - postsApart_m) <= 0.01, `${said} m is not ${postsApart_m.toFixed(3)} m`);
-        console.log(`  measured ${said} m, the world has ${postsApart_m.toFixed(4)} m`);
-        await press(page, "Measure a distance");
-      }
-      assert.deepEqual(page.faults, []);
-    });
-  },
-
-  async "one file from disk: the model, measured"() {
-    if (!existsSync(three)) return console.log("  SKIPPED: no three.js (Debian: libjs-three)");
-    await withFile(async (url) => {
-      const page = await open(browser, url);
-      await press(page, "3D model");
-      await page.waitForSelector("#space .controls:not([hidden])");
-      await press(page, "Measure a distance");
-      for (const rgb of [[190, 0, 0], [0, 0, 190]]) {
-        const cube = await until("a cube", async () => {
-          const found = await findImage(page, rgb);
-          return found.count > 20 ? found : null;
-        });
-        await page.mouse.click(cube.x, cube.y);
-      }
-      const said = Number((await text(page, ".said")).replace(" m", ""));
-      assert.ok(Math.abs(said - cubesApart_m) < 0.1, `${said} m is not ${cubesApart_m.toFixed(2)} m`);
-      await press(page, "Walk");
-      await wait(300);
-      assert.deepEqual(page.faults, []);
-    });
-  },
+  ...handCases(browser, withRobot, marcoExport),
+  ...fileCases(browser, marcoExport),
 };
-
-async function withFile(body) {
-  const folder = await mkdtemp(`${tmpdir()}/marco_page_`);
-  try {
-    await writeFolder(folder);
-    execFileSync(marcoExport, [folder, "--html", `${folder}/map.html`]);
-    await body(`file://${folder}/map.html`);
-  } finally {
-    await rm(folder, { recursive: true });
-  }
-}
-
-// To the nearer or the farther post: at the wheel's closest, its middle is a pixel of a few millimetres.
-async function clickPost(page, end) {
-  await press(page, "Show all");
-  await wait(100);  // until it is drawn
-  const split = desktop.width / 2 + 140, half = end === 0 ? [372, 72, split, 900] : [split, 72, 1440, 900];
-  let post = await findColor(page, "#map", occupiedDay, half);
-  for (let i = 0; i < 6; ++i) {
-    await page.mouse.move(post.x, post.y);
-    await page.mouse.wheel({ deltaY: -200 });
-    await wait(60);
-    const near = [post.x - 120, post.y - 120, post.x + 120, post.y + 120];
-    post = await findColor(page, "#map", occupiedDay, near);
-  }
-  await page.mouse.click(post.x, post.y);
-}
-
-async function turnMap(page) {
-  await page.keyboard.down("Shift");
-  await page.mouse.move(800, 700);
-  await page.mouse.wheel({ deltaY: 90 });
-  await page.keyboard.up("Shift");
-}
 
 let failed = 0;
 for (const [name, body] of Object.entries(cases)) {

@@ -42,14 +42,14 @@ const crcTable = Uint32Array.from({ length: 256 }, (_, n) => {
 });
 const crc = crc32 ?? ((bytes) => (bytes.reduce((sum, byte) => crcTable[(sum ^ byte) & 255] ^ (sum >>> 8), 0xFFFFFFFF) ^ 0xFFFFFFFF) >>> 0);
 
-const channels = ["SLAM_POSE", "TRAJECTORY", "BASE_COMMAND", "BASE_STATUS", "PANTILT_STATE", "LINE_MAP", "MESH", "/tf", "page/tiles", "page/scan", "page/health", "page/commands", "page/output", "page/stop"];
+const channels = ["SLAM_POSE", "TRAJECTORY", "LOOP_CLOSURES", "BASE_COMMAND", "BASE_STATUS", "PANTILT_STATE", "LINE_MAP", "MESH", "/tf", "page/tiles", "page/scan", "page/health", "page/commands", "page/output", "page/stop"];
 const services = ["slam", "go", "head", "stop", "procman", "record"];
 const types = { html: "text/html", css: "text/css", js: "text/javascript" };
 
 export class PageRobot {
   // page: the folder web/page. three: the file of three.js, or nothing.
   constructor(page, { readOnly = false, hostile = false, three = null, port = 0 } = {}) {
-    Object.assign(this, { page, readOnly, hostile, three, port, told: [], velocities: [], tiles: new Map(), changed: new Set(), clients: new Set(), now: 1e15, path: [] });
+    Object.assign(this, { page, readOnly, hostile, three, port, told: [], velocities: [], tiles: new Map(), changed: new Set(), clients: new Set(), now: 1e15, path: [], loops: [] });
     Object.assign(this, { x: -3, y: -2, theta: 0.3, v: 0, w: 0, goal: null, commandId: 0, fate: 0, engaged: false, recording: false, tilt: 0 });
   }
 
@@ -141,6 +141,7 @@ export class PageRobot {
     if (service === "slam" && request.command === "reset") {
       this.tiles.clear();
       this.path = [];
+      this.loops = [];
       this.publish("page/tiles", { revision: 0, resolution_m: resolution, tiles: [], clear: true });
     }
     if (service === "slam" && request.command === "extend") return { ok: false, text: `${request.folder}: no map there`, path: "" };
@@ -179,6 +180,7 @@ export class PageRobot {
       this.changed.clear();
       this.path.push([this.now, this.x, this.y, this.theta]);
       this.publish("TRAJECTORY", { utime: this.now, revision: this.ticks, num_poses: this.path.length, utimes: this.path.map((p) => p[0]), x_m: this.path.map((p) => p[1]), y_m: this.path.map((p) => p[2]), theta_rad: this.path.map((p) => p[3]) });
+      this.publish("LOOP_CLOSURES", { utime: this.now, revision: this.ticks, num_loops: this.loops.length, ends_m: this.loops });
       this.publish("/tf", { transforms: [{ parent_frame_id: "map", child_frame_id: "odom", translation: { x: 0, y: 0, z: 0 }, rotation: { x: 0, y: 0, z: 0, w: 1 } }] });
       this.publish("PANTILT_STATE", { utime: this.now, pan_rad: 0, tilt_rad: this.tilt });
       this.publish("BASE_STATUS", { utime: this.now, base: "test", link: 2, command_id: this.commandId, command: this.fate, motors_on: true, battery_v: [12.4], bumpers: [], note: "" });

@@ -120,7 +120,7 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_message(const DecodedEve
     if (is_a<bot_core::image_t>(event.bytes)) return translate_image(event);
     for (const auto translate_as :
          {&FoxgloveTranslator::translate_info, &FoxgloveTranslator::translate_grid,
-          &FoxgloveTranslator::translate_pose, &FoxgloveTranslator::translate_model}) {
+          &FoxgloveTranslator::translate_pose, &FoxgloveTranslator::translate_scene}) {
       auto messages = (this->*translate_as)(event, channel);
       if (!messages.empty()) return messages;
     }
@@ -188,12 +188,17 @@ std::vector<AddedMessage> FoxgloveTranslator::grid_messages(
   return messages;
 }
 
-std::vector<AddedMessage> FoxgloveTranslator::translate_model(const DecodedEvent& event,
+std::vector<AddedMessage> FoxgloveTranslator::translate_scene(const DecodedEvent& event,
                                                               const std::string& channel) {
-  const auto tile = decode_as<mesh_t>(event.bytes);
-  if (!tile) return {};
-  std::string json =
-      scenes_.json(channel, foxglove::stamp_json(shifted_us(channel, tile->utime)), "world", *tile);
+  std::string json;
+  if (const auto tile = decode_as<mesh_t>(event.bytes)) {
+    json = scenes_.json(channel, foxglove::stamp_json(shifted_us(channel, tile->utime)), "world",
+                        *tile);
+  } else if (const auto walls = decode_as<line_map_t>(event.bytes)) {
+    json = foxglove::walls_scene(shifted_us(channel, walls->utime), "world", from_message(*walls));
+  } else if (const auto loops = decode_as<loop_closures_t>(event.bytes)) {
+    json = foxglove::loops_scene(shifted_us(channel, loops->utime), "world", from_message(*loops));
+  }
   if (json.empty()) return {};
   return {{channel + "/SceneUpdate", "foxglove.SceneUpdate", std::move(json)}};
 }

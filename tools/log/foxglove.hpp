@@ -49,7 +49,7 @@ class FoxgloveTranslator : public McapTranslator {
                                            const std::string& channel) const;
   std::vector<AddedMessage> translate_pose(const DecodedEvent& event, const std::string& channel);
   std::vector<AddedMessage> translate_image(const DecodedEvent& event) const;
-  std::vector<AddedMessage> translate_model(const DecodedEvent& event, const std::string& channel);
+  std::vector<AddedMessage> translate_scene(const DecodedEvent& event, const std::string& channel);
 
   AddedMessage pose_message(const std::string& channel,
                             int64_t utime_us,

@@ -3,6 +3,32 @@
 #include <algorithm>
 
 namespace marco::foxglove {
+namespace {
+
+struct Line {
+  Eigen::Vector2d from_m, to_m;
+};
+
+// One entity, which replaces the one of this name before. @param head  as in_frame()
+std::string lines_scene(const std::string& head,
+                        const std::string& id,
+                        const std::string& color,
+                        const std::vector<Line>& lines) {
+  constexpr int kLineList = 2;
+  std::string points;
+  for (const Line& line : lines) {
+    points += (points.empty() ? "" : ",") + vector_json(line.from_m.x(), line.from_m.y(), 0.0) +
+              "," + vector_json(line.to_m.x(), line.to_m.y(), 0.0);
+  }
+  return R"({"deletions":[],"entities":[)" + head + R"(,"id":)" + text_json(id) +
+         R"(,"lifetime":{"sec":0,"nsec":0},"frame_locked":true,"metadata":[],)"
+         R"("arrows":[],"cubes":[],"spheres":[],"cylinders":[],"lines":[{"type":)" +
+         std::to_string(kLineList) + R"(,"pose":)" + pose_json(Pose3::Identity()) +
+         R"(,"thickness":2,"scale_invariant":true,"points":[)" + points + R"(],"color":{)" + color +
+         R"(,"a":1},"colors":[],"indices":[]}],"triangles":[],"texts":[],"models":[]}]})";
+}
+
+}  // namespace
 
 std::string stamp_json(int64_t utime_us) {
   const int64_t us = std::max<int64_t>(0, utime_us);
@@ -58,19 +84,17 @@ std::string frame_transforms(int64_t utime_us, const std::vector<Transform>& tra
 }
 
 std::string walls_scene(int64_t utime_us, const std::string& frame, const Walls& walls) {
-  constexpr int kLineList = 2;
-  std::string points;
-  for (const Wall& wall : walls) {
-    points += (points.empty() ? "" : ",") + vector_json(wall.start_m.x(), wall.start_m.y(), 0.0) +
-              "," + vector_json(wall.end_m.x(), wall.end_m.y(), 0.0);
-  }
-  return R"({"deletions":[],"entities":[)" + in_frame(utime_us, frame) +
-         R"(,"id":"walls","lifetime":{"sec":0,"nsec":0},"frame_locked":true,"metadata":[],)"
-         R"("arrows":[],"cubes":[],"spheres":[],"cylinders":[],"lines":[{"type":)" +
-         std::to_string(kLineList) + R"(,"pose":)" + pose_json(Pose3::Identity()) +
-         R"(,"thickness":2,"scale_invariant":true,"points":[)" + points +
-         R"(],"color":{"r":0.85,"g":0.2,"b":0.2,"a":1},"colors":[],"indices":[]}],)"
-         R"("triangles":[],"texts":[],"models":[]}]})";
+  std::vector<Line> lines;
+  lines.reserve(walls.size());
+  for (const Wall& wall : walls) lines.push_back({wall.start_m, wall.end_m});
+  return lines_scene(in_frame(utime_us, frame), "walls", R"("r":0.85,"g":0.2,"b":0.2)", lines);
+}
+
+std::string loops_scene(int64_t utime_us, const std::string& frame, const LoopClosures& loops) {
+  std::vector<Line> lines;
+  lines.reserve(loops.size());
+  for (const LoopClosure& loop : loops) lines.push_back({loop.from_m, loop.to_m});
+  return lines_scene(in_frame(utime_us, frame), "loops", R"("r":0.2,"g":0.65,"b":0.3)", lines);
 }
 
 std::string compressed_image(int64_t utime_us,

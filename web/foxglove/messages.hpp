@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/laser_scan.hpp"
+#include "common/loop_closure.hpp"
 #include "common/pose3.hpp"
 #include "common/trajectory.hpp"
 #include "common/wall.hpp"
@@ -34,6 +35,8 @@ std::string frame_transforms(int64_t utime_us, const std::vector<Transform>& tra
 
 /// Walls as lines of a SceneUpdate, which replaces the one before.
 std::string walls_scene(int64_t utime_us, const std::string& frame, const Walls& walls);
+/// The same of loop closures.
+std::string loops_scene(int64_t utime_us, const std::string& frame, const LoopClosures& loops);
 std::string compressed_image(int64_t utime_us,
                              const std::string& frame,
                              std::span<const uint8_t> jpeg);

@@ -1,4 +1,4 @@
-import { el, iconButton, toast } from "./dom.js";
+import { el, iconButton, narrow, toast } from "./dom.js";
 import { Drive } from "./drive.js";
 import { makeReadout } from "./map_readout.js";
 import { measureTool, pointTool, poseTool } from "./map_tools.js";
@@ -18,7 +18,6 @@ import { World } from "./world.js";
 import { showPicture } from "./pictures.js";
 
 const byId = (id) => document.getElementById(id);
-const narrow = matchMedia("(max-width: 760px)");
 const inlined = byId("snapshot");  // of a page that was exported as one file
 
 applyTheme();
@@ -30,7 +29,7 @@ const space = makeSpace(byId("space"), byId("model"), world, mapView);
 
 // What panels and bars hide of the plan [px].
 function coveredRoom() {
-  if (narrow.matches) return { left: 16, right: 60, top: 64, bottom: 128 };
+  if (narrow.matches) return { left: 16, right: 60, top: 64, bottom: 72 };
   const alone = byId("stage").dataset.view === "map";
   return { left: panel?.open && alone ? 372 : 24, right: alone ? 84 : 24, top: 72, bottom: 72 };
 }
@@ -97,8 +96,12 @@ async function setView(view) {
   await space.activate(view !== "map");
 }
 
+const empty = el("p", { class: "empty", hidden: true }, "Nothing to draw yet: it begins with the first scan. Health says what is missing.");
+byId("plan").append(empty);
+
 mapView.onView = () => {
   readout.update();
+  empty.hidden = world.mode === "folder" || tiles.bounds() !== null || world.robot !== null || world.scan !== null;
   buttons.follow.setAttribute("aria-pressed", String(mapView.follow));
   buttons.north.firstChild.style.transform = `rotate(${-mapView.view.angle}rad)`;
 };

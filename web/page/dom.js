@@ -1,3 +1,6 @@
+// The panel is a sheet from below; as in page.css.
+export const narrow = matchMedia("(max-width: 559px), (max-width: 760px) and (orientation: portrait)");
+
 // Elements, made without markup: what comes by the network is only ever text.
 
 export function el(tag, properties, ...children) {
@@ -20,12 +23,7 @@ const kIcons = {
   ruler: "M3 16L16 3l5 5L8 21zM7 12l2 2M10 9l2 2M13 6l2 2",
   cube: "M12 3l8 4.5v9L12 21l-8-4.5v-9zM4 7.5l8 4.5 8-4.5M12 12v9",
   both: "M3 5h18v14H3zM12 5v14",
-  plan: "M4 4h16v16H4zM4 12h8V4M12 20v-4",
   sun: "M12 16a4 4 0 1 0 0-8 4 4 0 0 0 0 8zM12 2v2M12 20v2M2 12h2M20 12h2M5 5l1.5 1.5M17.5 17.5L19 19M5 19l1.5-1.5M17.5 6.5L19 5",
-  target: "M12 21c-4-5-7-8-7-11.5a7 7 0 0 1 14 0C19 13 16 16 12 21zM12 12a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5z",
-  pose: "M12 20V5M6 11l6-7 6 7",
-  close: "M6 6l12 12M18 6L6 18",
-  walk: "M13 5a1.6 1.6 0 1 0 0-3.2 1.6 1.6 0 0 0 0 3.2zM10 22l2-7-3-3 1-5 4 1 2 3 3 1M12 15l3 3 1 4M9 8L6 10v3",
 };
 
 export function icon(name) {

@@ -46,7 +46,7 @@ export function listen(canvas, told) {
   function pinch(id, before, at) {
     const [, other] = [...fingers].find(([key]) => key !== id);
     const a = [before[0] - other[0], before[1] - other[1]], b = [at[0] - other[0], at[1] - other[1]];
-    const middle = [(at[0] + other[0]) / 2, (at[1] + other[1]) / 2];
+    const middle = [(before[0] + other[0]) / 2, (before[1] + other[1]) / 2];  // what lies there moves with it
     let turn = Math.atan2(a[1], a[0]) - Math.atan2(b[1], b[0]);
     turn = Math.atan2(Math.sin(turn), Math.cos(turn));
     turned += turn;

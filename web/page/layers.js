@@ -1,17 +1,17 @@
 // What is drawn on the floor plan. Each layer draws in metres, or on the screen by view.toScreen, in the colours of the theme.
 
-// Layers in the order they are drawn; `has` says whether there is anything to switch on.
+// Layers in the order they are drawn, with the shape of their colour in the legend; `has` says whether there is anything to switch on.
 export const kLayers = [
   { key: "tiles", label: "Floor plan", color: "--occupied", on: true, has: () => true },
-  { key: "walls", label: "Walls (lines)", color: "--walls", on: true, has: (world) => world.walls.length > 0 },
-  { key: "odometry", label: "Odometry", color: "--odometry", on: false, has: (world) => world.odometry.length > 1 },
-  { key: "truth", label: "True path", color: "--truth", on: false, has: (world) => world.truth.length > 1 },
-  { key: "livePath", label: "Path as first published", color: "--live-path", on: false, has: (world) => world.livePath.length > 1 },
-  { key: "path", label: "Path", color: "--path", on: true, has: (world) => world.path.length > 1 || world.trail.length > 1 },
-  { key: "loops", label: "Loop closures", color: "--loop", on: false, has: (world) => world.loops.length > 0 },
+  { key: "walls", swatch: "line", label: "Walls (lines)", color: "--walls", on: true, has: (world) => world.walls.length > 0 },
+  { key: "odometry", swatch: "line", label: "Odometry", color: "--odometry", on: false, has: (world) => world.odometry.length > 1 },
+  { key: "truth", swatch: "line", label: "True path", color: "--truth", on: false, has: (world) => world.truth.length > 1 },
+  { key: "livePath", swatch: "line", label: "Path as first published", color: "--live-path", on: false, has: (world) => world.livePath.length > 1 },
+  { key: "path", swatch: "line", label: "Path", color: "--path", on: true, has: (world) => world.path.length > 1 || world.trail.length > 1 },
+  { key: "loops", swatch: "line", label: "Loop closures", color: "--loop", on: false, has: (world) => world.loops.length > 0 },
   { key: "scan", label: "Scan", color: "--scan", on: true, has: (world) => world.scan !== null },
   { key: "photographs", label: "Photographs", color: "--photograph", on: true, has: (world) => world.photographs.length > 0 },
-  { key: "covariance", label: "Uncertainty", color: "--robot", on: true, has: (world) => world.robot !== null },
+  { key: "covariance", swatch: "round", label: "Uncertainty", color: "--robot", on: true, has: (world) => world.robot !== null },
 ];
 
 const polylines = new WeakMap();  // array of points -> Path2D: built once, since paths are replaced and not changed

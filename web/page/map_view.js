@@ -3,7 +3,7 @@ import { View } from "./view.js";
 import { kDraw, kLayers, drawGoal, drawPlaces, drawRobot } from "./layers.js";
 
 const kColors = ["--surface", "--free", "--occupied", "--walls", "--odometry", "--truth", "--live-path", "--path", "--loop", "--refused", "--scan",
-  "--photograph", "--robot", "--goal", "--wrong", "--doubtful", "--on-accent", "--text", "--accent"];
+  "--photograph", "--robot", "--wrong", "--doubtful", "--on-accent", "--text", "--accent"];
 
 // The floor plan on its canvas. It draws when something changed, at most once a frame.
 export class MapView {

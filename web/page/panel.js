@@ -1,4 +1,4 @@
-import { el } from "./dom.js";
+import { el, narrow } from "./dom.js";
 
 // The panel: tabs at the side, on a phone a sheet from below that is drawn up and down.
 export class Panel {
@@ -12,7 +12,7 @@ export class Panel {
     this.bodies = tabs.map((tab) => el("section", { role: "tabpanel", id: `panel-${tab.key}`, "aria-labelledby": `tab-${tab.key}` }, tab.content));
     root.append(this.handle, el("div", { role: "tablist", class: tabs.length < 2 ? "single" : null }, this.buttons), el("div", { class: "bodies" }, this.bodies));
     this.handle.addEventListener("pointerdown", (event) => this.pull(event));
-    this.open = !matchMedia("(max-width: 760px)").matches;
+    this.open = !narrow.matches;
     this.select(tabs[0].key);
   }
 

@@ -36,7 +36,7 @@ function layerRow(layer, mapView) {
     mapView.shown.set(layer.key, box.checked);
     mapView.redraw();
   });
-  const swatch = el("span", { class: "swatch" });
+  const swatch = el("span", { class: `swatch ${layer.swatch ?? ""}` });
   swatch.style.background = `var(${layer.color})`;
   return el("label", { class: "layer" }, box, swatch, el("span", {}, layer.label));
 }

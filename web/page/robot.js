@@ -15,6 +15,10 @@ export class Robot {
       world.walls = message.ends_m;
       world.tell("walls");
     });
+    socket.subscribe("LOOP_CLOSURES", (message) => {
+      world.loops = message.ends_m;
+      world.tell("path");
+    });
     socket.subscribe("page/scan", (message) => {
       world.scan = message;
       world.tell("scan");

@@ -60,7 +60,11 @@ class Space {
   }
 
   begin() {
-    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
+    try {
+      this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
+    } catch {
+      throw new Error("This browser offers no WebGL here, which 3D needs: its settings or the graphics driver may forbid it.");
+    }
     this.scene = new THREE.Scene();
     this.surface = new Surface();
     this.eye = new Eye();

@@ -32,12 +32,9 @@ std::string sentence(std::string text) {
 
 }  // namespace
 
-HealthChannel::HealthChannel(Hub& hub,
-                             process::DropCounter& drops,
-                             const Source& source,
-                             const lcm_schema::Decoder& decoder)
+HealthChannel::HealthChannel(Hub& hub, const Source& source, const lcm_schema::Decoder& decoder)
     : hub_(hub),
-      drops_(drops),
+      drops_(source.drops),
       channel_(add_page_channel(hub, "page/health")),
       is_live_(source.live != nullptr),
       decoder_(decoder) {

@@ -21,10 +21,7 @@ namespace marco::web {
 class HealthChannel {
  public:
   /// All outlive it.
-  HealthChannel(Hub& hub,
-                process::DropCounter& drops,
-                const Source& source,
-                const lcm_schema::Decoder& decoder);
+  HealthChannel(Hub& hub, const Source& source, const lcm_schema::Decoder& decoder);
 
   /// Of a recording: what the network's datagrams are live.
   void take(const process::RawMessage& message);

@@ -12,7 +12,6 @@
 #include "lcm_tools/procman/process/message_check.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert_robot.hpp"
-#include "marco/slam_reply_t.hpp"
 #include "web/foxglove/json.hpp"
 #include "web/page_schemas.hpp"
 #include "web/process/request_fields.hpp"
@@ -22,20 +21,10 @@ namespace {
 
 using foxglove::text_json;
 
-constexpr int64_t kSlamAnswersWithinUs = 10'000'000;
 constexpr int64_t kStopAgainUs = 50'000;
 constexpr const char* kReadOnly =
     "only watching: the address with its token, or a page of this host, may give orders";
 constexpr const char* kRecording = "a recording takes no orders";
-
-const std::map<std::string, int8_t>& slam_commands() {
-  static const std::map<std::string, int8_t> kAll = {
-      {"save", slam_command_t::SAVE},         {"reset", slam_command_t::RESET},
-      {"set_pose", slam_command_t::SET_POSE}, {"localize", slam_command_t::LOCALIZE},
-      {"pause", slam_command_t::PAUSE},       {"resume", slam_command_t::RESUME},
-      {"extend", slam_command_t::EXTEND}};
-  return kAll;
-}
 
 Utime wall_now() { return Utime::from_us(process::wall_clock_us()); }
 
@@ -51,37 +40,36 @@ const std::string kAnswer =
 }  // namespace
 
 Orders::Orders(Hub& hub,
-               process::DropCounter& drops,
                const Source& source,
                ProcmanChannels& procman,
                const teleop::MapFrame& map,
                const SteeringOptions& options)
     : hub_(hub),
-      drops_(drops),
+      drops_(source.drops),
       bus_(source.live),
       procman_(procman),
       map_(map),
       steering_(options),
+      slam_(source,
+            [this](const Hub::Call& call, const slam::SlamAnswers& answers) {
+              answer(call, answers.are_good(),
+                     answers.is_empty() ? "SLAM did not answer within 10 s: does it run?"
+                                        : answers.text(),
+                     answers.path());
+            }),
       stop_channel_(add_page_channel(hub, "page/stop")) {
   add_services();
   hub_.on_published = [this](const Hub::Published& message) { take_published(message); };
   constexpr const char* kStopLayout = "lbss";
   procman::subscribe_checked<emergency_stop_t>(
-      source.in, channels::kEmergencyStop, kStopLayout, drops,
+      source.in, channels::kEmergencyStop, kStopLayout, drops_,
       [this](const emergency_stop_t& message) {
         emergency_.hear({message.utime, message.engaged != 0, message.sender, message.reason});
         tell_stop();
       });
   source.in.subscribe<base_status_t>(
-      channels::kBaseStatus, drops,
+      channels::kBaseStatus, drops_,
       [this](const base_status_t& status, const auto&) { take_base_status(from_message(status)); });
-  source.in.subscribe<slam_reply_t>(
-      channels::kSlamReply, drops, [this](const slam_reply_t& reply, const auto&) {
-        const auto waiting = slam_.find(reply.command_utime);
-        if (waiting == slam_.end()) return;
-        answer(waiting->second.call, reply.ok != 0, reply.text, reply.path);
-        slam_.erase(waiting);
-      });
 }
 
 void Orders::answer(const Hub::Call& call,
@@ -94,14 +82,12 @@ void Orders::answer(const Hub::Call& call,
   hub_.answer(call, json + "}");
 }
 
-// For services that are answered at once.
-void Orders::serve(const std::string& name, const std::string& request_schema, Act act) {
+void Orders::serve_anybody(const std::string& name, const std::string& request_schema, Act act) {
   hub_.add_service(name, request_schema, kAnswer,
                    [this, act = std::move(act)](const Hub::Call& call, std::string_view json) {
                      try {
-                       require(call.may_steer, kReadOnly);
                        require(bus_ != nullptr, kRecording);
-                       answer(call, true, act(json));
+                       if (const auto text = act(call, json)) answer(call, true, *text);
                      } catch (const std::invalid_argument& why) {
                        drops_.count(std::string("refused: ") + why.what());
                        answer(call, false, why.what());
@@ -109,22 +95,26 @@ void Orders::serve(const std::string& name, const std::string& request_schema, A
                    });
 }
 
+void Orders::serve(const std::string& name, const std::string& request_schema, Act act) {
+  serve_anybody(name, request_schema,
+                [act = std::move(act)](const Hub::Call& call, std::string_view json) {
+                  require(call.may_steer, kReadOnly);
+                  return act(call, json);
+                });
+}
+
 void Orders::add_services() {
-  hub_.add_service(
-      "slam", schema(R"("command":{"type":"string"},"folder":{"type":"string"},)" + kNumbers),
-      kAnswer, [this](const Hub::Call& call, std::string_view json) { order_slam(call, json); });
-  serve("go", schema(kNumbers), [this](std::string_view json) { return go(json); });
-  hub_.add_service("stop", schema(R"("engaged":{"type":"boolean"})"), kAnswer,
-                   [this](const Hub::Call& call, std::string_view json) {
-                     try {
-                       answer(call, true, stop(call, json));
-                     } catch (const std::invalid_argument& why) {
-                       drops_.count(std::string("refused: ") + why.what());
-                       answer(call, false, why.what());
-                     }
-                   });
+  serve("slam", schema(R"("command":{"type":"string"},"folder":{"type":"string"},)" + kNumbers),
+        [this](const Hub::Call& call, std::string_view json) {
+          slam_.order(call, json);
+          return std::nullopt;
+        });
+  serve("go", schema(kNumbers),
+        [this](const Hub::Call&, std::string_view json) { return go(json); });
+  serve_anybody("stop", schema(R"("engaged":{"type":"boolean"})"),
+                [this](const Hub::Call& call, std::string_view json) { return stop(call, json); });
   serve("head", schema(R"("pan_rad":{"type":"number"},"tilt_rad":{"type":"number"})"),
-        [this](std::string_view json) {
+        [this](const Hub::Call&, std::string_view json) {
           const Json request = parsed(json);
           const PanTiltCommand command{wall_now(), PanTiltCommand::Kind::go_to,
                                        number_of(request, "pan_rad"),
@@ -133,45 +123,14 @@ void Orders::add_services() {
           return "the head turns";
         });
   serve("procman", schema(R"("command":{"type":"string"},"action":{"type":"string"})"),
-        [this](std::string_view json) {
+        [this](const Hub::Call&, std::string_view json) {
           const Json request = parsed(json);
           return procman_.order(text_of(request, "command"), text_of(request, "action"));
         });
-  serve("record", schema(R"("on":{"type":"boolean"})"), [this](std::string_view json) {
-    return procman_.order("logger", flag_of(parsed(json), "on") ? "start" : "stop");
-  });
-}
-
-int64_t Orders::send_slam(slam_command_t command) {
-  // Replies name the order by its stamp.
-  command.utime = last_slam_us_ = std::max(process::wall_clock_us(), last_slam_us_ + 1);
-  bus_->publish(channels::kSlamCommand, command);
-  return command.utime;
-}
-
-void Orders::order_slam(const Hub::Call& call, std::string_view json) {
-  try {
-    require(call.may_steer, kReadOnly);
-    require(bus_ != nullptr, kRecording);
-    const Json request = parsed(json);
-    const std::string word = text_of(request, "command");
-    const auto known = slam_commands().find(word);
-    require(known != slam_commands().end(), "SLAM knows no order '" + word.substr(0, 40) + "'");
-    constexpr std::size_t kMostWaiting = 100;
-    require(slam_.size() < kMostWaiting, "too many orders to SLAM wait for their answers");
-    slam_command_t command{};
-    command.command = known->second;
-    command.folder = text_of(request, "folder");
-    require(files::stays_inside(command.folder),
-            "a map's folder is a name below the folder for maps");
-    command.x_m = number_of(request, "x_m");
-    command.y_m = number_of(request, "y_m");
-    command.theta_rad = number_of(request, "theta_rad");
-    slam_[send_slam(command)] = {call, procman::monotonic_us() + kSlamAnswersWithinUs};
-  } catch (const std::invalid_argument& why) {
-    drops_.count(std::string("refused: ") + why.what());
-    answer(call, false, why.what());
-  }
+  serve("record", schema(R"("on":{"type":"boolean"})"),
+        [this](const Hub::Call&, std::string_view json) {
+          return procman_.order("logger", flag_of(parsed(json), "on") ? "start" : "stop");
+        });
 }
 
 std::string Orders::go(std::string_view json) {
@@ -209,7 +168,6 @@ void Orders::take_base_status(const BaseStatus& status) {
 }
 
 std::string Orders::stop(const Hub::Call& call, std::string_view json) {
-  require(bus_ != nullptr, kRecording);
   const bool engaged = flag_of(parsed(json), "engaged");
   require(engaged || call.may_steer, kReadOnly);
   const int64_t now_us = procman::monotonic_us();
@@ -269,7 +227,7 @@ void Orders::take_published(const Hub::Published& message) {
       command.x_m = pose.pose.x_m;
       command.y_m = pose.pose.y_m;
       command.theta_rad = pose.pose.theta_rad;
-      send_slam(command);
+      slam_.send(command);
     } else {
       throw std::invalid_argument("only /cmd_vel, /goal_pose and /initialpose are taken");
     }
@@ -282,14 +240,7 @@ void Orders::take_published(const Hub::Published& message) {
 void Orders::forget(Hub::ClientId client) { steering_.forget(client, wall_now()); }
 
 void Orders::step(int64_t now_us) {
-  for (auto waiting = slam_.begin(); waiting != slam_.end();) {
-    if (now_us < waiting->second.until_us) {
-      ++waiting;
-      continue;
-    }
-    answer(waiting->second.call, false, "SLAM did not answer within 10 s: does it run?");
-    waiting = slam_.erase(waiting);
-  }
+  slam_.step(now_us);
   if (bus_ == nullptr) return;
   if (const auto command = steering_.due(wall_now())) {
     bus_->publish(channels::kBaseCommand, to_message(*command));

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,11 +10,11 @@
 #include "lcm_tools/process/bus.hpp"
 #include "lcm_tools/process/drop_counter.hpp"
 #include "lcm_tools/process/emergency_stop_sender.hpp"
-#include "marco/slam_command_t.hpp"
 #include "teleop/goal_drive.hpp"
 #include "teleop/map_frame.hpp"
 #include "web/hub.hpp"
 #include "web/process/procman_channels.hpp"
+#include "web/process/slam_calls.hpp"
 #include "web/process/source.hpp"
 #include "web/steering.hpp"
 
@@ -28,7 +27,6 @@ class Orders {
  public:
   /// All outlive it. A recording takes no orders.
   Orders(Hub& hub,
-         process::DropCounter& drops,
          const Source& source,
          ProcmanChannels& procman,
          const teleop::MapFrame& map,
@@ -40,15 +38,13 @@ class Orders {
   void forget(Hub::ClientId client);
 
  private:
-  struct Waiting {
-    Hub::Call call;
-    int64_t until_us = 0;
-  };
-  using Act = std::function<std::string(std::string_view json)>;
+  /// @returns what to answer at once; nothing: it is answered later.
+  /// @throws std::invalid_argument  that is the answer.
+  using Act = std::function<std::optional<std::string>(const Hub::Call&, std::string_view json)>;
+  /// To who may steer.
   void serve(const std::string& name, const std::string& request_schema, Act act);
+  void serve_anybody(const std::string& name, const std::string& request_schema, Act act);
   void add_services();
-  void order_slam(const Hub::Call& call, std::string_view json);
-  int64_t send_slam(slam_command_t command);
   std::string go(std::string_view json);
   std::string stop(const Hub::Call& call, std::string_view json);
   void take_published(const Hub::Published& message);
@@ -68,13 +64,12 @@ class Orders {
   ProcmanChannels& procman_;
   const teleop::MapFrame& map_;
   Steering steering_;
+  SlamCalls slam_;
   std::optional<teleop::GoalDrive> goal_;  ///< nothing: no goal in the map is under way
   uint32_t stop_channel_;
   process::EmergencyStopSender emergency_{"marco page"};
   std::string stop_told_;
   int64_t stop_sent_us_ = 0;
-  std::map<int64_t, Waiting> slam_;  // by the order's utime
-  int64_t last_slam_us_ = 0;
 };
 
 }  // namespace marco::web

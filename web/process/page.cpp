@@ -5,17 +5,14 @@
 
 namespace marco::web {
 
-Page::Page(Hub& hub,
-           process::DropCounter& drops,
-           const Source& source,
-           const SteeringOptions& steering)
+Page::Page(Hub& hub, const Source& source, const SteeringOptions& steering)
     : raw_(hub),
-      robot_(hub, drops),
-      procman_(hub, drops, source.in, source.live),
-      orders_(hub, drops, source, procman_, robot_.map_frame(), steering),
+      robot_(hub, source.drops),
+      procman_(hub, source.drops, source.in, source.live),
+      orders_(hub, source, procman_, robot_.map_frame(), steering),
       model_requests_(source.live),
       hub_(hub),
-      health_(hub, drops, source, raw_.decoder()) {
+      health_(hub, source, raw_.decoder()) {
   hub.add_parameter("most_velocity_m_per_s", foxglove::number(steering.most_velocity_m_per_s));
   hub.add_parameter("most_yaw_rate_deg_per_s", foxglove::number(steering.most_yaw_rate_deg_per_s));
   hub.on_subscribed = [this](Hub::ClientId client, uint32_t channel) {

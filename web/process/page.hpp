@@ -21,10 +21,7 @@ namespace marco::web {
 class Page {
  public:
   /// All outlive it.
-  Page(Hub& hub,
-       process::DropCounter& drops,
-       const Source& source,
-       const SteeringOptions& steering);
+  Page(Hub& hub, const Source& source, const SteeringOptions& steering);
 
   /// Call often. @param now  of the messages' clock
   void step(Utime now);

@@ -90,7 +90,7 @@ int show_live(const web::PageArguments& arguments, const web::SteeringOptions& s
   Served served(arguments, "live", url);
   process::LcmBus bus(arguments.common.lcm_url);
   process::StatusPublisher status(bus, "marco-page", served.drops);
-  web::Page page(served.hub, served.drops, {bus, &bus, arguments.common.lcm_url}, steering);
+  web::Page page(served.hub, {bus, served.drops, &bus, arguments.common.lcm_url}, steering);
   served.open();
   map_request_t request;
   request.utime = process::wall_clock_us();
@@ -112,7 +112,7 @@ int show_recording(const web::PageArguments& arguments, const web::SteeringOptio
   web::Recording recording(arguments.shown, arguments.speed);
   Served served(arguments, "recording", std::filesystem::path(arguments.shown).filename().string(),
                 std::pair{recording.span().first.us * 1000, recording.span().last.us * 1000});
-  web::Page page(served.hub, served.drops, {recording.bus(), nullptr, ""}, steering);
+  web::Page page(served.hub, {recording.bus(), served.drops, nullptr, ""}, steering);
   recording.serve(served.hub);
   served.open();
   int wait_ms = 0;

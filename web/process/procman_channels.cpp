@@ -146,27 +146,9 @@ void ProcmanChannels::send_known(Hub::ClientId client, uint32_t channel) {
 
 std::string ProcmanChannels::order(const std::string& command, const std::string& action) {
   require(orders_ != nullptr, "a recording takes no orders");
-  const auto at = state_.commands().find(command);
-  require(at != state_.commands().end(), "there is no command \"" + command.substr(0, 100) + "\"");
-  require(at->second.reported.has_value(),
-          "deputy '" + at->second.deputy + "' of this command was not heard");
-  const std::string deputy = at->second.deputy;
-  if (action == "start") {
-    state_.start(command);
-  } else if (action == "stop") {
-    state_.stop(command);
-  } else {
-    require(action == "restart", "procman starts, stops or restarts");
-    state_.restart(command);
-  }
-  // Once: from then on its own sheriff repeats what it finds.
-  state_.set_observer(false);
-  for (const procman::Orders& orders :
-       state_.take_due_orders(process::wall_clock_us(), procman::monotonic_us())) {
-    if (orders.deputy_id != deputy) continue;
-    orders_->publish(procman::channels::kOrders, procman::to_message(orders));
-  }
-  state_.set_observer(true);
+  const procman::Orders orders =
+      state_.single_order(command, action, process::wall_clock_us(), procman::monotonic_us());
+  orders_->publish(procman::channels::kOrders, procman::to_message(orders));
   return action + " " + command;
 }
 

@@ -49,6 +49,7 @@ RobotChannels::RobotChannels(Hub& hub, process::DropCounter& drops) : hub_(hub),
   camera_ = add("/camera", "foxglove.CompressedImage");
   frames_ = add("/tf", "foxglove.FrameTransforms");
   walls_ = add("/walls", "foxglove.SceneUpdate");
+  loops_ = add("/loops", "foxglove.SceneUpdate");
   model_ = add("/model", "foxglove.SceneUpdate");
   tiles_ = add_page_channel(hub, "page/tiles");
   points_ = add_page_channel(hub, "page/scan");
@@ -93,18 +94,11 @@ bool RobotChannels::take_known(const process::RawMessage& raw, uint64_t fingerpr
   } else if (is(grid_map_t::getHash())) {
     take_maps(grids_.add(channel, decoded<grid_map_t>(raw), raw.event_time));
   } else if (is(trajectory_t::getHash())) {
-    const auto message = decoded<trajectory_t>(raw);
-    trajectory_ = from_message(message);
-    path_us_ = message.utime;
-    if (hub_.wanted(path_)) hub_.publish(path_, ns_of(raw.event_time), path_json());
+    take_lasting<trajectory_t>(path_, raw, foxglove::poses_in_frame);
   } else if (is(line_map_t::getHash())) {
-    const auto message = decoded<line_map_t>(raw);
-    standing_walls_ = from_message(message);
-    walls_us_ = message.utime;
-    if (hub_.wanted(walls_)) {
-      hub_.publish(walls_, ns_of(raw.event_time),
-                   foxglove::walls_scene(walls_us_, kMapFrame, *standing_walls_));
-    }
+    take_lasting<line_map_t>(walls_, raw, foxglove::walls_scene);
+  } else if (is(loop_closures_t::getHash())) {
+    take_lasting<loop_closures_t>(loops_, raw, foxglove::loops_scene);
   } else if (is(mesh_t::getHash())) {
     take_model(raw);
   } else if (is(bot_core::image_t::getHash())) {
@@ -182,10 +176,9 @@ void RobotChannels::publish_points(const LaserScan& scan, const Pose3& base_from
 void RobotChannels::take_pose(Utime utime, const Pose2& map_from_base) {
   map_from_base_ = map_from_base;
   posed_ = utime;
-  if (hub_.wanted(pose_)) {
-    hub_.publish(pose_, ns_of(utime),
-                 foxglove::pose_in_frame(utime.us, kMapFrame, lift(map_from_base)));
-  }
+  publish_lasting(pose_, utime, {utime.us, [us = utime.us, pose = lift(map_from_base)] {
+                                   return foxglove::pose_in_frame(us, kMapFrame, pose);
+                                 }});
   publish_frames(utime);
 }
 
@@ -221,8 +214,18 @@ void RobotChannels::publish_frames(Utime utime) {
   hub_.publish(frames_, ns_of(utime), foxglove::frame_transforms(utime.us, transforms), 2);
 }
 
-std::string RobotChannels::path_json() const {
-  return foxglove::poses_in_frame(path_us_, kMapFrame, *trajectory_);
+void RobotChannels::publish_lasting(uint32_t channel, Utime heard, Lasting message) {
+  if (hub_.wanted(channel)) hub_.publish(channel, ns_of(heard), message.json());
+  lasting_[channel] = std::move(message);
+}
+
+template <class Message, class Json>
+void RobotChannels::take_lasting(uint32_t channel, const process::RawMessage& raw, Json json) {
+  const auto message = decoded<Message>(raw);
+  publish_lasting(channel, raw.event_time,
+                  {message.utime, [us = message.utime, value = from_message(message), json] {
+                     return json(us, kMapFrame, value);
+                   }});
 }
 
 void RobotChannels::take_image(const process::RawMessage& raw) {
@@ -239,14 +242,8 @@ void RobotChannels::send_known(Hub::ClientId client, uint32_t channel) {
     hub_.publish_to(client, tiles_, ns_of(grid_->event_time), tiled_.json(tiled_.places(), true));
   } else if (channel == map_ && grid_) {
     hub_.publish_to(client, map_, ns_of(grid_->event_time), map_json());
-  } else if (channel == path_ && trajectory_) {
-    hub_.publish_to(client, path_, path_us_ * 1000, path_json());
-  } else if (channel == walls_ && standing_walls_) {
-    hub_.publish_to(client, walls_, walls_us_ * 1000,
-                    foxglove::walls_scene(walls_us_, kMapFrame, *standing_walls_));
-  } else if (channel == pose_ && map_from_base_) {
-    hub_.publish_to(client, pose_, ns_of(posed_),
-                    foxglove::pose_in_frame(posed_.us, kMapFrame, lift(*map_from_base_)));
+  } else if (const auto lasting = lasting_.find(channel); lasting != lasting_.end()) {
+    hub_.publish_to(client, channel, lasting->second.utime_us * 1000, lasting->second.json());
   } else if (channel == model_) {
     for (const auto& [tile, latest] : model_tiles_) {
       hub_.publish_to(client, model_, latest.utime_us * 1000, latest.json,

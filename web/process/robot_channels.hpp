@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,8 +10,6 @@
 
 #include "common/pose_buffer.hpp"
 #include "common/samples.hpp"
-#include "common/trajectory.hpp"
-#include "common/wall.hpp"
 #include "lcm_tools/process/bus.hpp"
 #include "lcm_tools/process/drop_counter.hpp"
 #include "lcmtypes/grid_joiner.hpp"
@@ -22,8 +21,8 @@
 namespace marco::web {
 
 /// What is drawn of the robot: Foxglove's well-known messages (/map /scan /pose /path /camera /tf
-/// /walls /model), and page/tiles and page/scan for our page. Frames: map -> odom -> base -> laser.
-/// Messages are known by their types, and made only when somebody listens.
+/// /walls /loops /model), and page/tiles and page/scan for our page. Frames: map -> odom -> base ->
+/// laser. Messages are known by their types, and made only when somebody listens.
 class RobotChannels {
  public:
   /// Both outlive it.
@@ -48,11 +47,18 @@ class RobotChannels {
     int64_t utime_us = 0;
     std::string json;
   };
+  struct Lasting {
+    int64_t utime_us = 0;
+    std::function<std::string()> json;
+  };
   bool take_known(const process::RawMessage& message, uint64_t fingerprint);
   void take_scan(const LaserScan& scan, Utime heard);
   void take_pose(Utime utime, const Pose2& map_from_base);
   void take_odometry(const OdometrySample& sample);
   void take_maps(const std::vector<JoinedGrid>& maps);
+  /// @param json  (utime, frame, value) -> Foxglove's message
+  template <class Message, class Json>
+  void take_lasting(uint32_t channel, const process::RawMessage& raw, Json json);
   void take_image(const process::RawMessage& message);
   void take_model(const process::RawMessage& message);
   void publish_points(const LaserScan& scan, const Pose3& base_from_laser);
@@ -62,11 +68,13 @@ class RobotChannels {
   /// In the map, or in the odometry's frame where there is no map.
   Pose2 drawn_pose(Utime at) const;
   std::string map_json() const;
-  std::string path_json() const;
+  /// Published to who listens, and to who will: of each channel the newest. @param json  is made
+  /// when it is sent
+  void publish_lasting(uint32_t channel, Utime heard, Lasting message);
 
   Hub& hub_;
   process::DropCounter& drops_;
-  uint32_t map_, scan_, pose_, path_, camera_, frames_, walls_, model_, tiles_, points_;
+  uint32_t map_, scan_, pose_, path_, camera_, frames_, walls_, loops_, model_, tiles_, points_;
   std::map<std::string, SensorInfo> infos_;
   std::optional<PanTiltState> head_;
   std::optional<Laser> laser_;
@@ -77,9 +85,7 @@ class RobotChannels {
   std::optional<JoinedGrid> grid_;
   Tiles tiled_;
   std::deque<Tiles::Place> tiles_due_;
-  std::optional<Trajectory> trajectory_;
-  std::optional<Walls> standing_walls_;
-  int64_t walls_us_ = 0, path_us_ = 0;
+  std::map<uint32_t, Lasting> lasting_;  // by channel
   foxglove::SceneUpdates scenes_;
   int64_t model_revision_ = 0;
   std::map<int32_t, Latest> model_tiles_;

@@ -15,6 +15,8 @@ using procman::SheriffSession;
 
 namespace {
 
+// A command that is restarted from outside stands still for a moment.
+constexpr int64_t kNothingRunsUs = 2'000'000;
 // Deputies answer within a second; the rest is for stubborn commands to be killed.
 constexpr int64_t kMaxSettlingUs = 15'000'000;
 
@@ -125,8 +127,10 @@ void stay_with_what_runs(SheriffProcess& sheriff, SheriffSession& session) {
   sheriff.log().note("the script is done; these keep running: " + running + ". ^C, or kill " +
                      std::to_string(getpid()) +
                      ", stops them; with --on-script-complete exit they end with the script");
-  while (sheriff.stop_signals() == 0 && !sheriff.running_text().empty()) {
+  int64_t ran_us = procman::monotonic_us();
+  while (sheriff.stop_signals() == 0 && procman::monotonic_us() - ran_us < kNothingRunsUs) {
     session.step(200'000, -1);
+    if (!sheriff.running_text().empty()) ran_us = procman::monotonic_us();
   }
 }
 

@@ -15,6 +15,7 @@ root="$2" bin="$1" name=./marco here="$folder"
 mkdir -p "$MARCO_RUN"
 cat >"$folder/robot.procman" <<TEXT
 cmd "base" { exec = "bash -c 'echo \$\$ >$folder/base.pid; touch $MARCO_RUN/live.lcm.0; exec sleep 1000'"; deputy = "localhost"; }
+cmd "spare" { exec = "sleep 1000"; deputy = "localhost"; }
 script "drive" { start cmd "base" wait "running"; }
 TEXT
 
@@ -26,6 +27,23 @@ for _ in $(seq 400); do grep -q 'these keep running: base' "$folder/first.log" &
 grep -q 'these keep running: base' "$folder/first.log" || fail 'the first run did not start'
 [ ! -e "$MARCO_RUN/slam.checkpoint" ] || fail 'a new run begins with the old map'
 base=$(cat "$folder/base.pid")
+
+# One command of a run is given orders from outside, as the page does.
+order() { "$bin/marco-procman-order" "$@" >>"$folder/orders.log" 2>&1; }
+order restart base || fail 'base was not restarted'
+for _ in $(seq 100); do [ "$(cat "$folder/base.pid")" != "$base" ] && break; sleep 0.05; done  # it runs before it writes
+[ "$(cat "$folder/base.pid")" != "$base" ] && ! kill -0 "$base" 2>/dev/null || fail 'base is the same after a restart'
+base=$(cat "$folder/base.pid")
+order start spare || fail 'spare was not started'
+order list || fail 'the commands are not listed'
+grep -qE '^spare +Running +localhost' "$folder/orders.log" || fail 'spare does not run'
+order stop spare || fail 'spare was not stopped'
+order list
+[ "$(grep -cE '^spare +Stopped' "$folder/orders.log")" = 1 ] || fail 'spare still runs'
+order start nobody && fail 'a command that there is not was started'
+grep -q 'there is no command "nobody"' "$folder/orders.log" || fail 'the refusal does not say why'
+kill -0 "$base" || fail 'an order to another command disturbed base'
+echo 'single commands obey orders from outside'
 
 touch "$MARCO_RUN/slam.checkpoint"  # now it is the live run's
 (run_script "$folder/robot.procman" drive) >"$folder/second.log" 2>&1 </dev/null && fail 'a second run was let in'

@@ -352,6 +352,38 @@ class Steers(WithPage):
             one.close()
 
 
+class TwoSlams(WithPage):
+    """Scan SLAM and line SLAM both take an order: each one's answer is told, by the page and by the command."""
+
+    def test_both_answer(self):
+        with tempfile.TemporaryDirectory() as folder:
+            slams = [subprocess.Popen([os.path.join(BIN, name)], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                     for name in ("marco-slam", "marco-line-slam")]
+            client = Client(8765)
+            client.subscribe("page/health")
+
+            def running():
+                told = client.of("page/health")
+                return {program["name"] for program in told[-1]["programs"]} if told else set()
+            self.assertTrue(client.wait(lambda: {"marco-slam", "marco-line-slam"} <= running(), 10))
+            answer = client.call("slam", {"command": "pause"}, 8)
+            self.assertTrue(answer["ok"])
+            self.assertEqual(answer["text"].split("\n"),
+                             ["marco-line-slam: PAUSE: scans are ignored", "marco-slam: PAUSE: scans are ignored"])
+            # One cannot, the other finds no such map: neither word is lost.
+            answer = client.call("slam", {"command": "localize", "folder": "nowhere"}, 8)
+            self.assertFalse(answer["ok"])
+            self.assertIn("marco-line-slam: refused: LOCALIZE: the line SLAM cannot relocalize", answer["text"])
+            self.assertRegex(answer["text"], r"(?m)^marco-slam: (refused|failed): .*nowhere")
+            command = subprocess.run([os.path.join(BIN, "marco-slam-order"), "resume"], capture_output=True, text=True)
+            self.assertEqual((command.returncode, command.stdout),
+                             (0, "marco-line-slam: RESUME: mapping continues\nmarco-slam: RESUME: mapping continues\n"))
+            client.close()
+            for slam in slams:
+                slam.terminate()
+                slam.wait()
+
+
 class ReadOnly(WithPage):
     arguments = ("--listen", "0.0.0.0:8765")
 

@@ -110,5 +110,16 @@ TEST(Convert, AWallThatIsNotFiniteIsRefused) {
   EXPECT_THROW(from_message(message), std::invalid_argument);
 }
 
+TEST(Convert, ALoopClosureThatIsNotFiniteIsRefused) {
+  const loop_closures_t sound = to_message(LoopClosures{LoopClosure{}}, Utime::from_us(5), 3);
+  EXPECT_EQ(from_message(sound).size(), 1U);
+  loop_closures_t message = sound;
+  message.ends_m[0][2] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(from_message(message), std::invalid_argument);
+  message = sound;
+  message.residual_m[0] = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(from_message(message), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace marco

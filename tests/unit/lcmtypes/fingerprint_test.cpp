@@ -10,6 +10,7 @@
 #include "marco/grid_map_t.hpp"
 #include "marco/imu_t.hpp"
 #include "marco/lidar_raw_t.hpp"
+#include "marco/loop_closures_t.hpp"
 #include "marco/maebot_encoders_t.hpp"
 #include "marco/map_request_t.hpp"
 #include "marco/mbot_pose2d_t.hpp"
@@ -52,14 +53,15 @@ TEST(Fingerprint, OfTheBuiltInSourcesAreLcmGensOwn) {
   const lcm_schema::Schema schema(built_in_sources());
   EXPECT_TRUE(schema.problems().empty());
   const std::map<std::string, uint64_t> expected = {
-      generated<grid_map_t>(),       generated<imu_t>(),
-      generated<lidar_raw_t>(),      generated<maebot_encoders_t>(),
-      generated<map_request_t>(),    generated<mbot_pose2d_t>(),
-      generated<mesh_t>(),           generated<odometry_t>(),
-      generated<pantilt_state_t>(),  generated<pose2_t>(),
-      generated<process_status_t>(), generated<scene_t>(),
-      generated<sensor_info_t>(),    generated<slam_command_t>(),
-      generated<slam_pose_t>(),      generated<trajectory_t>()};
+      generated<grid_map_t>(),        generated<imu_t>(),
+      generated<lidar_raw_t>(),       generated<loop_closures_t>(),
+      generated<maebot_encoders_t>(), generated<map_request_t>(),
+      generated<mbot_pose2d_t>(),     generated<mesh_t>(),
+      generated<odometry_t>(),        generated<pantilt_state_t>(),
+      generated<pose2_t>(),           generated<process_status_t>(),
+      generated<scene_t>(),           generated<sensor_info_t>(),
+      generated<slam_command_t>(),    generated<slam_pose_t>(),
+      generated<trajectory_t>()};
   for (const auto& [name, hash] : expected) {
     const auto index = schema.find(name);
     ASSERT_TRUE(index) << name;

@@ -209,6 +209,17 @@ TEST(WireFormat, TrajectoryAndWalls) {
   EXPECT_EQ(encode_message(to_message(back, Utime::from_us(33), 9)), walls.bytes());
 }
 
+TEST(WireFormat, LoopClosures) {
+  const LoopClosures loops = {
+      {Utime::from_us(31), Utime::from_us(35), {1.0, -2.0}, {3.5, 4.0}, 0.25, 0.125, 0.75}};
+  Wire wire(loop_closures_t::getHash());
+  wire(int64_t{36}, int64_t{9}, 1, int64_t{31}, int64_t{35});
+  wire(1.0, -2.0, 3.5, 4.0)(0.25, 0.125, 0.75);
+  EXPECT_EQ(encode_message(to_message(loops, Utime::from_us(36), 9)), wire.bytes());
+  const LoopClosures back = from_message(*decode_message<loop_closures_t>(wire.bytes()));
+  EXPECT_EQ(encode_message(to_message(back, Utime::from_us(36), 9)), wire.bytes());
+}
+
 TEST(WireFormat, GridMap) {
   GridMap map;
   map.origin_m = {-1.0, 2.0};

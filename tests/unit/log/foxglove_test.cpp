@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
@@ -167,6 +168,44 @@ test::McapFile mcap_of(const ScratchFolder& folder) {
   export_mcap(input, types(), out, make_translator, ignore_progress);
   out.finish();
   return test::read_mcap(read_text(folder / "out.mcap"));
+}
+
+TEST(Mcap, WallsAndLoopClosuresAreLinesOfAScene) {
+  const ScratchFolder folder;
+  {
+    files::EventLogWriter writer(folder / "log");
+    Wall wall;
+    wall.start_m = {1.0, 2.0};
+    wall.end_m = {3.0, 4.0};
+    write_message(writer, "LINE_MAP", to_message(Walls{wall, wall}, Utime::from_us(kStartUs), 1));
+    LoopClosure loop;
+    loop.from_m = {5.0, 6.0};
+    loop.to_m = {7.0, 8.0};
+    write_message(writer, "LOOP_CLOSURES",
+                  to_message(LoopClosures{loop}, Utime::from_us(kStartUs), 1));
+    write_message(writer, "LOOP_CLOSURES", to_message(LoopClosures{}, Utime::from_us(kStartUs), 2));
+  }
+  const test::McapFile file = mcap_of(folder);
+  std::map<std::string, std::vector<Json>> entities;
+  for (const test::McapMessage& message : file.messages) {
+    const std::string& topic = file.topics.at(message.channel);
+    if (!topic.ends_with("/SceneUpdate")) continue;
+    entities[topic].push_back(Json::parse(message.data).at("entities").at(0));
+    EXPECT_EQ(entities[topic].back().at("frame_id"), "world");
+  }
+  const auto& walls = entities["LINE_MAP/SceneUpdate"];
+  ASSERT_EQ(walls.size(), 1U);
+  EXPECT_EQ(walls[0].at("lines").at(0).at("points").size(), 4U);
+  const auto& loops = entities["LOOP_CLOSURES/SceneUpdate"];
+  ASSERT_EQ(loops.size(), 2U);
+  const Json& line = loops[0].at("lines").at(0);
+  EXPECT_EQ(line.at("type"), 2);  // a list of pairs
+  const Json from = {{"x", 5.0}, {"y", 6.0}, {"z", 0.0}}, to = {{"x", 7.0}, {"y", 8.0}, {"z", 0.0}};
+  EXPECT_EQ(line.at("points"), Json({from, to}));
+  // The newer entity takes the older one's place.
+  EXPECT_EQ(loops[0].at("id"), loops[1].at("id"));
+  EXPECT_NE(loops[0].at("id"), walls[0].at("id"));
+  EXPECT_TRUE(loops[1].at("lines").at(0).at("points").empty());
 }
 
 TEST(Mcap, TheTilesOfAMapAreOneGrid) {

@@ -76,9 +76,8 @@ int turn(process::LcmBus& bus, const PanTiltCommand& target) {
 int main(int argc, char** argv) {
   return process::run_main("marco-head", [&] {
     CLI::App app(
-        "Points the pan-tilt, and waits until it stands. Angles are in degrees; 0 0 looks ahead "
-        "and "
-        "level, as a laser must that maps. Ctrl-C stops it.");
+        "Points the pan-tilt, and waits until it stands. Angles are in degrees. 0 0 is ahead and "
+        "level, as a laser must look to map. Ctrl-C stops it.");
     std::string lcm_url;
     double pan_deg = 0.0, tilt_deg = 0.0;
     app.add_option("PAN", pan_deg, "[degrees] to the left of ahead")

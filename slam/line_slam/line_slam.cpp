@@ -1,6 +1,7 @@
 #include "slam/line_slam/line_slam.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "common/covariance.hpp"
@@ -17,6 +18,21 @@ double overlap_of(const std::vector<ObservedWall>& observed,
     if (matches[i].wall >= 0) matched += observed[i].num_points;
   }
   return all == 0 ? 0.0 : static_cast<double>(matched) / all;
+}
+
+// Walls but those whose beams lie on a curved wall.
+std::vector<ObservedWall> without_chords(const std::vector<ObservedWall>& walls,
+                                         const std::vector<ObservedCircle>& circles) {
+  std::vector<ObservedWall> straight;
+  for (const ObservedWall& wall : walls) {
+    const bool chord = std::any_of(circles.begin(), circles.end(), [&](const ObservedCircle& c) {
+      const int shared =
+          std::min(wall.last_beam, c.last_beam) - std::max(wall.first_beam, c.first_beam);
+      return c.clear && 2 * shared > wall.last_beam - wall.first_beam;
+    });
+    if (!chord) straight.push_back(wall);
+  }
+  return straight;
 }
 
 }  // namespace
@@ -59,7 +75,9 @@ LineSlamUpdate LineSlam::process_known(const ScanInRobot& scan,
 
 LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal) {
   filter_.focus();
-  const std::vector<ObservedWall>& observed = extractor_.extract(scan);
+  const std::vector<ObservedCircle>& circles =
+      circle_extractor_.extract(scan, options_.lines.max_range_m);
+  const std::vector<ObservedWall> observed = without_chords(extractor_.extract(scan), circles);
   std::vector<WallMatch> matches = filter_.associate(observed);
   if (journal != nullptr) note(*journal, observed, matches);
 
@@ -76,6 +94,7 @@ LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJourn
     changes.joined = filter_.join_similar(matches);
     changes.removed = filter_.judge(scan);
   }
+  filter_.take_circles(circles, scan, use == MapUse::draw);
 
   LineSlamUpdate result = report();
   result.looked = true;
@@ -104,6 +123,10 @@ void LineSlam::doubt() {
 
 Walls LineSlam::plan() {
   return filter_.plan(options_.plan_min_times_seen, options_.plan_min_length_m);
+}
+
+RoundWalls LineSlam::round_walls() {
+  return filter_.round_walls(options_.plan_min_times_seen);
 }
 
 LineSlamUpdate LineSlam::report() const {

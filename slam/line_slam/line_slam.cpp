@@ -79,6 +79,7 @@ LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJourn
       circle_extractor_.extract(scan, options_.lines.max_range_m);
   const std::vector<ObservedWall> observed = without_chords(extractor_.extract(scan), circles);
   std::vector<WallMatch> matches = filter_.associate(observed);
+  const std::vector<int> circle_matches = filter_.associate(circles);
   if (journal != nullptr) note(*journal, observed, matches);
 
   LineSlamUpdate changes;
@@ -87,14 +88,14 @@ LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJourn
     changes.matched += match.wall >= 0 ? 1 : 0;
     changes.unclear += match.wall == WallMatch::kUnclear ? 1 : 0;
   }
-  filter_.correct(observed, matches);
+  filter_.correct(observed, matches, circles, circle_matches);
   if (use == MapUse::draw) {
     filter_.extend(observed, matches);
     changes.added = filter_.add_new(observed, matches);
     changes.joined = filter_.join_similar(matches);
     changes.removed = filter_.judge(scan);
+    filter_.draw_circles(circles, circle_matches, scan);
   }
-  filter_.take_circles(circles, scan, use == MapUse::draw);
 
   LineSlamUpdate result = report();
   result.looked = true;
@@ -125,9 +126,7 @@ Walls LineSlam::plan() {
   return filter_.plan(options_.plan_min_times_seen, options_.plan_min_length_m);
 }
 
-RoundWalls LineSlam::round_walls() {
-  return filter_.round_walls(options_.plan_min_times_seen);
-}
+RoundWalls LineSlam::round_walls() { return filter_.round_walls(options_.plan_min_times_seen); }
 
 LineSlamUpdate LineSlam::report() const {
   LineSlamUpdate update;

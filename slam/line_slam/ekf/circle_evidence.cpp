@@ -60,20 +60,41 @@ void SeenArc::vote_by_rays(const ScanInRobot& scan,
   const Eigen::Vector2d to_m = centre_m - scan.sensor_m;
   const double radius_m = circle[2], radius2 = radius_m * radius_m;
   const double through_m = radius_m <= kLargestPostM ? 2.0 * radius_m : 0.0;
-  for (const Beam& beam : scan.beams) {
-    if (!beam.returned) continue;
+  const auto look = [&](const Beam& beam) {
+    if (!beam.returned) return;
     const Eigen::Vector2d ray = (beam.hit_m - scan.sensor_m) / beam.range_m;
     const double along_m = ray.dot(to_m);
     const double inside2 = radius2 - (to_m - along_m * ray).squaredNorm();
-    if (inside2 < kGrazing * kGrazing * radius2) continue;
+    if (inside2 < kGrazing * kGrazing * radius2) return;
     const double range_m = along_m + (from_inside ? 1.0 : -1.0) * std::sqrt(inside2);
-    if (range_m <= 0.0) continue;
-    const Eigen::Vector2d met_m = world_from_robot.rotation() * (range_m * ray - to_m);
-    const double turn = turn_between(from_rad, std::atan2(met_m.y(), met_m.x()));
+    if (range_m <= 0.0) return;
     const double beyond_m = beam.range_m - range_m;
     const double margin_m = 0.08 + 0.02 * range_m + pose_margin_m;
-    if (beyond_m > margin_m + through_m) evidence.vote_passed(scale_m * turn);
-    if (std::abs(beyond_m) <= margin_m) evidence.vote_hit(scale_m * turn);
+    const bool hit = std::abs(beyond_m) <= margin_m, passed = beyond_m > margin_m + through_m;
+    if (!hit && !passed) return;
+    const Eigen::Vector2d met_m = range_m * ray - to_m;
+    const double direction = std::atan2(met_m.y(), met_m.x()) + world_from_robot.theta_rad;
+    const double at_m = scale_m * turn_between(from_rad, direction);
+    if (hit) evidence.vote_hit(at_m);
+    if (passed) evidence.vote_passed(at_m);
+  };
+  // Only a cone of beams meets a circle from outside.
+  constexpr int kSpareBeams = 3;  // the robot turns during a scan
+  const auto beams = static_cast<int>(scan.beams.size());
+  const double distance_m = to_m.norm();
+  if (from_inside || distance_m <= radius_m || scan.bearing_step_rad <= 0.0) {
+    for (const Beam& beam : scan.beams) look(beam);
+    return;
+  }
+  const double half_rad = std::asin(radius_m / distance_m);
+  const double begin_rad =
+      turn_between(scan.first_bearing_rad, std::atan2(to_m.y(), to_m.x()) - half_rad);
+  const int first = static_cast<int>(begin_rad / scan.bearing_step_rad) - kSpareBeams;
+  const int count = static_cast<int>(2.0 * half_rad / scan.bearing_step_rad) + 2 * kSpareBeams + 2;
+  const int whole = static_cast<int>(std::lround(kTurn / scan.bearing_step_rad));
+  for (int i = first; i < first + count; ++i) {
+    const int beam = (i % whole + whole) % whole;
+    if (beam < beams) look(scan.beams[static_cast<std::size_t>(beam)]);
   }
 }
 

@@ -38,6 +38,9 @@ Eigen::Matrix3d with_floor(const Eigen::Matrix3d& covariance) {
 
 }  // namespace
 
+CircleMap::CircleMap(const WallFilterOptions& options)
+    : options_(options), gate_(chi_square_limit(3, options.gate_probability)) {}
+
 std::vector<int> CircleMap::blocks() const {
   std::vector<int> all;
   for (const MapCircle& circle : circles_) all.push_back(circle.block);
@@ -83,7 +86,6 @@ SparseRows CircleMap::measurement(const CompressedState& state,
 
 std::vector<int> CircleMap::associate(const CompressedState& state,
                                       const std::vector<ObservedCircle>& observed) const {
-  const double gate = chi_square_limit(3, options_.gate_probability);
   std::vector<Pairing> pairings;
   std::vector<SparseRows> rows;
   std::vector<std::size_t> circle_of;
@@ -95,7 +97,7 @@ std::vector<int> CircleMap::associate(const CompressedState& state,
       const Eigen::Matrix3d s = state.innovation_covariance(row);
       const Eigen::Vector3d nu = row.innovation;
       const double distance2 = nu.dot(s.ldlt().solve(nu));
-      if (!(distance2 <= gate)) continue;
+      if (!(distance2 <= gate_)) continue;
       // Of a wall several pieces may be seen at once, of a post one.
       const bool post = observed[i].radius_m <= kLargestPostM;
       pairings.push_back({static_cast<int>(i), post ? static_cast<int>(j) : Pairing::kAnyTimes,
@@ -133,7 +135,6 @@ void CircleMap::correct(CompressedState& state,
     ++circles_[index].times_seen;
     circles_[index].advantage += observed[i].advantage;
   }
-  state.finish_corrections();
 }
 
 void CircleMap::extend(const CompressedState& state,
@@ -151,7 +152,6 @@ void CircleMap::add_new(CompressedState& state,
                         const std::vector<ObservedCircle>& observed,
                         const std::vector<int>& matches) {
   const Pose2 pose = pose_of(state);
-  const double gate = chi_square_limit(3, options_.gate_probability);
   for (CircleCandidate& candidate : candidates_) ++candidate.times_looked;
   for (std::size_t i = 0; i < observed.size(); ++i) {
     if (matches[i] != kNew) continue;
@@ -160,7 +160,7 @@ void CircleMap::add_new(CompressedState& state,
     const Eigen::Matrix3d noise = turned(observed[i].covariance, pose) +
                                   kCandidateSigmaM * kCandidateSigmaM * Eigen::Matrix3d::Identity();
     CircleCandidate* best = nullptr;
-    double least = gate;
+    double least = gate_;
     for (CircleCandidate& candidate : candidates_) {
       if (candidate.from_inside != observed[i].from_inside) continue;
       const Eigen::Vector3d off = seen - candidate.mean;
@@ -240,14 +240,17 @@ SparseRows concentricity(const CompressedState& state, const MapCircle& a, const
 
 bool CircleMap::are_one(const CompressedState& state, std::size_t a, std::size_t b) const {
   const MapCircle &one = circles_[a], &other = circles_[b];
+  constexpr double kFarM = 1.0;  // centres of short arcs are known as poorly
   if (one.from_inside != other.from_inside || !state.is_active(one.block) ||
       !state.is_active(other.block)) {
     return false;
   }
+  const double off_m = (state.mean(one.block) - state.mean(other.block)).head<2>().norm();
+  if (off_m > kFarM) return false;
   const SparseRows rows = concentricity(state, one, other);
   const Eigen::Matrix3d s = state.innovation_covariance(rows);
   const Eigen::Vector3d nu = rows.innovation;
-  return nu.dot(s.ldlt().solve(nu)) <= chi_square_limit(3, options_.gate_probability);
+  return nu.dot(s.ldlt().solve(nu)) <= gate_;
 }
 
 void CircleMap::join_concentric(CompressedState& state) {

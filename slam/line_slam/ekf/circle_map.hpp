@@ -58,7 +58,7 @@ struct CircleCandidate {
 /// scan, in this order: associate, correct, extend, add, join, judge. Not thread-safe.
 class CircleMap {
  public:
-  explicit CircleMap(const WallFilterOptions& options) : options_(options) {}
+  explicit CircleMap(const WallFilterOptions& options);
 
   static constexpr int kNew = -1, kUnclear = -2;
 
@@ -74,6 +74,7 @@ class CircleMap {
   /// @returns per observed circle an index, kNew, or kUnclear where two would do.
   std::vector<int> associate(const CompressedState& state,
                              const std::vector<ObservedCircle>& observed) const;
+  /// Leaves finish_corrections() to the caller.
   void correct(CompressedState& state,
                const std::vector<ObservedCircle>& observed,
                const std::vector<int>& matches);
@@ -85,7 +86,7 @@ class CircleMap {
   void add_new(CompressedState& state,
                const std::vector<ObservedCircle>& observed,
                const std::vector<int>& matches);
-  /// Joins arcs of one circle: concentric and of equal radius, as far as is known.
+  /// Joins circles that are one: concentric and of equal radius, as far as is known.
   void join_concentric(CompressedState& state);
   /// Raises and lowers the evidence by the rays of a scan; what fell below the limit is removed.
   void judge(CompressedState& state, const ScanInRobot& scan, double pose_margin_m);
@@ -118,6 +119,7 @@ class CircleMap {
   void join(CompressedState& state, std::size_t a, std::size_t b);
 
   WallFilterOptions options_;
+  double gate_;  ///< of three values
   std::vector<MapCircle> circles_;
   std::vector<CircleCandidate> candidates_;
   int64_t next_id_ = 1;

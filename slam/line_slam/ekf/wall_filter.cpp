@@ -81,7 +81,9 @@ void WallFilter::focus() {
 }
 
 void WallFilter::correct(const std::vector<ObservedWall>& observed,
-                         const std::vector<WallMatch>& matches) {
+                         const std::vector<WallMatch>& matches,
+                         const std::vector<ObservedCircle>& circles,
+                         const std::vector<int>& circle_matches) {
   const Eigen::Vector2d before_m = state().mean(0).head<2>();
   std::vector<MatchedEnds> ends(observed.size());
   for (std::size_t i = 0; i < observed.size(); ++i) {
@@ -95,6 +97,7 @@ void WallFilter::correct(const std::vector<ObservedWall>& observed,
     state().correct(map_.measurement(observed[i], index, ends[i]));
     ++map_.wall(index).times_seen;
   }
+  circles_.correct(state(), circles, circle_matches);
   state().finish_corrections();
   moved_since_focus_m_ += (state().mean(0).head<2>() - before_m).norm();
 }
@@ -149,14 +152,9 @@ int WallFilter::judge(const ScanInRobot& scan) {
   return removed;
 }
 
-void WallFilter::take_circles(const std::vector<ObservedCircle>& observed,
-                              const ScanInRobot& scan,
-                              bool may_draw) {
-  const Eigen::Vector2d before_m = state().mean(0).head<2>();
-  const std::vector<int> matches = circles_.associate(state(), observed);
-  circles_.correct(state(), observed, matches);
-  moved_since_focus_m_ += (state().mean(0).head<2>() - before_m).norm();
-  if (!may_draw) return;
+void WallFilter::draw_circles(const std::vector<ObservedCircle>& observed,
+                              const std::vector<int>& matches,
+                              const ScanInRobot& scan) {
   circles_.extend(state(), observed, matches);
   circles_.add_new(state(), observed, matches);
   circles_.join_concentric(state());

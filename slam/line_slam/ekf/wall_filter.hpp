@@ -46,6 +46,10 @@ class WallFilter {
   std::vector<WallMatch> associate(const std::vector<ObservedWall>& observed) const {
     return associate_walls(map_, observed);
   }
+  /// See CircleMap::associate.
+  std::vector<int> associate(const std::vector<ObservedCircle>& observed) const {
+    return circles_.associate(state(), observed);
+  }
 
   /// Innovation of a pairing's two offsets across the observed line.
   SparseRows line_innovation(const ObservedWall& observed, std::size_t index) const {
@@ -53,7 +57,14 @@ class WallFilter {
   }
 
   /// (5.2.2-5.2.5) Corrects pose and map by all matched walls, one after the other.
-  void correct(const std::vector<ObservedWall>& observed, const std::vector<WallMatch>& matches);
+  void correct(const std::vector<ObservedWall>& observed, const std::vector<WallMatch>& matches) {
+    correct(observed, matches, {}, {});
+  }
+  /// As above, and by posts and curved walls.
+  void correct(const std::vector<ObservedWall>& observed,
+               const std::vector<WallMatch>& matches,
+               const std::vector<ObservedCircle>& circles,
+               const std::vector<int>& circle_matches);
 
   /// (5.3.1) Lengthens matched walls that are seen to continue.
   void extend(const std::vector<ObservedWall>& observed, const std::vector<WallMatch>& matches);
@@ -75,11 +86,10 @@ class WallFilter {
   void judge_again(const std::vector<ScanInRobot>& scans,
                    const std::vector<Pose2>& world_from_robots);
 
-  /// All steps of posts and curved walls with one scan, after correct(): see CircleMap. Walls that
-  /// are nothing but chords of a circle are removed.
-  void take_circles(const std::vector<ObservedCircle>& observed,
-                    const ScanInRobot& scan,
-                    bool may_draw);
+  /// See CircleMap. Walls that are nothing but chords of a circle are removed.
+  void draw_circles(const std::vector<ObservedCircle>& observed,
+                    const std::vector<int>& matches,
+                    const ScanInRobot& scan);
   const CircleMap& circles() const { return circles_; }
   RoundWalls round_walls(int64_t min_times_seen) { return circles_.plan(state(), min_times_seen); }
 

@@ -38,6 +38,19 @@ Eigen::Matrix3d with_floor(const Eigen::Matrix3d& covariance) {
 
 }  // namespace
 
+namespace {
+
+// Corrections are what a filter's step costs, and a post that was seen often gains little from
+// each.
+bool tells_much(const CompressedState& state, const SparseRows& rows) {
+  constexpr double kLeastGain = 0.05;
+  const Eigen::Matrix3d known = state.covariance_between(rows, rows);
+  const Eigen::Matrix3d noise = rows.noise;
+  return (known.diagonal().array() > kLeastGain * noise.diagonal().array()).any();
+}
+
+}  // namespace
+
 CircleMap::CircleMap(const WallFilterOptions& options)
     : options_(options), gate_(chi_square_limit(3, options.gate_probability)) {}
 
@@ -131,7 +144,8 @@ void CircleMap::correct(CompressedState& state,
   for (std::size_t i = 0; i < observed.size(); ++i) {
     if (matches[i] < 0) continue;
     const auto index = static_cast<std::size_t>(matches[i]);
-    state.correct(measurement(state, observed[i], index));
+    const SparseRows rows = measurement(state, observed[i], index);
+    if (tells_much(state, rows)) state.correct(rows);
     ++circles_[index].times_seen;
     circles_[index].advantage += observed[i].advantage;
   }

@@ -22,6 +22,8 @@ class CircleExtractor {
   const std::vector<ObservedCircle>& extract(const ScanInRobot& scan, double max_range_m);
 
  private:
+  static constexpr double kSurfaceSigmaM = 0.002;  ///< roughness of real walls
+
   struct Point {
     Eigen::Vector2d at_m;  ///< from the sensor
     double range_m;

@@ -17,9 +17,6 @@ constexpr double kProved = 15.0, kProvedEach = 1.0;
 constexpr int kProvedTimes = 3, kCandidateSteps = 40;
 constexpr double kCandidateSigmaM = 0.015;  // of the pose from scan to scan
 constexpr double kFloorM = 0.003;           // nothing is quite round
-constexpr double kConcentricSigmaM = 0.005;
-// Of a radius, what all scans share: spots at an edge answer by what of them is nearer.
-constexpr double kSharedSigmaM = 0.0025;
 
 Pose2 pose_of(const CompressedState& state) {
   const Eigen::Vector4d robot = state.mean(0);
@@ -234,126 +231,6 @@ void CircleMap::remove(CompressedState& state, std::size_t index) {
   state.remove(circles_[index].block);
   if (index + 1 != circles_.size()) circles_[index] = std::move(circles_.back());
   circles_.pop_back();
-}
-
-namespace {
-
-SparseRows concentricity(const CompressedState& state, const MapCircle& a, const MapCircle& b) {
-  SparseRows rows;
-  rows.resize(3);
-  rows.num_blocks = 2;
-  rows.blocks = {a.block, b.block, 0};
-  rows.jacobian.block<3, 3>(0, 0).setIdentity();
-  rows.jacobian.block<3, 3>(0, 4) = -Eigen::Matrix3d::Identity();
-  rows.innovation = -(state.mean(a.block) - state.mean(b.block)).head<3>();
-  rows.noise = kConcentricSigmaM * kConcentricSigmaM * Eigen::Matrix3d::Identity();
-  return rows;
-}
-
-}  // namespace
-
-bool CircleMap::are_one(const CompressedState& state, std::size_t a, std::size_t b) const {
-  const MapCircle &one = circles_[a], &other = circles_[b];
-  constexpr double kFarM = 1.0;  // centres of short arcs are known as poorly
-  if (one.from_inside != other.from_inside || !state.is_active(one.block) ||
-      !state.is_active(other.block)) {
-    return false;
-  }
-  const double off_m = (state.mean(one.block) - state.mean(other.block)).head<2>().norm();
-  if (off_m > kFarM) return false;
-  const SparseRows rows = concentricity(state, one, other);
-  const Eigen::Matrix3d s = state.innovation_covariance(rows);
-  const Eigen::Vector3d nu = rows.innovation;
-  return nu.dot(s.ldlt().solve(nu)) <= gate_;
-}
-
-void CircleMap::join_concentric(CompressedState& state) {
-  for (std::size_t a = 0; a < circles_.size(); ++a) {
-    for (std::size_t b = circles_.size(); b-- > a + 1;) {
-      if (are_one(state, a, b)) join(state, a, b);
-    }
-  }
-}
-
-void CircleMap::join(CompressedState& state, std::size_t a, std::size_t b) {
-  state.correct(concentricity(state, circles_[a], circles_[b]));
-  state.finish_corrections();
-  MapCircle& kept = circles_[a];
-  const MapCircle& other = circles_[b];
-  kept.arc.merge(other.arc);
-  kept.times_seen = std::max(kept.times_seen, other.times_seen);
-  kept.advantage += other.advantage;
-  kept.id = std::min(kept.id, other.id);
-  remove(state, b);
-}
-
-void CircleMap::judge(CompressedState& state, const ScanInRobot& scan, double pose_margin_m) {
-  const Pose2 pose = pose_of(state);
-  for (std::size_t i = circles_.size(); i-- > 0;) {
-    MapCircle& circle = circles_[i];
-    if (!state.is_active(circle.block)) continue;
-    circle.arc.vote_by_rays(scan, pose, state.mean(circle.block).head<3>(), circle.from_inside,
-                            pose_margin_m);
-    circle.arc.evidence.count_votes(options_.evidence);
-    const bool gone = circle.arc.evidence.existence() < options_.evidence.forget_probability;
-    if (gone || circle.advantage < 0.0) remove(state, i);
-  }
-}
-
-void CircleMap::forget_evidence() {
-  for (MapCircle& circle : circles_) circle.arc.evidence.forget(options_.evidence);
-}
-
-void CircleMap::vote(const CompressedState& state,
-                     const ScanInRobot& scan,
-                     const Pose2& world_from_robot) {
-  for (MapCircle& circle : circles_) {
-    const Eigen::Vector3d mean = state.rough_mean(circle.block).head<3>();
-    const double off_m = (mean.head<2>() - world_from_robot.translation_m()).norm() - mean[2];
-    if (std::abs(off_m) > options_.active_radius_m) continue;
-    circle.arc.vote_by_rays(scan, world_from_robot, mean, circle.from_inside, 0.0);
-    circle.arc.evidence.count_votes(options_.evidence);
-  }
-}
-
-bool CircleMap::holds(const CompressedState& state, const Eigen::Vector4d& wall) const {
-  constexpr double kNearM = 0.06;
-  const auto lies_on = [&](const MapCircle& circle, const Eigen::Vector2d& point_m) {
-    const Eigen::Vector4d mean = state.rough_mean(circle.block);
-    const Eigen::Vector2d off_m = point_m - mean.head<2>();
-    const double turn = turn_between(circle.arc.from_rad, std::atan2(off_m.y(), off_m.x()));
-    const double beyond_m = mean[2] * std::min(std::max(0.0, turn - circle.arc.span_rad),
-                                               2.0 * std::numbers::pi - turn);
-    return std::abs(off_m.norm() - mean[2]) < kNearM && beyond_m < 3.0 * kNearM;
-  };
-  const Eigen::Vector2d start_m = wall.head<2>(), end_m = wall.tail<2>();
-  return std::any_of(circles_.begin(), circles_.end(), [&](const MapCircle& circle) {
-    return state.is_active(circle.block) && lies_on(circle, start_m) && lies_on(circle, end_m) &&
-           lies_on(circle, 0.5 * (start_m + end_m));
-  });
-}
-
-RoundWalls CircleMap::plan(CompressedState& state, int64_t min_times_seen) const {
-  RoundWalls plan;
-  for (const MapCircle& circle : circles_) {
-    if (circle.times_seen < min_times_seen) continue;
-    const Eigen::Vector4d mean = state.mean(circle.block);
-    RoundWall piece;
-    piece.id = circle.id;
-    piece.centre_m = mean.head<2>();
-    piece.radius_m = mean[2];
-    piece.covariance = state.marginal(circle.block).topLeftCorner<3, 3>();
-    piece.covariance(2, 2) += kSharedSigmaM * kSharedSigmaM;
-    piece.from_inside = circle.from_inside;
-    piece.existence = circle.arc.evidence.existence();
-    piece.times_seen = circle.times_seen;
-    for (const SeenArc::Run& run : circle.arc.standing(piece.radius_m, options_.evidence)) {
-      piece.from_rad = run.from_rad;
-      piece.span_rad = run.span_rad;
-      plan.push_back(piece);
-    }
-  }
-  return plan;
 }
 
 void CircleMap::restore(CompressedState& state, const Stored& stored) {

@@ -12,6 +12,37 @@ namespace {
 constexpr double kTopThicknessM = 0.03;
 constexpr double kLegM = 0.05;
 
+// Points on a circle: flat sides whose outline stays within kRoundnessM of it, on both sides of it.
+class Circle {
+ public:
+  static constexpr double kRoundnessM = 0.0002;
+
+  Circle(
+      const Eigen::Vector2d& centre, double radius_m, double from_rad, double to_rad, int sides = 0)
+      : centre_(centre), from_rad_(from_rad), sides_(sides) {
+    // Corners lie outside the circle by as much as the middles of the sides lie inside.
+    if (sides == 0) {
+      const double half_side_rad = 2.0 * std::sqrt(kRoundnessM / radius_m);
+      const double count = std::ceil(0.25 * (to_rad - from_rad) / std::min(0.7, half_side_rad));
+      sides_ = 2 * std::max(1, static_cast<int>(count));
+    }
+    side_rad_ = (to_rad - from_rad) / sides_;
+    corner_m_ = 2.0 * radius_m / (1.0 + std::cos(0.5 * side_rad_));
+  }
+
+  int sides() const { return sides_; }  ///< even
+  Eigen::Vector3d at(int corner, double z) const {
+    const double angle = from_rad_ + side_rad_ * corner;
+    return {centre_.x() + corner_m_ * std::cos(angle), centre_.y() + corner_m_ * std::sin(angle),
+            z};
+  }
+
+ private:
+  Eigen::Vector2d centre_;
+  double from_rad_, side_rad_ = 0.0, corner_m_ = 0.0;
+  int sides_;
+};
+
 Eigen::Vector2d point(const std::vector<double>& values, const char* what) {
   require(values.size() == 2, std::string(what) + ": expected two numbers, x and y");
   return {values[0], values[1]};
@@ -30,6 +61,16 @@ void add_wall(World& world, const WallSpec& spec) {
                   {along.norm() + spec.thickness_m, spec.thickness_m, spec.height_m},
                   std::atan2(along.y(), along.x()), material);
   }
+}
+
+void add_arc(World& world, const ArcSpec& spec) {
+  require(spec.to_deg > spec.from_deg && spec.to_deg <= spec.from_deg + 360.0,
+          "arcs.to_deg: expected more than from_deg, by 360 at most");
+  require(spec.thickness_m < 2.0 * spec.radius_m,
+          "arcs.thickness_m: expected less than twice radius_m");
+  world.add_arc(point(spec.centre_m, "arcs.centre_m"), spec.radius_m, deg_to_rad(spec.from_deg),
+                deg_to_rad(spec.to_deg), {spec.height_m, spec.thickness_m},
+                material_named(spec.material));
 }
 
 void add_table(World& world, const TableSpec& spec) {
@@ -111,14 +152,39 @@ void World::add_column(const Eigen::Vector2d& centre,
                        double radius_m,
                        double height_m,
                        Material material) {
-  constexpr int kSides = 16;
-  const auto rim = [&](int side, double z) -> Eigen::Vector3d {
-    const double angle = 2.0 * std::numbers::pi * side / kSides;
-    return {centre.x() + radius_m * std::cos(angle), centre.y() + radius_m * std::sin(angle), z};
-  };
-  for (int side = 0; side < kSides; ++side) {
-    add_quad({rim(side, 0), rim(side + 1, 0), rim(side + 1, height_m), rim(side, height_m)},
+  const Circle circle(centre, radius_m, 0.0, 2.0 * std::numbers::pi);
+  const Eigen::Vector3d top(centre.x(), centre.y(), height_m);
+  for (int side = 0; side < circle.sides(); side += 2) {
+    for (const int i : {side, side + 1}) {
+      add_quad({circle.at(i, 0.0), circle.at(i + 1, 0.0), circle.at(i + 1, height_m),
+                circle.at(i, height_m)},
+               material);
+    }
+    add_quad({top, circle.at(side, height_m), circle.at(side + 1, height_m),
+              circle.at(side + 2, height_m)},
              material);
+  }
+}
+
+void World::add_arc(const Eigen::Vector2d& centre,
+                    double radius_m,
+                    double from_rad,
+                    double to_rad,
+                    const WallSize& size,
+                    Material material) {
+  const Circle outer(centre, radius_m + 0.5 * size.thickness_m, from_rad, to_rad);
+  const Circle inner(centre, radius_m - 0.5 * size.thickness_m, from_rad, to_rad, outer.sides());
+  const double top = size.height_m;
+  for (int i = 0; i < outer.sides(); ++i) {
+    for (const Circle* face : {&outer, &inner}) {
+      add_quad({face->at(i, 0), face->at(i + 1, 0), face->at(i + 1, top), face->at(i, top)},
+               material);
+    }
+    add_quad({inner.at(i, top), outer.at(i, top), outer.at(i + 1, top), inner.at(i + 1, top)},
+             material);
+  }
+  for (const int i : {0, outer.sides()}) {
+    add_quad({inner.at(i, 0), outer.at(i, 0), outer.at(i, top), inner.at(i, top)}, material);
   }
 }
 
@@ -135,6 +201,7 @@ World build_world(const WorldSpec& spec) {
                    Material::plain);
   }
   for (const WallSpec& wall : spec.walls) add_wall(world, wall);
+  for (const ArcSpec& arc : spec.arcs) add_arc(world, arc);
   for (const BoxSpec& box : spec.boxes) {
     require(box.size_m.size() == 3, "boxes.size_m: expected three numbers");
     const Eigen::Vector2d at = point(box.at_m, "boxes.at_m");

@@ -15,6 +15,11 @@ enum class Material : uint8_t { plain, black, glass, mirror };
 /// @param name plain, black, glass or mirror. @throws std::invalid_argument listing the known ones.
 Material material_named(const std::string& name);
 
+struct WallSize {
+  double height_m = 2.6;
+  double thickness_m = 0.12;
+};
+
 /// The geometry around the robot: triangles with a material each, and who walks there. World frame:
 /// floor at z = 0, z up. The triangles alone are what stands there: what maps, models, cameras,
 /// sonars and bumpers meet. The lasers see people too (laser_model.hpp).
@@ -30,11 +35,20 @@ struct World {
                const Eigen::Vector3d& size,
                double yaw_rad,
                Material material);
-  /// A round column of 16 sides standing on the floor.
+  /// A round column standing on the floor, with its top. Its sides are flat, as many as keep its
+  /// outline within 0.2 mm of the circle.
   void add_column(const Eigen::Vector2d& centre,
                   double radius_m,
                   double height_m,
                   Material material);
+  /// A wall bent to an arc about `centre`, with both faces, its top and its two ends: as round as a
+  /// column. @param radius_m  of its middle line. @param to_rad  counter-clockwise from `from_rad`
+  void add_arc(const Eigen::Vector2d& centre,
+               double radius_m,
+               double from_rad,
+               double to_rad,
+               const WallSize& size,
+               Material material);
 };
 
 /// A wall along a chain of corners: x1 y1 x2 y2 ...
@@ -47,6 +61,28 @@ struct WallSpec {
   template <class Visitor>
   void visit(Visitor& v) {
     v("corners_m", corners_m);
+    v("height_m", height_m, kPositive);
+    v("thickness_m", thickness_m, kPositive);
+    v("material", material);
+  }
+};
+
+/// A wall bent to an arc; a whole circle from 0 to 360 degrees.
+struct ArcSpec {
+  std::vector<double> centre_m = {0, 0};
+  double radius_m = 3.0;  ///< of its middle line
+  double from_deg = 0.0;  ///< direction from the centre, 0 = along x
+  double to_deg = 90.0;   ///< counter-clockwise from there, more than from_deg
+  double height_m = 2.6;
+  double thickness_m = 0.12;
+  std::string material = "plain";
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("centre_m", centre_m);
+    v("radius_m", radius_m, Limits{0.01, 1000.0});
+    v("from_deg", from_deg);
+    v("to_deg", to_deg);
     v("height_m", height_m, kPositive);
     v("thickness_m", thickness_m, kPositive);
     v("material", material);
@@ -116,7 +152,7 @@ struct ColumnSpec {
   template <class Visitor>
   void visit(Visitor& v) {
     v("at_m", at_m);
-    v("radius_m", radius_m, kPositive);
+    v("radius_m", radius_m, Limits{0.001, 100.0});
     v("height_m", height_m, kPositive);
   }
 };
@@ -141,6 +177,7 @@ struct WorldSpec {
   std::vector<double> floor_m = {0, 0, 10, 10};  ///< x0 y0 x1 y1 of floor and ceiling
   double ceiling_m = 2.6;
   std::vector<WallSpec> walls;
+  std::vector<ArcSpec> arcs;
   std::vector<BoxSpec> boxes;
   std::vector<TableSpec> tables;
   std::vector<DoorSpec> doors;
@@ -152,6 +189,7 @@ struct WorldSpec {
     v("floor_m", floor_m);
     v("ceiling_m", ceiling_m, kPositive);
     v("walls", walls);
+    v("arcs", arcs);
     v("boxes", boxes);
     v("tables", tables);
     v("doors", doors);

@@ -4,7 +4,7 @@
 
 namespace marco::files {
 
-std::string lines_json(const Walls& walls) {
+std::string lines_json(const Walls& walls, const RoundWalls& round_walls) {
   nlohmann::ordered_json root;
   root["unit"] = "m";
   root["walls"] = nlohmann::ordered_json::array();
@@ -22,6 +22,23 @@ std::string lines_json(const Walls& walls) {
     entry["start_seen"] = wall.start_seen;
     entry["end_seen"] = wall.end_seen;
     root["walls"].push_back(std::move(entry));
+  }
+  root["round_walls"] = nlohmann::ordered_json::array();
+  for (const RoundWall& wall : round_walls) {
+    nlohmann::ordered_json entry;
+    entry["id"] = wall.id;
+    entry["centre_m"] = {wall.centre_m.x(), wall.centre_m.y()};
+    entry["radius_m"] = wall.radius_m;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      entry["covariance_m2"].push_back(
+          {wall.covariance(i, 0), wall.covariance(i, 1), wall.covariance(i, 2)});
+    }
+    entry["from_inside"] = wall.from_inside;
+    entry["from_rad"] = wall.from_rad;
+    entry["span_rad"] = wall.span_rad;
+    entry["existence"] = wall.existence;
+    entry["times_seen"] = wall.times_seen;
+    root["round_walls"].push_back(std::move(entry));
   }
   return root.dump(1) + "\n";
 }

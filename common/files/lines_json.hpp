@@ -2,13 +2,15 @@
 
 #include <string>
 
+#include "common/round_wall.hpp"
 #include "common/wall.hpp"
 
 namespace marco::files {
 
-/// The walls with every field: {"unit": "m", "walls": [{"id", "start_m": [x, y], "end_m",
-/// "covariance_m2": 4 x 4 of (start x, y, end x, y), "existence", "times_seen", "start_seen",
-/// "end_seen"}]}.
-std::string lines_json(const Walls& walls);
+/// The walls, posts and curved walls with every field: {"unit": "m", "walls": [{"id", "start_m":
+/// [x, y], "end_m", "covariance_m2": 4 x 4 of (start x, y, end x, y), "existence", "times_seen",
+/// "start_seen", "end_seen"}], "round_walls": [{"id", "centre_m", "radius_m", "covariance_m2": 3 x
+/// 3 of (centre x, y, radius), "from_inside", "from_rad", "span_rad", "existence", "times_seen"}]}.
+std::string lines_json(const Walls& walls, const RoundWalls& round_walls);
 
 }  // namespace marco::files

@@ -7,21 +7,37 @@
 #include "common/files/metre_svg.hpp"
 
 namespace marco::files {
+namespace {
 
-std::string lines_svg(const Walls& walls, const Trajectory& path) {
+std::string attributes_of(double existence) {
+  std::array<char, 60> attributes{};
+  std::snprintf(attributes.data(), attributes.size(), "class=\"wall\" opacity=\"%.2f\"",
+                std::clamp(existence, 0.2, 1.0));
+  return attributes.data();
+}
+
+}  // namespace
+
+std::string lines_svg(const Walls& walls, const RoundWalls& round_walls, const Trajectory& path) {
   MetreSvg::Points driven, in_view;
   for (const StampedPose2& pose : path) driven.push_back(pose.world_from_robot.translation_m());
   in_view = driven;
   for (const Wall& wall : walls) in_view.insert(in_view.end(), {wall.start_m, wall.end_m});
+  std::vector<MetreSvg::Points> outlines;
+  for (const RoundWall& wall : round_walls) {
+    outlines.push_back(outline_of(wall));
+    in_view.insert(in_view.end(), outlines.back().begin(), outlines.back().end());
+  }
   MetreSvg svg(in_view,
-               ".wall{stroke:#0a7d24;stroke-width:0.05;stroke-linecap:round}"
-               "polyline{fill:none;stroke:#c0281c;stroke-width:0.03}");
+               ".wall{stroke:#0a7d24;stroke-width:0.05;stroke-linecap:round;fill:none}"
+               "polyline{fill:none;stroke:#c0281c;stroke-width:0.03}"
+               "polyline.wall{stroke:#0a7d24;stroke-width:0.05}");
   if (!driven.empty()) svg.polyline(driven);
   for (const Wall& wall : walls) {
-    std::array<char, 60> attributes{};
-    std::snprintf(attributes.data(), attributes.size(), "class=\"wall\" opacity=\"%.2f\"",
-                  std::clamp(wall.existence, 0.2, 1.0));
-    svg.line(attributes.data(), wall.start_m, wall.end_m);
+    svg.line(attributes_of(wall.existence), wall.start_m, wall.end_m);
+  }
+  for (std::size_t i = 0; i < round_walls.size(); ++i) {
+    svg.polyline(outlines[i], attributes_of(round_walls[i].existence));
   }
   return svg.finish();
 }

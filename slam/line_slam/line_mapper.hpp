@@ -63,6 +63,7 @@ class LineMapper : public Mapper2d {
   /// By the filter; trajectory() and the other poses are by the pose graph.
   Pose2 world_from_robot() const { return lines_.world_from_robot(); }
   Walls plan() { return lines_.plan(); }
+  RoundWalls round_walls() { return lines_.round_walls(); }
   const WallFilter& filter() const { return lines_.filter(); }
 
   Trajectory trajectory() const { return slam_.trajectory(); }

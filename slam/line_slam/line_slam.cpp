@@ -1,6 +1,7 @@
 #include "slam/line_slam/line_slam.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "common/covariance.hpp"
@@ -17,6 +18,21 @@ double overlap_of(const std::vector<ObservedWall>& observed,
     if (matches[i].wall >= 0) matched += observed[i].num_points;
   }
   return all == 0 ? 0.0 : static_cast<double>(matched) / all;
+}
+
+// Walls but those whose beams lie on a curved wall.
+std::vector<ObservedWall> without_chords(const std::vector<ObservedWall>& walls,
+                                         const std::vector<ObservedCircle>& circles) {
+  std::vector<ObservedWall> straight;
+  for (const ObservedWall& wall : walls) {
+    const bool chord = std::any_of(circles.begin(), circles.end(), [&](const ObservedCircle& c) {
+      const int shared =
+          std::min(wall.last_beam, c.last_beam) - std::max(wall.first_beam, c.first_beam);
+      return c.clear && 2 * shared > wall.last_beam - wall.first_beam;
+    });
+    if (!chord) straight.push_back(wall);
+  }
+  return straight;
 }
 
 }  // namespace
@@ -59,8 +75,11 @@ LineSlamUpdate LineSlam::process_known(const ScanInRobot& scan,
 
 LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal) {
   filter_.focus();
-  const std::vector<ObservedWall>& observed = extractor_.extract(scan);
+  const std::vector<ObservedCircle>& circles =
+      circle_extractor_.extract(scan, options_.lines.max_range_m);
+  const std::vector<ObservedWall> observed = without_chords(extractor_.extract(scan), circles);
   std::vector<WallMatch> matches = filter_.associate(observed);
+  const std::vector<int> circle_matches = filter_.associate(circles);
   if (journal != nullptr) note(*journal, observed, matches);
 
   LineSlamUpdate changes;
@@ -69,12 +88,13 @@ LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJourn
     changes.matched += match.wall >= 0 ? 1 : 0;
     changes.unclear += match.wall == WallMatch::kUnclear ? 1 : 0;
   }
-  filter_.correct(observed, matches);
+  filter_.correct(observed, matches, circles, circle_matches);
   if (use == MapUse::draw) {
     filter_.extend(observed, matches);
     changes.added = filter_.add_new(observed, matches);
     changes.joined = filter_.join_similar(matches);
     changes.removed = filter_.judge(scan);
+    filter_.draw_circles(circles, circle_matches, scan);
   }
 
   LineSlamUpdate result = report();
@@ -105,6 +125,8 @@ void LineSlam::doubt() {
 Walls LineSlam::plan() {
   return filter_.plan(options_.plan_min_times_seen, options_.plan_min_length_m);
 }
+
+RoundWalls LineSlam::round_walls() { return filter_.round_walls(options_.plan_min_times_seen); }
 
 LineSlamUpdate LineSlam::report() const {
   LineSlamUpdate update;

@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "common/round_wall.hpp"
 #include "common/wall.hpp"
+#include "slam/line_slam/circles/circle_extractor.hpp"
 #include "slam/line_slam/ekf/wall_filter.hpp"
 #include "slam/line_slam/lines/line_extractor.hpp"
 #include "slam/line_slam/lines/scan_in_robot.hpp"
@@ -105,6 +107,8 @@ class LineSlam {
   Pose2 world_from_robot() const { return filter_.world_from_robot(); }
   /// The walls that stand now, world frame.
   Walls plan();
+  /// Posts and curved walls, seen in as many scans as walls of the plan.
+  RoundWalls round_walls();
 
   const WallFilter& filter() const { return filter_; }
 
@@ -127,6 +131,7 @@ class LineSlam {
 
   LineSlamOptions options_;
   LineExtractor extractor_;
+  CircleExtractor circle_extractor_;
   WallFilter filter_;
   Pose2 step_from_robot_;     ///< since the last scan that was looked at
   int scans_since_step_ = 0;  ///< 0 = none was yet

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "slam/plan/circle_fit.hpp"
+#include "slam/line_slam/circles/circle_fit.hpp"
 
 namespace marco::slam {
 namespace {

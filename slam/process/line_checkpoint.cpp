@@ -9,8 +9,8 @@
 
 namespace marco::slam {
 
-template <class Archive>
-void archive(Archive& bytes, MapWall& wall) {
+template <class Archive, class Visited>
+void archive_visited(Archive& bytes, Visited& value_of) {
   auto visitor = [&bytes](const char* /*name*/, auto& value) {
     if constexpr (std::is_same_v<decltype(value), std::vector<float>&>) {
       archive_list(bytes, value, sizeof(float));
@@ -18,7 +18,22 @@ void archive(Archive& bytes, MapWall& wall) {
       archive(bytes, value);
     }
   };
-  wall.visit(visitor);
+  value_of.visit(visitor);
+}
+
+template <class Archive>
+void archive(Archive& bytes, MapWall& wall) {
+  archive_visited(bytes, wall);
+}
+
+template <class Archive>
+void archive(Archive& bytes, MapCircle& circle) {
+  archive_visited(bytes, circle);
+}
+
+template <class Archive>
+void archive(Archive& bytes, CircleCandidate& candidate) {
+  archive_visited(bytes, candidate);
 }
 
 // Columns of a size that was read before: used only when that many bytes are left.
@@ -39,8 +54,12 @@ void archive(Archive& bytes, WallFilter::Stored& filter) {
   archive(bytes, filter.moved_since_focus_m);
   archive_list(bytes, filter.active, sizeof(int32_t));
   archive_list(bytes, filter.walls, 50);  // fewest bytes of one
-  require(filter.walls.size() <= 100000, "has too many walls");
-  const auto size = static_cast<Eigen::Index>(3 + 4 * filter.walls.size());
+  archive(bytes, filter.circles.next_id);
+  archive_list(bytes, filter.circles.circles, 70);      // fewest bytes of one
+  archive_list(bytes, filter.circles.candidates, 100);  // likewise
+  const std::size_t count = filter.walls.size() + filter.circles.circles.size();
+  require(count <= 100000, "has too many walls");
+  const auto size = static_cast<Eigen::Index>(3 + 4 * count);
   archive_sized(bytes, filter.mean, size, 1);
   archive_sized(bytes, filter.first_estimate, size, 1);
   archive_sized(bytes, filter.covariance, size, size);
@@ -79,7 +98,7 @@ void archive(Archive& bytes, LineMapper::Stored& mapper) {
 namespace {
 
 constexpr std::string_view kLineCheckpointName = "MARCOLSL";
-constexpr uint32_t kLineCheckpointVersion = 4;
+constexpr uint32_t kLineCheckpointVersion = 5;
 
 template <class Archive>
 void archive_all(Archive& bytes, LineCheckpoint& checkpoint) {

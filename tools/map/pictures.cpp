@@ -97,15 +97,26 @@ void add_walls(const Walls& walls, viewer::Scene& scene) {
   }
 }
 
+void add_round_walls(const RoundWalls& walls, viewer::Scene& scene) {
+  for (const RoundWall& wall : walls) {
+    const std::vector<Eigen::Vector2d> outline = outline_of(wall);
+    for (std::size_t i = 1; i < outline.size(); ++i) {
+      scene.walls.push_back({outline[i - 1], outline[i], 2.5, kWallGreen});
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
                                         const GridMap& map,
                                         const Walls& walls,
+                                        const RoundWalls& round_walls,
                                         const MapJob& job) {
   std::vector<PictureOrder> orders;
   viewer::Scene plan;
   add_walls(walls, plan);
+  add_round_walls(round_walls, plan);
   add_paths(map, job, plan);
   for (viewer::PathItem& path : plan.paths) {
     if (path.label == "truth") path.color = kTruthGrey;

@@ -22,6 +22,7 @@ PictureOrder map_picture(const std::filesystem::path& path, const GridMap& map, 
 std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
                                         const GridMap& map,
                                         const Walls& walls,
+                                        const RoundWalls& round_walls,
                                         const MapJob& job);
 
 /// model.png. A laser that panned saw all walls of a room: the view is from above, without the

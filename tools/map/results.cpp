@@ -82,10 +82,14 @@ void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map)
   }
 }
 
-void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job) {
-  files::write_whole_file(out / "lines.svg", files::lines_svg(walls, job.trajectory()));
-  files::write_whole_file(out / "lines.dxf", files::lines_dxf(walls));
-  files::write_whole_file(out / "lines.json", files::lines_json(walls));
+void write_lines(const std::filesystem::path& out,
+                 const Walls& walls,
+                 const RoundWalls& round_walls,
+                 const MapJob& job) {
+  files::write_whole_file(out / "lines.svg",
+                          files::lines_svg(walls, round_walls, job.trajectory()));
+  files::write_whole_file(out / "lines.dxf", files::lines_dxf(walls, round_walls));
+  files::write_whole_file(out / "lines.json", files::lines_json(walls, round_walls));
 }
 
 bool same_folder(const fs::path& a, const fs::path& b) {

@@ -25,7 +25,10 @@ void write_paths(const std::filesystem::path& out, const MapJob& job);
 void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map);
 
 /// lines.svg, lines.dxf and lines.json.
-void write_lines(const std::filesystem::path& out, const Walls& walls, const MapJob& job);
+void write_lines(const std::filesystem::path& out,
+                 const Walls& walls,
+                 const RoundWalls& round_walls,
+                 const MapJob& job);
 
 /// Whether two names are one folder.
 bool same_folder(const std::filesystem::path& a, const std::filesystem::path& b);

@@ -31,7 +31,7 @@ void WallEvidence::set_extent(double before_start_m, double length_m) {
 
 void WallEvidence::vote(double at_m, int value) {
   const double bin = std::floor((at_m + offset_m_) / bin_m_);
-  if (bin < 0.0 || bin >= static_cast<double>(log_odds_.size())) return;
+  if (!(bin >= 0.0 && bin < static_cast<double>(log_odds_.size()))) return;
   votes_.resize(log_odds_.size(), 0);
   votes_[static_cast<std::size_t>(bin)] += value;
 }

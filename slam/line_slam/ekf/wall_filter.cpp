@@ -35,9 +35,16 @@ void WallFilter::predict(const Pose2& robot_motion, const Eigen::Matrix3d& noise
   state().predict(after.vector(), motion_jacobian(from_m, after.translation_m()), noise);
 }
 
+std::vector<int> WallFilter::blocks() const {
+  std::vector<int> all = map_.blocks();
+  const std::vector<int> round = circles_.blocks();
+  all.insert(all.end(), round.begin(), round.end());
+  return all;
+}
+
 std::vector<int> WallFilter::blocks_within(double radius_m, double behind_m) const {
   const Eigen::Vector2d robot_m = state().mean(0).head<2>();
-  std::vector<int> near;
+  std::vector<int> near = circles_.blocks_within(state(), robot_m, radius_m);
   for (const MapWall& wall : map_.walls()) {
     const Eigen::Vector4d mean = state().rough_mean(wall.block);
     if (distance_to(robot_m, mean) > radius_m) continue;
@@ -49,7 +56,7 @@ std::vector<int> WallFilter::blocks_within(double radius_m, double behind_m) con
 void WallFilter::focus() {
   state().catch_up(std::max(options().catch_up_tiles,
                             static_cast<int>(options().catch_up_part * state().num_tiles())));
-  const bool all = static_cast<int>(num_walls()) <= options().max_dense_walls;
+  const bool all = static_cast<int>(num_walls() + circles_.size()) <= options().max_dense_walls;
   if (all && state().num_passive() == 0) return;
   const std::vector<int> needed =
       all ? blocks() : blocks_within(options().active_radius_m, options().active_behind_m);
@@ -74,7 +81,9 @@ void WallFilter::focus() {
 }
 
 void WallFilter::correct(const std::vector<ObservedWall>& observed,
-                         const std::vector<WallMatch>& matches) {
+                         const std::vector<WallMatch>& matches,
+                         const std::vector<ObservedCircle>& circles,
+                         const std::vector<int>& circle_matches) {
   const Eigen::Vector2d before_m = state().mean(0).head<2>();
   std::vector<MatchedEnds> ends(observed.size());
   for (std::size_t i = 0; i < observed.size(); ++i) {
@@ -88,6 +97,7 @@ void WallFilter::correct(const std::vector<ObservedWall>& observed,
     state().correct(map_.measurement(observed[i], index, ends[i]));
     ++map_.wall(index).times_seen;
   }
+  circles_.correct(state(), circles, circle_matches);
   state().finish_corrections();
   moved_since_focus_m_ += (state().mean(0).head<2>() - before_m).norm();
 }
@@ -142,10 +152,25 @@ int WallFilter::judge(const ScanInRobot& scan) {
   return removed;
 }
 
+void WallFilter::draw_circles(const std::vector<ObservedCircle>& observed,
+                              const std::vector<int>& matches,
+                              const ScanInRobot& scan) {
+  circles_.extend(state(), observed, matches);
+  circles_.add_new(state(), observed, matches);
+  circles_.join_concentric(state());
+  const Eigen::Matrix3d p = robot_covariance();
+  circles_.judge(state(), scan, 2.0 * std::sqrt(std::max(p(0, 0), p(1, 1))));
+  for (std::size_t i = num_walls(); i-- > 0 && circles_.size() > 0;) {
+    const int block = map_.wall(i).block;
+    if (state().is_active(block) && circles_.holds(state(), state().mean(block))) map_.remove(i);
+  }
+}
+
 void WallFilter::judge_again(const std::vector<ScanInRobot>& scans,
                              const std::vector<Pose2>& world_from_robots) {
   state().refresh_means();
   for (std::size_t i = 0; i < num_walls(); ++i) map_.wall(i).evidence.forget(options().evidence);
+  circles_.forget_evidence();
   std::vector<WallSeen> seen;
   for (std::size_t k = 0; k < scans.size(); ++k) {
     const Eigen::Vector2d robot_m = world_from_robots[k].translation_m();
@@ -160,6 +185,7 @@ void WallFilter::judge_again(const std::vector<ScanInRobot>& scans,
     }
     vote_for_nearest(scans[k], seen);
     for (const WallSeen& wall : seen) wall.evidence->count_votes(options().evidence);
+    circles_.vote(state(), scans[k], world_from_robots[k]);
   }
 }
 
@@ -180,13 +206,14 @@ WallFilter::Stored WallFilter::store() {
         state().first_estimate(all[k]);
   }
   stored.walls = map_.walls();
+  stored.circles = circles_.store();
   stored.moved_since_focus_m = moved_since_focus_m_;
   stored.next_id = map_.next_id();
   return stored;
 }
 
 void WallFilter::restore(const Stored& stored) {
-  const std::size_t count = stored.walls.size();
+  const std::size_t count = stored.walls.size() + stored.circles.circles.size();
   const auto size = static_cast<Eigen::Index>(3 + 4 * count);
   require(stored.mean.size() == size && stored.first_estimate.size() == size &&
               stored.covariance.rows() == size && stored.covariance.cols() == size,
@@ -202,6 +229,7 @@ void WallFilter::restore(const Stored& stored) {
     is_active[static_cast<std::size_t>(index)] = 1;
   }
   map_.restore(stored.walls, stored.next_id);
+  circles_.restore(state(), stored.circles);
   const std::vector<int> all = blocks();
   state().restore(all, stored.mean, stored.first_estimate, stored.covariance);
   std::vector<int> active;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/wall.hpp"
+#include "slam/line_slam/ekf/circle_map.hpp"
 #include "slam/line_slam/ekf/data_association.hpp"
 #include "slam/line_slam/ekf/wall_map.hpp"
 #include "slam/line_slam/ekf/wall_plan.hpp"
@@ -20,7 +21,7 @@ class WallFilter {
  public:
   /// @throws std::invalid_argument naming an option outside its limits.
   WallFilter(const WallFilterOptions& options, const Pose2& world_from_robot)
-      : map_(options, world_from_robot) {}
+      : map_(options, world_from_robot), circles_(options) {}
 
   Pose2 world_from_robot() const { return map_.world_from_robot(); }
   Eigen::Matrix3d robot_covariance() const { return map_.robot_covariance(); }
@@ -28,7 +29,8 @@ class WallFilter {
   const MapWall& wall(std::size_t index) const { return map_.wall(index); }
   /// x1 y1 x2 y2.
   Eigen::Vector4d wall_mean(std::size_t index) const { return map_.mean(index); }
-  std::vector<int> blocks() const { return map_.blocks(); }
+  /// Of walls, then of circles.
+  std::vector<int> blocks() const;
   CompressedState& state() { return map_.state(); }
   const CompressedState& state() const { return map_.state(); }
 
@@ -44,6 +46,10 @@ class WallFilter {
   std::vector<WallMatch> associate(const std::vector<ObservedWall>& observed) const {
     return associate_walls(map_, observed);
   }
+  /// See CircleMap::associate.
+  std::vector<int> associate(const std::vector<ObservedCircle>& observed) const {
+    return circles_.associate(state(), observed);
+  }
 
   /// Innovation of a pairing's two offsets across the observed line.
   SparseRows line_innovation(const ObservedWall& observed, std::size_t index) const {
@@ -51,7 +57,14 @@ class WallFilter {
   }
 
   /// (5.2.2-5.2.5) Corrects pose and map by all matched walls, one after the other.
-  void correct(const std::vector<ObservedWall>& observed, const std::vector<WallMatch>& matches);
+  void correct(const std::vector<ObservedWall>& observed, const std::vector<WallMatch>& matches) {
+    correct(observed, matches, {}, {});
+  }
+  /// As above, and by posts and curved walls.
+  void correct(const std::vector<ObservedWall>& observed,
+               const std::vector<WallMatch>& matches,
+               const std::vector<ObservedCircle>& circles,
+               const std::vector<int>& circle_matches);
 
   /// (5.3.1) Lengthens matched walls that are seen to continue.
   void extend(const std::vector<ObservedWall>& observed, const std::vector<WallMatch>& matches);
@@ -73,6 +86,13 @@ class WallFilter {
   void judge_again(const std::vector<ScanInRobot>& scans,
                    const std::vector<Pose2>& world_from_robots);
 
+  /// See CircleMap. Walls that are nothing but chords of a circle are removed.
+  void draw_circles(const std::vector<ObservedCircle>& observed,
+                    const std::vector<int>& matches,
+                    const ScanInRobot& scan);
+  const CircleMap& circles() const { return circles_; }
+  RoundWalls round_walls(int64_t min_times_seen) { return circles_.plan(state(), min_times_seen); }
+
   /// See plan_of.
   Walls plan(int64_t min_times_seen, double min_length_m) {
     return plan_of(map_, min_times_seen, min_length_m);
@@ -80,11 +100,12 @@ class WallFilter {
 
   /// The whole state. A filter restored from it continues bit for bit as the stored one.
   struct Stored {
-    /// Robot (3), walls (4 each).
+    /// Robot (3), walls and circles (4 each).
     Eigen::VectorXd mean, first_estimate;
     Eigen::MatrixXd covariance;
     std::vector<MapWall> walls;
-    std::vector<int32_t> active;  ///< indices of walls in the filter's order
+    CircleMap::Stored circles;
+    std::vector<int32_t> active;  ///< indices of walls and circles in the filter's order
     double moved_since_focus_m = 0.0;
     int64_t next_id = 0;
 
@@ -109,6 +130,7 @@ class WallFilter {
   std::vector<int> blocks_within(double radius_m, double behind_m) const;
 
   WallMap map_;
+  CircleMap circles_;
   double moved_since_focus_m_ = 0.0;  ///< by corrections
 };
 

@@ -79,6 +79,37 @@ TEST(World, ADoorStandsOpenAsFarAsItsFileSays) {
   EXPECT_GT(rays.distance_to_surface_m({5.5F, 5, 1}, 1.0F), 0.3F);
 }
 
+// Rays to the axis of a cylinder: within the 0.2 mm that its flat sides may be off.
+TEST(World, ColumnsAndBentWallsAreRound) {
+  WorldSpec spec;
+  spec.floor_m = {-9, -9, 9, 9};
+  spec.columns.resize(1);
+  spec.columns[0] = {{0, 0}, 0.075, 1.0};
+  spec.arcs.resize(1);
+  spec.arcs[0].radius_m = 5.0;
+  spec.arcs[0].from_deg = -90;
+  spec.arcs[0].to_deg = 180;
+  const World world = build_world(spec);
+  EXPECT_EQ(world.triangles.size(), world.materials.size());
+  const RayCaster rays(world);
+  for (int degree = -89; degree < 180; ++degree) {
+    const Eigen::Vector2d ray(std::cos(deg_to_rad(degree)), std::sin(deg_to_rad(degree)));
+    const Eigen::Vector3f out(static_cast<float>(ray.x()), static_cast<float>(ray.y()), 0.0F);
+    const Eigen::Vector3f knee(0, 0, 0.5F);
+    const auto column = rays.cast(2.0F * out + knee, -out, 9.0F);
+    const auto inside = rays.cast(out + knee, out, 9.0F);
+    const auto outside = rays.cast(8.0F * out + knee, -out, 9.0F);
+    ASSERT_TRUE(column && inside && outside);
+    EXPECT_NEAR(column->range_m, 2.0 - 0.075, 2.1e-4) << degree;
+    EXPECT_NEAR(inside->range_m, 3.94, 2.1e-4) << degree;
+    EXPECT_NEAR(outside->range_m, 2.94, 2.1e-4) << degree;
+  }
+  // It ends where its file says, and the column has a top.
+  EXPECT_FALSE(rays.cast({0, 0, 1.5F}, {-0.7071F, -0.7071F, 0}, 8.0F));
+  EXPECT_NEAR(rays.distance_to_surface_m({-5, 0.02F, 1}, 1.0F), 0.0, 0.07);
+  EXPECT_NEAR(rays.cast({0.02F, 0.01F, 2}, {0, 0, -1}, 9.0F)->range_m, 1.0, 1e-4);
+}
+
 TEST(World, MistakesInAFileAreNamed) {
   WorldSpec spec;
   spec.walls.resize(1);
@@ -87,10 +118,17 @@ TEST(World, MistakesInAFileAreNamed) {
   spec.walls[0].corners_m = {1, 2, 3, 4};
   spec.walls[0].material = "velvet";
   EXPECT_THAT(complaint([&] { build_world(spec); }), HasSubstr("velvet"));
+  spec.walls.clear();
+  spec.arcs.resize(1);
+  spec.arcs[0].to_deg = -10.0;
+  EXPECT_THAT(complaint([&] { build_world(spec); }), HasSubstr("arcs.to_deg"));
+  spec.arcs[0].to_deg = 10.0;
+  spec.arcs[0].thickness_m = 7.0;
+  EXPECT_THAT(complaint([&] { build_world(spec); }), HasSubstr("arcs.thickness_m"));
 }
 
 TEST(World, EveryShippedWorldAndTourLoads) {
-  for (const char* name : {"lab", "office", "flat", "foyer"}) {
+  for (const char* name : {"lab", "office", "flat", "foyer", "rotunda"}) {
     const World world = build_world(
         process::load_options<WorldSpec>("config/worlds/" + std::string(name) + ".toml"));
     EXPECT_GT(world.triangles.size(), 100U);

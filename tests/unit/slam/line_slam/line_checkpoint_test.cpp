@@ -33,7 +33,7 @@ TEST(LineCheckpoint, RefusesWhatIsCutOrDamaged) {
   }
 }
 
-TEST(LineCheckpoint, VersionFourIsLaidOutAsItEverWas) {
+TEST(LineCheckpoint, VersionFiveIsLaidOutAsItEverWas) {
   LineCheckpoint checkpoint;
   checkpoint.utime = Utime::from_us(5);
   WallFilter::Stored& filter = checkpoint.mapper.lines.filter;
@@ -46,14 +46,26 @@ TEST(LineCheckpoint, VersionFourIsLaidOutAsItEverWas) {
   filter.walls[0].start_seen = true;
   filter.walls[0].evidence = WallEvidence(WallEvidenceOptions{}, 0.35);
   filter.walls[0].evidence.set_extent(0.05, 0.4);
-  filter.mean = Eigen::VectorXd::LinSpaced(7, 0.0, 1.0);
+  filter.circles.next_id = 9;
+  filter.circles.circles.resize(1);
+  filter.circles.circles[0].id = 8;
+  filter.circles.circles[0].from_inside = true;
+  filter.circles.circles[0].arc = SeenArc(WallEvidenceOptions{}, 0.5, 1.5, 0.2);
+  filter.circles.candidates.resize(1);
+  filter.circles.candidates[0].mean = {1.0, 2.0, 0.125};
+  filter.circles.candidates[0].times_seen = 2;
+  filter.mean = Eigen::VectorXd::LinSpaced(11, 0.0, 1.0);
   filter.first_estimate = 2.0 * filter.mean;
   filter.covariance = filter.mean * filter.mean.transpose();
   const std::vector<uint8_t> bytes = encode_checkpoint(checkpoint);
+  const LineCheckpoint back = decode_checkpoint(bytes);
+  const CircleMap::Stored& circles = back.mapper.lines.filter.circles;
+  EXPECT_EQ(circles.circles.at(0).arc.span_rad, 1.5);
+  EXPECT_EQ(circles.candidates.at(0).mean.z(), 0.125);
   uint32_t hash = 2166136261U;  // FNV-1a
   for (const uint8_t byte : bytes) hash = (hash ^ byte) * 16777619U;
-  EXPECT_EQ(hash, 1244867697U);
-  EXPECT_EQ(bytes.size(), 1261U);
+  EXPECT_EQ(hash, 3203819281U);
+  EXPECT_EQ(bytes.size(), 2143U);
 }
 
 }  // namespace

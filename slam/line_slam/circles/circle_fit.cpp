@@ -1,4 +1,4 @@
-#include "slam/plan/circle_fit.hpp"
+#include "slam/line_slam/circles/circle_fit.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kMostIterations = 30;
 constexpr double kConvergedM = 1e-6;
-constexpr double kLeastRadiusM = 0.005, kLargestRadiusM = 20.0;
+constexpr double kLeastFittedM = 0.005, kLargestFittedM = 20.0;
 // Half chord of a ray, in radii, below which its range is taken as linear: at the tangent the range
 // has no derivative.
 constexpr double kLeastHalfChord = 0.2;
@@ -30,25 +30,41 @@ double left_distance(const CircleRay& ray, const Eigen::Vector2d& centre_m) {
   return ray.direction.x() * to.y() - ray.direction.y() * to.x();
 }
 
-void add_hit(const CircleRay& ray, const FittedCircle& circle, Sums& sums) {
+struct Prediction {
+  double range_m;
+  double slope;  // of the range, per distance across
+  double half_chord_m;
+  double side;  // -1: the ray enters there, 1: it leaves there
+};
+
+Prediction predict(const CircleRay& ray, const FittedCircle& circle) {
   const double radius_m = circle.radius_m;
   const double along_m = ray.direction.dot(circle.centre_m - ray.origin_m);
   const double across_m = left_distance(ray, circle.centre_m);
   const double least_m = kLeastHalfChord * radius_m;
   const double inside = radius_m * radius_m - across_m * across_m;
+  const double side = circle.from_inside ? 1.0 : -1.0;
   const double half_chord_m = std::max(least_m, std::sqrt(std::max(0.0, inside)));
-  const double slope = across_m / half_chord_m;
   // Beyond the tangent the range is that of the tangent, and further away the farther it misses.
   const double missed_m = std::max(0.0, std::abs(across_m) - radius_m);
-  const double predicted_m =
-      along_m - std::sqrt(std::max(0.0, inside)) + missed_m * radius_m / least_m;
-  const double variance =
-      ray.range_sigma_m * ray.range_sigma_m + std::pow(slope * along_m * ray.bearing_sigma_rad, 2);
+  const double range_m =
+      along_m + side * (std::sqrt(std::max(0.0, inside)) - missed_m * radius_m / least_m);
+  return {range_m, across_m / half_chord_m, half_chord_m, side};
+}
+
+double variance_of(const CircleRay& ray, const Prediction& at) {
+  return ray.range_sigma_m * ray.range_sigma_m +
+         std::pow(at.slope * at.range_m * ray.bearing_sigma_rad, 2);
+}
+
+void add_hit(const CircleRay& ray, const FittedCircle& circle, Sums& sums) {
+  const Prediction at = predict(ray, circle);
+  const double variance = variance_of(ray, at);
   Eigen::Vector3d jacobian;
   jacobian.head<2>() =
-      ray.direction + slope * Eigen::Vector2d(-ray.direction.y(), ray.direction.x());
-  jacobian[2] = -radius_m / half_chord_m;
-  const double residual = ray.range_m - predicted_m;
+      ray.direction - at.side * at.slope * Eigen::Vector2d(-ray.direction.y(), ray.direction.x());
+  jacobian[2] = at.side * circle.radius_m / at.half_chord_m;
+  const double residual = ray.range_m - at.range_m;
   sums.information += jacobian * jacobian.transpose() / variance;
   sums.pull += jacobian * residual / variance;
   sums.cost += residual * residual / variance;
@@ -97,7 +113,7 @@ std::optional<FittedCircle> fit_circle(std::span<const CircleRay> rays, FittedCi
     if (!step.allFinite()) return {};
     FittedCircle next = circle;
     next.centre_m += step.head<2>();
-    next.radius_m = std::clamp(circle.radius_m + step[2], kLeastRadiusM, kLargestRadiusM);
+    next.radius_m = std::clamp(circle.radius_m + step[2], kLeastFittedM, kLargestFittedM);
     const Sums there = sums_of(rays, next);
     if (there.cost > sums.cost) {
       damping *= 10.0;
@@ -111,11 +127,17 @@ std::optional<FittedCircle> fit_circle(std::span<const CircleRay> rays, FittedCi
   }
   const Eigen::Matrix3d information = sums.information + sums.bounds;
   const Eigen::LLT<Eigen::Matrix3d> factor(information);
-  if (factor.info() != Eigen::Success || circle.radius_m >= kLargestRadiusM) return {};
+  if (factor.info() != Eigen::Success || circle.radius_m >= kLargestFittedM) return {};
   circle.covariance = factor.solve(Eigen::Matrix3d::Identity());
   circle.chi2 = sums.chi2;
+  circle.bounds_chi2 = sums.cost - sums.chi2;
   circle.hits = sums.hits;
   return circle;
+}
+
+double residual_of(const CircleRay& ray, const FittedCircle& circle) {
+  const Prediction at = predict(ray, circle);
+  return (ray.range_m - at.range_m) / std::sqrt(variance_of(ray, at));
 }
 
 }  // namespace marco::slam

@@ -1,4 +1,4 @@
-#include "slam/plan/circle_fit.hpp"
+#include "slam/line_slam/circles/circle_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -16,20 +16,26 @@ struct CircleRay {
   bool hit = true;
 };
 
-/// A circle seen from outside: a post, a leg, a column.
+/// A circle seen from outside (a post, a leg, a column, a wall that bulges), or from inside (the
+/// wall of a round room).
 struct FittedCircle {
   Eigen::Vector2d centre_m = Eigen::Vector2d::Zero();
   double radius_m = 0.0;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (x, y, radius) [m^2]
+  bool from_inside = false;
   double chi2 = 0.0;  ///< of the rays that hit: about their number minus 3 where it is a circle
+  double bounds_chi2 = 0.0;  ///< of the rays that should have passed beside and do not
   int hits = 0;
 };
 
 /// Fits a circle to rays in one frame, by their ranges: a ray meets the circle where it first
-/// enters it, which is exact also where it grazes. Rays that passed beside bound it. Gauss-Newton
-/// with damping (Levenberg) from `start`.
-/// @param start  centre and radius about right
+/// enters it (seen from inside: where it leaves it), which is exact also where it grazes. Rays that
+/// passed beside bound it. Gauss-Newton with damping (Levenberg) from `start`.
+/// @param start  centre and radius about right; says whether it is seen from inside
 /// @returns nothing with fewer than three hits, or where the fit leaves all bounds.
 std::optional<FittedCircle> fit_circle(std::span<const CircleRay> rays, FittedCircle start);
+
+/// Measured minus predicted range of a ray that hit, in its standard deviations.
+double residual_of(const CircleRay& ray, const FittedCircle& circle);
 
 }  // namespace marco::slam

@@ -1,0 +1,131 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <numbers>
+
+#include "slam/line_slam/line_slam.hpp"
+#include "tests/support/lines_drive.hpp"
+#include "tests/support/round_world.hpp"
+
+namespace marco::slam {
+namespace {
+
+using testing::LinesDrive;
+using testing::LinesLaser;
+using testing::RoundWorld;
+
+constexpr double kRadiusM = 0.075;
+
+RoundWorld room_with_post(const Eigen::Vector2d& post_m) {
+  RoundWorld world;
+  world.walls.add_polygon({{0, 0}, {8, 0}, {8, 6}, {0, 6}});
+  world.circles.push_back({post_m, kRadiusM});
+  return world;
+}
+
+void follow(LineSlam& slam,
+            const RoundWorld& world,
+            const LinesLaser& laser,
+            const LinesDrive& tour,
+            std::mt19937& random) {
+  for (std::size_t i = 0; i < tour.world_from_robot.size(); ++i) {
+    const Pose2 motion = i == 0 ? Pose2{} : tour.odometry_steps[i - 1];
+    slam.process(testing::round_scan(world, laser, tour.world_from_robot[i], random).scan, motion);
+  }
+}
+
+TEST(LineSlamCircles, APostIsKnownToMillimetresAfterTwoMetres) {
+  constexpr int kRuns = 60;
+  int found = 0, invented = 0;
+  double nees = 0.0;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> along(3.0, 5.0), off(1.2, 2.5);
+    const Eigen::Vector2d post_m(along(random), 1.5 + off(random));
+    const RoundWorld world = room_with_post(post_m);
+    const LinesDrive tour = testing::drive({{2.5, 1.5}, {4.5, 1.5}}, 2.0 / 29.0, 0.1, {}, random);
+    ASSERT_EQ(tour.world_from_robot.size(), 30U);
+    LineSlam slam{LineSlamOptions{}, tour.world_from_robot[0]};
+    follow(slam, world, LinesLaser{}, tour, random);
+    for (const RoundWall& wall : slam.round_walls()) {
+      Eigen::Vector3d error;
+      error << wall.centre_m - post_m, wall.radius_m - kRadiusM;
+      if (error.head<2>().norm() > 0.2) {
+        ++invented;
+        continue;
+      }
+      found += error.head<2>().norm() <= 0.01 && std::abs(error.z()) <= 0.005 ? 1 : 0;
+      nees += error.dot(wall.covariance.ldlt().solve(error)) / 3.0 / kRuns;
+    }
+  }
+  std::printf("within 1 cm and 5 mm: %d of %d, NEES %.2f\n", found, kRuns, nees);
+  EXPECT_GE(found, 0.95 * kRuns);
+  EXPECT_EQ(invented, 0);
+  // This laser's spots are points, which the filter cannot know: it says too much, not too little.
+  EXPECT_GT(nees, 0.05);
+  EXPECT_LT(nees, 1.2);
+}
+
+TEST(LineSlamCircles, APostThatWasTakenAwayIsForgotten) {
+  std::mt19937 random(31);
+  RoundWorld world = room_with_post({3.5, 3.2});
+  const LinesDrive tour = testing::drive({{2.5, 1.5}, {4.5, 1.5}}, 0.06, 0.1, {}, random);
+  LineSlam slam{LineSlamOptions{}, tour.world_from_robot[0]};
+  follow(slam, world, LinesLaser{}, tour, random);
+  ASSERT_EQ(slam.round_walls().size(), 1U);
+  world.circles.clear();
+  for (int i = 0; i < 20; ++i) {
+    // Each look is a step: it turns to and fro.
+    const Pose2 turn{0.0, 0.0, (i % 2 == 0 ? 1.0 : -1.0) * deg_to_rad(40.0)};
+    const Pose2 at = tour.world_from_robot.back() * (i % 2 == 0 ? turn : Pose2{});
+    slam.process(testing::round_scan(world, LinesLaser{}, at, random).scan, turn);
+  }
+  EXPECT_TRUE(slam.round_walls().empty());
+}
+
+TEST(LineSlamCircles, ARoundRoomIsOneArcAndNoWalls) {
+  std::mt19937 random(32);
+  RoundWorld world;
+  world.circles = {{{0, 0}, 4.0, true}, {{1.5, 1.5}, 0.2}, {{-1.6, 0.3}, 0.3}};
+  LinesLaser laser;
+  laser.beams = 720;
+  laser.first_rad = -std::numbers::pi;
+  const LinesDrive tour =
+      testing::drive({{-1, -2}, {1.5, -1.5}, {2.5, 1.0}, {0, 1.5}}, 0.08, 0.1, {}, random);
+  LineSlam slam{LineSlamOptions{}, tour.world_from_robot[0]};
+  follow(slam, world, laser, tour, random);
+  EXPECT_TRUE(slam.plan().empty());
+  int rooms = 0, columns = 0;
+  for (const RoundWall& wall : slam.round_walls()) {
+    if (!wall.from_inside) {
+      ++columns;
+      continue;
+    }
+    ++rooms;
+    EXPECT_LT(wall.centre_m.norm(), 0.03);
+    EXPECT_NEAR(wall.radius_m, 4.0, 0.01);
+    EXPECT_TRUE(wall.is_whole());
+  }
+  EXPECT_EQ(rooms, 1);
+  EXPECT_EQ(columns, 2);
+}
+
+TEST(LineSlamCircles, ARestoredFilterGoesOnBitForBit) {
+  std::mt19937 random(33);
+  const RoundWorld world = room_with_post({3.5, 3.2});
+  const LinesDrive tour = testing::drive({{2.5, 1.5}, {4.5, 1.5}}, 0.06, 0.1, {}, random);
+  LineSlam slam{LineSlamOptions{}, tour.world_from_robot[0]};
+  follow(slam, world, LinesLaser{}, tour, random);
+  LineSlam restored{LineSlamOptions{}};
+  restored.restore(slam.store());
+  std::mt19937 again = random;
+  follow(slam, world, LinesLaser{}, tour, random);
+  follow(restored, world, LinesLaser{}, tour, again);
+  ASSERT_EQ(slam.round_walls().size(), restored.round_walls().size());
+  ASSERT_FALSE(slam.round_walls().empty());
+  EXPECT_EQ(slam.round_walls()[0].centre_m, restored.round_walls()[0].centre_m);
+  EXPECT_EQ(slam.round_walls()[0].covariance, restored.round_walls()[0].covariance);
+}
+
+}  // namespace
+}  // namespace marco::slam

@@ -80,7 +80,7 @@ assert "<html" in text and len(three) > 100000, (text[:200], len(three))
 print("the page answers:", len(text), "bytes, three.js", len(three))
 PY
 unshare -n chroot "$root" sh -c 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo
-  exec setpriv --reuid=1234 --regid=1234 --clear-groups env HOME=/home/user python3 /page.py' || fail "the page"
+  exec setpriv --reuid=1234 --regid=1234 --clear-groups env -i PATH="$PATH" HOME=/home/user python3 /page.py' || fail "the page"
 
 # A user's configuration goes with purge, recordings stay with their owner.
 within sh -c 'echo x >/etc/marco-robot/robot.procman; install -d -o marco-robot /var/lib/marco-robot/run; echo x >/var/lib/marco-robot/run/live.lcm.0'

@@ -61,6 +61,7 @@ class Checker:
         self.commands = set(re.findall(r"^  \./marco ([a-z-]+)", self.run(["./marco", "help"])[1], re.M))
         self.cmake = "".join(open(path).read() for path in glob.glob(f"{root}/**/CMakeLists.txt", recursive=True)
                              if "/build/" not in path)
+        self.packages = open(f"{root}/cmake/packages.cmake").read()
 
     def run(self, words, stdin=""):
         if words[0] == "./marco":
@@ -82,6 +83,8 @@ class Checker:
         words = re.sub(r"[\[\]|]|\.\.\.", " ", line).split()
         first = words[0]
         if words in (["marco"], ["./marco"], ["marco-robot"]):  # the front door itself
+            return None
+        if len(words) == 1 and f"marco_package({first} " in self.packages:
             return None
         if first in ("./marco", "marco"):
             if words[1] in ("help", "--version"):

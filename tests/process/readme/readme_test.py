@@ -151,7 +151,7 @@ def prepare(checker):
 def is_run(words):
     """Whole command lines on files: in a sentence `./marco map --many` is a name; out/run is of live runs."""
     names_file = any(re.search(r"[./]", word) for word in words[2:])
-    return words[0] == "./marco" and words[1] in RUN and names_file and not re.search(r"\bLOG\b|out/run/", " ".join(words))
+    return words[0] == "./marco" and len(words) > 1 and words[1] in RUN and names_file and not re.search(r"\bLOG\b|out/run/", " ".join(words))
 
 
 def run_line(checker, line):

@@ -17,6 +17,10 @@ sed '/^#/d' "${sources[@]}" | mmdebstrap --quiet --variant=extract --arch=arm64 
   --skip=download/empty --skip=cleanup/apt/cache \
   --setup-hook='mkdir -p "$1/usr/lib" && ln -s usr/lib "$1/lib"' "$suite" "$made" -
 
+# Links that update-alternatives would make.
+for library in blas lapack; do
+  ln -sf $library/lib$library.so.3 "$made/usr/lib/aarch64-linux-gnu/lib$library.so.3"
+done
 # Links and paths from / would lead into this machine.
 find "$made" -lname '/*' -print0 | while IFS= read -r -d '' link; do
   ln -sfn "$(realpath -ms --relative-to="${link%/*}" "$made$(readlink "$link")")" "$link"

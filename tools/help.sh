@@ -48,6 +48,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco soak [--hours N]             a long simulated drive: memory and cost per scan
   ./marco soak --faults [NAME...]      what fails while mapping live, each in turn (--random MINUTES: combinations)
   ./marco soak --load                  how many scans a second live SLAM takes
+  ./marco package [OUT]                Debian packages of all programs, the library and the manual (--arch arm64: of a Pi)
   ./marco licenses                     what Marco depends on, its versions and licences
 
 ./marco COMMAND --help, or ./marco help COMMAND, says more about a command; ./marco --version which Marco this is.
@@ -161,6 +162,13 @@ A long simulated drive at batch speed: memory and cost per scan.
 What fails while mapping live, each in turn; --random: combinations. --keep: the folders of all runs.
 ./marco soak --load [--speeds X...]
 How many scans a second live SLAM takes.
+TEXT
+      ;;
+    package) cat <<'TEXT'
+./marco package [OUT] [--arch amd64|arm64]
+Writes Debian packages into OUT (out/packages): marco-robot, marco-robot-viewer, lcm-tools, python3-marco-robot,
+libmarco-robot-dev and marco-robot-doc. DEBFULLNAME and DEBEMAIL name who made them.
+  --arch arm64  cross build, e.g. for a Raspberry Pi: against an arm64 Debian that is unpacked into build/arm64_root
 TEXT
       ;;
     licenses) cat <<'TEXT'

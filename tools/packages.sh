@@ -22,6 +22,8 @@ declare -A packages_for=(
   [coverage]="llvm"
   [soak]="python3"
   [faults]="libfaketime"
+  [package]="dpkg-dev file"
+  [cross]="g++-aarch64-linux-gnu qemu-user-static mmdebstrap"
   [valgrind]="valgrind"
 )
 

@@ -3,7 +3,7 @@
 #   marco_lcm_types(NAME PACKAGE p SOURCES a.lcm ...)     messages -> generated headers, as a SYSTEM target
 #   marco_lcm_sources()                                   marco::lcm_sources: the text of all these .lcm files
 #   marco_library(NAME SOURCES ... DEPENDS ... [PRIVATE ...])   libmarco_NAME, used as marco::NAME
-#   marco_executable(NAME SOURCES ... DEPENDS ...)        an installed program
+#   marco_executable(NAME SOURCES ... DEPENDS ... [COMPONENT c])  an installed program, in the Debian package c
 #   marco_test(NAME SOURCES ... DEPENDS ... [LABEL unit]) a GoogleTest program, one CTest case
 #   marco_install_package(NAME CONFIG file ROOMS ...)     cmake --install, with a package config
 include(GNUInstallDirs)
@@ -12,6 +12,10 @@ include(CMakePackageConfigHelpers)
 cmake_path(GET CMAKE_CURRENT_LIST_DIR PARENT_PATH MARCO_LCM_TOOLS)
 cmake_path(GET MARCO_LCM_TOOLS PARENT_PATH MARCO_INCLUDE_ROOT)
 set(MARCO_ISOLATED ${MARCO_LCM_TOOLS}/tests/support/isolated.sh)
+
+# Components are Debian packages. Where programs go that say nothing else, and libraries.
+set(MARCO_PROGRAMS_COMPONENT marco-robot)
+set(MARCO_LIBRARY_COMPONENT libmarco-robot-dev)
 
 find_program(MARCO_CCACHE ccache)
 if(MARCO_CCACHE)
@@ -103,15 +107,18 @@ endfunction()
 # A main only parses its command line, whose templates take the optimizer seconds.
 set(MARCO_FLAGS_program $<$<CONFIG:Dev,Asan,Tsan>:-O0>)
 function(marco_executable name)
-  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "" "COMPONENT" "SOURCES;DEPENDS" ${ARGN})
+  if(NOT arg_COMPONENT)
+    set(arg_COMPONENT ${MARCO_PROGRAMS_COMPONENT})
+  endif()
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE ${MARCO_INCLUDE_ROOT})
   target_link_libraries(${name} PRIVATE marco_options ${arg_DEPENDS})
   target_compile_options(${name} PRIVATE ${MARCO_FLAGS_program})
   marco_precompiled(${name} program)
   add_dependencies(programs ${name})
-  set_property(GLOBAL APPEND PROPERTY MARCO_PROGRAMS ${name})
-  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  set_property(GLOBAL APPEND PROPERTY MARCO_PROGRAMS_OF_${arg_COMPONENT} ${name})
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${arg_COMPONENT})
 endfunction()
 
 # SANITIZED_LATER: slow under the sanitizers; runs there with `./marco test --long` only.
@@ -213,8 +220,8 @@ function(marco_lcm_types name)
   # The Python module is a shared library made of these.
   set_target_properties(marco_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
   set_property(GLOBAL APPEND PROPERTY MARCO_LIBRARIES marco_${name})
-  install(DIRECTORY ${folder}/${arg_PACKAGE} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco-robot)
-  install(FILES ${arg_SOURCES} DESTINATION ${CMAKE_INSTALL_DATADIR}/marco-robot/lcmtypes/${arg_PACKAGE})
+  install(DIRECTORY ${folder}/${arg_PACKAGE} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco-robot COMPONENT ${MARCO_LIBRARY_COMPONENT})
+  install(FILES ${arg_SOURCES} DESTINATION ${CMAKE_INSTALL_DATADIR}/marco-robot/lcmtypes/${arg_PACKAGE} COMPONENT ${MARCO_LIBRARY_COMPONENT})
 endfunction()
 
 # The text of every .lcm file above as a library, for tools that read types at run time. Call it after all marco_lcm_types.
@@ -237,12 +244,15 @@ function(marco_install_package name)
   cmake_parse_arguments(arg "" "CONFIG" "ROOMS" ${ARGN})
   set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/${name})
   get_property(libraries GLOBAL PROPERTY MARCO_LIBRARIES)
-  install(TARGETS ${libraries} EXPORT ${name} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(EXPORT ${name} NAMESPACE marco:: FILE ${name}-targets.cmake DESTINATION ${folder})
+  add_custom_target(libraries)
+  add_dependencies(libraries ${libraries})
+  install(TARGETS ${libraries} EXPORT ${name} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${MARCO_LIBRARY_COMPONENT})
+  install(EXPORT ${name} NAMESPACE marco:: FILE ${name}-targets.cmake DESTINATION ${folder} COMPONENT ${MARCO_LIBRARY_COMPONENT})
   foreach(room ${arg_ROOMS})
     install(
       DIRECTORY ${MARCO_INCLUDE_ROOT}/${room}
       DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco-robot
+      COMPONENT ${MARCO_LIBRARY_COMPONENT}
       FILES_MATCHING
       PATTERN "*.hpp"
       PATTERN tests EXCLUDE)
@@ -250,5 +260,5 @@ function(marco_install_package name)
   configure_package_config_file(${arg_CONFIG} ${PROJECT_BINARY_DIR}/${name}-config.cmake INSTALL_DESTINATION ${folder})
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/${name}-config-version.cmake COMPATIBILITY SameMinorVersion)
   install(FILES ${PROJECT_BINARY_DIR}/${name}-config.cmake ${PROJECT_BINARY_DIR}/${name}-config-version.cmake
-          DESTINATION ${folder})
+          DESTINATION ${folder} COMPONENT ${MARCO_LIBRARY_COMPONENT})
 endfunction()

@@ -61,6 +61,7 @@ class Checker:
         self.commands = set(re.findall(r"^  \./marco ([a-z-]+)", self.run(["./marco", "help"])[1], re.M))
         self.cmake = "".join(open(path).read() for path in glob.glob(f"{root}/**/CMakeLists.txt", recursive=True)
                              if "/build/" not in path)
+        self.packages = open(f"{root}/cmake/packages.cmake").read()
 
     def run(self, words, stdin=""):
         if words[0] == "./marco":
@@ -82,6 +83,8 @@ class Checker:
         words = re.sub(r"[\[\]|]|\.\.\.", " ", line).split()
         first = words[0]
         if words in (["marco"], ["./marco"], ["marco-robot"]):  # the front door itself
+            return None
+        if len(words) == 1 and f"marco_package({first} " in self.packages:
             return None
         if first in ("./marco", "marco"):
             if words[1] in ("help", "--version"):
@@ -148,7 +151,7 @@ def prepare(checker):
 def is_run(words):
     """Whole command lines on files: in a sentence `./marco map --many` is a name; out/run is of live runs."""
     names_file = any(re.search(r"[./]", word) for word in words[2:])
-    return words[0] == "./marco" and words[1] in RUN and names_file and not re.search(r"\bLOG\b|out/run/", " ".join(words))
+    return words[0] == "./marco" and len(words) > 1 and words[1] in RUN and names_file and not re.search(r"\bLOG\b|out/run/", " ".join(words))
 
 
 def run_line(checker, line):

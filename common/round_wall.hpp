@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "common/wall.hpp"
+
 namespace marco {
 
 /// A post, a column or a piece of a curved wall: a circle or a part of it.
@@ -39,6 +41,28 @@ inline std::vector<Eigen::Vector2d> outline_of(const RoundWall& wall) {
                       wall.radius_m * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
   }
   return outline;
+}
+
+/// The piece as straight walls with its own id, less than 1 mm off it, for who takes only such.
+inline Walls chords_of(const RoundWall& round) {
+  std::vector<Eigen::Vector2d> points = outline_of(round);
+  if (!round.from_inside) std::reverse(points.begin(), points.end());
+  Walls chords;
+  for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+    Wall& chord = chords.emplace_back();
+    chord.id = round.id;
+    chord.start_m = points[i];
+    chord.end_m = points[i + 1];
+    // Both ends move with the centre, and outwards with the radius.
+    Eigen::Matrix<double, 4, 3> by_circle;
+    by_circle << 1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 1, 0;
+    by_circle.col(2).head<2>() = (chord.start_m - round.centre_m).normalized();
+    by_circle.col(2).tail<2>() = (chord.end_m - round.centre_m).normalized();
+    chord.covariance = by_circle * round.covariance * by_circle.transpose();
+    chord.existence = round.existence;
+    chord.times_seen = round.times_seen;
+  }
+  return chords;
 }
 
 }  // namespace marco

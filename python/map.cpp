@@ -42,7 +42,7 @@ Map make(const std::vector<std::string>& inputs, const std::string& config, bool
   arguments.inputs = inputs;
   arguments.config = config;
   arguments.lines = lines;
-  const MapOptions options = load_batch_options(arguments);
+  const MapOptions options = load_batch_options(arguments, {});
   const ScratchFolder folder;
   JudgedMap made = make_map(arguments, options, {}, folder.path(), {});
   correct(arguments, options, {}, folder.path(), made);

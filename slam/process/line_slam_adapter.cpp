@@ -64,7 +64,13 @@ MappedScan LineSlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw
 
 void LineSlamAdapter::publish_map(Utime utime) {
   if (!last_scan_) return;
-  bus_.publish(channels::kLineMap, to_message(mapper_.plan(), utime, ++map_revision_));
+  Walls walls = mapper_.plan();
+  for (RoundWall& round : mapper_.round_walls()) {
+    round.id = -round.id;
+    const Walls chords = chords_of(round);
+    walls.insert(walls.end(), chords.begin(), chords.end());
+  }
+  bus_.publish(channels::kLineMap, to_message(walls, utime, ++map_revision_));
 }
 
 std::string LineSlamAdapter::mapping_line() const {

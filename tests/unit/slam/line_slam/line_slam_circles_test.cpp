@@ -34,6 +34,36 @@ void follow(LineSlam& slam,
   }
 }
 
+TEST(LineSlamCircles, ChordsLieOnTheCircleAndFaceTheFreeSide) {
+  RoundWall wall;
+  wall.id = 7;
+  wall.centre_m = {2.0, 1.0};
+  wall.radius_m = 3.0;
+  wall.from_rad = 0.5;
+  wall.span_rad = 1.5;
+  wall.covariance = Eigen::Vector3d(1e-4, 1e-4, 4e-4).asDiagonal();
+  for (const bool from_inside : {true, false}) {
+    wall.from_inside = from_inside;
+    const Walls chords = chords_of(wall);
+    ASSERT_GT(chords.size(), 5U);
+    double length_m = 0.0;
+    for (const Wall& chord : chords) {
+      EXPECT_EQ(chord.id, 7);
+      length_m += chord.length_m();
+      const Eigen::Vector2d middle_m = 0.5 * (chord.start_m + chord.end_m);
+      EXPECT_NEAR((middle_m - wall.centre_m).norm(), 3.0, 0.0011);
+      const Eigen::Vector2d left = turned_left(chord.end_m - chord.start_m);
+      EXPECT_EQ(left.dot(wall.centre_m - middle_m) > 0.0, from_inside);
+      // Outwards: the centre's and the radius' variances; along the wall the centre's alone.
+      const Eigen::Vector2d out = (chord.start_m - wall.centre_m).normalized();
+      const Eigen::Matrix2d of_start = chord.covariance.topLeftCorner<2, 2>();
+      EXPECT_NEAR(out.dot(of_start * out), 5e-4, 1e-9);
+      EXPECT_NEAR(turned_left(out).dot(of_start * turned_left(out)), 1e-4, 1e-9);
+    }
+    EXPECT_NEAR(length_m, 3.0 * 1.5, 0.01);
+  }
+}
+
 TEST(LineSlamCircles, APostIsKnownToMillimetresAfterTwoMetres) {
   constexpr int kRuns = 60;
   int found = 0, invented = 0;

@@ -39,7 +39,7 @@ for deb in "$made"/var/cache/apt/archives/*.deb; do
     [ ! -e "$debs/control/$kind" ] || cp "$debs/control/$kind" "$info/$package.$kind"
   done
   rm -r "$debs/control"
-  dpkg-deb --fsys-tarfile "$deb" | tar -t | sed 's|^\.||; s|/$||' >"$info/$package.list"
+  dpkg-deb --fsys-tarfile "$deb" | tar -t | sed -n "s|/\$||; s|^\./lib/|./usr/lib/|; s|^\./|$(realpath -m "$root")/|p" >"$info/$package.list"
   { dpkg-deb -f "$deb" Package Status Architecture Multi-Arch Version Maintainer Description | sed '/^Package:/a Status: install ok installed'
     echo; } >>"$made/var/lib/dpkg/status"
 done

@@ -154,8 +154,9 @@ class SmallPieces {
   }
 
  private:
-  static constexpr int kBeams = 3;        ///< fewer may be errors of poses
-  static constexpr float kBehind = 2.0F;  ///< a beam that ends this many voxels farther went through
+  static constexpr int kBeams = 3;  ///< fewer may be errors of poses
+  static constexpr float kBehind =
+      2.0F;  ///< a beam that ends this many voxels farther went through
   struct Found {
     std::size_t scene;
     Piece facets;

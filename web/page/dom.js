@@ -81,6 +81,11 @@ export function metres(value) {
   return `${value.toFixed(2)} m`;
 }
 
+// In metres; what rounds to 0 has no sign.
+export function coordinate(value) {
+  return value.toFixed(2).replace(/^-(0\.00)$/, "$1");
+}
+
 export function replaceChildren(node, ...children) {
   node.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
 }

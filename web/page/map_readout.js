@@ -1,4 +1,4 @@
-import { el } from "./dom.js";
+import { coordinate, el } from "./dom.js";
 
 // Scale bar, coordinates under the pointer, and what the tool at hand says.
 export function makeReadout(root, mapView) {
@@ -7,7 +7,7 @@ export function makeReadout(root, mapView) {
   const said = el("output", { class: "said", hidden: true });
   root.append(said, el("div", { class: "chip" }, el("div", { class: "scale" }, length, bar), place));
   mapView.onHover = (at) => {
-    place.textContent = at === null ? "" : `x ${at[0].toFixed(2)}  y ${at[1].toFixed(2)} m`;
+    place.textContent = at === null ? "" : `x ${coordinate(at[0])}  y ${coordinate(at[1])} m`;
   };
   let shown = 0;
   const update = () => {

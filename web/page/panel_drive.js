@@ -1,4 +1,4 @@
-import { ask, el, replaceChildren } from "./dom.js";
+import { ask, coordinate, el, replaceChildren } from "./dom.js";
 import { makeStick } from "./drive.js";
 
 const kFates = ["waits for an order", "drives", "arrived", "stopped short of an obstacle", "refused the order", "ended by another order"];
@@ -48,13 +48,13 @@ export function makeDrivePanel(world, robot, drive, tools) {
     const pose = world.robot;
     const rows = [];
     if (pose) {
-      rows.push(["Position", `${pose.x.toFixed(2)}, ${pose.y.toFixed(2)} m`], ["Heading", `${(pose.theta * 180 / Math.PI).toFixed(0)}°`],
+      rows.push(["Position", `${coordinate(pose.x)}, ${coordinate(pose.y)} m`], ["Heading", `${(pose.theta * 180 / Math.PI).toFixed(0)}°`],
         ["Localized", ["by the scan", "dead reckoned", "lost"][pose.status] ?? "?", pose.status === 0 ? "" : "warning"]);
       if (pose.covariance) rows.push(["Known to", `${(100 * Math.sqrt(Math.max(pose.covariance[0][0] + pose.covariance[1][1], 0))).toFixed(1)} cm`]);
     } else {
       rows.push(["Position", "not known yet"]);
     }
-    if (world.goal) rows.push(["Goal", `${world.goal.x.toFixed(2)}, ${world.goal.y.toFixed(2)} m`]);
+    if (world.goal) rows.push(["Goal", `${coordinate(world.goal.x)}, ${coordinate(world.goal.y)} m`]);
     if (world.base) {
       const link = kLinks[world.base.link] ?? "";
       rows.push(["Base", link || kFates[world.base.command] || "", link ? "warning" : ""]);

@@ -44,7 +44,7 @@ void SeenArc::merge(const SeenArc& other) {
   grow(other.from_rad, other.span_rad);
   const double start_m = scale_m * turn_between(from_rad, other.from_rad);
   evidence.merge(other.evidence, start_m);
-  // What goes on beyond the circle's beginning.
+  // What lies beyond the circle's beginning.
   if (start_m + scale_m * other.span_rad > scale_m * kTurn) {
     evidence.merge(other.evidence, start_m - scale_m * kTurn);
   }

@@ -88,6 +88,26 @@ TEST(OwnBody, PartsThatAreTakenOffAreForgotten) {
   EXPECT_TRUE(body.parts().empty()) << describe(body.parts());
 }
 
+TEST(OwnBody, MoreThanHalfOfTheViewIsNoBody) {
+  const auto parts_of = [](std::size_t constant_beams) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<float> changing(1.5F, 9.0F);
+    OwnBody body;
+    for (int i = 0; i < 60; ++i) {
+      LaserScan scan;
+      scan.first_bearing_rad = deg_to_rad(0.5);
+      scan.bearing_step_rad = deg_to_rad(1.0);
+      for (std::size_t beam = 0; beam < 360; ++beam) {
+        scan.ranges_m.push_back(beam >= 20 && beam < 20 + constant_beams ? 0.3F : changing(random));
+      }
+      body.look(scan);
+    }
+    return body.parts().size();
+  };
+  EXPECT_EQ(parts_of(170), 1U);
+  EXPECT_EQ(parts_of(190), 0U);
+}
+
 TEST(OwnBody, BlankTakesNearReturnsOfItsSectorAlone) {
   LaserScan scan;
   scan.bearing_step_rad = deg_to_rad(1.0);

@@ -18,7 +18,7 @@ class Head {
   double pan_deg = 0.0, tilt_deg = 0.0;
   double pan_limit_deg = 180.0;
 
-  // Toward the order at so many degrees per second, from `begins_s` on.
+  // Toward the order, at this rate in degrees per second, from `begins_s` on.
   // @returns what the move says first that is not `wait`, and when.
   std::pair<Next, double> go(double to_pan_deg, double to_tilt_deg, double rate, double begins_s) {
     PanTiltCommand order;

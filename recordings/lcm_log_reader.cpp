@@ -66,7 +66,7 @@ class LcmLogReader : public files::QueuedReader {
     if (channel.meaning == Meaning::ours) {
       std::optional<Sample> sample = decode_sample(event.channel, event.bytes);
       require(sample.has_value(), kUndecodable);
-      give(std::move(*sample), channel);
+      give(event, std::move(*sample), channel);
       return;
     }
     require(fingerprint_in(event.bytes) == channel.fingerprint, kUndecodable);
@@ -75,7 +75,7 @@ class LcmLogReader : public files::QueuedReader {
     if (const auto* scan = std::get_if<LaserScan>(&sample); scan != nullptr && !announced_) {
       announce(event.channel, messages_.info_of(*scan, channel.foreign));
     }
-    give(std::move(sample), channel);
+    give(event, std::move(sample), channel);
   }
 
   void announce(const std::string& logged_as, const SensorInfo& info) {
@@ -88,7 +88,7 @@ class LcmLogReader : public files::QueuedReader {
   // Where the event's time jumps and the stamp does not, the event's time is wrong.
   bool stamp_fits(const LogEvent& event, const LoggedChannel& channel) {
     const auto utime = utime_in(event.bytes);
-    if (!utime) return true;
+    if (!utime || survey_.stamps_are_unusable) return true;
     const auto last = last_stamp_us_.find(event.channel);
     const bool is_first = last == last_stamp_us_.end();
     bool fits = !is_first && within_an_hour(*utime, last->second);
@@ -109,18 +109,21 @@ class LcmLogReader : public files::QueuedReader {
   }
 
   // In the laser's clock.
-  void give(Sample sample, const LoggedChannel& channel) {
+  void give(const LogEvent& event, Sample sample, const LoggedChannel& channel) {
     static constexpr const char* kKinds[] = {"sensor infos", "scans",    "odometry",
                                              "imu",          "pan-tilt", "true poses"};
     ++report_.given[kKinds[sample.index()]];
     std::visit(
         [&](auto& value) {
           const int64_t shift_us = channel.shift_us + drifted_us(value.utime.us, channel);
-          value.utime = stamp_of(wrapped_sum(value.utime.us, shift_us));
+          value.utime = survey_.stamps_are_unusable
+                            ? event.event_time
+                            : stamp_of(wrapped_sum(value.utime.us, shift_us));
         },
         sample);
     if (auto* truth = std::get_if<TruePose>(&sample)) {
-      const bool is_shifted = channel.shift_us != 0 || channel.drift != 0.0;
+      const bool is_shifted =
+          survey_.stamps_are_unusable || channel.shift_us != 0 || channel.drift != 0.0;
       truth->is_by_arrival = truth->is_by_arrival || is_shifted;
     }
     const auto* scan = std::get_if<LaserScan>(&sample);

@@ -79,6 +79,28 @@ int64_t complete_us(const LogEvent& event, const ForeignChannel& foreign) {
   }
 }
 
+// The laser's stamps by its events' times. Logs of a replay run at any speed, but not at these.
+void judge_stamps(LogSurvey& survey, const Offsets& offsets) {
+  constexpr std::size_t kEnough = 20;
+  constexpr double kEnoughS = 2.0, kSlowest = 0.02, kFastest = 200.0;
+  const auto known = offsets.find(survey.lidar_channel);
+  if (known == offsets.end() || known->second.size() < kEnough) return;
+  const Offset &first = known->second.front(), &last = known->second.back();
+  const double events_s = 1e-6 * static_cast<double>(difference(last.event_us, first.event_us));
+  const double stamps_s =
+      events_s - 1e-6 * static_cast<double>(difference(last.offset_us, first.offset_us));
+  if (events_s < kEnoughS) return;
+  const double rate = std::abs(stamps_s) / events_s;
+  if (rate > kSlowest && rate < kFastest) return;
+  survey.stamps_are_unusable = true;
+  char note[200];
+  std::snprintf(note, sizeof note,
+                "the stamps of %s advance by %.4g s in %.4g s: they are no microseconds. The times "
+                "of the log's events are used instead",
+                survey.lidar_channel.c_str(), stamps_s, events_s);
+  survey.notes.emplace_back(note);
+}
+
 void compare_clocks(LogSurvey& survey, Offsets& offsets) {
   for (auto& [name, known] : offsets) {
     std::erase_if(known, [&survey](const Offset& offset) {
@@ -216,6 +238,8 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
                            " events stand still or jump: only the messages' own stamps are used "
                            "there");
   }
+  judge_stamps(survey, offsets);
+  if (survey.stamps_are_unusable) return survey;
   compare_clocks(survey, offsets);
   compare_rates(survey, drifts);
   return survey;

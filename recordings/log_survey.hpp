@@ -30,8 +30,9 @@ struct LogSurvey {
   std::map<std::string, LoggedChannel> channels;
   std::string lidar_channel;  ///< the first laser's: its clock is the log's
   bool has_sensor_info = false;
-  std::set<int64_t> stopped_us;    ///< event times that stood still while the stamps advanced
-  std::vector<std::string> notes;  ///< clocks that disagree, for the report
+  bool stamps_are_unusable = false;  ///< they stand still or have another unit than microseconds
+  std::set<int64_t> stopped_us;      ///< event times that stood still while the stamps advanced
+  std::vector<std::string> notes;    ///< clocks that disagree, for the report
 };
 
 /// Finds invalid event times: those that stand still while the messages' stamps advance (a logger

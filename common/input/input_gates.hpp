@@ -8,6 +8,10 @@ namespace marco::input_gates {
 inline constexpr double kNobodySeesM = 100.0;
 // A room of 3 m is 300 cm or 3000 mm.
 inline constexpr double kMillimetresFromM = 800.0;
+// Of steps between two samples of odometry that move. A robot that runs indoors does 3 m/s and 5
+// rad/s; one of 0.3 m/s and 0.3 rad/s in millimetres and degrees 300 and 17.
+inline constexpr double kFastestRobotMPerS = 15.0, kFastestTurnRadPerS = 10.0;
+inline constexpr double kTooFastPart = 0.25;
 // A second laser of the same kind makes it 2; one of half the rate 1.5.
 inline constexpr double kTooFast = 1.4;
 // A verdict is asked for after each scan, and neighbouring scans err alike.
@@ -30,6 +34,9 @@ inline constexpr double kFreeBeside = 0.6;
 inline constexpr Gate kInputGates[] = {
     {"unit of the ranges", "median range [m], more than", kNobodySeesM, "refused: ranges are in centimetres", "outdoors a laser of 80 m has a median of 20 m"},
     {"unit of the ranges", "median range [m], at least", kMillimetresFromM, "refused: ranges are in millimetres", "a room of 3 m is 300 cm or 3000 mm"},
+    {"unit of the odometry", "speed between two samples that move [m/s], more than", kFastestRobotMPerS, "the step is too fast", "0.3 m/s in millimetres is 300"},
+    {"unit of the odometry", "turn rate between two samples that turn [rad/s], more than", kFastestTurnRadPerS, "the step is too fast", "0.3 rad/s in degrees is 17"},
+    {"unit of the odometry", "part of the moving steps that is too fast, at least", kTooFastPart, "odometry is not used", "assumed: people drive faster than 0.2 rad/s in a quarter of all turns"},
     {"second sender", "rate of a channel over its usual one, more than", kTooFast, "reported: a second sender seems to publish", "a laser of half the rate makes it 1.5"},
     {"unit of the beam times", "time of one turn [s], less than", kFastestS, "rescaled, where another unit makes it a turn", "lasers turn 3 to 50 times a second"},
     {"unit of the beam times", "the same, more than", kSlowestS, "the same", "the same"},

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "common/input/beam_calibration.hpp"
 #include "common/input/own_body.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
@@ -103,13 +104,15 @@ struct SensorCalibration {
   LaserCalibration laser;
   OdometryCalibration odometry;
   GyroCalibration gyro;
-  std::vector<BodyPart> body;  ///< of the robot, in view of its lasers
+  std::vector<BeamCalibration> beams;  ///< of its lasers
+  std::vector<BodyPart> body;          ///< of the robot, in view of its lasers
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("laser", laser);
     v("odometry", odometry);
     v("gyro", gyro);
+    v("beams", beams);
     v("body", body);
   }
   bool operator==(const SensorCalibration&) const = default;

@@ -60,6 +60,11 @@ void SensorSynchronizer::add(const SensorInfo& info) {
 }
 
 void SensorSynchronizer::add(const OdometrySample& raw) {
+  if (const auto wrong = odometry_units_.look(raw)) {
+    state_.odometry.clear();
+    state_.odometry_restarted = true;
+    return drop_(*wrong);
+  }
   const OdometrySample sample =
       state_.odometry_corrector.corrected(raw, options_.calibration.odometry);
   if (state_.odometry.restarts_at(sample)) {
@@ -106,6 +111,7 @@ void SensorSynchronizer::add(LaserScan scan) {
   if (!lidars_.is_used(scan)) return;
   if (rates_.is_new_sender(scan.channel, scan.utime)) drop_(rates_.notice());
   if (const auto wrong = range_units_.look(scan)) return drop_(*wrong);
+  correct_beams(scan);
   blank_own_body(scan);
   StampRepair& stamps = state_.stamps[scan.channel];
   WaitingScan waiting;
@@ -118,6 +124,13 @@ void SensorSynchronizer::add(LaserScan scan) {
   state_.newest = waiting.repaired;
   state_.waiting.push_back(std::move(waiting));
   advance();
+}
+
+void SensorSynchronizer::correct_beams(LaserScan& scan) const {
+  const double range_max_m = sensor_of(scan.channel)->range_max_m;
+  for (const BeamCalibration& beams : options_.calibration.beams) {
+    if (beams.channel == scan.channel) beams.correct(scan, range_max_m);
+  }
 }
 
 // On a pan-tilt the robot is elsewhere in every scan.

@@ -11,6 +11,7 @@
 
 #include "common/input/lidar_selection.hpp"
 #include "common/input/odometry_track.hpp"
+#include "common/input/odometry_units.hpp"
 #include "common/input/own_body.hpp"
 #include "common/input/range_units.hpp"
 #include "common/input/rate_watch.hpp"
@@ -148,6 +149,7 @@ class SensorSynchronizer {
 
  private:
   /// Without what it shows of the robot itself.
+  void correct_beams(LaserScan& scan) const;
   void blank_own_body(LaserScan& scan);
   /// In a wrong unit, or order. @returns what is known of the order
   BeamVerdict repair_beams(LaserScan& scan, double period_s);
@@ -164,6 +166,7 @@ class SensorSynchronizer {
   SynchronizerState state_;
   LidarSelection lidars_;
   RangeUnits range_units_;
+  OdometryUnits odometry_units_;
   RateWatch rates_;
   std::set<std::string> said_of_beams_;  ///< channels whose beam times were repaired
   std::deque<SynchronizedScan> complete_;

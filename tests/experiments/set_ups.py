@@ -52,6 +52,17 @@ ROWS = {
     "gyro_scale": ({"gyro": True, "gyro_scale": 1.2}, {"gyro.scale": 1 / 1.2}),
     "gyro_bias": ({"gyro": True, "gyro_bias": 0.03}, {"gyro.bias_rad_per_s": 0.03}),
     "gyro_late": ({"gyro": True, "gyro_late_s": 0.3}, {"gyro.late_s": 0.3}),
+    "step_0.95": ({"step": 0.95}, {"beams.bearing_scale": 1 / 0.95}),
+    "step_0.98": ({"step": 0.98}, {"beams.bearing_scale": 1 / 0.98}),
+    "step_1.01": ({"step": 1.01}, {"beams.bearing_scale": 1 / 1.01}),
+    "step_1.02": ({"step": 1.02}, {"beams.bearing_scale": 1 / 1.02}),
+    "step_without": ({"step": 0.95, "silent": True}, {"beams.bearing_scale": 1 / 0.95}),
+    "range_5_cm": ({"range_offset_m": 0.05}, {"beams.range_offset_m": -0.05}),
+    "millimetres": ({"way": 1000.0}, {}),
+    "degrees": ({"heading": math.degrees(1.0)}, {}),
+    "both_units": ({"way": 1000.0, "heading": math.degrees(1.0)}, {}),
+    "stamps_ms": ({"stamps": 1e-3}, {}),
+    "stamps_none": ({"stamps": 0.0}, {}),
     "posts": ({"posts": POSTS[:2]}, {}),
     "more_posts": ({"posts": POSTS}, {}),
     "no_odometry": ({"silent": True}, {}),
@@ -60,7 +71,7 @@ ROWS = {
 }
 GOALS = {"laser.yaw_deg": 0.3, "laser.x_m": 0.01, "laser.y_m": 0.01, "odometry.late_s": 0.005, "gyro.late_s": 0.005,
          "odometry.left_scale": 0.005, "odometry.right_scale": 0.005, "odometry.track_scale": 0.005, "gyro.scale": 0.005,
-         "gyro.bias_rad_per_s": 0.002}
+         "gyro.bias_rad_per_s": 0.002, "beams.bearing_scale": 0.005, "beams.range_offset_m": 0.01}
 
 
 class Log:
@@ -154,7 +165,8 @@ def write(lcm, path, set_up, seed):
         odom[2] += angle
         message = lcm["marco"].odometry_t()
         message.utime = round(1e6 * (t + set_up.get("late_s", 0.0)))
-        message.x_m, message.y_m, message.theta_rad = odom
+        way_unit, turn_unit = set_up.get("way", 1.0), set_up.get("heading", 1.0)
+        message.x_m, message.y_m, message.theta_rad = way_unit * odom[0], way_unit * odom[1], turn_unit * odom[2]
         if not set_up.get("silent"):
             events.append((message.utime, "ODOMETRY", message))
         if gyro:
@@ -168,15 +180,18 @@ def write(lcm, path, set_up, seed):
             lx, ly = x + x_m * math.cos(h) - y_m * math.sin(h), y + x_m * math.sin(h) + y_m * math.cos(h)
             ranges = world.ranges(lx, ly, h + yaw + flip * bearings, 12.0)
             ranges = np.where(ranges < 12.0, ranges + r.normal(0, 0.01, BEAMS), 12.0)
+            ranges = np.where(ranges < 12.0, ranges + set_up.get("range_offset_m", 0.0), ranges)
             for first, last, post_m in set_up.get("posts", ()):
                 ranges[first:last + 1] = post_m + r.normal(0, 0.005, last + 1 - first)
             message = lcm["bot_core"].planar_lidar_t()
             message.utime, message.nranges, message.ranges = round(1e6 * t), BEAMS, [float(v) for v in ranges]
-            message.rad0, message.radstep = float(bearings[0]), float(bearings[1] - bearings[0])
+            message.rad0, message.radstep = (set_up.get("step", 1.0) * float(b) for b in (bearings[0], bearings[1] - bearings[0]))
             events.append((message.utime, "LIDAR", message))
     events += [(round(1e6 * t) - 1000, "INFO", None) for t in np.arange(poses[0][0], poses[-1][0])]
     events.sort(key=lambda event: event[0])
     for utime, channel, message in events:
+        if message is not None:
+            message.utime = round(set_up.get("stamps", 1.0) * message.utime)
         if message is None:
             write_info(lcm, log, utime)
         else:

@@ -131,10 +131,11 @@ bool write_calibration(const std::filesystem::path& path, const MapJob& job) {
     static_cast<SensorCalibration&>(file) = drive->calibration;
     comments = comments_of(*drive);
   }
+  file.beams = job.beams();
   file.body = job.own_body();
   const bool has_pantilt = calibrate_pantilt(job, file, comments);
   const bool has_drive = drive && !drive->parameters.empty();
-  if (!has_pantilt && !has_drive && file.body.empty()) return false;
+  if (!has_pantilt && !has_drive && file.body.empty() && file.beams.empty()) return false;
   files::write_whole_file(path, commented(file, comments));
   return true;
 }

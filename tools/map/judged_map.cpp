@@ -7,6 +7,7 @@
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "recordings/recording_folder.hpp"
+#include "tools/map/beam_search.hpp"
 #include "tools/map/calibration.hpp"
 #include "tools/map/own_body_search.hpp"
 
@@ -99,42 +100,112 @@ JudgedMap make_map(const MapArguments& arguments,
   return map;
 }
 
-// Makes the map again where the recording's own set-up was not as it said.
+namespace {
+
+// A blurred map of the same scans fills more cells; a percent is chance.
+bool is_sharper(const JudgedMap& again, const JudgedMap& first) {
+  constexpr double kSharper = 0.98;
+  const auto cells = [](const JudgedMap& map) {
+    return static_cast<double>(slam::cells_of_walls(map.job->map_keys()));
+  };
+  return cells(again) < kSharper * cells(first);
+}
+
+/// Makes a map again with other calibrations, and keeps the better one.
+class Remapping {
+ public:
+  Remapping(const MapArguments& arguments,
+            MapOptions options,
+            const ForeignTable& foreign,
+            const std::filesystem::path& out,
+            JudgedMap& map)
+      : arguments_(arguments),
+        options_(std::move(options)),
+        foreign_(foreign),
+        out_(out),
+        map_(map) {}
+
+  bool was_tried() const { return tried_; }
+  bool was_taken() const { return taken_; }
+  const SensorCalibration& calibration() const { return options_.slam.input.calibration; }
+
+  template <class IsBetter>
+  bool try_with(const SensorCalibration& calibration, IsBetter is_better) {
+    tried_ = true;
+    MapOptions options = options_;
+    options.slam.input.calibration = calibration;
+    const std::filesystem::path folder = out_ / "corrected.part";
+    std::filesystem::create_directory(folder);
+    JudgedMap again = make_map(arguments_, options, foreign_, folder, map_.job->clock());
+    const bool taken = is_better(again, map_);
+    if (taken) {
+      std::filesystem::rename(folder / "slam.lcm", out_ / "slam.lcm");
+      map_ = std::move(again);
+      options_ = std::move(options);
+      taken_ = true;
+    } else {
+      map_.job->clock() = again.job->clock();
+    }
+    std::filesystem::remove_all(folder);
+    return taken;
+  }
+
+ private:
+  const MapArguments& arguments_;
+  MapOptions options_;
+  const ForeignTable& foreign_;
+  std::filesystem::path out_;
+  JudgedMap& map_;
+  bool tried_ = false, taken_ = false;
+};
+
+// First, for a map with bent rooms says wrong things of odometry.
+void correct_beams(Remapping& remapping, JudgedMap& map, slam::SelfCalibration& found) {
+  const auto beams = search_beams(*map.job);
+  if (!beams) return;
+  bool better = false;
+  if (beams->is_off()) {
+    SensorCalibration calibration = remapping.calibration();
+    calibration.beams = {beams->corrected()};
+    better = remapping.try_with(calibration, [](const JudgedMap& again, const JudgedMap& first) {
+      return is_as_good(again, first) && is_sharper(again, first);
+    });
+  }
+  beams->add_to(found, better);
+}
+
+}  // namespace
+
 std::optional<SelfCorrection> correct(const MapArguments& arguments,
-                                      MapOptions options,
+                                      const MapOptions& options,
                                       const ForeignTable& foreign,
                                       const std::filesystem::path& out,
                                       JudgedMap& map) {
   if (!can_be_corrected(arguments)) return std::nullopt;
+  Remapping remapping(arguments, options, foreign, out, map);
+  SelfCorrection correction;
+  slam::SelfCalibration beams;
+  correct_beams(remapping, map, beams);
   auto found = self_calibration_of(*map.job);
-  if (!found) return std::nullopt;
+  if (!found && beams.parameters.empty()) return std::nullopt;
+  if (found) correction.found = std::move(*found);
+  std::vector<slam::CalibratedParameter>& parameters = correction.found.parameters;
+  parameters.insert(parameters.end(), beams.parameters.begin(), beams.parameters.end());
   map.job->clock().end_stage("calibration");
-  SelfCorrection correction{std::move(*found)};
-  const auto ask = [&correction](JudgedMap& judged) {
-    const std::string& question = correction.found.open_question;
-    if (!question.empty() && judged.verdict) judged.verdict->diagnosis.ask(question);
-  };
-  ask(map);
   const SensorCalibration needed = needed_correction(
       correction.found, map.verdict ? distance_by_odometry_m(map.verdict->evidence.edges) : 0.0);
-  if (needed == SensorCalibration{}) return correction;
-  CalibrationFile file;
-  static_cast<SensorCalibration&>(file) = needed;
-  file.body = options.slam.input.calibration.body;
-  apply(file, options);
-  const std::filesystem::path folder = out / "corrected.part";
-  std::filesystem::create_directory(folder);
-  JudgedMap again = make_map(arguments, options, foreign, folder, map.job->clock());
-  ask(again);
-  const bool taken = is_as_good(again, map);
-  correction.use = taken ? SelfCorrection::Use::in_force : SelfCorrection::Use::rejected;
-  if (taken) {
-    std::filesystem::rename(folder / "slam.lcm", out / "slam.lcm");
-    map = std::move(again);
-  } else {
-    map.job->clock() = again.job->clock();
+  if (needed != SensorCalibration{}) {
+    SensorCalibration calibration = needed;
+    calibration.beams = remapping.calibration().beams;
+    calibration.body = remapping.calibration().body;
+    remapping.try_with(calibration, is_as_good);
   }
-  std::filesystem::remove_all(folder);
+  const std::string& question = correction.found.open_question;
+  if (!question.empty() && map.verdict) map.verdict->diagnosis.ask(question);
+  if (remapping.was_tried()) {
+    correction.use =
+        remapping.was_taken() ? SelfCorrection::Use::in_force : SelfCorrection::Use::rejected;
+  }
   return correction;
 }
 

@@ -32,7 +32,7 @@ JudgedMap make_map(const MapArguments& arguments,
 /// Makes the map again where the recording's own set-up was not as it said.
 /// @returns what was found; nothing where nobody looked.
 std::optional<SelfCorrection> correct(const MapArguments& arguments,
-                                      MapOptions options,
+                                      const MapOptions& options,
                                       const ForeignTable& foreign,
                                       const std::filesystem::path& out,
                                       JudgedMap& map);

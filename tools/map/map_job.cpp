@@ -48,6 +48,7 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
       mapping3d_(bus_, mapping3d_of(options)),
       slam_options_(options.slam.slam),
       localizer_options_(options.slam.localizer),
+      beams_(options.slam.input.calibration.beams),
       own_body_(options.slam.input.calibration.body) {
   mapper2d_->keep_scans();
 }
@@ -131,12 +132,25 @@ void MapJob::take(const Sample& sample) {
     recorded_.truth.add(*pose);
   }
   if (const auto* odometry = std::get_if<OdometrySample>(&sample)) {
-    recorded_.odometry.push_back({odometry->utime, odometry->odom_from_robot});
+    if (odometry_units_.look(*odometry)) {
+      recorded_.odometry.clear();
+    } else {
+      recorded_.odometry.push_back({odometry->utime, odometry->odom_from_robot});
+    }
   }
   if (const auto* imu = std::get_if<ImuSample>(&sample)) integrate(*imu);
+  if (const auto* scan = std::get_if<LaserScan>(&sample)) note_bearings(*scan);
   if (const auto* info = std::get_if<SensorInfo>(&sample)) note_sensor(recorded_.sensors, *info);
   const EncodedMessage message = encode_sample(sample);
   bus_.deliver(message.channel, message.bytes, message.utime);
+}
+
+void MapJob::note_bearings(const LaserScan& scan) {
+  if (scan.size() == 0 || recorded_.least_bearing_rad.contains(scan.channel)) return;
+  double least_rad = scan.bearing_rad(0);
+  for (std::size_t i = 1; i < scan.size(); ++i)
+    least_rad = std::min(least_rad, scan.bearing_rad(i));
+  recorded_.least_bearing_rad[scan.channel] = least_rad;
 }
 
 void MapJob::integrate(const ImuSample& sample) {

@@ -98,6 +98,8 @@ class MapJob {
   GridMap grid() const { return mapper().grid().to_map(); }
   /// What the scan SLAM's map is made of; empty where the line SLAM made the path.
   const std::vector<slam::Keyframe>& keyframes() const;
+  /// Of whoever made the path.
+  const std::vector<slam::Keyframe>& map_keys() const { return mapper().keys(); }
   /// The newest SENSOR_INFO of each channel.
   const std::map<std::string, SensorInfo>& sensors() const { return recorded_.sensors; }
   std::size_t key_count() const { return mapper().keys().size(); }
@@ -116,8 +118,15 @@ class MapJob {
   const slam::LineSlamAdapter* lines() const { return lines_; }
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
   const std::vector<files::InputReport>& inputs() const { return recorded_.inputs; }
+  /// What its lasers' beams are taken to be.
+  const std::vector<BeamCalibration>& beams() const { return beams_; }
   /// What the lasers see of their own robot: left out of all scans.
   const std::vector<BodyPart>& own_body() const { return own_body_; }
+  /// The least bearing of a laser's beams as its first scan said it.
+  double least_bearing_rad(const std::string& channel) const {
+    const auto found = recorded_.least_bearing_rad.find(channel);
+    return found == recorded_.least_bearing_rad.end() ? 0.0 : found->second;
+  }
   const RecordedTruth& truth() const { return recorded_.truth; }
   /// Odometry as recorded, all of it; and the gyroscope's rate, integrated, as poses that only
   /// turn.
@@ -134,6 +143,7 @@ class MapJob {
   const slam::Mapper2d& mapper() const { return mapper2d_->mapper2d(); }
   void read(files::SampleReader& recording, const std::filesystem::path& input);
   void take(const Sample& sample);
+  void note_bearings(const LaserScan& scan);
   void integrate(const ImuSample& sample);
   /// The line SLAM cannot look for itself. @throws std::invalid_argument where the keyframes from
   /// `first_key` on are not where they are believed to be in the map of those before.
@@ -143,6 +153,7 @@ class MapJob {
   struct Recorded {
     std::vector<files::InputReport> inputs;
     std::map<std::string, SensorInfo> sensors;
+    std::map<std::string, double> least_bearing_rad;  ///< of each laser's first scan
     RecordedTruth truth;
     Trajectory odometry;
     Trajectory gyro_heading;
@@ -157,9 +168,11 @@ class MapJob {
   mapping3d::Mapping3dAdapter mapping3d_;
   slam::SlamOptions slam_options_;
   slam::LocalizerOptions localizer_options_;
+  std::vector<BeamCalibration> beams_;
   std::vector<BodyPart> own_body_;
   Recorded recorded_;
   RangeUnits range_units_;
+  OdometryUnits odometry_units_;
   slam::MapEdits edits_;
   /// Of each recording: the scans, and the odometry at them, that came before.
   struct FirstOf {

@@ -128,7 +128,7 @@ void print_correction(const SelfCorrection& correction) {
     std::printf("  note: %s\n", remark.c_str());
   }
   if (correction.use == SelfCorrection::Use::in_force) {
-    std::puts("  the map was made again with odometry, gyroscope and beams corrected");
+    std::puts("  the map was made again, with these corrected");
   } else if (correction.use == SelfCorrection::Use::rejected) {
     std::puts("  a map made with these was no better: they are not in force");
   }

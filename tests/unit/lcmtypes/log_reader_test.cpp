@@ -105,6 +105,30 @@ TEST_F(LcmLog, ChannelsWhoseClocksDisagreeMeetByEventTime) {
   EXPECT_TRUE(recorded.truth[7].is_by_arrival);
 }
 
+// A driver that forgets the stamp, and one that stamps in milliseconds.
+class WrongStamps : public LcmLog, public ::testing::WithParamInterface<double> {};
+INSTANTIATE_TEST_SUITE_P(StampsByEventTimes, WrongStamps, ::testing::Values(0.0, 1e-3, 1e3));
+
+TEST_P(WrongStamps, GiveWayToTheEventsTimes) {
+  for (int i = 0; i < 40; ++i) {
+    const int64_t event_us = 1'000'000 + 100'000 * i;
+    add(scan(static_cast<int64_t>(GetParam() * static_cast<double>(event_us))), event_us);
+  }
+  const Recorded recorded = read();
+  ASSERT_EQ(recorded.scans.size(), 40U);
+  EXPECT_EQ(recorded.scans[7].utime.us, 1'700'000);
+  EXPECT_EQ(recorded.scans[39].utime.us, 4'900'000);
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("no microseconds")));
+}
+
+// A replay at any speed that a logger has written down: its stamps are right.
+TEST_F(LcmLog, EventTimesOfAFastReplayAreNotBelieved) {
+  for (int i = 0; i < 400; ++i) add(scan(1'000'000 + 100'000 * i), 1'000'000 + 10'000 * i);
+  const Recorded recorded = read();
+  ASSERT_EQ(recorded.scans.size(), 400U);
+  EXPECT_EQ(recorded.scans[399].utime.us, 40'900'000);
+}
+
 // What a reader brought into one clock is written without the clocks it came from.
 TEST_F(LcmLog, TruthOfAnotherClockStaysThatWhenItIsWrittenAgain) {
   for (int i = 0; i < 20; ++i) {

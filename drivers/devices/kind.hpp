@@ -16,6 +16,7 @@ enum class Kind {
   rplidar,
   sick,
   hokuyo,
+  cola,
   leuze,
   imu,
   p2os,

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/cola/codec.hpp"
 #include "drivers/create/codec.hpp"
 #include "drivers/devices/said_lines.hpp"
 #include "drivers/hokuyo/codec.hpp"
@@ -145,6 +146,19 @@ std::optional<Claim> hokuyo_says(Heard bytes, Kind asked) {
   return asked == Kind::hokuyo ? scip1_says(bytes) : std::nullopt;
 }
 
+std::optional<Claim> cola_says(Heard bytes, Kind /*asked*/) {
+  cola::TelegramParser parser;
+  parser.push(bytes);
+  while (const auto telegram = parser.next()) {
+    const std::string model = cola::model_of(telegram->text);
+    if (telegram->text.starts_with("sRA DeviceIdent ") && !model.empty()) {
+      return Claim{Kind::cola, "SICK " + model};
+    }
+    if (cola::decode_scan(telegram->text)) return Claim{Kind::cola, "SICK TiM or LMS1xx"};
+  }
+  return std::nullopt;
+}
+
 std::optional<Claim> leuze_says(Heard bytes, Kind /*asked*/) {
   leuze::TelegramParser parser;
   if (count_frames(parser, bytes) < 3) return std::nullopt;
@@ -180,8 +194,8 @@ std::optional<Claim> create_says(Heard bytes, Kind asked) {
   return Claim{Kind::create, "iRobot Create 2 or Roomba"};
 }
 
-constexpr std::array kJudges{create_says, ldlidar_says, sick_says,  p2os_says,   rplidar_says,
-                             hokuyo_says, imu_says,     leuze_says, ydlidar_says};
+constexpr std::array kJudges{create_says, ldlidar_says, sick_says, p2os_says,  rplidar_says,
+                             hokuyo_says, cola_says,    imu_says,  leuze_says, ydlidar_says};
 
 }  // namespace
 

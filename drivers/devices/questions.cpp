@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "drivers/cola/codec.hpp"
 #include "drivers/create/codec.hpp"
 #include "drivers/p2os/codec.hpp"
 #include "drivers/rplidar/codec.hpp"
@@ -47,6 +48,19 @@ std::vector<Question> all_questions() {
 
 const std::vector<Question>& questions() {
   static const std::vector<Question> kAll = all_questions();
+  return kAll;
+}
+
+const std::vector<Question>& network_questions() {
+  static const std::vector<Question> kAll = [] {
+    std::vector<Question> all{{Kind::cola, 0, cola::encode_telegram("sRN DeviceIdent")}};
+    for (const Question& question : questions()) {
+      if (question.bytes == all.back().bytes) continue;
+      all.push_back(question);
+      all.back().baud = 0;
+    }
+    return all;
+  }();
   return kAll;
 }
 

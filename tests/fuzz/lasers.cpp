@@ -1,4 +1,5 @@
 // Bytes from lasers.
+#include "drivers/cola/codec.hpp"
 #include "drivers/hokuyo/codec.hpp"
 #include "drivers/ldlidar/codec.hpp"
 #include "drivers/leuze/codec.hpp"
@@ -97,6 +98,52 @@ MARCO_FUZZ(leuze) {
     promise(leuze::encode_service_answer(*ranges) == answer, "an answer reads as it was written");
   }
   leuze::service_request();
+}
+
+MARCO_FUZZ(cola) {
+  Input input(bytes);
+  const Way way = way_of(input);
+  const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
+    Input fields(piece);
+    const uint8_t what = fields.byte();
+    if (what % 4 == 0) {
+      const auto rest = fields.rest();
+      return cola::encode_telegram(std::string(rest.begin(), rest.end()));
+    }
+    cola::ScanData scan;
+    scan.status = fields.byte() % 8;
+    scan.rate_chz = fields.byte() * 100;
+    scan.begin_us = fields.byte() << 24;
+    scan.encoders.resize(fields.byte() % 4);
+    auto& channels = what % 4 == 1 ? scan.narrow : scan.wide;
+    channels.resize(1 + fields.byte() % 3);
+    for (cola::Channel& channel : channels) {
+      channel.name = fields.byte() % 2 == 0 ? "DIST1" : "RSSI1";
+      channel.scale = fields.byte() / 16.0;
+      channel.step_e4 = fields.byte() * 64 - 4096;
+      for (int left = fields.byte(); left > 0; --left) channel.values.push_back(fields.byte());
+    }
+    std::string text = cola::encode_scan(scan, "sSN");
+    // Cut, or with one other character.
+    if (what % 8 == 2) text.resize(fields.byte() % text.size());
+    if (what % 8 == 6) text[fields.byte() % text.size()] = static_cast<char>(fields.byte());
+    return cola::encode_telegram(text);
+  });
+  cola::TelegramParser parser;
+  feed(
+      stream, way.step, [&](auto part) { parser.push(part); },
+      [&parser] {
+        while (const auto telegram = parser.next()) {
+          promise(telegram->text.size() <= cola::kMostText + 4096, "a telegram has an end");
+          cola::refusal(telegram->text);
+          cola::range_max_of(cola::model_of(telegram->text));
+          const auto scan = cola::decode_scan(telegram->text);
+          if (!scan) continue;
+          const auto again = cola::decode_scan(cola::encode_scan(*scan, "sRA"));
+          promise(again == scan, "a scan reads as it was written");
+        }
+      });
+  parser.clear();
 }
 
 MARCO_FUZZ(hokuyo) {

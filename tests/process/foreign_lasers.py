@@ -2,10 +2,11 @@
 """A judge of the lasers' emulators that shares none of our code: written from notes on the makers' documents alone.
 
 It starts marco-sim with a robot that stands in a plain room and carries every laser below, opens each laser's
-pseudo-terminal as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
+pseudo-terminal or TCP port as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
 it casts itself. Slamtec: "Interface Protocol and Application Notes"
 (A, S series: requests, nodes, dense capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4
-and G4 development manuals (requests, packets, checksum, angle correction); health by 92 is the maker's SDK's.
+and G4 development manuals (requests, packets, checksum, angle correction); health by 92 is the maker's SDK's. SICK: "Telegram Listing Ranging
+sensors LMS1xx, TiM5xx" (CoLa A). Hokuyo: "Communication Protocol Specification for SCIP 2.0".
 
 Usage: foreign_lasers.py MARCO_SIM          exit 0 = every packet and range came true
 """
@@ -14,6 +15,7 @@ import fcntl
 import math
 import os
 import select
+import socket
 import struct
 import subprocess
 import sys
@@ -96,6 +98,31 @@ class Line:
 
     def close(self):
         os.close(self.fd)
+
+
+class Connection:
+    """The same over TCP; `port` is a number."""
+
+    def __init__(self, port):
+        until = time.monotonic() + PATIENCE_S
+        while True:
+            try:
+                self.socket = socket.create_connection(("127.0.0.1", port), 2.0)
+                break
+            except ConnectionRefusedError:
+                if time.monotonic() > until:
+                    raise
+                time.sleep(0.05)
+
+    write = property(lambda self: self.socket.sendall)
+    drain = Line.drain
+
+    def read(self, wait_s):
+        ready, _, _ = select.select([self.socket], [], [], wait_s)
+        return self.socket.recv(65536) if ready else b""
+
+    def close(self):
+        self.socket.close()
 
 
 class Bytes:
@@ -335,7 +362,163 @@ def judge_nodes(line, stream, turns_per_s):
     line.close()
 
 
+# ---- SICK CoLa A: 02, words, 03; numbers in hexadecimal, signed ones as 32 bits --------------------------------
+
+
+def cola(stream, request=None):
+    if request is not None:
+        stream.line.write(b"\x02" + request.encode() + b"\x03")
+    stream.seek(b"\x02")
+    stream.take(1)
+    text = b""
+    while (byte := stream.take(1)) != b"\x03":
+        check("a printable character", 0x20 <= byte[0] < 0x7F, True)
+        text += byte
+    return text.decode()
+
+
+def signed(word):
+    return int(word) if word[0] in "+-" else (int(word, 16) ^ 0x80000000) - 0x80000000
+
+
+def channels(words):
+    found = {}
+    for _ in range(int(next(words), 16)):
+        name = next(words)
+        scale, offset = (struct.unpack(">f", bytes.fromhex(next(words)))[0] for _ in range(2))
+        start, step, count = signed(next(words)) / 1e4, signed(next(words)) / 1e4, int(next(words), 16)
+        found[name] = start, step, [int(next(words), 16) * scale + offset for _ in range(count)]
+    return found
+
+
+def cola_scan(text):
+    words = iter(text.split(" "))
+    check("a scan", [next(words) for _ in range(2)][1], "LMDscandata")
+    head = [int(next(words), 16) for _ in range(16)]
+    check("status", head[3:5], [0, 0])
+    for _ in range(int(next(words), 16)):  # encoders
+        next(words), next(words)
+    found = {**channels(words), **channels(words)}
+    rest = " ".join(words)
+    return {"count": head[6], "begin_us": head[7], "sent_us": head[8], "rate": head[14] / 100, "rest": rest, **found}
+
+
+def judge_cola(port, model, rate, start, step, beams):
+    listed = ("sRA LMDscandata 1 1 89A27F 0 0 343 347 27477BA9 2747813B 0 0 7 0 0 1388 168 0 1 DIST1 3F800000 00000000 186A0 1388 "
+              "3 8A1 8A5 8AB 0 0 0 0 0 0")
+    scan = cola_scan(listed)
+    check("this judge on the listing's scan", (scan["DIST1"], scan["rate"], scan["count"]), ((10.0, 0.5, [2209, 2213, 2219]), 50.0, 839))
+    line = Connection(port)
+    stream = Bytes(line)
+    length, name = cola(stream, "sRN DeviceIdent").split(" ")[2:4]
+    check("model, behind its length", (int(length, 16), name), (len(model), model))
+    check("state", cola(stream, "sRN SCdevicestate"), "sRA SCdevicestate 1")
+    check("a name that nobody knows", cola(stream, "sRN Nothing"), "sFA 3")
+    check("no settings without login", cola(stream, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"), "sFA 1")
+    single = cola(stream, "sRN LMDscandata")
+    check("a single scan", single[:16], "sRA LMDscandata ")
+    check("ranges alone", "RSSI1" in cola_scan(single), False)
+    check("login", cola(stream, "sMN SetAccessMode 03 F4724744"), "sAN SetAccessMode 1")
+    check("intensities", cola(stream, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"), "sWA LMDscandatacfg")
+    check("run", cola(stream, "sMN Run"), "sAN Run 1")
+    check("stream", cola(stream, "sEN LMDscandata 1"), "sEA LMDscandata 1")
+    before, gaps = None, []
+    for _ in range(60):
+        text = cola(stream)
+        check("of a stream", text[:4], "sSN ")
+        scan = cola_scan(text)
+        first, by, ranges = scan["DIST1"]
+        check("fan", (first, by, len(ranges), scan["rate"]), (start, step, beams, rate))
+        check("intensities", len(scan["RSSI1"][2]), beams)
+        check("sent behind the last beam", scan["sent_us"] - scan["begin_us"] & 0xFFFFFFFF >= 1e6 * step * (beams - 1) / 360 / rate, True)
+        for i, range_mm in enumerate(ranges):
+            check_range("CoLa range", 90 - (first + i * by), range_mm / 1000, 0.001)
+        if before:
+            check("counted", scan["count"] - before["count"], 1)
+            gaps.append((scan["begin_us"] - before["begin_us"]) % 2**32)
+        before = scan
+    check("microseconds of all turns", sum(gaps) / len(gaps), 1e6 / rate, 1.0)
+    check("stopped", cola_last(stream, "sEN LMDscandata 0"), "sEA LMDscandata 0")
+    line.drain(0.2)
+    check("silence after a stop", line.read(0.3), b"")
+    line.close()
+
+
+def cola_last(stream, request):
+    """The answer, behind scans that were under way."""
+    text = cola(stream, request)
+    while text.startswith("sSN"):
+        text = cola(stream)
+    return text
+
+
+# ---- Hokuyo SCIP 2.0: echo, status, lines that end with a sum, an empty line ------------------------------------
+
+
+def scip(stream, request=None):
+    if request is not None:
+        stream.line.write(request.encode() + b"\n")
+    lines = []
+    while True:
+        text = b""
+        while (byte := stream.take(1)) != b"\n":
+            text += byte
+        if not text:
+            return lines
+        lines.append(text.decode())
+
+
+def summed(text, without_semicolon=False):
+    body = text[:-1].rstrip(";") if without_semicolon else text[:-1]
+    check("sum of a line", text[-1], chr((sum(body.encode()) & 0x3F) + 0x30))
+    return text[:-1]
+
+
+def number(text):
+    value = 0
+    for character in text:
+        value = value << 6 | ord(character) - 0x30
+    return value
+
+
+def judge_hokuyo(port, model):
+    line = Connection(port)
+    stream = Bytes(line)
+    check("stopped", scip(stream, "QT"), ["QT", "00P"])
+    facts = dict(summed(text, True).rstrip(";").split(":") for text in scip(stream, "PP")[2:])
+    check("model", facts["MODL"], model)
+    turn, front, first, last, rpm = (int(facts[key]) for key in ("ARES", "AFRT", "AMIN", "AMAX", "SCAN"))
+    check("fan", (turn, front, first, last, rpm), (1440, 540, 0, 1080, 2400))
+    if model == "UST-10LX":
+        check("it has no speed", scip(stream, "SS115200"), ["SS115200", "0Ee"])
+    check("laser on", scip(stream, "BM"), ["BM", "00P"])
+    for command, width in (("MD", 3), ("ME", 6)):
+        request = f"{command}{first:04}{last:04}01000"
+        check("stream", scip(stream, request), [request, "00P"])
+        stamps = []
+        for _ in range(40):
+            echo, status, stamp, *data = scip(stream)
+            check("a scan", (echo, summed(status)), (request, "99"))
+            stamps.append(number(summed(stamp)))
+            text = "".join(summed(part) for part in data)
+            check("lines of 64", all(len(part) == 65 for part in data[:-1]), True)
+            check("characters", len(text), width * (last - first + 1))
+            for step in range(first, last + 1):
+                at = width * (step - first)
+                check_range("SCIP range", (front - step) / 4, number(text[at:at + 3]) / 1000, 0.001)
+        check("milliseconds of all turns", stamps[-1] - stamps[0], 39 * 25, 2)
+        stream.line.write(b"QT\n")
+        while scip(stream)[0] != "QT":
+            pass
+    line.close()
+
+
 LASERS = {
+    "tim551": lambda port: judge_cola(port, "TiM551", 15.0, -45.0, 1.0, 271),
+    "tim561": lambda port: judge_cola(port, "TiM561", 15.0, -45.0, 0.3333, 811),
+    "lms111": lambda port: judge_cola(port, "LMS111_FieldEval", 50.0, -45.0, 0.5, 541),
+    "hokuyo_ust": lambda port: judge_hokuyo(port, "UST-10LX"),
+    "hokuyo_utm": lambda port: judge_hokuyo(port, "UTM-30LX"),
     "rplidar": lambda port: judge_slamtec(port, 115200, 0x18, 254, 5.5, False),
     "rplidar_a2": lambda port: judge_slamtec(port, 115200, 0x28, 254, 10.0, False),
     "rplidar_c1": lambda port: judge_slamtec(port, 460800, 0x41, 200, 10.0, True),
@@ -347,6 +530,8 @@ LASERS = {
     "ydlidar_g4": lambda port: judge_ydlidar(port, 230400, 9000, 5, 0x92),
 }
 
+ETHERNET = ("tim551", "tim561", "lms111", "hokuyo_ust", "hokuyo_utm")
+
 
 def main():
     if len(sys.argv) != 2:
@@ -356,13 +541,18 @@ def main():
             with open(f"{folder}/room.toml", "w") as file:
                 file.write(ROOM)
             with open(f"{folder}/robot.toml", "w") as file:
-                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device}"\nposition_m = [0, 0, {HEIGHT_M}]\n{OPTICS}')
+                tcp = device in ETHERNET
+                with socket.socket() as free:
+                    free.bind(("127.0.0.1", 0))
+                    port = free.getsockname()[1] if tcp else f"{folder}/laser"
+                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device}"\nposition_m = [0, 0, {HEIGHT_M}]\n'
+                           f'tcp_port = {port if tcp else -1}\n{OPTICS}')
             process = subprocess.Popen(
                 [sys.argv[1], "--config", f"{folder}/robot.toml", "--world", f"{folder}/room.toml", "--start", str(X_M),
                  str(Y_M), str(HEADING_DEG), "--ports", folder, "--lcm-url", "memq://"], stdout=subprocess.DEVNULL)
             try:
                 began, before = time.monotonic(), checks
-                judge(f"{folder}/laser")
+                judge(port)
                 print(f"{device}: {checks - before} checks in {time.monotonic() - began:.1f} s", flush=True)
             finally:
                 process.terminate()

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <set>
 
+#include "drivers/cola/emulator.hpp"
 #include "drivers/create/emulator.hpp"
 #include "drivers/devices/listening.hpp"
 #include "drivers/devices/questions.hpp"
@@ -158,6 +159,35 @@ TEST(Devices, LasersThatAnswerAreFoundAtEachRate) {
   }
 }
 
+// Which has no rates.
+TEST(Devices, LasersOnTheNetworkAreFound) {
+  const auto expect_on_network = [](Emulator& emulator, const std::string& beginning,
+                                    const std::string& ending) {
+    SimulatedLine line(emulator, false);
+    const auto stream = line.open({});
+    PortReport report{{"tcp:10.0.0.7:2112", {}, true}, "", "", {}, {}};
+    const Utime begin = line.now();
+    survey_line(
+        *stream, [&line] { return line.now(); }, report, false);
+    EXPECT_THAT(describe(report),
+                ::testing::StartsWith(beginning + " on tcp:10.0.0.7:2112, scans"));
+    EXPECT_THAT(describe(report), ::testing::EndsWith(ending));
+    EXPECT_LT((line.now() - begin).seconds(), 6.0);
+    return robot_files({report}, "/x", "/y").at("laser.toml");
+  };
+  for (const auto& model : {cola::ColaEmulatorOptions{}, cola::tim551(), cola::lms111()}) {
+    cola::ColaEmulator laser(test_world, model);
+    const std::string file = expect_on_network(laser, "SICK " + model.model, "(marco-cola)");
+    EXPECT_THAT(file, ::testing::HasSubstr("device = \"tcp:10.0.0.7:2112\""));
+    EXPECT_FALSE(laser.streaming());
+  }
+  hokuyo::HokuyoEmulatorOptions ust;
+  ust.model = "UST-10LX";
+  hokuyo::HokuyoEmulator laser(test_world, ust);
+  const std::string file = expect_on_network(laser, "Hokuyo UST-10LX", "(marco-hokuyo)");
+  EXPECT_THAT(file, ::testing::HasSubstr("baud = 0 "));
+}
+
 TEST(Devices, BasesAndImusAreFound) {
   textbase::TextBoard text_board;
   expect_found(text_board, "base with Marco's text protocol, 'sim' at 115200");
@@ -279,7 +309,9 @@ TEST(Devices, NoiseIsNobody) {
 // A5 and a command of Slamtec's or YDLIDAR's family press a started Roomba's buttons; see
 // questions.hpp for the others.
 TEST(Devices, QuestionsChangeNothing) {
-  for (const Question& question : questions()) {
+  std::vector<Question> all = questions();
+  all.insert(all.end(), network_questions().begin(), network_questions().end());
+  for (const Question& question : all) {
     const Bytes& bytes = question.bytes;
     for (std::size_t i = 0; i + 1 < bytes.size(); ++i) {
       if (bytes[i] != 0xA5) continue;

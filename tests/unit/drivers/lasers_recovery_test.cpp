@@ -1,6 +1,8 @@
 // What a laser's line may do to its driver, alike for all of them; the times are printed.
 #include <cstdio>
 
+#include "drivers/cola/driver.hpp"
+#include "drivers/cola/emulator.hpp"
 #include "drivers/hokuyo/driver.hpp"
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/ldlidar/driver.hpp"
@@ -147,6 +149,22 @@ Device ydlidar_laser(const char* name,
 Device x4_laser() { return ydlidar_laser("X4", 1.8, {}); }
 Device g4_laser() { return ydlidar_laser("G4", 1.8, ydlidar::g4()); }
 Device x2_laser() { return ydlidar_laser("X2", 2.7, ydlidar::x2()); }
+
+Device tim_laser() {
+  const cola::ColaEmulatorOptions options;
+  auto laser = std::make_unique<cola::ColaEmulator>(test_world, options);
+  cola::ColaEmulator* pressed = laser.get();
+  return {"TiM561",
+          0.5,
+          options.power_on_s + options.warm_up_s,
+          false,
+          std::move(laser),
+          [pressed](Utime now) { pressed->power_cycle(now); },
+          {},
+          [](ByteStream& stream, Clock clock) {
+            return std::make_unique<cola::ColaDriver>(stream, cola::ColaOptions{}, clock);
+          }};
+}
 
 Device leuze_laser() {
   return {"Leuze",
@@ -324,6 +342,7 @@ INSTANTIATE_TEST_SUITE_P(Lasers,
                          ::testing::Values(sick_laser,
                                            fast_sick_laser,
                                            hokuyo_laser,
+                                           tim_laser,
                                            a1_laser,
                                            c1_laser,
                                            s2_laser,

@@ -78,12 +78,12 @@ bool is_row_of_nodes(Heard bytes) {
 }
 
 bool has_capsules(Heard bytes) {
-  for (std::size_t at = 0; at + 2 * rplidar::kCapsuleSize <= bytes.size(); ++at) {
-    const auto rest = bytes.subspan(at);
-    if (rplidar::decode_capsule(rest.first<rplidar::kCapsuleSize>()) &&
-        rplidar::decode_capsule(
-            rest.subspan(rplidar::kCapsuleSize).first<rplidar::kCapsuleSize>())) {
-      return true;
+  for (const uint8_t kind : {rplidar::kCapsules, rplidar::kUltraCapsules}) {
+    const std::size_t size = rplidar::capsule_size(kind);
+    for (std::size_t at = 0; at + 2 * size <= bytes.size(); ++at) {
+      const bool two = rplidar::is_marked_capsule(bytes.subspan(at, size)) &&
+                       rplidar::is_marked_capsule(bytes.subspan(at + size, size));
+      if (two) return true;
     }
   }
   return false;

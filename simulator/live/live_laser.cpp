@@ -61,6 +61,8 @@ std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
           Models<drivers::rplidar::RplidarEmulatorOptions>{
               {"rplidar", {}},
               {"rplidar_a2", a2},
+              {"rplidar_a3", drivers::rplidar::a3()},
+              {"rplidar_s1", drivers::rplidar::s1()},
               {"rplidar_c1", drivers::rplidar::c1()},
               {"rplidar_s2", drivers::rplidar::s2()}})) {
     return laser;
@@ -91,12 +93,11 @@ std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
     return std::make_unique<drivers::leuze::LeuzeServiceEmulator>(
         std::move(world), drivers::leuze::thesis_a_geometry());
   }
-  require(
-      spec.device == "leuze",
-      "lasers.device '" + spec.device +
-          "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
-          "rplidar_a2, rplidar_c1, rplidar_s2, ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4, "
-          "hokuyo_utm, hokuyo_ust, tim551, tim561 or lms111");
+  require(spec.device == "leuze", "lasers.device '" + spec.device +
+                                      "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
+                                      "rplidar_a2, rplidar_a3, rplidar_s1, rplidar_c1, rplidar_s2, "
+                                      "ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4, "
+                                      "hokuyo_utm, hokuyo_ust, tim551, tim561 or lms111");
   drivers::leuze::LeuzeEmulatorOptions options;
   if (spec.baud > 0) options.baud = spec.baud;
   if (spec.tcp_port >= 0) options.baud = 0;

@@ -4,6 +4,7 @@
 #include "drivers/ldlidar/codec.hpp"
 #include "drivers/leuze/codec.hpp"
 #include "drivers/rplidar/codec.hpp"
+#include "drivers/rplidar/ultra_capsule.hpp"
 #include "drivers/sick/codec.hpp"
 #include "drivers/ydlidar/answer_parser.hpp"
 #include "tests/fuzz/telegrams.hpp"
@@ -190,15 +191,18 @@ MARCO_FUZZ(rplidar) {
   const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
     Input fields(piece);
     const uint8_t what = fields.byte();
-    switch (what % 7) {
+    switch (what % 8) {
       case 0:
         return rplidar::encode_descriptor(fields.byte(), fields.byte() % 2 != 0, fields.byte());
       case 1:
         return rplidar::encode_descriptor(rplidar::kNodeSize, true, rplidar::kNodes);
       case 2:
         return rplidar::encode_descriptor(rplidar::kCapsuleSize, true, rplidar::kCapsules);
-      case 5:
+      case 3:
         return rplidar::encode_descriptor(rplidar::kCapsuleSize, true, rplidar::kDenseCapsules);
+      case 6:
+        return rplidar::encode_descriptor(rplidar::kUltraCapsuleSize, true,
+                                          rplidar::kUltraCapsules);
       default:
         break;
     }
@@ -206,7 +210,7 @@ MARCO_FUZZ(rplidar) {
     int angle_q6 = fields.byte() * 64;
     while (!fields.empty()) {
       angle_q6 += fields.byte();
-      if (what % 7 == 3) {
+      if (fields.byte() % 2 == 0) {
         rplidar::Node node;
         node.first = fields.byte() % 2 != 0;
         node.angle_q6 = angle_q6 % (360 * 64);
@@ -217,8 +221,10 @@ MARCO_FUZZ(rplidar) {
         capsule.first = fields.byte() % 2 != 0;
         capsule.start_q6 = angle_q6 % (360 * 64);
         for (int& distance : capsule.distance_mm) distance = fields.byte() * 16;
-        append(made, what % 7 == 4 ? rplidar::encode_capsule(capsule)
-                                   : rplidar::encode_dense_capsule(capsule));
+        for (uint32_t& cabin : capsule.cabins) cabin = fields.byte() * 0x01010101U;
+        if (what % 8 == 7) append(made, rplidar::encode_ultra_capsule(capsule));
+        if (what % 8 == 4) append(made, rplidar::encode_capsule(capsule));
+        if (what % 8 == 5) append(made, rplidar::encode_dense_capsule(capsule));
       }
     }
     return made;
@@ -228,11 +234,13 @@ MARCO_FUZZ(rplidar) {
   std::optional<rplidar::Capsule> before;
   const auto drain = [&] {
     while (const auto block = answers.next()) {
-      const bool dense = block->kind == rplidar::kDenseCapsules;
-      if (block->kind != rplidar::kCapsules && !dense) continue;
-      for (int k = 0; before && k < before->samples; ++k) {
-        const double angle = rplidar::sample_angle_deg(*before, block->capsule, k);
-        promise(angle >= 0.0 && angle < 360.0, "a sample's angle lies within a turn");
+      if (!rplidar::are_capsules(block->kind)) continue;
+      if (before) {
+        for (const auto& sample : rplidar::samples_of(*before, block->capsule)) {
+          promise(sample.angle_deg >= 0.0 && sample.angle_deg < 360.0,
+                  "a sample's angle lies within a turn");
+          promise(sample.range_mm >= 0, "no range is negative");
+        }
       }
       before = block->capsule;
     }

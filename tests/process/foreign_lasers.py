@@ -4,7 +4,7 @@
 It starts marco-sim with a robot that stands in a plain room and carries every laser below, opens each laser's
 pseudo-terminal or TCP port as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
 it casts itself. Slamtec: "Interface Protocol and Application Notes"
-(A, S series: requests, nodes, dense capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4
+(A, S series: requests, nodes, dense and ultra capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4
 and G4 development manuals (requests, packets, checksum, angle correction); health by 92 is the maker's SDK's. SICK: "Telegram Listing Ranging
 sensors LMS1xx, TiM5xx" (CoLa A). Hokuyo: "Communication Protocol Specification for SCIP 2.0".
 
@@ -60,10 +60,10 @@ def true_range_m(bearing_deg):
     return min(to_x, to_y)
 
 
-def check_range(what, bearing_deg, range_m, angle_error_deg):
+def check_range(what, bearing_deg, range_m, angle_error_deg, range_error_m=0.002):
     """The angle is rounded: the wall's range changes by so much."""
     around = [true_range_m(bearing_deg + d) for d in (-angle_error_deg, 0.0, angle_error_deg)]
-    check(what + f" at {bearing_deg:.3f} deg", min(around) - 0.002 <= range_m <= max(around) + 0.002, True)
+    check(what + f" at {bearing_deg:.3f} deg", min(around) - range_error_m <= range_m <= max(around) + range_error_m, True)
 
 
 class Line:
@@ -299,7 +299,65 @@ def configuration(line, stream, key, mode=b""):
     return data[4:]
 
 
-def judge_slamtec(port, baud, model, express_us, turns_per_s, dense):
+# Bands of a range of 12 bits: from this code on, this range, in steps of so much.
+BANDS = ((3328, 16384, 16), (1792, 4096, 8), (1280, 2048, 4), (512, 512, 2), (0, 0, 1))
+
+
+def banded(code):
+    for first, range_mm, step in BANDS:
+        if code >= first:
+            return range_mm + (code - first) * step, step
+
+
+def ultra_ranges(words, word_behind):
+    ranges = []
+    for word, behind in zip(words, words[1:] + (word_behind,)):
+        own, after = banded(word & 0xFFF), banded(behind & 0xFFF)
+        ranges.append(own + (0.5 * own[1],))
+        for difference, base in ((word >> 12 & 0x3FF, own if own[0] or not after[0] else after), (word >> 22, after)):
+            difference -= 1024 if difference >= 512 else 0
+            ranges.append((0 if difference in (-512, 511) else base[0] + difference * base[1], base[1], 0.5 * base[1]))
+    return ranges
+
+
+def ultra_behind_deg(range_mm):
+    if range_mm < 50:
+        return 7.5
+    near = 98361 // (4 * range_mm)
+    return math.degrees((int(8 * math.pi * 65536 / 180) - 64 * near - near ** 3 // 98304) / 65536)
+
+
+def judge_ultra(line, stream, express_us, turns_per_s):
+    check("this judge's ranges", [r[0] for r in ultra_ranges((0xFFC012F4, 0x801FF3EE, 0x00BFD000), 0x5EE)],
+          [1000, 1002, 1498, 1500, 0, 0, 0, 2988, 3008])
+    line.write(slamtec(0x82, b"\x01" + bytes(4)))
+    check("a scan of ultra capsules", stream.take(7), bytes.fromhex("A55A8400004084"))
+    before, told = None, 0
+    for _ in range(150):
+        data = stream.take(132)
+        xor = 0
+        for byte in data[2:]:
+            xor ^= byte
+        check("marks and sum of a capsule", (data[0], data[1]), (0xA0 | xor & 15, 0x50 | xor >> 4))
+        word, = struct.unpack_from("<H", data, 2)
+        start, words = (word & 0x7FFF) / 64, struct.unpack_from("<32I", data, 4)
+        if before is not None:
+            span = (start - before[0]) % 360
+            check("span of a capsule", span, 96 * express_us * 1e-6 * turns_per_s * 360, 0.04)
+            for k, (range_mm, _, half_step) in enumerate(ultra_ranges(before[1], words[0])):
+                if range_mm > 0:  # none: beside a corner
+                    bearing = before[0] + span * k / 96 - ultra_behind_deg(range_mm)
+                    check_range("ultra range", bearing, range_mm / 1000, 0.1, 0.002 + half_step / 1000)
+                    told += 1
+        before = start, words
+    check("nearly all samples have a range", told > 0.98 * 149 * 96, True)
+    line.write(slamtec(0x25))
+    line.drain(0.3)
+    check("silence after a stop", line.read(0.3), b"")
+    line.close()
+
+
+def judge_slamtec(port, baud, model, express_us, turns_per_s, kind):
     check("this judge's request", slamtec(0x84, bytes.fromhex("710000000000")), bytes.fromhex("A58406710000000000" "56"))
     line = Line(port, baud)
     line.write(slamtec(0x25))
@@ -312,12 +370,14 @@ def judge_slamtec(port, baud, model, express_us, turns_per_s, dense):
     mode = configuration(line, stream, 0x7C)
     check("mode", mode, b"\x01\x00")
     check("microseconds a sample", struct.unpack("<I", configuration(line, stream, 0x71, mode))[0] / 256, express_us, 0.01)
-    check("kind of answer", configuration(line, stream, 0x75, mode), b"\x85" if dense else b"\x82")
+    check("kind of answer", configuration(line, stream, 0x75, mode), bytes([kind]))
     if model >> 4 in (6, 7, 8):
         line.write(slamtec(0xA8, struct.pack("<H", 600)))
     if model >> 4 in (2, 3):
         line.write(slamtec(0xF0, struct.pack("<H", 660)))
-    if not dense:
+    if kind == 0x84:
+        return judge_ultra(line, stream, express_us, turns_per_s)
+    if kind == 0x82:
         return judge_nodes(line, stream, turns_per_s)
     line.write(slamtec(0x82, b"\x01" + bytes(4)))
     check("a scan of dense capsules", stream.take(7), bytes.fromhex("A55A5400004085"))
@@ -519,10 +579,12 @@ LASERS = {
     "lms111": lambda port: judge_cola(port, "LMS111_FieldEval", 50.0, -45.0, 0.5, 541),
     "hokuyo_ust": lambda port: judge_hokuyo(port, "UST-10LX"),
     "hokuyo_utm": lambda port: judge_hokuyo(port, "UTM-30LX"),
-    "rplidar": lambda port: judge_slamtec(port, 115200, 0x18, 254, 5.5, False),
-    "rplidar_a2": lambda port: judge_slamtec(port, 115200, 0x28, 254, 10.0, False),
-    "rplidar_c1": lambda port: judge_slamtec(port, 460800, 0x41, 200, 10.0, True),
-    "rplidar_s2": lambda port: judge_slamtec(port, 1000000, 0x71, 31.25, 10.0, True),
+    "rplidar": lambda port: judge_slamtec(port, 115200, 0x18, 254, 5.5, 0x82),
+    "rplidar_a2": lambda port: judge_slamtec(port, 115200, 0x28, 254, 10.0, 0x82),
+    "rplidar_a3": lambda port: judge_slamtec(port, 256000, 0x31, 62.5, 10.0, 0x84),
+    "rplidar_s1": lambda port: judge_slamtec(port, 256000, 0x61, 108.7, 10.0, 0x84),
+    "rplidar_c1": lambda port: judge_slamtec(port, 460800, 0x41, 200, 10.0, 0x85),
+    "rplidar_s2": lambda port: judge_slamtec(port, 1000000, 0x71, 31.25, 10.0, 0x85),
     "ld19": lambda port: judge_ldrobot(port, 230400, 4500),
     "stl27l": lambda port: judge_ldrobot(port, 921600, 21600),
     "ydlidar_x2": judge_x2,

@@ -130,7 +130,7 @@ TEST(Devices, LasersThatAnswerAreFoundAtEachRate) {
       expect_found(laser, std::string("RPLIDAR ") + name + " at " + std::to_string(baud));
     }
   }
-  for (const auto& options : {rplidar::c1(), rplidar::s2()}) {
+  for (const auto& options : {rplidar::a3(), rplidar::s1(), rplidar::c1(), rplidar::s2()}) {
     rplidar::RplidarEmulator laser(test_world, options);
     expect_found(laser, rplidar::model_name(options.model) + " at " + std::to_string(options.baud));
   }
@@ -210,7 +210,6 @@ TEST(Devices, BasesAndImusAreFound) {
   }
 }
 
-// A laser that a program left measuring talks by itself.
 // START changes what a Roomba does, so only who names its port has it asked.
 TEST(Devices, ACreateIsAskedOnRequest) {
   for (const int baud : {115'200, 57'600, 19'200}) {
@@ -227,9 +226,13 @@ TEST(Devices, ACreateIsAskedOnRequest) {
   }
 }
 
+// A laser that a program left measuring talks by itself.
 TEST(Devices, LasersLeftMeasuringAreFound) {
-  for (const char* mode : {"express", "standard"}) {
-    rplidar::RplidarEmulator laser(test_world, {});
+  for (const auto& [model, mode] :
+       {std::pair{rplidar::RplidarEmulatorOptions{}, "express"},
+        std::pair{rplidar::RplidarEmulatorOptions{}, "standard"},
+        std::pair{rplidar::a3(), "express"}, std::pair{rplidar::c1(), "express"}}) {
+    rplidar::RplidarEmulator laser(test_world, model);
     SimulatedLine line(laser);
     const auto stream = line.open({115'200});
     rplidar::RplidarOptions options;

@@ -109,6 +109,8 @@ Device a1_laser() { return rplidar_laser("RPLIDAR", 0.6, {}); }
 Device c1_laser() { return rplidar_laser("C1", 1.1, rplidar::c1()); }
 Device s2_laser() { return rplidar_laser("S2", 1.8, rplidar::s2()); }
 
+Device a3_laser() { return rplidar_laser("A3", 2.5, rplidar::a3()); }
+
 Device ldlidar_laser(const char* name, const ldlidar::LdlidarEmulatorOptions& options) {
   auto laser = std::make_unique<ldlidar::LdlidarEmulator>(test_world, options);
   ldlidar::LdlidarEmulator* pressed = laser.get();
@@ -346,6 +348,7 @@ INSTANTIATE_TEST_SUITE_P(Lasers,
                                            a1_laser,
                                            c1_laser,
                                            s2_laser,
+                                           a3_laser,
                                            ld19_laser,
                                            stl27l_laser,
                                            x2_laser,

@@ -19,6 +19,7 @@ enum class Kind {
   cola,
   leuze,
   imu,
+  bno055,
   p2os,
   textbase,
   create,

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/bno055/codec.hpp"
 #include "drivers/cola/codec.hpp"
 #include "drivers/create/codec.hpp"
 #include "drivers/devices/said_lines.hpp"
@@ -176,6 +177,17 @@ std::optional<Claim> imu_says(Heard bytes, Kind /*asked*/) {
   return Claim{Kind::imu, "WitMotion IMU"};
 }
 
+std::optional<Claim> bno055_says(Heard bytes, Kind asked) {
+  if (asked != Kind::bno055) return std::nullopt;
+  bno055::ReplyParser parser;
+  parser.expect(1);
+  parser.push(bytes);
+  const auto reply = parser.next();
+  const bool is_it = reply && reply->data == bno055::Bytes{bno055::kChipId};
+  return is_it && bytes.size() == 3 ? std::optional(Claim{Kind::bno055, "Bosch BNO055 IMU"})
+                                    : std::nullopt;
+}
+
 std::optional<Claim> p2os_says(Heard bytes, Kind asked) {
   p2os::PacketParser parser;
   parser.push(bytes);
@@ -194,8 +206,9 @@ std::optional<Claim> create_says(Heard bytes, Kind asked) {
   return Claim{Kind::create, "iRobot Create 2 or Roomba"};
 }
 
-constexpr std::array kJudges{create_says, ldlidar_says, sick_says, p2os_says,  rplidar_says,
-                             hokuyo_says, cola_says,    imu_says,  leuze_says, ydlidar_says};
+constexpr std::array kJudges{create_says,  ldlidar_says, sick_says,   p2os_says,
+                             rplidar_says, hokuyo_says,  bno055_says, cola_says,
+                             imu_says,     leuze_says,   ydlidar_says};
 
 }  // namespace
 

@@ -14,7 +14,7 @@ struct Part {
 
 std::string role_of(Kind kind) {
   if (is_laser(kind)) return "laser";
-  if (kind == Kind::imu) return "imu";
+  if (kind == Kind::imu || kind == Kind::bno055) return "imu";
   return kind == Kind::hcs12_pantilt ? "pantilt" : "base";
 }
 

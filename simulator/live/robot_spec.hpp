@@ -110,6 +110,7 @@ struct RobotSpec {
   double sonar_ring_radius_m = 0.25;  ///< hcs12; the Pioneer's ring is its maker's
   double sonar_height_m = 0.25;
   bool imu = false;
+  std::string imu_device = "witmotion";  ///< or bno055
   bool gamepad = false;
   BodySpec body;
   LivePanTiltSpec pantilt;
@@ -126,6 +127,7 @@ struct RobotSpec {
     v("sonar_ring_radius_m", sonar_ring_radius_m, kNotNegative);
     v("sonar_height_m", sonar_height_m, kPositive);
     v("imu", imu);
+    v("imu_device", imu_device);
     v("gamepad", gamepad);
     v("body", body);
     v("pantilt", pantilt);

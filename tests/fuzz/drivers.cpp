@@ -2,6 +2,8 @@
 #include <cmath>
 #include <memory>
 
+#include "drivers/bno055/driver.hpp"
+#include "drivers/bno055/emulator.hpp"
 #include "drivers/cola/driver.hpp"
 #include "drivers/cola/emulator.hpp"
 #include "drivers/create/driver.hpp"
@@ -205,7 +207,7 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
     promise(sweep.beams >= 0 && sweep.beams < 100000, "a sweep has its laser's beams");
     return std::vector<double>(static_cast<std::size_t>(sweep.beams), 1.0);
   };
-  switch (choice % 13) {
+  switch (choice % 14) {
     case 0:
       return std::make_unique<sick::SickEmulator>(world, sick::SickEmulatorOptions{});
     case 1:
@@ -229,6 +231,8 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
       return std::make_unique<textbase::TextBoard>();
     case 10:
       return std::make_unique<create::CreateEmulator>();
+    case 12:
+      return std::make_unique<bno055::Bno055Emulator>([](Utime) { return imu::Motion{}; });
     case 11:
       return std::make_unique<cola::ColaEmulator>(world, cola::ColaEmulatorOptions{});
     default:

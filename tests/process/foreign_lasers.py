@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""A judge of the lasers' emulators that shares none of our code: written from notes on the makers' documents alone.
+"""A judge of the emulators of lasers and of an inertial sensor that shares none of our code: written from notes on the makers' documents alone.
 
 It starts marco-sim with a robot that stands in a plain room and carries every laser below, opens each laser's
 pseudo-terminal or TCP port as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
 it casts itself. Slamtec: "Interface Protocol and Application Notes"
 (A, S series: requests, nodes, dense and ultra capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4
 and G4 development manuals (requests, packets, checksum, angle correction); health by 92 is the maker's SDK's. SICK: "Telegram Listing Ranging
-sensors LMS1xx, TiM5xx" (CoLa A). Hokuyo: "Communication Protocol Specification for SCIP 2.0".
+sensors LMS1xx, TiM5xx" (CoLa A). Hokuyo: "Communication Protocol Specification for SCIP 2.0". Bosch: "BNO055 Data
+sheet" (UART).
 
 Usage: foreign_lasers.py MARCO_SIM          exit 0 = every packet and range came true
 """
@@ -573,7 +574,48 @@ def judge_hokuyo(port, model):
     line.close()
 
 
-LASERS = {
+# ---- Bosch BNO055: AA 01 register n -> BB n data; AA 00 register n data -> EE 01; EE 07: no time -----------------
+
+
+def bosch(line, stream, request, tries=60):
+    for _ in range(tries):
+        line.write(request)
+        kind, second = stream.take(2)
+        if kind == 0xBB:
+            return stream.take(second)
+        check("a status", (kind, second in (1, 7)), (0xEE, True))
+        if second == 1:
+            return second
+        time.sleep(0.003)
+    sys.exit("FAILED: it never has time")
+
+
+def judge_bno055(port):
+    line = Line(port, 115200)
+    line.drain(0.1)
+    stream = Bytes(line)
+    check("its name", bosch(line, stream, b"\xaa\x01\x00\x01"), b"\xa0")
+    check("it is not configured", bosch(line, stream, b"\xaa\x01\x3d\x01"), b"\x00")
+    check("nothing is measured", bosch(line, stream, b"\xaa\x01\x08\x12"), bytes(18))
+    line.write(b"\xaa\x01\x69\x12")
+    check("no such registers", stream.take(2), b"\xee\x04")
+    for units, gravity, rate in ((0x00, 980.7, 16.0), (0x03, 1000.0, 900 / math.degrees(1))):
+        check("first mode", bosch(line, stream, b"\xaa\x00\x3d\x01\x00"), 1)
+        check("units", bosch(line, stream, bytes([0xAA, 0, 0x3B, 1, units])), 1)
+        check("fusion", bosch(line, stream, b"\xaa\x00\x3d\x01\x08"), 1)
+        time.sleep(0.05)
+        turns = []
+        for _ in range(100):
+            words = struct.unpack("<9h", bosch(line, stream, b"\xaa\x01\x08\x12"))
+            check("gravity", words[2], gravity, 1)
+            check("level", words[:2], (0, 0))
+            turns.append(words[8])
+        check("turning rate of a robot at rest, a bias of 0.2", sum(turns) / 100 / rate, 0.2, 0.03)
+    line.close()
+
+
+DEVICES = {
+    "bno055": judge_bno055,
     "tim551": lambda port: judge_cola(port, "TiM551", 15.0, -45.0, 1.0, 271),
     "tim561": lambda port: judge_cola(port, "TiM561", 15.0, -45.0, 0.3333, 811),
     "lms111": lambda port: judge_cola(port, "LMS111_FieldEval", 50.0, -45.0, 0.5, 541),
@@ -598,7 +640,7 @@ ETHERNET = ("tim551", "tim561", "lms111", "hokuyo_ust", "hokuyo_utm")
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    for device, judge in LASERS.items():
+    for device, judge in DEVICES.items():
         with tempfile.TemporaryDirectory() as folder:
             with open(f"{folder}/room.toml", "w") as file:
                 file.write(ROOM)
@@ -607,7 +649,10 @@ def main():
                 with socket.socket() as free:
                     free.bind(("127.0.0.1", 0))
                     port = free.getsockname()[1] if tcp else f"{folder}/laser"
-                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device}"\nposition_m = [0, 0, {HEIGHT_M}]\n'
+                if device == "bno055":
+                    port = f"{folder}/imu"
+                    file.write('imu = true\nimu_device = "bno055"\n')
+                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device if device != "bno055" else "sick"}"\nposition_m = [0, 0, {HEIGHT_M}]\n'
                            f'tcp_port = {port if tcp else -1}\n{OPTICS}')
             process = subprocess.Popen(
                 [sys.argv[1], "--config", f"{folder}/robot.toml", "--world", f"{folder}/room.toml", "--start", str(X_M),

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <set>
 
+#include "drivers/bno055/emulator.hpp"
 #include "drivers/cola/emulator.hpp"
 #include "drivers/create/emulator.hpp"
 #include "drivers/devices/listening.hpp"
@@ -202,6 +203,8 @@ TEST(Devices, BasesAndImusAreFound) {
       Kind::hcs12_base);
   hcs12::PanTiltEmulator head({});
   expect_found(head, "pan-tilt board of thesis B at 9600", 60.0);  // it seeks its home first
+  bno055::Bno055Emulator bno055([](Utime) { return imu::Motion{}; });
+  expect_found(bno055, "Bosch BNO055 IMU at 115200");
   for (const int baud : {9600, 115'200}) {
     imu::ImuEmulatorOptions options;
     options.baud = baud;

@@ -114,7 +114,13 @@ void Bno055Driver::on_reply(const Reply& reply, Utime left, Utime now) {
       next_request_ = next_sample_;
       return;
     case Phase::reading:
-      if (!wrote) on_motion(reply.data, left);
+      // One that does not measure tells zeros.
+      if (std::all_of(reply.data.begin(), reply.data.end(), [](uint8_t b) { return b == 0; })) {
+        phase_ = Phase::checking_mode;
+        next_request_ = now;
+        return;
+      }
+      on_motion(reply.data, left);
       // Those that it had no time for are left out.
       while (next_sample_ <= now) {
         next_sample_ = next_sample_ + Duration::from_seconds(1.0 / options_.rate_hz);

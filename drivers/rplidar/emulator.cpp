@@ -13,7 +13,8 @@ namespace {
 
 constexpr Duration kAnswerDelay = Duration::from_us(1000);
 constexpr int kGoodQuality = 47;
-constexpr int kA2 = 0x20;  // from this model on the host turns the motor, by PWM
+constexpr int kOffsetQ3 = 53;  // of an express scan's spots, 1/8 deg
+constexpr int kA2 = 0x20;      // from this model on the host turns the motor, by PWM
 
 void put(Bytes& bytes, uint32_t value, int size) {
   for (int i = 0; i < size; ++i) bytes.push_back(static_cast<uint8_t>(value >> (8 * i)));
@@ -162,12 +163,12 @@ double RplidarEmulator::angle_deg(int64_t sample) const {
          360.0;
 }
 
-std::vector<double> RplidarEmulator::measure(int count) const {
+std::vector<double> RplidarEmulator::measure(int count, double behind_deg) const {
   constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   LaserSweep sweep;
   sweep.first_beam = sample_time(next_sample_);
   sweep.beam_interval_s = sample_period_s();
-  sweep.first_bearing_rad = -angle_deg(next_sample_) * kRadPerDeg;
+  sweep.first_bearing_rad = -(angle_deg(next_sample_) - behind_deg) * kRadPerDeg;
   sweep.bearing_step_rad = -360.0 * sample_period_s() * options_.turns_per_s * kRadPerDeg;
   sweep.beams = count;
   std::vector<double> ranges_m;
@@ -230,7 +231,9 @@ void RplidarEmulator::send_capsule() {
     set_ultra_ranges(capsule, std::span(ranges_mm).first<kUltraSamples>(), ranges_mm.back());
     return output_.send(encode_ultra_capsule(capsule), next_batch());
   }
-  const std::vector<double> ranges_m = measure(batch());
+  const int offset_q3 = scan_kind_ == kCapsules ? kOffsetQ3 : 0;
+  capsule.offset_q3.fill(offset_q3);
+  const std::vector<double> ranges_m = measure(batch(), offset_q3 / 8.0);
   for (std::size_t i = 0; i < ranges_m.size(); ++i) {
     capsule.distance_mm[i] = static_cast<int>(std::lround(ranges_m[i] * 1e3));
   }

@@ -74,7 +74,8 @@ class RplidarEmulator final : public Emulator {
   double sample_period_s() const;
   Utime sample_time(int64_t sample) const;
   double angle_deg(int64_t sample) const;
-  std::vector<double> measure(int count) const;
+  /// @param behind_deg  how far the spots measured lie behind the samples' angles
+  std::vector<double> measure(int count, double behind_deg = 0.0) const;
   int batch() const {
     if (scan_kind_ == kNodes) return 8;
     if (scan_kind_ == kUltraCapsules) return kUltraSamples;

@@ -49,8 +49,10 @@ std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
   }
   if (auto laser = emulator_of<drivers::hokuyo::HokuyoEmulator>(
           spec, world,
-          Models<drivers::hokuyo::HokuyoEmulatorOptions>{
-              {"hokuyo", {}}, {"hokuyo_utm", {"UTM-30LX"}}, {"hokuyo_ust", {"UST-10LX"}}})) {
+          Models<drivers::hokuyo::HokuyoEmulatorOptions>{{"hokuyo", {}},
+                                                         {"hokuyo_scip1", {.scip1 = true}},
+                                                         {"hokuyo_utm", {"UTM-30LX"}},
+                                                         {"hokuyo_ust", {"UST-10LX"}}})) {
     return laser;
   }
   drivers::rplidar::RplidarEmulatorOptions a2;
@@ -93,11 +95,12 @@ std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
     return std::make_unique<drivers::leuze::LeuzeServiceEmulator>(
         std::move(world), drivers::leuze::thesis_a_geometry());
   }
-  require(spec.device == "leuze", "lasers.device '" + spec.device +
-                                      "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
-                                      "rplidar_a2, rplidar_a3, rplidar_s1, rplidar_c1, rplidar_s2, "
-                                      "ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4, "
-                                      "hokuyo_utm, hokuyo_ust, tim551, tim561 or lms111");
+  require(spec.device == "leuze",
+          "lasers.device '" + spec.device +
+              "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
+              "rplidar_a2, rplidar_a3, rplidar_s1, rplidar_c1, rplidar_s2, "
+              "ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4, "
+              "hokuyo_scip1, hokuyo_utm, hokuyo_ust, tim551, tim561 or lms111");
   drivers::leuze::LeuzeEmulatorOptions options;
   if (spec.baud > 0) options.baud = spec.baud;
   if (spec.tcp_port >= 0) options.baud = 0;

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <numbers>
+
 #include "drivers/hokuyo/driver.hpp"
 #include "drivers/hokuyo/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
@@ -224,6 +226,36 @@ TEST(HokuyoDriver, MergesStepsAndSkipsTurns) {
   ASSERT_EQ(scans.size(), 4u);
   EXPECT_EQ(scans[0].scan.size(), 228u);
   EXPECT_NEAR((scans[3].scan.utime - scans[2].scan.utime).seconds(), 0.2, 0.002);
+}
+
+// The nearest of the merged steps counts. Its beam points to the middle of them, so that walls that
+// fall off to the left and to the right are wrong alike.
+TEST(HokuyoDriver, AMergedBeamPointsToTheMiddleOfItsSteps) {
+  for (const double slope : {1.0, -1.0}) {
+    HokuyoEmulator emulator(
+        [slope](const LaserSweep& sweep) {
+          std::vector<double> ranges_m;
+          for (int i = 0; i < sweep.beams; ++i) {
+            ranges_m.push_back(3.0 + 0.5 * slope *
+                                         (sweep.first_bearing_rad + i * sweep.bearing_step_rad));
+          }
+          return ranges_m;
+        },
+        {});
+    SimulatedLine line(emulator);
+    const auto stream = line.open({});
+    HokuyoOptions options;
+    options.cluster = 5;
+    HokuyoDriver driver(*stream, options, [&line] { return line.now(); });
+    const auto scans = step_until(driver, line, 5.0, have(1));
+    ASSERT_EQ(scans.size(), 1u);
+    const LaserScan& scan = scans[0].scan;
+    const double two_steps_m = 0.5 * 2.0 * 2.0 * std::numbers::pi / 1024.0;
+    for (std::size_t i = 0; i + 1 < scan.size(); ++i) {  // the last has fewer steps
+      EXPECT_NEAR(static_cast<double>(scan.ranges_m[i]),
+                  3.0 + 0.5 * slope * scan.bearing_rad(i) - two_steps_m, 0.0006);
+    }
+  }
 }
 
 TEST(HokuyoDriver, IsBackAfterResetPlugAndSilence) {

@@ -130,6 +130,26 @@ TEST(Bno055Driver, IsBackAfterPlugSilenceAndBrownOut) {
   }
 }
 
+// So short that no answer is missing: its zeros are no measurement.
+TEST(Bno055Driver, ABrownOutOfAMomentGivesNoSampleOfZeros) {
+  Bno055EmulatorOptions device;
+  device.start_s = 0.0;
+  Rig rig(device);
+  rig.rate = 0.7;
+  rig.bench.run(1.0);
+  for (int i = 0; i < 50; ++i) {
+    rig.sensor.power_cycle(rig.bench.now());
+    rig.bench.run(0.5 + 0.003 * i);
+    EXPECT_EQ(rig.sensor.mode(), Mode::fusion) << i;
+  }
+  const auto samples = rig.driver.take_samples();
+  EXPECT_GT(samples.size(), 1000u);
+  for (const ImuSample& sample : samples) {
+    EXPECT_NEAR(sample.acceleration_m_per_s2.z(), 9.81, 0.01);
+    EXPECT_NEAR(sample.angular_velocity_rad_per_s.z(), 0.7, 0.02);
+  }
+}
+
 TEST(Bno055Driver, SaysWhatMayBeWrong) {
   Bno055EmulatorOptions device;
   device.overrun_part = 1.0;

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "drivers/laser/baud_search.hpp"
 #include "drivers/rplidar/turn_assembler.hpp"
+#include "drivers/transport/baud_search.hpp"
 #include "drivers/transport/byte_stream.hpp"
 #include "lcm_tools/base/options.hpp"
 

@@ -56,6 +56,7 @@ int run_imu(const process::CommonArguments& arguments,
   process::start_logging(name, arguments.log_level);
   process::catch_stop_signals();
   process::LcmBus bus(arguments.lcm_url);
+  bus.keep_going_without_network();
   process::DropCounter drops;
   const Driver checked(options);  // throws before the device is opened
   DriverLoopOptions loop_options;

@@ -70,6 +70,22 @@ LaserOptions ydlidar_x4() {
   return laser;
 }
 
+// TiM561: 15 turns a second, 270 deg in steps of a third.
+LaserOptions tim561() {
+  LaserOptions laser;
+  laser.beams = 811;
+  laser.first_bearing_deg = -135.0;
+  laser.step_deg = 0.3333;
+  laser.scans_per_s = 15.0;
+  laser.interlaced_turns = 1;
+  laser.scan_duration_s = 810 * 0.3333 / 360.0 / 15.0;
+  laser.range_min_m = 0.05;
+  laser.range_max_m = 10.0;
+  laser.no_return_m = 0.0;
+  laser.range_sigma_m = 0.02;
+  return laser;
+}
+
 // RS4: each fourth of 529 beams, 0.36 deg apart, clockwise; a turn takes 40 ms.
 LaserOptions leuze() {
   LaserOptions laser;
@@ -94,9 +110,11 @@ LaserOptions device_laser(const std::string& device) {
   if (device == "rplidar") return rplidar();
   if (device == "ld19") return ld19();
   if (device == "ydlidar_x4") return ydlidar_x4();
+  if (device == "tim561") return tim561();
   if (device == "leuze") return leuze();
-  require(device == "sick",
-          "laser '" + device + "': expected sick, hokuyo, rplidar, ld19, ydlidar_x4 or leuze");
+  require(
+      device == "sick",
+      "laser '" + device + "': expected sick, hokuyo, rplidar, ld19, ydlidar_x4, tim561 or leuze");
   return {};
 }
 

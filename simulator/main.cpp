@@ -127,7 +127,8 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_option("--laser", arguments.laser,
                    "the device whose beams are simulated; without it the preset's SICK")
-        ->check(CLI::IsMember({"sick", "hokuyo", "rplidar", "ld19", "ydlidar_x4", "leuze"}));
+        ->check(
+            CLI::IsMember({"sick", "hokuyo", "rplidar", "ld19", "ydlidar_x4", "tim561", "leuze"}));
     app.add_option("--config", arguments.config, "TOML over the preset; unknown keys are refused")
         ->check(CLI::ExistingFile);
     app.add_option("--cameras", arguments.cameras,

@@ -57,6 +57,8 @@ class BaseDriver {
   virtual void advance(Utime now, std::vector<uint8_t>& out) = 0;
   /// Appends the commands that switch the motors off.
   virtual void shut_down(std::vector<uint8_t>& out) = 0;
+  /// The speed that the line shall have from now on; nothing: as it is. Asked before advance().
+  virtual std::optional<int> take_line_speed() { return std::nullopt; }
   /// Bytes or lines that could not be decoded or were implausible.
   virtual int64_t bad_input() const = 0;
 

@@ -109,6 +109,9 @@ class BaseSession : public DeviceSession {
     const std::size_t count = stream_.read(buffer, kReadFor);
     if (count > 0) adapter_.driver().receive({buffer.data(), count}, wall_now());
     adapter_.handle_messages();
+    if (const auto baud = adapter_.driver().take_line_speed()) {
+      stream_.set_line({*baud, Parity::none});
+    }
     std::vector<uint8_t> out;
     adapter_.driver().advance(wall_now(), out);
     if (!out.empty()) stream_.write(out);

@@ -92,6 +92,7 @@ int run(const process::CommonArguments& arguments, const Options& options) {
   process::start_logging("marco-camera", arguments.log_level);
   process::catch_stop_signals();
   process::LcmBus bus(arguments.lcm_url);
+  bus.keep_going_without_network();
   process::DropCounter drops;
   process::StatusPublisher status(bus, "marco-camera", drops);
   SensorInfo info = options.info();

@@ -14,7 +14,8 @@ using Link = BaseStatus::Link;
 
 constexpr double kSilentS = 0.5;
 constexpr double kAskEveryS = 0.5;
-constexpr double kPatienceS = 4.0;  // then it sleeps, or its baud rate is another
+constexpr double kEachSpeedS = 1.4;  // asked three times
+constexpr double kPatienceS = 4.5;   // then it sleeps
 constexpr double kFastestMPerS = 2.0;
 
 Duration seconds(double value) { return Duration::from_seconds(value); }
@@ -25,8 +26,10 @@ void append(std::vector<uint8_t>& out, const Bytes& bytes) {
 
 const CreateOptions& checked(const CreateOptions& options) {
   validate(options, "create");
-  require(options.baud == 115'200 || options.baud == 57'600 || options.baud == 19'200,
-          "create.baud is 115200, 57600 or 19200, not " + std::to_string(options.baud));
+  require(
+      options.baud == 0 || options.baud == 115'200 || options.baud == 57'600 ||
+          options.baud == 19'200,
+      "create.baud is 0 (searched), 115200, 57600 or 19200, not " + std::to_string(options.baud));
   return options;
 }
 
@@ -40,6 +43,8 @@ int difference(uint16_t now, uint16_t before) {
 CreateBase::CreateBase(const CreateOptions& options)
     : BaseDriver("create", options.speeds, options.guard),
       options_(checked(options)),
+      search_(options.baud > 0 ? options.baud : kBaud,
+              options.baud > 0 ? std::vector<int>{} : std::vector<int>{19'200, 57'600}),
       odometry_(tick_m(), options.track_m),
       plan_(tick_m(), options.track_m) {
   CreateBase::speeds_changed();
@@ -52,6 +57,8 @@ double CreateBase::tick_m() const {
 void CreateBase::on_connection(bool connected, Utime now) {
   connected_ = connected;
   parser_.clear();
+  speed_due_ = heard_ ? search_.current() : search_.next();
+  next_speed_ = now + seconds(kEachSpeedS);
   begin_session(now);
   set_link(Link::down, connected ? "waiting for the robot" : "the line is gone", now);
 }
@@ -68,13 +75,13 @@ void CreateBase::begin_session(Utime now) {
 void CreateBase::receive(std::span<const uint8_t> bytes, Utime now) {
   parser_.push(bytes);
   while (const auto received = parser_.next()) {
-    on_sensors(received->sensors, now - line_time(received->bytes_after, options_.baud));
+    on_sensors(received->sensors, now - line_time(received->bytes_after, search_.current()));
   }
 }
 
 void CreateBase::on_sensors(const Sensors& sensors, Utime left) {
   understood_ = left;
-  streams_ = true;
+  streams_ = heard_ = true;
   const Pose2 before = odom_from_robot();
   const bool moved = count(sensors, left);
   plan_.note_motion(moved);
@@ -197,8 +204,12 @@ void CreateBase::advance(Utime now, std::vector<uint8_t>& out) {
     begin_session(now);
     set_link(Link::down, "the robot is silent", now);
   }
-  const std::string asleep =
-      "the robot does not answer: press CLEAN to wake it. Is the baud rate right?";
+  if (!heard_ && now > next_speed_) {
+    next_speed_ = now + seconds(kEachSpeedS);
+    speed_due_ = search_.next();
+    parser_.clear();
+  }
+  const std::string asleep = "the robot does not answer: press CLEAN to wake it";
   if (!streams_ && (now - asked_since_).seconds() > kPatienceS && status().note != asleep) {
     set_link(Link::down, asleep, now);
   }

@@ -2,16 +2,20 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "drivers/base/base_driver.hpp"
 #include "drivers/base/click_odometry.hpp"
 #include "drivers/base/wheel_plan.hpp"
 #include "drivers/create/codec.hpp"
+#include "drivers/transport/baud_search.hpp"
 
 namespace marco::drivers::create {
 
 struct CreateOptions {
-  int baud = kBaud;  ///< 57600: Roombas before the 500; 19200: after three pulses of its BRC line
+  /// 0 = searched: 115200, 19200 (after three pulses of its BRC line), 57600 (Roombas before the
+  /// 500)
+  int baud = 0;
   double wheel_diameter_m = kWheelDiameterM;
   double track_m = kTrackM;
   BaseSpeeds speeds{0.25, 1.0, 0.3};
@@ -19,7 +23,7 @@ struct CreateOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("baud", baud, Limits{19'200, 115'200});
+    v("baud", baud, Limits{0, 115'200});
     v("wheel_diameter_m", wheel_diameter_m, kPositive);
     v("track_m", track_m, kPositive);
     v("speeds", speeds);
@@ -38,6 +42,7 @@ class CreateBase : public BaseDriver {
   void receive(std::span<const uint8_t> bytes, Utime now) override;
   void advance(Utime now, std::vector<uint8_t>& out) override;
   void shut_down(std::vector<uint8_t>& out) override;
+  std::optional<int> take_line_speed() override { return std::exchange(speed_due_, std::nullopt); }
   int64_t bad_input() const override { return parser_.garbage_bytes() + implausible_; }
 
  private:
@@ -61,6 +66,10 @@ class CreateBase : public BaseDriver {
 
   CreateOptions options_;
   FrameParser parser_;
+  BaudSearch search_;
+  std::optional<int> speed_due_;
+  bool heard_ = false;  ///< a frame at this speed, ever
+  Utime next_speed_;    ///< when the next one is tried
   ClickOdometry odometry_;
   WheelPlan plan_;
   bool connected_ = false;

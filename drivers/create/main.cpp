@@ -20,7 +20,7 @@ struct Options {
 BaseProcess process_of(const Options& options) {
   return {"marco-create",
           options.device,
-          {options.base.baud, Parity::none},
+          {create::kBaud, Parity::none},  // at first
           std::make_unique<create::CreateBase>(options.base)};
 }
 

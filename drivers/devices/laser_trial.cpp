@@ -3,6 +3,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "drivers/cola/driver.hpp"
 #include "drivers/hokuyo/driver.hpp"
 #include "drivers/ldlidar/driver.hpp"
 #include "drivers/leuze/driver.hpp"
@@ -33,9 +34,12 @@ std::unique_ptr<LaserDriver> driver_of(Kind laser,
   }
   if (laser == Kind::hokuyo) {
     hokuyo::HokuyoOptions options;
-    // One on USB understands at any rate, and knows none.
-    options.baud = baud == kHokuyoBaud ? 0 : kHokuyoBaud;
+    // One on USB understands at any rate, and knows none. TCP has none.
+    options.baud = baud == kHokuyoBaud || baud == 0 ? 0 : kHokuyoBaud;
     return std::make_unique<hokuyo::HokuyoDriver>(stream, options, clock);
+  }
+  if (laser == Kind::cola) {
+    return std::make_unique<cola::ColaDriver>(stream, cola::ColaOptions{}, clock);
   }
   leuze::LeuzeOptions options;
   options.baud = baud;

@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "drivers/bno055/codec.hpp"
+#include "drivers/cola/codec.hpp"
 #include "drivers/create/codec.hpp"
 #include "drivers/devices/said_lines.hpp"
 #include "drivers/hokuyo/codec.hpp"
@@ -77,12 +79,12 @@ bool is_row_of_nodes(Heard bytes) {
 }
 
 bool has_capsules(Heard bytes) {
-  for (std::size_t at = 0; at + 2 * rplidar::kCapsuleSize <= bytes.size(); ++at) {
-    const auto rest = bytes.subspan(at);
-    if (rplidar::decode_capsule(rest.first<rplidar::kCapsuleSize>()) &&
-        rplidar::decode_capsule(
-            rest.subspan(rplidar::kCapsuleSize).first<rplidar::kCapsuleSize>())) {
-      return true;
+  for (const uint8_t kind : {rplidar::kCapsules, rplidar::kUltraCapsules}) {
+    const std::size_t size = rplidar::capsule_size(kind);
+    for (std::size_t at = 0; at + 2 * size <= bytes.size(); ++at) {
+      const bool two = rplidar::is_marked_capsule(bytes.subspan(at, size)) &&
+                       rplidar::is_marked_capsule(bytes.subspan(at + size, size));
+      if (two) return true;
     }
   }
   return false;
@@ -145,6 +147,19 @@ std::optional<Claim> hokuyo_says(Heard bytes, Kind asked) {
   return asked == Kind::hokuyo ? scip1_says(bytes) : std::nullopt;
 }
 
+std::optional<Claim> cola_says(Heard bytes, Kind /*asked*/) {
+  cola::TelegramParser parser;
+  parser.push(bytes);
+  while (const auto telegram = parser.next()) {
+    const std::string model = cola::model_of(telegram->text);
+    if (telegram->text.starts_with("sRA DeviceIdent ") && !model.empty()) {
+      return Claim{Kind::cola, "SICK " + model};
+    }
+    if (cola::decode_scan(telegram->text)) return Claim{Kind::cola, "SICK TiM or LMS1xx"};
+  }
+  return std::nullopt;
+}
+
 std::optional<Claim> leuze_says(Heard bytes, Kind /*asked*/) {
   leuze::TelegramParser parser;
   if (count_frames(parser, bytes) < 3) return std::nullopt;
@@ -160,6 +175,17 @@ std::optional<Claim> imu_says(Heard bytes, Kind /*asked*/) {
   }
   if (frames < 4 || frames * imu::kFrameBytes * 4 < bytes.size() * 3) return std::nullopt;
   return Claim{Kind::imu, "WitMotion IMU"};
+}
+
+std::optional<Claim> bno055_says(Heard bytes, Kind asked) {
+  if (asked != Kind::bno055) return std::nullopt;
+  bno055::ReplyParser parser;
+  parser.expect(1);
+  parser.push(bytes);
+  const auto reply = parser.next();
+  const bool is_it = reply && reply->data == bno055::Bytes{bno055::kChipId};
+  return is_it && bytes.size() == 3 ? std::optional(Claim{Kind::bno055, "Bosch BNO055 IMU"})
+                                    : std::nullopt;
 }
 
 std::optional<Claim> p2os_says(Heard bytes, Kind asked) {
@@ -180,8 +206,9 @@ std::optional<Claim> create_says(Heard bytes, Kind asked) {
   return Claim{Kind::create, "iRobot Create 2 or Roomba"};
 }
 
-constexpr std::array kJudges{create_says, ldlidar_says, sick_says,  p2os_says,   rplidar_says,
-                             hokuyo_says, imu_says,     leuze_says, ydlidar_says};
+constexpr std::array kJudges{create_says,  ldlidar_says, sick_says,   p2os_says,
+                             rplidar_says, hokuyo_says,  bno055_says, cola_says,
+                             imu_says,     leuze_says,   ydlidar_says};
 
 }  // namespace
 

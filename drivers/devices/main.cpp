@@ -104,7 +104,8 @@ int run(const Arguments& arguments) {
   if (ports.empty()) {
     std::puts(
         "no serial ports are plugged in: `dmesg` shows what the kernel saw. A port of the "
-        "board itself is looked at by name: marco devices /dev/ttyS0");
+        "board itself, or a laser on Ethernet, is looked at by name: marco devices /dev/ttyS0 "
+        "tcp:192.168.0.1:2112");
   }
   const std::vector<PortReport> reports = survey_all(ports, arguments.listen_only);
   if (arguments.ports.empty()) {

@@ -34,7 +34,8 @@ bool holds(const Bytes& answer, const Bytes& sent) {
 
 class Prober {
  public:
-  Prober(ByteStream& stream, const Clock& clock) : stream_(stream), clock_(clock) {}
+  Prober(ByteStream& stream, const Clock& clock, Reach reach)
+      : stream_(stream), clock_(clock), reach_(reach) {}
 
   Finding run(Manner manner) {
     listen_at_all_rates();
@@ -44,6 +45,7 @@ class Prober {
 
  private:
   void listen_at_all_rates() {
+    if (reach_ == Reach::network) return listen(0, kFirstListenS);
     for (const int baud : rates()) {
       const double whole_s = std::min(kMostListenS, kQuietS + kTwoTelegrams / baud);
       const bool first = baud == rates().front();
@@ -54,7 +56,7 @@ class Prober {
 
   bool set_line(int baud) {
     try {
-      stream_.set_line({baud, Parity::none});
+      if (baud > 0) stream_.set_line({baud, Parity::none});
     } catch (const std::invalid_argument&) {
       return false;  // a rate that this port cannot do
     }
@@ -93,7 +95,7 @@ class Prober {
   }
 
   void ask_all(Manner manner) {
-    for (const Question& question : questions()) {
+    for (const Question& question : reach_ == Reach::network ? network_questions() : questions()) {
       if (question.on_request && manner != Manner::ask_all) continue;
       if (!set_line(question.baud)) continue;
       stream_.write(question.bytes);
@@ -127,14 +129,15 @@ class Prober {
 
   ByteStream& stream_;
   const Clock& clock_;
+  Reach reach_;
   Finding best_;
   bool heard_any_ = false;
 };
 
 }  // namespace
 
-Finding probe(ByteStream& stream, const Clock& clock, Manner manner) {
-  return Prober(stream, clock).run(manner);
+Finding probe(ByteStream& stream, const Clock& clock, Manner manner, Reach reach) {
+  return Prober(stream, clock, reach).run(manner);
 }
 
 }  // namespace marco::drivers::devices

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "drivers/bno055/codec.hpp"
+#include "drivers/cola/codec.hpp"
 #include "drivers/create/codec.hpp"
 #include "drivers/p2os/codec.hpp"
 #include "drivers/rplidar/codec.hpp"
@@ -26,6 +28,7 @@ std::vector<Question> all_questions() {
   // Behind Slamtec's: an RPLIDAR waits for the rest of what this begins.
   ask(Kind::ydlidar, {128'000, 230'400, 512'000, 115'200},
       ydlidar::encode_request(ydlidar::kGetInfo));
+  ask(Kind::bno055, {bno055::kBaud}, bno055::read_request(bno055::Register::chip_id, 1));
   // A line end first: what was sent before it is nobody's command.
   ask(Kind::hokuyo, {115'200, 19'200, 57'600, 38'400}, line("\nVV\n"));
   ask(Kind::hokuyo, {115'200, 19'200, 57'600, 38'400}, line("\nV\n"));  // SCIP 1
@@ -47,6 +50,19 @@ std::vector<Question> all_questions() {
 
 const std::vector<Question>& questions() {
   static const std::vector<Question> kAll = all_questions();
+  return kAll;
+}
+
+const std::vector<Question>& network_questions() {
+  static const std::vector<Question> kAll = [] {
+    std::vector<Question> all{{Kind::cola, 0, cola::encode_telegram("sRN DeviceIdent")}};
+    for (const Question& question : questions()) {
+      if (question.bytes == all.back().bytes) continue;
+      all.push_back(question);
+      all.back().baud = 0;
+    }
+    return all;
+  }();
   return kAll;
 }
 

@@ -23,6 +23,8 @@ struct Question {
 /// wake at runs of one byte. So there is no stop and no health, no `$`, `!`, `~`, `G`, `M`, `+++`
 /// among them.
 const std::vector<Question>& questions();
+/// Of a line without rates, TCP: what speaks by Ethernet first, then each of the others once.
+const std::vector<Question>& network_questions();
 
 /// The rates at which to listen, most likely first.
 const std::vector<int>& rates();

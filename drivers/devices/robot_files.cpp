@@ -14,7 +14,7 @@ struct Part {
 
 std::string role_of(Kind kind) {
   if (is_laser(kind)) return "laser";
-  if (kind == Kind::imu) return "imu";
+  if (kind == Kind::imu || kind == Kind::bno055) return "imu";
   return kind == Kind::hcs12_pantilt ? "pantilt" : "base";
 }
 
@@ -44,8 +44,9 @@ std::vector<Part> parts_of(const std::vector<PortReport>& reports) {
   return parts;
 }
 
-bool is_usb_hokuyo(const Port& port) {
-  return port.identity.usb_id.starts_with("15d1:") || port.path.find("ttyACM") != std::string::npos;
+bool has_no_rate(const Port& port) {
+  return port.path.starts_with("tcp:") || port.identity.usb_id.starts_with("15d1:") ||
+         port.path.find("ttyACM") != std::string::npos;
 }
 
 std::string settings_of(const Part& part) {
@@ -53,8 +54,8 @@ std::string settings_of(const Part& part) {
   const std::string baud = "baud = " + std::to_string(part.report->finding.baud) + "\n";
   switch (kind) {
     case Kind::hokuyo:
-      return "[hokuyo]\nbaud = " + std::string(is_usb_hokuyo(part.report->port) ? "0" : "115200") +
-             "  # 0 = USB, which has none\n";
+      return "[hokuyo]\nbaud = " + std::string(has_no_rate(part.report->port) ? "0" : "115200") +
+             "  # 0 = USB or Ethernet, which have none\n";
     case Kind::leuze:
       return "[leuze]\n" + baud;
     case Kind::imu:
@@ -73,7 +74,8 @@ std::string settings_of(const Part& part) {
 std::string config_of(const Part& part) {
   const PortReport& report = *part.report;
   std::string text = "# " + program_of(report.finding.claim.kind) + ": " +
-                     report.finding.claim.name + " at " + std::to_string(report.finding.baud) +
+                     report.finding.claim.name +
+                     (report.finding.baud > 0 ? " at " + std::to_string(report.finding.baud) : "") +
                      ", found by `marco devices`\ndevice = " + quoted(report.port.path) + "\n";
   if (is_laser(report.finding.claim.kind)) {
     text += "[place]\nchannel = " + quoted(part.publishes) +

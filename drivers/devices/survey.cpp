@@ -39,10 +39,12 @@ std::string text_of(double value, int decimals) {
   return text;
 }
 
+/// Of a device on TCP: nothing.
+std::string at_baud(int baud) { return baud > 0 ? " at " + std::to_string(baud) : ""; }
+
 std::string device_text(const PortReport& report) {
   const Finding& finding = report.finding;
-  std::string text =
-      finding.claim.name + " at " + std::to_string(finding.baud) + " on " + report.port.path;
+  std::string text = finding.claim.name + at_baud(finding.baud) + " on " + report.port.path;
   if (report.trial && report.trial->scans_per_s > 0.0) {
     text += ", scans at " + text_of(report.trial->scans_per_s, 1) + " Hz, " +
             std::to_string(report.trial->beams) + " beams";
@@ -71,7 +73,7 @@ std::string silence_text(const PortReport& report) {
 
 std::string stranger_text(const PortReport& report) {
   const Finding& finding = report.finding;
-  const std::string arrive = "bytes arrive at " + std::to_string(finding.baud) + " that look like ";
+  const std::string arrive = "bytes arrive" + at_baud(finding.baud) + " that look like ";
   switch (finding.claim.kind) {
     case Kind::nmea:
       return arrive + "NMEA sentences, as satellite receivers send: " + finding.claim.name;
@@ -79,7 +81,7 @@ std::string stranger_text(const PortReport& report) {
       return arrive + "text: '" + finding.claim.name +
              "'. A base of your own? docs/text_base.md says what Marco understands";
     case Kind::login:
-      return "a terminal at " + std::to_string(finding.baud) + " that waits for a person: '" +
+      return "a terminal" + at_baud(finding.baud) + " that waits for a person: '" +
              finding.claim.name + "'";
     case Kind::bytes:
       return text_of(finding.bytes_per_s, 0) +
@@ -105,7 +107,8 @@ void survey_line(ByteStream& stream, const Clock& clock, PortReport& report, boo
   const bool ask = !listen_only && report.unasked.empty();
   Finding& finding = report.finding;
   const Manner asking = report.port.named ? Manner::ask_all : Manner::ask;
-  finding = probe(stream, clock, ask ? asking : Manner::listen);
+  const Reach reach = report.port.path.starts_with("tcp:") ? Reach::network : Reach::serial;
+  finding = probe(stream, clock, ask ? asking : Manner::listen, reach);
   if (listen_only || !may_be_tried(finding.claim.kind)) return;
   report.trial = try_laser(stream, clock, finding.claim.kind, finding.baud);
 }
@@ -147,6 +150,7 @@ std::string program_of(Kind kind) {
       {Kind::ldlidar, "marco-ldlidar"},   {Kind::ydlidar, "marco-ydlidar"},
       {Kind::rplidar, "marco-rplidar"},   {Kind::sick, "marco-sick"},
       {Kind::hokuyo, "marco-hokuyo"},     {Kind::leuze, "marco-leuze"},
+      {Kind::cola, "marco-cola"},         {Kind::bno055, "marco-bno055"},
       {Kind::imu, "marco-imu"},           {Kind::p2os, "marco-p2os"},
       {Kind::textbase, "marco-textbase"}, {Kind::create, "marco-create"},
       {Kind::hcs12_base, "marco-base"},   {Kind::hcs12_pantilt, "marco-pantilt"}};

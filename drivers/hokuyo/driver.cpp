@@ -15,6 +15,7 @@ constexpr microseconds kStep{50'000};
 constexpr Duration kPatience = Duration::from_us(250'000);
 constexpr int kTries = 3;
 constexpr int kUsbBaud = 115'200;  // without effect there, but a terminal needs one
+constexpr const char* kUnknown = "0E";
 constexpr std::size_t kLongestReplyBytes = 2500;
 
 }  // namespace
@@ -151,6 +152,11 @@ void HokuyoDriver::on_reply(const Reply& reply, Utime arrival) {
 void HokuyoDriver::on_answer(const Reply& reply) {
   switch (phase_) {
     case Phase::finding:
+      // Another program has left it telling its time: it obeys nothing else.
+      if (reply.status == kUnknown && tries_ < kTries) {
+        send("TM2");
+        return ask();
+      }
       return enter(baud_ == options_.baud ? Phase::asking_parameters : Phase::changing_baud);
     case Phase::changing_baud:
       if (reply.done()) set_baud(options_.baud);

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "drivers/hokuyo/scan_assembler.hpp"
-#include "drivers/laser/baud_search.hpp"
+#include "drivers/transport/baud_search.hpp"
 #include "drivers/transport/byte_stream.hpp"
 #include "lcm_tools/base/options.hpp"
 

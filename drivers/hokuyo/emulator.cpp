@@ -13,11 +13,19 @@ namespace {
 
 constexpr std::size_t kMaxRequestLine = 64;
 
+std::string six_digits(uint32_t milliseconds) {
+  char text[16];
+  std::snprintf(text, sizeof(text), "%06X", milliseconds & 0xFFFFFFU);
+  return text;
+}
+
 }  // namespace
 
 Parameters parameters_of_model(const std::string& model) {
   if (model == "URG-04LX") return {};
-  require(model == "UTM-30LX", "the Hokuyo emulator knows URG-04LX and UTM-30LX, not " + model);
+  if (model == "UST-10LX") return {"UST-10LX", 20, 30'000, 1440, 0, 1080, 540, 2400};
+  require(model == "UTM-30LX",
+          "the Hokuyo emulator knows URG-04LX, UTM-30LX and UST-10LX, not " + model);
   return {"UTM-30LX", 23, 60'000, 1440, 0, 1080, 540, 2400};
 }
 
@@ -88,7 +96,8 @@ void HokuyoEmulator::handle(const std::string& line_with_tag, Utime now) {
          "00",
          {key_line("VEND", "Hokuyo Automatic Co.,Ltd."),
           key_line("PROD",
-                   mirror_.parameters().model.substr(0, mirror_.parameters().model.find('('))),
+                   (is_urg() ? "SOKUIKI Sensor " : "") +
+                       mirror_.parameters().model.substr(0, mirror_.parameters().model.find('('))),
           key_line("FIRM", "3.3.00"), key_line("PROT", "SCIP 2.0"), key_line("SERI", "H0000001")}},
         tag, now);
   } else if (command == "PP") {
@@ -101,10 +110,10 @@ void HokuyoEmulator::handle(const std::string& line_with_tag, Utime now) {
           key_line("SCSP", std::to_string(mirror_.parameters().rpm)),
           key_line("MESM", stream_ ? "000" : "Idle"),
           key_line("SBPS", std::to_string(speed_.baud == 0 ? 115'200 : speed_.baud)),
-          key_line("TIME", std::to_string(mirror_.clock_ms(now))),
+          key_line("TIME", six_digits(mirror_.clock_ms(now))),
           key_line("STAT", "Sensor works well.")}},
         tag, now);
-  } else if (command == "SS") {
+  } else if (command == "SS" && !is_ust()) {
     handle_speed(line, tag, now);
   } else if (line == "TM1" && timing_) {
     answer({line, "00", {encode_number(mirror_.clock_ms(now), 4)}}, tag, now);
@@ -132,8 +141,11 @@ std::string HokuyoEmulator::handle_state(const std::string& line, Utime now) {
     if (command != "QT") mirror_.set_power_on(now);
     return "00";
   }
-  if (command == "HS" || command == "CR" || line == "SCIP2.0") return "00";
-  return "0E";
+  // As a real URG-04LX was seen to answer.
+  if (line == "HS0" && is_urg()) return "0C";
+  if (command == "CR" && is_urg() && laser_on_) return "03";
+  if (command == "HS" || command == "CR") return "00";
+  return line == "SCIP2.0" && !is_ust() ? "00" : "0E";
 }
 
 std::string HokuyoEmulator::handle_time(const std::string& line) {

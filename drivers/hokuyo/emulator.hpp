@@ -11,7 +11,7 @@
 namespace marco::drivers::hokuyo {
 
 struct HokuyoEmulatorOptions {
-  std::string model = "URG-04LX";  ///< or "UTM-30LX"
+  std::string model = "URG-04LX";  ///< or "UTM-30LX", "UST-10LX"
   int baud = 0;                    ///< after power-on: 19200 on RS-232; 0 = USB or TCP, no speed
   double reply_s = 0.002;
   double start_s = 0.3;  ///< from a reset until it answers
@@ -64,6 +64,9 @@ class HokuyoEmulator final : public Emulator {
     int64_t turn;  ///< of the next scan
   };
 
+  bool is_urg() const { return options_.model == "URG-04LX"; }
+  /// Ethernet alone: no speed to set, never another protocol.
+  bool is_ust() const { return options_.model == "UST-10LX"; }
   void handle(const std::string& line, Utime now);
   void answer(const Reply& reply, const std::string& tag, Utime now);
   void handle_scip1(const std::string& line, Utime now);

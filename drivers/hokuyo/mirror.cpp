@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace marco::drivers::hokuyo {
@@ -25,30 +26,32 @@ Utime HokuyoMirror::time_of(int64_t turn, int step) const {
   return start + Duration::from_seconds(turn_s() * from_rear / parameters_.steps_per_turn);
 }
 
-LaserSweep HokuyoMirror::sweep_of(int first_step, int cluster, int beams, int64_t turn) const {
+std::vector<double> HokuyoMirror::ranges_m(int first_step, int last_step, int64_t turn) const {
   const double step_rad = 2.0 * std::numbers::pi / parameters_.steps_per_turn;
   LaserSweep sweep;
   sweep.first_beam = time_of(turn, first_step);
-  sweep.beam_interval_s = turn_s() / parameters_.steps_per_turn * cluster;
+  sweep.beam_interval_s = turn_s() / parameters_.steps_per_turn;
   sweep.first_bearing_rad = (first_step - parameters_.front_step) * step_rad;
-  sweep.bearing_step_rad = step_rad * cluster;
-  sweep.beams = beams;
-  return sweep;
-}
-
-std::vector<double> HokuyoMirror::ranges_m(int first_step, int last_step, int64_t turn) const {
-  return world_(sweep_of(first_step, 1, std::max(0, last_step - first_step + 1), turn));
+  sweep.bearing_step_rad = step_rad;
+  sweep.beams = std::max(0, last_step - first_step + 1);
+  return world_(sweep);
 }
 
 Measurement HokuyoMirror::measure(const ScanRequest& request, int64_t turn) {
-  const LaserSweep sweep = sweep_of(request.first_step, request.cluster, request.values(), turn);
-  last_first_beam_ = sweep.first_beam;
+  last_first_beam_ = time_of(turn, request.first_step);
   const Utime rear = time_of(turn, parameters_.front_step - parameters_.steps_per_turn / 2);
   Measurement scan;
   scan.timestamp_ms = clock_ms(rear);
   const int64_t largest =
       std::min(parameters_.range_max_mm, request.characters == 3 ? 262'143 : 4095);
-  for (const double range_m : world_(sweep)) {
+  // Of steps that are merged the nearest counts.
+  const std::vector<double> steps_m = ranges_m(request.first_step, request.last_step, turn);
+  for (int i = 0; i < request.values(); ++i) {
+    double range_m = std::numeric_limits<double>::infinity();
+    for (int k = i * request.cluster; k < (i + 1) * request.cluster; ++k) {
+      const auto step = static_cast<std::size_t>(k);
+      if (step < steps_m.size() && steps_m[step] < range_m) range_m = steps_m[step];
+    }
     const bool good = std::isfinite(range_m) && range_m >= 0.001 * parameters_.range_min_mm &&
                       std::lround(range_m * 1000.0) <= largest;
     scan.values_mm.push_back(good ? static_cast<uint32_t>(std::lround(range_m * 1000.0)) : kNoEcho);

@@ -31,8 +31,6 @@ class HokuyoMirror {
   Utime last_first_beam() const { return last_first_beam_; }
 
  private:
-  LaserSweep sweep_of(int first_step, int cluster, int beams, int64_t turn) const;
-
   LaserWorld world_;
   Parameters parameters_;
   Utime power_on_;

@@ -46,8 +46,10 @@ void ScanAssembler::add(const Reply& reply, Utime end, Utime arrival) {
 LaserScan ScanAssembler::scan_of(const Measurement& measured, Utime rear) const {
   LaserScan scan;
   const double step_rad = 2.0 * std::numbers::pi / parameters_.steps_per_turn;
-  scan.utime = rear + Duration::from_seconds(from_rear_s(request_.first_step));
-  scan.first_bearing_rad = (request_.first_step - parameters_.front_step) * step_rad;
+  // A merged beam stands for the middle of its steps.
+  const double middle = 0.5 * (request_.cluster - 1);
+  scan.utime = rear + Duration::from_seconds(from_rear_s(request_.first_step) + middle * step_s());
+  scan.first_bearing_rad = (request_.first_step - parameters_.front_step + middle) * step_rad;
   scan.bearing_step_rad = step_rad * request_.cluster;
   const auto beyond_m = static_cast<float>(0.001 * parameters_.range_max_mm);
   const double beam_s = step_s() * request_.cluster;

@@ -61,7 +61,7 @@ Scip1Answer answer_scip1(const std::string& line,
   } else if (line == "V") {
     data =
         "VEND:Hokuyo Automatic Co.,Ltd.\nPROD:SOKUIKI Sensor URG-04LX\nFIRM:1.1.00\n"
-        "PROT:SCIP 1.1\nSERI:H0000001\n";
+        "PROT:00003,(SCIP 1.0)\nSERI:H0000001\nSTAT:Sensor works well.\n";
   } else if (line == "L0" || line == "L1") {
     answer.laser_on = line == "L1";
   } else if (line.size() == 14 && line[0] == 'S' && has_baud) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ struct ImuOptions {
 /// beginning of its first frame on the line.
 class ImuDriver {
  public:
+  static constexpr std::chrono::microseconds kStep{20'000};  ///< to wait for bytes
+
   explicit ImuDriver(const ImuOptions& options);
 
   void on_connection(bool connected, Utime now);

@@ -78,6 +78,7 @@ int run_laser_until_stopped(const process::CommonArguments& arguments, const Las
   process::start_logging(laser.process, arguments.log_level);
   process::catch_stop_signals();
   process::LcmBus bus(arguments.lcm_url);
+  bus.keep_going_without_network();
   const std::string lidar = channels::lidar_of(laser.place.channel);
   spdlog::info("{} on {} and {} of {}", laser.address, lidar, channels::raw_channel_of(lidar),
                process::effective_lcm_url(arguments.lcm_url));

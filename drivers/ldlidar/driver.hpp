@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
-#include "drivers/laser/baud_search.hpp"
 #include "drivers/laser/packet_turns.hpp"
 #include "drivers/ldlidar/codec.hpp"
+#include "drivers/transport/baud_search.hpp"
 #include "drivers/transport/byte_stream.hpp"
 #include "lcm_tools/base/options.hpp"
 

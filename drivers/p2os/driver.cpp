@@ -55,7 +55,7 @@ void P2osBase::on_packet(const Bytes& payload, Utime arrival) {
   }
   const auto sip = decode_sip(payload);
   if (!sip) return on_other_packet(payload, arrival);
-  const double line_s = (static_cast<double>(payload.size()) + 5.0) * 10.0 / kBaud;
+  const double line_s = (static_cast<double>(payload.size()) + 5.0) * 10.0 / session_.baud();
   on_sip(*sip, arrival - Duration::from_seconds(line_s), arrival);
 }
 

@@ -44,6 +44,7 @@ class P2osBase : public BaseDriver {
   void advance(Utime now, std::vector<uint8_t>& out) override;
   void shut_down(std::vector<uint8_t>& out) override;
   void look(const PanTiltCommand& command, Utime now) override;
+  std::optional<int> take_line_speed() override { return session_.take_line_speed(); }
   int64_t bad_input() const override { return session_.bad_packets(); }
   const RobotName& name() const { return session_.name(); }
 

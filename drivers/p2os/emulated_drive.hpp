@@ -20,6 +20,7 @@ struct P2osEmulatorOptions {
   int bumpers_each_end = 5;  ///< 0 = none: then its packets show all of them pressed
   bool tells_config = true;  ///< old firmware does not
   int ticks_per_mm = 39;     ///< of the wheel encoders; ours
+  int host_baud = 0;         ///< in its flash: 0 9600, 1 19200, 2 38400, 3 57600, 4 115200
 };
 
 /// The motion of an emulated Pioneer: its wheels do what they are told, its own dead reckoning is

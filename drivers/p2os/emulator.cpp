@@ -18,7 +18,9 @@ P2osEmulator::P2osEmulator(P2osWorld world, const P2osEmulatorOptions& options)
     : world_(std::move(world)),
       options_(options),
       drive_(options),
-      requested_(world_, options_, drive_) {}
+      requested_(world_, options_, drive_) {
+  set_host_baud(options_.host_baud);
+}
 
 void P2osEmulator::reset() {
   const Utime last_packet = client_.last_packet;
@@ -26,7 +28,7 @@ void P2osEmulator::reset() {
   client_.last_packet = last_packet;
   drive_.reset();
   requested_.reset();
-  set_host_baud(0);
+  set_host_baud(options_.host_baud);
   output_.clear();
   parser_.clear();
 }
@@ -82,7 +84,7 @@ void P2osEmulator::close() {
   client_.sync = 0;
   drive_.release();
   requested_.stop_repeating();
-  set_host_baud(0);
+  set_host_baud(options_.host_baud);
 }
 
 void P2osEmulator::set_host_baud(int code) {

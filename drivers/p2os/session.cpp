@@ -13,6 +13,7 @@ void Session::on_connection(bool connected, Utime now) {
   connected_ = connected;
   parser_.clear();
   to_send_.clear();
+  speed_due_ = heard_ ? search_.current() : search_.next();
   restart(now);
 }
 
@@ -26,6 +27,7 @@ std::vector<Bytes> Session::receive(std::span<const uint8_t> bytes, Utime now) {
   parser_.push(bytes);
   while (auto payload = parser_.next()) {
     last_packet_ = now;
+    heard_ = true;
     payloads.push_back(std::move(*payload));
   }
   return payloads;
@@ -67,7 +69,13 @@ bool Session::advance(Utime now) {
     next_sync_ = now + Duration::from_seconds(kSyncS);
     say(static_cast<CommandId>(sync_));
   }
-  if ((now - last_packet_).seconds() > kSilentS) return false;
+  if ((now - last_packet_).seconds() > kSilentS) {
+    if (!heard_) {
+      parser_.clear();
+      speed_due_ = search_.next();
+    }
+    return false;
+  }
   if (is_open() && to_send_.empty() && (now - last_sent_).seconds() > kPulseS)
     say(CommandId::pulse);
   return true;

@@ -6,13 +6,16 @@
 #include <span>
 #include <vector>
 
-/// Slamtec RPLIDAR A1 and A2, and of A3, C1 and the S family what they share with these and the
-/// dense capsules (ultra ones are not read; no device of these families was at hand): requests A5
-/// command [length data xor]; answers begin with a descriptor A5 5A, length and kind, followed by
-/// one block of data or by an endless stream of blocks.
+/// Slamtec RPLIDAR A, C and S: nodes, express, dense and ultra capsules (those of an S3's newest
+/// modes are not read; of A3, C1 and S no device was at hand): requests A5 command [length data
+/// xor]; answers begin with a descriptor A5 5A, length and kind, followed by one block of data or
+/// by an endless stream of blocks.
 namespace marco::drivers::rplidar {
 
 using Bytes = std::vector<uint8_t>;
+
+inline constexpr uint8_t kSync = 0xA5;   ///< begins a request and an answer
+inline constexpr uint8_t kSync2 = 0x5A;  ///< behind it in an answer
 
 inline constexpr uint8_t kStop = 0x25;
 inline constexpr uint8_t kReset = 0x40;
@@ -34,6 +37,7 @@ inline constexpr uint8_t kSampleRate = 0x15;
 inline constexpr uint8_t kConfiguration = 0x20;
 inline constexpr uint8_t kNodes = 0x81;
 inline constexpr uint8_t kCapsules = 0x82;
+inline constexpr uint8_t kUltraCapsules = 0x84;
 inline constexpr uint8_t kDenseCapsules = 0x85;
 inline constexpr uint8_t kAccessoryFlag = 0xFF;
 
@@ -47,6 +51,9 @@ inline constexpr std::size_t kNodeSize = 5;
 inline constexpr std::size_t kCapsuleSize = 84;
 inline constexpr int kCapsuleSamples = 32;
 inline constexpr int kDenseSamples = 40;
+inline constexpr int kUltraSamples = 96;
+inline constexpr int kUltraCabins = 32;
+inline constexpr int kTurnQ6 = 360 * 64;
 
 Bytes encode_request(uint8_t command, std::span<const uint8_t> data = {});
 Bytes motor_request(int pwm);
@@ -85,9 +92,10 @@ std::optional<Node> decode_node(std::span<const uint8_t, kNodeSize> bytes);
 struct Capsule {
   bool first = false;             ///< after the start of the scan
   int start_q6 = 0;               ///< angle of its first sample, 1/64 deg
-  int samples = kCapsuleSamples;  ///< or kDenseSamples
+  int samples = kCapsuleSamples;  ///< or kDenseSamples, kUltraSamples
   std::array<int, kDenseSamples> distance_mm{};
-  std::array<int, kDenseSamples> offset_q3{};  ///< 1/8 deg, 0..63, against the turning
+  std::array<int, kDenseSamples> offset_q3{};   ///< 1/8 deg, 0..63, against the turning
+  std::array<uint32_t, kUltraCabins> cabins{};  ///< of an ultra capsule, instead of the two above
   bool operator==(const Capsule&) const = default;
 };
 std::array<uint8_t, kCapsuleSize> encode_capsule(const Capsule& capsule);
@@ -98,8 +106,21 @@ std::optional<Capsule> decode_capsule(std::span<const uint8_t, kCapsuleSize> byt
 std::array<uint8_t, kCapsuleSize> encode_dense_capsule(const Capsule& capsule);
 std::optional<Capsule> decode_dense_capsule(std::span<const uint8_t, kCapsuleSize> bytes);
 
-/// Angle of sample k of a capsule [deg, 0..360), known only when the next has come.
-double sample_angle_deg(const Capsule& capsule, const Capsule& next, int k);
+/// Sets the two marks in front of a capsule, which hold the sum of the rest.
+void mark_capsule(std::span<uint8_t> bytes);
+bool is_marked_capsule(std::span<const uint8_t> bytes);
+
+struct PlacedSample {
+  double angle_deg = 0.0;  ///< [0..360), clockwise from ahead
+  int range_mm = 0;        ///< 0 = none
+};
+/// The samples of a capsule, known only when the next has come.
+/// @returns as many as `capsule.samples`.
+std::vector<PlacedSample> samples_of(const Capsule& capsule, const Capsule& next);
+
+/// Whether blocks of this kind are capsules of a stream.
+bool are_capsules(uint8_t kind);
+std::size_t capsule_size(uint8_t kind);
 
 /// One block of an answer.
 struct Block {
@@ -107,7 +128,7 @@ struct Block {
   bool continuous = true;       ///< no bytes were skipped since the last block
   Bytes data;                   ///< of one answer
   Node node;                    ///< kind kNodes
-  Capsule capsule;              ///< kind kCapsules or kDenseCapsules
+  Capsule capsule;              ///< of the kinds that are_capsules()
   std::size_t bytes_after = 0;  ///< pushed already, behind it
 };
 

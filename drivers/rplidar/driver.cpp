@@ -22,6 +22,7 @@ constexpr Duration kSilence = Duration::from_us(500'000);
 constexpr int kTries = 3;
 constexpr int kSearchTries = 2;  // at each rate
 constexpr int kTurnsPerMinute = 600;
+constexpr int kModesFirmware = 1 * 256 + 24;
 const std::vector<int> kOtherRates{460'800, 1'000'000, 256'000};
 
 }  // namespace
@@ -173,7 +174,7 @@ void RplidarDriver::on_timeout() {
 }
 
 void RplidarDriver::on_block(const Block& block, Utime arrival) {
-  if (block.kind == kNodes || block.kind == kCapsules || block.kind == kDenseCapsules) {
+  if (block.kind == kNodes || are_capsules(block.kind)) {
     if (phase_ == Phase::starting) phase_ = Phase::measuring;
     if (phase_ != Phase::measuring) return;
     deadline_ = arrival + kSilence;
@@ -188,13 +189,14 @@ void RplidarDriver::on_block(const Block& block, Utime arrival) {
 void RplidarDriver::on_answer(const Block& block) {
   if (phase_ == Phase::asking_info && block.kind == kInfo && block.data.size() == 20) {
     laser_.model = block.data[0];
+    laser_.firmware = block.data[2] * 256 + block.data[1];
     enter(Phase::asking_health);
   } else if (phase_ == Phase::asking_health && block.kind == kHealth && block.data.size() == 3) {
     if (block.data[0] == 2) {
       trouble_ = "the laser reports error " + std::to_string(block.data[1] | block.data[2] << 8);
       return enter(Phase::resetting);
     }
-    enter(express_ && family_of(laser_.model) >= 4 ? Phase::asking_mode : Phase::asking_rate);
+    enter(express_ && tells_modes() ? Phase::asking_mode : Phase::asking_rate);
   } else if (block.kind == kConfiguration) {
     on_configuration(block);
   } else if (phase_ == Phase::asking_rate && block.kind == kSampleRate && block.data.size() == 4) {
@@ -204,6 +206,12 @@ void RplidarDriver::on_answer(const Block& block) {
     if (express_us > 0) periods_.express_s = express_us * 1e-6;
     enter(Phase::starting);
   }
+}
+
+// An A1 and an A2 know their one express mode without being asked.
+bool RplidarDriver::tells_modes() const {
+  const int family = family_of(laser_.model);
+  return family >= 4 || (family == 3 && laser_.firmware >= kModesFirmware);
 }
 
 void RplidarDriver::on_configuration(const Block& block) {
@@ -217,7 +225,7 @@ void RplidarDriver::on_configuration(const Block& block) {
     laser_.mode = static_cast<int>(value(2) & 0xFF);
     enter(Phase::asking_answer);
   } else if (phase_ == Phase::asking_answer && data.size() >= 5 && data[0] == kModeAnswer) {
-    if (data[4] == kCapsules || data[4] == kDenseCapsules) return enter(Phase::asking_period);
+    if (are_capsules(data[4])) return enter(Phase::asking_period);
     express_ = false;  // capsules of another kind
     enter(Phase::asking_rate);
   } else if (phase_ == Phase::asking_period && data.size() >= 8 && data[0] == kModeSamplePeriod) {

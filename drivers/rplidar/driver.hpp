@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "drivers/laser/baud_search.hpp"
 #include "drivers/rplidar/turn_assembler.hpp"
+#include "drivers/transport/baud_search.hpp"
 #include "drivers/transport/byte_stream.hpp"
 #include "lcm_tools/base/options.hpp"
 
@@ -54,8 +54,8 @@ class RplidarDriver final : public LaserDriver {
     stopping,
     asking_info,
     asking_health,
-    asking_rate,  ///< A1, A2, A3
-    asking_mode,  ///< C1, S: which one is usual, then its properties
+    asking_rate,  ///< A1, A2
+    asking_mode,  ///< A3, C1, S: which one is usual, then its properties
     asking_answer,
     asking_period,
     asking_range,
@@ -65,8 +65,9 @@ class RplidarDriver final : public LaserDriver {
   };
   /// What its INFO said, and its configuration.
   struct Laser {
-    int model = 0;  ///< 0 = not known yet
-    int mode = 0;   ///< of an express scan
+    int model = 0;     ///< 0 = not known yet
+    int firmware = 0;  ///< 256 a major version
+    int mode = 0;      ///< of an express scan
     double range_max_m = 12.0;
   };
   struct SamplePeriods {
@@ -76,6 +77,7 @@ class RplidarDriver final : public LaserDriver {
 
   void try_next_speed();
   void enter(Phase phase);
+  bool tells_modes() const;
   void ask_configuration(Phase phase);
   void on_configuration(const Block& block);
   void start_scan();

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <utility>
 
+#include "drivers/rplidar/ultra_capsule.hpp"
 #include "drivers/transport/wall_clock.hpp"
 
 namespace marco::drivers::rplidar {
@@ -12,34 +13,14 @@ namespace {
 
 constexpr Duration kAnswerDelay = Duration::from_us(1000);
 constexpr int kGoodQuality = 47;
-constexpr int kA2 = 0x20;  // from this model on the host turns the motor, by PWM
+constexpr int kOffsetQ3 = 53;  // of an express scan's spots, 1/8 deg
+constexpr int kA2 = 0x20;      // from this model on the host turns the motor, by PWM
 
 void put(Bytes& bytes, uint32_t value, int size) {
   for (int i = 0; i < size; ++i) bytes.push_back(static_cast<uint8_t>(value >> (8 * i)));
 }
 
 }  // namespace
-
-// C1: 5 kHz, S2: 32 kHz.
-RplidarEmulatorOptions c1() {
-  RplidarEmulatorOptions options;
-  options.model = 0x41;
-  options.baud = 460'800;
-  options.turns_per_s = 10.0;
-  options.sample_s = options.express_s = 200e-6;
-  options.dense = true;
-  return options;
-}
-
-RplidarEmulatorOptions s2() {
-  RplidarEmulatorOptions options = c1();
-  options.model = 0x71;
-  options.baud = 1'000'000;
-  options.sample_s = 200e-6;
-  options.express_s = 31.25e-6;
-  options.range_max_m = 30.0;
-  return options;
-}
 
 RplidarEmulator::RplidarEmulator(LaserWorld world, const RplidarEmulatorOptions& options)
     : world_(std::move(world)),
@@ -92,8 +73,9 @@ void RplidarEmulator::handle(const Request& request, Utime now) {
       start_scan(kNodes, now);
       break;
     case kExpressScan:
-      start_scan(options_.dense && !request.data.empty() && request.data[0] == 1 ? kDenseCapsules
-                                                                                 : kCapsules,
+      start_scan(!request.data.empty() && request.data[0] == 1
+                     ? static_cast<uint8_t>(options_.capsules)
+                     : kCapsules,
                  now);
       break;
     case kGetInfo:
@@ -139,7 +121,7 @@ Bytes RplidarEmulator::configuration_answer(const Bytes& question) const {
       put(data, static_cast<uint32_t>(options_.range_max_m * 256.0), 4);
       break;
     case 0x75:
-      put(data, !express ? kNodes : options_.dense ? kDenseCapsules : kCapsules, 1);
+      put(data, express ? static_cast<uint8_t>(options_.capsules) : kNodes, 1);
       break;
     case 0x7C:  // the mode to be used by default
       put(data, static_cast<uint32_t>(options_.typical_mode), 2);
@@ -159,8 +141,8 @@ Bytes RplidarEmulator::configuration_answer(const Bytes& question) const {
 
 void RplidarEmulator::start_scan(uint8_t kind, Utime now) {
   if (options_.health == 2) return;  // in its protection stop it measures nothing
-  output_.send(encode_descriptor(kind == kNodes ? kNodeSize : kCapsuleSize, true, kind),
-               now + kAnswerDelay);
+  const std::size_t size = kind == kNodes ? kNodeSize : capsule_size(kind);
+  output_.send(encode_descriptor(static_cast<uint32_t>(size), true, kind), now + kAnswerDelay);
   scan_kind_ = kind;
   first_capsule_ = true;
   scan_start_ = now + kAnswerDelay;
@@ -181,12 +163,12 @@ double RplidarEmulator::angle_deg(int64_t sample) const {
          360.0;
 }
 
-std::vector<double> RplidarEmulator::measure(int count) const {
+std::vector<double> RplidarEmulator::measure(int count, double behind_deg) const {
   constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   LaserSweep sweep;
   sweep.first_beam = sample_time(next_sample_);
   sweep.beam_interval_s = sample_period_s();
-  sweep.first_bearing_rad = -angle_deg(next_sample_) * kRadPerDeg;
+  sweep.first_bearing_rad = -(angle_deg(next_sample_) - behind_deg) * kRadPerDeg;
   sweep.bearing_step_rad = -360.0 * sample_period_s() * options_.turns_per_s * kRadPerDeg;
   sweep.beams = count;
   std::vector<double> ranges_m;
@@ -198,20 +180,39 @@ std::vector<double> RplidarEmulator::measure(int count) const {
   return ranges_m;
 }
 
-void RplidarEmulator::send_batch() {
-  const int count = batch();
-  const std::vector<double> ranges_m = measure(count);
-  Capsule capsule;
-  capsule.first = first_capsule_;
-  capsule.start_q6 = static_cast<int>(angle_deg(next_sample_) * 64.0);
-  for (int i = 0; i < count; ++i) {
+// The spot that a sample measures lies behind its angle, by more the farther it is.
+std::vector<int> RplidarEmulator::measure_behind(int count) const {
+  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+  constexpr int kGuesses = 4;
+  constexpr double kSettledDeg = 0.06;  // offsets come in steps of 0.056 deg
+  std::vector<int> ranges_mm(static_cast<std::size_t>(count), 0);
+  for (int i = 0; turning_ && i < count; ++i) {
+    LaserSweep beam;
+    beam.first_beam = sample_time(next_sample_ + i);
+    beam.beams = 2;  // fewer make no sweep; the first counts
+    beam.bearing_step_rad = -1e-6;
+    double offset_deg = ultra_offset_deg(3000);
+    for (int guess = 0; guess < kGuesses; ++guess) {
+      beam.first_bearing_rad = -(angle_deg(next_sample_ + i) - offset_deg) * kRadPerDeg;
+      const std::vector<double> range_m = world_(beam);
+      const bool seen =
+          !range_m.empty() && std::isfinite(range_m[0]) && range_m[0] <= options_.range_max_m;
+      const int range_mm = seen ? static_cast<int>(std::lround(range_m[0] * 1e3)) : 0;
+      const double change_deg = ultra_offset_deg(range_mm) - offset_deg;
+      offset_deg += change_deg;
+      if (std::abs(change_deg) > kSettledDeg) continue;  // at an edge it may never settle
+      ranges_mm[static_cast<std::size_t>(i)] = range_mm;
+      break;
+    }
+  }
+  return ranges_mm;
+}
+
+void RplidarEmulator::send_nodes() {
+  const std::vector<double> ranges_m = measure(batch());
+  for (int i = 0; i < batch(); ++i) {
     const int64_t sample = next_sample_ + i;
     const double range_m = ranges_m[static_cast<std::size_t>(i)];
-    if (scan_kind_ != kNodes) {
-      capsule.distance_mm[static_cast<std::size_t>(i)] =
-          static_cast<int>(std::lround(range_m * 1e3));
-      continue;
-    }
     Node node;
     node.first = sample == 0 || angle_deg(sample) < angle_deg(sample - 1);
     node.angle_q6 = static_cast<int>(angle_deg(sample) * 64.0);
@@ -219,12 +220,34 @@ void RplidarEmulator::send_batch() {
     node.quality = range_m > 0.0 ? kGoodQuality : 0;
     output_.send(encode_node(node), sample_time(sample + 1));
   }
-  next_sample_ += count;
-  if (scan_kind_ == kCapsules) output_.send(encode_capsule(capsule), sample_time(next_sample_));
-  if (scan_kind_ == kDenseCapsules) {
-    output_.send(encode_dense_capsule(capsule), sample_time(next_sample_));
+}
+
+void RplidarEmulator::send_capsule() {
+  Capsule capsule;
+  capsule.first = std::exchange(first_capsule_, false);
+  capsule.start_q6 = static_cast<int>(angle_deg(next_sample_) * 64.0);
+  if (scan_kind_ == kUltraCapsules) {
+    const std::vector<int> ranges_mm = measure_behind(kUltraSamples + 1);
+    set_ultra_ranges(capsule, std::span(ranges_mm).first<kUltraSamples>(), ranges_mm.back());
+    return output_.send(encode_ultra_capsule(capsule), next_batch());
   }
-  first_capsule_ = false;
+  const int offset_q3 = scan_kind_ == kCapsules ? kOffsetQ3 : 0;
+  capsule.offset_q3.fill(offset_q3);
+  const std::vector<double> ranges_m = measure(batch(), offset_q3 / 8.0);
+  for (std::size_t i = 0; i < ranges_m.size(); ++i) {
+    capsule.distance_mm[i] = static_cast<int>(std::lround(ranges_m[i] * 1e3));
+  }
+  output_.send(scan_kind_ == kCapsules ? encode_capsule(capsule) : encode_dense_capsule(capsule),
+               next_batch());
+}
+
+void RplidarEmulator::send_batch() {
+  if (scan_kind_ == kNodes) {
+    send_nodes();
+  } else {
+    send_capsule();
+  }
+  next_sample_ += batch();
 }
 
 void RplidarEmulator::advance(Utime now, std::vector<uint8_t>& out) {
@@ -233,14 +256,14 @@ void RplidarEmulator::advance(Utime now, std::vector<uint8_t>& out) {
     const std::string text = "RP LIDAR System.\r\nFirmware Ver 1.29, HW Ver 7\r\n";
     output_.send(Bytes(text.begin(), text.end()), ready_);
   }
-  while (scan_kind_ != 0 && now >= sample_time(next_sample_ + batch())) send_batch();
+  while (scan_kind_ != 0 && now >= next_batch()) send_batch();
   output_.advance(now, out);
 }
 
 Utime RplidarEmulator::next_event() const {
   Utime next = output_.next_event();
   if (!greeted_) next = std::min(next, ready_);
-  if (scan_kind_ != 0) next = std::min(next, sample_time(next_sample_ + batch()));
+  if (scan_kind_ != 0) next = std::min(next, next_batch());
   return next;
 }
 

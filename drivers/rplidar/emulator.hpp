@@ -20,7 +20,7 @@ struct RplidarEmulatorOptions {
   double reset_s = 0.5;       ///< from a reset until it answers
   int health = 0;             ///< 0 good, 1 warning, 2 error
   int typical_mode = 1;       ///< told to newer tools: 0 standard, 1 express
-  bool dense = false;         ///< its express scan sends dense capsules: C1, S2, S3
+  int capsules = kCapsules;   ///< of its usual scan; kDenseCapsules: C1, S2, S3; ultra: A3, S1
   double range_max_m = 12.0;
 
   template <class Visitor>
@@ -33,11 +33,13 @@ struct RplidarEmulatorOptions {
     v("reset_s", reset_s, kNotNegative);
     v("health", health, Limits{0, 2});
     v("typical_mode", typical_mode, Limits{0, 1});
-    v("dense", dense);
+    v("capsules", capsules, Limits{kCapsules, kDenseCapsules});
     v("range_max_m", range_max_m, kPositive);
   }
 };
 
+RplidarEmulatorOptions a3();
+RplidarEmulatorOptions s1();
 RplidarEmulatorOptions c1();
 RplidarEmulatorOptions s2();
 
@@ -62,12 +64,22 @@ class RplidarEmulator final : public Emulator {
   Bytes configuration_answer(const Bytes& question) const;
   void start_scan(uint8_t kind, Utime now);
   void send_batch();
+  void send_nodes();
+  void send_capsule();
+  /// When the next block leaves: an ultra capsule tells a sample by the one behind it.
+  Utime next_batch() const {
+    return sample_time(next_sample_ + batch() + (scan_kind_ == kUltraCapsules ? 1 : 0));
+  }
+  std::vector<int> measure_behind(int count) const;
   double sample_period_s() const;
   Utime sample_time(int64_t sample) const;
   double angle_deg(int64_t sample) const;
-  std::vector<double> measure(int count) const;
+  /// @param behind_deg  how far the spots measured lie behind the samples' angles
+  std::vector<double> measure(int count, double behind_deg = 0.0) const;
   int batch() const {
-    return scan_kind_ == kNodes ? 8 : scan_kind_ == kCapsules ? kCapsuleSamples : kDenseSamples;
+    if (scan_kind_ == kNodes) return 8;
+    if (scan_kind_ == kUltraCapsules) return kUltraSamples;
+    return scan_kind_ == kCapsules ? kCapsuleSamples : kDenseSamples;
   }
   /// C1: with the scan; A1: always.
   bool turns_by_itself() const {

@@ -57,17 +57,15 @@ void TurnAssembler::add_capsule(const Block& block, Utime arrival) {
     lose_count();
   }
   if (previous && whole) {
-    for (int k = 0; k < previous->samples; ++k) {
-      const double angle_deg = sample_angle_deg(*previous, block.capsule, k);
+    for (const PlacedSample& sample : samples_of(*previous, block.capsule)) {
       // Offsets shift a sample back by a few degrees. A new turn is a long way back.
-      const bool new_turn = angle_deg < last_angle_deg_ - 180.0;
-      add_sample(clock_.count(), angle_deg,
-                 previous->distance_mm[static_cast<std::size_t>(k)] * 1e-3, new_turn);
+      const bool new_turn = sample.angle_deg < last_angle_deg_ - 180.0;
+      add_sample(clock_.count(), sample.angle_deg, sample.range_mm * 1e-3, new_turn);
     }
   }
   capsule_ = block.capsule;
   // It leaves the laser after its own last sample, a capsule behind the one counted.
-  note_arrival(arrival - line_time(kCapsuleSize, baud_) -
+  note_arrival(arrival - line_time(capsule_size(block.kind), baud_) -
                Duration::from_seconds(block.capsule.samples * clock_.sample_s()));
 }
 

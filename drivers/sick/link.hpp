@@ -3,9 +3,9 @@
 #include <chrono>
 #include <optional>
 
-#include "drivers/laser/baud_search.hpp"
 #include "drivers/laser/laser_driver.hpp"
 #include "drivers/sick/codec.hpp"
+#include "drivers/transport/baud_search.hpp"
 #include "drivers/transport/byte_stream.hpp"
 
 namespace marco::drivers::sick {

@@ -3,8 +3,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/laser/baud_search.hpp"
 #include "drivers/laser/packet_turns.hpp"
+#include "drivers/transport/baud_search.hpp"
 #include "drivers/transport/byte_stream.hpp"
 #include "drivers/ydlidar/answer_parser.hpp"
 #include "lcm_tools/base/options.hpp"

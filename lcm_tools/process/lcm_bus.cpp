@@ -1,6 +1,7 @@
 #include "lcm_tools/process/lcm_bus.hpp"
 
 #include <poll.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -20,6 +21,11 @@ namespace {
 constexpr int kLcmCapacity = 4000;
 // Drained in a row before one message is handled, so that a flood cannot starve the handlers.
 constexpr int kDrainedAtOnce = 1000;
+
+bool is_of_the_network(int error) {
+  return error == ENETUNREACH || error == ENETDOWN || error == EHOSTUNREACH || error == ENODEV ||
+         error == EADDRNOTAVAIL;
+}
 
 bool port_is_taken(const std::string& url) {
   if (!url.starts_with("udpm:")) return false;
@@ -100,11 +106,12 @@ struct LcmBus::Subscription {
   }
 };
 
-LcmBus::LcmBus(const std::string& url) : lcm_(effective_lcm_url(url)) {
-  const std::string effective = effective_lcm_url(url);
+LcmBus::LcmBus(const std::string& url)
+    : effective_url_(effective_lcm_url(url)), lcm_(effective_url_) {
   // LCM itself tries the port at the first subscription only, and then crashes.
-  if (lcm_.good() && !port_is_taken(effective)) return;
-  throw std::runtime_error("cannot open LCM at '" + effective + "': " + why_not_open(effective));
+  if (lcm_.good() && !port_is_taken(effective_url_)) return;
+  throw std::runtime_error("cannot open LCM at '" + effective_url_ +
+                           "': " + why_not_open(effective_url_));
 }
 
 LcmBus::~LcmBus() = default;
@@ -126,9 +133,18 @@ void LcmBus::subscribe_some(const std::string& channel_regex,
 void LcmBus::publish_raw(const std::string& channel,
                          std::span<const uint8_t> bytes,
                          Utime /*utime*/) {
-  if (lcm_.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size())) != 0) {
-    throw std::runtime_error("LCM could not send on " + channel);
+  errno = 0;
+  if (lcm_.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size())) == 0) {
+    if (unsent_ > 0) spdlog::info("LCM sends again; {} messages were not sent", unsent_);
+    unsent_ = 0;
+    return;
   }
+  const bool gone = is_of_the_network(errno);
+  const bool news = gone && unsent_++ == 0;  // to find out why takes time
+  std::string why = "LCM could not send on " + channel;
+  if (news) why += ": " + why_not_open(effective_url_);
+  if (!gone || !keep_going_) throw std::runtime_error(why);
+  if (news) spdlog::warn("{}", why);
 }
 
 void LcmBus::drop_oldest_until(int64_t number, Size dropped) {

@@ -43,9 +43,15 @@ class LcmBus : public Bus {
   void subscribe_some(const std::string& channel_regex,
                       std::function<bool(const RawMessage&)> wanted,
                       RawHandler handler);
+  /// @throws std::runtime_error when LCM cannot send, unless keep_going_without_network() was
+  /// called and the network is what is missing.
   void publish_raw(const std::string& channel,
                    std::span<const uint8_t> bytes,
                    Utime utime) override;
+  /// For what must outlive a network that comes and goes (Wi-Fi). Messages that cannot be sent are
+  /// dropped; the log says so once, with the command that mends it, and again when they are sent.
+  /// Not for who drives: a base that nobody can stop stops.
+  void keep_going_without_network() { keep_going_ = true; }
 
   std::map<std::string, int64_t> lost() const override { return lost_; }
 
@@ -73,8 +79,11 @@ class LcmBus : public Bus {
   enum class Size { small, large };
   void drop_oldest_until(int64_t number, Size dropped);
 
+  std::string effective_url_;
   lcm::LCM lcm_;
-  int64_t taken_ = 0;  ///< messages so far: the order of arrival over all subscriptions
+  bool keep_going_ = false;
+  int64_t unsent_ = 0;  ///< since the network is gone
+  int64_t taken_ = 0;   ///< messages so far: the order of arrival over all subscriptions
   std::size_t queued_ = 0;
   std::map<std::string, int64_t> lost_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;

@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
     process::start_logging("marco-mapping3d", arguments.log_level);
     process::catch_stop_signals();
     process::LcmBus bus(arguments.lcm_url);
+    bus.keep_going_without_network();
     mapping3d::Mapping3dAdapter adapter(bus, options,
                                         [](const std::string& line) { spdlog::warn(line); });
     diagnosis::LiveLoop loop(

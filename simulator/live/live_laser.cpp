@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/cola/emulator.hpp"
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/service_emulator.hpp"
@@ -17,62 +18,92 @@ namespace {
 constexpr double kWrongRangeM = 0.2;  // of the fault `wrong`
 constexpr double kSectorsPerDeg = 10.0;
 
+template <class Options>
+using Models = std::vector<std::pair<const char*, Options>>;
+
+/// @returns nullptr when none of the models is the spec's.
+template <class Emulator, class Options>
+std::unique_ptr<Emulator> emulator_of(const LiveLaserSpec& spec,
+                                      const drivers::LaserWorld& world,
+                                      const Models<Options>& models) {
+  for (const auto& [device, model] : models) {
+    if (spec.device != device) continue;
+    Options options = model;
+    if constexpr (requires { options.baud; }) {
+      if (spec.baud > 0) options.baud = spec.baud;
+    }
+    return std::make_unique<Emulator>(world, options);
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
                                                   drivers::LaserWorld world) {
-  const auto own = [&spec](int baud) { return spec.baud > 0 ? spec.baud : baud; };
   if (spec.device == "sick") {
     drivers::sick::SickEmulatorOptions options;
-    options.baud = own(options.baud);
+    if (spec.baud > 0) options.baud = spec.baud;
     options.power_on_s = 1.0;
     return std::make_unique<drivers::sick::SickEmulator>(std::move(world), options);
   }
-  if (spec.device == "hokuyo") {
-    return std::make_unique<drivers::hokuyo::HokuyoEmulator>(
-        std::move(world), drivers::hokuyo::HokuyoEmulatorOptions{});
+  if (auto laser = emulator_of<drivers::hokuyo::HokuyoEmulator>(
+          spec, world,
+          Models<drivers::hokuyo::HokuyoEmulatorOptions>{{"hokuyo", {}},
+                                                         {"hokuyo_scip1", {.scip1 = true}},
+                                                         {"hokuyo_utm", {"UTM-30LX"}},
+                                                         {"hokuyo_ust", {"UST-10LX"}}})) {
+    return laser;
   }
   drivers::rplidar::RplidarEmulatorOptions a2;
   a2.model = 0x28;
   a2.turns_per_s = 10.0;
-  for (const auto& [device, emulated] :
-       {std::pair{"rplidar", drivers::rplidar::RplidarEmulatorOptions{}},
-        std::pair{"rplidar_a2", a2}, std::pair{"rplidar_c1", drivers::rplidar::c1()},
-        std::pair{"rplidar_s2", drivers::rplidar::s2()}}) {
-    if (spec.device != device) continue;
-    auto options = emulated;
-    options.baud = own(options.baud);
-    return std::make_unique<drivers::rplidar::RplidarEmulator>(std::move(world), options);
+  if (auto laser = emulator_of<drivers::rplidar::RplidarEmulator>(
+          spec, world,
+          Models<drivers::rplidar::RplidarEmulatorOptions>{
+              {"rplidar", {}},
+              {"rplidar_a2", a2},
+              {"rplidar_a3", drivers::rplidar::a3()},
+              {"rplidar_s1", drivers::rplidar::s1()},
+              {"rplidar_c1", drivers::rplidar::c1()},
+              {"rplidar_s2", drivers::rplidar::s2()}})) {
+    return laser;
   }
-  for (const auto& [device, emulated] :
-       {std::pair{"ld19", drivers::ldlidar::LdlidarEmulatorOptions{}},
-        std::pair{"stl27l", drivers::ldlidar::stl27l()}}) {
-    if (spec.device != device) continue;
-    auto options = emulated;
-    options.baud = own(options.baud);
-    return std::make_unique<drivers::ldlidar::LdlidarEmulator>(std::move(world), options);
+  if (auto laser = emulator_of<drivers::ldlidar::LdlidarEmulator>(
+          spec, world,
+          Models<drivers::ldlidar::LdlidarEmulatorOptions>{
+              {"ld19", {}}, {"stl27l", drivers::ldlidar::stl27l()}})) {
+    return laser;
   }
-  for (const auto& [device, emulated] :
-       {std::pair{"ydlidar_x2", drivers::ydlidar::x2()},
-        std::pair{"ydlidar_x4", drivers::ydlidar::YdlidarEmulatorOptions{}},
-        std::pair{"ydlidar_g4", drivers::ydlidar::g4()}}) {
-    if (spec.device != device) continue;
-    auto options = emulated;
-    options.baud = own(options.baud);
-    return std::make_unique<drivers::ydlidar::YdlidarEmulator>(std::move(world), options);
+  if (auto laser = emulator_of<drivers::ydlidar::YdlidarEmulator>(
+          spec, world,
+          Models<drivers::ydlidar::YdlidarEmulatorOptions>{
+              {"ydlidar_x2", drivers::ydlidar::x2()},
+              {"ydlidar_x4", {}},
+              {"ydlidar_g4", drivers::ydlidar::g4()}})) {
+    return laser;
+  }
+  if (auto laser = emulator_of<drivers::cola::ColaEmulator>(
+          spec, world,
+          Models<drivers::cola::ColaEmulatorOptions>{{"tim551", drivers::cola::tim551()},
+                                                     {"tim561", {}},
+                                                     {"lms111", drivers::cola::lms111()}})) {
+    return laser;
   }
   // The Rotoscan of thesis A, out of calibration as it was.
   if (spec.device == "leuze_service") {
     return std::make_unique<drivers::leuze::LeuzeServiceEmulator>(
         std::move(world), drivers::leuze::thesis_a_geometry());
   }
-  require(
-      spec.device == "leuze",
-      "lasers.device '" + spec.device +
-          "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
-          "rplidar_a2, rplidar_c1, rplidar_s2, ld19, stl27l, ydlidar_x2, ydlidar_x4 or ydlidar_g4");
+  require(spec.device == "leuze",
+          "lasers.device '" + spec.device +
+              "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
+              "rplidar_a2, rplidar_a3, rplidar_s1, rplidar_c1, rplidar_s2, "
+              "ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4, "
+              "hokuyo_scip1, hokuyo_utm, hokuyo_ust, tim551, tim561 or lms111");
   drivers::leuze::LeuzeEmulatorOptions options;
-  options.baud = spec.tcp_port >= 0 ? 0 : own(options.baud);
+  if (spec.baud > 0) options.baud = spec.baud;
+  if (spec.tcp_port >= 0) options.baud = 0;
   options.geometry.scale = drivers::leuze::thesis_a_geometry().scale;
   return std::make_unique<drivers::leuze::LeuzeEmulator>(std::move(world), options);
 }

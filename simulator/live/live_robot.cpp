@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/samples.hpp"
+#include "drivers/bno055/emulator.hpp"
 #include "drivers/create/emulator.hpp"
 #include "drivers/hcs12/base_emulator.hpp"
 #include "drivers/hcs12/pantilt_emulator.hpp"
@@ -165,8 +166,13 @@ drivers::imu::Motion LiveRobot::motion_felt(Utime when) {
 }
 
 void LiveRobot::add_imu() {
-  add_device("imu", std::make_unique<drivers::imu::ImuEmulator>(
-                        [this](Utime when) { return motion_felt(when); }));
+  const auto motion = [this](Utime when) { return motion_felt(when); };
+  if (spec_.imu_device == "bno055") {
+    return add_device("imu", std::make_unique<drivers::bno055::Bno055Emulator>(motion));
+  }
+  require(spec_.imu_device == "witmotion",
+          "imu_device '" + spec_.imu_device + "': expected witmotion or bno055");
+  add_device("imu", std::make_unique<drivers::imu::ImuEmulator>(motion));
 }
 
 void LiveRobot::update(Utime now) {

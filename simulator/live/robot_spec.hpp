@@ -37,8 +37,9 @@ struct BodySpec {
 
 struct LiveLaserSpec {
   std::string port = "laser";  ///< name of its link
-  /// sick, leuze, leuze_service, hokuyo, rplidar (an A1), rplidar_a2, rplidar_c1, rplidar_s2, ld19,
-  /// stl27l, ydlidar_x2, ydlidar_x4 or ydlidar_g4
+  /// sick, leuze, leuze_service, hokuyo, rplidar (an A1), rplidar_a2, rplidar_a3, rplidar_s1,
+  /// rplidar_c1, rplidar_s2, ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4,
+  /// hokuyo_scip1, hokuyo_utm, hokuyo_ust, tim551, tim561 or lms111
   std::string device = "sick";
   std::string mount = "robot";  ///< or "pantilt"
   std::vector<double> position_m{0.0, 0.0, 0.3};
@@ -109,6 +110,7 @@ struct RobotSpec {
   double sonar_ring_radius_m = 0.25;  ///< hcs12; the Pioneer's ring is its maker's
   double sonar_height_m = 0.25;
   bool imu = false;
+  std::string imu_device = "witmotion";  ///< or bno055
   bool gamepad = false;
   BodySpec body;
   LivePanTiltSpec pantilt;
@@ -125,6 +127,7 @@ struct RobotSpec {
     v("sonar_ring_radius_m", sonar_ring_radius_m, kNotNegative);
     v("sonar_height_m", sonar_height_m, kPositive);
     v("imu", imu);
+    v("imu_device", imu_device);
     v("gamepad", gamepad);
     v("body", body);
     v("pantilt", pantilt);

@@ -30,6 +30,7 @@ int run(int argc, char** argv) {
   marco::process::start_logging("marco-line-slam", arguments.log_level);
   marco::process::catch_stop_signals();
   marco::process::LcmBus bus(arguments.lcm_url);
+  bus.keep_going_without_network();
   marco::ForeignBus sensors(bus, marco::process::load_options<marco::ForeignTable>(foreign_table),
                             [](const std::string& line) { spdlog::info(line); });
   marco::slam::LineSlamAdapter adapter(options, sensors,

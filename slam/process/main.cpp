@@ -56,6 +56,7 @@ int main(int argc, char** argv) {
     process::start_logging("marco-slam", arguments.log_level);
     process::catch_stop_signals();
     process::LcmBus bus(arguments.lcm_url);
+    bus.keep_going_without_network();
     ForeignBus sensors(bus, process::load_options<ForeignTable>(foreign_table),
                        [](const std::string& line) { spdlog::info(line); });
     slam::SlamAdapter slam(sensors, options, [](const std::string& line) { spdlog::warn(line); });

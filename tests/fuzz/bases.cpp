@@ -1,6 +1,7 @@
 // Bytes from bases, gyroscopes and gamepads.
 #include <algorithm>
 
+#include "drivers/bno055/codec.hpp"
 #include "drivers/create/codec.hpp"
 #include "drivers/gamepad/codec.hpp"
 #include "drivers/hcs12/codec.hpp"
@@ -40,6 +41,30 @@ MARCO_FUZZ(imu) {
           promise(imu::encode_frame(*frame).size() == imu::kFrameBytes, "a frame has 11 bytes");
         }
         promise(parser.waiting() < imu::kFrameBytes, "no whole frame waits");
+      });
+}
+
+MARCO_FUZZ(bno055) {
+  Input input(bytes);
+  const std::size_t count = input.byte() % 20;
+  const auto rest = input.rest();
+  bno055::ReplyParser replies;
+  bno055::RequestParser requests;
+  replies.expect(count);
+  feed(
+      rest, 7,
+      [&](auto part) {
+        replies.push(part);
+        requests.push(part);
+      },
+      [&] {
+        while (const auto reply = replies.next()) {
+          promise(reply->status || reply->data.size() == count, "a reply is as long as asked for");
+        }
+        while (const auto request = requests.next()) {
+          promise(request->count > 0 && request->count <= bno055::kMostBytes, "a request is sane");
+          promise(!request->write || request->data.size() == request->count, "it is whole");
+        }
       });
 }
 

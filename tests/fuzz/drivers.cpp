@@ -2,6 +2,10 @@
 #include <cmath>
 #include <memory>
 
+#include "drivers/bno055/driver.hpp"
+#include "drivers/bno055/emulator.hpp"
+#include "drivers/cola/driver.hpp"
+#include "drivers/cola/emulator.hpp"
 #include "drivers/create/driver.hpp"
 #include "drivers/create/emulator.hpp"
 #include "drivers/devices/listening.hpp"
@@ -86,7 +90,7 @@ void run_laser(Input input, const Options& options) {
 
 MARCO_FUZZ(laser_driver) {
   Input input(bytes);
-  switch (input.byte() % 7) {
+  switch (input.byte() % 8) {
     case 0:
       return run_laser<sick::SickDriver>(input, sick::SickOptions{});
     case 1:
@@ -99,6 +103,8 @@ MARCO_FUZZ(laser_driver) {
       return run_laser<leuze::LeuzeServiceDriver>(input, leuze::LeuzeOptions{});
     case 5:
       return run_laser<ldlidar::LdlidarDriver>(input, ldlidar::LdlidarOptions{});
+    case 6:
+      return run_laser<cola::ColaDriver>(input, cola::ColaOptions{});
     default:
       return run_laser<ydlidar::YdlidarDriver>(input, ydlidar::YdlidarOptions{});
   }
@@ -201,7 +207,7 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
     promise(sweep.beams >= 0 && sweep.beams < 100000, "a sweep has its laser's beams");
     return std::vector<double>(static_cast<std::size_t>(sweep.beams), 1.0);
   };
-  switch (choice % 12) {
+  switch (choice % 14) {
     case 0:
       return std::make_unique<sick::SickEmulator>(world, sick::SickEmulatorOptions{});
     case 1:
@@ -225,6 +231,10 @@ std::unique_ptr<Emulator> emulator_of(uint8_t choice) {
       return std::make_unique<textbase::TextBoard>();
     case 10:
       return std::make_unique<create::CreateEmulator>();
+    case 12:
+      return std::make_unique<bno055::Bno055Emulator>([](Utime) { return imu::Motion{}; });
+    case 11:
+      return std::make_unique<cola::ColaEmulator>(world, cola::ColaEmulatorOptions{});
     default:
       return std::make_unique<ydlidar::YdlidarEmulator>(world, ydlidar::YdlidarEmulatorOptions{});
   }

@@ -1,8 +1,10 @@
 // Bytes from lasers.
+#include "drivers/cola/codec.hpp"
 #include "drivers/hokuyo/codec.hpp"
 #include "drivers/ldlidar/codec.hpp"
 #include "drivers/leuze/codec.hpp"
 #include "drivers/rplidar/codec.hpp"
+#include "drivers/rplidar/ultra_capsule.hpp"
 #include "drivers/sick/codec.hpp"
 #include "drivers/ydlidar/answer_parser.hpp"
 #include "tests/fuzz/telegrams.hpp"
@@ -99,6 +101,52 @@ MARCO_FUZZ(leuze) {
   leuze::service_request();
 }
 
+MARCO_FUZZ(cola) {
+  Input input(bytes);
+  const Way way = way_of(input);
+  const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
+    Input fields(piece);
+    const uint8_t what = fields.byte();
+    if (what % 4 == 0) {
+      const auto rest = fields.rest();
+      return cola::encode_telegram(std::string(rest.begin(), rest.end()));
+    }
+    cola::ScanData scan;
+    scan.status = fields.byte() % 8;
+    scan.rate_chz = fields.byte() * 100;
+    scan.begin_us = fields.byte() << 24;
+    scan.encoders.resize(fields.byte() % 4);
+    auto& channels = what % 4 == 1 ? scan.narrow : scan.wide;
+    channels.resize(1 + fields.byte() % 3);
+    for (cola::Channel& channel : channels) {
+      channel.name = fields.byte() % 2 == 0 ? "DIST1" : "RSSI1";
+      channel.scale = fields.byte() / 16.0;
+      channel.step_e4 = fields.byte() * 64 - 4096;
+      for (int left = fields.byte(); left > 0; --left) channel.values.push_back(fields.byte());
+    }
+    std::string text = cola::encode_scan(scan, "sSN");
+    // Cut, or with one other character.
+    if (what % 8 == 2) text.resize(fields.byte() % text.size());
+    if (what % 8 == 6) text[fields.byte() % text.size()] = static_cast<char>(fields.byte());
+    return cola::encode_telegram(text);
+  });
+  cola::TelegramParser parser;
+  feed(
+      stream, way.step, [&](auto part) { parser.push(part); },
+      [&parser] {
+        while (const auto telegram = parser.next()) {
+          promise(telegram->text.size() <= cola::kMostText + 4096, "a telegram has an end");
+          cola::refusal(telegram->text);
+          cola::range_max_of(cola::model_of(telegram->text));
+          const auto scan = cola::decode_scan(telegram->text);
+          if (!scan) continue;
+          const auto again = cola::decode_scan(cola::encode_scan(*scan, "sRA"));
+          promise(again == scan, "a scan reads as it was written");
+        }
+      });
+  parser.clear();
+}
+
 MARCO_FUZZ(hokuyo) {
   Input input(bytes);
   const Way way = way_of(input);
@@ -143,15 +191,18 @@ MARCO_FUZZ(rplidar) {
   const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
     Input fields(piece);
     const uint8_t what = fields.byte();
-    switch (what % 7) {
+    switch (what % 8) {
       case 0:
         return rplidar::encode_descriptor(fields.byte(), fields.byte() % 2 != 0, fields.byte());
       case 1:
         return rplidar::encode_descriptor(rplidar::kNodeSize, true, rplidar::kNodes);
       case 2:
         return rplidar::encode_descriptor(rplidar::kCapsuleSize, true, rplidar::kCapsules);
-      case 5:
+      case 3:
         return rplidar::encode_descriptor(rplidar::kCapsuleSize, true, rplidar::kDenseCapsules);
+      case 6:
+        return rplidar::encode_descriptor(rplidar::kUltraCapsuleSize, true,
+                                          rplidar::kUltraCapsules);
       default:
         break;
     }
@@ -159,7 +210,7 @@ MARCO_FUZZ(rplidar) {
     int angle_q6 = fields.byte() * 64;
     while (!fields.empty()) {
       angle_q6 += fields.byte();
-      if (what % 7 == 3) {
+      if (fields.byte() % 2 == 0) {
         rplidar::Node node;
         node.first = fields.byte() % 2 != 0;
         node.angle_q6 = angle_q6 % (360 * 64);
@@ -170,8 +221,10 @@ MARCO_FUZZ(rplidar) {
         capsule.first = fields.byte() % 2 != 0;
         capsule.start_q6 = angle_q6 % (360 * 64);
         for (int& distance : capsule.distance_mm) distance = fields.byte() * 16;
-        append(made, what % 7 == 4 ? rplidar::encode_capsule(capsule)
-                                   : rplidar::encode_dense_capsule(capsule));
+        for (uint32_t& cabin : capsule.cabins) cabin = fields.byte() * 0x01010101U;
+        if (what % 8 == 7) append(made, rplidar::encode_ultra_capsule(capsule));
+        if (what % 8 == 4) append(made, rplidar::encode_capsule(capsule));
+        if (what % 8 == 5) append(made, rplidar::encode_dense_capsule(capsule));
       }
     }
     return made;
@@ -181,11 +234,13 @@ MARCO_FUZZ(rplidar) {
   std::optional<rplidar::Capsule> before;
   const auto drain = [&] {
     while (const auto block = answers.next()) {
-      const bool dense = block->kind == rplidar::kDenseCapsules;
-      if (block->kind != rplidar::kCapsules && !dense) continue;
-      for (int k = 0; before && k < before->samples; ++k) {
-        const double angle = rplidar::sample_angle_deg(*before, block->capsule, k);
-        promise(angle >= 0.0 && angle < 360.0, "a sample's angle lies within a turn");
+      if (!rplidar::are_capsules(block->kind)) continue;
+      if (before) {
+        for (const auto& sample : rplidar::samples_of(*before, block->capsule)) {
+          promise(sample.angle_deg >= 0.0 && sample.angle_deg < 360.0,
+                  "a sample's angle lies within a turn");
+          promise(sample.range_mm >= 0, "no range is negative");
+        }
       }
       before = block->capsule;
     }

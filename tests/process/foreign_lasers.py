@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""A judge of the lasers' emulators that shares none of our code: written from notes on the makers' documents alone.
+"""A judge of the emulators of lasers and of an inertial sensor that shares none of our code: written from notes on the makers' documents alone.
 
 It starts marco-sim with a robot that stands in a plain room and carries every laser below, opens each laser's
-pseudo-terminal as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
+pseudo-terminal or TCP port as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
 it casts itself. Slamtec: "Interface Protocol and Application Notes"
-(A, S series: requests, nodes, dense capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4
-and G4 development manuals (requests, packets, checksum, angle correction); health by 92 is the maker's SDK's.
+(A, S series: requests, nodes, dense and ultra capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4
+and G4 development manuals (requests, packets, checksum, angle correction); health by 92 is the maker's SDK's. SICK: "Telegram Listing Ranging
+sensors LMS1xx, TiM5xx" (CoLa A). Hokuyo: "Communication Protocol Specification for SCIP 2.0". Bosch: "BNO055 Data
+sheet" (UART).
 
 Usage: foreign_lasers.py MARCO_SIM          exit 0 = every packet and range came true
 """
@@ -14,6 +16,7 @@ import fcntl
 import math
 import os
 import select
+import socket
 import struct
 import subprocess
 import sys
@@ -58,10 +61,10 @@ def true_range_m(bearing_deg):
     return min(to_x, to_y)
 
 
-def check_range(what, bearing_deg, range_m, angle_error_deg):
+def check_range(what, bearing_deg, range_m, angle_error_deg, range_error_m=0.002):
     """The angle is rounded: the wall's range changes by so much."""
     around = [true_range_m(bearing_deg + d) for d in (-angle_error_deg, 0.0, angle_error_deg)]
-    check(what + f" at {bearing_deg:.3f} deg", min(around) - 0.002 <= range_m <= max(around) + 0.002, True)
+    check(what + f" at {bearing_deg:.3f} deg", min(around) - range_error_m <= range_m <= max(around) + range_error_m, True)
 
 
 class Line:
@@ -96,6 +99,31 @@ class Line:
 
     def close(self):
         os.close(self.fd)
+
+
+class Connection:
+    """The same over TCP; `port` is a number."""
+
+    def __init__(self, port):
+        until = time.monotonic() + PATIENCE_S
+        while True:
+            try:
+                self.socket = socket.create_connection(("127.0.0.1", port), 2.0)
+                break
+            except ConnectionRefusedError:
+                if time.monotonic() > until:
+                    raise
+                time.sleep(0.05)
+
+    write = property(lambda self: self.socket.sendall)
+    drain = Line.drain
+
+    def read(self, wait_s):
+        ready, _, _ = select.select([self.socket], [], [], wait_s)
+        return self.socket.recv(65536) if ready else b""
+
+    def close(self):
+        self.socket.close()
 
 
 class Bytes:
@@ -272,7 +300,65 @@ def configuration(line, stream, key, mode=b""):
     return data[4:]
 
 
-def judge_slamtec(port, baud, model, express_us, turns_per_s, dense):
+# Bands of a range of 12 bits: from this code on, this range, in steps of so much.
+BANDS = ((3328, 16384, 16), (1792, 4096, 8), (1280, 2048, 4), (512, 512, 2), (0, 0, 1))
+
+
+def banded(code):
+    for first, range_mm, step in BANDS:
+        if code >= first:
+            return range_mm + (code - first) * step, step
+
+
+def ultra_ranges(words, word_behind):
+    ranges = []
+    for word, behind in zip(words, words[1:] + (word_behind,)):
+        own, after = banded(word & 0xFFF), banded(behind & 0xFFF)
+        ranges.append(own + (0.5 * own[1],))
+        for difference, base in ((word >> 12 & 0x3FF, own if own[0] or not after[0] else after), (word >> 22, after)):
+            difference -= 1024 if difference >= 512 else 0
+            ranges.append((0 if difference in (-512, 511) else base[0] + difference * base[1], base[1], 0.5 * base[1]))
+    return ranges
+
+
+def ultra_behind_deg(range_mm):
+    if range_mm < 50:
+        return 7.5
+    near = 98361 // (4 * range_mm)
+    return math.degrees((int(8 * math.pi * 65536 / 180) - 64 * near - near ** 3 // 98304) / 65536)
+
+
+def judge_ultra(line, stream, express_us, turns_per_s):
+    check("this judge's ranges", [r[0] for r in ultra_ranges((0xFFC012F4, 0x801FF3EE, 0x00BFD000), 0x5EE)],
+          [1000, 1002, 1498, 1500, 0, 0, 0, 2988, 3008])
+    line.write(slamtec(0x82, b"\x01" + bytes(4)))
+    check("a scan of ultra capsules", stream.take(7), bytes.fromhex("A55A8400004084"))
+    before, told = None, 0
+    for _ in range(150):
+        data = stream.take(132)
+        xor = 0
+        for byte in data[2:]:
+            xor ^= byte
+        check("marks and sum of a capsule", (data[0], data[1]), (0xA0 | xor & 15, 0x50 | xor >> 4))
+        word, = struct.unpack_from("<H", data, 2)
+        start, words = (word & 0x7FFF) / 64, struct.unpack_from("<32I", data, 4)
+        if before is not None:
+            span = (start - before[0]) % 360
+            check("span of a capsule", span, 96 * express_us * 1e-6 * turns_per_s * 360, 0.04)
+            for k, (range_mm, _, half_step) in enumerate(ultra_ranges(before[1], words[0])):
+                if range_mm > 0:  # none: beside a corner
+                    bearing = before[0] + span * k / 96 - ultra_behind_deg(range_mm)
+                    check_range("ultra range", bearing, range_mm / 1000, 0.1, 0.002 + half_step / 1000)
+                    told += 1
+        before = start, words
+    check("nearly all samples have a range", told > 0.98 * 149 * 96, True)
+    line.write(slamtec(0x25))
+    line.drain(0.3)
+    check("silence after a stop", line.read(0.3), b"")
+    line.close()
+
+
+def judge_slamtec(port, baud, model, express_us, turns_per_s, kind):
     check("this judge's request", slamtec(0x84, bytes.fromhex("710000000000")), bytes.fromhex("A58406710000000000" "56"))
     line = Line(port, baud)
     line.write(slamtec(0x25))
@@ -285,12 +371,14 @@ def judge_slamtec(port, baud, model, express_us, turns_per_s, dense):
     mode = configuration(line, stream, 0x7C)
     check("mode", mode, b"\x01\x00")
     check("microseconds a sample", struct.unpack("<I", configuration(line, stream, 0x71, mode))[0] / 256, express_us, 0.01)
-    check("kind of answer", configuration(line, stream, 0x75, mode), b"\x85" if dense else b"\x82")
+    check("kind of answer", configuration(line, stream, 0x75, mode), bytes([kind]))
     if model >> 4 in (6, 7, 8):
         line.write(slamtec(0xA8, struct.pack("<H", 600)))
     if model >> 4 in (2, 3):
         line.write(slamtec(0xF0, struct.pack("<H", 660)))
-    if not dense:
+    if kind == 0x84:
+        return judge_ultra(line, stream, express_us, turns_per_s)
+    if kind == 0x82:
         return judge_nodes(line, stream, turns_per_s)
     line.write(slamtec(0x82, b"\x01" + bytes(4)))
     check("a scan of dense capsules", stream.take(7), bytes.fromhex("A55A5400004085"))
@@ -335,11 +423,210 @@ def judge_nodes(line, stream, turns_per_s):
     line.close()
 
 
-LASERS = {
-    "rplidar": lambda port: judge_slamtec(port, 115200, 0x18, 254, 5.5, False),
-    "rplidar_a2": lambda port: judge_slamtec(port, 115200, 0x28, 254, 10.0, False),
-    "rplidar_c1": lambda port: judge_slamtec(port, 460800, 0x41, 200, 10.0, True),
-    "rplidar_s2": lambda port: judge_slamtec(port, 1000000, 0x71, 31.25, 10.0, True),
+# ---- SICK CoLa A: 02, words, 03; numbers in hexadecimal, signed ones as 32 bits --------------------------------
+
+
+def cola(stream, request=None):
+    if request is not None:
+        stream.line.write(b"\x02" + request.encode() + b"\x03")
+    stream.seek(b"\x02")
+    stream.take(1)
+    text = b""
+    while (byte := stream.take(1)) != b"\x03":
+        check("a printable character", 0x20 <= byte[0] < 0x7F, True)
+        text += byte
+    return text.decode()
+
+
+def signed(word):
+    return int(word) if word[0] in "+-" else (int(word, 16) ^ 0x80000000) - 0x80000000
+
+
+def channels(words):
+    found = {}
+    for _ in range(int(next(words), 16)):
+        name = next(words)
+        scale, offset = (struct.unpack(">f", bytes.fromhex(next(words)))[0] for _ in range(2))
+        start, step, count = signed(next(words)) / 1e4, signed(next(words)) / 1e4, int(next(words), 16)
+        found[name] = start, step, [int(next(words), 16) * scale + offset for _ in range(count)]
+    return found
+
+
+def cola_scan(text):
+    words = iter(text.split(" "))
+    check("a scan", [next(words) for _ in range(2)][1], "LMDscandata")
+    head = [int(next(words), 16) for _ in range(16)]
+    check("status", head[3:5], [0, 0])
+    for _ in range(int(next(words), 16)):  # encoders
+        next(words), next(words)
+    found = {**channels(words), **channels(words)}
+    rest = " ".join(words)
+    return {"count": head[6], "begin_us": head[7], "sent_us": head[8], "rate": head[14] / 100, "rest": rest, **found}
+
+
+def judge_cola(port, model, rate, start, step, beams):
+    listed = ("sRA LMDscandata 1 1 89A27F 0 0 343 347 27477BA9 2747813B 0 0 7 0 0 1388 168 0 1 DIST1 3F800000 00000000 186A0 1388 "
+              "3 8A1 8A5 8AB 0 0 0 0 0 0")
+    scan = cola_scan(listed)
+    check("this judge on the listing's scan", (scan["DIST1"], scan["rate"], scan["count"]), ((10.0, 0.5, [2209, 2213, 2219]), 50.0, 839))
+    line = Connection(port)
+    stream = Bytes(line)
+    length, name = cola(stream, "sRN DeviceIdent").split(" ")[2:4]
+    check("model, behind its length", (int(length, 16), name), (len(model), model))
+    check("state", cola(stream, "sRN SCdevicestate"), "sRA SCdevicestate 1")
+    check("a name that nobody knows", cola(stream, "sRN Nothing"), "sFA 3")
+    check("no settings without login", cola(stream, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"), "sFA 1")
+    single = cola(stream, "sRN LMDscandata")
+    check("a single scan", single[:16], "sRA LMDscandata ")
+    check("ranges alone", "RSSI1" in cola_scan(single), False)
+    check("login", cola(stream, "sMN SetAccessMode 03 F4724744"), "sAN SetAccessMode 1")
+    check("intensities", cola(stream, "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1"), "sWA LMDscandatacfg")
+    check("run", cola(stream, "sMN Run"), "sAN Run 1")
+    check("stream", cola(stream, "sEN LMDscandata 1"), "sEA LMDscandata 1")
+    before, gaps = None, []
+    for _ in range(60):
+        text = cola(stream)
+        check("of a stream", text[:4], "sSN ")
+        scan = cola_scan(text)
+        first, by, ranges = scan["DIST1"]
+        check("fan", (first, by, len(ranges), scan["rate"]), (start, step, beams, rate))
+        check("intensities", len(scan["RSSI1"][2]), beams)
+        check("sent behind the last beam", scan["sent_us"] - scan["begin_us"] & 0xFFFFFFFF >= 1e6 * step * (beams - 1) / 360 / rate, True)
+        for i, range_mm in enumerate(ranges):
+            check_range("CoLa range", 90 - (first + i * by), range_mm / 1000, 0.001)
+        if before:
+            check("counted", scan["count"] - before["count"], 1)
+            gaps.append((scan["begin_us"] - before["begin_us"]) % 2**32)
+        before = scan
+    check("microseconds of all turns", sum(gaps) / len(gaps), 1e6 / rate, 1.0)
+    check("stopped", cola_last(stream, "sEN LMDscandata 0"), "sEA LMDscandata 0")
+    line.drain(0.2)
+    check("silence after a stop", line.read(0.3), b"")
+    line.close()
+
+
+def cola_last(stream, request):
+    """The answer, behind scans that were under way."""
+    text = cola(stream, request)
+    while text.startswith("sSN"):
+        text = cola(stream)
+    return text
+
+
+# ---- Hokuyo SCIP 2.0: echo, status, lines that end with a sum, an empty line ------------------------------------
+
+
+def scip(stream, request=None):
+    if request is not None:
+        stream.line.write(request.encode() + b"\n")
+    lines = []
+    while True:
+        text = b""
+        while (byte := stream.take(1)) != b"\n":
+            text += byte
+        if not text:
+            return lines
+        lines.append(text.decode())
+
+
+def summed(text, without_semicolon=False):
+    body = text[:-1].rstrip(";") if without_semicolon else text[:-1]
+    check("sum of a line", text[-1], chr((sum(body.encode()) & 0x3F) + 0x30))
+    return text[:-1]
+
+
+def number(text):
+    value = 0
+    for character in text:
+        value = value << 6 | ord(character) - 0x30
+    return value
+
+
+def judge_hokuyo(port, model):
+    line = Connection(port)
+    stream = Bytes(line)
+    check("stopped", scip(stream, "QT"), ["QT", "00P"])
+    facts = dict(summed(text, True).rstrip(";").split(":") for text in scip(stream, "PP")[2:])
+    check("model", facts["MODL"], model)
+    turn, front, first, last, rpm = (int(facts[key]) for key in ("ARES", "AFRT", "AMIN", "AMAX", "SCAN"))
+    check("fan", (turn, front, first, last, rpm), (1440, 540, 0, 1080, 2400))
+    if model == "UST-10LX":
+        check("it has no speed", scip(stream, "SS115200"), ["SS115200", "0Ee"])
+    check("laser on", scip(stream, "BM"), ["BM", "00P"])
+    for command, width in (("MD", 3), ("ME", 6)):
+        request = f"{command}{first:04}{last:04}01000"
+        check("stream", scip(stream, request), [request, "00P"])
+        stamps = []
+        for _ in range(40):
+            echo, status, stamp, *data = scip(stream)
+            check("a scan", (echo, summed(status)), (request, "99"))
+            stamps.append(number(summed(stamp)))
+            text = "".join(summed(part) for part in data)
+            check("lines of 64", all(len(part) == 65 for part in data[:-1]), True)
+            check("characters", len(text), width * (last - first + 1))
+            for step in range(first, last + 1):
+                at = width * (step - first)
+                check_range("SCIP range", (front - step) / 4, number(text[at:at + 3]) / 1000, 0.001)
+        check("milliseconds of all turns", stamps[-1] - stamps[0], 39 * 25, 2)
+        stream.line.write(b"QT\n")
+        while scip(stream)[0] != "QT":
+            pass
+    line.close()
+
+
+# ---- Bosch BNO055: AA 01 register n -> BB n data; AA 00 register n data -> EE 01; EE 07: no time -----------------
+
+
+def bosch(line, stream, request, tries=60):
+    for _ in range(tries):
+        line.write(request)
+        kind, second = stream.take(2)
+        if kind == 0xBB:
+            return stream.take(second)
+        check("a status", (kind, second in (1, 7)), (0xEE, True))
+        if second == 1:
+            return second
+        time.sleep(0.003)
+    sys.exit("FAILED: it never has time")
+
+
+def judge_bno055(port):
+    line = Line(port, 115200)
+    line.drain(0.1)
+    stream = Bytes(line)
+    check("its name", bosch(line, stream, b"\xaa\x01\x00\x01"), b"\xa0")
+    check("it is not configured", bosch(line, stream, b"\xaa\x01\x3d\x01"), b"\x00")
+    check("nothing is measured", bosch(line, stream, b"\xaa\x01\x08\x12"), bytes(18))
+    line.write(b"\xaa\x01\x69\x12")
+    check("no such registers", stream.take(2), b"\xee\x04")
+    for units, gravity, rate in ((0x00, 980.7, 16.0), (0x03, 1000.0, 900 / math.degrees(1))):
+        check("first mode", bosch(line, stream, b"\xaa\x00\x3d\x01\x00"), 1)
+        check("units", bosch(line, stream, bytes([0xAA, 0, 0x3B, 1, units])), 1)
+        check("fusion", bosch(line, stream, b"\xaa\x00\x3d\x01\x08"), 1)
+        time.sleep(0.05)
+        turns = []
+        for _ in range(100):
+            words = struct.unpack("<9h", bosch(line, stream, b"\xaa\x01\x08\x12"))
+            check("gravity", words[2], gravity, 1)
+            check("level", words[:2], (0, 0))
+            turns.append(words[8])
+        check("turning rate of a robot at rest, a bias of 0.2", sum(turns) / 100 / rate, 0.2, 0.03)
+    line.close()
+
+
+DEVICES = {
+    "bno055": judge_bno055,
+    "tim551": lambda port: judge_cola(port, "TiM551", 15.0, -45.0, 1.0, 271),
+    "tim561": lambda port: judge_cola(port, "TiM561", 15.0, -45.0, 0.3333, 811),
+    "lms111": lambda port: judge_cola(port, "LMS111_FieldEval", 50.0, -45.0, 0.5, 541),
+    "hokuyo_ust": lambda port: judge_hokuyo(port, "UST-10LX"),
+    "hokuyo_utm": lambda port: judge_hokuyo(port, "UTM-30LX"),
+    "rplidar": lambda port: judge_slamtec(port, 115200, 0x18, 254, 5.5, 0x82),
+    "rplidar_a2": lambda port: judge_slamtec(port, 115200, 0x28, 254, 10.0, 0x82),
+    "rplidar_a3": lambda port: judge_slamtec(port, 256000, 0x31, 62.5, 10.0, 0x84),
+    "rplidar_s1": lambda port: judge_slamtec(port, 256000, 0x61, 108.7, 10.0, 0x84),
+    "rplidar_c1": lambda port: judge_slamtec(port, 460800, 0x41, 200, 10.0, 0x85),
+    "rplidar_s2": lambda port: judge_slamtec(port, 1000000, 0x71, 31.25, 10.0, 0x85),
     "ld19": lambda port: judge_ldrobot(port, 230400, 4500),
     "stl27l": lambda port: judge_ldrobot(port, 921600, 21600),
     "ydlidar_x2": judge_x2,
@@ -347,22 +634,32 @@ LASERS = {
     "ydlidar_g4": lambda port: judge_ydlidar(port, 230400, 9000, 5, 0x92),
 }
 
+ETHERNET = ("tim551", "tim561", "lms111", "hokuyo_ust", "hokuyo_utm")
+
 
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    for device, judge in LASERS.items():
+    for device, judge in DEVICES.items():
         with tempfile.TemporaryDirectory() as folder:
             with open(f"{folder}/room.toml", "w") as file:
                 file.write(ROOM)
             with open(f"{folder}/robot.toml", "w") as file:
-                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device}"\nposition_m = [0, 0, {HEIGHT_M}]\n{OPTICS}')
+                tcp = device in ETHERNET
+                with socket.socket() as free:
+                    free.bind(("127.0.0.1", 0))
+                    port = free.getsockname()[1] if tcp else f"{folder}/laser"
+                if device == "bno055":
+                    port = f"{folder}/imu"
+                    file.write('imu = true\nimu_device = "bno055"\n')
+                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device if device != "bno055" else "sick"}"\nposition_m = [0, 0, {HEIGHT_M}]\n'
+                           f'tcp_port = {port if tcp else -1}\n{OPTICS}')
             process = subprocess.Popen(
                 [sys.argv[1], "--config", f"{folder}/robot.toml", "--world", f"{folder}/room.toml", "--start", str(X_M),
                  str(Y_M), str(HEADING_DEG), "--ports", folder, "--lcm-url", "memq://"], stdout=subprocess.DEVNULL)
             try:
                 began, before = time.monotonic(), checks
-                judge(f"{folder}/laser")
+                judge(port)
                 print(f"{device}: {checks - before} checks in {time.monotonic() - began:.1f} s", flush=True)
             finally:
                 process.terminate()

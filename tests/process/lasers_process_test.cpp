@@ -16,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "drivers/cola/emulator.hpp"
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/emulator.hpp"
@@ -306,11 +307,19 @@ TEST(LaserProcess, TheOthersPublishToo) {
   EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
 
   // As a UST or UTM with Ethernet is reached.
-  hokuyo::HokuyoEmulatorOptions utm;
-  utm.model = "UTM-30LX";
-  hokuyo::HokuyoEmulator ethernet(flat_wall, utm);
+  hokuyo::HokuyoEmulatorOptions ust;
+  ust.model = "UST-10LX";
+  hokuyo::HokuyoEmulator ethernet(flat_wall, ust);
   EmulatorPort ethernet_port = EmulatorPort::tcp(ethernet, 0);
   EXPECT_NEAR(ahead_m(one_scan(ethernet_port, "marco-hokuyo", "")), 2.0, 0.001);
+
+  // The test asks for intensities: 83 at two metres.
+  for (const auto& model : {cola::ColaEmulatorOptions{}, cola::lms111()}) {
+    cola::ColaEmulator cola(flat_wall, model);
+    EmulatorPort cola_port = EmulatorPort::tcp(cola, 0);
+    scan = one_scan(cola_port, "marco-cola", "[cola]\nintensities = true\n", 83.0F);
+    EXPECT_NEAR(ahead_m(scan), 2.0, 0.001);
+  }
 
   for (const auto& model : {rplidar::RplidarEmulatorOptions{}, rplidar::s2()}) {
     rplidar::RplidarEmulator rplidar(flat_wall, model);

@@ -69,7 +69,8 @@ Expectation expect_scans(const std::string& pattern, const std::string& channels
           .meaning = "lidar",
           .remedy =
               "Start a laser's driver (marco-sick, marco-hokuyo, marco-rplidar, "
-              "marco-ldlidar, marco-ydlidar, marco-leuze), or play a log (`marco replay`)."};
+              "marco-ldlidar, marco-ydlidar, marco-leuze, marco-cola), or play a log (`marco "
+              "replay`)."};
 }
 
 }  // namespace marco::diagnosis

@@ -4,6 +4,8 @@
 #include <fstream>
 #include <set>
 
+#include "drivers/bno055/emulator.hpp"
+#include "drivers/cola/emulator.hpp"
 #include "drivers/create/emulator.hpp"
 #include "drivers/devices/listening.hpp"
 #include "drivers/devices/questions.hpp"
@@ -129,7 +131,7 @@ TEST(Devices, LasersThatAnswerAreFoundAtEachRate) {
       expect_found(laser, std::string("RPLIDAR ") + name + " at " + std::to_string(baud));
     }
   }
-  for (const auto& options : {rplidar::c1(), rplidar::s2()}) {
+  for (const auto& options : {rplidar::a3(), rplidar::s1(), rplidar::c1(), rplidar::s2()}) {
     rplidar::RplidarEmulator laser(test_world, options);
     expect_found(laser, rplidar::model_name(options.model) + " at " + std::to_string(options.baud));
   }
@@ -158,6 +160,35 @@ TEST(Devices, LasersThatAnswerAreFoundAtEachRate) {
   }
 }
 
+// Which has no rates.
+TEST(Devices, LasersOnTheNetworkAreFound) {
+  const auto expect_on_network = [](Emulator& emulator, const std::string& beginning,
+                                    const std::string& ending) {
+    SimulatedLine line(emulator, false);
+    const auto stream = line.open({});
+    PortReport report{{"tcp:10.0.0.7:2112", {}, true}, "", "", {}, {}};
+    const Utime begin = line.now();
+    survey_line(
+        *stream, [&line] { return line.now(); }, report, false);
+    EXPECT_THAT(describe(report),
+                ::testing::StartsWith(beginning + " on tcp:10.0.0.7:2112, scans"));
+    EXPECT_THAT(describe(report), ::testing::EndsWith(ending));
+    EXPECT_LT((line.now() - begin).seconds(), 6.0);
+    return robot_files({report}, "/x", "/y").at("laser.toml");
+  };
+  for (const auto& model : {cola::ColaEmulatorOptions{}, cola::tim551(), cola::lms111()}) {
+    cola::ColaEmulator laser(test_world, model);
+    const std::string file = expect_on_network(laser, "SICK " + model.model, "(marco-cola)");
+    EXPECT_THAT(file, ::testing::HasSubstr("device = \"tcp:10.0.0.7:2112\""));
+    EXPECT_FALSE(laser.streaming());
+  }
+  hokuyo::HokuyoEmulatorOptions ust;
+  ust.model = "UST-10LX";
+  hokuyo::HokuyoEmulator laser(test_world, ust);
+  const std::string file = expect_on_network(laser, "Hokuyo UST-10LX", "(marco-hokuyo)");
+  EXPECT_THAT(file, ::testing::HasSubstr("baud = 0 "));
+}
+
 TEST(Devices, BasesAndImusAreFound) {
   textbase::TextBoard text_board;
   expect_found(text_board, "base with Marco's text protocol, 'sim' at 115200");
@@ -172,6 +203,8 @@ TEST(Devices, BasesAndImusAreFound) {
       Kind::hcs12_base);
   hcs12::PanTiltEmulator head({});
   expect_found(head, "pan-tilt board of thesis B at 9600", 60.0);  // it seeks its home first
+  bno055::Bno055Emulator bno055([](Utime) { return imu::Motion{}; });
+  expect_found(bno055, "Bosch BNO055 IMU at 115200");
   for (const int baud : {9600, 115'200}) {
     imu::ImuEmulatorOptions options;
     options.baud = baud;
@@ -180,7 +213,6 @@ TEST(Devices, BasesAndImusAreFound) {
   }
 }
 
-// A laser that a program left measuring talks by itself.
 // START changes what a Roomba does, so only who names its port has it asked.
 TEST(Devices, ACreateIsAskedOnRequest) {
   for (const int baud : {115'200, 57'600, 19'200}) {
@@ -197,9 +229,13 @@ TEST(Devices, ACreateIsAskedOnRequest) {
   }
 }
 
+// A laser that a program left measuring talks by itself.
 TEST(Devices, LasersLeftMeasuringAreFound) {
-  for (const char* mode : {"express", "standard"}) {
-    rplidar::RplidarEmulator laser(test_world, {});
+  for (const auto& [model, mode] :
+       {std::pair{rplidar::RplidarEmulatorOptions{}, "express"},
+        std::pair{rplidar::RplidarEmulatorOptions{}, "standard"},
+        std::pair{rplidar::a3(), "express"}, std::pair{rplidar::c1(), "express"}}) {
+    rplidar::RplidarEmulator laser(test_world, model);
     SimulatedLine line(laser);
     const auto stream = line.open({115'200});
     rplidar::RplidarOptions options;
@@ -279,7 +315,9 @@ TEST(Devices, NoiseIsNobody) {
 // A5 and a command of Slamtec's or YDLIDAR's family press a started Roomba's buttons; see
 // questions.hpp for the others.
 TEST(Devices, QuestionsChangeNothing) {
-  for (const Question& question : questions()) {
+  std::vector<Question> all = questions();
+  all.insert(all.end(), network_questions().begin(), network_questions().end());
+  for (const Question& question : all) {
     const Bytes& bytes = question.bytes;
     for (std::size_t i = 0; i + 1 < bytes.size(); ++i) {
       if (bytes[i] != 0xA5) continue;

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <numbers>
+
 #include "drivers/hokuyo/driver.hpp"
 #include "drivers/hokuyo/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
@@ -174,8 +176,8 @@ double worst_error_m(const ArrivedScan& arrived, double beam_interval_s) {
   return worst_range_error_m(scan);
 }
 
-TEST(HokuyoDriver, MeasuresWithBothModels) {
-  for (const char* model : {"URG-04LX", "UTM-30LX"}) {
+TEST(HokuyoDriver, MeasuresWithEachModel) {
+  for (const char* model : {"URG-04LX", "UTM-30LX", "UST-10LX"}) {
     HokuyoEmulatorOptions device;
     device.model = model;
     Rig rig(device);
@@ -189,6 +191,16 @@ TEST(HokuyoDriver, MeasuresWithBothModels) {
       EXPECT_LT(worst_error_m(arrived, beam_s), kToleranceM);
     }
     EXPECT_NEAR((scans[9].scan.utime - rig.emulator.last_first_beam()).seconds(), 0.0, 0.0011);
+  }
+}
+
+TEST(HokuyoDriver, ALaserLeftTellingItsTimeMeasures) {
+  for (const char* model : {"URG-04LX", "UST-10LX"}) {
+    HokuyoEmulatorOptions device;
+    device.model = model;
+    Rig rig(device);
+    rig.emulator.receive(ascii("TM0\n"), 115'200, rig.line.now());
+    EXPECT_EQ(rig.run(1.0, 2).size(), 2u) << rig.driver->state();
   }
 }
 
@@ -214,6 +226,36 @@ TEST(HokuyoDriver, MergesStepsAndSkipsTurns) {
   ASSERT_EQ(scans.size(), 4u);
   EXPECT_EQ(scans[0].scan.size(), 228u);
   EXPECT_NEAR((scans[3].scan.utime - scans[2].scan.utime).seconds(), 0.2, 0.002);
+}
+
+// The nearest of the merged steps counts. Its beam points to the middle of them, so that walls that
+// fall off to the left and to the right are wrong alike.
+TEST(HokuyoDriver, AMergedBeamPointsToTheMiddleOfItsSteps) {
+  for (const double slope : {1.0, -1.0}) {
+    HokuyoEmulator emulator(
+        [slope](const LaserSweep& sweep) {
+          std::vector<double> ranges_m;
+          for (int i = 0; i < sweep.beams; ++i) {
+            ranges_m.push_back(3.0 + 0.5 * slope *
+                                         (sweep.first_bearing_rad + i * sweep.bearing_step_rad));
+          }
+          return ranges_m;
+        },
+        {});
+    SimulatedLine line(emulator);
+    const auto stream = line.open({});
+    HokuyoOptions options;
+    options.cluster = 5;
+    HokuyoDriver driver(*stream, options, [&line] { return line.now(); });
+    const auto scans = step_until(driver, line, 5.0, have(1));
+    ASSERT_EQ(scans.size(), 1u);
+    const LaserScan& scan = scans[0].scan;
+    const double two_steps_m = 0.5 * 2.0 * 2.0 * std::numbers::pi / 1024.0;
+    for (std::size_t i = 0; i + 1 < scan.size(); ++i) {  // the last has fewer steps
+      EXPECT_NEAR(static_cast<double>(scan.ranges_m[i]),
+                  3.0 + 0.5 * slope * scan.bearing_rad(i) - two_steps_m, 0.0006);
+    }
+  }
 }
 
 TEST(HokuyoDriver, IsBackAfterResetPlugAndSilence) {
@@ -308,6 +350,28 @@ TEST(HokuyoEmulator, TellsItsTimeBetweenTm0AndTm2) {
   EXPECT_EQ(decode_number(reply->lines[0]), 20u);  // four requests of 5 ms
   EXPECT_EQ(laser.ask("TM2\n"), "TM2\n00P\n\n");
   EXPECT_EQ(laser.ask("QT\n"), "QT\n00P\n\n");
+}
+
+// Seen at a real URG-04LX; the others from what was published of them.
+TEST(HokuyoEmulator, AnswersAsItsModelDoes) {
+  Asked urg;
+  EXPECT_EQ(urg.ask("HS0\n").substr(0, 6), "HS0\n0C");
+  EXPECT_EQ(urg.ask("CR00\n").substr(0, 7), "CR00\n00");
+  urg.ask("BM\n");
+  EXPECT_EQ(urg.ask("CR00\n").substr(0, 7), "CR00\n03");
+  EXPECT_THAT(urg.ask("VV\n"), HasSubstr("PROD:SOKUIKI Sensor URG-04LX;"));
+  urg.ask("", 300'000);
+  EXPECT_THAT(urg.ask("II\n"), HasSubstr("TIME:000145;"));  // 325 ms
+  HokuyoEmulatorOptions old;
+  old.scip1 = true;
+  Asked scip1(old);
+  EXPECT_THAT(scip1.ask("V\n"), HasSubstr("PROT:00003,(SCIP 1.0)\n"));
+  HokuyoEmulatorOptions ethernet;
+  ethernet.model = "UST-10LX";
+  Asked ust(ethernet);
+  EXPECT_EQ(ust.ask("SS115200\n"), "SS115200\n0Ee\n\n");
+  EXPECT_EQ(ust.ask("SCIP2.0\n"), "SCIP2.0\n0Ee\n\n");
+  EXPECT_THAT(ust.ask("VV\n"), HasSubstr("PROD:UST-10LX;"));
 }
 
 TEST(HokuyoEmulator, IntensitiesAndEchoesAreTheLargeModels) {

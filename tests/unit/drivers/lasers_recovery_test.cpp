@@ -1,6 +1,8 @@
 // What a laser's line may do to its driver, alike for all of them; the times are printed.
 #include <cstdio>
 
+#include "drivers/cola/driver.hpp"
+#include "drivers/cola/emulator.hpp"
 #include "drivers/hokuyo/driver.hpp"
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/ldlidar/driver.hpp"
@@ -107,6 +109,8 @@ Device a1_laser() { return rplidar_laser("RPLIDAR", 0.6, {}); }
 Device c1_laser() { return rplidar_laser("C1", 1.1, rplidar::c1()); }
 Device s2_laser() { return rplidar_laser("S2", 1.8, rplidar::s2()); }
 
+Device a3_laser() { return rplidar_laser("A3", 2.5, rplidar::a3()); }
+
 Device ldlidar_laser(const char* name, const ldlidar::LdlidarEmulatorOptions& options) {
   auto laser = std::make_unique<ldlidar::LdlidarEmulator>(test_world, options);
   ldlidar::LdlidarEmulator* pressed = laser.get();
@@ -147,6 +151,22 @@ Device ydlidar_laser(const char* name,
 Device x4_laser() { return ydlidar_laser("X4", 1.8, {}); }
 Device g4_laser() { return ydlidar_laser("G4", 1.8, ydlidar::g4()); }
 Device x2_laser() { return ydlidar_laser("X2", 2.7, ydlidar::x2()); }
+
+Device tim_laser() {
+  const cola::ColaEmulatorOptions options;
+  auto laser = std::make_unique<cola::ColaEmulator>(test_world, options);
+  cola::ColaEmulator* pressed = laser.get();
+  return {"TiM561",
+          0.5,
+          options.power_on_s + options.warm_up_s,
+          false,
+          std::move(laser),
+          [pressed](Utime now) { pressed->power_cycle(now); },
+          {},
+          [](ByteStream& stream, Clock clock) {
+            return std::make_unique<cola::ColaDriver>(stream, cola::ColaOptions{}, clock);
+          }};
+}
 
 Device leuze_laser() {
   return {"Leuze",
@@ -324,9 +344,11 @@ INSTANTIATE_TEST_SUITE_P(Lasers,
                          ::testing::Values(sick_laser,
                                            fast_sick_laser,
                                            hokuyo_laser,
+                                           tim_laser,
                                            a1_laser,
                                            c1_laser,
                                            s2_laser,
+                                           a3_laser,
                                            ld19_laser,
                                            stl27l_laser,
                                            x2_laser,

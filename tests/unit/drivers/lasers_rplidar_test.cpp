@@ -2,6 +2,7 @@
 
 #include "drivers/rplidar/driver.hpp"
 #include "drivers/rplidar/emulator.hpp"
+#include "drivers/rplidar/ultra_capsule.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::rplidar {
@@ -90,8 +91,11 @@ TEST(RplidarCodec, CapsuleVector) {
   for (int i = 0; i < kCapsuleSamples; ++i) odd.offset_q3[static_cast<std::size_t>(i)] = 63 - i;
   EXPECT_EQ(decode_capsule(encode_capsule(odd)), odd);
   const Capsule next = ramp(15 * 64, false);
-  EXPECT_DOUBLE_EQ(sample_angle_deg(odd, next, 0), 359.0 - 63 / 8.0);
-  EXPECT_DOUBLE_EQ(sample_angle_deg(odd, next, 16), 359.0 + 8.0 - 47 / 8.0 - 360.0);
+  const auto samples = samples_of(odd, next);
+  ASSERT_EQ(samples.size(), 32u);
+  EXPECT_DOUBLE_EQ(samples[0].angle_deg, 359.0 - 63 / 8.0);
+  EXPECT_NEAR(samples[16].angle_deg, 359.0 + 8.0 - 47 / 8.0 - 360.0, 1e-12);
+  EXPECT_EQ(samples[16].range_mm, 1016);
 }
 
 // The xor of eight bits is weak: of 256 damages that leave the marks alone one escapes it, and each
@@ -225,7 +229,8 @@ TEST(RplidarCodec, DenseCapsuleVector) {
   next.distance_mm.fill(2000);
   const Bytes second = bytes_of(encode_dense_capsule(next));
   EXPECT_EQ(Bytes(second.begin(), second.begin() + 6), hex("A1 52 20 01 D0 07"));
-  EXPECT_DOUBLE_EQ(sample_angle_deg(capsule, next, 39), 4.3875);
+  ASSERT_EQ(samples_of(capsule, next).size(), 40u);
+  EXPECT_DOUBLE_EQ(samples_of(capsule, next)[39].angle_deg, 4.3875);
   EXPECT_EQ(motor_speed_request(600), hex("A5 A8 02 58 02 55"));
   EXPECT_EQ(motor_speed_request(0), hex("A5 A8 02 00 00 0F"));
   EXPECT_EQ(configuration_request(kModeSamplePeriod, 0), hex("A5 84 06 71 00 00 00 00 00 56"));
@@ -246,7 +251,76 @@ TEST(RplidarDriver, FindsC1AndS2AtTheirSpeedsAndReadsTheirDenseCapsules) {
   }
 }
 
-// Ultra capsules are not read: the standard scan, which all have, is.
+// Frames as Slamtec's SDK reads them: cabins of 1000, 1500 and no range, then 29 of 3000 mm.
+TEST(RplidarCodec, UltraCapsuleVector) {
+  Bytes first = hex("AD 5D 80 82 F4 12 C0 FF EE F3 1F 80 00 D0 BF 00");
+  for (int i = 0; i < 29; ++i) first = join({first, hex("EE 05 00 00")});
+  Bytes second = hex("A5 50 00 05");
+  for (int i = 0; i < 32; ++i) second = join({second, hex("EE 05 00 00")});
+  AnswerParser parser;
+  parser.push(join({hex("A5 5A 84 00 00 40 84"), first, second}));
+  const auto block = parser.next(), next = parser.next();
+  ASSERT_TRUE(block && next);
+  EXPECT_EQ(block->kind, kUltraCapsules);
+  EXPECT_TRUE(block->capsule.first);
+  EXPECT_EQ(bytes_of(encode_ultra_capsule(block->capsule)), first);
+  EXPECT_EQ(bytes_of(encode_ultra_capsule(next->capsule)), second);
+  const auto samples = samples_of(block->capsule, next->capsule);
+  ASSERT_EQ(samples.size(), 96u);
+  std::vector<int> ranges_mm;
+  for (std::size_t i = 0; i < 9; ++i) ranges_mm.push_back(samples[i].range_mm);
+  EXPECT_EQ(ranges_mm, (std::vector<int>{1000, 1002, 1498, 1500, 0, 0, 0, 2988, 3008}));
+  EXPECT_NEAR(samples[0].angle_deg, 3.343, 0.002);
+  EXPECT_NEAR(samples[8].angle_deg, 3.280, 0.002);
+  EXPECT_NEAR(ultra_offset_deg(1000), 6.66, 0.005);
+  EXPECT_NEAR(ultra_offset_deg(5000), 7.78, 0.005);
+  EXPECT_EQ(ultra_offset_deg(0), 7.5);
+}
+
+TEST(RplidarCodec, UltraRangesReadAsTheyWereWritten) {
+  std::mt19937 random(4);
+  for (int round = 0; round < 200; ++round) {
+    std::array<int, kUltraSamples> ranges_mm{};
+    const int around_mm = 60 + static_cast<int>(random() % 24'000);
+    for (int& range_mm : ranges_mm) {
+      range_mm = random() % 9 == 0 ? 0 : around_mm + static_cast<int>(random() % 100);
+    }
+    Capsule capsule, next;
+    set_ultra_ranges(capsule, ranges_mm, ranges_mm[0]);
+    set_ultra_ranges(next, ranges_mm, 0);
+    const auto read_mm = ultra_ranges_mm(capsule, next);
+    for (std::size_t i = 0; i < read_mm.size(); ++i) {
+      const bool told = ranges_mm[i] > 0 && read_mm[i] > 0;
+      // Between two that saw nothing, and nothing itself, there is no difference to tell.
+      if (i % 3 == 0) {
+        EXPECT_EQ(told, ranges_mm[i] > 0);
+      }
+      if (told) {
+        EXPECT_NEAR(read_mm[i], ranges_mm[i], around_mm < 16'000 ? 4 : 8);
+      } else if (ranges_mm[i] == 0) {
+        EXPECT_EQ(read_mm[i], 0);
+      }
+    }
+  }
+}
+
+// The offsets are settled to 0.06 deg: 4 mm of the test world. Ranges come in steps of 8 mm.
+TEST(RplidarDriver, FindsA3AndS1AndReadsTheirUltraCapsules) {
+  for (const RplidarEmulatorOptions& device : {a3(), s1()}) {
+    Rig rig({}, device);
+    const auto scans = rig.run(12.0, 10);
+    ASSERT_EQ(scans.size(), 10u) << rig.driver->state();
+    EXPECT_NEAR(static_cast<double>(scans.back().scan.size()), 0.1 / device.express_s, 2.0);
+    for (const ArrivedScan& arrived : scans) {
+      EXPECT_LT(worst_range_error_m(arrived.scan), kToleranceM + 0.004 + 0.004);
+    }
+    EXPECT_NEAR(rig.driver->properties().range_max_m, device.range_max_m, 0.01);
+    EXPECT_THAT(rig.driver->state(), HasSubstr(model_name(device.model)));
+    EXPECT_THAT(rig.driver->state(), HasSubstr("256000 baud"));
+    EXPECT_EQ(rig.driver->counts().dropped(), 0);
+  }
+}
+
 TEST(RplidarDriver, ALaserWhoseUsualModeIsUnknownScansInStandard) {
   RplidarEmulatorOptions device = s2();
   device.typical_mode = 0;  // answers with nodes

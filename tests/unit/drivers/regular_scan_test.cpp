@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "drivers/laser/baud_search.hpp"
 #include "drivers/laser/beam_order.hpp"
+#include "drivers/transport/baud_search.hpp"
 
 namespace marco::drivers {
 namespace {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/cola/driver.hpp"
 #include "drivers/hokuyo/driver.hpp"
 #include "drivers/laser/regular_scan.hpp"
 #include "drivers/ldlidar/driver.hpp"
@@ -76,6 +77,9 @@ std::unique_ptr<LaserDriver> driver_of(const std::string& device,
   if (device == "ydlidar_x4") {
     return std::make_unique<drivers::ydlidar::YdlidarDriver>(
         stream, drivers::ydlidar::YdlidarOptions{}, clock);
+  }
+  if (device == "tim561") {
+    return std::make_unique<drivers::cola::ColaDriver>(stream, drivers::cola::ColaOptions{}, clock);
   }
   drivers::leuze::LeuzeOptions options;
   options.baud = 115'200;
@@ -210,7 +214,7 @@ TEST_P(LiveAndBatch, ThePlanarScanIsTheRawOneWithoutTimes) {
 
 INSTANTIATE_TEST_SUITE_P(Devices,
                          LiveAndBatch,
-                         ::testing::Values("sick", "hokuyo", "ld19", "leuze"),
+                         ::testing::Values("sick", "hokuyo", "ld19", "tim561", "leuze"),
                          [](const auto& one) { return std::string(one.param); });
 
 // Turns that are no whole number of samples: the scans are compared with the world, at the bearing

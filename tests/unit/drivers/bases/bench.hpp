@@ -33,6 +33,9 @@ class Bench {
     if (!frozen) {
       const std::vector<uint8_t> received = std::exchange(waiting_, {});
       if (!received.empty()) driver_.receive(received, now_ + host_ahead);
+      if constexpr (requires { driver_.take_line_speed(); }) {
+        baud_ = driver_.take_line_speed().value_or(baud_);
+      }
       driver_.advance(now_ + host_ahead, from_driver);
     }
     for (const uint8_t byte : from_driver) on_line_.push_back(byte);

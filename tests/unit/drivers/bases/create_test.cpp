@@ -87,6 +87,32 @@ struct Robot : Parts, testing::DrivenBase<CreateBase> {
   bool stands() const { return robot.left_m_per_s() == 0.0 && robot.right_m_per_s() == 0.0; }
 };
 
+TEST(CreateDriver, FindsTheRobotAtEachSpeed) {
+  for (const int baud : {115'200, 57'600, 19'200}) {
+    CreateEmulatorOptions device;
+    device.baud = baud;
+    CreateEmulator robot(device);
+    CreateBase driver({});
+    testing::Bench<CreateBase> bench(driver, robot, kBaud);
+    const Utime begin = bench.now();
+    const auto up = [&] { return driver.status().link == BaseStatus::Link::up; };
+    EXPECT_TRUE(bench.run_until(4.0, up)) << baud << ": " << driver.state();
+    std::printf("Create: %d baud found after %.1f s\n", baud, (bench.now() - begin).seconds());
+    bench.plug(false);
+    bench.run(3.0);
+    bench.plug(true);
+    EXPECT_TRUE(bench.run_until(1.0, up)) << baud;
+  }
+  CreateOptions fixed;
+  fixed.baud = 19'200;
+  CreateEmulator robot;
+  CreateBase driver(fixed);
+  testing::Bench<CreateBase> bench(driver, robot, kBaud);
+  bench.run(8.0);
+  EXPECT_NE(driver.status().link, BaseStatus::Link::up);
+  EXPECT_NE(driver.status().note.find("press CLEAN"), std::string::npos);
+}
+
 TEST(CreateDriver, MovesTurnsAndReckonsOverTheCountersWrap) {
   Robot robot;
   EXPECT_EQ(robot.driver.status().battery_v, std::vector<double>{15.0});

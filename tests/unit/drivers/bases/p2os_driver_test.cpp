@@ -25,6 +25,29 @@ struct Pioneer : Parts, testing::DrivenBase<P2osBase> {
       : Parts(options, std::move(world)), DrivenBase(driver, robot, kBaud) {}
 };
 
+// Its speed is a parameter in its flash.
+TEST(P2osDriver, FindsTheRobotAtEachSpeed) {
+  for (int code = 0; code < 5; ++code) {
+    P2osEmulatorOptions device;
+    device.host_baud = code;
+    P2osEmulator robot({}, device);
+    P2osBase driver({});
+    testing::Bench<P2osBase> bench(driver, robot, kBaud);
+    const Utime begin = bench.now();
+    const auto up = [&] { return driver.status().link == BaseStatus::Link::up; };
+    EXPECT_TRUE(bench.run_until(9.0, up)) << code << ": " << driver.state();
+    std::printf("P2OS: speed %d found after %.1f s\n", code, (bench.now() - begin).seconds());
+    bench.run(2.0);
+    EXPECT_TRUE(up());
+    EXPECT_EQ(driver.bad_input(), 0);
+    // The line was cut: the speed is known now.
+    bench.plug(false);
+    bench.run(3.0);
+    bench.plug(true);
+    EXPECT_TRUE(bench.run_until(2.5, up)) << code;
+  }
+}
+
 TEST(P2osDriver, ShakesHandsAndReadsTheRobot) {
   P2osWorld world;
   world.sonar_range_m = [](std::size_t sonar) {

@@ -5,7 +5,7 @@
 
 namespace marco::drivers {
 
-/// The baud rates at which a laser may listen, tried one after another until it answers.
+/// The baud rates at which a device may listen, tried one after another until it answers.
 class BaudSearch {
  public:
   /// @param wanted  tried first. @param others  tried after it, in this order.

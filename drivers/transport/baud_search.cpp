@@ -1,4 +1,4 @@
-#include "drivers/laser/baud_search.hpp"
+#include "drivers/transport/baud_search.hpp"
 
 #include <utility>
 

@@ -1,0 +1,192 @@
+#include "drivers/cola/driver.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/laser/laser_state.hpp"
+
+namespace marco::drivers::cola {
+namespace {
+
+using std::chrono::microseconds;
+constexpr microseconds kStep{50'000};
+constexpr Duration kPatience = Duration::from_us(500'000);
+// A laser that was logged in measures again only some time after.
+constexpr double kStartS = 3.0;
+constexpr int kTries = 3;
+// "sRN SCdevicestate" in CoLa B: only a laser that is set to it answers.
+constexpr uint8_t kBinaryQuestion[] = {2,   2,   2,   2,   0,   0,   0,   17,  's',
+                                       'R', 'N', ' ', 'S', 'C', 'd', 'e', 'v', 'i',
+                                       'c', 'e', 's', 't', 'a', 't', 'e', 0x30};
+
+bool answers_to(const std::string& text, const std::string& request) {
+  // "sRN Name" is answered by "sRA Name ...", a method "sMN Name" by "sAN Name ...".
+  std::string answer = request.substr(0, request.find(' ', 4));
+  if (answer[1] == 'M') {
+    answer.replace(1, 2, "AN");
+  } else {
+    answer[2] = 'A';
+  }
+  return text.starts_with(answer);
+}
+
+}  // namespace
+
+ColaDriver::ColaDriver(ByteStream& stream, const ColaOptions& options, Clock clock)
+    : stream_(stream), options_(options), clock_(std::move(clock)) {
+  validate(options, "cola");
+  enter(Phase::finding);
+}
+
+LaserProperties ColaDriver::properties() const {
+  return {assembler_.scan_duration_s(), options_.range_min_m,
+          options_.range_max_m > 0.0 ? options_.range_max_m : range_max_of(model_),
+          options_.range_sigma_m};
+}
+
+std::string ColaDriver::request_of(Phase phase) {
+  switch (phase) {
+    case Phase::waiting:
+      return "sRN SCdevicestate";
+    case Phase::logging_in:
+      return "sMN SetAccessMode 03 F4724744";  // "authorized client", with the maker's password
+    case Phase::asking_intensities:
+      return "sWN LMDscandatacfg 01 00 1 1 0 00 00 0 0 0 0 +1";
+    case Phase::asking_short_intensities:
+      return "sWN LMDscandatacfg 01 00 1 0 0 00 00 0 0 0 0 +1";
+    case Phase::logging_out:
+      return "sMN Run";
+    case Phase::starting:
+      return "sEN LMDscandata 1";
+    default:
+      return "sRN DeviceIdent";
+  }
+}
+
+void ColaDriver::enter(Phase phase) {
+  phase_ = phase;
+  tries_ = 0;
+  if (phase != Phase::measuring) return ask();
+  assembler_.restart_clock();
+  deadline_ = clock_() + Duration::from_seconds(kStartS);
+  trouble_.clear();
+}
+
+void ColaDriver::ask() {
+  ++tries_;
+  send(request_of(phase_));
+  deadline_ = clock_() + kPatience;
+}
+
+void ColaDriver::send(const std::string& text) { stream_.write(encode_telegram(text)); }
+
+void ColaDriver::start_over(const std::string& why) {
+  trouble_ = why;
+  parser_.clear();
+  enter(Phase::finding);
+}
+
+Duration ColaDriver::silence_allowed() const {
+  return Duration::from_seconds(0.5 + 3.0 * assembler_.scan_period_s());
+}
+
+std::vector<ArrivedScan> ColaDriver::step() {
+  microseconds wait = kStep;
+  if (phase_ != Phase::measuring) {
+    wait = std::clamp(microseconds((deadline_ - clock_()).us), microseconds(0), kStep);
+  }
+  uint8_t buffer[16'384];
+  const std::size_t count = stream_.read(buffer, wait);
+  const Utime arrival = clock_();
+  parser_.push({buffer, count});
+  while (const auto telegram = parser_.next()) on_telegram(*telegram, arrival);
+  if (phase_ == Phase::measuring) {
+    if (clock_() > deadline_) start_over("the scans stopped");
+  } else if (clock_() >= deadline_) {
+    on_timeout();
+  }
+  assembler_.counts().garbage_bytes = parser_.garbage_bytes();
+  return assembler_.take_scans();
+}
+
+void ColaDriver::on_input_flushed() {
+  parser_.clear();
+  if (phase_ == Phase::measuring) deadline_ = clock_() + silence_allowed();
+}
+
+void ColaDriver::on_timeout() {
+  if (phase_ != Phase::finding) {
+    return tries_ < kTries ? ask() : start_over("the laser stopped answering");
+  }
+  if (parser_.heard_binary()) {
+    trouble_ = "it speaks CoLa B, the binary dialect: set CoLa A in SICK's SOPAS ET";
+  } else if (tries_ % kTries == 0) {
+    stream_.write(kBinaryQuestion);
+  }
+  ask();
+}
+
+void ColaDriver::on_telegram(const Telegram& telegram, Utime arrival) {
+  const std::string& text = telegram.text;
+  if (text.starts_with("sSN LMDscandata")) return on_scan(text, arrival);
+  if (phase_ == Phase::measuring) return;
+  if (refusal(text) || answers_to(text, request_of(phase_))) on_answer(text);
+}
+
+void ColaDriver::on_scan(const std::string& text, Utime arrival) {
+  // A laser that was left measuring: its scans come before the answers.
+  if (phase_ != Phase::measuring) return;
+  const auto data = decode_scan(text);
+  if (!data) {
+    ++assembler_.counts().drops["inconsistent"];
+    return;
+  }
+  assembler_.add(*data, arrival);
+  deadline_ = arrival + silence_allowed();
+}
+
+void ColaDriver::on_answer(const std::string& text) {
+  const auto refused = refusal(text);
+  switch (phase_) {
+    case Phase::finding:
+      model_ = refused ? "" : model_of(text);
+      return enter(Phase::waiting);
+    case Phase::waiting:
+      return on_state(text);
+    case Phase::logging_in:  // a TiM561 says no and takes the settings all the same
+      return enter(Phase::asking_intensities);
+    case Phase::asking_intensities:
+      return enter(refused ? Phase::asking_short_intensities : Phase::logging_out);
+    case Phase::asking_short_intensities:
+    case Phase::logging_out:
+      return enter(phase_ == Phase::logging_out ? Phase::starting : Phase::logging_out);
+    default:
+      if (refused) return start_over("the laser refused to measure: " + text);
+      return enter(Phase::measuring);
+  }
+}
+
+// "sRA SCdevicestate 1": 0 busy, 1 ready, 2 error. A laser that does not know the question is
+// ready.
+void ColaDriver::on_state(const std::string& text) {
+  if (!refusal(text) && !text.ends_with(" 1")) {
+    trouble_ = text.ends_with(" 2") ? "the laser reports an error" : "the laser is not ready yet";
+    tries_ = 0;
+    return;  // asked again when the time is up
+  }
+  trouble_.clear();
+  enter(options_.intensities ? Phase::logging_in : Phase::starting);
+}
+
+std::string ColaDriver::state() const {
+  std::string state = "setting the laser up, step " + std::to_string(static_cast<int>(phase_));
+  if (phase_ == Phase::finding) state = "looking for the laser";
+  if (phase_ == Phase::measuring) {
+    state = "measuring, " + describe_scans(counts(), assembler_.filter()) +
+            (model_.empty() ? "" : ", " + model_);
+  }
+  const std::string said = phase_ == Phase::measuring ? assembler_.trouble() : trouble_;
+  return with_trouble(state, counts(), said.empty() ? trouble_ : said);
+}
+
+}  // namespace marco::drivers::cola

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <string>
+
+#include "drivers/cola/scan_assembler.hpp"
+#include "drivers/transport/byte_stream.hpp"
+#include "lcm_tools/base/options.hpp"
+
+namespace marco::drivers::cola {
+
+struct ColaOptions {
+  static constexpr const char* kName = "cola";
+  static constexpr const char* kDefaultDevice = "tcp:192.168.0.1:2112";
+
+  bool intensities = false;  ///< asks for them, which needs a login; false: as the laser is set
+  double range_min_m = 0.05;
+  double range_max_m = 0.0;  ///< 0 = the model's
+  double range_sigma_m = 0.02;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("intensities", intensities);
+    v("range_min_m", range_min_m, kNotNegative);
+    v("range_max_m", range_max_m, kNotNegative);
+    v("range_sigma_m", range_sigma_m, kNotNegative);
+  }
+};
+
+/// Asks the laser who it is, waits until it is ready, and has it send each scan. What is set for
+/// good in the laser stays as it is. Starts over when the laser falls silent.
+class ColaDriver final : public LaserDriver {
+ public:
+  /// @param stream  outlives the driver.
+  ColaDriver(ByteStream& stream, const ColaOptions& options, Clock clock);
+
+  std::vector<ArrivedScan> step() override;
+  void on_input_flushed() override;
+  std::string state() const override;
+  bool answers() const override { return phase_ != Phase::finding; }
+  LaserProperties properties() const override;
+  const LaserCounts& counts() const override { return assembler_.counts(); }
+  void stop() override { send("sEN LMDscandata 0"); }
+
+  const std::string& model() const { return model_; }
+
+ private:
+  enum class Phase {
+    finding,
+    waiting,  ///< until it is ready
+    logging_in,
+    asking_intensities,
+    asking_short_intensities,  ///< of 8 bits: it refused those of 16
+    logging_out,
+    starting,
+    measuring
+  };
+
+  static std::string request_of(Phase phase);
+  void enter(Phase phase);
+  void ask();
+  void send(const std::string& text);
+  void start_over(const std::string& why);
+  void on_telegram(const Telegram& telegram, Utime arrival);
+  void on_scan(const std::string& text, Utime arrival);
+  void on_answer(const std::string& text);
+  void on_state(const std::string& text);
+  void on_timeout();
+  Duration silence_allowed() const;
+
+  ByteStream& stream_;
+  ColaOptions options_;
+  Clock clock_;
+  TelegramParser parser_;
+  ScanAssembler assembler_;
+  Phase phase_ = Phase::finding;
+  int tries_ = 0;
+  Utime deadline_;  ///< of the answer; while measuring, of the next scan
+  std::string model_;
+  std::string trouble_;
+};
+
+}  // namespace marco::drivers::cola

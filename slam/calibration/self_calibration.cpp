@@ -268,7 +268,7 @@ std::string reason_of(const CalibratedParameter& parameter) {
     case ParameterVerdict::as_assumed:
       return "as assumed";
     case ParameterVerdict::no_better:
-      return "no better on motions held out";
+      return "no better when tried";
     case ParameterVerdict::undecidable:
       return "the drive cannot tell";
     case ParameterVerdict::not_observed:

@@ -23,7 +23,7 @@ struct CalibrationInput {
 enum class ParameterVerdict {
   applied,       ///< more than 3 standard deviations off, and better on motions held out
   as_assumed,    ///< within 3 standard deviations of what was assumed
-  no_better,     ///< motions held out are explained no better
+  no_better,     ///< motions held out are explained no better, or the map is no sharper
   not_observed,  ///< the drive does not hold it
   undecidable,   ///< another change explains the same; that one is taken
 };

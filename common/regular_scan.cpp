@@ -22,8 +22,9 @@ LaserScan make_regular(const LaserScan& scan, float no_return_m) {
   for (std::size_t beam = 0; beam < scan.size(); ++beam) {
     const double place = (normalize_angle(scan.bearing_rad(beam)) - regular.first_bearing_rad) /
                          regular.bearing_step_rad;
-    if (!std::isfinite(place)) continue;
     const double nearest = std::floor(place + 0.5);
+    // Of damaged bytes a bearing may be no number, or too large to be brought into one turn.
+    if (!(nearest >= 0.0 && nearest <= static_cast<double>(count))) continue;
     const std::size_t bin = static_cast<std::size_t>(nearest) % count;
     const double miss = std::abs(place - nearest);
     const float range_m = scan.ranges_m[beam];

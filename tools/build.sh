@@ -26,15 +26,17 @@ show_progress() {
 # $1 preset. Again when the presets changed, or when more packages are there than the last time was asked for: optional
 # components are found then.
 configure() {
-  local preset=$1 folder="$root/build/$1" log="$root/build/$1.log" name known="" is_known=yes
+  local preset=$1 folder="$root/build/$1" log="$root/build/$1.log" name known="" is_known=yes fresh=()
   [ -f "$folder/configured_for" ] && known=$(<"$folder/configured_for")
+  # Where a preset names another compiler, CMake forgets the preset's other values, and says so only in its log.
+  [ "$root/CMakePresets.json" -nt "$folder/build.ninja" ] && fresh=(--fresh) known=""
   for name in "${needs[@]}"; do
     [[ " $known " == *" $name "* ]] || { known="$known $name"; is_known=no; }
   done
-  [ $is_known = yes ] && [ -f "$folder/build.ninja" ] && [ ! "$root/CMakePresets.json" -nt "$folder/build.ninja" ] && return
+  [ $is_known = yes ] && [ -f "$folder/build.ninja" ] && return
   say "configuring ($preset)"
   mkdir -p "$folder"
-  (cd "$root" && cmake --preset "$preset" "${configure_options[@]}") >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
+  (cd "$root" && cmake "${fresh[@]}" --preset "$preset" "${configure_options[@]}") >"$log" 2>&1 || { cat "$log" >&2; exit 1; }
   echo "$known" >"$folder/configured_for"
 }
 configure_options=()

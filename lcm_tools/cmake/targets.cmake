@@ -22,6 +22,11 @@ if(MARCO_CCACHE)
   # ccache takes precompiled headers only with this setting. None of our sources uses the time macros.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${MARCO_CCACHE})
 endif()
+# Where it is there, trees with tests link in a fifth of the time.
+find_program(MARCO_LLD ld.lld)
+if(MARCO_LLD AND CMAKE_BUILD_TYPE MATCHES "^(Dev|Asan|Tsan|Fuzz)$")
+  add_link_options(-fuse-ld=lld)
+endif()
 if(NOT CMAKE_RUNTIME_OUTPUT_DIRECTORY)
   set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 endif()
@@ -68,7 +73,9 @@ function(marco_precompiled target kind)
     endif()
   endif()
   target_precompile_headers(${target} REUSE_FROM marco_headers_${kind})
-  target_compile_options(${target} PRIVATE -fpch-preprocess)  # for ccache
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_compile_options(${target} PRIVATE -fpch-preprocess)  # for ccache
+  endif()
 endfunction()
 
 function(marco_library name)

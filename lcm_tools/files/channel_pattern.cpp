@@ -23,7 +23,7 @@ struct ChannelPattern::Compiled {
 };
 
 ChannelPattern::ChannelPattern(const std::string& text, Case letters)
-    : compiled_(std::make_shared<const Compiled>(compiled(text, letters))) {}
+    : compiled_(std::make_shared<const Compiled>(Compiled{compiled(text, letters)})) {}
 
 bool ChannelPattern::matches(const std::string& channel) const {
   return std::regex_match(channel, compiled_->expression);

@@ -50,12 +50,32 @@ to_m = [7.0, 4.0]
 
 class MapProcess : public testing::CommandTest {
  protected:
-  std::string simulate() {
+  // One drive for all tests, and one map of it that they only read: both take seconds.
+  static void SetUpTestSuite() {
+    shared_ =
+        std::filesystem::temp_directory_path() / ("marco_map_process_" + std::to_string(getpid()));
+    std::filesystem::create_directories(shared_);
+  }
+  static void TearDownTestSuite() { std::filesystem::remove_all(shared_); }
+  static inline std::filesystem::path shared_;
+  std::string drive() const {
+    const std::string log = shared_ / "short.lcm";
+    if (std::filesystem::exists(log)) return log;
     const auto tour = folder_.write("tour.toml", kShortTour);
     const Result result = run("marco-simulate", {"--world", "config/worlds/lab.toml", "--tour",
-                                                 tour.string(), "--out", at("short.lcm")});
+                                                 tour.string(), "--out", log});
     EXPECT_EQ(result.code, 0) << result.output;
-    return at("short.lcm");
+    return log;
+  }
+  Result map_drive(const std::string& out) const {
+    return run("marco-map", {drive(), "--out", out, "--world", "config/worlds/lab.toml"});
+  }
+  std::string map_of_drive() const {
+    const std::string out = shared_ / "map";
+    if (std::filesystem::exists(out)) return out;
+    const Result result = map_drive(out);
+    EXPECT_EQ(result.code, 0) << result.output;
+    return out;
   }
   // The same with a picture every two seconds of three cameras; of the first, one was torn on its
   // way and one has another file's bytes.
@@ -122,24 +142,22 @@ Corners sent_as_mesh(const std::string& log) {
 }
 
 TEST_F(MapProcess, MakesEverythingAndMeasuresItAgainstTheTruth) {
-  const Result result =
-      run("marco-map", {simulate(), "--out", at("out"), "--world", "config/worlds/lab.toml"});
-  ASSERT_EQ(result.code, 0) << result.output;
+  const std::string out = map_of_drive();
   for (const char* name :
        {"map.pgm", "map.yaml", "map.png", "trajectory.tum", "trajectory_live.tum", "odometry.tum",
         "truth.tum", "model.ply", "model_scenes.ply", "model.glb", "model.obj", "planes.json",
         "model.png", "slam.lcm", "report.json"}) {
-    EXPECT_TRUE(std::filesystem::exists(at("out") + "/" + name)) << name;
+    EXPECT_TRUE(std::filesystem::exists(out + "/" + name)) << name;
   }
   // The model that was sent is the one that was written.
-  const TriangleMesh model = files::read_ply(at("out") + "/model.ply");
+  const TriangleMesh model = files::read_ply(out + "/model.ply");
   Corners written;
   for (const auto& [a, b, c] : model.triangles) {
     written.push_back({model.vertices_m[a], model.vertices_m[b], model.vertices_m[c]});
   }
   EXPECT_GT(written.size(), 10000U);
-  EXPECT_TRUE(sent_as_mesh(at("out") + "/slam.lcm") == written);
-  const nlohmann::json errors = report(at("out")).at("errors");
+  EXPECT_TRUE(sent_as_mesh(out + "/slam.lcm") == written);
+  const nlohmann::json errors = report(out).at("errors");
   // The range noise is 10 mm; a path off by more is no measurement of 361 beams.
   EXPECT_LT(errors.at("path error rms_m"), 0.01);
   EXPECT_GT(errors.at("odometry error rms_m"), 0.05);
@@ -147,12 +165,12 @@ TEST_F(MapProcess, MakesEverythingAndMeasuresItAgainstTheTruth) {
   EXPECT_LT(errors.at("map error rms_m"), 0.035);
   // Two of twelve sweeps, their scenes not yet registered in 3D: the floor's unevenness is in it.
   EXPECT_LT(errors.at("model error rms_m"), 0.02);
-  const nlohmann::json surface = report(at("out")).at("surface");
+  const nlohmann::json surface = report(out).at("surface");
   EXPECT_LT(surface.at("simplified triangles"), 0.1 * surface.at("triangles").get<double>());
   EXPECT_LE(surface.at("simplified, part beyond the bound"), 0.001);
-  const auto scans = files::read_tum(at("out") + "/truth.tum").size();
-  EXPECT_EQ(files::read_tum(at("out") + "/trajectory.tum").size(), scans);
-  EXPECT_EQ(files::read_tum(at("out") + "/trajectory_live.tum").size(), scans);
+  const auto scans = files::read_tum(out + "/truth.tum").size();
+  EXPECT_EQ(files::read_tum(out + "/trajectory.tum").size(), scans);
+  EXPECT_EQ(files::read_tum(out + "/trajectory_live.tum").size(), scans);
 }
 
 // Of the simulator's colours what the light leaves as it is.
@@ -227,12 +245,11 @@ TEST_F(MapProcess, ARecordingWithPicturesMakesAModelWithTheWorldsColours) {
 }
 
 TEST_F(MapProcess, TwoRunsAreTheSameToTheLastByte) {
-  const std::string log = simulate();
-  ASSERT_EQ(run("marco-map", {log, "--out", at("one")}).code, 0);
-  ASSERT_EQ(run("marco-map", {log, "--out", at("two")}).code, 0);
+  const std::string one = map_of_drive();
+  ASSERT_EQ(map_drive(at("two")).code, 0);
   for (const char* name : {"slam.lcm", "trajectory.tum", "trajectory_live.tum", "map.pgm",
                            "model.ply", "model.glb", "model.obj", "planes.json"}) {
-    EXPECT_TRUE(files::read_whole_file(at("one") + "/" + name) ==
+    EXPECT_TRUE(files::read_whole_file(one + "/" + name) ==
                 files::read_whole_file(at("two") + "/" + name))
         << name;
   }
@@ -282,9 +299,7 @@ TEST_F(MapProcess, OnlyHeldOutScansJudgeTheMap) {
 }
 
 TEST_F(MapProcess, ADamagedLogIsUsedAsFarAsItIsGood) {
-  const std::string log = simulate();
-  ASSERT_EQ(run("marco-map", {log, "--out", at("whole")}).code, 0);
-  std::string bytes = files::read_whole_file(log);
+  std::string bytes = files::read_whole_file(drive());
   bytes.resize(bytes.size() - 100);  // ends within an event
   for (int i = 0; i < 100; ++i) {
     char& byte = bytes[static_cast<std::size_t>(i + 1) * (bytes.size() / 102)];
@@ -299,7 +314,7 @@ TEST_F(MapProcess, ADamagedLogIsUsedAsFarAsItIsGood) {
   EXPECT_GT(found.at("scans").at("posed"), 700);
   // The damaged log's own truth is damaged too.
   const TrajectoryFit fit = fit_to_truth(files::read_tum(at("out/trajectory.tum")),
-                                         files::read_tum(at("whole/truth.tum")));
+                                         files::read_tum(map_of_drive() + "/truth.tum"));
   EXPECT_LT(fit.rms_m, 0.02);
 }
 
@@ -341,8 +356,7 @@ TEST_F(MapProcess, AFullDiskIsAFailureThatNamesTheFile) {
     std::printf("SKIPPED: no tmpfs of our own here\n");
     return;
   }
-  const std::string log = simulate();
-  const Result result = run("marco-map", {log, "--out", full.string()});
+  const Result result = run("marco-map", {drive(), "--out", full.string()});
   umount(full.c_str());
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.output, HasSubstr("slam.lcm"));
@@ -353,8 +367,7 @@ TEST_F(MapProcess, AFullDiskIsAFailureThatNamesTheFile) {
 using Poses = std::map<int64_t, Pose2>;
 
 TEST_F(MapProcess, ALogReplayedIntoTheLiveProcessGivesThePosesOfTheBatchRun) {
-  const std::string log = simulate();
-  ASSERT_EQ(run("marco-map", {log, "--out", at("batch")}).code, 0);
+  const Trajectory batch = files::read_tum(map_of_drive() + "/trajectory_live.tum");
   process::LcmBus bus("");
   process::DropCounter drops;
   Poses live;
@@ -367,8 +380,7 @@ TEST_F(MapProcess, ALogReplayedIntoTheLiveProcessGivesThePosesOfTheBatchRun) {
   Program slam("marco-slam", {}, at("slam.out"));
   for (int i = 0; i < 100 && !slam_is_up; ++i) bus.handle_once(100);
   ASSERT_TRUE(slam_is_up) << files::read_whole_file(at("slam.out"));
-  Program player("lcm-logplayer", {"--speed=2", log}, at("player.out"));
-  const Trajectory batch = files::read_tum(at("batch/trajectory_live.tum"));
+  Program player("lcm-logplayer", {"--speed=2", drive()}, at("player.out"));
   // Ends when all have come, or no pose has come for three seconds of its statuses.
   std::size_t before = 0;
   for (int silent = 0; silent < 60 && live.size() < batch.size();) {

@@ -113,11 +113,12 @@ TEST(KnownTypes, AreTheSameInBothEncodings) {
       {"sensor_msgs/MultiEchoLaserScan", echoes},
   };
   for (const auto& [name, make] : samples) {
+    const auto& type = *known_type(name);
     const Bytes packed = make(RosWriter::Form::ros1), cdr = make(RosWriter::Form::cdr);
     const auto transcoded = [&](const Bytes& bytes, const char* from, const char* to) {
       WireReader in = WireReader::of(from, bytes);
       WireWriter out(to);
-      transcode(*known_type(name), in, out);
+      transcode(type, in, out);
       in.finish();
       return out.bytes();
     };

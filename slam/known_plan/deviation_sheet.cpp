@@ -87,7 +87,12 @@ std::string deviation_table(const PlanDeviations& deviations) {
   const auto part = [](const char* title, const std::string& lines) {
     return lines.empty() ? std::string() : title + ("\n" + lines);
   };
-  std::string table = part("off the plan:", off) + part("drawn, and not there:", missing) +
+  std::string table;
+  if (deviations.axis_thickness_m > 0) {
+    table = format("the plan draws the walls' middle lines; they are %.1f cm thick (median)\n",
+                   100 * deviations.axis_thickness_m);
+  }
+  table += part("off the plan:", off) + part("drawn, and not there:", missing) +
                       part("there, and not drawn:", more);
   table += format("%d walls' sides agree with the plan, %.1f cm rms", agreeing,
                   agreeing > 0 ? 100 * std::sqrt(squares / agreeing) : 0.0);
@@ -107,6 +112,7 @@ std::string deviations_json(const PlanDeviations& deviations, const KnownPlan& p
   json["drawing_from_map"] = {
       {"x_m", pose.x_m}, {"y_m", pose.y_m}, {"theta_rad", pose.theta_rad}};
   json["spread_m"] = rounded(deviations.fit.spread_m);
+  json["axis_thickness_m"] = rounded(deviations.axis_thickness_m);
   json["agreeing"] = rounded(deviations.fit.agreeing);
   json["walls"] = Json::array();
   for (const WallDeviation& wall : deviations.walls) {

@@ -47,11 +47,12 @@ class Comparison {
       : drawn_(drawn), plan_(make_plan(keys)) {
     std::vector<WallFace> in_map;
     for (const WallFace& face : plan_.faces) in_map.push_back(moved(face, plan_.map_from_plan));
-    out_.fit = fit_to_plan(drawn, in_map, guess);
+    // With a narrow kernel lines in the middle of walls would be taken for one of their faces.
+    constexpr double kWideM = 0.15;
+    fit(in_map, guess, kWideM);
+    draw_faces_of_axes();
+    fit(in_map, out_.fit.drawing_from_map, 0.0);
     plan_from_drawing_ = (out_.fit.drawing_from_map * plan_.map_from_plan).inverse();
-    for (const WallFace& face : in_map) {
-      measured_.push_back(moved(face, out_.fit.drawing_from_map));
-    }
     taken_.resize(measured_.size(), false);
     space_.emplace(keys, out_.fit.drawing_from_map);
     surfels_ = gather_surfels(keys, out_.fit.drawing_from_map);
@@ -74,6 +75,7 @@ class Comparison {
       measure_curve(wall);
       out_.walls.push_back(wall);
     }
+    drop_undrawn_sides();
     number();
     for (std::size_t i = 0; i < measured_.size(); ++i) {
       if (!taken_[i]) add_undrawn(measured_[i]);
@@ -82,6 +84,63 @@ class Comparison {
   }
 
  private:
+  void fit(const std::vector<WallFace>& in_map, const Pose2& guess, double narrowest_m) {
+    out_.fit = fit_to_plan(drawn_, in_map, guess, narrowest_m);
+    measured_.clear();
+    for (const WallFace& face : in_map) {
+      measured_.push_back(moved(face, out_.fit.drawing_from_map));
+    }
+  }
+
+  // Whether these are the two sides of it.
+  static bool is_one_line(const WallFace& front, const WallFace& back) {
+    constexpr double kSameLineM = 0.005;
+    return back.normal.dot(front.normal) < -0.9999 &&
+           std::abs(back.offset_m + front.offset_m) < kSameLineM &&
+           overlap_m(front, back) > kLeastM;
+  }
+
+  std::optional<std::size_t> back_of(const WallFace& front) const {
+    for (std::size_t i = 0; i < drawn_.size(); ++i) {
+      if (!drawn_[i].curved && is_one_line(front, drawn_[i].face)) return i;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<double> measured_off(const WallFace& drawn) const {
+    const std::vector<std::size_t> faces = faces_on(drawn);
+    if (faces.empty()) return std::nullopt;
+    const WallFace& face = measured_[faces.front()];
+    return drawn.distance_m(face.at((face.low_m + face.high_m) / 2));
+  }
+
+  // Where most lines that were measured from both sides lie in the middle of their walls, moves
+  // both drawn faces to where the wall's should be.
+  void draw_faces_of_axes() {
+    constexpr double kThinM = 0.03, kMiddle = 0.3;
+    constexpr std::size_t kLeast = 6;
+    std::vector<double> thick, half(drawn_.size(), 0.0);
+    std::size_t in_middle = 0;
+    for (std::size_t i = 0; i < drawn_.size(); ++i) {
+      if (drawn_[i].curved) continue;
+      const auto off = measured_off(drawn_[i].face);
+      const auto back = back_of(drawn_[i].face);
+      if (!off || !back) continue;
+      const double thickness = *off + measured_off(drawn_[*back].face).value_or(-1e9);
+      if (thickness < kThinM) continue;
+      thick.push_back(thickness);
+      half[i] = thickness / 2;
+      in_middle += std::abs(*off - half[i]) < kMiddle * thickness ? 1 : 0;
+    }
+    if (thick.size() < kLeast || in_middle * 2 < thick.size()) return;
+    const auto middle = thick.begin() + static_cast<std::ptrdiff_t>(thick.size() / 2);
+    std::nth_element(thick.begin(), middle, thick.end());
+    out_.axis_thickness_m = *middle;
+    for (std::size_t i = 0; i < drawn_.size(); ++i) {
+      if (!drawn_[i].curved) drawn_[i].face.offset_m += half[i] > 0 ? half[i] : *middle / 2;
+    }
+  }
+
   std::string room_at(const WallFace& face) const {
     constexpr double kBeforeM = 0.3;
     const Vector at = plan_from_drawing_ *
@@ -106,6 +165,18 @@ class Comparison {
            std::abs(drawn.distance_m(face.at((face.low_m + face.high_m) / 2))) < kSameWallM;
   }
 
+  // How far the nearest drawn face is that it can belong to: what another wall explains is none of
+  // this one's.
+  double nearest_drawn_m(const WallFace& face) const {
+    const Vector middle = face.at((face.low_m + face.high_m) / 2);
+    double nearest = kSameWallM;
+    for (const DrawnFace& drawn : drawn_) {
+      if (drawn.curved || !is_same_wall(drawn.face, face)) continue;
+      nearest = std::min(nearest, std::abs(drawn.face.distance_m(middle)));
+    }
+    return nearest;
+  }
+
   // The faces on it that lie on one line: of a wall and what stands before it, the longer.
   std::vector<std::size_t> faces_on(const WallFace& drawn) const {
     std::vector<std::size_t> near;
@@ -113,6 +184,11 @@ class Comparison {
       if (is_same_wall(drawn, measured_[i])) near.push_back(i);
     }
     constexpr double kOneLineM = 0.04;
+    std::erase_if(near, [&](std::size_t i) {
+      const WallFace& face = measured_[i];
+      return std::abs(drawn.distance_m(face.at((face.low_m + face.high_m) / 2))) >
+             nearest_drawn_m(face) + kOneLineM;
+    });
     const auto off = [&](std::size_t i) {
       const WallFace& face = measured_[i];
       return drawn.distance_m(face.at((face.low_m + face.high_m) / 2));
@@ -255,6 +331,24 @@ class Comparison {
     }
   }
 
+  // Where a plan draws but one face of a wall, what was measured behind it is the other.
+  void drop_undrawn_sides() {
+    constexpr double kThinM = 0.03;
+    std::vector<bool> is_behind(out_.walls.size(), false);
+    for (std::size_t i = 0; i < out_.walls.size(); ++i) {
+      const WallDeviation& wall = out_.walls[i];
+      if (wall.is_curve() || wall.off_m < kThinM) continue;
+      for (const WallDeviation& front : out_.walls) {
+        is_behind[i] = is_behind[i] ||
+                       (!front.is_curve() && front.state == WallDeviation::State::measured &&
+                        is_one_line(wall.drawn.front().face, front.drawn.front().face) &&
+                        std::abs(front.off_m) < wall.off_m / 2);
+      }
+    }
+    std::size_t index = 0;
+    std::erase_if(out_.walls, [&](const WallDeviation&) { return is_behind[index++]; });
+  }
+
   // Room by room, the longest first.
   void number() {
     std::stable_sort(out_.walls.begin(), out_.walls.end(),
@@ -291,7 +385,7 @@ class Comparison {
     out_.undrawn.push_back(wall);
   }
 
-  const std::vector<DrawnFace>& drawn_;
+  std::vector<DrawnFace> drawn_;
   FloorPlan plan_;
   PlanDeviations out_;
   Pose2 plan_from_drawing_;

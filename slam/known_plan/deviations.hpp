@@ -45,6 +45,10 @@ struct UndrawnWall {
 
 struct PlanDeviations {
   PlanFit fit;
+  /// The plan draws walls as one line, which lies in their middle: so thick they are, the median.
+  /// Deviations are then those of the middle; of a wall whose other side was not measured, with
+  /// this thickness. 0 where faces are drawn.
+  double axis_thickness_m = 0.0;
   std::vector<WallDeviation> walls;
   std::vector<UndrawnWall> undrawn;
 };

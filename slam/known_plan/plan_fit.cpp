@@ -114,13 +114,15 @@ std::optional<Pose2> find_in_plan(const PlanSight& plan, const std::vector<Keyfr
 
 PlanFit fit_to_plan(const std::vector<DrawnFace>& drawn,
                     const std::vector<WallFace>& measured,
-                    const Pose2& drawing_from_map_guess) {
+                    const Pose2& drawing_from_map_guess,
+                    double narrowest_m) {
   constexpr std::size_t kLeast = 6;  // ends
   constexpr int kStepsEach = 6;
   PlanFit fit;
   fit.drawing_from_map = drawing_from_map_guess;
   fit.spread_m = 0.02;
   for (const double kernel_m : {0.3, 0.15, 0.08, 0.04, 0.04}) {
+    if (kernel_m < narrowest_m) break;
     for (int i = 0; i < kStepsEach; ++i) {
       const auto pairings =
           pair_up(drawn, measured, fit.drawing_from_map, std::max(0.25, 2 * kernel_m));

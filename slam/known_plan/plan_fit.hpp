@@ -32,11 +32,13 @@ std::optional<Pose2> find_in_plan(const PlanSight& plan, const std::vector<Keyfr
 /// degrees, with a kernel that leaves out what does not agree (Geman and McClure): one wall that
 /// was moved does not move the others. Each face counts once at each of its ends, as well as the
 /// spread of the others says.
-/// @param measured  in the map's frame. @throws std::invalid_argument where fewer than three of
+/// @param measured  in the map's frame. @param narrowest_m  the kernel, which narrows from 0.3 m to
+/// 0.04 m, stays above this. @throws std::invalid_argument where fewer than three of
 /// them lie near what is drawn.
 PlanFit fit_to_plan(const std::vector<DrawnFace>& drawn,
                     const std::vector<WallFace>& measured,
-                    const Pose2& drawing_from_map_guess);
+                    const Pose2& drawing_from_map_guess,
+                    double narrowest_m = 0.0);
 
 /// The same face in another frame.
 WallFace moved(const WallFace& face, const Pose2& to_from_frame);

@@ -40,10 +40,11 @@ class LookAbout {
 
   PlanSight run() {
     for (const Vector& spot : spots()) look(spot);
-    require(!sight_.keyframes.empty(), "leaves no room to stand between its lines");
     for (std::size_t i = 0; i < plan_.lines.size(); ++i) {
       for (std::size_t side = 0; side < 2; ++side) face_of(i, side);
     }
+    require(!sight_.faces.empty(), "leaves no room to stand between its lines");
+    make_keyframes();
     join();
     return std::move(sight_);
   }
@@ -73,32 +74,17 @@ class LookAbout {
   }
 
   void look(const Vector& spot) {
-    Keyframe key;
-    key.world_from_robot = {spot.x(), spot.y(), 0.0};
-    std::vector<Vector> points, normals;
     for (int ray = 0; ray < kRays; ++ray) {
       const Vector way = way_of(ray);
       const auto hit = rays_.cast(spot, way, kReachM);
       if (!hit) continue;
       const KnownPlan::Line& line = plan_.lines[static_cast<std::size_t>(hit->line)];
       const Vector along = (line.to - line.from).normalized();
-      Vector normal(-along.y(), along.x());
-      const std::size_t side = normal.dot(way) < 0 ? 0 : 1;
-      if (side == 1) normal = -normal;
-      points.push_back(way * hit->range_m);
-      normals.push_back(normal);
+      const std::size_t side = Vector(-along.y(), along.x()).dot(way) < 0 ? 0 : 1;
       auto& bins = seen_[static_cast<std::size_t>(hit->line)].bins[side];
-      const double at = along.dot(spot + points.back() - line.from);
+      const double at = along.dot(spot + way * hit->range_m - line.from);
       bins[std::min(bins.size() - 1, static_cast<std::size_t>(std::max(0.0, at) / kBinM))] = true;
     }
-    if (points.size() < kRays / 10) return;
-    key.points_in_robot.points.resize(2, static_cast<Eigen::Index>(points.size()));
-    key.points_in_robot.normals = key.points_in_robot.points;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      key.points_in_robot.points.col(static_cast<Eigen::Index>(i)) = points[i];
-      key.points_in_robot.normals.col(static_cast<Eigen::Index>(i)) = normals[i];
-    }
-    sight_.keyframes.push_back(std::move(key));
   }
 
   void face_of(std::size_t index, std::size_t side) {
@@ -125,6 +111,42 @@ class LookAbout {
     drawn.face.low_m = std::min(a, b);
     drawn.face.high_m = std::max(a, b);
     sight_.faces.push_back(drawn);
+  }
+
+  // A keyframe a stretch, from right before it: a plan knows walls, and not what stands in a room.
+  void make_keyframes() {
+    constexpr double kStretchM = 1.6, kBeforeM = 0.3, kPointM = 0.04, kFacing = 0.5;
+    std::vector<Vector> points, normals;
+    const auto finish = [&] {
+      if (points.empty()) return;
+      Keyframe& key = sight_.keyframes.emplace_back();
+      Vector middle = Vector::Zero();
+      for (const Vector& point : points) middle += point / static_cast<double>(points.size());
+      const Vector sensor = middle + kBeforeM * normals[normals.size() / 2];
+      key.world_from_robot = {sensor.x(), sensor.y(), 0.0};
+      key.points_in_robot.points.resize(2, static_cast<Eigen::Index>(points.size()));
+      key.points_in_robot.normals = key.points_in_robot.points;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        key.points_in_robot.points.col(static_cast<Eigen::Index>(i)) = points[i] - sensor;
+        key.points_in_robot.normals.col(static_cast<Eigen::Index>(i)) = normals[i];
+      }
+      points.clear();
+      normals.clear();
+    };
+    for (const DrawnFace& drawn : sight_.faces) {
+      const WallFace& face = drawn.face;
+      const int count = std::max(1, static_cast<int>(face.length_m() / kPointM));
+      for (int i = 0; i < count; ++i) {
+        const Vector point = face.at(face.low_m + face.length_m() * (i + 0.5) / count);
+        if (!points.empty() && ((point - points.front()).norm() > kStretchM ||
+                                normals.front().dot(face.normal) < kFacing)) {
+          finish();
+        }
+        points.push_back(point);
+        normals.push_back(face.normal);
+      }
+    }
+    finish();
   }
 
   // Pieces of one wall, such as draughtsmen leave behind.

@@ -118,7 +118,7 @@ class Comparison {
   // both drawn faces to where the wall's should be.
   void draw_faces_of_axes() {
     constexpr double kThinM = 0.03, kMiddle = 0.3;
-    constexpr std::size_t kLeast = 6;
+    constexpr std::size_t kLeast = 4;
     std::vector<double> thick, half(drawn_.size(), 0.0);
     std::size_t in_middle = 0;
     for (std::size_t i = 0; i < drawn_.size(); ++i) {

@@ -18,6 +18,7 @@ struct Pairing {
   Vector normal = {0, 0};  ///< of the drawn face
   double off_m = 0.0;
   double sigma_m = 0.0;
+  double length_m = 0.0;  ///< of the face
 };
 
 std::vector<Pairing> pair_up(const std::vector<DrawnFace>& drawn,
@@ -33,7 +34,8 @@ std::vector<Pairing> pair_up(const std::vector<DrawnFace>& drawn,
       const auto nearest = drawn_face_at(drawn, point, normal, reach_m);
       if (!nearest || drawn[*nearest].curved) continue;
       const WallFace& on = drawn[*nearest].face;
-      pairings.push_back({point, on.normal, on.distance_m(point), face.sigma_m});
+      pairings.push_back({point, on.normal, on.distance_m(point), face.sigma_m,
+                          face.length_m()});
     }
   }
   return pairings;
@@ -48,8 +50,11 @@ double median(std::vector<double> values) {
 // One step of iteratively reweighted least squares about the faces' middle.
 void step(PlanFit& fit, const std::vector<Pairing>& pairings, double kernel_m) {
   fit.middle.setZero();
-  for (const Pairing& pairing : pairings) fit.middle += pairing.point;
-  fit.middle /= static_cast<double>(pairings.size());
+  double mean_length_m = 0.0;
+  for (const Pairing& pairing : pairings) {
+    fit.middle += pairing.point / static_cast<double>(pairings.size());
+    mean_length_m += pairing.length_m / static_cast<double>(pairings.size());
+  }
   // Nothing moves along walls that are all parallel.
   Eigen::Matrix3d information = Eigen::Vector3d(1 / 0.25, 1 / 0.25, 1 / 0.01).asDiagonal();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
@@ -57,8 +62,10 @@ void step(PlanFit& fit, const std::vector<Pairing>& pairings, double kernel_m) {
     const double ratio = pairing.off_m / kernel_m;
     const double kept = std::pow(1 + ratio * ratio, -2);
     const double sigma = std::hypot(pairing.sigma_m, std::max(fit.spread_m, 0.002));
-    // The two ends of a face share its noise.
-    const double weight = kept / (2 * sigma * sigma);
+    // The two ends of a face share its noise. A wall in pieces is no more than one in one piece.
+    constexpr double kShort = 0.1, kLong = 3.0;
+    const double share = std::clamp(pairing.length_m / mean_length_m, kShort, kLong);
+    const double weight = kept * share / (2 * sigma * sigma);
     const Vector arm = pairing.point - fit.middle;
     const Eigen::Vector3d row(pairing.normal.x(), pairing.normal.y(),
                               pairing.normal.dot(Vector(-arm.y(), arm.x())));

@@ -30,8 +30,7 @@ std::optional<Pose2> find_in_plan(const PlanSight& plan, const std::vector<Keyfr
 
 /// Least squares of measured faces on drawn ones, from a guess good to half a metre and some
 /// degrees, with a kernel that leaves out what does not agree (Geman and McClure): one wall that
-/// was moved does not move the others. Each face counts once at each of its ends, as well as the
-/// spread of the others says.
+/// was moved does not move the others. Each face counts at both its ends, by its length.
 /// @param measured  in the map's frame. @param narrowest_m  the kernel, which narrows from 0.3 m to
 /// 0.04 m, stays above this. @throws std::invalid_argument where fewer than three of
 /// them lie near what is drawn.

@@ -29,11 +29,11 @@ struct Length {
 
 Length length_of(std::string_view text) {
   const std::size_t end = std::min(text.find_first_not_of("0123456789+-. \t\r\n"), text.size());
-  const std::size_t e = text.substr(end, 1) == "e" && text.size() > end + 1 &&
-                                std::string_view("0123456789+-").find(text[end + 1]) !=
-                                    std::string_view::npos
-                            ? std::min(text.find_first_not_of("0123456789+-e.", end), text.size())
-                            : end;
+  const std::size_t e =
+      text.substr(end, 1) == "e" && text.size() > end + 1 &&
+              std::string_view("0123456789+-").find(text[end + 1]) != std::string_view::npos
+          ? std::min(text.find_first_not_of("0123456789+-e.", end), text.size())
+          : end;
   const std::size_t after = text.find_last_not_of(" \t\r\n");
   const std::size_t size = after == std::string_view::npos || after + 1 < e ? 0 : after + 1 - e;
   return {SvgNumbers(text.substr(0, e)).number(), text.substr(e, size)};
@@ -123,7 +123,8 @@ class SvgReader {
       return tag.attribute(property) == value ||
              plain.find(std::string(property) + ":" + value) != std::string::npos;
     };
-    for (const char* unseen : {"defs", "symbol", "clipPath", "mask", "marker", "pattern", "style"}) {
+    for (const char* unseen :
+         {"defs", "symbol", "clipPath", "mask", "marker", "pattern", "style"}) {
       if (name == unseen) inside.is_hidden = true;
     }
     if (is_off("display", "none") || is_off("visibility", "hidden")) inside.is_hidden = true;
@@ -204,9 +205,10 @@ class SvgReader {
       if (tag.attribute("width").find('%') != std::string::npos) return;
       begin();
       const Vector low = at("x", "y"), size = at("width", "height");
-      const Vector corners[] = {
-          low, low + Vector(size.x(), 0), low + size, low + Vector(0, size.y())};
-      for (int i = 0; i < 4; ++i) out_.line(place * corners[i], place * corners[(i + 1) % 4], layer_);
+      const Vector corners[] = {low, low + Vector(size.x(), 0), low + size,
+                                low + Vector(0, size.y())};
+      for (int i = 0; i < 4; ++i)
+        out_.line(place * corners[i], place * corners[(i + 1) % 4], layer_);
     } else if (name == "circle" || name == "ellipse") {
       begin();
       const Vector radii = name == "circle" ? at("r", "r") : at("rx", "ry");
@@ -240,8 +242,7 @@ class SvgReader {
     const int chords = chords_of_span(2 * std::numbers::pi);
     const auto at = [&](int i) -> Vector {
       const double angle = 2 * std::numbers::pi * i / chords;
-      return place *
-             Vector(centre + radii.cwiseProduct(Vector(std::cos(angle), std::sin(angle))));
+      return place * Vector(centre + radii.cwiseProduct(Vector(std::cos(angle), std::sin(angle))));
     };
     for (int i = 0; i < chords; ++i) out_.line(at(i), at(i + 1), layer_, true);
   }

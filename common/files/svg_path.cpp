@@ -21,7 +21,8 @@ class PathReader {
     while (!numbers_.at_end()) {
       const char letter = numbers_.letter();
       if (letter != 0) command = letter;
-      require(letter != 0 || (command != 'Z' && command != 'z'), "holds a path with a stray number");
+      require(letter != 0 || (command != 'Z' && command != 'z'),
+              "holds a path with a stray number");
       require(command != 0 && (!chains_.empty() || command == 'M' || command == 'm'),
               "holds a path that does not begin with M");
       step(command);

@@ -53,7 +53,8 @@ bool XmlTags::next(XmlTag& tag) {
   while (true) {
     at_ = text_.find('<', at_);
     if (at_ == std::string_view::npos) return false;
-    if (skip_over("<!--", "-->") || skip_over("<![CDATA[", "]]>") || skip_over("<?", "?>")) continue;
+    if (skip_over("<!--", "-->") || skip_over("<![CDATA[", "]]>") || skip_over("<?", "?>"))
+      continue;
     if (text_.substr(at_).starts_with("<!")) {
       skip_declaration();
       continue;

@@ -9,8 +9,8 @@ namespace marco::files {
 /// An XML tag with its attributes.
 struct XmlTag {
   std::string_view name;
-  bool closes = false;    ///< </name>
-  bool is_empty = false;  ///< <name/>
+  bool closes = false;    ///< an end tag
+  bool is_empty = false;  ///< begins and ends at once
   std::vector<std::pair<std::string_view, std::string_view>> attributes;
 
   /// Without its name space.

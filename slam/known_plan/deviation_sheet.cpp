@@ -31,8 +31,8 @@ const char* name_of(State state) {
 
 std::string place_of(const WallDeviation& wall) {
   const Vector a = begin_of(wall), b = end_of(wall);
-  return format("wall %d (%.1f m, %s%s, from %.2f %.2f to %.2f %.2f)", wall.number,
-                wall.length_m(), wall.is_curve() ? "curved, " : "",
+  return format("wall %d (%.1f m, %s%s, from %.2f %.2f to %.2f %.2f)", wall.number, wall.length_m(),
+                wall.is_curve() ? "curved, " : "",
                 wall.room.empty() ? "outside" : (wall.room + " side").c_str(), a.x(), a.y(), b.x(),
                 b.y());
 }
@@ -42,8 +42,8 @@ std::string line_of(const WallDeviation& wall) {
   if (wall.state == State::missing) return line + ": is not there";
   if (wall.is_off() && wall.is_curve()) {
     line += format(": %.1f cm off the plan (its centre by %.1f %.1f cm, %.1f cm outwards)",
-                   100 * std::max(wall.shift_m.norm(), std::abs(wall.off_m)), 100 * wall.shift_m.x(),
-                   100 * wall.shift_m.y(), 100 * wall.off_m);
+                   100 * std::max(wall.shift_m.norm(), std::abs(wall.off_m)),
+                   100 * wall.shift_m.x(), 100 * wall.shift_m.y(), 100 * wall.off_m);
   } else if (wall.is_off()) {
     line += format(": %.1f cm off the plan, %s the room", 100 * std::abs(wall.off_m),
                    wall.off_m > 0 ? "into" : "away from");
@@ -78,9 +78,9 @@ std::string deviation_table(const PlanDeviations& deviations) {
       continue;
     }
     const Vector a = wall.face.at(wall.face.low_m), b = wall.face.at(wall.face.high_m);
-    std::string line = format("  %.1f m, %s, from %.2f %.2f to %.2f %.2f", wall.face.length_m(),
-                              wall.room.empty() ? "outside" : wall.room.c_str(), a.x(), a.y(),
-                              b.x(), b.y());
+    std::string line =
+        format("  %.1f m, %s, from %.2f %.2f to %.2f %.2f", wall.face.length_m(),
+               wall.room.empty() ? "outside" : wall.room.c_str(), a.x(), a.y(), b.x(), b.y());
     if (wall.before > 0) line += format(", before wall %d", wall.before);
     more += line + "\n";
   }
@@ -93,7 +93,7 @@ std::string deviation_table(const PlanDeviations& deviations) {
                    100 * deviations.axis_thickness_m);
   }
   table += part("off the plan:", off) + part("drawn, and not there:", missing) +
-                      part("there, and not drawn:", more);
+           part("there, and not drawn:", more);
   table += format("%d walls' sides agree with the plan, %.1f cm rms", agreeing,
                   agreeing > 0 ? 100 * std::sqrt(squares / agreeing) : 0.0);
   if (not_seen > 0) table += format("; %d (%.1f m) were not seen", not_seen, not_seen_m);
@@ -109,8 +109,7 @@ std::string deviations_json(const PlanDeviations& deviations, const KnownPlan& p
                   {"layers_taken", plan.taken},
                   {"layers_passed_over", plan.passed_over}};
   const Pose2& pose = deviations.fit.drawing_from_map;
-  json["drawing_from_map"] = {
-      {"x_m", pose.x_m}, {"y_m", pose.y_m}, {"theta_rad", pose.theta_rad}};
+  json["drawing_from_map"] = {{"x_m", pose.x_m}, {"y_m", pose.y_m}, {"theta_rad", pose.theta_rad}};
   json["spread_m"] = rounded(deviations.fit.spread_m);
   json["axis_thickness_m"] = rounded(deviations.axis_thickness_m);
   json["agreeing"] = rounded(deviations.fit.agreeing);

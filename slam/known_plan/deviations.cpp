@@ -1,10 +1,11 @@
 #include "slam/known_plan/deviations.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "slam/known_plan/curve_fit.hpp"
+#include "slam/known_plan/face_matching.hpp"
 #include "slam/plan/free_space.hpp"
 #include "slam/plan/make_plan.hpp"
 #include "slam/plan/surfels.hpp"
@@ -14,8 +15,7 @@ namespace {
 
 using Vector = Eigen::Vector2d;
 
-constexpr double kSameWallM = 0.25;  // a face farther off is another wall
-constexpr double kLeastM = 0.30;     // as WallFace
+constexpr double kLeastM = 0.30;  // as WallFace
 constexpr double kStepM = 0.05;
 
 bool holds(const std::vector<RoomEdge>& loop, const Vector& point) {
@@ -50,7 +50,7 @@ class Comparison {
     // With a narrow kernel lines in the middle of walls would be taken for one of their faces.
     constexpr double kWideM = 0.15;
     fit(in_map, guess, kWideM);
-    draw_faces_of_axes();
+    out_.axis_thickness_m = FaceMatching(drawn_, measured_).draw_faces_of_axes(drawn_);
     fit(in_map, out_.fit.drawing_from_map, 0.0);
     plan_from_drawing_ = (out_.fit.drawing_from_map * plan_.map_from_plan).inverse();
     taken_.resize(measured_.size(), false);
@@ -92,55 +92,6 @@ class Comparison {
     }
   }
 
-  // Whether these are the two sides of it.
-  static bool is_one_line(const WallFace& front, const WallFace& back) {
-    constexpr double kSameLineM = 0.005;
-    return back.normal.dot(front.normal) < -0.9999 &&
-           std::abs(back.offset_m + front.offset_m) < kSameLineM &&
-           overlap_m(front, back) > kLeastM;
-  }
-
-  std::optional<std::size_t> back_of(const WallFace& front) const {
-    for (std::size_t i = 0; i < drawn_.size(); ++i) {
-      if (!drawn_[i].curved && is_one_line(front, drawn_[i].face)) return i;
-    }
-    return std::nullopt;
-  }
-
-  std::optional<double> measured_off(const WallFace& drawn) const {
-    const std::vector<std::size_t> faces = faces_on(drawn);
-    if (faces.empty()) return std::nullopt;
-    const WallFace& face = measured_[faces.front()];
-    return drawn.distance_m(face.at((face.low_m + face.high_m) / 2));
-  }
-
-  // Where most lines that were measured from both sides lie in the middle of their walls, moves
-  // both drawn faces to where the wall's should be.
-  void draw_faces_of_axes() {
-    constexpr double kThinM = 0.03, kMiddle = 0.3;
-    constexpr std::size_t kLeast = 4;
-    std::vector<double> thick, half(drawn_.size(), 0.0);
-    std::size_t in_middle = 0;
-    for (std::size_t i = 0; i < drawn_.size(); ++i) {
-      if (drawn_[i].curved) continue;
-      const auto off = measured_off(drawn_[i].face);
-      const auto back = back_of(drawn_[i].face);
-      if (!off || !back) continue;
-      const double thickness = *off + measured_off(drawn_[*back].face).value_or(-1e9);
-      if (thickness < kThinM) continue;
-      thick.push_back(thickness);
-      half[i] = thickness / 2;
-      in_middle += std::abs(*off - half[i]) < kMiddle * thickness ? 1 : 0;
-    }
-    if (thick.size() < kLeast || in_middle * 2 < thick.size()) return;
-    const auto middle = thick.begin() + static_cast<std::ptrdiff_t>(thick.size() / 2);
-    std::nth_element(thick.begin(), middle, thick.end());
-    out_.axis_thickness_m = *middle;
-    for (std::size_t i = 0; i < drawn_.size(); ++i) {
-      if (!drawn_[i].curved) drawn_[i].face.offset_m += half[i] > 0 ? half[i] : *middle / 2;
-    }
-  }
-
   std::string room_at(const WallFace& face) const {
     constexpr double kBeforeM = 0.3;
     const Vector at = plan_from_drawing_ *
@@ -149,63 +100,6 @@ class Comparison {
       if (!room.loops.empty() && holds(room.loops.front(), at)) return room.name;
     }
     return {};
-  }
-
-  static double overlap_m(const WallFace& drawn, const WallFace& face) {
-    const double a = drawn.along().dot(face.at(face.low_m));
-    const double b = drawn.along().dot(face.at(face.high_m));
-    return std::min(std::max(a, b), drawn.high_m) - std::max(std::min(a, b), drawn.low_m);
-  }
-
-  bool is_same_wall(const WallFace& drawn, const WallFace& face) const {
-    constexpr double kFacing = 0.985;
-    const double overlap = overlap_m(drawn, face);
-    return face.normal.dot(drawn.normal) > kFacing && overlap > 0.1 &&
-           overlap > 0.4 * std::min(face.length_m(), drawn.length_m()) &&
-           std::abs(drawn.distance_m(face.at((face.low_m + face.high_m) / 2))) < kSameWallM;
-  }
-
-  // How far the nearest drawn face is that it can belong to: what another wall explains is none of
-  // this one's.
-  double nearest_drawn_m(const WallFace& face) const {
-    const Vector middle = face.at((face.low_m + face.high_m) / 2);
-    double nearest = kSameWallM;
-    for (const DrawnFace& drawn : drawn_) {
-      if (drawn.curved || !is_same_wall(drawn.face, face)) continue;
-      nearest = std::min(nearest, std::abs(drawn.face.distance_m(middle)));
-    }
-    return nearest;
-  }
-
-  // The faces on it that lie on one line: of a wall and what stands before it, the longer.
-  std::vector<std::size_t> faces_on(const WallFace& drawn) const {
-    std::vector<std::size_t> near;
-    for (std::size_t i = 0; i < measured_.size(); ++i) {
-      if (is_same_wall(drawn, measured_[i])) near.push_back(i);
-    }
-    constexpr double kOneLineM = 0.04;
-    std::erase_if(near, [&](std::size_t i) {
-      const WallFace& face = measured_[i];
-      return std::abs(drawn.distance_m(face.at((face.low_m + face.high_m) / 2))) >
-             nearest_drawn_m(face) + kOneLineM;
-    });
-    const auto off = [&](std::size_t i) {
-      const WallFace& face = measured_[i];
-      return drawn.distance_m(face.at((face.low_m + face.high_m) / 2));
-    };
-    std::vector<std::size_t> best;
-    double most_m = 0.0;
-    for (const std::size_t centre : near) {
-      std::vector<std::size_t> line;
-      double length = 0.0;
-      for (const std::size_t i : near) {
-        if (std::abs(off(i) - off(centre)) > kOneLineM) continue;
-        line.push_back(i);
-        length += overlap_m(drawn, measured_[i]);
-      }
-      if (length > most_m) most_m = length, best = line;
-    }
-    return best;
   }
 
   double sigma_at(const Vector& point, const Vector& normal, double own_sigma_m) const {
@@ -218,7 +112,7 @@ class Comparison {
   void measure(WallDeviation& wall) {
     const WallFace& drawn = wall.drawn.front().face;
     wall.room = room_at(drawn);
-    const std::vector<std::size_t> faces = faces_on(drawn);
+    const std::vector<std::size_t> faces = FaceMatching(drawn_, measured_).faces_on(drawn);
     double weights = 0.0, own = 0.0;
     Vector middle = Vector::Zero();
     for (const std::size_t i : faces) {
@@ -227,9 +121,9 @@ class Comparison {
       const Vector at = face.at((face.low_m + face.high_m) / 2);
       const double weight = face.length_m();
       wall.off_m += weight * drawn.distance_m(at);
-      wall.turn_rad +=
-          weight * std::atan2(drawn.normal.x() * face.normal.y() - drawn.normal.y() * face.normal.x(),
-                              drawn.normal.dot(face.normal));
+      wall.turn_rad += weight * std::atan2(drawn.normal.x() * face.normal.y() -
+                                               drawn.normal.y() * face.normal.x(),
+                                           drawn.normal.dot(face.normal));
       own += weight * face.sigma_m;
       middle += weight * at;
       weights += weight;
@@ -269,65 +163,24 @@ class Comparison {
     }
   }
 
-  // By the points on it: how far outwards it lies, and where its centre.
   void measure_curve(WallDeviation& wall) {
-    Eigen::Matrix3d information = Eigen::Vector3d(100, 25, 25).asDiagonal();
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero(), found = Eigen::Vector3d::Zero();
-    struct Spot {
-      Eigen::Vector3d row;
-      double off_m;
-    };
-    std::vector<Spot> spots;
-    for (const DrawnFace& chord : wall.drawn) {
-      bool is_seen = false;
-      for (const PlanSurfel& surfel : surfels_) {
-        const Vector at = surfel.mean();
-        const double along = chord.face.along().dot(at), off = chord.face.distance_m(at);
-        if (along < chord.face.low_m || along > chord.face.high_m || std::abs(off) > kSameWallM ||
-            surfel.normal.normalized().dot(chord.face.normal) < 0.9) {
-          continue;
-        }
-        is_seen = true;
-        spots.push_back({{1.0, chord.face.normal.x(), chord.face.normal.y()}, off});
-      }
-      if (is_seen) wall.seen_m += chord.face.length_m();
-    }
-    constexpr std::size_t kLeast = 6;
-    if (spots.size() >= kLeast) {
-      double squares = 0.0, kept = 0.0;
-      for (const double kernel_m : {0.2, 0.1, 0.05, 0.03, 0.03, 0.03}) {
-        information = Eigen::Vector3d(100, 25, 25).asDiagonal();
-        sum.setZero();
-        squares = kept = 0.0;
-        for (const Spot& spot : spots) {
-          const double rest = spot.off_m - spot.row.dot(found);
-          const double weight = std::pow(1 + rest * rest / (kernel_m * kernel_m), -2);
-          // Four surfels side by side share their noise.
-          information += weight / 4 / 1e-4 * spot.row * spot.row.transpose();
-          sum += weight / 4 / 1e-4 * spot.row * spot.off_m;
-          squares += weight * rest * rest;
-          kept += weight;
-        }
-        found = information.inverse() * sum;
-      }
-      wall.state = WallDeviation::State::measured;
-      wall.off_m = found.x();
-      wall.shift_m = found.tail<2>();
-      const double own = std::sqrt(information.inverse()(0, 0) * std::max(1.0, squares / kept / 1e-4));
-      const WallFace& some = wall.drawn[wall.drawn.size() / 2].face;
-      wall.sigma_m = sigma_at(some.at(some.low_m), some.normal, own);
-    }
-    const double seen_m = wall.seen_m;
     const WallFace& some = wall.drawn[wall.drawn.size() / 2].face;
     wall.room = room_at(some);
-    if (wall.state == WallDeviation::State::unseen) look_through(wall, {});
-    wall.seen_m = seen_m;
+    const CurveFit fit = fit_curve(wall.drawn, surfels_);
+    if (fit.found) {
+      wall.state = WallDeviation::State::measured;
+      wall.off_m = fit.off_m;
+      wall.shift_m = fit.shift_m;
+      wall.sigma_m = sigma_at(some.at(some.low_m), some.normal, fit.sigma_m);
+    } else {
+      look_through(wall, {});
+    }
+    wall.seen_m = fit.seen_m;
     // Faces that are chords of it, too.
     for (std::size_t i = 0; i < measured_.size(); ++i) {
       const WallFace& face = measured_[i];
-      const auto at = drawn_face_at(wall.drawn, face.at((face.low_m + face.high_m) / 2), face.normal,
-                                    kSameWallM);
-      if (at) taken_[i] = true;
+      const Vector middle = face.at((face.low_m + face.high_m) / 2);
+      if (drawn_face_at(wall.drawn, middle, face.normal, kSameWallM)) taken_[i] = true;
     }
   }
 
@@ -339,10 +192,10 @@ class Comparison {
       const WallDeviation& wall = out_.walls[i];
       if (wall.is_curve() || wall.off_m < kThinM) continue;
       for (const WallDeviation& front : out_.walls) {
-        is_behind[i] = is_behind[i] ||
-                       (!front.is_curve() && front.state == WallDeviation::State::measured &&
-                        is_one_line(wall.drawn.front().face, front.drawn.front().face) &&
-                        std::abs(front.off_m) < wall.off_m / 2);
+        is_behind[i] =
+            is_behind[i] || (!front.is_curve() && front.state == WallDeviation::State::measured &&
+                             is_one_line(wall.drawn.front().face, front.drawn.front().face) &&
+                             std::abs(front.off_m) < wall.off_m / 2);
       }
     }
     std::size_t index = 0;
@@ -369,15 +222,16 @@ class Comparison {
     for (const PlanObject& object : plan_.objects) {
       const Vector at = plan_from_drawing_ * middle;
       wall.furniture |=
-          object.round ? std::abs((at - object.centre).norm() - object.radius_m) < kOnObjectM
-                       : !object.outline.empty() &&
-                             distance_to_outline(object.outline, at) < kOnObjectM;
+          object.round
+              ? std::abs((at - object.centre).norm() - object.radius_m) < kOnObjectM
+              : !object.outline.empty() && distance_to_outline(object.outline, at) < kOnObjectM;
     }
     double nearest = kBeforeM;
     for (const WallDeviation& drawn : out_.walls) {
       const WallFace& on = drawn.drawn.front().face;
       const double off = on.distance_m(middle), along = on.along().dot(middle);
-      if (drawn.is_curve() || off < 0 || off > nearest || on.normal.dot(face.normal) < 0.97) continue;
+      if (drawn.is_curve() || off < 0 || off > nearest || on.normal.dot(face.normal) < 0.97)
+        continue;
       if (along < on.low_m || along > on.high_m) continue;
       nearest = off;
       wall.before = drawn.number;

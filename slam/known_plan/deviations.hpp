@@ -18,14 +18,14 @@ struct WallDeviation {
   int number = 0;                ///< from 1, in the order of the table
   std::vector<DrawnFace> drawn;  ///< one, or the chords of a curve
   State state = State::unseen;
-  std::string room;      ///< that it faces; "" where none was measured there
-  double off_m = 0.0;    ///< into the room, at the middle of what was seen; of a curve, outwards from
-                         ///< what is drawn on the side it is seen from
-  double sigma_m = 0.0;  ///< of that
-  double turn_rad = 0.0;            ///< against the drawn direction; 0 of a curve
+  std::string room;    ///< that it faces; "" where none was measured there
+  double off_m = 0.0;  ///< into the room, at the middle of what was seen; of a curve, outwards from
+                       ///< what is drawn on the side it is seen from
+  double sigma_m = 0.0;              ///< of that
+  double turn_rad = 0.0;             ///< against the drawn direction; 0 of a curve
   Eigen::Vector2d shift_m = {0, 0};  ///< of a curve: its centre
-  double seen_m = 0.0;              ///< of its length
-  double gone_m = 0.0;              ///< of its length, that beams went through
+  double seen_m = 0.0;               ///< of its length
+  double gone_m = 0.0;               ///< of its length, that beams went through
 
   double length_m() const;
   bool is_curve() const { return drawn.front().curved; }
@@ -39,8 +39,8 @@ struct WallDeviation {
 struct UndrawnWall {
   WallFace face;  ///< in the drawing
   std::string room;
-  bool furniture = false;  ///< or a column: up to 3 m large, free or before a wall that goes on
-  int before = 0;              ///< number of the drawn wall that it stands before; 0: none
+  bool furniture = false;  ///< or a column: up to 3 m large, free or before a wall that continues
+  int before = 0;          ///< number of the drawn wall that it stands before; 0: none
 };
 
 struct PlanDeviations {

@@ -12,15 +12,52 @@
 namespace marco::slam {
 namespace {
 
-constexpr std::string_view kWalls[] = {
-    "wall", "wand",   "w\xC3\xA4nd", "waend",    "mauer", "mur",    "muro", "parete", "pared",
-    "vegg", "v\xC3\xA4gg", "col",    "st\xC3\xBCtze", "stuetze", "pillar", "post", "pilast"};
-constexpr std::string_view kOthers[] = {
-    "unseen", "door",  "t\xC3\xBCr", "tuer",  "porte", "puerta", "dim",  "bema", "ma\xC3\x9F",
-    "text",   "anno",  "note",       "furn",  "m\xC3\xB6""bel", "moebel", "equip", "hatch",
-    "schraff", "patt", "grid",       "axis",  "achse", "room",   "raum", "defpoints", "title",
-    "border", "rahmen", "elec",      "light", "plumb", "stair",  "treppe", "path", "grund",
-    "site",   "area",  "ceil",       "roof",  "dach",  "symbol", "legend"};
+constexpr std::string_view kWalls[] = {"wall",        "wand",  "w\xC3\xA4nd",   "waend",   "mauer",
+                                       "mur",         "muro",  "parete",        "pared",   "vegg",
+                                       "v\xC3\xA4gg", "col",   "st\xC3\xBCtze", "stuetze", "pillar",
+                                       "post",        "pilast"};
+constexpr std::string_view kOthers[] = {"unseen",
+                                        "door",
+                                        "t\xC3\xBCr",
+                                        "tuer",
+                                        "porte",
+                                        "puerta",
+                                        "dim",
+                                        "bema",
+                                        "ma\xC3\x9F",
+                                        "text",
+                                        "anno",
+                                        "note",
+                                        "furn",
+                                        "m\xC3\xB6"
+                                        "bel",
+                                        "moebel",
+                                        "equip",
+                                        "hatch",
+                                        "schraff",
+                                        "patt",
+                                        "grid",
+                                        "axis",
+                                        "achse",
+                                        "room",
+                                        "raum",
+                                        "defpoints",
+                                        "title",
+                                        "border",
+                                        "rahmen",
+                                        "elec",
+                                        "light",
+                                        "plumb",
+                                        "stair",
+                                        "treppe",
+                                        "path",
+                                        "site",
+                                        "area",
+                                        "ceil",
+                                        "roof",
+                                        "dach",
+                                        "symbol",
+                                        "legend"};
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) {
@@ -32,9 +69,8 @@ std::string lower(std::string text) {
 template <class Words>
 bool says_one_of(const std::string& name, const Words& words) {
   const std::string plain = lower(name);
-  return std::any_of(std::begin(words), std::end(words), [&](std::string_view word) {
-    return plain.find(word) != std::string::npos;
-  });
+  return std::any_of(std::begin(words), std::end(words),
+                     [&](std::string_view word) { return plain.find(word) != std::string::npos; });
 }
 
 std::optional<double> number_of(std::string_view text) {
@@ -135,9 +171,9 @@ KnownPlan known_plan_of(const files::Drawing& drawing, const PlanWish& wish) {
   const double extent = (plan.high_m() - plan.low_m()).maxCoeff();
   plan.unit_m = unit_of(drawing, wish.unit, extent);
   const double extent_m = extent * plan.unit_m;
-  require(extent_m >= 1.0 && extent_m <= 1000.0,
-          format("is %.4g m large with a unit of %g m: give the right --unit", extent_m,
-                 plan.unit_m));
+  require(
+      extent_m >= 1.0 && extent_m <= 1000.0,
+      format("is %.4g m large with a unit of %g m: give the right --unit", extent_m, plan.unit_m));
   double length_m = 0.0;
   for (KnownPlan::Line& line : plan.lines) {
     line.from *= plan.unit_m;

@@ -34,8 +34,7 @@ std::vector<Pairing> pair_up(const std::vector<DrawnFace>& drawn,
       const auto nearest = drawn_face_at(drawn, point, normal, reach_m);
       if (!nearest || drawn[*nearest].curved) continue;
       const WallFace& on = drawn[*nearest].face;
-      pairings.push_back({point, on.normal, on.distance_m(point), face.sigma_m,
-                          face.length_m()});
+      pairings.push_back({point, on.normal, on.distance_m(point), face.sigma_m, face.length_m()});
     }
   }
   return pairings;
@@ -84,7 +83,8 @@ void step(PlanFit& fit, const std::vector<Pairing>& pairings, double kernel_m) {
 WallFace moved(const WallFace& face, const Pose2& to_from_frame) {
   WallFace out = face;
   out.normal = to_from_frame.rotation() * face.normal;
-  const Vector low = to_from_frame * face.at(face.low_m), high = to_from_frame * face.at(face.high_m);
+  const Vector low = to_from_frame * face.at(face.low_m),
+               high = to_from_frame * face.at(face.high_m);
   out.offset_m = out.normal.dot(low);
   out.low_m = out.along().dot(low);
   out.high_m = out.along().dot(high);

@@ -33,8 +33,7 @@ PlanRays::PlanRays(const std::vector<KnownPlan::Line>& lines) : lines_(lines) {
     const KnownPlan::Line& line = lines[i];
     const int steps = std::max(1, static_cast<int>(std::ceil(line.length_m() / (kCellM / 2))));
     for (int step = 0; step <= steps; ++step) {
-      const Vector at =
-          (line.from + (line.to - line.from) * step / steps - low_) / kCellM;
+      const Vector at = (line.from + (line.to - line.from) * step / steps - low_) / kCellM;
       // With its neighbours, for steps that cut a corner.
       for (int y = static_cast<int>(at.y()) - 1; y <= static_cast<int>(at.y()) + 1; ++y) {
         for (int x = static_cast<int>(at.x()) - 1; x <= static_cast<int>(at.x()) + 1; ++x) {
@@ -64,8 +63,8 @@ std::optional<PlanRays::Hit> PlanRays::cast(const Vector& from,
   for (double gone = 0.0; gone <= reach_m; gone += kCellM) {
     if (nearest && nearest->range_m < gone - kCellM) break;
     const Vector at = (from + way * gone - low_) / kCellM;
-    const auto* list = cell(static_cast<int>(std::floor(at.x())),
-                            static_cast<int>(std::floor(at.y())));
+    const auto* list =
+        cell(static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())));
     if (list == nullptr) continue;
     for (const int i : *list) {
       const KnownPlan::Line& line = lines_[static_cast<std::size_t>(i)];
@@ -88,8 +87,8 @@ bool PlanRays::is_near(const Vector& point, double radius_m) const {
   const auto* list =
       cell(static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())));
   return list != nullptr && std::any_of(list->begin(), list->end(), [&](int i) {
-    return distance_m(lines_[static_cast<std::size_t>(i)], point) < radius_m;
-  });
+           return distance_m(lines_[static_cast<std::size_t>(i)], point) < radius_m;
+         });
 }
 
 }  // namespace marco::slam

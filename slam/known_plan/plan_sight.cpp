@@ -62,8 +62,9 @@ class LookAbout {
         std::optional<Vector> best;
         const Vector middle = low + Vector(x, y);
         for (int i = 0; i < kTries * kTries; ++i) {
-          const Vector at = middle + apart / kTries * Vector(i % kTries - kTries / 2 + 0.01,
-                                                             i / kTries - kTries / 2 + 0.01);
+          const Vector at =
+              middle + apart / kTries *
+                           Vector(i % kTries - kTries / 2 + 0.01, i / kTries - kTries / 2 + 0.01);
           if (rays_.is_near(at, kClearM)) continue;
           if (!best || (at - middle).norm() < (*best - middle).norm()) best = at;
         }
@@ -97,8 +98,7 @@ class LookAbout {
     // A line of which scattered spots show is seen through gaps.
     if (count * 3 < last - first && last - first > 3) return;
     const double begin = kBinM * static_cast<double>(first - bins.begin());
-    const double end =
-        std::min(line.length_m(), kBinM * static_cast<double>(last - bins.begin()));
+    const double end = std::min(line.length_m(), kBinM * static_cast<double>(last - bins.begin()));
     const Vector along = (line.to - line.from).normalized();
     DrawnFace drawn;
     drawn.curved = line.curved;
@@ -153,15 +153,14 @@ class LookAbout {
   void join() {
     constexpr double kTurnCos = 0.99996, kOffM = 0.003, kGapM = 0.06;
     std::vector<DrawnFace>& faces = sight_.faces;
-    std::sort(faces.begin(), faces.end(), [](const DrawnFace& a, const DrawnFace& b) {
-      return a.face.low_m < b.face.low_m;
-    });
+    std::sort(faces.begin(), faces.end(),
+              [](const DrawnFace& a, const DrawnFace& b) { return a.face.low_m < b.face.low_m; });
     std::vector<DrawnFace> joined;
     // By rounded direction and offset, so that a large plan does not compare all with all.
     std::map<std::pair<int, int>, std::vector<std::size_t>> like;
     const auto place = [](const WallFace& face) {
-      const double turn = std::remainder(std::atan2(face.normal.y(), face.normal.x()) - 0.1,
-                                         2 * std::numbers::pi);
+      const double turn =
+          std::remainder(std::atan2(face.normal.y(), face.normal.x()) - 0.1, 2 * std::numbers::pi);
       return std::pair(static_cast<int>(std::lround(turn * 50)),
                        static_cast<int>(std::floor(face.offset_m / 0.1)));
     };

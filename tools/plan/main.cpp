@@ -104,8 +104,7 @@ int compare(const Arguments& arguments) {
       slam::compare_with_plan(sight.faces, map.slam.keyframes.keys, *place);
   constexpr double kLeastAgreeing = 0.3;
   require(found.fit.agreeing >= kLeastAgreeing,
-          "of the map's walls only " +
-              std::to_string(static_cast<int>(100 * found.fit.agreeing)) +
+          "of the map's walls only " + std::to_string(static_cast<int>(100 * found.fit.agreeing)) +
               " % lie on walls of the plan: this is another building, or another --start");
   files::write_whole_file(folder / "deviations.json", slam::deviations_json(found, plan));
   files::write_whole_file(folder / "deviations.svg", slam::deviations_svg(found, plan));

@@ -74,7 +74,9 @@ class Drawing {
 
   void objects() {
     for (const PlanObject& object : plan_.objects) {
-      Sheet::Path path{{}, true, {0.13, 0.45, object.round ? 0.45 : -1.0, {}},
+      Sheet::Path path{{},
+                       true,
+                       {0.13, 0.45, object.round ? 0.45 : -1.0, {}},
                        object.round ? "COLUMNS" : "FURNITURE"};
       if (object.round) {
         for (int i = 0; i < 48; ++i) {

@@ -33,7 +33,7 @@ struct Sheet {
   double width_mm = 210.0;
   double height_mm = 297.0;
   std::string title;
-  double scale = 0.0;        ///< 100 for 1:100; 0: no drawing to scale
+  double scale = 0.0;       ///< 100 for 1:100; 0: no drawing to scale
   std::vector<Path> paths;  ///< later ones cover earlier ones
   std::vector<Text> texts;
 

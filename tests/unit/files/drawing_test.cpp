@@ -21,9 +21,7 @@ std::string dxf(const std::string& words) {
   return text + "\n0\nENDSEC\n0\nEOF\n";
 }
 
-std::string entities(const std::string& words) {
-  return dxf("0 SECTION 2 ENTITIES " + words);
-}
+std::string entities(const std::string& words) { return dxf("0 SECTION 2 ENTITIES " + words); }
 
 void expect_line(const DrawnLine& line, const Vector& from, const Vector& to) {
   EXPECT_LT((line.from - from).norm(), 1e-9) << line.from.transpose();
@@ -44,9 +42,9 @@ void expect_arc(const Drawing& drawing, const Vector& centre, double radius, dou
 }
 
 TEST(ReadDxf, ReadsLinesAndTheirUnitAndLayer) {
-  const Drawing drawing = read_drawing(
-      dxf("0 SECTION 2 HEADER 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES "
-          "0 LINE 8 A-WALL 10 1 20 2 11 4.5 21 -2e0 0 TEXT 8 NOTES 10 0 20 0"));
+  const Drawing drawing =
+      read_drawing(dxf("0 SECTION 2 HEADER 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 ENTITIES "
+                       "0 LINE 8 A-WALL 10 1 20 2 11 4.5 21 -2e0 0 TEXT 8 NOTES 10 0 20 0"));
   ASSERT_EQ(drawing.lines.size(), 1U);
   expect_line(drawing.lines[0], {1, 2}, {4.5, -2});
   EXPECT_EQ(drawing.unit_m, 0.001);
@@ -68,8 +66,8 @@ TEST(ReadDxf, ClosesPolylinesAndBendsThem) {
   const Drawing half = read_drawing(entities("0 LWPOLYLINE 8 W 10 0 20 0 42 1 10 2 20 0"));
   expect_arc(half, {1, 0}, 1, std::numbers::pi);
   EXPECT_LT(half.lines[half.lines.size() / 2].from.y(), -0.99);
-  const Drawing old = read_drawing(
-      entities("0 POLYLINE 8 W 66 1 70 0 0 VERTEX 8 W 10 0 20 0 42 1 0 VERTEX 8 W 10 2 20 0 0 SEQEND"));
+  const Drawing old = read_drawing(entities(
+      "0 POLYLINE 8 W 66 1 70 0 0 VERTEX 8 W 10 0 20 0 42 1 0 VERTEX 8 W 10 2 20 0 0 SEQEND"));
   expect_arc(old, {1, 0}, 1, std::numbers::pi);
 }
 
@@ -78,8 +76,9 @@ TEST(ReadDxf, ReadsCirclesArcsAndEllipses) {
              2 * std::numbers::pi);
   const Drawing arc = read_drawing(entities("0 ARC 8 W 10 0 20 0 40 2 50 350 51 80"));
   expect_arc(arc, {0, 0}, 2, std::numbers::pi / 2);
-  expect_arc(read_drawing(entities("0 ELLIPSE 8 W 10 1 20 1 11 0 21 2 40 1 41 0 42 3.14159265358979")),
-             {1, 1}, 2, std::numbers::pi);
+  expect_arc(
+      read_drawing(entities("0 ELLIPSE 8 W 10 1 20 1 11 0 21 2 40 1 41 0 42 3.14159265358979")),
+      {1, 1}, 2, std::numbers::pi);
 }
 
 // Twice as large, turned by 90 degrees, about the block's base; on layer 0 a block takes the
@@ -160,9 +159,7 @@ TEST(ReadSvg, ReadsOurOwnScale) {
 }
 
 TEST(ReadSvg, ReadsEachKindOfShape) {
-  const auto count = [](const std::string& shape) {
-    return read_drawing(svg(shape)).lines.size();
-  };
+  const auto count = [](const std::string& shape) { return read_drawing(svg(shape)).lines.size(); };
   EXPECT_EQ(count("<polyline points=\"0,0 1,0 1,1\"/>"), 2U);
   EXPECT_EQ(count("<polygon points=\"0,0 1,0 1,1\"/>"), 3U);
   EXPECT_EQ(count("<rect x=\"1\" y=\"1\" width=\"2\" height=\"1\"/>"), 4U);

@@ -116,8 +116,7 @@ TEST(CompareWithPlan, OneMovedWallDoesNotMoveTheOthers) {
 }
 
 TEST(CompareWithPlan, SaysWhatIsMissingAndWhatIsNotDrawn) {
-  const PlanDeviations found =
-      compare(Drawn().wall(2, 0, 2.12, 2).column(5.8, 1).plan);
+  const PlanDeviations found = compare(Drawn().wall(2, 0, 2.12, 2).column(5.8, 1).plan);
   EXPECT_EQ(wall_at(found, 2.0, 1.0).state, State::missing);
   EXPECT_EQ(wall_at(found, 2.12, 1.0).state, State::missing);
   double undrawn_m = 0.0;
@@ -183,8 +182,7 @@ TEST(CompareWithPlan, OurOwnPlansComeBack) {
     EXPECT_NEAR((known.high_m() - known.low_m()).x(), 7.12, 0.02);
     const PlanSight sight = look_about(known);
     const PlanDeviations found = compare_with_plan(
-        sight.faces, keys,
-        Pose2{known.low_m().x(), known.low_m().y(), 0} * Pose2{0, 0, -kTurnRad});
+        sight.faces, keys, Pose2{known.low_m().x(), known.low_m().y(), 0} * Pose2{0, 0, -kTurnRad});
     for (const WallDeviation& wall : found.walls) EXPECT_FALSE(wall.is_off()) << wall.off_m;
     EXPECT_GT(found.fit.agreeing, 0.6);
     EXPECT_THAT(deviations_json(found, known), HasSubstr("\"layers_taken\""));

@@ -75,7 +75,8 @@ TEST(LookAbout, SeesFacesFromWhereThereIsRoom) {
   for (const DrawnFace& drawn : sight.faces) {
     const Eigen::Vector2d middle = drawn.face.at((drawn.face.low_m + drawn.face.high_m) / 2);
     EXPECT_GT(std::abs(middle.y() + 0.1), 0.05);
-    const bool is_inner = middle.x() > -0.1 && middle.x() < 4.1 && middle.y() > -0.1 && middle.y() < 3.1;
+    const bool is_inner =
+        middle.x() > -0.1 && middle.x() < 4.1 && middle.y() > -0.1 && middle.y() < 3.1;
     const double inwards = drawn.face.normal.dot(Eigen::Vector2d(2, 1.5) - middle);
     EXPECT_EQ(inwards > 0, is_inner) << middle.transpose();
     if (is_inner) inside_m += drawn.face.length_m();

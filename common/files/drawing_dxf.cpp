@@ -104,7 +104,7 @@ class DxfDrawer {
               const std::string& layer,
               int depth) {
     constexpr int kDeepest = 16;
-    constexpr std::size_t kMostInserts = 1'000'000;
+    constexpr std::size_t kMostDrawn = 1'000'000;
     const auto block = file_.blocks.find(entity.name);
     if (block == file_.blocks.end()) return out_.leave_out("INSERT of a block that is not there");
     require(depth < kDeepest, "holds blocks within blocks, more than 16 deep");
@@ -117,7 +117,7 @@ class DxfDrawer {
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) {
         drawn_ += 1 + block->second.entities.size();
-        require(drawn_ < kMostInserts * 4, "inserts blocks without end");
+        require(drawn_ < kMostDrawn, "inserts blocks without end");
         const Vector step(column * entity.number(44), row * entity.number(45));
         Eigen::Affine2d inside = place * Eigen::Translation2d(entity.point(10)) *
                                  Eigen::Rotation2Dd(deg_to_rad(entity.number(50)));

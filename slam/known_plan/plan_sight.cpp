@@ -40,7 +40,6 @@ class LookAbout {
 
   PlanSight run() {
     for (const Vector& spot : spots()) look(spot);
-    for (std::size_t side = 0; side < 2; ++side) close_curves(side);
     for (std::size_t i = 0; i < plan_.lines.size(); ++i) {
       for (std::size_t side = 0; side < 2; ++side) face_of(i, side);
     }
@@ -86,24 +85,6 @@ class LookAbout {
       auto& bins = seen_[static_cast<std::size_t>(hit->line)].bins[side];
       const double at = along.dot(spot + way * hit->range_m - line.from);
       bins[std::min(bins.size() - 1, static_cast<std::size_t>(std::max(0.0, at) / kBinM))] = true;
-    }
-  }
-
-  // Chords are short, and some lie between two rays: what their neighbours show, they do.
-  void close_curves(std::size_t side) {
-    constexpr std::size_t kLongestGap = 4;
-    std::optional<std::size_t> last;
-    for (std::size_t i = 0; i < plan_.lines.size(); ++i) {
-      const std::vector<bool>& bins = seen_[i].bins[side];
-      if (!plan_.lines[i].curved || std::find(bins.begin(), bins.end(), true) == bins.end()) {
-        continue;
-      }
-      const bool is_near =
-          last && i - *last <= kLongestGap && plan_.lines[i].shape == plan_.lines[*last].shape;
-      for (std::size_t k = is_near ? *last + 1 : i; k < i; ++k) {
-        seen_[k].bins[side].assign(seen_[k].bins[side].size(), true);
-      }
-      last = i;
     }
   }
 

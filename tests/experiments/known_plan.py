@@ -50,7 +50,7 @@ def draw(segments, path):
 
 
 def changed(segments, lot):
-    """The plan's segments, and which were moved, left out, added."""
+    """The plan's segments, and the moved one as it stands and as drawn, the one left out, the one added."""
     points = np.array([p for a, b, _ in segments for p in (a, b)])
     low, high = points.min(0), points.max(0)
     inner = [i for i, (a, b, _) in enumerate(segments)
@@ -64,7 +64,7 @@ def changed(segments, lot):
 
     added = shifted(segments[like], 1.0 if lot.random() < 0.5 else -1.0)
     plan = [shifted(s, MOVED_M) if i == moved else s for i, s in enumerate(segments) if i != left_out]
-    return plan + [added], shifted(segments[moved], MOVED_M), segments[left_out], added
+    return plan + [added], segments[moved], shifted(segments[moved], MOVED_M), segments[left_out], added
 
 
 def belongs(entry, segment):
@@ -117,23 +117,24 @@ def main():
                 ratios = [w["off_m"] / w["sigma_m"] for w in measured]
                 false = sum(w["is_off"] for w in measured) + sum(w["gone_m"] >= 0.5 for w in same["walls"])
                 base = [w for w in same["not_drawn"] if not w["furniture"]]
-                plan, moved, left_out, added = changed(segments, random.Random(seed))
+                plan, stands, moved, left_out, added = changed(segments, random.Random(seed))
                 draw(plan, f"{work}/changed.dxf")
                 found = compare(options.programs, out, f"{work}/changed.dxf")
                 off = [w for w in found["walls"] if w["state"] == "measured" and w["is_off"]]
                 gone = [w for w in found["walls"] if w["gone_m"] >= 0.5]
                 more = [w for w in found["not_drawn"] if not w["furniture"] and all(np.linalg.norm(np.subtract(w["from_m"], b["from_m"])) > 0.1 for b in base)]
                 hits = [w for w in off if belongs(w, moved)]
+                sides = sum(belongs(w, stands) and np.linalg.norm(np.subtract(w["from_m"], w["to_m"])) > 1 for w in measured)
                 worst = max((abs(abs(w["off_m"]) - MOVED_M) for w in hits), default=9)
                 strays = (len(off) - len(hits) + sum(not belongs(w, added) for w in gone) +
                           sum(not belongs(w, left_out) for w in more))
                 others = max((abs(w["off_m"]) for w in found["walls"] if w["state"] == "measured" and not belongs(w, moved)), default=9)
                 errors = localized(options.programs, log, f"{work}/same.dxf", work)
-                good = (false == 0 and len(hits) >= 2 and worst <= 0.02 and strays == 0 and others <= 0.02 and
+                good = (false == 0 and len(hits) >= sides > 0 and worst <= 0.02 and strays == 0 and others <= 0.02 and
                         any(belongs(w, added) for w in gone) and any(belongs(w, left_out) for w in more))
                 missed |= not good
                 print(f"{name:8} seed {seed}: as built {len(measured)} sides, {1000 * np.sqrt(np.mean(np.square([w['off_m'] for w in measured]))):.1f} mm rms, "
-                      f"error/sigma {np.sqrt(np.mean(np.square(ratios))):.2f}, false {false}, more {len(base)}; changed: moved sides {len(hits)}, off by "
+                      f"error/sigma {np.sqrt(np.mean(np.square(ratios))):.2f}, false {false}, more {len(base)}; changed: moved sides {len(hits)}/{sides}, off by "
                       f"{1000 * worst:.0f} mm, others {1000 * others:.0f} mm, gone {sum(belongs(w, added) for w in gone)}, new "
                       f"{sum(belongs(w, left_out) for w in more)}, strays {strays}; localized: median {1000 * np.median(errors):.0f} mm, "
                       f"within 10 cm {100 * np.mean(errors < 0.1):.1f} %, max {errors.max():.2f} m{'' if good else '   missed'}", flush=True)

@@ -107,6 +107,7 @@ class DxfDrawer {
     constexpr std::size_t kMostDrawn = 1'000'000;
     const auto block = file_.blocks.find(entity.name);
     if (block == file_.blocks.end()) return out_.leave_out("INSERT of a block that is not there");
+    if (block->second.entities.empty()) return;
     require(depth < kDeepest, "holds blocks within blocks, more than 16 deep");
     const auto copies = [&](int code) {
       const double count = entity.number(code, 1.0);
@@ -114,16 +115,16 @@ class DxfDrawer {
       return std::max(1, static_cast<int>(count));
     };
     const int columns = copies(70), rows = copies(71);
+    const Eigen::Affine2d turned = place * Eigen::Translation2d(entity.point(10)) *
+                                   Eigen::Rotation2Dd(deg_to_rad(entity.number(50)));
+    const Eigen::Affine2d scaled = Eigen::Scaling(entity.number(41, 1.0), entity.number(42, 1.0)) *
+                                   Eigen::Translation2d(-block->second.base);
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) {
         drawn_ += 1 + block->second.entities.size();
         require(drawn_ < kMostDrawn, "inserts blocks without end");
         const Vector step(column * entity.number(44), row * entity.number(45));
-        Eigen::Affine2d inside = place * Eigen::Translation2d(entity.point(10)) *
-                                 Eigen::Rotation2Dd(deg_to_rad(entity.number(50)));
-        inside = inside * Eigen::Translation2d(step) *
-                 Eigen::Scaling(entity.number(41, 1.0), entity.number(42, 1.0)) *
-                 Eigen::Translation2d(-block->second.base);
+        const Eigen::Affine2d inside = turned * Eigen::Translation2d(step) * scaled;
         for (const DxfEntity& part : block->second.entities) draw(part, inside, layer, depth + 1);
       }
     }

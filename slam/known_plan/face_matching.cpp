@@ -34,10 +34,13 @@ bool is_one_line(const WallFace& front, const WallFace& back) {
 // How far the nearest drawn face is that it can belong to: what another wall explains is none of
 // this one's.
 double FaceMatching::nearest_drawn_m(const WallFace& face) const {
+  // The end of a wall that meets another one explains none of that.
+  constexpr double kLeastM = 0.3;
   const Vector middle = face.at((face.low_m + face.high_m) / 2);
   double nearest = kSameWallM;
   for (const DrawnFace& drawn : drawn_) {
-    if (drawn.curved || !is_same_wall(drawn.face, face)) continue;
+    if (drawn.curved || drawn.face.length_m() < kLeastM || !is_same_wall(drawn.face, face))
+      continue;
     nearest = std::min(nearest, std::abs(drawn.face.distance_m(middle)));
   }
   return nearest;

@@ -53,7 +53,10 @@ TEST(ReadDxf, ReadsLinesAndTheirUnitAndLayer) {
 }
 
 TEST(ReadDxf, AUnitThatIsNotSaidIsNotGuessed) {
-  EXPECT_FALSE(read_drawing(entities("0 LINE 8 W 10 0 20 0 11 1 21 0")).unit_m.has_value());
+  const std::string line = "0 SECTION 2 ENTITIES 0 LINE 8 W 10 0 20 0 11 1 21 0";
+  EXPECT_FALSE(read_drawing(dxf(line)).unit_m.has_value());
+  EXPECT_FALSE(
+      read_drawing(dxf("0 SECTION 2 HEADER 9 $INSUNITS 70 0 0 ENDSEC " + line)).unit_m.has_value());
 }
 
 // A bulge of 1 is half a circle, to the right of the chord: counter-clockwise.
@@ -197,6 +200,16 @@ TEST(ReadSvg, BendsBezierCurves) {
     ASSERT_EQ(drawing.lines.size(), 24U);
     for (const DrawnLine& line : drawing.lines) EXPECT_NEAR(line.to.norm(), 1.0, 3e-4);
   }
+}
+
+// S and T steer by the mirror image of the curve before: half a circle, and a wave.
+TEST(ReadSvg, ContinuesCurvesSmoothly) {
+  const Drawing half = read_drawing(svg("<path d=\"M1 0C1 .5523 .5523 1 0 1S-1 .5523-1 0\"/>"));
+  ASSERT_EQ(half.lines.size(), 48U);
+  for (const DrawnLine& line : half.lines) EXPECT_NEAR(line.to.norm(), 1.0, 3e-4);
+  const Drawing wave = read_drawing(svg("<path d=\"M0 0Q1 1 2 0T4 0\"/>"));
+  expect_line(wave.lines[11], wave.lines[11].from, {1, -0.5});
+  expect_line(wave.lines[35], wave.lines[35].from, {3, 0.5});
 }
 
 TEST(ReadSvg, AppliesTransformsFromTheOutside) {

@@ -59,29 +59,29 @@ TEST(KnownPlan, TakesWhatIsSaidUnlessAnotherIsGiven) {
   EXPECT_NEAR(known_plan_of(drawing, {"", "0.5"}).lines[0].to.x(), 6.0, 1e-9);
 }
 
-// A room of 4 x 3 m in walls of 0.2 m, with a line along the axis of one of them: of it nothing is
-// seen, of the walls the inner faces look inwards and the outer ones outwards.
+// A room of 3.4 x 3 m in walls of 0.45 m, with a line along the axis of one of them: of it nothing
+// is seen, of the walls the inner faces look inwards and the outer ones outwards.
 TEST(LookAbout, SeesFacesFromWhereThereIsRoom) {
   KnownPlan plan;
   const auto box = [&plan](double x0, double y0, double x1, double y1) {
     const Eigen::Vector2d corners[] = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
     for (int i = 0; i < 4; ++i) plan.lines.push_back({corners[i], corners[(i + 1) % 4], 0, false});
   };
-  box(0, 0, 4, 3);
-  box(-0.2, -0.2, 4.2, 3.2);
-  plan.lines.push_back({{0, -0.1}, {4, -0.1}, 1, false});
+  box(0, 0, 3.4, 3);
+  box(-0.45, -0.45, 3.85, 3.45);
+  plan.lines.push_back({{3.625, 0}, {3.625, 3}, 1, false});
   const PlanSight sight = look_about(plan);
   double inside_m = 0.0;
   for (const DrawnFace& drawn : sight.faces) {
     const Eigen::Vector2d middle = drawn.face.at((drawn.face.low_m + drawn.face.high_m) / 2);
-    EXPECT_GT(std::abs(middle.y() + 0.1), 0.05);
+    EXPECT_GT(std::abs(middle.x() - 3.625), 0.05);
     const bool is_inner =
-        middle.x() > -0.1 && middle.x() < 4.1 && middle.y() > -0.1 && middle.y() < 3.1;
-    const double inwards = drawn.face.normal.dot(Eigen::Vector2d(2, 1.5) - middle);
+        middle.x() > -0.1 && middle.x() < 3.5 && middle.y() > -0.1 && middle.y() < 3.1;
+    const double inwards = drawn.face.normal.dot(Eigen::Vector2d(1.7, 1.5) - middle);
     EXPECT_EQ(inwards > 0, is_inner) << middle.transpose();
     if (is_inner) inside_m += drawn.face.length_m();
   }
-  EXPECT_NEAR(inside_m, 14.0, 0.4);
+  EXPECT_NEAR(inside_m, 12.8, 0.4);
   EXPECT_NO_THROW(check(map_of_plan(sight)));
 }
 

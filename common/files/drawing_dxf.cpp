@@ -104,7 +104,7 @@ class DxfDrawer {
               const std::string& layer,
               int depth) {
     constexpr int kDeepest = 16;
-    constexpr std::size_t kMostDrawn = 1'000'000;
+    constexpr std::size_t kMostDrawn = 300'000;
     const auto block = file_.blocks.find(entity.name);
     if (block == file_.blocks.end()) return out_.leave_out("INSERT of a block that is not there");
     if (block->second.entities.empty()) return;

@@ -16,6 +16,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco export OUT --html [FILE]     a map folder as one HTML file: opens in any browser, without network
   ./marco posts FOLDER [-o OUT]        path and landmarks from wheel speeds and sightings of posts (./marco posts --help)
   ./marco plan OUT                     a map folder's floor plan to scale: rooms, areas, doors (PDF, SVG, DXF, GeoJSON)
+  ./marco plan OUT --against PLAN      where the building is not as a DXF or SVG plan has it; --import: localize in that plan
   ./marco figures [--out DIR] [LOG]    thesis B's figures of 3D scenes, from the simulated lab or your own log
   ./marco evaluate TRAJ RELATIONS      error of a trajectory               (./marco evaluate --help)
   ./marco evaluate-model PLY WORLD     error of a model                    (./marco evaluate-model --help)

@@ -18,7 +18,8 @@ MetreSvg::MetreSvg(const Points& in_view, const std::string& style) {
   const Eigen::Vector2d size = high - low;
   std::array<char, 400> head{};
   std::snprintf(head.data(), head.size(),
-                "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"%.3f %.3f %.3f %.3f\" "
+                "<svg xmlns=\"http://www.w3.org/2000/svg\" data-metres-per-unit=\"1\" "
+                "viewBox=\"%.3f %.3f %.3f %.3f\" "
                 "width=\"%.0f\" height=\"%.0f\">\n"
                 "<rect x=\"%.3f\" y=\"%.3f\" width=\"%.3f\" height=\"%.3f\" fill=\"white\"/>\n",
                 low.x(), -high.y(), size.x(), size.y(), 40.0 * size.x(), 40.0 * size.y(), low.x(),
@@ -51,6 +52,13 @@ void MetreSvg::circle(const std::string& attributes,
   std::snprintf(text.data(), text.size(), " cx=\"%.4f\" cy=\"%.4f\" r=\"%.4f\"/>\n", middle.x(),
                 -middle.y(), radius_m);
   svg_ += "<circle " + attributes + text.data();
+}
+
+void MetreSvg::text(const Eigen::Vector2d& middle, const std::string& plain) {
+  std::array<char, 100> place{};
+  std::snprintf(place.data(), place.size(), "<text x=\"%.4f\" y=\"%.4f\" text-anchor=\"middle\">",
+                middle.x(), -middle.y());
+  svg_ += place.data() + plain + "</text>\n";
 }
 
 void MetreSvg::polyline(const Points& points, const std::string& attributes) {

@@ -20,6 +20,8 @@ class MetreSvg {
   void line(const std::string& attributes, const Eigen::Vector2d& from, const Eigen::Vector2d& to);
   void polyline(const Points& points, const std::string& attributes = "");
   void circle(const std::string& attributes, const Eigen::Vector2d& middle, double radius_m);
+  /// Centred at a point; in the style of `text`. @param plain  without <, > and &
+  void text(const Eigen::Vector2d& middle, const std::string& plain);
   std::string finish() { return svg_ + "</svg>\n"; }
 
  private:

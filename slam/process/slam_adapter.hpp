@@ -64,6 +64,8 @@ class SlamAdapter : public Mapper2dAdapter {
   /// @throws std::invalid_argument for a map that holds nothing to find a place by.
   void extend(SavedMap map) { session_.extend(std::move(map)); }
   void localize(SavedMap map) { session_.localize(session_.localizer_in(std::move(map))); }
+  /// Localizing: the robot is here, and is not searched.
+  void set_pose(const Pose2& map_from_robot) { session_.set_pose(map_from_robot); }
 
   /// Everything it knows; what restore() takes continues as if it had never stopped. Mapping only.
   AdapterState state() const;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/files/drawing.hpp"
 #include "common/files/glb.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/ply.hpp"
@@ -93,6 +94,17 @@ MARCO_FUZZ(glb) {
       for (const uint32_t corner : triangle) {
         promise(corner < read.mesh.vertices_m.size(), "a triangle's vertices are there");
       }
+    }
+  });
+}
+
+MARCO_FUZZ(drawing) {
+  quietly([&] {
+    const files::Drawing drawing = files::read_drawing(std::string(bytes.begin(), bytes.end()));
+    for (const files::DrawnLine& line : drawing.lines) {
+      promise(line.from.allFinite() && line.to.allFinite(), "lines are finite");
+      promise(line.layer >= 0 && static_cast<std::size_t>(line.layer) < drawing.layers.size(),
+              "a line's layer is there");
     }
   });
 }

@@ -90,7 +90,12 @@ JudgedMap make_map(const MapArguments& arguments,
   job.clock() = clock;
   load_edits(arguments, job);
   if (!arguments.extend.empty()) job.extend(arguments.extend);
-  if (!arguments.localize.empty()) job.localize(arguments.localize);
+  if (!arguments.localize.empty()) {
+    const std::vector<double>& start = arguments.start;
+    job.localize(arguments.localize,
+                 start.empty() ? std::nullopt
+                               : std::optional<Pose2>({start[0], start[1], deg_to_rad(start[2])}));
+  }
   for (const RecordingParts& parts : recordings_among(arguments)) job.read(parts, foreign);
   require_extended(arguments, job);
   job.finish();

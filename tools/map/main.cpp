@@ -59,7 +59,7 @@ int merge(const MapArguments& arguments) {
 // Reports sessions that were not found in the map. @returns the exit code
 int report_unfound(const MapArguments& arguments, const MapJob& job) {
   if (job.session() == nullptr) return 0;
-  if (!arguments.localize.empty() && job.session()->findings().empty()) {
+  if (!arguments.localize.empty() && arguments.start.empty() && job.session()->findings().empty()) {
     const std::string fault = arguments.localize + ": the recording was not found in this map";
     require(!same_folder(arguments.localize, arguments.out),
             fault + "; " + arguments.out + " is unchanged");

@@ -60,8 +60,14 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                                 "a folder that `marco map` wrote: localize in that map and extend "
                                 "it");
   auto* localize = app.add_option("--localize", arguments.localize,
-                                  "a folder that `marco map` wrote: write the trajectory in that "
-                                  "map's frame; the map stays unchanged");
+                                  "a folder that `marco map` or `marco plan --import` wrote: "
+                                  "write the trajectory in that map's frame; the map stays "
+                                  "unchanged");
+  app.add_option("--start", arguments.start,
+                 "where in the map of --localize the recording begins: x and y in metres, heading "
+                 "in degrees; without it the place is searched in the whole map")
+      ->expected(3)
+      ->needs(localize);
   extend->excludes(localize)->excludes("--lines")->check(CLI::ExistingDirectory);
   localize->excludes("--lines")->excludes("--hold-out")->check(CLI::ExistingDirectory);
   app.add_option("--edits", arguments.edits,

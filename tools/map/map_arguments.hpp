@@ -16,6 +16,7 @@ struct MapArguments {
   std::string world;
   std::string extend;
   std::string localize;
+  std::vector<double> start;  ///< x, y [m], heading [degrees] in the map of `localize`; or empty
   std::string edits;
   std::string calibration;
   int hold_out_every = 0;

@@ -72,8 +72,10 @@ void MapJob::extend(const std::filesystem::path& map_folder) {
   clock_.end_stage("load map");
 }
 
-void MapJob::localize(const std::filesystem::path& map_folder) {
+void MapJob::localize(const std::filesystem::path& map_folder,
+                      const std::optional<Pose2>& map_from_robot) {
   slam_->localize(slam::load_map_folder(map_folder));
+  if (map_from_robot) slam_->set_pose(*map_from_robot);
   clock_.end_stage("load map");
 }
 

@@ -71,7 +71,9 @@ class MapJob {
   /// Before reading: continues a saved map, or localizes in it (PathMaker::scans only).
   /// @throws std::invalid_argument naming the file and what is wrong with it.
   void extend(const std::filesystem::path& map_folder);
-  void localize(const std::filesystem::path& map_folder);
+  /// @param map_from_robot  where the recording begins; without it the place is searched
+  void localize(const std::filesystem::path& map_folder,
+                const std::optional<Pose2>& map_from_robot);
 
   /// Before reading: scans, loops and odometry are used as these say (PathMaker::scans only).
   void set_edits(const slam::MapEdits& edits);

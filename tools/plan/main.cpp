@@ -5,6 +5,8 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
+#include "slam/known_plan/deviation_sheet.hpp"
+#include "slam/known_plan/plan_map.hpp"
 #include "slam/plan/make_plan.hpp"
 #include "slam/plan/sheet/plan_dxf.hpp"
 #include "slam/plan/sheet/plan_json.hpp"
@@ -18,6 +20,9 @@ struct Arguments {
   std::string folder;
   std::string names;
   slam::SheetWish sheet;
+  std::string import, against;  ///< drawings
+  slam::PlanWish wish;
+  std::vector<double> start;  ///< x, y [m], heading [degrees]
 };
 
 // One name a line, in the order of the plan's rooms.
@@ -45,7 +50,74 @@ void print_table(const slam::FloorPlan& plan) {
   std::printf("%zu doors and openings\n", plan.openings.size());
 }
 
+slam::KnownPlan read_plan(const std::string& path, const slam::PlanWish& wish) {
+  constexpr std::uintmax_t kLargest = 512U << 20;
+  require(std::filesystem::file_size(path) <= kLargest, path + ": is larger than 512 MB");
+  try {
+    const files::Drawing drawing = files::read_drawing(files::read_whole_file(path));
+    slam::KnownPlan plan = slam::known_plan_of(drawing, wish);
+    const auto list = [](const char* title, const std::vector<std::string>& names) {
+      std::string text = title;
+      for (const std::string& name : names) text += (name.empty() ? " (none)" : " " + name) + ",";
+      if (!names.empty()) std::printf("%s\n", text.substr(0, text.size() - 1).c_str());
+    };
+    list("walls are on layers:", plan.taken);
+    list("passed over:", plan.passed_over);
+    for (const auto& [kind, count] : drawing.left_out) {
+      std::printf("left out: %d x %s\n", count, kind.c_str());
+    }
+    const Eigen::Vector2d size = plan.high_m() - plan.low_m();
+    std::printf("the plan is %.2f x %.2f m large\n", size.x(), size.y());
+    return plan;
+  } catch (const std::invalid_argument& wrong) {
+    throw std::invalid_argument(path + ": " + wrong.what());
+  }
+}
+
+int import_plan(const Arguments& arguments) {
+  const slam::PlanSight sight = slam::look_about(read_plan(arguments.import, arguments.wish));
+  slam::save_map_folder(arguments.folder, slam::map_of_plan(sight), {});
+  std::printf("%s is a map to localize in: ./marco map LOG --localize %s\n",
+              arguments.folder.c_str(), arguments.folder.c_str());
+  return 0;
+}
+
+std::optional<Pose2> place_of(const slam::SavedMap& map,
+                              const slam::PlanSight& sight,
+                              const std::vector<double>& start) {
+  if (start.empty()) return slam::find_in_plan(sight, map.slam.keyframes.keys);
+  const Trajectory path = slam::trajectory_of(map.slam.path.scans, map.slam.keyframes.keys);
+  require(!path.empty(), "the map has no path: --start means nothing");
+  return Pose2{start[0], start[1], deg_to_rad(start[2])} * path.front().world_from_robot.inverse();
+}
+
+int compare(const Arguments& arguments) {
+  const std::filesystem::path folder = arguments.folder;
+  const slam::SavedMap map = slam::load_map_folder(folder);
+  const slam::KnownPlan plan = read_plan(arguments.against, arguments.wish);
+  const slam::PlanSight sight = slam::look_about(plan);
+  const std::optional<Pose2> place = place_of(map, sight, arguments.start);
+  require(place.has_value(), arguments.folder + ": was found nowhere in " + arguments.against +
+                                 ", or in several places: give --start X Y DEG, or the right "
+                                 "--unit or --layers");
+  const slam::PlanDeviations found =
+      slam::compare_with_plan(sight.faces, map.slam.keyframes.keys, *place);
+  constexpr double kLeastAgreeing = 0.3;
+  require(found.fit.agreeing >= kLeastAgreeing,
+          "of the map's walls only " + std::to_string(static_cast<int>(100 * found.fit.agreeing)) +
+              " % lie on walls of the plan: this is another building, or another --start");
+  files::write_whole_file(folder / "deviations.json", slam::deviations_json(found, plan));
+  files::write_whole_file(folder / "deviations.svg", slam::deviations_svg(found, plan));
+  std::fputs(slam::deviation_table(found).c_str(), stdout);
+  std::printf("deviations.json and deviations.svg are in %s\n", folder.c_str());
+  return 0;
+}
+
 int run(const Arguments& arguments) {
+  if (!arguments.import.empty()) return import_plan(arguments);
+  require(std::filesystem::is_directory(arguments.folder),
+          arguments.folder + ": there is no such folder");
+  if (!arguments.against.empty()) return compare(arguments);
   const std::filesystem::path folder = arguments.folder;
   const slam::SavedMap map = slam::load_map_folder(folder);
   slam::FloorPlan plan = slam::make_plan(map.slam.keyframes.keys);
@@ -72,11 +144,13 @@ int main(int argc, char** argv) {
   return marco::process::run_main("marco-plan", [&] {
     CLI::App app(
         "Makes the floor plan of a map: walls, doors, rooms with areas and dimensions, to scale.\n"
-        "Writes plan.pdf, plan.svg, plan.dxf and plan.json into the map folder.");
+        "Writes plan.pdf, plan.svg, plan.dxf and plan.json into the map folder.\n"
+        "With a plan that somebody drew: where the building is not as drawn (--against), or a map "
+        "to localize in (--import).");
     marco::Arguments arguments;
-    app.add_option("OUT", arguments.folder, "a folder that `marco map` wrote")
-        ->required()
-        ->check(CLI::ExistingDirectory);
+    app.add_option("OUT", arguments.folder,
+                   "a folder that `marco map` wrote; with --import, the one to write")
+        ->required();
     app.add_option("--scale", arguments.sheet.scale,
                    "100 for 1:100; without it the largest usual one that fits")
         ->check(CLI::Range(1, 10000));
@@ -86,6 +160,26 @@ int main(int argc, char** argv) {
     app.add_option("--names", arguments.names,
                    "a text file with the rooms' names, one a line: Room 1 first")
         ->check(CLI::ExistingFile);
+    auto* against = app.add_option(
+        "--against", arguments.against,
+        "a plan (DXF or SVG): writes deviations.json and deviations.svg, which say how far each "
+        "wall is off the plan, what is missing and what is not drawn");
+    against->check(CLI::ExistingFile);
+    app.add_option("--import", arguments.import,
+                   "a plan (DXF or SVG): OUT becomes a map for `marco map LOG --localize OUT`")
+        ->excludes(against)
+        ->check(CLI::ExistingFile);
+    app.add_option("--layers", arguments.wish.layers,
+                   "layers of the plan that hold walls, separated by commas; without it by their "
+                   "names");
+    app.add_option("--unit", arguments.wish.unit,
+                   "what a unit of the plan is: mm, cm, m, in, ft, metres as a number, or 1:100; "
+                   "without it what the file says");
+    app.add_option("--start", arguments.start,
+                   "where in the plan the drive began: x and y in metres, heading in degrees; "
+                   "without it the place is searched in the whole plan")
+        ->expected(3)
+        ->needs(against);
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
     return marco::run(arguments);
   });

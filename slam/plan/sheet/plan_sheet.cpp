@@ -40,6 +40,7 @@ class Drawing {
     sheet_.width_mm = layout_.width();
     sheet_.height_mm = layout_.height();
     sheet_.title = wish.title;
+    sheet_.scale = layout_.scale;
     per_m_ = 1000.0 / layout_.scale;
     const Vector middle(layout_.width() / 2,
                         kMarginMm + kTitleMm + (layout_.height() - 2 * kMarginMm - kTitleMm) / 2);
@@ -73,7 +74,10 @@ class Drawing {
 
   void objects() {
     for (const PlanObject& object : plan_.objects) {
-      Sheet::Path path{{}, true, {0.13, 0.45, object.round ? 0.45 : -1.0, {}}};
+      Sheet::Path path{{},
+                       true,
+                       {0.13, 0.45, object.round ? 0.45 : -1.0, {}},
+                       object.round ? "COLUMNS" : "FURNITURE"};
       if (object.round) {
         for (int i = 0; i < 48; ++i) {
           const double turn = i * std::numbers::pi / 24;
@@ -92,9 +96,10 @@ class Drawing {
       for (const RoomEdge& edge : room.edges()) {
         const Vector& to = edge.to;
         if (edge.kind == EdgeKind::wall)
-          sheet_.line(on_paper(edge.from), on_paper(to), {0.5, 0, -1, {}});
+          sheet_.line(on_paper(edge.from), on_paper(to), {0.5, 0, -1, {}}, "WALLS");
         if (edge.kind == EdgeKind::unseen)
-          sheet_.line(on_paper(edge.from), on_paper(to), {0.25, 0.35, -1, {1.5, 1.2}});
+          sheet_.line(on_paper(edge.from), on_paper(to), {0.25, 0.35, -1, {1.5, 1.2}},
+                      "WALLS_UNSEEN");
       }
     }
   }

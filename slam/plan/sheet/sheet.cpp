@@ -58,7 +58,9 @@ std::string svg_colour(double grey) {
 }
 
 std::string svg_path(const Sheet::Path& path, double height_mm) {
-  std::string out = "<path d=\"";
+  std::string out = "<path ";
+  if (!path.layer.empty()) out += "class=\"" + escaped_xml(path.layer) + "\" ";
+  out += "d=\"";
   for (std::size_t i = 0; i < path.points.size(); ++i) {
     out += format("%s%.3f %.3f", i == 0 ? "M" : "L", path.points[i].x(),
                   height_mm - path.points[i].y());
@@ -124,8 +126,10 @@ std::string sheet_svg(const Sheet& sheet) {
   std::string out = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
   out += format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.3fmm\" height=\"%.3fmm\" viewBox=\"0 0 "
-      "%.3f %.3f\">\n",
+      "%.3f %.3f\"",
       sheet.width_mm, sheet.height_mm, sheet.width_mm, sheet.height_mm);
+  if (sheet.scale > 0) out += format(" data-metres-per-unit=\"%g\"", sheet.scale / 1000);
+  out += ">\n";
   out += "<title>" + escaped_xml(sheet.title) +
          "</title>\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
   for (const Sheet::Path& path : sheet.paths) out += svg_path(path, sheet.height_mm);

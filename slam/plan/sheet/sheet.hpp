@@ -18,6 +18,7 @@ struct Sheet {
     std::vector<Eigen::Vector2d> points;
     bool closed = false;
     Style style;
+    std::string layer = {};  ///< class of it in SVG
   };
   enum class Anchor { start, middle, end };
   struct Text {
@@ -32,18 +33,23 @@ struct Sheet {
   double width_mm = 210.0;
   double height_mm = 297.0;
   std::string title;
+  double scale = 0.0;       ///< 100 for 1:100; 0: no drawing to scale
   std::vector<Path> paths;  ///< later ones cover earlier ones
   std::vector<Text> texts;
 
-  void line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Style& style) {
-    paths.push_back({{from, to}, false, style});
+  void line(const Eigen::Vector2d& from,
+            const Eigen::Vector2d& to,
+            const Style& style,
+            const std::string& layer = {}) {
+    paths.push_back({{from, to}, false, style, layer});
   }
 };
 
 /// Width of a text in Helvetica [mm], about.
 double text_width_mm(const Sheet::Text& text);
 
-/// The sheet as an SVG document whose size is in millimetres.
+/// The sheet as an SVG document whose size is in millimetres. It says its scale for programs, as
+/// files::read_svg() reads it.
 std::string sheet_svg(const Sheet& sheet);
 
 /// The sheet as a PDF document (1.4) of one page, with vectors and a font that every reader has.

@@ -29,7 +29,7 @@ configure() {
   local preset=$1 folder="$root/build/$1" log="$root/build/$1.log" name known="" is_known=yes fresh=()
   [ -f "$folder/configured_for" ] && known=$(<"$folder/configured_for")
   # Where a preset names another compiler, CMake forgets the preset's other values, and says so only in its log.
-  [ "$root/CMakePresets.json" -nt "$folder/build.ninja" ] && fresh=(--fresh) known=""
+  [ -f "$folder/build.ninja" ] && [ "$root/CMakePresets.json" -nt "$folder/build.ninja" ] && fresh=(--fresh) known=""
   for name in "${needs[@]}"; do
     [[ " $known " == *" $name "* ]] || { known="$known $name"; is_known=no; }
   done

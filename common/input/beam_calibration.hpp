@@ -9,8 +9,8 @@ namespace marco {
 
 /// What a laser's beams are found to be, over what its messages say. By default as said.
 struct BeamCalibration {
-  std::string channel;         ///< of the laser
-  double bearing_scale = 1.0;  ///< true bearing over the said one, both from the sensor's x axis
+  std::string channel;          ///< of the laser
+  double bearing_scale = 1.0;   ///< true bearing over the said one, both from the sensor's x axis
   double range_offset_m = 0.0;  ///< true range less the measured one
 
   template <class Visitor>

@@ -37,7 +37,8 @@ struct BeamFit {
 std::optional<BeamFit> fit_beams(const std::vector<Keyframe>& keys, double least_bearing_rad);
 
 /// How sharp a map is: cells of 5 cm that hold 90 % of its keyframes' points, the fullest first. Of
-/// two paths for the same scans the better one needs fewer; a doubled room needs half as many again.
+/// two paths for the same scans the better one needs fewer; a doubled room needs half as many
+/// again.
 std::size_t cells_of_walls(const std::vector<Keyframe>& keys);
 
 }  // namespace marco::slam

@@ -122,7 +122,7 @@ class Checker:
 
 
 def prepare(checker):
-    """A short simulated drive with a sweep and pictures as my.log and as the demo's recording, and its relations."""
+    """A short simulated drive with a sweep and pictures as my.log and as the demo's recording, its plan as drawn.dxf, and its relations."""
     folder, root = checker.folder, checker.root
     with open(folder + "/tour.toml", "w") as tour:
         tour.write(TOUR)
@@ -137,12 +137,15 @@ def prepare(checker):
                  "config/robots/michoacan.toml", "--out", "my.log"]),
             (0, [simulate, "--world", "config/worlds/office.toml", "--tour", "elsewhere.toml", "--out", "elsewhere.log"]),
             (0, ["./marco", "map", "my.log", "--out", "out/demo", "--lines"]),
+            (0, ["./marco", "map", "my.log", "--out", "out/to_draw"]),
+            (0, ["./marco", "plan", "out/to_draw"]),
             (1, ["./marco", "map", "my.log", "elsewhere.log", "--out", "out/two_buildings"])):
         code, _, err = checker.run(words)
         if code != wanted:
             sys.exit(f"FAILED: {' '.join(words)}: {err}")
     os.rename(folder + "/my.log", folder + "/out/demo/lab.lcm")
     os.symlink("out/demo/lab.lcm", folder + "/my.log")
+    os.symlink("out/to_draw/plan.dxf", folder + "/drawn.dxf")
     rows = [line.split() for line in open(folder + "/out/demo/truth.tum")]
     with open(folder + "/my.relations", "w") as relations:
         relations.write(f"{rows[5][0]} {rows[-5][0]} 0 0 0 0 0 0\n")
@@ -176,7 +179,7 @@ def check_outputs(checker, text):
     if len(names) < 15:
         fail("| file | what |", "the table of outputs is not found")
     for name in names:
-        if name not in OF_A_WRONG_MAP and not any(glob.glob(f"{checker.folder}/out/{run}/{name}") for run in ("mine", "demo", "two_buildings")):
+        if name not in OF_A_WRONG_MAP and not any(glob.glob(f"{checker.folder}/out/{run}/{name}") for run in ("mine", "demo", "to_draw", "two_buildings")):
             fail(name, "no run of map writes it")
 
 

@@ -98,8 +98,8 @@ int compare(const Arguments& arguments) {
   const slam::PlanSight sight = slam::look_about(plan);
   const std::optional<Pose2> place = place_of(map, sight, arguments.start);
   // Where no place stands out it may lie as the map does: Marco's own plans of it do.
-  const slam::PlanDeviations found = slam::compare_with_plan(
-      sight.faces, map.slam.keyframes.keys, place.value_or(Pose2{}));
+  const slam::PlanDeviations found =
+      slam::compare_with_plan(sight.faces, map.slam.keyframes.keys, place.value_or(Pose2{}));
   constexpr double kLeastAgreeing = 0.3, kLeastOfAGuess = 0.7;
   require(place || found.fit.agreeing >= kLeastOfAGuess,
           arguments.folder + ": was found nowhere in " + arguments.against +

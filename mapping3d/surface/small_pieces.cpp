@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <unordered_map>
 
+#include "mapping3d/surface/islands.hpp"
 #include "mapping3d/surface/mesh_distance.hpp"
 
 namespace marco::mapping3d {
@@ -21,20 +21,19 @@ class SceneFacets {
   SceneFacets(const SmoothScene& scene,
               const FacetOptions& options,
               const std::vector<uint8_t>& bare)
-      : scene_(scene), parents_(scene.points_m.size()) {
-    std::iota(parents_.begin(), parents_.end(), 0U);
+      : scene_(scene), joined_(scene.points_m.size()) {
     for (const Triangle& facet : facets(scene, options)) {
       if (bare[facet[0]] == 0 || bare[facet[1]] == 0 || bare[facet[2]] == 0) continue;
       facets_.push_back(facet);
-      parents_[root(facet[0])] = root(facet[1]);
-      parents_[root(facet[1])] = root(facet[2]);
+      joined_.join(facet[0], facet[1]);
+      joined_.join(facet[1], facet[2]);
     }
   }
 
   /// Those of things; mixed ranges are left out.
   std::vector<Piece> pieces() {
     std::map<uint32_t, Piece> pieces;
-    for (const Triangle& facet : facets_) pieces[root(facet[0])].push_back(facet);
+    for (const Triangle& facet : facets_) pieces[joined_.root(facet[0])].push_back(facet);
     std::vector<Piece> kept;
     for (auto& [of, piece] : pieces) {
       if (!is_mixed(piece)) kept.push_back(std::move(piece));
@@ -43,11 +42,6 @@ class SceneFacets {
   }
 
  private:
-  uint32_t root(uint32_t of) {
-    while (parents_[of] != of) of = parents_[of] = parents_[parents_[of]];
-    return of;
-  }
-
   // Counted by facets, so that a return counts as often as it has facets.
   bool is_mixed(const Piece& piece) {
     std::size_t mixed = 0;
@@ -71,13 +65,13 @@ class SceneFacets {
   }
 
   float beside_m(uint32_t i, std::size_t neighbours, int64_t stride) {
-    const uint32_t own = root(i);
+    const uint32_t own = joined_.root(i);
     int64_t next = i;
     for (std::size_t k = 0; k < neighbours; ++k) {
       next += stride;
       const auto at = static_cast<uint32_t>(next);
       if (scene_.kinds[at] == SmoothScene::Kind::none) return 0.0F;
-      if (root(at) != own) return range_m(at);
+      if (joined_.root(at) != own) return range_m(at);
     }
     return 0.0F;
   }
@@ -87,7 +81,7 @@ class SceneFacets {
   }
 
   const SmoothScene& scene_;
-  std::vector<uint32_t> parents_;
+  Islands joined_;
   std::vector<Triangle> facets_;
 };
 

@@ -3,27 +3,13 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
-#include <numeric>
+
+#include "mapping3d/surface/islands.hpp"
 
 namespace marco::mapping3d {
 namespace {
 
 Cell step(int axis) { return Cell(axis == 0, axis == 1, axis == 2); }
-
-class Islands {
- public:
-  explicit Islands(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0U);
-  }
-  uint32_t root(uint32_t of) {
-    while (parent_[of] != of) of = parent_[of] = parent_[parent_[of]];
-    return of;
-  }
-  void join(uint32_t a, uint32_t b) { parent_[root(a)] = root(b); }
-
- private:
-  std::vector<uint32_t> parent_;
-};
 
 float area(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
   const auto& v = mesh.vertices_m;

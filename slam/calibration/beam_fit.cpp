@@ -193,6 +193,13 @@ Joint with_prior(Joint joint) {
   return joint;
 }
 
+// Far from being called off: more rounds change nothing of that.
+bool is_ordinary(const Joint& joint) {
+  constexpr double kNear = 1.5;  // standard deviations
+  return std::abs(joint.value(0) - 1.0) < kNear * std::sqrt(joint.covariance(0, 0)) &&
+         std::abs(joint.value(1)) < kNear * std::sqrt(joint.covariance(1, 1));
+}
+
 }  // namespace
 
 bool Estimate::differs_from(double assumed) const {
@@ -206,6 +213,7 @@ std::optional<BeamFit> fit_beams(const std::vector<Keyframe>& keys, double least
   }
   std::vector<Pair> pairs = pairs_among(beams);
   Joint joint{{1.0, 0.0}, Matrix2::Zero()};
+  Joint found = joint;
   std::vector<PairSums> sums;
   for (const double reach_m : kReachM) {
     sums.clear();
@@ -223,8 +231,9 @@ std::optional<BeamFit> fit_beams(const std::vector<Keyframe>& keys, double least
     const Matrix2 inverse = (total.matrix + 1e-6 * Matrix2::Identity()).inverse();
     const Eigen::Vector2d step = inverse * total.right;
     joint = {joint.value + step, sandwich(sums, inverse, step)};
+    found = with_prior(joint);
+    if (reach_m < kReachM.front() && is_ordinary(found)) break;
   }
-  const Joint found = with_prior(joint);
   return BeamFit{{found.value(0), std::sqrt(found.covariance(0, 0))},
                  {found.value(1), std::sqrt(found.covariance(1, 1))},
                  static_cast<int>(sums.size())};

@@ -107,6 +107,33 @@ TEST_F(MapSetUp, TheRobotInItsOwnViewIsLeftOut) {
   EXPECT_THAT(files::read_whole_file(at("out") + "/calibration.toml"), HasSubstr("[[body]]"));
 }
 
+TEST_F(MapSetUp, BearingsThatAreTooNarrowAreFoundAndTheMapIsMadeAgain) {
+  files::write_whole_file(at("ring.log"), testing::ring_log(1.0, 1.0, 1.0, 1.03));
+  const Result result = run("marco-map", {at("ring.log"), "--calibrate", "--out", at("out")});
+  EXPECT_EQ(result.code, 0) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("beams.bearing_scale 1 -> 1.0"));
+  EXPECT_EQ(calibration()["use"], "in_force");
+  EXPECT_NEAR(found("beams.bearing_scale"), 1.03, 0.003);
+  EXPECT_LT(round_off_m(), 0.03);
+  const std::string written = files::read_whole_file(at("out") + "/calibration.toml");
+  EXPECT_THAT(written, HasSubstr("[[beams]]"));
+  EXPECT_THAT(written, HasSubstr("bearing_scale = 1.0"));
+}
+
+TEST_F(MapSetUp, RightBeamsAreSaidToBeSo) {
+  const Result result = map(1.0, 1.0);
+  EXPECT_THAT(result.output, Not(HasSubstr("beams."))) << result.output;
+  EXPECT_NEAR(found("beams.bearing_scale"), 1.0, 0.003);
+}
+
+TEST_F(MapSetUp, OdometryWithItsHeadingInDegreesIsLeftOutFromTheFirstScanOn) {
+  files::write_whole_file(at("ring.log"), testing::ring_log(1.0, 1.0, rad_to_deg(1.0)));
+  const Result result = run("marco-map", {at("ring.log"), "--out", at("out")});
+  EXPECT_THAT(result.output, HasSubstr("is its heading in degrees?")) << result.output;
+  EXPECT_FALSE(std::filesystem::exists(at("out") + "/odometry.tum"));
+  EXPECT_LT(round_off_m(), 0.03);
+}
+
 TEST_F(MapSetUp, NobodyLooksWhereNobodyShall) {
   const Result result = map(0.5, 0.5, {"--no-calibration"});
   EXPECT_THAT(result.output, Not(HasSubstr("set-up")));

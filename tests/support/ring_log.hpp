@@ -12,7 +12,12 @@ inline constexpr int kRingScans = 1200;
 
 /// A CARMEN log: three times round a ring of rooms, a scan each 0.1 m or 9 degrees, ten a second
 /// from 1000 s on; a round takes 40 s. @param way_scale, turn_scale  of the odometry
-inline std::string ring_log(double way_scale, double turn_scale) {
+/// @param heading_unit  its heading is that many times too large. @param bearing_scale  true
+/// bearing over the one that the format means
+inline std::string ring_log(double way_scale,
+                            double turn_scale,
+                            double heading_unit = 1.0,
+                            double bearing_scale = 1.0) {
   FlatWorld world;
   world.add_box(-7, -5, 7, 5);
   world.add_box(-4, -2, 4, 2);
@@ -27,7 +32,7 @@ inline std::string ring_log(double way_scale, double turn_scale) {
   for (int i = 0, side = 0, on_side = 0; i < kRingScans; ++i) {
     log += "FLASER 180";
     for (int beam = 0; beam < 180; ++beam) {
-      const double bearing_rad = robot.theta_rad + deg_to_rad(beam - 90.0);
+      const double bearing_rad = robot.theta_rad + bearing_scale * deg_to_rad(beam - 90.0);
       char text[20];
       std::snprintf(text, sizeof text, " %.3f",
                     world.range_m(robot.translation_m(), bearing_rad) + noise(random));
@@ -35,8 +40,8 @@ inline std::string ring_log(double way_scale, double turn_scale) {
     }
     char text[200];
     std::snprintf(text, sizeof text, " %.4f %.4f %.5f %.4f %.4f %.5f %.6f host %.6f\n", odom.x_m,
-                  odom.y_m, odom.theta_rad, odom.x_m, odom.y_m, odom.theta_rad, 1000.0 + 0.1 * i,
-                  1000.0 + 0.1 * i);
+                  odom.y_m, heading_unit * odom.theta_rad, odom.x_m, odom.y_m,
+                  heading_unit * odom.theta_rad, 1000.0 + 0.1 * i, 1000.0 + 0.1 * i);
     log += text;
     const bool turns = on_side >= sides[side];
     const Pose2 step = turns ? Pose2{0, 0, deg_to_rad(9)} : Pose2{0.1, 0, 0};

@@ -9,7 +9,7 @@
 #include "recordings/recording_folder.hpp"
 #include "tools/map/beam_search.hpp"
 #include "tools/map/calibration.hpp"
-#include "tools/map/own_body_search.hpp"
+#include "tools/map/look_ahead.hpp"
 
 namespace marco {
 namespace {
@@ -72,8 +72,9 @@ MapOptions load_batch_options(const MapArguments& arguments, const ForeignTable&
   options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
   std::vector<BodyPart>& body = options.slam.input.calibration.body;
   for (const RecordingParts& parts : recordings_among(arguments)) {
-    const std::vector<BodyPart> found = find_own_body(parts, foreign, body);
-    body.insert(body.end(), found.begin(), found.end());
+    const LookAhead found = look_ahead(parts, foreign, body);
+    body.insert(body.end(), found.body.begin(), found.body.end());
+    if (options.odometry_fault.empty()) options.odometry_fault = found.odometry_fault;
   }
   return options;
 }

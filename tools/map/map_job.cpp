@@ -49,7 +49,8 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
       slam_options_(options.slam.slam),
       localizer_options_(options.slam.localizer),
       beams_(options.slam.input.calibration.beams),
-      own_body_(options.slam.input.calibration.body) {
+      own_body_(options.slam.input.calibration.body),
+      odometry_fault_(options.odometry_fault) {
   mapper2d_->keep_scans();
 }
 
@@ -106,6 +107,7 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
   }
   if (lines_ != nullptr && first_key > 0) check_that_lines_go_on(first_key, input);
   recorded_.inputs.push_back(recording.report());
+  if (!odometry_fault_.empty()) recorded_.inputs.back().notes.push_back(odometry_fault_);
   clock_.end_stage("read and match " + input.filename().string());
 }
 
@@ -134,6 +136,7 @@ void MapJob::take(const Sample& sample) {
     recorded_.truth.add(*pose);
   }
   if (const auto* odometry = std::get_if<OdometrySample>(&sample)) {
+    if (!odometry_fault_.empty()) return;
     if (odometry_units_.look(*odometry)) {
       recorded_.odometry.clear();
     } else {

@@ -39,6 +39,7 @@ struct MapOptions {
   mapping3d::Mapping3dAdapterOptions mapping3d;
   mapping3d::SurfacePipelineOptions joined_surface;
   PhotographOptions photographs;
+  std::string odometry_fault;  ///< why no odometry is used, no setting; "" = it is used
 
   static constexpr std::array kRenamed{RenamedKey{"slam_process", "slam, localizer or input"},
                                        RenamedKey{"line_slam_process", "lines"},
@@ -175,6 +176,7 @@ class MapJob {
   Recorded recorded_;
   RangeUnits range_units_;
   OdometryUnits odometry_units_;
+  std::string odometry_fault_;  ///< see MapOptions
   slam::MapEdits edits_;
   /// Of each recording: the scans, and the odometry at them, that came before.
   struct FirstOf {

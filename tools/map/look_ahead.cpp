@@ -1,8 +1,9 @@
-#include "tools/map/own_body_search.hpp"
+#include "tools/map/look_ahead.hpp"
 
 #include <algorithm>
 #include <map>
 
+#include "common/input/odometry_units.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 
 namespace marco {
@@ -18,15 +19,20 @@ bool is_on_pantilt(const std::map<std::string, SensorInfo>& sensors, const std::
 
 }  // namespace
 
-std::vector<BodyPart> find_own_body(const RecordingParts& parts,
-                                    const ForeignTable& foreign,
-                                    const std::vector<BodyPart>& known) {
+LookAhead look_ahead(const RecordingParts& parts,
+                     const ForeignTable& foreign,
+                     const std::vector<BodyPart>& known) {
+  LookAhead found;
+  OdometryUnits units;
   std::map<std::string, SensorInfo> sensors;
   std::map<std::string, OwnBody> bodies;
   const auto recording = open_recording(parts, foreign);
   while (std::optional<Sample> sample = recording->next()) {
     process::end_if_interrupted();
     if (const auto* info = std::get_if<SensorInfo>(&*sample)) note_sensor(sensors, *info);
+    if (const auto* odometry = std::get_if<OdometrySample>(&*sample)) {
+      found.odometry_fault = units.look(*odometry).value_or("");
+    }
     auto* scan = std::get_if<LaserScan>(&*sample);
     if (scan == nullptr || is_on_pantilt(sensors, scan->channel)) continue;
     for (const BodyPart& part : known) {
@@ -38,9 +44,8 @@ std::vector<BodyPart> find_own_body(const RecordingParts& parts,
       break;
     }
   }
-  std::vector<BodyPart> found;
   for (const auto& [channel, body] : bodies) {
-    found.insert(found.end(), body.parts().begin(), body.parts().end());
+    found.body.insert(found.body.end(), body.parts().begin(), body.parts().end());
   }
   return found;
 }

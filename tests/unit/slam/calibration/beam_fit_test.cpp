@@ -105,6 +105,22 @@ TEST(BeamFit, ALargeOffsetOfTheRangesIsFoundASmallOneIsNotSaid) {
   EXPECT_FALSE(found_of(laser)->range_offset_m.differs_from(0.0));
 }
 
+// People, open doors: what some pairs see has moved between them.
+TEST(BeamFit, PairsThatDisagreeMakeItLessSure) {
+  std::vector<Keyframe> keys = drive({}, 1);
+  keys.resize(16);
+  const auto sure = fit_beams(keys, deg_to_rad(-120.0));
+  for (std::size_t i = 0; i < keys.size(); i += 2) {
+    Points2& points = keys[i].points_in_robot.points;
+    for (Eigen::Index k = 0; k < 80; ++k)
+      points.col(k) *= 1.0 + 0.04 * std::sin(0.7 * static_cast<double>(i));
+  }
+  const auto doubtful = fit_beams(keys, deg_to_rad(-120.0));
+  ASSERT_TRUE(sure && doubtful);
+  EXPECT_GT(doubtful->bearing_scale.sigma, 1.02 * sure->bearing_scale.sigma);
+  EXPECT_FALSE(doubtful->bearing_scale.differs_from(1.0));
+}
+
 TEST(BeamFit, NothingIsSaidOfTooFewPlaces) {
   std::vector<Keyframe> keys = drive({}, 1);
   keys.resize(5);

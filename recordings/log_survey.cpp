@@ -94,10 +94,11 @@ void judge_stamps(LogSurvey& survey, const Offsets& offsets) {
   if (rate > kSlowest && rate < kFastest) return;
   survey.stamps_are_unusable = true;
   char note[200];
-  std::snprintf(note, sizeof note,
-                "the stamps of %s advance by %.4g s in %.4g s: they are no microseconds. The times "
-                "of the log's events are used instead",
-                survey.lidar_channel.c_str(), stamps_s, events_s);
+  std::snprintf(
+      note, sizeof note,
+      "the stamps of %s advance by %.4g s in %.4g s: they are not microseconds. The times "
+      "of the log's events are used instead",
+      survey.lidar_channel.c_str(), stamps_s, events_s);
   survey.notes.emplace_back(note);
 }
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
-#include "slam/matching/estimator.hpp"
 #include "slam/matching/point_index.hpp"
 
 namespace marco::slam {
@@ -235,8 +235,7 @@ std::optional<BeamFit> fit_beams(const std::vector<Keyframe>& keys, double least
     if (reach_m < kReachM.front() && is_ordinary(found)) break;
   }
   return BeamFit{{found.value(0), std::sqrt(found.covariance(0, 0))},
-                 {found.value(1), std::sqrt(found.covariance(1, 1))},
-                 static_cast<int>(sums.size())};
+                 {found.value(1), std::sqrt(found.covariance(1, 1))}};
 }
 
 std::size_t cells_of_walls(const std::vector<Keyframe>& keys) {

@@ -20,7 +20,6 @@ struct Estimate {
 struct BeamFit {
   Estimate bearing_scale{1.0};  ///< true bearing over the said one, both from the sensor's x axis
   Estimate range_offset_m{};    ///< true range less the measured one
-  int pairs = 0;                ///< of keyframes that were laid on each other
 };
 
 /// Finds bearings that are too wide or too narrow, and ranges that are too short or too long, by

@@ -118,7 +118,7 @@ TEST_P(WrongStamps, GiveWayToTheEventsTimes) {
   ASSERT_EQ(recorded.scans.size(), 40U);
   EXPECT_EQ(recorded.scans[7].utime.us, 1'700'000);
   EXPECT_EQ(recorded.scans[39].utime.us, 4'900'000);
-  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("no microseconds")));
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("not microseconds")));
 }
 
 // A replay at any speed that a logger has written down: its stamps are right.

@@ -1,6 +1,7 @@
 #include "common/input/lidar_selection.hpp"
 
 #include <cmath>
+#include <cstring>
 
 namespace marco {
 namespace {
@@ -25,6 +26,17 @@ bool LidarSelection::is_used(const LaserScan& scan) {
   laser.has_planar = true;
   laser.newest_planar = scan.utime;
   return true;
+}
+
+bool LidarSelection::came_before(const LaserScan& scan) {
+  LaserScan& last = last_[scan.channel];
+  // By its bits: a beam without a return may be NaN.
+  const bool same = scan.utime == last.utime && !scan.ranges_m.empty() &&
+                    scan.ranges_m.size() == last.ranges_m.size() &&
+                    std::memcmp(scan.ranges_m.data(), last.ranges_m.data(),
+                                scan.ranges_m.size() * sizeof(float)) == 0;
+  if (!same) last = scan;
+  return same;
 }
 
 }  // namespace marco

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/input/beam_calibration.hpp"
+#include "common/input/floor_line.hpp"
 #include "common/input/own_body.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
@@ -106,6 +107,7 @@ struct SensorCalibration {
   GyroCalibration gyro;
   std::vector<BeamCalibration> beams;  ///< of its lasers
   std::vector<BodyPart> body;          ///< of the robot, in view of its lasers
+  std::vector<FloorLine> floor;        ///< in view of its lasers
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -114,6 +116,7 @@ struct SensorCalibration {
     v("gyro", gyro);
     v("beams", beams);
     v("body", body);
+    v("floor", floor);
   }
   bool operator==(const SensorCalibration&) const = default;
 };

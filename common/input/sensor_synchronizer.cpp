@@ -108,11 +108,12 @@ void SensorSynchronizer::add(LaserScan scan) {
   if (sensor_of(scan.channel) == nullptr) {
     return drop_("no SENSOR_INFO for " + scan.channel + " yet");
   }
+  if (lidars_.came_before(scan)) return drop_("scan that came twice");
   if (!lidars_.is_used(scan)) return;
   if (rates_.is_new_sender(scan.channel, scan.utime)) drop_(rates_.notice());
   if (const auto wrong = range_units_.look(scan)) return drop_(*wrong);
   correct_beams(scan);
-  blank_own_body(scan);
+  blank_body_and_floor(scan);
   StampRepair& stamps = state_.stamps[scan.channel];
   WaitingScan waiting;
   waiting.repaired = stamps.repair(scan.utime);
@@ -134,9 +135,12 @@ void SensorSynchronizer::correct_beams(LaserScan& scan) const {
 }
 
 // On a pan-tilt the robot is elsewhere in every scan.
-void SensorSynchronizer::blank_own_body(LaserScan& scan) {
+void SensorSynchronizer::blank_body_and_floor(LaserScan& scan) {
   for (const BodyPart& part : options_.calibration.body) {
     if (part.channel == scan.channel) blank(scan, part);
+  }
+  for (const FloorLine& floor : options_.calibration.floor) {
+    if (floor.channel == scan.channel) blank(scan, floor);
   }
   if (sensor_of(scan.channel)->mount != SensorInfo::Mount::robot) return;
   OwnBody& body = state_.own_bodies[scan.channel];

@@ -150,7 +150,7 @@ class SensorSynchronizer {
  private:
   /// Without what it shows of the robot itself.
   void correct_beams(LaserScan& scan) const;
-  void blank_own_body(LaserScan& scan);
+  void blank_body_and_floor(LaserScan& scan);
   /// In a wrong unit, or order. @returns what is known of the order
   BeamVerdict repair_beams(LaserScan& scan, double period_s);
   void advance();

@@ -63,6 +63,10 @@ ROWS = {
     "both_units": ({"way": 1000.0, "heading": math.degrees(1.0)}, {}),
     "stamps_ms": ({"stamps": 1e-3}, {}),
     "stamps_none": ({"stamps": 0.0}, {}),
+    "pitched_5": ({"pitch_deg": 5.0}, {}),
+    "pitched_3": ({"pitch_deg": 3.0}, {}),
+    "pitched_without": ({"pitch_deg": 5.0, "silent": True}, {}),
+    "rolled_5": ({"pitch_deg": 5.0, "down_deg": 60.0}, {}),
     "posts": ({"posts": POSTS[:2]}, {}),
     "more_posts": ({"posts": POSTS}, {}),
     "no_odometry": ({"silent": True}, {}),
@@ -72,6 +76,18 @@ ROWS = {
 GOALS = {"laser.yaw_deg": 0.3, "laser.x_m": 0.01, "laser.y_m": 0.01, "odometry.late_s": 0.005, "gyro.late_s": 0.005,
          "odometry.left_scale": 0.005, "odometry.right_scale": 0.005, "odometry.track_scale": 0.005, "gyro.scale": 0.005,
          "gyro.bias_rad_per_s": 0.002, "beams.bearing_scale": 0.005, "beams.range_offset_m": 0.01}
+
+
+LASER_M, CEILING_M = 0.2, 2.5
+
+
+def tilted_ranges(world, x, y, heading, bearings, pitch_rad, down_rad):
+    """Of a laser that looks down by pitch_rad under the bearing down_rad, 0.2 m above the floor."""
+    b = bearings - down_rad
+    across, along, down = np.sin(b), np.cos(b) * math.cos(pitch_rad), np.cos(b) * math.sin(pitch_rad)
+    level = world.ranges(x, y, heading + down_rad + np.arctan2(across, along), 12.0) / np.hypot(across, along)
+    with np.errstate(divide="ignore"):
+        return np.minimum(level, np.where(down > 0, LASER_M / down, (LASER_M - CEILING_M) / down))
 
 
 class Log:
@@ -135,7 +151,7 @@ def types(folder):
 def write_info(lcm, log, utime):
     info = lcm["marco"].sensor_info_t()
     info.utime, info.channel, info.mount = utime, "LIDAR", 0
-    info.parent_from_sensor_m, info.parent_from_sensor_quat = [0.0, 0.0, 0.2], [1.0, 0.0, 0.0, 0.0]
+    info.parent_from_sensor_m, info.parent_from_sensor_quat = [0.0, 0.0, LASER_M], [1.0, 0.0, 0.0, 0.0]
     info.range_min_m, info.range_max_m, info.range_sigma_m = 0.05, 12.0, 0.01
     log.write(utime, "SENSOR_INFO", info)
 
@@ -179,6 +195,9 @@ def write(lcm, path, set_up, seed):
         if i % round(50 / SCANS_PER_S) == 0:
             lx, ly = x + x_m * math.cos(h) - y_m * math.sin(h), y + x_m * math.sin(h) + y_m * math.cos(h)
             ranges = world.ranges(lx, ly, h + yaw + flip * bearings, 12.0)
+            if "pitch_deg" in set_up:
+                ranges = tilted_ranges(world, lx, ly, h, bearings, math.radians(set_up["pitch_deg"]),
+                                       math.radians(set_up.get("down_deg", 0.0)))
             ranges = np.where(ranges < 12.0, ranges + r.normal(0, 0.01, BEAMS), 12.0)
             ranges = np.where(ranges < 12.0, ranges + set_up.get("range_offset_m", 0.0), ranges)
             for first, last, post_m in set_up.get("posts", ()):

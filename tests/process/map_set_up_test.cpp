@@ -107,6 +107,55 @@ TEST_F(MapSetUp, TheRobotInItsOwnViewIsLeftOut) {
   EXPECT_THAT(files::read_whole_file(at("out") + "/calibration.toml"), HasSubstr("[[body]]"));
 }
 
+// The floor ahead of a laser that looks down, along a line 2.5 m from it.
+std::string with_the_floor(const std::string& log) {
+  std::istringstream lines(log);
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  std::string text;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string word;
+    for (int i = 0; words >> word; ++i) {
+      const int beam = i - 2;
+      if (beam > 0 && beam < 180) {
+        const double floor_m = 2.5 / std::cos(deg_to_rad(beam - 90.0));
+        if (std::stod(word) > floor_m) word = std::to_string(floor_m + noise(random));
+      }
+      text += (i == 0 ? "" : " ") + word;
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+TEST_F(MapSetUp, TheFloorInViewOfALaserThatIsNotLevelIsLeftOut) {
+  files::write_whole_file(at("ring.log"), with_the_floor(testing::ring_log(1.0, 1.0)));
+  const Result result = run("marco-map", {at("ring.log"), "--calibrate", "--out", at("out")});
+  EXPECT_EQ(result.code, 0) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("set-up: LIDAR is not level"));
+  const auto report = nlohmann::json::parse(files::read_whole_file(at("out") + "/report.json"));
+  ASSERT_EQ(report["floor"].size(), 1U);
+  EXPECT_NEAR(report["floor"][0]["bearing_deg"], 0.0, 2.5);
+  EXPECT_NEAR(report["floor"][0]["from_m"], 2.4, 0.09);
+  EXPECT_LT(round_off_m(), 0.03);
+  EXPECT_THAT(files::read_whole_file(at("out") + "/calibration.toml"), HasSubstr("[[floor]]"));
+}
+
+// Two recorders' logs, merged.
+TEST_F(MapSetUp, ScansThatCameTwiceAreUsedOnce) {
+  std::istringstream lines(testing::ring_log(1.0, 1.0));
+  std::string twice;
+  for (std::string line; std::getline(lines, line);) twice += line + "\n" + line + "\n";
+  files::write_whole_file(at("ring.log"), twice);
+  const Result result = run("marco-map", {at("ring.log"), "--out", at("out")});
+  EXPECT_EQ(result.code, 0) << result.output;
+  EXPECT_THAT(result.output, HasSubstr("scan that came twice " + std::to_string(testing::kRingScans)));
+  EXPECT_EQ(files::read_tum(at("out") + "/trajectory.tum").size(),
+            static_cast<std::size_t>(testing::kRingScans));
+  EXPECT_LT(round_off_m(), 0.03);
+}
+
 TEST_F(MapSetUp, BearingsThatAreTooNarrowAreFoundAndTheMapIsMadeAgain) {
   files::write_whole_file(at("ring.log"), testing::ring_log(1.0, 1.0, 1.0, 1.03));
   const Result result = run("marco-map", {at("ring.log"), "--calibrate", "--out", at("out")});

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "lcmtypes/channels.hpp"
+#include "slam/calibration/floor_search.hpp"
 
 namespace marco {
 namespace {
@@ -58,6 +59,14 @@ std::optional<BeamSearch> search_beams(const MapJob& job) {
       slam::fit_beams(job.map_keys(), in_use.bearing_scale * job.least_bearing_rad(*channel));
   if (!found) return std::nullopt;
   return BeamSearch{in_use, *found};
+}
+
+std::optional<FloorLine> search_floor(const MapJob& job) {
+  const auto channel = channel_of(job);
+  if (!channel || job.sensors().at(*channel).mount != SensorInfo::Mount::robot) return std::nullopt;
+  auto found = slam::find_floor(job.map_keys());
+  if (found) found->channel = *channel;
+  return found;
 }
 
 }  // namespace marco

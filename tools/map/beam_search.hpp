@@ -25,4 +25,8 @@ struct BeamSearch {
 /// nothing where too few walls were seen from two places.
 std::optional<BeamSearch> search_beams(const MapJob& job);
 
+/// The floor or the ceiling in view of the laser, which is fixed to the robot. @returns nothing of
+/// several lasers
+std::optional<FloorLine> search_floor(const MapJob& job);
+
 }  // namespace marco

@@ -165,7 +165,22 @@ class Remapping {
   bool tried_ = false, taken_ = false;
 };
 
-// First, for a map with bent rooms says wrong things of odometry.
+// First, for whatever else is looked for is asked of walls.
+void correct_floor(Remapping& remapping, JudgedMap& map) {
+  const auto floor = search_floor(*map.job);
+  if (!floor) return;
+  SensorCalibration calibration = remapping.calibration();
+  calibration.floor = {*floor};
+  const bool better = remapping.try_with(calibration, [](const auto& again, const auto& first) {
+    return again.verdict->diagnosis.verdict <= first.verdict->diagnosis.verdict;
+  });
+  if (!better && map.verdict) {
+    map.verdict->diagnosis.ask(describe(*floor) +
+                               ", and a map without these returns is worse: is it level?");
+  }
+}
+
+// Before odometry, for a map with bent rooms says wrong things of it.
 void correct_beams(Remapping& remapping, JudgedMap& map, slam::SelfCalibration& found) {
   const auto beams = search_beams(*map.job);
   if (!beams) return;
@@ -191,6 +206,7 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
   Remapping remapping(arguments, options, foreign, out, map);
   SelfCorrection correction;
   slam::SelfCalibration beams;
+  correct_floor(remapping, map);
   correct_beams(remapping, map, beams);
   auto found = self_calibration_of(*map.job);
   if (!found && beams.parameters.empty()) return std::nullopt;
@@ -204,6 +220,7 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
     SensorCalibration calibration = needed;
     calibration.beams = remapping.calibration().beams;
     calibration.body = remapping.calibration().body;
+    calibration.floor = remapping.calibration().floor;
     remapping.try_with(calibration, is_as_good);
   }
   const std::string& question = correction.found.open_question;

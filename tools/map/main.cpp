@@ -150,9 +150,13 @@ int exit_code_of(const std::optional<MapVerdict>& verdict) {
   return verdict && verdict->is_wrong() ? process::kExitWrongMap : process::kExitDone;
 }
 
-void print_own_body(const MapJob& job) {
-  if (job.own_body().empty()) return;
-  std::printf("set-up: %s: these returns are left out\n", describe(job.own_body()).c_str());
+void print_left_out(const MapJob& job) {
+  if (!job.own_body().empty()) {
+    std::printf("set-up: %s: these returns are left out\n", describe(job.own_body()).c_str());
+  }
+  for (const FloorLine& floor : job.floor()) {
+    std::printf("set-up: %s: returns from there on are left out\n", describe(floor).c_str());
+  }
 }
 
 // The verdict alone: what is written on the way goes with a folder of its own.
@@ -161,10 +165,9 @@ int check(const MapArguments& arguments) {
   const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
   const MapOptions options = load_batch_options(arguments, foreign);
   JudgedMap map = make_map(arguments, options, foreign, folder.path(), {});
-  print_own_body(*map.job);
-  if (const auto correction = correct(arguments, options, foreign, folder.path(), map)) {
-    print_correction(*correction);
-  }
+  const auto correction = correct(arguments, options, foreign, folder.path(), map);
+  print_left_out(*map.job);
+  if (correction) print_correction(*correction);
   print_verdict(*map.verdict, *map.job, false);
   return exit_code_of(map.verdict);
 }
@@ -218,7 +221,7 @@ int run(const MapArguments& arguments) {
   process::end_if_interrupted();
   results->commit();
   print_summary(job, extras, arguments.out);
-  print_own_body(job);
+  print_left_out(job);
   if (correction) print_correction(*correction);
   if (verdict) print_verdict(*verdict, job, true);
   require(calibrated,

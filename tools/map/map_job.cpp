@@ -50,6 +50,7 @@ MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem
       localizer_options_(options.slam.localizer),
       beams_(options.slam.input.calibration.beams),
       own_body_(options.slam.input.calibration.body),
+      floor_(options.slam.input.calibration.floor),
       odometry_fault_(options.odometry_fault) {
   mapper2d_->keep_scans();
 }

@@ -125,6 +125,7 @@ class MapJob {
   const std::vector<BeamCalibration>& beams() const { return beams_; }
   /// What the lasers see of their own robot: left out of all scans.
   const std::vector<BodyPart>& own_body() const { return own_body_; }
+  const std::vector<FloorLine>& floor() const { return floor_; }
   /// The least bearing of a laser's beams as its first scan said it.
   double least_bearing_rad(const std::string& channel) const {
     const auto found = recorded_.least_bearing_rad.find(channel);
@@ -173,6 +174,7 @@ class MapJob {
   slam::LocalizerOptions localizer_options_;
   std::vector<BeamCalibration> beams_;
   std::vector<BodyPart> own_body_;
+  std::vector<FloorLine> floor_;
   Recorded recorded_;
   RangeUnits range_units_;
   OdometryUnits odometry_units_;

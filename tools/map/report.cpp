@@ -132,6 +132,16 @@ json own_body_json(const MapJob& job) {
   return all;
 }
 
+json floor_json(const MapJob& job) {
+  json all = json::array();
+  for (const FloorLine& floor : job.floor()) {
+    all.push_back({{"channel", floor.channel},
+                   {"bearing_deg", floor.bearing_deg},
+                   {"from_m", floor.from_m}});
+  }
+  return all;
+}
+
 json apart_json(const MapJob& job) {
   json all = json::array();
   for (const KeptApart& apart : kept_apart(job)) {
@@ -188,6 +198,7 @@ void write_report(const std::filesystem::path& path,
   if (extras.verdict != nullptr) add_verdict(report, *extras.verdict, job);
   if (extras.correction != nullptr) add_calibration(report, *extras.correction);
   if (!job.own_body().empty()) report["own_body"] = own_body_json(job);
+  if (!job.floor().empty()) report["floor"] = floor_json(job);
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
   report["loops"] = loops_json(job.loops(), job.keyframes());

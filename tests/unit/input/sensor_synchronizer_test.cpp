@@ -202,6 +202,27 @@ TEST_F(SensorSynchronizerTest, ACalibrationCorrectsWhatComesIn) {
               IsNear(Pose2{0.3, 0.1, deg_to_rad(90)}, 1e-9, 1e-9));
 }
 
+TEST_F(SensorSynchronizerTest, AScanThatComesTwiceIsUsedOnce) {
+  odometry(0.0, {});
+  odometry(2.0, {});
+  for (const double seconds : {0.5, 0.5, 1.0, 1.5, 1.5}) scan(seconds);
+  EXPECT_EQ(take().size(), 3U);
+  EXPECT_EQ(drops_["scan that came twice"], 2);
+}
+
+TEST_F(SensorSynchronizerTest, ReturnsOfTheFloorAreNone) {
+  SynchronizerOptions options;
+  options.calibration.floor = {{channels::kLidar, 0.0, 1.5}};
+  input_ = SensorSynchronizer(options, {channels::kPanTiltState, &channels::lidar_of}, {});
+  announce(channels::kLidar);
+  odometry(0.0, {});
+  odometry(1.0, {});
+  scan(0.5);  // ranges of 1 and 2 m
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_EQ(scans[0].scan.ranges_m, (std::vector<float>{1.0F, 0.0F}));
+}
+
 TEST_F(SensorSynchronizerTest, NoMoreThanTwoHundredScansWait) {
   odometry(0.0, {});
   for (int i = 0; i < 1000; ++i) scan(1e-5 * i);

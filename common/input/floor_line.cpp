@@ -1,0 +1,25 @@
+#include "common/input/floor_line.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+namespace marco {
+
+void blank(LaserScan& scan, const FloorLine& floor) {
+  for (std::size_t beam = 0; beam < scan.size(); ++beam) {
+    const double ahead = std::cos(scan.bearing_rad(beam) - deg_to_rad(floor.bearing_deg));
+    if (static_cast<double>(scan.ranges_m[beam]) * ahead >= floor.from_m) {
+      scan.ranges_m[beam] = 0.0F;
+    }
+  }
+}
+
+std::string describe(const FloorLine& floor) {
+  char text[96];
+  std::snprintf(text, sizeof text,
+                " is not level: its beams under %.0f deg reach the floor or the ceiling at %.2f m",
+                floor.bearing_deg, floor.from_m);
+  return floor.channel + text;
+}
+
+}  // namespace marco

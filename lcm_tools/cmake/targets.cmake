@@ -133,9 +133,11 @@ endfunction()
 # namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA), long (built by the target long_tests only).
 # Tests run in the folder of their project.
 # SHARDS n: one program, n CTest cases that share its tests and run side by side; for programs that mostly wait. ALONE: the
-# filter of tests that measure time; nothing else runs beside them.
+# filter of tests that measure time; nothing else runs beside them. BUSY: a process test that computes, rather than waits.
+# `ctest -j` is given twice the number of cores: what computes takes two of these places, what waits takes one. The longest
+# begin first, by their TIMEOUT.
 function(marco_test name)
-  cmake_parse_arguments(arg "SANITIZED_LATER" "LABEL;TIMEOUT;SHARDS;ALONE" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "SANITIZED_LATER;BUSY" "LABEL;TIMEOUT;SHARDS;ALONE" "SOURCES;DEPENDS" ${ARGN})
   if(NOT arg_LABEL)
     set(arg_LABEL unit)
   endif()
@@ -165,6 +167,10 @@ function(marco_test name)
   endif()
   # A match makes the whole program "skipped", whatever else it says: only one that passed may.
   set(skipped "SKIPPED: .*\\[  PASSED  \\] [0-9]+ tests?\\.\n(\\[  SKIPPED \\] [^\n]*\n)*\n*$")
+  set(places 2)
+  if(arg_LABEL STREQUAL "process" AND NOT arg_BUSY)
+    set(places 1)
+  endif()
   set(environment "MARCO_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
   set(cases ${name})
   if(arg_SHARDS)
@@ -191,7 +197,7 @@ function(marco_test name)
       math(EXPR shard "${shard} + 1")
     endif()
     set_tests_properties(
-      ${case} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION "${skipped}"
+      ${case} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} COST ${arg_TIMEOUT} PROCESSORS ${places} SKIP_REGULAR_EXPRESSION "${skipped}"
                          ENVIRONMENT "${environment};${filter}")
   endforeach()
 endfunction()

@@ -10,7 +10,7 @@
 namespace marco {
 namespace {
 
-// So many scans are looked at, one to four seconds; memory is bounded for lasers of many beams.
+// Scans that are looked at, one to four seconds; memory is bounded for lasers of many beams.
 constexpr int kScans = 20;
 constexpr std::size_t kMostRanges = 100'000;
 constexpr double kCodePart = 0.02;  // of all ranges have one value: a code, not a distance

@@ -12,7 +12,7 @@ namespace marco::slam {
 namespace {
 
 constexpr double kQuarter = 0.5 * std::numbers::pi;
-constexpr std::size_t kScans = 200;  // so many are tried with each convention
+constexpr std::size_t kScans = 200;  // are enough to try each convention with
 constexpr double kClearPart = 0.9;   // the next best convention pairs fewer than this
 // Scans this far apart: a wrong convention then moves landmarks by more than their noise.
 constexpr double kApartRad = 0.15;

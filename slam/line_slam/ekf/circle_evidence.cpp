@@ -100,8 +100,7 @@ void SeenArc::vote_by_rays(const ScanInRobot& scan,
 
 std::vector<SeenArc::Run> SeenArc::standing(double radius_m,
                                             const WallEvidenceOptions& options) const {
-  constexpr double kLeastLengthM =
-      0.3;  // a shorter piece of an arc is clutter, as a shorter wall is
+  constexpr double kLeastLengthM = 0.3;  // a shorter piece of an arc is clutter
   std::vector<Run> found;
   for (const WallEvidence::Run& run : evidence.runs(options)) {
     found.push_back({from_rad + run.from_m / scale_m, (run.to_m - run.from_m) / scale_m});

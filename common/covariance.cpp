@@ -25,12 +25,12 @@ Matrix3d by_eigenvalues(const Matrix3d& matrix, const Function& f) {
 }  // namespace
 
 Matrix3d covariance_of(const Matrix3d& information) {
-  constexpr double kFloor = 1e-6;
+  constexpr double kFloor = 1e-6;  // 1000 m, or radians: see the header
   return by_eigenvalues(information, [](double value) { return 1.0 / (value + kFloor); });
 }
 
 Matrix3d information_of(const Matrix3d& covariance) {
-  constexpr double kFloor = 1e-9;
+  constexpr double kFloor = 1e-9;  // 0.03 mm, or mrad
   return by_eigenvalues(covariance, [](double value) { return 1.0 / (value + kFloor); });
 }
 
@@ -50,7 +50,8 @@ Matrix3d semidefinite_part(const Matrix3d& matrix) {
 }
 
 bool is_semidefinite(const Matrix3d& matrix) {
-  constexpr double kRounding = 1e-9;
+  constexpr double kRounding =  // of the largest
+      1e-9;                     // of the largest: sums of doubles, ill-conditioned by 1e6 at most
   if (!matrix.allFinite()) return false;
   const double largest = matrix.cwiseAbs().maxCoeff();
   if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > kRounding * largest) return false;

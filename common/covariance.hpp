@@ -10,6 +10,7 @@ namespace marco {
 /// Quantiles of the chi-square distribution with 3 degrees of freedom, that of the squared
 /// Mahalanobis distance of a pose: 1 of 1000 correct measurements lies beyond the first.
 inline constexpr double kChi2Dof3Quantile999 = 16.266;
+inline constexpr double kChi2Dof3Quantile99 = 11.345;
 inline constexpr double kChi2Dof3Quantile75 = 4.11;
 
 /// Standard deviations along x and y [m], and of the heading.

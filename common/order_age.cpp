@@ -8,7 +8,7 @@ namespace marco {
 namespace {
 
 std::string in_words(double seconds) {
-  constexpr double kDayS = 86400.0, kMuchS = 1000.0;
+  constexpr double kDayS = 86400.0, kMuchS = 1000.0;  // how it is told, only
   char text[40];
   if (seconds >= kDayS) {
     std::snprintf(text, sizeof(text), "%.0f days", seconds / kDayS);

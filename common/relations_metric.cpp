@@ -81,7 +81,7 @@ RelationsReport compare_with_relations(const Trajectory& trajectory,
     const double translation_m = error.translation_m().norm();
     const double rotation_deg = std::abs(rad_to_deg(normalize_angle(error.theta_rad)));
     all.add(translation_m, rotation_deg);
-    constexpr double kFarApartS = 60.0;
+    constexpr double kFarApartS = 60.0;  // a minute later, loops tell the error, not the last scans
     if (std::abs(relation.second_time_s - relation.first_time_s) > kFarApartS) {
       far_apart.add(translation_m, rotation_deg);
     }

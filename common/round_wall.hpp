@@ -31,7 +31,7 @@ using RoundWalls = std::vector<RoundWall>;
 /// The piece as a chain of points, no farther than 1 mm from it in between; closed where it is
 /// whole.
 inline std::vector<Eigen::Vector2d> outline_of(const RoundWall& wall) {
-  constexpr double kNearM = 0.001;
+  constexpr double kNearM = 0.001;  // what is promised above
   const double step_rad = 2.0 * std::sqrt(2.0 * kNearM / std::max(0.01, wall.radius_m));
   const int steps = std::max(2, static_cast<int>(std::ceil(wall.span_rad / step_rad)));
   std::vector<Eigen::Vector2d> outline;

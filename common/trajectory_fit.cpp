@@ -27,6 +27,7 @@ Trajectory moved(const Trajectory& trajectory, const Pose2& to_from) {
   return result;
 }
 
+// True poses farther apart than this are not interpolated.
 constexpr Duration kMaxGap = Duration::from_seconds(1.0);
 
 Trajectory by_time(Trajectory truth) {
@@ -86,7 +87,7 @@ void RecordedTruth::add(const TruePose& pose) {
 }
 
 TrajectoryFit fit_to_truth(const Trajectory& estimate, const RecordedTruth& truth) {
-  constexpr int64_t kMostUs = 500'000, kFinestUs = 1000;
+  constexpr int64_t kMostUs = 500'000, kFinestUs = 1000;  // of the delay that is searched
   const Trajectory sorted = by_time(truth.poses);
   TrajectoryFit best = fit_to_sorted(estimate, sorted, kMaxGap, {});
   if (!truth.is_by_arrival) return best;

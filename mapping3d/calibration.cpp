@@ -12,8 +12,8 @@ namespace {
 constexpr Eigen::Index kParameters = 7;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 using Information = Eigen::Matrix<double, kParameters, kParameters>;
-constexpr Eigen::Index kLengths = 4;  // the first are lengths [m], the others angles [rad]
-constexpr std::size_t kMinPairs = 60;
+constexpr Eigen::Index kLengths = 4;   // the first are lengths [m], the others angles [rad]
+constexpr std::size_t kMinPairs = 60;  // ten equations for a parameter
 
 PanTiltCorrection to_correction(const Parameters& p) {
   return {p[0], p[1], p[2], p[3], rad_to_deg(p[4]), rad_to_deg(p[5]), rad_to_deg(p[6])};
@@ -98,7 +98,8 @@ class Calibrator {
 
   /// A residual counts as some millimetres wrong beside the prior.
   Parameters solve(const System& system, const Parameters& parameters) const {
-    constexpr double kResidualVarianceM2 = 0.005 * 0.005;
+    constexpr double kResidualVarianceM2 =
+        0.005 * 0.005;  // of points to their surfaces: noise of the ranges, less by averaging
     const Information by_prior = kResidualVarianceM2 * prior();
     return inverse_of(system.information + by_prior) * (-system.gradient - by_prior * parameters);
   }

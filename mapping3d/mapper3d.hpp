@@ -36,8 +36,8 @@ struct Mapper3dOptions {
     v.advanced("stop_m", stop_m, kNotNegative,
                "Sweeps taken within this distance belong to one stop and move together.");
     v("registration", registration);
-    v("straighten", straighten,
-      "Correct the angles of the pan-tilt from the scans. Off for exact angles.");
+    v.advanced("straighten", straighten,
+               "Correct the angles of the pan-tilt from the scans. Off for exact angles.");
   }
 };
 

@@ -158,7 +158,7 @@ bool has_wide_lanes() { return false; }
 }  // namespace
 
 float beam_spacing_rad(const ScenePoints& scene) {
-  constexpr std::size_t kSamples = 512;
+  constexpr std::size_t kSamples = 512;  // enough for a mean
   if (scene.rows < 2 || scene.columns < 2) return 0.0F;
   const std::size_t last = (scene.rows - 1) * scene.columns - 1;
   const std::size_t step = std::max<std::size_t>(1, last / kSamples);

@@ -6,7 +6,7 @@
 namespace marco::mapping3d {
 
 Eigen::VectorXd solve(const std::vector<Equation>& equations, Eigen::Index unknowns) {
-  constexpr int kMaxIterations = 400;
+  constexpr int kMaxIterations = 400;  // against hanging
   constexpr double kTolerance = 1e-3;  // Gauss-Newton relinearizes anyway
   using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   const auto count = static_cast<Eigen::Index>(equations.size());

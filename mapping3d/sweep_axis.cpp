@@ -9,8 +9,8 @@
 namespace marco::mapping3d {
 
 SweepAxis sweep_axis(const Scene& scene, std::size_t row) {
-  constexpr std::size_t kReach = 6;
-  constexpr double kLeastTurnRad = 1e-3;
+  constexpr std::size_t kReach = 6;       // rows before and after: a turn above the angles' noise
+  constexpr double kLeastTurnRad = 1e-3;  // of less the axis is not known
   const std::size_t before = row - std::min(row, kReach);
   const std::size_t after = std::min(row + kReach, scene.rows.size() - 1);
   const Pose3 moved = scene.rows[after].robot_from_sensor_first *

@@ -50,10 +50,15 @@ struct SlamOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
+    visit_without_culling(v);
+    v("culling", culling);
+  }
+  /// What a mapper is told that keeps all its keyframes.
+  template <class Visitor>
+  void visit_without_culling(Visitor& v) {
     keyframes.visit(v);
     local_map.visit(v);
     gates.visit(v);
-    v("culling", culling);
     v("motion", motion);
     v("normals", normals);
     v("fine", fine);

@@ -2,7 +2,8 @@
 # Is the code laid out by .clang-format, what does .clang-tidy say of it, and how does it read? `./marco lint` calls this.
 #   lint.sh format [FILE...]           names the files that clang-format would change
 #   lint.sh tidy BUILD [FILE...]       runs clang-tidy over the sources that BUILD compiles; in a unity build, joined
-#   lint.sh docs                       spelling, phrases of tools/phrases.txt, comments of headers that doxygen cannot follow
+#   lint.sh docs                       spelling, phrases of tools/phrases.txt, constants that decide about a map without
+#                                      a comment, comments of headers that doxygen cannot follow
 # Without FILEs: the whole tree. Exit code 1: something was found.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -55,6 +56,7 @@ case $what in
       case $phrase in '#'*) continue ;; esac
       ! grep -niwH -e "$phrase" "${read[@]}" || { echo "  '$phrase': write $instead"; found=1; }
     done <tools/phrases.txt
+    git ls-files -z 'common/*.[ch]pp' 'slam/*.[ch]pp' 'mapping3d/*.[ch]pp' | xargs -0 awk -f tools/bare_constants.awk || found=1
     mkdir -p build/doxygen
     warnings=$(doxygen Doxyfile 2>&1 >/dev/null | sort -u)
     [ -z "$warnings" ] || { echo "$warnings"; found=1; }

@@ -10,6 +10,8 @@
 namespace marco::files {
 namespace {
 
+constexpr double kPixelM = 0.0254 / 96;  // CSS: 96 of them are an inch
+
 using Vector = Eigen::Vector2d;
 
 // Metres of a length's unit, as CSS has them; 0: no size on paper.
@@ -157,7 +159,6 @@ class SvgReader {
     const Length size = length_of(width);
     const double unit_m = metres_of(size.unit);
     if (unit_m <= 0 || size.value <= 0) return;
-    constexpr double kPixelM = 0.0254 / 96;
     out_.drawing.paper_unit_m = view_width > 0 ? size.value * unit_m / view_width : kPixelM;
   }
 
@@ -178,7 +179,6 @@ class SvgReader {
     if (text.empty()) return 0.0;
     const Length found = length_of(text);
     if (found.unit.empty() || found.unit == "px") return found.value;
-    constexpr double kPixelM = 0.0254 / 96;
     const double unit_m = metres_of(found.unit);
     require(unit_m > 0, "holds a length in a unit that is not known");
     return found.value * unit_m / kPixelM;

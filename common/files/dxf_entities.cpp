@@ -49,7 +49,7 @@ class Pairs {
 
 // Of the header's $INSUNITS; 0 = not said.
 double metres_of_unit(int64_t insunits) {
-  constexpr double kInch = 0.0254;
+  constexpr double kInch = 0.0254;  // by definition
   switch (insunits) {
     case 1:
       return kInch;

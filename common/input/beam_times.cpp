@@ -10,6 +10,8 @@
 namespace marco {
 namespace {
 
+// Lasers that spin may be covered in part; those that do not see 270 degrees at most (Hokuyo,
+// SICK).
 constexpr double kAllRoundDeg = 300.0;
 
 using input_gates::kFastestS;

@@ -6,6 +6,7 @@
 namespace marco {
 namespace {
 
+// Five scans of the slowest laser, 5 Hz.
 constexpr double kRawEndedS = 1.0;
 // Both messages of one scan carry its stamp, perhaps rounded to milliseconds.
 constexpr double kSameScanS = 0.002;

@@ -6,6 +6,7 @@
 namespace marco {
 namespace {
 
+// One scan alone may be a stall; and the balance of votes ends at three times as many.
 constexpr int kSureVotes = 3;
 
 // A turn counts as the way of a point so far off.
@@ -19,15 +20,17 @@ double distance(const Pose2& a, const Pose2& b) {
 }  // namespace
 
 bool stood_still(const Pose2& before, const Pose2& now) {
-  constexpr double kNoStepM = 5e-4, kNoTurnDeg = 0.03;
+  constexpr double kNoStepM = 5e-4, kNoTurnDeg = 0.03;  // less than two counts of usual encoders
   const Pose2 step = between(before, now);
   return step.translation_m().norm() <= kNoStepM &&
          std::abs(step.theta_rad) <= deg_to_rad(kNoTurnDeg);
 }
 
 bool OdometryTrack::restarts_at(const OdometrySample& sample) const {
+  // No robot of ours drives so fast, nor turns more than once in a second.
   constexpr double kFarM = 1.0, kFarMPerS = 5.0, kLongestS = 10.0;
   constexpr double kFarRad = 1.0, kFarRadPerS = 7.0;
+  // A base that was started again counts from zero; driving, nobody passes zero so exactly.
   constexpr double kZeroM = 1e-3, kZeroRad = 2e-3, kElsewhereM = 0.05;
   if (samples_.empty()) return false;
   const double dt_s = std::clamp((sample.utime - samples_.newest()).seconds(), 0.0, kLongestS);
@@ -55,7 +58,8 @@ std::optional<Pose2> OdometryTrack::own_of(Utime stamp) const {
 }
 
 void OdometryTrack::note(const AtScan& scan) {
-  constexpr double kClearM = 0.02;
+  constexpr double kClearM =
+      0.02;  // both moments' motions differ by more than wheels and stamps are off
   // Of a step longer than that the stamps may be right, and scans are missing.
   constexpr double kStalledPeriods = 0.15, kStalledS = 0.005;
   // What was looked up by a stamp is explained by it, to this part of what the beat leaves.

@@ -12,6 +12,7 @@ namespace {
 
 using namespace input_gates;
 
+// Wrong units are in every step: 20 are a second or two, and older ones than 200 count half.
 constexpr int kLeastTooFast = 20, kMostSteps = 200;
 constexpr double kWayM = 0.05, kTurnRad = 0.05;  // below that it is noise of the wheels
 

@@ -11,11 +11,11 @@ namespace {
 
 using namespace input_gates;
 
-constexpr std::size_t kBins = 360;
+constexpr std::size_t kBins = 360;     // a degree each
 constexpr int32_t kMostCounted = 100;  // then older scans count half
 constexpr float kSameM = 0.03F;        // noise of cheap lasers near by
-constexpr double kMarginM = 0.05;
-constexpr std::size_t kBeside = 3;  // degrees: beyond the mixed ranges at an edge
+constexpr double kMarginM = 0.05;      // beyond the body's farthest return, kSameM and a little
+constexpr std::size_t kBeside = 3;     // degrees: beyond the mixed ranges at an edge
 
 std::size_t bin_of(double bearing_rad) {
   const double deg = rad_to_deg(bearing_rad);
@@ -97,7 +97,7 @@ bool OwnBody::has_changed(const std::vector<float>& nearest_m) const {
     ++compared;
     changed += std::abs(now - before) > 0.1F + 0.05F * std::min(now, before) ? 1 : 0;
   }
-  constexpr int kFewest = 20;
+  constexpr int kFewest = 20;  // bins: a part of fewer is chance
   return compared >= kFewest && changed >= kChangedPart * compared;
 }
 

@@ -10,6 +10,7 @@
 namespace marco {
 namespace {
 
+// Scans that are looked at, one to four seconds; memory is bounded for lasers of many beams.
 constexpr int kScans = 20;
 constexpr std::size_t kMostRanges = 100'000;
 constexpr double kCodePart = 0.02;  // of all ranges have one value: a code, not a distance
@@ -27,7 +28,7 @@ double median_of_returns(std::vector<float> ranges_m) {
     }
     range = other;
   }
-  constexpr double kFewestPart = 0.1;
+  constexpr double kFewestPart = 0.1;  // of fewer returns, as outdoors, nothing is concluded
   if (static_cast<double>(returns_m.size()) < kFewestPart * static_cast<double>(ranges_m.size())) {
     return 0.0;
   }

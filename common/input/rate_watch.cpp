@@ -8,9 +8,11 @@
 namespace marco {
 namespace {
 
+// The rate is counted over the window, ten scans of the slowest laser; a burst after a stall ends
+// sooner than kLastsS.
 constexpr double kWindowS = 2.0, kLastsS = 5.0;
-constexpr std::size_t kMostStamps = 1000;
-constexpr double kUsualAgain = 1.2;
+constexpr std::size_t kMostStamps = 1000;  // a window of 500 Hz
+constexpr double kUsualAgain = 1.2;        // of the usual rate: well below kTooFast
 using input_gates::kTooFast;
 
 }  // namespace

@@ -10,6 +10,7 @@
 namespace marco {
 namespace {
 
+// Scans: more than patience_s lets wait at any rate of a laser, so only stamps far ahead fill it.
 constexpr std::size_t kMostWaiting = 200;
 
 // Odometry that was looked up by a stalled logger's stamps is known when the stall is over.
@@ -18,7 +19,7 @@ constexpr double kStallS = 2.0;
 }  // namespace
 
 double duration_of(const LaserScan& scan, const SensorInfo& info) {
-  constexpr double kLongestS = 10.0;
+  constexpr double kLongestS = 10.0;  // damaged messages must not stretch a scan without end
   if (scan.time_offsets_s.empty()) return info.scan_duration_s;
   const auto last = std::max_element(scan.time_offsets_s.begin(), scan.time_offsets_s.end());
   return std::clamp(static_cast<double>(*last), 0.0, kLongestS);
@@ -86,7 +87,7 @@ void SensorSynchronizer::add(const ImuSample& raw) {
   PoseBuffer& heading = state_.gyro_heading;
   double heading_rad = 0.0;
   if (!heading.empty()) {
-    constexpr double kMaxGapS = 0.5;
+    constexpr double kMaxGapS = 0.5;  // across a longer gap the rate is not known
     const double dt_s = (sample.utime - heading.newest()).seconds();
     heading_rad = heading.newest_pose().theta_rad;
     if (dt_s < 0.0 || dt_s > kMaxGapS) {

@@ -132,8 +132,12 @@ endfunction()
 # LABEL: unit (pure, under a second each, also run under the sanitizers), process (several processes, LCM in a network
 # namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA), long (built by the target long_tests only).
 # Tests run in the folder of their project.
+# SHARDS n: one program, n CTest cases that share its tests and run side by side; for programs that mostly wait. ALONE: the
+# filter of tests that measure time; nothing else runs beside them. BUSY: a process test that computes, rather than waits.
+# `ctest -j` is given twice the number of cores: what computes takes two of these places, what waits takes one. The longest
+# begin first, by their TIMEOUT.
 function(marco_test name)
-  cmake_parse_arguments(arg "SANITIZED_LATER" "LABEL;TIMEOUT" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "SANITIZED_LATER;BUSY" "LABEL;TIMEOUT;SHARDS;ALONE" "SOURCES;DEPENDS" ${ARGN})
   if(NOT arg_LABEL)
     set(arg_LABEL unit)
   endif()
@@ -161,12 +165,41 @@ function(marco_test name)
   else()
     set(command ${MARCO_ISOLATED} $<TARGET_FILE:${name}>)
   endif()
-  add_test(NAME ${name} COMMAND ${command} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
   # A match makes the whole program "skipped", whatever else it says: only one that passed may.
   set(skipped "SKIPPED: .*\\[  PASSED  \\] [0-9]+ tests?\\.\n(\\[  SKIPPED \\] [^\n]*\n)*\n*$")
-  set_tests_properties(
-    ${name} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} SKIP_REGULAR_EXPRESSION
-                       "${skipped}" ENVIRONMENT "MARCO_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  set(places 2)
+  if(arg_LABEL STREQUAL "process" AND NOT arg_BUSY)
+    set(places 1)
+  endif()
+  set(environment "MARCO_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+  set(cases ${name})
+  if(arg_SHARDS)
+    set(cases "")
+    foreach(shard RANGE 1 ${arg_SHARDS})
+      list(APPEND cases ${name}_${shard})
+    endforeach()
+  endif()
+  if(arg_ALONE)
+    list(APPEND cases ${name}_alone)
+  endif()
+  set(shard 0)
+  foreach(case ${cases})
+    add_test(NAME ${case} COMMAND ${command} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set(filter "")
+    if(arg_ALONE)
+      set(filter "GTEST_FILTER=-${arg_ALONE}")
+    endif()
+    if(case STREQUAL "${name}_alone")
+      set(filter "GTEST_FILTER=${arg_ALONE}")
+      set_tests_properties(${case} PROPERTIES RUN_SERIAL TRUE)
+    elseif(arg_SHARDS)
+      list(APPEND filter GTEST_TOTAL_SHARDS=${arg_SHARDS} GTEST_SHARD_INDEX=${shard})
+      math(EXPR shard "${shard} + 1")
+    endif()
+    set_tests_properties(
+      ${case} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} COST ${arg_TIMEOUT} PROCESSORS ${places} SKIP_REGULAR_EXPRESSION "${skipped}"
+                         ENVIRONMENT "${environment};${filter}")
+  endforeach()
 endfunction()
 
 # marco_system_library(NAME [HEADER h [FOLDERS f]]): a library of the system without a CMake config of its

@@ -24,7 +24,7 @@ struct Bearings {
 // Nothing where a row of a scene cannot hold the scan.
 std::optional<Bearings> regular_bearings(const LaserScan& scan) {
   if (scan.bearings_rad.empty()) return Bearings{scan.first_bearing_rad, scan.bearing_step_rad};
-  constexpr double kOfAStep = 0.1;
+  constexpr double kOfAStep = 0.1;  // no beam falls to its neighbour
   if (scan.size() < 2 || scan.bearings_rad.size() != scan.size()) return std::nullopt;
   const double first_rad = scan.bearing_rad(0);
   const double step_rad =

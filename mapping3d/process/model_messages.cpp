@@ -6,7 +6,7 @@
 namespace marco::mapping3d {
 namespace {
 
-constexpr std::size_t kMaxMessageBytes = 280000;
+constexpr std::size_t kMaxMessageBytes = 280000;  // five datagrams of LCM
 
 std::vector<float> to_vector(const Eigen::Vector3f& v) { return {v.x(), v.y(), v.z()}; }
 

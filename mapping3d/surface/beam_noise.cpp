@@ -6,6 +6,7 @@
 namespace marco::mapping3d {
 namespace {
 
+// A third of the windows lies below the noise that is fitted: the others have edges in them.
 constexpr double kQuantile = 1.0 / 3.0;
 // At a steeper slant most windows cross an edge: sin^2 of 75 deg.
 constexpr double kMaxSlant = 0.933;

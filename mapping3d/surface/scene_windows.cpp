@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/median.hpp"
+
 namespace marco::mapping3d {
 
 SceneWindows::SceneWindows(const ScenePoints& scene) : scene_(scene) {
@@ -32,10 +34,7 @@ float SceneWindows::median_step(std::size_t stride) const {
     if (stride == 1 && (i + 1) % scene_.columns == 0) continue;
     steps_rad.push_back((beams_[i + stride] - beams_[i]).norm());
   }
-  if (steps_rad.empty()) return 0.0F;
-  const auto middle = steps_rad.begin() + static_cast<std::ptrdiff_t>(steps_rad.size() / 2);
-  std::nth_element(steps_rad.begin(), middle, steps_rad.end());
-  return *middle;
+  return median(std::move(steps_rad));
 }
 
 void SceneWindows::add_up() {

@@ -48,7 +48,8 @@ TriangleMesh compact(const TriangleMesh& mesh, const std::vector<unsigned int>& 
 TriangleMesh laid_on_planes(const TriangleMesh& mesh,
                             const std::vector<SurfacePlane>& planes,
                             double snap_m) {
-  constexpr double kMinCosine = 0.5;
+  constexpr double kMinCosine =
+      0.5;  // a vertex whose normal is off by 60 degrees belongs to another surface
   TriangleMesh flat = mesh;
   if (mesh.normals.empty()) return flat;
   for (std::size_t i = 0; i < flat.vertices_m.size(); ++i) {

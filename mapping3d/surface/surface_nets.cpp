@@ -46,7 +46,7 @@ void SurfaceNets::take_samples() {
 
 // With it what lies just below its surface, where beams have no vote.
 void SurfaceNets::set_free(const Cell& cell) {
-  constexpr float kFreed = 0.5F;
+  constexpr float kFreed = 0.5F;  // above 0: outside
   *samples_.find_voxel(cell) = kFreed;
   for (int i = 0; i < 27; ++i) {
     float* beside = samples_.find_voxel(cell + Cell(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));

@@ -104,8 +104,8 @@ class View {
   }
 
  private:
-  static constexpr float kNearM = 0.05F;
-  static constexpr int kRoomPx = 32;
+  static constexpr float kNearM = 0.05F;  // nearer is the camera's own mount
+  static constexpr int kRoomPx = 32;  // beyond the picture's border: what lies there still hides
 
   int buffer_width() const { return picture_.camera.width_px + 2 * kRoomPx; }
   int buffer_height() const { return picture_.camera.height_px + 2 * kRoomPx; }

@@ -11,7 +11,8 @@
 namespace marco::mapping3d {
 namespace {
 
-constexpr int kGapPx = 3;
+constexpr int kGapPx =
+    3;  // between charts: a renderer mixes neighbouring texels, twice over in a smaller copy
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 
 struct Chart {

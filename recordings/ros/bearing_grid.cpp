@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/median.hpp"
+
 namespace marco::ros {
 namespace {
 
@@ -19,9 +21,7 @@ double middle_step_rad(const CloudMessage& cloud) {
   for (std::size_t i = 1; i < cloud.points.size(); ++i) {
     steps.push_back(std::abs(bearing_of(cloud.points[i]) - bearing_of(cloud.points[i - 1])));
   }
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return *middle;
+  return median(std::move(steps));
 }
 
 }  // namespace

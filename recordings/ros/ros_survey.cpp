@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "common/median.hpp"
 #include "common/pose2.hpp"
 #include "recordings/no_return_range.hpp"
 #include "recordings/ros/wire_reader.hpp"
@@ -21,13 +22,6 @@ struct Running {
   std::optional<Pose2> pose;
   std::optional<NoReturnRange> no_return;
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 class Surveyor {
  public:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "common/median.hpp"
+
 namespace marco::ros {
 
 void StampDelays::add(int64_t received_ns, int64_t stamp_ns) {
@@ -27,9 +29,7 @@ double StampDelays::longer_s(const StampDelays& other) const {
     if (same != other.least_s_.end()) longer_s.push_back(delay_s - same->second);
   }
   if (longer_s.empty()) return least_s() - other.least_s();
-  const auto middle = longer_s.begin() + static_cast<std::ptrdiff_t>(longer_s.size() / 2);
-  std::nth_element(longer_s.begin(), middle, longer_s.end());
-  return *middle;
+  return median(std::move(longer_s));
 }
 
 }  // namespace marco::ros

@@ -41,7 +41,7 @@ using namespace loop_gates;
 
 // Of keys[first] to keys[last], evenly.
 std::vector<Keyframe> some_of(const std::vector<Keyframe>& keys, int first, int last) {
-  constexpr int kMost = 6;
+  constexpr int kMost = 6;  // keyframes: they overlap, and each costs a comparison
   const int step = (last - first) / kMost + 1;
   std::vector<Keyframe> some;
   for (int key = last; key >= first; key -= step) {
@@ -52,7 +52,7 @@ std::vector<Keyframe> some_of(const std::vector<Keyframe>& keys, int first, int 
 
 // Whether free space contradicts that the newest keyframe is at `world_from_newest`.
 bool is_contradicted(const LoopCandidate& candidate, const Pose2& world_from_newest) {
-  constexpr int kFewestPoints = 50;
+  constexpr int kFewestPoints = 50;  // seen again: of fewer, some are always in the way
   const Pose2 world_from_believed = world_from_newest * candidate.world_from_newest.inverse();
   Visit sum;
   for (const Keyframe& newer : candidate.seen_keys) {

@@ -10,7 +10,7 @@ namespace {
 // own uncertainty is 2 cm. (At 0.5 a building of two equal wings loses loops.) A larger graph,
 // whose optimization costs more, lets more pass: up to 2 cm.
 double agreement_limit_chi2(std::size_t keyframes) {
-  constexpr double kAgrees = 0.15, kLarge = 2500.0, kMost = 1.0;
+  constexpr double kAgrees = 0.15, kLarge = 2500.0, kMost = 1.0;  // see above; kLarge in keyframes
   return std::min(kMost, kAgrees * std::max(1.0, static_cast<double>(keyframes) / kLarge));
 }
 

@@ -13,8 +13,11 @@
 namespace marco::slam {
 namespace {
 
+// Two scans so near see the same walls, from sides that differ enough to tell bearings from ranges.
 constexpr double kPairWithinM = 1.0;
+// Bound the time: pairs beyond that make both values no surer, for their errors are systematic.
 constexpr std::size_t kMostKeys = 1500, kMostPairs = 250;
+// Of fewer pairs the spread, which says how sure the values are, is itself a guess.
 constexpr int kLeastPairs = 40, kLeastPoints = 30;
 constexpr std::array kReachM{0.3, 0.15, 0.1, 0.08};  // of a point's wall, each round
 constexpr double kWallSigmaM = 0.02;                 // of the robust kernel
@@ -239,7 +242,8 @@ std::optional<BeamFit> fit_beams(const std::vector<Keyframe>& keys, double least
 }
 
 std::size_t cells_of_walls(const std::vector<Keyframe>& keys) {
-  constexpr double kCellM = 0.05, kShare = 0.9;
+  constexpr double kCellM = 0.05;  // the map's
+  constexpr double kShare = 0.9;   // of the points: the rest are clutter and mixed ranges
   std::vector<std::pair<int64_t, int64_t>> cells;
   for (const Keyframe& key : keys) {
     const Columns2 points =

@@ -8,12 +8,14 @@
 namespace marco::slam {
 namespace {
 
+// Twice the five unknowns of the position's form.
 constexpr std::size_t kFewestSamples = 10;
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
 using Rows = Eigen::Matrix<double, 2, 5>;
 
 // Scales of the wheels over the track, the left one's negative.
 std::optional<Eigen::Vector2d> turn_by_wheels(const std::vector<MotionSample>& samples) {
+  // Above it both wheels turned so alike that noise decides how they differ.
   constexpr double kWorstCondition = 75.0;
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
   Eigen::Vector2d right_side = Eigen::Vector2d::Zero();
@@ -80,7 +82,7 @@ std::optional<ClosedFormResult> solve(std::vector<MotionSample> samples) {
 
 // Drops the worst of 100 by angle, and by position.
 std::vector<MotionSample> without_worst(const ClosedFormResult& found) {
-  constexpr double kKept = 0.99;
+  constexpr double kKept = 0.99;  // outliers are wrong matches and slipping wheels, a few of 100
   const std::size_t count = found.kept.size();
   std::vector<double> angles, distances;
   for (const MotionSample& sample : found.kept) {
@@ -106,7 +108,7 @@ std::vector<MotionSample> without_worst(const ClosedFormResult& found) {
 }  // namespace
 
 std::optional<ClosedFormResult> calibrate_in_closed_form(std::vector<MotionSample> samples) {
-  constexpr int kTrimmings = 4;
+  constexpr int kTrimmings = 4;  // with them 8 % at most are dropped
   auto found = solve(std::move(samples));
   for (int i = 0; i < kTrimmings && found; ++i) found = solve(without_worst(*found));
   return found;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/median.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -27,20 +29,19 @@ double error_at(const LaserMotion& motion, const OdometryTravel& travel, const P
 double spread_at(const std::vector<LaserMotion>& motions,
                  const OdometryTravel& travel,
                  const Parameters& at) {
-  constexpr double kSigmaByMedian = 1.4826, kLeastRad = 1e-5;
+  constexpr double kLeastRad = 1e-5;  // of a motion without any noise, as in a simulation
   std::vector<double> sizes;
   for (const LaserMotion& motion : motions) {
     sizes.push_back(std::abs(error_at(motion, travel, at)));
   }
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return std::max(kSigmaByMedian * *middle, kLeastRad);
+  return std::max(kSigmaOfMedian * median(std::move(sizes)), kLeastRad);
 }
 
 Equations equations_at(const std::vector<LaserMotion>& motions,
                        const OdometryTravel& travel,
                        const Parameters& at) {
-  constexpr double kStepS = 0.01, kSigmas = 3.0;
+  constexpr double kStepS = 0.01;  // of the difference quotient by the lateness
+  constexpr double kSigmas = 3.0;  // farther off counts less: a wrong match of scans
   const double sigma = spread_at(motions, travel, at);
   Equations sum;
   for (const LaserMotion& motion : motions) {
@@ -64,8 +65,8 @@ Eigen::Matrix3d prior_information() { return Eigen::Vector3d(0.0, 1.0, 1.0).asDi
 Parameters fitted(const std::vector<LaserMotion>& motions,
                   const OdometryTravel& travel,
                   Parameters at) {
-  constexpr int kIterations = 10;
-  constexpr double kFarS = 0.02;  // a step of the lateness: its derivative is local
+  constexpr int kIterations = 10;  // of three parameters, from a start by correlation
+  constexpr double kFarS = 0.02;   // a step of the lateness: its derivative is local
   for (int i = 0; i < kIterations; ++i) {
     const Equations equations = equations_at(motions, travel, at);
     Parameters step = -(equations.normal + prior_information()).ldlt().solve(equations.gradient);

@@ -5,6 +5,7 @@
 namespace marco::slam {
 namespace {
 
+// The laser surely moved: errors of matched scans are smaller.
 constexpr double kClearM = 0.05, kClearDeg = 3.0;
 
 bool laser_moves(const LaserMotion& motion, InputKind kind) {
@@ -14,7 +15,8 @@ bool laser_moves(const LaserMotion& motion, InputKind kind) {
 
 // However late: nothing moved around the motion.
 bool stands_still(const LaserMotion& motion, const OdometryTravel& travel) {
-  constexpr double kAroundS = 0.5, kStillM = 1e-3, kStillDeg = 0.05;
+  constexpr double kAroundS = 0.5;                    // the latest input that is looked for
+  constexpr double kStillM = 1e-3, kStillDeg = 0.05;  // a count or two of encoders
   const ArcMotion counted =
       travel.between_moments(motion.begin_s - kAroundS, motion.end_s + kAroundS);
   return std::hypot(counted.ahead_m, counted.left_m) < kStillM &&
@@ -22,8 +24,12 @@ bool stands_still(const LaserMotion& motion, const OdometryTravel& travel) {
 }
 
 InputState state_of(const InputCheck& check, int moved, int stalled) {
+  // Of fewer nothing is concluded. A correlation of 50 turns with an input that has nothing to do
+  // with them has a standard deviation of 0.14: 0.3 is two of them.
   constexpr int kFewestMotions = 10, kFewestTurns = 50;
-  constexpr double kStalledShare = 0.05, kConstantShare = 0.95, kLeastCorrelation = 0.3;
+  constexpr double kLeastCorrelation = 0.3;
+  // Matching is wrong now and then, so neither is all or nothing.
+  constexpr double kStalledShare = 0.05, kConstantShare = 0.95;
   if (moved < kFewestMotions) return InputState::none;
   if (stalled > kConstantShare * moved) return InputState::constant;
   if (check.turns.turns >= kFewestTurns && std::abs(check.turns.correlation) < kLeastCorrelation) {

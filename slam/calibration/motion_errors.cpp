@@ -3,18 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/covariance.hpp"
+#include "common/median.hpp"
+
 namespace marco::slam {
-namespace {
-
-constexpr double kChi2Dof3Quantile99 = 11.345;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-}  // namespace
 
 Errors errors_of(const std::vector<MotionSample>& samples, const RobotModel& model) {
   Errors errors;
@@ -24,12 +16,13 @@ Errors errors_of(const std::vector<MotionSample>& samples, const RobotModel& mod
 }
 
 Eigen::Vector3d spread_of(const Errors& errors) {
-  constexpr double kSigmaByMedian = 1.4826, kLeastM = 1e-5, kLeastRad = 1e-5;
+  constexpr double kLeastM = 1e-5, kLeastRad = 1e-5;  // of motions without any noise
   Eigen::Vector3d sigma;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> sizes;
     for (const Eigen::Vector3d& error : errors) sizes.push_back(std::abs(error[axis]));
-    sigma[axis] = std::max(kSigmaByMedian * median(sizes), axis < 2 ? kLeastM : kLeastRad);
+    sigma[axis] =
+        std::max(kSigmaOfMedian * median(std::move(sizes)), axis < 2 ? kLeastM : kLeastRad);
   }
   return sigma;
 }
@@ -49,7 +42,7 @@ double cost_of(double chi2) {
 }
 
 double likeness(const Errors& errors, const Eigen::Vector3d& sigma) {
-  constexpr std::size_t kLongestLag = 10;
+  constexpr std::size_t kLongestLag = 10;  // motions: 5 to 15 s, in which scans share a local map
   double sum = 1.0;
   for (std::size_t lag = 1; lag <= kLongestLag && 4 * lag < errors.size(); ++lag) {
     double product = 0.0, square = 0.0;

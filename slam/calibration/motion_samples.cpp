@@ -6,6 +6,8 @@
 namespace marco::slam {
 
 std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser) {
+  // Long enough to move by many times the matches' noise, short enough to stay an arc. Longer ones
+  // are gaps.
   constexpr double kShortestS = 0.5, kLongestS = 1.5;
   Trajectory ascending;
   for (const StampedPose2& pose : world_from_laser) {
@@ -38,6 +40,7 @@ std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,
 }
 
 SplitMotions split(const std::vector<LaserMotion>& motions) {
+  // Held out are a fifth, by stretches of some 10 s: neighbours share their errors.
   constexpr std::size_t kLongest = 20, kEvery = 5;
   const std::size_t stretch = std::clamp<std::size_t>(motions.size() / 10, 1, kLongest);
   SplitMotions parts;
@@ -51,7 +54,7 @@ SplitMotions split(const std::vector<LaserMotion>& motions) {
 std::vector<MotionSample> motion_samples(const std::vector<LaserMotion>& motions,
                                          const OdometryTravel& travel,
                                          const OdometryCalibration& signs) {
-  constexpr double kStepS = 0.1;
+  constexpr double kStepS = 0.1;  // of the wheels' path within a motion: an arc each
   const Pose2 robot_from_axle = signs.robot_from_axle();
   std::vector<MotionSample> samples;
   samples.reserve(motions.size());

@@ -33,7 +33,7 @@ SamplesAt samples_of(const std::vector<LaserMotion>& motions,
 std::vector<LaserMotion> moving(const std::vector<LaserMotion>& motions,
                                 const OdometryTravel& travel,
                                 double late_s) {
-  constexpr double kLeastM = 0.02, kLeastDeg = 1.0;
+  constexpr double kLeastM = 0.02, kLeastDeg = 1.0;  // in one motion
   const auto moves = [](double way_m, double turn_rad) {
     return way_m > kLeastM || std::abs(turn_rad) > deg_to_rad(kLeastDeg);
   };
@@ -66,7 +66,7 @@ RefinedModel refine_from_scratch(const SamplesAt& samples_at,
     way_m += sample.laser_moved.translation_m().norm();
     counted_m += axle_motion(sample.wheels, {1.0, 1.0, kCountedTrackM, {}}).translation_m().norm();
   }
-  constexpr double kLeastWayM = 0.5;
+  constexpr double kLeastWayM = 0.5;  // below it the ratio is noise
   const double scale = counted_m > kLeastWayM ? std::max(way_m / counted_m, 0.1) : 1.0;
   const double turn_scale = std::abs(turns.slope) > 0.1 ? std::abs(turns.slope) : scale;
   RefinedModel best;
@@ -97,7 +97,7 @@ ModelVector with_positive_track(ModelVector parameters, const Pose2& robot_from_
 }
 
 Missing missing_of(const std::vector<MotionSample>& samples, const RefinedModel& found) {
-  constexpr double kTurned = kPi / 4, kDrivenM = 0.5;
+  constexpr double kTurned = kPi / 4, kDrivenM = 0.5;  // of what moves by more than noise
   const std::array<bool, kModelParameters>& observed = found.observed;
   if (std::all_of(observed.begin(), observed.begin() + kLate, [](bool b) { return b; })) {
     return Missing::nothing;
@@ -180,8 +180,8 @@ OdometryFit fit_odometry(const std::vector<LaserMotion>& all,
                          const TurnCorrelation& turns,
                          double turn_sign,
                          const Pose2& robot_from_laser) {
-  constexpr double kOppositeDeg = 15.0;
-  constexpr std::size_t kFewest = 20;
+  constexpr double kOppositeDeg = 15.0;  // so near to backwards the motion tells no front
+  constexpr std::size_t kFewest = 20;    // motions, of three equations each: for seven parameters
   const std::vector<LaserMotion> motions = moving(all, travel, turns.late_s);
   Fitter fitter(travel, turns, robot_from_laser);
   fitter.signs = axle_of(motions, travel);

@@ -6,6 +6,7 @@
 namespace marco::slam {
 namespace {
 
+// Across a longer gap nobody knows on which way the robot went.
 constexpr double kLongestGapS = 1.0;
 
 // No robot goes so far between two samples.

@@ -62,7 +62,7 @@ class Refinement {
   }
 
   void run(const ModelVector& start) {
-    constexpr int kRounds = 4;
+    constexpr int kRounds = 4;  // spread and parameters depend on each other, weakly
     at_ = start;
     for (int i = 0; i < kModelParameters; ++i) {
       if (!free_[static_cast<std::size_t>(i)]) at_[i] = prior_.mean[i];
@@ -82,7 +82,7 @@ class Refinement {
   // seems to turn a little. Errors in all directions add to the squares, which their own size
   // tells.
   ModelMatrix information_without_noise() const {
-    constexpr double kSigmas = 2.0;
+    constexpr double kSigmas = 2.0;  // 95 % of the readings are no farther off
     const RobotModel model = to_model(at_);
     const double more_m = kSigmas * sigma_.head<2>().maxCoeff(), more_rad = kSigmas * sigma_.z();
     const ModelMatrix as_read = information_of(samples_at_);
@@ -144,7 +144,7 @@ class Refinement {
   }
 
   void descend() {
-    constexpr int kIterations = 15;
+    constexpr int kIterations = 15;      // against hanging
     constexpr double kConverged = 1e-4;  // of a standard deviation
     double damping = 1e-6;
     double cost = cost_at(at_);

@@ -6,7 +6,8 @@
 namespace marco::slam {
 
 OdometryCalibration axle_of(const std::vector<LaserMotion>& motions, const OdometryTravel& travel) {
-  constexpr double kSlides = 0.02, kLeastTurnedRad = 0.5;
+  constexpr double kSlides = 0.02;         // of the way: less is rounding, and wheels that slip
+  constexpr double kLeastTurnedRad = 0.5;  // root of the sum of squares: else x is not observable
   OdometryCalibration axle;
   Eigen::Matrix3d form = Eigen::Matrix3d::Zero();
   for (const LaserMotion& motion : motions) {

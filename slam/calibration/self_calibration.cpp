@@ -42,7 +42,7 @@ std::vector<LaserMotion> mirrored(std::vector<LaserMotion> motions) {
 
 // More motions make a long drive's values no better, only later.
 std::vector<LaserMotion> evenly_taken(const std::vector<LaserMotion>& motions) {
-  constexpr std::size_t kMost = 600;
+  constexpr std::size_t kMost = 600;  // 5 to 15 minutes of driving
   std::vector<LaserMotion> taken;
   for (std::size_t i = 0; i < std::min(kMost, motions.size()); ++i) {
     taken.push_back(motions[i * motions.size() / std::min(kMost, motions.size())]);

@@ -7,6 +7,7 @@
 namespace marco::slam {
 namespace {
 
+// Of the lateness that is tried; a parabola through three of them tells the rest.
 constexpr double kStepS = 0.05;
 constexpr int kReach = static_cast<int>(kMostLateS / kStepS);
 
@@ -38,7 +39,7 @@ Sums sums_at(const std::vector<LaserMotion>& motions, const OdometryTravel& trav
 
 TurnCorrelation correlate_turns(const std::vector<LaserMotion>& motions,
                                 const OdometryTravel& travel) {
-  constexpr double kTurnDeg = 3.0;
+  constexpr double kTurnDeg = 3.0;  // as laser_moves in input_check.cpp
   TurnCorrelation result;
   if (motions.size() < 3) return result;
   for (const LaserMotion& motion : motions) {

@@ -11,11 +11,12 @@
 namespace marco::slam {
 namespace {
 
+// Keyframes, 4 m of path: what went wrong once shows in neighbours, and they are one reason.
 constexpr std::size_t kStretchKeyframes = 12;
-constexpr int kFewestPoints = 200;
-constexpr std::size_t kMostReasons = 5;
-constexpr int kMatchesOfOne = 3;
-constexpr double kConfirmed = 0.9;  // of the points
+constexpr int kFewestPoints = 200;       // seen again, all together
+constexpr std::size_t kMostReasons = 5;  // told; a report is read by a person
+constexpr int kMatchesOfOne = 3;         // tried of one stretch: they take the time
+constexpr double kConfirmed = 0.9;       // of the points
 
 struct Stretch {
   std::size_t first;
@@ -139,7 +140,7 @@ Reason reason_of(const MapEvidence& map, const Stretch& stretch, const std::vect
 }
 
 double confirmed_part(const std::vector<Visit>& sums) {
-  constexpr int kFewest = 10;
+  constexpr int kFewest = 10;  // points, of which one may be wrong (kConfirmed)
   double confirmed = 0.0;
   for (const Visit& sum : sums) {
     confirmed += sum.seen() >= kFewest && sum.agreeing >= kConfirmed * sum.seen() ? 1.0 : 0.0;

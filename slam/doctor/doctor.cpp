@@ -14,7 +14,8 @@
 namespace marco::slam {
 namespace {
 
-constexpr std::size_t kMostBreaks = 3, kMostAsked = 8;
+constexpr std::size_t kMostBreaks = 3;  // told
+constexpr std::size_t kMostAsked = 8;   // of the worst: each asks all loops around it
 
 Reason reason_of(const OdometryBreak& parted, bool odometry_is_believed) {
   Reason reason;
@@ -47,7 +48,7 @@ void add_keyframes_of(const std::vector<Keyframe>& keys, Reason& reason) {
 
 // Loops that know the place better by far than both differ say that the map is right there.
 bool has_slipped(const MapEvidence& map, const OdometryBreak& parted) {
-  constexpr double kSurely = 0.2;
+  constexpr double kSurely = 0.2;  // five standard deviations
   const KnownByLoops known = known_by_loops(map, parted.from, parted.to);
   return known.sigma_m < kSurely * parted.off_m() ||
          (parted.is_turn && known.sigma_rad < kSurely * parted.off_rad());

@@ -18,7 +18,8 @@ namespace {
 
 using namespace doctor_gates;
 
-constexpr double kSpreadPart = 0.02;
+constexpr double kSpreadPart =
+    0.02;  // of the nodes may be off by more: one place alone does not make a map doubtful
 
 struct JudgedEdge {
   const PoseGraphEdge* edge;
@@ -39,7 +40,7 @@ struct JudgedGraph {
 Eigen::Vector3d error_without(const EdgeJudgement& judgement,
                               const Eigen::Matrix3d& information,
                               const Eigen::Vector3d& error) {
-  constexpr double kAlone = 1e-6;
+  constexpr double kAlone = 1e-6;  // of an eigenvalue that is 1 where the edge alone knows it
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> known(judgement.covariance);
   const Eigen::Matrix3d root =
       known.eigenvectors() * known.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
@@ -117,6 +118,7 @@ std::string sentence(const char* format, Values... values) {
 
 // Rooms that look alike give loops that are rightly refused: there the map fits as well.
 bool fits_better(const std::vector<Keyframe>& keys, const Loop& loop) {
+  // Times the points that agree as it is; and few that contradict, as people and doors do.
   constexpr double kBetter = 1.2, kContradicted = 0.05;
   const Keyframe& from = keys[static_cast<std::size_t>(loop.from)];
   const Keyframe& to = keys[static_cast<std::size_t>(loop.to)];

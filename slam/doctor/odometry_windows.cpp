@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 
+#include "common/median.hpp"
 #include "slam/doctor/doctor_gates.hpp"
 
 namespace marco::slam {
@@ -13,6 +14,7 @@ namespace {
 // One step of the comparison: nearer poses are left out, so that a standing robot drives no way.
 constexpr double kStepM = 0.30, kStepRad = 10.0 * std::numbers::pi / 180.0;
 constexpr double kWindowsM[] = {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0};
+// Of fewer the median, and what the others differ by, tells nothing.
 constexpr std::size_t kFewestWindows = 12, kFewestSteps = 20;
 // No log teaches less noise than this.
 constexpr double kFloorM = 0.03, kFloorPerM = 0.01, kFloorRad = 0.02, kFloorRadPerM = 0.005;
@@ -55,15 +57,10 @@ std::vector<Step> steps_of(const Trajectory& path, const Trajectory& odometry) {
   return steps;
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // The way by the map for a metre by the odometry, from windows that go nearly straight on.
 double scale_of(const std::vector<OdometryBreak>& windows) {
-  constexpr double kStraightRad = 0.2, kMost = 2.0;
+  constexpr double kStraightRad = 0.2;  // the chord is 0.2 % shorter than the arc
+  constexpr double kMost = 2.0;         // a larger ratio is no scale, but a wrong map
   std::vector<double> ratios;
   for (const OdometryBreak& window : windows) {
     const double odometry_m = window.odometry.translation_m().norm();
@@ -85,10 +82,9 @@ struct Differences {
   }
   /// In units of its floor, or of what the others differ by where that is more.
   double unit() const {
-    constexpr double kSigmaPerMad = 1.4826;
     std::vector<double> off;
     for (std::size_t i = 0; i < values.size(); ++i) off.push_back(std::abs(values[i]) / floors[i]);
-    return std::max(1.0, kSigmaPerMad * median(off));
+    return std::max(1.0, kSigmaOfMedian * median(off));
   }
 };
 

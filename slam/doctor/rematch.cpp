@@ -10,6 +10,8 @@ namespace {
 
 // Of path, to the keyframes that are matched together with one.
 constexpr double kAroundM = 1.5;
+// A better match is told where it overlaps as a loop must, explains a tenth more of the points, and
+// is elsewhere by more than a loop's own error.
 constexpr SearchWindow kWindow{{}, 2.0, deg_to_rad(20.0), 0.0};
 constexpr double kLeastScore = 0.5, kLeastOverlap = 0.6, kLeastGain = 0.1, kLeastShiftM = 0.15;
 

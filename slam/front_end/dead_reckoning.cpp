@@ -87,7 +87,8 @@ void DeadReckoning::update(Utime now,
 }
 
 void DeadReckoning::judge_clocks(Utime now, const Pose2& step) {
-  constexpr double kFresh = 0.05, kMostPerScan = 2.0;
+  constexpr double kFresh = 0.05;       // weight of the newest: the last 20 scans, 2 to 4 s
+  constexpr double kMostPerScan = 2.0;  // one wrong match must not decide
   constexpr double kAlikeM = 0.05, kAlikeDeg = 2.0;  // smaller errors count alike
   const auto error2 = [&](const MotionGuess& guess) {
     const Eigen::Vector3d off = difference(step, guess.before_from_now);

@@ -29,8 +29,8 @@ struct MotionOptions {
     v("sigma_deg_per_deg", sigma_deg_per_deg, kNotNegative,
       "Standard deviation of odometry's heading per degree turned. More for tracks and skid "
       "steering.");
-    v("gyro_sigma_deg_per_s", gyro_sigma_deg_per_s, kPositive,
-      "Standard deviation of the gyroscope's rate.");
+    v.advanced("gyro_sigma_deg_per_s", gyro_sigma_deg_per_s, kPositive,
+               "Standard deviation of the gyroscope's rate.");
     v.advanced("acceleration_m_per_s2", acceleration_m_per_s2, kPositive,
                "Expected acceleration when there is no odometry. More for agile robots and "
                "hand-held lasers.");

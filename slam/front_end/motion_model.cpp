@@ -10,6 +10,7 @@
 namespace marco::slam {
 namespace {
 
+// Of the heading, for each metre: wheels that differ, and floors that let them slip.
 constexpr double kSigmaDegPerM = 2.0;
 
 // Odometry that claims more between two scans is not believed.
@@ -180,7 +181,7 @@ bool MotionModel::stands_still(const MotionInput& now, const Eigen::Matrix3d& in
 }
 
 bool MotionModel::exceeds_motion_limits(const Pose2& moved, Utime now) const {
-  constexpr double kM = 0.3, kDeg = 30.0;
+  constexpr double kM = 0.3, kDeg = 30.0;  // of any two scans: stamps may be of the same moment
   if (!state_.before) return false;
   const double since_s = std::abs((now - state_.before->utime).seconds());
   return moved.translation_m().norm() > kM + since_s * options_.max_speed_m_per_s ||
@@ -201,7 +202,7 @@ void MotionModel::update(const MotionInput& now,
                          const Pose2& before_from_now,
                          bool matched,
                          const Eigen::Matrix3d& covariance) {
-  constexpr double kFresh = 0.3;
+  constexpr double kFresh = 0.3;  // weight of the newest: the last three scans
   Pose2 step = before_from_now;
   if (state_.before) {
     const double sigma_m = position_sigma_m(covariance);
@@ -235,7 +236,7 @@ void MotionModel::judge_sensors(const MotionInput& now,
                                 const Pose2& before_from_now,
                                 bool matched,
                                 double sigma_m) {
-  constexpr double kStepS = 1.0;
+  constexpr double kStepS = 1.0;  // in a shorter one noise of matches hides what sensors miss
   state_.start_from_now = state_.start_from_now * before_from_now;
   const auto begin_step = [&] {
     state_.step_start = matched ? std::optional(now) : std::nullopt;

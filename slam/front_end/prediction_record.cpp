@@ -6,6 +6,7 @@
 namespace marco::slam {
 namespace {
 
+// Of motion, after which a sensor's past counts 1/e: one way through a room, one full turn.
 constexpr double kForgottenM = 5.0, kForgottenRad = 6.0;
 // So much motion has to be missed before a sensor is doubted.
 constexpr double kBelievedM = 0.2, kBelievedRad = 0.2;
@@ -23,7 +24,7 @@ void note(double found, double missed, double forgotten, double& found2, double&
 }  // namespace
 
 void PredictionError::update(const Eigen::Vector3d& error, bool position_known) {
-  constexpr double kFresh = 0.05;
+  constexpr double kFresh = 0.05;  // weight of the newest: the last 20 steps
   if (position_known) m2 += kFresh * (error.head<2>().squaredNorm() - m2);
   rad2 += kFresh * (error.z() * error.z() - rad2);
 }
@@ -52,7 +53,7 @@ void OdometryNoise::update(const Pose2& found,
                            double assumed_per_m) {
   const double step_m2 = found.translation_m().squaredNorm();
   if (!(sigma_m < kMuchSurer * assumed_per_m * std::sqrt(step_m2))) return;
-  constexpr double kKept = 1.0 - 1.0 / 200.0;
+  constexpr double kKept = 1.0 - 1.0 / 200.0;  // of the past, each step: the last 200
   const Eigen::Vector2d off_m = found.translation_m() - measured.translation_m();
   const double ahead_m = off_m.dot(found.translation_m()) / std::sqrt(step_m2);
   steps = kKept * steps + 1.0;
@@ -61,7 +62,7 @@ void OdometryNoise::update(const Pose2& found,
 }
 
 double OdometryNoise::learned_per_m(double errors2, double assumed_per_m) const {
-  constexpr double kAssumedSteps = 10.0;
+  constexpr double kAssumedSteps = 10.0;  // that what is assumed counts as, while few were seen
   const double learned = std::sqrt((assumed_per_m * assumed_per_m * kAssumedSteps + errors2) /
                                    (kAssumedSteps + steps));
   return std::min(learned, assumed_per_m);

@@ -4,16 +4,16 @@
 #include <cmath>
 #include <vector>
 
+#include "common/median.hpp"
+
 namespace marco::slam {
 namespace {
-
-// Of a Gaussian, the median of the absolute value.
-constexpr double kMedianOfSigma = 0.6745;
 
 // A point's neighbours are on its wall when they lie no farther apart than this, or this part of
 // the range, and their beams no more than this.
 constexpr double kNeighboursM = 0.3, kNeighboursPerRange = 0.1, kNeighboursRad = 0.2;
 
+// Points of a scan whose median is used; scans whose median is taken: 1 to 3 s.
 constexpr std::size_t kEnoughPoints = 20;
 constexpr std::size_t kScans = 31;
 
@@ -40,12 +40,6 @@ std::optional<double> off_line(const Eigen::Vector2d& before,
   return std::abs(r1 - on_line) / std::sqrt(1.0 + by_before * by_before + by_after * by_after);
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 std::optional<double> range_sigma_of(const Points2& points, const Eigen::Vector2d& sensor) {
@@ -56,7 +50,7 @@ std::optional<double> range_sigma_of(const Points2& points, const Eigen::Vector2
     if (off) off_m.push_back(*off);
   }
   if (off_m.size() < kEnoughPoints) return std::nullopt;
-  return median(std::move(off_m)) / kMedianOfSigma;
+  return kSigmaOfMedian * median(std::move(off_m));
 }
 
 void RangeNoise::add(const Points2& points, const Eigen::Vector2d& sensor) {
@@ -67,7 +61,7 @@ void RangeNoise::add(const Points2& points, const Eigen::Vector2d& sensor) {
 }
 
 double RangeNoise::sigma_m() const {
-  return sigmas_m.empty() ? 0.0 : median({sigmas_m.begin(), sigmas_m.end()});
+  return sigmas_m.empty() ? 0.0 : median(std::vector(sigmas_m.begin(), sigmas_m.end()));
 }
 
 }  // namespace marco::slam

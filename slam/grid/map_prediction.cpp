@@ -1,15 +1,16 @@
 #include "slam/grid/map_prediction.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "common/median.hpp"
 
 namespace marco::slam {
 namespace {
 
-constexpr double kWrongByM = 0.3;
-constexpr double kSearchBehindM = 1.0;
-constexpr int kOccupiedPercent = 50;
+constexpr double kWrongByM = 0.3;       // another surface, not noise
+constexpr double kSearchBehindM = 1.0;  // what is measured; a wall farther behind is through
+constexpr int kOccupiedPercent = 50;    // more likely a wall than not
 
 // Distance to the first occupied cell along a ray, in steps of a quarter cell; nothing when unknown
 // space or the limit comes first.
@@ -54,9 +55,7 @@ PredictionQuality judge_prediction(const GridMap& map, const std::vector<PlacedS
   }
   quality.beams = static_cast<int64_t>(errors_m.size());
   if (errors_m.empty()) return quality;
-  const auto middle = errors_m.begin() + static_cast<std::ptrdiff_t>(errors_m.size() / 2);
-  std::nth_element(errors_m.begin(), middle, errors_m.end());
-  quality.median_error_m = *middle;
+  quality.median_error_m = median(std::move(errors_m));
   quality.through_walls = static_cast<double>(through) / static_cast<double>(quality.beams);
   quality.short_of_walls = static_cast<double>(before) / static_cast<double>(quality.beams);
   return quality;

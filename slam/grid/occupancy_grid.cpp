@@ -142,7 +142,7 @@ bool OccupancyGrid::make_room(const Eigen::Vector2d& at_cells) {
     max = max.max(cells_->max.cast<double>());
   }
   const Eigen::Array2d size = max - min + 1.0;
-  constexpr double kFarthestCell = 1e9;
+  constexpr double kFarthestCell = 1e9;  // fits an int
   if (size.prod() > static_cast<double>(kMostCells) ||
       size.maxCoeff() > static_cast<double>(kLongestSide) || (cell.abs() > kFarthestCell).any()) {
     const Eigen::Vector2d size_m = options_.resolution_m * size.matrix();

@@ -15,13 +15,13 @@ struct Spot {
   double off_m;
 };
 
-constexpr double kNoiseM = 0.01;
+constexpr double kNoiseM = 0.01;  // of a surfel's place
 constexpr double kSharing = 4.0;  // surfels side by side share their noise
 
 std::vector<Spot> spots_on(const std::vector<DrawnFace>& chords,
                            const std::vector<PlanSurfel>& surfels,
                            CurveFit& fit) {
-  constexpr double kFacing = 0.9;
+  constexpr double kFacing = 0.9;  // cosine: a chord differs from its arc by less
   std::vector<Spot> spots;
   for (const DrawnFace& chord : chords) {
     const WallFace& drawn = chord.face;
@@ -41,7 +41,7 @@ std::vector<Spot> spots_on(const std::vector<DrawnFace>& chords,
 }  // namespace
 
 CurveFit fit_curve(const std::vector<DrawnFace>& chords, const std::vector<PlanSurfel>& surfels) {
-  constexpr std::size_t kLeast = 6;
+  constexpr std::size_t kLeast = 6;  // twice the unknowns
   CurveFit fit;
   const std::vector<Spot> spots = spots_on(chords, surfels, fit);
   if (spots.size() < kLeast) return fit;

@@ -93,7 +93,7 @@ class Comparison {
   }
 
   std::string room_at(const WallFace& face) const {
-    constexpr double kBeforeM = 0.3;
+    constexpr double kBeforeM = 0.3;  // the wall: surely in the room, for none is narrower
     const Vector at = plan_from_drawing_ *
                       Vector(face.at((face.low_m + face.high_m) / 2) + kBeforeM * face.normal);
     for (const PlanRoom& room : plan_.rooms) {
@@ -150,7 +150,7 @@ class Comparison {
           const double along = face.along().dot(at);
           return along > face.low_m - kStepM && along < face.high_m + kStepM;
         });
-        constexpr double kInsideM = 0.03;
+        constexpr double kInsideM = 0.03;  // the wall: more than noise, less than its thickness
         if (is_seen) {
           wall.seen_m += step;
         } else if (space_->is_free(at) && space_->is_free(Vector(at - kInsideM * drawn.normal))) {
@@ -186,7 +186,7 @@ class Comparison {
 
   // Where a plan draws but one face of a wall, what was measured behind it is the other.
   void drop_undrawn_sides() {
-    constexpr double kThinM = 0.03;
+    constexpr double kThinM = 0.03;  // nearer is the same face, measured twice
     std::vector<bool> is_behind(out_.walls.size(), false);
     for (std::size_t i = 0; i < out_.walls.size(); ++i) {
       const WallDeviation& wall = out_.walls[i];
@@ -218,7 +218,8 @@ class Comparison {
     wall.face = face;
     wall.room = room_at(face);
     const Vector middle = face.at((face.low_m + face.high_m) / 2);
-    constexpr double kOnObjectM = 0.08, kBeforeM = 1.0;
+    constexpr double kOnObjectM = 0.08;  // an object's outline and a face of it
+    constexpr double kBeforeM = 1.0;     // the deepest furniture that stands at walls
     for (const PlanObject& object : plan_.objects) {
       const Vector at = plan_from_drawing_ * middle;
       wall.furniture |=
@@ -258,7 +259,8 @@ double WallDeviation::length_m() const {
 }
 
 bool WallDeviation::is_off() const {
-  constexpr double kSigmas = 3.0, kAllowedM = 0.02;
+  constexpr double kSigmas = 3.0;     // one right wall of 370 is told wrongly
+  constexpr double kAllowedM = 0.02;  // plaster and skirting, which no plan draws
   const double off = std::max(std::abs(off_m), shift_m.norm());
   return state == State::measured && off > kSigmas * sigma_m && off > kAllowedM;
 }

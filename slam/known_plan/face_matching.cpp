@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/median.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -15,7 +17,7 @@ double overlap_m(const WallFace& drawn, const WallFace& face) {
 }
 
 bool is_same_wall(const WallFace& drawn, const WallFace& face) {
-  constexpr double kFacing = 0.985;
+  constexpr double kFacing = 0.985;  // cosine of 10 degrees
   const double overlap = overlap_m(drawn, face);
   return face.normal.dot(drawn.normal) > kFacing && overlap > 0.1 &&
          overlap > 0.4 * std::min(face.length_m(), drawn.length_m()) &&
@@ -25,7 +27,8 @@ bool is_same_wall(const WallFace& drawn, const WallFace& face) {
 }  // namespace
 
 bool is_one_line(const WallFace& front, const WallFace& back) {
-  constexpr double kSameLineM = 0.005, kLeastOverlapM = 0.3;
+  constexpr double kSameLineM = 0.005;    // a plan is drawn more exactly
+  constexpr double kLeastOverlapM = 0.3;  // two lines that only touch are two walls
   return back.normal.dot(front.normal) < -0.9999 &&
          std::abs(back.offset_m + front.offset_m) < kSameLineM &&
          overlap_m(front, back) > kLeastOverlapM;
@@ -51,7 +54,7 @@ std::vector<std::size_t> FaceMatching::faces_on(const WallFace& drawn) const {
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     if (is_same_wall(drawn, measured_[i])) near.push_back(i);
   }
-  constexpr double kOneLineM = 0.04;
+  constexpr double kOneLineM = 0.04;  // beyond the nearest face: panels, doors and their frames
   std::erase_if(near, [&](std::size_t i) {
     const WallFace& face = measured_[i];
     return std::abs(drawn.distance_m(face.at((face.low_m + face.high_m) / 2))) >
@@ -91,8 +94,9 @@ std::optional<double> FaceMatching::measured_off(const WallFace& drawn) const {
 }
 
 double FaceMatching::draw_faces_of_axes(std::vector<DrawnFace>& drawn) const {
-  constexpr double kThinM = 0.03, kMiddle = 0.3;
-  constexpr std::size_t kLeast = 4;
+  constexpr double kThinM = 0.03;    // no wall is thinner
+  constexpr double kMiddle = 0.3;    // of the thickness: half of it is off where a face is drawn
+  constexpr std::size_t kLeast = 4;  // walls: one or two may be drawn by chance so
   std::vector<double> thick, half(drawn_.size(), 0.0);
   std::size_t in_middle = 0;
   for (std::size_t i = 0; i < drawn_.size(); ++i) {
@@ -107,9 +111,7 @@ double FaceMatching::draw_faces_of_axes(std::vector<DrawnFace>& drawn) const {
     in_middle += std::abs(*off - half[i]) < kMiddle * thickness ? 1 : 0;
   }
   if (thick.size() < kLeast || in_middle * 2 < thick.size()) return 0.0;
-  const auto middle = thick.begin() + static_cast<std::ptrdiff_t>(thick.size() / 2);
-  std::nth_element(thick.begin(), middle, thick.end());
-  const double median_m = *middle;
+  const double median_m = median(std::move(thick));
   for (std::size_t i = 0; i < drawn.size(); ++i) {
     if (!drawn[i].curved) drawn[i].face.offset_m += half[i] > 0 ? half[i] : median_m / 2;
   }

@@ -81,7 +81,7 @@ std::optional<double> number_of(std::string_view text) {
 }
 
 double unit_of(const files::Drawing& drawing, const std::string& wish, double extent) {
-  constexpr double kInch = 0.0254;
+  constexpr double kInch = 0.0254;  // by definition
   constexpr std::pair<std::string_view, double> kUnits[] = {
       {"mm", 0.001}, {"cm", 0.01}, {"m", 1.0}, {"in", kInch}, {"ft", 12 * kInch}};
   if (wish.empty()) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/median.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "slam/session/merge_maps.hpp"
 
@@ -38,12 +39,6 @@ std::vector<Pairing> pair_up(const std::vector<DrawnFace>& drawn,
     }
   }
   return pairings;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // One step of iteratively reweighted least squares about the faces' middle.
@@ -95,7 +90,8 @@ std::optional<std::size_t> drawn_face_at(const std::vector<DrawnFace>& drawn,
                                          const Vector& point,
                                          const Vector& normal,
                                          double reach_m) {
-  constexpr double kFacing = 0.97, kBeyondM = 0.10;
+  constexpr double kFacing = 0.97;   // cosine of 14 degrees: the fit begins turned
+  constexpr double kBeyondM = 0.10;  // the end: corners are drawn and measured apart by so much
   std::optional<std::size_t> nearest;
   double least = reach_m;
   for (std::size_t i = 0; i < drawn.size(); ++i) {
@@ -141,8 +137,7 @@ PlanFit fit_to_plan(const std::vector<DrawnFace>& drawn,
     for (const Pairing& pairing : pair_up(drawn, measured, fit.drawing_from_map, 0.25)) {
       offs.push_back(std::abs(pairing.off_m));
     }
-    constexpr double kOfMedian = 1.4826;
-    if (!offs.empty()) fit.spread_m = std::clamp(kOfMedian * median(offs), 0.002, 0.05);
+    if (!offs.empty()) fit.spread_m = std::clamp(kSigmaOfMedian * median(offs), 0.002, 0.05);
   }
   double all = 0.0, agreeing = 0.0;
   for (const WallFace& face : measured) {

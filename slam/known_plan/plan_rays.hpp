@@ -25,7 +25,7 @@ class PlanRays {
   /// Whether any line passes within `radius_m`, at most the cell's size.
   bool is_near(const Eigen::Vector2d& point, double radius_m) const;
 
-  static constexpr double kCellM = 0.5;
+  static constexpr double kCellM = 0.5;  ///< of the raster that finds lines: speed alone
 
  private:
   const std::vector<int>* cell(int x, int y) const;

@@ -13,8 +13,8 @@ namespace {
 
 using Vector = Eigen::Vector2d;
 
-constexpr int kRays = 480;
-constexpr double kReachM = 15.0;
+constexpr int kRays = 480;        // from each spot: 20 cm apart at kReachM
+constexpr double kReachM = 15.0;  // rooms are smaller, and halls have many spots
 constexpr double kClearM = 0.25;  // walls thicker than twice this would be looked at from inside
 constexpr double kBinM = 0.05;    // of a line, seen or not
 
@@ -52,8 +52,8 @@ class LookAbout {
  private:
   // On a lattice; where a spot of it is not clear, the nearest clear one of its cell.
   std::vector<Vector> spots() const {
-    constexpr double kMostSpots = 6000;
-    constexpr int kTries = 4;
+    constexpr double kMostSpots = 6000;  // bounds the time: a metre apart up to 6000 m2
+    constexpr int kTries = 4;            // along each side of a cell
     const Vector low = plan_.low_m(), size = plan_.high_m() - low;
     const double apart = std::max(1.0, std::sqrt(size.x() * size.y() / kMostSpots));
     std::vector<Vector> found;
@@ -115,7 +115,10 @@ class LookAbout {
 
   // A keyframe a stretch, from right before it: a plan knows walls, and not what stands in a room.
   void make_keyframes() {
-    constexpr double kStretchM = 1.6, kBeforeM = 0.3, kPointM = 0.04, kFacing = 0.5;
+    constexpr double kStretchM = 1.6;  // of wall to a keyframe, as a robot sees near by
+    constexpr double kBeforeM = 0.3;   // the wall
+    constexpr double kPointM = 0.04;   // between points: below a cell of the map
+    constexpr double kFacing = 0.5;    // cosine: what a beam grazes is seen badly
     std::vector<Vector> points, normals;
     const auto finish = [&] {
       if (points.empty()) return;
@@ -151,7 +154,8 @@ class LookAbout {
 
   // Pieces of one wall, such as draughtsmen leave behind.
   void join() {
-    constexpr double kTurnCos = 0.99996, kOffM = 0.003, kGapM = 0.06;
+    constexpr double kTurnCos = 0.99996;           // half a degree
+    constexpr double kOffM = 0.003, kGapM = 0.06;  // less than a door's frame
     std::vector<DrawnFace>& faces = sight_.faces;
     std::sort(faces.begin(), faces.end(),
               [](const DrawnFace& a, const DrawnFace& b) { return a.face.low_m < b.face.low_m; });

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/median.hpp"
 #include "common/pose2.hpp"
 #include "slam/landmarks/landmark_slam.hpp"
 
@@ -11,8 +12,8 @@ namespace marco::slam {
 namespace {
 
 constexpr double kQuarter = 0.5 * std::numbers::pi;
-constexpr std::size_t kScans = 200;
-constexpr double kClearPart = 0.9;  // the next best convention pairs fewer than this
+constexpr std::size_t kScans = 200;  // are enough to try each convention with
+constexpr double kClearPart = 0.9;   // the next best convention pairs fewer than this
 // Scans this far apart: a wrong convention then moves landmarks by more than their noise.
 constexpr double kApartRad = 0.15;
 constexpr double kApartPart = 0.1;  // of the median range
@@ -22,10 +23,7 @@ double median_range(const LandmarkDrive& drive) {
   for (const SightingScan& scan : drive.scans) {
     for (const Sighting& sighting : scan.sightings) ranges.push_back(sighting.range_m);
   }
-  if (ranges.empty()) return 1.0;
-  const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
-  std::nth_element(ranges.begin(), middle, ranges.end());
-  return *middle;
+  return ranges.empty() ? 1.0 : median(std::move(ranges));
 }
 
 // The part of the drive that tells most: the first scans that are apart.

@@ -13,7 +13,8 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kJoinSigmaM = 1e-3;
+constexpr double kJoinSigmaM =  // noise of their equality: the sum can be inverted
+    1e-3;  // two of one landmark are made equal, and the filter stays invertible
 
 Eigen::Matrix2d noise_of(const SightingNoise& noise) {
   return Eigen::Vector2d(noise.range_sigma_m * noise.range_sigma_m,

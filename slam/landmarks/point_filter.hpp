@@ -92,7 +92,8 @@ class PointFilter {
   void shift(const Eigen::VectorXd& error);
   Eigen::Matrix<double, 7, 7> block(int landmark_a, int landmark_b) const;
 
-  static constexpr double kForgetS = 1000.0;
+  static constexpr double kForgetS =  // [s] in which the set-up may drift by its first sigma
+      1000.0;  // [s]: of the wheels' and the turn rate's errors, which drift in minutes
   static constexpr Eigen::Index kPosition = 1;
   static constexpr Eigen::Index kSetUp = 3;
   static constexpr Eigen::Index kSensor = kSetUp + sensor_x;

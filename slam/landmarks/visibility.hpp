@@ -26,8 +26,8 @@ class Visibility {
   };
   static std::size_t ring(double range_m);
 
-  static constexpr int kRingsPerOctave = 3;
-  static constexpr double kFirstRingM = 0.1;
+  static constexpr int kRingsPerOctave = 3;   // of range: 26 % from ring to ring
+  static constexpr double kFirstRingM = 0.1;  // nearer is the sensor itself
   std::array<Votes, 40> rings_{};
   double largest_m_ = 0.0;
   double least_rad_ = std::numeric_limits<double>::infinity();

@@ -6,7 +6,8 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kLongestHoldS = 0.5;
+constexpr double kLongestHoldS =
+    0.5;  // a speed counts on no longer: then the wheels' messages are missing
 constexpr double kWheelArmM = 0.3;    // half a track: a turn on the spot runs the wheels, too
 constexpr double kLeastMPerS = 0.01;  // creeping while the wheels count nothing
 constexpr double kAcrossPart = 0.3;   // of the error along: wheels slip sideways less

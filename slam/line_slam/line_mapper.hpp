@@ -23,9 +23,10 @@ struct LineMapperOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     lines.visit(v);
-    v("close_loops", close_loops,
-      "Close loops by a pose graph where the filter alone would not. Off to see the filter by "
-      "itself.");
+    v.advanced(
+        "close_loops", close_loops,
+        "Close loops by a pose graph where the filter alone would not. Off to see the filter by "
+        "itself.");
   }
 };
 

@@ -60,7 +60,8 @@ Eigen::Matrix3d FrozenMap::covariance_of(const Eigen::Matrix3d& information) con
 
 std::optional<SurfelMatch> FrozenMap::match_widely(const OrientedPoints& points_in_robot,
                                                    const Pose2& map_from_robot_guess) {
-  constexpr double kHalfWidthM = 0.6, kHalfTurnDeg = 20.0, kMinScore = 0.3;
+  constexpr double kHalfWidthM = 0.6, kHalfTurnDeg = 20.0,
+                   kMinScore = 0.3;  // a slip between two scans, not a place
   const SearchWindow window{map_from_robot_guess, kHalfWidthM, deg_to_rad(kHalfTurnDeg)};
   const CorrelativeMatch coarse =
       coarse_.search(places_.walls(), points_in_robot.points, window, kMinScore);

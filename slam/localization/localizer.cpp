@@ -65,7 +65,7 @@ void Localizer::forget_place() {
 
 void Localizer::set_pose(const Pose2& map_from_robot) {
   require(is_finite(map_from_robot), "localizer: the pose is not finite");
-  constexpr double kSigmaM = 0.2, kSigmaRad = 0.1;
+  constexpr double kSigmaM = 0.2, kSigmaRad = 0.1;  // of a click on the map
   forget_place();
   motion_.restore({});
   odometry_.begin({});

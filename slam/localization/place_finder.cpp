@@ -96,7 +96,7 @@ Pose2 PlaceFinder::refine(const SessionPoints& points, const Pose2& map_from_mid
       gradient += row * (1.0 - found.value);
     }
     const Eigen::Vector3d step = hessian.inverse() * gradient;
-    constexpr double kMaxStepM = 0.1;
+    constexpr double kMaxStepM = 0.1;  // the likelihood is linear over a cell or two
     const double scale = std::min(1.0, kMaxStepM / std::max(1e-9, step.head<2>().norm()));
     pose.x_m += scale * step.x();
     pose.y_m += scale * step.y();

@@ -6,8 +6,8 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kMaxTableCells = 8e6;
-constexpr int kBlocks = 3000;  // bounded for each heading, before any is looked into
+constexpr double kMaxTableCells = 8e6;  // memory, 16 MB
+constexpr int kBlocks = 3000;           // bounded for each heading, before any is looked into
 constexpr double kMaxAreaM2 = 4e8;
 constexpr int kFreeBelowPercent = 30;
 constexpr int kWallAbovePercent = 65;
@@ -59,7 +59,7 @@ PlaceMap::Likelihood PlaceMap::likelihood(const Eigen::Vector2d& point_in_map) c
   const Eigen::Vector2d at =
       (point_in_map - walls_.origin_m()) / walls_.resolution_m() - Eigen::Vector2d(0.5, 0.5);
   const double x0 = std::floor(at.x()), y0 = std::floor(at.y());
-  constexpr double kFarCells = 1e8;
+  constexpr double kFarCells = 1e8;  // fits an int
   if (!(std::abs(x0) < kFarCells && std::abs(y0) < kFarCells)) return {};
   const int x = static_cast<int>(x0), y = static_cast<int>(y0);
   const double a = walls_.at(0, x, y), b = walls_.at(0, x + 1, y);

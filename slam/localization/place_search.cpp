@@ -11,6 +11,7 @@
 namespace marco::slam {
 namespace {
 
+// Candidates of one bucket are one place, the best of them.
 constexpr double kBucketM = 1.0;
 constexpr double kBucketRad = std::numbers::pi / 9.0;
 

@@ -8,6 +8,7 @@
 namespace marco::slam {
 namespace {
 
+// What a file may claim: beyond these cells do not fit an int, and sums lose millimetres.
 constexpr double kFarthestM = 1e6;
 constexpr double kFarthestPathM = 1e9;
 constexpr int32_t kMostMerged = 100'000'000;  // 30000 km of path

@@ -29,9 +29,10 @@ struct CullingOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("after_keyframes", after_keyframes, Limits{1, 1000000},
-      "Redundant keyframes are merged each time the map has grown by this number. Less to save "
-      "memory.");
+    v.advanced(
+        "after_keyframes", after_keyframes, Limits{1, 1000000},
+        "Redundant keyframes are merged each time the map has grown by this number. Less to save "
+        "memory.");
     v.advanced(
         "recent_keyframes", recent_keyframes, Limits{0, 1000000},
         "The newest keyframes are never merged, since a wrong loop closure may still be rejected.");

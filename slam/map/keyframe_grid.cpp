@@ -7,8 +7,8 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kFarM = 10.0;
-constexpr int kDrawing = 16;  // costs so much as looking whether there is something to draw
+constexpr double kFarM = 10.0;  // of a keyframe's points, which a turn moves by so much
+constexpr int kDrawing = 16;    // costs so much as looking whether there is something to draw
 
 void insert(const Keyframe& key, OccupancyGrid& grid) {
   grid.insert(key.world_from_robot * key.points_in_robot.points,

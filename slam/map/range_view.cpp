@@ -7,6 +7,7 @@
 namespace marco::slam {
 namespace {
 
+// Across a wall that was seen, and along it beyond its points: then a point lies on it.
 constexpr double kOnWallM = 0.15;
 constexpr double kAlongWallM = 1.0;
 // Three standard deviations of two scans of 5 cm noise, and what turns them against each other.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/median.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -68,7 +70,7 @@ void FreeSpace::close(const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
 
 // Morphological opening by a square: erosion, then dilation, along x and along y.
 void FreeSpace::smooth() {
-  constexpr int kHalf = 2;
+  constexpr int kHalf = 2;  // cells: what is narrower than 25 cm is no room, nor a way into one
   const int cells = width_ * height_;
   const auto pass = [&](int step, uint8_t spreading) {
     const std::vector<uint8_t> before = free_;
@@ -120,8 +122,7 @@ void FreeSpace::look(const Keyframe& key, const Pose2& plan_from_robot, int stam
   for (std::size_t i = 1; i < beams.size(); ++i) {
     steps.push_back(beams[i].angle_rad - beams[i - 1].angle_rad);
   }
-  std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 2), steps.end());
-  const double widest = 1.6 * std::max(steps[steps.size() / 2], 1e-3);
+  const double widest = 1.6 * std::max(median(std::move(steps)), 1e-3);
   for (std::size_t i = 0; i < beams.size(); ++i) {
     const Beam& one = beams[i];
     const Beam& next = beams[(i + 1) % beams.size()];

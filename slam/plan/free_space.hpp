@@ -12,7 +12,7 @@ namespace marco::slam {
 /// keyframes saw through it, three times as many as were stopped in it: who walked by is gone.
 class FreeSpace {
  public:
-  static constexpr double kCellM = 0.05;
+  static constexpr double kCellM = 0.05;  ///< the map's
 
   FreeSpace(const std::vector<Keyframe>& keys, const Pose2& plan_from_map);
 

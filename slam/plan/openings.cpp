@@ -7,12 +7,12 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kStepM = 0.025;
-constexpr double kNarrowestM = 0.5;
-constexpr double kWidestM = 3.0;
-constexpr double kWidestAtCornerM = 1.3;
-constexpr double kOneLineM = 0.06;   // how far two faces of one wall line may lie apart
-constexpr double kThickestM = 0.65;  // wall
+constexpr double kStepM = 0.025;          // along a wall, half a cell of FreeSpace
+constexpr double kNarrowestM = 0.5;       // doors are 0.6 m and wider
+constexpr double kWidestM = 3.0;          // gates and double doors; wider ones are rooms that join
+constexpr double kWidestAtCornerM = 1.3;  // one leaf: a wall that ends leaves wider gaps as well
+constexpr double kOneLineM = 0.06;        // how far two faces of one wall line may lie apart
+constexpr double kThickestM = 0.65;       // wall
 constexpr double kUnseenM = 0.3;
 constexpr double kJogM = 0.25;  // ... on both sides of a door
 constexpr double kParallel = 0.98;

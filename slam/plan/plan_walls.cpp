@@ -8,9 +8,9 @@ namespace {
 
 using Vector = Eigen::Vector2d;
 
-constexpr double kThickestWallM = 0.60;
-constexpr double kAssumedM = 0.10;
-constexpr double kLeastOverlapM = 0.15;
+constexpr double kThickestWallM = 0.60;  // old stone walls; farther faces are of two rooms
+constexpr double kAssumedM = 0.10;       // thickness of a wall of which one side was seen
+constexpr double kLeastOverlapM = 0.15;  // of two faces: three cells of the map
 
 struct Stretch {
   Vector from, to, normal;

@@ -9,7 +9,7 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kLeastAreaM2 = 1.5;
+constexpr double kLeastAreaM2 = 1.5;  // a lavatory; less is a niche
 using Vector = Eigen::Vector2d;
 
 void mark_openings(const FreeSpace& space,

@@ -8,8 +8,8 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kCellM = 0.05;
-constexpr int kFacings = 12;
+constexpr double kCellM = 0.05;   // the map's
+constexpr int kFacings = 12;      // of 30 degrees: both sides of a thin wall are apart
 constexpr double kGrazing = 0.2;  // cosine of the angle between beam and normal
 
 }  // namespace

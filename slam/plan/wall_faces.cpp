@@ -6,6 +6,8 @@
 #include <map>
 #include <numeric>
 
+#include "common/median.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -127,8 +129,7 @@ class FaceSearch {
     const double rms = std::sqrt(std::max(axes.eigenvalues()(0), 1e-8));
     std::vector<int> seen;
     for (const std::size_t i : members) seen.push_back(surfels_[i].keyframes);
-    std::nth_element(seen.begin(), seen.begin() + seen.size() / 2, seen.end());
-    const double independent = std::max(1, seen[seen.size() / 2]);
+    const double independent = std::max(1, median(std::move(seen)));
     face.keyframes = static_cast<int>(independent);
     face.sigma_m = std::sqrt(rms * rms / independent + kPoseSigmaM * kPoseSigmaM);
     face.low_m = face.along().dot(surfels_[members.front()].mean());

@@ -9,6 +9,17 @@
 
 namespace marco::slam {
 
+/// [slam] for a mapper that keeps all its keyframes: the filter is replayed along them.
+struct UnculledSlamOptions {
+  SlamOptions& slam;
+
+  static constexpr auto kRenamed = SlamOptions::kRenamed;
+  template <class Visitor>
+  void visit(Visitor& v) {
+    slam.visit_without_culling(v);
+  }
+};
+
 /// Everything marco-line-slam can be told.
 struct LineProcessOptions : Mapper2dAdapterOptions {
   LineMapperOptions mapper;
@@ -22,7 +33,8 @@ struct LineProcessOptions : Mapper2dAdapterOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("lines", mapper);
-    v("slam", mapper.slam);
+    UnculledSlamOptions slam{mapper.slam};
+    v("slam", slam);
     Mapper2dAdapterOptions::visit(v);
     v.advanced("journal_path", journal_path,
                "File for a line of JSON for each step of the filter; empty: none.");

@@ -6,7 +6,7 @@
 namespace marco::slam {
 namespace {
 
-constexpr int kMostTries = 10;
+constexpr int kMostTries = 10;  // each may take a loop away; and against hanging
 
 // What the passes say of each other, in points.
 struct Consistency {

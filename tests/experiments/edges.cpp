@@ -46,7 +46,6 @@ double median(std::vector<double> values) {
 }
 
 void print(const char* what, const Normalised& edges) {
-  constexpr double kChi2Dof3Quantile99 = 11.34;
   if (edges.nees.empty()) return;
   const auto n = static_cast<double>(edges.nees.size());
   double sum = 0.0, above = 0.0;

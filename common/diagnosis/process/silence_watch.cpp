@@ -11,7 +11,7 @@
 namespace marco::diagnosis {
 namespace {
 
-constexpr double kListenS = 1.5;
+constexpr double kListenS = 1.5;    // a survey: what is sent once a second is heard
 constexpr double kAheadS = 2.0;     // a survey is done when it is wanted
 constexpr double kNextLookS = 2.0;  // between two surveys
 constexpr double kStaleS = 10.0;    // a survey that is older tells nothing

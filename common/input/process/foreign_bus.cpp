@@ -6,7 +6,7 @@
 namespace marco {
 namespace {
 
-constexpr Duration kAnnounceEvery = Duration::from_us(1'000'000);
+constexpr Duration kAnnounceEvery = Duration::from_us(1'000'000);  // as drivers do
 // A bus may carry channels without end.
 constexpr std::size_t kMostChannels = 1000;
 

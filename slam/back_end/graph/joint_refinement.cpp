@@ -11,6 +11,7 @@
 namespace marco::slam {
 namespace {
 
+// Keyframes that a keyframe is matched with, the nearest: bounds the time.
 constexpr int kMaxPartners = 32;
 
 // Points of a cell that can be partners, some of each visit: neither the cost of a correspondence

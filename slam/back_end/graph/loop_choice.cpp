@@ -113,7 +113,7 @@ PoseGraphResult LoopChoice::try_one_by_one() {
 }
 
 PoseGraphResult LoopChoice::choose_loops(PoseGraphResult chosen, double limit) {
-  constexpr int kMaxRounds = 40;
+  constexpr int kMaxRounds = 40;  // against hanging
   bool one_at_a_time = false;
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<bool> is_inlier = better_choice(chosen.edge_is_inlier, limit, one_at_a_time);

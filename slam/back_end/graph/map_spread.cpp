@@ -11,7 +11,7 @@
 namespace marco::slam {
 namespace {
 
-constexpr int kDrawings = 32;
+constexpr int kDrawings = 32;  // their median is known to 22 % of the spread between them
 
 double quantile(std::vector<double>& values, double part) {
   const auto at =

@@ -98,7 +98,7 @@ PoseGraphResult PoseGraph::optimize_weighted(const std::vector<double>& weights,
   }
   Solver solver;
   bool analyzed = false;
-  constexpr double kNoDamping = 1e-12, kFirstDamping = 1e-9;
+  constexpr double kNoDamping = 1e-12, kFirstDamping = 1e-9;  // of the diagonal
   double lambda = 0.0, growth = 2.0;
   double error = weighted_chi2(weights);
   SparseNormalEquations equations(poses_.size());

@@ -9,8 +9,10 @@
 namespace marco::slam {
 namespace {
 
+// By so much the kernel changes from round to round; all rounds change it by 1e16.
 constexpr double kGrowth = 1.6;
 constexpr int kMaxRounds = 80;
+// Of the residual, for conjugate gradients; and against hanging.
 constexpr double kTolerance = 1e-8;
 constexpr int kMaxSolverIterations = 2000;
 // Translations are judged with rotations that do not know them yet: only what is far off is wrong.

@@ -4,15 +4,18 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/median.hpp"
 #include "common/pose2.hpp"
 
 namespace marco::slam {
 namespace {
 
+// Three points are what a circle needs; beside a wall, which may hide a part of it, twice as many.
 constexpr int kLeastHits = 3, kLeastClearHits = 6;
+// A broomstick; a column; a wall that bends by 2 cm on a chord of 1.5 m, about the ranges' noise.
 constexpr double kLeastRadiusM = 0.02, kPostRadiusM = 0.5, kLargestRadiusM = 15.0;
-constexpr double kOutlierSigmas = 3.5;
-constexpr double kDecisive = 10.0;  // of a Bayes factor: Kass and Raftery 1995
+constexpr double kOutlierSigmas = 3.5;  // one of 2000 right points lies beyond
+constexpr double kDecisive = 10.0;      // of a Bayes factor: Kass and Raftery 1995
 // Along walls many stretches are tried, of which one may bend by chance, and a post may be a
 // rounded corner or clutter.
 constexpr double kDecisiveArc = 20.0, kDecisivePostInARow = 40.0;
@@ -60,7 +63,7 @@ void CircleExtractor::take_points(const ScanInRobot& scan, double max_range_m) {
 
 // Of second differences of neighbouring ranges, most of which lie on one surface: their median.
 double CircleExtractor::noise_of_points() const {
-  constexpr std::size_t kEnough = 40;
+  constexpr std::size_t kEnough = 40;  // the median's own error is then a fifth
   std::vector<double> seconds;
   for (std::size_t i = 1; i + 1 < points_.size(); ++i) {
     if (points_[i + 1].beam - points_[i - 1].beam != 2) continue;
@@ -68,15 +71,13 @@ double CircleExtractor::noise_of_points() const {
         std::abs(points_[i - 1].range_m - 2.0 * points_[i].range_m + points_[i + 1].range_m));
   }
   if (seconds.size() < kEnough) return 0.0;
-  const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
-  std::nth_element(seconds.begin(), middle, seconds.end());
-  return *middle / (0.6745 * std::sqrt(6.0));
+  return kSigmaOfMedian * median(std::move(seconds)) / std::sqrt(6.0);
 }
 
 // A surface ends where neighbours are far apart, unless they are along a surface that beams graze:
 // then the gaps beside are wide too.
 bool CircleExtractor::is_cut_after(int at) const {
-  constexpr double kGapM = 0.10;
+  constexpr double kGapM = 0.10;  // a post stands farther from a wall, or is part of it
   const auto gap_m = [this](int i) { return (point(i + 1).at_m - point(i).at_m).norm(); };
   const int lost = point(at + 1).beam - point(at).beam - 1;
   if (lost > 1) return true;
@@ -100,7 +101,7 @@ bool CircleExtractor::is_round(const Stretch& stretch) const {
 
 // Whether a line through the points leaves more than a circle does: most stretches end here.
 bool CircleExtractor::bends(const Stretch& stretch) const {
-  constexpr double kWorthwhile = 3.0;
+  constexpr double kWorthwhile = 3.0;  // a look by Bayes' factor, which takes the time
   LineSums sums = line_sums_[static_cast<std::size_t>(stretch.last) + 1];
   sums.add(line_sums_[static_cast<std::size_t>(stretch.first)], -1.0);
   const RoughCircle circle = rough(stretch);
@@ -189,7 +190,7 @@ std::vector<CircleRay> CircleExtractor::rays_of(const Stretch& stretch, const St
 CircleExtractor::Stretch CircleExtractor::reach_of(const FittedCircle& circle,
                                                    Stretch stretch,
                                                    const Stretch& run) const {
-  constexpr int kOutliersInARow = 2;
+  constexpr int kOutliersInARow = 2;  // two points beyond: the surface has ended
   const auto lies_on = [&](int i) {
     return std::abs(residual_of(ray_to(i), circle)) <= kOutlierSigmas;
   };
@@ -229,7 +230,7 @@ void CircleExtractor::try_stretch(Stretch stretch, const Stretch& run) {
   const std::optional<FittedCircle> start = start_of(stretch, run);
   if (!start) return;
   FittedCircle circle = *start;
-  constexpr double kOutlierPart = 0.1;
+  constexpr double kOutlierPart = 0.1;  // of a stretch: with more it is no circle
   for (int round = 0; round < 3; ++round) {
     std::vector<CircleRay> rays = rays_of(stretch, run);
     if (round > 0) {

@@ -7,8 +7,10 @@
 namespace marco::slam {
 namespace {
 
-constexpr int kMostIterations = 30;
-constexpr double kConvergedM = 1e-6;
+constexpr int kMostIterations = 30;   // against hanging
+constexpr double kConvergedM = 1e-6;  // far below any noise
+// A little beyond the radii that are taken (kLeastRadiusM, kLargestRadiusM): at a bound a fit would
+// stay, and pass for one.
 constexpr double kLeastFittedM = 0.005, kLargestFittedM = 20.0;
 // Half chord of a ray, in radii, below which its range is taken as linear: at the tangent the range
 // has no derivative.

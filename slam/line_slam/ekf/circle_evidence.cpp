@@ -100,14 +100,14 @@ void SeenArc::vote_by_rays(const ScanInRobot& scan,
 
 std::vector<SeenArc::Run> SeenArc::standing(double radius_m,
                                             const WallEvidenceOptions& options) const {
-  constexpr double kLeastLengthM = 0.3;
+  constexpr double kLeastLengthM = 0.3;  // a shorter piece of an arc is clutter
   std::vector<Run> found;
   for (const WallEvidence::Run& run : evidence.runs(options)) {
     found.push_back({from_rad + run.from_m / scale_m, (run.to_m - run.from_m) / scale_m});
   }
   if (found.empty()) return found;
   if (radius_m <= kLargestPostM) return {{from_rad, kTurn}};
-  constexpr double kSame = 1e-6;
+  constexpr double kSame = 1e-6;  // rounding
   if (found.size() > 1 && span_rad >= kTurn - kSame) {
     const Run& last = found.back();
     const double beyond = turn_between(last.from_rad + last.span_rad, found.front().from_rad);

@@ -6,7 +6,7 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kConcentricSigmaM = 0.005;
+constexpr double kConcentricSigmaM = 0.005;  // two halves of one column differ by no more
 
 SparseRows concentricity(const CompressedState& state, const MapCircle& a, const MapCircle& b) {
   SparseRows rows;

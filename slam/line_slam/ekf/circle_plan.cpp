@@ -43,7 +43,7 @@ void CircleMap::vote(const CompressedState& state,
 }
 
 bool CircleMap::holds(const CompressedState& state, const Eigen::Vector4d& wall) const {
-  constexpr double kNearM = 0.06;
+  constexpr double kNearM = 0.06;  // a chord of 1 m lies so far inside a wall of 2 m radius
   const auto lies_on = [&](const MapCircle& circle, const Eigen::Vector2d& point_m) {
     const Eigen::Vector4d mean = state.rough_mean(circle.block);
     const Eigen::Vector2d off_m = point_m - mean.head<2>();

@@ -14,8 +14,8 @@ using ObservedWalls = std::vector<ObservedWall>;
 
 // Whether two walls of one scan are certainly apart across; the pose has no part in that.
 bool are_two(const ObservedWall& a, const ObservedWall& b) {
-  constexpr double kLeastStepM = 0.025;
-  constexpr double kSureSigmas = 4.0;
+  constexpr double kLeastStepM = 0.025;  // smaller steps in a wall are panels and frames
+  constexpr double kSureSigmas = 4.0;    // one of 16000 is taken apart wrongly
   const bool a_first = a.num_points >= b.num_points;
   const ObservedWall& base = a_first ? a : b;
   const ObservedWall& other = a_first ? b : a;

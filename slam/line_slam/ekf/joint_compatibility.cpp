@@ -155,7 +155,7 @@ class BranchAndBound {
     return candidates_[static_cast<std::size_t>(candidate)];
   }
 
-  static constexpr int kMaxNodes = 2000;
+  static constexpr int kMaxNodes = 2000;  // then the best pairing so far; bounds a scan's time
   const std::vector<Pairing>& candidates_;
   std::set<int> taken_;  ///< what may be paired only once, and is
   JointInnovation joint_;

@@ -25,8 +25,8 @@ struct LineExtractorOptions {
   void visit(Visitor& v) {
     v("range_sigma_m", range_sigma_m, kPositive,
       "Standard deviation of a range where SENSOR_INFO gives none. Set it to the laser's.");
-    v("split_distance_m", split_distance_m, Limits{1e-4, 1.0},
-      "Largest distance of a point from its line (thesis A: d_s). More for noisy ranges.");
+    v.advanced("split_distance_m", split_distance_m, Limits{1e-4, 1.0},
+               "Largest distance of a point from its line (thesis A: d_s). More for noisy ranges.");
     v("max_gap_m", max_gap_m, Limits{1e-3, 10.0},
       "A wider gap between neighbouring points ends a wall. More for few beams or far walls.");
     v.advanced("max_grazing_gap_m", max_grazing_gap_m, Limits{1e-3, 10.0},

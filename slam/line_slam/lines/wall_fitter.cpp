@@ -218,7 +218,7 @@ void WallFitter::add_wall(const FittedLine& fitted, std::vector<ObservedWall>& w
 // edge: the next surface lies behind the line. A surface in front that does not touch hides the
 // rest of the wall; a single echo between the two, as edges in front cause, is not a corner.
 bool WallFitter::end_is_seen(int beam, int step, const ObservedWall& wall) const {
-  constexpr int kLookAhead = 10;
+  constexpr int kLookAhead = 10;  // beams: what touches the end begins within them
   const ScanInRobot& scan = points_->scan();
   const double sigma_m = step > 0 ? wall.end_sigma_m : wall.start_sigma_m;
   const double touch_m = std::max(options_.touch_m, 6.0 * sigma_m);

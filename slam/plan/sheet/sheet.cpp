@@ -9,7 +9,7 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kPointsPerMm = 72.0 / 25.4;
+constexpr double kPointsPerMm = 72.0 / 25.4;  // PDF's unit
 
 std::string escaped_xml(const std::string& text) {
   std::string out;

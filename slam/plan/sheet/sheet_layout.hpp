@@ -6,7 +6,7 @@
 
 namespace marco::slam {
 
-inline constexpr double kMarginMm = 10.0;
+inline constexpr double kMarginMm = 10.0;      ///< of the paper, which printers leave white
 inline constexpr double kDimensionsMm = 16.0;  ///< left of the plan and above it
 inline constexpr double kTitleMm = 34.0;       ///< height of the block below
 

@@ -47,10 +47,10 @@ tools/lint.sh tidy build good.cpp || fail "a file that was not asked for is judg
 # How it reads.
 if command -v codespell >/dev/null && command -v doxygen >/dev/null; then
   cp "$root/Doxyfile" .
-  cp "$root/tools/phrases.txt" tools/
-  mkdir -p $(sed -n 's/^INPUT = //p' Doxyfile)
+  cp "$root/tools/phrases.txt" "$root/tools/bare_constants.awk" tools/
   # $1 the file, $2 a text without faults, $3 one with a fault, $4 what names it.
   reads() {
+    mkdir -p $(sed -n 's/^INPUT = //p' Doxyfile)
     printf '%b\n' "$2" >"$1"
     git add "$1"
     tools/lint.sh docs >said 2>&1 || { cat said; fail "$1 is refused: $2"; }
@@ -63,6 +63,10 @@ if command -v codespell >/dev/null && command -v doxygen >/dev/null; then
   reads README.md 'The scan is matched again.' 'The scan is matched anew.' anew
   reads common/half.hpp '#pragma once\n/// @param value  is halved\nint half(int value);' \
     '#pragma once\n/// @param number  is halved\nint half(int value);' number
+  reads slam/near.cpp '// A door.\nconstexpr double kNearM = 0.9, kFarM = 2.0;\nconstexpr int kFewestBeams = 3;' \
+    '// A door.\nconstexpr double kNearM = 0.9;\n\nconstexpr double kFarM =\n    2.0;' slam/near.cpp:4:
+  reads slam/near.cpp 'constexpr int kTile = 64;\nconstexpr double kTurn = 2 * std::numbers::pi;' \
+    'constexpr int kTile = 64;\nconstexpr int kFewestBeams = 3;' kFewestBeams
 else
   echo "without codespell and doxygen: how it reads is not tested"
 fi

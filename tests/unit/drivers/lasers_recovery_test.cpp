@@ -1,5 +1,7 @@
 // What a laser's line may do to its driver, alike for all of them; the times are printed.
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 
 #include "drivers/cola/driver.hpp"
 #include "drivers/cola/emulator.hpp"
@@ -19,6 +21,12 @@
 
 namespace marco::drivers {
 namespace {
+
+// Random rounds, of which a short run under the sanitizers takes a part (CMakePresets.json).
+int rounds(int all) {
+  const char* percent = std::getenv("MARCO_PERCENT_OF_ROUNDS");
+  return percent == nullptr ? all : std::max(1, all * std::atoi(percent) / 100);
+}
 
 /// A laser, its line and its driver. own_s: what the device itself takes (devices.md) from its
 /// return until it can measure, power-on and settings included.
@@ -262,7 +270,7 @@ TEST_P(LaserRecovery, ACableCutAtAnyTimeForAnyTime) {
   std::mt19937 random(8);
   std::uniform_real_distribution<double> cut_s(0.05, 3.0), whole_s(0.0, 0.4);
   double worst_s = 0.0;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < rounds(40); ++i) {
     step_until(*driver_, line_, whole_s(random), have(10'000));
     // What is cut off in the middle of a request or a scan differs from round to round.
     line_.set_tamper_to_client([](Bytes& bytes) { bytes.clear(); });
@@ -284,7 +292,7 @@ TEST_P(LaserRecovery, AMachineThatStandsStillNowAndThen) {
   std::mt19937 random(12);
   std::uniform_real_distribution<double> pause_s(0.03, 0.12), between_s(0.02, 0.3);
   double worst_s = 0.0;
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < rounds(300); ++i) {
     connect(device_.wrong);
     if (device_.reset) device_.reset(line_.now());
     const std::function<void()> pause = [&] {

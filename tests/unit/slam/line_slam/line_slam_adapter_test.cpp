@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "lcm_tools/process/batch_bus.hpp"
+#include "lcm_tools/process/config.hpp"
 #include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -190,6 +191,16 @@ TEST_F(LineSlamAdapterTest, PassesTiltedScansByAndCarriesThePoseOn) {
   EXPECT_GT(published.poses[14].covariance[0][0], published.poses[9].covariance[0][0]);
   EXPECT_EQ(published.poses[19].status, int8_t{slam_pose_t::STATUS_MATCHED});
   EXPECT_THAT(published.last(), IsNear(drive.truth_from_start(19), 0.02, 0.01));
+}
+
+// The filter is replayed along all keyframes: none may be culled.
+TEST(LineProcessOptions, HaveNoSettingThatIsNotHeeded) {
+  LineProcessOptions options;
+  EXPECT_EQ(process::print_options(options).find("culling"), std::string::npos);
+  EXPECT_THROW(process::parse_options("[slam.culling]\nafter_keyframes = 10\n", options, "a file"),
+               std::invalid_argument);
+  process::parse_options("[slam]\nkeyframe_distance_m = 0.5\n", options, "a file");
+  EXPECT_EQ(options.mapper.slam.keyframes.keyframe_distance_m, 0.5);
 }
 
 TEST(LineSlamAdapter, GoesOnFromItsCheckpointAsIfNothingHadHappened) {

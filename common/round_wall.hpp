@@ -7,9 +7,16 @@
 #include <numbers>
 #include <vector>
 
+#include "common/pose2.hpp"
 #include "common/wall.hpp"
 
 namespace marco {
+
+/// Counter-clockwise from one direction to another, 0 to 2 pi.
+inline double turn_between(double from_rad, double to_rad) {
+  const double turn = normalize_angle(to_rad - from_rad);
+  return turn < 0.0 ? turn + 2.0 * std::numbers::pi : turn;
+}
 
 /// A post, a column or a piece of a curved wall: a circle or a part of it.
 struct RoundWall {

@@ -4,11 +4,11 @@
 
 namespace marco::files {
 
-std::string lines_json(const Walls& walls, const RoundWalls& round_walls) {
+std::string lines_json(const LineMap& map) {
   nlohmann::ordered_json root;
   root["unit"] = "m";
   root["walls"] = nlohmann::ordered_json::array();
-  for (const Wall& wall : walls) {
+  for (const Wall& wall : map.walls) {
     nlohmann::ordered_json entry;
     entry["id"] = wall.id;
     entry["start_m"] = {wall.start_m.x(), wall.start_m.y()};
@@ -24,7 +24,7 @@ std::string lines_json(const Walls& walls, const RoundWalls& round_walls) {
     root["walls"].push_back(std::move(entry));
   }
   root["round_walls"] = nlohmann::ordered_json::array();
-  for (const RoundWall& wall : round_walls) {
+  for (const RoundWall& wall : map.round_walls) {
     nlohmann::ordered_json entry;
     entry["id"] = wall.id;
     entry["centre_m"] = {wall.centre_m.x(), wall.centre_m.y()};
@@ -39,6 +39,17 @@ std::string lines_json(const Walls& walls, const RoundWalls& round_walls) {
     entry["existence"] = wall.existence;
     entry["times_seen"] = wall.times_seen;
     root["round_walls"].push_back(std::move(entry));
+  }
+  root["corners"] = nlohmann::ordered_json::array();
+  for (const CornerPoint& corner : map.corners) {
+    nlohmann::ordered_json entry;
+    entry["at_m"] = {corner.at_m.x(), corner.at_m.y()};
+    for (Eigen::Index i = 0; i < 2; ++i) {
+      entry["covariance_m2"].push_back({corner.covariance(i, 0), corner.covariance(i, 1)});
+    }
+    entry["walls"] = corner.wall_ids;
+    entry["convex"] = corner.convex;
+    root["corners"].push_back(std::move(entry));
   }
   return root.dump(1) + "\n";
 }

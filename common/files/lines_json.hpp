@@ -2,8 +2,7 @@
 
 #include <string>
 
-#include "common/round_wall.hpp"
-#include "common/wall.hpp"
+#include "common/line_map.hpp"
 
 namespace marco::files {
 
@@ -11,6 +10,6 @@ namespace marco::files {
 /// [x, y], "end_m", "covariance_m2": 4 x 4 of (start x, y, end x, y), "existence", "times_seen",
 /// "start_seen", "end_seen"}], "round_walls": [{"id", "centre_m", "radius_m", "covariance_m2": 3 x
 /// 3 of (centre x, y, radius), "from_inside", "from_rad", "span_rad", "existence", "times_seen"}]}.
-std::string lines_json(const Walls& walls, const RoundWalls& round_walls);
+std::string lines_json(const LineMap& map);
 
 }  // namespace marco::files

@@ -76,15 +76,15 @@ bool LineMapper::is_trusted() const {
 }
 
 // The keyframes' scans once more, each from where the graph says it was taken: the filter starts
-// again, and so do the walls. O(keyframes).
+// again, and so do the walls. Each pose is believed by itself: as a chain of motions they would
+// leave later scans no say against the first ones. O(keyframes).
 void LineMapper::replay() {
   LineSlam again(options_.lines, keys().front().world_from_robot);
-  const Eigen::Matrix3d noise =
+  const Eigen::Matrix3d covariance =
       diagonal_covariance(options_.replay_sigma_m, deg_to_rad(options_.replay_sigma_deg));
   std::vector<Pose2> seen_from;
   for (std::size_t key = 0; key < keys().size(); ++key) {
-    const Pose2 motion = between(again.world_from_robot(), keys()[key].world_from_robot);
-    again.process_known(key_beams_[key], motion, key == 0 ? Eigen::Matrix3d::Zero().eval() : noise);
+    again.process_at(key_beams_[key], keys()[key].world_from_robot, covariance);
     seen_from.push_back(again.world_from_robot());
   }
   again.judge_again(key_beams_, seen_from);

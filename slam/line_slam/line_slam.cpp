@@ -66,10 +66,10 @@ bool LineSlam::step_is_due(const Pose2& robot_motion) {
   return true;
 }
 
-LineSlamUpdate LineSlam::process_known(const ScanInRobot& scan,
-                                       const Pose2& robot_motion,
-                                       const Eigen::Matrix3d& noise) {
-  filter_.predict(robot_motion, noise);
+LineSlamUpdate LineSlam::process_at(const ScanInRobot& scan,
+                                    const Pose2& world_from_robot,
+                                    const Eigen::Matrix3d& covariance) {
+  filter_.place(world_from_robot, covariance);
   return take(scan, MapUse::draw, nullptr);
 }
 
@@ -127,6 +127,12 @@ Walls LineSlam::plan() {
 }
 
 RoundWalls LineSlam::round_walls() { return filter_.round_walls(options_.plan_min_times_seen); }
+
+LineMap LineSlam::map() {
+  LineMap map{plan(), round_walls(), {}};
+  map.corners = filter_.corners(map.walls);
+  return map;
+}
 
 LineSlamUpdate LineSlam::report() const {
   LineSlamUpdate update;

@@ -3,8 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "common/round_wall.hpp"
-#include "common/wall.hpp"
+#include "common/line_map.hpp"
 #include "slam/line_slam/circles/circle_extractor.hpp"
 #include "slam/line_slam/ekf/wall_filter.hpp"
 #include "slam/line_slam/lines/line_extractor.hpp"
@@ -85,11 +84,11 @@ class LineSlam {
                          MapUse use = MapUse::draw,
                          LineSlamJournal* journal = nullptr);
 
-  /// The same for a move known otherwise than by odometry. @param noise  of (x, y, theta), world
-  /// frame.
-  LineSlamUpdate process_known(const ScanInRobot& scan,
-                               const Pose2& robot_motion,
-                               const Eigen::Matrix3d& noise);
+  /// The same from where another source says the robot is. @param covariance  of (x, y, theta),
+  /// world frame: of this pose's own error, which no other one shares.
+  LineSlamUpdate process_at(const ScanInRobot& scan,
+                            const Pose2& world_from_robot,
+                            const Eigen::Matrix3d& covariance);
 
   /// Carries the pose on without a scan (a tilted sweep, a gap).
   LineSlamUpdate carry(const Pose2& robot_motion);
@@ -109,6 +108,8 @@ class LineSlam {
   Walls plan();
   /// Posts and curved walls, seen in as many scans as walls of the plan.
   RoundWalls round_walls();
+  /// Both, and the walls' corners.
+  LineMap map();
 
   const WallFilter& filter() const { return filter_; }
 

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "common/pose2.hpp"
+#include "common/round_wall.hpp"
+#include "slam/plan/bulge.hpp"
 
 namespace marco::slam {
 
@@ -20,6 +22,7 @@ struct WallFace {
   int keyframes = 0;   ///< that saw it, at its middle
   bool glass = false;  ///< beams went through it as well: glass, or lower than the laser in places
   bool aligned = false;  ///< takes a main direction of the building, which lies within its sigma
+  int64_t circle = 0;    ///< id of the curved wall (FloorPlan::arcs) that it is a chord of; 0: none
 
   Eigen::Vector2d along() const { return {-normal.y(), normal.x()}; }
   Eigen::Vector2d at(double along_m) const { return normal * offset_m + along() * along_m; }
@@ -40,7 +43,9 @@ struct RoomEdge {
   Eigen::Vector2d from = {0, 0};
   Eigen::Vector2d to = {0, 0};  ///< where the next one of its loop begins
   EdgeKind kind = EdgeKind::wall;
-  int index = -1;  ///< of the face or of the opening
+  int index = -1;      ///< of the face or of the opening
+  double bulge = 0.0;  ///< of a curved wall, see bulge.hpp
+  double length_m() const { return bulge_length_m(from, to, bulge); }
 };
 
 struct PlanRoom {
@@ -56,8 +61,9 @@ struct PlanRoom {
     for (const auto& loop : loops) all.insert(all.end(), loop.begin(), loop.end());
     return all;
   }
-  Eigen::Vector2d size_m = {0, 0};  ///< clear, through the label: along x, along y
-  double seen = 0.0;                ///< part of the perimeter that is seen wall or opening
+  Eigen::Vector2d size_m = {0, 0};     ///< clear, through the label: along x, along y
+  Eigen::Vector2d size_from = {0, 0};  ///< where these begin: x on the label's level, y below it
+  double seen = 0.0;                   ///< part of the perimeter that is seen wall or opening
 };
 
 /// A gap in a wall that was seen or driven through.
@@ -83,6 +89,15 @@ struct PlanWall {
   Eigen::Vector2d normal = {0, 1};  ///< from the other face to the first one
   double thickness_m = 0.0;         ///< to the other face; where `assumed`, for the drawing alone
   bool assumed = false;             ///< only one face was seen
+  double bulge = 0.0;               ///< of a curved one; `normal` is then that of its middle
+  /// The point of the other face behind one of the first face.
+  Eigen::Vector2d back(const Eigen::Vector2d& at) const {
+    if (bulge == 0.0) return at - normal * thickness_m;
+    const BulgeArc arc = bulge_arc(from, to, bulge);
+    const Eigen::Vector2d out = (at - arc.centre) / arc.radius;
+    const bool from_inside = normal.dot(arc.at(0.5) - arc.centre) < 0;
+    return at + out * (from_inside ? thickness_m : -thickness_m);
+  }
 };
 
 /// What stands free in a room: columns where round, else furniture.
@@ -97,7 +112,8 @@ struct PlanObject {
 struct FloorPlan {
   Pose2 map_from_plan;  ///< the plan is turned so that most walls lie level or upright
   bool has_main_direction = false;
-  std::vector<WallFace> faces;
+  std::vector<WallFace> faces;  ///< of curved walls their chords
+  RoundWalls arcs;              ///< curved faces; pieces of one circle share its id
   std::vector<PlanOpening> openings;
   std::vector<PlanRoom> rooms;
   std::vector<PlanWall> walls;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "lcm_tools/base/check.hpp"
+#include "slam/plan/curved_faces.hpp"
 #include "slam/plan/free_space.hpp"
 #include "slam/plan/openings.hpp"
 #include "slam/plan/plan_objects.hpp"
@@ -27,28 +28,33 @@ double sigma_of(const FloorPlan& plan, const RoomEdge& edge) {
   return edge.kind == EdgeKind::unseen ? 0.10 : 0.02;
 }
 
-// Clear size through a point, along x or y.
-double clear_size(const PlanRoom& room, int axis) {
+// Clear size through the label, along x or y.
+void measure_clear(PlanRoom& room, int axis) {
   double before = -1e9, after = 1e9;
   const int other = 1 - axis;
   for (const RoomEdge& edge : room.edges()) {
-    const Vector a = edge.from, b = edge.to;
-    const Vector& at = room.label_at;
-    if ((a[other] > at[other]) == (b[other] > at[other])) continue;
-    const double cut =
-        a[axis] + (b[axis] - a[axis]) * (at[other] - a[other]) / (b[other] - a[other]);
-    if (cut < at[axis]) before = std::max(before, cut);
-    if (cut > at[axis]) after = std::min(after, cut);
+    std::vector<Vector> points = bulge_points(edge.from, edge.to, edge.bulge);
+    points.push_back(edge.to);
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+      const Vector &a = points[i], &b = points[i + 1], &at = room.label_at;
+      if ((a[other] > at[other]) == (b[other] > at[other])) continue;
+      const double cut =
+          a[axis] + (b[axis] - a[axis]) * (at[other] - a[other]) / (b[other] - a[other]);
+      if (cut < at[axis]) before = std::max(before, cut);
+      if (cut > at[axis]) after = std::min(after, cut);
+    }
   }
-  return after - before < 1e6 ? after - before : 0.0;
+  if (after - before > 1e6) return;
+  room.size_m[axis] = after - before;
+  room.size_from[axis] = before;
 }
 
 void measure(const FloorPlan& plan, PlanRoom& room) {
   double twice = 0, known = 0, variance = 0;
   for (const RoomEdge& edge : room.edges()) {
     const Vector a = edge.from, b = edge.to;
-    const double length = (b - a).norm();
-    twice += a.x() * b.y() - a.y() * b.x();
+    const double length = edge.length_m();
+    twice += a.x() * b.y() - a.y() * b.x() + 2 * bulge_area_m2(a, b, edge.bulge);
     room.perimeter_m += length;
     if (edge.kind != EdgeKind::unseen) known += length;
     variance += std::pow(length * sigma_of(plan, edge), 2);
@@ -56,7 +62,7 @@ void measure(const FloorPlan& plan, PlanRoom& room) {
   room.area_m2 = twice / 2;
   room.area_sigma_m2 = std::sqrt(variance + std::pow(2 * plan.scale_sigma * room.area_m2, 2));
   room.seen = room.perimeter_m > 0 ? known / room.perimeter_m : 0.0;
-  room.size_m = {clear_size(room, 0), clear_size(room, 1)};
+  for (const int axis : {0, 1}) measure_clear(room, axis);
 }
 
 // People and doors that moved are no faces: beams went through where they stood. Glass stays: long,
@@ -100,20 +106,24 @@ FloorPlan make_plan(const std::vector<Keyframe>& keys) {
   const Pose2 plan_from_map = plan.map_from_plan.inverse();
   FreeSpace space(keys, plan_from_map);
   const std::vector<PlanSurfel> surfels = gather_surfels(keys, plan_from_map);
-  plan.faces = find_faces(surfels, plan.has_main_direction);
+  CurvedFaces curved = find_curved_faces(surfels);
+  plan.arcs = std::move(curved.arcs);
+  measure_arcs(keys, plan_from_map, plan.arcs);
+  plan.faces = find_faces(surfels, plan.has_main_direction, std::move(curved.taken));
+  const std::vector<WallFace> chords = chords_of_arcs(plan.arcs);
+  plan.faces.insert(plan.faces.end(), chords.begin(), chords.end());
   std::erase_if(plan.faces, [&](WallFace& face) { return is_passing(face, space); });
   for (const WallFace& face : plan.faces) {
     if (face.glass) space.close(face.at(face.low_m), face.at(face.high_m));
   }
   space.smooth();
-  plan.openings = find_openings(plan.faces, space);
+  plan.openings = find_openings(plan, space);
   take_leaves(plan.faces, plan.openings, space);
   const RoomRaster raster = cut_rooms(space, plan.openings);
   for (int i = 0; i < raster.rooms; ++i) {
     PlanRoom room;
     for (const auto& outline : outlines_of(space, raster, i, kLargestObjectM)) {
-      room.loops.push_back(
-          edges_of(outline, plan.faces, plan.openings, raster, space, plan.objects));
+      room.loops.push_back(edges_of(outline, plan, raster, space));
     }
     room.label_at = inmost_point(space, raster, i);
     measure(plan, room);

@@ -16,6 +16,7 @@ constexpr double kThickestM = 0.65;       // wall
 constexpr double kUnseenM = 0.3;
 constexpr double kJogM = 0.25;  // ... on both sides of a door
 constexpr double kParallel = 0.98;
+constexpr double kParallelBent = 0.7;  // of chords of one circle, on both sides of an opening
 
 using Vector = Eigen::Vector2d;
 
@@ -59,17 +60,17 @@ bool is_bottleneck(const FreeSpace& space, const PlanOpening& opening) {
 
 class OpeningSearch {
  public:
-  OpeningSearch(const std::vector<WallFace>& faces, const FreeSpace& space)
-      : faces_(faces), space_(space) {}
+  OpeningSearch(const FloorPlan& plan, const FreeSpace& space)
+      : faces_(plan.faces), arcs_(plan.arcs), space_(space) {}
 
   std::optional<Candidate> beyond(const WallFace& face, bool high_end) const {
-    const Vector way = high_end ? face.along() : Vector(-face.along());
     const Vector jamb = face.at(high_end ? face.high_m : face.low_m);
     double s = 0;
-    while (s < 0.25 && !space_.is_free(jamb + way * s)) s += kStepM;
+    while (s < 0.25 && !space_.is_free(continued(face, high_end, s))) s += kStepM;
     if (s >= 0.25) return {};
-    while (s < kWidestM + 0.2 && space_.is_free(jamb + way * s)) s += kStepM;
+    while (s < kWidestM + 0.2 && space_.is_free(continued(face, high_end, s))) s += kStepM;
     if (s < kNarrowestM - 0.2 || s >= kWidestM + 0.2) return {};
+    const Vector way = (continued(face, high_end, s) - jamb).normalized();
     Candidate candidate;
     candidate.normal = face.normal;
     candidate.opening.from = jamb;
@@ -83,6 +84,18 @@ class OpeningSearch {
   }
 
  private:
+  // Where the face would be beyond its end.
+  Vector continued(const WallFace& face, bool high_end, double beyond_m) const {
+    const Vector jamb = face.at(high_end ? face.high_m : face.low_m);
+    const Vector way = high_end ? face.along() : Vector(-face.along());
+    if (face.circle == 0) return jamb + way * beyond_m;
+    const auto arc = std::find_if(arcs_.begin(), arcs_.end(),
+                                  [&](const RoundWall& one) { return one.id == face.circle; });
+    const Vector out = jamb - arc->centre_m;
+    const double side = out.x() * way.y() - out.y() * way.x() > 0 ? 1.0 : -1.0;
+    return arc->centre_m + Pose2{0, 0, side * beyond_m / arc->radius_m} * out;
+  }
+
   double far_jamb(const WallFace& face,
                   const Vector& jamb,
                   const Vector& way,
@@ -91,16 +104,20 @@ class OpeningSearch {
     double best = -1, corner = -1;
     for (const WallFace& other : faces_) {
       const double turn = other.normal.dot(face.normal);
-      if (std::abs(turn) > kParallel) {
+      const bool bends = face.circle != 0 && face.circle == other.circle;
+      if (std::abs(turn) > (bends ? kParallelBent : kParallel)) {
         const bool low_first = other.along().dot(way) > 0;
         const Vector end = other.at(low_first ? other.low_m : other.high_m);
         const double at = way.dot(end - jamb);
-        const double off = std::abs(face.distance_m(end));
+        const Vector to_end = end - jamb;
+        const double off = std::abs(way.x() * to_end.y() - way.y() * to_end.x());
         const double most = at < kWidestAtCornerM ? kJogM : kOneLineM;
         if (off > most || at < s - 0.15 || at > s + 0.25) continue;
         if (best < 0 || at + off < best) {
           best = at + off;
-          candidate.opening.to = end;
+          // A face that looks the other way is the wall's back: its end tells how far, not how
+          // deep.
+          candidate.opening.to = turn > 0 ? end : Vector(jamb + way * at);
         }
       } else if (std::abs(turn) < 0.5 && other.normal.dot(way) < 0) {
         const double at = -other.distance_m(jamb) / other.normal.dot(way);
@@ -118,6 +135,7 @@ class OpeningSearch {
   }
 
   const std::vector<WallFace>& faces_;
+  const RoundWalls& arcs_;
   const FreeSpace& space_;
 };
 
@@ -154,10 +172,10 @@ bool cross(const PlanOpening& a, const PlanOpening& b) {
 
 }  // namespace
 
-std::vector<PlanOpening> find_openings(const std::vector<WallFace>& faces, const FreeSpace& space) {
-  const OpeningSearch search(faces, space);
+std::vector<PlanOpening> find_openings(const FloorPlan& plan, const FreeSpace& space) {
+  const OpeningSearch search(plan, space);
   std::vector<Candidate> candidates;
-  for (const WallFace& face : faces) {
+  for (const WallFace& face : plan.faces) {
     for (const bool high_end : {true, false}) {
       if (const auto found = search.beyond(face, high_end)) candidates.push_back(*found);
     }
@@ -177,32 +195,99 @@ std::vector<PlanOpening> find_openings(const std::vector<WallFace>& faces, const
   return openings;
 }
 
-void take_leaves(std::vector<WallFace>& faces,
-                 std::vector<PlanOpening>& openings,
-                 const FreeSpace& space) {
-  const auto is_leaf = [&](const WallFace& face) {
-    const Vector middle = face.at((face.low_m + face.high_m) / 2);
-    if (!space.is_free(middle + face.normal * 0.2)) return false;
-    for (PlanOpening& opening : openings) {
-      const double part = face.length_m() / opening.width_m();
+namespace {
+
+// A stretch of a face that may be a leaf: from the wall to its tip.
+struct Leaf {
+  double foot_m, tip_m;  // along the face
+
+  double length_m() const { return std::abs(tip_m - foot_m); }
+};
+
+constexpr double kHingeM = 0.2;
+
+// A leaf lies on one line with the cap of the wall at its hinge, and by chance with what stands
+// beyond: where a face passes a jamb, either side may be the leaf, from that side of the wall on.
+std::vector<Leaf> leaves_at(const WallFace& face, const Vector& jamb, const PlanOpening& opening) {
+  std::vector<Leaf> leaves;
+  const double one_m = face.along().dot(jamb);
+  const double other_m = one_m + face.along().dot(opening.right()) * opening.depth_m;
+  const double low_m = std::min(one_m, other_m), high_m = std::max(one_m, other_m);
+  const double above_m = std::clamp(high_m, face.low_m, face.high_m);
+  const double below_m = std::clamp(low_m, face.low_m, face.high_m);
+  if (std::abs(above_m - high_m) <= kHingeM) leaves.push_back({above_m, face.high_m});
+  if (std::abs(below_m - low_m) <= kHingeM) leaves.push_back({below_m, face.low_m});
+  return leaves;
+}
+
+class LeafSearch {
+ public:
+  LeafSearch(std::vector<PlanOpening>& openings, const FreeSpace& space)
+      : openings_(openings), space_(space) {}
+
+  // @returns whether the face is a leaf; what else was part of it is put to `rests`
+  bool take(const WallFace& face, std::vector<WallFace>& rests) {
+    for (PlanOpening& opening : openings_) {
       const Vector way = (opening.to - opening.from).normalized();
-      if (part < 0.75 || part > 1.25 || std::abs(face.along().dot(way)) > 0.985) continue;
+      if (std::abs(face.along().dot(way)) > 0.985) continue;
       for (const Vector& jamb : {opening.from, opening.to}) {
-        for (const bool high : {true, false}) {
-          const Vector foot = face.at(high ? face.high_m : face.low_m);
-          const Vector tip = face.at(high ? face.low_m : face.high_m);
-          if ((foot - jamb).norm() > 0.2 || !space.is_free(tip + (tip - foot).normalized() * 0.2))
-            continue;
+        if (std::abs(face.distance_m(jamb)) > kHingeM) continue;
+        for (const Leaf& leaf : leaves_at(face, jamb, opening)) {
+          if (!is_leaf(face, leaf, opening)) continue;
           opening.has_leaf = true;
           opening.hinge = jamb;
-          opening.leaf_end = tip;
+          opening.leaf_end = face.at(leaf.tip_m);
+          if (const WallFace rest = rest_of_leaf(face, leaf); is_solid(rest)) rests.push_back(rest);
           return true;
         }
       }
     }
     return false;
-  };
-  std::erase_if(faces, is_leaf);
+  }
+
+ private:
+  bool is_leaf(const WallFace& face, const Leaf& leaf, const PlanOpening& opening) const {
+    const double part = leaf.length_m() / opening.width_m();
+    const Vector middle = face.at((leaf.foot_m + leaf.tip_m) / 2), tip = face.at(leaf.tip_m);
+    const Vector out = (tip - face.at(leaf.foot_m)).normalized();
+    if (part < 0.75 || part > 1.25 || !space_.is_free(middle + face.normal * 0.2) ||
+        !space_.is_free(tip + out * 0.2)) {
+      return false;
+    }
+    // A wall that passes a jamb is solid on both sides of it, and thicker than a leaf.
+    constexpr double kBehindM = 0.16;
+    return !is_solid(rest_of_leaf(face, leaf)) ||
+           space_.is_free(Vector(middle - face.normal * kBehindM));
+  }
+
+  static WallFace rest_of_leaf(WallFace face, const Leaf& leaf) {
+    (leaf.tip_m > leaf.foot_m ? face.high_m : face.low_m) = leaf.foot_m;
+    return face;
+  }
+
+  // Longer than a wall's cap, and hardly a beam went through it.
+  bool is_solid(const WallFace& rest) const {
+    constexpr double kLeastRestM = 0.3, kFreePart = 0.3;
+    int free = 0, all = 0;
+    for (double s = rest.low_m; s <= rest.high_m; s += kStepM, ++all)
+      free += space_.is_free(rest.at(s));
+    return rest.length_m() >= kLeastRestM && free < kFreePart * all;
+  }
+
+  std::vector<PlanOpening>& openings_;
+  const FreeSpace& space_;
+};
+
+}  // namespace
+
+void take_leaves(std::vector<WallFace>& faces,
+                 std::vector<PlanOpening>& openings,
+                 const FreeSpace& space) {
+  LeafSearch search(openings, space);
+  std::vector<WallFace> rests;
+  std::erase_if(faces,
+                [&](const WallFace& face) { return face.circle == 0 && search.take(face, rests); });
+  faces.insert(faces.end(), rests.begin(), rests.end());
 }
 
 }  // namespace marco::slam

@@ -11,10 +11,11 @@ namespace marco::slam {
 /// line, or (up to 1.3 m) the second is a crossing wall. The space on both sides is wider than the
 /// gap, as far as it was seen, so that a corridor's bend is none. Whether it joins two rooms, the
 /// rooms decide.
-std::vector<PlanOpening> find_openings(const std::vector<WallFace>& faces, const FreeSpace& space);
+std::vector<PlanOpening> find_openings(const FloorPlan& plan, const FreeSpace& space);
 
 /// Takes door leaves out of the faces: as long as an opening is wide, hinged at a jamb, and free
-/// beyond the tip. The openings keep them.
+/// beyond the tip. A face that continues beyond the jamb is cut there; a wall that does so is no
+/// leaf, as it is thicker. The openings keep them.
 void take_leaves(std::vector<WallFace>& faces,
                  std::vector<PlanOpening>& openings,
                  const FreeSpace& space);

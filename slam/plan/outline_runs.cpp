@@ -29,12 +29,22 @@ std::optional<Vector> crossing(const Line& a, const Line& b) {
   return Vector(a.point + a.way * ((off.x() * b.way.y() - off.y() * b.way.x()) / turn));
 }
 
+// Counter-clockwise round the room, its inside on the left.
+double OutlineCircle::turn_rad(const Vector& from, const Vector& to) const {
+  const Vector a = from - centre, b = to - centre;
+  const double first = std::atan2(a.y(), a.x()), last = std::atan2(b.y(), b.x());
+  return from_inside ? turn_between(first, last) : turn_between(last, first);
+}
+
 OutlineRuns::OutlineRuns(const std::vector<OutlineStep>& outline,
-                         const std::vector<WallFace>& faces,
-                         const std::vector<PlanOpening>& openings,
+                         const FloorPlan& plan,
                          const RoomRaster& raster,
                          const FreeSpace& space)
-    : faces_(faces), openings_(openings), raster_(raster), space_(space) {
+    : faces_(plan.faces),
+      arcs_(plan.arcs),
+      openings_(plan.openings),
+      raster_(raster),
+      space_(space) {
   for (const OutlineStep& step : outline) add(label(step), step.middle);
   clean();
 }
@@ -97,14 +107,28 @@ void OutlineRuns::merge_neighbours() {
   runs_ = std::move(merged);
 }
 
+// Whether a run is a chord of a curved wall, and so is the next one on either side.
+bool OutlineRuns::continues(std::size_t at) const {
+  const std::size_t count = runs_.size();
+  for (const std::size_t step : {std::size_t{1}, count - 1}) {
+    std::size_t next = (at + step) % count;
+    if (!runs_[next].is_line()) next = (next + step) % count;
+    if (next != at && common_circle(runs_[at], runs_[next])) return true;
+  }
+  return false;
+}
+
 // Short runs belong to nothing; what is the same before and after them, is one.
 void OutlineRuns::clean() {
   merge_neighbours();
-  for (Run& run : runs_) {
-    if (run.kind == EdgeKind::wall && run.steps.size() <= kShortRun) {
-      run.kind = EdgeKind::unseen;
-      run.index = -1;
-    }
+  std::vector<std::size_t> single;
+  for (std::size_t i = 0; i < runs_.size(); ++i) {
+    const bool short_wall = runs_[i].kind == EdgeKind::wall && runs_[i].steps.size() <= kShortRun;
+    if (short_wall && !continues(i)) single.push_back(i);
+  }
+  for (const std::size_t i : single) {
+    runs_[i].kind = EdgeKind::unseen;
+    runs_[i].index = -1;
   }
   merge_neighbours();
   // Of a face, a door leaf's or a cupboard's bump: the face continues behind it.
@@ -136,7 +160,11 @@ bool OutlineRuns::take_one(Place place, std::vector<PlanObject>& furniture) {
         runs_.insert(runs_.begin() + 1, Run{EdgeKind::unseen, -1, std::move(steps), true});
         return true;
       }
-      if (next.kind == EdgeKind::opening || (place == Place::corner && next.furnished)) break;
+      const bool same_curve = common_circle(runs_[i], next).has_value();
+      if (next.kind == EdgeKind::opening || (place == Place::corner && next.furnished) ||
+          same_curve) {
+        break;
+      }
       steps.insert(steps.end(), next.steps.begin(), next.steps.end());
     }
   }
@@ -148,6 +176,9 @@ bool OutlineRuns::stands_at(Place place,
                             const std::vector<Vector>& steps,
                             const Run& next) const {
   if (!one.is_line() || !next.is_line() || steps.size() < 6) return false;
+  if (const auto circle = common_circle(one, next)) {
+    return place == Place::wall && stands_at_curve(*circle, one, steps, next);
+  }
   const Line a = line_of(one), b = line_of(next);
   const Vector from = a.foot(one.steps.back()), to = b.foot(next.steps.front());
   const Vector before(-a.way.y(), a.way.x()), after(-b.way.y(), b.way.x());
@@ -178,6 +209,30 @@ bool OutlineRuns::stands_at(Place place,
          hidden_between(*meet, to);
 }
 
+bool OutlineRuns::stands_at_curve(const OutlineCircle& circle,
+                                  const Run& one,
+                                  const std::vector<Vector>& steps,
+                                  const Run& next) const {
+  double depth = 0;
+  for (const Vector& at : steps) {
+    if (circle.off_m(at) < -0.05) return false;
+    depth = std::max(depth, circle.off_m(at));
+  }
+  const Vector from = one.steps.back(), to = next.steps.front();
+  const double gap = circle.radius_m * circle.turn_rad(from, to);
+  return gap > 0.1 && gap < kLongestM && depth > kFarthestOffM - 0.05 && depth < kDeepestM &&
+         hidden_along(circle, from, to);
+}
+
+std::optional<OutlineCircle> OutlineRuns::common_circle(const Run& one, const Run& other) const {
+  if (one.kind != EdgeKind::wall || other.kind != EdgeKind::wall) return {};
+  const int64_t id = faces_[static_cast<std::size_t>(one.index)].circle;
+  if (id == 0 || id != faces_[static_cast<std::size_t>(other.index)].circle) return {};
+  const auto arc = std::find_if(arcs_.begin(), arcs_.end(),
+                                [id](const RoundWall& piece) { return piece.id == id; });
+  return OutlineCircle{arc->centre_m, arc->radius_m, arc->from_inside};
+}
+
 Line OutlineRuns::line_of(const Run& run) const {
   if (run.kind == EdgeKind::wall) {
     const WallFace& face = faces_[static_cast<std::size_t>(run.index)];
@@ -193,6 +248,19 @@ Line OutlineRuns::line_of(const Run& run) const {
   if (is_right)
     return {opening.to + right * opening.depth_m, (opening.from - opening.to).normalized()};
   return {opening.from, (opening.to - opening.from).normalized()};
+}
+
+bool OutlineRuns::hidden_along(const OutlineCircle& circle,
+                               const Vector& from,
+                               const Vector& to) const {
+  const double turn = circle.turn_rad(from, to) * (circle.from_inside ? 1.0 : -1.0);
+  const Vector off = circle.foot(from) - circle.centre;
+  int seen_through = 0, all = 0;
+  for (double s = 0; s <= 1.0; s += 0.05, ++all) {
+    const Pose2 turned{0, 0, s * turn};
+    seen_through += space_.is_free(Vector(circle.centre + turned * off));
+  }
+  return seen_through <= all / 5;
 }
 
 bool OutlineRuns::hidden_between(const Vector& from, const Vector& to) const {

@@ -17,6 +17,23 @@ struct OutlineLine {
   Eigen::Vector2d foot(const Eigen::Vector2d& at) const { return point + way * along(at); }
 };
 
+/// The circle of a curved wall, along which an outline runs.
+struct OutlineCircle {
+  Eigen::Vector2d centre;
+  double radius_m;
+  bool from_inside;
+  Eigen::Vector2d foot(const Eigen::Vector2d& at) const {
+    return centre + radius_m * (at - centre).normalized();
+  }
+  /// Towards the room.
+  double off_m(const Eigen::Vector2d& at) const {
+    const double beyond_m = (at - centre).norm() - radius_m;
+    return from_inside ? -beyond_m : beyond_m;
+  }
+  /// From one point to another, the way that the outline runs: 0 to 2 pi.
+  double turn_rad(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+};
+
 /// Where two lines cross; nothing where they are nearly parallel.
 std::optional<Eigen::Vector2d> crossing(const OutlineLine& a, const OutlineLine& b);
 
@@ -35,13 +52,12 @@ struct OutlineRun {
   bool same(const OutlineRun& other) const { return kind == other.kind && index == other.index; }
 };
 
-/// A room's outline as runs along faces and openings. What stands at its walls is taken off. What
-/// it is made of outlives it. Not thread-safe.
+/// A room's outline as runs along the plan's faces and openings. What stands at its walls is taken
+/// off. What it is made of outlives it. Not thread-safe.
 class OutlineRuns {
  public:
   OutlineRuns(const std::vector<OutlineStep>& outline,
-              const std::vector<WallFace>& faces,
-              const std::vector<PlanOpening>& openings,
+              const FloorPlan& plan,
               const RoomRaster& raster,
               const FreeSpace& space);
 
@@ -53,8 +69,14 @@ class OutlineRuns {
   const std::vector<OutlineRun>& runs() const { return runs_; }
   /// @param run  one that is_line()
   OutlineLine line_of(const OutlineRun& run) const;
+  /// The circle that both runs are chords of, if there is one.
+  std::optional<OutlineCircle> common_circle(const OutlineRun& one, const OutlineRun& other) const;
   /// Whether hardly a beam passed through the way between both points.
   bool hidden_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+  /// Likewise along a circle.
+  bool hidden_along(const OutlineCircle& circle,
+                    const Eigen::Vector2d& from,
+                    const Eigen::Vector2d& to) const;
 
  private:
   enum class Place { wall, corner };
@@ -62,13 +84,19 @@ class OutlineRuns {
   void add(OutlineRun run, const Eigen::Vector2d& at);
   void merge_neighbours();
   void clean();
+  bool continues(std::size_t at) const;
   bool take_one(Place place, std::vector<PlanObject>& furniture);
   bool stands_at(Place place,
                  const OutlineRun& one,
                  const std::vector<Eigen::Vector2d>& steps,
                  const OutlineRun& next) const;
+  bool stands_at_curve(const OutlineCircle& circle,
+                       const OutlineRun& one,
+                       const std::vector<Eigen::Vector2d>& steps,
+                       const OutlineRun& next) const;
 
   const std::vector<WallFace>& faces_;
+  const RoundWalls& arcs_;
   const std::vector<PlanOpening>& openings_;
   const RoomRaster& raster_;
   const FreeSpace& space_;

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "slam/line_slam/circles/circle_fit.hpp"
+#include "slam/plan/curved_faces.hpp"
 
 namespace marco::slam {
 namespace {
@@ -104,36 +104,17 @@ void fit_roughly(const Points& points, PlanObject& object) {
 void measure_round(const std::vector<Keyframe>& keyframes,
                    const Pose2& plan_from_map,
                    std::vector<PlanObject>& objects) {
-  constexpr double kNearM = 0.10;        // of the rough circle: the object's hits
-  constexpr double kPoseSigmaM = 0.005;  // of keyframes
-  constexpr double kBearingSigmaRad = 0.002;
+  constexpr double kNearM = 0.10;  // of the rough circle: the object's hits
   for (PlanObject& object : objects) {
     if (!object.round) continue;
-    std::vector<CircleRay> rays;
-    for (const Keyframe& key : keyframes) {
-      const Pose2 plan_from_robot = plan_from_map * key.world_from_robot;
-      const Vector origin = plan_from_robot * key.sensor_in_robot;
-      const OrientedPoints& points = key.points_in_robot;
-      const double sigma_m = std::hypot(points.range_sigma_m, kPoseSigmaM);
-      for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
-        const Vector hit = plan_from_robot * Vector(points.points.col(i));
-        if (std::abs((hit - object.centre).norm() - object.radius_m) > kNearM) continue;
-        const double range_m = (hit - origin).norm();
-        rays.push_back({origin, (hit - origin) / range_m, range_m, sigma_m, kBearingSigmaRad});
-      }
-    }
     FittedCircle start;
     start.centre_m = object.centre;
     start.radius_m = object.radius_m;
-    const auto circle = fit_circle(rays, start);
-    if (!circle || (circle->centre_m - object.centre).norm() > kNearM ||
-        std::abs(circle->radius_m - object.radius_m) > kNearM) {
-      continue;
-    }
-    const double excess = std::max(1.0, circle->chi2 / std::max(1, circle->hits - 3));
+    const auto circle = fit_to_hits(keyframes, plan_from_map, start, kNearM);
+    if (!circle) continue;
     object.centre = circle->centre_m;
     object.radius_m = circle->radius_m;
-    object.radius_sigma_m = std::sqrt(excess * circle->covariance(2, 2));
+    object.radius_sigma_m = std::sqrt(circle->covariance(2, 2));
   }
 }
 

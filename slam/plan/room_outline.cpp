@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/simplify_polyline.hpp"
+#include "slam/plan/curved_faces.hpp"
 #include "slam/plan/outline_runs.hpp"
 
 namespace marco::slam {
@@ -53,6 +54,9 @@ class OutlineFit {
     const double reach = hidden != nullptr && hidden->furnished ? kReachBehindFurnitureM
                          : hidden != nullptr ? std::min(kReachM, 0.4 + hidden->length_m())
                                              : 0.4;
+    if (const auto circle = outline_.common_circle(one, next)) {
+      if (join_along(*circle, one, next)) return;
+    }
     if (next.kind == EdgeKind::opening) return join_at_jamb(one, hidden, a, next, b.point);
     if (one.kind == EdgeKind::opening) {
       const Vector jamb =
@@ -92,6 +96,17 @@ class OutlineFit {
     put(to, EdgeKind::wall, next.index);
   }
 
+  // @returns false where it was seen through, or the runs turn back
+  bool join_along(const OutlineCircle& circle, const Run& one, const Run& next) {
+    constexpr double kBackRad = 6.0;  // of a whole turn: chords overlap a little
+    const Vector from = circle.foot(one.steps.back()), to = circle.foot(next.steps.front());
+    const double turn = circle.turn_rad(from, to);
+    if (turn < kBackRad && !outline_.hidden_along(circle, from, to)) return false;
+    if (turn < kBackRad && turn * circle.radius_m > 0.35) put(from, EdgeKind::unseen, one.index);
+    put(to, EdgeKind::wall, next.index);
+    return true;
+  }
+
   void join_at_jamb(
       const Run& one, const Run* hidden, const Line& a, const Run& next, const Vector& jamb) {
     Vector end = a.foot(jamb);
@@ -100,7 +115,7 @@ class OutlineFit {
     }
     const Vector last = a.foot(one.steps.back());
     if (hidden != nullptr && hidden->furnished && a.way.dot(end - last) > 0.35)
-      put(last, EdgeKind::unseen, one.index);
+      put(last, EdgeKind::unseen, one.kind == EdgeKind::wall ? one.index : -1);
     if ((end - jamb).norm() > 0.02)
       put(end, (end - jamb).norm() < 0.7 ? EdgeKind::wall : EdgeKind::unseen, -1);
     put(jamb, EdgeKind::opening, next.index);
@@ -152,15 +167,14 @@ class OutlineFit {
 }  // namespace
 
 std::vector<RoomEdge> edges_of(const std::vector<OutlineStep>& outline,
-                               const std::vector<WallFace>& faces,
-                               const std::vector<PlanOpening>& openings,
+                               FloorPlan& plan,
                                const RoomRaster& raster,
-                               const FreeSpace& space,
-                               std::vector<PlanObject>& furniture) {
-  OutlineRuns runs(outline, faces, openings, raster, space);
-  runs.take_furniture(furniture);
-  std::vector<RoomEdge> edges = OutlineFit(runs, faces, openings).run();
+                               const FreeSpace& space) {
+  OutlineRuns runs(outline, plan, raster, space);
+  runs.take_furniture(plan.objects);
+  std::vector<RoomEdge> edges = OutlineFit(runs, plan.faces, plan.openings).run();
   for (std::size_t i = 0; i < edges.size(); ++i) edges[i].to = edges[(i + 1) % edges.size()].from;
+  bend_edges(edges, plan);
   return edges;
 }
 

@@ -11,12 +11,10 @@ namespace marco::slam {
 /// The room's edges, exactly: each stretch of its outline is put onto the face or opening that it
 /// runs along, and neighbouring lines are joined where they meet. A stretch without a face between
 /// two that meet behind it, unseen, becomes their corner (a cupboard stands in it).
-/// What stands at a wall goes to `furniture`.
+/// What stands at a wall goes to the plan's objects.
 std::vector<RoomEdge> edges_of(const std::vector<OutlineStep>& outline,
-                               const std::vector<WallFace>& faces,
-                               const std::vector<PlanOpening>& openings,
+                               FloorPlan& plan,
                                const RoomRaster& raster,
-                               const FreeSpace& space,
-                               std::vector<PlanObject>& furniture);
+                               const FreeSpace& space);
 
 }  // namespace marco::slam

@@ -23,9 +23,12 @@ double angle_of(int bin) { return (bin + 0.5) * 2 * std::numbers::pi / kAngles; 
 
 class FaceSearch {
  public:
-  FaceSearch(const std::vector<PlanSurfel>& surfels, bool aligned)
-      : surfels_(surfels), aligned_(aligned), taken_(surfels.size(), false) {
-    for (std::size_t i = 0; i < surfels.size(); ++i) vote(i, 1);
+  FaceSearch(const std::vector<PlanSurfel>& surfels, bool aligned, std::vector<bool> taken)
+      : surfels_(surfels), aligned_(aligned), taken_(std::move(taken)) {
+    taken_.resize(surfels.size(), false);
+    for (std::size_t i = 0; i < surfels.size(); ++i) {
+      if (!taken_[i]) vote(i, 1);
+    }
   }
 
   std::vector<WallFace> run() {
@@ -179,8 +182,10 @@ class FaceSearch {
 
 }  // namespace
 
-std::vector<WallFace> find_faces(const std::vector<PlanSurfel>& surfels, bool aligned) {
-  return FaceSearch(surfels, aligned).run();
+std::vector<WallFace> find_faces(const std::vector<PlanSurfel>& surfels,
+                                 bool aligned,
+                                 std::vector<bool> taken) {
+  return FaceSearch(surfels, aligned, std::move(taken)).run();
 }
 
 }  // namespace marco::slam

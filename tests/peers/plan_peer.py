@@ -1,4 +1,5 @@
-"""ezdxf on a plan that marco-plan wrote: nothing to mend, units, layers and blocks as documented, walls where plan.json has them.
+"""ezdxf on a plan that marco-plan wrote: nothing to mend, units, layers and blocks as documented, walls where plan.json has them,
+dimensions that say what ezdxf measures.
 
 usage: plan_peer.py MARCO_MAP MARCO_PLAN LOG
 """
@@ -10,7 +11,7 @@ import tempfile
 import ezdxf
 from ezdxf import recover
 
-LAYERS = {"WALLS", "WALLS_UNSEEN", "DOORS", "ROOMS", "DIMENSIONS", "COLUMNS", "FURNITURE"}
+LAYERS = {"WALLS", "WALLS_UNSEEN", "WINDOWS", "DOORS", "ROOMS", "DIMENSIONS", "COLUMNS", "FURNITURE"}
 METRES = 6
 
 
@@ -46,6 +47,16 @@ def main():
     assert {"DOOR", "OPENING"} <= {block.name for block in drawing.blocks}
     walls = [line for line in drawing.modelspace().query('LINE[layer=="WALLS" | layer=="WALLS_UNSEEN"]')]
     assert walls, "no walls"
+    dimensions = list(drawing.modelspace().query("DIMENSION"))
+    rooms = [feature for feature in plan["features"] if feature["properties"].get("kind") == "room"]
+    assert len(dimensions) >= 2 * len(rooms) + 2, len(dimensions)
+    for dimension in dimensions:
+        drawn_text = [text.dxf.text for text in dimension.get_geometry_block().query("TEXT")]
+        assert len(drawn_text) == 1 and abs(float(drawn_text[0]) - dimension.get_measurement()) < 0.0051, drawn_text
+    sizes = [dimension.get_measurement() for dimension in dimensions]
+    for room in rooms:
+        for size in room["properties"]["clear_size_m"]:
+            assert min(abs(size - one) for one in sizes) < 0.001, size
     drawn = extent([point for line in walls for point in (line.dxf.start, line.dxf.end)])
     rooms = extent([corner for feature in plan["features"] if feature["properties"].get("kind") == "room"
                     for corner in corners_of(feature["geometry"])])

@@ -120,8 +120,7 @@ void write_session(const std::filesystem::path& out,
 
 void draw(const std::filesystem::path& out,
           const GridMap& map,
-          const Walls& walls,
-          const RoundWalls& round_walls,
+          const LineMap& lines,
           const MapJob& job,
           const std::optional<MapVerdict>& verdict,
           bool with_loops) {
@@ -133,7 +132,7 @@ void draw(const std::filesystem::path& out,
   }
   if (!model.triangles.empty()) pictures.push_back(model_picture(out / "model.png", model, job));
   if (job.lines() != nullptr) {
-    for (PictureOrder& order : line_pictures(out, map, walls, round_walls, job)) {
+    for (PictureOrder& order : line_pictures(out, map, lines, job)) {
       pictures.push_back(std::move(order));
     }
   }
@@ -191,10 +190,8 @@ int run(const MapArguments& arguments) {
   if (verdict) mark_map(out, *verdict);
   const TriangleMesh scenes = job.mapping3d().mapper().scene_meshes();
   if (!scenes.triangles.empty()) files::write_ply(out / "model_scenes.ply", scenes);
-  const Walls walls = job.lines() != nullptr ? job.lines()->mapper().plan() : Walls{};
-  const RoundWalls round_walls =
-      job.lines() != nullptr ? job.lines()->mapper().round_walls() : RoundWalls{};
-  if (job.lines() != nullptr) write_lines(out, walls, round_walls, job);
+  const LineMap lines = job.lines() != nullptr ? job.lines()->mapper().map() : LineMap{};
+  if (job.lines() != nullptr) write_lines(out, lines, job);
   const bool calibrated = !arguments.calibrate || write_calibration(out / "calibration.toml", job);
   job.clock().end_stage("write");
   const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
@@ -202,7 +199,7 @@ int run(const MapArguments& arguments) {
   const mapping3d::JoinedSurface joined = mapping3d::join_surface(model, options.joined_surface);
   write_joined_surface(out, model, joined);
   job.clock().end_stage("surface");
-  draw(out, map, walls, round_walls, job, verdict, arguments.loop_pictures);
+  draw(out, map, lines, job, verdict, arguments.loop_pictures);
   job.clock().end_stage("pictures");
   ReportExtras extras{judge_path(job),
                       figures_of(model, joined, mapper.scenes().size()),

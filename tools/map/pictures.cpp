@@ -110,13 +110,12 @@ void add_round_walls(const RoundWalls& walls, viewer::Scene& scene) {
 
 std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
                                         const GridMap& map,
-                                        const Walls& walls,
-                                        const RoundWalls& round_walls,
+                                        const LineMap& lines,
                                         const MapJob& job) {
   std::vector<PictureOrder> orders;
   viewer::Scene plan;
-  add_walls(walls, plan);
-  add_round_walls(round_walls, plan);
+  add_walls(lines.walls, plan);
+  add_round_walls(lines.round_walls, plan);
   add_paths(map, job, plan);
   for (viewer::PathItem& path : plan.paths) {
     if (path.label == "truth") path.color = kTruthGrey;
@@ -124,7 +123,7 @@ std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
   const Trajectory trajectory = job.trajectory();
   if (!trajectory.empty()) plan.robots.push_back({trajectory.back().world_from_robot});
   orders.push_back({folder / "lines.png", true, "", plan});
-  if (walls.empty()) return orders;
+  if (lines.walls.empty()) return orders;
   plan.ellipses.clear();
   orders.push_back({folder / "lines_3d.png", false, "above", std::move(plan)});
   return orders;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "common/grid_map.hpp"
+#include "common/line_map.hpp"
 #include "common/triangle_mesh.hpp"
-#include "common/wall.hpp"
 #include "tools/map/map_job.hpp"
 #include "tools/map/picture_order.hpp"
 
@@ -21,8 +21,7 @@ PictureOrder map_picture(const std::filesystem::path& path, const GridMap& map, 
 /// robot and its paths.
 std::vector<PictureOrder> line_pictures(const std::filesystem::path& folder,
                                         const GridMap& map,
-                                        const Walls& walls,
-                                        const RoundWalls& round_walls,
+                                        const LineMap& lines,
                                         const MapJob& job);
 
 /// model.png. A laser that panned saw all walls of a room: the view is from above, without the

@@ -82,14 +82,10 @@ void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map)
   }
 }
 
-void write_lines(const std::filesystem::path& out,
-                 const Walls& walls,
-                 const RoundWalls& round_walls,
-                 const MapJob& job) {
-  files::write_whole_file(out / "lines.svg",
-                          files::lines_svg(walls, round_walls, job.trajectory()));
-  files::write_whole_file(out / "lines.dxf", files::lines_dxf(walls, round_walls));
-  files::write_whole_file(out / "lines.json", files::lines_json(walls, round_walls));
+void write_lines(const std::filesystem::path& out, const LineMap& lines, const MapJob& job) {
+  files::write_whole_file(out / "lines.svg", files::lines_svg(lines, job.trajectory()));
+  files::write_whole_file(out / "lines.dxf", files::lines_dxf(lines));
+  files::write_whole_file(out / "lines.json", files::lines_json(lines));
 }
 
 bool same_folder(const fs::path& a, const fs::path& b) {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/wall.hpp"
+#include "common/line_map.hpp"
 #include "lcm_tools/files/output_folder.hpp"
 #include "tools/map/map_job.hpp"
 
@@ -25,10 +25,7 @@ void write_paths(const std::filesystem::path& out, const MapJob& job);
 void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map);
 
 /// lines.svg, lines.dxf and lines.json.
-void write_lines(const std::filesystem::path& out,
-                 const Walls& walls,
-                 const RoundWalls& round_walls,
-                 const MapJob& job);
+void write_lines(const std::filesystem::path& out, const LineMap& lines, const MapJob& job);
 
 /// Whether two names are one folder.
 bool same_folder(const std::filesystem::path& a, const std::filesystem::path& b);

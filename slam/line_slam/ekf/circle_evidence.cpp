@@ -11,11 +11,6 @@ constexpr double kTurn = 2.0 * std::numbers::pi;
 
 }  // namespace
 
-double turn_between(double from_rad, double to_rad) {
-  const double turn = normalize_angle(to_rad - from_rad);
-  return turn < 0.0 ? turn + kTurn : turn;
-}
-
 SeenArc::SeenArc(const WallEvidenceOptions& options, double from, double span, double radius_m)
     : from_rad(normalize_angle(from)),
       span_rad(span),

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "common/pose2.hpp"
+#include "common/round_wall.hpp"
 #include "slam/line_slam/ekf/wall_evidence.hpp"
 #include "slam/line_slam/lines/scan_in_robot.hpp"
 
@@ -11,9 +12,6 @@ namespace marco::slam {
 
 /// A circle up to this radius is a post: a thing of its own, which is drawn whole.
 inline constexpr double kLargestPostM = 0.5;
-
-/// Counter-clockwise from one direction to another, 0 to 2 pi.
-double turn_between(double from_rad, double to_rad);
 
 /// What was seen of a circle, and the evidence along it.
 struct SeenArc {

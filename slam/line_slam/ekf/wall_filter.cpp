@@ -35,6 +35,10 @@ void WallFilter::predict(const Pose2& robot_motion, const Eigen::Matrix3d& noise
   state().predict(after.vector(), motion_jacobian(from_m, after.translation_m()), noise);
 }
 
+void WallFilter::place(const Pose2& world_from_robot, const Eigen::Matrix3d& covariance) {
+  state().predict(world_from_robot.vector(), Eigen::Matrix3d::Zero(), covariance);
+}
+
 std::vector<int> WallFilter::blocks() const {
   std::vector<int> all = map_.blocks();
   const std::vector<int> round = circles_.blocks();

@@ -6,6 +6,7 @@
 
 #include "common/wall.hpp"
 #include "slam/line_slam/ekf/circle_map.hpp"
+#include "slam/line_slam/ekf/corner_points.hpp"
 #include "slam/line_slam/ekf/data_association.hpp"
 #include "slam/line_slam/ekf/wall_map.hpp"
 #include "slam/line_slam/ekf/wall_plan.hpp"
@@ -38,6 +39,8 @@ class WallFilter {
   void predict(const Pose2& robot_motion);
   /// By a motion from another source. @param noise  V_r, world frame.
   void predict(const Pose2& robot_motion, const Eigen::Matrix3d& noise);
+  /// Forgets where the robot was: another source says where it is, independently of the map.
+  void place(const Pose2& world_from_robot, const Eigen::Matrix3d& covariance);
 
   /// Makes the walls around the robot the active part, when that is due.
   void focus();
@@ -97,6 +100,8 @@ class WallFilter {
   Walls plan(int64_t min_times_seen, double min_length_m) {
     return plan_of(map_, min_times_seen, min_length_m);
   }
+  /// See corners_of.
+  CornerPoints corners(const Walls& plan) { return corners_of(map_, plan); }
 
   /// The whole state. A filter restored from it continues bit for bit as the stored one.
   struct Stored {

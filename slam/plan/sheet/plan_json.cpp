@@ -23,16 +23,23 @@ Json room_feature(const PlanRoom& room) {
   Json rings = Json::array();
   for (const auto& loop : room.loops) {
     Json ring = Json::array();
-    for (const RoomEdge& edge : loop) ring.push_back(at(edge.from));
+    for (const RoomEdge& edge : loop) {
+      for (const auto& point : bulge_points(edge.from, edge.to, edge.bulge)) {
+        ring.push_back(at(point));
+      }
+    }
     if (!ring.empty()) ring.push_back(ring.front());
     rings.push_back(std::move(ring));
   }
   Json entry = feature("room", "Polygon", std::move(rings));
   Json edges = Json::array();
   for (const RoomEdge& edge : room.edges()) {
-    edges.push_back(edge.kind == EdgeKind::wall      ? "wall"
-                    : edge.kind == EdgeKind::opening ? "opening"
-                                                     : "not seen");
+    const char* kind = edge.kind == EdgeKind::wall      ? "wall"
+                       : edge.kind == EdgeKind::opening ? "opening"
+                                                        : "not seen";
+    // One a side of the ring.
+    const std::size_t sides = bulge_points(edge.from, edge.to, edge.bulge).size();
+    for (std::size_t i = 0; i < sides; ++i) edges.push_back(kind);
   }
   entry["properties"].update({{"name", room.name},
                               {"area_m2", rounded(room.area_m2)},
@@ -42,6 +49,34 @@ Json room_feature(const PlanRoom& room) {
                               {"label_at_m", at(room.label_at)},
                               {"seen", rounded(room.seen)},
                               {"edges", edges}});
+  return entry;
+}
+
+Json chain(const std::vector<Eigen::Vector2d>& points) {
+  Json line = Json::array();
+  for (const Eigen::Vector2d& point : points) line.push_back(at(point));
+  return line;
+}
+
+Json wall_feature(const PlanWall& wall) {
+  std::vector<Eigen::Vector2d> points = bulge_points(wall.from, wall.to, wall.bulge);
+  points.push_back(wall.to);
+  Json entry = feature("wall", "LineString", chain(points));
+  entry["properties"].update({{"thickness_m", rounded(wall.thickness_m)},
+                              {"thickness_assumed", wall.assumed},
+                              {"seen_from", at(wall.normal)}});
+  return entry;
+}
+
+Json arc_feature(const RoundWall& arc) {
+  Json entry = feature("curved face", "LineString", chain(outline_of(arc)));
+  entry["properties"].update({{"centre_m", at(arc.centre_m)},
+                              {"radius_m", rounded(arc.radius_m)},
+                              {"radius_sigma_m", rounded(std::sqrt(arc.covariance(2, 2)))},
+                              {"from_deg", rounded(rad_to_deg(arc.from_rad))},
+                              {"span_deg", rounded(rad_to_deg(arc.span_rad))},
+                              {"seen_from_inside", arc.from_inside},
+                              {"circle", arc.id}});
   return entry;
 }
 
@@ -86,12 +121,9 @@ std::string plan_json(const FloorPlan& plan) {
   Json features = Json::array();
   for (const PlanRoom& room : plan.rooms) features.push_back(room_feature(room));
   for (const PlanWall& wall : plan.walls) {
-    Json entry = feature("wall", "LineString", Json::array({at(wall.from), at(wall.to)}));
-    entry["properties"].update({{"thickness_m", rounded(wall.thickness_m)},
-                                {"thickness_assumed", wall.assumed},
-                                {"seen_from", at(wall.normal)}});
-    features.push_back(entry);
+    features.push_back(wall_feature(wall));
   }
+  for (const RoundWall& arc : plan.arcs) features.push_back(arc_feature(arc));
   for (const PlanOpening& opening : plan.openings)
     features.push_back(opening_feature(opening, plan.scale_sigma));
   for (const PlanObject& object : plan.objects) features.push_back(object_feature(object));

@@ -24,7 +24,9 @@ struct Extent {
 Extent extent_of(const FloorPlan& plan) {
   Extent extent;
   for (const PlanRoom& room : plan.rooms) {
-    for (const RoomEdge& edge : room.edges()) extent.add(edge.from);
+    for (const RoomEdge& edge : room.edges()) {
+      for (const Vector& at : bulge_points(edge.from, edge.to, edge.bulge)) extent.add(at);
+    }
   }
   require(!plan.rooms.empty(), "the map shows no room: nothing to draw");
   return extent;
@@ -64,11 +66,12 @@ class Drawing {
   void walls() {
     for (const PlanWall& wall : plan_.walls) {
       if (wall.thickness_m < 0.01) continue;
-      const Vector back = wall.normal * -wall.thickness_m;
-      sheet_.paths.push_back({{on_paper(wall.from), on_paper(wall.to), on_paper(wall.to + back),
-                               on_paper(wall.from + back)},
+      sheet_.paths.push_back({{on_paper(wall.from), on_paper(wall.to), on_paper(wall.back(wall.to)),
+                               on_paper(wall.back(wall.from))},
                               true,
-                              {0, 0, wall.assumed ? 0.88 : 0.45, {}}});
+                              {0, 0, wall.assumed ? 0.88 : 0.45, {}},
+                              {},
+                              {wall.bulge, 0, -wall.bulge}});
     }
   }
 
@@ -79,11 +82,9 @@ class Drawing {
                        {0.13, 0.45, object.round ? 0.45 : -1.0, {}},
                        object.round ? "COLUMNS" : "FURNITURE"};
       if (object.round) {
-        for (int i = 0; i < 48; ++i) {
-          const double turn = i * std::numbers::pi / 24;
-          path.points.push_back(
-              on_paper(object.centre + object.radius_m * Vector(std::cos(turn), std::sin(turn))));
-        }
+        const Vector beside(object.radius_m, 0);
+        path.points = {on_paper(object.centre + beside), on_paper(object.centre - beside)};
+        path.bulges = {1, 1};
       } else {
         for (const Vector& point : object.outline) path.points.push_back(on_paper(point));
       }
@@ -94,12 +95,12 @@ class Drawing {
   void edges() {
     for (const PlanRoom& room : plan_.rooms) {
       for (const RoomEdge& edge : room.edges()) {
-        const Vector& to = edge.to;
-        if (edge.kind == EdgeKind::wall)
-          sheet_.line(on_paper(edge.from), on_paper(to), {0.5, 0, -1, {}}, "WALLS");
-        if (edge.kind == EdgeKind::unseen)
-          sheet_.line(on_paper(edge.from), on_paper(to), {0.25, 0.35, -1, {1.5, 1.2}},
-                      "WALLS_UNSEEN");
+        Sheet::Path path{{on_paper(edge.from), on_paper(edge.to)}, false, {}, {}, {edge.bulge}};
+        if (edge.kind == EdgeKind::opening) continue;
+        const bool seen = edge.kind == EdgeKind::wall;
+        path.style = seen ? Sheet::Style{0.5, 0, -1, {}} : Sheet::Style{0.25, 0.35, -1, {1.5, 1.2}};
+        path.layer = seen ? "WALLS" : "WALLS_UNSEEN";
+        sheet_.paths.push_back(path);
       }
     }
   }
@@ -133,12 +134,9 @@ class Drawing {
     const Vector a = opening.leaf_end - opening.hinge, b = other - opening.hinge;
     const double from = std::atan2(a.y(), a.x());
     const double turn = normalize_angle(std::atan2(b.y(), b.x()) - from);
-    Sheet::Path arc{{}, false, {0.13, 0.3, -1, {}}};
-    for (int i = 0; i <= 16; ++i) {
-      const double at = from + turn * i / 16;
-      arc.points.push_back(on_paper(opening.hinge + b.norm() * Vector(std::cos(at), std::sin(at))));
-    }
-    sheet_.paths.push_back(arc);
+    const Vector end = opening.hinge + b.norm() * Vector(std::cos(from), std::sin(from));
+    sheet_.paths.push_back(
+        {{on_paper(end), on_paper(other)}, false, {0.13, 0.3, -1, {}}, {}, {bulge_of(turn)}});
   }
 
   void labels() {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "lcm_tools/base/format.hpp"
+#include "slam/plan/bulge.hpp"
 
 namespace marco::slam {
 namespace {
@@ -57,13 +58,41 @@ std::string svg_colour(double grey) {
   return format("rgb(%d,%d,%d)", level, level, level);
 }
 
+// The stretches of a path: from a point to the next; of a closed path back to the first one, too,
+// if that is bent.
+struct Stretch {
+  Eigen::Vector2d from, to;
+  double bulge;
+};
+std::vector<Stretch> stretches_of(const Sheet::Path& path) {
+  std::vector<Stretch> stretches;
+  const std::size_t count = path.points.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const double bulge = i < path.bulges.size() ? path.bulges[i] : 0.0;
+    const bool last = i + 1 == count;
+    if (!last || (path.closed && bulge != 0.0)) {
+      stretches.push_back({path.points[i], path.points[(i + 1) % count], bulge});
+    }
+  }
+  return stretches;
+}
+
 std::string svg_path(const Sheet::Path& path, double height_mm) {
   std::string out = "<path ";
   if (!path.layer.empty()) out += "class=\"" + escaped_xml(path.layer) + "\" ";
   out += "d=\"";
-  for (std::size_t i = 0; i < path.points.size(); ++i) {
-    out += format("%s%.3f %.3f", i == 0 ? "M" : "L", path.points[i].x(),
-                  height_mm - path.points[i].y());
+  if (!path.points.empty()) {
+    out += format("M%.3f %.3f", path.points[0].x(), height_mm - path.points[0].y());
+  }
+  for (const Stretch& part : stretches_of(path)) {
+    if (part.bulge == 0.0) {
+      out += "L";
+    } else {
+      const double radius = bulge_arc(part.from, part.to, part.bulge).radius;
+      out += format("A%.3f %.3f 0 %d %d ", radius, radius, std::abs(part.bulge) > 1 ? 1 : 0,
+                    part.bulge > 0 ? 0 : 1);
+    }
+    out += format("%.3f %.3f", part.to.x(), height_mm - part.to.y());
   }
   if (path.closed) out += "Z";
   out += "\" fill=\"" + (path.style.fill < 0 ? "none" : svg_colour(path.style.fill)) + "\"";
@@ -80,6 +109,26 @@ std::string svg_path(const Sheet::Path& path, double height_mm) {
   return out + "/>\n";
 }
 
+// Bezier curves of a quarter turn at most: off a circle by less than 0.03 % of its radius.
+std::string pdf_arc(const Stretch& part) {
+  std::string out;
+  const BulgeArc arc = bulge_arc(part.from, part.to, part.bulge);
+  const int pieces = static_cast<int>(std::ceil(std::abs(arc.turn_rad) / (std::numbers::pi / 2)));
+  const double reach = 4.0 / 3.0 * std::tan(arc.turn_rad / pieces / 4);
+  for (int i = 0; i < pieces; ++i) {
+    const Eigen::Vector2d from = arc.at(static_cast<double>(i) / pieces);
+    const Eigen::Vector2d to = arc.at(static_cast<double>(i + 1) / pieces);
+    const Eigen::Vector2d a = from - arc.centre, b = to - arc.centre;
+    const Eigen::Vector2d first = from + reach * Eigen::Vector2d(-a.y(), a.x());
+    const Eigen::Vector2d second = to - reach * Eigen::Vector2d(-b.y(), b.x());
+    for (const Eigen::Vector2d& at : {first, second, to}) {
+      out += format("%.4f %.4f ", at.x() * kPointsPerMm, at.y() * kPointsPerMm);
+    }
+    out += "c\n";
+  }
+  return out;
+}
+
 std::string pdf_path(const Sheet::Path& path) {
   std::string out;
   const Sheet::Style& style = path.style;
@@ -89,9 +138,16 @@ std::string pdf_path(const Sheet::Path& path) {
     for (const double dash : style.dash_mm) out += format("%.3f ", dash * kPointsPerMm);
     out += "] 0 d\n";
   }
-  for (std::size_t i = 0; i < path.points.size(); ++i) {
-    out += format("%.4f %.4f %s\n", path.points[i].x() * kPointsPerMm,
-                  path.points[i].y() * kPointsPerMm, i == 0 ? "m" : "l");
+  const auto put = [&out](const Eigen::Vector2d& at, const char* how) {
+    out += format("%.4f %.4f %s\n", at.x() * kPointsPerMm, at.y() * kPointsPerMm, how);
+  };
+  if (!path.points.empty()) put(path.points[0], "m");
+  for (const Stretch& part : stretches_of(path)) {
+    if (part.bulge == 0.0) {
+      put(part.to, "l");
+    } else {
+      out += pdf_arc(part);
+    }
   }
   if (path.closed) out += "h ";
   const bool fills = style.fill >= 0, strokes = style.width_mm > 0;

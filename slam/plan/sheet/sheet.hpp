@@ -19,6 +19,8 @@ struct Sheet {
     bool closed = false;
     Style style;
     std::string layer = {};  ///< class of it in SVG
+    std::vector<double> bulges =
+        {};  ///< from each point to the next (bulge.hpp); missing: straight
   };
   enum class Anchor { start, middle, end };
   struct Text {

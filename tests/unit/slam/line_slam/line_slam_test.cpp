@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+
 #include "tests/support/lines_drive.hpp"
 #include "tests/support/lines_world.hpp"
 #include "tests/support/slow_matrices.hpp"
@@ -106,6 +108,37 @@ LineSlamOptions options_of_this_drive() {
   options.filter.start_sigma_m = 0.01;
   options.filter.start_sigma_rad = 0.005;
   return options;
+}
+
+// Corners of walls as they are known together. Their errors share the start's and the path's, so
+// that one run counts as one value.
+TEST(LineSlam, CornersLieWhereTheirCovarianceSays) {
+  const LinesWorld world = testing::make_loop_world();
+  constexpr int kRuns = 12;
+  double nees = 0.0;
+  std::size_t found = 0, wrong = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    LineSlam slam{LineSlamOptions{}};
+    follow_loop(3000U + static_cast<unsigned>(run), options_of_this_drive(), &slam);
+    const CornerPoints corners = slam.map().corners;
+    for (const CornerPoint& corner : corners) {
+      Eigen::Vector2d nearest(1e9, 1e9);
+      for (const LinesWorld::Edge& edge : world.edges) {
+        const Eigen::Vector2d off = corner.at_m - edge.start_m;
+        if (off.norm() < nearest.norm()) nearest = off;
+      }
+      wrong += nearest.norm() > 0.25 ? 1 : 0;
+      if (nearest.norm() > 0.25) continue;
+      ++found;
+      nees += nearest.dot(corner.covariance.ldlt().solve(nearest)) / 2.0;
+    }
+  }
+  std::printf("%zu corners, %zu wrong, NEES %.2f\n", found, wrong,
+              nees / static_cast<double>(found));
+  EXPECT_GE(found, 12U * kRuns);
+  EXPECT_EQ(wrong, 0U);
+  EXPECT_GT(nees / static_cast<double>(found), 0.5);
+  EXPECT_LT(nees / static_cast<double>(found), 1.6);
 }
 
 TEST(LineSlam, NeesOfItsOwnAssociationsLiesInItsBand) {

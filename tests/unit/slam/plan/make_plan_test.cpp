@@ -59,6 +59,18 @@ TEST_P(MakePlan, MeasuresTheThicknessWhereBothFacesWereSeen) {
   EXPECT_NEAR(length_m, 3.0 - 0.88, 0.05);
 }
 
+// The leaf's face continues beyond the jamb: the wall's cap and the thing are in line with it.
+TEST_P(MakePlan, AnOpenLeafIsNoWall) {
+  const FloorPlan plan = make_plan(testing::two_rooms(GetParam(), true));
+  ASSERT_EQ(plan.rooms.size(), 2U);
+  const std::size_t larger = plan.rooms[0].area_m2 > plan.rooms[1].area_m2 ? 0 : 1;
+  EXPECT_NEAR(plan.rooms[larger].area_m2, 12.0, 0.12);
+  EXPECT_NEAR(plan.rooms[1 - larger].area_m2, 9.0, 0.09);
+  ASSERT_EQ(plan.openings.size(), 1U);
+  EXPECT_TRUE(plan.openings[0].has_leaf);
+  EXPECT_NEAR((plan.openings[0].leaf_end - plan.openings[0].hinge).norm(), 0.9, 0.1);
+}
+
 INSTANTIATE_TEST_SUITE_P(Turned, MakePlan, ::testing::Values(0.0, 0.3, -0.6));
 
 TEST(MakePlan, OfNothingIsRefused) { EXPECT_THROW(make_plan({}), std::invalid_argument); }

@@ -66,6 +66,45 @@ TEST(PlanSheet, SaysWhatFits) {
   }
 }
 
+FloorPlan a_round_room() {
+  FloorPlan plan = a_room();
+  const Eigen::Vector2d a(0, 0), b(4, 0);
+  plan.rooms[0].loops = {{{a, b, EdgeKind::wall, -1, 1.0}, {b, a, EdgeKind::wall, -1, 0.0}}};
+  plan.rooms[0].label_at = {2, -1};
+  plan.rooms[0].size_from = {0, -2};
+  plan.rooms[0].size_m = {4, 2};
+  return plan;
+}
+
+// Half a circle below the x axis, on paper and in CAD.
+TEST(PlanSheet, DrawsCurvedWallsAsArcs) {
+  const Sheet sheet = draw_sheet(a_round_room(), {100, "", "Test", ""});
+  EXPECT_THAT(sheet_svg(sheet), HasSubstr("A20.000 20.000 0 0 0 "));
+  const std::string pdf = sheet_pdf(sheet);
+  std::size_t curves = 0;
+  for (std::size_t at = pdf.find(" c\n"); at != std::string::npos; at = pdf.find(" c\n", at + 1)) {
+    ++curves;
+  }
+  EXPECT_EQ(curves, 2U);  // of a quarter turn each
+  EXPECT_THAT(plan_dxf(a_round_room()),
+              HasSubstr("0\nARC\n8\nWALLS\n10\n2.000000\n20\n0.000000\n30\n0.0\n40\n2.000000\n50\n"
+                        "180.000000\n51\n0.000000\n"));
+}
+
+TEST(PlanDxf, HasDimensionsThatCadProgramsMeasure) {
+  const std::string dxf = plan_dxf(a_round_room());
+  // The room's two clear sizes and the plan's two; each with a block to draw.
+  std::size_t dimensions = 0;
+  for (std::size_t at = dxf.find("\n0\nDIMENSION\n"); at != std::string::npos;
+       at = dxf.find("\n0\nDIMENSION\n", at + 1)) {
+    ++dimensions;
+  }
+  EXPECT_EQ(dimensions, 4U);
+  EXPECT_THAT(dxf, HasSubstr("0\nBLOCK\n8\n0\n2\n*D4\n70\n1\n"));
+  EXPECT_THAT(dxf,
+              HasSubstr("13\n0.000000\n23\n-1.000000\n33\n0.0\n14\n4.000000\n24\n-1.000000\n"));
+}
+
 TEST(PlanDxf, HasLayersUnitsAndBlocks) {
   FloorPlan plan = a_room();
   plan.openings.push_back({});

@@ -10,11 +10,31 @@
 
 namespace marco::slam::testing {
 
+/// A scan of 360 beams around the robot. @param range_of  (place, direction) in the world [m]
+template <class RangeOf>
+Keyframe look_around(const Pose2& world_from_robot, const RangeOf& range_of, std::mt19937& random) {
+  constexpr double kSigmaM = 0.005;
+  std::normal_distribution<double> noise(0, kSigmaM);
+  Keyframe key;
+  key.world_from_robot = world_from_robot;
+  Points2 points(2, 360);
+  for (int i = 0; i < 360; ++i) {
+    const double angle = deg_to_rad(i), in_world = angle + world_from_robot.theta_rad;
+    const Eigen::Vector2d way(std::cos(in_world), std::sin(in_world));
+    const double range = range_of(world_from_robot.translation_m(), way) + noise(random);
+    points.col(i) = range * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+  }
+  key.points_in_robot = orient(points, Eigen::Vector2d::Zero(), {}, kSigmaM);
+  return key;
+}
+
 /// Two rooms of 4 x 3 m and 3 x 3 m (clear), a wall of 0.12 m between them with a door of 0.88 m,
 /// a cupboard of 1 x 0.5 m at the left one's upper wall, a column of 0.15 m radius in the right
 /// one. Keyframes stand on a grid of 0.5 m, with ranges of 5 mm noise.
 /// @param turn_rad  of the building in the map
-inline std::vector<Keyframe> two_rooms(double turn_rad) {
+/// @param leaf  the door has a leaf, open into the right room, and a thing stands in the left one
+/// whose face lies on one line with it
+inline std::vector<Keyframe> two_rooms(double turn_rad, bool leaf = false) {
   using Vector = Eigen::Vector2d;
   std::vector<std::array<Vector, 2>> walls;
   const auto box = [&walls](double x0, double y0, double x1, double y1) {
@@ -25,6 +45,10 @@ inline std::vector<Keyframe> two_rooms(double turn_rad) {
   box(4, -1, 4.12, 1);
   box(4, 1.88, 4.12, 4);
   box(1.5, 2.5, 2.5, 3.5);
+  if (leaf) {
+    box(4.14, 1.86, 4.98, 1.90);
+    box(3.3, 1.87, 3.75, 2.2);
+  }
   const Vector column(5.8, 1.0);
   const auto range_of = [&](const Vector& at, const Vector& way) {
     double nearest = 30;
@@ -44,25 +68,16 @@ inline std::vector<Keyframe> two_rooms(double turn_rad) {
   const auto is_clear = [&](double x, double y) {
     if (std::abs(x - 4.06) < 0.25 && std::abs(y - 1.44) > 0.2) return false;
     if (x > 1.2 && x < 2.8 && y > 2.2) return false;
+    if (leaf && x > 3.1 && x < 5.2 && std::abs(y - 1.95) < 0.3) return false;
     return (Vector(x, y) - column).norm() > 0.4;
   };
   std::mt19937 random(7);
-  std::normal_distribution<double> noise(0, 0.005);
   std::vector<Keyframe> keys;
   for (double x = 0.5; x < 6.8; x += 0.5) {
     for (double y = 0.5; y < 2.8; y += 0.47) {
       if (!is_clear(x, y)) continue;
-      Keyframe key;
-      key.world_from_robot = Pose2{0, 0, turn_rad} * Pose2{x, y, 0.7 * x};
-      Points2 points(2, 360);
-      for (int i = 0; i < 360; ++i) {
-        const double angle = deg_to_rad(i), in_world = angle + 0.7 * x;
-        const double range =
-            range_of({x, y}, {std::cos(in_world), std::sin(in_world)}) + noise(random);
-        points.col(i) = range * Vector(std::cos(angle), std::sin(angle));
-      }
-      key.points_in_robot = orient(points, Vector::Zero(), {}, 0.005);
-      keys.push_back(key);
+      keys.push_back(look_around({x, y, 0.7 * x}, range_of, random));
+      keys.back().world_from_robot = Pose2{0, 0, turn_rad} * keys.back().world_from_robot;
     }
   }
   return keys;

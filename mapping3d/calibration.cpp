@@ -9,14 +9,17 @@
 namespace marco::mapping3d {
 namespace {
 
-constexpr Eigen::Index kParameters = 7;
+constexpr Eigen::Index kParameters = 8;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 using Information = Eigen::Matrix<double, kParameters, kParameters>;
-constexpr Eigen::Index kLengths = 4;   // the first are lengths [m], the others angles [rad]
-constexpr std::size_t kMinPairs = 60;  // ten equations for a parameter
+// The first are lengths [m], then come angles [rad] and a time [s].
+constexpr Eigen::Index kLengths = 4, kAngles = 3, kLate = 7;
+constexpr std::size_t kMinPairs = 60;  // some equations for each parameter
+// Of the correction as a whole: the 0.999 quantile of chi2 of as many degrees of freedom.
+constexpr double kSureChi2 = 26.1;
 
 PanTiltCorrection to_correction(const Parameters& p) {
-  return {p[0], p[1], p[2], p[3], rad_to_deg(p[4]), rad_to_deg(p[5]), rad_to_deg(p[6])};
+  return {p[0], p[1], p[2], p[3], rad_to_deg(p[4]), rad_to_deg(p[5]), rad_to_deg(p[6]), p[kLate]};
 }
 
 /// @param matrix  symmetric, positive definite
@@ -69,10 +72,11 @@ class Calibrator {
       scales.shrink(options_.matching);
     }
     result.after_m = median_residual(parameters);
-    result.correction = to_correction(parameters);
+    result.found = to_correction(parameters);
     const double variance = std::pow(std::max(1e-5, 1.5 * result.after_m), 2);
     const Information information = system.information / variance + prior();
     result.sigma = to_correction(inverse_of(information).diagonal().cwiseSqrt());
+    if (parameters.dot(information * parameters) > kSureChi2) result.correction = result.found;
     return result;
   }
 
@@ -92,7 +96,8 @@ class Calibrator {
     Parameters information;
     information.head<kLengths>().setConstant(1.0 / (options_.prior_m * options_.prior_m));
     const double prior_rad = deg_to_rad(options_.prior_deg);
-    information.tail<kParameters - kLengths>().setConstant(1.0 / (prior_rad * prior_rad));
+    information.segment<kAngles>(kLengths).setConstant(1.0 / (prior_rad * prior_rad));
+    information[kLate] = 1.0 / (options_.prior_s * options_.prior_s);
     return information.asDiagonal();
   }
 
@@ -110,10 +115,14 @@ class Calibrator {
     const SensorInfo sensor = correction.sensor(geometry_.sensor);
     Scene corrected = scene;
     for (SceneRow& row : corrected.rows) {
-      row.robot_from_sensor_first =
-          robot_from_pantilt_sensor(base, sensor, row.pan_first_rad, row.tilt_first_rad);
-      row.robot_from_sensor_last =
-          robot_from_pantilt_sensor(base, sensor, row.pan_last_rad, row.tilt_last_rad);
+      // By the rate within the row: between rows a pan-tilt may have stopped.
+      const double rows_late = row.duration_s > 0.0 ? correction.late_s / row.duration_s : 0.0;
+      const double pan_rad = rows_late * normalize_angle(row.pan_last_rad - row.pan_first_rad);
+      const double tilt_rad = rows_late * (row.tilt_last_rad - row.tilt_first_rad);
+      row.robot_from_sensor_first = robot_from_pantilt_sensor(
+          base, sensor, row.pan_first_rad + pan_rad, row.tilt_first_rad + tilt_rad);
+      row.robot_from_sensor_last = robot_from_pantilt_sensor(
+          base, sensor, row.pan_last_rad + pan_rad, row.tilt_last_rad + tilt_rad);
     }
     return place(corrected);
   }

@@ -3,13 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mapping3d/interlaced.hpp"
+#include "mapping3d/sweep_body.hpp"
+
 namespace marco::mapping3d {
 Mapper3d::Mapper3d(const Mapper3dOptions& options) : options_(options) {
   validate(options, "mapping3d");
 }
 
-bool Mapper3d::keep(std::optional<Scene> scene) {
+bool Mapper3d::keep(std::optional<Scene> scene, const std::string& laser) {
   if (!scene) return false;
+  scene->laser = laser;
+  blank(*scene, own_body_);
   scene->number = static_cast<int>(scenes_.size());
   scenes_.push_back(std::move(*scene));
   settle(first_scene_of_last_stop());
@@ -58,12 +63,12 @@ void Mapper3d::set_changed() {
 
 bool Mapper3d::add(const SceneRow& row, double pan_rad, double tilt_rad, const std::string& laser) {
   SceneBuilder& builder = builders_.try_emplace(laser, options_.builder).first->second;
-  return keep(builder.add(row, pan_rad, tilt_rad));
+  return keep(builder.add(row, pan_rad, tilt_rad), laser);
 }
 
 std::size_t Mapper3d::finish() {
   const std::size_t before = scenes_.size();
-  for (auto& [laser, builder] : builders_) keep(builder.finish());
+  for (auto& [laser, builder] : builders_) keep(builder.finish(), laser);
   return scenes_.size() - before;
 }
 
@@ -79,10 +84,19 @@ void Mapper3d::follow(const PathCorrection& correction) {
   set_changed();
 }
 
+void Mapper3d::leave_out_own_body() {
+  const std::vector<BodyPart> found = find_own_body(scenes_);
+  if (found.empty()) return;
+  for (Scene& scene : scenes_) blank(scene, found);
+  own_body_.insert(own_body_.end(), found.begin(), found.end());
+}
+
 void Mapper3d::refine() {
-  if (!changed_ || !options_.refine) return;
+  if (!changed_) return;
   changed_ = false;
   model_.reset();
+  leave_out_own_body();
+  if (!options_.refine) return;
   std::vector<ScenePoints> by_path;
   by_path.reserve(scenes_.size());
   for (const Scene& scene : scenes_) by_path.push_back(place(scene, options_.robot));
@@ -124,10 +138,11 @@ std::vector<std::size_t> Mapper3d::stop_of_each() const {
 
 ScenePoints Mapper3d::placed(std::size_t scene) const {
   const bool bent = straightening_.bent && scene < straightening_.turns_rad.size();
-  ScenePoints points = place(
-      bent ? straightened(scenes_[scene], straightening_.turns_rad[scene], straightening_.range_m)
-           : scenes_[scene],
-      options_.robot);
+  ScenePoints points =
+      place(joined_rows(bent ? straightened(scenes_[scene], straightening_.turns_rad[scene],
+                                            straightening_.range_m)
+                             : scenes_[scene]),
+            options_.robot);
   if (refined_ && scene < registration_.world_from_placed.size()) {
     move(points, registration_.world_from_placed[scene]);
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/input/own_body.hpp"
 #include "mapping3d/path_correction.hpp"
 #include "mapping3d/registration.hpp"
 #include "mapping3d/scene.hpp"
@@ -57,7 +58,8 @@ class Mapper3d {
   /// with its last one.
   void follow(const PathCorrection& correction);
 
-  /// Registers all scenes, starting from the path, which holds what surfaces do not constrain.
+  /// Leaves out what lasers see of the robot itself (find_own_body) and registers all scenes,
+  /// starting from the path, which holds what surfaces do not constrain.
   /// Sweeps of one stop move as one body, since a single short sweep has too little overlap. Rows
   /// with wrong angles are straightened afterwards. Does nothing when nothing changed since the
   /// last call. Takes seconds for a hundred scenes.
@@ -77,10 +79,13 @@ class Mapper3d {
   const RegistrationResult& registration() const { return registration_; }
   bool refined() const { return refined_; }
   const Straightening& straightening() const { return straightening_; }
+  /// What the lasers see of the robot, as of the last refine(); no scene has its returns.
+  const std::vector<BodyPart>& own_body() const { return own_body_; }
   int64_t rows_without_scene() const;
 
  private:
-  bool keep(std::optional<Scene> scene);
+  bool keep(std::optional<Scene> scene, const std::string& laser);
+  void leave_out_own_body();
   std::size_t first_scene_of_last_stop() const;
   /// SLAM knows a stop's place best at its end: puts all its rows there, from this scene on.
   void settle(std::size_t first_scene);
@@ -92,6 +97,7 @@ class Mapper3d {
   Mapper3dOptions options_;
   std::map<std::string, SceneBuilder> builders_;  ///< by laser
   std::vector<Scene> scenes_;
+  std::vector<BodyPart> own_body_;
   RegistrationResult registration_;
   Straightening straightening_;
   bool changed_ = false;  ///< since the last refine()

@@ -152,6 +152,21 @@ bool SceneBuilder::is_whole() const {
   return std::abs(direction_.turned_deg) >= 360.0 || std::abs(direction_.drove_m) >= kLongestDriveM;
 }
 
+bool SceneBuilder::is_shifted(const SceneRow& row) const {
+  constexpr double kShift = 0.1;  // of a step
+  const double min_step_rad = deg_to_rad(options_.min_step_deg);
+  for (auto known = rows_.rbegin(); known != rows_.rend(); ++known) {
+    const double turned_rad =
+        Eigen::AngleAxisd(known->robot_from_sensor_first.linear().transpose() *
+                          row.robot_from_sensor_first.linear())
+            .angle();
+    if (turned_rad >= min_step_rad) break;
+    const double shift_rad = std::abs(known->first_bearing_rad - row.first_bearing_rad);
+    if (shift_rad < kShift * std::abs(row.bearing_step_rad)) return false;
+  }
+  return true;
+}
+
 void SceneBuilder::start(SceneRow row, double pan_rad, double tilt_rad) {
   rows_.clear();
   rows_.push_back(std::move(row));
@@ -178,6 +193,10 @@ std::optional<Scene> SceneBuilder::add(SceneRow row, double pan_rad, double tilt
     const Pose2 drove = between(rows_.back().world_from_robot, row.world_from_robot);
     const bool over = std::abs(since.seconds()) > options_.pause_s ||
                       drove.translation_m().norm() > options_.max_drive_m;
+    if (!over && is_shifted(row)) {
+      rows_.push_back(std::move(row));
+      return std::nullopt;
+    }
     if (!over && rows_.size() > 1) return std::nullopt;  // the same row once more
     std::optional<Scene> scene = over ? finish() : std::nullopt;
     start(std::move(row), pan_rad, tilt_rad);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/pose3.hpp"
@@ -21,6 +22,7 @@ struct SceneRow {
   Pose3 robot_from_sensor_last = Pose3::Identity();   ///< at the last beam; the pan-tilt may move
   Pose2 world_from_robot;                             ///< at the first beam
   Pose2 first_robot_from_last_robot;                  ///< the robot's motion until the last beam
+  double duration_s = 0.0;                            ///< from the first beam to the last
   std::optional<Utime> stop;   ///< rows of one stop have the same: the robot stood meanwhile
   double pan_first_rad = 0.0;  ///< the angles behind the sensor poses, for the calibration
   double pan_last_rad = 0.0;
@@ -33,6 +35,7 @@ struct SceneRow {
 struct Scene {
   int number = 0;
   std::vector<SceneRow> rows;
+  std::string laser = {};  ///< whose rows they are
 
   std::size_t columns() const { return rows.empty() ? 0 : rows.front().ranges_m.size(); }
 };
@@ -98,7 +101,8 @@ struct SceneBuilderOptions {
 /// direction, in steps or continuously, whether the robot stands or drives; it ends when the
 /// direction changes or the pan-tilt pauses or jumps, and after a full turn. Where neither moves
 /// and the scan plane is steep, the robot sweeps it as it drives or turns (push-broom). A single
-/// row of another width is skipped. Not thread-safe.
+/// row of another width is skipped. A row at the angle of the last one repeats it, unless its beams
+/// are shifted. Not thread-safe.
 class SceneBuilder {
  public:
   explicit SceneBuilder(const SceneBuilderOptions& options = {});
@@ -130,6 +134,8 @@ class SceneBuilder {
   /// Whether `step` goes another way than the sweep did.
   bool turns_back(const Step& step) const;
   bool is_whole() const;
+  /// Whether it looks between the beams of the rows taken at this angle, as interlaced modes do.
+  bool is_shifted(const SceneRow& row) const;
   void start(SceneRow row, double pan_rad, double tilt_rad);
 
   SceneBuilderOptions options_;

@@ -17,11 +17,6 @@ constexpr float kSameM = 0.03F;        // noise of cheap lasers near by
 constexpr double kMarginM = 0.05;      // beyond the body's farthest return, kSameM and a little
 constexpr std::size_t kBeside = 3;     // degrees: beyond the mixed ranges at an edge
 
-std::size_t bin_of(double bearing_rad) {
-  const double deg = rad_to_deg(bearing_rad);
-  return static_cast<std::size_t>(std::floor(deg - 360.0 * std::floor(deg / 360.0))) % kBins;
-}
-
 bool is_return(float range_m) {
   return range_m > 0.0F && range_m < static_cast<float>(kFarthestReturnM);
 }
@@ -30,7 +25,7 @@ std::vector<float> nearest_returns_m(const LaserScan& scan) {
   std::vector<float> nearest_m(kBins, 0.0F);
   for (std::size_t beam = 0; beam < scan.size(); ++beam) {
     if (!is_return(scan.ranges_m[beam])) continue;
-    float& nearest = nearest_m[bin_of(scan.bearing_rad(beam))];
+    float& nearest = nearest_m[degree_of(scan.bearing_rad(beam))];
     if (nearest == 0.0F || scan.ranges_m[beam] < nearest) nearest = scan.ranges_m[beam];
   }
   return nearest_m;
@@ -38,15 +33,23 @@ std::vector<float> nearest_returns_m(const LaserScan& scan) {
 
 }  // namespace
 
-void blank(LaserScan& scan, const BodyPart& part) {
-  // A degree more on either side: beams at an edge return a little of both.
-  const double span_deg = part.last_deg - part.first_deg;
+bool BodyPart::has(double bearing_rad, float range_m) const {
+  if (!(static_cast<double>(range_m) <= within_m)) return false;
+  const double span_deg = last_deg - first_deg;
   const double width_deg = span_deg - 360.0 * std::floor(span_deg / 360.0) + 2.0;
+  const double from_deg = rad_to_deg(bearing_rad) - first_deg + 1.0;
+  return from_deg - 360.0 * std::floor(from_deg / 360.0) <= width_deg;
+}
+
+void blank(LaserScan& scan, const BodyPart& part) {
   for (std::size_t beam = 0; beam < scan.size(); ++beam) {
-    if (!(static_cast<double>(scan.ranges_m[beam]) <= part.within_m)) continue;
-    const double from_deg = rad_to_deg(scan.bearing_rad(beam)) - part.first_deg + 1.0;
-    if (from_deg - 360.0 * std::floor(from_deg / 360.0) <= width_deg) scan.ranges_m[beam] = 0.0F;
+    if (part.has(scan.bearing_rad(beam), scan.ranges_m[beam])) scan.ranges_m[beam] = 0.0F;
   }
+}
+
+std::size_t degree_of(double bearing_rad) {
+  const double deg = rad_to_deg(bearing_rad);
+  return static_cast<std::size_t>(std::floor(deg - 360.0 * std::floor(deg / 360.0))) % kBins;
 }
 
 std::string describe(const std::vector<BodyPart>& parts) {

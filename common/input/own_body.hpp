@@ -17,6 +17,10 @@ struct BodyPart {
   double last_deg = 0.0;   ///< counter-clockwise from the first
   double within_m = 0.0;   ///< returns nearer than this are the robot's
 
+  /// Whether a return comes from it. A degree more on either side: beams at an edge return a little
+  /// of both.
+  bool has(double bearing_rad, float range_m) const;
+
   template <class Visitor>
   void visit(Visitor& v) {
     v("channel", channel);
@@ -29,6 +33,9 @@ struct BodyPart {
 
 /// Makes no returns of those that come from the part.
 void blank(LaserScan& scan, const BodyPart& part);
+
+/// The bearing in whole degrees from 0 to 359, rounded down.
+std::size_t degree_of(double bearing_rad);
 
 /// `the robot itself is in view of LIDAR: 20 to 25 deg, within 0.30 m`, for a person.
 std::string describe(const std::vector<BodyPart>& parts);

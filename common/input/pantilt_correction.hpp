@@ -15,6 +15,7 @@ struct PanTiltCorrection {
   double roll_deg = 0.0;   ///< of the laser on the tilted plate
   double pitch_deg = 0.0;  ///< of the laser, > 0 looks down: the tilt's zero
   double yaw_deg = 0.0;    ///< of the laser: the bearings' zero
+  double late_s = 0.0;     ///< stamps of the pan-tilt's angles are so much later than the angles
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -25,6 +26,7 @@ struct PanTiltCorrection {
     v("roll_deg", roll_deg);
     v("pitch_deg", pitch_deg);
     v("yaw_deg", yaw_deg);
+    v("late_s", late_s, Limits{-10.0, 10.0});
   }
 
   SensorInfo base(SensorInfo as_said) const;

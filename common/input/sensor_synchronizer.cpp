@@ -100,7 +100,8 @@ void SensorSynchronizer::add(const ImuSample& raw) {
   heading.add(sample.utime, {0.0, 0.0, heading_rad});
 }
 
-void SensorSynchronizer::add(const PanTiltState& state) {
+void SensorSynchronizer::add(PanTiltState state) {
+  state.utime = state.utime - Duration::from_seconds(options_.pantilt_late_s);
   if (!state_.pantilt.add(state)) drop_("pan-tilt stamp that steps back");
   advance();
 }

@@ -28,6 +28,7 @@ struct SynchronizerOptions {
   double pan_in_scan_limit_deg = 0.1;  ///< nor is one during which the laser panned more
   double pantilt_gap_s = 1.0;          ///< longest gap between angles that is interpolated
   double pantilt_reach_s = 0.1;        ///< how far angles are extrapolated beyond the newest
+  double pantilt_late_s = 0.0;         ///< PanTiltCorrection::late_s, no setting of its own
   SensorCalibration calibration;       ///< from `--calibration FILE`, no setting of its own
 
   template <class Visitor>
@@ -123,7 +124,7 @@ class SensorSynchronizer {
   void add(const SensorInfo& info);
   void add(const OdometrySample& raw);
   void add(const ImuSample& raw);
-  void add(const PanTiltState& state);
+  void add(PanTiltState state);
   void add(LaserScan scan);
 
   /// The oldest complete scan that was not taken yet.

@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
     auto options = process::load_options<ProcessOptions>(arguments.config_path);
     const CalibrationFile calibration = load_calibration(calibration_path);
     options.input.calibration = calibration;
+    options.input.pantilt_late_s = calibration.pantilt.late_s;
     options.correction = calibration.pantilt;
     if (arguments.print_config) {
       std::fputs(process::print_options(options, arguments.printed()).c_str(), stdout);

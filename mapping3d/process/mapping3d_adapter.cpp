@@ -68,7 +68,7 @@ void Mapping3dAdapter::subscribe() {
   });
   bus_.subscribe<map_request_t>(channels::kMapRequest, drops_, [this](const auto& request, auto&) {
     if (request.channel.empty() || request.channel == channels::kMesh) {
-      mapper_.refine();
+      refine();
       publish_model(newest_);
     }
   });
@@ -209,6 +209,7 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
   if (!stands_during(synchronized)) {
     row.first_robot_from_last_robot = marco::between(pose->second, pose_at(last_beam));
   }
+  row.duration_s = synchronized.duration_s;
   row.pan_first_rad = first.pan_rad;
   row.pan_last_rad = last.pan_rad;
   row.tilt_first_rad = first.tilt_rad;
@@ -221,6 +222,13 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
   const double pan_rad = first.pan_rad + 0.5 * normalize_angle(last.pan_rad - first.pan_rad);
   const double tilt_rad = 0.5 * (first.tilt_rad + last.tilt_rad);
   if (mapper_.add(row, pan_rad, tilt_rad, info.channel)) publish_scene(mapper_.scenes().back());
+}
+
+void Mapping3dAdapter::refine() {
+  const std::size_t known = mapper_.own_body().size();
+  mapper_.refine();
+  const std::vector<BodyPart>& body = mapper_.own_body();
+  if (body.size() > known) drops_.count(describe(body) + ": these returns are left out");
 }
 
 void Mapping3dAdapter::publish_scene(const Scene& scene) {
@@ -239,7 +247,7 @@ void Mapping3dAdapter::finish() {
   const std::vector<Scene>& scenes = mapper_.scenes();
   const std::size_t ended = mapper_.finish();
   for (std::size_t i = scenes.size() - ended; i < scenes.size(); ++i) publish_scene(scenes[i]);
-  mapper_.refine();
+  refine();
   if (!mapper_.scenes().empty()) publish_model(newest_);
 }
 

@@ -74,6 +74,7 @@ class Mapping3dAdapter {
   void use_complete_scans();
   bool has_pose(const SynchronizedScan& scan) const;
   void use(const SynchronizedScan& scan);
+  void refine();
   void publish_scene(const Scene& scene);
   void publish_model(Utime utime);
   void follow(const Trajectory& keys);

@@ -13,7 +13,14 @@ namespace marco::mapping3d {
 namespace {
 
 using Triangle = std::array<uint32_t, 3>;
-using Piece = std::vector<Triangle>;  ///< facets as indices of the scene's returns
+/// Of one scene, by the indices of its returns.
+struct Piece {
+  std::vector<Triangle> facets;
+  /// Or a thing that is hit by one beam of each row, or of each column: a leg, a rail.
+  std::vector<uint32_t> chain;
+  float half_width_m = 0.0F;  ///< of the chain
+};
+constexpr std::size_t kChain = 4;  // shorter ones are noise
 
 /// A scene's facets between returns that are `bare`, joined to pieces by common returns.
 class SceneFacets {
@@ -21,10 +28,11 @@ class SceneFacets {
   SceneFacets(const SmoothScene& scene,
               const FacetOptions& options,
               const std::vector<uint8_t>& bare)
-      : scene_(scene), joined_(scene.points_m.size()) {
+      : scene_(scene), options_(options), joined_(scene.points_m.size()), alone_(bare) {
     for (const Triangle& facet : facets(scene, options)) {
       if (bare[facet[0]] == 0 || bare[facet[1]] == 0 || bare[facet[2]] == 0) continue;
       facets_.push_back(facet);
+      for (const uint32_t i : facet) alone_[i] = 0;
       joined_.join(facet[0], facet[1]);
       joined_.join(facet[1], facet[2]);
     }
@@ -33,11 +41,13 @@ class SceneFacets {
   /// Those of things; mixed ranges are left out.
   std::vector<Piece> pieces() {
     std::map<uint32_t, Piece> pieces;
-    for (const Triangle& facet : facets_) pieces[joined_.root(facet[0])].push_back(facet);
+    for (const Triangle& facet : facets_) pieces[joined_.root(facet[0])].facets.push_back(facet);
     std::vector<Piece> kept;
     for (auto& [of, piece] : pieces) {
       if (!is_mixed(piece)) kept.push_back(std::move(piece));
     }
+    find_chains(scene_.columns, kept);
+    find_chains(1, kept);
     return kept;
   }
 
@@ -45,10 +55,61 @@ class SceneFacets {
   // Counted by facets, so that a return counts as often as it has facets.
   bool is_mixed(const Piece& piece) {
     std::size_t mixed = 0;
-    for (const Triangle& facet : piece) {
+    for (const Triangle& facet : piece.facets) {
       for (const uint32_t i : facet) mixed += is_mixed(i) ? 1 : 0;
     }
-    return 2 * mixed > 3 * piece.size();
+    return 2 * mixed > 3 * piece.facets.size();
+  }
+
+  /// Adds the chains of returns without facets along columns or rows.
+  /// @param stride  from a return to the next: the number of columns, or 1
+  void find_chains(std::size_t stride, std::vector<Piece>& pieces) {
+    std::vector<uint8_t> used(alone_.size(), 0);
+    for (std::size_t i = 0; i < alone_.size(); ++i) {
+      if (alone_[i] == 0 || used[i] != 0) continue;
+      Piece piece{{}, {static_cast<uint32_t>(i)}};
+      for (std::size_t at = i;; at += stride) {
+        used[at] = 1;
+        const std::size_t next = at + stride;
+        if (next >= alone_.size() || (stride == 1 && next % scene_.columns == 0)) break;
+        if (alone_[next] == 0 || !is_near(at, next)) break;
+        piece.chain.push_back(static_cast<uint32_t>(next));
+      }
+      if (piece.chain.size() < kChain) continue;
+      for (const uint32_t link : piece.chain) joined_.join(piece.chain.front(), link);
+      const auto mixed = std::count_if(piece.chain.begin(), piece.chain.end(),
+                                       [this](uint32_t link) { return is_mixed(link); });
+      if (2 * static_cast<std::size_t>(mixed) > piece.chain.size()) continue;
+      for (const uint32_t link : piece.chain) alone_[link] = 0;
+      piece.half_width_m = half_width_m(piece.chain, stride);
+      pieces.push_back(std::move(piece));
+    }
+  }
+
+  bool is_near(std::size_t a, std::size_t b) const {
+    const Eigen::Vector3f before = scene_.points_m[a] - scene_.origins_m[a / scene_.columns];
+    const Eigen::Vector3f after = scene_.points_m[b] - scene_.origins_m[b / scene_.columns];
+    const float beside_m = before.normalized().cross(after).norm();
+    const auto floor_m = static_cast<float>(options_.loose_floor_m);
+    const float near_m = std::min(static_cast<float>(options_.max_loose_m),
+                                  floor_m + static_cast<float>(options_.loose_factor) * beside_m);
+    return (scene_.points_m[a] - scene_.points_m[b]).norm() <= near_m;
+  }
+
+  /// A quarter of the beams' distance across the chain: it is hit by one of them.
+  float half_width_m(const std::vector<uint32_t>& chain, std::size_t stride) const {
+    const uint32_t middle = chain[chain.size() / 2];
+    const std::size_t across = stride == 1 ? scene_.columns : 1;
+    for (const std::size_t other : {middle + across, middle - across}) {
+      if (other >= scene_.points_m.size() || range_m(other) <= 0.0F) continue;
+      if (scene_.kinds[other] == SmoothScene::Kind::none) continue;
+      const Eigen::Vector3f own =
+          scene_.points_m[middle] - scene_.origins_m[middle / scene_.columns];
+      const Eigen::Vector3f beside =
+          scene_.points_m[other] - scene_.origins_m[other / scene_.columns];
+      return 0.25F * own.cross(beside.normalized()).norm();
+    }
+    return 0.25F * (scene_.points_m[chain[0]] - scene_.points_m[chain[1]]).norm();
   }
 
   bool is_mixed(uint32_t i) {
@@ -81,7 +142,9 @@ class SceneFacets {
   }
 
   const SmoothScene& scene_;
+  const FacetOptions& options_;
   Islands joined_;
+  std::vector<uint8_t> alone_;  ///< bare, and in no facet
   std::vector<Triangle> facets_;
 };
 
@@ -102,9 +165,11 @@ class SmallPieces {
     }
     for (Piece& piece : SceneFacets(scene, options, bare).pieces()) {
       pieces_.push_back({number, std::move(piece)});
-      for (const Triangle& facet : pieces_.back().facets) {
+      const Piece& found = pieces_.back().piece;
+      for (const Triangle& facet : found.facets) {
         for (const uint32_t i : facet) take(scene.points_m[i], scene.normals[i]);
       }
+      for (const uint32_t i : found.chain) take(scene.points_m[i], scene.normals[i]);
     }
   }
 
@@ -131,8 +196,9 @@ class SmallPieces {
     for (const Found& piece : pieces_) {
       if (piece.absent >= piece.present) continue;
       const SmoothScene& scene = scenes[piece.scene];
+      write_chain(scene, piece.piece, mesh);
       std::unordered_map<uint32_t, uint32_t> vertex_of;
-      for (Triangle facet : piece.facets) {
+      for (Triangle facet : piece.piece.facets) {
         for (uint32_t& corner : facet) {
           const auto next = static_cast<uint32_t>(mesh.vertices_m.size());
           const auto [entry, is_new] = vertex_of.try_emplace(corner, next);
@@ -153,7 +219,7 @@ class SmallPieces {
       2.0F;  ///< a beam that ends this many voxels farther went through
   struct Found {
     std::size_t scene;
-    Piece facets;
+    Piece piece;
     int present = 1;  ///< scenes that see it, its own among them
     int absent = 0;   ///< scenes that see what is behind it
   };
@@ -161,6 +227,26 @@ class SmallPieces {
     std::size_t piece = 0;                             ///< 1 more than its index
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< sum
   };
+
+  /// A strip that faces the laser.
+  static void write_chain(const SmoothScene& scene, const Piece& piece, TriangleMesh& mesh) {
+    for (std::size_t i = 0; i < piece.chain.size(); ++i) {
+      const uint32_t link = piece.chain[i];
+      const uint32_t before = piece.chain[i == 0 ? 0 : i - 1];
+      const uint32_t after = piece.chain[std::min(i + 1, piece.chain.size() - 1)];
+      const Eigen::Vector3f along = scene.points_m[after] - scene.points_m[before];
+      const Eigen::Vector3f aside =
+          piece.half_width_m * along.cross(scene.normals[link]).normalized();
+      const auto next = static_cast<uint32_t>(mesh.vertices_m.size());
+      for (const float side : {1.0F, -1.0F}) {
+        mesh.vertices_m.push_back(scene.points_m[link] + side * aside);
+        mesh.normals.push_back(scene.normals[link]);
+      }
+      if (i == 0) continue;
+      mesh.triangles.push_back({next - 2, next, next - 1});
+      mesh.triangles.push_back({next - 1, next, next + 1});
+    }
+  }
 
   Cell cell_of(const Eigen::Vector3f& point_m) const {
     return (point_m * per_m_).array().round().cast<int>();

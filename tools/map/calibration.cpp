@@ -52,14 +52,16 @@ Comments comments_of(const slam::SelfCalibration& found) {
   return comments;
 }
 
-Comments comments_of(const PanTiltCorrection& sigma) {
+Comments comments_of(const mapping3d::CalibrationResult& pantilt) {
   Comments comments;
-  std::istringstream lines(process::print_options(sigma));
-  for (std::string line; std::getline(lines, line);) {
+  std::istringstream found(process::print_options(pantilt.found));
+  std::istringstream sigma(process::print_options(pantilt.sigma));
+  for (std::string line, sd; std::getline(found, line) && std::getline(sigma, sd);) {
     const std::size_t equals = line.find(" = ");
     if (equals == std::string::npos) continue;
     comments["pantilt." + line.substr(0, equals)] =
-        "sd " + number(std::stod(line.substr(equals + 3)));
+        "found " + number(std::stod(line.substr(equals + 3))) + ", sd " +
+        number(std::stod(sd.substr(equals + 3)));
   }
   return comments;
 }
@@ -99,7 +101,7 @@ bool calibrate_pantilt(const MapJob& job, CalibrationFile& file, Comments& comme
   std::fputs(process::print_options(found->sigma).c_str(), stdout);
   if (found->status == Status::nothing_seen_twice) return false;
   file.pantilt = found->correction;
-  comments.merge(comments_of(found->sigma));
+  comments.merge(comments_of(*found));
   return true;
 }
 

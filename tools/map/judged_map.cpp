@@ -41,6 +41,7 @@ void require_scans(const MapArguments& arguments, const MapJob& job) {
 
 void apply(const CalibrationFile& calibration, MapOptions& options) {
   options.slam.input.calibration = calibration;
+  options.slam.input.pantilt_late_s = calibration.pantilt.late_s;
   options.mapping3d.correction = calibration.pantilt;
 }
 

@@ -175,6 +175,8 @@ void MapJob::finish() {
   bus_.deliver_published();
   clock_.end_stage("optimize");
   mapping3d_.finish();
+  const std::vector<BodyPart>& in_sweeps = mapping3d_.mapper().own_body();
+  own_body_.insert(own_body_.end(), in_sweeps.begin(), in_sweeps.end());
   bus_.deliver_published();
   log_file_.finish();
   clock_.end_stage("model");

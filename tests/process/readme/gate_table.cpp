@@ -3,6 +3,7 @@
 #include <span>
 
 #include "common/input/input_gates.hpp"
+#include "mapping3d/sweep_gates.hpp"
 #include "slam/back_end/loop_gates.hpp"
 #include "slam/doctor/doctor_gates.hpp"
 #include "slam/front_end/match_gates.hpp"
@@ -23,6 +24,8 @@ void print(const char* title, std::span<const marco::Gate> gates) {
 
 int main() {
   print("Sensor data (`common/input/input_gates.hpp`)", marco::input_gates::kInputGates);
+  print("Sweeps of a laser on a pan-tilt (`mapping3d/sweep_gates.hpp`)",
+        marco::mapping3d::sweep_gates::kSweepGates);
   print("Matches (`slam/front_end/match_gates.hpp`)", marco::slam::kMatchGates);
   print("Loop closures (`slam/back_end/loop_gates.hpp`)", marco::slam::kLoopGates);
   print("Places in a saved map (`slam/localization/place_gates.hpp`)", marco::slam::kPlaceGates);

@@ -193,6 +193,13 @@ TEST(NoddingScans, AreAsSharpThroughTheFrontDoorAndTheRobotStands) {
       moves += path[i].world_from_robot.vector() != path[i - 1].world_from_robot.vector() ? 1 : 0;
     }
     EXPECT_EQ(moves, stops - 1) << set;
+    // A frame 1.46 m to the left, at the axis of the tilt.
+    const bool has_frame = stops > 1;
+    ASSERT_EQ(job.own_body().size(), has_frame ? 1U : 0U) << set;
+    if (has_frame) {
+      EXPECT_NEAR(job.own_body()[0].last_deg, 90.0, 1.5);
+      EXPECT_NEAR(job.own_body()[0].within_m, 1.52, 0.03);
+    }
     std::vector<std::vector<Point>> scans;
     for (const ScenePoints& scene : job.mapping3d().mapper().placed()) {
       scans.push_back(points_with_normals(scene));
@@ -206,6 +213,18 @@ TEST(NoddingScans, AreAsSharpThroughTheFrontDoorAndTheRobotStands) {
       EXPECT_LE(joined.thickness_p95_m, 0.026);
     }
   }
+}
+
+/// Of a robot that stands in a ship and shows nothing of itself.
+TEST(TiltingLaser, NothingOfTheRoomIsTakenForTheRobot) {
+  const char* data = marco::testing::real_data();
+  if (data == nullptr) return;
+  const testing::TemporaryFolder folder;
+  MapJob job({}, PathMaker::scans, folder.path());
+  job.read({std::string(data) + "/rosbags/ship_interior_with_tilting_laser.bag"}, {});
+  job.finish();
+  EXPECT_EQ(job.mapping3d().mapper().scenes().size(), 3U);
+  EXPECT_TRUE(job.own_body().empty()) << describe(job.own_body());
 }
 
 /// Lines of: line, tilt [deg], bearing [deg], range [m].

@@ -57,20 +57,44 @@ TEST(SmallPieces, WhatOtherScenesSeeThroughIsGone) {
   EXPECT_LT(area_at(fuse({without, with}, coarse()), kAboveFloor, 0.03), 1e-4);
 }
 
-TEST(SmallPieces, AMixedRangeIsNotAThing) {
+// A rod at bearing 0, thinner than the beams are apart.
+TEST(SmallPieces, AThingThatOneBeamOfEachRowHitsIsAStrip) {
+  const Box rod{{1.0, -0.01, 0.0}, {1.02, 0.01, 0.7}}, above_floor{{1.0, -0.01, 0.1}, rod.high};
+  const double spacing_m = deg_to_rad(1.5);
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    Sweep from;
+    from.sigma_m = 0.003;
+    from.seed = seed;
+    const TriangleMesh model = fuse({testing::sweep(kRoom, {rod}, from)}, coarse());
+    const double area_m2 = area_at(model, above_floor, 0.015);
+    EXPECT_GT(area_m2, 0.8 * 0.6 * 0.5 * spacing_m);
+    EXPECT_LT(area_m2, 1.2 * 0.6 * 0.5 * spacing_m);
+    for (std::size_t i = 0; i < model.vertices_m.size(); ++i) {
+      const Eigen::Vector3d p = model.vertices_m[i].cast<double>();
+      if (testing::distance({{-9, -9, -9}, {9, 9, 9}}, {rod}, p) > 0.02) continue;
+      EXPECT_GT(model.normals[i].dot(Eigen::Vector3f(0, 0, 0.6F) - model.vertices_m[i]), 0.0F);
+    }
+  }
+}
+
+class MixedRange : public ::testing::TestWithParam<std::size_t> {};
+INSTANTIATE_TEST_SUITE_P(Beams, MixedRange, ::testing::Values(1, 3));
+
+TEST_P(MixedRange, IsNotAThing) {
   const Box cupboard{{1.0, 0.2, 0.0}, {1.2, 1.9, 2.0}};
   ScenePoints scene = at_a_leg(1, {cupboard});
   const auto range_m = [&](std::size_t i) {
     return (scene.points_m[i] - scene.origins_m[i / scene.columns]).norm();
   };
-  // Three beams of each row at its edge return what lies between it and the wall, at equal ranges.
+  // So many beams of each row at its edge return what lies between it and the wall, at equal
+  // ranges.
   std::size_t edges = 0;
   for (std::size_t row = 0; row < scene.rows; ++row) {
     for (std::size_t column = 10; column + 10 < scene.columns; ++column) {
       const std::size_t i = scene.index(row, column);
       if (range_m(i) < range_m(i + 1) + 0.8F) continue;
       ++edges;
-      for (std::size_t k = i - 2; k <= i; ++k) {
+      for (std::size_t k = i + 1 - GetParam(); k <= i; ++k) {
         const Eigen::Vector3f& origin = scene.origins_m[row];
         const Eigen::Vector3f way = (scene.points_m[k] - origin).normalized();
         scene.points_m[k] = origin + 1.7F * way;

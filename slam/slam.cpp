@@ -2,6 +2,7 @@
 
 #include "lcm_tools/base/check.hpp"
 #include "slam/front_end/straightening.hpp"
+#include "slam/map/covered_laser.hpp"
 #include "slam/map/keyframe_grid.hpp"
 
 namespace marco::slam {
@@ -38,19 +39,27 @@ Slam::Slam(const SlamOptions& options)
 }
 
 SlamUpdate Slam::process(const SlamInput& input) {
-  const bool use = input.level && input.scan.hits_in_robot.cols() >= options_.gates.min_points;
+  const bool has_points =
+      input.level && input.scan.hits_in_robot.cols() >= options_.gates.min_points;
   MotionInput motion = input.motion;
   motion.first_from_middle = first_from_middle(input.scan);
-  const MotionGuess guess = motion_.guess(motion, use);
+  const MotionGuess guess = motion_.guess(motion, has_points);
   const PoseWithCovariance predicted =
       dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
   const Eigen::Matrix3d covariance =
       predicted.covariance + diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
   const PosePrior prior{predicted.world_from_robot, information_of(covariance)};
+  const Pose2 places[] = {prior.map_from_robot, estimate_.world_from_robot};
+  const bool covered =
+      has_points && laser_is_covered(input.scan.hits_in_robot, input.scan.sensor_in_robot, places,
+                                     keyframes_.keys);
+  const bool use = has_points && !covered;
   // Odometry will give the whole way since the last scan that was matched: its uncertainty does not
   // add up over the scans of a sweep.
   if (!use && guess.source == MotionGuess::Source::odometry) {
-    return note_scan(input, {prior.map_from_robot, covariance});
+    SlamUpdate update = note_scan(input, {prior.map_from_robot, covariance});
+    update.covered = covered;
+    return update;
   }
   MatchedScan matched{{}, {}, {prior.map_from_robot}, {}};
   if (use) {
@@ -90,6 +99,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
   }
   if (match.usable) update.status = SlamUpdate::Status::matched;
   update.overlap = match.overlap;
+  update.covered = covered;
   update.misfits_m2 = std::move(matched.misfits_m2);
   update.became_key = becomes_keyframe;
   update.trajectory_changed = trajectory_changed;

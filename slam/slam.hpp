@@ -90,6 +90,7 @@ struct SlamUpdate {
   double overlap = 0.0;            ///< part of the points that found a wall
   std::vector<double> misfits_m2;  ///< see MatchedScan
   bool became_key = false;
+  bool covered = false;             ///< something covered the laser: the scan was not used
   bool trajectory_changed = false;  ///< older poses moved: a loop was closed
 };
 

@@ -10,8 +10,8 @@ namespace marco {
 
 /// Of a laser whose scans come on two channels, as LIDAR and with beam times as LIDAR_RAW, the raw
 /// ones are used, and each scan once. Planar ones are used until the first raw one comes, and again
-/// when none has come for a second of message time. A scan that comes once more on its channel, as in
-/// logs of two recorders that were merged, is told too. Not thread-safe.
+/// when none has come for a second of message time. A scan that comes once more on its channel, as
+/// in logs of two recorders that were merged, is told too. Not thread-safe.
 class LidarSelection {
  public:
   /// LIDAR_FRONT for LIDAR_RAW_FRONT; any other channel's own name.

@@ -14,6 +14,7 @@ namespace {
 
 using Vector = Eigen::Vector2d;
 
+// Below it a column's; above it no chord of a building rises enough to be told from a wall.
 constexpr double kLeastRadiusM = 0.5, kLargestRadiusM = 15.0;
 constexpr double kArcBandM = 0.04;  // as of straight faces
 constexpr double kArcGapM = 0.35;   // likewise
@@ -145,7 +146,7 @@ class ArcSearch {
 
   // Scattered hits are no face.
   bool is_covered(const Circle& circle, const Piece& piece) const {
-    constexpr double kStepM = 0.1, kPart = 0.7;
+    constexpr double kStepM = 0.1, kPart = 0.7;  // of its steps
     const auto steps = static_cast<std::size_t>(std::ceil(length_m(circle, piece) / kStepM)) + 1;
     std::vector<bool> seen(steps, false);
     for (const std::size_t i : piece.members) {
@@ -161,10 +162,10 @@ class ArcSearch {
     for (const std::size_t i : members) {
       if ((means_[i] - means_[seed]).norm() < kTriedM) tried_[i] = true;
     }
-    constexpr std::size_t kLeastSeed = 10;
+    constexpr std::size_t kLeastSeed = 10;  // three make any circle
     if (members.size() < kLeastSeed) return;
     std::optional<Circle> circle = circle_of(members);
-    constexpr int kRounds = 12;
+    constexpr int kRounds = 12;  // each takes in what fits the circle before
     for (int round = 0; circle && round < kRounds; ++round) {
       const std::vector<Piece> pieces = pieces_of(*circle, on(*circle));
       const double at = direction_of(means_[seed] - circle->centre);
@@ -270,6 +271,7 @@ class ArcSearch {
     double least = left(0, count);
     for (std::size_t i = 3; i + 3 <= count; ++i)
       least = std::min(least, left(0, i) + left(i, count));
+    // Two straight pieces have one parameter more than an arc: half the squares is no chance.
     constexpr double kBetter = 2.0;
     return least > kBetter * squares;
   }
@@ -293,6 +295,7 @@ std::optional<FittedCircle> fit_to_hits(
     const FittedCircle& start,
     double near_m,
     const std::function<bool(const Vector& hit, const Vector& ray)>& belongs) {
+  // What is left of the keyframes' errors after the joint refinement.
   constexpr double kKeyframeSigmaM = 0.005;
   constexpr double kBearingSigmaRad = 0.002;
   std::vector<CircleRay> rays;
@@ -351,6 +354,7 @@ void measure_arcs(const std::vector<Keyframe>& keyframes,
 }
 
 std::vector<WallFace> chords_of_arcs(const RoundWalls& arcs) {
+  // Chords of 5 degrees leave their arc by a thousandth of its radius.
   constexpr double kChordM = 0.3, kChordRad = deg_to_rad(5.0);
   std::vector<WallFace> faces;
   for (const RoundWall& arc : arcs) {
@@ -377,7 +381,7 @@ std::vector<WallFace> chords_of_arcs(const RoundWalls& arcs) {
 }
 
 void bend_edges(std::vector<RoomEdge>& loop, const FloorPlan& plan) {
-  constexpr double kTinyM = 0.1;
+  constexpr double kTinyM = 0.1;  // shorter edges are no place for a bend
   const std::size_t count = loop.size();
   const auto circle_of = [&](const RoomEdge& edge) -> int64_t {
     const bool on_face = edge.kind != EdgeKind::opening && edge.index >= 0;

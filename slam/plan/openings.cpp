@@ -204,7 +204,7 @@ struct Leaf {
   double length_m() const { return std::abs(tip_m - foot_m); }
 };
 
-constexpr double kHingeM = 0.2;
+constexpr double kHingeM = 0.2;  // of a jamb: a leaf's thickness and a wall's cap
 
 // A leaf lies on one line with the cap of the wall at its hinge, and by chance with what stands
 // beyond: where a face passes a jamb, either side may be the leaf, from that side of the wall on.
@@ -267,7 +267,7 @@ class LeafSearch {
 
   // Longer than a wall's cap, and hardly a beam went through it.
   bool is_solid(const WallFace& rest) const {
-    constexpr double kLeastRestM = 0.3, kFreePart = 0.3;
+    constexpr double kLeastRestM = 0.3, kFreePart = 0.3;  // of the places along it
     int free = 0, all = 0;
     for (double s = rest.low_m; s <= rest.high_m; s += kStepM, ++all)
       free += space_.is_free(rest.at(s));

@@ -90,6 +90,7 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   note_doubtful(scan, may_draw);
   const bool loop_closed = exchange_loop_work(utime);
   const SlamUpdate update = session_.process(input);
+  if (update.covered) drops_.count("laser was covered");
   const auto order = input_.note_misfits(scan, update.misfits_m2);
   if (order && !doubtful_.empty()) return map_again(*order);
   // In parts: redrawing all keyframes takes seconds.

@@ -138,8 +138,7 @@ bool write_calibration(const std::filesystem::path& path, const MapJob& job) {
   file.floor = job.floor();
   const bool has_pantilt = calibrate_pantilt(job, file, comments);
   const bool has_drive = drive && !drive->parameters.empty();
-  if (!has_pantilt && !has_drive && file.body.empty() && file.beams.empty() &&
-      file.floor.empty()) {
+  if (!has_pantilt && !has_drive && file.body.empty() && file.beams.empty() && file.floor.empty()) {
     return false;
   }
   files::write_whole_file(path, commented(file, comments));

@@ -135,9 +135,8 @@ json own_body_json(const MapJob& job) {
 json floor_json(const MapJob& job) {
   json all = json::array();
   for (const FloorLine& floor : job.floor()) {
-    all.push_back({{"channel", floor.channel},
-                   {"bearing_deg", floor.bearing_deg},
-                   {"from_m", floor.from_m}});
+    all.push_back(
+        {{"channel", floor.channel}, {"bearing_deg", floor.bearing_deg}, {"from_m", floor.from_m}});
   }
   return all;
 }

@@ -53,6 +53,7 @@ struct Meeting {
 };
 
 std::optional<Meeting> meet(const Wall& one, const Wall& next) {
+  // Ends lie up to a beam's step before the corner, far away some decimetres.
   constexpr double kSureSigmas = 3.0, kApartM = 0.05, kMostM = 0.40;
   Eigen::Vector4d a, b;
   a << one.start_m, one.end_m;

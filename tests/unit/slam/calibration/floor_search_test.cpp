@@ -70,9 +70,10 @@ std::vector<Keyframe> walk(const Laser& laser, unsigned seed) {
 // Round by round, a wall always 0.7 m to the right.
 std::vector<Keyframe> along_the_walls(const Laser& laser, const testing::FlatWorld& world) {
   std::mt19937 random(5);
-  const std::vector<Pose2> corners{
-      {0.7, 0.7, 0.0}, {13.3, 0.7, std::numbers::pi / 2}, {13.3, 8.3, std::numbers::pi},
-      {0.7, 8.3, -std::numbers::pi / 2}};
+  const std::vector<Pose2> corners{{0.7, 0.7, 0.0},
+                                   {13.3, 0.7, std::numbers::pi / 2},
+                                   {13.3, 8.3, std::numbers::pi},
+                                   {0.7, 8.3, -std::numbers::pi / 2}};
   std::vector<Keyframe> keys;
   for (int round = 0; round < 3; ++round) {
     for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -82,8 +83,7 @@ std::vector<Keyframe> along_the_walls(const Laser& laser, const testing::FlatWor
         keys.push_back(seen_from(world, from * Pose2{done_m, 0.0, 0.0}, laser, random));
       }
       for (double turned = 0.25; turned < 1.5; turned += 0.25) {
-        keys.push_back(seen_from(
-            world, {to.x_m, to.y_m, from.theta_rad + turned}, laser, random));
+        keys.push_back(seen_from(world, {to.x_m, to.y_m, from.theta_rad + turned}, laser, random));
       }
     }
   }

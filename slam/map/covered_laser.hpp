@@ -1,0 +1,21 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "slam/map/keyframe.hpp"
+
+namespace marco::slam {
+
+/// Whether something covers the laser, a hand or people all around: most returns are near, where
+/// the last keyframes saw free space. Such scans fit each other and nothing else: a map that takes
+/// them is spoiled within three scans, and keeps its place where it drops them.
+/// @param world_from_robot  wherever the robot may be: as predicted and where it was. A place that
+/// is wrong lets walls stand in free space, too.
+/// @param keys  the map; empty: false
+bool laser_is_covered(const Points2& hits_in_robot,
+                      const Eigen::Vector2d& sensor_in_robot,
+                      std::span<const Pose2> world_from_robot,
+                      const std::vector<Keyframe>& keys);
+
+}  // namespace marco::slam

@@ -10,7 +10,7 @@
 namespace marco::slam {
 namespace {
 
-struct Laser {
+struct TiltedLaser {
   double floor_m = std::numeric_limits<double>::infinity();  // distance of the line
   double floor_deg = 0.0;                                    // its bearing, in the laser's frame
   double clipped_m = std::numeric_limits<double>::infinity();
@@ -28,7 +28,7 @@ testing::FlatWorld hall() {
 
 Keyframe seen_from(const testing::FlatWorld& world,
                    const Pose2& robot,
-                   const Laser& laser,
+                   const TiltedLaser& laser,
                    std::mt19937& random) {
   std::normal_distribution<double> noise(0.0, 0.01);
   const Pose2 sensor = robot * laser.robot_from_sensor;
@@ -51,7 +51,7 @@ Keyframe seen_from(const testing::FlatWorld& world,
   return key;
 }
 
-std::vector<Keyframe> walk(const Laser& laser, unsigned seed) {
+std::vector<Keyframe> walk(const TiltedLaser& laser, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> x(0.6, 8.5), y(0.6, 8.4), turn(-0.5, 0.5);
   const testing::FlatWorld world = hall();
@@ -68,7 +68,7 @@ std::vector<Keyframe> walk(const Laser& laser, unsigned seed) {
 }
 
 // Round by round, a wall always 0.7 m to the right.
-std::vector<Keyframe> along_the_walls(const Laser& laser, const testing::FlatWorld& world) {
+std::vector<Keyframe> along_the_walls(const TiltedLaser& laser, const testing::FlatWorld& world) {
   std::mt19937 random(5);
   const std::vector<Pose2> corners{{0.7, 0.7, 0.0},
                                    {13.3, 0.7, std::numbers::pi / 2},
@@ -94,7 +94,7 @@ TEST(FloorSearch, TheFloorIsFoundWhereverTheLaserLooksDown) {
   for (const double floor_m : {1.2, 2.3, 3.5}) {
     for (const double floor_deg : {0.0, 55.0, -100.0}) {
       for (const Pose2& place : {Pose2{}, Pose2{0.2, -0.1, 2.4}}) {
-        Laser laser;
+        TiltedLaser laser;
         laser.floor_m = floor_m;
         laser.floor_deg = floor_deg;
         laser.robot_from_sensor = place;
@@ -118,7 +118,7 @@ TEST(FloorSearch, AWallThatIsFollowedIsNone) {
   testing::FlatWorld empty;
   empty.add_box(0.0, 0.0, 14.0, 9.0);
   EXPECT_FALSE(find_floor(along_the_walls({}, empty)));
-  Laser floor;
+  TiltedLaser floor;
   floor.floor_m = 2.3;
   const auto found = find_floor(along_the_walls(floor, hall()));
   ASSERT_TRUE(found);
@@ -126,7 +126,7 @@ TEST(FloorSearch, AWallThatIsFollowedIsNone) {
 }
 
 TEST(FloorSearch, TheFarthestRangeIsNone) {
-  Laser laser;
+  TiltedLaser laser;
   laser.clipped_m = 3.0;
   EXPECT_FALSE(find_floor(walk(laser, 9)));
 }

@@ -30,7 +30,6 @@ inline constexpr double kChangedPart = 0.4;
 inline constexpr double kFreeBeside = 0.6;
 // A wall that is followed is one for the headings along it; the floor is one for all.
 inline constexpr int kFloorHeadings = 4;  // of 30 degrees
-inline constexpr double kFloorHeadingsPart = 0.8;
 inline constexpr double kFloorPart = 0.1, kBeyondFloor = 0.02;
 
 // clang-format off
@@ -55,7 +54,6 @@ inline constexpr Gate kInputGates[] = {
     {"the floor in view", "headings of 30 degrees that the drive has, at least", kFloorHeadings, "asked for", "a wall that is followed is beside one heading"},
     {"the floor in view", "part of the returns on one line of the laser's frame, more than", kFloorPart, "the map is made again without them", "simulated flats, a laser pitched by 5 degrees"},
     {"the floor in view", "part of the returns beyond the line, at most", kBeyondFloor, "the same", "nobody sees through a floor; a robot nods"},
-    {"the floor in view", "part of the headings with half as many on the line, at least", kFloorHeadingsPart, "the same", "walls stand still when the robot turns"},
 };
 // clang-format on
 

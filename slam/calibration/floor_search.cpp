@@ -150,17 +150,6 @@ class Profile {
 
   double part_on(std::size_t line) const { return sum(shares_, line); }
 
-  bool is_on_line_for_most_headings(std::size_t line) const {
-    int seen = 0, on_line = 0;
-    for (std::size_t heading = 0; heading < kHeadings; ++heading) {
-      if (of_heading_[heading] == 0.0F) continue;
-      ++seen;
-      const auto all = static_cast<double>(of_heading_[heading]);
-      on_line += 2.0 * sum(counts_[heading], line) >= kFloorPart * all ? 1 : 0;
-    }
-    return on_line >= kFloorHeadingsPart * seen;
-  }
-
  private:
   using ByStep = std::array<float, kDistances>;
 
@@ -200,7 +189,6 @@ std::optional<FloorLine> find_floor(const std::vector<Keyframe>& keys) {
     const Profile profile(all, direction);
     const auto line = profile.line();
     if (!line || profile.part_on(*line) <= most) continue;
-    if (!profile.is_on_line_for_most_headings(*line)) continue;
     if (!is_straight(all, direction, *line)) continue;
     most = profile.part_on(*line);
     const double turns = static_cast<double>(direction) / kBearings;

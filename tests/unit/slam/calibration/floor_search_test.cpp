@@ -125,6 +125,19 @@ TEST(FloorSearch, AWallThatIsFollowedIsNone) {
   EXPECT_NEAR(found->bearing_deg, 0.0, 4.0);
 }
 
+// Two headings across each other, and never a look aside.
+TEST(FloorSearch, AWallOnOneSideOfTwoCorridorsCannotBeTold) {
+  testing::FlatWorld corner;
+  corner.add_chain({{0.0, 0.0}, {40.0, 0.0}, {40.0, 40.0}, {38.0, 40.0}, {38.0, 2.0}, {0.0, 2.0}});
+  std::mt19937 random(4);
+  std::vector<Keyframe> keys;
+  for (double way_m = 1.0; way_m < 36.0; way_m += 0.3) {
+    keys.push_back(seen_from(corner, {way_m, 0.7, 0.0}, {}, random));
+    keys.push_back(seen_from(corner, {39.3, 2.0 + way_m, std::numbers::pi / 2}, {}, random));
+  }
+  EXPECT_FALSE(find_floor(keys));
+}
+
 TEST(FloorSearch, TheFarthestRangeIsNone) {
   TiltedLaser laser;
   laser.clipped_m = 3.0;

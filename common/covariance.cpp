@@ -50,8 +50,7 @@ Matrix3d semidefinite_part(const Matrix3d& matrix) {
 }
 
 bool is_semidefinite(const Matrix3d& matrix) {
-  constexpr double kRounding =  // of the largest
-      1e-9;                     // of the largest: sums of doubles, ill-conditioned by 1e6 at most
+  constexpr double kRounding = 1e-9;  // of the largest: sums of doubles
   if (!matrix.allFinite()) return false;
   const double largest = matrix.cwiseAbs().maxCoeff();
   if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > kRounding * largest) return false;

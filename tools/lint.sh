@@ -50,6 +50,8 @@ case $what in
     mapfile -t texts < <(git ls-files | grep -E '\.(md|cpp|hpp|py|pyi|sh|lcm|toml|procman|cmake)$|^marco$|CMakeLists.txt$' | grep -v '^tools/phrases')
     # Words of the code and the theses that codespell takes for others.
     codespell --quiet-level 3 -L theses,kown,fro,crate,avance,nd,fo,ond,nees,statics "${texts[@]}" || found=1
+    # What a merge left: both sides of a conflict.
+    ! grep -nHE '^(<{7}|>{7}) ' "${texts[@]}" || found=1
     # Tests and old changes are left alone.
     mapfile -t read < <(printf '%s\n' "${texts[@]}" | grep -vE '(^|/)tests/|^CHANGELOG')
     while IFS='|' read -r phrase instead; do

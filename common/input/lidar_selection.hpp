@@ -10,8 +10,8 @@ namespace marco {
 
 /// Of a laser whose scans come on two channels, as LIDAR and with beam times as LIDAR_RAW, the raw
 /// ones are used, and each scan once. Planar ones are used until the first raw one comes, and again
-/// when none has come for a second of message time. A scan that comes once more on its channel, as
-/// in logs of two recorders that were merged, is told too. Not thread-safe.
+/// when none has come for a second of message time. It also tells scans that repeat the last one,
+/// as in logs of two recorders that were merged. Not thread-safe.
 class LidarSelection {
  public:
   /// LIDAR_FRONT for LIDAR_RAW_FRONT; any other channel's own name.
@@ -21,7 +21,7 @@ class LidarSelection {
 
   /// Whether a scan is used that follows all those that were asked about before.
   bool is_used(const LaserScan& scan);
-  /// Whether a scan is the last one of its channel once more: stamp and ranges are equal.
+  /// Whether a scan repeats the last one on its channel: same stamp, same ranges.
   bool came_before(const LaserScan& scan);
   void clear() {
     lasers_.clear();

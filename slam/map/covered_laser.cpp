@@ -32,9 +32,10 @@ bool laser_is_covered(const Points2& hits_in_robot,
   using namespace match_gates;
   const auto most =
       static_cast<Eigen::Index>(kCoveredPart * static_cast<double>(hits_in_robot.cols()));
-  const auto near =
-      (hits_in_robot.colwise() - sensor_in_robot).colwise().norm().array() < kCoverWithinM;
-  if (keys.empty() || near.count() <= most) return false;
+  const Eigen::Index near =
+      ((hits_in_robot.colwise() - sensor_in_robot).colwise().norm().array() < kCoverWithinM)
+          .count();
+  if (keys.empty() || near <= most) return false;
   const auto last = std::span(keys).last(std::min(keys.size(), kViews));
   const std::vector<RangeView> views(last.begin(), last.end());
   return std::all_of(world_from_robot.begin(), world_from_robot.end(), [&](const Pose2& place) {

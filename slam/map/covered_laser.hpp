@@ -8,10 +8,10 @@
 namespace marco::slam {
 
 /// Whether something covers the laser, a hand or people all around: most returns are near, where
-/// the last keyframes saw free space. Such scans fit each other and nothing else: a map that takes
-/// them is spoiled within three scans, and keeps its place where it drops them.
-/// @param world_from_robot  wherever the robot may be: as predicted and where it was. A place that
-/// is wrong lets walls stand in free space, too.
+/// the last keyframes saw free space. Such scans fit each other and nothing else: within three of
+/// them a map is spoiled.
+/// @param world_from_robot  where the robot may be: as predicted, and where it was. All must agree,
+/// for at a wrong place walls stand in free space, too.
 /// @param keys  the map; empty: false
 bool laser_is_covered(const Points2& hits_in_robot,
                       const Eigen::Vector2d& sensor_in_robot,

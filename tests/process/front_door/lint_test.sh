@@ -61,6 +61,7 @@ if command -v codespell >/dev/null && command -v doxygen >/dev/null; then
   }
   reads README.md 'The scan is matched again.' 'The scan is matched again and reci''eved.' reci''eved
   reads README.md 'The scan is matched again.' 'The scan is matched anew.' anew
+  reads README.md 'One side.' '<<<<''<<< HEAD\nOne side.' README.md:1
   reads common/half.hpp '#pragma once\n/// @param value  is halved\nint half(int value);' \
     '#pragma once\n/// @param number  is halved\nint half(int value);' number
   reads slam/near.cpp '// A door.\nconstexpr double kNearM = 0.9, kFarM = 2.0;\nconstexpr int kFewestBeams = 3;' \

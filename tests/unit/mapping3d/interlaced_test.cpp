@@ -15,7 +15,7 @@ Pose3 tilted(double tilt_deg) {
   return kNodding * make_pose3(Eigen::Vector3d::Zero(), 0.0, -deg_to_rad(tilt_deg), 0.0);
 }
 
-/// A row of beams a degree apart, shifted by so many quarters of it, while the tilt moves by 0.1
+/// A row of beams a degree apart, shifted by multiples of 0.25 deg, while the tilt moves by 0.1
 /// deg.
 SceneRow row(double tilt_deg, int quarters) {
   SceneRow row;

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+
+#include "common/rigid_fit.hpp"
 
 namespace marco {
 namespace {
@@ -40,38 +41,25 @@ TrajectoryFit fit_to_sorted(const Trajectory& estimate,
                             const Trajectory& truth,
                             Duration max_gap,
                             Duration truth_late) {
-  std::vector<Eigen::Vector2d> from, to;
+  const auto size = static_cast<Eigen::Index>(estimate.size());
+  Eigen::Matrix2Xd from(2, size), to(2, size);
+  Eigen::Index count = 0;
   for (const StampedPose2& pose : estimate) {
     const auto position = position_at(truth, pose.utime + truth_late, max_gap);
     if (!position) continue;
-    from.push_back(pose.world_from_robot.translation_m());
-    to.push_back(*position);
+    from.col(count) = pose.world_from_robot.translation_m();
+    to.col(count++) = *position;
   }
   TrajectoryFit fit;
   fit.truth_late = truth_late;
-  fit.count = from.size();
+  fit.count = static_cast<std::size_t>(count);
   if (fit.count < 2) return fit;
-  Eigen::Vector2d from_mean = {0, 0}, to_mean = {0, 0};
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    from_mean += from[i] / static_cast<double>(fit.count);
-    to_mean += to[i] / static_cast<double>(fit.count);
-  }
-  double dot = 0.0, cross = 0.0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const Eigen::Vector2d a = from[i] - from_mean, b = to[i] - to_mean;
-    dot += a.dot(b);
-    cross += a.x() * b.y() - a.y() * b.x();
-  }
-  const Pose2 turn{0.0, 0.0, std::atan2(cross, dot)};
-  const Eigen::Vector2d shift = to_mean - turn.rotation() * from_mean;
-  fit.truth_from_estimate = {shift.x(), shift.y(), turn.theta_rad};
-  double squares = 0.0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const double error_m = (fit.truth_from_estimate * from[i] - to[i]).norm();
-    squares += error_m * error_m;
-    fit.max_m = std::max(fit.max_m, error_m);
-  }
-  fit.rms_m = std::sqrt(squares / static_cast<double>(fit.count));
+  from.conservativeResize(2, count);
+  to.conservativeResize(2, count);
+  fit.truth_from_estimate = rigid_fit(from, to);
+  const Eigen::VectorXd errors_m = distances_after_fit(from, to);
+  fit.rms_m = std::sqrt(errors_m.squaredNorm() / static_cast<double>(count));
+  fit.max_m = errors_m.maxCoeff();
   return fit;
 }
 

@@ -1,12 +1,12 @@
 #include "slam/doctor/graph_evidence.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <optional>
 
+#include "common/rigid_fit.hpp"
 #include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/back_end/graph/map_spread.hpp"
 #include "slam/doctor/doctor_gates.hpp"
@@ -227,10 +227,7 @@ double farthest_apart_m(const std::vector<Keyframe>& keys, const std::vector<Pos
     ours.col(static_cast<Eigen::Index>(i)) = keys[i].world_from_robot.translation_m();
     theirs.col(static_cast<Eigen::Index>(i)) = nodes[i].translation_m();
   }
-  const Eigen::Matrix3d laid = Eigen::umeyama(theirs, ours, false);
-  const Eigen::Matrix2Xd off =
-      ((laid.topLeftCorner<2, 2>() * theirs).colwise() + laid.topRightCorner<2, 1>()) - ours;
-  return off.colwise().norm().maxCoeff();
+  return distances_after_fit(theirs, ours).maxCoeff();
 }
 
 // Along a bare corridor scans that are laid on each other slide; steps and loops say so.

@@ -1,10 +1,10 @@
 #include "slam/back_end/graph/map_spread.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <random>
 
+#include "common/rigid_fit.hpp"
 #include "slam/back_end/graph/selected_inverse.hpp"
 #include "slam/back_end/graph/sparse_normal_equations.hpp"
 
@@ -42,10 +42,7 @@ double map_spread_m(const PoseGraph& graph, const std::vector<double>& weights, 
         solver.permutationPinv() * solver.matrixU().solve(roots.cwiseProduct(z));
     Eigen::Matrix2Xd drawn = ours;
     for (Eigen::Index i = 1; i < ours.cols(); ++i) drawn.col(i) += step.segment<2>(3 * (i - 1));
-    const Eigen::Matrix3d laid = Eigen::umeyama(drawn, ours, false);
-    const Eigen::Matrix2Xd off =
-        ((laid.topLeftCorner<2, 2>() * drawn).colwise() + laid.topRightCorner<2, 1>()) - ours;
-    const Eigen::VectorXd distances = off.colwise().norm();
+    const Eigen::VectorXd distances = distances_after_fit(drawn, ours);
     std::vector<double> values(distances.begin(), distances.end());
     spreads.push_back(quantile(values, 1.0 - part));
   }

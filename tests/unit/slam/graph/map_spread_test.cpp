@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "common/covariance.hpp"
+#include "common/rigid_fit.hpp"
 
 namespace marco::slam {
 namespace {
@@ -53,11 +53,7 @@ double spread_by_trials(const std::vector<double>& weights) {
     PoseGraph graph = round_of_steps(&random);
     graph.optimize_weighted(weights, 1e-9);
     const Eigen::Matrix2Xd drawn = places(graph);
-    const Eigen::Matrix3d laid = Eigen::umeyama(drawn, truth, false);
-    const Eigen::VectorXd off =
-        (((laid.topLeftCorner<2, 2>() * drawn).colwise() + laid.topRightCorner<2, 1>()) - truth)
-            .colwise()
-            .norm();
+    const Eigen::VectorXd off = distances_after_fit(drawn, truth);
     std::vector<double> sorted(off.begin(), off.end());
     std::sort(sorted.begin(), sorted.end());
     spreads.push_back(sorted[static_cast<std::size_t>((1.0 - kPart) * (kNodes - 1))]);

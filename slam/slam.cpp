@@ -52,12 +52,13 @@ SlamUpdate Slam::process(const SlamInput& input) {
   const Pose2 places[] = {prior.map_from_robot, estimate_.world_from_robot};
   const bool covered =
       has_points && laser_is_covered(input.scan.hits_in_robot, input.scan.sensor_in_robot, places,
-                                     keyframes_.keys);
+                                     keyframes_.keys, covered_);
+  if (has_points) covered_ = covered;
   const bool use = has_points && !covered;
   // Odometry will give the whole way since the last scan that was matched: its uncertainty does not
   // add up over the scans of a sweep.
   if (!use && guess.source == MotionGuess::Source::odometry) {
-    SlamUpdate update = note_scan(input, {prior.map_from_robot, covariance});
+    SlamUpdate update = note_scan(input, {prior.map_from_robot, covariance}, false);
     update.covered = covered;
     return update;
   }
@@ -81,6 +82,9 @@ SlamUpdate Slam::process(const SlamInput& input) {
   motion_.update(motion, between(before, estimate_.world_from_robot), match.usable,
                  rotated(covariance_of(match.information), -before.theta_rad));
 
+  if (match.usable) {
+    path_.spread_correction(prior.map_from_robot, estimate_.world_from_robot, keyframes_.keys);
+  }
   bool trajectory_changed = false;
   const bool becomes_keyframe =
       use && !refused && gate_.may_draw() && input.may_draw &&
@@ -92,7 +96,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
     cull_keyframes();
   }
   if (match.usable && contradicts(match, {prior.map_from_robot, covariance})) path_.leave_stop();
-  SlamUpdate update = note_scan(input, estimate_);
+  SlamUpdate update = note_scan(input, estimate_, match.usable);
   if (add_edited_loops()) {
     update.world_from_robot = estimate_.world_from_robot;
     trajectory_changed = true;
@@ -106,10 +110,13 @@ SlamUpdate Slam::process(const SlamInput& input) {
   return update;
 }
 
-SlamUpdate Slam::note_scan(const SlamInput& input, const PoseWithCovariance& estimate) {
+SlamUpdate Slam::note_scan(const SlamInput& input,
+                           const PoseWithCovariance& estimate,
+                           bool matched) {
   const auto odom_from_robot =
       motion_.trusts_odometry() ? input.motion.odom_from_robot : std::nullopt;
-  path_.add_scan({input.scan.utime, estimate.world_from_robot}, odom_from_robot, keyframes_.keys);
+  path_.add_scan({input.scan.utime, estimate.world_from_robot}, odom_from_robot, !matched,
+                 keyframes_.keys);
   SlamUpdate update;
   update.world_from_robot = estimate.world_from_robot;
   update.covariance = estimate.covariance;
@@ -246,17 +253,9 @@ JointRefinementResult Slam::finish() {
 OccupancyGrid Slam::grid() const { return draw_grid(keyframes_.keys, options_.grid); }
 
 SlamState Slam::state() const {
-  SlamState state{keyframes_,
-                  path_.state(),
-                  back_end_.state(),
-                  culling_.state(),
-                  noise_,
-                  motion_.state(),
-                  estimate_,
-                  since_keyframe_,
-                  {},
-                  gate_.state(),
-                  local_map_.centre_m(),
+  SlamState state{keyframes_, path_.state(),   back_end_.state(), culling_.state(),
+                  noise_,     motion_.state(), estimate_,         since_keyframe_,
+                  {},         gate_.state(),   covered_,          local_map_.centre_m(),
                   revision_};
   if (standing_) state.zero_velocity = standing_->state();
   return state;
@@ -275,6 +274,7 @@ void Slam::restore(const SlamState& state) {
   standing_.reset();
   if (state.zero_velocity) standing_.emplace(*state.zero_velocity);
   gate_.restore(state.gate);
+  covered_ = state.covered;
   local_map_.restore(keyframes_, state.local_map_centre_m);
   revision_ = state.revision;
 }

@@ -182,7 +182,7 @@ class Slam {
                         const Straightening& straightening,
                         const PosePrior& prior,
                         MotionGuess::Source source);
-  SlamUpdate note_scan(const SlamInput& input, const PoseWithCovariance& estimate);
+  SlamUpdate note_scan(const SlamInput& input, const PoseWithCovariance& estimate, bool matched);
   /// By the match and the prediction; of a robot that stands, by all matches from its place.
   PoseWithCovariance estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands);
   void add_keyframe(const SlamInput& input,
@@ -203,6 +203,7 @@ class Slam {
   /// Of the pose seen from the newest keyframe, world axes: what an edge of the graph is worth.
   Eigen::Matrix3d since_keyframe_ = Eigen::Matrix3d::Zero();
   std::optional<ZeroVelocityUpdate> standing_;  ///< nothing while the robot moves
+  bool covered_ = false;                        ///< the laser was, in the last scan with returns
   MatchGate gate_;
   KeyframeSet keyframes_;
   ScanPath path_;

@@ -30,6 +30,7 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& edge) {
   motion_.restore(session.motion);
   standing_.reset();
   gate_.restore(session.gate);
+  covered_ = session.covered;
   SessionLoopSearch search(back_end_.loop_closer(), keys, first_key,
                            back_end_.state().next_search_path_m - options_.loops.attempt_every_m);
   for (int key = first_key; key < static_cast<int>(keys.size()); ++key) {

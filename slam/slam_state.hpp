@@ -28,6 +28,7 @@ struct SlamState {
   Eigen::Matrix3d since_keyframe = Eigen::Matrix3d::Zero();
   std::optional<ZeroVelocityState> zero_velocity;  ///< while the robot stands
   MatchGateState gate;
+  bool covered = false;  ///< the laser was, in the last scan with returns
   Eigen::Vector2d local_map_centre_m = Eigen::Vector2d::Zero();
   int64_t revision = 0;
 
@@ -43,6 +44,7 @@ struct SlamState {
     v("since_keyframe", since_keyframe);
     v("zero_velocity", zero_velocity);
     v("gate", gate);
+    v("covered", covered);
     v("local_map_centre_m", local_map_centre_m);
     v("revision", revision);
   }

@@ -42,9 +42,10 @@ inline constexpr double kNarrowestM = 0.3, kNarrowestDeg = 5.0;
 inline constexpr double kWidestM = 1.5, kWidestDeg = 45.0;
 inline constexpr double kMinSearchScore = 0.2;
 
-// Of a laser that is covered: part of the returns that are nearer than this, in free space. A hand
-// is at 0.2 m, people who stand around a robot at 0.5 to 1 m.
-inline constexpr double kCoveredPart = 0.7, kCoverWithinM = 1.0;
+// Of a laser that is covered: part of the returns that are nearer than this, and of those in free
+// space. A hand is at 0.2 m, people who stand around a robot at 0.5 to 1 m; in a corridor the rest
+// of them are where its walls are.
+inline constexpr double kCoveredPart = 0.7, kCoverWithinM = 1.0, kCoverFreePart = 0.33;
 
 // A scan that fits nothing is drawn only after this many in a row: odometry that jumped has placed
 // it, and what is drawn there makes the next ones fit.

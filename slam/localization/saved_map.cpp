@@ -7,7 +7,7 @@ namespace marco::slam {
 namespace {
 
 constexpr std::string_view kName = "MARCOMAP";
-constexpr uint32_t kVersion = 11;
+constexpr uint32_t kVersion = 12;
 
 }  // namespace
 

@@ -11,16 +11,16 @@ namespace {
 // The last ones look ahead, and where the robot has just been.
 constexpr std::size_t kViews = 5;
 
-bool is_seen_as_free(const Eigen::Vector2d& point_in_world,
-                     std::span<const Keyframe> keys,
-                     const std::vector<RangeView>& views) {
-  bool free = false;
+Seen look_at(const Eigen::Vector2d& point_in_world,
+             std::span<const Keyframe> keys,
+             const std::vector<RangeView>& views) {
+  Seen result = Seen::nothing;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const Seen seen = views[i].look_at(keys[i].world_from_robot.inverse() * point_in_world);
-    if (seen == Seen::as_wall) return false;
-    free = free || seen == Seen::as_free;
+    if (seen == Seen::as_wall) return seen;
+    if (seen == Seen::as_free) result = seen;
   }
-  return free;
+  return result;
 }
 
 }  // namespace
@@ -28,22 +28,26 @@ bool is_seen_as_free(const Eigen::Vector2d& point_in_world,
 bool laser_is_covered(const Points2& hits_in_robot,
                       const Eigen::Vector2d& sensor_in_robot,
                       std::span<const Pose2> world_from_robot,
-                      const std::vector<Keyframe>& keys) {
+                      const std::vector<Keyframe>& keys,
+                      bool was_covered) {
   using namespace match_gates;
-  const auto most =
-      static_cast<Eigen::Index>(kCoveredPart * static_cast<double>(hits_in_robot.cols()));
+  const auto part = [&](double of_all) {
+    return static_cast<Eigen::Index>(of_all * static_cast<double>(hits_in_robot.cols()));
+  };
   const Eigen::Index near =
       ((hits_in_robot.colwise() - sensor_in_robot).colwise().norm().array() < kCoverWithinM)
           .count();
-  if (keys.empty() || near <= most) return false;
+  if (keys.empty() || near <= part(kCoveredPart)) return false;
   const auto last = std::span(keys).last(std::min(keys.size(), kViews));
   const std::vector<RangeView> views(last.begin(), last.end());
   return std::all_of(world_from_robot.begin(), world_from_robot.end(), [&](const Pose2& place) {
-    Eigen::Index free = 0;
+    Eigen::Index free = 0, walls = 0;
     for (const auto& hit : hits_in_robot.colwise()) {
-      free += is_seen_as_free(place * Eigen::Vector2d(hit), last, views) ? 1 : 0;
+      const Seen seen = look_at(place * Eigen::Vector2d(hit), last, views);
+      free += seen == Seen::as_free ? 1 : 0;
+      walls += seen == Seen::as_wall ? 1 : 0;
     }
-    return free > most;
+    return free > part(kCoverFreePart) || (was_covered && walls <= part(kCoveredPart));
   });
 }
 

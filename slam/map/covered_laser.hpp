@@ -13,9 +13,12 @@ namespace marco::slam {
 /// @param world_from_robot  where the robot may be: as predicted, and where it was. All must agree,
 /// for at a wrong place walls stand in free space, too.
 /// @param keys  the map; empty: false
+/// @param was_covered  in the scan before. A robot that drives on comes to where nothing was seen
+/// as free: the cover stays until more is seen than what is near, or what is near are known walls.
 bool laser_is_covered(const Points2& hits_in_robot,
                       const Eigen::Vector2d& sensor_in_robot,
                       std::span<const Pose2> world_from_robot,
-                      const std::vector<Keyframe>& keys);
+                      const std::vector<Keyframe>& keys,
+                      bool was_covered);
 
 }  // namespace marco::slam

@@ -12,6 +12,14 @@ namespace {
 // Keyframe poses of a short path for each keyframe of the map.
 constexpr std::size_t kPosesPerKeyframe = 4;
 
+// What a turn adds to dead reckoning's error, beside a metre of way.
+constexpr double kMPerRad = 0.5;
+constexpr double kStoodM = 1e-4;  // a way of rounding errors
+
+Pose2 world_from_key(const ScanPose& scan, const std::vector<Keyframe>& keys) {
+  return scan.key < 0 ? Pose2{} : keys[static_cast<std::size_t>(scan.key)].world_from_robot;
+}
+
 }  // namespace
 
 void check(const ScanPathState& path, const KeyframeSet& keyframes) {
@@ -35,9 +43,7 @@ Trajectory trajectory_of(const std::vector<ScanPose>& scans, const std::vector<K
   Trajectory trajectory;
   trajectory.reserve(scans.size());
   for (const ScanPose& scan : scans) {
-    const Pose2 world_from_key =
-        scan.key < 0 ? Pose2{} : keys[static_cast<std::size_t>(scan.key)].world_from_robot;
-    trajectory.push_back({scan.utime, world_from_key * scan.key_from_robot});
+    trajectory.push_back({scan.utime, world_from_key(scan, keys) * scan.key_from_robot});
   }
   for (std::size_t i = scans.size(); i-- > 1;) {
     if (scans[i].stands) trajectory[i - 1].world_from_robot = trajectory[i].world_from_robot;
@@ -53,6 +59,7 @@ void ScanPath::keep_short(double every_m, std::size_t first) {
 
 void ScanPath::add_scan(const StampedPose2& scan,
                         const std::optional<Pose2>& odom_from_robot,
+                        bool predicted,
                         const std::vector<Keyframe>& keys) {
   const int key = static_cast<int>(keys.size()) - 1;
   ScanPose pose{scan.utime, key, scan.world_from_robot};
@@ -63,7 +70,36 @@ void ScanPath::add_scan(const StampedPose2& scan,
   const bool stands = stop && odom_from_robot && stood_still(*stop, *odom_from_robot);
   if (!stands) stop = odom_from_robot;
   pose.stands = stands && !every_m_;  // the scan before may be missing from a short path
+  pose.predicted = predicted;
   if (is_worth_keeping(pose)) state_.scans.push_back(pose);
+}
+
+void ScanPath::spread_correction(const Pose2& predicted,
+                                 const Pose2& world_from_robot,
+                                 const std::vector<Keyframe>& keys) {
+  std::vector<ScanPose>& scans = state_.scans;
+  auto first = scans.end();
+  while (first != scans.begin() && std::prev(first)->predicted) --first;
+  if (first == scans.begin() || first == scans.end()) return;  // nothing was matched before them
+  std::vector<Pose2> poses;
+  for (auto scan = std::prev(first); scan != scans.end(); ++scan) {
+    poses.push_back(world_from_key(*scan, keys) * scan->key_from_robot);
+  }
+  std::vector<double> ways{0.0};  // until each of them
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Pose2 step = between(poses[i], i + 1 < poses.size() ? poses[i + 1] : predicted);
+    ways.push_back(ways.back() + step.translation_m().norm() + kMPerRad * std::abs(step.theta_rad));
+  }
+  if (ways.back() < kStoodM) return;
+  const Eigen::Vector2d off_m = world_from_robot.translation_m() - predicted.translation_m();
+  const double off_rad = normalize_angle(world_from_robot.theta_rad - predicted.theta_rad);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const double part = ways[i] / ways.back();
+    const Pose2 moved{poses[i].x_m + part * off_m.x(), poses[i].y_m + part * off_m.y(),
+                      normalize_angle(poses[i].theta_rad + part * off_rad)};
+    ScanPose& scan = *(first + static_cast<std::ptrdiff_t>(i - 1));
+    scan.key_from_robot = world_from_key(scan, keys).inverse() * moved;
+  }
 }
 
 bool ScanPath::is_worth_keeping(const ScanPose& scan) const {

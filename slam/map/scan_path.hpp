@@ -17,6 +17,7 @@ struct ScanPose {
   /// The robot has not moved since the scan before: both are where this one says, as that knows of
   /// all matches of the stop.
   bool stands = false;
+  bool predicted = false;  ///< not matched: carried on from the scan before
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -24,6 +25,7 @@ struct ScanPose {
     v("key", key);
     v("key_from_robot", key_from_robot);
     v("stands", stands);
+    v("predicted", predicted);
   }
 };
 
@@ -57,9 +59,17 @@ class ScanPath {
 
   /// The newest scan; relative to the newest keyframe, if there is any.
   /// @param odom_from_robot  if it is believed: scans between which it stands still are of one stop
+  /// @param predicted  see ScanPose
   void add_scan(const StampedPose2& scan,
                 const std::optional<Pose2>& odom_from_robot,
+                bool predicted,
                 const std::vector<Keyframe>& keys);
+  /// A scan was matched: what its prediction was off had grown over the predicted scans before it.
+  /// They are moved by their part of it, in proportion to the way: a robot that stood has not
+  /// erred. Call it before the keyframes move.
+  void spread_correction(const Pose2& predicted,
+                         const Pose2& world_from_robot,
+                         const std::vector<Keyframe>& keys);
   /// The robot was moved, whatever odometry says.
   void leave_stop() { state_.odom_from_stop.reset(); }
   void add_keyframe(Utime utime, int key) { state_.keyframe_poses.push_back({utime, key, {}}); }

@@ -20,6 +20,7 @@ import concurrent.futures
 import json
 import math
 import os
+import random
 import re
 import subprocess
 import sys
@@ -46,7 +47,56 @@ DAMAGES = {
     "scale_0.5": [*NOISE, "--left-scale", "0.5", "--right-scale", "0.5"],
     "unequal_0.1": [*NOISE, "--left-scale", "1.1"],
     "forward_sign": [*NOISE, "--forward-sign"],
+    "hand_3": NOISE,
+    "hand_10": NOISE,
+    "box_10": NOISE,
+    "crowd_10": NOISE,
+    "twice": NOISE,
 }
+COVERS = 8  # of hand_3 (s) and the like, one after the other all through the log
+
+
+def covered_ranges_m(kind, count, draw):
+    """What covers a laser: a hand on it, a box put over it, people who stand all around and leave gaps (0)."""
+    if kind == "hand":
+        return [draw.uniform(0.15, 0.25) for _ in range(count)]
+    if kind == "box":
+        bearings = (math.pi * (beam / max(count - 1, 1) - 0.5) for beam in range(count))
+        return [0.5 / max(abs(math.cos(a)), abs(math.sin(a))) + draw.gauss(0, 0.005) for a in bearings]
+    people = [(draw.uniform(0, count), draw.uniform(0.45, 0.95)) for _ in range(14)]
+    half = count / 20
+    near = [min((r for at, r in people if abs(beam - at) < half), default=0.0) for beam in range(count)]
+    return [r + draw.gauss(0, 0.01) if r > 0 else 0.0 for r in near]
+
+
+def cover(path, kind, seconds, draw):
+    """Covers the laser of a CARMEN log COVERS times."""
+    with open(path, encoding="utf-8") as file:
+        lines = file.readlines()
+    stamps = [float(line.split()[-3]) for line in lines if line.startswith("FLASER")]
+    gap_s = (stamps[-1] - stamps[0]) / (COVERS + 1)
+    starts = [stamps[0] + gap_s * (i + 1) for i in range(COVERS)]
+    with open(path, "w", encoding="utf-8") as file:
+        for line in lines:
+            words = line.split()
+            if words and words[0] == "FLASER" and any(0 <= float(words[-3]) - t < seconds for t in starts):
+                count = int(words[1])
+                ranges = covered_ranges_m(kind, count, draw)
+                words[2:2 + count] = [f"{r:.3f}" if r > 0 else old for r, old in zip(ranges, words[2:2 + count])]
+                line = " ".join(words) + "\n"
+            file.write(line)
+
+
+def damage_copy(path, damage, seed):
+    """Damages that the program for the copies does not know."""
+    if damage == "twice":
+        with open(path, encoding="utf-8") as file:
+            lines = file.readlines()
+        with open(path, "w", encoding="utf-8") as file:
+            file.writelines(line for line in lines for _ in range(2 if line.startswith("FLASER") else 1))
+    elif damage.startswith(("hand_", "box_", "crowd_")):
+        kind, seconds = damage.split("_")
+        cover(path, kind, float(seconds), random.Random(seed))
 
 
 def run(command):
@@ -92,6 +142,7 @@ def one(options, programs, config, name, log, truth, damage, seed, folder):
         made = run([sys.executable, options.alter, log, part, *DAMAGES[damage], "--seed", str(seed)])
         if made.returncode != 0:
             sys.exit(made.stderr)
+        damage_copy(part, damage, seed)
         os.rename(part, copy)
     mark = re.sub(r"\W+", "_", programs)
     out = os.path.join(folder, f"{name}.{damage}.{seed}.{mark}")

@@ -46,8 +46,10 @@ class CoveredLaser : public ::testing::Test {
     key.world_from_robot = robot;
     return {key};
   }
-  bool is_covered_at(const Points2& hits, const std::vector<Pose2>& places) {
-    return laser_is_covered(hits, Eigen::Vector2d::Zero(), places, map_from({}));
+  bool is_covered_at(const Points2& hits,
+                     const std::vector<Pose2>& places,
+                     bool was_covered = false) {
+    return laser_is_covered(hits, Eigen::Vector2d::Zero(), places, map_from({}), was_covered);
   }
 
   testing::FlatWorld room_;
@@ -73,12 +75,24 @@ TEST_F(CoveredLaser, WallsWhereOdometryLiesAreNoCover) {
   room_.add_box(-4.0, -3.0, 8.0, 3.0);
   room_.add_box(-0.4, -0.4, 0.6, 0.4);
   EXPECT_FALSE(laser_is_covered(hits, Eigen::Vector2d::Zero(),
-                                std::array{Pose2{0, 2.0, 0}, Pose2{}}, map_from({})));
+                                std::array{Pose2{0, 2.0, 0}, Pose2{}}, map_from({}), false));
+}
+
+// Beyond the room nothing was seen as free, and a robot that drives on under a hand comes there.
+TEST_F(CoveredLaser, TheCoverStaysWhereNothingWasSeenUntilMoreOrKnownWallsAreSeen) {
+  const Points2 hits = seen_from({});
+  const std::vector<Pose2> beyond{{12.0, 0.0, 0.0}}, here{{}};
+  EXPECT_FALSE(is_covered_at(covered(hits, 0, 0.2, random_), beyond));
+  EXPECT_TRUE(is_covered_at(covered(hits, 0, 0.2, random_), beyond, true));
+  EXPECT_FALSE(is_covered_at(hits, beyond, true));
+  room_ = {};
+  room_.add_box(-0.4, -0.4, 0.6, 0.4);
+  EXPECT_FALSE(is_covered_at(seen_from({}), here, true));
 }
 
 TEST_F(CoveredLaser, WithoutAMapNothingIsCovered) {
   const Points2 hits = covered(seen_from({}), 0, 0.2, random_);
-  EXPECT_FALSE(laser_is_covered(hits, Eigen::Vector2d::Zero(), std::array{Pose2{}}, {}));
+  EXPECT_FALSE(laser_is_covered(hits, Eigen::Vector2d::Zero(), std::array{Pose2{}}, {}, false));
 }
 
 // A hand for 3 s each, while the robot drives: odometry is 3 % long.
@@ -89,6 +103,7 @@ TEST_F(CoveredLaser, TheMapIsThatOfTheOtherScans) {
   Pose2 robot{-3.0, 0.3, 0.0}, odom;
   int keyframes = 0, matched = 0, covers = 0;
   double worst_m = 0.0;
+  std::vector<Pose2> truths;
   for (int i = 0; i < 160; ++i) {
     const bool cover = i % 50 >= 30 && i % 50 < 45;
     SlamInput input;
@@ -99,6 +114,7 @@ TEST_F(CoveredLaser, TheMapIsThatOfTheOtherScans) {
     input.motion.odom_from_robot = odom;
     const SlamUpdate update = slam.process(input);
     const Pose2 truth = between(Pose2{-3.0, 0.3, 0.0}, robot);
+    truths.push_back(truth);
     if (cover) {
       ++covers;
       keyframes += update.became_key ? 1 : 0;
@@ -115,6 +131,13 @@ TEST_F(CoveredLaser, TheMapIsThatOfTheOtherScans) {
   EXPECT_EQ(keyframes, 0);
   EXPECT_EQ(matched, 0);
   EXPECT_LT(worst_m, 0.05);
+  // What odometry was off in the end is taken from all of the 3 s.
+  const Trajectory path = slam.trajectory();
+  ASSERT_EQ(path.size(), truths.size());
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    EXPECT_LT((path[i].world_from_robot.translation_m() - truths[i].translation_m()).norm(), 0.012)
+        << i;
+  }
 }
 
 }  // namespace

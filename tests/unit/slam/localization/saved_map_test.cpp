@@ -130,7 +130,7 @@ TEST_F(SavedMapTest, DamagedForeignAndCutFilesAreRefusedAndSaidSo) {
   std::string flipped = bytes;
   flipped[bytes.size() / 2] = static_cast<char>(flipped[bytes.size() / 2] ^ 4);
   EXPECT_THAT(said(flipped), HasSubstr("is damaged"));
-  EXPECT_THAT(said(seal("MARCOMAP", 12, "")), HasSubstr("version 12"));
+  EXPECT_THAT(said(seal("MARCOMAP", 13, "")), HasSubstr("version 13"));
 }
 
 // Written by the last release that wrote version 5: five scans of a room, half a metre apart.
@@ -153,7 +153,7 @@ TEST_F(SavedMapTest, AMapFileOfVersion5IsRead) {
   EXPECT_THAT(slam.motion.before->odom_from_robot.value(), IsNear(Pose2{2, 0, 0}, 1e-12, 1e-12));
   // Written again it is of today's version, and the same.
   const std::string today = encode_saved_map({"", {0}, slam});
-  EXPECT_EQ(sealed_version("MARCOMAP", today), 11U);
+  EXPECT_EQ(sealed_version("MARCOMAP", today), 12U);
   EXPECT_EQ(decode_saved_map(today).slam.keyframes.keys[2].path_m, slam.keyframes.keys[2].path_m);
 }
 
@@ -163,7 +163,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
     slam.process(input);
   }
   const std::string sealed = encode_saved_map({"", {0}, slam.state()});
-  const std::string payload(unseal("MARCOMAP", 11, sealed));
+  const std::string payload(unseal("MARCOMAP", 12, sealed));
   std::mt19937 random(11);
   int refused = 0;
   for (int trial = 0; trial < 300; ++trial) {

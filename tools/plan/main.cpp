@@ -47,7 +47,7 @@ void print_table(const slam::FloorPlan& plan) {
     std::printf("%-16s %9.2f %9.2f %6.2f x %4.2f %6.0f%%\n", room.name.c_str(), room.area_m2,
                 room.area_sigma_m2, room.size_m.x(), room.size_m.y(), 100 * room.seen);
   }
-  std::printf("%zu doors and openings\n", plan.openings.size());
+  std::printf("Doors and openings: %zu\n", plan.openings.size());
 }
 
 slam::KnownPlan read_plan(const std::string& path, const slam::PlanWish& wish) {

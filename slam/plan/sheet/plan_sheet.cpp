@@ -198,7 +198,7 @@ class Drawing {
     text(left + 4, top - 13,
          format("Scale 1:%d on %s", layout_.scale, layout_.paper.name) + ", lengths in m", 3);
     text(left + 4, top - 18,
-         format("%zu rooms, %.1f m\u00b2 net; %zu doors and openings", plan_.rooms.size(), area,
+         format("Rooms: %zu, %.1f m\u00b2 net. Doors and openings: %zu", plan_.rooms.size(), area,
                 plan_.openings.size()),
          3);
     text(left + 4, top - 23, wish_.source, 2.5);

@@ -124,6 +124,18 @@ TEST(PlanDxf, HasLayersUnitsAndBlocks) {
   EXPECT_TRUE(dxf.ends_with("0\nEOF\n"));
 }
 
+// A wall that beams went through as well.
+TEST(PlanDxf, GlassHasALayerOfItsOwn) {
+  FloorPlan plan = a_room();
+  plan.faces.resize(2);
+  plan.faces[1].glass = true;
+  plan.rooms[0].loops[0][0].index = 0;
+  plan.rooms[0].loops[0][1].index = 1;
+  const std::string dxf = plan_dxf(plan);
+  EXPECT_THAT(dxf, HasSubstr("0\nLINE\n8\nWINDOWS\n10\n5.000000\n20\n0.000000\n"));
+  EXPECT_THAT(dxf, HasSubstr("0\nLINE\n8\nWALLS\n10\n0.000000\n20\n0.000000\n"));
+}
+
 TEST(PlanJson, IsAFeatureCollection) {
   const auto root = nlohmann::json::parse(plan_json(a_room()));
   EXPECT_EQ(root["type"], "FeatureCollection");

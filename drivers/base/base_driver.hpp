@@ -18,6 +18,7 @@ struct BaseOutput {
   std::vector<BaseStatus> status;
   std::vector<SonarRing> sonar;
   std::vector<PanTiltState> head;
+  std::vector<ImuSample> imu;  ///< of a gyro on the base's own line
 };
 
 /// Speeds of moves and turns, unless an order sets others.

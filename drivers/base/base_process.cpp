@@ -61,6 +61,7 @@ class BaseAdapter {
     for (const PanTiltState& head : output.head) {
       bus_.publish(channels::kPanTiltState, to_message(head));
     }
+    for (const ImuSample& sample : output.imu) bus_.publish(channels::kImu, to_message(sample));
   }
 
   BaseDriver& driver() { return driver_; }

@@ -20,9 +20,9 @@ struct BaseProcess {
 };
 
 /// BASE_COMMAND and EMERGENCY_STOP in, and PANTILT_COMMAND for a head on the base's own line;
-/// ODOMETRY, BASE_STATUS, SONAR, PROCESS_STATUS out, and that head's PANTILT_STATE; LIDAR,
-/// SENSOR_INFO and PANTILT_STATE go to the guard. Until SIGINT or SIGTERM, which leave the motors
-/// off.
+/// ODOMETRY, BASE_STATUS, SONAR, PROCESS_STATUS out, that head's PANTILT_STATE and a gyro's IMU;
+/// LIDAR, SENSOR_INFO and PANTILT_STATE go to the guard. Until SIGINT or SIGTERM, which leave the
+/// motors off.
 /// @returns the exit code. @throws as DriverLoop::run.
 int run_base_until_stopped(const process::CommonArguments& arguments, BaseProcess base);
 

@@ -16,7 +16,6 @@ constexpr double kSilentS = 0.5;
 constexpr double kAskEveryS = 0.5;
 constexpr double kEachSpeedS = 1.4;  // asked three times
 constexpr double kPatienceS = 4.5;   // then it sleeps
-constexpr double kFastestMPerS = 2.0;
 
 Duration seconds(double value) { return Duration::from_seconds(value); }
 
@@ -33,11 +32,6 @@ const CreateOptions& checked(const CreateOptions& options) {
   return options;
 }
 
-// The counters wrap.
-int difference(uint16_t now, uint16_t before) {
-  return static_cast<int16_t>(static_cast<uint16_t>(now - before));
-}
-
 }  // namespace
 
 CreateBase::CreateBase(const CreateOptions& options)
@@ -46,6 +40,7 @@ CreateBase::CreateBase(const CreateOptions& options)
       search_(options.baud > 0 ? options.baud : kBaud,
               options.baud > 0 ? std::vector<int>{} : std::vector<int>{19'200, 57'600}),
       odometry_(tick_m(), options.track_m),
+      counters_(tick_m()),
       plan_(tick_m(), options.track_m) {
   CreateBase::speeds_changed();
 }
@@ -67,7 +62,8 @@ void CreateBase::begin_session(Utime now) {
   streams_ = false;
   safe_due_ = may_be_safe_ = true;
   asked_since_ = next_ask_ = understood_ = now;
-  last_.reset();
+  last_left_.reset();
+  counters_.forget();
   odometry_.forget_stamps();
   plan_.stand();
 }
@@ -94,21 +90,10 @@ void CreateBase::on_sensors(const Sensors& sensors, Utime left) {
 
 /// @returns whether the wheels turned.
 bool CreateBase::count(const Sensors& sensors, Utime left) {
-  const Sensors before = last_.value_or(sensors);
   // Frames may come in a heap.
-  const double step_s = std::max(kStreamS, last_ ? (left - last_left_).seconds() : 0.0);
-  last_ = sensors;
+  const double step_s = std::max(kStreamS, last_left_ ? (left - *last_left_).seconds() : 0.0);
   last_left_ = left;
-  const int left_ticks = difference(sensors.left_ticks, before.left_ticks);
-  const int right_ticks = difference(sensors.right_ticks, before.right_ticks);
-  const double most = kFastestMPerS * step_s / tick_m() + 10.0;
-  ClickOdometry::Step step;
-  if (std::abs(left_ticks) > most || std::abs(right_ticks) > most) {
-    ++implausible_;  // its counters began at 0 again
-  } else {
-    step = {static_cast<double>(left_ticks), static_cast<double>(right_ticks),
-            left_ticks * tick_m() / step_s, right_ticks * tick_m() / step_s};
-  }
+  const auto step = counters_.count(sensors.left_ticks, sensors.right_ticks, step_s);
   publish_odometry(odometry_.count(step, left));
   return step.left_clicks != 0.0 || step.right_clicks != 0.0;
 }

@@ -6,6 +6,7 @@
 
 #include "drivers/base/base_driver.hpp"
 #include "drivers/base/click_odometry.hpp"
+#include "drivers/base/wheel_counters.hpp"
 #include "drivers/base/wheel_plan.hpp"
 #include "drivers/create/codec.hpp"
 #include "drivers/transport/baud_search.hpp"
@@ -43,7 +44,7 @@ class CreateBase : public BaseDriver {
   void advance(Utime now, std::vector<uint8_t>& out) override;
   void shut_down(std::vector<uint8_t>& out) override;
   std::optional<int> take_line_speed() override { return std::exchange(speed_due_, std::nullopt); }
-  int64_t bad_input() const override { return parser_.garbage_bytes() + implausible_; }
+  int64_t bad_input() const override { return parser_.garbage_bytes() + counters_.implausible(); }
 
  private:
   void start_leg(const Leg& leg, Utime now) override;
@@ -71,6 +72,7 @@ class CreateBase : public BaseDriver {
   bool heard_ = false;  ///< a frame at this speed, ever
   Utime next_speed_;    ///< when the next one is tried
   ClickOdometry odometry_;
+  WheelCounters counters_;
   WheelPlan plan_;
   bool connected_ = false;
   bool streams_ = false;     ///< its frames come
@@ -79,9 +81,7 @@ class CreateBase : public BaseDriver {
   Utime asked_since_;        ///< for so long in vain
   Utime understood_;         ///< when a frame was, last
   Utime next_ask_, next_motion_;
-  std::optional<Sensors> last_;
-  Utime last_left_;
-  int64_t implausible_ = 0;
+  std::optional<Utime> last_left_;  ///< when the last frame left the robot
 };
 
 }  // namespace marco::drivers::create

@@ -1,7 +1,6 @@
 #include "drivers/create/emulator.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <utility>
 
@@ -13,10 +12,6 @@ namespace {
 constexpr Duration kStep = Duration::from_us(5000);
 constexpr Duration kFrameEvery = Duration::from_us(15'000);
 constexpr double kTickM = std::numbers::pi * kWheelDiameterM / kTicksPerTurn;
-
-uint16_t counted(double way_m) {
-  return static_cast<uint16_t>(static_cast<int64_t>(std::floor(way_m / kTickM)));
-}
 
 double speed_of(std::span<const uint8_t> data) {
   return 1e-3 * static_cast<int16_t>(static_cast<uint16_t>(data[0] << 8 | data[1]));
@@ -40,8 +35,8 @@ void CreateEmulator::reset(Utime now) {
   streams_ = false;
   stop_wheels();
   output_.clear();
-  left_.counted_from_m = left_.travelled_m;
-  right_.counted_from_m = right_.travelled_m;
+  left_.reset_counter();
+  right_.reset_counter();
 }
 
 void CreateEmulator::receive(std::span<const uint8_t> bytes, int baud, Utime now) {
@@ -114,8 +109,8 @@ Sensors CreateEmulator::sensors() const {
   sensors.charging = touch.on_charger ? 2 : 0;
   sensors.millivolts = options_.millivolts;
   sensors.mode = static_cast<int>(mode_) + options_.mode_offset;
-  sensors.left_ticks = counted(left_.travelled_m - left_.counted_from_m);
-  sensors.right_ticks = counted(right_.travelled_m - right_.counted_from_m);
+  sensors.left_ticks = left_.ticks(kTickM);
+  sensors.right_ticks = right_.ticks(kTickM);
   return sensors;
 }
 
@@ -126,14 +121,7 @@ void CreateEmulator::step(double dt_s) {
     mode_ = OiMode::passive;
     stop_wheels();
   }
-  const double part = -std::expm1(-dt_s / options_.lag_s);
-  for (Wheel* wheel : {&left_, &right_}) {
-    wheel->speed_m_per_s += part * (wheel->goal_m_per_s - wheel->speed_m_per_s);
-    if (wheel->goal_m_per_s == 0.0 && std::abs(wheel->speed_m_per_s) < 1e-3) {
-      wheel->speed_m_per_s = 0.0;
-    }
-    wheel->travelled_m += wheel->speed_m_per_s * dt_s;
-  }
+  for (LaggingWheel* wheel : {&left_, &right_}) wheel->step(dt_s, options_.lag_s);
 }
 
 void CreateEmulator::run_until(Utime now) {

@@ -4,6 +4,7 @@
 #include <optional>
 #include <random>
 
+#include "drivers/base/lagging_wheel.hpp"
 #include "drivers/create/codec.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
@@ -52,13 +53,6 @@ class CreateEmulator final : public Emulator {
   double right_m_per_s() const { return right_.speed_m_per_s; }
 
  private:
-  struct Wheel {
-    double goal_m_per_s = 0.0;
-    double speed_m_per_s = 0.0;
-    double travelled_m = 0.0;
-    double counted_from_m = 0.0;
-  };
-
   void run_until(Utime now);
   void step(double dt_s);
   void obey(const Request& request);
@@ -78,7 +72,7 @@ class CreateEmulator final : public Emulator {
   Bytes streamed_;  ///< packets of a frame
   OiMode mode_ = OiMode::off;
   Utime ready_, now_, next_frame_;
-  Wheel left_, right_;
+  LaggingWheel left_, right_;
 };
 
 }  // namespace marco::drivers::create

@@ -23,6 +23,7 @@ enum class Kind {
   p2os,
   textbase,
   create,
+  kobuki,
   hcs12_base,
   hcs12_pantilt,
 };

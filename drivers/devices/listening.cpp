@@ -12,6 +12,7 @@
 #include "drivers/devices/said_lines.hpp"
 #include "drivers/hokuyo/codec.hpp"
 #include "drivers/imu/codec.hpp"
+#include "drivers/kobuki/codec.hpp"
 #include "drivers/ldlidar/codec.hpp"
 #include "drivers/leuze/codec.hpp"
 #include "drivers/p2os/codec.hpp"
@@ -206,9 +207,21 @@ std::optional<Claim> create_says(Heard bytes, Kind asked) {
   return Claim{Kind::create, "iRobot Create 2 or Roomba"};
 }
 
-constexpr std::array kJudges{create_says,  ldlidar_says, sick_says,   p2os_says,
-                             rplidar_says, hokuyo_says,  bno055_says, cola_says,
-                             imu_says,     leuze_says,   ydlidar_says};
+// A YDLIDAR's points begin alike, and have another sum.
+std::optional<Claim> kobuki_says(Heard bytes, Kind /*asked*/) {
+  kobuki::FrameParser parser;
+  parser.push(bytes);
+  int frames = 0;
+  while (const auto received = parser.next()) {
+    frames += kobuki::decode_feedback(received->payload) ? 1 : 0;
+  }
+  if (frames < 2) return std::nullopt;
+  return Claim{Kind::kobuki, "Kobuki (TurtleBot 2)"};
+}
+
+constexpr std::array kJudges{kobuki_says, create_says,  ldlidar_says, sick_says,
+                             p2os_says,   rplidar_says, hokuyo_says,  bno055_says,
+                             cola_says,   imu_says,     leuze_says,   ydlidar_says};
 
 }  // namespace
 

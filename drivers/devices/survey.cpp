@@ -146,14 +146,21 @@ std::string describe(const PortReport& report) {
 }
 
 std::string program_of(Kind kind) {
-  static const std::map<Kind, const char*> kPrograms{
-      {Kind::ldlidar, "marco-ldlidar"},   {Kind::ydlidar, "marco-ydlidar"},
-      {Kind::rplidar, "marco-rplidar"},   {Kind::sick, "marco-sick"},
-      {Kind::hokuyo, "marco-hokuyo"},     {Kind::leuze, "marco-leuze"},
-      {Kind::cola, "marco-cola"},         {Kind::bno055, "marco-bno055"},
-      {Kind::imu, "marco-imu"},           {Kind::p2os, "marco-p2os"},
-      {Kind::textbase, "marco-textbase"}, {Kind::create, "marco-create"},
-      {Kind::hcs12_base, "marco-base"},   {Kind::hcs12_pantilt, "marco-pantilt"}};
+  static const std::map<Kind, const char*> kPrograms{{Kind::ldlidar, "marco-ldlidar"},
+                                                     {Kind::ydlidar, "marco-ydlidar"},
+                                                     {Kind::rplidar, "marco-rplidar"},
+                                                     {Kind::sick, "marco-sick"},
+                                                     {Kind::hokuyo, "marco-hokuyo"},
+                                                     {Kind::leuze, "marco-leuze"},
+                                                     {Kind::cola, "marco-cola"},
+                                                     {Kind::bno055, "marco-bno055"},
+                                                     {Kind::imu, "marco-imu"},
+                                                     {Kind::p2os, "marco-p2os"},
+                                                     {Kind::textbase, "marco-textbase"},
+                                                     {Kind::create, "marco-create"},
+                                                     {Kind::kobuki, "marco-kobuki"},
+                                                     {Kind::hcs12_base, "marco-base"},
+                                                     {Kind::hcs12_pantilt, "marco-pantilt"}};
   const auto program = kPrograms.find(kind);
   return program == kPrograms.end() ? "" : program->second;
 }

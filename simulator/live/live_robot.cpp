@@ -9,6 +9,7 @@
 #include "drivers/hcs12/base_emulator.hpp"
 #include "drivers/hcs12/pantilt_emulator.hpp"
 #include "drivers/imu/emulator.hpp"
+#include "drivers/kobuki/emulator.hpp"
 #include "drivers/p2os/emulator.hpp"
 #include "drivers/textbase/emulator.hpp"
 #include "simulator/live/faulty_emulator.hpp"
@@ -52,7 +53,9 @@ void LiveRobot::add_base() {
   if (spec_.base == "hcs12") return add_hcs12();
   if (spec_.base == "text") return add_text();
   if (spec_.base == "create") return add_create();
-  require(spec_.base == "p2os", "base '" + spec_.base + "': expected hcs12, p2os, text or create");
+  if (spec_.base == "kobuki") return add_kobuki();
+  require(spec_.base == "p2os",
+          "base '" + spec_.base + "': expected hcs12, p2os, text, create or kobuki");
   add_p2os();
 }
 
@@ -120,6 +123,25 @@ void LiveRobot::add_create() {
     const Contact& contact = floor_.contact();
     world.left_bump = contact.front && contact.bearing_rad >= 0.0;
     world.right_bump = contact.front && contact.bearing_rad < 0.0;
+    return world;
+  });
+  wheels_.left_m = [base = robot.get()] { return base->left_m(); };
+  wheels_.right_m = [base = robot.get()] { return base->right_m(); };
+  add_device("base", std::move(robot));
+}
+
+// The same.
+void LiveRobot::add_kobuki() {
+  namespace kobuki = drivers::kobuki;
+  auto robot = std::make_unique<kobuki::KobukiEmulator>(kobuki::KobukiEmulatorOptions{}, [this] {
+    constexpr double kCentreRad = 0.5;
+    kobuki::KobukiWorld world;
+    const Contact& contact = floor_.contact();
+    if (!contact.front) return world;
+    const bool centre = std::abs(contact.bearing_rad) < kCentreRad;
+    world.bumpers = centre                       ? kobuki::kCentre
+                    : contact.bearing_rad >= 0.0 ? kobuki::kLeft
+                                                 : kobuki::kRight;
     return world;
   });
   wheels_.left_m = [base = robot.get()] { return base->left_m(); };

@@ -60,6 +60,7 @@ class LiveRobot {
   void add_p2os();
   void add_text();
   void add_create();
+  void add_kobuki();
   void add_pantilt();
   void add_laser(const LiveLaserSpec& spec, uint64_t seed);
   void add_imu();

@@ -7,6 +7,7 @@
 #include "drivers/hcs12/codec.hpp"
 #include "drivers/hcs12/ramp.hpp"
 #include "drivers/imu/codec.hpp"
+#include "drivers/kobuki/codec.hpp"
 #include "drivers/p2os/accessories.hpp"
 #include "drivers/p2os/codec.hpp"
 #include "drivers/textbase/codec.hpp"
@@ -244,6 +245,33 @@ MARCO_FUZZ(create) {
   requests.push(stream);
   while (requests.next()) {
   }
+}
+
+MARCO_FUZZ(kobuki) {
+  Input input(bytes);
+  const Way way = way_of(input);
+  // Frames with a sum that fits, or bytes as they are.
+  const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
+    Bytes frame{0xAA, 0x55, static_cast<uint8_t>(piece.size())};
+    frame.insert(frame.end(), piece.begin(), piece.end());
+    uint8_t sum = 0;
+    for (const uint8_t byte : std::span(frame).subspan(2)) sum = static_cast<uint8_t>(sum ^ byte);
+    frame.push_back(sum);
+    return frame;
+  });
+  kobuki::FrameParser parser;
+  feed(
+      stream, way.step, [&](auto part) { parser.push(part); },
+      [&parser] {
+        while (const auto received = parser.next()) {
+          kobuki::decode_order(received->payload);
+          const auto told = kobuki::decode_feedback(received->payload);
+          if (!told) continue;
+          const Bytes again = kobuki::encode_frame(*told);
+          promise(kobuki::decode_feedback(std::span(again).subspan(3, again[2])) == told,
+                  "feedback reads as it was written");
+        }
+      });
 }
 
 MARCO_FUZZ(textbase) {

@@ -18,6 +18,7 @@
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/imu/driver.hpp"
 #include "drivers/imu/emulator.hpp"
+#include "drivers/kobuki/driver.hpp"
 #include "drivers/ldlidar/driver.hpp"
 #include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/driver.hpp"
@@ -162,9 +163,12 @@ MARCO_FUZZ(probe) {
 
 MARCO_FUZZ(base_driver) {
   Input input(bytes);
-  const int which = input.byte() % 4;
+  const int which = input.byte() % 5;
   if (which == 3) {
     create::CreateBase driver{create::CreateOptions{}};
+    drive(driver, input);
+  } else if (which == 4) {
+    kobuki::KobukiBase driver{kobuki::KobukiOptions{}};
     drive(driver, input);
   } else if (which == 0) {
     hcs12::Hcs12Base driver{hcs12::Hcs12BaseOptions{}};

@@ -215,7 +215,8 @@ INSTANTIATE_TEST_SUITE_P(Bases,
                          SmallRobots,
                          ::testing::Values(SmallRobot{"homemade", "marco-textbase", "textbase",
                                                       7.4},
-                                           SmallRobot{"create", "marco-create", "create", 15.0}),
+                                           SmallRobot{"create", "marco-create", "create", 15.0},
+                                           SmallRobot{"kobuki", "marco-kobuki", "kobuki", 16.5}),
                          [](const auto& robot) { return std::string(robot.param.name); });
 
 TEST_P(SmallRobots, Drive) {

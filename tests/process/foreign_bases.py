@@ -7,6 +7,8 @@ does not come at all makes it fail, never a slow machine.
 
 Usage: foreign_bases.py MARCO_SIM CONFIG_FOLDER          exit 0 = all that was asked came true
 """
+import functools
+import operator
 import os
 import re
 import select
@@ -493,6 +495,94 @@ def judge_create(port):
     robot.line.close()
 
 
+# ---- Kobuki: AA 55 n {id size data} xor, little endian ---------------------------------------------------------
+
+
+class Kobuki:
+    def __init__(self, line):
+        self.line = line
+        self.buffer = b""
+
+    def say(self, part):
+        body = bytes([len(part)]) + part
+        self.line.write(b"\xAA\x55" + body + bytes([functools.reduce(operator.xor, body)]))
+
+    def drive(self, speed, radius):
+        self.say(struct.pack("<BBhh", 1, 4, speed, radius))
+
+    def frame(self):
+        """The next one, as a dictionary of parts."""
+        until = time.monotonic() + PATIENCE_S
+        while time.monotonic() < until:
+            size = self.buffer[2] + 4 if len(self.buffer) > 2 else 4
+            if len(self.buffer) >= size:
+                whole, self.buffer = self.buffer[:size], self.buffer[size:]
+                check("head of a frame", whole[:2], b"\xAA\x55")
+                check("sum of a frame", functools.reduce(operator.xor, whole[2:]), 0)
+                parts, rest = {}, whole[3:-1]
+                while rest:
+                    check("a whole part", len(rest) >= 2 + rest[1], True)
+                    parts[rest[0]], rest = rest[2:2 + rest[1]], rest[2 + rest[1]:]
+                return parts
+            self.buffer += self.line.read(0.1)
+        sys.exit("FAILED: no frame")
+
+
+def judge_kobuki(port):
+    robot = Kobuki(Line(port, termios.B115200))
+
+    def basic():
+        return struct.unpack("<HBBBHHbbBBBB", robot.frame()[1])
+
+    first = basic()
+    begun, frames = time.monotonic(), 0
+    while frames < 100:
+        now, frames = basic(), frames + 1
+    check("seconds a frame", (time.monotonic() - begun) / 100, 0.02, 0.005)
+    check("its clock [ms]", (now[0] - first[0]) % 65536, 2000, 60)
+    check("nothing touches it", now[1:4], (0, 0, 0))
+    check("battery [0.1 V]", now[10], 165, 5)
+    check("stands until it is told", now[4:6], first[4:6])
+    robot.say(bytes.fromhex("09020B00"))
+    parts = {}
+    for _ in range(5):
+        parts.update(robot.frame())
+    check("the firmware's version", len(parts.get(0x0B, b"")), 4)
+
+    def driven(speed, radius):
+        """mm/s of both wheels, and deg/s of the gyro by both ways, in its second second."""
+        robot.drive(speed, radius)
+        for _ in range(50):
+            one = basic()
+        for _ in range(50):
+            parts = robot.frame()
+        two = struct.unpack("<HBBBHHbbBBBB", parts[1])
+        seconds = (two[0] - one[0]) % 65536 / 1000
+        wheels = [((two[k] - one[k] + 32768) % 65536 - 32768) / 11.7244166 / seconds for k in (4, 5)]
+        readings = struct.unpack(f"<{parts[13][1]}h", parts[13][2:])
+        return (*wheels, struct.unpack("<h", parts[4][2:4])[0] / 100, readings[2] * 0.00875)
+
+    left, right, rate, raw = driven(120, 0)
+    check("ahead, left [mm/s]", left, 120, 4)
+    check("ahead, right [mm/s]", right, 120, 4)
+    check("ahead, it does not turn", (abs(rate) < 0.5, abs(raw) < 0.5), (True, True))
+    left, right, rate, raw = driven(58, 1)  # 0.504 rad/s
+    check("on the spot, left [mm/s]", left, -58, 4)
+    check("on the spot, right [mm/s]", right, 58, 4)
+    check("on the spot [deg/s]", rate, 28.9, 1)
+    check("on the spot, the gyro's own [deg/s]", raw, 28.9, 1)
+    left, right, rate, raw = driven(-100, -300)  # back, round a centre on the right: counter-clockwise
+    check("an arc, left [mm/s]", left, -100, 4)
+    check("an arc, right [mm/s]", right, -100 * 185 / 415, 4)
+    check("an arc [deg/s]", rate, 13.8, 1)
+    robot.drive(0, 0)
+    for _ in range(40):
+        one = basic()
+    two = basic()
+    check("it stands", two[4:6], one[4:6])
+    robot.line.close()
+
+
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
@@ -500,7 +590,8 @@ def main():
     for robot, judges in (("marco", (("base", judge_pioneer),)),
                           ("michoacan", (("pantilt", judge_pantilt), ("base", judge_base))),
                           ("homemade", (("base", judge_text_base),)),
-                          ("create", (("base", judge_create),))):
+                          ("create", (("base", judge_create),)),
+                          ("kobuki", (("base", judge_kobuki),))):
         with tempfile.TemporaryDirectory() as folder:
             process = subprocess.Popen(
                 [simulator, "--config", f"{config}/robots/{robot}.toml", "--world", f"{config}/worlds/lab.toml",

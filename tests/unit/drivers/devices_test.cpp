@@ -16,6 +16,7 @@
 #include "drivers/hcs12/pantilt_emulator.hpp"
 #include "drivers/hokuyo/emulator.hpp"
 #include "drivers/imu/emulator.hpp"
+#include "drivers/kobuki/emulator.hpp"
 #include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/emulator.hpp"
 #include "drivers/p2os/emulator.hpp"
@@ -192,6 +193,8 @@ TEST(Devices, LasersOnTheNetworkAreFound) {
 TEST(Devices, BasesAndImusAreFound) {
   textbase::TextBoard text_board;
   expect_found(text_board, "base with Marco's text protocol, 'sim' at 115200");
+  kobuki::KobukiEmulator turtle;
+  expect_found(turtle, "Kobuki (TurtleBot 2) at 115200");
   p2os::P2osEmulator pioneer;
   expect_found(pioneer, "Pioneer base (P2OS, ARCOS) at 9600");
   hcs12::BaseEmulator base({}, {});

@@ -10,7 +10,7 @@
 namespace marco::teleop {
 namespace {
 
-using Next = HeadMove::Next;
+using HeadNext = HeadMove::Next;
 
 // A pan-tilt that says ten times a second where it looks.
 class Head {
@@ -20,7 +20,10 @@ class Head {
 
   // Toward the order, at this rate in degrees per second, from `begins_s` on.
   // @returns what the move says first that is not `wait`, and when.
-  std::pair<Next, double> go(double to_pan_deg, double to_tilt_deg, double rate, double begins_s) {
+  std::pair<HeadNext, double> go(double to_pan_deg,
+                                 double to_tilt_deg,
+                                 double rate,
+                                 double begins_s) {
     PanTiltCommand order;
     order.pan_rad = deg_to_rad(to_pan_deg);
     order.tilt_rad = deg_to_rad(to_tilt_deg);
@@ -39,37 +42,37 @@ class Head {
       // Whole units of 1.45 degrees.
       state.pan_rad = deg_to_rad(1.45 * std::round(pan_deg / 1.45));
       state.tilt_rad = deg_to_rad(tilt_deg);
-      if (const Next next = move.on_state(state); next != Next::wait) return {next, at_s};
+      if (const HeadNext next = move.on_state(state); next != HeadNext::wait) return {next, at_s};
     }
-    return {Next::wait, 60.0};
+    return {HeadNext::wait, 60.0};
   }
 };
 
 TEST(HeadMove, IsThereWhenItStandsAtTheOrderedAngles) {
   Head head;
   const auto [next, at_s] = head.go(60.0, -10.0, 20.0, 0.3);
-  EXPECT_EQ(next, Next::there);
+  EXPECT_EQ(next, HeadNext::there);
   EXPECT_NEAR(at_s, 0.3 + 3.0 + 0.3, 0.25);
-  EXPECT_EQ(head.go(60.0, -10.0, 20.0, 0.3).first, Next::there) << "it stands there already";
+  EXPECT_EQ(head.go(60.0, -10.0, 20.0, 0.3).first, HeadNext::there) << "it stands there already";
 }
 
 TEST(HeadMove, OfASlowHeadIsWaitedFor) {
   Head head;
-  EXPECT_EQ(head.go(30.0, 0.0, 1.0, 1.0).first, Next::there);
+  EXPECT_EQ(head.go(30.0, 0.0, 1.0, 1.0).first, HeadNext::there);
 }
 
 TEST(HeadMove, HasEndedWhereTheHeadReachesNoFarther) {
   Head head;
   head.pan_limit_deg = 90.0;
   const auto [next, at_s] = head.go(120.0, 0.0, 30.0, 0.2);
-  EXPECT_EQ(next, Next::ended);
+  EXPECT_EQ(next, HeadNext::ended);
   EXPECT_NEAR(at_s, 3.2 + 1.5, 0.3);
 }
 
 TEST(HeadMove, HasEndedWhenTheHeadDoesNotMove) {
   Head head;
   const auto [next, at_s] = head.go(30.0, 0.0, 0.0, 0.0);
-  EXPECT_EQ(next, Next::ended);
+  EXPECT_EQ(next, HeadNext::ended);
   EXPECT_NEAR(at_s, 3.0, 0.2);
 }
 

@@ -108,8 +108,9 @@ TEST(LiveRobot, EveryDeviceRunsWithNobodyConnected) {
 
 TEST(LiveRobot, TheShippedRobotsCanBeBuilt) {
   const RayCaster rays(square_room());
-  const std::pair<const char*, std::size_t> robots[] = {
-      {"create", 2}, {"homemade", 2}, {"marco", 3}, {"michoacan", 3}, {"two_lasers", 3}};
+  const std::pair<const char*, std::size_t> robots[] = {{"create", 2},    {"homemade", 2},
+                                                        {"kobuki", 2},    {"marco", 3},
+                                                        {"michoacan", 3}, {"two_lasers", 3}};
   for (const auto& [name, devices] : robots) {
     const auto spec =
         process::load_options<RobotSpec>(std::string("config/robots/") + name + ".toml");

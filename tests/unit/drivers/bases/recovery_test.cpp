@@ -14,6 +14,8 @@
 #include "drivers/hcs12/pantilt_emulator.hpp"
 #include "drivers/imu/driver.hpp"
 #include "drivers/imu/emulator.hpp"
+#include "drivers/kobuki/driver.hpp"
+#include "drivers/kobuki/emulator.hpp"
 #include "drivers/p2os/driver.hpp"
 #include "drivers/p2os/emulator.hpp"
 #include "drivers/textbase/driver.hpp"
@@ -101,6 +103,15 @@ TEST(Recovery, Create) {
   testing::Bench<create::CreateBase> bench(driver, robot, create::kBaud);
   expect_returns<create::CreateBase>(
       "Create", bench, [&] { return driver.status().link == BaseStatus::Link::up; },
+      [&] { robot.reset(bench.now()); }, 1.0);
+}
+
+TEST(Recovery, Kobuki) {
+  kobuki::KobukiEmulator robot;
+  kobuki::KobukiBase driver({});
+  testing::Bench<kobuki::KobukiBase> bench(driver, robot, kobuki::kBaud);
+  expect_returns<kobuki::KobukiBase>(
+      "Kobuki", bench, [&] { return driver.status().link == BaseStatus::Link::up; },
       [&] { robot.reset(bench.now()); }, 1.0);
 }
 

@@ -10,6 +10,8 @@
 #include "driven_base.hpp"
 #include "drivers/create/driver.hpp"
 #include "drivers/create/emulator.hpp"
+#include "drivers/kobuki/driver.hpp"
+#include "drivers/kobuki/emulator.hpp"
 #include "drivers/p2os/driver.hpp"
 #include "drivers/p2os/emulator.hpp"
 #include "drivers/textbase/emulator.hpp"
@@ -71,6 +73,19 @@ struct Create : CreateParts, testing::DrivenBase<create::CreateBase> {
   double way_m() const { return robot.left_m(); }
 };
 
+struct KobukiParts {
+  kobuki::KobukiEmulator robot;
+  kobuki::KobukiBase driver{kobuki::KobukiOptions{}};
+};
+
+struct Kobuki : KobukiParts, testing::DrivenBase<kobuki::KobukiBase> {
+  Kobuki() : DrivenBase(driver, robot, kobuki::kBaud) {}
+  bool moves() const {  // its wheels creep to a stand
+    return std::abs(robot.left_m_per_s()) > 0.003 || std::abs(robot.right_m_per_s()) > 0.003;
+  }
+  double way_m() const { return robot.left_m(); }
+};
+
 /// What all bases do alike.
 template <class Base>
 class AnyBase : public ::testing::Test {
@@ -94,7 +109,7 @@ class AnyBase : public ::testing::Test {
   }
   std::string note() const { return base_.driver.status().note; }
 };
-using Bases = ::testing::Types<Hcs12, Pioneer, HomeMade, Create>;
+using Bases = ::testing::Types<Hcs12, Pioneer, HomeMade, Create, Kobuki>;
 TYPED_TEST_SUITE(AnyBase, Bases);
 
 constexpr Kind kMotions[] = {Kind::move, Kind::turn, Kind::velocity, Kind::go_to};

@@ -66,6 +66,17 @@ TEST_F(CoveredLaser, AHandOrPeopleAllAroundCoverItAWallDoesNot) {
   EXPECT_FALSE(is_covered_at(covered(hits, 0, 1.5, random_), {{}}));
 }
 
+TEST_F(CoveredLaser, InACorridorAPartOfWhatCoversItLiesWhereTheWallsAre) {
+  room_ = {};
+  room_.add_box(-4.0, -0.6, 8.0, 0.6);
+  Points2 hits(2, kBeams);  // a box of 1 x 1 m over the robot
+  for (int beam = 0; beam < kBeams; ++beam) {
+    hits.col(beam) = 0.5 / ray(beam).cwiseAbs().maxCoeff() * ray(beam);
+  }
+  EXPECT_TRUE(is_covered_at(hits, {{}}));
+  EXPECT_FALSE(is_covered_at(seen_from({}), {{}}));
+}
+
 // In a corner at 0.6 m, while odometry says that it stands in the middle of the room.
 TEST_F(CoveredLaser, WallsWhereOdometryLiesAreNoCover) {
   room_ = {};

@@ -42,9 +42,9 @@ inline constexpr double kNarrowestM = 0.3, kNarrowestDeg = 5.0;
 inline constexpr double kWidestM = 1.5, kWidestDeg = 45.0;
 inline constexpr double kMinSearchScore = 0.2;
 
-// Of a laser that is covered: part of the returns that are nearer than this, and of those in free
-// space. A hand is at 0.2 m, people who stand around a robot at 0.5 to 1 m; in a corridor the rest
-// of them are where its walls are.
+// Of a laser that is covered: part of the returns that are nearer than this, and part of all
+// returns that lie in free space. A hand is at 0.2 m, people who stand around a robot are at 0.5 to
+// 1 m. In a corridor the other returns lie where its walls are.
 inline constexpr double kCoveredPart = 0.7, kCoverWithinM = 1.0, kCoverFreePart = 0.33;
 
 // A scan that fits nothing is drawn only after this many in a row: odometry that jumped has placed
@@ -68,7 +68,8 @@ inline constexpr double kContradiction = 16.0;
 /// the unaltered logs no gate costs more than 0.1 mm.
 inline constexpr Gate kMatchGates[] = {
     {"too few points", "returns of the scan, fewer than", static_cast<double>(MatchGateOptions{}.min_points), "not matched", "slam.min_points; a scan of nothing would match"},
-    {"covered", "part of the returns that are within 1 m, in what the last keyframes saw as free, more than", match_gates::kCoveredPart, "not matched, not drawn", "without it: intel, a hand before the laser eight times for 3 s, 0.015 → 5.3 m"},
+    {"covered: near", "part of the returns that are within 1 m, more than", match_gates::kCoveredPart, "with the next row: not matched, not drawn", "without it: intel, a hand before the laser eight times for 3 s, 0.015 → 5.3 m"},
+    {"covered: in free space", "part of the returns in what the last keyframes saw as free, more than; while the cover lasts, any", match_gates::kCoverFreePart, "with the row before: not matched, not drawn", "at 0.7: intel, a box over the robot eight times for 10 s, 0.02 → 8.2 m"},
     {"odometry is doubted", "overlap of the match, less than", MatchGateOptions{}.sure_overlap, "matched with a weak prior, too", "our experiment without it: lost odometry 0.63 → 2.85 m"},
     {"odometry is wrong: gain", "overlap gained without odometry, more than", match_gates::kProvesLie, "with the next row: the match without odometry is used", "without it: office 0.08 m at worst; 6 m range 0.03 → 0.07 m"},
     {"odometry is wrong: distance", "squared Mahalanobis distance from odometry, more than", match_gates::kContradiction, "with the row before: the match without odometry is used", "about the 99.9 % quantile of chi-squared, 3 degrees of freedom"},

@@ -13,8 +13,8 @@ namespace marco::slam {
 /// @param world_from_robot  where the robot may be: as predicted, and where it was. All must agree,
 /// for at a wrong place walls stand in free space, too.
 /// @param keys  the map; empty: false
-/// @param was_covered  in the scan before. A robot that drives on comes to where nothing was seen
-/// as free: the cover stays until more is seen than what is near, or what is near are known walls.
+/// @param was_covered  in the scan before. A robot that drives on under a cover leaves the space
+/// that was seen as free. So the cover lasts until the laser sees farther, or sees known walls.
 bool laser_is_covered(const Points2& hits_in_robot,
                       const Eigen::Vector2d& sensor_in_robot,
                       std::span<const Pose2> world_from_robot,

@@ -12,7 +12,7 @@ namespace {
 // Keyframe poses of a short path for each keyframe of the map.
 constexpr std::size_t kPosesPerKeyframe = 4;
 
-// What a turn adds to dead reckoning's error, beside a metre of way.
+// Dead reckoning errs with the way; a radian of turning counts as this many metres.
 constexpr double kMPerRad = 0.5;
 constexpr double kStoodM = 1e-4;  // a way of rounding errors
 

@@ -17,7 +17,7 @@ struct ScanPose {
   /// The robot has not moved since the scan before: both are where this one says, as that knows of
   /// all matches of the stop.
   bool stands = false;
-  bool predicted = false;  ///< not matched: carried on from the scan before
+  bool predicted = false;  ///< by dead reckoning from the scan before: it was not matched
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -64,9 +64,9 @@ class ScanPath {
                 const std::optional<Pose2>& odom_from_robot,
                 bool predicted,
                 const std::vector<Keyframe>& keys);
-  /// A scan was matched: what its prediction was off had grown over the predicted scans before it.
-  /// They are moved by their part of it, in proportion to the way: a robot that stood has not
-  /// erred. Call it before the keyframes move.
+  /// Call when a scan was matched, before the keyframes move. The error of its prediction had grown
+  /// over the predicted scans before it: each is moved by its share, in proportion to the way, for
+  /// a robot that stands does not err.
   void spread_correction(const Pose2& predicted,
                          const Pose2& world_from_robot,
                          const std::vector<Keyframe>& keys);

@@ -12,8 +12,8 @@ using Link = BaseStatus::Link;
 
 constexpr double kSilentS = 0.5;
 constexpr double kAskEveryS = 1.0;
-// Frames come every 20 ms, in heaps where the cable's converter collects them. What its clock says
-// beyond this began anew: it was switched on again.
+// Frames come every 20 ms, several at once where the cable's converter collects them. When the
+// robot's clock steps by more than this, it was switched off and on.
 constexpr double kLongestStepS = 1.0;
 
 void append(std::vector<uint8_t>& out, const Bytes& bytes) {

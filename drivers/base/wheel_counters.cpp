@@ -6,7 +6,7 @@ namespace marco::drivers {
 namespace {
 
 constexpr double kFastestMPerS = 2.0;
-constexpr double kSpareTicks = 10.0;  // frames may come in a heap
+constexpr double kSpareTicks = 10.0;  // frames may come several at once
 
 int difference(uint16_t now, uint16_t before) {
   return static_cast<int16_t>(static_cast<uint16_t>(now - before));

@@ -12,8 +12,8 @@ class WheelCounters {
  public:
   explicit WheelCounters(double tick_m) : tick_m_(tick_m) {}
 
-  /// What the wheels did since the last call: nothing at the first one, and where a wheel would
-  /// have turned faster than 2 m/s: its counter began at 0 again.
+  /// What the wheels did since the last call. Nothing at the first one, nor where a wheel would
+  /// have rolled faster than 2 m/s: then its counter was reset.
   /// @param step_s  since the last call, > 0
   ClickOdometry::Step count(uint16_t left, uint16_t right, double step_s);
   /// The next counts have nothing to do with the last ones.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "drivers/transport/little_endian.hpp"
+
 namespace marco::drivers::kobuki {
 namespace {
 
@@ -28,18 +30,6 @@ uint8_t xor_of(std::span<const uint8_t> bytes) {
   return std::accumulate(bytes.begin(), bytes.end(), uint8_t{0}, [](uint8_t sum, uint8_t byte) {
     return static_cast<uint8_t>(sum ^ byte);
   });
-}
-
-uint16_t u16(std::span<const uint8_t> data, std::size_t at) {
-  return static_cast<uint16_t>(data[at] | data[at + 1] << 8);
-}
-int16_t s16(std::span<const uint8_t> data, std::size_t at) {
-  return static_cast<int16_t>(u16(data, at));
-}
-
-void put_u16(Bytes& bytes, int value) {
-  bytes.push_back(static_cast<uint8_t>(value));
-  bytes.push_back(static_cast<uint8_t>(value >> 8));
 }
 
 void put_part(Bytes& payload, uint8_t id, const Bytes& data) {
@@ -72,12 +62,12 @@ bool for_each_part(std::span<const uint8_t> payload, const Use& use) {
 
 bool read_basic(std::span<const uint8_t> data, Feedback& feedback) {
   if (data.size() != 15) return false;
-  feedback.clock_ms = u16(data, 0);
+  feedback.clock_ms = get_u16(data, 0);
   feedback.bumpers = data[2];
   feedback.hanging_wheels = data[3];
   feedback.cliffs = data[4];
-  feedback.left_ticks = u16(data, 5);
-  feedback.right_ticks = u16(data, 7);
+  feedback.left_ticks = get_u16(data, 5);
+  feedback.right_ticks = get_u16(data, 7);
   feedback.charger = data[12];
   feedback.decivolts = data[13];
   return true;
@@ -91,7 +81,7 @@ bool read_gyro(std::span<const uint8_t> data, Feedback& feedback) {
   }
   feedback.gyro.clear();
   for (std::size_t at = 2; at < data.size(); at += 6) {
-    feedback.gyro.push_back({s16(data, at), s16(data, at + 2), s16(data, at + 4)});
+    feedback.gyro.push_back({get_s16(data, at), get_s16(data, at + 2), get_s16(data, at + 4)});
   }
   return true;
 }
@@ -102,8 +92,8 @@ bool read_part(uint8_t id, std::span<const uint8_t> data, Feedback& feedback) {
       return read_basic(data, feedback);
     case kInertia:
       if (data.size() != 7) return false;
-      feedback.heading_cdeg = s16(data, 0);
-      feedback.rate_cdeg_per_s = s16(data, 2);
+      feedback.heading_cdeg = get_s16(data, 0);
+      feedback.rate_cdeg_per_s = get_s16(data, 2);
       return true;
     case kGyro:
       return read_gyro(data, feedback);
@@ -133,8 +123,8 @@ Bytes velocity_request(double velocity_m_per_s, double yaw_rate_rad_per_s) {
     }
   }
   Bytes data;
-  put_u16(data, speed_mm_per_s);
-  put_u16(data, radius_mm);
+  put_u16(data, static_cast<unsigned>(speed_mm_per_s));
+  put_u16(data, static_cast<unsigned>(radius_mm));
   Bytes payload;
   put_part(payload, kVelocity, data);
   return frame_of(payload);
@@ -160,8 +150,8 @@ Bytes encode_frame(const Feedback& feedback) {
   basic.push_back(feedback.decivolts);
   basic.push_back(0);  // currents
   Bytes inertia;
-  put_u16(inertia, feedback.heading_cdeg);
-  put_u16(inertia, feedback.rate_cdeg_per_s);
+  put_u16(inertia, static_cast<unsigned>(feedback.heading_cdeg));
+  put_u16(inertia, static_cast<unsigned>(feedback.rate_cdeg_per_s));
   inertia.resize(7);
   Bytes payload;
   put_part(payload, kBasic, basic);
@@ -169,7 +159,7 @@ Bytes encode_frame(const Feedback& feedback) {
   if (!feedback.gyro.empty()) {
     Bytes gyro{0, static_cast<uint8_t>(3 * feedback.gyro.size())};
     for (const auto& reading : feedback.gyro) {
-      for (const int16_t value : reading) put_u16(gyro, value);
+      for (const int16_t value : reading) put_u16(gyro, static_cast<unsigned>(value));
     }
     put_part(payload, kGyro, gyro);
   }
@@ -195,11 +185,11 @@ std::optional<Order> decode_order(std::span<const uint8_t> payload) {
   const bool whole = for_each_part(payload, [&](uint8_t id, std::span<const uint8_t> data) {
     if (id == kAsk && data.size() == 2) order.asks_versions = true;
     if (id != kVelocity || data.size() != 4) return true;
-    const double speed = 1e-3 * s16(data, 0), radius = 1e-3 * s16(data, 2);
-    if (s16(data, 2) == 0) {
+    const double speed = 1e-3 * get_s16(data, 0), radius = 1e-3 * get_s16(data, 2);
+    if (get_s16(data, 2) == 0) {
       order.velocity_m_per_s = speed;
       order.yaw_rate_rad_per_s = 0.0;
-    } else if (s16(data, 2) == 1) {
+    } else if (get_s16(data, 2) == 1) {
       order.velocity_m_per_s = 0.0;
       order.yaw_rate_rad_per_s = speed / kHalfTrackM;
     } else {

@@ -102,7 +102,7 @@ double KobukiBase::tell_time(const Feedback& feedback) {
   return std::max(step_s, kFrameS);
 }
 
-// The gyro is turned by a quarter: its y looks ahead.
+// The gyro is turned by a quarter: its x points left, its y backwards.
 void KobukiBase::publish_gyro(const Feedback& feedback, Utime when) {
   ImuSample sample{when};
   sample.angular_velocity_rad_per_s.z() = deg_to_rad(0.01 * feedback.rate_cdeg_per_s);

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How good a live pose can be: at sampled relations, the error of the poses as first published, of those that a map made
-of everything until then ends with, and of the final ones. Nothing that runs forward in time can know more than the map
-of the beginning of the log does.
+of everything until then ends with, and of the final ones. A live pose cannot be expected to beat a whole map of all that
+was recorded until then.
 
 usage: live_bound.py FOLDER_OF_PROGRAMS LOG RELATIONS [--relations 100] [--jobs 2]
 

@@ -169,7 +169,7 @@ TEST(KobukiDriver, ItsGyroIsPublishedInTheRobotsFrame) {
   const Utime now = Utime::from_us(1'700'000'000'000'000);
   driver.on_connection(true, now);
   Feedback told;
-  told.gyro = {{100, 0, 0}, {100, 200, 0}};  // its y looks ahead
+  told.gyro = {{100, 0, 0}, {100, 200, 0}};  // its x points left, its y backwards
   driver.receive(encode_frame(told), now);
   const auto imu = driver.take_output().imu;
   ASSERT_EQ(imu.size(), 1u);

@@ -1,5 +1,6 @@
 // A robot for the page's tests: the server's side of the contract between page and marco-page, without LCM. It drives in four
-// rooms, sees what its laser sees, obeys and counts what it was told, and can be cut off, made read-only or hostile.
+// rooms, sees what its laser sees, obeys and counts what it was told, tells who subscribes what was said last, and can be cut
+// off, held where it is, made read-only or hostile.
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { deflateSync, crc32 } from "node:zlib";
@@ -49,8 +50,8 @@ const types = { html: "text/html", css: "text/css", js: "text/javascript" };
 export class PageRobot {
   // page: the folder web/page. three: the file of three.js, or nothing.
   constructor(page, { readOnly = false, hostile = false, three = null, port = 0 } = {}) {
-    Object.assign(this, { page, readOnly, hostile, three, port, told: [], velocities: [], tiles: new Map(), changed: new Set(), clients: new Set(), now: 1e15, path: [], loops: [] });
-    Object.assign(this, { x: -3, y: -2, theta: 0.3, v: 0, w: 0, goal: null, commandId: 0, fate: 0, engaged: false, recording: false, tilt: 0 });
+    Object.assign(this, { page, readOnly, hostile, three, port, told: [], velocities: [], tiles: new Map(), changed: new Set(), last: new Map(), clients: new Set(), now: 1e15, path: [], loops: [] });
+    Object.assign(this, { x: -3, y: -2, theta: 0.3, v: 0, w: 0, goal: null, commandId: 0, fate: 0, held: false, engaged: false, recording: false, tilt: 0 });
   }
 
   async start() {
@@ -95,7 +96,9 @@ export class PageRobot {
     if (message.op === "subscribe") {
       for (const { id, channelId } of message.subscriptions) {
         client.subscriptions.set(channels[channelId - 1], id);
-        if (channels[channelId - 1] === "page/tiles") this.sendTiles(client, [...this.tiles.keys()]);
+        const topic = channels[channelId - 1];
+        if (topic === "page/tiles") this.sendTiles(client, [...this.tiles.keys()]);
+        if (this.last.has(topic)) this.publish(topic, this.last.get(topic), client);
       }
     }
     if (message.op === "advertise") for (const { id, topic } of message.channels) client.topics.set(id, topic);
@@ -148,8 +151,8 @@ export class PageRobot {
     return { ok: true, text: `${request.command ?? service}: done` };
   }
 
-  // Also what came before is not lost on a client that is slow: its queue keeps only the newest of each topic.
   publish(topic, message, only = null) {
+    if (topic !== "page/tiles") this.last.set(topic, message);
     const payload = Buffer.from(JSON.stringify(message));
     for (const client of only ? [only] : this.clients) {
       const id = client.subscriptions.get(topic);
@@ -166,7 +169,7 @@ export class PageRobot {
     this.now += 1e6 * dt;
     this.ticks = (this.ticks ?? 0) + 1;
     if (!this.goal && Date.now() - (this.heardAt ?? 0) > 500) [this.v, this.w] = [0, 0];
-    if (this.goal) this.steer();
+    if (this.goal && !this.held) this.steer();
     if (range(this.x, this.y, this.theta) > 0.4 || this.v <= 0) {
       this.x += this.v * dt * Math.cos(this.theta);
       this.y += this.v * dt * Math.sin(this.theta);

@@ -1,6 +1,7 @@
 #include "mapping3d/surfels.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -8,49 +9,68 @@ namespace marco::mapping3d {
 
 namespace {
 
-// Sums over the points of one block, about its first point.
-struct BlockSums {
-  Eigen::Vector3d reference = Eigen::Vector3d::Zero();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  double count = 0.0;
-};
+// Beams closer together go to one place: no pan-tilt tells its angle better.
+constexpr double kLeastApartRad = 2e-4;
 
-BlockSums sums_over(const ScenePoints& scene,
-                    std::size_t row,
-                    std::size_t column,
-                    std::size_t block) {
-  BlockSums sums;
-  for (std::size_t r = row; r < row + block; ++r) {
-    for (std::size_t c = column; c < column + block; ++c) {
-      if (scene.valid[scene.index(r, c)] == 0) continue;
-      const Eigen::Vector3d point = scene.points_m[scene.index(r, c)].cast<double>();
-      if (sums.count == 0.0) sums.reference = point;
-      const Eigen::Vector3d offset = point - sums.reference;
-      sums.sum += offset;
-      sums.squares.noalias() += offset * offset.transpose();
-      sums.count += 1.0;
-    }
-  }
-  return sums;
+// The least noise of a range that is believed.
+constexpr double kMinRangeSigmaM = 0.002;
+
+// The slope of the depth may err by this part of it, or of 1 where it is flat. At 0.25 half of a
+// panned laser's surfels go and its model doubles its error; at 1 nothing is gained.
+constexpr double kMaxSlopeError = 0.5;
+
+/// Whether the beams are far enough apart to tell how the surface faces. Where they are not, as
+/// along the axis of a tilt, what spreads is the noise of the ranges, and the principal axes would
+/// take it for a surface seen edge on.
+/// @param covariance  of the points
+/// @param beam  from the sensor to their mean
+bool tells_slope(const Eigen::Matrix3d& covariance, const Eigen::Vector3d& beam, double count) {
+  const Eigen::Vector3d ray = beam.normalized(), across = ray.unitOrthogonal();
+  Eigen::Matrix<double, 3, 2> plane;
+  plane << across, ray.cross(across);
+  const Eigen::Matrix2d spread = plane.transpose() * covariance * plane;
+  const double half = 0.5 * spread.trace();
+  const double narrow = half - std::sqrt(std::max(0.0, half * half - spread.determinant()));
+  if (!(narrow > std::pow(kLeastApartRad, 2) * beam.squaredNorm())) return false;
+  // Depth along the ray over the place across it, whose error is that of the bearings.
+  const Eigen::Vector2d with_depth = plane.transpose() * covariance * ray;
+  const Eigen::Vector2d slope = spread.inverse() * with_depth;
+  const double residual2 =
+      std::max(0.0, ray.dot(covariance * ray) - slope.dot(with_depth)) * count / (count - 3.0);
+  const double sigma2 = std::max(residual2, std::pow(kMinRangeSigmaM, 2)) / (count * narrow);
+  return sigma2 <= std::pow(kMaxSlopeError, 2) * (1.0 + slope.squaredNorm());
 }
 
-// The plane through a block's points; its normal may face either way.
-std::optional<Surfel> fit(const BlockSums& sums, const SurfelOptions& options) {
-  const double max_thickness2 = options.max_thickness_m * options.max_thickness_m;
-  const double max_length2 = options.max_half_length_m * options.max_half_length_m;
-  const Eigen::Vector3d mean = sums.sum / sums.count;
-  const Eigen::Matrix3d covariance = sums.squares / sums.count - mean * mean.transpose();
-  if (covariance.trace() > 2.0 * max_length2) return std::nullopt;
+// The plane through a block's points.
+std::optional<Surfel> fit(const std::vector<Eigen::Vector3d>& points_m,
+                          const Eigen::Vector3d& origin_m,
+                          const SurfelOptions& options) {
+  const auto count = static_cast<double>(points_m.size());
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point_m : points_m) center += point_m;
+  center /= count;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& point_m : points_m) {
+    const Eigen::Vector3d offset = point_m - center;
+    covariance.noalias() += offset * offset.transpose();
+  }
+  covariance /= count;
+  if (covariance.trace() > 2.0 * options.max_half_length_m * options.max_half_length_m) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d beam = center - origin_m;
+  if (!tells_slope(covariance, beam, count)) return std::nullopt;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(covariance);
+  const double thickness_m = std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
   // A line of points has no plane.
-  if (solver.eigenvalues()[0] > max_thickness2 ||
+  if (thickness_m > options.max_thickness_m ||
       solver.eigenvalues()[1] < 4.0 * solver.eigenvalues()[0]) {
     return std::nullopt;
   }
-  return Surfel{sums.reference + mean, solver.eigenvectors().col(0),
-                std::sqrt(std::max(0.0, solver.eigenvalues()[0])), 0, 0};
+  const Eigen::Vector3d normal = solver.eigenvectors().col(0);
+  return Surfel{center, normal.dot(beam) > 0.0 ? Eigen::Vector3d(-normal) : normal, thickness_m, 0,
+                0};
 }
 
 std::vector<Eigen::Vector3f> centers_of(const std::vector<Surfel>& surfels) {
@@ -68,16 +88,22 @@ std::vector<Surfel> find_surfels(const ScenePoints& scene, const SurfelOptions& 
   const double needed = std::max(4.0, options.min_filled * static_cast<double>(block * block));
   std::vector<Surfel> surfels;
   surfels.reserve(scene.points_m.size() / (block * block));
+  std::vector<Eigen::Vector3d> points_m;
   for (std::size_t row = 0; row + block <= scene.rows; row += block) {
+    const Eigen::Vector3d origin_m = scene.origins_m[row].cast<double>();
     for (std::size_t column = 0; column + block <= scene.columns; column += block) {
-      const BlockSums sums = sums_over(scene, row, column, block);
-      if (sums.count < needed) continue;
-      std::optional<Surfel> surfel = fit(sums, options);
+      points_m.clear();
+      for (std::size_t r = row; r < row + block; ++r) {
+        for (std::size_t c = column; c < column + block; ++c) {
+          const std::size_t at = scene.index(r, c);
+          if (scene.valid[at] != 0) points_m.push_back(scene.points_m[at].cast<double>());
+        }
+      }
+      if (static_cast<double>(points_m.size()) < needed) continue;
+      std::optional<Surfel> surfel = fit(points_m, origin_m, options);
       if (!surfel) continue;
       surfel->row = row;
       surfel->column = column;
-      const Eigen::Vector3d origin = scene.origins_m[row].cast<double>();
-      if (surfel->normal.dot(surfel->center_m - origin) > 0.0) surfel->normal = -surfel->normal;
       surfels.push_back(*surfel);
     }
   }

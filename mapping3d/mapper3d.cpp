@@ -97,9 +97,8 @@ void Mapper3d::refine() {
   model_.reset();
   leave_out_own_body();
   if (!options_.refine) return;
-  std::vector<ScenePoints> by_path;
-  by_path.reserve(scenes_.size());
-  for (const Scene& scene : scenes_) by_path.push_back(place(scene, options_.robot));
+  const PlacedScenes by_path{scenes_.size(),
+                             [this](std::size_t i) { return place(scenes_[i], options_.robot); }};
   const std::vector<std::size_t> stops = stop_of_each();
   registration_ = register_scenes(by_path, options_.registration, stops);
   refined_ = std::find(registration_.joined.begin(), registration_.joined.end(), true) !=
@@ -157,7 +156,9 @@ std::vector<ScenePoints> Mapper3d::placed() const {
 }
 
 const TriangleMesh& Mapper3d::model() const {
-  if (!model_) model_ = fuse(placed(), options_.surface);
+  if (!model_) {
+    model_ = fuse({scenes_.size(), [this](std::size_t i) { return placed(i); }}, options_.surface);
+  }
   return *model_;
 }
 

@@ -42,15 +42,15 @@ PatchResiduals summary(std::vector<double>& residuals_m) {
 
 class Registrar {
  public:
-  Registrar(const std::vector<ScenePoints>& placed,
+  Registrar(const PlacedScenes& placed,
             const std::vector<std::size_t>& body_of,
             const RegistrationOptions& options)
       : options_(options), association_(options.matching), body_of_(body_of) {
     validate(options, "registration");
-    require(body_of.empty() || body_of.size() == placed.size(),
+    require(body_of.empty() || body_of.size() == placed.count,
             "register_scenes: expected one body a scene");
     if (body_of_.empty()) {
-      for (std::size_t i = 0; i < placed.size(); ++i) body_of_.push_back(i);
+      for (std::size_t i = 0; i < placed.count; ++i) body_of_.push_back(i);
     }
     bodies_ = make_bodies(placed, body_of_, options.matching.surfels);
     std::vector<const std::vector<Surfel>*> surfels;
@@ -258,7 +258,7 @@ std::string to_string(RegistrationResult::Status status) {
   return "unknown";
 }
 
-RegistrationResult register_scenes(const std::vector<ScenePoints>& placed,
+RegistrationResult register_scenes(const PlacedScenes& placed,
                                    const RegistrationOptions& options,
                                    const std::vector<std::size_t>& body_of) {
   return Registrar(placed, body_of, options).run();

@@ -83,8 +83,13 @@ std::string to_string(RegistrationResult::Status status);
 /// @throws std::invalid_argument for other indices
 /// Cost per iteration O(S log S) a pair of overlapping bodies with S surfels; a body has at most
 /// eight or so.
-RegistrationResult register_scenes(const std::vector<ScenePoints>& placed,
+RegistrationResult register_scenes(const PlacedScenes& placed,
                                    const RegistrationOptions& options = {},
                                    const std::vector<std::size_t>& body_of = {});
+inline RegistrationResult register_scenes(const std::vector<ScenePoints>& placed,
+                                          const RegistrationOptions& options = {},
+                                          const std::vector<std::size_t>& body_of = {}) {
+  return register_scenes(PlacedScenes::of(placed), options, body_of);
+}
 
 }  // namespace marco::mapping3d

@@ -60,22 +60,22 @@ void PairSystem::hold_loose_shifts(const Pose3& world_from_a, const Pose3& world
   }
 }
 
-std::vector<RegistrationBody> make_bodies(const std::vector<ScenePoints>& placed,
+std::vector<RegistrationBody> make_bodies(const PlacedScenes& placed,
                                           const std::vector<std::size_t>& body_of,
                                           const SurfelOptions& options) {
   std::vector<std::vector<Surfel>> surfels;
   std::vector<std::vector<Eigen::Vector3f>> origins_m;
-  for (std::size_t i = 0; i < placed.size(); ++i) {
+  for (std::size_t i = 0; i < placed.count; ++i) {
     const std::size_t body = body_of[i];
     require(body <= surfels.size(), "register_scenes: bodies are numbered as they first appear");
     if (body == surfels.size()) {
       surfels.emplace_back();
       origins_m.emplace_back();
     }
-    const std::vector<Surfel> found = find_surfels(placed[i], options);
+    const ScenePoints scene = placed.at(i);
+    const std::vector<Surfel> found = find_surfels(scene, options);
     surfels[body].insert(surfels[body].end(), found.begin(), found.end());
-    origins_m[body].insert(origins_m[body].end(), placed[i].origins_m.begin(),
-                           placed[i].origins_m.end());
+    origins_m[body].insert(origins_m[body].end(), scene.origins_m.begin(), scene.origins_m.end());
   }
   std::vector<RegistrationBody> bodies;
   for (std::size_t body = 0; body < surfels.size(); ++body) {

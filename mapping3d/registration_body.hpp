@@ -46,7 +46,7 @@ struct PairSystem {
 
 /// @param body_of  one index a scene, counted from 0 in order of appearance
 /// @throws std::invalid_argument for other indices
-std::vector<RegistrationBody> make_bodies(const std::vector<ScenePoints>& placed,
+std::vector<RegistrationBody> make_bodies(const PlacedScenes& placed,
                                           const std::vector<std::size_t>& body_of,
                                           const SurfelOptions& options);
 

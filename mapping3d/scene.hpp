@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,6 +50,18 @@ struct ScenePoints {
   std::vector<uint8_t> valid;
 
   std::size_t index(std::size_t row, std::size_t column) const { return row * columns + column; }
+};
+
+/// Scenes that are placed when they are asked for: the beams of a hundred stops do not fit into
+/// memory at once.
+struct PlacedScenes {
+  std::size_t count = 0;
+  std::function<ScenePoints(std::size_t)> at;
+
+  /// @param all  outlives it
+  static PlacedScenes of(const std::vector<ScenePoints>& all) {
+    return {all.size(), [&all](std::size_t scene) { return all[scene]; }};
+  }
 };
 
 /// A box about the robot's origin on the floor. Returns from inside it come from the robot itself

@@ -12,9 +12,11 @@ namespace {
 
 /// A scene by the current estimate, registered frame.
 struct Swept {
-  ScenePoints points;
   std::unique_ptr<SurfelIndex> patches;
-  std::vector<SweepAxis> axes;  ///< one a row
+  /// Of each patch, row by row: the mean of the row's returns, NaN without any.
+  std::vector<Eigen::Vector3f> row_means_m;
+  std::vector<Eigen::Vector3f> origins_m;  ///< one a row
+  std::vector<SweepAxis> axes;             ///< one a row
 };
 
 /// Where each parameter stands in the vector of unknowns: rows of all scenes, six of each body, the
@@ -99,10 +101,17 @@ class Straightener {
   Swept swept(std::size_t scene, const Straightening& now) const {
     Swept result;
     const Scene corrected = straightened(scenes_[scene], now.turns_rad[scene], now.range_m);
-    result.points = place(corrected, robot_);
-    move(result.points, now.world_from_placed[scene]);
-    result.patches =
-        std::make_unique<SurfelIndex>(find_surfels(result.points, options_.matching.surfels));
+    ScenePoints points = place(corrected, robot_);
+    move(points, now.world_from_placed[scene]);
+    result.patches = std::make_unique<SurfelIndex>(find_surfels(points, options_.matching.surfels));
+    for (const Surfel& patch : result.patches->surfels) {
+      for (std::size_t row = patch.row; row < patch.row + block_; ++row) {
+        const Eigen::Vector3d mean_m = block_mean(points, {row, patch.column, 1, block_})
+                                           .value_or(Eigen::Vector3d::Constant(std::nan("")));
+        result.row_means_m.push_back(mean_m.cast<float>());
+      }
+    }
+    result.origins_m = std::move(points.origins_m);
     for (std::size_t row = 0; row < corrected.rows.size(); ++row) {
       const SweepAxis in_robot = sweep_axis(scenes_[scene], row);
       const Pose3 from_robot =
@@ -126,7 +135,7 @@ class Straightener {
                          std::size_t row,
                          const Eigen::Vector3d& at_m,
                          const Eigen::Vector3d& normal) {
-    return normal.dot((at_m - scene.points.origins_m[row].cast<double>()).normalized());
+    return normal.dot((at_m - scene.origins_m[row].cast<double>()).normalized());
   }
 
   std::vector<Equation> residuals(const Straightening& now, const MatchingScales& scales) {
@@ -168,11 +177,12 @@ class Straightener {
     const std::size_t stride = 1 + pair.all.size() / 8;
     for (std::size_t i = 0; i < source.patches->surfels.size(); i += stride) {
       const Surfel& patch = source.patches->surfels[i];
-      for (std::size_t row = patch.row; row < patch.row + block_; ++row) {
-        const auto at_m = block_mean(source.points, {row, patch.column, 1, block_});
-        if (!at_m) continue;
-        const auto found = association_.find(target, *at_m, patch.normal, scales.search_m);
-        if (found) equations.push_back(equation(pair, {*at_m, row, *found}, scales.lorentz_m));
+      for (std::size_t k = 0; k < block_; ++k) {
+        const Eigen::Vector3d at_m = source.row_means_m[i * block_ + k].cast<double>();
+        if (at_m.hasNaN()) continue;
+        const auto found = association_.find(target, at_m, patch.normal, scales.search_m);
+        if (!found) continue;
+        equations.push_back(equation(pair, {at_m, patch.row + k, *found}, scales.lorentz_m));
       }
     }
   }

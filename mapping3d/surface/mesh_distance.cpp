@@ -93,6 +93,16 @@ float MeshDistance::operator()(const Eigen::Vector3f& point_m) const {
   return best_m;
 }
 
+bool MeshDistance::any_within(const Eigen::Vector3f& point_m) const {
+  const auto found = triangles_.find(key(cell_of(point_m)));
+  if (found == triangles_.end()) return false;
+  const float max2_m2 = max_m_ * max_m_;
+  for (const uint32_t t : found->second) {
+    if ((point_m - balls_[t].centre_m).squaredNorm() < max2_m2) return true;  // it lies on it
+  }
+  return (*this)(point_m) < max_m_;
+}
+
 MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2, double limit_m) {
   MeshGap found;
   double squares = 0.0;

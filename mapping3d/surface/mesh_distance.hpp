@@ -17,6 +17,8 @@ class MeshDistance {
 
   /// @returns the distance, or `max_m` when it is farther.
   float operator()(const Eigen::Vector3f& point_m) const;
+  /// Whether it is less than `max_m`: ends at the first triangle that is.
+  bool any_within(const Eigen::Vector3f& point_m) const;
 
  private:
   uint64_t key(const Eigen::Vector3i& cell) const;

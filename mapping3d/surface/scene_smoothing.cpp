@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <limits>
 
 #include "mapping3d/surface/scene_windows.hpp"
 
 namespace marco::mapping3d {
 namespace {
+
+// More scenes of the same laser tell nothing new about its noise.
+constexpr std::size_t kNoiseScenes = 64;
 
 class Smoother {
  public:
@@ -107,9 +111,20 @@ class Smoother {
 
 }  // namespace
 
-BeamNoise learn_noise(const std::vector<ScenePoints>& scenes, const SmoothingOptions& options) {
+void SmoothScenes::for_each(const std::function<void(std::size_t, const SmoothScene&)>& use) const {
+  std::future<SmoothScene> next;
+  if (count > 0) next = std::async(std::launch::async, at, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const SmoothScene scene = next.get();
+    if (i + 1 < count) next = std::async(std::launch::async, at, i + 1);
+    use(i, scene);
+  }
+}
+
+BeamNoise learn_noise(const PlacedScenes& scenes, const SmoothingOptions& options) {
   BeamNoiseLearner learner;
-  for (const ScenePoints& scene : scenes) learner.add(scene);
+  const std::size_t every = 1 + scenes.count / kNoiseScenes;
+  for (std::size_t i = 0; i < scenes.count; i += every) learner.add(scenes.at(i));
   return learner.noise(options.min_sigma_m, options.max_sigma_m);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "lcm_tools/base/options.hpp"
@@ -37,8 +38,21 @@ struct SmoothScene {
   std::vector<Eigen::Vector3f> origins_m;  ///< one a row
 };
 
-/// The noise of the laser that took these scenes.
-BeamNoise learn_noise(const std::vector<ScenePoints>& scenes, const SmoothingOptions& options = {});
+/// Scenes that are smoothed when they are asked for; see PlacedScenes.
+struct SmoothScenes {
+  std::size_t count = 0;
+  std::function<SmoothScene(std::size_t)> at;  ///< called from other threads, one call at a time
+
+  /// In order; the next one is smoothed meanwhile.
+  void for_each(const std::function<void(std::size_t, const SmoothScene&)>& use) const;
+};
+
+/// The noise of the laser that took these scenes, from a sample of them.
+BeamNoise learn_noise(const PlacedScenes& scenes, const SmoothingOptions& options = {});
+inline BeamNoise learn_noise(const std::vector<ScenePoints>& scenes,
+                             const SmoothingOptions& options = {}) {
+  return learn_noise(PlacedScenes::of(scenes), options);
+}
 
 /// Edge-preserving smoothing with normals: fits planes to windows of about 7 x 7, 5 x 5 and 3 x 3
 /// beams, linear in the inverse range (m q = 1/r for unit directions q and the plane m x = 1 about

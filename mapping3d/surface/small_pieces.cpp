@@ -6,6 +6,7 @@
 #include <map>
 #include <unordered_map>
 
+#include "mapping3d/scene_mesh.hpp"
 #include "mapping3d/surface/islands.hpp"
 #include "mapping3d/surface/mesh_distance.hpp"
 
@@ -163,25 +164,22 @@ class SmallPieces {
     for (std::size_t i = 0; i < bare.size(); ++i) {
       if (bare[i] != 0 && is_taken(scene.points_m[i], scene.normals[i])) bare[i] = 0;
     }
-    for (Piece& piece : SceneFacets(scene, options, bare).pieces()) {
-      pieces_.push_back({number, std::move(piece)});
-      const Piece& found = pieces_.back().piece;
-      for (const Triangle& facet : found.facets) {
+    for (const Piece& piece : SceneFacets(scene, options, bare).pieces()) {
+      pieces_.push_back({number, mesh_of(scene, piece)});
+      for (const Triangle& facet : piece.facets) {
         for (const uint32_t i : facet) take(scene.points_m[i], scene.normals[i]);
       }
-      for (const uint32_t i : found.chain) take(scene.points_m[i], scene.normals[i]);
+      for (const uint32_t i : piece.chain) take(scene.points_m[i], scene.normals[i]);
     }
   }
 
   /// Counts whether another scene sees the pieces or what is behind them.
-  void look(std::size_t number, const SmoothScene& scene) {
+  void look(std::size_t number, const ScenePoints& scene) {
     std::vector<std::array<int, 2>> beams(pieces_.size());  // that end there, that go through
     for (std::size_t row = 0; row < scene.rows; row += every_) {
       for (std::size_t column = 0; column < scene.columns; column += every_) {
-        const std::size_t i = row * scene.columns + column;
-        if (scene.kinds[i] != SmoothScene::Kind::none) {
-          follow(scene.origins_m[row], scene.points_m[i], beams);
-        }
+        const std::size_t i = scene.index(row, column);
+        if (scene.valid[i] != 0) follow(scene.origins_m[row], scene.points_m[i], beams);
       }
     }
     for (std::size_t k = 0; k < pieces_.size(); ++k) {
@@ -192,24 +190,9 @@ class SmallPieces {
     }
   }
 
-  void write(const std::vector<SmoothScene>& scenes, TriangleMesh& mesh) const {
+  void write(TriangleMesh& mesh) const {
     for (const Found& piece : pieces_) {
-      if (piece.absent >= piece.present) continue;
-      const SmoothScene& scene = scenes[piece.scene];
-      write_chain(scene, piece.piece, mesh);
-      std::unordered_map<uint32_t, uint32_t> vertex_of;
-      for (Triangle facet : piece.piece.facets) {
-        for (uint32_t& corner : facet) {
-          const auto next = static_cast<uint32_t>(mesh.vertices_m.size());
-          const auto [entry, is_new] = vertex_of.try_emplace(corner, next);
-          if (is_new) {
-            mesh.vertices_m.push_back(scene.points_m[corner]);
-            mesh.normals.push_back(scene.normals[corner]);
-          }
-          corner = entry->second;
-        }
-        mesh.triangles.push_back(facet);
-      }
+      if (piece.absent < piece.present) append_mesh(mesh, piece.mesh);
     }
   }
 
@@ -219,7 +202,7 @@ class SmallPieces {
       2.0F;  ///< a beam that ends this many voxels farther went through
   struct Found {
     std::size_t scene;
-    Piece piece;
+    TriangleMesh mesh;
     int present = 1;  ///< scenes that see it, its own among them
     int absent = 0;   ///< scenes that see what is behind it
   };
@@ -227,6 +210,25 @@ class SmallPieces {
     std::size_t piece = 0;                             ///< 1 more than its index
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< sum
   };
+
+  static TriangleMesh mesh_of(const SmoothScene& scene, const Piece& piece) {
+    TriangleMesh mesh;
+    write_chain(scene, piece, mesh);
+    std::unordered_map<uint32_t, uint32_t> vertex_of;
+    for (Triangle facet : piece.facets) {
+      for (uint32_t& corner : facet) {
+        const auto next = static_cast<uint32_t>(mesh.vertices_m.size());
+        const auto [entry, is_new] = vertex_of.try_emplace(corner, next);
+        if (is_new) {
+          mesh.vertices_m.push_back(scene.points_m[corner]);
+          mesh.normals.push_back(scene.normals[corner]);
+        }
+        corner = entry->second;
+      }
+      mesh.triangles.push_back(facet);
+    }
+    return mesh;
+  }
 
   /// A strip that faces the laser.
   static void write_chain(const SmoothScene& scene, const Piece& piece, TriangleMesh& mesh) {
@@ -289,24 +291,25 @@ class SmallPieces {
 
 }  // namespace
 
-void add_small_pieces(const std::vector<SmoothScene>& scenes,
+void add_small_pieces(const PlacedScenes& placed,
+                      const SmoothScenes& smoothed,
                       const SurfaceOptions& options,
                       TriangleMesh& mesh) {
   const auto near_m = static_cast<float>(2.0 * options.voxel_m);
   const MeshDistance distance(mesh, near_m);
   SmallPieces pieces(options);
-  for (std::size_t number = 0; number < scenes.size(); ++number) {
-    const SmoothScene& scene = scenes[number];
+  smoothed.for_each([&](std::size_t number, const SmoothScene& scene) {
     std::vector<uint8_t> bare(scene.points_m.size(), 0);
     for (std::size_t i = 0; i < bare.size(); ++i) {
-      bare[i] = scene.kinds[i] != SmoothScene::Kind::none && distance(scene.points_m[i]) >= near_m;
+      bare[i] =
+          scene.kinds[i] != SmoothScene::Kind::none && !distance.any_within(scene.points_m[i]);
     }
     pieces.add(number, scene, std::move(bare), options.facets);
+  });
+  for (std::size_t number = 0; number < placed.count; ++number) {
+    pieces.look(number, placed.at(number));
   }
-  for (std::size_t number = 0; number < scenes.size(); ++number) {
-    pieces.look(number, scenes[number]);
-  }
-  pieces.write(scenes, mesh);
+  pieces.write(mesh);
 }
 
 }  // namespace marco::mapping3d

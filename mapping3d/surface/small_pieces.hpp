@@ -14,7 +14,9 @@ namespace marco::mapping3d {
 /// not lie between the ranges of what is beside it on both sides. Where an earlier scene has a
 /// piece that faces the same way, a later one adds nothing. A piece that as many scenes looked
 /// through as saw it was of something that moved, and is left out.
-void add_small_pieces(const std::vector<SmoothScene>& scenes,
+/// @param placed, smoothed  the same scenes; each is asked for once
+void add_small_pieces(const PlacedScenes& placed,
+                      const SmoothScenes& smoothed,
                       const SurfaceOptions& options,
                       TriangleMesh& mesh);
 

@@ -1,5 +1,7 @@
 #include "mapping3d/surface/surface_model.hpp"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -166,18 +168,21 @@ bool SurfaceModel::gone(const Cell& cell) const {
 
 TriangleMesh SurfaceModel::mesh() const { return SurfaceNets(*this).run(); }
 
-TriangleMesh fuse(const std::vector<ScenePoints>& scenes, const SurfaceOptions& options) {
-  SurfaceModel model(options);
-  std::vector<SmoothScene> smoothed;
-  smoothed.reserve(scenes.size());
+TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options) {
   const BeamNoise noise = learn_noise(scenes, options.smoothing);
-  for (const ScenePoints& scene : scenes) {
-    smoothed.push_back(smooth(scene, noise, options.smoothing));
+  // Smoothed again for each step: all at once they would take most of the memory.
+  const SmoothScenes smoothed{scenes.count, [&](std::size_t scene) {
+                                return smooth(scenes.at(scene), noise, options.smoothing);
+                              }};
+  TriangleMesh mesh;
+  {
+    SurfaceModel model(options);
+    smoothed.for_each([&model](std::size_t, const SmoothScene& scene) { model.add(scene); });
+    smoothed.for_each([&model](std::size_t, const SmoothScene& scene) { model.carve(scene); });
+    mesh = model.mesh();
   }
-  for (const SmoothScene& scene : smoothed) model.add(scene);
-  for (const SmoothScene& scene : smoothed) model.carve(scene);
-  TriangleMesh mesh = model.mesh();
-  add_small_pieces(smoothed, options, mesh);
+  malloc_trim(0);  // the voxels are small blocks, which the heap would keep for itself
+  add_small_pieces(scenes, smoothed, options, mesh);
   return mesh;
 }
 

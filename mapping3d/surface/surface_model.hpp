@@ -96,7 +96,12 @@ class SurfaceModel {
   Blocks voxels_;
 };
 
-/// The fused surface of all scenes: smooth, add, carve, mesh.
-TriangleMesh fuse(const std::vector<ScenePoints>& scenes, const SurfaceOptions& options = {});
+/// The fused surface of all scenes: smooth, add, carve, mesh, and what is smaller than a voxel.
+/// @param scenes  asked for five times each, one at a time
+TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options = {});
+inline TriangleMesh fuse(const std::vector<ScenePoints>& scenes,
+                         const SurfaceOptions& options = {}) {
+  return fuse(PlacedScenes::of(scenes), options);
+}
 
 }  // namespace marco::mapping3d

@@ -93,6 +93,7 @@ TEST(MeshDistance, EqualsTheNearestOfAllTriangles) {
     }
     // Floats at half a metre: 1e-7, and more where a sliver's plane is badly held.
     EXPECT_NEAR(static_cast<double>(distance(p)), nearest, 2e-5);
+    EXPECT_EQ(distance.any_within(p), distance(p) < 0.1F);
   }
 }
 

@@ -82,7 +82,7 @@ TEST(BeamNoise, IsLearnedInItsTwoParts) {
 
 TEST(BeamNoise, OfNoSceneIsTheLimit) {
   const SmoothingOptions options;
-  const BeamNoise noise = learn_noise({}, options);
+  const BeamNoise noise = learn_noise(std::vector<ScenePoints>{}, options);
   EXPECT_EQ(noise.range_m, options.max_sigma_m);
   EXPECT_EQ(noise.direction_rad, 0.0);
 }

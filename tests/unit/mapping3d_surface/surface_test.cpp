@@ -194,7 +194,7 @@ TEST(Surface, UnknownStaysOpen) {
 }
 
 TEST(Surface, OfNothingIsNothing) {
-  EXPECT_TRUE(fuse({}).triangles.empty());
+  EXPECT_TRUE(fuse(std::vector<ScenePoints>{}).triangles.empty());
   ScenePoints blind = testing::sweep(kRoom, {}, Sweep{});
   std::fill(blind.valid.begin(), blind.valid.end(), uint8_t{0});
   EXPECT_TRUE(fuse({blind, ScenePoints{}}).triangles.empty());

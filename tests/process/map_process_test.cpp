@@ -145,10 +145,11 @@ TEST_F(MapProcess, MakesEverythingAndMeasuresItAgainstTheTruth) {
   const std::string out = map_of_drive();
   for (const char* name :
        {"map.pgm", "map.yaml", "map.png", "trajectory.tum", "trajectory_live.tum", "odometry.tum",
-        "truth.tum", "model.ply", "model_scenes.ply", "model.glb", "model.obj", "planes.json",
-        "model.png", "slam.lcm", "report.json"}) {
+        "truth.tum", "model.ply", "model.glb", "model.obj", "planes.json", "model.png", "slam.lcm",
+        "report.json"}) {
     EXPECT_TRUE(std::filesystem::exists(out + "/" + name)) << name;
   }
+  EXPECT_FALSE(std::filesystem::exists(out + "/model_scenes.ply")) << "it is large: on demand";
   // The model that was sent is the one that was written.
   const TriangleMesh model = files::read_ply(out + "/model.ply");
   Corners written;
@@ -203,8 +204,10 @@ std::vector<Eigen::Vector3f> samples_of_triangle(float area_m2) {
 }
 
 TEST_F(MapProcess, ARecordingWithPicturesMakesAModelWithTheWorldsColours) {
-  const Result result = run("marco-map", {simulate_with_cameras(), "--out", at("out")});
+  const Result result =
+      run("marco-map", {simulate_with_cameras(), "--out", at("out"), "--sweep-meshes"});
   ASSERT_EQ(result.code, 0) << result.output;
+  EXPECT_GT(files::read_ply(at("out/model_scenes.ply")).triangles.size(), 10000U);
   EXPECT_THAT(result.output, HasSubstr("skipped: "));
   const nlohmann::json told = report(at("out")).at("photographs");
   EXPECT_EQ(told.at("dropped").at("unknown picture format"), 1);

@@ -188,8 +188,10 @@ int run(const MapArguments& arguments) {
   const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);
   if (verdict) mark_map(out, *verdict);
-  const TriangleMesh scenes = job.mapping3d().mapper().scene_meshes();
-  if (!scenes.triangles.empty()) files::write_ply(out / "model_scenes.ply", scenes);
+  if (arguments.sweep_meshes) {
+    const TriangleMesh sweeps = job.mapping3d().mapper().scene_meshes();
+    if (!sweeps.triangles.empty()) files::write_ply(out / "model_scenes.ply", sweeps);
+  }
   const LineMap lines = job.lines() != nullptr ? job.lines()->mapper().map() : LineMap{};
   if (job.lines() != nullptr) write_lines(out, lines, job);
   const bool calibrated = !arguments.calibrate || write_calibration(out / "calibration.toml", job);

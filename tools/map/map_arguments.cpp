@@ -99,6 +99,9 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                "write a picture of each loop closure to loops/: both scans, before and after")
       ->excludes("--lines")
       ->excludes(localize);
+  app.add_flag("--sweep-meshes", arguments.sweep_meshes,
+               "also write model_scenes.ply: the mesh of each sweep by itself, one over another; "
+               "20 MB for each stop");
   process::ConfigArguments config;
   process::add_print_config(app, config);
   inputs->required(std::none_of(

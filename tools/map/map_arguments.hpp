@@ -25,6 +25,7 @@ struct MapArguments {
   bool calibrate = false;
   bool no_calibration = false;
   bool loop_pictures = false;
+  bool sweep_meshes = false;
   bool check = false;
 };
 

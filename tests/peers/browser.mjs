@@ -36,8 +36,8 @@ export const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 // Until what was told of by now is drawn.
 export const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
-// Until `what` gives something true; says what it waited for.
-export async function until(text, what, seconds = 10) {
+// Until `what` gives something true; says what it waited for. A slow machine has time: only a failure waits so long.
+export async function until(text, what, seconds = 30) {
   const end = Date.now() + 1000 * seconds;
   for (;;) {
     const value = await what();

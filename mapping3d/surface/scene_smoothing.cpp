@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <limits>
 
 #include "mapping3d/surface/scene_windows.hpp"
@@ -110,16 +109,6 @@ class Smoother {
 };
 
 }  // namespace
-
-void SmoothScenes::for_each(const std::function<void(std::size_t, const SmoothScene&)>& use) const {
-  std::future<SmoothScene> next;
-  if (count > 0) next = std::async(std::launch::async, at, 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    const SmoothScene scene = next.get();
-    if (i + 1 < count) next = std::async(std::launch::async, at, i + 1);
-    use(i, scene);
-  }
-}
 
 BeamNoise learn_noise(const PlacedScenes& scenes, const SmoothingOptions& options) {
   BeamNoiseLearner learner;

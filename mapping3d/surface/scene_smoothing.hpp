@@ -41,10 +41,7 @@ struct SmoothScene {
 /// Scenes that are smoothed when they are asked for; see PlacedScenes.
 struct SmoothScenes {
   std::size_t count = 0;
-  std::function<SmoothScene(std::size_t)> at;  ///< called from other threads, one call at a time
-
-  /// In order; the next one is smoothed meanwhile.
-  void for_each(const std::function<void(std::size_t, const SmoothScene&)>& use) const;
+  std::function<SmoothScene(std::size_t)> at;
 };
 
 /// The noise of the laser that took these scenes, from a sample of them.

@@ -298,14 +298,15 @@ void add_small_pieces(const PlacedScenes& placed,
   const auto near_m = static_cast<float>(2.0 * options.voxel_m);
   const MeshDistance distance(mesh, near_m);
   SmallPieces pieces(options);
-  smoothed.for_each([&](std::size_t number, const SmoothScene& scene) {
+  for (std::size_t number = 0; number < smoothed.count; ++number) {
+    const SmoothScene scene = smoothed.at(number);
     std::vector<uint8_t> bare(scene.points_m.size(), 0);
     for (std::size_t i = 0; i < bare.size(); ++i) {
       bare[i] =
           scene.kinds[i] != SmoothScene::Kind::none && !distance.any_within(scene.points_m[i]);
     }
     pieces.add(number, scene, std::move(bare), options.facets);
-  });
+  }
   for (std::size_t number = 0; number < placed.count; ++number) {
     pieces.look(number, placed.at(number));
   }

@@ -177,8 +177,8 @@ TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options) {
   TriangleMesh mesh;
   {
     SurfaceModel model(options);
-    smoothed.for_each([&model](std::size_t, const SmoothScene& scene) { model.add(scene); });
-    smoothed.for_each([&model](std::size_t, const SmoothScene& scene) { model.carve(scene); });
+    for (std::size_t i = 0; i < smoothed.count; ++i) model.add(smoothed.at(i));
+    for (std::size_t i = 0; i < smoothed.count; ++i) model.carve(smoothed.at(i));
     mesh = model.mesh();
   }
   malloc_trim(0);  // the voxels are small blocks, which the heap would keep for itself

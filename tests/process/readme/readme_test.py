@@ -137,7 +137,7 @@ def prepare(checker):
                  "config/robots/michoacan.toml", "--out", "my.log"]),
             (0, [simulate, "--world", "config/worlds/office.toml", "--tour", "elsewhere.toml", "--out", "elsewhere.log"]),
             (0, ["./marco", "map", "my.log", "--out", "out/demo", "--lines"]),
-            (0, ["./marco", "map", "my.log", "--out", "out/to_draw"]),
+            (0, ["./marco", "map", "my.log", "--out", "out/to_draw", "--sweep-meshes"]),
             (0, ["./marco", "plan", "out/to_draw"]),
             (1, ["./marco", "map", "my.log", "elsewhere.log", "--out", "out/two_buildings"])):
         code, _, err = checker.run(words)

@@ -89,24 +89,22 @@ void write_ply(const std::filesystem::path& path, const TriangleMesh& mesh) {
   bytes += "element face " + std::to_string(mesh.triangles.size()) +
            "\nproperty list uchar int vertex_indices\nend_header\n";
   OutputFile file(path);
-  const auto write_some = [&](std::size_t at_least) {
-    if (bytes.size() < at_least) return;
+  const auto write = [&] {
     file.write(bytes);
     bytes.clear();
   };
-  constexpr std::size_t kSome = 1U << 16U;
+  write();
   for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis) append(bytes, mesh.vertices_m[i](axis));
     for (int axis = 0; normals && axis < 3; ++axis) append(bytes, mesh.normals[i](axis));
     if (colors) append(bytes, mesh.colors_rgb[i]);
-    write_some(kSome);
+    write();
   }
   for (const auto& triangle : mesh.triangles) {
     append(bytes, uint8_t{3});
     append(bytes, triangle);
-    write_some(kSome);
+    write();
   }
-  write_some(0);
   file.finish();
 }
 

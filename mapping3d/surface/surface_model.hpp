@@ -97,7 +97,7 @@ class SurfaceModel {
 };
 
 /// The fused surface of all scenes: smooth, add, carve, mesh, and what is smaller than a voxel.
-/// @param scenes  asked for five times each, one at a time
+/// @param scenes  each is asked for up to five times, one at a time
 TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options = {});
 inline TriangleMesh fuse(const std::vector<ScenePoints>& scenes,
                          const SurfaceOptions& options = {}) {

@@ -36,7 +36,7 @@ export const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 // Until what was told of by now is drawn.
 export const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 
-// Until `what` gives something true; says what it waited for. A slow machine has time: only a failure waits so long.
+// Until `what` gives something true; says what it waited for. Generous: only a failure waits that long.
 export async function until(text, what, seconds = 30) {
   const end = Date.now() + 1000 * seconds;
   for (;;) {

@@ -10,7 +10,6 @@
 #include "slam/doctor/graph_evidence.hpp"
 #include "slam/doctor/known_by_loops.hpp"
 #include "slam/doctor/odometry_windows.hpp"
-#include "slam/doctor/rematch.hpp"
 
 namespace marco::slam {
 namespace {
@@ -47,29 +46,12 @@ void add_keyframes_of(const std::vector<Keyframe>& keys, Reason& reason) {
   }
 }
 
-// The map is right where loops know the place better by far than both differ.
-bool loops_confirm(const MapEvidence& map, const OdometryBreak& parted) {
+// Loops that know the place better by far than both differ say that the map is right there.
+bool has_slipped(const MapEvidence& map, const OdometryBreak& parted) {
   constexpr double kSurely = 0.2;  // five standard deviations
   const KnownByLoops known = known_by_loops(map, parted.from, parted.to);
   return known.sigma_m < kSurely * parted.off_m() ||
          (parted.is_turn && known.sigma_rad < kSurely * parted.off_rad());
-}
-
-// The map is right where walls seen before and after lie on each other by it, and not by the
-// wheels.
-bool walls_confirm(const MapEvidence& map,
-                   const Trajectory& odometry,
-                   const OdometryBreak& parted) {
-  const auto [from, to] = std::minmax(parted.from, parted.to);
-  const auto utime = [&map](int key) { return map.keys[static_cast<std::size_t>(key)].utime; };
-  int older = -1, newer = -1;
-  for (int key = 0; key < static_cast<int>(map.keys.size()); ++key) {
-    if (utime(key) <= from && (older < 0 || utime(key) > utime(older))) older = key;
-    if (utime(key) >= to && (newer < 0 || utime(key) < utime(newer))) newer = key;
-  }
-  if (older < 0 || newer < 0) return false;
-  const auto way = way_by_odometry(odometry, utime(older), utime(newer));
-  return way && lies_better_than(map.keys, older, newer, *way);
 }
 
 void examine_odometry(const MapEvidence& map, Diagnosis& diagnosis) {
@@ -89,7 +71,7 @@ void examine_odometry(const MapEvidence& map, Diagnosis& diagnosis) {
     for (std::size_t i = 0; i < agreement.breaks.size() && i < kMostAsked; ++i) {
       const OdometryBreak& parted = agreement.breaks[i];
       if (told == kMostBreaks) break;
-      if (loops_confirm(map, parted) || walls_confirm(map, recorded.odometry, parted)) continue;
+      if (has_slipped(map, parted)) continue;
       ++told;
       figures.odometry_sigmas = std::max(figures.odometry_sigmas, parted.sigmas);
       diagnosis.reasons.push_back(reason_of(parted, believed));

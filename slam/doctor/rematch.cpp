@@ -15,30 +15,16 @@ constexpr double kAroundM = 1.5;
 constexpr SearchWindow kWindow{{}, 2.0, deg_to_rad(20.0), 0.0};
 constexpr double kLeastScore = 0.5, kLeastOverlap = 0.6, kLeastGain = 0.1, kLeastShiftM = 0.15;
 
-enum class Side { both, before, after };
-
-// In the frame of the keyframe.
-OrientedPoints points_around(const std::vector<Keyframe>& keys, int key, Side side = Side::both) {
+OrientedPoints points_around(const std::vector<Keyframe>& keys, int key) {
   const auto near = [&](int other) {
     return std::abs(keys[static_cast<std::size_t>(other)].path_m -
                     keys[static_cast<std::size_t>(key)].path_m) <= kAroundM;
   };
   int first = key, last = key;
-  while (side != Side::after && first > 0 && near(first - 1)) --first;
-  while (side != Side::before && last + 1 < static_cast<int>(keys.size()) && near(last + 1)) ++last;
+  while (first > 0 && near(first - 1)) --first;
+  while (last + 1 < static_cast<int>(keys.size()) && near(last + 1)) ++last;
   return join_points(keys, first, last,
                      keys[static_cast<std::size_t>(key)].world_from_robot.inverse());
-}
-
-Pose2 believed_pose(const std::vector<Keyframe>& keys, int older, int newer) {
-  return between(keys[static_cast<std::size_t>(older)].world_from_robot,
-                 keys[static_cast<std::size_t>(newer)].world_from_robot);
-}
-
-SurfelPyramid surfels_of(const SurfelMatcher& matcher, const OrientedPoints& walls) {
-  SurfelPyramid surfels(matcher.options(), Eigen::Vector2d::Zero());
-  surfels.add(walls, Pose2{});
-  return surfels;
 }
 
 double overlap_at(const SurfelMatcher& matcher,
@@ -50,26 +36,13 @@ double overlap_at(const SurfelMatcher& matcher,
   return matcher.match(walls, points, pose, &held).overlap;
 }
 
-// The same where the match settles from there, unless it goes over to the rival.
-double overlap_near(const SurfelMatcher& matcher,
-                    const SurfelPyramid& walls,
-                    const OrientedPoints& points,
-                    const Pose2& pose,
-                    const Pose2& rival) {
-  const SurfelMatch settled = matcher.match(walls, points, pose, nullptr);
-  const auto off = [&settled](const Pose2& from) {
-    const Pose2 moved = between(from, settled.map_from_robot);
-    return moved.translation_m().norm() + std::abs(moved.theta_rad);
-  };
-  return off(pose) < off(rival) ? settled.overlap : overlap_at(matcher, walls, points, pose);
-}
-
 }  // namespace
 
 std::optional<Rematch> match_again(const std::vector<Keyframe>& keys, int older, int newer) {
   const OrientedPoints walls = points_around(keys, older);
   const OrientedPoints seen = points_around(keys, newer);
-  const Pose2 believed = believed_pose(keys, older, newer);
+  const Pose2 believed = between(keys[static_cast<std::size_t>(older)].world_from_robot,
+                                 keys[static_cast<std::size_t>(newer)].world_from_robot);
   const CorrelativeMatcher coarse;
   const LikelihoodPyramid likelihood(
       points_within(kSearchReachM, believed.translation_m(), walls.points), coarse.options());
@@ -78,7 +51,8 @@ std::optional<Rematch> match_again(const std::vector<Keyframe>& keys, int older,
   const CorrelativeMatch found = coarse.search(likelihood, seen.points, window, kLeastScore);
   if (found.score < kLeastScore) return std::nullopt;
   const SurfelMatcher fine;
-  const SurfelPyramid surfels = surfels_of(fine, walls);
+  SurfelPyramid surfels(fine.options(), Eigen::Vector2d::Zero());
+  surfels.add(walls, Pose2{});
   const SurfelMatch match = fine.match(surfels, seen, found.map_from_robot, nullptr);
   if (match.status == SurfelMatch::Status::no_overlap) return std::nullopt;
   const Pose2 moved = between(believed, match.map_from_robot);
@@ -88,16 +62,6 @@ std::optional<Rematch> match_again(const std::vector<Keyframe>& keys, int older,
                       result.overlap > result.overlap_before + kLeastGain &&
                       result.shift_m > kLeastShiftM;
   return better ? std::optional(result) : std::nullopt;
-}
-
-bool lies_better_than(const std::vector<Keyframe>& keys, int older, int newer, const Pose2& other) {
-  const SurfelMatcher matcher;
-  const SurfelPyramid walls = surfels_of(matcher, points_around(keys, older, Side::before));
-  const OrientedPoints seen = points_around(keys, newer, Side::after);
-  const Pose2 believed = believed_pose(keys, older, newer);
-  const double overlap = overlap_at(matcher, walls, seen, believed);
-  return overlap > kLeastOverlap &&
-         overlap > overlap_near(matcher, walls, seen, other, believed) + kLeastGain;
 }
 
 }  // namespace marco::slam

@@ -22,9 +22,4 @@ struct Rematch {
 /// wrong place altogether, or the two do not show the same walls.
 std::optional<Rematch> match_again(const std::vector<Keyframe>& keys, int older, int newer);
 
-/// Whether what the keyframes from `newer` on see lies on what those up to `older` saw where the
-/// map has it, and clearly worse where, and around where, another source has it.
-/// @param other  older_from_newer by that source
-bool lies_better_than(const std::vector<Keyframe>& keys, int older, int newer, const Pose2& other);
-
 }  // namespace marco::slam

@@ -3,9 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <random>
-#include <utility>
 
 #include "tests/support/matchers.hpp"
 #include "tests/support/two_rounds.hpp"
@@ -44,38 +41,6 @@ TEST(Doctor, APassOverAMovedBoxIsGood) {
   testing::FlatWorld moved = testing::small_room();
   moved.add_box(-3.2, -2.4, -2.6, -1.8);
   EXPECT_EQ(examine(TwoRounds({}, moved).map).verdict, Verdict::good);
-}
-
-// A straight drive of 18 m past boxes, no loops; from half of it on, the map and the odometry are
-// moved.
-MapEvidence drive_with_steps(const Pose2& of_map, const Pose2& of_odometry) {
-  testing::FlatWorld hall;
-  hall.add_box(-5.0, -2.0, 30.0, 2.0);
-  for (int i = 0; i < 9; ++i) hall.add_box(2.9 * i, 1.2 - 0.1 * i, 2.9 * i + 0.8, 2.0);
-  std::mt19937 random(3);
-  MapEvidence map;
-  map.paths.resize(1);
-  for (int i = 0; i < 60; ++i) {
-    const Pose2 truth{0.3 * i, -0.5, 0.02 * std::sin(i)};
-    Keyframe key;
-    key.utime = Utime::from_us(1'000'000 * static_cast<int64_t>(i));
-    key.path_m = 0.3 * i;
-    key.points_in_robot = orient(hall.hits(truth, 0.01, &random), Eigen::Vector2d::Zero(), {});
-    key.world_from_robot = (i < 30 ? Pose2{} : of_map) * truth;
-    map.paths[0].path.push_back({key.utime, key.world_from_robot});
-    map.paths[0].odometry.push_back({key.utime, (i < 30 ? Pose2{} : of_odometry) * truth});
-    map.keys.push_back(std::move(key));
-  }
-  return map;
-}
-
-// Nothing but the walls that are seen before and after tells whose the step is.
-TEST(Doctor, WheelsThatSlipDoNotMakeARightMapDoubtful) {
-  const Pose2 step{0.6, 0.0, 0.0};
-  EXPECT_EQ(examine(drive_with_steps({}, step)).verdict, Verdict::good);
-  const Diagnosis torn = examine(drive_with_steps(step, {}));
-  ASSERT_EQ(torn.verdict, Verdict::doubtful);
-  EXPECT_EQ(torn.reasons.front().cause, Reason::Cause::odometry_break);
 }
 
 TEST(Doctor, ScansThatAreNotFoundOnTheMapSpeakAgainstIt) {

@@ -1,7 +1,7 @@
 #include "lcm_tools/files/whole_file.hpp"
 
+#include <array>
 #include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include "lcm_tools/files/folder_journal.hpp"
@@ -22,10 +22,18 @@ std::string read_whole_file(const std::filesystem::path& path) {
   const std::string why = why_not_readable(path);
   if (!why.empty()) throw std::invalid_argument(path.string() + ": cannot be read: " + why);
   std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  content << file.rdbuf();
-  if (!file) throw std::invalid_argument(path.string() + ": cannot be read");
-  return content.str();
+  // All at once where the size is known: pipes and files of /proc have none.
+  std::error_code no_size;
+  const auto size = std::filesystem::file_size(path, no_size);
+  std::string content(no_size ? 0 : static_cast<std::size_t>(size), '\0');
+  file.read(content.data(), static_cast<std::streamsize>(content.size()));
+  content.resize(static_cast<std::size_t>(file.gcount()));
+  std::array<char, 1 << 16> more;
+  while (file.read(more.data(), more.size()) || file.gcount() > 0) {
+    content.append(more.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  if (file.bad() || !file.eof()) throw std::invalid_argument(path.string() + ": cannot be read");
+  return content;
 }
 
 }  // namespace marco::files

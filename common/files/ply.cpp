@@ -1,10 +1,13 @@
 #include "common/files/ply.hpp"
 
-#include <bit>
-#include <cstring>
-#include <sstream>
+#include <algorithm>
+#include <array>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "common/files/ply_elements.hpp"
+#include "common/files/point_columns.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/output_file.hpp"
 #include "lcm_tools/files/whole_file.hpp"
@@ -12,66 +15,77 @@
 namespace marco::files {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "PLY is written as the machine has it");
-
 template <class T>
 void append(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-struct PlyHeader {
-  std::size_t vertices = 0;
-  std::size_t faces = 0;
-  bool normals = false;
-  bool colors = false;
-  std::size_t bytes = 0;
+// Where the parts of a vertex lie among the wanted numbers.
+struct VertexSlots {
+  std::optional<std::size_t> normal, color;
+  std::array<Scalar, 3> color_types{};
 };
 
-PlyHeader parse_header(const std::string& content, const std::string& name) {
-  PlyHeader header;
-  std::istringstream lines(content.substr(0, 4096));
-  std::string line;
-  bool binary = false, ended = false;
-  while (!ended && std::getline(lines, line)) {
-    header.bytes += line.size() + 1;
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    std::istringstream words(line);
-    std::string first, second, third;
-    words >> first >> second >> third;
-    binary = binary || (first == "format" && second == "binary_little_endian");
-    if (first == "element" && second == "vertex") header.vertices = std::stoull("0" + third);
-    if (first == "element" && second == "face") header.faces = std::stoull("0" + third);
-    header.normals = header.normals || third == "nx";
-    header.colors = header.colors || third == "red";
-    ended = first == "end_header";
+void read_vertices(PlyElements& ply,
+                   const PlyElement& element,
+                   TriangleMesh& mesh,
+                   const std::string& name) {
+  const std::vector<std::string> names = element.number_names();
+  const PointColumns columns = find_point_columns(names);
+  require(columns.xyz.has_value(), name + ": its vertices have no x, y, z");
+  PlyElements::Wanted wanted{{columns.xyz->begin(), columns.xyz->end()}, std::nullopt};
+  VertexSlots slots;
+  if (columns.normal) {
+    slots.normal = wanted.numbers.size();
+    wanted.numbers.insert(wanted.numbers.end(), columns.normal->begin(), columns.normal->end());
+    mesh.normals.reserve(element.count);
   }
-  require(content.rfind("ply", 0) == 0 && binary && ended,
-          name + ": expected a binary little-endian PLY");
-  return header;
+  if (columns.rgb) {
+    slots.color = wanted.numbers.size();
+    for (std::size_t i = 0; i < 3; ++i) {
+      wanted.numbers.push_back((*columns.rgb)[i]);
+      slots.color_types[i] = element.properties[(*columns.rgb)[i]].type;
+    }
+    mesh.colors_rgb.reserve(element.count);
+  }
+  mesh.vertices_m.reserve(element.count);
+  ply.read_next(wanted, [&](std::span<const double> v, std::span<const double>) {
+    const auto vector_at = [v](std::size_t i) {
+      return Eigen::Vector3f(static_cast<float>(v[i]), static_cast<float>(v[i + 1]),
+                             static_cast<float>(v[i + 2]));
+    };
+    mesh.vertices_m.push_back(vector_at(0));
+    if (slots.normal) mesh.normals.push_back(vector_at(*slots.normal));
+    if (!slots.color) return;
+    const double* const rgb = &v[*slots.color];
+    const auto& types = slots.color_types;
+    mesh.colors_rgb.push_back(
+        {color_byte(rgb[0], types[0]), color_byte(rgb[1], types[1]), color_byte(rgb[2], types[2])});
+  });
 }
 
-class Bytes {
- public:
-  Bytes(const std::string& content, std::size_t start, std::string name)
-      : content_(content), at_(start), name_(std::move(name)) {}
-  template <class T>
-  T take() {
-    require(at_ + sizeof(T) <= content_.size(), name_ + ": ends before its last element");
-    T value;
-    std::memcpy(&value, content_.data() + at_, sizeof value);
-    at_ += sizeof value;
-    return value;
-  }
-  Eigen::Vector3f take_vector() {
-    const auto x = take<float>(), y = take<float>(), z = take<float>();
-    return {x, y, z};
-  }
-
- private:
-  const std::string& content_;
-  std::size_t at_;
-  std::string name_;
-};
+void read_faces(PlyElements& ply,
+                const PlyElement& element,
+                std::size_t vertices,
+                TriangleMesh& mesh,
+                const std::string& name) {
+  PlyElements::Wanted wanted{{}, element.find_list("vertex_indices")};
+  if (!wanted.list) wanted.list = element.find_list("vertex_index");
+  require(wanted.list.has_value(), name + ": its faces have no list vertex_indices");
+  mesh.triangles.reserve(element.count);
+  ply.read_next(wanted, [&](std::span<const double>, std::span<const double> corners) {
+    for (const double corner : corners) {
+      if (!(corner >= 0.0 && corner < static_cast<double>(vertices))) {
+        throw std::invalid_argument(name + ": a face refers to a vertex that does not exist");
+      }
+    }
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+      mesh.triangles.push_back({static_cast<uint32_t>(corners[0]),
+                                static_cast<uint32_t>(corners[i - 1]),
+                                static_cast<uint32_t>(corners[i])});
+    }
+  });
+}
 
 }  // namespace
 
@@ -110,24 +124,19 @@ void write_ply(const std::filesystem::path& path, const TriangleMesh& mesh) {
 
 TriangleMesh read_ply(const std::filesystem::path& path) {
   const std::string content = read_whole_file(path);
-  const PlyHeader header = parse_header(content, path.string());
-  // Checked before memory is allocated.
-  const std::size_t vertex_bytes = 12U + (header.normals ? 12U : 0U) + (header.colors ? 3U : 0U);
-  require(header.vertices <= content.size() / vertex_bytes && header.faces <= content.size() / 13,
-          path.string() + ": its header declares more elements than the file holds");
-  Bytes bytes(content, header.bytes, path.string());
+  const std::string name = path.string();
+  PlyElements ply(content, name);
+  const auto vertex = std::find_if(ply.elements().begin(), ply.elements().end(),
+                                   [](const PlyElement& e) { return e.name == "vertex"; });
+  require(vertex != ply.elements().end(), name + ": it has no vertices");
   TriangleMesh mesh;
-  for (std::size_t i = 0; i < header.vertices; ++i) {
-    mesh.vertices_m.push_back(bytes.take_vector());
-    if (header.normals) mesh.normals.push_back(bytes.take_vector());
-    if (header.colors) mesh.colors_rgb.push_back(bytes.take<std::array<uint8_t, 3>>());
-  }
-  for (std::size_t i = 0; i < header.faces; ++i) {
-    require(bytes.take<uint8_t>() == 3, path.string() + ": only triangles are read");
-    mesh.triangles.push_back(bytes.take<std::array<uint32_t, 3>>());
-    for (const uint32_t vertex : mesh.triangles.back()) {
-      require(vertex < header.vertices,
-              path.string() + ": a face refers to a vertex that does not exist");
+  for (const PlyElement& element : ply.elements()) {
+    if (&element == &*vertex) {
+      read_vertices(ply, element, mesh, name);
+    } else if (element.name == "face") {
+      read_faces(ply, element, vertex->count, mesh, name);
+    } else {
+      ply.skip_next();
     }
   }
   return mesh;

@@ -11,8 +11,8 @@ namespace marco::files {
 /// @throws std::runtime_error naming the path when it cannot be written.
 void write_ply(const std::filesystem::path& path, const TriangleMesh& mesh);
 
-/// Reads PLY of triangles as write_ply writes it: binary little endian, float properties x y z
-/// first.
+/// Reads any PLY, text or binary of either byte order: polygons as fans of triangles, normals and
+/// colours where it has them; other elements and properties are passed over.
 /// @throws std::invalid_argument naming file and what was wrong.
 TriangleMesh read_ply(const std::filesystem::path& path);
 

@@ -14,7 +14,7 @@ namespace marco::files {
 ///  - `*_tilt_ranges_mm.csv`: a line is a row: tilt [deg], then ranges [mm] each 0.5 deg from the
 ///    right;
 ///  - `*.3d` of uos: points x (right) y (up) z (ahead) [cm], left-handed, in the order of the
-///    beams;
+///    beams, row by row; those of other scanners are none of these;
 ///  - `scan_polar.csv`: line, tilt [deg], bearing [deg], range [m]; the tilt axis 0.340 m above the
 ///    floor and the laser 0.160 m above the axis.
 /// `*.pose`: x y z [cm] and three Euler angles [deg], left-handed as .3d; without it a scan was

@@ -14,6 +14,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
                                        the pan-tilt's lever arms and zero angles, from sweeps of a room
   ./marco render WHAT --out PNG        pictures of a map folder or a model (./marco render --help)
   ./marco export OUT --html [FILE]     a map folder as one HTML file: opens in any browser, without network
+  ./marco model SCAN... [--out DIR]    one 3D model from scans of any scanner: PCD, PLY, XYZ, PTS, PTX, uos
   ./marco posts FOLDER [-o OUT]        path and landmarks from wheel speeds and sightings of posts (./marco posts --help)
   ./marco plan OUT                     a map folder's floor plan to scale: rooms, areas, doors (PDF, SVG, DXF, GeoJSON)
   ./marco plan OUT --against PLAN      where the building is not as a DXF or SVG plan has it; --import: localize in that plan

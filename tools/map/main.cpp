@@ -19,6 +19,7 @@
 #include "tools/map/map_arguments.hpp"
 #include "tools/map/map_job.hpp"
 #include "tools/map/pictures.hpp"
+#include "tools/map/point_scans.hpp"
 #include "tools/map/report.hpp"
 #include "tools/map/results.hpp"
 #include "tools/map/scratch_folder.hpp"
@@ -237,6 +238,7 @@ int main(int argc, char** argv) {
     marco::MapArguments arguments;
     if (const auto code = marco::parse_map_arguments(argc, argv, arguments)) return *code;
     if (arguments.merge) return marco::merge(arguments);
+    if (const auto code = marco::model_point_scans(arguments)) return *code;
     return arguments.check ? marco::check(arguments) : marco::run(arguments);
   });
 }

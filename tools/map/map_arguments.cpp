@@ -22,7 +22,8 @@ The format of each INPUT is recognised by its content:
   an LCM log of another system: bot_core planar_lidar_t on any channel, mbot's lidar_t, RPLIDAR_LASER, encoders, ...
     (config/foreign.toml lists what each channel means; copy and extend it for your robot: --foreign FILE);
   a CARMEN log (FLASER, ROBOTLASER1); a text log of 'Odometry x y theta' and 'Laser n r1 .. rn' lines;
-  3D scans, as files or in a folder (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv).
+  3D scans of a tilted laser, as files or in a folder (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv);
+  3D scans of other scanners (PCD, PLY, XYZ, PTS, PTX, uos): these become a model without a map, by ./marco model.
 Several INPUTs are sessions of one map: each is localized in the map of the sessions before it. A session that is not
 found there, such as one of another building, gets its own map in OUT/session_N, and the exit code is 1. Files of 3D
 scans that follow each other are one session, and so are the parts of a split ROS recording (NAME_0.bag, NAME_1.bag, ...).

@@ -16,6 +16,9 @@ int main(int argc, char** argv) {
     for (PictureOrder& order : decode_picture_orders(files::read_whole_file(orders))) {
       viewer::RenderRequest request;
       request.camera = order.camera;
+      for (const viewer::MeshItem& item : order.scene.meshes) {
+        if (!item.mesh->colors_rgb.empty()) request.look.coloring = viewer::Coloring::scene;
+      }
       const viewer::Picture picture = order.flat
                                           ? viewer::draw_map(order.scene).picture
                                           : viewer::render_scene(std::move(order.scene), request);

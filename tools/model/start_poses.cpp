@@ -161,10 +161,6 @@ class Placing {
       const double against = contradicting_part(scan, pose);
       if (against > kMostAgainst) continue;
       candidates.push_back({pose, shared_part(surfels, world, pose) - kContradiction * against});
-      std::fprintf(
-          stderr, "cand h%d score %.2f at %.2f %.2f %.2f z %.2f shared %.3f against %.3f\n",
-          heading, match.score, pose.translation().x(), pose.translation().y(),
-          match.map_from_robot.theta_rad, up_m, shared_part(surfels, world, pose), against);
     }
     return clear_best(std::move(candidates));
   }

@@ -5,6 +5,7 @@
 
 #include "common/files/points/point_formats.hpp"
 #include "common/files/points/scan_pose.hpp"
+#include "common/files/points/text_columns.hpp"
 #include "common/files/points/text_rows.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
@@ -17,17 +18,19 @@ namespace {
 std::optional<PointFormat> text_format_of(std::string_view head) {
   const std::string nobody;
   TextRows rows(head, nobody);
-  std::array<double, 3> numbers{};
+  // A row of ranges has more numbers than any point.
+  std::array<double, kMaxTextColumns + 1> numbers{};
   const auto count_next = [&] { return rows.next() ? rows.numbers(numbers) : 0; };
+  const auto is_point = [](std::size_t count) { return count >= 3 && count <= kMaxTextColumns; };
   const bool has_line = rows.next();
   const std::size_t first = has_line ? rows.numbers(numbers) : 0;
-  if (!has_line || first == 2) return std::nullopt;
-  if (first == 3) return PointFormat::xyz;
+  if (!has_line || first == 2 || first > kMaxTextColumns) return std::nullopt;
+  if (first >= 3) return PointFormat::xyz;
   const std::size_t second = count_next();
   if (first == 1 && second == 1) {
-    return count_next() == 3 ? std::optional(PointFormat::ptx) : std::nullopt;
+    return count_next() >= 3 ? std::optional(PointFormat::ptx) : std::nullopt;
   }
-  if (second < 3) return std::nullopt;
+  if (!is_point(second)) return std::nullopt;
   return first == 1 ? PointFormat::pts : PointFormat::xyz;
 }
 

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/files/glb.hpp"
+#include "common/files/glb_compression.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 
@@ -33,21 +34,26 @@ class Glb {
 
   const json& document() const { return document_; }
 
-  std::string_view view(const json& index) const {
+  std::string view(const json& index) const {
     const json& entry = document_.at("bufferViews").at(index.get<std::size_t>());
-    const auto start = entry.value("byteOffset", std::size_t{0});
-    const auto bytes = entry.at("byteLength").get<std::size_t>();
-    require(start <= binary_.size() && bytes <= binary_.size() - start, "ends within its numbers");
-    return std::string_view(binary_).substr(start, bytes);
+    if (entry.contains("extensions") && entry.at("extensions").contains(kMeshopt)) {
+      const json& packed = entry.at("extensions").at(kMeshopt);
+      return unpacked(bytes_of(packed), packed);
+    }
+    return std::string(bytes_of(entry));
+  }
+
+  const json& accessor(const json& index) const {
+    return document_.at("accessors").at(index.get<std::size_t>());
   }
 
   // The numbers of an accessor of just this shape, one after another.
   template <class T>
   std::vector<T> values(const json& index, int component, const char* type) const {
-    const json& entry = document_.at("accessors").at(index.get<std::size_t>());
+    const json& entry = accessor(index);
     require(entry.at("componentType") == component && entry.at("type") == type,
             "holds other kinds of numbers than write_glb writes");
-    const std::string_view bytes = view(entry.at("bufferView"));
+    const std::string bytes = view(entry.at("bufferView"));
     std::vector<T> values(bytes.size() / sizeof(T));
     require(bytes.size() % sizeof(T) == 0, "has numbers cut in two");
     if (!values.empty()) std::memcpy(static_cast<void*>(values.data()), bytes.data(), bytes.size());
@@ -55,9 +61,38 @@ class Glb {
   }
 
  private:
+  std::string_view bytes_of(const json& place) const {
+    const auto start = place.value("byteOffset", std::size_t{0});
+    const auto bytes = place.at("byteLength").get<std::size_t>();
+    require(start <= binary_.size() && bytes <= binary_.size() - start, "ends within its numbers");
+    return std::string_view(binary_).substr(start, bytes);
+  }
+
   json document_;
   std::string binary_;
 };
+
+std::vector<Eigen::Vector3f> normals_of(const Glb& glb, const json& index) {
+  if (glb.accessor(index).at("componentType") != kGlbByte) {
+    return glb.values<Eigen::Vector3f>(index, kGlbFloat, "VEC3");
+  }
+  std::vector<Eigen::Vector3f> normals;
+  for (const auto& n : glb.values<std::array<int8_t, 4>>(index, kGlbByte, "VEC3")) {
+    normals.emplace_back(Eigen::Vector3f(n[0], n[1], n[2]).normalized());
+  }
+  return normals;
+}
+
+std::vector<Eigen::Vector2f> uvs_of(const Glb& glb, const json& index) {
+  if (glb.accessor(index).at("componentType") != kGlbUnsignedShort) {
+    return glb.values<Eigen::Vector2f>(index, kGlbFloat, "VEC2");
+  }
+  std::vector<Eigen::Vector2f> uvs;
+  for (const auto& uv : glb.values<std::array<uint16_t, 2>>(index, kGlbUnsignedShort, "VEC2")) {
+    uvs.emplace_back(Eigen::Vector2f(uv[0], uv[1]) / 65535.0F);
+  }
+  return uvs;
+}
 
 TexturedMesh mesh_of(const Glb& glb) {
   TexturedMesh textured;
@@ -65,20 +100,20 @@ TexturedMesh mesh_of(const Glb& glb) {
   const json& primitive = glb.document().at("meshes").at(0).at("primitives").at(0);
   const json& attributes = primitive.at("attributes");
   TriangleMesh& mesh = textured.mesh;
-  mesh.vertices_m = glb.values<Eigen::Vector3f>(attributes.at("POSITION"), 5126, "VEC3");
+  mesh.vertices_m = glb.values<Eigen::Vector3f>(attributes.at("POSITION"), kGlbFloat, "VEC3");
   if (attributes.contains("NORMAL")) {
-    mesh.normals = glb.values<Eigen::Vector3f>(attributes.at("NORMAL"), 5126, "VEC3");
+    mesh.normals = normals_of(glb, attributes.at("NORMAL"));
   }
   if (attributes.contains("TEXCOORD_0")) {
-    textured.uvs = glb.values<Eigen::Vector2f>(attributes.at("TEXCOORD_0"), 5126, "VEC2");
+    textured.uvs = uvs_of(glb, attributes.at("TEXCOORD_0"));
   }
   if (attributes.contains("COLOR_0")) {
     for (const auto& c :
-         glb.values<std::array<uint8_t, 4>>(attributes.at("COLOR_0"), 5121, "VEC4")) {
+         glb.values<std::array<uint8_t, 4>>(attributes.at("COLOR_0"), kGlbUnsignedByte, "VEC4")) {
       mesh.colors_rgb.push_back({c[0], c[1], c[2]});
     }
   }
-  const auto indices = glb.values<uint32_t>(primitive.at("indices"), 5125, "SCALAR");
+  const auto indices = glb.values<uint32_t>(primitive.at("indices"), kGlbUnsignedInt, "SCALAR");
   const std::size_t count = mesh.vertices_m.size();
   const auto one_each = [count](std::size_t size) { return size == 0 || size == count; };
   require(indices.size() % 3 == 0 && one_each(mesh.normals.size()) &&

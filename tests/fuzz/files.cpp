@@ -8,6 +8,7 @@
 #include "common/files/drawing.hpp"
 #include "common/files/glb.hpp"
 #include "common/files/map_yaml.hpp"
+#include "common/files/obj.hpp"
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
 #include "lcm_tools/files/event_log.hpp"
@@ -93,6 +94,18 @@ MARCO_FUZZ(glb) {
     for (const auto& triangle : read.mesh.triangles) {
       for (const uint32_t corner : triangle) {
         promise(corner < read.mesh.vertices_m.size(), "a triangle's vertices are there");
+      }
+    }
+  });
+}
+
+MARCO_FUZZ(obj) {
+  const MemoryFile file(bytes);
+  quietly([&] {
+    const TriangleMesh read = files::read_obj(file.path());
+    for (const auto& triangle : read.triangles) {
+      for (const uint32_t corner : triangle) {
+        promise(corner < read.vertices_m.size(), "a triangle's vertices are there");
       }
     }
   });

@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "common/files/ply.hpp"
+#include "common/files/mesh_file.hpp"
 #include "common/files/tum.hpp"
 #include "common/trajectory_fit.hpp"
 #include "lcm_tools/base/check.hpp"
@@ -57,7 +57,7 @@ void list(const std::vector<SheetsApart>& all) {
 }
 
 int run(const Arguments& arguments) {
-  const TriangleMesh model = files::read_ply(arguments.model);
+  const TriangleMesh model = files::read_mesh(arguments.model);
   require(!model.triangles.empty(), arguments.model + ": has no triangles");
   const sim::RayCaster world(
       sim::build_world(process::load_options<sim::WorldSpec>(arguments.world)));
@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
         "Every triangle is sampled, a point per 4 cm2. The model is aligned with the world by the "
         "best rigid motion.");
     marco::Arguments arguments;
-    app.add_option("MODEL", arguments.model, "PLY")->required()->check(CLI::ExistingFile);
+    app.add_option("MODEL", arguments.model, "PLY or OBJ")->required()->check(CLI::ExistingFile);
     app.add_option("WORLD", arguments.world, "TOML, as config/worlds/lab.toml")
         ->required()
         ->check(CLI::ExistingFile);

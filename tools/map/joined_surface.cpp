@@ -4,7 +4,6 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "common/files/glb.hpp"
 #include "common/files/obj.hpp"
 #include "common/files/ply.hpp"
 #include "lcm_tools/files/whole_file.hpp"
@@ -46,10 +45,11 @@ std::string planes_json(const std::vector<SurfacePlane>& planes) {
 
 void write_joined_surface(const std::filesystem::path& folder,
                           const TriangleMesh& model,
-                          const mapping3d::JoinedSurface& joined) {
+                          const mapping3d::JoinedSurface& joined,
+                          files::GlbNumbers glb_numbers) {
   if (model.triangles.empty()) return;
   files::write_ply(folder / "model.ply", model);
-  files::write_glb(folder / "model.glb", joined.simplified.mesh);
+  files::write_glb(folder / "model.glb", joined.simplified.mesh, glb_numbers);
   files::write_obj(folder / "model.obj", joined.simplified.mesh);
   files::write_whole_file(folder / "planes.json", planes_json(joined.planes));
 }

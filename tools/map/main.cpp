@@ -88,14 +88,15 @@ std::vector<std::string> named_inputs(const MapArguments& arguments) {
 PhotographCounts paint(const std::filesystem::path& out,
                        const TriangleMesh& mesh,
                        MapJob& job,
-                       const PhotographOptions& options) {
+                       const PhotographOptions& options,
+                       files::GlbNumbers glb_numbers) {
   if (mesh.triangles.empty()) return {};
   std::vector<std::string> logs;
   for (const files::InputReport& input : job.inputs()) {
     if (input.format == "LCM log") logs.insert(logs.end(), input.paths.begin(), input.paths.end());
   }
   PhotographCounts counts = write_photographs(out, logs, job.trajectory(), job.sensors(), options);
-  if (counts.chosen > 0) counts.painted = paint_elsewhere(out, mesh);
+  if (counts.chosen > 0) counts.painted = paint_elsewhere(out, mesh, glb_numbers);
   if (counts.recorded > 0) job.clock().end_stage("photographs");
   return counts;
 }
@@ -200,17 +201,18 @@ int run(const MapArguments& arguments) {
   const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
   const TriangleMesh& model = mapper.model();
   const mapping3d::JoinedSurface joined = mapping3d::join_surface(model, options.joined_surface);
-  write_joined_surface(out, model, joined);
+  write_joined_surface(out, model, joined, arguments.glb_numbers);
   job.clock().end_stage("surface");
   draw(out, map, lines, job, verdict, arguments.loop_pictures);
   job.clock().end_stage("pictures");
-  ReportExtras extras{judge_path(job),
-                      figures_of(model, joined, mapper.scenes().size()),
-                      paint(out, joined.simplified.mesh, job, options.photographs),
-                      arguments.command_line,
-                      configuration,
-                      verdict ? &*verdict : nullptr,
-                      correction ? &*correction : nullptr};
+  ReportExtras extras{
+      judge_path(job),
+      figures_of(model, joined, mapper.scenes().size()),
+      paint(out, joined.simplified.mesh, job, options.photographs, arguments.glb_numbers),
+      arguments.command_line,
+      configuration,
+      verdict ? &*verdict : nullptr,
+      correction ? &*correction : nullptr};
   extras.errors.merge(judge_held_out(job, map));
   if (!arguments.world.empty()) {
     extras.errors.merge(judge_against_world(job, map, model, arguments.world));

@@ -103,6 +103,11 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
   app.add_flag("--sweep-meshes", arguments.sweep_meshes,
                "also write model_scenes.ply: the mesh of each sweep by itself, one over another; "
                "20 MB for each stop");
+  app.add_flag_callback(
+      "--compressed-glb", [&] { arguments.glb_numbers = files::GlbNumbers::compressed; },
+      "write model.glb and model_textured.glb with EXT_meshopt_compression and "
+      "KHR_mesh_quantization: about a fifth of the size, positions to 0.5 mm, for programs that "
+      "read these");
   process::ConfigArguments config;
   process::add_print_config(app, config);
   inputs->required(std::none_of(

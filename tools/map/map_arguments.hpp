@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "common/files/glb.hpp"
+
 namespace marco {
 
 /// The command line of `marco map`.
@@ -26,6 +28,7 @@ struct MapArguments {
   bool no_calibration = false;
   bool loop_pictures = false;
   bool sweep_meshes = false;
+  files::GlbNumbers glb_numbers = files::GlbNumbers::plain;
   bool check = false;
 };
 

@@ -265,13 +265,16 @@ PhotographCounts write_photographs(const std::filesystem::path& folder,
 }
 
 std::map<std::string, double> paint_elsewhere(const std::filesystem::path& folder,
-                                              const TriangleMesh& mesh) {
+                                              const TriangleMesh& mesh,
+                                              files::GlbNumbers glb_numbers) {
   const std::string model = (folder / "simplified.part.ply").string();
   const std::string report = (folder / "painted.part.json").string();
   files::write_ply(model, mesh);
-  const int code = run_sibling(
-      "marco-texture", {model, (folder / "photographs.toml").string(), "--as-it-is", "--report",
-                        report, "--out", (folder / "model_textured.glb").string()});
+  std::vector<std::string> words{
+      model,   (folder / "photographs.toml").string(),  "--as-it-is", "--report", report,
+      "--out", (folder / "model_textured.glb").string()};
+  if (glb_numbers == files::GlbNumbers::compressed) words.push_back("--compressed-glb");
+  const int code = run_sibling("marco-texture", words);
   std::filesystem::remove(model);
   std::map<std::string, double> counted;
   if (std::filesystem::exists(report)) {

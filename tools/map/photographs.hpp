@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/files/glb.hpp"
 #include "common/samples.hpp"
 #include "common/trajectory.hpp"
 #include "mapping3d/surface/texture.hpp"
@@ -56,6 +57,7 @@ PhotographCounts write_photographs(const std::filesystem::path& folder,
 /// model_textured.png. @returns its counts, by name with unit. If it fails, prints so on standard
 /// error; the map is complete without it.
 std::map<std::string, double> paint_elsewhere(const std::filesystem::path& folder,
-                                              const TriangleMesh& mesh);
+                                              const TriangleMesh& mesh,
+                                              files::GlbNumbers glb_numbers);
 
 }  // namespace marco

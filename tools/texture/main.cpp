@@ -62,6 +62,7 @@ struct Arguments {
   std::string out = "model_textured.glb";
   std::string report;
   bool as_it_is = false;
+  files::GlbNumbers glb_numbers = files::GlbNumbers::plain;
 };
 
 void write_report(const std::string& path,
@@ -97,7 +98,8 @@ int run(const Arguments& arguments) {
   const std::filesystem::path out = arguments.out;
   const std::filesystem::path atlas = std::filesystem::path(out).replace_extension(".png");
   viewer::write_png(atlas_of(painted), atlas.string());
-  files::write_glb(out, TexturedMesh{painted.mesh, painted.uvs, files::read_whole_file(atlas)});
+  files::write_glb(out, TexturedMesh{painted.mesh, painted.uvs, files::read_whole_file(atlas)},
+                   arguments.glb_numbers);
   if (!arguments.report.empty()) write_report(arguments.report, painted, unreadable);
   std::printf(
       "%d photographs used, %d skipped; %.1f %% of the surface painted; %zu triangles, "
@@ -129,6 +131,9 @@ int main(int argc, char** argv) {
     app.add_option("--out", arguments.out, "GLB; the atlas is written beside it")
         ->capture_default_str();
     app.add_flag("--as-it-is", arguments.as_it_is, "texture the model without simplifying it");
+    app.add_flag_callback(
+        "--compressed-glb", [&] { arguments.glb_numbers = marco::files::GlbNumbers::compressed; },
+        "write the GLB with EXT_meshopt_compression and KHR_mesh_quantization");
     app.add_option("--report", arguments.report, "write the counts as JSON");
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
     return marco::run(arguments);

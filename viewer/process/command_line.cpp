@@ -37,8 +37,9 @@ const std::map<std::string, Coloring> kColorings{{"height", Coloring::height},
 
 void add_options(CLI::App& app, Arguments& arguments) {
   RenderRequest& request = arguments.request;
-  app.add_option("inputs", arguments.inputs,
-                 "models (.ply, .glb), maps (.yaml), trajectories (.tum), folders written by `map`")
+  app.add_option(
+         "inputs", arguments.inputs,
+         "models (.ply, .obj, .glb), maps (.yaml), trajectories (.tum), folders written by `map`")
       ->required();
   app.add_option("--out", arguments.out,
                  "what to write: .png, .mp4 (a film), .eps .svg .pdf; a folder with --walk")
@@ -121,7 +122,7 @@ int run_walk(int argc, const char* const* argv, const FileReaders& readers) {
       "marco-viewer walk");
   Arguments arguments;
   arguments.out = "walk";
-  app.add_option("inputs", arguments.inputs, "models (.ply, .glb), folders written by `map`")
+  app.add_option("inputs", arguments.inputs, "models (.ply, .obj, .glb), folders written by `map`")
       ->required();
   app.add_option("--script", arguments.walk,
                  "instead of keys: the robot's commands (\"a10 i19 e4\"), or a file of them");

@@ -79,7 +79,7 @@ class InputReader {
   void add(const fs::path& file, const PathKind& kind) {
     const std::string extension = file.extension().string();
     Scene& scene = inputs_.scene;
-    if (extension == ".ply" || extension == ".glb") {
+    if (extension == ".ply" || extension == ".obj" || extension == ".glb") {
       TriangleMesh mesh = readers_.mesh(file.string());
       require(!mesh.triangles.empty(), file.string() + ": a mesh without triangles");
       const Rgb color = palette::kSeries[scene.meshes.size() % palette::kSeries.size()];
@@ -94,7 +94,7 @@ class InputReader {
       scene.paths.push_back({std::move(poses), kind.color, label});
     } else {
       throw std::invalid_argument(
-          file.string() + ": expected .ply, .glb, .yaml, .tum or a folder written by `map`");
+          file.string() + ": expected .ply, .obj, .glb, .yaml, .tum or a folder written by `map`");
     }
   }
 

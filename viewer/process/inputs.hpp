@@ -10,7 +10,7 @@ namespace marco::viewer {
 
 /// Readers of files; each throws an exception naming the path when it fails.
 struct FileReaders {
-  std::function<TriangleMesh(const std::string& path)> mesh;      ///< .ply, .glb
+  std::function<TriangleMesh(const std::string& path)> mesh;      ///< .ply, .obj, .glb
   std::function<GridMap(const std::string& path)> grid;           ///< .yaml of the map_server kind
   std::function<Trajectory(const std::string& path)> trajectory;  ///< .tum
 };

@@ -107,7 +107,7 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
       "--compressed-glb", [&] { arguments.glb_numbers = files::GlbNumbers::compressed; },
       "write model.glb and model_textured.glb with EXT_meshopt_compression and "
       "KHR_mesh_quantization: about a fifth of the size, positions to 0.5 mm, for programs that "
-      "read these");
+      "read these; `marco page` and `marco export` do not");
   process::ConfigArguments config;
   process::add_print_config(app, config);
   inputs->required(std::none_of(

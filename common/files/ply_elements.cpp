@@ -157,7 +157,7 @@ double PlyElements::take(Scalar type) {
 }
 
 // Binary rows without lists are of one length: nothing but the wanted numbers is looked at.
-template <ByteOrder order>
+template <ByteOrder kOrder>
 void PlyElements::read_fixed_rows(const PlyElement& element, const Wanted& wanted, const Row& row) {
   std::vector<std::size_t> offsets;
   std::size_t row_bytes = 0;
@@ -177,10 +177,22 @@ void PlyElements::read_fixed_rows(const PlyElement& element, const Wanted& wante
   for (std::size_t i = 0; i < element.count; ++i) {
     const char* const from = content_.data() + at_;
     for (std::size_t k = 0; k < picks.size(); ++k) {
-      numbers[k] = load<order>(from + picks[k].offset, picks[k].type);
+      numbers[k] = load<kOrder>(from + picks[k].offset, picks[k].type);
     }
     at_ += row_bytes;
     row(numbers, {});
+  }
+}
+
+// `count` as the file has it, which may be anything.
+void PlyElements::take_list(double count, Scalar type, std::vector<double>* list) {
+  if (!(count >= 0.0 && count <= static_cast<double>(bytes_left()))) {
+    fail("byte " + std::to_string(at_) + ": a list is longer than the file");
+  }
+  if (list != nullptr) list->clear();
+  for (std::size_t left = static_cast<std::size_t>(count); left > 0; --left) {
+    const double item = take(type);
+    if (list != nullptr) list->push_back(item);
   }
 }
 
@@ -202,15 +214,7 @@ void PlyElements::read_rows(const PlyElement& element, const Wanted& wanted, con
         if (step.slot) numbers[*step.slot] = value;
         continue;
       }
-      if (!(value >= 0.0 && value <= static_cast<double>(bytes_left()))) {
-        fail("byte " + std::to_string(at_) + ": a list is longer than the file");
-      }
-      const auto items = static_cast<std::size_t>(value);
-      if (step.is_wanted_list) list.clear();
-      for (std::size_t k = 0; k < items; ++k) {
-        const double item = take(step.type);
-        if (step.is_wanted_list) list.push_back(item);
-      }
+      take_list(value, step.type, step.is_wanted_list ? &list : nullptr);
     }
     row(numbers, list);
   }

@@ -63,8 +63,9 @@ class PlyElements {
   void add_property(std::string_view words);
   void check_counts() const;
   void read_rows(const PlyElement& element, const Wanted& wanted, const Row& row);
-  template <ByteOrder order>
+  template <ByteOrder kOrder>
   void read_fixed_rows(const PlyElement& element, const Wanted& wanted, const Row& row);
+  void take_list(double count, Scalar type, std::vector<double>* list);
   double take(Scalar type);
   double take_text();
   std::size_t bytes_left() const { return content_.size() - at_; }

@@ -33,38 +33,38 @@ constexpr std::size_t size_of(Scalar type) {
 
 enum class ByteOrder : uint8_t { little, big };
 
-template <class Number, ByteOrder order>
+template <class Number, ByteOrder kOrder>
 double load(const char* from) {
   std::array<char, sizeof(Number)> bytes;
   std::memcpy(bytes.data(), from, sizeof(Number));
-  if constexpr (order == ByteOrder::big) std::reverse(bytes.begin(), bytes.end());
+  if constexpr (kOrder == ByteOrder::big) std::reverse(bytes.begin(), bytes.end());
   return static_cast<double>(std::bit_cast<Number>(bytes));
 }
 
 /// The number whose size_of(type) bytes lie at `from`. Exact but for integers over 2^53.
-template <ByteOrder order = ByteOrder::little>
+template <ByteOrder kOrder = ByteOrder::little>
 double load(const char* from, Scalar type) {
   switch (type) {
     case Scalar::int8:
-      return load<int8_t, order>(from);
+      return load<int8_t, kOrder>(from);
     case Scalar::uint8:
-      return load<uint8_t, order>(from);
+      return load<uint8_t, kOrder>(from);
     case Scalar::int16:
-      return load<int16_t, order>(from);
+      return load<int16_t, kOrder>(from);
     case Scalar::uint16:
-      return load<uint16_t, order>(from);
+      return load<uint16_t, kOrder>(from);
     case Scalar::int32:
-      return load<int32_t, order>(from);
+      return load<int32_t, kOrder>(from);
     case Scalar::uint32:
-      return load<uint32_t, order>(from);
+      return load<uint32_t, kOrder>(from);
     case Scalar::int64:
-      return load<int64_t, order>(from);
+      return load<int64_t, kOrder>(from);
     case Scalar::uint64:
-      return load<uint64_t, order>(from);
+      return load<uint64_t, kOrder>(from);
     case Scalar::float32:
-      return load<float, order>(from);
+      return load<float, kOrder>(from);
     case Scalar::float64:
-      return load<double, order>(from);
+      return load<double, kOrder>(from);
   }
   return 0.0;
 }

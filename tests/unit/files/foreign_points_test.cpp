@@ -113,6 +113,9 @@ TEST_F(ForeignPoints, PcdThatLiesIsRefused) {
   const std::string packed_points = bytes_of({12U, 4294967292U}) + std::string(12, 'x');
   EXPECT_THAT(of("WIDTH 357913941\nHEIGHT 1", "binary_compressed\n" + packed_points),
               HasSubstr("damaged"));
+  // A copy of what came before the beginning.
+  EXPECT_THAT(of("WIDTH 1\nHEIGHT 1", "binary_compressed\n" + bytes_of({3U, 12U}) + "\xe0\x03\x05"),
+              HasSubstr("damaged"));
   EXPECT_THAT(of("WIDTH nan\nHEIGHT 1", "ascii\n1 2 3"), HasSubstr("WIDTH is no number"));
   EXPECT_THAT(of("WIDTH 2\nHEIGHT 1\nPOINTS 3", "ascii\n1 2 3"), HasSubstr("WIDTH times HEIGHT"));
   EXPECT_THAT(of("WIDTH 2\nHEIGHT 1", "ascii\n1 2 3.00001\n4 5\n"),

@@ -41,6 +41,7 @@ std::optional<int> model_point_scans(const MapArguments& arguments) {
   std::vector<std::string> words = inputs;
   words.insert(words.end(), {"--out", arguments.out});
   if (!arguments.config.empty()) words.insert(words.end(), {"--config", arguments.config});
+  if (arguments.glb_numbers == files::GlbNumbers::compressed) words.push_back("--compressed-glb");
   return run_sibling("marco-model", std::move(words));
 }
 

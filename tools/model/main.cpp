@@ -28,6 +28,7 @@ struct Arguments {
   std::string out = "out";
   std::string config;
   std::string points;
+  files::GlbNumbers glb_numbers = files::GlbNumbers::plain;
 };
 
 // Those without a pose that are not found in the others are left out.
@@ -66,7 +67,7 @@ int run(const Arguments& arguments) {
   const CloudModel model = make_cloud_model(scans, options);
   require(!model.mesh.triangles.empty(), arguments.inputs.front() + ": no surface in these points");
   clock.end_stage("model");
-  write_joined_surface(out, model.mesh, model.joined);
+  write_joined_surface(out, model.mesh, model.joined, arguments.glb_numbers);
   write_poses(out / "poses.txt", scans);
   if (!arguments.points.empty()) {
     write_all_points(out, kPointFormats.at(arguments.points), arguments.points, scans);
@@ -108,6 +109,9 @@ std::optional<int> parse(int argc, char** argv, Arguments& arguments) {
          "also write the points of all scans in one frame, points.FORMAT; of uos a file for "
          "each scan, with its pose: pcd, ply, xyz, pts or uos")
       ->check(CLI::IsMember(kPointFormats));
+  app.add_flag_callback(
+      "--compressed-glb", [&] { arguments.glb_numbers = files::GlbNumbers::compressed; },
+      "write model.glb as `marco map --compressed-glb` does");
   process::ConfigArguments config;
   process::add_print_config(app, config);
   inputs->required(std::none_of(

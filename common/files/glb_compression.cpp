@@ -170,7 +170,7 @@ std::string unpacked(std::string_view packed, const json& how) {
     fault = meshopt_decodeVertexBuffer(bytes.data(), count, stride, from, packed.size());
     if (fault == 0) unfilter(bytes, how.value("filter", std::string("NONE")), count, stride);
   }
-  require(fault == 0, "has compressed numbers that are torn");
+  require(fault == 0, "has damaged compressed numbers");
   return bytes;
 }
 

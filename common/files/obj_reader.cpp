@@ -10,9 +10,7 @@
 namespace marco::files {
 namespace {
 
-constexpr std::array kPassedOver = {
-    "vt",     "vp", "o", "g",     "s",        "mg",       "usemtl", "mtllib",     "usemap",
-    "maplib", "p",  "l", "bevel", "c_interp", "d_interp", "lod",    "shadow_obj", "trace_obj"};
+constexpr std::array kPassedOver = {"vt", "vp", "o", "g", "s", "mg", "usemtl", "mtllib", "p", "l"};
 
 class ObjReader {
  public:

@@ -254,7 +254,7 @@ def main():
         good = compare_scans(options, folder)
         if options.world:
             compare_simulated(options, folder)
-    print("Marco is " + ("equal or better" if good else "worse") + " in residuals and returns without surface")
+    print("Marco is " + ("equal or better in residuals and" if good else "worse in residuals or") + " returns without surface")
     sys.exit(0 if good else 1)
 
 

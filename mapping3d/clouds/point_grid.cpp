@@ -12,7 +12,8 @@ namespace marco::mapping3d {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kNearestM = 0.05;
+constexpr double kNearestM =
+    0.05;  // nearer is the scanner itself, or the zero of a beam without return
 // 0.2 deg all around; a wall at 7 m then has a point in each voxel of 2.5 cm.
 constexpr std::size_t kMostCells = 2'000'000;
 // Points in a cell, in the mean, where they lie anywhere: more leave fewer cells empty, and lose

@@ -7,6 +7,8 @@
 namespace marco::mapping3d {
 namespace {
 
+// Of fewer the widest gaps of angles that lie anywhere differ too much; lasers have 8 rings or
+// more.
 constexpr std::size_t kFewestLines = 8;
 constexpr std::size_t kFewestOfLine = 4;  // angles, in the mean
 // How much wider a gap between lines is than any within one. Of angles that lie anywhere, the

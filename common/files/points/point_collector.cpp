@@ -5,6 +5,7 @@
 namespace marco::files {
 namespace {
 
+// A float still tells a millimetre there; no building is larger.
 constexpr double kFarM = 10e3;
 
 }  // namespace

@@ -18,7 +18,7 @@ class PointCollector {
   /// @param origin_m  where it is known that the points lie far
   explicit PointCollector(std::optional<Eigen::Vector3d> origin_m = std::nullopt);
 
-  /// Memory for so many points and what `more` says of each.
+  /// Reserves memory for this many points and what `more` says of each.
   void reserve(std::size_t points, Parts more);
   void add(const Eigen::Vector3d& point_m);
 

@@ -8,7 +8,7 @@
 namespace marco::files {
 
 /// The lines of a text that hold something: comments (after # or //) and blank lines are passed
-/// over. A copy goes on from the same line.
+/// over. A copy continues from the same line.
 class TextRows {
  public:
   /// @param text  outlives this

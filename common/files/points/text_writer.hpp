@@ -14,7 +14,7 @@ class TextWriter {
   void number(Number value, char after) {
     append(after, value);
   }
-  /// With so many decimals.
+  /// With this many decimals.
   void fixed(double value, int decimals, char after) {
     append(after, value, std::chars_format::fixed, decimals);
   }

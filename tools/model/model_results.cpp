@@ -125,7 +125,7 @@ void write_model_report(const std::filesystem::path& path,
   files::write_whole_file(path, report.dump(1) + "\n");
 }
 
-bool print_model_summary(const CloudModel& model,
+void print_model_summary(const CloudModel& model,
                          const std::vector<CloudScan>& scans,
                          const std::vector<std::string>& left_out,
                          const StageClock& clock,
@@ -144,7 +144,6 @@ bool print_model_summary(const CloudModel& model,
               clock.total_wall_s(), clock.total_cpu_s(), StageClock::peak_memory_mb(), out.c_str());
   const std::string doubt = reason_of_doubt(model, scans, left_out);
   std::printf("verdict: %s\n", doubt.empty() ? "good" : ("doubtful: " + doubt).c_str());
-  return doubt.empty();
 }
 
 }  // namespace marco

@@ -29,8 +29,7 @@ void write_model_report(const std::filesystem::path& path,
                         const StageClock& clock);
 
 /// The lines after the work, the last one the verdict: good, or doubtful with the reason.
-/// @returns whether it is good.
-bool print_model_summary(const CloudModel& model,
+void print_model_summary(const CloudModel& model,
                          const std::vector<CloudScan>& scans,
                          const std::vector<std::string>& left_out,
                          const StageClock& clock,

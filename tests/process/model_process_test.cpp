@@ -45,12 +45,12 @@ PointCloud scan(const Pose3& world_from_scanner, std::mt19937& random) {
 
 class ModelProcess : public testing::CommandTest {
  protected:
-  // Each in a format of its own.
+  // Each in a format of its own; the rows of the last are none of a tilted laser.
   void write_scans(bool with_poses) {
     const std::vector<std::pair<std::string, files::PointFormat>> formats{
         {"a.pcd", files::PointFormat::pcd},
         {"b.ply", files::PointFormat::ply},
-        {"c.xyz", files::PointFormat::xyz}};
+        {"c.3d", files::PointFormat::uos}};
     std::filesystem::create_directory(at("scans"));
     std::mt19937 random(4);
     for (std::size_t i = 0; i < kPlaces.size(); ++i) {

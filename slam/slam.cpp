@@ -77,7 +77,8 @@ SlamUpdate Slam::process(const SlamInput& input) {
                     guess.covariance)
           .covariance +
       diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
-  since_keyframe_ = covariance_of(information_of(since_keyframe) + match.information);
+  since_keyframe_ =
+      covariance_of(information_of(since_keyframe) + match.information) + matched.doubt;
   estimate_ = estimate_from(match, prior, motion_.stands_still(motion, match.information));
   motion_.update(motion, between(before, estimate_.world_from_robot), match.usable,
                  rotated(covariance_of(match.information), -before.theta_rad));
@@ -88,8 +89,9 @@ SlamUpdate Slam::process(const SlamInput& input) {
   bool trajectory_changed = false;
   const bool becomes_keyframe =
       use && !refused && gate_.may_draw() && input.may_draw &&
-      keyframes_.is_due(estimate_.world_from_robot, input.scan.sensor_heading_rad,
-                        options_.keyframes);
+      (!matched.doubt.isZero() ||  // it belongs to this step alone
+       keyframes_.is_due(estimate_.world_from_robot, input.scan.sensor_heading_rad,
+                         options_.keyframes));
   if (becomes_keyframe) {
     add_keyframe(input, matched.points, guess.source);
     trajectory_changed = search_loops();

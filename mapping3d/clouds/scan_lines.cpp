@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
+
+#include "common/median.hpp"
 
 namespace marco::mapping3d {
 namespace {
@@ -51,9 +54,7 @@ ScanLines::ScanLines(std::vector<double> lines_rad)
     : step_rad_(0.0), count_(lines_rad.size()), lines_rad_(std::move(lines_rad)) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < count_; ++i) steps.push_back(lines_rad_[i] - lines_rad_[i - 1]);
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  step_rad_ = *middle;
+  step_rad_ = median(std::move(steps));
 }
 
 std::size_t ScanLines::at(double angle_rad) const {

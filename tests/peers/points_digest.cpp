@@ -1,5 +1,5 @@
 // What our readers find in files of points, for comparison with other people's: points_digest FILE
-// [--to FORMAT OUT] prints FILE's format, count, extents, means and pose, and writes it anew.
+// [--to FORMAT OUT] prints FILE's format, count, extents, means and pose, and writes it in FORMAT.
 #include <algorithm>
 #include <array>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// Compressed GLBs: read back within what they promise, smaller, and torn ones refused.
+// Compressed GLBs: read back within what they promise, smaller, and damaged ones refused.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -126,18 +126,18 @@ TEST(GlbCompression, LeavesOutVerticesOfNoTriangleAndRefusesTheFarAway) {
 }
 
 // Any bit of it wrong: read otherwise, or refused, and nothing else.
-TEST(GlbCompression, TornOnesAreRefused) {
+TEST(GlbCompression, DamagedOnesAreRefused) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "p.glb";
   write_glb(path, painted(), GlbNumbers::compressed);
   const std::string whole = read_whole_file(path);
   std::size_t refused = 0;
   for (std::size_t i = 0; i < whole.size(); i += 3) {
-    std::string torn = whole;
-    torn[i] = static_cast<char>(torn[i] ^ (1 << (i % 7)));
-    if (i % 5 == 0) torn.resize(i);
+    std::string damaged = whole;
+    damaged[i] = static_cast<char>(damaged[i] ^ (1 << (i % 7)));
+    if (i % 5 == 0) damaged.resize(i);
     try {
-      read_glb(folder.write("torn.glb", torn));
+      read_glb(folder.write("damaged.glb", damaged));
     } catch (const std::invalid_argument&) {
       ++refused;
     }

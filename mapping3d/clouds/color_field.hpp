@@ -17,8 +17,8 @@ class ColorField {
 
   void add(const Eigen::Vector3f& point_m, const std::array<uint8_t, 3>& rgb);
 
-  /// Colours a mesh's vertices by the points of their cube, or else of those around it; grey where
-  /// there are none.
+  /// Colours a mesh's vertices by the points of their cube, or else of those around it, or else as
+  /// the nearest vertices along the surface; grey where there are none.
   void paint(TriangleMesh& mesh) const;
 
  private:

@@ -28,9 +28,9 @@ inline constexpr int kBodyScans = 20;
 inline constexpr double kBodyPart = 0.8;
 inline constexpr double kChangedPart = 0.4;
 inline constexpr double kFreeBeside = 0.6;
-// A wall that is followed is one for the headings along it; the floor is one for all.
-inline constexpr int kFloorHeadings = 4;  // of 30 degrees
 inline constexpr double kFloorPart = 0.1, kBeyondFloor = 0.02;
+// A wall stands where it is when the robot turns.
+inline constexpr double kFloorFree = 0.5;
 
 // clang-format off
 /// Rules that decide what is wrong with a sensor's data before anything is mapped.
@@ -51,9 +51,9 @@ inline constexpr Gate kInputGates[] = {
     {"the robot in its own view", "the same over all of them, at least", kBodyPart, "the same", "the same"},
     {"the robot in its own view", "part of these scans in which the view is free on both sides, at least", kFreeBeside, "the same", "a wall that is followed continues"},
     {"the robot in its own view", "part of the bearings whose range changed, at least", kChangedPart, "a scan counts", "a robot that stands shows nothing"},
-    {"the floor in view", "headings of 30 degrees that the drive has, at least", kFloorHeadings, "asked for", "a wall that is followed is beside one heading"},
     {"the floor in view", "part of the returns on one line of the laser's frame, more than", kFloorPart, "the map is made again without them", "simulated flats, a laser pitched by 5 degrees"},
     {"the floor in view", "part of the returns beyond the line, at most", kBeyondFloor, "the same", "nobody sees through a floor; a robot nods"},
+    {"the floor in view", "part of the line's returns that are seen as free from near by, after a turn, more than", kFloorFree, "the same", "a wall stands when the robot turns: 0.1 in rings of corridors"},
 };
 // clang-format on
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <numbers>
 #include <numeric>
 
@@ -71,20 +70,6 @@ std::vector<Return> sampled(const std::vector<Keyframe>& keys) {
     for (std::size_t i = 0; i < used; ++i) add_returns(*some[i * some.size() / used], heading, all);
   }
   return all;
-}
-
-// Whether no wall is parallel, for most of these headings, to a line that turns with the robot.
-bool tell_walls_apart(const std::vector<Return>& all) {
-  std::array<bool, kHeadings> seen{};
-  for (const Return& one : all) seen[one.heading] = true;
-  std::complex<double> sum;
-  for (std::size_t i = 0; i < kHeadings; ++i) {
-    // A wall that is followed there and back stands twice: angles are doubled.
-    const double half_turns = static_cast<double>(i) / static_cast<double>(kHeadings);
-    if (seen[i]) sum += std::polar(1.0, 4.0 * std::numbers::pi * half_turns);
-  }
-  const auto count = static_cast<double>(std::count(seen.begin(), seen.end(), true));
-  return count >= kFloorHeadings && std::abs(sum) <= 0.5 * count;
 }
 
 /// How much nearer than its range a return is along a direction: steps, by its bearing from there.
@@ -178,11 +163,94 @@ bool is_straight(const std::vector<Return>& all, std::size_t direction, std::siz
   return 2 * straight > kParts;
 }
 
+Pose2 sensor_of(const Keyframe& key) {
+  const Eigen::Vector2d& at = key.sensor_in_robot;
+  return key.world_from_robot * Pose2{at.x(), at.y(), key.sensor_heading_rad};
+}
+
+/// A keyframe in its sensor's frame: its returns, and the farthest of each degree.
+struct KeyframeView {
+  explicit KeyframeView(const Keyframe& key)
+      : world_from_sensor(sensor_of(key)),
+        returns_m(world_from_sensor.inverse() *
+                  Points2(key.world_from_robot * key.points_in_robot.points)) {
+    for (Eigen::Index i = 0; i < returns_m.cols(); ++i) {
+      double& range_m = ranges_m[degree_of(returns_m.col(i))];
+      range_m = std::max(range_m, returns_m.col(i).norm());
+    }
+  }
+
+  static std::size_t degree_of(const Eigen::Vector2d& place_m) {
+    return part_of_turn(std::atan2(place_m.y(), place_m.x()), 360);
+  }
+  double range_towards_m(const Eigen::Vector2d& place_m) const {
+    return ranges_m[degree_of(place_m)];
+  }
+
+  Pose2 world_from_sensor;
+  Points2 returns_m;
+  std::array<double, 360> ranges_m{};  ///< 0 where nothing returned
+};
+
+// A line turned by less stays near itself; one turned by more may be a corridor's other side.
+constexpr double kLeastTurnRad = 0.5, kMostTurnRad = 2.6;
+
+/// What other keyframes near by, which look another way, say of the places of one line's returns.
+class Witnesses {
+ public:
+  explicit Witnesses(const FloorLine& line)
+      : across_(std::cos(deg_to_rad(line.bearing_deg)), std::sin(deg_to_rad(line.bearing_deg))),
+        from_m_(line.from_m) {}
+
+  void ask(const KeyframeView& seen, const KeyframeView& witness) {
+    const Pose2 between = witness.world_from_sensor.inverse() * seen.world_from_sensor;
+    const double turn_rad = std::abs(normalize_angle(between.theta_rad));
+    if (turn_rad < kLeastTurnRad || turn_rad > kMostTurnRad) return;
+    for (Eigen::Index i = 0; i < seen.returns_m.cols(); ++i) {
+      const Eigen::Vector2d place_m = seen.returns_m.col(i);
+      if (across_.dot(place_m) < from_m_) continue;
+      // Were it the floor, the witness' own line would be well behind.
+      const Eigen::Vector2d there_m = between * place_m;
+      if (across_.dot(there_m) > 0.7 * from_m_) continue;
+      const double range_m = witness.range_towards_m(there_m), far_m = there_m.norm();
+      // A degree of a slanted wall, and poses of a map that the floor has bent.
+      const double slack_m = 0.1 + 0.1 * far_m;
+      if (range_m > far_m + slack_m) ++free_;
+      if (std::abs(range_m - far_m) <= slack_m) ++standing_;
+    }
+  }
+
+  bool say_it_turns() const {
+    constexpr int kFewest = 200;  // returns: those of a handful of keyframes
+    return free_ >= kFewest && free_ > kFloorFree * (free_ + standing_);
+  }
+
+ private:
+  Eigen::Vector2d across_;
+  double from_m_;
+  int free_ = 0;
+  int standing_ = 0;
+};
+
+// A wall stands where it is when the robot turns.
+bool turns_with_robot(const std::vector<Keyframe>& keys, const FloorLine& line) {
+  constexpr std::size_t kNext = 12;  // keyframes, a few metres: what lies between them errs little
+  constexpr std::size_t kAsked = 600;
+  const std::vector<KeyframeView> views(keys.begin(), keys.end());
+  Witnesses witnesses(line);
+  const std::size_t step = views.size() / kAsked + 1;
+  for (std::size_t i = 0; i < views.size(); i += step) {
+    for (std::size_t j = i > kNext ? i - kNext : 0; j < std::min(i + kNext, views.size()); ++j) {
+      witnesses.ask(views[i], views[j]);
+    }
+  }
+  return witnesses.say_it_turns();
+}
+
 }  // namespace
 
 std::optional<FloorLine> find_floor(const std::vector<Keyframe>& keys) {
   const std::vector<Return> all = sampled(keys);
-  if (!tell_walls_apart(all)) return std::nullopt;
   std::optional<FloorLine> found;
   double most = 0.0;
   for (std::size_t direction = 0; direction < kBearings; direction += kDirectionStep) {
@@ -194,6 +262,7 @@ std::optional<FloorLine> find_floor(const std::vector<Keyframe>& keys) {
     const double turns = static_cast<double>(direction) / kBearings;
     found = FloorLine{"", 360.0 * (turns > 0.5 ? turns - 1.0 : turns), distance_m(*line)};
   }
+  if (found && !turns_with_robot(keys, *found)) return std::nullopt;
   return found;
 }
 

@@ -15,6 +15,7 @@ struct TiltedLaser {
   double floor_deg = 0.0;                                    // its bearing, in the laser's frame
   double clipped_m = std::numeric_limits<double>::infinity();
   Pose2 robot_from_sensor = {};
+  int half_view_deg = 120;
 };
 
 testing::FlatWorld hall() {
@@ -36,10 +37,9 @@ Keyframe seen_from(const testing::FlatWorld& world,
   key.world_from_robot = robot;
   key.sensor_in_robot = laser.robot_from_sensor.translation_m();
   key.sensor_heading_rad = laser.robot_from_sensor.theta_rad;
-  constexpr int kBeams = 241;
-  Points2 points(2, kBeams);
-  for (int beam = 0; beam < kBeams; ++beam) {
-    const double bearing_rad = deg_to_rad(-120.0 + beam);
+  Points2 points(2, 2 * laser.half_view_deg + 1);
+  for (int beam = 0; beam < points.cols(); ++beam) {
+    const double bearing_rad = deg_to_rad(beam - laser.half_view_deg);
     const double ahead = std::cos(bearing_rad - deg_to_rad(laser.floor_deg));
     const double wall_m = world.range_m(sensor.translation_m(), sensor.theta_rad + bearing_rad);
     const double floor_m = ahead > 0.0 ? laser.floor_m / ahead : laser.floor_m;
@@ -47,7 +47,7 @@ Keyframe seen_from(const testing::FlatWorld& world,
     points.col(beam) = range_m * Eigen::Vector2d(std::cos(bearing_rad), std::sin(bearing_rad));
   }
   key.points_in_robot.points = laser.robot_from_sensor * points;
-  key.points_in_robot.normals = Points2::Zero(2, kBeams);
+  key.points_in_robot.normals = Points2::Zero(2, points.cols());
   return key;
 }
 
@@ -123,6 +123,31 @@ TEST(FloorSearch, AWallThatIsFollowedIsNone) {
   const auto found = find_floor(along_the_walls(floor, hall()));
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->bearing_deg, 0.0, 4.0);
+}
+
+// Four headings, and a wall always 1.2 m to the right: simulated rings of corridors had such a
+// floor.
+TEST(FloorSearch, TheOuterWallOfARingOfCorridorsIsNone) {
+  testing::FlatWorld ring;
+  ring.add_box(0.0, 0.0, 30.0, 20.0);
+  ring.add_box(2.4, 2.4, 27.6, 17.6);
+  const std::vector<Pose2> corners{{1.2, 1.2, 0.0},
+                                   {28.8, 1.2, std::numbers::pi / 2},
+                                   {28.8, 18.8, std::numbers::pi},
+                                   {1.2, 18.8, -std::numbers::pi / 2}};
+  TiltedLaser laser;
+  laser.half_view_deg = 90;
+  std::mt19937 random(6);
+  std::vector<Keyframe> keys;
+  for (int leg = 0; leg < 8; ++leg) {
+    const Pose2 &from = corners[leg % 4], &to = corners[(leg + 1) % 4];
+    const double way_m = (to.translation_m() - from.translation_m()).norm();
+    for (double done_m = 0.0; done_m < way_m; done_m += 0.5) {
+      keys.push_back(seen_from(ring, from * Pose2{done_m, 0.0, 0.0}, laser, random));
+    }
+    keys.push_back(seen_from(ring, {to.x_m, to.y_m, from.theta_rad + 0.8}, laser, random));
+  }
+  EXPECT_FALSE(find_floor(keys));
 }
 
 // Two headings across each other, and never a look aside.

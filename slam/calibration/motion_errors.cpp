@@ -15,20 +15,46 @@ Errors errors_of(const std::vector<MotionSample>& samples, const RobotModel& mod
   return errors;
 }
 
-Eigen::Vector3d spread_of(const Errors& errors) {
-  constexpr double kLeastM = 1e-5, kLeastRad = 1e-5;  // of motions without any noise
-  Eigen::Vector3d sigma;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> sizes;
-    for (const Eigen::Vector3d& error : errors) sizes.push_back(std::abs(error[axis]));
-    sigma[axis] =
-        std::max(kSigmaOfMedian * median(std::move(sizes)), axis < 2 ? kLeastM : kLeastRad);
-  }
-  return sigma;
+Eigen::Vector3d ErrorSpread::of(const MotionSample& sample) const {
+  const double turn_rad = std::abs(sample.laser_moved.theta_rad);
+  return (straight.array().square() + (turn_rad * of_turn).array().square()).sqrt();
 }
 
-double chi2_of(const Eigen::Vector3d& error, const Eigen::Vector3d& sigma) {
-  return error.cwiseQuotient(sigma).squaredNorm();
+ErrorSpread spread_of(const std::vector<MotionSample>& samples, const Errors& errors) {
+  constexpr double kLeastM = 1e-5, kLeastRad = 1e-5;  // of motions without any noise
+  constexpr double kTurnDeg = 3.0;                    // many times the noise of a match
+  std::vector<double> turns_rad;
+  for (const MotionSample& sample : samples) {
+    turns_rad.push_back(std::abs(sample.laser_moved.theta_rad));
+  }
+  // Where all motions turn, the half that turns least.
+  const double most_rad = std::max(deg_to_rad(kTurnDeg), median(turns_rad));
+  ErrorSpread spread;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> sizes, excesses;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (turns_rad[i] <= most_rad) sizes.push_back(std::abs(errors[i][axis]));
+    }
+    const double sigma =
+        std::max(kSigmaOfMedian * median(std::move(sizes)), axis < 2 ? kLeastM : kLeastRad);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (turns_rad[i] <= most_rad) continue;
+      const double size = kSigmaOfMedian * std::abs(errors[i][axis]);
+      excesses.push_back(std::sqrt(std::max(0.0, size * size - sigma * sigma)) / turns_rad[i]);
+    }
+    spread.straight[axis] = sigma;
+    spread.of_turn[axis] = median(std::move(excesses));
+  }
+  return spread;
+}
+
+Errors normalized(const std::vector<MotionSample>& samples,
+                  Errors errors,
+                  const ErrorSpread& spread) {
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    errors[i] = errors[i].cwiseQuotient(spread.of(samples[i]));
+  }
+  return errors;
 }
 
 double weight_of(double chi2) {
@@ -41,16 +67,16 @@ double cost_of(double chi2) {
   return chi2 <= kLimit ? chi2 : 3.0 * kLimit - 4.0 * kLimit * kLimit / (kLimit + chi2);
 }
 
-double likeness(const Errors& errors, const Eigen::Vector3d& sigma) {
+double likeness(const Errors& errors) {
   constexpr std::size_t kLongestLag = 10;  // motions: 5 to 15 s, in which scans share a local map
   double sum = 1.0;
   for (std::size_t lag = 1; lag <= kLongestLag && 4 * lag < errors.size(); ++lag) {
     double product = 0.0, square = 0.0;
     for (std::size_t i = lag; i < errors.size(); ++i) {
-      const double weight = std::sqrt(weight_of(chi2_of(errors[i], sigma)) *
-                                      weight_of(chi2_of(errors[i - lag], sigma)));
-      product += weight * errors[i].cwiseQuotient(sigma).dot(errors[i - lag].cwiseQuotient(sigma));
-      square += weight * chi2_of(errors[i], sigma);
+      const double chi2 = errors[i].squaredNorm();
+      const double weight = std::sqrt(weight_of(chi2) * weight_of(errors[i - lag].squaredNorm()));
+      product += weight * errors[i].dot(errors[i - lag]);
+      square += weight * chi2;
     }
     const double correlation = square > 0.0 ? product / square : 0.0;
     if (correlation < 2.0 / std::sqrt(static_cast<double>(errors.size()))) break;
@@ -61,10 +87,10 @@ double likeness(const Errors& errors, const Eigen::Vector3d& sigma) {
 
 double squared_error(const std::vector<MotionSample>& samples,
                      const RobotModel& model,
-                     const Eigen::Vector3d& sigma) {
+                     const ErrorSpread& spread) {
   double sum = 0.0;
-  for (const MotionSample& sample : samples) {
-    sum += cost_of(chi2_of(error_of(sample, model), sigma));
+  for (const Eigen::Vector3d& error : normalized(samples, errors_of(samples, model), spread)) {
+    sum += cost_of(error.squaredNorm());
   }
   return sum / static_cast<double>(std::max<std::size_t>(samples.size(), 1));
 }

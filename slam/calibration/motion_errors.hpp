@@ -11,23 +11,36 @@ namespace marco::slam {
 using Errors = std::vector<Eigen::Vector3d>;
 Errors errors_of(const std::vector<MotionSample>& samples, const RobotModel& model);
 
-/// Standard deviations along each axis by the median: outliers do not count. @param errors  some
-Eigen::Vector3d spread_of(const Errors& errors);
+/// Standard deviations of error_of(): those of motions that do not turn, and what turning adds.
+/// Wheels slip by a part of the turn, and the time and place where it began are not in the samples.
+/// With one spread for all the rare turns of a straight drive are outliers.
+struct ErrorSpread {
+  Eigen::Vector3d straight = Eigen::Vector3d::Ones();
+  Eigen::Vector3d of_turn = Eigen::Vector3d::Zero();  ///< for each radian that the laser turned
 
-double chi2_of(const Eigen::Vector3d& error, const Eigen::Vector3d& sigma);
+  Eigen::Vector3d of(const MotionSample& sample) const;
+};
 
-/// A motion's weight by chi2_of(); 1 unless its error is beyond what noise does (dynamic covariance
-/// scaling, Agarwal et al. 2013, from the 99 % quantile on).
+/// By medians: outliers do not count. @param errors  of the samples
+ErrorSpread spread_of(const std::vector<MotionSample>& samples, const Errors& errors);
+
+/// Each error in units of its spread.
+Errors normalized(const std::vector<MotionSample>& samples,
+                  Errors errors,
+                  const ErrorSpread& spread);
+
+/// A motion's weight by its normalized error's square; 1 unless its error is beyond what noise does
+/// (dynamic covariance scaling, Agarwal et al. 2013, from the 99 % quantile on).
 double weight_of(double chi2);
 /// The cost whose derivative weight_of() is.
 double cost_of(double chi2);
 
 /// How many errors count as one where neighbours are alike: 1 + 2 (sum of the autocorrelation).
-double likeness(const Errors& errors, const Eigen::Vector3d& sigma);
+double likeness(const Errors& normalized_errors);
 
 /// Mean cost_of() of motions.
 double squared_error(const std::vector<MotionSample>& samples,
                      const RobotModel& model,
-                     const Eigen::Vector3d& sigma);
+                     const ErrorSpread& spread);
 
 }  // namespace marco::slam

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "slam/calibration/closed_form.hpp"
-#include "slam/calibration/motion_errors.hpp"
 #include "slam/calibration/rolling_axle.hpp"
 
 namespace marco::slam {
@@ -20,11 +19,13 @@ ModelPrior prior_of(const Pose2& robot_from_laser) {
   return prior;
 }
 
+// @param known_late_s  where the time is not looked for
 SamplesAt samples_of(const std::vector<LaserMotion>& motions,
                      const OdometryTravel& travel,
-                     OdometryCalibration signs) {
-  return [&motions, &travel, signs](double late_s) mutable {
-    signs.late_s = late_s;
+                     OdometryCalibration signs,
+                     std::optional<double> known_late_s = {}) {
+  return [&motions, &travel, signs, known_late_s](double late_s) mutable {
+    signs.late_s = known_late_s.value_or(late_s);
     return motion_samples(motions, travel, signs);
   };
 }
@@ -105,11 +106,11 @@ Missing missing_of(const std::vector<MotionSample>& samples, const RefinedModel&
   double turned_rad = 0.0, driven_m = 0.0;
   for (const MotionSample& sample : samples) {
     const Pose2 moved = axle_motion(sample.wheels, to_model(found.parameters));
-    if (std::abs(moved.theta_rad) > 4.0 * found.sigma.z()) {
+    if (std::abs(moved.theta_rad) > 4.0 * found.spread.straight.z()) {
       turned_rad += std::abs(moved.theta_rad);
     }
     const double way_m = moved.translation_m().norm();
-    if (way_m > 4.0 * found.sigma.head<2>().maxCoeff()) driven_m += way_m;
+    if (way_m > 4.0 * found.spread.straight.head<2>().maxCoeff()) driven_m += way_m;
   }
   if (turned_rad < kTurned) return driven_m < kDrivenM ? Missing::motion : Missing::turns;
   return driven_m < kDrivenM ? Missing::ways : Missing::other_arcs;
@@ -118,31 +119,49 @@ Missing missing_of(const std::vector<MotionSample>& samples, const RefinedModel&
 class Fitter {
  public:
   Fitter(const OdometryTravel& travel, const TurnCorrelation& turns, const Pose2& laser)
-      : travel_(travel), turns_(turns), prior_(prior_of(laser)) {}
+      : travel_(travel), turns_(turns), prior_(prior_of(laser)) {
+    // Half a reading of each of two samples has half of their noise. Where a motion holds few of
+    // them, the time that makes most of it would be found: turns tell it alone.
+    constexpr double kDenseS = 0.1;  // five in the shortest motion: the noise changes by a tenth
+    if (travel.interval_s() > kDenseS) known_late_s_ = turns.is_late_found ? turns.late_s : 0.0;
+  }
 
   RefinedModel fit(const std::vector<LaserMotion>& motions) const {
-    const RefinedModel found =
-        refine_from_scratch(samples_of(motions, travel_, signs), turns_, prior_);
-    if (found.parameters[kTrack] > 0.0) return found;
+    const RefinedModel found = refine_from_scratch(samples_at(motions), turns_, prior_);
+    if (found.parameters[kTrack] > 0.0) return with_time(found);
     return refit(motions, with_positive_track(found.parameters, signs.robot_from_axle()));
   }
   RefinedModel refit(const std::vector<LaserMotion>& motions, const ModelVector& start) const {
-    return refine(samples_of(motions, travel_, signs), start, prior_);
+    return with_time(refine(samples_at(motions), start, prior_));
   }
   double error(const std::vector<LaserMotion>& motions,
                const ModelVector& parameters,
-               const Eigen::Vector3d& sigma) const {
-    const SamplesAt samples_at = samples_of(motions, travel_, signs);
-    return squared_error(samples_at(parameters[kLate]), to_model(parameters), sigma);
+               const ErrorSpread& spread) const {
+    const auto samples = samples_of(motions, travel_, signs)(parameters[kLate]);
+    return squared_error(samples, to_model(parameters), spread);
   }
   const ModelPrior& prior() const { return prior_; }
 
   OdometryCalibration signs;
 
  private:
+  SamplesAt samples_at(const std::vector<LaserMotion>& motions) const {
+    return samples_of(motions, travel_, signs, known_late_s_);
+  }
+  RefinedModel with_time(RefinedModel model) const {
+    if (!known_late_s_) return model;
+    model.parameters[kLate] = *known_late_s_;
+    model.observed[kLate] = turns_.is_late_found;
+    model.covariance.row(kLate).setZero();
+    model.covariance.col(kLate).setZero();
+    model.covariance(kLate, kLate) = turns_.sigma_late_s * turns_.sigma_late_s;
+    return model;
+  }
+
   const OdometryTravel& travel_;
   const TurnCorrelation& turns_;
   ModelPrior prior_;
+  std::optional<double> known_late_s_;
 };
 
 bool drives_backwards(const std::vector<LaserMotion>& motions,
@@ -213,13 +232,13 @@ OdometryFit fit_odometry(const std::vector<LaserMotion>& all,
 
   const auto [seen, held_out] = split(motions);
   const RefinedModel blind = fitter.refit(seen, found);
-  fit.error = fitter.error(held_out, blind.parameters, blind.sigma);
-  fit.error_before = fitter.error(held_out, fitter.prior().mean, blind.sigma);
+  fit.error = fitter.error(held_out, blind.parameters, blind.spread);
+  fit.error_before = fitter.error(held_out, fitter.prior().mean, blind.spread);
   for (int i = 0; i < kModelParameters; ++i) {
     ModelVector without = blind.parameters;
     without[i] = fitter.prior().mean[i];
     fit.better[static_cast<std::size_t>(i)] =
-        fitter.error(held_out, without, blind.sigma) > fit.error;
+        fitter.error(held_out, without, blind.spread) > fit.error;
   }
   return fit;
 }

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "common/median.hpp"
 
 namespace marco::slam {
 namespace {
@@ -39,6 +42,19 @@ OdometryTravel::OdometryTravel(const Trajectory& odometry) {
     if (gap) gaps_s_.push_back(seconds_[i - 1]);
     sums_.push_back(gap ? sums_.back() : sum(sums_.back(), ArcMotion::of(moved)));
   }
+}
+
+double OdometryTravel::interval_s() const {
+  std::vector<double> intervals_s(seconds_.size());
+  std::adjacent_difference(seconds_.begin(), seconds_.end(), intervals_s.begin());
+  return median(std::move(intervals_s));
+}
+
+double OdometryTravel::to_sample_s(double moment_s) const {
+  const auto after = std::lower_bound(seconds_.begin(), seconds_.end(), moment_s);
+  double nearest_s = after == seconds_.end() ? moment_s - seconds_.back() : *after - moment_s;
+  if (after != seconds_.begin()) nearest_s = std::min(nearest_s, moment_s - *(after - 1));
+  return nearest_s;
 }
 
 bool OdometryTravel::knows(double begin_s, double end_s) const {

@@ -16,6 +16,10 @@ class OdometryTravel {
   explicit OdometryTravel(const Trajectory& odometry);
 
   bool empty() const { return seconds_.size() < 2; }
+  /// The median time between two samples.
+  double interval_s() const;
+  /// From a moment to the nearest sample, before or after.
+  double to_sample_s(double moment_s) const;
   /// Whether all of [begin, end] is known: inside the samples, without a gap of more than a second
   /// or a jump to another origin. Moments in seconds.
   bool knows(double begin_s, double end_s) const;

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "common/input/sensor_calibration.hpp"
-#include "slam/calibration/motion_errors.hpp"
 
 namespace marco::slam {
 namespace {
@@ -68,14 +67,14 @@ class Refinement {
       if (!free_[static_cast<std::size_t>(i)]) at_[i] = prior_.mean[i];
     }
     for (int i = 0; i < kRounds; ++i) {
-      sigma_ = spread_of(errors_at(at_));
+      spread_ = spread_here();
       descend();
     }
-    sigma_ = spread_of(errors_at(at_));
+    spread_ = spread_here();
   }
 
   ModelMatrix information() const {
-    return information_of(samples_at_) / likeness(errors_at(at_), sigma_);
+    return information_of(samples_at_) / likeness(normalized_at(at_));
   }
 
   // What is left of it without what noise of the wheels' readings adds: a robot that goes straight
@@ -84,7 +83,8 @@ class Refinement {
   ModelMatrix information_without_noise() const {
     constexpr double kSigmas = 2.0;  // 95 % of the readings are no farther off
     const RobotModel model = to_model(at_);
-    const double more_m = kSigmas * sigma_.head<2>().maxCoeff(), more_rad = kSigmas * sigma_.z();
+    const double more_m = kSigmas * spread_.straight.head<2>().maxCoeff();
+    const double more_rad = kSigmas * spread_.straight.z();
     const ModelMatrix as_read = information_of(samples_at_);
     ModelMatrix sum = as_read;
     for (const ArcMotion& more : {ArcMotion{more_m, 0, 0}, ArcMotion{-more_m, 0, 0},
@@ -100,35 +100,46 @@ class Refinement {
     return inverse.asDiagonal() *
            (eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
             eigen.eigenvectors().transpose()) *
-           inverse.asDiagonal() / likeness(errors_at(at_), sigma_);
+           inverse.asDiagonal() / likeness(normalized_at(at_));
   }
 
   const ModelVector& at() const { return at_; }
-  const Eigen::Vector3d& sigma() const { return sigma_; }
+  const ErrorSpread& spread() const { return spread_; }
   // The errors' spread is part of the fit: large errors that agree with a large spread are no
   // better than small ones.
   double unlikeliness() const {
-    const auto count = static_cast<double>(errors_at(at_).size());
-    return cost_at(at_) + 2.0 * count * sigma_.array().log().sum();
+    double sum = cost_at(at_);
+    for (const MotionSample& sample : samples_at_(at_[kLate])) {
+      sum += 2.0 * spread_.of(sample).array().log().sum();
+    }
+    return sum;
   }
 
  private:
-  Errors errors_at(const ModelVector& at) const {
-    return errors_of(samples_at_(at[kLate]), to_model(at));
+  ErrorSpread spread_here() const {
+    const std::vector<MotionSample> samples = samples_at_(at_[kLate]);
+    return spread_of(samples, errors_of(samples, to_model(at_)));
+  }
+  Errors normalized_at(const ModelVector& at) const {
+    const std::vector<MotionSample> samples = samples_at_(at[kLate]);
+    return normalized(samples, errors_of(samples, to_model(at)), spread_);
   }
 
   ModelMatrix information_of(const SamplesAt& samples_at) const {
     const auto jacobian = jacobians(samples_at, at_);
-    const Errors errors = errors_at(at_);
+    const std::vector<MotionSample> samples = samples_at_(at_[kLate]);
+    const Errors errors = errors_of(samples, to_model(at_));
     ModelMatrix sum = ModelMatrix::Zero();
-    for (std::size_t i = 0; i < errors.size(); ++i) add(jacobian[i], errors[i], sum);
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      sum += jacobian[i].transpose() * weights_of(samples[i], errors[i]).asDiagonal() * jacobian[i];
+    }
     return sum;
   }
 
-  void add(const Jacobian& jacobian, const Eigen::Vector3d& error, ModelMatrix& sum) const {
-    const Eigen::Vector3d weights =
-        weight_of(chi2_of(error, sigma_)) * sigma_.cwiseAbs2().cwiseInverse();
-    sum += jacobian.transpose() * weights.asDiagonal() * jacobian;
+  // Of an error's squares.
+  Eigen::Vector3d weights_of(const MotionSample& sample, const Eigen::Vector3d& error) const {
+    const Eigen::Vector3d sigma = spread_.of(sample);
+    return weight_of(error.cwiseQuotient(sigma).squaredNorm()) * sigma.cwiseAbs2().cwiseInverse();
   }
 
   ModelVector prior_error(const ModelVector& at) const {
@@ -139,7 +150,7 @@ class Refinement {
 
   double cost_at(const ModelVector& at) const {
     double cost = prior_error(at).cwiseQuotient(prior_.sigma).squaredNorm();
-    for (const Eigen::Vector3d& error : errors_at(at)) cost += cost_of(chi2_of(error, sigma_));
+    for (const Eigen::Vector3d& error : normalized_at(at)) cost += cost_of(error.squaredNorm());
     return cost;
   }
 
@@ -150,13 +161,13 @@ class Refinement {
     double cost = cost_at(at_);
     for (int i = 0; i < kIterations; ++i) {
       const auto jacobian = jacobians(samples_at_, at_);
-      const Errors errors = errors_at(at_);
+      const std::vector<MotionSample> samples = samples_at_(at_[kLate]);
+      const Errors errors = errors_of(samples, to_model(at_));
       ModelMatrix normal = prior_.sigma.cwiseAbs2().cwiseInverse().asDiagonal();
       ModelVector gradient = normal * prior_error(at_);
       for (std::size_t k = 0; k < errors.size(); ++k) {
-        add(jacobian[k], errors[k], normal);
-        const Eigen::Vector3d weights =
-            weight_of(chi2_of(errors[k], sigma_)) * sigma_.cwiseAbs2().cwiseInverse();
+        const Eigen::Vector3d weights = weights_of(samples[k], errors[k]);
+        normal += jacobian[k].transpose() * weights.asDiagonal() * jacobian[k];
         gradient += jacobian[k].transpose() * weights.cwiseProduct(errors[k]);
       }
       const ModelVector step = damped_step(normal, gradient, damping);
@@ -188,7 +199,7 @@ class Refinement {
   const ModelPrior& prior_;
   std::array<bool, kModelParameters> free_{};
   ModelVector at_ = ModelVector::Zero();
-  Eigen::Vector3d sigma_ = Eigen::Vector3d::Ones();
+  ErrorSpread spread_;
 };
 
 // @param information  of the motions alone
@@ -235,7 +246,7 @@ RefinedModel refine(const SamplesAt& samples_at,
     refinement.run(refinement.at());
   }
   result.parameters = refinement.at();
-  result.sigma = refinement.sigma();
+  result.spread = refinement.spread();
   result.unlikeliness = refinement.unlikeliness();
   return result;
 }

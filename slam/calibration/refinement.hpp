@@ -4,7 +4,7 @@
 #include <array>
 #include <functional>
 
-#include "slam/calibration/robot_model.hpp"
+#include "slam/calibration/motion_errors.hpp"
 
 namespace marco::slam {
 
@@ -30,7 +30,7 @@ struct RefinedModel {
   ModelVector parameters = ModelVector::Zero();
   ModelMatrix covariance = ModelMatrix::Zero();  ///< parameters that cannot be observed included
   std::array<bool, kModelParameters> observed{};
-  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< of one motion's error_of()
+  ErrorSpread spread;
   double unlikeliness = 0.0;  ///< -2 log of the likelihood, but for a constant
 };
 

@@ -33,8 +33,6 @@ struct TextureOptions {
   int max_atlas_px = 8192;          ///< of a side; texels grow until all charts fit
   double hidden_m = 0.04;           ///< depth tolerance of the occlusion test
   double max_incidence_deg = 84.0;  ///< flatter views are not used
-  double best_view_power = 4.0;     ///< exponent of the blending weights
-  double border_part = 0.15;        ///< part of the picture's width over which a view fades out
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -50,16 +48,24 @@ struct TexturedSurface {
   std::vector<Eigen::Vector2f> uvs;  ///< one a vertex, (0, 0) the atlas' upper left corner
   int width_px = 0;
   int height_px = 0;
-  std::vector<uint8_t> rgb;  ///< the atlas, row by row from the top; grey where no picture sees
-  double painted = 0.0;      ///< part of the texels that a picture sees
+  std::vector<uint8_t> rgb;  ///< the atlas, row by row from the top; grey between the charts
+  double painted = 0.0;      ///< part of the texels that a picture sees; others are filled in
   int pictures_used = 0;
   int pictures_refused = 0;  ///< wrong number of pixels, no focal length or no finite pose
+  std::vector<Eigen::Vector3f>
+      gains;  ///< of the used pictures: red, green, blue; picture_gains.hpp
 };
 
 /// Texture mapping from photographs. Charts are connected triangles with one main axis, projected
-/// along it. Each texel blends all pictures that see it (by a depth buffer of the mesh) with
-/// weights (cos^2 / distance^2, fading to the picture's edge) to the power `best_view_power`:
-/// mostly the best view, with soft seams. @param mesh best simplified before
+/// along it. Pictures are made equally bright first (picture_gains.hpp). A texel takes the colour
+/// of the best view by merit (texture_view.hpp), with seams of some centimetres, times a gain that
+/// is smooth along the surface and makes all views equal in the low frequencies (local_gains.hpp).
+/// Where three or more pictures see a texel, those that contradict the majority do not count
+/// (surface_looks.hpp). A texel that no picture sees gets a colour that spreads from the surface
+/// around it. Memory beside the pictures: 5 bytes a pixel of theirs, 4 a texel (268 MB for an atlas
+/// of 8192 x 8192), and at most 300 MB for the surface's points (surface_looks.hpp).
+/// @param mesh  best simplified before
+/// @throws std::invalid_argument where the charts do not fit into an atlas of max_atlas_px
 TexturedSurface paint(const TriangleMesh& mesh,
                       const std::vector<CameraPicture>& pictures,
                       const TextureOptions& options = {});

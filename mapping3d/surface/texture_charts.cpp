@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+#include <string>
 #include <unordered_map>
-#include <unordered_set>
+
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::mapping3d {
 namespace {
@@ -95,21 +96,24 @@ class Charts {
     Chart chart;
     const int facing = facing_[seed];
     chart.axis = facing / 2;
-    std::unordered_set<uint64_t> taken;
+    std::unordered_map<uint64_t, uint64_t> taken;  // a bit for each of 8 x 8 cells
+    const auto bit_of = [](int x, int y) { return uint64_t{1} << ((x & 7) | (y & 7) << 3); };
+    const auto tile_of = [](int x, int y) {
+      return (static_cast<uint64_t>(static_cast<uint32_t>(x >> 3)) << 32U) |
+             static_cast<uint32_t>(y >> 3);
+    };
     std::vector<uint32_t> front{seed};
-    std::vector<uint64_t> own;
     for (std::size_t next = 0; next < front.size(); ++next) {
       const uint32_t t = front[next];
       if (done_[t] != 0) continue;
-      own.clear();
       bool covers = false;
       for_each_cell(t, chart.axis, [&](int x, int y) {
-        own.push_back((static_cast<uint64_t>(static_cast<uint32_t>(x)) << 32U) |
-                      static_cast<uint32_t>(y));
-        covers = covers || taken.contains(own.back());
+        if (covers) return;
+        const auto tile = taken.find(tile_of(x, y));
+        covers = tile != taken.end() && (tile->second & bit_of(x, y)) != 0;
       });
       if (covers) continue;
-      taken.insert(own.begin(), own.end());
+      for_each_cell(t, chart.axis, [&](int x, int y) { taken[tile_of(x, y)] |= bit_of(x, y); });
       done_[t] = 1;
       chart.triangles.push_back(t);
       for (const uint32_t other : neighbours_[t]) {
@@ -159,10 +163,22 @@ int pack(std::vector<Chart*>& charts, int width_px, int max_px) {
   return y + shelf;
 }
 
+double area_m2(const TriangleMesh& mesh) {
+  double sum = 0.0;
+  const auto& v = mesh.vertices_m;
+  for (const auto& t : mesh.triangles) {
+    sum += 0.5 * static_cast<double>((v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm());
+  }
+  return sum;
+}
+
 }  // namespace
 
 TextureCharts lay_out(const TriangleMesh& mesh, double texel_m, int max_px) {
   TextureCharts result;
+  // No smaller than what fits for sure not: a chart of a plane at 55 degrees to all axes has
+  // 1 / sqrt(3) of its area.
+  texel_m = std::max(texel_m, std::sqrt(area_m2(mesh) / std::sqrt(3.0)) / max_px);
   std::vector<Chart> charts = Charts(mesh, texel_m).run();
   std::vector<Chart*> order;
   order.reserve(charts.size());
@@ -182,7 +198,11 @@ TextureCharts lay_out(const TriangleMesh& mesh, double texel_m, int max_px) {
     result.width_px =
         std::min(max_px, std::max(widest, static_cast<int>(std::ceil(std::sqrt(1.1 * area_px2)))));
     result.height_px = std::max(1, pack(order, result.width_px, max_px));
-    if (result.height_px <= max_px || result.texel_m > 1e3) break;
+    if (result.height_px <= max_px) break;
+    constexpr double kLargestM = 1e3;  // every chart is then as small as it gets
+    require(result.texel_m < kLargestM,
+            "texture: " + std::to_string(charts.size()) +
+                " charts do not fit into an atlas of max_atlas_px = " + std::to_string(max_px));
     result.texel_m *= 1.2;
   }
   std::unordered_map<uint32_t, uint32_t> vertex_of;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,10 @@ struct PhotographSpec {
     v("k2", k2);
   }
 };
+
+/// Reads a listed picture. @param folder  that relative file names start from
+/// @throws std::invalid_argument, std::runtime_error naming the file and what is wrong with it
+mapping3d::CameraPicture load(const PhotographSpec& spec, const std::filesystem::path& folder);
 
 /// Read by `marco texture`; `marco map` writes it for a recording with pictures.
 struct PhotographList {

@@ -9,15 +9,6 @@ namespace {
 constexpr float kSightM = 100.0F;
 const Eigen::Vector3f kNothing(40, 44, 56);
 
-Eigen::Vector3f colour_of(const RayHit& hit) {
-  if (hit.material == Material::black) return {28, 28, 30};
-  // Floors are brown, ceilings white, walls ochre to blue by the way they face.
-  if (hit.normal.z() > 0.7F) return {150, 120, 92};
-  if (hit.normal.z() < -0.7F) return {235, 235, 230};
-  const float facing = 0.5F + 0.5F * hit.normal.x();
-  return Eigen::Vector3f(150, 170, 205) * (1.0F - facing) + Eigen::Vector3f(225, 195, 140) * facing;
-}
-
 Eigen::Vector3f look(const RayCaster& rays, Eigen::Vector3f origin, Eigen::Vector3f direction) {
   constexpr int kMostPanes = 5;
   constexpr float kPastM = 1e-3F;
@@ -32,7 +23,8 @@ Eigen::Vector3f look(const RayCaster& rays, Eigen::Vector3f origin, Eigen::Vecto
       const float towards = -hit->normal.dot(direction);
       const float fall = 1.0F / (1.0F + 0.015F * travelled_m * travelled_m);
       const float light = 0.35F + 0.15F * hit->normal.z() + 0.5F * towards * fall;
-      return tint.cwiseProduct(colour_of(*hit)) * std::clamp(light, 0.0F, 1.0F);
+      return tint.cwiseProduct(colour_of(hit->normal, hit->material)) *
+             std::clamp(light, 0.0F, 1.0F);
     }
     origin += hit->range_m * direction;
     if (hit->material == Material::mirror) {
@@ -46,6 +38,15 @@ Eigen::Vector3f look(const RayCaster& rays, Eigen::Vector3f origin, Eigen::Vecto
 }
 
 }  // namespace
+
+Eigen::Vector3f colour_of(const Eigen::Vector3f& normal, Material material) {
+  if (material == Material::black) return {28, 28, 30};
+  // Floors are brown, ceilings white, walls ochre to blue by the way they face.
+  if (normal.z() > 0.7F) return {150, 120, 92};
+  if (normal.z() < -0.7F) return {235, 235, 230};
+  const float facing = 0.5F + 0.5F * normal.x();
+  return Eigen::Vector3f(150, 170, 205) * (1.0F - facing) + Eigen::Vector3f(225, 195, 140) * facing;
+}
 
 double CameraView::focal_length_px() const {
   return 0.5 * width_px / std::tan(0.5 * deg_to_rad(field_of_view_deg));

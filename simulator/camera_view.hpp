@@ -25,6 +25,10 @@ struct CameraView {
   double focal_length_px() const;
 };
 
+/// The colour of a surface in full light: red, green, blue from 0 to 255. What is seen of glass and
+/// mirrors is another surface's.
+Eigen::Vector3f colour_of(const Eigen::Vector3f& normal, Material material);
+
 /// Renders a picture with one ray a pixel. The colour of a surface follows from its material and
 /// its normal, the light comes from above and from the camera; glass tints, mirrors reflect.
 /// @returns rows from the top, three bytes (red, green, blue) a pixel.

@@ -8,11 +8,10 @@
 #include <filesystem>
 
 #include "common/files/ply.hpp"
-#include "common/mesh_samples.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "mapping3d/surface/mesh_distance.hpp"
-#include "simulator/ray_caster.hpp"
 #include "tests/support/return_classes.hpp"
+#include "tests/support/second_sheets.hpp"
 #include "tools/map/map_job.hpp"
 #include "viewer/image_io.hpp"
 
@@ -100,34 +99,9 @@ viewer::Picture judge(const mapping3d::ScenePoints& scene,
 }
 
 void print_sheets(const TriangleMesh& model) {
-  sim::World world;
-  world.vertices_m = model.vertices_m;
-  world.triangles = model.triangles;
-  world.materials.resize(model.triangles.size(), sim::Material::plain);
-  const sim::RayCaster rays(world);
-  std::size_t samples = 0;
-  std::array<std::size_t, 3> doubled{};
-  constexpr std::array<float, 3> kWithinM = {0.02F, 0.05F, 0.15F};
-  const auto normal_of = [&](std::size_t t) -> Eigen::Vector3f {
-    const auto& v = model.vertices_m;
-    const auto& corners = model.triangles[t];
-    return (v[corners[1]] - v[corners[0]]).cross(v[corners[2]] - v[corners[0]]).normalized();
-  };
-  for_each_sample(model, 4e-4F, [&](const Eigen::Vector3f& point, std::size_t t) {
-    ++samples;
-    const Eigen::Vector3f normal = normal_of(t);
-    for (float from = 1e-3F; from < kWithinM.back();) {
-      const auto hit = rays.cast(point - from * normal, -normal, kWithinM.back() - from);
-      if (!hit) break;
-      from += hit->range_m + 1e-3F;
-      if (normal_of(hit->triangle).dot(normal) < 0.7F) continue;
-      for (std::size_t i = 0; i < doubled.size(); ++i) doubled[i] += from < kWithinM[i] ? 1 : 0;
-      break;
-    }
-  });
-  std::printf("second sheets within 2, 5, 15 cm: %.2f %.2f %.2f %% of the samples\n",
-              Table::part(doubled[0], samples), Table::part(doubled[1], samples),
-              Table::part(doubled[2], samples));
+  const auto [near, middle, far] = testing::second_sheets(model);
+  std::printf("second sheets within 2, 5, 15 cm: %.2f %.2f %.2f %% of the samples\n", 100.0 * near,
+              100.0 * middle, 100.0 * far);
 }
 
 TriangleMesh facet_mesh(const mapping3d::ScenePoints& scene,

@@ -19,6 +19,7 @@ class MeshDistance {
   float operator()(const Eigen::Vector3f& point_m) const;
   /// Whether it is less than `max_m`: ends at the first triangle that is.
   bool any_within(const Eigen::Vector3f& point_m) const;
+  float max_m() const { return max_m_; }
 
  private:
   uint64_t key(const Eigen::Vector3i& cell) const;
@@ -40,14 +41,10 @@ struct MeshGap {
   std::size_t samples = 0;
   double rms_m = 0.0;
   double max_m = 0.0;
-  double beyond = 0.0;  ///< part of the samples that lie farther than `limit_m`
 };
 
 /// Distance of the surface of `from` to another mesh, sampled once per `area_each_m2` (small
 /// triangles share samples). Distances are limited to the largest of `to`.
-MeshGap gap(const TriangleMesh& from,
-            const MeshDistance& to,
-            float area_each_m2,
-            double limit_m = 1e9);
+MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2);
 
 }  // namespace marco::mapping3d

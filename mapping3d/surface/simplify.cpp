@@ -1,139 +1,279 @@
 #include "mapping3d/surface/simplify.hpp"
 
-#include <meshoptimizer.h>
-
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <functional>
 #include <limits>
+#include <queue>
 
-#include "common/mesh_samples.hpp"
-#include "mapping3d/scene_mesh.hpp"
-#include "mapping3d/surface/mesh_distance.hpp"
+#include "mapping3d/surface/collapsing_mesh.hpp"
+#include "mapping3d/surface/laid_on_planes.hpp"
+#include "mapping3d/surface/quadric.hpp"
+#include "mapping3d/surface/surface_bound.hpp"
+#include "mapping3d/surface/welded.hpp"
 
 namespace marco::mapping3d {
 namespace {
 
-std::vector<unsigned int> flat_indices(const TriangleMesh& mesh) {
-  std::vector<unsigned int> indices;
-  indices.reserve(3 * mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) {
-    indices.insert(indices.end(), triangle.begin(), triangle.end());
-  }
-  return indices;
+using Triangle = CollapsingMesh::Triangle;
+using Corners = std::array<Eigen::Vector3f, 3>;
+
+// The distance may be a little larger between samples.
+constexpr double kBetweenSamples = 0.9;
+// Part of the bound that the mean error of a move may be: so that few samples come near the bound.
+constexpr double kMeanShare = 0.4;
+// A move may turn a triangle by 75 degrees; more would fold the surface.
+constexpr float kMinCosineOfTurn = 0.25F;
+// Triangles of less, doubled, have no direction.
+constexpr float kNoAreaM2 = 1e-9F;
+// Borders weigh as planes across the surface, of the square of their edges' length.
+constexpr double kBorderWeight = 1.0;
+// Where a move costs nothing, on a plane, short edges go first, else slivers are left, and vertices
+// that stand for little, so that each sample changes its triangle a few times only.
+constexpr double kSizeShare = 1e-6;
+// What back_m is measured with: a small part of the samples that were looked at before.
+constexpr float kReportM2 = 1e-3F;
+
+bool has(const Triangle& triangle, uint32_t vertex) {
+  return std::find(triangle.begin(), triangle.end(), vertex) != triangle.end();
 }
 
-// The given triangles with the vertices that they use.
-TriangleMesh compact(const TriangleMesh& mesh, const std::vector<unsigned int>& indices) {
-  constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max();
-  TriangleMesh result;
-  std::vector<uint32_t> moved_to(mesh.vertices_m.size(), kUnused);
-  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-    std::array<uint32_t, 3> triangle{};
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const unsigned int from = indices[i + corner];
-      if (moved_to[from] == kUnused) {
-        moved_to[from] = static_cast<uint32_t>(result.vertices_m.size());
-        result.vertices_m.push_back(mesh.vertices_m[from]);
-        if (!mesh.normals.empty()) result.normals.push_back(mesh.normals[from]);
-        if (!mesh.colors_rgb.empty()) result.colors_rgb.push_back(mesh.colors_rgb[from]);
+bool is_turned(const Corners& before, const Corners& after) {
+  const Eigen::Vector3f was = (before[1] - before[0]).cross(before[2] - before[0]);
+  const Eigen::Vector3f is = (after[1] - after[0]).cross(after[2] - after[0]);
+  if (was.norm() < kNoAreaM2) return false;
+  return is.norm() < kNoAreaM2 || was.dot(is) < kMinCosineOfTurn * was.norm() * is.norm();
+}
+
+class Simplifier {
+ public:
+  /// @param mesh  welded; outlives this
+  Simplifier(const TriangleMesh& mesh,
+             const std::vector<SurfacePlane>& planes,
+             const SimplifyOptions& options)
+      : mesh_(mesh),
+        max_cost_m2_(std::pow(kMeanShare * options.max_error_m, 2)),
+        laid_(laid_on_planes(mesh, planes, options.snap_share * options.max_error_m)),
+        left_(welded(mesh.triangles, laid_.vertices_m), mesh.vertices_m.size()),
+        bound_(mesh,
+               snapped_m(),
+               static_cast<float>(kBetweenSamples * options.max_error_m),
+               static_cast<float>(options.sample_m2)),
+        quadrics_(mesh.vertices_m.size()),
+        queued_(mesh.vertices_m.size(), kNotQueued) {
+    add_quadrics();
+    for (uint32_t i = 0; i < queued_.size(); ++i) {
+      find_moves(i);
+      if (!moves_.empty()) enqueue(key(moves_.front().cost_m2, i));
+    }
+  }
+
+  void run() {
+    while (!queue_.empty()) {
+      const uint64_t next = queue_.top();
+      queue_.pop();
+      const auto vertex = static_cast<uint32_t>(next);
+      if (next != queued_[vertex]) continue;
+      queued_[vertex] = kNotQueued;
+      find_moves(vertex);
+      if (moves_.empty()) continue;
+      // It may have become dearer since.
+      const uint64_t now = key(moves_.front().cost_m2, vertex);
+      if (now > next && !queue_.empty() && now > queue_.top()) {
+        enqueue(now);
+        continue;
       }
-      triangle[corner] = moved_to[from];
-    }
-    result.triangles.push_back(triangle);
-  }
-  return result;
-}
-
-// Snaps vertices to planes; near the corner of two planes to both.
-TriangleMesh laid_on_planes(const TriangleMesh& mesh,
-                            const std::vector<SurfacePlane>& planes,
-                            double snap_m) {
-  constexpr double kMinCosine =
-      0.5;  // a vertex whose normal is off by 60 degrees belongs to another surface
-  TriangleMesh flat = mesh;
-  if (mesh.normals.empty()) return flat;
-  for (std::size_t i = 0; i < flat.vertices_m.size(); ++i) {
-    const Eigen::Vector3d from = mesh.vertices_m[i].cast<double>();
-    const Eigen::Vector3d normal = mesh.normals[i].cast<double>();
-    Eigen::Vector3d p = from;
-    for (const SurfacePlane& plane : planes) {
-      const double off_m = plane.normal.dot(p) - plane.offset_m;
-      if (std::abs(off_m) > snap_m || plane.normal.dot(normal) < kMinCosine) continue;
-      const Eigen::Vector3d d = p - plane.centre_m;
-      const Eigen::Vector2d at(plane.along.dot(d), plane.across.dot(d));
-      if ((at - plane.low_m).minCoeff() < 0.0 || (plane.high_m - at).minCoeff() < 0.0) continue;
-      const Eigen::Vector3d moved = p - off_m * plane.normal;
-      if ((moved - from).norm() <= snap_m) p = moved;
-    }
-    flat.vertices_m[i] = p.cast<float>();
-  }
-  return flat;
-}
-
-TriangleMesh collapsed(const TriangleMesh& mesh, float bound_m) {
-  if (mesh.triangles.empty()) return {};
-  const std::vector<unsigned int> indices = flat_indices(mesh);
-  const float* positions = mesh.vertices_m.front().data();
-  const std::size_t count = mesh.vertices_m.size(), stride = sizeof(Eigen::Vector3f);
-  const float extent_m = std::max(1e-6F, meshopt_simplifyScale(positions, count, stride));
-  std::vector<unsigned int> left(indices.size());
-  left.resize(meshopt_simplify(left.data(), indices.data(), indices.size(), positions, count,
-                               stride, 0, bound_m / extent_m, 0, nullptr));
-  return compact(mesh, left);
-}
-
-// Flags the triangles with a sample or corner beyond the limit.
-std::vector<uint8_t> beyond(const TriangleMesh& mesh,
-                            const MeshDistance& to,
-                            float sample_m2,
-                            float limit_m) {
-  std::vector<uint8_t> corners(mesh.vertices_m.size()), flags(mesh.triangles.size());
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    corners[i] = to(mesh.vertices_m[i]) > limit_m ? 1 : 0;
-  }
-  for (std::size_t t = 0; t < flags.size(); ++t) {
-    for (const uint32_t corner : mesh.triangles[t]) flags[t] |= corners[corner];
-  }
-  // Slivers have hardly any area to sample, but edges.
-  const float step_m = std::sqrt(sample_m2);
-  for (std::size_t t = 0; t < flags.size(); ++t) {
-    for (std::size_t side = 0; side < 3 && flags[t] == 0; ++side) {
-      const Eigen::Vector3f& from = mesh.vertices_m[mesh.triangles[t][side]];
-      const Eigen::Vector3f edge = mesh.vertices_m[mesh.triangles[t][(side + 1) % 3]] - from;
-      const int steps = static_cast<int>(edge.norm() / step_m);
-      for (int i = 1; i < steps && flags[t] == 0; ++i) {
-        const float part = static_cast<float>(i) / static_cast<float>(steps);
-        if (to(from + part * edge) > limit_m) flags[t] = 1;
+      for (const Move& move : moves_) {
+        if (try_move(vertex, move.onto)) break;
       }
     }
   }
-  for_each_sample(mesh, sample_m2, [&](const Eigen::Vector3f& point, std::size_t t) {
-    if (flags[t] == 0 && to(point) > limit_m) flags[t] = 1;
-  });
-  return flags;
-}
 
-TriangleMesh taken(const TriangleMesh& mesh, const std::vector<uint8_t>& flags, uint8_t wanted) {
-  std::vector<unsigned int> indices;
-  for (std::size_t t = 0; t < flags.size(); ++t) {
-    if (flags[t] != wanted) continue;
-    indices.insert(indices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  Simplified result() const {
+    Simplified result;
+    std::vector<uint32_t> numbers(mesh_.vertices_m.size(), kNew);
+    std::vector<Corners> triangles(mesh_.triangles.size());
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      if (left_.is_gone(t)) continue;
+      Triangle triangle = left_.triangles()[t];
+      triangles[t] = corners_m(triangle);
+      for (uint32_t& corner : triangle) corner = numbered(corner, numbers, result.mesh);
+      result.mesh.triangles.push_back(triangle);
+    }
+    result.there_m = bound_.largest_m(triangles);
+    result.back_m = gap(result.mesh, bound_.to_original(), kReportM2).max_m;
+    return result;
   }
-  return compact(mesh, indices);
-}
 
-// Flags also the triangles that share a corner with a flagged one.
-std::vector<uint8_t> grown(const TriangleMesh& mesh, const std::vector<uint8_t>& flags) {
-  std::vector<uint8_t> touched(mesh.vertices_m.size()), all(flags);
-  for (std::size_t t = 0; t < flags.size(); ++t) {
-    if (flags[t] == 0) continue;
-    for (const uint32_t corner : mesh.triangles[t]) touched[corner] = 1;
+ private:
+  static constexpr uint32_t kNew = std::numeric_limits<uint32_t>::max();
+  static constexpr uint64_t kNotQueued = std::numeric_limits<uint64_t>::max();
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+  struct Move {
+    double cost_m2;
+    uint32_t onto;
+  };
+
+  // The cheapest first, to a fifth, then by number: those are beside one another in memory.
+  static uint64_t key(double cost_m2, uint32_t vertex) {
+    constexpr uint32_t kDropped = 21;  // leaves two binary digits of the mantissa
+    const auto cost = static_cast<float>(cost_m2);
+    uint32_t bits = 0;
+    std::memcpy(&bits, &cost, sizeof bits);
+    return uint64_t{bits >> kDropped} << 32U | vertex;
   }
-  for (std::size_t t = 0; t < flags.size(); ++t) {
-    for (const uint32_t corner : mesh.triangles[t]) all[t] |= touched[corner];
+
+  // How far snapping moved each triangle at most; less than 0 where it has no area any more.
+  std::vector<float> snapped_m() const {
+    std::vector<float> off_m(mesh_.triangles.size(), -1.0F);
+    for (std::size_t t = 0; t < off_m.size(); ++t) {
+      if (left_.is_gone(t)) continue;
+      for (const uint32_t corner : mesh_.triangles[t]) {
+        const float moved_m = (laid_.vertices_m[corner] - mesh_.vertices_m[corner]).norm();
+        off_m[t] = std::max(off_m[t], moved_m);
+      }
+    }
+    return off_m;
   }
-  return all;
-}
+
+  Corners corners_m(const Triangle& triangle) const {
+    const auto& at_m = laid_.vertices_m;
+    return {at_m[triangle[0]], at_m[triangle[1]], at_m[triangle[2]]};
+  }
+
+  uint32_t numbered(uint32_t vertex, std::vector<uint32_t>& numbers, TriangleMesh& to) const {
+    if (numbers[vertex] == kNew) {
+      numbers[vertex] = static_cast<uint32_t>(to.vertices_m.size());
+      to.vertices_m.push_back(laid_.vertices_m[vertex]);
+      if (!mesh_.normals.empty()) to.normals.push_back(mesh_.normals[vertex]);
+      if (!mesh_.colors_rgb.empty()) to.colors_rgb.push_back(mesh_.colors_rgb[vertex]);
+    }
+    return numbers[vertex];
+  }
+
+  void add_quadrics() {
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
+      if (left_.is_gone(t)) continue;
+      const Triangle& triangle = left_.triangles()[t];
+      const auto& [a, b, c] = corners_m(triangle);
+      const Eigen::Vector3d cross = (b - a).cast<double>().cross((c - a).cast<double>());
+      const Eigen::Vector3d normal = cross.normalized();
+      for (const uint32_t corner : triangle) {
+        quadrics_[corner].add(normal, normal.dot(a.cast<double>()), 0.5 * cross.norm());
+      }
+      for (std::size_t side = 0; side < 3; ++side) {
+        const uint32_t from = triangle[side], to = triangle[(side + 1) % 3];
+        if (left_.triangles_between(from, to) == 1) add_border(from, to, normal);
+      }
+    }
+  }
+
+  void add_border(uint32_t from, uint32_t to, const Eigen::Vector3d& normal) {
+    const Eigen::Vector3d at = laid_.vertices_m[from].cast<double>();
+    const Eigen::Vector3d edge = laid_.vertices_m[to].cast<double>() - at;
+    const Eigen::Vector3d across = edge.cross(normal).normalized();
+    for (const uint32_t corner : {from, to}) {
+      quadrics_[corner].add(across, across.dot(at), kBorderWeight * edge.squaredNorm());
+    }
+  }
+
+  // Of a move; kNever if it must not be made.
+  double cost_m2(uint32_t vertex, uint32_t onto) const {
+    if (!laid_.planes[vertex].are_all_of(laid_.planes[onto])) return kNever;
+    const Eigen::Vector3d at_m = laid_.vertices_m[onto].cast<double>();
+    const double error_m2 = quadrics_[vertex].mean_with(quadrics_[onto], at_m);
+    if (!(error_m2 < max_cost_m2_)) return kNever;
+    const double length_m2 = (at_m - laid_.vertices_m[vertex].cast<double>()).squaredNorm();
+    return error_m2 + kSizeShare * (length_m2 + quadrics_[vertex].weight());
+  }
+
+  // Those of a vertex, the cheapest first.
+  void find_moves(uint32_t vertex) {
+    moves_.clear();
+    if (!left_.can_ever_move(vertex)) return;
+    left_.neighbours(vertex, ring_);
+    for (const uint32_t onto : ring_) {
+      const double cost = cost_m2(vertex, onto);
+      if (cost < kNever) moves_.push_back({cost, onto});
+    }
+    std::sort(moves_.begin(), moves_.end(), [](const Move& a, const Move& b) {
+      return a.cost_m2 != b.cost_m2 ? a.cost_m2 < b.cost_m2 : a.onto < b.onto;
+    });
+  }
+
+  void enqueue(uint64_t key) {
+    uint64_t& queued = queued_[static_cast<uint32_t>(key)];
+    if (key >= queued) return;
+    queued = key;
+    queue_.push(key);
+  }
+
+  bool try_move(uint32_t vertex, uint32_t onto) {
+    if (!left_.can_move(vertex, onto) || !describe(vertex, onto)) return false;
+    if (!bound_.allows(step_)) return false;
+    bound_.take(step_);
+    left_.neighbours(vertex, ring_);
+    left_.move(vertex, onto);
+    quadrics_[onto].add(quadrics_[vertex]);
+    // What was refused may be possible now.
+    for (const uint32_t near : ring_) {
+      if (!left_.can_ever_move(near)) continue;
+      const double cost = near == onto ? 0.0 : cost_m2(near, onto);
+      if (cost < kNever) enqueue(key(cost, near));
+    }
+    return true;
+  }
+
+  // Fills `step_`. @returns false when it would turn a triangle.
+  bool describe(uint32_t vertex, uint32_t onto) {
+    step_.replaced.clear();
+    step_.made.clear();
+    step_.beside.clear();
+    step_.vanishes_m = laid_.vertices_m[vertex];
+    step_.fills_the_ring = !left_.is_on_border(vertex);
+    bool turns = false;
+    left_.for_each_triangle_of(vertex, [&](uint32_t t) {
+      step_.replaced.push_back(t);
+      Triangle triangle = left_.triangles()[t];
+      if (has(triangle, onto)) {
+        add_beside(triangle, vertex, onto);
+        return;
+      }
+      const Corners before = corners_m(triangle);
+      std::replace(triangle.begin(), triangle.end(), vertex, onto);
+      step_.made.push_back({t, corners_m(triangle)});
+      turns = turns || is_turned(before, step_.made.back().at_m);
+    });
+    return !turns;
+  }
+
+  // What a vanishing triangle borders on, other than at the vertex.
+  void add_beside(const Triangle& vanishing, uint32_t vertex, uint32_t onto) {
+    left_.for_each_triangle_of(onto, [&](uint32_t t) {
+      const Triangle& triangle = left_.triangles()[t];
+      if (has(triangle, vertex)) return;
+      for (const uint32_t corner : vanishing) {
+        if (corner == onto || !has(triangle, corner)) continue;
+        step_.beside.push_back({t, corners_m(triangle)});
+      }
+    });
+  }
+
+  const TriangleMesh& mesh_;
+  double max_cost_m2_;
+  LaidOnPlanes laid_;
+  CollapsingMesh left_;
+  SurfaceBound bound_;
+  std::vector<Quadric> quadrics_;
+  /// Of vertices: their place in the queue, which may also hold earlier ones.
+  std::vector<uint64_t> queued_;
+  std::priority_queue<uint64_t, std::vector<uint64_t>, std::greater<>> queue_;
+  std::vector<uint32_t> ring_;
+  std::vector<Move> moves_;
+  SurfaceBound::Step step_;
+};
 
 }  // namespace
 
@@ -141,36 +281,11 @@ Simplified simplify(const TriangleMesh& mesh,
                     const std::vector<SurfacePlane>& planes,
                     const SimplifyOptions& options) {
   validate(options, "simplify");
-  Simplified result;
-  if (mesh.triangles.empty()) return result;
-  // The distance may be a little larger between samples.
-  constexpr double kBetweenSamples = 0.9;
-  const double snap_m = options.snap_share * options.max_error_m;
-  const auto limit_m = static_cast<float>(kBetweenSamples * options.max_error_m);
-  const auto reach_m = static_cast<float>(2.0 * options.max_error_m);
-  const auto area_m2 = static_cast<float>(options.sample_m2);
-  const MeshDistance to_mesh(mesh, reach_m);
-  auto bound_m = static_cast<float>(options.max_error_m - snap_m);
-  TriangleMesh open = mesh;  // what the result does not cover yet
-  for (int round = 0; round < options.rounds && !open.triangles.empty(); ++round) {
-    const TriangleMesh fewer =
-        collapsed(laid_on_planes(open, planes, round == 0 ? snap_m : 0.0), bound_m);
-    append_mesh(result.mesh, taken(fewer, beyond(fewer, to_mesh, area_m2, limit_m), 0));
-    const MeshDistance to_result(result.mesh, reach_m);
-    const std::vector<uint8_t> uncovered = beyond(open, to_result, area_m2, limit_m);
-    open = taken(open, grown(open, uncovered), 1);
-    bound_m *= 0.5F;
-  }
-  result.as_it_was = open.triangles.size();
-  append_mesh(result.mesh, open);
-  const MeshGap there = gap(mesh, MeshDistance(result.mesh, reach_m), area_m2, options.max_error_m);
-  const MeshGap back = gap(result.mesh, to_mesh, area_m2, options.max_error_m);
-  result.there_m = there.max_m;
-  result.back_m = back.max_m;
-  result.beyond = std::max(there.beyond, back.beyond);
-  result.status =
-      result.beyond > 0.0 ? Simplified::Status::beyond_bound : Simplified::Status::within_bound;
-  return result;
+  if (mesh.triangles.empty()) return {};
+  const TriangleMesh one = welded(mesh);
+  Simplifier simplifier(one, planes, options);
+  simplifier.run();
+  return simplifier.result();
 }
 
 }  // namespace marco::mapping3d

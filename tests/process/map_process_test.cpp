@@ -168,7 +168,7 @@ TEST_F(MapProcess, MakesEverythingAndMeasuresItAgainstTheTruth) {
   EXPECT_LT(errors.at("model error rms_m"), 0.02);
   const nlohmann::json surface = report(out).at("surface");
   EXPECT_LT(surface.at("simplified triangles"), 0.1 * surface.at("triangles").get<double>());
-  EXPECT_LE(surface.at("simplified, part beyond the bound"), 0.001);
+  EXPECT_LE(surface.at("simplified, farthest sample_m"), 0.01);
   const auto scans = files::read_tum(out + "/truth.tum").size();
   EXPECT_EQ(files::read_tum(out + "/trajectory.tum").size(), scans);
   EXPECT_EQ(files::read_tum(out + "/trajectory_live.tum").size(), scans);

@@ -63,8 +63,6 @@ std::map<std::string, double> figures_of(const TriangleMesh& model,
           {"triangles", static_cast<double>(model.triangles.size())},
           {"simplified triangles", static_cast<double>(fewer.mesh.triangles.size())},
           {"simplified, farthest sample_m", std::max(fewer.there_m, fewer.back_m)},
-          {"simplified, part beyond the bound", fewer.beyond},
-          {"simplified, triangles left as they were", static_cast<double>(fewer.as_it_was)},
           {"planes", static_cast<double>(joined.planes.size())}};
 }
 

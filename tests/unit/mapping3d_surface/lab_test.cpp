@@ -92,7 +92,7 @@ TEST(LabSurface, LiesOnTheTrueSurfaces) {
   std::printf("simplified: %.4f of %zu triangles, %.4f m there, %.4f m back\n", share,
               mesh.triangles.size(), fewer.there_m, fewer.back_m);
   EXPECT_LT(share, 0.05);
-  EXPECT_EQ(fewer.status, mapping3d::Simplified::Status::within_bound);
+  EXPECT_LE(std::max(fewer.there_m, fewer.back_m), 0.01);
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -8,8 +9,11 @@
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "tools/figures/matching_figures.hpp"
+#include "tools/figures/photograph_figures.hpp"
 #include "tools/figures/thesis_figures.hpp"
 #include "tools/map/map_job.hpp"
+#include "tools/map/photographs.hpp"
+#include "tools/texture/photograph_list.hpp"
 #include "viewer/process/render_command.hpp"
 
 namespace marco {
@@ -58,6 +62,29 @@ void draw_walks(const MapJob& job,
   }
 }
 
+// Written for the figures only, and removed.
+std::vector<Figure> draw_photographs(
+    const MapJob& job,
+    const std::string& log,
+    const std::filesystem::path& folder,
+    const std::vector<std::vector<mapping3d::ScenePoints>>& stops) {
+  if (write_photographs(folder, {log}, job.trajectory(), job.sensors(), {}).chosen == 0) return {};
+  const std::filesystem::path list = folder / "photographs.toml";
+  std::vector<PosedPhotograph> photographs;
+  for (const PhotographSpec& spec :
+       process::load_options<PhotographList>(list.string()).photographs) {
+    Pose3 world_from_camera = Pose3::Identity();
+    world_from_camera.linear() = Eigen::Quaterniond(spec.quaternion_xyzw.data()).toRotationMatrix();
+    world_from_camera.translation() = Eigen::Vector3d(spec.position_m.data());
+    photographs.push_back({folder / spec.file, world_from_camera, spec.focal_px[0]});
+  }
+  const std::vector<Figure> figures =
+      draw_photograph_figures(folder, photographs, stops, job.mapping3d().mapper().model());
+  std::filesystem::remove_all(folder / "photographs");
+  std::filesystem::remove(list);
+  return figures;
+}
+
 int run(const std::string& log,
         const std::string& config,
         const std::filesystem::path& out,
@@ -75,6 +102,9 @@ int run(const std::string& log,
   for (const Figure& figure : draw_thesis_figures(results.path(), stops, figures)) {
     std::printf("%s: %s\n", (out / figure.file).c_str(), figure.what.c_str());
   }
+  for (const Figure& figure : draw_photographs(job, log, results.path(), stops)) {
+    std::printf("%s: %s\n", (out / figure.file).c_str(), figure.what.c_str());
+  }
   draw_walks(job, results.path(), out);
   results.commit();
   std::printf("(thesis B's own scene: 59924 triangles, 29785 quads of 36100 beams)\n");
@@ -89,7 +119,7 @@ int main(int argc, char** argv) {
     CLI::App app(
         "The equals of thesis B's figures from a recording with 3D sweeps: 5.3-5.11, the ways its "
         "scan matching goes, with their errors and times; 5.13-5.17 and 5.19-5.21, its polygons, "
-        "its light, its way of joining.");
+        "its light, its way of joining; of a recording with pictures 5.12 and 5.18.");
     std::string log, config, out = "out/figures", size = "1000x750";
     marco::FigureOptions figures;
     app.add_option("LOG", log)->required()->check(CLI::ExistingPath);

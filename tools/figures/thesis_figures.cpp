@@ -1,6 +1,7 @@
 #include "tools/figures/thesis_figures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -121,15 +122,52 @@ float most_tilted_rad(const std::vector<ScenePoints>& sweeps) {
   return most_rad;
 }
 
-// Where most of a sweep's beams went, level.
-Eigen::Vector3d ahead_of(const ScenePoints& sweep) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < sweep.points_m.size(); ++i) {
-    if (sweep.valid[i] == 0) continue;
-    sum += (sweep.points_m[i] - sweep.origins_m[i / sweep.columns]).cast<double>().normalized();
+// Of full tilt, as most of the stop.
+bool is_full(const ScenePoints& sweep, const std::vector<ScenePoints>& stop) {
+  return tilted_rad(sweep) >= 0.9F * most_tilted_rad(stop);
+}
+
+float range_m(const ScenePoints& sweep, std::size_t i) {
+  return (sweep.points_m[i] - sweep.origins_m[i / sweep.columns]).norm();
+}
+
+// Where the most edges of near things lie together: both ways to make polygons differ there.
+Eigen::Vector3d place_of_edges(const ScenePoints& sweep) {
+  constexpr std::size_t kParts = 12;                 // a part is a twelfth of the rows and columns
+  constexpr float kStepM = 0.15F, kNearestM = 0.7F;  // nearer is often the robot itself
+  std::array<float, kParts * kParts> weights{};
+  std::array<Eigen::Vector3d, kParts * kParts> sums;
+  sums.fill(Eigen::Vector3d::Zero());
+  for (std::size_t row = 0; row < sweep.rows; ++row) {
+    for (std::size_t column = 0; column + 1 < sweep.columns; ++column) {
+      const std::size_t i = sweep.index(row, column);
+      if (sweep.valid[i] == 0 || sweep.valid[i + 1] == 0) continue;
+      const float here_m = range_m(sweep, i), next_m = range_m(sweep, i + 1);
+      const float near_m = std::min(here_m, next_m);
+      if (std::abs(here_m - next_m) < kStepM || near_m < kNearestM) continue;
+      const std::size_t part = row * kParts / sweep.rows * kParts + column * kParts / sweep.columns;
+      const float weight = std::pow(near_m, -4.0F);  // near things are seen by many beams
+      weights.at(part) += weight;
+      sums.at(part) +=
+          static_cast<double>(weight) * sweep.points_m[here_m < next_m ? i : i + 1].cast<double>();
+    }
   }
-  sum.z() = 0.0;
-  return sum.norm() > 0.0 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d::UnitX();
+  const auto most = std::max_element(weights.begin(), weights.end());
+  const Eigen::Vector3d laser = sweep.origins_m[sweep.rows / 2].cast<double>();
+  if (!(*most > 0.0F)) return laser + 2.0 * ahead_of(sweep);
+  return sums.at(static_cast<std::size_t>(most - weights.begin())) / static_cast<double>(*most);
+}
+
+// From beside the laser, nearer and at a slant: what lies behind an edge is seen too.
+viewer::Camera zoom_on(const ScenePoints& sweep, const Eigen::Vector3d& place_m) {
+  const Eigen::Vector3d laser = sweep.origins_m[sweep.rows / 2].cast<double>();
+  const Eigen::Vector3d way = place_m - laser;
+  const Eigen::Vector3d left = Eigen::Vector3d::UnitZ().cross(way);
+  viewer::Camera camera;
+  camera.eye_m = laser + 0.3 * way + 0.25 * left + 0.2 * Eigen::Vector3d::UnitZ();
+  camera.target_m = place_m;
+  camera.field_of_view_rad = deg_to_rad(40.0);
+  return camera;
 }
 
 viewer::Camera camera_from(const ScenePoints& sweep, double back_m, double up_m) {
@@ -172,6 +210,29 @@ std::vector<ScenePoints> open_above(const std::vector<ScenePoints>& sweeps) {
 }
 
 }  // namespace
+
+Eigen::Vector3d ahead_of(const ScenePoints& sweep) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < sweep.points_m.size(); ++i) {
+    if (sweep.valid[i] == 0) continue;
+    sum += (sweep.points_m[i] - sweep.origins_m[i / sweep.columns]).cast<double>().normalized();
+  }
+  sum.z() = 0.0;
+  return sum.norm() > 0.0 ? Eigen::Vector3d(sum.normalized()) : Eigen::Vector3d::UnitX();
+}
+
+// The thesis takes one each 90 deg; a robot that also stands there later takes more.
+std::vector<ScenePoints> four_ways(const std::vector<ScenePoints>& stop) {
+  constexpr double kOtherWay = 0.5;  // cosine: the pan may miss 90 deg by 30
+  std::vector<ScenePoints> chosen;
+  for (const ScenePoints& sweep : stop) {
+    const bool is_new = std::all_of(chosen.begin(), chosen.end(), [&](const ScenePoints& other) {
+      return ahead_of(other).dot(ahead_of(sweep)) < kOtherWay;
+    });
+    if (is_new && chosen.size() < 4 && is_full(sweep, stop)) chosen.push_back(sweep);
+  }
+  return chosen;
+}
 
 ScenePoints without_ends(ScenePoints scene, int count) {
   const std::size_t cut = std::min(static_cast<std::size_t>(std::max(0, count)), scene.columns);
@@ -220,20 +281,18 @@ std::vector<Figure> draw_thesis_figures(const std::filesystem::path& folder,
     for (ScenePoints& sweep : stop) sweep = without_ends(std::move(sweep), options.cut_ends);
   }
   Drawer drawer(folder, options);
-  const ScenePoints& one = *std::find_if(cut[0].begin(), cut[0].end(), [&](const auto& sweep) {
-    return tilted_rad(sweep) >= 0.9F * most_tilted_rad(cut[0]);
-  });
+  const std::vector<ScenePoints> four = four_ways(cut[0]);
+  const ScenePoints& one = four.front();
   const viewer::Camera shoulder = camera_from(one, 0.8, 0.6);
-  viewer::Camera zoom = camera_from(one, 0.0, 0.3);
-  zoom.field_of_view_rad = deg_to_rad(25.0);
+  const viewer::Camera zoom = zoom_on(one, place_of_edges(one));
   drawer.add_points(one, shoulder);
   drawer.add("5_14_triangles.png", "5.14, one sweep", {one}, Polygons::triangles, shoulder);
   drawer.add("5_15_quads.png", "5.15, one sweep", {one}, Polygons::quads, shoulder);
   drawer.add("5_16a_triangles.png", "5.16 a, closer", {one}, Polygons::triangles, zoom);
   drawer.add("5_16b_quads.png", "5.16 b, closer", {one}, Polygons::quads, zoom);
-  const std::string sweeps = std::to_string(cut[0].size()) + " sweeps of the first stop";
-  drawer.add("5_17_stop.png", "5.17, " + sweeps, cut[0], Polygons::triangles,
-             camera_from(one, 1.2, 0.7));
+  drawer.add("5_17_stop.png",
+             "5.17, " + std::to_string(four.size()) + " sweeps of the first stop, one each 90 deg",
+             four, Polygons::triangles, camera_from(one, 1.2, 0.7));
   std::vector<ScenePoints> both = open_above(cut[0]);
   const std::size_t other = std::min<std::size_t>(1, cut.size() - 1);
   const std::vector<ScenePoints> second = open_above(cut[other]);

@@ -10,7 +10,8 @@
 
 namespace marco {
 
-/// Thesis B's figures 5.13-5.17 and 5.19-5.21 from other sweeps.
+/// Thesis B's figures 5.13-5.17 and 5.19-5.21 from other sweeps; 5.16 is closer to an edge near the
+/// laser, 5.17 of four_ways().
 struct FigureOptions {
   viewer::PictureSize size{1000, 750};
   viewer::Mode mode = viewer::Mode::filled;
@@ -39,6 +40,13 @@ std::vector<Figure> draw_thesis_figures(
     const std::filesystem::path& folder,
     const std::vector<std::vector<mapping3d::ScenePoints>>& stops,
     const FigureOptions& options = {});
+
+/// Where most of a sweep's beams went, level; unit length.
+Eigen::Vector3d ahead_of(const mapping3d::ScenePoints& sweep);
+
+/// Up to four sweeps of full tilt that look to different sides, the first ones.
+/// @param stop  at least one sweep
+std::vector<mapping3d::ScenePoints> four_ways(const std::vector<mapping3d::ScenePoints>& stop);
 
 /// By where the robot stood: a new stop where it had gone farther than `apart_m`.
 std::vector<std::vector<mapping3d::ScenePoints>> by_stop(

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "tests/support/analytic_room.hpp"
+#include "tools/figures/photograph_figures.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco {
@@ -105,6 +106,61 @@ TEST(ThesisFigures, OneCommandDrawsThemAll) {
   EXPECT_THAT(figures[1].what, HasSubstr("triangles"));
   EXPECT_THAT(figures[2].what, HasSubstr("quads"));
   EXPECT_EQ(viewer::read_picture((folder / "figures.png").string()).width_px, 3 * 160 + 4 * 2);
+  std::filesystem::remove_all(folder);
+}
+
+ScenePoints sweep_to(double yaw_rad, std::mt19937& random) {
+  return mapping3d::place(testing::AnalyticRoom::sweep(
+      make_pose3({-1.0, 0.2, 0.8}, 0.0, 0.0, yaw_rad), 40, 0.005, random));
+}
+
+// Pans of 0, 90, 180 and 270 deg, twice, the first one cut short.
+TEST(ThesisFigures, AStopIsFourFullSweepsToFourSides) {
+  std::mt19937 random(6);
+  std::vector<ScenePoints> stop;
+  for (int i = 0; i < 9; ++i) stop.push_back(sweep_to(0.5 * M_PI * (i % 4), random));
+  for (std::size_t i = 3 * stop[0].columns; i < stop[0].valid.size(); ++i) stop[0].valid[i] = 0;
+  const std::vector<ScenePoints> four = four_ways(stop);
+  ASSERT_THAT(four, SizeIs(4));
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double yaw_rad = 0.5 * M_PI * static_cast<double>(i + 1);
+    EXPECT_GT(ahead_of(four[i]).dot(Eigen::Vector3d(std::cos(yaw_rad), std::sin(yaw_rad), 0)), 0.8);
+  }
+}
+
+// Two photographs from the laser's place, one of them looking back; the model is the sweep's own.
+TEST(ThesisFigures, ThePhotographThatLooksTheSweepsWayIsBesideTheModel) {
+  const std::filesystem::path folder =
+      std::filesystem::path(::testing::TempDir()) / "marco_photograph_figures";
+  std::filesystem::create_directories(folder);
+  std::mt19937 random(7);
+  const std::vector<std::vector<ScenePoints>> stops{{sweep_to(0.0, random)}};
+  std::vector<PosedPhotograph> photographs;
+  for (const bool back : {true, false}) {
+    const viewer::Rgb color = back ? viewer::Rgb{200, 0, 0} : viewer::Rgb{0, 200, 0};
+    PosedPhotograph photograph{folder / (back ? "back.png" : "ahead.png"), Pose3::Identity(), 80.0};
+    viewer::write_png(viewer::Picture(64, 48, color), photograph.file.string());
+    const double ahead = back ? -1.0 : 1.0;
+    photograph.world_from_camera.linear() << 0, 0, ahead, -ahead, 0, 0, 0, -1, 0;
+    photograph.world_from_camera.translation() = Eigen::Vector3d(-1.0, 0.2, 0.8);
+    photographs.push_back(photograph);
+  }
+  const TriangleMesh model = flat_triangles(stops[0][0]);
+  EXPECT_THAT(draw_photograph_figures(folder, {}, stops, model), SizeIs(0));
+  const auto figures = draw_photograph_figures(folder, photographs, stops, model);
+  ASSERT_THAT(figures, SizeIs(1));
+  const viewer::Picture both = viewer::read_picture((folder / figures[0].file).string());
+  EXPECT_GT(both.width_px, 2 * 64);
+  EXPECT_EQ(both.at(both.width_px / 4, both.height_px / 2).green, 200);
+  // The room fills the model's half: hardly a pixel of white ground.
+  int ground = 0;
+  for (int y = 4; y < 44; ++y) {
+    for (int x = 0; x < 60; ++x) {
+      const viewer::Rgb& pixel = both.at(both.width_px - 4 - x, y);
+      ground += pixel.red == 255 && pixel.green == 255 && pixel.blue == 255 ? 1 : 0;
+    }
+  }
+  EXPECT_LT(ground, 40 * 60 / 4);
   std::filesystem::remove_all(folder);
 }
 

@@ -106,8 +106,14 @@ char key_from_stdin() {
   return 0;
 }
 
+bool is_vector_page(const std::string& out) {
+  return out.ends_with(".eps") || out.ends_with(".svg") || out.ends_with(".pdf");
+}
+
 Inputs read_and_tell(const Arguments& arguments, const FileReaders& readers) {
-  Inputs inputs = read_inputs(arguments.inputs, readers);
+  const bool is_page = arguments.walk.empty() && is_vector_page(arguments.out);
+  Inputs inputs =
+      read_inputs(arguments.inputs, readers, is_page ? FolderModel::simplified : FolderModel::full);
   for (const std::string& skipped : inputs.skipped)
     std::fprintf(stderr, "marco-viewer: skipped %s\n", skipped.c_str());
   return inputs;
@@ -161,7 +167,7 @@ int run_viewer(int argc, const char* const* argv, const FileReaders& readers) {
   if (arguments.light == "thesis") request.look = thesis_look(request.look.mode);
   const std::string& out = arguments.out;
   require(!arguments.walk.empty() || out.ends_with(".png") || out.ends_with(".mp4") ||
-              out.ends_with(".eps") || out.ends_with(".svg") || out.ends_with(".pdf"),
+              is_vector_page(out),
           "--out " + out + ": expected a name ending in .png, .mp4, .eps, .svg or .pdf");
   const Inputs inputs = read_and_tell(arguments, readers);
   const std::string what = write_output(inputs.scene, arguments);

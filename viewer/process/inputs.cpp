@@ -25,7 +25,7 @@ constexpr std::array<PathKind, 3> kPathKinds{{{"odometry.tum", palette::kOdometr
 
 class InputReader {
  public:
-  explicit InputReader(const FileReaders& readers) : readers_(readers) {}
+  InputReader(const FileReaders& readers, FolderModel model) : readers_(readers), model_(model) {}
 
   void read(const std::string& path) {
     const fs::path input(path);
@@ -47,7 +47,9 @@ class InputReader {
 
  private:
   void read_folder(const fs::path& folder) {
-    for (const char* name : {"model.ply", "map.yaml"})
+    const bool is_simplified =
+        model_ == FolderModel::simplified && fs::exists(folder / "model.glb");
+    for (const char* name : {is_simplified ? "model.glb" : "model.ply", "map.yaml"})
       if (fs::exists(folder / name)) read_file(folder / name, {});
     const std::size_t first_path = inputs_.scene.paths.size();
     for (const PathKind& kind : kPathKinds)
@@ -99,14 +101,17 @@ class InputReader {
   }
 
   const FileReaders& readers_;
+  FolderModel model_;
   Inputs inputs_;
   std::size_t used_ = 0;
 };
 
 }  // namespace
 
-Inputs read_inputs(const std::vector<std::string>& paths, const FileReaders& readers) {
-  InputReader reader(readers);
+Inputs read_inputs(const std::vector<std::string>& paths,
+                   const FileReaders& readers,
+                   FolderModel model) {
+  InputReader reader(readers, model);
   for (const std::string& path : paths) reader.read(path);
   return reader.take();
 }

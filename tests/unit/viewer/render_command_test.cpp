@@ -66,6 +66,24 @@ TEST(Inputs, TakesFromAFolderWhatMapWrites) {
   EXPECT_TRUE(inputs.skipped.empty());
 }
 
+TEST(Inputs, TakesAFoldersSimplifiedModelWhenAsked) {
+  const Folder folder("marco_viewer_simplified");
+  folder.touch("model.ply");
+  std::string taken;
+  FileReaders readers = tiny_readers();
+  readers.mesh = [&](const std::string& path) {
+    taken = fs::path(path).filename().string();
+    return testing::make_room();
+  };
+  read_inputs({folder.path()}, readers, FolderModel::simplified);
+  EXPECT_EQ(taken, "model.ply");  // there is no other
+  folder.touch("model.glb");
+  read_inputs({folder.path()}, readers, FolderModel::simplified);
+  EXPECT_EQ(taken, "model.glb");
+  read_inputs({folder.path()}, readers);
+  EXPECT_EQ(taken, "model.ply");
+}
+
 TEST(Inputs, LaysOdometryAndTruthOnTheEstimate) {
   const Folder folder("marco_viewer_frames");
   for (const char* name : {"trajectory.tum", "truth.tum", "odometry.tum"}) folder.touch(name);

@@ -70,20 +70,22 @@ void SurfaceBound::add_sample(const Eigen::Vector3f& point_m, std::size_t triang
 
 bool SurfaceBound::allows(const Step& step) { return is_covered(step) && is_on_original(step); }
 
-SurfaceBound::Foot::Foot(const Corners& corners) : at_m(corners.at_m[0]) {
-  const Eigen::Vector3f second = corners.at_m[1] - at_m, third = corners.at_m[2] - at_m;
-  const Eigen::Vector3f cross = second.cross(third);
-  const float area2 = cross.squaredNorm();
+SurfaceBound::Foot::Foot(const Corners& corners) : at_m(corners.at_m[0].cast<double>()) {
+  const Eigen::Vector3d second = corners.at_m[1].cast<double>() - at_m;
+  const Eigen::Vector3d third = corners.at_m[2].cast<double>() - at_m;
+  const Eigen::Vector3d cross = second.cross(third);
+  const double area2 = cross.squaredNorm();
   normal = cross / std::sqrt(area2);
   to_second = third.cross(cross) / area2;
   to_third = cross.cross(second) / area2;
 }
 
 float SurfaceBound::Foot::above_m(const Eigen::Vector3f& point_m) const {
-  const Eigen::Vector3f off = point_m - at_m;
-  const float second = to_second.dot(off), third = to_third.dot(off);
-  const bool is_in = second >= 0.0F && third >= 0.0F && second + third <= 1.0F;
-  return is_in ? std::abs(normal.dot(off)) : std::numeric_limits<float>::infinity();
+  const Eigen::Vector3d off = point_m.cast<double>() - at_m;
+  const double second = to_second.dot(off), third = to_third.dot(off);
+  const bool is_in = second >= 0.0 && third >= 0.0 && second + third <= 1.0;
+  return is_in ? static_cast<float>(std::abs(normal.dot(off)))
+               : std::numeric_limits<float>::infinity();
 }
 
 // From the original to the mesh. Most samples have a foot on a triangle; the others are looked at

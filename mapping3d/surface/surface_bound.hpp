@@ -53,13 +53,13 @@ class SurfaceBound {
     Eigen::Vector3f at_m;
     uint32_t next;  ///< of the same triangle
   };
-  /// What finds a point's foot on the plane of a triangle.
+  /// What finds a point's foot on the plane of a triangle; in double as squared_distance().
   struct Foot {
     explicit Foot(const Corners& corners);
     /// Distance to the plane where the foot lies in the triangle, else infinite.
     float above_m(const Eigen::Vector3f& point_m) const;
 
-    Eigen::Vector3f at_m, normal, to_second, to_third;  ///< `to_`: shares of the corners' edges
+    Eigen::Vector3d at_m, normal, to_second, to_third;  ///< `to_`: shares of the corners' edges
   };
 
   void add_sample(const Eigen::Vector3f& point_m, std::size_t triangle);

@@ -105,6 +105,17 @@ TEST(MeshDistance, PassesOverATriangleWithoutArea) {
   EXPECT_NEAR(MeshDistance(mesh, 0.1F)({0.5F, 0, 0.06F}), 0.01F, 1e-6F);
 }
 
+// Of 5 m x 5 mm, seen from beside its middle, from above it and from its end: by hand.
+TEST(MeshDistance, OfASliverIsExact) {
+  TriangleMesh mesh;
+  mesh.vertices_m = {{10, 20, 1}, {15, 20.001F, 1}, {12.5F, 20.005F, 1}};
+  mesh.triangles = {{0, 1, 2}};
+  const MeshDistance distance(mesh, 0.5F);
+  EXPECT_NEAR(distance({12.5F, 20.205F, 1}), 0.2F, 1e-5F);
+  EXPECT_NEAR(distance({12.5F, 20.003F, 1.001F}), 0.001F, 1e-5F);
+  EXPECT_NEAR(distance({9.9F, 20, 1}), 0.1F, 1e-5F);
+}
+
 TEST(Simplify, FlatWallsBecomeFewTrianglesWithinTheBound) {
   // The noise's largest of 24 000 is four sigma.
   const TriangleMesh mesh = room(0.002, 5);

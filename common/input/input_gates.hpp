@@ -53,7 +53,7 @@ inline constexpr Gate kInputGates[] = {
     {"the robot in its own view", "part of the bearings whose range changed, at least", kChangedPart, "a scan counts", "a robot that stands shows nothing"},
     {"the floor in view", "part of the returns on one line of the laser's frame, more than", kFloorPart, "the map is made again without them", "simulated flats, a laser pitched by 5 degrees"},
     {"the floor in view", "part of the returns beyond the line, at most", kBeyondFloor, "the same", "nobody sees through a floor; a robot nods"},
-    {"the floor in view", "part of the line's returns that are seen as free from near by, after a turn, more than", kFloorFree, "the same", "a wall stands when the robot turns: 0.1 in rings of corridors"},
+    {"the floor in view", "part of the line's returns that are seen as free from near by, after a turn, more than", kFloorFree, "the same", "a wall stands when the robot turns: 0.002 in rings of corridors, 0.7 and more of floors"},
 };
 // clang-format on
 

@@ -12,6 +12,7 @@ namespace marco::slam {
 namespace {
 
 using ::marco::testing::DriveSpeed;
+using ::marco::testing::round_a_ring;
 using ::marco::testing::simulate;
 using ::marco::testing::SimulatedRobot;
 using ::marco::testing::varied_drive;
@@ -81,33 +82,6 @@ TEST(Refinement, ErrorsOfManyRunsAreAsItSays) {
   EXPECT_LT(wheels / kRuns, 3.72);
   EXPECT_GT(time / kRuns, 0.65);
   EXPECT_LT(time / kRuns, 1.43);
-}
-
-// A robot that drives straight and turns on the spot at four corners, with one reading of its
-// odometry a scan.
-CalibrationInput round_a_ring(unsigned seed) {
-  constexpr double kStepM = 0.26, kStepRad = std::numbers::pi / 16, kSpeed = 0.4, kTurn = 1.05;
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  CalibrationInput input;
-  Pose2 robot, counted;
-  double time_s = 1000.0;
-  const auto go = [&](double way_m, double turn_rad) {
-    time_s += way_m / kSpeed + turn_rad / kTurn;
-    robot = robot * Pose2{way_m, 0.0, turn_rad};
-    const double way_sigma_m = 0.02 * way_m + 1e-4;
-    const double turn_sigma_rad = 0.0026 * std::sqrt(way_m) + 0.01 * turn_rad + 1e-4;
-    counted = counted * Pose2{way_m + way_sigma_m * normal(random), 0.0,
-                              turn_rad + turn_sigma_rad * normal(random)};
-    const Pose2 match_error{5e-4 * normal(random), 5e-4 * normal(random), 2e-4 * normal(random)};
-    input.world_from_laser.push_back({Utime::from_seconds(time_s), robot * match_error});
-    input.odometry.push_back({Utime::from_seconds(time_s), counted});
-  };
-  for (int corner = 0; corner < 5; ++corner) {
-    for (int i = 0; i < 110; ++i) go(kStepM, 0.0);
-    for (int i = 0; i < 8; ++i) go(0.0, kStepRad);
-  }
-  return input;
 }
 
 // Noise of turns is that of turns, not that of the straight ways which are most of the drive.

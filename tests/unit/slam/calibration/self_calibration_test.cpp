@@ -11,6 +11,7 @@ namespace marco::slam {
 namespace {
 
 using ::marco::testing::DriveSpeed;
+using ::marco::testing::round_a_ring;
 using ::marco::testing::simulate;
 using ::marco::testing::SimulatedRobot;
 using ::marco::testing::varied_drive;
@@ -124,6 +125,16 @@ TEST(SelfCalibration, FindsTimeWithinFiveMilliseconds) {
     const SelfCalibration result = calibrate(robot);
     EXPECT_NEAR(parameter(result, "odometry.late_s").found, late_s, 0.005);
     expect_applied(result, "odometry.late_s", late_s);
+  }
+}
+
+// Half-way between two readings their noise is least, and the time must not go there.
+TEST(SelfCalibration, TurnsTellTheTimeOfSparseOdometry) {
+  for (const double late_s : {0.0, 0.3, -0.2}) {
+    const SelfCalibration result = self_calibrate(round_a_ring(1, late_s));
+    const CalibratedParameter& late = parameter(result, "odometry.late_s");
+    EXPECT_NEAR(late.found, late_s, 0.03);
+    EXPECT_NEAR(late.found, late_s, 4.0 * late.sigma);
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <numbers>
 #include <random>
 
 #include "slam/calibration/self_calibration.hpp"
@@ -78,6 +79,33 @@ inline slam::CalibrationInput simulate(const SimulatedRobot& robot,
     odom_from_robot = odom_from_robot * Pose2{counted_m * std::cos(0.5 * counted_rad),
                                               counted_m * std::sin(0.5 * counted_rad), counted_rad};
     gyro_rad += turn_rad / robot.gyro.scale + kFineS * robot.gyro.bias_rad_per_s;
+  }
+  return input;
+}
+
+/// A robot that drives straight and turns on the spot at corners, with one reading of its odometry
+/// a scan, late by a time.
+inline slam::CalibrationInput round_a_ring(unsigned seed, double late_s = 0.0) {
+  constexpr double kStepM = 0.26, kStepRad = std::numbers::pi / 16, kSpeed = 0.4, kTurn = 1.05;
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  slam::CalibrationInput input;
+  Pose2 robot, counted;
+  double time_s = 1000.0;
+  const auto go = [&](double way_m, double turn_rad) {
+    time_s += way_m / kSpeed + turn_rad / kTurn;
+    robot = robot * Pose2{way_m, 0.0, turn_rad};
+    const double way_sigma_m = 0.02 * way_m + 1e-4;
+    const double turn_sigma_rad = 0.0026 * std::sqrt(way_m) + 0.01 * turn_rad + 1e-4;
+    counted = counted * Pose2{way_m + way_sigma_m * normal(random), 0.0,
+                              turn_rad + turn_sigma_rad * normal(random)};
+    const Pose2 match_error{5e-4 * normal(random), 5e-4 * normal(random), 2e-4 * normal(random)};
+    input.world_from_laser.push_back({Utime::from_seconds(time_s), robot * match_error});
+    input.odometry.push_back({Utime::from_seconds(time_s + late_s), counted});
+  };
+  for (int corner = 0; corner < 5; ++corner) {
+    for (int i = 0; i < 110; ++i) go(kStepM, 0.0);
+    for (int i = 0; i < 8; ++i) go(0.0, kStepRad);
   }
   return input;
 }

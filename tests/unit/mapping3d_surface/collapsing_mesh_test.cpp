@@ -5,6 +5,7 @@
 
 #include "mapping3d/surface/laid_on_planes.hpp"
 #include "mapping3d/surface/quadric.hpp"
+#include "mapping3d/surface/surface_bound.hpp"
 #include "mapping3d/surface/welded.hpp"
 
 namespace marco::mapping3d {
@@ -94,6 +95,34 @@ TEST(CollapsingMesh, BeginsWithoutTrianglesOfTwoVertices) {
   EXPECT_EQ(mesh.triangles_between(0, 1), 1U);
 }
 
+// A square of 1 m and an ear at its side, 2 or 20 mm wide, that a step cuts off.
+TEST(SurfaceBound, LeavesNoSampleUncovered) {
+  for (const float width_m : {0.002F, 0.02F}) {
+    TriangleMesh mesh;
+    mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1 + width_m, 0.5F, 0}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 2}};
+    SurfaceBound bound(mesh, {0, 0, 0}, 0.005F, 1e-4F);
+    SurfaceBound::Step step;
+    step.replaced = {2};
+    step.beside = {{0, {mesh.vertices_m[0], mesh.vertices_m[1], mesh.vertices_m[2]}}};
+    EXPECT_EQ(bound.allows(step), width_m < 0.005F);
+  }
+}
+
+// The same square, a corner of which is pulled out in its plane.
+TEST(SurfaceBound, MakesNothingWhereNothingWas) {
+  TriangleMesh mesh;
+  mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  SurfaceBound bound(mesh, {0, 0}, 0.005F, 1e-4F);
+  for (const float pulled_m : {0.002F, 0.02F}) {
+    SurfaceBound::Step step;
+    step.replaced = {0};
+    step.made = {{0, {mesh.vertices_m[0], {1 + pulled_m, -pulled_m, 0}, mesh.vertices_m[2]}}};
+    EXPECT_EQ(bound.allows(step), pulled_m < 0.005F);
+  }
+}
+
 TEST(Quadric, IsTheMeanSquaredDistance) {
   Quadric floor, wall;
   floor.add(Eigen::Vector3d::UnitZ(), 1.0, 3.0);
@@ -129,6 +158,16 @@ TEST(LaidOnPlanes, ACornersVertexLiesOnBothPlanes) {
   EXPECT_EQ(laid.vertices_m[1], mesh.vertices_m[1]);
   EXPECT_TRUE(laid.planes[1].are_all_of(laid.planes[0]));
   EXPECT_FALSE(laid.planes[0].are_all_of(laid.planes[1]));
+}
+
+TEST(LaidOnPlanes, OfTwoParallelOnesTheFirstHolds) {
+  TriangleMesh mesh;
+  mesh.vertices_m = {{0, 0, 0}};
+  mesh.normals = {Eigen::Vector3f::UnitZ()};
+  const LaidOnPlanes laid =
+      laid_on_planes(mesh, {plane({0, 0, 1}, 0.003), plane({0, 0, 1}, 0.004)}, 0.005);
+  EXPECT_EQ(laid.planes[0].count(), 1U);
+  EXPECT_NEAR(laid.vertices_m[0].z(), 0.003F, 1e-7F);
 }
 
 TEST(Welded, AVertexOfAPlaceHasTheMeanNormal) {

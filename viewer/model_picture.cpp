@@ -7,6 +7,7 @@
 #include "viewer/canvas.hpp"
 #include "viewer/map_border.hpp"
 #include "viewer/map_view.hpp"
+#include "viewer/shading.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -43,6 +44,10 @@ Vector3d place_to_look_from(const Scene& scene, const ModelSurvey& survey) {
     return {pose.x_m, pose.y_m, height_m};
   }
   return {survey.box.center_m().x(), survey.box.center_m().y(), height_m};
+}
+
+double text_height_px(const Picture& picture) {
+  return std::clamp(picture.height_px / 52.0, 9.0, 60.0);
 }
 
 }  // namespace
@@ -138,7 +143,7 @@ Picture add_scale_bar(const Picture& picture, const Camera& camera, const Box& b
   }
   const Vector3d begin = project(camera, from, picture.width_px, picture.height_px);
   const Vector3d end = project(camera, from + along, picture.width_px, picture.height_px);
-  const double text_px = std::clamp(picture.height_px / 52.0, 9.0, 60.0);
+  const double text_px = text_height_px(picture);
   const auto inside = [&](const Vector3d& point) {
     return point.z() > 0.0 && point.x() >= 0.0 && point.x() < picture.width_px &&
            point.y() >= 0.0 && point.y() < picture.height_px;
@@ -153,6 +158,27 @@ Picture add_scale_bar(const Picture& picture, const Camera& camera, const Box& b
                    {middle.x() - 0.5 * Canvas::text_width_px(label, text_px),
                     middle.y() + (room_below ? 1.6 : -1.6) * text_px},
                    text_px, palette::kText);
+  return canvas.finish();
+}
+
+Picture add_height_legend(const Picture& picture, const std::array<double, 2>& range_m) {
+  const double text_px = text_height_px(picture);
+  const std::string highest = length_label(range_m[1] - range_m[0]), lowest = "0";
+  const double bar_px = 8.0 * text_px, margin_px = 1.5 * text_px;
+  const double left_px =
+      picture.width_px - margin_px - Canvas::text_width_px(highest, text_px) - 1.5 * text_px;
+  const double bottom_px = picture.height_px - margin_px;
+  Canvas canvas(picture);
+  const int lines = static_cast<int>(std::ceil(bar_px));
+  for (int i = 0; i < lines; ++i) {
+    const Vector3d color = 255.0 * height_color((i + 0.5) / lines);
+    canvas.fill_rectangle({left_px, bottom_px - i - 1.0}, {left_px + text_px, bottom_px - i},
+                          {static_cast<uint8_t>(color.x()), static_cast<uint8_t>(color.y()),
+                           static_cast<uint8_t>(color.z())});
+  }
+  const double words_px = left_px + 1.5 * text_px;
+  canvas.draw_text(highest, {words_px, bottom_px - lines + 0.5 * text_px}, text_px, palette::kText);
+  canvas.draw_text(lowest, {words_px, bottom_px - 0.5 * text_px}, text_px, palette::kText);
   return canvas.finish();
 }
 

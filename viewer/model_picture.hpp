@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "viewer/model_survey.hpp"
 #include "viewer/renderer.hpp"
 
@@ -33,5 +35,9 @@ double best_heading_rad(Renderer& renderer, const Eigen::Vector3d& eye_m);
 /// Draws a scale bar with its label along the box's floor edge nearest to the eye, unless it would
 /// leave the picture.
 Picture add_scale_bar(const Picture& picture, const Camera& camera, const Box& box);
+
+/// Draws a bar of the height colours into the lower right corner, with the height above the lowest.
+/// @param range_m lowest and highest, of height_range_m()
+Picture add_height_legend(const Picture& picture, const std::array<double, 2>& range_m);
 
 }  // namespace marco::viewer

@@ -146,7 +146,9 @@ Picture render_scene(Scene scene, const RenderRequest& request) {
   const bool outside =
       request.camera.empty() || request.camera == "above" || request.camera == "front";
   if (!outside) return picture;
-  return add_scale_bar(picture, plan.camera, box_to_frame(scene));
+  picture = add_scale_bar(picture, plan.camera, box_to_frame(scene));
+  if (scene.meshes.empty() || plan.look.coloring != Coloring::height) return picture;
+  return add_height_legend(picture, height_range_m(plan.look, bounding_box(scene)));
 }
 
 ViewPlan plan_request(const Scene& scene, const RenderRequest& request, Renderer& renderer) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/unit/viewer/tiny_room.hpp"
+#include "viewer/shading.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -90,6 +91,32 @@ TEST(ScaleBar, AddsADarkBarBesideTheModel) {
   const Picture blank(640, 360, {255, 255, 255});
   const Picture marked = add_scale_bar(blank, plan.camera, survey_model(scene).box);
   EXPECT_NE(marked.pixels, blank.pixels);
+}
+
+TEST(HeightLegend, GoesFromTheFloorsColourUpToTheHighest) {
+  const Picture blank(640, 360, {255, 255, 255});
+  const Picture marked = add_height_legend(blank, {-0.2, 2.4});
+  // A column within the bar, from below; words mark fewer pixels.
+  std::vector<Rgb> bar;
+  int columns = 0;
+  for (int x = 0; x < 640; ++x) {
+    std::vector<Rgb> column;
+    for (int y = 359; y >= 0; --y) {
+      const Rgb pixel = marked.pixels[static_cast<std::size_t>(y * 640 + x)];
+      if (pixel != Rgb{255, 255, 255}) column.push_back(pixel);
+    }
+    if (column.size() < 40) continue;
+    bar = column;
+    if (++columns == 4) break;
+  }
+  ASSERT_GE(bar.size(), 40U);
+  const auto near = [](const Rgb& pixel, double part) {
+    const Eigen::Vector3d color = 255.0 * height_color(part);
+    return (Eigen::Vector3d(pixel.red, pixel.green, pixel.blue) - color).norm() < 12.0;
+  };
+  EXPECT_TRUE(near(bar[1], 0.0));
+  EXPECT_TRUE(near(bar[bar.size() / 2], 0.5));
+  EXPECT_TRUE(near(bar[bar.size() - 2], 1.0));
 }
 
 }  // namespace

@@ -33,6 +33,15 @@ void for_each_sample(const std::array<Eigen::Vector3f, 3>& corners_m,
   }
 }
 
+inline double surface_area_m2(const TriangleMesh& mesh) {
+  double sum_m2 = 0.0;
+  const auto& at_m = mesh.vertices_m;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    sum_m2 += 0.5 * static_cast<double>((at_m[b] - at_m[a]).cross(at_m[c] - at_m[a]).norm());
+  }
+  return sum_m2;
+}
+
 /// Those of a mesh, as `visit(point_m, triangle)`.
 template <class Visit>
 void for_each_sample(const TriangleMesh& mesh, float area_each_m2, const Visit& visit) {

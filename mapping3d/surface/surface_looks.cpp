@@ -70,11 +70,7 @@ void choose_views(const std::vector<TextureView>& views,
 
 SurfaceLooks look_at_surface(const TriangleMesh& mesh, const std::vector<TextureView>& views) {
   SurfaceLooks seen;
-  float area_m2 = 0.0F;
-  for (const auto& t : mesh.triangles) {
-    const auto& v = mesh.vertices_m;
-    area_m2 += 0.5F * (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm();
-  }
+  const auto area_m2 = static_cast<float>(surface_area_m2(mesh));
   const float area_each_m2 = std::max(kPointsApartM * kPointsApartM, area_m2 / kMostPoints);
   seen.apart_m = std::sqrt(area_each_m2);
   std::size_t last = mesh.triangles.size();

@@ -7,6 +7,7 @@
 #include <string>
 #include <unordered_map>
 
+#include "common/mesh_samples.hpp"
 #include "lcm_tools/base/check.hpp"
 
 namespace marco::mapping3d {
@@ -163,22 +164,13 @@ int pack(std::vector<Chart*>& charts, int width_px, int max_px) {
   return y + shelf;
 }
 
-double area_m2(const TriangleMesh& mesh) {
-  double sum = 0.0;
-  const auto& v = mesh.vertices_m;
-  for (const auto& t : mesh.triangles) {
-    sum += 0.5 * static_cast<double>((v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm());
-  }
-  return sum;
-}
-
 }  // namespace
 
 TextureCharts lay_out(const TriangleMesh& mesh, double texel_m, int max_px) {
   TextureCharts result;
   // No smaller than what fits for sure not: a chart of a plane at 55 degrees to all axes has
   // 1 / sqrt(3) of its area.
-  texel_m = std::max(texel_m, std::sqrt(area_m2(mesh) / std::sqrt(3.0)) / max_px);
+  texel_m = std::max(texel_m, std::sqrt(surface_area_m2(mesh) / std::sqrt(3.0)) / max_px);
   std::vector<Chart> charts = Charts(mesh, texel_m).run();
   std::vector<Chart*> order;
   order.reserve(charts.size());

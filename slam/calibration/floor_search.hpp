@@ -9,11 +9,11 @@
 namespace marco::slam {
 
 /// Finds the line along which a laser that is not level sees the floor or the ceiling: in the
-/// laser's frame many returns lie on one straight line, nothing is beyond it, and that is so for
-/// whatever way the robot heads, which is true of no wall. Headings are those of the keyframes, so
-/// that a map may be bent, but not scrambled. A pure function; 20 ms for any map.
-/// @param keys  all of one laser, which is fixed to the robot
-/// @returns nothing where there is none, or the drive has too few headings to tell it from a wall
+/// laser's frame many returns lie on one straight line, nothing is beyond it, and the line turns
+/// with the robot: near keyframes with another heading see through it, as through no wall. Poses
+/// are those of the keyframes, so that a map may be bent, but not scrambled. A pure function.
+/// @param keys  all of one laser, which is fixed to the robot, in the order of their times
+/// @returns nothing where there is none, or the drive has too few turns to tell it from a wall
 /// that is followed. The channel is empty.
 std::optional<FloorLine> find_floor(const std::vector<Keyframe>& keys);
 

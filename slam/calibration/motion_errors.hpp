@@ -11,12 +11,12 @@ namespace marco::slam {
 using Errors = std::vector<Eigen::Vector3d>;
 Errors errors_of(const std::vector<MotionSample>& samples, const RobotModel& model);
 
-/// Standard deviations of error_of(): those of motions that do not turn, and what turning adds.
-/// Wheels slip by a part of the turn, and the time and place where it began are not in the samples.
-/// With one spread for all the rare turns of a straight drive are outliers.
+/// Standard deviations of error_of(), in m, m and rad: of motions that do not turn, and what a turn
+/// adds to their squares. Wheels slip by a part of the turn, and no sample says when it began. With
+/// one spread for all motions, the few turns of a mostly straight drive would be outliers.
 struct ErrorSpread {
   Eigen::Vector3d straight = Eigen::Vector3d::Ones();
-  Eigen::Vector3d of_turn = Eigen::Vector3d::Zero();  ///< for each radian that the laser turned
+  Eigen::Vector3d of_turn = Eigen::Vector3d::Zero();  ///< for a turn of the laser by one radian
 
   Eigen::Vector3d of(const MotionSample& sample) const;
 };

@@ -39,6 +39,18 @@ std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,
   return known;
 }
 
+double mean_way_to_samples_m(const std::vector<LaserMotion>& motions,
+                             const OdometryTravel& travel,
+                             double late_s) {
+  double sum_m = 0.0;
+  for (const LaserMotion& motion : motions) {
+    const double speed_m_per_s =
+        motion.moved.translation_m().norm() / (motion.end_s - motion.begin_s);
+    sum_m += speed_m_per_s * travel.to_sample_s(motion.end_s + late_s);
+  }
+  return sum_m / static_cast<double>(std::max<std::size_t>(motions.size(), 1));
+}
+
 SplitMotions split(const std::vector<LaserMotion>& motions) {
   // Held out are a fifth, by stretches of some 10 s: neighbours share their errors.
   constexpr std::size_t kLongest = 20, kEvery = 5;

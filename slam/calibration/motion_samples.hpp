@@ -25,6 +25,12 @@ std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser);
 std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,
                                        const OdometryTravel& travel);
 
+/// The mean way [m] that the robot goes between the end of a motion and the nearest sample of
+/// odometry that is so late. Whether it went first and turned then, nobody knows.
+double mean_way_to_samples_m(const std::vector<LaserMotion>& motions,
+                             const OdometryTravel& travel,
+                             double late_s);
+
 /// Stretches of up to 20 motions, ten at least, in turn: four are fitted to, the fifth is held out.
 struct SplitMotions {
   std::vector<LaserMotion> seen;

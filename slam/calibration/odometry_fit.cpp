@@ -120,8 +120,8 @@ class Fitter {
  public:
   Fitter(const OdometryTravel& travel, const TurnCorrelation& turns, const Pose2& laser)
       : travel_(travel), turns_(turns), prior_(prior_of(laser)) {
-    // Half a reading of each of two samples has half of their noise. Where a motion holds few of
-    // them, the time that makes most of it would be found: turns tell it alone.
+    // Midway between two samples of odometry their mean has half of their noise. Where a motion
+    // holds few samples, the fit would move the time there, so that turns alone tell it.
     constexpr double kDenseS = 0.1;  // five in the shortest motion: the noise changes by a tenth
     if (travel.interval_s() > kDenseS) known_late_s_ = turns.is_late_found ? turns.late_s : 0.0;
   }

@@ -21,21 +21,6 @@ constexpr double kMatchedPlaceM = 1e-3, kMatchedTimeS = 3e-4;
 // between them the time came out 2.4 % of that off (rms).
 constexpr double kBetweenSamples = 0.025;
 
-// The way that a robot goes from a motion's end to the nearest sample of its odometry: whether it
-// went first and turned then, nobody knows.
-double way_to_samples_m(const std::vector<LaserMotion>& motions,
-                        const OdometryTravel& travel,
-                        double late_s) {
-  if (motions.empty()) return 0.0;
-  double sum_m = 0.0;
-  for (const LaserMotion& motion : motions) {
-    const double speed_m_per_s =
-        motion.moved.translation_m().norm() / (motion.end_s - motion.begin_s);
-    sum_m += speed_m_per_s * travel.to_sample_s(motion.end_s + late_s);
-  }
-  return sum_m / static_cast<double>(motions.size());
-}
-
 bool is_usable(const InputCheck& check) {
   return check.state == InputState::good || check.state == InputState::stalled;
 }
@@ -185,7 +170,8 @@ class Calibrator {
 
   double systematic_of(const OdometryFit& fit, ModelParameter parameter) const {
     if (parameter == kLaserX || parameter == kLaserY) {
-      return std::hypot(kMatchedPlaceM, way_to_samples_m(motions_, odometry_, fit.found.late_s));
+      return std::hypot(kMatchedPlaceM,
+                        mean_way_to_samples_m(motions_, odometry_, fit.found.late_s));
     }
     if (parameter != kLate) return 0.0;
     return std::hypot(kMatchedTimeS, kBetweenSamples * odometry_.interval_s());

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "common/files/ply.hpp"
+#include "common/mesh_samples.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "mapping3d/surface/mesh_distance.hpp"
 #include "tests/support/return_classes.hpp"
@@ -143,15 +144,6 @@ void print_stages(const std::vector<mapping3d::ScenePoints>& scenes,
   stages.print(all);
 }
 
-double area_m2(const TriangleMesh& mesh) {
-  double sum = 0.0;
-  const auto& v = mesh.vertices_m;
-  for (const auto& t : mesh.triangles) {
-    sum += 0.5 * static_cast<double>((v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm());
-  }
-  return sum;
-}
-
 void run(const std::filesystem::path& recording,
          const std::filesystem::path& pictures,
          const std::string& config) {
@@ -175,7 +167,7 @@ void run(const std::filesystem::path& recording,
   if (!pictures.empty()) files::write_ply(pictures / "model.ply", model);
   table.print();
   print_stages(mapper.placed(), distance, options.joined_surface.surface);
-  std::printf("surface: %.1f m2\n", area_m2(model));
+  std::printf("surface: %.1f m2\n", surface_area_m2(model));
   print_sheets(model);
 }
 

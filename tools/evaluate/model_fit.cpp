@@ -14,12 +14,8 @@ namespace {
 
 // At most `wanted` points, even over the surface.
 std::vector<Eigen::Vector3f> sample(const TriangleMesh& mesh, std::size_t wanted) {
-  double area_m2 = 0.0;
-  for (const auto& t : mesh.triangles) {
-    const auto& v = mesh.vertices_m;
-    area_m2 += 0.5 * static_cast<double>((v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).norm());
-  }
-  const auto each = static_cast<float>(std::max(1e-6, area_m2 / static_cast<double>(wanted)));
+  const auto each =
+      static_cast<float>(std::max(1e-6, surface_area_m2(mesh) / static_cast<double>(wanted)));
   std::vector<Eigen::Vector3f> all;
   // Triangles smaller than `each` give a point each: thinned by the area they carry.
   float carried = 0.0F;

@@ -125,8 +125,7 @@ TEST(FloorSearch, AWallThatIsFollowedIsNone) {
   EXPECT_NEAR(found->bearing_deg, 0.0, 4.0);
 }
 
-// Four headings, and a wall always 1.2 m to the right: simulated rings of corridors had such a
-// floor.
+// Four headings, and a wall always 1.2 m to the right: it was taken for the floor.
 TEST(FloorSearch, TheOuterWallOfARingOfCorridorsIsNone) {
   testing::FlatWorld ring;
   ring.add_box(0.0, 0.0, 30.0, 20.0);

@@ -128,7 +128,7 @@ TEST(SelfCalibration, FindsTimeWithinFiveMilliseconds) {
   }
 }
 
-// Half-way between two readings their noise is least, and the time must not go there.
+// The noise is least midway between two readings: the time must not go there.
 TEST(SelfCalibration, TurnsTellTheTimeOfSparseOdometry) {
   for (const double late_s : {0.0, 0.3, -0.2}) {
     const SelfCalibration result = self_calibrate(round_a_ring(1, late_s));

@@ -32,45 +32,38 @@ class Counted {
   int* count_;
 };
 
-/// Answers requests for files, and hands a WebSocket over. @tparam Stream  plain or TLS
-template <class Stream>
-class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream>> {
+/// Answers requests for files, and hands a WebSocket over.
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
-  HttpConnection(Stream stream, Shared& shared)
+  HttpConnection(ByteStream stream, Shared& shared)
       : stream_(std::move(stream)), shared_(shared), counted_(shared.connections) {}
 
   void start() {
-    if constexpr (is_tls()) {
-      beast::get_lowest_layer(stream_).expires_after(kHeaderWithin);
-      stream_.async_handshake(Stream::server, [self = this->shared_from_this()](error_code error) {
-        if (error) return self->end(error, "refused: a TLS handshake that failed");
-        self->read(kHeaderWithin);
-      });
-    } else {
-      read(kHeaderWithin);
-    }
+    stream_.tcp().expires_after(kHeaderWithin);
+    stream_.handshake([self = shared_from_this()](error_code error) {
+      if (error) return self->end("refused: a TLS handshake that failed");
+      self->read(kHeaderWithin);
+    });
   }
 
  private:
-  static constexpr bool is_tls() { return !std::is_same_v<Stream, beast::tcp_stream>; }
-
   void read(std::chrono::seconds within) {
     parser_.emplace();
     parser_->header_limit(kLargestHeader);
     parser_->body_limit(0);
-    beast::get_lowest_layer(stream_).expires_after(within);
+    stream_.tcp().expires_after(within);
     http::async_read(
         stream_, buffer_, *parser_,
-        [self = this->shared_from_this()](error_code error, std::size_t) { self->take(error); });
+        [self = shared_from_this()](error_code error, std::size_t) { self->take(error); });
   }
 
   void take(error_code error) {
-    if (error == http::error::end_of_stream) return end({}, "");
+    if (error == http::error::end_of_stream) return end("");
     if (error == beast::error::timeout) {
-      return end(
-          {}, buffer_.size() > 0 || answered_ == 0 ? "refused: a request that took too long" : "");
+      return end(buffer_.size() > 0 || answered_ == 0 ? "refused: a request that took too long"
+                                                      : "");
     }
-    if (error) return end(error, "refused: what is no request");
+    if (error) return end("refused: what is no request");
     const auto& request = parser_->get();
     const Access::Request asked{header(http::field::host), header(http::field::origin), ""};
     if (!shared_.access.is_our_host(asked.host)) {
@@ -105,7 +98,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
       shared_.drops.count("refused: more than 64 clients");
       return answer({503, "text/plain", "Too many clients.\n", {}});
     }
-    std::make_shared<WebSocketConnection<Stream>>(std::move(stream_), shared_, std::move(counted_))
+    std::make_shared<WebSocketConnection>(std::move(stream_), shared_, std::move(counted_))
         ->start(parser_->release(), *subprotocol, right == Access::Right::steer);
   }
 
@@ -146,9 +139,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
   void send(http::response<Body>&& response) {
     auto kept = std::make_shared<http::response<Body>>(std::move(response));
     kept->prepare_payload();
-    beast::get_lowest_layer(stream_).expires_after(kAnswerWithin);
-    const auto sent = [self = this->shared_from_this(), kept](error_code error, std::size_t) {
-      if (error || !kept->keep_alive()) return self->end(error, "");
+    stream_.tcp().expires_after(kAnswerWithin);
+    const auto sent = [self = shared_from_this(), kept](error_code error, std::size_t) {
+      if (error || !kept->keep_alive()) return self->end("");
       ++self->answered_;
       self->read(kIdle);
     };
@@ -159,10 +152,10 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
   }
 
   /// @param cause  counted; "" = nothing to count
-  void end(error_code /*error*/, const std::string& cause) {
+  void end(const std::string& cause) {
     if (!cause.empty()) shared_.drops.count(cause);
     error_code ignored;
-    auto& socket = beast::get_lowest_layer(stream_).socket();
+    auto& socket = stream_.tcp().socket();
     socket.shutdown(Tcp::socket::shutdown_both, ignored);
     socket.close(ignored);
   }
@@ -170,7 +163,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection<Stream
   static std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
   std::string_view header(http::field field) const { return view(parser_->get()[field]); }
 
-  Stream stream_;
+  ByteStream stream_;
   Shared& shared_;
   Counted counted_;
   beast::flat_buffer buffer_{kLargestHeader + 4096};

@@ -1,6 +1,5 @@
 #include "web/server.hpp"
 
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <stdexcept>
@@ -8,8 +7,6 @@
 #include "web/connection.hpp"
 
 namespace marco::web {
-
-using boost::system::error_code;
 
 struct Server::State {
   State(const Access& access, const Site& site, Hub& hub, process::DropCounter& drops)

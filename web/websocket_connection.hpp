@@ -15,21 +15,17 @@
 
 namespace marco::web {
 
-namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
-using boost::system::error_code;
-
 inline constexpr std::chrono::seconds kShakeHandsWithin{5}, kSilence{20}, kSendWithin{30};
 inline constexpr std::size_t kLargestFrame = 1 << 20;
 inline constexpr int kSendBuffer = 256 << 10;  // what lies there is old when it arrives
 
-/// A client of the hub. @tparam Stream  plain or TLS
-template <class Stream>
-class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnection<Stream>> {
+/// A client of the hub.
+class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnection> {
  public:
   template <class Count>
-  WebSocketConnection(Stream stream, Shared& shared, Count counted)
+  WebSocketConnection(ByteStream stream, Shared& shared, Count counted)
       : stream_(std::move(stream)),
         shared_(shared),
         counted_(std::make_shared<Count>(std::move(counted))),
@@ -40,7 +36,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
              bool may_steer) {
     request_ = std::move(request);
     may_steer_ = may_steer;
-    auto& tcp = beast::get_lowest_layer(stream_);
+    auto& tcp = stream_.next_layer().tcp();
     tcp.expires_never();
     error_code ignored;
     tcp.socket().set_option(Tcp::no_delay(true), ignored);
@@ -52,14 +48,14 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
           response.set(http::field::sec_websocket_protocol, subprotocol);
         }));
     stream_.read_message_max(kLargestFrame);
-    stream_.async_accept(request_, [self = this->shared_from_this()](error_code error) {
+    stream_.async_accept(request_, [self = shared_from_this()](error_code error) {
       if (!error) self->opened();
     });
   }
 
  private:
   void opened() {
-    const std::weak_ptr<WebSocketConnection> weak = this->weak_from_this();
+    const std::weak_ptr<WebSocketConnection> weak = weak_from_this();
     // Not at once: the hub is in the middle of telling its clients.
     const auto later = [weak, executor = stream_.get_executor()](auto act) {
       asio::post(executor, [weak, act = std::move(act)] {
@@ -78,7 +74,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
   }
 
   void read() {
-    stream_.async_read(in_, [self = this->shared_from_this()](error_code error, std::size_t) {
+    stream_.async_read(in_, [self = shared_from_this()](error_code error, std::size_t) {
       if (error == websocket::error::message_too_big ||
           error == websocket::error::buffer_overflow) {
         self->shared_.drops.count("refused: a message above 1 MB");
@@ -112,11 +108,11 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
     const std::array<asio::const_buffer, 2> parts = {asio::buffer(out_.head),
                                                      asio::buffer(*out_.body)};
     watch_.expires_after(kSendWithin);
-    watch_.async_wait([weak = this->weak_from_this()](error_code cancelled) {
+    watch_.async_wait([weak = weak_from_this()](error_code cancelled) {
       const auto self = weak.lock();
       if (!cancelled && self) self->give_up();
     });
-    stream_.async_write(parts, [self = this->shared_from_this()](error_code error, std::size_t) {
+    stream_.async_write(parts, [self = shared_from_this()](error_code error, std::size_t) {
       self->watch_.cancel();
       self->is_writing_ = false;
       if (error) return self->end();
@@ -136,7 +132,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
     if (is_writing_) return end();
     forget();
     stream_.async_close({websocket::close_code::policy_error, why.substr(0, 120)},
-                        [self = this->shared_from_this()](error_code) { self->end(); });
+                        [self = shared_from_this()](error_code) { self->end(); });
   }
 
   void forget() {
@@ -148,10 +144,10 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
     forget();
     watch_.cancel();
     error_code ignored;
-    beast::get_lowest_layer(stream_).socket().close(ignored);
+    stream_.next_layer().tcp().socket().close(ignored);
   }
 
-  websocket::stream<Stream> stream_;
+  websocket::stream<ByteStream> stream_;
   Shared& shared_;
   std::shared_ptr<void> counted_;
   asio::steady_timer watch_;

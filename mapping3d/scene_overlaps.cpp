@@ -16,9 +16,9 @@ constexpr double kCubeM = 1.0;
 // of an office have 3 to 6.
 constexpr std::size_t kPartners = 8;
 
-using Place = std::array<int, 4>;  // a cube, and which of six ways a surfel faces
+using CubeSide = std::array<int, 4>;  // a cube, and which of six ways a surfel faces
 
-Place place_of(const Surfel& surfel) {
+CubeSide side_of(const Surfel& surfel) {
   Eigen::Index axis = 0;
   surfel.normal.cwiseAbs().maxCoeff(&axis);
   const int facing = 2 * static_cast<int>(axis) + (surfel.normal[axis] > 0.0 ? 1 : 0);
@@ -34,9 +34,9 @@ struct Partner {
 
 std::vector<std::pair<std::size_t, std::size_t>> find_overlaps(
     const std::vector<const std::vector<Surfel>*>& sets, std::size_t min_shared) {
-  std::map<Place, std::map<std::size_t, std::size_t>> seen;  // surfels of each set
+  std::map<CubeSide, std::map<std::size_t, std::size_t>> seen;  // surfels of each set
   for (std::size_t set = 0; set < sets.size(); ++set) {
-    for (const Surfel& surfel : *sets[set]) ++seen[place_of(surfel)][set];
+    for (const Surfel& surfel : *sets[set]) ++seen[side_of(surfel)][set];
   }
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> shared;
   for (const auto& [place, counts] : seen) {

@@ -126,6 +126,16 @@ Schema load_schema(std::vector<Source> sources,
 /// The first 8 bytes of a message; nothing when it is shorter.
 std::optional<uint64_t> fingerprint_of(std::span<const uint8_t> message);
 
+/// Whether a message is of the type that lcm-gen made, or of another stack's with the same fields.
+template <class Message>
+bool is_a(std::optional<uint64_t> fingerprint) {
+  return fingerprint == static_cast<uint64_t>(Message::getHash());
+}
+template <class Message>
+bool is_a(std::span<const uint8_t> message) {
+  return is_a<Message>(fingerprint_of(message));
+}
+
 /// 16 hexadecimal digits.
 std::string fingerprint_text(uint64_t fingerprint);
 

@@ -29,7 +29,6 @@ constexpr int kBlocks = 20;
 constexpr double kScaleFloor = 3e-3, kOffsetFloorM = 0.01;
 // Of most lasers' ranges, by their makers. What refutes it is believed instead.
 constexpr double kOffsetPriorM = 0.01, kRefuted = 4.0;
-constexpr double kSure = 3.0;  // standard deviations
 
 using Matrix2 = Eigen::Matrix2d;
 using Columns2 = Eigen::Matrix2Xd;

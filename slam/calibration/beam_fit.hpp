@@ -7,6 +7,9 @@
 
 namespace marco::slam {
 
+/// A value is believed where it differs by this many standard deviations.
+inline constexpr double kSure = 3.0;
+
 /// A number, and its standard deviation.
 struct Estimate {
   double value = 0.0;

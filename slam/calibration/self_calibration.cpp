@@ -9,7 +9,6 @@
 namespace marco::slam {
 namespace {
 
-constexpr double kSure = 3.0;              // standard deviations
 constexpr double kClearCorrelation = 0.5;  // of turns, for a sign
 // Reading odometry at other moments than its own has its price.
 constexpr double kLeastLateS = 0.02;

@@ -20,12 +20,7 @@
 namespace marco::logs {
 namespace {
 
-// Types are known by their fingerprints: other stacks' types of the same fields are the same.
-template <class Message>
-bool is_a(std::span<const uint8_t> bytes) {
-  const auto fingerprint = lcm_schema::fingerprint_of(bytes);
-  return fingerprint && *fingerprint == static_cast<uint64_t>(Message::getHash());
-}
+using lcm_schema::is_a;
 
 template <class Message>
 std::optional<Message> decode_as(std::span<const uint8_t> bytes) {

@@ -10,11 +10,7 @@
 namespace marco::logs {
 namespace {
 
-template <class Message>
-bool is_a(std::span<const uint8_t> bytes) {
-  const auto fingerprint = lcm_schema::fingerprint_of(bytes);
-  return fingerprint && *fingerprint == static_cast<uint64_t>(Message::getHash());
-}
+using lcm_schema::is_a;
 
 // All of ours have their stamp behind the fingerprint, big-endian.
 int64_t first_field(std::span<const uint8_t> bytes) {

@@ -18,10 +18,7 @@ namespace {
 constexpr lcm_schema::JsonOptions kJson = {true};
 constexpr std::size_t kLargestKept = std::size_t{4} << 20;
 
-template <class Message>
-bool is_a(uint64_t fingerprint) {
-  return fingerprint == static_cast<uint64_t>(Message::getHash());
-}
+using lcm_schema::is_a;
 
 uint64_t hash_of(std::span<const uint8_t> bytes) {
   return std::hash<std::string_view>{}({reinterpret_cast<const char*>(bytes.data()), bytes.size()});

@@ -67,19 +67,17 @@ void RobotChannels::take(const process::RawMessage& message) {
 }
 
 bool RobotChannels::take_known(const process::RawMessage& raw, uint64_t fingerprint) {
-  const auto is = [fingerprint](int64_t hash) {
-    return fingerprint == static_cast<uint64_t>(hash);
-  };
+  using lcm_schema::is_a;
   const std::string channel(raw.channel);
-  if (is(bot_core::planar_lidar_t::getHash())) {
+  if (is_a<bot_core::planar_lidar_t>(fingerprint)) {
     take_scan(from_message(decoded<bot_core::planar_lidar_t>(raw), channel), raw.event_time);
-  } else if (is(lidar_raw_t::getHash())) {
+  } else if (is_a<lidar_raw_t>(fingerprint)) {
     take_scan(from_message(decoded<lidar_raw_t>(raw), channel), raw.event_time);
-  } else if (is(sensor_info_t::getHash())) {
+  } else if (is_a<sensor_info_t>(fingerprint)) {
     if (!note_sensor(infos_, from_message(decoded<sensor_info_t>(raw)))) {
       throw std::invalid_argument(kTooManySensors);
     }
-  } else if (is(slam_pose_t::getHash())) {
+  } else if (is_a<slam_pose_t>(fingerprint)) {
     const auto message = decoded<slam_pose_t>(raw);
     const Pose2 pose = finite_pose(message.x_m, message.y_m, message.theta_rad,
                                    "slam_pose_t: the pose is not finite or too far away");
@@ -87,21 +85,21 @@ bool RobotChannels::take_known(const process::RawMessage& raw, uint64_t fingerpr
     frame_.on_slam_pose(stamp_of(message.utime), is_lost ? std::nullopt : std::optional(pose),
                         raw.event_time);
     take_pose(stamp_of(message.utime), pose);
-  } else if (is(odometry_t::getHash())) {
+  } else if (is_a<odometry_t>(fingerprint)) {
     take_odometry(from_message(decoded<odometry_t>(raw)));
-  } else if (is(pantilt_state_t::getHash())) {
+  } else if (is_a<pantilt_state_t>(fingerprint)) {
     head_ = from_message(decoded<pantilt_state_t>(raw));
-  } else if (is(grid_map_t::getHash())) {
+  } else if (is_a<grid_map_t>(fingerprint)) {
     take_maps(grids_.add(channel, decoded<grid_map_t>(raw), raw.event_time));
-  } else if (is(trajectory_t::getHash())) {
+  } else if (is_a<trajectory_t>(fingerprint)) {
     take_lasting<trajectory_t>(path_, raw, foxglove::poses_in_frame);
-  } else if (is(line_map_t::getHash())) {
+  } else if (is_a<line_map_t>(fingerprint)) {
     take_lasting<line_map_t>(walls_, raw, foxglove::walls_scene);
-  } else if (is(loop_closures_t::getHash())) {
+  } else if (is_a<loop_closures_t>(fingerprint)) {
     take_lasting<loop_closures_t>(loops_, raw, foxglove::loops_scene);
-  } else if (is(mesh_t::getHash())) {
+  } else if (is_a<mesh_t>(fingerprint)) {
     take_model(raw);
-  } else if (is(bot_core::image_t::getHash())) {
+  } else if (is_a<bot_core::image_t>(fingerprint)) {
     take_image(raw);
   } else {
     return false;

@@ -10,11 +10,11 @@
 namespace marco::slam {
 namespace {
 
-// A hall whose long walls are seen at up to 80 degrees of incidence.
-testing::FlatWorld hall() {
-  testing::FlatWorld hall;
-  hall.add_box(-10, -1.5, 10, 2.0);
-  return hall;
+// A corridor whose long walls are seen at up to 80 degrees of incidence.
+testing::FlatWorld corridor() {
+  testing::FlatWorld corridor;
+  corridor.add_box(-10, -1.5, 10, 2.0);
+  return corridor;
 }
 
 TEST(RangeNoise, IsThatOfTheRangesWhateverTheirSizeAndIncidence) {
@@ -23,7 +23,7 @@ TEST(RangeNoise, IsThatOfTheRangesWhateverTheirSizeAndIncidence) {
     double sum = 0.0;
     for (int i = 0; i < 20; ++i) {
       const Pose2 pose{0.3 * i - 3.0, 0.1, 0.2 * i};
-      const auto found = range_sigma_of(hall().hits(pose, sigma_m, &random), {0, 0});
+      const auto found = range_sigma_of(corridor().hits(pose, sigma_m, &random), {0, 0});
       ASSERT_TRUE(found.has_value());
       sum += *found;
     }
@@ -32,7 +32,7 @@ TEST(RangeNoise, IsThatOfTheRangesWhateverTheirSizeAndIncidence) {
 }
 
 TEST(RangeNoise, OfExactRangesIsNone) {
-  const auto found = range_sigma_of(hall().hits({0.5, 0.2, 1.0}, 0.0, nullptr), {0, 0});
+  const auto found = range_sigma_of(corridor().hits({0.5, 0.2, 1.0}, 0.0, nullptr), {0, 0});
   ASSERT_TRUE(found.has_value());
   EXPECT_LT(*found, 1e-6);
 }
@@ -40,7 +40,7 @@ TEST(RangeNoise, OfExactRangesIsNone) {
 TEST(RangeNoise, DoesNotCountClutter) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> anywhere(0.5, 1.0);
-  Points2 points = hall().hits({}, 0.01, &random);
+  Points2 points = corridor().hits({}, 0.01, &random);
   for (Eigen::Index i = 0; i < points.cols(); i += 8) points.col(i) *= anywhere(random);
   const auto found = range_sigma_of(points, {0, 0});
   ASSERT_TRUE(found.has_value());
@@ -55,10 +55,10 @@ TEST(RangeNoise, IsNotKnownOfAFewPoints) {
 TEST(RangeNoise, FollowsAChangeAndNotASingleScan) {
   std::mt19937 random(7);
   RangeNoise noise;
-  for (int i = 0; i < 31; ++i) noise.add(hall().hits({}, 0.01, &random), {0, 0});
-  for (int i = 0; i < 5; ++i) noise.add(hall().hits({}, 0.05, &random), {0, 0});
+  for (int i = 0; i < 31; ++i) noise.add(corridor().hits({}, 0.01, &random), {0, 0});
+  for (int i = 0; i < 5; ++i) noise.add(corridor().hits({}, 0.05, &random), {0, 0});
   EXPECT_NEAR(noise.sigma_m(), 0.01, 0.002);
-  for (int i = 0; i < 20; ++i) noise.add(hall().hits({}, 0.05, &random), {0, 0});
+  for (int i = 0; i < 20; ++i) noise.add(corridor().hits({}, 0.05, &random), {0, 0});
   EXPECT_NEAR(noise.sigma_m(), 0.05, 0.01);
 }
 

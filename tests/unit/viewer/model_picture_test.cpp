@@ -12,7 +12,7 @@ namespace {
 
 using testing::room_scene;
 
-constexpr PictureSize kSize{320, 180};
+constexpr PictureSize kPictureSize{320, 180};
 
 TEST(ModelSurvey, FindsFloorCeilingAndTheSideOneSees) {
   const ModelSurvey survey = survey_model(room_scene(0.1F, 0.005F));
@@ -50,20 +50,21 @@ TEST(PlanView, FromAboveOneLooksIntoTheRoom) {
   const Scene scene = room_scene();
   Renderer renderer;
   renderer.load(scene);
-  const ViewPlan plan = plan_view(scene, View::above, {}, Projection::perspective, kSize);
+  const ViewPlan plan = plan_view(scene, View::above, {}, Projection::perspective, kPictureSize);
   EXPECT_LT(plan.look.cut_height_m, 2.5);
   EXPECT_GT(plan.look.cut_height_m, 1.25);
   EXPECT_EQ(plan.look.back_faces, BackFaces::faint);
   Look solid = plan.look;
   solid.back_faces = BackFaces::hide;
-  const std::vector<float> depths = renderer.draw_depth_m(plan.camera, solid, kSize);
+  const std::vector<float> depths = renderer.draw_depth_m(plan.camera, solid, kPictureSize);
   // The table's top and the floor beside it are in sight: their depths are those of the points.
   for (const Eigen::Vector3d& point :
        {Eigen::Vector3d(2.7, 1.8, 0.75), Eigen::Vector3d(1.0, 1.0, 0.0),
         Eigen::Vector3d(4.5, 3.0, 0.0)}) {
-    const Eigen::Vector3d px = project(plan.camera, point, kSize.width_px, kSize.height_px);
-    const float depth = depths[static_cast<std::size_t>(static_cast<int>(px.y()) * kSize.width_px +
-                                                        static_cast<int>(px.x()))];
+    const Eigen::Vector3d px =
+        project(plan.camera, point, kPictureSize.width_px, kPictureSize.height_px);
+    const float depth = depths[static_cast<std::size_t>(
+        static_cast<int>(px.y()) * kPictureSize.width_px + static_cast<int>(px.x()))];
     // A pixel is some 3 cm wide.
     EXPECT_NEAR(depth, px.z(), 0.08);
   }
@@ -71,11 +72,11 @@ TEST(PlanView, FromAboveOneLooksIntoTheRoom) {
 
 TEST(PlanView, EyeStandsInTheRoomAtEyeHeightOrOnThePath) {
   Scene scene = room_scene();
-  const ViewPlan plan = plan_view(scene, View::eye, {}, Projection::perspective, kSize);
+  const ViewPlan plan = plan_view(scene, View::eye, {}, Projection::perspective, kPictureSize);
   EXPECT_NEAR(plan.camera.eye_m.x(), 3.0, 0.1);
   EXPECT_NEAR(plan.camera.eye_m.z(), 1.25, 0.06);
   scene.paths.push_back({{{Utime::from_us(0), {1.0, 3.0, 0.0}}}, {}, ""});
-  const ViewPlan on_path = plan_view(scene, View::eye, {}, Projection::perspective, kSize);
+  const ViewPlan on_path = plan_view(scene, View::eye, {}, Projection::perspective, kPictureSize);
   EXPECT_NEAR(on_path.camera.eye_m.y(), 3.0, 1e-9);
 }
 

@@ -151,11 +151,11 @@ TEST_F(ArduinoSketch, RedButtonAndBumpers) {
 }
 
 /// The driver with the sketch as its board.
-struct Parts {
+struct SketchParts {
   Sketch sketch;
   TextBase driver{small_robot()};
 };
-struct SketchRobot : Parts, testing::DrivenBase<TextBase> {
+struct SketchRobot : SketchParts, testing::DrivenBase<TextBase> {
   SketchRobot() : DrivenBase(driver, sketch, kBaud) {}
 };
 

@@ -25,14 +25,15 @@ class CMakeBuild(build_ext):
     def build_extension(self, ext):
         out = os.path.dirname(os.path.abspath(self.get_ext_fullpath(ext.name)))
         build = os.path.abspath(self.build_temp)
-        options = [f"-DPython3_EXECUTABLE={sys.executable}", "-DCMAKE_BUILD_TYPE=Release", *shlex.split(os.environ.get("CMAKE_ARGS", ""))]
+        options = [f"-DPython3_EXECUTABLE={sys.executable}", "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_UNITY_BUILD=ON",
+                   *shlex.split(os.environ.get("CMAKE_ARGS", ""))]
         alone = subprocess.run(["cmake", "-S", HERE, "-B", build + "/alone", f"-DMARCO_PYTHON_OUT={out}", *options])
         if alone.returncode == 0:
             build += "/alone"
         else:
             print("no installed Marco: the clone is built", file=sys.stderr)
             subprocess.run(["cmake", "-S", ROOT, "-B", build, "-DMARCO_PYTHON=ON", f"-DMARCO_PYTHON_OUT={out}", "-DMARCO_TESTS=OFF",
-                            "-DCMAKE_UNITY_BUILD=ON", *options], check=True)
+                            *options], check=True)
         subprocess.run(["cmake", "--build", build, "--target", "marco_python", "-j", str(os.cpu_count())], check=True)
 
 

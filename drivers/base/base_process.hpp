@@ -26,21 +26,38 @@ struct BaseProcess {
 /// @returns the exit code. @throws as DriverLoop::run.
 int run_base_until_stopped(const process::CommonArguments& arguments, BaseProcess base);
 
-/// The body of a base's main. `Options` has `device`, `guard()` and `visit`.
-template <class Options>
+/// The config of a base's process.
+template <class Base>
+struct BaseOptions {
+  std::string device = Base::kDevice;  ///< a path or tcp:HOST:PORT
+  typename Base::Options base;
+
+  template <class Visitor>
+  void visit(Visitor& v) {
+    v("device", device);
+    v("base", base);
+  }
+};
+
+/// The body of a base's main. `Base` is a BaseDriver that is made of its `Options`; kDevice and
+/// kLineSpeed are where it is reached, 8 bits without parity.
+template <class Base>
 int base_main(int argc,
               const char* const* argv,
               const std::string& name,
-              const std::string& description,
-              BaseProcess (*process_of)(const Options&)) {
+              const std::string& description) {
+  using Options = BaseOptions<Base>;
   return driver_main<Options>(
       argc, argv,
       {name, description,
-       [process_of](const process::CommonArguments& arguments, const Options& options) {
-         return run_base_until_stopped(arguments, process_of(options));
+       [&name](const process::CommonArguments& arguments, const Options& options) {
+         return run_base_until_stopped(arguments, {name,
+                                                   options.device,
+                                                   {Base::kLineSpeed, Parity::none},
+                                                   std::make_unique<Base>(options.base)});
        },
        DriverSwitch<Options>{"--no-guard", "drive into obstacles if told to",
-                             [](Options& options) { options.guard().enabled = false; }}});
+                             [](Options& options) { options.base.guard.enabled = false; }}});
 }
 
 }  // namespace marco::drivers

@@ -20,27 +20,21 @@ Bytes write_request(Register which, uint8_t value) {
   return {kRequest, kWrite, static_cast<uint8_t>(which), 1, value};
 }
 
-void RequestParser::push(std::span<const uint8_t> bytes) {
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 std::optional<Request> RequestParser::next() {
-  const auto drop = [this](std::size_t count) {
-    buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(count));
-  };
-  while (!buffer_.empty()) {
-    if (buffer_[0] != kRequest || (buffer_.size() > 1 && buffer_[1] > kRead) ||
-        (buffer_.size() >= kHead && (buffer_[3] == 0 || buffer_[3] > kMostBytes))) {
-      drop(1);
+  while (!unread_.empty()) {
+    const std::span<const uint8_t> rest = unread_.rest();
+    if (rest[0] != kRequest || (rest.size() > 1 && rest[1] > kRead) ||
+        (rest.size() >= kHead && (rest[3] == 0 || rest[3] > kMostBytes))) {
+      unread_.skip();
       continue;
     }
-    if (buffer_.size() < kHead) return std::nullopt;
-    Request request{buffer_[1] == kWrite, buffer_[2], buffer_[3], {}};
+    if (rest.size() < kHead) return std::nullopt;
+    Request request{rest[1] == kWrite, rest[2], rest[3], {}};
     const std::size_t size = kHead + (request.write ? request.count : 0);
-    if (buffer_.size() < size) return std::nullopt;
-    request.data.assign(buffer_.begin() + kHead,
-                        buffer_.begin() + static_cast<std::ptrdiff_t>(size));
-    drop(size);
+    if (rest.size() < size) return std::nullopt;
+    const auto data = rest.subspan(kHead, size - kHead);
+    request.data.assign(data.begin(), data.end());
+    unread_.take(size);
     return request;
   }
   return std::nullopt;
@@ -55,34 +49,30 @@ Bytes data_reply(std::span<const uint8_t> data) {
 Bytes status_reply(uint8_t code) { return {kStatus, code}; }
 
 void ReplyParser::expect(std::size_t count) {
-  buffer_.clear();
+  unread_.clear();
   count_ = count;
 }
 
-void ReplyParser::push(std::span<const uint8_t> bytes) {
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 std::optional<Reply> ReplyParser::next() {
-  while (!buffer_.empty()) {
-    const bool status = buffer_[0] == kStatus;
-    const bool data = count_ > 0 && buffer_[0] == kData;
-    const bool begins = (status && (buffer_.size() < 2 || buffer_[1] <= 0x0A)) ||
-                        (data && (buffer_.size() < 2 || buffer_[1] == count_));
+  while (!unread_.empty()) {
+    const std::span<const uint8_t> rest = unread_.rest();
+    const bool status = rest[0] == kStatus;
+    const bool data = count_ > 0 && rest[0] == kData;
+    const bool begins = (status && (rest.size() < 2 || rest[1] <= 0x0A)) ||
+                        (data && (rest.size() < 2 || rest[1] == count_));
     if (!begins) {
-      buffer_.erase(buffer_.begin());
-      ++garbage_bytes_;
+      unread_.skip();
       continue;
     }
     const std::size_t size = status ? 2 : 2 + count_;
-    if (buffer_.size() < size) return std::nullopt;
+    if (rest.size() < size) return std::nullopt;
     Reply reply;
     if (status) {
-      reply.status = buffer_[1];
+      reply.status = rest[1];
     } else {
-      reply.data.assign(buffer_.begin() + 2, buffer_.begin() + static_cast<std::ptrdiff_t>(size));
+      reply.data.assign(rest.begin() + 2, rest.begin() + static_cast<std::ptrdiff_t>(size));
     }
-    buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(size));
+    unread_.take(size);
     return reply;
   }
   return std::nullopt;

@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/transport/unread_bytes.hpp"
+
 /// Bosch BNO055 by UART, 115200 baud: the host reads and writes registers, no checksum.
 ///
 ///     AA | 00 | register | n | data   ->  EE | 01
@@ -50,12 +52,12 @@ struct Request {
 /// Takes a host's requests apart, for the emulator.
 class RequestParser {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Request> next();
-  void clear() { buffer_.clear(); }
+  void clear() { unread_.clear(); }
 
  private:
-  Bytes buffer_;
+  UnreadBytes unread_;
 };
 
 Bytes data_reply(std::span<const uint8_t> data);
@@ -75,14 +77,13 @@ class ReplyParser {
   /// A request has been sent: what came before is forgotten. @param count  bytes to read; 0 = it
   /// writes
   void expect(std::size_t count);
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Reply> next();
-  int64_t garbage_bytes() const { return garbage_bytes_; }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
 
  private:
-  Bytes buffer_;
+  UnreadBytes unread_;
   std::size_t count_ = 0;
-  int64_t garbage_bytes_ = 0;
 };
 
 }  // namespace marco::drivers::bno055

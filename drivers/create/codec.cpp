@@ -186,47 +186,32 @@ std::optional<Sensors> decode_frame(std::span<const uint8_t> frame) {
   return whole ? std::optional(sensors) : std::nullopt;
 }
 
-void FrameParser::push(std::span<const uint8_t> bytes) {
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(head_));
-  head_ = 0;
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
-void FrameParser::clear() {
-  buffer_.clear();
-  head_ = 0;
-}
-
 std::optional<FrameParser::Received> FrameParser::next() {
-  while (head_ < buffer_.size()) {
-    const std::span<const uint8_t> rest = std::span<const uint8_t>(buffer_).subspan(head_);
+  while (!unread_.empty()) {
+    const std::span<const uint8_t> rest = unread_.rest();
     if (rest[0] == kStreamHeader) {
       if (rest.size() < 2) return std::nullopt;
       const std::size_t size = 3U + rest[1];
       if (rest[1] <= kMostPayload && rest.size() < size) return std::nullopt;
       const auto sensors = rest[1] <= kMostPayload ? decode_frame(rest.first(size)) : std::nullopt;
       if (sensors) {
-        head_ += size;
-        return Received{*sensors, buffer_.size() - head_};
+        unread_.take(size);
+        return Received{*sensors, unread_.size()};
       }
     }
-    ++head_;
-    ++garbage_bytes_;
+    unread_.skip();
   }
   return std::nullopt;
 }
 
-void RequestParser::push(std::span<const uint8_t> bytes) {
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 std::optional<Request> RequestParser::next() {
-  if (buffer_.empty()) return std::nullopt;
-  const auto size = data_size(buffer_);
-  if (!size || buffer_.size() < 1 + *size) return std::nullopt;
-  const auto end = buffer_.begin() + 1 + static_cast<std::ptrdiff_t>(*size);
-  Request request{static_cast<Opcode>(buffer_[0]), Bytes(buffer_.begin() + 1, end)};
-  buffer_.erase(buffer_.begin(), end);
+  if (unread_.empty()) return std::nullopt;
+  const std::span<const uint8_t> rest = unread_.rest();
+  const auto size = data_size(rest);
+  if (!size || rest.size() < 1 + *size) return std::nullopt;
+  const auto data = rest.subspan(1, *size);
+  Request request{static_cast<Opcode>(rest[0]), Bytes(data.begin(), data.end())};
+  unread_.take(1 + *size);
   return request;
 }
 

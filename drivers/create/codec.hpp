@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/transport/unread_bytes.hpp"
+
 /// iRobot's Open Interface: Create 2, Roomba 500 and 600. Requests are an opcode and its data;
 /// numbers are big endian. Asked to stream, the robot sends every 15 ms
 ///
@@ -83,15 +85,13 @@ class FrameParser {
     Sensors sensors;
     std::size_t bytes_after = 0;  ///< pushed already, behind it
   };
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Received> next();
-  void clear();
-  int64_t garbage_bytes() const { return garbage_bytes_; }
+  void clear() { unread_.clear(); }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
 
  private:
-  Bytes buffer_;
-  std::size_t head_ = 0;
-  int64_t garbage_bytes_ = 0;
+  UnreadBytes unread_;
 };
 
 /// A host's request, for the emulator.
@@ -101,12 +101,12 @@ struct Request {
 };
 class RequestParser {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Request> next();
-  void clear() { buffer_.clear(); }
+  void clear() { unread_.clear(); }
 
  private:
-  Bytes buffer_;
+  UnreadBytes unread_;
 };
 
 }  // namespace marco::drivers::create

@@ -37,6 +37,10 @@ struct CreateOptions {
 /// killed or the cable falls out while it drives, it drives on until something stops it.
 class CreateBase : public BaseDriver {
  public:
+  using Options = CreateOptions;
+  static constexpr const char* kDevice = "/dev/ttyUSB0";
+  static constexpr int kLineSpeed = kBaud;
+
   explicit CreateBase(const CreateOptions& options);
 
   void on_connection(bool connected, Utime now) override;

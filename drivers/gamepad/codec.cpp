@@ -25,27 +25,23 @@ std::vector<uint8_t> encode_event(const Event& event) {
   return bytes;
 }
 
-void RecordReader::push(std::span<const uint8_t> bytes) {
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 std::optional<Event> RecordReader::next() {
-  while (buffer_.size() >= 8) {
-    const uint8_t type = buffer_[6] & 0x7F;
-    const int value = static_cast<int16_t>(buffer_[4] | buffer_[5] << 8);
+  while (unread_.size() >= 8) {
+    const std::span<const uint8_t> rest = unread_.rest();
+    const uint8_t type = rest[6] & 0x7F;
+    const int value = static_cast<int16_t>(rest[4] | rest[5] << 8);
     const bool sound = (type == 1 && (value == 0 || value == 1)) || type == 2;
-    if (!sound || buffer_[7] > kMostNumber) {
-      buffer_.erase(buffer_.begin());
-      ++garbage_bytes_;
+    if (!sound || rest[7] > kMostNumber) {
+      unread_.skip();
       continue;
     }
     Event event;
-    for (std::size_t i = 0; i < 4; ++i) event.time_ms |= uint32_t{buffer_[i]} << (8 * i);
+    for (std::size_t i = 0; i < 4; ++i) event.time_ms |= uint32_t{rest[i]} << (8 * i);
     event.value = static_cast<int16_t>(value);
     event.kind = static_cast<Event::Kind>(type);
-    event.initial = (buffer_[6] & kInitial) != 0;
-    event.number = buffer_[7];
-    buffer_.erase(buffer_.begin(), buffer_.begin() + 8);
+    event.initial = (rest[6] & kInitial) != 0;
+    event.number = rest[7];
+    unread_.take(8);
     return event;
   }
   return std::nullopt;

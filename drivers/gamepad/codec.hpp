@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/robot_values.hpp"
+#include "drivers/transport/unread_bytes.hpp"
 
 /// Records of the Linux joystick interface (/dev/input/jsN), eight bytes each:
 /// time u32 [ms] | value s16 | type u8 (1 button, 2 axis, + 80 when told at opening) | number u8.
@@ -27,14 +28,13 @@ std::vector<uint8_t> encode_event(const Event& event);
 /// over one by one and counted, so that a lost byte costs some records, not all that follow.
 class RecordReader {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Event> next();
-  void clear() { buffer_.clear(); }
-  int64_t garbage_bytes() const { return garbage_bytes_; }
+  void clear() { unread_.clear(); }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
 
  private:
-  std::vector<uint8_t> buffer_;
-  int64_t garbage_bytes_ = 0;
+  UnreadBytes unread_;
 };
 
 /// A gamepad as its events leave it. Axes and buttons not yet heard of are at rest.

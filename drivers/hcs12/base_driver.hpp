@@ -12,6 +12,10 @@ namespace marco::drivers::hcs12 {
 /// The motion is RunControl's.
 class Hcs12Base : public BaseDriver {
  public:
+  using Options = Hcs12BaseOptions;
+  static constexpr const char* kDevice = "/dev/ttyUSB1";
+  static constexpr int kLineSpeed = kBaud;
+
   explicit Hcs12Base(const Hcs12BaseOptions& options);
   Hcs12Base(const Hcs12Base&) = delete;
   Hcs12Base& operator=(const Hcs12Base&) = delete;

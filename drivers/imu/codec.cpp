@@ -26,31 +26,24 @@ Bytes encode_frame(const Frame& frame) {
   return bytes;
 }
 
-void FrameParser::push(std::span<const uint8_t> bytes) {
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 std::optional<Frame> FrameParser::next() {
-  std::size_t at = 0;
-  std::optional<Frame> found;
-  while (at + kFrameBytes <= buffer_.size() && !found) {
-    const std::span<const uint8_t> bytes(buffer_.data() + at, kFrameBytes);
+  while (unread_.size() >= kFrameBytes) {
+    const std::span<const uint8_t> bytes = unread_.rest().first(kFrameBytes);
     const bool sound = bytes[0] == kHead && bytes[1] >= kFirstKind && bytes[1] <= kLastKind &&
                        sum_of(bytes.first(kFrameBytes - 1)) == bytes[kFrameBytes - 1];
     if (!sound) {
-      ++at;
-      ++garbage_bytes_;
+      unread_.skip();
       continue;
     }
-    found.emplace();
-    found->kind = bytes[1];
+    Frame found;
+    found.kind = bytes[1];
     for (std::size_t i = 0; i < 4; ++i) {
-      found->values[i] = static_cast<int16_t>(bytes[2 + 2 * i] | bytes[3 + 2 * i] << 8);
+      found.values[i] = static_cast<int16_t>(bytes[2 + 2 * i] | bytes[3 + 2 * i] << 8);
     }
-    at += kFrameBytes;
+    unread_.take(kFrameBytes);
+    return found;
   }
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(at));
-  return found;
+  return std::nullopt;
 }
 
 Bytes unlock_request() { return {0xFF, 0xAA, 0x69, 0x88, 0xB5}; }

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/transport/unread_bytes.hpp"
+
 /// Frames of WitMotion's serial sensors (WT61, WT901, JY901 and their like), which many own:
 ///
 ///     55 | kind | 4 x s16 little endian | sum        sum = low byte of all before it
@@ -29,15 +31,14 @@ Bytes encode_frame(const Frame& frame);
 /// Cuts a stream into frames; never delivers one whose sum does not fit.
 class FrameParser {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Frame> next();
-  void clear() { buffer_.clear(); }
-  int64_t garbage_bytes() const { return garbage_bytes_; }
-  std::size_t waiting() const { return buffer_.size(); }
+  void clear() { unread_.clear(); }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
+  std::size_t waiting() const { return unread_.size(); }
 
  private:
-  Bytes buffer_;
-  int64_t garbage_bytes_ = 0;
+  UnreadBytes unread_;
 };
 
 inline constexpr double kGravity = 9.80665;  ///< [m/s^2] of the sensor's g

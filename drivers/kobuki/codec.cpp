@@ -201,20 +201,9 @@ std::optional<Order> decode_order(std::span<const uint8_t> payload) {
   return whole ? std::optional(order) : std::nullopt;
 }
 
-void FrameParser::push(std::span<const uint8_t> bytes) {
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(head_));
-  head_ = 0;
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
-void FrameParser::clear() {
-  buffer_.clear();
-  head_ = 0;
-}
-
 std::optional<FrameParser::Received> FrameParser::next() {
-  while (head_ < buffer_.size()) {
-    const std::span<const uint8_t> rest = std::span<const uint8_t>(buffer_).subspan(head_);
+  while (!unread_.empty()) {
+    const std::span<const uint8_t> rest = unread_.rest();
     const bool may_begin = rest[0] == kHead[0] && (rest.size() < 2 || rest[1] == kHead[1]) &&
                            (rest.size() < 3 || rest[2] > 0);
     if (may_begin) {
@@ -222,12 +211,11 @@ std::optional<FrameParser::Received> FrameParser::next() {
       const std::size_t size = kAround + rest[2];
       if (xor_of(rest.subspan(2, size - 2)) == 0) {
         const auto payload = rest.subspan(3, rest[2]);
-        head_ += size;
-        return Received{{payload.begin(), payload.end()}, buffer_.size() - head_};
+        unread_.take(size);
+        return Received{{payload.begin(), payload.end()}, unread_.size()};
       }
     }
-    ++head_;
-    ++garbage_bytes_;
+    unread_.skip();
   }
   return std::nullopt;
 }

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/transport/unread_bytes.hpp"
+
 /// Yujin Robot's Kobuki, the base of the TurtleBot 2. Both sides send frames of parts
 ///
 ///     AA 55 | n | id size data, id size data ... | xor        xor of all from n on is 0
@@ -76,15 +78,13 @@ class FrameParser {
     Bytes payload;
     std::size_t bytes_after = 0;  ///< pushed already, behind the frame
   };
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Received> next();
-  void clear();
-  int64_t garbage_bytes() const { return garbage_bytes_; }
+  void clear() { unread_.clear(); }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
 
  private:
-  Bytes buffer_;
-  std::size_t head_ = 0;
-  int64_t garbage_bytes_ = 0;
+  UnreadBytes unread_;
 };
 
 }  // namespace marco::drivers::kobuki

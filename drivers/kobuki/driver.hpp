@@ -33,6 +33,10 @@ struct KobukiOptions {
 /// falls out while it drives, it may drive on.
 class KobukiBase : public BaseDriver {
  public:
+  using Options = KobukiOptions;
+  static constexpr const char* kDevice = "/dev/ttyUSB0";
+  static constexpr int kLineSpeed = kBaud;
+
   explicit KobukiBase(const KobukiOptions& options);
 
   void on_connection(bool connected, Utime now) override;

@@ -74,32 +74,24 @@ double sample_angle_deg(const Packet& packet, int i) {
   return angle_deg >= 360.0 ? angle_deg - 360.0 : angle_deg;
 }
 
-void PacketParser::push(std::span<const uint8_t> bytes) {
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(head_));
-  head_ = 0;
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 void PacketParser::clear() {
-  buffer_.clear();
-  head_ = 0;
+  unread_.clear();
   continuous_ = false;
 }
 
 std::optional<Received> PacketParser::next() {
-  while (head_ < buffer_.size()) {
-    const std::span<const uint8_t> rest = std::span<const uint8_t>(buffer_).subspan(head_);
+  while (!unread_.empty()) {
+    const std::span<const uint8_t> rest = unread_.rest();
     const bool begins = begins_packet(rest);
     if (begins && rest.size() < kPacketSize) return std::nullopt;
     if (begins) {
       if (const auto packet = decode_packet(rest.first<kPacketSize>())) {
-        head_ += kPacketSize;
+        unread_.take(kPacketSize);
         return Received{*packet, std::exchange(continuous_, true), rest.size() - kPacketSize};
       }
       ++bad_checksums_;
     }
-    ++head_;
-    ++garbage_bytes_;
+    unread_.skip();
     continuous_ = false;
   }
   return std::nullopt;

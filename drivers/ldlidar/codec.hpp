@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/transport/unread_bytes.hpp"
+
 /// LDROBOT LD06, LD19 and STL27L: they only talk. Each packet holds twelve samples. From the
 /// maker's LD06 manual and ldlidar_stl_ros2; no device was at hand. Not said by either: that the
 /// stamp is the last sample's, and that the STL27L turns as the others do.
@@ -51,18 +53,16 @@ struct Received {
 /// Finds packets however they are split, and again after damage.
 class PacketParser {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Received> next();
   void clear();
 
-  int64_t garbage_bytes() const { return garbage_bytes_; }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
-  Bytes buffer_;
-  std::size_t head_ = 0;
+  UnreadBytes unread_;
   bool continuous_ = true;
-  int64_t garbage_bytes_ = 0;
   int64_t bad_checksums_ = 0;
 };
 

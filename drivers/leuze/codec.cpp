@@ -117,23 +117,18 @@ std::optional<Telegram> decode_body(std::span<const uint8_t> body) {
   return telegram;
 }
 
-void TelegramParser::push(std::span<const uint8_t> bytes) {
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(head_));
-  head_ = 0;
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 void TelegramParser::clear() {
-  buffer_.clear();
-  head_ = 0;
+  unread_.clear();
   body_.clear();
   inside_ = false;
   zeros_ = 0;
 }
 
 std::optional<Telegram> TelegramParser::next() {
-  while (head_ < buffer_.size()) {
-    if (auto telegram = take(buffer_[head_++])) return telegram;
+  while (!unread_.empty()) {
+    const uint8_t byte = unread_.rest().front();
+    unread_.take(1);
+    if (auto telegram = take(byte)) return telegram;
   }
   return std::nullopt;
 }

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/transport/unread_bytes.hpp"
+
 /// Leuze Rotoscan RS4: its native telegram (serial, TCP), and the socket service that thesis A put
 /// in front of it.
 ///
@@ -47,9 +49,9 @@ std::optional<Telegram> decode_body(std::span<const uint8_t> body);
 /// Parses a stream into telegrams, however it is split. Drops and counts wrong checksums.
 class TelegramParser {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Telegram> next();
-  std::size_t bytes_after() const { return buffer_.size() - head_; }
+  std::size_t bytes_after() const { return unread_.size(); }
   void clear();
 
   int64_t garbage_bytes() const { return garbage_bytes_; }
@@ -59,14 +61,13 @@ class TelegramParser {
   std::optional<Telegram> finish();
   std::optional<Telegram> take(uint8_t byte);
 
-  Bytes buffer_;
-  std::size_t head_ = 0;
+  UnreadBytes unread_;
   bool inside_ = false;
   int zeros_ = 0;  ///< in a row
   Bytes body_;
   int stuffed_ = 0;
-  int64_t garbage_bytes_ = 0;
   int64_t bad_checksums_ = 0;
+  int64_t garbage_bytes_ = 0;
 };
 
 // ---- thesis A's service: a connection a scan ----------------------------------------------------

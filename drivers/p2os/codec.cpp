@@ -61,27 +61,13 @@ Bytes encode_packet(std::span<const uint8_t> payload) {
   return packet;
 }
 
-void PacketParser::push(std::span<const uint8_t> bytes) {
-  if (head_ > 4096) {
-    buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(head_));
-    head_ = 0;
-  }
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
-void PacketParser::clear() {
-  buffer_.clear();
-  head_ = 0;
-}
-
 std::optional<Bytes> PacketParser::next() {
-  while (head_ < buffer_.size()) {
-    const std::span<const uint8_t> rest(buffer_.data() + head_, buffer_.size() - head_);
+  while (!unread_.empty()) {
+    const std::span<const uint8_t> rest = unread_.rest();
     const bool begins = rest[0] == kHead1 && (rest.size() < 2 || rest[1] == kHead2) &&
                         (rest.size() < 3 || (rest[2] >= 3 && rest[2] <= kMaxPayload + 2));
     if (!begins) {
-      ++head_;
-      ++garbage_bytes_;
+      unread_.skip();
       continue;
     }
     if (rest.size() < 3 || rest.size() < std::size_t{3} + rest[2]) return std::nullopt;
@@ -90,15 +76,13 @@ std::optional<Bytes> PacketParser::next() {
     const unsigned sum = static_cast<unsigned>(rest[3 + length] << 8 | rest[4 + length]);
     if (sum != checksum(payload)) {
       ++bad_checksums_;
-      ++head_;
-      ++garbage_bytes_;
+      unread_.skip();
       continue;
     }
     Bytes found(payload.begin(), payload.end());
-    head_ += 5 + length;
+    unread_.take(5 + length);
     return found;
   }
-  clear();
   return std::nullopt;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/pose2.hpp"
+#include "drivers/transport/unread_bytes.hpp"
 
 /// Packets of ActivMedia's Pioneer robots (P2OS, ARCOS):
 ///
@@ -31,17 +32,15 @@ Bytes encode_packet(std::span<const uint8_t> payload);
 /// fit.
 class PacketParser {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   /// The next payload within what was pushed.
   std::optional<Bytes> next();
-  void clear();
-  int64_t garbage_bytes() const { return garbage_bytes_; }
+  void clear() { unread_.clear(); }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
-  Bytes buffer_;
-  std::size_t head_ = 0;
-  int64_t garbage_bytes_ = 0;
+  UnreadBytes unread_;
   int64_t bad_checksums_ = 0;
 };
 

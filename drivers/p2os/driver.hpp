@@ -37,6 +37,10 @@ struct P2osOptions {
 /// s unless its owner set it otherwise) stops it only when this process or the line dies.
 class P2osBase : public BaseDriver {
  public:
+  using Options = P2osOptions;
+  static constexpr const char* kDevice = "/dev/ttyS0";
+  static constexpr int kLineSpeed = kBaud;
+
   explicit P2osBase(const P2osOptions& options);
 
   void on_connection(bool connected, Utime now) override;

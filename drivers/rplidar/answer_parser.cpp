@@ -37,27 +37,19 @@ std::size_t capsule_size(uint8_t kind) {
   return kind == kUltraCapsules ? kUltraCapsuleSize : kCapsuleSize;
 }
 
-void AnswerParser::push(std::span<const uint8_t> bytes) {
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(head_));
-  head_ = 0;
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 void AnswerParser::expect_descriptor() {
   in_answer_ = streaming_ = false;
   continuous_ = true;
-  buffer_.clear();
-  head_ = 0;
+  unread_.clear();
 }
 
 void AnswerParser::skip(std::size_t count) {
-  head_ += count;
-  garbage_bytes_ += static_cast<int64_t>(count);
+  unread_.skip(count);
   continuous_ = false;
 }
 
 bool AnswerParser::read_descriptor() {
-  while (head_ < buffer_.size()) {
+  while (!unread_.empty()) {
     const auto bytes = rest();
     const bool begins = bytes[0] == kSync && (bytes.size() < 2 || bytes[1] == kSync2);
     if (begins && bytes.size() < kDescriptorSize) return false;
@@ -70,7 +62,7 @@ bool AnswerParser::read_descriptor() {
       const bool known_stream = (kind_ == kNodes && length_ == kNodeSize) ||
                                 (are_capsules(kind_) && length_ == capsule_size(kind_));
       if (streaming_ ? known_stream : length_ > 0 && length_ <= kMaxAnswer) {
-        head_ += kDescriptorSize;
+        unread_.take(kDescriptorSize);
         in_answer_ = continuous_ = true;
         return true;
       }
@@ -88,7 +80,7 @@ std::optional<Block> AnswerParser::next() {
   Block block;
   block.kind = kind_;
   block.data.assign(rest().begin(), rest().begin() + static_cast<std::ptrdiff_t>(length_));
-  head_ += length_;
+  unread_.take(length_);
   block.bytes_after = rest().size();
   in_answer_ = false;
   return block;
@@ -112,7 +104,7 @@ std::optional<Block> AnswerParser::next_node() {
     block.kind = kNodes;
     block.continuous = std::exchange(continuous_, true);
     block.node = *node;
-    head_ += kNodeSize;
+    unread_.take(kNodeSize);
     block.bytes_after = rest().size();
     return block;
   }
@@ -131,7 +123,7 @@ std::optional<Block> AnswerParser::next_capsule() {
     block.kind = kind_;
     block.continuous = std::exchange(continuous_, true);
     block.capsule = *capsule;
-    head_ += length_;
+    unread_.take(length_);
     block.bytes_after = rest().size();
     return block;
   }

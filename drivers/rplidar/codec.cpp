@@ -65,32 +65,28 @@ Bytes encode_descriptor(uint32_t length, bool stream, uint8_t kind) {
           kind};
 }
 
-void RequestParser::push(std::span<const uint8_t> bytes) {
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 std::optional<Request> RequestParser::next() {
-  while (buffer_.size() >= 2) {
-    if (buffer_[0] != kSync || buffer_[1] == kSync) {
-      buffer_.erase(buffer_.begin());
+  while (unread_.size() >= 2) {
+    const std::span<const uint8_t> rest = unread_.rest();
+    if (rest[0] != kSync || rest[1] == kSync) {
+      unread_.skip();
       continue;
     }
-    Request request{buffer_[1], {}};
+    Request request{rest[1], {}};
     if (request.command < 0x80) {
-      buffer_.erase(buffer_.begin(), buffer_.begin() + 2);
+      unread_.take(2);
       return request;
     }
-    if (buffer_.size() < 3) return std::nullopt;
-    const std::size_t size = 4u + buffer_[2];
-    if (buffer_.size() < size) return std::nullopt;
-    const bool good = xor_of(std::span(buffer_).first(size)) == 0;
-    if (!good) {
-      buffer_.erase(buffer_.begin());
+    if (rest.size() < 3) return std::nullopt;
+    const std::size_t size = 4u + rest[2];
+    if (rest.size() < size) return std::nullopt;
+    if (xor_of(rest.first(size)) != 0) {
+      unread_.skip();
       continue;
     }
-    request.data.assign(buffer_.begin() + 3,
-                        buffer_.begin() + static_cast<std::ptrdiff_t>(size) - 1);
-    buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(size));
+    const auto data = rest.subspan(3, size - 4);
+    request.data.assign(data.begin(), data.end());
+    unread_.take(size);
     return request;
   }
   return std::nullopt;

@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/transport/unread_bytes.hpp"
+
 /// Slamtec RPLIDAR A, C and S: nodes, express, dense and ultra capsules (those of an S3's newest
 /// modes are not read; of A3, C1 and S no device was at hand): requests A5 command [length data
 /// xor]; answers begin with a descriptor A5 5A, length and kind, followed by one block of data or
@@ -70,12 +72,12 @@ struct Request {
 /// Parses a host's requests, for the emulator.
 class RequestParser {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Request> next();
-  void clear() { buffer_.clear(); }
+  void clear() { unread_.clear(); }
 
  private:
-  Bytes buffer_;
+  UnreadBytes unread_;
 };
 
 struct Node {
@@ -136,30 +138,28 @@ struct Block {
 /// a capsule. Nodes have none: a node counts only if another one follows at a plausible angle.
 class AnswerParser {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Block> next();
   /// A new request was sent: its answer begins with a descriptor.
   void expect_descriptor();
   bool streaming() const { return streaming_; }
 
-  int64_t garbage_bytes() const { return garbage_bytes_; }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
   bool read_descriptor();
   std::optional<Block> next_node();
   std::optional<Block> next_capsule();
-  std::span<const uint8_t> rest() const { return {buffer_.data() + head_, buffer_.size() - head_}; }
+  std::span<const uint8_t> rest() const { return unread_.rest(); }
   void skip(std::size_t count);
 
-  Bytes buffer_;
-  std::size_t head_ = 0;
+  UnreadBytes unread_;
   bool in_answer_ = false;
   bool streaming_ = false;
   bool continuous_ = true;
   std::size_t length_ = 0;
   uint8_t kind_ = 0;
-  int64_t garbage_bytes_ = 0;
   int64_t bad_checksums_ = 0;
 };
 

@@ -78,12 +78,6 @@ Bytes set_variant_request(int angle_deg, int resolution_cdeg) {
   return encode_request(payload);
 }
 
-void TelegramParser::push(std::span<const uint8_t> bytes) {
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(head_));
-  head_ = 0;
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 bool carries_values(uint8_t code) {
   return code == kValuesReply || code == kSubRangeReply || code == kMeanReply ||
          code == kMeanSubRangeReply || code == kReflectivityReply;
@@ -114,10 +108,10 @@ TelegramParser::Look TelegramParser::look(std::span<const uint8_t> from_stx) con
 }
 
 std::optional<Event> TelegramParser::next() {
-  while (head_ < buffer_.size()) {
-    const std::span<const uint8_t> rest(buffer_.data() + head_, buffer_.size() - head_);
+  while (!unread_.empty()) {
+    const std::span<const uint8_t> rest = unread_.rest();
     if (side_ == Side::laser && (rest[0] == kAck || rest[0] == kNak)) {
-      ++head_;
+      unread_.take(1);
       Event event;
       event.kind = rest[0] == kAck ? Event::Kind::ack : Event::Kind::nak;
       event.bytes_total = 1;
@@ -134,30 +128,21 @@ std::optional<Event> TelegramParser::next() {
       event.bytes_total = length + kOverhead;
       event.bytes_after = rest.size() - event.bytes_total;
       if (crc(rest.first(length + 4)) == get_u16(rest, length + 4)) {
-        head_ += event.bytes_total;
+        unread_.take(event.bytes_total);
         return event;
       }
       ++bad_checksums_;
-      ++garbage_bytes_;
-      ++head_;
+      unread_.skip();
       event.kind = Event::Kind::bad_checksum;
       return event;
     }
-    ++garbage_bytes_;
-    ++head_;
+    unread_.skip();
   }
   return std::nullopt;
 }
 
 void TelegramParser::give_up_waiting() {
-  if (head_ == buffer_.size()) return;
-  ++head_;
-  ++garbage_bytes_;
-}
-
-void TelegramParser::clear() {
-  buffer_.clear();
-  head_ = 0;
+  if (!unread_.empty()) unread_.skip();
 }
 
 }  // namespace marco::drivers::sick

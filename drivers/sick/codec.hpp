@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "drivers/transport/unread_bytes.hpp"
+
 /// Telegrams of the SICK LMS 200/211/220/221/291/209 ("LMS2xx") laser scanners.
 ///
 ///     02 | address | length u16 | code, data ... [status, from the laser] | CRC u16
@@ -107,15 +109,15 @@ class TelegramParser {
 
   explicit TelegramParser(Side side) : side_(side) {}
 
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   /// The next event within what was pushed.
   std::optional<Event> next();
   /// The line fell silent: gives up the incomplete telegram.
   void give_up_waiting();
-  bool waiting() const { return head_ < buffer_.size(); }
-  void clear();
+  bool waiting() const { return !unread_.empty(); }
+  void clear() { unread_.clear(); }
 
-  int64_t garbage_bytes() const { return garbage_bytes_; }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
@@ -124,9 +126,7 @@ class TelegramParser {
   bool plausible(std::span<const uint8_t> header) const;
 
   Side side_;
-  Bytes buffer_;
-  std::size_t head_ = 0;
-  int64_t garbage_bytes_ = 0;
+  UnreadBytes unread_;
   int64_t bad_checksums_ = 0;
 };
 

@@ -31,6 +31,10 @@ struct TextBaseOptions {
 /// wheels half a second after the last order.
 class TextBase : public BaseDriver {
  public:
+  using Options = TextBaseOptions;
+  static constexpr const char* kDevice = "/dev/ttyACM0";
+  static constexpr int kLineSpeed = kBaud;
+
   /// @throws std::invalid_argument when ticks, wheel or track are not given.
   explicit TextBase(const TextBaseOptions& options);
 

@@ -19,15 +19,8 @@ bool is_known_reply(std::size_t length, uint8_t kind) {
 
 }  // namespace
 
-void AnswerParser::push(std::span<const uint8_t> bytes) {
-  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(head_));
-  head_ = 0;
-  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
-}
-
 void AnswerParser::clear() {
-  buffer_.clear();
-  head_ = 0;
+  unread_.clear();
   continuous_ = false;
   form_.reset();
   alike_ = misfits_ = 0;
@@ -44,8 +37,7 @@ std::optional<Answer> AnswerParser::next() {
     if (found == Found::answer) return answer;
     if (found == Found::more_needed) return std::nullopt;
     if (found == Found::skipped) continue;
-    ++head_;
-    ++garbage_bytes_;
+    unread_.skip();
     continuous_ = false;
   }
   return std::nullopt;
@@ -58,7 +50,7 @@ AnswerParser::Found AnswerParser::read_reply(Answer& answer) {
   const std::size_t length = word & 0x3FFFFFFFU;
   const uint8_t kind = bytes[6];
   if (word >> 30U == 1 && kind == kPackets) {  // the packets that follow speak for themselves
-    head_ += kHeaderSize;
+    unread_.take(kHeaderSize);
     continuous_ = false;
     return Found::skipped;
   }
@@ -67,7 +59,7 @@ AnswerParser::Found AnswerParser::read_reply(Answer& answer) {
   const auto data = bytes.subspan(kHeaderSize, length);
   answer.kind = kind;
   answer.data.assign(data.begin(), data.end());
-  head_ += kHeaderSize + length;
+  unread_.take(kHeaderSize + length);
   answer.bytes_after = rest().size();
   return Found::answer;
 }
@@ -78,7 +70,7 @@ AnswerParser::Found AnswerParser::read_stamp() {
   uint8_t sum = 0;
   for (const uint8_t byte : bytes.first(kStampSize)) sum = static_cast<uint8_t>(sum ^ byte);
   if (sum != 0) return Found::nothing;
-  head_ += kStampSize;
+  unread_.take(kStampSize);
   return Found::skipped;
 }
 
@@ -109,7 +101,7 @@ AnswerParser::Found AnswerParser::read_packet_as(SampleForm form, Answer& answer
   answer.form = form;
   answer.size = size;
   answer.continuous = std::exchange(continuous_, true);
-  head_ += size;
+  unread_.take(size);
   answer.bytes_after = rest().size();
   misfits_ = 0;
   count_form(answer);

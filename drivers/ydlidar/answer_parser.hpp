@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "drivers/transport/unread_bytes.hpp"
 #include "drivers/ydlidar/codec.hpp"
 
 namespace marco::drivers::ydlidar {
@@ -21,32 +22,30 @@ struct Answer {
 /// samples are written: the form whose checksum fits is taken.
 class AnswerParser {
  public:
-  void push(std::span<const uint8_t> bytes);
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Answer> next();
   /// Forgets what waits, and the form.
   void clear();
 
-  int64_t garbage_bytes() const { return garbage_bytes_; }
+  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
   enum class Found { answer, skipped, more_needed, nothing };
 
-  std::span<const uint8_t> rest() const { return std::span<const uint8_t>(buffer_).subspan(head_); }
+  std::span<const uint8_t> rest() const { return unread_.rest(); }
   Found read_reply(Answer& answer);
   Found read_stamp();
   Found read_packet(Answer& answer);
   Found read_packet_as(SampleForm form, Answer& answer);
   void count_form(const Answer& answer);
 
-  Bytes buffer_;
-  std::size_t head_ = 0;
+  UnreadBytes unread_;
   bool continuous_ = true;
   std::optional<SampleForm> form_;  ///< once some packets in a row had it
   SampleForm form_before_ = SampleForm::range;
   int alike_ = 0;    ///< packets in a row of form_before_
   int misfits_ = 0;  ///< packets in a row whose checksum was wrong
-  int64_t garbage_bytes_ = 0;
   int64_t bad_checksums_ = 0;
 };
 

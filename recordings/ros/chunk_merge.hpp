@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -18,20 +17,6 @@ struct ChunkPlace {
   int64_t offset = 0;  ///< in the file
   int64_t size = 0;    ///< there
 };
-
-/// From the first message to the last of pieces; nothing where none has a message.
-template <class Pieces>
-std::optional<TimeSpan> span_of(const Pieces& pieces) {
-  std::optional<TimeSpan> span;
-  for (const auto& piece : pieces) {
-    const ChunkPlace& place = piece.place;
-    if (place.end_ns == 0) continue;  // no message in it
-    if (!span) span = TimeSpan{place.start_ns, place.end_ns};
-    span->first_ns = std::min(span->first_ns, place.start_ns);
-    span->last_ns = std::max(span->last_ns, place.end_ns);
-  }
-  return span;
-}
 
 /// A chunk in memory.
 struct LoadedChunk {

@@ -3,25 +3,19 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <memory>
-#include <set>
 #include <utility>
 
-#include "lcm_tools/base/check.hpp"
-#include "recordings/ros/compression.hpp"
+#include "recordings/ros/chunked_source.hpp"
 #include "recordings/ros/mcap_layout.hpp"
 #include "recordings/ros/wire_reader.hpp"
 
 namespace marco::ros {
 namespace {
 
-class McapSource : public MessageSource {
+class McapSource : public ChunkedSource {
  public:
   explicit McapSource(const std::filesystem::path& path)
-      : path_(path.string()),
-        file_(path),
-        layout_(read_mcap_layout(file_, path_)),
-        schemas_(layout_.schemas) {
+      : ChunkedSource(path), layout_(read_mcap_layout(file_, path_)), schemas_(layout_.schemas) {
     for (const auto& [id, channel] : layout_.channels) add_topic(channel);
     if (layout_.statistics) {
       for (const auto& [id, count] : layout_.statistics->by_channel) {
@@ -30,62 +24,23 @@ class McapSource : public MessageSource {
         }
       }
     }
+    std::vector<ChunkPlace> places;
+    for (const McapLayout::Piece& piece : layout_.pieces) places.push_back(piece.place);
+    set_chunks(std::move(places), layout_.damage);
     rewind();
   }
 
   std::string format() const override { return "MCAP"; }
-  std::vector<std::string> paths() const override { return {path_}; }
-
-  void select(std::function<bool(const Topic&)> is_wanted) override {
-    is_wanted_ = std::move(is_wanted);
-    rewind();
-  }
-
-  std::optional<Message> next() override {
-    while (auto item = merge_->next()) {
-      const auto topic = topics_.find(static_cast<uint16_t>(item->entry.topic));
-      if (topic == topics_.end() || !is_wanted(topic->second)) continue;
-      return Message{&topic->second, item->entry.received_ns, item->entry.published_ns,
-                     unpacker_.message(item->bytes)};
-    }
-    return std::nullopt;
-  }
-
-  void rewind() override {
-    damage_ = layout_.damage;
-    counted_damage_.clear();
-    used_.clear();
-    std::vector<ChunkPlace> places;
-    for (std::size_t i = 0; i < layout_.pieces.size(); ++i) {
-      if (!may_have_wanted(layout_.pieces[i])) continue;
-      used_.push_back(i);
-      places.push_back(layout_.pieces[i].place);
-    }
-    merge_ = std::make_unique<ChunkMerge>(
-        std::move(places),
-        [this](std::size_t i, LoadedChunk memory) { return load(used_[i], std::move(memory)); });
-  }
-
-  std::optional<TimeSpan> span() const override { return span_of(layout_.pieces); }
-  std::vector<const Topic*> topics() const override {
-    std::vector<const Topic*> topics;
-    for (const auto& [id, topic] : topics_) topics.push_back(&topic);
-    return topics;
-  }
-  const Damage& damage() const override { return damage_; }
-  const std::vector<std::string>& notes() const override { return notes_; }
-  double progress() const override { return merge_->progress(); }
 
  private:
-  bool is_wanted(const Topic& topic) const { return !is_wanted_ || is_wanted_(topic); }
+  std::vector<uint32_t> topics_in(std::size_t chunk) const override {
+    std::vector<uint32_t> ids;
+    for (const auto& [id, offset] : layout_.pieces[chunk].channels) ids.push_back(id);
+    return ids;
+  }
 
-  bool may_have_wanted(const McapLayout::Piece& piece) const {
-    return piece.channels.empty() ||
-           std::any_of(piece.channels.begin(), piece.channels.end(), [this](const auto& entry) {
-             const auto topic = topics_.find(entry.first);
-             return topic == topics_.end() || topic->second.type.empty() ||
-                    is_wanted(topic->second);
-           });
+  std::span<const uint8_t> plain(std::span<const uint8_t> message) override {
+    return unpacker_.message(message);
   }
 
   void add_topic(const McapChannel& channel) {
@@ -115,12 +70,10 @@ class McapSource : public MessageSource {
     known->second = std::move(topic);
   }
 
-  LoadedChunk load(std::size_t index, LoadedChunk loaded) {
+  LoadedChunk load(std::size_t index, LoadedChunk loaded) override {
     const McapLayout::Piece& piece = layout_.pieces[index];
     loaded.entries.clear();
-    const bool is_packed = piece.chunk && !piece.chunk->compression.empty();
-    file_.read(piece.place.offset, piece.place.size, is_packed ? packed_ : loaded.bytes);
-    if (piece.chunk && !unpack(index, *piece.chunk, loaded.bytes)) return loaded;
+    if (!read(index, piece, loaded.bytes)) return loaded;
     std::size_t at = 0;
     while (loaded.bytes.size() - at >= kMcapRecordHead) {
       const std::span<const uint8_t> rest = loaded.bytes.bytes().subspan(at);
@@ -134,24 +87,27 @@ class McapSource : public MessageSource {
     return loaded;
   }
 
-  // Without compression they are plain already.
-  bool unpack(std::size_t index, const McapChunk& chunk, ByteBuffer& plain) {
-    auto checksum = Unpacker::Checksum::none_wrong;
-    try {
-      require(chunk.plain_size <= kMostPlainBytes, "a chunk of more than 256 MB");
-      if (!chunk.compression.empty()) {
-        checksum = unpacker_.unpack(chunk.compression, packed_.bytes(), chunk.plain_size, plain);
-      }
-    } catch (const std::invalid_argument& fault) {
-      note_damage(index, static_cast<std::size_t>(layout_.pieces[index].place.size));
-      note_once(notes_, std::string("damaged chunks: ") + fault.what());
+  bool read(std::size_t index, const McapLayout::Piece& piece, ByteBuffer& plain) {
+    if (piece.chunk && piece.chunk->plain_size > kMostPlainBytes) {
+      note_damage(index, static_cast<uint64_t>(places_[index].size));
+      note_once(notes_, "damaged chunks: a chunk of more than 256 MB");
       return false;
     }
+    auto checksum = Unpacker::Checksum::none_wrong;
+    if (!piece.chunk || piece.chunk->compression.empty()) {
+      file_.read(places_[index].offset, places_[index].size, plain);
+    } else {
+      const auto unpacked = unpack(index, piece.chunk->compression, piece.chunk->plain_size, plain);
+      if (!unpacked) return false;
+      checksum = *unpacked;
+    }
+    if (!piece.chunk) return true;
+    const McapChunk& chunk = *piece.chunk;
     if (plain.size() < chunk.plain_size) {
-      note_damage(index, static_cast<std::size_t>(chunk.plain_size) - plain.size());
+      note_damage(index, chunk.plain_size - plain.size());
     } else if (checksum == Unpacker::Checksum::wrong ||
                (chunk.crc != 0 && chunk.crc != crc_of(plain.bytes()))) {
-      note_once(notes_, note_of_checksum(layout_.pieces[index].place.offset));
+      note_wrong_checksum(index);
     }
     return true;
   }
@@ -179,25 +135,8 @@ class McapSource : public MessageSource {
     }
   }
 
-  void note_damage(std::size_t index, std::size_t bytes) {
-    if (!counted_damage_.insert(index).second) return;
-    if (damage_.places++ == 0) damage_.first_offset = layout_.pieces[index].place.offset;
-    damage_.bytes += static_cast<int64_t>(bytes);
-  }
-
-  std::string path_;
-  ByteFile file_;
   McapLayout layout_;
   std::map<uint16_t, McapSchema> schemas_;
-  std::map<uint16_t, Topic> topics_;  // nodes: messages point to them
-  std::function<bool(const Topic&)> is_wanted_;
-  Damage damage_;
-  std::vector<std::string> notes_;
-  std::set<std::size_t> counted_damage_;  // pieces
-  std::vector<std::size_t> used_;         // pieces that are read
-  Unpacker unpacker_;
-  ByteBuffer packed_;
-  std::unique_ptr<ChunkMerge> merge_;
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "slam/calibration/beam_fit.hpp"
 #include "slam/calibration/gyro_fit.hpp"
 #include "slam/calibration/odometry_fit.hpp"
 

@@ -2,6 +2,7 @@
 
 #include "bot_core/image_t.hpp"
 #include "lcm_tools/log/image_pixels.hpp"
+#include "lcm_tools/log/moment.hpp"
 #include "lcm_tools/schema/json.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"

@@ -140,12 +140,7 @@ int main(int argc, char** argv) {
     app.add_option("--out", arguments.out, "the log to write");
     marco::process::add_print_config(app, config);
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
-    if (config.print_config) {
-      std::fputs(
-          marco::process::print_options(marco::options_of(arguments), config.printed()).c_str(),
-          stdout);
-      return 0;
-    }
+    if (marco::process::prints_config(config, marco::options_of(arguments))) return 0;
     marco::process::require_usage(
         !arguments.world.empty() && !arguments.tour.empty() && !arguments.out.empty(),
         "give --world, --tour and --out");

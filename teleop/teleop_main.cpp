@@ -82,10 +82,7 @@ enum class Hands { keys_and_gamepad, gamepad };
 
 int run(const process::CommonArguments& arguments, Hands driven_by) {
   const auto options = process::load_options<teleop::OperatorOptions>(arguments.config_path);
-  if (arguments.print_config) {
-    std::fputs(process::print_options(options, arguments.printed()).c_str(), stdout);
-    return 0;
-  }
+  if (process::prints_config(arguments, options)) return 0;
   require(driven_by == Hands::gamepad || isatty(STDIN_FILENO) == 1,
           "standard input is no terminal, so no key can be read: start it in a terminal of its "
           "own, or with --no-keys for a gamepad alone");

@@ -103,10 +103,7 @@ diagnosis::Expectation pose_expected(const std::string& pose) {
 
 int run(const Arguments& arguments) {
   const auto options = process::load_options<teleop::TourOptions>(arguments.common.config_path);
-  if (arguments.common.print_config) {
-    std::fputs(process::print_options(options, arguments.common.printed()).c_str(), stdout);
-    return 0;
-  }
+  if (process::prints_config(arguments.common, options)) return 0;
   const auto tour = process::load_options<sim::Tour>(arguments.tour);
   require(tour.start_m.size() == 2, "start_m: expected two numbers, x and y");
   process::start_logging("marco-tour", arguments.common.log_level);

@@ -48,10 +48,7 @@ int driver_main(int argc, const char* const* argv, const DriverProgram<Options>&
     auto options = process::load_options<Options>(arguments.config_path);
     if (!device.empty()) options.device = device;
     if (switched) driver.extra->apply(options);
-    if (arguments.print_config) {
-      std::fputs(process::print_options(options, arguments.printed()).c_str(), stdout);
-      return 0;
-    }
+    if (process::prints_config(arguments, options)) return 0;
     return driver.run(arguments, options);
   });
 }

@@ -1,11 +1,14 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
 #include <functional>
 #include <optional>
 #include <string>
 
-#include "lcm_tools/process/printed.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/exit_code.hpp"
 
 namespace marco::process {
 
@@ -30,10 +33,36 @@ void add_print_config(CLI::App& app, ConfigArguments& arguments);
 /// Adds --config --lcm-url --log-level --print-config --advanced to `app`.
 void add_common_arguments(CLI::App& app, CommonArguments& arguments);
 
+/// Where --print-config is given, prints the options. @returns whether the program is done by that
+template <class Options>
+bool prints_config(const ConfigArguments& arguments, const Options& options) {
+  if (!arguments.print_config) return false;
+  std::fputs(print_options(options, arguments.printed()).c_str(), stdout);
+  return true;
+}
+
 /// Parses the command line. Prints help, the version (--version) or the mistake, with a suggestion
 /// for an unknown word. @returns an exit code when the program should end now: kExitDone,
 /// kExitUsage.
 std::optional<int> parse_arguments(CLI::App& app, int argc, const char* const* argv);
+
+/// The end of the command line of a program that has inputs and a config: parse_arguments with
+/// --print-config, which needs no inputs. @param config_path  an option of `app`
+template <class Options>
+std::optional<int> parse_inputs(CLI::App& app,
+                                CLI::Option* inputs,
+                                const std::string& config_path,
+                                int argc,
+                                const char* const* argv) {
+  ConfigArguments arguments;
+  add_print_config(app, arguments);
+  inputs->required(std::none_of(
+      argv, argv + argc, [](const char* word) { return std::string(word) == "--print-config"; }));
+  if (const auto code = parse_arguments(app, argc, argv)) return code;
+  if (!arguments.print_config) return std::nullopt;
+  prints_config(arguments, load_options<Options>(config_path));
+  return kExitDone;
+}
 
 /// Sets the log level and the common log format (stderr, wall-clock times).
 void start_logging(const std::string& process, const std::string& level);

@@ -38,10 +38,7 @@ int main(int argc, char** argv) {
     options.input.calibration = calibration;
     options.input.pantilt_late_s = calibration.pantilt.late_s;
     options.correction = calibration.pantilt;
-    if (arguments.print_config) {
-      std::fputs(process::print_options(options, arguments.printed()).c_str(), stdout);
-      return 0;
-    }
+    if (process::prints_config(arguments, options)) return 0;
     process::start_logging("marco-mapping3d", arguments.log_level);
     process::catch_stop_signals();
     process::LcmBus bus(arguments.lcm_url);

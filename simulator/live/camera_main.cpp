@@ -1,4 +1,3 @@
-#include <cstdio>
 
 #include "drivers/camera/message.hpp"
 #include "drivers/transport/wall_clock.hpp"
@@ -18,10 +17,7 @@ using namespace marco;  // NOLINT(google-build-using-namespace): a main has no o
 
 int run(const process::CommonArguments& arguments, const std::string& world_path) {
   const auto spec = process::load_options<sim::RobotSpec>(arguments.config_path);
-  if (arguments.print_config) {
-    std::fputs(process::print_options(spec, arguments.printed()).c_str(), stdout);
-    return 0;
-  }
+  if (process::prints_config(arguments, spec)) return 0;
   process::start_logging("marco-sim-camera", arguments.log_level);
   process::catch_stop_signals();
   const sim::World world = sim::build_world(process::load_options<sim::WorldSpec>(world_path));

@@ -85,10 +85,7 @@ std::string state_of(const sim::LiveRobot& robot, const sim::FaultBoard& faults,
 
 int run(const Arguments& arguments) {
   const auto spec = process::load_options<sim::RobotSpec>(arguments.common.config_path);
-  if (arguments.common.print_config) {
-    std::fputs(process::print_options(spec, arguments.common.printed()).c_str(), stdout);
-    return 0;
-  }
+  if (process::prints_config(arguments.common, spec)) return 0;
   process::start_logging("marco-sim", arguments.common.log_level);
   process::catch_stop_signals();
   const sim::World world = sim::build_world(process::load_options<sim::WorldSpec>(arguments.world));

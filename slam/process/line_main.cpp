@@ -23,10 +23,7 @@ int run(int argc, char** argv) {
   auto options =
       marco::process::load_options<marco::slam::LineProcessOptions>(arguments.config_path);
   options.input.calibration = marco::load_calibration(calibration);
-  if (arguments.print_config) {
-    std::fputs(marco::process::print_options(options, arguments.printed()).c_str(), stdout);
-    return 0;
-  }
+  if (marco::process::prints_config(arguments, options)) return 0;
   marco::process::start_logging("marco-line-slam", arguments.log_level);
   marco::process::catch_stop_signals();
   marco::process::LcmBus bus(arguments.lcm_url);

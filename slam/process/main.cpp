@@ -49,10 +49,7 @@ int main(int argc, char** argv) {
     auto options = process::load_options<slam::SlamAdapterOptions>(arguments.config_path);
     if (!checkpoint.empty()) options.checkpoint_path = checkpoint;
     options.input.calibration = load_calibration(calibration);
-    if (arguments.print_config) {
-      std::fputs(process::print_options(options, arguments.printed()).c_str(), stdout);
-      return 0;
-    }
+    if (process::prints_config(arguments, options)) return 0;
     process::start_logging("marco-slam", arguments.log_level);
     process::catch_stop_signals();
     process::LcmBus bus(arguments.lcm_url);

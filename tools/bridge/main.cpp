@@ -127,10 +127,7 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     const auto table = process::load_options<ForeignTable>(arguments.common.config_path);
-    if (arguments.common.print_config) {
-      std::fputs(process::print_options(table, arguments.common.printed()).c_str(), stdout);
-      return static_cast<int>(process::kExitDone);
-    }
+    if (process::prints_config(arguments.common, table)) return 0;
     process::start_logging("marco-bridge", arguments.common.log_level);
     process::catch_stop_signals();
     return arguments.other.starts_with("ws") ? bridge_ros(arguments, table)

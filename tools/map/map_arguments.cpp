@@ -1,7 +1,6 @@
 #include "tools/map/map_arguments.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -108,15 +107,7 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
       "write model.glb and model_textured.glb with EXT_meshopt_compression and "
       "KHR_mesh_quantization: about a fifth of the size, positions to 0.5 mm, for programs that "
       "read these; `marco page` and `marco export` do not");
-  process::ConfigArguments config;
-  process::add_print_config(app, config);
-  inputs->required(std::none_of(
-      argv, argv + argc, [](const char* word) { return std::string(word) == "--print-config"; }));
-  if (const auto code = process::parse_arguments(app, argc, argv)) return code;
-  if (!config.print_config) return std::nullopt;
-  const auto options = process::load_options<MapOptions>(arguments.config);
-  std::fputs(process::print_options(options, config.printed()).c_str(), stdout);
-  return 0;
+  return process::parse_inputs<MapOptions>(app, inputs, arguments.config, argc, argv);
 }
 
 }  // namespace marco

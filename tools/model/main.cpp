@@ -112,15 +112,7 @@ std::optional<int> parse(int argc, char** argv, Arguments& arguments) {
   app.add_flag_callback(
       "--compressed-glb", [&] { arguments.glb_numbers = files::GlbNumbers::compressed; },
       "write model.glb as `marco map --compressed-glb` does");
-  process::ConfigArguments config;
-  process::add_print_config(app, config);
-  inputs->required(std::none_of(
-      argv, argv + argc, [](const char* word) { return std::string(word) == "--print-config"; }));
-  if (const auto code = process::parse_arguments(app, argc, argv)) return code;
-  if (!config.print_config) return std::nullopt;
-  const auto options = process::load_options<CloudModelOptions>(arguments.config);
-  std::fputs(process::print_options(options, config.printed()).c_str(), stdout);
-  return 0;
+  return process::parse_inputs<CloudModelOptions>(app, inputs, arguments.config, argc, argv);
 }
 
 }  // namespace

@@ -137,10 +137,7 @@ int main(int argc, char** argv) {
     marco::process::add_print_config(app, config);
     if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
     const auto options = marco::process::load_options<marco::PostsOptions>(arguments.config);
-    if (config.print_config) {
-      std::fputs(marco::process::print_options(options, config.printed()).c_str(), stdout);
-      return 0;
-    }
+    if (marco::process::prints_config(config, options)) return 0;
     marco::process::require_usage(!arguments.folder.empty(),
                                   "marco-posts needs a FOLDER; --help says more");
     return marco::map_posts(arguments, options);

@@ -144,10 +144,7 @@ int main(int argc, char** argv) {
     web::add_page_arguments(app, arguments);
     if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
     const auto steering = process::load_options<web::SteeringOptions>(arguments.common.config_path);
-    if (arguments.common.print_config) {
-      std::fputs(process::print_options(steering, arguments.common.printed()).c_str(), stdout);
-      return static_cast<int>(process::kExitDone);
-    }
+    if (process::prints_config(arguments.common, steering)) return 0;
     process::start_logging("marco-page", arguments.common.log_level);
     process::catch_stop_signals();
     if (arguments.shown.empty()) return show_live(arguments, steering);

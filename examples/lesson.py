@@ -2,13 +2,14 @@
 
 Draws lesson.png where matplotlib is installed.
 """
+import pathlib
 import sys
 
 import numpy as np
 
 import marco
 
-path = sys.argv[1] if len(sys.argv) > 1 else "logs/sample.lcm"
+path = sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parents[1] / "logs/sample.lcm"
 
 # 1. What is in the recording?
 recording = marco.read(path)

@@ -39,7 +39,7 @@ std::vector<std::pair<std::size_t, std::size_t>> find_overlaps(
     for (const Surfel& surfel : *sets[set]) ++seen[side_of(surfel)][set];
   }
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> shared;
-  for (const auto& [place, counts] : seen) {
+  for (const auto& [side, counts] : seen) {
     for (auto a = counts.begin(); a != counts.end(); ++a) {
       for (auto b = std::next(a); b != counts.end(); ++b) {
         shared[{a->first, b->first}] += std::min(a->second, b->second);

@@ -39,8 +39,8 @@ struct BaseOptions {
   }
 };
 
-/// The body of a base's main. `Base` is a BaseDriver that is made of its `Options`; kDevice and
-/// kLineSpeed are where it is reached, 8 bits without parity.
+/// The body of a base's main. `Base` is a BaseDriver with its `Options`, the default `kDevice`, and
+/// `kLineSpeed`, the baud rate to begin with; its line has no parity.
 template <class Base>
 int base_main(int argc,
               const char* const* argv,

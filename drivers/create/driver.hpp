@@ -39,7 +39,7 @@ class CreateBase : public BaseDriver {
  public:
   using Options = CreateOptions;
   static constexpr const char* kDevice = "/dev/ttyUSB0";
-  static constexpr int kLineSpeed = kBaud;
+  static constexpr int kLineSpeed = kBaud;  ///< at first: others are searched
 
   explicit CreateBase(const CreateOptions& options);
 

@@ -12,7 +12,7 @@ constexpr double kAcceleratedS = 0.3;  // of a run's beginning
 // A run that follows another at its speed must not be accelerated: the listing gives the right
 // wheel no top.
 constexpr uint32_t kNoStepTicks = 5000;
-constexpr double kNextPredictionS = 0.05;
+constexpr double kPredictionPeriodS = 0.05;
 constexpr double kStallS = 0.1;         // between two calls: this process stood still
 constexpr int64_t kMissedClicks = 200;  // a run that ends this far from its goal has missed it
 
@@ -234,7 +234,7 @@ void RunControl::follow_ramp(Utime now) {
   run_->walk.advance_to(
       static_cast<int64_t>(pace_ * static_cast<double>((now - run_->started_at).us) / kTickUs));
   if (run_->polled || stop_asked_ || now < next_prediction_) return;
-  next_prediction_ = now + Duration::from_seconds(kNextPredictionS);
+  next_prediction_ = now + Duration::from_seconds(kPredictionPeriodS);
   const DriveRun::Clicks clicks = run_->walked();
   const double speed = metres_per_s(static_cast<double>(run_->walk.speed()));
   publish_(odometry_.predict(

@@ -46,8 +46,8 @@ bool prints_config(const ConfigArguments& arguments, const Options& options) {
 /// kExitUsage.
 std::optional<int> parse_arguments(CLI::App& app, int argc, const char* const* argv);
 
-/// The end of the command line of a program that has inputs and a config: parse_arguments with
-/// --print-config, which needs no inputs. @param config_path  an option of `app`
+/// parse_arguments for a program that needs inputs: they are not required with --print-config,
+/// which this adds. @param config_path  an option of `app`
 template <class Options>
 std::optional<int> parse_inputs(CLI::App& app,
                                 CLI::Option* inputs,

@@ -73,6 +73,11 @@ void ChunkedSource::note_damage(std::size_t chunk, uint64_t bytes) {
   damage_.bytes += static_cast<int64_t>(bytes);
 }
 
+void ChunkedSource::note_lost(std::size_t chunk, const std::string& why) {
+  note_damage(chunk, static_cast<uint64_t>(places_[chunk].size));
+  note_once(notes_, "damaged chunks: " + why);
+}
+
 std::optional<Unpacker::Checksum> ChunkedSource::unpack(std::size_t chunk,
                                                         const std::string& compression,
                                                         uint64_t plain_size,
@@ -81,8 +86,7 @@ std::optional<Unpacker::Checksum> ChunkedSource::unpack(std::size_t chunk,
   try {
     return unpacker_.unpack(compression, packed_.bytes(), plain_size, plain);
   } catch (const std::invalid_argument& fault) {
-    note_damage(chunk, static_cast<uint64_t>(places_[chunk].size));
-    note_once(notes_, std::string("damaged chunks: ") + fault.what());
+    note_lost(chunk, fault.what());
     return std::nullopt;
   }
 }

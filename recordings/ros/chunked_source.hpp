@@ -43,8 +43,9 @@ class ChunkedSource : public MessageSource {
   /// A message's own bytes.
   virtual std::span<const uint8_t> plain(std::span<const uint8_t> message) { return message; }
 
-  /// Once for each chunk and reading.
+  /// Once for each chunk and reading. A chunk that is lost is noted with the reason.
   void note_damage(std::size_t chunk, uint64_t bytes);
+  void note_lost(std::size_t chunk, const std::string& why);
   /// Reads the chunk and unpacks it, see Unpacker. @returns nothing where it cannot be: that is
   /// noted as damage.
   std::optional<Unpacker::Checksum> unpack(std::size_t chunk,

@@ -89,8 +89,7 @@ class McapSource : public ChunkedSource {
 
   bool read(std::size_t index, const McapLayout::Piece& piece, ByteBuffer& plain) {
     if (piece.chunk && piece.chunk->plain_size > kMostPlainBytes) {
-      note_damage(index, static_cast<uint64_t>(places_[index].size));
-      note_once(notes_, "damaged chunks: a chunk of more than 256 MB");
+      note_lost(index, "a chunk of more than 256 MB");
       return false;
     }
     auto checksum = Unpacker::Checksum::none_wrong;

@@ -1,4 +1,3 @@
-
 #include "drivers/camera/message.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/process/arguments.hpp"

@@ -17,7 +17,6 @@
 #include "drivers/transport/paced_output.hpp"
 #include "drivers/transport/simulated_line.hpp"
 #include "drivers/transport/turn_counter.hpp"
-#include "drivers/transport/unread_bytes.hpp"
 #include "drivers/transport/wall_clock.hpp"
 
 namespace marco::drivers {
@@ -77,24 +76,6 @@ bool serve_until(EmulatorPort& port, Condition condition) {
 std::string link_name(const std::string& name) {
   return (std::filesystem::temp_directory_path() / ("marco_" + std::to_string(getpid()) + name))
       .string();
-}
-
-TEST(UnreadBytes, GivesWhatIsLeftInOrderAndCountsOnlyWhatWasSkipped) {
-  UnreadBytes unread;
-  EXPECT_TRUE(unread.empty());
-  unread.push(Bytes{1, 2, 3, 4});
-  unread.skip();
-  unread.take(2);
-  EXPECT_THAT(unread.rest(), ElementsAre(4));
-  unread.push(Bytes{5, 6});
-  EXPECT_THAT(unread.rest(), ElementsAre(4, 5, 6));
-  EXPECT_EQ(unread.size(), 3u);
-  unread.skip(2);
-  unread.clear();
-  EXPECT_TRUE(unread.empty());
-  unread.push(Bytes{7});
-  EXPECT_THAT(unread.rest(), ElementsAre(7));
-  EXPECT_EQ(unread.skipped(), 3);
 }
 
 TEST(EmulatorPort, SpeaksThroughATerminalAtAnySpeed) {

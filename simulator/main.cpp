@@ -112,34 +112,32 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-simulate", [&] {
-    CLI::App app("Drives a simulated robot through a world and writes an LCM log of its sensors");
+    marco::process::CommandLine app(
+        "Drives a simulated robot through a world and writes an LCM log of its sensors");
     marco::Arguments arguments;
     marco::process::ConfigArguments config;
-    app.add_option("--world", arguments.world, "e.g. config/worlds/lab.toml")
-        ->check(CLI::ExistingFile);
-    app.add_option("--tour", arguments.tour, "e.g. config/tours/lab.toml")
-        ->check(CLI::ExistingFile);
-    app.add_option("--seed", arguments.seed)->capture_default_str();
+    app.add_option("--world", arguments.world, "e.g. config/worlds/lab.toml").existing_file();
+    app.add_option("--tour", arguments.tour, "e.g. config/tours/lab.toml").existing_file();
+    app.add_option("--seed", arguments.seed).shows_default();
     app.add_option("--preset", arguments.preset,
                    "default, harsh: the noise of real logs, or rover_5hz, rover_7hz: a small "
                    "rover with a rotating lidar of 208 or 360 beams and no odometry")
-        ->check(CLI::IsMember({"default", "harsh", "rover_5hz", "rover_7hz"}))
-        ->capture_default_str();
+        .one_of({"default", "harsh", "rover_5hz", "rover_7hz"})
+        .shows_default();
     app.add_option("--laser", arguments.laser,
                    "the device whose beams are simulated; without it the preset's SICK")
-        ->check(
-            CLI::IsMember({"sick", "hokuyo", "rplidar", "ld19", "ydlidar_x4", "tim561", "leuze"}));
+        .one_of({"sick", "hokuyo", "rplidar", "ld19", "ydlidar_x4", "tim561", "leuze"});
     app.add_option("--config", arguments.config, "TOML over the preset; unknown keys are refused")
-        ->check(CLI::ExistingFile);
+        .existing_file();
     app.add_option("--cameras", arguments.cameras,
                    "a robot, e.g. config/robots/michoacan.toml, whose cameras take pictures")
-        ->check(CLI::ExistingFile);
+        .existing_file();
     app.add_option("--pictures-every", arguments.pictures_every_s, "seconds, of each camera")
-        ->check(CLI::Range(0.02, 100.0))
-        ->capture_default_str();
+        .between(0.02, 100.0)
+        .shows_default();
     app.add_option("--out", arguments.out, "the log to write");
     marco::process::add_print_config(app, config);
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     if (marco::process::prints_config(config, marco::options_of(arguments))) return 0;
     marco::process::require_usage(
         !arguments.world.empty() && !arguments.tour.empty() && !arguments.out.empty(),

@@ -122,15 +122,15 @@ int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-go", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Drives the robot to a point of the map: it turns, and drives straight on. The base's own "
         "guard stops it before obstacles, and nothing plans a way round them. Ctrl-C stops it.");
     std::string lcm_url;
     Eigen::Vector2d goal_m = Eigen::Vector2d::Zero();
-    app.add_option("X", goal_m.x(), "[m] in the map's frame")->required();
-    app.add_option("Y", goal_m.y(), "[m]")->required();
+    app.add_option("X", goal_m.x(), "[m] in the map's frame").required();
+    app.add_option("Y", goal_m.y(), "[m]").required();
     app.add_option("--lcm-url", lcm_url, "default: $LCM_DEFAULT_URL, else this host alone");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     process::catch_stop_signals();
     process::LcmBus bus(lcm_url);
     return drive(bus, goal_m);

@@ -75,19 +75,17 @@ int turn(process::LcmBus& bus, const PanTiltCommand& target) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-head", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Points the pan-tilt, and waits until it stands. Angles are in degrees. 0 0 is ahead and "
         "level, as a laser must look to map. Ctrl-C stops it.");
     std::string lcm_url;
     double pan_deg = 0.0, tilt_deg = 0.0;
     app.add_option("PAN", pan_deg, "[degrees] to the left of ahead")
-        ->required()
-        ->check(CLI::Range(-360.0, 360.0));
-    app.add_option("TILT", tilt_deg, "[degrees] up from level")
-        ->required()
-        ->check(CLI::Range(-180.0, 180.0));
+        .required()
+        .between(-360.0, 360.0);
+    app.add_option("TILT", tilt_deg, "[degrees] up from level").required().between(-180.0, 180.0);
     app.add_option("--lcm-url", lcm_url, "default: $LCM_DEFAULT_URL, else this host alone");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     process::catch_stop_signals();
     process::LcmBus bus(lcm_url);
     PanTiltCommand target;

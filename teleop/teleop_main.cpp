@@ -131,7 +131,7 @@ int run(const process::CommonArguments& arguments, Hands driven_by) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-teleop", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Drives the robot by keyboard and gamepad and shows pose, map, battery, bumpers, speed.\n"
         "Arrows drive while held, i k j l go by steps, t g f h turn the pan-tilt, r looks ahead,\n"
         "+ and - change the speed, space stops, e is the emergency stop and c clears it, q ends");
@@ -139,7 +139,7 @@ int main(int argc, char** argv) {
     process::add_common_arguments(app, arguments);
     bool no_keys = false;
     app.add_flag("--no-keys", no_keys, "drive by gamepad alone; needs no terminal");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments, no_keys ? Hands::gamepad : Hands::keys_and_gamepad);
   });
 }

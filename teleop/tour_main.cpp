@@ -152,16 +152,15 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-tour", [&] {
-    CLI::App app("Drives a tour: moves, sweeps of the pan-tilt, waits. Any key stops it at once");
+    process::CommandLine app(
+        "Drives a tour: moves, sweeps of the pan-tilt, waits. Any key stops it at once");
     Arguments arguments;
     process::add_common_arguments(app, arguments.common);
-    app.add_option("tour", arguments.tour, "e.g. config/tours/lab.toml")
-        ->required()
-        ->check(CLI::ExistingFile);
+    app.add_option("tour", arguments.tour, "e.g. config/tours/lab.toml").required().existing_file();
     app.add_option("--pose", arguments.pose, "whose pose to go by: odometry, slam or true")
-        ->check(CLI::IsMember({"odometry", "slam", "true"}))
-        ->capture_default_str();
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+        .one_of({"odometry", "slam", "true"})
+        .shows_default();
+    if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments);
   });
 }

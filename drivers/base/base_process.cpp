@@ -39,7 +39,7 @@ class BaseAdapter {
           require_fresh(command, wall_now());
           driver_.look(command, wall_now());
         });
-    bus.subscribe_raw(std::string(channels::kLidarPattern) + "|SENSOR_INFO|PANTILT_STATE",
+    bus.subscribe_raw("SENSOR_INFO|PANTILT_STATE|" + std::string(channels::kLidarPattern),
                       [this, &drops](const process::RawMessage& raw) { on_sample(raw, drops); });
   }
 

@@ -78,14 +78,14 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-stop", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Stops every base that hears it, and keeps it stopped until --release.\n"
         "Exit code 0: each base heard says that it did; 1: one did not, or none was heard");
     Arguments arguments;
     process::add_common_arguments(app, arguments.common);
     app.add_flag("--release", arguments.release, "lets the bases take orders again");
     app.add_option("--reason", arguments.reason, "one line for whoever wonders why it stands");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments);
   });
 }

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -120,7 +119,7 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-devices", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "What is plugged in: serial ports, what speaks there and at which rate, gamepads, "
         "cameras.\nListens first, then asks with bytes that change nothing, and never at a port "
         "that another process holds, or that may be a modem, a satellite receiver or a terminal. "
@@ -133,7 +132,7 @@ int main(int argc, char** argv) {
                    "folder for a configuration of each device, and a procman script");
     app.add_flag("--udev", arguments.udev,
                  "print udev rules that let every user at the computer open the devices");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments);
   });
 }

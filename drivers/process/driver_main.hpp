@@ -33,7 +33,7 @@ struct DriverProgram {
 template <class Options>
 int driver_main(int argc, const char* const* argv, const DriverProgram<Options>& driver) {
   return process::run_main(driver.name, [&] {
-    CLI::App app(driver.description);
+    process::CommandLine app(driver.description);
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
     std::string device;
@@ -41,10 +41,10 @@ int driver_main(int argc, const char* const* argv, const DriverProgram<Options>&
     if (driver.extra) app.add_flag(driver.extra->name, switched, driver.extra->help);
     app.add_option("--device", device,
                    "over the config's: a path; of a serial line also tcp:HOST:PORT")
-        ->check([](const std::string& given) {
+        .check([](const std::string& given) {
           return given.empty() ? "no device: give a path, or tcp:HOST:PORT" : "";
         });
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     auto options = process::load_options<Options>(arguments.config_path);
     if (!device.empty()) options.device = device;
     if (switched) driver.extra->apply(options);

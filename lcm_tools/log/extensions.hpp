@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <optional>
 #include <string>
@@ -9,6 +8,7 @@
 
 #include "lcm_tools/log/commands.hpp"
 #include "lcm_tools/log/mcap_translator.hpp"
+#include "lcm_tools/process/command_line.hpp"
 
 namespace marco::logs {
 
@@ -17,14 +17,15 @@ struct ExportFormat {
   std::string name;                  ///< as given to --format
   std::vector<std::string> endings;  ///< of OUT that select it without --format: ".csv"
   std::function<void(const ExportArguments&)> write;
-  std::function<void(CLI::App&)> add_options = {};  ///< its own options of `export`; may be empty
+  /// Adds its own options to `export`; may be empty.
+  std::function<void(process::CommandLine&)> add_options = {};
 };
 
 /// What a program adds to the commands that lcm_tools has for every LCM user.
 struct Extensions {
   std::vector<ExportFormat> formats;
   MakeMcapTranslator make_mcap_translator;
-  std::vector<std::function<void(CLI::App&)>> commands;  ///< each adds a subcommand
+  std::vector<std::function<void(process::CommandLine&)>> commands;  ///< each adds a subcommand
   std::vector<std::string_view> order_channels;  ///< left out by `play`, besides lcm_tools' own
   /// Explains a file that holds no LCM event, with its path. Empty: "PATH: holds no whole LCM
   /// event".
@@ -37,6 +38,6 @@ struct Extensions {
 int run_log_program(int argc, char** argv, const Extensions& extensions);
 
 /// Adds -f,--force to a subcommand.
-void add_force(CLI::App& command, Existing& existing);
+void add_force(process::CommandLine& command, Existing& existing);
 
 }  // namespace marco::logs

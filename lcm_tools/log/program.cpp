@@ -7,8 +7,8 @@
 // The command line of marco-log.
 namespace marco::logs {
 
-void add_force(CLI::App& command, Existing& existing) {
-  command.add_flag_callback(
+void add_force(process::CommandLine& command, Existing& existing) {
+  command.add_flag(
       "-f,--force", [&existing] { existing = Existing::replace; }, "replace existing files");
 }
 
@@ -21,25 +21,25 @@ constexpr const char* kHelp =
 
 // The options that several commands share.
 struct Command {
-  CLI::App& app;
+  process::CommandLine app;
 
-  void in(std::string& path) { app.add_option("LOG", path, "LCM log")->required(); }
-  void in(std::vector<std::string>& paths) { app.add_option("LOG", paths, "LCM logs")->required(); }
+  void in(std::string& path) { app.add_option("LOG", path, "LCM log").required(); }
+  void in(std::vector<std::string>& paths) { app.add_option("LOG", paths, "LCM logs").required(); }
   void out(const char* name, std::string& path, const char* what = "log to write") {
-    app.add_option(name, path, what)->required();
+    app.add_option(name, path, what).required();
   }
   void range(std::string& from, std::string& to) {
     app.add_option("--from", from, "start time");
     app.add_option("--to", to, "end time, exclusive");
   }
-  CLI::Option* each(const char* name, auto& values, const char* what) {
-    return app.add_option(name, values, what)->allow_extra_args(false);
+  process::Option each(const char* name, auto& values, const char* what) {
+    return app.add_option(name, values, what).one_value_each_time();
   }
-  CLI::Option* channels(std::vector<std::string>& names) {
+  process::Option channels(std::vector<std::string>& names) {
     return each("-c,--channel", names, "name or regular expression of the whole name; repeatable");
   }
   void json(Format& format) {
-    app.add_flag_callback(
+    app.add_flag(
         "--json", [&format] { format = Format::json; }, "print JSON");
   }
   void types(std::vector<std::string>& paths) {
@@ -55,17 +55,17 @@ struct Added {
 
 // Adds a subcommand that runs `run` with its parsed arguments.
 template <class Arguments>
-Added<Arguments> add(CLI::App& program,
+Added<Arguments> add(process::CommandLine& program,
                      const char* name,
                      const char* what,
                      std::function<void(const Arguments&)> run) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand(name, what);
-  app->callback([arguments, run = std::move(run)] { run(*arguments); });
-  return {{*app}, *arguments};
+  const auto app =
+      program.add_subcommand(name, what, [arguments, run = std::move(run)] { run(*arguments); });
+  return {{app}, *arguments};
 }
 
-void add_info(CLI::App& program, const Extensions& extensions) {
+void add_info(process::CommandLine& program, const Extensions& extensions) {
   auto [command, info] = add<InfoArguments>(
       program, "info", "channels, types, rates, gaps, duration, clock offsets, damage", run_info);
   command.in(info.logs);
@@ -74,19 +74,19 @@ void add_info(CLI::App& program, const Extensions& extensions) {
   info.describe = extensions.describe;
 }
 
-void add_select(CLI::App& program, bool is_cut) {
+void add_select(process::CommandLine& program, bool is_cut) {
   auto [command, select] = add<SelectArguments>(
       program, is_cut ? "cut" : "filter",
       is_cut ? "copy the events of a time range" : "copy the events of some channels", run_select);
   command.in(select.in);
   command.out("OUT", select.out);
   command.range(select.from, select.to);
-  command.channels(select.channels)->required(!is_cut);
+  command.channels(select.channels).required(!is_cut);
   command.app.add_flag("-v,--drop", select.drop, "drop these channels, keep the others");
   add_force(command.app, select.existing);
 }
 
-void add_merge(CLI::App& program) {
+void add_merge(process::CommandLine& program) {
   auto [command, merge] =
       add<MergeArguments>(program, "merge", "merge several logs by event time", run_merge);
   command.in(merge.ins);
@@ -97,7 +97,7 @@ void add_merge(CLI::App& program) {
   add_force(command.app, merge.existing);
 }
 
-void add_repair(CLI::App& program) {
+void add_repair(process::CommandLine& program) {
   auto [command, repair] = add<RepairArguments>(
       program, "repair", "keep every whole event of a damaged log and repair headers", run_repair);
   command.in(repair.in);
@@ -108,7 +108,7 @@ void add_repair(CLI::App& program) {
   add_force(command.app, repair.existing);
 }
 
-void add_export(CLI::App& program, const Extensions& extensions) {
+void add_export(process::CommandLine& program, const Extensions& extensions) {
   std::vector<std::string> names;
   const std::vector<ExportFormat> formats = export_formats(extensions);
   names.reserve(formats.size());
@@ -118,8 +118,7 @@ void add_export(CLI::App& program, const Extensions& extensions) {
       [formats](const ExportArguments& arguments) { run_export(arguments, formats); });
   command.in(request.in);
   command.out("OUT", request.out, "file; for csv and images a folder");
-  command.app.add_option("--format", request.format, "default: by the ending of OUT")
-      ->check(CLI::IsMember(names));
+  command.app.add_option("--format", request.format, "default: by the ending of OUT").one_of(names);
   command.range(request.from, request.to);
   command.channels(request.channels);
   command.types(request.types);
@@ -129,7 +128,7 @@ void add_export(CLI::App& program, const Extensions& extensions) {
   add_force(command.app, request.existing);
 }
 
-void add_play(CLI::App& program, const Extensions& extensions) {
+void add_play(process::CommandLine& program, const Extensions& extensions) {
   auto [command, play] = add<PlayArguments>(program, "play",
                                             "publish a log in real time; on a terminal: space "
                                             "pause, s step, arrows seek and speed, h help",
@@ -138,16 +137,15 @@ void add_play(CLI::App& program, const Extensions& extensions) {
   play.order_channels.insert(play.order_channels.end(), extensions.order_channels.begin(),
                              extensions.order_channels.end());
   command.in(play.in);
-  command.app
-      .add_option("-s,--speed", play.speed, "multiple of real time; 0 = as fast as possible")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
+  command.app.add_option("-s,--speed", play.speed, "multiple of real time; 0 = as fast as possible")
+      .not_negative()
+      .shows_default();
   command.range(play.from, play.to);
   command.app.add_flag("--loop", play.loop, "start again at the end");
   command.app.add_flag("--pause", play.paused, "wait for a key before the first event");
   command.app
       .add_option("--longest-wait", play.longest_wait_s, "[s] longer gaps are shortened to this")
-      ->check(CLI::PositiveNumber);
+      .positive();
   command.channels(play.channels);
   command.app.add_flag("-v,--drop", play.drop, "drop these channels, play the others");
   command.each("--rename", play.renames,
@@ -156,13 +154,13 @@ void add_play(CLI::App& program, const Extensions& extensions) {
                          "default: LCM_DEFAULT_URL, or this host only");
   command.app.add_flag("--orders", play.orders,
                        "also publish orders (EMERGENCY_STOP, ...); running robots obey them");
-  command.app.add_flag_callback(
+  command.app.add_flag(
       "--no-keys", [&arguments = play] { arguments.keys = false; }, "ignore the keyboard");
 }
 
 int parse_and_run(int argc, char** argv, const Extensions& extensions) {
-  CLI::App app(kHelp, "marco-log");
-  app.require_subcommand(1);
+  process::CommandLine app(kHelp, "marco-log");
+  app.require_subcommand();
   add_info(app, extensions);
   add_select(app, true);
   add_select(app, false);
@@ -172,7 +170,7 @@ int parse_and_run(int argc, char** argv, const Extensions& extensions) {
   add_export(app, extensions);
   add_play(app, extensions);
   try {
-    return process::parse_arguments(app, argc, argv).value_or(0);
+    return app.parse(argc, argv).value_or(0);
   } catch (const NoLogError& none) {
     if (!extensions.explain_no_log) throw;
     throw std::invalid_argument(extensions.explain_no_log(none.path()) + none.outcome());

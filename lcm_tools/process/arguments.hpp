@@ -1,12 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <functional>
 #include <optional>
 #include <string>
 
+#include "lcm_tools/process/command_line.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/exit_code.hpp"
 
@@ -28,10 +28,10 @@ struct CommonArguments : ConfigArguments {
 };
 
 /// Adds --print-config and --advanced to `app`.
-void add_print_config(CLI::App& app, ConfigArguments& arguments);
+void add_print_config(CommandLine& app, ConfigArguments& arguments);
 
 /// Adds --config --lcm-url --log-level --print-config --advanced to `app`.
-void add_common_arguments(CLI::App& app, CommonArguments& arguments);
+void add_common_arguments(CommandLine& app, CommonArguments& arguments);
 
 /// Where --print-config is given, prints the options. @returns whether the program is done by that
 template <class Options>
@@ -41,24 +41,20 @@ bool prints_config(const ConfigArguments& arguments, const Options& options) {
   return true;
 }
 
-/// Parses the command line. Prints help, the version (--version) or the mistake, with a suggestion
-/// for an unknown word. @returns an exit code when the program should end now: kExitDone,
-/// kExitUsage.
-std::optional<int> parse_arguments(CLI::App& app, int argc, const char* const* argv);
-
-/// parse_arguments for a program that needs inputs: they are not required with --print-config,
-/// which this adds. @param config_path  an option of `app`
+/// Parses the command line of a program that needs inputs: they are not required with
+/// --print-config, which this adds. @param config_path  an option of `app`
+/// @returns as CommandLine::parse
 template <class Options>
-std::optional<int> parse_inputs(CLI::App& app,
-                                CLI::Option* inputs,
+std::optional<int> parse_inputs(CommandLine& app,
+                                Option inputs,
                                 const std::string& config_path,
                                 int argc,
                                 const char* const* argv) {
   ConfigArguments arguments;
   add_print_config(app, arguments);
-  inputs->required(std::none_of(
+  inputs.required(std::none_of(
       argv, argv + argc, [](const char* word) { return std::string(word) == "--print-config"; }));
-  if (const auto code = parse_arguments(app, argc, argv)) return code;
+  if (const auto code = app.parse(argc, argv)) return code;
   if (!arguments.print_config) return std::nullopt;
   prints_config(arguments, load_options<Options>(config_path));
   return kExitDone;

@@ -32,7 +32,7 @@ is for a network whose every member you trust.)";
 
 int run_relay_program(int argc, char** argv, std::vector<std::string> order_channels) {
   return process::run_main("marco-relay", [&] {
-    CLI::App app(kHelp, "marco-relay");
+    process::CommandLine app(kHelp, "marco-relay");
     RelayOptions options;
     options.order_channels = std::move(order_channels);
     std::string listen, lcm_url, log_level = "info";
@@ -45,9 +45,9 @@ int run_relay_program(int argc, char** argv, std::vector<std::string> order_chan
     app.add_flag("--orders", orders, "pass orders, too; on both sides");
     app.add_option("--lcm-url", lcm_url, "default: LCM_DEFAULT_URL, or this host only");
     app.add_option("--log-level", log_level, "trace, debug, info, warn, error or off")
-        ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
-        ->capture_default_str();
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+        .one_of({"trace", "debug", "info", "warn", "error", "off"})
+        .shows_default();
+    if (const auto code = app.parse(argc, argv)) return *code;
     process::require_usage(!listen.empty() || !connect.empty(), "give --listen or --connect");
     if (!listen.empty()) options.listen = parse_endpoint(listen);
     for (const std::string& one : connect) options.connect.push_back(parse_endpoint(one));

@@ -5,7 +5,7 @@ namespace marco::spy {
 
 int run_spy_program(int argc, char** argv, const SpyExtensions& extensions) {
   return process::run_main("marco-spy", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Shows LCM traffic: channels, types, rates, losses, fields, plots, scans, maps, senders.\n"
         "  marco-spy                          live, on the screen\n"
         "  marco-spy LOG --speed 4            a log, at 4 times its speed\n"
@@ -27,10 +27,9 @@ int run_spy_program(int argc, char** argv, const SpyExtensions& extensions) {
     app.add_option("--channel", options.channel, "opens this channel");
     app.add_option("--page", options.page,
                    "opens a page: who, or with --channel: picture, plot:FIELD");
-    app.add_option("--width", options.width, "[cells] of the report of --once")
-        ->check(CLI::Range(0, 1000));
-    app.add_option("--height", options.height, "[cells]")->check(CLI::Range(0, 1000));
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    app.add_option("--width", options.width, "[cells] of the report of --once").between(0, 1000);
+    app.add_option("--height", options.height, "[cells]").between(0, 1000);
+    if (const auto code = app.parse(argc, argv)) return *code;
     return run_session(options);
   });
 }

@@ -25,14 +25,14 @@ struct ProcessOptions : mapping3d::Mapping3dAdapterOptions {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-mapping3d", [&] {
-    CLI::App app("3D models: LIDAR on a pan-tilt and SLAM_POSE in, SCENE and MESH out");
+    process::CommandLine app("3D models: LIDAR on a pan-tilt and SLAM_POSE in, SCENE and MESH out");
     process::CommonArguments arguments;
     std::string out;
     std::string calibration_path;
     process::add_common_arguments(app, arguments);
     app.add_option("--out", out, "PLY file that the model is written to in the end");
     add_calibration_argument(app, calibration_path);
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     auto options = process::load_options<ProcessOptions>(arguments.config_path);
     const CalibrationFile calibration = load_calibration(calibration_path);
     options.input.calibration = calibration;

@@ -66,13 +66,14 @@ int run(const process::CommonArguments& arguments, const std::string& world_path
 
 int main(int argc, char** argv) {
   return process::run_main("marco-sim-camera", [&] {
-    CLI::App app("The cameras of a robot that marco-sim runs: pictures of the simulated world");
+    process::CommandLine app(
+        "The cameras of a robot that marco-sim runs: pictures of the simulated world");
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
-    app.get_option("--config")->description("the robot, as marco-sim has it");
+    app.option("--config").described("the robot, as marco-sim has it");
     std::string world;
-    app.add_option("--world", world, "as marco-sim has it")->required()->check(CLI::ExistingFile);
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    app.add_option("--world", world, "as marco-sim has it").required().existing_file();
+    if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments, world);
   });
 }

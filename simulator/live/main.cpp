@@ -130,30 +130,24 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-sim", [&] {
-    CLI::App app("A simulated robot in real time; each device has its own port");
+    process::CommandLine app("A simulated robot in real time; each device has its own port");
     Arguments arguments;
     process::add_common_arguments(app, arguments.common);
-    app.get_option("--config")->description("the robot, e.g. config/robots/michoacan.toml");
+    app.option("--config").described("the robot, e.g. config/robots/michoacan.toml");
     app.add_option("--world", arguments.world, "e.g. config/worlds/lab.toml")
-        ->required()
-        ->check(CLI::ExistingFile);
-    app.add_option("--tour", arguments.tour, "starts where this tour does")
-        ->check(CLI::ExistingFile);
-    app.add_option("--start", arguments.start, "X Y DEGREES, without a tour")->expected(3);
-    app.add_option("--ports", arguments.ports, "folder for the links to the ports")
-        ->capture_default_str();
-    app.add_option("--seed", arguments.seed)->capture_default_str();
+        .required()
+        .existing_file();
+    app.add_option("--tour", arguments.tour, "starts where this tour does").existing_file();
+    app.add_option("--start", arguments.start, "X Y DEGREES, without a tour").values(3);
+    app.add_option("--ports", arguments.ports, "folder for the links to the ports").shows_default();
+    app.add_option("--seed", arguments.seed).shows_default();
     app.add_option("--fault-script", arguments.fault_script,
                    "[[faults]] device, kind, start_s, duration_s; also accepted on SIM_FAULT")
-        ->check(CLI::ExistingFile);
-    app.add_flag_callback(
-        "--faults",
-        [] {
-          std::fputs(sim::describe_faults().c_str(), stdout);
-          throw CLI::Success();
-        },
+        .existing_file();
+    app.add_flag_that_ends(
+        "--faults", [] { std::fputs(sim::describe_faults().c_str(), stdout); },
         "list the faults that a device can have");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments);
   });
 }

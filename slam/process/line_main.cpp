@@ -12,14 +12,15 @@
 namespace {
 
 int run(int argc, char** argv) {
-  CLI::App app{"Line SLAM: pose and walls from a laser, with odometry or without."};
+  marco::process::CommandLine app{
+      "Line SLAM: pose and walls from a laser, with odometry or without."};
   marco::process::CommonArguments arguments;
   marco::process::add_common_arguments(app, arguments);
   std::string calibration;
   marco::add_calibration_argument(app, calibration);
   std::string foreign_table;
   marco::add_foreign_argument(app, foreign_table);
-  if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+  if (const auto code = app.parse(argc, argv)) return *code;
   auto options =
       marco::process::load_options<marco::slam::LineProcessOptions>(arguments.config_path);
   options.input.calibration = marco::load_calibration(calibration);

@@ -34,7 +34,7 @@ using namespace marco;  // NOLINT(google-build-using-namespace): a main has no o
 
 int main(int argc, char** argv) {
   return process::run_main("marco-slam", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Scan-matching SLAM: LIDAR and ODOMETRY in, SLAM_POSE, TRAJECTORY, LOOP_CLOSURES and "
         "GRID_MAP out");
     process::CommonArguments arguments;
@@ -45,7 +45,7 @@ int main(int argc, char** argv) {
     add_calibration_argument(app, calibration);
     std::string foreign_table;
     add_foreign_argument(app, foreign_table);
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     auto options = process::load_options<slam::SlamAdapterOptions>(arguments.config_path);
     if (!checkpoint.empty()) options.checkpoint_path = checkpoint;
     options.input.calibration = load_calibration(calibration);

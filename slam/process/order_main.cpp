@@ -74,25 +74,23 @@ void take_pose(const std::vector<double>& x_y_deg, slam_command_t& command) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-slam-order", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Gives an order to every SLAM that runs, and says what became of it.\n"
         "NAME is a folder below the SLAM's own folder for maps (maps_folder in its config).");
     std::string lcm_url, folder;
     std::vector<double> pose;
     slam_command_t command = {};
     app.add_option("--lcm-url", lcm_url, "default: $LCM_DEFAULT_URL, else this host alone");
-    app.require_subcommand(1);
+    app.require_subcommand();
     const auto order = [&](const char* word, int8_t code, const char* help) {
-      auto* sub = app.add_subcommand(word, help);
-      sub->callback([&command, code] { command.command = code; });
+      return app.add_subcommand(word, help, [&command, code] { command.command = code; });
+    };
+    const auto named = [&](process::CommandLine sub) {
+      sub.add_option("NAME", folder, "of the map").required();
       return sub;
     };
-    const auto named = [&](CLI::App* sub) {
-      sub->add_option("NAME", folder, "of the map")->required();
-      return sub;
-    };
-    const auto posed = [&](CLI::App* sub, const char* name, const char* help) {
-      return sub->add_option(name, pose, help)->expected(3)->type_name("X Y DEG");
+    const auto posed = [&](process::CommandLine sub, const char* name, const char* help) {
+      return sub.add_option(name, pose, help).values(3).value_name("X Y DEG");
     };
     named(order("save", slam_command_t::SAVE, "write map and path into the folder NAME"));
     posed(named(order("localize", slam_command_t::LOCALIZE,
@@ -105,10 +103,10 @@ int main(int argc, char** argv) {
         order("set-pose", slam_command_t::SET_POSE,
               "the robot is here: tracks from there when localizing, else begins a new map there"),
         "POSE", "[m, m, degrees]")
-        ->required();
+        .required();
     order("pause", slam_command_t::PAUSE, "ignore scans until resume");
     order("resume", slam_command_t::RESUME, "map again after pause");
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     process::catch_stop_signals();
     OrderGiver giver(lcm_url);
     command.folder = folder;

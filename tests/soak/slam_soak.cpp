@@ -200,14 +200,15 @@ class Soak {
 
 int main(int argc, char** argv) {
   return marco::process::run_main("slam_soak", [&] {
-    CLI::App app("Hours of simulated driving at batch clock: memory and cost per scan");
+    marco::process::CommandLine app(
+        "Hours of simulated driving at batch clock: memory and cost per scan");
     double hours = 12.0, every = 1.0;
     std::string world = "config/worlds/office.toml", tour = "config/tours/office.toml";
-    app.add_option("--hours", hours)->capture_default_str();
-    app.add_option("--report-hours", every, "a line each")->capture_default_str();
-    app.add_option("--world", world)->check(CLI::ExistingFile);
-    app.add_option("--tour", tour)->check(CLI::ExistingFile);
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    app.add_option("--hours", hours).shows_default();
+    app.add_option("--report-hours", every, "a line each").shows_default();
+    app.add_option("--world", world).existing_file();
+    app.add_option("--tour", tour).existing_file();
+    if (const auto code = app.parse(argc, argv)) return *code;
     const auto built =
         marco::sim::build_world(marco::process::load_options<marco::sim::WorldSpec>(world));
     const marco::sim::RayCaster rays(built);

@@ -113,7 +113,7 @@ int bridge_ros(const Arguments& arguments, const ForeignTable& table) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-bridge", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Lets Marco map with another stack's robot: takes its scans and odometry to Marco's "
         "programs, and their pose, map and path back.\n"
         "  marco-bridge                    MBot, dimos: LCM on the port 7667; Marco's programs on "
@@ -124,8 +124,8 @@ int main(int argc, char** argv) {
     Arguments arguments;
     process::add_common_arguments(app, arguments.common);
     app.add_option("OTHER", arguments.other, "the other side: an LCM URL, or ws://HOST[:PORT]")
-        ->capture_default_str();
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+        .shows_default();
+    if (const auto code = app.parse(argc, argv)) return *code;
     const auto table = process::load_options<ForeignTable>(arguments.common.config_path);
     if (process::prints_config(arguments.common, table)) return 0;
     process::start_logging("marco-bridge", arguments.common.log_level);

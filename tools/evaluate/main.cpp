@@ -85,7 +85,7 @@ int print_fit(const Trajectory& trajectory, const RecordedTruth& truth, const st
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-evaluate", [&] {
-    CLI::App app(
+    marco::process::CommandLine app(
         "Error of a trajectory against RELATIONS (hand-checked relative poses), against the true "
         "poses of a log, or against the SLAM poses in a log.\n"
         "  marco evaluate out/trajectory.tum intel.relations\n"
@@ -95,17 +95,16 @@ int main(int argc, char** argv) {
     double tolerance_s = 2e-6;
     app.add_option("TRAJECTORY", trajectory_path,
                    "'time x y z qx qy qz qw' (TUM) or 'time x y theta' per line")
-        ->required();
-    auto* relations =
+        .required();
+    auto relations =
         app.add_option("RELATIONS", relations_path,
                        "'time1 time2 x y z roll pitch yaw' per line: pose 2 seen from pose 1");
-    auto* truth =
-        app.add_option("--truth", truth_path, "a log with TRUE_POSE")->excludes(relations);
+    auto truth = app.add_option("--truth", truth_path, "a log with TRUE_POSE").excludes(relations);
     app.add_option("--recorded", recorded_path, "a log with SLAM_POSE")
-        ->excludes(relations)
-        ->excludes(truth);
+        .excludes(relations)
+        .excludes(truth);
     app.add_option("--tolerance", tolerance_s, "[s] between a relation's time and its pose");
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     marco::process::require_usage(
         !relations_path.empty() || !truth_path.empty() || !recorded_path.empty(),
         "give RELATIONS, --truth LOG or --recorded LOG");

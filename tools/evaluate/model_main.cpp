@@ -91,32 +91,32 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-evaluate-model", [&] {
-    CLI::App app(
+    marco::process::CommandLine app(
         "Errors of a surface model against the simulated world: reads only the model and the "
         "world.\n"
         "  marco evaluate-model out/model.ply config/worlds/lab.toml --beams lab.lcm\n"
         "Every triangle is sampled, a point per 4 cm2. The model is aligned with the world by the "
         "best rigid motion.");
     marco::Arguments arguments;
-    app.add_option("MODEL", arguments.model, "PLY or OBJ")->required()->check(CLI::ExistingFile);
+    app.add_option("MODEL", arguments.model, "PLY or OBJ").required().existing_file();
     app.add_option("WORLD", arguments.world, "TOML, as config/worlds/lab.toml")
-        ->required()
-        ->check(CLI::ExistingFile);
-    auto* beams = app.add_option("--beams", arguments.beams,
-                                 "the simulated recording: reports the part of the surface seen by "
-                                 "its 3D sweeps that the model covers, and double sheets")
-                      ->check(CLI::ExistingFile);
+        .required()
+        .existing_file();
+    auto beams = app.add_option("--beams", arguments.beams,
+                                "the simulated recording: reports the part of the surface seen by "
+                                "its 3D sweeps that the model covers, and double sheets")
+                     .existing_file();
     app.add_option("--trajectory", arguments.trajectory,
                    "the map's trajectory.tum: start from its fit to the truth; else search for the "
                    "pose of the model")
-        ->needs(beams)
-        ->check(CLI::ExistingFile);
+        .needs(beams)
+        .existing_file();
     app.add_flag("--list", arguments.list,
                  "list the places where two sheets of one face are more than 20 mm apart")
-        ->needs(beams);
+        .needs(beams);
     app.add_flag("--as-it-lies", arguments.as_it_lies,
                  "do not align: the model is in the world's frame");
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     return marco::run(arguments);
   });
 }

@@ -116,26 +116,26 @@ int run(const std::string& log,
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-figures", [&] {
-    CLI::App app(
+    marco::process::CommandLine app(
         "The equals of thesis B's figures from a recording with 3D sweeps: 5.3-5.11, the ways its "
         "scan matching goes, with their errors and times; 5.13-5.17 and 5.19-5.21, its polygons, "
         "its light, its way of joining; of a recording with pictures 5.12 and 5.18.");
     std::string log, config, out = "out/figures", size = "1000x750";
     marco::FigureOptions figures;
-    app.add_option("LOG", log)->required()->check(CLI::ExistingPath);
-    app.add_option("--out", out, "folder for the pictures")->capture_default_str();
-    app.add_option("--config", config, "TOML, as for marco map")->check(CLI::ExistingFile);
-    app.add_option("--size", size, "WIDTHxHEIGHT [px]")->capture_default_str();
+    app.add_option("LOG", log).required().existing_path();
+    app.add_option("--out", out, "folder for the pictures").shows_default();
+    app.add_option("--config", config, "TOML, as for marco map").existing_file();
+    app.add_option("--size", size, "WIDTHxHEIGHT [px]").shows_default();
     app.add_option("--cut-ends", figures.cut_ends,
                    "number of beams to leave out at each end of a scan")
-        ->check(CLI::Range(0, 100000))
-        ->capture_default_str();
-    app.add_option("--mode", figures.mode, "points, wire or filled")
-        ->transform(CLI::CheckedTransformer(
-            std::map<std::string, marco::viewer::Mode>{{"points", marco::viewer::Mode::points},
-                                                       {"wire", marco::viewer::Mode::wire},
-                                                       {"filled", marco::viewer::Mode::filled}}));
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+        .between(0, 100000)
+        .shows_default();
+    app.add_choice<marco::viewer::Mode>("--mode", figures.mode,
+                                        {{"points", marco::viewer::Mode::points},
+                                         {"wire", marco::viewer::Mode::wire},
+                                         {"filled", marco::viewer::Mode::filled}},
+                                        "points, wire or filled");
+    if (const auto code = app.parse(argc, argv)) return *code;
     figures.size = marco::viewer::parse_size(size);
     return marco::run(log, config, out, figures);
   });

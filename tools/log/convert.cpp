@@ -226,27 +226,27 @@ void run_convert(const ConvertArguments& arguments) {
 
 }  // namespace
 
-void add_convert(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("convert",
-                                             "any recording that Marco reads (LCM, CARMEN, ROS "
-                                             "bags, MCAP, rosbag2, ...) to an LCM log (.lcm), "
-                                             "a CARMEN log (.log, .carmen), a ROS 1 bag (.bag: "
-                                             "rosbag play), or an MCAP file (.mcap: ros2 bag "
-                                             "play; --format foxglove: for the viewer)");
+void add_convert(process::CommandLine& program) {
   auto arguments = std::make_shared<ConvertArguments>();
-  command->add_option("IN", arguments->in, "recording")->required();
-  command->add_option("OUT", arguments->out, "file to write")->required();
+  auto command = program.add_subcommand("convert",
+                                        "any recording that Marco reads (LCM, CARMEN, ROS "
+                                        "bags, MCAP, rosbag2, ...) to an LCM log (.lcm), "
+                                        "a CARMEN log (.log, .carmen), a ROS 1 bag (.bag: "
+                                        "rosbag play), or an MCAP file (.mcap: ros2 bag "
+                                        "play; --format foxglove: for the viewer)",
+                                        [arguments] { run_convert(*arguments); });
+  command.add_option("IN", arguments->in, "recording").required();
+  command.add_option("OUT", arguments->out, "file to write").required();
   command
-      ->add_option(
+      .add_option(
           "--format", arguments->format,
           "default: by the ending of OUT. ros2 and ros1: MCAP with messages of ROS 2 or ROS 1")
-      ->check(CLI::IsMember({"lcm", "carmen", "bag", "ros2", "ros1", "foxglove"}));
+      .one_of({"lcm", "carmen", "bag", "ros2", "ros1", "foxglove"});
   command
-      ->add_option("--foreign", arguments->foreign,
-                   "meaning of foreign channels and topics, see config/foreign.toml")
-      ->check(CLI::ExistingFile);
-  add_force(*command, arguments->existing);
-  command->callback([arguments] { run_convert(*arguments); });
+      .add_option("--foreign", arguments->foreign,
+                  "meaning of foreign channels and topics, see config/foreign.toml")
+      .existing_file();
+  add_force(command, arguments->existing);
 }
 
 }  // namespace marco::logs

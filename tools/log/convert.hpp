@@ -1,13 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "lcm_tools/process/command_line.hpp"
 
 namespace marco::logs {
 
 /// Adds `convert IN OUT`: any recording that Marco reads as an LCM log, a CARMEN log, a ROS 1 bag,
 /// or an MCAP file for ROS 2, ROS 1 or a viewer. What IN is, its content tells; what OUT is, its
-/// ending or
-/// --format.
-void add_convert(CLI::App& program);
+/// ending or --format.
+void add_convert(process::CommandLine& program);
 
 }  // namespace marco::logs

@@ -59,11 +59,11 @@ ExportFormat carmen_format() {
           [foreign_table](const ExportArguments& arguments) {
             write_carmen(arguments, *foreign_table);
           },
-          [foreign_table](CLI::App& command) {
+          [foreign_table](process::CommandLine& command) {
             command
                 .add_option("--foreign", *foreign_table,
                             "carmen: meaning of foreign channels, see config/foreign.toml")
-                ->check(CLI::ExistingFile);
+                .existing_file();
           }};
 }
 
@@ -92,15 +92,15 @@ void run_import(const ImportArguments& arguments) {
   for (const std::string& note : result.report.notes) std::printf("  %s\n", note.c_str());
 }
 
-void add_import(CLI::App& program) {
-  CLI::App* command = program.add_subcommand(
-      "import",
-      "make an LCM log (LIDAR, ODOMETRY, SENSOR_INFO) of a CARMEN log or another recording");
+void add_import(process::CommandLine& program) {
   auto arguments = std::make_shared<ImportArguments>();
-  command->add_option("IN", arguments->in, "recording")->required();
-  command->add_option("OUT", arguments->out, "log to write")->required();
-  add_force(*command, arguments->existing);
-  command->callback([arguments] { run_import(*arguments); });
+  auto command = program.add_subcommand(
+      "import",
+      "make an LCM log (LIDAR, ODOMETRY, SENSOR_INFO) of a CARMEN log or another recording",
+      [arguments] { run_import(*arguments); });
+  command.add_option("IN", arguments->in, "recording").required();
+  command.add_option("OUT", arguments->out, "log to write").required();
+  add_force(command, arguments->existing);
 }
 
 }  // namespace

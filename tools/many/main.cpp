@@ -34,17 +34,17 @@ struct Arguments {
 };
 
 std::optional<int> parse(int argc, char** argv, Arguments& arguments) {
-  CLI::App app(kHelp, "marco-map-many");
+  process::CommandLine app(kHelp, "marco-map-many");
   const auto end = std::find(argv, argv + argc, std::string("--"));
   if (end != argv + argc) arguments.for_map.assign(end + 1, argv + argc);
   app.add_option("INPUT", arguments.inputs, "folders, lists or recordings");
-  app.add_option("--out", arguments.out, "folder for all results")->capture_default_str();
+  app.add_option("--out", arguments.out, "folder for all results").shows_default();
   app.add_option("--jobs", arguments.jobs, "maps at a time (as many as there are processors)")
-      ->check(CLI::Range(1, 10000));
+      .between(1, 10000);
   app.add_flag("--slurm", arguments.slurm, "submit them to Slurm as an array job, and return");
   app.add_flag("--table", arguments.only_table, "only write the table of what is there");
   app.add_option("--task", arguments.task, "only map the Nth of OUT/jobs/list.tsv");
-  return process::parse_arguments(app, static_cast<int>(end - argv), argv);
+  return app.parse(static_cast<int>(end - argv), argv);
 }
 
 // What the maps of a folder were made with: others would not be comparable.

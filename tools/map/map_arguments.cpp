@@ -38,71 +38,71 @@ place, its picture (doctor_1.png ...) and, where one is known, the line that may
 }  // namespace
 
 std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& arguments) {
-  CLI::App app(kHelp);
+  process::CommandLine app(kHelp);
   arguments.command_line.assign(argv, argv + argc);
-  auto* inputs = app.add_option("INPUT", arguments.inputs, "recordings");
-  app.add_option("--out", arguments.out, "folder for the results")->capture_default_str();
+  auto inputs = app.add_option("INPUT", arguments.inputs, "recordings");
+  app.add_option("--out", arguments.out, "folder for the results").shows_default();
   app.add_option("--config", arguments.config, "TOML file; unknown keys are refused")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--foreign", arguments.foreign,
                  "TOML file with the meaning of foreign channels: see config/foreign.toml")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_option("--hold-out", arguments.hold_out_every,
                  "keep every Nth scan out of the map; the report tells how well the map predicts "
                  "it")
-      ->check(CLI::Range(2, 1000000));
+      .between(2, 1000000);
   app.add_option("--world", arguments.world,
                  "the world of a simulated recording; map and model are compared with it")
-      ->check(CLI::ExistingFile);
+      .existing_file();
   app.add_flag("--lines", arguments.lines,
                "use the line SLAM of thesis A; also writes lines.svg, lines.dxf and lines.json");
-  auto* extend = app.add_option("--extend", arguments.extend,
-                                "a folder that `marco map` wrote: localize in that map and extend "
-                                "it");
-  auto* localize = app.add_option("--localize", arguments.localize,
-                                  "a folder that `marco map` or `marco plan --import` wrote: "
-                                  "write the trajectory in that map's frame; the map stays "
-                                  "unchanged");
+  auto extend = app.add_option("--extend", arguments.extend,
+                               "a folder that `marco map` wrote: localize in that map and extend "
+                               "it");
+  auto localize = app.add_option("--localize", arguments.localize,
+                                 "a folder that `marco map` or `marco plan --import` wrote: "
+                                 "write the trajectory in that map's frame; the map stays "
+                                 "unchanged");
   app.add_option("--start", arguments.start,
                  "where in the map of --localize the recording begins: x and y in metres, heading "
                  "in degrees; without it the place is searched in the whole map")
-      ->expected(3)
-      ->needs(localize);
-  extend->excludes(localize)->excludes("--lines")->check(CLI::ExistingDirectory);
-  localize->excludes("--lines")->excludes("--hold-out")->check(CLI::ExistingDirectory);
+      .values(3)
+      .needs(localize);
+  extend.excludes(localize).excludes("--lines").existing_folder();
+  localize.excludes("--lines").excludes("--hold-out").existing_folder();
   app.add_option("--edits", arguments.edits,
                  "lines that mend a map, as the verdict on it prints them: forbid_loop T1 T2, "
                  "add_loop T1 T2 x y theta, drop_scans T1 T2, distrust_odometry T1 T2")
-      ->excludes(localize)
-      ->excludes("--lines")
-      ->check(CLI::ExistingFile);
+      .excludes(localize)
+      .excludes("--lines")
+      .existing_file();
   app.add_flag("--check", arguments.check,
                "print the verdict on the map, and write nothing (./marco check)")
-      ->excludes(extend)
-      ->excludes(localize);
+      .excludes(extend)
+      .excludes(localize);
   app.add_flag("--merge", arguments.merge,
                "INPUTs are folders that `marco map` wrote of one building: merge their maps")
-      ->excludes(extend)
-      ->excludes(localize);
-  auto* calibration = add_calibration_argument(app, arguments.calibration);
+      .excludes(extend)
+      .excludes(localize);
+  auto calibration = add_calibration_argument(app, arguments.calibration);
   app.add_flag("--no-calibration", arguments.no_calibration,
                "take odometry and gyroscope as they were recorded, however wrong they are; else, "
                "where the drive shows that they are, the map is made again with them corrected")
-      ->excludes(calibration);
+      .excludes(calibration);
   app.add_flag("--calibrate", arguments.calibrate,
                "find where the laser sits, how the wheels and the gyroscope count and how late "
                "they are, from any drive with turns; and the pan-tilt's lever arms and zero "
                "angles from sweeps of one stop at several pan angles; writes calibration.toml for "
                "--calibration")
-      ->excludes(calibration);
+      .excludes(calibration);
   app.add_flag("--loop-pictures", arguments.loop_pictures,
                "write a picture of each loop closure to loops/: both scans, before and after")
-      ->excludes("--lines")
-      ->excludes(localize);
+      .excludes("--lines")
+      .excludes(localize);
   app.add_flag("--sweep-meshes", arguments.sweep_meshes,
                "also write model_scenes.ply: the mesh of each sweep by itself, one over another; "
                "20 MB for each stop");
-  app.add_flag_callback(
+  app.add_flag(
       "--compressed-glb", [&] { arguments.glb_numbers = files::GlbNumbers::compressed; },
       "write model.glb and model_textured.glb with EXT_meshopt_compression and "
       "KHR_mesh_quantization: about a fifth of the size, positions to 0.5 mm, for programs that "

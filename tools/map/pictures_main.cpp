@@ -9,10 +9,10 @@
 int main(int argc, char** argv) {
   using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
   return process::run_main("marco-map-pictures", [&] {
-    CLI::App app("Draws the pictures that marco-map orders");
+    process::CommandLine app("Draws the pictures that marco-map orders");
     std::string orders;
-    app.add_option("ORDERS", orders, "a file that marco-map wrote")->required();
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    app.add_option("ORDERS", orders, "a file that marco-map wrote").required();
+    if (const auto code = app.parse(argc, argv)) return *code;
     for (PictureOrder& order : decode_picture_orders(files::read_whole_file(orders))) {
       viewer::RenderRequest request;
       request.camera = order.camera;

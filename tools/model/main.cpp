@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <ranges>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -85,7 +86,7 @@ int run(const Arguments& arguments) {
 }
 
 std::optional<int> parse(int argc, char** argv, Arguments& arguments) {
-  CLI::App app(
+  process::CommandLine app(
       "Builds one surface model from 3D scans of any scanner that stood while it scanned.\n"
       "\n"
       "Each SCAN is a file, or a folder of files: PCD, PLY, XYZ, PTS, PTX, or .3d of uos, with "
@@ -100,16 +101,17 @@ std::optional<int> parse(int argc, char** argv, Arguments& arguments) {
       "\n"
       "Writes model.ply, model.glb, model.obj, model.png, planes.json, poses.txt (where each scan "
       "was taken) and report.json.");
-  auto* inputs = app.add_option("SCAN", arguments.inputs, "files or folders of 3D scans");
-  app.add_option("--out", arguments.out, "folder for the results")->capture_default_str();
+  auto inputs = app.add_option("SCAN", arguments.inputs, "files or folders of 3D scans");
+  app.add_option("--out", arguments.out, "folder for the results").shows_default();
   app.add_option("--config", arguments.config, "TOML file; unknown keys are refused")
-      ->check(CLI::ExistingFile);
+      .existing_file();
+  const auto formats = kPointFormats | std::views::keys;
   app.add_option(
          "--points", arguments.points,
          "also write the points of all scans in one frame, points.FORMAT; of uos a file for "
          "each scan, with its pose: pcd, ply, xyz, pts or uos")
-      ->check(CLI::IsMember(kPointFormats));
-  app.add_flag_callback(
+      .one_of({formats.begin(), formats.end()});
+  app.add_flag(
       "--compressed-glb", [&] { arguments.glb_numbers = files::GlbNumbers::compressed; },
       "write model.glb as `marco map --compressed-glb` does");
   return process::parse_inputs<CloudModelOptions>(app, inputs, arguments.config, argc, argv);

@@ -143,7 +143,7 @@ int run(const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-plan", [&] {
-    CLI::App app(
+    marco::process::CommandLine app(
         "Makes the floor plan of a map: walls, doors, rooms with areas and dimensions, to scale.\n"
         "Writes plan.pdf, plan.svg, plan.dxf and plan.json into the map folder.\n"
         "With a plan that somebody drew: where the building is not as drawn (--against), or a map "
@@ -151,25 +151,25 @@ int main(int argc, char** argv) {
     marco::Arguments arguments;
     app.add_option("OUT", arguments.folder,
                    "a folder that `marco map` wrote; with --import, the one to write")
-        ->required();
+        .required();
     app.add_option("--scale", arguments.sheet.scale,
                    "100 for 1:100; without it the largest usual one that fits")
-        ->check(CLI::Range(1, 10000));
+        .between(1, 10000);
     app.add_option("--paper", arguments.sheet.paper,
                    "A4, A3, A2, A1 or A0; without it the smallest that fits");
     app.add_option("--title", arguments.sheet.title, "for the title block");
     app.add_option("--names", arguments.names,
                    "a text file with the rooms' names, one a line: Room 1 first")
-        ->check(CLI::ExistingFile);
-    auto* against = app.add_option(
+        .existing_file();
+    auto against = app.add_option(
         "--against", arguments.against,
         "a plan (DXF or SVG): writes deviations.json and deviations.svg, which say how far each "
         "wall is off the plan, what is missing and what is not drawn");
-    against->check(CLI::ExistingFile);
+    against.existing_file();
     app.add_option("--import", arguments.import,
                    "a plan (DXF or SVG): OUT becomes a map for `marco map LOG --localize OUT`")
-        ->excludes(against)
-        ->check(CLI::ExistingFile);
+        .excludes(against)
+        .existing_file();
     app.add_option("--layers", arguments.wish.layers,
                    "layers of the plan that hold walls, separated by commas; without it by their "
                    "names");
@@ -179,9 +179,9 @@ int main(int argc, char** argv) {
     app.add_option("--start", arguments.start,
                    "where in the plan the drive began: x and y in metres, heading in degrees; "
                    "without it the place is searched in the whole plan")
-        ->expected(3)
-        ->needs(against);
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+        .values(3)
+        .needs(against);
+    if (const auto code = app.parse(argc, argv)) return *code;
     return marco::run(arguments);
   });
 }

@@ -124,18 +124,18 @@ int map_posts(const Arguments& arguments, const PostsOptions& options) {
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-posts", [&] {
-    CLI::App app(
+    marco::process::CommandLine app(
         "Maps posts, trees and other points that a sensor sees by range and bearing, and the path "
         "among them, from wheel speeds and sightings that do not say which is which. FOLDER holds "
         "drive.csv, sightings.csv (or posts.csv, trees.csv), and where there are scans.csv, "
         "truth.csv or gps.csv, plain or .gz: docs/posts.md.");
     marco::Arguments arguments;
     marco::process::ConfigArguments config;
-    app.add_option("FOLDER", arguments.folder)->check(CLI::ExistingDirectory);
-    app.add_option("-o,--out", arguments.out, "folder for the results")->capture_default_str();
-    app.add_option("--config", arguments.config, "TOML")->check(CLI::ExistingFile);
+    app.add_option("FOLDER", arguments.folder).existing_folder();
+    app.add_option("-o,--out", arguments.out, "folder for the results").shows_default();
+    app.add_option("--config", arguments.config, "TOML").existing_file();
     marco::process::add_print_config(app, config);
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     const auto options = marco::process::load_options<marco::PostsOptions>(arguments.config);
     if (marco::process::prints_config(config, options)) return 0;
     marco::process::require_usage(!arguments.folder.empty(),

@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <set>
 
@@ -43,15 +42,15 @@ std::string quoted(const std::string& name) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-inputs", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "The channels of an LCM log that Marco's programs listen to, other systems' sensors among "
         "them, as one regular expression: what `marco replay` plays");
     std::string log, foreign;
-    app.add_option("LOG", log)->required()->check(CLI::ExistingFile);
+    app.add_option("LOG", log).required().existing_file();
     app.add_option("--foreign", foreign,
                    "TOML file with the meaning of other systems' channels: see config/foreign.toml")
-        ->check(CLI::ExistingFile);
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+        .existing_file();
+    if (const auto code = app.parse(argc, argv)) return *code;
     std::string regexp;
     for (const auto& name : inputs_of(log, process::load_options<ForeignTable>(foreign))) {
       regexp += (regexp.empty() ? "" : "|") + quoted(name);

@@ -83,7 +83,7 @@ int main(int argc, char** argv) {
   // A recording may hold any picture: cameras have fewer than 100 megapixels.
   setenv("OPENCV_IO_MAX_IMAGE_PIXELS", "100000000", 0);
   return marco::process::run_main("marco-texture", [&] {
-    CLI::App app(
+    marco::process::CommandLine app(
         "Textures a model with photographs of known camera poses.\n"
         "PHOTOGRAPHS lists them:\n"
         "  [[photographs]]\n"
@@ -93,16 +93,15 @@ int main(int argc, char** argv) {
         "  quaternion_xyzw = [-0.5, 0.5, -0.5, 0.5]   # model from camera: z ahead, x right, y "
         "down");
     marco::Arguments arguments;
-    app.add_option("MODEL", arguments.model, "PLY")->required()->check(CLI::ExistingFile);
-    app.add_option("PHOTOGRAPHS", arguments.list, "TOML")->required()->check(CLI::ExistingFile);
-    app.add_option("--out", arguments.out, "GLB; the atlas is written beside it")
-        ->capture_default_str();
+    app.add_option("MODEL", arguments.model, "PLY").required().existing_file();
+    app.add_option("PHOTOGRAPHS", arguments.list, "TOML").required().existing_file();
+    app.add_option("--out", arguments.out, "GLB; the atlas is written beside it").shows_default();
     app.add_flag("--as-it-is", arguments.as_it_is, "texture the model without simplifying it");
-    app.add_flag_callback(
+    app.add_flag(
         "--compressed-glb", [&] { arguments.glb_numbers = marco::files::GlbNumbers::compressed; },
         "write the GLB with EXT_meshopt_compression and KHR_mesh_quantization");
     app.add_option("--report", arguments.report, "write the counts as JSON");
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     return marco::run(arguments);
   });
 }

@@ -35,34 +35,32 @@ const std::map<std::string, Coloring> kColorings{{"height", Coloring::height},
                                                  {"photograph", Coloring::scene},
                                                  {"grey", Coloring::grey}};
 
-void add_options(CLI::App& app, Arguments& arguments) {
+void add_options(process::CommandLine& app, Arguments& arguments) {
   RenderRequest& request = arguments.request;
   app.add_option(
          "inputs", arguments.inputs,
          "models (.ply, .obj, .glb), maps (.yaml), trajectories (.tum), folders written by `map`")
-      ->required();
+      .required();
   app.add_option("--out", arguments.out,
                  "what to write: .png, .mp4 (a film), .eps .svg .pdf; a folder with --walk")
-      ->capture_default_str();
-  app.add_option("--size", arguments.size, "WIDTHxHEIGHT [px]")->capture_default_str();
+      .shows_default();
+  app.add_option("--size", arguments.size, "WIDTHxHEIGHT [px]").shows_default();
   app.add_option(
       "--camera", request.camera,
       "above, eye, front, sheet (all of them), robot (its current view), or x,y,z,yaw,pitch [m, "
       "deg]");
-  app.add_option("--mode", request.look.mode, "points, wire or filled")
-      ->transform(CLI::CheckedTransformer(kModes));
-  app.add_option("--color", request.look.coloring,
-                 "height, normal, scene, photograph (the model's own colours) or grey")
-      ->transform(CLI::CheckedTransformer(kColorings));
+  app.add_choice("--mode", request.look.mode, kModes, "points, wire or filled");
+  app.add_choice("--color", request.look.coloring, kColorings,
+                 "height, normal, scene, photograph (the model's own colours) or grey");
   app.add_option("--light", arguments.light, "room, or thesis: grey under one lamp")
-      ->check(CLI::IsMember({"room", "thesis"}))
-      ->capture_default_str();
+      .one_of({"room", "thesis"})
+      .shows_default();
   app.add_flag("--ortho", arguments.orthographic, "orthographic projection");
   app.add_option("--cut", request.cut_height_m, "leave out everything above this height [m]");
   app.add_option("--walls", request.wall_height_m, "height of a map's walls [m]");
   app.add_option("--detail", request.look.detail_px,
                  "largest error of simplified surfaces [px], to draw faster; 0: every triangle")
-      ->check(CLI::Range(0.0, 100.0));
+      .between(0.0, 100.0);
   app.add_option("--walk", arguments.walk,
                  "the robot's commands (\"a10 i19 e4\"), or a file of them; a picture after each");
 }
@@ -120,7 +118,7 @@ Inputs read_and_tell(const Arguments& arguments, const FileReaders& readers) {
 }
 
 int run_walk(int argc, const char* const* argv, const FileReaders& readers) {
-  CLI::App app(
+  process::CommandLine app(
       "Walks through a model as the robot would, and draws what it sees after each step. Letters "
       "on "
       "stdin drive it: a r ahead and back, i d turn left and right, each by a unit; e E tilt, g G "
@@ -129,12 +127,12 @@ int run_walk(int argc, const char* const* argv, const FileReaders& readers) {
   Arguments arguments;
   arguments.out = "walk";
   app.add_option("inputs", arguments.inputs, "models (.ply, .obj, .glb), folders written by `map`")
-      ->required();
+      .required();
   app.add_option("--script", arguments.walk,
                  "instead of keys: the robot's commands (\"a10 i19 e4\"), or a file of them");
-  app.add_option("--out", arguments.out, "folder for the pictures")->capture_default_str();
-  app.add_option("--size", arguments.size, "WIDTHxHEIGHT [px]")->capture_default_str();
-  if (const auto exit_code = process::parse_arguments(app, argc, argv)) return *exit_code;
+  app.add_option("--out", arguments.out, "folder for the pictures").shows_default();
+  app.add_option("--size", arguments.size, "WIDTHxHEIGHT [px]").shows_default();
+  if (const auto exit_code = app.parse(argc, argv)) return *exit_code;
   arguments.request.size = parse_size(arguments.size);
   const Inputs inputs = read_and_tell(arguments, readers);
   if (!arguments.walk.empty()) {
@@ -157,10 +155,11 @@ int run_walk(int argc, const char* const* argv, const FileReaders& readers) {
 
 int run_viewer(int argc, const char* const* argv, const FileReaders& readers) {
   if (argc > 1 && std::string(argv[1]) == "walk") return run_walk(argc - 1, argv + 1, readers);
-  CLI::App app("Draws models and maps: pictures, films, vector pages, walks.", "marco-viewer");
+  process::CommandLine app("Draws models and maps: pictures, films, vector pages, walks.",
+                           "marco-viewer");
   Arguments arguments;
   add_options(app, arguments);
-  if (const auto exit_code = process::parse_arguments(app, argc, argv)) return *exit_code;
+  if (const auto exit_code = app.parse(argc, argv)) return *exit_code;
   RenderRequest& request = arguments.request;
   request.size = parse_size(arguments.size);
   if (arguments.orthographic) request.projection = Projection::orthographic;

@@ -25,14 +25,14 @@ int run(const std::string& folder, std::string html) {
 
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-export", [&] {
-    CLI::App app(
+    marco::process::CommandLine app(
         "Writes a map folder as one HTML file to look at, to measure in and to send: floor plan, "
         "path, loops, verdict, 3D model and photographs.",
         "marco-export");
     std::string folder, html;
-    app.add_option("FOLDER", folder, "what `marco map` wrote")->required();
-    app.add_option("--html", html, "the file (FOLDER/map.html)")->expected(0, 1);
-    if (const auto code = marco::process::parse_arguments(app, argc, argv)) return *code;
+    app.add_option("FOLDER", folder, "what `marco map` wrote").required();
+    app.add_option("--html", html, "the file (FOLDER/map.html)").values(0, 1);
+    if (const auto code = app.parse(argc, argv)) return *code;
     return run(folder, html);
   });
 }

@@ -18,7 +18,7 @@ std::string host_name() {
 
 }  // namespace
 
-void add_page_arguments(CLI::App& app, PageArguments& arguments) {
+void add_page_arguments(process::CommandLine& app, PageArguments& arguments) {
   process::add_common_arguments(app, arguments.common);
   app.add_option("SHOWN", arguments.shown,
                  "a map folder or a recording; without: what is live on LCM");
@@ -31,16 +31,16 @@ void add_page_arguments(CLI::App& app, PageArguments& arguments) {
   app.add_option("--origin", arguments.origins,
                  "another site whose pages may use this server, e.g. https://app.foxglove.dev; "
                  "again for more");
-  auto* certificate =
+  auto certificate =
       app.add_option("--certificate", arguments.certificate, "PEM file: https instead of http")
-          ->check(CLI::ExistingFile);
-  auto* key = app.add_option("--key", arguments.key, "PEM file of the certificate's key")
-                  ->check(CLI::ExistingFile)
-                  ->needs(certificate);
-  certificate->needs(key);
+          .existing_file();
+  auto key = app.add_option("--key", arguments.key, "PEM file of the certificate's key")
+                 .existing_file()
+                 .needs(certificate);
+  certificate.needs(key);
   app.add_option("--speed", arguments.speed, "of a recording; 1 = as it was recorded")
-      ->check(CLI::Range(0.01, 1000.0))
-      ->capture_default_str();
+      .between(0.01, 1000.0)
+      .shows_default();
 }
 
 ServerOptions server_options(const PageArguments& arguments) {

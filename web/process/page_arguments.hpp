@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -22,7 +21,7 @@ struct PageArguments {
   double speed = 1.0;  ///< of a recording
 };
 
-void add_page_arguments(CLI::App& app, PageArguments& arguments);
+void add_page_arguments(process::CommandLine& app, PageArguments& arguments);
 
 /// ADDRESS[:PORT] of --listen. @throws process::UsageError for another form.
 ServerOptions server_options(const PageArguments& arguments);

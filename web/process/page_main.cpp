@@ -136,13 +136,13 @@ int show_folder(const web::PageArguments& arguments) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-page", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Serves a page for the browser: the map as it grows, the robot, its programs, and what "
         "steers them; a map folder or a recording as well. Foxglove's app connects to the same "
         "address (ws://127.0.0.1:8765).");
     web::PageArguments arguments;
     web::add_page_arguments(app, arguments);
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     const auto steering = process::load_options<web::SteeringOptions>(arguments.common.config_path);
     if (process::prints_config(arguments.common, steering)) return 0;
     process::start_logging("marco-page", arguments.common.log_level);

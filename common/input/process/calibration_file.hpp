@@ -21,12 +21,12 @@ struct CalibrationFile : SensorCalibration {
 };
 
 /// Adds `--calibration FILE`, which stays in `path`.
-inline CLI::Option* add_calibration_argument(CLI::App& app, std::string& path) {
+inline process::Option add_calibration_argument(process::CommandLine& app, std::string& path) {
   return app
       .add_option("--calibration", path,
                   "calibration.toml of an earlier `marco calibrate`: corrects odometry, gyroscope "
                   "and the sensors' places")
-      ->check(CLI::ExistingFile);
+      .existing_file();
 }
 
 /// @param path "" for a robot that is as its SENSOR_INFO says

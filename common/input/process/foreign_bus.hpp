@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <map>
 #include <optional>
@@ -10,17 +9,18 @@
 #include <vector>
 
 #include "lcm_tools/files/channel_pattern.hpp"
+#include "lcm_tools/process/command_line.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "recordings/foreign_messages.hpp"
 
 namespace marco {
 
 /// Adds `--foreign FILE`, which stays in `path`; "" is the table that is compiled in.
-inline CLI::Option* add_foreign_argument(CLI::App& app, std::string& path) {
+inline process::Option add_foreign_argument(process::CommandLine& app, std::string& path) {
   return app
       .add_option("--foreign", path,
                   "TOML file with the meaning of other systems' channels: see config/foreign.toml")
-      ->check(CLI::ExistingFile);
+      .existing_file();
 }
 
 /// The network, on which other systems' sensors are heard as if they were Marco's: their messages

@@ -1,7 +1,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <filesystem>
 
@@ -49,37 +48,37 @@ struct Arguments {
   std::string output_folder = procman::default_output_folder();
 };
 
-void describe(CLI::App& app, Arguments& arguments) {
+void describe(process::CommandLine& app, Arguments& arguments) {
   procman::DeputyProcessOptions& options = arguments.options;
   options.state.deputy_id = host_name();
-  app.add_option("-i,--id", options.state.deputy_id, "name of this deputy")->capture_default_str();
+  app.add_option("-i,--id", options.state.deputy_id, "name of this deputy").shows_default();
   app.add_option("-l,--log", arguments.log, "append the deputy's own messages to this file");
   app.add_option("-u,--lcmurl,--lcm-url", options.lcm_url,
                  "default: LCM_DEFAULT_URL, or this host only");
   app.add_option("--script", arguments.scripts,
                  "procman file whose exec strings may be started; repeatable")
-      ->check(CLI::ExistingFile)
-      ->take_all();
+      .existing_file()
+      .repeatable();
   app.add_flag("--accept-any-orders", arguments.accept_any,
                "obey every sheriff: anyone who can send to this LCM network can then run any "
                "program as you");
   app.add_option("--runtime-folder", arguments.runtime_folder,
                  "for sockets by which a restarted deputy finds running commands")
-      ->capture_default_str();
+      .shows_default();
   app.add_option("--output-folder", arguments.output_folder,
                  "for a file per command with all its output")
-      ->capture_default_str();
+      .shows_default();
   app.add_option("--output-bytes", options.runs.max_file_bytes,
                  "a longer output file becomes COMMAND.log.1, replacing the one before")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .positive()
+      .shows_default();
   app.add_option("--output-rate", options.runs.output_bytes_per_s, "bytes/s of PM_OUTPUT, at most")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .positive()
+      .shows_default();
   app.add_option("--max-crashes", options.state.max_crashes,
                  "consecutive short runs after which auto_respawn gives up")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .positive()
+      .shows_default();
   app.add_flag("-v,--verbose", arguments.verbose, "say more");
 }
 
@@ -95,12 +94,12 @@ void find_own_programs(procman::DeputyProcessOptions& options) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-procman-deputy", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Runs and watches commands for procman sheriffs. By default only what its own --script "
         "files contain, and no command is stopped because a sheriff leaves it out.");
     Arguments arguments;
     describe(app, arguments);
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     procman::DeputyProcessOptions& options = arguments.options;
     options.state.allowed_execs.reset();
     if (!arguments.accept_any) options.state.allowed_execs = execs_of(arguments.scripts);

@@ -81,19 +81,20 @@ class Guest {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-procman-order", [&] {
-    CLI::App app(
+    process::CommandLine app(
         "Starts, stops or restarts one command of the procman that runs, beside its sheriff, and "
         "says what became of it.");
     std::string lcm_url, name, action;
     app.add_option("--lcm-url", lcm_url, "default: $LCM_DEFAULT_URL, else this host alone");
-    app.require_subcommand(1);
+    app.require_subcommand();
     app.add_subcommand("list", "all commands: name, state, deputy");
     for (const char* word : {"start", "stop", "restart"}) {
-      auto* sub = app.add_subcommand(word, std::string(word) + " the command NAME");
-      sub->add_option("NAME", name, "as list prints it")->required();
-      sub->callback([&action, word] { action = word; });
+      app.add_subcommand(word, std::string(word) + " the command NAME",
+                         [&action, word] { action = word; })
+          .add_option("NAME", name, "as list prints it")
+          .required();
     }
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     process::catch_stop_signals();
     Guest guest(lcm_url);
     return action.empty() ? guest.list() : guest.give(action, name);

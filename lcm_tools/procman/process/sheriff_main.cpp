@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <optional>
 
@@ -33,17 +32,17 @@ struct SheriffArguments {
   bool check_free = false;
 };
 
-void add_arguments(CLI::App& app, SheriffArguments& arguments) {
-  app.add_option("config", arguments.config, "procman file")->check(CLI::ExistingFile);
+void add_arguments(process::CommandLine& app, SheriffArguments& arguments) {
+  app.add_option("config", arguments.config, "procman file").existing_file();
   app.add_option("script_name,--script", arguments.script, "script of the file to run at once");
   app.add_flag("-n,--no-gui", arguments.no_screen, "no screen: run the script, print what happens");
-  app.add_flag("-o,--observer", arguments.observer, "only watch")->excludes("--no-gui");
+  app.add_flag("-o,--observer", arguments.observer, "only watch").excludes("--no-gui");
   app.add_flag("-l,--lone-ranger", arguments.lone, "with a deputy 'localhost' of its own inside")
-      ->excludes("--observer");
+      .excludes("--observer");
   app.add_option("--on-script-complete", arguments.on_script_complete,
                  "exit or observer. Default without a screen: exit; with -l only when no command "
                  "runs any more")
-      ->check(CLI::IsMember({"exit", "observer", "observe"}));
+      .one_of({"exit", "observer", "observe"});
   app.add_flag("--accept-any-orders", arguments.accept_any_orders,
                "the deputy of -l also runs commands that are not in the file, such as those made "
                "on the screen");
@@ -209,10 +208,11 @@ int run(const SheriffArguments& arguments) {
 
 int main(int argc, char** argv) {
   return process::run_main("marco-procman-sheriff", [&] {
-    CLI::App app("Tells procman deputies what to run, by a procman file and its scripts");
+    process::CommandLine app(
+        "Tells procman deputies what to run, by a procman file and its scripts");
     SheriffArguments arguments;
     add_arguments(app, arguments);
-    if (const auto code = process::parse_arguments(app, argc, argv)) return *code;
+    if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments);
   });
 }

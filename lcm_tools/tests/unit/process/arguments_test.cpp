@@ -22,17 +22,17 @@ struct Answer {
 
 // A program with an option, one with a limit, and one that is demanded; `log` has commands.
 Answer give(std::vector<const char*> words) {
-  CLI::App app("Makes something");
+  CommandLine app("Makes something");
   double speed = 1.0;
   std::string out, input;
   app.add_option("--out", out);
-  app.add_option("--speed", speed)->check(CLI::Range(0.0, 9.0));
-  app.add_option("INPUT", input)->required();
+  app.add_option("--speed", speed).between(0.0, 9.0);
+  app.add_option("INPUT", input).required();
   words.insert(words.begin(), "/somewhere/marco-test");
   ::testing::internal::CaptureStdout();
   ::testing::internal::CaptureStderr();
   Answer answer;
-  answer.code = parse_arguments(app, static_cast<int>(words.size()), words.data());
+  answer.code = app.parse(static_cast<int>(words.size()), words.data());
   std::fflush(stdout);
   answer.out = ::testing::internal::GetCapturedStdout();
   answer.err = ::testing::internal::GetCapturedStderr();
@@ -40,14 +40,14 @@ Answer give(std::vector<const char*> words) {
 }
 
 std::string mistake_with_commands(std::vector<const char*> words) {
-  CLI::App app("Makes something", "marco-log");
-  app.require_subcommand(1);
+  CommandLine app("Makes something", "marco-log");
+  app.require_subcommand();
   bool json = false;
-  app.add_subcommand("info", "says")->add_flag("--json", json, "as JSON");
+  app.add_subcommand("info", "says").add_flag("--json", json, "as JSON");
   app.add_subcommand("export", "writes");
   words.insert(words.begin(), "marco-log");
   ::testing::internal::CaptureStderr();
-  EXPECT_THAT(parse_arguments(app, static_cast<int>(words.size()), words.data()), Eq(kExitUsage));
+  EXPECT_THAT(app.parse(static_cast<int>(words.size()), words.data()), Eq(kExitUsage));
   return ::testing::internal::GetCapturedStderr();
 }
 

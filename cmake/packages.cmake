@@ -84,7 +84,7 @@ marco_package(libmarco-robot-dev SUMMARY "libraries, headers and messages of mar
   TEXT "Static libraries for find_package(marco): scan matching, SLAM, 3D models,
 recordings, drivers, LCM messages."
   SECTION libdevel
-  DEPENDS "libcli11-dev, libeigen3-dev, libjpeg-dev, liblcm-dev, libglib2.0-dev, libmeshoptimizer-dev, libpng-dev, libspdlog-dev,\
+  DEPENDS "libeigen3-dev, libjpeg-dev, liblcm-dev, libglib2.0-dev, libmeshoptimizer-dev, libpng-dev, libspdlog-dev,\
  libtomlplusplus-dev, nlohmann-json3-dev, zlib1g-dev, libbz2-dev, liblz4-dev, libsqlite3-dev, libzstd-dev"
   RECOMMENDS "libembree-dev, libgl2ps-dev, libncurses-dev, libopencv-core-dev, libopencv-imgcodecs-dev, libopencv-imgproc-dev,\
  libopencv-videoio-dev, libosmesa6-dev, libegl-dev, cmake, pkg-config")

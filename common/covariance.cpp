@@ -64,4 +64,41 @@ double position_sigma_m(const Matrix3d& covariance) {
                    std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1)));
 }
 
+Eigen::Matrix3d diagonal_covariance(double sigma_m, double sigma_rad) {
+  return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+}
+
+Eigen::Matrix3d rotated(const Eigen::Matrix3d& matrix, double a_from_b_rad) {
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = Pose2{0, 0, a_from_b_rad}.rotation();
+  return turn * matrix * turn.transpose();
+}
+
+Eigen::Matrix3d carried_along(const Eigen::Matrix3d& covariance,
+                              const Pose2& world_from_a,
+                              const Pose2& world_from_b) {
+  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
+  carry(0, 2) = -(world_from_b.y_m - world_from_a.y_m);
+  carry(1, 2) = world_from_b.x_m - world_from_a.x_m;
+  return carry * covariance * carry.transpose();
+}
+
+Eigen::Matrix3d transformed(const Eigen::Matrix3d& covariance, const Pose2& a_from_b) {
+  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
+  carry.topLeftCorner<2, 2>() = a_from_b.rotation();
+  carry(0, 2) = a_from_b.y_m;
+  carry(1, 2) = -a_from_b.x_m;
+  return carry * covariance * carry.transpose();
+}
+
+Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
+  return {pose.x_m - from.x_m, pose.y_m - from.y_m,
+          normalize_angle(pose.theta_rad - from.theta_rad)};
+}
+
+double squared_mahalanobis_distance(const Eigen::Vector3d& error,
+                                    const Eigen::Matrix3d& information) {
+  return error.dot(information * error);
+}
+
 }  // namespace marco

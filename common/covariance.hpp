@@ -14,9 +14,7 @@ inline constexpr double kChi2Dof3Quantile99 = 11.345;
 inline constexpr double kChi2Dof3Quantile75 = 4.11;
 
 /// Standard deviations along x and y [m], and of the heading.
-inline Eigen::Matrix3d diagonal_covariance(double sigma_m, double sigma_rad) {
-  return Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
-}
+Eigen::Matrix3d diagonal_covariance(double sigma_m, double sigma_rad);
 
 /// The covariance of an information matrix that may be singular, by its eigenvalues: always
 /// positive definite. Eigenvalues below zero, which rounding leaves, count as zero; a direction of
@@ -47,41 +45,21 @@ double position_sigma_m(const Eigen::Matrix3d& covariance);
 
 /// A covariance or information matrix given along the axes of frame b, along those of frame a.
 /// @param a_from_b_rad  heading of b in a
-inline Eigen::Matrix3d rotated(const Eigen::Matrix3d& matrix, double a_from_b_rad) {
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() = Pose2{0, 0, a_from_b_rad}.rotation();
-  return turn * matrix * turn.transpose();
-}
+Eigen::Matrix3d rotated(const Eigen::Matrix3d& matrix, double a_from_b_rad);
 
 /// The covariance of world_from_b that follows from that of world_from_a, a_from_b known exactly:
 /// an error of the heading at a moves b sideways.
-inline Eigen::Matrix3d carried_along(const Eigen::Matrix3d& covariance,
-                                     const Pose2& world_from_a,
-                                     const Pose2& world_from_b) {
-  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
-  carry(0, 2) = -(world_from_b.y_m - world_from_a.y_m);
-  carry(1, 2) = world_from_b.x_m - world_from_a.x_m;
-  return carry * covariance * carry.transpose();
-}
+Eigen::Matrix3d carried_along(const Eigen::Matrix3d& covariance,
+                              const Pose2& world_from_a,
+                              const Pose2& world_from_b);
 
 /// The covariance in frame a of a pose error given in frame b (the adjoint of a_from_b).
-inline Eigen::Matrix3d transformed(const Eigen::Matrix3d& covariance, const Pose2& a_from_b) {
-  Eigen::Matrix3d carry = Eigen::Matrix3d::Identity();
-  carry.topLeftCorner<2, 2>() = a_from_b.rotation();
-  carry(0, 2) = a_from_b.y_m;
-  carry(1, 2) = -a_from_b.x_m;
-  return carry * covariance * carry.transpose();
-}
+Eigen::Matrix3d transformed(const Eigen::Matrix3d& covariance, const Pose2& a_from_b);
 
 /// (x, y, theta) of a pose less another's, both in one frame.
-inline Eigen::Vector3d difference(const Pose2& pose, const Pose2& from) {
-  return {pose.x_m - from.x_m, pose.y_m - from.y_m,
-          normalize_angle(pose.theta_rad - from.theta_rad)};
-}
+Eigen::Vector3d difference(const Pose2& pose, const Pose2& from);
 
-inline double squared_mahalanobis_distance(const Eigen::Vector3d& error,
-                                           const Eigen::Matrix3d& information) {
-  return error.dot(information * error);
-}
+double squared_mahalanobis_distance(const Eigen::Vector3d& error,
+                                    const Eigen::Matrix3d& information);
 
 }  // namespace marco

@@ -52,9 +52,7 @@ inline Eigen::Vector2d operator*(const Pose2& a_from_b, const Eigen::Vector2d& p
   return a_from_b.rotation() * point_in_b + a_from_b.translation_m();
 }
 
-inline Points2 operator*(const Pose2& a_from_b, const Points2& points_in_b) {
-  return (a_from_b.rotation() * points_in_b).colwise() + a_from_b.translation_m();
-}
+Points2 operator*(const Pose2& a_from_b, const Points2& points_in_b);
 
 /// Pose of b seen from a, both given in one frame.
 inline Pose2 between(const Pose2& w_from_a, const Pose2& w_from_b) {

@@ -32,20 +32,11 @@ struct SensorInfo {
 
 /// Whether a laser's scan plane is so steep that it sees floor and ceiling rather than walls: its
 /// scans are rows of a 3D scene, not a map's.
-inline bool is_steep(const Pose3& robot_from_sensor) {
-  constexpr double kSteepDeg =
-      30.0;  // a wall 2.5 m away is met 1.4 m higher or lower: by the ceiling, or not
-  return std::abs(robot_from_sensor.linear()(2, 2)) < std::cos(deg_to_rad(kSteepDeg));
-}
+bool is_steep(const Pose3& robot_from_sensor);
 
 /// Remembers the newest of each channel. @returns false, and changes nothing, when there are too
 /// many channels: any program on the network may announce some.
-inline bool note_sensor(std::map<std::string, SensorInfo>& by_channel, const SensorInfo& info) {
-  constexpr std::size_t kMostChannels = 64;  // no robot carries more lasers and cameras
-  if (by_channel.size() >= kMostChannels && !by_channel.contains(info.channel)) return false;
-  by_channel[info.channel] = info;
-  return true;
-}
+bool note_sensor(std::map<std::string, SensorInfo>& by_channel, const SensorInfo& info);
 inline constexpr const char* kTooManySensors = "sensor_info_t: more than 64 channels are announced";
 
 struct OdometrySample {
@@ -89,12 +80,9 @@ using Sample =
 /// laser's. robot_from_base · Rz(pan) · T(tilt_axis) · Ry(-tilt) · plate_from_sensor  (thesis B
 /// eq. 4.1 in our axes: tilt > 0 looks up; the lever arm is applied before the tilt, where the
 /// listing forgot it).
-inline Pose3 robot_from_pantilt_sensor(const SensorInfo& base,
-                                       const SensorInfo& sensor,
-                                       double pan_rad,
-                                       double tilt_rad) {
-  return base.parent_from_sensor * make_pose3(Eigen::Vector3d::Zero(), 0.0, 0.0, pan_rad) *
-         make_pose3(base.tilt_axis_m, 0.0, -tilt_rad, 0.0) * sensor.parent_from_sensor;
-}
+Pose3 robot_from_pantilt_sensor(const SensorInfo& base,
+                                const SensorInfo& sensor,
+                                double pan_rad,
+                                double tilt_rad);
 
 }  // namespace marco

@@ -54,7 +54,7 @@ set(MARCO_COMMON_HEADERS
     <algorithm> <array> <chrono> <cmath> <cstdint> <cstdio> <filesystem> <fstream> <functional> <limits> <map> <memory>
     <optional> <set> <span> <sstream> <stdexcept> <string> <string_view> <thread> <unordered_map> <utility> <vector>)
 set(MARCO_HEADERS_library ${MARCO_COMMON_HEADERS} ${MARCO_MORE_HEADERS})
-set(MARCO_HEADERS_program ${MARCO_HEADERS_library} <CLI/CLI.hpp> <lcm/lcm-cpp.hpp> <spdlog/spdlog.h>)
+set(MARCO_HEADERS_program ${MARCO_HEADERS_library} <lcm/lcm-cpp.hpp> <spdlog/spdlog.h>)
 set(MARCO_LIBRARIES_program marco::common_process)
 set(MARCO_HEADERS_test ${MARCO_HEADERS_library} <gmock/gmock.h> <gtest/gtest.h> <random>)
 set(MARCO_LIBRARIES_test GTest::gmock)

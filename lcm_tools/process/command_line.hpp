@@ -61,8 +61,8 @@ class Option {
 /// caller, which outlive the parsing. A handle: copies mean the same command line. Not safe from
 /// several threads.
 ///
-/// CLI11 does the work. It is a header that takes a compiler eight seconds: only one source of
-/// Marco includes it.
+/// CLI11 does the work. Its header takes a compiler eight seconds, so command_line.cpp alone
+/// includes it.
 class CommandLine {
  public:
   /// @param name  of the program; "" = the file that was started

@@ -5,10 +5,8 @@
 
 namespace marco::slam {
 
-std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser) {
-  // Long enough to move by many times the matches' noise, short enough to stay an arc. Longer ones
-  // are gaps.
-  constexpr double kShortestS = 0.5, kLongestS = 1.5;
+std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser, double shortest_s) {
+  constexpr double kGapS = 1.0;  // more than scans of a running laser are apart
   Trajectory ascending;
   for (const StampedPose2& pose : world_from_laser) {
     while (!ascending.empty() && ascending.back().utime >= pose.utime) ascending.pop_back();
@@ -18,8 +16,8 @@ std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser) {
   for (std::size_t begin = 0, end = 1; end < ascending.size(); ++end) {
     const double begin_s = ascending[begin].utime.seconds();
     const double end_s = ascending[end].utime.seconds();
-    if (end_s - begin_s < kShortestS) continue;
-    if (end_s - begin_s <= kLongestS) {
+    if (end_s - begin_s < shortest_s) continue;
+    if (end_s - begin_s <= shortest_s + kGapS) {
       motions.push_back(
           {begin_s, end_s,
            between(ascending[begin].world_from_robot, ascending[end].world_from_robot)});

@@ -7,7 +7,7 @@
 
 namespace marco::slam {
 
-/// The laser's motion between two of its scans, 0.5 to 1.5 s apart.
+/// The laser's motion between two of its scans.
 struct LaserMotion {
   double begin_s = 0.0;
   double end_s = 0.0;
@@ -17,9 +17,14 @@ struct LaserMotion {
 /// How far stamps may be wrong.
 inline constexpr double kMostLateS = 1.0;
 
-/// The laser's path cut into motions, one after another; stamps that step back replace what is
-/// later. @param world_from_laser  a pose a scan, by scan matching
-std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser);
+/// Long enough to move by many times the matches' noise.
+inline constexpr double kShortestMotionS = 0.5;
+
+/// The laser's path cut into motions of `shortest_s` to 1 s more, one after another; what takes
+/// longer is a gap. Stamps that step back replace what is later.
+/// @param world_from_laser  a pose a scan, by scan matching
+std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser,
+                                       double shortest_s = kShortestMotionS);
 
 /// Those during which the odometry is known, however late it is.
 std::vector<LaserMotion> known_motions(const std::vector<LaserMotion>& motions,

@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -43,9 +42,9 @@ class Option {
   /// Just this number of values.
   Option values(int count);
   Option values(int least, int most);
-  /// Once with several values is refused; it may be given several times.
+  /// Takes one value each time that it is given.
   Option one_value_each_time();
-  /// Given several times: all values count.
+  /// May be given several times; all values count.
   Option repeatable();
 
   Option needs(Option other);
@@ -68,13 +67,13 @@ class CommandLine {
   /// @param name  of the program; "" = the file that was started
   explicit CommandLine(const std::string& description, const std::string& name = "");
 
-  /// @param names  "-o,--out" for an option, "OUT" for a positional argument
+  /// @param names  "-o,--out" of an option, "OUT" of a positional argument
   /// @tparam T  int, int64_t, uint64_t, double, std::string, or std::vector<> of int, double or
   ///   std::string
   template <class T>
   Option add_option(const std::string& names, T& value, const std::string& help = "");
 
-  /// A word that stands for a value; others are refused.
+  /// An option whose value is one of `words`; another is refused.
   template <class T>
   Option add_choice(const std::string& names,
                     T& value,

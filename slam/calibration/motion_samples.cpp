@@ -5,6 +5,13 @@
 
 namespace marco::slam {
 
+double motion_length_s(const OdometryTravel& odometry) {
+  // Of intel.log, odometry 0.3 s late, the wheels' scales came out 9 % too small from motions of
+  // one reading, 2.5 % of 5, 1 % of 10: within their standard deviation.
+  constexpr double kReadings = 10.0;
+  return std::max(kShortestMotionS, kReadings * odometry.interval_s());
+}
+
 std::vector<LaserMotion> laser_motions(const Trajectory& world_from_laser, double shortest_s) {
   constexpr double kGapS = 1.0;  // more than scans of a running laser are apart
   Trajectory ascending;

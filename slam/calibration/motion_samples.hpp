@@ -20,6 +20,11 @@ inline constexpr double kMostLateS = 1.0;
 /// Long enough to move by many times the matches' noise.
 inline constexpr double kShortestMotionS = 0.5;
 
+/// How long motions are that odometry is fitted to: ten of its readings. Between two readings the
+/// way is a guess, which makes short motions look longer or shorter than they are, their scale too
+/// small (errors in variables), and turns more certain than they are.
+double motion_length_s(const OdometryTravel& odometry);
+
 /// The laser's path cut into motions of `shortest_s` to 1 s more, one after another; what takes
 /// longer is a gap. Stamps that step back replace what is later.
 /// @param world_from_laser  a pose a scan, by scan matching

@@ -20,9 +20,6 @@ constexpr double kMatchedPlaceM = 1e-3, kMatchedTimeS = 3e-4;
 // Nor is how speed changes between two samples of odometry: of 88 drawn drives with 0.2 to 0.8 s
 // between them the time came out 2.4 % of that off (rms).
 constexpr double kBetweenSamples = 0.025;
-// Of intel.log, odometry 0.3 s late, the wheels' scales came out 9 % too small from motions of one
-// sample, 2.5 % of 5, 1 % of 10: within their standard deviation.
-constexpr double kSamplesInMotion = 10.0;
 
 bool is_usable(const InputCheck& check) {
   return check.state == InputState::good || check.state == InputState::stalled;
@@ -98,11 +95,9 @@ class Calibrator {
   }
 
  private:
-  // Between two samples of odometry the way is a guess, which makes motions look longer or shorter
-  // than they are and their scale too small. In a motion of many samples it hardly counts.
   std::vector<LaserMotion> odometry_motions() const {
-    const double shortest_s = std::max(kShortestMotionS, kSamplesInMotion * odometry_.interval_s());
-    const auto motions = evenly_taken(laser_motions(input_.world_from_laser, shortest_s));
+    const auto motions =
+        evenly_taken(laser_motions(input_.world_from_laser, motion_length_s(odometry_)));
     return check_input(known_motions(motions, odometry_), odometry_, InputKind::odometry).moving;
   }
 

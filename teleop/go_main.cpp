@@ -129,7 +129,7 @@ int main(int argc, char** argv) {
     Eigen::Vector2d goal_m = Eigen::Vector2d::Zero();
     app.add_option("X", goal_m.x(), "[m] in the map's frame").required();
     app.add_option("Y", goal_m.y(), "[m]").required();
-    app.add_option("--lcm-url", lcm_url, "default: $LCM_DEFAULT_URL, else this host alone");
+    process::add_lcm_url(app, lcm_url);
     if (const auto code = app.parse(argc, argv)) return *code;
     process::catch_stop_signals();
     process::LcmBus bus(lcm_url);

@@ -84,7 +84,7 @@ int main(int argc, char** argv) {
         .required()
         .between(-360.0, 360.0);
     app.add_option("TILT", tilt_deg, "[degrees] up from level").required().between(-180.0, 180.0);
-    app.add_option("--lcm-url", lcm_url, "default: $LCM_DEFAULT_URL, else this host alone");
+    process::add_lcm_url(app, lcm_url);
     if (const auto code = app.parse(argc, argv)) return *code;
     process::catch_stop_signals();
     process::LcmBus bus(lcm_url);

@@ -15,13 +15,21 @@
 
 namespace marco::process {
 
+void add_lcm_url(CommandLine& app, std::string& lcm_url) {
+  app.add_option("--lcm-url", lcm_url, "default: LCM_DEFAULT_URL, or this host only");
+}
+
+void add_log_level(CommandLine& app, std::string& level) {
+  app.add_option("--log-level", level, "trace, debug, info, warn, error or off")
+      .one_of({"trace", "debug", "info", "warn", "error", "off"})
+      .shows_default();
+}
+
 void add_common_arguments(CommandLine& app, CommonArguments& arguments) {
   app.add_option("--config", arguments.config_path, "TOML file; unknown keys are refused")
       .existing_file();
-  app.add_option("--lcm-url", arguments.lcm_url, "default: LCM_DEFAULT_URL, or this host only");
-  app.add_option("--log-level", arguments.log_level, "trace, debug, info, warn, error or off")
-      .one_of({"trace", "debug", "info", "warn", "error", "off"})
-      .shows_default();
+  add_lcm_url(app, arguments.lcm_url);
+  add_log_level(app, arguments.log_level);
   add_print_config(app, arguments);
 }
 

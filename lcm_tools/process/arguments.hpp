@@ -30,6 +30,12 @@ struct CommonArguments : ConfigArguments {
 /// Adds --print-config and --advanced to `app`.
 void add_print_config(CommandLine& app, ConfigArguments& arguments);
 
+/// Adds --lcm-url: the network, as LcmBus takes it.
+void add_lcm_url(CommandLine& app, std::string& lcm_url);
+
+/// Adds --log-level, for start_logging. What `level` holds is the default.
+void add_log_level(CommandLine& app, std::string& level);
+
 /// Adds --config --lcm-url --log-level --print-config --advanced to `app`.
 void add_common_arguments(CommandLine& app, CommonArguments& arguments);
 

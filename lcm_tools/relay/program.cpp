@@ -43,10 +43,8 @@ int run_relay_program(int argc, char** argv, std::vector<std::string> order_chan
     app.add_option("--channels", options.channels,
                    "regular expression of the names that pass, in both directions (all)");
     app.add_flag("--orders", orders, "pass orders, too; on both sides");
-    app.add_option("--lcm-url", lcm_url, "default: LCM_DEFAULT_URL, or this host only");
-    app.add_option("--log-level", log_level, "trace, debug, info, warn, error or off")
-        .one_of({"trace", "debug", "info", "warn", "error", "off"})
-        .shows_default();
+    process::add_lcm_url(app, lcm_url);
+    process::add_log_level(app, log_level);
     if (const auto code = app.parse(argc, argv)) return *code;
     process::require_usage(!listen.empty() || !connect.empty(), "give --listen or --connect");
     if (!listen.empty()) options.listen = parse_endpoint(listen);

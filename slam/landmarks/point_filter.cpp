@@ -13,8 +13,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kJoinSigmaM =  // noise of their equality: the sum can be inverted
-    1e-3;  // two of one landmark are made equal, and the filter stays invertible
+constexpr double kJoinSigmaM = 1e-3;  // two landmarks that are one: equal, and still invertible
 
 Eigen::Matrix2d noise_of(const SightingNoise& noise) {
   return Eigen::Vector2d(noise.range_sigma_m * noise.range_sigma_m,

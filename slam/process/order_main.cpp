@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
     std::string lcm_url, folder;
     std::vector<double> pose;
     slam_command_t command = {};
-    app.add_option("--lcm-url", lcm_url, "default: $LCM_DEFAULT_URL, else this host alone");
+    process::add_lcm_url(app, lcm_url);
     app.require_subcommand();
     const auto order = [&](const char* word, int8_t code, const char* help) {
       return app.add_subcommand(word, help, [&command, code] { command.command = code; });

@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
         "Starts, stops or restarts one command of the procman that runs, beside its sheriff, and "
         "says what became of it.");
     std::string lcm_url, name, action;
-    app.add_option("--lcm-url", lcm_url, "default: $LCM_DEFAULT_URL, else this host alone");
+    process::add_lcm_url(app, lcm_url);
     app.require_subcommand();
     app.add_subcommand("list", "all commands: name, state, deputy");
     for (const char* word : {"start", "stop", "restart"}) {

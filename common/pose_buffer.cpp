@@ -25,8 +25,13 @@ std::optional<Pose2> PoseBuffer::at(Utime utime, Duration reach) const {
     if (utime - samples_.back().utime > reach) return std::nullopt;
     if (samples_.size() < 2) return samples_.back().pose;
     const Sample& last = samples_.back();
-    const Sample& before = samples_[samples_.size() - 2];
-    const double part = (utime - last.utime).seconds() / (last.utime - before.utime).seconds();
+    // Stamps of a stalled logger lie microseconds apart: no step's velocity holds for longer.
+    const auto newer =
+        std::lower_bound(samples_.begin(), samples_.end() - 1, last.utime - (utime - last.utime),
+                         [](const Sample& s, Utime t) { return s.utime <= t; });
+    const Sample& before = newer == samples_.begin() ? *newer : *(newer - 1);
+    const double base_s = (last.utime - before.utime).seconds();
+    const double part = std::min(1.0, (utime - last.utime).seconds() / base_s);
     const Pose2 step = between(before.pose, last.pose);
     return last.pose * Pose2{step.x_m * part, step.y_m * part, step.theta_rad * part};
   }

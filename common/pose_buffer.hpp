@@ -26,8 +26,9 @@ class PoseBuffer {
   Utime oldest() const { return samples_.front().utime; }
   const Pose2& newest_pose() const { return samples_.back().pose; }
 
-  /// The pose at `utime`, interpolated between its neighbours; extrapolated with the last step's
-  /// velocity up to `reach` beyond the newest sample. Nothing before the oldest or beyond reach.
+  /// The pose at `utime`, interpolated between its neighbours; extrapolated up to `reach` beyond
+  /// the newest sample, by the velocity over as long a time before it, and no longer than that.
+  /// Nothing before the oldest or beyond reach.
   std::optional<Pose2> at(Utime utime, Duration reach = {}) const;
 
   /// The motion from `begin` for `length`, in the frame at its begin. Where the samples end

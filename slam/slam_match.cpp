@@ -53,9 +53,11 @@ void Slam::try_where_odometry_says(const MotionInput& input, MatchedScan& best) 
   const PosePrior prior{predicted.world_from_robot, information_of(predicted.covariance)};
   const ScanMatch there =
       matcher_.match_again(best.points, prior.map_from_robot, prior, local_map_);
-  if (there.usable && there.overlap + match_gates::kProvesLie > best.match.overlap) {
+  const Eigen::Vector3d jump = difference(there.world_from_robot, best.match.world_from_robot);
+  const Eigen::Vector3d asked = difference(prior.map_from_robot, best.match.world_from_robot);
+  const bool stayed = jump.head<2>().norm() > match_gates::kStayed * asked.head<2>().norm();
+  if (there.usable && stayed && there.overlap + match_gates::kProvesLie > best.match.overlap) {
     // Wheels that slip in a bare corridor look the same: loops will tell.
-    const Eigen::Vector3d jump = difference(there.world_from_robot, best.match.world_from_robot);
     const Eigen::Vector3d shift(jump.x(), jump.y(), 0.0);
     best.doubt = shift * shift.transpose();
     best.match = there;

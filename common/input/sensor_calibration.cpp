@@ -76,15 +76,4 @@ OdometrySample OdometryCorrector::corrected(OdometrySample sample,
   return sample;
 }
 
-Trajectory corrected(const Trajectory& odometry, const OdometryCalibration& calibration) {
-  OdometryCorrector corrector;
-  Trajectory result;
-  for (const StampedPose2& counted : odometry) {
-    const OdometrySample sample =
-        corrector.corrected({counted.utime, counted.world_from_robot}, calibration);
-    result.push_back({sample.utime, sample.odom_from_robot});
-  }
-  return result;
-}
-
 }  // namespace marco

@@ -7,7 +7,6 @@
 #include "common/input/floor_line.hpp"
 #include "common/input/own_body.hpp"
 #include "common/samples.hpp"
-#include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco {
@@ -139,8 +138,5 @@ class OdometryCorrector {
   Pose2 counted_;  ///< the last sample's
   Pose2 corrected_;
 };
-
-/// Odometry as it should have been counted: OdometryCorrector over all of it.
-Trajectory corrected(const Trajectory& odometry, const OdometryCalibration& calibration);
 
 }  // namespace marco

@@ -71,8 +71,9 @@ class LaserPlanner {
     if (fixed && has_fixed) {
       // Transforms are seldom right to the degree that two lasers of one map need.
       plan_.note(
-          "laser %s is passed over: one fixed laser is mapped with; ros.laser chooses another",
-          laser_.topic.c_str());
+          "laser %s is passed over: one fixed laser is mapped with; the line ros.laser = \"%s\" in "
+          "NAME.marco.toml beside the recording NAME, or in a file for --foreign, chooses this one",
+          laser_.topic.c_str(), laser_.topic.c_str());
       return false;
     }
     if (!fixed && !is_first) {

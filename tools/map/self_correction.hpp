@@ -23,6 +23,7 @@ struct SelfCorrection {
 /// The corrections of odometry and gyroscope, and of a laser upside down, if any is off by more
 /// than the front end allows for, or bends the map where only odometry told the way. Where the
 /// laser sits is left as the recording says: the path is that of this place, and keeps its meaning.
+/// A time is corrected where it is surely off by more than 50 ms.
 /// @param by_odometry_m  see distance_by_odometry_m()
 /// @returns the calibration as it is where none is.
 SensorCalibration needed_correction(const slam::SelfCalibration& found, double by_odometry_m);

@@ -30,6 +30,19 @@ TEST(PoseBuffer, ExtrapolatesWithTheLastVelocityWithinReach) {
   EXPECT_FALSE(buffer.at(at_ms(301), Duration::from_seconds(0.1)));
 }
 
+// A stalled logger writes two samples within a microsecond: 1 mm in it is no 1000 m/s.
+TEST(PoseBuffer, ExtrapolatesNoFurtherThanTheTimeThatItsVelocityIsOf) {
+  PoseBuffer buffer;
+  buffer.add(at_ms(100), {0, 0, 0});
+  buffer.add(at_ms(100) + Duration{1}, {0.001, 0, 0});
+  EXPECT_THAT(*buffer.at(at_ms(150), Duration::from_seconds(0.1)),
+              IsNear(Pose2{0.002, 0, 0}, 1e-12, 1e-12));
+  buffer.add(at_ms(200), {1, 0, 0});
+  buffer.add(at_ms(200) + Duration{1}, {1.001, 0, 0});
+  EXPECT_THAT(*buffer.at(at_ms(250), Duration::from_seconds(0.1)),
+              IsNear(Pose2{1.501, 0, 0}, 1e-3, 1e-12));
+}
+
 TEST(PoseBuffer, AStampThatStepsBackwardsStillAnswersExactly) {
   PoseBuffer buffer;
   buffer.add(at_ms(100), {1, 0, 0});

@@ -51,19 +51,15 @@ TEST(OdometryCorrector, ScalesATrackStepByStep) {
   OdometryCalibration calibration;
   calibration.left_scale = calibration.right_scale = 2.0;
   calibration.late_s = 0.25;
-  Trajectory counted, expected;
+  OdometryCorrector corrector;
   Pose2 at{5.0, 6.0, 0.3}, twice = at;
   for (int i = 0; i < 50; ++i) {
-    counted.push_back({Utime::from_seconds(100 + 0.1 * i), at});
-    expected.push_back({Utime::from_seconds(99.75 + 0.1 * i), twice});
+    const OdometrySample found =
+        corrector.corrected({Utime::from_seconds(100 + 0.1 * i), at}, calibration);
+    EXPECT_EQ(found.utime, Utime::from_seconds(99.75 + 0.1 * i));
+    EXPECT_THAT(found.odom_from_robot, IsNear(twice, 1e-9, 1e-9));
     at = at * ArcMotion{0.05, 0.01, 0.1}.moved();
     twice = twice * ArcMotion{0.1, 0.02, 0.2}.moved();
-  }
-  const Trajectory found = corrected(counted, calibration);
-  ASSERT_EQ(found.size(), expected.size());
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    EXPECT_EQ(found[i].utime, expected[i].utime);
-    EXPECT_THAT(found[i].world_from_robot, IsNear(expected[i].world_from_robot, 1e-9, 1e-9));
   }
 }
 

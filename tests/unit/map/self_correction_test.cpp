@@ -30,5 +30,27 @@ TEST(SelfCorrection, ASmallErrorOfScaleIsCorrectedAlongBareCorridors) {
   EXPECT_EQ(needed_correction(found, 0.0).odometry, found.calibration.odometry);
 }
 
+// What is late by 50 ms costs no more than reading between samples does.
+TEST(SelfCorrection, OnlySurelyLateOdometryAndGyroscopesAreReadAtAnotherTime) {
+  slam::SelfCalibration found;
+  const auto measure = [&](double late_s) {
+    const auto state = slam::ParameterVerdict::applied;
+    found.parameters = {{"odometry.late_s", 0.0, late_s, 0.011, state, ""},
+                        {"gyro.late_s", 0.0, late_s, 0.011, state, ""}};
+    found.calibration.odometry.late_s = found.calibration.gyro.late_s = late_s;
+  };
+  measure(-0.06);
+  EXPECT_EQ(needed_correction(found, 0.0), SensorCalibration{});
+  found.calibration.odometry.left_scale = found.calibration.gyro.scale = -1.0;
+  EXPECT_EQ(needed_correction(found, 0.0).odometry.left_scale, -1.0);
+  EXPECT_EQ(needed_correction(found, 0.0).odometry.late_s, 0.0);
+  EXPECT_EQ(needed_correction(found, 0.0).gyro.scale, -1.0);
+  EXPECT_EQ(needed_correction(found, 0.0).gyro.late_s, 0.0);
+  found.calibration.odometry.left_scale = found.calibration.gyro.scale = 1.0;
+  measure(-0.08);
+  EXPECT_EQ(needed_correction(found, 0.0).odometry.late_s, -0.08);
+  EXPECT_EQ(needed_correction(found, 0.0).gyro.late_s, -0.08);
+}
+
 }  // namespace
 }  // namespace marco

@@ -53,15 +53,16 @@ void Slam::try_where_odometry_says(const MotionInput& input, MatchedScan& best) 
   const PosePrior prior{predicted.world_from_robot, information_of(predicted.covariance)};
   const ScanMatch there =
       matcher_.match_again(best.points, prior.map_from_robot, prior, local_map_);
-  const Eigen::Vector3d jump = difference(there.world_from_robot, best.match.world_from_robot);
-  const Eigen::Vector3d asked = difference(prior.map_from_robot, best.match.world_from_robot);
-  const bool stayed = jump.head<2>().norm() > match_gates::kStayed * asked.head<2>().norm();
-  if (there.usable && stayed && there.overlap + match_gates::kProvesLie > best.match.overlap) {
-    // Wheels that slip in a bare corridor look the same: loops will tell.
-    const Eigen::Vector3d shift(jump.x(), jump.y(), 0.0);
-    best.doubt = shift * shift.transpose();
-    best.match = there;
+  if (!there.usable || there.overlap + match_gates::kProvesLie <= best.match.overlap) return;
+  const Eigen::Vector2d jump_m =
+      there.world_from_robot.translation_m() - best.match.world_from_robot.translation_m();
+  const Eigen::Vector2d asked_m =
+      prior.map_from_robot.translation_m() - best.match.world_from_robot.translation_m();
+  // Wheels that slip in a bare corridor look the same: loops will tell. One that came back is sure.
+  if (jump_m.norm() > match_gates::kStayed * asked_m.norm()) {
+    best.doubt.topLeftCorner<2, 2>() = jump_m * jump_m.transpose();
   }
+  best.match = there;
 }
 
 // The robot may have begun or ceased to turn, or turn the other way.

@@ -32,7 +32,7 @@ inline constexpr double kClearlyBetter = 0.05;
 // The same where odometry must have lied for it.
 inline constexpr double kProvesLie = 0.10;
 
-// Of the way to where odometry says, that the match there must keep: else the scan has come back.
+// Part of the way to where odometry says: a match there that keeps less has come back, and is sure.
 inline constexpr double kStayed = 0.5;
 
 // What is left of the information of odometry that the scan contradicts.
@@ -76,8 +76,8 @@ inline constexpr Gate kMatchGates[] = {
     {"odometry is doubted", "overlap of the match, less than", MatchGateOptions{}.sure_overlap, "matched with a weak prior, too", "our experiment without it: lost odometry 0.63 → 2.85 m"},
     {"odometry is wrong: gain", "overlap gained without odometry, more than", match_gates::kProvesLie, "with the next row: the match without odometry is used", "without it: office 0.08 m at worst; 6 m range 0.03 → 0.07 m"},
     {"odometry is wrong: distance", "squared Mahalanobis distance from odometry, more than", match_gates::kContradiction, "with the row before: the match without odometry is used", "about the 99.9 % quantile of chi-squared, 3 degrees of freedom"},
-    {"odometry is left behind", "overlap lost where odometry says, less than", match_gates::kProvesLie, "with the next row: matched where odometry says", "without it: 5.6 m range in a corridor stops at 10.2 of 11.1 m"},
-    {"odometry is left behind: it stays", "part of the way there that the match keeps, more than", match_gates::kStayed, "with the row before: matched where odometry says, and drawn", "without it: guardian_controller_2.bag, ten copies, 0.18 m from the path by the front laser instead of 0.13"},
+    {"odometry is left behind", "overlap lost where odometry says, less than", match_gates::kProvesLie, "matched where odometry says", "without it: 5.6 m range in a corridor stops at 10.2 of 11.1 m"},
+    {"odometry is left behind: in doubt", "part of the way there that the match keeps, more than", match_gates::kStayed, "with the row before: the step is in doubt by as much, and a keyframe", "without it: guardian_controller_2.bag, ten copies, 0.18 m from the path by the front laser instead of 0.12"},
     {"match widely", "overlap, less than", MatchGateOptions{}.good_overlap, "searched in the prior's window", "slam.good_overlap; without it: 6 m range 0.03 → 2.6 m"},
     {"the wide match is better", "overlap gained, more than", match_gates::kClearlyBetter, "the search's match is used", "without it: no odometry 2.0 → 2.7 m"},
     {"turned otherwise", "overlap of a long scan, less than", MatchGateOptions{}.sure_overlap, "deskewed by other turn rates, too", "without it: rovers that turn back at once 0.012 → 4 m"},

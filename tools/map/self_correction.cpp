@@ -24,7 +24,7 @@ constexpr double kLeftOpenM = 0.016;
 bool is_scale_off(double scale) { return std::abs(scale - 1.0) > kScaleOff; }
 
 // Surely late by more than kLateS. Reading between samples costs as much as a little time does:
-// intel, "late" by -52 ms with a standard deviation of 11: 0.0146 m as it is, 0.0163 corrected.
+// intel, "late" by -52 ms with a standard deviation of 11: 0.0146 m as it is, 0.0196 corrected.
 bool is_late(const slam::SelfCalibration& found, const char* name) {
   constexpr double kSure = 2.0;  // standard deviations
   const slam::CalibratedParameter* late = found.find(name);

@@ -18,13 +18,6 @@ constexpr double kPredictionSigmaM = 0.001, kPredictionSigmaRad = 0.001;
 // Keyframes examined for each new one, so that no scan waits for many.
 constexpr int kCulledAtOnce = 3;
 
-bool contradicts(const ScanMatch& match, const PoseWithCovariance& predicted) {
-  const Eigen::Matrix3d expected = predicted.covariance + covariance_of(match.information);
-  return squared_mahalanobis_distance(
-             difference(match.world_from_robot, predicted.world_from_robot),
-             information_of(expected)) > match_gates::kContradiction;
-}
-
 }  // namespace
 
 Slam::Slam(const SlamOptions& options)
@@ -97,7 +90,6 @@ SlamUpdate Slam::process(const SlamInput& input) {
     trajectory_changed = search_loops();
     cull_keyframes();
   }
-  if (match.usable && contradicts(match, {prior.map_from_robot, covariance})) path_.leave_stop();
   SlamUpdate update = note_scan(input, estimate_, match.usable);
   if (add_edited_loops()) {
     update.world_from_robot = estimate_.world_from_robot;

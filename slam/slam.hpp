@@ -177,6 +177,9 @@ class Slam {
   /// Where matches have fallen behind odometry or run ahead of it, each step by a little: the scan
   /// decides between both places.
   void try_where_odometry_says(const MotionInput& input, MatchedScan& best) const;
+  /// Odometry may have leapt beyond all windows of a search: the robot has moved as before, if the
+  /// scan fits much better there.
+  void try_where_velocity_says(const MotionInput& input, MatchedScan& best);
   MatchedScan best_bent(MatchedScan best,
                         const DeskewedScan& predicted,
                         const Straightening& straightening,

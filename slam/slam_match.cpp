@@ -36,6 +36,9 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
   }
   if (source == MotionGuess::Source::odometry) {
     try_where_odometry_says(input.motion, best);
+    if (best.match.overlap < options_.gates.sure_overlap) {
+      try_where_velocity_says(input.motion, best);
+    }
   }
   best.misfits_m2 = straightening.misfits_m2(best, input.rival_times_s);
   return best;
@@ -63,6 +66,25 @@ void Slam::try_where_odometry_says(const MotionInput& input, MatchedScan& best) 
     best.doubt.topLeftCorner<2, 2>() = jump_m * jump_m.transpose();
   }
   best.match = there;
+}
+
+void Slam::try_where_velocity_says(const MotionInput& input, MatchedScan& best) {
+  MotionInput motion = input;
+  motion.first_from_middle = first_from_middle(best.scan);
+  const MotionGuess guess = motion_.guess_by_velocity(motion);
+  if (guess.source != MotionGuess::Source::velocity) return;
+  const PoseWithCovariance predicted =
+      dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
+  const PosePrior prior{predicted.world_from_robot, information_of(predicted.covariance)};
+  const Pose2 off = between(prior.map_from_robot, best.match.world_from_robot);
+  if (off.translation_m().norm() <= match_gates::kNarrowestM &&
+      std::abs(off.theta_rad) <= deg_to_rad(match_gates::kNarrowestDeg)) {
+    return;  // a search from there would find the same
+  }
+  const ScanMatch there = matcher_.match(best.points, prior, guess.source, keyframes_, local_map_);
+  if (there.usable && proves_lie(there.overlap, best.match.overlap, best.points.points.cols())) {
+    best.match = there;
+  }
 }
 
 // The robot may have begun or ceased to turn, or turn the other way.

@@ -97,7 +97,7 @@ std::optional<MotionGuess> MotionModel::from_gyro(const MotionInput& now) const 
 Pose2 MotionModel::filtered(const MotionInput& now,
                             const Pose2& before_from_now,
                             const Eigen::Matrix3d& covariance) const {
-  const MotionGuess predicted = reckoning_.guess(now.utime, now.first_from_middle);
+  const MotionGuess predicted = guess_by_velocity(now);
   if (predicted.source != MotionGuess::Source::velocity) return before_from_now;
   const Eigen::Matrix2d expected =
       std::max(square(kMoveSigmaM), 0.5 * state_.reckoning_error.m2) * Eigen::Matrix2d::Identity();
@@ -109,9 +109,13 @@ Pose2 MotionModel::filtered(const MotionInput& now,
   return {shift_m.x(), shift_m.y(), before_from_now.theta_rad};
 }
 
+MotionGuess MotionModel::guess_by_velocity(const MotionInput& now) const {
+  return reckoning_.guess(now.utime, now.first_from_middle);
+}
+
 MotionGuess MotionModel::guess(const MotionInput& now, bool will_match) const {
   if (!state_.before) return {};
-  MotionGuess guess = reckoning_.guess(now.utime, now.first_from_middle);
+  MotionGuess guess = guess_by_velocity(now);
   double error_rad2 = state_.reckoning_error.rad2;
   // Odometry that has never moved may be broken, or the robot has stood still: only a move tells.
   // After a gap, where nothing else is known, it is believed.
@@ -227,7 +231,7 @@ void MotionModel::judge_predictions(const MotionInput& now,
     const bool surer = sigma_m < position_sigma_m(guess.covariance);
     error.update(difference(before_from_now, guess.before_from_now), surer);
   };
-  judge(state_.reckoning_error, reckoning_.guess(now.utime, now.first_from_middle));
+  judge(state_.reckoning_error, guess_by_velocity(now));
   if (const auto odometry = from_odometry(now)) judge(state_.odometry_error, *odometry);
   if (const auto gyro = from_gyro(now)) judge(state_.gyro_error, *gyro);
 }

@@ -15,7 +15,15 @@ constexpr double kEnough = 0.5;
 // So much surer than a step, or than odometry is assumed to be, a match is to judge it.
 constexpr double kMuchSurer = 0.25;
 
-void note(double found, double missed, double forgotten, double& found2, double& missed2) {
+// One that leaps misses no more of a step than one that says nothing, or a single slip of the wheels
+// would outweigh all that they have explained.
+void note(double found,
+          double missed,
+          double believed,
+          double forgotten,
+          double& found2,
+          double& missed2) {
+  missed = std::min(missed, std::max(found, believed));
   const double kept = 1.0 - std::min(1.0, std::max(found, missed) / forgotten);
   found2 = kept * found2 + found * found;
   missed2 = kept * missed2 + missed * missed;
@@ -32,11 +40,11 @@ void PredictionError::update(const Eigen::Vector3d& error, bool position_known) 
 void ExplainedMotion::update(const Pose2& found, const Pose2& measured, double sigma_m) {
   const double found_m = found.translation_m().norm(), told_m = measured.translation_m().norm();
   if (sigma_m < kMuchSurer * std::max(found_m, told_m)) {
-    note(found_m, (found.translation_m() - measured.translation_m()).norm(), kForgottenM, found_m2,
-         missed_m2);
+    note(found_m, (found.translation_m() - measured.translation_m()).norm(), kBelievedM,
+         kForgottenM, found_m2, missed_m2);
   }
   note(std::abs(found.theta_rad), std::abs(normalize_angle(found.theta_rad - measured.theta_rad)),
-       kForgottenRad, found_rad2, missed_rad2);
+       kBelievedRad, kForgottenRad, found_rad2, missed_rad2);
 }
 
 bool ExplainedMotion::explains_translation() const {

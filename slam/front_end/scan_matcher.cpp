@@ -18,6 +18,15 @@ SearchWindow window_of(const PosePrior& prior) {
 
 }  // namespace
 
+bool proves_lie(double overlap_there, double overlap_by_odometry, Eigen::Index points) {
+  constexpr double kByChance = 3.0;  // standard deviations of the difference of two parts
+  const auto variance = [&](double part) {
+    return part * (1.0 - part) / static_cast<double>(points);
+  };
+  const double sigma = std::sqrt(variance(overlap_there) + variance(overlap_by_odometry));
+  return overlap_there - overlap_by_odometry > std::max(kProvesLie, kByChance * sigma);
+}
+
 ScanMatcher::ScanMatcher(const MatchGateOptions& gates,
                          const SurfelMatcherOptions& fine,
                          const CorrelativeMatcherOptions& coarse)
@@ -68,9 +77,9 @@ ScanMatch ScanMatcher::match_near(const OrientedPoints& points,
   const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
   const SurfelMatch free = fine_.match(map.surfels(), points, prior.map_from_robot, &weak);
   const Eigen::Vector3d denied = difference(free.map_from_robot, prior.map_from_robot);
-  const bool proves_lie = free.overlap > fine.overlap + kProvesLie &&
-                          squared_mahalanobis_distance(denied, prior.information) > kContradiction;
-  return judged(proves_lie ? free : fine);
+  const bool lies = free.overlap > fine.overlap + kProvesLie &&
+                    squared_mahalanobis_distance(denied, prior.information) > kContradiction;
+  return judged(lies ? free : fine);
 }
 
 ScanMatch ScanMatcher::match_widely(const OrientedPoints& points,

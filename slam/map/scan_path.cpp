@@ -16,6 +16,9 @@ constexpr std::size_t kPosesPerKeyframe = 4;
 constexpr double kMPerRad = 0.5;
 constexpr double kStoodM = 1e-4;  // a way of rounding errors
 
+// Matches of a robot that stands lie within some millimetres, on small and noisy lasers a centimetre.
+constexpr double kStopM = 0.02, kStopDeg = 1.0;
+
 Pose2 world_from_key(const ScanPose& scan, const std::vector<Keyframe>& keys) {
   return scan.key < 0 ? Pose2{} : keys[static_cast<std::size_t>(scan.key)].world_from_robot;
 }
@@ -51,6 +54,19 @@ Trajectory trajectory_of(const std::vector<ScanPose>& scans, const std::vector<K
   return trajectory;
 }
 
+void ScanPath::restore(const ScanPathState& state) {
+  state_ = state;
+  stop_begins_ = state_.scans.empty() ? 0 : state_.scans.size() - 1;
+  while (stop_begins_ > 0 && state_.scans[stop_begins_].stands) --stop_begins_;
+}
+
+bool ScanPath::is_at_stop(const Pose2& world_from_robot, const std::vector<Keyframe>& keys) const {
+  if (stop_begins_ >= state_.scans.size()) return false;
+  const ScanPose& first = state_.scans[stop_begins_];
+  const Pose2 moved = between(world_from_key(first, keys) * first.key_from_robot, world_from_robot);
+  return moved.translation_m().norm() <= kStopM && std::abs(moved.theta_rad) <= deg_to_rad(kStopDeg);
+}
+
 void ScanPath::keep_short(double every_m, std::size_t first) {
   require(every_m >= 0.0, "a path of less than no distance between poses");
   every_m_ = every_m;
@@ -67,9 +83,13 @@ void ScanPath::add_scan(const StampedPose2& scan,
     pose.key_from_robot = between(keys.back().world_from_robot, scan.world_from_robot);
   }
   std::optional<Pose2>& stop = state_.odom_from_stop;
-  const bool stands = stop && odom_from_robot && stood_still(*stop, *odom_from_robot);
-  if (!stands) stop = odom_from_robot;
-  pose.stands = stands && !every_m_;  // the scan before may be missing from a short path
+  // Of a short path the scan before may be missing.
+  pose.stands = !every_m_ && stop && odom_from_robot && stood_still(*stop, *odom_from_robot) &&
+                is_at_stop(scan.world_from_robot, keys);
+  if (!pose.stands) {
+    stop = odom_from_robot;
+    stop_begins_ = state_.scans.size();
+  }
   pose.predicted = predicted;
   if (is_worth_keeping(pose)) state_.scans.push_back(pose);
 }

@@ -52,13 +52,15 @@ Trajectory trajectory_of(const std::vector<ScanPose>& scans, const std::vector<K
 class ScanPath {
  public:
   const ScanPathState& state() const { return state_; }
-  void restore(const ScanPathState& state) { state_ = state; }
+  void restore(const ScanPathState& state);
 
   /// See Slam::keep_short_path.
   void keep_short(double every_m, std::size_t first);
 
   /// The newest scan; relative to the newest keyframe, if there is any.
-  /// @param odom_from_robot  if it is believed: scans between which it stands still are of one stop
+  /// @param odom_from_robot  if it is believed: scans between which it stands still are of one
+  /// stop, as long as they lie within 2 cm and a degree of where it began. Wheels may stand still
+  /// while the robot is pushed, and odometry may have died.
   /// @param predicted  see ScanPose
   void add_scan(const StampedPose2& scan,
                 const std::optional<Pose2>& odom_from_robot,
@@ -70,8 +72,6 @@ class ScanPath {
   void spread_correction(const Pose2& predicted,
                          const Pose2& world_from_robot,
                          const std::vector<Keyframe>& keys);
-  /// The robot was moved, whatever odometry says.
-  void leave_stop() { state_.odom_from_stop.reset(); }
   void add_keyframe(Utime utime, int key) { state_.keyframe_poses.push_back({utime, key, {}}); }
   /// Another session's path: its keyframes follow those that are there.
   void append(const ScanPathState& session, int first_key, const Pose2& world_from_session);
@@ -93,9 +93,11 @@ class ScanPath {
 
  private:
   bool is_worth_keeping(const ScanPose& scan) const;
+  bool is_at_stop(const Pose2& world_from_robot, const std::vector<Keyframe>& keys) const;
   void remove_scans_of(int key);
 
   ScanPathState state_;
+  std::size_t stop_begins_ = 0;    ///< the first scan of the newest one's stop
   std::optional<double> every_m_;  ///< of a short path
   std::size_t short_from_ = 0;     ///< scans before this one are kept
 };

@@ -95,6 +95,27 @@ TEST(LyingOdometry, ARobotLiftedAndTurned90DegreesKnowsIt) {
   EXPECT_LT(worst_error_m(drive_with(lie)), kBoundM);
 }
 
+// Farther than any search about it reaches, and for one scan only.
+TEST(LyingOdometry, WheelsThatLeapAtOnceDoNotMoveTheRobot) {
+  const std::vector<Step> leap{{Pose2{kStepM, 0, 0}, Pose2{1.2, -1.0, deg_to_rad(-80)}}};
+  EXPECT_LT(worst_error_m(drive_with(leap)), kBoundM);
+}
+
+// The first scans are believed to be those of a robot that stands, until the odometry is found out.
+TEST(LyingOdometry, OneThatNeverMovesLeavesEachScanInItsPlace) {
+  std::vector<Step> steps;
+  add(steps, 30, {Pose2{kStepM, 0, 0}, Pose2{}});
+  EXPECT_LT(worst_error_m(steps), kBoundM);
+}
+
+// So slowly that no scan contradicts it: 3 cm at each.
+TEST(LyingOdometry, OneThatDiesLeavesEachScanInItsPlace) {
+  std::vector<Step> steps;
+  add(steps, 60, honest({0.03, 0, 0}));
+  add(steps, 60, {Pose2{0.03, 0, 0}, Pose2{}});
+  EXPECT_LT(worst_error_m(steps), kBoundM);
+}
+
 // A base that told of a turn late and made up for it within one scan: it looks where nothing was
 // seen before, and what is drawn where odometry says would be believed ever after.
 TEST(LyingOdometry, AHeadingThatLeapsIsNotDrawn) {

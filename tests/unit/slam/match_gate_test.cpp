@@ -58,5 +58,11 @@ TEST_F(MatchGateTest, AScanThatFitsNothingIsDrawnOnlyAsTheThirdInARow) {
   EXPECT_FALSE(gate_.may_draw());
 }
 
+TEST(ProvesLie, MoreOfTheScanThanChanceExplains) {
+  EXPECT_TRUE(proves_lie(0.88, 0.67, 240));
+  EXPECT_FALSE(proves_lie(0.77, 0.65, 26)) << "three beams";
+  EXPECT_FALSE(proves_lie(0.74, 0.65, 100000)) << "of many beams a little is no proof either";
+}
+
 }  // namespace
 }  // namespace marco::slam

@@ -132,13 +132,11 @@ class Remapping {
         out_(out),
         map_(map) {}
 
-  bool was_tried() const { return tried_; }
   bool was_taken() const { return taken_; }
   const SensorCalibration& calibration() const { return options_.slam.input.calibration; }
 
   template <class IsBetter>
   bool try_with(const SensorCalibration& calibration, IsBetter is_better) {
-    tried_ = true;
     MapOptions options = options_;
     options.slam.input.calibration = calibration;
     const std::filesystem::path folder = out_ / "corrected.part";
@@ -163,7 +161,7 @@ class Remapping {
   const ForeignTable& foreign_;
   std::filesystem::path out_;
   JudgedMap& map_;
-  bool tried_ = false, taken_ = false;
+  bool taken_ = false;
 };
 
 // First, for whatever else is looked for is asked of walls.
@@ -217,7 +215,8 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
   map.job->clock().end_stage("calibration");
   const SensorCalibration needed = needed_correction(
       correction.found, map.verdict ? distance_by_odometry_m(map.verdict->evidence.edges) : 0.0);
-  if (needed != SensorCalibration{}) {
+  const bool is_needed = needed != SensorCalibration{};
+  if (is_needed) {
     SensorCalibration calibration = needed;
     calibration.beams = remapping.calibration().beams;
     calibration.body = remapping.calibration().body;
@@ -226,9 +225,11 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
   }
   const std::string& question = correction.found.open_question;
   if (!question.empty() && map.verdict) map.verdict->diagnosis.ask(question);
-  if (remapping.was_tried()) {
-    correction.use =
-        remapping.was_taken() ? SelfCorrection::Use::in_force : SelfCorrection::Use::rejected;
+  // A floor or beams that were tried in vain say so themselves.
+  if (remapping.was_taken()) {
+    correction.use = SelfCorrection::Use::in_force;
+  } else if (is_needed) {
+    correction.use = SelfCorrection::Use::rejected;
   }
   return correction;
 }

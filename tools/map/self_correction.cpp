@@ -11,7 +11,8 @@ namespace {
 
 // The front end takes odometry for 15 % and 2 deg/m off, and reads it at a scan's stamp: half of
 // the first, and twice the second, which veering wheels reach in ordinary logs, still go.
-constexpr double kScaleOff = 0.075, kVeerRadPerM = 0.087, kLateS = 0.05;
+// A laser that is turned by as much as the scale may be off makes the same error across.
+constexpr double kScaleOff = 0.075, kVeerRadPerM = 0.087, kLateS = 0.05, kTurnedDeg = 4.3;
 constexpr double kGyroBiasRadPerS = 0.01;
 
 // A scale error that stretches the path by more than this, summed over all passes, is corrected.
@@ -23,13 +24,18 @@ constexpr double kLeftOpenM = 0.016;
 
 bool is_scale_off(double scale) { return std::abs(scale - 1.0) > kScaleOff; }
 
-// Surely late by more than kLateS. Reading between samples costs as much as a little time does:
-// intel, "late" by -52 ms with a standard deviation of 11: 0.0146 m as it is, 0.0196 corrected.
-bool is_late(const slam::SelfCalibration& found, const char* name) {
+// By how much a parameter is surely off; 0 where it is left as it is.
+double surely_off(const slam::SelfCalibration& found, const char* name) {
   constexpr double kSure = 2.0;  // standard deviations
-  const slam::CalibratedParameter* late = found.find(name);
-  return late != nullptr && late->verdict == slam::ParameterVerdict::applied &&
-         std::abs(late->found) - kSure * late->sigma > kLateS;
+  const slam::CalibratedParameter* parameter = found.find(name);
+  if (parameter == nullptr || parameter->verdict != slam::ParameterVerdict::applied) return 0.0;
+  return std::abs(parameter->found - parameter->before) - kSure * parameter->sigma;
+}
+
+// Reading between samples costs as much as a little time does: intel, "late" by -52 ms with a
+// standard deviation of 11: 0.0146 m as it is, 0.0196 corrected.
+bool is_late(const slam::SelfCalibration& found, const char* name) {
+  return surely_off(found, name) > kLateS;
 }
 
 bool needs_correction(const OdometryCalibration& odometry, double by_odometry_m) {
@@ -98,10 +104,15 @@ SensorCalibration needed_correction(const slam::SelfCalibration& found, double b
     if (!gyro_is_late) needed.gyro.late_s = 0.0;
   }
   const slam::CalibratedParameter* upside_down = found.find("laser.upside_down");
-  if (upside_down != nullptr && upside_down->verdict == slam::ParameterVerdict::applied) {
+  const bool is_upside_down =
+      upside_down != nullptr && upside_down->verdict == slam::ParameterVerdict::applied;
+  const bool is_turned = surely_off(found, "laser.yaw_deg") > kTurnedDeg;
+  if (is_upside_down || is_turned) {
     const auto assumed = [&](const char* name) { return found.find(name)->before; };
-    needed.laser = {calibration.laser.channel, assumed("laser.x_m"), assumed("laser.y_m"),
-                    assumed("laser.yaw_deg"), calibration.laser.upside_down};
+    needed.laser = calibration.laser;
+    needed.laser.x_m = assumed("laser.x_m");
+    needed.laser.y_m = assumed("laser.y_m");
+    if (!is_turned) needed.laser.yaw_deg = assumed("laser.yaw_deg");
   }
   return needed;
 }

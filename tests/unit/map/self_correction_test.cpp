@@ -52,5 +52,27 @@ TEST(SelfCorrection, OnlySurelyLateOdometryAndGyroscopesAreReadAtAnotherTime) {
   EXPECT_EQ(needed_correction(found, 0.0).gyro.late_s, -0.08);
 }
 
+// Odometry says "ahead" where the scans move aside.
+TEST(SelfCorrection, ALaserThatSurelyLooksElsewhereIsTurnedWhereItIsSaidToSit) {
+  slam::SelfCalibration found;
+  found.calibration.laser = {"LIDAR", 0.31, -0.02, 0.0, false};
+  const auto measure = [&](double yaw_deg, double sigma_deg) {
+    const auto state = slam::ParameterVerdict::applied;
+    found.parameters = {{"laser.x_m", 0.2, 0.31, 0.01, state, ""},
+                        {"laser.y_m", 0.0, -0.02, 0.01, state, ""},
+                        {"laser.yaw_deg", 10.0, yaw_deg, sigma_deg, state, ""}};
+    found.calibration.laser.yaw_deg = yaw_deg;
+    return needed_correction(found, 0.0).laser;
+  };
+  EXPECT_EQ(measure(14.0, 0.1), LaserCalibration{}) << "as much as the front end allows for";
+  EXPECT_EQ(measure(-80.0, 45.0), LaserCalibration{}) << "not sure";
+  EXPECT_EQ(measure(-80.0, 0.1), (LaserCalibration{"LIDAR", 0.2, 0.0, -80.0, false}));
+  found.parameters.push_back(
+      {"laser.upside_down", 0.0, 1.0, 0.0, slam::ParameterVerdict::applied, ""});
+  found.calibration.laser.upside_down = true;
+  EXPECT_EQ(needed_correction(found, 0.0).laser,
+            (LaserCalibration{"LIDAR", 0.2, 0.0, -80.0, true}));
+}
+
 }  // namespace
 }  // namespace marco

@@ -59,7 +59,7 @@ class ScanPath {
 
   /// The newest scan; relative to the newest keyframe, if there is any.
   /// @param odom_from_robot  if it is believed: scans between which it stands still are of one
-  /// stop, as long as they lie within 2 cm and a degree of where it began. Wheels may stand still
+  /// stop, as long as they lie within 5 cm and 2 degrees of where it began. Wheels may stand still
   /// while the robot is pushed, and odometry may have died.
   /// @param predicted  see ScanPose
   void add_scan(const StampedPose2& scan,

@@ -64,7 +64,6 @@ class LineMapper : public Mapper2d {
   /// By the filter; trajectory() and the other poses are by the pose graph.
   Pose2 world_from_robot() const { return lines_.world_from_robot(); }
   Walls plan() { return lines_.plan(); }
-  RoundWalls round_walls() { return lines_.round_walls(); }
   LineMap map() { return lines_.map(); }
   const WallFilter& filter() const { return lines_.filter(); }
 

@@ -126,10 +126,9 @@ Walls LineSlam::plan() {
   return filter_.plan(options_.plan_min_times_seen, options_.plan_min_length_m);
 }
 
-RoundWalls LineSlam::round_walls() { return filter_.round_walls(options_.plan_min_times_seen); }
-
 LineMap LineSlam::map() {
-  LineMap map{plan(), round_walls(), {}};
+  LineMap map{plan(), filter_.round_walls(options_.plan_min_times_seen), {}};
+  drop_posts_on_walls(map.walls, map.round_walls);
   map.corners = filter_.corners(map.walls);
   return map;
 }

@@ -106,9 +106,7 @@ class LineSlam {
   Pose2 world_from_robot() const { return filter_.world_from_robot(); }
   /// The walls that stand now, world frame.
   Walls plan();
-  /// Posts and curved walls, seen in as many scans as walls of the plan.
-  RoundWalls round_walls();
-  /// Both, and the walls' corners.
+  /// These, the walls' corners, and posts and curved walls that were seen in as many scans.
   LineMap map();
 
   const WallFilter& filter() const { return filter_; }

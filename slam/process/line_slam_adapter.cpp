@@ -64,13 +64,13 @@ MappedScan LineSlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw
 
 void LineSlamAdapter::publish_map(Utime utime) {
   if (!last_scan_) return;
-  Walls walls = mapper_.plan();
-  for (RoundWall& round : mapper_.round_walls()) {
+  LineMap map = mapper_.map();
+  for (RoundWall& round : map.round_walls) {
     round.id = -round.id;
     const Walls chords = chords_of(round);
-    walls.insert(walls.end(), chords.begin(), chords.end());
+    map.walls.insert(map.walls.end(), chords.begin(), chords.end());
   }
-  bus_.publish(channels::kLineMap, to_message(walls, utime, ++map_revision_));
+  bus_.publish(channels::kLineMap, to_message(map.walls, utime, ++map_revision_));
 }
 
 std::string LineSlamAdapter::mapping_line() const {

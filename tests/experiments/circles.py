@@ -4,8 +4,8 @@
 usage: circles.py FOLDER_OF_PROGRAMS [--seeds 3] [LOG...]
 
 A row a simulated drive (config/worlds/rotunda.toml and office.toml, where the truth is known): columns found of
-columns, posts where none stands, the largest error of a centre and of a radius [mm], faces of curved walls found of
-faces, walls of another radius, and their largest errors. Then a row a recording: posts, pieces of curved walls, CPU
+columns, posts where neither a column nor a table's leg stands, the largest error of a centre and of a radius [mm],
+faces of curved walls found of faces, walls of another radius, and their largest errors. Then a row a recording: posts, pieces of curved walls, CPU
 time [s].
 """
 import argparse
@@ -17,7 +17,7 @@ import tempfile
 import tomllib
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-POST_M, NEAR_M = 0.5, 0.3
+POST_M, NEAR_M, LEG_M = 0.5, 0.3, 0.05  # a leg: as in simulator/world.cpp
 
 
 def poses(path):
@@ -48,6 +48,18 @@ def truth_of(world):
         faces.append((*arc["centre_m"], arc["radius_m"] - half, True))
         faces.append((*arc["centre_m"], arc["radius_m"] + half, False))
     return columns, faces
+
+
+def legs_of(world):
+    for table in world.get("tables", []):
+        (x, y), yaw = table["at_m"], math.radians(table.get("yaw_deg", 0.0))
+        w, d = (0.5 * (size - LEG_M) for size in table.get("size_m", (1.4, 0.8)))
+        for a, b in ((-w, -d), (-w, d), (w, -d), (w, d)):
+            yield x + a * math.cos(yaw) - b * math.sin(yaw), y + a * math.sin(yaw) + b * math.cos(yaw)
+
+
+def is_leg(post, legs):
+    return post[2] <= 1.5 * LEG_M and any(math.hypot(post[0] - x, post[1] - y) < 2 * LEG_M for x, y in legs)
 
 
 def compare(found, truth):
@@ -82,7 +94,10 @@ def simulated(programs, name, seed, folder):
     place = world_from_map(out)
     found = [(*place(w["centre_m"]), w["radius_m"], w["from_inside"], w["id"]) for w in walls]
     with open(world_file, "rb") as file:
-        columns, faces = truth_of(tomllib.load(file))
+        world = tomllib.load(file)
+    columns, faces = truth_of(world)
+    legs = list(legs_of(world))
+    found = [f for f in found if not is_leg(f, legs)]
     os.remove(log)
     print(f"{name:10} {seed:4}  {compare([f for f in found if f[2] <= POST_M], columns)}   "
           f"{compare([f for f in found if f[2] > POST_M], faces)}", flush=True)

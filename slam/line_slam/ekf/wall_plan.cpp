@@ -1,6 +1,9 @@
 #include "slam/line_slam/ekf/wall_plan.hpp"
 
 #include <algorithm>
+#include <cmath>
+
+#include "slam/line_slam/ekf/circle_evidence.hpp"
 
 namespace marco::slam {
 
@@ -34,6 +37,27 @@ Walls plan_of(WallMap& map, int64_t min_times_seen, double min_length_m) {
     }
   }
   return plan;
+}
+
+void drop_posts_on_walls(const Walls& plan, RoundWalls& posts) {
+  // Of the radius: of 21 true columns in six simulated drives none is cut at all, of three corners
+  // of furniture that were taken for posts two are, by 1.1 and 1.4.
+  constexpr double kThrough = 1.0;
+  const auto runs_through = [](const Wall& wall, const RoundWall& post) {
+    const double length_m = wall.length_m();
+    if (!(length_m > 0.0)) return false;
+    const Eigen::Vector2d along = (wall.end_m - wall.start_m) / length_m;
+    const Eigen::Vector2d to_m = post.centre_m - wall.start_m;
+    const double at_m = along.dot(to_m), off2 = to_m.squaredNorm() - at_m * at_m;
+    const double half_m = std::sqrt(std::max(0.0, post.radius_m * post.radius_m - off2));
+    const double inside_m = std::min(length_m, at_m + half_m) - std::max(0.0, at_m - half_m);
+    return inside_m >= kThrough * post.radius_m;
+  };
+  std::erase_if(posts, [&](const RoundWall& post) {
+    return post.is_whole() && post.radius_m <= kLargestPostM &&
+           std::any_of(plan.begin(), plan.end(),
+                       [&](const Wall& wall) { return runs_through(wall, post); });
+  });
 }
 
 }  // namespace marco::slam

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <numbers>
 
+#include "slam/line_slam/ekf/wall_plan.hpp"
 #include "slam/line_slam/line_slam.hpp"
 #include "tests/support/lines_drive.hpp"
 #include "tests/support/round_world.hpp"
@@ -77,7 +78,7 @@ TEST(LineSlamCircles, APostIsKnownToMillimetresAfterTwoMetres) {
     ASSERT_EQ(tour.world_from_robot.size(), 30U);
     LineSlam slam{LineSlamOptions{}, tour.world_from_robot[0]};
     follow(slam, world, LinesLaser{}, tour, random);
-    for (const RoundWall& wall : slam.round_walls()) {
+    for (const RoundWall& wall : slam.map().round_walls) {
       Eigen::Vector3d error;
       error << wall.centre_m - post_m, wall.radius_m - kRadiusM;
       if (error.head<2>().norm() > 0.2) {
@@ -125,7 +126,7 @@ TEST(LineSlamCircles, AlongAGivenPathEachPoseHasItsSay) {
                         normalize_angle(truth.theta_rad + kPoseSigmaRad * normal(random))};
       slam.process_at(testing::round_scan(world, laser, truth, random).scan, given, covariance);
     }
-    for (const RoundWall& wall : slam.round_walls()) {
+    for (const RoundWall& wall : slam.map().round_walls) {
       if (wall.from_inside || (wall.centre_m - post_m).norm() > 0.3) continue;
       Eigen::Vector3d error;
       error << wall.centre_m - post_m, wall.radius_m - 0.1;
@@ -145,7 +146,7 @@ TEST(LineSlamCircles, APostThatWasTakenAwayIsForgotten) {
   const LinesDrive tour = testing::drive({{2.5, 1.5}, {4.5, 1.5}}, 0.06, 0.1, {}, random);
   LineSlam slam{LineSlamOptions{}, tour.world_from_robot[0]};
   follow(slam, world, LinesLaser{}, tour, random);
-  ASSERT_EQ(slam.round_walls().size(), 1U);
+  ASSERT_EQ(slam.map().round_walls.size(), 1U);
   world.circles.clear();
   for (int i = 0; i < 20; ++i) {
     // Each look is a step: it turns to and fro.
@@ -153,7 +154,41 @@ TEST(LineSlamCircles, APostThatWasTakenAwayIsForgotten) {
     const Pose2 at = tour.world_from_robot.back() * (i % 2 == 0 ? turn : Pose2{});
     slam.process(testing::round_scan(world, LinesLaser{}, at, random).scan, turn);
   }
-  EXPECT_TRUE(slam.round_walls().empty());
+  EXPECT_TRUE(slam.map().round_walls.empty());
+}
+
+RoundWall post(double x_m, double y_m, double radius_m) {
+  RoundWall post;
+  post.centre_m = {x_m, y_m};
+  post.radius_m = radius_m;
+  return post;
+}
+
+TEST(LineSlamCircles, WhatAWallRunsThroughIsNoPost) {
+  Wall front;
+  front.start_m = {1.0, 2.0};
+  front.end_m = {2.1, 2.0};
+  // Through it; past the wall's end; beside the wall; too wide for a post.
+  RoundWalls posts{post(1.8, 2.18, 0.29), post(2.3, 2.0, 0.29), post(1.5, 2.25, 0.25),
+                   post(1.5, 2.0, 0.6)};
+  drop_posts_on_walls({front}, posts);
+  ASSERT_EQ(posts.size(), 3U);
+  EXPECT_EQ(posts[0].centre_m.x(), 2.3);
+}
+
+// It hides the wall behind it.
+TEST(LineSlamCircles, AColumnThatSticksOutOfAWallIsAPost) {
+  std::mt19937 random(33);
+  RoundWorld world;
+  world.walls.add_polygon({{0, 0}, {8, 0}, {8, 6}, {0, 6}});
+  world.circles.push_back({{3.5, 0.0}, 0.3});
+  const LinesDrive tour =
+      testing::drive({{1.5, 2.0}, {5.5, 2.0}, {1.5, 2.5}}, 0.06, 0.1, {}, random);
+  LineSlam slam{LineSlamOptions{}, tour.world_from_robot[0]};
+  follow(slam, world, LinesLaser{}, tour, random);
+  const LineMap map = slam.map();
+  ASSERT_EQ(map.round_walls.size(), 1U);
+  EXPECT_NEAR(map.round_walls[0].radius_m, 0.3, 0.01);
 }
 
 TEST(LineSlamCircles, ARoundRoomIsOneArcAndNoWalls) {
@@ -169,7 +204,7 @@ TEST(LineSlamCircles, ARoundRoomIsOneArcAndNoWalls) {
   follow(slam, world, laser, tour, random);
   EXPECT_TRUE(slam.plan().empty());
   int rooms = 0, columns = 0;
-  for (const RoundWall& wall : slam.round_walls()) {
+  for (const RoundWall& wall : slam.map().round_walls) {
     if (!wall.from_inside) {
       ++columns;
       continue;
@@ -194,10 +229,10 @@ TEST(LineSlamCircles, ARestoredFilterGoesOnBitForBit) {
   std::mt19937 again = random;
   follow(slam, world, LinesLaser{}, tour, random);
   follow(restored, world, LinesLaser{}, tour, again);
-  ASSERT_EQ(slam.round_walls().size(), restored.round_walls().size());
-  ASSERT_FALSE(slam.round_walls().empty());
-  EXPECT_EQ(slam.round_walls()[0].centre_m, restored.round_walls()[0].centre_m);
-  EXPECT_EQ(slam.round_walls()[0].covariance, restored.round_walls()[0].covariance);
+  ASSERT_EQ(slam.map().round_walls.size(), restored.map().round_walls.size());
+  ASSERT_FALSE(slam.map().round_walls.empty());
+  EXPECT_EQ(slam.map().round_walls[0].centre_m, restored.map().round_walls[0].centre_m);
+  EXPECT_EQ(slam.map().round_walls[0].covariance, restored.map().round_walls[0].covariance);
 }
 
 }  // namespace

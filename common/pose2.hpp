@@ -39,6 +39,7 @@ struct Pose2 {
   }
   Eigen::Vector3d vector() const { return {x_m, y_m, theta_rad}; }
   static Pose2 from_vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+  bool operator==(const Pose2&) const = default;
 };
 
 inline Pose2 operator*(const Pose2& a_from_b, const Pose2& b_from_c) {

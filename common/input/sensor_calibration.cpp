@@ -33,7 +33,7 @@ ArcMotion OdometryCalibration::corrected(const ArcMotion& by_odometry) const {
   const double mean_scale = 0.5 * (left_scale + right_scale);
   const ArcMotion axle{0.5 * (left_m + right_m), mean_scale * forward_sign * counted.left_m,
                        (right_m - left_m) / (track_scale * kCountedTrackM)};
-  return axle.seen_at(robot_from_axle().inverse());
+  return axle.seen_at(robot_from_axle().inverse() * robot_from_path);
 }
 
 SensorInfo LaserCalibration::corrected(SensorInfo as_said) const {

@@ -89,21 +89,27 @@ double squared_error(const std::vector<LaserMotion>& motions,
   return sum;
 }
 
+// Each fifth is held out once: a drive has few turns, and one of its fifths may have none that tells.
 std::array<bool, 3> better_by(const std::vector<LaserMotion>& motions,
                               const OdometryTravel& travel,
                               const Parameters& start) {
-  const auto [seen, held_out] = split(motions);
-  std::array<bool, 3> better{};
-  if (seen.empty() || held_out.empty()) return better;
-  const Parameters blind = fitted(seen, travel, start);
-  const double sigma = spread_at(seen, travel, blind);
-  const double error = squared_error(held_out, travel, blind, sigma);
-  const std::array<Parameters, 3> without{Parameters(1.0, blind[1], blind[2]),
-                                          Parameters(blind[0], 0.0, blind[2]),
-                                          Parameters(blind[0], blind[1], 0.0)};
-  for (std::size_t i = 0; i < without.size(); ++i) {
-    better[i] = squared_error(held_out, travel, without[i], sigma) > error;
+  double error = 0.0;
+  std::array<double, 3> error_without{};
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const auto [seen, held_out] = split(motions, part);
+    if (seen.empty() || held_out.empty()) continue;
+    const Parameters blind = fitted(seen, travel, start);
+    const double sigma = spread_at(seen, travel, blind);
+    error += squared_error(held_out, travel, blind, sigma);
+    const std::array<Parameters, 3> without{Parameters(1.0, blind[1], blind[2]),
+                                            Parameters(blind[0], 0.0, blind[2]),
+                                            Parameters(blind[0], blind[1], 0.0)};
+    for (std::size_t i = 0; i < without.size(); ++i) {
+      error_without[i] += squared_error(held_out, travel, without[i], sigma);
+    }
   }
+  std::array<bool, 3> better{};
+  for (std::size_t i = 0; i < better.size(); ++i) better[i] = error_without[i] > error;
   return better;
 }
 

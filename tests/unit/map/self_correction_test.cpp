@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/covariance.hpp"
+#include "common/input/deskew.hpp"
 
 namespace marco {
 namespace {
@@ -52,26 +53,31 @@ TEST(SelfCorrection, OnlySurelyLateOdometryAndGyroscopesAreReadAtAnotherTime) {
   EXPECT_EQ(needed_correction(found, 0.0).gyro.late_s, -0.08);
 }
 
-// Odometry says "ahead" where the scans move aside.
-TEST(SelfCorrection, ALaserThatSurelyLooksElsewhereIsTurnedWhereItIsSaidToSit) {
+// Odometry says "ahead" where the scans move aside. The path stays that of the place and heading
+// that the recording names.
+TEST(SelfCorrection, OdometryIsThatOfTheNamedPlaceWhereTheLaserSurelySitsElsewhere) {
   slam::SelfCalibration found;
-  found.calibration.laser = {"LIDAR", 0.31, -0.02, 0.0, false};
-  const auto measure = [&](double yaw_deg, double sigma_deg) {
+  const auto measure = [&](const Pose2& laser, double sigma_m, double sigma_deg) {
     const auto state = slam::ParameterVerdict::applied;
-    found.parameters = {{"laser.x_m", 0.2, 0.31, 0.01, state, ""},
-                        {"laser.y_m", 0.0, -0.02, 0.01, state, ""},
+    const double yaw_deg = rad_to_deg(laser.theta_rad);
+    found.parameters = {{"laser.x_m", 0.2, laser.x_m, sigma_m, state, ""},
+                        {"laser.y_m", 0.0, laser.y_m, sigma_m, state, ""},
                         {"laser.yaw_deg", 10.0, yaw_deg, sigma_deg, state, ""}};
-    found.calibration.laser.yaw_deg = yaw_deg;
-    return needed_correction(found, 0.0).laser;
+    found.calibration.laser = {"LIDAR", laser.x_m, laser.y_m, yaw_deg, false};
+    return needed_correction(found, 0.0);
   };
-  EXPECT_EQ(measure(14.0, 0.1), LaserCalibration{}) << "as much as the front end allows for";
-  EXPECT_EQ(measure(-80.0, 45.0), LaserCalibration{}) << "not sure";
-  EXPECT_EQ(measure(-80.0, 0.1), (LaserCalibration{"LIDAR", 0.2, 0.0, -80.0, false}));
-  found.parameters.push_back(
-      {"laser.upside_down", 0.0, 1.0, 0.0, slam::ParameterVerdict::applied, ""});
-  found.calibration.laser.upside_down = true;
-  EXPECT_EQ(needed_correction(found, 0.0).laser,
-            (LaserCalibration{"LIDAR", 0.2, 0.0, -80.0, true}));
+  EXPECT_EQ(measure({0.3, 0, deg_to_rad(14.0)}, 0.01, 0.1), SensorCalibration{});
+  EXPECT_EQ(measure({0.5, 0.4, deg_to_rad(-80.0)}, 0.2, 45.0), SensorCalibration{}) << "not sure";
+  for (const Pose2& laser : {Pose2{0.2, 0, deg_to_rad(-80.0)}, Pose2{-0.1, 0.0, deg_to_rad(10.0)},
+                             Pose2{0.2, 0.3, deg_to_rad(10.0)}}) {
+    const SensorCalibration needed = measure(laser, 0.01, 0.1);
+    EXPECT_EQ(needed.laser, LaserCalibration{});
+    // The laser moves as it does on a robot that drives an arc.
+    const Pose2 arc = Velocity2{0.3, 0.0, 0.4}.after(1.0), said{0.2, 0.0, deg_to_rad(10.0)};
+    const Pose2 path = needed.odometry.corrected(ArcMotion::of(arc)).moved();
+    const Pose2 expected = laser.inverse() * arc * laser, told = said.inverse() * path * said;
+    EXPECT_LT(between(expected, told).vector().norm(), 1e-9);
+  }
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "tests/unit/slam/calibration/simulated_drive.hpp"
 
 namespace marco::slam {
@@ -52,6 +55,28 @@ TEST(GyroFit, MeanSquaredErrorOfManyRunsIsAsItSays) {
   // 95 % of chi-square sums of 50 x 3.
   EXPECT_GT(sum / kRuns, 2.36);
   EXPECT_LT(sum / kRuns, 3.72);
+}
+
+// A fifth of the drive tells of another time: the other four are more.
+TEST(GyroFit, IsJudgedByAllPartsOfTheDrive) {
+  SimulatedRobot robot;
+  robot.laser_sigma_rad = deg_to_rad(0.05);
+  const Trajectory in_time = simulate(robot, varied_drive, 200.0).gyro_heading;
+  robot.gyro.late_s = -0.1;
+  CalibrationInput input = simulate(robot, varied_drive, 200.0);
+  const std::vector<LaserMotion> fifth = split(laser_motions(input.world_from_laser)).held_out;
+  const auto is_of_fifth = [&](const StampedPose2& heading) {
+    return std::any_of(fifth.begin(), fifth.end(), [&](const LaserMotion& motion) {
+      return heading.utime.seconds() >= motion.begin_s && heading.utime.seconds() <= motion.end_s;
+    });
+  };
+  std::erase_if(input.gyro_heading, is_of_fifth);
+  std::copy_if(in_time.begin(), in_time.end(), std::back_inserter(input.gyro_heading), is_of_fifth);
+  std::sort(input.gyro_heading.begin(), input.gyro_heading.end(),
+            [](const auto& a, const auto& b) { return a.utime < b.utime; });
+  const GyroFit found = fit(input);
+  EXPECT_NEAR(found.found.late_s, -0.1, 0.01);
+  EXPECT_TRUE(found.better[2]);
 }
 
 }  // namespace

@@ -89,7 +89,8 @@ double squared_error(const std::vector<LaserMotion>& motions,
   return sum;
 }
 
-// Each fifth is held out once: a drive has few turns, and one of its fifths may have none that tells.
+// Each fifth is held out once: a drive has few turns, and one of its fifths may have none that
+// tells.
 std::array<bool, 3> better_by(const std::vector<LaserMotion>& motions,
                               const OdometryTravel& travel,
                               const Parameters& start) {

@@ -65,7 +65,8 @@ bool ScanPath::is_at_stop(const Pose2& world_from_robot, const std::vector<Keyfr
   if (stop_begins_ >= state_.scans.size()) return false;
   const ScanPose& first = state_.scans[stop_begins_];
   const Pose2 moved = between(world_from_key(first, keys) * first.key_from_robot, world_from_robot);
-  return moved.translation_m().norm() <= kStopM && std::abs(moved.theta_rad) <= deg_to_rad(kStopDeg);
+  return moved.translation_m().norm() <= kStopM &&
+         std::abs(moved.theta_rad) <= deg_to_rad(kStopDeg);
 }
 
 void ScanPath::keep_short(double every_m, std::size_t first) {

@@ -19,12 +19,11 @@ SearchWindow window_of(const PosePrior& prior) {
 }  // namespace
 
 bool proves_lie(double overlap_there, double overlap_by_odometry, Eigen::Index points) {
-  constexpr double kByChance = 3.0;  // standard deviations of the difference of two parts
   const auto variance = [&](double part) {
     return part * (1.0 - part) / static_cast<double>(points);
   };
   const double sigma = std::sqrt(variance(overlap_there) + variance(overlap_by_odometry));
-  return overlap_there - overlap_by_odometry > std::max(kProvesLie, kByChance * sigma);
+  return overlap_there - overlap_by_odometry > std::max(kProvesLie, kNoChanceSigmas * sigma);
 }
 
 ScanMatcher::ScanMatcher(const MatchGateOptions& gates,

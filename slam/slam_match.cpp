@@ -1,9 +1,12 @@
 #include "slam/slam.hpp"
 
+#include <cmath>
+
 #include "common/covariance.hpp"
 #include "slam/front_end/straightening.hpp"
 
-// How a scan is matched: as it was deskewed, bent otherwise, and where odometry says.
+// How a scan is matched: as it was deskewed, bent otherwise, where odometry says, and where the
+// robot's velocity leads.
 namespace marco::slam {
 
 MatchedScan Slam::matched_as_is(DeskewedScan scan,

@@ -29,8 +29,8 @@ namespace match_gates {
 // By how much more of the points another match must explain to be taken instead.
 inline constexpr double kClearlyBetter = 0.05;
 
-// The same where odometry must have lied for it; and, of few points, so many standard deviations of
-// what two places differ by by chance.
+// The same where odometry must have lied for it. Of few points chance explains as much: then this
+// many standard deviations of the difference.
 inline constexpr double kProvesLie = 0.10, kNoChanceSigmas = 3.0;
 
 // Part of the way to where odometry says: a match there that keeps less has come back, and is sure.

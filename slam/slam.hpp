@@ -177,8 +177,8 @@ class Slam {
   /// Where matches have fallen behind odometry or run ahead of it, each step by a little: the scan
   /// decides between both places.
   void try_where_odometry_says(const MotionInput& input, MatchedScan& best) const;
-  /// Odometry may have leapt beyond all windows of a search: the robot has moved as before, if the
-  /// scan fits much better there.
+  /// Odometry may have jumped beyond every search window. The scan decides between the match and
+  /// one at the constant-velocity prediction.
   void try_where_velocity_says(const MotionInput& input, MatchedScan& best);
   MatchedScan best_bent(MatchedScan best,
                         const DeskewedScan& predicted,

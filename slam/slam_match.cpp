@@ -5,8 +5,8 @@
 #include "common/covariance.hpp"
 #include "slam/front_end/straightening.hpp"
 
-// How a scan is matched: as it was deskewed, bent otherwise, where odometry says, and where the
-// robot's velocity leads.
+// How a scan is matched: as it was deskewed, bent otherwise, where odometry says, and at the
+// constant-velocity prediction.
 namespace marco::slam {
 
 MatchedScan Slam::matched_as_is(DeskewedScan scan,

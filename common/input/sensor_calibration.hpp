@@ -39,7 +39,8 @@ struct OdometryCalibration {
   double axle_x_m = 0.0;
   double axle_yaw_deg = 0.0;
   double late_s = 0.0;  ///< a stamp is so much later than the motion it comes with
-  /// Whose poses are wanted, seen from the robot. Not stored: in a file the laser is moved instead.
+  /// The frame that the output poses are of, seen from the robot. Not stored: a calibration file
+  /// corrects the laser's pose instead.
   Pose2 robot_from_path;
 
   template <class Visitor>

@@ -89,15 +89,14 @@ double squared_error(const std::vector<LaserMotion>& motions,
   return sum;
 }
 
-// Each fifth is held out once: a drive has few turns, and one of its fifths may have none that
-// tells.
+// Cross-validation in kFolds folds: a drive has few turns, and a single fold may hold none of them.
 std::array<bool, 3> better_by(const std::vector<LaserMotion>& motions,
                               const OdometryTravel& travel,
                               const Parameters& start) {
   double error = 0.0;
   std::array<double, 3> error_without{};
-  for (std::size_t part = 0; part < kParts; ++part) {
-    const auto [seen, held_out] = split(motions, part);
+  for (std::size_t fold = 0; fold < kFolds; ++fold) {
+    const auto [seen, held_out] = split(motions, fold);
     if (seen.empty() || held_out.empty()) continue;
     const Parameters blind = fitted(seen, travel, start);
     const double sigma = spread_at(seen, travel, blind);

@@ -56,12 +56,12 @@ double mean_way_to_samples_m(const std::vector<LaserMotion>& motions,
   return sum_m / static_cast<double>(std::max<std::size_t>(motions.size(), 1));
 }
 
-SplitMotions split(const std::vector<LaserMotion>& motions, std::size_t part) {
+SplitMotions split(const std::vector<LaserMotion>& motions, std::size_t fold) {
   constexpr std::size_t kLongest = 20;  // of a stretch, in motions
   const std::size_t stretch = std::clamp<std::size_t>(motions.size() / 10, 1, kLongest);
   SplitMotions parts;
   for (std::size_t i = 0; i < motions.size(); ++i) {
-    const bool is_held_out = i / stretch % kParts == part;
+    const bool is_held_out = i / stretch % kFolds == fold;
     (is_held_out ? parts.held_out : parts.seen).push_back(motions[i]);
   }
   return parts;

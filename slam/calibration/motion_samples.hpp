@@ -41,15 +41,15 @@ double mean_way_to_samples_m(const std::vector<LaserMotion>& motions,
                              const OdometryTravel& travel,
                              double late_s);
 
-/// Stretches of up to 20 motions, ten at least, some 10 s (neighbours share their errors), in turn:
-/// one of kParts is held out, the others are fitted to.
-inline constexpr std::size_t kParts = 5;
+/// Blocked cross-validation. Blocks of up to 20 motions, some 10 s, are dealt to kFolds folds in
+/// turn, for neighbours share their errors: one fold is held out, the others are fitted to.
+inline constexpr std::size_t kFolds = 5;
 struct SplitMotions {
   std::vector<LaserMotion> seen;
   std::vector<LaserMotion> held_out;
 };
-/// @param part  that is held out, below kParts
-SplitMotions split(const std::vector<LaserMotion>& motions, std::size_t part = kParts - 1);
+/// @param fold  that is held out, below kFolds
+SplitMotions split(const std::vector<LaserMotion>& motions, std::size_t fold = kFolds - 1);
 
 /// The laser's motions, each with what the wheels counted meanwhile.
 /// @param signs  its signs, axle and late_s count; its scales do not

@@ -29,8 +29,8 @@ namespace match_gates {
 // By how much more of the points another match must explain to be taken instead.
 inline constexpr double kClearlyBetter = 0.05;
 
-// The same where odometry must have lied for it. Of few points chance explains as much: then this
-// many standard deviations of the difference.
+// The same where odometry must be wrong for it. With few points the gain may be chance: it then has
+// to exceed this many standard deviations of the difference.
 inline constexpr double kProvesLie = 0.10, kNoChanceSigmas = 3.0;
 
 // Part of the way to where odometry says: a match there that keeps less has come back, and is sure.
@@ -79,8 +79,8 @@ inline constexpr Gate kMatchGates[] = {
     {"odometry is wrong: distance", "squared Mahalanobis distance from odometry, more than", match_gates::kContradiction, "with the row before: the match without odometry is used", "about the 99.9 % quantile of chi-squared, 3 degrees of freedom"},
     {"odometry is left behind", "overlap lost where odometry says, less than", match_gates::kProvesLie, "matched where odometry says", "without it: 5.6 m range in a corridor stops at 10.2 of 11.1 m"},
     {"odometry is left behind: in doubt", "part of the way there that the match keeps, more than", match_gates::kStayed, "with the row before: the step is in doubt by as much, and a keyframe", "without it: guardian_controller_2.bag, ten copies, 0.18 m from the path by the front laser instead of 0.12"},
-    {"odometry leaps: gain", "overlap gained where the velocity leads, more than", match_gates::kProvesLie, "with the next row: the match there is used", "without it: a hall, wheels that slip by 70 degrees at once, 0.004 → 6.7 m"},
-    {"odometry leaps: chance", "the same in standard deviations of so few points, more than", match_gates::kNoChanceSigmas, "with the row before: the match there is used", "without it: an office by 26 beams 0.013 → 0.24 m"},
+    {"odometry jumps: gain", "overlap gained at the constant-velocity prediction, more than", match_gates::kProvesLie, "with the next row: the match there is used", "without it: a hall, a jump of 70 degrees, 0.004 → 6.7 m"},
+    {"odometry jumps: chance", "the same, in standard deviations of its sampling error, more than", match_gates::kNoChanceSigmas, "with the row before: the match there is used", "without it: an office, 26 beams, 0.013 → 0.24 m"},
     {"match widely", "overlap, less than", MatchGateOptions{}.good_overlap, "searched in the prior's window", "slam.good_overlap; without it: 6 m range 0.03 → 2.6 m"},
     {"the wide match is better", "overlap gained, more than", match_gates::kClearlyBetter, "the search's match is used", "without it: no odometry 2.0 → 2.7 m"},
     {"turned otherwise", "overlap of a long scan, less than", MatchGateOptions{}.sure_overlap, "deskewed by other turn rates, too", "without it: rovers that turn back at once 0.012 → 4 m"},

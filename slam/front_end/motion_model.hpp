@@ -61,7 +61,7 @@ class MotionModel {
   /// The move from the scan before to this one. Changes nothing.
   /// @param will_match  a match will judge it: odometry that has never moved is left out
   MotionGuess guess(const MotionInput& now, bool will_match = true) const;
-  /// The same by dead reckoning alone.
+  /// The same by dead reckoning alone: the constant-velocity prediction.
   MotionGuess guess_by_velocity(const MotionInput& now) const;
 
   /// The move that odometry over up to the last second asks for, where `before_from_now` and the

@@ -15,8 +15,8 @@ constexpr double kEnough = 0.5;
 // So much surer than a step, or than odometry is assumed to be, a match is to judge it.
 constexpr double kMuchSurer = 0.25;
 
-// One that leaps misses no more of a step than one that says nothing, or a single slip of the
-// wheels would outweigh all that they have explained.
+// An outlier counts for no more than a sensor that reports no motion. Otherwise a single jump of
+// odometry would outweigh everything that it has explained.
 void note(double found,
           double missed,
           double believed,

@@ -16,8 +16,9 @@ struct ScanMatch {
   double misfit_m2 = 0.0;  ///< see SurfelMatch
 };
 
-/// Whether a place that odometry denies explains so much more of a scan's points than the place
-/// that it tells: by kProvesLie, and by more than chance. Of 26 beams three more do not.
+/// Whether a pose that contradicts odometry explains significantly more of a scan's points than the
+/// pose that agrees with it: by kProvesLie, and by more than sampling error. Three more of 26 beams
+/// are not significant.
 bool proves_lie(double overlap_there, double overlap_by_odometry, Eigen::Index points);
 
 /// Matches a scan against the local map: about the prediction; without odometry where that fits

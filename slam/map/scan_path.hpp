@@ -59,8 +59,8 @@ class ScanPath {
 
   /// The newest scan; relative to the newest keyframe, if there is any.
   /// @param odom_from_robot  if it is believed: scans between which it stands still are of one
-  /// stop, as long as they lie within 5 cm and 2 degrees of where it began. Wheels may stand still
-  /// while the robot is pushed, and odometry may have died.
+  /// stop, as long as they lie within 5 cm and 2 degrees of where it began. The wheels may stand
+  /// still while the robot is pushed, and odometry may have stopped working.
   /// @param predicted  see ScanPose
   void add_scan(const StampedPose2& scan,
                 const std::optional<Pose2>& odom_from_robot,
@@ -93,6 +93,7 @@ class ScanPath {
 
  private:
   bool is_worth_keeping(const ScanPose& scan) const;
+  /// Whether the robot is where the newest scan's stop began.
   bool is_at_stop(const Pose2& world_from_robot, const std::vector<Keyframe>& keys) const;
   void remove_scans_of(int key);
 

@@ -5,8 +5,8 @@ usage: circles.py FOLDER_OF_PROGRAMS [--seeds 3] [LOG...]
 
 A row a simulated drive (config/worlds/rotunda.toml and office.toml, where the truth is known): columns found of
 columns, posts where neither a column nor a table's leg stands, the largest error of a centre and of a radius [mm],
-faces of curved walls found of faces, walls of another radius, and their largest errors. Then a row a recording: posts, pieces of curved walls, CPU
-time [s].
+faces of curved walls found of faces, walls of another radius, and their largest errors. Then a row a recording: posts,
+pieces of curved walls, CPU time [s].
 """
 import argparse
 import json

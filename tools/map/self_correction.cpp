@@ -13,8 +13,8 @@ namespace {
 // the first, and twice the second, which veering wheels reach in ordinary logs, still go.
 constexpr double kScaleOff = 0.075, kVeerRadPerM = 0.087, kLateS = 0.05;
 constexpr double kGyroBiasRadPerS = 0.01;
-// A laser that is turned by 0.075 makes the same error aside. One that sits 0.3 m aside makes the
-// map's 1.27 times as large.
+// A laser turned by 0.075 rad gives the same error across the way. One that sits 0.3 m to the side
+// makes the map's error 1.27 times as large.
 constexpr double kTurnedDeg = 4.3, kAsideM = 0.15;
 
 // A scale error that stretches the path by more than this, summed over all passes, is corrected.
@@ -49,7 +49,8 @@ bool needs_correction(const OdometryCalibration& odometry, double by_odometry_m)
          by_odometry_m * std::abs(ahead - 1.0) > kStretchM;
 }
 
-// So that odometry tells of a motion aside, or of none where the robot turns.
+// By so much that odometry contradicts the laser's motion: it says ahead where the laser moves
+// sideways, or nothing where the robot turns and the laser swings.
 bool sits_elsewhere(const slam::SelfCalibration& found) {
   return surely_off(found, "laser.yaw_deg") > kTurnedDeg ||
          surely_off(found, "laser.x_m") > kAsideM || surely_off(found, "laser.y_m") > kAsideM;

@@ -23,8 +23,8 @@ struct SelfCorrection {
 /// The corrections of odometry and gyroscope, and of a laser upside down, if any is off by more
 /// than the front end allows for, or bends the map where only odometry told the way. A time is
 /// corrected where it is surely off by more than 50 ms. Where the laser sits is left as the
-/// recording says: the path is that of this place, and keeps its meaning. Where it surely sits
-/// 0.15 m or 4.3 degrees off, odometry is made that of this place.
+/// recording says: the path is that of this place, and keeps its meaning. Where it is surely more
+/// than 0.15 m or 4.3 degrees off, odometry is transformed to this place.
 /// @param by_odometry_m  see distance_by_odometry_m()
 /// @returns the calibration as it is where none is.
 SensorCalibration needed_correction(const slam::SelfCalibration& found, double by_odometry_m);

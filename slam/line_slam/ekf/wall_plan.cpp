@@ -40,8 +40,8 @@ Walls plan_of(WallMap& map, int64_t min_times_seen, double min_length_m) {
 }
 
 void drop_posts_on_walls(const Walls& plan, RoundWalls& posts) {
-  // Of the radius: of 21 true columns in six simulated drives none is cut at all, of three corners
-  // of furniture that were taken for posts two are, by 1.1 and 1.4.
+  // Part of the radius. In eight simulated drives no wall cuts a true column; of four corners that
+  // were taken for posts, two are cut along 1.1 and 1.4 radii.
   constexpr double kThrough = 1.0;
   const auto runs_through = [](const Wall& wall, const RoundWall& post) {
     const double length_m = wall.length_m();

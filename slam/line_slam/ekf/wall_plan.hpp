@@ -10,9 +10,9 @@ namespace marco::slam {
 /// in at least `min_times_seen` scans, with covariances.
 Walls plan_of(WallMap& map, int64_t min_times_seen, double min_length_m);
 
-/// Drops posts that a wall of the plan runs through, over a chord as long as their radius: the
-/// corner of a cupboard looks like one, from some places. A column that sticks out of a wall hides
-/// the wall behind it, and stays.
+/// Removes posts that a wall of the plan passes through, along a chord at least as long as their
+/// radius: from some viewpoints the corner of a cupboard looks like a post. A column that protrudes
+/// from a wall occludes the wall behind it, and stays.
 void drop_posts_on_walls(const Walls& plan, RoundWalls& posts);
 
 }  // namespace marco::slam

@@ -49,13 +49,13 @@ TEST(ExplainedMotion, OneWrongMatchCondemnsNoGoodOdometry) {
   EXPECT_TRUE(explained.explains_translation());
 }
 
-TEST(ExplainedMotion, OneLeapOutweighsNothing) {
+TEST(ExplainedMotion, OneJumpDoesNotEndTrust) {
   ExplainedMotion explained;
   for (int i = 0; i < 10; ++i) explained.update({1.0, 0, 0.3}, {1.0, 0, 0.3}, kSureM);
   explained.update({1.0, 0, 0.0}, {2.5, -1.4, -1.5}, kSureM);
   EXPECT_TRUE(explained.explains_translation());
   EXPECT_TRUE(explained.explains_rotation());
-  // One that says nothing, or the contrary, is doubted within a few metres and a turn all the same.
+  // A wrong sign still does, within a few metres and turns.
   for (int i = 0; i < 5; ++i) explained.update({1.0, 0, 1.0}, {-1.0, 0, -1.0}, kSureM);
   EXPECT_FALSE(explained.explains_translation());
   EXPECT_FALSE(explained.explains_rotation());

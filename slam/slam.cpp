@@ -32,8 +32,8 @@ Slam::Slam(const SlamOptions& options)
 }
 
 SlamUpdate Slam::process(const SlamInput& input) {
-  const bool has_points =
-      input.level && input.scan.hits_in_robot.cols() >= options_.gates.min_points;
+  const Eigen::Index returns = input.level ? input.scan.hits_in_robot.cols() : 0;
+  const bool has_points = returns >= options_.gates.min_points;
   MotionInput motion = input.motion;
   motion.first_from_middle = first_from_middle(input.scan);
   const MotionGuess guess = motion_.guess(motion, has_points);
@@ -47,7 +47,10 @@ SlamUpdate Slam::process(const SlamInput& input) {
       has_points && laser_is_covered(input.scan.hits_in_robot, input.scan.sensor_in_robot, places,
                                      keyframes_.keys, covered_);
   if (has_points) covered_ = covered;
-  const bool use = has_points && !covered;
+  // Few returns refine the odometry's pose, and do not judge the odometry.
+  const bool refines = !has_points && guess.source == MotionGuess::Source::odometry &&
+                       returns >= match_gates::kFewestPoints;
+  const bool use = (has_points && !covered) || refines;
   // Odometry will give the whole way since the last scan that was matched: its uncertainty does not
   // add up over the scans of a sweep.
   if (!use && guess.source == MotionGuess::Source::odometry) {
@@ -73,7 +76,7 @@ SlamUpdate Slam::process(const SlamInput& input) {
   since_keyframe_ =
       covariance_of(information_of(since_keyframe) + match.information) + matched.doubt;
   estimate_ = estimate_from(match, prior, motion_.stands_still(motion, match.information));
-  motion_.update(motion, between(before, estimate_.world_from_robot), match.usable,
+  motion_.update(motion, between(before, estimate_.world_from_robot), match.usable && !refines,
                  rotated(covariance_of(match.information), -before.theta_rad));
 
   if (match.usable) {
@@ -229,6 +232,7 @@ void Slam::merge_keyframe(int key, const MergedKeyframe& merged) {
 void Slam::move_keyframes(const std::vector<Pose2>& world_from_keys) {
   std::vector<Keyframe>& keys = keyframes_.keys;
   const Pose2 key_from_robot = between(keys.back().world_from_robot, estimate_.world_from_robot);
+  path_.spread_moves(keys, world_from_keys);
   for (std::size_t key = 0; key < keys.size(); ++key) {
     keys[key].world_from_robot = world_from_keys[key];
   }

@@ -26,7 +26,8 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
                                MotionGuess::Source source) {
   noise_.add(input.scan.hits_in_robot, input.scan.sensor_in_robot);
   MatchedScan best = matched_as_is(input.scan, prior, source);
-  if (local_map_.empty()) return best;
+  const bool refines = input.scan.hits_in_robot.cols() < options_.gates.min_points;
+  if (local_map_.empty() || refines) return best;
   const Straightening straightening(
       {matcher_, options_.normals, local_map_, motion_, estimate_.world_from_robot},
       input.motion.utime, prior, first_from_middle(input.scan));

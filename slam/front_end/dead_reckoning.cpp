@@ -14,9 +14,6 @@ constexpr double kMaxGapS = 1.0, kVelocitySpanS = 0.15;
 // Over a single scan period, a velocity that deskews scans which take as long feeds back.
 constexpr double kSmoothedPeriods = 1.8;
 
-// No logger stalls for longer: scans are missing.
-constexpr double kLongestStallPeriods = 10.0;
-
 // The velocity may change at once and then stay: a step of acceleration * dt over dt.
 Eigen::Matrix3d covariance_after(double dt_s, const MotionOptions& options) {
   const double sigma_m = kMoveSigmaM + options.acceleration_m_per_s2 * dt_s * dt_s;
@@ -43,9 +40,9 @@ MotionGuess DeadReckoning::by_scans() const {
 }
 
 bool DeadReckoning::scans_are_the_clock(Utime now) const {
+  // No logger stalls for longer: scans are missing.
   const double dt_s = (now - *state_.newest).seconds();
-  return state_.clock_contest > 0.0 && state_.scan_period_s > 0.0 &&
-         dt_s <= kLongestStallPeriods * state_.scan_period_s;
+  return state_.clock_contest > 0.0 && state_.scan_period_s > 0.0 && dt_s <= kMaxGapS;
 }
 
 MotionGuess DeadReckoning::guess(Utime now, const Pose2& now_from_middle) const {
@@ -95,7 +92,9 @@ void DeadReckoning::judge_clocks(Utime now, const Pose2& step) {
     const double turns = off.z() / deg_to_rad(kAlikeDeg);
     return 1.0 + off.head<2>().squaredNorm() / (kAlikeM * kAlikeM) + turns * turns;
   };
-  const double log_ratio = std::log(error2(by_time(now)) / error2(by_scans()));
+  const MotionGuess timed = by_time(now);
+  if (timed.source == MotionGuess::Source::nothing) return;  // after a gap, neither can be judged
+  const double log_ratio = std::log(error2(timed) / error2(by_scans()));
   state_.clock_contest +=
       kFresh * (std::clamp(log_ratio, -kMostPerScan, kMostPerScan) - state_.clock_contest);
 }

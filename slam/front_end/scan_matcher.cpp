@@ -49,6 +49,7 @@ ScanMatch ScanMatcher::match(const OrientedPoints& points,
                              MotionGuess::Source source,
                              const KeyframeSet& keyframes,
                              LocalMap& map) const {
+  if (points.points.cols() < gates_.min_points) return match_few(points, prior, map);
   ScanMatch near = match_near(points, prior, source, map);
   if (near.overlap >= gates_.good_overlap && source == MotionGuess::Source::odometry) return near;
   const LikelihoodPyramid& likelihood = map.likelihood(keyframes);
@@ -62,6 +63,26 @@ ScanMatch ScanMatcher::match(const OrientedPoints& points,
   near.world_from_robot = prior.map_from_robot;
   near.information.setZero();
   return near;
+}
+
+ScanMatch ScanMatcher::match_few(const OrientedPoints& points,
+                                 const PosePrior& prior,
+                                 const LocalMap& map) const {
+  // A single column does not constrain the heading, for it looks the same from all sides; but the
+  // match claims to know it.
+  constexpr double kOneObjectM = 1.0;  // root mean square of the distances from the middle
+  constexpr double kHeldRad = 1e-4;
+  const Eigen::Vector2d middle_m = points.points.rowwise().mean();
+  const double spread2 = (points.points.colwise() - middle_m).colwise().squaredNorm().mean();
+  if (spread2 > kOneObjectM * kOneObjectM) {
+    return match_again(points, prior.map_from_robot, prior, map);
+  }
+  PosePrior held = prior;
+  held.information(2, 2) += 1.0 / (kHeldRad * kHeldRad);
+  ScanMatch match = match_again(points, prior.map_from_robot, held, map);
+  match.information.row(2).setZero();
+  match.information.col(2).setZero();
+  return match;
 }
 
 ScanMatch ScanMatcher::match_near(const OrientedPoints& points,

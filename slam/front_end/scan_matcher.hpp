@@ -48,6 +48,10 @@ class ScanMatcher {
   const CorrelativeMatcher& coarse() const { return coarse_; }
 
  private:
+  /// Near the odometry only; points of a single object leave its heading unchanged.
+  ScanMatch match_few(const OrientedPoints& points,
+                      const PosePrior& prior,
+                      const LocalMap& map) const;
   ScanMatch match_near(const OrientedPoints& points,
                        const PosePrior& prior,
                        MotionGuess::Source source,

@@ -24,6 +24,52 @@ Pose2 world_from_key(const ScanPose& scan, const std::vector<Keyframe>& keys) {
   return scan.key < 0 ? Pose2{} : keys[static_cast<std::size_t>(scan.key)].world_from_robot;
 }
 
+struct Correction {
+  Pose2 predicted;
+  Pose2 found;
+};
+
+// Scans [first, last) were predicted, and the one after them was found elsewhere. Each takes its
+// share of that turn, in proportion to the way, which bends the path; then its share of the shift
+// that is left.
+template <class WorldFrom>
+void spread(std::vector<ScanPose>& scans,
+            std::size_t first,
+            std::size_t last,
+            const WorldFrom& world_from,
+            const Correction& correction) {
+  std::vector<Pose2> poses;
+  for (std::size_t i = first - 1; i < last; ++i) {
+    poses.push_back(world_from(scans[i]) * scans[i].key_from_robot);
+  }
+  poses.push_back(correction.predicted);
+  std::vector<double> ways{0.0};  // until each of them
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Pose2 step = between(poses[i - 1], poses[i]);
+    ways.push_back(ways.back() + step.translation_m().norm() + kMPerRad * std::abs(step.theta_rad));
+  }
+  if (ways.back() < kStoodM) return;
+  const double off_rad =
+      normalize_angle(correction.found.theta_rad - correction.predicted.theta_rad);
+  const auto turned_rad = [&](double way) { return way / ways.back() * off_rad; };
+  std::vector<Pose2> bent{poses.front()};
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const Eigen::Vector2d step_m = poses[i].translation_m() - poses[i - 1].translation_m();
+    const Eigen::Vector2d at_m =
+        bent.back().translation_m() +
+        Eigen::Rotation2Dd(turned_rad(0.5 * (ways[i - 1] + ways[i]))) * step_m;
+    bent.push_back({at_m.x(), at_m.y(), poses[i].theta_rad + turned_rad(ways[i])});
+  }
+  const Eigen::Vector2d left_m = correction.found.translation_m() - bent.back().translation_m();
+  for (std::size_t i = 1; i + 1 < poses.size(); ++i) {
+    const double part = ways[i] / ways.back();
+    ScanPose& scan = scans[first + i - 1];
+    scan.key_from_robot =
+        between(world_from(scan), {bent[i].x_m + part * left_m.x(), bent[i].y_m + part * left_m.y(),
+                                   normalize_angle(bent[i].theta_rad)});
+  }
+}
+
 }  // namespace
 
 void check(const ScanPathState& path, const KeyframeSet& keyframes) {
@@ -100,27 +146,33 @@ void ScanPath::spread_correction(const Pose2& predicted,
                                  const Pose2& world_from_robot,
                                  const std::vector<Keyframe>& keys) {
   std::vector<ScanPose>& scans = state_.scans;
-  auto first = scans.end();
-  while (first != scans.begin() && std::prev(first)->predicted) --first;
-  if (first == scans.begin() || first == scans.end()) return;  // nothing was matched before them
-  std::vector<Pose2> poses;
-  for (auto scan = std::prev(first); scan != scans.end(); ++scan) {
-    poses.push_back(world_from_key(*scan, keys) * scan->key_from_robot);
-  }
-  std::vector<double> ways{0.0};  // until each of them
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Pose2 step = between(poses[i], i + 1 < poses.size() ? poses[i + 1] : predicted);
-    ways.push_back(ways.back() + step.translation_m().norm() + kMPerRad * std::abs(step.theta_rad));
-  }
-  if (ways.back() < kStoodM) return;
-  const Eigen::Vector2d off_m = world_from_robot.translation_m() - predicted.translation_m();
-  const double off_rad = normalize_angle(world_from_robot.theta_rad - predicted.theta_rad);
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    const double part = ways[i] / ways.back();
-    const Pose2 moved{poses[i].x_m + part * off_m.x(), poses[i].y_m + part * off_m.y(),
-                      normalize_angle(poses[i].theta_rad + part * off_rad)};
-    ScanPose& scan = *(first + static_cast<std::ptrdiff_t>(i - 1));
-    scan.key_from_robot = world_from_key(scan, keys).inverse() * moved;
+  std::size_t first = scans.size();
+  while (first > 0 && scans[first - 1].predicted) --first;
+  if (first == 0 || first == scans.size()) return;  // nothing was matched before them
+  const auto world_from = [&](const ScanPose& scan) { return world_from_key(scan, keys); };
+  spread(scans, first, scans.size(), world_from, {predicted, world_from_robot});
+}
+
+void ScanPath::spread_moves(const std::vector<Keyframe>& keys,
+                            const std::vector<Pose2>& world_from_keys) {
+  std::vector<ScanPose>& scans = state_.scans;
+  const auto world_from = [&](const ScanPose& scan) {
+    return scan.key < 0 ? Pose2{} : world_from_keys[static_cast<std::size_t>(scan.key)];
+  };
+  for (std::size_t next = 1; next < scans.size(); ++next) {
+    const ScanPose &last = scans[next - 1], &follows = scans[next];
+    if (!last.predicted || last.key < 0 || follows.key == last.key) continue;
+    const Keyframe& key = keys[static_cast<std::size_t>(last.key)];
+    const auto is_between = [&](const ScanPose& scan) {
+      return scan.predicted && scan.key == last.key && scan.utime != key.utime;
+    };
+    std::size_t first = next;
+    while (first > 1 && is_between(scans[first - 1])) --first;
+    if (first == next) continue;
+    const Pose2 followed = world_from_key(follows, keys) * follows.key_from_robot;
+    spread(scans, first, next, world_from,
+           {world_from(last) * between(key.world_from_robot, followed),
+            world_from(follows) * follows.key_from_robot});
   }
 }
 

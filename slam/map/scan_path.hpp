@@ -67,11 +67,14 @@ class ScanPath {
                 bool predicted,
                 const std::vector<Keyframe>& keys);
   /// Call when a scan was matched, before the keyframes move. The error of its prediction had grown
-  /// over the predicted scans before it: each is moved by its share, in proportion to the way, for
-  /// a robot that stands does not err.
+  /// over the predicted scans before it: each takes its share of the turn and of the shift, in
+  /// proportion to the way, for a robot that stands does not err.
   void spread_correction(const Pose2& predicted,
                          const Pose2& world_from_robot,
                          const std::vector<Keyframe>& keys);
+  /// Call before the keyframes move. Scans that were predicted between two keyframes take their
+  /// share of how the second moves relative to the first, as above.
+  void spread_moves(const std::vector<Keyframe>& keys, const std::vector<Pose2>& world_from_keys);
   void add_keyframe(Utime utime, int key) { state_.keyframe_poses.push_back({utime, key, {}}); }
   /// Another session's path: its keyframes follow those that are there.
   void append(const ScanPathState& session, int first_key, const Pose2& world_from_session);

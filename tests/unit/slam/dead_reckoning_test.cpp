@@ -87,6 +87,29 @@ TEST(DeadReckoning, AfterAGapItKnowsNothing) {
   EXPECT_GT(late.covariance(0, 0), 1.0);
 }
 
+// A scan every two seconds or so: each step is another, and where one scan is missing it is twice
+// as long.
+TEST(DeadReckoning, GapsAreNoIrregularStamps) {
+  DeadReckoning reckoning({});
+  double time_s = 0.0;
+  for (int i = 0; i < 40; ++i) {
+    const double passed_s = i % 3 == 0 ? 4.0 : 2.0;
+    time_s += passed_s;
+    reckoning.update(stamp(time_s), 2.0, {0.5 * passed_s, 0, 0}, true);
+  }
+  EXPECT_EQ(reckoning.state().clock_contest, 0.0);
+  EXPECT_EQ(reckoning.guess(stamp(time_s + 2.0)).source, MotionGuess::Source::nothing);
+}
+
+// Seventeen seconds are nine scans that are missing, not one that was stamped late.
+TEST(DeadReckoning, NoLoggerStallsForSecondsOn) {
+  DeadReckoning reckoning({});
+  for (int i = 0; i < 40; ++i) reckoning.update(stamp(0.5 * (i - i % 2)), 0.5, {0.25, 0, 0}, true);
+  EXPECT_GT(reckoning.state().clock_contest, 0.0);
+  EXPECT_EQ(reckoning.guess(stamp(19.4)).source, MotionGuess::Source::velocity);
+  EXPECT_EQ(reckoning.guess(stamp(22.0)).source, MotionGuess::Source::nothing);
+}
+
 TEST(DeadReckoning, AMoveThatNoScanFoundJudgesNothing) {
   DeadReckoning reckoning({});
   for (int i = 0; i < 20; ++i)

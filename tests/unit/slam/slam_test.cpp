@@ -165,6 +165,72 @@ TEST_F(SlamOnRing, TwoRunsAreEqualToTheLastBit) {
   }
 }
 
+// A drive along the first side; after 30 whole scans each shows only `returns` points, four of them
+// beside each other, in other directions each time.
+SlamUpdate drive_with_few_returns(Slam& slam,
+                                  const testing::FlatWorld& world,
+                                  Eigen::Index returns,
+                                  bool with_odometry) {
+  std::mt19937 random(23);
+  const std::vector<Pose2> path = drive_round(1);
+  SlamUpdate last;
+  for (int i = 0; i <= 100; ++i) {
+    SlamInput input;
+    input.scan.utime = Utime::from_us(i * 200000);
+    const Eigen::Matrix2Xd hits = world.hits(path[static_cast<std::size_t>(i)], 0.01, &random);
+    const Eigen::Index count = i < 30 ? hits.cols() : returns;
+    input.scan.hits_in_robot.resize(2, count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Eigen::Index group = k / 4 * 4;
+      input.scan.hits_in_robot.col(k) =
+          hits.col(i < 30 ? k : (group * hits.cols() / returns + k - group + 5 * i) % hits.cols());
+    }
+    input.motion.utime = input.scan.utime;
+    if (with_odometry) input.motion.odom_from_robot = Pose2{0.104 * i, 0, 0.0005 * i};
+    last = slam.process(input);
+  }
+  return last;
+}
+
+TEST_F(SlamOnRing, FewReturnsRefineWhereOdometrySaysTheRobotIs) {
+  Slam slam;
+  const SlamUpdate last = drive_with_few_returns(slam, world_, 12, true);
+  EXPECT_THAT(last.world_from_robot, IsNear(Pose2{10, 0, 0}, 0.05, 0.01));
+  Slam blind;
+  const SlamUpdate by_odometry = drive_with_few_returns(blind, world_, 7, true);
+  EXPECT_NEAR(by_odometry.world_from_robot.x_m, 10.28, 0.02);
+}
+
+// A hall of columns, of which the laser sees a part of one at a time: it fits turned by any angle.
+TEST(SlamInAHall, OneColumnProvesNothingAgainstOdometry) {
+  Slam slam;
+  std::mt19937 random(24);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  SlamUpdate last;
+  for (int i = 0; i < 300; ++i) {
+    const Pose2 at{0.1 * i, 0, 0};
+    SlamInput input;
+    input.scan.utime = Utime::from_us(i * 200000);
+    input.motion.utime = input.scan.utime;
+    input.motion.odom_from_robot = at;
+    const Eigen::Vector2d column_m(4.0 * std::floor(at.x_m / 4.0) + 2.0, 1.5);
+    input.scan.hits_in_robot.resize(2, 12);
+    for (int k = 0; k < 12; ++k) {
+      const double angle_rad = std::atan2(-column_m.y(), at.x_m - column_m.x()) + 0.2 * (k - 5.5);
+      const Eigen::Vector2d outward(std::cos(angle_rad), std::sin(angle_rad));
+      input.scan.hits_in_robot.col(k) =
+          column_m + (0.3 + noise(random)) * outward - at.translation_m();
+    }
+    last = slam.process(input);
+  }
+  EXPECT_THAT(last.world_from_robot, IsNear(Pose2{29.9, 0, 0}, 0.3, 0.1));
+}
+
+TEST_F(SlamOnRing, FewReturnsAloneAreNotMatched) {
+  Slam slam;
+  EXPECT_EQ(drive_with_few_returns(slam, world_, 12, false).status, SlamUpdate::Status::predicted);
+}
+
 TEST_F(SlamOnRing, ATiltedScanIsCarriedByOdometryAndDrawsNothing) {
   Slam slam;
   const std::vector<Pose2> path = drive_round(1);

@@ -75,7 +75,7 @@ inline constexpr double kContradiction = 16.0;
 /// the unaltered logs no gate costs more than 0.1 mm.
 inline constexpr Gate kMatchGates[] = {
     {"too few points", "returns of the scan, fewer than", static_cast<double>(MatchGateOptions{}.min_points), "matched near the odometry only, with the heading held where they show a single object; without odometry not matched", "slam.min_points; without it: columns seen one at a time, 30 m, 0.0 → 4 m"},
-    {"too few points for odometry", "returns of the scan, fewer than", static_cast<double>(match_gates::kFewestPoints), "not matched", "at 20: a hall of columns, every second beam, 0.03 → 0.21 m"},
+    {"too few points for odometry", "returns of the scan, fewer than", static_cast<double>(match_gates::kFewestPoints), "not matched", "at 20: a hall of columns, every second beam, 0.03 → 0.11 m"},
     {"covered: near", "part of the returns that are within 1 m, more than", match_gates::kCoveredPart, "with the next row: not matched, not drawn", "without it: intel, a hand before the laser eight times for 3 s, 0.015 → 5.3 m"},
     {"covered: in free space", "part of the returns in what the last keyframes saw as free, more than; while the cover lasts, any", match_gates::kCoverFreePart, "with the row before: not matched, not drawn", "at 0.7: intel, a box over the robot eight times for 10 s, 0.02 → 8.2 m"},
     {"odometry is doubted", "overlap of the match, less than", MatchGateOptions{}.sure_overlap, "matched with a weak prior, too", "our experiment without it: lost odometry 0.63 → 2.85 m"},

@@ -24,6 +24,7 @@ Pose2 world_from_key(const ScanPose& scan, const std::vector<Keyframe>& keys) {
   return scan.key < 0 ? Pose2{} : keys[static_cast<std::size_t>(scan.key)].world_from_robot;
 }
 
+// Of one scan, in the world.
 struct Correction {
   Pose2 predicted;
   Pose2 found;
@@ -43,26 +44,27 @@ void spread(std::vector<ScanPose>& scans,
     poses.push_back(world_from(scans[i]) * scans[i].key_from_robot);
   }
   poses.push_back(correction.predicted);
-  std::vector<double> ways{0.0};  // until each of them
+  std::vector<double> ways_m{0.0};  // until each of them, turns included
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const Pose2 step = between(poses[i - 1], poses[i]);
-    ways.push_back(ways.back() + step.translation_m().norm() + kMPerRad * std::abs(step.theta_rad));
+    ways_m.push_back(ways_m.back() + step.translation_m().norm() +
+                     kMPerRad * std::abs(step.theta_rad));
   }
-  if (ways.back() < kStoodM) return;
+  if (ways_m.back() < kStoodM) return;
   const double off_rad =
       normalize_angle(correction.found.theta_rad - correction.predicted.theta_rad);
-  const auto turned_rad = [&](double way) { return way / ways.back() * off_rad; };
+  const auto turned_rad = [&](double way_m) { return way_m / ways_m.back() * off_rad; };
   std::vector<Pose2> bent{poses.front()};
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const Eigen::Vector2d step_m = poses[i].translation_m() - poses[i - 1].translation_m();
     const Eigen::Vector2d at_m =
         bent.back().translation_m() +
-        Eigen::Rotation2Dd(turned_rad(0.5 * (ways[i - 1] + ways[i]))) * step_m;
-    bent.push_back({at_m.x(), at_m.y(), poses[i].theta_rad + turned_rad(ways[i])});
+        Eigen::Rotation2Dd(turned_rad(0.5 * (ways_m[i - 1] + ways_m[i]))) * step_m;
+    bent.push_back({at_m.x(), at_m.y(), poses[i].theta_rad + turned_rad(ways_m[i])});
   }
   const Eigen::Vector2d left_m = correction.found.translation_m() - bent.back().translation_m();
   for (std::size_t i = 1; i + 1 < poses.size(); ++i) {
-    const double part = ways[i] / ways.back();
+    const double part = ways_m[i] / ways_m.back();
     ScanPose& scan = scans[first + i - 1];
     scan.key_from_robot =
         between(world_from(scan), {bent[i].x_m + part * left_m.x(), bent[i].y_m + part * left_m.y(),
@@ -160,19 +162,19 @@ void ScanPath::spread_moves(const std::vector<Keyframe>& keys,
     return scan.key < 0 ? Pose2{} : world_from_keys[static_cast<std::size_t>(scan.key)];
   };
   for (std::size_t next = 1; next < scans.size(); ++next) {
-    const ScanPose &last = scans[next - 1], &follows = scans[next];
-    if (!last.predicted || last.key < 0 || follows.key == last.key) continue;
-    const Keyframe& key = keys[static_cast<std::size_t>(last.key)];
+    const ScanPose &before = scans[next - 1], &after = scans[next];
+    if (!before.predicted || before.key < 0 || after.key == before.key) continue;
+    const Keyframe& key = keys[static_cast<std::size_t>(before.key)];
     const auto is_between = [&](const ScanPose& scan) {
-      return scan.predicted && scan.key == last.key && scan.utime != key.utime;
+      return scan.predicted && scan.key == before.key && scan.utime != key.utime;
     };
     std::size_t first = next;
     while (first > 1 && is_between(scans[first - 1])) --first;
     if (first == next) continue;
-    const Pose2 followed = world_from_key(follows, keys) * follows.key_from_robot;
+    const Pose2 was_after = world_from_key(after, keys) * after.key_from_robot;
     spread(scans, first, next, world_from,
-           {world_from(last) * between(key.world_from_robot, followed),
-            world_from(follows) * follows.key_from_robot});
+           {world_from(before) * between(key.world_from_robot, was_after),
+            world_from(after) * after.key_from_robot});
   }
 }
 

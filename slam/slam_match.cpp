@@ -86,7 +86,8 @@ void Slam::try_where_velocity_says(const MotionInput& input, MatchedScan& best) 
     return;  // a search from there would find the same
   }
   const ScanMatch there = matcher_.match(best.points, prior, guess.source, keyframes_, local_map_);
-  if (there.usable && proves_lie(there.overlap, best.match.overlap, best.points.points.cols())) {
+  const auto points = static_cast<double>(best.points.points.cols());
+  if (there.usable && proves_lie(there.overlap, best.match.overlap, points)) {
     best.match = there;
   }
 }

@@ -18,10 +18,8 @@ SearchWindow window_of(const PosePrior& prior) {
 
 }  // namespace
 
-bool proves_lie(double overlap_there, double overlap_by_odometry, Eigen::Index points) {
-  const auto variance = [&](double part) {
-    return part * (1.0 - part) / static_cast<double>(points);
-  };
+bool proves_lie(double overlap_there, double overlap_by_odometry, double independent_points) {
+  const auto variance = [&](double part) { return part * (1.0 - part) / independent_points; };
   const double sigma = std::sqrt(variance(overlap_there) + variance(overlap_by_odometry));
   return overlap_there - overlap_by_odometry > std::max(kProvesLie, kNoChanceSigmas * sigma);
 }
@@ -97,7 +95,10 @@ ScanMatch ScanMatcher::match_near(const OrientedPoints& points,
   const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
   const SurfelMatch free = fine_.match(map.surfels(), points, prior.map_from_robot, &weak);
   const Eigen::Vector3d denied = difference(free.map_from_robot, prior.map_from_robot);
-  const bool lies = free.overlap > fine.overlap + kProvesLie &&
+  // All returns of a person who walks along say the same.
+  const double independent_points =
+      static_cast<double>(points.points.cols()) / fine_.options().correlated_points;
+  const bool lies = proves_lie(free.overlap, fine.overlap, independent_points) &&
                     squared_mahalanobis_distance(denied, prior.information) > kContradiction;
   return judged(lies ? free : fine);
 }

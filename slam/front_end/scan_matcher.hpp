@@ -19,7 +19,8 @@ struct ScanMatch {
 /// Whether a pose that contradicts odometry explains significantly more of a scan's points than the
 /// pose that agrees with it: by kProvesLie, and by more than sampling error. Three more of 26 beams
 /// are not significant.
-bool proves_lie(double overlap_there, double overlap_by_odometry, Eigen::Index points);
+/// @param independent_points  fewer than the scan has where neighbours may be of one thing
+bool proves_lie(double overlap_there, double overlap_by_odometry, double independent_points);
 
 /// Matches a scan against the local map: about the prediction; without odometry where that fits
 /// badly; by an exhaustive search where it still does; by a wider one that leaves odometry aside.

@@ -167,6 +167,37 @@ TEST(LyingOdometry, AnotherRobotsScansAmongOursMoveNothing) {
             0.05);
 }
 
+// Before a long wall that tells nothing of the way along it a person steps ahead, and a quarter of
+// the scan with him. The odometry is right.
+TEST(HonestOdometry, APersonWhoStepsAheadDoesNotHoldTheRobotBack) {
+  constexpr double kSeenM = 8.0, kScanM = 0.26, kAheadM = 0.35;
+  std::mt19937 random(33);
+  Slam slam;
+  Pose2 truth;
+  double worst_m = 0.0;
+  for (int i = 0; i < 9; ++i) {
+    if (i > 0) truth = truth * Pose2{kScanM, 0, 0};
+    const double person_m = 3.5 + (i == 8 ? kAheadM : 0.0);
+    testing::FlatWorld world;
+    world.add_chain({{-50.0, -1.5}, {50.0, -1.5}});
+    world.add_box(person_m, 0.5, person_m + 0.5, 1.0);
+    const Points2 hits = world.hits(truth, 0.01, &random);
+    SlamInput input;
+    input.scan.utime = Utime::from_us(static_cast<int64_t>(i) * 400000);
+    input.scan.hits_in_robot.resize(2, hits.cols());
+    Eigen::Index count = 0;
+    for (Eigen::Index hit = 0; hit < hits.cols(); hit += 2) {
+      if (hits.col(hit).norm() < kSeenM) input.scan.hits_in_robot.col(count++) = hits.col(hit);
+    }
+    input.scan.hits_in_robot.conservativeResize(2, count);
+    input.motion = {input.scan.utime, truth, {}};
+    const SlamUpdate update = slam.process(input);
+    worst_m =
+        std::max(worst_m, (update.world_from_robot.translation_m() - truth.translation_m()).norm());
+  }
+  EXPECT_LT(worst_m, 0.5 * kAheadM);
+}
+
 TEST(LyingOdometry, ReverseCountedForwardGoesBack) {
   std::vector<Step> lie;
   add(lie, 20, {Pose2{-kStepM, 0, 0}, Pose2{kStepM, 0, 0}});

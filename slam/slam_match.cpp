@@ -44,6 +44,11 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
       try_where_velocity_says(input.motion, best);
     }
   }
+  // Loops will tell.
+  if (best.doubt.isZero()) {
+    const Eigen::Vector2d& shift_m = best.match.rival_shift_m;
+    best.doubt.topLeftCorner<2, 2>() = shift_m * shift_m.transpose();
+  }
   best.misfits_m2 = straightening.misfits_m2(best, input.rival_times_s);
   return best;
 }

@@ -95,12 +95,16 @@ ScanMatch ScanMatcher::match_near(const OrientedPoints& points,
   const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
   const SurfelMatch free = fine_.match(map.surfels(), points, prior.map_from_robot, &weak);
   const Eigen::Vector3d denied = difference(free.map_from_robot, prior.map_from_robot);
+  const bool contradicts = free.overlap > fine.overlap + kProvesLie &&
+                           squared_mahalanobis_distance(denied, prior.information) > kContradiction;
+  if (!contradicts) return judged(fine);
   // All returns of a person who walks along say the same.
   const double independent_points =
       static_cast<double>(points.points.cols()) / fine_.options().correlated_points;
-  const bool lies = proves_lie(free.overlap, fine.overlap, independent_points) &&
-                    squared_mahalanobis_distance(denied, prior.information) > kContradiction;
-  return judged(lies ? free : fine);
+  if (proves_lie(free.overlap, fine.overlap, independent_points)) return judged(free);
+  ScanMatch kept = judged(fine);
+  kept.rival_shift_m = free.map_from_robot.translation_m() - fine.map_from_robot.translation_m();
+  return kept;
 }
 
 ScanMatch ScanMatcher::match_widely(const OrientedPoints& points,

@@ -14,6 +14,8 @@ struct ScanMatch {
   double overlap = 0.0;                                   ///< part of the points that lie on a wall
   bool usable = false;
   double misfit_m2 = 0.0;  ///< see SurfelMatch
+  /// To where more of the scan fits, where that may be chance and the odometry is kept; else 0.
+  Eigen::Vector2d rival_shift_m = Eigen::Vector2d::Zero();
 };
 
 /// Whether a pose that contradicts odometry explains significantly more of a scan's points than the

@@ -44,7 +44,7 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
       try_where_velocity_says(input.motion, best);
     }
   }
-  // Loops will tell.
+  // Loop closures will show which pose is right.
   if (best.doubt.isZero()) {
     const Eigen::Vector2d& shift_m = best.match.rival_shift_m;
     best.doubt.topLeftCorner<2, 2>() = shift_m * shift_m.transpose();

@@ -98,7 +98,7 @@ ScanMatch ScanMatcher::match_near(const OrientedPoints& points,
   const bool contradicts = free.overlap > fine.overlap + kProvesLie &&
                            squared_mahalanobis_distance(denied, prior.information) > kContradiction;
   if (!contradicts) return judged(fine);
-  // All returns of a person who walks along say the same.
+  // The returns from one person who walks along are not independent.
   const double independent_points =
       static_cast<double>(points.points.cols()) / fine_.options().correlated_points;
   if (proves_lie(free.overlap, fine.overlap, independent_points)) return judged(free);

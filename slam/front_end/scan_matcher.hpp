@@ -14,14 +14,15 @@ struct ScanMatch {
   double overlap = 0.0;                                   ///< part of the points that lie on a wall
   bool usable = false;
   double misfit_m2 = 0.0;  ///< see SurfelMatch
-  /// To where more of the scan fits, where that may be chance and the odometry is kept; else 0.
+  /// From this pose, which odometry supports, to one that fits more of the scan, but not
+  /// significantly more. 0: there is none.
   Eigen::Vector2d rival_shift_m = Eigen::Vector2d::Zero();
 };
 
 /// Whether a pose that contradicts odometry explains significantly more of a scan's points than the
 /// pose that agrees with it: by kProvesLie, and by more than sampling error. Three more of 26 beams
 /// are not significant.
-/// @param independent_points  fewer than the scan has where neighbours may be of one thing
+/// @param independent_points  fewer than the scan's where neighbouring returns may be correlated
 bool proves_lie(double overlap_there, double overlap_by_odometry, double independent_points);
 
 /// Matches a scan against the local map: about the prediction; without odometry where that fits

@@ -44,27 +44,27 @@ void spread(std::vector<ScanPose>& scans,
     poses.push_back(world_from(scans[i]) * scans[i].key_from_robot);
   }
   poses.push_back(correction.predicted);
-  std::vector<double> ways_m{0.0};  // until each of them, turns included
+  std::vector<double> path_m{0.0};  // path length until each of them, turns included
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const Pose2 step = between(poses[i - 1], poses[i]);
-    ways_m.push_back(ways_m.back() + step.translation_m().norm() +
+    path_m.push_back(path_m.back() + step.translation_m().norm() +
                      kMPerRad * std::abs(step.theta_rad));
   }
-  if (ways_m.back() < kStoodM) return;
+  if (path_m.back() < kStoodM) return;
   const double off_rad =
       normalize_angle(correction.found.theta_rad - correction.predicted.theta_rad);
-  const auto turned_rad = [&](double way_m) { return way_m / ways_m.back() * off_rad; };
+  const auto turn_after_rad = [&](double length_m) { return length_m / path_m.back() * off_rad; };
   std::vector<Pose2> bent{poses.front()};
   for (std::size_t i = 1; i < poses.size(); ++i) {
     const Eigen::Vector2d step_m = poses[i].translation_m() - poses[i - 1].translation_m();
     const Eigen::Vector2d at_m =
         bent.back().translation_m() +
-        Eigen::Rotation2Dd(turned_rad(0.5 * (ways_m[i - 1] + ways_m[i]))) * step_m;
-    bent.push_back({at_m.x(), at_m.y(), poses[i].theta_rad + turned_rad(ways_m[i])});
+        Eigen::Rotation2Dd(turn_after_rad(0.5 * (path_m[i - 1] + path_m[i]))) * step_m;
+    bent.push_back({at_m.x(), at_m.y(), poses[i].theta_rad + turn_after_rad(path_m[i])});
   }
   const Eigen::Vector2d left_m = correction.found.translation_m() - bent.back().translation_m();
   for (std::size_t i = 1; i + 1 < poses.size(); ++i) {
-    const double part = ways_m[i] / ways_m.back();
+    const double part = path_m[i] / path_m.back();
     ScanPose& scan = scans[first + i - 1];
     scan.key_from_robot =
         between(world_from(scan), {bent[i].x_m + part * left_m.x(), bent[i].y_m + part * left_m.y(),

@@ -87,7 +87,7 @@ namespace marco::slam {
 namespace {
 
 constexpr std::string_view kName = "MARCOCHK";
-constexpr uint32_t kVersion = 14;
+constexpr uint32_t kVersion = 15;
 
 std::filesystem::path before(const std::filesystem::path& path) {
   return path.string() + ".before";

@@ -52,7 +52,7 @@ MappedScan LineSlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw
       mapper_.process(input, beams, journal_.is_open() ? &journal : nullptr);
   if (journal_.is_open() && update.looked) journal_ << journal_line(utime, journal) << '\n';
   MappedScan mapped;
-  mapped.used = {std::move(input.scan), scan.level, !may_draw, scan.level && update.matched > 0};
+  mapped.used = used_scan(std::move(input), scan.level && update.matched > 0);
   // Walls just added are matched by definition: the first scan has a pose, too.
   const bool matched = scan.level && (update.matched > 0 || progress_.scan_count == 1);
   mapped.estimate = {utime, update.world_from_robot, update.covariance,

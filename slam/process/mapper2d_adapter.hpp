@@ -50,7 +50,8 @@ struct MappingProgress {
   int64_t scan_count = 0;
   Trajectory live;               ///< one a scan, in order of arrival: as first published
   Trajectory odometry_at_scans;  ///< raw odometry at the same scans, where there was any
-  std::vector<UsedScan> scans;   ///< one a scan, same order; filled only after keep_scans()
+  /// One a scan, same order; filled only after keep_scans(). No checkpoint has them.
+  std::vector<UsedScan> scans;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -59,7 +60,6 @@ struct MappingProgress {
     v("scan_count", scan_count);
     v("live", live);
     v("odometry_at_scans", odometry_at_scans);
-    v("scans", scans);
   }
 };
 

@@ -99,10 +99,7 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   mapped.estimate = {utime, update.world_from_robot, update.covariance, update.status,
                      update.overlap};
   mapped.trajectory_changed = update.trajectory_changed || loop_closed;
-  // Keyframes hold the points of what is drawn.
-  if (may_draw) input.scan.hits_in_robot.resize(2, 0);
-  mapped.used = {std::move(input.scan), input.level, !may_draw,
-                 update.status == SlamUpdate::Status::matched};
+  mapped.used = used_scan(std::move(input), update.status == SlamUpdate::Status::matched);
   return mapped;
 }
 

@@ -1,23 +1,32 @@
 #pragma once
 
-#include "common/input/deskew.hpp"
+#include <Eigen/Core>
+#include <utility>
+
+#include "slam/slam.hpp"
 
 namespace marco::slam {
 
-/// What became of a scan, for those who draw or judge the map afterwards.
+/// What became of a scan, for those who judge the map afterwards.
 struct UsedScan {
-  DeskewedScan deskewed;  ///< its points may have been dropped: see keep_scans()
+  int hits = 0;  ///< beams with a return in range
   bool level = true;
   bool held_out = false;
   bool matched = false;
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("deskewed", deskewed);
-    v("level", level);
-    v("held_out", held_out);
-    v("matched", matched);
-  }
+  /// Of a held-out scan [m], deskewed: keyframes hold the points of what is drawn.
+  Points2 hits_in_robot;
+  Eigen::Vector2d sensor_in_robot = {0, 0};  ///< [m]
 };
+
+inline UsedScan used_scan(SlamInput input, bool matched) {
+  UsedScan used;
+  used.hits = input.scan.beams - input.scan.no_return;
+  used.level = input.level;
+  used.held_out = !input.may_draw;
+  used.matched = matched;
+  if (used.held_out) used.hits_in_robot = std::move(input.scan.hits_in_robot);
+  used.sensor_in_robot = input.scan.sensor_in_robot;
+  return used;
+}
 
 }  // namespace marco::slam

@@ -24,7 +24,7 @@ Errors judge_held_out(const MapJob& job, const GridMap& map) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const slam::UsedScan& scan = job.scans()[i];
     if (!scan.held_out || !scan.level || !poses[i]) continue;
-    placed.push_back({*poses[i], scan.deskewed.hits_in_robot, scan.deskewed.sensor_in_robot});
+    placed.push_back({*poses[i], scan.hits_in_robot, scan.sensor_in_robot});
   }
   Errors errors;
   if (placed.empty()) return errors;

@@ -191,8 +191,7 @@ std::optional<slam::MapEvidence> MapJob::evidence() const {
     evidence.edges = session()->slam().edges();
     // The line SLAM matches walls, and rightly none in many a scan.
     for (const slam::UsedScan& scan : scans()) {
-      const bool is_blind =
-          scan.deskewed.beams - scan.deskewed.no_return < slam_options_.gates.min_points;
+      const bool is_blind = scan.hits < slam_options_.gates.min_points;
       evidence.blind_scans += scan.level && is_blind ? 1 : 0;
       evidence.scans += scan.level && !is_blind ? 1 : 0;
       evidence.matched_scans += scan.level && scan.matched ? 1 : 0;

@@ -244,7 +244,7 @@ TEST_F(SlamAdapterTest, EverySecondScanIsHeldOutOfTheMap) {
   ASSERT_EQ(slam.scans().size(), 8U);
   for (std::size_t i = 0; i < 8; ++i) {
     EXPECT_EQ(slam.scans()[i].held_out, i % 2 == 1) << i;
-    EXPECT_EQ(slam.scans()[i].deskewed.hits_in_robot.cols() > 0, i % 2 == 1) << i;
+    EXPECT_EQ(slam.scans()[i].hits_in_robot.cols() > 0, i % 2 == 1) << i;
   }
   std::vector<Utime> drawn;
   for (const Keyframe& key : slam.session().keys()) drawn.push_back(key.utime);

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "lcm_tools/base/check.hpp"
 #include "mapping3d/sparse_least_squares.hpp"
+#include "mapping3d/straightening_unknowns.hpp"
 
 namespace marco::mapping3d {
 namespace {
@@ -17,39 +19,6 @@ struct Swept {
   std::vector<Eigen::Vector3f> row_means_m;
   std::vector<Eigen::Vector3f> origins_m;  ///< one a row
   std::vector<SweepAxis> axes;             ///< one a row
-};
-
-/// Where each parameter stands in the vector of unknowns: rows of all scenes, six of each body, the
-/// range offset.
-class Unknowns {
- public:
-  Unknowns(const std::vector<Scene>& scenes, const std::vector<std::size_t>& body_of) {
-    for (const Scene& scene : scenes) {
-      first_row_.push_back(count_);
-      count_ += scene.rows.size();
-    }
-    for (std::size_t i = 0; i < scenes.size(); ++i) {
-      body_of_.push_back(body_of.empty() ? i : body_of[i]);
-      bodies_ = std::max(bodies_, body_of_[i] + 1);
-    }
-    first_body_ = count_;
-    count_ += 6 * bodies_ + 1;
-  }
-
-  std::size_t row(std::size_t scene, std::size_t row) const { return first_row_[scene] + row; }
-  std::size_t body_of(std::size_t scene) const { return body_of_[scene]; }
-  std::size_t bodies() const { return bodies_; }
-  /// Three turns, then three shifts.
-  std::size_t body(std::size_t body) const { return first_body_ + 6 * body; }
-  std::size_t range() const { return count_ - 1; }
-  std::size_t count() const { return count_; }
-
- private:
-  std::vector<std::size_t> first_row_;  ///< of each scene
-  std::vector<std::size_t> body_of_;
-  std::size_t bodies_ = 0;
-  std::size_t first_body_ = 0;
-  std::size_t count_ = 0;
 };
 
 class Straightener {
@@ -283,10 +252,22 @@ class Straightener {
   StraighteningOptions options_;
   SurfelAssociation association_;
   std::size_t block_;  ///< cells of a surfel
-  Unknowns unknowns_;
+  StraighteningUnknowns unknowns_;
   std::vector<Eigen::Vector3d> pivots_m_;  ///< one a body, about which it turns
   std::vector<double> residuals_m_;
 };
+
+/// Some of a log's scenes, of a few stretches: neighbours see the same.
+std::vector<std::size_t> probed(std::size_t count, std::size_t wanted) {
+  constexpr std::size_t kProbes = 4;
+  std::vector<std::size_t> chosen;
+  const std::size_t length = wanted / kProbes;
+  for (std::size_t k = 0; k < kProbes; ++k) {
+    const std::size_t first = k * (count - length) / (kProbes - 1);
+    for (std::size_t i = first; i < first + length; ++i) chosen.push_back(i);
+  }
+  return chosen;
+}
 
 }  // namespace
 
@@ -298,7 +279,31 @@ Straightening straighten(const std::vector<Scene>& scenes,
   require(world_from_placed.size() == scenes.size(), "straighten: expected one pose a scene");
   require(body_of.empty() || body_of.size() == scenes.size(),
           "straighten: expected one body a scene");
-  return Straightener(scenes, robot, body_of, options).run(world_from_placed);
+  const auto run = [&](const std::vector<Scene>& of, const std::vector<Pose3>& start,
+                       const std::vector<std::size_t>& bodies) {
+    return Straightener(of, robot, bodies, options).run(start);
+  };
+  if (scenes.size() > 2 * options.probed_scenes) {
+    std::vector<Scene> some;
+    std::vector<Pose3> start;
+    std::vector<std::size_t> bodies;
+    std::map<std::size_t, std::size_t> numbers;
+    for (const std::size_t i : probed(scenes.size(), options.probed_scenes)) {
+      some.push_back(scenes[i]);
+      start.push_back(world_from_placed[i]);
+      const std::size_t body = body_of.empty() ? i : body_of[i];
+      bodies.push_back(numbers.try_emplace(body, numbers.size()).first->second);
+    }
+    Straightening probe = run(some, start, bodies);
+    const bool saw_the_same = probe.before_m > 0.0;
+    if (saw_the_same && !probe.bent) {
+      probe.turns_rad.clear();
+      for (const Scene& scene : scenes) probe.turns_rad.emplace_back(scene.rows.size(), 0.0);
+      probe.world_from_placed = world_from_placed;
+      return probe;
+    }
+  }
+  return run(scenes, world_from_placed, body_of);
 }
 
 }  // namespace marco::mapping3d

@@ -25,6 +25,9 @@ struct StraighteningOptions {
   double min_explained = 0.4;   ///< least part of the squared residuals that a step must explain
   double max_left = 0.75;       ///< largest part of the median residual that may remain
   int iterations = 24;
+  /// Of a log of more than twice as many scenes these are looked at first: a faulty pan-tilt shows
+  /// in a part of it, and all scenes of a long log would take as long as the rest of the model.
+  std::size_t probed_scenes = 128;
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -16,8 +16,9 @@ namespace {
 using namespace sweep_gates;
 
 constexpr std::size_t kDegrees = 360;
-constexpr float kSameM = 0.03F;  // noise of lasers
-constexpr double kPlaceM = 0.3;  // places lie this far apart
+constexpr std::size_t kMostViews = 20000;  // of a long log every nth row: 30 MB
+constexpr float kSameM = 0.03F;            // noise of lasers
+constexpr double kPlaceM = 0.3;            // places lie this far apart
 constexpr std::size_t kMostPlaces = 24;
 constexpr double kUsualPart = 0.3;  // of a bearing's returns: below it no range is usual
 constexpr double kEdgePart = 0.03;  // of a bearing's returns, beside a part of the robot
@@ -85,9 +86,15 @@ class BodyOfLaser {
  public:
   BodyOfLaser(const std::vector<Scene>& scenes, const std::string& laser)
       : scenes_(scenes), laser_(laser) {
+    std::size_t rows = 0;
+    for (const Scene& scene : scenes) rows += scene.laser == laser ? scene.rows.size() : 0;
+    const std::size_t every = 1 + rows / kMostViews;
+    std::size_t number = 0;
     for (const Scene& scene : scenes) {
       if (scene.laser != laser) continue;
-      for (const SceneRow& row : scene.rows) views_.push_back(view_of(row));
+      for (const SceneRow& row : scene.rows) {
+        if (number++ % every == 0) views_.push_back(view_of(row));
+      }
     }
   }
 

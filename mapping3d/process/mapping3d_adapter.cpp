@@ -37,6 +37,17 @@ std::optional<Bearings> regular_bearings(const LaserScan& scan) {
   return Bearings{first_rad, step_rad};
 }
 
+// Whether a row needs no times of its beams: they are measured one after another in equal steps.
+bool are_even(const std::vector<float>& offsets_s, double duration_s) {
+  constexpr double kStampS = 2e-6;  // messages round times to microseconds
+  const double step_s = duration_s / std::max(1.0, static_cast<double>(offsets_s.size()) - 1.0);
+  for (std::size_t beam = 0; beam < offsets_s.size(); ++beam) {
+    const double even_s = static_cast<double>(beam) * step_s;
+    if (std::abs(static_cast<double>(offsets_s[beam]) - even_s) > kStampS) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Mapping3dAdapter::Mapping3dAdapter(process::Bus& bus,
@@ -198,9 +209,12 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
   const auto bearings = regular_bearings(scan);
   row.first_bearing_rad = bearings->first_rad;
   row.bearing_step_rad = bearings->step_rad;
-  for (const float offset_s : scan.time_offsets_s) {
-    row.beam_parts.push_back(offset_s /
-                             static_cast<float>(std::max(synchronized.duration_s, 1e-6)));
+  if (!are_even(scan.time_offsets_s, synchronized.duration_s)) {
+    row.beam_parts.reserve(scan.size());
+    for (const float offset_s : scan.time_offsets_s) {
+      row.beam_parts.push_back(offset_s /
+                               static_cast<float>(std::max(synchronized.duration_s, 1e-6)));
+    }
   }
   row.robot_from_sensor_first = robot_from_sensor(first);
   row.robot_from_sensor_last = robot_from_sensor(last);

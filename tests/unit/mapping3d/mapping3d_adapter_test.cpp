@@ -220,8 +220,9 @@ TEST_F(Mapping3dOverABus, RowsOfRawScansArePlacedByTheirBeamTimes) {
     for (int beam = 0; beam <= 40; ++beam) {
       scan.ranges_m.push_back(2.0F);
       scan.bearings_rad.push_back(static_cast<float>(deg_to_rad(beam - 20)));
-      // The second half of the beams first.
-      scan.time_offsets_s.push_back(0.001F * static_cast<float>((beam + 20) % 41));
+      // The second half of the beams first; later one after another.
+      const int order = i < 15 ? (beam + 20) % 41 : beam;
+      scan.time_offsets_s.push_back(0.001F * static_cast<float>(order));
     }
     if (i == 7) scan.bearings_rad[9] += 0.01F;
     give(scan);
@@ -246,6 +247,11 @@ TEST_F(Mapping3dOverABus, RowsOfRawScansArePlacedByTheirBeamTimes) {
   const ScenePoints placed = place(scene);
   EXPECT_GT(placed.points_m[placed.index(10, 20)].x() - placed.points_m[placed.index(10, 21)].x(),
             0.035);
+  // What takes equal steps needs no times.
+  const SceneRow& even = scene.rows[20];
+  EXPECT_TRUE(even.beam_parts.empty());
+  EXPECT_NEAR(placed.points_m[placed.index(20, 40)].x() - placed.points_m[placed.index(20, 0)].x(),
+              0.04, 0.002);
 }
 
 TEST(MeshTiles, EachIsBelowTheLimitAndCompleteInItself) {

@@ -106,6 +106,23 @@ TEST(Straighten, LeavesStraightSweepsAlone) {
   EXPECT_TRUE(found.world_from_placed[1].isApprox(Pose3::Identity()));
 }
 
+// Of a long log only a part is looked at first.
+TEST(Straighten, LooksAtAllOfALongLogOnlyWhereAPartIsBent) {
+  for (const double height_deg : {0.0, 2.0}) {
+    const std::vector<Scene> three = sweeps(deg_to_rad(height_deg), 0.0);
+    std::vector<Scene> scenes;
+    for (std::size_t i = 0; i < 9; ++i) scenes.push_back(three[i / 2 % 3]);
+    StraighteningOptions options;
+    options.iterations = 5;
+    options.probed_scenes = 4;
+    const Straightening found = straighten(scenes, {}, unmoved(scenes), {}, options);
+    EXPECT_EQ(found.bent, height_deg > 0.0);
+    ASSERT_EQ(found.turns_rad.size(), scenes.size());
+    EXPECT_EQ(found.world_from_placed.size(), scenes.size());
+    EXPECT_EQ(found.turns_rad[8] == RowTurns(kRows, 0.0), height_deg == 0.0);
+  }
+}
+
 TEST(Straighten, TakesNothingAndWhatDoesNotOverlap) {
   EXPECT_FALSE(straighten({}, {}, {}, {}).bent);
   std::vector<Scene> apart(2, sweeps(0.0, 0.0)[0]);

@@ -54,7 +54,8 @@ CollapsingMesh::Kind CollapsingMesh::kind_of(uint32_t vertex) {
   if (is_alone(vertex)) return Kind::fixed;
   count_shared(vertex);
   std::size_t triangles = 0, rims = 0, more = 0;
-  std::vector<std::pair<uint32_t, uint32_t>> opposite;
+  std::vector<std::pair<uint32_t, uint32_t>>& opposite = opposite_;
+  opposite.clear();
   for_each_triangle_of(vertex, [&](uint32_t t) {
     const Triangle& triangle = triangles_[t];
     const std::size_t k = static_cast<std::size_t>(

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace marco::mapping3d {
@@ -66,6 +67,7 @@ class CollapsingMesh {
   std::vector<uint32_t> marks_;  ///< of vertices, with `mark_`: whether `shared_` is of now
   std::vector<uint32_t> shared_;
   uint32_t mark_ = 0;
+  std::vector<std::pair<uint32_t, uint32_t>> opposite_;  ///< edges, of kind_of()
 };
 
 }  // namespace marco::mapping3d

@@ -63,6 +63,13 @@ bool VertexPlanes::are_all_of(const VertexPlanes& other) const {
   });
 }
 
+void VertexPlanes::keep(const VertexPlanes& other) {
+  const auto kept = std::remove_if(numbers.begin(), numbers.end(), [&](uint32_t number) {
+    return std::find(other.numbers.begin(), other.numbers.end(), number) == other.numbers.end();
+  });
+  std::fill(kept, numbers.end(), kNone);
+}
+
 LaidOnPlanes laid_on_planes(const TriangleMesh& mesh,
                             const std::vector<SurfacePlane>& planes,
                             double snap_m) {

@@ -17,6 +17,8 @@ struct VertexPlanes {
   std::size_t count() const;
   /// Whether all planes of this vertex are among the other's.
   bool are_all_of(const VertexPlanes& other) const;
+  /// Only those that are the other's, too.
+  void keep(const VertexPlanes& other);
 };
 
 struct LaidOnPlanes {

@@ -1,7 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <unordered_map>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/triangle_mesh.hpp"
@@ -22,7 +23,21 @@ class MeshDistance {
   float max_m() const { return max_m_; }
 
  private:
-  uint64_t key(const Eigen::Vector3i& cell) const;
+  static constexpr uint64_t kFree = ~uint64_t{0};
+  /// A cell with triangles, in a hash table with open addressing.
+  struct Slot {
+    uint64_t key = kFree;
+    std::size_t first = 0;  ///< in `triangles_`
+    uint32_t count = 0;
+  };
+
+  template <class Visit>
+  void for_each_cell_of(std::size_t triangle, const Visit& visit) const;
+  void grow_slots();
+  std::size_t slot_of(uint64_t key) const;
+  std::span<const uint32_t> near(const Eigen::Vector3f& point_m) const;
+  bool may_reach(uint32_t triangle, const Eigen::Vector3f& point_m, float within_m) const;
+  float squared_m2(uint32_t triangle, const Eigen::Vector3f& point_m) const;
   Eigen::Vector3i cell_of(const Eigen::Vector3f& point_m) const;
 
   struct Ball {
@@ -34,7 +49,9 @@ class MeshDistance {
   std::vector<Ball> balls_;  ///< about each triangle: most are too far away to look at their edges
   float max_m_;
   float cell_m_;
-  std::unordered_map<uint64_t, std::vector<uint32_t>> triangles_;
+  std::vector<Slot> slots_;
+  std::size_t cells_ = 0;
+  std::vector<uint32_t> triangles_;  ///< cell by cell
 };
 
 struct MeshGap {

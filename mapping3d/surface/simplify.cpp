@@ -6,7 +6,9 @@
 #include <cstring>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <queue>
+#include <utility>
 
 #include "mapping3d/surface/collapsing_mesh.hpp"
 #include "mapping3d/surface/laid_on_planes.hpp"
@@ -29,10 +31,12 @@ constexpr float kMinCosineOfTurn = 0.25F;
 // Triangles of less, doubled, have no direction.
 constexpr float kNoAreaM2 = 1e-9F;
 // Borders weigh as planes across the surface, of the square of their edges' length.
-constexpr double kBorderWeight = 1.0;
+constexpr float kBorderWeight = 1.0F;
 // Where a move costs nothing, on a plane, short edges go first, else slivers are left, and vertices
 // that stand for little, so that each sample changes its triangle a few times only.
 constexpr double kSizeShare = 1e-6;
+// Planes are thinned by rounds while more of their vertices move than this part.
+constexpr double kFewMoves = 0.01;
 // What back_m is measured with: a small part of the samples that were looked at before.
 constexpr float kReportM2 = 1e-3F;
 
@@ -59,18 +63,20 @@ class Simplifier {
         left_(welded(mesh.triangles, laid_.vertices_m), mesh.vertices_m.size()),
         bound_(mesh,
                snapped_m(),
+               on_plane(),
                static_cast<float>(kBetweenSamples * options.max_error_m),
                static_cast<float>(options.sample_m2)),
         quadrics_(mesh.vertices_m.size()),
         queued_(mesh.vertices_m.size(), kNotQueued) {
     add_quadrics();
+  }
+
+  void run() {
+    thin_planes();
     for (uint32_t i = 0; i < queued_.size(); ++i) {
       find_moves(i);
       if (!moves_.empty()) enqueue(key(moves_.front().cost_m2, i));
     }
-  }
-
-  void run() {
     while (!queue_.empty()) {
       const uint64_t next = queue_.top();
       queue_.pop();
@@ -94,15 +100,14 @@ class Simplifier {
   Simplified result() const {
     Simplified result;
     std::vector<uint32_t> numbers(mesh_.vertices_m.size(), kNew);
-    std::vector<Corners> triangles(mesh_.triangles.size());
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
       if (left_.is_gone(t)) continue;
       Triangle triangle = left_.triangles()[t];
-      triangles[t] = corners_m(triangle);
       for (uint32_t& corner : triangle) corner = numbered(corner, numbers, result.mesh);
       result.mesh.triangles.push_back(triangle);
     }
-    result.there_m = bound_.largest_m(triangles);
+    result.there_m =
+        bound_.largest_m([this](std::size_t t) { return corners_m(left_.triangles()[t]); });
     result.back_m = gap(result.mesh, bound_.to_original(), kReportM2).max_m;
     return result;
   }
@@ -138,6 +143,17 @@ class Simplifier {
     return off_m;
   }
 
+  std::vector<uint8_t> on_plane() const {
+    std::vector<uint8_t> all(mesh_.triangles.size(), 0);
+    for (std::size_t t = 0; t < all.size(); ++t) {
+      if (left_.is_gone(t)) continue;
+      VertexPlanes common = laid_.planes[left_.triangles()[t][0]];
+      for (const uint32_t corner : left_.triangles()[t]) common.keep(laid_.planes[corner]);
+      all[t] = common.count() > 0 ? 1 : 0;
+    }
+    return all;
+  }
+
   Corners corners_m(const Triangle& triangle) const {
     const auto& at_m = laid_.vertices_m;
     return {at_m[triangle[0]], at_m[triangle[1]], at_m[triangle[2]]};
@@ -159,9 +175,10 @@ class Simplifier {
       const Triangle& triangle = left_.triangles()[t];
       const auto& [a, b, c] = corners_m(triangle);
       const Eigen::Vector3d cross = (b - a).cast<double>().cross((c - a).cast<double>());
-      const Eigen::Vector3d normal = cross.normalized();
+      const Eigen::Vector3f normal = cross.normalized().cast<float>();
+      const auto area_m2 = static_cast<float>(0.5 * cross.norm());
       for (const uint32_t corner : triangle) {
-        quadrics_[corner].add(normal, normal.dot(a.cast<double>()), 0.5 * cross.norm());
+        quadrics_[corner].add(normal, a - laid_.vertices_m[corner], area_m2);
       }
       for (std::size_t side = 0; side < 3; ++side) {
         const uint32_t from = triangle[side], to = triangle[(side + 1) % 3];
@@ -170,22 +187,23 @@ class Simplifier {
     }
   }
 
-  void add_border(uint32_t from, uint32_t to, const Eigen::Vector3d& normal) {
-    const Eigen::Vector3d at = laid_.vertices_m[from].cast<double>();
-    const Eigen::Vector3d edge = laid_.vertices_m[to].cast<double>() - at;
-    const Eigen::Vector3d across = edge.cross(normal).normalized();
+  void add_border(uint32_t from, uint32_t to, const Eigen::Vector3f& normal) {
+    const Eigen::Vector3f edge = laid_.vertices_m[to] - laid_.vertices_m[from];
+    const Eigen::Vector3f across = edge.cross(normal).normalized();
     for (const uint32_t corner : {from, to}) {
-      quadrics_[corner].add(across, across.dot(at), kBorderWeight * edge.squaredNorm());
+      // A border through both: each has the origin of its quadric.
+      quadrics_[corner].add(across, Eigen::Vector3f::Zero(), kBorderWeight * edge.squaredNorm());
     }
   }
 
   // Of a move; kNever if it must not be made.
   double cost_m2(uint32_t vertex, uint32_t onto) const {
     if (!laid_.planes[vertex].are_all_of(laid_.planes[onto])) return kNever;
-    const Eigen::Vector3d at_m = laid_.vertices_m[onto].cast<double>();
-    const double error_m2 = quadrics_[vertex].mean_with(quadrics_[onto], at_m);
+    const Eigen::Vector3f move_m = laid_.vertices_m[onto] - laid_.vertices_m[vertex];
+    const double error_m2 =
+        quadrics_[vertex].mean_with(quadrics_[onto], move_m, Eigen::Vector3f::Zero());
     if (!(error_m2 < max_cost_m2_)) return kNever;
-    const double length_m2 = (at_m - laid_.vertices_m[vertex].cast<double>()).squaredNorm();
+    const auto length_m2 = static_cast<double>(move_m.squaredNorm());
     return error_m2 + kSizeShare * (length_m2 + quadrics_[vertex].weight());
   }
 
@@ -210,13 +228,58 @@ class Simplifier {
     queue_.push(key);
   }
 
+  // Within a plane a move costs nothing and needs no queue: in each round vertices move onto their
+  // nearest neighbours, which stay for this round, so that edges grow alike everywhere.
+  void thin_planes() {
+    std::vector<uint32_t> inner;
+    for (uint32_t i = 0; i < laid_.planes.size(); ++i) {
+      if (laid_.planes[i].count() > 0 && left_.can_ever_move(i) && !left_.is_on_border(i)) {
+        inner.push_back(i);
+      }
+    }
+    std::vector<uint8_t> stays(laid_.planes.size(), 0);
+    for (std::size_t moved = inner.size();
+         static_cast<double>(moved) > kFewMoves * static_cast<double>(inner.size());) {
+      moved = 0;
+      std::erase_if(inner, [&](uint32_t vertex) {
+        if (std::exchange(stays[vertex], uint8_t{0}) != 0) return false;
+        const uint32_t onto = nearest_on_planes(vertex);
+        if (onto == kNew) return true;
+        if (!left_.can_move(vertex, onto) || !describe(vertex, onto)) return false;
+        if (!step_.stays_on_plane || !bound_.allows(step_)) return true;
+        take(vertex, onto);
+        stays[onto] = 1;
+        ++moved;
+        return true;
+      });
+    }
+  }
+
+  // The nearest neighbour on all planes of a vertex, or kNew.
+  uint32_t nearest_on_planes(uint32_t vertex) {
+    left_.neighbours(vertex, ring_);
+    uint32_t nearest = kNew;
+    float least_m2 = std::numeric_limits<float>::infinity();
+    for (const uint32_t other : ring_) {
+      const float own_m2 = (laid_.vertices_m[other] - laid_.vertices_m[vertex]).squaredNorm();
+      if (own_m2 >= least_m2 || !laid_.planes[vertex].are_all_of(laid_.planes[other])) continue;
+      least_m2 = own_m2;
+      nearest = other;
+    }
+    return nearest;
+  }
+
+  void take(uint32_t vertex, uint32_t onto) {
+    bound_.take(step_);
+    left_.move(vertex, onto);
+    quadrics_[onto].add(quadrics_[vertex], laid_.vertices_m[vertex] - laid_.vertices_m[onto]);
+  }
+
   bool try_move(uint32_t vertex, uint32_t onto) {
     if (!left_.can_move(vertex, onto) || !describe(vertex, onto)) return false;
     if (!bound_.allows(step_)) return false;
-    bound_.take(step_);
     left_.neighbours(vertex, ring_);
-    left_.move(vertex, onto);
-    quadrics_[onto].add(quadrics_[vertex]);
+    take(vertex, onto);
     // What was refused may be possible now.
     for (const uint32_t near : ring_) {
       if (!left_.can_ever_move(near)) continue;
@@ -234,18 +297,21 @@ class Simplifier {
     step_.vanishes_m = laid_.vertices_m[vertex];
     step_.fills_the_ring = !left_.is_on_border(vertex);
     bool turns = false;
+    VertexPlanes common = laid_.planes[vertex];
     left_.for_each_triangle_of(vertex, [&](uint32_t t) {
-      step_.replaced.push_back(t);
       Triangle triangle = left_.triangles()[t];
+      step_.replaced.push_back({t, corners_m(triangle)});
+      for (const uint32_t corner : triangle) common.keep(laid_.planes[corner]);
       if (has(triangle, onto)) {
         add_beside(triangle, vertex, onto);
         return;
       }
-      const Corners before = corners_m(triangle);
+      const Corners& before = step_.replaced.back().at_m;
       std::replace(triangle.begin(), triangle.end(), vertex, onto);
       step_.made.push_back({t, corners_m(triangle)});
       turns = turns || is_turned(before, step_.made.back().at_m);
     });
+    step_.stays_on_plane = common.count() > 0;
     return !turns;
   }
 
@@ -282,8 +348,8 @@ Simplified simplify(const TriangleMesh& mesh,
                     const SimplifyOptions& options) {
   validate(options, "simplify");
   if (mesh.triangles.empty()) return {};
-  const TriangleMesh one = welded(mesh);
-  Simplifier simplifier(one, planes, options);
+  const std::optional<TriangleMesh> one = welded(mesh);
+  Simplifier simplifier(one ? *one : mesh, planes, options);
   simplifier.run();
   return simplifier.result();
 }

@@ -41,34 +41,69 @@ float thickness_m(const SurfaceBound::Step& step) {
 }  // namespace
 
 SurfaceBound::SurfaceBound(const TriangleMesh& original,
-                           const std::vector<float>& begins_off_m,
+                           std::vector<float> begins_off_m,
+                           const std::vector<uint8_t>& on_plane,
                            float limit_m,
                            float sample_m2)
     : limit_m_(limit_m),
       sample_m2_(sample_m2),
       to_original_(original, kSampledShare * limit_m),
       first_(original.triangles.size(), kNone),
-      off_m_(begins_off_m) {
+      off_m_(std::move(begins_off_m)) {
   std::vector<uint8_t> is_sampled(original.vertices_m.size(), 0);
   for (std::size_t t = 0; t < first_.size(); ++t) {
     if (off_m_[t] < 0.0F) continue;
-    for (const uint32_t corner : original.triangles[t]) {
+    if (!on_plane.empty() && on_plane[t] != 0) {
+      first_[t] = kOnPlane;
+      continue;
+    }
+    const auto& [a, b, c] = original.triangles[t];
+    for (const uint32_t corner : {a, b, c}) {
       if (std::exchange(is_sampled[corner], uint8_t{1}) == 0) {
-        add_sample(original.vertices_m[corner], t);
+        add_sample(original.vertices_m[corner], 0.0F, t);
       }
     }
+    for_each_sample({original.vertices_m[a], original.vertices_m[b], original.vertices_m[c]},
+                    sample_m2,
+                    [&](const Eigen::Vector3f& point_m) { add_sample(point_m, 0.0F, t); });
   }
-  for_each_sample(original, sample_m2, [&](const Eigen::Vector3f& point_m, std::size_t t) {
-    if (off_m_[t] >= 0.0F) add_sample(point_m, t);
+}
+
+void SurfaceBound::add_sample(const Eigen::Vector3f& point_m, float off_m, std::size_t triangle) {
+  const auto number = static_cast<uint32_t>(samples_.size());
+  samples_.push_back({point_m, off_m, std::exchange(first_[triangle], number)});
+}
+
+// What was original there lies within `off_m_` of it, and is over the same ground.
+void SurfaceBound::sample_plane(const Corners& triangle) {
+  const std::size_t number = triangle.number;
+  first_[number] = kNone;
+  for (const Eigen::Vector3f& corner : triangle.at_m) add_sample(corner, off_m_[number], number);
+  for_each_sample(triangle.at_m, sample_m2_, [&](const Eigen::Vector3f& point_m) {
+    add_sample(point_m, off_m_[number], number);
   });
 }
 
-void SurfaceBound::add_sample(const Eigen::Vector3f& point_m, std::size_t triangle) {
-  const auto number = static_cast<uint32_t>(samples_.size());
-  samples_.push_back({point_m, std::exchange(first_[triangle], number)});
+bool SurfaceBound::allows(const Step& step) {
+  made_on_plane_ = is_plane_filled(step);
+  if (made_on_plane_) return true;
+  for (const Corners& triangle : step.replaced) {
+    if (first_[triangle.number] == kOnPlane) sample_plane(triangle);
+  }
+  return is_covered(step) && is_on_original(step);
 }
 
-bool SurfaceBound::allows(const Step& step) { return is_covered(step) && is_on_original(step); }
+// Whether the same part of a plane is filled again, so that nothing needs to be looked at.
+bool SurfaceBound::is_plane_filled(const Step& step) {
+  if (!step.stays_on_plane || !step.fills_the_ring) return false;
+  moved_.clear();
+  made_off_m_ = 0.0F;
+  for (const Corners& triangle : step.replaced) {
+    if (first_[triangle.number] != kOnPlane) return false;
+    made_off_m_ = std::max(made_off_m_, off_m_[triangle.number]);
+  }
+  return true;
+}
 
 SurfaceBound::Foot::Foot(const Corners& corners) : at_m(corners.at_m[0].cast<double>()) {
   const Eigen::Vector3d second = corners.at_m[1].cast<double>() - at_m;
@@ -94,10 +129,11 @@ bool SurfaceBound::is_covered(const Step& step) {
   moved_.clear();
   feet_.clear();
   for (const Corners& triangle : step.made) feet_.emplace_back(triangle);
-  for (const uint32_t from : step.replaced) {
-    for (uint32_t sample = first_[from]; sample != kNone; sample = samples_[sample].next) {
+  for (const Corners& from : step.replaced) {
+    for (uint32_t sample = first_[from.number]; sample != kNone; sample = samples_[sample].next) {
       const Eigen::Vector3f& point_m = samples_[sample].at_m;
-      float best_m = limit_m_;
+      const float limit_m = limit_m_ - samples_[sample].off_m;
+      float best_m = limit_m;
       uint32_t best = kNone;
       for (std::size_t i = 0; i < feet_.size(); ++i) {
         const float own_m = feet_[i].above_m(point_m);
@@ -105,7 +141,7 @@ bool SurfaceBound::is_covered(const Step& step) {
         best_m = own_m;
         best = step.made[i].number;
       }
-      if (best == kNone) best = nearest(step, point_m);
+      if (best == kNone) best = nearest(step, point_m, limit_m);
       if (best == kNone) return false;
       moved_.emplace_back(sample, best);
     }
@@ -114,8 +150,10 @@ bool SurfaceBound::is_covered(const Step& step) {
 }
 
 // The number of a triangle within the limit, or none.
-uint32_t SurfaceBound::nearest(const Step& step, const Eigen::Vector3f& point_m) const {
-  float best_m2 = limit_m_ * limit_m_;
+uint32_t SurfaceBound::nearest(const Step& step,
+                               const Eigen::Vector3f& point_m,
+                               float limit_m) const {
+  float best_m2 = limit_m * limit_m;
   uint32_t best = kNone;
   const auto look = [&](const Corners& triangle) {
     const auto& [a, b, c] = triangle.at_m;
@@ -133,8 +171,9 @@ uint32_t SurfaceBound::nearest(const Step& step, const Eigen::Vector3f& point_m)
 // looked at.
 bool SurfaceBound::is_on_original(const Step& step) {
   made_off_m_ = 0.0F;
-  for (const uint32_t triangle : step.replaced)
-    made_off_m_ = std::max(made_off_m_, off_m_[triangle]);
+  for (const Corners& triangle : step.replaced) {
+    made_off_m_ = std::max(made_off_m_, off_m_[triangle.number]);
+  }
   if (step.fills_the_ring) {
     made_off_m_ += thickness_m(step);
     if (made_off_m_ <= limit_m_) return true;
@@ -164,22 +203,38 @@ bool SurfaceBound::is_sampled_on_original(const Corners& triangle) const {
 }
 
 void SurfaceBound::take(const Step& step) {
-  for (const uint32_t from : step.replaced) first_[from] = kNone;
+  for (const Corners& from : step.replaced) first_[from.number] = kNone;
+  for (const Corners& triangle : step.beside) {
+    const bool gets_samples = std::any_of(moved_.begin(), moved_.end(), [&](const auto& moved) {
+      return moved.second == triangle.number;
+    });
+    if (gets_samples && first_[triangle.number] == kOnPlane) sample_plane(triangle);
+  }
   for (const auto& [sample, triangle] : moved_) {
     samples_[sample].next = std::exchange(first_[triangle], sample);
   }
-  for (const Corners& triangle : step.made) off_m_[triangle.number] = made_off_m_;
+  for (const Corners& triangle : step.made) {
+    off_m_[triangle.number] = made_off_m_;
+    if (made_on_plane_) first_[triangle.number] = kOnPlane;
+  }
 }
 
-double SurfaceBound::largest_m(const std::vector<std::array<Eigen::Vector3f, 3>>& triangles) const {
-  float largest_m2 = 0.0F;
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const auto& [a, b, c] = triangles[t];
-    for (uint32_t sample = first_[t]; sample != kNone; sample = samples_[sample].next) {
-      largest_m2 = std::max(largest_m2, squared_distance(samples_[sample].at_m, a, b, c));
+double SurfaceBound::largest_m(
+    const std::function<std::array<Eigen::Vector3f, 3>(std::size_t)>& corners_m) const {
+  float largest_m = 0.0F;
+  for (std::size_t t = 0; t < first_.size(); ++t) {
+    if (first_[t] == kOnPlane) {
+      largest_m = std::max(largest_m, off_m_[t]);
+      continue;
+    }
+    if (first_[t] == kNone) continue;
+    const auto [a, b, c] = corners_m(t);
+    for (uint32_t i = first_[t]; i != kNone; i = samples_[i].next) {
+      const float own_m = std::sqrt(squared_distance(samples_[i].at_m, a, b, c));
+      largest_m = std::max(largest_m, own_m + samples_[i].off_m);
     }
   }
-  return static_cast<double>(std::sqrt(largest_m2));
+  return static_cast<double>(largest_m);
 }
 
 }  // namespace marco::mapping3d

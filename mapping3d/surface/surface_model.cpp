@@ -99,16 +99,16 @@ void SurfaceModel::add_column(const Cell& column, int axis, float surface, const
   }
 }
 
-void SurfaceModel::observe(Voxel& voxel, float distance, const Corner& from) const {
-  const Eigen::Vector3f facing(voxel.facing[0], voxel.facing[1], voxel.facing[2]);
+void SurfaceModel::observe(Voxel& voxel, float distance, const Corner& from) {
+  constexpr float kOtherSide = -0.5F;  // cosine of 120 deg
   const bool first = voxel.front.weight <= 0.0F;
-  if (first) {
-    for (int i = 0; i < 3; ++i) {
-      voxel.facing[static_cast<std::size_t>(i)] =
-          static_cast<int8_t>(std::lround(127.0F * from.normal[i]));
-    }
+  if (first) voxel.facing = PackedNormal(from.normal);
+  const bool is_front = first || voxel.facing.unpacked().dot(from.normal) > kOtherSide;
+  if (!is_front && voxel.back == 0) {
+    backs_.emplace_back();
+    voxel.back = static_cast<uint32_t>(backs_.size());
   }
-  Side& side = first || facing.dot(from.normal) > -0.5F * 127.0F ? voxel.front : voxel.back;
+  Side& side = is_front ? voxel.front : backs_[voxel.back - 1];
   // The weight falls off from half the band on behind the surface, where nothing was seen.
   const float depth = -distance / static_cast<float>(options_.band_voxels);
   const float trust = depth < 0.5F ? 1.0F : std::max(0.02F, 2.0F * (1.0F - depth));
@@ -117,10 +117,11 @@ void SurfaceModel::observe(Voxel& voxel, float distance, const Corner& from) con
   count_up(voxel.seen);
 }
 
-float SurfaceModel::distance(const Voxel& voxel) {
-  const float front = voxel.front.weight > 0.0F ? voxel.front.sum / voxel.front.weight : -1e9F;
-  const float back = voxel.back.weight > 0.0F ? voxel.back.sum / voxel.back.weight : -1e9F;
-  return std::max(front, back);  // solid is what lies behind both
+float SurfaceModel::distance(const Voxel& voxel) const {
+  const float front = voxel.front.sum / voxel.front.weight;
+  if (voxel.back == 0) return front;
+  const Side& back = backs_[voxel.back - 1];
+  return std::max(front, back.sum / back.weight);  // solid is what lies behind both
 }
 
 void SurfaceModel::carve(const SmoothScene& scene) {
@@ -146,7 +147,7 @@ void SurfaceModel::carve_beam(const Eigen::Vector3f& origin,
   const Eigen::Vector3f direction = way / std::max(1e-6F, length);
   const float last =
       length - static_cast<float>(options_.carve_margin_m) * per_m / std::max(0.05F, cosine);
-  voxels_.walk(from, direction, last, [](Voxel& voxel, float) {
+  voxels_.walk(from, direction, last, [this](Voxel& voxel, float) {
     if (known(voxel) && distance(voxel) < kSolid) count_up(voxel.through);
   });
 }
@@ -166,7 +167,11 @@ bool SurfaceModel::gone(const Cell& cell) const {
   return through >= 3 && through > options_.carve_ratio * seen;
 }
 
-TriangleMesh SurfaceModel::mesh() const { return SurfaceNets(*this).run(); }
+TriangleMesh SurfaceModel::take_mesh() {
+  TriangleMesh mesh = SurfaceNets(*this).run();
+  backs_.clear();
+  return mesh;
+}
 
 TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options) {
   const BeamNoise noise = learn_noise(scenes, options.smoothing);
@@ -179,7 +184,7 @@ TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options) {
     SurfaceModel model(options);
     for (std::size_t i = 0; i < smoothed.count; ++i) model.add(smoothed.at(i));
     for (std::size_t i = 0; i < smoothed.count; ++i) model.carve(smoothed.at(i));
-    mesh = model.mesh();
+    mesh = model.take_mesh();
   }
   malloc_trim(0);  // the voxels are small blocks, which the heap would keep for itself
   add_small_pieces(scenes, smoothed, options, mesh);

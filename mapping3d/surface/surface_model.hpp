@@ -1,11 +1,13 @@
 #pragma once
 
 #include <array>
+#include <deque>
 #include <vector>
 
 #include "common/triangle_mesh.hpp"
 #include "lcm_tools/base/options.hpp"
 #include "mapping3d/surface/facets.hpp"
+#include "mapping3d/surface/packed_normal.hpp"
 #include "mapping3d/surface/scene_smoothing.hpp"
 #include "mapping3d/surface/voxel_blocks.hpp"
 
@@ -54,8 +56,10 @@ class SurfaceModel {
   /// Counts the scene's beams through solid voxels; to be called after every `add`.
   void carve(const SmoothScene& scene);
 
-  /// The surface with normals; triangles are counter-clockwise from the free side.
-  TriangleMesh mesh() const;
+  /// The surface with normals; triangles are counter-clockwise from the free side. Leaves the model
+  /// empty: the voxels of a building and what the surface is found in would not fit into memory
+  /// together.
+  TriangleMesh take_mesh();
 
   /// @returns how many blocks of 8 x 8 x 8 samples there are.
   std::size_t block_count() const { return voxels_.blocks().size(); }
@@ -66,12 +70,13 @@ class SurfaceModel {
     float weight = 0.0F;
   };
   struct Voxel {
-    Side front;  ///< surfaces within 120 deg of the first one's normal
-    Side back;
-    std::array<int8_t, 3> facing{};  ///< normal of the first one, times 127
-    uint8_t seen = 0;                ///< number of facets
-    uint8_t through = 0;             ///< number of beams through it
+    Side front;           ///< surfaces within 120 deg of the first one's normal
+    uint32_t back = 0;    ///< 1 more than the index in `backs_`; 0 = none: few surfaces are so thin
+    PackedNormal facing;  ///< normal of the first one
+    uint8_t seen = 0;     ///< number of facets
+    uint8_t through = 0;  ///< number of beams through it
   };
+  static_assert(sizeof(Voxel) == 16);
   using Blocks = VoxelBlocks<Voxel>;
   /// In voxels; a beam that passes a surface closely does not get deeper.
   static constexpr float kSolid = -0.5F;
@@ -83,17 +88,16 @@ class SurfaceModel {
 
   void rasterize(const std::array<Corner, 3>& corners);
   void add_column(const Cell& column, int axis, float surface, const Corner& mean);
-  void observe(Voxel& voxel, float distance, const Corner& from) const;
+  void observe(Voxel& voxel, float distance, const Corner& from);
   void carve_beam(const Eigen::Vector3f& origin, const Eigen::Vector3f& end, float cosine);
-  static float distance(const Voxel& voxel);
-  static bool known(const Voxel& voxel) {
-    return voxel.front.weight > 0.0F || voxel.back.weight > 0.0F;
-  }
+  float distance(const Voxel& voxel) const;
+  static bool known(const Voxel& voxel) { return voxel.front.weight > 0.0F; }
   bool gone(const Cell& cell) const;
 
   friend class SurfaceNets;
   SurfaceOptions options_;
   Blocks voxels_;
+  std::deque<Side> backs_;
 };
 
 /// The fused surface of all scenes: smooth, add, carve, mesh, and what is smaller than a voxel.

@@ -20,7 +20,10 @@ float area(const TriangleMesh& mesh, const std::array<uint32_t, 3>& t) {
 
 TriangleMesh SurfaceNets::run() {
   take_samples();
-  for (const auto& block : samples_.blocks()) cross_block(*block);
+  // Vertices may lie in new blocks, which nothing crosses.
+  const std::size_t blocks = samples_.blocks().size();
+  for (std::size_t i = 0; i < blocks; ++i) cross_block(*samples_.blocks()[i]);
+  samples_.take_blocks();
   finish_vertices();
   drop_islands();
   return std::move(mesh_);
@@ -28,18 +31,23 @@ TriangleMesh SurfaceNets::run() {
 
 void SurfaceNets::take_samples() {
   std::vector<Cell> freed;
-  for (const auto& from : model_.voxels_.blocks()) {
-    Samples::Block& to = samples_.at(from->corner);
+  for (const auto& block : model_.voxels_.blocks()) {
     for (int i = 0; i < 512; ++i) {
-      const auto index = static_cast<std::size_t>(i);
-      const SurfaceModel::Voxel& voxel = from->voxels[index];
-      const bool known = SurfaceModel::known(voxel);
-      to.voxels[index] =
-          known ? SurfaceModel::distance(voxel) : std::numeric_limits<float>::quiet_NaN();
-      if (!known || voxel.through == 0) continue;
-      const Cell cell = from->corner + Cell(i & 7, (i >> 3) & 7, i >> 6);
+      const SurfaceModel::Voxel& voxel = block->voxels[static_cast<std::size_t>(i)];
+      if (!SurfaceModel::known(voxel) || voxel.through == 0) continue;
+      const Cell cell = block->corner + Cell(i & 7, (i >> 3) & 7, i >> 6);
       if (model_.gone(cell)) freed.push_back(cell);
     }
+  }
+  // Block by block, so that what is freed makes room for what is made.
+  for (std::unique_ptr<SurfaceModel::Blocks::Block>& from : model_.voxels_.take_blocks()) {
+    Samples::Block& to = samples_.at(from->corner);
+    for (std::size_t i = 0; i < 512; ++i) {
+      const SurfaceModel::Voxel& voxel = from->voxels[i];
+      if (!SurfaceModel::known(voxel)) continue;
+      to.voxels[i] = {model_.distance(voxel), 0, voxel.facing, voxel.back != 0};
+    }
+    from.reset();
   }
   for (const Cell& cell : freed) set_free(cell);
 }
@@ -47,10 +55,11 @@ void SurfaceNets::take_samples() {
 // With it what lies just below its surface, where beams have no vote.
 void SurfaceNets::set_free(const Cell& cell) {
   constexpr float kFreed = 0.5F;  // above 0: outside
-  *samples_.find_voxel(cell) = kFreed;
+  samples_.find_voxel(cell)->distance = kFreed;
   for (int i = 0; i < 27; ++i) {
-    float* beside = samples_.find_voxel(cell + Cell(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
-    if (beside != nullptr && *beside < 0.0F && *beside >= SurfaceModel::kSolid) *beside = kFreed;
+    Sample* near = samples_.find_voxel(cell + Cell(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+    if (near == nullptr || !(near->distance < 0.0F)) continue;
+    if (near->distance >= SurfaceModel::kSolid) near->distance = kFreed;
   }
 }
 
@@ -59,14 +68,14 @@ void SurfaceNets::cross_block(const Samples::Block& block) {
   for (int axis = 0; axis < 3; ++axis) {
     const Samples::Block* after = samples_.find(block.corner + Samples::kEdge * step(axis));
     for (std::size_t i = 0; i < 512; ++i) {
-      const float from = block.voxels[i];
+      const float from = block.voxels[i].distance;
       if (std::isnan(from)) continue;
       const Cell local(static_cast<int>(i & 7U), static_cast<int>(i >> 3U & 7U),
                        static_cast<int>(i >> 6U));
       const std::size_t stride = kStride[static_cast<std::size_t>(axis)];
       const bool last = local[axis] == Samples::kEdge - 1;
       if (last && after == nullptr) continue;
-      const float to = last ? after->voxels[i - 7 * stride] : block.voxels[i + stride];
+      const float to = (last ? after->voxels[i - 7 * stride] : block.voxels[i + stride]).distance;
       if (std::isnan(to) || (from < 0.0F) == (to < 0.0F)) continue;
       cross(block.corner + local, axis, from, to);
     }
@@ -76,10 +85,9 @@ void SurfaceNets::cross_block(const Samples::Block& block) {
 // Whether the surface was seen from this side. Behind a wall's band the distance jumps to that of
 // another surface; this step is no surface.
 bool SurfaceNets::seen_from(const Cell& cell, int axis, bool outwards) const {
-  const SurfaceModel::Voxel* voxel = model_.voxels_.find_voxel(cell);
-  if (voxel == nullptr) return true;
-  if (voxel->back.weight > 0.0F) return true;  // of both sides
-  const float along = static_cast<float>(voxel->facing[static_cast<std::size_t>(axis)]) / 127.0F;
+  const Sample* sample = samples_.find_voxel(cell);
+  if (sample == nullptr || sample->of_both_sides) return true;
+  const float along = sample->facing.unpacked()[axis];
   return (outwards ? along : -along) > -0.4F;
 }
 
@@ -94,7 +102,7 @@ void SurfaceNets::cross(const Cell& cell, int axis, float from, float to) {
 }
 
 uint32_t SurfaceNets::vertex(const Cell& cell, const Eigen::Vector3f& crossing) {
-  uint32_t& entry = vertex_of_.voxel(cell);
+  uint32_t& entry = samples_.voxel(cell).vertex;
   if (entry == 0) {
     mesh_.vertices_m.emplace_back(Eigen::Vector3f::Zero());
     crossings_.push_back(0.0F);
@@ -162,6 +170,9 @@ void SurfaceNets::drop_islands() {
     const float length = normal.norm();
     normal = length > 0.0F ? Eigen::Vector3f(normal / length) : Eigen::Vector3f::UnitZ();
   }
+  kept.vertices_m.shrink_to_fit();
+  kept.normals.shrink_to_fit();
+  kept.triangles.shrink_to_fit();
   mesh_ = std::move(kept);
 }
 

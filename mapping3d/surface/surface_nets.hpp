@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "mapping3d/surface/surface_model.hpp"
@@ -12,12 +13,18 @@ namespace marco::mapping3d {
 /// enough and the surface ends at unknown space.
 class SurfaceNets {
  public:
-  /// @param model must outlive this object.
-  explicit SurfaceNets(const SurfaceModel& model) : model_(model) {}
+  /// @param model  must outlive this object; run() takes its voxels
+  explicit SurfaceNets(SurfaceModel& model) : model_(model) {}
   TriangleMesh run();
 
  private:
-  using Samples = VoxelBlocks<float>;  ///< distances in voxels, NaN = unknown
+  struct Sample {
+    float distance = std::numeric_limits<float>::quiet_NaN();  ///< in voxels; NaN = unknown
+    uint32_t vertex = 0;  ///< of the cell that begins here, + 1; 0 = none
+    PackedNormal facing;
+    bool of_both_sides = false;
+  };
+  using Samples = VoxelBlocks<Sample>;
 
   void take_samples();
   void set_free(const Cell& cell);
@@ -29,10 +36,9 @@ class SurfaceNets {
   void finish_vertices();
   void drop_islands();
 
-  const SurfaceModel& model_;
+  SurfaceModel& model_;
   Samples samples_;
-  VoxelBlocks<uint32_t> vertex_of_;  ///< of a cell, + 1; 0 = none
-  std::vector<float> crossings_;     ///< of each vertex
+  std::vector<float> crossings_;  ///< of each vertex
   std::vector<std::array<uint32_t, 4>> quads_;
   TriangleMesh mesh_;
 };

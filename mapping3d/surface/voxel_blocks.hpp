@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace marco::mapping3d {
@@ -91,6 +92,11 @@ class VoxelBlocks {
   }
 
   const std::vector<std::unique_ptr<Block>>& blocks() const { return blocks_; }
+  /// Leaves none.
+  std::vector<std::unique_ptr<Block>> take_blocks() {
+    slots_.assign(1U << 10U, {});
+    return std::exchange(blocks_, {});
+  }
 
  private:
   static constexpr uint64_t kFree = ~uint64_t{0};

@@ -13,11 +13,12 @@ std::vector<Eigen::Vector3f> with_one_zero(std::vector<Eigen::Vector3f> points_m
 
 }  // namespace
 
-TriangleMesh welded(const TriangleMesh& mesh) {
+std::optional<TriangleMesh> welded(const TriangleMesh& mesh) {
   const std::vector<Eigen::Vector3f> at_m = with_one_zero(mesh.vertices_m);
   std::vector<unsigned int> number(at_m.size());
   const std::size_t count = meshopt_generateVertexRemap(
       number.data(), nullptr, number.size(), at_m.data(), at_m.size(), sizeof(Eigen::Vector3f));
+  if (count == at_m.size()) return std::nullopt;
   TriangleMesh one;
   one.vertices_m.resize(count);
   if (!mesh.colors_rgb.empty()) one.colors_rgb.resize(count);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/triangle_mesh.hpp"
@@ -9,8 +10,8 @@
 namespace marco::mapping3d {
 
 /// The same triangles with the vertices of a place as one, which has their mean normal and the
-/// colour of one of them.
-TriangleMesh welded(const TriangleMesh& mesh);
+/// colour of one of them; nothing where no two vertices are at one place.
+std::optional<TriangleMesh> welded(const TriangleMesh& mesh);
 
 /// Triangles whose corners at the same place are the same vertex, the first of them.
 std::vector<std::array<uint32_t, 3>> welded(const std::vector<std::array<uint32_t, 3>>& triangles,

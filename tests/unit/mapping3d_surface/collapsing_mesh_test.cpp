@@ -5,7 +5,6 @@
 
 #include "mapping3d/surface/laid_on_planes.hpp"
 #include "mapping3d/surface/quadric.hpp"
-#include "mapping3d/surface/surface_bound.hpp"
 #include "mapping3d/surface/welded.hpp"
 
 namespace marco::mapping3d {
@@ -95,41 +94,17 @@ TEST(CollapsingMesh, BeginsWithoutTrianglesOfTwoVertices) {
   EXPECT_EQ(mesh.triangles_between(0, 1), 1U);
 }
 
-// A square of 1 m and an ear at its side, 2 or 20 mm wide, that a step cuts off.
-TEST(SurfaceBound, LeavesNoSampleUncovered) {
-  for (const float width_m : {0.002F, 0.02F}) {
-    TriangleMesh mesh;
-    mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1 + width_m, 0.5F, 0}};
-    mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 2}};
-    SurfaceBound bound(mesh, {0, 0, 0}, 0.005F, 1e-4F);
-    SurfaceBound::Step step;
-    step.replaced = {2};
-    step.beside = {{0, {mesh.vertices_m[0], mesh.vertices_m[1], mesh.vertices_m[2]}}};
-    EXPECT_EQ(bound.allows(step), width_m < 0.005F);
-  }
-}
-
-// The same square, a corner of which is pulled out in its plane.
-TEST(SurfaceBound, MakesNothingWhereNothingWas) {
-  TriangleMesh mesh;
-  mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  SurfaceBound bound(mesh, {0, 0}, 0.005F, 1e-4F);
-  for (const float pulled_m : {0.002F, 0.02F}) {
-    SurfaceBound::Step step;
-    step.replaced = {0};
-    step.made = {{0, {mesh.vertices_m[0], {1 + pulled_m, -pulled_m, 0}, mesh.vertices_m[2]}}};
-    EXPECT_EQ(bound.allows(step), pulled_m < 0.005F);
-  }
-}
-
 TEST(Quadric, IsTheMeanSquaredDistance) {
+  // Origins at (0, 0, 2) and (1, 0, 0): the floor z = 1 and the wall x = -2, from these.
   Quadric floor, wall;
-  floor.add(Eigen::Vector3d::UnitZ(), 1.0, 3.0);
-  wall.add(Eigen::Vector3d::UnitX(), -2.0, 1.0);
-  // 0.5 m above the floor, 0.2 m before the wall, by hand: (3 * 0.25 + 0.04) / 4.
-  EXPECT_NEAR(floor.mean_with(wall, {-1.8, 7.0, 1.5}), 0.1975, 1e-12);
-  EXPECT_EQ(Quadric().mean_with(Quadric(), Eigen::Vector3d::Zero()), 0.0);
+  floor.add(Eigen::Vector3f::UnitZ(), {5, 3, -1}, 3.0F);
+  wall.add(Eigen::Vector3f::UnitX(), {-3, 0, 7}, 1.0F);
+  // At (-1.8, 7, 1.5): 0.5 m above the floor, 0.2 m before the wall: (3 * 0.25 + 0.04) / 4.
+  EXPECT_NEAR(floor.mean_with(wall, {-1.8F, 7.0F, -0.5F}, {-2.8F, 7.0F, 1.5F}), 0.1975, 1e-6);
+  floor.add(wall, {1, 0, -2});
+  EXPECT_NEAR(floor.mean_with(Quadric(), {-1.8F, 7.0F, -0.5F}, {0, 0, 0}), 0.1975, 1e-6);
+  EXPECT_NEAR(floor.weight(), 4.0, 1e-6);
+  EXPECT_EQ(Quadric().mean_with(Quadric(), {0, 0, 0}, {0, 0, 0}), 0.0);
 }
 
 SurfacePlane plane(const Eigen::Vector3d& normal, double offset_m) {
@@ -176,7 +151,7 @@ TEST(Welded, AVertexOfAPlaceHasTheMeanNormal) {
   mesh.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, {0, 0, 1}, {1, 0, 0}};
   mesh.colors_rgb.assign(6, {1, 2, 3});
   mesh.triangles = {{0, 1, 2}, {3, 5, 4}};
-  const TriangleMesh one = welded(mesh);
+  const TriangleMesh one = welded(mesh).value();
   ASSERT_EQ(one.vertices_m.size(), 4U);
   EXPECT_EQ(one.triangles[0][1], one.triangles[1][0]);
   EXPECT_EQ(one.triangles[0][2], one.triangles[1][2]);

@@ -47,7 +47,7 @@ void add_lattice(
 
 // Welds, moves every vertex by noise and gives it its normal.
 TriangleMesh measured(TriangleMesh mesh, float sigma_m, unsigned seed) {
-  mesh = welded(mesh);
+  if (auto one = welded(mesh)) mesh = *std::move(one);
   std::mt19937 random(seed);
   std::normal_distribution<float> noise(0.0F, sigma_m);
   for (Eigen::Vector3f& at : mesh.vertices_m) {

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
-
 #include <cmath>
+#include <random>
 
 #include "common/mesh_samples.hpp"
 #include "mapping3d/surface/surface_model.hpp"
@@ -120,7 +120,7 @@ TEST(Surface, ManyScenesMakeOneWallWithinTheNoise) {
     by.from.x() = -0.3 * seed;
     model.add(smoothed(testing::sweep(kRoom, {}, by)));
   }
-  const TriangleMesh mesh = model.mesh();
+  const TriangleMesh mesh = model.take_mesh();
   const Errors errors = errors_of(mesh, {});
   // Noise of 10 mm, smoothed to 3; a room's inner corners are cut by up to 0.35 voxel.
   EXPECT_LT(errors.rms_m, 0.004);
@@ -212,6 +212,19 @@ TEST(Surface, NormalsFaceWhereItWasSeenFrom) {
     wrong += mesh.normals[i].dot(Eigen::Vector3f(0, 0, 0.6F) - mesh.vertices_m[i]) < 0.0F;
   }
   EXPECT_LT(wrong, mesh.normals.size() / 500);
+}
+
+TEST(PackedNormal, IsADirectionToADegree) {
+  std::mt19937 random(11);
+  std::normal_distribution<float> draw;
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector3f normal = Eigen::Vector3f(draw(random), draw(random), draw(random));
+    EXPECT_GT(PackedNormal(normal).unpacked().dot(normal.normalized()), std::cos(0.0175F));
+  }
+  for (const Eigen::Vector3f& axis : {Eigen::Vector3f(0, 0, -1), Eigen::Vector3f(0, -1, 0)}) {
+    EXPECT_TRUE(PackedNormal(axis).unpacked().isApprox(axis));
+  }
+  EXPECT_EQ(PackedNormal(Eigen::Vector3f::Zero()).unpacked(), Eigen::Vector3f::UnitZ());
 }
 
 }  // namespace

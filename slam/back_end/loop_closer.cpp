@@ -50,9 +50,8 @@ std::vector<Keyframe> some_of(const std::vector<Keyframe>& keys, int first, int 
   return some;
 }
 
-// Whether free space contradicts that the newest keyframe is at `world_from_newest`.
-bool is_contradicted(const LoopCandidate& candidate, const Pose2& world_from_newest) {
-  constexpr int kFewestPoints = 50;  // seen again: of fewer, some are always in the way
+// What both visits say of each other, were the newest keyframe at `world_from_newest`.
+Visit compared(const LoopCandidate& candidate, const Pose2& world_from_newest) {
   const Pose2 world_from_believed = world_from_newest * candidate.world_from_newest.inverse();
   Visit sum;
   for (const Keyframe& newer : candidate.seen_keys) {
@@ -65,7 +64,33 @@ bool is_contradicted(const LoopCandidate& candidate, const Pose2& world_from_new
       sum.contradicting += visit.contradicting;
     }
   }
-  return sum.seen() >= kFewestPoints && sum.contradicting > kContradicted * sum.seen();
+  return sum;
+}
+
+constexpr int kFewestPoints = 50;  // seen again: of fewer, some are always in the way
+
+// Whether free space contradicts that the newest keyframe is at `world_from_newest`.
+bool is_contradicted(const LoopCandidate& candidate, const Pose2& world_from_newest) {
+  const Visit visit = compared(candidate, world_from_newest);
+  return visit.seen() >= kFewestPoints && visit.contradicting > kContradicted * visit.seen();
+}
+
+// Whether significantly more of what both visits see agrees where the path puts the newest
+// keyframe. A match gains by each wall that it pushes onto the part of it that the older visit saw.
+bool path_agrees_better(const LoopCandidate& candidate,
+                        const Pose2& world_from_newest,
+                        double correlated_points) {
+  const Visit by_match = compared(candidate, world_from_newest);
+  const Visit by_path = compared(candidate, candidate.world_from_newest);
+  if (std::min(by_path.seen(), by_match.seen()) < kFewestPoints) return false;
+  const auto share = [](const Visit& visit) {
+    return static_cast<double>(visit.contradicting) / visit.seen();
+  };
+  const auto variance = [&](const Visit& visit) {
+    return share(visit) * (1.0 - share(visit)) * correlated_points / visit.seen();
+  };
+  return share(by_match) - share(by_path) >
+         kSurelyBetterSigmas * std::sqrt(variance(by_match) + variance(by_path));
 }
 
 }  // namespace
@@ -202,10 +227,14 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
     return std::nullopt;
   }
   if (is_contradicted(candidate, fine.map_from_robot)) return std::nullopt;
+  const Pose2 change = between(candidate.world_from_newest, fine.map_from_robot);
+  if (change.translation_m().norm() > kMovesM &&
+      path_agrees_better(candidate, fine.map_from_robot, fine_.options().correlated_points)) {
+    return std::nullopt;
+  }
   if (has_rival(likelihood, candidate, window, coarse, fine.information)) return std::nullopt;
   const Eigen::Matrix3d noise =
       diagonal_covariance(options_.sigma_m, deg_to_rad(options_.sigma_deg));
-  const Pose2 change = between(candidate.world_from_newest, fine.map_from_robot);
   Loop loop;
   loop.from = candidate.from;
   loop.to = candidate.to;

@@ -154,6 +154,11 @@ std::optional<MotionGuess> MotionModel::odometry_left_behind(const MotionInput& 
   const Eigen::Vector2d off_m = way.translation_m() - found.translation_m();
   const Eigen::Matrix2d variance = covariance.topLeftCorner<2, 2>();
   if (off_m.dot(variance.inverse() * off_m) < match_gates::kContradiction) return std::nullopt;
+  // Wheels that slip turn the odometry too, and a match knows its heading well.
+  const double off_rad = normalize_angle(way.theta_rad - found.theta_rad);
+  if (std::abs(off_rad) > match_gates::kSlipSigmas * std::sqrt(covariance(2, 2))) {
+    return std::nullopt;
+  }
   return MotionGuess{state_.start_from_now.inverse() * way,
                      rotated(covariance, -state_.start_from_now.theta_rad),
                      MotionGuess::Source::odometry};

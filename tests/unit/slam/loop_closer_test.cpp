@@ -239,5 +239,51 @@ TEST(LoopCloser, AWallInFreeSpaceRefusesALoop) {
   EXPECT_TRUE(closer.verify(candidate));
 }
 
+// A corridor with doors, the older visit looking along it one way, the newer one the other: both
+// see little of the same, and a match gains by each wall that it pushes onto what the older one
+// saw.
+TEST(LoopCloser, WallsPushedOntoTheKnownPartOfThemAreNoLoop) {
+  testing::FlatWorld office;
+  office.add_chain({{0, 0}, {32, 0}, {32, 20}, {0, 20}, {0, 0}});
+  office.add_chain({{4.5, 6}, {11, 6}});
+  office.add_chain({{12, 6}, {20, 6}});
+  office.add_chain({{21, 6}, {27.5, 6}});
+  office.add_chain({{8, 0}, {8, 6}});
+  office.add_chain({{15.5, 0}, {15.5, 6}});
+  office.add_chain({{2.2, 12}, {2.2, 8}, {8, 8}});
+  office.add_chain({{9, 8}, {23, 8}});
+  office.add_chain({{2.2, 12}, {23, 12}});
+  office.add_chain({{16.5, 8}, {16.5, 12}});
+  std::mt19937 random(4);
+  std::vector<Keyframe> keys;
+  for (const Pose2& pose :
+       {Pose2{9.19, 7.37, -0.427}, Pose2{9.46, 7.25, -0.427}, Pose2{9.74, 7.12, -0.427},
+        Pose2{10.02, 6.99, -0.427}, Pose2{10.3, 6.86, -0.427}, Pose2{10.58, 6.73, -0.427},
+        Pose2{10.86, 6.61, -0.427}, Pose2{11.1, 6.5, -0.6}, Pose2{11.31, 6.29, -0.785},
+        // the newer visit
+        Pose2{11.1, 6.5, 2.618}, Pose2{11.1, 6.5, 2.897}, Pose2{10.79, 6.5, 3.142},
+        Pose2{10.48, 6.5, 3.142}, Pose2{10.18, 6.5, 3.142}}) {
+    Keyframe key;
+    key.world_from_robot = pose;
+    key.points_in_robot = orient(office.hits(pose, 0.01, &random), {0, 0}, {});
+    keys.push_back(std::move(key));
+  }
+  LoopCandidate candidate;
+  candidate.from = 4;
+  candidate.to = 13;
+  candidate.world_from_old = keys[4].world_from_robot;
+  candidate.world_from_newest = keys[13].world_from_robot;
+  candidate.place = join_points(keys, 0, 8, {});
+  candidate.seen = join_points(keys, 9, 13, keys[13].world_from_robot.inverse());
+  candidate.covariance = diagonal_covariance(0.18, 0.037);
+  const LoopCloser closer({}, CorrelativeMatcher(), SurfelMatcher());
+  const auto pushed = closer.verify(candidate);
+  ASSERT_TRUE(pushed) << "nobody says what each could see";
+  EXPECT_GT(pushed->shift_m, 0.15);
+  candidate.place_keys = {keys.begin(), keys.begin() + 9};
+  candidate.seen_keys = {keys.begin() + 9, keys.end()};
+  EXPECT_FALSE(closer.verify(candidate));
+}
+
 }  // namespace
 }  // namespace marco::slam

@@ -220,12 +220,13 @@ TEST(MotionModel, LateOdometryIsLessSureThatNoTurnBegins) {
 }
 
 // Wheels count 3 cm a scan, matches find `found_m`; what the model says after `scans`.
-std::optional<MotionGuess> left_behind(double found_m, int scans) {
+std::optional<MotionGuess> left_behind(double found_m, int scans, double slipped_deg = 0.0) {
   MotionModel model;
   for (int i = 0; i < scans; ++i) {
     model.update(at(0.1 * i, Pose2{0.03 * i, 0, 0}), {i == 0 ? 0.0 : found_m, 0, 0});
   }
-  return model.odometry_left_behind(at(0.1 * scans, Pose2{0.03 * scans, 0, 0}), {found_m, 0, 0});
+  const Pose2 odometry{0.03 * scans, 0, deg_to_rad(slipped_deg)};
+  return model.odometry_left_behind(at(0.1 * scans, odometry), {found_m, 0, 0});
 }
 
 TEST(MotionModel, MatchesThatStayBehindOdometryAreContradicted) {
@@ -236,6 +237,8 @@ TEST(MotionModel, MatchesThatStayBehindOdometryAreContradicted) {
   ASSERT_TRUE(missed) << "a step begins with the second scan";
   EXPECT_THAT(missed->before_from_now, IsNear(Pose2{0.24, 0, 0}, 1e-9, 1e-9));
   EXPECT_LT(missed->covariance(0, 0), 0.05 * 0.05);
+  EXPECT_TRUE(left_behind(0.0, 9, 0.5));
+  EXPECT_FALSE(left_behind(0.0, 9, 6.0)) << "wheels that slip turn the odometry, too";
 }
 
 // A skid-steered robot counts its turns wrong, its way right.

@@ -98,7 +98,7 @@ void archive(Archive& bytes, LineMapper::Stored& mapper) {
 namespace {
 
 constexpr std::string_view kLineCheckpointName = "MARCOLSL";
-constexpr uint32_t kLineCheckpointVersion = 7;
+constexpr uint32_t kLineCheckpointVersion = 6;
 
 template <class Archive>
 void archive_all(Archive& bytes, LineCheckpoint& checkpoint) {

@@ -16,6 +16,7 @@ void BatchBus::publish_raw(const std::string& channel,
 void BatchBus::deliver(const std::string& channel,
                        std::span<const uint8_t> bytes,
                        Utime event_time) {
+  if (recorded_ == Recorded::all) record(channel, bytes, event_time);
   dispatch(channel, bytes, event_time);
   deliver_published();
 }
@@ -24,12 +25,16 @@ void BatchBus::deliver_published() {
   while (!pending_.empty()) {
     const Pending next = std::move(pending_.front());
     pending_.pop_front();
+    record(next.channel, next.bytes, next.utime);
     dispatch(next.channel, next.bytes, next.utime);
   }
 }
 
-void BatchBus::dispatch(const std::string& channel, std::span<const uint8_t> bytes, Utime utime) {
+void BatchBus::record(const std::string& channel, std::span<const uint8_t> bytes, Utime utime) {
   if (record_ != nullptr) record_->write(channel, bytes, utime);
+}
+
+void BatchBus::dispatch(const std::string& channel, std::span<const uint8_t> bytes, Utime utime) {
   for (const std::size_t index : subscribers_of(channel)) {
     subscriptions_[index].handler({channel, bytes, utime});
   }

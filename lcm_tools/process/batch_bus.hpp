@@ -16,8 +16,12 @@ namespace marco::process {
 /// message's own utime, so that two runs write identical bytes.
 class BatchBus : public Bus {
  public:
-  /// @param record receives every message, delivered or published; may be null; outlives the bus
-  explicit BatchBus(files::EventLogWriter* record = nullptr) : record_(record) {}
+  enum class Recorded { all, published };
+
+  /// @param record  receives every message, delivered or published; may be null; outlives the bus
+  /// @param recorded  `published`: what is delivered is left out of the record
+  explicit BatchBus(files::EventLogWriter* record = nullptr, Recorded recorded = Recorded::all)
+      : record_(record), recorded_(recorded) {}
 
   void subscribe_raw(const std::string& channel_regex, RawHandler handler) override;
   void publish_raw(const std::string& channel,
@@ -42,9 +46,11 @@ class BatchBus : public Bus {
     Utime utime;
   };
   const std::vector<std::size_t>& subscribers_of(const std::string& channel);
+  void record(const std::string& channel, std::span<const uint8_t> bytes, Utime utime);
   void dispatch(const std::string& channel, std::span<const uint8_t> bytes, Utime utime);
 
   files::EventLogWriter* record_;
+  Recorded recorded_;
   std::vector<Subscription> subscriptions_;
   std::unordered_map<std::string, std::vector<std::size_t>> subscribers_;
   std::deque<Pending> pending_;

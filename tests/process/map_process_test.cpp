@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/files/glb.hpp"
 #include "common/files/ply.hpp"
@@ -27,6 +28,7 @@ namespace marco {
 namespace {
 
 using ::marco::testing::Program;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr double kSampleBeams = 181.0;  // of a scan of logs/sample.lcm
@@ -120,6 +122,13 @@ class MapProcess : public testing::CommandTest {
   }
 };
 
+std::set<std::string> channels_of(const std::string& log) {
+  std::set<std::string> channels;
+  files::EventLogReader reader(log);
+  while (const auto event = reader.next()) channels.insert(event->channel);
+  return channels;
+}
+
 /// The corners of each triangle, in order.
 using Corners = std::vector<std::array<Eigen::Vector3f, 3>>;
 
@@ -204,9 +213,11 @@ std::vector<Eigen::Vector3f> samples_of_triangle(float area_m2) {
 }
 
 TEST_F(MapProcess, ARecordingWithPicturesMakesAModelWithTheWorldsColours) {
-  const Result result =
-      run("marco-map", {simulate_with_cameras(), "--out", at("out"), "--sweep-meshes"});
+  const Result result = run("marco-map", {simulate_with_cameras(), "--out", at("out"),
+                                          "--sweep-meshes", "--results-log"});
   ASSERT_EQ(result.code, 0) << result.output;
+  EXPECT_THAT(channels_of(at("out/slam.lcm")),
+              ElementsAre("GRID_MAP", "LOOP_CLOSURES", "MESH", "SCENE", "SLAM_POSE", "TRAJECTORY"));
   EXPECT_GT(files::read_ply(at("out/model_scenes.ply")).triangles.size(), 10000U);
   EXPECT_THAT(result.output, HasSubstr("skipped: "));
   const nlohmann::json told = report(at("out")).at("photographs");

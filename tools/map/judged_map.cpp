@@ -86,7 +86,8 @@ JudgedMap make_map(const MapArguments& arguments,
                    const std::filesystem::path& folder,
                    const StageClock& clock) {
   JudgedMap map{std::make_unique<MapJob>(
-                    options, arguments.lines ? PathMaker::lines : PathMaker::scans, folder),
+                    options, arguments.lines ? PathMaker::lines : PathMaker::scans, folder,
+                    arguments.results_log ? MapJob::Logged::published : MapJob::Logged::all),
                 {}};
   MapJob& job = *map.job;
   job.clock() = clock;

@@ -102,6 +102,9 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
   app.add_flag("--sweep-meshes", arguments.sweep_meshes,
                "also write model_scenes.ply: the mesh of each sweep by itself, one over another; "
                "20 MB for each stop");
+  app.add_flag("--results-log", arguments.results_log,
+               "slam.lcm holds the results alone, without the messages of the inputs: a third of "
+               "the size where sweeps were recorded");
   app.add_flag(
       "--compressed-glb", [&] { arguments.glb_numbers = files::GlbNumbers::compressed; },
       "write model.glb and model_textured.glb with EXT_meshopt_compression and "

@@ -28,6 +28,7 @@ struct MapArguments {
   bool no_calibration = false;
   bool loop_pictures = false;
   bool sweep_meshes = false;
+  bool results_log = false;
   files::GlbNumbers glb_numbers = files::GlbNumbers::plain;
   bool check = false;
 };

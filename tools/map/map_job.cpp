@@ -38,10 +38,13 @@ std::unique_ptr<slam::Mapper2dAdapter> adapter_of(PathMaker maker,
 
 }  // namespace
 
-MapJob::MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder)
+MapJob::MapJob(const MapOptions& options,
+               PathMaker maker,
+               const std::filesystem::path& folder,
+               Logged logged)
     : log_file_(folder / "slam.lcm", files::Appears::when_renamed),
       log_(log_file_),
-      bus_(&log_),
+      bus_(&log_, logged),
       mapper2d_(adapter_of(maker, options, bus_)),
       slam_(dynamic_cast<slam::SlamAdapter*>(mapper2d_.get())),
       lines_(dynamic_cast<slam::LineSlamAdapter*>(mapper2d_.get())),

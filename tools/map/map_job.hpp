@@ -66,8 +66,13 @@ enum class PathMaker { scans, lines };
 /// pure function of its inputs, times excepted.
 class MapJob {
  public:
-  /// @param folder  where slam.lcm is written; must exist.
-  MapJob(const MapOptions& options, PathMaker maker, const std::filesystem::path& folder);
+  using Logged = process::BatchBus::Recorded;
+
+  /// @param folder  where slam.lcm is written; must exist. @param logged  what it holds
+  MapJob(const MapOptions& options,
+         PathMaker maker,
+         const std::filesystem::path& folder,
+         Logged logged = Logged::all);
 
   /// Before reading: continues a saved map, or localizes in it (PathMaker::scans only).
   /// @throws std::invalid_argument naming the file and what is wrong with it.

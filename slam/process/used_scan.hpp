@@ -18,6 +18,8 @@ struct UsedScan {
   Eigen::Vector2d sensor_in_robot = {0, 0};  ///< [m]
 };
 
+/// What is kept of a scan that was processed.
+/// @param matched  whether a match gave it its pose
 inline UsedScan used_scan(SlamInput input, bool matched) {
   UsedScan used;
   used.hits = input.scan.beams - input.scan.no_return;

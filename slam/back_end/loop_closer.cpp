@@ -5,7 +5,7 @@
 
 #include "common/covariance.hpp"
 #include "slam/back_end/loop_gates.hpp"
-#include "slam/map/visits.hpp"
+#include "slam/map/place_view.hpp"
 
 namespace marco::slam {
 namespace {
@@ -50,47 +50,39 @@ std::vector<Keyframe> some_of(const std::vector<Keyframe>& keys, int first, int 
   return some;
 }
 
-// What both visits say of each other, were the newest keyframe at `world_from_newest`.
-Visit compared(const LoopCandidate& candidate, const Pose2& world_from_newest) {
-  const Pose2 world_from_believed = world_from_newest * candidate.world_from_newest.inverse();
-  Visit sum;
-  for (const Keyframe& newer : candidate.seen_keys) {
-    const Pose2 world_from_newer = world_from_believed * newer.world_from_robot;
-    for (const Keyframe& older : candidate.place_keys) {
-      const Pose2 older_from_newer = between(older.world_from_robot, world_from_newer);
-      if (older_from_newer.translation_m().norm() > kVisitM) continue;
-      const Visit visit = compare(older, newer, older_from_newer);
-      sum.agreeing += visit.agreeing;
-      sum.contradicting += visit.contradicting;
-    }
+constexpr Eigen::Index kFewestPoints = 50;  // in view: of fewer, some are always in the way
+// Searches among the points in view; each begins where the one before ended.
+constexpr int kRoundsInView = 2;
+
+// The points that the older visit could see, were they seen from that pose; all of them, where it
+// is not known what it could see.
+OrientedPoints in_view_of(const PlaceView& place,
+                          const OrientedPoints& points,
+                          const Pose2& world_from_points) {
+  const std::vector<bool> seen = place.sees(points.points, world_from_points);
+  OrientedPoints some = points;
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
+    if (!seen[static_cast<std::size_t>(i)]) continue;
+    some.points.col(count) = points.points.col(i);
+    some.normals.col(count++) = points.normals.col(i);
   }
-  return sum;
+  if (count < kFewestPoints) return points;
+  some.points.conservativeResize(2, count);
+  some.normals.conservativeResize(2, count);
+  return some;
 }
 
-constexpr int kFewestPoints = 50;  // seen again: of fewer, some are always in the way
-
-// Whether free space contradicts that the newest keyframe is at `world_from_newest`.
-bool is_contradicted(const LoopCandidate& candidate, const Pose2& world_from_newest) {
-  const Visit visit = compared(candidate, world_from_newest);
-  return visit.seen() >= kFewestPoints && visit.contradicting > kContradicted * visit.seen();
-}
-
-// Whether significantly more of what both visits see agrees where the path puts the newest
-// keyframe. A match gains by each wall that it pushes onto the part of it that the older visit saw.
-bool path_agrees_better(const LoopCandidate& candidate,
-                        const Pose2& world_from_newest,
-                        double correlated_points) {
-  const Visit by_match = compared(candidate, world_from_newest);
-  const Visit by_path = compared(candidate, candidate.world_from_newest);
-  if (std::min(by_path.seen(), by_match.seen()) < kFewestPoints) return false;
-  const auto share = [](const Visit& visit) {
-    return static_cast<double>(visit.contradicting) / visit.seen();
-  };
-  const auto variance = [&](const Visit& visit) {
-    return share(visit) * (1.0 - share(visit)) * correlated_points / visit.seen();
-  };
-  return share(by_match) - share(by_path) >
-         kSurelyBetterSigmas * std::sqrt(variance(by_match) + variance(by_path));
+// Whether much of what is seen from that pose lies where the older visit saw free space.
+bool is_contradicted(const PlaceView& place, const Points2& seen, const Pose2& world_from_newest) {
+  int on_walls = 0, in_free_space = 0;
+  for (Eigen::Index i = 0; i < seen.cols(); ++i) {
+    const Seen as = place.look_at(world_from_newest * Eigen::Vector2d(seen.col(i)));
+    on_walls += as == Seen::as_wall ? 1 : 0;
+    in_free_space += as == Seen::as_free ? 1 : 0;
+  }
+  return on_walls + in_free_space >= kFewestPoints &&
+         in_free_space > kContradicted * (on_walls + in_free_space);
 }
 
 }  // namespace
@@ -202,7 +194,7 @@ std::vector<LoopCandidate> LoopCloser::candidates(
     found.push_back({from, to, old.world_from_robot, newest.world_from_robot,
                      join_points(keys, first, last, Pose2{}),
                      join_points(keys, since, to, newest.world_from_robot.inverse()), covariance,
-                     some_of(keys, first, last), some_of(keys, since, to)});
+                     some_of(keys, first, last)});
   }
   return found;
 }
@@ -213,26 +205,35 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
   const Eigen::Vector2d centre_m = candidate.world_from_newest.translation_m();
   const LikelihoodPyramid likelihood(points_within(kSearchReachM, centre_m, candidate.place.points),
                                      adapted(coarse_.options(), candidate.place.range_sigma_m));
-  const CorrelativeMatch coarse =
+  CorrelativeMatch coarse =
       coarse_.search(likelihood, candidate.seen.points, window, options_.min_score);
   if (coarse.score < options_.min_score) return std::nullopt;
+  const double score = coarse.score;
+  // A search over all points gains by each wall that it pushes onto the part of it that the older
+  // visit saw. Points that this visit could see at either pose do not favour one of them.
+  const PlaceView place(candidate.place_keys);
+  const OrientedPoints by_path = in_view_of(place, candidate.seen, candidate.world_from_newest);
+  for (int round = 0; round < kRoundsInView; ++round) {
+    const OrientedPoints by_both = in_view_of(place, by_path, coarse.map_from_robot);
+    const CorrelativeMatch again =
+        coarse_.search(likelihood, by_both.points, window, options_.min_score);
+    if (again.score < options_.min_score) break;
+    coarse = again;
+  }
   SurfelPyramid surfels(fine_.options(), candidate.world_from_old.translation_m());
   surfels.add(candidate.place, Pose2{});
   const double heading_rad = candidate.world_from_newest.theta_rad;
   // So little that it counts only where the walls say nothing, as along a bare hall.
   const PosePrior believed{candidate.world_from_newest,
                            information_of(rotated(candidate.covariance, heading_rad))};
-  const SurfelMatch fine = fine_.match(surfels, candidate.seen, coarse.map_from_robot, &believed);
+  const OrientedPoints seen_there = in_view_of(place, candidate.seen, coarse.map_from_robot);
+  const SurfelMatch fine = fine_.match(surfels, seen_there, coarse.map_from_robot, &believed);
   if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
     return std::nullopt;
   }
-  if (is_contradicted(candidate, fine.map_from_robot)) return std::nullopt;
-  const Pose2 change = between(candidate.world_from_newest, fine.map_from_robot);
-  if (change.translation_m().norm() > kMovesM &&
-      path_agrees_better(candidate, fine.map_from_robot, fine_.options().correlated_points)) {
+  if (has_rival(likelihood, candidate, window, coarse, fine.information, place))
     return std::nullopt;
-  }
-  if (has_rival(likelihood, candidate, window, coarse, fine.information)) return std::nullopt;
+  const Pose2 change = between(candidate.world_from_newest, fine.map_from_robot);
   const Eigen::Matrix3d noise =
       diagonal_covariance(options_.sigma_m, deg_to_rad(options_.sigma_deg));
   Loop loop;
@@ -241,7 +242,7 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
   loop.information = rotated(with_noise(fine.information, noise), -fine.map_from_robot.theta_rad);
   loop.from_from_to = between(candidate.world_from_old, fine.map_from_robot);
   loop.believed = between(candidate.world_from_old, candidate.world_from_newest);
-  loop.score = coarse.score;
+  loop.score = score;
   loop.overlap = fine.overlap;
   loop.shift_m = change.translation_m().norm();
   loop.turn_deg = rad_to_deg(change.theta_rad);
@@ -252,13 +253,15 @@ bool LoopCloser::has_rival(const LikelihoodPyramid& likelihood,
                            const LoopCandidate& candidate,
                            const SearchWindow& window,
                            const CorrelativeMatch& best,
-                           const Eigen::Matrix3d& information) const {
+                           const Eigen::Matrix3d& information,
+                           const PlaceView& place) const {
   if (window.half_width_m < 2.0 * kRivalM) return false;
   SearchWindow elsewhere = window;
   elsewhere.excluded = {best.map_from_robot, kRivalM, deg_to_rad(kRivalDeg)};
   const CorrelativeMatch rival = coarse_.search(likelihood, candidate.seen.points, elsewhere,
                                                 best.score - best.penalty - kRivalMargin);
-  if (rival.score <= 0.0 || is_contradicted(candidate, rival.map_from_robot)) return false;
+  if (rival.score <= 0.0) return false;
+  if (is_contradicted(place, candidate.seen.points, rival.map_from_robot)) return false;
   // Along a corridor every place fits: there the match does not claim to know.
   const Eigen::Vector3d apart = difference(rival.map_from_robot, best.map_from_robot);
   // A match that knows its place knows that it is not as near as a rival may be.

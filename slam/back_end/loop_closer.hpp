@@ -9,6 +9,7 @@
 #include "slam/back_end/graph/pose_graph_edge.hpp"
 #include "slam/back_end/graph/relative_covariance.hpp"
 #include "slam/map/keyframe.hpp"
+#include "slam/map/place_view.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/oriented_points.hpp"
 #include "slam/matching/surfel_matcher.hpp"
@@ -27,7 +28,7 @@ struct LoopCloserOptions {
   /// Taken from that score where a place lies as far off as it may: of places that look alike, as
   /// along a corridor, the one is believed that drift explains best.
   double unlikely_penalty = 0.25;
-  double min_overlap = 0.60;  ///< of the fine match
+  double min_overlap = 0.80;  ///< of the fine match, among what the earlier visit could see
   double sigma_m = 0.02;      ///< added to the fine match's own uncertainty
   double sigma_deg = 0.3;
 
@@ -46,9 +47,10 @@ struct LoopCloserOptions {
                "Largest drift in heading that the search allows for.");
     v.advanced("min_score", min_score, Limits{0.0, 1.0},
                "Candidates with a lower score in the exhaustive search are rejected.");
-    v.advanced("min_overlap", min_overlap, Limits{0.0, 1.0},
-               "Loop closures whose fine match overlaps less are rejected. Less where furniture "
-               "has moved.");
+    v.advanced(
+        "min_overlap", min_overlap, Limits{0.0, 1.0},
+        "A loop closure needs this part of the points that the earlier visit could see to lie "
+        "on its walls. Less where furniture has moved.");
   }
 };
 
@@ -92,8 +94,7 @@ struct LoopCandidate {
   OrientedPoints seen;   ///< around the newest one, in its frame
   /// How well the newest one's pose is known, seen from the older one; frame of the newest.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
-  /// Some keyframes of both: what they saw as free space.
-  std::vector<Keyframe> place_keys, seen_keys;
+  std::vector<Keyframe> place_keys;  ///< some of the place's: what they could see
 };
 
 /// Of a path whose own uncertainty is not to be trusted: the newest keyframe's pose is as unsure as
@@ -102,9 +103,10 @@ std::vector<RelativeUncertainty> uncertainties_by_path(const std::vector<Keyfram
 
 /// Loop closure: finds out whether the newest keyframe shows a place seen before. Candidates by
 /// distance and by how well the graph knows it, an exhaustive search in that window, a fine match;
-/// the last keyframes are matched together, since one scan of a corridor looks like another. A wide
-/// window may hold a rival that fits as well: then nothing is believed. Const: safe from several
-/// threads.
+/// the last keyframes are matched together, since one scan of a corridor looks like another. What
+/// the earlier visit could not see is left out of the match: it would pull the walls onto the part
+/// of them that was seen. A wide window may hold a rival that fits as well: then nothing is
+/// believed. Const: safe from several threads.
 class LoopCloser {
  public:
   LoopCloser(const LoopCloserOptions& options,
@@ -145,7 +147,8 @@ class LoopCloser {
                  const LoopCandidate& candidate,
                  const SearchWindow& window,
                  const CorrelativeMatch& best,
-                 const Eigen::Matrix3d& information) const;
+                 const Eigen::Matrix3d& information,
+                 const PlaceView& place) const;
 
   LoopCloserOptions options_;
   CorrelativeMatcher coarse_;

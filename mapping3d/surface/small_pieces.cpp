@@ -8,7 +8,7 @@
 
 #include "mapping3d/scene_mesh.hpp"
 #include "mapping3d/surface/islands.hpp"
-#include "mapping3d/surface/mesh_distance.hpp"
+#include "mapping3d/surface/voxel_blocks.hpp"
 
 namespace marco::mapping3d {
 namespace {
@@ -22,6 +22,35 @@ struct Piece {
   float half_width_m = 0.0F;  ///< of the chain
 };
 constexpr std::size_t kChain = 4;  // shorter ones are noise
+
+/// The voxels within two of a vertex of the mesh, which has one in each voxel that it passes.
+class NearMesh {
+ public:
+  NearMesh(const TriangleMesh& mesh, double voxel_m) : per_m_(static_cast<float>(1.0 / voxel_m)) {
+    std::vector<Cell> ball;
+    for (int i = 0; i < 125; ++i) {
+      const Cell offset(i % 5 - 2, i / 5 % 5 - 2, i / 25 - 2);
+      if (offset.squaredNorm() <= kReach * kReach) ball.push_back(offset);
+    }
+    for (const Eigen::Vector3f& vertex_m : mesh.vertices_m) {
+      const Cell middle = cell_of(vertex_m);
+      for (const Cell& offset : ball) near_.voxel(middle + offset) = 1;
+    }
+  }
+  bool operator()(const Eigen::Vector3f& point_m) const {
+    const uint8_t* const voxel = near_.find_voxel(cell_of(point_m));
+    return voxel != nullptr && *voxel != 0;
+  }
+
+ private:
+  static constexpr int kReach = 2;
+  Cell cell_of(const Eigen::Vector3f& point_m) const {
+    return (point_m * per_m_).array().round().cast<int>();
+  }
+
+  float per_m_;
+  VoxelBlocks<uint8_t> near_;
+};
 
 /// A scene's facets between returns that are `bare`, joined to pieces by common returns.
 class SceneFacets {
@@ -295,15 +324,13 @@ void add_small_pieces(const PlacedScenes& placed,
                       const SmoothScenes& smoothed,
                       const SurfaceOptions& options,
                       TriangleMesh& mesh) {
-  const auto near_m = static_cast<float>(2.0 * options.voxel_m);
-  const MeshDistance distance(mesh, near_m);
+  const NearMesh is_near(mesh, options.voxel_m);
   SmallPieces pieces(options);
   for (std::size_t number = 0; number < smoothed.count; ++number) {
     const SmoothScene scene = smoothed.at(number);
     std::vector<uint8_t> bare(scene.points_m.size(), 0);
     for (std::size_t i = 0; i < bare.size(); ++i) {
-      bare[i] =
-          scene.kinds[i] != SmoothScene::Kind::none && !distance.any_within(scene.points_m[i]);
+      bare[i] = scene.kinds[i] != SmoothScene::Kind::none && !is_near(scene.points_m[i]);
     }
     pieces.add(number, scene, std::move(bare), options.facets);
   }

@@ -15,6 +15,8 @@ namespace {
 int floor_int(float value) { return static_cast<int>(std::floor(value)); }
 int ceil_int(float value) { return static_cast<int>(std::ceil(value)); }
 
+constexpr float kFreeStepM = 0.002F;  // of how far a beam sees free space
+
 void count_up(uint8_t& counter) { counter = static_cast<uint8_t>(counter + (counter < 255)); }
 
 }  // namespace
@@ -124,32 +126,41 @@ float SurfaceModel::distance(const Voxel& voxel) const {
   return std::max(front, back.sum / back.weight);  // solid is what lies behind both
 }
 
-void SurfaceModel::carve(const SmoothScene& scene) {
+SurfaceModel::FreeBeams SurfaceModel::free_beams(const SmoothScene& scene) const {
   const auto every = static_cast<std::size_t>(options_.carve_every);
+  const auto margin_m = static_cast<float>(options_.carve_margin_m);
+  FreeBeams free;
+  for (std::size_t row = 0; row < scene.rows; row += every) {
+    for (std::size_t column = 0; column < scene.columns; column += every) {
+      const std::size_t i = row * scene.columns + column;
+      free.push_back(0);
+      if (scene.kinds[i] == SmoothScene::Kind::none) continue;
+      const Eigen::Vector3f beam = scene.points_m[i] - scene.origins_m[row];
+      const float range_m = beam.norm();
+      const float cosine = -beam.dot(scene.normals[i]) / std::max(1e-6F, range_m);
+      const float free_m = range_m - margin_m / std::max(0.05F, cosine);
+      free.back() = static_cast<uint16_t>(std::clamp(free_m / kFreeStepM, 0.0F, 65535.0F));
+    }
+  }
+  return free;
+}
+
+void SurfaceModel::carve(const ScenePoints& scene, const FreeBeams& free) {
+  const auto every = static_cast<std::size_t>(options_.carve_every);
+  const auto per_m = static_cast<float>(1.0 / options_.voxel_m);
+  std::size_t at = 0;
   for (std::size_t row = 0; row < scene.rows; row += every) {
     const Eigen::Vector3f& origin = scene.origins_m[row];
     for (std::size_t column = 0; column < scene.columns; column += every) {
-      const std::size_t i = row * scene.columns + column;
-      if (scene.kinds[i] == SmoothScene::Kind::none) continue;
-      const float cosine = -(scene.points_m[i] - origin).normalized().dot(scene.normals[i]);
-      carve_beam(origin, scene.points_m[i], cosine);
+      const uint16_t steps = free[at++];
+      if (steps == 0) continue;
+      const Eigen::Vector3f way = scene.points_m[scene.index(row, column)] - origin;
+      voxels_.walk(origin * per_m, way / std::max(1e-6F, way.norm()),
+                   static_cast<float>(steps) * kFreeStepM * per_m, [this](Voxel& voxel, float) {
+                     if (known(voxel) && distance(voxel) < kSolid) count_up(voxel.through);
+                   });
     }
   }
-}
-
-void SurfaceModel::carve_beam(const Eigen::Vector3f& origin,
-                              const Eigen::Vector3f& end,
-                              float cosine) {
-  const auto per_m = static_cast<float>(1.0 / options_.voxel_m);
-  const Eigen::Vector3f from = origin * per_m;
-  const Eigen::Vector3f way = end * per_m - from;
-  const float length = way.norm();
-  const Eigen::Vector3f direction = way / std::max(1e-6F, length);
-  const float last =
-      length - static_cast<float>(options_.carve_margin_m) * per_m / std::max(0.05F, cosine);
-  voxels_.walk(from, direction, last, [this](Voxel& voxel, float) {
-    if (known(voxel) && distance(voxel) < kSolid) count_up(voxel.through);
-  });
 }
 
 bool SurfaceModel::gone(const Cell& cell) const {
@@ -175,15 +186,20 @@ TriangleMesh SurfaceModel::take_mesh() {
 
 TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options) {
   const BeamNoise noise = learn_noise(scenes, options.smoothing);
-  // Smoothed again for each step: all at once they would take most of the memory.
+  // Smoothed again for small pieces: all at once they would take most of the memory.
   const SmoothScenes smoothed{scenes.count, [&](std::size_t scene) {
                                 return smooth(scenes.at(scene), noise, options.smoothing);
                               }};
   TriangleMesh mesh;
   {
     SurfaceModel model(options);
-    for (std::size_t i = 0; i < smoothed.count; ++i) model.add(smoothed.at(i));
-    for (std::size_t i = 0; i < smoothed.count; ++i) model.carve(smoothed.at(i));
+    std::vector<SurfaceModel::FreeBeams> free;
+    for (std::size_t i = 0; i < smoothed.count; ++i) {
+      const SmoothScene scene = smoothed.at(i);
+      model.add(scene);
+      free.push_back(model.free_beams(scene));
+    }
+    for (std::size_t i = 0; i < scenes.count; ++i) model.carve(scenes.at(i), free[i]);
     mesh = model.take_mesh();
   }
   malloc_trim(0);  // the voxels are small blocks, which the heap would keep for itself

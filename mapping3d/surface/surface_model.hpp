@@ -53,8 +53,13 @@ class SurfaceModel {
   /// Adds a scene, in the frame of its points.
   void add(const SmoothScene& scene);
 
+  /// How far every nth row and column of beams sees free space, in steps of 2 mm; 0 = no return.
+  using FreeBeams = std::vector<uint16_t>;
+  FreeBeams free_beams(const SmoothScene& scene) const;
   /// Counts the scene's beams through solid voxels; to be called after every `add`.
-  void carve(const SmoothScene& scene);
+  /// @param scene  as it was measured
+  /// @param free  of the same scene, smoothed
+  void carve(const ScenePoints& scene, const FreeBeams& free);
 
   /// The surface with normals; triangles are counter-clockwise from the free side. Leaves the model
   /// empty: the voxels of a building and what the surface is found in would not fit into memory
@@ -89,7 +94,6 @@ class SurfaceModel {
   void rasterize(const std::array<Corner, 3>& corners);
   void add_column(const Cell& column, int axis, float surface, const Corner& mean);
   void observe(Voxel& voxel, float distance, const Corner& from);
-  void carve_beam(const Eigen::Vector3f& origin, const Eigen::Vector3f& end, float cosine);
   float distance(const Voxel& voxel) const;
   static bool known(const Voxel& voxel) { return voxel.front.weight > 0.0F; }
   bool gone(const Cell& cell) const;

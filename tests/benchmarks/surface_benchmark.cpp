@@ -46,7 +46,7 @@ void merge_a_scene(benchmark::State& state) {
     state.ResumeTiming();
     const SmoothScene scene = smooth(second, noise);
     model->add(scene);
-    if (carve) model->carve(scene);
+    if (carve) model->carve(second, model->free_beams(scene));
     benchmark::DoNotOptimize(model->block_count());
   }
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <iterator>
-#include <map>
+#include <utility>
 
 #include "lcm_tools/base/check.hpp"
 
@@ -15,16 +15,35 @@ constexpr std::size_t kMostPayload = 172;
 constexpr std::array<uint8_t, 10> kPackets{0x07, 0x09, 0x0A, 0x0B, 0x0C,
                                            0x15, 0x16, 0x23, 0x2B, 0x2C};
 
-/// Bytes of a packet's data; 0 = not known.
+/// Bytes of the data of packets 7 to 58; 0 = not known.
 std::size_t size_of(uint8_t packet) {
-  static const std::map<uint8_t, std::size_t> kSizes{
-      {0x07, 1}, {0x08, 1}, {0x09, 1}, {0x0A, 1}, {0x0B, 1}, {0x0C, 1}, {0x0D, 1}, {0x0E, 1},
-      {0x0F, 1}, {0x11, 1}, {0x12, 1}, {0x13, 2}, {0x14, 2}, {0x15, 1}, {0x16, 2}, {0x17, 2},
-      {0x18, 1}, {0x19, 2}, {0x1A, 2}, {0x1B, 2}, {0x1C, 2}, {0x1D, 2}, {0x1E, 2}, {0x1F, 2},
-      {0x22, 1}, {0x23, 1}, {0x24, 1}, {0x25, 1}, {0x26, 1}, {0x27, 2}, {0x28, 2}, {0x29, 2},
-      {0x2A, 2}, {0x2B, 2}, {0x2C, 2}, {0x2D, 1}, {0x36, 2}, {0x37, 2}, {0x3A, 1}};
-  const auto found = kSizes.find(packet);
-  return found == kSizes.end() ? 0 : found->second;
+  constexpr uint8_t kFirst = 0x07;
+  constexpr std::array<uint8_t, 52> kSizes{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 1, 2, 2, 1,
+                                           2, 2, 2, 2, 2, 2, 2, 1, 2, 1, 1, 1, 1, 1, 2, 2, 2, 2,
+                                           2, 2, 1, 2, 2, 2, 2, 2, 2, 1, 1, 2, 2, 2, 2, 1};
+  return packet < kFirst || packet >= kFirst + kSizes.size() ? 0 : kSizes[packet - kFirst];
+}
+
+/// The packets that a question for `packet` is about: of a group several.
+std::pair<uint8_t, uint8_t> first_and_last(uint8_t packet) {
+  struct Group {
+    uint8_t id, first, last;
+  };
+  constexpr std::array<Group, 11> kGroups{{{0, 7, 26},
+                                           {1, 7, 16},
+                                           {2, 17, 20},
+                                           {3, 21, 26},
+                                           {4, 27, 34},
+                                           {5, 35, 42},
+                                           {6, 7, 42},
+                                           {100, 7, 58},
+                                           {101, 43, 58},
+                                           {106, 46, 51},
+                                           {107, 54, 58}}};
+  for (const Group& group : kGroups) {
+    if (group.id == packet) return {group.first, group.last};
+  }
+  return {packet, packet};
 }
 
 int u16(std::span<const uint8_t> data) { return data[0] << 8 | data[1]; }
@@ -103,16 +122,30 @@ int value_of(uint8_t packet, const Sensors& sensors) {
 /// Of requests that a host may send besides ours; the rest have no data.
 std::optional<std::size_t> data_size(std::span<const uint8_t> request) {
   switch (request[0]) {
-    case 0x89:  // drive
-    case 0x91:
-    case 0x92:  // drive PWM
-      return 4;
     case 0x81:  // baud
+    case 0x8A:  // brushes
+    case 0x8D:  // play
     case 0x8E:  // one sensor packet
     case 0x96:
+    case 0xA5:  // buttons
       return 1;
-    case 0x8B:  // LEDs
+    case 0xA2:  // lights of the schedule
+      return 2;
+    case 0x8B:  // lights
+    case 0x90:  // brushes by PWM
+    case 0xA8:  // day and time
       return 3;
+    case 0x89:  // drive
+    case 0x91:
+    case 0x92:  // drive by PWM
+    case 0xA3:  // digits
+    case 0xA4:
+      return 4;
+    case 0xA7:  // schedule
+      return 15;
+    case 0x8C:  // song
+      if (request.size() < 3) return std::nullopt;
+      return 2U + 2U * request[2];
     case 0x94:
     case 0x95:  // query list
       if (request.size() < 2) return std::nullopt;
@@ -143,9 +176,12 @@ Bytes drive_request(int left_mm_per_s, int right_mm_per_s) {
 
 Bytes encode_packets(const Sensors& sensors, std::span<const uint8_t> packets) {
   Bytes data;
-  for (const uint8_t packet : packets) {
-    if (size_of(packet) == 1) data.push_back(static_cast<uint8_t>(value_of(packet, sensors)));
-    if (size_of(packet) == 2) put_u16(data, value_of(packet, sensors));
+  for (const uint8_t asked : packets) {
+    const auto [first, last] = first_and_last(asked);
+    for (uint8_t packet = first; packet <= last; ++packet) {
+      if (size_of(packet) == 1) data.push_back(static_cast<uint8_t>(value_of(packet, sensors)));
+      if (size_of(packet) == 2) put_u16(data, value_of(packet, sensors));
+    }
   }
   return data;
 }

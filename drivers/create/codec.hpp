@@ -35,7 +35,9 @@ enum class Opcode : uint8_t {
   full = 0x84,
   power_off = 0x85,
   one_packet = 0x8E,
+  drive = 0x89,  ///< by speed and radius
   drive_wheels = 0x91,
+  drive_pwm = 0x92,
   stream = 0x94,
   packets = 0x95,
   pause_stream = 0x96,
@@ -67,8 +69,9 @@ Bytes stream_request();
 /// Speeds are held until the next order. @throws std::invalid_argument beyond kMostMmPerS.
 Bytes drive_request(int left_mm_per_s, int right_mm_per_s);
 
-/// Of the emulator: the packets' data one behind the other, as to a single question. Packets that
-/// Sensors does not hold are zeros; unknown ones are left out.
+/// Of the emulator: the packets' data one behind the other, as to a single question; a group of
+/// packets (0 to 6, 100, 101, 106, 107) is several. Packets that Sensors does not hold are zeros;
+/// unknown ones are left out.
 Bytes encode_packets(const Sensors& sensors, std::span<const uint8_t> packets);
 /// Of the emulator: a stream's frame.
 Bytes encode_frame(const Sensors& sensors, std::span<const uint8_t> packets);

@@ -13,8 +13,24 @@ constexpr Duration kStep = Duration::from_us(5000);
 constexpr Duration kFrameEvery = Duration::from_us(15'000);
 constexpr double kTickM = std::numbers::pi * kWheelDiameterM / kTicksPerTurn;
 
-double speed_of(std::span<const uint8_t> data) {
-  return 1e-3 * static_cast<int16_t>(static_cast<uint16_t>(data[0] << 8 | data[1]));
+int s16(std::span<const uint8_t> data, std::size_t at) {
+  return static_cast<int16_t>(static_cast<uint16_t>(data[at] << 8 | data[at + 1]));
+}
+
+/// Speeds of the wheels, left and right, that a host orders.
+std::pair<double, double> wheels_of(const Request& request) {
+  const int first = s16(request.data, 0), second = s16(request.data, 2);
+  if (request.opcode == Opcode::drive_wheels) return {1e-3 * second, 1e-3 * first};
+  if (request.opcode == Opcode::drive_pwm) return {second * 0.5 / 255.0, first * 0.5 / 255.0};
+  // By the speed of the middle and the radius to it in millimetres, positive to the left; 1 and -1
+  // turn on the spot, the ends of the scale are straight.
+  const double speed_m_per_s = 1e-3 * first;
+  if (second == INT16_MAX || second == INT16_MIN || second == 0) {
+    return {speed_m_per_s, speed_m_per_s};
+  }
+  if (second == 1 || second == -1) return {-second * speed_m_per_s, second * speed_m_per_s};
+  const double difference = speed_m_per_s * 0.5 * kTrackM / (1e-3 * second);
+  return {speed_m_per_s - difference, speed_m_per_s + difference};
 }
 
 }  // namespace
@@ -72,12 +88,15 @@ void CreateEmulator::obey(const Request& request) {
       streams_ = false;
       stop_wheels();
       break;
+    case Opcode::drive:
     case Opcode::drive_wheels:
+    case Opcode::drive_pwm: {
       if (!may_drive) break;
-      right_.goal_m_per_s = std::clamp(speed_of(request.data), -0.5, 0.5);
-      left_.goal_m_per_s =
-          std::clamp(speed_of(std::span<const uint8_t>(request.data).subspan(2)), -0.5, 0.5);
+      const auto [left, right] = wheels_of(request);
+      left_.goal_m_per_s = std::clamp(left, -0.5, 0.5);
+      right_.goal_m_per_s = std::clamp(right, -0.5, 0.5);
       break;
+    }
     case Opcode::stream:
       streams_ = true;
       streamed_.assign(request.data.begin() + 1, request.data.end());

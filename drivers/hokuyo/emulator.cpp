@@ -111,7 +111,7 @@ void HokuyoEmulator::handle(const std::string& line_with_tag, Utime now) {
           key_line("MESM", stream_ ? "000" : "Idle"),
           key_line("SBPS", std::to_string(speed_.baud == 0 ? 115'200 : speed_.baud)),
           key_line("TIME", six_digits(mirror_.clock_ms(now))),
-          key_line("STAT", "Sensor works well.")}},
+          key_line("STAT", is_urg() ? "Sensor works well." : "Stable 000 no error.")}},
         tag, now);
   } else if (command == "SS" && !is_ust()) {
     handle_speed(line, tag, now);

@@ -130,7 +130,8 @@ endfunction()
 
 # SANITIZED_LATER: slow under the sanitizers; runs there with `./marco test --long` only.
 # LABEL: unit (pure, under a second each, also run under the sanitizers), process (several processes, LCM in a network
-# namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA), long (built by the target long_tests only).
+# namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA), long (built by the target long_tests only), peers (against
+# other people's programs; built by whoever depends on it).
 # Tests run in the folder of their project.
 # SHARDS n: one program, n CTest cases that share its tests and run side by side; for programs that mostly wait. ALONE: the
 # filter of tests that measure time; nothing else runs beside them. BUSY: a process test that computes, rather than waits.
@@ -151,8 +152,10 @@ function(marco_test name)
   target_include_directories(${name} PRIVATE ${MARCO_INCLUDE_ROOT})
   target_link_libraries(${name} PRIVATE marco_options ${arg_DEPENDS} GTest::gmock GTest::gtest_main)
   marco_precompiled(${name} test)
-  if(arg_LABEL STREQUAL "long")
+  if(arg_LABEL MATCHES "^(long|peers)$")
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL TRUE)
+  endif()
+  if(arg_LABEL STREQUAL "long")
     add_dependencies(long_tests ${name})
   endif()
   if(arg_LABEL STREQUAL "unit")

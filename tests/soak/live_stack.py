@@ -218,13 +218,14 @@ class LiveStack:
         files = [os.path.join(self.folder, "rec", name) for name in os.listdir(self.folder + "/rec")]
         return sorted(files, key=os.path.getmtime)
 
-    def slam_error_m(self):
+    def slam_error_m(self, start=START):
+        """How far SLAM is off, whose origin is where the robot started."""
         if "TRUE_POSE" not in self.ear.poses or "SLAM_POSE" not in self.ear.poses:
             return math.nan
         _, x, y, _ = self.ear.poses["SLAM_POSE"]
         _, true_x, true_y, _ = self.ear.poses["TRUE_POSE"]
-        c, s = math.cos(START[2]), math.sin(START[2])
-        return math.hypot(START[0] + c * x - s * y - true_x, START[1] + s * x + c * y - true_y)
+        c, s = math.cos(start[2]), math.sin(start[2])
+        return math.hypot(start[0] + c * x - s * y - true_x, start[1] + s * x + c * y - true_y)
 
     def stop(self):
         self.sheriff("halt")

@@ -72,6 +72,49 @@ TEST(CreateCodec, FramesAreFoundHoweverTheyAreSplitAndAfterDamage) {
   }
 }
 
+// Groups of packets, as other people's programs ask for them; sizes and places by iRobot's
+// document.
+TEST(CreateCodec, GroupsOfPackets) {
+  Sensors sensors;
+  sensors.right_drop = true;
+  sensors.cliffs[3] = true;
+  sensors.charging = 2;
+  sensors.millivolts = 15'000;
+  sensors.mode = 3;
+  sensors.left_ticks = 0x1234;
+  const auto group = [&sensors](uint8_t id) { return encode_packets(sensors, {&id, 1}); };
+  const std::pair<uint8_t, std::size_t> sizes[] = {{0, 26},   {1, 10},   {2, 6},  {3, 10},
+                                                   {4, 14},   {5, 12},   {6, 52}, {100, 80},
+                                                   {101, 28}, {106, 12}, {107, 9}};
+  for (const auto& [id, size] : sizes) EXPECT_EQ(group(id).size(), size) << int{id};
+  const Bytes all = group(100);
+  EXPECT_EQ(all[0], 4);   // a wheel hangs
+  EXPECT_EQ(all[5], 1);   // cliff on the right
+  EXPECT_EQ(all[16], 2);  // charging
+  EXPECT_EQ(all[17], 0x3A);
+  EXPECT_EQ(all[18], 0x98);
+  EXPECT_EQ(all[40], 3);  // mode
+  EXPECT_EQ(all[52], 0x12);
+  EXPECT_EQ(all[53], 0x34);
+  EXPECT_TRUE(group(0x3B).empty());
+}
+
+// Orders that Marco never gives, with data that look like orders.
+TEST(CreateCodec, OtherRequestsKeepThemInStep) {
+  RequestParser parser;
+  const Bytes requests{0x8C, 0,    2,    0x80, 0x10, 0x8E, 7,  // a song whose notes are opcodes
+                       0x8B, 0x80, 0x84, 0x07,                 // lights
+                       0xA7, 7,    7,    7,    7,    7,    7, 7,    7, 7,   7,
+                       7,    7,    7,    7,    7,    0x92, 0, 0x80, 0, 0x40};
+  std::vector<uint8_t> opcodes;
+  for (const uint8_t byte : requests) {
+    parser.push({&byte, 1});
+    while (const auto request = parser.next())
+      opcodes.push_back(static_cast<uint8_t>(request->opcode));
+  }
+  EXPECT_EQ(opcodes, (Bytes{0x8C, 0x8B, 0xA7, 0x92}));
+}
+
 struct Parts {
   explicit Parts(const CreateEmulatorOptions& device)
       : robot(device, [this] { return touch; }), driver(CreateOptions{}) {}

@@ -1,0 +1,146 @@
+"""Our Hokuyo emulators, measured with by Hokuyo's own library (urg_library 1.2.0, from npm's package `urg`, compiled
+here): over the serial line and over Ethernet, ranges with and without intensities, a part of the fan, clusters, and
+skipped scans. Each range is held against a ray that this test casts.
+
+Usage: urg_peer.py MARCO_SIM FOLDER_OF_NPM_PACKAGE    exit 0 = every value came true
+"""
+import ctypes
+import glob
+import math
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, os.path.join(HERE, "..", "process"))
+import foreign_lasers as room  # noqa: E402
+
+SERIAL, ETHERNET = 0, 1
+DISTANCE, WITH_INTENSITY = 0, 1
+SCANS = 40
+PART = (-100, 151)  # steps from ahead, 84 groups of three
+
+
+def compiled(package, folder):
+    sources = [path for path in glob.glob(package + "/src/*.c") if "windows" not in path and not path.endswith("_linux.c")]
+    library = folder + "/liburg.so"
+    subprocess.run(["cc", "-w", "-O1", "-shared", "-fPIC", "-I", package + "/include/c", "-o", library, *sources, "-lm"], check=True)
+    urg = ctypes.CDLL(library)
+    urg.urg_index2rad.restype = ctypes.c_double
+    urg.urg_index2rad.argtypes = [ctypes.c_void_p, ctypes.c_int]
+    urg.urg_step2rad.restype = ctypes.c_double
+    for name in ("urg_error", "urg_sensor_product_type", "urg_sensor_serial_id", "urg_sensor_status"):
+        getattr(urg, name).restype = ctypes.c_char_p
+        getattr(urg, name).argtypes = [ctypes.c_void_p]
+    urg.urg_scan_usec.restype = ctypes.c_long
+    return urg
+
+
+class Sensor:
+    def __init__(self, urg, kind, device, number):
+        self.urg, self.state = urg, ctypes.create_string_buffer(1 << 16)  # larger than its urg_t
+        begun = time.monotonic()
+        while self.urg.urg_open(self.state, kind, device.encode(), ctypes.c_long(number)) < 0:
+            if time.monotonic() - begun > room.PATIENCE_S:
+                sys.exit(f"FAILED: urg_open: {self.told()}")
+            time.sleep(0.1)
+
+    def told(self):
+        return self.urg.urg_error(self.state).decode(errors="replace")
+
+    def call(self, name, *arguments):
+        result = getattr(self.urg, name)(self.state, *arguments)
+        if result < 0:
+            sys.exit(f"FAILED: {name}: {self.told()}")
+        return result
+
+    def scans(self, what, kind, tolerance_m, grouped=1, skip=0):
+        """Measures, and holds every range against the room's wall."""
+        size = self.urg.urg_max_data_size(self.state)
+        ranges, intensities = (ctypes.c_long * size)(), (ctypes.c_ushort * size)()
+        stamp, stamps = ctypes.c_long(), []
+        self.call("urg_start_measurement", kind, SCANS, skip)
+        for _ in range(SCANS):
+            count = (self.call("urg_get_distance", ranges, ctypes.byref(stamp)) if kind == DISTANCE else
+                     self.call("urg_get_distance_intensity", ranges, intensities, ctypes.byref(stamp)))
+            stamps.append(stamp.value)
+            for i in range(count):
+                if grouped == 1:
+                    bearing = -math.degrees(self.urg.urg_index2rad(self.state, i))
+                    room.check_range(what, bearing, ranges[i] / 1000, 0.001, tolerance_m)
+                else:  # the library knows the bearing of a step, not that of a group
+                    group = [room.true_range_m(-math.degrees(self.urg.urg_step2rad(self.state, PART[0] + grouped * i + step)))
+                             for step in range(grouped)]
+                    room.check(f"{what} {i}", ranges[i] / 1000, min(group), tolerance_m)
+        self.call("urg_stop_measurement")
+        return count, stamps
+
+
+def judged(urg, kind, device, number, product, tolerance_m, intensities):
+    sensor = Sensor(urg, kind, device, number)
+    name = urg.urg_sensor_product_type(sensor.state).decode()
+    room.check("product", product in name, True)
+    room.check("serial number", len(urg.urg_sensor_serial_id(sensor.state)) > 0, True)
+    # It knows what later lasers say; a URG-04LX says "Sensor works well."
+    room.check("stable", sensor.call("urg_is_stable"), 0 if product == "URG-04LX" else 1)
+    turn_ms = urg.urg_scan_usec(sensor.state) / 1000
+    low, high = ctypes.c_int(), ctypes.c_int()
+    urg.urg_step_min_max(sensor.state, ctypes.byref(low), ctypes.byref(high))
+    count, stamps = sensor.scans("range", DISTANCE, tolerance_m)
+    room.check("beams", count, high.value - low.value + 1)
+    room.check("milliseconds of all turns", stamps[-1] - stamps[0], (SCANS - 1) * turn_ms, turn_ms)
+    _, stamps = sensor.scans("range of every third turn", DISTANCE, tolerance_m, skip=2)
+    room.check("milliseconds of every third turn", stamps[-1] - stamps[0], 3 * (SCANS - 1) * turn_ms, 3 * turn_ms)
+    sensor.call("urg_set_scanning_parameter", *PART, 1)
+    count, _ = sensor.scans("range of a part", DISTANCE, tolerance_m)
+    room.check("beams of a part", count, 252)
+    sensor.call("urg_set_scanning_parameter", *PART, 3)
+    count, _ = sensor.scans("least range of three", DISTANCE, tolerance_m, grouped=3)
+    room.check("groups", count, 84)
+    sensor.call("urg_set_scanning_parameter", low.value, high.value, 1)
+    if intensities:
+        sensor.scans("range beside an intensity", WITH_INTENSITY, tolerance_m)
+    sensor.call("urg_reboot")
+    urg.urg_close(sensor.state)
+
+
+MODELS = {
+    "hokuyo": (SERIAL, "URG-04LX", 0.002, False),
+    "hokuyo_utm": (SERIAL, "UTM-30LX", 0.002, True),
+    "hokuyo_ust": (ETHERNET, "UST-10LX", 0.002, True),
+}
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    with tempfile.TemporaryDirectory() as folder:
+        urg = compiled(sys.argv[2], folder)
+        with open(f"{folder}/room.toml", "w") as file:
+            file.write(room.ROOM)
+        for device, (kind, product, tolerance_m, intensities) in MODELS.items():
+            with socket.socket() as free:
+                free.bind(("127.0.0.1", 0))
+                port = free.getsockname()[1]
+            with open(f"{folder}/robot.toml", "w") as file:
+                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device}"\nposition_m = [0, 0, {room.HEIGHT_M}]\n'
+                           f"tcp_port = {port if kind == ETHERNET else -1}\n{room.OPTICS}")
+            process = subprocess.Popen(
+                [sys.argv[1], "--config", f"{folder}/robot.toml", "--world", f"{folder}/room.toml", "--start", str(room.X_M),
+                 str(room.Y_M), str(room.HEADING_DEG), "--ports", folder, "--lcm-url", "memq://"], stdout=subprocess.DEVNULL)
+            try:
+                begun, before = time.monotonic(), room.checks
+                judged(urg, kind, "127.0.0.1" if kind == ETHERNET else f"{folder}/laser", port if kind == ETHERNET else 115200,
+                       product, tolerance_m, intensities)
+                print(f"{device}: {room.checks - before} checks in {time.monotonic() - begun:.1f} s", flush=True)
+            finally:
+                process.terminate()
+                process.wait()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -50,6 +50,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco soak [--hours N]             a long simulated drive: memory and cost per scan
   ./marco soak --faults [NAME...]      what fails while mapping live, each in turn (--random MINUTES: combinations)
   ./marco soak --load                  how many scans a second live SLAM takes
+  ./marco soak --small                 an hour with a quarter of one core and 512 MB, as root
   ./marco package [OUT]                Debian packages of all programs, the library and the manual (--arch arm64: of a Pi)
   ./marco licenses                     what Marco depends on, its versions and licences
 
@@ -164,6 +165,13 @@ A long simulated drive at batch speed: memory and cost per scan.
 What fails while mapping live, each in turn; --random: combinations. --keep: the folders of all runs.
 ./marco soak --load [--speeds X...]
 How many scans a second live SLAM takes.
+./marco soak --small [--share X...] [--memory MB] [--seconds N] [--no-rate] [--keep]
+What a small computer has to do: base, RPLIDAR at 10 Hz, SLAM, recorder and one client of the page in a control group.
+As root. Nothing may be dropped with the first share.
+  --share X...  of one core (0.25)
+  --memory MB   (512)
+  --seconds N   a run (3600)
+  --no-rate     without 7-zip's benchmark, which compares the core with a Raspberry Pi 4's where 7zz is installed
 TEXT
       ;;
     package) cat <<'TEXT'

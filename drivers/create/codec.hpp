@@ -34,8 +34,8 @@ enum class Opcode : uint8_t {
   safe = 0x83,
   full = 0x84,
   power_off = 0x85,
-  one_packet = 0x8E,
   drive = 0x89,  ///< by speed and radius
+  one_packet = 0x8E,
   drive_wheels = 0x91,
   drive_pwm = 0x92,
   stream = 0x94,

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
+#include "slam/map/place_view.hpp"
 #include "tests/support/flat_world.hpp"
 
 namespace marco::slam {
@@ -46,6 +49,33 @@ TEST(RangeView, WithoutPointsNothingIsKnown) {
   Keyframe key;
   key.points_in_robot = {Points2(2, 0), Points2(2, 0)};
   EXPECT_EQ(RangeView(key).look_at({1, 0}), Seen::nothing);
+}
+
+// Two keyframes of a closed corridor that look opposite ways.
+TEST(PlaceView, JoinsWhatItsKeyframesSaw) {
+  testing::FlatWorld corridor;
+  corridor.add_chain({{-10, -1.5}, {10, -1.5}, {10, 1.5}, {-10, 1.5}, {-10, -1.5}});
+  std::vector<Keyframe> keys(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    keys[i].world_from_robot = {2.0, 0.5, i == 0 ? 0.0 : std::numbers::pi};
+    keys[i].points_in_robot = orient(corridor.hits(keys[i].world_from_robot), {0, 0}, {});
+  }
+  const std::vector<Keyframe> first{keys[0]};
+  const PlaceView ahead(first);
+  EXPECT_EQ(ahead.look_at({10.0, 0.0}), Seen::as_wall);
+  EXPECT_EQ(ahead.look_at({6.0, 0.0}), Seen::as_free);
+  EXPECT_EQ(ahead.look_at({-10.0, 0.0}), Seen::nothing) << "behind it";
+  const PlaceView both(keys);
+  EXPECT_EQ(both.look_at({10.0, 0.0}), Seen::as_wall);
+  EXPECT_EQ(both.look_at({-10.0, 0.0}), Seen::as_wall);
+  EXPECT_EQ(both.look_at({-6.0, 0.0}), Seen::as_free);
+  EXPECT_EQ(both.look_at({14.0, 0.0}), Seen::nothing) << "behind the wall";
+
+  Points2 points(2, 3);
+  points << 4.0, -4.0, 12.0, 0.0, 0.0, 0.0;
+  const Pose2 from{2.0, 0.0, 0.0};
+  EXPECT_EQ(ahead.sees(points, from), (std::vector<bool>{true, false, false}));
+  EXPECT_EQ(both.sees(points, from), (std::vector<bool>{true, true, false}));
 }
 
 }  // namespace

@@ -51,7 +51,8 @@ std::vector<Keyframe> some_of(const std::vector<Keyframe>& keys, int first, int 
 }
 
 constexpr Eigen::Index kFewestPoints = 50;  // in view: of fewer, some are always in the way
-// Searches among the points in view; each begins where the one before ended.
+// Searches among the points in view; each begins where the one before ended. Without them, of 2 km
+// through one building 11 loops of 2291 are untrue instead of 1 of 2398.
 constexpr int kRoundsInView = 2;
 
 // The points that the older visit could see, were they seen from that pose; all of them, where it
@@ -71,18 +72,6 @@ OrientedPoints in_view_of(const PlaceView& place,
   some.points.conservativeResize(2, count);
   some.normals.conservativeResize(2, count);
   return some;
-}
-
-// Whether much of what is seen from that pose lies where the older visit saw free space.
-bool is_contradicted(const PlaceView& place, const Points2& seen, const Pose2& world_from_newest) {
-  int on_walls = 0, in_free_space = 0;
-  for (Eigen::Index i = 0; i < seen.cols(); ++i) {
-    const Seen as = place.look_at(world_from_newest * Eigen::Vector2d(seen.col(i)));
-    on_walls += as == Seen::as_wall ? 1 : 0;
-    in_free_space += as == Seen::as_free ? 1 : 0;
-  }
-  return on_walls + in_free_space >= kFewestPoints &&
-         in_free_space > kContradicted * (on_walls + in_free_space);
 }
 
 }  // namespace
@@ -231,8 +220,7 @@ std::optional<Loop> LoopCloser::verify(const LoopCandidate& candidate) const {
   if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < options_.min_overlap) {
     return std::nullopt;
   }
-  if (has_rival(likelihood, candidate, window, coarse, fine.information, place))
-    return std::nullopt;
+  if (has_rival(likelihood, candidate, window, coarse, fine.information)) return std::nullopt;
   const Pose2 change = between(candidate.world_from_newest, fine.map_from_robot);
   const Eigen::Matrix3d noise =
       diagonal_covariance(options_.sigma_m, deg_to_rad(options_.sigma_deg));
@@ -253,15 +241,13 @@ bool LoopCloser::has_rival(const LikelihoodPyramid& likelihood,
                            const LoopCandidate& candidate,
                            const SearchWindow& window,
                            const CorrelativeMatch& best,
-                           const Eigen::Matrix3d& information,
-                           const PlaceView& place) const {
+                           const Eigen::Matrix3d& information) const {
   if (window.half_width_m < 2.0 * kRivalM) return false;
   SearchWindow elsewhere = window;
   elsewhere.excluded = {best.map_from_robot, kRivalM, deg_to_rad(kRivalDeg)};
   const CorrelativeMatch rival = coarse_.search(likelihood, candidate.seen.points, elsewhere,
                                                 best.score - best.penalty - kRivalMargin);
   if (rival.score <= 0.0) return false;
-  if (is_contradicted(place, candidate.seen.points, rival.map_from_robot)) return false;
   // Along a corridor every place fits: there the match does not claim to know.
   const Eigen::Vector3d apart = difference(rival.map_from_robot, best.map_from_robot);
   // A match that knows its place knows that it is not as near as a rival may be.

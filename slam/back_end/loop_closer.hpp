@@ -9,7 +9,6 @@
 #include "slam/back_end/graph/pose_graph_edge.hpp"
 #include "slam/back_end/graph/relative_covariance.hpp"
 #include "slam/map/keyframe.hpp"
-#include "slam/map/place_view.hpp"
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/oriented_points.hpp"
 #include "slam/matching/surfel_matcher.hpp"
@@ -142,13 +141,12 @@ class LoopCloser {
   /// The nearest keyframes of the stretches of path that pass near the newest one.
   std::vector<int> nearby_places(const std::vector<Keyframe>& keys,
                                  const std::vector<Eigen::Matrix3d>& covariances) const;
-  /// Whether another place in the window fits as well, and free space does not contradict it.
+  /// Whether another place in the window fits as well.
   bool has_rival(const LikelihoodPyramid& likelihood,
                  const LoopCandidate& candidate,
                  const SearchWindow& window,
                  const CorrelativeMatch& best,
-                 const Eigen::Matrix3d& information,
-                 const PlaceView& place) const;
+                 const Eigen::Matrix3d& information) const;
 
   LoopCloserOptions options_;
   CorrelativeMatcher coarse_;

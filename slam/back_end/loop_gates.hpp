@@ -13,9 +13,6 @@ namespace loop_gates {
 inline constexpr double kRivalMargin = 0.05;
 inline constexpr double kRivalM = 0.5, kRivalDeg = 10.0;
 
-// Part of the points that lie where the earlier visit saw free space.
-inline constexpr double kContradicted = 0.30;
-
 }  // namespace loop_gates
 
 // clang-format off
@@ -28,7 +25,6 @@ inline constexpr Gate kLoopGates[] = {
     {"rival", "score by which another place is worse, less than", loop_gates::kRivalMargin, "no loop, where the match claims to know that it is not there", "assumed"},
     {"rival", "distance of that place [m], at least", loop_gates::kRivalM, "taken for another place", "assumed"},
     {"rival", "or its turn [deg], at least", loop_gates::kRivalDeg, "taken for another place", "assumed"},
-    {"free space", "part of the points that lie where the earlier visit saw free space, more than", loop_gates::kContradicted, "no rival", "the doctor's: doors, chairs and panes reach 0.25"},
     {"contradicts the graph", "squared Mahalanobis distance from the rest of the pose graph, more than", PoseGraphOptions{}.loop_rejection_chi2, "not in force", "slam.graph.loop_rejection_chi2; the 99.9 % quantile of chi-squared, 3 degrees of freedom"},
 };
 // clang-format on

@@ -254,6 +254,42 @@ TEST(LoopCloser, WhatTheEarlierVisitCouldNotSeeDoesNotCount) {
   EXPECT_LT((loop->from_from_to.translation_m() - turned.translation_m()).norm(), 0.02);
 }
 
+// A corridor that the robot left by its closed end and comes back into by the other: most of what
+// the newer visit sees lies where the older one never looked. A search over all points pushes that
+// part onto the walls that are known, metres along the corridor.
+TEST(LoopCloser, TheSearchIsNotDrawnByWhatTheEarlierVisitCouldNotSee) {
+  testing::FlatWorld corridor;
+  corridor.add_chain({{25, 1.5}, {-12, 1.5}, {-12, -1.5}, {25, -1.5}});
+  std::mt19937 random(6);
+  std::vector<Keyframe> keys;
+  const auto add = [&](double x_m, double heading_rad) {
+    Keyframe key;
+    key.world_from_robot = {x_m, 0.0, heading_rad};
+    key.points_in_robot = orient(corridor.hits(key.world_from_robot, 0.01, &random), {0, 0}, {});
+    keys.push_back(std::move(key));
+  };
+  for (const double x_m : {-2.0, -4.0, -6.0}) add(x_m, std::numbers::pi);
+  add(-3.0, std::numbers::pi);  // the newer visit
+  for (const double x_m : {-3.0, -2.0}) add(x_m, 0.0);
+  LoopCandidate candidate;
+  candidate.to = 5;
+  candidate.world_from_old = keys[0].world_from_robot;
+  candidate.world_from_newest = Pose2{0.1, 0.05, 0.0} * keys[5].world_from_robot;
+  candidate.place = join_points(keys, 0, 2, {});
+  candidate.seen = join_points(keys, 3, 5, keys[5].world_from_robot.inverse());
+  candidate.covariance = diagonal_covariance(1.0, 0.05);
+  candidate.place_keys = {keys.begin(), keys.begin() + 3};
+  LoopCloserOptions options;
+  options.unlikely_penalty = 0.0;
+  const LoopCloser closer(options, CorrelativeMatcher(), SurfelMatcher());
+  const auto loop = closer.verify(candidate);
+  ASSERT_TRUE(loop);
+  EXPECT_LT((loop->from_from_to.translation_m() -
+             between(keys[0].world_from_robot, keys[5].world_from_robot).translation_m())
+                .norm(),
+            0.05);
+}
+
 // A corridor with doors, the older visit looking along it one way, the newer one the other: both
 // see little of the same. A search over all points gains by each wall that it pushes onto the part
 // of it that the older visit saw, and ends 0.16 m off.

@@ -8,7 +8,6 @@ import ctypes
 import glob
 import math
 import os
-import socket
 import subprocess
 import sys
 import tempfile
@@ -108,9 +107,9 @@ def judged(urg, kind, device, number, product, tolerance_m, intensities):
 
 
 MODELS = {
-    "hokuyo": (SERIAL, "URG-04LX", 0.002, False),
-    "hokuyo_utm": (SERIAL, "UTM-30LX", 0.002, True),
-    "hokuyo_ust": (ETHERNET, "UST-10LX", 0.002, True),
+    "hokuyo": ("URG-04LX", 0.002, False),
+    "hokuyo_utm": ("UTM-30LX", 0.002, True),
+    "hokuyo_ust": ("UST-10LX", 0.002, True),
 }
 
 
@@ -119,26 +118,12 @@ def main():
         sys.exit(__doc__)
     with tempfile.TemporaryDirectory() as folder:
         urg = compiled(sys.argv[2], folder)
-        with open(f"{folder}/room.toml", "w") as file:
-            file.write(room.ROOM)
-        for device, (kind, product, tolerance_m, intensities) in MODELS.items():
-            with socket.socket() as free:
-                free.bind(("127.0.0.1", 0))
-                port = free.getsockname()[1]
-            with open(f"{folder}/robot.toml", "w") as file:
-                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device}"\nposition_m = [0, 0, {room.HEIGHT_M}]\n'
-                           f"tcp_port = {port if kind == ETHERNET else -1}\n{room.OPTICS}")
-            process = subprocess.Popen(
-                [sys.argv[1], "--config", f"{folder}/robot.toml", "--world", f"{folder}/room.toml", "--start", str(room.X_M),
-                 str(room.Y_M), str(room.HEADING_DEG), "--ports", folder, "--lcm-url", "memq://"], stdout=subprocess.DEVNULL)
-            try:
+        for device, (product, tolerance_m, intensities) in MODELS.items():
+            with room.simulated(sys.argv[1], device) as port:
                 begun, before = time.monotonic(), room.checks
-                judged(urg, kind, "127.0.0.1" if kind == ETHERNET else f"{folder}/laser", port if kind == ETHERNET else 115200,
-                       product, tolerance_m, intensities)
+                address = (ETHERNET, "127.0.0.1", port) if isinstance(port, int) else (SERIAL, port, 115200)
+                judged(urg, *address, product, tolerance_m, intensities)
                 print(f"{device}: {room.checks - before} checks in {time.monotonic() - begun:.1f} s", flush=True)
-            finally:
-                process.terminate()
-                process.wait()
     return 0
 
 

@@ -12,6 +12,7 @@ sheet" (UART).
 Usage: foreign_lasers.py MARCO_SIM          exit 0 = every packet and range came true
 """
 import array
+import contextlib
 import fcntl
 import math
 import os
@@ -637,33 +638,40 @@ DEVICES = {
 ETHERNET = ("tim551", "tim561", "lms111", "hokuyo_ust", "hokuyo_utm")
 
 
+@contextlib.contextmanager
+def simulated(simulator, device):
+    """A robot that stands in the room with this device. @returns its port: a path, or a number for those on Ethernet."""
+    with tempfile.TemporaryDirectory() as folder:
+        with open(f"{folder}/room.toml", "w") as file:
+            file.write(ROOM)
+        tcp = device in ETHERNET
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1] if tcp else f"{folder}/laser"
+        with open(f"{folder}/robot.toml", "w") as file:
+            if device == "bno055":
+                port = f"{folder}/imu"
+                file.write('imu = true\nimu_device = "bno055"\n')
+            file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device if device != "bno055" else "sick"}"\nposition_m = [0, 0, {HEIGHT_M}]\n'
+                       f'tcp_port = {port if tcp else -1}\n{OPTICS}')
+        process = subprocess.Popen(
+            [simulator, "--config", f"{folder}/robot.toml", "--world", f"{folder}/room.toml", "--start", str(X_M),
+             str(Y_M), str(HEADING_DEG), "--ports", folder, "--lcm-url", "memq://"], stdout=subprocess.DEVNULL)
+        try:
+            yield port
+        finally:
+            process.terminate()
+            process.wait()
+
+
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     for device, judge in DEVICES.items():
-        with tempfile.TemporaryDirectory() as folder:
-            with open(f"{folder}/room.toml", "w") as file:
-                file.write(ROOM)
-            with open(f"{folder}/robot.toml", "w") as file:
-                tcp = device in ETHERNET
-                with socket.socket() as free:
-                    free.bind(("127.0.0.1", 0))
-                    port = free.getsockname()[1] if tcp else f"{folder}/laser"
-                if device == "bno055":
-                    port = f"{folder}/imu"
-                    file.write('imu = true\nimu_device = "bno055"\n')
-                file.write(f'[[lasers]]\nport = "laser"\ndevice = "{device if device != "bno055" else "sick"}"\nposition_m = [0, 0, {HEIGHT_M}]\n'
-                           f'tcp_port = {port if tcp else -1}\n{OPTICS}')
-            process = subprocess.Popen(
-                [sys.argv[1], "--config", f"{folder}/robot.toml", "--world", f"{folder}/room.toml", "--start", str(X_M),
-                 str(Y_M), str(HEADING_DEG), "--ports", folder, "--lcm-url", "memq://"], stdout=subprocess.DEVNULL)
-            try:
-                began, before = time.monotonic(), checks
-                judge(port)
-                print(f"{device}: {checks - before} checks in {time.monotonic() - began:.1f} s", flush=True)
-            finally:
-                process.terminate()
-                process.wait()
+        with simulated(sys.argv[1], device) as port:
+            began, before = time.monotonic(), checks
+            judge(port)
+            print(f"{device}: {checks - before} checks in {time.monotonic() - began:.1f} s", flush=True)
     return 0
 
 

@@ -146,20 +146,18 @@ std::optional<Sip> decode_sip(std::span<const uint8_t> payload) {
   return in.good() ? std::optional(sip) : std::nullopt;
 }
 
-const Model& model_of(const std::string& subtype) {
+std::optional<Model> model_of(const std::string& subtype) {
   static constexpr Model kModels[] = {
-      {"p2dx", 0.84, 0.268, 0.0056}, {"p2dxe", 0.969, 0.268, 0.0056},
-      {"p2d8", 0.485, 1.0, 0.0056},  {"p2ce", 0.826, 0.268, 0.0056},
-      {"p2at", 1.32, 0.268, 0.0034}, {"p3dx", 0.485, 1.0, 0.0056},
-      {"p3at", 0.465, 1.0, 0.0034},  {"p3dx-sh", 1.0, 1.0, 0.0056},
-      {"p3at-sh", 1.0, 1.0, 0.0034},
+      {"p2dx", 0.84, 0.268, 0.0056},  {"p2de", 0.969, 0.268, 0.0056}, {"p2d8", 0.485, 1.0, 0.0056},
+      {"p2ce", 0.826, 0.268, 0.0056}, {"p2at", 1.32, 0.268, 0.0034},  {"p3dx", 0.485, 1.0, 0.0056},
+      {"p3at", 0.465, 1.0, 0.0034},   {"p3dx-sh", 1.0, 1.0, 0.0056},  {"p3at-sh", 1.0, 1.0, 0.0034},
   };
   std::string lower = subtype;
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const auto* found = std::find_if(std::begin(kModels), std::end(kModels),
                                    [&](const Model& model) { return lower == model.subtype; });
-  return found == std::end(kModels) ? kModels[0] : *found;
+  return found == std::end(kModels) ? std::nullopt : std::optional(*found);
 }
 
 const std::array<Pose2, 16>& p2dx_sonars() {

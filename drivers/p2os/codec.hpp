@@ -134,8 +134,8 @@ struct Model {
   double mm_per_range;
   double rad_per_mm_per_s;  ///< DiffConvFactor: yaw rate from half the wheels' difference
 };
-/// @returns P2DX for an unknown subtype.
-const Model& model_of(const std::string& subtype);
+/// Of the subtype that a robot names, in any case. @returns nothing for an unknown one.
+std::optional<Model> model_of(const std::string& subtype);
 inline constexpr double kRadPerHeading = 2.0 * std::numbers::pi / 4096.0;
 
 /// The sonars of a P2DX in the robot frame.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lcm_tools/base/check.hpp"
+
 namespace marco::drivers::p2os {
 namespace {
 
@@ -21,6 +23,10 @@ P2osBase::P2osBase(const P2osOptions& options)
       outfit_(options.bumpers_each_end),
       sonars_(deg_to_rad(options.sonar_cone_deg)) {
   validate(options, "p2os");
+  const bool known = options.mm_per_distance > 0.0;
+  require(
+      known == (options.mm_per_range > 0.0) && known == (options.rad_per_mm_per_s > 0.0),
+      "p2os: mm_per_distance, mm_per_range and rad_per_mm_per_s are set together or not at all");
 }
 
 double P2osBase::stop_distance_m() const {
@@ -99,13 +105,26 @@ void P2osBase::speeds_changed() {
   session_.say(CommandId::set_rotation_acceleration, 100);
 }
 
+std::optional<Model> P2osBase::model() const {
+  if (options_.mm_per_distance == 0.0) return model_of(session_.name().subtype);
+  return Model{"", options_.mm_per_distance, options_.mm_per_range, options_.rad_per_mm_per_s};
+}
+
 void P2osBase::on_sip(const Sip& sip, Utime measured, Utime now) {
-  const Model& model = model_of(session_.name().subtype);
-  publish_odometry(odometry_.add(sip, model, measured));
+  const std::optional<Model> model = this->model();
+  if (!model) {
+    // Another's units would put it elsewhere without a word.
+    return set_link(Link::down,
+                    "a Pioneer '" + session_.name().subtype +
+                        "' is not known: set mm_per_distance, mm_per_range and rad_per_mm_per_s "
+                        "(DistConvFactor, RangeConvFactor, DiffConvFactor of its parameter file)",
+                    now);
+  }
+  publish_odometry(odometry_.add(sip, *model, measured));
   edit_status().motors_on = (sip.flags & 1) != 0;
   edit_status().battery_v = {sip.battery / 10.0};
   if (options_.sonar) {
-    if (const auto ring = sonars_.add(sip, model, now)) {
+    if (const auto ring = sonars_.add(sip, *model, now)) {
       guard().on_sonar(*ring, odom_from_robot(), now);
       output().sonar.push_back(*ring);
     }

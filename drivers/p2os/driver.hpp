@@ -18,6 +18,11 @@ struct P2osOptions {
   /// and five behind. 0 = none: the packets of such a robot show all of them pressed.
   int bumpers_each_end = 5;
   bool camera_head = false;  ///< a Sony EVI-D30 at the robot's second serial port
+  /// Units of a robot whose subtype is not known, or has been changed: DistConvFactor,
+  /// RangeConvFactor and DiffConvFactor of its parameter file. 0 = the subtype's; all or none.
+  double mm_per_distance = 0.0;
+  double mm_per_range = 0.0;
+  double rad_per_mm_per_s = 0.0;
   BaseSpeeds speeds{0.3, 0.7, 0.3};
   GuardOptions guard{true, 0.25, 0.30, 0.25};
 
@@ -27,6 +32,9 @@ struct P2osOptions {
     v("sonar_cone_deg", sonar_cone_deg, kPositive);
     v("bumpers_each_end", bumpers_each_end, Limits{0, 7});
     v("camera_head", camera_head);
+    v("mm_per_distance", mm_per_distance, kNotNegative);
+    v("mm_per_range", mm_per_range, kNotNegative);
+    v("rad_per_mm_per_s", rad_per_mm_per_s, kNotNegative);
     v("speeds", speeds);
     v("guard", guard);
   }
@@ -65,6 +73,8 @@ class P2osBase : public BaseDriver {
   void set_up(Utime now);
   void on_packet(const Bytes& payload, Utime arrival);
   void on_other_packet(const Bytes& payload, Utime arrival);
+  /// What its units mean; nothing where nobody says.
+  std::optional<Model> model() const;
   void on_sip(const Sip& sip, Utime measured, Utime now);
   void ask_outfit(Utime now);
   void read_bumpers(const Sip& sip, Utime now);

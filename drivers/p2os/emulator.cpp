@@ -111,9 +111,14 @@ void P2osEmulator::run_until(Utime now) {
   }
 }
 
+// A robot of another name counts as a P2DX does.
+Model P2osEmulator::model() const {
+  return model_of(options_.name.subtype).value_or(*model_of("p2dx"));
+}
+
 Sip P2osEmulator::sip() {
   Sip sip;
-  const Model& model = model_of(options_.name.subtype);
+  const Model model = this->model();
   const auto wrap = [](double raw) {
     return static_cast<uint16_t>(static_cast<int64_t>(std::lround(raw)) & 0x7FFF);
   };
@@ -138,7 +143,7 @@ Sip P2osEmulator::sip() {
 
 void P2osEmulator::add_sonars(Sip& sip) {
   constexpr double kNoEchoMm = 5000.0;
-  const double mm_per_range = model_of(options_.name.subtype).mm_per_range;
+  const double mm_per_range = model().mm_per_range;
   for (std::size_t i = 0; i < kSonarsPerCycle; ++i) {
     const std::size_t number = next_sonar_++ % 16;
     const double mm = world_.sonar_range_m ? world_.sonar_range_m(number) * 1e3 : kNoEchoMm;

@@ -39,6 +39,7 @@ class P2osEmulator : public Emulator {
   void close();
   void set_host_baud(int code);
   int host_baud_code() const;
+  Model model() const;
   Sip sip();
   void add_sonars(Sip& sip);
 

@@ -60,7 +60,7 @@ TEST(P2osAnswers, SonarsAreOnAfterOpen) {
   ASSERT_TRUE(heard.has_value());
   EXPECT_EQ(heard->flags & 0x1E, 0x1E);
   ASSERT_FALSE(heard->sonars.empty());
-  EXPECT_NEAR(heard->sonars[0].range * model_of("p2dx").mm_per_range, 1500.0, 0.3);
+  EXPECT_NEAR(heard->sonars[0].range * model_of("p2dx")->mm_per_range, 1500.0, 0.3);
   host.say({CommandId::sonar, 0, ""});
   host.run(0.3);
   EXPECT_TRUE(decode_sip(host.last(0x32))->sonars.empty());

@@ -100,9 +100,10 @@ TEST(P2osCodec, InformationPacketsAreTheVectors) {
   EXPECT_EQ(decode_sip(parse_all(parser, first).at(0)), standing);
   EXPECT_EQ(decode_sip(parse_all(parser, second).at(0)), moving);
   // 119 units of 0.84 mm, 1024 of 4096 of a turn, 3731 of 0.268 mm.
-  EXPECT_NEAR(119 * model_of("P2DX").mm_per_distance, 100.0, 0.1);
+  EXPECT_NEAR(119 * model_of("P2DX")->mm_per_distance, 100.0, 0.1);
   EXPECT_NEAR(rad_to_deg(1024 * kRadPerHeading), 90.0, 1e-9);
-  EXPECT_NEAR(3731 * model_of("p2dx").mm_per_range, 1000.0, 0.2);
+  EXPECT_NEAR(3731 * model_of("p2dx")->mm_per_range, 1000.0, 0.2);
+  EXPECT_FALSE(model_of("p9xx"));
 }
 
 TEST(P2osCodec, CutInformationPacketsAreNone) {

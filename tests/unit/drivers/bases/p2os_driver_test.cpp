@@ -48,6 +48,30 @@ TEST(P2osDriver, FindsTheRobotAtEachSpeed) {
   }
 }
 
+// Another robot's units would put it elsewhere without a word.
+TEST(P2osDriver, AnUnknownRobotIsSaidAndTakenWithItsUnitsOnly) {
+  P2osEmulatorOptions device;
+  device.name.subtype = "p9xx";
+  P2osEmulator robot({}, device);
+  P2osBase driver({});
+  testing::Bench<P2osBase> bench(driver, robot, kBaud);
+  bench.run(12.0);
+  EXPECT_EQ(driver.status().link, Link::down);
+  EXPECT_THAT(driver.status().note,
+              ::testing::HasSubstr("'p9xx' is not known: set mm_per_distance"));
+  EXPECT_EQ(driver.odom_from_robot().x_m, 0.0);
+
+  P2osOptions options;
+  options.mm_per_distance = 0.84;
+  EXPECT_THROW(P2osBase{options}, std::invalid_argument) << "all or none";
+  options.mm_per_range = 0.268;
+  options.rad_per_mm_per_s = 0.0056;
+  P2osEmulator same({}, device);
+  P2osBase told(options);
+  testing::Bench<P2osBase> other(told, same, kBaud);
+  EXPECT_TRUE(other.run_until(9.0, [&] { return told.status().link == Link::up; }));
+}
+
 TEST(P2osDriver, ShakesHandsAndReadsTheRobot) {
   P2osWorld world;
   world.sonar_range_m = [](std::size_t sonar) {

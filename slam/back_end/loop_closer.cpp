@@ -41,7 +41,7 @@ using namespace loop_gates;
 
 // Of keys[first] to keys[last], evenly.
 std::vector<Keyframe> some_of(const std::vector<Keyframe>& keys, int first, int last) {
-  constexpr int kMost = 6;  // keyframes: they overlap, and each costs a comparison
+  constexpr int kMost = 6;  // keyframes: their views overlap, and every point is held against each
   const int step = (last - first) / kMost + 1;
   std::vector<Keyframe> some;
   for (int key = last; key >= first; key -= step) {

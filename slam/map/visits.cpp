@@ -9,6 +9,8 @@
 namespace marco::slam {
 namespace {
 
+// Keyframes farther apart than this do not compare what they see.
+constexpr double kVisitM = 3.0;
 constexpr double kRevisitPathM = 8.0;  // a shorter way back is one and the same visit
 constexpr double kStretchM = 3.0;      // of path: one visit
 constexpr std::size_t kVisitsOfOne = 4;

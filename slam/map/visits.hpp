@@ -6,9 +6,6 @@
 
 namespace marco::slam {
 
-/// Keyframes farther apart than this do not compare what they see.
-inline constexpr double kVisitM = 3.0;
-
 /// Two keyframes of one place, taken at different times, and what they say of each other.
 struct Visit {
   int older = 0;

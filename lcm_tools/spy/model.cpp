@@ -132,7 +132,7 @@ void Model::add_to_channel(int64_t time_us, int index, std::span<const uint8_t> 
   last_us_ = std::max(last_us_, time_us);
   channel.rate.add(time_us, bytes.size());
   count_kind(channel, bytes);
-  keep(channel, time_us, bytes);
+  remember(channel, time_us, bytes);
 }
 
 void Model::count_kind(Channel& channel, std::span<const uint8_t> bytes) {
@@ -156,9 +156,10 @@ void Model::count_kind(Channel& channel, std::span<const uint8_t> bytes) {
   }
 }
 
-void Model::keep(Channel& channel, int64_t time_us, std::span<const uint8_t> bytes) {
+void Model::remember(Channel& channel, int64_t time_us, std::span<const uint8_t> bytes) {
   channel.last.time_us = time_us;
   channel.last.bytes.assign(bytes.begin(), bytes.end());
+  if (keep_ == Keep::newest) return;
   const std::size_t limit = channel.tiled ? kTiledHistoryBytes : kHistoryBytes;
   if (bytes.size() > limit / 2) return;
   const int64_t since_us =

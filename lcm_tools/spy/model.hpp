@@ -35,7 +35,8 @@ struct Channel {
   int64_t type_changes = 0;         ///< fingerprint other than the message's before
   Sample last;
   bool tiled = false;  ///< its type has a field `revision`: a map comes in several messages
-  /// At least 25 ms apart, at most 1200 and 2 MB; when tiled, all of the last 24 MB.
+  /// At least 25 ms apart, at most 1200 and 2 MB; when tiled, all of the last 24 MB. Empty when
+  /// only the newest message is kept.
   std::deque<Sample> history;
   std::size_t history_bytes = 0;
 
@@ -71,12 +72,16 @@ struct Loss {
   bool estimated = false;
 };
 
+/// What a model keeps of a channel's messages.
+enum class Keep { history, newest };
+
 /// All a spy knows. Fed with datagrams (live) or messages (a log). Not thread-safe; a copy is a
 /// frozen picture of the moment. Cost per small message below a microsecond.
 class Model {
  public:
   /// @param decoder must outlive the model and its copies.
-  explicit Model(const lcm_schema::Decoder& decoder) : decoder_(&decoder) {}
+  explicit Model(const lcm_schema::Decoder& decoder, Keep keep = Keep::history)
+      : decoder_(&decoder), keep_(keep) {}
 
   void add_datagram(int64_t time_us, const Address& sender, std::span<const uint8_t> bytes);
   void add_message(int64_t time_us, std::string_view channel, std::span<const uint8_t> bytes);
@@ -111,7 +116,7 @@ class Model {
   int sender_index(const Address& address);
   void add_to_channel(int64_t time_us, int channel, std::span<const uint8_t> bytes);
   void count_kind(Channel& channel, std::span<const uint8_t> bytes);
-  void keep(Channel& channel, int64_t time_us, std::span<const uint8_t> bytes);
+  void remember(Channel& channel, int64_t time_us, std::span<const uint8_t> bytes);
   void count_incomplete(Sender& sender, const std::vector<std::string>& channels);
   static Sender::Use& use_of(Sender& sender, int channel);
 
@@ -123,6 +128,7 @@ class Model {
   };
 
   const lcm_schema::Decoder* decoder_;
+  Keep keep_;
   std::vector<Channel> channels_;
   std::unordered_map<std::string, int, NameHash, std::equal_to<>> channel_of_name_;
   std::vector<Sender> senders_;

@@ -14,7 +14,8 @@ namespace marco::spy {
 /// the lock thousands of times a second; `Look` makes it stand back, so that on a single core too
 /// the drawing thread gets its turn at once.
 struct SharedModel {
-  explicit SharedModel(const lcm_schema::Decoder& decoder) : model(decoder) {}
+  explicit SharedModel(const lcm_schema::Decoder& decoder, Keep keep = Keep::history)
+      : model(decoder, keep) {}
 
   /// Held while reading (or changing) the model from outside the hearing thread.
   class Look {

@@ -40,7 +40,7 @@ HealthChannel::HealthChannel(Hub& hub, const Source& source, const lcm_schema::D
       decoder_(decoder) {
   subscribe(source.in);
   if (source.live == nullptr) {
-    heard_ = std::make_unique<spy::SharedModel>(decoder_);
+    heard_ = std::make_unique<spy::SharedModel>(decoder_, spy::Keep::newest);
     return;
   }
   silence_ = std::make_unique<diagnosis::SilenceWatch>(
@@ -83,7 +83,7 @@ void HealthChannel::listen() {
   receiver_.reset();
   heard_.reset();
   if (!is_wanted) return;
-  heard_ = std::make_unique<spy::SharedModel>(decoder_);
+  heard_ = std::make_unique<spy::SharedModel>(decoder_, spy::Keep::newest);
   try {
     receiver_ = std::make_unique<spy::Receiver>(*url_, *heard_);
   } catch (const std::runtime_error&) {

@@ -125,6 +125,16 @@ TEST(Model, HistoryIsSpacedAndBounded) {
   EXPECT_LE(model.channels()[1].history_bytes, std::size_t{2} << 20U);
 }
 
+TEST(Model, KeepsNoHistoryWhenNobodyDrawsIt) {
+  Model model(test_decoder(), Keep::newest);
+  for (int i = 0; i < 4000; ++i) model.add_message(100000 * i, "POSE", pose(i));
+  const Channel& channel = model.channels()[0];
+  EXPECT_TRUE(channel.history.empty());
+  EXPECT_EQ(channel.history_bytes, 0U);
+  EXPECT_EQ(channel.last.bytes, pose(3999));
+  EXPECT_EQ(model.messages(), 4000);
+}
+
 TEST(Model, ChannelsAndSendersAreBounded) {
   Model model(test_decoder());
   for (uint32_t i = 0; i < 4100; ++i) {

@@ -2,6 +2,7 @@
 
 #include "drivers/rplidar/codec.hpp"
 #include "drivers/rplidar/ultra_capsule.hpp"
+#include "drivers/rplidar/ultra_dense_capsule.hpp"
 #include "drivers/transport/little_endian.hpp"
 
 namespace marco::drivers::rplidar {
@@ -23,6 +24,9 @@ bool follows(const Node& node, const Node& next) {
 /// @param bytes  as many as capsule_size(kind) tells
 std::optional<Capsule> decode_any_capsule(uint8_t kind, std::span<const uint8_t> bytes) {
   if (kind == kUltraCapsules) return decode_ultra_capsule(bytes.first<kUltraCapsuleSize>());
+  if (kind == kUltraDenseCapsules) {
+    return decode_ultra_dense_capsule(bytes.first<kUltraDenseCapsuleSize>());
+  }
   const auto short_one = bytes.first<kCapsuleSize>();
   return kind == kCapsules ? decode_capsule(short_one) : decode_dense_capsule(short_one);
 }
@@ -30,11 +34,19 @@ std::optional<Capsule> decode_any_capsule(uint8_t kind, std::span<const uint8_t>
 }  // namespace
 
 bool are_capsules(uint8_t kind) {
-  return kind == kCapsules || kind == kDenseCapsules || kind == kUltraCapsules;
+  return kind == kCapsules || kind == kDenseCapsules || kind == kUltraCapsules ||
+         kind == kUltraDenseCapsules;
 }
 
 std::size_t capsule_size(uint8_t kind) {
-  return kind == kUltraCapsules ? kUltraCapsuleSize : kCapsuleSize;
+  if (kind == kUltraCapsules) return kUltraCapsuleSize;
+  return kind == kUltraDenseCapsules ? kUltraDenseCapsuleSize : kCapsuleSize;
+}
+
+int capsule_samples(uint8_t kind) {
+  if (kind == kUltraCapsules) return kUltraSamples;
+  if (kind == kUltraDenseCapsules) return kUltraDenseSamples;
+  return kind == kDenseCapsules ? kDenseSamples : kCapsuleSamples;
 }
 
 void AnswerParser::expect_descriptor() {

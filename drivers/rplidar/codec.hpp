@@ -8,10 +8,9 @@
 
 #include "drivers/transport/unread_bytes.hpp"
 
-/// Slamtec RPLIDAR A, C and S: nodes, express, dense and ultra capsules (those of an S3's newest
-/// modes are not read; of A3, C1 and S no device was at hand): requests A5 command [length data
-/// xor]; answers begin with a descriptor A5 5A, length and kind, followed by one block of data or
-/// by an endless stream of blocks.
+/// Slamtec RPLIDAR A, C and S: nodes, express, dense, ultra and ultra dense capsules (of A3, C1 and
+/// S no device was at hand): requests A5 command [length data xor]; answers begin with a descriptor
+/// A5 5A, length and kind, followed by one block of data or by an endless stream of blocks.
 namespace marco::drivers::rplidar {
 
 using Bytes = std::vector<uint8_t>;
@@ -41,6 +40,7 @@ inline constexpr uint8_t kNodes = 0x81;
 inline constexpr uint8_t kCapsules = 0x82;
 inline constexpr uint8_t kUltraCapsules = 0x84;
 inline constexpr uint8_t kDenseCapsules = 0x85;
+inline constexpr uint8_t kUltraDenseCapsules = 0x86;
 inline constexpr uint8_t kAccessoryFlag = 0xFF;
 
 /// Keys of kGetConfiguration.
@@ -53,6 +53,7 @@ inline constexpr std::size_t kNodeSize = 5;
 inline constexpr std::size_t kCapsuleSize = 84;
 inline constexpr int kCapsuleSamples = 32;
 inline constexpr int kDenseSamples = 40;
+inline constexpr int kUltraDenseSamples = 64;
 inline constexpr int kUltraSamples = 96;
 inline constexpr int kUltraCabins = 32;
 inline constexpr int kTurnQ6 = 360 * 64;
@@ -94,10 +95,10 @@ std::optional<Node> decode_node(std::span<const uint8_t, kNodeSize> bytes);
 struct Capsule {
   bool first = false;             ///< after the start of the scan
   int start_q6 = 0;               ///< angle of its first sample, 1/64 deg
-  int samples = kCapsuleSamples;  ///< or kDenseSamples, kUltraSamples
-  std::array<int, kDenseSamples> distance_mm{};
-  std::array<int, kDenseSamples> offset_q3{};   ///< 1/8 deg, 0..63, against the turning
-  std::array<uint32_t, kUltraCabins> cabins{};  ///< of an ultra capsule, instead of the two above
+  int samples = kCapsuleSamples;  ///< or kDenseSamples, kUltraSamples, kUltraDenseSamples
+  std::array<int, kUltraDenseSamples> distance_mm{};
+  std::array<int, kCapsuleSamples> offset_q3{};  ///< 1/8 deg, 0..63, against the turning
+  std::array<uint32_t, kUltraCabins> cabins{};   ///< of an ultra capsule, instead of the two above
   bool operator==(const Capsule&) const = default;
 };
 std::array<uint8_t, kCapsuleSize> encode_capsule(const Capsule& capsule);
@@ -122,7 +123,9 @@ std::vector<PlacedSample> samples_of(const Capsule& capsule, const Capsule& next
 
 /// Whether blocks of this kind are capsules of a stream.
 bool are_capsules(uint8_t kind);
+/// Bytes. @param kind  one of those that are_capsules()
 std::size_t capsule_size(uint8_t kind);
+int capsule_samples(uint8_t kind);
 
 /// One block of an answer.
 struct Block {

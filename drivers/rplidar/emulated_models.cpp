@@ -45,4 +45,13 @@ RplidarEmulatorOptions s2() {
   return options;
 }
 
+// 32 kHz.
+RplidarEmulatorOptions s3() {
+  RplidarEmulatorOptions options = s2();
+  options.model = 0x81;
+  options.capsules = kUltraDenseCapsules;
+  options.range_max_m = 40.0;
+  return options;
+}
+
 }  // namespace marco::drivers::rplidar

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "drivers/rplidar/ultra_capsule.hpp"
+#include "drivers/rplidar/ultra_dense_capsule.hpp"
 #include "drivers/transport/wall_clock.hpp"
 
 namespace marco::drivers::rplidar {
@@ -237,8 +238,13 @@ void RplidarEmulator::send_capsule() {
   for (std::size_t i = 0; i < ranges_m.size(); ++i) {
     capsule.distance_mm[i] = static_cast<int>(std::lround(ranges_m[i] * 1e3));
   }
-  output_.send(scan_kind_ == kCapsules ? encode_capsule(capsule) : encode_dense_capsule(capsule),
-               next_batch());
+  if (scan_kind_ == kUltraDenseCapsules) {
+    output_.send(encode_ultra_dense_capsule(capsule), next_batch());
+  } else if (scan_kind_ == kDenseCapsules) {
+    output_.send(encode_dense_capsule(capsule), next_batch());
+  } else {
+    output_.send(encode_capsule(capsule), next_batch());
+  }
 }
 
 void RplidarEmulator::send_batch() {

@@ -20,7 +20,7 @@ struct RplidarEmulatorOptions {
   double reset_s = 0.5;       ///< from a reset until it answers
   int health = 0;             ///< 0 good, 1 warning, 2 error
   int typical_mode = 1;       ///< told to newer tools: 0 standard, 1 express
-  int capsules = kCapsules;   ///< of its usual scan; kDenseCapsules: C1, S2, S3; ultra: A3, S1
+  int capsules = kCapsules;   ///< of its usual scan; dense: C1, S2; ultra: A3, S1; ultra dense: S3
   double range_max_m = 12.0;
 
   template <class Visitor>
@@ -33,7 +33,7 @@ struct RplidarEmulatorOptions {
     v("reset_s", reset_s, kNotNegative);
     v("health", health, Limits{0, 2});
     v("typical_mode", typical_mode, Limits{0, 1});
-    v("capsules", capsules, Limits{kCapsules, kDenseCapsules});
+    v("capsules", capsules, Limits{kCapsules, kUltraDenseCapsules});
     v("range_max_m", range_max_m, kPositive);
   }
 };
@@ -42,6 +42,7 @@ RplidarEmulatorOptions a3();
 RplidarEmulatorOptions s1();
 RplidarEmulatorOptions c1();
 RplidarEmulatorOptions s2();
+RplidarEmulatorOptions s3();
 
 /// The laser as seen through its line: information, health, the configuration queries of newer
 /// tools, standard scans (nodes) and legacy express scans (capsules). The motor of an A1 always
@@ -76,11 +77,7 @@ class RplidarEmulator final : public Emulator {
   double angle_deg(int64_t sample) const;
   /// @param behind_deg  how far the spots measured lie behind the samples' angles
   std::vector<double> measure(int count, double behind_deg = 0.0) const;
-  int batch() const {
-    if (scan_kind_ == kNodes) return 8;
-    if (scan_kind_ == kUltraCapsules) return kUltraSamples;
-    return scan_kind_ == kCapsules ? kCapsuleSamples : kDenseSamples;
-  }
+  int batch() const { return scan_kind_ == kNodes ? 8 : capsule_samples(scan_kind_); }
   /// C1: with the scan; A1: always.
   bool turns_by_itself() const {
     return family_of(options_.model) == 1 || family_of(options_.model) == 4;

@@ -136,7 +136,9 @@ std::vector<PlacedSample> samples_of(const Capsule& capsule, const Capsule& next
   for (int k = 0; k < capsule.samples; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const int range_mm = ultra ? ranges_mm[i] : capsule.distance_mm[i];
-    const double offset_deg = ultra ? ultra_offset_deg(range_mm) : capsule.offset_q3[i] / 8.0;
+    double offset_deg = 0.0;
+    if (ultra) offset_deg = ultra_offset_deg(range_mm);
+    if (capsule.samples == kCapsuleSamples) offset_deg = capsule.offset_q3[i] / 8.0;
     const double angle_deg = std::fmod(
         capsule.start_q6 / 64.0 + k * span_q6 / 64.0 / capsule.samples - offset_deg, 360.0);
     samples.push_back({angle_deg < 0.0 ? angle_deg + 360.0 : angle_deg, range_mm});

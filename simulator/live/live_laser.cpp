@@ -66,7 +66,8 @@ std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
               {"rplidar_a3", drivers::rplidar::a3()},
               {"rplidar_s1", drivers::rplidar::s1()},
               {"rplidar_c1", drivers::rplidar::c1()},
-              {"rplidar_s2", drivers::rplidar::s2()}})) {
+              {"rplidar_s2", drivers::rplidar::s2()},
+              {"rplidar_s3", drivers::rplidar::s3()}})) {
     return laser;
   }
   if (auto laser = emulator_of<drivers::ldlidar::LdlidarEmulator>(
@@ -98,7 +99,7 @@ std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
   require(spec.device == "leuze",
           "lasers.device '" + spec.device +
               "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
-              "rplidar_a2, rplidar_a3, rplidar_s1, rplidar_c1, rplidar_s2, "
+              "rplidar_a2, rplidar_a3, rplidar_s1, rplidar_c1, rplidar_s2, rplidar_s3, "
               "ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4, "
               "hokuyo_scip1, hokuyo_utm, hokuyo_ust, tim551, tim561 or lms111");
   drivers::leuze::LeuzeEmulatorOptions options;

@@ -38,7 +38,7 @@ struct BodySpec {
 struct LiveLaserSpec {
   std::string port = "laser";  ///< name of its link
   /// sick, leuze, leuze_service, hokuyo, rplidar (an A1), rplidar_a2, rplidar_a3, rplidar_s1,
-  /// rplidar_c1, rplidar_s2, ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4,
+  /// rplidar_c1, rplidar_s2, rplidar_s3, ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4,
   /// hokuyo_scip1, hokuyo_utm, hokuyo_ust, tim551, tim561 or lms111
   std::string device = "sick";
   std::string mount = "robot";  ///< or "pantilt"

@@ -5,6 +5,7 @@
 #include "drivers/leuze/codec.hpp"
 #include "drivers/rplidar/codec.hpp"
 #include "drivers/rplidar/ultra_capsule.hpp"
+#include "drivers/rplidar/ultra_dense_capsule.hpp"
 #include "drivers/sick/codec.hpp"
 #include "drivers/ydlidar/answer_parser.hpp"
 #include "tests/fuzz/telegrams.hpp"
@@ -191,6 +192,10 @@ MARCO_FUZZ(rplidar) {
   const Bytes stream = gather(input, way, [](std::span<const uint8_t> piece) {
     Input fields(piece);
     const uint8_t what = fields.byte();
+    if (what % 16 == 10) {
+      return rplidar::encode_descriptor(rplidar::kUltraDenseCapsuleSize, true,
+                                        rplidar::kUltraDenseCapsules);
+    }
     switch (what % 8) {
       case 0:
         return rplidar::encode_descriptor(fields.byte(), fields.byte() % 2 != 0, fields.byte());
@@ -223,7 +228,8 @@ MARCO_FUZZ(rplidar) {
         for (int& distance : capsule.distance_mm) distance = fields.byte() * 16;
         for (uint32_t& cabin : capsule.cabins) cabin = fields.byte() * 0x01010101U;
         if (what % 8 == 7) append(made, rplidar::encode_ultra_capsule(capsule));
-        if (what % 8 == 4) append(made, rplidar::encode_capsule(capsule));
+        if (what % 16 == 4) append(made, rplidar::encode_capsule(capsule));
+        if (what % 16 == 12) append(made, rplidar::encode_ultra_dense_capsule(capsule));
         if (what % 8 == 5) append(made, rplidar::encode_dense_capsule(capsule));
       }
     }

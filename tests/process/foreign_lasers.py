@@ -4,7 +4,7 @@
 It starts marco-sim with a robot that stands in a plain room and carries every laser below, opens each laser's
 pseudo-terminal or TCP port as a host would, at the laser's speed, takes its bytes apart, and holds each range against a ray that
 it casts itself. Slamtec: "Interface Protocol and Application Notes"
-(A, S series: requests, nodes, dense and ultra capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4
+(A, S series: requests, nodes, dense, ultra and ultra dense capsules). LDROBOT: "LD06 development manual" (packets, CRC). YDLIDAR: the X2, X4
 and G4 development manuals (requests, packets, checksum, angle correction); health by 92 is the maker's SDK's. SICK: "Telegram Listing Ranging
 sensors LMS1xx, TiM5xx" (CoLa A). Hokuyo: "Communication Protocol Specification for SCIP 2.0". Bosch: "BNO055 Data
 sheet" (UART).
@@ -381,24 +381,47 @@ def judge_slamtec(port, baud, model, express_us, turns_per_s, kind):
         return judge_ultra(line, stream, express_us, turns_per_s)
     if kind == 0x82:
         return judge_nodes(line, stream, turns_per_s)
+    judge_dense(line, stream, express_us, turns_per_s, kind)
+
+
+def dense(data):
+    return struct.unpack_from("<H", data, 2)[0], [float(range_mm) for range_mm in struct.unpack_from("<40H", data, 4)]
+
+
+def ultra_dense(data):
+    """Each range: 20 bits; the lowest two say how many bits it has (10 to 13) and how large its steps are (2 to 5 mm)."""
+    angle, = struct.unpack_from("<H", data, 8)
+    ranges_mm = []
+    for low, middle, high in struct.iter_unpack("<HHB", data[10:]):
+        for value in (low + (high % 16 << 16), middle + (high >> 4 << 16)):
+            scale = value % 4
+            steps = value // 4 % 2 ** (10 + scale)
+            ranges_mm.append((0, 2046, 8187, 24567)[scale] + (2 + scale) * steps)
+            strength = value >> 12 + scale << scale
+            check("an echo has a strength", strength > 0, ranges_mm[-1] > 0)
+    return angle, ranges_mm
+
+
+def judge_dense(line, stream, express_us, turns_per_s, kind):
+    size, read, error_m = {0x85: (84, dense, 0.002), 0x86: (170, ultra_dense, 0.0025)}[kind]
     line.write(slamtec(0x82, b"\x01" + bytes(4)))
-    check("a scan of dense capsules", stream.take(7), bytes.fromhex("A55A5400004085"))
+    check("a scan of capsules", stream.take(7), b"\xa5\x5a" + struct.pack("<I", size | 1 << 30) + bytes([kind]))
     before, capsules = None, 0
     while capsules < 150:
-        data = stream.take(84)
+        data = stream.take(size)
         xor = 0
         for byte in data[2:]:
             xor ^= byte
         check("marks and sum of a capsule", (data[0], data[1]), (0xA0 | xor & 15, 0x50 | xor >> 4))
-        word, = struct.unpack_from("<H", data, 2)
+        word, ranges_mm = read(data)
         check("only the first is marked as such", word >> 15, int(before is None))
         start = (word & 0x7FFF) / 64
         if before is not None:
-            span = (start - before[0]) % 360
-            check("span of a capsule", span, 40 * express_us * 1e-6 * turns_per_s * 360, 0.04)
+            span, count = (start - before[0]) % 360, len(before[1])
+            check("span of a capsule", span, count * express_us * 1e-6 * turns_per_s * 360, 0.04)
             for k, range_mm in enumerate(before[1]):
-                check_range("dense range", before[0] + span * k / 40, range_mm / 1000, 0.04)
-        before = start, struct.unpack_from("<40H", data, 4)
+                check_range("dense range", before[0] + span * k / count, range_mm / 1000, 0.04, error_m)
+        before = start, ranges_mm
         capsules += 1
     line.write(slamtec(0x25))
     line.drain(0.3)
@@ -628,6 +651,7 @@ DEVICES = {
     "rplidar_s1": lambda port: judge_slamtec(port, 256000, 0x61, 108.7, 10.0, 0x84),
     "rplidar_c1": lambda port: judge_slamtec(port, 460800, 0x41, 200, 10.0, 0x85),
     "rplidar_s2": lambda port: judge_slamtec(port, 1000000, 0x71, 31.25, 10.0, 0x85),
+    "rplidar_s3": lambda port: judge_slamtec(port, 1000000, 0x81, 31.25, 10.0, 0x86),
     "ld19": lambda port: judge_ldrobot(port, 230400, 4500),
     "stl27l": lambda port: judge_ldrobot(port, 921600, 21600),
     "ydlidar_x2": judge_x2,

@@ -132,7 +132,8 @@ TEST(Devices, LasersThatAnswerAreFoundAtEachRate) {
       expect_found(laser, std::string("RPLIDAR ") + name + " at " + std::to_string(baud));
     }
   }
-  for (const auto& options : {rplidar::a3(), rplidar::s1(), rplidar::c1(), rplidar::s2()}) {
+  for (const auto& options :
+       {rplidar::a3(), rplidar::s1(), rplidar::c1(), rplidar::s2(), rplidar::s3()}) {
     rplidar::RplidarEmulator laser(test_world, options);
     expect_found(laser, rplidar::model_name(options.model) + " at " + std::to_string(options.baud));
   }

@@ -3,6 +3,7 @@
 #include "drivers/rplidar/driver.hpp"
 #include "drivers/rplidar/emulator.hpp"
 #include "drivers/rplidar/ultra_capsule.hpp"
+#include "drivers/rplidar/ultra_dense_capsule.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::rplidar {
@@ -236,8 +237,8 @@ TEST(RplidarCodec, DenseCapsuleVector) {
   EXPECT_EQ(configuration_request(kModeSamplePeriod, 0), hex("A5 84 06 71 00 00 00 00 00 56"));
 }
 
-TEST(RplidarDriver, FindsC1AndS2AtTheirSpeedsAndReadsTheirDenseCapsules) {
-  for (const RplidarEmulatorOptions& device : {c1(), s2()}) {
+TEST(RplidarDriver, FindsC1AndSAtTheirSpeedsAndReadsTheirDenseCapsules) {
+  for (const RplidarEmulatorOptions& device : {c1(), s2(), s3()}) {
     Rig rig({}, device);
     const auto scans = rig.run(12.0, 10);
     ASSERT_EQ(scans.size(), 10u) << rig.driver->state();
@@ -248,6 +249,34 @@ TEST(RplidarDriver, FindsC1AndS2AtTheirSpeedsAndReadsTheirDenseCapsules) {
     EXPECT_NEAR(rig.driver->properties().range_max_m, device.range_max_m, 0.01);
     EXPECT_THAT(rig.driver->state(), HasSubstr(model_name(device.model)));
     EXPECT_THAT(rig.driver->state(), HasSubstr(std::to_string(device.baud) + " baud"));
+  }
+}
+
+// Of each band its first and its last range, and what lies between two steps. The bytes of the
+// first two cabins by hand: 1 step of 2 mm, strength 63; 682 steps of 3 mm behind 2046,
+// strength 31.
+TEST(RplidarCodec, UltraDenseCapsuleVector) {
+  Capsule capsule;
+  capsule.samples = kUltraDenseSamples;
+  capsule.first = true;
+  capsule.start_q6 = 288;
+  const std::vector<int> ranges_mm{2, 4092, 0, 2045, 2046, 8186, 8187, 24566, 24567, 65522, 70000};
+  std::copy(ranges_mm.begin(), ranges_mm.end(), capsule.distance_mm.begin());
+  const auto encoded = encode_ultra_dense_capsule(capsule);
+  const Bytes bytes = bytes_of(encoded);
+  EXPECT_EQ(Bytes(bytes.begin() + 2, bytes.begin() + 15),
+            hex("00 00 00 00 00 00 20 81 04 F0 A9 EA 33"));
+  const auto decoded = decode_ultra_dense_capsule(encoded);
+  ASSERT_TRUE(decoded);
+  EXPECT_TRUE(decoded->first);
+  EXPECT_EQ(decoded->start_q6, 288);
+  EXPECT_EQ(decoded->samples, 64);
+  EXPECT_EQ(std::vector<int>(decoded->distance_mm.begin(), decoded->distance_mm.begin() + 11),
+            (std::vector<int>{2, 4092, 0, 2046, 2046, 8187, 8187, 24567, 24567, 65522, 65522}));
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    auto damaged = encoded;
+    damaged[at] ^= 0x10;
+    EXPECT_FALSE(decode_ultra_dense_capsule(damaged)) << at;
   }
 }
 

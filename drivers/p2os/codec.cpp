@@ -1,7 +1,6 @@
 #include "drivers/p2os/codec.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "drivers/p2os/packet_fields.hpp"
@@ -144,37 +143,6 @@ std::optional<Sip> decode_sip(std::span<const uint8_t> payload) {
   sip.moving = payload[0] == kMoving;
   sip_fields(in, sip);
   return in.good() ? std::optional(sip) : std::nullopt;
-}
-
-std::optional<Model> model_of(const std::string& subtype) {
-  static constexpr Model kModels[] = {
-      {"p2dx", 0.84, 0.268, 0.0056},  {"p2de", 0.969, 0.268, 0.0056}, {"p2d8", 0.485, 1.0, 0.0056},
-      {"p2ce", 0.826, 0.268, 0.0056}, {"p2at", 1.32, 0.268, 0.0034},  {"p3dx", 0.485, 1.0, 0.0056},
-      {"p3at", 0.465, 1.0, 0.0034},   {"p3dx-sh", 1.0, 1.0, 0.0056},  {"p3at-sh", 1.0, 1.0, 0.0034},
-  };
-  std::string lower = subtype;
-  std::transform(lower.begin(), lower.end(), lower.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto* found = std::find_if(std::begin(kModels), std::end(kModels),
-                                   [&](const Model& model) { return lower == model.subtype; });
-  return found == std::end(kModels) ? std::nullopt : std::optional(*found);
-}
-
-const std::array<Pose2, 16>& p2dx_sonars() {
-  static const std::array<Pose2, 16> kSonars = [] {
-    constexpr double kMillimetresAndDegrees[16][3] = {
-        {69, 136, 90},     {114, 119, 50},     {148, 78, 30},     {166, 27, 10},
-        {166, -27, -10},   {148, -78, -30},    {114, -119, -50},  {69, -136, -90},
-        {-157, -136, -90}, {-203, -119, -130}, {-237, -78, -150}, {-255, -27, -170},
-        {-255, 27, 170},   {-237, 78, 150},    {-203, 119, 130},  {-157, 136, 90}};
-    std::array<Pose2, 16> sonars;
-    for (std::size_t i = 0; i < 16; ++i) {
-      sonars[i] = {kMillimetresAndDegrees[i][0] * 1e-3, kMillimetresAndDegrees[i][1] * 1e-3,
-                   deg_to_rad(kMillimetresAndDegrees[i][2])};
-    }
-    return sonars;
-  }();
-  return kSonars;
 }
 
 }  // namespace marco::drivers::p2os

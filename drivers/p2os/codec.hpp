@@ -127,18 +127,4 @@ Bytes encode_sip(const Sip& sip);
 /// Bytes beyond the standard fields, which newer firmware sends, are passed over.
 std::optional<Sip> decode_sip(std::span<const uint8_t> payload);
 
-/// What a robot's units mean (ARIA's parameter files).
-struct Model {
-  const char* subtype;  ///< lower case
-  double mm_per_distance;
-  double mm_per_range;
-  double rad_per_mm_per_s;  ///< DiffConvFactor: yaw rate from half the wheels' difference
-};
-/// Of the subtype that a robot names, in any case. @returns nothing for an unknown one.
-std::optional<Model> model_of(const std::string& subtype);
-inline constexpr double kRadPerHeading = 2.0 * std::numbers::pi / 4096.0;
-
-/// The sonars of a P2DX in the robot frame.
-const std::array<Pose2, 16>& p2dx_sonars();
-
 }  // namespace marco::drivers::p2os

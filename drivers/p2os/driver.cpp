@@ -79,6 +79,8 @@ void P2osBase::on_other_packet(const Bytes& payload, Utime arrival) {
 }
 
 void P2osBase::set_up(Utime now) {
+  model_ = model();
+  if (model_) sonars_.fit(*model_);
   session_.say(CommandId::open, 1);
   session_.say(CommandId::stop);
   session_.say(CommandId::sonar, options_.sonar ? 1 : 0);
@@ -106,13 +108,17 @@ void P2osBase::speeds_changed() {
 }
 
 std::optional<Model> P2osBase::model() const {
-  if (options_.mm_per_distance == 0.0) return model_of(session_.name().subtype);
-  return Model{"", options_.mm_per_distance, options_.mm_per_range, options_.rad_per_mm_per_s};
+  std::optional<Model> model = model_of(session_.name().subtype);
+  if (options_.mm_per_distance == 0.0) return model;
+  if (!model) model.emplace();
+  model->mm_per_distance = options_.mm_per_distance;
+  model->mm_per_range = options_.mm_per_range;
+  model->rad_per_mm_per_s = options_.rad_per_mm_per_s;
+  return model;
 }
 
 void P2osBase::on_sip(const Sip& sip, Utime measured, Utime now) {
-  const std::optional<Model> model = this->model();
-  if (!model) {
+  if (!model_) {
     // Another's units would put it elsewhere without a word.
     return set_link(Link::down,
                     "a Pioneer '" + session_.name().subtype +
@@ -120,11 +126,11 @@ void P2osBase::on_sip(const Sip& sip, Utime measured, Utime now) {
                         "(DistConvFactor, RangeConvFactor, DiffConvFactor of its parameter file)",
                     now);
   }
-  publish_odometry(odometry_.add(sip, *model, measured));
+  publish_odometry(odometry_.add(sip, *model_, measured));
   edit_status().motors_on = (sip.flags & 1) != 0;
   edit_status().battery_v = {sip.battery / 10.0};
   if (options_.sonar) {
-    if (const auto ring = sonars_.add(sip, *model, now)) {
+    if (const auto ring = sonars_.add(sip, now)) {
       guard().on_sonar(*ring, odom_from_robot(), now);
       output().sonar.push_back(*ring);
     }

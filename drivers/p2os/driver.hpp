@@ -20,6 +20,7 @@ struct P2osOptions {
   bool camera_head = false;  ///< a Sony EVI-D30 at the robot's second serial port
   /// Units of a robot whose subtype is not known, or has been changed: DistConvFactor,
   /// RangeConvFactor and DiffConvFactor of its parameter file. 0 = the subtype's; all or none.
+  /// Where the sonars of an unknown one sit nobody knows: they are not used.
   double mm_per_distance = 0.0;
   double mm_per_range = 0.0;
   double rad_per_mm_per_s = 0.0;
@@ -92,6 +93,7 @@ class P2osBase : public BaseDriver {
   Session session_;
   Outfit outfit_;
   SipOdometry odometry_;
+  std::optional<Model> model_;  ///< of the robot that named itself
   SonarCollector sonars_;
   HeadClient head_;
   std::optional<Leg> leg_;

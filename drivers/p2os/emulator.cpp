@@ -17,6 +17,7 @@ constexpr int kHostBauds[] = {9600, 19'200, 38'400, 57'600, 115'200};
 P2osEmulator::P2osEmulator(P2osWorld world, const P2osEmulatorOptions& options)
     : world_(std::move(world)),
       options_(options),
+      model_(model_of(options.name.subtype).value_or(*model_of("p2dx"))),
       drive_(options),
       requested_(world_, options_, drive_) {
   set_host_baud(options_.host_baud);
@@ -111,25 +112,20 @@ void P2osEmulator::run_until(Utime now) {
   }
 }
 
-// A robot of another name counts as a P2DX does.
-Model P2osEmulator::model() const {
-  return model_of(options_.name.subtype).value_or(*model_of("p2dx"));
-}
-
 Sip P2osEmulator::sip() {
   Sip sip;
-  const Model model = this->model();
   const auto wrap = [](double raw) {
     return static_cast<uint16_t>(static_cast<int64_t>(std::lround(raw)) & 0x7FFF);
   };
   const double velocity = velocity_m_per_s(), rate = yaw_rate_rad_per_s();
   sip.moving = velocity != 0.0 || rate != 0.0;
-  sip.x = wrap(reckoned().x_m * 1e3 / model.mm_per_distance);
-  sip.y = wrap(reckoned().y_m * 1e3 / model.mm_per_distance);
+  sip.x = wrap(reckoned().x_m * 1e3 / model_.mm_per_distance);
+  sip.y = wrap(reckoned().y_m * 1e3 / model_.mm_per_distance);
   sip.heading = static_cast<int16_t>(std::lround(reckoned().theta_rad / kRadPerHeading));
   const double spread = rate * options_.track_m / 2.0;
-  sip.left_speed = static_cast<int16_t>(std::lround((velocity - spread) * 1e3));
-  sip.right_speed = static_cast<int16_t>(std::lround((velocity + spread) * 1e3));
+  const double velocities = 1e3 / model_.mm_per_s_per_velocity;
+  sip.left_speed = static_cast<int16_t>(std::lround((velocity - spread) * velocities));
+  sip.right_speed = static_cast<int16_t>(std::lround((velocity + spread) * velocities));
   sip.battery = static_cast<uint8_t>(std::clamp(std::lround(world_.volts() * 10.0), 0L, 255L));
   const Touch touched = world_.touched(options_.bumpers_each_end);
   const int stall = drive_.stalled() ? 1 : 0;
@@ -143,13 +139,14 @@ Sip P2osEmulator::sip() {
 
 void P2osEmulator::add_sonars(Sip& sip) {
   constexpr double kNoEchoMm = 5000.0;
-  const double mm_per_range = model().mm_per_range;
   for (std::size_t i = 0; i < kSonarsPerCycle; ++i) {
-    const std::size_t number = next_sonar_++ % 16;
-    const double mm = world_.sonar_range_m ? world_.sonar_range_m(number) * 1e3 : kNoEchoMm;
+    const std::size_t number = next_sonar_++ % model_.robot_from_sonar.size();
+    const auto& robot_from_sonar = model_.robot_from_sonar[number];
+    const bool hears = robot_from_sonar && world_.sonar_range_m;
+    const double mm = hears ? world_.sonar_range_m(*robot_from_sonar) * 1e3 : kNoEchoMm;
     sip.sonars.push_back(
         {static_cast<uint8_t>(number),
-         static_cast<uint16_t>(std::lround(std::min(mm, kNoEchoMm) / mm_per_range))});
+         static_cast<uint16_t>(std::lround(std::min(mm, kNoEchoMm) / model_.mm_per_range))});
   }
 }
 

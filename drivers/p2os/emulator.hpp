@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "drivers/p2os/emulated_drive.hpp"
+#include "drivers/p2os/models.hpp"
 #include "drivers/p2os/requested_packets.hpp"
 #include "drivers/transport/emulator.hpp"
 #include "drivers/transport/paced_output.hpp"
@@ -39,7 +40,6 @@ class P2osEmulator : public Emulator {
   void close();
   void set_host_baud(int code);
   int host_baud_code() const;
-  Model model() const;
   Sip sip();
   void add_sonars(Sip& sip);
 
@@ -52,6 +52,7 @@ class P2osEmulator : public Emulator {
 
   P2osWorld world_;
   P2osEmulatorOptions options_;
+  Model model_;  ///< a robot of an unknown name counts as a P2DX does
   PacketParser parser_;
   PacedOutput output_{kBaud};
   int baud_after_sending_ = 0;

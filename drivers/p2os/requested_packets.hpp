@@ -18,7 +18,7 @@ struct Touch {
 };
 
 struct P2osWorld {
-  std::function<double(std::size_t sonar)> sonar_range_m;  ///< infinity = no echo
+  std::function<double(const Pose2& robot_from_sonar)> sonar_range_m;  ///< infinity = no echo
   std::function<Touch()> touch;
   std::function<double()> battery_v;
 

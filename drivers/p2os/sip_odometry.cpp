@@ -36,8 +36,10 @@ OdometrySample SipOdometry::add(const Sip& sip, const Model& model, Utime measur
   OdometrySample sample;
   sample.utime = measured;
   sample.odom_from_robot = odom_from_robot_;
-  sample.velocity_m_per_s = (sip.left_speed + sip.right_speed) / 2.0 * 1e-3;
-  sample.yaw_rate_rad_per_s = (sip.right_speed - sip.left_speed) / 2.0 * model.rad_per_mm_per_s;
+  const double mm_per_s = model.mm_per_s_per_velocity;
+  sample.velocity_m_per_s = (sip.left_speed + sip.right_speed) / 2.0 * mm_per_s * 1e-3;
+  sample.yaw_rate_rad_per_s =
+      (sip.right_speed - sip.left_speed) / 2.0 * mm_per_s * model.rad_per_mm_per_s;
   return sample;
 }
 

@@ -4,6 +4,7 @@
 
 #include "common/samples.hpp"
 #include "drivers/p2os/codec.hpp"
+#include "drivers/p2os/models.hpp"
 
 namespace marco::drivers::p2os {
 

@@ -61,9 +61,7 @@ void LiveRobot::add_base() {
 
 void LiveRobot::add_p2os() {
   drivers::p2os::P2osWorld world;
-  world.sonar_range_m = [this](std::size_t sonar) {
-    return sonar_range_m(drivers::p2os::p2dx_sonars()[sonar]);
-  };
+  world.sonar_range_m = [this](const Pose2& sonar) { return sonar_range_m(sonar); };
   world.touch = [this] {
     const Contact& contact = floor_.contact();
     drivers::p2os::Touch touch;
@@ -79,6 +77,9 @@ void LiveRobot::add_p2os() {
   };
   drivers::p2os::P2osEmulatorOptions options;
   options.track_m = spec_.track_m;
+  require(drivers::p2os::model_of(spec_.pioneer).has_value(),
+          "pioneer '" + spec_.pioneer + "' is no Pioneer's subtype that is known");
+  options.name.subtype = spec_.pioneer;
   auto robot = std::make_unique<drivers::p2os::P2osEmulator>(world, options);
   wheels_.left_m = [base = robot.get()] { return base->left_m(); };
   wheels_.right_m = [base = robot.get()] { return base->right_m(); };

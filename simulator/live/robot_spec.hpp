@@ -107,6 +107,7 @@ struct RobotSpec {
   bool manual_sonar = false;   ///< hcs12: the manual's reply of `s`
   double wheel_diameter_m = 0.30;
   double track_m = 0.50;
+  std::string pioneer = "P2DX";       ///< p2os: its subtype, such as p3dx-sh or amigo
   double sonar_ring_radius_m = 0.25;  ///< hcs12; the Pioneer's ring is its maker's
   double sonar_height_m = 0.25;
   bool imu = false;
@@ -124,6 +125,7 @@ struct RobotSpec {
     v("manual_sonar", manual_sonar);
     v("wheel_diameter_m", wheel_diameter_m, kPositive);
     v("track_m", track_m, kPositive);
+    v("pioneer", pioneer);
     v("sonar_ring_radius_m", sonar_ring_radius_m, kNotNegative);
     v("sonar_height_m", sonar_height_m, kPositive);
     v("imu", imu);

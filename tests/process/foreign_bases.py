@@ -124,7 +124,8 @@ class Pioneer:
                     battery=battery, stall=payload[12] & 1, flags=flags, sonars=sonars)
 
 
-def judge_pioneer(port):
+def judge_pioneer(port, subtype=b"P2DX", mm=0.84, velocity_mm_per_s=1.0, range_mm=0.268, sonars=16):
+    """Factors and number of sonars: of the robot's parameter file."""
     for numbers, frame in ((("sync", 0, None), "FA FB 03 00 00 00"), (("open", 1, 1), "FA FB 06 01 3B 01 00 02 3B"),
                            (("vel", 11, -200), "FA FB 06 0B 1B C8 00 D3 1B"), (("seta", 5, 300), "FA FB 06 05 3B 2C 01 31 3C")):
         check("this client's " + numbers[0], pioneer_command(numbers[1], numbers[2]), bytes.fromhex(frame))
@@ -132,7 +133,7 @@ def judge_pioneer(port):
     for sync in (0, 1, 2):
         robot.say(sync)
         robot.wait(f"the answer to SYNC{sync}", lambda: robot.others and robot.others[-1][1][0] == sync)
-    check("name, kind, model", robot.others[-1][1][1:].split(b"\0"), [b"MARCO", b"Pioneer", b"P2DX", b""])
+    check("name, kind, model", robot.others[-1][1][1:].split(b"\0"), [b"MARCO", b"Pioneer", subtype, b""])
     robot.say(1, 1)
     robot.wait("a first information packet", lambda: robot.sips)
     check("motors off at first", robot.sip()["flags"] & 1, 0)
@@ -144,10 +145,11 @@ def judge_pioneer(port):
     def all_sonars():
         heard.update(robot.sip()["sonars"])
         robot.say(0)
-        return len(heard) == 16
-    robot.wait("all sixteen sonars", all_sonars)
-    check("a sonar's most, 5 m of 0.268 mm", max(heard.values()) <= 18657, True)
-    check("something is within 5 m", min(heard.values()) < 18657, True)
+        return len(heard) == sonars
+    robot.wait("all sonars", all_sonars)
+    check("a sonar's number", max(heard), sonars - 1)
+    check("a sonar's most, 5 m", max(heard.values()) <= round(5000 / range_mm), True)
+    check("something is within 5 m", min(heard.values()) < round(5000 / range_mm), True)
     check("battery", robot.sip()["battery"], 126, 10)
 
     # The pace: a hundred milliseconds a packet, by the mean of twenty.
@@ -159,15 +161,16 @@ def judge_pioneer(port):
     robot.say(8, 500)  # half a metre
     robot.wait("motion", lambda: robot.sip()["moving"])
     robot.wait("the end of the move", lambda: robot.say(0) or not robot.sip()["moving"])
-    check("x after MOVE 500 [mm]", robot.sip()["x"] * 0.84, 500, 3)
+    check("x after MOVE 500 [mm]", robot.sip()["x"] * mm, 500, 3)
     check("y", (robot.sip()["y"] + 0x4000) % 0x8000 - 0x4000, 0, 3)
     robot.say(13, 90)
     robot.wait("a turn", lambda: robot.sip()["moving"])
     robot.wait("the end of the turn", lambda: robot.say(0) or not robot.sip()["moving"])
     check("heading after DHEAD 90 [4096 a turn]", robot.sip()["heading"], 1024, 6)
     robot.say(11, -200)  # backwards, until nobody says so any more
-    fast = robot.wait("200 mm/s backwards", lambda: robot.sip()["left"] == -200 and robot.sip())
-    check("right wheel", fast["right"], -200)
+    backwards = round(-200 / velocity_mm_per_s)
+    fast = robot.wait("200 mm/s backwards", lambda: robot.sip()["left"] == backwards and robot.sip())
+    check("right wheel", fast["right"], backwards)
     silent = time.monotonic()
     robot.wait("the watchdog's stop", lambda: not robot.sip()["moving"])
     check("the watchdog waited", time.monotonic() - silent > 1.5, True)
@@ -175,7 +178,7 @@ def judge_pioneer(port):
     robot.say(18, 1)
     packet = robot.wait("CONFIG's answer", lambda: next((p for _, p in robot.others if p[0] == 0x20), None))
     kind, model, serial, rest = packet[1:].split(b"\0", 3)
-    check("CONFIG", (kind, model), (b"Pioneer", b"P2DX"))
+    check("CONFIG", (kind, model), (b"Pioneer", subtype))
     top_turn, top_speed = struct.unpack_from("<HH", rest, 1)
     check("top speeds", (top_turn, top_speed), (500, 2200))
     robot.say(19, 1)
@@ -587,14 +590,25 @@ def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     simulator, config = sys.argv[1:]
+    amigo = functools.partial(judge_pioneer, subtype=b"amigo", mm=0.5083, velocity_mm_per_s=0.6154, range_mm=1.0, sonars=8)
+    powerbot = functools.partial(judge_pioneer, subtype=b"powerbot", mm=0.5813, range_mm=1.0, sonars=32)
     for robot, judges in (("marco", (("base", judge_pioneer),)),
+                          ("amigo", (("base", amigo),)),
+                          ("powerbot", (("base", powerbot),)),
                           ("michoacan", (("pantilt", judge_pantilt), ("base", judge_base))),
                           ("homemade", (("base", judge_text_base),)),
                           ("create", (("base", judge_create),)),
                           ("kobuki", (("base", judge_kobuki),))):
         with tempfile.TemporaryDirectory() as folder:
+            file = f"{config}/robots/{robot}.toml"
+            if not os.path.exists(file):  # another Pioneer
+                with open(f"{config}/robots/marco.toml", encoding="utf-8") as marco:
+                    text = f'pioneer = "{robot}"\n' + marco.read()
+                file = folder + "/robot.toml"
+                with open(file, "w", encoding="utf-8") as other:
+                    other.write(text)
             process = subprocess.Popen(
-                [simulator, "--config", f"{config}/robots/{robot}.toml", "--world", f"{config}/worlds/lab.toml",
+                [simulator, "--config", file, "--world", f"{config}/worlds/lab.toml",
                  "--start", "2", "3", "0", "--ports", folder, "--lcm-url", "memq://"], stdout=subprocess.DEVNULL)
             try:
                 for port, judge in judges:

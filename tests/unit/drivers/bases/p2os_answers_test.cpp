@@ -53,7 +53,7 @@ struct Host {
 // A program that never says SONAR 1 hears them: real robots' are on after OPEN.
 TEST(P2osAnswers, SonarsAreOnAfterOpen) {
   P2osWorld world;
-  world.sonar_range_m = [](std::size_t) { return 1.5; };
+  world.sonar_range_m = [](const Pose2&) { return 1.5; };
   Host host(world);
   host.run(0.5);
   const auto heard = decode_sip(host.last(0x32));

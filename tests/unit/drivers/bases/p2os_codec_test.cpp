@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "drivers/p2os/codec.hpp"
+#include "drivers/p2os/models.hpp"
 
 namespace marco::drivers::p2os {
 namespace {
@@ -104,6 +105,7 @@ TEST(P2osCodec, InformationPacketsAreTheVectors) {
   EXPECT_NEAR(rad_to_deg(1024 * kRadPerHeading), 90.0, 1e-9);
   EXPECT_NEAR(3731 * model_of("p2dx")->mm_per_range, 1000.0, 0.2);
   EXPECT_FALSE(model_of("p9xx"));
+  EXPECT_FALSE(model_of("-lms500"));
 }
 
 TEST(P2osCodec, CutInformationPacketsAreNone) {

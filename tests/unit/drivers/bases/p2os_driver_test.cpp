@@ -15,14 +15,17 @@ using Fate = BaseStatus::Command;
 using Link = BaseStatus::Link;
 
 struct Parts {
-  Parts(const P2osOptions& options, P2osWorld world) : robot(std::move(world)), driver(options) {}
+  Parts(const P2osOptions& options, P2osWorld world, const P2osEmulatorOptions& device)
+      : robot(std::move(world), device), driver(options) {}
   P2osEmulator robot;
   P2osBase driver;
 };
 
 struct Pioneer : Parts, testing::DrivenBase<P2osBase> {
-  explicit Pioneer(const P2osOptions& options = {}, P2osWorld world = {})
-      : Parts(options, std::move(world)), DrivenBase(driver, robot, kBaud) {}
+  explicit Pioneer(const P2osOptions& options = {},
+                   P2osWorld world = {},
+                   const P2osEmulatorOptions& device = {})
+      : Parts(options, std::move(world), device), DrivenBase(driver, robot, kBaud) {}
 };
 
 // Its speed is a parameter in its flash.
@@ -74,8 +77,9 @@ TEST(P2osDriver, AnUnknownRobotIsSaidAndTakenWithItsUnitsOnly) {
 
 TEST(P2osDriver, ShakesHandsAndReadsTheRobot) {
   P2osWorld world;
-  world.sonar_range_m = [](std::size_t sonar) {
-    return sonar == 3 ? HUGE_VAL : 1.0 + 0.1 * static_cast<double>(sonar);
+  world.sonar_range_m = [](const Pose2& sonar) {
+    const bool fourth = sonar.x_m == 0.166 && sonar.y_m > 0.0;
+    return fourth ? HUGE_VAL : 1.0 - 0.5 * sonar.y_m;
   };
   Pioneer pioneer({}, world);
   EXPECT_EQ(pioneer.driver.name().subtype, "P2DX");
@@ -83,10 +87,50 @@ TEST(P2osDriver, ShakesHandsAndReadsTheRobot) {
   EXPECT_EQ(pioneer.driver.status().battery_v, std::vector<double>{12.6});
   pioneer.bench.run(1.0);
   ASSERT_FALSE(pioneer.rings.empty());
-  EXPECT_NEAR(pioneer.rings.back().readings[5].range_m, 1.5, 0.001);
+  EXPECT_NEAR(pioneer.rings.back().readings[5].range_m, 1.039, 0.001);
   EXPECT_EQ(pioneer.rings.back().readings[3].range_m, 0.0);
   EXPECT_EQ(pioneer.driver.status().bumpers.size(), 10U);
   EXPECT_EQ(pioneer.driver.bad_input(), 0);
+}
+
+// Their units and sonars differ: each is driven in its own.
+TEST(P2osDriver, DrivesWhatOtherRobotsItKnows) {
+  struct Known {
+    const char* subtype;
+    std::size_t sonars;
+    Pose2 last;
+  };
+  const Known robots[] = {{"p3dx", 16, {-0.157, 0.136, deg_to_rad(90)}},
+                          {"P3AT-SH-lms500", 16, {-0.144, 0.136, deg_to_rad(90)}},
+                          {"amigo", 8, {-0.140, 0.058, deg_to_rad(145)}},
+                          {"p2pp", 24, {-0.157, 0.136, deg_to_rad(90)}},
+                          {"peoplebot-sh", 32, {-0.191, 0.136, deg_to_rad(90)}},
+                          {"powerbot", 28, {-0.298, 0.278, deg_to_rad(90)}}};
+  for (const auto& [subtype, sonars, last] : robots) {
+    P2osEmulatorOptions device;
+    device.name.subtype = subtype;
+    P2osWorld world;
+    world.sonar_range_m = [](const Pose2& sonar) { return 1.0 + sonar.x_m; };
+    Pioneer pioneer({}, world, device);
+    EXPECT_EQ(pioneer.move(0.8), Fate::done) << subtype;
+    EXPECT_EQ(pioneer.turn(deg_to_rad(60.0)), Fate::done) << subtype;
+    EXPECT_NEAR(pioneer.driver.odom_from_robot().x_m, pioneer.robot.reckoned().x_m, 0.004)
+        << subtype;
+    double fastest = 0.0;
+    pioneer.bench.run(1.0);
+    for (const OdometrySample& sample : pioneer.odometry) {
+      fastest = std::max(fastest, sample.velocity_m_per_s);
+    }
+    EXPECT_NEAR(fastest, 0.3, 0.01) << subtype;
+    ASSERT_FALSE(pioneer.rings.empty()) << subtype;
+    const SonarRing& ring = pioneer.rings.back();
+    ASSERT_EQ(ring.readings.size(), sonars) << subtype;
+    const Pose2 off = last.inverse() * ring.readings.back().robot_from_sonar;
+    EXPECT_NEAR(off.vector().norm(), 0.0, 1e-9) << subtype;
+    for (const auto& reading : ring.readings) {
+      EXPECT_NEAR(reading.range_m, 1.0 + reading.robot_from_sonar.x_m, 0.001) << subtype;
+    }
+  }
 }
 
 TEST(P2osDriver, MovesTurnsAndReckons) {

@@ -5,6 +5,7 @@ import random
 import signal
 import struct
 import subprocess
+import sys
 import time
 from dataclasses import dataclass, field
 from typing import Callable
@@ -44,16 +45,37 @@ def kill_deputy(stack):
 
 
 def fault(device, kind, seconds):
+    def act(stack):
+        send_fault(stack, device, kind, seconds)
+        time.sleep(seconds)
+    return act
+
+
+def send_fault(stack, device, kind, seconds):
     """sim_fault_t; its fingerprint is asked of the program that knows it."""
     def text(value):
         return struct.pack(">i", len(value) + 1) + value.encode() + b"\0"
 
-    def act(stack):
-        data = stack.fault_hash + struct.pack(">q", int(time.time() * 1e6)) + text(device) + text(kind) \
-            + struct.pack(">dd", 0.0, seconds)
-        sender().sendto(datagrams("SIM_FAULT", data, 1)[0], (GROUP, PORT))
-        time.sleep(seconds)
-    return act
+    data = stack.fault_hash + struct.pack(">q", int(time.time() * 1e6)) + text(device) + text(kind) \
+        + struct.pack(">dd", 0.0, seconds)
+    sender().sendto(datagrams("SIM_FAULT", data, 1)[0], (GROUP, PORT))
+
+
+def brown_outs(stack):
+    """The battery sags under a motor: devices lose their power for a moment, alone or together."""
+    choice = random.Random(1)
+    for _ in range(8):
+        for device in choice.sample(("laser", "base", "pantilt"), choice.choice((1, 2, 3))):
+            send_fault(stack, device, "off", choice.uniform(0.1, 1.5))
+        time.sleep(choice.uniform(2, 8))
+
+
+def busy_cpu(stack):
+    """Three programs for each core that do nothing but count."""
+    count = "import time\nend = time.time() + 20\nwhile time.time() < end: pass"
+    busy = [subprocess.Popen([sys.executable, "-c", count]) for _ in range(3 * os.cpu_count())]
+    for program in busy:
+        program.wait()
 
 
 def losing(loss, reordered, seconds=10):
@@ -140,6 +162,20 @@ def full_disk(stack):
     stack.note = "the first log is untouched" if same and len(stack.recordings()) > 1 else "THE LOGGER DID NOT GO ON"
 
 
+def writable_again(stack):
+    time.sleep(5)
+    subprocess.run(["mount", "-o", "remount,rw", stack.folder + "/rec"], check=True)
+    time.sleep(3)
+    stack.note = "recording since" if stack.recordings() else "THE LOGGER DID NOT BEGIN"
+
+
+def time_is_known(stack):
+    """The computer has no clock of its own: it starts with its last shutdown's time, until a time server answers."""
+    time.sleep(5)
+    stack.set_clock(0)
+    time.sleep(6)
+
+
 CASES = {"undisturbed": Case(None)}
 for _name, _program in PROCESSES.items():
     if _name != "simulator":  # that would be the world's end, not a process's
@@ -170,15 +206,19 @@ CASES.update({
                        "marco-slam: .*undecodable"),
     "two SLAMs": Case(second_slam, "another marco-slam is running"),
     "disk full": Case(full_disk, "record: less than 256 kB left", {"disk_mb": 1}),
-    "clock +1 h": Case(clock(3600), "clock was set by 3[56]", {"clock": True}),
-    "clock -1 h": Case(clock(-3600), "clock was set by -3[56]", {"clock": True}),
+    "disk read-only": Case(writable_again, "record: .* cannot be written", {"disk_mb": 64, "read_only": True}),
+    "brown-outs": Case(brown_outs, "marco-base: .*(does not answer|silent)"),
+    "busy CPU": Case(busy_cpu),
+    "no clock at the start": Case(time_is_known, "clock was set by 8", {"clock_s": -26 * 365 * 86400}),
+    "clock +1 h": Case(clock(3600), "clock was set by 3[56]", {"clock_s": 0}),
+    "clock -1 h": Case(clock(-3600), "clock was set by -3[56]", {"clock_s": 0}),
 })
 
 
 def combination(minutes, seed):
     """Faults in random order, some at once, with 5 to 15 s between; then half a minute of peace."""
-    # Without those that need a folder of their own.
-    names = [name for name, case in CASES.items() if case.act and "disk_mb" not in case.options]
+    # Without those that begin before the stack does.
+    names = [name for name, case in CASES.items() if case.act and "disk_mb" not in case.options and not case.options.get("clock_s")]
 
     def act(stack):
         choice, end, done = random.Random(seed), time.time() + 60 * minutes, []
@@ -190,4 +230,4 @@ def combination(minutes, seed):
             stack.keep_driving()
         time.sleep(30)
         stack.note = f"{len(done)} faults: " + ", ".join(done)
-    return Case(act, options={"relay": True, "clock": True})
+    return Case(act, options={"relay": True, "clock_s": 0})

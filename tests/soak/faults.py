@@ -46,10 +46,11 @@ def everything_said(stack):
 def run_case(name, case, arguments, reference):
     folder = tempfile.mkdtemp(prefix="marco_faults_")
     stack = LiveStack(arguments.root, arguments.bin, folder, case.options.get("relay", False),
-                      case.options.get("clock", False))
+                      case.options.get("clock_s"))
     stack.fault_hash, stack.reference = arguments.fault_hash, reference
     if "disk_mb" in case.options:
-        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={case.options['disk_mb']}m", "tmpfs", folder + "/rec"],
+        access = ",ro" if case.options.get("read_only") else ""
+        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={case.options['disk_mb']}m{access}", "tmpfs", folder + "/rec"],
                        check=True)
     result = {"name": name, "folder": folder, "told": True}
     try:

@@ -72,7 +72,7 @@ PROCESSES = {"simulator": "marco-sim", "base": "marco-base", "pantilt": "marco-p
 class LiveStack:
     """The live stack of one case; everything it starts carries MARCO_RUN, by which it is found again."""
 
-    def __init__(self, root, bin_folder, folder, relay=False, clock=False):
+    def __init__(self, root, bin_folder, folder, relay=False, clock_s=None):
         self.root, self.bin, self.folder, self.children, self.driven = root, bin_folder, folder, [], None
         self.note, self.begun = "", 0
         os.makedirs(folder + "/rec")
@@ -82,8 +82,8 @@ class LiveStack:
                         LCM_DEFAULT_URL=url % (GROUP, PORT), XDG_RUNTIME_DIR=folder + "/run",
                         XDG_STATE_HOME=folder + "/state")
         self.clock = folder + "/clock"
-        if clock:
-            self.set_clock(0)
+        if clock_s is not None:
+            self.set_clock(clock_s)
             self.env.update(FAKETIME_TIMESTAMP_FILE=self.clock, FAKETIME_NO_CACHE="1", DONT_FAKE_MONOTONIC="1",
                             LD_PRELOAD="libfaketime.so.1", LD_LIBRARY_PATH="/usr/lib/x86_64-linux-gnu/faketime")
         self.write_tour("tour", SWEEP + legs(WAY))

@@ -25,7 +25,9 @@ done
 find "$made" -lname '/*' -print0 | while IFS= read -r -d '' link; do
   ln -sfn "$(realpath -ms --relative-to="${link%/*}" "$made$(readlink "$link")")" "$link"
 done
-sed -i 's|"/usr/|"${CMAKE_SYSROOT}/usr/|' "$made"/usr/lib/aarch64-linux-gnu/cmake/draco/*.cmake
+cmake="$made/usr/lib/aarch64-linux-gnu/cmake"
+sed -i 's|"/usr/|"${CMAKE_SYSROOT}/usr/|' "$cmake"/draco/*.cmake
+sed -i '/INTERFACE_LINK_LIBRARIES/s|\([:;"]\)/usr/|\1${CMAKE_SYSROOT}/usr/|g' "$cmake"/*/*.cmake
 
 # dpkg-shlibdeps asks this root's dpkg which package has a library, and since when: what unpacking alone does not tell it.
 info="$made/var/lib/dpkg/info"

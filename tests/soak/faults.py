@@ -57,9 +57,11 @@ def run_case(name, case, arguments, reference):
         if not stack.start():
             return dict(result, verdict="the stack did not start, see " + folder)
         before = {command: stack.starts(command) for command in PROCESSES}
+        if case.options.get("before_driving"):
+            case.act(stack)
         stack.driven = stack.tour()
         time.sleep(15.0)
-        if case.act:
+        if case.act and not case.options.get("before_driving"):
             case.act(stack)
         result["tour"] = stack.drive(240)
         time.sleep(6.0)

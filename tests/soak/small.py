@@ -70,10 +70,12 @@ class ControlGroup:
         period_us = 100000
         if self.unified:
             self.write("", "cpu.max", f"{int(share * period_us)} {period_us}")
+            self.write("", "cpu.weight", 10000)  # what else runs here leaves it its share
             self.write("", "memory.max", memory_mb << 20)
         else:
             self.write("cpu", "cpu.cfs_period_us", period_us)
             self.write("cpu", "cpu.cfs_quota_us", int(share * period_us))
+            self.write("cpu", "cpu.shares", 262144)
             self.write("memory", "memory.limit_in_bytes", memory_mb << 20)
 
     def write(self, kind, name, value):

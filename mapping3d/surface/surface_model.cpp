@@ -17,7 +17,40 @@ int ceil_int(float value) { return static_cast<int>(std::ceil(value)); }
 
 constexpr float kFreeStepM = 0.002F;  // of how far a beam sees free space
 
-void count_up(uint8_t& counter) { counter = static_cast<uint8_t>(counter + (counter < 255)); }
+constexpr float kOtherSide = -0.5F;  // cosine of 120 deg
+constexpr uint8_t kMostCounted = 255;
+void count_up(uint8_t& counter) {
+  counter = static_cast<uint8_t>(counter + (counter < kMostCounted));
+}
+
+// A reflected beam ends so far behind the wall and the margin of carving: by less a pose may err.
+constexpr float kBehindM = 0.1F;
+// The wall continues so far on all sides: near an edge a pose may err.
+constexpr float kMiddleM = 0.1F;
+// Facets in 3 x 3 x 3 voxels that make a wall: three scenes' (18 of each that sees all of it).
+constexpr int kWallFacets = 50;
+// Most votes of beams through it for each of them: half of what carves it. A pane of glass that
+// lets half of the beams pass has more.
+constexpr double kMostPassing = 0.12;
+// Beams of a scene: fewer are errors at edges.
+constexpr std::size_t kFewest = 8;
+
+/// Takes out the returns at these of every nth row and column of beams, and those between them.
+void leave_out(const std::vector<uint32_t>& beams, int nth, SmoothScene& scene) {
+  const auto every = static_cast<std::size_t>(nth);
+  const std::size_t beams_a_row = (scene.columns + every - 1) / every;
+  for (const uint32_t beam : beams) {
+    const std::size_t middle_row = beam / beams_a_row * every;
+    const std::size_t middle_column = beam % beams_a_row * every;
+    for (std::size_t row = middle_row - std::min(middle_row, every - 1);
+         row < std::min(middle_row + every, scene.rows); ++row) {
+      for (std::size_t column = middle_column - std::min(middle_column, every - 1);
+           column < std::min(middle_column + every, scene.columns); ++column) {
+        scene.kinds[row * scene.columns + column] = SmoothScene::Kind::none;
+      }
+    }
+  }
+}
 
 }  // namespace
 
@@ -25,7 +58,7 @@ SurfaceModel::SurfaceModel(const SurfaceOptions& options) : options_(options) {
   validate(options, "surface");
 }
 
-void SurfaceModel::add(const SmoothScene& scene) {
+void SurfaceModel::enter(const SmoothScene& scene, Entry entry) {
   const auto per_m = static_cast<float>(1.0 / options_.voxel_m);
   std::vector<Corner> corners(scene.points_m.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -49,13 +82,13 @@ void SurfaceModel::add(const SmoothScene& scene) {
         facet[i].normal = flat.normalized();
       }
     }
-    rasterize(facet);
+    rasterize(facet, entry);
   }
 }
 
 // Scan conversion along the facet's main axis: each lattice line meets the facet at most once, and
 // neighbouring facets neither share nor miss a line.
-void SurfaceModel::rasterize(const std::array<Corner, 3>& corners) {
+void SurfaceModel::rasterize(const std::array<Corner, 3>& corners, Entry entry) {
   const Eigen::Vector3f normal = corners[0].normal + corners[1].normal + corners[2].normal;
   int axis = 0;
   normal.cwiseAbs().maxCoeff(&axis);
@@ -82,12 +115,13 @@ void SurfaceModel::rasterize(const std::array<Corner, 3>& corners) {
       mean.weight = wa * corners[0].weight + wb * corners[1].weight + wc * corners[2].weight;
       column[u] = i;
       column[v] = j;
-      add_column(column, axis, wa * a[axis] + wb * b[axis] + wc * c[axis], mean);
+      enter_column(column, axis, wa * a[axis] + wb * b[axis] + wc * c[axis], mean, entry);
     }
   }
 }
 
-void SurfaceModel::add_column(const Cell& column, int axis, float surface, const Corner& mean) {
+void SurfaceModel::enter_column(
+    const Cell& column, int axis, float surface, const Corner& mean, Entry entry) {
   const float slope = mean.normal[axis];
   const auto band = static_cast<float>(options_.band_voxels);
   const float reach = std::min(2.0F * band, band / std::max(0.1F, std::abs(slope)));
@@ -96,13 +130,23 @@ void SurfaceModel::add_column(const Cell& column, int axis, float surface, const
   for (int k = ceil_int(surface - reach); k <= floor_int(surface + reach); ++k) {
     cell[axis] = k;
     if (block == nullptr || (k & (Blocks::kEdge - 1)) == 0) block = &voxels_.at(cell);
-    observe(block->voxels[Blocks::index_in_block(cell)], (static_cast<float>(k) - surface) * slope,
-            mean);
+    Voxel& voxel = block->voxels[Blocks::index_in_block(cell)];
+    const float distance = (static_cast<float>(k) - surface) * slope;
+    if (entry == Entry::add) {
+      observe(voxel, distance, mean);
+    } else {
+      forget(voxel, distance, mean);
+    }
   }
 }
 
+float SurfaceModel::weight(float distance, const Corner& from) const {
+  const float depth = -distance / static_cast<float>(options_.band_voxels);
+  const float trust = depth < 0.5F ? 1.0F : std::max(0.02F, 2.0F * (1.0F - depth));
+  return trust * from.weight;
+}
+
 void SurfaceModel::observe(Voxel& voxel, float distance, const Corner& from) {
-  constexpr float kOtherSide = -0.5F;  // cosine of 120 deg
   const bool first = voxel.front.weight <= 0.0F;
   if (first) voxel.facing = PackedNormal(from.normal);
   const bool is_front = first || voxel.facing.unpacked().dot(from.normal) > kOtherSide;
@@ -111,18 +155,33 @@ void SurfaceModel::observe(Voxel& voxel, float distance, const Corner& from) {
     voxel.back = static_cast<uint32_t>(backs_.size());
   }
   Side& side = is_front ? voxel.front : backs_[voxel.back - 1];
-  // The weight falls off from half the band on behind the surface, where nothing was seen.
-  const float depth = -distance / static_cast<float>(options_.band_voxels);
-  const float trust = depth < 0.5F ? 1.0F : std::max(0.02F, 2.0F * (1.0F - depth));
-  side.sum += trust * from.weight * distance;
-  side.weight += trust * from.weight;
+  const float weight = this->weight(distance, from);
+  side.sum += weight * distance;
+  side.weight += weight;
   count_up(voxel.seen);
+}
+
+void SurfaceModel::forget(Voxel& voxel, float distance, const Corner& from) {
+  if (voxel.seen == 0) return;
+  const bool is_front = voxel.facing.unpacked().dot(from.normal) > kOtherSide;
+  if (!is_front && voxel.back == 0) return;
+  Side& side = is_front ? voxel.front : backs_[voxel.back - 1];
+  const float weight = this->weight(distance, from);
+  side.sum -= weight * distance;
+  side.weight -= weight;
+  if (voxel.seen < kMostCounted) --voxel.seen;  // beyond it nobody knows how many there were
+  // What rounding leaves is no surface.
+  constexpr float kRounding = 1e-3F;
+  if (side.weight > kRounding * weight) return;
+  if (is_front) voxel = {};
+  side = {};
 }
 
 float SurfaceModel::distance(const Voxel& voxel) const {
   const float front = voxel.front.sum / voxel.front.weight;
   if (voxel.back == 0) return front;
   const Side& back = backs_[voxel.back - 1];
+  if (back.weight <= 0.0F) return front;           // it was taken out again
   return std::max(front, back.sum / back.weight);  // solid is what lies behind both
 }
 
@@ -145,37 +204,88 @@ SurfaceModel::FreeBeams SurfaceModel::free_beams(const SmoothScene& scene) const
   return free;
 }
 
-void SurfaceModel::carve(const ScenePoints& scene, const FreeBeams& free) {
+template <class Visit>
+void SurfaceModel::follow(const ScenePoints& scene,
+                          const FreeBeams& free,
+                          std::size_t beam,
+                          const Visit& visit) const {
+  if (free[beam] == 0) return;
   const auto every = static_cast<std::size_t>(options_.carve_every);
+  const std::size_t beams_a_row = (scene.columns + every - 1) / every;
+  const std::size_t row = beam / beams_a_row * every, column = beam % beams_a_row * every;
   const auto per_m = static_cast<float>(1.0 / options_.voxel_m);
-  std::size_t at = 0;
-  for (std::size_t row = 0; row < scene.rows; row += every) {
-    const Eigen::Vector3f& origin = scene.origins_m[row];
-    for (std::size_t column = 0; column < scene.columns; column += every) {
-      const uint16_t steps = free[at++];
-      if (steps == 0) continue;
-      const Eigen::Vector3f way = scene.points_m[scene.index(row, column)] - origin;
-      voxels_.walk(origin * per_m, way / std::max(1e-6F, way.norm()),
-                   static_cast<float>(steps) * kFreeStepM * per_m, [this](Voxel& voxel, float) {
-                     if (known(voxel) && distance(voxel) < kSolid) count_up(voxel.through);
-                   });
-    }
-  }
+  const Eigen::Vector3f& origin = scene.origins_m[row];
+  const Eigen::Vector3f way = scene.points_m[scene.index(row, column)] - origin;
+  const float length = static_cast<float>(free[beam]) * kFreeStepM * per_m;
+  const Eigen::Vector3f from = origin * per_m, direction = way / std::max(1e-6F, way.norm());
+  voxels_.walk(from, direction, length, [&](Voxel& voxel, float t) {
+    if (known(voxel) && distance(voxel) < kSolid) visit(voxel, from + t * direction, length - t);
+  });
 }
 
-bool SurfaceModel::gone(const Cell& cell) const {
-  int through = 0, seen = 0;
+std::vector<uint32_t> SurfaceModel::carve(const ScenePoints& scene, const FreeBeams& free) {
+  const auto behind = kBehindM / static_cast<float>(options_.voxel_m);
+  std::vector<uint32_t> passed;
+  for (std::size_t beam = 0; beam < free.size(); ++beam) {
+    float farthest = 0.0F;
+    follow(scene, free, beam, [&](Voxel& voxel, const Eigen::Vector3f&, float on) {
+      count_up(voxel.through);
+      farthest = std::max(farthest, on);
+    });
+    if (farthest > behind) passed.push_back(static_cast<uint32_t>(beam));
+  }
+  return passed;
+}
+
+std::vector<uint32_t> SurfaceModel::reflected(const ScenePoints& scene,
+                                              const FreeBeams& free,
+                                              const std::vector<uint32_t>& passed) const {
+  const auto behind = kBehindM / static_cast<float>(options_.voxel_m);
+  std::vector<uint32_t> found;
+  for (const uint32_t beam : passed) {
+    bool is_reflected = false;
+    follow(scene, free, beam, [&](const Voxel& voxel, const Eigen::Vector3f& at, float on) {
+      if (is_reflected || on < behind) return;
+      is_reflected = is_wall((at.array() + 0.5F).floor().cast<int>(), voxel);
+    });
+    if (is_reflected) found.push_back(beam);
+  }
+  if (found.size() < kFewest) found.clear();
+  return found;
+}
+
+SurfaceModel::Votes SurfaceModel::votes_about(const Cell& cell) const {
+  Votes votes;
   for (int z = -1; z <= 1; ++z) {
     for (int y = -1; y <= 1; ++y) {
       for (int x = -1; x <= 1; ++x) {
         const Voxel* voxel = voxels_.find_voxel(cell + Cell(x, y, z));
         if (voxel == nullptr || !known(*voxel) || distance(*voxel) >= kSolid) continue;
-        through += voxel->through;
-        seen += voxel->seen;
+        votes.through += voxel->through;
+        votes.seen += voxel->seen;
       }
     }
   }
-  return through >= 3 && through > options_.carve_ratio * seen;
+  return votes;
+}
+
+bool SurfaceModel::gone(const Cell& cell) const {
+  const Votes votes = votes_about(cell);
+  return votes.through >= 3 && votes.through > options_.carve_ratio * votes.seen;
+}
+
+bool SurfaceModel::is_wall(const Cell& cell, const Voxel& voxel) const {
+  const Votes votes = votes_about(cell);
+  if (votes.seen < kWallFacets || votes.through > kMostPassing * votes.seen) return false;
+  const Eigen::Vector3f normal = voxel.facing.unpacked();
+  const Eigen::Vector3f u = normal.unitOrthogonal(), v = normal.cross(u);
+  const auto reach = kMiddleM / static_cast<float>(options_.voxel_m);
+  for (const Eigen::Vector3f& aside : {u, v, Eigen::Vector3f(-u), Eigen::Vector3f(-v)}) {
+    const Cell beside = cell + (reach * aside).array().round().cast<int>().matrix();
+    const Voxel* other = voxels_.find_voxel(beside);
+    if (other == nullptr || !known(*other)) return false;
+  }
+  return true;
 }
 
 TriangleMesh SurfaceModel::take_mesh() {
@@ -186,9 +296,12 @@ TriangleMesh SurfaceModel::take_mesh() {
 
 TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options) {
   const BeamNoise noise = learn_noise(scenes, options.smoothing);
+  std::vector<std::vector<uint32_t>> reflected(scenes.count);  // beams; known after carving
   // Smoothed again for small pieces: all at once they would take most of the memory.
-  const SmoothScenes smoothed{scenes.count, [&](std::size_t scene) {
-                                return smooth(scenes.at(scene), noise, options.smoothing);
+  const SmoothScenes smoothed{scenes.count, [&](std::size_t i) {
+                                SmoothScene scene = smooth(scenes.at(i), noise, options.smoothing);
+                                leave_out(reflected[i], options.carve_every, scene);
+                                return scene;
                               }};
   TriangleMesh mesh;
   {
@@ -199,7 +312,21 @@ TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options) {
       model.add(scene);
       free.push_back(model.free_beams(scene));
     }
-    for (std::size_t i = 0; i < scenes.count; ++i) model.carve(scenes.at(i), free[i]);
+    std::vector<std::vector<uint32_t>> passed;
+    for (std::size_t i = 0; i < scenes.count; ++i) {
+      passed.push_back(model.carve(scenes.at(i), free[i]));
+    }
+    for (std::size_t i = 0; i < scenes.count; ++i) {
+      if (passed[i].size() < kFewest) continue;
+      reflected[i] = model.reflected(scenes.at(i), free[i], passed[i]);
+    }
+    for (std::size_t i = 0; i < scenes.count; ++i) {
+      if (reflected[i].empty()) continue;
+      SmoothScene scene = smooth(scenes.at(i), noise, options.smoothing);
+      model.remove(scene);
+      leave_out(reflected[i], options.carve_every, scene);
+      model.add(scene);
+    }
     mesh = model.take_mesh();
   }
   malloc_trim(0);  // the voxels are small blocks, which the heap would keep for itself

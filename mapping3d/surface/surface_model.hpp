@@ -44,14 +44,17 @@ struct SurfaceOptions {
 /// the surface (incidence and range), so that gaps between beams do not become holes. A voxel keeps
 /// a second distance for surfaces facing the other way, so that a thin plate seen from both sides
 /// is preserved. Free space is carved by votes of the beams, after all scenes, so that their order
-/// does not matter. Unseen space stays unknown, and the surface open there. Deterministic; not
-/// thread-safe. Limits: +-2^23 voxels from the origin.
+/// does not matter; a beam that goes through the middle of a wall was reflected, and what it
+/// measured is taken out again. Unseen space stays unknown, and the surface open there.
+/// Deterministic; not thread-safe. Limits: +-2^23 voxels from the origin.
 class SurfaceModel {
  public:
   explicit SurfaceModel(const SurfaceOptions& options = {});
 
   /// Adds a scene, in the frame of its points.
-  void add(const SmoothScene& scene);
+  void add(const SmoothScene& scene) { enter(scene, Entry::add); }
+  /// Takes out what `add` of the same scene put in.
+  void remove(const SmoothScene& scene) { enter(scene, Entry::remove); }
 
   /// How far every nth row and column of beams sees free space, in steps of 2 mm; 0 = no return.
   using FreeBeams = std::vector<uint16_t>;
@@ -59,7 +62,14 @@ class SurfaceModel {
   /// Counts the scene's beams through solid voxels; to be called after every `add`.
   /// @param scene  as it was measured
   /// @param free  of the same scene, smoothed
-  void carve(const ScenePoints& scene, const FreeBeams& free);
+  /// @returns the beams, as `free` counts them, that went on behind such a voxel
+  std::vector<uint32_t> carve(const ScenePoints& scene, const FreeBeams& free);
+  /// Which of the beams that `carve` returned of this scene went through the middle of a wall where
+  /// nearly all others end: mirrors, glass or polished metal sent them elsewhere. None if they are
+  /// few. After every `carve`.
+  std::vector<uint32_t> reflected(const ScenePoints& scene,
+                                  const FreeBeams& free,
+                                  const std::vector<uint32_t>& passed) const;
 
   /// The surface with normals; triangles are counter-clockwise from the free side. Leaves the model
   /// empty: the voxels of a building and what the surface is found in would not fit into memory
@@ -91,12 +101,29 @@ class SurfaceModel {
     float weight = 0.0F;
   };
 
-  void rasterize(const std::array<Corner, 3>& corners);
-  void add_column(const Cell& column, int axis, float surface, const Corner& mean);
+  enum class Entry { add, remove };
+  void enter(const SmoothScene& scene, Entry entry);
+  void rasterize(const std::array<Corner, 3>& corners, Entry entry);
+  void enter_column(const Cell& column, int axis, float surface, const Corner& mean, Entry entry);
   void observe(Voxel& voxel, float distance, const Corner& from);
+  void forget(Voxel& voxel, float distance, const Corner& from);
+  /// Of an observation at this distance; it falls off from half the band on behind the surface,
+  /// where nothing was seen.
+  float weight(float distance, const Corner& from) const;
   float distance(const Voxel& voxel) const;
   static bool known(const Voxel& voxel) { return voxel.front.weight > 0.0F; }
+  struct Votes {
+    int through = 0, seen = 0;
+  };
+  Votes votes_about(const Cell& cell) const;
   bool gone(const Cell& cell) const;
+  bool is_wall(const Cell& cell, const Voxel& voxel) const;
+  /// Calls visit(voxel, t) as VoxelBlocks::walk, along the free part of a beam.
+  template <class Visit>
+  void follow(const ScenePoints& scene,
+              const FreeBeams& free,
+              std::size_t beam,
+              const Visit& visit) const;
 
   friend class SurfaceNets;
   SurfaceOptions options_;

@@ -10,6 +10,7 @@
 #include "drivers/kobuki/codec.hpp"
 #include "drivers/p2os/accessories.hpp"
 #include "drivers/p2os/codec.hpp"
+#include "drivers/p2os/models.hpp"
 #include "drivers/textbase/codec.hpp"
 #include "tests/fuzz/telegrams.hpp"
 

@@ -25,6 +25,7 @@ done
 find "$made" -lname '/*' -print0 | while IFS= read -r -d '' link; do
   ln -sfn "$(realpath -ms --relative-to="${link%/*}" "$made$(readlink "$link")")" "$link"
 done
+rm -rf "$made/dev"  # programs under qemu find devices here before those of this machine
 cmake="$made/usr/lib/aarch64-linux-gnu/cmake"
 sed -i 's|"/usr/|"${CMAKE_SYSROOT}/usr/|' "$cmake"/draco/*.cmake
 sed -i '/INTERFACE_LINK_LIBRARIES/s|\([:;"]\)/usr/|\1${CMAKE_SYSROOT}/usr/|g' "$cmake"/*/*.cmake

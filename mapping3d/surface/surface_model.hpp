@@ -118,7 +118,8 @@ class SurfaceModel {
   Votes votes_about(const Cell& cell) const;
   bool gone(const Cell& cell) const;
   bool is_wall(const Cell& cell, const Voxel& voxel) const;
-  /// Calls visit(voxel, t) as VoxelBlocks::walk, along the free part of a beam.
+  /// Calls visit(voxel, at, on) for the solid voxels on the free part of a beam: the place, and the
+  /// length of the free part behind it, in voxels.
   template <class Visit>
   void follow(const ScenePoints& scene,
               const FreeBeams& free,

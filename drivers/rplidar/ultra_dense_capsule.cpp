@@ -12,18 +12,18 @@ constexpr std::size_t kAngleAt = 8, kCabinsAt = 10, kCabinSize = 5;
 constexpr uint32_t kStrength = 63;  // of every return that is encoded
 
 /// The two lowest bits of a sample name its band; the range's steps and the strength follow.
-struct Band {
+struct Scale {
   int first_mm;
   int step_mm;
   unsigned bits;  ///< of the range
 };
-constexpr std::array<Band, 4> kBands{{{0, 2, 10}, {2046, 3, 11}, {8187, 4, 12}, {24567, 5, 13}}};
+constexpr std::array<Scale, 4> kScales{{{0, 2, 10}, {2046, 3, 11}, {8187, 4, 12}, {24567, 5, 13}}};
 
 uint32_t word_of(int range_mm) {
   if (range_mm <= 0) return 0;
-  std::size_t band = kBands.size() - 1;
-  while (range_mm < kBands[band].first_mm) --band;
-  const auto [first_mm, step_mm, bits] = kBands[band];
+  std::size_t band = kScales.size() - 1;
+  while (range_mm < kScales[band].first_mm) --band;
+  const auto [first_mm, step_mm, bits] = kScales[band];
   const int steps =
       std::min((range_mm - first_mm + step_mm / 2) / step_mm, static_cast<int>(1U << bits) - 1);
   return kStrength >> band << (2 + bits) | static_cast<uint32_t>(steps) << 2U |
@@ -31,7 +31,7 @@ uint32_t word_of(int range_mm) {
 }
 
 int range_mm_of(uint32_t word) {
-  const auto [first_mm, step_mm, bits] = kBands[word & 3U];
+  const auto [first_mm, step_mm, bits] = kScales[word & 3U];
   return first_mm + step_mm * static_cast<int>(word >> 2U & ((1U << bits) - 1U));
 }
 

@@ -62,14 +62,18 @@ class SurfaceModel {
   /// Counts the scene's beams through solid voxels; to be called after every `add`.
   /// @param scene  as it was measured
   /// @param free  of the same scene, smoothed
-  /// @returns the beams, as `free` counts them, that went on behind such a voxel
+  /// @returns the beams, as `free` counts them, that went on behind such a voxel; none if few did
   std::vector<uint32_t> carve(const ScenePoints& scene, const FreeBeams& free);
   /// Which of the beams that `carve` returned of this scene went through the middle of a wall where
   /// nearly all others end: mirrors, glass or polished metal sent them elsewhere. None if they are
-  /// few. After every `carve`.
+  /// few. To be called after every `carve`.
   std::vector<uint32_t> reflected(const ScenePoints& scene,
                                   const FreeBeams& free,
                                   const std::vector<uint32_t>& passed) const;
+  /// Takes the returns of these beams out of their scene, and those between them and the next ones.
+  static void leave_out(const std::vector<uint32_t>& beams,
+                        const SurfaceOptions& options,
+                        SmoothScene& scene);
 
   /// The surface with normals; triangles are counter-clockwise from the free side. Leaves the model
   /// empty: the voxels of a building and what the surface is found in would not fit into memory
@@ -101,6 +105,10 @@ class SurfaceModel {
     float weight = 0.0F;
   };
 
+  static constexpr uint8_t kMostCounted = 255;
+  static void count_up(uint8_t& counter) {
+    if (counter < kMostCounted) ++counter;
+  }
   enum class Entry { add, remove };
   void enter(const SmoothScene& scene, Entry entry);
   void rasterize(const std::array<Corner, 3>& corners, Entry entry);

@@ -1,7 +1,7 @@
 """What a small computer has to do: a base, an RPLIDAR at 10 Hz, SLAM, a recorder and one page client in a control group
 with a quarter of one core and 512 MB, while the robot drives round an office outside of it. Nothing may be dropped. With
-less CPU time (--share 0.25 0.06 0.03) the page's messages have to be given up before scans and poses. Run as root by `./marco soak --small`, in a network
-of its own. The share is compared with a Raspberry Pi 4 by 7-zip's own benchmark, where 7zz is installed."""
+less CPU time (--share 0.25 0.06 0.03) the page's messages have to be given up before scans and poses. Run as root by
+`./marco soak --small`, in a network of its own. The share is compared with a Raspberry Pi 4 by 7-zip's own benchmark, where 7zz is installed."""
 import argparse
 import os
 import re

@@ -109,7 +109,9 @@ void ColaEmulator::receive(std::span<const uint8_t> bytes, int /*baud*/, Utime n
   }
 }
 
-std::string ColaEmulator::answer_method(const std::string& name, const std::string& text) {
+std::string ColaEmulator::answer_method(const std::string& name,
+                                        const std::string& text,
+                                        Utime now) {
   if (name == "SetAccessMode") {
     const bool right = word_of(text, 2) == "03" && word_of(text, 3) == "F4724744";
     logged_in_ = right;
@@ -117,7 +119,7 @@ std::string ColaEmulator::answer_method(const std::string& name, const std::stri
   }
   if (name == "Run") {
     logged_in_ = false;
-    next_turn_ = 0;
+    next_turn_ = turn_after(now);
     return "sAN Run 1";
   }
   return "sFA 2";
@@ -151,7 +153,7 @@ std::string ColaEmulator::answer_to(const std::string& text, Utime now) {
     intensities_ = word_of(text, 4) == "1";
     return "sWA LMDscandatacfg";
   }
-  if (kind == "sMN") return answer_method(name, text);
+  if (kind == "sMN") return answer_method(name, text, now);
   return "sFA 3";
 }
 
@@ -194,8 +196,6 @@ ScanData ColaEmulator::measure(int64_t turn) {
 
 void ColaEmulator::advance(Utime now, std::vector<uint8_t>& out) {
   while ((streaming_ || single_) && !logged_in_ && now >= sent_at(next_turn_)) {
-    // Turns that nobody waited for are not sent later.
-    next_turn_ = std::max(next_turn_, turn_after(now) - 2);
     const std::string text =
         encode_scan(measure(next_turn_), std::exchange(single_, false) ? "sRA" : "sSN");
     output_.send(encode_telegram(text), sent_at(next_turn_));

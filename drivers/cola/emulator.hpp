@@ -57,7 +57,7 @@ class ColaEmulator final : public Emulator {
 
  private:
   std::string answer_to(const std::string& text, Utime now);
-  std::string answer_method(const std::string& name, const std::string& text);
+  std::string answer_method(const std::string& name, const std::string& text, Utime now);
   ScanData measure(int64_t turn);
   Utime begin_of(int64_t turn) const;
   Utime sent_at(int64_t turn) const;

@@ -24,9 +24,9 @@ namespace {
 
 // The master of a terminal gives no event when a client comes. It is polled.
 constexpr Duration kLookForClient = Duration::from_us(10'000);
-// In addition to the kernel's buffer of 64 KiB, which a device's line has, too. What a slow client
-// leaves beyond it is lost.
-constexpr std::size_t kMaxPending = 4096;
+// A terminal's buffer in the kernel. That of a pseudo-terminal holds 16 KiB or less, so the rest
+// waits here. What a slow client leaves beyond it is lost, as on a serial line.
+constexpr std::size_t kMaxPending = 65536;
 
 [[noreturn]] void fail(const std::string& what) {
   throw std::runtime_error(what + ": " + std::strerror(errno));

@@ -374,9 +374,9 @@ def judge_text_base(port):
     check("greeting", found is not None and int(found[3]) == 500, True)
     board.say("V?")
     check("answer to V?", board.next_text("V"), found[0])
-    for order, answer in (("W 400", "K W 400"), ("R 10", "K R 10")):
+    for order in ("W 400", "R 10", "W 2000"):  # long: a busy computer may order late
         board.say(order)
-        check(order, board.next_text("K"), answer)
+        check(order, board.next_text("K"), "K " + order)
     for order, number in (("W 99", 3), ("W 2001", 3), ("R 4", 3), ("R 1001", 3), ("Q", 1), ("M 1", 1), ("M 1 2 3", 1)):
         board.say(order)
         check(order, int(board.next_text("E").split()[1]), number)
@@ -385,7 +385,9 @@ def judge_text_base(port):
     check("motors off at first", board.report()[3], 0)
     check("battery [mV]", int(board.next_text("B").split()[1]), 7400, 1000)
 
-    first = board.report()
+    still = board.report()
+    while (first := board.report())[1] - still[1] < 100:
+        board.say("M 1000 -600")
     while (now := board.report())[0] - first[0] < 1500:
         board.say("M 1000 -600")
     check("reports are 10 ms apart", board.report()[0] - board.report()[0], -10, 11)
@@ -393,6 +395,7 @@ def judge_text_base(port):
     seconds = (now[0] - first[0]) / 1000
     check("left ticks", now[1] - first[1], 1000 * seconds, 150)
     check("right ticks", now[2] - first[2], -600 * seconds, 100)
+    board.say("W 400")
     check("the watchdog is told", int(board.next_text("E").split()[1]), 4)
     before = board.report()
     check("flag of the watchdog", before[3], 2)
@@ -547,8 +550,8 @@ def judge_kobuki(port):
     check("battery [0.1 V]", now[10], 165, 5)
     check("stands until it is told", now[4:6], first[4:6])
     robot.say(bytes.fromhex("09020B00"))
-    parts = {}
-    for _ in range(5):
+    parts, until = {}, time.monotonic() + PATIENCE_S
+    while 0x0B not in parts and time.monotonic() < until:
         parts.update(robot.frame())
     check("the firmware's version", len(parts.get(0x0B, b"")), 4)
 

@@ -112,6 +112,31 @@ TEST(ColaParser, FindsTelegramsAgainAfterDamage) {
   EXPECT_GT(parser.garbage_bytes(), 165'000);
 }
 
+// A busy machine halts the simulator, not the mirror that it simulates.
+TEST(ColaEmulator, SendsTheTurnsOfAHaltAfterwards) {
+  ColaEmulator emulator(test_world, tim551());
+  const Utime start = Utime::from_us(1'000'000);
+  emulator.on_connection(true, start);
+  Bytes sent;
+  const auto ask = [&](const std::string& text, Utime now) {
+    emulator.receive(encode_telegram(text), 0, now);
+    emulator.advance(now + Duration::from_seconds(0.05), sent);
+  };
+  ask("sEN LMDscandata 1", start);
+  const Utime before = start + Duration::from_seconds(1.0);
+  emulator.advance(before, sent);
+  emulator.advance(before + Duration::from_seconds(2.0), sent);
+  // Who logs in halts it, and the turns of that time are not sent later.
+  ask("sMN SetAccessMode 03 F4724744", before + Duration::from_seconds(2.0));
+  ask("sMN Run", before + Duration::from_seconds(12.0));
+  emulator.advance(before + Duration::from_seconds(13.0), sent);
+  TelegramParser parser;
+  parser.push(sent);
+  int scans = 0;
+  while (const auto telegram = parser.next()) scans += telegram->text.starts_with("sSN") ? 1 : 0;
+  EXPECT_NEAR(scans, 4 * 15, 3);
+}
+
 struct Rig {
   explicit Rig(const ColaOptions& options = {},
                const ColaEmulatorOptions& device = {},

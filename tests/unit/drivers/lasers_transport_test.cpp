@@ -140,6 +140,35 @@ TEST(EmulatorPort, SpeaksThroughTcpToOneClientAfterTheOther) {
   EXPECT_THROW(open_stream(port.address(), {9600}), StreamLost);
 }
 
+// A client that does not read for a while loses nothing of what a real line's buffer holds, and
+// what it gets then is what came first.
+TEST(EmulatorPort, KeepsALinesBufferForASlowClient) {
+  constexpr std::size_t kLine = 65536, kChunk = 3000, kChunks = 40;
+  class Flood final : public Emulator {
+   public:
+    void receive(std::span<const uint8_t>, int, Utime) override {}
+    void advance(Utime, Bytes& out) override {
+      for (std::size_t i = 0; connected && chunks < kChunks && i < kChunk; ++i, ++sent) {
+        out.push_back(static_cast<uint8_t>(sent % 251));
+      }
+      chunks += connected ? 1 : 0;
+    }
+    Utime next_event() const override { return Utime{}; }
+    void on_connection(bool is_connected, Utime) override { connected = is_connected; }
+    bool connected = false;
+    std::size_t chunks = 0, sent = 0;
+  } device;
+  EmulatorPort port = EmulatorPort::pty(device);
+  const auto stream = open_stream(port.address(), {115'200});
+  ASSERT_TRUE(serve_until(port, [&] { return device.chunks >= kChunks; }));
+  const Bytes got = read_all(*stream, port, kLine);
+  ASSERT_GE(got.size(), kLine);
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < kLine; ++i) wrong += got[i] == i % 251 ? 0 : 1;
+  EXPECT_EQ(wrong, 0u);
+  EXPECT_LT(read_all(*stream, port, kChunk * kChunks).size() + got.size(), kChunk * kChunks);
+}
+
 TEST(OpenStream, RefusesASecondDriverAndNonsense) {
   NextByte device(9600);
   EmulatorPort port = EmulatorPort::pty(device);

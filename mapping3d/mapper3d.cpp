@@ -1,7 +1,10 @@
 #include "mapping3d/mapper3d.hpp"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "mapping3d/interlaced.hpp"
 #include "mapping3d/sweep_body.hpp"
@@ -56,7 +59,12 @@ int64_t Mapper3d::rows_without_scene() const {
   return rows;
 }
 
+void Mapper3d::require_ranges() const {
+  if (finished_) throw std::logic_error("Mapper3d: the ranges went with finish_model()");
+}
+
 void Mapper3d::set_changed() {
+  require_ranges();
   changed_ = true;
   model_.reset();
 }
@@ -136,6 +144,7 @@ std::vector<std::size_t> Mapper3d::stop_of_each() const {
 }
 
 ScenePoints Mapper3d::placed(std::size_t scene) const {
+  require_ranges();
   const bool bent = straightening_.bent && scene < straightening_.turns_rad.size();
   ScenePoints points =
       place(joined_rows(bent ? straightened(scenes_[scene], straightening_.turns_rad[scene],
@@ -160,6 +169,18 @@ const TriangleMesh& Mapper3d::model() const {
     model_ = fuse({scenes_.size(), [this](std::size_t i) { return placed(i); }}, options_.surface);
   }
   return *model_;
+}
+
+void Mapper3d::finish_model() {
+  if (!finished_) model();
+  finished_ = true;
+  for (Scene& scene : scenes_) {
+    for (SceneRow& row : scene.rows) {
+      row.ranges_m = {};
+      row.beam_parts = {};
+    }
+  }
+  malloc_trim(0);  // the heap would keep small blocks for itself
 }
 
 TriangleMesh Mapper3d::scene_meshes() const {

@@ -74,6 +74,10 @@ class Mapper3d {
   const TriangleMesh& model() const;
   /// Each scene meshed by itself, all in one mesh (thesis B's model), world frame.
   TriangleMesh scene_meshes() const;
+  /// Computes the model() and frees the rows' ranges, most of what a long log takes: the rows keep
+  /// their poses. Afterwards add(), finish(), follow(), placed() and scene_meshes() throw
+  /// std::logic_error.
+  void finish_model();
 
   /// Of the last refine(), and whether it moved any scene.
   const RegistrationResult& registration() const { return registration_; }
@@ -93,6 +97,7 @@ class Mapper3d {
   std::vector<std::size_t> stop_of_each() const;
   void straighten_sweeps(const std::vector<std::size_t>& stops);
   void set_changed();
+  void require_ranges() const;  ///< @throws std::logic_error after finish_model()
 
   Mapper3dOptions options_;
   std::map<std::string, SceneBuilder> builders_;  ///< by laser
@@ -102,6 +107,7 @@ class Mapper3d {
   Straightening straightening_;
   bool changed_ = false;  ///< since the last refine()
   bool refined_ = false;
+  bool finished_ = false;
   mutable std::optional<TriangleMesh> model_;  ///< of the scenes as they are placed now
 };
 

@@ -49,6 +49,8 @@ class Mapping3dAdapter {
   void finish();
 
   const Mapper3d& mapper() const { return mapper_; }
+  /// See Mapper3d::finish_model; no more messages are taken.
+  void finish_model() { mapper_.finish_model(); }
   const process::DropCounter& drops() const { return drops_; }
   /// Number of remembered scan poses: of keyframes, and of ten seconds before the last TRAJECTORY.
   std::size_t known_poses() const { return poses_.size(); }

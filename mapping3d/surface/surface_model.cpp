@@ -1,13 +1,14 @@
 #include "mapping3d/surface/surface_model.hpp"
 
-#include <malloc.h>
-
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "common/pose2.hpp"
 #include "mapping3d/surface/small_pieces.hpp"
 #include "mapping3d/surface/surface_nets.hpp"
+#include "mapping3d/surface/welded.hpp"
 
 namespace marco::mapping3d {
 namespace {
@@ -153,11 +154,7 @@ float SurfaceModel::distance(const Voxel& voxel) const {
   return std::max(front, back.sum / back.weight);  // solid is what lies behind both
 }
 
-TriangleMesh SurfaceModel::take_mesh() {
-  TriangleMesh mesh = SurfaceNets(*this).run();
-  backs_.clear();
-  return mesh;
-}
+TriangleMesh SurfaceModel::take_mesh() { return SurfaceNets(*this).run(); }
 
 TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options) {
   const BeamNoise noise = learn_noise(scenes, options.smoothing);
@@ -168,34 +165,32 @@ TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options) {
                                 SurfaceModel::leave_out(reflected[i], options, scene);
                                 return scene;
                               }};
-  TriangleMesh mesh;
-  {
-    SurfaceModel model(options);
-    std::vector<SurfaceModel::FreeBeams> free;
-    for (std::size_t i = 0; i < smoothed.count; ++i) {
-      const SmoothScene scene = smoothed.at(i);
-      model.add(scene);
-      free.push_back(model.free_beams(scene));
-    }
-    std::vector<std::vector<uint32_t>> passed;
-    for (std::size_t i = 0; i < scenes.count; ++i) {
-      passed.push_back(model.carve(scenes.at(i), free[i]));
-    }
-    for (std::size_t i = 0; i < scenes.count; ++i) {
-      if (passed[i].empty()) continue;
-      reflected[i] = model.reflected(scenes.at(i), free[i], passed[i]);
-    }
-    for (std::size_t i = 0; i < scenes.count; ++i) {
-      if (reflected[i].empty()) continue;
-      SmoothScene scene = smooth(scenes.at(i), noise, options.smoothing);
-      model.remove(scene);
-      SurfaceModel::leave_out(reflected[i], options, scene);
-      model.add(scene);
-    }
-    mesh = model.take_mesh();
+  SurfaceModel model(options);
+  std::vector<SurfaceModel::FreeBeams> free;
+  for (std::size_t i = 0; i < smoothed.count; ++i) {
+    const SmoothScene scene = smoothed.at(i);
+    model.add(scene);
+    free.push_back(model.free_beams(scene));
   }
-  malloc_trim(0);  // the voxels are small blocks, which the heap would keep for itself
+  std::vector<std::vector<uint32_t>> passed;
+  for (std::size_t i = 0; i < scenes.count; ++i) {
+    passed.push_back(model.carve(scenes.at(i), free[i]));
+  }
+  for (std::size_t i = 0; i < scenes.count; ++i) {
+    if (passed[i].empty()) continue;
+    reflected[i] = model.reflected(scenes.at(i), free[i], passed[i]);
+  }
+  free = {};
+  for (std::size_t i = 0; i < scenes.count; ++i) {
+    if (reflected[i].empty()) continue;
+    SmoothScene scene = smooth(scenes.at(i), noise, options.smoothing);
+    model.remove(scene);
+    SurfaceModel::leave_out(reflected[i], options, scene);
+    model.add(scene);
+  }
+  TriangleMesh mesh = model.take_mesh();
   add_small_pieces(scenes, smoothed, options, mesh);
+  if (std::optional<TriangleMesh> one = welded(mesh)) mesh = std::move(*one);
   return mesh;
 }
 

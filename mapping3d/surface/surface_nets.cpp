@@ -1,5 +1,7 @@
 #include "mapping3d/surface/surface_nets.hpp"
 
+#include <malloc.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
@@ -24,6 +26,7 @@ TriangleMesh SurfaceNets::run() {
   const std::size_t blocks = samples_.blocks().size();
   for (std::size_t i = 0; i < blocks; ++i) cross_block(*samples_.blocks()[i]);
   samples_.take_blocks();
+  malloc_trim(0);  // the heap would keep small blocks for itself
   finish_vertices();
   drop_islands();
   return std::move(mesh_);
@@ -49,6 +52,7 @@ void SurfaceNets::take_samples() {
     }
     from.reset();
   }
+  model_.backs_.clear();
   for (const Cell& cell : freed) set_free(cell);
 }
 

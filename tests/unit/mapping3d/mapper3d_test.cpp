@@ -56,6 +56,25 @@ TEST(Mapper3d, TheModelFollowsTheScenesAlsoWithoutRegistration) {
   EXPECT_EQ(mapper.model().vertices_m, fuse(mapper.placed()).vertices_m);
 }
 
+TEST(Mapper3d, AFinishedModelNeedsNoRangesAndTakesNoMoreRows) {
+  Mapper3d mapper;
+  add_sweep(mapper, kHere, {});
+  add_sweep(mapper, kThere, {});
+  mapper.refine();
+  const TriangleMesh before = mapper.model();
+  const std::size_t rows = mapper.scenes()[1].rows.size();
+  mapper.finish_model();
+  mapper.finish_model();
+  EXPECT_EQ(mapper.model().vertices_m, before.vertices_m);
+  ASSERT_EQ(mapper.scenes().size(), 2U);
+  ASSERT_EQ(mapper.scenes()[1].rows.size(), rows);
+  EXPECT_EQ(mapper.scenes()[1].rows[0].ranges_m.capacity(), 0U);
+  EXPECT_THROW(mapper.placed(), std::logic_error);
+  EXPECT_THROW(mapper.scene_meshes(), std::logic_error);
+  EXPECT_THROW(mapper.follow(PathCorrection({}, {})), std::logic_error);
+  EXPECT_EQ(mapper.model().triangles, before.triangles);
+}
+
 // SLAM knows a stop's place best at its end.
 TEST(Mapper3d, RowsOfOneStopLieWhereItsLastRowDoes) {
   Mapper3d mapper;

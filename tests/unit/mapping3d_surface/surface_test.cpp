@@ -4,6 +4,7 @@
 
 #include "common/mesh_samples.hpp"
 #include "mapping3d/surface/surface_model.hpp"
+#include "mapping3d/surface/welded.hpp"
 #include "tests/unit/mapping3d_surface/box_world.hpp"
 
 namespace marco::mapping3d {
@@ -178,6 +179,16 @@ TEST(Surface, WhatBeamsSeeThroughLaterIsGone) {
               static_cast<double>(mesh.triangles.size()),
               0.01 * static_cast<double>(mesh.triangles.size()));
   EXPECT_LT(area_in(turned, there, {-1, 0, 0}), 0.1);
+}
+
+TEST(Surface, HasOneVertexAtAPlace) {
+  std::vector<ScenePoints> scenes;
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    Sweep sweep;
+    sweep.seed = seed;
+    scenes.push_back(testing::sweep(kRoom, {{{1.0, -0.2, 0.0}, {1.3, 0.2, 1.8}}}, sweep));
+  }
+  EXPECT_FALSE(welded(fuse(scenes, coarse())).has_value());
 }
 
 TEST(Surface, UnknownStaysOpen) {

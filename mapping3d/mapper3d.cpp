@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include "mapping3d/interlaced.hpp"
 #include "mapping3d/sweep_body.hpp"
@@ -176,8 +177,8 @@ void Mapper3d::finish_model() {
   finished_ = true;
   for (Scene& scene : scenes_) {
     for (SceneRow& row : scene.rows) {
-      row.ranges_m = {};
-      row.beam_parts = {};
+      row.ranges_m = std::vector<float>();  // {} would keep its memory
+      row.beam_parts = std::vector<float>();
     }
   }
   malloc_trim(0);  // the heap would keep small blocks for itself

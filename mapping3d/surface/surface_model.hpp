@@ -140,8 +140,8 @@ class SurfaceModel {
   std::deque<Side> backs_;
 };
 
-/// The fused surface of all scenes: smooth, add, carve, mesh, and what is smaller than a voxel;
-/// welded().
+/// The fused surface of all scenes: smooth, add, carve, mesh, and what is smaller than a voxel. No
+/// two vertices are at one place.
 /// @param scenes  each is asked for up to five times, one at a time
 TriangleMesh fuse(const PlacedScenes& scenes, const SurfaceOptions& options = {});
 inline TriangleMesh fuse(const std::vector<ScenePoints>& scenes,

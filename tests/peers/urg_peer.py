@@ -47,7 +47,7 @@ class Sensor:
             if time.monotonic() - begun > room.PATIENCE_S:
                 sys.exit(f"FAILED: urg_open: {self.told()}")
             time.sleep(0.1)
-        # Its own limit, sixteen turns (0.4 s of a UST-10LX), takes a line that is interrupted on a busy computer for a whole one.
+        # By default it waits for sixteen turns (0.4 s of a UST-10LX), and takes a line that stops for longer for a whole one.
         self.urg.urg_set_timeout_msec(self.state, int(1000 * room.PATIENCE_S))
 
     def told(self):
@@ -60,7 +60,7 @@ class Sensor:
         return result
 
     def scans(self, what, kind, tolerance_m, grouped=1, skip=0):
-        """Measures, and then holds every range against the room's wall: a laser does not wait for who computes between."""
+        """Measures, and then holds every range against the room's wall: the laser does not wait while this test computes."""
         size = self.urg.urg_max_data_size(self.state)
         wanted = min(SCANS, LINE_BYTES // (size * (3 if kind == DISTANCE else 6) * 66 // 64 + 100))
         taken = [((ctypes.c_long * size)(), (ctypes.c_ushort * size)(), ctypes.c_long()) for _ in range(wanted)]

@@ -99,7 +99,7 @@ class Line:
             self.read(0.02)
 
     def falls_silent(self):
-        """What was under way may come late on a busy computer."""
+        """Reads what is still on its way, which may come late on a busy computer. @returns whether it ends."""
         until = time.monotonic() + PATIENCE_S
         while self.read(0.5):
             if time.monotonic() > until:
@@ -182,7 +182,7 @@ def judge_ldrobot(port, baud, samples_per_s):
     stream.seek(b"\x54\x2C")
     stream.take(47)  # may have been cut by the opening
     stream.seek(b"\x54\x2C")
-    # All of them first: at 84 kB a second, who computes between loses some.
+    # Read all first: at 84 kB a second, a reader that computes between packets loses some.
     packets, raw = [], [stream.take(47) for _ in range(4 * samples_per_s // 12)]
     line.close()
     for data in raw:

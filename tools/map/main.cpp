@@ -198,7 +198,7 @@ int run(const MapArguments& arguments) {
   if (job.lines() != nullptr) write_lines(out, lines, job);
   const bool calibrated = !arguments.calibrate || write_calibration(out / "calibration.toml", job);
   job.clock().end_stage("write");
-  job.finish_model();  // simplifying the surface takes the memory of the sweeps
+  job.finish_model();  // the sweeps' ranges go: simplifying the surface needs the memory
   const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
   const TriangleMesh& model = mapper.model();
   const mapping3d::JoinedSurface joined = mapping3d::join_surface(model, options.joined_surface);

@@ -57,7 +57,9 @@ TEST(Mapper3d, TheModelFollowsTheScenesAlsoWithoutRegistration) {
 }
 
 TEST(Mapper3d, AFinishedModelNeedsNoRangesAndTakesNoMoreRows) {
-  Mapper3d mapper;
+  Mapper3dOptions options;
+  options.surface.voxel_m = 0.05;
+  Mapper3d mapper(options);
   add_sweep(mapper, kHere, {});
   add_sweep(mapper, kThere, {});
   mapper.refine();

@@ -24,7 +24,7 @@ namespace {
 
 // The master of a terminal gives no event when a client comes. It is polled.
 constexpr Duration kLookForClient = Duration::from_us(10'000);
-// A terminal's buffer in the kernel. That of a pseudo-terminal holds 16 KiB or less, so the rest
+// A terminal's buffer in the kernel. That of a pseudo-terminal holds about 16 KiB, so the rest
 // waits here. What a slow client leaves beyond it is lost, as on a serial line.
 constexpr std::size_t kMaxPending = 65536;
 

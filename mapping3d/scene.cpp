@@ -28,6 +28,11 @@ std::vector<Direction> directions(const SceneRow& row) {
   return all;
 }
 
+/// Of the scan plane, in the robot's frame.
+Eigen::Vector3d scan_normal(const SceneRow& row) {
+  return row.robot_from_sensor_first.linear().col(2);
+}
+
 bool inside(const RobotBox& robot, const Eigen::Vector3d& in_robot) {
   return in_robot.x() <= robot.ahead_m && in_robot.x() >= -robot.behind_m &&
          std::abs(in_robot.y()) <= robot.half_width_m && in_robot.z() <= robot.height_m;
@@ -114,7 +119,9 @@ SceneBuilder::Step SceneBuilder::step_to(const SceneRow& row,
   const bool by_tilt = std::abs(tilt_deg) >= std::abs(pan_deg);
   const double step_deg = by_tilt ? tilt_deg : pan_deg;
   Step step;
-  if (std::abs(step_deg) < options_.min_step_deg) return step_by_robot(row);
+  const double swept_deg =
+      rad_to_deg((scan_normal(row) - scan_normal(rows_.back())).norm());  // of a small angle
+  if (std::min(std::abs(step_deg), swept_deg) < options_.min_step_deg) return step_by_robot(row);
   step.axis = by_tilt ? Axis::tilt : Axis::pan;
   step.sign = step_deg > 0.0 ? 1 : -1;
   step.jump = std::abs(step_deg) > options_.max_step_deg;
@@ -160,7 +167,8 @@ bool SceneBuilder::is_shifted(const SceneRow& row) const {
         Eigen::AngleAxisd(known->robot_from_sensor_first.linear().transpose() *
                           row.robot_from_sensor_first.linear())
             .angle();
-    if (turned_rad >= min_step_rad) break;
+    // The last row's plane is this row's: it turned within it.
+    if (turned_rad >= min_step_rad) return known != rows_.rbegin();
     const double shift_rad = std::abs(known->first_bearing_rad - row.first_bearing_rad);
     if (shift_rad < kShift * std::abs(row.bearing_step_rad)) return false;
   }

@@ -114,8 +114,8 @@ struct SceneBuilderOptions {
 /// direction, in steps or continuously, whether the robot stands or drives; it ends when the
 /// direction changes or the pan-tilt pauses or jumps, and after a full turn. Where neither moves
 /// and the scan plane is steep, the robot sweeps it as it drives or turns (push-broom). A single
-/// row of another width is skipped. A row at the angle of the last one repeats it, unless its beams
-/// are shifted. Not thread-safe.
+/// row of another width is skipped. A row in the scan plane of the last one repeats it, unless its
+/// beams are shifted: a level laser that pans sweeps nothing. Not thread-safe.
 class SceneBuilder {
  public:
   explicit SceneBuilder(const SceneBuilderOptions& options = {});

@@ -17,6 +17,13 @@ SceneRow row_at(double seconds, std::vector<float> ranges_m = {1.0F, 2.0F}) {
   return row;
 }
 
+SceneRow row_at(double seconds, double pan_deg, double tilt_deg) {
+  SceneRow row = row_at(seconds);
+  row.robot_from_sensor_first = row.robot_from_sensor_last =
+      make_pose3({0, 0, 0.5}, 0, -deg_to_rad(tilt_deg), deg_to_rad(pan_deg));
+  return row;
+}
+
 TEST(Place, ABeamLiesAlongItsBearingInTheSensorsPose) {
   Scene scene;
   scene.rows = {row_at(0, {2.0F, 0.0F})};
@@ -71,7 +78,8 @@ std::vector<std::size_t> rows_of_scenes(const std::vector<double>& tilts_deg) {
   std::vector<std::size_t> rows;
   double seconds = 0;
   for (const double tilt_deg : tilts_deg) {
-    if (const auto scene = builder.add(row_at(seconds += 0.1), 0.0, deg_to_rad(tilt_deg))) {
+    const SceneRow row = row_at(seconds += 0.1, 0.0, tilt_deg);
+    if (const auto scene = builder.add(row, 0.0, deg_to_rad(tilt_deg))) {
       rows.push_back(scene->rows.size());
     }
   }
@@ -106,8 +114,9 @@ TEST(SceneBuilder, ARowOfAnotherWidthIsPassedOverAndMissingRowsLeaveAGap) {
   SceneBuilder builder;
   for (int i = 0; i < 30; ++i) {
     if (i == 12 || i == 13) continue;  // lost
-    const std::vector<float> ranges_m(i == 20 ? 3U : 2U, 1.0F);
-    EXPECT_FALSE(builder.add(row_at(0.1 * i, ranges_m), 0.0, deg_to_rad(i)));
+    SceneRow row = row_at(0.1 * i, 0.0, i);
+    row.ranges_m.resize(i == 20 ? 3 : 2);
+    EXPECT_FALSE(builder.add(row, 0.0, deg_to_rad(i)));
   }
   const auto scene = builder.finish();
   ASSERT_TRUE(scene);
@@ -121,12 +130,44 @@ TEST(SceneBuilder, ASpinnersSweepEndsWithEachTurn) {
   std::vector<std::size_t> rows;
   for (int i = 0; i <= 900; ++i) {
     const double pan_rad = normalize_angle(deg_to_rad(i));
-    if (const auto scene = builder.add(row_at(0.1 * i), pan_rad, 0.0)) {
+    SceneRow row = row_at(0.1 * i);
+    row.robot_from_sensor_first = make_pose3({0, 0, 0.5}, deg_to_rad(90), 0, pan_rad);  // upright
+    if (const auto scene = builder.add(row, pan_rad, 0.0)) {
       rows.push_back(scene->rows.size());
     }
   }
   EXPECT_EQ(rows, (std::vector<std::size_t>{361, 361}));
   EXPECT_EQ(builder.finish()->rows.size(), 181U);
+}
+
+// All of its beams lie in one plane: no row has anything above or below it.
+TEST(SceneBuilder, ALevelLaserThatPansSweepsNothing) {
+  const auto rows_of = [](double tilt_deg) {
+    SceneBuilder builder;
+    std::vector<std::size_t> rows;
+    for (int i = 0; i < 90; ++i) {
+      const SceneRow row = row_at(0.03 * i, 2.0 * i, tilt_deg);
+      if (const auto scene = builder.add(row, deg_to_rad(2.0 * i), deg_to_rad(tilt_deg))) {
+        rows.push_back(scene->rows.size());
+      }
+    }
+    if (const auto scene = builder.finish()) rows.push_back(scene->rows.size());
+    return rows;
+  };
+  EXPECT_TRUE(rows_of(0.0).empty());
+  EXPECT_EQ(rows_of(-40.0), (std::vector<std::size_t>{90}));
+}
+
+// A pan that a level laser made before the sweep is no part of it.
+TEST(SceneBuilder, ASweepBeginsWhereItsScanPlaneTurns) {
+  SceneBuilder builder;
+  for (int i = 0; i < 30; ++i) {
+    EXPECT_FALSE(builder.add(row_at(0.03 * i, 2.0 * i, 0.0), deg_to_rad(2.0 * i), 0.0));
+  }
+  for (int i = 1; i < 20; ++i) {
+    EXPECT_FALSE(builder.add(row_at(0.9 + 0.03 * i, 58.0, i), deg_to_rad(58), deg_to_rad(i)));
+  }
+  EXPECT_EQ(builder.finish()->rows.size(), 20U);
 }
 
 // Looks up and to both sides: 2 cm a row ahead, a stand, and back.

@@ -6,18 +6,30 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
+
+#include "common/mesh_distance.hpp"
 
 namespace marco::viewer {
 namespace {
 
 constexpr float kSmallestPartM = 0.3F;
 constexpr std::size_t kFewest = 200;  // triangles that are worth two parts
+// The quadric errors that levels are made for. A quadric looks at the planes of single triangles,
+// and calls a wall with 3 mm of noise off by 13 mm once it is two triangles: how far a level really
+// is off is measured.
 constexpr std::array<float, 9> kErrorsM{0.004F, 0.006F, 0.009F, 0.013F, 0.018F,
                                         0.026F, 0.037F, 0.055F, 0.1F};
 // A level that spares less is not worth its place.
 constexpr double kWorthwhile = 0.9;
-// What joining two parts may add to the error of their triangles.
-constexpr float kMoreByJoining = 0.25F;
+// What joining two parts may add to the quadric error of their triangles.
+constexpr float kMoreByJoining = 0.5F;
+// Of a part, from which a level's distance is measured.
+constexpr std::size_t kSamples = 1000;
+// A corner's normal that is farther from its face's is of a crease: the cosine of 30 deg.
+constexpr float kSmooth = 0.866F;
+// Share of the area about a vertex that makes a face of its own; slivers lie as noise has it.
+constexpr float kWorthACorner = 0.1F;
 
 // A box lies outside when all its corners lie beyond one side of the clip space.
 bool may_be_seen(const Eigen::Matrix4d& clip_from_world,
@@ -38,6 +50,66 @@ bool may_be_seen(const Eigen::Matrix4d& clip_from_world,
   return *std::max_element(outside.begin(), outside.end()) < 8;
 }
 
+constexpr uint32_t kUnnumbered = std::numeric_limits<uint32_t>::max();
+
+/// Some of its triangles with the vertices they use.
+/// @param numbers  scratch, a kUnnumbered for each vertex of `all`; left as it was
+Geometry alone(const Geometry& all,
+               std::span<const uint32_t> indices,
+               std::vector<uint32_t>& numbers) {
+  Geometry some;
+  std::vector<uint32_t> used;
+  for (const uint32_t index : indices) {
+    uint32_t& number = numbers[index];
+    if (number == kUnnumbered) {
+      number = static_cast<uint32_t>(used.size());
+      used.push_back(index);
+      some.vertices.push_back(all.vertices[index]);
+    }
+    some.indices.push_back(number);
+  }
+  for (const uint32_t index : used) numbers[index] = kUnnumbered;
+  return some;
+}
+
+/// Twice the area long.
+Eigen::Vector3f normal_of(const Geometry& of, std::size_t triangle) {
+  const auto at = [&](std::size_t corner) {
+    return Eigen::Vector3f(of.vertices[of.indices[3 * triangle + corner]].position_m.data());
+  };
+  return (at(1) - at(0)).cross(at(2) - at(0));
+}
+
+/// A vertex at a crease has a normal between its faces', which shades a triangle of some
+/// centimetres. One of a metre it would shade all over: such a triangle gets a vertex of its own,
+/// with the normal of the faces about it that lie as it does.
+void split_creases(Geometry& level) {
+  std::vector<std::vector<std::size_t>> about(level.vertices.size());
+  std::vector<Eigen::Vector3f> normals(level.indices.size() / 3);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    normals[i] = normal_of(level, i);
+    for (std::size_t k = 0; k < 3; ++k) about[level.indices[3 * i + k]].push_back(i);
+  }
+  for (std::size_t i = 0; i < level.indices.size(); ++i) {
+    const uint32_t index = level.indices[i];
+    if (index >= about.size()) continue;
+    const Eigen::Vector3f face = normals[i / 3].normalized();
+    const Vertex corner = level.vertices[index];
+    const Eigen::Vector3f own = corner.unit_normal();
+    if (own.isZero() || std::abs(own.dot(face)) > kSmooth) continue;
+    Eigen::Vector3f alike = Eigen::Vector3f::Zero();
+    float all = 0.0F;
+    for (const std::size_t other : about[index]) {
+      all += normals[other].norm();
+      if (normals[other].dot(face) > kSmooth * normals[other].norm()) alike += normals[other];
+    }
+    if (alike.norm() < kWorthACorner * all) continue;
+    level.indices[i] = static_cast<uint32_t>(level.vertices.size());
+    level.vertices.push_back(corner);
+    level.vertices.back().set_normal((own.dot(alike) < 0.0F ? -1.0F : 1.0F) * alike.normalized());
+  }
+}
+
 }  // namespace
 
 class DetailLevels::Builder {
@@ -53,7 +125,6 @@ class DetailLevels::Builder {
   }
 
  private:
-  static constexpr uint32_t kUnnumbered = std::numeric_limits<uint32_t>::max();
   using Triangle = std::array<uint32_t, 3>;
 
   Eigen::Vector3f position(uint32_t index) const {
@@ -81,7 +152,7 @@ class DetailLevels::Builder {
     } else {
       part.first = build(begin, middle);
       part.second = build(middle, end);
-      join_levels(part);
+      join_levels(part, begin, end);
     }
     levels_.parts_.push_back(std::move(part));
     return static_cast<int>(levels_.parts_.size()) - 1;
@@ -129,21 +200,20 @@ class DetailLevels::Builder {
     for (std::size_t step = 1; step <= kErrorsM.size(); ++step) {
       const std::vector<uint32_t> fewer = simplified(all, kErrorsM[step - 1]);
       if (fewer.size() < worthwhile(part.levels.back().range.count)) {
-        keep(part, fewer, step, static_cast<double>(kErrorsM[step - 1]));
+        keep(part, fewer, step, distance_m(begin, end, fewer, kErrorsM[step - 1]));
       }
     }
   }
 
-  void join_levels(Part& part) {
+  void join_levels(Part& part, std::size_t begin, std::size_t end) {
     for (std::size_t step = 1; step <= kErrorsM.size(); ++step) {
       std::vector<uint32_t> both;
-      const double error_m =
-          std::max(gather(part.first, step, both), gather(part.second, step, both));
-      const float more_m = kMoreByJoining * kErrorsM[step - 1];
-      const std::vector<uint32_t> fewer = simplified(both, more_m);
+      gather(part.first, step, both);
+      gather(part.second, step, both);
+      const std::vector<uint32_t> fewer = simplified(both, kMoreByJoining * kErrorsM[step - 1]);
       const std::size_t last = part.levels.empty() ? both.size() : part.levels.back().range.count;
       if (fewer.size() < worthwhile(std::min(last, both.size()))) {
-        keep(part, fewer, step, error_m + static_cast<double>(more_m));
+        keep(part, fewer, step, distance_m(begin, end, fewer, kErrorsM[step - 1]));
       }
     }
   }
@@ -152,20 +222,41 @@ class DetailLevels::Builder {
     return static_cast<std::size_t>(kWorthwhile * static_cast<double>(count));
   }
 
-  // Appends a part's triangles at a step, or finer. @returns their error.
-  double gather(int number, std::size_t step, std::vector<uint32_t>& to) const {
+  // How far the triangles' corners are from those of a level, at most.
+  // @param usual_m  how far they should be; what is twice as far is called that far
+  double distance_m(std::size_t begin,
+                    std::size_t end,
+                    const std::vector<uint32_t>& level,
+                    float usual_m) const {
+    TriangleMesh mesh;
+    for (std::size_t i = 0; i + 2 < level.size(); i += 3) {
+      const auto first = static_cast<uint32_t>(mesh.vertices_m.size());
+      for (std::size_t k = 0; k < 3; ++k) mesh.vertices_m.push_back(position(level[i + k]));
+      mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    const MeshDistance distance(mesh, 2.0F * usual_m);
+    const std::size_t every = 1 + (end - begin) / kSamples;
+    float farthest_m = 0.0F;
+    for (std::size_t i = begin; i < end; i += every) {
+      farthest_m = std::max(farthest_m, distance(position(triangles_[i][0])));
+    }
+    return static_cast<double>(farthest_m);
+  }
+
+  // Appends a part's triangles at a step, or finer.
+  void gather(int number, std::size_t step, std::vector<uint32_t>& to) const {
     const Part& part = levels_.parts_[static_cast<std::size_t>(number)];
     const Level* best = nullptr;
     for (const Level& level : part.levels) {
       if (level.step == step || (part.first == kNone && level.step < step)) best = &level;
     }
     if (best == nullptr) {
-      const double first_m = gather(part.first, step, to);
-      return std::max(first_m, gather(part.second, step, to));
+      gather(part.first, step, to);
+      gather(part.second, step, to);
+      return;
     }
     const auto from = levels_.indices_.begin() + static_cast<std::ptrdiff_t>(best->range.first);
     to.insert(to.end(), from, from + static_cast<std::ptrdiff_t>(best->range.count));
-    return best->error_m;
   }
 
   // The library's time goes with the vertices it is shown, so that it gets the triangles' own.
@@ -207,35 +298,27 @@ class DetailLevels::Builder {
 DetailLevels::DetailLevels(const Geometry& surfaces) { Builder(surfaces, *this); }
 
 Geometry DetailLevels::packed(const Geometry& surfaces) const {
-  constexpr uint32_t kNew = std::numeric_limits<uint32_t>::max();
   Geometry packed;
   packed.indices.resize(indices_.size());
-  std::vector<uint32_t> numbers(surfaces.vertices.size(), kNew);
-  std::vector<uint32_t> used, local, ordered;
+  std::vector<uint32_t> numbers(surfaces.vertices.size(), kUnnumbered);
+  std::vector<uint32_t> ordered, places;
   for (const Part& part : parts_) {
     for (const Level& level : part.levels) {
-      const Range& range = level.range;
-      used.clear();
-      local.clear();
-      for (std::size_t i = range.first; i < range.first + range.count; ++i) {
-        uint32_t& number = numbers[indices_[i]];
-        if (number == kNew) {
-          number = static_cast<uint32_t>(used.size());
-          used.push_back(indices_[i]);
-        }
-        local.push_back(number);
-      }
-      for (const uint32_t index : used) numbers[index] = kNew;
-      ordered.assign(local.size(), 0);
-      meshopt_optimizeVertexCache(ordered.data(), local.data(), local.size(), used.size());
-      std::vector<uint32_t> places(used.size(), kNew);
+      const std::span<const uint32_t> of_level(indices_.data() + level.range.first,
+                                               level.range.count);
+      Geometry own = alone(surfaces, of_level, numbers);
+      if (level.step > 0) split_creases(own);
+      ordered.resize(own.indices.size());
+      meshopt_optimizeVertexCache(ordered.data(), own.indices.data(), own.indices.size(),
+                                  own.vertices.size());
+      places.assign(own.vertices.size(), kUnnumbered);
       for (std::size_t i = 0; i < ordered.size(); ++i) {
         uint32_t& place = places[ordered[i]];
-        if (place == kNew) {
+        if (place == kUnnumbered) {
           place = static_cast<uint32_t>(packed.vertices.size());
-          packed.vertices.push_back(surfaces.vertices[used[ordered[i]]]);
+          packed.vertices.push_back(own.vertices[ordered[i]]);
         }
-        packed.indices[range.first + i] = place;
+        packed.indices[level.range.first + i] = place;
       }
     }
   }
@@ -260,7 +343,7 @@ DetailLevels::Choice DetailLevels::choose(const View& view, int number) const {
   const double allowed_m = view.allowed_px * (view.perspective ? distance_m : 1.0) / view.px_per_m;
   const Level* own = nullptr;
   for (const Level& level : part.levels) {
-    if (level.step == 0 || level.error_m <= allowed_m) own = &level;
+    if (level.error_m <= allowed_m) own = &level;
   }
   if (part.first != kNone) {
     best = choose(view, part.first);

@@ -8,8 +8,9 @@
 namespace marco::viewer {
 
 /// Level of detail: surfaces as a tree of parts, each with several triangulations of the same
-/// vertices (quadric collapse; libmeshoptimizer). Parts keep their borders, so that neighbours of
-/// different levels meet; a parent need not keep the border between its two children.
+/// vertices (quadric collapse; libmeshoptimizer), and how far each is from the surface, measured.
+/// Parts keep their borders, so that neighbours of different levels meet; a parent need not keep
+/// the border between its two children.
 class DetailLevels {
  public:
   explicit DetailLevels(const Geometry& surfaces);

@@ -16,9 +16,7 @@ std::array<uint8_t, 4> packed(Rgb color) { return {color.red, color.green, color
 Vertex make_vertex(const Vector3f& position, const Vector3f& normal, Rgb color) {
   Vertex vertex;
   vertex.position_m = {position.x(), position.y(), position.z()};
-  for (int axis = 0; axis < 3; ++axis)
-    vertex.normal[axis] = static_cast<int16_t>(std::lround(
-        32767.0F * std::clamp(std::isfinite(normal[axis]) ? normal[axis] : 0.0F, -1.0F, 1.0F)));
+  vertex.set_normal(normal);
   vertex.color = packed(color);
   return vertex;
 }
@@ -144,6 +142,14 @@ void add_single(const Vector3f& point, Rgb color, Geometry& out) {
 }
 
 }  // namespace
+
+void Vertex::set_normal(const Eigen::Vector3f& direction) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float part = std::isfinite(direction[axis]) ? direction[axis] : 0.0F;
+    normal[static_cast<std::size_t>(axis)] =
+        static_cast<int16_t>(std::lround(32767.0F * std::clamp(part, -1.0F, 1.0F)));
+  }
+}
 
 SceneGeometry build_geometry(const Scene& scene) {
   SceneGeometry geometry;

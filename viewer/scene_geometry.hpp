@@ -13,6 +13,13 @@ struct Vertex {
   std::array<float, 3> position_m{};
   std::array<int16_t, 4> normal{};  ///< scaled by 32767; all 0 = not lit
   std::array<uint8_t, 4> color{};   ///< red, green, blue, 255
+
+  /// Of length 0 or about 1.
+  Eigen::Vector3f unit_normal() const {
+    return Eigen::Vector3f(normal[0], normal[1], normal[2]) / 32767.0F;
+  }
+  /// What is not finite is 0.
+  void set_normal(const Eigen::Vector3f& direction);
 };
 static_assert(sizeof(Vertex) == 24, "the renderer describes this layout to OpenGL");
 

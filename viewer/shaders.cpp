@@ -12,19 +12,33 @@ uniform float point_size_px;
 uniform vec3 eye_m;
 uniform vec3 view_direction;
 uniform float perspective;
+uniform vec3 lamp_direction;
+uniform float low_m;
+uniform float high_m;
 out vec3 surface_normal;
 out vec3 own_color;
-out vec3 towards_eye;
-#if defined(COLOR_HEIGHT) || defined(LIGHT_THESIS)
+out float facing;
+out float lamp;
+#if defined(COLOR_HEIGHT)
+out float stop;
+#endif
+#if defined(LIGHT_THESIS)
 out vec3 world_m;
+out vec3 towards_eye;
 #endif
 void main() {
-#if defined(COLOR_HEIGHT) || defined(LIGHT_THESIS)
+  vec3 to_eye = mix(-view_direction, eye_m - position_m, perspective);
+#if defined(COLOR_HEIGHT)
+  stop = 4.0 * (position_m.z - low_m) / max(high_m - low_m, 1e-3);
+#endif
+#if defined(LIGHT_THESIS)
   world_m = position_m;
+  towards_eye = to_eye;
 #endif
   surface_normal = normal.xyz;
   own_color = color.rgb;
-  towards_eye = mix(-view_direction, eye_m - position_m, perspective);
+  facing = dot(normal.xyz, to_eye);
+  lamp = dot(normal.xyz, lamp_direction);
   gl_Position = clip_from_world * vec4(position_m, 1.0);
   gl_PointSize = point_size_px;
   gl_ClipDistance[0] = cut_height_m - position_m.z;
@@ -32,30 +46,38 @@ void main() {
 )";
 
 // LIGHT_THESIS is thesis B, app. C: one lamp at the sensor's height at the origin, both sides lit.
-// LIGHT_ROOM makes faces of different direction differ. The numbers come from shading.hpp.
+// LIGHT_ROOM makes faces of different direction differ. HEIGHT_COLORS, ROOM_LIGHT and THESIS_LIGHT
+// come from shading.hpp.
 // What is done for each pixel is half of a frame's cost: one root, and no division, where the look
-// allows it.
+// allows it; few inputs; and constants, for a software driver checks each use of a uniform.
 const char* const kSurfaceFragment = R"(
 in vec3 surface_normal;
 in vec3 own_color;
-in vec3 towards_eye;
-#if defined(COLOR_HEIGHT) || defined(LIGHT_THESIS)
-in vec3 world_m;
+in float facing;
+in float lamp;
+#if defined(COLOR_HEIGHT)
+in float stop;
 #endif
+#if defined(LIGHT_THESIS)
+in vec3 world_m;
+in vec3 towards_eye;
 uniform vec3 lamp_m;
-uniform vec3 lamp_direction;
-uniform float low_m;
-uniform float high_m;
+#endif
 out vec4 shown;
 
-uniform vec3 height_colors[5];
-uniform vec3 room_light;
-uniform vec3 thesis_light;
-
-vec3 height_color(float part) {
-  float place = clamp(part, 0.0, 1.0) * 4.0;
-  int stop = min(int(place), 3);
-  return mix(height_colors[stop], height_colors[stop + 1], place - float(stop));
+// Piecewise linear: to add up what the slope changes by at all stops costs less than to look the
+// stop up.
+vec3 height_color(float stop) {
+  const vec3 colors[5] = HEIGHT_COLORS;
+  float at = clamp(stop, 0.0, 4.0);
+  vec3 slope = colors[1] - colors[0];
+  vec3 color = colors[0] + at * slope;
+  for (int i = 1; i < 4; ++i) {
+    vec3 next = colors[i + 1] - colors[i];
+    color += max(at - float(i), 0.0) * (next - slope);
+    slope = next;
+  }
+  return color;
 }
 
 void main() {
@@ -64,25 +86,25 @@ void main() {
   // the shadows look at, see what lies behind.
   if (!gl_FrontFacing && (int(gl_FragCoord.x) & int(gl_FragCoord.y) & 1) == 0) discard;
 #endif
-  // Points and lines have no normal: they face the eye.
   float square = dot(surface_normal, surface_normal);
-  bool loose = square == 0.0;
-  float turned = dot(surface_normal, towards_eye) < 0.0 ? -1.0 : 1.0;
-  vec3 n = (loose ? towards_eye : surface_normal) *
-           (turned * inversesqrt(loose ? dot(towards_eye, towards_eye) : square));
+  bool loose = square == 0.0;  // points and lines have no normal
+  float per_length = inversesqrt(max(square, 1e-12));
+  float scale = facing < 0.0 ? -per_length : per_length;
+  vec3 n = surface_normal * scale;
 #if defined(COLOR_HEIGHT)
-  vec3 base = height_color((world_m.z - low_m) / max(high_m - low_m, 1e-3));
+  vec3 base = height_color(stop);
 #elif defined(COLOR_NORMAL)
   vec3 base = 0.62 + 0.34 * n;
 #elif defined(COLOR_GREY)
-  vec3 base = vec3(thesis_light.z);
+  vec3 base = vec3(THESIS_LIGHT.z);
 #else
   vec3 base = own_color;
 #endif
 #if defined(LIGHT_THESIS)
-  float light = thesis_light.x + thesis_light.y * max(dot(n, normalize(lamp_m - world_m)), 0.0);
+  if (loose) n = normalize(towards_eye);
+  float light = THESIS_LIGHT.x + THESIS_LIGHT.y * max(dot(n, normalize(lamp_m - world_m)), 0.0);
 #elif defined(LIGHT_ROOM)
-  float light = room_light.x + room_light.y * n.z + room_light.z * max(dot(n, lamp_direction), 0.0);
+  float light = ROOM_LIGHT.x + ROOM_LIGHT.y * n.z + ROOM_LIGHT.z * max(lamp * scale, 0.0);
   if (loose) light = 1.0;
 #else
   float light = 1.0;

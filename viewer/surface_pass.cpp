@@ -2,6 +2,8 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -29,6 +31,27 @@ const char* define_of(Coloring coloring) {
 
 const char* define_of(Light light) {
   return light == Light::thesis ? "#define LIGHT_THESIS\n" : "#define LIGHT_ROOM\n";
+}
+
+// With a point in every locale.
+std::string number(double value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+std::string vec3(double x, double y, double z) {
+  return "vec3(" + number(x) + ", " + number(y) + ", " + number(z) + ")";
+}
+
+/// The numbers of shading.hpp.
+std::string constants() {
+  std::string colors;
+  for (const auto& [red, green, blue] : kHeightColors) {
+    colors += (colors.empty() ? "" : ", ") + vec3(red, green, blue);
+  }
+  return "#define HEIGHT_COLORS vec3[](" + colors + ")\n" +  //
+         "#define ROOM_LIGHT " + vec3(kRoomAmbient, kRoomSky, kRoomLamp) + "\n" +
+         "#define THESIS_LIGHT " + vec3(kThesisAmbient, kThesisDiffuse, kThesisGrey) + "\n";
 }
 
 }  // namespace
@@ -140,11 +163,6 @@ const GlProgram& SurfacePass::prepare(const GlProgram& program,
   program.set("lamp_m", look.lamp_m);
   program.set("lamp_direction", Eigen::Vector3d(world_from_camera * lamp_in_camera()));
   const auto range = height_range_m(look, box_);
-  for (std::size_t i = 0; i < kHeightColors.size(); ++i)
-    program.set(("height_colors[" + std::to_string(i) + "]").c_str(),
-                Eigen::Vector3d(kHeightColors[i].data()));
-  program.set("room_light", Eigen::Vector3d(kRoomAmbient, kRoomSky, kRoomLamp));
-  program.set("thesis_light", Eigen::Vector3d(kThesisAmbient, kThesisDiffuse, kThesisGrey));
   program.set("low_m", range[0]);
   program.set("high_m", range[1]);
   return program;
@@ -152,12 +170,12 @@ const GlProgram& SurfacePass::prepare(const GlProgram& program,
 
 const GlProgram& SurfacePass::surface_program(Coloring coloring, Light light, BackFaces backs) {
   std::unique_ptr<GlProgram>& program = programs_[{coloring, light, backs == BackFaces::faint}];
-  if (!program)
-    program =
-        std::make_unique<GlProgram>(gl_,
-                                    std::string(define_of(coloring)) + define_of(light) +
-                                        (backs == BackFaces::faint ? "#define FAINT_BACKS\n" : ""),
-                                    shaders::kSurfaceVertex, shaders::kSurfaceFragment);
+  if (!program) {
+    const std::string defines = constants() + define_of(coloring) + define_of(light) +
+                                (backs == BackFaces::faint ? "#define FAINT_BACKS\n" : "");
+    program = std::make_unique<GlProgram>(gl_, defines, shaders::kSurfaceVertex,
+                                          shaders::kSurfaceFragment);
+  }
   return *program;
 }
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/mesh_samples.hpp"
-#include "mapping3d/surface/triangle_distance.hpp"
+#include "common/triangle_distance.hpp"
 
 namespace marco::mapping3d {
 namespace {

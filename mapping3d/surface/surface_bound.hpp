@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/mesh_distance.hpp"
 #include "common/triangle_mesh.hpp"
-#include "mapping3d/surface/mesh_distance.hpp"
 
 namespace marco::mapping3d {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "common/files/ply.hpp"
+#include "common/mesh_distance.hpp"
 #include "common/mesh_samples.hpp"
-#include "mapping3d/surface/mesh_distance.hpp"
 #include "mapping3d/surface/simplify.hpp"
 #include "tests/support/mesh_wholeness.hpp"
 #include "tests/support/second_sheets.hpp"
@@ -32,7 +32,7 @@ void print_wholeness(const char* name, const TriangleMesh& mesh) {
 }
 
 void print_distances(const char* name, const TriangleMesh& from, const TriangleMesh& to) {
-  const mapping3d::MeshDistance distance(to, kFarM);
+  const MeshDistance distance(to, kFarM);
   std::vector<float> found;
   for_each_sample(from, kSampleM2, [&](const Eigen::Vector3f& point, std::size_t /*triangle*/) {
     found.push_back(distance(point));

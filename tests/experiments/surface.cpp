@@ -8,9 +8,9 @@
 #include <filesystem>
 
 #include "common/files/ply.hpp"
+#include "common/mesh_distance.hpp"
 #include "common/mesh_samples.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "mapping3d/surface/mesh_distance.hpp"
 #include "tests/support/return_classes.hpp"
 #include "tests/support/second_sheets.hpp"
 #include "tools/map/map_job.hpp"
@@ -76,7 +76,7 @@ struct Stages {
 };
 
 viewer::Picture judge(const mapping3d::ScenePoints& scene,
-                      const mapping3d::MeshDistance& distance,
+                      const MeshDistance& distance,
                       Table& table) {
   const testing::ReturnClasses classes(scene);
   viewer::Picture picture(static_cast<int>(scene.columns), static_cast<int>(scene.rows), {});
@@ -116,19 +116,19 @@ TriangleMesh facet_mesh(const mapping3d::ScenePoints& scene,
 }
 
 void print_stages(const std::vector<mapping3d::ScenePoints>& scenes,
-                  const mapping3d::MeshDistance& distance,
+                  const MeshDistance& distance,
                   const mapping3d::SurfaceOptions& options) {
   mapping3d::SurfaceOptions uncarved = options, unbounded = options;
   uncarved.carve_ratio = 1e9;
   unbounded.min_component_m2 = uncarved.min_component_m2 = 0.0;
   const TriangleMesh with_islands = fuse(scenes, unbounded), with_all = fuse(scenes, uncarved);
-  const mapping3d::MeshDistance to_islands(with_islands, kNearM), to_all(with_all, kNearM);
+  const MeshDistance to_islands(with_islands, kNearM), to_all(with_all, kNearM);
   const mapping3d::BeamNoise noise = mapping3d::learn_noise(scenes, options.smoothing);
   Stages stages;
   std::size_t all = 0;
   for (const mapping3d::ScenePoints& scene : scenes) {
     const TriangleMesh facets = facet_mesh(scene, noise, options);
-    const mapping3d::MeshDistance to_facets(facets, kNearM);
+    const MeshDistance to_facets(facets, kNearM);
     for (std::size_t i = 0; i < scene.points_m.size(); ++i) {
       if (scene.valid[i] == 0) continue;
       ++all;
@@ -156,7 +156,7 @@ void run(const std::filesystem::path& recording,
   const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
   const TriangleMesh& model = mapper.model();
   if (model.triangles.empty()) throw std::invalid_argument(recording.string() + ": no model");
-  const mapping3d::MeshDistance distance(model, kNearM);
+  const MeshDistance distance(model, kNearM);
   Table table;
   int number = 0;
   for (const mapping3d::ScenePoints& scene : mapper.placed()) {

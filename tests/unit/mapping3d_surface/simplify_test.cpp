@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "common/mesh_distance.hpp"
 #include "common/mesh_samples.hpp"
-#include "mapping3d/surface/mesh_distance.hpp"
 #include "mapping3d/surface/planes.hpp"
 #include "mapping3d/surface/simplify.hpp"
 

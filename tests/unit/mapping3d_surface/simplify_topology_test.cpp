@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-#include "mapping3d/surface/mesh_distance.hpp"
+#include "common/mesh_distance.hpp"
 #include "mapping3d/surface/planes.hpp"
 #include "mapping3d/surface/simplify.hpp"
 #include "mapping3d/surface/welded.hpp"

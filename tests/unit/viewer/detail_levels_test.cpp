@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "common/mesh_distance.hpp"
 #include "tests/unit/viewer/tiny_room.hpp"
 #include "viewer/renderer.hpp"
 
@@ -116,6 +117,45 @@ TEST(DetailLevels, PackedVerticesMakeTheSameTriangles) {
   }
 }
 
+// A floor that is folded up to a low step. The normals along the crease are means of both, and on a
+// triangle of a metre would shade all of it.
+TEST(DetailLevels, LargeTrianglesAreNotLitAsTheCreasesTheyEndAt) {
+  TriangleMesh folded;
+  testing::add_face(folded, {0, 0, 0}, {4, 0, 0}, {0, 2, 0}, 0.03F);
+  std::mt19937 random(11);
+  std::normal_distribution<float> noise(0.0F, 0.001F);
+  for (Eigen::Vector3f& vertex : folded.vertices_m) {
+    if (vertex.x() > 3.7F) vertex = {3.7F, vertex.y(), vertex.x() - 3.7F};
+    vertex += noise(random) * Eigen::Vector3f(-1, 0, 1);
+  }
+  Scene scene;
+  scene.meshes.push_back({std::make_shared<const TriangleMesh>(folded)});
+  const Geometry surfaces = build_geometry(scene).surfaces;
+  const DetailLevels levels(surfaces);
+  const Geometry packed = levels.packed(surfaces);
+  Eigen::Matrix4d everything = Eigen::Matrix4d::Zero();
+  everything(3, 3) = 1.0;
+  double all_m2 = 0.0, wrong_m2 = 0.0;
+  for (const DetailLevels::Range& range :
+       levels.choose({everything, Eigen::Vector3d::Zero(), 100.0, false, 1.0})) {
+    for (std::size_t i = range.first; i < range.first + range.count; i += 3) {
+      const auto at = [&](std::size_t k) -> const Vertex& {
+        return packed.vertices[packed.indices[i + k]];
+      };
+      const Eigen::Vector3f a(at(0).position_m.data()), b(at(1).position_m.data()),
+          c(at(2).position_m.data());
+      const Eigen::Vector3f normal = (b - a).cross(c - a);
+      const double area_m2 = 0.5 * static_cast<double>(normal.norm());
+      all_m2 += area_m2;
+      const auto is_wrong = [&](const Vertex& corner) {
+        return corner.unit_normal().dot(normal.normalized()) < 0.8F;  // 37 deg
+      };
+      if (is_wrong(at(0)) || is_wrong(at(1)) || is_wrong(at(2))) wrong_m2 += area_m2;
+    }
+  }
+  EXPECT_GT(all_m2, 7.9);
+}
+
 // A noisy wall across the very middle of a floor, where parts would be divided: kept whole, all of
 // it but its rims can go.
 TEST(DetailLevels, AWallIsNotTornByABorderThatRunsAlongIt) {
@@ -135,6 +175,43 @@ TEST(DetailLevels, AWallIsNotTornByABorderThatRunsAlongIt) {
   // An error of 3 cm, ten times the noise, anywhere. Torn, a fifth is left.
   const auto ranges = levels.choose({everything, Eigen::Vector3d::Zero(), 100.0, false, 3.2});
   EXPECT_LT(count(ranges), surfaces.indices.size() / 7);
+}
+
+// A quadric calls a wall whose points scatter by 3 mm off by centimetres once few triangles are
+// left.
+TEST(DetailLevels, ALevelIsAsFarFromTheSurfaceAsIsMeasured) {
+  TriangleMesh wall;
+  testing::add_face(wall, {0, 0, 0}, {3, 0, 0}, {0, 0, 3}, 0.03F);
+  std::mt19937 random(7);
+  std::normal_distribution<float> noise(0.0F, 0.003F);
+  for (Eigen::Vector3f& vertex : wall.vertices_m) vertex.y() += noise(random);
+  Scene scene;
+  scene.meshes.push_back({std::make_shared<const TriangleMesh>(wall)});
+  const Geometry surfaces = build_geometry(scene).surfaces;
+  const DetailLevels levels(surfaces);
+  Eigen::Matrix4d everything = Eigen::Matrix4d::Zero();
+  everything(3, 3) = 1.0;
+  for (const double allowed_m : {0.008, 0.012, 0.016}) {
+    const auto ranges = levels.choose({everything, Eigen::Vector3d::Zero(), 1.0, false, allowed_m});
+    TriangleMesh drawn{wall.vertices_m, {}, {}, {}};
+    for (const DetailLevels::Range& range : ranges) {
+      for (std::size_t i = range.first; i < range.first + range.count; i += 3) {
+        const uint32_t* const at = &levels.indices()[i];
+        drawn.triangles.push_back({at[0], at[1], at[2]});
+      }
+    }
+    const MeshDistance distance(drawn, 0.1F);
+    float farthest_m = 0.0F;
+    for (const Eigen::Vector3f& vertex : wall.vertices_m) {
+      farthest_m = std::max(farthest_m, distance(vertex));
+    }
+    // Of a large part, every few corners are looked at.
+    EXPECT_LT(farthest_m, 1.3 * allowed_m);
+    // What scatters by 3 mm is 12 mm from a plane at most: two triangles and the rim.
+    if (allowed_m > 0.015) {
+      EXPECT_LT(count(ranges), surfaces.indices.size() / 30);
+    }
+  }
 }
 
 TEST(DetailLevels, NothingHasNone) {

@@ -1,4 +1,4 @@
-#include "mapping3d/surface/mesh_distance.hpp"
+#include "common/mesh_distance.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "common/mesh_samples.hpp"
+#include "common/triangle_distance.hpp"
 #include "lcm_tools/base/check.hpp"
-#include "mapping3d/surface/triangle_distance.hpp"
 
-namespace marco::mapping3d {
+namespace marco {
 
 namespace {
 
@@ -179,4 +179,4 @@ MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2
   return found;
 }
 
-}  // namespace marco::mapping3d
+}  // namespace marco

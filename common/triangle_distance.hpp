@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-namespace marco::mapping3d {
+namespace marco {
 
 /// Squared distance to a triangle (Ericson, Real-Time Collision Detection, 5.1.5); of one without
 /// area it may be no number. In double: in float a sliver of 5 m x 5 mm is off by decimetres.
@@ -31,4 +31,4 @@ inline float squared_distance(const Eigen::Vector3f& point,
   return square(ap - ab * (vb * scale) - ac * (vc * scale));
 }
 
-}  // namespace marco::mapping3d
+}  // namespace marco

@@ -7,7 +7,7 @@
 
 #include "common/triangle_mesh.hpp"
 
-namespace marco::mapping3d {
+namespace marco {
 
 /// Distances from points to a mesh, up to a limit: triangles in a hashed lattice of cells, so that
 /// a query looks into one. Const members are safe from several threads.
@@ -64,4 +64,4 @@ struct MeshGap {
 /// triangles share samples). Distances are limited to the largest of `to`.
 MeshGap gap(const TriangleMesh& from, const MeshDistance& to, float area_each_m2);
 
-}  // namespace marco::mapping3d
+}  // namespace marco

@@ -20,6 +20,8 @@ constexpr std::size_t kCoarseStride = 4;
 // search a tenth will do: then only correspondences that alternate still move.
 constexpr double kConverged = 0.005, kSettled = 0.1;
 constexpr int kSettling = 10;
+// Of a step: shorter ones would not arrive.
+constexpr double kLeastDamping = 0.25;
 
 // Surfels that share their error: those of a row have its angle, those of a sweep its pose.
 constexpr double kSharedError = 30.0;
@@ -90,11 +92,14 @@ class Registrar {
   }
 
  private:
-  /// Gauss-Newton until the steps are small. @returns whether they became so.
+  /// Gauss-Newton until the steps are small. A full step of a robust estimator may overshoot, back
+  /// and forth for ever: steps that turn back are halved. @returns whether they became small.
   bool optimize(const MatchingScales& first) {
     const SurfelMatchingOptions& matching = options_.matching;
     Scales scales{first, kCoarseStride};
     int narrow_iterations = 0;
+    damping_ = 1.0;
+    last_step_.resize(0);
     for (int iteration = 0; iteration < options_.max_iterations; ++iteration) {
       const bool narrowest = scales.narrowest(matching);
       if (narrowest) scales.stride = 1;
@@ -144,8 +149,8 @@ class Registrar {
                        [body](const Pair& pair) { return pair.a == body || pair.b == body; });
   }
 
-  /// One step of all bodies. @returns its length in standard deviations (Newton decrement), as the
-  /// root of the mean square over the pairs.
+  /// One step of all bodies. @returns its length, undamped, in standard deviations (Newton
+  /// decrement), as the root of the mean square over the pairs.
   double iterate(const Scales& scales) {
     const auto size = 6 * static_cast<Eigen::Index>(bodies_.size());
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
@@ -186,7 +191,11 @@ class Registrar {
     information.setFromTriplets(entries.begin(), entries.end());
     const Eigen::VectorXd step =
         Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(information).solve(-gradient);
-    move(step);
+    if (last_step_.size() == size && step.dot(information * last_step_) < 0.0) {
+      damping_ = std::max(kLeastDamping, 0.5 * damping_);
+    }
+    last_step_ = step;
+    move(damping_ * step);
     const auto pairs = static_cast<double>(std::max<std::size_t>(tied_.size(), 1));
     return std::sqrt(std::abs(step.dot(gradient)) / pairs);
   }
@@ -241,6 +250,8 @@ class Registrar {
   std::vector<Pair> tied_;   ///< of them, those with correspondences in the last iteration
   Vector6d weights_;         ///< of the path: 1 / variance of turns and shifts
   std::vector<double> residuals_m_;
+  double damping_ = 1.0;       ///< of steps, see optimize()
+  Eigen::VectorXd last_step_;  ///< empty before the first
   RegistrationResult result_;
 };
 

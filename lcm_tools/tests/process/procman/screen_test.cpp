@@ -34,7 +34,14 @@ script "second" { stop everything wait "stopped"; }
 class ScreenTest : public ProcmanBench {
  protected:
   ~ScreenTest() override {
-    if (has_tmux_) tmux("kill-server 2>/dev/null");
+    if (!has_tmux_) return;
+    const int session = std::atoi(tmux("display-message -p '#{pane_pid}' 2>/dev/null").c_str());
+    tmux("kill-server 2>/dev/null");
+    if (session == 0) return;
+    // The sheriff's deputy ends after it. The next test's would refuse to work beside it.
+    const std::string runs =
+        "pgrep -r D,R,S,T -s " + std::to_string(session) + " >/dev/null";  // a zombie has ended
+    wait_until([&] { return std::system(runs.c_str()) != 0; }, kPatienceS);
   }
 
   /// @returns false, after saying so, where there is no tmux.

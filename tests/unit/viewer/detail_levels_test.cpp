@@ -28,6 +28,13 @@ Eigen::Matrix4d clip_from_world(const Camera& camera) {
   return clip_from_camera(camera, kLevelSize.aspect()) * camera_from_world(camera);
 }
 
+// Clip space of a camera that sees all of it.
+Eigen::Matrix4d everything() {
+  Eigen::Matrix4d clip = Eigen::Matrix4d::Zero();
+  clip(3, 3) = 1.0;
+  return clip;
+}
+
 TEST(DetailLevels, ZeroIsEveryTriangleInViewAndMoreIsFewer) {
   const SceneGeometry geometry = build_geometry(testing::room_scene(0.1F, 0.003F));
   const std::size_t all = geometry.surfaces.indices.size();
@@ -75,10 +82,8 @@ TEST(DetailLevels, PartsOfDifferentLevelsMeet) {
   const DetailLevels& levels = levels_of_noisy_room();
   for (const double allowed_px : {0.3, 1.0, 3.0}) {
     // From a corner with the whole room in the picture: near parts fine, far ones coarse.
-    Eigen::Matrix4d everything = Eigen::Matrix4d::Zero();
-    everything(3, 3) = 1.0;
     const auto ranges =
-        levels.choose({everything, Eigen::Vector3d(0.5, 0.5, 1.2), 200.0, true, allowed_px});
+        levels.choose({everything(), Eigen::Vector3d(0.5, 0.5, 1.2), 200.0, true, allowed_px});
     std::vector<uint32_t> drawn;
     for (const DetailLevels::Range& range : ranges) {
       const auto from = levels.indices().begin() + static_cast<std::ptrdiff_t>(range.first);
@@ -96,11 +101,9 @@ TEST(DetailLevels, PackedVerticesMakeTheSameTriangles) {
   const DetailLevels& levels = levels_of_noisy_room();
   const Geometry packed = levels.packed(surfaces);
   ASSERT_EQ(packed.indices.size(), levels.indices().size());
-  Eigen::Matrix4d everything = Eigen::Matrix4d::Zero();
-  everything(3, 3) = 1.0;
   using Triangle = std::array<std::array<float, 3>, 3>;
   for (const DetailLevels::Range& range :
-       levels.choose({everything, Eigen::Vector3d(0.5, 0.5, 1.2), 200.0, true, 1.0})) {
+       levels.choose({everything(), Eigen::Vector3d(0.5, 0.5, 1.2), 200.0, true, 1.0})) {
     std::multiset<Triangle> expected, found;
     const auto add = [](std::multiset<Triangle>& to, const Geometry& from, const uint32_t* at) {
       Triangle triangle{from.vertices[at[0]].position_m, from.vertices[at[1]].position_m,
@@ -133,11 +136,9 @@ TEST(DetailLevels, LargeTrianglesAreNotLitAsTheCreasesTheyEndAt) {
   const Geometry surfaces = build_geometry(scene).surfaces;
   const DetailLevels levels(surfaces);
   const Geometry packed = levels.packed(surfaces);
-  Eigen::Matrix4d everything = Eigen::Matrix4d::Zero();
-  everything(3, 3) = 1.0;
   double all_m2 = 0.0, wrong_m2 = 0.0;
   for (const DetailLevels::Range& range :
-       levels.choose({everything, Eigen::Vector3d::Zero(), 100.0, false, 1.0})) {
+       levels.choose({everything(), Eigen::Vector3d::Zero(), 100.0, false, 1.0})) {
     for (std::size_t i = range.first; i < range.first + range.count; i += 3) {
       const auto at = [&](std::size_t k) -> const Vertex& {
         return packed.vertices[packed.indices[i + k]];
@@ -170,10 +171,8 @@ TEST(DetailLevels, AWallIsNotTornByABorderThatRunsAlongIt) {
   scene.meshes.push_back({std::make_shared<const TriangleMesh>(mesh)});
   const Geometry surfaces = build_geometry(scene).surfaces;
   const DetailLevels levels(surfaces);
-  Eigen::Matrix4d everything = Eigen::Matrix4d::Zero();
-  everything(3, 3) = 1.0;
   // An error of 3 cm, ten times the noise, anywhere. Torn, a fifth is left.
-  const auto ranges = levels.choose({everything, Eigen::Vector3d::Zero(), 100.0, false, 3.2});
+  const auto ranges = levels.choose({everything(), Eigen::Vector3d::Zero(), 100.0, false, 3.2});
   EXPECT_LT(count(ranges), surfaces.indices.size() / 7);
 }
 
@@ -189,10 +188,9 @@ TEST(DetailLevels, ALevelIsAsFarFromTheSurfaceAsIsMeasured) {
   scene.meshes.push_back({std::make_shared<const TriangleMesh>(wall)});
   const Geometry surfaces = build_geometry(scene).surfaces;
   const DetailLevels levels(surfaces);
-  Eigen::Matrix4d everything = Eigen::Matrix4d::Zero();
-  everything(3, 3) = 1.0;
   for (const double allowed_m : {0.008, 0.012, 0.016}) {
-    const auto ranges = levels.choose({everything, Eigen::Vector3d::Zero(), 1.0, false, allowed_m});
+    const auto ranges =
+        levels.choose({everything(), Eigen::Vector3d::Zero(), 1.0, false, allowed_m});
     TriangleMesh drawn{wall.vertices_m, {}, {}, {}};
     for (const DetailLevels::Range& range : ranges) {
       for (std::size_t i = range.first; i < range.first + range.count; i += 3) {

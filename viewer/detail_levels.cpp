@@ -52,11 +52,11 @@ bool may_be_seen(const Eigen::Matrix4d& clip_from_world,
 
 constexpr uint32_t kUnnumbered = std::numeric_limits<uint32_t>::max();
 
-/// Some of its triangles with the vertices they use.
+/// Some triangles, with only the vertices that they use.
 /// @param numbers  scratch, a kUnnumbered for each vertex of `all`; left as it was
-Geometry alone(const Geometry& all,
-               std::span<const uint32_t> indices,
-               std::vector<uint32_t>& numbers) {
+Geometry extracted(const Geometry& all,
+                   std::span<const uint32_t> indices,
+                   std::vector<uint32_t>& numbers) {
   Geometry some;
   std::vector<uint32_t> used;
   for (const uint32_t index : indices) {
@@ -80,9 +80,9 @@ Eigen::Vector3f normal_of(const Geometry& of, std::size_t triangle) {
   return (at(1) - at(0)).cross(at(2) - at(0));
 }
 
-/// A vertex at a crease has a normal between its faces', which shades a triangle of some
-/// centimetres. One of a metre it would shade all over: such a triangle gets a vertex of its own,
-/// with the normal of the faces about it that lie as it does.
+/// A vertex at a crease has a normal between those of its faces. On triangles of some centimetres
+/// that is a soft edge; one of a metre is shaded wrong all over. Such a corner gets a vertex of its
+/// own, with the normal of the faces around it that lie the same way.
 void split_creases(Geometry& level) {
   std::vector<std::vector<std::size_t>> about(level.vertices.size());
   std::vector<Eigen::Vector3f> normals(level.indices.size() / 3);
@@ -306,7 +306,7 @@ Geometry DetailLevels::packed(const Geometry& surfaces) const {
     for (const Level& level : part.levels) {
       const std::span<const uint32_t> of_level(indices_.data() + level.range.first,
                                                level.range.count);
-      Geometry own = alone(surfaces, of_level, numbers);
+      Geometry own = extracted(surfaces, of_level, numbers);
       if (level.step > 0) split_creases(own);
       ordered.resize(own.indices.size());
       meshopt_optimizeVertexCache(ordered.data(), own.indices.data(), own.indices.size(),

@@ -6,8 +6,8 @@ namespace marco::viewer {
 /// it takes.
 namespace shaders {
 extern const char* const kSurfaceVertex;  ///< vertices of the world
-extern const char* const
-    kSurfaceFragment;  ///< COLOR_*, LIGHT_*, FAINT_BACKS, HEIGHT_COLORS, ROOM_LIGHT, THESIS_LIGHT
+/// COLOR_*, LIGHT_*, FAINT_BACKS, HEIGHT_COLORS, ROOM_LIGHT, THESIS_LIGHT.
+extern const char* const kSurfaceFragment;
 extern const char* const kScreenVertex;  ///< one triangle over the whole target
 extern const char* const kOcclusion;     ///< depth -> how open each pixel's surroundings are
 extern const char* const kBlur;          ///< smooths that, not across edges; COMPOSE: and darkens

@@ -3,9 +3,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <thread>
 
 #include "lcm_tools/tests/process/procman/procman_bench.hpp"
 #include "marco/emergency_stop_t.hpp"
@@ -38,10 +40,13 @@ class ScreenTest : public ProcmanBench {
     const int session = std::atoi(tmux("display-message -p '#{pane_pid}' 2>/dev/null").c_str());
     tmux("kill-server 2>/dev/null");
     if (session == 0) return;
-    // The sheriff's deputy ends after it. The next test's would refuse to work beside it.
+    // The sheriff's deputy ends after it. The next test's would refuse to work beside it. The bus
+    // rests meanwhile: what its handlers refer to has gone with the test.
     const std::string runs =
         "pgrep -r D,R,S,T -s " + std::to_string(session) + " >/dev/null";  // a zombie has ended
-    wait_until([&] { return std::system(runs.c_str()) != 0; }, kPatienceS);
+    for (double s = 0.0; s < kPatienceS && std::system(runs.c_str()) == 0; s += 0.1) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
   }
 
   /// @returns false, after saying so, where there is no tmux.

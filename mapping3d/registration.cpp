@@ -20,7 +20,7 @@ constexpr std::size_t kCoarseStride = 4;
 // search a tenth will do: then only correspondences that alternate still move.
 constexpr double kConverged = 0.005, kSettled = 0.1;
 constexpr int kSettling = 10;
-// Of a step: shorter ones would not arrive.
+// The smallest part of a step: shorter ones would not arrive within max_iterations.
 constexpr double kLeastDamping = 0.25;
 
 // Surfels that share their error: those of a row have its angle, those of a sweep its pose.
@@ -92,8 +92,8 @@ class Registrar {
   }
 
  private:
-  /// Gauss-Newton until the steps are small. A full step of a robust estimator may overshoot, back
-  /// and forth for ever: steps that turn back are halved. @returns whether they became small.
+  /// Gauss-Newton until the steps are small. Full steps of a robust estimator may overshoot and
+  /// oscillate: once a step turns back, steps are halved. @returns whether they became small.
   bool optimize(const MatchingScales& first) {
     const SurfelMatchingOptions& matching = options_.matching;
     Scales scales{first, kCoarseStride};

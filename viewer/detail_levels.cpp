@@ -9,6 +9,7 @@
 #include <span>
 
 #include "common/mesh_distance.hpp"
+#include "viewer/crease_corners.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -26,10 +27,6 @@ constexpr double kWorthwhile = 0.9;
 constexpr float kMoreByJoining = 0.5F;
 // Of a part, from which a level's distance is measured.
 constexpr std::size_t kSamples = 1000;
-// A corner's normal that is farther from its face's is of a crease: the cosine of 30 deg.
-constexpr float kSmooth = 0.866F;
-// Share of the area about a vertex that makes a face of its own; slivers lie as noise has it.
-constexpr float kWorthACorner = 0.1F;
 
 // A box lies outside when all its corners lie beyond one side of the clip space.
 bool may_be_seen(const Eigen::Matrix4d& clip_from_world,
@@ -70,44 +67,6 @@ Geometry extracted(const Geometry& all,
   }
   for (const uint32_t index : used) numbers[index] = kUnnumbered;
   return some;
-}
-
-/// Twice the area long.
-Eigen::Vector3f normal_of(const Geometry& of, std::size_t triangle) {
-  const auto at = [&](std::size_t corner) {
-    return Eigen::Vector3f(of.vertices[of.indices[3 * triangle + corner]].position_m.data());
-  };
-  return (at(1) - at(0)).cross(at(2) - at(0));
-}
-
-/// A vertex at a crease has a normal between those of its faces. On triangles of some centimetres
-/// that is a soft edge; one of a metre is shaded wrong all over. Such a corner gets a vertex of its
-/// own, with the normal of the faces around it that lie the same way.
-void split_creases(Geometry& level) {
-  std::vector<std::vector<std::size_t>> about(level.vertices.size());
-  std::vector<Eigen::Vector3f> normals(level.indices.size() / 3);
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    normals[i] = normal_of(level, i);
-    for (std::size_t k = 0; k < 3; ++k) about[level.indices[3 * i + k]].push_back(i);
-  }
-  for (std::size_t i = 0; i < level.indices.size(); ++i) {
-    const uint32_t index = level.indices[i];
-    if (index >= about.size()) continue;
-    const Eigen::Vector3f face = normals[i / 3].normalized();
-    const Vertex corner = level.vertices[index];
-    const Eigen::Vector3f own = corner.unit_normal();
-    if (own.isZero() || std::abs(own.dot(face)) > kSmooth) continue;
-    Eigen::Vector3f alike = Eigen::Vector3f::Zero();
-    float all = 0.0F;
-    for (const std::size_t other : about[index]) {
-      all += normals[other].norm();
-      if (normals[other].dot(face) > kSmooth * normals[other].norm()) alike += normals[other];
-    }
-    if (alike.norm() < kWorthACorner * all) continue;
-    level.indices[i] = static_cast<uint32_t>(level.vertices.size());
-    level.vertices.push_back(corner);
-    level.vertices.back().set_normal((own.dot(alike) < 0.0F ? -1.0F : 1.0F) * alike.normalized());
-  }
 }
 
 }  // namespace
@@ -223,18 +182,18 @@ class DetailLevels::Builder {
   }
 
   // How far the triangles' corners are from those of a level, at most.
-  // @param usual_m  how far they should be; what is twice as far is called that far
+  // @param expected_m  the search ends at twice this distance, which is returned for all beyond
   double distance_m(std::size_t begin,
                     std::size_t end,
                     const std::vector<uint32_t>& level,
-                    float usual_m) const {
+                    float expected_m) const {
     TriangleMesh mesh;
     for (std::size_t i = 0; i + 2 < level.size(); i += 3) {
       const auto first = static_cast<uint32_t>(mesh.vertices_m.size());
       for (std::size_t k = 0; k < 3; ++k) mesh.vertices_m.push_back(position(level[i + k]));
       mesh.triangles.push_back({first, first + 1, first + 2});
     }
-    const MeshDistance distance(mesh, 2.0F * usual_m);
+    const MeshDistance distance(mesh, 2.0F * expected_m);
     const std::size_t every = 1 + (end - begin) / kSamples;
     float farthest_m = 0.0F;
     for (std::size_t i = begin; i < end; i += every) {

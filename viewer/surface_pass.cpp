@@ -33,25 +33,27 @@ const char* define_of(Light light) {
   return light == Light::thesis ? "#define LIGHT_THESIS\n" : "#define LIGHT_ROOM\n";
 }
 
-// With a point in every locale.
-std::string number(double value) {
-  std::array<char, 32> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
-}
-
-std::string vec3(double x, double y, double z) {
-  return "vec3(" + number(x) + ", " + number(y) + ", " + number(z) + ")";
+std::string vec3(const std::array<double, 3>& values) {
+  std::string text = "vec3(";
+  for (const double value : values) {
+    std::array<char, 32> digits{};  // with a point in every locale
+    text.append(digits.data(),
+                std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
+    text += ',';
+  }
+  text.back() = ')';
+  return text;
 }
 
 /// The numbers of shading.hpp.
 std::string constants() {
-  std::string colors;
-  for (const auto& [red, green, blue] : kHeightColors) {
-    colors += (colors.empty() ? "" : ", ") + vec3(red, green, blue);
-  }
-  return "#define HEIGHT_COLORS vec3[](" + colors + ")\n" +  //
-         "#define ROOM_LIGHT " + vec3(kRoomAmbient, kRoomSky, kRoomLamp) + "\n" +
-         "#define THESIS_LIGHT " + vec3(kThesisAmbient, kThesisDiffuse, kThesisGrey) + "\n";
+  std::string text = "#define HEIGHT_COLORS vec3[](";
+  for (const std::array<double, 3>& color : kHeightColors) text.append(vec3(color)) += ',';
+  text.back() = ')';
+  text.append("\n#define ROOM_LIGHT ").append(vec3({kRoomAmbient, kRoomSky, kRoomLamp}));
+  text.append("\n#define THESIS_LIGHT ")
+      .append(vec3({kThesisAmbient, kThesisDiffuse, kThesisGrey}));
+  return text += '\n';
 }
 
 }  // namespace

@@ -30,8 +30,13 @@ using ::marco::testing::IsNear;
 using ::marco::testing::Program;
 using ::marco::testing::TemporaryFolder;
 
-constexpr const char* kTheirs = "udpm://239.255.76.67:7667?ttl=0";
-constexpr const char* kOurs = "udpm://239.255.76.67:7668?ttl=0";
+// Two networks; isolated.sh gives them where it cannot give a network of its own.
+std::string url_from(const char* variable, const char* otherwise) {
+  const char* url = std::getenv(variable);
+  return url == nullptr ? otherwise : url;
+}
+const std::string kTheirs = url_from("MARCO_SECOND_URL", "udpm://239.255.76.67:7667?ttl=0");
+const std::string kOurs = url_from("LCM_DEFAULT_URL", "udpm://239.255.76.67:7668?ttl=0");
 constexpr int kBeams = 240;
 constexpr double kTurn = 2.0 * std::numbers::pi, kScanS = 0.1;
 constexpr int64_t kStartUs = 1'700'000'000'000'000;

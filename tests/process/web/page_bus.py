@@ -1,10 +1,13 @@
 """LCM on the network without LCM: what a test sends and hears, as bytes."""
+import os
+import re
 import socket
 import struct
 import threading
 import time
 
-GROUP, PORT = "239.255.76.67", 7667
+# Where the programs speak: isolated.sh gives a port of its own where it cannot give a network.
+GROUP, PORT = "239.255.76.67", int(re.search(r":(\d+)|$", os.environ.get("LCM_DEFAULT_URL", "").rpartition("//")[2])[1] or 7667)
 
 
 class Bus:
@@ -15,9 +18,8 @@ class Bus:
         self.link.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.link.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
         self.link.bind(("", PORT))
-        self.link.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                             socket.inet_aton(GROUP) + socket.inet_aton("127.0.0.1"))
-        self.link.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+        # On the interface of the route, as LCM.
+        self.link.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(GROUP) + socket.inet_aton("0.0.0.0"))
         self.link.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
         self.last, self.heard, self.number = {}, [], 0
         self.thread = threading.Thread(target=self.listen, daemon=True)

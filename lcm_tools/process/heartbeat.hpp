@@ -19,7 +19,7 @@ class Heartbeat {
   /// Call in the loop that must not hang, at least once a second; sends every 0.1 s at most.
   void beat(std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now()) noexcept;
 
-  /// Promises no more beats, until the next one: before an orderly end or a long step.
+  /// Promises no more beats, until the next one. Before an orderly end: systemd takes it for that.
   void stopping() noexcept;
 
  private:

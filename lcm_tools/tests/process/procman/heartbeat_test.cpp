@@ -45,20 +45,20 @@ class HeartbeatTest : public ProcmanBench {
     file >> pid;
     return file ? pid : 0;
   }
-  std::string order_guarded(int32_t runid) {
+  void order_guarded() {
     const std::string exec = command("guardian " + folder_ + "/guardian beat 0.5 hang");
-    order({"guarded", exec, "", runid == 1}, runid);
-    return exec;
+    order({"guarded", exec, "", true, SIGINT, 0.3}, 1);
   }
 };
 
 // What nobody promised is not watched, and nobody else may promise it.
 TEST_F(HeartbeatTest, OnlyAPromisedBeatThatFallsSilentIsKilled) {
   start_deputy();
-  order({"silent", command("beat 0.5 hang"), "", true}, 1);
+  order({"silent", command("beat 0.5 hang"), "", true, SIGINT, 0.3}, 1);
   order({"child", "bash -c '" + command("beat 0.5 hang") + "; echo not reached'"}, 1);
-  order({"never", command("hang")}, 1);
-  order({"withdrawn", command("beat 0.2 stopping hang")}, 1);
+  // A stopped process ends by SIGKILL only, with the test.
+  order({"never", command("hang"), "", false, SIGINT, 0.3}, 1);
+  order({"withdrawn", command("beat 0.2 stopping hang"), "", false, SIGINT, 0.3}, 1);
   order({"alive", command("beat 1000")}, 1);
   ASSERT_TRUE(wait_until([&] { return hangs("silent") && hangs("never") && hangs("withdrawn"); }));
   const int64_t silent_us = monotonic_us();
@@ -85,9 +85,23 @@ TEST_F(HeartbeatTest, OnlyAPromisedBeatThatFallsSilentIsKilled) {
   for (const std::string id : {"never", "withdrawn", "alive"}) EXPECT_TRUE(runs(id, 1)) << id;
 }
 
+// As a program expects that asks systemd's library. A service that the deputy runs in is not meant.
+TEST_F(HeartbeatTest, TheEnvironmentNamesTheKeeper) {
+  setenv("NOTIFY_SOCKET", "/of/a/service", 1);
+  setenv("WATCHDOG_PID", "1", 1);
+  start_deputy();
+  unsetenv("NOTIFY_SOCKET");
+  unsetenv("WATCHDOG_PID");
+  order({"env", "bash -c 'echo $NOTIFY_SOCKET $WATCHDOG_USEC; ((WATCHDOG_PID == $$)) && echo me'"},
+        1);
+  ASSERT_TRUE(wait_until([&] { return has_ended("env", 1); }));
+  EXPECT_THAT(file_of("env"), HasSubstr(folder_ + "/run/marco-procman/bench/"));
+  EXPECT_THAT(file_of("env"), HasSubstr(".beat 3000000\nme\n"));
+}
+
 TEST_F(HeartbeatTest, TheKeeperWatchesWithoutADeputy) {
   start_deputy();
-  order({"silent", command("beat 0.5 hang"), "", true}, 1);
+  order({"silent", command("beat 0.5 hang"), "", true, SIGINT, 0.3}, 1);
   ASSERT_TRUE(wait_until([&] { return hangs("silent"); }));
   const pid_t first = status("silent").pid;
   deputy_->signal(SIGKILL);
@@ -118,7 +132,7 @@ TEST_F(HeartbeatTest, WhatTheKeeperSleptOverIsNotCounted) {
 
 TEST_F(HeartbeatTest, AGuardianOutlivesItsCommandAndDelaysNothing) {
   start_deputy();
-  order_guarded(1);
+  order_guarded();
   ASSERT_TRUE(wait_until([&] { return hangs("guarded") && guardian() > 0; }));
   const pid_t first = status("guarded").pid;
   const pid_t guard = guardian();
@@ -129,7 +143,6 @@ TEST_F(HeartbeatTest, AGuardianOutlivesItsCommandAndDelaysNothing) {
   const pid_t second = guardian();
   const pid_t next = status("guarded").pid;
   ASSERT_TRUE(wait_until([&] { return hangs("guarded"); }));
-  deputy_->signal(SIGTERM);
   deputy_->signal(SIGTERM);
   EXPECT_EQ(deputy_->wait_s(10.0), 0);
   EXPECT_FALSE(is_alive(next));

@@ -186,7 +186,7 @@ TEST_F(SheriffTest, ASecondLoneSheriffTouchesNothing) {
   config_ = write_file("lone.procman", kLoneRobot);
   auto sheriff = start_sheriff({"-n", "-l", "drive"});
   ASSERT_TRUE(wait_until([&] {
-    return status("base").pid > 0 &&
+    return status("base").pid > 0 && has_ended("short", 1) &&
            programs_output().find("these keep running: base") != std::string::npos;
   }));
   const pid_t pid = status("base").pid;

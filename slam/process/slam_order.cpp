@@ -2,11 +2,13 @@
 
 #include <utility>
 
+#include "common/order_age.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/inside_folder.hpp"
 #include "lcm_tools/process/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/finite_pose.hpp"
+#include "lcmtypes/stamp.hpp"
 
 namespace marco::slam {
 namespace {
@@ -52,12 +54,15 @@ SlamOrder check_order(const slam_command_t& command, const std::filesystem::path
 }
 
 void SlamOrders::take(const slam_command_t& command,
+                      Utime came,
                       const std::filesystem::path& maps_folder,
                       const std::function<std::string(const SlamOrder&)>& execute) {
   taking_ = {};
   taking_.command = command.command;
   taking_.command_utime = command.utime;
   answer(taking_, [&] {
+    const std::string stale = why_stale(stamp_of(command.utime), came);
+    require(stale.empty(), stale);
     const SlamOrder order = check_order(command, maps_folder);
     if (!order.folder.empty()) taking_.path = std::filesystem::absolute(order.folder).string();
     return execute(order);

@@ -21,7 +21,7 @@ std::filesystem::path folder_of(const slam_command_t& command,
   require(!command.folder.empty() && !std::filesystem::path(command.folder).is_absolute() &&
               files::stays_inside(command.folder),
           name + ": the folder must lie below " + maps_folder.string());
-  return files::inside_folder(maps_folder, command.folder);
+  return maps_folder / std::filesystem::path(command.folder).lexically_normal();
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
@@ -67,7 +68,7 @@ void wait_for_frame(process::LcmBus& bus, const Ear& ear) {
 }
 
 int fail(const std::string& why) {
-  std::fprintf(stderr, "marco go: %s\n", why.c_str());
+  print(stderr, "marco go: %s\n", why.c_str());
   return process::kExitFailed;
 }
 
@@ -99,7 +100,7 @@ int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
   std::snprintf(left, sizeof left, "%.2f m from the goal", left_m.norm());
   if (!drive.why_ended().empty())
     return fail(std::string("ended ") + left + ": " + drive.why_ended());
-  std::printf("there: %s\n", left);
+  print(stdout, "there: %s\n", left);
   return process::kExitDone;
 }
 

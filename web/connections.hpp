@@ -27,11 +27,19 @@ class Connections {
   /// Closes another where there is no room. @returns whether it did
   bool add(const std::string& address, std::function<void()> close, Place& place) {
     const bool is_full = open_.size() >= kMost;
-    if (is_full) to_close()->close();
+    if (is_full) {
+      const auto close_other = to_close()->close;
+      close_other();
+    }
+    ++count_[address];
     place = open_.insert(open_.end(), {address, std::move(close)});
     return is_full;
   }
-  void remove(Place place) { open_.erase(place); }
+  void remove(Place place) {
+    const auto count = count_.find(place->address);
+    if (--count->second == 0) count_.erase(count);
+    open_.erase(place);
+  }
   /// It waits, or is being answered, from now on.
   void set_waiting(Place place, bool is_waiting) {
     place->is_waiting = is_waiting;
@@ -41,14 +49,16 @@ class Connections {
 
  private:
   Place to_close() {
-    std::map<std::string, int> count;
-    for (const Open& one : open_) ++count[one.address];
-    return std::max_element(open_.begin(), open_.end(), [&](const Open& a, const Open& b) {
-      return std::pair(count[a.address], a.is_waiting) < std::pair(count[b.address], b.is_waiting);
-    });
+    const auto busiest = std::max_element(count_.begin(), count_.end(),
+                                          [](auto& a, auto& b) { return a.second < b.second; });
+    const auto is_its = [&](const Open& one) { return one.address == busiest->first; };
+    const auto waits = std::find_if(open_.begin(), open_.end(),
+                                    [&](const Open& one) { return is_its(one) && one.is_waiting; });
+    return waits != open_.end() ? waits : std::find_if(open_.begin(), open_.end(), is_its);
   }
 
-  std::list<Open> open_;  // longest in its state first
+  std::map<std::string, int> count_;  // by address
+  std::list<Open> open_;              // longest in its state first
 };
 
 }  // namespace marco::web

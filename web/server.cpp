@@ -10,7 +10,8 @@
 namespace marco::web {
 namespace {
 
-constexpr int kMostAtOnce = 200;    // LCM's messages have their turn
+constexpr int kMostAtOnce = 200;  // LCM's messages have their turn
+constexpr int kAcceptedAtOnce = 16;
 constexpr double kTurnsS = 0.0005;  // a stop may have come meanwhile
 
 }  // namespace
@@ -53,8 +54,8 @@ void Server::State::listen(const ServerOptions& options) {
 void Server::State::accept() {
   acceptor.async_wait(Tcp::acceptor::wait_read, [this](error_code error) {
     if (error) return;
-    // All that came, or a crowd that comes and goes would keep the others waiting.
-    for (int n = 0; n < kMostAtOnce && !error; ++n) {
+    // Several, or a crowd that comes and goes would keep the others waiting.
+    for (int n = 0; n < kAcceptedAtOnce && !error; ++n) {
       Tcp::socket socket(io);
       acceptor.accept(socket, error);
       if (!error) start_connection(std::move(socket), shared, tls ? &*tls : nullptr);

@@ -79,11 +79,20 @@ BaseCommand GoalDrive::order(double velocity_m_per_s, double yaw_rate_rad_per_s,
   return command;
 }
 
-std::optional<BaseCommand> GoalDrive::next(const Eigen::Vector2d& goal_m, Utime now) {
-  const double distance_m = goal_m.norm(), bearing_rad = std::atan2(goal_m.y(), goal_m.x());
-  // A sender that stood still does not go on with what it wanted then.
+/// A sender that stood still does not go on with what it wanted then.
+bool GoalDrive::keeps_up(Utime now) {
   if ((now - called_).seconds() > kOrderHoldsS || now < called_) end("its sender was held up");
   called_ = now;
+  return !is_over_;
+}
+
+std::optional<BaseCommand> GoalDrive::hold(Utime now) {
+  return keeps_up(now) ? std::optional(order(0.0, 0.0, now)) : std::nullopt;
+}
+
+std::optional<BaseCommand> GoalDrive::next(const Eigen::Vector2d& goal_m, Utime now) {
+  const double distance_m = goal_m.norm(), bearing_rad = std::atan2(goal_m.y(), goal_m.x());
+  if (!keeps_up(now)) return std::nullopt;
   if (!is_taken_ && (now - begun_).seconds() > kTakenWithinS) {
     end("no base took the order. Is its driver running, and on this network?");
   }

@@ -30,6 +30,8 @@ class GoalDrive {
   /// @returns the order to send now; nothing: it is over, and a stop is to be sent unless
   /// is_taken_over().
   std::optional<BaseCommand> next(const Eigen::Vector2d& goal_m, Utime now);
+  /// The same while the robot shall stand for a moment.
+  std::optional<BaseCommand> hold(Utime now);
   /// What the base says of its orders, ours and others'.
   void on_status(const BaseStatus& status);
 
@@ -43,6 +45,7 @@ class GoalDrive {
 
   void enter(Phase phase, Utime now);
   void end(const std::string& why);
+  bool keeps_up(Utime now);
   void watch(double left, Utime now);
   bool is_there(double distance_m);
   BaseCommand order(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) const;

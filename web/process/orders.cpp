@@ -21,11 +21,10 @@ namespace {
 
 using foxglove::text_json;
 
-constexpr int64_t kStopAgainUs = 50'000;
-// A second after its browser's last sign of life the robot stands: a page says each 0.15 s that it
-// is there, and a base brakes for half a second from the velocity of a goal.
-constexpr double kGoalHoldsS = 0.45;
-constexpr int64_t kPingEveryUs = 150'000;
+// A second after its browser's last sign of life the robot stands: a base brakes for half of it. A
+// page says each 0.15 s that it is there; one that draws much is late, and its goal goes on.
+constexpr double kGoalHoldsS = 0.45, kGoalEndsS = 1.0;
+constexpr int64_t kPingEveryUs = 150'000, kStopAgainUs = 50'000;
 constexpr auto kGoalEveryUs = static_cast<int64_t>(1e6 * teleop::GoalDrive::kSendEveryS);
 constexpr const char* kReadOnly =
     "only watching: the address with its token, or a page of this host, may give orders";
@@ -171,7 +170,8 @@ Eigen::Vector2d Orders::in_robot(const FramedPose& place, Utime now) const {
 
 void Orders::step_goal(int64_t now_us) {
   if (!goal_) return;
-  if (hub_.silence_s(goal_->client) > kGoalHoldsS) return end_goal("its browser is gone or silent");
+  const double silence_s = hub_.silence_s(goal_->client);
+  if (silence_s > kGoalEndsS) return end_goal("its browser is gone or silent");
   if (now_us - goal_->pinged_us > kPingEveryUs) {
     goal_->pinged_us = now_us;
     hub_.ping(goal_->client);
@@ -180,7 +180,8 @@ void Orders::step_goal(int64_t now_us) {
   goal_->sent_us = now_us;
   try {
     const Utime now = wall_now();
-    const auto order = goal_->drive.next(in_robot(goal_->pose, now), now);
+    const auto order = silence_s > kGoalHoldsS ? goal_->drive.hold(now)
+                                               : goal_->drive.next(in_robot(goal_->pose, now), now);
     if (!order && goal_->drive.is_taken_over()) return drop_goal(goal_->drive.why_ended());
     if (!order) return end_goal(goal_->drive.why_ended());
     bus_->publish(channels::kBaseCommand, to_message(*order));
@@ -207,8 +208,7 @@ void Orders::tell_goal(bool active, const std::string& text) {
     goal_told_ += R"(,"x_m":)" + foxglove::number(goal_->pose.pose.x_m) + R"(,"y_m":)" +
                   foxglove::number(goal_->pose.pose.y_m);
   }
-  goal_told_ += "}";
-  hub_.publish(goal_channel_, process::wall_clock_us() * 1000, goal_told_);
+  hub_.publish(goal_channel_, process::wall_clock_us() * 1000, goal_told_ += "}");
 }
 
 std::string Orders::stop(const Hub::Call& call, std::string_view json) {

@@ -114,7 +114,7 @@ class Goals(unittest.TestCase):
             self.stands_within(1.0, begun)
             self.assertEqual(self.orders(begun)[-1], KIND_STOP)
             self.assertNotIn(KIND_GO_TO, self.orders())
-            self.assertEqual(self.orders(begun + 1.0), [])
+            self.assertEqual(self.orders(begun + 1.3), [])
             self.client.close()
             self.client = Client(8765)
             self.client.subscribe("page/goal")

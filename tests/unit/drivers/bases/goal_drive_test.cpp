@@ -82,6 +82,22 @@ TEST(GoalDrive, ASenderThatWasHeldUpDoesNotGoOn) {
   EXPECT_FALSE(stepped.step(Duration::from_seconds(-5.0)));  // the clock was set back
 }
 
+TEST(GoalDrive, ItStandsForAMomentAndGoesOn) {
+  Told told;
+  told.steps(20);
+  for (int i = 0; i < 10; ++i) {
+    told.now = told.now + kEvery;
+    const auto order = told.drive.hold(told.now);
+    ASSERT_TRUE(order);
+    EXPECT_EQ(order->kind, Kind::velocity);
+    EXPECT_EQ(order->id, kId);
+    EXPECT_EQ(std::abs(order->velocity_m_per_s) + std::abs(order->yaw_rate_rad_per_s), 0.0);
+  }
+  told.steps(20);
+  EXPECT_FALSE(told.drive.hold(told.now + Duration::from_seconds(0.6)));
+  EXPECT_THAT(told.drive.why_ended(), HasSubstr("held up"));
+}
+
 TEST(GoalDrive, ItEndsWithTheBasesWordAndWithOrdersOfOthers) {
   for (const Fate fate : {Fate::done, Fate::shortened, Fate::refused, Fate::aborted}) {
     Told told;

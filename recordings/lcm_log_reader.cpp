@@ -134,8 +134,8 @@ class LcmLogReader : public files::QueuedReader {
   void finish_report() override {
     for (const auto& [name, channel] : survey_.channels) {
       if (channel.meaning != Meaning::passed_by) continue;
-      note("%s (%s): %lld events skipped", name.c_str(), channel.fingerprint.c_str(),
-           static_cast<long long>(channel.count));
+      note("%s (%s): %lld events that the map does not use", name.c_str(),
+           channel.fingerprint.c_str(), static_cast<long long>(channel.count));
     }
     const files::LogDamage& damage = log_.damage();
     if (damage.places == 0) return;

@@ -196,6 +196,10 @@ class TiltedScanReader : public QueuedReader {
       }
     }
     for (const auto& [stem, path] : files) report_.paths.push_back(path.string());
+    require(!fs::exists(paths.front() / "map.yaml"),
+            paths.front().string() +
+                ": this is a map folder: --extend or --localize takes it beside a recording, and "
+                "--merge several of one building");
     require(!files.empty(), paths.front().string() +
                                 ": no 3D scan in it (*_tilt_ranges_mm.csv, *.3d or "
                                 "scan_polar.csv)");

@@ -5,7 +5,10 @@
 show_progress() {
   local line begun=no width
   while IFS= read -r line; do
-    case $line in "ninja: Entering directory"* | "ninja: no work to do." | '['*'] The commit') continue ;; esac
+    case $line in
+      "ninja: Entering directory"* | "ninja: no work to do.") continue ;;
+      '['*'] The commit' | '['*'] Re-checking globbed directories'*) continue ;;
+    esac
     if [ $begun = no ]; then
       begun=yes
       say "building ($1)"
@@ -40,6 +43,12 @@ configure() {
   echo "$known" >"$folder/configured_for"
 }
 configure_options=()
+
+# $1 preset. Whether another ./marco builds at this moment.
+is_building() {
+  local lock="$root/build/$1/.lock"
+  [ -z "$given_programs" ] && [ -w "$lock" ] && ! flock -n "$lock" true
+}
 
 # $1 preset, then targets (none = all). Nothing is done where the programs are given (MARCO_BIN, or installed).
 build() {

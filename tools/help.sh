@@ -4,39 +4,50 @@ usage() {
   cat <<'TEXT' | sed "s|\./marco|$name|g"
 Marco: indoor maps and 3D models from a 2D laser, on LCM.
 
+Try it:
   ./marco demo [--out DIR]             a simulated robot maps a lab in real time (5 minutes): drivers, procman, lcm-logger,
                                        replay, pictures, errors against the truth (--batch: simulated in 20 seconds)
+
+A map from a recording:
   ./marco map INPUT... [--out DIR]     map your own log or 3D scans       (./marco map --help)
   ./marco map --many DIR --out DIR     map every recording in a folder, some at a time or under Slurm; a table of all
                                        (./marco map --many --help)
   ./marco check INPUT...               is its map good, doubtful or wrong, where and why; writes nothing
   ./marco calibrate LOG [--out DIR]    where the laser sits, how wheels and gyroscope count, from a drive with turns;
                                        the pan-tilt's lever arms and zero angles, from sweeps of a room
-  ./marco render WHAT --out PNG        pictures of a map folder or a model (./marco render --help)
-  ./marco export OUT --html [FILE]     a map folder as one HTML file: opens in any browser, without network
   ./marco model SCAN... [--out DIR]    one 3D model from scans of any scanner: PCD, PLY, XYZ, PTS, PTX, uos
   ./marco posts FOLDER [-o OUT]        path and landmarks from wheel speeds and sightings of posts (./marco posts --help)
+
+What came of it:
+  ./marco page [MAP|LOG]               a page in the browser: what runs, a map folder or a recording (./marco page --help)
+  ./marco render WHAT --out PNG        pictures of a map folder or a model (./marco render --help)
+  ./marco export OUT --html [FILE]     a map folder as one HTML file: opens in any browser, without network
   ./marco plan OUT                     a map folder's floor plan to scale: rooms, areas, doors (PDF, SVG, DXF, GeoJSON)
   ./marco plan OUT --against PLAN      where the building is not as a DXF or SVG plan has it; --import: localize in that plan
-  ./marco figures [--out DIR] [LOG]    thesis B's figures of 3D scenes, from the simulated lab or your own log
+  ./marco texture PLY PHOTOGRAPHS      a model painted with photographs    (./marco texture --help)
   ./marco evaluate TRAJ RELATIONS      error of a trajectory               (./marco evaluate --help)
   ./marco evaluate-model PLY WORLD     error of a model                    (./marco evaluate-model --help)
-  ./marco texture PLY PHOTOGRAPHS      a model painted with photographs    (./marco texture --help)
-  ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
+  ./marco figures [--out DIR] [LOG]    thesis B's figures of 3D scenes, from the simulated lab or your own log
+  ./marco python [SCRIPT]              python3 with `import marco`: recordings as numpy arrays, maps, matching, a live robot
+
+A robot that runs:
   ./marco devices [PORT...]            what is plugged in, what it is, at which rate; --write DIR: files that start it
+  ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
   ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
-  ./marco page [MAP|LOG]               a page in the browser: what runs, a map folder or a recording (./marco page --help)
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release
   ./marco go X Y                       drives the robot that runs to a point of the map [m], straight on
   ./marco head PAN TILT                points the pan-tilt of the robot that runs [degrees]; 0 0: ahead and level
   ./marco program ORDER [NAME]         the programs that ./marco run started: list, start, stop, restart
   ./marco slam ORDER [NAME]            the SLAM that runs: save, localize, extend, reset, set-pose, pause, resume
-  ./marco replay LOG [--speed X]       a log's input channels into the processes that run
   ./marco bridge [ws://ROBOT:8765]     maps with a robot of MBot, dimos, ROS 1 or ROS 2   (./marco bridge --help)
-  ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)
-  ./marco log COMMAND ...              info, cut, filter, merge, export, import, convert (LCM, ROS bags, MCAP), repair, play
   ./marco relay --listen PORT          LCM to hosts that multicast does not reach: Wi-Fi, VPN, cloud (docs/two_hosts.md)
-  ./marco python [SCRIPT]              python3 with `import marco`: recordings as numpy arrays, maps, matching, a live robot
+
+Recordings and messages:
+  ./marco log COMMAND ...              info, cut, filter, merge, export, import, convert (LCM, ROS bags, MCAP), repair, play
+  ./marco replay LOG [--speed X]       a log's input channels into the processes that run
+  ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)
+
+For those who develop Marco:
   ./marco test [--long]                build with warnings as errors, run every test
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
                                        (--peers: what we read and write against ROS' and MCAP's own)
@@ -187,6 +198,11 @@ What Marco depends on, its versions on this machine and its licences, checked ag
 TEXT
       ;;
   esac | sed "s|\./marco|$name|g"
+}
+
+# Of a command whose program is not built yet.
+help_from_page() {
+  sed -n "/^## $command\$/,/^## /{/^## /d;s/^    //;p}" "$root/docs/options.md" | sed '1{/^$/d}'
 }
 
 # $1: a word, then names. The name with the fewest typing errors, at most one in three letters; else nothing.

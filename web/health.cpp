@@ -14,6 +14,7 @@ using foxglove::text_json;
 
 constexpr int64_t kSecondUs = 1'000'000;
 constexpr int64_t kSilentUs = 5 * kSecondUs;       // each says how it is once a second
+constexpr int64_t kBusyUs = 60 * kSecondUs;        // the same, of one that announced long work
 constexpr int64_t kForgottenUs = 600 * kSecondUs;  // a program that was ended long ago
 constexpr int64_t kDroppedLatelyUs = 10 * kSecondUs;
 constexpr std::size_t kMostPrograms = 200;  // anybody may make some up
@@ -69,7 +70,8 @@ void Health::take_pose_age(double age_s, int64_t now_us) {
 }
 
 std::string Health::word_of(const Program& program, int64_t now_us) const {
-  if (now_us - program.heard_us > kSilentUs) return "silent";
+  const bool is_busy = program.state.starts_with(process::kBusy);
+  if (now_us - program.heard_us > (is_busy ? kBusyUs : kSilentUs)) return "silent";
   if (program.state.starts_with(process::kNoDevice)) return "error";
   const bool drops = program.dropped_us != 0 && now_us - program.dropped_us < kDroppedLatelyUs;
   return drops || waits(program.state) ? "warning" : "ok";

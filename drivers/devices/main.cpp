@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -112,7 +113,9 @@ int run(const Arguments& arguments) {
     list_others(drivers::DeviceKind::camera, "camera (marco-camera)");
   }
   if (!arguments.write_to.empty()) write_files(reports, arguments.write_to);
-  return 0;
+  const bool is_trouble = std::any_of(reports.begin(), reports.end(),
+                                      [](const PortReport& one) { return !one.trouble.empty(); });
+  return !arguments.ports.empty() && is_trouble ? 1 : 0;
 }
 
 }  // namespace

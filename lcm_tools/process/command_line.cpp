@@ -1,9 +1,14 @@
 #include "lcm_tools/process/command_line.hpp"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 
 #include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/suggest.hpp"
@@ -11,6 +16,57 @@
 
 namespace marco::process {
 namespace {
+
+std::size_t help_width() {
+  winsize size = {};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0) return 100;
+  return std::clamp<std::size_t>(size.ws_col, 80, 120);
+}
+
+// Where the text of a help line begins again after a break: at its description's column, if it has
+// one.
+std::size_t indent_of(const std::string& line) {
+  const std::size_t first = line.find_first_not_of(' ');
+  if (first == 0) return 0;
+  const std::size_t gap = line.find("  ", first);
+  return gap == std::string::npos ? first : line.find_first_not_of(' ', gap);
+}
+
+// Whether a line that was broken goes on in the next one: prose does, up to its end in a list.
+bool flows_on(const std::string& line, const std::string& next) {
+  if (next.empty() || next.starts_with("Usage:") || indent_of(line) != indent_of(next))
+    return false;
+  return indent_of(line) == 0 || std::string_view(".:;)").find(line.back()) == std::string::npos;
+}
+
+// Lines that are longer than `width` are broken at spaces. A word that is too long stays whole.
+std::string folded(const std::string& text, std::size_t width) {
+  std::ostringstream result;
+  std::istringstream lines(text);
+  std::string rest, before;  // of the line before, if that was broken
+  for (std::string line; std::getline(lines, line);) {
+    const std::string whole = line;
+    if (!rest.empty() && flows_on(before, line)) {
+      line = rest + ' ' + line.substr(line.find_first_not_of(' '));
+    } else if (!rest.empty()) {
+      result << rest << '\n';
+    }
+    const bool is_broken = line.size() > width;
+    const std::size_t indent = std::min(indent_of(line), width / 2);
+    while (line.size() > width) {
+      std::size_t space = line.rfind(' ', width);
+      if (space == std::string::npos || space <= indent) space = line.find(' ', width);
+      if (space == std::string::npos) break;
+      result << line.substr(0, space) << '\n';
+      line = std::string(indent, ' ') + line.substr(space + 1);
+    }
+    rest = is_broken ? line : "";
+    if (!is_broken) result << line << '\n';
+    before = whole;
+  }
+  if (!rest.empty()) result << rest << '\n';
+  return result.str();
+}
 
 // The subcommand that was given, or the program itself.
 const CLI::App& innermost(const CLI::App& app) {
@@ -64,6 +120,11 @@ Option Option::shows_default() {
 
 Option Option::described(const std::string& help) {
   option_->description(help);
+  return *this;
+}
+
+Option Option::hidden() {
+  option_->group("");
   return *this;
 }
 
@@ -221,6 +282,9 @@ std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
   app_->set_version_flag("--version", name + " " + version(), "print the version and exit");
   try {
     app_->parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::fputs(folded(app_->help(), help_width()).c_str(), stdout);
+    return kExitDone;
   } catch (const CLI::Success& stop) {
     return app_->exit(stop);
   } catch (const CLI::ParseError& mistake) {

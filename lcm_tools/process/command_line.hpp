@@ -25,6 +25,8 @@ class Option {
   /// Help shows the value that the variable has now.
   Option shows_default();
   Option described(const std::string& help);
+  /// Help leaves it out.
+  Option hidden();
   /// The name of its value in the help, e.g. "X Y DEG".
   Option value_name(const std::string& name);
 
@@ -105,9 +107,10 @@ class CommandLine {
   /// One subcommand must be given.
   void require_subcommand();
 
-  /// Parses. Prints help, the version (--version) or the mistake, with a suggestion for an unknown
-  /// word. @returns an exit code when the program should end now: kExitDone, kExitUsage. What a
-  /// subcommand's callback throws passes through.
+  /// Parses. Prints help, folded to the terminal's width (80 to 120 columns; elsewhere 100), the
+  /// version (--version) or the mistake, with a suggestion for an unknown word. @returns an exit
+  /// code when the program should end now: kExitDone, kExitUsage. What a subcommand's callback
+  /// throws passes through.
   std::optional<int> parse(int argc, const char* const* argv);
 
  private:

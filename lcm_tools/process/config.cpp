@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 #include <toml++/toml.h>
 
+#include <cmath>
 #include <set>
 #include <sstream>
 
@@ -102,7 +103,14 @@ class TomlReader final : public OptionVisitor {
   void check(std::string_view name, const toml::node& node, double value, Limits limits) const {
     if (value >= limits.min && value <= limits.max) return;
     std::ostringstream text;
-    text << "a value within [" << limits.min << ", " << limits.max << "], got " << value;
+    text << "a value ";
+    if (limits.min == kPositive.min) {
+      text << "> 0";
+      if (std::isfinite(limits.max)) text << " and <= " << limits.max;
+    } else {
+      text << "within [" << limits.min << ", " << limits.max << "]";
+    }
+    text << ", got " << value;
     fail(name, node, text.str());
   }
 

@@ -15,6 +15,13 @@ Progress::~Progress() {
   if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
+void Progress::show() {
+  if (!terminal_) return;
+  drawn_ = true;
+  std::fprintf(stderr, "\r%s ...\033[K", what_.c_str());
+  std::fflush(stderr);
+}
+
 void Progress::update(double part) {
   if (!terminal_) return;
   const auto now = std::chrono::steady_clock::now();

@@ -5,7 +5,8 @@
 
 namespace marco::process {
 
-/// One line on stderr, rewritten at most ten times a second. Silent when stderr is not a terminal.
+/// One line on stderr, rewritten at most ten times a second and erased at the end. Silent when
+/// stderr is not a terminal.
 class Progress {
  public:
   /// @param what "reading intel.log"
@@ -14,6 +15,8 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
+  /// For work of unknown length: the line without a bar.
+  void show();
   /// @param part done, 0..1
   void update(double part);
 

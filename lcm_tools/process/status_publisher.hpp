@@ -12,6 +12,9 @@ namespace marco::process {
 /// programs report it to the user.
 inline constexpr const char* kNoDevice = "no device";
 
+/// The state of a program begins with this before work of many seconds, in which it sends nothing.
+inline constexpr const char* kBusy = "busy: ";
+
 /// Publishes the counts and the state of a live process on PROCESS_STATUS, once a second.
 class StatusPublisher {
  public:

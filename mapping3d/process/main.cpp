@@ -5,6 +5,7 @@
 #include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "lcm_tools/process/status_publisher.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
 #include "mapping3d/process/mapping3d_adapter.hpp"
@@ -55,6 +56,8 @@ int main(int argc, char** argv) {
           diagnosis::expect(diagnosis::Awaited::pantilt)},
          &adapter.drops()},
         {[&adapter] { return std::to_string(adapter.mapper().scenes().size()) + " scenes"; }});
+    process::StatusPublisher before_work(bus, "marco-mapping3d", adapter.drops());
+    adapter.announce_long_work([&](const std::string& state) { before_work.send(state); });
     loop.run_until_stopped();
     adapter.finish();
     if (!out.empty()) files::write_ply(out, adapter.mapper().model());

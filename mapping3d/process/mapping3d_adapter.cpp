@@ -6,6 +6,7 @@
 
 #include "common/covariance.hpp"
 #include "common/input/process/sensor_feed.hpp"
+#include "lcm_tools/process/status_publisher.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "mapping3d/process/model_messages.hpp"
@@ -239,6 +240,10 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
 }
 
 void Mapping3dAdapter::refine() {
+  if (on_long_work_) {
+    on_long_work_(process::kBusy + ("joining " + std::to_string(mapper_.scenes().size())) +
+                  " scenes");
+  }
   const std::size_t known = mapper_.own_body().size();
   mapper_.refine();
   const std::vector<BodyPart>& body = mapper_.own_body();

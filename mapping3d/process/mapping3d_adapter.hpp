@@ -45,6 +45,11 @@ class Mapping3dAdapter {
                    const Mapping3dAdapterOptions& options,
                    std::function<void(const std::string&)> warn = {});
 
+  /// @param on_long_work  is called before each step that may take many seconds: "busy: ..."
+  void announce_long_work(std::function<void(const std::string&)> on_long_work) {
+    on_long_work_ = std::move(on_long_work);
+  }
+
   /// Uses the scans that still wait, ends the current sweep, publishes the model.
   void finish();
 
@@ -96,6 +101,7 @@ class Mapping3dAdapter {
   std::deque<SynchronizedScan> waiting_;
   Utime newest_;
   int64_t revision_ = 0;
+  std::function<void(const std::string&)> on_long_work_;
 };
 
 }  // namespace marco::mapping3d

@@ -103,6 +103,7 @@ JudgedMap make_map(const MapArguments& arguments,
   require_extended(arguments, job);
   job.finish();
   require_scans(arguments, job);
+  job.clock().show_stage("judging the map");
   map.verdict = judge_map(job);
   job.clock().end_stage("verdict");
   return map;
@@ -206,6 +207,7 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
   Remapping remapping(arguments, options, foreign, out, map);
   SelfCorrection correction;
   slam::SelfCalibration beams;
+  map.job->clock().show_stage("calibrating");
   correct_floor(remapping, map);
   correct_beams(remapping, map, beams);
   auto found = self_calibration_of(*map.job);

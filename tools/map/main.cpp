@@ -198,14 +198,17 @@ int run(const MapArguments& arguments) {
   if (job.lines() != nullptr) write_lines(out, lines, job);
   const bool calibrated = !arguments.calibrate || write_calibration(out / "calibration.toml", job);
   job.clock().end_stage("write");
+  job.clock().show_stage("joining the surface");
   job.finish_model();  // the sweeps' ranges go: simplifying the surface needs the memory
   const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
   const TriangleMesh& model = mapper.model();
   const mapping3d::JoinedSurface joined = mapping3d::join_surface(model, options.joined_surface);
   write_joined_surface(out, model, joined, arguments.glb_numbers);
   job.clock().end_stage("surface");
+  job.clock().show_stage("drawing");
   draw(out, map, lines, job, verdict, arguments.loop_pictures);
   job.clock().end_stage("pictures");
+  job.clock().show_stage("comparing and painting");
   ReportExtras extras{
       judge_path(job),
       figures_of(model, joined, mapper.scenes().size()),

@@ -10,6 +10,15 @@
 namespace marco {
 namespace {
 
+// What each makes of the same recordings.
+constexpr const char* kCheckHelp =
+    R"(Prints the verdict on the map of recordings, and writes nothing: good, doubtful or wrong (exit code 3).
+Before it stand the reasons, each with its place and, where one is known, the line that may mend it: put it into a file for
+--edits. INPUTs are those of ./marco map.)";
+constexpr const char* kCalibrateHelp =
+    R"(Finds where the laser sits, how the wheels and the gyroscope count and how late they are, from any drive with turns;
+and the pan-tilt's lever arms and zero angles, from sweeps of one stop at several pan angles. Writes the map and
+calibration.toml, for --calibration. INPUTs are those of ./marco map.)";
 constexpr const char* kHelp =
     R"(Builds a map, a trajectory and, from 3D sweeps, a surface model from recordings.
 
@@ -35,10 +44,32 @@ channel, with the camera's pose and focal length in SENSOR_INFO) become the text
 The last line is the verdict on the map: good, doubtful or wrong (exit code 3). Before it stand the reasons, each with its
 place, its picture (doctor_1.png ...) and, where one is known, the line that may mend it: put it into a file for --edits.)";
 
+bool was_given(int argc, char** argv, const std::string& flag) {
+  return std::find(argv + 1, argv + argc, flag) != argv + argc;
+}
+
+const char* help_for(int argc, char** argv) {
+  if (was_given(argc, argv, "--check")) return kCheckHelp;
+  return was_given(argc, argv, "--calibrate") ? kCalibrateHelp : kHelp;
+}
+
+// Help of ./marco check and ./marco calibrate leaves out what has no meaning there.
+void hide_what_has_no_meaning(const process::CommandLine& app, int argc, char** argv) {
+  const bool check = was_given(argc, argv, "--check");
+  if (!check && !was_given(argc, argv, "--calibrate")) return;
+  std::vector<std::string> names = {"--check",         "--calibrate",     "--merge",
+                                    "--extend",        "--start",         "--localize",
+                                    "--sweep-meshes",  "--results-log",   "--hold-out",
+                                    "--loop-pictures", "--compressed-glb"};
+  if (check) names.emplace_back("--out");
+  if (!check) names.insert(names.end(), {"--calibration", "--no-calibration"});
+  for (const std::string& name : names) app.option(name).hidden();
+}
+
 }  // namespace
 
 std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& arguments) {
-  process::CommandLine app(kHelp);
+  process::CommandLine app(help_for(argc, argv));
   arguments.command_line.assign(argv, argv + argc);
   auto inputs = app.add_option("INPUT", arguments.inputs, "recordings");
   app.add_option("--out", arguments.out, "folder for the results").shows_default();
@@ -110,6 +141,7 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
       "write model.glb and model_textured.glb with EXT_meshopt_compression and "
       "KHR_mesh_quantization: about a fifth of the size, positions to 0.5 mm, for programs that "
       "read these; `marco page` and `marco export` do not");
+  hide_what_has_no_meaning(app, argc, argv);
   return process::parse_inputs<MapOptions>(app, inputs, arguments.config, argc, argv);
 }
 

@@ -174,9 +174,11 @@ void MapJob::integrate(const ImuSample& sample) {
 }
 
 void MapJob::finish() {
+  clock_.show_stage("closing loops");
   mapper2d_->finish();
   bus_.deliver_published();
   clock_.end_stage("optimize");
+  clock_.show_stage("meshing");
   mapping3d_.finish();
   const std::vector<BodyPart>& in_sweeps = mapping3d_.mapper().own_body();
   own_body_.insert(own_body_.end(), in_sweeps.begin(), in_sweeps.end());

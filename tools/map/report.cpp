@@ -280,12 +280,14 @@ void print_summary(const MapJob& job,
   const auto loops = std::count_if(job.loops().begin(), job.loops().end(),
                                    [](const slam::Loop& loop) { return loop.is_inlier; });
   print(stdout,
-        "%zu scans with a pose, %lld of them matched, %zu keyframes; %.1f m driven in %.0f s; %zu "
-        "loops closed\n",
+        "%zu scans with a pose, %lld of %lld level ones matched, %zu keyframes; %.1f m driven in "
+        "%.0f s; %zu loops closed\n",
         job.scans().size(), static_cast<long long>(count_scans(job, &slam::UsedScan::matched)),
-        job.key_count(), path_length_m(job.trajectory()), job.recorded_s(),
-        static_cast<std::size_t>(loops));
-  for (const auto& [name, value] : extras.surface) print(stdout, "%s: %.6g\n", name.c_str(), value);
+        static_cast<long long>(count_scans(job, &slam::UsedScan::level)), job.key_count(),
+        path_length_m(job.trajectory()), job.recorded_s(), static_cast<std::size_t>(loops));
+  for (const auto& [name, value] : extras.surface) {
+    print(stdout, value == std::floor(value) ? "%s: %.0f\n" : "%s: %.6g\n", name.c_str(), value);
+  }
   print_scenes(job.mapping3d().mapper());
   if (extras.photographs.recorded > 0) {
     print(stdout, "%lld pictures recorded, %lld chosen\n",
@@ -294,9 +296,11 @@ void print_summary(const MapJob& job,
   }
   print_counts("pictures dropped", extras.photographs.dropped);
   for (const auto& [name, value] : extras.errors) print(stdout, "%s: %.4f\n", name.c_str(), value);
-  print(stdout, "%.2f s (%.0f times real time), peak memory %.0f MB; the results are in %s\n",
+  print(stdout,
+        "%.2f s (%.0f times real time), peak memory %.0f MB; the results are in %s; see them by "
+        "`marco page %s`\n",
         job.clock().total_wall_s(), job.recorded_s() / std::max(1e-9, job.clock().total_wall_s()),
-        StageClock::peak_memory_mb(), folder.c_str());
+        StageClock::peak_memory_mb(), folder.c_str(), folder.c_str());
 }
 
 }  // namespace marco

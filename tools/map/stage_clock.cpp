@@ -28,7 +28,14 @@ void StageClock::reset() {
   cpu_s_ = cpu_now_s();
 }
 
+void StageClock::show_stage(const std::string& doing) {
+  shown_ = nullptr;  // erased before the next is drawn
+  shown_ = std::make_shared<process::Progress>(doing);
+  shown_->show();
+}
+
 void StageClock::end_stage(const std::string& name) {
+  shown_ = nullptr;
   const auto wall_before = wall_;
   const double cpu_before_s = cpu_s_;
   reset();

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "lcm_tools/process/progress.hpp"
 
 namespace marco {
 
@@ -16,6 +19,8 @@ class StageClock {
   };
   StageClock() { reset(); }
 
+  /// Shows on a terminal what is done, until the stage ends. Copies share the line.
+  void show_stage(const std::string& doing);
   /// Ends a stage, which began at the last call or at the construction.
   void end_stage(const std::string& name);
   const std::vector<Stage>& stages() const { return stages_; }
@@ -29,6 +34,7 @@ class StageClock {
   std::vector<Stage> stages_;
   std::chrono::steady_clock::time_point wall_;
   double cpu_s_ = 0.0;
+  std::shared_ptr<process::Progress> shown_;
 };
 
 }  // namespace marco

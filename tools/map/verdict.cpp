@@ -1,7 +1,10 @@
 #include "tools/map/verdict.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "lcm_tools/base/printable.hpp"
@@ -185,7 +188,16 @@ void print_verdict(const MapVerdict& verdict, const MapJob& job, bool with_pictu
   for (const std::string& question : verdict.diagnosis.open_questions) {
     print(stdout, "doubtful: %s\n", question.c_str());
   }
-  print(stdout, "verdict: %s\n", to_string(verdict.diagnosis.verdict));
+  const char* const said = to_string(verdict.diagnosis.verdict);
+  if (isatty(STDOUT_FILENO) == 0 || std::getenv("NO_COLOR") != nullptr) {
+    print(stdout, "verdict: %s\n", said);
+    return;
+  }
+  constexpr int kGreen = 32, kYellow = 33, kRed = 31;
+  const int colour = verdict.is_wrong()                                     ? kRed
+                     : verdict.diagnosis.verdict == slam::Verdict::doubtful ? kYellow
+                                                                            : kGreen;
+  std::printf("verdict: \033[1;%dm%s\033[0m\n", colour, said);
 }
 
 }  // namespace marco

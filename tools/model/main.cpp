@@ -56,24 +56,29 @@ int run(const Arguments& arguments) {
   process::catch_interrupts(arguments.out + " is unchanged");
   const auto options = process::load_options<CloudModelOptions>(arguments.config);
   StageClock clock;
+  clock.show_stage("reading");
   std::vector<CloudScan> scans;
   for (const auto& path : list_point_files(arguments.inputs)) {
     scans.push_back(read_cloud_scan(path));
   }
   clock.end_stage("read");
+  clock.show_stage("placing the scans");
   const auto results = open_results(arguments.out, arguments.inputs);
   const std::filesystem::path out = results->path();
   const std::vector<std::string> left_out = place(scans);
   clock.end_stage("place");
+  clock.show_stage("joining the surface");
   const CloudModel model = make_cloud_model(scans, options);
   require(!model.mesh.triangles.empty(), arguments.inputs.front() + ": no surface in these points");
   clock.end_stage("model");
+  clock.show_stage("writing");
   write_joined_surface(out, model.mesh, model.joined, arguments.glb_numbers);
   write_poses(out / "poses.txt", scans);
   if (!arguments.points.empty()) {
     write_all_points(out, kPointFormats.at(arguments.points), arguments.points, scans);
   }
   clock.end_stage("write");
+  clock.show_stage("drawing");
   PictureOrder picture{out / "model.png", false, "", {}};
   picture.scene.meshes.push_back({std::make_shared<const TriangleMesh>(model.mesh)});
   draw_elsewhere({picture}, (out / "pictures.part").string());

@@ -1,10 +1,12 @@
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/progress.hpp"
 #include "slam/known_plan/deviation_sheet.hpp"
 #include "slam/known_plan/plan_map.hpp"
 #include "slam/plan/make_plan.hpp"
@@ -94,6 +96,8 @@ std::optional<Pose2> place_of(const slam::SavedMap& map,
 int compare(const Arguments& arguments) {
   const std::filesystem::path folder = arguments.folder;
   const slam::SavedMap map = slam::load_map_folder(folder);
+  std::optional<process::Progress> progress;
+  progress.emplace("looking for the map in the plan").show();
   const slam::KnownPlan plan = read_plan(arguments.against, arguments.wish);
   const slam::PlanSight sight = slam::look_about(plan);
   const std::optional<Pose2> place = place_of(map, sight, arguments.start);
@@ -121,6 +125,8 @@ int run(const Arguments& arguments) {
   if (!arguments.against.empty()) return compare(arguments);
   const std::filesystem::path folder = arguments.folder;
   const slam::SavedMap map = slam::load_map_folder(folder);
+  std::optional<process::Progress> progress;
+  progress.emplace("drawing the plan").show();
   slam::FloorPlan plan = slam::make_plan(map.slam.keyframes.keys);
   if (!arguments.names.empty()) name_rooms(plan, arguments.names);
   slam::SheetWish wish = arguments.sheet;
@@ -133,6 +139,7 @@ int run(const Arguments& arguments) {
   files::write_whole_file(folder / "plan.svg", slam::sheet_svg(sheet));
   files::write_whole_file(folder / "plan.dxf", slam::plan_dxf(plan));
   files::write_whole_file(folder / "plan.json", slam::plan_json(plan));
+  progress.reset();
   print_table(plan);
   std::printf("plan.pdf, plan.svg, plan.dxf and plan.json are in %s\n", folder.c_str());
   return 0;

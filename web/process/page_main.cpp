@@ -3,11 +3,13 @@
 
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/progress.hpp"
 #include "lcm_tools/process/status_publisher.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcm_tools/process/version.hpp"
@@ -121,7 +123,10 @@ int show_live(const web::PageArguments& arguments, const web::SteeringOptions& s
 }
 
 int show_recording(const web::PageArguments& arguments, const web::SteeringOptions& steering) {
+  std::optional<process::Progress> reading;
+  reading.emplace("reading " + std::filesystem::path(arguments.shown).filename().string()).show();
   web::Recording recording(arguments.shown, arguments.speed);
+  reading.reset();
   Served served(arguments, "recording", std::filesystem::path(arguments.shown).filename().string(),
                 std::pair{recording.span().first.us * 1000, recording.span().last.us * 1000});
   web::Page page(served.hub, {recording.bus(), served.drops, nullptr, ""}, steering);

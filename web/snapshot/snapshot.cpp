@@ -156,6 +156,8 @@ json drawn_json(const fs::path& folder) {
 }  // namespace
 
 std::string snapshot_json(const std::filesystem::path& folder) {
+  require(!fs::is_regular_file(folder),
+          folder.string() + ": a file; give the map folder that holds it");
   require(fs::is_directory(folder), folder.string() + ": no such folder");
   require(
       fs::exists(folder / "map.yaml"),

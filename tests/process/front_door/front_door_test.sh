@@ -26,6 +26,7 @@ stub apt-get 'echo "apt-get $*" >>"$machine/calls"
   for word; do case $word in install | -*) ;; *) echo "$word" >>"$machine/installed" ;; esac; done'
 stub cmake 'echo "cmake $*" >>"$machine/calls"; mkdir -p "build/$2"; touch "build/$2/build.ninja"'
 stub ninja 'echo "ninja ${*:3}" >>"$machine/calls"
+  [ -z "${BUILD_REPLACES:-}" ] || yes "exit 9" | head -c 100000 >"$BUILD_REPLACES"
   [ -z "${BUILD_FAILS:-}" ] || { echo "x.cpp: error: oh"; exit 1; }
   [ -f "$2/.built.${3:-all}" ] && { echo "ninja: no work to do."; exit; }
   touch "$2/.built.${3:-all}"
@@ -56,6 +57,19 @@ for command in demo figures run replay test bench fuzz soak licenses; do
     [ -z "$calls" ] || fail "$words calls $calls"
   done
 done
+printf '# Options\n\n## log\n\n    how log is used\n\n## map --many\n\n    how many are mapped\n' >"$clone/docs/options.md"
+for words in "log --help" "help log" "log info --help" "log --version"; do
+  door $words
+  expect_code 0 "$words"
+  [ -z "$calls$err" ] || fail "$words, which is not built, calls $calls and says $err"
+done
+door log --help
+[ "$out" = "how log is used" ] || fail "help of a program that is not built: $out"
+door map --many DIR --help
+[ "$out" = "how many are mapped" ] || fail "help of map --many: $out"
+door localize map.lcm
+expect_code 2 localize
+expect_in "$err" "map --localize FOLDER LOG" localize
 door mpa
 expect_code 2 mpa
 expect_in "$err" "unknown command 'mpa'; did you mean 'map'?" mpa
@@ -87,8 +101,19 @@ for package in $(sed -n 's/.*packages: //p' <<<"$err"); do grep -qx "$package" "
 door evaluate a.tum b.relations
 [ "$calls" = "ninja marco-evaluate" ] || fail "a second call calls: $calls"
 [ -z "$err" ] || fail "a second call says: $err"
+exec {building}>"$clone/build/release/.lock"
+flock "$building"
+door evaluate a.tum b.relations
+[ "$out/$calls" = "ran marco-evaluate a.tum b.relations/" ] || fail "while another builds: $out, $calls"
+expect_in "$err" "marco-evaluate runs as it was" "while another builds"
+exec {building}>&-
 door evaluate --help
 [ "$out/$calls" = "ran marco-evaluate --help/" ] || fail "help where the program is there: $out, $calls"
+
+# The script is overwritten while it builds: it goes on as it was.
+BUILD_REPLACES="$clone/marco" door evaluate a.tum b.relations
+[ "$code/$out" = "0/ran marco-evaluate a.tum b.relations" ] || fail "an update while it runs: $code, $out, $err"
+cp "$project/marco" "$clone/marco"
 
 # A command that needs more: only that is installed, and optional components are looked for again.
 door map a.lcm

@@ -86,11 +86,23 @@ def messages(_programs, root):
             "\n## Fields of other systems' messages\n\n" + "\n".join(message(path, {}) for path in others))
 
 
+def options(programs, root):
+    environment = dict(os.environ, MARCO_BIN=programs)
+    ask = lambda *words: subprocess.run([f"{root}/marco", *words], capture_output=True, text=True, check=True, env=environment).stdout
+    named = re.findall(r"^  \./marco ([a-z-]+(?: --many)?)", ask("help"), re.M)
+    pages = []
+    for command in dict.fromkeys(named):
+        shown = ask(*command.split(), "--help").rstrip().splitlines()
+        pages.append(f"## {command}\n\n" + "\n".join(("    " + line).rstrip() for line in shown) + "\n")
+    return "\n".join(pages)
+
+
 # Where the print begins in each page.
 PAGES = {
     "settings.md": ("    [input]\n", settings),
     "gates.md": ("## ", gates),
     "messages.md": ("## ", messages),
+    "options.md": ("## ", options),
 }
 
 

@@ -40,6 +40,14 @@ TEST(HealthOfPrograms, IsWhatTheySayAndHowLongAgo) {
   EXPECT_THAT(told(health, 700 * kSecond)["programs"], SizeIs(1));  // others ended long ago
 }
 
+TEST(HealthOfPrograms, ThatAnnouncedLongWorkMayBeSilentForAMinute) {
+  Health health;
+  health.take_status("marco-mapping3d", "busy: joining 9 scenes", 0, 10 * kSecond);
+  EXPECT_THAT(told(health, 69 * kSecond)["findings"], SizeIs(0));
+  EXPECT_EQ(told(health, 69 * kSecond)["programs"][0]["state"], "ok");
+  EXPECT_THAT(told(health, 71 * kSecond)["findings"], SizeIs(1));
+}
+
 TEST(HealthOfPrograms, WarnsWhileTheyDrop) {
   Health health;
   health.take_status("marco-slam", "matched", 100, 10 * kSecond);  // before the page began

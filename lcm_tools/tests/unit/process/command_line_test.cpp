@@ -53,6 +53,28 @@ std::string mistake_with_commands(std::vector<const char*> words) {
   return ::testing::internal::GetCapturedStderr();
 }
 
+TEST(CommandLine, HelpIsFoldedInProseAndBelowEachDescription) {
+  CommandLine app(
+      "The first line of this text is longer than a hundred columns, and flows into the one that\n"
+      "follows. This one is short.\n"
+      "  an item of a list that is longer than a hundred columns, which the item after it does not "
+      "continue;\n"
+      "  another item");
+  bool flag = false, hidden = false;
+  app.add_flag(
+      "--flag", flag,
+      "What it means takes more than the seventy columns that stand beside the name of it");
+  app.add_flag("--hidden", hidden, "not shown").hidden();
+  const std::array<const char*, 2> words = {"marco-test", "--help"};
+  ::testing::internal::CaptureStdout();
+  EXPECT_EQ(app.parse(2, words.data()), kExitDone);
+  std::fflush(stdout);
+  const std::string help = ::testing::internal::GetCapturedStdout();
+  EXPECT_THAT(help, HasSubstr("does not\n  continue;\n  another item\n"));
+  EXPECT_THAT(help, HasSubstr("name\n                              of it\n"));
+  EXPECT_THAT(help, ::testing::Not(HasSubstr("hidden")));
+}
+
 TEST(CommandLine, WhatMakesSenseIsLetThrough) {
   EXPECT_EQ(give({"a.lcm", "--out", "there"}).code, std::nullopt);
 }

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 
+#include "lcm_tools/files/readable.hpp"
+
 namespace marco::files {
 
-TextReader::TextReader(const std::filesystem::path& path, const char* format) : file_(path) {
+TextReader::TextReader(const std::filesystem::path& path, const char* format)
+    : file_(open_readable(path)) {
   std::error_code ignored;
   size_bytes_ = static_cast<double>(std::filesystem::file_size(path, ignored));
   report_.format = format;

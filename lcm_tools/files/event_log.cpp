@@ -74,8 +74,9 @@ constexpr std::array<uint8_t, 4> kSyncBytes = {0xED, 0xA1, 0xDA, 0x01};
 
 EventLogReader::Descriptor::Descriptor(const std::string& path) {
   finish_interrupted(std::filesystem::path(path).parent_path());
+  const std::string why = why_not_readable(path);
+  require(why.empty(), path + ": cannot be read as a log: " + why);
   descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  require(descriptor_ >= 0, path + ": cannot be read as a log: " + why_not_readable(path));
 }
 
 EventLogReader::Descriptor::~Descriptor() { close(descriptor_); }

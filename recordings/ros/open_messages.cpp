@@ -1,11 +1,11 @@
 #include "recordings/ros/open_messages.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <string>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/readable.hpp"
 #include "recordings/ros/bag_source.hpp"
 #include "recordings/ros/compression.hpp"
 #include "recordings/ros/db3_source.hpp"
@@ -20,13 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kBagMagic = "#ROSBAG V", kDatabaseMagic = "SQLite format 3";
 
-std::string head_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string head(16, '\0');
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(file.gcount()));
-  return head;
-}
+std::string head_of(const fs::path& path) { return files::first_bytes(path, 16); }
 
 bool is_packed(std::string_view head) {
   return is_zstd({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
@@ -137,9 +131,7 @@ class Unpacked : public MessageSource {
 
 }  // namespace
 
-bool is_message_file(const fs::path& path) {
-  return fs::is_regular_file(path) && is_container(head_of(path));
-}
+bool is_message_file(const fs::path& path) { return is_container(head_of(path)); }
 
 bool is_message_recording(const fs::path& path) {
   if (!fs::is_directory(path)) return is_message_file(path);

@@ -132,11 +132,14 @@ class LcmLogReader : public files::QueuedReader {
   }
 
   void finish_report() override {
+    constexpr int kMostNoted = 100;
+    int passed_by = 0;
     for (const auto& [name, channel] : survey_.channels) {
-      if (channel.meaning != Meaning::passed_by) continue;
+      if (channel.meaning != Meaning::passed_by || ++passed_by > kMostNoted) continue;
       note("%s (%s): %lld events skipped", name.c_str(), channel.fingerprint.c_str(),
            static_cast<long long>(channel.count));
     }
+    if (passed_by > kMostNoted) note("and %d more channels", passed_by - kMostNoted);
     const files::LogDamage& damage = log_.damage();
     if (damage.places == 0) return;
     report_.dropped["damaged stretches of the log"] = damage.places;

@@ -108,8 +108,9 @@ class BagLayoutReader {
     added.place.end_ns = *end_ns;
     const auto counts = file_.bytes(info.data_at, info.data_size);
     for (std::size_t i = 0; i + 8 <= counts.size(); i += 8) {
-      added.counts[u32_at(std::span(counts).subspan(i))] +=
-          u32_at(std::span(counts).subspan(i + 4));
+      const uint32_t connection = u32_at(std::span(counts).subspan(i));
+      added.connections.push_back(connection);
+      layout_.counts[connection] += u32_at(std::span(counts).subspan(i + 4));
     }
     return true;
   }
@@ -121,6 +122,7 @@ class BagLayoutReader {
     chunk.plain_size = header.u32("size").value_or(0);
     chunk.place.offset = record.data_at;
     chunk.place.size = std::min(record.data_size, file_.size() - record.data_at);
+    require(layout_.chunks.size() < kMostChunks, path_ + kTooManyChunks);
     layout_.chunks.push_back(std::move(chunk));
   }
 
@@ -202,11 +204,11 @@ class BagLayoutReader {
     for (std::size_t i = 0; i + 12 <= entries.size(); i += 12) {
       const int64_t time_ns = kSecondNs * u32_at(std::span(entries).subspan(i)) +
                               u32_at(std::span(entries).subspan(i + 4));
-      const bool is_first = chunk.counts.empty() && i == 0;
+      const bool is_first = chunk.connections.empty() && i == 0;
       chunk.place.start_ns = is_first ? time_ns : std::min(chunk.place.start_ns, time_ns);
       chunk.place.end_ns = is_first ? time_ns : std::max(chunk.place.end_ns, time_ns);
     }
-    chunk.counts[*id] += static_cast<int64_t>(entries.size() / 12);
+    chunk.connections.push_back(*id);
   }
 
   // The header field that says "this is a chunk" tells where to look for the header's start.

@@ -2,6 +2,8 @@
 
 #include <filesystem>
 
+#include "recordings/ros/temporary_file.hpp"
+
 namespace marco::ros {
 
 /// What a zstd file holds, as a file of its own while this lives.
@@ -11,14 +13,11 @@ class UnpackedFile {
   /// @throws std::invalid_argument where it cannot be read, std::runtime_error where the temporary
   /// folder is full.
   explicit UnpackedFile(const std::filesystem::path& packed);
-  ~UnpackedFile();
-  UnpackedFile(const UnpackedFile&) = delete;
-  UnpackedFile& operator=(const UnpackedFile&) = delete;
 
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return file_.path(); }
 
  private:
-  std::filesystem::path path_;
+  TemporaryFile file_;
 };
 
 }  // namespace marco::ros

@@ -72,7 +72,8 @@ class BagSource : public ChunkedSource {
 
   // @returns false at the end, and where no whole record stands
   bool read_record(const Keep& keep) {
-    const auto head = parse_bag_head(window_.peek(bag_head_bytes(window_.peek(4))));
+    const auto seen = window_.peek(bag_head_bytes(window_.peek(4)));
+    auto head = parse_bag_head(seen);
     if (!head) return false;
     const uint64_t size = uint64_t{head->size} + head->data_size;
     const auto id = head->fields.u32("conn");
@@ -83,7 +84,8 @@ class BagSource : public ChunkedSource {
     if (size > kMostMessageBytes) return leave_out(size);
     const auto record = window_.peek(size);
     if (record.size() < size) return false;
-    take(*parse_bag_head(record), *id, record.subspan(head->size, head->data_size), keep);
+    if (record.data() != seen.data()) head = parse_bag_head(record);
+    take(*head, *id, record.subspan(head->size, head->data_size), keep);
     return window_.skip(size);
   }
 

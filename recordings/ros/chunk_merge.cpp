@@ -173,6 +173,10 @@ double ChunkMerge::progress() const {
                            : static_cast<double>(begun_) / static_cast<double>(by_start_.size());
 }
 
+bool ChunkMerge::is_due(int64_t at_ns) const {
+  return begun_ < by_start_.size() && places_[by_start_[begun_]].start_ns <= at_ns;
+}
+
 void ChunkMerge::push(std::unique_ptr<Stream> stream) {
   heap_.push_back(std::move(stream));
   std::push_heap(heap_.begin(), heap_.end(), IsLater());
@@ -215,9 +219,8 @@ void ChunkMerge::put_on_disk() {
 
 // All chunks that may hold a message before the earliest one at hand.
 void ChunkMerge::load_due() {
-  for (; begun_ < by_start_.size(); ++begun_) {
+  for (; is_due(heap_.empty() ? INT64_MAX : heap_.front()->head().received_ns); ++begun_) {
     const std::size_t chunk = by_start_[begun_];
-    if (!heap_.empty() && places_[chunk].start_ns > heap_.front()->head().received_ns) return;
     loading_ = std::make_unique<InMemory>(made_++, chunk, std::move(spare_));
     load_(chunk, [this](const ChunkMessage& message) { keep(message); });
     if (loading_->begin()) {
@@ -230,6 +233,8 @@ void ChunkMerge::load_due() {
 
 std::optional<ChunkMessage> ChunkMerge::next() {
   if (current_ != nullptr && current_->advance()) {
+    const bool is_earliest = heap_.empty() || current_->order() < heap_.front()->order();
+    if (is_earliest && !is_due(current_->head().received_ns)) return current_->message();
     push(std::move(current_));
   } else if (current_ != nullptr && current_->in_memory() != nullptr) {
     held_bytes_ -= current_->in_memory()->size_bytes();

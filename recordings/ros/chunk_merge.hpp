@@ -63,6 +63,8 @@ class ChunkMerge {
   struct IsLater;
 
   void keep(const ChunkMessage& message);
+  /// Whether a chunk that was not loaded begins by then.
+  bool is_due(int64_t at_ns) const;
   void load_due();
   void put_on_disk();
   void push(std::unique_ptr<Stream> stream);

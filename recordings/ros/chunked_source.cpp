@@ -37,7 +37,7 @@ std::optional<Message> ChunkedSource::next() {
 void ChunkedSource::rewind() {
   damage_ = damage_between_;
   counted_damage_.clear();
-  needed_.clear();
+  asked_.reset();
   std::vector<uint32_t> used;
   for (uint32_t i = 0; i < places_.size(); ++i) {
     if (may_have_wanted(i)) used.push_back(i);
@@ -48,24 +48,24 @@ void ChunkedSource::rewind() {
 }
 
 bool ChunkedSource::is_needed(uint32_t topic) const {
-  const auto known = needed_.find(topic);
-  if (known != needed_.end()) return known->second;
+  if (asked_ && asked_->first == topic) return asked_->second;
   const auto found = topics_.find(topic);
-  return found == topics_.end() || needed_.emplace(topic, is_wanted(found->second)).first->second;
+  if (found == topics_.end()) return true;
+  asked_.emplace(topic, is_wanted(found->second));
+  return asked_->second;
 }
 
 void ChunkedSource::set_topic(Topic topic) {
   std::size_t bytes = sizeof topic + topic.name.size() + topic.schema.size();
   for (const auto& [key, value] : topic.metadata) bytes += sizeof topic + key.size() + value.size();
   count_topic_bytes(bytes);
-  needed_.erase(topic.id);
+  asked_.reset();
   topics_.insert_or_assign(topic.id, std::move(topic));
 }
 
 void ChunkedSource::count_topic_bytes(std::size_t bytes) {
   topic_bytes_ += bytes;
-  require(topic_bytes_ <= kMostTopicBytes,
-          path_ + kTooManyTopics);
+  require(topic_bytes_ <= kMostTopicBytes, path_ + kTooManyTopics);
 }
 
 // A chunk whose topics are not all known has to be looked into.

@@ -88,7 +88,7 @@ class ChunkedSource : public MessageSource {
   ByteStream packed_;
   Damage damage_between_;
   std::function<bool(const Topic&)> is_wanted_;
-  mutable std::map<uint32_t, bool> needed_;  // by topic, as far as it was asked
+  mutable std::optional<std::pair<uint32_t, bool>> asked_;  // of is_needed(), last
   std::size_t topic_bytes_ = 0;
   std::set<std::size_t> counted_damage_;  // chunks
   std::unique_ptr<ChunkMerge> merge_;

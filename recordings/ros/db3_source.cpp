@@ -135,12 +135,15 @@ class Db3Source : public MessageSource {
       wanted += (wanted.empty() ? "" : ",") + std::to_string(id);
     }
     // With its index on timestamps sqlite need not sort.
-    // Else it sorts the numbers of the messages: these themselves may be larger than the memory.
-    order_.emplace(database_.get(), "SELECT rowid FROM messages WHERE topic_id IN (" + wanted +
-                                        ") ORDER BY timestamp, rowid");
-    rows_.emplace(database_.get(),
-                  "SELECT rowid, topic_id, timestamp, coalesce(length(data), 0) <= " +
-                      std::to_string(kMostMessageBytes) + ", data FROM messages WHERE rowid = ?");
+    // Else it sorts their numbers: messages themselves may be more than the memory.
+    const std::string from = " FROM messages WHERE ";
+    const std::string columns = "SELECT rowid, topic_id, timestamp, coalesce(length(data), 0) <= " +
+                                std::to_string(kMostMessageBytes) + ", data" + from;
+    const std::string in_order = "topic_id IN (" + wanted + ") ORDER BY timestamp, rowid";
+    order_.reset();
+    if (sorts(columns + in_order))
+      order_.emplace(database_.get(), "SELECT rowid" + from + in_order);
+    rows_.emplace(database_.get(), columns + (order_ ? "rowid = ?" : in_order));
     has_given_ = false;
     row_ = {};
     pages_.reset();
@@ -169,11 +172,7 @@ class Db3Source : public MessageSource {
  private:
   bool next_row() {
     if (!pages_) {
-      bool is_whole = true;
-      while (is_whole && order_->next()) {
-        rows_->begin(order_->integer(0));
-        is_whole = rows_->next();
-        if (!is_whole) break;
+      while (next_in_order()) {
         row_.id = rows_->integer(0);
         row_.topic = rows_->integer(1);
         row_.time_ns = rows_->integer(2);
@@ -185,7 +184,7 @@ class Db3Source : public MessageSource {
         data_ = rows_->blob(4);
         return true;
       }
-      if (is_whole && !order_->is_broken()) return false;
+      if (!is_broken_) return false;
       read_pages();
     }
     while (auto row = pages_->next()) {
@@ -197,6 +196,22 @@ class Db3Source : public MessageSource {
       data_ = row_.data;
       return true;
     }
+    return false;
+  }
+
+  bool sorts(const std::string& query) {
+    Rows plan(database_.get(), "EXPLAIN QUERY PLAN " + query);
+    while (plan.next()) {
+      if (plan.text(3).find("TEMP B-TREE") != std::string::npos) return true;
+    }
+    return false;
+  }
+
+  bool next_in_order() {
+    const bool is_there = !order_ || order_->next();
+    if (is_there && order_) rows_->begin(order_->integer(0));
+    if (is_there && rows_->next()) return true;
+    is_broken_ = order_ ? is_there || order_->is_broken() : rows_->is_broken();
     return false;
   }
 
@@ -294,7 +309,7 @@ class Db3Source : public MessageSource {
   std::span<const uint8_t> data_;  // of the row
   Unpacker unpacker_;
   std::pair<int64_t, int64_t> given_until_;  // time and id, by sqlite
-  bool has_given_ = false;
+  bool has_given_ = false, is_broken_ = false;
   int64_t last_id_ = 0;
   std::size_t topic_bytes_ = 0;
   Damage damage_;

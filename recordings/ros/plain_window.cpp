@@ -9,7 +9,7 @@ namespace marco::ros {
 namespace {
 
 // Small enough for a processor's cache, large enough for a scan.
-constexpr std::size_t kPiece = std::size_t{1} << 18;
+constexpr std::size_t kPiece = std::size_t{1} << 22;
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 #include "lcmtypes/stamp.hpp"
 #include "recordings/foreign_messages.hpp"
 #include "recordings/log_survey.hpp"
+#include "recordings/scan_bounds.hpp"
 
 namespace marco {
 namespace {
@@ -126,8 +127,7 @@ class LcmLogReader : public files::QueuedReader {
           survey_.stamps_are_unusable || channel.shift_us != 0 || channel.drift != 0.0;
       truth->is_by_arrival = truth->is_by_arrival || is_shifted;
     }
-    const auto* scan = std::get_if<LaserScan>(&sample);
-    require(scan == nullptr || scan->size() >= 2, "scan of fewer than 2 beams");
+    if (const auto* scan = std::get_if<LaserScan>(&sample)) require_scan(*scan);
     queue(std::move(sample));
   }
 

@@ -9,6 +9,7 @@
 #include "lcmtypes/convert.hpp"
 #include "recordings/clock_drift.hpp"
 #include "recordings/foreign_messages.hpp"
+#include "recordings/looking_through.hpp"
 #include "recordings/name_list.hpp"
 
 namespace marco {
@@ -196,9 +197,14 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
   std::map<std::string, ClockDrift> drifts;
   EventTimes times;
   files::EventLogReader log(path);
+  LookingThrough look(path);
+  const auto size = static_cast<double>(std::max<int64_t>(1, log.size_bytes()));
+  const auto reached = [&](int64_t at) { look.update(static_cast<double>(at) / size); };
+  log.on_search(reached);
   int64_t events = 0;
   while (const std::optional<LogEvent> event = log.next()) {
     ++events;
+    reached(log.position_bytes());
     if (survey.channels.size() == kMostChannels && !survey.channels.contains(event->channel))
       continue;
     const auto [entry, is_new] = survey.channels.try_emplace(event->channel);

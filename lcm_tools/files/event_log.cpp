@@ -170,6 +170,9 @@ std::optional<int64_t> EventLogReader::find_sync(int64_t from, int64_t end) {
   constexpr int64_t kOverlap = 3;
   const int64_t last = std::min(end + kOverlap, size_);
   for (int64_t start = from; start + 4 <= last; start += kSearchBytes - kOverlap) {
+    start = std::max(start, next_data(file_.get(), start) - kOverlap);
+    if (start + 4 > last) return std::nullopt;
+    if (on_search_) on_search_(start);
     const int64_t count = std::min(kSearchBytes, last - start);
     const uint8_t* block = view(start, count);
     if (block == nullptr) return std::nullopt;

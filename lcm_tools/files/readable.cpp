@@ -57,6 +57,12 @@ std::ifstream open_readable(const std::filesystem::path& path) {
   return std::ifstream(path, std::ios::binary);
 }
 
+int64_t next_data(int file, int64_t offset) {
+  const off_t data = ::lseek(file, offset, SEEK_DATA);
+  if (data >= 0) return data;
+  return errno == ENXIO ? std::max<int64_t>(offset, ::lseek(file, 0, SEEK_END)) : offset;
+}
+
 std::string first_bytes(const std::filesystem::path& path, std::size_t most) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) return "";

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -16,6 +17,10 @@ void require_readable(const std::filesystem::path& path);
 
 /// The same, opened. @throws std::invalid_argument likewise
 std::ifstream open_readable(const std::filesystem::path& path);
+
+/// Where the file goes on behind a hole: `offset` itself where there is none, the file's size where
+/// nothing follows.
+int64_t next_data(int file, int64_t offset);
 
 /// The first bytes of a file, `most` of a longer one; "" of what is none or cannot be read.
 std::string first_bytes(const std::filesystem::path& path, std::size_t most);

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "lcm_tools/base/check.hpp"
+#include "recordings/looking_through.hpp"
 #include "recordings/ros/bag_records.hpp"
 #include "recordings/ros/compression.hpp"
 
@@ -13,7 +14,7 @@ namespace marco::ros {
 namespace {
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr int64_t kMostHeaderBytes = int64_t{16} << 20;
+constexpr int64_t kMostHeaderBytes = 1 << 14;
 
 /// A record of which the data was not read.
 struct RecordPlace {
@@ -214,15 +215,22 @@ class BagLayoutReader {
   // The header field that says "this is a chunk" tells where to look for the header's start.
   int64_t next_chunk_after(int64_t from) {
     constexpr std::string_view kOp = "\x04\0\0\0op=\x05";
-    constexpr int64_t kBlock = 1 << 20, kMostBefore = 200;
+    constexpr int64_t kMostBlock = 1 << 20, kMostBefore = 200;
     const std::string_view wanted(kOp.data(), 8);
-    for (int64_t block = from + 1; block < file_.size(); block += kBlock) {
-      const auto bytes = file_.bytes(block, kBlock + static_cast<int64_t>(wanted.size()));
+    LookingThrough progress(path_);
+    int64_t size = 1 << 12;  // damage may be everywhere, and short
+    for (int64_t block = from + 1; block < file_.size(); block += size) {
+      progress.update(static_cast<double>(block) / static_cast<double>(file_.size()));
+      block = std::max(block, file_.next_data(block) - static_cast<int64_t>(wanted.size()));
+      size = std::min(2 * size, kMostBlock);
+      const auto bytes = file_.bytes(block, size + static_cast<int64_t>(wanted.size()));
       const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
       for (std::size_t hit = text.find(wanted); hit != std::string_view::npos;
            hit = text.find(wanted, hit + 1)) {
         const int64_t field_at = block + static_cast<int64_t>(hit);
         for (int64_t at = field_at - 4; at > std::max(from, field_at - kMostBefore); --at) {
+          const int64_t ends_at = at + 4 + u32_at(file_.peek(at, 4));
+          if (ends_at <= field_at || ends_at > field_at + kMostBefore) continue;
           const auto record = record_at(file_, at);
           if (!record || record->op != BagOp::chunk || record->data_at <= field_at) continue;
           if (record->header().text("compression").empty()) continue;

@@ -70,7 +70,7 @@ std::string BagHeader::text(std::string_view name) const {
 }
 
 std::size_t bag_head_bytes(std::span<const uint8_t> bytes) {
-  constexpr std::size_t kMost = std::size_t{16} << 20;
+  constexpr std::size_t kMost = 1 << 14;
   const auto length = number_at(bytes, 0);
   return length && *length <= kMost ? 4 + *length + 4 : 0;
 }

@@ -190,8 +190,9 @@ std::unique_ptr<ChunkMerge::Stream> ChunkMerge::pop() {
 }
 
 void ChunkMerge::keep(const ChunkMessage& message) {
+  const bool is_too_much = held_bytes_ + message.bytes.size() > most_held_bytes_;
+  if (is_too_much && held_bytes_ > 0) put_on_disk();
   held_bytes_ += loading_->add(message);
-  if (held_bytes_ > most_held_bytes_) put_on_disk();
 }
 
 // All that is held, with what was read of the chunk at hand, becomes one run.

@@ -29,7 +29,7 @@ inline constexpr const char* kTooManyChunks = ": holds more than two million chu
 
 /// What is held of recordings at a time. Chunks of good ones hold a megabyte, and few of them
 /// overlap.
-inline constexpr std::size_t kMostHeldBytes = std::size_t{1} << 28;
+inline constexpr std::size_t kMostHeldBytes = std::size_t{192} << 20;
 
 /// The messages of chunks that may overlap, by the time of receipt; those of one instant in the
 /// order of the file. Each chunk is loaded once. Where those that overlap are more than may be

@@ -92,15 +92,17 @@ bool has_computed_rows(sqlite3* database) {
                             " AND (type != 'table' OR rootpage = 0)");
   Rows columns(database, "SELECT COUNT(*) FROM (SELECT name AS of FROM sqlite_master WHERE " +
                              names + "), pragma_table_xinfo(of) WHERE hidden > 0");
-  return !tables.next() || tables.integer(0) > 0 || !columns.next() || columns.integer(0) > 0;
+  return (tables.next() && tables.integer(0) > 0) || (columns.next() && columns.integer(0) > 0);
 }
 
 class Db3Source : public MessageSource {
  public:
   explicit Db3Source(const std::filesystem::path& path)
       : path_(path.string()), database_(opened(path)) {
+    require(!has_computed_rows(database_.get()),
+            path_ + ": its tables are views or formulas, not rows that are stored");
     require(Rows(database_.get(), "SELECT topic_id, timestamp, data FROM messages").is_valid() &&
-                !has_computed_rows(database_.get()) && read_topics(),
+                read_topics(),
             path_ +
                 ": is no recording of rosbag2, or its beginning is damaged: no topics and "
                 "messages (" +

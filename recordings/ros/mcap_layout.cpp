@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
+#include "recordings/looking_through.hpp"
 #include "recordings/ros/wire_reader.hpp"
 
 namespace marco::ros {
@@ -110,8 +111,7 @@ class McapLayoutReader {
   // A summary repeats what came before.
   void count(bool is_known, uint64_t bytes) {
     definition_bytes_ += is_known ? 0 : bytes;
-    require(definition_bytes_ <= kMostTopicBytes,
-            path_ + kTooManyTopics);
+    require(definition_bytes_ <= kMostTopicBytes, path_ + kTooManyTopics);
   }
 
   void take_index(McapChunkIndex index) {
@@ -166,20 +166,30 @@ class McapLayoutReader {
     return number;
   }
 
+  bool is_followed(int64_t at) {
+    const auto record = record_at(at);
+    if (!record || record->length == 0) return false;
+    std::array<uint8_t, kMcapRecordHead> behind{};  // far off: not by the window of peek()
+    const std::size_t there = file_.read(record->end(), behind);
+    return record->end() == file_.size() ||
+           record_of(record->end(), std::span(behind).first(there)).has_value();
+  }
+
   // No mark stands before a record: one is believed when another follows it.
   int64_t after_damage(int64_t from) {
-    for (int64_t at = from + 1; at < file_.size(); ++at) {
-      const auto head = file_.peek(at, kMcapRecordHead);
-      if (head.size() < kMcapRecordHead) break;
-      if (!is_known(head[0])) continue;
-      const auto record = record_at(at);
-      if (!record || record->length == 0) continue;
-      std::array<uint8_t, kMcapRecordHead> behind{};  // far off: not by the window of peek()
-      const std::size_t there = file_.read(record->end(), behind);
-      const bool is_end = record->end() == file_.size();
-      if (!is_end && !record_of(record->end(), std::span(behind).first(there))) continue;
-      lose(from, at);
-      return at;
+    LookingThrough progress(path_);
+    std::array<uint8_t, 1 << 14> block{};
+    for (int64_t start = from + 1; start < file_.size();) {
+      progress.update(static_cast<double>(start) / static_cast<double>(file_.size()));
+      start = file_.next_data(start);
+      const std::size_t size = file_.read(start, block);
+      for (std::size_t i = 0; i < size; ++i) {
+        const int64_t at = start + static_cast<int64_t>(i);
+        if (!is_known(block[i]) || !is_followed(at)) continue;
+        lose(from, at);
+        return at;
+      }
+      start += static_cast<int64_t>(std::max<std::size_t>(1, size));
     }
     lose(from, file_.size());
     layout_.damage.is_cut_off = true;

@@ -7,6 +7,7 @@
 
 #include "common/median.hpp"
 #include "common/pose2.hpp"
+#include "recordings/looking_through.hpp"
 #include "recordings/name_list.hpp"
 #include "recordings/no_return_range.hpp"
 #include "recordings/ros/wire_reader.hpp"
@@ -31,7 +32,11 @@ class Surveyor {
 
   RosSurvey run() {
     source_.select([](const Topic& topic) { return use_of(topic) != Use::none; });
-    while (const auto message = source_.next()) look(*message);
+    LookingThrough progress(source_.paths().front());
+    while (const auto message = source_.next()) {
+      look(*message);
+      progress.update(source_.progress());
+    }
     for (const Topic* topic : source_.topics()) {
       SurveyedTopic& seen = topic_of(*topic);
       if (seen.use == Use::none) seen.count += std::max<int64_t>(0, topic->messages);

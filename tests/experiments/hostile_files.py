@@ -267,12 +267,26 @@ def plain_mcap(path):
 
 
 case("plain.mcap", plain_mcap)
-case("bomb_40.mcap", lambda path: mcap(path, interleaved(40, *zeros_record(0x80, 250 << 20))), "plain.mcap")
+def plain_chunk(path, parts):
+    """An MCAP file of one chunk that is not packed: numbers are holes."""
+    size = sum(part if isinstance(part, int) else len(part) for part in parts)
+    with open(path, "wb") as file:
+        file.write(MAGIC + record(1, text(b"ros2") + text(b"marco")) + struct.pack("<BQ", 6, 40 + size))
+        file.write(struct.pack("<QQQI", int(ENDS[0] * 1e9), int(ENDS[1] * 1e9), size, 0) + text(b"") + struct.pack("<Q", size))
+        for part in parts:
+            file.seek(part, 1) if isinstance(part, int) else file.write(part)
+        file.write(record(15, struct.pack("<I", 0)) + record(2, bytes(20)) + MAGIC)
+
+
+case("plain_10GB.mcap", lambda path: plain_chunk(path, [TYPES + b"".join(messages()), *zeros_record(0x80, 10 << 30)]))
+case("plain_6GB.mcap", lambda path: plain_chunk(path, [TYPES + b"".join(messages())] + [
+    struct.pack("<BQHIQQ", 5, 22 + (100 << 20), 1, 0, int(1e9 * START_S), 0), 100 << 20] * 60))
+case("bomb_40.mcap", lambda path: mcap(path, interleaved(40, *zeros_record(0x80, 250 << 20))), "plain_10GB.mcap")
 case("bomb_1.mcap", lambda path: mcap(path, interleaved(1, *zeros_record(0x80, 250 << 20))), "plain.mcap")
 case("interleaved_40.mcap", lambda path: mcap(path, interleaved(40)), "plain.mcap")
 case("interleaved_400.mcap", lambda path: mcap(path, interleaved(400)), "plain.mcap")
 case("messages_100MB.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(messages())], *ENDS)] + [
-    chunk([record(5, b"")[:1] + struct.pack("<QHIQQ", 22 + (100 << 20), 1, 0, int(1e9 * START_S), 0), 100 << 20], *ENDS) for i in range(60)]), "plain.mcap")
+    chunk([struct.pack("<BQHIQQ", 5, 22 + (100 << 20), 1, 0, int(1e9 * START_S), 0), 100 << 20], *ENDS)] * 60), "plain_6GB.mcap")
 case("message_4GB.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(messages()), struct.pack("<BQHIQQ", 5, 22 + (4 << 30), 1, 0, int(1e9 * START_S), 0), 4 << 30], *ENDS)]), "plain.mcap")
 case("channels_65k.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(channel(i, b"/t%d" % i, 1) for i in range(10, 65535)) + b"".join(messages())], *ENDS)]), "plain.mcap")
 case("schemas_4MB.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(messages())], *ENDS)] + [

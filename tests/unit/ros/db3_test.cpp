@@ -241,7 +241,7 @@ TEST(Db3, RefusesRowsThatAreComputed) {
     write_database(folder.path() / "a.db3", statements);
     EXPECT_THAT(
         [&] { open_db3(folder.path() / "a.db3"); },
-        ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("no recording of rosbag2")))
+        ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("not rows that are stored")))
         << statements;
   }
 }

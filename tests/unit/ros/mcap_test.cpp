@@ -229,6 +229,18 @@ TEST(Mcap, RefusesDefinitionsLargerThanAnyRobots) {
                                            "definitions of topics are more than 128 MB")));
 }
 
+// Larger than could be read in an hour.
+TEST(Mcap, GoesOnBehindAHole) {
+  const TemporaryFolder folder;
+  const std::string first = chunk("lz4", schema() + channel() + message(1, "one"), 1, 1);
+  const auto path = folder.write("a.mcap", kMagic + first);
+  std::filesystem::resize_file(path, uint64_t{200} << 30U);
+  std::ofstream(path, std::ios::app) << chunk("lz4", message(2, "two"), 2, 2) + footer() + kMagic;
+  const auto source = open_mcap(path);
+  EXPECT_EQ(joined(*source), "one two ");
+  EXPECT_EQ(source->damage().places, 1);
+}
+
 struct Expected {
   std::vector<uint64_t> log_times;
   std::vector<std::string> data;

@@ -3,6 +3,7 @@ around this folder, which takes about ten minutes. CMAKE_ARGS: more arguments of
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 
@@ -26,14 +27,19 @@ class CMakeBuild(build_ext):
         out = os.path.dirname(os.path.abspath(self.get_ext_fullpath(ext.name)))
         build = os.path.abspath(self.build_temp)
         options = [f"-DPython3_EXECUTABLE={sys.executable}", "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_UNITY_BUILD=ON",
-                   *shlex.split(os.environ.get("CMAKE_ARGS", ""))]
-        alone = subprocess.run(["cmake", "-S", HERE, "-B", build + "/alone", f"-DMARCO_PYTHON_OUT={out}", *options])
+                   f"-DMARCO_PYTHON_OUT={out}", *shlex.split(os.environ.get("CMAKE_ARGS", ""))]
+        if shutil.which("ninja"):  # CMake's own choice is make, which Marco needs nowhere else
+            options += ["-G", "Ninja"]
+        alone = subprocess.run(["cmake", "-S", HERE, "-B", build + "/alone", *options], text=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        print(alone.stdout)
         if alone.returncode == 0:
             build += "/alone"
-        else:
+        elif "Findmarco.cmake" in alone.stdout and os.path.exists(ROOT + "/CMakeLists.txt"):
             print("no installed Marco: the clone is built", file=sys.stderr)
-            subprocess.run(["cmake", "-S", ROOT, "-B", build, "-DMARCO_PYTHON=ON", f"-DMARCO_PYTHON_OUT={out}", "-DMARCO_TESTS=OFF",
-                            *options], check=True)
+            subprocess.run(["cmake", "-S", ROOT, "-B", build, "-DMARCO_PYTHON=ON", "-DMARCO_TESTS=OFF", *options], check=True)
+        else:
+            sys.exit("CMake cannot configure the module: see what it says above")
         subprocess.run(["cmake", "--build", build, "--target", "marco_python", "-j", str(os.cpu_count())], check=True)
 
 

@@ -19,12 +19,13 @@ run_demo() {
   fi
   mkdir -p "$out"
   out="$(cd "$out" && pwd)"
-  if [ $live = yes ] && ! unshare -rmn true 2>/dev/null && ! ip route get 239.255.76.67 >/dev/null 2>&1; then
+  . "$root/lcm_tools/tests/support/namespaces.sh"
+  if [ $live = yes ] && [ -z "$own" ] && ! ip route get 239.255.76.67 >/dev/null 2>&1; then
     say "processes can't reach each other here (no network namespaces, no multicast route): demo --batch instead"
     live=no
   fi
   if [ $live = yes ]; then
-    say "driving a tour of the lab in real time; what the processes say is in ~/.local/state/marco-procman/localhost"
+    say "driving a tour of the lab in real time; what the processes say is in $out/state"
     demo_script "$out" sim.procman demo
     mv "$out/live.lcm.0" "$out/lab.lcm"
     say "playing the recording into a new SLAM, at 5 times its speed"
@@ -54,8 +55,9 @@ run_demo() {
 # $1 folder, $2 a script of config/, $3 its name. The processes talk in a network namespace of their own where there
 # is such a thing: no other robot on this network is disturbed, or disturbs.
 demo_script() {
-  MARCO_RUN="$1" "$root/lcm_tools/tests/support/isolated.sh" "$self" run "$root/config/$2" "$3" -n --on-script-complete exit || {
-    echo "marco demo: the live run ended with an error; see ~/.local/state/marco-procman/localhost" >&2
+  MARCO_RUN="$1" "$root/lcm_tools/tests/support/isolated.sh" env XDG_STATE_HOME="$1/state" \
+    "$self" run "$root/config/$2" "$3" -n --on-script-complete exit || {
+    echo "marco demo: the live run ended with an error; see $1/state" >&2
     exit 1
   }
 }

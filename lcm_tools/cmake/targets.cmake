@@ -200,7 +200,7 @@ function(marco_test name)
       math(EXPR shard "${shard} + 1")
     endif()
     set_tests_properties(
-      ${case} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} COST ${arg_TIMEOUT} PROCESSORS ${places} SKIP_REGULAR_EXPRESSION "${skipped}"
+      ${case} PROPERTIES LABELS "${arg_LABEL}" TIMEOUT ${arg_TIMEOUT} COST ${arg_TIMEOUT} PROCESSORS ${places} SKIP_REGULAR_EXPRESSION "${skipped}" SKIP_RETURN_CODE 77
                          ENVIRONMENT "${environment};${filter}")
   endforeach()
 endfunction()

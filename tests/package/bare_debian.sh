@@ -5,24 +5,13 @@ set -euo pipefail
 packages=$(realpath "${1:?usage: bare_debian.sh PACKAGES [ROOT]}")
 root=${2:-$(mktemp -d)/debian}
 project="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
-skip() { echo "SKIPPED: $*"; exit 0; }
-fail() { echo "FAILED: $*" >&2; exit 1; }
-[ "$(id -u)" = 0 ] || skip "only root can make a bare Debian"
-command -v mmdebstrap >/dev/null || skip "mmdebstrap is not installed"
+. "$project/tests/package/bare_root.sh"
 if [ "${BARE_DEBIAN:-}" != inside ]; then BARE_DEBIAN=inside exec unshare -m "$0" "$packages" "$root"; fi
-trap 'for place in proc dev/pts dev; do umount "$root/$place" 2>/dev/null || true; done; rm -rf --one-file-system "$root"' EXIT
-within() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
+trap 'remove_bare_root "$root"' EXIT
 as_user() { within setpriv --reuid=1234 --regid=1234 --clear-groups env HOME=/home/user "$@"; }
 size() { du -smx "$root" | cut -f1; }
 
-sources=(/etc/apt/sources.list.d/debian.sources)
-[ -e "${sources[0]}" ] || sources=(/etc/apt/sources.list)
-suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
-sed '/^#/d' "${sources[@]}" | mmdebstrap --quiet --variant=minbase "$suite" "$root" -
-[ -e "$root/etc/resolv.conf" ] || cp /etc/resolv.conf "$root/etc/resolv.conf"
-apt-config dump | grep -E '^Acquire::https?::' >"$root/etc/apt/apt.conf.d/90host" || true  # a proxy
-mount -t proc proc "$root/proc"
-mount --bind /dev "$root/dev"
+make_bare_root "$root"
 mkdir "$root/packages" "$root/home/user"
 cp "$packages"/*.deb "$root/packages"
 cp "$project/logs/sample.lcm" "$root/home/user"

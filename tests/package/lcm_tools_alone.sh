@@ -4,8 +4,9 @@
 set -euo pipefail
 source_folder=$1
 if [ "${LCM_TOOLS_ALONE:-}" != inside ]; then
-  unshare -rm true 2>/dev/null || { echo 'SKIPPED: this system forbids mount namespaces'; exit 0; }
-  LCM_TOOLS_ALONE=inside exec unshare -rm "$0" "$@"
+  . "$source_folder/lcm_tools/tests/support/namespaces.sh"
+  [ -n "$own" ] || { echo 'SKIPPED: this system forbids mount namespaces'; exit 0; }
+  LCM_TOOLS_ALONE=inside exec unshare $own "$0" "$@"
 fi
 for folder in /usr/include/eigen3 /usr/include/opencv4 /usr/share/eigen3; do
   [ ! -d $folder ] || mount -t tmpfs none $folder

@@ -4,11 +4,9 @@
 # multicast through it; `ip link set cable_a down` cuts it).
 # Where the system forbids all this the test says SKIPPED.
 if [ "${MARCO_TWO_NETWORKS:-}" != inside ]; then
-  if ! unshare -rmn true 2>/dev/null; then
-    echo 'SKIPPED: this system forbids network namespaces'
-    exit 0
-  fi
-  MARCO_TWO_NETWORKS=inside exec unshare -rmn "$0" "$@"
+  . "$(dirname "${BASH_SOURCE[0]}")/../../lcm_tools/tests/support/namespaces.sh"
+  [ -n "$own" ] || { echo 'SKIPPED: this system forbids network namespaces'; exit 0; }
+  MARCO_TWO_NETWORKS=inside exec unshare $own "$0" "$@"
 fi
 for program in nsenter ip python3 pgrep lcm-logplayer; do
   command -v $program >/dev/null || { echo "SKIPPED: $program is not installed"; exit 0; }

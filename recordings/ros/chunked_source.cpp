@@ -31,6 +31,9 @@ std::optional<Message> ChunkedSource::next() {
                           std::to_string(most_held_bytes_ >> 20U) +
                           " MB: they were put in order on disk");
   }
+  // Parts of a recording are all open, and read one after the other.
+  window_ = PlainWindow();
+  unpacker_ = Unpacker();
   return std::nullopt;
 }
 

@@ -45,6 +45,8 @@ struct Unpacker::States {
 
 Unpacker::Unpacker() : states_(std::make_unique<States>()) {}
 Unpacker::~Unpacker() = default;
+Unpacker::Unpacker(Unpacker&&) noexcept = default;
+Unpacker& Unpacker::operator=(Unpacker&&) noexcept = default;
 
 void Unpacker::begin(std::string_view name, ByteStream& packed, uint64_t plain_size) {
   packed_ = &packed;

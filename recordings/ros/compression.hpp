@@ -19,6 +19,8 @@ class Unpacker {
 
   Unpacker();
   ~Unpacker();
+  Unpacker(Unpacker&&) noexcept;
+  Unpacker& operator=(Unpacker&&) noexcept;  ///< to give memory back: `unpacker = Unpacker()`
 
   /// A chunk from its first byte on.
   /// @param name  of ROS bags and MCAP: "", "none", "bz2", "lz4" (frames), "zstd"

@@ -1,41 +1,36 @@
 #include "recordings/ros/temporary_file.hpp"
 
-#include <stdlib.h>  // mkstemp
+#include <fcntl.h>   // O_CLOEXEC
+#include <stdlib.h>  // mkostemp
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
 
 namespace marco::ros {
-namespace {
 
-// A disk that is full stops recorders and desktops: a small file may unpack to any size.
-constexpr uint64_t kLeftToOthers = uint64_t{1} << 30;
-constexpr uint64_t kBetweenLooks = uint64_t{64} << 20;
-
-}  // namespace
-
-TemporaryFile::TemporaryFile(std::string what) : what_(std::move(what)) {
-  std::string name = (std::filesystem::temp_directory_path() / "marco_XXXXXX").string();
-  fd_ = ::mkstemp(name.data());
-  path_ = name;
-  if (fd_ < 0) refuse("cannot be made: " + std::string(std::strerror(errno)));
+TemporaryFile::TemporaryFile(std::string what, uint64_t left_to_others)
+    : what_(std::move(what)),
+      folder_(std::filesystem::temp_directory_path()),
+      left_to_others_(left_to_others) {
+  std::string name = (folder_ / "marco_XXXXXX").string();
+  fd_ = ::mkostemp(name.data(), O_CLOEXEC);
+  if (fd_ < 0) refuse(std::strerror(errno));
+  ::unlink(name.c_str());
 }
 
-TemporaryFile::~TemporaryFile() {
-  if (fd_ < 0) return;
-  ::close(fd_);
-  std::error_code ignored;
-  std::filesystem::remove(path_, ignored);
-}
+TemporaryFile::~TemporaryFile() { ::close(fd_); }
 
 void TemporaryFile::append(std::span<const uint8_t> bytes) {
+  constexpr uint64_t kBetweenLooks = uint64_t{64} << 20;
   if (bytes.size() > may_write_) {
-    const auto space = std::filesystem::space(path_);
-    if (space.available < kLeftToOthers + bytes.size()) refuse("there is too little space");
+    const uint64_t available = std::filesystem::space(folder_).available;
+    if (available < left_to_others_ + bytes.size()) refuse("there is too little space");
     may_write_ =
-        bytes.size() + std::min(kBetweenLooks, space.available - kLeftToOthers - bytes.size());
+        std::max<uint64_t>(bytes.size(), std::min(kBetweenLooks, available - left_to_others_));
   }
   may_write_ -= bytes.size();
   while (!bytes.empty()) {
@@ -46,7 +41,8 @@ void TemporaryFile::append(std::span<const uint8_t> bytes) {
 }
 
 void TemporaryFile::refuse(const std::string& why) const {
-  throw std::runtime_error(path_.string() + ", " + what_ + ": " + why + "; TMPDIR says where to");
+  throw std::runtime_error("no temporary file in " + folder_.string() + " " + what_ + ": " + why +
+                           "; TMPDIR names another folder");
 }
 
 }  // namespace marco::ros

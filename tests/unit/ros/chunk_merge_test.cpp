@@ -3,17 +3,13 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <map>
 #include <random>
 #include <string>
 
-#include "lcm_tools/tests/support/temporary_folder.hpp"
-
 namespace marco::ros {
 namespace {
 
-using ::marco::testing::TemporaryFolder;
 using ::testing::Each;
 using ::testing::Pair;
 
@@ -111,16 +107,6 @@ TEST(ChunkMerge, OfChunksThatFollowEachOtherNothingGoesToDisk) {
   const Merged merged = merge(chunks, 2000);
   EXPECT_TRUE(merged.all == in_order(chunks));
   EXPECT_EQ(merged.runs, 0U);
-}
-
-TEST(ChunkMerge, LeavesNothingOnDisk) {
-  const TemporaryFolder folder;
-  const char* before = std::getenv("TMPDIR");
-  const std::string restored = before == nullptr ? "/tmp" : before;
-  ::setenv("TMPDIR", folder.path().c_str(), 1);
-  EXPECT_GT(merge(random_chunks(100, 1000, 8), 1000).runs, 10U);
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
-  ::setenv("TMPDIR", restored.c_str(), 1);
 }
 
 }  // namespace

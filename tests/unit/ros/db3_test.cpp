@@ -199,8 +199,8 @@ TEST(Db3, IsReadFromAZstdFileAndLeavesNothingBehind) {
     const auto source = open_messages(path);
     EXPECT_THAT(contents(*source), ElementsAre("one"));
     EXPECT_THAT(source->format(), HasSubstr("zstd"));
+    EXPECT_TRUE(std::filesystem::is_empty(temporary));
   }
-  EXPECT_TRUE(std::filesystem::is_empty(temporary));
   unsetenv("TMPDIR");
 }
 

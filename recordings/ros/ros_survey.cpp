@@ -32,10 +32,12 @@ class Surveyor {
 
   RosSurvey run() {
     source_.select([](const Topic& topic) { return use_of(topic) != Use::none; });
-    LookingThrough progress(source_.paths().front());
+    const std::vector<std::string> paths = source_.paths();
+    std::optional<LookingThrough> progress;  // of a live source there is none
+    if (!paths.empty()) progress.emplace(paths.front());
     while (const auto message = source_.next()) {
       look(*message);
-      progress.update(source_.progress());
+      if (progress) progress->update(source_.progress());
     }
     for (const Topic* topic : source_.topics()) {
       SurveyedTopic& seen = topic_of(*topic);

@@ -6,16 +6,23 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
 
 namespace marco::ros {
+namespace {
+
+std::filesystem::path temporary_folder() {
+  const char* named = std::getenv("TMPDIR");
+  return named == nullptr ? "/tmp" : named;
+}
+
+}  // namespace
 
 TemporaryFile::TemporaryFile(std::string what, uint64_t left_to_others)
-    : what_(std::move(what)),
-      folder_(std::filesystem::temp_directory_path()),
-      left_to_others_(left_to_others) {
+    : what_(std::move(what)), folder_(temporary_folder()), left_to_others_(left_to_others) {
   std::string name = (folder_ / "marco_XXXXXX").string();
   fd_ = ::mkostemp(name.data(), O_CLOEXEC);
   if (fd_ < 0) refuse(std::strerror(errno));
@@ -42,7 +49,7 @@ void TemporaryFile::append(std::span<const uint8_t> bytes) {
 
 void TemporaryFile::refuse(const std::string& why) const {
   throw std::runtime_error("no temporary file in " + folder_.string() + " " + what_ + ": " + why +
-                           "; TMPDIR names another folder");
+                           "; set TMPDIR to another folder");
 }
 
 }  // namespace marco::ros

@@ -287,6 +287,17 @@ case("interleaved_40.mcap", lambda path: mcap(path, interleaved(40)), "plain.mca
 case("interleaved_400.mcap", lambda path: mcap(path, interleaved(400)), "plain.mcap")
 case("messages_100MB.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(messages())], *ENDS)] + [
     chunk([struct.pack("<BQHIQQ", 5, 22 + (100 << 20), 1, 0, int(1e9 * START_S), 0), 100 << 20], *ENDS)] * 60), "plain_6GB.mcap")
+def parts(path):
+    in_folder = folder_of(path)
+    all_messages = list(messages())
+    for i in range(20):
+        begin_s = START_S + 30 * STEP_S * i
+        large = struct.pack("<BQHIQQ", 5, 22 + (250 << 20), 1, 0, int(1e9 * begin_s), 0), 250 << 20
+        plain = TYPES + b"".join(all_messages[60 * i:60 * i + 60])
+        mcap(in_folder("a_%d.mcap" % i), [chunk([plain, *large], begin_s, begin_s + 29.5 * STEP_S)])
+
+
+case("parts_20", parts, "plain_6GB.mcap")
 case("message_4GB.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(messages()), struct.pack("<BQHIQQ", 5, 22 + (4 << 30), 1, 0, int(1e9 * START_S), 0), 4 << 30], *ENDS)]), "plain.mcap")
 case("channels_65k.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(channel(i, b"/t%d" % i, 1) for i in range(10, 65535)) + b"".join(messages())], *ENDS)]), "plain.mcap")
 case("schemas_4MB.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(messages())], *ENDS)] + [
@@ -295,11 +306,17 @@ case("chunks_4M.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(messages
 case("metadata_3M.mcap", lambda path: mcap(path, [chunk([TYPES + b"".join(messages())], *ENDS)] + [
     b"".join(record(12, text(b"%d" % (1000 * k + i)) + text(b"")) for i in range(1000)) for k in range(3000)]), "plain.mcap")
 case("claims_10_bytes.mcap", lambda path: sparse(path, MAGIC + record(1, text(b"") * 2) + chunk([TYPES + b"".join(messages())], *ENDS) + struct.pack(
-    "<BQQQQI", 6, 40 + (20 << 30), 0, 10**18, 10, 0) + text(b"") + struct.pack("<Q", 20 << 30), (20 << 30) + 2000000), "plain.mcap")
-case("zeros.mcap.zstd", write(lambda: zstd([MAGIC, 20 << 30])), "plain.mcap")
+    "<BQQQQI", 6, 40 + (20 << 30), 0, 10**18, 10, 0) + text(b"") + struct.pack("<Q", 20 << 30), (20 << 30) + 2000000), "plain_10GB.mcap")
+case("zeros.mcap.zstd", write(lambda: zstd([MAGIC, 20 << 30])), "plain_10GB.mcap")
 case("plain.bag", lambda path: bag(path, [bag_chunk(b"".join(bag_messages()))]))
-case("bomb_16_bz2.bag", lambda path: bag(path, [bag_chunk(b"".join(list(bag_messages())[:1] + list(bag_messages())[1 + i::16]) +
-                                                         bag_record(bytes(100 << 20), op=b"\4", conn=bytes(4))) for i in range(16)]), "plain.bag")
+def wide_bag(path, compression, pack):
+    all_messages = list(bag_messages())
+    plain = (b"".join(all_messages[:1] + all_messages[1 + i::16]) + bag_record(bytes(100 << 20), op=b"\4", conn=bytes(4)) for i in range(16))
+    bag(path, (bag_chunk(data, compression, pack(data)) for data in plain))
+
+
+case("plain_1.6GB.bag", lambda path: wide_bag(path, b"none", bytes))
+case("bomb_16_bz2.bag", lambda path: wide_bag(path, b"bz2", bz2.compress), "plain_1.6GB.bag")
 case("chunks_1M.bag", lambda path: bag(path, [bag_chunk(b"".join(bag_messages()))] + [bag_chunk(b"", b"none", b"x") * 1000] * 1000), "plain.bag")
 case("plain.db3", lambda path: db3(path, rows=[(t, scan_cdr(t, ranges)) for t, _, _, _, ranges in DRIVE]))
 case("blobs_300MB.db3", lambda path: db3(path, rows=[(t, scan_cdr(t, ranges)) for t, _, _, _, ranges in DRIVE] + [(START_S, bytes(300 << 20))] * 2), "plain.db3")
@@ -410,7 +427,7 @@ def main():
         print("%-22s %5d %7.2f %6.0f | %s | %s%s" % (name, code, cpu_s, mb, beside, "OVER " if over else "", said[:300]), flush=True)
         shutil.rmtree("out", ignore_errors=True)
         if plain:
-            os.remove(name)
+            shutil.rmtree(name) if os.path.isdir(name) else os.remove(name)
 
 
 if __name__ == "__main__":

@@ -74,12 +74,12 @@ TEST_P(Compression, UnpacksChunkAfterChunk) {
 }
 
 TEST_P(Compression, UnpacksByPiecesOfAnySize) {
-  const std::string plain = plain_text(1);
-  for (const std::size_t piece : {1000UL, 65536UL, 999'999UL, 4'000'000UL}) {
-    EXPECT_TRUE(unpacked(packed_by(GetParam(), plain), plain.size(), piece) == plain) << piece;
+  const std::string plain = plain_text(1), packed = packed_by(GetParam(), plain);
+  for (const std::size_t piece : {1000UL, 999'999UL, 4'000'000UL}) {
+    EXPECT_TRUE(unpacked(packed, plain.size(), piece) == plain) << piece;
     EXPECT_EQ(checksum_, Unpacker::Checksum::none_wrong);
-    EXPECT_TRUE(unpacked(packed_by(GetParam(), plain), 500'000, piece) == plain.substr(0, 500'000));
   }
+  EXPECT_TRUE(unpacked(packed, 500'000, 65'536) == plain.substr(0, 500'000));
 }
 
 TEST_P(Compression, GivesTheBlocksBeforeDamageAndNothingOfTheChunkBefore) {

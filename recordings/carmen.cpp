@@ -99,7 +99,9 @@ class CarmenReader : public TextReader {
       no_return.add(line->ranges_m);
     });
     require(lines > 0,
-            path.string() + ": no laser line (FLASER, RLASER or ROBOTLASER1) that can be read");
+            path.string() +
+                ": no laser line (FLASER, RLASER or ROBOTLASER1) that can be read: one with as "
+                "many ranges as it says, 100000 at most");
     no_return_m_ = no_return.range_m(kFarthestLaserM);
     note_no_return(no_return_m_);
   }

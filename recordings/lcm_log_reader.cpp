@@ -9,6 +9,7 @@
 #include "lcmtypes/stamp.hpp"
 #include "recordings/foreign_messages.hpp"
 #include "recordings/log_survey.hpp"
+#include "recordings/scan_bounds.hpp"
 
 namespace marco {
 namespace {
@@ -126,17 +127,19 @@ class LcmLogReader : public files::QueuedReader {
           survey_.stamps_are_unusable || channel.shift_us != 0 || channel.drift != 0.0;
       truth->is_by_arrival = truth->is_by_arrival || is_shifted;
     }
-    const auto* scan = std::get_if<LaserScan>(&sample);
-    require(scan == nullptr || scan->size() >= 2, "scan of fewer than 2 beams");
+    if (const auto* scan = std::get_if<LaserScan>(&sample)) require_scan(*scan);
     queue(std::move(sample));
   }
 
   void finish_report() override {
+    constexpr int kMostNoted = 100;
+    int passed_by = 0;
     for (const auto& [name, channel] : survey_.channels) {
-      if (channel.meaning != Meaning::passed_by) continue;
+      if (channel.meaning != Meaning::passed_by || ++passed_by > kMostNoted) continue;
       note("%s (%s): %lld events that the map does not use", name.c_str(),
            channel.fingerprint.c_str(), static_cast<long long>(channel.count));
     }
+    if (passed_by > kMostNoted) note("and %d more channels", passed_by - kMostNoted);
     const files::LogDamage& damage = log_.damage();
     if (damage.places == 0) return;
     report_.dropped["damaged stretches of the log"] = damage.places;

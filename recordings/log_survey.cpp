@@ -9,6 +9,8 @@
 #include "lcmtypes/convert.hpp"
 #include "recordings/clock_drift.hpp"
 #include "recordings/foreign_messages.hpp"
+#include "recordings/looking_through.hpp"
+#include "recordings/name_list.hpp"
 
 namespace marco {
 namespace {
@@ -17,6 +19,7 @@ using files::LogEvent;
 
 constexpr double kClocksDisagreeS = 0.5;
 constexpr std::size_t kEnoughOffsets = 2000;
+constexpr std::size_t kMostChannels = 10'000;  // no robot has so many
 
 struct Offset {
   int64_t event_us;
@@ -194,9 +197,16 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
   std::map<std::string, ClockDrift> drifts;
   EventTimes times;
   files::EventLogReader log(path);
+  LookingThrough look(path);
+  const auto size = static_cast<double>(std::max<int64_t>(1, log.size_bytes()));
+  const auto reached = [&](int64_t at) { look.update(static_cast<double>(at) / size); };
+  log.on_search(reached);
   int64_t events = 0;
   while (const std::optional<LogEvent> event = log.next()) {
     ++events;
+    reached(log.position_bytes());
+    if (survey.channels.size() == kMostChannels && !survey.channels.contains(event->channel))
+      continue;
     const auto [entry, is_new] = survey.channels.try_emplace(event->channel);
     LoggedChannel& channel = entry->second;
     ++channel.count;
@@ -223,13 +233,16 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
   }
   require(events > 0, path + ": holds no whole LCM event");
   if (survey.lidar_channel.empty()) {
-    std::string seen;
+    NameList seen;
     for (const auto& [name, channel] : survey.channels) {
-      seen += (seen.empty() ? "" : ", ") + name + " (" + channel.fingerprint + ")";
+      seen.add(name + " (" + channel.fingerprint + ")");
     }
-    throw std::invalid_argument(path + ": no laser among its channels: " + seen +
+    throw std::invalid_argument(path + ": no laser among its channels: " + seen.text() +
                                 ". Describe them in a copy of config/foreign.toml and pass it with "
                                 "--foreign");
+  }
+  if (survey.channels.size() == kMostChannels) {
+    survey.notes.emplace_back("more than 10000 channels: those after them are left out");
   }
   survey.stopped_us = times.stopped_us();
   constexpr int64_t kWorthANote = 10;

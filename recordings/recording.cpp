@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <initializer_list>
 #include <string>
 #include <string_view>
@@ -86,13 +85,7 @@ std::string known_formats() {
   return "known inputs: " + names;
 }
 
-std::string head_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string head(1 << 16, '\0');
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(file.gcount()));
-  return head;
-}
+std::string head_of(const fs::path& path) { return files::first_bytes(path, 1 << 16); }
 
 std::string looks_like(const std::string& head) {
   constexpr std::array<std::pair<std::string_view, const char*>, 7> kMagics{

@@ -53,7 +53,7 @@ class QueuedReader : public SampleReader {
   /// Called once, at the end.
   virtual void finish_report() {}
 
-  void queue(Sample sample) { queue_.push_back(std::move(sample)); }
+  void queue(Sample sample);
   void queue_odometry(Utime utime, const Pose2& odom_from_robot);
   /// Adds a note in the style of printf.
   [[gnu::format(printf, 2, 3)]] void note(const char* format, ...);
@@ -61,8 +61,13 @@ class QueuedReader : public SampleReader {
   InputReport report_;
 
  private:
+  void watch_stamps(const LaserScan& scan);
+  void note_stamps();
+
   std::deque<Sample> queue_;
   bool ended_ = false;
+  std::map<std::string, Utime> last_stamp_;  ///< of each laser's scans
+  int64_t scans_ = 0, equal_stamps_ = 0, far_stamps_ = 0;
 };
 
 }  // namespace marco::files

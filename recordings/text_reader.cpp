@@ -2,9 +2,14 @@
 
 #include <algorithm>
 
+#include "lcm_tools/files/readable.hpp"
+#include "recordings/looking_through.hpp"
+#include "recordings/ros/byte_file.hpp"
+
 namespace marco::files {
 
-TextReader::TextReader(const std::filesystem::path& path, const char* format) : file_(path) {
+TextReader::TextReader(const std::filesystem::path& path, const char* format)
+    : path_(path.string()), file_(open_readable(path)) {
   std::error_code ignored;
   size_bytes_ = static_cast<double>(std::filesystem::file_size(path, ignored));
   report_.format = format;
@@ -16,15 +21,31 @@ double TextReader::progress() const {
 }
 
 void TextReader::survey(const std::function<void(TextFields)>& use_line) {
-  while (files::read_line(file_, text_)) use_line(TextFields(text_));
+  LookingThrough progress(path_);
+  while (next_line()) {
+    use_line(TextFields(text_));
+    progress.update(this->progress());
+  }
   file_.clear();
   file_.seekg(0);
+  read_bytes_ = 0.0;
+}
+
+// A line that is too long may be a hole.
+bool TextReader::next_line() {
+  if (!files::read_line(file_, text_)) return false;
+  read_bytes_ += static_cast<double>(text_.size()) + 1.0;
+  if (text_.size() < kLongestLine) return true;
+  const int64_t at = file_.tellg();
+  const int64_t data = ros::ByteFile(path_).next_data(at);
+  if (data > at) file_.seekg(data);
+  read_bytes_ = static_cast<double>(data);
+  return true;
 }
 
 bool TextReader::read_piece() {
-  if (!files::read_line(file_, text_)) return false;
+  if (!next_line()) return false;
   ++line_number_;
-  read_bytes_ += static_cast<double>(text_.size()) + 1.0;
   read_line(TextFields(text_));
   return true;
 }

@@ -31,6 +31,9 @@ class TextReader : public QueuedReader {
   void note_no_return(double range_m);
 
  private:
+  bool next_line();
+
+  std::string path_;
   std::ifstream file_;
   std::string text_;
   double size_bytes_ = 0.0;

@@ -8,6 +8,7 @@
 
 #include "common/files/text_fields.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/readable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "recordings/tilted_rows.hpp"
 
@@ -31,11 +32,7 @@ struct Row {
 Kind kind_of(const fs::path& path) {
   constexpr int kLines = 5;
   constexpr std::size_t kLongestLine = 200000;
-  std::string head(kLines * (kLongestLine + 1), '\0');
-  std::ifstream bytes(path, std::ios::binary);
-  bytes.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(bytes.gcount()));
-  std::istringstream file(std::move(head));
+  std::istringstream file(first_bytes(path, kLines * (kLongestLine + 1)));
   std::string line;
   for (int i = 0; i < kLines && read_line(file, line); ++i) {
     if (line.size() > kLongestLine) return Kind::unknown;
@@ -47,7 +44,7 @@ Kind kind_of(const fs::path& path) {
     const bool all_numbers = fields.next().empty();
     if (!all_numbers) return Kind::unknown;
     if (path.extension() == ".3d" && numbers >= 3) {
-      std::ifstream points(path);
+      std::ifstream points = open_readable(path);
       return lies_in_tilted_rows(points) ? Kind::uos_points : Kind::unknown;
     }
     if (numbers > 50 && line.find(',') != std::string::npos) return Kind::ranges_mm;
@@ -66,7 +63,7 @@ std::string stem_of(const fs::path& path) {
 // nullptr.
 template <class ReadLine>
 void for_each_line(const fs::path& path, InputReport& report, const ReadLine& read_line_fields) {
-  std::ifstream file(path);
+  std::ifstream file = open_readable(path);
   std::string line;
   for (int number = 1; read_line(file, line); ++number) {
     if (line.rfind('#', 0) == 0) continue;

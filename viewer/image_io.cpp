@@ -1,7 +1,6 @@
 #include "viewer/image_io.hpp"
 
 #include <climits>
-#include <fstream>
 #include <memory>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -49,10 +48,9 @@ void write_png(const Picture& picture, const std::string& path) {
 Picture read_picture(const std::string& path) {
   files::finish_interrupted(std::filesystem::path(path).parent_path());
   // OpenCV would print a warning of its own.
-  const bool readable = std::ifstream(path).good();
-  const cv::Mat bgr = readable ? cv::imread(path, cv::IMREAD_COLOR) : cv::Mat();
+  const std::string why = files::why_not_readable(path);
+  const cv::Mat bgr = why.empty() ? cv::imread(path, cv::IMREAD_COLOR) : cv::Mat();
   if (bgr.empty()) {
-    const std::string why = files::why_not_readable(path);
     throw std::runtime_error(path + ": " +
                              (why.empty() ? "not a picture that OpenCV can read" : why));
   }

@@ -10,6 +10,7 @@
 #include "common/files/text_fields.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/inside_folder.hpp"
+#include "lcm_tools/files/readable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 
 namespace marco::files {
@@ -17,6 +18,7 @@ namespace {
 
 constexpr int kUnknownGrey = 205;
 constexpr int kFreeGrey = 254;
+constexpr int64_t kMostYamlBytes = 1 << 20;
 
 uint8_t grey_of(uint8_t occupancy) {
   if (occupancy == GridMap::kUnknown) return kUnknownGrey;
@@ -63,6 +65,32 @@ Yaml parse_yaml(const std::string& text, const std::string& name) {
   return yaml;
 }
 
+// Cells alone: the header is looked at before anything is made for them.
+GridMap read_pgm(const std::filesystem::path& path) {
+  constexpr int64_t kMostCells = 1 << 30;  // 1.6 km by 1.6 km at 5 cm
+  std::ifstream file = open_readable(path);
+  const std::string head = first_bytes(path, 200);
+  int width = 0, height = 0, largest = 0, header = 0;
+  const int fields = std::sscanf(head.c_str(), "P5 %d %d %d%n", &width, &height, &largest, &header);
+  const int64_t cells = int64_t{width} * height;
+  require(fields == 3 && width > 0 && height > 0 && largest == 255,
+          path.string() + ": expected a binary PGM (P5) with 255 greys");
+  require(cells <= kMostCells, path.string() + ": has more than 2^30 cells");
+  require(std::filesystem::file_size(path) > static_cast<uint64_t>(header + cells),
+          path.string() + ": ends early");
+  GridMap map;
+  map.width_cells = width;
+  map.height_cells = height;
+  map.occupancy.resize(static_cast<std::size_t>(cells));
+  file.seekg(header + 1);
+  for (int y = height - 1; y >= 0; --y) {
+    const auto row = map.occupancy.begin() + int64_t{y} * width;
+    file.read(reinterpret_cast<char*>(&*row), width);
+    std::transform(row, row + width, row, occupancy_of);
+  }
+  return map;
+}
+
 }  // namespace
 
 void write_map(const std::filesystem::path& folder,
@@ -88,7 +116,7 @@ std::string picture_of_map(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / "map.yaml";
   if (!std::filesystem::exists(path)) return "";
   try {
-    return parse_yaml(read_whole_file(path), path.string()).image;
+    return parse_yaml(read_whole_file(path, kMostYamlBytes), path.string()).image;
   } catch (const std::invalid_argument&) {  // not ours, or broken: it names no picture
     return "";
   }
@@ -101,7 +129,7 @@ std::string next_picture_name(const std::string& picture_before) {
 }
 
 GridMap read_map(const std::filesystem::path& yaml_path) {
-  const Yaml yaml = parse_yaml(read_whole_file(yaml_path), yaml_path.string());
+  const Yaml yaml = parse_yaml(read_whole_file(yaml_path, kMostYamlBytes), yaml_path.string());
   std::filesystem::path picture_path;
   try {
     picture_path = inside_folder(yaml_path.parent_path(), yaml.image);
@@ -109,27 +137,9 @@ GridMap read_map(const std::filesystem::path& yaml_path) {
     throw std::invalid_argument(yaml_path.string() + ": the picture " + outside.what() +
                                 ": put it beside the yaml");
   }
-  const std::string picture = read_whole_file(picture_path);
-  int width = 0, height = 0, largest = 0, header = 0;
-  const int fields =
-      std::sscanf(picture.c_str(), "P5 %d %d %d%n", &width, &height, &largest, &header);
-  const auto size = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  require(fields == 3 && width > 0 && height > 0 && width < 100000 && height < 100000 &&
-              largest == 255 && picture.size() >= static_cast<std::size_t>(header) + 1 + size,
-          picture_path.string() + ": expected a binary PGM (P5) with 255 greys");
-  GridMap map;
+  GridMap map = read_pgm(picture_path);
   map.origin_m = yaml.origin_m;
   map.resolution_m = yaml.resolution_m;
-  map.width_cells = width;
-  map.height_cells = height;
-  map.occupancy.resize(size);
-  const char* greys = picture.data() + header + 1;
-  for (int y = height - 1; y >= 0; --y) {
-    for (int x = 0; x < width; ++x) {
-      map.occupancy[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                    static_cast<std::size_t>(x)] = occupancy_of(static_cast<uint8_t>(*greys++));
-    }
-  }
   return map;
 }
 

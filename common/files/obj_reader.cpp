@@ -6,6 +6,7 @@
 #include "common/files/obj.hpp"
 #include "common/files/text_fields.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/readable.hpp"
 
 namespace marco::files {
 namespace {
@@ -14,7 +15,7 @@ constexpr std::array kPassedOver = {"vt", "vp", "o", "g", "s", "mg", "usemtl", "
 
 class ObjReader {
  public:
-  explicit ObjReader(const std::filesystem::path& path) : path_(path), file_(path) {
+  explicit ObjReader(const std::filesystem::path& path) : path_(path), file_(open_readable(path)) {
     require(file_.is_open() && !std::filesystem::is_directory(path),
             path.string() + ": cannot be read");
   }

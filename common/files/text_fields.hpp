@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cstddef>
 #include <istream>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,10 +10,13 @@
 
 namespace marco::files {
 
-/// As std::getline, but keeps at most 4 MB of a line (a scan of 100 000 beams is 1 MB): a binary
-/// file may be one line of gigabytes. @returns false at the end of the file.
+constexpr std::size_t kLongestLine = 4 << 20;
+constexpr std::size_t kMaxBeams = 100'000;   ///< of a scan, 1 MB of text; more is damage
+constexpr double kUntimedScanPeriodS = 0.1;  ///< between the scans of a file without times
+
+/// As std::getline, but a line of more than 4 MB comes as several: a binary file may be one of
+/// gigabytes. @returns false at the end of the file.
 inline bool read_line(std::istream& in, std::string& line) {
-  constexpr std::size_t kLongest = 4 << 20;
   constexpr int kEnd = std::char_traits<char>::eof();
   line.clear();
   std::streambuf& bytes = *in.rdbuf();
@@ -23,17 +25,11 @@ inline bool read_line(std::istream& in, std::string& line) {
       in.setstate(std::ios::eofbit);
       return !line.empty();
     }
-    if (line.size() == kLongest) {
-      in.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
-      return true;
-    }
     line += static_cast<char>(c);
+    if (line.size() == kLongestLine) return true;
   }
   return true;
 }
-
-constexpr std::size_t kMaxBeams = 20000;     ///< of a scan in a text file; more is damage
-constexpr double kUntimedScanPeriodS = 0.1;  ///< between the scans of a file without times
 
 /// Reads a line's fields, separated by spaces, tabs or commas, from left to right.
 class TextFields {

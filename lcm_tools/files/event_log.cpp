@@ -74,8 +74,9 @@ constexpr std::array<uint8_t, 4> kSyncBytes = {0xED, 0xA1, 0xDA, 0x01};
 
 EventLogReader::Descriptor::Descriptor(const std::string& path) {
   finish_interrupted(std::filesystem::path(path).parent_path());
+  const std::string why = why_not_readable(path);
+  require(why.empty(), path + ": cannot be read as a log: " + why);
   descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  require(descriptor_ >= 0, path + ": cannot be read as a log: " + why_not_readable(path));
 }
 
 EventLogReader::Descriptor::~Descriptor() { close(descriptor_); }
@@ -169,6 +170,9 @@ std::optional<int64_t> EventLogReader::find_sync(int64_t from, int64_t end) {
   constexpr int64_t kOverlap = 3;
   const int64_t last = std::min(end + kOverlap, size_);
   for (int64_t start = from; start + 4 <= last; start += kSearchBytes - kOverlap) {
+    start = std::max(start, next_data(file_.get(), start) - kOverlap);
+    if (start + 4 > last) return std::nullopt;
+    if (on_search_) on_search_(start);
     const int64_t count = std::min(kSearchBytes, last - start);
     const uint8_t* block = view(start, count);
     if (block == nullptr) return std::nullopt;

@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "lcm_tools/base/utime.hpp"
@@ -68,6 +70,9 @@ class EventLogReader {
   /// Continues with the first whole event at or after `offset`. Skipped bytes are not damage.
   void seek(int64_t offset);
 
+  /// Called with the place reached, again and again while whole events are searched behind damage.
+  void on_search(std::function<void(int64_t)> on_search) { on_search_ = std::move(on_search); }
+
   /// Raw bytes of the file. @returns whether all of them could be read
   bool read_at(int64_t offset, std::span<uint8_t> bytes) const;
 
@@ -105,6 +110,7 @@ class EventLogReader {
   std::string channel_;
   std::array<uint8_t, LogEventHead::kFirstBytes> first_bytes_{};
   LogDamage damage_;
+  std::function<void(int64_t)> on_search_;
 };
 
 /// The 28 bytes before an event's channel. @throws std::invalid_argument when the channel is empty

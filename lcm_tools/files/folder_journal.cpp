@@ -8,14 +8,15 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <fstream>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 
 #include "lcm_tools/files/output_file.hpp"
+#include "lcm_tools/files/readable.hpp"
 
 namespace marco::files {
 namespace {
@@ -38,7 +39,7 @@ void step(const AtStep& at, const char* name) {
 
 // @returns nothing when the file is not a whole journal.
 std::optional<FolderMove> read_journal(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
+  std::istringstream file(first_bytes(path, 16 << 20));
   FolderMove move;
   std::string line;
   if (!std::getline(file, line) || line != kFirstLine) return std::nullopt;

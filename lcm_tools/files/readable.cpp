@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -28,7 +29,14 @@ std::string permission_text(const std::filesystem::path& path) {
 }  // namespace
 
 std::string why_not_readable(const std::filesystem::path& path) {
-  // Without waiting for the other end of a FIFO.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) {
+    const char* kind = S_ISFIFO(status.st_mode)   ? "pipe"
+                       : S_ISSOCK(status.st_mode) ? "socket"
+                                                  : "device";
+    return std::string("it is a ") + kind + ", not a file";
+  }
+  // One that has become a FIFO is not waited for.
   const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (file >= 0) {
     ::close(file);
@@ -42,6 +50,27 @@ std::string why_not_readable(const std::filesystem::path& path) {
 void require_readable(const std::filesystem::path& path) {
   const std::string why = why_not_readable(path);
   require(why.empty(), path.string() + ": " + why);
+}
+
+std::ifstream open_readable(const std::filesystem::path& path) {
+  require_readable(path);
+  return std::ifstream(path, std::ios::binary);
+}
+
+int64_t next_data(int file, int64_t offset) {
+  const off_t data = ::lseek(file, offset, SEEK_DATA);
+  if (data >= 0) return data;
+  return errno == ENXIO ? std::max<int64_t>(offset, ::lseek(file, 0, SEEK_END)) : offset;
+}
+
+std::string first_bytes(const std::filesystem::path& path, std::size_t most) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return "";
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(most, '\0');
+  file.read(bytes.data(), static_cast<std::streamsize>(most));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));
+  return bytes;
 }
 
 }  // namespace marco::files

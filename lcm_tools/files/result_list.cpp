@@ -59,8 +59,10 @@ void write_result_list(const fs::path& folder,
 
 std::vector<std::string> unchanged_results(const fs::path& folder, const std::string& owner) {
   std::vector<std::string> names;
-  std::ifstream file(folder / list_name(owner), std::ios::binary);
-  if (!file) return names;
+  std::error_code none;
+  const fs::path list = folder / list_name(owner);
+  if (!fs::is_regular_file(list, none)) return names;  // nor a pipe
+  std::ifstream file(list, std::ios::binary);
   for (std::string line; std::getline(file, line);) {
     std::istringstream fields(line);
     std::string size, time, name;

@@ -17,14 +17,19 @@ void write_whole_file(const std::filesystem::path& path,
   file.finish();
 }
 
-std::string read_whole_file(const std::filesystem::path& path) {
+std::string read_whole_file(const std::filesystem::path& path, int64_t most_bytes) {
   finish_interrupted(path.parent_path());
   const std::string why = why_not_readable(path);
   if (!why.empty()) throw std::invalid_argument(path.string() + ": cannot be read: " + why);
   std::ifstream file(path, std::ios::binary);
-  // All at once where the size is known: pipes and files of /proc have none.
+  // All at once where the size is known: files of /proc have none.
   std::error_code no_size;
   const auto size = std::filesystem::file_size(path, no_size);
+  const bool is_too_long = !no_size && size > static_cast<uint64_t>(most_bytes);
+  if (is_too_long) {
+    throw std::invalid_argument(path.string() + ": is larger than " +
+                                std::to_string(most_bytes >> 20) + " MB");
+  }
   std::string content(no_size ? 0 : static_cast<std::size_t>(size), '\0');
   file.read(content.data(), static_cast<std::streamsize>(content.size()));
   content.resize(static_cast<std::size_t>(file.gcount()));

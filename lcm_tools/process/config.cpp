@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <sstream>
@@ -19,7 +20,55 @@ std::string place_of(const toml::node& node) {
   return "line " + std::to_string(at.line) + ", column " + std::to_string(at.column);
 }
 
+/// Looks through TOML for what its parser has no bound for: it takes memory by the value, and its
+/// tables are destroyed by recursion.
+class TomlBounds {
+ public:
+  explicit TomlBounds(const std::string& name) : name_(name) {}
+
+  void check(std::string_view text) {
+    for (std::size_t i = 0; i < text.size(); i = after(text, i)) {
+      if (is_shallow_after(text[i])) continue;
+      const auto line =
+          1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n');
+      throw std::invalid_argument(name_ + ":" + std::to_string(line) +
+                                  ": is nested deeper than 32");
+    }
+  }
+
+ private:
+  // Where the next thing begins: behind a comment or a string.
+  static std::size_t after(std::string_view text, std::size_t at) {
+    const char c = text[at];
+    if (c == '#') return std::min(text.find('\n', at), text.size());
+    if (c != '"' && c != '\'') return at + 1;
+    const bool has_lines = text.substr(at, 3) == std::string(3, c);
+    const std::string mark(has_lines ? 3 : 1, c);
+    std::size_t end = at + mark.size();
+    while (end < text.size() && !text.substr(end).starts_with(mark)) {
+      end += c == '"' && text[end] == '\\' ? 2 : 1;
+    }
+    end += mark.size();
+    // Two of the marks may belong to the string.
+    for (int i = 0; has_lines && i < 2 && end < text.size() && text[end] == c; ++i) ++end;
+    return std::min(end, text.size());
+  }
+
+  bool is_shallow_after(char c) {
+    constexpr int kDeepest = 32;
+    if (std::string_view("=,[]{}#\n").find(c) != std::string_view::npos) dots_ = 0;
+    if (c == '[' || c == '{') ++open_;
+    if (c == ']' || c == '}') --open_;
+    if (c == '.') ++dots_;
+    return dots_ < kDeepest && open_ < kDeepest;
+  }
+
+  const std::string& name_;
+  int dots_ = 0, open_ = 0;
+};
+
 toml::table parse(const std::string& text, const std::string& name) {
+  TomlBounds(name).check(text);
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& error) {
@@ -168,7 +217,8 @@ void fill(const toml::table& table, const std::string& name, const detail::Field
 namespace detail {
 
 void read_file(const std::string& path, const Fields& fields) {
-  fill(parse(files::read_whole_file(path), path), path, fields);
+  constexpr int64_t kMostBytes = 4 << 20;
+  fill(parse(files::read_whole_file(path, kMostBytes), path), path, fields);
 }
 
 void read_text(const std::string& toml, const std::string& name, const Fields& fields) {

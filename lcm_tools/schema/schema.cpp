@@ -61,7 +61,8 @@ std::string folder_of(const std::string& source) {
 void read_file(const fs::path& path, std::vector<Source>& sources, std::vector<Problem>& problems) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(path, error);
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file;
+  if (!error) file.open(path, std::ios::binary);  // no pipe, for a size is known
   if (error || !file || size > kMaxFileBytes) {
     problems.push_back(
         {path.string() + (size > kMaxFileBytes && !error

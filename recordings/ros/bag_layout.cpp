@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "lcm_tools/base/check.hpp"
+#include "recordings/looking_through.hpp"
 #include "recordings/ros/bag_records.hpp"
 #include "recordings/ros/compression.hpp"
 
@@ -13,7 +14,7 @@ namespace marco::ros {
 namespace {
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr int64_t kMostHeaderBytes = int64_t{16} << 20;
+constexpr int64_t kMostHeaderBytes = 1 << 14;
 
 /// A record of which the data was not read.
 struct RecordPlace {
@@ -108,8 +109,9 @@ class BagLayoutReader {
     added.place.end_ns = *end_ns;
     const auto counts = file_.bytes(info.data_at, info.data_size);
     for (std::size_t i = 0; i + 8 <= counts.size(); i += 8) {
-      added.counts[u32_at(std::span(counts).subspan(i))] +=
-          u32_at(std::span(counts).subspan(i + 4));
+      const uint32_t connection = u32_at(std::span(counts).subspan(i));
+      added.connections.push_back(connection);
+      layout_.counts[connection] += u32_at(std::span(counts).subspan(i + 4));
     }
     return true;
   }
@@ -121,6 +123,7 @@ class BagLayoutReader {
     chunk.plain_size = header.u32("size").value_or(0);
     chunk.place.offset = record.data_at;
     chunk.place.size = std::min(record.data_size, file_.size() - record.data_at);
+    require(layout_.chunks.size() < kMostChunks, path_ + kTooManyChunks);
     layout_.chunks.push_back(std::move(chunk));
   }
 
@@ -202,25 +205,32 @@ class BagLayoutReader {
     for (std::size_t i = 0; i + 12 <= entries.size(); i += 12) {
       const int64_t time_ns = kSecondNs * u32_at(std::span(entries).subspan(i)) +
                               u32_at(std::span(entries).subspan(i + 4));
-      const bool is_first = chunk.counts.empty() && i == 0;
+      const bool is_first = chunk.connections.empty() && i == 0;
       chunk.place.start_ns = is_first ? time_ns : std::min(chunk.place.start_ns, time_ns);
       chunk.place.end_ns = is_first ? time_ns : std::max(chunk.place.end_ns, time_ns);
     }
-    chunk.counts[*id] += static_cast<int64_t>(entries.size() / 12);
+    chunk.connections.push_back(*id);
   }
 
   // The header field that says "this is a chunk" tells where to look for the header's start.
   int64_t next_chunk_after(int64_t from) {
     constexpr std::string_view kOp = "\x04\0\0\0op=\x05";
-    constexpr int64_t kBlock = 1 << 20, kMostBefore = 200;
+    constexpr int64_t kMostBlock = 1 << 20, kMostBefore = 200;
     const std::string_view wanted(kOp.data(), 8);
-    for (int64_t block = from + 1; block < file_.size(); block += kBlock) {
-      const auto bytes = file_.bytes(block, kBlock + static_cast<int64_t>(wanted.size()));
+    LookingThrough progress(path_);
+    int64_t size = 1 << 12;  // damage may be everywhere, and short
+    for (int64_t block = from + 1; block < file_.size(); block += size) {
+      progress.update(static_cast<double>(block) / static_cast<double>(file_.size()));
+      block = std::max(block, file_.next_data(block) - static_cast<int64_t>(wanted.size()));
+      size = std::min(2 * size, kMostBlock);
+      const auto bytes = file_.bytes(block, size + static_cast<int64_t>(wanted.size()));
       const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
       for (std::size_t hit = text.find(wanted); hit != std::string_view::npos;
            hit = text.find(wanted, hit + 1)) {
         const int64_t field_at = block + static_cast<int64_t>(hit);
         for (int64_t at = field_at - 4; at > std::max(from, field_at - kMostBefore); --at) {
+          const int64_t ends_at = at + 4 + u32_at(file_.peek(at, 4));
+          if (ends_at <= field_at || ends_at > field_at + kMostBefore) continue;
           const auto record = record_at(file_, at);
           if (!record || record->op != BagOp::chunk || record->data_at <= field_at) continue;
           if (record->header().text("compression").empty()) continue;

@@ -16,10 +16,11 @@ struct BagLayout {
     ChunkPlace place;  ///< its data; the times of its first message and its last
     std::string compression;
     uint64_t plain_size = 0;
-    std::map<uint32_t, int64_t> counts;  ///< messages of each connection; empty: not known
+    std::vector<uint32_t> connections;  ///< of its messages; empty: not known
   };
   std::vector<Chunk> chunks;              ///< in the order of the file
   std::map<uint32_t, Topic> connections;  ///< those that stand outside chunks
+  std::map<uint32_t, int64_t> counts;     ///< messages of each connection, by the index
   bool is_indexed = false;
   Damage damage;
   std::vector<std::string> notes;

@@ -5,12 +5,11 @@
 namespace marco::ros {
 namespace {
 
-std::optional<uint32_t> length_at(std::span<const uint8_t> bytes, std::size_t at) {
-  uint32_t length = 0;
-  if (bytes.size() < at + sizeof length) return std::nullopt;
-  std::memcpy(&length, bytes.data() + at, sizeof length);
-  if (length > bytes.size() - at - sizeof length) return std::nullopt;
-  return length;
+std::optional<uint32_t> number_at(std::span<const uint8_t> bytes, std::size_t at) {
+  uint32_t number = 0;
+  if (bytes.size() < at + sizeof number) return std::nullopt;
+  std::memcpy(&number, bytes.data() + at, sizeof number);
+  return number;
 }
 
 // The field at the start of checked bytes.
@@ -24,7 +23,8 @@ std::string_view first_field(std::span<const uint8_t> bytes) {
 
 std::optional<BagHeader> BagHeader::parse(std::span<const uint8_t> bytes) {
   for (auto rest = bytes; !rest.empty(); rest = rest.subspan(4 + first_field(rest).size())) {
-    if (!length_at(rest, 0)) return std::nullopt;
+    const auto length = number_at(rest, 0);
+    if (!length || *length > rest.size() - sizeof *length) return std::nullopt;
     const std::size_t equals = first_field(rest).find('=');
     if (equals == 0 || equals == std::string_view::npos) return std::nullopt;
   }
@@ -69,17 +69,19 @@ std::string BagHeader::text(std::string_view name) const {
   return std::string(find(name).value_or(""));
 }
 
-std::optional<BagRecord> parse_bag_record(std::span<const uint8_t> bytes) {
-  const auto header_length = length_at(bytes, 0);
-  if (!header_length) return std::nullopt;
-  const std::size_t data_at = 4 + *header_length;
-  const auto data_length = length_at(bytes, data_at);
-  auto header = BagHeader::parse(bytes.subspan(4, *header_length));
-  if (!data_length || !header) return std::nullopt;
-  const auto op = header->u8("op");
+std::size_t bag_head_bytes(std::span<const uint8_t> bytes) {
+  constexpr std::size_t kMost = 1 << 14;
+  const auto length = number_at(bytes, 0);
+  return length && *length <= kMost ? 4 + *length + 4 : 0;
+}
+
+std::optional<BagRecordHead> parse_bag_head(std::span<const uint8_t> bytes) {
+  const std::size_t size = bag_head_bytes(bytes);
+  if (size == 0 || size > bytes.size()) return std::nullopt;
+  const auto fields = BagHeader::parse(bytes.subspan(4, size - 8));
+  const auto op = fields ? fields->u8("op") : std::nullopt;
   if (!op || *op < 2 || *op > 7) return std::nullopt;
-  return BagRecord{static_cast<BagOp>(*op), std::move(*header),
-                   bytes.subspan(data_at + 4, *data_length), data_at + 4 + *data_length};
+  return BagRecordHead{static_cast<BagOp>(*op), *fields, size, *number_at(bytes, size - 4)};
 }
 
 }  // namespace marco::ros

@@ -42,15 +42,18 @@ class BagHeader {
   std::span<const uint8_t> bytes_;
 };
 
-/// A record in memory: its header's fields and its data.
-struct BagRecord {
+/// What stands before a record's data.
+struct BagRecordHead {
   BagOp op;
-  BagHeader header;
-  std::span<const uint8_t> data;
-  std::size_t size;  ///< of all of it
+  BagHeader fields;
+  std::size_t size;    ///< with the length of the data
+  uint32_t data_size;  ///< of the data, which follows
 };
 
-/// The record at the start of `bytes`; nothing where it is not whole, or none.
-std::optional<BagRecord> parse_bag_record(std::span<const uint8_t> bytes);
+/// How many bytes of a record have to be there to read its head: 4 tell how many.
+std::size_t bag_head_bytes(std::span<const uint8_t> bytes);
+
+/// The head of the record at the start of `bytes`; nothing where it is not whole, or none.
+std::optional<BagRecordHead> parse_bag_head(std::span<const uint8_t> bytes);
 
 }  // namespace marco::ros

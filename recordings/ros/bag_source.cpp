@@ -12,9 +12,10 @@ namespace {
 
 class BagSource : public ChunkedSource {
  public:
-  explicit BagSource(const std::filesystem::path& path)
-      : ChunkedSource(path), layout_(read_bag_layout(file_, path_)) {
-    topics_ = layout_.connections;
+  BagSource(const std::filesystem::path& path, std::size_t most_held_bytes)
+      : ChunkedSource(path, most_held_bytes), layout_(read_bag_layout(file_, path_)) {
+    for (auto& [id, topic] : layout_.connections) set_topic(std::move(topic));
+    layout_.connections.clear();
     notes_ = layout_.notes;
     std::vector<ChunkPlace> places;
     for (const BagLayout::Chunk& chunk : layout_.chunks) places.push_back(chunk.place);
@@ -28,75 +29,75 @@ class BagSource : public ChunkedSource {
 
  private:
   std::vector<uint32_t> topics_in(std::size_t chunk) const override {
-    std::vector<uint32_t> ids;
-    for (const auto& [id, count] : layout_.chunks[chunk].counts) ids.push_back(id);
-    return ids;
+    return layout_.chunks[chunk].connections;
   }
 
-  // Chunks of which no index tells the times.
+  // Chunks of which no index tells the times. Connections stand in chunks: without the index of the
+  // bag these are looked through once.
   void time_chunks() {
     if (layout_.is_indexed) return;
-    // Connections stand in chunks: without the index of the bag these are looked through once.
-    LoadedChunk loaded;
     for (std::size_t i = 0; i < layout_.chunks.size(); ++i) {
-      loaded = load(i, std::move(loaded));
-      for (const auto& entry : loaded.entries) {
-        const bool is_first = &entry == &loaded.entries.front();
-        ChunkPlace& place = places_[i];
-        place.start_ns = is_first ? entry.received_ns : std::min(place.start_ns, entry.received_ns);
-        place.end_ns = is_first ? entry.received_ns : std::max(place.end_ns, entry.received_ns);
-      }
+      ChunkPlace& place = places_[i];
+      bool is_first = true;
+      load(i, [&](const ChunkMessage& message) {
+        const int64_t at_ns = message.received_ns;
+        place.start_ns = is_first ? at_ns : std::min(place.start_ns, at_ns);
+        place.end_ns = is_first ? at_ns : std::max(place.end_ns, at_ns);
+        is_first = false;
+      });
     }
   }
 
   void count_messages() {
     if (!layout_.is_indexed) return;
-    for (auto& [id, topic] : topics_) topic.messages = 0;
-    for (const BagLayout::Chunk& chunk : layout_.chunks) {
-      for (const auto& [id, count] : chunk.counts) {
-        if (const auto topic = topics_.find(id); topic != topics_.end()) {
-          topic->second.messages += count;
-        }
-      }
+    for (auto& [id, topic] : topics_) {
+      const auto count = layout_.counts.find(id);
+      topic.messages = count == layout_.counts.end() ? 0 : count->second;
     }
   }
 
-  LoadedChunk load(std::size_t index, LoadedChunk loaded) override {
+  void load(std::size_t index, const Keep& keep) override {
     const BagLayout::Chunk& chunk = layout_.chunks[index];
-    loaded.entries.clear();
-    if (chunk.compression == "none") {
-      file_.read(places_[index].offset, places_[index].size, loaded.bytes);
-    } else {
-      const auto checksum = unpack(index, chunk.compression, chunk.plain_size, loaded.bytes);
-      if (!checksum) return loaded;
-      if (*checksum == Unpacker::Checksum::wrong) note_wrong_checksum(index);
+    const bool is_plain = chunk.compression == "none";
+    const auto packed = static_cast<uint64_t>(places_[index].size);
+    if (!open(index, chunk.compression, is_plain ? packed : chunk.plain_size)) return;
+    uint64_t read = 0;
+    while (read_record(keep)) read = window_.at();
+    window_.skip(UINT64_MAX);
+    if (unpacker_.checksum() == Unpacker::Checksum::wrong) note_wrong_checksum(index);
+    if (read < std::max(window_.unpacked(), chunk.plain_size)) {
+      note_damage(index, std::max(chunk.plain_size, read) - read);
     }
-    std::size_t at = 0;
-    while (at < loaded.bytes.size()) {
-      const auto record = parse_bag_record(loaded.bytes.bytes().subspan(at));
-      if (!record) break;
-      take(*record, loaded);
-      at += record->size;
-    }
-    if (at < loaded.bytes.size() || loaded.bytes.size() < chunk.plain_size) {
-      note_damage(index, std::max<uint64_t>(chunk.plain_size, at) - at);
-    }
-    return loaded;
   }
 
-  void take(const BagRecord& record, LoadedChunk& loaded) {
-    const auto id = record.header.u32("conn");
-    if (!id) return;
-    if (record.op == BagOp::connection) {
-      if (topics_.contains(*id)) return;
-      if (auto topic = topic_of(*id, record.header.text("topic"), record.data)) {
-        topics_.emplace(*id, std::move(*topic));
-      }
-    } else if (const auto time_ns = record.header.time_ns("time");
-               record.op == BagOp::message && time_ns) {
-      const auto offset =
-          static_cast<std::size_t>(record.data.data() - loaded.bytes.bytes().data());
-      loaded.entries.push_back({*time_ns, *time_ns, *id, offset, record.data.size()});
+  // @returns false at the end, and where no whole record stands
+  bool read_record(const Keep& keep) {
+    const auto seen = window_.peek(bag_head_bytes(window_.peek(4)));
+    auto head = parse_bag_head(seen);
+    if (!head) return false;
+    const uint64_t size = uint64_t{head->size} + head->data_size;
+    const auto id = head->fields.u32("conn");
+    const bool is_read = id && (head->op == BagOp::message
+                                    ? is_needed(*id)
+                                    : head->op == BagOp::connection && !topics_.contains(*id));
+    if (!is_read) return window_.skip(size);
+    if (size > kMostMessageBytes) return leave_out(size);
+    const auto record = window_.peek(size);
+    if (record.size() < size) return false;
+    if (record.data() != seen.data()) head = parse_bag_head(record);
+    take(*head, *id, record.subspan(head->size, head->data_size), keep);
+    return window_.skip(size);
+  }
+
+  void take(const BagRecordHead& head,
+            uint32_t id,
+            std::span<const uint8_t> data,
+            const Keep& keep) {
+    if (head.op == BagOp::connection) {
+      auto topic = topic_of(id, head.fields.text("topic"), data);
+      if (topic) set_topic(std::move(*topic));
+    } else if (const auto time_ns = head.fields.time_ns("time")) {
+      keep({*time_ns, *time_ns, id, data});
     }
   }
 
@@ -105,8 +106,9 @@ class BagSource : public ChunkedSource {
 
 }  // namespace
 
-std::unique_ptr<MessageSource> open_bag(const std::filesystem::path& path) {
-  return std::make_unique<BagSource>(path);
+std::unique_ptr<MessageSource> open_bag(const std::filesystem::path& path,
+                                        std::size_t most_held_bytes) {
+  return std::make_unique<BagSource>(path, most_held_bytes);
 }
 
 }  // namespace marco::ros

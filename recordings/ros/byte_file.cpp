@@ -31,11 +31,12 @@ std::size_t ByteFile::read(int64_t offset, std::span<uint8_t> into) const {
 }
 
 std::span<const uint8_t> ByteFile::peek(int64_t offset, std::size_t size) {
-  constexpr std::size_t kWindow = 1 << 16;
+  constexpr std::size_t kWindow = 1 << 16, kMostKept = 1 << 20;
   const auto held = static_cast<int64_t>(window_.size());
   const bool is_held =
       offset >= window_at_ && offset + static_cast<int64_t>(size) <= window_at_ + held;
   if (!is_held) {
+    if (window_.size() > kMostKept) window_ = {};
     window_.resize(std::max(kWindow, size));
     window_at_ = offset;
     window_.resize(read(offset, window_));

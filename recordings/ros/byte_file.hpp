@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "lcm_tools/files/readable.hpp"
 #include "recordings/ros/byte_buffer.hpp"
 
 namespace marco::ros {
@@ -19,6 +20,8 @@ class ByteFile {
   ByteFile& operator=(const ByteFile&) = delete;
 
   int64_t size() const { return size_; }
+  /// See files::next_data.
+  int64_t next_data(int64_t offset) const { return files::next_data(fd_, offset); }
   /// As many bytes as there are: fewer at the end of the file.
   std::size_t read(int64_t offset, std::span<uint8_t> into) const;
   /// At most `size` bytes. Small reads near each other cost one call of the system.

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string>
 #include <utility>
+
+#include "lcm_tools/base/check.hpp"
 
 namespace marco::ros {
 
@@ -17,28 +20,55 @@ void ChunkedSource::select(std::function<bool(const Topic&)> is_wanted) {
 }
 
 std::optional<Message> ChunkedSource::next() {
-  while (auto item = merge_->next()) {
-    const LoadedChunk::Entry& entry = item->entry;
-    const auto topic = topics_.find(entry.topic);
-    if (topic == topics_.end() || !is_wanted(topic->second)) continue;
-    return Message{&topic->second, entry.received_ns, entry.published_ns, plain(item->bytes)};
+  while (const auto message = merge_->next()) {
+    const auto topic = topics_.find(message->topic);
+    if (topic == topics_.end() || !is_needed(message->topic)) continue;
+    return Message{&topic->second, message->received_ns, message->published_ns,
+                   plain(message->bytes)};
   }
+  if (merge_->runs() > 0) {
+    note_once(notes_, "chunks that overlap hold more than " +
+                          std::to_string(most_held_bytes_ >> 20U) +
+                          " MB: they were put in order on disk");
+  }
+  // Parts of a recording are all open, and read one after the other.
+  window_ = PlainWindow();
+  unpacker_ = Unpacker();
   return std::nullopt;
 }
 
 void ChunkedSource::rewind() {
   damage_ = damage_between_;
   counted_damage_.clear();
-  used_.clear();
-  std::vector<ChunkPlace> places;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (!may_have_wanted(i)) continue;
-    used_.push_back(i);
-    places.push_back(places_[i]);
+  asked_.reset();
+  std::vector<uint32_t> used;
+  for (uint32_t i = 0; i < places_.size(); ++i) {
+    if (may_have_wanted(i)) used.push_back(i);
   }
   merge_ = std::make_unique<ChunkMerge>(
-      std::move(places),
-      [this](std::size_t i, LoadedChunk memory) { return load(used_[i], std::move(memory)); });
+      places_, std::move(used), [this](std::size_t i, const Keep& keep) { load(i, keep); },
+      most_held_bytes_);
+}
+
+bool ChunkedSource::is_needed(uint32_t topic) const {
+  if (asked_ && asked_->first == topic) return asked_->second;
+  const auto found = topics_.find(topic);
+  if (found == topics_.end()) return true;
+  asked_.emplace(topic, is_wanted(found->second));
+  return asked_->second;
+}
+
+void ChunkedSource::set_topic(Topic topic) {
+  std::size_t bytes = sizeof topic + topic.name.size() + topic.schema.size();
+  for (const auto& [key, value] : topic.metadata) bytes += sizeof topic + key.size() + value.size();
+  count_topic_bytes(bytes);
+  asked_.reset();
+  topics_.insert_or_assign(topic.id, std::move(topic));
+}
+
+void ChunkedSource::count_topic_bytes(std::size_t bytes) {
+  topic_bytes_ += bytes;
+  require(topic_bytes_ <= kMostTopicBytes, path_ + kTooManyTopics);
 }
 
 // A chunk whose topics are not all known has to be looked into.
@@ -78,17 +108,25 @@ void ChunkedSource::note_lost(std::size_t chunk, const std::string& why) {
   note_once(notes_, "damaged chunks: " + why);
 }
 
-std::optional<Unpacker::Checksum> ChunkedSource::unpack(std::size_t chunk,
-                                                        const std::string& compression,
-                                                        uint64_t plain_size,
-                                                        ByteBuffer& plain) {
-  file_.read(places_[chunk].offset, places_[chunk].size, packed_);
+bool ChunkedSource::open(std::size_t chunk,
+                         const std::string& compression,
+                         uint64_t plain_size,
+                         bool with_crc) {
+  packed_.begin(file_, places_[chunk].offset, places_[chunk].size);
   try {
-    return unpacker_.unpack(compression, packed_.bytes(), plain_size, plain);
+    unpacker_.begin(compression, packed_, plain_size);
   } catch (const std::invalid_argument& fault) {
     note_lost(chunk, fault.what());
-    return std::nullopt;
+    return false;
   }
+  window_.begin(unpacker_, with_crc);
+  return true;
+}
+
+bool ChunkedSource::leave_out(uint64_t record_bytes) {
+  if (!window_.skip(record_bytes)) return false;
+  note_once(notes_, kTooLarge);
+  return true;
 }
 
 }  // namespace marco::ros

@@ -11,6 +11,7 @@
 #include "recordings/ros/chunk_merge.hpp"
 #include "recordings/ros/compression.hpp"
 #include "recordings/ros/message_source.hpp"
+#include "recordings/ros/plain_window.hpp"
 
 namespace marco::ros {
 
@@ -30,28 +31,42 @@ class ChunkedSource : public MessageSource {
   double progress() const override { return merge_->progress(); }
 
  protected:
+  using Keep = ChunkMerge::Keep;
+
   /// @throws std::runtime_error where the file cannot be opened
-  explicit ChunkedSource(const std::filesystem::path& path) : path_(path.string()), file_(path) {}
+  ChunkedSource(const std::filesystem::path& path, std::size_t most_held_bytes)
+      : path_(path.string()), file_(path), most_held_bytes_(most_held_bytes) {}
 
   /// @param damage  between chunks
   void set_chunks(std::vector<ChunkPlace> places, const Damage& damage);
 
-  /// The messages of a chunk, in the memory of one that was read to its end.
-  virtual LoadedChunk load(std::size_t chunk, LoadedChunk memory) = 0;
+  /// Gives each message of a chunk that is_needed() to `keep`, in the order of the file.
+  /// @throws std::invalid_argument see count_topic_bytes.
+  virtual void load(std::size_t chunk, const Keep& keep) = 0;
   /// Topics that the chunk may have; empty: not known.
   virtual std::vector<uint32_t> topics_in(std::size_t chunk) const = 0;
   /// A message's own bytes.
   virtual std::span<const uint8_t> plain(std::span<const uint8_t> message) { return message; }
 
+  /// Whether messages of a topic are wanted, or may be: it is not known yet.
+  bool is_needed(uint32_t topic) const;
+  /// Adds a topic, or replaces one.
+  void set_topic(Topic topic);
+  /// @throws std::invalid_argument once they are more than kMostTopicBytes.
+  void count_topic_bytes(std::size_t bytes);
+
   /// Once for each chunk and reading. A chunk that is lost is noted with the reason.
   void note_damage(std::size_t chunk, uint64_t bytes);
   void note_lost(std::size_t chunk, const std::string& why);
-  /// Reads the chunk and unpacks it, see Unpacker. @returns nothing where it cannot be: that is
-  /// noted as damage.
-  std::optional<Unpacker::Checksum> unpack(std::size_t chunk,
-                                           const std::string& compression,
-                                           uint64_t plain_size,
-                                           ByteBuffer& plain);
+  /// Puts the window on the chunk's first plain byte. @returns false where it cannot be unpacked:
+  /// that is noted as damage.
+  bool open(std::size_t chunk,
+            const std::string& compression,
+            uint64_t plain_size,
+            bool with_crc = false);
+  /// Passes a record of more than kMostMessageBytes, with a note. @returns false where it ends
+  /// early
+  bool leave_out(uint64_t record_bytes);
   void note_wrong_checksum(std::size_t chunk) {
     note_once(notes_, note_of_checksum(places_[chunk].offset));
   }
@@ -59,6 +74,7 @@ class ChunkedSource : public MessageSource {
   std::string path_;
   ByteFile file_;
   Unpacker unpacker_;
+  PlainWindow window_;
   std::map<uint32_t, Topic> topics_;  ///< nodes: messages point to them
   std::vector<ChunkPlace> places_;
   Damage damage_;
@@ -68,11 +84,13 @@ class ChunkedSource : public MessageSource {
   bool may_have_wanted(std::size_t chunk) const;
   bool is_wanted(const Topic& topic) const { return !is_wanted_ || is_wanted_(topic); }
 
-  ByteBuffer packed_;
+  std::size_t most_held_bytes_;
+  ByteStream packed_;
   Damage damage_between_;
   std::function<bool(const Topic&)> is_wanted_;
+  mutable std::optional<std::pair<uint32_t, bool>> asked_;  // of is_needed(), last
+  std::size_t topic_bytes_ = 0;
   std::set<std::size_t> counted_damage_;  // chunks
-  std::vector<std::size_t> used_;         // chunks that are read
   std::unique_ptr<ChunkMerge> merge_;
 };
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <string>
 
 #include "lcm_tools/base/check.hpp"
@@ -13,118 +14,14 @@
 namespace marco::ros {
 namespace {
 
-// A claimed size is believed by pieces: a damaged one may ask for more memory than there is. Blocks
-// of LZ4 have this size at most, and are unpacked in place where it is free.
-constexpr std::size_t kPiece = std::size_t{4} << 20;
+// What a library is given at a time. A zstd frame that is given whole is unpacked faster.
+constexpr int64_t kPackedPiece = 1 << 20;
 
-// Of a zstd frame, where it has one.
-constexpr std::size_t kChecksumBytes = 4;
+// Of a zstd frame that is damaged: a call that fails gives nothing, so each is given little, and
+// the checksum at its end, where it has one, comes by itself.
+constexpr int64_t kSmallPiece = 1 << 10, kZstdChecksumBytes = 4;
 
-/// How far an unpacking came.
-struct Progress {
-  std::size_t bytes = 0;
-  bool failed = false;
-
-  Unpacker::Checksum checksum(uint64_t plain_size) const {
-    return failed && bytes >= plain_size ? Unpacker::Checksum::wrong
-                                         : Unpacker::Checksum::none_wrong;
-  }
-};
-
-std::span<uint8_t> room_behind(std::size_t used, uint64_t wanted, ByteBuffer& plain) {
-  plain.resize(used);
-  const auto size = static_cast<std::size_t>(std::min<uint64_t>(wanted, kPiece));
-  return plain.resize(used + size).subspan(used);
-}
-
-Progress from_bz2(std::span<const uint8_t> bytes, uint64_t plain_size, ByteBuffer& plain) {
-  Progress done;
-  bz_stream stream{};
-  if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) return done;
-  // The library takes its input as char*, and does not write to it.
-  stream.next_in = const_cast<char*>(reinterpret_cast<const char*>(bytes.data()));
-  stream.avail_in = static_cast<unsigned>(bytes.size());
-  int status = BZ_OK;
-  while (status == BZ_OK && done.bytes < plain_size) {
-    const auto room = room_behind(done.bytes, plain_size - done.bytes, plain);
-    stream.next_out = reinterpret_cast<char*>(room.data());
-    stream.avail_out = static_cast<unsigned>(room.size());
-    status = BZ2_bzDecompress(&stream);
-    const std::size_t got = room.size() - stream.avail_out;
-    if (got == 0) break;
-    done.bytes += got;
-  }
-  if (status == BZ_OK && done.bytes == plain_size) status = BZ2_bzDecompress(&stream);
-  done.failed = status < 0;
-  BZ2_bzDecompressEnd(&stream);
-  return done;
-}
-
-// Block by block, as the library asks for them: those before a damaged one are whole, and behind
-// the last one stands the checksum.
-Progress from_lz4(LZ4F_dctx* context,
-                  std::span<const uint8_t> bytes,
-                  uint64_t plain_size,
-                  ByteBuffer& plain) {
-  constexpr std::size_t kLeastHeader = 7;
-  LZ4F_resetDecompressionContext(context);
-  Progress done;
-  std::size_t wanted = kLeastHeader;
-  while (wanted > 0 && !bytes.empty() && done.bytes <= plain_size) {
-    const auto room = room_behind(done.bytes, kPiece, plain);
-    std::size_t read = std::min(wanted, bytes.size()), wrote = room.size();
-    wanted = LZ4F_decompress(context, room.data(), &wrote, bytes.data(), &read, nullptr);
-    done.failed = LZ4F_isError(wanted) != 0;
-    if (done.failed || (read == 0 && wrote == 0)) break;
-    done.bytes += wrote;
-    bytes = bytes.subspan(read);
-  }
-  return done;
-}
-
-// @param step  bytes that the library is given at a time. Of a call that fails it tells no
-// progress, so the checksum at the end comes by itself.
-Progress zstd_by(std::size_t step,
-                 ZSTD_DCtx* context,
-                 std::span<const uint8_t> bytes,
-                 uint64_t plain_size,
-                 ByteBuffer& plain) {
-  ZSTD_DCtx_reset(context, ZSTD_reset_session_only);
-  ZSTD_inBuffer in{bytes.data(), 0, 0};
-  const std::size_t by_steps = step < bytes.size() ? bytes.size() - kChecksumBytes : 0;
-  Progress done;
-  while (!done.failed && done.bytes < plain_size) {
-    if (in.pos == in.size) {
-      in.size = in.size < by_steps ? std::min(by_steps, in.size + step) : bytes.size();
-    }
-    const auto room = room_behind(done.bytes, plain_size - done.bytes, plain);
-    ZSTD_outBuffer out{room.data(), room.size(), 0};
-    const std::size_t before = in.pos;
-    done.failed = ZSTD_isError(ZSTD_decompressStream(context, &out, &in)) != 0;
-    if (!done.failed && out.pos == 0 && in.pos == before && in.size == bytes.size()) break;
-    done.bytes += out.pos;
-  }
-  return done;
-}
-
-// At once the library gives nothing of a damaged frame; by pieces, the blocks before the damage.
-Progress from_zstd(ZSTD_DCtx* context,
-                   std::span<const uint8_t> bytes,
-                   uint64_t plain_size,
-                   ByteBuffer& plain) {
-  const Progress at_once = zstd_by(bytes.size(), context, bytes, plain_size, plain);
-  if (!at_once.failed) return at_once;
-  constexpr std::size_t kStep = 1024;
-  Progress by_pieces = zstd_by(kStep, context, bytes, plain_size, plain);
-  by_pieces.failed = true;
-  return by_pieces;
-}
-
-Progress copied(std::span<const uint8_t> bytes, uint64_t plain_size, ByteBuffer& plain) {
-  const auto size = static_cast<std::size_t>(std::min<uint64_t>(bytes.size(), plain_size));
-  std::copy_n(bytes.begin(), size, plain.resize(size).begin());
-  return {size};
-}
+constexpr std::size_t kLeastLz4Header = 7;
 
 }  // namespace
 
@@ -134,38 +31,155 @@ struct Unpacker::States {
     LZ4F_createDecompressionContext(&raw, LZ4F_VERSION);
     lz4.reset(raw);
   }
+  ~States() { BZ2_bzDecompressEnd(&bz2); }
+
   std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> lz4{
       nullptr, &LZ4F_freeDecompressionContext};
+  std::size_t lz4_wants = 0;
   std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> zstd{ZSTD_createDCtx(), &ZSTD_freeDCtx};
+  bool zstd_by_small_pieces = false;
+  uint64_t zstd_again = 0;  // bytes that come a second time
+  bz_stream bz2{};
+  std::span<const uint8_t> rest;  // of a piece that a library was given
 };
 
 Unpacker::Unpacker() : states_(std::make_unique<States>()) {}
 Unpacker::~Unpacker() = default;
+Unpacker::Unpacker(Unpacker&&) noexcept = default;
+Unpacker& Unpacker::operator=(Unpacker&&) noexcept = default;
 
-Unpacker::Checksum Unpacker::unpack(std::string_view name,
-                                    std::span<const uint8_t> bytes,
-                                    uint64_t plain_size,
-                                    ByteBuffer& plain) {
-  require(plain_size <= kMostPlainBytes, "a chunk of more than 256 MB");
-  Progress done;
+void Unpacker::begin(std::string_view name, ByteStream& packed, uint64_t plain_size) {
+  packed_ = &packed;
+  plain_size_ = plain_size;
+  done_ = 0;
+  ended_ = failed_ = false;
+  states_->rest = {};
   if (name.empty() || name == "none") {
-    done = copied(bytes, plain_size, plain);
+    read_some_ = &Unpacker::read_copied;
   } else if (name == "bz2") {
-    done = from_bz2(bytes, plain_size, plain);
+    BZ2_bzDecompressEnd(&states_->bz2);
+    ended_ = BZ2_bzDecompressInit(&states_->bz2, 0, 0) != BZ_OK;
+    read_some_ = &Unpacker::read_bz2;
   } else if (name == "lz4") {
-    done = from_lz4(states_->lz4.get(), bytes, plain_size, plain);
+    LZ4F_resetDecompressionContext(states_->lz4.get());
+    states_->lz4_wants = kLeastLz4Header;
+    read_some_ = &Unpacker::read_lz4;
   } else {
-    require(name == "zstd", "compression '" + std::string(name) + "' is not known");
-    done = from_zstd(states_->zstd.get(), bytes, plain_size, plain);
+    ended_ = name != "zstd";
+    require(!ended_, "compression '" + std::string(name) + "' is not known");
+    ZSTD_DCtx_reset(states_->zstd.get(), ZSTD_reset_session_only);
+    states_->zstd_by_small_pieces = false;
+    states_->zstd_again = 0;
+    read_some_ = &Unpacker::read_zstd;
   }
-  plain.resize(static_cast<std::size_t>(std::min<uint64_t>(done.bytes, plain_size)));
-  return done.checksum(plain_size);
+}
+
+std::size_t Unpacker::read(std::span<uint8_t> into) {
+  while (!ended_) {
+    // A checksum stands behind the last byte.
+    std::array<uint8_t, 1> one_too_many{};
+    const bool is_full = done_ == plain_size_;
+    const auto room = is_full ? std::span<uint8_t>(one_too_many)
+                              : into.first(std::min<uint64_t>(into.size(), plain_size_ - done_));
+    const std::size_t got = (this->*read_some_)(room);
+    if (got == 0) continue;
+    if (!is_full) {
+      done_ += got;
+      return got;
+    }
+    ended_ = true;
+  }
+  return 0;
+}
+
+Unpacker::Checksum Unpacker::checksum() const {
+  return failed_ && done_ == plain_size_ ? Checksum::wrong : Checksum::none_wrong;
+}
+
+std::size_t Unpacker::read_copied(std::span<uint8_t> into) {
+  const auto bytes = packed_->next(static_cast<int64_t>(into.size()));
+  std::copy(bytes.begin(), bytes.end(), into.begin());
+  ended_ = bytes.empty();
+  return bytes.size();
+}
+
+std::size_t Unpacker::read_bz2(std::span<uint8_t> into) {
+  std::span<const uint8_t>& rest = states_->rest;
+  if (rest.empty()) rest = packed_->next(kPackedPiece);
+  bz_stream& stream = states_->bz2;
+  // The library takes its input as char*, and does not write to it.
+  stream.next_in = const_cast<char*>(reinterpret_cast<const char*>(rest.data()));
+  stream.avail_in = static_cast<unsigned>(rest.size());
+  stream.next_out = reinterpret_cast<char*>(into.data());
+  stream.avail_out = static_cast<unsigned>(std::min<std::size_t>(into.size(), 1U << 30U));
+  const unsigned room = stream.avail_out;
+  const int status = BZ2_bzDecompress(&stream);
+  const std::size_t took = rest.size() - stream.avail_in, got = room - stream.avail_out;
+  rest = rest.subspan(took);
+  failed_ = status < 0;
+  ended_ = status != BZ_OK || (took == 0 && got == 0);
+  return got;
+}
+
+// Block by block, as the library asks for them: those before a damaged one are whole, and behind
+// the last one stands the checksum.
+std::size_t Unpacker::read_lz4(std::span<uint8_t> into) {
+  std::span<const uint8_t>& rest = states_->rest;
+  if (rest.empty()) rest = packed_->next(static_cast<int64_t>(states_->lz4_wants));
+  std::size_t took = rest.size(), got = into.size();
+  const std::size_t wants =
+      LZ4F_decompress(states_->lz4.get(), into.data(), &got, rest.data(), &took, nullptr);
+  failed_ = LZ4F_isError(wants) != 0;
+  ended_ = failed_ || wants == 0 || (took == 0 && got == 0);
+  if (failed_) return 0;
+  rest = rest.subspan(took);
+  states_->lz4_wants = wants;
+  return got;
+}
+
+std::size_t Unpacker::read_zstd(std::span<uint8_t> into) {
+  States& states = *states_;
+  if (states.rest.empty()) {
+    const int64_t before_checksum = packed_->left() - kZstdChecksumBytes;
+    const int64_t small =
+        before_checksum > 0 ? std::min(kSmallPiece, before_checksum) : kSmallPiece;
+    states.rest = packed_->next(states.zstd_by_small_pieces ? small : kPackedPiece);
+  }
+  ZSTD_inBuffer in{states.rest.data(), states.rest.size(), 0};
+  ZSTD_outBuffer out{into.data(), into.size(), 0};
+  const std::size_t status = ZSTD_decompressStream(states.zstd.get(), &out, &in);
+  if (ZSTD_isError(status) != 0) {
+    restart_zstd();
+    return 0;
+  }
+  states.rest = states.rest.subspan(in.pos);
+  const auto again = static_cast<std::size_t>(std::min<uint64_t>(out.pos, states.zstd_again));
+  const std::size_t got = out.pos - again;
+  states.zstd_again -= again;
+  if (again > 0) std::memmove(into.data(), into.data() + again, got);
+  ended_ = (in.pos == 0 && out.pos == 0) || (status == 0 && done_ + got == plain_size_);
+  return got;
+}
+
+// From the first byte on, by small pieces.
+void Unpacker::restart_zstd() {
+  failed_ = true;
+  ended_ = states_->zstd_by_small_pieces || done_ == plain_size_;
+  states_->zstd_by_small_pieces = true;
+  states_->zstd_again = done_;
+  states_->rest = {};
+  packed_->rewind();
+  ZSTD_DCtx_reset(states_->zstd.get(), ZSTD_reset_session_only);
 }
 
 std::span<const uint8_t> Unpacker::message(std::span<const uint8_t> bytes) {
   if (!is_zstd(bytes)) return bytes;
-  const Progress done = from_zstd(states_->zstd.get(), bytes, kMostPlainBytes, message_);
-  return message_.resize(done.failed || done.bytes == kMostPlainBytes ? 0 : done.bytes);
+  constexpr std::size_t kPiece = std::size_t{1} << 20;
+  packed_message_.begin(bytes);
+  begin("zstd", packed_message_, kMostMessageBytes);
+  std::size_t size = 0;
+  while (const std::size_t got = read(message_.resize(size + kPiece).subspan(size))) size += got;
+  return message_.resize(failed_ || size == kMostMessageBytes ? 0 : size);
 }
 
 bool is_zstd(std::span<const uint8_t> bytes) {

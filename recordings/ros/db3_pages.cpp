@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "recordings/ros/message_source.hpp"
+
 namespace marco::ros {
 namespace {
 
@@ -114,7 +116,7 @@ std::optional<Db3Row> Db3Pages::next() {
   }
 }
 
-std::optional<Db3Row> Db3Pages::row_at(std::size_t at) const {
+std::optional<Db3Row> Db3Pages::row_at(std::size_t at) {
   if (at >= static_cast<std::size_t>(usable_bytes_)) return std::nullopt;
   BigEndian cell{std::span<const uint8_t>(bytes_).subspan(at)};
   const uint64_t size = cell.varint();
@@ -123,7 +125,8 @@ std::optional<Db3Row> Db3Pages::row_at(std::size_t at) const {
   // What of the payload stands in its page.
   const auto usable = static_cast<uint64_t>(usable_bytes_);
   const uint64_t most = usable - 35, least = (usable - 12) * 32 / 255 - 23;
-  if (cell.failed() || size > static_cast<uint64_t>(file_.size())) return std::nullopt;
+  const auto file_bytes = static_cast<uint64_t>(file_.size());
+  if (cell.failed() || size > std::min(file_bytes, kMostMessageBytes)) return std::nullopt;
   uint64_t here = size;
   if (size > most) {
     here = least + (size - least) % (usable - 4);
@@ -141,10 +144,13 @@ std::optional<Db3Row> Db3Pages::row_at(std::size_t at) const {
   return row;
 }
 
-bool Db3Pages::append_overflow(uint64_t page, uint64_t size, std::vector<uint8_t>& payload) const {
+bool Db3Pages::append_overflow(uint64_t page, uint64_t size, std::vector<uint8_t>& payload) {
+  const int64_t pages = file_.size() / page_bytes_;
   const auto usable = static_cast<std::size_t>(usable_bytes_);
   while (payload.size() < size) {
-    if (page < 2 || page > static_cast<uint64_t>(file_.size() / page_bytes_)) return false;
+    // Each belongs to one row: more of them go round.
+    if (page < 2 || page > static_cast<uint64_t>(pages) || ++overflow_pages_ > 2 * pages)
+      return false;
     const auto bytes = file_.bytes((static_cast<int64_t>(page) - 1) * page_bytes_, page_bytes_);
     if (bytes.size() < usable) return false;
     const std::size_t wanted =

@@ -29,14 +29,15 @@ class Db3Pages {
 
  private:
   bool next_page();
-  std::optional<Db3Row> row_at(std::size_t at) const;
-  bool append_overflow(uint64_t page, uint64_t size, std::vector<uint8_t>& payload) const;
+  std::optional<Db3Row> row_at(std::size_t at);
+  bool append_overflow(uint64_t page, uint64_t size, std::vector<uint8_t>& payload);
 
   ByteFile file_;
   int64_t page_bytes_ = 0, usable_bytes_ = 0, pages_told_ = 0;
   int64_t page_ = 1;  // of which the cells are taken, from 1
   std::vector<uint8_t> bytes_;
   std::size_t cell_ = 0, cells_ = 0;
+  int64_t overflow_pages_ = 0;  // that were read
 };
 
 }  // namespace marco::ros

@@ -29,6 +29,11 @@ class Rows {
     statement_.reset(raw);
   }
   bool is_valid() const { return statement_ != nullptr; }
+  /// From the first row on, of what "?" is.
+  void begin(int64_t value) {
+    sqlite3_reset(statement_.get());
+    sqlite3_bind_int64(statement_.get(), 1, value);
+  }
   bool next() {
     if (statement_ == nullptr) return false;
     status_ = sqlite3_step(statement_.get());
@@ -80,10 +85,22 @@ Database opened(const std::filesystem::path& path) {
   return Database(raw);
 }
 
+// Rows that are computed, by a view, a module or a column's formula, may never end.
+bool has_computed_rows(sqlite3* database) {
+  const std::string names = "name IN ('topics', 'messages', 'message_definitions')";
+  Rows tables(database, "SELECT COUNT(*) FROM sqlite_master WHERE " + names +
+                            " AND (type != 'table' OR rootpage = 0)");
+  Rows columns(database, "SELECT COUNT(*) FROM (SELECT name AS of FROM sqlite_master WHERE " +
+                             names + "), pragma_table_xinfo(of) WHERE hidden > 0");
+  return (tables.next() && tables.integer(0) > 0) || (columns.next() && columns.integer(0) > 0);
+}
+
 class Db3Source : public MessageSource {
  public:
   explicit Db3Source(const std::filesystem::path& path)
       : path_(path.string()), database_(opened(path)) {
+    require(!has_computed_rows(database_.get()),
+            path_ + ": its tables are views or formulas, not rows that are stored");
     require(Rows(database_.get(), "SELECT topic_id, timestamp, data FROM messages").is_valid() &&
                 read_topics(),
             path_ +
@@ -120,9 +137,15 @@ class Db3Source : public MessageSource {
       wanted += (wanted.empty() ? "" : ",") + std::to_string(id);
     }
     // With its index on timestamps sqlite need not sort.
-    rows_.emplace(database_.get(),
-                  "SELECT id, topic_id, timestamp, data FROM messages WHERE topic_id IN (" +
-                      wanted + ") ORDER BY timestamp, id");
+    // Else it sorts their numbers: messages themselves may be more than the memory.
+    const std::string from = " FROM messages WHERE ";
+    const std::string columns = "SELECT rowid, topic_id, timestamp, coalesce(length(data), 0) <= " +
+                                std::to_string(kMostMessageBytes) + ", data" + from;
+    const std::string in_order = "topic_id IN (" + wanted + ") ORDER BY timestamp, rowid";
+    order_.reset();
+    if (sorts(columns + in_order))
+      order_.emplace(database_.get(), "SELECT rowid" + from + in_order);
+    rows_.emplace(database_.get(), columns + (order_ ? "rowid = ?" : in_order));
     has_given_ = false;
     row_ = {};
     pages_.reset();
@@ -151,15 +174,19 @@ class Db3Source : public MessageSource {
  private:
   bool next_row() {
     if (!pages_) {
-      if (rows_->next()) {
+      while (next_in_order()) {
         row_.id = rows_->integer(0);
         row_.topic = rows_->integer(1);
         row_.time_ns = rows_->integer(2);
-        data_ = rows_->blob(3);
         given_until_ = {row_.time_ns, row_.id};
+        if (rows_->integer(3) == 0) {
+          note_once(notes_, kTooLarge);
+          continue;
+        }
+        data_ = rows_->blob(4);
         return true;
       }
-      if (!rows_->is_broken()) return false;
+      if (!is_broken_) return false;
       read_pages();
     }
     while (auto row = pages_->next()) {
@@ -174,6 +201,22 @@ class Db3Source : public MessageSource {
     return false;
   }
 
+  bool sorts(const std::string& query) {
+    Rows plan(database_.get(), "EXPLAIN QUERY PLAN " + query);
+    while (plan.next()) {
+      if (plan.text(3).find("TEMP B-TREE") != std::string::npos) return true;
+    }
+    return false;
+  }
+
+  bool next_in_order() {
+    const bool is_there = !order_ || order_->next();
+    if (is_there && order_) rows_->begin(order_->integer(0));
+    if (is_there && rows_->next()) return true;
+    is_broken_ = order_ ? is_there || order_->is_broken() : rows_->is_broken();
+    return false;
+  }
+
   // The index or a tree is damaged: from there on what the pages themselves hold.
   void read_pages() {
     if (!has_given_) given_until_ = {INT64_MIN, INT64_MIN};
@@ -183,9 +226,12 @@ class Db3Source : public MessageSource {
   }
 
   bool read_topics() {
-    Rows topics(database_.get(), "SELECT id, name, type, serialization_format FROM topics");
+    Rows topics(database_.get(),
+                "SELECT id, name, type, serialization_format FROM topics WHERE length(name) < 1e6 "
+                "AND length(type) < 1e6");
     if (!topics.is_valid()) return false;
     while (topics.next()) {
+      count_topic_bytes(sizeof(Topic) + topics.blob(1).size() + topics.blob(2).size());
       Topic topic;
       topic.id = static_cast<uint32_t>(topics.integer(0));
       topic.name = topics.text(1);
@@ -193,10 +239,13 @@ class Db3Source : public MessageSource {
       topic.encoding = topics.text(3);
       topics_.emplace(topics.integer(0), std::move(topic));
     }
-    Rows profiles(database_.get(), "SELECT id, offered_qos_profiles FROM topics");
+    Rows profiles(
+        database_.get(),
+        "SELECT id, offered_qos_profiles FROM topics WHERE length(offered_qos_profiles) < 1e6");
     while (profiles.next()) {
       const auto topic = topics_.find(profiles.integer(0));
       if (topic == topics_.end()) continue;
+      count_topic_bytes(profiles.blob(1).size());
       std::string& text = topic->second.metadata["offered_qos_profiles"];
       text = profiles.text(1);
       topic->second.is_latched = text.find("transient_local") != std::string::npos ||
@@ -222,14 +271,23 @@ class Db3Source : public MessageSource {
   // Recordings from 2023 on have them.
   void read_definitions() {
     Rows rows(database_.get(),
-              "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions");
+              "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions "
+              "WHERE length(encoded_message_definition) < 1e8");
+    std::multimap<std::string, Topic*> by_type;
+    for (auto& [id, topic] : topics_) by_type.emplace(topic.type, &topic);
     while (rows.next()) {
-      for (auto& [id, topic] : topics_) {
-        if (topic.type != plain_type(rows.text(0))) continue;
-        topic.schema_encoding = rows.text(1);
-        topic.schema = rows.text(2);
+      const auto [begin, end] = by_type.equal_range(plain_type(rows.text(0)));
+      for (auto of_type = begin; of_type != end; ++of_type) {
+        count_topic_bytes(rows.blob(2).size());
+        of_type->second->schema_encoding = rows.text(1);
+        of_type->second->schema = rows.text(2);
       }
     }
+  }
+
+  void count_topic_bytes(std::size_t bytes) {
+    topic_bytes_ += bytes;
+    require(topic_bytes_ <= kMostTopicBytes, path_ + kTooManyTopics);
   }
 
   void note_wal() {
@@ -247,14 +305,15 @@ class Db3Source : public MessageSource {
   mutable std::map<int64_t, Topic> topics_;  // nodes: messages point to them
   mutable bool are_counted_ = false;
   std::function<bool(const Topic&)> is_wanted_;
-  std::optional<Rows> rows_;
+  std::optional<Rows> order_, rows_;
   std::optional<Db3Pages> pages_;  // where sqlite fails
   Db3Row row_;                     // its bytes where pages are read
   std::span<const uint8_t> data_;  // of the row
   Unpacker unpacker_;
   std::pair<int64_t, int64_t> given_until_;  // time and id, by sqlite
-  bool has_given_ = false;
+  bool has_given_ = false, is_broken_ = false;
   int64_t last_id_ = 0;
+  std::size_t topic_bytes_ = 0;
   Damage damage_;
   std::vector<std::string> notes_;
 };

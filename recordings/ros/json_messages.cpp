@@ -15,6 +15,8 @@ using Json = nlohmann::json;
 constexpr float kFarthestM = 1000.0F;
 
 Json parsed(const Message& message) {
+  constexpr std::size_t kMostBytes = std::size_t{16} << 20;  // values take ten times the text
+  if (message.bytes.size() > kMostBytes) throw WireError("more than 16 MB of JSON");
   return Json::parse(message.bytes.begin(), message.bytes.end());
 }
 
@@ -30,7 +32,7 @@ auto guarded(Read read) {
 Header header_of(const Json& json, const char* frame_key) {
   constexpr int64_t kSecondNs = 1'000'000'000;
   const Json& stamp = json.at("timestamp");
-  return {stamp.at("sec").get<int64_t>() * kSecondNs + stamp.at("nsec").get<int64_t>(),
+  return {int64_t{stamp.at("sec").get<int32_t>()} * kSecondNs + stamp.at("nsec").get<int32_t>(),
           json.at(frame_key).get<std::string>()};
 }
 

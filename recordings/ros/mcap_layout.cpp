@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
+#include "recordings/looking_through.hpp"
 #include "recordings/ros/wire_reader.hpp"
 
 namespace marco::ros {
@@ -23,12 +24,12 @@ bool is_known(uint8_t op) { return op >= 0x01 && op <= 0x0F; }
 // Messages outside chunks are read by pieces of this size.
 constexpr int64_t kPieceBytes = 1 << 20;
 
-// A chunk's fields before its records; a compression's name is short.
-constexpr std::size_t kChunkHeadBytes = 256;
+// A chunk's fields before its records, and with a compression's name, which is short.
+constexpr std::size_t kChunkHeadBytes = 40, kMostChunkHeadBytes = 256;
 
 class McapLayoutReader {
  public:
-  explicit McapLayoutReader(ByteFile& file) : file_(file) {}
+  McapLayoutReader(ByteFile& file, const std::string& path) : file_(file), path_(path) {}
 
   McapLayout read() {
     int64_t at = static_cast<int64_t>(kMcapMagic.size());
@@ -42,11 +43,6 @@ class McapLayoutReader {
       at = record->end();
     }
     layout_.damage.is_cut_off = layout_.damage.is_cut_off || !ended_;
-    for (McapLayout::Piece& piece : layout_.pieces) {
-      if (!piece.chunk) continue;
-      const auto index = chunk_indexes_.find(piece.place.offset);
-      if (index != chunk_indexes_.end()) piece.channels = index->second.message_indexes;
-    }
     return std::move(layout_);
   }
 
@@ -72,7 +68,7 @@ class McapLayoutReader {
   // Whether its own fields say the same length.
   bool is_cut_chunk(const Record& record) {
     try {
-      const McapChunk chunk = parse_chunk(file_.peek(record.at, kChunkHeadBytes));
+      const McapChunk chunk = parse_chunk(file_.peek(record.at, kMostChunkHeadBytes));
       return chunk.head <= record.length && chunk.size == record.length - chunk.head;
     } catch (const WireError&) {
       return false;
@@ -92,63 +88,108 @@ class McapLayoutReader {
   }
 
   void read_small(const Record& record) {
+    const bool is_read = record.op == McapOp::schema || record.op == McapOp::channel ||
+                         record.op == McapOp::statistics || record.op == McapOp::chunk_index;
+    if (!is_read || record.length > kMostTopicBytes) return;
     const std::vector<uint8_t> bytes = file_.bytes(record.at, static_cast<int64_t>(record.length));
     McapFields fields(bytes);
     if (record.op == McapOp::schema) {
       McapSchema schema = parse_schema(fields);
+      count(layout_.schemas.contains(schema.id), record.length);
       layout_.schemas[schema.id] = std::move(schema);
     } else if (record.op == McapOp::channel) {
       McapChannel channel = parse_channel(fields);
+      count(layout_.channels.contains(channel.id), record.length);
       layout_.channels[channel.id] = std::move(channel);
     } else if (record.op == McapOp::statistics) {
       layout_.statistics = parse_statistics(fields);
-    } else if (record.op == McapOp::metadata) {
-      std::string name = fields.text();
-      layout_.metadata[std::move(name)] = fields.text_map();
-    } else if (record.op == McapOp::chunk_index) {
-      McapChunkIndex index = parse_chunk_index(fields);
-      const auto place = places_.find(static_cast<int64_t>(index.offset));
-      if (place != places_.end()) chunk_indexes_[place->second] = std::move(index);
+    } else {
+      take_index(parse_chunk_index(fields));
     }
+  }
+
+  // A summary repeats what came before.
+  void count(bool is_known, uint64_t bytes) {
+    definition_bytes_ += is_known ? 0 : bytes;
+    require(definition_bytes_ <= kMostTopicBytes, path_ + kTooManyTopics);
+  }
+
+  void take_index(McapChunkIndex index) {
+    const auto behind = std::upper_bound(
+        layout_.places.begin(), layout_.places.end(), static_cast<int64_t>(index.offset),
+        [](int64_t offset, const ChunkPlace& place) { return offset < place.offset; });
+    if (behind == layout_.places.end()) return;
+    McapLayout::Piece& piece =
+        layout_.pieces[static_cast<std::size_t>(behind - layout_.places.begin())];
+    if (!piece.is_chunk) return;
+    const std::size_t head =
+        kMcapRecordHead + kChunkHeadBytes + layout_.compressions[piece.compression].size();
+    const bool is_its = index.offset + head == static_cast<uint64_t>(behind->offset);
+    if (is_its) piece.channels = std::move(index.channels);
+  }
+
+  void add_piece(const ChunkPlace& place, McapLayout::Piece piece) {
+    require(layout_.places.size() < kMostChunks, path_ + kTooManyChunks);
+    layout_.places.push_back(place);
+    layout_.pieces.push_back(std::move(piece));
   }
 
   void add_message(const Record& record, int64_t from) {
-    const McapMessage message = parse_message(McapFields(file_.peek(record.at, 22)));
-    const bool goes_on = !layout_.pieces.empty() && !layout_.pieces.back().chunk &&
-                         from - layout_.pieces.back().place.offset < kPieceBytes;
-    if (!goes_on) {
-      layout_.pieces.push_back({{message.log_ns, message.log_ns, from, 0}, {}, {}});
-    }
-    ChunkPlace& place = layout_.pieces.back().place;
+    const McapMessage message = parse_message(McapFields(file_.peek(record.at, kMcapMessageHead)));
+    const bool goes_on = !layout_.pieces.empty() && !layout_.pieces.back().is_chunk &&
+                         from - layout_.places.back().offset < kPieceBytes;
+    if (!goes_on) add_piece({message.log_ns, message.log_ns, from, 0}, {});
+    ChunkPlace& place = layout_.places.back();
     place.start_ns = std::min(place.start_ns, message.log_ns);
     place.end_ns = std::max(place.end_ns, message.log_ns);
     place.size = record.end() - place.offset;
+    layout_.pieces.back().plain_size = static_cast<uint64_t>(place.size);
   }
 
   void add_chunk(const Record& record) {
-    const McapChunk chunk = parse_chunk(file_.peek(record.at, kChunkHeadBytes));
+    const McapChunk chunk = parse_chunk(file_.peek(record.at, kMostChunkHeadBytes));
     const int64_t records_at = record.at + static_cast<int64_t>(chunk.head);
     const int64_t size =
         std::min<int64_t>(static_cast<int64_t>(chunk.size), file_.size() - records_at);
     if (size < 0) throw WireError("a chunk of negative size");
-    places_[record.at - static_cast<int64_t>(kMcapRecordHead)] = records_at;
-    layout_.pieces.push_back({{chunk.start_ns, chunk.end_ns, records_at, size}, chunk, {}});
+    if (size == 0 && chunk.plain_size == 0) return;
+    add_piece({chunk.start_ns, chunk.end_ns, records_at, size},
+              {chunk.plain_size, chunk.crc, true, number_of(chunk.compression), {}});
+  }
+
+  uint8_t number_of(const std::string& compression) {
+    auto& names = layout_.compressions;
+    const auto known = std::find(names.begin(), names.end(), compression);
+    if (known == names.end() && names.size() == UINT8_MAX) throw WireError("too many compressions");
+    const auto number = static_cast<uint8_t>(known - names.begin());
+    if (known == names.end()) names.push_back(compression);
+    return number;
+  }
+
+  bool is_followed(int64_t at) {
+    const auto record = record_at(at);
+    if (!record || record->length == 0) return false;
+    std::array<uint8_t, kMcapRecordHead> behind{};  // far off: not by the window of peek()
+    const std::size_t there = file_.read(record->end(), behind);
+    return record->end() == file_.size() ||
+           record_of(record->end(), std::span(behind).first(there)).has_value();
   }
 
   // No mark stands before a record: one is believed when another follows it.
   int64_t after_damage(int64_t from) {
-    for (int64_t at = from + 1; at < file_.size(); ++at) {
-      const auto head = file_.peek(at, kMcapRecordHead);
-      if (head.size() < kMcapRecordHead) break;
-      if (!is_known(head[0])) continue;
-      const auto record = record_at(at);
-      if (!record || record->length == 0) continue;
-      std::array<uint8_t, kMcapRecordHead> behind{};  // far off: not by the window of peek()
-      const std::size_t there = file_.read(record->end(), behind);
-      const bool is_end = record->end() == file_.size();
-      if (!is_end && !record_of(record->end(), std::span(behind).first(there))) continue;
-      lose(from, at);
-      return at;
+    LookingThrough progress(path_);
+    std::array<uint8_t, 1 << 14> block{};
+    for (int64_t start = from + 1; start < file_.size();) {
+      progress.update(static_cast<double>(start) / static_cast<double>(file_.size()));
+      start = file_.next_data(start);
+      const std::size_t size = file_.read(start, block);
+      for (std::size_t i = 0; i < size; ++i) {
+        const int64_t at = start + static_cast<int64_t>(i);
+        if (!is_known(block[i]) || !is_followed(at)) continue;
+        lose(from, at);
+        return at;
+      }
+      start += static_cast<int64_t>(std::max<std::size_t>(1, size));
     }
     lose(from, file_.size());
     layout_.damage.is_cut_off = true;
@@ -161,10 +202,10 @@ class McapLayoutReader {
   }
 
   ByteFile& file_;
+  const std::string& path_;
   McapLayout layout_;
   bool ended_ = false;
-  std::map<int64_t, int64_t> places_;                // a chunk's records by its opcode
-  std::map<int64_t, McapChunkIndex> chunk_indexes_;  // by the place of its records
+  uint64_t definition_bytes_ = 0;
 };
 
 }  // namespace
@@ -174,7 +215,7 @@ McapLayout read_mcap_layout(ByteFile& file, const std::string& path) {
   require(std::equal(magic.begin(), magic.end(), kMcapMagic.begin(), kMcapMagic.end(),
                      [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); }),
           path + ": is no MCAP file");
-  return McapLayoutReader(file).read();
+  return McapLayoutReader(file, path).read();
 }
 
 }  // namespace marco::ros

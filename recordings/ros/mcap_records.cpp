@@ -86,11 +86,15 @@ McapChunk parse_chunk(std::span<const uint8_t> bytes) {
 
 McapChunkIndex parse_chunk_index(McapFields fields) {
   McapChunkIndex index;
-  index.start_ns = time_ns(fields);
-  index.end_ns = time_ns(fields);
+  for (int i = 0; i < 2; ++i) fields.u64();  // first and last time
   index.offset = fields.u64();
   fields.u64();  // the chunk's length
-  index.message_indexes = fields.count_map();
+  McapFields offsets(fields.short_blob());
+  while (!offsets.rest().empty()) {
+    index.channels.push_back(offsets.u16());
+    offsets.u64();
+  }
+  index.channels.shrink_to_fit();
   return index;
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "recordings/ros/message_source.hpp"
 
@@ -24,12 +25,12 @@ enum class McapOp : uint8_t {
   chunk_index = 0x08,
   attachment = 0x09,
   statistics = 0x0B,
-  metadata = 0x0C,
   data_end = 0x0F
 };
 
 inline constexpr std::string_view kMcapMagic{"\x89MCAP0\r\n", 8};
-inline constexpr std::size_t kMcapRecordHead = 9;  ///< opcode and length
+inline constexpr std::size_t kMcapRecordHead = 9;    ///< opcode and length
+inline constexpr std::size_t kMcapMessageHead = 22;  ///< of a message, before its data
 
 /// Reads the fields of a record one after the other. @throws WireError where it ends too early.
 class McapFields {
@@ -83,9 +84,8 @@ struct McapChunk {
   std::size_t head = 0;  ///< bytes before them
 };
 struct McapChunkIndex {
-  int64_t start_ns = 0, end_ns = 0;
-  uint64_t offset = 0;                           ///< of the chunk's opcode
-  std::map<uint16_t, uint64_t> message_indexes;  ///< by channel
+  uint64_t offset = 0;             ///< of the chunk's opcode
+  std::vector<uint16_t> channels;  ///< those in it
 };
 struct McapStatistics {
   uint64_t messages = 0;

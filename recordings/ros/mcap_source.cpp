@@ -1,7 +1,5 @@
 #include "recordings/ros/mcap_source.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <utility>
 
@@ -14,9 +12,12 @@ namespace {
 
 class McapSource : public ChunkedSource {
  public:
-  explicit McapSource(const std::filesystem::path& path)
-      : ChunkedSource(path), layout_(read_mcap_layout(file_, path_)), schemas_(layout_.schemas) {
+  McapSource(const std::filesystem::path& path, std::size_t most_held_bytes)
+      : ChunkedSource(path, most_held_bytes), layout_(read_mcap_layout(file_, path_)) {
+    for (auto& [id, schema] : layout_.schemas) add_schema(std::move(schema));
     for (const auto& [id, channel] : layout_.channels) add_topic(channel);
+    layout_.schemas.clear();
+    layout_.channels.clear();
     if (layout_.statistics) {
       for (const auto& [id, count] : layout_.statistics->by_channel) {
         if (const auto topic = topics_.find(id); topic != topics_.end()) {
@@ -24,9 +25,7 @@ class McapSource : public ChunkedSource {
         }
       }
     }
-    std::vector<ChunkPlace> places;
-    for (const McapLayout::Piece& piece : layout_.pieces) places.push_back(piece.place);
-    set_chunks(std::move(places), layout_.damage);
+    set_chunks(std::move(layout_.places), layout_.damage);
     rewind();
   }
 
@@ -34,16 +33,28 @@ class McapSource : public ChunkedSource {
 
  private:
   std::vector<uint32_t> topics_in(std::size_t chunk) const override {
-    std::vector<uint32_t> ids;
-    for (const auto& [id, offset] : layout_.pieces[chunk].channels) ids.push_back(id);
-    return ids;
+    const std::vector<uint16_t>& channels = layout_.pieces[chunk].channels;
+    return {channels.begin(), channels.end()};
   }
 
   std::span<const uint8_t> plain(std::span<const uint8_t> message) override {
     return unpacker_.message(message);
   }
 
+  void add_schema(McapSchema schema) {
+    if (schemas_.contains(schema.id)) return;
+    count_topic_bytes(sizeof schema + schema.name.size() + schema.data.size());
+    schemas_.emplace(schema.id, std::move(schema));
+  }
+
+  // The summary may repeat a channel whose schema stands in a chunk.
+  bool is_known(uint16_t channel) const {
+    const auto topic = topics_.find(channel);
+    return topic != topics_.end() && !topic->second.type.empty();
+  }
+
   void add_topic(const McapChannel& channel) {
+    if (is_known(channel.id)) return;
     Topic topic;
     topic.id = channel.id;
     topic.name = channel.topic;
@@ -63,70 +74,72 @@ class McapSource : public ChunkedSource {
     topic.is_latched =
         (latching != channel.metadata.end() && latching->second == "1") ||
         (qos != channel.metadata.end() && qos->second.find("transient_local") != std::string::npos);
-    // The summary may repeat a channel whose schema stands in a chunk.
-    const auto [known, is_new] = topics_.try_emplace(channel.id, topic);
-    if (is_new || !known->second.type.empty()) return;
-    topic.messages = known->second.messages;
-    known->second = std::move(topic);
+    const auto before = topics_.find(channel.id);
+    if (before != topics_.end()) topic.messages = before->second.messages;
+    set_topic(std::move(topic));
   }
 
-  LoadedChunk load(std::size_t index, LoadedChunk loaded) override {
+  void load(std::size_t index, const Keep& keep) override {
     const McapLayout::Piece& piece = layout_.pieces[index];
-    loaded.entries.clear();
-    if (!read(index, piece, loaded.bytes)) return loaded;
-    std::size_t at = 0;
-    while (loaded.bytes.size() - at >= kMcapRecordHead) {
-      const std::span<const uint8_t> rest = loaded.bytes.bytes().subspan(at);
-      const uint64_t length = McapFields(rest.subspan(1)).u64();
-      if (length > rest.size() - kMcapRecordHead) break;
-      const auto content = rest.subspan(kMcapRecordHead, static_cast<std::size_t>(length));
-      take(static_cast<McapOp>(rest[0]), content, loaded);
-      at += kMcapRecordHead + content.size();
+    const std::string compression = piece.is_chunk ? layout_.compressions[piece.compression] : "";
+    const auto packed = static_cast<uint64_t>(places_[index].size);
+    if (!open(index, compression, compression.empty() ? packed : piece.plain_size,
+              piece.crc != 0)) {
+      return;
     }
-    if (at < loaded.bytes.size()) note_damage(index, loaded.bytes.size() - at);
-    return loaded;
+    uint64_t read = 0;
+    while (read_record(keep)) read = window_.at();
+    window_.skip(UINT64_MAX);
+    note_faults(index, piece, read);
   }
 
-  bool read(std::size_t index, const McapLayout::Piece& piece, ByteBuffer& plain) {
-    if (piece.chunk && piece.chunk->plain_size > kMostPlainBytes) {
-      note_lost(index, "a chunk of more than 256 MB");
-      return false;
+  // @returns false at the end, and where no whole record stands
+  bool read_record(const Keep& keep) {
+    const auto head = window_.peek(kMcapRecordHead + kMcapMessageHead);
+    if (head.size() < kMcapRecordHead) return false;
+    const uint64_t length = McapFields(head.subspan(1)).u64();
+    const uint64_t size = kMcapRecordHead + length;
+    if (size < length) return false;
+    if (!is_read(static_cast<McapOp>(head[0]), head.subspan(kMcapRecordHead))) {
+      return window_.skip(size);
     }
-    auto checksum = Unpacker::Checksum::none_wrong;
-    if (!piece.chunk || piece.chunk->compression.empty()) {
-      file_.read(places_[index].offset, places_[index].size, plain);
-    } else {
-      const auto unpacked = unpack(index, piece.chunk->compression, piece.chunk->plain_size, plain);
-      if (!unpacked) return false;
-      checksum = *unpacked;
-    }
-    if (!piece.chunk) return true;
-    const McapChunk& chunk = *piece.chunk;
-    if (plain.size() < chunk.plain_size) {
-      note_damage(index, chunk.plain_size - plain.size());
-    } else if (checksum == Unpacker::Checksum::wrong ||
-               (chunk.crc != 0 && chunk.crc != crc_of(plain.bytes()))) {
+    if (size > kMostMessageBytes) return leave_out(size);
+    const auto record = window_.peek(size);
+    if (record.size() < size) return false;
+    take(static_cast<McapOp>(record[0]), record.subspan(kMcapRecordHead, length), keep);
+    return window_.skip(size);
+  }
+
+  // @param content  the first bytes. Those of each kind begin with the number of a channel or
+  // schema.
+  bool is_read(McapOp op, std::span<const uint8_t> content) const {
+    const bool is_of_us = op == McapOp::message || op == McapOp::schema || op == McapOp::channel;
+    if (!is_of_us || content.size() < sizeof(uint16_t)) return is_of_us;
+    const uint16_t id = McapFields(content).u16();
+    if (op == McapOp::message) return is_needed(id);
+    return op == McapOp::schema ? !schemas_.contains(id) : !is_known(id);
+  }
+
+  // @param read  bytes of whole records
+  void note_faults(std::size_t index, const McapLayout::Piece& piece, uint64_t read) {
+    const uint64_t unpacked = window_.unpacked();
+    if (piece.is_chunk && unpacked < piece.plain_size) {
+      note_damage(index, piece.plain_size - unpacked);
+    } else if (unpacker_.checksum() == Unpacker::Checksum::wrong ||
+               (piece.crc != 0 && piece.crc != window_.crc())) {
       note_wrong_checksum(index);
     }
-    return true;
+    if (read < unpacked) note_damage(index, unpacked - read);
   }
 
-  static uint32_t crc_of(std::span<const uint8_t> bytes) {
-    return static_cast<uint32_t>(::crc32_z(0, bytes.data(), static_cast<z_size_t>(bytes.size())));
-  }
-
-  void take(McapOp op, std::span<const uint8_t> content, LoadedChunk& loaded) {
+  void take(McapOp op, std::span<const uint8_t> content, const Keep& keep) {
     try {
       if (op == McapOp::message) {
         const McapMessage message = parse_message(McapFields(content));
-        const auto offset =
-            static_cast<std::size_t>(message.data.data() - loaded.bytes.bytes().data());
-        loaded.entries.push_back(
-            {message.log_ns, message.publish_ns, message.channel, offset, message.data.size()});
+        keep({message.log_ns, message.publish_ns, message.channel, message.data});
       } else if (op == McapOp::schema) {
-        McapSchema schema = parse_schema(McapFields(content));
-        schemas_.try_emplace(schema.id, std::move(schema));
-      } else if (op == McapOp::channel) {
+        add_schema(parse_schema(McapFields(content)));
+      } else {
         add_topic(parse_channel(McapFields(content)));
       }
     } catch (const WireError&) {  // its length was whole, its fields are not
@@ -140,8 +153,9 @@ class McapSource : public ChunkedSource {
 
 }  // namespace
 
-std::unique_ptr<MessageSource> open_mcap(const std::filesystem::path& path) {
-  return std::make_unique<McapSource>(path);
+std::unique_ptr<MessageSource> open_mcap(const std::filesystem::path& path,
+                                         std::size_t most_held_bytes) {
+  return std::make_unique<McapSource>(path, most_held_bytes);
 }
 
 }  // namespace marco::ros

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "recordings/ros/chunk_merge.hpp"
 #include "recordings/ros/message_source.hpp"
 
 namespace marco::ros {
@@ -11,6 +12,7 @@ namespace marco::ros {
 /// off anywhere give what is whole, of the last chunk as far as it can be unpacked; after damage
 /// reading continues at the next record. Checksums that are wrong are notes.
 /// @throws std::invalid_argument where the file is no MCAP.
-std::unique_ptr<MessageSource> open_mcap(const std::filesystem::path& path);
+std::unique_ptr<MessageSource> open_mcap(const std::filesystem::path& path,
+                                         std::size_t most_held_bytes = kMostHeldBytes);
 
 }  // namespace marco::ros

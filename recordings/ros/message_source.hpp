@@ -27,6 +27,15 @@ struct Topic {
   std::map<std::string, std::string> metadata;  ///< callerid, offered_qos_profiles, ...
 };
 
+/// Of all topics of a file, names and definitions: no robot has so many.
+inline constexpr std::size_t kMostTopicBytes = std::size_t{128} << 20;
+inline constexpr const char* kTooManyTopics =
+    ": names and definitions of topics are more than 128 MB";
+
+/// No message that a recorder writes is larger.
+inline constexpr uint64_t kMostMessageBytes = uint64_t{1} << 28;
+inline constexpr const char* kTooLarge = "messages of more than 256 MB are left out";
+
 struct Message {
   const Topic* topic = nullptr;    ///< lives as long as its source
   int64_t received_ns = 0;         ///< when the recorder had it

@@ -21,7 +21,13 @@ WireReader reader_of(const Message& message) {
 
 bool is_json(const Message& message) { return message.topic->encoding == "json"; }
 
+// What a sender says of one thing: more of it is damage, and may take any memory.
+constexpr std::size_t kLongestName = 1000;
+constexpr uint32_t kMostNamed = 20'000;  // transforms or joints of a message
+constexpr std::size_t kMostPoints = 4'000'000;
+
 std::string frame(std::string name) {
+  if (name.size() > kLongestName) throw WireError("a name of more than 1000 letters");
   if (!name.empty() && name.front() == '/') name.erase(0, 1);
   return name;
 }
@@ -136,6 +142,7 @@ void read_points(std::span<const uint8_t> data,
   const bool has_times = size_of(layout.time.datatype) > 0;
   if (has_times) end = std::max(end, layout.time.offset + size_of(layout.time.datatype));
   if (step == 0 || end > step) throw WireError("a cloud's fields reach beyond its points");
+  if (data.size() / step > kMostPoints) throw WireError("a cloud of more than four million points");
   for (std::size_t at = 0; at + step <= data.size(); at += step) {
     const uint8_t* point = data.data() + at;
     Eigen::Vector3f xyz;
@@ -198,7 +205,9 @@ OdometryMessage decode_odometry(const Message& message) {
 std::vector<TransformMessage> decode_transforms(const Message& message) {
   if (is_json(message)) return json_transforms(message);
   WireReader in = reader_of(message);
-  std::vector<TransformMessage> transforms(in.count_of(64));
+  const uint32_t count = in.count_of(64);
+  if (count > kMostNamed) throw WireError("more than 20000 transforms at once");
+  std::vector<TransformMessage> transforms(count);
   for (TransformMessage& transform : transforms) {
     transform.header = read_header(in);
     transform.child_frame_id = frame(in.string());
@@ -255,8 +264,10 @@ JointStateMessage decode_joints(const Message& message) {
   WireReader in = reader_of(message);
   JointStateMessage joints;
   joints.header = read_header(in);
-  joints.names.resize(in.count_of(4));
-  for (std::string& name : joints.names) name = in.string();
+  const uint32_t count = in.count_of(4);
+  if (count > kMostNamed) throw WireError("more than 20000 joints");
+  joints.names.resize(count);
+  for (std::string& name : joints.names) name = in.string().substr(0, kLongestName);
   joints.positions_rad = in.sequence<double>();
   for (int rest = 0; rest < 2; ++rest) in.sequence<double>();  // velocity, effort
   in.finish();

@@ -1,17 +1,20 @@
 #include "recordings/ros/open_messages.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/readable.hpp"
+#include "recordings/looking_through.hpp"
 #include "recordings/ros/bag_source.hpp"
+#include "recordings/ros/byte_stream.hpp"
 #include "recordings/ros/compression.hpp"
 #include "recordings/ros/db3_source.hpp"
 #include "recordings/ros/mcap_records.hpp"
 #include "recordings/ros/mcap_source.hpp"
-#include "recordings/ros/unpacked_file.hpp"
+#include "recordings/ros/temporary_file.hpp"
 
 namespace marco::ros {
 namespace {
@@ -20,13 +23,9 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kBagMagic = "#ROSBAG V", kDatabaseMagic = "SQLite format 3";
 
-std::string head_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string head(16, '\0');
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(file.gcount()));
-  return head;
-}
+constexpr std::size_t kHeadBytes = 16;
+
+std::string head_of(const fs::path& path) { return files::first_bytes(path, kHeadBytes); }
 
 bool is_packed(std::string_view head) {
   return is_zstd({reinterpret_cast<const uint8_t*>(head.data()), head.size()});
@@ -107,13 +106,12 @@ class Parts : public MessageSource {
   mutable std::vector<std::string> notes_;
 };
 
-/// A source in a file that is removed with it.
+/// A source in a file that goes with it. A frame that ends too early gives what there is of it.
 class Unpacked : public MessageSource {
  public:
-  explicit Unpacked(const fs::path& packed) : packed_(packed.string()), file_(packed) {
-    require(!is_packed(head_of(file_.path())), packed_ + ": is packed twice");
-    require(is_container(head_of(file_.path())),
-            packed_ + ": holds no ROS recording; `unzstd` unpacks it");
+  explicit Unpacked(const fs::path& packed)
+      : packed_(packed.string()), file_("to unpack " + packed_) {
+    unpack();
     source_ = open_messages(file_.path());
   }
   std::string format() const override { return source_->format() + " in zstd"; }
@@ -130,16 +128,39 @@ class Unpacked : public MessageSource {
   double progress() const override { return source_->progress(); }
 
  private:
+  void unpack() {
+    constexpr std::size_t kPiece = std::size_t{1} << 20;
+    const ByteFile from(packed_);
+    ByteStream bytes;
+    bytes.begin(from, 0, from.size());
+    Unpacker unpacker;
+    unpacker.begin("zstd", bytes, UINT64_MAX);
+    LookingThrough progress(packed_);
+    std::vector<uint8_t> piece(kPiece);
+    std::size_t head = kHeadBytes;  // still to come
+    while (const std::size_t got = unpacker.read(piece)) {
+      file_.append({piece.data(), got});
+      progress.update(1.0 - static_cast<double>(bytes.left()) / static_cast<double>(from.size()));
+      if (head > 0 && got >= head) require_recording();
+      head -= std::min(head, got);
+    }
+    require_recording();
+  }
+
+  void require_recording() const {
+    const std::string head = head_of(file_.path());
+    require(!is_packed(head), packed_ + ": is packed twice");
+    require(is_container(head), packed_ + ": holds no ROS recording; `unzstd` unpacks it");
+  }
+
   std::string packed_;
-  UnpackedFile file_;
+  TemporaryFile file_;
   std::unique_ptr<MessageSource> source_;
 };
 
 }  // namespace
 
-bool is_message_file(const fs::path& path) {
-  return fs::is_regular_file(path) && is_container(head_of(path));
-}
+bool is_message_file(const fs::path& path) { return is_container(head_of(path)); }
 
 bool is_message_recording(const fs::path& path) {
   if (!fs::is_directory(path)) return is_message_file(path);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "lcm_tools/base/check.hpp"
+#include "recordings/name_list.hpp"
 #include "recordings/ros/laser_choice.hpp"
 #include "recordings/ros/odometry_choice.hpp"
 
@@ -104,13 +105,12 @@ class Planner {
 
   // Pictures, commands, ...: of types that make no map.
   void note_others() {
-    std::string text;
+    NameList names;
     for (const auto& [name, topic] : survey_.topics) {
       const bool is_other = topic.use == Use::none || topic.use == Use::joints;
-      if (!is_other || plan_.uses_joints(name)) continue;
-      text += (text.empty() ? "" : ", ") + name + " (" + topic.type + ")";
+      if (is_other && !plan_.uses_joints(name)) names.add(name + " (" + topic.type + ")");
     }
-    if (!text.empty()) plan_.notes.push_back("not used: " + text);
+    if (!names.empty()) plan_.notes.push_back("not used: " + names.text());
   }
 
   const RosSurvey& survey_;

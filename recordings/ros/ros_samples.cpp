@@ -8,6 +8,7 @@
 #include "lcm_tools/base/check.hpp"
 #include "recordings/rolled_wheels.hpp"
 #include "recordings/ros/ros_scan.hpp"
+#include "recordings/scan_bounds.hpp"
 
 namespace marco::ros {
 namespace {
@@ -76,6 +77,7 @@ void RosSamples::take_scan(const Message& message, const LaserPlan& laser) {
     const Utime begun = scan.utime;  // relative: what the stamped beam makes of 0
     scan.utime = stamp_of(raw.header, message, laser.topic) + (begun - Utime{});
   }
+  require_scan(scan);
   // The first laser leads: what it is matched with begins with it.
   if (!announced_ && &laser != &plan_.lasers.front()) return;
   announce(scan.utime);

@@ -7,6 +7,8 @@
 
 #include "common/median.hpp"
 #include "common/pose2.hpp"
+#include "recordings/looking_through.hpp"
+#include "recordings/name_list.hpp"
 #include "recordings/no_return_range.hpp"
 #include "recordings/ros/wire_reader.hpp"
 
@@ -14,6 +16,7 @@ namespace marco::ros {
 namespace {
 
 constexpr std::size_t kMostPeriods = 1000;
+constexpr std::size_t kMostTopics = 1000, kMostClocks = 1000;  // no robot has so many sensors
 constexpr float kFlatM = 0.02F;
 
 struct Running {
@@ -29,15 +32,23 @@ class Surveyor {
 
   RosSurvey run() {
     source_.select([](const Topic& topic) { return use_of(topic) != Use::none; });
-    while (const auto message = source_.next()) look(*message);
+    const std::vector<std::string> paths = source_.paths();
+    std::optional<LookingThrough> progress;  // of a live source there is none
+    if (!paths.empty()) progress.emplace(paths.front());
+    while (const auto message = source_.next()) {
+      look(*message);
+      if (progress) progress->update(source_.progress());
+    }
     for (const Topic* topic : source_.topics()) {
       SurveyedTopic& seen = topic_of(*topic);
       if (seen.use == Use::none) seen.count += std::max<int64_t>(0, topic->messages);
     }
     for (auto& [name, topic] : survey_.topics) {
-      const Running& running = running_[name];
-      topic.period_s = median(running.periods_s);
-      if (running.no_return) topic.no_return_m = running.no_return->range_m(0.0);
+      const auto running = running_.find(name);
+      if (running == running_.end()) continue;
+      topic.period_s = median(running->second.periods_s);
+      const auto& no_return = running->second.no_return;
+      if (no_return) topic.no_return_m = no_return->range_m(0.0);
     }
     return std::move(survey_);
   }
@@ -53,6 +64,7 @@ class Surveyor {
 
   void look(const Message& message) {
     SurveyedTopic& topic = topic_of(*message.topic);
+    if (running_.size() == kMostTopics && !running_.contains(topic.name)) return;
     try {
       decode(message, topic);
       ++topic.count;
@@ -95,8 +107,11 @@ class Surveyor {
 
   void look_at(const LaserScanMessage& scan, const Message& message, SurveyedTopic& topic) {
     note_header(scan.header, message, topic);
+    if (topic.beams == 0) {
+      topic.first_scan = scan;
+      topic.first_scan.ranges = {};
+    }
     topic.beams = std::max(topic.beams, scan.ranges.size());
-    if (topic.first_scan.ranges.empty()) topic.first_scan = scan;
     std::optional<NoReturnRange>& no_return = running_[topic.name].no_return;
     if (!no_return) no_return.emplace();
     no_return->add(scan.ranges);
@@ -131,7 +146,9 @@ class Surveyor {
     for (const TransformMessage& transform : transforms) {
       survey_.tree.add(transform, is_static);
       const std::pair frames(transform.child_frame_id, transform.header.frame_id);
-      survey_.transform_delays[frames].add(message.received_ns, transform.header.stamp_ns);
+      auto& delays = survey_.transform_delays;
+      if (delays.size() == kMostClocks && !delays.contains(frames)) continue;
+      delays[frames].add(message.received_ns, transform.header.stamp_ns);
     }
     if (!transforms.empty()) note_header(transforms.front().header, message, topic);
   }
@@ -171,11 +188,9 @@ class Surveyor {
 }  // namespace
 
 std::string RosSurvey::contents() const {
-  std::string text = "it holds";
-  for (const auto& [name, topic] : topics) {
-    text += (text == "it holds" ? " " : ", ") + name + " (" + topic.type + ")";
-  }
-  return text == "it holds" ? "it holds no messages" : text;
+  NameList names;
+  for (const auto& [name, topic] : topics) names.add(name + " (" + topic.type + ")");
+  return names.empty() ? "it holds no messages" : "it holds " + names.text();
 }
 
 RosSurvey survey(MessageSource& source) { return Surveyor(source).run(); }

@@ -29,7 +29,7 @@ struct SurveyedTopic {
   double period_s = 0.0;  ///< median of the times between stamps
   double way_m = 0.0;     ///< of poses
   double turned_rad = 0.0;
-  LaserScanMessage first_scan;  ///< without ranges but for their number
+  LaserScanMessage first_scan;  ///< without ranges
   std::size_t beams = 0;
   BearingGrid bearings;  ///< of a flat cloud
   /// Of scans: this range [m] and more piles up, so that it is no return; 0: none does.

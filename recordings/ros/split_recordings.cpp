@@ -1,16 +1,17 @@
 #include "recordings/ros/split_recordings.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
 
+#include "lcm_tools/files/readable.hpp"
 #include "recordings/ros/open_messages.hpp"
 
 namespace marco {
@@ -119,7 +120,7 @@ void add_series(std::vector<NumberedFile> series, std::vector<RecordingParts>& f
 std::vector<std::string> names_in_metadata(const fs::path& folder) {
   static const std::regex kItem("\\s*-\\s+[\"']?([^\"']+?)[\"']?\\s*");
   std::vector<std::string> names;
-  std::ifstream file(folder / "metadata.yaml");
+  std::istringstream file(files::first_bytes(folder / "metadata.yaml", 16 << 20));
   bool is_in_list = false;
   for (std::string line; std::getline(file, line);) {
     std::smatch item;

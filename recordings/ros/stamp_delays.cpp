@@ -9,8 +9,10 @@ namespace marco::ros {
 
 void StampDelays::add(int64_t received_ns, int64_t stamp_ns) {
   constexpr int64_t kPartNs = 5'000'000'000;
+  constexpr std::size_t kMostParts = 5000;  // seven hours tell
   // As doubles: a damaged stamp may be as large as can be.
   const double delay_s = 1e-9 * (static_cast<double>(received_ns) - static_cast<double>(stamp_ns));
+  if (least_s_.size() == kMostParts) return;
   const auto [least, is_new] = least_s_.try_emplace(received_ns / kPartNs, delay_s);
   least->second = std::min(least->second, delay_s);
 }

@@ -9,7 +9,10 @@ void TransformTree::add(const TransformMessage& transform, bool is_static) {
   const std::string& child = transform.child_frame_id;
   const Pose3& pose = transform.parent_from_child;
   if (parent.empty() || child.empty() || parent == child || !pose.translation().allFinite()) return;
-  FrameEdge& edge = edges_[{child, parent}];
+  constexpr std::size_t kMostEdges = 10'000;
+  const std::pair frames(child, parent);
+  if (edges_.size() == kMostEdges && !edges_.contains(frames)) return;
+  FrameEdge& edge = edges_[frames];
   if (edge.count == 0 || is_static) {
     edge.parent = parent;
     edge.child = child;

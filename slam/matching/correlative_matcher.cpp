@@ -11,18 +11,24 @@ namespace {
 // Farther points would only add empty cells to the table.
 constexpr double kMaxTableCells = 16e6;
 
-// Separable running maximum over `reach` cells to the right, in place: row by row, then column by
-// column.
-void widen(std::vector<uint8_t>& cells, unsigned width, unsigned height, unsigned reach) {
-  for (unsigned y = 0; y < height; ++y) {
-    uint8_t* row = &cells[static_cast<std::size_t>(y) * width];
-    for (unsigned x = 0; x + reach < width; ++x) row[x] = std::max(row[x], row[x + reach]);
+// Ranges that are noisier show no walls: a search among them finds nothing, and takes longest.
+constexpr double kMostBlurM = 1.0;
+
+// The running maximum of `below` over `reach` cells to the right and above. The row that is `reach`
+// behind is still in the processor's cache when it is joined with the one at hand.
+std::vector<uint8_t> widened(const std::vector<uint8_t>& below, unsigned width, unsigned reach) {
+  const auto larger = [](uint8_t a, uint8_t b) { return std::max(a, b); };
+  const unsigned inner = width > reach ? width - reach : 0;
+  const std::size_t back = static_cast<std::size_t>(reach) * width;
+  std::vector<uint8_t> cells(below.size());
+  for (std::size_t at = 0; at < below.size(); at += width) {
+    const uint8_t* from = &below[at];
+    uint8_t* row = &cells[at];
+    std::transform(from, from + inner, from + reach, row, larger);
+    std::copy(from + inner, from + width, row + inner);
+    if (at >= back) std::transform(row - back, row - back + width, row, row - back, larger);
   }
-  for (unsigned y = 0; y + reach < height; ++y) {
-    uint8_t* row = &cells[static_cast<std::size_t>(y) * width];
-    const uint8_t* above = row + static_cast<std::size_t>(reach) * width;
-    for (unsigned x = 0; x < width; ++x) row[x] = std::max(row[x], above[x]);
-  }
+  return cells;
 }
 
 struct Cell {
@@ -171,7 +177,7 @@ LikelihoodPyramid::LikelihoodPyramid(const Points2& points_in_map,
                                      const CorrelativeMatcherOptions& options)
     : resolution_m_(options.resolution_m), pad_(1 << options.levels) {
   levels_.resize(static_cast<std::size_t>(options.levels));
-  if (points_in_map.cols() == 0) return;
+  if (points_in_map.cols() == 0 || options.blur_m > kMostBlurM) return;
   const int blur = static_cast<int>(std::ceil(2.5 * options.blur_m / resolution_m_));
   origin_m_ = points_in_map.rowwise().minCoeff().array() - blur * resolution_m_;
   const Eigen::Vector2d size_cells =
@@ -201,8 +207,7 @@ LikelihoodPyramid::LikelihoodPyramid(const Points2& points_in_map,
     }
   }
   for (std::size_t level = 1; level < levels_.size(); ++level) {
-    levels_[level] = levels_[level - 1];
-    widen(levels_[level], width_, height_, 1U << (level - 1));
+    levels_[level] = widened(levels_[level - 1], width_, 1U << (level - 1));
   }
 }
 
@@ -217,7 +222,7 @@ CorrelativeMatch CorrelativeMatcher::search(const LikelihoodPyramid& map,
                                             double min_score) const {
   CorrelativeMatch match{window.map_from_robot_centre, 0.0};
   const Eigen::Index count = points_in_robot.cols();
-  if (count == 0) return match;
+  if (count == 0 || map.width_cells() == 0) return match;
   const Eigen::Index stride =
       std::max<Eigen::Index>(1, (count + options_.max_points - 1) / options_.max_points);
   const double reach_m = std::max(1.0, std::min(10.0, points_in_robot.colwise().norm().maxCoeff()));

@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <fstream>
 #include <functional>
 #include <memory>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/base/printable.hpp"
+#include "lcm_tools/files/readable.hpp"
 #include "lcm_tools/log/export_mcap.hpp"
 #include "lcm_tools/log/extensions.hpp"
 #include "lcm_tools/log/late_progress.hpp"
@@ -47,16 +47,8 @@ void print_report(const files::InputReport& report) {
   for (const std::string& note : report.notes) print(stdout, "  %s\n", note.c_str());
 }
 
-std::string head_of(const fs::path& path) {
-  std::string head(64, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, file.gcount())));
-  return head;
-}
-
 bool is_lcm_log(const fs::path& path) {
-  return !fs::is_directory(path) && head_of(path).find("\xED\xA1\xDA\x01") != std::string::npos;
+  return files::first_bytes(path, 64).find("\xED\xA1\xDA\x01") != std::string::npos;
 }
 
 ForeignTable foreign_of(const ConvertArguments& arguments) {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <variant>
 #include <vector>
 
 #include "lcm_tools/base/format.hpp"
+#include "lcm_tools/files/readable.hpp"
 #include "lcm_tools/log/moment.hpp"
 #include "recordings/recording.hpp"
 #include "recordings/ros/open_messages.hpp"
@@ -110,10 +110,7 @@ std::optional<Contents> contents_of_others(const std::string& path) {
 
 // LCM's mark of an event, at the start of every whole log.
 bool is_lcm_log(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string head(1 << 16, '\0');
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  return head.find("\xED\xA1\xDA\x01") != std::string::npos;
+  return files::first_bytes(path, 1 << 16).find("\xED\xA1\xDA\x01") != std::string::npos;
 }
 
 std::optional<Contents> contents_of(const std::string& path) {

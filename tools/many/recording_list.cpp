@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/readable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "recordings/recording.hpp"
 #include "recordings/recording_folder.hpp"
@@ -19,7 +20,7 @@ namespace fs = std::filesystem;
 
 std::vector<fs::path> listed(const fs::path& list) {
   std::vector<fs::path> found;
-  std::ifstream file(list);
+  std::ifstream file = files::open_readable(list);
   for (std::string line; std::getline(file, line);) {
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
     if (line.empty() || line.front() == '#') continue;

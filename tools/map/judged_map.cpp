@@ -35,8 +35,19 @@ void load_edits(const MapArguments& arguments, MapJob& job) {
 }
 
 void require_scans(const MapArguments& arguments, const MapJob& job) {
-  require(!job.live_trajectory().empty(),
-          arguments.inputs.front() + ": holds no usable laser scan");
+  if (!job.live_trajectory().empty()) return;
+  std::string why = arguments.inputs.front() + ": holds no usable laser scan";
+  const auto add = [&why](const std::string& cause, int64_t count) {
+    why += "\n  dropped: " + cause + " " + std::to_string(count);
+  };
+  for (const files::InputReport& input : job.inputs()) {
+    for (const auto& [cause, count] : input.dropped) {
+      add(cause, count);
+      why += " (first at " + input.places.at(cause) + ")";
+    }
+  }
+  for (const auto& [cause, count] : job.drops().by_cause()) add(cause, count);
+  throw std::invalid_argument(why);
 }
 
 void apply(const CalibrationFile& calibration, MapOptions& options) {

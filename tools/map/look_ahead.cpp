@@ -4,7 +4,7 @@
 #include <map>
 
 #include "common/input/odometry_units.hpp"
-#include "lcm_tools/process/stop_signal.hpp"
+#include "recordings/looking_through.hpp"
 
 namespace marco {
 namespace {
@@ -27,8 +27,9 @@ LookAhead look_ahead(const RecordingParts& parts,
   std::map<std::string, SensorInfo> sensors;
   std::map<std::string, OwnBody> bodies;
   const auto recording = open_recording(parts, foreign);
+  LookingThrough progress(parts.front());
   while (std::optional<Sample> sample = recording->next()) {
-    process::end_if_interrupted();
+    progress.update(recording->progress());
     if (const auto* info = std::get_if<SensorInfo>(&*sample)) note_sensor(sensors, *info);
     if (const auto* odometry = std::get_if<OdometrySample>(&*sample)) {
       found.odometry_fault = units.look(*odometry).value_or("");

@@ -5,6 +5,7 @@
 
 #include "common/files/points/point_files.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/readable.hpp"
 
 namespace marco {
 namespace {
@@ -33,6 +34,7 @@ void add_files(const fs::path& input, std::vector<fs::path>& found) {
 std::vector<fs::path> list_point_files(const std::vector<std::string>& inputs) {
   std::vector<fs::path> all;
   for (const std::string& input : inputs) {
+    files::require_readable(input);
     const std::size_t before = all.size();
     add_files(input, all);
     require(all.size() > before,

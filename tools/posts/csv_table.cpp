@@ -10,6 +10,7 @@
 
 #include "common/files/text_fields.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/readable.hpp"
 
 namespace marco {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 
 std::string unpack(const std::filesystem::path& path) {
+  files::require_readable(path);
   const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), gzclose);
   require(file != nullptr, path.string() + ": cannot be read");
   std::string text;

@@ -3,12 +3,12 @@
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <sstream>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/output_folder.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "viewer/image_io.hpp"
 #include "viewer/process/render_command.hpp"
@@ -67,11 +67,8 @@ void add_options(process::CommandLine& app, Arguments& arguments) {
 
 // The script itself, or the file that holds it.
 std::string walk_script(const std::string& text) {
-  std::ifstream file(text);
-  if (!file.good()) return text;
-  std::ostringstream script;
-  script << file.rdbuf();
-  return script.str();
+  std::error_code none;
+  return std::filesystem::is_regular_file(text, none) ? files::read_whole_file(text) : text;
 }
 
 std::string write_vector_page(Scene scene, const RenderRequest& request, const std::string& path) {

@@ -33,12 +33,11 @@ bool is_lcm_log(const fs::path& path) {
 Recording::Recording(const fs::path& path, double speed) {
   fs::path played = path;
   if (!is_lcm_log(path)) {
-    imported_ = fs::temp_directory_path() / ("marco-page-" + std::to_string(getpid()) + ".lcm");
+    played = fs::temp_directory_path() / ("marco-page-" + std::to_string(getpid()) + ".lcm");
     spdlog::info("reading {}", path.string());
-    logs::OutputFile out(imported_, logs::Existing::refuse, {path});
+    logs::OutputFile out(played, logs::Existing::refuse, {path});
     logs::import_recording(path, out, [](double) {});
     out.finish();
-    played = imported_;
   }
   logs::PlayerOptions options;
   options.speed = speed;
@@ -50,12 +49,7 @@ Recording::Recording(const fs::path& path, double speed) {
         bus_.deliver(channel, bytes, event_time);
         return true;
       });
-}
-
-Recording::~Recording() {
-  player_.reset();
-  std::error_code ignored;
-  if (!imported_.empty()) fs::remove(imported_, ignored);
+  if (played != path) fs::remove(played);  // the player has it open
 }
 
 void Recording::serve(Hub& hub) {

@@ -18,7 +18,7 @@ class Recording {
  public:
   /// @throws std::invalid_argument naming the file, when it is no recording.
   Recording(const std::filesystem::path& path, double speed);
-  ~Recording();
+  ~Recording() = default;
   Recording(const Recording&) = delete;
   Recording& operator=(const Recording&) = delete;
 
@@ -35,7 +35,6 @@ class Recording {
   void control(const foxglove::PlaybackControl& control);
 
   process::BatchBus bus_;
-  std::filesystem::path imported_;  // "" = the log itself is played
   std::unique_ptr<logs::Player> player_;
   Hub* hub_ = nullptr;
 };

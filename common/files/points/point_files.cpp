@@ -1,13 +1,13 @@
 #include "common/files/points/point_files.hpp"
 
 #include <array>
-#include <fstream>
 
 #include "common/files/points/point_formats.hpp"
 #include "common/files/points/scan_pose.hpp"
 #include "common/files/points/text_columns.hpp"
 #include "common/files/points/text_rows.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/readable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 
 namespace marco::files {
@@ -118,14 +118,8 @@ void require_whole(PointFormat format, const PointCloud& cloud) {
 }  // namespace
 
 std::optional<PointFormat> point_format_of(const std::filesystem::path& path) {
-  constexpr std::size_t kHeadBytes = 1 << 16;
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) return std::nullopt;
-  std::string head(kHeadBytes, '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(file.gcount()));
-  return format_of(head, path);
+  const std::string head = first_bytes(path, 1 << 16);
+  return head.empty() ? std::nullopt : format_of(head, path);
 }
 
 PointCloud read_points(const std::filesystem::path& path) {

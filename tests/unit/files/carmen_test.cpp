@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <filesystem>
+#include <fstream>
+
 #include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/recorded.hpp"
@@ -14,8 +17,10 @@ using ::marco::testing::IsNear;
 using ::marco::testing::read_all;
 using ::marco::testing::Recorded;
 using ::marco::testing::TemporaryFolder;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 Recorded read(const std::string& text) {
   const TemporaryFolder folder;
@@ -129,6 +134,34 @@ TEST(Carmen, StampsThatStepBackAreKeptInFileOrderAndTold) {
 
 TEST(Carmen, AFileWithoutLaserLinesIsRefusedByName) {
   EXPECT_THAT(complaint([] { read("ODOM 0 0 0 0 0 0 5 h 1\n"); }), HasSubstr("no laser line"));
+}
+
+// A line a second, or as far apart as that.
+std::string scans_every(double step_s, int count) {
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    text += "FLASER 4 1.0 2.0 3.0 4.0 0 0 0 0 0 0 " + std::to_string(1e6 + step_s * i) + " h 0\n";
+  }
+  return text;
+}
+
+TEST(Carmen, StampsThatAreNoTimesAreNotedWithTheirCount) {
+  const auto notes = [](double step_s) { return read(scans_every(step_s, 20)).report.notes; };
+  EXPECT_THAT(notes(0.0), Contains("19 of 20 scans have the stamp of the one before: their stamps "
+                                   "are no times of measurement"));
+  EXPECT_THAT(notes(3.15e7), Contains("19 of 20 scans are an hour and more from the one before: "
+                                      "their stamps are no times of measurement"));
+  EXPECT_THAT(notes(-4000.0), Contains(HasSubstr("19 of 20 scans are an hour and more")));
+  EXPECT_THAT(notes(1.0), Not(Contains(HasSubstr("no times"))));
+}
+
+// As after a power cut, and larger than could be read in an hour.
+TEST(Carmen, GoesOnBehindAHole) {
+  const TemporaryFolder folder;
+  const auto path = folder.write("a.log", scans_every(1.0, 3));
+  std::filesystem::resize_file(path, uint64_t{200} << 30U);
+  std::ofstream(path, std::ios::app) << "\n" << scans_every(1.0, 4);
+  EXPECT_EQ(read_all(*open_carmen(path)).scans.size(), 7U);
 }
 
 }  // namespace

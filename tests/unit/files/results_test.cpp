@@ -90,6 +90,22 @@ TEST(MapYaml, RefusesAPictureThatIsTooShort) {
   EXPECT_THAT(complaint([&] { read_map(yaml); }), HasSubstr("map.pgm"));
 }
 
+// Sparse files: no room is made for what their headers claim.
+TEST(MapYaml, RefusesPicturesByTheirHeaders) {
+  const TemporaryFolder folder;
+  const auto yaml =
+      folder.write("map.yaml", "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n");
+  const auto refusal_of = [&](const std::string& head, uint64_t size) {
+    std::filesystem::resize_file(folder.write("map.pgm", head), size);
+    return complaint([&] { read_map(yaml); });
+  };
+  EXPECT_THAT(refusal_of("P5\n60000 60000\n255\n", 4'000'000'000), HasSubstr("2^30 cells"));
+  EXPECT_THAT(refusal_of("P5\n2000000000 2000000000\n255\n", 100), HasSubstr("2^30 cells"));
+  EXPECT_THAT(refusal_of("P5\n30000 30000\n255\n", 800'000'000), HasSubstr("ends early"));
+  EXPECT_THAT(refusal_of("P6\n10 10\n255\n", 10'000'000'000), HasSubstr("binary PGM"));
+  EXPECT_THAT(refusal_of("P5\n-10 -10\n255\n", 1000), HasSubstr("binary PGM"));
+}
+
 TEST(MapYaml, APictureOutsideItsFolderIsRefused) {
   const TemporaryFolder folder;
   for (const char* picture : {"/etc/hostname", "../map.pgm", "a/../../map.pgm"}) {

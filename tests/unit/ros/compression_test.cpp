@@ -7,6 +7,7 @@
 
 #include <random>
 #include <string>
+#include <vector>
 
 namespace marco::ros {
 namespace {
@@ -44,16 +45,22 @@ std::string packed_by(const std::string& name, const std::string& plain) {
 
 class Compression : public ::testing::TestWithParam<const char*> {
  protected:
-  std::string unpacked(const std::string& packed, std::size_t plain_size) {
-    checksum_ = unpacker_.unpack(GetParam(),
-                                 {reinterpret_cast<const uint8_t*>(packed.data()), packed.size()},
-                                 plain_size, buffer_);
-    const auto bytes = buffer_.bytes();
-    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  // @param piece  bytes that are asked for at a time
+  std::string unpacked(const std::string& packed,
+                       std::size_t plain_size,
+                       std::size_t piece = 1 << 18) {
+    ByteStream stream;
+    stream.begin({reinterpret_cast<const uint8_t*>(packed.data()), packed.size()});
+    unpacker_.begin(GetParam(), stream, plain_size);
+    std::string plain;
+    std::vector<uint8_t> some(piece);
+    while (const std::size_t got = unpacker_.read(some))
+      plain.append(some.begin(), some.begin() + static_cast<std::ptrdiff_t>(got));
+    checksum_ = unpacker_.checksum();
+    return plain;
   }
 
   Unpacker unpacker_;
-  ByteBuffer buffer_;
   Unpacker::Checksum checksum_ = Unpacker::Checksum::wrong;
 };
 INSTANTIATE_TEST_SUITE_P(Ros, Compression, ::testing::Values("bz2", "lz4", "zstd"));
@@ -64,6 +71,15 @@ TEST_P(Compression, UnpacksChunkAfterChunk) {
     EXPECT_TRUE(unpacked(packed_by(GetParam(), plain), plain.size()) == plain) << seed;
     EXPECT_EQ(checksum_, Unpacker::Checksum::none_wrong);
   }
+}
+
+TEST_P(Compression, UnpacksByPiecesOfAnySize) {
+  const std::string plain = plain_text(1), packed = packed_by(GetParam(), plain);
+  for (const std::size_t piece : {1000UL, 999'999UL, 4'000'000UL}) {
+    EXPECT_TRUE(unpacked(packed, plain.size(), piece) == plain) << piece;
+    EXPECT_EQ(checksum_, Unpacker::Checksum::none_wrong);
+  }
+  EXPECT_TRUE(unpacked(packed, 500'000, 65'536) == plain.substr(0, 500'000));
 }
 
 TEST_P(Compression, GivesTheBlocksBeforeDamageAndNothingOfTheChunkBefore) {

@@ -1,7 +1,8 @@
 #include "recordings/ros/mcap_source.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <lz4frame.h>
+#include <sys/resource.h>
 #include <zstd.h>
 
 #include <fstream>
@@ -16,6 +17,9 @@ namespace marco::ros {
 namespace {
 
 using ::marco::testing::TemporaryFolder;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 const std::string kMagic("\x89MCAP0\r\n", 8);
 
@@ -130,7 +134,110 @@ TEST(Mcap, TakesNoMemoryThatADamagedSizeAsksFor) {
   const uint64_t huge = uint64_t{1} << 60;
   damaged.replace(8 + 9 + 16, 8, le(huge));
   const auto source = open_mcap(folder.write("a.mcap", damaged));
-  EXPECT_EQ(joined(*source), "");
+  EXPECT_EQ(joined(*source), "one ");
+  EXPECT_EQ(source->damage().places, 1);
+}
+
+std::size_t peak_bytes() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::size_t>(usage.ru_maxrss) << 10U;
+}
+
+// Recorders with a chunk a topic, or that sort by another time: chunk i holds each Nth message.
+TEST(Mcap, KeepsTheOrderOfManyChunksThatOverlap) {
+  const TemporaryFolder folder;
+  constexpr int kEach = 10;
+  for (const int chunks : {40, 400}) {
+    std::string content = kMagic;
+    for (int i = 0; i < chunks; ++i) {
+      std::string plain = schema() + channel();
+      for (int k = 0; k < kEach; ++k) {
+        plain += message(static_cast<uint64_t>(i + k * chunks), std::to_string(i + k * chunks));
+      }
+      content += chunk("zstd", plain, 0, static_cast<uint64_t>(kEach * chunks));
+    }
+    const auto path = folder.write("a.mcap", content + footer() + kMagic);
+    std::string wanted;
+    for (int i = 0; i < chunks * kEach; ++i) wanted += std::to_string(i) + " ";
+    for (const std::size_t most_held : {kMostHeldBytes, std::size_t{10'000}}) {
+      const auto source = open_mcap(path, most_held);
+      EXPECT_TRUE(joined(*source) == wanted) << chunks << " " << most_held;
+      const bool is_said = !source->notes().empty();
+      EXPECT_EQ(is_said, most_held < kMostHeldBytes) << chunks;
+      EXPECT_EQ(source->damage().places, 0);
+    }
+  }
+}
+
+// A zstd chunk of `plain` and zeros: four bytes for 128 kB of them.
+std::string chunk_with_zeros(const std::string& plain, std::size_t zeros) {
+  constexpr std::size_t kBlock = std::size_t{1} << 17U;
+  constexpr uint32_t kRaw = 0, kRepeated = 1;
+  const auto block = [](std::size_t size, uint32_t kind, bool is_last) {
+    return le(static_cast<uint32_t>(size << 3U) | kind << 1U | (is_last ? 1U : 0U)).substr(0, 3);
+  };
+  std::string packed = le(uint32_t{0xFD2FB528}) + std::string("\0\x70", 2);  // a window of 16 MB
+  packed += block(plain.size(), kRaw, false) + plain;
+  for (std::size_t at = 0; at < zeros; at += kBlock) {
+    packed += block(std::min(kBlock, zeros - at), kRepeated, at + kBlock >= zeros) + '\0';
+  }
+  return record(6, le(uint64_t{0}) + le(uint64_t{20}) + le(uint64_t{plain.size() + zeros}) +
+                       le(uint32_t{0}) + text("zstd") + le(uint64_t{packed.size()}) + packed);
+}
+std::string head(uint8_t op, std::size_t size) { return le(op) + le(uint64_t{size}); }
+
+// Eight times 64 MB of a record that nobody reads, in chunks that overlap.
+TEST(Mcap, HoldsOfChunksWhatIsWantedAlone) {
+  const TemporaryFolder folder;
+  constexpr std::size_t kPadding = std::size_t{64} << 20U;
+  std::string content = kMagic, wanted;
+  for (uint64_t i = 0; i < 8; ++i) {
+    content += chunk_with_zeros(
+        schema() + channel() + message(i, std::to_string(i)) + head(0x80, kPadding), kPadding);
+    wanted += std::to_string(i) + " ";
+  }
+  const std::size_t before = peak_bytes();
+  const auto source = open_mcap(folder.write("a.mcap", content + footer() + kMagic));
+  EXPECT_EQ(joined(*source), wanted);
+  EXPECT_EQ(source->damage().places, 0);
+  EXPECT_LT(peak_bytes() - before, kPadding);
+}
+
+TEST(Mcap, LeavesOutAMessageLargerThanAnyRecorderWrites) {
+  const TemporaryFolder folder;
+  const std::string before = schema() + channel() + message(1, "one");
+  const std::string of_zeros = message(2, "").substr(9);
+  const std::string large = head(5, of_zeros.size() + kMostMessageBytes) + of_zeros;
+  const auto source = open_mcap(
+      folder.write("a.mcap", kMagic + chunk_with_zeros(before + large, kMostMessageBytes) +
+                                 chunk("", message(3, "three"), 3, 3) + footer() + kMagic));
+  EXPECT_EQ(joined(*source), "one three ");
+  EXPECT_THAT(source->notes(), ElementsAre("messages of more than 256 MB are left out"));
+}
+
+TEST(Mcap, RefusesDefinitionsLargerThanAnyRobots) {
+  const TemporaryFolder folder;
+  constexpr uint32_t kDefinition = 40U << 20U;
+  std::string content = kMagic;
+  for (uint16_t i = 2; i < 6; ++i) {
+    const std::string before = le(i) + text("a/B") + text("ros2msg") + le(kDefinition);
+    content += chunk_with_zeros(head(3, before.size() + kDefinition) + before, kDefinition);
+  }
+  const auto source = open_mcap(folder.write("a.mcap", content + footer() + kMagic));
+  EXPECT_THAT([&] { source->next(); }, ThrowsMessage<std::invalid_argument>(HasSubstr(
+                                           "definitions of topics are more than 128 MB")));
+}
+
+// Larger than could be read in an hour.
+TEST(Mcap, GoesOnBehindAHole) {
+  const TemporaryFolder folder;
+  const std::string first = chunk("lz4", schema() + channel() + message(1, "one"), 1, 1);
+  const auto path = folder.write("a.mcap", kMagic + first);
+  std::filesystem::resize_file(path, uint64_t{200} << 30U);
+  std::ofstream(path, std::ios::app) << chunk("lz4", message(2, "two"), 2, 2) + footer() + kMagic;
+  const auto source = open_mcap(path);
+  EXPECT_EQ(joined(*source), "one two ");
   EXPECT_EQ(source->damage().places, 1);
 }
 

@@ -25,6 +25,7 @@ TEST(OddRecordings, RangesThatPileUpAtTheLimitAreNoReturn) {
   Robot robot;
   for (int i = 0; i < 50; ++i) {
     ScanShape shape;
+    shape.step_rad = 0.01F;
     shape.ranges_m.clear();
     for (int beam = 0; beam < 180; ++beam) {
       shape.ranges_m.push_back(beam % 3 == 0 ? std::min(10.0F, 10.0F + noise_m(random))

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <random>
 
+#include "lcm_tools/files/whole_file.hpp"
+
 namespace marco::files {
 namespace {
 
@@ -201,6 +203,24 @@ TEST_F(EventLog, AFullDiskIsSaid) {
         writer.flush();
       },
       std::runtime_error);
+}
+
+// Larger than could be read in an hour.
+TEST_F(EventLog, GoesOnBehindAHoleAndSaysHowFarItSearched) {
+  write(1, 100);
+  const std::string event = read_whole_file(path_);
+  constexpr uint64_t kHole = uint64_t{200} << 30U;
+  fs::resize_file(path_, kHole);
+  std::ofstream(path_, std::ios::app) << event;
+  EventLogReader reader(path_);
+  std::vector<int64_t> reached;
+  reader.on_search([&](int64_t at) { reached.push_back(at); });
+  EXPECT_TRUE(reader.next());
+  EXPECT_TRUE(reader.next());
+  EXPECT_FALSE(reader.next());
+  EXPECT_EQ(reader.damage().places, 1);
+  ASSERT_FALSE(reached.empty());
+  EXPECT_GE(reached.back() + 4096, static_cast<int64_t>(kHole));
 }
 
 }  // namespace

@@ -157,5 +157,54 @@ TEST(Config, ValidateNamesTheOptionByItsPath) {
   EXPECT_THROW(validate(options, "sample"), std::invalid_argument);
 }
 
+std::string repeated(const std::string& text, int times) {
+  std::string all;
+  for (int i = 0; i < times; ++i) all += text;
+  return all;
+}
+
+std::string refusal_of(const std::string& toml) {
+  Sample options;
+  try {
+    parse_options(toml, options, "a.toml");
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// Its parser makes a table of each dot, and destroys them by recursion.
+TEST(Config, RefusesWhatIsNestedDeeperThanAnySetting) {
+  const std::string dots = repeated("a.", 50'000) + "b";
+  const std::string quoted = repeated("\"a\" . ", 50'000) + "b";
+  for (const std::string& toml : {
+           dots + " = 1",
+           quoted + " = 1",
+           "[" + dots + "]",
+           "[[" + dots + "]]",
+           "a = { " + dots + " = 1 }",
+           "a = " + repeated("[", 50'000),
+           "a = " + repeated("{b=", 50'000),
+           // What looks like the end of a string or its beginning, and is none.
+           "a = \"\"\"b\"\"\"\"\n" + dots + " = \"\"",
+           "a = '''b'''''\n" + dots + " = ''",
+           "a = '\\'\n" + dots + " = ''",
+           "a = \"\\\\\"\n" + dots + " = \"\"",
+           "# \"\n" + dots + " = \"\"",
+       }) {
+    EXPECT_THAT(refusal_of(toml), HasSubstr("nested deeper than 32")) << toml.substr(0, 30);
+  }
+  EXPECT_THAT(refusal_of("count = 4\n\n" + dots + " = 1"), HasSubstr("a.toml:3: "));
+}
+
+TEST(Config, TakesWhatOnlyLooksDeep) {
+  const std::string dots = repeated("a.", 100);
+  EXPECT_EQ(refusal_of("name = \"" + dots + "\" # " + dots), "");
+  EXPECT_EQ(refusal_of("name = \"\"\"\n" + dots + repeated("[", 100) + "\"\"\"\""), "");
+  EXPECT_EQ(refusal_of("name = '" + repeated("{", 100) + "'\n# " + repeated("[", 100)), "");
+  EXPECT_EQ(refusal_of("schedule = [" + repeated("1.5, ", 100) + "]"), "");
+  EXPECT_EQ(refusal_of(repeated("[[list]]\nsigma_m = 0.5\n", 100)), "");
+}
+
 }  // namespace
 }  // namespace marco::process

@@ -248,6 +248,15 @@ void P2osBase::advance(Utime now, std::vector<uint8_t>& out) {
   session_.flush(now, out);
 }
 
-void P2osBase::shut_down(std::vector<uint8_t>& out) { session_.shut_down(out); }
+// So often that a packet sent in part, of which the longest goes to the camera's head, does not
+// swallow all.
+std::vector<uint8_t> P2osBase::stop_bytes() const {
+  std::vector<uint8_t> bytes;
+  for (int i = 0; i < 4; ++i) {
+    const Bytes packet = encode_command({CommandId::emergency_stop, std::nullopt, ""});
+    bytes.insert(bytes.end(), packet.begin(), packet.end());
+  }
+  return bytes;
+}
 
 }  // namespace marco::drivers::p2os

@@ -6,9 +6,6 @@
 
 namespace marco::procman {
 
-/// `name` as a file name: other characters than letters, digits, '.', '_', '-' as %XX.
-std::string file_name_of(const std::string& name);
-
 /// Where deputies keep the sockets of running commands: in XDG_RUNTIME_DIR, else in /tmp.
 std::string default_runtime_folder();
 

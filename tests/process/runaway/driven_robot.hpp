@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -44,6 +45,10 @@ class DrivenRobot {
                                  "config/robots/marco/p2os.toml"};
   static constexpr Kind kHomeMade{"textbase", "config/robots/homemade.toml", "marco-textbase",
                                   "config/robots/homemade/textbase.toml"};
+  static constexpr Kind kCreate{"create", "config/robots/create.toml", "marco-create",
+                                "config/robots/create/create.toml"};
+  static constexpr Kind kKobuki{"kobuki", "config/robots/kobuki.toml", "marco-kobuki",
+                                "config/robots/kobuki/kobuki.toml"};
 
   explicit DrivenRobot(const Kind& kind) : kind_(kind), bus_("") {
     bus_.subscribe<pose2_t>(channels::kTruePose, drops_, [this](const auto& message, const auto&) {
@@ -61,10 +66,21 @@ class DrivenRobot {
   std::unique_ptr<Program> start(const std::string& program, std::vector<std::string> arguments) {
     return std::make_unique<Program>(program, std::move(arguments), file(program + ".log"));
   }
-  void start_base() {
+  /// @param cgroup  a folder that it begins in; "" = the test's own
+  void start_base(const std::string& cgroup = "") {
     base.reset();
     status.reset();
-    base = start(kind_.driver, {"--config", kind_.driver_config, "--device", file("ports/base")});
+    std::vector<std::string> arguments{"--config", kind_.driver_config, "--device",
+                                       file("ports/base")};
+    if (cgroup.empty()) {
+      base = start(kind_.driver, arguments);
+    } else {
+      const char* bin = std::getenv("MARCO_BIN");
+      arguments.insert(arguments.begin(),
+                       {"-c", "echo $$ > " + cgroup + "/cgroup.procs && exec \"$0\" \"$@\"",
+                        std::string(bin != nullptr ? bin : ".") + "/" + kind_.driver});
+      base = std::make_unique<Program>("sh", arguments, file(std::string(kind_.driver) + ".log"));
+    }
     EXPECT_TRUE(wait([this] { return status && status->link == BaseStatus::Link::up; }))
         << log(kind_.driver);
   }
@@ -118,16 +134,18 @@ class DrivenRobot {
     return done();
   }
   /// @param dies  ends what drives the robot. @returns how long the wheels turned after it [s], and
-  /// `way_rad` how far.
-  double stopping_s(const std::function<void()>& dies) {
+  /// `way_rad` how far; infinity when they still turn after `patience_s`.
+  double stopping_s(const std::function<void()>& dies, double patience_s = kPatienceS) {
     EXPECT_TRUE(wait([this] { return turns(); })) << "it did not turn before";
     wait([] { return false; }, 0.05);
     const Utime since = drivers::wall_now();
     const double from_rad = turned_rad_;
     dies();
     // Poses of before may wait in a buffer.
-    EXPECT_TRUE(wait([&] { return truth_->utime > since && rests(); })) << "it turns still";
+    const bool stopped =
+        wait([&] { return truth_->utime > since && rests(); }, patience_s);
     way_rad = turned_rad_ - from_rad;
+    if (!stopped) return std::numeric_limits<double>::infinity();
     return std::max(0.0, (*moved_ - since).seconds());
   }
 

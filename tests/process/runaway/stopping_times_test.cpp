@@ -1,6 +1,7 @@
 // How long the wheels turn after something has died, by base and by what died: the table of
 // docs/stopping.md is printed. Real time, some minutes.
 #include <fstream>
+#include <sstream>
 
 #include "tests/process/runaway/driven_robot.hpp"
 
@@ -19,7 +20,7 @@ class StoppingTimes : public ::testing::TestWithParam<DrivenRobot::Kind> {
     tell(what, limit_s, dies);
   }
   void tell(const char* what, double limit_s, const std::function<void()>& dies) {
-    const double took_s = robot_.stopping_s(dies);
+    const double took_s = robot_.stopping_s(dies, 20.0);
     std::printf("| %s | %s | %.1f s | %.0f deg |\n", GetParam().name, what, took_s,
                 rad_to_deg(robot_.way_rad));
     std::fflush(stdout);
@@ -75,11 +76,46 @@ TEST_P(StoppingTimes, OfALegAreItsOwn) {
   by_orders("cable cut in a leg", leg_s, [&] { robot_.pull_cable(10.0); });
 }
 
+/// A cgroup of this test's own, or none where the system makes none.
+class Freezer {
+ public:
+  Freezer() {
+    std::ifstream mounts("/proc/self/mounts");
+    for (std::string line; std::getline(mounts, line);) {
+      std::istringstream fields(line);
+      std::string device, folder, kind;
+      fields >> device >> folder >> kind;
+      if (kind == "cgroup2") path_ = folder + "/marco-test-" + std::to_string(getpid());
+    }
+    if (path_.empty() || mkdir(path_.c_str(), 0700) != 0) path_.clear();
+  }
+  ~Freezer() {
+    if (!path_.empty()) rmdir(path_.c_str());
+  }
+  const std::string& path() const { return path_; }
+  void set(bool frozen) const { std::ofstream(path_ + "/cgroup.freeze") << (frozen ? 1 : 0); }
+
+ private:
+  std::string path_;
+};
+
+TEST_P(StoppingTimes, OfAHungDriver) {
+  const double driver_s = 15.0;
+  by_gamepad("base driver STOP", driver_s, [&] { robot_.base->signal(SIGSTOP); });
+  const Freezer freezer;
+  if (freezer.path().empty()) return;
+  robot_.start_base(freezer.path());
+  by_gamepad("cgroup frozen", driver_s, [&] { freezer.set(true); });
+  freezer.set(false);
+}
+
 INSTANTIATE_TEST_SUITE_P(Bases,
                          StoppingTimes,
                          ::testing::Values(DrivenRobot::kHcs12,
                                            DrivenRobot::kPioneer,
-                                           DrivenRobot::kHomeMade),
+                                           DrivenRobot::kHomeMade,
+                                           DrivenRobot::kCreate,
+                                           DrivenRobot::kKobuki),
                          [](const auto& base) { return std::string(base.param.name); });
 
 }  // namespace

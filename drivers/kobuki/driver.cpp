@@ -203,9 +203,9 @@ void KobukiBase::advance(Utime now, std::vector<uint8_t>& out) {
   send_motion(now, out);
 }
 
-// Twice: a frame that was sent in part swallows the first.
+// The zeros end a frame that was sent in part.
 std::vector<uint8_t> KobukiBase::stop_bytes() const {
-  std::vector<uint8_t> bytes = velocity_request(0.0, 0.0);
+  std::vector<uint8_t> bytes(velocity_request(0.0, 0.0).size(), 0);
   append(bytes, velocity_request(0.0, 0.0));
   return bytes;
 }

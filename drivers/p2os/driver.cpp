@@ -248,14 +248,11 @@ void P2osBase::advance(Utime now, std::vector<uint8_t>& out) {
   session_.flush(now, out);
 }
 
-// So often that a packet sent in part, of which the longest goes to the camera's head, does not
-// swallow all.
+// The zeros end a packet that was sent in part; the longest goes to the camera's head.
 std::vector<uint8_t> P2osBase::stop_bytes() const {
-  std::vector<uint8_t> bytes;
-  for (int i = 0; i < 4; ++i) {
-    const Bytes packet = encode_command({CommandId::emergency_stop, std::nullopt, ""});
-    bytes.insert(bytes.end(), packet.begin(), packet.end());
-  }
+  std::vector<uint8_t> bytes(32, 0);
+  const Bytes packet = encode_command({CommandId::emergency_stop, std::nullopt, ""});
+  bytes.insert(bytes.end(), packet.begin(), packet.end());
   return bytes;
 }
 

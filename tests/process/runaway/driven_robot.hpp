@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <limits>
@@ -66,23 +67,28 @@ class DrivenRobot {
   std::unique_ptr<Program> start(const std::string& program, std::vector<std::string> arguments) {
     return std::make_unique<Program>(program, std::move(arguments), file(program + ".log"));
   }
-  /// @param cgroup  a folder that it begins in; "" = the test's own
+  /// @param cgroup  a folder in which it begins, in a session of its own; "" = the test's
   void start_base(const std::string& cgroup = "") {
     base.reset();
     status.reset();
-    std::vector<std::string> arguments{"--config", kind_.driver_config, "--device",
-                                       file("ports/base")};
-    if (cgroup.empty()) {
-      base = start(kind_.driver, arguments);
-    } else {
-      const char* bin = std::getenv("MARCO_BIN");
-      arguments.insert(arguments.begin(),
-                       {"-c", "echo $$ > " + cgroup + "/cgroup.procs && exec \"$0\" \"$@\"",
-                        std::string(bin != nullptr ? bin : ".") + "/" + kind_.driver});
-      base = std::make_unique<Program>("sh", arguments, file(std::string(kind_.driver) + ".log"));
-    }
+    const std::string join =
+        cgroup.empty() ? "exec " : "echo $$ > " + cgroup + "/cgroup.procs && exec setsid ";
+    base = std::make_unique<Program>("sh", std::vector<std::string>{"-c", join + driver_line()},
+                                     file(std::string(kind_.driver) + ".log"));
     EXPECT_TRUE(wait([this] { return status && status->link == BaseStatus::Link::up; }))
         << log(kind_.driver);
+  }
+  /// The guardian of the base's driver; 0 = there is none.
+  pid_t guardian() const {
+    return process(std::string(kind_.driver) + " " + std::to_string(base->pid()) + '\0');
+  }
+  /// Under procman, where `base` is none; 0 = there is none.
+  pid_t driver() const { return process(file("ports/base") + '\0'); }
+  /// How procman starts the driver.
+  std::string driver_line() const {
+    const char* bin = std::getenv("MARCO_BIN");
+    return std::string(bin != nullptr ? bin : ".") + "/" + kind_.driver + " --config " +
+           kind_.driver_config + " --device " + file("ports/base");
   }
   /// A hand holds the stick of a gamepad.
   void start_gamepad_and_teleop() {
@@ -117,6 +123,11 @@ class DrivenRobot {
     command.angle_rad = 3.0;
     bus_.publish(channels::kBaseCommand, to_message(command));
   }
+  void publish(bool engaged, const std::string& sender) {
+    bus_.publish(channels::kEmergencyStop,
+                 to_message(EmergencyStop{drivers::wall_now(), engaged, sender, "a test"}));
+  }
+  bool says(const std::string& text) const { return status && status->note.find(text) == 0; }
   /// The cable of the base is out for so long.
   void pull_cable(double seconds) {
     sim_fault_t fault{};
@@ -142,8 +153,7 @@ class DrivenRobot {
     const double from_rad = turned_rad_;
     dies();
     // Poses of before may wait in a buffer.
-    const bool stopped =
-        wait([&] { return truth_->utime > since && rests(); }, patience_s);
+    const bool stopped = wait([&] { return truth_->utime > since && rests(); }, patience_s);
     way_rad = turned_rad_ - from_rad;
     if (!stopped) return std::numeric_limits<double>::infinity();
     return std::max(0.0, (*moved_ - since).seconds());
@@ -160,6 +170,15 @@ class DrivenRobot {
   double way_rad = 0.0;
 
  private:
+  /// The process whose command line has this; 0 = none.
+  static pid_t process(const std::string& part) {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+      std::ifstream in(entry.path() / "cmdline");
+      const std::string line{std::istreambuf_iterator<char>(in), {}};
+      if (line.find(part) != line.npos) return std::atoi(entry.path().filename().c_str());
+    }
+    return 0;
+  }
   void on_truth(const TruePose& pose) {
     if (truth_) {
       const double turned_rad =

@@ -113,6 +113,7 @@ void BaseDriver::emergency_stop(const EmergencyStop& message, Utime now) {
   const bool was_stopped = gate_.stopped();
   if (!gate_.on_emergency_stop(message, now)) return;
   if (gate_.stopped() && !was_stopped) {
+    status_.note.clear();
     brake("", now);
   } else if (!gate_.stopped()) {
     status_.note = "the emergency stop was released";
@@ -120,11 +121,11 @@ void BaseDriver::emergency_stop(const EmergencyStop& message, Utime now) {
   tell(now);
 }
 
+// Even when nothing was ordered: something else may turn the wheels.
 void BaseDriver::brake(const std::string& note, Utime now) {
   next_order_.reset();
-  status_.note = note;
-  // Even when nothing was ordered: something else may turn the wheels.
   if (status_.link != BaseStatus::Link::up) return;
+  status_.note = note;
   after_stop_ = {mode_ == Mode::idle ? status_.command : Fate::aborted, note};
   mode_ = Mode::stopping;
   emergency_brake(now);

@@ -68,6 +68,7 @@ struct Arguments {
 };
 
 int guard(const Arguments& arguments) {
+  process::start_logging("marco-guardian", "off");  // its driver says the same
   if (fcntl(kGuardianSocket, F_GETFD) < 0 || fcntl(kGuardianMemory, F_GETFD) < 0) {
     throw process::UsageError("it is started by the driver of a base or a pan-tilt");
   }

@@ -87,13 +87,10 @@ void DriverLoop::run_session(ByteStream& stream, const std::function<bool()>& st
   if (guardian_) guarded.emplace(watched, *guardian_);
   const std::unique_ptr<DeviceSession> session =
       guarded ? start_session_(*guarded) : start_session_(watched);
+  if (guarded) guarded->on_hang = [&session](double seconds) { session->on_hang(seconds); };
   std::string logged;
   double ahead_s = clock_ahead_s();
   while (!stop()) {
-    if (const double hung_s = guardian_ ? guardian_->take_hang_s() : 0.0; hung_s > 0.0) {
-      spdlog::warn("this driver hung for {:.1f} s: its device was stopped", hung_s);
-      session->on_hang(hung_s);
-    }
     session->step();
     if (guardian_) guardian_->beat(session->stop_bytes());
     for (const double latency_s : session->take_latencies_s()) status_.add_latency(latency_s);

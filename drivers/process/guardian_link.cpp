@@ -170,6 +170,16 @@ GuardedStream::GuardedStream(ByteStream& stream, GuardianLink& guardian)
   guardian_.share(stream.descriptor());
 }
 
+std::size_t GuardedStream::read(std::span<uint8_t> into, std::chrono::microseconds timeout) {
+  std::size_t count = stream_.read(into, timeout);
+  if (!guardian_.late()) return count;
+  if (count == 0) count = stream_.read(into, std::chrono::microseconds(0));
+  const double hung_s = guardian_.take_hang_s();
+  spdlog::warn("this driver hung for {:.1f} s: its device was stopped", hung_s);
+  if (on_hang) on_hang(hung_s);
+  return count;
+}
+
 void GuardedStream::write(std::span<const uint8_t> bytes) {
   if (!guardian_.late()) {
     stream_.write(bytes);

@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -64,12 +65,13 @@ class GuardedStream final : public ByteStream {
   GuardedStream(const GuardedStream&) = delete;
   GuardedStream& operator=(const GuardedStream&) = delete;
 
-  std::size_t read(std::span<uint8_t> into, std::chrono::microseconds timeout) override {
-    return stream_.read(into, timeout);
-  }
+  std::size_t read(std::span<uint8_t> into, std::chrono::microseconds timeout) override;
   void write(std::span<const uint8_t> bytes) override;
   void set_line(const LineSettings& line) override { stream_.set_line(line); }
   void discard_input() override { stream_.discard_input(); }
+
+  /// Called from read(), where a driver mostly is when it hangs, with the seconds for which it did.
+  std::function<void(double)> on_hang;
 
  private:
   ByteStream& stream_;

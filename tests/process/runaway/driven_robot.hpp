@@ -27,6 +27,14 @@
 
 namespace marco::testing {
 
+inline pid_t parent_of(pid_t pid) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  for (std::string word; status >> word;) {
+    if (word == "PPid:" && status >> pid) return pid;
+  }
+  return 0;
+}
+
 /// A simulated robot and its base driver as processes, with a gamepad and whatever else a test
 /// starts; it turns on the spot, so that no wall is met, and tells when it came to rest.
 class DrivenRobot {
@@ -79,8 +87,8 @@ class DrivenRobot {
         << log(kind_.driver);
   }
   /// The guardian of the base's driver; 0 = there is none.
-  pid_t guardian() const {
-    return process(std::string(kind_.driver) + " " + std::to_string(base->pid()) + '\0');
+  pid_t guardian(pid_t driver) const {
+    return process(std::string(kind_.driver) + " " + std::to_string(driver) + '\0');
   }
   /// Under procman, where `base` is none; 0 = there is none.
   pid_t driver() const { return process(file("ports/base") + '\0'); }
@@ -122,6 +130,17 @@ class DrivenRobot {
     command.yaw_rate_rad_per_s = 0.4;
     command.angle_rad = 3.0;
     bus_.publish(channels::kBaseCommand, to_message(command));
+  }
+  /// Turns for so long, by orders of this test.
+  void drive(double seconds) {
+    Utime next;
+    wait(
+        [&] {
+          if (drivers::wall_now() >= next) publish(BaseCommand::Kind::velocity);
+          if (drivers::wall_now() >= next) next = drivers::wall_now() + Duration::from_us(100'000);
+          return false;
+        },
+        seconds);
   }
   void publish(bool engaged, const std::string& sender) {
     bus_.publish(channels::kEmergencyStop,

@@ -53,14 +53,6 @@ TEST(Runaway, ADriverThatHangsIsStoppedAndItsEmergencyStopOutlivesIt) {
   EXPECT_TRUE(robot.wait([&] { return robot.turns(); }));
 }
 
-pid_t parent_of(pid_t pid) {
-  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
-  for (std::string word; status >> word;) {
-    if (word == "PPid:" && status >> pid) return pid;
-  }
-  return 0;
-}
-
 // The keeper's kill of a silent driver, and the deputy's of one whose keeper is gone, spare the
 // guardian, which stops what the driver drove.
 TEST(Runaway, ProcmanRestartsADriverThatHangsAndSparesItsGuardian) {
@@ -76,7 +68,7 @@ TEST(Runaway, ProcmanRestartsADriverThatHangsAndSparesItsGuardian) {
     ASSERT_TRUE(robot.wait(up)) << robot.log("marco-procman-sheriff");
     robot.start_gamepad_and_teleop();
     const pid_t driver = robot.driver();
-    const pid_t keeper = parent_of(driver);
+    const pid_t keeper = testing::parent_of(driver);
     ASSERT_GT(keeper, 1);
     const double took_s = robot.stopping_s([&] {
       by_keeper ? kill(driver, SIGSTOP) : kill(keeper, SIGKILL);

@@ -117,7 +117,7 @@ TEST_P(StoppingTimes, OfAHungDriverAreShort) {
   robot_.start_base();
   // Nobody is left to stop it but the base itself.
   const double forever_s = std::numeric_limits<double>::infinity();
-  const pid_t guardian = robot_.guardian();
+  const pid_t guardian = robot_.guardian(robot_.base->pid());
   ASSERT_GT(guardian, 0);
   by_gamepad("driver and guardian STOP", forever_s, [&] {
     kill(guardian, SIGSTOP);

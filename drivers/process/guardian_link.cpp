@@ -30,7 +30,7 @@ FileHandle moved_up(int fd) {
 }  // namespace
 
 GuardianLink::GuardianLink(std::vector<std::string> arguments)
-    : arguments_(std::move(arguments)), memory_(moved_up(memfd_create("marco-guardian", 0))) {
+    : arguments_(std::move(arguments)), memory_(moved_up(memfd_create("marco-guardian", MFD_CLOEXEC))) {
   void* page = MAP_FAILED;
   if (ftruncate(memory_.get(), sizeof(GuardianBeat)) == 0) {
     page = mmap(nullptr, sizeof(GuardianBeat), PROT_READ | PROT_WRITE, MAP_SHARED, memory_.get(), 0);
@@ -46,27 +46,23 @@ void GuardianLink::spawn() {
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) {
     throw StreamLost("no socket to a guardian");
   }
-  socket_ = moved_up(ends[0]);
+  FileHandle ours = moved_up(ends[0]);
   const FileHandle theirs = moved_up(ends[1]);
-  const std::string program =
-      std::filesystem::read_symlink("/proc/self/exe").parent_path() / "marco-guardian";
-  std::vector<char*> argv{const_cast<char*>(program.c_str())};
+  std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  program += "/marco-guardian";
+  std::vector<char*> argv{program.data()};
   for (std::string& argument : arguments_) argv.push_back(argument.data());
   argv.push_back(nullptr);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, theirs.get(), kGuardianSocket);
   posix_spawn_file_actions_adddup2(&files, memory_.get(), kGuardianMemory);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
   pid_t starter = 0;
-  const int failure =
-      posix_spawn(&starter, program.c_str(), &files, &attributes, argv.data(), environ);
-  posix_spawnattr_destroy(&attributes);
+  const int failure = posix_spawn(&starter, argv[0], &files, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&files);
   if (failure != 0) throw StreamLost(program + ": " + std::strerror(failure));
   waitpid(starter, nullptr, 0);  // the guardian itself is nobody's child
+  socket_ = std::move(ours);
 }
 
 void GuardianLink::start() {

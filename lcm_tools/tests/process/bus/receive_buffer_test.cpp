@@ -87,7 +87,8 @@ TEST(ReceiveBuffer, WhatItLosesIsCountedAndPublished) {
   for (int i = 0; i < 500 && status.process != "test"; ++i) other.handle_once(10);
   ASSERT_EQ(status.num_causes, 1);
   EXPECT_EQ(status.drop_causes[0], "the receive buffer overflowed: datagrams");
-  EXPECT_EQ(status.drop_counts[0], lost);
+  EXPECT_GE(status.drop_counts[0], lost);
+  EXPECT_LE(status.drop_counts[0], bus.lost_datagrams());
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ int guard(const Arguments& arguments) {
   if (fcntl(kGuardianSocket, F_GETFD) < 0 || fcntl(kGuardianMemory, F_GETFD) < 0) {
     throw process::UsageError("it is started by the driver of a base or a pan-tilt");
   }
-  if (false) _exit(0);  // who kills the driver with its children shall spare this one
+  if (fork() != 0) _exit(0);  // who kills the driver with its children shall spare this one
   setsid();
   close_range(kGuardianMemory + 1, ~0U, 0);
   ignore_signals();

@@ -38,16 +38,25 @@ void Outbox::erase(std::list<Waiting>::iterator at) {
   data_.erase(at);
 }
 
+void Outbox::clear() {
+  dropped_ += static_cast<int64_t>(control_.size() + data_.size());
+  control_.clear();
+  data_.clear();
+  places_.clear();
+  control_bytes_ = data_bytes_ = 0;
+}
+
 std::optional<Outgoing> Outbox::take() {
+  std::optional<Outgoing> first;
   if (!control_.empty()) {
-    Outgoing first = std::move(control_.front());
-    control_bytes_ -= first.bytes();
+    first = std::move(control_.front());
+    control_bytes_ -= first->bytes();
     control_.pop_front();
-    return first;
+  } else if (!data_.empty()) {
+    first = data_.front().message;
+    erase(data_.begin());
   }
-  if (data_.empty()) return std::nullopt;
-  Outgoing first = data_.front().message;
-  erase(data_.begin());
+  sent_bytes_ = first ? first->bytes() : 0;
   return first;
 }
 

@@ -34,9 +34,13 @@ class Outbox {
   /// Forgets what waits of a channel.
   void drop(uint32_t channel);
 
+  /// The next one. The one before has been sent.
   std::optional<Outgoing> take();
+  /// Forgets all that waits, and counts it as dropped.
+  void clear();
   bool empty() const { return control_.empty() && data_.empty(); }
-  std::size_t bytes() const { return control_bytes_ + data_bytes_; }
+  /// With the message that is being sent.
+  std::size_t bytes() const { return control_bytes_ + data_bytes_ + sent_bytes_; }
   /// Messages for which there was no room. Those that a newer one overtook are not among them.
   int64_t dropped() const { return dropped_; }
 
@@ -51,7 +55,7 @@ class Outbox {
   std::deque<Outgoing> control_;
   std::list<Waiting> data_;
   std::map<Key, std::list<Waiting>::iterator> places_;
-  std::size_t control_bytes_ = 0, data_bytes_ = 0;
+  std::size_t control_bytes_ = 0, data_bytes_ = 0, sent_bytes_ = 0;
   int64_t dropped_ = 0;
 };
 

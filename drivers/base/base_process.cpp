@@ -170,8 +170,12 @@ int run_base_until_stopped(const process::CommonArguments& arguments, BaseProces
   process::DropCounter drops;
   BaseAdapter adapter(bus, drops, *base.driver);
   const std::string name = base.driver->status().base;
-  if (const auto stop = StopLatch(name, arguments.lcm_url).load()) {
-    base.driver->emergency_stop(*stop, wall_now());
+  const auto stay_stopped = [&base, latch = StopLatch(name, arguments.lcm_url)] {
+    const auto stop = latch.load();
+    if (stop) base.driver->emergency_stop(*stop, wall_now());
+    return stop;
+  };
+  if (const auto stop = stay_stopped()) {
     spdlog::warn("still stopped by {}: marco stop --release lets it move", stop->sender);
   }
   DriverLoopOptions options;
@@ -189,7 +193,8 @@ int run_base_until_stopped(const process::CommonArguments& arguments, BaseProces
     }
     adapter.publish();
   };
-  DriverLoop loop(bus, drops, std::move(options), [&adapter](ByteStream& stream) {
+  DriverLoop loop(bus, drops, std::move(options), [&](ByteStream& stream) {
+    stay_stopped();  // the last driver's guardian, which has ended now, may have kept it late
     return std::make_unique<BaseSession>(adapter, stream);
   });
   loop.run(process::stop_requested);

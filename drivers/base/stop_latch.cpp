@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <stdexcept>
 
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
@@ -24,11 +23,9 @@ std::string in_one_line(std::string text) {
 
 }  // namespace
 
-StopLatch::StopLatch(const std::string& base, const std::string& lcm_url) {
-  const std::string folder = process::state_folder("marco");
-  if (folder.empty()) return;
-  path_ = folder + "/" + process::file_name_of("stopped-" + base + "-" + network_of(lcm_url));
-}
+StopLatch::StopLatch(const std::string& base, const std::string& lcm_url)
+    : path_(process::state_folder("marco") + "/" +
+            process::file_name_of("stopped-" + base + "-" + network_of(lcm_url))) {}
 
 std::optional<EmergencyStop> StopLatch::load() const {
   std::error_code unknown;
@@ -43,7 +40,6 @@ std::optional<EmergencyStop> StopLatch::load() const {
 }
 
 void StopLatch::save(const std::optional<EmergencyStop>& stop) const {
-  if (path_.empty()) throw std::runtime_error("there is no home folder for it");
   if (!stop) {
     std::filesystem::remove(path_);
     return;

@@ -32,9 +32,9 @@ class Guardian {
 
   FileHandle driver_;
   GuardianBeat& beat_;
-  std::unique_ptr<EmergencyListener> emergency_;
   GuardianWatch watch_;
   FileHandle line_;
+  std::unique_ptr<EmergencyListener> emergency_;  ///< ends before the line: the next driver reads it
   std::vector<uint8_t> stop_bytes_;
 };
 

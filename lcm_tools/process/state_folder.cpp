@@ -1,5 +1,7 @@
 #include "lcm_tools/process/state_folder.hpp"
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <functional>
 
@@ -37,7 +39,8 @@ std::string state_folder(const std::string& program) {
   const std::string state = from_environment("XDG_STATE_HOME");
   if (!state.empty()) return state + "/" + program;
   const std::string home = from_environment("HOME");
-  return home.empty() ? "" : home + "/.local/state/" + program;
+  return home.empty() ? "/tmp/" + program + "-" + std::to_string(getuid())
+                      : home + "/.local/state/" + program;
 }
 
 }  // namespace marco::process

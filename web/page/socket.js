@@ -4,6 +4,7 @@ const kProtocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 const kSilentMs = 5000;  // page/health comes once a second
 const kRetryMs = [300, 1000, 2000, 4000];
 const kCallMs = 15000;
+const kAliveMs = 150;  // a goal waits 0.45 s after the last one, and ends after 1 s
 
 export class Socket {
   // told: {state(word), info(serverInfo), status(level, text)}; state is "connecting", "open" or "lost".
@@ -16,6 +17,7 @@ export class Socket {
     this.decoder = new TextDecoder();
     this.encoder = new TextEncoder();
     setInterval(() => this.watch(), 1000);
+    setInterval(() => this.send({ op: "alive" }), kAliveMs);
     this.connect();
   }
 

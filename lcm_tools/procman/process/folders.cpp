@@ -33,10 +33,7 @@ std::string default_runtime_folder() {
              : std::string(session) + "/marco-procman";
 }
 
-std::string default_output_folder() {
-  const std::string state = process::state_folder("marco-procman");
-  return state.empty() ? default_runtime_folder() : state;
-}
+std::string default_output_folder() { return process::state_folder("marco-procman"); }
 
 Descriptor lock_runtime_folder(const std::string& runtime_folder) {
   std::filesystem::create_directories(runtime_folder);

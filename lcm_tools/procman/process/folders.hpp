@@ -9,7 +9,7 @@ namespace marco::procman {
 /// Where deputies keep the sockets of running commands: in XDG_RUNTIME_DIR, else in /tmp.
 std::string default_runtime_folder();
 
-/// Where deputies write the commands' output: in XDG_STATE_HOME, else in ~/.local/state.
+/// Where deputies write the commands' output: process::state_folder().
 std::string default_output_folder();
 
 /// Makes the runtime folder, for this user only, and locks it for as long as the result lives.

@@ -50,7 +50,8 @@ std::string EmergencyListener::keep() {
       latch.save(stop);
       return std::string();
     } catch (const std::exception& failure) {
-      return std::string("the emergency stop is not kept for a restart: ") + failure.what();
+      return std::string("the emergency stop, or its release, is not kept for a restart: ") +
+             failure.what();
     }
   });
   return fault;

@@ -34,7 +34,8 @@ class Guardian {
   GuardianBeat& beat_;
   GuardianWatch watch_;
   FileHandle line_;
-  std::unique_ptr<EmergencyListener> emergency_;  ///< ends before the line: the next driver reads it
+  std::unique_ptr<EmergencyListener>
+      emergency_;  ///< ends before the line: the next driver reads it
   std::vector<uint8_t> stop_bytes_;
 };
 

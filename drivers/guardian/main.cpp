@@ -78,8 +78,8 @@ int guard(const Arguments& arguments) {
   ignore_signals();
   FileHandle driver(kGuardianSocket);
   fcntl(kGuardianSocket, F_SETFD, FD_CLOEXEC);
-  void* page = mmap(nullptr, sizeof(GuardianBeat), PROT_READ | PROT_WRITE, MAP_SHARED,
-                    kGuardianMemory, 0);
+  void* page =
+      mmap(nullptr, sizeof(GuardianBeat), PROT_READ | PROT_WRITE, MAP_SHARED, kGuardianMemory, 0);
   if (page == MAP_FAILED) throw std::runtime_error("no memory is shared with the driver");
   leave_cgroup();
   std::unique_ptr<EmergencyListener> emergency;
@@ -101,7 +101,8 @@ int guard(const Arguments& arguments) {
 int main(int argc, char** argv) {
   return process::run_main("marco-guardian", [&] {
     process::CommandLine app(
-        "Stops the device of a driver that hangs or was killed, and keeps a base's emergency stop.\n"
+        "Stops the device of a driver that hangs or was killed, and keeps a base's emergency "
+        "stop.\n"
         "Drivers of bases and pan-tilts start it.");
     Arguments arguments;
     app.add_option("--driver", arguments.driver, "whose it is, for ps to show");

@@ -60,7 +60,8 @@ struct DriverLoopOptions {
   /// Called about once a second, with or without a device: SENSOR_INFO.
   std::function<void()> every_second;
   /// Of a device that moves: arguments of its guardian, which stops it when this process hangs for
-  /// half a second or dies. Without a guardian the line is not opened. The loop has a heartbeat then.
+  /// half a second or dies. Without a guardian the line is not opened. The loop has a heartbeat
+  /// then.
   std::optional<std::vector<std::string>> guardian;
 };
 

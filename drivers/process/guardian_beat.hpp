@@ -24,7 +24,7 @@ struct GuardianBeat {
 
   std::atomic<int64_t> driver_ns{0};    ///< when the driver's last step ended, monotonic_ns()
   std::atomic<int64_t> guardian_ns{0};  ///< the guardian's last
-  std::atomic<bool> taken{false};       ///< the guardian stops the device until the driver clears it
+  std::atomic<bool> taken{false};  ///< the guardian stops the device until the driver clears it
 };
 static_assert(std::atomic<int64_t>::is_always_lock_free);
 

@@ -30,10 +30,12 @@ FileHandle moved_up(int fd) {
 }  // namespace
 
 GuardianLink::GuardianLink(std::vector<std::string> arguments)
-    : arguments_(std::move(arguments)), memory_(moved_up(memfd_create("marco-guardian", MFD_CLOEXEC))) {
+    : arguments_(std::move(arguments)),
+      memory_(moved_up(memfd_create("marco-guardian", MFD_CLOEXEC))) {
   void* page = MAP_FAILED;
   if (ftruncate(memory_.get(), sizeof(GuardianBeat)) == 0) {
-    page = mmap(nullptr, sizeof(GuardianBeat), PROT_READ | PROT_WRITE, MAP_SHARED, memory_.get(), 0);
+    page =
+        mmap(nullptr, sizeof(GuardianBeat), PROT_READ | PROT_WRITE, MAP_SHARED, memory_.get(), 0);
   }
   if (page == MAP_FAILED) throw std::runtime_error("no memory to share with a guardian");
   shared_ = new (page) GuardianBeat;
@@ -73,7 +75,9 @@ void GuardianLink::start() {
   throw StreamLost("the guardian that stops the device in an emergency does not start");
 }
 
-bool GuardianLink::send(GuardianWord word, const std::vector<uint8_t>& bytes, int descriptor) const {
+bool GuardianLink::send(GuardianWord word,
+                        const std::vector<uint8_t>& bytes,
+                        int descriptor) const {
   iovec parts[] = {{&word, sizeof word}, {const_cast<uint8_t*>(bytes.data()), bytes.size()}};
   alignas(cmsghdr) char about[CMSG_SPACE(sizeof(int))] = {};
   msghdr message{};

@@ -75,14 +75,14 @@ class DrivenRobot {
   std::unique_ptr<Program> start(const std::string& program, std::vector<std::string> arguments) {
     return std::make_unique<Program>(program, std::move(arguments), file(program + ".log"));
   }
-  /// @param cgroup  a folder in which it begins, in a session of its own; "" = the test's
+  /// In a session of its own. @param cgroup  a folder, in which it begins; "" = the test's
   void start_base(const std::string& cgroup = "") {
     base.reset();
     status.reset();
-    const std::string join =
-        cgroup.empty() ? "exec " : "echo $$ > " + cgroup + "/cgroup.procs && exec setsid ";
-    base = std::make_unique<Program>("sh", std::vector<std::string>{"-c", join + driver_line()},
-                                     file(std::string(kind_.driver) + ".log"));
+    const std::string join = cgroup.empty() ? "" : "echo $$ > " + cgroup + "/cgroup.procs && ";
+    base = std::make_unique<Program>(
+        "sh", std::vector<std::string>{"-c", join + "exec setsid " + driver_line()},
+        file(std::string(kind_.driver) + ".log"));
     EXPECT_TRUE(wait([this] { return status && status->link == BaseStatus::Link::up; }))
         << log(kind_.driver);
   }

@@ -1,8 +1,12 @@
 // How long the wheels turn after something has died, by base and by what died: the table of
 // docs/stopping.md is printed. Real time, some minutes.
+#include <fcntl.h>
+#include <termios.h>
+
 #include <fstream>
 #include <sstream>
 
+#include "drivers/transport/serial_stream.hpp"
 #include "tests/process/runaway/driven_robot.hpp"
 
 namespace marco {
@@ -104,19 +108,20 @@ class Freezer {
   std::string path_;
 };
 
-// The driver's limit is half a second, and what its guardian takes.
+// Half a second, and what the guardian takes.
 TEST_P(StoppingTimes, OfAHungDriverAreShort) {
   const double driver_s = 5.0;
-  const Freezer freezer;
-  if (freezer.path().empty()) return;
-  robot_.start_base(freezer.path());
   by_gamepad("driver's process group STOP", driver_s, [&] { kill(-robot_.base->pid(), SIGSTOP); });
-  robot_.start_base(freezer.path());
-  by_gamepad("driver's cgroup frozen", driver_s, [&] { freezer.set(true); });
-  freezer.set(false);
-  robot_.start_base();
+  if (const Freezer freezer; !freezer.path().empty()) {
+    robot_.start_base(freezer.path());
+    by_gamepad("driver's cgroup frozen", driver_s, [&] { freezer.set(true); });
+    freezer.set(false);
+  } else {
+    std::puts("no cgroup can be made here: not frozen");
+  }
   // Nobody is left to stop it but the base itself.
   const double forever_s = std::numeric_limits<double>::infinity();
+  robot_.start_base();
   const pid_t guardian = robot_.guardian(robot_.base->pid());
   ASSERT_GT(guardian, 0);
   by_gamepad("driver and guardian STOP", forever_s, [&] {
@@ -124,6 +129,19 @@ TEST_P(StoppingTimes, OfAHungDriverAreShort) {
     robot_.base->signal(SIGSTOP);
   });
   kill(guardian, SIGKILL);
+}
+
+// Nobody reaches the base, and what was said to it meanwhile must not arrive afterwards.
+TEST_P(StoppingTimes, OfALineThatTakesNoBytesEndWithThat) {
+  const double blocked_s = 3.0;
+  const drivers::FileHandle port(open(robot_.file("ports/base").c_str(), O_RDWR | O_NOCTTY));
+  by_gamepad("line takes no bytes for 3 s", blocked_s + 5.0, [&] {
+    tcflow(port.get(), TCOOFF);
+    robot_.wait([] { return false; }, blocked_s);
+    robot_.gamepad.reset();  // it would be obeyed
+    robot_.teleop.reset();
+    tcflow(port.get(), TCOON);
+  });
 }
 
 INSTANTIATE_TEST_SUITE_P(Bases,

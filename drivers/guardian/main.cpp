@@ -53,14 +53,6 @@ void stand_out() {
   mlockall(MCL_CURRENT);
 }
 
-void be_spared_by_supervisor() {
-  constexpr int kTries = 3;
-  for (int i = 0; i < kTries; ++i) {
-    if (process::outlive()) return;
-  }
-  throw std::runtime_error("the supervisor does not take note that it outlives its driver");
-}
-
 struct Arguments {
   std::string driver;
   std::string base;
@@ -86,7 +78,7 @@ int guard(const Arguments& arguments) {
   if (!arguments.base.empty()) {
     emergency = std::make_unique<EmergencyListener>(arguments.base, arguments.lcm_url);
   }
-  be_spared_by_supervisor();
+  if (!process::outlive()) throw std::runtime_error("the supervisor would kill it with its driver");
   stand_out();
   Guardian guardian(std::move(driver), *static_cast<GuardianBeat*>(page), std::move(emergency));
   // A terminal that does not take the driver's messages must not hold this process as well.

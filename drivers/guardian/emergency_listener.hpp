@@ -26,7 +26,7 @@ class EmergencyListener {
   bool waits() const { return bus_.waiting(); }
   /// @returns whether somebody said stop.
   bool receive();
-  /// Goes on with keeping the latch, without waiting for the disk. @returns what went wrong; "".
+  /// Writes the latch where it changed, without waiting for the disk. @returns what went wrong; "".
   std::string keep();
   /// Publishes the status of a base that its driver has left alone, twice a second.
   void publish_hung(const std::string& note);

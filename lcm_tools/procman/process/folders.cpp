@@ -28,9 +28,8 @@ void refuse_foreign_folder(const std::string& folder) {
 
 std::string default_runtime_folder() {
   const char* session = std::getenv("XDG_RUNTIME_DIR");
-  return session == nullptr || *session == '\0'
-             ? "/tmp/marco-procman-" + std::to_string(getuid())
-             : std::string(session) + "/marco-procman";
+  return session == nullptr || *session == '\0' ? "/tmp/marco-procman-" + std::to_string(getuid())
+                                                : std::string(session) + "/marco-procman";
 }
 
 std::string default_output_folder() { return process::state_folder("marco-procman"); }

@@ -2,6 +2,7 @@
 // knows no deadline is killed, a gamepad is killed, and somebody says stop.
 #include <gmock/gmock.h>
 
+#include "drivers/base/stop_latch.hpp"
 #include "tests/process/runaway/driven_robot.hpp"
 
 namespace marco {
@@ -51,6 +52,12 @@ TEST(Runaway, ADriverThatHangsIsStoppedAndItsEmergencyStopOutlivesIt) {
   robot.base->signal(SIGKILL);
   robot.start_base();
   EXPECT_TRUE(robot.wait([&] { return robot.turns(); }));
+
+  // A guardian keeps it late, on a slow disk: the next driver, which runs already, reads it then.
+  drivers::StopLatch(robot.status->base, "")
+      .save(EmergencyStop{drivers::wall_now(), true, "me", ""});
+  kill(robot.guardian(robot.base->pid()), SIGKILL);  // the line is opened again
+  EXPECT_TRUE(robot.wait([&] { return robot.says("emergency stop by me") && robot.rests(); }));
 }
 
 // The keeper's kill of a silent driver, and the deputy's of one whose keeper is gone, spare the

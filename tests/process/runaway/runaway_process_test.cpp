@@ -54,10 +54,13 @@ TEST(Runaway, ADriverThatHangsIsStoppedAndItsEmergencyStopOutlivesIt) {
   EXPECT_TRUE(robot.wait([&] { return robot.turns(); }));
 
   // A guardian keeps it late, on a slow disk: the next driver, which runs already, reads it then.
-  drivers::StopLatch(robot.status->base, "")
-      .save(EmergencyStop{drivers::wall_now(), true, "me", ""});
+  const drivers::StopLatch latch(robot.status->base, "");
+  latch.save(EmergencyStop{drivers::wall_now(), true, "me", ""});
   kill(robot.guardian(robot.base->pid()), SIGKILL);  // the line is opened again
   EXPECT_TRUE(robot.wait([&] { return robot.says("emergency stop by me") && robot.rests(); }));
+  EXPECT_TRUE(robot.wait([&] { return robot.status->link == BaseStatus::Link::up; }));
+  robot.publish(false, "test");
+  EXPECT_TRUE(robot.wait([&] { return !latch.load(); }));
 }
 
 // The keeper's kill of a silent driver, and the deputy's of one whose keeper is gone, spare the

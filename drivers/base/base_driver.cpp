@@ -1,6 +1,7 @@
 #include "drivers/base/base_driver.hpp"
 
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 namespace marco::drivers {
@@ -112,18 +113,34 @@ void BaseDriver::emergency_stop(const EmergencyStop& message, Utime now) {
   const bool was_stopped = gate_.stopped();
   if (!gate_.on_emergency_stop(message, now)) return;
   if (gate_.stopped() && !was_stopped) {
-    next_order_.reset();
     status_.note.clear();
-    // Even when nothing was ordered: something else may turn the wheels.
-    if (status_.link == BaseStatus::Link::up) {
-      after_stop_ = {mode_ == Mode::idle ? status_.command : Fate::aborted, ""};
-      mode_ = Mode::stopping;
-      emergency_brake(now);
-    }
+    brake("", now);
   } else if (!gate_.stopped()) {
     status_.note = "the emergency stop was released";
   }
   tell(now);
+}
+
+// Even when nothing was ordered: something else may turn the wheels.
+void BaseDriver::brake(const std::string& note, Utime now) {
+  next_order_.reset();
+  if (status_.link != BaseStatus::Link::up) return;
+  status_.note = note;
+  after_stop_ = {mode_ == Mode::idle ? status_.command : Fate::aborted, note};
+  mode_ = Mode::stopping;
+  emergency_brake(now);
+}
+
+void BaseDriver::on_hang(double seconds, Utime now) {
+  char text[64];
+  std::snprintf(text, sizeof text, "the driver hung for %.1f s: stopped", seconds);
+  brake(text, now);
+  tell(now);
+}
+
+void BaseDriver::shut_down(std::vector<uint8_t>& out) {
+  const std::vector<uint8_t> bytes = stop_bytes();
+  out.insert(out.end(), bytes.begin(), bytes.end());
 }
 
 void BaseDriver::begin(const BaseCommand& command, Utime now) {

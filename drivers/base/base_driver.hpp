@@ -56,8 +56,11 @@ class BaseDriver {
   virtual void receive(std::span<const uint8_t> bytes, Utime now) = 0;
   /// Call every few milliseconds. Appends what is to be sent.
   virtual void advance(Utime now, std::vector<uint8_t>& out) = 0;
+  /// What stops the wheels at once and leaves the link as it is, also behind a packet that was sent
+  /// in part. Its guardian sends it.
+  virtual std::vector<uint8_t> stop_bytes() const = 0;
   /// Appends the commands that switch the motors off.
-  virtual void shut_down(std::vector<uint8_t>& out) = 0;
+  virtual void shut_down(std::vector<uint8_t>& out);
   /// The speed that the line shall have from now on; nothing: as it is. Asked before advance().
   virtual std::optional<int> take_line_speed() { return std::nullopt; }
   /// Bytes or lines that could not be decoded or were implausible.
@@ -67,6 +70,8 @@ class BaseDriver {
   void command(const BaseCommand& command, Utime now);
   /// Stops at once and refuses to move until a release comes.
   void emergency_stop(const EmergencyStop& message, Utime now);
+  /// The process stood still, and its guardian has stopped the wheels: aborts the running order.
+  void on_hang(double seconds, Utime now);
   /// For a camera's pan-tilt on the base's own line; a base without one ignores it.
   virtual void look(const PanTiltCommand& /*command*/, Utime /*now*/) {}
   ObstacleGuard& guard() { return guard_; }
@@ -129,6 +134,7 @@ class BaseDriver {
   void watch_leg(Utime now);
   void watch_velocity(Utime now);
   void request_stop(BaseStatus::Command fate, const std::string& note, Utime now);
+  void brake(const std::string& note, Utime now);
   void refuse(const BaseCommand& command, const std::string& why, Utime now);
   void finish(BaseStatus::Command fate, const std::string& note, Utime now);
   double free_part(const Leg& leg, Utime now) const;

@@ -1,9 +1,12 @@
 #include "drivers/base/base_process.hpp"
 
+#include <spdlog/spdlog.h>
+
 #include <array>
 #include <thread>
 
 #include "common/order_age.hpp"
+#include "drivers/base/stop_latch.hpp"
 #include "drivers/process/driver_loop.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
@@ -117,7 +120,15 @@ class BaseSession : public DeviceSession {
     adapter_.driver().advance(wall_now(), out);
     if (!out.empty()) stream_.write(out);
     adapter_.publish();
+    answered_ = answered_ || answers();
   }
+
+  /// Nothing before it answered: perhaps the line has another speed.
+  std::vector<uint8_t> stop_bytes() const override {
+    return answered_ ? adapter_.driver().stop_bytes() : std::vector<uint8_t>{};
+  }
+
+  void on_hang(double seconds) override { adapter_.driver().on_hang(seconds, wall_now()); }
 
   std::string state() const override {
     std::string text = adapter_.driver().state();
@@ -147,6 +158,7 @@ class BaseSession : public DeviceSession {
   BaseAdapter& adapter_;
   ByteStream& stream_;
   bool stopped_ = false;
+  bool answered_ = false;
 };
 
 }  // namespace
@@ -157,10 +169,20 @@ int run_base_until_stopped(const process::CommonArguments& arguments, BaseProces
   process::LcmBus bus(arguments.lcm_url);
   process::DropCounter drops;
   BaseAdapter adapter(bus, drops, *base.driver);
+  const std::string name = base.driver->status().base;
+  const auto stay_stopped = [&base, latch = StopLatch(name, arguments.lcm_url)] {
+    const auto stop = latch.load();
+    if (stop) base.driver->emergency_stop(*stop, wall_now());
+    return stop;
+  };
+  if (const auto stop = stay_stopped()) {
+    spdlog::warn("still stopped by {}: marco stop --release lets it move", stop->sender);
+  }
   DriverLoopOptions options;
   options.process = base.process;
   options.address = base.address;
   options.line = base.line;
+  options.guardian = {{"--base", name, "--lcm-url", process::effective_lcm_url(arguments.lcm_url)}};
   options.every_second = [&adapter] {
     // Without a device this is the only step: it refuses orders at once and keeps publishing the
     // status.
@@ -171,7 +193,8 @@ int run_base_until_stopped(const process::CommonArguments& arguments, BaseProces
     }
     adapter.publish();
   };
-  DriverLoop loop(bus, drops, std::move(options), [&adapter](ByteStream& stream) {
+  DriverLoop loop(bus, drops, std::move(options), [&](ByteStream& stream) {
+    stay_stopped();  // the last driver's guardian, which has ended now, may have kept it late
     return std::make_unique<BaseSession>(adapter, stream);
   });
   loop.run(process::stop_requested);

@@ -11,8 +11,7 @@ namespace marco::drivers {
 /// Decides which orders a base may obey. Refused are: motion while an emergency stop is latched,
 /// stale orders (common/order_age.hpp), and values beyond any robot. A plain STOP always passes.
 ///
-/// The latch lives in this process. A restarted driver is not latched: it moves only on new orders,
-/// and whoever keeps a stop engaged repeats it (marco-teleop does).
+/// The latch outlives this process in a file (StopLatch).
 class OrderGate {
  public:
   /// @returns why the order is refused, "" = it may be obeyed.
@@ -25,6 +24,7 @@ class OrderGate {
   bool on_emergency_stop(const EmergencyStop& message, Utime now);
 
   bool stopped() const { return latched_.has_value(); }
+  const std::optional<EmergencyStop>& latched() const { return latched_; }
   /// "emergency stop by SENDER: REASON"; "" = none is latched.
   std::string note() const;
 

@@ -204,8 +204,15 @@ void CreateBase::advance(Utime now, std::vector<uint8_t>& out) {
   send_motion(now, out);
 }
 
+// The zeros end the longest request that was sent in part; the robot passes over those left.
+std::vector<uint8_t> CreateBase::stop_bytes() const {
+  std::vector<uint8_t> bytes(stream_request().size() - 1, 0);
+  append(bytes, drive_request(0, 0));
+  return bytes;
+}
+
 void CreateBase::shut_down(std::vector<uint8_t>& out) {
-  append(out, drive_request(0, 0));
+  BaseDriver::shut_down(out);
   append(out, encode_request(Opcode::start));
   append(out, encode_request(Opcode::stop));
 }

@@ -33,8 +33,8 @@ struct CreateOptions {
 };
 
 /// Driver of a Create 2 or Roomba in its mode "safe", in which the robot itself stops at a cliff or
-/// a hanging wheel. The host plans (WheelPlan). THE ROBOT HAS NO WATCHDOG: when this process is
-/// killed or the cable falls out while it drives, it drives on until something stops it.
+/// a hanging wheel. The host plans (WheelPlan). The robot has no watchdog: when this process hangs
+/// or dies its guardian stops it; when the cable falls out it drives on until something stops it.
 class CreateBase : public BaseDriver {
  public:
   using Options = CreateOptions;
@@ -46,6 +46,7 @@ class CreateBase : public BaseDriver {
   void on_connection(bool connected, Utime now) override;
   void receive(std::span<const uint8_t> bytes, Utime now) override;
   void advance(Utime now, std::vector<uint8_t>& out) override;
+  std::vector<uint8_t> stop_bytes() const override;
   void shut_down(std::vector<uint8_t>& out) override;
   std::optional<int> take_line_speed() override { return std::exchange(speed_due_, std::nullopt); }
   int64_t bad_input() const override { return parser_.garbage_bytes() + counters_.implausible(); }

@@ -193,9 +193,4 @@ double Hcs12Base::stop_distance_m() const {
   return 0.03 + 0.2 * speeds().velocity_m_per_s;  // `p` brakes at once; the way is that of the line
 }
 
-void Hcs12Base::shut_down(std::vector<uint8_t>& out) {
-  // A line half sent is ended first.
-  for (const char c : std::string_view("\np\n")) out.push_back(static_cast<uint8_t>(c));
-}
-
 }  // namespace marco::drivers::hcs12

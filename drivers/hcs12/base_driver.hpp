@@ -23,7 +23,8 @@ class Hcs12Base : public BaseDriver {
   void on_connection(bool connected, Utime now) override;
   void receive(std::span<const uint8_t> bytes, Utime now) override;
   void advance(Utime now, std::vector<uint8_t>& out) override;
-  void shut_down(std::vector<uint8_t>& out) override;
+  /// A line half sent is ended first.
+  std::vector<uint8_t> stop_bytes() const override { return {'\n', 'p', '\n'}; }
   int64_t bad_input() const override { return exchange_.bad_lines(); }
   int64_t timeouts() const { return timeouts_ + runs_.lost_waits(); }
   int64_t resets() const { return resets_; }

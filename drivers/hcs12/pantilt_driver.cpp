@@ -179,8 +179,7 @@ void PanTiltDriver::advance(Utime now, std::vector<uint8_t>& out) {
 
 void PanTiltDriver::shut_down(std::vector<uint8_t>& out) const {
   std::string words = "\np\n";
-  if (!stop_answered_ && phase_ != Phase::idle) {
-    words = "\n";
+  if (phase_ != Phase::idle) {  // one of the two is understood
     for (const HeadAxis* axis : head_.moving_axes()) {
       const auto unit = static_cast<uint32_t>(std::max(0.0, std::round(axis->place.units)));
       words += encode_command(axis->go, {unit});

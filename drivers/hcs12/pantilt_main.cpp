@@ -72,6 +72,14 @@ class PanTiltSession : public DeviceSession {
       bus_.publish(channels::kPanTiltState, to_message(state));
     }
   }
+  std::vector<uint8_t> stop_bytes() const override {
+    std::vector<uint8_t> bytes;
+    if (driver_.moving()) driver_.shut_down(bytes);
+    return bytes;
+  }
+  void on_hang(double /*seconds*/) override {
+    driver_.command({wall_now(), PanTiltCommand::Kind::stop}, wall_now());
+  }
   std::string state() const override { return driver_.state(); }
   bool answers() const override { return driver_.link() != hcs12::PanTiltDriver::Link::down; }
   void stop() override {
@@ -105,6 +113,7 @@ int run(const process::CommonArguments& arguments, const Options& options) {
   loop_options.process = "marco-pantilt";
   loop_options.address = options.device;
   loop_options.line = {hcs12::kBaud, Parity::none};
+  loop_options.guardian.emplace();
   loop_options.every_second = [&bus, &info] {
     info.utime = wall_now();
     bus.publish(channels::kSensorInfo, to_message(info));

@@ -203,6 +203,11 @@ void KobukiBase::advance(Utime now, std::vector<uint8_t>& out) {
   send_motion(now, out);
 }
 
-void KobukiBase::shut_down(std::vector<uint8_t>& out) { append(out, velocity_request(0.0, 0.0)); }
+// The zeros end a frame that was sent in part.
+std::vector<uint8_t> KobukiBase::stop_bytes() const {
+  std::vector<uint8_t> bytes(velocity_request(0.0, 0.0).size(), 0);
+  append(bytes, velocity_request(0.0, 0.0));
+  return bytes;
+}
 
 }  // namespace marco::drivers::kobuki

@@ -29,8 +29,8 @@ struct KobukiOptions {
 
 /// Driver of a Kobuki (TurtleBot 2): odometry and its gyro's rates, on the robot's own clock. The
 /// host plans (WheelPlan), and stops it at a cliff or a hanging wheel, which the robot's firmware
-/// leaves to its host. ITS WATCHDOG IS NOT DOCUMENTED: when this process is killed or the cable
-/// falls out while it drives, it may drive on.
+/// leaves to its host. Its watchdog is not documented: when this process hangs or dies its guardian
+/// stops it; when the cable falls out it may drive on.
 class KobukiBase : public BaseDriver {
  public:
   using Options = KobukiOptions;
@@ -42,7 +42,7 @@ class KobukiBase : public BaseDriver {
   void on_connection(bool connected, Utime now) override;
   void receive(std::span<const uint8_t> bytes, Utime now) override;
   void advance(Utime now, std::vector<uint8_t>& out) override;
-  void shut_down(std::vector<uint8_t>& out) override;
+  std::vector<uint8_t> stop_bytes() const override;
   int64_t bad_input() const override {
     return parser_.garbage_bytes() + undecodable_ + counters_.implausible();
   }

@@ -248,6 +248,12 @@ void P2osBase::advance(Utime now, std::vector<uint8_t>& out) {
   session_.flush(now, out);
 }
 
-void P2osBase::shut_down(std::vector<uint8_t>& out) { session_.shut_down(out); }
+// The zeros end a packet that was sent in part; the longest goes to the camera's head.
+std::vector<uint8_t> P2osBase::stop_bytes() const {
+  std::vector<uint8_t> bytes(32, 0);
+  const Bytes packet = encode_command({CommandId::emergency_stop, std::nullopt, ""});
+  bytes.insert(bytes.end(), packet.begin(), packet.end());
+  return bytes;
+}
 
 }  // namespace marco::drivers::p2os

@@ -55,7 +55,8 @@ class P2osBase : public BaseDriver {
   void on_connection(bool connected, Utime now) override;
   void receive(std::span<const uint8_t> bytes, Utime now) override;
   void advance(Utime now, std::vector<uint8_t>& out) override;
-  void shut_down(std::vector<uint8_t>& out) override;
+  std::vector<uint8_t> stop_bytes() const override;
+  void shut_down(std::vector<uint8_t>& out) override { session_.shut_down(out); }
   void look(const PanTiltCommand& command, Utime now) override;
   std::optional<int> take_line_speed() override { return session_.take_line_speed(); }
   int64_t bad_input() const override { return session_.bad_packets(); }

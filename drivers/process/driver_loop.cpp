@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <csignal>
+#include <future>
 #include <thread>
 #include <utility>
 
@@ -34,9 +36,16 @@ DriverLoop::DriverLoop(process::Bus& bus,
                        StartSession start_session)
     : options_(std::move(options)),
       start_session_(std::move(start_session)),
-      status_(bus, options_.process, drops) {}
+      status_(bus, options_.process, drops) {
+  std::signal(SIGPIPE, SIG_IGN);  // a connection or a log that broke must not end who drives
+  if (!options_.guardian) return;
+  options_.guardian->insert(options_.guardian->begin(),
+                            {"--driver", options_.process + " " + std::to_string(getpid())});
+  guardian_.emplace(*options_.guardian);
+}
 
 void DriverLoop::tick(const std::string& state) {
+  if (guardian_) heartbeat_.beat();
   status_.tick(state);
   const auto now = steady_clock::now();
   if (!options_.every_second || now - last_second_ < std::chrono::seconds(1)) return;
@@ -44,11 +53,22 @@ void DriverLoop::tick(const std::string& state) {
   options_.every_second();
 }
 
+std::unique_ptr<ByteStream> DriverLoop::open() {
+  const auto open = [this] {
+    if (guardian_) guardian_->start();
+    return options_.open ? options_.open() : open_stream(options_.address, options_.line);
+  };
+  if (!guardian_) return open();
+  // The host's name, its answer and a port that drains may take seconds, in which the heart beats.
+  auto opening = std::async(std::launch::async, open);
+  while (opening.wait_for(kNap) != std::future_status::ready) tick("opening " + options_.address);
+  return opening.get();
+}
+
 void DriverLoop::run(const std::function<bool()>& stop) {
   while (!stop()) {
     try {
-      const std::unique_ptr<ByteStream> stream =
-          options_.open ? options_.open() : open_stream(options_.address, options_.line);
+      const std::unique_ptr<ByteStream> stream = open();
       spdlog::info("{} is open", options_.address);
       logged_loss_.clear();
       run_session(*stream, stop);
@@ -63,11 +83,16 @@ void DriverLoop::run_session(ByteStream& stream, const std::function<bool()>& st
   WatchedStream watched(stream, line);
   line.on_line(options_.line);
   logged_trouble_ = LineWatch::Trouble::none;
-  const std::unique_ptr<DeviceSession> session = start_session_(watched);
+  std::optional<GuardedStream> guarded;
+  if (guardian_) guarded.emplace(watched, *guardian_);
+  const std::unique_ptr<DeviceSession> session =
+      guarded ? start_session_(*guarded) : start_session_(watched);
+  if (guarded) guarded->on_hang = [&session](double seconds) { session->on_hang(seconds); };
   std::string logged;
   double ahead_s = clock_ahead_s();
   while (!stop()) {
     session->step();
+    if (guardian_) guardian_->beat(session->stop_bytes());
     for (const double latency_s : session->take_latencies_s()) status_.add_latency(latency_s);
     const double now_ahead_s = clock_ahead_s();
     const double step_s = now_ahead_s - std::exchange(ahead_s, now_ahead_s);

@@ -66,6 +66,7 @@ class WatchedStream final : public ByteStream {
   }
   void discard_input() override { stream_.discard_input(); }
   void set_dtr(bool raised) override { stream_.set_dtr(raised); }
+  int descriptor() const override { return stream_.descriptor(); }
 
  private:
   ByteStream& stream_;

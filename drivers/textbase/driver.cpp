@@ -229,6 +229,11 @@ void TextBase::advance(Utime now, std::vector<uint8_t>& out) {
   send_motion(now, out);
 }
 
-void TextBase::shut_down(std::vector<uint8_t>& out) { send(Motion{}, out); }
+// A line half sent is ended first.
+std::vector<uint8_t> TextBase::stop_bytes() const {
+  std::vector<uint8_t> bytes{'\n'};
+  send(Motion{}, bytes);
+  return bytes;
+}
 
 }  // namespace marco::drivers::textbase

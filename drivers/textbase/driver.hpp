@@ -41,7 +41,7 @@ class TextBase : public BaseDriver {
   void on_connection(bool connected, Utime now) override;
   void receive(std::span<const uint8_t> bytes, Utime now) override;
   void advance(Utime now, std::vector<uint8_t>& out) override;
-  void shut_down(std::vector<uint8_t>& out) override;
+  std::vector<uint8_t> stop_bytes() const override;
   int64_t bad_input() const override { return bad_lines_ + cutter_.overlong(); }
 
  private:

@@ -35,7 +35,8 @@ class ByteStream {
   /// @throws StreamLost when the device is gone.
   virtual std::size_t read(std::span<uint8_t> into, std::chrono::microseconds timeout) = 0;
 
-  /// Sends all of them. @throws StreamLost when the device is gone.
+  /// Sends all of them. @throws StreamLost when the device is gone, or takes no bytes for 0.4 s:
+  /// those that wait are discarded, because an order must not arrive late.
   virtual void write(std::span<const uint8_t> bytes) = 0;
 
   /// Changes the line after everything written has left. @throws StreamLost.
@@ -47,6 +48,9 @@ class ByteStream {
   /// Raises or lowers the modem line DTR, which switches the motor of some devices. Ignored without
   /// modem lines (TCP, pseudo-terminal).
   virtual void set_dtr(bool /*raised*/) {}
+
+  /// The line itself, for a process that shares it; -1 = there is none.
+  virtual int descriptor() const { return -1; }
 };
 
 /// @param address  a device path, "serial:PATH", or "tcp:HOST:PORT".

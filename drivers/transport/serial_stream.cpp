@@ -22,13 +22,16 @@
 // <termios.h> is kept out of this folder (terminal.cpp); the queue selectors of TCFLSH are ABI.
 #ifndef TCIFLUSH
 #define TCIFLUSH 0
+#define TCOFLUSH 1
 #endif
 
 namespace marco::drivers {
 namespace {
 
+using std::chrono::duration_cast;
 using std::chrono::microseconds;
-constexpr microseconds kWriteTimeout{1'000'000};
+using std::chrono::steady_clock;
+constexpr microseconds kWriteTimeout{400'000};
 constexpr microseconds kConnectTimeout{2'000'000};
 
 timespec to_timespec(microseconds time) {
@@ -94,15 +97,23 @@ std::size_t DescriptorStream::read(std::span<uint8_t> into, microseconds timeout
   return 0;
 }
 
+void discard_output(int fd) { ioctl(fd, TCFLSH, TCOFLUSH); }
+
 void DescriptorStream::write(std::span<const uint8_t> bytes) {
+  const auto deadline = steady_clock::now() + kWriteTimeout;
   while (!bytes.empty()) {
+    const auto left = duration_cast<microseconds>(deadline - steady_clock::now());
+    if (left.count() <= 0) {
+      discard_output(handle_.get());
+      lost("takes no bytes");
+    }
     const ssize_t count = ::write(handle_.get(), bytes.data(), bytes.size());
     if (count > 0) {
       bytes = bytes.subspan(static_cast<std::size_t>(count));
     } else if (errno != EAGAIN && errno != EINTR) {
       lost(std::strerror(errno));
-    } else if (!wait(POLLOUT, kWriteTimeout)) {
-      lost("takes no bytes");
+    } else {
+      wait(POLLOUT, left);
     }
   }
 }
@@ -124,6 +135,7 @@ SerialStream::SerialStream(const std::string& path, const LineSettings& line)
   }
   if (const std::string why = why_no_device(path, fd()); !why.empty()) lost(why);
   if (flock(fd(), LOCK_EX | LOCK_NB) != 0) {
+    if (flock(fd(), LOCK_SH | LOCK_NB) == 0) lost("the guardian of its last driver still stops it");
     throw std::invalid_argument(why_not_open(path, EBUSY, DeviceKind::serial));
   }
   require(baud_of_terminal(fd()) != 0, path + ": not a serial port");

@@ -38,6 +38,7 @@ class DescriptorStream : public ByteStream {
   std::size_t read(std::span<uint8_t> into, std::chrono::microseconds timeout) override;
   void write(std::span<const uint8_t> bytes) override;
   void discard_input() override;
+  int descriptor() const override { return fd(); }
 
  protected:
   DescriptorStream(FileHandle handle, std::string name)
@@ -54,8 +55,12 @@ class DescriptorStream : public ByteStream {
   std::string name_;
 };
 
+/// Discards what was written and has not left. Ignored without a terminal.
+void discard_output(int fd);
+
 /// A serial device or the slave of a pseudo-terminal: raw, 8 bits, no flow control, any baud rate
-/// (termios2), exclusive (TIOCEXCL, and a file lock that also stops a second driver run by root).
+/// (termios2), exclusive (TIOCEXCL, and a file lock that also stops a second driver run by root). A
+/// shared lock is that of a guardian whose driver is gone (drivers/guardian/): it ends soon.
 /// Refuses a pseudo-terminal that is not a device (drivers/transport/port_claim.hpp).
 class SerialStream final : public DescriptorStream {
  public:

@@ -54,7 +54,7 @@ void Heartbeat::stopping() noexcept {
 
 bool outlive() noexcept {
   const int fd = connect_to_supervisor();
-  if (fd < 0) return false;
+  if (fd < 0) return true;
   setsid();
   const timeval patience = {1, 0};
   setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);

@@ -30,7 +30,7 @@ class Heartbeat {
 /// For a child of a command that must act after the command was killed, and then ends by itself:
 /// procman's keeper neither signals this process nor waits for it. Call it in the child, before it
 /// is needed. The child leaves the command's terminal (setsid), whose end would hang it up.
-/// @returns whether the keeper got it, within 1 s; false without $NOTIFY_SOCKET.
+/// @returns false when the keeper did not get it within 1 s; true where none is.
 bool outlive() noexcept;
 
 }  // namespace marco::process

@@ -241,7 +241,10 @@ TEST_P(SmallRobots, Drive) {
   command.distance_m = 0.5;
   ASSERT_TRUE(wait(kPatienceS, [&] {
     const bool ended = base_->command_id == command.id && command.id != 0;
-    if (!ended || base_->command == BaseStatus::Command::refused) {
+    const bool in_vain = base_->command == BaseStatus::Command::refused ||
+                         base_->command == BaseStatus::Command::aborted;  // a process hung
+    if (!ended || in_vain) {
+      command.distance_m = 0.5 - (odometry_ ? odometry_->odom_from_robot.x_m : 0.0);
       command.utime = drivers::wall_now();
       command.id = command.utime.us;
       bus_.publish(channels::kBaseCommand, to_message(command));

@@ -15,7 +15,8 @@
 #include <sstream>
 
 #include "lcm_tools/process/exit_code.hpp"
-#include "lcm_tools/procman/process/folders.hpp"
+#include "lcm_tools/process/state_folder.hpp"
+#include "lcm_tools/procman/process/descriptor.hpp"
 #include "web/process/qr_code.hpp"
 #include "web/process/token_file.hpp"
 
@@ -28,7 +29,7 @@ namespace fs = std::filesystem;
 std::string host_mark() {
   std::array<char, 256> name{};
   gethostname(name.data(), name.size() - 1);
-  return procman::file_name_of(name.data()) + ":";
+  return process::file_name_of(name.data()) + ":";
 }
 
 /// Nothing: the page that wrote it is gone.

@@ -7,8 +7,8 @@
 #include <array>
 #include <cerrno>
 
+#include "lcm_tools/process/state_folder.hpp"
 #include "lcm_tools/procman/process/descriptor.hpp"
-#include "lcm_tools/procman/process/folders.hpp"
 #include "web/access.hpp"
 
 namespace marco::web {
@@ -68,7 +68,7 @@ std::string token_in(const fs::path& file) {
 }
 
 fs::path page_folder() {
-  const fs::path folder = procman::state_folder("marco-page");
+  const fs::path folder = process::state_folder("marco-page");
   std::error_code error;
   fs::create_directories(folder.parent_path(), error);
   struct stat status = {};

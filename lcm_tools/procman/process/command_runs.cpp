@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "lcm_tools/procman/process/folders.hpp"
+#include "lcm_tools/process/state_folder.hpp"
 #include "lcm_tools/procman/process/notify_socket.hpp"
 #include "lcm_tools/procman/process/process_tree.hpp"
 
@@ -132,7 +132,7 @@ void CommandRuns::perform(const StartCommand& order) {
   KeeperMessage run = message_of("run");
   run.spec = order.spec;
   run.runid = order.runid;
-  run.output_file = options_.output_folder + "/" + file_name_of(id) + ".log";
+  run.output_file = options_.output_folder + "/" + process::file_name_of(id) + ".log";
   run.output_limit = options_.max_file_bytes;
   ended_.erase(id);
   try {

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "lcm_tools/process/arguments.hpp"
+#include "lcm_tools/process/state_folder.hpp"
 #include "lcm_tools/procman/config.hpp"
 #include "lcm_tools/procman/process/deputy_process.hpp"
 #include "lcm_tools/procman/process/folders.hpp"
@@ -103,7 +104,7 @@ int main(int argc, char** argv) {
     procman::DeputyProcessOptions& options = arguments.options;
     options.state.allowed_execs.reset();
     if (!arguments.accept_any) options.state.allowed_execs = execs_of(arguments.scripts);
-    const std::string name = procman::file_name_of(options.state.deputy_id);
+    const std::string name = process::file_name_of(options.state.deputy_id);
     options.runs.runtime_folder = std::filesystem::absolute(arguments.runtime_folder) / name;
     options.runs.output_folder = std::filesystem::absolute(arguments.output_folder) / name;
     find_own_programs(options);

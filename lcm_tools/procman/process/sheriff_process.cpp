@@ -95,6 +95,7 @@ void SheriffProcess::step(int64_t max_wait_us, int extra_fd) {
       {signals_.fd(), POLLIN, 0}, {bus_.lcm().getFileno(), POLLIN, 0}, {extra_fd, POLLIN, 0}};
   poll_for(sources, bus_.waiting() ? 0 : script_.wait_us(std::min(max_wait_us, kMaxWaitUs)));
   signals_.take();
+  if ((sources[2].revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) signals_.on_hang_up();
   for (int n = 0; n < kMessagesPerStep && bus_.handle_once(0); ++n) {
   }
   for (const std::string& event : watch_.step_to(monotonic_us(), state_)) log_.note(event);

@@ -14,7 +14,9 @@ class StopSignals {
   int fd() const { return signals_.get(); }
   /// Reads a signal. @returns whether one had come.
   bool take();
-  /// Signals read so far.
+  /// A terminal is gone, of which no SIGHUP came.
+  void on_hang_up() { ++count_; }
+  /// Signals so far.
   int count() const { return count_; }
 
  private:

@@ -6,8 +6,10 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,6 +26,14 @@
 #include "marco/sim_fault_t.hpp"
 
 namespace marco::testing {
+
+inline pid_t parent_of(pid_t pid) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  for (std::string word; status >> word;) {
+    if (word == "PPid:" && status >> pid) return pid;
+  }
+  return 0;
+}
 
 /// A simulated robot and its base driver as processes, with a gamepad and whatever else a test
 /// starts; it turns on the spot, so that no wall is met, and tells when it came to rest.
@@ -44,6 +54,10 @@ class DrivenRobot {
                                  "config/robots/marco/p2os.toml"};
   static constexpr Kind kHomeMade{"textbase", "config/robots/homemade.toml", "marco-textbase",
                                   "config/robots/homemade/textbase.toml"};
+  static constexpr Kind kCreate{"create", "config/robots/create.toml", "marco-create",
+                                "config/robots/create/create.toml"};
+  static constexpr Kind kKobuki{"kobuki", "config/robots/kobuki.toml", "marco-kobuki",
+                                "config/robots/kobuki/kobuki.toml"};
 
   explicit DrivenRobot(const Kind& kind) : kind_(kind), bus_("") {
     bus_.subscribe<pose2_t>(channels::kTruePose, drops_, [this](const auto& message, const auto&) {
@@ -61,12 +75,28 @@ class DrivenRobot {
   std::unique_ptr<Program> start(const std::string& program, std::vector<std::string> arguments) {
     return std::make_unique<Program>(program, std::move(arguments), file(program + ".log"));
   }
-  void start_base() {
+  /// In a session of its own. @param cgroup  a folder, in which it begins; "" = the test's
+  void start_base(const std::string& cgroup = "") {
     base.reset();
     status.reset();
-    base = start(kind_.driver, {"--config", kind_.driver_config, "--device", file("ports/base")});
+    const std::string join = cgroup.empty() ? "" : "echo $$ > " + cgroup + "/cgroup.procs && ";
+    base = std::make_unique<Program>(
+        "sh", std::vector<std::string>{"-c", join + "exec setsid " + driver_line()},
+        file(std::string(kind_.driver) + ".log"));
     EXPECT_TRUE(wait([this] { return status && status->link == BaseStatus::Link::up; }))
         << log(kind_.driver);
+  }
+  /// The guardian of the base's driver; 0 = there is none.
+  pid_t guardian(pid_t driver) const {
+    return process(std::string(kind_.driver) + " " + std::to_string(driver) + '\0');
+  }
+  /// Under procman, where `base` is none; 0 = there is none.
+  pid_t driver() const { return process(file("ports/base") + '\0'); }
+  /// How procman starts the driver.
+  std::string driver_line() const {
+    const char* bin = std::getenv("MARCO_BIN");
+    return std::string(bin != nullptr ? bin : ".") + "/" + kind_.driver + " --config " +
+           kind_.driver_config + " --device " + file("ports/base");
   }
   /// A hand holds the stick of a gamepad.
   void start_gamepad_and_teleop() {
@@ -101,6 +131,22 @@ class DrivenRobot {
     command.angle_rad = 3.0;
     bus_.publish(channels::kBaseCommand, to_message(command));
   }
+  /// Turns for so long, by orders of this test.
+  void drive(double seconds) {
+    Utime next;
+    wait(
+        [&] {
+          if (drivers::wall_now() >= next) publish(BaseCommand::Kind::velocity);
+          if (drivers::wall_now() >= next) next = drivers::wall_now() + Duration::from_us(100'000);
+          return false;
+        },
+        seconds);
+  }
+  void publish(bool engaged, const std::string& sender) {
+    bus_.publish(channels::kEmergencyStop,
+                 to_message(EmergencyStop{drivers::wall_now(), engaged, sender, "a test"}));
+  }
+  bool says(const std::string& text) const { return status && status->note.find(text) == 0; }
   /// The cable of the base is out for so long.
   void pull_cable(double seconds) {
     sim_fault_t fault{};
@@ -118,16 +164,17 @@ class DrivenRobot {
     return done();
   }
   /// @param dies  ends what drives the robot. @returns how long the wheels turned after it [s], and
-  /// `way_rad` how far.
-  double stopping_s(const std::function<void()>& dies) {
+  /// `way_rad` how far; infinity when they still turn after `patience_s`.
+  double stopping_s(const std::function<void()>& dies, double patience_s = kPatienceS) {
     EXPECT_TRUE(wait([this] { return turns(); })) << "it did not turn before";
     wait([] { return false; }, 0.05);
     const Utime since = drivers::wall_now();
     const double from_rad = turned_rad_;
     dies();
     // Poses of before may wait in a buffer.
-    EXPECT_TRUE(wait([&] { return truth_->utime > since && rests(); })) << "it turns still";
+    const bool stopped = wait([&] { return truth_->utime > since && rests(); }, patience_s);
     way_rad = turned_rad_ - from_rad;
+    if (!stopped) return std::numeric_limits<double>::infinity();
     return std::max(0.0, (*moved_ - since).seconds());
   }
 
@@ -142,6 +189,15 @@ class DrivenRobot {
   double way_rad = 0.0;
 
  private:
+  /// The process whose command line has this; 0 = none.
+  static pid_t process(const std::string& part) {
+    for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+      std::ifstream in(entry.path() / "cmdline");
+      const std::string line{std::istreambuf_iterator<char>(in), {}};
+      if (line.find(part) != line.npos) return std::atoi(entry.path().filename().c_str());
+    }
+    return 0;
+  }
   void on_truth(const TruePose& pose) {
     if (truth_) {
       const double turned_rad =

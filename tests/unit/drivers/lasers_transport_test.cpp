@@ -169,6 +169,26 @@ TEST(EmulatorPort, KeepsALinesBufferForASlowClient) {
   EXPECT_LT(read_all(*stream, port, kChunk * kChunks).size() + got.size(), kChunk * kChunks);
 }
 
+// An order must not arrive late.
+TEST(OpenStream, WhatALineDoesNotTakeInTimeIsDiscarded) {
+  const FileHandle device(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  grantpt(device.get());
+  unlockpt(device.get());
+  const std::string name = ptsname(device.get());
+  set_terminal(FileHandle(open(name.c_str(), O_RDWR | O_NOCTTY)).get(), {});
+  const auto stream = open_stream(name, {9600});
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THROW(stream->write(Bytes(100'000, 'o')), StreamLost);
+  EXPECT_GT(std::chrono::steady_clock::now() - begin, 300ms);
+  std::size_t waited = 0;
+  uint8_t bytes[4096];
+  for (ssize_t size = 0; (size = read(device.get(), bytes, sizeof bytes)) > 0;) {
+    waited += static_cast<std::size_t>(size);
+  }
+  EXPECT_LE(waited, 4096U);  // what had left it
+  EXPECT_NO_THROW(stream->write(Bytes{'n'}));
+}
+
 TEST(OpenStream, RefusesASecondDriverAndNonsense) {
   NextByte device(9600);
   EmulatorPort port = EmulatorPort::pty(device);

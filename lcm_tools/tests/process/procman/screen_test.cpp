@@ -1,14 +1,18 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <thread>
 
+#include "lcm_tools/procman/process/descriptor.hpp"
 #include "lcm_tools/tests/process/procman/procman_bench.hpp"
 #include "marco/emergency_stop_t.hpp"
 
@@ -135,6 +139,31 @@ TEST_F(ScreenTest, ShowsStartsStopsAndRunsScripts) {
   EXPECT_TRUE(shows("Procman Observer"));
   keys("q");
   EXPECT_TRUE(shows("exit 0"));
+}
+
+// A session without a controlling terminal gets no SIGHUP.
+TEST_F(ScreenTest, EndsWithItsTerminal) {
+  Descriptor terminal(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
+  ASSERT_TRUE(grantpt(terminal.get()) == 0 && unlockpt(terminal.get()) == 0);
+  const char* bin = std::getenv("MARCO_BIN");
+  const std::string program = std::string(bin != nullptr ? bin : ".") + "/marco-procman-sheriff";
+  const pid_t sheriff = fork();
+  if (sheriff == 0) {
+    setsid();
+    const int line = open(ptsname(terminal.get()), O_RDWR | O_NOCTTY);
+    for (const int standard : {0, 1, 2}) dup2(line, standard);
+    setenv("TERM", "xterm", 1);
+    execl(program.c_str(), program.c_str(), "-o", nullptr);
+    _exit(127);
+  }
+  char shown[4096];
+  EXPECT_GT(read(terminal.get(), shown, sizeof shown), 0);
+  terminal.reset();
+  int status = -1;
+  EXPECT_TRUE(
+      wait_until([&] { return waitpid(sheriff, &status, WNOHANG) == sheriff; }, kPatienceS));
+  if (status == -1) kill(sheriff, SIGKILL);
+  EXPECT_EQ(status, 0);
 }
 
 TEST_F(ScreenTest, RestartsKeepTheCommandChosenAndScrollingWorks) {

@@ -8,10 +8,10 @@
 #include <fstream>
 #include <random>
 
+#include "lcm_tools/process/state_folder.hpp"
 #include "lcm_tools/procman/output_log.hpp"
 #include "lcm_tools/procman/process/deputy_line.hpp"
 #include "lcm_tools/procman/process/deputy_process.hpp"
-#include "lcm_tools/procman/process/folders.hpp"
 #include "lcm_tools/procman/process/keeper_message.hpp"
 #include "lcm_tools/procman/process/message_check.hpp"
 #include "lcm_tools/procman/process/messages.hpp"
@@ -222,12 +222,12 @@ TEST(OutputLog, IsBoundedWhateverComes) {
 }
 
 TEST(FileName, NoCommandLeavesTheFolderOrSharesAFile) {
-  EXPECT_EQ(file_name_of("lidar-2_a.b"), "lidar-2_a.b");
-  EXPECT_EQ(file_name_of("../etc"), "%2E.%2Fetc");
-  EXPECT_EQ(file_name_of("a b"), "a%20b");
+  EXPECT_EQ(process::file_name_of("lidar-2_a.b"), "lidar-2_a.b");
+  EXPECT_EQ(process::file_name_of("../etc"), "%2E.%2Fetc");
+  EXPECT_EQ(process::file_name_of("a b"), "a%20b");
   const std::string long_name(300, 'x');
-  EXPECT_LT(file_name_of(long_name).size(), 230U);
-  EXPECT_NE(file_name_of(long_name + "1"), file_name_of(long_name + "2"));
+  EXPECT_LT(process::file_name_of(long_name).size(), 230U);
+  EXPECT_NE(process::file_name_of(long_name + "1"), process::file_name_of(long_name + "2"));
 }
 
 TEST(OutputLog, JoinsPiecesToLines) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <functional>
+#include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -38,6 +40,7 @@ class Bench {
       }
       driver_.advance(now_ + host_ahead, from_driver);
     }
+    if (!from_driver.empty()) sent_by_size[from_driver.size()] = from_driver;
     for (const uint8_t byte : from_driver) on_line_.push_back(byte);
     // At 9600 baud a byte takes about two steps; faster lines deliver at once.
     budget_ += baud_ * 0.0005 / 10.0;
@@ -50,6 +53,11 @@ class Bench {
     if (on_line_.empty()) budget_ = 0.0;
     if (plugged_ && !deaf && !arrived.empty()) emulator_.receive(arrived, baud_, now_);
     if (each_step) each_step(now_);
+  }
+
+  /// Bytes of somebody else on the line, behind what the driver has sent of late.
+  void inject(std::span<const uint8_t> bytes) {
+    on_line_.insert(on_line_.end(), bytes.begin(), bytes.end());
   }
 
   void run(double seconds) {
@@ -69,6 +77,7 @@ class Bench {
 
   std::function<void(std::vector<uint8_t>&)> spoil;  ///< changes bytes on their way to the driver
   std::function<void(Utime)> each_step;
+  std::map<std::size_t, std::vector<uint8_t>> sent_by_size;  ///< of the driver's steps, the last
   Duration host_ahead;  ///< the driver's clock is set so much ahead of now()
   bool deaf = false;    ///< the device hears nothing
   bool frozen = false;  ///< the driver's process stands still; bytes wait for it

@@ -107,6 +107,31 @@ TEST(PanTiltDriver, TheManualsBoardIsReadToo) {
   EXPECT_LT(head.worst_tilt_error_deg(from), 0.65);  // whole units only: one of them
 }
 
+// Before the driver knows which of the two it has.
+TEST(PanTiltDriver, ItsGuardianStopsEitherBoard) {
+  for (const bool listing : {true, false}) {
+    PanTiltEmulatorOptions firmware;
+    firmware.listing_stop = listing;
+    Head head(firmware);
+    head.order(170.0, 0.0, 12.0);
+    head.bench.run(4.0);
+    ASSERT_TRUE(head.driver.moving());
+    std::vector<uint8_t> stop;
+    head.driver.shut_down(stop);
+    head.bench.frozen = true;
+    head.bench.run(0.5);
+    const double at_deg = head.pan_deg();
+    for (int i = 0; i < 30; ++i) {
+      head.bench.inject(stop);
+      head.bench.run(0.1);
+    }
+    EXPECT_NEAR(head.pan_deg(), at_deg, 12.0) << listing;  // where it was half a second before
+    const double stood_deg = head.pan_deg();
+    head.bench.run(2.0);
+    EXPECT_EQ(head.pan_deg(), stood_deg) << listing;
+  }
+}
+
 TEST(PanTiltDriver, StopsEitherBoard) {
   for (const bool listing : {true, false}) {
     PanTiltEmulatorOptions firmware;

@@ -254,6 +254,60 @@ TYPED_TEST(AnyBase, AVelocityThatWaitedLongIsNotDrivenLonger) {
   EXPECT_EQ(base.way_m(), way_m);
 }
 
+// A guardian stops them. The driver may have hung while a packet was sent in part.
+TYPED_TEST(AnyBase, StopBytesStopBehindAnyPartOfAPacket) {
+  auto& base = this->base_;
+  const auto drive = [&] {
+    base.bench.frozen = false;
+    return base.bench.run_until(3.0, [&] {
+      base.velocity(0.1, 0.0);
+      return base.moves();
+    });
+  };
+  ASSERT_TRUE(drive());
+  const auto packets = base.bench.sent_by_size;
+  const std::vector<uint8_t> stop = base.driver.stop_bytes();
+  for (const auto& [size, packet] : packets) {
+    for (std::size_t part = 0; part < size; part += size < 16 ? 1 : 5) {
+      ASSERT_TRUE(drive()) << size << " " << part;
+      base.bench.frozen = true;
+      base.bench.inject(std::span(packet).first(part));
+      for (int i = 0; i < 3; ++i) {
+        base.bench.inject(stop);
+        base.bench.run(0.1);
+      }
+      EXPECT_FALSE(base.moves()) << part << " of " << size << " bytes";
+    }
+  }
+}
+
+TYPED_TEST(AnyBase, AfterAHangNothingResumes) {
+  auto& base = this->base_;
+  for (const Kind kind : {Kind::velocity, Kind::move}) {
+    base.bench.run(1.0);
+    base.begin(this->order(kind, 0.0));
+    base.bench.run(0.4);
+    ASSERT_TRUE(base.moves());
+    base.begin(this->order(Kind::turn, 0.0));  // waits
+    base.bench.frozen = true;
+    for (int i = 0; i < 20; ++i) {
+      base.bench.inject(base.driver.stop_bytes());
+      base.bench.run(0.1);
+    }
+    EXPECT_FALSE(base.moves());
+    base.bench.frozen = false;
+    base.driver.on_hang(2.0, base.bench.host_now());
+    base.bench.run(1.5);
+    EXPECT_FALSE(base.moves());
+    if (base.driver.status().link == BaseStatus::Link::up) {
+      EXPECT_EQ(base.driver.status().command, Fate::aborted);
+      EXPECT_EQ(this->note(), "the driver hung for 2.0 s: stopped");
+    }
+    ASSERT_TRUE(base.comes_up(4.0));
+    EXPECT_EQ(base.move(0.2), Fate::done);
+  }
+}
+
 // The driver is killed, stopped, or its cable cut.
 template <class Base>
 double stops_after_s(Base& base, double limit_s) {

@@ -1,5 +1,6 @@
 #include <cstdio>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "drivers/transport/wall_clock.hpp"
@@ -88,6 +89,7 @@ int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
   teleop::GoalDrive drive(goal_m);
   drive.on_ordered(order(bus, ear, goal_m));
   Utime sent = wall_now();
+  std::string told_of_guard;
   while (!process::stop_requested()) {
     bus.handle_once(50);
     if (!drive.is_taken() && (wall_now() - sent).seconds() > kTakeOrderS) {
@@ -95,6 +97,11 @@ int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
     }
     const auto status = std::exchange(ear.base, std::nullopt);
     if (!status) continue;
+    const std::string guard = BaseNote(status->note).guard;
+    if (!guard.empty() && guard != told_of_guard) {
+      std::fprintf(stderr, "marco go: the base's obstacle guard: %s\n", guard.c_str());
+    }
+    told_of_guard = guard;
     const double distance_m = ear.frame.distance_m(goal_m, wall_now());
     switch (drive.on_status(*status, distance_m)) {
       case Next::wait:

@@ -165,15 +165,16 @@ const Route* route_to(const std::vector<Route>& routes, uint32_t group) {
 
 namespace {
 
+constexpr int64_t kWanted = 8 << 20;
+
 void find_losses(const NetworkState& state, std::vector<Finding>& findings) {
-  constexpr int64_t kWanted = 8 << 20;
   for (const Listener& listener : state.listeners) {
     if (listener.drops <= 0) continue;
     const std::string who = (listener.self ? state.program : to_string(listener.process)) + "'s";
     findings.push_back(
         {who + " receive buffer overflowed: " + std::to_string(listener.drops) + " datagrams lost",
          state.rmem_max < kWanted
-             ? "sudo sysctl -w net.core.rmem_max=" + std::to_string(kWanted) +
+             ? larger_buffers_command() +
                    (listener.self ? ""
                                   : "   and start it with ...&recv_buf_size=2097152 in its LCM url")
              : "LCM_DEFAULT_URL='" + state.url.text() + "?ttl=" + std::to_string(state.url.ttl) +
@@ -182,6 +183,10 @@ void find_losses(const NetworkState& state, std::vector<Finding>& findings) {
 }
 
 }  // namespace
+
+std::string larger_buffers_command() {
+  return "sudo sysctl -w net.core.rmem_max=" + std::to_string(kWanted);
+}
 
 std::optional<Finding> broken_path(const NetworkState& state) {
   const std::string group = ip_text(state.url.group);

@@ -91,6 +91,9 @@ struct Finding {
   std::string command;
 };
 
+/// The command that lets programs have receive buffers of 8 MB.
+std::string larger_buffers_command();
+
 /// Most certain cause first. While messages are heard: only losses and their causes. Otherwise: at
 /// least one finding.
 std::vector<Finding> diagnose(const NetworkState& state);

@@ -41,6 +41,10 @@ class Bus {
   /// handled. Always empty in batch.
   virtual std::map<std::string, int64_t> lost() const { return {}; }
 
+  /// Datagrams, pieces of large messages or several small ones, that the system has dropped because
+  /// the receive buffer was full.
+  virtual int64_t lost_datagrams() const { return 0; }
+
   /// Messages that do not decode to the last byte are counted in `drops` as "undecodable". If
   /// `handler` throws std::invalid_argument, the message is counted under that text.
   template <class Message>

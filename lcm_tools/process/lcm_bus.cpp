@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <deque>
 #include <limits>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -21,6 +22,32 @@ namespace {
 constexpr int kLcmCapacity = 4000;
 // Drained in a row before one message is handled, so that a flood cannot starve the handlers.
 constexpr int kDrainedAtOnce = 1000;
+
+constexpr int kReceiveBytes = 2 << 20;
+constexpr std::string_view kBufferOption = "recv_buf_size=";
+
+/// The receive buffer that a url asks for [bytes].
+int wanted_buffer(const std::string& url) {
+  const std::size_t at = url.find(kBufferOption);
+  const int named = at == std::string::npos ? 0 : std::atoi(&url[at + kBufferOption.size()]);
+  return named > 0 ? named : kReceiveBytes;
+}
+
+/// With as large a buffer as the system gives: LCM would say what it asks for in vain, without a
+/// remedy. enlarge_buffer() does the rest.
+std::string with_buffer(std::string url) {
+  if (!url.starts_with("udpm:") && !url.starts_with("mpudpm:")) return url;
+  const int most = std::atoi(diagnosis::read_text("/proc/sys/net/core/rmem_max").c_str());
+  const int wanted = wanted_buffer(url);
+  const std::string bytes = std::to_string(most > 0 ? std::min(wanted, most) : wanted);
+  const std::size_t at = url.find(kBufferOption);
+  if (at == std::string::npos) {
+    return url + (url.find('?') == std::string::npos ? "?" : "&") + std::string(kBufferOption) +
+           bytes;
+  }
+  const std::size_t value = at + kBufferOption.size();
+  return url.replace(value, url.find_first_not_of("0123456789", value) - value, bytes);
+}
 
 bool is_of_the_network(int error) {
   return error == ENETUNREACH || error == ENETDOWN || error == EHOSTUNREACH || error == ENODEV ||
@@ -107,7 +134,7 @@ struct LcmBus::Subscription {
 };
 
 LcmBus::LcmBus(const std::string& url)
-    : effective_url_(effective_lcm_url(url)), lcm_(effective_url_) {
+    : effective_url_(effective_lcm_url(url)), lcm_(with_buffer(effective_url_)) {
   // LCM itself tries the port at the first subscription only, and then crashes.
   if (lcm_.good() && !port_is_taken(effective_url_)) return;
   throw std::runtime_error("cannot open LCM at '" + effective_url_ +
@@ -125,9 +152,29 @@ void LcmBus::subscribe_some(const std::string& channel_regex,
                             RawHandler handler) {
   subscriptions_.push_back(std::make_unique<Subscription>(
       Subscription{this, std::move(wanted), std::move(handler), {}, 0}));
+  const std::set<int> before = diagnosis::own_udp_sockets();
   lcm::Subscription* subscription =
       lcm_.subscribe(channel_regex, &Subscription::handle, subscriptions_.back().get());
   subscription->setQueueCapacity(kLcmCapacity);
+  for (const int socket : diagnosis::own_udp_sockets()) {
+    if (!before.contains(socket)) enlarge_buffer(socket);
+  }
+}
+
+void LcmBus::enlarge_buffer(int socket) {
+  sockets_.push_back(socket);
+  const int wanted = wanted_buffer(effective_url_);
+  const int64_t given = diagnosis::ask_for_buffer(socket, wanted);
+  if (given >= wanted) return;
+  spdlog::warn(
+      "LCM's receive buffer has {} kB instead of {}: large messages may get lost. To fix it:\n  {}",
+      given / 1024, wanted / 1024, diagnosis::larger_buffers_command());
+}
+
+int64_t LcmBus::lost_datagrams() const {
+  int64_t sum = 0;
+  for (const int socket : sockets_) sum += diagnosis::lost_datagrams(socket);
+  return sum;
 }
 
 void LcmBus::publish_raw(const std::string& channel,
@@ -200,7 +247,7 @@ bool LcmBus::handle_once(int timeout_ms) {
 std::string effective_lcm_url(const std::string& from_command_line) {
   if (!from_command_line.empty()) return from_command_line;
   if (const char* url = std::getenv("LCM_DEFAULT_URL"); url != nullptr && *url != '\0') return url;
-  return "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=2097152";
+  return "udpm://239.255.76.67:7667?ttl=0";
 }
 
 }  // namespace marco::process

@@ -22,6 +22,9 @@ namespace marco::process {
 /// lost(), once a subscription. A process that is too slow thus lags by a bounded time and works on
 /// recent messages.
 ///
+/// The receive buffer is 2 MB, which a grid or mesh tile needs, unless the url names a size
+/// (recv_buf_size). The log says once when the system gives less.
+///
 /// An exception that leaves an LCM handler would make the next handle() abort the process, so our
 /// handlers run after LCM has returned. handle_once() throws the first exception once all handlers
 /// of the message have run.
@@ -54,6 +57,7 @@ class LcmBus : public Bus {
   void keep_going_without_network() { keep_going_ = true; }
 
   std::map<std::string, int64_t> lost() const override { return lost_; }
+  int64_t lost_datagrams() const override;
 
   /// Waits up to `timeout_ms` for a message and handles it. @returns whether one was handled.
   /// @throws what a handler threw; std::runtime_error when the bus broke.
@@ -74,6 +78,7 @@ class LcmBus : public Bus {
 
  private:
   struct Subscription;
+  void enlarge_buffer(int socket);
   void drain_lcm(int timeout_ms);
   void handle_oldest();
   enum class Size { small, large };
@@ -81,6 +86,7 @@ class LcmBus : public Bus {
 
   std::string effective_url_;
   lcm::LCM lcm_;
+  std::vector<int> sockets_;  ///< LCM's own, of the udpm:// that it listens to
   bool keep_going_ = false;
   int64_t unsent_ = 0;  ///< since the network is gone
   int64_t taken_ = 0;   ///< messages so far: the order of arrival over all subscriptions
@@ -90,8 +96,7 @@ class LcmBus : public Bus {
   RawHandler tap_;
 };
 
-/// The url a process uses: `--lcm-url`, else LCM_DEFAULT_URL, else multicast with ttl 0 and a
-/// receive buffer of 2 MB, which a grid or mesh tile needs.
+/// The url a process uses: `--lcm-url`, else LCM_DEFAULT_URL, else multicast with ttl 0.
 std::string effective_lcm_url(const std::string& from_command_line);
 
 }  // namespace marco::process

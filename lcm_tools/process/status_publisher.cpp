@@ -39,6 +39,10 @@ void StatusPublisher::send(const std::string& state) {
     status.drop_causes.push_back("came too fast: the oldest of " + channel);
     status.drop_counts.push_back(count);
   }
+  if (const int64_t datagrams = bus_.lost_datagrams(); datagrams > 0) {
+    status.drop_causes.push_back("the receive buffer overflowed: datagrams");
+    status.drop_counts.push_back(datagrams);
+  }
   status.num_causes = static_cast<int32_t>(status.drop_causes.size());
   status.latency_mean_s = latencies_ > 0 ? latency_sum_s_ / latencies_ : 0.0;
   status.latency_max_s = latency_max_s_;

@@ -174,8 +174,11 @@ std::vector<std::string> make_ids_unique(Config& config);
 /// script name. One line each, with its place; empty = good.
 std::vector<std::string> find_mistakes(const Config& config);
 
+/// Of a script, with those of the scripts that it runs: some lines of a file may mean 2^300.
+inline constexpr int64_t kMostScriptActions = 100'000;
+
 /// By script name, why it cannot be run: it names a missing command, group or script, runs itself,
-/// or runs a script that cannot be run. All other scripts can be run.
+/// has more than kMostScriptActions, or runs a script that cannot be run. All others can be run.
 std::map<std::string, std::vector<std::string>> find_script_mistakes(const Config& config);
 
 /// Adds a command, or replaces the one with its id, which may be in another group.

@@ -78,7 +78,7 @@ class ScriptChecker {
     for (const ScriptConfig& script : config_.scripts) {
       for (const ScriptAction& action : script.actions) check_names(script, action);
     }
-    const std::set<std::string> endless = find_endless();
+    const std::set<std::string> endless = find_long_and_endless();
     for (const std::string& name : endless) {
       for (const ScriptAction& action : scripts_.at(name)->actions) {
         if (action.kind != ActionKind::run_script || !endless.contains(action.script)) continue;
@@ -114,10 +114,11 @@ class ScriptChecker {
     }
   }
 
-  /// Scripts in a cycle or leading into one: those left after removing, again and again, scripts
-  /// that run no other (Kahn's topological sort).
-  std::set<std::string> find_endless() const {
+  /// @returns scripts in a cycle or leading into one: those left after removing, again and again,
+  /// scripts that run no other (Kahn's topological sort). Of these the actions are counted.
+  std::set<std::string> find_long_and_endless() {
     std::map<std::string, std::size_t> open_calls;
+    std::map<std::string, int64_t> actions;
     for (const auto& [name, calls] : callers_) {
       for (const Call& call : calls) ++open_calls[call.caller->name];
     }
@@ -131,9 +132,18 @@ class ScriptChecker {
       const std::string name = std::move(ending.back());
       ending.pop_back();
       endless.erase(name);
+      int64_t& count = actions[name];
+      count += static_cast<int64_t>(scripts_.at(name)->actions.size());
+      if (count > kMostScriptActions) {
+        count = 0;  // who runs it cannot be run anyhow
+        mistakes_[name].push_back(scripts_.at(name)->place.text() + ": expected at most " +
+                                  std::to_string(kMostScriptActions) +
+                                  " actions, with those of the scripts that it runs");
+      }
       const auto calls = callers_.find(name);
       if (calls == callers_.end()) continue;
       for (const Call& call : calls->second) {
+        actions[call.caller->name] += count;
         if (--open_calls[call.caller->name] == 0) ending.push_back(call.caller->name);
       }
     }

@@ -180,7 +180,10 @@ void DeputyState::on_started(const std::string& id, int32_t pid) {
   changed_ = true;
 }
 
-void DeputyState::on_ended(const std::string& id, int raw_status, int64_t now_us) {
+void DeputyState::on_ended(const std::string& id,
+                           int raw_status,
+                           int64_t now_us,
+                           const std::string& cause) {
   const auto at = entries_.find(id);
   if (at == entries_.end()) return;
   Entry& entry = at->second;
@@ -189,7 +192,7 @@ void DeputyState::on_ended(const std::string& id, int raw_status, int64_t now_us
   entry.reported_runid = entry.runid;
   entry.exit_code = raw_status;
   changed_ = true;
-  tell_end(entry, raw_status);
+  tell_end(entry, raw_status, cause);
   if (entry.remove_when_ended) {
     entries_.erase(at);
   } else if (shutting_down_) {
@@ -203,7 +206,8 @@ void DeputyState::on_ended(const std::string& id, int raw_status, int64_t now_us
   }
 }
 
-void DeputyState::tell_end(const Entry& entry, int raw_status) {
+void DeputyState::tell_end(const Entry& entry, int raw_status, const std::string& cause) {
+  if (!cause.empty()) return tell(entry.spec.id, "killed: " + cause);
   if (!WIFSIGNALED(raw_status)) return;
   const int signal = WTERMSIG(raw_status);
   if (entry.stopping && signal == entry.spec.stop_signal) {

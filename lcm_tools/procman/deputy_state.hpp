@@ -57,7 +57,11 @@ class DeputyState {
   void on_started(const std::string& id, int32_t pid);
 
   /// The command and all its descendants are gone. Also after a start that failed.
-  void on_ended(const std::string& id, int raw_status, int64_t now_us);
+  /// @param cause  why the keeper killed it; "" = it did not, or the time to stop was over.
+  void on_ended(const std::string& id,
+                int raw_status,
+                int64_t now_us,
+                const std::string& cause = {});
 
   /// Takes over a command that was running before this deputy started.
   void adopt(const CommandSpec& spec, int32_t runid, int32_t pid, int64_t now_us);
@@ -110,7 +114,7 @@ class DeputyState {
   void on_order(const CommandOrder& order, int64_t now_us);
   bool is_allowed(const std::string& exec) const;
   bool refuse_change(Entry& entry, const CommandOrder& order, int64_t now_us);
-  void tell_end(const Entry& entry, int raw_status);
+  void tell_end(const Entry& entry, int raw_status, const std::string& cause);
   void on_order_running(Entry& entry, const CommandOrder& order);
   void on_left_out(const std::set<std::string>& ordered);
   void start(Entry& entry, int32_t runid, int64_t now_us);

@@ -125,6 +125,7 @@ ScriptRunner::Progress ScriptRunner::run(const ScriptAction& action,
     if (action.kind == ActionKind::start) sheriff.start(id);
     if (action.kind == ActionKind::stop) sheriff.stop(id);
     if (action.kind == ActionKind::restart) sheriff.restart(id);
+    ordered_runids_[id] = sheriff.commands().at(id).desired_runid;
   }
   if (action.kind == ActionKind::wait_ms) {
     rest_until_us_ = now_us + static_cast<int64_t>(action.wait_ms) * 1000;
@@ -145,7 +146,8 @@ ScriptRunner::Progress ScriptRunner::check_wait(const ScriptAction& action,
   if (wait.what == WaitFor::publishing) {
     for (const std::string& id : waited_for_) {
       const SheriffCommand& command = sheriff.commands().at(id);
-      if (!has_stopped(command.status()) || command.spec.auto_respawn) continue;
+      const bool returns = command.spec.auto_respawn && !command.force_quit;
+      if (!has_stopped(command.status()) || returns) continue;
       return give_up(wait, id + " has ended, waiting for " + describe_wait(action) +
                                " is in vain (" + action.place.text() + ")");
     }
@@ -174,10 +176,16 @@ bool ScriptRunner::is_satisfied(const ScriptAction& action, const SheriffState& 
   const WaitCondition& wait = *action.wait;
   const std::vector<std::string> ids = sheriff.commands_of(action.target);
   const bool statuses = std::all_of(ids.begin(), ids.end(), [&](const std::string& id) {
-    const Status status = sheriff.commands().at(id).status();
+    const SheriffCommand& command = sheriff.commands().at(id);
+    const Status status = command.status();
     if (wait.what == WaitFor::publishing) return status == Status::running;
-    // A command that ended before anybody saw it run must not hang the script.
-    return has_stopped(status) || (wait.what == WaitFor::running && status == Status::running);
+    // A command that ended before anybody saw it run must not hang the script, nor one that
+    // somebody else has started again since it stopped.
+    const auto ordered = ordered_runids_.find(id);
+    const bool another_run = ordered != ordered_runids_.end() && command.reported &&
+                             command.reported->actual_runid > ordered->second;
+    return has_stopped(status) || (wait.what == WaitFor::stopped && another_run) ||
+           (wait.what == WaitFor::running && status == Status::running);
   });
   if (!statuses || wait.what != WaitFor::publishing) return statuses;
   const auto heard = heard_us_.find(wait.channel);

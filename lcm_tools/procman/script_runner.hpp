@@ -78,6 +78,7 @@ class ScriptRunner {
   std::optional<int64_t> rest_until_us_;
   std::optional<int64_t> next_due_us_;
   std::map<std::string, int64_t> heard_us_;
+  std::map<std::string, int32_t> ordered_runids_;  ///< when the action began
   std::vector<std::string> events_;
   std::vector<std::string> waited_for_;
   bool wait_failed_ = false;

@@ -145,7 +145,10 @@ void SheriffState::settle_first_report(SheriffCommand& command) {
 
 bool SheriffState::on_orders(const Orders& orders) {
   if (orders.sheriff_id == sheriff_id_) return false;
-  if (!observer_) return true;
+  if (!observer_) {
+    if (orders.sheriff_id.starts_with(kGuest)) adopt(orders);
+    return true;
+  }
   for (const CommandOrder& order : orders.commands) {
     if (!commands_.contains(order.spec.id) && commands_.size() >= kMostCommands) continue;
     SheriffCommand& command = commands_[order.spec.id];
@@ -155,6 +158,19 @@ bool SheriffState::on_orders(const Orders& orders) {
     command.force_quit = order.force_quit;
   }
   return true;
+}
+
+// A guest repeats what it has heard of all other commands: only what is newer counts.
+void SheriffState::adopt(const Orders& guests) {
+  for (const CommandOrder& order : guests.commands) {
+    const auto at = commands_.find(order.spec.id);
+    if (at == commands_.end() || at->second.deputy != guests.deputy_id) continue;
+    SheriffCommand& command = at->second;
+    if (order.desired_runid < command.desired_runid) continue;
+    command.force_quit =
+        order.force_quit || (command.force_quit && order.desired_runid == command.desired_runid);
+    command.desired_runid = order.desired_runid;
+  }
 }
 
 void SheriffState::apply(SheriffCommand& command, SheriffCommand::Intent intent) {

@@ -49,6 +49,9 @@ struct SheriffDeputy {
   int64_t heard_us = 0;  ///< monotonic
 };
 
+/// Begins the ids of those who give single orders beside the sheriff at work, which adopts them.
+inline constexpr const char* kGuest = "guest:";
+
 /// The state machine of a sheriff: the public procman's protocol, without clock or network. An
 /// order given before its deputy was heard waits, so that no running command is started twice.
 class SheriffState {
@@ -62,8 +65,8 @@ class SheriffState {
   /// @returns events for the log: what changed.
   std::vector<std::string> on_info(const DeputyInfo& info, int64_t now_utime_us, int64_t now_us);
 
-  /// Orders on the bus. An observer learns from them what is wanted.
-  /// @returns whether they are another sheriff's.
+  /// Orders on the bus. An observer learns from them what is wanted; a sheriff adopts a guest's.
+  /// @returns whether they are another sheriff's, or a guest's.
   bool on_orders(const Orders& orders);
 
   /// No-op for a command that runs and is not being stopped. @throws std::invalid_argument for ids
@@ -86,7 +89,7 @@ class SheriffState {
   std::vector<Orders> take_due_orders(int64_t now_utime_us, int64_t now_us);
 
   /// What an observer orders once of one command: all that is wanted of its deputy, with this one
-  /// change. That deputy's own sheriff repeats it from then on.
+  /// change. That deputy's own sheriff repeats it from then on, if this id begins with kGuest.
   /// @param action  "start", "stop" or "restart". @throws std::invalid_argument saying why not.
   Orders single_order(const std::string& id,
                       const std::string& action,
@@ -111,6 +114,7 @@ class SheriffState {
   void settle_first_report(SheriffCommand& command);
   void apply(SheriffCommand& command, SheriffCommand::Intent intent);
   void forget_removed();
+  void adopt(const Orders& guests);
 
   std::string sheriff_id_;
   bool observer_ = false;

@@ -155,8 +155,11 @@ void Relay::count_lost(const std::map<std::string, int64_t>& lost) {
 std::string Relay::state() const {
   const auto connected = std::count_if(peers_.begin(), peers_.end(),
                                        [](const Peer& peer) { return peer.link.is_greeted(); });
+  const int64_t datagrams = bus_.lost_datagrams();
   return std::to_string(connected) + " connections, " + std::to_string(in_) + " in, " +
-         std::to_string(out_) + " out, " + std::to_string(drops_.dropped()) + " lost";
+         std::to_string(out_) + " out, " + std::to_string(drops_.dropped()) + " lost" +
+         (datagrams > 0 ? ", " + std::to_string(datagrams) + " datagrams lost in the receive buffer"
+                        : "");
 }
 
 }  // namespace marco::relay

@@ -39,7 +39,7 @@ class Relay {
 
   /// Waits up to `timeout_ms` for something to do, and does it.
   void run_once(int timeout_ms);
-  /// "2 connections, 120 in, 3000 out, 0 lost".
+  /// "2 connections, 120 in, 3000 out, 0 lost, 7 datagrams lost in the receive buffer".
   std::string state() const;
 
  private:

@@ -45,18 +45,18 @@ started+=($network)
 sleep 0.5
 in_network() { nsenter --net="/proc/$network/ns/net" "$@"; }
 in_network ip link set lo up
-in_network ip link add eth0 type dummy
+in_network ip link add eth0 type veth peer name nowhere
 in_network ip address add 10.79.0.2/24 dev eth0
+in_network ip link set nowhere up
 in_network ip link set eth0 up multicast on
 in_network ip route add default dev eth0
 cat >"$work/proxy.py" <<'PY'
 """An HTTP proxy that listens on 127.0.0.1:3142 of the network of a process, and asks from this one. usage: proxy.py PID"""
 import ctypes, http.server, shutil, socketserver, sys, urllib.error, urllib.request
 
-def enter(process):
-    with open(f"/proc/{process}/ns/net") as network:
-        if ctypes.CDLL(None).setns(network.fileno(), 0x40000000) != 0:
-            sys.exit("cannot enter the network")
+def enter(network):
+    if ctypes.CDLL(None).setns(network.fileno(), 0x40000000) != 0:
+        sys.exit("cannot enter the network")
 
 class Proxy(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
@@ -78,9 +78,10 @@ class Proxy(http.server.BaseHTTPRequestHandler):
 class Server(socketserver.ThreadingMixIn, socketserver.TCPServer):
     daemon_threads = allow_reuse_address = True
 
-enter(sys.argv[1])
+here = open("/proc/self/ns/net")
+enter(open(f"/proc/{sys.argv[1]}/ns/net"))
 server = Server(("127.0.0.1", 3142), Proxy)
-enter("1")
+enter(here)
 server.serve_forever()
 PY
 python3 "$work/proxy.py" $network &

@@ -52,7 +52,7 @@ ProcmanChannels::ProcmanChannels(Hub& hub,
       commands_(add_page_channel(hub, "page/commands")),
       output_(add_page_channel(hub, "page/output")),
       log_(hub.add_channel("/log", "foxglove.Log", foxglove::schema_of("foxglove.Log"))),
-      state_("marco-page:" + std::to_string(process::wall_clock_us()), true),
+      state_(procman::kGuest + ("marco-page:" + std::to_string(process::wall_clock_us())), true),
       lines_(kNewestLines) {
   using namespace procman;  // NOLINT(google-build-using-namespace): its messages and layouts
   subscribe_checked<procman_lcm::deputy_info_t>(

@@ -43,6 +43,7 @@ class ForeignBus : public process::Bus {
     bus_.publish_raw(channel, bytes, utime);
   }
   std::map<std::string, int64_t> lost() const override { return bus_.lost(); }
+  int64_t lost_datagrams() const override { return bus_.lost_datagrams(); }
 
   /// The channels that are used, with the fingerprints of their types.
   std::vector<std::pair<std::string, std::string>> used() const;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lcm_tools/procman/process/folders.hpp"
+#include "lcm_tools/procman/process/notify_socket.hpp"
 #include "lcm_tools/procman/process/process_tree.hpp"
 
 namespace marco::procman {
@@ -29,7 +30,9 @@ void CommandRuns::adopt_keepers() {
     if (auto link = KeeperLink::connect(entry.path())) {
       adopt_keeper(std::move(*link));
     } else {
-      std::filesystem::remove(entry.path());
+      for (const char* extension : {".sock", kNotifyExtension}) {
+        std::filesystem::remove(std::filesystem::path(entry.path()).replace_extension(extension));
+      }
     }
   }
   forget_ended();
@@ -101,7 +104,7 @@ void CommandRuns::on_message(const std::string& id, Run& run, const KeeperMessag
   run.link.send(message_of("release"));
   ended_.insert(id);
   spdlog::info("'{}' ended: {}", id, describe_exit(message.raw_status));
-  state_.on_ended(id, message.raw_status, monotonic_us());
+  state_.on_ended(id, message.raw_status, monotonic_us(), message.cause);
 }
 
 void CommandRuns::on_keeper_lost(const std::string& id, const Run& run) {

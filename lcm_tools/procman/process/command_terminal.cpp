@@ -34,6 +34,7 @@ std::optional<std::string> environment_variable(const std::string& name) {
   }
   for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(terminal, standard);
   close_range(3, ~0U, 0);
+  setenv("WATCHDOG_PID", std::to_string(getpid()).c_str(), 1);  // see NotifySocket
   const ExecLine line = parse_exec_line(exec, environment_variable);
   for (const auto& [name, value] : line.assignments) setenv(name.c_str(), value.c_str(), 1);
   if (line.arguments.empty()) {

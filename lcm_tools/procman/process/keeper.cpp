@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <filesystem>
 #include <utility>
 
 #include "lcm_tools/procman/process/process_tree.hpp"
@@ -22,10 +23,14 @@ constexpr int64_t kGrowthPeriodUs = 5'000;
 // How long an exit status is kept for a deputy.
 constexpr int64_t kLeaveUs = 600'000'000;
 
+std::string notify_path(const std::string& socket_path) {
+  return std::filesystem::path(socket_path).replace_extension(kNotifyExtension);
+}
+
 }  // namespace
 
 Keeper::Keeper(Descriptor deputy, std::string socket_path)
-    : line_(std::move(deputy), std::move(socket_path)) {
+    : socket_path_(std::move(socket_path)), line_(std::move(deputy), socket_path_) {
   for (const int number : {SIGINT, SIGHUP, SIGQUIT, SIGPIPE, SIGTTOU, SIGTTIN}) {
     std::signal(number, SIG_IGN);
   }
@@ -44,6 +49,7 @@ void Keeper::start() {
   output_.open();
   state_.output_begin = state_.output_shown = state_.output_end;
   line_.listen();
+  notify_.open(notify_path(socket_path_));
   terminal_.open();
   main_ = state_.pid = terminal_.start(state_.spec.exec);
   line_.owe_state();
@@ -56,7 +62,7 @@ void Keeper::serve() {
 
 int64_t Keeper::next_timeout_us(int64_t now_us) const {
   int64_t next = now_us + 60'000'000;
-  for (const auto& due : {kill_us_, tell_growth_us_, leave_us_}) {
+  for (const auto& due : {kill_us_, tell_growth_us_, leave_us_, notify_.next_due_us()}) {
     if (due) next = std::min(next, *due);
   }
   if (line_.owes()) next = std::min(next, now_us + kRetryUs);
@@ -67,8 +73,10 @@ void Keeper::step() {
   pollfd sources[] = {{signals_.get(), POLLIN, 0},
                       {line_.listener_fd(), POLLIN, 0},
                       {line_.fd(), POLLIN, 0},
-                      {phase_ == Phase::running ? terminal_.fd() : -1, POLLIN, 0}};
+                      {phase_ == Phase::running ? terminal_.fd() : -1, POLLIN, 0},
+                      {notify_.fd(), POLLIN, 0}};
   poll_for(sources, next_timeout_us(monotonic_us()));
+  if (sources[4].revents != 0) notify_.receive(main_);
   if (sources[3].revents != 0) read_output();
   if (sources[0].revents != 0) on_signals();
   if (sources[1].revents != 0 && line_.accept()) {
@@ -105,10 +113,15 @@ void Keeper::on_main_gone(int raw_status) {
 }
 
 // All orphans become children of a subreaper: without children there are no descendants.
-void Keeper::finish_if_tree_gone() {
-  if (phase_ != Phase::running || main_ != 0) return;
+bool Keeper::is_tree_gone() {
   siginfo_t info = {};
-  if (waitid(P_ALL, 0, &info, WEXITED | WNOHANG | WNOWAIT) == 0 || errno != ECHILD) return;
+  if (waitid(P_ALL, 0, &info, WEXITED | WNOHANG | WNOWAIT) != 0 && errno == ECHILD) return true;
+  const std::set<pid_t> survivors = notify_.survivors();
+  return !survivors.empty() && descendants_of(getpid(), survivors).empty();
+}
+
+void Keeper::finish_if_tree_gone() {
+  if (phase_ != Phase::running || main_ != 0 || !is_tree_gone()) return;
   while (read_output()) {
   }
   phase_ = Phase::finished;
@@ -122,6 +135,10 @@ void Keeper::finish_if_tree_gone() {
 
 void Keeper::on_timers() {
   const int64_t now_us = monotonic_us();
+  if (notify_.is_silent(now_us) && main_ > 0 && state_.cause.empty()) {
+    state_.cause = "its heartbeat was silent for 3 s";
+    kill_within(0);
+  }
   if (kill_us_ && now_us >= *kill_us_) {
     signal_tree(SIGKILL);
     kill_us_ = now_us + kKillAgainUs;  // for processes that were being forked meanwhile
@@ -162,9 +179,10 @@ void Keeper::begin_stop(int signal, double allowed_s) {
   if (phase_ == Phase::running) signal_tree(signal);
 }
 
-void Keeper::signal_tree(int signal) const {
+void Keeper::signal_tree(int signal) {
   if (main_ > 0) kill(main_, signal);  // before the search for the others
-  for (const pid_t pid : descendants_of(getpid())) {
+  notify_.receive(main_);
+  for (const pid_t pid : descendants_of(getpid(), notify_.survivors())) {
     if (pid != main_) kill(pid, signal);
   }
 }

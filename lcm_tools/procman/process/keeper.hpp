@@ -7,14 +7,15 @@
 
 #include "lcm_tools/procman/process/command_terminal.hpp"
 #include "lcm_tools/procman/process/deputy_line.hpp"
+#include "lcm_tools/procman/process/notify_socket.hpp"
 #include "lcm_tools/procman/process/output_file.hpp"
 
 namespace marco::procman {
 
 /// One run of one command, from its start until a deputy knows how it ended. A process of its own:
-/// it owns the command's terminal, writes its output to a file, sends SIGKILL by its own timer and,
-/// as a subreaper, waits for all descendants to end. It outlives its deputy; a later one finds it
-/// by a socket in the runtime folder.
+/// it owns the command's terminal, writes its output to a file, sends SIGKILL by its own timer or
+/// when a promised heartbeat is missing and, as a subreaper, waits for all descendants to end. It
+/// outlives its deputy; a later one finds it by a socket in the runtime folder.
 class Keeper {
  public:
   /// See DeputyLine.
@@ -40,12 +41,15 @@ class Keeper {
   bool read_output();
   void begin_stop(int signal, double allowed_s);
   void kill_within(int64_t us);
-  void signal_tree(int signal) const;
+  void signal_tree(int signal);
+  bool is_tree_gone();
   void finish_if_tree_gone();
 
+  std::string socket_path_;
   DeputyLine line_;
   Descriptor signals_;
   CommandTerminal terminal_;
+  NotifySocket notify_;
   KeeperMessage state_;  ///< what every message to the deputy carries
   OutputFile output_{state_};
   pid_t main_ = 0;  ///< the command's own process; 0 once it was reaped

@@ -46,6 +46,7 @@ void visit(KeeperMessage& message, Visitor&& visitor) {
   visitor("runid", message.runid);
   visitor("pid", message.pid);
   visitor("raw_status", message.raw_status);
+  visitor.optional("cause", message.cause);
   visitor("signal", message.signal);
   visitor("allowed_s", message.allowed_s);
   visitor("output_file", message.output_file);
@@ -64,6 +65,7 @@ struct Writer {
     out += std::string(key) + " " + escaped(value) + "\n";
   }
   void operator()(const char* key, bool value) { (*this)(key, std::string(value ? "1" : "0")); }
+  void optional(const char* key, const std::string& value) { (*this)(key, value); }
   template <class Number>
   void operator()(const char* key, Number value) {
     char digits[64];
@@ -82,6 +84,10 @@ struct Reader {
     return at != values.end() ? at->second : std::string_view();
   }
   void operator()(const char* key, std::string& out) { out = unescaped(value(key)); }
+  /// A keeper of an earlier version, which a new deputy finds at work, does not write it.
+  void optional(const char* key, std::string& out) {
+    if (values.contains(key)) (*this)(key, out);
+  }
   void operator()(const char* key, bool& out) { out = value(key) == "1"; }
   template <class Number>
   void operator()(const char* key, Number& out) {

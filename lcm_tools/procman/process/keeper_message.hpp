@@ -25,6 +25,7 @@ struct KeeperMessage {
   int32_t runid = 0;
   int32_t pid = 0;
   int raw_status = 0;
+  std::string cause;  ///< why the keeper itself killed the command, if it did
   int signal = 0;
   double allowed_s = 0.0;
   std::string output_file;

@@ -27,7 +27,7 @@ class Guest {
  public:
   explicit Guest(const std::string& lcm_url)
       : bus_(lcm_url),
-        state_("marco-procman-order:" + std::to_string(process::wall_clock_us()), true) {
+        state_(kGuest + ("marco-procman-order:" + std::to_string(process::wall_clock_us())), true) {
     subscribe_checked<procman_lcm::deputy_info_t>(
         bus_, procman::channels::kInfo, layouts::kInfo, drops_, [this](const auto& message) {
           state_.on_info(from_message(message), process::wall_clock_us(), monotonic_us());

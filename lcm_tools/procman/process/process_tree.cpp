@@ -50,9 +50,13 @@ std::map<pid_t, ProcessStat> read_processes() {
   return processes;
 }
 
-std::vector<pid_t> descendants_of(pid_t ancestor, const std::map<pid_t, ProcessStat>& processes) {
+std::vector<pid_t> descendants_of(pid_t ancestor,
+                                  const std::map<pid_t, ProcessStat>& processes,
+                                  const std::set<pid_t>& without) {
   std::multimap<pid_t, pid_t> children;
-  for (const auto& [pid, stat] : processes) children.emplace(stat.parent, pid);
+  for (const auto& [pid, stat] : processes) {
+    if (!without.contains(pid)) children.emplace(stat.parent, pid);
+  }
   std::vector<pid_t> found = {ancestor};
   for (std::size_t at = 0; at < found.size(); ++at) {
     const auto [first, last] = children.equal_range(found[at]);
@@ -64,7 +68,7 @@ std::vector<pid_t> descendants_of(pid_t ancestor, const std::map<pid_t, ProcessS
 
 // Kernels with CONFIG_PROC_CHILDREN list the children of each thread: a few files instead of one
 // for every process of the machine, which would delay a SIGKILL.
-std::vector<pid_t> descendants_of(pid_t ancestor) {
+std::vector<pid_t> descendants_of(pid_t ancestor, const std::set<pid_t>& without) {
   std::vector<pid_t> found = {ancestor};
   for (std::size_t at = 0; at < found.size(); ++at) {
     const std::string folder = "/proc/" + std::to_string(found[at]) + "/task";
@@ -75,9 +79,11 @@ std::vector<pid_t> descendants_of(pid_t ancestor) {
       std::ifstream children(folder + "/" + thread->d_name + "/children");
       if (!children && found[at] == ancestor) {
         closedir(threads);
-        return descendants_of(ancestor, read_processes());
+        return descendants_of(ancestor, read_processes(), without);
       }
-      for (pid_t child = 0; children >> child;) found.push_back(child);
+      for (pid_t child = 0; children >> child;) {
+        if (!without.contains(child)) found.push_back(child);
+      }
     }
     closedir(threads);
   }

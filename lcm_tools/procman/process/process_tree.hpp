@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <vector>
 
 namespace marco::procman {
@@ -21,9 +22,12 @@ struct ProcessStat {
 std::map<pid_t, ProcessStat> read_processes();
 
 /// The descendants of `ancestor`, without itself, parents before children.
-std::vector<pid_t> descendants_of(pid_t ancestor, const std::map<pid_t, ProcessStat>& processes);
+/// @param without  processes that are left out, with their own descendants.
+std::vector<pid_t> descendants_of(pid_t ancestor,
+                                  const std::map<pid_t, ProcessStat>& processes,
+                                  const std::set<pid_t>& without = {});
 
 /// As above, of now; reads only the part of /proc that it needs.
-std::vector<pid_t> descendants_of(pid_t ancestor);
+std::vector<pid_t> descendants_of(pid_t ancestor, const std::set<pid_t>& without = {});
 
 }  // namespace marco::procman

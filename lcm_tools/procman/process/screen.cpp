@@ -119,6 +119,8 @@ const Screen::Keys& Screen::table_keys() {
     bind({'a'}, [](Screen& s) { s.context_.sheriff.script().abort(); });
     bind({'o'}, [](Screen& s) {
       SheriffState& state = s.context_.sheriff.state();
+      if (s.context_.sheriff.script().is_running())
+        return s.context_.say("a script is running: a = abort it");
       state.set_observer(!state.observer());
     });
     bind({'n'}, [](Screen& s) { s.open_new_form(); });

@@ -63,6 +63,8 @@ std::string names_of_scripts(const procman::Config& config) {
 int check(const SheriffArguments& arguments, const procman::Config& config) {
   process::require_usage(!arguments.config.empty() || arguments.observer,
                          "a procman file is needed, unless as observer (-o)");
+  process::require_usage(!arguments.observer || arguments.script.empty(),
+                         "-o only watches: it runs no script");
   if (arguments.no_screen && arguments.script.empty()) {
     throw process::UsageError("without a screen (-n) a script to run is needed" +
                               names_of_scripts(config));

@@ -82,9 +82,12 @@ void SheriffProcess::subscribe() {
 
 void SheriffProcess::on_other_sheriff(const std::string& id) {
   if (state_.observer() || others_.ids.size() >= kMostOtherSheriffs) return;
+  const bool is_guest = id.starts_with(kGuest);
+  // A script must end: who is still at work then is noticed then.
+  if (script_.is_running() && !is_guest) return;
   if (!others_.ids.insert(id).second) return;
-  log_.note("another sheriff gives orders: " + id);
-  others_.is_new = true;
+  log_.note((is_guest ? "a guest gives an order: " : "another sheriff gives orders: ") + id);
+  others_.is_new = !is_guest;
 }
 
 void SheriffProcess::step(int64_t max_wait_us, int extra_fd) {

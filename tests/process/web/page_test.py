@@ -3,6 +3,7 @@
 usage: page_test.py BIN ROOT"""
 import json
 import os
+import pty
 import re
 import signal
 import socket
@@ -11,6 +12,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -350,6 +352,52 @@ class Steers(WithPage):
         self.assertTrue(other.wait(lambda: not other.of("page/stop")[-1]["engaged"], 2))
         for one in (client, other):
             one.close()
+
+
+class Sheriff(WithPage):
+    """The sheriff of a terminal, with a script that waits for a message."""
+    file = """cmd "one" { exec = "sleep 1000"; deputy = "localhost"; auto_respawn = "true"; }
+              cmd "two" { exec = "sleep 1001"; deputy = "localhost"; }
+              script "go" { restart cmd "one" wait "running"; wait cmd "one" publishing "GO";
+                            start cmd "two" wait "running"; }"""
+
+    def state_of(self, command):
+        commands = self.client.of("page/commands")[-1]["commands"]
+        return next((one["state"] for one in commands if one["name"] == command), None)
+
+    def test_an_order_of_the_page_does_not_stall_its_script(self):
+        self.client = Client(8765)
+        self.client.subscribe("page/commands")
+        for _ in range(int(os.environ.get("MARCO_PROCMAN_ROUNDS", 1))):
+            folder = tempfile.TemporaryDirectory()
+            config = os.path.join(folder.name, "two.procman")
+            with open(config, "w") as out:
+                out.write(self.file)
+            screen, terminal = pty.openpty()
+            sheriff = subprocess.Popen(
+                [os.path.join(BIN, "marco-procman-sheriff"), "-l", config, "go"], stdin=terminal, stdout=terminal,
+                stderr=terminal, env=os.environ | {"TERM": "xterm", "XDG_RUNTIME_DIR": folder.name, "XDG_STATE_HOME": folder.name})
+            os.close(terminal)
+            threading.Thread(target=lambda: [None for _ in iter(lambda: self.drawn(screen), b"")], daemon=True).start()
+            self.assertTrue(self.client.wait(lambda: self.client.of("page/commands") and
+                                             self.state_of("one") == "running", 20))
+            self.assertTrue(self.client.call("procman", {"command": "one", "action": "restart"})["ok"])
+            self.client.wait(lambda: False, 2.5)  # so that a sheriff that only watches has missed its turn
+            self.assertEqual((self.state_of("one"), self.state_of("two")), ("running", "stopped"))
+            self.bus.send("GO", b"")
+            self.assertTrue(self.client.wait(lambda: self.state_of("two") == "running", 20), self.state_of("two"))
+            sheriff.send_signal(signal.SIGTERM)
+            sheriff.wait(20)
+            self.assertTrue(self.client.wait(lambda: self.state_of("two") != "running", 20))
+            folder.cleanup()
+        self.client.close()
+
+    @staticmethod
+    def drawn(screen):
+        try:
+            return os.read(screen, 65536)
+        except OSError:  # its end
+            return b""
 
 
 class TwoSlams(WithPage):

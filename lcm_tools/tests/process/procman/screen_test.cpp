@@ -258,7 +258,7 @@ TEST_F(ScreenTest, AStopIsObeyedWhileAScriptRuns) {
   ASSERT_TRUE(shows("slam +localhost +Running"));
   keys("r");
   EXPECT_TRUE(shows("a script is running: a = abort it; t stops the command"));
-  keys("t");
+  keys("o t");  // who only watches stops nothing
   EXPECT_TRUE(shows("slam +localhost +Stopped \\(OK\\)"));
 }
 
@@ -307,6 +307,76 @@ TEST_F(ScreenTest, ForeignOrdersMakeItAnObserver) {
   publish_orders("somebody else");
   EXPECT_TRUE(shows("another sheriff is at work: now only watching"));
   EXPECT_TRUE(shows("Procman Observer"));
+}
+
+// A script waited for ever when anybody else gave an order: the sheriff only watched from then on.
+class ScriptAmongOthersTest : public ScreenTest {
+ protected:
+  ScriptAmongOthersTest() {
+    robot_ = R"(
+      cmd "one" { exec = "sleep 1000"; deputy = "bench"; auto_respawn = "true"; }
+      cmd "two" { exec = "sleep 1001"; deputy = "bench"; }
+      script "go" {
+        restart cmd "one" wait "running";
+        wait cmd "one" publishing "GO";
+        restart cmd "two" wait "running";
+      })";
+  }
+
+  /// Runs the script as often as MARCO_PROCMAN_ROUNDS says, with others at work while it waits.
+  void run_rounds(const std::function<void()>& disturb) {
+    start_deputy({"--script", write_file("robot.procman", robot_)});
+    if (!open_screen("")) return;
+    ASSERT_TRUE(shows("one +bench +Stopped"));
+    const char* rounds = std::getenv("MARCO_PROCMAN_ROUNDS");
+    for (int round = 1; round <= (rounds != nullptr ? std::atoi(rounds) : 2); ++round) {
+      const int32_t before = status("two").actual_runid;
+      keys("R Enter");
+      ASSERT_TRUE(shows("script go is running"));
+      ASSERT_TRUE(wait_until([&] { return status("one").pid != 0; }));
+      disturb();
+      const auto goes_on = [&] {
+        bus_->publish_raw("GO", {}, {});
+        return status("two").actual_runid > before && status("two").pid != 0;
+      };
+      ASSERT_TRUE(wait_until(goes_on, 20.0)) << "round " << round << screen();
+      EXPECT_TRUE(shows("s start  t stop")) << "the script's end";
+    }
+  }
+  void order(const std::string& action) {
+    auto guest = start_program({"marco-procman-order", action, "one"});
+    while (guest->wait_s(0.0) < 0) wait_until([] { return false; }, 0.05);
+    EXPECT_EQ(guest->wait_s(0.0), 0) << programs_output();
+  }
+};
+
+TEST_F(ScriptAmongOthersTest, ItEndsWhenAGuestGivesAnOrder) {
+  run_rounds([&] {
+    const int32_t before = status("one").pid;
+    order("restart");
+    EXPECT_TRUE(wait_until([&] { return status("one").pid != before && status("one").pid != 0; }));
+  });
+  EXPECT_TRUE(shows("Procman Sheriff"));
+  order("stop");
+  EXPECT_TRUE(shows("one +bench +Stopped \\(OK\\)")) << "as wanted by a guest";
+  keys("s");
+  EXPECT_TRUE(shows("one +bench +Running"));
+}
+
+TEST_F(ScriptAmongOthersTest, ItEndsWithAnObserverOrAnotherSheriffBesideIt) {
+  const std::string sheriff = std::string(std::getenv("MARCO_BIN")) + "/marco-procman-sheriff ";
+  const auto open_another = [&](const std::string& arguments) {
+    tmux("new-window -d -n other '" + sheriff + folder_ + "/robot.procman " + arguments + "'");
+    wait_until([] { return false; }, 2.5);
+    tmux("kill-window -t other");
+  };
+  run_rounds([&] {
+    open_another("-o");
+    open_another("");
+  });
+  EXPECT_TRUE(shows("Procman Sheriff")) << "the other one has yielded to the script";
+  publish_orders("a sheriff that repeats its orders");
+  EXPECT_TRUE(shows("Procman Observer")) << "without a script the newest takes over";
 }
 
 TEST_F(ScreenTest, WithoutATerminalItSaysWhatToDo) {

@@ -186,7 +186,7 @@ TEST_F(SheriffTest, ASecondLoneSheriffTouchesNothing) {
   config_ = write_file("lone.procman", kLoneRobot);
   auto sheriff = start_sheriff({"-n", "-l", "drive"});
   ASSERT_TRUE(wait_until([&] {
-    return status("base").pid > 0 &&
+    return status("base").pid > 0 && has_ended("short", 1) &&
            programs_output().find("these keep running: base") != std::string::npos;
   }));
   const pid_t pid = status("base").pid;
@@ -284,6 +284,8 @@ TEST_F(SheriffTest, WrongUseAndWrongFilesAreRefusedWithTheirPlace) {
   EXPECT_EQ(start_sheriff({"-n", "none"})->wait_s(40.0), 1);
   EXPECT_THAT(programs_output(), HasSubstr("there is no script \"none\"; there are: \"go\""));
   EXPECT_NE(start_sheriff({"-n", "-o", "go"})->wait_s(40.0), 0);
+  EXPECT_EQ(start_sheriff({"-o", "go"})->wait_s(40.0), 2);
+  EXPECT_THAT(programs_output(), HasSubstr("-o only watches: it runs no script"));
   config_ =
       write_file("wrong.procman", "cmd \"a\" { exec = \"x\"; }\nscript \"s\" { start cmd \"q\"; }");
   EXPECT_EQ(start_sheriff({"-n", "s"})->wait_s(40.0), 1);

@@ -359,6 +359,12 @@ TEST(DeputyState, DeathBySignalIsSaid) {
   world.order(lidar_spec(), 1);
   world.end("lidar", SIGKILL);
   EXPECT_EQ(world.told.at(0), "Killed");
+  world.order(lidar_spec(), 2);
+  world.order(lidar_spec(), 2, true);
+  world.told.clear();
+  world.deputy.on_ended("lidar", SIGKILL, 0, "it was silent");
+  world.work();
+  EXPECT_EQ(world.told.at(0), "killed: it was silent");
 }
 
 }  // namespace

@@ -79,6 +79,17 @@ TEST(KeeperMessage, ComesBackWhateverItsTexts) {
   }
 }
 
+// An update of the deputy finds the keepers that the one before started.
+TEST(KeeperMessage, AKeeperOfBeforeHeartbeatsIsUnderstood) {
+  KeeperMessage message;
+  message.cause = "said";
+  std::string bytes = encode(message);
+  EXPECT_EQ(decode_keeper_message(bytes), message);
+  bytes.erase(bytes.find("cause said\n"), 11);
+  message.cause.clear();
+  EXPECT_EQ(decode_keeper_message(bytes), message);
+}
+
 template <class Message>
 std::vector<uint8_t> bytes_of(const Message& message) {
   std::vector<uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));

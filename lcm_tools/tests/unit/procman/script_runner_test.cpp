@@ -82,6 +82,46 @@ TEST(ScriptRunner, WhatHasEndedCannotPublish) {
   EXPECT_EQ(script.step(world.sheriff, world.now_us), State::aborted);
 }
 
+// As a guest of the sheriff's does. What was to stop did.
+TEST(ScriptRunner, WhatSomebodyStartsAgainHasStopped) {
+  SheriffWorld world;
+  world.sheriff.start("lidar");
+  world.exchange();
+  const Config config = parse_config(
+      "script \"s\" { stop cmd \"lidar\" wait \"stopped\"; wait cmd \"lidar\" status \"stopped\"; "
+      "}",
+      "f");
+  world.config.scripts = config.scripts;
+  ScriptRunner script(world.config, "s");
+  for (int wait = 0; wait < 2; ++wait) {
+    script.step(world.sheriff, world.now_us);
+    world.sheriff.restart("lidar");
+    EXPECT_EQ(script.step(world.sheriff, world.now_us), State::running) << "not yet";
+    world.pass(kSecondUs);
+    EXPECT_EQ(world.status("lidar"), Status::running);
+    script.step(world.sheriff, world.now_us);
+    world.pass(kSecondUs);
+  }
+  EXPECT_EQ(script.step(world.sheriff, world.now_us), State::finished);
+}
+
+TEST(ScriptRunner, WhatWasStoppedOnOrderCannotPublish) {
+  SheriffWorld world;
+  for (PlacedCommand placed : all_commands(world.config)) {
+    placed.command.auto_respawn = true;
+    world.sheriff.put(placed);
+  }
+  ScriptRunner script(world.config, "inner");
+  script.step(world.sheriff, world.now_us);
+  world.pass(1000);
+  world.deputy.on_ended("logger", 1 << 8, world.now_us);
+  world.exchange();
+  EXPECT_EQ(script.step(world.sheriff, world.now_us), State::running) << "it respawns";
+  world.sheriff.stop("logger");
+  world.pass(1000);
+  EXPECT_EQ(script.step(world.sheriff, world.now_us), State::aborted);
+}
+
 TEST(ScriptRunner, TellsForWhomItWaitsSinceWhenAndThatItWasInVain) {
   SheriffWorld world;
   ScriptRunner script(world.config, "inner");

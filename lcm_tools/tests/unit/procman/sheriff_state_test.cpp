@@ -158,6 +158,68 @@ TEST(SheriffState, TwoSheriffsDoNotFight) {
   EXPECT_EQ(world.deputy.commands().at(1).pid, 0);
 }
 
+/// A guest beside the sheriff of a world: it knows what both said last.
+struct Guest {
+  explicit Guest(SheriffWorld& of) : world(of) { learn(); }
+  void learn() {
+    world.now_us += kSecondUs;
+    for (const Orders& orders : world.sheriff.take_due_orders(world.now_us, world.now_us)) {
+      state.on_orders(orders);
+    }
+    state.on_info({world.now_us, "base", {}, world.deputy.commands()}, world.now_us, world.now_us);
+  }
+  void order(const std::string& id, const std::string& action) {
+    const Orders orders = state.single_order(id, action, world.now_us, world.now_us);
+    world.deputy.on_orders(orders, world.now_us, world.now_us);
+    world.sheriff.on_orders(orders);
+    world.exchange();
+    world.pass(kSecondUs);
+  }
+
+  SheriffWorld& world;
+  SheriffState state{"guest:test", true};
+};
+
+TEST(SheriffState, AGuestsOrderIsAdoptedAndKept) {
+  SheriffWorld world;
+  for (PlacedCommand placed : all_commands(world.config)) {
+    placed.command.auto_respawn = true;
+    world.sheriff.put(placed);
+  }
+  world.sheriff.start("lidar");
+  world.exchange();
+  Guest guest(world);
+  guest.order("lidar", "restart");
+  EXPECT_EQ(world.status("lidar"), Status::running);
+  EXPECT_EQ(world.last_pid, 12) << "two starts, no more";
+  guest.order("lidar", "stop");
+  EXPECT_EQ(world.status("lidar"), Status::stopped_ok);
+  // The sheriff repeats it, for a deputy that was started anew as well.
+  world.deputy = DeputyState({"base", std::nullopt});
+  world.info();
+  world.pass(kSecondUs);
+  EXPECT_EQ(world.status("lidar"), Status::stopped_ok);
+  EXPECT_EQ(world.last_pid, 12);
+}
+
+// A guest repeats what it has heard of the other commands, which may be over.
+TEST(SheriffState, WhatAGuestKnewBeforeIsNotAdopted) {
+  SheriffWorld world;
+  world.sheriff.start("logger");
+  world.sheriff.start("lidar");
+  world.exchange();
+  Guest guest(world);
+  world.sheriff.stop("logger");
+  world.sheriff.restart("lidar");
+  world.sheriff.on_orders(guest.state.single_order("left", "start", world.now_us, world.now_us));
+  EXPECT_TRUE(world.sheriff.commands().at("logger").force_quit);
+  EXPECT_EQ(world.sheriff.commands().at("lidar").desired_runid, 2);
+  EXPECT_EQ(world.sheriff.commands().at("left").desired_runid, 1);
+  world.sheriff.on_orders({0, "elsewhere", "guest:test", {{{"left", "x"}, 9, false}}});
+  world.sheriff.on_orders({0, "base", "a sheriff", {{{"left", "x"}, 9, false}}});
+  EXPECT_EQ(world.sheriff.commands().at("left").desired_runid, 1);
+}
+
 TEST(SheriffState, CommandsOfOthersAreAdopted) {
   SheriffWorld world;
   world.deputy.adopt({"foreign", "x"}, 5, 99, 0);

@@ -15,7 +15,8 @@ constexpr std::size_t kMostCorners = 64;
 constexpr double kNearerM = 1e-4, kNearestM = 0.01, kRoundingM = 1e-6;
 
 double least_distance_m(double at_start_m, double margin_m) {
-  return std::min(margin_m, std::max(at_start_m - kNearerM, std::min(at_start_m, kNearestM) - kRoundingM));
+  return std::min(margin_m,
+                  std::max(at_start_m - kNearerM, std::min(at_start_m, kNearestM) - kRoundingM));
 }
 
 double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {

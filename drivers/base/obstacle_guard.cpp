@@ -73,14 +73,17 @@ std::string ObstacleGuard::words() const {
 
 void ObstacleGuard::on_odometry(const OdometrySample& sample) {
   around_.on_odometry(sample);
-  const double moved_m = between(odom_from_robot_, sample.odom_from_robot).translation_m().norm();
+  const Pose2 step = between(odom_from_robot_, sample.odom_from_robot);
   odom_from_robot_ = sample.odom_from_robot;
   const double since_s = (sample.utime - std::exchange(measured_at_, sample.utime)).seconds();
   const BaseVelocity velocity{sample.velocity_m_per_s, sample.yaw_rate_rad_per_s};
   forecast_.on_measured(velocity, since_s, around_.now());
-  if (moved_m == 0.0) return;
-  const bool seen = ground_of(Sweep(1), velocity) == LocalMap::Ground::seen;
-  unseen_m_ = seen ? 0.0 : unseen_m_ + moved_m;
+  // A turn leads nowhere, and so begins no new half metre.
+  const bool leads = std::abs(step.x_m) > std::abs(step.theta_rad) * body_.radius_m();
+  const bool seen =
+      leads && ground_of(Sweep(1), {step.x_m, step.theta_rad}) == LocalMap::Ground::seen;
+  const double moved_m = step.translation_m().norm();
+  unseen_m_ = seen || moved_m > Surroundings::kJumpM ? 0.0 : unseen_m_ + moved_m;
 }
 
 Sweep ObstacleGuard::way_of(const BaseVelocity& order, const Drive& drive) const {

@@ -9,7 +9,6 @@
 namespace marco::drivers {
 namespace {
 
-constexpr double kJumpM = 1.0;  // of the odometry: what was seen lies elsewhere
 constexpr double kExtrapolatedS = 0.2;
 constexpr double kNoEchoM = 2.0;  // so far a sonar without an echo saw nothing
 

@@ -17,6 +17,7 @@ namespace marco::drivers {
 class Surroundings {
  public:
   enum class Sonars { always, at_rest };  ///< when a base reads them
+  static constexpr double kJumpM = 1.0;   ///< of the odometry: what was seen lies elsewhere
 
   Surroundings(const Footprint& body, const Heights& in_the_way)
       : body_(body), watch_(in_the_way) {}

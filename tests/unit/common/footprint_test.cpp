@@ -142,9 +142,9 @@ TEST(Footprint, APointWithinTheMarginMayNotComeNearer) {
     return first_contact(body, sweep, points, 0.03) == sweep.size();
   };
   const double r = body.radius_m();
-  EXPECT_TRUE(is_free(arc(0.5, 0.0, 50, r), beside));    // along it
+  EXPECT_TRUE(is_free(arc(0.5, 0.0, 50, r), beside));   // along it
   EXPECT_FALSE(is_free(arc(0.0, 0.5, 50, r), beside));  // the corner ahead swings at it
-  EXPECT_TRUE(is_free(arc(-0.5, 0.0, 50, r), ahead));    // away
+  EXPECT_TRUE(is_free(arc(-0.5, 0.0, 50, r), ahead));   // away
   EXPECT_FALSE(is_free(arc(0.1, 0.0, 50, r), ahead));
   EXPECT_FALSE(is_free(arc(0.002, 0.0, 2, r), ahead));
   EXPECT_TRUE(is_free(arc(-0.5, 0.0, 50, r), inside));

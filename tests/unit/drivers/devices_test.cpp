@@ -393,9 +393,10 @@ PortReport found(Kind kind, const std::string& path) {
 }
 
 TEST(Devices, RobotFilesHoldEachDeviceOnce) {
-  const auto files = robot_files({found(Kind::rplidar, "/dev/a"), found(Kind::nmea, "/dev/b"),
-                                  found(Kind::sick, "/dev/c"), found(Kind::p2os, "/dev/d")},
-                                 "/home/me/my robot", "/opt/marco/config/mapping.procman", measured);
+  const auto files =
+      robot_files({found(Kind::rplidar, "/dev/a"), found(Kind::nmea, "/dev/b"),
+                   found(Kind::sick, "/dev/c"), found(Kind::p2os, "/dev/d")},
+                  "/home/me/my robot", "/opt/marco/config/mapping.procman", measured);
   std::set<std::string> names;
   for (const auto& [name, text] : files) names.insert(name);
   EXPECT_EQ(names,

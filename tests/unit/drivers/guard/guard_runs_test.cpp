@@ -14,7 +14,7 @@ class GuardRuns : public ::testing::TestWithParam<Commander> {};
 INSTANTIATE_TEST_SUITE_P(Commanders, GuardRuns, ::testing::ValuesIn(testing::kCommanders));
 
 TEST_P(GuardRuns, NothingThatWasSeenIsTouched) {
-  constexpr int kRuns = 4 * testing::kMixtures;
+  constexpr int kRuns = 3 * testing::kMixtures;
   GuardTally tally;
   for (int i = 0; i < kRuns; ++i) {
     GuardRun run = testing::mixed_run(GetParam(), i);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "guard_bench.hpp"
+#include "lcm_tools/process/config.hpp"
 
 namespace marco::drivers {
 namespace {
@@ -206,6 +207,13 @@ TEST_F(Guard, BackwardsWhereNoSensorSees) {
 
   bench_->run(31.0);  // long ago
   EXPECT_EQ(move(-0.3), Fate::refused);
+}
+
+// As after a restart of its driver alone.
+TEST_F(Guard, ItsOdometryMayBeginAnywhere) {
+  world_.room(6.0);
+  begin_seeing({3.0, 2.0, 0.5});
+  EXPECT_EQ(move(1.0), Fate::done);
 }
 
 TEST_F(Guard, ForwardWithALaserThatLooksBack) {
@@ -527,6 +535,14 @@ TEST_F(Guard, SonarsAloneAreOfUse) {
   EXPECT_EQ(speed(), 0.0);
   bench_->run(0.8, BaseVelocity{-0.4, 0.0});
   EXPECT_THAT(bench_->note(), HasSubstr("SONAR is silent for"));
+}
+
+TEST_F(Guard, ItsOldSettingsAreRefusedWithTheNewLine) {
+  for (const char* old : {"front_m = 0.2", "back_m = 0.2", "half_width_m = 0.2"}) {
+    EXPECT_THAT([&] { process::parse_options(old, options_, "base.toml"); },
+                ::testing::ThrowsMessage<std::invalid_argument>(
+                    HasSubstr("write body_m = [FRONT, -HALF_WIDTH, FRONT, HALF_WIDTH, -BACK")));
+  }
 }
 
 TEST_F(Guard, RefusesABodyThatIsNone) {

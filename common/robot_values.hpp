@@ -14,7 +14,7 @@ inline constexpr double kOrderHoldsS = 0.5;
 
 /// An order to a base (lcmtypes/marco/base_command_t.lcm); only the fields of its kind count.
 struct BaseCommand {
-  enum class Kind { stop, move, turn, velocity, go_to, set_speed };
+  enum class Kind { stop, move, turn, velocity, go_to, set_speed, forget_sensors };
 
   Utime utime;
   int64_t id = 0;
@@ -55,6 +55,20 @@ struct EmergencyStop {
 
 /// The note of a base that is under an emergency stop begins with this.
 inline constexpr const char* kEmergencyStopNote = "emergency stop";
+/// What a base's obstacle guard has to say stands at the end of the note, behind this.
+inline constexpr const char* kGuardNote = "guard: ";
+
+/// A note in two: its own words, and the guard's ("at most 0.2 m/s: no laser or sonar is heard";
+/// "" = it sees).
+struct BaseNote {
+  std::string text, guard;
+  explicit BaseNote(const std::string& note) : text(note) {
+    const std::size_t at = note.rfind(kGuardNote);
+    if (at == std::string::npos) return;
+    guard = note.substr(at + std::string(kGuardNote).size());
+    text.resize(at < 2 ? 0 : at - 2);  // "; " lies between
+  }
+};
 
 /// One transducer of a ring.
 struct SonarReading {

@@ -11,7 +11,8 @@ namespace marco {
 namespace {
 
 // The messages' constants are the enums' values, in order.
-static_assert(base_command_t::KIND_SET_SPEED == static_cast<int>(BaseCommand::Kind::set_speed));
+static_assert(base_command_t::KIND_FORGET_SENSORS ==
+              static_cast<int>(BaseCommand::Kind::forget_sensors));
 static_assert(base_command_t::KIND_VELOCITY == static_cast<int>(BaseCommand::Kind::velocity));
 static_assert(base_status_t::LINK_UP == static_cast<int>(BaseStatus::Link::up));
 static_assert(base_status_t::COMMAND_ABORTED == static_cast<int>(BaseStatus::Command::aborted));
@@ -85,7 +86,7 @@ base_command_t to_message(const BaseCommand& command) {
 BaseCommand from_message(const base_command_t& message) {
   auto command = value_of<BaseCommand>(message, kBaseCommandFields);
   command.kind =
-      checked(message.kind, BaseCommand::Kind::set_speed, "base_command_t: unknown kind");
+      checked(message.kind, BaseCommand::Kind::forget_sensors, "base_command_t: unknown kind");
   kBaseCommandFields(RequireFinite{"base_command_t: a number is not finite"}, command, message);
   require(message.max_velocity_m_per_s >= 0.0 && message.max_yaw_rate_rad_per_s >= 0.0 &&
               message.acceleration_m_per_s2 >= 0.0,

@@ -1,5 +1,6 @@
 #include <cstdio>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "drivers/transport/wall_clock.hpp"
@@ -72,17 +73,30 @@ int fail(const std::string& why) {
   return process::kExitFailed;
 }
 
+// What the base's guard lacks, each time that it is something else. @param said  the last time
+void say_of_guard(const BaseStatus& status, std::string& said) {
+  const std::string guard = BaseNote(status.note).guard;
+  if (!guard.empty() && guard != said) {
+    print(stderr, "marco go: the base's obstacle guard: %s\n", guard.c_str());
+  }
+  said = guard;
+}
+
 int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
   Ear ear(bus);
   wait_for_frame(bus, ear);
   teleop::GoalDrive drive(wall_now().us, {}, wall_now());
   Eigen::Vector2d left_m;
   Utime next = wall_now();
+  std::string guard;
   while (!process::stop_requested()) {
     const Utime now = wall_now();
     if (now < next) {
       bus.handle_once(static_cast<int>((next - now).us / 1000) + 1);
-      if (const auto status = std::exchange(ear.base, std::nullopt)) drive.on_status(*status);
+      if (const auto status = std::exchange(ear.base, std::nullopt)) {
+        drive.on_status(*status);
+        say_of_guard(*status, guard);
+      }
       continue;
     }
     next = now + Duration::from_seconds(teleop::GoalDrive::kSendEveryS);

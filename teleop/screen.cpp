@@ -58,7 +58,9 @@ std::vector<std::string> head_lines(const RobotView& view) {
   lines.push_back(line);
   const std::string keys =
       "arrows, ijkl step, tgfhr head, +- speed, space stop, e EMERGENCY, c clear, q end";
-  lines.push_back(!view.base->note.empty()        ? view.base->note
+  const BaseNote note(view.base->note);
+  if (!note.guard.empty()) lines.push_back(kGuardNote + note.guard);
+  lines.push_back(!note.text.empty()              ? note.text
                   : !view.gamepad_trouble.empty() ? "gamepad: " + view.gamepad_trouble
                                                   : keys);
   return lines;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/robot_values.hpp"
 #include "lcm_tools/process/status_publisher.hpp"
 #include "web/foxglove/json.hpp"
 
@@ -56,7 +57,8 @@ void Health::take_base(const std::string& base,
                        const std::vector<double>& battery_v,
                        const std::string& note,
                        int64_t now_us) {
-  base_ = Base{base, note, is_link_up, battery_v, now_us};
+  const BaseNote words(note);
+  base_ = Base{base, words.text, words.guard, is_link_up, battery_v, now_us};
 }
 
 void Health::take_pose_age(double age_s, int64_t now_us) {
@@ -96,6 +98,11 @@ std::vector<HealthFinding> Health::own_findings(int64_t now_us) const {
                         "the base " + base_->name + " does not answer" +
                             (base_->note.empty() ? "" : ": " + base_->note),
                         "Is it switched on, and its cable plugged in?"});
+  }
+  if (base_ && now_us - base_->heard_us < kSilentUs && !base_->guard.empty()) {
+    findings.push_back({false, "the obstacle guard of " + base_->name + ": " + base_->guard,
+                        "docs/stopping.md says what it needs: a laser that runs, and its height in "
+                        "its driver's position_m."});
   }
   return findings;
 }

@@ -58,7 +58,7 @@ class Health {
     int64_t heard_us = 0;
   };
   struct Base {
-    std::string name, note;
+    std::string name, note, guard;
     bool is_link_up = true;
     std::vector<double> battery_v;
     int64_t heard_us = 0;

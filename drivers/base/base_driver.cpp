@@ -1,5 +1,6 @@
 #include "drivers/base/base_driver.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
@@ -11,7 +12,8 @@ using Kind = BaseCommand::Kind;
 using Fate = BaseStatus::Command;
 
 constexpr double kTellEveryS = 0.5;
-constexpr const char* kObstacle = "an obstacle is in the way";
+constexpr double kJudgeEveryS = 0.02;
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 constexpr double kLeastMoveM = 0.005;
 constexpr double kLeastTurnRad = deg_to_rad(0.3);
 
@@ -27,9 +29,28 @@ BaseOutput BaseDriver::take_output() { return std::exchange(output_, {}); }
 
 BaseStatus BaseDriver::status() const {
   BaseStatus told = status_;
-  if (!gate_.stopped()) return told;
-  told.note = gate_.note() + (status_.note.empty() ? "" : "; " + status_.note);
+  told.note = gate_.note();
+  add_words(told.note, status_.note);
+  if (const std::string words = guard_.words(); !words.empty()) {
+    add_words(told.note, kGuardNote + words);
+  }
   return told;
+}
+
+BaseSpeeds BaseDriver::speeds() const {
+  BaseSpeeds speeds = speeds_;
+  speeds.velocity_m_per_s = std::min(speeds.velocity_m_per_s, leg_limit_m_per_s_);
+  speeds.yaw_rate_rad_per_s =
+      std::min(speeds.yaw_rate_rad_per_s, leg_limit_m_per_s_ / guard_.radius_m());
+  return speeds;
+}
+
+void BaseDriver::limit_legs(double m_per_s) {
+  if (std::exchange(leg_limit_m_per_s_, m_per_s) != m_per_s) speeds_changed();
+}
+
+ObstacleGuard::Drive BaseDriver::drive_of() const {
+  return {dynamics(), [this](const BaseVelocity& order) { return as_driven(order); }};
 }
 
 std::string BaseDriver::state() const {
@@ -65,7 +86,11 @@ void BaseDriver::set_link(BaseStatus::Link link, const std::string& note, Utime 
 
 void BaseDriver::command(const BaseCommand& command, Utime now) {
   if (const std::string why = gate_.why_refused(command, now); !why.empty()) {
-    return refuse(command, why, now);
+    return answer(command, Fate::refused, why, now);
+  }
+  if (command.kind == Kind::forget_sensors) {
+    const std::string names = guard_.forget_sensors();
+    return answer(command, Fate::done, "forgot " + (names.empty() ? "no sensor" : names), now);
   }
   if (command.kind == Kind::set_speed) {
     const auto take = [](double given, double& kept) {
@@ -81,7 +106,10 @@ void BaseDriver::command(const BaseCommand& command, Utime now) {
     return;
   }
   if (status_.link != BaseStatus::Link::up) {
-    return refuse(command, "the base does not answer", now);
+    return answer(command, Fate::refused, "the base does not answer", now);
+  }
+  if (const std::string why = why_held(command, now); !why.empty()) {
+    return answer(command, Fate::refused, why, now);
   }
   order_.newest_came = now;
   if (mode_ == Mode::idle) {
@@ -95,16 +123,35 @@ void BaseDriver::command(const BaseCommand& command, Utime now) {
   }
 }
 
-void BaseDriver::refuse(const BaseCommand& command, const std::string& why, Utime now) {
+/// What fell silent while it moved must not move by itself when it is back.
+std::string BaseDriver::why_held(const BaseCommand& command, Utime now) {
+  guard_.note_time(now);
+  const bool streams = command.kind == Kind::velocity;
+  const bool rests =
+      streams && command.velocity_m_per_s == 0.0 && command.yaw_rate_rad_per_s == 0.0;
+  if (streams) {
+    const double pause_s = (now - std::exchange(stream_.came, now)).seconds();
+    if (rests || pause_s >= kOrderHoldsS) stream_.held = false;
+  }
+  if (rests || command.kind == Kind::stop) return "";
+  const std::string silent = guard_.silent();
+  if (streams && !silent.empty()) stream_.held = true;
+  if (streams && stream_.held && silent.empty()) {
+    return "a sensor was silent: let go, then order again";
+  }
+  return silent;
+}
+
+void BaseDriver::answer(const BaseCommand& command, Fate fate, const std::string& note, Utime now) {
   if (mode_ == Mode::idle) {
     order_.command = command;
-    return finish(Fate::refused, why, now);
+    return finish(fate, note, now);
   }
   // Reported once; after that the status is again that of the running order.
   BaseStatus running = status_;
   status_.command_id = command.id;
-  status_.command = Fate::refused;
-  status_.note = why;
+  status_.command = fate;
+  status_.note = note;
   tell(now);
   status_ = std::move(running);
 }
@@ -154,6 +201,8 @@ void BaseDriver::begin(const BaseCommand& command, Utime now) {
     request_stop(Fate::done, "", now);
   } else if (command.kind == Kind::velocity) {
     mode_ = Mode::velocity;
+    judged_ = {};
+    limit_legs(kNoLimit);
   } else if (command.kind == Kind::move) {
     journey_.leg = {Leg::Kind::move, command.distance_m};
   } else if (command.kind == Kind::turn) {
@@ -166,34 +215,24 @@ void BaseDriver::begin(const BaseCommand& command, Utime now) {
   tell(now);
 }
 
-double BaseDriver::free_part(const Leg& leg, Utime now) const {
-  return leg.kind == Leg::Kind::move ? guard_.free_move_m(leg.amount, odom_from_robot_, now)
-                                     : guard_.free_turn_rad(leg.amount, odom_from_robot_, now);
-}
-
-std::string BaseDriver::pressed_bumpers_or(const char* otherwise) const {
-  const bool moves = journey_.leg.kind == Leg::Kind::move;
-  const std::string bumpers = moves ? guard_.pressed_bumpers(journey_.leg.amount) : "";
-  return bumpers.empty() ? otherwise : bumpers;
-}
-
 void BaseDriver::begin_leg(Utime now) {
-  const double least = journey_.leg.kind == Leg::Kind::move ? kLeastMoveM : kLeastTurnRad;
+  const bool moves = journey_.leg.kind == Leg::Kind::move;
+  const double least = moves ? kLeastMoveM : kLeastTurnRad;
   mode_ = Mode::leg;
   if (std::abs(journey_.leg.amount) < least) {
     leg_ended(true, "", now);
     return;
   }
-  const double free = free_part(journey_.leg, now);
-  if (std::abs(free) < std::abs(journey_.leg.amount)) {
-    journey_.limited = true;
-    journey_.leg.amount = std::copysign(free, journey_.leg.amount);
-    if (std::abs(free) < 4.0 * least) {
-      finish(journey_.on_first_leg ? Fate::refused : Fate::shortened, pressed_bumpers_or(kObstacle),
-             now);
-      return;
+  const ObstacleGuard::FreeWay free =
+      moves ? guard_.free_move(journey_.leg.amount) : guard_.free_turn(journey_.leg.amount);
+  if (std::abs(free.amount) < std::abs(journey_.leg.amount)) {
+    journey_.limited = free.why;
+    journey_.leg.amount = free.amount;
+    if (std::abs(free.amount) < 4.0 * least) {
+      return finish(journey_.on_first_leg ? Fate::refused : Fate::shortened, free.why, now);
     }
   }
+  limit_legs(std::min(free.speed_limit_m_per_s, guard_.speed_limit_m_per_s()));
   start_leg(journey_.leg, now);
 }
 
@@ -202,8 +241,8 @@ void BaseDriver::leg_ended(bool reached, const std::string& note, Utime now) {
   journey_.on_first_leg = false;
   if (!reached) {
     finish(Fate::aborted, note, now);
-  } else if (journey_.limited) {
-    finish(Fate::shortened, pressed_bumpers_or(kObstacle), now);
+  } else if (!journey_.limited.empty()) {
+    finish(Fate::shortened, journey_.limited, now);
   } else if (journey_.then_to_point) {
     journey_.then_to_point = false;
     const Eigen::Vector2d way = odom_from_robot_.inverse() * order_.command.point_m;
@@ -214,16 +253,24 @@ void BaseDriver::leg_ended(bool reached, const std::string& note, Utime now) {
   }
 }
 
+bool BaseDriver::judgement_is_due(Utime now) {
+  if (std::abs((now - judged_).seconds()) < kJudgeEveryS) return false;
+  judged_ = now;
+  return true;
+}
+
 void BaseDriver::watch_leg(Utime now) {
+  if (!judgement_is_due(now)) return;
   const double remaining = leg_remaining();
-  const double free = free_part({journey_.leg.kind, remaining}, now);
-  if (std::abs(free) >= std::abs(remaining) - (journey_.leg.kind == Leg::Kind::move ? 0.02 : 0.03))
-    return;
-  // The way is blocked before the leg's end: brake at the last moment that is early enough.
-  const double to_stop = journey_.leg.kind == Leg::Kind::move ? stop_distance_m() : 0.05;
-  if (std::abs(free) <= to_stop) {
-    request_stop(Fate::shortened, pressed_bumpers_or("an obstacle came into the way"), now);
-  }
+  const BaseSpeeds limits = speeds();
+  const BaseVelocity speed =
+      journey_.leg.kind == Leg::Kind::move
+          ? BaseVelocity{std::copysign(limits.velocity_m_per_s, remaining), 0.0}
+          : BaseVelocity{0.0, std::copysign(limits.yaw_rate_rad_per_s, remaining)};
+  std::string why = guard_.why_end_leg(speed, remaining, drive_of());
+  if (guard_.speed_limit_m_per_s() < leg_limit_m_per_s_) why = guard_.words();
+  guard_.on_sent(speed);
+  if (!why.empty()) request_stop(Fate::shortened, why, now);
 }
 
 void BaseDriver::watch_velocity(Utime now) {
@@ -231,33 +278,34 @@ void BaseDriver::watch_velocity(Utime now) {
     request_stop(Fate::done, "no velocity came for 0.5 s", now);
     return;
   }
-  double v = order_.command.velocity_m_per_s, w = order_.command.yaw_rate_rad_per_s;
-  std::string note;
-  if (v != 0.0) {
-    // No faster than can be braked in the room there is.
-    const double free = std::abs(guard_.free_move_m(std::copysign(1.5, v), odom_from_robot_, now));
-    const double allowed =
-        free < 1.5 ? std::sqrt(speeds_.acceleration_m_per_s2 * std::max(0.0, free - 0.02))
-                   : std::abs(v);
-    if (allowed < std::abs(v)) {
-      v = allowed < 0.03 ? 0.0 : std::copysign(allowed, v);
-      note = "slowed down before an obstacle";
-    }
-  }
-  if (w != 0.0 &&
-      std::abs(guard_.free_turn_rad(std::copysign(0.1, w), odom_from_robot_, now)) < 0.05) {
-    w = 0.0;
-    note = "no room to turn";
-  }
-  if (note != status_.note) {
-    status_.note = note;
+  const auto within = [](double value, double most) { return std::clamp(value, -most, most); };
+  const BaseVelocity order{within(order_.command.velocity_m_per_s, speeds_.velocity_m_per_s),
+                           within(order_.command.yaw_rate_rad_per_s, speeds_.yaw_rate_rad_per_s)};
+  if (judgement_is_due(now)) verdict_ = guard_.judge(order, drive_of());
+  if (verdict_.why != status_.note) {
+    status_.note = verdict_.why;
     tell(now);
   }
-  drive(v, w, now);
+  guard_.on_sent(as_driven(verdict_.velocity));
+  drive(verdict_.velocity.ahead_m_per_s, verdict_.velocity.turn_rad_per_s, now);
+}
+
+void BaseDriver::watch_sensors(Utime now) {
+  const std::string silent = guard_.silent();
+  if (silent.empty() || mode_ == Mode::idle || mode_ == Mode::stopping) return;
+  const BaseCommand& order = order_.command;
+  stream_.held =
+      mode_ == Mode::velocity && (order.velocity_m_per_s != 0.0 || order.yaw_rate_rad_per_s != 0.0);
+  request_stop(Fate::aborted, silent, now);
+  if (mode_ != Mode::stopping) return;
+  status_.note = silent;  // not only when it stands
+  tell(now);
 }
 
 void BaseDriver::advance_motion(Utime now) {
+  guard_.note_time(now);
   if (status_.link == BaseStatus::Link::up) {
+    watch_sensors(now);
     if (mode_ == Mode::leg_due) begin_leg(now);
     if (mode_ == Mode::leg) watch_leg(now);
     if (mode_ == Mode::velocity) watch_velocity(now);
@@ -269,6 +317,7 @@ void BaseDriver::request_stop(BaseStatus::Command fate, const std::string& note,
   after_stop_ = {fate, note};
   if (mode_ == Mode::stopping) return;
   mode_ = Mode::stopping;
+  guard_.on_sent({});
   stop_wheels(now);
 }
 
@@ -280,6 +329,7 @@ void BaseDriver::stopped(Utime now) {
 
 void BaseDriver::finish(BaseStatus::Command fate, const std::string& note, Utime now) {
   mode_ = Mode::idle;
+  guard_.on_rest();
   status_.command_id = order_.command.id;
   status_.command = fate;
   status_.note = note;
@@ -288,6 +338,7 @@ void BaseDriver::finish(BaseStatus::Command fate, const std::string& note, Utime
 
 void BaseDriver::publish_odometry(const OdometrySample& sample) {
   odom_from_robot_ = sample.odom_from_robot;
+  guard_.on_odometry(sample);
   output_.odometry.push_back(sample);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -80,7 +81,10 @@ class BaseDriver {
   const Pose2& odom_from_robot() const { return odom_from_robot_; }
   /// One line for a person.
   std::string state() const;
-  /// As published: while an emergency stop is latched, the note begins with it.
+  /// How the wheels follow an order.
+  virtual BaseDynamics dynamics() const = 0;
+  /// As published: while an emergency stop is latched, the note begins with it; it ends with what
+  /// the guard has to say (kGuardNote).
   BaseStatus status() const;
 
  protected:
@@ -93,7 +97,8 @@ class BaseDriver {
   void tell(Utime now);
   BaseStatus& edit_status() { return status_; }
   BaseOutput& output() { return output_; }
-  const BaseSpeeds& speeds() const { return speeds_; }
+  /// As ordered, and no faster than the guard lets a leg go.
+  BaseSpeeds speeds() const;
   bool idle() const { return mode_ == Mode::idle; }
 
  private:
@@ -110,8 +115,8 @@ class BaseDriver {
   /// The same, as hard as the base can.
   virtual void emergency_brake(Utime now) { stop_wheels(now); }
   virtual void speeds_changed() {}
-  /// Stopping distance of a move at its top speed.
-  virtual double stop_distance_m() const = 0;
+  /// What drive() makes of a velocity: not every base drives every arc.
+  virtual BaseVelocity as_driven(const BaseVelocity& order) const { return order; }
 
   struct RunningOrder {
     BaseCommand command;
@@ -121,7 +126,7 @@ class BaseDriver {
   struct Journey {
     Leg leg;
     bool on_first_leg = true;
-    bool limited = false;        ///< the leg was shortened before it began
+    std::string limited = {};    ///< why the leg was shortened before it began; "" = it was not
     bool then_to_point = false;  ///< it turns towards a point; the move follows
   };
   struct Ending {
@@ -133,12 +138,19 @@ class BaseDriver {
   void begin_leg(Utime now);
   void watch_leg(Utime now);
   void watch_velocity(Utime now);
+  void watch_sensors(Utime now);
+  std::string why_held(const BaseCommand& command, Utime now);
+  bool judgement_is_due(Utime now);
+  void limit_legs(double m_per_s);
+  ObstacleGuard::Drive drive_of() const;
   void request_stop(BaseStatus::Command fate, const std::string& note, Utime now);
   void brake(const std::string& note, Utime now);
-  void refuse(const BaseCommand& command, const std::string& why, Utime now);
+  /// To an order that does not change the running one.
+  void answer(const BaseCommand& command,
+              BaseStatus::Command fate,
+              const std::string& note,
+              Utime now);
   void finish(BaseStatus::Command fate, const std::string& note, Utime now);
-  double free_part(const Leg& leg, Utime now) const;
-  std::string pressed_bumpers_or(const char* otherwise) const;
 
   BaseSpeeds speeds_;
   ObstacleGuard guard_;
@@ -150,8 +162,16 @@ class BaseDriver {
   RunningOrder order_;
   std::optional<BaseCommand> next_order_;
   Journey journey_;
+  /// Velocities that come without a pause are one order, even while they are refused.
+  struct Stream {
+    Utime came;         ///< the last of them
+    bool held = false;  ///< a sensor fell silent meanwhile: it needs a new one
+  };
   Ending after_stop_;
-  Utime last_told_;
+  Stream stream_;
+  ObstacleGuard::Verdict verdict_;
+  double leg_limit_m_per_s_ = std::numeric_limits<double>::infinity();
+  Utime judged_, last_told_;
 };
 
 }  // namespace marco::drivers

@@ -1,82 +1,142 @@
 #pragma once
 
-#include <map>
-#include <optional>
+#include <array>
+#include <functional>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "common/robot_values.hpp"
-#include "common/samples.hpp"
+#include "common/footprint.hpp"
+#include "drivers/base/motion_forecast.hpp"
+#include "drivers/base/surroundings.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers {
 
 struct GuardOptions {
   bool enabled = true;
-  double front_m = 0.30;  ///< of the body, from the turning centre
-  double back_m = 0.30;
-  double half_width_m = 0.27;
-  double margin_m = 0.10;       ///< kept free ahead and behind
-  double side_margin_m = 0.03;  ///< kept free beside the body
-  double min_height_m = 0.08;   ///< lower things are floor
-  double max_height_m = 1.20;   ///< higher ones are passed under
-  double max_age_s = 60.0;      ///< of the last reading of a sensor that has failed
+  /// The outline: x1, y1, x2, y2, ... from the turning centre, x ahead and y left.
+  std::vector<double> body_m = Footprint::box(0.30, 0.30, 0.27);
+  double margin_m = 0.10;                ///< kept free ahead on the way
+  double side_margin_m = 0.03;           ///< kept free all around the body
+  double min_height_m = 0.08;            ///< lower things are floor
+  double max_height_m = 1.20;            ///< higher ones are passed under
+  double braking_m_per_s2 = 0.3;         ///< the base brakes at least so hard
+  double delay_s = 0.3;                  ///< from an order to the wheels, at most
+  double without_sensors_m_per_s = 0.2;  ///< while no sensor shows what is in the way
+
+  static constexpr const char* kBox =
+      "body_m = [FRONT, -HALF_WIDTH, FRONT, HALF_WIDTH, -BACK, HALF_WIDTH, -BACK, -HALF_WIDTH]";
+  static constexpr std::array kRenamed{
+      RenamedKey{"front_m", kBox}, RenamedKey{"back_m", kBox}, RenamedKey{"half_width_m", kBox},
+      RenamedKey{"max_age_s", "nothing: a sensor that falls silent stops the robot at once"}};
 
   template <class Visitor>
   void visit(Visitor& v) {
     v("enabled", enabled);
-    v("front_m", front_m, kPositive);
-    v("back_m", back_m, kPositive);
-    v("half_width_m", half_width_m, kPositive);
+    v("body_m", body_m);
     v("margin_m", margin_m, kNotNegative);
     v("side_margin_m", side_margin_m, kNotNegative);
     v("min_height_m", min_height_m);
     v("max_height_m", max_height_m, kPositive);
-    v("max_age_s", max_age_s, kPositive);
+    v("braking_m_per_s2", braking_m_per_s2, kPositive);
+    v("delay_s", delay_s, Limits{0.0, 2.0});
+    v("without_sensors_m_per_s", without_sensors_m_per_s, kNotNegative);
   }
 };
 
-/// Collision guard: how far a robot may go before it meets what its laser, sonars and bumpers saw.
-/// Each sensor's points stay in the odom frame until its next reading, at most max_age_s: a wall
-/// remains when the laser fails in front of it. Without any readings the way counts as free,
-/// because a robot without a laser must be drivable; see blind().
+/// The last thing before the wheels: lets a base move as far as laser, sonars and bumpers show that
+/// it may. It sweeps the body along the arc that an order leads to: what was sent and takes effect
+/// yet, the order, and the braking after it.
+///
+/// Into ground that no sensor sees now it lets the base go no faster than 0.1 m/s, no farther than
+/// half a metre, and only where in the last 30 s a sensor saw that it is free or the body covered
+/// it. A turn on the spot is checked against what was seen alone. It knows nothing of glass, of
+/// steps down, and of what is lower or higher than a laser's plane.
 class ObstacleGuard {
  public:
+  /// @throws std::invalid_argument naming the option.
   explicit ObstacleGuard(const GuardOptions& options);
 
-  void on_sensor_info(const SensorInfo& info) { infos_[info.channel] = info; }
-  void on_pantilt(const PanTiltState& state) { pantilt_ = state; }
-  /// Ignored until the laser's SensorInfo has come.
+  /// Call at each step, before the others.
+  void note_time(Utime now) { around_.note_time(now); }
+  void on_sensor_info(const SensorInfo& info) { around_.on_sensor_info(info); }
+  void on_pantilt(const PanTiltState& state) { around_.on_pantilt(state); }
+  void on_odometry(const OdometrySample& sample);
+  /// As Surroundings.
   void on_scan(const LaserScan& scan, const Pose2& odom_from_robot, Utime now);
-  void on_sonar(const SonarRing& ring, const Pose2& odom_from_robot, Utime now);
+  void on_sonar(const SonarRing& ring,
+                const Pose2& odom_from_robot,
+                Utime now,
+                Surroundings::Sonars read = Surroundings::Sonars::always);
   /// Numbers of those that are pressed, 1 = the leftmost as seen from within.
   void on_bumpers(std::vector<int> front_pressed, std::vector<int> rear_pressed);
+  /// Their mounts, and what they saw. @returns the sensors' names, with commas.
+  std::string forget_sensors() { return around_.forget(); }
 
-  /// @param wanted_m  straight on, < 0 = backwards. @returns the part that is free, same sign.
-  double free_move_m(double wanted_m, const Pose2& odom_from_robot, Utime now) const;
-  /// @param wanted_rad  on the spot. @returns the part that is free, same sign.
-  double free_turn_rad(double wanted_rad, const Pose2& odom_from_robot, Utime now) const;
+  /// How a base drives.
+  struct Drive {
+    BaseDynamics dynamics;
+    std::function<BaseVelocity(const BaseVelocity&)> as_driven;  ///< what it makes of an order
+  };
+  struct Verdict {
+    BaseVelocity velocity;  ///< the largest part of the order, along its arc, that is allowed
+    std::string why = {};   ///< it is not all of it
+  };
+  /// @param order  the base would be told now.
+  Verdict judge(const BaseVelocity& order, const Drive& drive);
+  /// The base is told this, and nothing else until the next call.
+  void on_sent(const BaseVelocity& order) { forecast_.on_sent(order, around_.now()); }
+  /// It rests, and nothing that was sent is under way to its wheels.
+  void on_rest() { forecast_.on_rest(); }
 
+  struct FreeWay {
+    double amount = 0.0;   ///< [m] or [rad], signed
+    std::string why = {};  ///< it is not all that was wanted
+    double speed_limit_m_per_s = std::numeric_limits<double>::infinity();
+  };
+  /// From standing. @param wanted_m  straight on, < 0 = backwards.
+  FreeWay free_move(double wanted_m) const;
+  /// @param wanted_rad  on the spot.
+  FreeWay free_turn(double wanted_rad) const;
+  /// Why a leg under way must be ended now; "" = it need not. @param speed  the leg's, along or
+  /// about. @param remaining  of it [m or rad].
+  std::string why_end_leg(const BaseVelocity& speed, double remaining, const Drive& drive);
+
+  /// "LIDAR is silent for 0.7 s": nothing may move; "" = none is.
+  std::string silent() const { return options_.enabled ? around_.silent() : ""; }
+  /// Of the body's fastest point; infinity while a sensor shows what is in the way.
+  double speed_limit_m_per_s() const;
   /// "front bumper 3 is pressed" for a move this way; "" = none is.
-  std::string pressed_bumpers(double wanted_m) const;
-
-  bool blind(Utime now) const;
+  std::string pressed_bumpers(double ahead) const;
+  /// What a person has to know of it; "" = it sees.
+  std::string words() const;
+  double radius_m() const { return body_.radius_m(); }
   const GuardOptions& options() const { return options_; }
 
  private:
-  struct Sight {
-    Utime when;
-    std::vector<Eigen::Vector2d> points_in_odom;
-  };
-  std::vector<Eigen::Vector2d> fresh_points(const Pose2& odom_from_robot, Utime now) const;
-  bool in_body(const Eigen::Vector2d& point, double margin_m, double side_margin_m) const;
+  using Points = std::vector<Eigen::Vector2d>;
+  Sweep way_of(const BaseVelocity& order, const Drive& drive) const;
+  void keep_margin(Sweep& sweep, const BaseVelocity& order) const;
+  Points points_near(const Sweep& sweep) const;
+  LocalMap::Ground ground_of(const Sweep& sweep, const BaseVelocity& velocity) const;
+  std::string why_not(const Sweep& sweep, const BaseVelocity& order, const Points& points) const;
+  std::pair<double, std::string> free_part(const BaseVelocity& order, const Drive& drive) const;
+  FreeWay free_way(double wanted, const BaseVelocity& unit) const;
+  FreeWay on_seen_ground(FreeWay free, const Sweep& sweep, const BaseVelocity& way) const;
+  void note_drive(const Drive& drive);
 
   GuardOptions options_;
-  std::map<std::string, SensorInfo> infos_;
-  std::optional<PanTiltState> pantilt_;
-  std::map<std::string, Sight> sights_;
+  Footprint body_;
+  Surroundings around_;
+  MotionForecast forecast_;
   std::vector<int> front_pressed_;
   std::vector<int> rear_pressed_;
+  Pose2 odom_from_robot_;
+  Utime measured_at_, judged_at_;
+  double period_s_ = 0.0;  ///< from an order to the next
+  double unseen_m_ = 0.0;  ///< driven in a row into ground that no sensor saw
 };
 
 }  // namespace marco::drivers

@@ -25,6 +25,7 @@ bool within(double value, double most) { return std::abs(value) <= most; }  // f
 bool drivable(const BaseCommand& order) {
   switch (order.kind) {
     case Kind::stop:
+    case Kind::forget_sensors:
       return true;
     case Kind::move:
       return within(order.distance_m, kMostWay);
@@ -47,7 +48,7 @@ bool drivable(const BaseCommand& order) {
 
 std::string OrderGate::why_refused(const BaseCommand& order, Utime now) const {
   if (order.kind == Kind::stop) return "";
-  if (stopped() && order.kind != Kind::set_speed) {
+  if (stopped() && order.kind != Kind::set_speed && order.kind != Kind::forget_sensors) {
     return "no order to move is obeyed until it is released (marco stop --release)";
   }
   if (!drivable(order)) {

@@ -20,11 +20,6 @@ void WheelPlan::set_speeds(const BaseSpeeds& speeds) {
   rate_.acceleration = rate_.deceleration = speeds.acceleration_m_per_s2 / (track_m_ / 2.0);
 }
 
-double WheelPlan::stop_distance_m() const {
-  const double v = std::abs(velocity_.speed);
-  return 0.5 * v * v / velocity_.deceleration + kDelayS * v;
-}
-
 void WheelPlan::start_leg(const BaseDriver::Leg& leg, const Pose2& odom_from_robot, Utime now) {
   course_ = Course{leg, odom_from_robot, now};
   still_ = 0;

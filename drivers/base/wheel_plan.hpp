@@ -51,8 +51,9 @@ class WheelPlan {
   double velocity_m_per_s() const { return velocity_.speed; }
   double left_m_per_s() const { return velocity_.speed - rate_.speed * track_m_ / 2.0; }
   double right_m_per_s() const { return velocity_.speed + rate_.speed * track_m_ / 2.0; }
-  /// Stopping distance at this speed.
-  double stop_distance_m() const;
+  BaseDynamics dynamics() const {
+    return {velocity_.acceleration, velocity_.deceleration, rate_.acceleration, rate_.deceleration};
+  }
 
  private:
   double still_to_go(const Pose2& odom_from_robot) const;

@@ -20,7 +20,8 @@ struct CreateOptions {
   double wheel_diameter_m = kWheelDiameterM;
   double track_m = kTrackM;
   BaseSpeeds speeds{0.25, 1.0, 0.3};
-  GuardOptions guard{true, 0.17, 0.17, 0.17};
+  /// Its emulator stops within 0.17 s and the plan's braking; a slower host adds to that.
+  GuardOptions guard{.body_m = Footprint::box(0.17, 0.17, 0.17), .delay_s = 0.25};
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -49,6 +50,7 @@ class CreateBase : public BaseDriver {
   std::vector<uint8_t> stop_bytes() const override;
   void shut_down(std::vector<uint8_t>& out) override;
   std::optional<int> take_line_speed() override { return std::exchange(speed_due_, std::nullopt); }
+  BaseDynamics dynamics() const override { return plan_.dynamics(); }
   int64_t bad_input() const override { return parser_.garbage_bytes() + counters_.implausible(); }
 
  private:
@@ -58,7 +60,6 @@ class CreateBase : public BaseDriver {
   void stop_wheels(Utime /*now*/) override { plan_.stop(); }
   void emergency_brake(Utime now) override;
   void speeds_changed() override { plan_.set_speeds(speeds()); }
-  double stop_distance_m() const override { return plan_.stop_distance_m(); }
 
   void begin_session(Utime now);
   void on_sensors(const Sensors& sensors, Utime left);

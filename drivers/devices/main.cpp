@@ -1,14 +1,19 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <future>
+#include <iostream>
+#include <optional>
 
 #include "drivers/devices/robot_files.hpp"
 #include "drivers/devices/survey.hpp"
 #include "drivers/transport/port_advice.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/options.hpp"
 #include "lcm_tools/process/arguments.hpp"
 
 namespace {
@@ -17,9 +22,12 @@ using namespace marco;  // NOLINT(google-build-using-namespace): a main has no o
 using drivers::devices::Port;
 using drivers::devices::PortReport;
 
+constexpr Limits kHeights{0.01, 5.0};  // [m]
+
 struct Arguments {
   std::vector<std::string> ports;
   std::string write_to;
+  double laser_height_m = 0.0;  ///< 0 = not given
   bool listen_only = false;
   bool udev = false;
 };
@@ -73,10 +81,35 @@ void list_others(drivers::DeviceKind kind, const char* what) {
   }
 }
 
-void write_files(const std::vector<PortReport>& reports, const std::string& folder) {
-  const std::filesystem::path there = std::filesystem::absolute(folder).lexically_normal();
-  const auto files =
-      drivers::devices::robot_files(reports, there.string(), root() + "/config/mapping.procman");
+/// As given; asked for on a terminal; nothing: nobody said.
+std::optional<double> laser_height_m(const std::string& laser, double given_m) {
+  if (given_m > 0.0) return given_m;
+  if (isatty(STDIN_FILENO) == 0 || isatty(STDOUT_FILENO) == 0) return std::nullopt;
+  for (std::string line = "?"; !line.empty();) {
+    std::printf(
+        "How high above the floor is the plane of %s, in metres? (Enter: not measured yet) ",
+        laser.c_str());
+    std::fflush(stdout);
+    if (!std::getline(std::cin, line) || line.empty()) break;
+    char* end = nullptr;
+    const double height_m = std::strtod(line.c_str(), &end);
+    if (*end == '\0' && kHeights.min <= height_m && height_m <= kHeights.max) return height_m;
+    std::puts("a number of metres, such as 0.18");
+  }
+  return std::nullopt;
+}
+
+void write_files(const std::vector<PortReport>& reports, const Arguments& arguments) {
+  const std::filesystem::path there =
+      std::filesystem::absolute(arguments.write_to).lexically_normal();
+  std::vector<std::string> without_height;
+  const auto height_m = [&](const std::string& laser) {
+    const auto height = laser_height_m(laser, arguments.laser_height_m);
+    if (!height) without_height.push_back(laser);
+    return height;
+  };
+  const auto files = drivers::devices::robot_files(reports, there.string(),
+                                                   root() + "/config/mapping.procman", height_m);
   require(!files.empty(), "no device of Marco's was found: nothing to write");
   for (const auto& [name, text] : files) {
     require(!std::filesystem::exists(there / name),
@@ -90,6 +123,12 @@ void write_files(const std::vector<PortReport>& reports, const std::string& fold
   for (const PortReport& report : reports) {
     if (report.finding.claim.kind != drivers::devices::Kind::textbase) continue;
     std::printf("\n%s/base.toml: count and measure its three numbers first", there.c_str());
+  }
+  for (const std::string& laser : without_height) {
+    std::printf(
+        "\n%s/%s.toml: measure how high the laser is; until then the base drives at most "
+        "0.2 m/s",
+        there.c_str(), laser.c_str());
   }
   std::printf("\nwritten to %s; start it with\n    marco run %s/robot.procman go\n", there.c_str(),
               there.c_str());
@@ -112,7 +151,7 @@ int run(const Arguments& arguments) {
     list_others(drivers::DeviceKind::gamepad, "gamepad (marco-gamepad)");
     list_others(drivers::DeviceKind::camera, "camera (marco-camera)");
   }
-  if (!arguments.write_to.empty()) write_files(reports, arguments.write_to);
+  if (!arguments.write_to.empty()) write_files(reports, arguments);
   const bool is_trouble = std::any_of(reports.begin(), reports.end(),
                                       [](const PortReport& one) { return !one.trouble.empty(); });
   return !arguments.ports.empty() && is_trouble ? 1 : 0;
@@ -133,6 +172,14 @@ int main(int argc, char** argv) {
     app.add_flag("--listen", arguments.listen_only, "only listen: send nothing");
     app.add_option("--write", arguments.write_to,
                    "folder for a configuration of each device, and a procman script");
+    app.add_option("--laser-height", arguments.laser_height_m,
+                   "of --write: how high the laser's plane is above the floor [m]; asked for "
+                   "otherwise, where somebody can answer")
+        .check([](const std::string& given) {
+          const double height_m = std::strtod(given.c_str(), nullptr);
+          const bool may = kHeights.min <= height_m && height_m <= kHeights.max;
+          return may ? "" : "a height is 0.01 to 5 m";
+        });
     app.add_flag("--udev", arguments.udev,
                  "print udev rules that let every user at the computer open the devices");
     if (const auto code = app.parse(argc, argv)) return *code;

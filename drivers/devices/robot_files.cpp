@@ -1,6 +1,7 @@
 #include "drivers/devices/robot_files.hpp"
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::devices {
 namespace {
@@ -71,18 +72,27 @@ std::string settings_of(const Part& part) {
   }
 }
 
-std::string config_of(const Part& part) {
+/// Nobody but a person knows it, and a wrong one blinds the base's obstacle guard.
+std::string place_of(const Part& part, const LaserHeight& height_m) {
+  const auto height = height_m(part.name);
+  const std::string line = height ? format("position_m = [0.0, 0.0, %g]\n", *height)
+                                  : "# position_m = [0.0, 0.0, HEIGHT]  # until it is given, the "
+                                    "base drives at most 0.2 m/s\n";
+  return "[place]\nchannel = " + quoted(part.publishes) +
+         "\n# Measure where it sits: x ahead, y left, z up, from the floor below the middle "
+         "between "
+         "the driven wheels.\n# `marco calibrate` finds x, y and the last angle from a recorded "
+         "drive, and not the height.\n" +
+         line + "roll_pitch_yaw_deg = [0.0, 0.0, 0.0]\n";
+}
+
+std::string config_of(const Part& part, const LaserHeight& height_m) {
   const PortReport& report = *part.report;
   std::string text = "# " + program_of(report.finding.claim.kind) + ": " +
                      report.finding.claim.name +
                      (report.finding.baud > 0 ? " at " + std::to_string(report.finding.baud) : "") +
                      ", found by `marco devices`\ndevice = " + quoted(report.port.path) + "\n";
-  if (is_laser(report.finding.claim.kind)) {
-    text += "[place]\nchannel = " + quoted(part.publishes) +
-            "\n# Measure where it sits: x ahead, y left, z up, from the middle between the driven "
-            "wheels.\n# `marco calibrate` finds x, y and the last angle from a recorded drive.\n"
-            "position_m = [0.0, 0.0, 0.2]\nroll_pitch_yaw_deg = [0.0, 0.0, 0.0]\n";
-  }
+  if (is_laser(report.finding.claim.kind)) text += place_of(part, height_m);
   return text + settings_of(part);
 }
 
@@ -105,11 +115,12 @@ std::string start_of(const Part& part) {
 
 std::map<std::string, std::string> robot_files(const std::vector<PortReport>& reports,
                                                const std::string& folder,
-                                               const std::string& mapping) {
+                                               const std::string& mapping,
+                                               const LaserHeight& height_m) {
   std::map<std::string, std::string> files;
   std::string commands, starts;
   for (const Part& part : parts_of(reports)) {
-    files[part.name + ".toml"] = config_of(part);
+    files[part.name + ".toml"] = config_of(part, height_m);
     commands += command_of(part, folder);
     starts += start_of(part);
   }

@@ -130,7 +130,7 @@ void Hcs12Base::on_sonar(const std::vector<uint32_t>& times, Utime now) {
     ring.readings.push_back(
         {sonar_range_m(times[i], options_.speed_of_sound_m_per_s), robot_from_sonar});
   }
-  guard().on_sonar(ring, odom_from_robot(), now);
+  guard().on_sonar(ring, odom_from_robot(), now, Surroundings::Sonars::at_rest);
   output().sonar.push_back(std::move(ring));
 }
 
@@ -189,8 +189,11 @@ void Hcs12Base::drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime 
   runs_.drive(velocity_m_per_s, yaw_rate_rad_per_s, speeds(), now);
 }
 
-double Hcs12Base::stop_distance_m() const {
-  return 0.03 + 0.2 * speeds().velocity_m_per_s;  // `p` brakes at once; the way is that of the line
+// `p` brakes at once, and a run begins at its speed.
+BaseDynamics Hcs12Base::dynamics() const {
+  constexpr double kAtOnce = 100.0;  // m/s2
+  const double turn = kAtOnce / (options_.track_m / 2.0);
+  return {kAtOnce, kAtOnce, turn, turn};
 }
 
 }  // namespace marco::drivers::hcs12

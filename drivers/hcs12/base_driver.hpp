@@ -25,6 +25,7 @@ class Hcs12Base : public BaseDriver {
   void advance(Utime now, std::vector<uint8_t>& out) override;
   /// A line half sent is ended first.
   std::vector<uint8_t> stop_bytes() const override { return {'\n', 'p', '\n'}; }
+  BaseDynamics dynamics() const override;
   int64_t bad_input() const override { return exchange_.bad_lines(); }
   int64_t timeouts() const { return timeouts_ + runs_.lost_waits(); }
   int64_t resets() const { return resets_; }
@@ -36,7 +37,9 @@ class Hcs12Base : public BaseDriver {
   double leg_remaining() const override { return runs_.leg_remaining(); }
   void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) override;
   void stop_wheels(Utime /*now*/) override { runs_.stop(); }
-  double stop_distance_m() const override;
+  BaseVelocity as_driven(const BaseVelocity& order) const override {
+    return runs_.as_driven(order, speeds());
+  }
 
   void set_up(Utime now);
   void on_line(const std::string& line, Utime now);

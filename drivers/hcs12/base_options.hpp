@@ -21,7 +21,9 @@ struct Hcs12BaseOptions {
   double sonar_cone_deg = 15.0;
   double speed_of_sound_m_per_s = 343.0;
   BaseSpeeds speeds;
-  GuardOptions guard;
+  /// The emulated board stops at once, within 0.11 s of the order, and takes another speed within
+  /// 0.3 s: it does not brake, but 2 m/s2 is as sure as a wheel's grip.
+  GuardOptions guard{.braking_m_per_s2 = 2.0, .delay_s = 0.3};
 
   double metres_per_click() const {
     return std::numbers::pi * wheel_diameter_m / clicks_per_wheel_turn;

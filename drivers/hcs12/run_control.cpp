@@ -95,6 +95,19 @@ void RunControl::drive(double velocity_m_per_s,
   renew(*order, now);
 }
 
+// A run of nearly that speed goes on as it is.
+BaseVelocity RunControl::as_driven(const BaseVelocity& order, const BaseSpeeds& speeds) const {
+  const auto run =
+      RunOrder::of_velocity_command(order.ahead_m_per_s, order.turn_rad_per_s, speeds, options_);
+  if (!run) return {};
+  const bool goes_on =
+      run_ && run_->order.letter == run->letter && !run->differs_in_speed(run_->order);
+  const double wheel = metres_per_s(std::max(run->ramp.top, goes_on ? run_->order.ramp.top : 0U));
+  const WheelSigns signs = wheel_signs(run->letter).value();
+  if (signs.left == signs.right) return {signs.left * wheel, 0.0};
+  return {0.0, signs.right * wheel / (options_.track_m / 2.0)};
+}
+
 void RunControl::renew(RunOrder next, Utime now) {
   const double driven_s = (now - run_->started_at).seconds();
   next.ramp.start = next.ramp.top;

@@ -25,6 +25,8 @@ class RunControl {
              double yaw_rate_rad_per_s,
              const BaseSpeeds& speeds,
              Utime now);
+  /// What drive() makes of a velocity.
+  BaseVelocity as_driven(const BaseVelocity& order, const BaseSpeeds& speeds) const;
   void stop();
   /// [m] or [rad], signed.
   double leg_remaining() const;

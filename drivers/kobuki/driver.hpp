@@ -16,7 +16,8 @@ struct KobukiOptions {
   double ticks_per_m = kTicksPerM;
   double track_m = kTrackM;
   BaseSpeeds speeds{0.3, 1.0, 0.3};
-  GuardOptions guard{true, 0.18, 0.18, 0.18};
+  /// Its emulator stops within 0.10 s and the plan's braking; a slower host adds to that.
+  GuardOptions guard{.body_m = Footprint::box(0.18, 0.18, 0.18), .delay_s = 0.2};
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -43,6 +44,7 @@ class KobukiBase : public BaseDriver {
   void receive(std::span<const uint8_t> bytes, Utime now) override;
   void advance(Utime now, std::vector<uint8_t>& out) override;
   std::vector<uint8_t> stop_bytes() const override;
+  BaseDynamics dynamics() const override { return plan_.dynamics(); }
   int64_t bad_input() const override {
     return parser_.garbage_bytes() + undecodable_ + counters_.implausible();
   }
@@ -54,7 +56,6 @@ class KobukiBase : public BaseDriver {
   void stop_wheels(Utime /*now*/) override { plan_.stop(); }
   void emergency_brake(Utime now) override;
   void speeds_changed() override { plan_.set_speeds(speeds()); }
-  double stop_distance_m() const override { return plan_.stop_distance_m(); }
 
   void begin_session(Utime now);
   void on_feedback(const Feedback& feedback, Utime left);

@@ -11,6 +11,7 @@ namespace {
 using Link = BaseStatus::Link;
 
 constexpr double kRepeatVelocityS = 0.3;
+constexpr int kTurnDegPerS2 = 100;
 constexpr double kLegDeadS = 1.0;  // without motion: it is over, or never began
 
 int whole(double value) { return static_cast<int>(std::lround(value)); }
@@ -29,9 +30,9 @@ P2osBase::P2osBase(const P2osOptions& options)
       "p2os: mm_per_distance, mm_per_range and rad_per_mm_per_s are set together or not at all");
 }
 
-double P2osBase::stop_distance_m() const {
-  const double v = speeds().velocity_m_per_s;
-  return 0.5 * v * v / speeds().acceleration_m_per_s2 + 0.25 * v;
+BaseDynamics P2osBase::dynamics() const {
+  const double ahead = speeds().acceleration_m_per_s2, turn = deg_to_rad(kTurnDegPerS2);
+  return {ahead, ahead, turn, turn};
 }
 
 void P2osBase::on_connection(bool connected, Utime now) {
@@ -100,11 +101,14 @@ void P2osBase::ask_outfit(Utime now) {
 void P2osBase::speeds_changed() {
   if (!session_.is_open()) return;
   session_.say(CommandId::set_max_velocity, std::max(1, whole(speeds().velocity_m_per_s * 1e3)));
-  session_.say(CommandId::set_acceleration,
-               std::max(1, whole(speeds().acceleration_m_per_s2 * 1e3)));
   session_.say(CommandId::set_max_rate,
                std::max(1, whole(rad_to_deg(speeds().yaw_rate_rad_per_s))));
-  session_.say(CommandId::set_rotation_acceleration, 100);
+  // Below 0 it is the deceleration, which else is as somebody left it.
+  const int acceleration = std::max(1, whole(speeds().acceleration_m_per_s2 * 1e3));
+  for (const int sign : {1, -1}) {
+    session_.say(CommandId::set_acceleration, sign * acceleration);
+    session_.say(CommandId::set_rotation_acceleration, sign * kTurnDegPerS2);
+  }
 }
 
 std::optional<Model> P2osBase::model() const {

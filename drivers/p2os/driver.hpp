@@ -25,7 +25,9 @@ struct P2osOptions {
   double mm_per_range = 0.0;
   double rad_per_mm_per_s = 0.0;
   BaseSpeeds speeds{0.3, 0.7, 0.3};
-  GuardOptions guard{true, 0.25, 0.30, 0.25};
+  /// Its emulator stops within 0.17 s (a cycle of its packets, and the line) and the ordered
+  /// braking.
+  GuardOptions guard{.body_m = Footprint::box(0.25, 0.30, 0.25), .delay_s = 0.25};
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -59,6 +61,7 @@ class P2osBase : public BaseDriver {
   void shut_down(std::vector<uint8_t>& out) override { session_.shut_down(out); }
   void look(const PanTiltCommand& command, Utime now) override;
   std::optional<int> take_line_speed() override { return session_.take_line_speed(); }
+  BaseDynamics dynamics() const override;
   int64_t bad_input() const override { return session_.bad_packets(); }
   const RobotName& name() const { return session_.name(); }
 
@@ -69,7 +72,6 @@ class P2osBase : public BaseDriver {
   void stop_wheels(Utime now) override { halt(CommandId::stop, now); }
   void emergency_brake(Utime now) override { halt(CommandId::emergency_stop, now); }
   void speeds_changed() override;
-  double stop_distance_m() const override;
 
   void restart_session(Utime now);
   void set_up(Utime now);

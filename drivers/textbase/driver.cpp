@@ -51,8 +51,6 @@ double TextBase::tick_m() const {
 
 void TextBase::speeds_changed() { plan_.set_speeds(speeds()); }
 
-double TextBase::stop_distance_m() const { return plan_.stop_distance_m(); }
-
 void TextBase::on_connection(bool connected, Utime now) {
   connected_ = connected;
   cutter_.clear();

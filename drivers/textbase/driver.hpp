@@ -14,7 +14,9 @@ struct TextBaseOptions {
   double wheel_diameter_m = 0.0;  ///< no default
   double track_m = 0.0;           ///< between the wheels' middles; no default
   BaseSpeeds speeds{0.3, 1.0, 0.3};
-  GuardOptions guard{true, 0.15, 0.15, 0.12};
+  /// The emulated board stops within 0.11 s and the plan's braking; nobody knows how soon yours
+  /// does.
+  GuardOptions guard{.body_m = Footprint::box(0.15, 0.15, 0.12), .delay_s = 0.3};
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -42,6 +44,7 @@ class TextBase : public BaseDriver {
   void receive(std::span<const uint8_t> bytes, Utime now) override;
   void advance(Utime now, std::vector<uint8_t>& out) override;
   std::vector<uint8_t> stop_bytes() const override;
+  BaseDynamics dynamics() const override { return plan_.dynamics(); }
   int64_t bad_input() const override { return bad_lines_ + cutter_.overlong(); }
 
  private:
@@ -52,7 +55,6 @@ class TextBase : public BaseDriver {
   void stop_wheels(Utime now) override;
   void emergency_brake(Utime now) override;
   void speeds_changed() override;
-  double stop_distance_m() const override;
 
   void begin_session(Phase phase, Utime now);
   void on_line(const std::string& line, Utime now);

@@ -79,6 +79,12 @@ toml::table parse(const std::string& text, const std::string& name) {
   }
 }
 
+/// A name in quotes; a line or a sentence as it is.
+std::string written(std::string_view now) {
+  const bool is_name = now.find(' ') == std::string_view::npos;
+  return is_name ? "'" + std::string(now) + "'" : std::string(now);
+}
+
 /// Fills options from a table and refuses keys that none of them has.
 class TomlReader final : public OptionVisitor {
  public:
@@ -92,8 +98,8 @@ class TomlReader final : public OptionVisitor {
       for (const RenamedKey& renamed : level.renamed) {
         if (renamed.before != key.str()) continue;
         throw std::invalid_argument(level.path + "key '" + std::string(key.str()) + "' (" +
-                                    place_of(node) + ") was renamed: write '" +
-                                    std::string(renamed.now) + "'");
+                                    place_of(node) + ") was renamed: write " +
+                                    written(renamed.now));
       }
       const std::vector<std::string> names(level.used.begin(), level.used.end());
       std::string known;

@@ -23,6 +23,8 @@ marco-devices "$folder/ports/laser" "$folder/ports/base" "$folder/nothing" --wri
 expect "^LDROBOT laser at 230400 on $folder/ports/laser, scans at (9.9|10.[01]) Hz, [0-9]+ beams \(marco-ldlidar\)$"
 expect "^base with Marco's text protocol, '[a-z]+' at 115200 on $folder/ports/base \(marco-textbase\)$"
 expect "^$folder/nothing: no such device"
+expect "/laser.toml: measure how high the laser is; until then the base drives at most 0.2 m/s$"
+grep -q '^# position_m = ' "$folder/my robot/laser.toml" || fail "it invented a height"
 marco-devices "$folder/ports/laser" --write "$folder/my robot" >"$folder/said" 2>&1 && fail "it overwrote files"
 expect "exists already"
 

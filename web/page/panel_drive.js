@@ -59,6 +59,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
       const link = kLinks[world.base.link] ?? "";
       rows.push(["Base", link || kFates[world.base.command] || "", link ? "warning" : ""]);
       if (world.base.note) rows.push(["", world.base.note]);
+      if (world.base.guard) rows.push(["Guard", world.base.guard, "warning"]);
     }
     replaceChildren(where, rows.map(([name, value, kind]) => [el("dt", {}, name), el("dd", { class: kind ?? "" }, value)]));
   }

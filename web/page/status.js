@@ -18,6 +18,7 @@ export function makeStatus(bar, banner, halt, world, robot, showHealth) {
     replaceChildren(chips,
       world.readOnly ? chip("Watching only", "") : null,
       battery(world.health),
+      world.base?.guard ? el("button", { type: "button", class: "chip warning", title: world.base.guard, onclick: showHealth }, `Guard: ${world.base.guard.split(":")[0]}`) : null,
       world.health && worst(world.health) === "error" ? el("button", { type: "button", class: "chip error", onclick: showHealth }, "See Health") : null);
   }
   function showBanner() {
@@ -26,7 +27,7 @@ export function makeStatus(bar, banner, halt, world, robot, showHealth) {
     banner.className = world.connection;
     halt.dataset.connection = world.connection;
   }
-  for (const what of ["info", "connection", "health"]) world.on(what, showBar);
+  for (const what of ["info", "connection", "health", "guard"]) world.on(what, showBar);
   world.on("connection", showBanner);
   world.on("info", () => { showBanner(); halt.hidden = world.mode !== "live"; });
   showBar();

@@ -90,7 +90,11 @@ export class World {
 
   takeBaseStatus(message) {
     const kFates = ["none", "running", "done", "shortened", "refused", "aborted"];
-    this.base = message;
+    // As C++'s BaseNote: what the guard lacks stands at the end.
+    const [, note, , guard] = /^(.*?)((?:^|; )guard: (.*))?$/s.exec(message.note);
+    const news = (guard ?? "") !== (this.base?.guard ?? "");
+    this.base = { ...message, note, guard: guard ?? "" };
+    if (news) this.tell("guard");
     if (this.order?.id === message.command_id) {
       this.order.fate = kFates[message.command] ?? "running";
       if (this.order.fate === "done") this.order = this.goal = null;

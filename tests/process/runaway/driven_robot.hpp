@@ -59,15 +59,16 @@ class DrivenRobot {
   static constexpr Kind kKobuki{"kobuki", "config/robots/kobuki.toml", "marco-kobuki",
                                 "config/robots/kobuki/kobuki.toml"};
 
-  explicit DrivenRobot(const Kind& kind) : kind_(kind), bus_("") {
+  explicit DrivenRobot(const Kind& kind, const std::string& world = "config/worlds/lab.toml")
+      : kind_(kind), bus_("") {
     bus_.subscribe<pose2_t>(channels::kTruePose, drops_, [this](const auto& message, const auto&) {
       on_truth(from_message(message));
     });
     bus_.subscribe<base_status_t>(
         channels::kBaseStatus, drops_,
         [this](const auto& message, const auto&) { status = from_message(message); });
-    simulator_ = start("marco-sim", {"--config", kind.robot, "--world", "config/worlds/lab.toml",
-                                     "--start", "2", "3", "0", "--ports", file("ports")});
+    simulator_ = start("marco-sim", {"--config", kind.robot, "--world", world, "--start", "2", "3",
+                                     "0", "--ports", file("ports")});
     EXPECT_TRUE(wait([this] { return truth_.has_value(); })) << log("marco-sim");
     mkfifo(file("pad").c_str(), 0600);
   }
@@ -122,14 +123,17 @@ class DrivenRobot {
   }
   ~DrivenRobot() { close(hand_); }
 
-  void publish(BaseCommand::Kind kind) {
+  /// @returns its id.
+  int64_t publish(BaseCommand::Kind kind) {
     BaseCommand command;
     command.kind = kind;
     command.utime = drivers::wall_now();
     command.id = command.utime.us;
     command.yaw_rate_rad_per_s = 0.4;
     command.angle_rad = 3.0;
+    command.distance_m = 30.0;
     bus_.publish(channels::kBaseCommand, to_message(command));
+    return command.id;
   }
   /// Turns for so long, by orders of this test.
   void drive(double seconds) {
@@ -147,6 +151,7 @@ class DrivenRobot {
                  to_message(EmergencyStop{drivers::wall_now(), engaged, sender, "a test"}));
   }
   bool says(const std::string& text) const { return status && status->note.find(text) == 0; }
+  void publish(const SensorInfo& info) { bus_.publish(channels::kSensorInfo, to_message(info)); }
   /// The cable of the base is out for so long.
   void pull_cable(double seconds) {
     sim_fault_t fault{};
@@ -156,6 +161,7 @@ class DrivenRobot {
     bus_.publish(channels::kSimFault, fault);
   }
 
+  const TruePose& truth() const { return *truth_; }
   bool turns() const { return moved_ && (truth_->utime - *moved_).seconds() < 0.2; }
   bool rests() const { return !moved_ || (truth_->utime - *moved_).seconds() > 1.5; }
   bool wait(const std::function<bool()>& done, double seconds = kPatienceS) {

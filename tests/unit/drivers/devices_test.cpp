@@ -32,6 +32,8 @@
 namespace marco::drivers::devices {
 namespace {
 
+std::optional<double> measured(const std::string& /*laser*/) { return 0.18; }
+
 /// What a stranger says: a text every period, at a rate of its own; some echo, some answer a line.
 struct StrangerOptions {
   int baud = 9600;
@@ -176,7 +178,7 @@ TEST(Devices, LasersOnTheNetworkAreFound) {
                 ::testing::StartsWith(beginning + " on tcp:10.0.0.7:2112, scans"));
     EXPECT_THAT(describe(report), ::testing::EndsWith(ending));
     EXPECT_LT((line.now() - begin).seconds(), 6.0);
-    return robot_files({report}, "/x", "/y").at("laser.toml");
+    return robot_files({report}, "/x", "/y", measured).at("laser.toml");
   };
   for (const auto& model : {cola::ColaEmulatorOptions{}, cola::tim551(), cola::lms111()}) {
     cola::ColaEmulator laser(test_world, model);
@@ -391,9 +393,10 @@ PortReport found(Kind kind, const std::string& path) {
 }
 
 TEST(Devices, RobotFilesHoldEachDeviceOnce) {
-  const auto files = robot_files({found(Kind::rplidar, "/dev/a"), found(Kind::nmea, "/dev/b"),
-                                  found(Kind::sick, "/dev/c"), found(Kind::p2os, "/dev/d")},
-                                 "/home/me/my robot", "/opt/marco/config/mapping.procman");
+  const auto files =
+      robot_files({found(Kind::rplidar, "/dev/a"), found(Kind::nmea, "/dev/b"),
+                   found(Kind::sick, "/dev/c"), found(Kind::p2os, "/dev/d")},
+                  "/home/me/my robot", "/opt/marco/config/mapping.procman", measured);
   std::set<std::string> names;
   for (const auto& [name, text] : files) names.insert(name);
   EXPECT_EQ(names,
@@ -401,8 +404,23 @@ TEST(Devices, RobotFilesHoldEachDeviceOnce) {
   EXPECT_THAT(files.at("laser.toml"), ::testing::HasSubstr("channel = \"LIDAR_1\""));
   EXPECT_THAT(files.at("robot.procman"),
               ::testing::HasSubstr("marco-sick --config '/home/me/my robot/laser_2.toml'"));
-  EXPECT_TRUE(robot_files({found(Kind::text, "/dev/b")}, "/x", "/y").empty());
-  EXPECT_THROW(robot_files({found(Kind::sick, "/dev/\"")}, "/x", "/y"), std::invalid_argument);
+  EXPECT_TRUE(robot_files({found(Kind::text, "/dev/b")}, "/x", "/y", measured).empty());
+  EXPECT_THROW(robot_files({found(Kind::sick, "/dev/\"")}, "/x", "/y", measured),
+               std::invalid_argument);
+}
+
+TEST(Devices, ALasersHeightIsNotInvented) {
+  const auto laser_with = [](const LaserHeight& height_m) {
+    return robot_files({found(Kind::rplidar, "/dev/a")}, "/x", "/y", height_m).at("laser.toml");
+  };
+  EXPECT_THAT(laser_with(measured), ::testing::HasSubstr("\nposition_m = [0.0, 0.0, 0.18]\n"));
+  const std::string unknown = laser_with([](const std::string& laser) {
+    EXPECT_EQ(laser, "laser");
+    return std::optional<double>();
+  });
+  EXPECT_THAT(unknown, ::testing::HasSubstr("\n# position_m = "));
+  EXPECT_THAT(unknown, ::testing::HasSubstr("until it is given, the base drives at most 0.2 m/s"));
+  EXPECT_THAT(unknown, ::testing::Not(::testing::HasSubstr("\nposition_m")));
 }
 
 }  // namespace

@@ -163,8 +163,9 @@ TEST(Hcs12Driver, ReadsSonarsAndBatteries) {
 }
 
 /// A wall across the way, as a laser sees it.
-LaserScan wall_at(double distance_m) {
+LaserScan wall_at(double distance_m, Utime now) {
   LaserScan scan;
+  scan.utime = now;
   scan.first_bearing_rad = deg_to_rad(-60.0);
   scan.bearing_step_rad = deg_to_rad(1.0);
   for (std::size_t beam = 0; beam <= 120; ++beam) {
@@ -175,6 +176,8 @@ LaserScan wall_at(double distance_m) {
 
 TEST(Hcs12Driver, TheGuardRefusesAndShortensMoves) {
   Hcs12OnBench base;
+  base.sees = false;  // another laser does
+  base.driver.guard().forget_sensors();
   SensorInfo info;
   info.parent_from_sensor = make_pose3({0.1, 0.0, 0.5});
   base.driver.guard().on_sensor_info(info);
@@ -183,14 +186,14 @@ TEST(Hcs12Driver, TheGuardRefusesAndShortensMoves) {
   base.bench.each_step = [&](Utime now) {
     remember(now);
     const Pose2& pose = base.driver.odom_from_robot();
-    base.driver.guard().on_scan(wall_at(wall_m - pose.x_m - 0.1), pose, now);
+    base.driver.guard().on_scan(wall_at(wall_m - pose.x_m - 0.1, now), pose, now);
   };
   base.bench.run(0.2);
   EXPECT_EQ(base.move(2.0), Fate::shortened);
   // Front 0.30 m and margin 0.10 m before the wall.
   EXPECT_NEAR(base.driver.odom_from_robot().x_m, 0.60, 0.01);
   EXPECT_EQ(base.move(0.5), Fate::refused);
-  EXPECT_EQ(base.move(-0.3), Fate::done);
+  EXPECT_EQ(base.move(-0.3), Fate::done) << base.driver.status().note;
   wall_m = 3.0;
   base.bench.run(0.1);
   // The wall jumps near in mid-move.
@@ -209,7 +212,7 @@ TEST(Hcs12Driver, TheGuardCanBeSwitchedOff) {
   SensorInfo info;
   info.parent_from_sensor = make_pose3({0.1, 0.0, 0.5});
   base.driver.guard().on_sensor_info(info);
-  base.driver.guard().on_scan(wall_at(0.5), {}, base.bench.now());
+  base.driver.guard().on_scan(wall_at(0.5, base.bench.now()), {}, base.bench.now());
   EXPECT_EQ(base.move(0.5), Fate::done);
 }
 

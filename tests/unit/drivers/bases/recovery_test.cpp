@@ -176,27 +176,5 @@ TEST(Recovery, StampsFollowAClockThatIsSetBack) {
 }
 
 // A laser that fails before a wall: the wall is still there.
-TEST(Recovery, TheGuardRemembersWhatABlindLaserSawLast) {
-  ObstacleGuard guard({});
-  SensorInfo info;
-  info.parent_from_sensor = make_pose3({0.0, 0.0, 0.5});
-  guard.on_sensor_info(info);
-  LaserScan scan;
-  scan.ranges_m = {0.9F};
-  const Utime seen = Utime::from_us(1'600'000'000'000'000);
-  EXPECT_TRUE(guard.blind(seen));
-  guard.on_scan(scan, {}, seen);
-  const auto free_m = [&](double later_s) {
-    return guard.free_move_m(2.0, {}, seen + Duration::from_seconds(later_s));
-  };
-  // Front 0.30 m and margin 0.10 m before it.
-  EXPECT_NEAR(free_m(0.0), 0.5, 1e-6);
-  EXPECT_NEAR(free_m(30.0), 0.5, 1e-6);
-  EXPECT_EQ(free_m(90.0), 2.0);  // a robot whose laser is gone must be drivable
-  scan.ranges_m = {3.0F};
-  guard.on_scan(scan, {}, seen + Duration::from_seconds(31.0));
-  EXPECT_EQ(free_m(32.0), 2.0);  // it looked again
-}
-
 }  // namespace
 }  // namespace marco::drivers

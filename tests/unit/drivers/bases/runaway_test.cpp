@@ -6,17 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "any_base.hpp"
 #include "common/order_age.hpp"
-#include "driven_base.hpp"
-#include "drivers/create/driver.hpp"
-#include "drivers/create/emulator.hpp"
-#include "drivers/kobuki/driver.hpp"
-#include "drivers/kobuki/emulator.hpp"
-#include "drivers/p2os/driver.hpp"
-#include "drivers/p2os/emulator.hpp"
-#include "drivers/textbase/emulator.hpp"
-#include "hcs12_base.hpp"
-#include "text_base.hpp"
 
 namespace marco::drivers {
 namespace {
@@ -25,66 +16,8 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using Fate = BaseStatus::Command;
 using Kind = BaseCommand::Kind;
-
-struct PioneerParts {
-  PioneerParts(const p2os::P2osOptions& options, const p2os::P2osEmulatorOptions& robot_options)
-      : robot({}, robot_options), driver(options) {}
-  p2os::P2osEmulator robot;
-  p2os::P2osBase driver;
-};
-
-struct Pioneer : PioneerParts, testing::DrivenBase<p2os::P2osBase> {
-  explicit Pioneer(const p2os::P2osEmulatorOptions& robot_options = {})
-      : PioneerParts({}, robot_options), DrivenBase(driver, robot, p2os::kBaud) {}
-  bool moves() const {
-    return robot.velocity_m_per_s() != 0.0 || robot.yaw_rate_rad_per_s() != 0.0;
-  }
-  double way_m() const { return robot.left_m(); }
-};
-
-struct Hcs12 : testing::Hcs12OnBench {
-  bool moves() const { return board.motors_on(); }
-  double way_m() const { return board.left_clicks() * std::numbers::pi * 0.3 / 65500.0; }
-};
-
-struct HomeMadeParts {
-  textbase::TextBoard robot;
-  textbase::TextBase driver{textbase::small_robot()};
-};
-
-struct HomeMade : HomeMadeParts, testing::DrivenBase<textbase::TextBase> {
-  HomeMade() : DrivenBase(driver, robot, textbase::kBaud) {}
-  bool moves() const {  // its wheels creep to a stand: 3 mm/s
-    return std::abs(robot.left_ticks_per_s()) > 20.0 || std::abs(robot.right_ticks_per_s()) > 20.0;
-  }
-  double way_m() const { return robot.left_ticks() / ticks_per_m(textbase::small_robot()); }
-};
-
-struct CreateParts {
-  create::CreateEmulator robot;
-  create::CreateBase driver{create::CreateOptions{}};
-};
-
-struct Create : CreateParts, testing::DrivenBase<create::CreateBase> {
-  Create() : DrivenBase(driver, robot, create::kBaud) {}
-  bool moves() const {  // its wheels creep to a stand
-    return std::abs(robot.left_m_per_s()) > 0.003 || std::abs(robot.right_m_per_s()) > 0.003;
-  }
-  double way_m() const { return robot.left_m(); }
-};
-
-struct KobukiParts {
-  kobuki::KobukiEmulator robot;
-  kobuki::KobukiBase driver{kobuki::KobukiOptions{}};
-};
-
-struct Kobuki : KobukiParts, testing::DrivenBase<kobuki::KobukiBase> {
-  Kobuki() : DrivenBase(driver, robot, kobuki::kBaud) {}
-  bool moves() const {  // its wheels creep to a stand
-    return std::abs(robot.left_m_per_s()) > 0.003 || std::abs(robot.right_m_per_s()) > 0.003;
-  }
-  double way_m() const { return robot.left_m(); }
-};
+using testing::Hcs12;
+using testing::Pioneer;
 
 /// What all bases do alike.
 template <class Base>
@@ -109,8 +42,7 @@ class AnyBase : public ::testing::Test {
   }
   std::string note() const { return base_.driver.status().note; }
 };
-using Bases = ::testing::Types<Hcs12, Pioneer, HomeMade, Create, Kobuki>;
-TYPED_TEST_SUITE(AnyBase, Bases);
+TYPED_TEST_SUITE(AnyBase, testing::Bases);
 
 constexpr Kind kMotions[] = {Kind::move, Kind::turn, Kind::velocity, Kind::go_to};
 
@@ -520,23 +452,6 @@ TEST(PanTiltOrders, OldOnesAreDroppedButAStopIsNot) {
   look.utime = now - Duration::from_seconds(0.4);
   EXPECT_NO_THROW(require_fresh(look, now));
   EXPECT_NO_THROW(require_fresh(PanTiltCommand{}, now));
-}
-
-TEST(Guard, KeepsItsSideMarginFree) {
-  GuardOptions options;
-  options.half_width_m = 0.27;
-  options.side_margin_m = 0.03;
-  const auto free_m = [&](double y_m) {
-    ObstacleGuard guard(options);
-    SonarRing ring;
-    ring.readings.push_back({0.6, {0.0, y_m, 0.0}});  // straight ahead of a place beside the middle
-    guard.on_sonar(ring, {}, Utime::from_seconds(10.0));
-    return guard.free_move_m(2.0, {}, Utime::from_seconds(10.0));
-  };
-  EXPECT_LT(free_m(0.29), 0.3);
-  EXPECT_LT(free_m(-0.29), 0.3);
-  EXPECT_EQ(free_m(0.31), 2.0);
-  EXPECT_EQ(free_m(-0.31), 2.0);
 }
 
 }  // namespace

@@ -1,0 +1,108 @@
+// The tour of the simulated office: how often the guard stops a robot that would touch nothing.
+#include <gtest/gtest.h>
+
+#include "guard_bench.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "simulator/tour.hpp"
+#include "simulator/world.hpp"
+
+namespace marco::drivers {
+namespace {
+
+using testing::GuardBench;
+using testing::GuardWorld;
+using Fate = BaseStatus::Command;
+
+/// What of a world is at the height of the laser's plane.
+GuardWorld slice(const sim::World& world, double height_m) {
+  GuardWorld floor;
+  for (const auto& triangle : world.triangles) {
+    std::vector<Eigen::Vector2d> cuts;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Eigen::Vector3d a = world.vertices_m[triangle[i]].cast<double>(),
+                            b = world.vertices_m[triangle[(i + 1) % 3]].cast<double>();
+      if ((a.z() < height_m) == (b.z() < height_m)) continue;
+      const double part = (height_m - a.z()) / (b.z() - a.z());
+      cuts.emplace_back((a + part * (b - a)).head<2>());
+    }
+    if (cuts.size() == 2 && cuts[0] != cuts[1]) floor.things.push_back({cuts[0], cuts[1], 0.0});
+  }
+  return floor;
+}
+
+struct Office {
+  GuardWorld world = slice(
+      sim::build_world(process::load_options<sim::WorldSpec>("config/worlds/office.toml")), 0.3);
+  sim::Tour tour = process::load_options<sim::Tour>("config/tours/office.toml");
+  std::mt19937 random{9};
+  GuardBench bench{world, {}, random};
+  double way_m = 0.0;
+  int stops = 0;
+
+  explicit Office(double view_deg) {
+    bench.laser.view_deg = view_deg;
+    bench.laser.beams = 121;
+    bench.laser.noise_m = 0.01;
+    bench.start({tour.start_m[0], tour.start_m[1], deg_to_rad(tour.start_heading_deg)});
+    bench.run(0.5);
+  }
+  Eigen::Vector2d to(const Eigen::Vector2d& goal_m) {
+    return bench.base().world_from_robot.inverse() * goal_m;
+  }
+  /// Drives to each place of the tour. @param go  @returns the stops on one's way.
+  template <class Go>
+  void drive(Go go) {
+    for (const sim::TourStep& step : tour.steps) {
+      if (step.kind != "go") continue;
+      const Eigen::Vector2d goal_m(step.to_m[0], step.to_m[1]);
+      way_m += to(goal_m).norm();
+      const int before = stops;
+      go(goal_m);
+      if (stops > before) {
+        std::printf("towards %.1f %.1f: %s\n", goal_m.x(), goal_m.y(), bench.note().c_str());
+      }
+    }
+    std::printf("%.0f m, %d stops\n", way_m, stops);
+    std::fflush(stdout);
+    EXPECT_GT(way_m, 150.0);
+    EXPECT_FALSE(bench.touched());
+  }
+};
+
+class GuardInTheOffice : public ::testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(Views, GuardInTheOffice, ::testing::Values(180.0, 360.0));
+
+TEST_P(GuardInTheOffice, LegsAreNotStopped) {
+  Office office(GetParam());
+  office.drive([&](const Eigen::Vector2d& goal_m) {
+    BaseCommand command;
+    command.kind = BaseCommand::Kind::go_to;
+    command.point_m = goal_m;
+    office.bench.give(command);
+    const auto fate = [&] { return office.bench.base().status().command; };
+    for (int i = 0; i < 6000 && fate() == Fate::running; ++i) office.bench.run(0.02);
+    office.stops += fate() == Fate::done ? 0 : 1;
+  });
+  EXPECT_LE(office.stops, office.way_m / 100.0);
+}
+
+// As somebody drives by a stick: ahead, and turning towards the place meanwhile.
+TEST_P(GuardInTheOffice, VelocitiesAreNotStopped) {
+  Office office(GetParam());
+  office.drive([&](const Eigen::Vector2d& goal_m) {
+    bool stands = true;  // at a place it may
+    for (int i = 0; i < 6000 && office.to(goal_m).norm() > 0.15; ++i) {
+      const Eigen::Vector2d way = office.to(goal_m);
+      const double bearing = std::atan2(way.y(), way.x());
+      const double speed = std::abs(bearing) < 0.5 ? std::min(0.5, 0.2 + way.norm() / 2.0) : 0.0;
+      office.bench.run(0.02, BaseVelocity{speed, std::clamp(1.5 * bearing, -0.8, 0.8)});
+      const bool stood = std::exchange(stands, office.bench.base().rests());
+      office.stops += stands && !stood ? 1 : 0;
+    }
+    EXPECT_LE(office.to(goal_m).norm(), 0.15) << goal_m.transpose();
+  });
+  EXPECT_LE(office.stops, office.way_m / 100.0);
+}
+
+}  // namespace
+}  // namespace marco::drivers

@@ -24,6 +24,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco texture PLY PHOTOGRAPHS      a model painted with photographs    (./marco texture --help)
   ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
   ./marco devices [PORT...]            what is plugged in, what it is, at which rate; --write DIR: files that start it
+  ./marco first-drive [--out FILE]     a robot that never drove: wheels, stop, bumper, laser, odometry, step by step; a report
   ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
   ./marco page [MAP|LOG]               a page in the browser: what runs, a map folder or a recording (./marco page --help)
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release

@@ -5,8 +5,8 @@
 
 namespace marco::process {
 
-/// Makes SIGINT, SIGTERM and, unless it is ignored, SIGHUP set a flag instead of ending the process.
-/// Call once, from main.
+/// Makes SIGINT, SIGTERM and, unless it is ignored, SIGHUP set a flag instead of ending the
+/// process. Call once, from main.
 void catch_stop_signals();
 
 /// Whether one of them was received.

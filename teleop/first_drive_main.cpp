@@ -195,7 +195,7 @@ class FirstDrive {
   enum class EndedBy { release, emergency_stop };
   /// Drives while the space bar is held. @returns what was seen, once the robot rests
   teleop::SeenMotion move(double ahead, double left, EndedBy by) {
-    constexpr double kEmergencyAfterS = 0.4;
+    constexpr double kEmergencyAfterRad = 0.06;
     robot_.begin_track();
     robot_.refused.clear();
     BaseCommand order;
@@ -208,7 +208,8 @@ class FirstDrive {
       robot_.send(order);
       robot_.listen(0.05);
       while (const auto pressed = robot_.key()) held.on_key(*pressed, wall_now());
-      if (by == EndedBy::release || (wall_now() - begin).seconds() < kEmergencyAfterS) continue;
+      const Pose2 way = teleop::seen_motion(robot_.track, begin, wall_now()).start_from_end;
+      if (by == EndedBy::release || std::abs(way.theta_rad) < kEmergencyAfterRad) continue;
       if (!stopped) stopped = wall_now();
       robot_.emergency_stop(process::EmergencyStop::engage);
     }

@@ -329,10 +329,12 @@ TEST_P(FirstDriveProcess, StopsTheRobotHoweverItEnds) {
   EXPECT_EQ(ends(), 128 + SIGKILL);
   expect_rest(false);
   EXPECT_THAT(report(), HasSubstr("name = \"back\""));  // the steps until then are kept
-  // The base's driver dies while the wheels turn.
+  // The terminal of the base's driver hangs up while the wheels turn. No base may need a watchdog.
   turn();
-  programs_.back()->signal(SIGKILL);
+  programs_.back()->signal(SIGHUP);
+  EXPECT_EQ(programs_.back()->wait(kPatienceS), 0) << "it did not leave the motors off";
   EXPECT_EQ(ends(), 1);
+  EXPECT_TRUE(wait([this] { return rests(); }, 10.0)) << "it still turns";
   EXPECT_THAT(report(), HasSubstr("nothing is heard from the base any more"));
 }
 

@@ -63,6 +63,30 @@ const char* Check::result() const {
   return answer == "yes" ? "ok" : answer.c_str();
 }
 
+void Check::judge_motion(const SeenMotion& seen, double ahead, double left) {
+  const double way_m = seen.start_from_end.x_m, turn_rad = seen.start_from_end.theta_rad;
+  figures = {
+      {"moved_m", way_m}, {"turned_deg", rad_to_deg(turn_rad)}, {"stands_after_s", seen.stands_s}};
+  if (seen.begins_s) figures.emplace_back("order_to_motion_s", *seen.begins_s);
+  const bool as_ordered = left == 0.0 ? ahead * way_m > 0.01 && std::abs(turn_rad) < 0.2
+                                      : left * turn_rad > 0.04 && std::abs(way_m) < 0.05;
+  if (!as_ordered) fault = "odometry shows another motion";
+  if (seen.stands_s > 1.0) fault = "it did not stop within a second";
+}
+
+void Check::judge_hand(const std::optional<NearestReturn>& nearest, double bearing_deg) {
+  fault = "no laser sees anything";
+  if (!nearest) return;
+  const double left_deg = rad_to_deg(nearest->bearing_rad);
+  figures = {{"nearest_m", nearest->range_m}, {"left_deg", left_deg}};
+  fault = std::abs(left_deg - bearing_deg) > 25.0 ? "the hand is seen elsewhere" : "";
+}
+
+void Check::judge_push(const Pose2& way) {
+  figures = {{"moved_m", way.x_m}, {"left_m", way.y_m}, {"turned_deg", rad_to_deg(way.theta_rad)}};
+  if (std::abs(way.x_m - 1.0) > 0.1) fault = "odometry shows another way than 1 m ahead";
+}
+
 bool DriveReport::is_good() const {
   return ended_early.empty() && std::none_of(checks.begin(), checks.end(), [](const Check& check) {
            return check.result() == std::string("WRONG");

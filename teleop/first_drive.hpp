@@ -62,6 +62,12 @@ struct Check {
 
   /// "ok", "WRONG" or "skipped".
   const char* result() const;
+
+  /// These set figures and fault. @param ahead, left  1 or -1 as it was ordered, one of them 0
+  void judge_motion(const SeenMotion& seen, double ahead, double left);
+  void judge_hand(const std::optional<NearestReturn>& nearest, double bearing_deg);
+  /// Of a metre ahead.
+  void judge_push(const Pose2& start_from_end);
 };
 
 struct DriveReport {

@@ -1,23 +1,16 @@
 #include <unistd.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <utility>
 
-#include "common/input/process/sensor_feed.hpp"
-#include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/base/check.hpp"
-#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
-#include "lcm_tools/process/emergency_stop.hpp"
-#include "lcm_tools/process/lcm_bus.hpp"
-#include "lcm_tools/process/stop_signal.hpp"
 #include "lcm_tools/process/version.hpp"
-#include "lcmtypes/channels.hpp"
-#include "lcmtypes/convert.hpp"
-#include "lcmtypes/convert_robot.hpp"
+#include "teleop/attended_robot.hpp"
 #include "teleop/first_drive.hpp"
-#include "teleop/terminal.hpp"
 
 namespace {
 
@@ -28,95 +21,6 @@ using teleop::Check;
 constexpr double kVelocity = 0.1;  // m/s
 constexpr double kYawRate = 0.4;   // rad/s
 constexpr double kRestS = 1.5;     ///< for the robot to stand, and for its base's answers
-
-/// The robot on the network, and the person at the terminal.
-class Robot {
- public:
-  explicit Robot(process::LcmBus& bus) : bus_(bus) {
-    bus.subscribe<base_status_t>(channels::kBaseStatus, drops_,
-                                 [this](const auto& message, const auto&) {
-                                   base = from_message(message);
-                                   base_heard_ = wall_now();
-                                   if (base->command == BaseStatus::Command::refused)
-                                     refused = base->note;
-                                 });
-    bus.subscribe<odometry_t>(
-        channels::kOdometry, drops_,
-        [this](const auto& message, const auto&) { track.push_back(from_message(message)); });
-    feed(bus, drops_, sensors_, {{}, [this] {
-                                   while (auto scan = sensors_.next())
-                                     scans[scan->info.channel] = std::move(*scan);
-                                 }});
-  }
-
-  std::optional<BaseStatus> base;
-  std::string refused;  ///< why an order was
-  std::vector<OdometrySample> track;
-  std::map<std::string, SynchronizedScan> scans;  ///< the newest of each laser
-
-  /// The track begins with where the robot is now.
-  void begin_track() { track.erase(track.begin(), track.end() - 1); }
-  bool is_latched() const { return base->note.starts_with(kEmergencyStopNote); }
-
-  /// Handles messages for so long. @throws std::runtime_error after a signal, and when the base
-  /// falls silent.
-  void listen(double seconds) {
-    constexpr double kSilentS = 2.0;  // a base reports twice a second
-    const Utime end = wall_now() + Duration::from_seconds(seconds);
-    do {
-      const bool all_handled = !bus_.handle_once(10);  // this process may have stood still itself
-      if (process::stop_requested()) throw std::runtime_error("stopped by a signal");
-      if (all_handled && base && (wall_now() - base_heard_).seconds() > kSilentS) {
-        throw std::runtime_error("nothing is heard from the base any more");
-      }
-    } while (wall_now() < end);
-  }
-  bool wait(double seconds, const std::function<bool()>& done) {
-    const Utime end = wall_now() + Duration::from_seconds(seconds);
-    while (!done() && wall_now() < end) listen(0.01);
-    return done();
-  }
-
-  std::optional<char> key() { return keyboard_.key(); }
-  /// One of `keys`, pressed after the question: one that is still held does not count.
-  /// @param idle  is called while nothing is pressed; true ends the wait, and 0 is returned
-  char ask(
-      const std::string& question, const std::string& keys, const std::function<bool()>& idle = [] {
-        return false;
-      }) {
-    for (bool held = true; held;) {
-      listen(0.2);
-      held = key().has_value();
-      while (key()) {
-      }
-    }
-    print(stdout, "%s", question.c_str());
-    while (true) {
-      std::fflush(stdout);
-      listen(0.05);
-      const char pressed = key().value_or('\0');
-      const bool counts = pressed != '\0' && keys.find(pressed) != std::string::npos;
-      if (counts) print(stdout, " %c\n", pressed);
-      if (counts || idle()) return counts ? pressed : '\0';
-    }
-  }
-
-  void send(BaseCommand command) {
-    command.utime = wall_now();
-    command.id = command.utime.us;
-    bus_.publish(channels::kBaseCommand, to_message(command));
-  }
-  void emergency_stop(process::EmergencyStop what) {
-    process::send_emergency_stop(bus_, what, "marco first-drive", "its test");
-  }
-
- private:
-  process::LcmBus& bus_;
-  process::DropCounter drops_;
-  SensorSynchronizer sensors_{{}, lcm_channel_names(), {}};
-  teleop::Keyboard keyboard_;
-  Utime base_heard_;
-};
 
 /// The steps, one after the other, and their report.
 class FirstDrive {
@@ -144,13 +48,11 @@ class FirstDrive {
  private:
   void wait_for_base() {
     const auto& base = robot_.base;
-    robot_.wait(
-        5.0, [&] { return base && base->link == BaseStatus::Link::up && !robot_.track.empty(); });
-    require(base.has_value(),
-            "no base answers: start the robot first (marco run ROBOT.procman) in another terminal");
-    require(base->link == BaseStatus::Link::up,
-            "the base does not answer its driver: " + base->note);
-    require(!robot_.track.empty(), "the base sends no ODOMETRY");
+    const auto is_up = [&] { return base && base->link == BaseStatus::Link::up; };
+    const bool ready = robot_.wait(5.0, [&] { return is_up() && !robot_.track.empty(); });
+    require(ready, !base     ? "no base answers: start the robot in another terminal (marco run)"
+                   : is_up() ? "the base sends no ODOMETRY"
+                             : "the base does not answer its driver: " + base->note);
     report_.base = base->base;
     write();  // so that a path that cannot be written is no surprise in the end
   }
@@ -228,16 +130,8 @@ class FirstDrive {
       return std::nullopt;
     }
     const teleop::SeenMotion seen = move(ahead, left, by);
-    const Pose2& way = seen.start_from_end;
-    check.figures = {{"moved_m", way.x_m},
-                     {"turned_deg", rad_to_deg(way.theta_rad)},
-                     {"stands_after_s", seen.stands_s}};
-    if (seen.begins_s) check.figures.emplace_back("order_to_motion_s", *seen.begins_s);
-    const bool as_ordered = left == 0.0 ? ahead * way.x_m > 0.01 && std::abs(way.theta_rad) < 0.2
-                                        : left * way.theta_rad > 0.04 && std::abs(way.x_m) < 0.05;
-    const std::string why = robot_.refused.empty() ? "" : ": " + robot_.refused;
-    if (!as_ordered) check.fault = "odometry shows another motion" + why;
-    if (seen.stands_s > 1.0) check.fault = "it did not stop within a second";
+    check.judge_motion(seen, ahead, left);
+    if (!check.fault.empty() && !robot_.refused.empty()) check.fault += ": " + robot_.refused;
     return check;
   }
   void drive(const char* name, double ahead, double left, const char* question) {
@@ -253,10 +147,7 @@ class FirstDrive {
     judge(*check, "Did EMERGENCY_STOP stop the wheels while you held the key?");
     if (robot_.ask("y releases it, n leaves it engaged [y/n]", "yn") == 'n') return;
     robot_.emergency_stop(process::EmergencyStop::release);
-    if (robot_.wait(kRestS, [this] { return !robot_.is_latched(); })) return;
-    Check release("release");
-    release.fault = "the base stays stopped: " + robot_.base->note;
-    end(release, 'n');
+    robot_.wait(kRestS, [this] { return !robot_.is_latched(); });
   }
 
   void bumper() {
@@ -298,14 +189,7 @@ class FirstDrive {
       return false;
     });
     Check check(name);
-    if (nearest) {
-      const double left_deg = rad_to_deg(nearest->bearing_rad);
-      check.figures = {{"nearest_m", nearest->range_m}, {"left_deg", left_deg}};
-      if (std::abs(left_deg - bearing_deg) > 25.0) check.fault = "the hand is seen elsewhere";
-    } else {
-      check.fault = "no laser sees anything";
-    }
-    if (pressed != 'y') check.fault.clear();
+    if (pressed == 'y') check.judge_hand(nearest, bearing_deg);
     show(check);
     end(check, pressed);
   }
@@ -320,14 +204,11 @@ class FirstDrive {
         "Push it to the second mark; where motors hold it, by marco drive. y when there [y/s]",
         "ys");
     if (there == 's') return void(end(check, 's'));
-    const Pose2 way = teleop::seen_motion(robot_.track, {}, {}).start_from_end;
-    check.figures = {
-        {"moved_m", way.x_m}, {"left_m", way.y_m}, {"turned_deg", rad_to_deg(way.theta_rad)}};
-    if (std::abs(way.x_m - 1.0) > 0.1) check.fault = "odometry shows another way than 1 m ahead";
+    check.judge_push(teleop::seen_motion(robot_.track, {}, {}).start_from_end);
     judge(check, "Was it 1 m, to 2 cm?");
   }
 
-  Robot robot_;
+  teleop::AttendedRobot robot_;
   std::string path_;
   teleop::DriveReport report_;
   bool may_move_ = false;

@@ -98,6 +98,37 @@ Check check(const char* name, const char* answer, const char* fault) {
   return made;
 }
 
+TEST(Check, FindsWhatTheMessagesContradict) {
+  const auto fault_of_motion = [](const Pose2& way, double ahead, double left, double stands_s) {
+    Check motion("motion");
+    motion.judge_motion({way, 0.1, stands_s}, ahead, left);
+    return motion.fault;
+  };
+  EXPECT_EQ(fault_of_motion({0.05, 0.0, 0.01}, 1.0, 0.0, 0.2), "");
+  EXPECT_EQ(fault_of_motion({-0.05, 0.0, 0.01}, -1.0, 0.0, 0.2), "");
+  EXPECT_EQ(fault_of_motion({0.0, 0.0, -0.3}, 0.0, -1.0, 0.2), "");
+  const std::string other = "odometry shows another motion";
+  EXPECT_EQ(fault_of_motion({-0.05, 0.0, 0.0}, 1.0, 0.0, 0.2), other) << "it counts backwards";
+  EXPECT_EQ(fault_of_motion({0.03, 0.0, 0.3}, 1.0, 0.0, 0.2), other) << "one wheel stands";
+  EXPECT_EQ(fault_of_motion({0.0, 0.0, -0.3}, 0.0, 1.0, 0.2), other) << "wheels exchanged";
+  EXPECT_EQ(fault_of_motion({0.06, 0.0, 0.0}, 0.0, 1.0, 0.2), other) << "one wheel reversed";
+  EXPECT_EQ(fault_of_motion({}, 1.0, 0.0, 0.0), other);
+  EXPECT_THAT(fault_of_motion({0.05, 0.0, 0.0}, 1.0, 0.0, 1.2), HasSubstr("did not stop"));
+  const auto fault_of_hand = [](std::optional<NearestReturn> nearest) {
+    Check hand("hand");
+    hand.judge_hand(nearest, 45.0);
+    return hand.fault;
+  };
+  EXPECT_EQ(fault_of_hand(NearestReturn{0.3, deg_to_rad(60.0)}), "");
+  EXPECT_THAT(fault_of_hand(NearestReturn{0.3, deg_to_rad(-45.0)}), HasSubstr("elsewhere"));
+  EXPECT_THAT(fault_of_hand(std::nullopt), HasSubstr("no laser"));
+  Check push("push");
+  push.judge_push({1.05, 0.0, 0.0});
+  EXPECT_EQ(push.fault, "");
+  push.judge_push({0.85, 0.0, 0.0});
+  EXPECT_NE(push.fault, "");
+}
+
 TEST(DriveReport, IsGoodWhereNeitherPersonNorMessagesContradict) {
   DriveReport report{"0.1", "", "kobuki", {check("blocks", "yes", "")}, ""};
   report.checks.push_back(check("bumper", "skipped", ""));

@@ -3,6 +3,8 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <stdexcept>
+
 namespace marco::teleop {
 
 Keyboard::Keyboard() : terminal_(isatty(STDIN_FILENO) == 1) {
@@ -26,6 +28,9 @@ std::optional<char> Keyboard::key() {
   if (poll(&input, 1, 0) > 0) {
     const ssize_t count = read(STDIN_FILENO, buffer, sizeof(buffer));
     if (count > 0) pending_.append(buffer, static_cast<std::size_t>(count));
+    if (count <= 0 && (input.revents & POLLHUP) != 0) {
+      throw std::runtime_error("the terminal is gone");
+    }
   }
   if (pending_.empty()) return std::nullopt;
   if (pending_.size() >= 3 && pending_[0] == '\x1b' && pending_[1] == '[') {

@@ -16,7 +16,8 @@ class Keyboard {
   Keyboard(const Keyboard&) = delete;
   Keyboard& operator=(const Keyboard&) = delete;
 
-  /// An arrow is told as one of the letters below.
+  /// An arrow is told as one of the letters below. @throws std::runtime_error when the terminal is
+  /// gone.
   std::optional<char> key();
   bool terminal() const { return terminal_; }
 

@@ -32,6 +32,7 @@ What came of it:
 
 A robot that runs:
   ./marco devices [PORT...]            what is plugged in, what it is, at which rate; --write DIR: files that start it
+  ./marco first-drive [--out FILE]     a robot that never drove: wheels, stop, bumper, laser, odometry, step by step; a report
   ./marco run SCRIPT.procman [NAME]    start a robot's processes under the sheriff
   ./marco drive                        the robot that runs, by keys or gamepad, from a second terminal
   ./marco stop [--release]             stops every base at once, and keeps it stopped until --release

@@ -21,15 +21,21 @@ void on_interrupt(int signal_number) {
   interrupt_signal = signal_number;
 }
 
+// A terminal that hangs up ends its programs with SIGHUP, unless nohup had it ignored.
+void handle_signals(void (*handler)(int), int flags) {
+  struct sigaction action = {}, before = {};
+  action.sa_handler = handler;
+  action.sa_flags = flags;
+  for (const int number : {SIGINT, SIGTERM}) sigaction(number, &action, nullptr);
+  sigaction(SIGHUP, nullptr, &before);
+  if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
+}
+
 }  // namespace
 
 void catch_interrupts(const std::string& outcome) {
   outcome_of_interrupt = outcome;
-  struct sigaction action = {};
-  action.sa_handler = on_interrupt;
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  handle_signals(on_interrupt, SA_RESTART);
 }
 
 void end_if_interrupted() {
@@ -41,10 +47,7 @@ int interrupted_by() { return interrupt_signal; }
 const std::string& interrupted_outcome() { return outcome_of_interrupt; }
 
 void catch_stop_signals() {
-  struct sigaction action = {};
-  action.sa_handler = on_stop_signal;  // without SA_RESTART: a waiting poll returns at once
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  handle_signals(on_stop_signal, 0);  // without SA_RESTART: a waiting poll returns at once
 }
 
 bool stop_requested() { return stop_signal != 0; }

@@ -5,7 +5,8 @@
 
 namespace marco::process {
 
-/// Makes SIGINT and SIGTERM set a flag instead of ending the process. Call once, from main.
+/// Makes SIGINT, SIGTERM and, unless it is ignored, SIGHUP set a flag instead of ending the
+/// process. Call once, from main.
 void catch_stop_signals();
 
 /// Whether one of them was received.
@@ -18,7 +19,7 @@ struct Interrupted : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// For commands that run to an end: SIGINT and SIGTERM make the next end_if_interrupted throw, so
+/// For commands that run to an end: these signals make the next end_if_interrupted throw, so
 /// that the command can clean up. A second signal ends the process at once. Call from main.
 /// @param outcome  tells the user the state left behind, e.g. "out is unchanged"
 void catch_interrupts(const std::string& outcome);

@@ -18,7 +18,7 @@ class HeldMotion {
  public:
   static constexpr double kMostS = 0.9;         ///< however long the key is held
   static constexpr double kUntilRepeatS = 0.6;  ///< a held key repeats after about half a second
-  static constexpr double kRepeatS = 0.15;      ///< and then at least so often
+  static constexpr double kRepeatS = 0.25;      ///< and then at least so often
 
   explicit HeldMotion(Utime pressed)
       : most_(pressed + Duration::from_seconds(kMostS)),

@@ -107,13 +107,14 @@ class FirstDrive {
     const Utime begin = wall_now();
     std::optional<Utime> stopped;
     for (teleop::HeldMotion held(begin); held.goes(wall_now());) {
-      robot_.send(order);
+      const Pose2 way = teleop::seen_motion(robot_.track, begin, wall_now()).start_from_end;
+      if (by == EndedBy::emergency_stop && std::abs(way.theta_rad) > kEmergencyAfterRad) {
+        if (!stopped) stopped = wall_now();
+        robot_.emergency_stop(process::EmergencyStop::engage);
+      }
+      robot_.send(order);  // after the stop, too: it must be refused
       robot_.listen(0.05);
       while (const auto pressed = robot_.key()) held.on_key(*pressed, wall_now());
-      const Pose2 way = teleop::seen_motion(robot_.track, begin, wall_now()).start_from_end;
-      if (by == EndedBy::release || std::abs(way.theta_rad) < kEmergencyAfterRad) continue;
-      if (!stopped) stopped = wall_now();
-      robot_.emergency_stop(process::EmergencyStop::engage);
     }
     if (!stopped) stopped = wall_now();
     if (by == EndedBy::emergency_stop) robot_.emergency_stop(process::EmergencyStop::engage);

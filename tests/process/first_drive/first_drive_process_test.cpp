@@ -257,7 +257,7 @@ TEST_P(FirstDriveProcess, GoesThroughAllStepsAndReports) {
     answer("? [y/n/s]", 'y');
   }
   ASSERT_TRUE(sees("Hold the space bar"));
-  hold_space(0.8);
+  hold_space(2.0);
   answer("? [y/n/s]", 'y');
   EXPECT_THAT(status_->note, HasSubstr(kEmergencyStopNote));
   answer("y releases it", 'y');

@@ -33,17 +33,15 @@ ArcMotion OdometryCalibration::corrected(const ArcMotion& by_odometry) const {
   const double mean_scale = 0.5 * (left_scale + right_scale);
   const ArcMotion axle{0.5 * (left_m + right_m), mean_scale * forward_sign * counted.left_m,
                        (right_m - left_m) / (track_scale * kCountedTrackM)};
-  return axle.seen_at(robot_from_axle().inverse() * robot_from_path);
+  return axle.seen_at(robot_from_axle().inverse());
 }
 
 SensorInfo LaserCalibration::corrected(SensorInfo as_said) const {
   if (as_said.channel != channel || as_said.mount != SensorInfo::Mount::robot) return as_said;
-  const double height_m = as_said.parent_from_sensor.translation().z();
-  as_said.parent_from_sensor = lift({x_m, y_m, deg_to_rad(yaw_deg)});
-  as_said.parent_from_sensor.translation().z() = height_m;
-  if (upside_down) {
-    as_said.parent_from_sensor.rotate(
-        Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
+  Pose3& pose = as_said.parent_from_sensor;
+  pose = lift(Pose2{x_m, y_m, deg_to_rad(yaw_deg)} * flatten(pose).inverse()) * pose;
+  if (upside_down != (pose.linear()(2, 2) < 0.0)) {
+    pose.rotate(Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitX()));
   }
   return as_said;
 }

@@ -39,9 +39,6 @@ struct OdometryCalibration {
   double axle_x_m = 0.0;
   double axle_yaw_deg = 0.0;
   double late_s = 0.0;  ///< a stamp is so much later than the motion it comes with
-  /// The frame that the output poses are of, seen from the robot. Not stored: a calibration file
-  /// corrects the laser's pose instead.
-  Pose2 robot_from_path;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -78,14 +75,14 @@ struct GyroCalibration {
   ImuSample corrected(ImuSample sample) const;
 };
 
-/// Where a laser, or the pan-tilt that bears it, really sits, over what SENSOR_INFO says. The
-/// height stays; it looks level.
+/// Where a laser, or the pan-tilt that bears it, really sits, over what SENSOR_INFO says. Height
+/// and tilt stay. What is corrected already stays as it is.
 struct LaserCalibration {
   std::string channel;  ///< whose SENSOR_INFO is corrected; "": none
   double x_m = 0.0;     ///< on the robot
   double y_m = 0.0;
   double yaw_deg = 0.0;
-  bool upside_down = false;  ///< beams run the other way round than the messages say
+  bool upside_down = false;  ///< its z axis points down
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -124,9 +124,23 @@ def distances_after_fit(ours, true):
     return [abs(turn * (a - a0) - (b - b0)) for a, b in pairs]
 
 
-def judged(programs, out, truth):
+def path_of_laser(path, turned_deg):
+    """The path is the robot's, and relations are those of a laser that looks so far to the left of its front."""
+    c, s = math.cos(math.radians(turned_deg) / 2), math.sin(math.radians(turned_deg) / 2)
+    with open(path, encoding="utf-8") as file, open(path + ".laser", "w", encoding="utf-8") as laser:
+        for line in file:
+            *place, z, w = line.split()
+            if place[0] != "#":
+                z, w = float(z) * c + float(w) * s, float(w) * c - float(z) * s
+                laser.write(f"{' '.join(place)} {z:.9f} {w:.9f}\n")
+    return path + ".laser"
+
+
+def judged(programs, out, truth, damage):
     """(n, mean or rms, largest, degrees) of one map."""
     path = os.path.join(out, "trajectory.tum")
+    if truth.endswith(".relations") and damage.startswith("turned_"):
+        path = path_of_laser(path, float(damage.split("_")[1]))
     if truth.endswith(".relations"):
         said = run([f"{programs}/marco-evaluate", path, truth])
         found = re.search(r"n=(\d+) .*?mean=([\d.]+).*?max=([\d.]+).*?mean=([\d.]+)", said.stdout)
@@ -151,7 +165,7 @@ def one(options, programs, config, name, log, truth, damage, seed, folder):
         return None
     with open(os.path.join(out, "report.json"), encoding="utf-8") as file:
         report = json.load(file)
-    result = judged(programs, out, truth)
+    result = judged(programs, out, truth, damage)
     return (*result, report["cpu_s"], len(report["loops"]), done.returncode) if result else None
 
 

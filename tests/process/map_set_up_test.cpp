@@ -72,6 +72,54 @@ TEST_F(MapSetUp, WhatTheFrontEndCopesWithIsSaidAndLeftAlone) {
   EXPECT_EQ(calibration()["use"], "not_needed");
 }
 
+// The largest distances [m] and angles [rad] of a path from odometry, which is exact here.
+Eigen::Vector2d off_odometry(const std::string& folder) {
+  const Trajectory path = files::read_tum(folder + "/trajectory.tum");
+  const Trajectory odometry = files::read_tum(folder + "/odometry.tum");
+  EXPECT_EQ(path.size(), odometry.size());
+  Eigen::Vector2d most(0.0, 0.0);
+  const Pose2 start = between(odometry.at(0).world_from_robot, path.at(0).world_from_robot);
+  for (std::size_t i = 0; i < std::min(path.size(), odometry.size()); ++i) {
+    const Pose2 moved = between(path[0].world_from_robot, path[i].world_from_robot);
+    const Pose2 off =
+        between(between(odometry[0].world_from_robot, odometry[i].world_from_robot), moved);
+    most = most.cwiseMax(Eigen::Vector2d(off.translation_m().norm(), std::abs(off.theta_rad)));
+  }
+  EXPECT_LT(std::abs(start.theta_rad), deg_to_rad(1.0)) << "of the first pose";
+  return most;
+}
+
+TEST_F(MapSetUp, ThePathOfATurnedLasersRobotIsTheRobots) {
+  const Pose2 laser{0.3, -0.2, deg_to_rad(90.0)};
+  files::write_whole_file(at("ring.log"), testing::ring_log(1.0, 1.0, 1.0, 1.0, laser));
+  const Result result = run("marco-map", {at("ring.log"), "--calibrate", "--out", at("out")});
+  EXPECT_EQ(result.code, 0) << result.output;
+  EXPECT_EQ(calibration()["use"], "in_force") << result.output;
+  EXPECT_LT(off_odometry(at("out")).x(), 0.05);
+  EXPECT_LT(off_odometry(at("out")).y(), deg_to_rad(1.0));
+  const auto report = nlohmann::json::parse(files::read_whole_file(at("out") + "/report.json"));
+  EXPECT_EQ(report["path_of"], "robot");
+  // With the file that the drive gave, found in its map, and by its own log: all the same.
+  const auto same_path = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = more;
+    words.insert(words.end(), {"--out", at("again")});
+    const Result again = run("marco-map", words);
+    EXPECT_EQ(again.code, 0) << again.output;
+    EXPECT_LT(off_odometry(at("again")).x(), 0.05) << more.back() << again.output;
+    EXPECT_LT(off_odometry(at("again")).y(), deg_to_rad(1.0)) << more.back();
+    return again.output;
+  };
+  same_path({at("ring.log"), "--calibration", at("out") + "/calibration.toml"});
+  same_path({at("ring.log"), "--localize", at("out")});
+  EXPECT_THAT(same_path({at("out") + "/slam.lcm"}), Not(HasSubstr("laser.")));
+}
+
+TEST_F(MapSetUp, WithoutOdometryThePathIsTheLasers) {
+  map(0.0, 0.0);
+  const auto report = nlohmann::json::parse(files::read_whole_file(at("out") + "/report.json"));
+  EXPECT_EQ(report["path_of"], "laser");
+}
+
 // Of each scan 25 beams: of a mast 0.25 m ahead of the laser on its left.
 std::string with_a_mast(const std::string& log) {
   std::istringstream lines(log);

@@ -14,10 +14,12 @@ inline constexpr int kRingScans = 1200;
 /// from 1000 s on; a round takes 40 s. @param way_scale, turn_scale  of the odometry
 /// @param heading_unit  its heading is that many times too large. @param bearing_scale  true
 /// bearing over the one that the format means
+/// @param laser  where it sits on the robot: the format means the robot's place and heading
 inline std::string ring_log(double way_scale,
                             double turn_scale,
                             double heading_unit = 1.0,
-                            double bearing_scale = 1.0) {
+                            double bearing_scale = 1.0,
+                            const Pose2& laser = {}) {
   FlatWorld world;
   world.add_box(-7, -5, 7, 5);
   world.add_box(-4, -2, 4, 2);
@@ -31,11 +33,12 @@ inline std::string ring_log(double way_scale,
   const int sides[] = {110, 70, 110, 70};
   for (int i = 0, side = 0, on_side = 0; i < kRingScans; ++i) {
     log += "FLASER 180";
+    const Pose2 eye = robot * laser;
     for (int beam = 0; beam < 180; ++beam) {
-      const double bearing_rad = robot.theta_rad + bearing_scale * deg_to_rad(beam - 90.0);
+      const double bearing_rad = eye.theta_rad + bearing_scale * deg_to_rad(beam - 90.0);
       char text[20];
       std::snprintf(text, sizeof text, " %.3f",
-                    world.range_m(robot.translation_m(), bearing_rad) + noise(random));
+                    world.range_m(eye.translation_m(), bearing_rad) + noise(random));
       log += text;
     }
     char text[200];

@@ -80,17 +80,26 @@ std::string commented(const CalibrationFile& file, const Comments& comments) {
   return text;
 }
 
-// What the first laser sits on the robot by: itself, or its pan-tilt.
-const SensorInfo* mount_of(const MapJob& job) {
+}  // namespace
+
+const SensorInfo* mount_of_laser(const MapJob& job) {
   const auto& sensors = job.sensors();
-  const auto laser = std::find_if(sensors.begin(), sensors.end(), [](const auto& sensor) {
+  const auto is_laser = [](const auto& sensor) {
     return sensor.first.starts_with(channels::kLidar);
+  };
+  auto laser = std::find_if(sensors.begin(), sensors.end(), [&](const auto& sensor) {
+    const SensorInfo& info = sensor.second;
+    return is_laser(sensor) && info.mount == SensorInfo::Mount::robot &&
+           !is_steep(info.parent_from_sensor);
   });
+  if (laser == sensors.end()) laser = std::find_if(sensors.begin(), sensors.end(), is_laser);
   if (laser == sensors.end()) return nullptr;
   if (laser->second.mount == SensorInfo::Mount::robot) return &laser->second;
   const auto pantilt = sensors.find(channels::kPanTiltState);
   return pantilt == sensors.end() ? nullptr : &pantilt->second;
 }
+
+namespace {
 
 bool calibrate_pantilt(const MapJob& job, CalibrationFile& file, Comments& comments) {
   const auto found = job.mapping3d().calibrate();
@@ -109,7 +118,7 @@ bool calibrate_pantilt(const MapJob& job, CalibrationFile& file, Comments& comme
 }  // namespace
 
 std::optional<slam::SelfCalibration> self_calibration_of(const MapJob& job) {
-  const SensorInfo* mount = mount_of(job);
+  const SensorInfo* mount = mount_of_laser(job);
   if (mount == nullptr || (job.odometry().empty() && job.gyro_heading().empty())) {
     return std::nullopt;
   }
@@ -122,7 +131,9 @@ std::optional<slam::SelfCalibration> self_calibration_of(const MapJob& job) {
   for (const StampedPose2& pose : job.trajectory()) {
     input.world_from_laser.push_back({pose.utime, pose.world_from_robot * input.robot_from_laser});
   }
-  return slam::self_calibrate(input);
+  slam::SelfCalibration found = slam::self_calibrate(input);
+  if (job.laser().channel == input.channel) found.calibration.laser.channel = input.channel;
+  return found;
 }
 
 bool write_calibration(const std::filesystem::path& path, const MapJob& job) {

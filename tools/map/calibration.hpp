@@ -8,7 +8,11 @@
 
 namespace marco {
 
-/// What the drive says of the first laser on the robot, odometry and gyroscope, by the path that
+/// What the laser that makes the path sits on the robot by: itself, or its pan-tilt; nullptr where
+/// nobody says. The first level one, if there are several.
+const SensorInfo* mount_of_laser(const MapJob& job);
+
+/// What the drive says of that laser on the robot, odometry and gyroscope, by the path that
 /// was mapped. Nothing where there is no such laser, or neither odometry nor gyroscope.
 std::optional<slam::SelfCalibration> self_calibration_of(const MapJob& job);
 

@@ -58,8 +58,11 @@ void apply(const CalibrationFile& calibration, MapOptions& options) {
 
 bool can_be_corrected(const MapArguments& arguments) {
   return !arguments.no_calibration && arguments.calibration.empty() &&
-         recordings_among(arguments).size() == 1 && arguments.extend.empty() &&
-         arguments.localize.empty();
+         recordings_among(arguments).size() == 1;
+}
+
+bool is_judged_as_good(const JudgedMap& again, const JudgedMap& first) {
+  return !first.verdict || again.verdict->diagnosis.verdict <= first.verdict->diagnosis.verdict;
 }
 
 // As good at least by its verdict, and by the scans that were matched.
@@ -70,8 +73,7 @@ bool is_as_good(const JudgedMap& again, const JudgedMap& first) {
     return static_cast<double>(
         std::count_if(scans.begin(), scans.end(), [](const auto& scan) { return scan.matched; }));
   };
-  return again.verdict->diagnosis.verdict <= first.verdict->diagnosis.verdict &&
-         matched(again) >= kFewer * matched(first);
+  return is_judged_as_good(again, first) && matched(again) >= kFewer * matched(first);
 }
 
 }  // namespace
@@ -183,10 +185,7 @@ void correct_floor(Remapping& remapping, JudgedMap& map) {
   if (!floor) return;
   SensorCalibration calibration = remapping.calibration();
   calibration.floor = {*floor};
-  const bool better = remapping.try_with(calibration, [](const auto& again, const auto& first) {
-    return again.verdict->diagnosis.verdict <= first.verdict->diagnosis.verdict;
-  });
-  if (!better && map.verdict) {
+  if (!remapping.try_with(calibration, is_judged_as_good) && map.verdict) {
     map.verdict->diagnosis.ask(describe(*floor) +
                                ", and a map without these returns is worse: is it level?");
   }
@@ -219,8 +218,11 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
   SelfCorrection correction;
   slam::SelfCalibration beams;
   map.job->clock().show_stage("calibrating");
-  correct_floor(remapping, map);
-  correct_beams(remapping, map, beams);
+  // A saved map's walls are not this recording's.
+  if (arguments.extend.empty() && arguments.localize.empty()) {
+    correct_floor(remapping, map);
+    correct_beams(remapping, map, beams);
+  }
   auto found = self_calibration_of(*map.job);
   if (!found && beams.parameters.empty()) return std::nullopt;
   if (found) correction.found = std::move(*found);
@@ -237,8 +239,16 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
     calibration.floor = remapping.calibration().floor;
     remapping.try_with(calibration, is_as_good);
   }
-  const std::string& question = correction.found.open_question;
-  if (!question.empty() && map.verdict) map.verdict->diagnosis.ask(question);
+  if (remapping.calibration().laser == LaserCalibration{}) {
+    correction.assumed_from_found_robot = assumed_from_found_robot(correction.found);
+  }
+  if (map.verdict) {
+    std::vector<std::string> questions{correction.found.open_question};
+    if (correction.assumed_from_found_robot) questions.push_back(doubt_of_laser(correction.found));
+    for (const std::string& question : questions) {
+      if (!question.empty()) map.verdict->diagnosis.ask(question);
+    }
+  }
   // A floor or beams that were tried in vain say so themselves.
   if (remapping.was_taken()) {
     correction.use = SelfCorrection::Use::in_force;

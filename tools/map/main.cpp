@@ -185,7 +185,7 @@ int run(const MapArguments& arguments) {
   const auto correction = correct(arguments, options, foreign, out, made);
   MapJob& job = *made.job;
   const std::optional<MapVerdict>& verdict = made.verdict;
-  write_paths(out, job);
+  write_paths(out, job, correction);
   write_session(out, job, options.slam.slam);
   const GridMap map = job.grid();
   if (map.width_cells > 0) files::write_map(out, map);

@@ -51,6 +51,7 @@ MapJob::MapJob(const MapOptions& options,
       mapping3d_(bus_, mapping3d_of(options)),
       slam_options_(options.slam.slam),
       localizer_options_(options.slam.localizer),
+      laser_(options.slam.input.calibration.laser),
       beams_(options.slam.input.calibration.beams),
       own_body_(options.slam.input.calibration.body),
       floor_(options.slam.input.calibration.floor),
@@ -99,8 +100,10 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
   const std::size_t first_key = key_count();
   clock_.end_stage("recognise " + input.filename().string());
   process::Progress progress("mapping " + input.filename().string());
-  while (const std::optional<Sample> sample = recording.next()) {
+  while (std::optional<Sample> sample = recording.next()) {
     process::end_if_interrupted();
+    // In slam.lcm, too: whoever draws its scans needs the place that the path was made with.
+    if (auto* info = std::get_if<SensorInfo>(&*sample)) *info = laser_.corrected(*info);
     if (const auto* scan = std::get_if<LaserScan>(&*sample)) {
       const auto wrong = range_units_.look(*scan);
       if (wrong) throw std::invalid_argument(input.string() + ": " + *wrong);

@@ -108,7 +108,7 @@ class MapJob {
   const std::vector<slam::Keyframe>& keyframes() const;
   /// Of whoever made the path.
   const std::vector<slam::Keyframe>& map_keys() const { return mapper().keys(); }
-  /// The newest SENSOR_INFO of each channel.
+  /// The newest SENSOR_INFO of each channel, the laser's place corrected.
   const std::map<std::string, SensorInfo>& sensors() const { return recorded_.sensors; }
   std::size_t key_count() const { return mapper().keys().size(); }
   const std::vector<slam::Loop>& loops() const { return mapper().loops(); }
@@ -128,6 +128,8 @@ class MapJob {
   /// See Mapper3d::finish_model. To be called after finish() and whatever looks at single sweeps.
   void finish_model() { mapping3d_.finish_model(); }
   const std::vector<files::InputReport>& inputs() const { return recorded_.inputs; }
+  /// Where its laser is taken to sit, if not as SENSOR_INFO says.
+  const LaserCalibration& laser() const { return laser_; }
   /// What its lasers' beams are taken to be.
   const std::vector<BeamCalibration>& beams() const { return beams_; }
   /// What the lasers see of their own robot: left out of all scans.
@@ -179,6 +181,7 @@ class MapJob {
   mapping3d::Mapping3dAdapter mapping3d_;
   slam::SlamOptions slam_options_;
   slam::LocalizerOptions localizer_options_;
+  LaserCalibration laser_;
   std::vector<BeamCalibration> beams_;
   std::vector<BodyPart> own_body_;
   std::vector<FloorLine> floor_;

@@ -13,6 +13,7 @@
 #include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/version.hpp"
+#include "tools/map/calibration.hpp"
 
 namespace marco {
 namespace {
@@ -142,6 +143,14 @@ json floor_json(const MapJob& job) {
   return all;
 }
 
+// By odometry, or by what the recording says of the laser's place.
+bool is_robots_path(const MapJob& job) {
+  constexpr double kMovesM = 0.1;
+  const SensorInfo* mount = mount_of_laser(job);
+  return path_length_m(job.odometry()) > kMovesM ||
+         (mount != nullptr && !flatten(mount->parent_from_sensor).vector().isZero(1e-9));
+}
+
 json apart_json(const MapJob& job) {
   json all = json::array();
   for (const KeptApart& apart : kept_apart(job)) {
@@ -199,6 +208,7 @@ void write_report(const std::filesystem::path& path,
   if (extras.correction != nullptr) add_calibration(report, *extras.correction);
   if (!job.own_body().empty()) report["own_body"] = own_body_json(job);
   if (!job.floor().empty()) report["floor"] = floor_json(job);
+  report["path_of"] = is_robots_path(job) ? "robot" : "laser";
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
   report["loops"] = loops_json(job.loops(), job.keyframes());

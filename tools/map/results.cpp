@@ -59,9 +59,18 @@ std::unique_ptr<files::OutputFolder> open_results(const fs::path& out,
   return results;
 }
 
-void write_paths(const std::filesystem::path& out, const MapJob& job) {
+void write_paths(const std::filesystem::path& out,
+                 const MapJob& job,
+                 const std::optional<SelfCorrection>& correction) {
   files::write_tum(out / "trajectory.tum", job.trajectory());
   files::write_tum(out / "trajectory_live.tum", job.live_trajectory());
+  if (correction && correction->assumed_from_found_robot) {
+    Trajectory as_found = job.trajectory();
+    for (StampedPose2& pose : as_found) {
+      pose.world_from_robot = pose.world_from_robot * *correction->assumed_from_found_robot;
+    }
+    files::write_tum(out / kPathAsFound, as_found);
+  }
   if (!job.odometry_trajectory().empty()) {
     files::write_tum(out / "odometry.tum", job.odometry_trajectory());
   }

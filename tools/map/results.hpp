@@ -2,12 +2,14 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/line_map.hpp"
 #include "lcm_tools/files/output_folder.hpp"
 #include "tools/map/map_job.hpp"
+#include "tools/map/self_correction.hpp"
 
 namespace marco {
 
@@ -19,7 +21,9 @@ std::unique_ptr<files::OutputFolder> open_results(const std::filesystem::path& o
                                                   const std::vector<std::string>& inputs);
 
 /// trajectory.tum and its companions.
-void write_paths(const std::filesystem::path& out, const MapJob& job);
+void write_paths(const std::filesystem::path& out,
+                 const MapJob& job,
+                 const std::optional<SelfCorrection>& correction);
 
 /// trajectory_session_N.tum: one per session, those of the saved map first.
 void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map);

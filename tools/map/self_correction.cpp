@@ -17,6 +17,7 @@ constexpr double kGyroBiasRadPerS = 0.01;
 // A laser turned by 0.075 rad gives the same error across the way. One that sits 0.3 m to the side
 // makes the map's error 1.27 times as large.
 constexpr double kTurnedDeg = 4.3, kAsideM = 0.15;
+constexpr double kDoubtfulTurnDeg = 2.0;  // standard deviation
 
 // A scale error that stretches the path by more than this, summed over all passes, is corrected.
 // Furnished buildings stay below it: intel has 0.15 m, loop5 0.32 m.
@@ -55,6 +56,15 @@ bool needs_correction(const OdometryCalibration& odometry, double by_odometry_m)
 bool sits_elsewhere(const slam::SelfCalibration& found) {
   return surely_off(found, "laser.yaw_deg") > kTurnedDeg ||
          surely_off(found, "laser.x_m") > kAsideM || surely_off(found, "laser.y_m") > kAsideM;
+}
+
+bool is_turn_in_doubt(const slam::SelfCalibration& found) {
+  return found.find("laser.yaw_deg")->sigma > kDoubtfulTurnDeg;
+}
+
+Pose2 laser_as_assumed(const slam::SelfCalibration& found) {
+  const auto assumed = [&](const char* name) { return found.find(name)->before; };
+  return {assumed("laser.x_m"), assumed("laser.y_m"), deg_to_rad(assumed("laser.yaw_deg"))};
 }
 
 bool needs_correction(const GyroCalibration& gyro) {
@@ -113,21 +123,33 @@ SensorCalibration needed_correction(const slam::SelfCalibration& found, double b
     needed.gyro = calibration.gyro;
     if (!gyro_is_late) needed.gyro.late_s = 0.0;
   }
-  const auto assumed = [&](const char* name) { return found.find(name)->before; };
-  const auto assumed_laser = [&] {
-    return Pose2{assumed("laser.x_m"), assumed("laser.y_m"), deg_to_rad(assumed("laser.yaw_deg"))};
-  };
   const slam::CalibratedParameter* upside_down = found.find("laser.upside_down");
-  if (upside_down != nullptr && upside_down->verdict == slam::ParameterVerdict::applied) {
-    const Pose2 laser = assumed_laser();
+  if (sits_elsewhere(found) && !is_turn_in_doubt(found)) {
+    needed.laser = calibration.laser;
+  } else if (upside_down != nullptr && upside_down->verdict == slam::ParameterVerdict::applied) {
+    const Pose2 laser = laser_as_assumed(found);
     needed.laser = {calibration.laser.channel, laser.x_m, laser.y_m, rad_to_deg(laser.theta_rad),
                     calibration.laser.upside_down};
-  } else if (sits_elsewhere(found)) {
-    const LaserCalibration& laser = calibration.laser;
-    needed.odometry.robot_from_path =
-        Pose2{laser.x_m, laser.y_m, deg_to_rad(laser.yaw_deg)} * assumed_laser().inverse();
   }
   return needed;
+}
+
+std::optional<Pose2> assumed_from_found_robot(const slam::SelfCalibration& found) {
+  if (!sits_elsewhere(found)) return std::nullopt;
+  const LaserCalibration& laser = found.calibration.laser;
+  return laser_as_assumed(found) * Pose2{laser.x_m, laser.y_m, deg_to_rad(laser.yaw_deg)}.inverse();
+}
+
+std::string doubt_of_laser(const slam::SelfCalibration& found) {
+  const LaserCalibration& laser = found.calibration.laser;
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "the laser seems to sit at %.2f %.2f m, turned by %.0f deg (sd %.1f), not as the "
+                "recording says: trajectory.tum is the path by the recording, %s by that. A longer "
+                "drive with turns, or SENSOR_INFO with the measured place settles it",
+                laser.x_m, laser.y_m, laser.yaw_deg, found.find("laser.yaw_deg")->sigma,
+                kPathAsFound);
+  return text;
 }
 
 std::string describe_errors(const slam::SelfCalibration& found) {
@@ -159,6 +181,7 @@ void add_calibration(nlohmann::json& report, const SelfCorrection& correction) {
   report["calibration"] = {{"use", to_string(correction.use)},
                            {"parameters", parameters},
                            {"remarks", correction.found.remarks}};
+  if (correction.assumed_from_found_robot) report["calibration"]["path_as_found"] = kPathAsFound;
 }
 
 void print_correction(const SelfCorrection& correction) {
@@ -171,6 +194,9 @@ void print_correction(const SelfCorrection& correction) {
     std::puts("  the map was made again, with these corrected");
   } else if (correction.use == SelfCorrection::Use::rejected) {
     std::puts("  a map made with these was no better: they are not in force");
+  }
+  if (correction.assumed_from_found_robot) {
+    print(stdout, "  %s is the path for the laser as found\n", kPathAsFound);
   }
 }
 

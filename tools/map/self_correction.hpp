@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,16 +19,29 @@ struct SelfCorrection {
     rejected     ///< the map made with it was worse
   };
   Use use = Use::not_needed;
+  /// Where the laser seems to sit elsewhere than the map was made with: the robot by that, seen
+  /// from the one whose path it is.
+  std::optional<Pose2> assumed_from_found_robot;
 };
 
-/// The corrections of odometry and gyroscope, and of a laser upside down, if any is off by more
-/// than the front end allows for, or bends the map where only odometry told the way. A time is
-/// corrected where it is surely off by more than 50 ms. Where the laser sits is left as the
-/// recording says: the path is that of this place, and keeps its meaning. Where it is surely more
-/// than 0.15 m or 4.3 degrees off, odometry is transformed to this place.
+/// The file of that robot's path.
+inline constexpr const char* kPathAsFound = "trajectory_as_found.tum";
+
+/// The corrections of odometry, gyroscope and laser, if any is off by more than the front end
+/// allows for, or bends the map where only odometry told the way. A time is corrected where it is
+/// surely off by more than 50 ms, and the laser's place where it is surely more than 0.15 m or 4.3
+/// degrees off and its heading known to 2 degrees: the path is that of the point whose motion
+/// odometry reports.
 /// @param by_odometry_m  see distance_by_odometry_m()
 /// @returns the calibration as it is where none is.
 SensorCalibration needed_correction(const slam::SelfCalibration& found, double by_odometry_m);
+
+/// Where the laser surely sits elsewhere than assumed: the robot as found, seen from the assumed
+/// one.
+std::optional<Pose2> assumed_from_found_robot(const slam::SelfCalibration& found);
+
+/// For a person: that this is not sure, and what settles it.
+std::string doubt_of_laser(const slam::SelfCalibration& found);
 
 /// Path along which the scans left a direction open, so that odometry told the way: bare corridors
 /// and gaps [m]. @param edges  of the pose graph

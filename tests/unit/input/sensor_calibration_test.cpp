@@ -100,5 +100,26 @@ TEST(LaserCalibration, PutsALaserUpsideDown) {
   EXPECT_TRUE(calibration.corrected(said).parent_from_sensor.isApprox(said.parent_from_sensor));
 }
 
+// A laser that looks down by 5 degrees does so at its true place, too, and nothing is put twice.
+TEST(LaserCalibration, KeepsHeightAndTiltAndWhatIsCorrectedAlready) {
+  const LaserCalibration calibration{"LIDAR", 0.3, -0.1, 90.0, false};
+  SensorInfo said;
+  said.channel = "LIDAR";
+  said.parent_from_sensor = lift({0.1, 0.2, deg_to_rad(-30.0)});
+  said.parent_from_sensor.translation().z() = 0.7;
+  said.parent_from_sensor.rotate(Eigen::AngleAxisd(deg_to_rad(5.0), Eigen::Vector3d::UnitY()));
+  const SensorInfo found = calibration.corrected(said);
+  EXPECT_THAT(flatten(found.parent_from_sensor),
+              IsNear(Pose2{0.3, -0.1, deg_to_rad(90.0)}, 1e-12, 1e-12));
+  EXPECT_NEAR(found.parent_from_sensor.translation().z(), 0.7, 1e-12);
+  EXPECT_NEAR(found.parent_from_sensor.linear()(2, 0), -std::sin(deg_to_rad(5.0)), 1e-12);
+  EXPECT_TRUE(calibration.corrected(found).parent_from_sensor.isApprox(found.parent_from_sensor));
+  const LaserCalibration turned{"LIDAR", 0.3, -0.1, 90.0, true};
+  const SensorInfo upside_down = turned.corrected(said);
+  EXPECT_LT(upside_down.parent_from_sensor.linear()(2, 2), -0.99);
+  EXPECT_TRUE(
+      turned.corrected(upside_down).parent_from_sensor.isApprox(upside_down.parent_from_sensor));
+}
+
 }  // namespace
 }  // namespace marco

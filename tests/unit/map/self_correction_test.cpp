@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "common/covariance.hpp"
-#include "common/input/deskew.hpp"
 
 namespace marco {
 namespace {
@@ -53,9 +52,9 @@ TEST(SelfCorrection, OnlySurelyLateOdometryAndGyroscopesAreReadAtAnotherTime) {
   EXPECT_EQ(needed_correction(found, 0.0).gyro.late_s, -0.08);
 }
 
-// Odometry says "ahead" where the scans move aside. The path stays that of the place and heading
-// that the recording names.
-TEST(SelfCorrection, OdometryIsThatOfTheNamedPlaceWhereTheLaserSurelySitsElsewhere) {
+// Odometry says "ahead" where the scans move aside: the path is that of the point and the heading
+// that odometry means.
+TEST(SelfCorrection, TheLaserIsPutWhereItSurelySits) {
   slam::SelfCalibration found;
   const auto measure = [&](const Pose2& laser, double sigma_m, double sigma_deg) {
     const auto state = slam::ParameterVerdict::applied;
@@ -68,16 +67,31 @@ TEST(SelfCorrection, OdometryIsThatOfTheNamedPlaceWhereTheLaserSurelySitsElsewhe
   };
   EXPECT_EQ(measure({0.3, 0, deg_to_rad(14.0)}, 0.01, 0.1), SensorCalibration{});
   EXPECT_EQ(measure({0.5, 0.4, deg_to_rad(-80.0)}, 0.2, 45.0), SensorCalibration{}) << "not sure";
+  EXPECT_FALSE(assumed_from_found_robot(found));
   for (const Pose2& laser : {Pose2{0.2, 0, deg_to_rad(-80.0)}, Pose2{-0.1, 0.0, deg_to_rad(10.0)},
                              Pose2{0.2, 0.3, deg_to_rad(10.0)}}) {
-    const SensorCalibration needed = measure(laser, 0.01, 0.1);
-    EXPECT_EQ(needed.laser, LaserCalibration{});
-    // The laser moves as it does on a robot that drives an arc.
-    const Pose2 arc = Velocity2{0.3, 0.0, 0.4}.after(1.0), said{0.2, 0.0, deg_to_rad(10.0)};
-    const Pose2 path = needed.odometry.corrected(ArcMotion::of(arc)).moved();
-    const Pose2 expected = laser.inverse() * arc * laser, told = said.inverse() * path * said;
-    EXPECT_LT(between(expected, told).vector().norm(), 1e-9);
+    SensorCalibration only_the_laser;
+    EXPECT_EQ(measure(laser, 0.01, 0.1).laser, found.calibration.laser);
+    only_the_laser.laser = found.calibration.laser;
+    EXPECT_EQ(measure(laser, 0.01, 0.1), only_the_laser);
   }
+}
+
+// Off by 90 degrees, give or take 3: both paths are given, and nothing is corrected.
+TEST(SelfCorrection, ATurnInDoubtIsNotCorrected) {
+  slam::SelfCalibration found;
+  const auto state = slam::ParameterVerdict::applied;
+  found.parameters = {{"laser.x_m", 0.2, 0.2, 0.01, slam::ParameterVerdict::as_assumed, ""},
+                      {"laser.y_m", 0.0, 0.0, 0.01, slam::ParameterVerdict::as_assumed, ""},
+                      {"laser.yaw_deg", 10.0, 100.0, 3.0, state, ""}};
+  found.calibration.laser = {"LIDAR", 0.2, 0.0, 100.0, false};
+  EXPECT_EQ(needed_correction(found, 0.0), SensorCalibration{});
+  const auto robot = assumed_from_found_robot(found);
+  ASSERT_TRUE(robot);
+  // Both see the laser at one place.
+  const Pose2 by_said{0.2, 0.0, deg_to_rad(10.0)}, by_found{0.2, 0.0, deg_to_rad(100.0)};
+  EXPECT_LT(between(*robot * by_found, by_said).vector().norm(), 1e-9);
+  EXPECT_NE(doubt_of_laser(found).find("turned by 100 deg (sd 3.0)"), std::string::npos);
 }
 
 }  // namespace

@@ -58,6 +58,8 @@ class Steering {
   BaseCommand go_to(const FramedPose& goal,
                     const std::function<Pose2(Utime now)>& odom_from_map,
                     Utime now);
+  /// An order of now, with an id of its own.
+  BaseCommand order(BaseCommand command, Utime now);
   /// A client is gone: what it drove stops.
   void forget(Client client, Utime now);
 
@@ -65,8 +67,6 @@ class Steering {
   std::optional<BaseCommand> due(Utime now);
 
  private:
-  BaseCommand order(BaseCommand command, Utime now);
-
   SteeringOptions options_;
   Client driver_ = 0;  // 0 = nobody drives
   Utime heard_;        // from the driver

@@ -44,7 +44,7 @@ const crcTable = Uint32Array.from({ length: 256 }, (_, n) => {
 const crc = crc32 ?? ((bytes) => (bytes.reduce((sum, byte) => crcTable[(sum ^ byte) & 255] ^ (sum >>> 8), 0xFFFFFFFF) ^ 0xFFFFFFFF) >>> 0);
 
 const channels = ["SLAM_POSE", "TRAJECTORY", "LOOP_CLOSURES", "BASE_COMMAND", "BASE_STATUS", "PANTILT_STATE", "LINE_MAP", "MESH", "/tf", "page/tiles", "page/scan", "page/health", "page/commands", "page/output", "page/stop"];
-const services = ["slam", "go", "head", "stop", "procman", "record"];
+const services = ["slam", "go", "head", "stop", "procman", "record", "end_goal", "time"];
 const types = { html: "text/html", css: "text/css", js: "text/javascript" };
 
 export class PageRobot {
@@ -113,8 +113,8 @@ export class PageRobot {
     }
     if (data[0] !== 2) return;
     const service = services[data.readUInt32LE(1) - 1], call = data.readUInt32LE(5), request = JSON.parse(data.subarray(13 + data.readUInt32LE(9)));
-    this.told.push({ service, ...request });
-    if (this.readOnly && service !== "stop") {
+    if (service !== "time") this.told.push({ service, ...request });
+    if (this.readOnly && !["stop", "time"].includes(service)) {
       return client.socket.send(JSON.stringify({ op: "serviceCallFailure", serviceId: data.readUInt32LE(1), callId: call, message: "read-only" }));
     }
     const answer = Buffer.from(JSON.stringify(this.obey(service, request))), head = Buffer.alloc(17);
@@ -138,6 +138,8 @@ export class PageRobot {
       this.publish("BASE_COMMAND", { utime: this.now, id: this.commandId, kind: 4, x_m: request.x_m, y_m: request.y_m });
       return { ok: true, text: "on the way" };
     }
+    if (service === "time") return { utime: 1000 * Date.now() };
+    if (service === "end_goal") [this.v, this.w, this.goal, this.fate] = [0, 0, null, 5];
     if (service === "head") this.tilt = request.tilt_rad;
     if (service === "record") this.recording = request.on;
     if (service === "slam" && request.command === "save") return { ok: true, text: "saved", path: `/home/robot/maps/${request.folder}` };
@@ -160,6 +162,7 @@ export class PageRobot {
       const head = Buffer.alloc(13);
       head[0] = 1;
       head.writeUInt32LE(id, 1);
+      head.writeBigUInt64LE(BigInt(Date.now()) * 1000000n, 5);
       client.socket.send(Buffer.concat([head, payload]));
     }
   }

@@ -111,6 +111,11 @@ void Orders::add_services() {
         });
   serve("go", schema(kNumbers),
         [this](const Hub::Call&, std::string_view json) { return go(json); });
+  serve("end_goal", schema(""), [this](const Hub::Call&, std::string_view) {
+    goal_.reset();
+    bus_->publish(channels::kBaseCommand, to_message(steering_.order({}, wall_now())));
+    return "the drive is ended";
+  });
   serve_anybody("stop", schema(R"("engaged":{"type":"boolean"})"),
                 [this](const Hub::Call& call, std::string_view json) { return stop(call, json); });
   serve("head", schema(R"("pan_rad":{"type":"number"},"tilt_rad":{"type":"number"})"),

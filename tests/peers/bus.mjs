@@ -66,7 +66,11 @@ export class Bus {
   }
 
   send(channel, type, message) {
-    const payload = this.encoded(type, message), name = Buffer.from(`${channel}\0`), number = ++this.number >>> 0;
+    this.publish(channel, this.encoded(type, message));
+  }
+
+  publish(channel, payload) {
+    const name = Buffer.from(`${channel}\0`), number = ++this.number >>> 0;
     const datagram = (magic, size, parts) => {
       const head = Buffer.alloc(size);
       head.write(magic);

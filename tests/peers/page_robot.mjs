@@ -1,6 +1,6 @@
 // A robot for the page's tests: the server's side of the contract between page and marco-page, without LCM. It drives in four
 // rooms, sees what its laser sees, obeys and counts what it was told, tells who subscribes what was said last, and can be cut
-// off, held where it is, made read-only or hostile.
+// off, held where it is, muted on a channel, deaf to a client, made read-only or hostile.
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { deflateSync, crc32 } from "node:zlib";
@@ -47,11 +47,22 @@ const channels = ["SLAM_POSE", "TRAJECTORY", "LOOP_CLOSURES", "BASE_COMMAND", "B
 const services = ["slam", "go", "head", "stop", "procman", "record", "end_goal", "time"];
 const types = { html: "text/html", css: "text/css", js: "text/javascript" };
 
+// Messages of MESH: a floor of 12 m by 8 m in strips, each of so many triangles.
+export function modelTiles(revision, tiles, triangles) {
+  const columns = triangles / 2, width_m = 8 / tiles, x = (i) => Number((12 * i / columns - 6).toFixed(4));
+  return Array.from({ length: tiles }, (_, tile) => {
+    const y = (row) => Number((width_m * (tile + row) - 4).toFixed(4)), vertices_m = [], indices = [];
+    for (let i = 0; i <= columns; ++i) for (const row of [0, 1]) vertices_m.push([x(i), y(row), Number((0.1 * Math.sin(i / 9)).toFixed(4))]);
+    for (let i = 0; i < columns; ++i) indices.push([2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]);
+    return { utime: 1e15, revision, tile, tiles, num_vertices: vertices_m.length, vertices_m, normals: vertices_m.map(() => [0, 0, 1]), num_triangles: triangles, triangles: indices };
+  });
+}
+
 export class PageRobot {
   // page: the folder web/page. three: the file of three.js, or nothing.
   constructor(page, { readOnly = false, hostile = false, three = null, port = 0 } = {}) {
     Object.assign(this, { page, readOnly, hostile, three, port, told: [], velocities: [], tiles: new Map(), changed: new Set(), last: new Map(), clients: new Set(), now: 1e15, path: [], loops: [] });
-    Object.assign(this, { x: -3, y: -2, theta: 0.3, v: 0, w: 0, goal: null, commandId: 0, fate: 0, held: false, engaged: false, recording: false, tilt: 0 });
+    Object.assign(this, { x: -3, y: -2, theta: 0.3, v: 0, w: 0, goal: null, commandId: 0, fate: 0, held: false, engaged: false, recording: false, tilt: 0, firsts: [] });
   }
 
   async start() {
@@ -84,7 +95,13 @@ export class PageRobot {
     const client = { socket, subscriptions: new Map(), topics: new Map() };
     this.clients.add(client);
     socket.on("close", () => this.clients.delete(client));
-    socket.on("message", (data, binary) => (binary ? this.takeBinary(client, data) : this.takeText(client, JSON.parse(data))));
+    socket.on("message", (data, binary) => {
+      if (client.isDeaf) return;
+      if (!client.hasSpoken) this.firsts.push(binary ? services[data.readUInt32LE(1) - 1] : JSON.parse(data).op);
+      client.hasSpoken = true;
+      if (binary) this.takeBinary(client, data);
+      else this.takeText(client, JSON.parse(data));
+    });
     const say = (message) => socket.send(JSON.stringify(message));
     say({ op: "serverInfo", name: "marco-page", capabilities: ["clientPublish", "services"], supportedEncodings: ["json"], sessionId: String(process.pid),
       metadata: { marco: "0", mode: "live", read_only: String(this.readOnly), name: "Test robot" } });
@@ -154,11 +171,12 @@ export class PageRobot {
   }
 
   publish(topic, message, only = null) {
+    if (this.muted === topic) return;
     if (topic !== "page/tiles") this.last.set(topic, message);
     const payload = Buffer.from(JSON.stringify(message));
     for (const client of only ? [only] : this.clients) {
       const id = client.subscriptions.get(topic);
-      if (id === undefined) continue;
+      if (id === undefined || client.isDeaf) continue;
       const head = Buffer.alloc(13);
       head[0] = 1;
       head.writeUInt32LE(id, 1);

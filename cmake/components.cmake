@@ -51,6 +51,17 @@ if(NOT MARCO_PAGE STREQUAL "OFF")
 endif()
 marco_component(PAGE "The page in the browser" "${missing}")
 
+# Its address as a QR code for a phone.
+set(missing "")
+if(NOT MARCO_QR STREQUAL "OFF")
+  find_library(MARCO_LIBRARY_qrencode qrencode)
+  find_path(MARCO_INCLUDE_qrencode qrencode.h)
+  if(NOT MARCO_LIBRARY_qrencode OR NOT MARCO_INCLUDE_qrencode)
+    set(missing "libqrencode (libqrencode-dev)")
+  endif()
+endif()
+marco_component(QR "The page's address as a QR code" "${missing}")
+
 # The Python module.
 set(missing "")
 if(NOT MARCO_PYTHON STREQUAL "OFF")

@@ -32,10 +32,15 @@ std::string why_stale(Utime given, Utime now) {
   return "";
 }
 
+void require_fresh(const char* type, Utime given, Utime now) {
+  require(why_stale(given, now).empty(),
+          std::string(type) + ": too old, or stamped ahead of this computer's clock");
+}
+
 void require_fresh(const PanTiltCommand& command, Utime now) {
-  if (command.kind == PanTiltCommand::Kind::stop) return;
-  require(why_stale(command.utime, now).empty(),
-          "pantilt_command_t: too old, or stamped ahead of this computer's clock");
+  if (command.kind != PanTiltCommand::Kind::stop) {
+    require_fresh("pantilt_command_t", command.utime, now);
+  }
 }
 
 }  // namespace marco

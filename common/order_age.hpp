@@ -11,8 +11,10 @@ namespace marco {
 /// log; "" = it is valid.
 std::string why_stale(Utime given, Utime now);
 
-/// A pan-tilt does not report refused orders; its driver counts them. STOP is always executed.
-/// @throws std::invalid_argument, always with the same text, for a stale order.
+/// For receivers that do not report refused orders, and count them. @param type  of the message
+/// @throws std::invalid_argument for a stale order, always with the same text.
+void require_fresh(const char* type, Utime given, Utime now);
+/// The same; STOP is always executed.
 void require_fresh(const PanTiltCommand& command, Utime now);
 
 }  // namespace marco

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
@@ -19,10 +20,8 @@ namespace {
 
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
 using drivers::wall_now;
-using Next = teleop::GoalDrive::Next;
 
 constexpr double kFindPlaceS = 3.0;  ///< for SLAM_POSE and ODOMETRY to be heard
-constexpr double kTakeOrderS = 3.0;  ///< a base says twice a second what it does
 
 /// What the network says: where the robot is, and what the base makes of the order.
 struct Ear {
@@ -68,54 +67,41 @@ void wait_for_frame(process::LcmBus& bus, const Ear& ear) {
   }
 }
 
-int64_t order(process::LcmBus& bus, const Ear& ear, const Eigen::Vector2d& goal_m) {
-  BaseCommand go;
-  go.kind = BaseCommand::Kind::go_to;
-  go.point_m = ear.frame.odom_from_map(wall_now()) * goal_m;
-  go.id = wall_now().us;
-  send(bus, go);
-  return go.id;
-}
-
 int fail(const std::string& why) {
-  std::fprintf(stderr, "marco go: %s\n", why.c_str());
+  print(stderr, "marco go: %s\n", why.c_str());
   return process::kExitFailed;
 }
 
 int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
   Ear ear(bus);
   wait_for_frame(bus, ear);
-  teleop::GoalDrive drive(goal_m);
-  drive.on_ordered(order(bus, ear, goal_m));
-  Utime sent = wall_now();
+  teleop::GoalDrive drive(wall_now().us, {}, wall_now());
+  Eigen::Vector2d left_m;
+  Utime next = wall_now();
   while (!process::stop_requested()) {
-    bus.handle_once(50);
-    if (!drive.is_taken() && (wall_now() - sent).seconds() > kTakeOrderS) {
-      return fail("no base took the order. Is its driver running, and on this network?");
+    const Utime now = wall_now();
+    if (now < next) {
+      bus.handle_once(static_cast<int>((next - now).us / 1000) + 1);
+      if (const auto status = std::exchange(ear.base, std::nullopt)) drive.on_status(*status);
+      continue;
     }
-    const auto status = std::exchange(ear.base, std::nullopt);
-    if (!status) continue;
-    const double distance_m = ear.frame.distance_m(goal_m, wall_now());
-    switch (drive.on_status(*status, distance_m)) {
-      case Next::wait:
-        break;
-      case Next::again:
-        drive.on_ordered(order(bus, ear, goal_m));
-        sent = wall_now();
-        break;
-      case Next::there:
-        std::printf("there: %.2f m from the goal\n", distance_m);
-        return process::kExitDone;
-      case Next::ended: {
-        char left[64];
-        std::snprintf(left, sizeof left, "ended %.2f m from the goal: ", distance_m);
-        return fail(left + status->note);
-      }
-    }
+    next = now + Duration::from_seconds(teleop::GoalDrive::kSendEveryS);
+    left_m = ear.frame.in_robot(ear.frame.odom_from_map(now) * goal_m, now);
+    const auto order = drive.next(left_m, now);
+    if (!order) break;
+    send(bus, *order);
   }
-  send(bus, {});  // a stop
-  fail("stopped");
-  return process::kExitSignal + process::stopped_by();
+  if (!drive.is_taken_over()) send(bus, {});  // a stop
+  if (process::stop_requested()) {
+    fail("stopped");
+    return process::kExitSignal + process::stopped_by();
+  }
+  char left[64];
+  std::snprintf(left, sizeof left, "%.2f m from the goal", left_m.norm());
+  if (!drive.why_ended().empty())
+    return fail(std::string("ended ") + left + ": " + drive.why_ended());
+  print(stdout, "there: %s\n", left);
+  return process::kExitDone;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "common/pose2.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
@@ -34,7 +35,7 @@ std::string angles(const PanTiltState& state) {
 }
 
 int fail(const std::string& why) {
-  std::fprintf(stderr, "marco head: %s\n", why.c_str());
+  print(stderr, "marco head: %s\n", why.c_str());
   return process::kExitFailed;
 }
 
@@ -59,7 +60,7 @@ int turn(process::LcmBus& bus, const PanTiltCommand& target) {
       case Next::wait:
         break;
       case Next::there:
-        std::printf("there: %s\n", angles(*state).c_str());
+        print(stdout, "there: %s\n", angles(*state).c_str());
         return process::kExitDone;
       case Next::ended:
         return fail("it stands at " + angles(*state) +

@@ -1,5 +1,6 @@
 #include "teleop/map_frame.hpp"
 
+#include "common/robot_values.hpp"
 #include "lcm_tools/base/check.hpp"
 
 namespace marco::teleop {
@@ -33,6 +34,13 @@ Pose2 MapFrame::odom_from_map(Utime now) const {
   const auto odom_from_robot = odometry_.samples().at(pose_utime_, Duration::from_seconds(kReachS));
   require(odom_from_robot.has_value(), "no odometry is heard: a base drives by it");
   return *odom_from_robot * world_from_robot_->inverse();
+}
+
+Eigen::Vector2d MapFrame::in_robot(const Eigen::Vector2d& odom_m, Utime now) const {
+  const PoseBuffer& odometry = odometry_.samples();
+  require(!odometry.empty() && (now - odometry.newest()).seconds() < kOrderHoldsS,
+          "no odometry is heard: a base drives by it");
+  return odometry.newest_pose().inverse() * odom_m;
 }
 
 }  // namespace marco::teleop

@@ -20,12 +20,9 @@ class MapFrame {
   /// @throws std::invalid_argument that says what is missing: SLAM is silent for 2 s or lost, or no
   /// odometry covers its pose.
   Pose2 odom_from_map(Utime now) const;
-  /// From the robot to a point of the map [m]. @throws as above.
-  double distance_m(const Eigen::Vector2d& map_m, Utime now) const {
-    const Eigen::Vector2d goal = odom_from_map(now) * map_m;
-    const Pose2& robot = odometry().newest_pose();
-    return (goal - Eigen::Vector2d(robot.x_m, robot.y_m)).norm();
-  }
+  /// A point of the odometry's frame as the robot sees it now [m].
+  /// @throws std::invalid_argument where no odometry came for as long as an order to move holds.
+  Eigen::Vector2d in_robot(const Eigen::Vector2d& odom_m, Utime now) const;
   const PoseBuffer& odometry() const { return odometry_.samples(); }
 
  private:

@@ -5,6 +5,7 @@
 
 #include "common/diagnosis/process/silence_watch.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/emergency_stop.hpp"
@@ -57,9 +58,9 @@ void listen(process::LcmBus& bus, process::DropCounter& drops, RobotView& view, 
 void show(const RobotView& view) {
   winsize size{};
   if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) size = {24, 80, 0, 0};
-  std::string screen = teleop::draw_screen(view, size.ws_col, size.ws_row);
+  const std::string screen = teleop::draw_screen(view, size.ws_col, size.ws_row);
   std::string out = "\x1b[H";  // home; each line is cleared to its end, so that nothing flickers
-  for (const char c : screen) {
+  for (const char c : printable(screen, Newline::kept)) {
     if (c == '\n') out += "\x1b[K\r";
     out += c;
   }

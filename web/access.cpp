@@ -6,6 +6,8 @@
 #include <array>
 #include <cctype>
 #include <random>
+#include <regex>
+#include <set>
 
 namespace marco::web {
 namespace {
@@ -19,10 +21,14 @@ std::string lower(std::string_view text) {
   return copy;
 }
 
-/// "robot", of "robot:8765"; "::1", of "[::1]:8765".
+/// "robot", of "robot:8765"; "::1", of "[::1]:8765"; "" of what is no name with a port.
 std::string name_of(std::string_view host) {
-  if (host.starts_with('[')) return lower(host.substr(1, host.find(']') - 1));
-  return lower(host.substr(0, host.find(':')));
+  static const std::regex kForm(R"((?:\[([^\]]+)\]|([^\[\]:]+))(?::[0-9]*)?)");
+  constexpr std::size_t kLongest = 300;  // std::regex takes stack for each letter
+  std::cmatch found;
+  if (host.size() > kLongest || !std::regex_match(host.begin(), host.end(), found, kForm))
+    return "";
+  return lower(found[found[1].matched ? 1 : 2].str());
 }
 
 bool is_address(const std::string& name) {
@@ -49,6 +55,18 @@ std::string new_token() {
   std::string token;
   for (int i = 0; i < 22; ++i) token += kDigits[device() % kDigits.size()];
   return token;
+}
+
+std::string why_weak(std::string_view token) {
+  constexpr std::size_t kLeast = 16, kLeastDifferent = 8, kMost = 200;
+  const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; };
+  if (!std::all_of(token.begin(), token.end(), fits)) {
+    return "has other characters than letters, digits, - and _";
+  }
+  if (token.size() < kLeast) return "is shorter than 16 characters";
+  if (token.size() > kMost) return "is longer than 200 characters";
+  const bool is_varied = std::set<char>(token.begin(), token.end()).size() >= kLeastDifferent;
+  return is_varied ? "" : "has fewer than 8 different characters";
 }
 
 bool is_loopback(const std::string& address) {
@@ -94,7 +112,7 @@ Access::Right Access::judge(const Request& request, std::string& why) const {
   }
   const bool has_token = !token_.empty() && are_equal(request.token, token_);
   if (!request.token.empty() && !token_.empty() && !has_token) {
-    why = "refused: a wrong token";
+    why = kWrongToken;
     return Right::refused;
   }
   const bool is_trusted = request.origin.empty() || is_ours(request) || is_listed(request.origin);

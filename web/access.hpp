@@ -16,6 +16,7 @@ namespace marco::web {
 class Access {
  public:
   enum class Right { refused, look, steer };
+  static constexpr const char* kWrongToken = "refused: a wrong token";  ///< a cause of refusal
   struct Request {
     std::string_view host, origin;  ///< headers; "" = absent
     std::string_view token;
@@ -48,6 +49,10 @@ bool are_equal(std::string_view given, std::string_view secret);
 
 /// 128 random bits in letters, digits, `-` and `_`.
 std::string new_token();
+
+/// What makes a token easy to guess, or unfit for an address, as words after "the token"; "" =
+/// nothing. Good ones have 16 characters and more, 8 of them different.
+std::string why_weak(std::string_view token);
 
 /// Whether `address` is one of this host's own, 127/8 or ::1.
 bool is_loopback(const std::string& address);

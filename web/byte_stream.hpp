@@ -11,6 +11,9 @@
 #include <string>
 #include <utility>
 
+#include "web/rate_limit.hpp"
+#include "web/steady_clock.hpp"
+
 namespace marco::web {
 
 namespace asio = boost::asio;
@@ -50,14 +53,26 @@ class ByteStream {
   beast::tcp_stream& tcp() { return transport_->tcp(); }
   executor_type get_executor() { return tcp().get_executor(); }
 
+  /// From here on a peer that sends more than that ends with asio::error::no_buffer_space.
+  void limit(const RateLimit& bytes) { limit_ = std::make_shared<RateLimit>(bytes); }
+
+  /// Reads little at once: other peers have their turn.
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
+    constexpr std::size_t kMostAtOnce = 4096;
     asio::mutable_buffer first;
     for (auto it = asio::buffer_sequence_begin(buffers);
          it != asio::buffer_sequence_end(buffers) && first.size() == 0; ++it) {
       first = asio::mutable_buffer(*it);
     }
-    transport_->read(first, copyable(std::forward<Handler>(handler)));
+    auto kept = std::make_shared<std::decay_t<Handler>>(std::forward<Handler>(handler));
+    transport_->read(asio::buffer(first, kMostAtOnce),
+                     [kept, limit = limit_](error_code error, std::size_t n) {
+                       if (!error && limit && !limit->take(steady_s(), static_cast<double>(n))) {
+                         error = asio::error::no_buffer_space;
+                       }
+                       std::move (*kept)(error, n);
+                     });
   }
 
   template <class Buffers, class Handler>
@@ -103,6 +118,7 @@ class ByteStream {
   }
 
   std::unique_ptr<Transport> transport_;
+  std::shared_ptr<RateLimit> limit_;
 };
 
 }  // namespace marco::web

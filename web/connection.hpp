@@ -3,22 +3,26 @@
 #include "lcm_tools/process/drop_counter.hpp"
 #include "web/access.hpp"
 #include "web/byte_stream.hpp"
+#include "web/connections.hpp"
+#include "web/guess_pace.hpp"
 #include "web/hub.hpp"
 #include "web/site.hpp"
 
 /// One connection from its first byte to its last. Internal to the server.
 namespace marco::web {
 
-inline constexpr int kMostConnections = 256;
-
-/// What all connections use, and how many there are.
+/// What all connections use.
 struct Shared {
   const Access& access;
   const Site& site;
   Hub& hub;
   process::DropCounter& drops;
-  int connections = 0;
+  Connections connections = {};
+  GuessPace guesses = {};
 };
+
+/// Of whom it comes: an IPv4 address, or the network of an IPv6 one, of which a host has many.
+std::string address_of(const Tcp::socket& socket);
 
 /// Serves it until it ends. @param tls  null: plain
 void start_connection(Tcp::socket socket, Shared& shared, Tls* tls);

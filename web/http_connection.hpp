@@ -14,31 +14,29 @@
 
 namespace marco::web {
 
-inline constexpr std::chrono::seconds kHeaderWithin{5}, kIdle{10}, kAnswerWithin{60};
+inline constexpr std::chrono::seconds kHeaderWithin{5}, kIdle{5}, kAnswerWithin{60};
 inline constexpr uint32_t kLargestHeader = 16 << 10;
-
-/// Closes a count when the connection's last owner goes.
-class Counted {
- public:
-  explicit Counted(int& count) : count_(&count) { ++count; }
-  ~Counted() {
-    if (count_ != nullptr) --*count_;
-  }
-  Counted(Counted&& from) noexcept : count_(std::exchange(from.count_, nullptr)) {}
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
-
- private:
-  int* count_;
-};
 
 /// Answers requests for files, and hands a WebSocket over.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
  public:
   HttpConnection(ByteStream stream, Shared& shared)
-      : stream_(std::move(stream)), shared_(shared), counted_(shared.connections) {}
+      : stream_(std::move(stream)),
+        shared_(shared),
+        address_(address_of(stream_.tcp().socket())),
+        timer_(stream_.get_executor()) {}
+  ~HttpConnection() { leave(); }
+  HttpConnection(const HttpConnection&) = delete;
+  HttpConnection& operator=(const HttpConnection&) = delete;
 
   void start() {
+    const auto close = [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) self->end("");
+    };
+    if (shared_.connections.add(address_, close, place_.emplace())) {
+      shared_.drops.count("refused: more than " + std::to_string(Connections::kMost) +
+                          " connections");
+    }
     stream_.tcp().expires_after(kHeaderWithin);
     stream_.handshake([self = shared_from_this()](error_code error) {
       if (error) return self->end("refused: a TLS handshake that failed");
@@ -64,9 +62,17 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
                                                       : "");
     }
     if (error) return end("refused: what is no request");
+    if (place_) shared_.connections.set_waiting(*place_, false);
+    shared_.hub.turns().add(Turns::Rank::requests, [self = shared_from_this()] { self->serve(); });
+  }
+
+  void serve() {
     const auto& request = parser_->get();
-    const Access::Request asked{header(http::field::host), header(http::field::origin), ""};
-    if (!shared_.access.is_our_host(asked.host)) {
+    if (request.count(http::field::host) > 1) {
+      shared_.drops.count("refused: a request with two hosts");
+      return answer({400, "text/plain", "One Host, please.\n", {}});
+    }
+    if (!shared_.access.is_our_host(header(http::field::host))) {
       shared_.drops.count("refused: a host name that is not ours");
       return answer({421, "text/plain", "This host goes by another name.\n", {}});
     }
@@ -86,7 +92,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
         shared_.access.judge({header(http::field::host), header(http::field::origin), token}, why);
     if (right == Access::Right::refused) {
       shared_.drops.count(why);
-      return answer({403, "text/plain", why + "\n", {}});
+      return refuse(why);
     }
     const auto offered = header(http::field::sec_websocket_protocol);
     const auto subprotocol = foxglove::choose_subprotocol(offered);
@@ -94,12 +100,27 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       shared_.drops.count("refused: a subprotocol that is not Foxglove's");
       return answer({400, "text/plain", "foxglove.sdk.v1 or foxglove.websocket.v1\n", {}});
     }
-    if (shared_.hub.clients() >= Hub::kMostClients) {
-      shared_.drops.count("refused: more than 64 clients");
+    const Hub::Who who{right == Access::Right::steer, address_};
+    if (const std::string full = shared_.hub.why_full(who); !full.empty()) {
+      shared_.drops.count(full);
       return answer({503, "text/plain", "Too many clients.\n", {}});
     }
-    std::make_shared<WebSocketConnection>(std::move(stream_), shared_, std::move(counted_))
-        ->start(parser_->release(), *subprotocol, right == Access::Right::steer);
+    leave();
+    std::make_shared<WebSocketConnection>(std::move(stream_), shared_, who)
+        ->start(parser_->release(), *subprotocol);
+  }
+
+  /// A wrong token is answered late: who guesses tries few.
+  void refuse(const std::string& why) {
+    const auto later = [self = shared_from_this(), why](error_code cancelled) {
+      if (!cancelled && self->place_) self->answer({403, "text/plain", why + "\n", {}});
+    };
+    if (why != Access::kWrongToken) return later({});
+    if (place_) shared_.connections.set_waiting(*place_, true);
+    stream_.tcp().expires_never();
+    const double wait_s = shared_.guesses.wait_s(address_, steady_s());
+    timer_.expires_after(std::chrono::milliseconds(static_cast<int>(1e3 * wait_s)));
+    timer_.async_wait(later);
   }
 
   void answer(const Site::Answer& what) {
@@ -143,6 +164,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const auto sent = [self = shared_from_this(), kept](error_code error, std::size_t) {
       if (error || !kept->keep_alive()) return self->end("");
       ++self->answered_;
+      if (self->place_) self->shared_.connections.set_waiting(*self->place_, true);
       self->read(kIdle);
     };
     if (parser_->get().method() != http::verb::head) return http::async_write(stream_, *kept, sent);
@@ -154,10 +176,16 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   /// @param cause  counted; "" = nothing to count
   void end(const std::string& cause) {
     if (!cause.empty()) shared_.drops.count(cause);
+    leave();
+    timer_.cancel();
     error_code ignored;
     auto& socket = stream_.tcp().socket();
     socket.shutdown(Tcp::socket::shutdown_both, ignored);
     socket.close(ignored);
+  }
+
+  void leave() {
+    if (place_) shared_.connections.remove(*std::exchange(place_, std::nullopt));
   }
 
   static std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
@@ -165,7 +193,9 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 
   ByteStream stream_;
   Shared& shared_;
-  Counted counted_;
+  std::string address_;
+  asio::steady_timer timer_;
+  std::optional<Connections::Place> place_;  // nothing: it is over, or a WebSocket
   beast::flat_buffer buffer_{kLargestHeader + 4096};
   std::optional<http::request_parser<http::empty_body>> parser_;
   int answered_ = 0;

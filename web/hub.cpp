@@ -1,6 +1,7 @@
 #include "web/hub.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -9,9 +10,7 @@ namespace {
 
 constexpr std::size_t kBatch = 100;  // channels told at once, as the SDK does
 
-std::shared_ptr<const std::string> share(std::string text) {
-  return std::make_shared<const std::string>(std::move(text));
-}
+constexpr std::size_t kRoomBytes = std::size_t{1} << 20;  // more waits: parts wait, too
 
 }  // namespace
 
@@ -31,6 +30,7 @@ uint32_t Hub::add_channel(const std::string& topic,
 void Hub::remove_channel(uint32_t channel) {
   if (channels_.erase(channel) == 0) return;
   listeners_.erase(channel);
+  told_.erase(channel);
   for (auto& [id, client] : clients_) {
     if (const auto own = client.subscription_of.find(channel);
         own != client.subscription_of.end()) {
@@ -74,7 +74,49 @@ void Hub::publish_to(
     ClientId client, uint32_t channel, int64_t time_ns, std::string json, uint64_t slot) {
   const auto at = clients_.find(client);
   if (at != clients_.end()) {
-    push_data(at->second, channel, time_ns, share(std::move(json)), slot);
+    push_data(at->second, channel, time_ns, share_again(channel, std::move(json)), slot);
+  }
+}
+
+std::shared_ptr<const std::string> Hub::share(std::string text) {
+  *waiting_ += text.size();
+  return {new std::string(std::move(text)), [waiting = waiting_](const std::string* gone) {
+            *waiting -= gone->size();
+            delete gone;
+          }};
+}
+
+// Many who come to see the same map hold it once.
+std::shared_ptr<const std::string> Hub::share_again(uint32_t channel, std::string text) {
+  auto& before = told_[channel];
+  if (auto same = before.lock(); same && *same == text) return same;
+  auto shared = share(std::move(text));
+  before = shared;
+  return shared;
+}
+
+/// Of those for whom something waits: a watcher before who may steer, then by how much it is.
+Hub::Client* Hub::slowest() {
+  Client* slowest = nullptr;
+  for (auto& [id, client] : clients_) {
+    if (client.is_going || client.outbox.bytes() == 0) continue;
+    const auto rank = [](const Client& one) {
+      return std::pair(!one.who.may_steer, one.outbox.bytes());
+    };
+    if (slowest == nullptr || rank(client) > rank(*slowest)) slowest = &client;
+  }
+  return slowest;
+}
+
+void Hub::make_room() {
+  while (*waiting_ > kMostWaitingBytes) {
+    std::size_t ends = 0;  // with connections that are being closed
+    for (const auto& [id, client] : clients_) ends += client.is_going ? client.outbox.bytes() : 0;
+    Client* client =
+        *waiting_ - std::min(ends, *waiting_) > kMostWaitingBytes ? slowest() : nullptr;
+    if (client == nullptr) return;
+    client->outbox.clear();
+    let_go(*client, "let go: a client that does not read");
   }
 }
 
@@ -87,6 +129,7 @@ void Hub::push_data(Client& client,
   if (own == client.subscription_of.end() || client.is_going) return;
   client.outbox.push_data(channel, slot, {false, foxglove::data_head(own->second, time_ns), body});
   client.link.wake();
+  make_room();
 }
 
 void Hub::send_text(Client& client, std::string text) {
@@ -109,6 +152,7 @@ void Hub::push_control(Client& client, Outgoing message) {
     return let_go(client, "let go: a client that does not read");
   }
   client.link.wake();
+  make_room();
 }
 
 void Hub::let_go(Client& client, const std::string& why) {
@@ -131,21 +175,35 @@ void Hub::tell(ClientId client, foxglove::Level level, const std::string& messag
   if (at != clients_.end()) send_text(at->second, foxglove::status_text(level, message));
 }
 
-Hub::ClientId Hub::open(Link link, bool may_steer) {
-  if (clients_.size() >= kMostClients) {
-    drops_.count("refused: more than 64 clients");
+std::string Hub::why_full(const Who& who) const {
+  int alike = 0, of_address = 0;
+  for (const auto& [id, client] : clients_) {
+    if (client.who.may_steer != who.may_steer) continue;
+    ++alike;
+    of_address += client.who.address == who.address ? 1 : 0;
+  }
+  if (who.may_steer) return alike < kMostSteering ? "" : "refused: more than 64 clients who steer";
+  if (alike >= kMostWatching) return "refused: more than 64 clients who watch";
+  return of_address < kMostWatchingOfAddress ? ""
+                                             : "refused: more than 32 who watch from one address";
+}
+
+Hub::ClientId Hub::open(Link link, const Who& who) {
+  if (const std::string why = why_full(who); !why.empty()) {
+    drops_.count(why);
     return 0;
   }
   Client& client = clients_[++last_client_];
   client.link = std::move(link);
-  client.may_steer = may_steer;
+  client.who = who;
+  client.heard_s = now_s_();
   greet(client);
   return last_client_;
 }
 
 void Hub::greet(Client& client) {
   foxglove::Identity identity = identity_;
-  identity.metadata["read_only"] = client.may_steer ? "false" : "true";
+  identity.metadata["read_only"] = client.who.may_steer ? "false" : "true";
   send_text(client, foxglove::server_info_text(identity));
   std::vector<foxglove::OfferedChannel> batch;
   for (const auto& [id, channel] : channels_) {
@@ -169,9 +227,54 @@ void Hub::close(ClientId client) {
   if (on_closed) on_closed(client);
 }
 
-Outbox* Hub::outbox(ClientId client) {
-  const auto at = clients_.find(client);
-  return at == clients_.end() ? nullptr : &at->second.outbox;
+std::optional<Outgoing> Hub::next_outgoing(ClientId id) {
+  const auto at = clients_.find(id);
+  if (at == clients_.end()) return std::nullopt;
+  auto next = at->second.outbox.take();
+  tell_parts(id, at->second);
+  return next;
+}
+
+void Hub::tell_parts(ClientId id, Client& client) {
+  if (client.parts.empty() || client.outbox.bytes() > kRoomBytes || client.is_going ||
+      std::exchange(client.has_turn, true)) {
+    return;
+  }
+  turns_.add(client.who.may_steer ? Turns::Rank::steers : Turns::Rank::watches,
+             [this, id] { tell_part(id); });
+}
+
+void Hub::tell_part(ClientId id) {
+  const auto at = clients_.find(id);
+  if (at == clients_.end()) return;
+  Client& client = at->second;
+  client.has_turn = false;
+  if (client.parts.empty()) return;
+  const auto [channel, from] = client.parts.front();
+  client.parts.pop_front();
+  if (client.subscription_of.contains(channel)) {
+    if (const uint64_t next = on_part(id, channel, from); next != 0) {
+      client.parts.emplace_front(channel, next);
+    }
+  }
+  tell_parts(id, client);
+}
+
+double Hub::silence_s(ClientId id) const {
+  const auto at = clients_.find(id);
+  return at == clients_.end() ? std::numeric_limits<double>::infinity()
+                              : now_s_() - at->second.heard_s;
+}
+
+void Hub::ping(ClientId id) {
+  const auto at = clients_.find(id);
+  if (at != clients_.end() && !at->second.says_alive && at->second.link.ping)
+    at->second.link.ping();
+}
+
+void Hub::on_pong(ClientId id) {
+  const auto at = clients_.find(id);
+  if (at != clients_.end() && !at->second.says_alive) at->second.heard_s = now_s_();
 }
 
 int64_t Hub::dropped() const {

@@ -1,6 +1,7 @@
 // What clients send to the hub.
 #include <stdexcept>
 
+#include "web/foxglove/fields.hpp"
 #include "web/hub.hpp"
 
 namespace marco::web {
@@ -12,19 +13,22 @@ constexpr std::string_view kStop = "stop";                        // never count
 
 }  // namespace
 
-bool Hub::admits(Client& client, std::size_t bytes) {
+bool Hub::admits(Client& client) {
   if (client.is_going) return false;
-  const double now_s = now_s_();
-  if (client.messages.take(now_s) && client.bytes.take(now_s, static_cast<double>(bytes))) {
-    return true;
-  }
+  const double now_s = client.heard_s = now_s_();
+  if (client.messages.take(now_s)) return true;
   let_go(client, "let go: a client that sends too much");
   return false;
 }
 
+void Hub::on_ping(ClientId id) {
+  const auto at = clients_.find(id);
+  if (at != clients_.end()) admits(at->second);  // it counts as a message
+}
+
 void Hub::take_text(ClientId id, std::string_view text) {
   const auto at = clients_.find(id);
-  if (at == clients_.end() || !admits(at->second, text.size())) return;
+  if (at == clients_.end() || !admits(at->second)) return;
   Client& client = at->second;
   drops_.count_received();
   try {
@@ -39,6 +43,8 @@ void Hub::take_text(ClientId id, std::string_view text) {
       for (const uint32_t channel : over->channels) client.publishes.erase(channel);
     } else if (const auto* asked = std::get_if<foxglove::GetParameters>(&message)) {
       send_parameters(client, *asked);
+    } else if (std::holds_alternative<foxglove::Alive>(message)) {
+      client.says_alive = true;
     } else if (const auto* asset = std::get_if<foxglove::FetchAsset>(&message)) {
       send_binary(id, foxglove::asset_failure(asset->request, "there are no assets"));
     }
@@ -49,7 +55,7 @@ void Hub::take_text(ClientId id, std::string_view text) {
 
 void Hub::take_binary(ClientId id, std::span<const uint8_t> message) {
   const auto at = clients_.find(id);
-  if (at == clients_.end() || !admits(at->second, message.size())) return;
+  if (at == clients_.end() || !admits(at->second)) return;
   Client& client = at->second;
   drops_.count_received();
   try {
@@ -59,11 +65,19 @@ void Hub::take_binary(ClientId id, std::span<const uint8_t> message) {
     } else if (const auto* call = std::get_if<foxglove::ServiceCall>(&parsed)) {
       take_call(id, client, *call);
     } else if (const auto* control = std::get_if<foxglove::PlaybackControl>(&parsed)) {
+      if (!client.who.may_steer) throw std::invalid_argument("only watching: others look, too");
       if (on_playback) on_playback(id, *control);
     }
   } catch (const std::invalid_argument& mistake) {
     refuse(client, std::string("refused: ") + mistake.what());
   }
+}
+
+bool Hub::is_stop(std::span<const uint8_t> message) const {
+  constexpr uint8_t kCall = 2;
+  if (message.size() < 5 || message[0] != kCall) return false;
+  const auto service = services_.find(foxglove::number_at<uint32_t>(message, 1));
+  return service != services_.end() && service->second.offered.name == kStop;
 }
 
 void Hub::subscribe(ClientId id, Client& client, const foxglove::Subscribe& wanted) {
@@ -73,11 +87,16 @@ void Hub::subscribe(ClientId id, Client& client, const foxglove::Subscribe& want
         client.subscription_of.contains(channel)) {
       continue;
     }
+    if (!client.subscriptions.take(now_s_())) {
+      throw std::invalid_argument("more than 20 subscriptions a second");
+    }
     client.channel_of[subscription] = channel;
     client.subscription_of[channel] = subscription;
     ++listeners_[channel];
     if (on_subscribed) on_subscribed(id, channel);
+    if (on_part) client.parts.emplace_back(channel, 0);
   }
+  tell_parts(id, client);
 }
 
 void Hub::unsubscribe(Client& client, const foxglove::Unsubscribe& gone) {
@@ -86,6 +105,7 @@ void Hub::unsubscribe(Client& client, const foxglove::Unsubscribe& gone) {
     if (own == client.channel_of.end()) continue;
     --listeners_[own->second];
     client.outbox.drop(own->second);
+    std::erase_if(client.parts, [&](const auto& part) { return part.first == own->second; });
     client.subscription_of.erase(own->second);
     client.channel_of.erase(own);
   }
@@ -121,7 +141,7 @@ void Hub::take_published(ClientId id, Client& client, const foxglove::PublishedD
   }
   if (!on_published) return;
   on_published({id,
-                client.may_steer,
+                client.who.may_steer,
                 channel->second,
                 {reinterpret_cast<const char*>(data.payload.data()), data.payload.size()}});
 }
@@ -137,7 +157,7 @@ void Hub::take_call(ClientId id, Client& client, const foxglove::ServiceCall& ca
   if (service->second.offered.name != kStop && !client.orders.take(now_s_())) {
     return fail("more than 50 orders a second");
   }
-  service->second.serve({id, call.service, call.call, client.may_steer},
+  service->second.serve({id, call.service, call.call, client.who.may_steer},
                         {reinterpret_cast<const char*>(call.payload.data()), call.payload.size()});
 }
 

@@ -44,20 +44,35 @@ void Outbox::erase(List::iterator at) {
   list_of(at->message).erase(at);
 }
 
-std::optional<Outgoing> Outbox::take() {
-  if (!control_.empty()) {
-    Outgoing first = std::move(control_.front());
-    control_bytes_ -= first.bytes();
-    control_.pop_front();
-    return first;
-  }
-  if (empty()) return std::nullopt;
+void Outbox::clear() {
+  dropped_ += static_cast<int64_t>(control_.size() + places_.size());
+  control_.clear();
+  small_.clear();
+  large_.clear();
+  places_.clear();
+  control_bytes_ = data_bytes_ = 0;
+}
+
+Outgoing Outbox::take_data() {
   const bool is_large =
       small_.empty() || (!large_.empty() && small_sent_bytes_ >= large_.front().message.bytes());
   const auto at = is_large ? large_.begin() : small_.begin();
   Outgoing first = at->message;
   small_sent_bytes_ = is_large ? 0 : small_sent_bytes_ + first.bytes();
   erase(at);
+  return first;
+}
+
+std::optional<Outgoing> Outbox::take() {
+  std::optional<Outgoing> first;
+  if (!control_.empty()) {
+    first = std::move(control_.front());
+    control_bytes_ -= first->bytes();
+    control_.pop_front();
+  } else if (!places_.empty()) {
+    first = take_data();
+  }
+  sent_bytes_ = first ? first->bytes() : 0;
   return first;
 }
 

@@ -37,9 +37,13 @@ class Outbox {
   /// Forgets what waits of a channel.
   void drop(uint32_t channel);
 
+  /// The next one. The one before has been sent.
   std::optional<Outgoing> take();
-  bool empty() const { return control_.empty() && small_.empty() && large_.empty(); }
-  std::size_t bytes() const { return control_bytes_ + data_bytes_; }
+  /// Forgets all that waits, and counts it as dropped.
+  void clear();
+  bool empty() const { return control_.empty() && places_.empty(); }
+  /// With the message that is being sent.
+  std::size_t bytes() const { return control_bytes_ + data_bytes_ + sent_bytes_; }
   /// Messages for which there was no room. Those that a newer one overtook are not among them.
   int64_t dropped() const { return dropped_; }
 
@@ -52,12 +56,13 @@ class Outbox {
   using List = std::list<Waiting>;
   List& list_of(const Outgoing& message) { return message.bytes() < kLargeBytes ? small_ : large_; }
   void erase(List::iterator at);
+  Outgoing take_data();
 
   std::deque<Outgoing> control_;
   List small_, large_;
   std::map<Key, List::iterator> places_;
   std::size_t small_sent_bytes_ = 0;  // since the last large one
-  std::size_t control_bytes_ = 0, data_bytes_ = 0;
+  std::size_t control_bytes_ = 0, data_bytes_ = 0, sent_bytes_ = 0;
   int64_t dropped_ = 0;
 };
 

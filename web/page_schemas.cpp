@@ -60,6 +60,8 @@ const std::map<std::string, std::string>& schemas() {
                                                              {"state", kText},
                                                              {"exec", kText}}))}})},
       {"page/output", object({{"command", kText}, {"text", kText}})},
+      {"page/goal",
+       object({{"active", kYesNo}, {"text", kText}, {"x_m", kNumber}, {"y_m", kNumber}})},
       {"page/stop", object({{"engaged", kYesNo}, {"by", kText}})}};
   return kAll;
 }

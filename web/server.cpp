@@ -5,8 +5,16 @@
 #include <stdexcept>
 
 #include "web/connection.hpp"
+#include "web/steady_clock.hpp"
 
 namespace marco::web {
+namespace {
+
+constexpr int kMostAtOnce = 200;  // LCM's messages have their turn
+constexpr int kAcceptedAtOnce = 16;
+constexpr double kTurnsS = 0.0005;  // a stop may have come meanwhile
+
+}  // namespace
 
 struct Server::State {
   State(const Access& access, const Site& site, Hub& hub, process::DropCounter& drops)
@@ -14,15 +22,14 @@ struct Server::State {
 
   void listen(const ServerOptions& options);
   void accept();
-  void take(Tcp::socket socket);
 
+  Shared shared;  // connections, which the context holds, use it to their end
+  std::optional<Tls> tls;
   asio::io_context io{1};
   Tcp::acceptor acceptor{io};
   asio::steady_timer retry{io};
   asio::posix::stream_descriptor other{io};
   bool waits_for_other = false;
-  Shared shared;
-  std::optional<Tls> tls;
 };
 
 void Server::State::listen(const ServerOptions& options) {
@@ -34,6 +41,7 @@ void Server::State::listen(const ServerOptions& options) {
     acceptor.set_option(asio::socket_base::reuse_address(true));
     acceptor.bind(endpoint);
     acceptor.listen(asio::socket_base::max_listen_connections);
+    acceptor.non_blocking(true);
   } catch (const boost::system::system_error& failure) {
     throw std::runtime_error("cannot listen on " + where + ": " + failure.code().message() +
                              (failure.code() == asio::error::address_in_use
@@ -44,10 +52,15 @@ void Server::State::listen(const ServerOptions& options) {
 }
 
 void Server::State::accept() {
-  acceptor.async_accept([this](error_code error, Tcp::socket socket) {
-    if (!error) take(std::move(socket));
-    if (error == asio::error::operation_aborted) return;
-    if (!error) return accept();
+  acceptor.async_wait(Tcp::acceptor::wait_read, [this](error_code error) {
+    if (error) return;
+    // Several, or a crowd that comes and goes would keep the others waiting.
+    for (int n = 0; n < kAcceptedAtOnce && !error; ++n) {
+      Tcp::socket socket(io);
+      acceptor.accept(socket, error);
+      if (!error) start_connection(std::move(socket), shared, tls ? &*tls : nullptr);
+    }
+    if (!error || error == asio::error::would_block) return accept();
     // Out of descriptors, perhaps: others end soon.
     shared.drops.count("refused: " + error.message());
     retry.expires_after(std::chrono::milliseconds(100));
@@ -55,14 +68,6 @@ void Server::State::accept() {
       if (!cancelled) accept();
     });
   });
-}
-
-void Server::State::take(Tcp::socket socket) {
-  if (shared.connections >= kMostConnections) {
-    shared.drops.count("refused: more than " + std::to_string(kMostConnections) + " connections");
-    return;  // which closes it
-  }
-  start_connection(std::move(socket), shared, tls ? &*tls : nullptr);
 }
 
 Server::Server(const ServerOptions& options,
@@ -75,6 +80,7 @@ Server::Server(const ServerOptions& options,
 }
 
 Server::~Server() {
+  state_->shared.hub.turns().clear();
   // Clients of the hub are closed by their connections, which the context holds.
   if (state_->other.is_open()) state_->other.release();
 }
@@ -96,11 +102,16 @@ void Server::step(int other, int timeout_ms) {
                            [&state](error_code) { state.waits_for_other = false; });
   }
   state.io.restart();
-  if (state.io.run_one_for(std::chrono::milliseconds(timeout_ms)) > 0) {
-    constexpr int kMostAtOnce = 200;  // LCM's messages have their turn
+  Turns& turns = state.shared.hub.turns();
+  const std::chrono::milliseconds wait(turns.empty() ? timeout_ms : 0);
+  if (state.io.run_one_for(wait) > 0) {
     for (int n = 0; n < kMostAtOnce && state.io.poll_one() > 0; ++n) {
     }
   }
+  const double end_s = steady_s() + kTurnsS;
+  do {
+    turns.take_one();
+  } while (!turns.empty() && steady_s() < end_s);
 }
 
 }  // namespace marco::web

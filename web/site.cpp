@@ -113,13 +113,11 @@ Site::Answer Site::get(std::string_view target) const {
   if (path.starts_with(kPage)) return of_page(path.substr(kPage.size()));
   if (!path.starts_with(kFiles) || !named_.contains(path.substr(kFiles.size()))) return {};
   // The snapshot's names come from the folder's own files, which may have come from anybody.
-  const std::string name = path.substr(kFiles.size());
-  if (!files::stays_inside(name)) return {};
-  std::error_code error;
-  const fs::path whole = fs::canonical(folder_ / name, error);
-  const fs::path within = fs::canonical(folder_, error);
-  if (error || !files::stays_inside(whole.lexically_relative(within))) return {};
-  return file(whole);
+  try {
+    return file(files::inside_folder(folder_, path.substr(kFiles.size())));
+  } catch (const std::invalid_argument&) {
+    return {};
+  }
 }
 
 }  // namespace marco::web

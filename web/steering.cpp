@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "lcm_tools/base/check.hpp"
+#include "web/foxglove/fields.hpp"
 
 namespace marco::web {
 namespace {
@@ -33,7 +33,7 @@ double number(const Json& json, const char* name) {
 }
 
 Json parsed(std::string_view text) {
-  Json json = Json::parse(text, nullptr, false);
+  Json json = foxglove::parse_shallow(text);
   require(json.is_object(), "an order that is no JSON object");
   return json;
 }
@@ -73,19 +73,21 @@ Steering::Steering(const SteeringOptions& options) : options_(options) {
   validate(options, "steering");
 }
 
+int64_t Steering::next_id(Utime now) {
+  // Another operator or a tour may count too: ids go by time.
+  return id_ = std::max(id_ + 1, now.us / 1000);
+}
+
 BaseCommand Steering::order(BaseCommand command, Utime now) {
   command.utime = now;
-  // Another operator or a tour may count too: ids go by time.
-  id_ = std::max(id_ + 1, now.us / 1000);
-  command.id = id_;
+  command.id = next_id(now);
   return command;
 }
 
 void Steering::drive(Client client, Velocity velocity, Utime now) {
   const bool is_held = driver_ != 0 && now >= heard_ && (now - heard_).seconds() < kOrderHoldsS;
   require(!is_held || driver_ == client, "another client drives");
-  const bool is_rest = velocity.m_per_s == 0.0 && velocity.rad_per_s == 0.0;
-  if (is_rest) {
+  if (velocity.is_rest()) {
     // A stick at rest orders nothing, unless it was let go just now: a goal may be under way.
     if (driver_ == client) {
       waiting_.reset();
@@ -103,16 +105,9 @@ void Steering::drive(Client client, Velocity velocity, Utime now) {
       std::clamp(velocity.rad_per_s, -yaw_rate, yaw_rate)};
 }
 
-BaseCommand Steering::go_to(const FramedPose& goal,
-                            const std::function<Pose2(Utime now)>& odom_from_map,
-                            Utime now) {
-  BaseCommand command;
-  command.kind = BaseCommand::Kind::go_to;
-  command.point_m = {goal.pose.x_m, goal.pose.y_m};
-  if (goal.frame == "map") command.point_m = odom_from_map(now) * command.point_m;
+void Steering::let_go() {
   waiting_.reset();
   driver_ = 0;
-  return order(command, now);
 }
 
 void Steering::forget(Client client, Utime now) {

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +15,7 @@ namespace marco::web {
 struct SteeringOptions {
   double most_velocity_m_per_s = 0.5;
   double most_yaw_rate_deg_per_s = 60.0;
+  double goal_velocity_m_per_s = 0.12;
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -23,12 +23,16 @@ struct SteeringOptions {
       "A browser's stick drives no faster than this. Less where people walk.");
     v("most_yaw_rate_deg_per_s", most_yaw_rate_deg_per_s, kPositive,
       "A browser's stick turns no faster than this.");
+    v("goal_velocity_m_per_s", goal_velocity_m_per_s, kPositive,
+      "A drive to a place is no faster than this. When its browser is gone, a base that brakes by "
+      "0.3 m/s2 stands within a second; of more, later.");
   }
 };
 
 /// A velocity as a client asks for it.
 struct Velocity {
   double m_per_s = 0.0, rad_per_s = 0.0;
+  bool is_rest() const { return m_per_s == 0.0 && rad_per_s == 0.0; }
 };
 /// {"linear":{"x"},"angular":{"z"}}, or the same as `twist` of a stamped one.
 /// @throws std::invalid_argument for text that is no such JSON, and numbers that are not finite.
@@ -53,15 +57,14 @@ class Steering {
 
   /// @throws std::invalid_argument saying why not, for the client.
   void drive(Client client, Velocity velocity, Utime now);
-  /// @param odom_from_map  where the map lies now; asked for a goal in the map
-  /// @throws std::invalid_argument as above, and what odom_from_map throws.
-  BaseCommand go_to(const FramedPose& goal,
-                    const std::function<Pose2(Utime now)>& odom_from_map,
-                    Utime now);
-  /// An order of now, with an id of its own.
-  BaseCommand order(BaseCommand command, Utime now);
   /// A client is gone: what it drove stops.
   void forget(Client client, Utime now);
+  /// Something else drives from here on: the stick is nobody's.
+  void let_go();
+  /// Of the next order.
+  int64_t next_id(Utime now);
+  /// With its stamp and id.
+  BaseCommand order(BaseCommand command, Utime now);
 
   /// Call often. @returns what is to be sent now.
   std::optional<BaseCommand> due(Utime now);

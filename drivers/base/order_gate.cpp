@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/order_age.hpp"
+#include "lcm_tools/base/printable.hpp"
 
 namespace marco::drivers {
 namespace {
@@ -17,14 +18,6 @@ constexpr double kMostWay = 1000.0;     // m
 constexpr double kMostTurn = 100.0;     // rad
 constexpr double kMostAcceleration = 100.0;
 constexpr std::size_t kMostStamps = 64;
-
-/// What anybody may have written, for a line of a terminal.
-std::string plain(const std::string& text, std::size_t most) {
-  std::string line = text.substr(0, most);
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return (c >= 0 && c < ' ') || c == 0x7F; }, '?');
-  return line;
-}
 
 bool within(double value, double most) { return std::abs(value) <= most; }  // false for NaN
 
@@ -77,7 +70,8 @@ bool OrderGate::on_emergency_stop(const EmergencyStop& message, Utime now) {
     if (released_.contains(message.utime)) return false;
     engage(message, now);
   } else if (latched_ && message.utime < latched_->utime) {
-    ignored_release_ = "; a release by " + plain(message.sender, 40) + " is older: passed over";
+    ignored_release_ = "; a release by " + printable(message.sender, Newline::escaped, 40) +
+                       " is older: passed over";
   } else if (latched_) {
     latched_.reset();
     if (released_.size() > kMostStamps) released_.clear();
@@ -89,8 +83,9 @@ bool OrderGate::on_emergency_stop(const EmergencyStop& message, Utime now) {
 
 std::string OrderGate::note() const {
   if (!latched_) return "";
-  std::string text = kEmergencyStopNote + (" by " + plain(latched_->sender, 40));
-  if (!latched_->reason.empty()) text += ": " + plain(latched_->reason, 120);
+  std::string text =
+      kEmergencyStopNote + (" by " + printable(latched_->sender, Newline::escaped, 40));
+  if (!latched_->reason.empty()) text += ": " + printable(latched_->reason, Newline::escaped, 120);
   return text + ignored_release_;
 }
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <map>
 
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/emergency_stop.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
@@ -62,7 +63,7 @@ int run(const Arguments& arguments) {
   const char* not_done = arguments.release ? "IS STILL STOPPED: its BASE_STATUS says why"
                                            : "DID NOT STOP: switch it off by hand";
   for (const auto& [base, did] : bases)
-    std::printf("%s: %s\n", base.c_str(), did ? done : not_done);
+    print(stdout, "%s: %s\n", base.c_str(), did ? done : not_done);
   if (bases.empty()) {
     std::fputs(
         "marco stop: no base answers. Is its driver running, and on this network?\n"

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/log/late_progress.hpp"
 #include "lcm_tools/log/log_info.hpp"
 #include "lcm_tools/log/merge.hpp"
@@ -19,9 +20,14 @@ std::string name_of(const std::string& path) {
 
 void print_damage(const std::string& path, const files::LogDamage& damage) {
   if (damage.places == 0) return;
-  std::printf("%s: skipped %lld bytes at %lld damaged places, the first at byte %lld\n",
-              path.c_str(), static_cast<long long>(damage.bytes_skipped),
-              static_cast<long long>(damage.places), static_cast<long long>(damage.first_offset));
+  print(stdout, "%s: skipped %lld bytes at %lld damaged places, the first at byte %lld\n",
+        path.c_str(), static_cast<long long>(damage.bytes_skipped),
+        static_cast<long long>(damage.places), static_cast<long long>(damage.first_offset));
+}
+
+// JSON has escapes of its own.
+void show(const std::string& text, Format format) {
+  std::fputs((format == Format::json ? text : printable(text, Newline::kept)).c_str(), stdout);
 }
 
 }  // namespace
@@ -33,7 +39,7 @@ void run_info(const InfoArguments& arguments) {
   for (const std::string& path : arguments.logs) {
     if (const auto other =
             arguments.describe ? arguments.describe(path, arguments.format) : std::nullopt) {
-      std::fputs(other->c_str(), stdout);
+      show(*other, arguments.format);
       continue;
     }
     LogInfo info;
@@ -44,7 +50,7 @@ void run_info(const InfoArguments& arguments) {
     if (info.events == 0) throw NoLogError(path);
     const std::string text = arguments.format == Format::json ? to_json(info, path, type_name)
                                                               : to_text(info, path, type_name);
-    std::fputs(text.c_str(), stdout);
+    show(text, arguments.format);
   }
 }
 
@@ -63,9 +69,9 @@ void run_select(const SelectArguments& arguments) {
                                " events matches; nothing was written");
   out.finish();
   print_damage(arguments.in, result.damage);
-  std::printf("%s: %lld of %lld events, %lld bytes\n", arguments.out.c_str(),
-              static_cast<long long>(result.kept), static_cast<long long>(result.events),
-              static_cast<long long>(result.kept_bytes));
+  print(stdout, "%s: %lld of %lld events, %lld bytes\n", arguments.out.c_str(),
+        static_cast<long long>(result.kept), static_cast<long long>(result.events),
+        static_cast<long long>(result.kept_bytes));
 }
 
 void run_merge(const MergeArguments& arguments) {
@@ -96,11 +102,11 @@ void run_merge(const MergeArguments& arguments) {
   int64_t total = 0;
   for (std::size_t i = 0; i < count; ++i) {
     print_damage(arguments.ins[i], result.damage[i]);
-    std::printf("%s: %lld events\n", arguments.ins[i].c_str(),
-                static_cast<long long>(result.events[i]));
+    print(stdout, "%s: %lld events\n", arguments.ins[i].c_str(),
+          static_cast<long long>(result.events[i]));
     total += result.events[i];
   }
-  std::printf("%s: %lld events\n", arguments.out.c_str(), static_cast<long long>(total));
+  print(stdout, "%s: %lld events\n", arguments.out.c_str(), static_cast<long long>(total));
 }
 
 void run_repair(const RepairArguments& arguments) {
@@ -119,7 +125,7 @@ void run_repair(const RepairArguments& arguments) {
   if (report.events == 0) throw NoLogError(arguments.in, "; nothing was written");
   out.finish();
   const std::string text = arguments.format == Format::json ? to_json(report) : to_text(report);
-  std::fputs(text.c_str(), stdout);
+  show(text, arguments.format);
 }
 
 }  // namespace marco::logs

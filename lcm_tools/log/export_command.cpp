@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/log/export_csv.hpp"
 #include "lcm_tools/log/export_images.hpp"
 #include "lcm_tools/log/export_json_lines.hpp"
@@ -29,15 +30,15 @@ struct Request {
 };
 
 void print_result(const ExportArguments& arguments, const WalkResult& walk) {
-  std::printf("%s: %lld events\n", arguments.out.c_str(), static_cast<long long>(walk.events));
+  print(stdout, "%s: %lld events\n", arguments.out.c_str(), static_cast<long long>(walk.events));
   if (walk.undecodable > 0) {
-    std::printf("  %lld messages of unknown types, or broken (--types DIR reads .lcm sources)\n",
-                static_cast<long long>(walk.undecodable));
+    print(stdout, "  %lld messages of unknown types, or broken (--types DIR reads .lcm sources)\n",
+          static_cast<long long>(walk.undecodable));
   }
   if (walk.damage.places > 0) {
-    std::printf("  skipped %lld bytes at %lld damaged places\n",
-                static_cast<long long>(walk.damage.bytes_skipped),
-                static_cast<long long>(walk.damage.places));
+    print(stdout, "  skipped %lld bytes at %lld damaged places\n",
+          static_cast<long long>(walk.damage.bytes_skipped),
+          static_cast<long long>(walk.damage.places));
   }
 }
 
@@ -46,18 +47,18 @@ void write_csv(const ExportArguments& arguments) {
   const CsvResult result = export_csv(request.input, request.types, arguments.out,
                                       arguments.existing, request.progress.callback());
   print_result(arguments, result.walk);
-  for (const std::string& name : result.files) std::printf("  %s\n", name.c_str());
+  for (const std::string& name : result.files) print(stdout, "  %s\n", name.c_str());
 }
 
 void write_images(const ExportArguments& arguments) {
   Request request(arguments);
   const ImagesResult result = export_images(request.input, request.types, arguments.out,
                                             arguments.existing, request.progress.callback());
-  std::printf("%s: %lld pictures\n", arguments.out.c_str(), static_cast<long long>(result.written));
+  print(stdout, "%s: %lld pictures\n", arguments.out.c_str(),
+        static_cast<long long>(result.written));
   if (result.broken + result.unknown_format > 0) {
-    std::printf("  skipped %lld broken ones and %lld of other pixel formats\n",
-                static_cast<long long>(result.broken),
-                static_cast<long long>(result.unknown_format));
+    print(stdout, "  skipped %lld broken ones and %lld of other pixel formats\n",
+          static_cast<long long>(result.broken), static_cast<long long>(result.unknown_format));
   }
 }
 
@@ -77,9 +78,9 @@ void write_mcap(const ExportArguments& arguments, const MakeMcapTranslator& make
       export_mcap(request.input, request.types, out, make_translator, request.progress.callback());
   out.finish();
   print_result(arguments, result.walk);
-  std::printf("  %llu messages on %zu topics\n", static_cast<unsigned long long>(result.messages),
-              result.topics);
-  if (!result.remark.empty()) std::printf("  %s\n", result.remark.c_str());
+  print(stdout, "  %llu messages on %zu topics\n", static_cast<unsigned long long>(result.messages),
+        result.topics);
+  if (!result.remark.empty()) print(stdout, "  %s\n", result.remark.c_str());
 }
 
 const ExportFormat& format_of(const ExportArguments& arguments,

@@ -1,6 +1,7 @@
 #include "lcm_tools/process/arguments.hpp"
 
 #include <fcntl.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -8,8 +9,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 #include <stdexcept>
 
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 
@@ -40,9 +43,30 @@ void add_print_config(CommandLine& app, ConfigArguments& arguments) {
       .needs(print);
 }
 
+namespace {
+
+/// What is logged may hold others' words.
+class PrintablePayload : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message,
+              const std::tm&,
+              spdlog::memory_buf_t& to) override {
+    const std::string text =
+        printable({message.payload.data(), message.payload.size()}, Newline::set_in);
+    to.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<PrintablePayload>();
+  }
+};
+
+}  // namespace
+
 void start_logging(const std::string& process, const std::string& level) {
   spdlog::set_default_logger(spdlog::stderr_color_mt(process));
-  spdlog::set_pattern("%H:%M:%S.%e %n %^%l%$ %v");
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<PrintablePayload>('*').set_pattern("%H:%M:%S.%e %n %^%l%$ %*");
+  spdlog::set_formatter(std::move(formatter));
   spdlog::set_level(spdlog::level::from_str(level));
 }
 
@@ -59,7 +83,7 @@ void finish_stdout() {
 
 int run_main(const std::string& process, const std::function<int()>& body) {
   const auto told = [&](const std::exception& failure, int code) {
-    fprintf(stderr, "%s: %s\n", process.c_str(), failure.what());
+    print(stderr, "%s: %s\n", process.c_str(), printable(failure.what(), Newline::set_in).c_str());
     return code;
   };
   try {
@@ -71,7 +95,7 @@ int run_main(const std::string& process, const std::function<int()>& body) {
   } catch (const std::exception& failure) {
     if (interrupted_by() == 0) return told(failure, kExitFailed);
     // The same Ctrl-C ended the programs that this one started: their complaints are no news.
-    fprintf(stderr, "%s: interrupted; %s\n", process.c_str(), interrupted_outcome().c_str());
+    print(stderr, "%s: interrupted; %s\n", process.c_str(), interrupted_outcome().c_str());
     return kExitSignal + interrupted_by();
   }
 }

@@ -4,10 +4,12 @@
 
 #include <cstdio>
 
+#include "lcm_tools/base/printable.hpp"
+
 namespace marco::process {
 
-Progress::Progress(std::string what)
-    : what_(std::move(what)), terminal_(isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(const std::string& what)
+    : what_(printable(what)), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
   if (drawn_) std::fputs("\r\033[K", stderr);

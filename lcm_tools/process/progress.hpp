@@ -9,7 +9,7 @@ namespace marco::process {
 class Progress {
  public:
   /// @param what "reading intel.log"
-  explicit Progress(std::string what);
+  explicit Progress(const std::string& what);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "lcm_tools/base/printable.hpp"
+
 namespace marco::procman {
 namespace {
 
@@ -129,7 +131,7 @@ std::string printable(const std::string& line) {
       out += line[at];
     }
   }
-  return out;
+  return marco::printable(out);
 }
 
 }  // namespace marco::procman

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "lcm_tools/base/printable.hpp"
+
 namespace marco::spy {
 namespace {
 
@@ -14,29 +16,10 @@ bool is_drawable(char32_t value) {
          (value >= 0x370 && value < 0x483) || (value >= 0x2010 && value < 0x2900);
 }
 
-// Bytes of a UTF-8 character; 0 for what cannot begin one.
-std::size_t length_by(unsigned char lead) {
-  if (lead < 0x80) return 1;
-  if (lead < 0xC2) return 0;
-  if (lead < 0xE0) return 2;
-  if (lead < 0xF0) return 3;
-  return lead < 0xF5 ? 4 : 0;
-}
-
-// Takes one character from the front; '?' for invalid or unprintable bytes.
-char32_t take_character(std::string_view& text) {
-  const auto lead = static_cast<unsigned char>(text.front());
-  std::size_t length = length_by(lead);
-  char32_t value = length == 1 ? lead : lead & (0xFFU >> (length + 1));
-  bool good = length > 0 && length <= text.size();
-  for (std::size_t i = 1; good && i < length; ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    good = (byte & 0xC0U) == 0x80;
-    value = value << 6U | (byte & 0x3FU);
-  }
-  if (!good) length = 1;
-  text.remove_prefix(length);
-  return good && is_drawable(value) ? value : U'?';
+// Takes one character from the front; '?' for what has no cell.
+char32_t take_glyph(std::string_view& text) {
+  const char32_t code = take_character(text);
+  return is_drawable(code) ? code : U'?';
 }
 
 }  // namespace
@@ -53,7 +36,7 @@ void Canvas::put(int x, int y, char32_t glyph, Style style) {
 
 int Canvas::text(int x, int y, std::string_view utf8, Style style, int limit) {
   for (int used = 0; !utf8.empty() && used < limit && x < width_; ++used, ++x) {
-    const char32_t glyph = take_character(utf8);
+    const char32_t glyph = take_glyph(utf8);
     const bool cut = !utf8.empty() && (used + 1 == limit || x + 1 == width_);
     put(x, y, cut ? U'~' : glyph, style);
   }
@@ -63,7 +46,7 @@ int Canvas::text(int x, int y, std::string_view utf8, Style style, int limit) {
 void Canvas::text_right(int right, int y, std::string_view utf8, Style style) {
   std::string_view rest = utf8;
   int length = 0;
-  for (; !rest.empty(); ++length) take_character(rest);
+  for (; !rest.empty(); ++length) take_glyph(rest);
   text(right - length, y, utf8, style);
 }
 

@@ -2,6 +2,7 @@
 
 #include "common/files/map_yaml.hpp"
 #include "common/files/tum.hpp"
+#include "lcm_tools/files/inside_folder.hpp"
 #include "lcm_tools/files/output_folder.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "slam/map/keyframe_grid.hpp"
@@ -9,7 +10,7 @@
 namespace marco::slam {
 
 SavedMap load_map_folder(const std::filesystem::path& folder) {
-  const std::filesystem::path path = folder / kSavedMapName;
+  const std::filesystem::path path = files::inside_folder(folder, kSavedMapName);
   const std::string bytes = files::read_whole_file(path);
   try {
     return decode_saved_map(bytes);

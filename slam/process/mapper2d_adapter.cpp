@@ -41,8 +41,8 @@ void Mapper2dAdapter::subscribe(const char* map_channel) {
                                     publish_map(progress_.newest_scan);
                                 });
   bus_.subscribe<slam_command_t>(
-      channels::kSlamCommand, drops_, [this](const auto& command, auto&) {
-        orders_.take(command, options_.maps_folder,
+      channels::kSlamCommand, drops_, [this](const auto& command, const auto& raw) {
+        orders_.take(command, raw.event_time, options_.maps_folder,
                      [this](const SlamOrder& order) { return execute_command(order); });
       });
 }

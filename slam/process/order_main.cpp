@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "common/pose2.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
@@ -54,7 +55,7 @@ class OrderGiver {
                  stderr);
       return process::kExitFailed;
     }
-    std::fprintf(answers_->are_good() ? stdout : stderr, "%s\n", answers_->text().c_str());
+    print(answers_->are_good() ? stdout : stderr, "%s\n", answers_->text().c_str());
     return answers_->are_good() ? process::kExitDone : process::kExitFailed;
   }
 

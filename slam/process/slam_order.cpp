@@ -2,11 +2,13 @@
 
 #include <utility>
 
+#include "common/order_age.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/inside_folder.hpp"
 #include "lcm_tools/process/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/finite_pose.hpp"
+#include "lcmtypes/stamp.hpp"
 
 namespace marco::slam {
 namespace {
@@ -19,7 +21,7 @@ std::filesystem::path folder_of(const slam_command_t& command,
   require(!command.folder.empty() && !std::filesystem::path(command.folder).is_absolute() &&
               files::stays_inside(command.folder),
           name + ": the folder must lie below " + maps_folder.string());
-  return files::inside_folder(maps_folder, command.folder);
+  return maps_folder / std::filesystem::path(command.folder).lexically_normal();
 }
 
 }  // namespace
@@ -52,12 +54,15 @@ SlamOrder check_order(const slam_command_t& command, const std::filesystem::path
 }
 
 void SlamOrders::take(const slam_command_t& command,
+                      Utime came,
                       const std::filesystem::path& maps_folder,
                       const std::function<std::string(const SlamOrder&)>& execute) {
   taking_ = {};
   taking_.command = command.command;
   taking_.command_utime = command.utime;
   answer(taking_, [&] {
+    const std::string stale = why_stale(stamp_of(command.utime), came);
+    require(stale.empty(), stale);
     const SlamOrder order = check_order(command, maps_folder);
     if (!order.folder.empty()) taking_.path = std::filesystem::absolute(order.folder).string();
     return execute(order);

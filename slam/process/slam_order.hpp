@@ -36,8 +36,11 @@ class SlamOrders {
   void write_in_background() { in_background_ = true; }
 
   /// Checks the command, has `execute` do it, and keeps what that says, or why it was refused or
-  /// failed. @param execute  throws std::invalid_argument to refuse, before it changes anything
+  /// failed. An order that is stale when it comes (why_stale) is refused: a recording's order must
+  /// not erase today's map. @param came  live: its arrival; batch: its event time
+  /// @param execute  throws std::invalid_argument to refuse, before it changes anything
   void take(const slam_command_t& command,
+            Utime came,
             const std::filesystem::path& maps_folder,
             const std::function<std::string(const SlamOrder&)>& execute);
   /// For SAVE. @param job  writes, and says what it wrote. @returns that, or in the background "".

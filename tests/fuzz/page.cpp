@@ -28,6 +28,10 @@ MARCO_FUZZ(page_client) {
   hub.on_subscribed = [&](web::Hub::ClientId client, uint32_t wanted) {
     hub.publish_to(client, wanted, 1, "{}");
   };
+  hub.on_part = [&](web::Hub::ClientId client, uint32_t wanted, uint64_t from) {
+    hub.publish_to(client, wanted, 1, "{}", from);
+    return from < 3 ? from + 1 : 0;
+  };
   hub.on_published = [&](const web::Hub::Published& message) {
     const Utime now = Utime::from_us(static_cast<int64_t>(1e6 * now_s));
     try {
@@ -35,10 +39,8 @@ MARCO_FUZZ(page_client) {
         steering.drive(message.client, web::parse_twist(message.json), now);
       } else {
         const auto goal = web::parse_pose(message.json);
-        const auto odom_from_map = [](Utime) { return Pose2{1.0, 2.0, 0.5}; };
-        const auto order = steering.go_to(goal, odom_from_map, now);
-        promise(std::isfinite(order.point_m.x()) && std::isfinite(order.point_m.y()),
-                "a goal is a place");
+        promise(std::isfinite(goal.pose.x_m) && std::isfinite(goal.pose.y_m), "a goal is a place");
+        steering.let_go();
       }
     } catch (const std::invalid_argument&) {
     }
@@ -47,8 +49,8 @@ MARCO_FUZZ(page_client) {
               "nobody drives faster than the limit");
     }
   };
-  const auto client =
-      hub.open({[] {}, [&was_let_go](const std::string&) { was_let_go = true; }}, true);
+  const auto client = hub.open(
+      {[] {}, [&was_let_go](const std::string&) { was_let_go = true; }, [] {}}, {true, ""});
   while (!input.empty() && !was_let_go) {
     const uint8_t kind = input.byte();
     const auto piece = input.piece();
@@ -59,11 +61,11 @@ MARCO_FUZZ(page_client) {
       hub.take_binary(client, piece);
     }
     hub.publish(channel, 1, "{}");
-    promise(hub.outbox(client)->bytes() <=
-                web::Outbox::kMostBytes + web::Outbox::kMostControlBytes + (1U << 20U),
-            "what waits is bounded");
+    promise(!hub.is_stop(piece), "there is no stop here");
+    hub.turns().take_one();
+    promise(hub.waiting_bytes() <= web::Hub::kMostWaitingBytes, "what waits is bounded");
   }
-  while (const auto message = hub.outbox(client)->take()) {
+  while (const auto message = hub.next_outgoing(client)) {
     if (!message->is_text) continue;
     promise(nlohmann::json::accept(*message->body), "what is said is JSON");
   }

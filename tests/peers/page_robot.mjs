@@ -43,7 +43,7 @@ const crcTable = Uint32Array.from({ length: 256 }, (_, n) => {
 });
 const crc = crc32 ?? ((bytes) => (bytes.reduce((sum, byte) => crcTable[(sum ^ byte) & 255] ^ (sum >>> 8), 0xFFFFFFFF) ^ 0xFFFFFFFF) >>> 0);
 
-const channels = ["SLAM_POSE", "TRAJECTORY", "LOOP_CLOSURES", "BASE_COMMAND", "BASE_STATUS", "PANTILT_STATE", "LINE_MAP", "MESH", "/tf", "page/tiles", "page/scan", "page/health", "page/commands", "page/output", "page/stop"];
+const channels = ["SLAM_POSE", "TRAJECTORY", "LOOP_CLOSURES", "BASE_COMMAND", "BASE_STATUS", "PANTILT_STATE", "LINE_MAP", "MESH", "/tf", "page/tiles", "page/scan", "page/health", "page/commands", "page/output", "page/stop", "page/goal"];
 const services = ["slam", "go", "head", "stop", "procman", "record", "end_goal", "time"];
 const types = { html: "text/html", css: "text/css", js: "text/javascript" };
 
@@ -125,7 +125,8 @@ export class PageRobot {
     if (data[0] === 1) {
       const message = JSON.parse(data.subarray(5));
       if (client.topics.get(data.readUInt32LE(1)) !== "/cmd_vel" || this.engaged || this.readOnly) return;
-      [this.v, this.w, this.goal, this.heardAt] = [message.linear.x, message.angular.z, null, Date.now()];
+      [this.v, this.w, this.heardAt] = [message.linear.x, message.angular.z, Date.now()];
+      if (this.v !== 0 || this.w !== 0) this.endGoal("somebody drives by hand");
       this.velocities.push({ v: this.v, w: this.w, at: this.heardAt });
     }
     if (data[0] !== 2) return;
@@ -145,18 +146,19 @@ export class PageRobot {
   obey(service, request) {
     if (service === "stop") {
       this.engaged = request.engaged;
-      [this.v, this.w, this.goal] = [0, 0, null];
+      [this.v, this.w] = [0, 0];
+      this.endGoal("stopped");
       this.publish("page/stop", { engaged: this.engaged, by: "the page" });
       return { ok: true, text: "sent" };
     }
     if (service === "go") {
       this.goal = [request.x_m, request.y_m];
       [this.fate, this.commandId] = [1, this.commandId + 1];
-      this.publish("BASE_COMMAND", { utime: this.now, id: this.commandId, kind: 4, x_m: request.x_m, y_m: request.y_m });
+      this.publish("page/goal", { active: true, text: "", x_m: request.x_m, y_m: request.y_m });
       return { ok: true, text: "on the way" };
     }
     if (service === "time") return { utime: 1000 * Date.now() };
-    if (service === "end_goal") [this.v, this.w, this.goal, this.fate] = [0, 0, null, 5];
+    if (service === "end_goal") this.endGoal("asked for in the browser");
     if (service === "head") this.tilt = request.tilt_rad;
     if (service === "record") this.recording = request.on;
     if (service === "slam" && request.command === "save") return { ok: true, text: "saved", path: `/home/robot/maps/${request.folder}` };
@@ -212,11 +214,17 @@ export class PageRobot {
     if (this.ticks % hz === 0) this.tellHealth();
   }
 
+  endGoal(why) {
+    if (!this.goal) return;
+    [this.v, this.w, this.goal, this.fate] = [0, 0, null, 2];
+    this.publish("page/goal", { active: false, text: why });
+  }
+
   steer() {
     const [dx, dy] = [this.goal[0] - this.x, this.goal[1] - this.y], turn = Math.atan2(dy, dx) - this.theta, error = Math.atan2(Math.sin(turn), Math.cos(turn));
     this.w = Math.min(Math.max(4 * error, -1.5), 1.5);
     this.v = Math.abs(error) < 0.2 ? 0.8 : 0;
-    if (Math.hypot(dx, dy) < 0.1) [this.v, this.w, this.goal, this.fate] = [0, 0, null, 2];
+    if (Math.hypot(dx, dy) < 0.1) this.endGoal("there");
   }
 
   look() {

@@ -1,8 +1,10 @@
 // marco-slam live: orders over LCM, answered in PROCESS_STATUS; killed, it goes on.
 #include <gmock/gmock.h>
 
+#include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/wall_clock.hpp"
 #include "lcm_tools/tests/support/program.hpp"
 #include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
@@ -40,10 +42,10 @@ class SlamOrders : public ::testing::Test {
                                    "\"\ncheckpoint_every_s = 1.0\n");
   }
   std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
-  std::unique_ptr<Program> start() {
+  std::unique_ptr<Program> start(const std::string& name = "marco-slam") {
     states_.clear();
     auto slam = std::make_unique<Program>(
-        "marco-slam", std::vector<std::string>{"--config", at("slam.toml")}, at("slam.out"));
+        name, std::vector<std::string>{"--config", at("slam.toml")}, at("slam.out"));
     EXPECT_TRUE(hears("")) << files::read_whole_file(at("slam.out"));
     return slam;
   }
@@ -61,10 +63,11 @@ class SlamOrders : public ::testing::Test {
     const EncodedMessage message = encode_sample(sample);
     bus_.publish_raw(message.channel, message.bytes, message.utime);
   }
-  void order(int8_t command, const std::string& folder) {
+  void order(int8_t command, const std::string& folder, int64_t age_us = 0) {
     states_.clear();
     slam_command_t message = {};
-    message.utime = ++orders_;
+    message.utime = process::wall_clock_us() - age_us;
+    ordered_us_.push_back(message.utime);
     message.command = command;
     message.folder = folder;
     bus_.publish(channels::kSlamCommand, message);
@@ -96,7 +99,7 @@ class SlamOrders : public ::testing::Test {
   TemporaryFolder folder_;
   std::vector<std::string> states_;
   std::vector<slam_reply_t> replies_;
-  int64_t orders_ = 0;
+  std::vector<int64_t> ordered_us_;
   slam_pose_t last_ = {};
   int poses_ = 0;
 };
@@ -123,7 +126,7 @@ TEST_F(SlamOrders, AreObeyedWithoutARestartAndAnswered) {
   const std::vector<bool> done = {true, false, true, true};
   for (std::size_t i = 0; i < replies_.size(); ++i) {
     EXPECT_EQ(replies_[i].process, "marco-slam");
-    EXPECT_EQ(replies_[i].command_utime, static_cast<int64_t>(i) + 1);
+    EXPECT_EQ(replies_[i].command_utime, ordered_us_[i]);
     EXPECT_EQ(static_cast<bool>(replies_[i].ok), done[i]) << replies_[i].text;
   }
   EXPECT_EQ(replies_[0].path, at("hall"));
@@ -153,6 +156,39 @@ TEST_F(SlamOrders, AreGivenByACommandThatSaysWhatBecameOfThem) {
   slam->wait(5);
   EXPECT_EQ(command({"pause"}), 1);
   EXPECT_THAT(files::read_whole_file(at("order.out")), HasSubstr("no SLAM answers"));
+}
+
+// A recording's orders, played by LCM's own player, which leaves out nothing.
+TEST_F(SlamOrders, OfYesterdayEraseNothingToday) {
+  constexpr int64_t kDayUs = 86'400'000'000;
+  constexpr int8_t kOrders = slam_command_t::EXTEND + 1;
+  {
+    files::EventLogWriter log(at("yesterday.lcm"));
+    for (int8_t kind = 0; kind < kOrders; ++kind) {
+      slam_command_t message = {};
+      message.utime = process::wall_clock_us() - kDayUs + kind * 1000;
+      message.command = kind;
+      message.folder = "hall";
+      log.write(channels::kSlamCommand, encode_message(message), Utime::from_us(message.utime));
+    }
+  }
+  for (const char* name : {"marco-slam", "marco-line-slam"}) {
+    const auto slam = start(name);
+    drive(0, 20);
+    const slam_pose_t before = last_;
+    replies_.clear();
+    Program player("lcm-logplayer", {at("yesterday.lcm")}, at("player.out"));
+    for (int i = 0; i < 50 && replies_.size() < kOrders; ++i) bus_.handle_once(100);
+    ASSERT_EQ(replies_.size(), std::size_t{kOrders}) << name;
+    for (const slam_reply_t& reply : replies_) {
+      EXPECT_THAT(reply.text, ::testing::StartsWith("refused: order is 1 days old"));
+    }
+    drive(20, 22);  // neither paused nor put elsewhere
+    EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
+    EXPECT_NEAR(std::hypot(last_.x_m - before.x_m, last_.y_m - before.y_m), 0.12, 0.03);
+    EXPECT_FALSE(std::filesystem::exists(folder_.path() / "hall"));
+    std::filesystem::remove(at("checkpoint"));
+  }
 }
 
 TEST_F(SlamOrders, KilledItGoesOnFromItsCheckpointThoughScansPassedMeanwhile) {

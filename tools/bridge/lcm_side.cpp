@@ -3,9 +3,11 @@
 #include <set>
 #include <utility>
 
+#include "common/order_age.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "lcmtypes/stamp.hpp"
 #include "marco/maebot_encoders_t.hpp"
 #include "marco/mbot_slam_reset_t.hpp"
 #include "marco/ros_laser_scan_t.hpp"
@@ -39,7 +41,9 @@ LcmSide::LcmSide(process::LcmBus& bus,
 void LcmSide::connect(MarcoSide& marco) {
   const auto pass_on = [this, &marco](const process::RawMessage& raw) {
     const auto sample = decode_sample(std::string(raw.channel), raw.bytes);
-    if (sample) marco.give(*sample);
+    if (!sample) return;
+    if (const auto* scan = std::get_if<LaserScan>(&*sample)) behind_ = raw.event_time - scan->utime;
+    marco.give(*sample);
   };
   for (const char* channel :
        {channels::kLidarPattern, channels::kOdometry, channels::kSensorInfo}) {
@@ -52,11 +56,15 @@ void LcmSide::connect(MarcoSide& marco) {
       }
     });
   }
-  bus_.subscribe<mbot_slam_reset_t>(kMbotReset, drops_, [&marco](const auto& order, auto&) {
-    require(order.slam_mode == mbot_slam_reset_t::FULL_SLAM,
-            "mbot_slam_reset_t: only full SLAM can be begun again");
-    marco.reset(order.retain_pose != 0 ? MarcoSide::Reset::map_only : MarcoSide::Reset::everything);
-  });
+  bus_.subscribe<mbot_slam_reset_t>(
+      kMbotReset, drops_, [this, &marco](const auto& order, const auto& raw) {
+        // By the clock of who stamps the scans: that robot's may differ from ours.
+        require_fresh("mbot_slam_reset_t", stamp_of(order.utime), raw.event_time - behind_);
+        require(order.slam_mode == mbot_slam_reset_t::FULL_SLAM,
+                "mbot_slam_reset_t: only full SLAM can be begun again");
+        marco.reset(order.retain_pose != 0 ? MarcoSide::Reset::map_only
+                                           : MarcoSide::Reset::everything);
+      });
 }
 
 LcmSide::Stack LcmSide::stack() const {

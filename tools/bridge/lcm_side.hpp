@@ -35,6 +35,7 @@ class LcmSide {
   process::LcmBus& bus_;
   ForeignBus sensors_;
   process::DropCounter drops_;
+  Duration behind_;  ///< how far that network's clock is behind ours, with the way here
   int32_t sequence_ = 0;
 };
 

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/log/export_mcap.hpp"
 #include "lcm_tools/log/extensions.hpp"
 #include "lcm_tools/log/late_progress.hpp"
@@ -40,10 +41,10 @@ struct ConvertArguments {
 
 void print_report(const files::InputReport& report) {
   for (const auto& [cause, count] : report.dropped) {
-    std::printf("  left out %lld: %s (first: %s)\n", static_cast<long long>(count), cause.c_str(),
-                report.places.at(cause).c_str());
+    print(stdout, "  left out %lld: %s (first: %s)\n", static_cast<long long>(count), cause.c_str(),
+          report.places.at(cause).c_str());
   }
-  for (const std::string& note : report.notes) std::printf("  %s\n", note.c_str());
+  for (const std::string& note : report.notes) print(stdout, "  %s\n", note.c_str());
 }
 
 std::string head_of(const fs::path& path) {
@@ -72,8 +73,8 @@ void to_lcm(const ConvertArguments& arguments) {
   const ImportResult result = import_recording(arguments.in, out, progress.callback());
   require(result.events > 0, arguments.in + ": nothing in it can be written as events");
   out.finish();
-  std::printf("%s: %s, %lld events\n", arguments.out.c_str(), result.report.format.c_str(),
-              static_cast<long long>(result.events));
+  print(stdout, "%s: %s, %lld events\n", arguments.out.c_str(), result.report.format.c_str(),
+        static_cast<long long>(result.events));
   print_report(result.report);
 }
 
@@ -84,8 +85,8 @@ void to_carmen(const ConvertArguments& arguments) {
   const CarmenResult result = export_carmen(*recording, out, nullptr, progress.callback());
   require(result.scans > 0, arguments.in + ": no scans in it");
   out.finish();
-  std::printf("%s: %lld scans, %lld odometry lines\n", arguments.out.c_str(),
-              static_cast<long long>(result.scans), static_cast<long long>(result.odometry));
+  print(stdout, "%s: %lld scans, %lld odometry lines\n", arguments.out.c_str(),
+        static_cast<long long>(result.scans), static_cast<long long>(result.odometry));
   print_report(recording->report());
 }
 
@@ -94,10 +95,10 @@ Utime utime_of(const Sample& sample) {
 }
 
 void print_damage(const ros::Damage& damage) {
-  if (damage.is_cut_off) std::printf("  the recording ends within a record\n");
+  if (damage.is_cut_off) print(stdout, "  the recording ends within a record\n");
   if (damage.places == 0) return;
-  std::printf("  skipped %lld bytes at %lld damaged places\n", static_cast<long long>(damage.bytes),
-              static_cast<long long>(damage.places));
+  print(stdout, "  skipped %lld bytes at %lld damaged places\n",
+        static_cast<long long>(damage.bytes), static_cast<long long>(damage.places));
 }
 
 // @returns false, and writes nothing, where there are no messages of ROS: a viewer's own, ...
@@ -107,12 +108,12 @@ bool copy_ros(const ConvertArguments& arguments, ros::MessageSink& sink) {
   const RosCopyResult result = copy_messages(*source, sink, progress.callback());
   if (result.messages == 0) return false;
   sink.finish();
-  std::printf("%s: %s, %lld messages\n", arguments.out.c_str(), source->format().c_str(),
-              static_cast<long long>(result.messages));
+  print(stdout, "%s: %s, %lld messages\n", arguments.out.c_str(), source->format().c_str(),
+        static_cast<long long>(result.messages));
   for (const auto& [cause, count] : result.left_out) {
-    std::printf("  left out %lld: %s\n", static_cast<long long>(count), cause.c_str());
+    print(stdout, "  left out %lld: %s\n", static_cast<long long>(count), cause.c_str());
   }
-  for (const std::string& note : source->notes()) std::printf("  %s\n", note.c_str());
+  for (const std::string& note : source->notes()) print(stdout, "  %s\n", note.c_str());
   print_damage(source->damage());
   return true;
 }
@@ -135,11 +136,11 @@ void samples_to_ros(const ConvertArguments& arguments, ros::MessageSink& sink) {
   if (results) results->write_until(Utime::from_us(INT64_MAX));
   require(ros.messages() > 0, arguments.in + ": nothing in it can be written as messages of ROS");
   sink.finish();
-  std::printf("%s: %s, %lld messages\n", arguments.out.c_str(), recording->report().format.c_str(),
-              static_cast<long long>(ros.messages()));
+  print(stdout, "%s: %s, %lld messages\n", arguments.out.c_str(),
+        recording->report().format.c_str(), static_cast<long long>(ros.messages()));
   if (ros.doubled_scans() > 0) {
-    std::printf("  left out %lld: the same scans on a second channel\n",
-                static_cast<long long>(ros.doubled_scans()));
+    print(stdout, "  left out %lld: the same scans on a second channel\n",
+          static_cast<long long>(ros.doubled_scans()));
   }
   print_report(recording->report());
 }
@@ -187,8 +188,8 @@ void to_foxglove(const ConvertArguments& arguments) {
       [](const LogInfo& log) { return std::make_unique<FoxgloveTranslator>(log); },
       progress.callback());
   out.finish();
-  std::printf("%s: %llu messages on %zu topics\n", arguments.out.c_str(),
-              static_cast<unsigned long long>(result.messages), result.topics);
+  print(stdout, "%s: %llu messages on %zu topics\n", arguments.out.c_str(),
+        static_cast<unsigned long long>(result.messages), result.topics);
 }
 
 struct Target {

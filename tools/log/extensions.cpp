@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/log/late_progress.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
@@ -19,7 +20,7 @@ namespace marco::logs {
 namespace {
 
 void print_count(int64_t count, const char* what) {
-  if (count > 0) std::printf("  %lld %s\n", static_cast<long long>(count), what);
+  if (count > 0) print(stdout, "  %lld %s\n", static_cast<long long>(count), what);
 }
 
 void write_carmen(const ExportArguments& arguments, const std::string& foreign_table) {
@@ -38,18 +39,18 @@ void write_carmen(const ExportArguments& arguments, const std::string& foreign_t
   }
   out.finish();
   if (result.true_poses > 0) truth.finish();
-  std::printf("%s: %lld scans, %lld odometry lines\n", arguments.out.c_str(),
-              static_cast<long long>(result.scans), static_cast<long long>(result.odometry));
+  print(stdout, "%s: %lld scans, %lld odometry lines\n", arguments.out.c_str(),
+        static_cast<long long>(result.scans), static_cast<long long>(result.odometry));
   if (result.true_poses > 0) {
-    std::printf("%s: %lld true poses (time x y z qx qy qz qw)\n", truth_path.c_str(),
-                static_cast<long long>(result.true_poses));
+    print(stdout, "%s: %lld true poses (time x y z qx qy qz qw)\n", truth_path.c_str(),
+          static_cast<long long>(result.true_poses));
   }
   print_count(result.resampled, "scans resampled to regular bearings; CARMEN has no others");
   print_count(result.without_odometry, "scans had no odometry at their time");
   print_count(result.of_more_lasers, "scans of a third laser left out; CARMEN has two");
   const files::InputReport report = recording->report();
   for (const auto& [cause, count] : report.dropped) print_count(count, cause.c_str());
-  for (const std::string& text : report.notes) std::printf("  %s\n", text.c_str());
+  for (const std::string& text : report.notes) print(stdout, "  %s\n", text.c_str());
 }
 
 ExportFormat carmen_format() {
@@ -82,14 +83,14 @@ void run_import(const ImportArguments& arguments) {
   }
   require(result.events > 0, arguments.in + ": nothing in it can be written as events");
   out.finish();
-  std::printf("%s: %s, %lld events\n", arguments.out.c_str(), result.report.format.c_str(),
-              static_cast<long long>(result.events));
+  print(stdout, "%s: %s, %lld events\n", arguments.out.c_str(), result.report.format.c_str(),
+        static_cast<long long>(result.events));
   for (const auto& [kind, count] : result.report.given) print_count(count, kind.c_str());
   for (const auto& [cause, count] : result.report.dropped) {
-    std::printf("  left out %lld: %s (first: %s)\n", static_cast<long long>(count), cause.c_str(),
-                result.report.places.at(cause).c_str());
+    print(stdout, "  left out %lld: %s (first: %s)\n", static_cast<long long>(count), cause.c_str(),
+          result.report.places.at(cause).c_str());
   }
-  for (const std::string& note : result.report.notes) std::printf("  %s\n", note.c_str());
+  for (const std::string& note : result.report.notes) print(stdout, "  %s\n", note.c_str());
 }
 
 void add_import(process::CommandLine& program) {

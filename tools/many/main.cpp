@@ -3,6 +3,7 @@
 #include <thread>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/exit_code.hpp"
@@ -73,8 +74,8 @@ int print_table(const Store& store, const std::vector<Entry>& entries) {
   for (const auto& [verdict, count] : counts) {
     text += ", " + std::to_string(count) + " " + verdict;
   }
-  std::printf("%zu recordings%s; the table is in %s\n", rows.size(), text.c_str(),
-              (store.out / "index.html").c_str());
+  print(stdout, "%zu recordings%s; the table is in %s\n", rows.size(), text.c_str(),
+        (store.out / "index.html").c_str());
   return counts.contains("failed") || counts.contains("not done") ? process::kExitFailed
                                                                   : process::kExitDone;
 }
@@ -99,7 +100,7 @@ int run(const Arguments& arguments) {
   std::vector<std::string> command = {"--out", store.out.string(), "--"};
   command.insert(command.end(), arguments.for_map.begin(), arguments.for_map.end());
   if (arguments.slurm) {
-    std::printf("%s\n", submit(store, entries, arguments.jobs, command).c_str());
+    print(stdout, "%s\n", submit(store, entries, arguments.jobs, command).c_str());
     return process::kExitDone;
   }
   run_jobs(store, entries, arguments.jobs, command);

@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "tools/many/child.hpp"
 
@@ -50,7 +51,7 @@ class Pool {
     const Entry& entry = entries_[i];
     if (is_done(store_, entry)) {
       ++done_;
-      std::fprintf(stderr, "[%zu/%zu] %s\n", done_, begun_with_, entry.name.c_str());
+      print(stderr, "[%zu/%zu] %s\n", done_, begun_with_, entry.name.c_str());
     } else if (tries_[i] < kMostTries) {
       waiting_.push_back(i);
     } else if (process::interrupted_by() == 0) {

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "common/input/process/calibration_file.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
@@ -25,17 +26,17 @@ std::string number(double value) {
 
 void print_table(const slam::SelfCalibration& found) {
   if (!found.parameters.empty()) {
-    std::printf("%-24s %10s %10s %10s  %s\n", "parameter", "before", "found", "sd", "");
+    print(stdout, "%-24s %10s %10s %10s  %s\n", "parameter", "before", "found", "sd", "");
   }
   for (const slam::CalibratedParameter& parameter : found.parameters) {
     const bool seen = parameter.verdict != slam::ParameterVerdict::not_observed;
-    std::printf("%-24s %10.4f %10s %10s  %s\n", parameter.name.c_str(), parameter.before,
-                seen ? number(parameter.found).c_str() : "-",
-                parameter.sigma > 0.0 ? number(parameter.sigma).c_str() : "-",
-                slam::reason_of(parameter).c_str());
+    print(stdout, "%-24s %10.4f %10s %10s  %s\n", parameter.name.c_str(), parameter.before,
+          seen ? number(parameter.found).c_str() : "-",
+          parameter.sigma > 0.0 ? number(parameter.sigma).c_str() : "-",
+          slam::reason_of(parameter).c_str());
   }
-  for (const std::string& remark : found.remarks) std::printf("note: %s\n", remark.c_str());
-  if (!found.open_question.empty()) std::printf("open: %s\n", found.open_question.c_str());
+  for (const std::string& remark : found.remarks) print(stdout, "note: %s\n", remark.c_str());
+  if (!found.open_question.empty()) print(stdout, "open: %s\n", found.open_question.c_str());
 }
 
 Comments comments_of(const slam::SelfCalibration& found) {
@@ -95,9 +96,9 @@ bool calibrate_pantilt(const MapJob& job, CalibrationFile& file, Comments& comme
   const auto found = job.mapping3d().calibrate();
   if (!found) return false;
   using Status = mapping3d::CalibrationResult::Status;
-  std::printf("pan-tilt: %s, %zu patches seen twice, %.1f -> %.1f mm apart; standard deviations:\n",
-              to_string(found->status).c_str(), found->pairs, 1e3 * found->before_m,
-              1e3 * found->after_m);
+  print(
+      stdout, "pan-tilt: %s, %zu patches seen twice, %.1f -> %.1f mm apart; standard deviations:\n",
+      to_string(found->status).c_str(), found->pairs, 1e3 * found->before_m, 1e3 * found->after_m);
   std::fputs(process::print_options(found->sigma).c_str(), stdout);
   if (found->status == Status::nothing_seen_twice) return false;
   file.pantilt = found->correction;

@@ -6,6 +6,7 @@
 #include "common/files/ply.hpp"
 #include "common/files/tum.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
@@ -45,15 +46,15 @@ int merge(const MapArguments& arguments) {
   slam::write_map_files(results->path(), merged, options.slam.slam.grid);
   write_sessions(results->path(), merged);
   for (const std::size_t index : not_found) {
-    std::fprintf(stderr, "%s: not found in the maps before it, and left out\n",
-                 arguments.inputs[index].c_str());
+    print(stderr, "%s: not found in the maps before it, and left out\n",
+          arguments.inputs[index].c_str());
     require(!same_folder(arguments.inputs[index], arguments.out),
             arguments.out + ": unchanged, because its map would be lost; choose another --out");
   }
   results->commit();
-  std::printf("%zu maps, %zu keyframes, %zu loops; the results are in %s\n",
-              arguments.inputs.size() - not_found.size(), merged.slam.keyframes.keys.size(),
-              merged.slam.back_end.loops.size(), arguments.out.c_str());
+  print(stdout, "%zu maps, %zu keyframes, %zu loops; the results are in %s\n",
+        arguments.inputs.size() - not_found.size(), merged.slam.keyframes.keys.size(),
+        merged.slam.back_end.loops.size(), arguments.out.c_str());
   return not_found.empty() ? 0 : 1;
 }
 
@@ -64,13 +65,12 @@ int report_unfound(const MapArguments& arguments, const MapJob& job) {
     const std::string fault = arguments.localize + ": the recording was not found in this map";
     require(!same_folder(arguments.localize, arguments.out),
             fault + "; " + arguments.out + " is unchanged");
-    std::fprintf(stderr, "%s\n", fault.c_str());
+    print(stderr, "%s\n", fault.c_str());
     return 1;
   }
   for (const KeptApart& apart : kept_apart(job)) {
-    std::fprintf(stderr, "%s: not found in the map of the others; its own map is in %s\n",
-                 apart.inputs.c_str(),
-                 (std::filesystem::path(arguments.out) / apart.folder).c_str());
+    print(stderr, "%s: not found in the map of the others; its own map is in %s\n",
+          apart.inputs.c_str(), (std::filesystem::path(arguments.out) / apart.folder).c_str());
   }
   return job.session()->apart().empty() ? 0 : 1;
 }
@@ -153,10 +153,10 @@ int exit_code_of(const std::optional<MapVerdict>& verdict) {
 
 void print_left_out(const MapJob& job) {
   if (!job.own_body().empty()) {
-    std::printf("set-up: %s: these returns are left out\n", describe(job.own_body()).c_str());
+    print(stdout, "set-up: %s: these returns are left out\n", describe(job.own_body()).c_str());
   }
   for (const FloorLine& floor : job.floor()) {
-    std::printf("set-up: %s: returns from there on are left out\n", describe(floor).c_str());
+    print(stdout, "set-up: %s: returns from there on are left out\n", describe(floor).c_str());
   }
 }
 

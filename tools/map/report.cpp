@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "common/covariance.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/version.hpp"
 
@@ -236,36 +237,37 @@ namespace {
 
 void print_inputs(const MapJob& job) {
   for (const files::InputReport& input : job.inputs()) {
-    std::printf("%s: %s\n", input.paths.front().c_str(), input.format.c_str());
+    print(stdout, "%s: %s\n", input.paths.front().c_str(), input.format.c_str());
     for (const auto& [cause, count] : input.dropped) {
-      std::printf("  dropped: %s %lld (first at %s)\n", cause.c_str(),
-                  static_cast<long long>(count), input.places.at(cause).c_str());
+      print(stdout, "  dropped: %s %lld (first at %s)\n", cause.c_str(),
+            static_cast<long long>(count), input.places.at(cause).c_str());
     }
-    for (const std::string& note : input.notes) std::printf("  note: %s\n", note.c_str());
+    for (const std::string& note : input.notes) print(stdout, "  note: %s\n", note.c_str());
   }
 }
 
 void print_counts(const char* what, const std::map<std::string, int64_t>& counts) {
   for (const auto& [name, count] : counts) {
-    std::printf("  %s: %s %lld\n", what, name.c_str(), static_cast<long long>(count));
+    print(stdout, "  %s: %s %lld\n", what, name.c_str(), static_cast<long long>(count));
   }
 }
 
 void print_scenes(const mapping3d::Mapper3d& mapper) {
   if (mapper.scenes().empty()) return;
   const mapping3d::RegistrationResult& joined = mapper.registration();
-  std::printf(
+  print(
+      stdout,
       "%zu scenes, registered in 3D: %s, %zu overlapping pairs, patches %.1f -> %.1f mm apart%s\n",
       mapper.scenes().size(), to_string(joined.status).c_str(), joined.overlaps,
       1e3 * joined.before.median_m, 1e3 * joined.after.median_m,
       mapper.refined() ? "" : "; the path is unchanged");
   const mapping3d::Straightening& straight = mapper.straightening();
   if (!straight.bent) return;
-  std::printf(
-      "sweeps straightened: rows turned by %.2f deg rms, ranges longer by %.1f mm, patches %.1f "
-      "-> %.1f mm apart\n",
-      rad_to_deg(straight.turn_rms_rad), 1e3 * straight.range_m, 1e3 * straight.before_m,
-      1e3 * straight.after_m);
+  print(stdout,
+        "sweeps straightened: rows turned by %.2f deg rms, ranges longer by %.1f mm, patches %.1f "
+        "-> %.1f mm apart\n",
+        rad_to_deg(straight.turn_rms_rad), 1e3 * straight.range_m, 1e3 * straight.before_m,
+        1e3 * straight.after_m);
 }
 
 }  // namespace
@@ -277,25 +279,24 @@ void print_summary(const MapJob& job,
   print_counts("dropped", job.drops().by_cause());
   const auto loops = std::count_if(job.loops().begin(), job.loops().end(),
                                    [](const slam::Loop& loop) { return loop.is_inlier; });
-  std::printf(
-      "%zu scans with a pose, %lld of them matched, %zu keyframes; %.1f m driven in %.0f s; %zu "
-      "loops closed\n",
-      job.scans().size(), static_cast<long long>(count_scans(job, &slam::UsedScan::matched)),
-      job.key_count(), path_length_m(job.trajectory()), job.recorded_s(),
-      static_cast<std::size_t>(loops));
-  for (const auto& [name, value] : extras.surface) std::printf("%s: %.6g\n", name.c_str(), value);
+  print(stdout,
+        "%zu scans with a pose, %lld of them matched, %zu keyframes; %.1f m driven in %.0f s; %zu "
+        "loops closed\n",
+        job.scans().size(), static_cast<long long>(count_scans(job, &slam::UsedScan::matched)),
+        job.key_count(), path_length_m(job.trajectory()), job.recorded_s(),
+        static_cast<std::size_t>(loops));
+  for (const auto& [name, value] : extras.surface) print(stdout, "%s: %.6g\n", name.c_str(), value);
   print_scenes(job.mapping3d().mapper());
   if (extras.photographs.recorded > 0) {
-    std::printf("%lld pictures recorded, %lld chosen\n",
-                static_cast<long long>(extras.photographs.recorded),
-                static_cast<long long>(extras.photographs.chosen));
+    print(stdout, "%lld pictures recorded, %lld chosen\n",
+          static_cast<long long>(extras.photographs.recorded),
+          static_cast<long long>(extras.photographs.chosen));
   }
   print_counts("pictures dropped", extras.photographs.dropped);
-  for (const auto& [name, value] : extras.errors) std::printf("%s: %.4f\n", name.c_str(), value);
-  std::printf("%.2f s (%.0f times real time), peak memory %.0f MB; the results are in %s\n",
-              job.clock().total_wall_s(),
-              job.recorded_s() / std::max(1e-9, job.clock().total_wall_s()),
-              StageClock::peak_memory_mb(), folder.c_str());
+  for (const auto& [name, value] : extras.errors) print(stdout, "%s: %.4f\n", name.c_str(), value);
+  print(stdout, "%.2f s (%.0f times real time), peak memory %.0f MB; the results are in %s\n",
+        job.clock().total_wall_s(), job.recorded_s() / std::max(1e-9, job.clock().total_wall_s()),
+        StageClock::peak_memory_mb(), folder.c_str());
 }
 
 }  // namespace marco

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/covariance.hpp"
+#include "lcm_tools/base/printable.hpp"
 
 namespace marco {
 namespace {
@@ -162,9 +163,9 @@ void add_calibration(nlohmann::json& report, const SelfCorrection& correction) {
 
 void print_correction(const SelfCorrection& correction) {
   const std::string errors = describe_errors(correction.found);
-  if (!errors.empty()) std::printf("set-up: %s\n", errors.c_str());
+  if (!errors.empty()) print(stdout, "set-up: %s\n", errors.c_str());
   for (const std::string& remark : correction.found.remarks) {
-    std::printf("  note: %s\n", remark.c_str());
+    print(stdout, "  note: %s\n", remark.c_str());
   }
   if (correction.use == SelfCorrection::Use::in_force) {
     std::puts("  the map was made again, with these corrected");

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "slam/map/visits.hpp"
 
@@ -164,27 +165,27 @@ void print_verdict(const MapVerdict& verdict, const MapJob& job, bool with_pictu
   bool told = false;
   for (std::size_t i = 0; i < reasons.size(); ++i) {
     const slam::Reason& reason = reasons[i];
-    std::printf("%s", to_string(reason.verdict));
+    print(stdout, "%s", to_string(reason.verdict));
     if (reason.has_place()) {
-      std::printf(" at (%.1f, %.1f) m,", reason.place_m.x(), reason.place_m.y());
+      print(stdout, " at (%.1f, %.1f) m,", reason.place_m.x(), reason.place_m.y());
     }
-    std::printf(" %.1f to %.1f s: %s\n", seconds_into(job, reason.from),
-                seconds_into(job, reason.to), reason.why.c_str());
+    print(stdout, " %.1f to %.1f s: %s\n", seconds_into(job, reason.from),
+          seconds_into(job, reason.to), reason.why.c_str());
     if (with_pictures && reason.has_place()) {
-      std::printf("  picture: %s\n", picture_name(i).c_str());
+      print(stdout, "  picture: %s\n", picture_name(i).c_str());
     }
     if (reason.remedies.empty()) continue;
-    std::printf("  %s%s\n", to_line(reason.remedies.front()).c_str(),
-                told ? "" : "   (in a file for --edits, it may mend this)");
+    print(stdout, "  %s%s\n", to_line(reason.remedies.front()).c_str(),
+          told ? "" : "   (in a file for --edits, it may mend this)");
     told = true;
     for (std::size_t other = 1; other < reason.remedies.size(); ++other) {
-      std::printf("  or: %s\n", to_line(reason.remedies[other]).c_str());
+      print(stdout, "  or: %s\n", to_line(reason.remedies[other]).c_str());
     }
   }
   for (const std::string& question : verdict.diagnosis.open_questions) {
-    std::printf("doubtful: %s\n", question.c_str());
+    print(stdout, "doubtful: %s\n", question.c_str());
   }
-  std::printf("verdict: %s\n", to_string(verdict.diagnosis.verdict));
+  print(stdout, "verdict: %s\n", to_string(verdict.diagnosis.verdict));
 }
 
 }  // namespace marco

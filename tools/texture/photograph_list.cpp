@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/inside_folder.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco {
@@ -25,7 +26,8 @@ Pose3 pose_of(const PhotographSpec& spec) {
 
 mapping3d::CameraPicture load(const PhotographSpec& spec, const std::filesystem::path& folder) {
   require(!spec.focal_px.empty(), spec.file + ": focal_px is missing");
-  const viewer::Picture picture = viewer::read_picture((folder / spec.file).string());
+  const viewer::Picture picture =
+      viewer::read_picture(files::inside_folder(folder, spec.file).string());
   mapping3d::CameraPicture loaded;
   loaded.camera.width_px = picture.width_px;
   loaded.camera.height_px = picture.height_px;

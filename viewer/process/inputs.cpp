@@ -7,6 +7,7 @@
 
 #include "common/trajectory_fit.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/inside_folder.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -34,7 +35,7 @@ class InputReader {
     if (fs::is_directory(input)) {
       read_folder(input);
     } else {
-      read_file(input, PathKind{"", palette::kSeries[inputs_.scene.paths.size() % 8], ""});
+      read_file("", input, PathKind{"", palette::kSeries[inputs_.scene.paths.size() % 8], ""});
     }
     require(used_ > before,
             path + (inputs_.skipped.empty()
@@ -50,10 +51,10 @@ class InputReader {
     const bool is_simplified =
         model_ == FolderModel::simplified && fs::exists(folder / "model.glb");
     for (const char* name : {is_simplified ? "model.glb" : "model.ply", "map.yaml"})
-      if (fs::exists(folder / name)) read_file(folder / name, {});
+      if (fs::exists(folder / name)) read_file(folder, name, {});
     const std::size_t first_path = inputs_.scene.paths.size();
     for (const PathKind& kind : kPathKinds)
-      if (fs::exists(folder / kind.file)) read_file(folder / kind.file, kind);
+      if (fs::exists(folder / kind.file)) read_file(folder, kind.file, kind);
     lay_on_estimate(first_path);
   }
 
@@ -69,9 +70,10 @@ class InputReader {
     std::erase_if(paths, [](const auto& path) { return path.poses.empty(); });
   }
 
-  void read_file(const fs::path& file, const PathKind& kind) {
+  /// @param folder  that the file shall not lead out of; "" = the user named the file
+  void read_file(const fs::path& folder, const fs::path& file, const PathKind& kind) {
     try {
-      add(file, kind);
+      add(folder.empty() ? file : files::inside_folder(folder, file), kind);
       ++used_;
     } catch (const std::exception& failure) {
       inputs_.skipped.push_back(failure.what());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -18,6 +19,26 @@ namespace marco::foxglove {
 using Json = nlohmann::json;
 
 constexpr uint8_t kData = 1;  ///< opcode of a message on a channel, both ways
+
+/// Nothing deeper than anybody's messages need to be is parsed. Else, and for what is no JSON, the
+/// result is discarded.
+inline Json parse_shallow(std::string_view text) {
+  constexpr int kDeepest = 8;
+  int depth = 0, deepest = 0;
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < text.size() && deepest <= kDeepest; ++i) {
+    const char c = text[i];
+    if (c == '"') is_quoted = !is_quoted;
+    if (is_quoted) {
+      i += c == '\\' ? 1 : 0;
+    } else if (c == '{' || c == '[') {
+      deepest = std::max(deepest, ++depth);
+    } else if (c == '}' || c == ']') {
+      --depth;
+    }
+  }
+  return deepest > kDeepest ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
+}
 
 inline std::string text_of(const Json& object, const char* key) {
   const auto field = object.find(key);
@@ -55,7 +76,7 @@ inline std::set<std::string> texts_of(const Json& list) {
 
 /// The `op` of a text, and the text. @throws std::invalid_argument where there is none.
 inline std::pair<std::string, Json> operation_of(std::string_view text) {
-  Json object = Json::parse(text, nullptr, false);
+  Json object = parse_shallow(text);
   if (!object.is_object()) throw std::invalid_argument("a text that is no JSON object");
   std::string op = text_of(object, "op");
   if (op.empty()) throw std::invalid_argument("a text without an op");

@@ -193,6 +193,7 @@ ClientText parse_client_text(std::string_view json) {
   if (op == "getParameters") {
     return GetParameters{texts_of(list_of(object, "parameterNames")), text_of(object, "id")};
   }
+  if (op == "alive") return Alive{};
   if (op == "fetchAsset") return FetchAsset{id_at(object, "requestId").value_or(0)};
   return {};
 }

@@ -79,9 +79,17 @@ struct GetParameters {
 struct FetchAsset {
   uint32_t request = 0;
 };
+/// Of our page, not of the protocol: it is still there.
+struct Alive {};
 /// Nothing: an operation that is not served here, setParameters among them.
-using ClientText = std::
-    variant<std::monostate, Subscribe, Unsubscribe, Publish, Unpublish, GetParameters, FetchAsset>;
+using ClientText = std::variant<std::monostate,
+                                Subscribe,
+                                Unsubscribe,
+                                Publish,
+                                Unpublish,
+                                GetParameters,
+                                FetchAsset,
+                                Alive>;
 
 /// @throws std::invalid_argument for what is no JSON object with an `op`. List entries that lack
 /// their fields are left out.

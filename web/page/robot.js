@@ -41,6 +41,15 @@ export class Robot {
       }, topic === "page/stop" ? "each" : "newest");
     }
     socket.subscribe("page/output", ({ command, text }) => this.takeOutput(command, text), "each");
+    socket.subscribe("page/goal", (message) => this.takeGoal(message), "each");
+  }
+
+  // Of any browser.
+  takeGoal({ active, text, x_m, y_m }) {
+    const { world } = this;
+    if (world.goal && !active && text && text !== "there") toast(`The drive ended: ${text}`, "error");
+    world.goal = active && x_m !== undefined ? { x: x_m, y: y_m, fate: "running" } : null;
+    world.tell("goal");
   }
 
   takeOutput(command, text) {

@@ -7,6 +7,7 @@ const kSilentMs = 5000;  // page/health comes once a second
 const kRetryMs = [300, 1000, 2000, 4000];
 const kHurriedMs = 1500;
 const kCallMs = 15000;
+const kAliveMs = 150;  // a goal waits 0.45 s after the last one, and ends after 1 s
 
 export class Socket {
   // told: {state(word), info(serverInfo), services(), status(level, text)}; state is "connecting", "open" or "lost".
@@ -20,6 +21,7 @@ export class Socket {
     this.decoder = new TextDecoder();
     this.encoder = new TextEncoder();
     setInterval(() => this.watch(), 1000);
+    setInterval(() => this.send({ op: "alive" }), kAliveMs);
     this.connect();
   }
 

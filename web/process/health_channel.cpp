@@ -13,7 +13,7 @@
 namespace marco::web {
 namespace {
 
-constexpr int64_t kTellEveryUs = 1'000'000;
+constexpr int64_t kTellEveryUs = 1'000'000, kKeptUs = 30'000'000;
 constexpr std::size_t kMostChannels = 1000;
 
 std::vector<diagnosis::Expectation> expectations() {
@@ -76,9 +76,12 @@ void HealthChannel::take(const process::RawMessage& message) {
   if (!is_live_) heard_->model.add_message(procman::monotonic_us(), message.channel, message.bytes);
 }
 
-// A socket of its own: losses show in the datagrams' numbers.
+// A socket of its own: losses show in the datagrams' numbers. It is kept for a while: its thread's
+// end takes a tenth of a second, and clients come and go.
 void HealthChannel::listen() {
-  const bool is_wanted = hub_.wanted(channel_);
+  const int64_t now_us = procman::monotonic_us();
+  if (hub_.wanted(channel_)) wanted_us_ = now_us;
+  const bool is_wanted = wanted_us_ != 0 && now_us - wanted_us_ < kKeptUs;
   if (!is_live_ || !url_ || is_wanted == (receiver_ != nullptr)) return;
   receiver_.reset();
   heard_.reset();

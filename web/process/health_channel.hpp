@@ -48,7 +48,7 @@ class HealthChannel {
   std::unique_ptr<spy::SharedModel> heard_;
   std::unique_ptr<spy::Receiver> receiver_;
   Health health_;
-  int64_t told_us_ = 0;
+  int64_t told_us_ = 0, wanted_us_ = 0;  ///< monotonic
 };
 
 }  // namespace marco::web

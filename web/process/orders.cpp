@@ -21,12 +21,22 @@ namespace {
 
 using foxglove::text_json;
 
-constexpr int64_t kStopAgainUs = 50'000;
+// A second after its browser's last sign of life the robot stands: a base brakes for half of it. A
+// page says each 0.15 s that it is there; one that draws much is late, and its goal goes on.
+constexpr double kGoalHoldsS = 0.45, kGoalEndsS = 1.0;
+constexpr int64_t kPingEveryUs = 150'000, kStopAgainUs = 50'000;
+constexpr auto kGoalEveryUs = static_cast<int64_t>(1e6 * teleop::GoalDrive::kSendEveryS);
 constexpr const char* kReadOnly =
     "only watching: the address with its token, or a page of this host, may give orders";
 constexpr const char* kRecording = "a recording takes no orders";
 
 Utime wall_now() { return Utime::from_us(process::wall_clock_us()); }
+
+teleop::GoalDrive::Speeds goal_speeds(const SteeringOptions& options) {
+  return {std::min(options.goal_velocity_m_per_s, options.most_velocity_m_per_s),
+          std::min(teleop::GoalDrive::Speeds{}.most_rad_per_s,
+                   deg_to_rad(options.most_yaw_rate_deg_per_s))};
+}
 
 std::string schema(const std::string& properties) {
   return R"({"type":"object","properties":{)" + properties + "}}";
@@ -50,6 +60,7 @@ Orders::Orders(Hub& hub,
       procman_(procman),
       map_(map),
       steering_(options),
+      speeds_(goal_speeds(options)),
       slam_(source,
             [this](const Hub::Call& call, const slam::SlamAnswers& answers) {
               answer(call, answers.are_good(),
@@ -57,7 +68,8 @@ Orders::Orders(Hub& hub,
                                         : answers.text(),
                      answers.path());
             }),
-      stop_channel_(add_page_channel(hub, "page/stop")) {
+      stop_channel_(add_page_channel(hub, "page/stop")),
+      goal_channel_(add_page_channel(hub, "page/goal")) {
   add_services();
   hub_.on_published = [this](const Hub::Published& message) { take_published(message); };
   constexpr const char* kStopLayout = "lbss";
@@ -67,9 +79,10 @@ Orders::Orders(Hub& hub,
         emergency_.hear({message.utime, message.engaged != 0, message.sender, message.reason});
         tell_stop();
       });
-  source.in.subscribe<base_status_t>(
-      channels::kBaseStatus, drops_,
-      [this](const base_status_t& status, const auto&) { take_base_status(from_message(status)); });
+  source.in.subscribe<base_status_t>(channels::kBaseStatus, drops_,
+                                     [this](const base_status_t& status, const auto&) {
+                                       if (goal_) goal_->drive.on_status(from_message(status));
+                                     });
 }
 
 void Orders::answer(const Hub::Call& call,
@@ -110,10 +123,9 @@ void Orders::add_services() {
           return std::nullopt;
         });
   serve("go", schema(kNumbers),
-        [this](const Hub::Call&, std::string_view json) { return go(json); });
+        [this](const Hub::Call& call, std::string_view json) { return go(call, json); });
   serve("end_goal", schema(""), [this](const Hub::Call&, std::string_view) {
-    goal_.reset();
-    bus_->publish(channels::kBaseCommand, to_message(steering_.order({}, wall_now())));
+    end_goal("asked for in the browser");
     return "the drive is ended";
   });
   serve_anybody("stop", schema(R"("engaged":{"type":"boolean"})"),
@@ -138,38 +150,69 @@ void Orders::add_services() {
         });
 }
 
-std::string Orders::go(std::string_view json) {
+std::string Orders::go(const Hub::Call& call, std::string_view json) {
   const Json request = parsed(json);
   require(request.contains("x_m") && request.contains("y_m"), "a goal needs x_m and y_m");
-  send_goal({"map", {number_of(request, "x_m"), number_of(request, "y_m"), 0.0}});
+  begin_goal(call.client, {"map", {number_of(request, "x_m"), number_of(request, "y_m"), 0.0}});
   return "on the way";
 }
 
-void Orders::send_goal(const FramedPose& goal) {
+void Orders::begin_goal(Hub::ClientId client, const FramedPose& pose) {
   require(!emergency_.is_engaged(), "the emergency stop is engaged");
-  const BaseCommand command = steering_.go_to(
-      goal, [this](Utime now) { return map_.odom_from_map(now); }, wall_now());
-  bus_->publish(channels::kBaseCommand, to_message(command));
-  const Eigen::Vector2d point_m(goal.pose.x_m, goal.pose.y_m);
-  if (goal.frame != "map") {
-    goal_.reset();
-  } else if (!goal_ || goal_->goal_m() != point_m) {
-    goal_.emplace(point_m);
-  }
-  if (goal_) goal_->on_ordered(command.id);
+  const Utime now = wall_now();
+  in_robot(pose, now);  // what is missing is the answer
+  goal_ = Goal{client, pose, teleop::GoalDrive(steering_.next_id(now), speeds_, now)};
+  steering_.let_go();
+  tell_goal(true, "");
 }
 
-void Orders::take_base_status(const BaseStatus& status) {
-  using Next = teleop::GoalDrive::Next;
-  if (!goal_ || bus_ == nullptr) return;
-  try {
-    const Eigen::Vector2d goal_m = goal_->goal_m();
-    const Next next = goal_->on_status(status, map_.distance_m(goal_m, wall_now()));
-    if (next == Next::again) send_goal({"map", {goal_m.x(), goal_m.y(), 0.0}});
-    if (next == Next::there || next == Next::ended) goal_.reset();
-  } catch (const std::invalid_argument&) {  // SLAM is lost: the base ends what it was told
-    goal_.reset();
+Eigen::Vector2d Orders::in_robot(const FramedPose& place, Utime now) const {
+  const Eigen::Vector2d point_m(place.pose.x_m, place.pose.y_m);
+  if (place.frame != "map") return map_.in_robot(point_m, now);
+  return map_.in_robot(map_.odom_from_map(now) * point_m, now);
+}
+
+void Orders::step_goal(int64_t now_us) {
+  if (!goal_) return;
+  const double silence_s = hub_.silence_s(goal_->client);
+  if (silence_s > kGoalEndsS) return end_goal("its browser is gone or silent");
+  if (now_us - goal_->pinged_us > kPingEveryUs) {
+    goal_->pinged_us = now_us;
+    hub_.ping(goal_->client);
   }
+  if (now_us - goal_->sent_us < kGoalEveryUs) return;
+  goal_->sent_us = now_us;
+  try {
+    const Utime now = wall_now();
+    const auto order = silence_s > kGoalHoldsS ? goal_->drive.hold(now)
+                                               : goal_->drive.next(in_robot(goal_->pose, now), now);
+    if (!order && goal_->drive.is_taken_over()) return drop_goal(goal_->drive.why_ended());
+    if (!order) return end_goal(goal_->drive.why_ended());
+    bus_->publish(channels::kBaseCommand, to_message(*order));
+  } catch (const std::invalid_argument& why) {  // SLAM is lost
+    end_goal(why.what());
+  }
+}
+
+void Orders::end_goal(const std::string& why) {
+  if (!goal_) return;
+  drop_goal(why);
+  bus_->publish(channels::kBaseCommand, to_message(steering_.order(BaseCommand{}, wall_now())));
+}
+
+void Orders::drop_goal(const std::string& why) {
+  tell_goal(false, why.empty() ? "there" : why);
+  goal_.reset();
+}
+
+void Orders::tell_goal(bool active, const std::string& text) {
+  goal_told_ =
+      std::string(R"({"active":)") + (active ? "true" : "false") + R"(,"text":)" + text_json(text);
+  if (goal_->pose.frame == "map") {
+    goal_told_ += R"(,"x_m":)" + foxglove::number(goal_->pose.pose.x_m) + R"(,"y_m":)" +
+                  foxglove::number(goal_->pose.pose.y_m);
+  }
+  hub_.publish(goal_channel_, process::wall_clock_us() * 1000, goal_told_ += "}");
 }
 
 std::string Orders::stop(const Hub::Call& call, std::string_view json) {
@@ -178,12 +221,12 @@ std::string Orders::stop(const Hub::Call& call, std::string_view json) {
   const int64_t now_us = procman::monotonic_us();
   // The same again is repeated anyway.
   const bool is_again = engaged && emergency_.is_engaged() && now_us - stop_sent_us_ < kStopAgainUs;
-  if (engaged) goal_.reset();
   if (!is_again) {
     stop_sent_us_ = now_us;
     const auto what = engaged ? process::EmergencyStop::engage : process::EmergencyStop::release;
     send_stop(emergency_.order(what, "ordered in the browser", process::wall_clock_us(), now_us));
   }
+  if (engaged) end_goal("stopped");
   return engaged ? "stopped, until it is released" : "released";
 }
 
@@ -212,8 +255,9 @@ void Orders::tell_stop() {
 }
 
 void Orders::send_known(Hub::ClientId client, uint32_t channel) {
-  if (channel != stop_channel_) return;
-  hub_.publish_to(client, channel, process::wall_clock_us() * 1000, stop_json());
+  if (channel != stop_channel_ && channel != goal_channel_) return;
+  hub_.publish_to(client, channel, process::wall_clock_us() * 1000,
+                  channel == stop_channel_ ? stop_json() : goal_told_);
 }
 
 void Orders::take_published(const Hub::Published& message) {
@@ -221,9 +265,11 @@ void Orders::take_published(const Hub::Published& message) {
     require(message.may_steer, kReadOnly);
     require(bus_ != nullptr, kRecording);
     if (message.topic == "/cmd_vel") {
-      steering_.drive(message.client, parse_twist(message.json), wall_now());
+      const Velocity velocity = parse_twist(message.json);
+      steering_.drive(message.client, velocity, wall_now());
+      if (goal_ && !velocity.is_rest()) drop_goal("somebody drives by hand");
     } else if (message.topic == "/goal_pose") {
-      send_goal(parse_pose(message.json));
+      begin_goal(message.client, parse_pose(message.json));
     } else if (message.topic == "/initialpose") {
       const FramedPose pose = parse_pose(message.json);
       require(pose.frame == "map", "a first pose stands in the map");
@@ -250,6 +296,7 @@ void Orders::step(int64_t now_us) {
   if (const auto command = steering_.due(wall_now())) {
     bus_->publish(channels::kBaseCommand, to_message(*command));
   }
+  step_goal(now_us);
   if (const auto stop = emergency_.due(now_us)) send_stop(*stop);
 }
 

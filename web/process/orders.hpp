@@ -21,8 +21,8 @@
 namespace marco::web {
 
 /// The services slam, go, head, stop, procman and record, what clients publish (/cmd_vel /goal_pose
-/// /initialpose), and page/stop. Orders need the right to steer; a stop is anybody's, its release
-/// is not. One thread.
+/// /initialpose), page/stop and page/goal. Orders need the right to steer; a stop is anybody's, its
+/// release is not. One thread.
 class Orders {
  public:
   /// All outlive it. A recording takes no orders.
@@ -45,11 +45,17 @@ class Orders {
   void serve(const std::string& name, const std::string& request_schema, Act act);
   void serve_anybody(const std::string& name, const std::string& request_schema, Act act);
   void add_services();
-  std::string go(std::string_view json);
+  std::string go(const Hub::Call& call, std::string_view json);
   std::string stop(const Hub::Call& call, std::string_view json);
   void take_published(const Hub::Published& message);
-  void send_goal(const FramedPose& goal);
-  void take_base_status(const BaseStatus& status);
+  void begin_goal(Hub::ClientId client, const FramedPose& pose);
+  void step_goal(int64_t now_us);
+  /// Stops the robot. @param why  "" = it is there
+  void end_goal(const std::string& why);
+  /// Leaves the robot to who drives it now.
+  void drop_goal(const std::string& why);
+  Eigen::Vector2d in_robot(const FramedPose& place, Utime now) const;
+  void tell_goal(bool active, const std::string& text);
   void send_stop(const process::EmergencyStopSender::Message& stop);
   void tell_stop();
   std::string stop_json() const;
@@ -64,9 +70,18 @@ class Orders {
   ProcmanChannels& procman_;
   const teleop::MapFrame& map_;
   Steering steering_;
+  teleop::GoalDrive::Speeds speeds_;
   SlamCalls slam_;
-  std::optional<teleop::GoalDrive> goal_;  ///< nothing: no goal in the map is under way
-  uint32_t stop_channel_;
+  /// It lasts no longer than its client gives a sign of life.
+  struct Goal {
+    Hub::ClientId client = 0;
+    FramedPose pose;
+    teleop::GoalDrive drive;
+    int64_t sent_us = 0, pinged_us = 0;
+  };
+  std::optional<Goal> goal_;
+  std::string goal_told_ = R"({"active":false})";
+  uint32_t stop_channel_, goal_channel_;
   process::EmergencyStopSender emergency_{"marco page"};
   std::string stop_told_;
   int64_t stop_sent_us_ = 0;

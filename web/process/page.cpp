@@ -24,10 +24,11 @@ Page::Page(Hub& hub, const Source& source, const SteeringOptions& steering)
                                R"({"utime":)" + std::to_string(process::wall_clock_us()) + "}");
                   });
   hub.on_subscribed = [this](Hub::ClientId client, uint32_t channel) {
-    raw_.send_known(client, channel);
-    robot_.send_known(client, channel);
     procman_.send_known(client, channel);
     orders_.send_known(client, channel);
+  };
+  hub.on_part = [this](Hub::ClientId client, uint32_t channel, uint64_t from) {
+    return raw_.send_part(client, channel, from) + robot_.send_part(client, channel, from);
   };
   hub.on_closed = [this](Hub::ClientId client) { orders_.forget(client); };
   source.in.subscribe_raw(".*", [this](const process::RawMessage& message) {

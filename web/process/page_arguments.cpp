@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "lcm_tools/process/exit_code.hpp"
+#include "web/process/token_file.hpp"
 
 namespace marco::web {
 namespace {
@@ -25,9 +26,17 @@ void add_page_arguments(process::CommandLine& app, PageArguments& arguments) {
   app.add_option("--listen", arguments.listen,
                  "ADDRESS[:PORT] to listen on, default 127.0.0.1:8765; others than this host need "
                  "a token to steer");
-  app.add_option("--token", arguments.token,
-                 "who gives it in the address may steer; default: none on this host, else a new "
-                 "one each time");
+  app.add_option("--token-file", arguments.token_file,
+                 "who gives the token in this file may steer; made with a new one where it is not "
+                 "there; default: none on this host, else one in your folder for states");
+  app.add_option("--token", arguments.given_token, "refused: others would see it")
+      .check([](const std::string&) {
+        return "a token in a command line is seen by others; write it into a file of mode 600, and "
+               "name that by --token-file FILE";
+      });
+  app.add_flag(
+      "--address", arguments.wants_address,
+      "print the addresses of the pages of yours that run here, with their tokens, and end");
   app.add_option("--origin", arguments.origins,
                  "another site whose pages may use this server, e.g. https://app.foxglove.dev; "
                  "again for more");
@@ -65,9 +74,10 @@ ServerOptions server_options(const PageArguments& arguments) {
   return options;
 }
 
-std::string token_of(const PageArguments& arguments, const ServerOptions& options) {
-  if (!arguments.token.empty() || is_loopback(options.address)) return arguments.token;
-  return new_token();
+std::string token_file_of(const PageArguments& arguments, const ServerOptions& options) {
+  if (!arguments.token_file.empty())
+    return std::filesystem::absolute(arguments.token_file).string();
+  return is_loopback(options.address) ? "" : (page_folder() / "token").string();
 }
 
 Access access_of(const PageArguments& arguments,
@@ -79,18 +89,6 @@ Access access_of(const PageArguments& arguments,
                            "--origin takes a scheme and a host, e.g. https://app.foxglove.dev");
   }
   return Access(token, is_loopback(options.address), arguments.origins, std::move(names));
-}
-
-std::string address_to_open(const std::string& url,
-                            const ServerOptions& options,
-                            const std::string& token) {
-  std::string open = url;
-  for (const std::string any : {"0.0.0.0", "[::]"}) {
-    const std::size_t at = open.find("//" + any + ":");
-    if (at != std::string::npos) open.replace(at + 2, any.size(), host_name());
-  }
-  const bool is_needed = !token.empty() && !options.address.empty();
-  return is_needed ? open + "?token=" + token : open;
 }
 
 }  // namespace marco::web

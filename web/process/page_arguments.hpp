@@ -15,7 +15,8 @@ struct PageArguments {
   process::CommonArguments common;
   std::string shown;  ///< a map folder or a recording; "" = what is live
   std::string listen;
-  std::string token;
+  std::string token_file, given_token;
+  bool wants_address = false;
   std::vector<std::string> origins;
   std::string certificate, key;
   double speed = 1.0;  ///< of a recording
@@ -26,16 +27,11 @@ void add_page_arguments(process::CommandLine& app, PageArguments& arguments);
 /// ADDRESS[:PORT] of --listen. @throws process::UsageError for another form.
 ServerOptions server_options(const PageArguments& arguments);
 
-/// The token in force: as given, or a new one where others than this host can reach the server.
-std::string token_of(const PageArguments& arguments, const ServerOptions& options);
+/// Where the token in force stands; "" = none is needed.
+std::string token_file_of(const PageArguments& arguments, const ServerOptions& options);
 
 Access access_of(const PageArguments& arguments,
                  const ServerOptions& options,
                  const std::string& token);
-
-/// What to open in a browser. @param url  of the server
-std::string address_to_open(const std::string& url,
-                            const ServerOptions& options,
-                            const std::string& token);
 
 }  // namespace marco::web

@@ -1,7 +1,6 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdio>
 #include <memory>
 
@@ -22,7 +21,10 @@
 #include "web/process/page.hpp"
 #include "web/process/page_arguments.hpp"
 #include "web/process/recording.hpp"
+#include "web/process/running_pages.hpp"
+#include "web/process/token_file.hpp"
 #include "web/snapshot/snapshot.hpp"
+#include "web/steady_clock.hpp"
 
 namespace {
 
@@ -30,10 +32,6 @@ using namespace marco;  // NOLINT(google-build-using-namespace): a main has no o
 
 constexpr int kWaitMs = 20;
 constexpr int kMessagesAtOnce = 200;
-
-double steady_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 using SpanNs = std::optional<std::pair<int64_t, int64_t>>;
 
@@ -55,11 +53,12 @@ struct Served {
          const std::string& name,
          SpanNs span_ns = {})
       : options(web::server_options(arguments)),
-        token(web::token_of(arguments, options)),
+        token_file(web::token_file_of(arguments, options)),
+        token(token_file.empty() ? "" : web::token_in(token_file)),
         access(web::access_of(arguments, options, token)),
         site(web::page_file, "/usr/share/javascript/three/three.min.js"),
         drops([](const std::string& line) { spdlog::warn("{}", line); }),
-        hub(identity(mode, name, span_ns), drops, steady_s) {
+        hub(identity(mode, name, span_ns), drops, web::steady_s) {
     hub.add_parameter("mode", foxglove::text_json(mode));
     hub.add_parameter("marco", foxglove::text_json(process::version()));
   }
@@ -67,7 +66,19 @@ struct Served {
   /// From here on connections are taken.
   void open() {
     server = std::make_unique<web::Server>(options, access, site, hub, drops);
-    std::printf("%s\n", web::address_to_open(server->url(), options, token).c_str());
+    try {
+      entry = std::make_unique<web::PageEntry>(web::RunningPage{server->url(), token_file});
+    } catch (const std::runtime_error& failure) {  // it is served all the same
+      spdlog::warn("{}: --address will not know this page", failure.what());
+    }
+    const bool is_safe = web::is_seen_by_user_only();
+    for (const auto& address : web::addresses_of(server->url(), is_safe ? token : "")) {
+      std::printf("%s\n", address.c_str());
+    }
+    if (!token.empty() && !is_safe) {
+      std::printf(
+          "who opens it watches; to steer: marco page --address, on this host, as this user\n");
+    }
     std::fflush(stdout);
   }
 
@@ -77,12 +88,13 @@ struct Served {
   }
 
   web::ServerOptions options;
-  std::string token;
+  std::string token_file, token;
   web::Access access;
   web::Site site;
   process::DropCounter drops;
   web::Hub hub;
   std::unique_ptr<web::Server> server;
+  std::unique_ptr<web::PageEntry> entry;
 };
 
 int show_live(const web::PageArguments& arguments, const web::SteeringOptions& steering) {
@@ -143,6 +155,7 @@ int main(int argc, char** argv) {
     web::PageArguments arguments;
     web::add_page_arguments(app, arguments);
     if (const auto code = app.parse(argc, argv)) return *code;
+    if (arguments.wants_address) return web::print_addresses();
     const auto steering = process::load_options<web::SteeringOptions>(arguments.common.config_path);
     if (process::prints_config(arguments.common, steering)) return 0;
     process::start_logging("marco-page", arguments.common.log_level);

@@ -118,13 +118,15 @@ std::string RawChannels::json_of(const Channel& channel, std::span<const uint8_t
   return json;
 }
 
-void RawChannels::send_known(Hub::ClientId client, uint32_t id) {
+uint64_t RawChannels::send_part(Hub::ClientId client, uint32_t id, uint64_t from) {
   const auto at = by_id_.find(id);
-  if (at == by_id_.end()) return;
-  for (const auto& [slot, kept] : at->second->kept) {
-    std::string json = json_of(*at->second, kept.bytes);
-    if (!json.empty()) hub_.publish_to(client, id, kept.time_ns, std::move(json), slot);
-  }
+  if (at == by_id_.end()) return 0;
+  auto next = at->second->kept.lower_bound(from);
+  if (next == at->second->kept.end()) return 0;
+  const auto& [slot, kept] = *next;
+  std::string json = json_of(*at->second, kept.bytes);
+  if (!json.empty()) hub_.publish_to(client, id, kept.time_ns, std::move(json), slot);
+  return ++next == at->second->kept.end() ? 0 : next->first;
 }
 
 }  // namespace marco::web

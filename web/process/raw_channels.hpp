@@ -24,8 +24,9 @@ class RawChannels {
   explicit RawChannels(Hub& hub);
 
   void take(const process::RawMessage& message);
-  /// What is known of a channel, to a new subscriber. Nothing for channels that are not these.
-  void send_known(Hub::ClientId client, uint32_t channel);
+  /// One message of what is known of a channel, to a new subscriber, as Hub::on_part. Nothing for
+  /// channels that are not these.
+  uint64_t send_part(Hub::ClientId client, uint32_t channel, uint64_t from);
 
   /// Of all types that are known.
   const lcm_schema::Decoder& decoder() const { return decoder_; }

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 #include "lcm_tools/base/check.hpp"
+#include "web/foxglove/fields.hpp"
 
 /// Fields of a service's request, which anybody may have written. All throw std::invalid_argument
 /// that says what is wrong, for the client.
@@ -14,7 +14,7 @@ namespace marco::web {
 using Json = nlohmann::json;
 
 inline Json parsed(std::string_view text) {
-  Json json = Json::parse(text, nullptr, false);
+  Json json = foxglove::parse_shallow(text);
   require(json.is_object(), "a request that is no JSON object");
   return json;
 }

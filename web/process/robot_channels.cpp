@@ -234,7 +234,7 @@ void RobotChannels::take_image(const process::RawMessage& raw) {
                foxglove::compressed_image(image.utime, "camera", image.data));
 }
 
-void RobotChannels::send_known(Hub::ClientId client, uint32_t channel) {
+uint64_t RobotChannels::send_part(Hub::ClientId client, uint32_t channel, uint64_t from) {
   if (channel == tiles_ && !tiled_.empty()) {
     // Whole, so that a page is not drawn piece by piece; later changes come a tile at a time.
     hub_.publish_to(client, tiles_, ns_of(grid_->event_time), tiled_.json(tiled_.places(), true));
@@ -243,11 +243,12 @@ void RobotChannels::send_known(Hub::ClientId client, uint32_t channel) {
   } else if (const auto lasting = lasting_.find(channel); lasting != lasting_.end()) {
     hub_.publish_to(client, channel, lasting->second.utime_us * 1000, lasting->second.json());
   } else if (channel == model_) {
-    for (const auto& [tile, latest] : model_tiles_) {
-      hub_.publish_to(client, model_, latest.utime_us * 1000, latest.json,
-                      static_cast<uint32_t>(tile));
-    }
+    auto next = model_tiles_.lower_bound(static_cast<uint32_t>(from));
+    if (next == model_tiles_.end()) return 0;
+    hub_.publish_to(client, model_, next->second.utime_us * 1000, next->second.json, next->first);
+    return ++next == model_tiles_.end() ? 0 : next->first;
   }
+  return 0;
 }
 
 }  // namespace marco::web

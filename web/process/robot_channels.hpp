@@ -31,7 +31,8 @@ class RobotChannels {
   void take(const process::RawMessage& message);
   /// Call often: completes maps, and sends tiles a few at a time.
   void step(Utime now);
-  void send_known(Hub::ClientId client, uint32_t channel);
+  /// As Hub::on_part; nothing for channels that are not these.
+  uint64_t send_part(Hub::ClientId client, uint32_t channel, uint64_t from);
 
   const teleop::MapFrame& map_frame() const { return frame_; }
   std::optional<Pose2> map_from_base() const { return map_from_base_; }
@@ -88,7 +89,7 @@ class RobotChannels {
   std::map<uint32_t, Lasting> lasting_;  // by channel
   foxglove::SceneUpdates scenes_;
   int64_t model_revision_ = 0;
-  std::map<int32_t, Latest> model_tiles_;
+  std::map<uint32_t, Latest> model_tiles_;
   Utime points_sent_;
 };
 

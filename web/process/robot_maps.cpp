@@ -88,12 +88,14 @@ void RobotChannels::take_model(const process::RawMessage& raw) {
   constexpr std::size_t kMostTiles = 4096;
   if (tile.revision != model_revision_) {
     model_revision_ = tile.revision;
-    std::erase_if(model_tiles_, [&](const auto& one) { return one.first >= tile.tiles; });
+    const auto tiles = static_cast<uint32_t>(tile.tiles);
+    std::erase_if(model_tiles_, [tiles](const auto& one) { return one.first >= tiles; });
   }
-  if (model_tiles_.size() < kMostTiles || model_tiles_.contains(tile.tile)) {
-    model_tiles_[tile.tile] = {tile.utime, json};
+  const auto number = static_cast<uint32_t>(tile.tile);
+  if (model_tiles_.size() < kMostTiles || model_tiles_.contains(number)) {
+    model_tiles_[number] = {tile.utime, json};
   }
-  hub_.publish(model_, ns_of(raw.event_time), std::move(json), static_cast<uint32_t>(tile.tile));
+  hub_.publish(model_, ns_of(raw.event_time), std::move(json), number);
 }
 
 }  // namespace marco::web

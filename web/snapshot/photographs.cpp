@@ -13,10 +13,11 @@ namespace marco::web {
 
 nlohmann::json photographs_json(const std::filesystem::path& folder) {
   nlohmann::json found = nlohmann::json::array();
-  const std::filesystem::path list = folder / "photographs.toml";
+  const std::filesystem::path list = files::inside_folder(folder, "photographs.toml");
   if (!std::filesystem::exists(list)) return found;
   for (const auto& spec : process::load_options<PhotographList>(list.string()).photographs) {
-    if (!files::stays_inside(spec.file) || !std::filesystem::exists(folder / spec.file)) continue;
+    if (!files::stays_inside(spec.file)) continue;
+    if (!std::filesystem::exists(files::inside_folder(folder, spec.file))) continue;
     require(spec.position_m.size() == 3 && spec.quaternion_xyzw.size() == 4,
             list.string() + ": expected position_m of 3 and quaternion_xyzw of 4 numbers");
     const auto& q = spec.quaternion_xyzw;

@@ -8,6 +8,7 @@
 #include "common/files/tum.hpp"
 #include "common/trajectory_fit.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/inside_folder.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "web/snapshot/photographs.hpp"
 #include "web/tiles.hpp"
@@ -23,7 +24,8 @@ constexpr double kStepM = 0.03, kStepRad = 0.05;
 
 double rounded(double value) { return std::round(value * 1000.0) / 1000.0; }
 
-Trajectory path_in(const fs::path& file) {
+Trajectory path_in(const fs::path& folder, const char* name) {
+  const fs::path file = files::inside_folder(folder, name);
   return fs::exists(file) ? files::read_tum(file) : Trajectory();
 }
 
@@ -116,7 +118,7 @@ json report_json(const json& report) {
 
 json model_json(const fs::path& folder) {
   for (const char* name : {"model_textured.glb", "model.glb"}) {
-    if (fs::exists(folder / name)) return std::string("files/") + name;
+    if (fs::exists(files::inside_folder(folder, name))) return std::string("files/") + name;
   }
   return nullptr;
 }
@@ -132,19 +134,19 @@ json read_report(const fs::path& file) {
 
 // Everything but the tiles.
 json drawn_json(const fs::path& folder) {
-  const json report = read_report(folder / "report.json");
-  const Trajectory path = path_in(folder / "trajectory.tum");
-  const Trajectory odometry = odometry_on_estimate(path, path_in(folder / "odometry.tum"));
+  const json report = read_report(files::inside_folder(folder, "report.json"));
+  const Trajectory path = path_in(folder, "trajectory.tum");
+  const Trajectory odometry = odometry_on_estimate(path, path_in(folder, "odometry.tum"));
   RecordedTruth truth;
-  truth.poses = path_in(folder / "truth.tum");
+  truth.poses = path_in(folder, "truth.tum");
   const Utime start = path.empty() ? Utime{} : path.front().utime;
   return {{"name", name_of(folder)},
           {"path", path_json(path, start)},
-          {"live_path", path_json(path_in(folder / "trajectory_live.tum"), start)},
+          {"live_path", path_json(path_in(folder, "trajectory_live.tum"), start)},
           {"odometry", path_json(odometry, start)},
           {"truth", path_json(truth_on_estimate(path, truth), start)},
           {"loops", loops_json(report, path)},
-          {"walls", walls_json(folder / "lines.json")},
+          {"walls", walls_json(files::inside_folder(folder, "lines.json"))},
           {"verdict", verdict_json(report)},
           {"report", report_json(report)},
           {"model", model_json(folder)},
@@ -158,7 +160,7 @@ std::string snapshot_json(const std::filesystem::path& folder) {
   require(
       fs::exists(folder / "map.yaml"),
       folder.string() + ": holds no map.yaml; was it written by `marco map` or `marco slam save`?");
-  const GridMap map = files::read_map(folder / "map.yaml");
+  const GridMap map = files::read_map(files::inside_folder(folder, "map.yaml"));
   json drawn;
   try {
     drawn = drawn_json(folder);

@@ -56,11 +56,18 @@ std::string default_runtime_folder() {
                          : session + "/marco-procman";
 }
 
-std::string default_output_folder() {
+std::string state_folder(const std::string& program) {
   const std::string state = from_environment("XDG_STATE_HOME");
-  if (!state.empty()) return state + "/marco-procman";
+  if (!state.empty()) return state + "/" + program;
   const std::string home = from_environment("HOME");
-  return home.empty() ? default_runtime_folder() : home + "/.local/state/marco-procman";
+  return home.empty() ? "/tmp/" + program + "-" + std::to_string(getuid())
+                      : home + "/.local/state/" + program;
+}
+
+std::string default_output_folder() {
+  return from_environment("XDG_STATE_HOME").empty() && from_environment("HOME").empty()
+             ? default_runtime_folder()
+             : state_folder("marco-procman");
 }
 
 Descriptor lock_runtime_folder(const std::string& runtime_folder) {

@@ -12,6 +12,9 @@ std::string file_name_of(const std::string& name);
 /// Where deputies keep the sockets of running commands: in XDG_RUNTIME_DIR, else in /tmp.
 std::string default_runtime_folder();
 
+/// Where `program` keeps what outlives it: in XDG_STATE_HOME, else in ~/.local/state, else in /tmp.
+std::string state_folder(const std::string& program);
+
 /// Where deputies write the commands' output: in XDG_STATE_HOME, else in ~/.local/state.
 std::string default_output_folder();
 

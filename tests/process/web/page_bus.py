@@ -11,7 +11,7 @@ GROUP, PORT = "239.255.76.67", int(re.search(r":(\d+)|$", os.environ.get("LCM_DE
 
 
 class Bus:
-    """Hears all whole messages; `last` by channel, `heard` in order."""
+    """Hears all whole messages; `last` by channel, `heard` in order. `bytes` are those of all datagrams."""
 
     def __init__(self):
         self.link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -21,13 +21,14 @@ class Bus:
         # On the interface of the route, as LCM.
         self.link.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(GROUP) + socket.inet_aton("0.0.0.0"))
         self.link.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
-        self.last, self.heard, self.number = {}, [], 0
+        self.last, self.heard, self.number, self.bytes = {}, [], 0, bytearray()
         self.thread = threading.Thread(target=self.listen, daemon=True)
         self.thread.start()
 
     def listen(self):
         while True:
             data = self.link.recv(1 << 16)
+            self.bytes += data
             if data[:4] != b"LC02":
                 continue  # a fragment of a larger message
             name, _, payload = data[8:].partition(b"\0")

@@ -3,8 +3,6 @@
 usage: page_test.py BIN ROOT"""
 import json
 import os
-import re
-import signal
 import socket
 import ssl
 import struct
@@ -17,100 +15,7 @@ import unittest
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import page_bus
 from page_client import Client, Refused, http_get
-
-BIN, ROOT = sys.argv[1], sys.argv[2]
-
-
-def eventually(condition, seconds=10.0):
-    end = time.time() + seconds
-    while time.time() < end:
-        if condition():
-            return True
-        time.sleep(0.05)
-    return False
-
-
-class Page:
-    """A marco-page with its first line read."""
-
-    def __init__(self, *arguments, port=8765):
-        self.folder = tempfile.TemporaryDirectory()
-        self.errors = open(os.path.join(self.folder.name, "errors"), "w+")
-        self.process = subprocess.Popen([os.path.join(BIN, "marco-page"), *arguments],
-                                        stdout=subprocess.PIPE, stderr=self.errors, text=True)
-        self.address = self.process.stdout.readline().strip()
-        self.port = port
-
-    def memory_kb(self):
-        with open(f"/proc/{self.process.pid}/status") as status:
-            return int(re.search(r"VmRSS:\s+(\d+)", status.read())[1])
-
-    def cpu_s(self):
-        with open(f"/proc/{self.process.pid}/stat") as stat:
-            fields = stat.read().rsplit(")", 1)[1].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-    def said(self):
-        self.errors.flush()
-        with open(self.errors.name, errors="replace") as text:
-            return text.read()
-
-    def close(self):
-        self.process.send_signal(signal.SIGTERM)
-        code = self.process.wait(10)
-        said = self.said()
-        self.process.stdout.close()
-        self.errors.close()
-        self.folder.cleanup()
-        return code, said
-
-
-class WithPage(unittest.TestCase):
-    arguments = ()
-
-    @classmethod
-    def setUpClass(cls):
-        cls.bus = page_bus.Bus()
-        cls.page = Page(*cls.arguments)
-
-    @classmethod
-    def tearDownClass(cls):
-        code, said = cls.page.close()
-        assert code == 0, said
-
-    def refused(self):
-        """How often, by cause, as PROCESS_STATUS says."""
-        counts = {}
-        status = next((payload for _, name, payload in reversed(self.bus.heard)
-                       if name == "PROCESS_STATUS" and payload[20:31] == b"marco-page\0"), None)
-        if status is None:
-            return counts
-        at = 16
-        length = struct.unpack(">i", status[at:at + 4])[0]
-        at += 4 + length + 16
-        causes = struct.unpack(">i", status[at:at + 4])[0]
-        at += 4
-        names = []
-        for _ in range(causes):
-            length = struct.unpack(">i", status[at:at + 4])[0]
-            names.append(status[at + 4:at + 3 + length].decode())
-            at += 4 + length
-        for name in names:
-            counts[name] = struct.unpack(">q", status[at:at + 8])[0]
-            at += 8
-        return counts
-
-    def assert_counted(self, part):
-        self.assertTrue(eventually(lambda: any(part in cause for cause in self.refused()), 4),
-                        f"{part} among {self.refused()}")
-
-    def assert_serves(self):
-        """Somebody else is answered at once."""
-        begun = time.time()
-        client = Client(8765)
-        self.assertTrue(client.wait(lambda: "page/health" in client.channels, 2))
-        client.close()
-        self.assertLess(time.time() - begun, 1.0)
+from page_process import BIN, ROOT, Page, WithPage, eventually
 
 
 class Files(WithPage):
@@ -191,7 +96,7 @@ class Protocol(WithPage):
         client = Client(8765)
         client.text({"op": "subscribeConnectionGraph"})
         client.text("nonsense")
-        client.text("[" * 100000)
+        client.text("[" * 30000)
         client.binary(b"")
         client.binary(b"\x02\xff")
         client.binary(b"\xee" * 1000)
@@ -224,7 +129,7 @@ class Attacks(WithPage):
         except ConnectionError:
             pass
         self.assertFalse(other.is_closed)
-        self.assert_counted("above 1 MB")
+        self.assert_counted("above 32 kB")
         other.close()
 
     def test_a_slow_request_is_given_up(self):
@@ -382,41 +287,6 @@ class TwoSlams(WithPage):
             for slam in slams:
                 slam.terminate()
                 slam.wait()
-
-
-class ReadOnly(WithPage):
-    arguments = ("--listen", "0.0.0.0:8765")
-
-    def test_only_the_token_steers(self):
-        token = re.fullmatch(r"http://[^/]+:8765/\?token=([A-Za-z0-9_-]{20,})", self.page.address)[1]
-        stranger = Client(8765)
-        stranger.wait(lambda: stranger.info)
-        self.assertEqual(stranger.info["metadata"]["read_only"], "true")
-        stranger.subscribe("page/health")
-        self.assertTrue(stranger.wait(lambda: stranger.of("page/health"), 3))
-        for service, request in (("go", {"x_m": 0, "y_m": 0}), ("slam", {"command": "reset"}),
-                                 ("procman", {"command": "slam", "action": "stop"}), ("record", {"on": False}),
-                                 ("stop", {"engaged": False})):
-            answer = stranger.call(service, request)
-            self.assertFalse(answer["ok"], service)
-            self.assertIn("only watching", answer["text"])
-        stranger.advertise(1, "/cmd_vel")
-        stranger.publish(1, {"linear": {"x": 1}, "angular": {"z": 0}})
-        self.assertTrue(stranger.wait(lambda: any(text["op"] == "status" for text in stranger.texts)))
-        self.assertTrue(stranger.call("stop", {"engaged": True})["ok"])  # anybody's
-        self.assertIsNone(self.bus.last.get("BASE_COMMAND"))
-        self.assertIsNone(self.bus.last.get("SLAM_COMMAND"))
-        owner = Client(8765, path="/?token=" + token)
-        owner.wait(lambda: owner.info)
-        self.assertEqual(owner.info["metadata"]["read_only"], "false")
-        self.assertTrue(owner.call("stop", {"engaged": False})["ok"])
-        for wrong in ("x", token[:-1], token + "x"):
-            with self.assertRaises(Refused) as refusal:
-                Client(8765, path="/?token=" + wrong)
-            self.assertEqual(refusal.exception.args[0], 403)
-        self.assert_counted("a wrong token")
-        for one in (owner, stranger):
-            one.close()
 
 
 class Maps(WithPage):

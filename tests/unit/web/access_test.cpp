@@ -63,6 +63,34 @@ TEST(Tokens, AreLongAndNeverTheSame) {
   EXPECT_FALSE(are_equal("ab", "a"));
 }
 
+TEST(Tokens, ThatAreEasyToGuessAreRefused) {
+  EXPECT_EQ(why_weak(new_token()), "");
+  EXPECT_EQ(why_weak("k3jhd84hfkw92-_x"), "");
+  for (const char* weak : {"", "1234", "k3jhd84hfkw92-_", "aaaaaaaaaaaaaaaaaaaaaaaa",
+                           "passwordpassword", "abcabcabcabcabcabcabc", "with a space in it!!",
+                           "k3jhd84hfkw92&x=y", "k3jhd84hfkw92\xc3\xa4\xc3\xb6"}) {
+    EXPECT_NE(why_weak(weak), "") << weak;
+  }
+  EXPECT_NE(why_weak(std::string(1000, 'a')), "");
+}
+
+TEST(Hosts, AreNamesWithAPortAndNothingElse) {
+  const Access access("", false, {}, {"robot"});
+  for (const char* ours :
+       {"[::1]", "[::1]:8765", "127.0.0.1", "127.0.0.1:80", "ROBOT:8765", "[fe80::1%25eth0]:1"}) {
+    EXPECT_EQ(access.is_our_host(ours), std::string_view(ours).find('%') == std::string_view::npos)
+        << ours;
+  }
+  for (const char* other : {"[::1]evil.com", "[::1]:80evil", "[::1", "127.0.0.1:80@evil.com",
+                            "127.0.0.1 evil.com", "robot.evil.com", "robot:x", "[]", ":80",
+                            "127.0.0.1\x0b"
+                            "evil.com",
+                            "evil.com"}) {
+    EXPECT_FALSE(access.is_our_host(other)) << other;
+  }
+  EXPECT_FALSE(access.is_our_host(std::string(100'000, '1')));
+}
+
 TEST(Loopback, IsThisHost) {
   EXPECT_TRUE(is_loopback("127.0.0.1"));
   EXPECT_TRUE(is_loopback("127.9.9.9"));

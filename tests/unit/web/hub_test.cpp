@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <bit>
 #include <nlohmann/json.hpp>
 
 #include "web/foxglove/fields.hpp"
@@ -25,13 +26,14 @@ struct Got {
 
 class HubWithClients : public ::testing::Test {
  protected:
-  Hub::ClientId open(bool may_steer = true) {
-    return hub_.open({[] {}, [this](const std::string& why) { let_go_.push_back(why); }},
-                     may_steer);
+  Hub::ClientId open(bool may_steer = true, const std::string& address = "10.0.0.2") {
+    return hub_.open(
+        {[] {}, [this](const std::string& why) { let_go_.push_back(why); }, [this] { ++pings_; }},
+        {may_steer, address});
   }
   Got take(Hub::ClientId client) {
     Got got;
-    while (auto message = hub_.outbox(client)->take()) {
+    while (auto message = hub_.next_outgoing(client)) {
       const std::string whole = message->head + *message->body;
       const auto* bytes = reinterpret_cast<const uint8_t*>(whole.data());
       if (message->is_text) {
@@ -77,6 +79,7 @@ class HubWithClients : public ::testing::Test {
   process::DropCounter drops_;
   Hub hub_{{"page", "s", {}, {{"mode", "live"}}}, drops_, [this] { return now_s_; }};
   std::vector<std::string> let_go_;
+  int pings_ = 0;
 };
 
 TEST_F(HubWithClients, GreetsInTheProtocolsOrder) {
@@ -150,7 +153,6 @@ TEST_F(HubWithClients, CostsOthersNothingWhenOneDoesNotRead) {
     hub_.publish(channel, i, std::to_string(i) + std::string(10000, 'x'));
     EXPECT_THAT(take(reader).data, SizeIs(1));
   }
-  EXPECT_LT(hub_.outbox(stalled)->bytes(), 20000U);
   EXPECT_EQ(hub_.dropped(), 0);
   for (uint64_t tile = 0; tile < 40; ++tile) {
     hub_.publish(channel, 0, std::string(1 << 20, 'x'), tile + 1);
@@ -160,7 +162,7 @@ TEST_F(HubWithClients, CostsOthersNothingWhenOneDoesNotRead) {
   EXPECT_GE(dropped, 40 - 24);
   hub_.close(stalled);
   EXPECT_EQ(hub_.dropped(), dropped);
-  EXPECT_EQ(hub_.outbox(stalled), nullptr);
+  EXPECT_FALSE(hub_.next_outgoing(stalled));
 }
 
 TEST_F(HubWithClients, PassesOnWhatClientsPublish) {
@@ -254,7 +256,6 @@ TEST_F(HubWithClients, LetsGoWhoSendsTooMuchOrReadsNothing) {
   }
   EXPECT_THAT(let_go_, ElementsAre("let go: a client that sends too much",
                                    "let go: a client that does not read"));
-  EXPECT_LT(hub_.outbox(deaf)->bytes(), Outbox::kMostControlBytes + 20000);
 }
 
 TEST_F(HubWithClients, IsNotFilledByOneClientsChannels) {
@@ -266,12 +267,118 @@ TEST_F(HubWithClients, IsNotFilledByOneClientsChannels) {
   EXPECT_EQ(drops_.by_cause().at("refused: too many channels of one client"), 201);
 }
 
-TEST_F(HubWithClients, HasRoomFor64) {
-  std::vector<Hub::ClientId> clients;
-  for (std::size_t i = 0; i < Hub::kMostClients; ++i) clients.push_back(open());
+TEST_F(HubWithClients, WhoWatchesTakesNoRoomFromWhoSteers) {
+  std::vector<Hub::ClientId> watching;
+  for (int i = 0; i < Hub::kMostWatchingOfAddress; ++i) watching.push_back(open(false));
+  EXPECT_EQ(open(false), 0U);  // from the same address
+  for (int i = Hub::kMostWatchingOfAddress; i < Hub::kMostWatching; ++i) {
+    EXPECT_NE(open(false, "10.0.0." + std::to_string(i)), 0U);
+  }
+  EXPECT_EQ(open(false, "10.0.1.1"), 0U);
+  for (int i = 0; i < Hub::kMostSteering; ++i) EXPECT_NE(open(), 0U);
   EXPECT_EQ(open(), 0U);
-  hub_.close(clients[3]);
-  EXPECT_NE(open(), 0U);
+  hub_.close(watching[3]);
+  EXPECT_NE(open(false), 0U);
+  EXPECT_EQ(drops_.by_cause().at("refused: more than 32 who watch from one address"), 1);
+  EXPECT_EQ(drops_.by_cause().at("refused: more than 64 clients who watch"), 1);
+}
+
+TEST_F(HubWithClients, WhatWaitsForAllIsBoundedAndWhoSteersKeepsTheirs) {
+  const uint32_t channel = hub_.add_channel("a", "s", "{}");
+  const auto owner = open();
+  subscribe(owner, 1, channel);
+  for (int i = 0; i < 30; ++i) subscribe(open(false), 1, channel);
+  take(owner);
+  const std::string megabyte(1 << 20, 'x');
+  for (uint64_t slot = 0; slot < 20; ++slot) hub_.publish(channel, 0, megabyte, slot);
+  EXPECT_THAT(let_go_, IsEmpty());  // all hold the same 20 MB
+  for (int client = 2; client <= 31; ++client) {
+    for (uint64_t slot = 0; slot < 10; ++slot) {
+      hub_.publish_to(static_cast<Hub::ClientId>(client), channel, 0,
+                      megabyte + std::to_string(client * 100) + std::to_string(slot), 100 + slot);
+    }
+  }
+  EXPECT_GT(let_go_.size(), 20U);
+  EXPECT_LE(hub_.waiting_bytes(), Hub::kMostWaitingBytes);
+  for (const std::string& why : let_go_) EXPECT_EQ(why, "let go: a client that does not read");
+  EXPECT_THAT(take(owner).data, SizeIs(20));
+}
+
+TEST_F(HubWithClients, WhatIsLargeComesInPartsAsItIsTaken) {
+  const uint32_t channel = hub_.add_channel("a", "s", "{}"),
+                 other = hub_.add_channel("b", "s", "{}");
+  int made = 0;
+  hub_.on_part = [&](Hub::ClientId client, uint32_t of, uint64_t from) -> uint64_t {
+    ++made;
+    hub_.publish_to(client, of, 0, std::string(600'000, 'x') + std::to_string(from), from);
+    return from + 1 < 10 ? from + 1 : 0;
+  };
+  const auto slow = open(false), gone = open(false);
+  subscribe(slow, 1, channel);
+  subscribe(gone, 1, other);
+  EXPECT_EQ(made, 0);  // each has its turn
+  hub_.close(gone);
+  while (!hub_.turns().empty()) hub_.turns().take_one();
+  EXPECT_EQ(made, 2);  // more than a megabyte waits
+  std::size_t got = 0;
+  for (int i = 0; i < 20; ++i) {
+    got += take(slow).data.size();
+    while (!hub_.turns().empty()) hub_.turns().take_one();
+  }
+  EXPECT_EQ(got, 10U);
+  EXPECT_EQ(made, 10);
+}
+
+TEST_F(HubWithClients, EveryMessageIsASignOfLifeAndAPongWhereNothingElseIs) {
+  const auto page = open(), foxglove = open();
+  hub_.take_text(page, R"({"op":"alive"})");
+  now_s_ += 0.5;
+  hub_.ping(page);
+  hub_.ping(foxglove);
+  EXPECT_EQ(pings_, 1);
+  hub_.on_pong(page);  // of a browser whose page stands still
+  hub_.on_pong(foxglove);
+  EXPECT_EQ(hub_.silence_s(page), 0.5);
+  EXPECT_EQ(hub_.silence_s(foxglove), 0.0);
+  send(page, data(1, "{}"));
+  EXPECT_EQ(hub_.silence_s(page), 0.0);
+  hub_.close(page);
+  EXPECT_GT(hub_.silence_s(page), 1e9);
+}
+
+TEST_F(HubWithClients, KnowsAStopAndPlaysForWhoMaySteer) {
+  hub_.add_service("go", "{}", "{}", {});
+  hub_.add_service("stop", "{}", "{}", {});
+  const auto is_stop = [&](const std::string& bytes) {
+    return hub_.is_stop({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
+  };
+  EXPECT_TRUE(is_stop(call(2, 1)));
+  EXPECT_FALSE(is_stop(call(1, 1)));
+  EXPECT_FALSE(is_stop(data(2, "{}")));
+  EXPECT_FALSE(is_stop(call(2, 1).substr(0, 4)));
+  int played = 0;
+  hub_.on_playback = [&](Hub::ClientId, const foxglove::PlaybackControl&) { ++played; };
+  std::string pause("\x03\x01", 2);
+  foxglove::append_number(pause, std::bit_cast<uint32_t>(1.0F));
+  pause += std::string(13, '\0');
+  send(open(false), pause);
+  EXPECT_EQ(played, 0);
+  send(open(), pause);
+  EXPECT_EQ(played, 1);
+}
+
+TEST_F(HubWithClients, SubscriptionsAreFewInTheLongRun) {
+  const uint32_t channel = hub_.add_channel("a", "s", "{}");
+  int told = 0;
+  hub_.on_subscribed = [&](Hub::ClientId, uint32_t) { ++told; };
+  const auto client = open(false);
+  for (int i = 0; i < 10'000; ++i) {
+    now_s_ += 0.01;
+    subscribe(client, 1, channel);
+    hub_.take_text(client, R"({"op":"unsubscribe","subscriptionIds":[1]})");
+  }
+  EXPECT_LT(told, Hub::kMostSubscriptions + 100.0 * Hub::kSubscriptionsPerS + 1);
+  EXPECT_THAT(let_go_, IsEmpty());
 }
 
 TEST_F(HubWithClients, AnswersParametersAndAssets) {

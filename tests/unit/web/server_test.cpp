@@ -152,5 +152,20 @@ TEST(Subprotocol, IsTheFirstThatWeSpeak) {
   EXPECT_EQ(choose_subprotocol("foxglove.sdk.v2,,"), std::nullopt);
 }
 
+TEST(ClientTexts, AreParsedEightDeepAndNoDeeper) {
+  const auto nested = [](int depth) {
+    return R"({"op":"advertise","channels":)" + std::string(depth - 1, '[') +
+           std::string(depth - 1, ']') + "}";
+  };
+  EXPECT_NO_THROW(parse_client_text(nested(8)));
+  EXPECT_THROW(parse_client_text(nested(9)), std::invalid_argument);
+  EXPECT_THROW(parse_client_text(R"({"op":"x","a":)" + std::string(30'000, '[')),
+               std::invalid_argument);
+  // Brackets in a text are none.
+  const std::string quoted = R"({"op":"getParameters","id":"\"[[[[[[[[[[{{{{{{{{{{\\"})";
+  EXPECT_EQ(std::get<GetParameters>(parse_client_text(quoted)).id, R"("[[[[[[[[[[{{{{{{{{{{\)");
+  EXPECT_TRUE(std::holds_alternative<Alive>(parse_client_text(R"({"op":"alive"})")));
+}
+
 }  // namespace
 }  // namespace marco::foxglove

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -125,6 +126,33 @@ TEST_F(SnapshotTest, PhotographsStandWhereTheCameraStood) {
   EXPECT_EQ(shown[0]["x_m"], 2.0);
   EXPECT_EQ(shown[0]["z_m"], 0.6);
   EXPECT_NEAR(shown[0]["theta_rad"].get<double>(), 0.0, 1e-9);  // it looks along x
+}
+
+TEST_F(SnapshotTest, NoFileOfAStrangersFolderLeadsOutOfIt) {
+  const fs::path secret = folder_.string() + ".secret";
+  std::ofstream(secret) << "1.0 0 0 0 0 0 0 1\n";
+  for (const char* name :
+       {"model.glb", "trajectory.tum", "trajectory_live.tum", "odometry.tum", "truth.tum",
+        "report.json", "lines.json", "photographs.toml", "map.pgm", "map.yaml"}) {
+    const fs::path before = folder_.string() + ".before";
+    const bool was_there = fs::exists(folder_ / name);
+    if (was_there) fs::rename(folder_ / name, before);
+    fs::create_symlink(secret, folder_ / name);
+    EXPECT_THAT([&] { export_html(folder_, "no_three.js"); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("leads out of its folder")))
+        << name;
+    fs::remove(folder_ / name);
+    ASSERT_EQ(mkfifo((folder_ / name).c_str(), 0600), 0);
+    EXPECT_THAT([&] { export_html(folder_, "no_three.js"); },
+                ThrowsMessage<std::invalid_argument>(HasSubstr("is no file")))
+        << name;
+    fs::remove(folder_ / name);
+    if (was_there) fs::rename(before, folder_ / name);
+  }
+  put("kept.glb", "glTF");
+  fs::create_symlink("kept.glb", folder_ / "model.glb");  // within it
+  EXPECT_THAT(export_html(folder_, "no_three.js"), HasSubstr("Z2xURg=="));
+  fs::remove(secret);
 }
 
 TEST_F(SnapshotTest, SaysWhatIsMissing) {

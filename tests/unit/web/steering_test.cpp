@@ -70,25 +70,12 @@ TEST_F(SteeringOfTwo, StopsWhenTheDriverIsGone) {
   EXPECT_EQ(steering_.due(at(0.1))->kind, Kind::stop);
 }
 
-TEST_F(SteeringOfTwo, TurnsAGoalIntoTheOdometrysFrame) {
-  const Pose2 map_from_odom{1.0, 2.0, std::numbers::pi / 2};
-  const auto command = steering_.go_to(
-      {"map", {1.0, 5.0, 0.0}}, [&](Utime) { return map_from_odom.inverse(); }, at(0));
-  EXPECT_EQ(command.kind, Kind::go_to);
-  EXPECT_NEAR(command.point_m.x(), 3.0, 1e-9);
-  EXPECT_NEAR(command.point_m.y(), 0.0, 1e-9);
-  EXPECT_GT(command.id, 0);
-  const auto next = steering_.go_to({"odom", {1.0, 5.0, 0.0}}, nullptr, at(0));
-  EXPECT_EQ(next.point_m.y(), 5.0);
-  EXPECT_GT(next.id, command.id);
-  const auto lost = [](Utime) -> Pose2 { throw std::invalid_argument("SLAM is lost"); };
-  EXPECT_THROW(steering_.go_to({"map", {}}, lost, at(0)), std::invalid_argument);
-}
-
-TEST_F(SteeringOfTwo, GivesAGoalPriorityOverAStickThatWaits) {
+TEST_F(SteeringOfTwo, AStickThatIsLetGoWaitsForNothing) {
   steering_.drive(1, {0.1, 0.0}, at(0));
-  steering_.go_to({"odom", {}}, nullptr, at(0));
+  steering_.let_go();
   EXPECT_FALSE(steering_.due(at(0.1)));
+  steering_.drive(2, {0.1, 0.0}, at(0.1));
+  EXPECT_TRUE(steering_.due(at(0.1)));
 }
 
 TEST(Twists, AreReadWithAndWithoutAStamp) {

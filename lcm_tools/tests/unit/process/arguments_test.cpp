@@ -1,6 +1,7 @@
 #include "lcm_tools/process/arguments.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+#include <spdlog/spdlog.h>
 
 #include <stdexcept>
 
@@ -15,6 +16,23 @@ TEST(RunMain, ExitCodesFollowTheTable) {
   EXPECT_EQ(run_main("p", []() -> int { throw std::runtime_error("no device"); }), 1);
   EXPECT_EQ(run_main("p", []() -> int { throw UsageError("give a log"); }), 2);
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "p: no device\np: give a log\n");
+}
+
+TEST(ForeignWords, AreLoggedAndToldAsText) {
+  ::testing::internal::CaptureStderr();
+  const int code = run_main(
+      "marco-x", []() -> int { throw std::runtime_error("\x1b]0;own\x07\nmarco-y: fine"); });
+  EXPECT_EQ(code, kExitFailed);
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(),
+            "marco-x: \\x1b]0;own\\x07\n  marco-y: fine\n");
+  ::testing::internal::CaptureStderr();
+  const auto before = spdlog::default_logger();
+  start_logging("marco-x", "info");
+  spdlog::info("on this bus: {}", "ESC\x1b[2J\n12:00:00 marco-x info all is well");
+  EXPECT_THAT(
+      ::testing::internal::GetCapturedStderr(),
+      ::testing::EndsWith("on this bus: ESC\\x1b[2J\n  12:00:00 marco-x info all is well\n"));
+  spdlog::set_default_logger(before);
 }
 
 }  // namespace

@@ -159,8 +159,15 @@ export const keyCases = (browser, withRobot) => ({
         await page.keyboard.press("Enter");
         await until(`the stop in ${words}`, () => robot.engaged, 5);
         robot.obey("stop", { engaged: false });
+        await page.evaluate((next) => {  // at once
+          document.querySelector("dialog").close();
+          [...document.querySelectorAll("button")].find((one) => one.innerText === next).click();
+        }, dialogs[0]);
+        await until("the end of the first", () => page.$$eval("dialog", (nodes) => nodes.length === 1), 5);
+        assert.ok(await page.$eval("dialog[open]", (node) => node.contains(document.querySelector(".stop"))), `Stop is in the dialog after ${words}`);
         await page.keyboard.press("Escape");
         await until("its end", () => page.$$eval("dialog", (nodes) => nodes.length === 0), 5);
+        assert.equal(await page.$eval("#halt", (node) => node.parentNode.tagName), "BODY");
       }
       await page.focus("#tools [aria-label='Measure a distance']");
       await page.keyboard.press("Enter");

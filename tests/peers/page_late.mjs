@@ -53,6 +53,11 @@ export const lateCases = (browser, withRobot) => ({
       await until("a grey robot in the model", () => isGrey(page, "#space .marks"));
       await page.evaluate(() => { window.frameMs = 0; });
       await until("one of now", () => isOfNow(page, "#space .marks"));
+      for (const button of ["3D model", "Plan and 3D side by side", "3D model"]) {
+        await wait(2000);
+        assert.match(await text(page, "#bar"), /live/, "what nobody sees is not late");
+        await press(page, button);
+      }
     });
   },
 
@@ -92,6 +97,7 @@ export const lateCases = (browser, withRobot) => ({
       robot.muted = "SLAM_POSE";
       await until("that it is told", async () => /position \d+ s old/.test(await text(page, "#bar")), 8);
       await until("a grey robot", () => isGrey(page));
+      await until("an age that grows", async () => (await seen_s(page)) > 3, 8);
       await press(page, "Go to a place");
       await page.mouse.click(800, 560);
       await until("the refusal", async () => (await toasts(page)).includes("Not sent"), 5);

@@ -122,7 +122,7 @@ mapView.onView = () => {
   empty.hidden = world.mode === "folder" || tiles.bounds() !== null || world.robot !== null || world.scan !== null;
   buttons.follow.setAttribute("aria-pressed", String(mapView.follow));
   buttons.north.firstChild.style.transform = `rotate(${-mapView.view.angle}rad)`;
-  robot?.late.shown("plan", world.robot);
+  robot?.late.shown("plan", byId("plan").hidden ? null : world.robot);
 };
 mapView.overlays.push((context, view, colors) => space.drawEye(context, view, colors));
 mapView.onClick = (x, y) => {
@@ -219,10 +219,10 @@ function showAges(late) {
   let wasLate = false;
   const isLate = () => late.pose_s > kGreyS;
   mapView.isLate = isLate;
-  space.onMarked = () => late.shown("space", world.robot);
+  space.onMarked = () => late.shown("space", space.active ? world.robot : null);
   setInterval(() => {
     showMode();
-    if (isLate() !== wasLate) world.tell("pose");
+    if (isLate() || wasLate) world.tell("pose");
     wasLate = isLate();
   }, 250);
 }

@@ -49,16 +49,16 @@ export function toast(text, kind = "info") {
   setTimeout(() => note.remove(), kind === "error" ? 9000 : 5000);
 }
 
-// Stop goes along: what is modal makes all else dead. It is the first to be reached there, too.
+// Stop goes along: what is modal makes all else dead. It is the first to be reached there, too. A dialog's event `close` comes late,
+// when another one may be open.
 export function showDialog(dialog) {
-  const halt = document.getElementById("halt"), before = halt.parentNode;
-  dialog.addEventListener("close", () => {
-    (before.isConnected ? before : document.body).prepend(halt);
-    dialog.remove();
-  });
+  const halt = document.getElementById("halt");
+  dialog.addEventListener("close", () => dialog.remove());
   document.body.append(dialog);
   dialog.prepend(halt);
   dialog.showModal();
+  new MutationObserver(() => ([...document.querySelectorAll("dialog[open]")].at(-1) ?? document.body).prepend(halt))
+    .observe(dialog, { attributeFilter: ["open"] });
 }
 
 // Asks for texts. fields: [{name, label, value, hint}]. Gives {name: text}, or null when it was cancelled.

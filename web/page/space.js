@@ -38,6 +38,7 @@ class Space {
   async activate(on) {
     this.active = on;
     if (!on) return this.ask("activate", false);
+    this.canvas.focus();  // now: who has gone on to another place by the end of this stays there
     this.message.textContent = "Loading…";
     try {
       await (this.beginning ??= this.begin());
@@ -48,7 +49,6 @@ class Space {
       this.message.textContent = fault.message;
     }
     this.resize();
-    this.canvas.focus();
   }
 
   async begin() {

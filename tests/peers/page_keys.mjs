@@ -169,6 +169,7 @@ export const keyCases = (browser, withRobot) => ({
         await until("its end", () => page.$$eval("dialog", (nodes) => nodes.length === 0), 5);
         assert.equal(await page.$eval("#halt", (node) => node.parentNode.tagName), "BODY");
       }
+      assert.ok(await page.$$eval("[role=tabpanel]", (bodies) => bodies.every((body) => body.tabIndex === 0)), "by keys, too, a long tab is scrolled");
       await page.focus("#tools [aria-label='Measure a distance']");
       await page.keyboard.press("Enter");
       assert.notEqual(await text(page, ".said"), "");

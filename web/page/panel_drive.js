@@ -42,7 +42,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
 
   const steering = [stick, el("label", { class: "slider" }, el("span", {}, "Highest speed"), speed, speedText),
     el("p", { class: "hint" }, "Also by arrow keys or WASD while this tab is open, or by a gamepad with a shoulder button held. Space is Stop; Escape ends stick and goal."),
-    goButton, el("h3", {}, "Map and recording"), orders];
+    goButton, el("h2", {}, "Map and recording"), orders];
   const content = el("div", { class: "drive" }, note, level, where, steering);
 
   function showPose() {

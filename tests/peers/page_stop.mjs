@@ -127,8 +127,10 @@ bus.on("EMERGENCY_STOP", "emergency_stop_t", ({ engaged, sender }, at) => engage
 const end = play(bus);
 
 async function released(page) {
-  bus.send("EMERGENCY_STOP", "emergency_stop_t", { utime: 1000 * Date.now(), engaged: 0, sender: "test", reason: "" });
-  await until("the release", () => act(page, () => document.querySelector(".release").hidden), 10);
+  await until("the release", () => {
+    bus.send("EMERGENCY_STOP", "emergency_stop_t", { utime: 1000 * Date.now(), engaged: 0, sender: "test", reason: "" });
+    return act(page, () => document.querySelector(".release").hidden);
+  }, 10);
   for (let i = 0; i < 3; ++i) await page.keyboard.press("Escape");
   await wait(60);
   stops.length = 0;
